@@ -1,0 +1,53 @@
+//! What can go wrong, told in one line that names the file and the place.
+
+use std::path::{Path, PathBuf};
+
+/// Every failure of the workspace. The program maps each kind to its exit code.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The input cannot be used; `place` is a line, face, material or node, or empty.
+    #[error("{}{}{place}: {message}", path.display(), if place.is_empty() { "" } else { ": " })]
+    Input {
+        /// The file that was read.
+        path: PathBuf,
+        /// Where in it.
+        place: String,
+        /// What is wrong, and what to do.
+        message: String,
+    },
+    /// Options that contradict each other or the scene.
+    #[error("{0}")]
+    Usage(String),
+    /// A result could not be written.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The file or directory.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A GPU was asked for and there is none.
+    #[error("{0}")]
+    NoAdapter(String),
+    /// The GPU failed, was lost, or is too small for the scene.
+    #[error("{0}")]
+    Device(String),
+}
+
+impl Error {
+    /// Bad input at `place` (may be empty) of `path`.
+    pub fn input(
+        path: impl AsRef<Path>,
+        place: impl Into<String>,
+        message: impl Into<String>,
+    ) -> Self {
+        Self::Input {
+            path: path.as_ref().to_path_buf(),
+            place: place.into(),
+            message: message.into(),
+        }
+    }
+}
+
+/// Result with the workspace's error.
+pub type Result<T> = std::result::Result<T, Error>;

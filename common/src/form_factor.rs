@@ -1,0 +1,142 @@
+//! Form factor from a receiver's texel to a shooter: F = (light received per area) / B_shooter.
+//!
+//! ```text
+//! ΔH_j = F_ji · B_i      F_ji = F_ij · A_i / A_j      (reciprocity)
+//! ```
+//! H in W/m², F without unit, 0 when either faces away. f32 throughout: every function here is
+//! the twin of the one of the same name in `gpu/src/shaders/form_factor.wgsl`.
+
+use glam::Vec3;
+
+/// π as both solvers round it.
+pub const PI: f32 = std::f32::consts::PI;
+
+/// Fronts closer than this exchange nothing (mesh units; 8 roundings of a coordinate): within it
+/// nobody can tell which of two touching faces lies above the other.
+pub const CONTACT: f32 = 1e-6;
+
+/// The approximations of F that the solvers share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FormFactor {
+    /// Eq. 2 of the paper: a point shoots at a disc of the *texel's* area; the area ratio
+    /// A_i/Δj that its text leaves out is applied.
+    Paper,
+    /// Wallace 1989: the shooter is a disc of its own area A_i.
+    Disc,
+    /// Lambert: exact from the texel's centre to the shooter's polygon.
+    Polygon,
+}
+
+/// What shoots: a face or one of its cells. Lengths in the mesh's unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Shooter {
+    /// Centroid.
+    pub centre: Vec3,
+    /// Unit front normal.
+    pub normal: Vec3,
+    /// Area.
+    pub area: f32,
+    /// Outline, counter-clockwise from the front; a triangle repeats its third corner.
+    pub corners: [Vec3; 4],
+}
+
+/// F from the texel at `position` with unit `normal` and area `texel_area` to `shooter`.
+pub fn form_factor(
+    kind: FormFactor,
+    shooter: &Shooter,
+    position: Vec3,
+    normal: Vec3,
+    texel_area: f32,
+) -> f32 {
+    let d = position - shooter.centre;
+    let height = shooter.normal.dot(d);
+    if height <= CONTACT {
+        return 0.0;
+    }
+    let r2 = d.dot(d);
+    let r = r2.sqrt();
+    // Each cosine is clamped on its own: two negative ones would multiply to light.
+    let cos_i = height / r;
+    let cos_j = (-normal.dot(d) / r).max(0.0);
+    match kind {
+        FormFactor::Paper => disc(cos_i, cos_j, r2, shooter.area, texel_area),
+        FormFactor::Disc => disc(cos_i, cos_j, r2, shooter.area, shooter.area),
+        FormFactor::Polygon => polygon(shooter, position, normal),
+    }
+}
+
+/// Wallace's disc: `disc_area` is the texel's in eq. 2 of the paper, the shooter's in Wallace.
+pub fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
+    shooter_area * cos_i * cos_j / (PI * r2 + disc_area)
+}
+
+/// Lambert's sum over the edges of the shooter's outline, clipped to the receiver's horizon:
+/// F = −1/2π Σ Γ_k·n (counter-clockwise outlines, hence the sign).
+pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
+    let mut clipped = [Vec3::ZERO; 5];
+    let mut count = 0;
+    let mut a = shooter.corners[3] - position;
+    let mut height_a = normal.dot(a);
+    for k in 0..4 {
+        let b = shooter.corners[k] - position;
+        let height_b = normal.dot(b);
+        if (height_a > 0.0) != (height_b > 0.0) {
+            clipped[count] = a + (b - a) * (height_a / (height_a - height_b));
+            count += 1;
+        }
+        if height_b > 0.0 {
+            clipped[count] = b;
+            count += 1;
+        }
+        a = b;
+        height_a = height_b;
+    }
+    if count < 3 {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for k in 0..count {
+        let next = if k + 1 == count { 0 } else { k + 1 };
+        sum += edge(clipped[k], clipped[next], normal);
+    }
+    (-sum / (2.0 * PI)).max(0.0)
+}
+
+/// Γ·n of one edge: the angle between its ends times the unit normal of their plane.
+pub fn edge(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
+    let c = a.cross(b);
+    let s = c.dot(c).sqrt();
+    if s == 0.0 {
+        return 0.0;
+    }
+    angle(s, a.dot(b)) / s * c.dot(normal)
+}
+
+/// The angle in 0…π whose sine and cosine are proportional to `s` ≥ 0 and `c`. Written out
+/// because WGSL allows its own atan2 an error of 4096 ulp; here it is a few ulp on every adapter.
+pub fn angle(s: f32, c: f32) -> f32 {
+    let x = c.abs();
+    let q = s.min(x) / s.max(x);
+    let mut a = arctangent(q);
+    if s > x {
+        a = PI / 2.0 - a;
+    }
+    if c < 0.0 {
+        a = PI - a;
+    }
+    a
+}
+
+/// atan on 0…1 within 2 ulp (Cephes `atanf`).
+pub fn arctangent(q: f32) -> f32 {
+    let mut x = q;
+    let mut offset = 0.0;
+    if q > 0.414_213_57 {
+        x = (q - 1.0) / (q + 1.0);
+        offset = PI / 4.0;
+    }
+    let z = x * x;
+    let p = ((0.080_537_45 * z - 0.138_776_85) * z + 0.199_777_11) * z - 0.333_329_5;
+    offset + (p * z * x + x)
+}

@@ -1,0 +1,19 @@
+//! Scene, texels, form factors and the shooting loop: what every solver shares.
+//!
+//! Data flows one way: [`import`] → [`scene`] → [`mesh`] (with [`texel`]) → [`shooting`] (with
+//! [`form_factor`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
+
+pub mod energy;
+pub mod error;
+pub mod escape;
+pub mod form_factor;
+pub mod import;
+pub mod mesh;
+pub mod reduce;
+pub mod scene;
+pub mod settings;
+pub mod shooting;
+pub mod solution;
+pub mod texel;
+
+pub use error::{Error, Result};

@@ -1,0 +1,247 @@
+//! The scene as the solvers see it: faces, cells that shoot, texels that receive, in f32.
+//!
+//! Moved to the origin and scaled by a power of two into [−1, 1]³, so that neither the unit of
+//! length nor the distance from the origin changes a result. Texels of one cell are contiguous:
+//! texel t of the solver is pixel `texels[t].pixel` of the atlas.
+
+use crate::error::{Error, Result};
+use crate::form_factor::Shooter;
+use crate::scene::{Face, Scene, Shape};
+use crate::texel::{self, Cells};
+use glam::{DVec3, Vec3, Vec4};
+
+/// More texels than this are refused: at 200 bytes each they would need 13 GB.
+pub const MAX_TEXELS: u64 = 1 << 26;
+
+/// A face in the mesh's unit.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshFace {
+    /// Corners, counter-clockwise from the front; a triangle repeats its third.
+    pub corners: [Vec3; 4],
+    /// Unit front normal; zero on a face without area.
+    pub normal: Vec3,
+    /// Unit vector along the first edge; the frame is (tangent, normal × tangent, normal).
+    pub tangent: Vec3,
+    /// Front plane: unit normal and its product with a corner.
+    pub plane: Vec4,
+    /// Planes through the edges, inward: a point p of the plane is inside where m·p ≥ w for all
+    /// four; (0, 0) for the edge that a triangle lacks.
+    pub edges: [Vec4; 4],
+    /// Faces at the same place are one sheet, named by the first; else the face itself.
+    pub sheet: u32,
+    /// Whether the sheet has two faces.
+    pub two_sided: bool,
+    /// Texels W×H (N×N on a triangle).
+    pub resolution: [u32; 2],
+    /// The face's rectangle in the atlas: x, y, w, h in pixels.
+    pub rect: [u32; 4],
+}
+
+/// What shoots: a face, or one of its K×K cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Its face.
+    pub face: u32,
+    /// Its first texel.
+    pub first: u32,
+    /// How many texels follow.
+    pub count: u32,
+    /// Geometry.
+    pub shooter: Shooter,
+}
+
+/// What receives.
+#[derive(Clone, Copy, Debug)]
+pub struct Texel {
+    /// Centroid.
+    pub position: Vec3,
+    /// Area in the mesh's unit squared.
+    pub area: f32,
+    /// Its face.
+    pub face: u32,
+    /// Its place in the face, row-major in the face's rectangle.
+    pub index: u32,
+    /// Its pixel in the atlas, row-major.
+    pub pixel: u32,
+    /// Diffuse reflectance ρ.
+    pub reflectance: Vec3,
+    /// Emitted radiosity E, W/m².
+    pub emission: Vec3,
+}
+
+/// Faces, cells and texels of a scene.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    /// Faces, in the scene's order.
+    pub faces: Vec<MeshFace>,
+    /// Shooters, grouped by face.
+    pub cells: Vec<Cell>,
+    /// Receivers, grouped by cell.
+    pub texels: Vec<Texel>,
+    /// Atlas width and height in pixels.
+    pub atlas: [u32; 2],
+    /// Scene units per mesh unit, a power of two.
+    pub unit: f64,
+}
+
+impl Mesh {
+    /// Every face with N×N texels and K×K cells.
+    pub fn uniform(scene: &Scene, texels: u32, cells: u32) -> Result<Self> {
+        Self::new(scene, &vec![[texels, texels]; scene.faces.len()], cells)
+    }
+
+    /// Face k with `resolutions[k]` texels (equal sides on a triangle) and K×K cells.
+    pub fn new(scene: &Scene, resolutions: &[[u32; 2]], k: u32) -> Result<Self> {
+        check(scene, resolutions)?;
+        let (centre, unit) = bounds(scene)?;
+        let local = |p: DVec3| ((p - centre) / unit).as_vec3();
+        let (rects, atlas) = pack(resolutions);
+        let mut mesh = Self {
+            faces: Vec::with_capacity(scene.faces.len()),
+            cells: Vec::new(),
+            texels: Vec::with_capacity(resolutions.iter().map(|r| texel::count(*r) as usize).sum()),
+            atlas,
+            unit,
+        };
+        for (f, face) in scene.faces.iter().enumerate() {
+            let normal = face.vector_area().normalize_or_zero();
+            let along = longest_edge(face.outline());
+            let corners = face.corners.map(local);
+            mesh.faces.push(MeshFace {
+                corners,
+                normal: normal.as_vec3(),
+                plane: plane(normal, corners[0]),
+                edges: edges(&corners, normal),
+                sheet: face.partner.map_or(f as u32, |partner| partner.min(f as u32)),
+                tangent: along.reject_from(normal.try_normalize().unwrap_or(DVec3::Z)).normalize_or_zero().as_vec3(),
+                two_sided: face.partner.is_some(),
+                resolution: resolutions[f],
+                rect: rects[f],
+            });
+            mesh.add_texels(scene, f, k, &local);
+        }
+        Ok(mesh)
+    }
+
+    fn add_texels(&mut self, scene: &Scene, f: usize, k: u32, local: &dyn Fn(DVec3) -> Vec3) {
+        let (face, resolution, rect) = (&scene.faces[f], self.faces[f].resolution, self.faces[f].rect);
+        let cells = Cells::new(face.shape, resolution, k);
+        let first_cell = self.cells.len();
+        for c in 0..cells.count() {
+            let outline = cells.outline(face, c);
+            self.cells.push(Cell {
+                face: f as u32,
+                first: 0,
+                count: 0,
+                shooter: Shooter {
+                    centre: local(outline.centroid()),
+                    normal: self.faces[f].normal,
+                    area: (outline.area() / (self.unit * self.unit)) as f32,
+                    corners: outline.padded().map(local),
+                },
+            });
+        }
+        let mut order: Vec<u32> = (0..texel::count(resolution)).collect();
+        order.sort_by_key(|index| cells.of_texel(*index));
+        for index in order {
+            let cell = &mut self.cells[first_cell + cells.of_texel(index) as usize];
+            if cell.count == 0 {
+                cell.first = self.texels.len() as u32;
+            }
+            cell.count += 1;
+            let outline = texel::outline(face, resolution, index);
+            let (x, y) = (rect[0] + index % rect[2], rect[1] + index / rect[2]);
+            self.texels.push(Texel {
+                position: local(outline.centroid()),
+                area: (outline.area() / (self.unit * self.unit)) as f32,
+                face: f as u32,
+                index,
+                pixel: y * self.atlas[0] + x,
+                reflectance: face.reflectance,
+                emission: face.emission,
+            });
+        }
+    }
+
+    /// Mesh areas × this are scene areas.
+    pub fn area_unit(&self) -> f64 {
+        self.unit * self.unit
+    }
+}
+
+fn plane(normal: DVec3, point: Vec3) -> Vec4 {
+    normal.extend(normal.dot(point.as_dvec3())).as_vec4()
+}
+
+fn edges(corners: &[Vec3; 4], normal: DVec3) -> [Vec4; 4] {
+    std::array::from_fn(|k| {
+        let along = (corners[(k + 1) % 4] - corners[k]).as_dvec3();
+        plane(normal.cross(along).normalize_or_zero(), corners[k])
+    })
+}
+
+/// A frame must not hang on a short first edge.
+fn longest_edge(outline: &[DVec3]) -> DVec3 {
+    let n = outline.len();
+    (0..n)
+        .map(|k| outline[(k + 1) % n] - outline[k])
+        .reduce(|a, b| if b.length_squared() > a.length_squared() { b } else { a })
+        .unwrap_or(DVec3::X)
+}
+
+fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
+    if scene.faces.is_empty() {
+        return Err(Error::input(&scene.name, "", "has no faces"));
+    }
+    let mut texels = 0u64;
+    for (face, [w, h]) in scene.faces.iter().zip(resolutions) {
+        if *w == 0 || *h == 0 || (face.shape == Shape::Triangle && w != h) {
+            return Err(Error::Usage(format!("{w}×{h} texels do not fit face {}", face.name)));
+        }
+        texels += u64::from(*w) * u64::from(*h);
+    }
+    if texels > MAX_TEXELS {
+        return Err(Error::Usage(format!(
+            "{}: {} faces would have {texels} texels, {MAX_TEXELS} are possible: lower --texels",
+            scene.name,
+            scene.faces.len(),
+        )));
+    }
+    Ok(())
+}
+
+/// Centre and power-of-two half extent of the faces.
+fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for corner in scene.faces.iter().flat_map(Face::outline) {
+        low = low.min(*corner);
+        high = high.max(*corner);
+    }
+    let half = (high - low).max_element() / 2.0;
+    // Areas in f64 and their f32 copies must stay normal numbers.
+    if !(half.is_normal() && (1e-100..1e100).contains(&half)) {
+        return Err(Error::input(&scene.name, "", "has no extent that can be solved"));
+    }
+    Ok(((low + high) / 2.0, half.log2().ceil().exp2()))
+}
+
+
+/// Rectangles in rows, in face order, in an atlas about as high as wide.
+fn pack(resolutions: &[[u32; 2]]) -> (Vec<[u32; 4]>, [u32; 2]) {
+    let area: u64 = resolutions.iter().map(|r| u64::from(texel::count(*r))).sum();
+    let widest = resolutions.iter().map(|r| r[0]).max().unwrap_or(1);
+    let limit = widest.max((area as f64).sqrt().ceil() as u32);
+    let (mut x, mut y, mut row, mut width) = (0, 0, 0, 0);
+    let mut rects = Vec::with_capacity(resolutions.len());
+    for [w, h] in resolutions {
+        if x + w > limit {
+            (x, y, row) = (0, y + row, 0);
+        }
+        rects.push([x, y, *w, *h]);
+        x += w;
+        row = row.max(*h);
+        width = width.max(x);
+    }
+    (rects, [width, y + row])
+}

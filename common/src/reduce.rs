@@ -1,0 +1,32 @@
+//! Sums in a fixed order, so that the CPU and every GPU add the same numbers the same way.
+//!
+//! The mip-map of the paper's §3.3 as a tree: [`LANES`] lanes add every LANES-th term each, then
+//! halve. Error ≤ (n/LANES + log₂LANES)·ε relative to Σ|term|. Twin of `tree_sum` in
+//! `gpu/src/shaders/power.wgsl` and of the sums in `select.wgsl`.
+
+use std::ops::Add;
+
+/// Lanes of a sum over a cell's texels.
+pub const LANES: usize = 64;
+/// Lanes of the sum and the choice over all cells.
+pub const SELECT_LANES: usize = 256;
+
+/// Σ term(k) for k < count, in the order of a workgroup of `N` invocations.
+pub fn tree_sum<T: Copy + Add<Output = T>, const N: usize>(
+    zero: T,
+    count: usize,
+    term: impl Fn(usize) -> T,
+) -> T {
+    let mut lane = [zero; N];
+    for k in 0..count {
+        lane[k % N] = lane[k % N] + term(k);
+    }
+    let mut stride = N / 2;
+    while stride > 0 {
+        for k in 0..stride {
+            lane[k] = lane[k] + lane[k + stride];
+        }
+        stride /= 2;
+    }
+    lane[0]
+}

@@ -1,0 +1,130 @@
+//! The scene as the file gives it: planar, one-sided faces that emit and reflect diffusely.
+//!
+//! Lengths are in the file's own unit (it cancels), radiosities in W/m² per channel of linear
+//! Rec. 709. Positions are f64 so that a scene far from its origin keeps its shape until
+//! [`crate::texel::Mesh`] moves it to the origin.
+
+use glam::{DVec3, Vec3};
+
+/// A scene: faces in file order.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The file's name, for messages and `result.json`.
+    pub name: String,
+    /// Planar convex faces, in file order (pieces of a split face follow each other).
+    pub faces: Vec<Face>,
+    /// What the import thinks worth saying (a split face, a default material).
+    pub notes: Vec<String>,
+}
+
+/// A face's outline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// Planar and convex; texels are bilinear.
+    Quad,
+    /// Texels are N² equal sub-triangles.
+    Triangle,
+}
+
+/// A planar convex face; its front is the side from which the corners run counter-clockwise.
+#[derive(Clone, Debug)]
+pub struct Face {
+    /// Group or object name.
+    pub name: String,
+    /// Quad or triangle.
+    pub shape: Shape,
+    /// Corners, counter-clockwise from the front; a triangle repeats its third.
+    pub corners: [DVec3; 4],
+    /// Emitted radiosity E = πL, W/m².
+    pub emission: Vec3,
+    /// Diffuse reflectance ρ, 0 ≤ ρ < 1 per channel.
+    pub reflectance: Vec3,
+    /// The input face of which this one is a piece or the other side.
+    pub from: Option<u32>,
+    /// The face that is the other side of this sheet, if the sheet is two-sided.
+    pub partner: Option<u32>,
+}
+
+impl Face {
+    /// A quad with the given corners.
+    pub fn quad(name: &str, corners: [DVec3; 4], emission: Vec3, reflectance: Vec3) -> Self {
+        Self {
+            name: name.to_owned(),
+            shape: Shape::Quad,
+            corners,
+            emission,
+            reflectance,
+            from: None,
+            partner: None,
+        }
+    }
+
+    /// A triangle with the given corners.
+    pub fn triangle(name: &str, c: [DVec3; 3], emission: Vec3, reflectance: Vec3) -> Self {
+        Self {
+            shape: Shape::Triangle,
+            ..Self::quad(name, [c[0], c[1], c[2], c[2]], emission, reflectance)
+        }
+    }
+
+    /// The corners without a triangle's repetition: 4 or 3.
+    pub fn outline(&self) -> &[DVec3] {
+        match self.shape {
+            Shape::Quad => &self.corners,
+            Shape::Triangle => &self.corners[..3],
+        }
+    }
+
+    /// The vector area: along the front's normal, as long as the area (scene units squared).
+    pub fn vector_area(&self) -> DVec3 {
+        let [a, b, c, d] = self.corners;
+        (c - a).cross(d - b) * 0.5
+    }
+
+    /// Area in scene units squared.
+    pub fn area(&self) -> f64 {
+        self.vector_area().length()
+    }
+
+    /// The point at (u, v): bilinear on a quad; on a triangle u runs 0→1 and v 0→2.
+    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+        let [a, b, c, d] = self.corners;
+        match self.shape {
+            Shape::Quad => a.lerp(b, u).lerp(d.lerp(c, u), v),
+            Shape::Triangle => a + (b - a) * u + (c - a) * v,
+        }
+    }
+
+    /// The same sheet seen from behind.
+    pub fn reversed(&self) -> Self {
+        let [a, b, c, d] = self.corners;
+        Self {
+            corners: match self.shape {
+                Shape::Quad => [a, d, c, b],
+                Shape::Triangle => [a, c, b, b],
+            },
+            ..self.clone()
+        }
+    }
+}
+
+impl Scene {
+    /// Makes a front of each back (`--two-sided`): the backs follow all other faces, so that
+    /// entry k stays input face k.
+    pub fn two_sided(mut self) -> Self {
+        let count = self.faces.len() as u32;
+        let backs: Vec<Face> = (0..count)
+            .zip(&mut self.faces)
+            .map(|(k, face)| {
+                face.partner = Some(count + k);
+                Face {
+                    from: Some(face.from.unwrap_or(k)),
+                    partner: Some(k),
+                    ..face.reversed()
+                }
+            })
+            .collect();
+        self.faces.extend(backs);
+        self
+    }
+}

@@ -1,0 +1,66 @@
+//! The options that a solve obeys; each is written to `result.json`.
+
+use crate::form_factor::FormFactor;
+use serde::Serialize;
+
+/// How it is decided whether a texel sees a shooter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Visibility {
+    /// A ray from the shooter's centre to the texel's.
+    Rays,
+    /// Item buffer by Table 3 as printed (vertices only, planar depth, half a unit deep).
+    Paper,
+    /// Item buffer, orthographic hemisphere, corrected.
+    Hemisphere,
+    /// Item buffer, stereographic hemisphere.
+    Stereographic,
+}
+
+/// Which item buffer pixels a texel asks for its ID.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Lookup {
+    /// The pixel that holds its projection.
+    Exact,
+    /// That pixel or any of its eight neighbours.
+    #[serde(rename = "3x3")]
+    Neighbours,
+}
+
+/// The settings of a solve.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct Settings {
+    /// Texels per side of a face.
+    pub texels: u32,
+    /// Stop when unshot power ≤ ε × emitted power.
+    pub epsilon: f64,
+    /// Stop after this many shots.
+    pub max_shots: u32,
+    /// Visibility.
+    pub visibility: Visibility,
+    /// Item buffer pixels per side.
+    pub item_buffer: u32,
+    /// Item buffer lookup.
+    pub lookup: Lookup,
+    /// Form factor.
+    pub form_factor: FormFactor,
+    /// Each face shoots as K×K cells.
+    pub cells: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            texels: 16,
+            epsilon: 1e-3,
+            max_shots: 1_000_000,
+            visibility: Visibility::Rays,
+            item_buffer: 1024,
+            lookup: Lookup::Neighbours,
+            form_factor: FormFactor::Polygon,
+            cells: 4,
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The one loop: select → visibility → form factor → deposit (Cohen 1988; the paper's Table 1
+//! with its two slips mended: the shooter's residual is reset inside the loop, and the loop
+//! chooses its next shooter).
+
+use crate::error::Result;
+use crate::mesh::Mesh;
+use crate::reduce::{SELECT_LANES, tree_sum};
+use crate::settings::Settings;
+use glam::Vec4;
+use std::ops::ControlFlow;
+
+/// What one shot did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    /// The shooter.
+    pub cell: u32,
+    /// Flux shot per channel, W in the mesh's unit: mean residual × area.
+    pub power: [f32; 3],
+    /// ΣF: the share of it that the texels took.
+    pub form_factor_sum: f32,
+    /// The share of the shooter's cosine hemisphere that meets no front.
+    pub escaped: f32,
+    /// Σ|r|A over texels and channels after the shot.
+    pub unshot: f32,
+}
+
+/// Radiosity, residual and irradiance of every texel (W/m²; w of the irradiance is the form
+/// factor of the latest shot, w of the others is unused), in the mesh's texel order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Who computed it: a comparison refuses two fields of one origin.
+    pub origin: String,
+    /// B.
+    pub radiosity: Vec<Vec4>,
+    /// r, the unshot part of B.
+    pub residual: Vec<Vec4>,
+    /// H, received so far.
+    pub irradiance: Vec<Vec4>,
+}
+
+/// Who shoots next.
+#[derive(Clone, Copy, Debug)]
+pub enum Order<'a> {
+    /// Most unshot power first, until no more than `threshold` is unshot.
+    Greedy {
+        /// Σ|r|A at which the solve has converged.
+        threshold: f32,
+    },
+    /// The cells of an earlier run's log, one after the other.
+    Replay(&'a [u32]),
+}
+
+/// What the loop asks of a solver.
+pub trait Engine {
+    /// Σ|r|A over the texels and channels of each cell.
+    fn cell_power(&mut self) -> Result<Vec<f32>>;
+
+    /// Shoots the mean residual of `cell` at every texel that sees it.
+    fn shoot(&mut self, cell: u32) -> Result<Shot>;
+
+    /// The texels' state.
+    fn field(&mut self) -> Result<Field>;
+
+    /// Shoots until the order ends, `max_shots` are shot or `watch` breaks. A solver that can
+    /// choose its shooter by itself overrides this; the shots must be the same.
+    fn run(
+        &mut self,
+        order: Order,
+        max_shots: u32,
+        watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
+    ) -> Result<()> {
+        for k in 0..max_shots {
+            let next = match order {
+                Order::Greedy { threshold } => select(&self.cell_power()?, threshold),
+                Order::Replay(log) => log.get(k as usize).copied(),
+            };
+            let Some(cell) = next else { break };
+            let shot = self.shoot(cell)?;
+            if watch(&shot).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The cell with most unshot power, the lowest of equals; none when Σ ≤ threshold.
+pub fn select(power: &[f32], threshold: f32) -> Option<u32> {
+    if total(power) <= threshold {
+        return None;
+    }
+    let mut best = 0;
+    for k in 1..power.len() {
+        if power[k] > power[best] {
+            best = k;
+        }
+    }
+    Some(best as u32)
+}
+
+/// Σ|r|A over all cells, added as the GPU adds it.
+pub fn total(power: &[f32]) -> f32 {
+    tree_sum::<f32, SELECT_LANES>(0.0, power.len(), |k| power[k])
+}
+
+/// A finished or stopped solve.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The log.
+    pub shots: Vec<Shot>,
+    /// Σ|r|A before the first shot.
+    pub emitted: f32,
+    /// Whether unshot ≤ ε × emitted.
+    pub converged: bool,
+    /// The texels at the end.
+    pub field: Field,
+}
+
+impl Run {
+    /// Unshot over emitted power; 0 when nothing is emitted.
+    pub fn unshot_fraction(&self) -> f64 {
+        let unshot = self.shots.last().map_or(self.emitted, |shot| shot.unshot);
+        if self.emitted > 0.0 {
+            f64::from(unshot) / f64::from(self.emitted)
+        } else {
+            0.0
+        }
+    }
+
+    /// The shooters, in order.
+    pub fn cells(&self) -> Vec<u32> {
+        self.shots.iter().map(|shot| shot.cell).collect()
+    }
+}
+
+/// Shoots greedily until `settings` are met; `watch` sees every shot and the emitted power.
+pub fn solve(
+    engine: &mut dyn Engine,
+    settings: &Settings,
+    watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
+) -> Result<Run> {
+    let emitted = total(&engine.cell_power()?);
+    let threshold = (f64::from(emitted) * settings.epsilon) as f32;
+    let mut shots = Vec::new();
+    engine.run(Order::Greedy { threshold }, settings.max_shots, &mut |shot| {
+        shots.push(*shot);
+        watch(shot, emitted)
+    })?;
+    let unshot = shots.last().map_or(emitted, |shot: &Shot| shot.unshot);
+    Ok(Run {
+        shots,
+        emitted,
+        converged: unshot <= threshold,
+        field: engine.field()?,
+    })
+}
+
+/// Repeats the shooters of `log` on a fresh engine.
+pub fn replay(engine: &mut dyn Engine, log: &[u32]) -> Result<Run> {
+    let emitted = total(&engine.cell_power()?);
+    let mut shots = Vec::new();
+    engine.run(Order::Replay(log), log.len() as u32, &mut |shot| {
+        shots.push(*shot);
+        ControlFlow::Continue(())
+    })?;
+    Ok(Run {
+        shots,
+        emitted,
+        converged: false,
+        field: engine.field()?,
+    })
+}
+
+/// The state before the first shot: B = r = E, H = 0.
+pub fn initial(mesh: &Mesh, origin: &str) -> Field {
+    let emission: Vec<Vec4> = mesh.texels.iter().map(|t| t.emission.extend(0.0)).collect();
+    Field {
+        origin: origin.to_owned(),
+        radiosity: emission.clone(),
+        irradiance: vec![Vec4::ZERO; emission.len()],
+        residual: emission,
+    }
+}

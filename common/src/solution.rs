@@ -1,0 +1,176 @@
+//! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`.
+//!
+//! Both are written to a temporary name first and renamed when complete, the description last.
+
+use crate::energy::Energy;
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::scene::{Scene, Shape};
+use crate::settings::Settings;
+use crate::shooting::{Field, Run};
+use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2, WritableImage};
+use glam::Vec4;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+/// Something that may put the answer more than 2 % off.
+#[derive(Clone, Debug, Serialize)]
+pub struct Warning {
+    /// A short name for scripts.
+    pub code: String,
+    /// The faces concerned.
+    pub faces: Vec<u32>,
+    /// What happened and which option mends it.
+    pub message: String,
+}
+
+/// Wall-clock seconds of the phases before writing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Seconds {
+    /// Reading the scene.
+    pub load: f64,
+    /// Texels, BVH or device.
+    pub prepare: f64,
+    /// Shooting.
+    pub solve: f64,
+}
+
+/// Everything that `result.json` tells.
+pub struct Solution<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its texels.
+    pub mesh: &'a Mesh,
+    /// "cpu" or "gpu".
+    pub solver: &'a str,
+    /// The GPU's name.
+    pub adapter: Option<&'a str>,
+    /// The options in force.
+    pub settings: &'a Settings,
+    /// The solve.
+    pub run: &'a Run,
+    /// What may be wrong with the answer.
+    pub warnings: &'a [Warning],
+    /// Everything else worth saying.
+    pub notes: &'a [String],
+    /// Phases.
+    pub seconds: Seconds,
+}
+
+impl Solution<'_> {
+    /// Writes both files into `dir`.
+    pub fn write(&self, dir: &Path) -> Result<()> {
+        let start = Instant::now();
+        write_file(&dir.join("lightmap.exr"), &lightmap(self.mesh, &self.run.field)?)?;
+        let text = format!("{:#}\n", self.description(start.elapsed().as_secs_f64()));
+        write_file(&dir.join("result.json"), text.as_bytes())
+    }
+
+    fn description(&self, write_seconds: f64) -> Value {
+        json!({
+            "scene": self.scene.name,
+            "solver": self.solver,
+            "adapter": self.adapter,
+            "settings": self.settings,
+            "shots": self.run.shots.len(),
+            "converged": self.run.converged,
+            "unshot_fraction": self.run.unshot_fraction(),
+            "energy": Energy::new(self.mesh, &self.run.field, &self.run.shots),
+            "warnings": self.warnings,
+            "notes": self.notes,
+            "seconds": {
+                "load": self.seconds.load,
+                "prepare": self.seconds.prepare,
+                "solve": self.seconds.solve,
+                "write": write_seconds,
+            },
+            "faces": self.faces(),
+        })
+    }
+
+    fn faces(&self) -> Vec<Value> {
+        self.scene
+            .faces
+            .iter()
+            .zip(&self.mesh.faces)
+            .map(|(face, mesh)| {
+                let mut entry = json!({
+                    "name": face.name,
+                    "kind": match face.shape { Shape::Quad => "quad", Shape::Triangle => "triangle" },
+                    "corners": face.outline().iter().map(|p| p.to_array()).collect::<Vec<_>>(),
+                    "area": face.area(),
+                    "texels": mesh.resolution,
+                    "rect": mesh.rect,
+                    "emission": face.emission.to_array(),
+                    "reflectance": face.reflectance.to_array(),
+                });
+                if let Some(from) = face.from {
+                    entry["from"] = from.into();
+                }
+                entry
+            })
+            .collect()
+    }
+}
+
+/// Makes sure that `dir` exists and takes files, before any long work.
+pub fn prepare(dir: &Path) -> Result<()> {
+    let fail = |source| Error::Write { path: dir.to_path_buf(), source };
+    fs::create_dir_all(dir).map_err(fail)?;
+    let probe = dir.join(".radiosity-probe");
+    fs::write(&probe, b"").map_err(fail)?;
+    fs::remove_file(&probe).map_err(fail)
+}
+
+/// Writes `bytes` under a temporary name and renames it to `path`.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    let fail = |source| Error::Write { path: path.to_path_buf(), source };
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".part");
+    fs::write(&temporary, bytes)
+        .and_then(|()| fs::rename(&temporary, path))
+        .map_err(|source| {
+            // A half-written file must not stay; the first error is the one to report.
+            let _ = fs::remove_file(&temporary);
+            fail(source)
+        })
+}
+
+/// The atlas as lossless 32-bit float EXR; pixels that belong to no face are 0.
+pub fn lightmap(mesh: &Mesh, field: &Field) -> Result<Vec<u8>> {
+    let [w, h] = mesh.atlas.map(|n| n as usize);
+    let mut channels = Vec::new();
+    for (prefix, values) in [("", &field.radiosity), ("residual.", &field.residual), ("irradiance.", &field.irradiance)] {
+        for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
+            let pixels = atlas_channel(mesh, values, c);
+            channels.push(AnyChannel::new(format!("{prefix}{letter}").as_str(), FlatSamples::F32(pixels)));
+        }
+    }
+    let layer = Layer::new(
+        Vec2(w, h),
+        LayerAttributes::default(),
+        Encoding::SMALL_LOSSLESS,
+        AnyChannels::sort(channels.into_iter().collect()),
+    );
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer)
+        .write()
+        .to_buffered(&mut bytes)
+        .map_err(|error| Error::Write {
+            path: "lightmap.exr".into(),
+            source: std::io::Error::other(error.to_string()),
+        })?;
+    Ok(bytes.into_inner())
+}
+
+/// One channel of `values` on the atlas, row-major.
+pub fn atlas_channel(mesh: &Mesh, values: &[Vec4], channel: usize) -> Vec<f32> {
+    let mut pixels = vec![0.0; (mesh.atlas[0] * mesh.atlas[1]) as usize];
+    for (texel, value) in mesh.texels.iter().zip(values) {
+        pixels[texel.pixel as usize] = value[channel];
+    }
+    pixels
+}

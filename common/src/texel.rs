@@ -1,0 +1,213 @@
+//! Texels on a face: where the element (i, j) of a face's texture lies, and how large it is.
+//!
+//! A quad's W×H texels are bilinear: planar quads with exact areas and true centroids. A
+//! triangle of side N has N² equal sub-triangles; row j (from the edge 0–1 towards corner 2)
+//! holds 2(N−j)−1 of them, upright and inverted alternating. A cell is a block of whole texels.
+
+use crate::scene::{Face, Shape};
+use glam::DVec3;
+
+/// One texel's outline on its face: 4 or 3 corners, counter-clockwise from the front.
+#[derive(Clone, Copy, Debug)]
+pub struct Outline {
+    corners: [DVec3; 4],
+    count: usize,
+}
+
+impl Outline {
+    /// The corners.
+    pub fn corners(&self) -> &[DVec3] {
+        &self.corners[..self.count]
+    }
+
+    /// The corners; a triangle repeats its third.
+    pub fn padded(&self) -> [DVec3; 4] {
+        self.corners
+    }
+
+    /// Area along the face's front, scene units squared.
+    pub fn area(&self) -> f64 {
+        let [a, b, c, d] = self.corners;
+        (c - a).cross(d - b).length() * 0.5
+    }
+
+    /// Centroid of the area: the two triangles' centroids, weighted.
+    pub fn centroid(&self) -> DVec3 {
+        let [a, b, c, d] = self.corners;
+        let (s, t) = ((b - a).cross(c - a).length(), (c - a).cross(d - a).length());
+        if s + t == 0.0 {
+            return (a + b + c + d) / 4.0;
+        }
+        ((a + b + c) * s + (a + c + d) * t) / (3.0 * (s + t))
+    }
+}
+
+/// How many texels a face has: W×H, or N² on a triangle.
+pub fn count(resolution: [u32; 2]) -> u32 {
+    resolution[0] * resolution[1]
+}
+
+/// The outline of texel `index` (row-major in the face's rectangle).
+pub fn outline(face: &Face, resolution: [u32; 2], index: u32) -> Outline {
+    let [w, h] = resolution;
+    match face.shape {
+        Shape::Quad => block(face, resolution, [index % w, index / w], [1, 1]),
+        Shape::Triangle => {
+            let (i, j, upright) = triangle_position(h, index);
+            let at = |i: u32, j: u32| face.point(f64::from(i) / f64::from(w), f64::from(j) / f64::from(h));
+            let c = if upright {
+                [at(i, j), at(i + 1, j), at(i, j + 1)]
+            } else {
+                [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]
+            };
+            Outline {
+                corners: [c[0], c[1], c[2], c[2]],
+                count: 3,
+            }
+        }
+    }
+}
+
+/// The outline of `size` texels of a quad, from texel `first` on.
+fn block(face: &Face, [w, h]: [u32; 2], first: [u32; 2], size: [u32; 2]) -> Outline {
+    let at = |i: u32, j: u32| face.point(f64::from(i) / f64::from(w), f64::from(j) / f64::from(h));
+    let ([i, j], [m, n]) = (first, size);
+    Outline {
+        corners: [at(i, j), at(i + m, j), at(i + m, j + n), at(i, j + n)],
+        count: 4,
+    }
+}
+
+/// Row and place of a sub-triangle: lattice corner (i, j) and whether it stands upright.
+pub fn triangle_position(side: u32, index: u32) -> (u32, u32, bool) {
+    // The rows before j hold j(2N − j) sub-triangles.
+    let mut j = (f64::from(side) - (f64::from(side).powi(2) - f64::from(index)).max(0.0).sqrt()) as u32;
+    while j * (2 * side - j) > index {
+        j -= 1;
+    }
+    while (j + 1) * (2 * side - j - 1) <= index {
+        j += 1;
+    }
+    let m = index - j * (2 * side - j);
+    (m / 2, j, m.is_multiple_of(2))
+}
+
+/// The index of a sub-triangle, the inverse of [`triangle_position`].
+pub fn triangle_index(side: u32, i: u32, j: u32, upright: bool) -> u32 {
+    j * (2 * side - j) + 2 * i + u32::from(!upright)
+}
+
+/// The cells of a face: at most K a side, each a block of whole texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cells {
+    shape: Shape,
+    resolution: [u32; 2],
+    /// Cells along each side.
+    pub size: [u32; 2],
+}
+
+impl Cells {
+    /// K×K cells where the texels allow it: a quad's blocks may differ by one texel, a
+    /// triangle takes the largest divisor of its side that is ≤ K.
+    pub fn new(shape: Shape, resolution: [u32; 2], k: u32) -> Self {
+        let [w, h] = resolution;
+        let size = match shape {
+            Shape::Quad => [k.clamp(1, w), k.clamp(1, h)],
+            Shape::Triangle => {
+                let d = (1..=k.clamp(1, w)).rev().find(|d| w.is_multiple_of(*d)).unwrap_or(1);
+                [d, d]
+            }
+        };
+        Self { shape, resolution, size }
+    }
+
+    /// How many cells.
+    pub fn count(&self) -> u32 {
+        count(self.size)
+    }
+
+    /// The cell that holds texel `index`.
+    pub fn of_texel(&self, index: u32) -> u32 {
+        let ([w, h], [kx, ky]) = (self.resolution, self.size);
+        match self.shape {
+            Shape::Quad => {
+                // The inverse of the block's first texel ⌊aW/K⌋: the last a with aW/K ≤ i + 1 − ε.
+                let along = |i: u32, n: u32, k: u32| ((i + 1) * k - 1) / n;
+                along(index / w, h, ky) * kx + along(index % w, w, kx)
+            }
+            Shape::Triangle => {
+                let (i, j, upright) = triangle_position(h, index);
+                let inset = if upright { 1 } else { 2 };
+                let (u, v, side) = (3 * i + inset, 3 * j + inset, 3 * (w / kx));
+                let whole = u % side + v % side < side;
+                triangle_index(kx, u / side, v / side, whole)
+            }
+        }
+    }
+
+    /// The cell's outline on `face`.
+    pub fn outline(&self, face: &Face, cell: u32) -> Outline {
+        let ([w, h], [kx, ky]) = (self.resolution, self.size);
+        match self.shape {
+            Shape::Quad => {
+                let (a, b) = (cell % kx, cell / kx);
+                let first = [a * w / kx, b * h / ky];
+                let size = [(a + 1) * w / kx - first[0], (b + 1) * h / ky - first[1]];
+                block(face, self.resolution, first, size)
+            }
+            Shape::Triangle => outline(face, self.size, cell),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn faces() -> [Face; 2] {
+        let p = |x: f64, y: f64| DVec3::new(x, y, 1.0);
+        [
+            Face::quad("q", [p(0.0, 0.0), p(4.0, 0.0), p(3.0, 2.0), p(0.5, 1.0)], Vec3::ZERO, Vec3::ZERO),
+            Face::triangle("t", [p(0.0, 0.0), p(4.0, 0.0), p(1.0, 3.0)], Vec3::ZERO, Vec3::ZERO),
+        ]
+    }
+
+    #[test]
+    fn texels_tile_their_face_and_cells_are_blocks_of_texels() {
+        for face in faces() {
+            for n in [1, 2, 3, 5, 8, 12] {
+                for k in [1, 2, 3, 4, 20] {
+                    let cells = Cells::new(face.shape, [n, n], k);
+                    let mut area = vec![0.0; cells.count() as usize];
+                    let mut moment = vec![DVec3::ZERO; cells.count() as usize];
+                    for index in 0..n * n {
+                        let texel = outline(&face, [n, n], index);
+                        let cell = cells.of_texel(index) as usize;
+                        area[cell] += texel.area();
+                        moment[cell] += texel.centroid() * texel.area();
+                    }
+                    // Rounding only: n² additions in f64.
+                    let total: f64 = area.iter().sum();
+                    assert!((total / face.area() - 1.0).abs() < 1e-13);
+                    for (cell, area) in area.iter().enumerate() {
+                        let outline = cells.outline(&face, cell as u32);
+                        assert!((area / outline.area() - 1.0).abs() < 1e-12, "{n} {k} {cell}");
+                        assert!((moment[cell] / *area - outline.centroid()).length() < 1e-12);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_rows_of_a_triangle_alternate() {
+        for side in 1..40 {
+            for index in 0..side * side {
+                let (i, j, upright) = triangle_position(side, index);
+                assert!(i + j + u32::from(!upright) < side);
+                assert_eq!(triangle_index(side, i, j, upright), index);
+            }
+        }
+    }
+}
