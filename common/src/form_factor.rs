@@ -6,14 +6,8 @@
 //! H in W/m², F without unit, 0 when either faces away. f32 throughout: every function here is
 //! the twin of the one of the same name in `gpu/src/shaders/form_factor.wgsl`.
 
+use crate::constants::{CONTACT, PI};
 use glam::Vec3;
-
-/// π as both solvers round it.
-pub const PI: f32 = std::f32::consts::PI;
-
-/// Fronts closer than this exchange nothing (mesh units; 8 roundings of a coordinate): within it
-/// nobody can tell which of two touching faces lies above the other.
-pub const CONTACT: f32 = 1e-6;
 
 /// The approximations of F that the solvers share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

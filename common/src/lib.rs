@@ -1,8 +1,9 @@
 //! Scene, texels, form factors and the shooting loop: what every solver shares.
 //!
 //! Data flows one way: [`import`] → [`scene`] → [`mesh`] (with [`texel`]) → [`shooting`] (with
-//! [`form_factor`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
+//! [`form_factor`], [`constants`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
 
+pub mod constants;
 pub mod energy;
 pub mod error;
 pub mod escape;

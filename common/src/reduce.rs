@@ -1,15 +1,10 @@
 //! Sums in a fixed order, so that the CPU and every GPU add the same numbers the same way.
 //!
-//! The mip-map of the paper's §3.3 as a tree: [`LANES`] lanes add every LANES-th term each, then
-//! halve. Error ≤ (n/LANES + log₂LANES)·ε relative to Σ|term|. Twin of `tree_sum` in
+//! The mip-map of the paper's §3.3 as a tree: N lanes add every Nth term each, then
+//! halve. Error ≤ (n/N + log₂N)·ε relative to Σ|term|. Twin of `tree_sum` in
 //! `gpu/src/shaders/power.wgsl` and of the sums in `select.wgsl`.
 
 use std::ops::Add;
-
-/// Lanes of a sum over a cell's texels.
-pub const LANES: usize = 64;
-/// Lanes of the sum and the choice over all cells.
-pub const SELECT_LANES: usize = 256;
 
 /// Σ term(k) for k < count, in the order of a workgroup of `N` invocations.
 pub fn tree_sum<T: Copy + Add<Output = T>, const N: usize>(

@@ -4,7 +4,8 @@
 
 use crate::error::Result;
 use crate::mesh::Mesh;
-use crate::reduce::{SELECT_LANES, tree_sum};
+use crate::constants::SELECT_LANES;
+use crate::reduce::tree_sum;
 use crate::settings::Settings;
 use glam::Vec4;
 use std::ops::ControlFlow;

@@ -1,9 +1,9 @@
 //! The share of a shooter's cosine hemisphere that meets no front: open sky and black backs.
 //! Twin of `gpu/src/shaders/escape.wgsl`.
 
-use crate::intersect::{MISS, OUTLINE, intersect};
+use crate::intersect::intersect;
+use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::DIRECTIONS;
-use common::form_factor::CONTACT;
 use common::mesh::{Cell, Mesh, MeshFace};
 use glam::Vec3;
 use rayon::prelude::*;

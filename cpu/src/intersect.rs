@@ -1,14 +1,8 @@
 //! A ray and a face: plane first, then its edges. Twin of `gpu/src/shaders/intersect.wgsl`.
 
+use common::constants::MISS;
 use common::mesh::MeshFace;
 use glam::Vec3;
-
-/// A face's outline is this much wider for rays (mesh units, 8 roundings of a coordinate), so
-/// that no ray slips between two faces that share an edge.
-pub const OUTLINE: f32 = 1e-6;
-
-/// No hit.
-pub const MISS: f32 = 1e30;
 
 /// Where a ray meets a face's plane, and how far inside the outline (negative: outside).
 #[derive(Clone, Copy, Debug)]

@@ -5,22 +5,12 @@
 //! moves outlines only. `paper` keeps the planar depth of Table 3, which clips at half a unit.
 
 use crate::projection::{Frame, pixel_centre, pixels, project, unproject};
-use crate::tessellate::{HIDDEN, LEVELS, level};
+use crate::tessellate::level;
+use common::constants::{BELOW, DEPTH_MAX, DEPTH_SCALE, HIDDEN, LEVELS, PAPER_FAR, PAPER_NEAR};
 use common::mesh::{Cell, Mesh, MeshFace};
 use common::settings::{Lookup, Visibility};
 use glam::{Vec2, Vec3};
 
-/// Distances × this are depths: the mesh's diagonal is below 4.
-pub const DEPTH_SCALE: f32 = 0.25;
-/// The farthest depth that is still drawn.
-pub const DEPTH_MAX: f32 = 0.999_999_9;
-/// Triangles this far below the horizon (sine) are dropped: about the antipode they would cover
-/// the disc from outside. Those that reach the disc stay above (their edges span < 0.13 rad).
-pub const BELOW: f32 = -0.25;
-/// Table 3's near and far plane, scene units.
-pub const PAPER_NEAR: f32 = 0.01;
-/// See [`PAPER_NEAR`].
-pub const PAPER_FAR: f32 = 100.0;
 /// Steps per pixel to which rasterisers snap vertices.
 const SUBPIXELS: f32 = 256.0;
 

@@ -1,8 +1,9 @@
 //! What a cell has yet to shoot and what it took from the latest shot. Twin of
 //! `gpu/src/shaders/power.wgsl`.
 
+use common::constants::LANES;
 use common::mesh::{Cell, Mesh};
-use common::reduce::{LANES, tree_sum};
+use common::reduce::tree_sum;
 use common::shooting::Field;
 use glam::Vec4;
 

@@ -1,12 +1,13 @@
 //! Visibility by one ray from the shooter's centre to the texel's, through an obvhs BVH of faces.
 
-use crate::intersect::{MISS, OUTLINE, intersect};
+use crate::intersect::intersect;
+use common::constants::{MISS, OUTLINE};
 use common::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::ray::Ray;
-use obvhs::{BvhBuildParams};
+use obvhs::BvhBuildParams;
 use std::time::Duration;
 
 /// The BVH's nodes ignore t < 1e−4, whatever the ray's length: rays run to t = 2¹⁶ instead of 1
@@ -30,7 +31,8 @@ impl Rays {
             .filter(|k| mesh.faces[*k as usize].normal != Vec3::ZERO)
             .collect();
         let boxes: Vec<Aabb> = index.iter().map(|k| bounds(&mesh.faces[*k as usize])).collect();
-        let bvh = build_cwbvh(&boxes, BvhBuildParams::very_slow_build(), &mut Duration::ZERO);
+        let mut build_time = Duration::ZERO;
+        let bvh = build_cwbvh(&boxes, BvhBuildParams::very_slow_build(), &mut build_time);
         Self { bvh, faces: mesh.faces.clone(), index }
     }
 

@@ -6,15 +6,10 @@
 //! is at most (L/d)² in either projection. In pixels the sagitta is (L/kd)²·N/16.
 
 use crate::projection::Frame;
-use common::form_factor::CONTACT;
+use common::constants::{CONTACT, HIDDEN, LEVELS};
 use common::mesh::MeshFace;
 use common::settings::Visibility;
 use glam::Vec3;
-
-/// Level l cuts each side into 2^l parts; a face that would need more keeps the last.
-pub const LEVELS: u32 = 8;
-/// Not drawn: below the horizon, the shooter itself, or the far side of a two-sided sheet.
-pub const HIDDEN: u32 = LEVELS;
 
 /// The level of `face` seen from a shooter on `sheet`.
 pub fn level(visibility: Visibility, face: &MeshFace, sheet: u32, frame: &Frame, size: u32) -> u32 {

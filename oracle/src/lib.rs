@@ -1,1 +1,3 @@
-//! placeholder
+//! Comparison, explanation of differences, exact answers, pictures and the report.
+
+pub mod comparison;

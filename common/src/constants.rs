@@ -1,0 +1,45 @@
+//! Numbers that the shaders and their twins share; `gpu` writes each into the WGSL it compiles.
+
+/// π as both solvers round it.
+pub const PI: f32 = std::f32::consts::PI;
+
+/// Fronts closer than this exchange nothing (mesh units; 8 roundings of a coordinate): within it
+/// nobody can tell which of two touching faces lies above the other.
+pub const CONTACT: f32 = 1e-6;
+
+/// A face's outline is this much wider for rays (mesh units, 8 roundings of a coordinate), so
+/// that no ray slips between two faces that share an edge.
+pub const OUTLINE: f32 = 1e-6;
+
+/// The ray parameter of no hit: beyond every scene, and finite because WGSL has no infinity.
+pub const MISS: f32 = 1e30;
+
+/// Lanes of a sum over a cell's texels.
+pub const LANES: usize = 64;
+
+/// Lanes of the sum and the choice over all cells.
+pub const SELECT_LANES: usize = 256;
+
+/// Tessellation level l cuts each side of a face into 2^l parts; a face that would need more
+/// keeps the last.
+pub const LEVELS: u32 = 8;
+
+/// The level of a face that is not drawn: below the horizon, the shooter itself, or the far side
+/// of a two-sided sheet.
+pub const HIDDEN: u32 = LEVELS;
+
+/// Distances × this are depths: the mesh's diagonal is below 4.
+pub const DEPTH_SCALE: f32 = 0.25;
+
+/// The farthest depth that is still drawn.
+pub const DEPTH_MAX: f32 = 0.999_999_9;
+
+/// Triangles this far below the horizon (sine) are dropped: about the antipode they would cover
+/// the disc from outside. Those that reach the disc stay above (their edges span < 0.13 rad).
+pub const BELOW: f32 = -0.25;
+
+/// Table 3's near plane, scene units.
+pub const PAPER_NEAR: f32 = 0.01;
+
+/// Table 3's far plane, scene units.
+pub const PAPER_FAR: f32 = 100.0;

@@ -1,0 +1,126 @@
+//! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use common::mesh::{Cell, MeshFace, Texel};
+use common::shooting::Shot;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct FaceRecord {
+    plane: [f32; 4],
+    tangent: [f32; 4],
+    corners: [[f32; 4]; 4],
+    edges: [[f32; 4]; 4],
+    sheet: u32,
+    two_sided: u32,
+    pad: [u32; 2],
+}
+
+impl From<&MeshFace> for FaceRecord {
+    fn from(face: &MeshFace) -> Self {
+        Self {
+            plane: face.plane.into(),
+            tangent: face.tangent.extend(0.0).into(),
+            corners: face.corners.map(|c| c.extend(0.0).into()),
+            edges: face.edges.map(Into::into),
+            sheet: face.sheet,
+            two_sided: face.two_sided.into(),
+            pad: [0; 2],
+        }
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct CellRecord {
+    centre: [f32; 3],
+    area: f32,
+    corners: [[f32; 4]; 4],
+    face: u32,
+    first: u32,
+    count: u32,
+    pad: u32,
+}
+
+impl From<&Cell> for CellRecord {
+    fn from(cell: &Cell) -> Self {
+        Self {
+            centre: cell.shooter.centre.into(),
+            area: cell.shooter.area,
+            corners: cell.shooter.corners.map(|c| c.extend(0.0).into()),
+            face: cell.face,
+            first: cell.first,
+            count: cell.count,
+            pad: 0,
+        }
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct TexelRecord {
+    position: [f32; 3],
+    area: f32,
+    reflectance: [f32; 3],
+    face: u32,
+}
+
+impl From<&Texel> for TexelRecord {
+    fn from(texel: &Texel) -> Self {
+        Self {
+            position: texel.position.into(),
+            area: texel.area,
+            reflectance: texel.reflectance.into(),
+            face: texel.face,
+        }
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct CellSumRecord {
+    pub residual: [f32; 4],
+    pub received: f32,
+    pad: [f32; 3],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct LogRecord {
+    flux: [f32; 3],
+    cell: u32,
+    form_factor_sum: f32,
+    escaped: f32,
+    unshot: f32,
+    pad: u32,
+}
+
+impl From<&LogRecord> for Shot {
+    fn from(record: &LogRecord) -> Self {
+        Self {
+            cell: record.cell,
+            power: record.flux,
+            form_factor_sum: record.form_factor_sum,
+            escaped: record.escaped,
+            unshot: record.unshot,
+        }
+    }
+}
+
+/// Bytes of `Shot`, the shot in flight.
+pub const SHOT_BYTES: u64 = 176;
+/// Bytes before the records of `Log`.
+pub const LOG_HEAD_BYTES: u64 = 16;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct Params {
+    pub texels: u32,
+    pub cells: u32,
+    pub faces: u32,
+    pub replay: u32,
+    pub threshold: f32,
+    pub unit: f32,
+    pub pad: [u32; 2],
+    pub groups: [[u32; 4]; 3],
+}

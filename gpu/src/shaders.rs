@@ -1,0 +1,114 @@
+//! The WGSL that is compiled: constants from Rust, then the files of `shaders/`.
+
+use common::constants::*;
+use common::escape::DIRECTIONS;
+use common::form_factor::FormFactor;
+use common::settings::{Lookup, Settings, Visibility};
+use common::{Error, Result};
+
+/// A planted fault: in shader file `file`, the one place that reads `from` reads `to` instead.
+/// The harness uses it to prove that it can fail.
+#[derive(Clone, Copy, Debug)]
+pub struct Fault {
+    /// File name in `shaders/`, without ending.
+    pub file: &'static str,
+    /// Text that occurs exactly once.
+    pub from: &'static str,
+    /// What replaces it.
+    pub to: &'static str,
+}
+
+const FILES: [(&str, &str); 10] = [
+    ("types", include_str!("shaders/types.wgsl")),
+    ("form_factor", include_str!("shaders/form_factor.wgsl")),
+    ("projection", include_str!("shaders/projection.wgsl")),
+    ("intersect", include_str!("shaders/intersect.wgsl")),
+    ("tessellate", include_str!("shaders/tessellate.wgsl")),
+    ("item_buffer", include_str!("shaders/item_buffer.wgsl")),
+    ("deposit", include_str!("shaders/deposit.wgsl")),
+    ("escape", include_str!("shaders/escape.wgsl")),
+    ("power", include_str!("shaders/power.wgsl")),
+    ("select", include_str!("shaders/select.wgsl")),
+];
+
+fn file(name: &str, faults: &[Fault]) -> Result<String> {
+    let (_, text) = FILES
+        .iter()
+        .find(|(file, _)| *file == name)
+        .ok_or_else(|| Error::Usage(format!("no shader is called {name}")))?;
+    let mut text = (*text).to_owned();
+    for fault in faults.iter().filter(|fault| fault.file == name) {
+        if text.matches(fault.from).count() != 1 {
+            return Err(Error::Usage(format!("{name}: {:?} does not occur once", fault.from)));
+        }
+        text = text.replace(fault.from, fault.to);
+    }
+    Ok(text)
+}
+
+/// The module of `name` with what it includes.
+pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
+    let includes: &[&str] = match name {
+        "deposit" => &["projection", "form_factor"],
+        "escape" => &["projection", "intersect"],
+        "tessellate" | "item_buffer" => &["projection"],
+        _ => &[],
+    };
+    let mut text = constants(settings);
+    for part in ["types"].iter().chain(includes).chain([&name]) {
+        text.push_str(&file(part, faults)?);
+    }
+    Ok(text)
+}
+
+fn constants(settings: &Settings) -> String {
+    let projection = match settings.visibility {
+        Visibility::Paper => 0,
+        Visibility::Hemisphere => 1,
+        Visibility::Stereographic | Visibility::Rays => 2,
+    };
+    let form_factor = match settings.form_factor {
+        FormFactor::Paper => 0,
+        FormFactor::Disc => 1,
+        FormFactor::Polygon => 2,
+    };
+    let reach = match settings.lookup {
+        Lookup::Exact => 0,
+        Lookup::Neighbours => 1,
+    };
+    let mut text = String::new();
+    let integers = [
+        ("LANES", LANES as u32),
+        ("SELECT_LANES", SELECT_LANES as u32),
+        ("LEVELS", LEVELS),
+        ("HIDDEN", HIDDEN),
+        ("DIRECTIONS", DIRECTIONS as u32),
+        ("SIZE", settings.item_buffer),
+        ("PROJECTION", projection),
+        ("PROJECTION_PAPER", 0),
+        ("PROJECTION_HEMISPHERE", 1),
+        ("PROJECTION_STEREOGRAPHIC", 2),
+        ("FORM_FACTOR", form_factor),
+        ("FORM_FACTOR_PAPER", 0),
+        ("FORM_FACTOR_DISC", 1),
+    ];
+    for (name, value) in integers {
+        text.push_str(&format!("const {name}: u32 = {value}u;\n"));
+    }
+    text.push_str(&format!("const REACH: i32 = {reach};\n"));
+    let reals = [
+        ("PI", PI),
+        ("CONTACT", CONTACT),
+        ("OUTLINE", OUTLINE),
+        ("MISS", MISS),
+        ("DEPTH_SCALE", DEPTH_SCALE),
+        ("DEPTH_MAX", DEPTH_MAX),
+        ("BELOW", BELOW),
+        ("PAPER_NEAR", PAPER_NEAR),
+        ("PAPER_FAR", PAPER_FAR),
+    ];
+    for (name, value) in reals {
+        text.push_str(&format!("const {name}: f32 = {value:?}f;\n"));
+    }
+    text
+}

@@ -1,0 +1,90 @@
+// Form factor from a texel to the shot's cell. Twin: common/src/form_factor.rs.
+
+fn form_factor(position: vec3f, normal: vec3f, texel_area: f32) -> f32 {
+    let d = position - shot.centre;
+    let height = dot(shot.normal, d);
+    if height <= CONTACT {
+        return 0.0;
+    }
+    let r2 = dot(d, d);
+    let r = sqrt(r2);
+    // Each cosine is clamped on its own: two negative ones would multiply to light.
+    let cos_i = height / r;
+    let cos_j = max(-dot(normal, d) / r, 0.0);
+    if FORM_FACTOR == FORM_FACTOR_PAPER {
+        return disc(cos_i, cos_j, r2, shot.area, texel_area);
+    }
+    if FORM_FACTOR == FORM_FACTOR_DISC {
+        return disc(cos_i, cos_j, r2, shot.area, shot.area);
+    }
+    return polygon(position, normal);
+}
+
+fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
+    return shooter_area * cos_i * cos_j / (PI * r2 + disc_area);
+}
+
+fn polygon(position: vec3f, normal: vec3f) -> f32 {
+    var clipped: array<vec3f, 5>;
+    var count = 0u;
+    var a = shot.corners[3].xyz - position;
+    var height_a = dot(normal, a);
+    for (var k = 0u; k < 4u; k++) {
+        let b = shot.corners[k].xyz - position;
+        let height_b = dot(normal, b);
+        if (height_a > 0.0) != (height_b > 0.0) {
+            clipped[count] = a + (b - a) * (height_a / (height_a - height_b));
+            count++;
+        }
+        if height_b > 0.0 {
+            clipped[count] = b;
+            count++;
+        }
+        a = b;
+        height_a = height_b;
+    }
+    if count < 3u {
+        return 0.0;
+    }
+    var sum = 0.0;
+    for (var k = 0u; k < count; k++) {
+        let next = select(k + 1u, 0u, k + 1u == count);
+        sum += edge(clipped[k], clipped[next], normal);
+    }
+    return max(-sum / (2.0 * PI), 0.0);
+}
+
+fn edge(a: vec3f, b: vec3f, normal: vec3f) -> f32 {
+    let c = cross(a, b);
+    let s = sqrt(dot(c, c));
+    if s == 0.0 {
+        return 0.0;
+    }
+    return angle(s, dot(a, b)) / s * dot(c, normal);
+}
+
+// WGSL allows its own atan2 an error of 4096 ulp.
+fn angle(s: f32, c: f32) -> f32 {
+    let x = abs(c);
+    let q = min(s, x) / max(s, x);
+    var a = arctangent(q);
+    if s > x {
+        a = PI / 2.0 - a;
+    }
+    if c < 0.0 {
+        a = PI - a;
+    }
+    return a;
+}
+
+fn arctangent(q: f32) -> f32 {
+    var x = q;
+    var offset = 0.0;
+    if q > 0.41421357 {
+        x = (q - 1.0) / (q + 1.0);
+        offset = PI / 4.0;
+    }
+    let z = x * x;
+    let p = ((0.08053745 * z - 0.13877685) * z + 0.19977711) * z - 0.3333295;
+    return offset + (p * z * x + x);
+}

@@ -1,0 +1,85 @@
+// One workgroup: a tessellation level for every face, and for each level the list of its faces in
+// face order with the arguments of its draw. Twin: cpu/src/tessellate.rs.
+
+@group(0) @binding(0) var<storage, read> faces: array<Face>;
+@group(0) @binding(1) var<storage, read> shot: Shot;
+@group(0) @binding(2) var<uniform> params: Params;
+@group(0) @binding(3) var<storage, read_write> instances: array<vec2u>;  // face, parts
+@group(0) @binding(4) var<storage, read_write> draws: array<u32>;        // 5 words a level
+
+var<workgroup> levels: array<u32, SELECT_LANES>;
+
+fn level(face: u32) -> u32 {
+    let a = faces[face].corners[0].xyz - shot.centre;
+    let normal = faces[face].plane.xyz;
+    let away = faces[face].two_sided == 1u && dot(normal, a) >= 0.0;
+    if faces[face].sheet == shot.sheet || all(normal == vec3f(0.0)) || away {
+        return HIDDEN;
+    }
+    var highest = -1.0;
+    for (var k = 0u; k < 4u; k++) {
+        highest = max(highest, to_local(faces[face].corners[k].xyz).z);
+    }
+    if highest <= CONTACT {
+        return HIDDEN;
+    }
+    if PROJECTION == PROJECTION_PAPER {
+        return 0u;
+    }
+    let parts = ratio(face) * sqrt(f32(SIZE) / 16.0);
+    var level = 0u;
+    while level + 1u < LEVELS && f32(1u << level) < parts {
+        level++;
+    }
+    return level;
+}
+
+fn ratio(face: u32) -> f32 {
+    var largest = 0.0;
+    for (var k = 0u; k < 4u; k++) {
+        let a = faces[face].corners[k].xyz - shot.centre;
+        let along = faces[face].corners[(k + 1u) & 3u].xyz - faces[face].corners[k].xyz;
+        let length2 = dot(along, along);
+        if length2 > 0.0 {
+            let t = clamp(-dot(a, along) / length2, 0.0, 1.0);
+            let nearest = a + along * t;
+            let distance2 = max(dot(nearest, nearest), 1e-12);
+            largest = max(largest, sqrt(length2 / distance2));
+        }
+    }
+    return largest;
+}
+
+@compute @workgroup_size(SELECT_LANES)
+fn tessellate(@builtin(local_invocation_index) lane: u32) {
+    var counts: array<u32, LEVELS>;
+    if shot.shooting == 1u {
+        for (var base = 0u; base < params.faces; base += SELECT_LANES) {
+            let face = base + lane;
+            var mine = HIDDEN;
+            if face < params.faces {
+                mine = level(face);
+            }
+            levels[lane] = mine;
+            workgroupBarrier();
+            // Every lane counts the same, so that the lists keep face order without atomics.
+            var rank = 0u;
+            for (var k = 0u; k < SELECT_LANES; k++) {
+                let other = levels[k];
+                if other < HIDDEN {
+                    if k == lane {
+                        rank = counts[other];
+                    }
+                    counts[other]++;
+                }
+            }
+            if mine < HIDDEN {
+                instances[mine * params.faces + rank] = vec2u(face, 1u << mine);
+            }
+            workgroupBarrier();
+        }
+    }
+    if lane < LEVELS {
+        draws[lane * 5u + 1u] = counts[lane];
+    }
+}

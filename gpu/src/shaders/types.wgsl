@@ -1,0 +1,76 @@
+// What the buffers hold; the Rust side is gpu/src/records.rs, the constants come from
+// common/src/constants.rs.
+
+struct Face {
+    plane: vec4f,            // front normal, normal · corner
+    tangent: vec4f,          // x axis of the face's frame
+    corners: array<vec4f, 4>,
+    edges: array<vec4f, 4>,  // inward edge planes; zero for the edge that a triangle lacks
+    sheet: u32,
+    two_sided: u32,
+    pad: vec2u,
+}
+
+struct Cell {
+    centre: vec3f,
+    area: f32,
+    corners: array<vec4f, 4>,
+    face: u32,
+    first: u32,
+    count: u32,
+    pad: u32,
+}
+
+struct Texel {
+    position: vec3f,
+    area: f32,
+    reflectance: vec3f,
+    face: u32,
+}
+
+struct CellSum {
+    residual: vec4f,         // Σ r·A per channel; w: Σ|r|·A
+    received: f32,           // Σ F·A of the latest shot
+}
+
+// The shot in flight: who shoots, what, and how many shots of this batch are done.
+struct Shot {
+    centre: vec3f,
+    area: f32,
+    normal: vec3f,
+    shooting: u32,           // 0 once the order has ended
+    tangent: vec3f,
+    sheet: u32,
+    bitangent: vec3f,
+    face: u32,
+    corners: array<vec4f, 4>,
+    radiosity: vec3f,        // mean residual radiosity of the cell
+    cell: u32,
+    flux: vec3f,             // radiosity × area
+    first: u32,
+    count: u32,
+}
+
+struct Record {
+    flux: vec3f,
+    cell: u32,
+    form_factor_sum: f32,
+    escaped: f32,
+    unshot: f32,
+    pad: u32,
+}
+
+struct Params {
+    texels: u32,
+    cells: u32,
+    faces: u32,
+    replay: u32,             // 1: the script chooses
+    threshold: f32,          // Σ|r|A at which a greedy run has converged
+    unit: f32,               // scene units per mesh unit
+    groups: array<vec4u, 3>, // workgroups of deposit, escape, power
+}
+
+// Workgroups beyond one dimension's limit go to the second.
+fn flat(group: vec3u, groups: vec3u) -> u32 {
+    return group.y * groups.x + group.x;
+}
