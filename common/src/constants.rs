@@ -14,6 +14,9 @@ pub const OUTLINE: f32 = 1e-6;
 /// The ray parameter of no hit: beyond every scene, and finite because WGSL has no infinity.
 pub const MISS: f32 = 1e30;
 
+/// An occluder ends this short of the texel (share of the way): a few roundings of t.
+pub const END: f32 = 1.0 - 4.0 * f32::EPSILON;
+
 /// Lanes of a sum over a cell's texels.
 pub const LANES: usize = 64;
 

@@ -50,7 +50,9 @@ impl Energy {
             escaped += power * share;
             closure += power * (1.0 - f64::from(shot.form_factor_sum) - share);
         }
-        let rest = (emitted - absorbed - unshot - escaped - closure).element_sum().abs();
+        let rest = (emitted - absorbed - unshot - escaped - closure)
+            .element_sum()
+            .abs();
         let total = emitted.element_sum();
         let scale = mesh.area_unit();
         Self {

@@ -34,7 +34,11 @@ fn concentric(x: f64, y: f64) -> Vec3 {
         (0.0, 0.0)
     };
     let (s, c) = phi.sin_cos();
-    Vec3::new((r * c) as f32, (r * s) as f32, (1.0 - r * r).max(0.0).sqrt() as f32)
+    Vec3::new(
+        (r * c) as f32,
+        (r * s) as f32,
+        (1.0 - r * r).max(0.0).sqrt() as f32,
+    )
 }
 
 #[cfg(test)]
@@ -48,9 +52,15 @@ mod tests {
         // E[z] = 2/3, E[x] = E[y] = 0, E[x²] = 1/4; stratified error ~ n^(−3/4).
         let bound = 3.0 * n.powf(-0.75);
         let mean: Vec3 = set.iter().sum::<Vec3>() / n;
-        assert!(mean.abs_diff_eq(Vec3::new(0.0, 0.0, 2.0 / 3.0), bound), "{mean}");
+        assert!(
+            mean.abs_diff_eq(Vec3::new(0.0, 0.0, 2.0 / 3.0), bound),
+            "{mean}"
+        );
         let square = set.iter().map(|d| d.x * d.x).sum::<f32>() / n;
         assert!((square - 0.25).abs() < bound);
-        assert!(set.iter().all(|d| (d.length() - 1.0).abs() < 1e-6 && d.z > 0.0));
+        assert!(
+            set.iter()
+                .all(|d| (d.length() - 1.0).abs() < 1e-6 && d.z > 0.0)
+        );
     }
 }

@@ -122,7 +122,7 @@ pub fn angle(s: f32, c: f32) -> f32 {
     a
 }
 
-/// atan on 0…1 within 2 ulp (Cephes `atanf`).
+/// atan on 0…1 within 3 ulp (Cephes `atanf`).
 pub fn arctangent(q: f32) -> f32 {
     let mut x = q;
     let mut offset = 0.0;

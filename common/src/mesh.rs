@@ -112,8 +112,13 @@ impl Mesh {
                 normal: normal.as_vec3(),
                 plane: plane(normal, corners[0]),
                 edges: edges(&corners, normal),
-                sheet: face.partner.map_or(f as u32, |partner| partner.min(f as u32)),
-                tangent: along.reject_from(normal.try_normalize().unwrap_or(DVec3::Z)).normalize_or_zero().as_vec3(),
+                sheet: face
+                    .partner
+                    .map_or(f as u32, |partner| partner.min(f as u32)),
+                tangent: along
+                    .reject_from(normal.try_normalize().unwrap_or(DVec3::Z))
+                    .normalize_or_zero()
+                    .as_vec3(),
                 two_sided: face.partner.is_some(),
                 resolution: resolutions[f],
                 rect: rects[f],
@@ -124,7 +129,11 @@ impl Mesh {
     }
 
     fn add_texels(&mut self, scene: &Scene, f: usize, k: u32, local: &dyn Fn(DVec3) -> Vec3) {
-        let (face, resolution, rect) = (&scene.faces[f], self.faces[f].resolution, self.faces[f].rect);
+        let (face, resolution, rect) = (
+            &scene.faces[f],
+            self.faces[f].resolution,
+            self.faces[f].rect,
+        );
         let cells = Cells::new(face.shape, resolution, k);
         let first_cell = self.cells.len();
         for c in 0..cells.count() {
@@ -185,7 +194,13 @@ fn longest_edge(outline: &[DVec3]) -> DVec3 {
     let n = outline.len();
     (0..n)
         .map(|k| outline[(k + 1) % n] - outline[k])
-        .reduce(|a, b| if b.length_squared() > a.length_squared() { b } else { a })
+        .reduce(|a, b| {
+            if b.length_squared() > a.length_squared() {
+                b
+            } else {
+                a
+            }
+        })
         .unwrap_or(DVec3::X)
 }
 
@@ -196,7 +211,10 @@ fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
     let mut texels = 0u64;
     for (face, [w, h]) in scene.faces.iter().zip(resolutions) {
         if *w == 0 || *h == 0 || (face.shape == Shape::Triangle && w != h) {
-            return Err(Error::Usage(format!("{w}×{h} texels do not fit face {}", face.name)));
+            return Err(Error::Usage(format!(
+                "{w}×{h} texels do not fit face {}",
+                face.name
+            )));
         }
         texels += u64::from(*w) * u64::from(*h);
     }
@@ -221,15 +239,21 @@ fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
     let half = (high - low).max_element() / 2.0;
     // Areas in f64 and their f32 copies must stay normal numbers.
     if !(half.is_normal() && (1e-100..1e100).contains(&half)) {
-        return Err(Error::input(&scene.name, "", "has no extent that can be solved"));
+        return Err(Error::input(
+            &scene.name,
+            "",
+            "has no extent that can be solved",
+        ));
     }
     Ok(((low + high) / 2.0, half.log2().ceil().exp2()))
 }
 
-
 /// Rectangles in rows, in face order, in an atlas about as high as wide.
 fn pack(resolutions: &[[u32; 2]]) -> (Vec<[u32; 4]>, [u32; 2]) {
-    let area: u64 = resolutions.iter().map(|r| u64::from(texel::count(*r))).sum();
+    let area: u64 = resolutions
+        .iter()
+        .map(|r| u64::from(texel::count(*r)))
+        .sum();
     let widest = resolutions.iter().map(|r| r[0]).max().unwrap_or(1);
     let limit = widest.max((area as f64).sqrt().ceil() as u32);
     let (mut x, mut y, mut row, mut width) = (0, 0, 0, 0);

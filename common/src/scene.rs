@@ -2,7 +2,7 @@
 //!
 //! Lengths are in the file's own unit (it cancels), radiosities in W/m² per channel of linear
 //! Rec. 709. Positions are f64 so that a scene far from its origin keeps its shape until
-//! [`crate::texel::Mesh`] moves it to the origin.
+//! [`crate::mesh::Mesh`] moves it to the origin.
 
 use glam::{DVec3, Vec3};
 
@@ -11,7 +11,8 @@ use glam::{DVec3, Vec3};
 pub struct Scene {
     /// The file's name, for messages and `result.json`.
     pub name: String,
-    /// Planar convex faces, in file order (pieces of a split face follow each other).
+    /// Planar convex faces: input face k is entry k; further pieces of split faces follow, and
+    /// backs last.
     pub faces: Vec<Face>,
     /// What the import thinks worth saying (a split face, a default material).
     pub notes: Vec<String>,
@@ -126,5 +127,40 @@ impl Scene {
             .collect();
         self.faces.extend(backs);
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backs_come_last_and_know_their_fronts() {
+        let quad = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        let mut faces = vec![
+            Face::quad("a", quad, Vec3::ONE, Vec3::ZERO),
+            Face::triangle("b", [quad[0], quad[1], quad[3]], Vec3::ZERO, Vec3::ONE),
+            Face::triangle("b", [quad[1], quad[2], quad[3]], Vec3::ZERO, Vec3::ONE),
+        ];
+        faces[1].from = Some(1);
+        faces[2].from = Some(1);
+        let scene = Scene {
+            faces: faces.clone(),
+            ..Scene::default()
+        }
+        .two_sided();
+        let from: Vec<_> = scene.faces.iter().map(|f| f.from).collect();
+        assert_eq!(from, [None, Some(1), Some(1), Some(0), Some(1), Some(1)]);
+        let partners: Vec<_> = scene.faces.iter().map(|f| f.partner).collect();
+        assert_eq!(partners, [3, 4, 5, 0, 1, 2].map(Some));
+        for (k, front) in faces.iter().enumerate() {
+            let back = &scene.faces[k + 3];
+            assert_eq!(scene.faces[k].corners, front.corners);
+            assert_eq!(back.corners[0], front.corners[0]);
+            assert_eq!(back.vector_area(), -front.vector_area());
+            assert_eq!(back.shape, front.shape);
+            assert_eq!(back.emission, front.emission);
+            assert_eq!(back.reflectance, front.reflectance);
+        }
     }
 }

@@ -23,7 +23,7 @@ pub enum Visibility {
 pub enum Lookup {
     /// The pixel that holds its projection.
     Exact,
-    /// That pixel or any of its eight neighbours.
+    /// That pixel or any of its eight neighbours, unless a face seen there hides the texel.
     #[serde(rename = "3x3")]
     Neighbours,
 }

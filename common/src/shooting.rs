@@ -2,9 +2,9 @@
 //! with its two slips mended: the shooter's residual is reset inside the loop, and the loop
 //! chooses its next shooter).
 
+use crate::constants::SELECT_LANES;
 use crate::error::Result;
 use crate::mesh::Mesh;
-use crate::constants::SELECT_LANES;
 use crate::reduce::tree_sum;
 use crate::settings::Settings;
 use glam::Vec4;
@@ -143,10 +143,14 @@ pub fn solve(
     let emitted = total(&engine.cell_power()?);
     let threshold = (f64::from(emitted) * settings.epsilon) as f32;
     let mut shots = Vec::new();
-    engine.run(Order::Greedy { threshold }, settings.max_shots, &mut |shot| {
-        shots.push(*shot);
-        watch(shot, emitted)
-    })?;
+    engine.run(
+        Order::Greedy { threshold },
+        settings.max_shots,
+        &mut |shot| {
+            shots.push(*shot);
+            watch(shot, emitted)
+        },
+    )?;
     let unshot = shots.last().map_or(emitted, |shot: &Shot| shot.unshot);
     Ok(Run {
         shots,

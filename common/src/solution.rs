@@ -8,7 +8,10 @@ use crate::mesh::Mesh;
 use crate::scene::{Scene, Shape};
 use crate::settings::Settings;
 use crate::shooting::{Field, Run};
-use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2, WritableImage};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
+    WritableImage,
+};
 use glam::Vec4;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -64,7 +67,10 @@ impl Solution<'_> {
     /// Writes both files into `dir`.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let start = Instant::now();
-        write_file(&dir.join("lightmap.exr"), &lightmap(self.mesh, &self.run.field)?)?;
+        write_file(
+            &dir.join("lightmap.exr"),
+            &lightmap(self.mesh, &self.run.field)?,
+        )?;
         let text = format!("{:#}\n", self.description(start.elapsed().as_secs_f64()));
         write_file(&dir.join("result.json"), text.as_bytes())
     }
@@ -118,7 +124,10 @@ impl Solution<'_> {
 
 /// Makes sure that `dir` exists and takes files, before any long work.
 pub fn prepare(dir: &Path) -> Result<()> {
-    let fail = |source| Error::Write { path: dir.to_path_buf(), source };
+    let fail = |source| Error::Write {
+        path: dir.to_path_buf(),
+        source,
+    };
     fs::create_dir_all(dir).map_err(fail)?;
     let probe = dir.join(".radiosity-probe");
     fs::write(&probe, b"").map_err(fail)?;
@@ -127,7 +136,10 @@ pub fn prepare(dir: &Path) -> Result<()> {
 
 /// Writes `bytes` under a temporary name and renames it to `path`.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let fail = |source| Error::Write { path: path.to_path_buf(), source };
+    let fail = |source| Error::Write {
+        path: path.to_path_buf(),
+        source,
+    };
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".part");
     fs::write(&temporary, bytes)
@@ -143,10 +155,17 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 pub fn lightmap(mesh: &Mesh, field: &Field) -> Result<Vec<u8>> {
     let [w, h] = mesh.atlas.map(|n| n as usize);
     let mut channels = Vec::new();
-    for (prefix, values) in [("", &field.radiosity), ("residual.", &field.residual), ("irradiance.", &field.irradiance)] {
+    for (prefix, values) in [
+        ("", &field.radiosity),
+        ("residual.", &field.residual),
+        ("irradiance.", &field.irradiance),
+    ] {
         for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
             let pixels = atlas_channel(mesh, values, c);
-            channels.push(AnyChannel::new(format!("{prefix}{letter}").as_str(), FlatSamples::F32(pixels)));
+            channels.push(AnyChannel::new(
+                format!("{prefix}{letter}").as_str(),
+                FlatSamples::F32(pixels),
+            ));
         }
     }
     let layer = Layer::new(

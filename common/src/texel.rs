@@ -54,7 +54,9 @@ pub fn outline(face: &Face, resolution: [u32; 2], index: u32) -> Outline {
         Shape::Quad => block(face, resolution, [index % w, index / w], [1, 1]),
         Shape::Triangle => {
             let (i, j, upright) = triangle_position(h, index);
-            let at = |i: u32, j: u32| face.point(f64::from(i) / f64::from(w), f64::from(j) / f64::from(h));
+            let at = |i: u32, j: u32| {
+                face.point(f64::from(i) / f64::from(w), f64::from(j) / f64::from(h))
+            };
             let c = if upright {
                 [at(i, j), at(i + 1, j), at(i, j + 1)]
             } else {
@@ -81,7 +83,8 @@ fn block(face: &Face, [w, h]: [u32; 2], first: [u32; 2], size: [u32; 2]) -> Outl
 /// Row and place of a sub-triangle: lattice corner (i, j) and whether it stands upright.
 pub fn triangle_position(side: u32, index: u32) -> (u32, u32, bool) {
     // The rows before j hold j(2N − j) sub-triangles.
-    let mut j = (f64::from(side) - (f64::from(side).powi(2) - f64::from(index)).max(0.0).sqrt()) as u32;
+    let mut j =
+        (f64::from(side) - (f64::from(side).powi(2) - f64::from(index)).max(0.0).sqrt()) as u32;
     while j * (2 * side - j) > index {
         j -= 1;
     }
@@ -114,11 +117,18 @@ impl Cells {
         let size = match shape {
             Shape::Quad => [k.clamp(1, w), k.clamp(1, h)],
             Shape::Triangle => {
-                let d = (1..=k.clamp(1, w)).rev().find(|d| w.is_multiple_of(*d)).unwrap_or(1);
+                let d = (1..=k.clamp(1, w))
+                    .rev()
+                    .find(|d| w.is_multiple_of(*d))
+                    .unwrap_or(1);
                 [d, d]
             }
         };
-        Self { shape, resolution, size }
+        Self {
+            shape,
+            resolution,
+            size,
+        }
     }
 
     /// How many cells.
@@ -168,8 +178,18 @@ mod tests {
     fn faces() -> [Face; 2] {
         let p = |x: f64, y: f64| DVec3::new(x, y, 1.0);
         [
-            Face::quad("q", [p(0.0, 0.0), p(4.0, 0.0), p(3.0, 2.0), p(0.5, 1.0)], Vec3::ZERO, Vec3::ZERO),
-            Face::triangle("t", [p(0.0, 0.0), p(4.0, 0.0), p(1.0, 3.0)], Vec3::ZERO, Vec3::ZERO),
+            Face::quad(
+                "q",
+                [p(0.0, 0.0), p(4.0, 0.0), p(3.0, 2.0), p(0.5, 1.0)],
+                Vec3::ZERO,
+                Vec3::ZERO,
+            ),
+            Face::triangle(
+                "t",
+                [p(0.0, 0.0), p(4.0, 0.0), p(1.0, 3.0)],
+                Vec3::ZERO,
+                Vec3::ZERO,
+            ),
         ]
     }
 
@@ -192,7 +212,10 @@ mod tests {
                     assert!((total / face.area() - 1.0).abs() < 1e-13);
                     for (cell, area) in area.iter().enumerate() {
                         let outline = cells.outline(&face, cell as u32);
-                        assert!((area / outline.area() - 1.0).abs() < 1e-12, "{n} {k} {cell}");
+                        assert!(
+                            (area / outline.area() - 1.0).abs() < 1e-12,
+                            "{n} {k} {cell}"
+                        );
                         assert!((moment[cell] / *area - outline.centroid()).length() < 1e-12);
                     }
                 }

@@ -1,1 +1,103 @@
-//! Scene files.
+//! Scene files: OBJ with MTL, glTF and GLB → [`Scene`].
+//!
+//! Input face k is entry k of the scene's faces. Where a face has to be split, its first piece is
+//! entry k and the others follow after the last input face; all of them say `from: k`.
+
+mod builder;
+mod gltf;
+mod obj;
+mod polygon;
+mod surface;
+
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use builder::Builder;
+use std::fs;
+use std::path::Path;
+
+/// What to make of a file beyond what it says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ImportOptions {
+    /// Two consecutive triangles of a glTF primitive that form a planar convex quad become one
+    /// face. (An OBJ has quads of its own.)
+    pub join_quads: bool,
+    /// Every face gets a front on its other side.
+    pub two_sided: bool,
+}
+
+/// Reads a scene; the type of file is told by content, and by extension where content leaves it
+/// open.
+pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene> {
+    let bytes =
+        read(path).map_err(|reason| Error::input(path, "", format!("cannot be read: {reason}")))?;
+    let mut builder = Builder::new(path);
+    match Format::of(path, &bytes)? {
+        Format::Obj => obj::read(&mut builder, path, &bytes)?,
+        Format::Gltf => gltf::read(&mut builder, path, &bytes, options.join_quads)?,
+    }
+    let scene = builder.finish()?;
+    Ok(if options.two_sided {
+        scene.two_sided()
+    } else {
+        scene
+    })
+}
+
+enum Format {
+    Obj,
+    Gltf,
+}
+
+impl Format {
+    fn of(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let extension = path
+            .extension()
+            .map(|e| e.to_string_lossy().to_lowercase())
+            .unwrap_or_default();
+        let first = bytes
+            .strip_prefix(BOM)
+            .unwrap_or(bytes)
+            .iter()
+            .find(|b| !b.is_ascii_whitespace());
+        match (first, extension.as_str()) {
+            (None, _) => Err(Error::input(path, "", "is empty")),
+            (Some(b'{'), _) => Ok(Self::Gltf),
+            _ if bytes.starts_with(b"glTF") => Ok(Self::Gltf),
+            (_, "obj") => Ok(Self::Obj),
+            (_, "gltf" | "glb") => Err(Error::input(
+                path,
+                "",
+                "does not begin as glTF does (`{` or the letters glTF): is it damaged, or another type of file?",
+            )),
+            _ => Err(Error::input(
+                path,
+                "",
+                "is of no known type: give an .obj, a .gltf or a .glb",
+            )),
+        }
+    }
+}
+
+/// The byte order mark that some editors put before UTF-8.
+const BOM: &[u8] = b"\xEF\xBB\xBF";
+
+/// A whole file. Devices and pipes are refused: they may never end.
+fn read(path: &Path) -> std::result::Result<Vec<u8>, String> {
+    let data = fs::metadata(path).map_err(|e| reason(&e))?;
+    if data.is_dir() {
+        return Err("it is a directory".into());
+    }
+    if !data.is_file() {
+        return Err("it is no ordinary file".into());
+    }
+    fs::read(path).map_err(|e| reason(&e))
+}
+
+/// The system's reason without its number.
+fn reason(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,170 @@
+//! Collects input faces into a scene, splits those that have to be, and counts what is odd.
+
+use super::polygon::{self, Piece, Remark};
+use super::surface::{DEFAULT_REFLECTANCE, Surface};
+use crate::error::{Error, Result};
+use crate::scene::{Face, Scene};
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// More faces than this are refused: a small glTF can name one mesh a million times.
+pub const MAX_FACES: usize = 1 << 22;
+
+/// So many faces are named in a note.
+const NAMED: usize = 6;
+
+/// A scene in the making.
+pub struct Builder<'a> {
+    path: &'a Path,
+    /// Entry k is input face k.
+    faces: Vec<Face>,
+    /// Further pieces of split faces.
+    pieces: Vec<Face>,
+    remarks: BTreeMap<Remark, Faces>,
+    without_material: Faces,
+    notes: Vec<String>,
+}
+
+impl<'a> Builder<'a> {
+    /// A scene without faces.
+    pub fn new(path: &'a Path) -> Self {
+        Self {
+            path,
+            faces: Vec::new(),
+            pieces: Vec::new(),
+            remarks: BTreeMap::new(),
+            without_material: Faces::default(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// Something worth saying about the file.
+    pub fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// The next input face; `place` says where in the file it is, for errors.
+    pub fn add(
+        &mut self,
+        name: &str,
+        corners: &[DVec3],
+        surface: Option<Surface>,
+        place: impl Fn() -> String,
+    ) -> Result<()> {
+        let k = self.faces.len();
+        let fail = |message: String| {
+            Err(Error::input(
+                self.path,
+                format!("face {} ({})", k + 1, place()),
+                message,
+            ))
+        };
+        if corners.is_empty() || !corners.iter().all(|p| p.is_finite()) {
+            return fail("a corner is not a finite number".into());
+        }
+        if corners.len() > polygon::MAX_CORNERS {
+            let (n, most) = (corners.len(), polygon::MAX_CORNERS);
+            return fail(format!(
+                "has {n} corners, {most} are possible: split it into triangles"
+            ));
+        }
+        if k + self.pieces.len() >= MAX_FACES {
+            return fail(format!(
+                "more than {MAX_FACES} faces cannot be solved: simplify the mesh"
+            ));
+        }
+        let Surface {
+            reflectance,
+            emission,
+        } = surface.unwrap_or(Surface::DEFAULT);
+        if surface.is_none() {
+            self.without_material.add(k);
+        }
+        let (pieces, remarks) = polygon::split(corners);
+        for remark in remarks {
+            self.remarks.entry(remark).or_default().add(k);
+        }
+        let split = pieces.len() > 1;
+        for (n, piece) in pieces.into_iter().enumerate() {
+            let mut face = match piece {
+                Piece::Quad(c) => Face::quad(name, c, emission, reflectance),
+                Piece::Triangle(c) => Face::triangle(name, c, emission, reflectance),
+            };
+            face.from = split.then_some(k as u32);
+            if n == 0 {
+                &mut self.faces
+            } else {
+                &mut self.pieces
+            }
+            .push(face);
+        }
+        Ok(())
+    }
+
+    /// The scene, if it can be lit at all.
+    pub fn finish(mut self) -> Result<Scene> {
+        let count = self.faces.len();
+        if count == 0 {
+            return Err(Error::input(self.path, "", "has no faces"));
+        }
+        if self
+            .remarks
+            .get(&Remark::NoArea)
+            .is_some_and(|f| f.count == count)
+        {
+            return Err(Error::input(
+                self.path,
+                "",
+                format!("none of its {count} faces has an area"),
+            ));
+        }
+        for (remark, faces) in &self.remarks {
+            self.notes.push(faces.note(sentence(*remark)));
+        }
+        if self.without_material.count > 0 {
+            self.notes.push(self.without_material.note(&format!(
+                "without material: reflectance {DEFAULT_REFLECTANCE}, no emission"
+            )));
+        }
+        self.faces.append(&mut self.pieces);
+        Ok(Scene {
+            name: self.path.display().to_string(),
+            faces: self.faces,
+            notes: self.notes,
+        })
+    }
+}
+
+fn sentence(remark: Remark) -> &'static str {
+    match remark {
+        Remark::NoArea => "without area: neither lit nor lighting",
+        Remark::Repeated => "with a repeated corner, which counts once",
+        Remark::NonPlanar => "not planar: split into two triangles",
+        Remark::NonConvex => "not convex: split into two triangles",
+        Remark::Polygon => "with more than four corners: split into triangles",
+    }
+}
+
+/// How many input faces share an oddity, and the first of them.
+#[derive(Default)]
+struct Faces {
+    count: usize,
+    first: Vec<usize>,
+}
+
+impl Faces {
+    fn add(&mut self, k: usize) {
+        self.count += 1;
+        if self.first.len() < NAMED {
+            self.first.push(k);
+        }
+    }
+
+    fn note(&self, what: &str) -> String {
+        let names: Vec<String> = self.first.iter().map(|k| (k + 1).to_string()).collect();
+        let more = if self.count > NAMED { ", …" } else { "" };
+        let s = if self.count == 1 { "" } else { "s" };
+        format!("{} face{s} {what} ({}{more})", self.count, names.join(", "))
+    }
+}

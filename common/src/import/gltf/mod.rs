@@ -1,0 +1,252 @@
+//! glTF 2.0 and GLB: the default scene's meshes, where their nodes put them.
+//!
+//! The crate `gltf` parses; everything it finds is taken by checked access, since its own readers
+//! and its validation panic on damaged files.
+
+mod accessor;
+mod buffers;
+mod material;
+mod primitive;
+
+use super::builder::Builder;
+use super::polygon;
+use super::surface::Surface;
+use crate::error::{Error, Result};
+use buffers::Document;
+use glam::{DMat4, DQuat, DVec3};
+use gltf::json::mesh::Semantic;
+use gltf::json::scene::Node;
+use gltf::json::validation::Checked;
+use gltf::json::{Index, Material, Mesh};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Adds the faces of a glTF file.
+pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], join_quads: bool) -> Result<()> {
+    let document = Document::read(path, bytes)?;
+    let mut import = Import {
+        path,
+        document: &document,
+        builder,
+        join_quads,
+        surfaces: BTreeMap::new(),
+        left_out: LeftOut::default(),
+    };
+    import.scene()?;
+    import.notes();
+    Ok(())
+}
+
+struct Import<'a, 'b> {
+    path: &'a Path,
+    document: &'a Document,
+    builder: &'a mut Builder<'b>,
+    join_quads: bool,
+    /// Of the materials used so far.
+    surfaces: BTreeMap<usize, Surface>,
+    left_out: LeftOut,
+}
+
+/// What the file has and the scene has not.
+#[derive(Default)]
+struct LeftOut {
+    points_and_lines: usize,
+    vertex_colours: bool,
+    poses: bool,
+}
+
+impl Import<'_, '_> {
+    fn fail<T>(&self, place: impl Into<String>, message: impl Into<String>) -> Result<T> {
+        Err(Error::input(self.path, place, message))
+    }
+
+    /// Depth first, in file order, without recursion: a file may nest as deep as it likes.
+    fn scene(&mut self) -> Result<()> {
+        let nodes = &self.document.root.nodes;
+        let mut stack: Vec<(usize, DMat4)> = self
+            .roots()?
+            .into_iter()
+            .rev()
+            .map(|n| (n, DMat4::IDENTITY))
+            .collect();
+        let mut seen = vec![false; nodes.len()];
+        while let Some((index, parent)) = stack.pop() {
+            let place = || format!("node {index}");
+            let Some(node) = nodes.get(index) else {
+                return self.fail(place(), "does not exist");
+            };
+            // glTF's nodes are a tree; without that, few of them could make any number of faces.
+            if std::mem::replace(&mut seen[index], true) {
+                return self.fail(place(), "has two parents, or is its own ancestor");
+            }
+            let world = parent * transform(node);
+            if let Some(mesh) = node.mesh {
+                self.left_out.poses |= node.skin.is_some();
+                self.mesh(node, mesh, world)?;
+            }
+            let children = node.children.iter().flatten().rev();
+            stack.extend(children.map(|child| (child.value(), world)));
+        }
+        Ok(())
+    }
+
+    /// The roots of the default scene, else of the first, else all nodes that are nobody's child.
+    fn roots(&self) -> Result<Vec<usize>> {
+        let root = &self.document.root;
+        let scene = match root.scene {
+            Some(index) => match root.get(index) {
+                Some(scene) => Some(scene),
+                None => return self.fail(format!("scene {index}"), "does not exist"),
+            },
+            None => root.scenes.first(),
+        };
+        if let Some(scene) = scene {
+            return Ok(scene.nodes.iter().map(Index::value).collect());
+        }
+        let mut is_root = vec![true; root.nodes.len()];
+        for child in root
+            .nodes
+            .iter()
+            .flat_map(|node| node.children.iter().flatten())
+        {
+            if let Some(flag) = is_root.get_mut(child.value()) {
+                *flag = false;
+            }
+        }
+        Ok((0..is_root.len()).filter(|k| is_root[*k]).collect())
+    }
+
+    fn mesh(&mut self, node: &Node, index: Index<Mesh>, world: DMat4) -> Result<()> {
+        let Some(mesh) = self.document.root.get(index) else {
+            return self.fail(format!("mesh {index}"), "does not exist");
+        };
+        let name = node
+            .name
+            .clone()
+            .or_else(|| mesh.name.clone())
+            .unwrap_or_else(|| format!("mesh {index}"));
+        for (k, primitive) in mesh.primitives.iter().enumerate() {
+            self.left_out.poses |= primitive.targets.is_some();
+            let colour = Checked::Valid(Semantic::Colors(0));
+            self.left_out.vertex_colours |= primitive.attributes.contains_key(&colour);
+            let place = format!("mesh {index} primitive {k}");
+            let corners = match primitive::triangles(self.document, primitive) {
+                Ok(Some(corners)) => corners,
+                Ok(None) => {
+                    self.left_out.points_and_lines += 1;
+                    continue;
+                }
+                Err(message) => return self.fail(place, message),
+            };
+            let surface = primitive.material.map(|m| self.surface(m)).transpose()?;
+            self.faces(&name, &place, &placed(corners, world), surface)?;
+        }
+        Ok(())
+    }
+
+    fn faces(
+        &mut self,
+        name: &str,
+        place: &str,
+        triangles: &[[DVec3; 3]],
+        surface: Option<Surface>,
+    ) -> Result<()> {
+        let mut rest = triangles;
+        while let Some((first, after)) = rest.split_first() {
+            let quad = after
+                .first()
+                .filter(|_| self.join_quads)
+                .and_then(|second| polygon::join(*first, *second));
+            let corners = quad.as_ref().map_or(first.as_slice(), |q| q.as_slice());
+            self.builder
+                .add(name, corners, surface, || format!("{place}, node {name}"))?;
+            rest = &rest[if quad.is_some() { 2 } else { 1 }..];
+        }
+        Ok(())
+    }
+
+    fn surface(&mut self, index: Index<Material>) -> Result<Surface> {
+        if let Some(surface) = self.surfaces.get(&index.value()) {
+            return Ok(*surface);
+        }
+        let Some(material) = self.document.root.get(index) else {
+            return self.fail(format!("material {index}"), "does not exist");
+        };
+        let place = || format!("material {}", material::name(material, index.value()));
+        let surface = material::surface(material).or_else(|message| self.fail(place(), message))?;
+        self.surfaces.insert(index.value(), surface);
+        Ok(surface)
+    }
+
+    fn notes(&mut self) {
+        let root = &self.document.root;
+        let mut materials: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        for (k, material) in self
+            .surfaces
+            .keys()
+            .filter_map(|k| Some((*k, root.materials.get(*k)?)))
+        {
+            for word in material::left_out(material) {
+                materials
+                    .entry(word)
+                    .or_default()
+                    .push(material::name(material, k));
+            }
+        }
+        for (word, names) in materials {
+            self.builder
+                .note(format!("materials that are {word}: {}", names.join(", ")));
+        }
+        let LeftOut {
+            points_and_lines,
+            vertex_colours,
+            poses,
+        } = self.left_out;
+        if points_and_lines > 0 {
+            self.builder.note(format!(
+                "{points_and_lines} primitives of points or lines left out"
+            ));
+        }
+        if vertex_colours {
+            self.builder.note("vertex colours are not used");
+        }
+        if poses {
+            self.builder
+                .note("skins and morph targets are not used: meshes are as modelled");
+        }
+        if root
+            .extensions_used
+            .iter()
+            .any(|name| name == "KHR_lights_punctual")
+        {
+            self.builder
+                .note("punctual lights are not used: only surfaces emit");
+        }
+    }
+}
+
+fn transform(node: &Node) -> DMat4 {
+    if let Some(columns) = node.matrix {
+        return DMat4::from_cols_array(&columns.map(f64::from));
+    }
+    let vector =
+        |v: Option<[f32; 3]>, default: DVec3| v.map_or(default, |v| DVec3::from(v.map(f64::from)));
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| {
+        DQuat::from_array(q.0.map(f64::from)).normalize()
+    });
+    DMat4::from_scale_rotation_translation(
+        vector(node.scale, DVec3::ONE),
+        rotation,
+        vector(node.translation, DVec3::ZERO),
+    )
+}
+
+/// Triangles in the world; a mirroring node turns them round, so that fronts stay fronts.
+fn placed(triangles: Vec<[DVec3; 3]>, world: DMat4) -> Vec<[DVec3; 3]> {
+    let mirrored = world.determinant() < 0.0;
+    let place = |triangle: [DVec3; 3]| {
+        let [a, b, c] = triangle.map(|p| world.transform_point3(p));
+        if mirrored { [a, c, b] } else { [a, b, c] }
+    };
+    triangles.into_iter().map(place).collect()
+}

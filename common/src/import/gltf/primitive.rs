@@ -1,0 +1,89 @@
+//! The triangles of a mesh's primitive: lists, strips and fans, with indices or without.
+
+use super::accessor::Result;
+use super::buffers::Document;
+use glam::DVec3;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+
+/// A primitive's triangles; none if it is of points or lines.
+pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Vec<[DVec3; 3]>>> {
+    let Checked::Valid(mode) = primitive.mode else {
+        return Err("has an unknown mode".into());
+    };
+    if matches!(
+        mode,
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
+    ) {
+        return Ok(None);
+    }
+    let accessor = primitive
+        .attributes
+        .get(&Checked::Valid(Semantic::Positions))
+        .ok_or("has no POSITION")?;
+    let positions = document.positions(*accessor)?;
+    let indices = match primitive.indices {
+        Some(accessor) => document.indices(accessor)?,
+        None => (0..positions.len() as u32).collect(),
+    };
+    let corner = |index: u32| {
+        let position = positions.get(index as usize).map(|p| p.as_dvec3());
+        position.ok_or_else(|| format!("has index {index} but only {} vertices", positions.len()))
+    };
+    let triangle = |[a, b, c]: [u32; 3]| Ok([corner(a)?, corner(b)?, corner(c)?]);
+    assembled(mode, &indices)?
+        .into_iter()
+        .map(triangle)
+        .collect::<Result<_>>()
+        .map(Some)
+}
+
+/// Vertex indices of each triangle (glTF 2.0 §3.7.2.1). In strips and fans a repeated index only
+/// leads from one part to the next, and is no face.
+fn assembled(mode: Mode, indices: &[u32]) -> Result<Vec<[u32; 3]>> {
+    let proper = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    let triples = indices.windows(3).map(|w| [w[0], w[1], w[2]]);
+    match mode {
+        Mode::TriangleStrip => {
+            let turned =
+                |(k, [a, b, c]): (usize, [u32; 3])| if k % 2 == 0 { [a, b, c] } else { [a, c, b] };
+            Ok(triples.enumerate().map(turned).filter(proper).collect())
+        }
+        Mode::TriangleFan => {
+            let about_first = |[_, b, c]: [u32; 3]| [indices[0], b, c];
+            Ok(triples.map(about_first).filter(proper).collect())
+        }
+        _ => match indices.as_chunks() {
+            (triples, []) => Ok(triples.to_vec()),
+            _ => Err(format!(
+                "has {} corners, which is no multiple of 3: is the file cut off?",
+                indices.len()
+            )),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_keep_their_winding() {
+        let of = |mode, indices: &[u32]| assembled(mode, indices).unwrap_or_default();
+        assert_eq!(
+            of(Mode::TriangleStrip, &[0, 1, 2, 3, 4]),
+            [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
+        );
+        assert_eq!(
+            of(Mode::TriangleStrip, &[0, 1, 2, 2, 3, 3, 4, 5]),
+            [[0, 1, 2], [3, 5, 4]]
+        );
+        assert_eq!(of(Mode::TriangleFan, &[5, 1, 2, 3]), [[5, 1, 2], [5, 2, 3]]);
+        assert_eq!(of(Mode::TriangleFan, &[5, 1]), [[0; 3]; 0]);
+        assert_eq!(
+            of(Mode::Triangles, &[0, 1, 2, 3, 4, 5]),
+            [[0, 1, 2], [3, 4, 5]]
+        );
+        assert!(assembled(Mode::Triangles, &[0, 1, 2, 3]).is_err());
+    }
+}

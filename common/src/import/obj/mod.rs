@@ -1,0 +1,208 @@
+//! OBJ by tobj: faces in file order, with their groups and materials.
+//!
+//! tobj sees only what matters here: vertices without colour, corners without normals and texture
+//! coordinates, and all materials at once.
+
+mod mtl;
+mod text;
+
+use super::builder::Builder;
+use super::surface::Surface;
+use crate::error::{Error, Result};
+use glam::DVec3;
+use std::path::Path;
+use text::Lines;
+
+/// Adds the faces of an OBJ file.
+pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
+    let source = Source::scan(path, text::utf8(path, bytes)?)?;
+    let models = source.models(path)?;
+    let mut surfaces = vec![None; source.materials.len()];
+    let mut face_lines = source.face_lines.iter();
+    for model in &models {
+        let surface = match model.mesh.material_id {
+            Some(id) if surfaces[id].is_some() => surfaces[id],
+            Some(id) => {
+                surfaces[id] = Some(source.materials[id].surface()?);
+                surfaces[id]
+            }
+            None => None,
+        };
+        for corners in polygons(&model.mesh) {
+            let line = face_lines.next().copied().unwrap_or(0);
+            builder.add(&model.name, &corners, surface, || format!("line {line}"))?;
+        }
+    }
+    source
+        .notes(&surfaces)
+        .into_iter()
+        .for_each(|note| builder.note(note));
+    Ok(())
+}
+
+/// Each face's corners.
+fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = Vec<DVec3>> {
+    let corner = |k: &u32| {
+        let at = 3 * *k as usize;
+        mesh.positions
+            .get(at..at + 3)
+            .map_or(DVec3::NAN, DVec3::from_slice)
+    };
+    // No arities at all: triangles only.
+    let faces = if mesh.face_arities.is_empty() {
+        mesh.indices.len() / 3
+    } else {
+        mesh.face_arities.len()
+    };
+    let mut rest = mesh.indices.as_slice();
+    (0..faces).map(move |f| {
+        let arity = mesh.face_arities.get(f).map_or(3, |n| *n as usize);
+        let (face, after) = rest.split_at(arity.min(rest.len()));
+        rest = after;
+        face.iter().map(corner).collect()
+    })
+}
+
+/// An OBJ file, its materials read.
+#[derive(Default)]
+struct Source {
+    lines: Lines,
+    materials: Vec<mtl::Material>,
+    /// The line of each face.
+    face_lines: Vec<usize>,
+    /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
+    left_out: usize,
+}
+
+impl Source {
+    fn scan(path: &Path, text: &str) -> Result<Self> {
+        let mut source = Self::default();
+        source.lines.push(0, "mtllib all");
+        let lines = text::lines(text);
+        let count = lines.len();
+        for (k, (number, line)) in lines.into_iter().enumerate() {
+            let cut_off = k + 1 == count && !text.ends_with('\n');
+            source.line(path, number, &line, cut_off)?;
+        }
+        Ok(source)
+    }
+
+    fn line(&mut self, path: &Path, number: usize, line: &str, last: bool) -> Result<()> {
+        let fail = |message: String| Err(Error::input(path, format!("line {number}"), message));
+        let (key, rest) = line.split_once(' ').unwrap_or((line, ""));
+        let words: Vec<&str> = rest.split(' ').filter(|w| !w.is_empty()).collect();
+        match key {
+            // Six numbers are a position and a colour.
+            "v" if words.len() == 6 => self
+                .lines
+                .push(number, &format!("v {}", words[..3].join(" "))),
+            "v" | "o" | "g" => self.lines.push(number, line),
+            "f" if words.len() < 3 && last => {
+                return fail("the last face has too few corners: is the file cut off?".into());
+            }
+            "f" if words.len() < 3 => self.left_out += 1,
+            "f" => {
+                self.face_lines.push(number);
+                self.lines
+                    .push(number, &format!("f {}", positions(&words).join(" ")));
+            }
+            "l" | "p" => self.left_out += 1,
+            "mtllib" if rest.is_empty() => return fail("mtllib names no file".into()),
+            "mtllib" => self.library(path, number, rest)?,
+            "usemtl" if rest.is_empty() => return fail("usemtl names no material".into()),
+            "usemtl" if !self.materials.iter().any(|m| m.name == rest) => {
+                return fail(format!(
+                    "material {rest} is not defined before this line: give its .mtl with mtllib, or remove usemtl"
+                ));
+            }
+            "usemtl" => self.lines.push(number, line),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// A library, or several parted by spaces if there is none of the whole name.
+    fn library(&mut self, path: &Path, number: usize, names: &str) -> Result<()> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let whole = folder.join(names).is_file() || !names.contains(' ');
+        let names: Vec<&str> = if whole {
+            vec![names]
+        } else {
+            names.split(' ').collect()
+        };
+        for name in names {
+            let file = folder.join(name);
+            let bytes = super::read(&file).map_err(|reason| {
+                let message = format!(
+                    "the material file {name} cannot be read: {reason}; put it beside the scene, or remove the mtllib and usemtl lines"
+                );
+                Error::input(path, format!("line {number}"), message)
+            })?;
+            self.materials.extend(mtl::read(&file, &bytes)?);
+        }
+        Ok(())
+    }
+
+    fn models(&self, path: &Path) -> Result<Vec<tobj::Model>> {
+        // Of two materials of one name the later counts.
+        let names = || {
+            self.materials
+                .iter()
+                .enumerate()
+                .map(|(k, m)| (m.name.clone(), k))
+                .collect()
+        };
+        let options = tobj::LoadOptions {
+            ignore_points: true,
+            ignore_lines: true,
+            ..Default::default()
+        };
+        let (models, _) = self.lines.parse(path, |text| {
+            tobj::load_obj_buf(text, &options, |_| Ok((Vec::new(), names())))
+        })?;
+        Ok(models)
+    }
+
+    fn notes(&self, surfaces: &[Option<Surface>]) -> Vec<String> {
+        let named = |wanted: fn(&mtl::Material) -> bool| {
+            let used = self
+                .materials
+                .iter()
+                .zip(surfaces)
+                .filter(|(m, s)| s.is_some() && wanted(m));
+            used.map(|(m, _)| m.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let (blank, glossy) = (
+            named(mtl::Material::is_blank),
+            named(mtl::Material::is_more_than_diffuse),
+        );
+        let mut notes = Vec::new();
+        if !blank.is_empty() {
+            notes.push(format!("materials without Kd and Ke are black: {blank}"));
+        }
+        if !glossy.is_empty() {
+            notes.push(format!(
+                "materials of which only Kd and Ke are used, not Ks, illum or d: {glossy}"
+            ));
+        }
+        if self.left_out > 0 {
+            notes.push(format!("{} points and lines left out", self.left_out));
+        }
+        notes
+    }
+}
+
+/// Corners without texture coordinates and normals, unless there is nothing else.
+fn positions<'a>(words: &[&'a str]) -> Vec<&'a str> {
+    words
+        .iter()
+        .map(|word| {
+            word.split('/')
+                .next()
+                .filter(|v| !v.is_empty())
+                .unwrap_or(word)
+        })
+        .collect()
+}

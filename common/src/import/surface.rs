@@ -1,0 +1,90 @@
+//! What a material becomes: diffuse reflectance and emitted radiosity.
+
+use glam::{DVec3, Vec3};
+
+/// Reflectance of a face without a material.
+pub const DEFAULT_REFLECTANCE: f32 = 0.7;
+
+/// Reflectance ρ and emitted radiosity E = πL, W/m², per channel of linear Rec. 709.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// 0 ≤ ρ < 1.
+    pub reflectance: Vec3,
+    /// 0 ≤ E < ∞.
+    pub emission: Vec3,
+}
+
+impl Surface {
+    /// For faces without a material.
+    pub const DEFAULT: Self = Self {
+        reflectance: Vec3::splat(DEFAULT_REFLECTANCE),
+        emission: Vec3::ZERO,
+    };
+
+    /// From a material's reflectance and radiance L; `names` is what the file calls them. The
+    /// error says which of them cannot be used.
+    pub fn new(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) -> Result<Self, String> {
+        let [reflectance_name, radiance_name] = names;
+        // Judged as f32: 0.999999999 rounds to 1 there.
+        let rho = reflectance.as_vec3();
+        if !(rho.cmpge(Vec3::ZERO) & rho.cmplt(Vec3::ONE)).all() {
+            return Err(format!(
+                "reflectance {reflectance_name} {} must be at least 0 and below 1 in every channel: \
+                 scale it down, to 0.9 for instance",
+                triple(reflectance)
+            ));
+        }
+        let emission = (radiance * std::f64::consts::PI).as_vec3();
+        if !(emission.cmpge(Vec3::ZERO).all() && emission.is_finite()) {
+            return Err(format!(
+                "emitted radiance {radiance_name} {} must be at least 0 and finite in every channel",
+                triple(radiance)
+            ));
+        }
+        Ok(Self {
+            reflectance: rho,
+            emission,
+        })
+    }
+}
+
+fn triple(v: DVec3) -> String {
+    format!("{} {} {}", v.x, v.y, v.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(rho: f64, radiance: f64) -> Result<Surface, String> {
+        Surface::new(
+            DVec3::new(0.5, rho, 0.5),
+            DVec3::new(0.0, radiance, 0.0),
+            ["Kd", "Ke"],
+        )
+    }
+
+    #[test]
+    fn emission_is_pi_times_radiance() {
+        let emission = with(0.5, 1.0).map(|s| s.emission);
+        assert_eq!(emission, Ok(Vec3::new(0.0, std::f32::consts::PI, 0.0)));
+    }
+
+    #[test]
+    fn reflectance_stays_below_one() {
+        assert!(with(0.0, 0.0).is_ok() && with(0.999, 0.0).is_ok());
+        for rho in [1.0, 0.999_999_999, 1.5, -0.1, f64::NAN, f64::INFINITY] {
+            assert!(with(rho, 0.0).is_err_and(|e| e.contains("Kd 0.5")), "{rho}");
+        }
+    }
+
+    #[test]
+    fn emission_is_finite() {
+        for radiance in [-1.0, f64::NAN, f64::INFINITY, 1e39] {
+            assert!(
+                with(0.5, radiance).is_err_and(|e| e.contains("Ke 0")),
+                "{radiance}"
+            );
+        }
+    }
+}

@@ -1,0 +1,365 @@
+//! What each feature of glTF becomes.
+
+use crate::files::{Folder, Gltf, base64, corners, notes, square};
+use common::import::ImportOptions;
+use common::scene::{Scene, Shape};
+use glam::{DVec3, Vec3};
+use serde_json::json;
+use std::f32::consts::PI;
+
+fn scene(gltf: &Gltf) -> Scene {
+    gltf.load().expect("a scene")
+}
+
+/// The square's triangles.
+fn triangles() -> Vec<Vec<[f64; 3]>> {
+    vec![
+        vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.]],
+        vec![[0., 0., 0.], [1., 1., 0.], [0., 1., 0.]],
+    ]
+}
+
+fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+#[test]
+fn a_mesh_is_triangles() {
+    let scene = scene(&square());
+    assert_eq!(corners(&scene), triangles());
+    for face in &scene.faces {
+        assert_eq!(
+            (face.name.as_str(), face.shape, face.from),
+            ("square", Shape::Triangle, None)
+        );
+        assert_eq!(
+            (face.reflectance, face.emission),
+            (Vec3::new(0.5, 0.25, 0.125), Vec3::ZERO)
+        );
+        assert_eq!(face.vector_area(), DVec3::Z * 0.5);
+    }
+    assert_eq!(scene.notes, [""; 0]);
+}
+
+#[test]
+fn quads_are_joined_on_request() {
+    let options = ImportOptions {
+        join_quads: true,
+        ..Default::default()
+    };
+    let joined = square().load_with(&options).expect("a scene");
+    assert_eq!(
+        corners(&joined),
+        [[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]]
+    );
+    assert_eq!(joined.faces[0].from, None);
+    let apart = square()
+        .view(&floats(&[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.1]))
+        .set("/accessors/0/bufferView", json!(2));
+    assert_eq!(
+        apart.load_with(&options).expect("a scene").faces.len(),
+        2,
+        "not planar"
+    );
+}
+
+#[test]
+fn the_bytes_may_lie_anywhere() {
+    let gltf = square();
+    let uri = |uri: String| {
+        gltf.clone()
+            .set("/buffers/0/uri", json!(uri))
+            .json
+            .to_string()
+    };
+    let data = uri(format!(
+        "data:application/octet-stream;base64,{}",
+        base64(&gltf.bytes)
+    ));
+    let folder = Folder::new()
+        .with("a.gltf", format!("\u{feff}\n{data}"))
+        .with("b.gltf", uri("the%20bytes.bin".into()))
+        .with("the bytes.bin", &gltf.bytes)
+        .with("c.txt", gltf.glb())
+        .with("d.glb", [gltf.glb(), vec![1, 2, 3]].concat());
+    for name in ["a.gltf", "b.gltf", "c.txt", "d.glb"] {
+        assert_eq!(
+            corners(&folder.load(name).expect(name)),
+            triangles(),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn indices_are_of_any_size_or_none() {
+    let indices: [u8; 6] = [0, 1, 2, 0, 2, 3];
+    let wide: Vec<u8> = indices
+        .iter()
+        .flat_map(|k| u32::from(*k).to_le_bytes())
+        .collect();
+    for (bytes, kind) in [(indices.to_vec(), 5121), (wide, 5125)] {
+        let gltf = square()
+            .view(&bytes)
+            .set("/accessors/1/bufferView", json!(2))
+            .set("/accessors/1/componentType", json!(kind));
+        assert_eq!(corners(&scene(&gltf)), triangles());
+    }
+    let unindexed = square()
+        .remove("/meshes/0/primitives/0/indices")
+        .set("/accessors/0/count", json!(3));
+    assert_eq!(corners(&scene(&unindexed)), triangles()[..1]);
+}
+
+#[test]
+fn strips_and_fans() {
+    let with = |mode: u32, order: [u16; 4]| {
+        let bytes: Vec<u8> = order.iter().flat_map(|k| k.to_le_bytes()).collect();
+        let gltf = square().view(&bytes).set(
+            "/accessors/1",
+            json!({"bufferView": 2, "componentType": 5123, "count": 4, "type": "SCALAR"}),
+        );
+        scene(&gltf.set("/meshes/0/primitives/0/mode", json!(mode)))
+    };
+    assert_eq!(corners(&with(6, [0, 1, 2, 3])), triangles());
+    let strip = with(5, [0, 1, 3, 2]);
+    assert_eq!(strip.faces.len(), 2);
+    assert!(
+        strip
+            .faces
+            .iter()
+            .all(|f| f.vector_area() == DVec3::Z * 0.5),
+        "{:?}",
+        corners(&strip)
+    );
+}
+
+#[test]
+fn interleaved_vertices() {
+    // Normal and position alternate.
+    let mut bytes = Vec::new();
+    for p in [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]] {
+        bytes.extend(floats(&[0., 0., 1.]));
+        bytes.extend(floats(&p));
+    }
+    let gltf = square()
+        .view(&bytes)
+        .set("/bufferViews/2/byteStride", json!(24));
+    let gltf = gltf
+        .set("/accessors/0/bufferView", json!(2))
+        .set("/accessors/0/byteOffset", json!(12));
+    assert_eq!(corners(&scene(&gltf)), triangles());
+}
+
+#[test]
+fn sparse_vertices() {
+    // Vertices 1 and 3 are replaced.
+    let gltf = square().view(&[1, 3]).view(&floats(&[2., 0., 0., 0., 2., 0.])).set(
+        "/accessors/0/sparse",
+        json!({"count": 2, "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 3}}),
+    );
+    let expected = [
+        [[0., 0., 0.], [2., 0., 0.], [1., 1., 0.]],
+        [[0., 0., 0.], [1., 1., 0.], [0., 2., 0.]],
+    ];
+    assert_eq!(corners(&scene(&gltf)), expected);
+    let zero_based = gltf.remove("/accessors/0/bufferView");
+    let expected = [
+        [[0., 0., 0.], [2., 0., 0.], [0., 0., 0.]],
+        [[0., 0., 0.], [0., 0., 0.], [0., 2., 0.]],
+    ];
+    let on_lines = zero_based.clone().load().map_err(|e| e.to_string());
+    assert!(on_lines.is_err_and(|e| e.ends_with("none of its 2 faces has an area")));
+    let with_square = zero_based
+        .set(
+            "/accessors/-",
+            json!({"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}),
+        )
+        .set(
+            "/meshes/0/primitives/-",
+            json!({"attributes": {"POSITION": 2}, "indices": 1, "material": 0}),
+        );
+    assert_eq!(corners(&scene(&with_square))[..2], expected);
+}
+
+#[test]
+fn nodes_move_what_hangs_on_them() {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let gltf = square()
+        .set("/nodes/0/translation", json!([0, 0, 1]))
+        .set("/nodes/0/name", json!("leaf"))
+        .set("/nodes/-", json!({"children": [0], "scale": [2, 3, 4]}))
+        // A quarter turn about z, then 10 along x.
+        .set(
+            "/nodes/-",
+            json!({"children": [1], "rotation": [0, 0, half, half], "translation": [10, 0, 0]}),
+        )
+        .set("/scenes/0/nodes", json!([2]));
+    let scene = scene(&gltf);
+    let expected = [
+        DVec3::new(10., 0., 4.),
+        DVec3::new(10., 2., 4.),
+        DVec3::new(7., 2., 4.),
+    ];
+    for (found, expected) in scene.faces[0].outline().iter().zip(expected) {
+        assert!(
+            found.distance(expected) < 1e-14,
+            "{found} instead of {expected}"
+        );
+    }
+    assert_eq!(scene.faces[0].name, "leaf");
+    let matrix = square().set(
+        "/nodes/0/matrix",
+        json!([0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 10, 0, 4, 1]),
+    );
+    let found = corners(&crate::gltf::scene(&matrix));
+    assert_eq!(found[0], [[10., 0., 4.], [10., 2., 4.], [7., 2., 4.]]);
+}
+
+#[test]
+fn a_mirror_leaves_fronts_fronts() {
+    let mirrored = scene(&square().set("/nodes/0/scale", json!([-1, 1, 1])));
+    assert!(
+        mirrored
+            .faces
+            .iter()
+            .all(|f| f.vector_area() == DVec3::Z * 0.5),
+        "{:?}",
+        corners(&mirrored)
+    );
+    let turned = scene(&square().set("/nodes/0/scale", json!([-1, 1, -1])));
+    assert!(
+        turned
+            .faces
+            .iter()
+            .all(|f| f.vector_area() == DVec3::NEG_Z * 0.5),
+        "a half turn is no mirror"
+    );
+}
+
+#[test]
+fn the_default_scene_is_shown() {
+    let two = square()
+        .set("/nodes/-", json!({"mesh": 0, "translation": [5, 0, 0]}))
+        .set("/scenes/-", json!({"nodes": [1]}));
+    let first_x = |gltf: &Gltf| {
+        scene(gltf)
+            .faces
+            .iter()
+            .map(|f| f.corners[0].x)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(first_x(&two), [0., 0.]);
+    assert_eq!(first_x(&two.clone().set("/scene", json!(1))), [5., 5.]);
+    assert_eq!(
+        first_x(&two.clone().remove("/scene")),
+        [0., 0.],
+        "the first scene"
+    );
+    let none = two.remove("/scene").remove("/scenes").set(
+        "/nodes/-",
+        json!({"children": [1], "translation": [1, 0, 0]}),
+    );
+    assert_eq!(first_x(&none), [0., 0., 6., 6.], "all nodes, each once");
+}
+
+#[test]
+fn materials_are_reflectance_and_radiance() {
+    let gltf = square().set("/materials/0/emissiveFactor", json!([1, 0.5, 0]));
+    assert_eq!(scene(&gltf).faces[1].emission, Vec3::new(1., 0.5, 0.) * PI);
+    let strength = json!({"KHR_materials_emissive_strength": {"emissiveStrength": 4}});
+    let strong = gltf.set("/materials/0/extensions", strength).set(
+        "/extensionsRequired",
+        json!(["KHR_materials_emissive_strength"]),
+    );
+    assert_eq!(scene(&strong).faces[1].emission, Vec3::new(4., 2., 0.) * PI);
+}
+
+#[test]
+fn without_material_a_face_is_grey() {
+    let scene = scene(&square().remove("/meshes/0/primitives/0/material"));
+    assert_eq!(scene.faces[0].reflectance, Vec3::splat(0.7));
+    assert_eq!(
+        scene.notes,
+        ["2 faces without material: reflectance 0.7, no emission (1, 2)"]
+    );
+}
+
+#[test]
+fn a_texture_times_nothing_is_nothing() {
+    let gltf = square().set("/materials/0/emissiveTexture", json!({"index": 0}));
+    assert_eq!(scene(&gltf).faces[0].emission, Vec3::ZERO);
+}
+
+#[test]
+fn what_is_left_out_is_noted() {
+    let expect = |gltf: Gltf, words: &str| {
+        let scene = scene(&gltf);
+        assert_eq!(
+            (scene.faces.len(), notes(&scene, words).len()),
+            (2, 1),
+            "{words}: {:?}",
+            scene.notes
+        );
+    };
+    let primitive = |mode: u32| json!({"attributes": {"POSITION": 0}, "mode": mode});
+    for mode in 0..4 {
+        expect(
+            square().set("/meshes/0/primitives/-", primitive(mode)),
+            "1 primitives of points or lines left out",
+        );
+    }
+    expect(
+        square().set("/materials/0/doubleSided", json!(true)),
+        "double-sided, but backs are black without --two-sided: grey",
+    );
+    let see_through = square().set("/materials/0/alphaMode", json!("BLEND"));
+    assert_eq!(scene(&see_through).notes, [""; 0], "opaque in fact");
+    expect(
+        see_through.set(
+            "/materials/0/pbrMetallicRoughness/baseColorFactor/3",
+            json!(0.5),
+        ),
+        "transparent, taken as opaque: grey",
+    );
+    expect(
+        square().set("/meshes/0/primitives/0/attributes/COLOR_0", json!(0)),
+        "vertex colours",
+    );
+    expect(
+        square().set("/meshes/0/primitives/0/targets", json!([{"POSITION": 0}])),
+        "morph targets",
+    );
+    expect(
+        square().set("/extensionsUsed", json!(["KHR_lights_punctual"])),
+        "punctual lights",
+    );
+}
+
+#[test]
+fn what_does_not_matter_is_not_judged() {
+    let primitive = "/meshes/0/primitives/0";
+    let odd = square()
+        .set(&format!("{primitive}/attributes/_CUSTOM"), json!(99))
+        .set(&format!("{primitive}/attributes/NORMAL"), json!(99))
+        .set("/materials/-", json!({"name": "unused, default white"}))
+        .remove("/accessors/0/min");
+    assert_eq!(corners(&scene(&odd)), triangles());
+}
+
+#[test]
+fn a_deep_chain_of_nodes_is_no_trouble() {
+    let depth = 50_000;
+    let mut gltf = square();
+    let nodes: Vec<_> = (1..depth).map(|k| json!({"children": [k - 1]})).collect();
+    gltf.json["nodes"]
+        .as_array_mut()
+        .expect("nodes")
+        .extend(nodes);
+    assert_eq!(
+        scene(&gltf.set("/scenes/0/nodes", json!([depth - 1])))
+            .faces
+            .len(),
+        2
+    );
+}

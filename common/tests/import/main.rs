@@ -1,0 +1,9 @@
+//! Import of OBJ, MTL, glTF and GLB: what each feature becomes, and what each fault is told as.
+
+mod damage;
+mod data;
+mod files;
+mod gltf;
+mod gltf_faults;
+mod obj;
+mod obj_faults;

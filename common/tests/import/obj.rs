@@ -1,0 +1,311 @@
+//! What each feature of OBJ and MTL becomes.
+
+use crate::files::{Folder, corners, notes, obj};
+use common::import::{ImportOptions, load};
+use common::scene::{Scene, Shape};
+use glam::{DVec3, Vec3};
+use std::f32::consts::PI;
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+fn scene(text: &str) -> Scene {
+    obj(text).expect("a scene")
+}
+
+fn with_materials(text: &str, materials: &str) -> Scene {
+    Folder::new()
+        .with("a.obj", text)
+        .with("a.mtl", materials)
+        .load("a.obj")
+        .expect("a scene")
+}
+
+#[test]
+fn quads_and_triangles_stay_as_they_are() {
+    let scene = scene(&format!("{SQUARE}o first\nf 1 2 3 4\ng second\nf 4 3 1\n"));
+    assert_eq!(
+        corners(&scene),
+        [
+            vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]],
+            vec![[0., 1., 0.], [1., 1., 0.], [0., 0., 0.]],
+        ]
+    );
+    assert_eq!(
+        scene
+            .faces
+            .iter()
+            .map(|f| f.name.as_str())
+            .collect::<Vec<_>>(),
+        ["first", "second"]
+    );
+    assert_eq!(
+        scene.faces.iter().map(|f| f.from).collect::<Vec<_>>(),
+        [None, None]
+    );
+    assert_eq!(scene.faces[0].vector_area(), DVec3::Z);
+    assert_eq!(
+        scene.faces[1].corners[3], scene.faces[1].corners[2],
+        "a triangle repeats its third corner"
+    );
+    assert!(scene.name.ends_with("a.obj"));
+}
+
+#[test]
+fn materials_are_reflectance_and_radiance() {
+    let text = format!(
+        "mtllib a.mtl\n{SQUARE}usemtl lamp\nf 1 2 3 4\nusemtl wall\nf 4 3 2 1\nusemtl lamp\nf 1 2 3\n"
+    );
+    let scene = with_materials(
+        &text,
+        "newmtl wall\nKd 0.1 0.2 0.3\nnewmtl lamp\n\tKd 0.5 # grey\n  Ke 1 2 3\n",
+    );
+    let [lamp, wall] = [
+        (Vec3::splat(0.5), Vec3::new(1., 2., 3.) * PI),
+        (Vec3::new(0.1, 0.2, 0.3), Vec3::ZERO),
+    ];
+    let found: Vec<_> = scene
+        .faces
+        .iter()
+        .map(|f| (f.reflectance, f.emission))
+        .collect();
+    assert_eq!(found, [lamp, wall, lamp]);
+    assert_eq!(scene.notes, [""; 0]);
+}
+
+#[test]
+fn without_material_a_face_is_grey() {
+    let scene = scene(&format!("{SQUARE}f 1 2 3 4\n"));
+    assert_eq!(
+        (scene.faces[0].reflectance, scene.faces[0].emission),
+        (Vec3::splat(0.7), Vec3::ZERO)
+    );
+    assert_eq!(
+        scene.notes,
+        ["1 face without material: reflectance 0.7, no emission (1)"]
+    );
+}
+
+#[test]
+fn writers_differ() {
+    let plain = corners(&scene(&format!("{SQUARE}f 1 2 3 4\n")));
+    let others = [
+        ("negative indices", format!("{SQUARE}f -4 -3 -2 -1\n")),
+        (
+            "texture coordinates and normals",
+            format!("{SQUARE}vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3//1 4/1\n"),
+        ),
+        ("only slashes", format!("{SQUARE}f 1// 2// 3// 4//\n")),
+        (
+            "missing normals",
+            format!("{SQUARE}f 1//7 2//8 3//9 4//9\n"),
+        ),
+        ("a continued line", format!("{SQUARE}f 1 2 \\\n3 4\n")),
+        (
+            "carriage returns",
+            format!("{SQUARE}f 1 2 3 4\n").replace('\n', "\r\n"),
+        ),
+        (
+            "tabs and spaces",
+            format!("{SQUARE}\tf\t1  2 3\t4 \n").replace("v ", " v\t"),
+        ),
+        ("comments", format!("# a\n{SQUARE}f 1 2 3 4 # last\n")),
+        ("no last newline", format!("{SQUARE}f 1 2 3 4")),
+        ("a byte order mark", format!("\u{feff}{SQUARE}f 1 2 3 4\n")),
+        ("vertices after the face", format!("f 1 2 3 4\n{SQUARE}")),
+        (
+            "colours",
+            "v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 nan nan nan\nv 0 1 0\nf 1 2 3 4\n".into(),
+        ),
+        (
+            "weights",
+            "v 0 0 0 1\nv 2 0 0 2\nv 1 1 0\nv 0 3 0 3\nf 1 2 3 4\n".into(),
+        ),
+    ];
+    for (what, text) in others {
+        assert_eq!(corners(&scene(&text)), plain, "{what}");
+    }
+}
+
+#[test]
+fn names_may_hold_spaces_and_hashes() {
+    let text = format!("mtllib my room.mtl\n{SQUARE}g part #1\nusemtl matt  white #2\nf 1 2 3 4\n");
+    let folder = Folder::new()
+        .with("a.obj", text)
+        .with("my room.mtl", "newmtl matt white #2\nKd .5 .5 .5\n");
+    let scene = folder.load("a.obj").expect("a scene");
+    assert_eq!(
+        (scene.faces[0].name.as_str(), scene.faces[0].reflectance.x),
+        ("part #1", 0.5)
+    );
+}
+
+#[test]
+fn several_libraries_on_one_line() {
+    let text = format!("mtllib a.mtl b.mtl\n{SQUARE}usemtl b\nf 1 2 3 4\nusemtl a\nf 1 2 3\n");
+    let folder = Folder::new()
+        .with("a.obj", text)
+        .with("a.mtl", "newmtl a\nKd 0.1\n")
+        .with("b.mtl", "newmtl b\nKd 0.2\n");
+    let scene = folder.load("a.obj").expect("a scene");
+    assert_eq!(
+        scene
+            .faces
+            .iter()
+            .map(|f| f.reflectance.x)
+            .collect::<Vec<_>>(),
+        [0.2, 0.1]
+    );
+}
+
+#[test]
+fn a_split_face_keeps_its_entry() {
+    let pentagon = "v 0 0 1\nv 2 0 1\nv 2 1 1\nv 1 2 1\nv 0 1 1\n";
+    let bent = "v 0 0 5\nv 1 0 5\nv 1 1 5.1\nv 0 1 5\n";
+    let scene = scene(&format!(
+        "{pentagon}{SQUARE}{bent}f 1 2 3 4 5\nf 6 7 8 9\nf 10 11 12 13\nf 6 7 8\n"
+    ));
+    let from: Vec<_> = scene.faces.iter().map(|f| f.from).collect();
+    assert_eq!(
+        from,
+        [Some(0), None, Some(2), None, Some(0), Some(0), Some(2)]
+    );
+    let shapes: Vec<_> = scene.faces.iter().map(|f| f.shape == Shape::Quad).collect();
+    assert_eq!(shapes, [false, true, false, false, false, false, false]);
+    let area = |k: u32| {
+        scene
+            .faces
+            .iter()
+            .filter(|f| f.from == Some(k))
+            .map(|f| f.vector_area().z)
+            .sum::<f64>()
+    };
+    assert_eq!((area(0), area(2)), (3.0, 1.0));
+    assert_eq!(
+        notes(&scene, "split"),
+        [
+            "1 face not planar: split into two triangles (3)",
+            "1 face with more than four corners: split into triangles (1)"
+        ]
+    );
+}
+
+#[test]
+fn concave_quads_are_cut_inside() {
+    let scene = scene("v 0 0 0\nv 2 0 0\nv 0.5 0.5 0\nv 0 2 0\nf 1 2 3 4\n");
+    assert_eq!(scene.faces.len(), 2);
+    assert!(
+        scene.faces.iter().all(|f| f.vector_area().z > 0.4),
+        "{:?}",
+        corners(&scene)
+    );
+    assert_eq!(notes(&scene, "not convex").len(), 1);
+}
+
+#[test]
+fn backs_follow_all_faces() {
+    let folder = Folder::new().with(
+        "a.obj",
+        "v 0 0 0\nv 2 0 0\nv 0.5 0.5 0\nv 0 2 0\nf 1 2 3 4\nf 1 2 4\n",
+    );
+    let options = ImportOptions {
+        two_sided: true,
+        ..Default::default()
+    };
+    let scene = load(&folder.path("a.obj"), &options).expect("a scene");
+    let from: Vec<_> = scene.faces.iter().map(|f| f.from).collect();
+    assert_eq!(from, [Some(0), None, Some(0), Some(0), Some(1), Some(0)]);
+    for (front, back) in scene.faces.iter().zip(&scene.faces[3..]) {
+        assert_eq!(back.vector_area(), -front.vector_area());
+        assert_eq!(
+            back.partner.map(|k| &scene.faces[k as usize].corners),
+            Some(&front.corners)
+        );
+    }
+}
+
+#[test]
+fn faces_without_area_keep_their_entry() {
+    let scene = scene(&format!(
+        "{SQUARE}f 1 2 2\nf 1 2 3 4\nf 3 3 3 3\nf 1 2 1 2\n"
+    ));
+    assert_eq!(
+        scene.faces.iter().map(|f| f.area()).collect::<Vec<_>>(),
+        [0., 1., 0., 0.]
+    );
+    assert_eq!(
+        notes(&scene, "without area"),
+        ["3 faces without area: neither lit nor lighting (1, 3, 4)"]
+    );
+}
+
+#[test]
+fn notes_name_the_first_few_faces() {
+    let scene = scene(&format!("{SQUARE}f 1 2 3\n{}", "f 1 1 2\n".repeat(9)));
+    assert_eq!(
+        notes(&scene, "without area"),
+        ["9 faces without area: neither lit nor lighting (2, 3, 4, 5, 6, 7, …)"]
+    );
+}
+
+#[test]
+fn a_repeated_corner_counts_once() {
+    let scene = scene(&format!("{SQUARE}v 1 1 0\nf 1 2 3 5\n"));
+    assert_eq!(
+        corners(&scene),
+        [[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.]]]
+    );
+    assert_eq!(notes(&scene, "repeated corner").len(), 1);
+}
+
+#[test]
+fn points_and_lines_are_left_out() {
+    let scene = scene(&format!("{SQUARE}p 1\nl 1 2 3 4\nf 1 2\nf\nf 1 2 3 4\n"));
+    assert_eq!(scene.faces.len(), 1);
+    assert_eq!(
+        notes(&scene, "points and lines"),
+        ["4 points and lines left out"]
+    );
+}
+
+#[test]
+fn gloss_is_noted_once() {
+    let text = format!(
+        "mtllib a.mtl\n{SQUARE}usemtl a\nf 1 2 3 4\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\nusemtl d\nf 1 2 3\n"
+    );
+    let materials = "newmtl a\nKd 0.5\nKs 0 0 0\nillum 2\nd 1\nnewmtl b\nKd 0.5\nKs 0 0.1 0\nnewmtl c\nKd 0.5\nillum 5\n\
+        newmtl d\nKd 0.5\nd 0.5\nNs many\nnewmtl unused\nillum 9\n";
+    let scene = with_materials(&text, materials);
+    assert_eq!(
+        scene.notes,
+        ["materials of which only Kd and Ke are used, not Ks, illum or d: b, c, d"]
+    );
+}
+
+#[test]
+fn a_material_that_says_nothing_is_black() {
+    let text = format!("mtllib a.mtl\n{SQUARE}usemtl a\nf 1 2 3 4\n");
+    let scene = with_materials(&text, "newmtl a\nKa 1 1 1\n");
+    assert_eq!(scene.faces[0].reflectance, Vec3::ZERO);
+    assert_eq!(notes(&scene, "black").len(), 1);
+}
+
+#[test]
+fn unused_materials_and_vertices_do_no_harm() {
+    let text = format!("mtllib a.mtl\n{SQUARE}v nan inf 0\nusemtl a\nf 1 2 3 4\n");
+    let scene = with_materials(
+        &text,
+        "newmtl a\nKd 0.5\nnewmtl mirror\nKd 1\nmap_Kd x.png\n",
+    );
+    assert_eq!(scene.faces.len(), 1);
+}
+
+#[test]
+fn far_from_the_origin_a_quad_keeps_its_shape() {
+    let scene = scene(
+        "v 1000000.25 0 0\nv 1000001.25 0 0\nv 1000001.25 1 0\nv 1000000.25 1 0\nf 1 2 3 4\n",
+    );
+    assert_eq!(
+        (scene.faces[0].shape, scene.faces[0].area()),
+        (Shape::Quad, 1.0)
+    );
+}

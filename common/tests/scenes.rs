@@ -1,0 +1,222 @@
+//! The bundled scenes: the files are what the generator writes, and each is what it claims to be.
+
+#[path = "../../scenes/model/mod.rs"]
+mod model;
+
+use common::import::{ImportOptions, load};
+use common::scene::{Face, Scene, Shape};
+use glam::{DVec3, Vec3};
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
+}
+
+fn scene(name: &str) -> Scene {
+    let path = folder().join(format!("{name}.obj"));
+    load(&path, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn vector_area<'a>(faces: impl IntoIterator<Item = &'a Face>) -> DVec3 {
+    faces.into_iter().map(Face::vector_area).sum()
+}
+
+/// Whether `centre` lies before the face's front.
+fn faces_inwards(face: &Face, centre: DVec3) -> bool {
+    face.vector_area().dot(centre - face.corners[0]) > 0.0
+}
+
+#[test]
+fn files_are_as_generated() {
+    let files = model::files();
+    for (name, text) in &files {
+        let written = std::fs::read_to_string(folder().join(name)).unwrap_or_default();
+        assert!(
+            written == *text,
+            "{name} differs: run `cargo run -p common --example generate_scenes`"
+        );
+    }
+    let scenes = std::fs::read_dir(folder())
+        .expect("scenes")
+        .flatten()
+        .map(|e| e.path());
+    let count = scenes
+        .filter(|p| p.extension().is_some_and(|e| e == "obj" || e == "mtl"))
+        .count();
+    assert_eq!(
+        count,
+        files.len(),
+        "a scene that the generator does not write"
+    );
+}
+
+#[test]
+fn every_scene_is_made_of_the_faces_it_claims() {
+    // Name, quads, triangles, area, and whether it is closed.
+    let expected = [
+        ("paper_room", 156, 0, 6.0 + 0.24, true),
+        ("paper_room_objects", 168, 0, 6.0 + 0.24 + 0.9 + 0.54, true),
+        ("furnace", 6, 0, 6.0, true),
+        ("facing_plates", 2, 0, 2.0, true),
+        ("perpendicular_plates", 2, 0, 2.0, false),
+        ("occluded_plates", 8, 0, 2.54, true),
+        ("slivers", 5, 6, 6.0, true),
+    ];
+    for (name, quads, triangles, area, closed) in expected {
+        let scene = scene(name);
+        let found = scene
+            .faces
+            .iter()
+            .filter(|f| f.shape == Shape::Quad)
+            .count();
+        assert_eq!(
+            (found, scene.faces.len() - found),
+            (quads, triangles),
+            "{name}"
+        );
+        assert_eq!(scene.notes, [""; 0], "{name}");
+        let total: f64 = scene.faces.iter().map(Face::area).sum();
+        assert!(
+            (total - area).abs() < 1e-5,
+            "{name}: {total} instead of {area}"
+        );
+        assert_eq!(vector_area(&scene.faces).length() < 1e-9, closed, "{name}");
+        let emitted: Vec3 = scene
+            .faces
+            .iter()
+            .map(|f| f.emission * f.area() as f32)
+            .sum();
+        assert!(emitted.min_element() > 0.0, "{name} is dark");
+    }
+}
+
+#[test]
+fn rooms_face_inwards_and_blocks_outwards() {
+    let scene = scene("paper_room_objects");
+    let centre = |name: &str| match name {
+        "tall_block" => Some(DVec3::new(0.34, 0.31, 0.36)),
+        "short_block" => Some(DVec3::new(0.66, 0.16, 0.66)),
+        "lamp" | "lamp_housing" => Some(DVec3::new(0.5, 0.965, 0.5)),
+        _ => None,
+    };
+    for face in &scene.faces {
+        match centre(&face.name) {
+            Some(inside) => assert!(!faces_inwards(face, inside), "{}", face.name),
+            None => assert!(faces_inwards(face, DVec3::splat(0.5)), "{}", face.name),
+        }
+        let in_room = |c: &DVec3| c.min_element() >= 0.0 && c.max_element() <= 1.0;
+        assert!(face.corners.iter().all(in_room));
+    }
+    let lit: Vec<_> = scene
+        .faces
+        .iter()
+        .filter(|f| f.emission != Vec3::ZERO)
+        .collect();
+    assert_eq!(lit.len(), 1);
+    assert!(
+        (lit[0].vector_area() - DVec3::new(0.0, -0.09, 0.0)).length() < 1e-9,
+        "the lamp shines downwards"
+    );
+}
+
+#[test]
+fn the_blocks_stand_clear_of_each_other() {
+    let scene = scene("paper_room_objects");
+    let corners = |name: &'static str| {
+        scene
+            .faces
+            .iter()
+            .filter(move |f| f.name == name)
+            .flat_map(|f| f.corners)
+    };
+    // A vertical plane between the two: x + z = 1.01.
+    assert!(
+        corners("tall_block").all(|c| c.x + c.z < 1.0)
+            && corners("short_block").all(|c| c.x + c.z > 1.02)
+    );
+    assert!(
+        corners("tall_block")
+            .chain(corners("short_block"))
+            .all(|c| c.y > 0.009)
+    );
+}
+
+#[test]
+fn the_furnace_emits_one() {
+    for face in scene("furnace").faces {
+        assert_eq!(
+            (face.emission, face.reflectance),
+            (Vec3::ONE, Vec3::splat(0.5))
+        );
+        assert!(faces_inwards(&face, DVec3::splat(0.5)));
+    }
+}
+
+#[test]
+fn slivers_are_thin() {
+    let scene = scene("slivers");
+    let area = |shape: Shape| {
+        let areas = scene
+            .faces
+            .iter()
+            .filter(|f| f.shape == shape)
+            .map(Face::area);
+        areas.fold(f64::INFINITY, f64::min)
+    };
+    assert!((area(Shape::Quad) - 1e-3).abs() < 1e-9 && (area(Shape::Triangle) - 5e-4).abs() < 1e-9);
+    assert!(
+        scene
+            .faces
+            .iter()
+            .all(|f| faces_inwards(f, DVec3::splat(0.5)))
+    );
+}
+
+#[test]
+fn the_cornell_box_is_as_measured() {
+    let scene = scene("cornell_box");
+    assert_eq!(scene.faces.len(), 17);
+    assert_eq!(
+        scene.notes,
+        ["1 face not planar: split into two triangles (6)"]
+    );
+    let middle = |name: &str| match name {
+        "short_block" => Some(DVec3::new(186.0, 80.0, 168.0)),
+        "tall_block" => Some(DVec3::new(368.0, 160.0, 351.0)),
+        _ => None,
+    };
+    for face in &scene.faces {
+        match middle(&face.name) {
+            Some(inside) => assert!(!faces_inwards(face, inside), "{}", face.name),
+            None => assert!(faces_inwards(face, DVec3::splat(278.0)), "{}", face.name),
+        }
+    }
+    let Some(data) = std::env::var_os("RADIOSITY_DATA") else {
+        println!("skipped: RADIOSITY_DATA is not set");
+        return;
+    };
+    let measured = load(
+        &Path::new(&data).join("cornell/cornell_measured.obj"),
+        &ImportOptions::default(),
+    );
+    let measured = measured.unwrap_or_else(|error| panic!("{error}"));
+    for (ours, theirs) in scene.faces.iter().zip(&measured.faces) {
+        assert_eq!(
+            (&ours.name, ours.reflectance, ours.emission),
+            (&theirs.name, theirs.reflectance, theirs.emission)
+        );
+    }
+    let outline = |s: &Scene, k: usize| {
+        let mut corners: Vec<[f64; 3]> = s.faces[k].outline().iter().map(DVec3::to_array).collect();
+        let least = (0..corners.len())
+            .min_by(|a, b| corners[*a].partial_cmp(&corners[*b]).expect("numbers"));
+        corners.rotate_left(least.unwrap_or(0));
+        corners
+    };
+    let all = |s: &Scene| {
+        let mut faces: Vec<_> = (0..s.faces.len()).map(|k| outline(s, k)).collect();
+        faces.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+        faces
+    };
+    assert_eq!(all(&scene), all(&measured));
+}

@@ -1,0 +1,13 @@
+//! Writes the bundled scenes beside this file: `cargo run -p common --example generate_scenes`.
+
+mod model;
+
+use std::path::Path;
+
+fn main() -> std::io::Result<()> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    for (name, text) in model::files() {
+        std::fs::write(folder.join(name), text)?;
+    }
+    Ok(())
+}
