@@ -39,7 +39,13 @@ pub fn deposit(
         return;
     }
     let normal = flash.mesh.faces[texel.face as usize].normal;
-    let f = form_factor(flash.form_factor, &cell.shooter, texel.position, normal, texel.area);
+    let f = form_factor(
+        flash.form_factor,
+        &cell.shooter,
+        texel.position,
+        normal,
+        texel.area,
+    );
     if f <= 0.0 || !visible(texel) {
         return;
     }

@@ -20,7 +20,11 @@ pub fn intersect(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
     let normal = face.plane.truncate();
     let facing = normal.dot(direction);
     if facing == 0.0 {
-        return Crossing { t: MISS, inside: -MISS, facing };
+        return Crossing {
+            t: MISS,
+            inside: -MISS,
+            facing,
+        };
     }
     let t = (face.plane.w - normal.dot(origin)) / facing;
     let p = origin + direction * t;
@@ -28,7 +32,11 @@ pub fn intersect(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
     for edge in face.edges {
         // The edge that a triangle lacks is (0, 0): it must not limit.
         let distance = edge.truncate().dot(p) - edge.w;
-        inside = inside.min(if edge.truncate() == Vec3::ZERO { MISS } else { distance });
+        inside = inside.min(if edge.truncate() == Vec3::ZERO {
+            MISS
+        } else {
+            distance
+        });
     }
     Crossing { t, inside, facing }
 }

@@ -5,11 +5,11 @@
 //! moves outlines only. `paper` keeps the planar depth of Table 3, which clips at half a unit.
 
 use crate::projection::{Frame, pixel_centre, pixels, project, unproject};
-use crate::tessellate::level;
+use crate::tessellate::{level, spread};
 use common::constants::{BELOW, DEPTH_MAX, DEPTH_SCALE, HIDDEN, LEVELS, PAPER_FAR, PAPER_NEAR};
 use common::mesh::{Cell, Mesh, MeshFace};
-use common::settings::{Lookup, Visibility};
-use glam::{Vec2, Vec3};
+use common::settings::Visibility;
+use glam::Vec2;
 
 /// Steps per pixel to which rasterisers snap vertices.
 const SUBPIXELS: f32 = 256.0;
@@ -67,7 +67,11 @@ impl ItemBuffer {
     /// Draws all faces: coarse ones first, each level in face order; the first of equals stays.
     pub fn draw(mesh: &Mesh, view: &View) -> Self {
         let count = (view.size * view.size) as usize;
-        let mut raster = Raster { view, ids: vec![0; count], depth: vec![1.0; count] };
+        let mut raster = Raster {
+            view,
+            ids: vec![0; count],
+            depth: vec![1.0; count],
+        };
         let levels: Vec<u32> = mesh
             .faces
             .iter()
@@ -81,27 +85,10 @@ impl ItemBuffer {
                 }
             }
         }
-        Self { size: view.size, ids: raster.ids }
-    }
-
-    /// Whether the texel at `position` on `face` finds its ID at its projection.
-    pub fn visible(&self, view: &View, lookup: Lookup, position: Vec3, face: u32) -> bool {
-        let p = pixels(project(view.visibility, view.frame.local(position)), self.size);
-        let last = self.size as i32 - 1;
-        let x = (p.x.floor() as i32).clamp(0, last);
-        let y = (p.y.floor() as i32).clamp(0, last);
-        let reach = match lookup {
-            Lookup::Exact => 0,
-            Lookup::Neighbours => 1,
-        };
-        for j in (y - reach).max(0)..=(y + reach).min(last) {
-            for i in (x - reach).max(0)..=(x + reach).min(last) {
-                if self.ids[(j as u32 * self.size + i as u32) as usize] == face + 1 {
-                    return true;
-                }
-            }
+        Self {
+            size: view.size,
+            ids: raster.ids,
         }
-        false
     }
 }
 
@@ -113,7 +100,14 @@ struct Raster<'a> {
 
 impl Raster<'_> {
     fn draw_face(&mut self, id: u32, face: &MeshFace, parts: u32) {
-        let at = |i: u32, j: u32| vertex(self.view, face, i as f32 / parts as f32, j as f32 / parts as f32);
+        let at = |i: u32, j: u32| {
+            vertex(
+                self.view,
+                face,
+                i as f32 / parts as f32,
+                j as f32 / parts as f32,
+            )
+        };
         for j in 0..parts {
             for i in 0..parts {
                 let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
@@ -145,8 +139,18 @@ impl Raster<'_> {
         let step = SUBPIXELS as i64;
         let last = i64::from(self.view.size) - 1;
         let range = |axis: usize| {
-            let low = s.iter().map(|p| p[axis]).min().unwrap_or(0).div_euclid(step);
-            let high = s.iter().map(|p| p[axis]).max().unwrap_or(0).div_euclid(step);
+            let low = s
+                .iter()
+                .map(|p| p[axis])
+                .min()
+                .unwrap_or(0)
+                .div_euclid(step);
+            let high = s
+                .iter()
+                .map(|p| p[axis])
+                .max()
+                .unwrap_or(0)
+                .div_euclid(step);
             low.clamp(0, last + 1)..=high.clamp(-1, last)
         };
         let top_left = |a: [i64; 2], b: [i64; 2]| b[1] < a[1] || (b[1] == a[1] && b[0] > a[0]);
@@ -160,14 +164,31 @@ impl Raster<'_> {
                 };
                 if let (Some(a), Some(b), Some(c)) = (inside(0), inside(1), inside(2)) {
                     let mix = |f: fn(&Vertex) -> f32| f(&v[0]) * a + f(&v[1]) * b + f(&v[2]) * c;
-                    self.draw_pixel(id, face, x as u32, y as u32, mix(|v| v.elevation), mix(|v| v.depth));
+                    self.draw_pixel(
+                        id,
+                        face,
+                        x as u32,
+                        y as u32,
+                        mix(|v| v.elevation),
+                        mix(|v| v.depth),
+                    );
                 }
             }
         }
     }
 
-    fn draw_pixel(&mut self, id: u32, face: &MeshFace, x: u32, y: u32, elevation: f32, planar: f32) {
-        let Some(depth) = fragment(self.view, face, x, y, elevation, planar) else { return };
+    fn draw_pixel(
+        &mut self,
+        id: u32,
+        face: &MeshFace,
+        x: u32,
+        y: u32,
+        elevation: f32,
+        planar: f32,
+    ) {
+        let Some(depth) = fragment(self.view, face, x, y, elevation, planar) else {
+            return;
+        };
         let pixel = (y * self.view.size + x) as usize;
         if depth < self.depth[pixel] {
             self.depth[pixel] = depth;
@@ -178,10 +199,12 @@ impl Raster<'_> {
 
 /// The vertex at (u, v) of a face.
 fn vertex(view: &View, face: &MeshFace, u: f32, v: f32) -> Vertex {
-    let [a, b, c, d] = face.corners;
-    let low = a * (1.0 - u) + b * u;
-    let high = d * (1.0 - u) + c * u;
-    let local = view.frame.local(low * (1.0 - v) + high * v);
+    let [a, b, c, d] = face.corners.map(|corner| corner - view.frame.centre);
+    let s = spread(a, b, u) * (1.0 - v) + spread(d, c, u) * v;
+    let t = spread(a, d, v) * (1.0 - u) + spread(b, c, v) * u;
+    let low = a * (1.0 - s) + b * s;
+    let high = d * (1.0 - s) + c * s;
+    let local = view.frame.turn(low * (1.0 - t) + high * t);
     let z = local.z * view.unit;
     let printed = (2.0 * z * PAPER_FAR - PAPER_NEAR) / (PAPER_FAR - PAPER_NEAR);
     Vertex {
@@ -192,7 +215,14 @@ fn vertex(view: &View, face: &MeshFace, u: f32, v: f32) -> Vertex {
 }
 
 /// The depth of `face` in a pixel; none where it is not drawn.
-fn fragment(view: &View, face: &MeshFace, x: u32, y: u32, elevation: f32, planar: f32) -> Option<f32> {
+fn fragment(
+    view: &View,
+    face: &MeshFace,
+    x: u32,
+    y: u32,
+    elevation: f32,
+    planar: f32,
+) -> Option<f32> {
     let p = pixel_centre(x, y, view.size);
     if p.x * p.x + p.y * p.y > 1.0 {
         return None;

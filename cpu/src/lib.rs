@@ -5,6 +5,7 @@ pub mod deposit;
 pub mod escape;
 pub mod intersect;
 pub mod item_buffer;
+pub mod lookup;
 pub mod power;
 pub mod projection;
 pub mod rays;

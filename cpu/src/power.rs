@@ -19,7 +19,10 @@ pub struct CellSum {
 impl std::ops::Add for CellSum {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self { residual: self.residual + other.residual, received: self.received + other.received }
+        Self {
+            residual: self.residual + other.residual,
+            received: self.received + other.received,
+        }
     }
 }
 

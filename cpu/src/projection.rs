@@ -36,8 +36,16 @@ impl Frame {
 
     /// `point` in the frame.
     pub fn local(&self, point: Vec3) -> Vec3 {
-        let d = point - self.centre;
-        Vec3::new(self.tangent.dot(d), self.bitangent.dot(d), self.normal.dot(d))
+        self.turn(point - self.centre)
+    }
+
+    /// A direction of the mesh in the frame.
+    pub fn turn(&self, d: Vec3) -> Vec3 {
+        Vec3::new(
+            self.tangent.dot(d),
+            self.bitangent.dot(d),
+            self.normal.dot(d),
+        )
     }
 
     /// A direction of the frame in the mesh.

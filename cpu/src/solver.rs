@@ -3,6 +3,7 @@
 use crate::deposit::{Flash, deposit};
 use crate::escape::escape;
 use crate::item_buffer::{ItemBuffer, View};
+use crate::lookup;
 use crate::power::{CellSum, power};
 use crate::rays::Rays;
 use common::Result;
@@ -53,16 +54,28 @@ impl<'a> CpuSolver<'a> {
 
     fn sum(&mut self) {
         let (mesh, field) = (self.mesh, &self.field);
-        self.sums = mesh.cells.par_iter().map(|cell| power(mesh, field, cell)).collect();
+        self.sums = mesh
+            .cells
+            .par_iter()
+            .map(|cell| power(mesh, field, cell))
+            .collect();
     }
 
     fn deposit_all(&mut self, flash: &Flash) {
         let (mesh, settings, rays, cell) = (self.mesh, &self.settings, &self.rays, flash.cell);
         let view = View::new(mesh, cell, settings.visibility, settings.item_buffer);
-        let buffer = (settings.visibility != Visibility::Rays).then(|| ItemBuffer::draw(mesh, &view));
+        let buffer =
+            (settings.visibility != Visibility::Rays).then(|| ItemBuffer::draw(mesh, &view));
         let visible = |texel: &common::mesh::Texel| match &buffer {
             None => rays.visible(cell.shooter.centre, texel.position, [cell.face, texel.face]),
-            Some(buffer) => buffer.visible(&view, settings.lookup, texel.position, texel.face),
+            Some(buffer) => lookup::visible(
+                mesh,
+                buffer,
+                &view,
+                settings.lookup,
+                texel.position,
+                texel.face,
+            ),
         };
         let field = &mut self.field;
         field
@@ -102,11 +115,16 @@ impl Engine for CpuSolver<'_> {
         };
         self.deposit_all(&flash);
         self.sum();
-        let received = tree_sum::<f32, SELECT_LANES>(0.0, self.sums.len(), |k| self.sums[k].received);
+        let received =
+            tree_sum::<f32, SELECT_LANES>(0.0, self.sums.len(), |k| self.sums[k].received);
         Ok(Shot {
             cell,
             power: flux.into(),
-            form_factor_sum: received / shooter.shooter.area,
+            form_factor_sum: if shooter.shooter.area > 0.0 {
+                received / shooter.shooter.area
+            } else {
+                0.0
+            },
             escaped: self.escaped(cell),
             unshot: total(&self.cell_power()?),
         })

@@ -1,9 +1,10 @@
 //! How finely a face is cut before its vertices go to the hemisphere. Twin of
 //! `gpu/src/shaders/tessellate.wgsl`.
 //!
-//! A straight edge of length L at distance d from the shooter, cut into k parts, leaves its true
-//! curve by at most (L/kd)²/8 of the disc's radius: the second derivative of the projected edge
-//! is at most (L/d)² in either projection. In pixels the sagitta is (L/kd)²·N/16.
+//! A straight edge is a great circle on the hemisphere; a part of it that spans the angle β leaves
+//! its chord on the disc by at most β²/8 of the radius in either projection, β²·N/16 pixels.
+//! The parts are not equally long but nearly equally wide as seen from the shooter ([`spread`]):
+//! √N parts keep the sagitta below a pixel however close the edge is.
 
 use crate::projection::Frame;
 use common::constants::{CONTACT, HIDDEN, LEVELS};
@@ -28,7 +29,7 @@ pub fn level(visibility: Visibility, face: &MeshFace, sheet: u32, frame: &Frame,
     if visibility == Visibility::Paper {
         return 0;
     }
-    let parts = ratio(face, frame.centre) * (size as f32 / 16.0).sqrt();
+    let parts = widest(face, frame.centre) * (size as f32 / 16.0).sqrt();
     let mut level = 0;
     while level + 1 < LEVELS && ((1u32 << level) as f32) < parts {
         level += 1;
@@ -36,25 +37,45 @@ pub fn level(visibility: Visibility, face: &MeshFace, sheet: u32, frame: &Frame,
     level
 }
 
-/// The largest L/d over the face's edges.
-pub fn ratio(face: &MeshFace, centre: Vec3) -> f32 {
+/// The largest 4·tan(Ω/4) over the face's edges, Ω the angle that an edge spans: [`spread`] cuts
+/// its halves evenly along their tangents.
+pub fn widest(face: &MeshFace, centre: Vec3) -> f32 {
     let mut largest = 0.0f32;
     for k in 0..4 {
-        let a = face.corners[k] - centre;
-        let along = face.corners[(k + 1) & 3] - face.corners[k];
-        let length2 = along.dot(along);
-        if length2 > 0.0 {
-            let t = (-a.dot(along) / length2).clamp(0.0, 1.0);
-            let nearest = a + along * t;
-            let distance2 = nearest.dot(nearest).max(1e-12);
-            largest = largest.max((length2 / distance2).sqrt());
-        }
+        let a = unit(face.corners[k] - centre);
+        let b = unit(face.corners[(k + 1) & 3] - centre);
+        let d = b - a;
+        let sine = (d.dot(d)).sqrt() * 0.5;
+        let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+        largest = largest.max(4.0 * sine / (1.0 + cosine));
     }
     largest
 }
 
+/// Direction; a corner at the shooter's centre has none.
+fn unit(v: Vec3) -> Vec3 {
+    v / v.dot(v).max(1e-24).sqrt()
+}
+
+/// Where on the edge from `a` to `b` (seen from the origin) the share `u` of its parts ends: the
+/// two halves of its angle, each cut evenly along the tangent at its middle.
+pub fn spread(a: Vec3, b: Vec3, u: f32) -> f32 {
+    let length_a = a.dot(a).max(1e-24).sqrt();
+    let length_b = b.dot(b).max(1e-24).sqrt();
+    // The bisector of the angle divides the edge in the ratio of the two sides.
+    let middle = length_a / (length_a + length_b);
+    let m = a * (1.0 - middle) + b * middle;
+    let length_m = m.dot(m).max(1e-24).sqrt();
+    if u < 0.5 {
+        let w = 2.0 * u;
+        return middle * (w * length_a / ((1.0 - w) * length_m + w * length_a));
+    }
+    let w = 2.0 * u - 1.0;
+    middle + (1.0 - middle) * (w * length_m / ((1.0 - w) * length_b + w * length_m))
+}
+
 /// The sagitta in pixels at the level in force: how far a drawn edge may lie from the true one.
 pub fn sagitta(face: &MeshFace, frame: &Frame, size: u32, level: u32) -> f32 {
-    let angle = ratio(face, frame.centre) / (1u32 << level) as f32;
+    let angle = widest(face, frame.centre) / (1u32 << level) as f32;
     angle * angle * size as f32 / 16.0
 }

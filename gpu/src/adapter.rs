@@ -30,7 +30,9 @@ fn instance() -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     // Our indirect arguments are written by our own shaders from checked counts; wgpu's check of
     // them is one more pass before every shot's draws.
-    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    descriptor
+        .flags
+        .remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     wgpu::Instance::new(descriptor)
 }
 
@@ -39,7 +41,9 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterLine {
     AdapterLine {
         name: info.name,
         backend: info.backend.to_string(),
-        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+        driver: format!("{} {}", info.driver, info.driver_info)
+            .trim()
+            .to_owned(),
         software: info.device_type == wgpu::DeviceType::Cpu,
     }
 }
@@ -92,7 +96,12 @@ impl Gpu {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| Error::Device(format!("{}: {error}", adapter.get_info().name)))?;
-        let gpu = Self { device, queue, line: describe(&adapter), failure: Arc::default() };
+        let gpu = Self {
+            device,
+            queue,
+            line: describe(&adapter),
+            failure: Arc::default(),
+        };
         gpu.listen();
         Ok(gpu)
     }
@@ -105,19 +114,23 @@ impl Gpu {
             }
         };
         let failure = self.failure.clone();
-        self.device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                first(&failure, format!("the device was lost: {message}"));
-            }
-        });
+        self.device
+            .set_device_lost_callback(move |reason, message| {
+                if reason != wgpu::DeviceLostReason::Destroyed {
+                    first(&failure, format!("the device was lost: {message}"));
+                }
+            });
         let failure = self.failure.clone();
-        self.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            let text = match error {
-                wgpu::Error::OutOfMemory { .. } => "out of GPU memory: lower --texels or --item-buffer".to_owned(),
-                other => other.to_string().replace('\n', " "),
-            };
-            first(&failure, text);
-        }));
+        self.device
+            .on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+                let text = match error {
+                    wgpu::Error::OutOfMemory { .. } => {
+                        "out of GPU memory: lower --texels or --item-buffer".to_owned()
+                    }
+                    other => other.to_string().replace('\n', " "),
+                };
+                first(&failure, text);
+            }));
     }
 
     /// The failure that has been seen, as an error that names the adapter.
@@ -138,7 +151,10 @@ fn no_adapter(name: Option<&str>) -> Error {
         (_, true) => "no GPU adapter found: install a Vulkan driver (Linux without a GPU: the \
                       package mesa-vulkan-drivers), or use --solver cpu"
             .to_owned(),
-        (Some(name), false) => format!("no adapter is called {name:?}; there are: {}", found.join(", ")),
+        (Some(name), false) => format!(
+            "no adapter is called {name:?}; there are: {}",
+            found.join(", ")
+        ),
         (None, false) => format!("no adapter can be used: {}", found.join(", ")),
     })
 }

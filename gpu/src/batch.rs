@@ -37,7 +37,11 @@ impl Recorder<'_> {
         self.raster(encoder);
         let (b, p) = (self.buffers, self.pipelines);
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for (stage, offset) in [(&p.deposit, DEPOSIT), (&p.escape, ESCAPE), (&p.power, POWER)] {
+        for (stage, offset) in [
+            (&p.deposit, DEPOSIT),
+            (&p.escape, ESCAPE),
+            (&p.power, POWER),
+        ] {
             bind(&mut pass, stage);
             pass.dispatch_workgroups_indirect(&b.dispatches, offset);
         }
@@ -47,17 +51,24 @@ impl Recorder<'_> {
 
     fn raster(&self, encoder: &mut wgpu::CommandEncoder) {
         let b = self.buffers;
-        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let view =
+            |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: &view(&b.item_buffer),
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &view(&b.depth),
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
                 stencil_ops: None,
             }),
             ..Default::default()

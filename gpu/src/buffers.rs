@@ -1,7 +1,10 @@
 //! Everything a solve keeps on the device; allocated once.
 
 use crate::adapter::Gpu;
-use crate::records::{CellRecord, CellSumRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, SHOT_BYTES, TexelRecord};
+use crate::records::{
+    CellRecord, CellSumRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, SHOT_BYTES,
+    TexelRecord,
+};
 use bytemuck::{Pod, cast_slice};
 use common::constants::LEVELS;
 use common::escape::directions;
@@ -52,7 +55,12 @@ impl Buffers {
         let device = &gpu.device;
         let storage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
         let empty = |label, size: u64, usage| {
-            device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
         };
         let state = initial(mesh, "");
         let faces: Vec<FaceRecord> = mesh.faces.iter().map(Into::into).collect();
@@ -61,12 +69,20 @@ impl Buffers {
         let directions: Vec<[f32; 4]> = directions().iter().map(|d| d.extend(0.0).into()).collect();
         let (indices, draws) = grids();
         Ok(Self {
-            params: empty("params", size_of::<Params>() as u64, Usage::UNIFORM | Usage::COPY_DST),
+            params: empty(
+                "params",
+                size_of::<Params>() as u64,
+                Usage::UNIFORM | Usage::COPY_DST,
+            ),
             faces: filled(device, "faces", &faces, storage),
             cells: filled(device, "cells", &cells, storage),
             texels: filled(device, "texels", &texels, storage),
             directions: filled(device, "directions", &directions, storage),
-            instances: empty("instances", u64::from(LEVELS) * level_bytes(mesh), storage | Usage::VERTEX),
+            instances: empty(
+                "instances",
+                u64::from(LEVELS) * level_bytes(mesh),
+                storage | Usage::VERTEX,
+            ),
             indices: filled(device, "indices", &indices, Usage::INDEX),
             draws: filled(device, "draws", &draws, storage | Usage::INDIRECT),
             dispatches: empty("dispatches", 36, storage | Usage::INDIRECT),
@@ -74,29 +90,58 @@ impl Buffers {
             script: empty("script", 4 * (u64::from(BATCH) + 1), storage),
             log: empty("log", LOG_BYTES, storage),
             lost: empty("lost", 4, storage),
-            sums: empty("sums", (size_of::<CellSumRecord>() * mesh.cells.len()) as u64, storage),
+            sums: empty(
+                "sums",
+                (size_of::<CellSumRecord>() * mesh.cells.len()) as u64,
+                storage,
+            ),
             radiosity: filled(device, "radiosity", &state.radiosity, storage),
             residual: filled(device, "residual", &state.residual, storage),
             irradiance: filled(device, "irradiance", &state.irradiance, storage),
-            item_buffer: target(device, "item buffer", settings.item_buffer, wgpu::TextureFormat::R32Uint),
-            depth: target(device, "depth", settings.item_buffer, wgpu::TextureFormat::Depth32Float),
+            item_buffer: target(
+                device,
+                "item buffer",
+                settings.item_buffer,
+                wgpu::TextureFormat::R32Uint,
+            ),
+            depth: target(
+                device,
+                "depth",
+                settings.item_buffer,
+                wgpu::TextureFormat::Depth32Float,
+            ),
         })
     }
 }
 
 fn filled<T: Pod>(device: &wgpu::Device, label: &str, data: &[T], usage: Usage) -> wgpu::Buffer {
-    device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents: cast_slice(data), usage })
+    device.create_buffer_init(&BufferInitDescriptor {
+        label: Some(label),
+        contents: cast_slice(data),
+        usage,
+    })
 }
 
-fn target(device: &wgpu::Device, label: &str, size: u32, format: wgpu::TextureFormat) -> wgpu::Texture {
+fn target(
+    device: &wgpu::Device,
+    label: &str,
+    size: u32,
+    format: wgpu::TextureFormat,
+) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
-        size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 1 },
+        size: wgpu::Extent3d {
+            width: size,
+            height: size,
+            depth_or_array_layers: 1,
+        },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     })
 }
@@ -124,12 +169,17 @@ fn grids() -> (Vec<u32>, Vec<u32>) {
 /// Says which limit is too small before anything is allocated.
 fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
     let limits = gpu.device.limits();
-    let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let most = limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size);
     let needs = [
         ("texels", size_of::<TexelRecord>() * mesh.texels.len()),
         ("cells", size_of::<CellRecord>() * mesh.cells.len()),
         ("faces", size_of::<FaceRecord>() * mesh.faces.len()),
-        ("tessellation lists", LEVELS as usize * level_bytes(mesh) as usize),
+        (
+            "tessellation lists",
+            LEVELS as usize * level_bytes(mesh) as usize,
+        ),
     ];
     for (what, bytes) in needs {
         if bytes as u64 > most {

@@ -44,7 +44,9 @@ impl Pipelines {
                 source: wgpu::ShaderSource::Wgsl(text.into()),
             }))
         };
-        let stage = |file, entry, slots: &[Slot]| -> Result<Stage> { Ok(compute(device, &module(file)?, entry, slots)) };
+        let stage = |file, entry, slots: &[Slot]| -> Result<Stage> {
+            Ok(compute(device, &module(file)?, entry, slots))
+        };
         let choice = [
             Uniform(&b.params),
             Read(&b.faces),
@@ -56,7 +58,9 @@ impl Pipelines {
             Write(&b.dispatches),
             Write(&b.lost),
         ];
-        let view = b.item_buffer.create_view(&wgpu::TextureViewDescriptor::default());
+        let view = b
+            .item_buffer
+            .create_view(&wgpu::TextureViewDescriptor::default());
         let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
         let (raster, raster_group) = raster(device, &module("item_buffer")?, &seen);
         let pipelines = Self {
@@ -65,7 +69,13 @@ impl Pipelines {
             tessellate: stage(
                 "tessellate",
                 "tessellate",
-                &[Read(&b.faces), Read(&b.shot), Uniform(&b.params), Write(&b.instances), Write(&b.draws)],
+                &[
+                    Read(&b.faces),
+                    Read(&b.shot),
+                    Uniform(&b.params),
+                    Write(&b.instances),
+                    Write(&b.draws),
+                ],
             )?,
             deposit: stage(
                 "deposit",
@@ -84,12 +94,25 @@ impl Pipelines {
             escape: stage(
                 "escape",
                 "escape",
-                &[Read(&b.faces), Read(&b.shot), Uniform(&b.params), Read(&b.directions), Write(&b.lost)],
+                &[
+                    Read(&b.faces),
+                    Read(&b.shot),
+                    Uniform(&b.params),
+                    Read(&b.directions),
+                    Write(&b.lost),
+                ],
             )?,
             power: stage(
                 "power",
                 "power",
-                &[Uniform(&b.params), Read(&b.cells), Read(&b.texels), Read(&b.residual), Read(&b.irradiance), Write(&b.sums)],
+                &[
+                    Uniform(&b.params),
+                    Read(&b.cells),
+                    Read(&b.texels),
+                    Read(&b.residual),
+                    Read(&b.irradiance),
+                    Write(&b.sums),
+                ],
             )?,
             raster,
             raster_group,
@@ -118,11 +141,18 @@ fn layout(device: &wgpu::Device, stages: Stages, slots: &[Slot]) -> wgpu::BindGr
             count: None,
         })
         .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &entries,
+    })
 }
 
 fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
-    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+    wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    }
 }
 
 fn group(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, slots: &[Slot]) -> wgpu::BindGroup {
@@ -136,7 +166,11 @@ fn group(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, slots: &[Slot]) 
             },
         })
         .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
 }
 
 fn pipeline_layout(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::PipelineLayout {
@@ -147,7 +181,12 @@ fn pipeline_layout(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgp
     })
 }
 
-fn compute(device: &wgpu::Device, module: &wgpu::ShaderModule, entry: &str, slots: &[Slot]) -> Stage {
+fn compute(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    entry: &str,
+    slots: &[Slot],
+) -> Stage {
     let layout = layout(device, Stages::COMPUTE, slots);
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry),
@@ -157,11 +196,18 @@ fn compute(device: &wgpu::Device, module: &wgpu::ShaderModule, entry: &str, slot
         compilation_options: Default::default(),
         cache: None,
     });
-    Stage { pipeline, group: group(device, &layout, slots) }
+    Stage {
+        pipeline,
+        group: group(device, &layout, slots),
+    }
 }
 
 /// No culling: a back is opaque. The first of equal depths stays.
-fn raster(device: &wgpu::Device, module: &wgpu::ShaderModule, slots: &[Slot]) -> (wgpu::RenderPipeline, wgpu::BindGroup) {
+fn raster(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    slots: &[Slot],
+) -> (wgpu::RenderPipeline, wgpu::BindGroup) {
     let layout = layout(device, Stages::VERTEX_FRAGMENT, slots);
     let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("item buffer"),
@@ -173,7 +219,11 @@ fn raster(device: &wgpu::Device, module: &wgpu::ShaderModule, slots: &[Slot]) ->
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: 8,
                 step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &[wgpu::VertexAttribute { format: wgpu::VertexFormat::Uint32x2, offset: 0, shader_location: 0 }],
+                attributes: &[wgpu::VertexAttribute {
+                    format: wgpu::VertexFormat::Uint32x2,
+                    offset: 0,
+                    shader_location: 0,
+                }],
             })],
         },
         primitive: wgpu::PrimitiveState::default(),

@@ -39,7 +39,10 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
     let mut text = (*text).to_owned();
     for fault in faults.iter().filter(|fault| fault.file == name) {
         if text.matches(fault.from).count() != 1 {
-            return Err(Error::Usage(format!("{name}: {:?} does not occur once", fault.from)));
+            return Err(Error::Usage(format!(
+                "{name}: {:?} does not occur once",
+                fault.from
+            )));
         }
         text = text.replace(fault.from, fault.to);
     }
@@ -49,7 +52,7 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 /// The module of `name` with what it includes.
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
-        "deposit" => &["projection", "form_factor"],
+        "deposit" => &["projection", "form_factor", "intersect"],
         "escape" => &["projection", "intersect"],
         "tessellate" | "item_buffer" => &["projection"],
         _ => &[],
@@ -101,6 +104,7 @@ fn constants(settings: &Settings) -> String {
         ("CONTACT", CONTACT),
         ("OUTLINE", OUTLINE),
         ("MISS", MISS),
+        ("END", END),
         ("DEPTH_SCALE", DEPTH_SCALE),
         ("DEPTH_MAX", DEPTH_MAX),
         ("BELOW", BELOW),

@@ -66,7 +66,12 @@ impl<'a> GpuSolver<'a> {
     }
 
     /// A solver whose shaders are wrong in stated places.
-    pub fn with_faults(gpu: &Gpu, mesh: &'a Mesh, settings: &Settings, faults: &[Fault]) -> Result<Self> {
+    pub fn with_faults(
+        gpu: &Gpu,
+        mesh: &'a Mesh,
+        settings: &Settings,
+        faults: &[Fault],
+    ) -> Result<Self> {
         let buffers = Buffers::new(gpu, mesh, settings)?;
         let pipelines = Pipelines::new(gpu, settings, &buffers, faults)?;
         gpu.check()?;
@@ -99,9 +104,17 @@ impl<'a> GpuSolver<'a> {
             self.buffers.item_buffer.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
                 buffer: &staging,
-                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row),
+                    rows_per_image: None,
+                },
             },
-            wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 1 },
+            wgpu::Extent3d {
+                width: size,
+                height: size,
+                depth_or_array_layers: 1,
+            },
         );
         let bytes = self.finish(encoder, &staging)?;
         Ok(bytes
@@ -138,7 +151,14 @@ impl<'a> GpuSolver<'a> {
         staging
     }
 
-    fn submit(&mut self, encoder: wgpu::CommandEncoder, staging: &wgpu::Buffer) -> (wgpu::SubmissionIndex, Receiver<std::result::Result<(), wgpu::BufferAsyncError>>) {
+    fn submit(
+        &mut self,
+        encoder: wgpu::CommandEncoder,
+        staging: &wgpu::Buffer,
+    ) -> (
+        wgpu::SubmissionIndex,
+        Receiver<std::result::Result<(), wgpu::BufferAsyncError>>,
+    ) {
         let submission = self.gpu.queue.submit([encoder.finish()]);
         let (sender, mapped) = channel();
         staging.map_async(wgpu::MapMode::Read, .., move |result| {
@@ -161,7 +181,10 @@ impl<'a> GpuSolver<'a> {
         mapped: &Receiver<std::result::Result<(), wgpu::BufferAsyncError>>,
         staging: &wgpu::Buffer,
     ) -> Result<Vec<u8>> {
-        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: None,
+        };
         let polled = self.gpu.device.poll(wait);
         self.gpu.check()?;
         polled.map_err(|error| self.gpu.fail(&error.to_string()))?;
@@ -187,18 +210,28 @@ impl<'a> GpuSolver<'a> {
                 self.groups(self.mesh.cells.len()),
             ],
         };
-        self.gpu.queue.write_buffer(&self.buffers.params, 0, bytes_of(&params));
+        self.gpu
+            .queue
+            .write_buffer(&self.buffers.params, 0, bytes_of(&params));
     }
 
     /// Workgroups in two dimensions where one does not hold them.
     fn groups(&self, count: usize) -> [u32; 4] {
-        let most = self.gpu.device.limits().max_compute_workgroups_per_dimension;
+        let most = self
+            .gpu
+            .device
+            .limits()
+            .max_compute_workgroups_per_dimension;
         let x = (count as u32).min(most);
         [x, (count as u32).div_ceil(x.max(1)), 1, 0]
     }
 
     fn recorder(&self) -> Recorder<'_> {
-        Recorder { buffers: &self.buffers, pipelines: &self.pipelines, mesh: self.mesh }
+        Recorder {
+            buffers: &self.buffers,
+            pipelines: &self.pipelines,
+            mesh: self.mesh,
+        }
     }
 
     /// How many shots the next submission holds.
@@ -206,9 +239,15 @@ impl<'a> GpuSolver<'a> {
         let shots = match self.shot_seconds {
             None => FEWEST,
             Some(seconds) => {
-                let most = if self.gpu.line.software { f64::INFINITY } else { LONGEST_SECONDS };
+                let most = if self.gpu.line.software {
+                    f64::INFINITY
+                } else {
+                    LONGEST_SECONDS
+                };
                 let fewest = f64::from(FEWEST).min(most / seconds);
-                (SUBMISSION_SECONDS / seconds).max(fewest).clamp(1.0, f64::from(BATCH)) as u32
+                (SUBMISSION_SECONDS / seconds)
+                    .max(fewest)
+                    .clamp(1.0, f64::from(BATCH)) as u32
             }
         };
         shots.min(left)
@@ -220,7 +259,9 @@ impl<'a> GpuSolver<'a> {
             let from = (done as usize).min(log.len());
             let mut script = log[from..log.len().min(from + shots as usize + 1)].to_vec();
             script.resize(shots as usize + 1, u32::MAX);
-            self.gpu.queue.write_buffer(&self.buffers.script, 0, cast_slice(&script));
+            self.gpu
+                .queue
+                .write_buffer(&self.buffers.script, 0, cast_slice(&script));
         }
         let staging = self.staging(LOG_BYTES);
         let mut encoder = self.encoder();
@@ -236,7 +277,13 @@ impl<'a> GpuSolver<'a> {
         recorder.copy_log(&mut encoder, &staging);
         let start = Instant::now();
         let (submission, mapped) = self.submit(encoder, &staging);
-        Flight { staging, mapped, submission, shots, start }
+        Flight {
+            staging,
+            mapped,
+            submission,
+            shots,
+            start,
+        }
     }
 
     fn land(&mut self, flight: Flight, previous: &mut Instant) -> Result<Vec<Shot>> {
@@ -259,7 +306,8 @@ impl Engine for GpuSolver<'_> {
         let size = self.buffers.sums.size();
         let staging = self.staging(size);
         let mut encoder = self.encoder();
-        self.recorder().power(&mut encoder, self.groups(self.mesh.cells.len()));
+        self.recorder()
+            .power(&mut encoder, self.groups(self.mesh.cells.len()));
         encoder.copy_buffer_to_buffer(&self.buffers.sums, 0, &staging, 0, size);
         let sums: Vec<CellSumRecord> = pod_collect_to_vec(&self.finish(encoder, &staging)?);
         Ok(sums.iter().map(|sum| sum.residual[3]).collect())
@@ -283,7 +331,9 @@ impl Engine for GpuSolver<'_> {
             encoder.copy_buffer_to_buffer(buffer, 0, &staging, k * size, size);
         }
         let values: Vec<Vec4> = pod_collect_to_vec(&self.finish(encoder, &staging)?);
-        let part = |k: usize| values[k * self.mesh.texels.len()..(k + 1) * self.mesh.texels.len()].to_vec();
+        let part = |k: usize| {
+            values[k * self.mesh.texels.len()..(k + 1) * self.mesh.texels.len()].to_vec()
+        };
         Ok(Field {
             origin: format!("gpu: {}", self.gpu.line.name),
             radiosity: part(0),
@@ -293,7 +343,12 @@ impl Engine for GpuSolver<'_> {
     }
 
     /// Two batches are always under way; the log of one is read while the next one runs.
-    fn run(&mut self, order: Order, max_shots: u32, watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>) -> Result<()> {
+    fn run(
+        &mut self,
+        order: Order,
+        max_shots: u32,
+        watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
+    ) -> Result<()> {
         let (threshold, max_shots) = match order {
             Order::Greedy { threshold } => (threshold, max_shots),
             Order::Replay(log) => (0.0, max_shots.min(log.len() as u32)),
@@ -309,7 +364,9 @@ impl Engine for GpuSolver<'_> {
                 flights.push_back(self.launch(order, launched, shots));
                 launched += shots;
             }
-            let Some(flight) = flights.pop_front() else { return Ok(()) };
+            let Some(flight) = flights.pop_front() else {
+                return Ok(());
+            };
             let asked = flight.shots;
             let shots = self.land(flight, &mut previous)?;
             ended |= (shots.len() as u32) < asked;

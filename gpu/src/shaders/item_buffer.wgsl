@@ -17,13 +17,15 @@ fn vertex(@builtin(vertex_index) index: u32, @location(0) instance: vec2u) -> Ve
     let parts = instance.y;
     let u = f32(index % (parts + 1u)) / f32(parts);
     let v = f32(index / (parts + 1u)) / f32(parts);
-    let a = faces[instance.x].corners[0].xyz;
-    let b = faces[instance.x].corners[1].xyz;
-    let c = faces[instance.x].corners[2].xyz;
-    let d = faces[instance.x].corners[3].xyz;
-    let low = a * (1.0 - u) + b * u;
-    let high = d * (1.0 - u) + c * u;
-    let local = to_local(low * (1.0 - v) + high * v);
+    let a = faces[instance.x].corners[0].xyz - shot.centre;
+    let b = faces[instance.x].corners[1].xyz - shot.centre;
+    let c = faces[instance.x].corners[2].xyz - shot.centre;
+    let d = faces[instance.x].corners[3].xyz - shot.centre;
+    let s = spread(a, b, u) * (1.0 - v) + spread(d, c, u) * v;
+    let t = spread(a, d, v) * (1.0 - u) + spread(b, c, v) * u;
+    let low = a * (1.0 - s) + b * s;
+    let high = d * (1.0 - s) + c * s;
+    let local = turn(low * (1.0 - t) + high * t);
     var depth = 0.5;
     if PROJECTION == PROJECTION_PAPER {
         let z = local.z * params.unit;
@@ -32,6 +34,23 @@ fn vertex(@builtin(vertex_index) index: u32, @location(0) instance: vec2u) -> Ve
     }
     let elevation = local.z / sqrt(dot(local, local));
     return Vertex(vec4f(project(local), depth, 1.0), elevation, instance.x);
+}
+
+// Where on the edge from a to b (seen from the origin) the share u of its parts ends. Twin:
+// cpu/src/tessellate.rs.
+fn spread(a: vec3f, b: vec3f, u: f32) -> f32 {
+    let length_a = sqrt(max(dot(a, a), 1e-24));
+    let length_b = sqrt(max(dot(b, b), 1e-24));
+    // The bisector of the angle divides the edge in the ratio of the two sides.
+    let middle = length_a / (length_a + length_b);
+    let m = a * (1.0 - middle) + b * middle;
+    let length_m = sqrt(max(dot(m, m), 1e-24));
+    if u < 0.5 {
+        let w = 2.0 * u;
+        return middle * (w * length_a / ((1.0 - w) * length_m + w * length_a));
+    }
+    let w = 2.0 * u - 1.0;
+    return middle + (1.0 - middle) * (w * length_m / ((1.0 - w) * length_b + w * length_m));
 }
 
 struct Fragment {

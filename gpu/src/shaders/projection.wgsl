@@ -1,7 +1,10 @@
 // The shooter's hemisphere on the unit disc, and back. Twin: cpu/src/projection.rs.
 
 fn to_local(point: vec3f) -> vec3f {
-    let d = point - shot.centre;
+    return turn(point - shot.centre);
+}
+
+fn turn(d: vec3f) -> vec3f {
     return vec3f(dot(shot.tangent, d), dot(shot.bitangent, d), dot(shot.normal, d));
 }
 

@@ -75,7 +75,7 @@ fn reduce(lane: u32) {
 
 fn record() {
     let escaped = f32(lost) / f32(DIRECTIONS);
-    let form_factor_sum = lane_received[0] / shot.area;
+    let form_factor_sum = select(0.0, lane_received[0] / shot.area, shot.area > 0.0);
     log.records[log.count] = Record(shot.flux, shot.cell, form_factor_sum, escaped, lane_total[0], 0u);
     log.count++;
 }

@@ -26,7 +26,7 @@ fn level(face: u32) -> u32 {
     if PROJECTION == PROJECTION_PAPER {
         return 0u;
     }
-    let parts = ratio(face) * sqrt(f32(SIZE) / 16.0);
+    let parts = widest(face) * sqrt(f32(SIZE) / 16.0);
     var level = 0u;
     while level + 1u < LEVELS && f32(1u << level) < parts {
         level++;
@@ -34,20 +34,21 @@ fn level(face: u32) -> u32 {
     return level;
 }
 
-fn ratio(face: u32) -> f32 {
+fn widest(face: u32) -> f32 {
     var largest = 0.0;
     for (var k = 0u; k < 4u; k++) {
-        let a = faces[face].corners[k].xyz - shot.centre;
-        let along = faces[face].corners[(k + 1u) & 3u].xyz - faces[face].corners[k].xyz;
-        let length2 = dot(along, along);
-        if length2 > 0.0 {
-            let t = clamp(-dot(a, along) / length2, 0.0, 1.0);
-            let nearest = a + along * t;
-            let distance2 = max(dot(nearest, nearest), 1e-12);
-            largest = max(largest, sqrt(length2 / distance2));
-        }
+        let a = unit(faces[face].corners[k].xyz - shot.centre);
+        let b = unit(faces[face].corners[(k + 1u) & 3u].xyz - shot.centre);
+        let d = b - a;
+        let sine = sqrt(dot(d, d)) * 0.5;
+        let cosine = sqrt(max(1.0 - sine * sine, 0.0));
+        largest = max(largest, 4.0 * sine / (1.0 + cosine));
     }
     return largest;
+}
+
+fn unit(v: vec3f) -> vec3f {
+    return v / sqrt(max(dot(v, v), 1e-24));
 }
 
 @compute @workgroup_size(SELECT_LANES)

@@ -1,0 +1,62 @@
+//! Whether a texel sees the shooter, asked of the item buffer. Twin of `visible` in
+//! `gpu/src/shaders/deposit.wgsl`.
+//!
+//! Exact: the pixel that holds the texel's projection has its ID. 3×3: one of the nine pixels
+//! around it has its ID, and none of the other faces seen there cuts the segment from the
+//! shooter; the nine pixels name the faces that may hide the texel, those are asked exactly.
+
+use crate::intersect::intersect;
+use crate::item_buffer::{ItemBuffer, View};
+use crate::projection::{pixels, project};
+use common::constants::{END, OUTLINE};
+use common::mesh::Mesh;
+use common::settings::Lookup;
+use glam::Vec3;
+
+/// Whether the texel at `position` on `face` sees the shooter of `view`.
+pub fn visible(
+    mesh: &Mesh,
+    buffer: &ItemBuffer,
+    view: &View,
+    lookup: Lookup,
+    position: Vec3,
+    face: u32,
+) -> bool {
+    let p = pixels(
+        project(view.visibility, view.frame.local(position)),
+        buffer.size,
+    );
+    let last = buffer.size as i32 - 1;
+    let x = (p.x.floor() as i32).clamp(0, last);
+    let y = (p.y.floor() as i32).clamp(0, last);
+    let mut found = false;
+    let mut asked = 0;
+    let reach = match lookup {
+        Lookup::Exact => 0,
+        Lookup::Neighbours => 1,
+    };
+    for j in (y - reach).max(0)..=(y + reach).min(last) {
+        for i in (x - reach).max(0)..=(x + reach).min(last) {
+            let id = buffer.ids[(j as u32 * buffer.size + i as u32) as usize];
+            if id == face + 1 {
+                found = true;
+            } else if reach > 0 && id != 0 && id != asked {
+                if blocks(mesh, view, id - 1, position, face) {
+                    return false;
+                }
+                asked = id;
+            }
+        }
+    }
+    found
+}
+
+/// Whether `occluder` cuts the segment from the shooter to the texel.
+fn blocks(mesh: &Mesh, view: &View, occluder: u32, position: Vec3, face: u32) -> bool {
+    let occluder = &mesh.faces[occluder as usize];
+    if occluder.sheet == mesh.faces[face as usize].sheet {
+        return false;
+    }
+    let hit = intersect(occluder, view.frame.centre, position - view.frame.centre);
+    hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE
+}
