@@ -30,7 +30,11 @@ pub fn convergence(cpu: &Run, gpu: &Run, epsilon: f64) -> Option<String> {
         return None;
     }
     let stop = Some(epsilon).filter(|e| e.is_finite() && *e > 0.0 && *e < 1.0);
-    let low = points().map(|p| p.1).chain(stop).fold(0.5, f64::min).max(1e-12);
+    let low = points()
+        .map(|p| p.1)
+        .chain(stop)
+        .fold(0.5, f64::min)
+        .max(1e-12);
     let high = points().map(|p| p.1).fold(1.0, f64::max).min(1e12);
     svg(|area| {
         let mut chart = ChartBuilder::on(area)
@@ -39,7 +43,13 @@ pub fn convergence(cpu: &Run, gpu: &Run, epsilon: f64) -> Option<String> {
             .x_label_area_size(44)
             .y_label_area_size(74)
             .build_cartesian_2d(0.0..shots, (low * 0.7..high * 1.2).log_scale())?;
-        mesh(&mut chart, "shots", "unshot ÷ emitted power (log)", &|x| format!("{x:.0}"), &|y| format!("{y:.0e}"))?;
+        mesh(
+            &mut chart,
+            "shots",
+            "unshot ÷ emitted power (log)",
+            &|x| format!("{x:.0}"),
+            &share,
+        )?;
         let [cpu, gpu] = curves.clone();
         let style = CPU.mix(0.85).stroke_width(5);
         chart
@@ -57,7 +67,7 @@ pub fn convergence(cpu: &Run, gpu: &Run, epsilon: f64) -> Option<String> {
             let line = [(0.0, stop), (shots, stop)];
             chart
                 .draw_series(DashedLineSeries::new(line, 2, 4, style))?
-                .label(format!(" stop: ε = {stop}"))
+                .label(format!(" stop: ε = {}", share(&stop)))
                 .legend(move |(x, y)| DashedPathElement::new([(x, y), (x + 26, y)], 2, 4, style));
         }
         chart
@@ -70,10 +80,19 @@ pub fn convergence(cpu: &Run, gpu: &Run, epsilon: f64) -> Option<String> {
     })
 }
 
+/// A share as the axis names it.
+fn share(y: &f64) -> String {
+    let digits = (-(100.0 * y).log10().floor()).clamp(0.0, 10.0) as usize;
+    format!("{:.digits$} %", 100.0 * y)
+}
+
 /// (shots, unshot fraction); what has no logarithm is left out.
 fn curve(run: &Run) -> Vec<(f64, f64)> {
     let emitted = f64::from(run.emitted);
-    let unshot = run.shots.iter().map(|shot| f64::from(shot.unshot) / emitted);
+    let unshot = run
+        .shots
+        .iter()
+        .map(|shot| f64::from(shot.unshot) / emitted);
     let all: Vec<(f64, f64)> = std::iter::once(1.0)
         .chain(unshot)
         .enumerate()
@@ -103,8 +122,17 @@ pub fn mismatches(histogram: &[u64]) -> Option<String> {
             .y_label_area_size(74)
             .build_cartesian_2d(0.0..width, range)?;
         let x = "distance to the nearest ID boundary, pixels";
-        mesh(&mut chart, x, "mismatched pairs (log)", &|x| format!("{x:.1}"), &|y| format!("{y:.0}"))?;
-        let bars = histogram[..used].iter().enumerate().filter(|(_, count)| **count > 0);
+        mesh(
+            &mut chart,
+            x,
+            "mismatched pairs (log)",
+            &|x| format!("{x:.1}"),
+            &|y| format!("{y:.0}"),
+        )?;
+        let bars = histogram[..used]
+            .iter()
+            .enumerate()
+            .filter(|(_, count)| **count > 0);
         chart.draw_series(bars.map(|(k, count)| {
             let corners = [(k as f64 / 2.0, 0.5), ((k + 1) as f64 / 2.0, *count as f64)];
             let mut bar = Rectangle::new(corners, GPU.mix(0.75).filled());

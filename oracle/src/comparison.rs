@@ -49,9 +49,11 @@ pub struct Pairs {
     pub mismatched: u64,
     /// Mismatches within the derived bound of an ID boundary.
     pub explained: u64,
+    /// Explained ones by a true outline too thin to show in the buffer.
+    pub vanished: u64,
     /// The others.
     pub unexplained: u64,
-    /// Facing pairs within that bound, mismatched or not.
+    /// Facing pairs within that bound of a boundary in the buffer, and all explained ones.
     pub explainable: u64,
     /// Σ F·A of the mismatched over Σ F·A of the facing pairs.
     pub weighted_mismatch: f64,

@@ -1,3 +1,10 @@
 //! Comparison, explanation of differences, exact answers, pictures and the report.
 
+pub mod chart;
+pub mod cli;
+pub mod compare;
 pub mod comparison;
+pub mod exact;
+pub mod picture;
+pub mod report;
+pub mod view;

@@ -1,2 +1,7 @@
 //! The `radiosity` program.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    oracle::cli::main()
+}

@@ -39,12 +39,20 @@ pub struct Picture {
 
 impl Picture {
     /// One colour per pixel; none is transparent.
-    pub fn from_pixels(width: u32, height: u32, colour: impl Fn(u32, u32) -> Option<[u8; 3]>) -> Self {
+    pub fn from_pixels(
+        width: u32,
+        height: u32,
+        colour: impl Fn(u32, u32) -> Option<[u8; 3]>,
+    ) -> Self {
         let rgba = (0..height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))
             .flat_map(|(x, y)| colour(x, y).map_or([0; 4], |[r, g, b]| [r, g, b, 255]))
             .collect();
-        Self { width, height, rgba }
+        Self {
+            width,
+            height,
+            rgba,
+        }
     }
 
     /// As a PNG file; empty for a picture without pixels.
@@ -72,7 +80,11 @@ pub fn encode(linear: Vec3) -> [u8; 3] {
     }
     linear.to_array().map(|x| {
         let x = x.clamp(0.0, 1.0);
-        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        let y = if x <= 0.003_130_8 {
+            12.92 * x
+        } else {
+            1.055 * x.powf(1.0 / 2.4) - 0.055
+        };
         (y * 255.0).round() as u8
     })
 }
@@ -81,7 +93,11 @@ pub fn encode(linear: Vec3) -> [u8; 3] {
 pub fn decode(srgb: [u8; 3]) -> Vec3 {
     Vec3::from(srgb.map(|x| {
         let y = f32::from(x) / 255.0;
-        if y <= 0.040_45 { y / 12.92 } else { ((y + 0.055) / 1.055).powf(2.4) }
+        if y <= 0.040_45 {
+            y / 12.92
+        } else {
+            ((y + 0.055) / 1.055).powf(2.4)
+        }
     }))
 }
 
@@ -100,7 +116,8 @@ pub struct Exposure {
 impl Exposure {
     /// Brings the 90th percentile of (value, weight) pairs to 0.8 of white.
     pub fn of(values: impl Iterator<Item = (f32, f32)>) -> Self {
-        let positive = |(value, weight): &(f32, f32)| value.is_finite() && *value > 0.0 && *weight > 0.0;
+        let positive =
+            |(value, weight): &(f32, f32)| value.is_finite() && *value > 0.0 && *weight > 0.0;
         let mut values: Vec<(f32, f32)> = values.filter(positive).collect();
         values.sort_by(|a, b| a.0.total_cmp(&b.0));
         let sum = |values: &[(f32, f32)]| values.iter().map(|v| f64::from(v.1)).sum::<f64>();
@@ -111,7 +128,9 @@ impl Exposure {
             below >= wanted
         });
         let white = at.map_or(1.0, |(value, _)| f64::from(*value) / BRIGHT);
-        Self { white: white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32 }
+        Self {
+            white: white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32,
+        }
     }
 
     /// Radiosity on a linear display, clipped; NaN is magenta.
@@ -139,15 +158,23 @@ pub fn diverging(x: f64) -> [u8; 3] {
 
 /// A symmetric range for [`diverging`]: 1, 2 or 5 × 10ⁿ, exceeded by one value in 200 at most.
 pub fn range(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.map(f64::abs).filter(|x| x.is_finite() && *x > 0.0).collect();
+    let mut sizes: Vec<f64> = values
+        .map(f64::abs)
+        .filter(|x| x.is_finite() && *x > 0.0)
+        .collect();
     sizes.sort_by(f64::total_cmp);
-    let Some(wanted) = sizes.get((sizes.len() * 199 / 200).min(sizes.len().saturating_sub(1))) else {
+    let Some(wanted) = sizes.get((sizes.len() * 199 / 200).min(sizes.len().saturating_sub(1)))
+    else {
         return 1e-6;
     };
     let decade = wanted.max(1e-9).log10().floor();
     let power = 10f64.powf(decade);
     // 10 × power itself is reached by rounding only.
-    [1.0, 2.0, 5.0].map(|m| m * power).into_iter().find(|r| r >= wanted).unwrap_or(10.0 * power)
+    [1.0, 2.0, 5.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|r| r >= wanted)
+        .unwrap_or(10.0 * power)
 }
 
 /// A face's colour in item buffers: successive faces differ in hue by the golden angle.
@@ -165,7 +192,10 @@ pub fn face_colour(face: u32) -> [u8; 3] {
 pub fn item_buffer(ids: &[u32], size: u32) -> Picture {
     Picture::from_pixels(size, size, |x, y| {
         let id = ids.get((y as usize) * (size as usize) + x as usize);
-        Some(id.and_then(|id| id.checked_sub(1)).map_or([0; 3], face_colour))
+        Some(
+            id.and_then(|id| id.checked_sub(1))
+                .map_or([0; 3], face_colour),
+        )
     })
 }
 
@@ -192,14 +222,20 @@ mod tests {
             assert_eq!(encode(decode([x, 255 - x, 7])), [x, 255 - x, 7]);
         }
         assert_eq!(encode(Vec3::new(0.5, f32::NAN, 0.0)), NOT_A_NUMBER);
-        assert_eq!(encode(Exposure { white: 1.0 }.display(Vec3::NAN)), NOT_A_NUMBER);
+        assert_eq!(
+            encode(Exposure { white: 1.0 }.display(Vec3::NAN)),
+            NOT_A_NUMBER
+        );
         assert_eq!(diverging(f64::NAN), NOT_A_NUMBER);
     }
 
     #[test]
     fn false_colours_are_symmetric_and_in_range() {
         assert_eq!(diverging(0.0), DIVERGING[3]);
-        assert_eq!([diverging(-7.0), diverging(7.0)], [DIVERGING[0], DIVERGING[6]]);
+        assert_eq!(
+            [diverging(-7.0), diverging(7.0)],
+            [DIVERGING[0], DIVERGING[6]]
+        );
         assert_eq!(range([0.003, -0.0011, f64::NAN].into_iter()), 0.005);
         assert_eq!(range(std::iter::empty()), 1e-6);
         assert_eq!(range(std::iter::once(f64::INFINITY)), 1e-6);
@@ -220,8 +256,16 @@ mod tests {
         assert!(set.len() > 190);
         let picture = item_buffer(&[0, 1, 2], 2);
         assert_eq!(picture.rgba[..4], [0, 0, 0, 255]);
-        assert!(picture.data_uri().starts_with("data:image/png;base64,iVBOR"));
-        let nothing = Picture { width: 0, height: 0, rgba: Vec::new() };
+        assert!(
+            picture
+                .data_uri()
+                .starts_with("data:image/png;base64,iVBOR")
+        );
+        let nothing = Picture {
+            width: 0,
+            height: 0,
+            rgba: Vec::new(),
+        };
         assert!(nothing.png().is_empty());
     }
 }

@@ -1,1 +1,11 @@
-//! stub
+//! `report.html`, one file that opens offline and is meant to be looked at, and `report.json`.
+
+mod figures;
+mod json;
+mod number;
+mod page;
+mod section;
+mod tables;
+
+pub use json::json;
+pub use page::html;

@@ -31,7 +31,12 @@ pub struct Camera {
 impl Camera {
     /// A camera with y up.
     pub fn new(eye: Vec3, target: Vec3, fov_degrees: f32) -> Self {
-        Self { eye, target, up: Vec3::Y, fov_degrees }
+        Self {
+            eye,
+            target,
+            up: Vec3::Y,
+            fov_degrees,
+        }
     }
 
     /// Right, up and forward; some frame even where the parameters do not define one.
@@ -66,7 +71,10 @@ impl Camera {
                 best = Some((score, camera));
             }
         }
-        best.map_or(Self::new(Vec3::NEG_Z * 4.0, Vec3::ZERO, FOV_DEGREES), |(_, camera)| camera)
+        best.map_or(
+            Self::new(Vec3::NEG_Z * 4.0, Vec3::ZERO, FOV_DEGREES),
+            |(_, camera)| camera,
+        )
     }
 
     /// The camera in direction `towards_eye` that has the whole scene in its picture.
@@ -83,7 +91,10 @@ impl Camera {
                 p.x.abs().max(p.y.abs()) / extent - p.z
             })
             .fold(0.1, f32::max);
-        Self { eye: target + towards_eye * distance, ..camera }
+        Self {
+            eye: target + towards_eye * distance,
+            ..camera
+        }
     }
 
     /// The share of the fronts' area that is seen; no face counts for more than it has.
@@ -119,7 +130,7 @@ fn viewpoints() -> Vec<Vec3> {
     let straight = [(0.0, -1.0), (0.0, 1.0), (-1.0, 0.0), (1.0, 0.0)];
     let aslant = [(-0.6, -1.0), (0.6, -1.0), (-0.6, 1.0), (0.6, 1.0)];
     straight
-        .map(|(x, z)| elevated(x, z, 4.0))
+        .map(|(x, z)| elevated(x, z, 0.0))
         .into_iter()
         .chain(aslant.map(|(x, z)| elevated(x, z, 24.0)))
         .chain(aslant.map(|(x, z)| elevated(x, z, -24.0)))

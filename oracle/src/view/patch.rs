@@ -129,16 +129,42 @@ impl Patch {
             Shape::Quad => {
                 let [a, b] = [2 * (index % w), 2 * (index / w)];
                 let (c, d) = (a + 2, b + 2);
-                ([[a, b], [a + 1, b], [c, b], [c, b + 1], [c, d], [a + 1, d], [a, d], [a, b + 1]], 8)
+                (
+                    [
+                        [a, b],
+                        [a + 1, b],
+                        [c, b],
+                        [c, b + 1],
+                        [c, d],
+                        [a + 1, d],
+                        [a, d],
+                        [a, b + 1],
+                    ],
+                    8,
+                )
             }
             Shape::Triangle => {
                 let (i, j, upright) = triangle_position(w, index);
                 let [a, b] = [2 * i, 2 * j];
                 let (c, d) = (a + 2, b + 2);
                 let ring = if upright {
-                    [[a, b], [a + 1, b], [c, b], [a + 1, b + 1], [a, d], [a, b + 1]]
+                    [
+                        [a, b],
+                        [a + 1, b],
+                        [c, b],
+                        [a + 1, b + 1],
+                        [a, d],
+                        [a, b + 1],
+                    ]
                 } else {
-                    [[c, b], [c, b + 1], [c, d], [a + 1, d], [a, d], [a + 1, b + 1]]
+                    [
+                        [c, b],
+                        [c, b + 1],
+                        [c, d],
+                        [a + 1, d],
+                        [a, d],
+                        [a + 1, b + 1],
+                    ]
                 };
                 let [n0, n1, n2, n3, n4, n5] = ring;
                 ([n0, n1, n2, n3, n4, n5, n5, n5], 6)
@@ -155,7 +181,8 @@ impl Patch {
             Shape::Quad => j * w + i,
             Shape::Triangle => {
                 let i = i.min(w - 1 - j);
-                let whole = u * f64::from(w) - f64::from(i) + v * f64::from(h) - f64::from(j) <= 1.0;
+                let whole =
+                    u * f64::from(w) - f64::from(i) + v * f64::from(h) - f64::from(j) <= 1.0;
                 triangle_index(w, i, j, whole || i + j + 1 >= w)
             }
         }
@@ -177,7 +204,11 @@ impl Patch {
                 // (h − f v) ∥ (e + g v); of both roots the one at which the Jacobian is positive.
                 let (k2, k1, k0) = (cross(g, f), cross(e, f) + cross(h, g), cross(h, e));
                 let root = (k1 * k1 - 4.0 * k2 * k0).max(0.0).sqrt();
-                let v = if k1 >= 0.0 { -2.0 * k0 / (k1 + root) } else { (root - k1) / (2.0 * k2) };
+                let v = if k1 >= 0.0 {
+                    -2.0 * k0 / (k1 + root)
+                } else {
+                    (root - k1) / (2.0 * k2)
+                };
                 let along = e + g * v;
                 [(h - f * v).dot(along) / along.length_squared(), v]
             }
@@ -199,10 +230,25 @@ mod tests {
         let p = |x: f64, y: f64| DVec3::new(x, y, 0.2 * x - 0.3 * y);
         let scene = Scene {
             faces: vec![
-                Face::quad("q", [p(0., 0.), p(4., 0.), p(3., 2.), p(0.5, 1.)], Vec3::ONE, Vec3::ZERO),
+                Face::quad(
+                    "q",
+                    [p(0., 0.), p(4., 0.), p(3., 2.), p(0.5, 1.)],
+                    Vec3::ONE,
+                    Vec3::ZERO,
+                ),
                 // An edge without length: (u, v) is ambiguous at it and nowhere else.
-                Face::quad("d", [p(0., 0.), p(4., 0.), p(3., 2.), p(3., 2.)], Vec3::ONE, Vec3::ZERO),
-                Face::triangle("t", [p(0., 0.), p(4., 0.), p(1., 3.)], Vec3::ONE, Vec3::ZERO),
+                Face::quad(
+                    "d",
+                    [p(0., 0.), p(4., 0.), p(3., 2.), p(3., 2.)],
+                    Vec3::ONE,
+                    Vec3::ZERO,
+                ),
+                Face::triangle(
+                    "t",
+                    [p(0., 0.), p(4., 0.), p(1., 3.)],
+                    Vec3::ONE,
+                    Vec3::ZERO,
+                ),
             ],
             ..Scene::default()
         };
@@ -210,7 +256,10 @@ mod tests {
             let mesh = Mesh::uniform(&scene, n, 1).unwrap();
             let (patches, _) = Patch::all(&scene.faces, &mesh);
             for texel in &mesh.texels {
-                let (patch, face) = (&patches[texel.face as usize], &scene.faces[texel.face as usize]);
+                let (patch, face) = (
+                    &patches[texel.face as usize],
+                    &scene.faces[texel.face as usize],
+                );
                 assert_eq!(patch.texel(texel.position.as_dvec3()), texel.index);
                 let corners = outline(face, [n, n], texel.index);
                 let centroid = corners.centroid() - texel.position.as_dvec3() * mesh.unit;
@@ -218,13 +267,19 @@ mod tests {
                 for (k, corner) in corners.corners().iter().enumerate() {
                     let node = patch.position(ring[2 * k]) * mesh.unit;
                     // Mesh corners and centroids are f32 of order 1.
-                    assert!((node + centroid - *corner).length() < 1e-5, "{k} {node} {corner}");
+                    assert!(
+                        (node + centroid - *corner).length() < 1e-5,
+                        "{k} {node} {corner}"
+                    );
                     let middle = patch.position(ring[2 * k + 1]) * 2.0;
-                    let ends = patch.position(ring[2 * k]) + patch.position(ring[(2 * k + 2) % len]);
+                    let ends =
+                        patch.position(ring[2 * k]) + patch.position(ring[(2 * k + 2) % len]);
                     assert!((middle - ends).length() < 1e-12);
                 }
             }
-            let borders = patches.iter().map(|q| (0..q.edges()).map(|k| q.border(k).count()).sum::<usize>());
+            let borders = patches
+                .iter()
+                .map(|q| (0..q.edges()).map(|k| q.border(k).count()).sum::<usize>());
             let expected = [4, 4, 3].map(|edges| edges * (2 * n as usize + 1));
             assert!(borders.eq(expected));
             assert_eq!(count([n, n]) as usize, patches[1].first_texel);

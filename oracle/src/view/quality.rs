@@ -40,7 +40,13 @@ fn relative_rms(field: &Interpolant) -> f64 {
         error += (field.mean(k as u32) - own).powf(2.0) * area;
         square += own * own * area;
     }
-    let ratio = |c: usize| if error[c] == 0.0 { 0.0 } else { (error[c] / square[c]).sqrt() };
+    let ratio = |c: usize| {
+        if error[c] == 0.0 {
+            0.0
+        } else {
+            (error[c] / square[c]).sqrt()
+        }
+    };
     worst((0..3).map(ratio))
 }
 
@@ -91,5 +97,11 @@ fn shared_points(field: &Interpolant, a: u32, b: u32) -> Vec<DVec3> {
 
 /// The largest; NaN if one is.
 fn worst(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |a, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) })
+    values.fold(0.0, |a, b| {
+        if a.is_nan() || b.is_nan() {
+            f64::NAN
+        } else {
+            a.max(b)
+        }
+    })
 }

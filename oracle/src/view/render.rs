@@ -5,9 +5,9 @@
 
 use crate::picture::{Picture, encode};
 use crate::view::camera::Camera;
-use crate::view::surface::Surface;
+use crate::view::surface::{Stencil, Surface};
 use cpu::rays::Rays;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 /// Samples per pixel and side.
@@ -18,10 +18,8 @@ const SUPERSAMPLING: u32 = 2;
 pub struct Hit {
     /// The face.
     pub face: u32,
-    /// The texel.
-    pub texel: u32,
-    /// Where, mesh coordinates.
-    pub point: DVec3,
+    /// Its texel, and the point among the texel's nodes.
+    pub stencil: Stencil,
 }
 
 /// The hits of a square picture's samples.
@@ -41,7 +39,10 @@ impl View {
                 let direction = camera.direction(at(k % samples), -at(k / samples));
                 let (face, t) = rays.front(camera.eye, direction)?;
                 let point = (camera.eye + direction * t).as_dvec3();
-                Some(Hit { face, texel: surface.texel(face, point), point })
+                Some(Hit {
+                    face,
+                    stencil: surface.stencil(surface.texel(face, point), point),
+                })
             })
             .collect();
         Self { size, hits }
@@ -73,6 +74,10 @@ impl View {
                 [r, g, b, (255 * count / (side * side)) as u8]
             })
             .collect();
-        Picture { width: self.size, height: self.size, rgba }
+        Picture {
+            width: self.size,
+            height: self.size,
+            rgba,
+        }
     }
 }

@@ -46,7 +46,13 @@ impl<'a> Surface<'a> {
         for (k, texel) in mesh.texels.iter().enumerate() {
             texels[patches[texel.face as usize].first_texel + texel.index as usize] = k as u32;
         }
-        Self { mesh, patches, pairs, joints, texels }
+        Self {
+            mesh,
+            patches,
+            pairs,
+            joints,
+            texels,
+        }
     }
 
     /// The mesh's texel at a point of a face.
@@ -64,7 +70,9 @@ impl<'a> Surface<'a> {
         for k in 0..count {
             let (node, next) = (ring[k], ring[(k + 1) % count]);
             knots.push((patch.position(node), self.joints.slots[patch.index(node)]));
-            let Some((edge, [from, to])) = patch.edge_between(node, next) else { continue };
+            let Some((edge, [from, to])) = patch.edge_between(node, next) else {
+                continue;
+            };
             let hanging = &self.joints.hanging[4 * texel.face as usize + edge];
             let first = hanging.partition_point(|knot| knot.s <= from);
             let [a, b] = patch.edge(edge);
@@ -73,9 +81,50 @@ impl<'a> Surface<'a> {
         }
     }
 
+    /// What counts how much at a point of a texel (or just outside).
+    pub fn stencil(&self, texel: u32, point: DVec3) -> Stencil {
+        let mut knots = Vec::with_capacity(8);
+        self.ring(texel, &mut knots);
+        let (centre, normal) = self.geometry(texel);
+        let mut best = Stencil {
+            texel,
+            slots: [0, 0],
+            shares: DVec3::X,
+        };
+        let mut inside = f64::NEG_INFINITY;
+        for k in 0..knots.len() {
+            let (from, to) = (knots[k], knots[(k + 1) % knots.len()]);
+            let shares = barycentric(from.0 - centre, to.0 - centre, point - centre, normal);
+            // Not NaN; outside all triangles, by rounding, the least far outside counts.
+            if shares.min_element() > inside {
+                inside = shares.min_element();
+                best = Stencil {
+                    texel,
+                    slots: [from.1, to.1],
+                    shares,
+                };
+            }
+        }
+        best.shares = best.shares.max(DVec3::ZERO);
+        best.shares /= best.shares.element_sum();
+        best
+    }
+
+    fn geometry(&self, texel: u32) -> (DVec3, DVec3) {
+        let texel = &self.mesh.texels[texel as usize];
+        (
+            texel.position.as_dvec3(),
+            self.patches[texel.face as usize].normal,
+        )
+    }
+
     /// The interpolation of one value per texel (missing ones are NaN).
     pub fn interpolate(&self, values: &[Vec4]) -> Interpolant<'_> {
-        let value = |k: usize| values.get(k).map_or(DVec3::NAN, |v| v.truncate().as_dvec3());
+        let value = |k: usize| {
+            values
+                .get(k)
+                .map_or(DVec3::NAN, |v| v.truncate().as_dvec3())
+        };
         let own: Vec<DVec3> = (0..self.mesh.texels.len()).map(value).collect();
         let mut sums = vec![(DVec3::ZERO, 0.0); self.joints.count];
         let mut knots = Vec::new();
@@ -89,13 +138,32 @@ impl<'a> Surface<'a> {
             }
         }
         let nodes = sums.into_iter().map(|(sum, weight)| sum / weight).collect();
-        Interpolant { surface: self, own, nodes }
+        Interpolant {
+            surface: self,
+            own,
+            nodes,
+        }
     }
+}
+
+/// A point's place among a texel's centroid and two neighbouring nodes of its ring.
+#[derive(Clone, Copy, Debug)]
+pub struct Stencil {
+    /// The texel.
+    pub texel: u32,
+    /// The nodes' values.
+    pub slots: [u32; 2],
+    /// Shares of the centroid and the nodes; none is negative, their sum is 1.
+    pub shares: DVec3,
 }
 
 /// A texel without area counts only where there is no other.
 fn weight(area: f32, distance: f64) -> f64 {
-    if area > 0.0 { 1.0 / distance.max(1e-12) } else { 1e-30 }
+    if area > 0.0 {
+        1.0 / distance.max(1e-12)
+    } else {
+        1e-30
+    }
 }
 
 /// One value per texel, interpolated.
@@ -114,44 +182,41 @@ impl Interpolant<'_> {
 
     /// The value at a point of a face.
     pub fn at(&self, face: u32, point: DVec3) -> DVec3 {
-        self.in_texel(self.surface.texel(face, point), point)
+        self.value(&self.surface.stencil(self.surface.texel(face, point), point))
     }
 
-    /// The value at a point of a texel (or just outside).
-    pub fn in_texel(&self, texel: u32, point: DVec3) -> DVec3 {
-        let mut knots = Vec::with_capacity(8);
-        self.surface.ring(texel, &mut knots);
-        let Texel { centre, normal } = self.geometry(texel);
-        let mut best = (f64::NEG_INFINITY, DVec3::X, 0);
-        for k in 0..knots.len() {
-            let (a, b) = (knots[k].0 - centre, knots[(k + 1) % knots.len()].0 - centre);
-            let share = barycentric(a, b, point - centre, normal);
-            // Not NaN; outside all triangles, by rounding, the least far outside counts.
-            if share.min_element() > best.0 {
-                best = (share.min_element(), share, k);
+    /// The value at a stencil's point.
+    pub fn value(&self, stencil: &Stencil) -> DVec3 {
+        let (
+            Stencil {
+                texel,
+                slots: [a, b],
+                shares,
+            },
+            node,
+        ) = (stencil, |k: &u32| self.nodes[*k as usize]);
+        // A share of 0 must not let a NaN in: the texel without triangles has no nodes.
+        let part = |share: f64, value: DVec3| {
+            if share > 0.0 {
+                value * share
+            } else {
+                DVec3::ZERO
             }
-        }
-        let (_, share, k) = best;
-        let share = share.max(DVec3::ZERO);
-        let value = |k: usize| self.nodes[knots[k % knots.len()].1 as usize];
-        let (own, from, to) = (self.own(texel), value(k), value(k + 1));
-        if best.0 == f64::NEG_INFINITY {
-            return own;
-        }
-        (own * share.x + from * share.y + to * share.z) / share.element_sum()
+        };
+        part(shares.x, self.own(*texel)) + part(shares.y, node(a)) + part(shares.z, node(b))
     }
 
-    /// B = E + ρH at a point of a texel.
-    pub fn radiosity(&self, texel: u32, point: DVec3) -> Vec3 {
-        let Some(surface) = self.surface.mesh.texels.get(texel as usize) else { return Vec3::NAN };
-        surface.emission + surface.reflectance * self.in_texel(texel, point).as_vec3()
+    /// B = E + ρH at a stencil's point.
+    pub fn radiosity(&self, stencil: &Stencil) -> Vec3 {
+        let texel = &self.surface.mesh.texels[stencil.texel as usize];
+        texel.emission + texel.reflectance * self.value(stencil).as_vec3()
     }
 
     /// The mean over a texel's area.
     pub fn mean(&self, texel: u32) -> DVec3 {
         let mut knots = Vec::with_capacity(8);
         self.surface.ring(texel, &mut knots);
-        let Texel { centre, normal } = self.geometry(texel);
+        let (centre, normal) = self.surface.geometry(texel);
         let (mut sum, mut total) = (DVec3::ZERO, 0.0);
         for k in 0..knots.len() {
             let (a, b) = (knots[k], knots[(k + 1) % knots.len()]);
@@ -160,21 +225,12 @@ impl Interpolant<'_> {
             sum += values / 3.0 * area;
             total += area;
         }
-        if total > 0.0 { sum / total } else { self.own(texel) }
-    }
-
-    fn geometry(&self, texel: u32) -> Texel {
-        let texel = &self.surface.mesh.texels[texel as usize];
-        Texel {
-            centre: texel.position.as_dvec3(),
-            normal: self.surface.patches[texel.face as usize].normal,
+        if total > 0.0 {
+            sum / total
+        } else {
+            self.own(texel)
         }
     }
-}
-
-struct Texel {
-    centre: DVec3,
-    normal: DVec3,
 }
 
 /// The shares of (0, a, b) in p; NaN in a triangle without area.

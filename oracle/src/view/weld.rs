@@ -59,8 +59,16 @@ pub fn neighbours(patches: &[Patch]) -> Vec<(u32, u32)> {
 }
 
 fn bounds(patch: &Patch) -> [DVec3; 2] {
-    let low = patch.corners.into_iter().reduce(DVec3::min).unwrap_or_default();
-    let high = patch.corners.into_iter().reduce(DVec3::max).unwrap_or_default();
+    let low = patch
+        .corners
+        .into_iter()
+        .reduce(DVec3::min)
+        .unwrap_or_default();
+    let high = patch
+        .corners
+        .into_iter()
+        .reduce(DVec3::max)
+        .unwrap_or_default();
     [low - TOLERANCE, high + TOLERANCE]
 }
 
@@ -81,14 +89,22 @@ pub fn weld(patches: &[Patch], nodes: usize, pairs: &[(u32, u32)]) -> Joints {
     }
     let mut union = Union((0..nodes as u32).collect());
     let mut hanging: Vec<Vec<Knot>> = vec![Vec::new(); foreign.len()];
-    for (edge, knots) in foreign.into_iter().enumerate().filter(|(_, knots)| !knots.is_empty()) {
+    for (edge, knots) in foreign
+        .into_iter()
+        .enumerate()
+        .filter(|(_, knots)| !knots.is_empty())
+    {
         hanging[edge] = merge(&patches[edge / 4], edge % 4, knots, &mut union);
     }
     let (slots, count) = union.slots();
     for knot in hanging.iter_mut().flatten() {
         knot.slot = slots[knot.slot as usize];
     }
-    Joints { slots, count, hanging }
+    Joints {
+        slots,
+        count,
+        hanging,
+    }
 }
 
 /// Notes the border nodes of face `a` that lie on edges of face `b`.
@@ -110,9 +126,12 @@ fn collect(patches: &[Patch], a: u32, b: u32, foreign: &mut [Vec<(f64, u32)>]) {
 
 /// Joins what coincides on an edge; what coincides with no node of the edge's own hangs.
 fn merge(patch: &Patch, k: usize, foreign: Vec<(f64, u32)>, union: &mut Union) -> Vec<Knot> {
-    let own = patch.border(k).map(|(s, node)| (s, patch.index(node) as u32, true));
-    let mut knots: Vec<(f64, u32, bool)> =
-        own.chain(foreign.into_iter().map(|(s, node)| (s, node, false))).collect();
+    let own = patch
+        .border(k)
+        .map(|(s, node)| (s, patch.index(node) as u32, true));
+    let mut knots: Vec<(f64, u32, bool)> = own
+        .chain(foreign.into_iter().map(|(s, node)| (s, node, false)))
+        .collect();
     knots.sort_by(|a, b| a.0.total_cmp(&b.0));
     let [a, b] = patch.edge(k);
     let near = TOLERANCE / a.distance(b).max(TOLERANCE);
@@ -122,7 +141,10 @@ fn merge(patch: &Patch, k: usize, foreign: Vec<(f64, u32)>, union: &mut Union) -
             union.join(cluster[0].1, knot.1);
         }
         if !cluster.iter().any(|knot| knot.2) {
-            hanging.push(Knot { s: cluster[0].0, slot: cluster[0].1 });
+            hanging.push(Knot {
+                s: cluster[0].0,
+                slot: cluster[0].1,
+            });
         }
     }
     hanging

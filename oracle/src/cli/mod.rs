@@ -1,0 +1,87 @@
+//! The command line: `solve`, `compare`, `adapters`; exit codes as in the README.
+
+mod adapters;
+mod compare;
+mod options;
+mod progress;
+mod solve;
+pub mod warnings;
+
+use clap::{Parser, Subcommand};
+use common::Error;
+use std::process::ExitCode;
+
+/// Progressive radiosity solved by rays on the CPU and by a hemisphere item buffer on the GPU,
+/// and the difference explained. Without a command: `compare` on the bundled Cornell box,
+/// report in out/.
+#[derive(Parser)]
+#[command(name = "radiosity", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Solve one scene; writes lightmap.exr and result.json
+    Solve(solve::Arguments),
+    /// Solve scenes on CPU and GPU and explain every difference; writes report.html
+    Compare(compare::Arguments),
+    /// List the GPU adapters found
+    Adapters,
+}
+
+/// How a command ended.
+pub enum Outcome {
+    /// Done, in agreement.
+    Done,
+    /// Done, and the solvers disagree beyond their bounds.
+    Disagree,
+}
+
+/// Runs the program; errors are one `error:` line on stderr.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return usage(&error),
+    };
+    let outcome = match arguments.command {
+        Some(Command::Solve(arguments)) => solve::run(&arguments),
+        Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Adapters) => adapters::run(),
+        None => compare::demo(),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Disagree) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("error: {}", one_line(&error.to_string()));
+            ExitCode::from(match error {
+                Error::Input { .. } | Error::Usage(_) => 2,
+                Error::NoAdapter(_) | Error::Device(_) => 3,
+                Error::Write { .. } => 4,
+            })
+        }
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Help and version go out as they are; a usage error becomes one line.
+fn usage(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        // Printing can fail only when nobody reads.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    let message = text.split("\nUsage:").next().unwrap_or(&text);
+    let message = message
+        .split("\nFor more information")
+        .next()
+        .unwrap_or(message);
+    eprintln!("{} (see radiosity --help)", one_line(message));
+    ExitCode::from(2)
+}

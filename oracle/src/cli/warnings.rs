@@ -1,0 +1,56 @@
+//! What may put an answer more than 2 % off, with the option that mends it.
+
+use common::energy::Energy;
+use common::mesh::Mesh;
+use common::shooting::Run;
+use common::solution::Warning;
+
+/// Beyond this share of the emitted power an effect is worth a warning.
+const SHARE: f64 = 0.02;
+/// Faces that a warning names.
+const NAMED: usize = 8;
+
+/// The warnings of a solve.
+pub fn of(mesh: &Mesh, run: &Run) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let energy = Energy::new(mesh, &run.field, &run.shots);
+    let closure = energy.share(energy.closure);
+    if closure.abs() > SHARE {
+        warnings.push(Warning {
+            code: "closure".into(),
+            faces: worst_closure(mesh, run),
+            message: format!(
+                "the form factors {} {:.1} % of the emitted power: use --form-factor polygon or more --cells",
+                if closure > 0.0 { "lost" } else { "made up" },
+                100.0 * closure.abs()
+            ),
+        });
+    }
+    if run.unshot_fraction() > SHARE {
+        warnings.push(Warning {
+            code: "unshot".into(),
+            faces: Vec::new(),
+            message: format!(
+                "{:.1} % of the emitted power is unshot: lower --epsilon or raise --max-shots",
+                100.0 * run.unshot_fraction()
+            ),
+        });
+    }
+    warnings
+}
+
+/// The faces whose shots missed closure by most power.
+fn worst_closure(mesh: &Mesh, run: &Run) -> Vec<u32> {
+    let mut lost = vec![0.0f64; mesh.faces.len()];
+    for shot in &run.shots {
+        let power: f32 = shot.power.iter().map(|p| p.abs()).sum();
+        let defect = 1.0 - shot.form_factor_sum - shot.escaped;
+        lost[mesh.cells[shot.cell as usize].face as usize] += f64::from((power * defect).abs());
+    }
+    let mut order: Vec<u32> = (0..lost.len() as u32)
+        .filter(|k| lost[*k as usize] > 0.0)
+        .collect();
+    order.sort_by(|a, b| lost[*b as usize].total_cmp(&lost[*a as usize]));
+    order.truncate(NAMED);
+    order
+}

@@ -1,0 +1,367 @@
+//! Exact answers in f64, computed by other ways than the solvers': closed forms, Lambert's sum, the
+//! double contour integral, and enclosures that can be solved by hand.
+//!
+//! F_ij is the share of the light leaving i that arrives at j. Outlines are planar, convex and run
+//! counter-clockwise as seen from their front.
+
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Two facing rectangles `a`×`b` at distance `c` (Howell, *Catalog of Configuration Factors*, C-11).
+pub fn parallel_rectangles(a: f64, b: f64, c: f64) -> f64 {
+    let (x, y) = (a / c, b / c);
+    let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
+    let logarithm = (p * q / (1.0 + x * x + y * y).sqrt()).ln();
+    let arcs = x * q * (x / q).atan() + y * p * (y / p).atan() - x * x.atan() - y * y.atan();
+    2.0 / (PI * x * y) * (logarithm + arcs)
+}
+
+/// From a rectangle `width`×`edge` to the perpendicular one `height`×`edge` that shares `edge`
+/// (Howell C-14).
+pub fn perpendicular_rectangles(edge: f64, width: f64, height: f64) -> f64 {
+    let (w, h) = (width / edge, height / edge);
+    let (w2, h2) = (w * w, h * h);
+    let diagonal = (w2 + h2).sqrt();
+    let arcs = w * (1.0 / w).atan() + h * (1.0 / h).atan() - diagonal * (1.0 / diagonal).atan();
+    let all = 1.0 + w2 + h2;
+    let logarithm = ((1.0 + w2) * (1.0 + h2) / all).ln()
+        + w2 * (w2 * all / ((1.0 + w2) * (w2 + h2))).ln()
+        + h2 * (h2 * all / ((1.0 + h2) * (h2 + w2))).ln();
+    (arcs + logarithm / 4.0) / (PI * w)
+}
+
+/// From a disc of radius `r1` to a coaxial one of radius `r2` at distance `h` (Howell C-41).
+pub fn coaxial_discs(r1: f64, r2: f64, h: f64) -> f64 {
+    let (a, b) = (r1 / h, r2 / h);
+    let s = 1.0 + (1.0 + b * b) / (a * a);
+    (s - (s * s - 4.0 * (b / a).powi(2)).sqrt()) / 2.0
+}
+
+/// F12, F21 and F22 of a sphere of radius `r1` inside one of radius `r2`: it sees nothing else, and
+/// reciprocity.
+pub fn concentric_spheres(r1: f64, r2: f64) -> [f64; 3] {
+    let back = (r1 / r2).powi(2);
+    [1.0, back, 1.0 - back]
+}
+
+/// Any closed shape whose whole surface emits `emission` and reflects `reflectance`: B = E + ρB.
+pub fn furnace(emission: f64, reflectance: f64) -> f64 {
+    emission / (1.0 - reflectance)
+}
+
+/// Two infinite facing plates: B1 = E1 + ρ1·B2 and B2 = E2 + ρ2·B1.
+pub fn infinite_plates(emission: [f64; 2], reflectance: [f64; 2]) -> [f64; 2] {
+    let [e1, e2] = emission;
+    let [p1, p2] = reflectance;
+    let inverse = 1.0 / (1.0 - p1 * p2);
+    [(e1 + p1 * e2) * inverse, (e2 + p2 * e1) * inverse]
+}
+
+/// Unit cube, one patch a face, all reflect `reflectance`, the top emits 1: radiosity of top,
+/// bottom and each side.
+///
+/// With f to the opposite and g = (1 − f)/4 to each adjacent face, t − b = 1 − ρf(t − b) and
+/// s = ρ(g(t + b) + (2g + f)s), which leaves one unknown, t + b.
+pub fn cube(reflectance: f64) -> [f64; 3] {
+    let f = parallel_rectangles(1.0, 1.0, 1.0);
+    let g = (1.0 - f) / 4.0;
+    let difference = 1.0 / (1.0 + reflectance * f);
+    let side_per_sum = reflectance * g / (1.0 - reflectance * (2.0 * g + f));
+    let sum = 1.0 / (1.0 - reflectance * (f + 8.0 * g * side_per_sum));
+    [
+        (sum + difference) / 2.0,
+        (sum - difference) / 2.0,
+        side_per_sum * sum,
+    ]
+}
+
+/// From a point of a surface to a polygon, above the surface's horizon: Lambert 1760,
+/// F = −1/2π Σ angle(Rk, Rk+1)·unit(Rk × Rk+1)·n. 0 where the polygon shows its back.
+pub fn point_to_polygon(point: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
+    let clipped = clip(polygon, point, normal);
+    let sum: f64 = edges(&clipped)
+        .map(|(a, b)| {
+            let (a, b) = (a - point, b - point);
+            let c = a.cross(b);
+            c.length().atan2(a.dot(b)) * c.normalize_or_zero().dot(normal)
+        })
+        .sum();
+    (-sum / (2.0 * PI)).max(0.0)
+}
+
+/// From polygon `a` to polygon `b` with nothing in between: the double contour integral
+/// F = 1/(2πA) ∮∮ ln r · da·db (Sparrow 1963), inner edge in closed form, outer by quadrature.
+///
+/// What lies behind the other's plane exchanges nothing and is cut off first; what is left of each
+/// sees all that is left of the other, as the integral requires.
+pub fn polygon_to_polygon(a: &[DVec3], b: &[DVec3]) -> f64 {
+    let (area_a, area_b) = (vector_area(a), vector_area(b));
+    let (front_a, front_b) = (clip(a, b[0], area_b), clip(b, a[0], area_a));
+    let sum: f64 = edges(&front_a)
+        .flat_map(|edge| edges(&front_b).map(move |other| (edge, other)))
+        .map(|(edge, other)| edge_pair(edge, other))
+        .sum();
+    sum / (2.0 * PI * area_a.length())
+}
+
+/// Half the sum of the cross products of successive corners: along the front, as long as the area.
+pub fn vector_area(polygon: &[DVec3]) -> DVec3 {
+    edges(polygon)
+        .map(|(a, b)| (a - polygon[0]).cross(b - polygon[0]))
+        .sum::<DVec3>()
+        * 0.5
+}
+
+fn edges(polygon: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
+    (0..polygon.len()).map(|k| (polygon[k], polygon[(k + 1) % polygon.len()]))
+}
+
+/// The part of a convex polygon above the plane through `point` (Sutherland & Hodgman 1974).
+pub fn clip(polygon: &[DVec3], point: DVec3, normal: DVec3) -> Vec<DVec3> {
+    let mut clipped = Vec::new();
+    for (a, b) in edges(polygon) {
+        let (above, beyond) = (normal.dot(a - point), normal.dot(b - point));
+        if above >= 0.0 {
+            clipped.push(a);
+        }
+        if above * beyond < 0.0 {
+            clipped.push(a + (b - a) * (above / (above - beyond)));
+        }
+    }
+    clipped
+}
+
+/// ∫∫ ln r da·db over two edges. The outer edge is cut where it passes an end of the inner one:
+/// there the inner integral has a kink if the edges touch.
+fn edge_pair((a, b): (DVec3, DVec3), inner: (DVec3, DVec3)) -> f64 {
+    let along = b - a;
+    let cosine = along.dot((inner.1 - inner.0).normalize_or_zero());
+    if cosine == 0.0 {
+        return 0.0;
+    }
+    let pass = |p: DVec3| ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    let (s, t) = (pass(inner.0), pass(inner.1));
+    let cuts = [0.0, s.min(t), s.max(t), 1.0];
+    let part = |k: usize| quadrature(cuts[k], cuts[k + 1], |x| log_distance(a + along * x, inner));
+    cosine * (part(0) + part(1) + part(2))
+}
+
+/// ∫ ln|p − q| dq along an edge: with s along the edge from the foot of p and d its distance,
+/// ½s·ln(s² + d²) − s + d·atan(s/d).
+fn log_distance(p: DVec3, (q, end): (DVec3, DVec3)) -> f64 {
+    let direction = (end - q).normalize_or_zero();
+    let (from, to) = (direction.dot(q - p), direction.dot(end - p));
+    let d = (q - p).reject_from_normalized(direction).length();
+    let primitive = |s: f64| {
+        let square = s * s + d * d;
+        let logarithm = if square > 0.0 {
+            0.5 * s * square.ln()
+        } else {
+            0.0
+        };
+        logarithm - s + d * s.atan2(d)
+    };
+    primitive(to) - primitive(from)
+}
+
+/// Tanh-sinh quadrature (Takahasi & Mori 1974): ends may be singular; rounding only, from step
+/// 1/16 on, for what is analytic inside.
+fn quadrature(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
+    const STEP: f64 = 1.0 / 16.0;
+    if from >= to {
+        return 0.0;
+    }
+    let sum: f64 = (-56..=56)
+        .map(|k| {
+            let u = f64::from(k) * STEP;
+            let v = PI / 2.0 * u.sinh();
+            let weight = PI / 4.0 * u.cosh() / v.cosh().powi(2);
+            weight * f(from + (to - from) / (1.0 + (-2.0 * v).exp()))
+        })
+        .sum();
+    sum * STEP * (to - from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The reference prints ten digits.
+    const PRINTED: f64 = 5e-11;
+
+    fn assert_close(value: f64, expected: f64, tolerance: f64) {
+        assert!(
+            (value - expected).abs() <= tolerance,
+            "{value} is not {expected} ± {tolerance}"
+        );
+    }
+
+    /// A rectangle from `corner` along `u` and `v`; its front is u × v.
+    fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Vec<DVec3> {
+        let [c, u, v] = [corner, u, v].map(DVec3::from);
+        vec![c, c + u, c + u + v, c + v]
+    }
+
+    fn floor() -> Vec<DVec3> {
+        rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    }
+
+    /// The unit square that shares the floor's edge x = 0 at `degrees`, fronts facing.
+    fn leaf(degrees: f64) -> Vec<DVec3> {
+        let (s, c) = degrees.to_radians().sin_cos();
+        rectangle([0.0; 3], [0.0, 1.0, 0.0], [c, 0.0, s])
+    }
+
+    #[test]
+    fn closed_forms_give_the_printed_numbers() {
+        assert_close(parallel_rectangles(1.0, 1.0, 1.0), 0.1998248957, PRINTED);
+        assert_close(
+            perpendicular_rectangles(1.0, 1.0, 1.0),
+            0.2000437761,
+            PRINTED,
+        );
+        assert_close(parallel_rectangles(1.0, 1.5, 0.5), 0.4756, 5e-5);
+        assert_close(parallel_rectangles(0.1, 0.1, 0.05), 0.4153, 5e-5);
+        assert_close(coaxial_discs(1.0, 1.0, 1.0), 0.3819660113, PRINTED);
+        let sum =
+            parallel_rectangles(1.0, 1.0, 1.0) + 4.0 * perpendicular_rectangles(1.0, 1.0, 1.0);
+        assert_close(sum, 1.0, 1e-14);
+    }
+
+    #[test]
+    fn contour_integral_gives_the_printed_numbers() {
+        let hinges = [
+            (30.0, 0.6190283231),
+            (45.0, 0.4833476955),
+            (60.0, 0.3709053212),
+            (90.0, 0.2000437761),
+            (120.0, 0.0866150011),
+            (135.0, 0.0483094478),
+            (150.0, 0.0213453254),
+        ];
+        for (degrees, expected) in hinges {
+            assert_close(
+                polygon_to_polygon(&floor(), &leaf(degrees)),
+                expected,
+                PRINTED,
+            );
+        }
+        let above = |x: f64| rectangle([x, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+        assert_close(
+            polygon_to_polygon(&floor(), &above(0.0)),
+            0.1998248957,
+            PRINTED,
+        );
+        assert_close(
+            polygon_to_polygon(&floor(), &above(2.0)),
+            0.0152754501,
+            PRINTED,
+        );
+        let far = rectangle([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let high = rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        assert_close(polygon_to_polygon(&far, &high), 0.0329381623, PRINTED);
+        let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from);
+        let [a, b, c] = triangle.map(|p| p + DVec3::Z);
+        assert_close(
+            polygon_to_polygon(&triangle, &[a, c, b]),
+            0.1150492281,
+            PRINTED,
+        );
+    }
+
+    #[test]
+    fn contour_integral_agrees_with_the_closed_forms_at_any_size() {
+        for (a, b, c) in [
+            (1.0, 1.0, 0.01),
+            (3.0, 0.2, 1.0),
+            (0.1, 0.1, 5.0),
+            (7.0, 2.0, 0.5),
+        ] {
+            let low = rectangle([0.0; 3], [a, 0.0, 0.0], [0.0, b, 0.0]);
+            let high = rectangle([0.0, 0.0, c], [0.0, b, 0.0], [a, 0.0, 0.0]);
+            // Logarithms that nearly cancel: ε of the integral against F·2πA.
+            let tolerance = 1e-13 * (1.0 + c * c / (a * b));
+            assert_close(
+                polygon_to_polygon(&low, &high),
+                parallel_rectangles(a, b, c),
+                tolerance,
+            );
+            let wall = rectangle([0.0; 3], [0.0, b, 0.0], [0.0, 0.0, c]);
+            assert_close(
+                polygon_to_polygon(&low, &wall),
+                perpendicular_rectangles(b, a, c),
+                tolerance,
+            );
+        }
+    }
+
+    #[test]
+    fn parts_behind_the_other_plane_exchange_nothing() {
+        // A wall from z = −1 to 1 shows the floor its upper half only; the floor x ∈ [−1, 1] shows
+        // the wall x = 0 its right half only.
+        let wall = rectangle([0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]);
+        let wide = rectangle([-1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let corner = perpendicular_rectangles(1.0, 1.0, 1.0);
+        assert_close(polygon_to_polygon(&floor(), &wall), corner, 1e-13);
+        assert_close(polygon_to_polygon(&wide, &wall), corner / 2.0, 1e-13);
+        let back: Vec<DVec3> = wall.iter().rev().copied().collect();
+        assert_eq!(polygon_to_polygon(&floor(), &back), 0.0);
+        let point = DVec3::new(0.3, 0.6, 0.0);
+        let upper = leaf(90.0);
+        let whole = point_to_polygon(point, DVec3::Z, &wall);
+        assert_close(whole, point_to_polygon(point, DVec3::Z, &upper), 1e-15);
+        assert_eq!(point_to_polygon(point, DVec3::Z, &back), 0.0);
+        assert_eq!(point_to_polygon(point, DVec3::NEG_Z, &upper), 0.0);
+    }
+
+    #[test]
+    fn lambert_averaged_over_the_receiver_is_the_contour_integral() {
+        let ceiling = rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+        let mean = quadrature(0.0, 1.0, |x| {
+            quadrature(0.0, 1.0, |y| {
+                point_to_polygon(DVec3::new(x, y, 0.0), DVec3::Z, &ceiling)
+            })
+        });
+        assert_close(mean, polygon_to_polygon(&floor(), &ceiling), 1e-13);
+        // Howell B-3, a point below the corner of a square as wide as it is far.
+        let corner = point_to_polygon(DVec3::ZERO, DVec3::Z, &ceiling);
+        assert_close(corner, (0.5f64.sqrt()).atan() / (PI * 2f64.sqrt()), 1e-15);
+    }
+
+    #[test]
+    fn discs_are_the_limit_of_polygons() {
+        // An inscribed polygon of m sides differs in area by about (2π/m)²/6, and F with it.
+        let disc = |m: usize, z: f64| -> Vec<DVec3> {
+            (0..m)
+                .map(|k| k as f64 * 2.0 * PI / m as f64 * if z > 0.0 { -1.0 } else { 1.0 })
+                .map(|phi| DVec3::new(phi.cos(), phi.sin(), z))
+                .collect()
+        };
+        let error =
+            |m| polygon_to_polygon(&disc(m, 0.0), &disc(m, 1.0)) - coaxial_discs(1.0, 1.0, 1.0);
+        assert!(error(32).abs() < (2.0 * PI / 32.0f64).powi(2) / 6.0);
+        assert_close(error(32) / error(64), 4.0, 0.05);
+    }
+
+    #[test]
+    fn enclosures() {
+        let printed = [
+            (0.5, [1.09090910, 0.18174583, 0.18183627]),
+            (0.7, [1.28654972, 0.40926241, 0.40938030]),
+            (0.9, [2.37288137, 1.52531055, 1.52545202]),
+        ];
+        for (reflectance, expected) in printed {
+            let radiosity = cube(reflectance);
+            for (value, expected) in radiosity.into_iter().zip(expected) {
+                assert_close(value, expected, 5e-9);
+            }
+            let [top, bottom, side] = radiosity;
+            assert_close(top + bottom + 4.0 * side, furnace(1.0, reflectance), 1e-13);
+        }
+        assert_eq!(furnace(3.0, 0.25), 4.0);
+        let [b1, b2] = infinite_plates([1.0, 0.5], [0.3, 0.8]);
+        assert_close(b1, 1.0 + 0.3 * b2, 1e-15);
+        assert_close(b2, 0.5 + 0.8 * b1, 1e-15);
+        assert_eq!(concentric_spheres(1.0, 2.0), [1.0, 0.25, 0.75]);
+    }
+}

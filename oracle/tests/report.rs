@@ -1,0 +1,244 @@
+//! The report: complete, offline, as the contract has it, whatever the data.
+#![allow(missing_docs)]
+
+mod scenes;
+
+use common::energy::Energy;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::settings::{Settings, Visibility};
+use common::shooting::replay;
+use cpu::CpuSolver;
+use cpu::item_buffer::{ItemBuffer, View};
+use glam::Vec4;
+use oracle::comparison::{Comparison, Difference, Gate, ItemBufferPicture, Pairs, Stage};
+use oracle::report::{html, json};
+use scenes::{cornell, paper_room, patchwork, run};
+
+/// Rays against the twin, which stands in for the GPU.
+fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
+    let settings = Settings {
+        texels,
+        epsilon: 0.05,
+        cells: 1,
+        item_buffer,
+        ..Settings::default()
+    };
+    let gpu_settings = Settings {
+        visibility: Visibility::Stereographic,
+        ..settings.clone()
+    };
+    let mesh = Mesh::uniform(&scene, texels, 1).unwrap();
+    let cpu = run(&mesh, &settings);
+    let gpu = run(&mesh, &gpu_settings);
+    let lockstep = replay(&mut CpuSolver::new(&mesh, &gpu_settings), &cpu.cells()).unwrap();
+    let difference = Difference {
+        relative_rms: 0.0123,
+        max_relative: 0.4,
+        bias: -0.001,
+    };
+    let cell = cpu.shots[0].cell;
+    let view = View::new(
+        &mesh,
+        &mesh.cells[cell as usize],
+        gpu_settings.visibility,
+        item_buffer,
+    );
+    Comparison {
+        cpu_energy: Energy::new(&mesh, &cpu.field, &cpu.shots),
+        gpu_energy: Energy::new(&mesh, &gpu.field, &gpu.shots),
+        item_buffer: ItemBufferPicture {
+            cell,
+            size: item_buffer,
+            ids: ItemBuffer::draw(&mesh, &view).ids,
+        },
+        settings,
+        gpu_settings,
+        adapter: "twin (stands in for <a GPU>)".into(),
+        seconds: [1.234, 0.5],
+        stages: vec![
+            stage("item_buffer.wgsl", 3.0, 0.0),
+            stage("deposit.wgsl", 1.0, 4.0),
+        ],
+        pairs: Pairs {
+            pairs: 1_234_567,
+            facing: 800_000,
+            mismatched: 1200,
+            explained: 1199,
+            vanished: 17,
+            unexplained: 1,
+            explainable: 30_000,
+            weighted_mismatch: 0.0014,
+            histogram: vec![900, 250, 40, 0, 9, 0, 0, 1],
+            examples: vec![(0, 5)],
+        },
+        lockstep_difference: difference,
+        free_difference: difference,
+        gates: vec![
+            Gate::at_most(
+                "lockstep RMS",
+                0.0123,
+                0.02,
+                "one pixel of silhouette per texel",
+            ),
+            Gate::at_most(
+                "energy imbalance, CPU",
+                3e-7,
+                1e-5,
+                "f32 sums over the shots",
+            ),
+        ],
+        scene,
+        mesh,
+        cpu,
+        gpu,
+        lockstep,
+    }
+}
+
+fn stage(name: &str, max_ulp: f64, bound: f64) -> Stage {
+    Stage {
+        name: name.into(),
+        values: 516_096,
+        differing: 12,
+        max_ulp,
+        bound,
+        reason: "products are added left to right in both".into(),
+        pass: max_ulp <= bound,
+    }
+}
+
+/// The text between two marks, for each pair of marks.
+fn between<'a>(text: &'a str, open: &str, close: &str) -> Vec<&'a str> {
+    text.split(open)
+        .skip(1)
+        .filter_map(|rest| rest.split(close).next())
+        .collect()
+}
+
+#[test]
+fn the_page_has_every_figure_and_loads_nothing() {
+    let mut failing = compared(paper_room(), 4, 128);
+    failing.gates.push(Gate::at_most(
+        "unexplained pairs",
+        1.0,
+        0.0,
+        "each would be a bug",
+    ));
+    let scenes = [
+        compared(cornell(), 16, 256),
+        failing,
+        compared(patchwork(), 8, 128),
+    ];
+    let page = html(&scenes, &["No GPU for <b>: left out".to_owned()]);
+    std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/report.html"), &page).unwrap();
+
+    assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("<script"));
+    assert!(!page.contains("url(") && !page.contains("@import") && !page.contains("<link"));
+    let sources = between(&page, "src=\"", "\"");
+    // Two views, two differences, two atlases, item buffer and its colours: 8 a scene.
+    assert_eq!(sources.len(), 8 * scenes.len());
+    assert!(
+        sources
+            .iter()
+            .all(|source| source.starts_with("data:image/png;base64,iVBOR"))
+    );
+    assert_eq!(page.matches("<svg").count(), 2 * scenes.len());
+    assert_eq!(page.matches("<figcaption>").count(), 10 * scenes.len());
+    assert!(
+        between(&page, "<figcaption>", "</figcaption>")
+            .iter()
+            .all(|text| text.len() > 20)
+    );
+    for text in [
+        "No GPU for &lt;b&gt;: left out",
+        "Agree",
+        "Disagree",
+        "conditions fail: unexplained pairs",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    assert!(page.contains("stands in for &lt;a GPU&gt;"));
+    for tag in [
+        "table", "tr", "td", "figure", "section", "div", "svg", "details",
+    ] {
+        let open =
+            page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();
+        assert_eq!(open, page.matches(&format!("</{tag}>")).count(), "{tag}");
+    }
+}
+
+#[test]
+fn the_description_is_the_contracts() {
+    let scenes = [compared(cornell(), 4, 64)];
+    let value = json(&scenes);
+    let scene = &value["scenes"][0];
+    assert_eq!(scene["scene"], "cornell-like");
+    assert_eq!(scene["agree"], true);
+    for (object, keys) in [
+        ("shots", &["cpu", "gpu"][..]),
+        ("radiosity", &["relative_rms", "max_relative", "bias"]),
+        ("free", &["relative_rms", "max_relative", "bias"]),
+        (
+            "visibility",
+            &[
+                "pairs",
+                "mismatched",
+                "explained",
+                "unexplained",
+                "facing",
+                "explainable",
+                "weighted_mismatch",
+                "histogram",
+            ],
+        ),
+        ("energy", &["cpu", "gpu"]),
+        ("bounds", &["lockstep RMS"]),
+        ("settings", &["cpu", "gpu"]),
+        ("interpolation", &["relative_rms", "max_step"]),
+    ] {
+        for key in keys {
+            assert!(!scene[object][key].is_null(), "{object}.{key}");
+        }
+    }
+    for part in ["emitted", "absorbed", "unshot", "escaped", "closure"] {
+        assert_eq!(
+            scene["energy"]["gpu"][part].as_array().map(Vec::len),
+            Some(3)
+        );
+    }
+    assert_eq!(scene["bounds"]["lockstep RMS"]["bound"], 0.02);
+    assert!(
+        scene["gates"].is_array() && scene["stages"].is_array() && scene["adapter"].is_string()
+    );
+}
+
+#[test]
+fn data_that_is_not_nice_still_gives_a_page() {
+    let mut c = compared(patchwork(), 2, 16);
+    c.gpu.field.irradiance[3] = Vec4::NAN;
+    c.gpu.field.radiosity[3] = Vec4::INFINITY;
+    c.lockstep.field.irradiance.clear();
+    c.cpu.shots.clear();
+    c.gpu.shots[0].unshot = f32::NAN;
+    c.gpu.emitted = 0.0;
+    c.settings.epsilon = f64::NAN;
+    c.item_buffer.ids.truncate(7);
+    c.item_buffer.cell = u32::MAX;
+    c.pairs = Pairs {
+        examples: vec![(u32::MAX, u32::MAX)],
+        ..Pairs::default()
+    };
+    c.gates = vec![Gate::at_most("nothing", f64::NAN, 1.0, "")];
+    c.stages.clear();
+    c.free_difference.bias = f64::INFINITY;
+    assert!(!c.agree());
+    let page = html(std::slice::from_ref(&c), &[]);
+    assert!(
+        page.contains("not a number")
+            && page.contains("Nothing was shot.")
+            && page.contains("No mismatch at all.")
+    );
+    assert!(json(&[c])["scenes"][0]["bounds"]["nothing"]["value"].is_null());
+    assert!(html(&[], &[]).contains("Nothing compared"));
+}
