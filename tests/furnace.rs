@@ -12,8 +12,20 @@ use std::ops::ControlFlow;
 fn check(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) {
     let run = solve(engine, settings, &mut |_, _| ControlFlow::Continue(())).unwrap();
     let energy = Energy::new(mesh, &run.field, &run.shots);
-    let worst = run.field.radiosity.iter().map(|b| (b.x / 2.0 - 1.0).abs()).fold(0.0, f32::max);
-    println!("{} shots {} worst {worst} escaped {:?} closure {} imbalance {}", run.field.origin, run.shots.len(), energy.escaped, energy.share(energy.closure), energy.imbalance);
+    let worst = run
+        .field
+        .radiosity
+        .iter()
+        .map(|b| (b.x / 2.0 - 1.0).abs())
+        .fold(0.0, f32::max);
+    println!(
+        "{} shots {} worst {worst} escaped {:?} closure {} imbalance {}",
+        run.field.origin,
+        run.shots.len(),
+        energy.escaped,
+        energy.share(energy.closure),
+        energy.imbalance
+    );
     assert!(run.converged);
     assert!(worst < 0.01, "{worst}");
     assert!(energy.escaped[0] == 0.0);
@@ -25,14 +37,20 @@ fn cpu() {
     let settings = Settings::default();
     let mesh = Mesh::uniform(&scene, settings.texels, settings.cells).unwrap();
     check(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings);
-    let settings = Settings { visibility: Visibility::Stereographic, ..settings };
+    let settings = Settings {
+        visibility: Visibility::Stereographic,
+        ..settings
+    };
     check(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings);
 }
 
 #[test]
 fn gpu() {
     let scene = furnace(0.5);
-    let settings = Settings { visibility: Visibility::Stereographic, ..Settings::default() };
+    let settings = Settings {
+        visibility: Visibility::Stereographic,
+        ..Settings::default()
+    };
     let mesh = Mesh::uniform(&scene, settings.texels, settings.cells).unwrap();
     let gpu = Gpu::open(None).unwrap();
     let mut solver = GpuSolver::new(&gpu, &mesh, &settings).unwrap();

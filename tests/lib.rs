@@ -1,7 +1,12 @@
 //! Scenes and helpers that several tests share.
 
 use common::scene::{Face, Scene};
+use common::texel;
 use glam::{DVec3, Vec3};
+use proptest::test_runner::{Config, RngSeed};
+
+pub mod bounds;
+pub mod random;
 
 /// An axis-aligned box of six quads from `low` to `high`; fronts point inward or outward.
 pub fn room(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflectance: Vec3) -> Vec<Face> {
@@ -28,10 +33,87 @@ pub fn room(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflectance: 
 
 /// A scene of the given faces.
 pub fn scene(name: &str, faces: Vec<Face>) -> Scene {
-    Scene { name: name.to_owned(), faces, notes: Vec::new() }
+    Scene {
+        name: name.to_owned(),
+        faces,
+        notes: Vec::new(),
+    }
 }
 
 /// The closed unit cube in which every face emits 1 W/m² and reflects `reflectance`.
 pub fn furnace(reflectance: f32) -> Scene {
-    scene("furnace", room(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, Vec3::splat(reflectance)))
+    scene(
+        "furnace",
+        room(
+            DVec3::ZERO,
+            DVec3::ONE,
+            true,
+            Vec3::ONE,
+            Vec3::splat(reflectance),
+        ),
+    )
+}
+
+/// A closed room, 3 × 2 × 4, with a box of six faces that floats in it and a lamp, its ceiling; no
+/// two faces have the same power.
+pub fn lit_room() -> Scene {
+    let size = DVec3::new(3.0, 2.0, 4.0);
+    let mut faces = room(
+        DVec3::ZERO,
+        size,
+        true,
+        Vec3::ZERO,
+        Vec3::new(0.7, 0.6, 0.5),
+    );
+    faces[1].emission = Vec3::new(5.0, 4.0, 3.0);
+    faces[2].reflectance = Vec3::new(0.8, 0.1, 0.1);
+    faces[3].reflectance = Vec3::new(0.1, 0.8, 0.1);
+    let (low, high) = (DVec3::new(0.5, 0.25, 0.75), DVec3::new(1.25, 1.5, 2.0));
+    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.3)));
+    scene("lit room", faces)
+}
+
+/// A room like the paper's without its objects: the unit cube, each wall 5×5 faces of ρ = .7, one
+/// wall red and one green, and a lamp box of six faces under the ceiling; 156 faces.
+pub fn paper_room() -> Scene {
+    const SIDE: u32 = 5;
+    let mut faces = Vec::new();
+    for (wall, colour) in room(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, Vec3::ZERO)
+        .into_iter()
+        .zip([
+            Vec3::splat(0.7),
+            Vec3::splat(0.7),
+            Vec3::new(0.7, 0.1, 0.1),
+            Vec3::new(0.1, 0.7, 0.1),
+            Vec3::splat(0.7),
+            Vec3::splat(0.7),
+        ])
+    {
+        for part in 0..SIDE * SIDE {
+            let corners = texel::outline(&wall, [SIDE, SIDE], part).padded();
+            faces.push(Face::quad(&wall.name, corners, Vec3::ZERO, colour));
+        }
+    }
+    let (low, high) = (
+        DVec3::new(0.375, 0.9375, 0.375),
+        DVec3::new(0.625, 0.96875, 0.625),
+    );
+    faces.extend(room(low, high, false, Vec3::splat(20.0), Vec3::splat(0.7)));
+    scene("paper room", faces)
+}
+
+/// `count` random cases, the same in every run unless PROPTEST_RNG_SEED or PROPTEST_CASES say
+/// otherwise.
+pub fn cases(count: u32) -> Config {
+    let mut config = Config {
+        failure_persistence: None,
+        ..Config::default()
+    };
+    if config.rng_seed == RngSeed::Random {
+        config.rng_seed = RngSeed::Fixed(1);
+    }
+    if std::env::var_os("PROPTEST_CASES").is_none() {
+        config.cases = count;
+    }
+    config
 }

@@ -1,0 +1,16 @@
+# Two commands: `make demo` sets everything up and compares the solvers on the bundled Cornell
+# box; `make test` sets everything up and runs all tests.
+
+.PHONY: demo test driver bench
+
+demo: driver
+	cargo run --release --locked
+
+test: driver
+	cargo test --workspace --locked
+
+bench: driver
+	cargo bench --workspace --locked
+
+driver:
+	@sh scripts/driver.sh

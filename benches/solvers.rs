@@ -1,0 +1,79 @@
+//! One shot and one solve: CPU rays, CPU twin and GPU side by side. Criterion's figures first, then
+//! the ratio to the CPU's rays, taken in rounds so that all three meet the same load.
+
+use criterion::{BenchmarkGroup, Criterion, SamplingMode, measurement::WallTime};
+use gpu::Gpu;
+use radiosity_benches::{Room, Solver, rooms, shots, whole};
+use std::time::Duration;
+
+/// Shots in a run: a single one would time the way to the device and back.
+const SHOTS: u32 = 8;
+/// Rounds of the ratios.
+const ROUNDS: usize = 3;
+
+/// What is timed on a fresh engine.
+type Time = fn(&Room, Solver, &Gpu) -> Duration;
+
+const TIMES: [(&str, Time); 2] = [
+    ("one shot", |room, solver, gpu| {
+        shots(room, solver, gpu, SHOTS) / SHOTS
+    }),
+    ("one solve", |room, solver, gpu| whole(room, solver, gpu).0),
+];
+
+fn main() {
+    let gpu = Gpu::open(None).expect("the bench compares with a GPU, a software one at least");
+    let rooms = rooms();
+    let mut criterion = Criterion::default().configure_from_args();
+    for room in &rooms {
+        for (name, time) in TIMES {
+            measure(
+                &mut criterion.benchmark_group(format!("{}, {name}", room.name)),
+                room,
+                &gpu,
+                time,
+            );
+        }
+    }
+    criterion.final_summary();
+    println!(
+        "\nTime over that of CPU rays, median of {ROUNDS} rounds (least, largest); GPU: {}",
+        gpu.line.name
+    );
+    for room in &rooms {
+        for (name, time) in TIMES {
+            println!("{:<16} {name:<10} {}", room.name, ratios(room, &gpu, time));
+        }
+    }
+}
+
+fn measure(group: &mut BenchmarkGroup<WallTime>, room: &Room, gpu: &Gpu, time: Time) {
+    // Engines differ by a factor of a hundred and a sample takes up to a second: the fewest
+    // samples, and no more iterations than one where that is slow.
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group
+        .warm_up_time(Duration::from_millis(100))
+        .measurement_time(Duration::from_millis(500));
+    for solver in Solver::ALL {
+        group.bench_function(solver.name(), |bencher| {
+            bencher.iter_custom(|count| (0..count).map(|_| time(room, solver, gpu)).sum());
+        });
+    }
+}
+
+fn ratios(room: &Room, gpu: &Gpu, time: Time) -> String {
+    let rounds =
+        [(); ROUNDS].map(|()| Solver::ALL.map(|solver| time(room, solver, gpu).as_secs_f64()));
+    let ratio = |k: usize| {
+        let mut ratios = rounds.map(|round| round[k] / round[0]);
+        ratios.sort_by(f64::total_cmp);
+        let name = Solver::ALL[k].name();
+        format!(
+            "{name} {:8.2} ({:.2}, {:.2})",
+            ratios[ROUNDS / 2],
+            ratios[0],
+            ratios[ROUNDS - 1]
+        )
+    };
+    format!("{}   {}", ratio(1), ratio(2))
+}

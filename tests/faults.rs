@@ -1,0 +1,185 @@
+//! The harness can fail: each planted fault turns the verdict red, and without one it is green.
+
+use common::form_factor::FormFactor;
+use common::scene::{Face, Scene};
+use common::settings::{Settings, Visibility};
+use glam::{DVec3, Vec3};
+use gpu::{Fault, Gpu};
+use oracle::compare::difference::difference;
+use oracle::compare::{Request, compare};
+use oracle::comparison::{Comparison, Gate};
+use radiosity_tests::{room, scene};
+use std::ops::ControlFlow;
+
+/// A closed room of six equal shooters (ties) around a grey box (silhouettes).
+fn box_in_room() -> Scene {
+    let mut faces: Vec<Face> = room(
+        DVec3::ZERO,
+        DVec3::ONE,
+        true,
+        Vec3::ONE,
+        Vec3::new(0.7, 0.5, 0.2),
+    );
+    let (low, high) = (DVec3::new(0.2, 0.1, 0.3), DVec3::new(0.5, 0.4, 0.55));
+    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.4)));
+    scene("a box in a room", faces)
+}
+
+fn verdict(faults: &[Fault]) -> Comparison {
+    let settings = Settings {
+        texels: 8,
+        epsilon: 0.02,
+        visibility: Visibility::Stereographic,
+        item_buffer: 512,
+        form_factor: FormFactor::Disc,
+        cells: 1,
+        ..Settings::default()
+    };
+    let gpu = Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh");
+    let request = Request {
+        settings,
+        gpu: &gpu,
+        faults,
+    };
+    compare(&box_in_room(), &request, &mut |_, _, _| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
+}
+
+fn failing(comparison: &Comparison) -> Vec<&str> {
+    comparison
+        .gates
+        .iter()
+        .filter(|gate| !gate.pass)
+        .map(|gate| gate.name.as_str())
+        .collect()
+}
+
+fn caught(name: &str, faults: &[Fault]) {
+    let comparison = verdict(faults);
+    println!("{name}: {:?}", failing(&comparison));
+    assert!(!comparison.agree(), "{name} was not noticed");
+}
+
+#[test]
+fn without_a_fault_the_solvers_agree() {
+    let comparison = verdict(&[]);
+    assert!(comparison.agree(), "{:?}", failing(&comparison));
+}
+
+#[test]
+fn faults_in_the_form_factor() {
+    let disc = "return disc(cos_i, cos_j, r2, shot.area, shot.area);";
+    let fault = |to| {
+        [Fault {
+            file: "form_factor",
+            from: disc,
+            to,
+        }]
+    };
+    caught(
+        "a dropped cosine",
+        &fault("return disc(cos_i, 1.0, r2, shot.area, shot.area);"),
+    );
+    caught(
+        "swapped areas",
+        &fault("return disc(cos_i, cos_j, r2, texel_area, texel_area);"),
+    );
+    caught(
+        "a flipped normal",
+        &[Fault {
+            file: "select",
+            from: "shot.normal = faces[face].plane.xyz;",
+            to: "shot.normal = -faces[face].plane.xyz;",
+        }],
+    );
+}
+
+#[test]
+fn faults_in_the_deposit() {
+    let fault = |from, to| {
+        [Fault {
+            file: "deposit",
+            from,
+            to,
+        }]
+    };
+    caught(
+        "a dropped reflectance",
+        &fault("texel.reflectance * received;", "received;"),
+    );
+    caught("a kept residual", &fault("residual[k] = vec4f(0.0);", ""));
+    caught(
+        "zeros",
+        &fault(
+            "radiosity[k] += vec4f(reflected, 0.0);",
+            "radiosity[k] = vec4f(0.0);",
+        ),
+    );
+    caught(
+        "NaN",
+        &fault("shot.radiosity * f;", "shot.radiosity * (f / (f - f));"),
+    );
+}
+
+#[test]
+fn faults_in_the_item_buffer() {
+    caught(
+        "a lookup one pixel off",
+        &[Fault {
+            file: "deposit",
+            from: "clamp(i32(floor(p.x)), 0, last)",
+            to: "clamp(i32(floor(p.x)) + 1, 0, last)",
+        }],
+    );
+    caught(
+        "a raster one pixel off",
+        &[Fault {
+            file: "item_buffer",
+            from: "vec4f(project(local), depth, 1.0)",
+            to: "vec4f(project(local) + vec2f(2.0 / f32(SIZE), 0.0), depth, 1.0)",
+        }],
+    );
+}
+
+#[test]
+fn a_tie_that_goes_to_the_highest() {
+    caught(
+        "a tie to the highest",
+        &[
+            Fault {
+                file: "select",
+                from: "if power > best {",
+                to: "if power >= best {",
+            },
+            Fault {
+                file: "select",
+                from: "other < lane_cell[lane]",
+                to: "other > lane_cell[lane]",
+            },
+        ],
+    );
+}
+
+#[test]
+fn a_field_compared_with_itself() {
+    let comparison = verdict(&[]);
+    let field = &comparison.cpu.field;
+    let same = difference(&comparison.mesh, field, field);
+    assert!(!Gate::at_most("identical", same.relative_rms, 1.0, "").pass);
+    let mut empty = field.clone();
+    empty.origin = "empty".into();
+    empty.radiosity.clear();
+    assert!(
+        difference(&comparison.mesh, &empty, field)
+            .relative_rms
+            .is_nan()
+    );
+    let mut zero = field.clone();
+    zero.origin = "zero".into();
+    zero.radiosity
+        .iter_mut()
+        .for_each(|b| *b = glam::Vec4::ZERO);
+    assert!(difference(&comparison.mesh, &zero, field).relative_rms > 0.5);
+}

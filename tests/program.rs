@@ -1,0 +1,184 @@
+//! The program as scripts use it: exit codes, one `error:` line, the files of `solve`, nothing
+//! half-written.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("radiosity-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn radiosity(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_radiosity"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// Exit code, and the one line that begins with `error:`.
+fn failure(arguments: &[&str]) -> (i32, String) {
+    let output = radiosity(arguments);
+    let text = String::from_utf8(output.stderr).unwrap();
+    // Drivers print lines of their own, none of them ours.
+    let ours: Vec<&str> = text
+        .lines()
+        .filter(|line| line.starts_with("error:") && !line.contains("XDG_RUNTIME_DIR"))
+        .collect();
+    assert_eq!(ours.len(), 1, "{arguments:?}: {text}");
+    assert!(!text.contains("panicked"), "{text}");
+    (output.status.code().unwrap(), ours[0].to_owned())
+}
+
+const QUAD: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl m\nf 1 2 3 4\n";
+
+fn scene(folder: &Path, obj: &str, mtl: &str) -> String {
+    fs::write(folder.join("m.mtl"), mtl).unwrap();
+    let path = folder.join("scene.obj");
+    fs::write(&path, obj).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn bad_input_is_one_line_and_code_2() {
+    let folder = folder("bad");
+    let out = folder.join("out");
+    let good = "newmtl m\nKd .5 .5 .5\nKe 1 1 1\n";
+    let cases = [
+        ("empty", String::new(), good, "no faces"),
+        ("NaN", QUAD.replace("v 1 1 0", "v nan 1 0"), good, ""),
+        (
+            "negative reflectance",
+            QUAD.into(),
+            "newmtl m\nKd -.5 .5 .5\n",
+            "m",
+        ),
+        ("reflectance 1", QUAD.into(), "newmtl m\nKd 1 .5 .5\n", "m"),
+        (
+            "missing vertex",
+            QUAD.replace("f 1 2 3 4", "f 1 2 3 9"),
+            good,
+            "",
+        ),
+        (
+            "all faces without area",
+            QUAD.replace("v 1 0 0\nv 1 1 0\nv 0 1 0", "v 0 0 0\nv 0 0 0\nv 0 0 0"),
+            good,
+            "",
+        ),
+    ];
+    for (name, obj, mtl, says) in cases {
+        let path = scene(&folder, &obj, mtl);
+        let (code, line) = failure(&[
+            "solve",
+            &path,
+            "--solver",
+            "cpu",
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        assert_eq!(code, 2, "{name}: {line}");
+        assert!(
+            line.contains("scene.obj") || line.contains("m.mtl"),
+            "{name}: {line}"
+        );
+        assert!(line.contains(says), "{name}: {line}");
+        assert!(!out.exists(), "{name} wrote something");
+    }
+    assert_eq!(failure(&["solve", "/nowhere/at/all.obj"]).0, 2);
+}
+
+#[test]
+fn bad_usage_is_one_line_and_code_2() {
+    let folder = folder("usage");
+    let path = scene(&folder, QUAD, "newmtl m\nKd .5 .5 .5\nKe 1 1 1\n");
+    for arguments in [
+        vec!["solve", &path, "--texels", "0"],
+        vec!["solve", &path, "--epsilon", "0"],
+        vec!["solve", &path, "--epsilon", "nan"],
+        vec!["solve", &path, "--solver", "gpu", "--visibility", "rays"],
+        vec!["solve", &path, "--solver", "cpu", "--require-gpu"],
+        vec![
+            "solve",
+            &path,
+            "--texels",
+            "8192",
+            "--solver",
+            "cpu",
+            "--nonsense",
+        ],
+        vec!["solve"],
+        vec!["nonsense"],
+    ] {
+        let (code, line) = failure(&arguments);
+        assert_eq!(code, 2, "{arguments:?}: {line}");
+    }
+}
+
+#[test]
+fn an_unwritable_folder_is_code_4() {
+    let folder = folder("unwritable");
+    let path = scene(&folder, QUAD, "newmtl m\nKd .5 .5 .5\nKe 1 1 1\n");
+    let file = folder.join("file");
+    fs::write(&file, "").unwrap();
+    let below = file.join("out");
+    let (code, line) = failure(&[
+        "solve",
+        &path,
+        "--solver",
+        "cpu",
+        "--out",
+        below.to_str().unwrap(),
+    ]);
+    assert_eq!(code, 4, "{line}");
+}
+
+#[test]
+fn solve_writes_what_the_contract_says() {
+    let folder = folder("files");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
+    let out = folder.join("out");
+    let output = radiosity(&[
+        "solve",
+        path,
+        "--solver",
+        "cpu",
+        "--texels",
+        "4",
+        "--max-shots",
+        "7",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(0));
+    let result: Value =
+        serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    assert_eq!(result["shots"], 7);
+    assert_eq!(result["converged"], false);
+    assert_eq!(result["solver"], "cpu");
+    assert!(result["adapter"].is_null());
+    assert_eq!(result["settings"]["texels"], 4);
+    assert!(result["energy"]["imbalance"].as_f64().unwrap() < 1e-5);
+    let faces = result["faces"].as_array().unwrap();
+    let face = &faces[0];
+    assert_eq!(face["kind"], "quad");
+    assert_eq!(face["texels"], serde_json::json!([4, 4]));
+    assert_eq!(face["corners"].as_array().unwrap().len(), 4);
+    for key in ["name", "area", "rect", "emission", "reflectance"] {
+        assert!(!face[key].is_null(), "{key}");
+    }
+    assert!(
+        faces.iter().any(|face| face["from"] == 5),
+        "the non-planar left wall is split"
+    );
+    assert!(fs::metadata(out.join("lightmap.exr")).unwrap().len() > 0);
+    let left: Vec<_> = fs::read_dir(&out)
+        .unwrap()
+        .map(|f| f.unwrap().file_name())
+        .collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
