@@ -47,7 +47,7 @@ impl Solver {
 
 /// The cube of 6 and the paper's room of 156 faces, at 16² and 32² texels a face.
 pub fn rooms() -> Vec<Room> {
-    let scenes: [(Scene, f64); 2] = [(furnace(0.7), 0.1), (paper_room(), 0.5)];
+    let scenes: [(Scene, f64); 2] = [(furnace(0.7), 0.3), (paper_room(), 0.5)];
     scenes
         .iter()
         .flat_map(|(scene, epsilon)| [16, 32].map(|texels| (scene, *epsilon, texels)))

@@ -7,7 +7,7 @@ use radiosity_benches::{Room, Solver, rooms, shots, whole};
 use std::time::Duration;
 
 /// Shots in a run: a single one would time the way to the device and back.
-const SHOTS: u32 = 8;
+const SHOTS: u32 = 4;
 /// Rounds of the ratios.
 const ROUNDS: usize = 3;
 
@@ -24,7 +24,7 @@ const TIMES: [(&str, Time); 2] = [
 fn main() {
     let gpu = Gpu::open(None).expect("the bench compares with a GPU, a software one at least");
     let rooms = rooms();
-    let mut criterion = Criterion::default().configure_from_args();
+    let mut criterion = Criterion::default().without_plots().configure_from_args();
     for room in &rooms {
         for (name, time) in TIMES {
             measure(

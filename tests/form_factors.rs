@@ -5,139 +5,18 @@
 //! ```
 
 use common::form_factor::{FormFactor, disc, form_factor};
-use common::mesh::{Mesh, Texel};
+use common::mesh::{Cell, Mesh, Texel};
 use common::scene::Face;
 use common::texel::{self, Cells, Outline};
 use glam::{DVec3, Vec3};
 use oracle::exact;
 use radiosity_tests::bounds::{U, centroid_rule, disc_rounding, polygon_rounding};
-use radiosity_tests::{furnace, scene};
+use radiosity_tests::furnace;
+use radiosity_tests::pairs::{Case, cases};
 use std::f64::consts::PI;
 
-/// Two faces and the exact factor from the first to the second.
-struct Case {
-    name: String,
-    from: Face,
-    to: Face,
-    exact: f64,
-    /// Whether the faces share an edge: F jumps at its ends, and a cell's extent matters beside it.
-    touching: bool,
-}
-
-impl Case {
-    fn new(name: &str, from: &[DVec3], to: &[DVec3], exact: f64) -> Self {
-        let face = |c: &[DVec3]| match *c {
-            [a, b, c] => Face::triangle("", [a, b, c], Vec3::ZERO, Vec3::ZERO),
-            [a, b, c, d] => Face::quad("", [a, b, c, d], Vec3::ZERO, Vec3::ZERO),
-            _ => unreachable!("a face has three or four corners"),
-        };
-        let touching = from.iter().any(|p| to.contains(p));
-        Self {
-            name: name.to_owned(),
-            from: face(from),
-            to: face(to),
-            exact,
-            touching,
-        }
-    }
-
-    /// The same pair in the other direction, by reciprocity.
-    fn reversed(&self) -> Self {
-        Self {
-            name: format!("{}, reversed", self.name),
-            from: self.to.clone(),
-            to: self.from.clone(),
-            exact: self.exact * self.from.area() / self.to.area(),
-            touching: self.touching,
-        }
-    }
-
-    /// K×K cells shoot at N×N texels.
-    fn mesh(&self, cells: u32, texels: u32) -> Mesh {
-        let pair = scene(&self.name, vec![self.from.clone(), self.to.clone()]);
-        Mesh::new(&pair, &[[cells, cells], [texels, texels]], cells).unwrap()
-    }
-}
-
-/// A parallelogram from `corner` along `u` and `v`; its front is u × v.
-fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> [DVec3; 4] {
-    let [c, u, v] = [corner, u, v].map(DVec3::from);
-    [c, c + u, c + u + v, c + v]
-}
-
-fn cases() -> Vec<Case> {
-    let floor = rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    let above = |x: f64| rectangle([x, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
-    let mut cases = vec![
-        Case::new("facing unit squares", &floor, &above(0.0), 0.1998248957),
-        Case::new("2 sideways", &floor, &above(2.0), 0.0152754501),
-        Case::new(
-            "floor x in 1..2, wall z in 1..2",
-            &rectangle([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
-            &rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
-            0.0329381623,
-        ),
-    ];
-    let legs = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from);
-    let [a, b, c] = legs.map(|p| p + DVec3::Z);
-    cases.push(Case::new(
-        "facing triangles",
-        &legs,
-        &[a, c, b],
-        0.1150492281,
-    ));
-    // The reference prints four digits of the first two; the others are of our choosing.
-    for (a, b, c) in [
-        (1.0, 1.5, 0.5),
-        (0.1, 0.1, 0.05),
-        (3.0, 0.5, 2.0),
-        (40.0, 30.0, 50.0),
-    ] {
-        let low = rectangle([0.0; 3], [a, 0.0, 0.0], [0.0, b, 0.0]);
-        let high = rectangle([0.0, 0.0, c], [0.0, b, 0.0], [a, 0.0, 0.0]);
-        cases.push(Case::new(
-            &format!("{a}×{b} at {c}"),
-            &low,
-            &high,
-            exact::parallel_rectangles(a, b, c),
-        ));
-    }
-    for (l, w, h) in [(1.0, 1.0, 1.0), (1.0, 2.0, 0.5), (5.0, 4.0, 3.0)] {
-        let low = rectangle([0.0; 3], [w, 0.0, 0.0], [0.0, l, 0.0]);
-        let wall = rectangle([0.0; 3], [0.0, l, 0.0], [0.0, 0.0, h]);
-        let exact = exact::perpendicular_rectangles(l, w, h);
-        cases.push(Case::new(
-            &format!("perpendicular {w} and {h}, edge {l}"),
-            &low,
-            &wall,
-            exact,
-        ));
-    }
-    let hinges = [
-        (30.0, 0.6190283231),
-        (45.0, 0.4833476955),
-        (60.0, 0.3709053212),
-        (120.0, 0.0866150011),
-        (135.0, 0.0483094478),
-        (150.0, 0.0213453254),
-    ];
-    for (degrees, exact) in hinges {
-        let (s, c) = f64::to_radians(degrees).sin_cos();
-        let leaf = rectangle([0.0; 3], [0.0, 1.0, 0.0], [c, 0.0, s]);
-        cases.push(Case::new(
-            &format!("hinge {degrees}°"),
-            &floor,
-            &leaf,
-            exact,
-        ));
-    }
-    let reversed: Vec<Case> = cases.iter().map(Case::reversed).collect();
-    cases.extend(reversed);
-    cases
-}
-
 /// Σ F_tc·A_t / A_i over the cells of face 0 and the texels of face 1.
-fn total(mesh: &Mesh, factor: impl Fn(&common::mesh::Cell, &Texel, Vec3) -> f32) -> f64 {
+fn total(mesh: &Mesh, factor: impl Fn(&Cell, &Texel, Vec3) -> f32) -> f64 {
     let (mut sum, mut area) = (0.0, 0.0);
     for cell in mesh.cells.iter().filter(|cell| cell.face == 0) {
         area += f64::from(cell.shooter.area);
@@ -155,7 +34,7 @@ fn computed(mesh: &Mesh, kind: FormFactor) -> f64 {
     })
 }
 
-/// Area and receiver's outline of each texel of `face`.
+/// The texels of `face`.
 fn outlines(face: &Face, texels: u32) -> Vec<Outline> {
     (0..texels * texels)
         .map(|k| texel::outline(face, [texels, texels], k))
@@ -177,7 +56,7 @@ fn grid_bound(case: &Case, texels: u32) -> f64 {
 }
 
 /// f32: each pair's own rounding, and 3u for areas and their ratio.
-fn rounding(mesh: &Mesh, exact: f64, pair: impl Fn(&common::mesh::Cell, &Texel) -> f64) -> f64 {
+fn rounding(mesh: &Mesh, exact: f64, pair: impl Fn(&Cell, &Texel) -> f64) -> f64 {
     3.0 * U * exact + total(mesh, |cell, texel, _| pair(cell, texel) as f32)
 }
 

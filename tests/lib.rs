@@ -6,6 +6,8 @@ use glam::{DVec3, Vec3};
 use proptest::test_runner::{Config, RngSeed};
 
 pub mod bounds;
+pub mod engines;
+pub mod pairs;
 pub mod random;
 
 /// An axis-aligned box of six quads from `low` to `high`; fronts point inward or outward.

@@ -10,6 +10,7 @@ pub mod escape;
 pub mod form_factor;
 pub mod import;
 pub mod mesh;
+pub mod overlap;
 pub mod reduce;
 pub mod scene;
 pub mod settings;

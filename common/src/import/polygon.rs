@@ -100,14 +100,29 @@ pub fn join(first: [DVec3; 3], second: [DVec3; 3]) -> Option<[DVec3; 4]> {
     (is_planar(&quad) && smallest_turn(&quad) > 1e-6).then_some(quad)
 }
 
-/// Of equal neighbours the first stays.
+/// Of equal neighbours the first stays; a corner between equal ones is a spike and goes.
 fn without_repeats(corners: &[DVec3]) -> Vec<DVec3> {
-    let mut distinct = corners.to_vec();
-    distinct.dedup();
-    while distinct.len() > 1 && distinct.first() == distinct.last() {
-        distinct.pop();
+    let mut distinct: Vec<DVec3> = Vec::with_capacity(corners.len());
+    for corner in corners {
+        match distinct.as_slice() {
+            [.., last] if last == corner => {}
+            [.., before, _] if before == corner => {
+                distinct.pop();
+            }
+            _ => distinct.push(*corner),
+        }
     }
-    distinct
+    // The same where the end meets the beginning.
+    loop {
+        match distinct.as_slice() {
+            [first, .., last] if first == last => distinct.pop(),
+            [first, _, .., before, _] if first == before => distinct.pop(),
+            [_, second, .., last] if second == last && distinct.len() > 2 => {
+                Some(distinct.remove(0))
+            }
+            _ => return distinct,
+        };
+    }
 }
 
 /// Whether rounding of the coordinates alone could explain the polygon's area.
@@ -165,7 +180,7 @@ fn vector_area(corners: &[DVec3]) -> DVec3 {
         * 0.5
 }
 
-/// Cuts ears, beginning with corner 1: a convex polygon becomes the fan about corner 0. Ears
+/// Cuts ears, beginning with corner 1: a convex polygon becomes the fan about corner 0. Triangles
 /// without area are dropped; a polygon that crosses itself still loses a corner a step.
 fn triangles(corners: &[DVec3]) -> Vec<Piece> {
     let normals = corners
@@ -178,7 +193,7 @@ fn triangles(corners: &[DVec3]) -> Vec<Piece> {
     let reach = corners.iter().map(|p| p.distance_squared(corners[0]));
     let flat = FLAT * reach.fold(0.0, f64::max);
     let mut left = corners.to_vec();
-    let mut pieces = Vec::with_capacity(corners.len() - 2);
+    let mut cut = Vec::with_capacity(corners.len() - 2);
     let mut at = 1;
     while left.len() > 3 {
         let n = left.len();
@@ -187,15 +202,16 @@ fn triangles(corners: &[DVec3]) -> Vec<Piece> {
         let k = ear
             .or_else(|| candidates().find(|k| turn(&left, *k, normal).abs() <= flat))
             .unwrap_or(at % n);
-        let triangle = [left[(k + n - 1) % n], left[k], left[(k + 1) % n]];
-        if ear.is_some() || turn(&left, k, normal).abs() > flat {
-            pieces.push(Piece::Triangle(triangle));
-        }
+        cut.push([left[(k + n - 1) % n], left[k], left[(k + 1) % n]]);
         left.remove(k);
         at = k;
     }
-    pieces.push(Piece::Triangle([left[0], left[1], left[2]]));
-    pieces
+    cut.push([left[0], left[1], left[2]]);
+    let has_area = |[a, b, c]: &[DVec3; 3]| side(*a, *b, *c, normal).abs() > flat;
+    if cut.iter().any(has_area) {
+        cut.retain(has_area);
+    }
+    cut.into_iter().map(Piece::Triangle).collect()
 }
 
 /// Twice the area of corner k's triangle, negative if it points inwards.

@@ -2,6 +2,7 @@
 
 use common::energy::Energy;
 use common::mesh::Mesh;
+use common::overlap::overlaps;
 use common::shooting::Run;
 use common::solution::Warning;
 
@@ -34,6 +35,18 @@ pub fn of(mesh: &Mesh, run: &Run) -> Vec<Warning> {
                 "{:.1} % of the emitted power is unshot: lower --epsilon or raise --max-shots",
                 100.0 * run.unshot_fraction()
             ),
+        });
+    }
+    let overlapping = overlaps(mesh);
+    if !overlapping.is_empty() {
+        let mut faces: Vec<u32> = overlapping.concat();
+        faces.sort_unstable();
+        faces.dedup();
+        faces.truncate(NAMED);
+        warnings.push(Warning {
+            code: "overlap".into(),
+            faces,
+            message: format!("{} pairs of fronts lie on each other: which one is lit is a matter of rounding; remove one of each", overlapping.len()),
         });
     }
     warnings

@@ -99,6 +99,16 @@ fn straight_corners_make_no_empty_triangle() {
 }
 
 #[test]
+fn a_spike_is_dropped() {
+    let spiked = [(0., 0.), (2., 0.), (2., 2.), (3., 2.), (2., 2.), (0., 2.)];
+    for first in 0..6 {
+        let mut turned = spiked;
+        turned.rotate_left(first);
+        assert_eq!(covers(&turned), (1, vec![Remark::Repeated]), "from {first}");
+    }
+}
+
+#[test]
 fn a_bow_tie_ends() {
     let (pieces, remarks) = split(&at(&[(0., 0.), (1., 1.), (1., 0.), (0., 1.)]));
     assert_eq!((pieces.len(), remarks), (2, vec![Remark::NonConvex]));
