@@ -104,7 +104,7 @@ fn a_break_stops_the_run() {
         let mut engine = fresh();
         let mut cells = Vec::new();
         engine
-            .run(ALL, 100_000, &mut |shot| {
+            .run(ALL, 1000, &mut |shot| {
                 cells.push(shot.cell);
                 if cells.len() == 5 {
                     ControlFlow::Break(())

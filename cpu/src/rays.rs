@@ -1,7 +1,7 @@
 //! Visibility by one ray from the shooter's centre to the texel's, through an obvhs BVH of faces.
 
 use crate::intersect::intersect;
-use common::constants::{END, MISS, OUTLINE};
+use common::constants::{CONTACT, END, MISS, OUTLINE};
 use common::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -70,6 +70,16 @@ impl Rays {
                 found.extend(self.blocks(primitive, ends, ray).map(|(k, _)| k));
             });
         found
+    }
+
+    /// Every face that the ray from `origin` along `direction`, or from just behind it, may meet.
+    pub fn along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(&MeshFace)) {
+        let behind = origin - direction * (4.0 * CONTACT);
+        self.bvh
+            .ray_traverse_anyhit(ray(behind, direction / REACH, f32::MAX), |_, primitive| {
+                let k = self.index[self.bvh.primitive_indices[primitive] as usize];
+                visit(&self.faces[k as usize]);
+            });
     }
 
     /// The nearest front along a view ray, and its distance; backs are looked through.

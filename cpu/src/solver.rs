@@ -93,9 +93,9 @@ impl<'a> CpuSolver<'a> {
     }
 
     fn escaped(&mut self, cell: u32) -> f32 {
-        let (mesh, directions) = (self.mesh, &self.directions);
+        let (mesh, rays, directions) = (self.mesh, &self.rays, &self.directions);
         *self.escaped[cell as usize]
-            .get_or_insert_with(|| escape(mesh, &mesh.cells[cell as usize], directions))
+            .get_or_insert_with(|| escape(mesh, rays, &mesh.cells[cell as usize], directions))
     }
 }
 

@@ -89,7 +89,7 @@ impl Buffers {
             shot: empty("shot", SHOT_BYTES, storage),
             script: empty("script", 4 * (u64::from(BATCH) + 1), storage),
             log: empty("log", LOG_BYTES, storage),
-            lost: empty("lost", 4, storage),
+            lost: empty("lost", 4 * mesh.cells.len() as u64, storage),
             sums: empty(
                 "sums",
                 (size_of::<CellSumRecord>() * mesh.cells.len()) as u64,

@@ -1,15 +1,16 @@
-// The share of the shooter's cosine hemisphere that meets no front. Twin: cpu/src/escape.rs.
+// The share of the shooter's cosine hemisphere that meets no front, counted once for each cell.
+// Twin: cpu/src/escape.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shot: Shot;
 @group(0) @binding(2) var<uniform> params: Params;
 @group(0) @binding(3) var<storage, read> directions: array<vec4f>;
-@group(0) @binding(4) var<storage, read_write> lost: atomic<u32>;
+@group(0) @binding(4) var<storage, read_write> lost: array<atomic<u32>>;  // a cell's directions
 
 @compute @workgroup_size(LANES)
 fn escape(@builtin(global_invocation_id) id: vec3u) {
     if id.x < DIRECTIONS && !meets_front(to_world(directions[id.x].xyz)) {
-        atomicAdd(&lost, 1u);
+        atomicAdd(&lost[shot.cell], 1u);
     }
 }
 

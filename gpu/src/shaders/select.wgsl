@@ -10,7 +10,9 @@
 @group(0) @binding(5) var<storage, read_write> shot: Shot;
 @group(0) @binding(6) var<storage, read_write> log: Log;
 @group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;  // deposit, escape, power
-@group(0) @binding(8) var<storage, read_write> lost: u32;
+@group(0) @binding(8) var<storage, read_write> lost: array<u32>;     // per cell; KNOWN once counted
+
+const KNOWN = 0x80000000u;
 
 struct Log {
     count: u32,
@@ -74,7 +76,8 @@ fn reduce(lane: u32) {
 }
 
 fn record() {
-    let escaped = f32(lost) / f32(DIRECTIONS);
+    lost[shot.cell] |= KNOWN;
+    let escaped = f32(lost[shot.cell] - KNOWN) / f32(DIRECTIONS);
     let form_factor_sum = select(0.0, lane_received[0] / shot.area, shot.area > 0.0);
     log.records[log.count] = Record(shot.flux, shot.cell, form_factor_sum, escaped, lane_total[0], 0u);
     log.count++;
@@ -87,13 +90,14 @@ fn choose(done: u32) {
         cell = script[done];
         shooting = cell < params.cells;
     }
-    lost = 0u;
     shot.shooting = u32(shooting);
     if shooting {
         aim(cell);
     }
+    let known = shooting && lost[cell] >= KNOWN;
     for (var k = 0u; k < 3u; k++) {
-        let groups = select(vec2u(0u), params.groups[k].xy, shooting);
+        let needed = shooting && !(known && k == 1u);
+        let groups = select(vec2u(0u), params.groups[k].xy, needed);
         dispatches[k * 3u] = groups.x;
         dispatches[k * 3u + 1u] = groups.y;
         dispatches[k * 3u + 2u] = 1u;

@@ -53,34 +53,25 @@ fn unit(v: vec3f) -> vec3f {
 
 @compute @workgroup_size(SELECT_LANES)
 fn tessellate(@builtin(local_invocation_index) lane: u32) {
-    var counts: array<u32, LEVELS>;
+    var count = 0u;
     if shot.shooting == 1u {
         for (var base = 0u; base < params.faces; base += SELECT_LANES) {
-            let face = base + lane;
-            var mine = HIDDEN;
-            if face < params.faces {
-                mine = level(face);
+            levels[lane] = HIDDEN;
+            if base + lane < params.faces {
+                levels[lane] = level(base + lane);
             }
-            levels[lane] = mine;
             workgroupBarrier();
-            // Every lane counts the same, so that the lists keep face order without atomics.
-            var rank = 0u;
-            for (var k = 0u; k < SELECT_LANES; k++) {
-                let other = levels[k];
-                if other < HIDDEN {
-                    if k == lane {
-                        rank = counts[other];
-                    }
-                    counts[other]++;
+            // One lane a level lists its faces: they keep their order without atomics.
+            for (var k = 0u; k < SELECT_LANES && lane < LEVELS; k++) {
+                if levels[k] == lane {
+                    instances[lane * params.faces + count] = vec2u(base + k, 1u << lane);
+                    count++;
                 }
-            }
-            if mine < HIDDEN {
-                instances[mine * params.faces + rank] = vec2u(face, 1u << mine);
             }
             workgroupBarrier();
         }
     }
     if lane < LEVELS {
-        draws[lane * 5u + 1u] = counts[lane];
+        draws[lane * 5u + 1u] = count;
     }
 }

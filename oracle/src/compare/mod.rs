@@ -55,7 +55,7 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
     let _ = progress("lockstep", 0, 0);
     let lockstep = replay(&mut fresh()?, &cpu.cells())?;
     let _ = progress("WGSL against twin", 0, 0);
-    let stages = stages::stages(&mesh, &gpu_settings, &mut fresh()?)?;
+    let stages = stages::stages(&mesh, &gpu_settings, cpu_solver.rays(), &mut fresh()?)?;
     let item_buffer = picture(
         &gpu_settings,
         cpu.shots.first().map_or(0, |shot| shot.cell),

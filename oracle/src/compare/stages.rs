@@ -17,6 +17,7 @@ use cpu::escape::escape;
 use cpu::item_buffer::{ItemBuffer, View};
 use cpu::lookup::visible;
 use cpu::power::power;
+use cpu::rays::Rays;
 use glam::Vec3;
 use gpu::GpuSolver;
 use rayon::prelude::*;
@@ -35,7 +36,12 @@ const POLYGON_ROUNDINGS: f64 = 128.0;
 const PIXEL_SHARE: f64 = 4.0 / 256.0;
 
 /// Compares all stages over the first shots of a greedy run on a fresh `solver`.
-pub fn stages(mesh: &Mesh, settings: &Settings, solver: &mut GpuSolver) -> Result<Vec<Stage>> {
+pub fn stages(
+    mesh: &Mesh,
+    settings: &Settings,
+    rays: &Rays,
+    solver: &mut GpuSolver,
+) -> Result<Vec<Stage>> {
     let mut item_buffer = Tally::default();
     let mut deposits = Tally::default();
     let mut escapes = Tally::default();
@@ -69,7 +75,7 @@ pub fn stages(mesh: &Mesh, settings: &Settings, solver: &mut GpuSolver) -> Resul
         deposits.extend(deposit_errors(
             mesh, settings, shooter, &view, &buffer, &before, &after,
         ));
-        let share = escape(mesh, shooter, &directions);
+        let share = escape(mesh, rays, shooter, &directions);
         escapes.add(f64::from((share - shot.escaped).abs()) * DIRECTIONS as f64);
         let sums: Vec<_> = mesh
             .cells
