@@ -1,9 +1,9 @@
 //! `radiosity adapters`.
 
 use super::Outcome;
-use common::{Error, Result};
+use common::Result;
 
-/// One line an adapter on stdout; none is exit code 3.
+/// One line an adapter on stdout.
 pub fn run() -> Result<Outcome> {
     let found = gpu::adapters();
     for line in &found {
@@ -14,7 +14,7 @@ pub fn run() -> Result<Outcome> {
         );
     }
     if found.is_empty() {
-        return Err(Error::NoAdapter("no GPU adapter found".into()));
+        eprintln!("note: no GPU adapter found");
     }
     Ok(Outcome::Done)
 }

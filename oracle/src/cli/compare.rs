@@ -14,7 +14,7 @@ use common::settings::Visibility;
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.
 #[derive(Args, Clone)]
@@ -38,7 +38,14 @@ struct Demo {
 
 /// `compare` on the bundled Cornell box.
 pub fn demo() -> Result<Outcome> {
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
+    // From the root of a checkout by its short name, from anywhere else by where it was built.
+    let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
+    let local = "scenes/cornell_box.obj";
+    let scene = if Path::new(local).exists() {
+        local
+    } else {
+        bundled
+    };
     run(&Demo::parse_from(["radiosity", scene]).arguments)
 }
 

@@ -68,7 +68,7 @@ pub struct Common {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub texels: u32,
     /// Stop when unshot power ≤ X × emitted power
-    #[arg(long, value_name = "X", default_value_t = 0.001, value_parser = epsilon)]
+    #[arg(long, value_name = "X", default_value_t = 0.001, value_parser = epsilon, allow_negative_numbers = true)]
     pub epsilon: f64,
     /// Stop after N shots
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]

@@ -99,6 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let solve_seconds = start.elapsed().as_secs_f64();
 
     let mut notes = scene.notes.clone();
+    notes.extend(fewer_cells(&mesh, &settings));
     if interrupted() {
         notes.push("interrupted: the result is what had been shot by then".into());
     }
@@ -155,6 +156,18 @@ fn shoot(engine: &mut dyn Engine, settings: &Settings, title: &str, quiet: bool)
             1.0
         };
         progress.show("shooting", (done * 1000.0) as u64, 1000)
+    })
+}
+
+/// A triangle's cells are blocks of whole texels only for divisors of its side.
+fn fewer_cells(mesh: &Mesh, settings: &Settings) -> Option<String> {
+    let asked = (settings.cells * settings.cells) as usize * mesh.faces.len();
+    (mesh.cells.len() < asked).then(|| {
+        format!(
+            "{} cells instead of {asked}: a face has at most one a texel, and a triangle's side is cut by a divisor of its {} texels",
+            mesh.cells.len(),
+            settings.texels
+        )
     })
 }
 
