@@ -4,7 +4,7 @@
 use criterion::{BenchmarkGroup, Criterion, SamplingMode, measurement::WallTime};
 use gpu::Gpu;
 use radiosity_benches::{Room, Solver, rooms, shots, whole};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Shots in a run: a single one would time the way to the device and back.
 const SHOTS: u32 = 4;
@@ -48,13 +48,18 @@ fn main() {
 }
 
 fn measure(group: &mut BenchmarkGroup<WallTime>, room: &Room, gpu: &Gpu, time: Time) {
-    // Engines differ by a factor of a hundred and a sample takes up to a second: the fewest
-    // samples, and no more iterations than one where that is slow.
-    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    // Engines differ by a factor of a hundred, and a sample may take a second: the fewest samples,
+    // and one iteration in each where it is slow.
+    const SAMPLES: u32 = 10;
     group
-        .warm_up_time(Duration::from_millis(100))
-        .measurement_time(Duration::from_millis(500));
+        .sample_size(SAMPLES as usize)
+        .sampling_mode(SamplingMode::Flat)
+        .warm_up_time(Duration::from_millis(100));
     for solver in Solver::ALL {
+        let start = Instant::now();
+        time(room, solver, gpu);
+        let samples = start.elapsed() * SAMPLES;
+        group.measurement_time(Duration::from_millis(500).max(samples * 3 / 2));
         group.bench_function(solver.name(), |bencher| {
             bencher.iter_custom(|count| (0..count).map(|_| time(room, solver, gpu)).sum());
         });

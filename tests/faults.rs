@@ -25,10 +25,12 @@ fn box_in_room() -> Scene {
     scene("a box in a room", faces)
 }
 
-fn verdict(faults: &[Fault]) -> Comparison {
+fn verdict(texels: u32, faults: &[Fault]) -> Comparison {
     let settings = Settings {
-        texels: 8,
+        texels,
         epsilon: 0.02,
+        // A kept residual never ends.
+        max_shots: 200,
         visibility: Visibility::Stereographic,
         item_buffer: 512,
         form_factor: FormFactor::Disc,
@@ -57,14 +59,20 @@ fn failing(comparison: &Comparison) -> Vec<&str> {
 }
 
 fn caught(name: &str, faults: &[Fault]) {
-    let comparison = verdict(faults);
+    // Enough texels that some lie where one pixel decides.
+    let texels = if faults.iter().any(|fault| fault.from.contains("p.x")) {
+        32
+    } else {
+        8
+    };
+    let comparison = verdict(texels, faults);
     println!("{name}: {:?}", failing(&comparison));
     assert!(!comparison.agree(), "{name} was not noticed");
 }
 
 #[test]
 fn without_a_fault_the_solvers_agree() {
-    let comparison = verdict(&[]);
+    let comparison = verdict(8, &[]);
     assert!(comparison.agree(), "{:?}", failing(&comparison));
 }
 
@@ -164,7 +172,7 @@ fn a_tie_that_goes_to_the_highest() {
 
 #[test]
 fn a_field_compared_with_itself() {
-    let comparison = verdict(&[]);
+    let comparison = verdict(8, &[]);
     let field = &comparison.cpu.field;
     let same = difference(&comparison.mesh, field, field);
     assert!(!Gate::at_most("identical", same.relative_rms, 1.0, "").pass);

@@ -1,0 +1,119 @@
+//! WGSL and its scalar twins agree stage by stage, for every projection, lookup and form factor;
+//! and the lookup does what it says.
+
+use common::form_factor::FormFactor;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::settings::{Lookup, Settings, Visibility};
+use cpu::item_buffer::{ItemBuffer, View};
+use cpu::lookup::visible;
+use cpu::projection::{pixels, project};
+use cpu::rays::Rays;
+use glam::{DVec3, Vec3};
+use gpu::{Gpu, GpuSolver};
+use oracle::compare::stages::stages;
+use radiosity_tests::{room, scene};
+
+fn box_in_room() -> Scene {
+    let mut faces = room(
+        DVec3::ZERO,
+        DVec3::ONE,
+        true,
+        Vec3::ONE,
+        Vec3::new(0.7, 0.5, 0.2),
+    );
+    // No face half a unit from a shooter: there Table 3 clips, and rounding would decide.
+    let (low, high) = (DVec3::new(0.2, 0.1, 0.3), DVec3::new(0.47, 0.4, 0.55));
+    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.4)));
+    scene("a box in a room", faces)
+}
+
+#[test]
+fn every_stage_equals_its_twin() {
+    let scene = box_in_room();
+    let gpu = Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh");
+    let projections = [
+        Visibility::Paper,
+        Visibility::Hemisphere,
+        Visibility::Stereographic,
+    ];
+    let kinds = [FormFactor::Paper, FormFactor::Disc, FormFactor::Polygon];
+    for (n, visibility) in projections.into_iter().enumerate() {
+        for (m, form_factor) in kinds.into_iter().enumerate() {
+            let settings = Settings {
+                texels: 6,
+                visibility,
+                item_buffer: 256,
+                lookup: [Lookup::Exact, Lookup::Neighbours][(n + m) % 2],
+                form_factor,
+                cells: 2,
+                ..Settings::default()
+            };
+            let mesh = Mesh::uniform(&scene, settings.texels, settings.cells).unwrap();
+            let mut solver = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+            for stage in stages(&mesh, &settings, &Rays::new(&mesh), &mut solver).unwrap() {
+                assert!(stage.pass, "{settings:?} {stage:?}");
+            }
+        }
+    }
+}
+
+/// Lookups of the floor's texels from the ceiling's centre, against rays: (wrongly hidden, wrongly lit).
+fn mistakes(lookup: Lookup) -> (usize, usize) {
+    let scene = box_in_room();
+    let mesh = Mesh::uniform(&scene, 64, 1).unwrap();
+    let rays = Rays::new(&mesh);
+    let cell = &mesh.cells[1];
+    let view = View::new(&mesh, cell, Visibility::Stereographic, 256);
+    let buffer = ItemBuffer::draw(&mesh, &view);
+    let (mut hidden, mut lit) = (0, 0);
+    for texel in mesh.texels.iter().filter(|texel| texel.face == 0) {
+        let truth = rays.visible(cell.shooter.centre, texel.position, [1, 0]);
+        let found = visible(&mesh, &buffer, &view, lookup, texel.position, 0);
+        hidden += usize::from(truth && !found);
+        lit += usize::from(!truth && found);
+    }
+    (hidden, lit)
+}
+
+#[test]
+fn nine_pixels_mend_what_one_gets_wrong() {
+    let (hidden, lit) = mistakes(Lookup::Exact);
+    assert!(hidden + lit > 0, "one pixel must be wrong on silhouettes");
+    assert_eq!(mistakes(Lookup::Neighbours), (0, 0));
+}
+
+#[test]
+fn a_texel_whose_pixel_shows_its_neighbour_is_found_in_the_nine() {
+    let scene = box_in_room();
+    let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
+    let cell = &mesh.cells[1];
+    let view = View::new(&mesh, cell, Visibility::Stereographic, 64);
+    let texel = mesh.texels.iter().find(|texel| texel.face == 0).unwrap();
+    let p = pixels(
+        project(view.visibility, view.frame.local(texel.position)),
+        64,
+    );
+    let (x, y) = (p.x as usize, p.y as usize);
+    let asked = |ids: &dyn Fn(usize, usize) -> u32, lookup| {
+        let ids = (0..64 * 64).map(|k| ids(k % 64, k / 64)).collect();
+        visible(
+            &mesh,
+            &ItemBuffer { size: 64, ids },
+            &view,
+            lookup,
+            texel.position,
+            0,
+        )
+    };
+    // Its own pixel shows nothing, the one beside it shows the floor (ID 1).
+    let beside = |i: usize, j: usize| u32::from((i, j) == (x + 1, y));
+    assert!(!asked(&beside, Lookup::Exact));
+    assert!(asked(&beside, Lookup::Neighbours));
+    // Two pixels away is too far.
+    let far = |i: usize, j: usize| u32::from((i, j) == (x + 2, y));
+    assert!(!asked(&far, Lookup::Neighbours));
+    // A wall (ID 3) in the nine does not lie in between, so it does not hide the texel.
+    let wall = |i: usize, j: usize| if (i, j) == (x, y) { 1 } else { 3 };
+    assert!(asked(&wall, Lookup::Neighbours));
+}
