@@ -39,6 +39,8 @@ fn cpu() {
     check(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings);
     let settings = Settings {
         visibility: Visibility::Stereographic,
+        // The twin draws every pixel on the CPU.
+        item_buffer: 256,
         ..settings
     };
     check(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings);

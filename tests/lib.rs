@@ -117,5 +117,6 @@ pub fn cases(count: u32) -> Config {
     if std::env::var_os("PROPTEST_CASES").is_none() {
         config.cases = count;
     }
+    config.max_global_rejects = config.cases.max(1024);
     config
 }

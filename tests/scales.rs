@@ -115,6 +115,7 @@ fn other_units_and_origins_change_only_rounding() {
         (1.0, DVec3::new(1e6, 0.1, -3e5)),
     ] {
         let mesh = mesh_of(&moved(&plain, scale, shift));
+        assert_eq!(mesh.unit.log2().fract(), 0.0, "the unit is a power of two");
         let mut engine = CpuSolver::new(&mesh, &settings());
         let run = replay(&mut engine, &expected.cells()).unwrap();
         let pairs = run.field.radiosity.iter().zip(&expected.field.radiosity);

@@ -63,7 +63,8 @@ pub trait Engine {
     fn field(&mut self) -> Result<Field>;
 
     /// Shoots until the order ends, `max_shots` are shot or `watch` breaks. A solver that can
-    /// choose its shooter by itself overrides this; the shots must be the same.
+    /// choose its shooter by itself overrides this; the shots must be the same. One that works
+    /// in batches finishes those under way after a break, and shows them to `watch` too.
     fn run(
         &mut self,
         order: Order,

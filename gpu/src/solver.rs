@@ -23,6 +23,8 @@ use std::time::Instant;
 const SUBMISSION_SECONDS: f64 = 0.5;
 /// Submissions of fewer shots than this pay only where a shot is slow.
 const FEWEST: u32 = 64;
+/// Shots of the first submission of a run.
+const FIRST: u32 = 8;
 /// Longer than this, even a few shots are too many for one submission.
 const LONGEST_SECONDS: f64 = 1.5;
 /// Batches recorded while an earlier one runs.
@@ -234,10 +236,11 @@ impl<'a> GpuSolver<'a> {
         }
     }
 
-    /// How many shots the next submission holds.
-    fn batch_size(&self, left: u32) -> u32 {
+    /// How many shots the next submission holds: few at first, because nothing is known of their
+    /// length and a short solve should not end in empty shots; at most doubled each time.
+    fn batch_size(&self, launched: u32, left: u32) -> u32 {
         let shots = match self.shot_seconds {
-            None => FEWEST,
+            None => FIRST,
             Some(seconds) => {
                 let most = if self.gpu.line.software {
                     f64::INFINITY
@@ -250,7 +253,7 @@ impl<'a> GpuSolver<'a> {
                     .clamp(1.0, f64::from(BATCH)) as u32
             }
         };
-        shots.min(left)
+        shots.min(launched.max(FIRST)).min(left)
     }
 
     /// Records and submits `shots` shots; the first batch of a run chooses its shooter itself.
@@ -360,7 +363,7 @@ impl Engine for GpuSolver<'_> {
         let mut previous = Instant::now();
         loop {
             while !ended && flights.len() < IN_FLIGHT && launched < max_shots {
-                let shots = self.batch_size(max_shots - launched);
+                let shots = self.batch_size(launched, max_shots - launched);
                 flights.push_back(self.launch(order, launched, shots));
                 launched += shots;
             }

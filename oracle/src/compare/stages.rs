@@ -86,8 +86,10 @@ pub fn stages(
         for (a, b) in cell_power.iter().zip(&sums) {
             powers.add(ulps(*a, b.residual.w));
         }
+        let area = shooter.shooter.area;
         let twin_sum = tree_sum::<f32, SELECT_LANES>(0.0, sums.len(), |k| sums[k].received);
-        received.add(ulps(shot.form_factor_sum, twin_sum / shooter.shooter.area));
+        let twin_sum = if area > 0.0 { twin_sum / area } else { 0.0 };
+        received.add(ulps(shot.form_factor_sum, twin_sum));
     }
     let texels_per_lane = mesh
         .cells
