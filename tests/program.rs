@@ -48,7 +48,7 @@ fn bad_input_is_one_line_and_code_2() {
     let out = folder.join("out");
     let good = "newmtl m\nKd .5 .5 .5\nKe 1 1 1\n";
     let cases = [
-        ("empty", String::new(), good, "no faces"),
+        ("empty", String::new(), good, "empty"),
         ("NaN", QUAD.replace("v 1 1 0", "v nan 1 0"), good, ""),
         (
             "negative reflectance",
