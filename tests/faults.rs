@@ -1,29 +1,13 @@
 //! The harness can fail: each planted fault turns the verdict red, and without one it is green.
 
 use common::form_factor::FormFactor;
-use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
-use glam::{DVec3, Vec3};
 use gpu::{Fault, Gpu};
 use oracle::compare::difference::difference;
 use oracle::compare::{Request, compare};
 use oracle::comparison::{Comparison, Gate};
-use radiosity_tests::{room, scene};
+use radiosity_tests::box_in_room;
 use std::ops::ControlFlow;
-
-/// A closed room of six equal shooters (ties) around a grey box (silhouettes).
-fn box_in_room() -> Scene {
-    let mut faces: Vec<Face> = room(
-        DVec3::ZERO,
-        DVec3::ONE,
-        true,
-        Vec3::ONE,
-        Vec3::new(0.7, 0.5, 0.2),
-    );
-    let (low, high) = (DVec3::new(0.2, 0.1, 0.3), DVec3::new(0.5, 0.4, 0.55));
-    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.4)));
-    scene("a box in a room", faces)
-}
 
 fn verdict(texels: u32, faults: &[Fault]) -> Comparison {
     let settings = Settings {

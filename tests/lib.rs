@@ -42,6 +42,16 @@ pub fn scene(name: &str, faces: Vec<Face>) -> Scene {
     }
 }
 
+/// A closed room of six equal shooters (ties) around a grey box (silhouettes). No face is half a
+/// unit from a wall: there Table 3 clips, and rounding would decide.
+pub fn box_in_room() -> Scene {
+    let walls = Vec3::new(0.7, 0.5, 0.2);
+    let mut faces = room(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, walls);
+    let (low, high) = (DVec3::new(0.2, 0.1, 0.3), DVec3::new(0.47, 0.4, 0.55));
+    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.4)));
+    scene("a box in a room", faces)
+}
+
 /// The closed unit cube in which every face emits 1 W/m² and reflects `reflectance`.
 pub fn furnace(reflectance: f32) -> Scene {
     scene(

@@ -3,30 +3,14 @@
 
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
-use common::scene::Scene;
 use common::settings::{Lookup, Settings, Visibility};
 use cpu::item_buffer::{ItemBuffer, View};
 use cpu::lookup::visible;
 use cpu::projection::{pixels, project};
 use cpu::rays::Rays;
-use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver};
 use oracle::compare::stages::stages;
-use radiosity_tests::{room, scene};
-
-fn box_in_room() -> Scene {
-    let mut faces = room(
-        DVec3::ZERO,
-        DVec3::ONE,
-        true,
-        Vec3::ONE,
-        Vec3::new(0.7, 0.5, 0.2),
-    );
-    // No face half a unit from a shooter: there Table 3 clips, and rounding would decide.
-    let (low, high) = (DVec3::new(0.2, 0.1, 0.3), DVec3::new(0.47, 0.4, 0.55));
-    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.4)));
-    scene("a box in a room", faces)
-}
+use radiosity_tests::box_in_room;
 
 #[test]
 fn every_stage_equals_its_twin() {

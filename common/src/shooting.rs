@@ -135,6 +135,17 @@ impl Run {
     }
 }
 
+/// How far a solve has come, 0…1: unshot power falls roughly exponentially, so its logarithm is
+/// the scale.
+pub fn progress(shot: &Shot, emitted: f32, epsilon: f64) -> f64 {
+    let done = (f64::from(emitted) / f64::from(shot.unshot)).ln() / (1.0 / epsilon).ln();
+    if done.is_finite() {
+        done.clamp(0.0, 1.0)
+    } else {
+        1.0
+    }
+}
+
 /// Shoots greedily until `settings` are met; `watch` sees every shot and the emitted power.
 pub fn solve(
     engine: &mut dyn Engine,

@@ -9,7 +9,7 @@ use common::form_factor::FormFactor;
 use common::import::load;
 use common::mesh::Mesh;
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Run, solve};
+use common::shooting::{self, Engine, Run, solve};
 use common::solution::{Seconds, Solution, prepare};
 use common::{Error, Result};
 use cpu::CpuSolver;
@@ -148,13 +148,7 @@ fn choose(arguments: &Arguments) -> Result<SolverOption> {
 fn shoot(engine: &mut dyn Engine, settings: &Settings, title: &str, quiet: bool) -> Result<Run> {
     let mut progress = Progress::new(title, quiet);
     solve(engine, settings, &mut |shot, emitted| {
-        let done =
-            (f64::from(emitted) / f64::from(shot.unshot)).ln() / (1.0 / settings.epsilon).ln();
-        let done = if done.is_finite() {
-            done.clamp(0.0, 1.0)
-        } else {
-            1.0
-        };
+        let done = shooting::progress(shot, emitted, settings.epsilon);
         progress.show("shooting", (done * 1000.0) as u64, 1000)
     })
 }

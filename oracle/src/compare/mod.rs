@@ -15,7 +15,7 @@ use common::energy::Energy;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Run, Shot, replay, solve};
+use common::shooting::{self, Engine, Run, Shot, replay, solve};
 use cpu::CpuSolver;
 use difference::difference;
 use gpu::{Fault, Gpu, GpuSolver};
@@ -117,7 +117,7 @@ fn timed(
     Ok((run, start.elapsed().as_secs_f64()))
 }
 
-/// Progress of a solve: unshot power falls roughly exponentially, so its logarithm is the scale.
+/// Progress of a solve in thousandths.
 fn watch(
     progress: Progress,
     phase: &str,
@@ -125,8 +125,8 @@ fn watch(
     emitted: f32,
     settings: &Settings,
 ) -> ControlFlow<()> {
-    let done = (f64::from(emitted) / f64::from(shot.unshot)).ln() / (1.0 / settings.epsilon).ln();
-    progress(phase, (done.clamp(0.0, 1.0) * 1000.0) as u64, 1000)
+    let done = shooting::progress(shot, emitted, settings.epsilon);
+    progress(phase, (done * 1000.0) as u64, 1000)
 }
 
 fn picture(settings: &Settings, cell: u32, solver: &mut GpuSolver) -> Result<ItemBufferPicture> {
