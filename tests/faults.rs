@@ -81,7 +81,7 @@ fn faults_in_the_form_factor() {
     caught(
         "a flipped normal",
         &[Fault {
-            file: "select",
+            file: "aim",
             from: "shot.normal = faces[face].plane.xyz;",
             to: "shot.normal = -faces[face].plane.xyz;",
         }],
@@ -99,7 +99,7 @@ fn faults_in_the_deposit() {
     };
     caught(
         "a dropped reflectance",
-        &fault("texel.reflectance * received;", "received;"),
+        &fault("texels[k].reflectance * received;", "received;"),
     );
     caught("a kept residual", &fault("residual[k] = vec4f(0.0);", ""));
     caught(

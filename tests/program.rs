@@ -99,7 +99,9 @@ fn bad_usage_is_one_line_and_code_2() {
         vec!["solve", &path, "--texels", "0"],
         vec!["solve", &path, "--epsilon", "0"],
         vec!["solve", &path, "--epsilon", "nan"],
-        vec!["solve", &path, "--solver", "gpu", "--visibility", "rays"],
+        vec!["compare", &path, "--samples", "2"],
+        vec!["compare", &path, "--quality", "reference"],
+        vec!["solve", &path, "--quality", "best"],
         vec!["solve", &path, "--solver", "cpu", "--require-gpu"],
         vec![
             "solve",

@@ -48,7 +48,7 @@ fn mistakes(lookup: Lookup) -> (usize, usize) {
     let mesh = Mesh::uniform(&scene, 64, 1).unwrap();
     let rays = Rays::new(&mesh);
     let cell = &mesh.cells[1];
-    let view = View::new(&mesh, cell, Visibility::Stereographic, 256);
+    let view = View::new(&mesh, 1, 0, Visibility::Stereographic, 256);
     let buffer = ItemBuffer::draw(&mesh, &view);
     let (mut hidden, mut lit) = (0, 0);
     for texel in mesh.texels.iter().filter(|texel| texel.face == 0) {
@@ -71,8 +71,7 @@ fn nine_pixels_mend_what_one_gets_wrong() {
 fn a_texel_whose_pixel_shows_its_neighbour_is_found_in_the_nine() {
     let scene = box_in_room();
     let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
-    let cell = &mesh.cells[1];
-    let view = View::new(&mesh, cell, Visibility::Stereographic, 64);
+    let view = View::new(&mesh, 1, 0, Visibility::Stereographic, 64);
     let texel = mesh.texels.iter().find(|texel| texel.face == 0).unwrap();
     let p = pixels(
         project(view.visibility, view.frame.local(texel.position)),

@@ -7,7 +7,7 @@
 use crate::projection::{Frame, pixel_centre, pixels, project, unproject};
 use crate::tessellate::{level, spread};
 use common::constants::{BELOW, DEPTH_MAX, DEPTH_SCALE, HIDDEN, LEVELS, PAPER_FAR, PAPER_NEAR};
-use common::mesh::{Cell, Mesh, MeshFace};
+use common::mesh::{Mesh, MeshFace};
 use common::settings::Visibility;
 use glam::Vec2;
 
@@ -50,12 +50,13 @@ pub struct View {
 }
 
 impl View {
-    /// The view of a cell.
-    pub fn new(mesh: &Mesh, cell: &Cell, visibility: Visibility, size: u32) -> Self {
-        let face = &mesh.faces[cell.face as usize];
+    /// The view from point `s` of a cell.
+    pub fn new(mesh: &Mesh, cell: u32, s: u32, visibility: Visibility, size: u32) -> Self {
+        let face = &mesh.faces[mesh.cells[cell as usize].face as usize];
+        let point = mesh.points[(cell * mesh.samples + s) as usize];
         Self {
             visibility,
-            frame: Frame::new(face, &cell.shooter),
+            frame: Frame::new(face, point.truncate()),
             sheet: face.sheet,
             size,
             unit: mesh.unit as f32,

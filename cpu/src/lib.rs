@@ -1,14 +1,18 @@
 //! The CPU solver: visibility by rays through a BVH, or by the scalar twin of the item buffer;
 //! deposit, power and escape are the twins of the shaders of the same names.
 
+pub mod cover;
 pub mod deposit;
 pub mod escape;
 pub mod intersect;
 pub mod item_buffer;
+pub mod link;
+pub mod links;
 pub mod lookup;
 pub mod power;
 pub mod projection;
 pub mod rays;
+pub mod sampling;
 pub mod solver;
 pub mod tessellate;
 

@@ -5,7 +5,6 @@
 //! Both are continued below the horizon, outside the disc, so that an edge that crosses the
 //! horizon crosses the rim at the right place; Table 3 folds such an edge back into the disc.
 
-use common::form_factor::Shooter;
 use common::mesh::MeshFace;
 use common::settings::Visibility;
 use glam::{Vec2, Vec3};
@@ -24,10 +23,10 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of a shooter on `face`.
-    pub fn new(face: &MeshFace, shooter: &Shooter) -> Self {
+    /// The frame of a shooter at `centre` on `face`.
+    pub fn new(face: &MeshFace, centre: Vec3) -> Self {
         Self {
-            centre: shooter.centre,
+            centre,
             tangent: face.tangent,
             bitangent: face.normal.cross(face.tangent),
             normal: face.normal,

@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::buffers::Buffers;
 use crate::shaders::{Fault, source};
 use common::Result;
-use common::settings::Settings;
+use common::settings::{Settings, Visibility};
 use wgpu::ShaderStages as Stages;
 
 /// A compute stage ready to run.
@@ -17,10 +17,20 @@ pub struct Stage {
 pub struct Pipelines {
     pub first: Stage,
     pub next: Stage,
-    pub tessellate: Stage,
-    pub deposit: Stage,
+    pub aim: Stage,
+    pub gather: Stage,
     pub escape: Stage,
+    pub received: Stage,
+    pub closure: Stage,
+    pub deposit: Stage,
     pub power: Stage,
+    /// None where visibility is by rays.
+    pub item_buffer: Option<ItemBufferStages>,
+}
+
+/// What draws an item buffer.
+pub struct ItemBufferStages {
+    pub tessellate: Stage,
     pub raster: wgpu::RenderPipeline,
     pub raster_group: wgpu::BindGroup,
 }
@@ -49,10 +59,10 @@ impl Pipelines {
         };
         let choice = [
             Uniform(&b.params),
-            Read(&b.faces),
             Read(&b.cells),
             Read(&b.sums),
             Read(&b.script),
+            Read(&b.rows),
             Write(&b.shot),
             Write(&b.log),
             Write(&b.dispatches),
@@ -61,36 +71,35 @@ impl Pipelines {
         let view = b
             .item_buffer
             .create_view(&wgpu::TextureViewDescriptor::default());
-        let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
-        let (raster, raster_group) = raster(device, &module("item_buffer")?, &seen);
+        let rays = settings.visibility == Visibility::Rays;
+        let mut linked = vec![
+            Read(&b.faces),
+            Read(&b.shot),
+            Uniform(&b.params),
+            Read(&b.texels),
+            Read(&b.points),
+            Write(&b.samples),
+            Write(&b.links),
+        ];
+        if rays {
+            linked.extend([Read(&b.nodes), Read(&b.primitives)]);
+        } else {
+            linked.push(Texture(&view));
+        }
         let pipelines = Self {
             first: stage("select", "first", &choice)?,
             next: stage("select", "next", &choice)?,
-            tessellate: stage(
-                "tessellate",
-                "tessellate",
+            aim: stage(
+                "aim",
+                "aim",
                 &[
-                    Read(&b.faces),
-                    Read(&b.shot),
                     Uniform(&b.params),
-                    Write(&b.instances),
-                    Write(&b.draws),
+                    Read(&b.faces),
+                    Read(&b.points),
+                    Write(&b.shot),
                 ],
             )?,
-            deposit: stage(
-                "deposit",
-                "deposit",
-                &[
-                    Read(&b.faces),
-                    Read(&b.shot),
-                    Uniform(&b.params),
-                    Read(&b.texels),
-                    Write(&b.radiosity),
-                    Write(&b.residual),
-                    Write(&b.irradiance),
-                    Texture(&view),
-                ],
-            )?,
+            gather: stage("link", "gather", &linked)?,
             escape: stage(
                 "escape",
                 "escape",
@@ -100,6 +109,43 @@ impl Pipelines {
                     Uniform(&b.params),
                     Read(&b.directions),
                     Write(&b.lost),
+                    Read(&b.points),
+                ],
+            )?,
+            received: stage(
+                "received",
+                "received",
+                &[
+                    Uniform(&b.params),
+                    Read(&b.cells),
+                    Read(&b.texels),
+                    Read(&b.links),
+                    Read(&b.shot),
+                    Write(&b.taken),
+                ],
+            )?,
+            closure: stage(
+                "closure",
+                "closure",
+                &[
+                    Uniform(&b.params),
+                    Read(&b.taken),
+                    Read(&b.lost),
+                    Write(&b.rows),
+                    Write(&b.shot),
+                ],
+            )?,
+            deposit: stage(
+                "deposit",
+                "deposit",
+                &[
+                    Read(&b.shot),
+                    Uniform(&b.params),
+                    Read(&b.texels),
+                    Read(&b.links),
+                    Write(&b.radiosity),
+                    Write(&b.residual),
+                    Write(&b.irradiance),
                 ],
             )?,
             power: stage(
@@ -110,12 +156,31 @@ impl Pipelines {
                     Read(&b.cells),
                     Read(&b.texels),
                     Read(&b.residual),
-                    Read(&b.irradiance),
                     Write(&b.sums),
                 ],
             )?,
-            raster,
-            raster_group,
+            item_buffer: if rays {
+                None
+            } else {
+                let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
+                let (raster, raster_group) = raster(device, &module("item_buffer")?, &seen);
+                let tessellate = stage(
+                    "tessellate",
+                    "tessellate",
+                    &[
+                        Read(&b.faces),
+                        Read(&b.shot),
+                        Uniform(&b.params),
+                        Write(&b.instances),
+                        Write(&b.draws),
+                    ],
+                )?;
+                Some(ItemBufferStages {
+                    tessellate,
+                    raster,
+                    raster_group,
+                })
+            },
         };
         gpu.check()?;
         Ok(pipelines)

@@ -6,5 +6,6 @@ pub mod compare;
 pub mod comparison;
 pub mod exact;
 pub mod picture;
+pub mod refine;
 pub mod report;
 pub mod view;

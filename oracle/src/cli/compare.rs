@@ -1,6 +1,6 @@
 //! `radiosity compare`, and the demo.
 
-use super::options::Common;
+use super::options::{Common, QualityOption};
 use super::progress::{Progress, interrupted, listen};
 use super::{Outcome, solve};
 use crate::compare::{Request, compare};
@@ -10,7 +10,7 @@ use clap::{Args, Parser};
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::scene::Scene;
-use common::settings::Visibility;
+use common::settings::{Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
@@ -52,7 +52,6 @@ pub fn demo() -> Result<Outcome> {
 /// Compares and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
-    common.no_rays_on_gpu()?;
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
@@ -65,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Err(error @ Error::NoAdapter(_)) => return Err(cpu_only(arguments, error)),
         Err(error) => return Err(error),
     };
-    let settings = common.settings(Visibility::Stereographic, FormFactor::Disc, 1);
+    let settings = settings(common)?;
     let mut comparisons = Vec::new();
     for scene in &scenes {
         let request = Request {
@@ -102,6 +101,26 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Outcome::Done
     } else {
         Outcome::Disagree
+    })
+}
+
+/// Whole faces and centre to centre: which pair sees which is a yes or a no, so that it can be
+/// compared pair by pair.
+fn settings(common: &Common) -> Result<Settings> {
+    if common.samples.is_some_and(|samples| samples > 1) {
+        return Err(Error::Usage(
+            "compare judges pairs of centres: --samples is for solve, or 1".into(),
+        ));
+    }
+    if common.quality == QualityOption::Reference {
+        return Err(Error::Usage(
+            "compare judges one setting: --quality reference is for solve".into(),
+        ));
+    }
+    Ok(Settings {
+        cells: common.cells.unwrap_or(1),
+        samples: 1,
+        ..common.settings(Visibility::Stereographic, FormFactor::Disc)
     })
 }
 

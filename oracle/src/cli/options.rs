@@ -3,13 +3,33 @@
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
-use common::settings::{Lookup, Settings, Visibility};
-use common::{Error, Result};
+use common::settings::{Lookup, Quality, Settings, Visibility};
+
+/// `--quality`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum QualityOption {
+    /// A first look
+    Draft,
+    /// A few per cent
+    Normal,
+    /// Refined until the answer settles, about 1 %
+    Reference,
+}
+
+impl From<QualityOption> for Quality {
+    fn from(option: QualityOption) -> Self {
+        match option {
+            QualityOption::Draft => Self::Draft,
+            QualityOption::Normal => Self::Normal,
+            QualityOption::Reference => Self::Reference,
+        }
+    }
+}
 
 /// `--visibility`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum VisibilityOption {
-    /// Rays (CPU)
+    /// Rays
     Rays,
     /// Item buffer by Table 3 as printed
     Paper,
@@ -64,12 +84,15 @@ pub enum LookupOption {
 /// How to read the scene, solve it and talk about it.
 #[derive(Args, Clone)]
 pub struct Common {
-    /// Texels per side of a face
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=8192))]
-    pub texels: u32,
-    /// Stop when unshot power ≤ X × emitted power
-    #[arg(long, value_name = "X", default_value_t = 0.001, value_parser = epsilon, allow_negative_numbers = true)]
-    pub epsilon: f64,
+    /// Sets texels, cells, samples and epsilon together; the single options override it
+    #[arg(long, value_enum, default_value = "normal")]
+    pub quality: QualityOption,
+    /// Texels per side of a face [default: 16; draft 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
+    pub texels: Option<u32>,
+    /// Stop when unshot power ≤ X × emitted power [default: 0.001; draft 0.01, reference 0.0001]
+    #[arg(long, value_name = "X", value_parser = epsilon, allow_negative_numbers = true)]
+    pub epsilon: Option<f64>,
     /// Stop after N shots
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     pub max_shots: u32,
@@ -85,9 +108,15 @@ pub struct Common {
     /// Form factor [default: polygon, and disc for compare]
     #[arg(long, value_enum)]
     pub form_factor: Option<FormFactorOption>,
-    /// Each face shoots as K×K cells [default: 4, and 1 for compare]
+    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; compare 1]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub cells: Option<u32>,
+    /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16; compare 1]
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub samples: Option<u32>,
+    /// Scale each shot's form factors to the exact closure
+    #[arg(long)]
+    pub conserve: bool,
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
@@ -117,16 +146,14 @@ fn epsilon(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl Common {
-    /// The settings, with a command's own defaults.
-    pub fn settings(
-        &self,
-        visibility: Visibility,
-        form_factor: FormFactor,
-        cells: u32,
-    ) -> Settings {
+    /// The settings of `solve`.
+    pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Settings {
+        let quality = self.quality.into();
+        let (texels, cells, samples, epsilon) = Quality::settings(quality);
         Settings {
-            texels: self.texels,
-            epsilon: self.epsilon,
+            quality,
+            texels: self.texels.unwrap_or(texels),
+            epsilon: self.epsilon.unwrap_or(epsilon),
             max_shots: self.max_shots,
             visibility: self.visibility.map_or(visibility, Into::into),
             item_buffer: self.item_buffer,
@@ -136,6 +163,8 @@ impl Common {
             },
             form_factor: self.form_factor.map_or(form_factor, Into::into),
             cells: self.cells.unwrap_or(cells),
+            samples: self.samples.unwrap_or(samples),
+            conserve: self.conserve,
         }
     }
 
@@ -145,15 +174,5 @@ impl Common {
             join_quads: self.join_quads,
             two_sided: self.two_sided,
         }
-    }
-
-    /// Rays run on the CPU.
-    pub fn no_rays_on_gpu(&self) -> Result<()> {
-        if self.visibility == Some(VisibilityOption::Rays) {
-            return Err(Error::Usage(
-                "--visibility rays needs --solver cpu: the GPU has hemisphere, stereographic and paper".into(),
-            ));
-        }
-        Ok(())
     }
 }

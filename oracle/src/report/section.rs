@@ -5,6 +5,7 @@ use super::number::{count, number, percent};
 use super::tables;
 use crate::comparison::Comparison;
 use crate::picture::{DIVERGING, decode};
+use common::settings::Visibility;
 use maud::{Markup, PreEscaped, html};
 
 /// The section of comparison `k`.
@@ -168,7 +169,10 @@ fn visibility(c: &Comparison, f: &Figures) -> Markup {
 }
 
 fn visibility_name(c: &Comparison) -> String {
-    format!("{:?}", c.gpu_settings.visibility).to_lowercase()
+    match c.gpu_settings.visibility {
+        Visibility::Rays => "stereographic (drawn for the eye: the GPU asked rays)".to_owned(),
+        other => format!("{other:?}").to_lowercase(),
+    }
 }
 
 fn convergence(f: &Figures) -> Markup {

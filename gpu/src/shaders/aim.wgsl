@@ -1,0 +1,22 @@
+// The next samples of the shot, and the frame at the first one's point on the cell.
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read> faces: array<Face>;
+@group(0) @binding(2) var<storage, read> points: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> shot: Shot;
+
+@compute @workgroup_size(1)
+fn aim() {
+    if shot.shooting == 0u {
+        return;
+    }
+    let face = shot.face;
+    shot.sample = shot.next;
+    shot.next = min(shot.next + params.step, params.samples);
+    let point = min(shot.sample, params.samples - 1u);
+    shot.centre = points[shot.cell * params.samples + point].xyz;
+    shot.normal = faces[face].plane.xyz;
+    shot.tangent = faces[face].tangent.xyz;
+    shot.bitangent = cross(shot.normal, shot.tangent);
+    shot.sheet = faces[face].sheet;
+}
