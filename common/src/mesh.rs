@@ -82,6 +82,8 @@ pub struct Mesh {
     pub atlas: [u32; 2],
     /// Scene units per mesh unit, a power of two.
     pub unit: f64,
+    /// The mesh's origin in the scene.
+    pub origin: DVec3,
 }
 
 impl Mesh {
@@ -102,6 +104,7 @@ impl Mesh {
             texels: Vec::with_capacity(resolutions.iter().map(|r| texel::count(*r) as usize).sum()),
             atlas,
             unit,
+            origin: centre,
         };
         for (f, face) in scene.faces.iter().enumerate() {
             let normal = face.vector_area().normalize_or_zero();
@@ -170,6 +173,11 @@ impl Mesh {
                 emission: face.emission,
             });
         }
+    }
+
+    /// A point of the scene in the mesh's unit, not yet rounded to f32.
+    pub fn local(&self, point: DVec3) -> DVec3 {
+        (point - self.origin) / self.unit
     }
 
     /// Mesh areas × this are scene areas.
