@@ -168,7 +168,8 @@ impl Cover {
     }
 }
 
-/// Whether the ray meets a back before any front, or a front that touches its origin.
+/// Whether the ray meets a back before any front, or a front that touches its origin. A back that
+/// touches is that of another front in the same plane.
 fn dark(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
     let (mut front, mut back) = (MISS, MISS);
     rays.along(origin, direction, |face| {
@@ -176,10 +177,11 @@ fn dark(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
         if face.sheet == sheet || hit.inside < -OUTLINE || hit.t < -4.0 * CONTACT {
             return;
         }
-        if hit.facing > 0.0 || hit.t * -hit.facing <= CONTACT {
-            back = back.min(hit.t);
-        } else {
+        let touches = (hit.t * hit.facing).abs() <= CONTACT;
+        if hit.facing < 0.0 && !touches {
             front = front.min(hit.t);
+        } else if hit.facing < 0.0 || !touches {
+            back = back.min(hit.t);
         }
     });
     back < MISS && back <= front
