@@ -105,6 +105,8 @@ pub struct Mesh {
     pub atlas: [u32; 2],
     /// Scene units per mesh unit, a power of two.
     pub unit: f64,
+    /// The mesh's origin in the scene.
+    pub origin: DVec3,
 }
 
 impl Mesh {
@@ -127,6 +129,7 @@ impl Mesh {
             points: Vec::new(),
             atlas,
             unit,
+            origin: centre,
         };
         for (f, face) in scene.faces.iter().enumerate() {
             let normal = face.vector_area().normalize_or_zero();
@@ -228,9 +231,15 @@ impl Mesh {
                 }
                 points.push(point);
             }
-            cell.open = lit / all;
+            // A cell without area has no share of itself.
+            cell.open = if all > 0.0 { lit / all } else { 0.0 };
         }
         self.points = points;
+    }
+
+    /// A point of the scene in the mesh's unit, not yet rounded to f32.
+    pub fn local(&self, point: DVec3) -> DVec3 {
+        (point - self.origin) / self.unit
     }
 
     /// Mesh areas × this are scene areas.

@@ -1,5 +1,6 @@
 //! The CPU solver: visibility by rays through a BVH, or by the scalar twin of the item buffer;
-//! deposit, power and escape are the twins of the shaders of the same names.
+//! deposit, power and escape are the twins of the shaders of the same names. The dense system over
+//! all texels is [`matrix`].
 
 pub mod cover;
 pub mod deposit;
@@ -9,6 +10,7 @@ pub mod item_buffer;
 pub mod link;
 pub mod links;
 pub mod lookup;
+pub mod matrix;
 pub mod power;
 pub mod projection;
 pub mod rays;

@@ -1,6 +1,6 @@
 //! `radiosity compare`, and the demo.
 
-use super::options::{Common, QualityOption};
+use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
 use super::{Outcome, solve};
 use crate::compare::{Request, compare};
@@ -10,7 +10,7 @@ use clap::{Args, Parser};
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Quality, Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
@@ -112,7 +112,7 @@ fn settings(common: &Common) -> Result<Settings> {
             "compare judges pairs of centres: --samples is for solve, or 1".into(),
         ));
     }
-    if common.quality == QualityOption::Reference {
+    if common.quality() == Quality::Reference {
         return Err(Error::Usage(
             "compare judges one setting: --quality reference is for solve".into(),
         ));

@@ -2,6 +2,7 @@
 
 mod adapters;
 mod compare;
+mod matrix;
 mod options;
 mod progress;
 mod solve;
@@ -60,6 +61,8 @@ pub fn main() -> ExitCode {
                 Error::Input { .. } | Error::Usage(_) => 2,
                 Error::NoAdapter(_) | Error::Device(_) => 3,
                 Error::Write { .. } => 4,
+                // As a shell reports a program that Ctrl-C ended.
+                Error::Interrupted => 130,
             })
         }
     }

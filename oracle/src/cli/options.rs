@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
 use common::settings::{Lookup, Quality, Settings, Visibility};
+use common::{Error, Result};
 
 /// `--quality`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -84,27 +85,27 @@ pub enum LookupOption {
 /// How to read the scene, solve it and talk about it.
 #[derive(Args, Clone)]
 pub struct Common {
-    /// Sets texels, cells, samples and epsilon together; the single options override it
-    #[arg(long, value_enum, default_value = "normal")]
-    pub quality: QualityOption,
+    /// Sets texels, cells, samples and epsilon together; the single options override it [default: normal]
+    #[arg(long, value_enum)]
+    pub quality: Option<QualityOption>,
     /// Texels per side of a face [default: 16; draft 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub texels: Option<u32>,
     /// Stop when unshot power ≤ X × emitted power [default: 0.001; draft 0.01, reference 0.0001]
     #[arg(long, value_name = "X", value_parser = epsilon, allow_negative_numbers = true)]
     pub epsilon: Option<f64>,
-    /// Stop after N shots
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
-    pub max_shots: u32,
+    /// Stop after N shots [default: 1000000]
+    #[arg(long, value_name = "N")]
+    pub max_shots: Option<u32>,
     /// How it is decided whether a texel sees a shooter [default: rays on the CPU, stereographic on the GPU]
     #[arg(long, value_enum)]
     pub visibility: Option<VisibilityOption>,
-    /// Item buffer pixels a side
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    pub item_buffer: u32,
-    /// Item buffer pixels that a texel asks
-    #[arg(long, value_enum, default_value = "3x3")]
-    pub lookup: LookupOption,
+    /// Item buffer pixels a side [default: 1024]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
+    pub item_buffer: Option<u32>,
+    /// Item buffer pixels that a texel asks [default: 3x3]
+    #[arg(long, value_enum)]
+    pub lookup: Option<LookupOption>,
     /// Form factor [default: polygon, and disc for compare]
     #[arg(long, value_enum)]
     pub form_factor: Option<FormFactorOption>,
@@ -146,20 +147,27 @@ fn epsilon(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl Common {
+    /// The quality in force.
+    pub fn quality(&self) -> Quality {
+        self.quality.map_or(Quality::Normal, Into::into)
+    }
+
     /// The settings of `solve`.
     pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Settings {
-        let quality = self.quality.into();
-        let (texels, cells, samples, epsilon) = Quality::settings(quality);
+        let quality = self.quality();
+        let (texels, cells, samples, epsilon) = quality.settings();
+        let default = Settings::default();
         Settings {
             quality,
             texels: self.texels.unwrap_or(texels),
             epsilon: self.epsilon.unwrap_or(epsilon),
-            max_shots: self.max_shots,
+            max_shots: self.max_shots.unwrap_or(default.max_shots),
             visibility: self.visibility.map_or(visibility, Into::into),
-            item_buffer: self.item_buffer,
+            item_buffer: self.item_buffer.unwrap_or(default.item_buffer),
             lookup: match self.lookup {
-                LookupOption::Exact => Lookup::Exact,
-                LookupOption::Neighbours => Lookup::Neighbours,
+                Some(LookupOption::Exact) => Lookup::Exact,
+                Some(LookupOption::Neighbours) => Lookup::Neighbours,
+                None => default.lookup,
             },
             form_factor: self.form_factor.map_or(form_factor, Into::into),
             cells: self.cells.unwrap_or(cells),
@@ -173,6 +181,59 @@ impl Common {
         ImportOptions {
             join_quads: self.join_quads,
             two_sided: self.two_sided,
+        }
+    }
+
+    /// Options of shooting that the matrix has no use for, by name.
+    pub fn not_for_matrix(&self) -> Result<()> {
+        let polygon = |f: &FormFactorOption| *f != FormFactorOption::Polygon;
+        let given = [
+            ("--cells", self.cells.is_some(), "every texel shoots"),
+            (
+                "--quality",
+                self.quality.is_some(),
+                "--texels alone decides",
+            ),
+            (
+                "--epsilon",
+                self.epsilon.is_some(),
+                "it solves to the last digit",
+            ),
+            (
+                "--samples",
+                self.samples.is_some(),
+                "it samples until it settles",
+            ),
+            ("--conserve", self.conserve, "its form factors are exact"),
+            (
+                "--max-shots",
+                self.max_shots.is_some(),
+                "nothing is shot one by one",
+            ),
+            (
+                "--item-buffer",
+                self.item_buffer.is_some(),
+                "visibility is by rays",
+            ),
+            ("--lookup", self.lookup.is_some(), "visibility is by rays"),
+            (
+                "--visibility",
+                self.visibility.is_some_and(|v| v != VisibilityOption::Rays),
+                "only rays",
+            ),
+            (
+                "--form-factor",
+                self.form_factor.is_some_and(|f| polygon(&f)),
+                "only polygon",
+            ),
+            ("--adapter", self.adapter.is_some(), "it runs on the CPU"),
+            ("--require-gpu", self.require_gpu, "it runs on the CPU"),
+        ];
+        match given.into_iter().find(|(_, given, _)| *given) {
+            Some((option, _, reason)) => Err(Error::Usage(format!(
+                "{option} does not go with --solver matrix ({reason}): leave it out"
+            ))),
+            None => Ok(()),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! `radiosity solve`.
 
-use super::options::{Common, QualityOption};
+use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
-use super::{Outcome, warnings};
+use super::{Outcome, matrix, warnings};
 use crate::refine::{Rung, refine};
 use clap::{Args, ValueEnum};
 use common::energy::Energy;
@@ -26,21 +26,23 @@ enum SolverOption {
     Cpu,
     /// Item buffer
     Gpu,
+    /// The dense linear system over all texels, up to about 10 000 of them
+    Matrix,
 }
 
 /// Arguments of `solve`.
 #[derive(Args)]
 pub struct Arguments {
     /// An .obj (with its .mtl), a .gltf or a .glb
-    scene: PathBuf,
+    pub scene: PathBuf,
     /// Who solves [default: gpu where there is a hardware adapter, else cpu]
     #[arg(long, value_enum)]
     solver: Option<SolverOption>,
     /// Where lightmap.exr and result.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
+    pub out: PathBuf,
     #[command(flatten)]
-    common: Common,
+    pub common: Common,
 }
 
 /// The solve that a comparison without an adapter still does.
@@ -59,6 +61,9 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
 /// Solves and writes.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
+    if arguments.solver == Some(SolverOption::Matrix) {
+        return matrix::run(arguments);
+    }
     let solver = choose(arguments)?;
     let start = Instant::now();
     let scene = load(&arguments.scene, &common.import())?;
@@ -70,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     listen();
 
     let device = match solver {
-        SolverOption::Cpu => None,
+        SolverOption::Cpu | SolverOption::Matrix => None,
         SolverOption::Gpu => Some(Gpu::open(common.adapter.as_deref())),
     };
     // Without an adapter the CPU does what it can, and the exit code says that it was not asked.
@@ -121,6 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         },
         warnings: &warnings::of(&rung.mesh, &rung.run),
         notes: &notes,
+        matrix: None,
         seconds: timing,
     };
     solution.write(&arguments.out)?;
@@ -133,7 +139,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 /// The settings in force. The most accurate visibility of a solver is its default; at reference
 /// quality that is rays on both.
 fn settings(common: &Common, on_gpu: bool) -> Settings {
-    let visibility = if on_gpu && common.quality != QualityOption::Reference {
+    let visibility = if on_gpu && common.quality() != Quality::Reference {
         Visibility::Stereographic
     } else {
         Visibility::Rays
@@ -220,11 +226,13 @@ fn summary(solution: &Solution, arguments: &Arguments) {
         100.0 * energy.share(energy.escaped),
         100.0 * energy.share(energy.closure),
     );
+    wrote(solution, &arguments.out);
+}
+
+/// The warnings, and where the files are.
+pub fn wrote(solution: &Solution, out: &Path) {
     for warning in solution.warnings {
         eprintln!("warning: {}", warning.message);
     }
-    eprintln!(
-        "wrote {}/lightmap.exr and result.json",
-        arguments.out.display()
-    );
+    eprintln!("wrote {}/lightmap.exr and result.json", out.display());
 }
