@@ -1,7 +1,8 @@
-//! The command line: `solve`, `compare`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `diff`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod compare;
+mod diff;
 mod options;
 mod progress;
 mod solve;
@@ -27,6 +28,8 @@ enum Command {
     Solve(solve::Arguments),
     /// Solve scenes on CPU and GPU and explain every difference; writes report.html
     Compare(compare::Arguments),
+    /// Compare two results (directories of solve), the second one as the truth; writes diff.html
+    Diff(diff::Arguments),
     /// List the GPU adapters found
     Adapters,
 }
@@ -48,6 +51,7 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Some(Command::Solve(arguments)) => solve::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Diff(arguments)) => diff::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         None => compare::demo(),
     };
