@@ -9,4 +9,5 @@ pub mod exact;
 pub mod picture;
 pub mod report;
 pub mod resample;
+pub mod study;
 pub mod view;

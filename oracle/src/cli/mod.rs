@@ -1,7 +1,8 @@
-//! The command line: `solve`, `compare`, `diff`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `diff`, `converge`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod compare;
+mod converge;
 mod diff;
 mod options;
 mod progress;
@@ -10,6 +11,7 @@ pub mod warnings;
 
 use clap::{Parser, Subcommand};
 use common::Error;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Progressive radiosity solved by rays on the CPU and by a hemisphere item buffer on the GPU,
@@ -30,6 +32,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Compare two results (directories of solve), the second one as the truth; writes diff.html
     Diff(diff::Arguments),
+    /// Measure how the error falls and the time grows with each parameter; writes converge.html
+    Converge(converge::Arguments),
     /// List the GPU adapters found
     Adapters,
 }
@@ -52,6 +56,7 @@ pub fn main() -> ExitCode {
         Some(Command::Solve(arguments)) => solve::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diff(arguments)) => diff::run(&arguments),
+        Some(Command::Converge(arguments)) => converge::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         None => compare::demo(),
     };
@@ -66,6 +71,17 @@ pub fn main() -> ExitCode {
                 Error::Write { .. } => 4,
             })
         }
+    }
+}
+
+/// A scene of ours: from the root of a checkout by its short name, from anywhere else by where it
+/// was built.
+fn bundled(name: &str) -> PathBuf {
+    let local = Path::new("scenes").join(name);
+    if local.exists() {
+        local
+    } else {
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes")).join(name)
     }
 }
 

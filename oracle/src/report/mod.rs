@@ -10,4 +10,4 @@ mod tables;
 pub use json::json;
 pub(crate) use page::document;
 pub use page::html;
-pub(crate) use section::{colour_bar, figure};
+pub(crate) use section::{chart, colour_bar, figure};
