@@ -14,7 +14,7 @@ use common::settings::{Quality, Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `compare`.
 #[derive(Args, Clone)]
@@ -38,15 +38,8 @@ struct Demo {
 
 /// `compare` on the bundled Cornell box.
 pub fn demo() -> Result<Outcome> {
-    // From the root of a checkout by its short name, from anywhere else by where it was built.
-    let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
-    let local = "scenes/cornell_box.obj";
-    let scene = if Path::new(local).exists() {
-        local
-    } else {
-        bundled
-    };
-    run(&Demo::parse_from(["radiosity", scene]).arguments)
+    let scene = super::bundled("cornell_box.obj");
+    run(&Demo::parse_from(["radiosity".into(), scene.into_os_string()]).arguments)
 }
 
 /// Compares and reports.

@@ -77,7 +77,8 @@ fn verdict(c: &Comparison) -> Markup {
     }
 }
 
-fn figure(class: &str, source: &str, alt: &str, caption: Markup) -> Markup {
+/// A picture with its caption.
+pub fn figure(class: &str, source: &str, alt: &str, caption: Markup) -> Markup {
     html! {
         figure class=(class) {
             @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
@@ -129,7 +130,7 @@ fn views(f: &Figures) -> Markup {
 }
 
 /// From −range to +range.
-fn colour_bar(range: f64) -> Markup {
+pub fn colour_bar(range: f64) -> Markup {
     let stops: Vec<String> = DIVERGING.iter().map(|c| css(decode(*c))).collect();
     html! {
         span.scale {
@@ -185,7 +186,8 @@ fn convergence(f: &Figures) -> Markup {
     }
 }
 
-fn chart(svg: Option<&str>, otherwise: &str, caption: Markup) -> Markup {
+/// A chart with its caption, or what to say where there is none.
+pub fn chart(svg: Option<&str>, otherwise: &str, caption: Markup) -> Markup {
     html! {
         figure.wide {
             @if let Some(svg) = svg { (PreEscaped(svg)) } @else { p.none { (otherwise) } }

@@ -1,6 +1,5 @@
-//! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`.
-//!
-//! Both are written to a temporary name first and renamed when complete, the description last.
+//! Writes a solve: both files go to a temporary name first and are renamed when complete, the
+//! description last.
 
 use crate::energy::Energy;
 use crate::error::{Error, Result};
