@@ -120,7 +120,7 @@ fn faults_in_the_item_buffer() {
     caught(
         "a lookup one pixel off",
         &[Fault {
-            file: "deposit",
+            file: "lookup",
             from: "clamp(i32(floor(p.x)), 0, last)",
             to: "clamp(i32(floor(p.x)) + 1, 0, last)",
         }],

@@ -1,5 +1,5 @@
-//! Whether a texel sees the shooter, asked of the item buffer. Twin of `visible` in
-//! `gpu/src/shaders/deposit.wgsl`.
+//! Whether a texel sees the shooter, asked of the item buffer. Twin of
+//! `gpu/src/shaders/lookup.wgsl`.
 //!
 //! Exact: the pixel that holds the texel's projection has its ID. 3×3: one of the nine pixels
 //! around it has its ID, and none of the other faces seen there cuts the segment from the

@@ -18,13 +18,14 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 10] = [
+const FILES: [(&str, &str); 11] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("projection", include_str!("shaders/projection.wgsl")),
     ("intersect", include_str!("shaders/intersect.wgsl")),
     ("tessellate", include_str!("shaders/tessellate.wgsl")),
     ("item_buffer", include_str!("shaders/item_buffer.wgsl")),
+    ("lookup", include_str!("shaders/lookup.wgsl")),
     ("deposit", include_str!("shaders/deposit.wgsl")),
     ("escape", include_str!("shaders/escape.wgsl")),
     ("power", include_str!("shaders/power.wgsl")),
@@ -52,7 +53,7 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 /// The module of `name` with what it includes.
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
-        "deposit" => &["projection", "form_factor", "intersect"],
+        "deposit" => &["projection", "form_factor", "intersect", "lookup"],
         "escape" => &["projection", "intersect"],
         "tessellate" | "item_buffer" => &["projection"],
         _ => &[],
