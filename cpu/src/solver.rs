@@ -63,7 +63,7 @@ impl<'a> CpuSolver<'a> {
 
     fn deposit_all(&mut self, flash: &Flash) {
         let (mesh, settings, rays, cell) = (self.mesh, &self.settings, &self.rays, flash.cell);
-        let view = View::new(mesh, cell, settings.visibility, settings.item_buffer);
+        let view = View::new(mesh, cell, settings);
         let buffer =
             (settings.visibility != Visibility::Rays).then(|| ItemBuffer::draw(mesh, &view));
         let visible = |texel: &common::mesh::Texel| match &buffer {

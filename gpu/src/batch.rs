@@ -4,6 +4,7 @@ use crate::buffers::{Buffers, LOG_BYTES, level_bytes};
 use crate::pipelines::{Pipelines, Stage};
 use common::constants::LEVELS;
 use common::mesh::Mesh;
+use common::settings::Raster;
 
 /// Byte offsets of each stage's workgroup counts in `dispatches`.
 const DEPOSIT: u64 = 0;
@@ -29,7 +30,7 @@ impl Recorder<'_> {
     pub fn first(&self, encoder: &mut wgpu::CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         single(&mut pass, &self.pipelines.first);
-        single(&mut pass, &self.pipelines.tessellate);
+        self.tessellate(&mut pass);
     }
 
     /// One shot, and the choice of the next shooter. Once the order has ended it does nothing.
@@ -46,7 +47,13 @@ impl Recorder<'_> {
             pass.dispatch_workgroups_indirect(&b.dispatches, offset);
         }
         single(&mut pass, &p.next);
-        single(&mut pass, &p.tessellate);
+        self.tessellate(&mut pass);
+    }
+
+    fn tessellate(&self, pass: &mut wgpu::ComputePass) {
+        if self.pipelines.raster_kind == Raster::Tessellated {
+            single(pass, &self.pipelines.tessellate);
+        }
     }
 
     fn raster(&self, encoder: &mut wgpu::CommandEncoder) {
@@ -75,6 +82,12 @@ impl Recorder<'_> {
         });
         pass.set_pipeline(&self.pipelines.raster);
         pass.set_bind_group(0, &self.pipelines.raster_group, &[]);
+        if self.pipelines.raster_kind == Raster::Pixel {
+            // Two triangles for each side of each face.
+            let rectangles = self.mesh.faces.len() as u32 * self.pipelines.sides;
+            pass.draw(0..6 * rectangles, 0..1);
+            return;
+        }
         pass.set_index_buffer(b.indices.slice(..), wgpu::IndexFormat::Uint32);
         let bytes = level_bytes(self.mesh);
         for level in 0..u64::from(LEVELS) {

@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::buffers::Buffers;
 use crate::shaders::{Fault, source};
 use common::Result;
-use common::settings::Settings;
+use common::settings::{Raster, Settings};
 use wgpu::ShaderStages as Stages;
 
 /// A compute stage ready to run.
@@ -22,6 +22,9 @@ pub struct Pipelines {
     pub escape: Stage,
     pub power: Stage,
     pub raster: wgpu::RenderPipeline,
+    pub raster_kind: Raster,
+    /// Planes of the image; each face is drawn on each.
+    pub sides: u32,
     pub raster_group: wgpu::BindGroup,
 }
 
@@ -62,7 +65,12 @@ impl Pipelines {
             .item_buffer
             .create_view(&wgpu::TextureViewDescriptor::default());
         let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
-        let (raster, raster_group) = raster(device, &module("item_buffer")?, &seen);
+        let raster_kind = settings.raster();
+        let file = match raster_kind {
+            Raster::Pixel => "item_buffer",
+            Raster::Tessellated => "item_buffer_tessellated",
+        };
+        let (raster, raster_group) = raster(device, &module(file)?, raster_kind, &seen);
         let pipelines = Self {
             first: stage("select", "first", &choice)?,
             next: stage("select", "next", &choice)?,
@@ -115,6 +123,8 @@ impl Pipelines {
                 ],
             )?,
             raster,
+            raster_kind,
+            sides: settings.visibility.sides(),
             raster_group,
         };
         gpu.check()?;
@@ -206,9 +216,20 @@ fn compute(
 fn raster(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
+    kind: Raster,
     slots: &[Slot],
 ) -> (wgpu::RenderPipeline, wgpu::BindGroup) {
     let layout = layout(device, Stages::VERTEX_FRAGMENT, slots);
+    // Tessellated faces come as lists of instances, the others by the number of the vertex.
+    let instances = [Some(wgpu::VertexBufferLayout {
+        array_stride: 8,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &[wgpu::VertexAttribute {
+            format: wgpu::VertexFormat::Uint32x2,
+            offset: 0,
+            shader_location: 0,
+        }],
+    })];
     let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("item buffer"),
         layout: Some(&pipeline_layout(device, &layout)),
@@ -216,15 +237,10 @@ fn raster(
             module,
             entry_point: Some("vertex"),
             compilation_options: Default::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: 8,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &[wgpu::VertexAttribute {
-                    format: wgpu::VertexFormat::Uint32x2,
-                    offset: 0,
-                    shader_location: 0,
-                }],
-            })],
+            buffers: match kind {
+                Raster::Pixel => &[],
+                Raster::Tessellated => &instances,
+            },
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {

@@ -18,13 +18,19 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 11] = [
+const FILES: [(&str, &str); 14] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
+    ("hemicube", include_str!("shaders/hemicube.wgsl")),
     ("projection", include_str!("shaders/projection.wgsl")),
+    ("bound", include_str!("shaders/bound.wgsl")),
     ("intersect", include_str!("shaders/intersect.wgsl")),
     ("tessellate", include_str!("shaders/tessellate.wgsl")),
     ("item_buffer", include_str!("shaders/item_buffer.wgsl")),
+    (
+        "item_buffer_tessellated",
+        include_str!("shaders/item_buffer_tessellated.wgsl"),
+    ),
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("deposit", include_str!("shaders/deposit.wgsl")),
     ("escape", include_str!("shaders/escape.wgsl")),
@@ -53,9 +59,16 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 /// The module of `name` with what it includes.
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
-        "deposit" => &["projection", "form_factor", "intersect", "lookup"],
-        "escape" => &["projection", "intersect"],
-        "tessellate" | "item_buffer" => &["projection"],
+        "deposit" => &[
+            "hemicube",
+            "projection",
+            "form_factor",
+            "intersect",
+            "lookup",
+        ],
+        "escape" => &["hemicube", "projection", "intersect"],
+        "tessellate" | "item_buffer_tessellated" => &["hemicube", "projection", "bound"],
+        "item_buffer" => &["hemicube", "projection", "bound", "intersect"],
         _ => &[],
     };
     let mut text = constants(settings);
@@ -70,6 +83,7 @@ fn constants(settings: &Settings) -> String {
         Visibility::Paper => 0,
         Visibility::Hemisphere => 1,
         Visibility::Stereographic | Visibility::Rays => 2,
+        Visibility::Hemicube => 3,
     };
     let form_factor = match settings.form_factor {
         FormFactor::Paper => 0,
@@ -92,6 +106,8 @@ fn constants(settings: &Settings) -> String {
         ("PROJECTION_PAPER", 0),
         ("PROJECTION_HEMISPHERE", 1),
         ("PROJECTION_STEREOGRAPHIC", 2),
+        ("PROJECTION_HEMICUBE", 3),
+        ("SIDES", settings.visibility.sides()),
         ("FORM_FACTOR", form_factor),
         ("FORM_FACTOR_PAPER", 0),
         ("FORM_FACTOR_DISC", 1),
@@ -109,6 +125,7 @@ fn constants(settings: &Settings) -> String {
         ("DEPTH_SCALE", DEPTH_SCALE),
         ("DEPTH_MAX", DEPTH_MAX),
         ("BELOW", BELOW),
+        ("GUTTER", GUTTER),
         ("PAPER_NEAR", PAPER_NEAR),
         ("PAPER_FAR", PAPER_FAR),
     ];

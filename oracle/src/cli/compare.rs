@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Err(error @ Error::NoAdapter(_)) => return Err(cpu_only(arguments, error)),
         Err(error) => return Err(error),
     };
-    let settings = common.settings(Visibility::Stereographic, FormFactor::Disc, 1);
+    let settings = common.settings(Visibility::Stereographic, FormFactor::Disc, 1)?;
     let mut comparisons = Vec::new();
     for scene in &scenes {
         let request = Request {

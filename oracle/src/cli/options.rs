@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
-use common::settings::{Lookup, Settings, Visibility};
+use common::settings::{Lookup, Raster, Settings, Visibility};
 use common::{Error, Result};
 
 /// `--visibility`.
@@ -17,6 +17,8 @@ pub enum VisibilityOption {
     Hemisphere,
     /// Item buffer, stereographic
     Stereographic,
+    /// Item buffer, the five sides of a half cube
+    Hemicube,
 }
 
 impl From<VisibilityOption> for Visibility {
@@ -26,6 +28,7 @@ impl From<VisibilityOption> for Visibility {
             VisibilityOption::Paper => Self::Paper,
             VisibilityOption::Hemisphere => Self::Hemisphere,
             VisibilityOption::Stereographic => Self::Stereographic,
+            VisibilityOption::Hemicube => Self::Hemicube,
         }
     }
 }
@@ -49,6 +52,15 @@ impl From<FormFactorOption> for FormFactor {
             FormFactorOption::Polygon => Self::Polygon,
         }
     }
+}
+
+/// `--raster`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RasterOption {
+    /// Each pixel's own ray is intersected with the faces whose image may lie there
+    Pixel,
+    /// Faces are cut into triangles, whose projected corners are drawn
+    Tessellated,
 }
 
 /// `--lookup`.
@@ -79,6 +91,9 @@ pub struct Common {
     /// Item buffer pixels a side
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
     pub item_buffer: u32,
+    /// How faces get into the item buffer [default: pixel, and tessellated for paper]
+    #[arg(long, value_enum)]
+    pub raster: Option<RasterOption>,
     /// Item buffer pixels that a texel asks
     #[arg(long, value_enum, default_value = "3x3")]
     pub lookup: LookupOption,
@@ -123,20 +138,33 @@ impl Common {
         visibility: Visibility,
         form_factor: FormFactor,
         cells: u32,
-    ) -> Settings {
-        Settings {
+    ) -> Result<Settings> {
+        let mut settings = Settings {
             texels: self.texels,
             epsilon: self.epsilon,
             max_shots: self.max_shots,
             visibility: self.visibility.map_or(visibility, Into::into),
             item_buffer: self.item_buffer,
+            raster: match self.raster {
+                Some(RasterOption::Tessellated) => Raster::Tessellated,
+                Some(RasterOption::Pixel) | None => Raster::Pixel,
+            },
             lookup: match self.lookup {
                 LookupOption::Exact => Lookup::Exact,
                 LookupOption::Neighbours => Lookup::Neighbours,
             },
             form_factor: self.form_factor.map_or(form_factor, Into::into),
             cells: self.cells.unwrap_or(cells),
+        };
+        let asked = settings.raster;
+        settings.raster = settings.raster();
+        if self.raster.is_some() && settings.raster != asked {
+            return Err(Error::Usage(
+                "--raster: paper is tessellated and the hemicube goes by pixels; leave it out"
+                    .into(),
+            ));
         }
+        Ok(settings)
     }
 
     /// The import options.
@@ -151,7 +179,7 @@ impl Common {
     pub fn no_rays_on_gpu(&self) -> Result<()> {
         if self.visibility == Some(VisibilityOption::Rays) {
             return Err(Error::Usage(
-                "--visibility rays needs --solver cpu: the GPU has hemisphere, stereographic and paper".into(),
+                "--visibility rays needs --solver cpu: the GPU has hemisphere, stereographic, hemicube and paper".into(),
             ));
         }
         Ok(())

@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Visibility::Stereographic
     } else {
         Visibility::Rays
-    });
+    })?;
     let mesh = Mesh::uniform(&scene, settings.texels, settings.cells)?;
     let mut engine: Box<dyn Engine> = match &device {
         Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, &settings)?),
