@@ -10,12 +10,16 @@ use radiosity_tests::box_in_room;
 use std::ops::ControlFlow;
 
 fn verdict(texels: u32, faults: &[Fault]) -> Comparison {
+    judged(Visibility::Stereographic, texels, faults)
+}
+
+fn judged(visibility: Visibility, texels: u32, faults: &[Fault]) -> Comparison {
     let settings = Settings {
         texels,
         epsilon: 0.02,
         // A kept residual never ends.
         max_shots: 200,
-        visibility: Visibility::Stereographic,
+        visibility,
         item_buffer: 512,
         form_factor: FormFactor::Disc,
         cells: 1,
@@ -129,10 +133,43 @@ fn faults_in_the_item_buffer() {
         "a raster one pixel off",
         &[Fault {
             file: "item_buffer",
-            from: "vec4f(project(local), depth, 1.0)",
-            to: "vec4f(project(local) + vec2f(2.0 / f32(SIZE), 0.0), depth, 1.0)",
+            from: "pixel_centre(u32(vertex.position.x), ",
+            to: "pixel_centre(u32(vertex.position.x) + 1u, ",
         }],
     );
+}
+
+#[test]
+fn faults_in_the_hemicube() {
+    let comparison = judged(Visibility::Hemicube, 8, &[]);
+    assert!(comparison.agree(), "{:?}", failing(&comparison));
+    let faults = [
+        (
+            "hemicube",
+            "select(2u, 1u, p.x >= 0.0)",
+            "select(1u, 2u, p.x >= 0.0)",
+        ),
+        (
+            "hemicube",
+            "select(-1.0, 1.0, (side",
+            "select(1.0, -1.0, (side",
+        ),
+        (
+            "item_buffer",
+            "index / 6u % SIDES",
+            "index / 6u % (SIDES - 1u)",
+        ),
+        ("item_buffer", "place(side, p)", "place(side, p.yx)"),
+        // Sides are planes: their bounds are tight.
+        ("bound", "limits.xy - pixel", "limits.xy + pixel"),
+        ("bound", "limits.zw + pixel", "limits.zw - pixel"),
+        ("projection", "v.z >= max(", "v.z >= 2.0 * max("),
+    ];
+    for (file, from, to) in faults {
+        let comparison = judged(Visibility::Hemicube, 8, &[Fault { file, from, to }]);
+        println!("{file}, {to}: {:?}", failing(&comparison));
+        assert!(!comparison.agree(), "{file}, {to} was not noticed");
+    }
 }
 
 #[test]

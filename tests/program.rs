@@ -106,6 +106,15 @@ fn bad_usage_is_one_line_and_code_2() {
         vec![
             "solve",
             &path,
+            "--visibility",
+            "hemicube",
+            "--raster",
+            "tessellated",
+        ],
+        vec!["solve", &path, "--visibility", "paper", "--raster", "pixel"],
+        vec![
+            "solve",
+            &path,
             "--texels",
             "8192",
             "--solver",

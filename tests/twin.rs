@@ -3,7 +3,7 @@
 
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
-use common::settings::{Lookup, Settings, Visibility};
+use common::settings::{Lookup, Raster, Settings, Visibility};
 use cpu::item_buffer::{ItemBuffer, View};
 use cpu::lookup::visible;
 use cpu::projection::{pixels, project};
@@ -17,16 +17,20 @@ fn every_stage_equals_its_twin() {
     let scene = box_in_room();
     let gpu = Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh");
     let projections = [
-        Visibility::Paper,
-        Visibility::Hemisphere,
-        Visibility::Stereographic,
+        (Visibility::Paper, Raster::Tessellated),
+        (Visibility::Hemisphere, Raster::Tessellated),
+        (Visibility::Stereographic, Raster::Tessellated),
+        (Visibility::Hemisphere, Raster::Pixel),
+        (Visibility::Stereographic, Raster::Pixel),
+        (Visibility::Hemicube, Raster::Pixel),
     ];
     let kinds = [FormFactor::Paper, FormFactor::Disc, FormFactor::Polygon];
-    for (n, visibility) in projections.into_iter().enumerate() {
+    for (n, (visibility, raster)) in projections.into_iter().enumerate() {
         for (m, form_factor) in kinds.into_iter().enumerate() {
             let settings = Settings {
                 texels: 6,
                 visibility,
+                raster,
                 item_buffer: 256,
                 lookup: [Lookup::Exact, Lookup::Neighbours][(n + m) % 2],
                 form_factor,
@@ -42,13 +46,21 @@ fn every_stage_equals_its_twin() {
     }
 }
 
+fn stereographic(item_buffer: u32) -> Settings {
+    Settings {
+        visibility: Visibility::Stereographic,
+        item_buffer,
+        ..Settings::default()
+    }
+}
+
 /// Lookups of the floor's texels from the ceiling's centre, against rays: (wrongly hidden, wrongly lit).
 fn mistakes(lookup: Lookup) -> (usize, usize) {
     let scene = box_in_room();
     let mesh = Mesh::uniform(&scene, 64, 1).unwrap();
     let rays = Rays::new(&mesh);
     let cell = &mesh.cells[1];
-    let view = View::new(&mesh, 1, 0, Visibility::Stereographic, 256);
+    let view = View::new(&mesh, 1, 0, &stereographic(256));
     let buffer = ItemBuffer::draw(&mesh, &view);
     let (mut hidden, mut lit) = (0, 0);
     for texel in mesh.texels.iter().filter(|texel| texel.face == 0) {
@@ -71,7 +83,7 @@ fn nine_pixels_mend_what_one_gets_wrong() {
 fn a_texel_whose_pixel_shows_its_neighbour_is_found_in_the_nine() {
     let scene = box_in_room();
     let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
-    let view = View::new(&mesh, 1, 0, Visibility::Stereographic, 64);
+    let view = View::new(&mesh, 1, 0, &stereographic(64));
     let texel = mesh.texels.iter().find(|texel| texel.face == 0).unwrap();
     let p = pixels(
         project(view.visibility, view.frame.local(texel.position)),

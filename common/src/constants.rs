@@ -51,6 +51,10 @@ pub const DEPTH_MAX: f32 = 0.999_999_9;
 /// the disc from outside. Those that reach the disc stay above (their edges span < 0.13 rad).
 pub const BELOW: f32 = -0.25;
 
+/// The hemicube's sides go on for this many pixels beyond their folds: the 3×3 lookup, and what
+/// explains its mistakes, look no farther.
+pub const GUTTER: f32 = 4.0;
+
 /// Table 3's near plane, scene units.
 pub const PAPER_NEAR: f32 = 0.01;
 

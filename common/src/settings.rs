@@ -15,6 +15,25 @@ pub enum Visibility {
     Hemisphere,
     /// Item buffer, stereographic hemisphere.
     Stereographic,
+    /// Item buffer, the five sides of a half cube.
+    Hemicube,
+}
+
+impl Visibility {
+    /// Planes of the item buffer's image: the hemicube's sides, or the one of a disc.
+    pub fn sides(self) -> u32 {
+        if self == Self::Hemicube { 5 } else { 1 }
+    }
+}
+
+/// How faces get into the item buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Raster {
+    /// Every pixel's own ray is intersected with the faces whose image may lie there.
+    Pixel,
+    /// Faces are cut into triangles, whose projected corners are drawn.
+    Tessellated,
 }
 
 /// Which item buffer pixels a texel asks for its ID.
@@ -68,6 +87,8 @@ pub struct Settings {
     pub visibility: Visibility,
     /// Item buffer pixels per side.
     pub item_buffer: u32,
+    /// Item buffer raster, where the visibility leaves a choice: see [`Settings::raster`].
+    pub raster: Raster,
     /// Item buffer lookup.
     pub lookup: Lookup,
     /// Form factor.
@@ -89,11 +110,23 @@ impl Default for Settings {
             max_shots: 1_000_000,
             visibility: Visibility::Rays,
             item_buffer: 1024,
+            raster: Raster::Pixel,
             lookup: Lookup::Neighbours,
             form_factor: FormFactor::Polygon,
             cells: 4,
             samples: 1,
             conserve: false,
+        }
+    }
+}
+
+impl Settings {
+    /// The raster in force: Table 3 draws vertices, the hemicube asks pixels.
+    pub fn raster(&self) -> Raster {
+        match self.visibility {
+            Visibility::Paper => Raster::Tessellated,
+            Visibility::Hemicube => Raster::Pixel,
+            _ => self.raster,
         }
     }
 }

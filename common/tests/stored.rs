@@ -57,6 +57,7 @@ fn write(dir: &Path) -> (Mesh, Field) {
     let mesh = Mesh::uniform(&scene, 6, 3).unwrap();
     let field = field(&mesh);
     let solution = Solution {
+        matrix: None,
         scene: &scene,
         mesh: &mesh,
         solver: "cpu",

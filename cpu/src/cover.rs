@@ -2,14 +2,24 @@
 
 use crate::intersect::intersect;
 use crate::rays::Rays;
+use common::Result;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::directions;
 use common::mesh::{Mesh, MeshFace};
+use common::scene::Scene;
+use common::settings::Settings;
 use glam::Vec3;
 
 /// Directions asked, every 32nd of the 1024: a point outside a body would have to be walled in
 /// by backs on all sides but 1/32 to be taken for covered.
 const STEP: usize = 31;
+
+/// The mesh of a solve at these settings.
+pub fn sampled(scene: &Scene, settings: &Settings) -> Result<Mesh> {
+    let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
+    sample(&mut mesh, settings.samples);
+    Ok(mesh)
+}
 
 /// Looks at each cell of `mesh` in `samples` open points.
 pub fn sample(mesh: &mut Mesh, samples: u32) {

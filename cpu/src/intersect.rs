@@ -2,7 +2,7 @@
 
 use common::constants::MISS;
 use common::mesh::MeshFace;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 /// Where a ray meets a face's plane, and how far inside the outline (negative: outside).
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,12 @@ pub struct Crossing {
 
 /// The crossing of the ray `origin` + t `direction` with the plane of `face`.
 pub fn intersect(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
-    let normal = face.plane.truncate();
+    meet(face.plane, face.edges, origin, direction)
+}
+
+/// The same of a face's planes.
+pub fn meet(plane: Vec4, edges: [Vec4; 4], origin: Vec3, direction: Vec3) -> Crossing {
+    let normal = plane.truncate();
     let facing = normal.dot(direction);
     if facing == 0.0 {
         return Crossing {
@@ -26,17 +31,18 @@ pub fn intersect(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
             facing,
         };
     }
-    let t = (face.plane.w - normal.dot(origin)) / facing;
+    let t = (plane.w - normal.dot(origin)) / facing;
     let p = origin + direction * t;
-    let mut inside = MISS;
-    for edge in face.edges {
-        // The edge that a triangle lacks is (0, 0): it must not limit.
-        let distance = edge.truncate().dot(p) - edge.w;
-        inside = inside.min(if edge.truncate() == Vec3::ZERO {
-            MISS
-        } else {
-            distance
-        });
-    }
+    let one = within(edges[0], p).min(within(edges[1], p));
+    let other = within(edges[2], p).min(within(edges[3], p));
+    let inside = one.min(other);
     Crossing { t, inside, facing }
+}
+
+/// The edge that a triangle lacks is (0, 0): it must not limit.
+fn within(edge: Vec4, p: Vec3) -> f32 {
+    if edge.truncate() == Vec3::ZERO {
+        return MISS;
+    }
+    edge.truncate().dot(p) - edge.w
 }

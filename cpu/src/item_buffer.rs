@@ -1,18 +1,19 @@
-//! The item buffer: the ID of the nearest face in every pixel of a shooter's hemisphere. Twin of
-//! `gpu/src/shaders/item_buffer.wgsl` and of the rasteriser that runs it.
+//! The item buffer: the ID of the nearest face in every pixel of a shooter's hemisphere, by the
+//! pixel's own ray. Twin of `gpu/src/shaders/item_buffer.wgsl`.
 //!
-//! Depth is the distance along the pixel's own ray to the face's plane, so that tessellation
-//! moves outlines only. `paper` keeps the planar depth of Table 3, which clips at half a unit.
+//! A rectangle that holds the image of the face is drawn, and each pixel in it asks whether its
+//! ray meets the face; depth is the distance along that ray. So the buffer holds what rays see, and
+//! only the size of a pixel is left to err by. The older way is [`crate::item_buffer_tessellated`].
 
-use crate::projection::{Frame, pixel_centre, pixels, project, unproject};
-use crate::tessellate::{level, spread};
-use common::constants::{BELOW, DEPTH_MAX, DEPTH_SCALE, HIDDEN, LEVELS, PAPER_FAR, PAPER_NEAR};
+use crate::bound::bound;
+use crate::hemicube::place;
+use crate::intersect::intersect;
+use crate::item_buffer_tessellated::draw_tessellated;
+use crate::projection::{Frame, covered, pixel_centre, pixels, unproject};
+use common::constants::{DEPTH_MAX, DEPTH_SCALE, OUTLINE};
 use common::mesh::{Mesh, MeshFace};
-use common::settings::Visibility;
+use common::settings::{Raster, Settings, Visibility};
 use glam::Vec2;
-
-/// Steps per pixel to which rasterisers snap vertices.
-const SUBPIXELS: f32 = 256.0;
 
 /// Face IDs + 1, row-major; 0 where nothing was drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,22 +24,13 @@ pub struct ItemBuffer {
     pub ids: Vec<u32>,
 }
 
-/// A projected vertex.
-#[derive(Clone, Copy)]
-struct Vertex {
-    /// Position in pixels.
-    pixel: Vec2,
-    /// Sine of the elevation above the shooter's horizon.
-    elevation: f32,
-    /// Table 3's depth, moved from −1…1 to 0…1.
-    depth: f32,
-}
-
 /// What a raster pass needs beside the faces.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     /// The projection.
     pub visibility: Visibility,
+    /// How faces are drawn.
+    pub raster: Raster,
     /// The shooter's frame.
     pub frame: Frame,
     /// The shooter's sheet: not drawn.
@@ -51,146 +43,51 @@ pub struct View {
 
 impl View {
     /// The view from point `s` of a cell.
-    pub fn new(mesh: &Mesh, cell: u32, s: u32, visibility: Visibility, size: u32) -> Self {
+    pub fn new(mesh: &Mesh, cell: u32, s: u32, settings: &Settings) -> Self {
         let face = &mesh.faces[mesh.cells[cell as usize].face as usize];
         let point = mesh.points[(cell * mesh.samples + s) as usize];
         Self {
-            visibility,
+            visibility: settings.visibility,
+            raster: settings.raster(),
             frame: Frame::new(face, point.truncate()),
             sheet: face.sheet,
-            size,
+            size: settings.item_buffer,
             unit: mesh.unit as f32,
         }
     }
 }
 
 impl ItemBuffer {
-    /// Draws all faces: coarse ones first, each level in face order; the first of equals stays.
+    /// Draws all faces; the first of equals stays.
     pub fn draw(mesh: &Mesh, view: &View) -> Self {
         let count = (view.size * view.size) as usize;
-        let mut raster = Raster {
-            view,
+        let mut target = Target {
+            size: view.size,
             ids: vec![0; count],
             depth: vec![1.0; count],
         };
-        let levels: Vec<u32> = mesh
-            .faces
-            .iter()
-            .map(|face| level(view.visibility, face, view.sheet, &view.frame, view.size))
-            .collect();
-        for wanted in 0..LEVELS {
-            for (k, face) in mesh.faces.iter().enumerate() {
-                debug_assert!(levels[k] <= HIDDEN);
-                if levels[k] == wanted {
-                    raster.draw_face(k as u32, face, 1 << wanted);
-                }
-            }
+        match view.raster {
+            Raster::Pixel => draw_pixels(mesh, view, &mut target),
+            Raster::Tessellated => draw_tessellated(mesh, view, &mut target),
         }
         Self {
             size: view.size,
-            ids: raster.ids,
+            ids: target.ids,
         }
     }
 }
 
-struct Raster<'a> {
-    view: &'a View,
+/// IDs and depths under way.
+pub struct Target {
+    size: u32,
     ids: Vec<u32>,
     depth: Vec<f32>,
 }
 
-impl Raster<'_> {
-    fn draw_face(&mut self, id: u32, face: &MeshFace, parts: u32) {
-        let at = |i: u32, j: u32| {
-            vertex(
-                self.view,
-                face,
-                i as f32 / parts as f32,
-                j as f32 / parts as f32,
-            )
-        };
-        for j in 0..parts {
-            for i in 0..parts {
-                let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-                self.draw_triangle(id, face, [a, b, c]);
-                self.draw_triangle(id, face, [a, c, d]);
-            }
-        }
-    }
-
-    /// Every pixel whose centre lies inside; on an edge by the top-left rule.
-    fn draw_triangle(&mut self, id: u32, face: &MeshFace, mut v: [Vertex; 3]) {
-        let snap = |v: &Vertex| {
-            let p = (v.pixel * SUBPIXELS).round();
-            [p.x as i64, p.y as i64]
-        };
-        let edge = |a: [i64; 2], b: [i64; 2], p: [i64; 2]| {
-            (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
-        };
-        let mut s = [snap(&v[0]), snap(&v[1]), snap(&v[2])];
-        let mut area = edge(s[0], s[1], s[2]);
-        if area == 0 {
-            return;
-        }
-        if area < 0 {
-            v.swap(1, 2);
-            s.swap(1, 2);
-            area = -area;
-        }
-        let step = SUBPIXELS as i64;
-        let last = i64::from(self.view.size) - 1;
-        let range = |axis: usize| {
-            let low = s
-                .iter()
-                .map(|p| p[axis])
-                .min()
-                .unwrap_or(0)
-                .div_euclid(step);
-            let high = s
-                .iter()
-                .map(|p| p[axis])
-                .max()
-                .unwrap_or(0)
-                .div_euclid(step);
-            low.clamp(0, last + 1)..=high.clamp(-1, last)
-        };
-        let top_left = |a: [i64; 2], b: [i64; 2]| b[1] < a[1] || (b[1] == a[1] && b[0] > a[0]);
-        for y in range(1) {
-            for x in range(0) {
-                let p = [x * step + step / 2, y * step + step / 2];
-                let inside = |k: usize| {
-                    let (a, b) = (s[(k + 1) % 3], s[(k + 2) % 3]);
-                    let e = edge(a, b, p);
-                    (e > 0 || (e == 0 && top_left(a, b))).then_some(e as f32 / area as f32)
-                };
-                if let (Some(a), Some(b), Some(c)) = (inside(0), inside(1), inside(2)) {
-                    let mix = |f: fn(&Vertex) -> f32| f(&v[0]) * a + f(&v[1]) * b + f(&v[2]) * c;
-                    self.draw_pixel(
-                        id,
-                        face,
-                        x as u32,
-                        y as u32,
-                        mix(|v| v.elevation),
-                        mix(|v| v.depth),
-                    );
-                }
-            }
-        }
-    }
-
-    fn draw_pixel(
-        &mut self,
-        id: u32,
-        face: &MeshFace,
-        x: u32,
-        y: u32,
-        elevation: f32,
-        planar: f32,
-    ) {
-        let Some(depth) = fragment(self.view, face, x, y, elevation, planar) else {
-            return;
-        };
-        let pixel = (y * self.view.size + x) as usize;
+impl Target {
+    /// Face `id` in pixel (x, y), if it is the nearest there so far.
+    pub fn write(&mut self, id: u32, x: u32, y: u32, depth: f32) {
+        let pixel = (y * self.size + x) as usize;
         if depth < self.depth[pixel] {
             self.depth[pixel] = depth;
             self.ids[pixel] = id + 1;
@@ -198,47 +95,43 @@ impl Raster<'_> {
     }
 }
 
-/// The vertex at (u, v) of a face.
-fn vertex(view: &View, face: &MeshFace, u: f32, v: f32) -> Vertex {
-    let [a, b, c, d] = face.corners.map(|corner| corner - view.frame.centre);
-    let s = spread(a, b, u) * (1.0 - v) + spread(d, c, u) * v;
-    let t = spread(a, d, v) * (1.0 - u) + spread(b, c, v) * u;
-    let low = a * (1.0 - s) + b * s;
-    let high = d * (1.0 - s) + c * s;
-    let local = view.frame.turn(low * (1.0 - t) + high * t);
-    let z = local.z * view.unit;
-    let printed = (2.0 * z * PAPER_FAR - PAPER_NEAR) / (PAPER_FAR - PAPER_NEAR);
-    Vertex {
-        pixel: pixels(project(view.visibility, local), view.size),
-        elevation: local.z / local.dot(local).sqrt(),
-        depth: printed * 0.5 + 0.5,
+fn draw_pixels(mesh: &Mesh, view: &View, target: &mut Target) {
+    for (id, face) in mesh.faces.iter().enumerate() {
+        for side in 0..view.visibility.sides() {
+            let limits = bound(view, face, side);
+            if limits.x >= limits.z || limits.y >= limits.w {
+                continue;
+            }
+            let p = pixels(place(side, Vec2::new(limits.x, limits.y)), view.size);
+            let q = pixels(place(side, Vec2::new(limits.z, limits.w)), view.size);
+            for y in centres(p.y, q.y, view.size) {
+                for x in centres(p.x, q.x, view.size) {
+                    if let Some(depth) = fragment(view, face, x, y) {
+                        target.write(id as u32, x, y, depth);
+                    }
+                }
+            }
+        }
     }
 }
 
-/// The depth of `face` in a pixel; none where it is not drawn.
-fn fragment(
-    view: &View,
-    face: &MeshFace,
-    x: u32,
-    y: u32,
-    elevation: f32,
-    planar: f32,
-) -> Option<f32> {
+/// The pixels whose centres lie between `a` and `b`.
+fn centres(a: f32, b: f32, size: u32) -> std::ops::Range<u32> {
+    let first = (a.min(b) - 0.5).ceil().max(0.0) as u32;
+    let end = (a.max(b) - 0.5).floor() + 1.0;
+    first..(end as u32).min(size)
+}
+
+/// The depth of `face` in a pixel; none where the pixel's ray misses it.
+pub fn fragment(view: &View, face: &MeshFace, x: u32, y: u32) -> Option<f32> {
     let p = pixel_centre(x, y, view.size);
-    if p.x * p.x + p.y * p.y > 1.0 {
-        return None;
-    }
-    if view.visibility == Visibility::Paper {
-        return (0.0..=1.0).contains(&planar).then_some(planar);
-    }
-    if elevation < BELOW {
+    if !covered(view.visibility, p, view.size) {
         return None;
     }
     let direction = view.frame.world(unproject(view.visibility, p));
-    let facing = face.normal.dot(direction);
-    let t = face.normal.dot(face.corners[0] - view.frame.centre) / facing;
-    if facing == 0.0 || t <= 0.0 {
+    let hit = intersect(face, view.frame.centre, direction);
+    if hit.t <= 0.0 || hit.inside < -OUTLINE {
         return None;
     }
-    Some((t * DEPTH_SCALE).min(DEPTH_MAX))
+    Some((hit.t * DEPTH_SCALE).min(DEPTH_MAX))
 }

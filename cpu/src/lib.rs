@@ -2,11 +2,14 @@
 //! deposit, power and escape are the twins of the shaders of the same names. The dense system over
 //! all texels is [`matrix`].
 
+pub mod bound;
 pub mod cover;
 pub mod deposit;
 pub mod escape;
+pub mod hemicube;
 pub mod intersect;
 pub mod item_buffer;
+mod item_buffer_tessellated;
 pub mod link;
 pub mod links;
 pub mod lookup;

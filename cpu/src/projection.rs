@@ -1,10 +1,13 @@
-//! The hemisphere of a shooter on the unit disc, and back. Twin of
+//! The hemisphere of a shooter on the square of the item buffer, and back. Twin of
 //! `gpu/src/shaders/projection.wgsl`.
 //!
 //! Orthographic (the paper's Table 3) keeps projected solid angle, stereographic keeps angles.
 //! Both are continued below the horizon, outside the disc, so that an edge that crosses the
-//! horizon crosses the rim at the right place; Table 3 folds such an edge back into the disc.
+//! horizon crosses the rim at the right place; Table 3 folds such an edge back into the disc. The
+//! hemicube ([`crate::hemicube`]) keeps edges straight.
 
+use crate::hemicube::{axis, back, height, on_side, place, side_of, turned};
+use common::constants::GUTTER;
 use common::mesh::MeshFace;
 use common::settings::Visibility;
 use glam::{Vec2, Vec3};
@@ -53,8 +56,16 @@ impl Frame {
     }
 }
 
-/// The disc point of a direction in the frame (any length but 0).
+/// The image of a direction in the frame (any length but 0).
 pub fn project(visibility: Visibility, v: Vec3) -> Vec2 {
+    if visibility == Visibility::Hemicube {
+        let side = if v.z >= v.x.abs().max(v.y.abs()) {
+            0
+        } else {
+            side_of(v.truncate())
+        };
+        return place(side, on_side(side, v, height(side, v)));
+    }
     let u = v / v.dot(v).sqrt();
     match visibility {
         Visibility::Stereographic => u.truncate() / (1.0 + u.z).max(1e-3),
@@ -68,14 +79,22 @@ pub fn project(visibility: Visibility, v: Vec3) -> Vec2 {
                 Vec2::new(2.0, 0.0)
             }
         }
-        Visibility::Paper | Visibility::Rays => u.truncate(),
+        Visibility::Paper | Visibility::Rays | Visibility::Hemicube => u.truncate(),
     }
 }
 
-/// The direction of a point of the disc (|p| ≤ 1).
+/// The direction of a point that is [`covered`]; not always of length 1.
 pub fn unproject(visibility: Visibility, p: Vec2) -> Vec3 {
     let q = p.x * p.x + p.y * p.y;
     match visibility {
+        Visibility::Hemicube => {
+            if p.x.abs().max(p.y.abs()) <= 0.5 {
+                return (p * 2.0).extend(1.0);
+            }
+            let e = axis(side_of(p));
+            let side = turned(e, p);
+            back(e, Vec2::new(1.0, 2.0 * side.y)).extend(2.0 - 2.0 * side.x)
+        }
         Visibility::Stereographic => {
             let z = (1.0 - q) / (1.0 + q);
             (p * (1.0 + z)).extend(z)
@@ -84,13 +103,22 @@ pub fn unproject(visibility: Visibility, p: Vec2) -> Vec3 {
     }
 }
 
-/// Item buffer coordinates of a disc point, in pixels from the upper left corner.
+/// Whether a point of the square shows anything. The hemicube's sides go on a little beyond their
+/// folds, so that a lookup finds all neighbours of its pixel.
+pub fn covered(visibility: Visibility, p: Vec2, size: u32) -> bool {
+    if visibility == Visibility::Hemicube {
+        return p.x.abs().min(p.y.abs()) <= 0.5 + 2.0 * GUTTER / size as f32;
+    }
+    p.x * p.x + p.y * p.y <= 1.0
+}
+
+/// Item buffer coordinates of a point of the square −1…1, in pixels from the upper left corner.
 pub fn pixels(p: Vec2, size: u32) -> Vec2 {
     let n = size as f32;
     Vec2::new((p.x * 0.5 + 0.5) * n, (0.5 - p.y * 0.5) * n)
 }
 
-/// The disc point at the centre of a pixel.
+/// The point at the centre of a pixel.
 pub fn pixel_centre(x: u32, y: u32, size: u32) -> Vec2 {
     let n = size as f32;
     Vec2::new(

@@ -117,7 +117,7 @@ impl Caster<'_> {
 
     fn by_item_buffer(&self, cell: u32, s: u32, sums: &mut [Sums]) {
         let (mesh, settings) = (self.mesh, &self.settings);
-        let view = View::new(mesh, cell, s, settings.visibility, settings.item_buffer);
+        let view = View::new(mesh, cell, s, settings);
         let buffer = ItemBuffer::draw(mesh, &view);
         each(sums, |k, sums| {
             let face = mesh.texels[k as usize].face;

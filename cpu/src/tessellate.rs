@@ -6,30 +6,22 @@
 //! The parts are not equally long but nearly equally wide as seen from the shooter ([`spread`]):
 //! √N parts keep the sagitta below a pixel however close the edge is.
 
-use crate::projection::Frame;
-use common::constants::{CONTACT, HIDDEN, LEVELS};
+use crate::bound::{hidden, unit};
+use crate::item_buffer::View;
+use common::constants::{HIDDEN, LEVELS};
 use common::mesh::MeshFace;
 use common::settings::Visibility;
 use glam::Vec3;
 
-/// The level of `face` seen from a shooter on `sheet`.
-pub fn level(visibility: Visibility, face: &MeshFace, sheet: u32, frame: &Frame, size: u32) -> u32 {
-    let a = face.corners[0] - frame.centre;
-    let away = face.two_sided && face.normal.dot(a) >= 0.0;
-    if face.sheet == sheet || face.normal == Vec3::ZERO || away {
+/// The level of `face`.
+pub fn level(view: &View, face: &MeshFace) -> u32 {
+    if hidden(view, face) {
         return HIDDEN;
     }
-    let mut highest = -1.0f32;
-    for corner in face.corners {
-        highest = highest.max(frame.local(corner).z);
-    }
-    if highest <= CONTACT {
-        return HIDDEN;
-    }
-    if visibility == Visibility::Paper {
+    if view.visibility == Visibility::Paper {
         return 0;
     }
-    let parts = widest(face, frame.centre) * (size as f32 / 16.0).sqrt();
+    let parts = widest(face, view.frame.centre) * (view.size as f32 / 16.0).sqrt();
     let mut level = 0;
     while level + 1 < LEVELS && ((1u32 << level) as f32) < parts {
         level += 1;
@@ -52,11 +44,6 @@ pub fn widest(face: &MeshFace, centre: Vec3) -> f32 {
     largest
 }
 
-/// Direction; a corner at the shooter's centre has none.
-fn unit(v: Vec3) -> Vec3 {
-    v / v.dot(v).max(1e-24).sqrt()
-}
-
 /// Where on the edge from `a` to `b` (seen from the origin) the share `u` of its parts ends: the
 /// two halves of its angle, each cut evenly along the tangent at its middle.
 pub fn spread(a: Vec3, b: Vec3, u: f32) -> f32 {
@@ -75,7 +62,7 @@ pub fn spread(a: Vec3, b: Vec3, u: f32) -> f32 {
 }
 
 /// The sagitta in pixels at the level in force: how far a drawn edge may lie from the true one.
-pub fn sagitta(face: &MeshFace, frame: &Frame, size: u32, level: u32) -> f32 {
-    let angle = widest(face, frame.centre) / (1u32 << level) as f32;
-    angle * angle * size as f32 / 16.0
+pub fn sagitta(view: &View, face: &MeshFace, level: u32) -> f32 {
+    let angle = widest(face, view.frame.centre) / (1u32 << level) as f32;
+    angle * angle * view.size as f32 / 16.0
 }

@@ -4,6 +4,7 @@ use crate::buffers::{Buffers, LOG_BYTES, level_bytes};
 use crate::pipelines::{ItemBufferStages, Pipelines, Stage};
 use common::constants::LEVELS;
 use common::mesh::Mesh;
+use common::settings::Raster;
 
 /// Byte offsets of each stage's workgroup counts in `dispatches`, as in `select.wgsl`.
 const DEPOSIT: u64 = 0;
@@ -60,7 +61,9 @@ impl Recorder<'_> {
         if let Some(stages) = &p.item_buffer {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             single(&mut pass, &p.aim);
-            single(&mut pass, &stages.tessellate);
+            if stages.kind == Raster::Tessellated {
+                single(&mut pass, &stages.tessellate);
+            }
             drop(pass);
             self.raster(encoder, stages);
         }
@@ -98,6 +101,11 @@ impl Recorder<'_> {
         });
         pass.set_pipeline(&stages.raster);
         pass.set_bind_group(0, &stages.raster_group, &[]);
+        if stages.kind == Raster::Pixel {
+            // Two triangles for each side of each face; none where no links are made.
+            pass.draw_indirect(&b.rectangles, 0);
+            return;
+        }
         pass.set_index_buffer(b.indices.slice(..), wgpu::IndexFormat::Uint32);
         let bytes = level_bytes(self.mesh);
         for level in 0..u64::from(LEVELS) {

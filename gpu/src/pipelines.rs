@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::buffers::Buffers;
 use crate::shaders::{Fault, source};
 use common::Result;
-use common::settings::{Settings, Visibility};
+use common::settings::{Raster, Settings, Visibility};
 use wgpu::ShaderStages as Stages;
 
 /// A compute stage ready to run.
@@ -30,9 +30,42 @@ pub struct Pipelines {
 
 /// What draws an item buffer.
 pub struct ItemBufferStages {
+    pub kind: Raster,
     pub tessellate: Stage,
     pub raster: wgpu::RenderPipeline,
     pub raster_group: wgpu::BindGroup,
+}
+
+impl ItemBufferStages {
+    fn new(
+        device: &wgpu::Device,
+        settings: &Settings,
+        b: &Buffers,
+        faults: &[Fault],
+    ) -> Result<Self> {
+        let kind = settings.raster();
+        let file = match kind {
+            Raster::Pixel => "item_buffer",
+            Raster::Tessellated => "item_buffer_tessellated",
+        };
+        let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
+        let image = module(device, file, settings, faults)?;
+        let (raster, raster_group) = raster(device, &image, kind, &seen);
+        let lists = [
+            Read(&b.faces),
+            Read(&b.shot),
+            Uniform(&b.params),
+            Write(&b.instances),
+            Write(&b.draws),
+        ];
+        let tessellate = module(device, "tessellate", settings, faults)?;
+        Ok(Self {
+            kind,
+            tessellate: compute(device, &tessellate, "tessellate", &lists),
+            raster,
+            raster_group,
+        })
+    }
 }
 
 /// One binding of a stage.
@@ -47,15 +80,9 @@ use Slot::{Read, Texture, Uniform, Write};
 impl Pipelines {
     pub fn new(gpu: &Gpu, settings: &Settings, b: &Buffers, faults: &[Fault]) -> Result<Self> {
         let device = &gpu.device;
-        let module = |name| -> Result<wgpu::ShaderModule> {
-            let text = source(name, settings, faults)?;
-            Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
-            }))
-        };
         let stage = |file, entry, slots: &[Slot]| -> Result<Stage> {
-            Ok(compute(device, &module(file)?, entry, slots))
+            let module = module(device, file, settings, faults)?;
+            Ok(compute(device, &module, entry, slots))
         };
         let choice = [
             Uniform(&b.params),
@@ -97,6 +124,7 @@ impl Pipelines {
                     Read(&b.faces),
                     Read(&b.points),
                     Write(&b.shot),
+                    Write(&b.rectangles),
                 ],
             )?,
             gather: stage("link", "gather", &linked)?,
@@ -162,29 +190,25 @@ impl Pipelines {
             item_buffer: if rays {
                 None
             } else {
-                let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
-                let (raster, raster_group) = raster(device, &module("item_buffer")?, &seen);
-                let tessellate = stage(
-                    "tessellate",
-                    "tessellate",
-                    &[
-                        Read(&b.faces),
-                        Read(&b.shot),
-                        Uniform(&b.params),
-                        Write(&b.instances),
-                        Write(&b.draws),
-                    ],
-                )?;
-                Some(ItemBufferStages {
-                    tessellate,
-                    raster,
-                    raster_group,
-                })
+                Some(ItemBufferStages::new(device, settings, b, faults)?)
             },
         };
         gpu.check()?;
         Ok(pipelines)
     }
+}
+
+fn module(
+    device: &wgpu::Device,
+    name: &str,
+    settings: &Settings,
+    faults: &[Fault],
+) -> Result<wgpu::ShaderModule> {
+    let text = source(name, settings, faults)?;
+    Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(name),
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    }))
 }
 
 fn layout(device: &wgpu::Device, stages: Stages, slots: &[Slot]) -> wgpu::BindGroupLayout {
@@ -271,9 +295,20 @@ fn compute(
 fn raster(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
+    kind: Raster,
     slots: &[Slot],
 ) -> (wgpu::RenderPipeline, wgpu::BindGroup) {
     let layout = layout(device, Stages::VERTEX_FRAGMENT, slots);
+    // Tessellated faces come as lists of instances, the others by the number of the vertex.
+    let instances = [Some(wgpu::VertexBufferLayout {
+        array_stride: 8,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &[wgpu::VertexAttribute {
+            format: wgpu::VertexFormat::Uint32x2,
+            offset: 0,
+            shader_location: 0,
+        }],
+    })];
     let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("item buffer"),
         layout: Some(&pipeline_layout(device, &layout)),
@@ -281,15 +316,10 @@ fn raster(
             module,
             entry_point: Some("vertex"),
             compilation_options: Default::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: 8,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &[wgpu::VertexAttribute {
-                    format: wgpu::VertexFormat::Uint32x2,
-                    offset: 0,
-                    shader_location: 0,
-                }],
-            })],
+            buffers: match kind {
+                Raster::Pixel => &[],
+                Raster::Tessellated => &instances,
+            },
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {

@@ -19,13 +19,19 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 17] = [
+const FILES: [(&str, &str); 20] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
+    ("hemicube", include_str!("shaders/hemicube.wgsl")),
     ("projection", include_str!("shaders/projection.wgsl")),
+    ("bound", include_str!("shaders/bound.wgsl")),
     ("intersect", include_str!("shaders/intersect.wgsl")),
     ("tessellate", include_str!("shaders/tessellate.wgsl")),
     ("item_buffer", include_str!("shaders/item_buffer.wgsl")),
+    (
+        "item_buffer_tessellated",
+        include_str!("shaders/item_buffer_tessellated.wgsl"),
+    ),
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("sampling", include_str!("shaders/sampling.wgsl")),
     ("rays", include_str!("shaders/rays.wgsl")),
@@ -66,12 +72,14 @@ pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<Strin
         "link" => &[
             "sampling",
             "form_factor",
+            "hemicube",
             "projection",
             "intersect",
             "lookup",
         ],
-        "escape" => &["projection", "intersect"],
-        "tessellate" | "item_buffer" => &["projection"],
+        "escape" => &["hemicube", "projection", "intersect"],
+        "tessellate" | "item_buffer_tessellated" => &["hemicube", "projection", "bound"],
+        "item_buffer" => &["hemicube", "projection", "bound", "intersect"],
         _ => &[],
     };
     let mut text = constants(settings);
@@ -86,6 +94,7 @@ fn constants(settings: &Settings) -> String {
         Visibility::Paper => 0,
         Visibility::Hemisphere => 1,
         Visibility::Stereographic | Visibility::Rays => 2,
+        Visibility::Hemicube => 3,
     };
     let form_factor = match settings.form_factor {
         FormFactor::Paper => 0,
@@ -108,6 +117,8 @@ fn constants(settings: &Settings) -> String {
         ("PROJECTION_PAPER", 0),
         ("PROJECTION_HEMISPHERE", 1),
         ("PROJECTION_STEREOGRAPHIC", 2),
+        ("PROJECTION_HEMICUBE", 3),
+        ("SIDES", settings.visibility.sides()),
         ("FORM_FACTOR", form_factor),
         ("FORM_FACTOR_PAPER", 0),
         ("FORM_FACTOR_DISC", 1),
@@ -129,6 +140,7 @@ fn constants(settings: &Settings) -> String {
         ("DEPTH_SCALE", DEPTH_SCALE),
         ("DEPTH_MAX", DEPTH_MAX),
         ("BELOW", BELOW),
+        ("GUTTER", GUTTER),
         ("PAPER_NEAR", PAPER_NEAR),
         ("PAPER_FAR", PAPER_FAR),
     ];

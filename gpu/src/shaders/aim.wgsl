@@ -4,9 +4,14 @@
 @group(0) @binding(1) var<storage, read> faces: array<Face>;
 @group(0) @binding(2) var<storage, read> points: array<vec4f>;
 @group(0) @binding(3) var<storage, read_write> shot: Shot;
+@group(0) @binding(4) var<storage, read_write> rectangles: array<u32>;  // arguments of a draw
 
 @compute @workgroup_size(1)
 fn aim() {
+    // Six corners for each side of each face; nothing is drawn for links that are kept.
+    let drawn = shot.shooting == 1u && shot.fresh == 1u;
+    rectangles[0] = select(0u, 6u * SIDES * params.faces, drawn);
+    rectangles[1] = 1u;
     if shot.shooting == 0u {
         return;
     }

@@ -7,19 +7,38 @@ struct Crossing {
 }
 
 fn intersect(face: u32, origin: vec3f, direction: vec3f) -> Crossing {
-    let plane = faces[face].plane;
+    return meet(
+        faces[face].plane,
+        faces[face].edges[0],
+        faces[face].edges[1],
+        faces[face].edges[2],
+        faces[face].edges[3],
+        origin,
+        direction,
+    );
+}
+
+fn meet(
+    plane: vec4f,
+    edge0: vec4f,
+    edge1: vec4f,
+    edge2: vec4f,
+    edge3: vec4f,
+    origin: vec3f,
+    direction: vec3f,
+) -> Crossing {
     let facing = dot(plane.xyz, direction);
     if facing == 0.0 {
         return Crossing(MISS, -MISS, facing);
     }
     let t = (plane.w - dot(plane.xyz, origin)) / facing;
     let p = origin + direction * t;
-    var inside = MISS;
-    for (var k = 0u; k < 4u; k++) {
-        let edge = faces[face].edges[k];
-        // The edge that a triangle lacks is (0, 0): it must not limit.
-        let distance = dot(edge.xyz, p) - edge.w;
-        inside = min(inside, select(distance, MISS, all(edge.xyz == vec3f(0.0))));
-    }
-    return Crossing(t, inside, facing);
+    let one = min(within(edge0, p), within(edge1, p));
+    let other = min(within(edge2, p), within(edge3, p));
+    return Crossing(t, min(one, other), facing);
+}
+
+// The edge that a triangle lacks is (0, 0): it must not limit.
+fn within(edge: vec4f, p: vec3f) -> f32 {
+    return select(dot(edge.xyz, p) - edge.w, MISS, all(edge.xyz == vec3f(0.0)));
 }

@@ -1,4 +1,4 @@
-// The shooter's hemisphere on the unit disc, and back. Twin: cpu/src/projection.rs.
+// The shooter's hemisphere on the square of the item buffer, and back. Twin: cpu/src/projection.rs.
 
 fn to_local(point: vec3f) -> vec3f {
     return turn(point - shot.centre);
@@ -13,6 +13,10 @@ fn to_world(v: vec3f) -> vec3f {
 }
 
 fn project(v: vec3f) -> vec2f {
+    if PROJECTION == PROJECTION_HEMICUBE {
+        let side = select(side_of(v.xy), 0u, v.z >= max(abs(v.x), abs(v.y)));
+        return place(side, on_side(side, v, height(side, v)));
+    }
     let u = v / sqrt(dot(v, v));
     if PROJECTION == PROJECTION_STEREOGRAPHIC {
         return u.xy / max(1.0 + u.z, 1e-3);
@@ -30,13 +34,31 @@ fn project(v: vec3f) -> vec2f {
     return u.xy;
 }
 
+// A direction, not always of length 1.
 fn unproject(p: vec2f) -> vec3f {
     let q = p.x * p.x + p.y * p.y;
+    if PROJECTION == PROJECTION_HEMICUBE {
+        if max(abs(p.x), abs(p.y)) <= 0.5 {
+            return vec3f(p * 2.0, 1.0);
+        }
+        let e = axis(side_of(p));
+        let side = turned(e, p);
+        return vec3f(back(e, vec2f(1.0, 2.0 * side.y)), 2.0 - 2.0 * side.x);
+    }
     if PROJECTION == PROJECTION_STEREOGRAPHIC {
         let z = (1.0 - q) / (1.0 + q);
         return vec3f(p * (1.0 + z), z);
     }
     return vec3f(p, sqrt(max(1.0 - q, 0.0)));
+}
+
+// Whether a point of the square shows anything. The hemicube's sides go on a little beyond their
+// folds, so that a lookup finds all neighbours of its pixel.
+fn covered(p: vec2f) -> bool {
+    if PROJECTION == PROJECTION_HEMICUBE {
+        return min(abs(p.x), abs(p.y)) <= 0.5 + 2.0 * GUTTER / f32(SIZE);
+    }
+    return p.x * p.x + p.y * p.y <= 1.0;
 }
 
 fn pixels(p: vec2f) -> vec2f {

@@ -10,17 +10,7 @@
 var<workgroup> levels: array<u32, SELECT_LANES>;
 
 fn level(face: u32) -> u32 {
-    let a = faces[face].corners[0].xyz - shot.centre;
-    let normal = faces[face].plane.xyz;
-    let away = faces[face].two_sided == 1u && dot(normal, a) >= 0.0;
-    if faces[face].sheet == shot.sheet || all(normal == vec3f(0.0)) || away {
-        return HIDDEN;
-    }
-    var highest = -1.0;
-    for (var k = 0u; k < 4u; k++) {
-        highest = max(highest, to_local(faces[face].corners[k].xyz).z);
-    }
-    if highest <= CONTACT {
+    if hidden(face) {
         return HIDDEN;
     }
     if PROJECTION == PROJECTION_PAPER {
@@ -45,10 +35,6 @@ fn widest(face: u32) -> f32 {
         largest = max(largest, 4.0 * sine / (1.0 + cosine));
     }
     return largest;
-}
-
-fn unit(v: vec3f) -> vec3f {
-    return v / sqrt(max(dot(v, v), 1e-24));
 }
 
 @compute @workgroup_size(SELECT_LANES)

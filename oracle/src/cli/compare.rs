@@ -113,7 +113,7 @@ fn settings(common: &Common) -> Result<Settings> {
     Ok(Settings {
         cells: common.cells.unwrap_or(1),
         samples: 1,
-        ..common.settings(Visibility::Stereographic, FormFactor::Disc)
+        ..common.settings(Visibility::Stereographic, FormFactor::Disc)?
     })
 }
 

@@ -31,7 +31,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let shooting = common.settings(Visibility::Rays, FormFactor::Polygon);
     let settings = Settings {
         cells: 1,
-        ..shooting
+        ..shooting?
     };
     check(&scene, settings.texels)?;
     prepare(&arguments.out)?;

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
-use common::settings::{Lookup, Quality, Settings, Visibility};
+use common::settings::{Lookup, Quality, Raster, Settings, Visibility};
 use common::{Error, Result};
 
 /// `--quality`.
@@ -38,6 +38,8 @@ pub enum VisibilityOption {
     Hemisphere,
     /// Item buffer, stereographic
     Stereographic,
+    /// Item buffer, the five sides of a half cube
+    Hemicube,
 }
 
 impl From<VisibilityOption> for Visibility {
@@ -47,6 +49,7 @@ impl From<VisibilityOption> for Visibility {
             VisibilityOption::Paper => Self::Paper,
             VisibilityOption::Hemisphere => Self::Hemisphere,
             VisibilityOption::Stereographic => Self::Stereographic,
+            VisibilityOption::Hemicube => Self::Hemicube,
         }
     }
 }
@@ -70,6 +73,15 @@ impl From<FormFactorOption> for FormFactor {
             FormFactorOption::Polygon => Self::Polygon,
         }
     }
+}
+
+/// `--raster`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RasterOption {
+    /// Each pixel's own ray is intersected with the faces whose image may lie there
+    Pixel,
+    /// Faces are cut into triangles, whose projected corners are drawn
+    Tessellated,
 }
 
 /// `--lookup`.
@@ -103,6 +115,9 @@ pub struct Common {
     /// Item buffer pixels a side [default: 1024]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
     pub item_buffer: Option<u32>,
+    /// How faces get into the item buffer [default: pixel, and tessellated for paper]
+    #[arg(long, value_enum)]
+    pub raster: Option<RasterOption>,
     /// Item buffer pixels that a texel asks [default: 3x3]
     #[arg(long, value_enum)]
     pub lookup: Option<LookupOption>,
@@ -153,17 +168,21 @@ impl Common {
     }
 
     /// The settings of `solve`.
-    pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Settings {
+    pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
         let quality = self.quality();
         let (texels, cells, samples, epsilon) = quality.settings();
         let default = Settings::default();
-        Settings {
+        let mut settings = Settings {
             quality,
             texels: self.texels.unwrap_or(texels),
             epsilon: self.epsilon.unwrap_or(epsilon),
             max_shots: self.max_shots.unwrap_or(default.max_shots),
             visibility: self.visibility.map_or(visibility, Into::into),
             item_buffer: self.item_buffer.unwrap_or(default.item_buffer),
+            raster: match self.raster {
+                Some(RasterOption::Tessellated) => Raster::Tessellated,
+                Some(RasterOption::Pixel) | None => Raster::Pixel,
+            },
             lookup: match self.lookup {
                 Some(LookupOption::Exact) => Lookup::Exact,
                 Some(LookupOption::Neighbours) => Lookup::Neighbours,
@@ -173,7 +192,16 @@ impl Common {
             cells: self.cells.unwrap_or(cells),
             samples: self.samples.unwrap_or(samples),
             conserve: self.conserve,
+        };
+        let asked = settings.raster;
+        settings.raster = settings.raster();
+        if self.raster.is_some() && settings.raster != asked {
+            return Err(Error::Usage(
+                "--raster: paper is tessellated and the hemicube goes by pixels; leave it out"
+                    .into(),
+            ));
         }
+        Ok(settings)
     }
 
     /// The import options.
@@ -216,6 +244,7 @@ impl Common {
                 "visibility is by rays",
             ),
             ("--lookup", self.lookup.is_some(), "visibility is by rays"),
+            ("--raster", self.raster.is_some(), "visibility is by rays"),
             (
                 "--visibility",
                 self.visibility.is_some_and(|v| v != VisibilityOption::Rays),

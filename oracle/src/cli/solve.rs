@@ -15,6 +15,7 @@ use common::shooting::{self, Engine, Run, solve};
 use common::solution::{Seconds, Solution, prepare};
 use common::{Error, Result};
 use cpu::CpuSolver;
+use cpu::cover::sampled;
 use gpu::{Gpu, GpuSolver, adapters};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -87,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(error) = &missing {
         eprintln!("note: {error}; solving on the CPU");
     }
-    let settings = settings(common, device.is_some());
+    let settings = settings(common, device.is_some())?;
     let mut timing = Seconds {
         load: load_seconds,
         ..Seconds::default()
@@ -138,7 +139,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 /// The settings in force. The most accurate visibility of a solver is its default; at reference
 /// quality that is rays on both.
-fn settings(common: &Common, on_gpu: bool) -> Settings {
+fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
     let visibility = if on_gpu && common.quality() != Quality::Reference {
         Visibility::Stereographic
     } else {
@@ -156,8 +157,7 @@ fn rung(
     timing: &mut Seconds,
 ) -> Result<Rung> {
     let start = Instant::now();
-    let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
-    cpu::cover::sample(&mut mesh, settings.samples);
+    let mesh = sampled(scene, settings)?;
     let mut engine: Box<dyn Engine> = match device {
         Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
         None => Box::new(CpuSolver::new(&mesh, settings)),

@@ -140,7 +140,11 @@ fn picture(
 ) -> Result<ItemBufferPicture> {
     if settings.visibility == Visibility::Rays {
         let size = settings.item_buffer;
-        let view = View::new(mesh, cell, 0, Visibility::Stereographic, size);
+        let drawn = Settings {
+            visibility: Visibility::Stereographic,
+            ..settings.clone()
+        };
+        let view = View::new(mesh, cell, 0, &drawn);
         return Ok(ItemBufferPicture {
             cell,
             size,

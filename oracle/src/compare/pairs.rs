@@ -2,7 +2,8 @@
 //!
 //! A mismatch is explained when the texel's projection lies within reach of a boundary in
 //! the item buffer between the receiver's ID and the ID found there: 2 pixels (the texel's own
-//! and the 3×3 lookup's) plus the sagitta of the tessellated edge, of which at most 1 counts.
+//! and the 3×3 lookup's), and where faces are tessellated their edges' sagitta, of which at most 1
+//! counts.
 //! A face that is thinner than a pixel there has no boundary in the buffer. Then the true outline
 //! counts, within 2 pixels: the receiver's where rays see it, a blocker's where they do not; the
 //! mismatch is tallied as vanished as well.
@@ -11,7 +12,7 @@ use crate::comparison::Pairs;
 use common::constants::{HIDDEN, LEVELS};
 use common::form_factor::form_factor;
 use common::mesh::{Cell, Mesh};
-use common::settings::{Settings, Visibility};
+use common::settings::{Raster, Settings, Visibility};
 use common::shooting::Engine;
 use common::{Error, Result};
 use cpu::item_buffer::{ItemBuffer, View};
@@ -82,11 +83,11 @@ struct Probe<'a> {
 /// How far from a boundary of `face` a lookup may go wrong, pixels.
 fn reach(mesh: &Mesh, view: &View) -> Vec<f32> {
     let of = |face| {
-        let level = level(view.visibility, face, view.sheet, &view.frame, view.size);
-        if level == HIDDEN {
+        let level = level(view, face);
+        if view.raster == Raster::Pixel || level == HIDDEN {
             0.0
         } else {
-            sagitta(face, &view.frame, view.size, level).min(1.0)
+            sagitta(view, face, level).min(1.0)
         }
     };
     mesh.faces.iter().map(|face| 2.0 + of(face)).collect()
@@ -101,7 +102,7 @@ impl<'a> Probe<'a> {
         buffer: &'a ItemBuffer,
         seen: &'a [Vec4],
     ) -> Self {
-        let view = View::new(mesh, cell, 0, settings.visibility, settings.item_buffer);
+        let view = View::new(mesh, cell, 0, settings);
         Self {
             mesh,
             settings,
@@ -240,7 +241,11 @@ impl Probe<'_> {
                     pixels(project(self.view.visibility, v), self.buffer.size)
                 };
                 for i in 0..parts {
-                    nearest = nearest.min(segment_distance(p, at(i), at(i + 1)));
+                    let (start, end) = (at(i), at(i + 1));
+                    // A longer part leaps from one side of the hemicube to another.
+                    if start.distance(end) < self.buffer.size as f32 / 16.0 {
+                        nearest = nearest.min(segment_distance(p, start, end));
+                    }
                 }
             }
         }

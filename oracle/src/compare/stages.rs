@@ -4,11 +4,11 @@
 //! bound of k roundings of the terms that it adds, k counted from its operations.
 
 use crate::comparison::Stage;
-use common::constants::SELECT_LANES;
+use common::constants::{OUTLINE, SELECT_LANES};
 use common::escape::{DIRECTIONS, directions};
 use common::form_factor::FormFactor;
 use common::mesh::{Cell, Mesh};
-use common::settings::{Settings, Visibility};
+use common::settings::{Raster, Settings, Visibility};
 use common::shooting::{Engine, Field, Order, Shot, select};
 use common::{Error, Result};
 use cpu::deposit::{Flash, deposit};
@@ -36,6 +36,9 @@ const POLYGON_ROUNDINGS: f64 = 128.0;
 /// pixel centre lies that close to an edge for 2 of 256 pixels on a boundary. Doubled, because
 /// each boundary pixel has edges on two sides.
 const PIXEL_SHARE: f64 = 4.0 / 256.0;
+/// Where rays are asked, only those within a rounding of an edge may be judged otherwise: a strip
+/// as wide as both outlines' margins on a face a quarter of a unit away, on two sides, in radians.
+const RAY_STRIP: f64 = 16.0 * OUTLINE as f64;
 
 /// Compares all stages over the first shots of a greedy run on a fresh `solver`.
 pub fn stages(
@@ -114,13 +117,18 @@ pub fn stages(
         FormFactor::Polygon => POLYGON_ROUNDINGS,
         _ => DISC_ROUNDINGS,
     };
-    let mut raster = item_buffer.stage(
-        "item buffer",
-        0.0,
-        "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
-    );
+    let (bound, reason) = match settings.raster() {
+        Raster::Tessellated => (
+            PIXEL_SHARE,
+            "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
+        ),
+        Raster::Pixel => (
+            RAY_STRIP * f64::from(settings.item_buffer) / 2.0,
+            "pixels that differ, over pixels on an ID boundary: rays through an edge",
+        ),
+    };
+    let mut raster = item_buffer.stage("item buffer", bound, reason);
     raster.max_ulp = item_buffer.differing as f64 / boundary.max(1) as f64;
-    raster.bound = PIXEL_SHARE;
     raster.pass = raster.values > 0 && raster.max_ulp <= raster.bound;
     // Rays draw nothing.
     let drawn = (settings.visibility != Visibility::Rays).then_some(raster);
@@ -154,7 +162,7 @@ impl<'a> Sight<'a> {
             return Ok(Self::Rays(rays));
         }
         let size = settings.item_buffer;
-        let view = View::new(mesh, cell, 0, settings.visibility, size);
+        let view = View::new(mesh, cell, 0, settings);
         let ids = solver.item_buffer()?;
         Ok(Self::ItemBuffer(view, ItemBuffer { size, ids }))
     }

@@ -6,13 +6,13 @@ use super::{MeasuredCurve, MeasuredSweep, Point, fit};
 use crate::compare::difference::figures;
 use crate::diff::pair::Pair;
 use crate::diff::reflected::Reflected;
-use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use common::shooting::{self, Engine, solve};
 use common::solution::Stored;
 use common::{Error, Result};
 use cpu::CpuSolver;
+use cpu::cover::sampled;
 use gpu::{Gpu, GpuSolver};
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -231,7 +231,7 @@ impl<'a> Bench<'a> {
             return Ok(None);
         }
         let start = Instant::now();
-        let mesh = Mesh::uniform(self.scene, settings.texels, settings.cells)?;
+        let mesh = sampled(self.scene, settings)?;
         let mut engine: Box<dyn Engine> = match self.gpu {
             Some(gpu) if settings.visibility != Visibility::Rays => {
                 Box::new(GpuSolver::new(gpu, &mesh, settings)?)

@@ -4,7 +4,7 @@
 //! more [`Curve`], and one that may set a floor for others is one more entry of [`REFINEMENTS`].
 
 use common::form_factor::FormFactor;
-use common::settings::{Lookup, Settings, Visibility};
+use common::settings::{Lookup, Raster, Settings, Visibility};
 
 /// Changes settings.
 pub type Change = fn(&mut Settings);
@@ -92,7 +92,7 @@ const AS_IT_IS: Change = |_| ();
 
 /// All sweeps of the default study.
 pub fn sweeps() -> Vec<Sweep> {
-    vec![TEXELS, CELLS, ITEM_BUFFER, EPSILON]
+    vec![TEXELS, CELLS, SAMPLES, ITEM_BUFFER, EPSILON]
 }
 
 /// Texels a side; their centres are asked, and their means are wanted.
@@ -102,12 +102,39 @@ pub const TEXELS: Sweep = Sweep {
     values: &[4.0, 8.0, 16.0, 32.0],
     set: |settings, value| settings.texels = value as u32,
     larger_is_finer: true,
-    base: AS_IT_IS,
+    base: |settings| settings.samples = 4,
     truth: Truth::Finer(64.0),
-    curves: &[Curve {
-        label: "rays, centre to centre",
-        change: AS_IT_IS,
-    }],
+    curves: &[
+        Curve {
+            label: "rays, centre to centre",
+            change: |settings| settings.samples = 1,
+        },
+        Curve {
+            label: "rays, 4 samples",
+            change: |settings| settings.samples = 4,
+        },
+    ],
+};
+
+/// Pairs of points by which a texel sees a cell.
+pub const SAMPLES: Sweep = Sweep {
+    name: "Samples",
+    option: "--samples",
+    values: &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0],
+    set: |settings, value| settings.samples = value as u32,
+    larger_is_finer: true,
+    base: AS_IT_IS,
+    truth: Truth::Finer(128.0),
+    curves: &[
+        Curve {
+            label: "as they come",
+            change: AS_IT_IS,
+        },
+        Curve {
+            label: "every shot closed (--conserve)",
+            change: |settings| settings.conserve = true,
+        },
+    ],
 };
 
 /// Cells a side; each shoots from its centre, at its mean radiosity.
@@ -150,6 +177,17 @@ pub const ITEM_BUFFER: Sweep = Sweep {
         }),
         item_buffer("stereographic, exact", |settings| {
             settings.visibility = Visibility::Stereographic;
+            settings.lookup = Lookup::Exact;
+        }),
+        item_buffer("stereographic, tessellated, 3x3", |settings| {
+            settings.visibility = Visibility::Stereographic;
+            settings.raster = Raster::Tessellated;
+        }),
+        item_buffer("hemicube, 3x3", |settings| {
+            settings.visibility = Visibility::Hemicube;
+        }),
+        item_buffer("hemicube, exact", |settings| {
+            settings.visibility = Visibility::Hemicube;
             settings.lookup = Lookup::Exact;
         }),
         item_buffer("hemisphere, 3x3", |settings| {
@@ -244,6 +282,15 @@ pub const REFINEMENTS: &[Refinement] = &[
             let possible = s.visibility != Visibility::Rays && finer.item_buffer <= 4096;
             let text = format!("item buffer {} → {}", s.item_buffer, 2 * s.item_buffer);
             possible.then_some((finer, text))
+        },
+    },
+    Refinement {
+        option: "--samples",
+        finer: |s| {
+            let mut finer = s.clone();
+            finer.samples *= 4;
+            let text = format!("samples {} → {}", s.samples, finer.samples);
+            (finer.samples <= 256).then_some((finer, text))
         },
     },
     Refinement {

@@ -1,0 +1,115 @@
+// Where the image of a face may lie: a rectangle (low, high) that holds every pixel whose ray meets
+// the face. Twin: cpu/src/bound.rs.
+
+const NOWHERE = vec4f(9.0, 9.0, -9.0, -9.0);
+const EVERYWHERE = vec4f(-9.0, -9.0, 9.0, 9.0);
+
+// Below the horizon, the shooter itself, or the far side of a two-sided sheet.
+fn hidden(face: u32) -> bool {
+    let a = faces[face].corners[0].xyz - shot.centre;
+    let normal = faces[face].plane.xyz;
+    let away = faces[face].two_sided == 1u && dot(normal, a) >= 0.0;
+    if faces[face].sheet == shot.sheet || all(normal == vec3f(0.0)) || away {
+        return true;
+    }
+    var highest = -1.0;
+    for (var k = 0u; k < 4u; k++) {
+        highest = max(highest, to_local(faces[face].corners[k].xyz).z);
+    }
+    return highest <= CONTACT;
+}
+
+fn bound(face: u32, side: u32) -> vec4f {
+    if hidden(face) {
+        return NOWHERE;
+    }
+    var limits = NOWHERE;
+    var rises = vec3f(0.0);
+    var sets = vec3f(0.0);
+    var last = to_local(faces[face].corners[3].xyz);
+    for (var k = 0u; k < 4u; k++) {
+        var a = last;
+        var b = to_local(faces[face].corners[k].xyz);
+        last = b;
+        let height_a = height(side, a);
+        let height_b = height(side, b);
+        if height_a < 0.0 && height_b < 0.0 {
+            continue;
+        }
+        let near = nearest(a, b);
+        let crossing = a + (b - a) * (height_a / (height_a - height_b));
+        if height_a < 0.0 {
+            a = crossing;
+            rises = crossing;
+        } else if height_b < 0.0 {
+            b = crossing;
+            sets = crossing;
+        }
+        if near < CONTACT {
+            limits = EVERYWHERE;
+        } else if PROJECTION == PROJECTION_HEMICUBE {
+            limits = corner(corner(limits, side, a, near), side, b, near);
+        } else {
+            limits = arc(limits, a, b, 4.0 * OUTLINE / near);
+        }
+    }
+    // A face that crosses the horizon ends on the rim.
+    if PROJECTION != PROJECTION_HEMICUBE && any(rises != sets) {
+        limits = arc(limits, sets, rises, 0.0);
+    }
+    // Roundings, and rasterisers that snap to 1/256 pixel.
+    let pixel = 2.0 / f32(SIZE);
+    let most = extent(side);
+    let low = max(limits.xy - pixel, most.xy - pixel);
+    let high = min(limits.zw + pixel, most.zw + pixel);
+    return vec4f(low, high);
+}
+
+// Distance of the edge from the shooter: what lies near is seen wide, its outline's margin, too.
+fn nearest(a: vec3f, b: vec3f) -> f32 {
+    let d = b - a;
+    let p = a + d * clamp(-dot(a, d) / max(dot(d, d), 1e-24), 0.0, 1.0);
+    return sqrt(dot(p, p));
+}
+
+// An edge as seen on the hemisphere, in parts that leave their chords by little.
+fn arc(limits: vec4f, from_a: vec3f, to_b: vec3f, margin: f32) -> vec4f {
+    let a = unit(from_a);
+    let b = unit(to_b);
+    let cosine = dot(a, b);
+    if cosine > 0.995 {
+        return chord(limits, a, b, margin);
+    }
+    if cosine < -0.999 {
+        return EVERYWHERE;
+    }
+    let m = unit(a + b);
+    let n = unit(a + m);
+    let o = unit(m + b);
+    return chord(chord(chord(chord(limits, a, n, margin), n, m, margin), m, o, margin), o, b, margin);
+}
+
+// Both images of an arc of γ ≤ π/4 bend less than a unit circle: the sagitta is below γ²/8, and
+// that below chord²/7.
+fn chord(limits: vec4f, a: vec3f, b: vec3f, margin: f32) -> vec4f {
+    let d = b - a;
+    let bulge = dot(d, d) / 7.0 + margin;
+    let p = project(a);
+    let q = project(b);
+    return around(limits, min(p, q) - bulge, max(p, q) + bulge);
+}
+
+// A side of the hemicube is a plane: straight edges stay straight. A corner at height 0 is far out.
+fn corner(limits: vec4f, side: u32, v: vec3f, near: f32) -> vec4f {
+    let p = on_side(side, v, max(height(side, v), 1e-12));
+    let margin = 4.0 * OUTLINE / near;
+    return around(limits, p - margin, p + margin);
+}
+
+fn around(limits: vec4f, p: vec2f, q: vec2f) -> vec4f {
+    return vec4f(min(limits.xy, p), max(limits.zw, q));
+}
+
+fn unit(v: vec3f) -> vec3f {
+    return v / sqrt(max(dot(v, v), 1e-24));
+}
