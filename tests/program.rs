@@ -122,6 +122,10 @@ fn bad_usage_is_one_line_and_code_2() {
             "--nonsense",
         ],
         vec!["solve"],
+        vec!["diff", "only-one"],
+        vec!["converge", "--truth", "somewhere"],
+        vec!["converge", &path, &path, "--truth", "somewhere"],
+        vec!["converge", &path, "--truth", "/nowhere"],
         vec!["nonsense"],
     ] {
         let (code, line) = failure(&arguments);

@@ -139,7 +139,7 @@ fn summary(scene: &str, sweep: &MeasuredSweep) {
             .iter()
             .map(|p| format!("{:.3}", 100.0 * p.error))
             .collect();
-        let order = curve.order.map_or("–".into(), |p| format!("{p:.2}"));
+        let order = page::order(curve.order);
         eprintln!(
             "{scene}: {}, {}: {} %, order {order}; {}",
             sweep.option,

@@ -102,9 +102,11 @@ impl Seen {
         let emission = |hit: &Hit| emission[hit.stencil.texel as usize].truncate();
         let radiosity = |hit: &Hit| emission(hit) + field.value(&hit.stencil).as_vec3();
         let exposure = exposure.unwrap_or_else(|| {
-            Exposure::of(view.hits().step_by(STRIDE).filter_map(|hit| {
-                (emission(hit) == Vec3::ZERO).then(|| (radiosity(hit).max_element(), 1.0))
-            }))
+            let dark = view
+                .hits()
+                .step_by(STRIDE)
+                .filter(|hit| emission(hit) == Vec3::ZERO);
+            Exposure::of(dark.map(|hit| (radiosity(hit).max_element(), 1.0)))
         });
         let display = |hit: &Hit| exposure.display(radiosity(hit));
         Self {

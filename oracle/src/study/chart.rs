@@ -89,6 +89,11 @@ fn ticks(low: f64, high: f64) -> Vec<f64> {
         &[1.0, 2.0, 5.0]
     };
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-    let all = (first..=last).flat_map(|n| steps.iter().map(move |m| m * 10f64.powi(n)));
+    // As text, so that a tick is the number nearest to what it says.
+    let all = (first..=last).flat_map(|n| {
+        steps
+            .iter()
+            .filter_map(move |m| format!("{m}e{n}").parse().ok())
+    });
     all.filter(|t| (low..=high).contains(t)).collect()
 }

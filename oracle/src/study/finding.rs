@@ -4,6 +4,9 @@ use super::Point;
 
 /// A last step with less than this order counts as none: halving h takes 16 % off the error.
 const STALLED: f64 = 0.25;
+/// So does a whole curve with less than this: the slowest law known here, that of shadow edges cut
+/// by a grid, has order ½.
+const LEVEL: f64 = 0.35;
 /// Errors below this are the rounding of 32-bit sums over thousands of shots.
 pub const ROUNDING: f64 = 1e-5;
 /// Another parameter sets the floor if refining it takes at least this share off the error.
@@ -22,9 +25,10 @@ pub struct Evidence<'a> {
 }
 
 impl Evidence<'_> {
-    /// Whether the last step gained next to nothing, rounding apart.
+    /// Whether the last step, or the whole curve, gains next to nothing, rounding apart.
     pub fn stalled(&self) -> bool {
-        !self.at_rounding() && self.last.is_some_and(|last| last < STALLED)
+        let below = |slope: Option<f64>, least| slope.is_some_and(|slope| slope < least);
+        !self.at_rounding() && (below(self.last, STALLED) || below(self.order, LEVEL))
     }
 
     fn at_rounding(&self) -> bool {

@@ -57,8 +57,11 @@ fn mark(converges: bool) -> Markup {
     }
 }
 
-fn order(order: Option<f64>) -> String {
-    order.map_or("–".into(), |p| format!("{p:.2}").replace('-', "−"))
+/// An order as the tables show it.
+pub fn order(order: Option<f64>) -> String {
+    // No −0.00.
+    let text = |p: f64| format!("{:.2}", (100.0 * p).round() / 100.0 + 0.0);
+    order.map_or("–".into(), |p| text(p).replace('-', "−"))
 }
 
 fn overview(studies: &[Study]) -> Markup {
@@ -85,7 +88,7 @@ fn overview(studies: &[Study]) -> Markup {
 fn section(sweep: &MeasuredSweep) -> Markup {
     html! {
         h3 { (sweep.name) " " code { (sweep.option) } }
-        p.facts { "Truth: " code { (sweep.truth) } " · " (base(sweep)) }
+        p.small { "Truth: " code { (sweep.truth) } " · " (base(sweep)) }
         div.grid {
             (chart(errors(sweep).as_deref(), "No error above 0.", html! { b { "Error" } " · " (legend(sweep)) }))
             (chart(seconds(sweep).as_deref(), "No seconds.", html! {
