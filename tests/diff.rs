@@ -47,6 +47,7 @@ fn store(dir: &Path, scene: &Scene, n: u32, reflected: impl Fn(u32, [f32; 2]) ->
         *radiosity = (texel.emission + reflected(texel.face, place)).extend(0.0);
     }
     let solution = Solution {
+        matrix: None,
         scene,
         mesh: &mesh,
         solver: "cpu",
