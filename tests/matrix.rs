@@ -179,22 +179,18 @@ fn rows_of_closed_convex_rooms_sum_to_one_and_the_furnace_is_even() {
 
 #[test]
 fn a_whole_blocker_leaves_exactly_nothing() {
-    let mut faces = facing();
-    faces.push(square(
-        "lid",
-        [-0.1, -0.1, 0.4],
-        [1.2, 0.0, 0.0],
-        [0.0, 1.2, 0.0],
-    ));
-    let (_, matrix, quality) = assemble(&scene("lid", faces.clone()), 3);
-    for floor in 0..9 {
-        for ceiling in 9..18 {
-            assert_eq!(matrix.weight(floor, ceiling), 0.0);
+    let lid = square("lid", [-0.1, -0.1, 0.4], [1.2, 0.0, 0.0], [0.0, 1.2, 0.0]);
+    for lid in [lid.reversed(), lid] {
+        let (_, matrix, quality) = assemble(&scene("lid", [facing(), vec![lid]].concat()), 3);
+        for floor in 0..9 {
+            for ceiling in 9..18 {
+                assert_eq!(matrix.weight(floor, ceiling), 0.0);
+            }
         }
+        assert_eq!((quality.hidden_pairs, quality.sampled_pairs), (81, 0));
     }
-    assert_eq!(quality.sampled_pairs, 0);
+    let mut faces = facing();
     // Two halves: no single face hides, both together do.
-    faces.pop();
     faces.push(square(
         "left",
         [-0.1, -0.1, 0.4],
@@ -257,6 +253,46 @@ fn a_half_plane_leaves_what_lambert_sees_past_it() {
             "{value} {expected}"
         );
     }
+}
+
+/// A plate just above the floor, and one just below the ceiling: sharp shadows from either end, so
+/// that the estimate has to find an edge.
+#[test]
+fn sharp_shadows_on_both_ends_are_found() {
+    const GAP: f64 = 0.01;
+    const EDGES: [f64; 2] = [0.3, 0.45];
+    let mut faces = facing();
+    for (edge, height) in EDGES.into_iter().zip([GAP, 1.0 - GAP]) {
+        let corner = [edge, -9.0, height];
+        faces.push(square("plate", corner, [9.0, 0.0, 0.0], [0.0, 19.0, 0.0]));
+    }
+    let (_, matrix, _) = assemble(&scene("two plates", faces), 1);
+    const N: usize = 1000;
+    let point = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
+    let mut expected = 0.0;
+    for x in (0..N).map(|k| point(k, N)) {
+        let end = EDGES
+            .into_iter()
+            .zip([GAP, 1.0 - GAP])
+            .map(|(edge, height)| x + (edge - x) / height)
+            .fold(1.0, f64::min);
+        let seen = [[0.0, 0.0], [0.0, 1.0], [end, 1.0], [end, 0.0]];
+        let seen = seen.map(|[x, y]| DVec3::new(x, y, 1.0));
+        if end > 0.0 {
+            for y in (0..16).map(|k| point(k, 16)) {
+                let from = DVec3::new(x, y, 0.0);
+                let n = (N * 16) as f64;
+                expected += exact::point_to_polygon(from, DVec3::Z, &seen) / n;
+            }
+        }
+    }
+    let value = matrix.weight(0, 1);
+    println!("two plates: {value} ({expected})");
+    // The finest points are 1/32 apart: an edge is misplaced by half that at most.
+    assert!(
+        (value / expected - 1.0).abs() < 1.0 / 64.0 / EDGES[0],
+        "{value} {expected}"
+    );
 }
 
 /// The furnace with a box on its floor, with and without a bottom.

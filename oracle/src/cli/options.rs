@@ -223,11 +223,6 @@ impl Common {
                 "--texels alone decides",
             ),
             (
-                "--epsilon",
-                self.epsilon.is_some(),
-                "it solves to the last digit",
-            ),
-            (
                 "--samples",
                 self.samples.is_some(),
                 "it samples until it settles",
