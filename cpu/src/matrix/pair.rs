@@ -4,7 +4,7 @@
 //! G_ij = A_i F_ij = A_j F_ji = ∫∫ cosθ_i cosθ_j / (π r²) dA_i dA_j
 //! ```
 //! in squared mesh units. Near pairs by the contour integral, far ones by product Gauss–Legendre of
-//! the lowest order whose error is below [`TOLERANCE`]:
+//! the lowest order whose error is below `TOLERANCE`:
 //!
 //! Along one parameter of a patch, s ∈ [−1, 1], the kernel is g(d + s·a) with a half an edge. With
 //! t = |a|/|d| its Taylor terms are at most B_m tᵐ/(π|d|²), because 1/|d + s·a|⁴ has Gegenbauer
