@@ -182,8 +182,8 @@ fn a_wrong_sample_is_noticed() {
         };
         let settings = settings(visibility);
         let mesh = mesh(&scene, &settings);
-        // Enough shots that every face of the small scene has shot twice.
-        let once = 0..(mesh.cells.len() as u32).min(60);
+        // The lamps are last; they shoot first, and every cell of the small scene shoots twice.
+        let once = (0..mesh.cells.len() as u32).rev().take(60);
         let log: Vec<u32> = once.clone().chain(once).collect();
         let run = |faults: &[Fault]| {
             let mut engine = GpuSolver::with_faults(&gpu, &mesh, &settings, faults).unwrap();

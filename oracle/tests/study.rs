@@ -8,7 +8,7 @@ use common::solution::{Seconds, Solution, Stored};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use oracle::study::run::Bench;
-use oracle::study::sweeps::{CELLS, EPSILON, Sweep, TEXELS, Truth};
+use oracle::study::sweeps::{Curve, CELLS, EPSILON, Sweep, TEXELS, Truth};
 use oracle::study::{MeasuredSweep, Study, json, page};
 use std::ops::ControlFlow;
 
@@ -138,12 +138,15 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
     std::fs::remove_dir_all(&dir).unwrap();
     let sweep = Sweep {
         values: &[8.0, 16.0, 32.0],
-        base: |settings| (settings.cells, settings.samples) = (1, 64),
+        base: |settings| settings.cells = 1,
+        curves: &[Curve {
+            label: "64 samples",
+            change: |settings| settings.samples = 64,
+        }],
         ..TEXELS
     };
     let measured = measure(&scene, &sweep, Some(&truth));
-    // The second curve keeps the samples.
-    let curve = &measured.curves[1];
+    let curve = &measured.curves[0];
     assert!(!curve.converges, "{}", curve.finding);
     assert!(
         curve

@@ -1,5 +1,5 @@
 //! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`,
-//! written by [`write`] and read back by [`read`], which decodes the pixels by [`pixels`].
+//! written by [`mod@write`] and read back by [`read`], which decodes the pixels by [`pixels`].
 
 pub mod pixels;
 pub mod read;
