@@ -4,9 +4,9 @@
 //! the item buffer between the receiver's ID and the ID found there: 2 pixels (the texel's own
 //! and the 3×3 lookup's), and where faces are tessellated their edges' sagitta, of which at most 1
 //! counts.
-//! A face that is thinner than a pixel there has no boundary in the buffer. Then the true outline
-//! counts, within 2 pixels: the receiver's where rays see it, a blocker's where they do not; the
-//! mismatch is tallied as vanished as well.
+//! A face or a gap that is thinner than a pixel there has no boundary in the buffer. Then the true
+//! outline counts, within 2 pixels: where rays see the receiver its own or that of a face found
+//! there, a blocker's where they do not; the mismatch is tallied as vanished as well.
 
 use crate::comparison::Pairs;
 use common::constants::{HIDDEN, LEVELS};
@@ -166,7 +166,14 @@ impl<'a> Probe<'a> {
             vec![found]
         };
         let boundary = self.boundary(p, mine, &other);
-        let thin = if by_rays { vec![texel.face] } else { blockers };
+        let thin = if by_rays {
+            // What the pixels show hides their centres but not the texel: a gap ends in between.
+            let nine = (0..9).map(|k| self.id(p.x as i32 + k % 3 - 1, p.y as i32 + k / 3 - 1));
+            let shown = nine.filter_map(|id| id.checked_sub(1));
+            shown.chain([texel.face]).collect()
+        } else {
+            blockers
+        };
         let outline = boundary.is_none().then(|| self.outline(p, &thin)).flatten();
         tally.vanished += u64::from(outline.is_some());
         tally.mismatch(cell, k as u32, weight, boundary.or(outline));
