@@ -7,4 +7,5 @@ pub mod comparison;
 pub mod exact;
 pub mod picture;
 pub mod report;
+pub mod study;
 pub mod view;

@@ -8,8 +8,9 @@
 //! outline counts, within 2 pixels: where rays see the receiver its own or that of a face found
 //! there, a blocker's where they do not; the mismatch is tallied as vanished as well.
 
+use super::outline::outline;
 use crate::comparison::Pairs;
-use common::constants::{HIDDEN, LEVELS};
+use common::constants::HIDDEN;
 use common::form_factor::form_factor;
 use common::mesh::{Cell, Mesh};
 use common::settings::{Raster, Settings};
@@ -18,7 +19,7 @@ use common::{Error, Result};
 use cpu::item_buffer::{ItemBuffer, View};
 use cpu::projection::{pixels, project};
 use cpu::rays::Rays;
-use cpu::tessellate::{level, sagitta, spread};
+use cpu::tessellate::{level, sagitta};
 use glam::{Vec2, Vec4};
 use gpu::GpuSolver;
 use rayon::prelude::*;
@@ -174,7 +175,10 @@ impl<'a> Probe<'a> {
         } else {
             blockers
         };
-        let outline = boundary.is_none().then(|| self.outline(p, &thin)).flatten();
+        let outline = boundary
+            .is_none()
+            .then(|| outline(self.mesh, &self.view, p, &thin))
+            .flatten();
         tally.vanished += u64::from(outline.is_some());
         tally.mismatch(cell, k as u32, weight, boundary.or(outline));
     }
@@ -215,41 +219,6 @@ impl<'a> Probe<'a> {
         }
         (nearest <= reach).then_some(nearest)
     }
-}
-
-impl Probe<'_> {
-    /// Distance from `p` to the nearest true outline of `faces`, if it is within 2 pixels.
-    fn outline(&self, p: Vec2, faces: &[u32]) -> Option<f32> {
-        let parts = 1u32 << (LEVELS - 1);
-        let mut nearest = f32::INFINITY;
-        for face in faces {
-            let corners = self.mesh.faces[*face as usize]
-                .corners
-                .map(|c| c - self.view.frame.centre);
-            for k in 0..4 {
-                let (a, b) = (corners[k], corners[(k + 1) % 4]);
-                let at = |i: u32| {
-                    let t = spread(a, b, i as f32 / parts as f32);
-                    let v = self.view.frame.turn(a * (1.0 - t) + b * t);
-                    pixels(project(self.view.visibility, v), self.buffer.size)
-                };
-                for i in 0..parts {
-                    let (start, end) = (at(i), at(i + 1));
-                    // A longer part leaps from one side of the hemicube to another.
-                    if start.distance(end) < self.buffer.size as f32 / 16.0 {
-                        nearest = nearest.min(segment_distance(p, start, end));
-                    }
-                }
-            }
-        }
-        (nearest <= 2.0).then_some(nearest)
-    }
-}
-
-fn segment_distance(p: Vec2, a: Vec2, b: Vec2) -> f32 {
-    let along = b - a;
-    let t = ((p - a).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
-    p.distance(a + along * t)
 }
 
 /// Distance from `p` to the edge between pixel (x, y) and its right or lower neighbour.

@@ -1,0 +1,3 @@
+//! Measurements behind the defaults.
+
+pub mod item_buffer;
