@@ -8,7 +8,7 @@ use common::solution::{Seconds, Solution, Stored};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use oracle::study::run::Bench;
-use oracle::study::sweeps::{Curve, CELLS, EPSILON, Sweep, TEXELS, Truth};
+use oracle::study::sweeps::{CELLS, Curve, EPSILON, Sweep, TEXELS, Truth};
 use oracle::study::{MeasuredSweep, Study, json, page};
 use std::ops::ControlFlow;
 

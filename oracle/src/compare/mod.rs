@@ -5,6 +5,7 @@
 //! (sampling only, [`pairs`]); both ↔ conservation of energy and each other ([`verdict`]).
 
 pub mod difference;
+mod outline;
 pub mod pairs;
 pub mod stages;
 pub mod verdict;

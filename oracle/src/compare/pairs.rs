@@ -4,12 +4,13 @@
 //! the item buffer between the receiver's ID and the ID found there: 2 pixels (the texel's own
 //! and the 3×3 lookup's), and where faces are tessellated their edges' sagitta, of which at most 1
 //! counts.
-//! A face that is thinner than a pixel there has no boundary in the buffer. Then the true outline
-//! counts, within 2 pixels: the receiver's where rays see it, a blocker's where they do not; the
-//! mismatch is tallied as vanished as well.
+//! A face or a gap that is thinner than a pixel there has no boundary in the buffer. Then the true
+//! outline counts, within 2 pixels: where rays see the receiver its own or that of a face found
+//! there, a blocker's where they do not; the mismatch is tallied as vanished as well.
 
+use super::outline::outline;
 use crate::comparison::Pairs;
-use common::constants::{HIDDEN, LEVELS};
+use common::constants::HIDDEN;
 use common::form_factor::form_factor;
 use common::mesh::{Cell, Mesh};
 use common::settings::{Raster, Settings, Visibility};
@@ -18,7 +19,7 @@ use common::{Error, Result};
 use cpu::item_buffer::{ItemBuffer, View};
 use cpu::projection::{pixels, project};
 use cpu::rays::Rays;
-use cpu::tessellate::{level, sagitta, spread};
+use cpu::tessellate::{level, sagitta};
 use glam::{Vec2, Vec4};
 use gpu::GpuSolver;
 use rayon::prelude::*;
@@ -180,8 +181,18 @@ impl<'a> Probe<'a> {
             vec![found]
         };
         let boundary = self.boundary(p, mine, &other);
-        let thin = if by_rays { vec![texel.face] } else { blockers };
-        let outline = boundary.is_none().then(|| self.outline(p, &thin)).flatten();
+        let thin = if by_rays {
+            // What the pixels show hides their centres but not the texel: a gap ends in between.
+            let nine = (0..9).map(|k| self.id(p.x as i32 + k % 3 - 1, p.y as i32 + k / 3 - 1));
+            let shown = nine.filter_map(|id| id.checked_sub(1));
+            shown.chain([texel.face]).collect()
+        } else {
+            blockers
+        };
+        let outline = boundary
+            .is_none()
+            .then(|| outline(self.mesh, &self.view, p, &thin))
+            .flatten();
         tally.vanished += u64::from(outline.is_some());
         tally.mismatch(cell, k as u32, weight, boundary.or(outline));
     }
@@ -222,41 +233,6 @@ impl<'a> Probe<'a> {
         }
         (nearest <= reach).then_some(nearest)
     }
-}
-
-impl Probe<'_> {
-    /// Distance from `p` to the nearest true outline of `faces`, if it is within 2 pixels.
-    fn outline(&self, p: Vec2, faces: &[u32]) -> Option<f32> {
-        let parts = 1u32 << (LEVELS - 1);
-        let mut nearest = f32::INFINITY;
-        for face in faces {
-            let corners = self.mesh.faces[*face as usize]
-                .corners
-                .map(|c| c - self.view.frame.centre);
-            for k in 0..4 {
-                let (a, b) = (corners[k], corners[(k + 1) % 4]);
-                let at = |i: u32| {
-                    let t = spread(a, b, i as f32 / parts as f32);
-                    let v = self.view.frame.turn(a * (1.0 - t) + b * t);
-                    pixels(project(self.view.visibility, v), self.buffer.size)
-                };
-                for i in 0..parts {
-                    let (start, end) = (at(i), at(i + 1));
-                    // A longer part leaps from one side of the hemicube to another.
-                    if start.distance(end) < self.buffer.size as f32 / 16.0 {
-                        nearest = nearest.min(segment_distance(p, start, end));
-                    }
-                }
-            }
-        }
-        (nearest <= 2.0).then_some(nearest)
-    }
-}
-
-fn segment_distance(p: Vec2, a: Vec2, b: Vec2) -> f32 {
-    let along = b - a;
-    let t = ((p - a).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
-    p.distance(a + along * t)
 }
 
 /// Distance from `p` to the edge between pixel (x, y) and its right or lower neighbour.

@@ -10,6 +10,7 @@
 pub mod chart;
 pub mod finding;
 pub mod fit;
+pub mod item_buffer;
 pub mod json;
 pub mod page;
 pub mod run;
