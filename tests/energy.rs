@@ -290,7 +290,7 @@ fn the_ledger_notices_a_broken_engine() {
 fn the_ledger_notices_a_broken_shader() {
     let fault = |file, from, to| Fault { file, from, to };
     let faults = [
-        fault("deposit", "texel.reflectance * received", "received"),
+        fault("deposit", "texels[k].reflectance * received", "received"),
         fault("deposit", "residual[k] = vec4f(0.0);", ""),
         fault(
             "deposit",
@@ -302,8 +302,8 @@ fn the_ledger_notices_a_broken_shader() {
             "residual[k] += vec4f(reflected, 0.0)",
             "residual[k] = vec4f(reflected, 0.0)",
         ),
-        fault("power", "irradiance[texel].w * area", "irradiance[texel].w"),
-        fault("select", "lane_received[0] / shot.area", "lane_received[0]"),
+        fault("received", "* texels[texel].area", ""),
+        fault("closure", "lane_taken[0] / shot.area", "lane_taken[0]"),
     ];
     let gpu = Gpu::open(None).unwrap();
     let mesh = Mesh::uniform(&lit_room(), 8, 2).unwrap();

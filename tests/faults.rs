@@ -85,7 +85,7 @@ fn faults_in_the_form_factor() {
     caught(
         "a flipped normal",
         &[Fault {
-            file: "select",
+            file: "aim",
             from: "shot.normal = faces[face].plane.xyz;",
             to: "shot.normal = -faces[face].plane.xyz;",
         }],
@@ -103,7 +103,7 @@ fn faults_in_the_deposit() {
     };
     caught(
         "a dropped reflectance",
-        &fault("texel.reflectance * received;", "received;"),
+        &fault("texels[k].reflectance * received;", "received;"),
     );
     caught("a kept residual", &fault("residual[k] = vec4f(0.0);", ""));
     caught(

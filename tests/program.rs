@@ -99,7 +99,9 @@ fn bad_usage_is_one_line_and_code_2() {
         vec!["solve", &path, "--texels", "0"],
         vec!["solve", &path, "--epsilon", "0"],
         vec!["solve", &path, "--epsilon", "nan"],
-        vec!["solve", &path, "--solver", "gpu", "--visibility", "rays"],
+        vec!["compare", &path, "--samples", "2"],
+        vec!["compare", &path, "--quality", "reference"],
+        vec!["solve", &path, "--quality", "best"],
         vec!["solve", &path, "--solver", "cpu", "--require-gpu"],
         vec![
             "solve",
@@ -120,11 +122,88 @@ fn bad_usage_is_one_line_and_code_2() {
             "--nonsense",
         ],
         vec!["solve"],
+        vec!["diff", "only-one"],
+        vec!["converge", "--truth", "somewhere"],
+        vec!["converge", &path, &path, "--truth", "somewhere"],
+        vec!["converge", &path, "--truth", "/nowhere"],
         vec!["nonsense"],
     ] {
         let (code, line) = failure(&arguments);
         assert_eq!(code, 2, "{arguments:?}: {line}");
     }
+}
+
+#[test]
+fn the_matrix_refuses_what_it_has_no_use_for() {
+    let folder = folder("matrix-usage");
+    let path = scene(&folder, QUAD, "newmtl m\nKd .5 .5 .5\nKe 1 1 1\n");
+    let out = folder.join("out");
+    let out = out.to_str().unwrap();
+    let solve = ["solve", &path, "--solver", "matrix", "--out", out];
+    for option in [
+        &["--cells", "1"][..],
+        &["--max-shots", "9"],
+        &["--item-buffer", "1024"],
+        &["--lookup", "3x3"],
+        &["--visibility", "stereographic"],
+        &["--form-factor", "disc"],
+        &["--adapter", "any"],
+        &["--require-gpu"],
+    ] {
+        let (code, line) = failure(&[&solve[..], option].concat());
+        assert_eq!(code, 2, "{option:?}: {line}");
+        assert!(line.contains(option[0]), "{option:?}: {line}");
+    }
+    // 1 face × 200² texels: 25.6 GB, 11 585 texels are allowed, 107² fit.
+    let (code, line) = failure(&[&solve[..], &["--texels", "200"]].concat());
+    assert_eq!(code, 2, "{line}");
+    for part in ["scene.obj", "40000 texels", "25.6 GB", "--texels 107"] {
+        assert!(line.contains(part), "{part}: {line}");
+    }
+    assert!(!Path::new(out).exists(), "a refused solve wrote something");
+}
+
+#[test]
+fn the_matrix_solver_writes_what_the_contract_says() {
+    let folder = folder("matrix");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
+    let out = folder.join("out");
+    let arguments = ["solve", path, "--solver", "matrix", "--texels", "4"];
+    let chosen = ["--visibility", "rays", "--form-factor", "polygon", "--out"];
+    let output = radiosity(&[&arguments[..], &chosen, &[out.to_str().unwrap()]].concat());
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("matrix of"), "{text}");
+    let result: Value =
+        serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    assert_eq!(result["solver"], "matrix");
+    assert_eq!(result["shots"], 0);
+    assert_eq!(result["converged"], true);
+    assert_eq!(result["unshot_fraction"], 0.0);
+    let settings = serde_json::json!({"texels": 4, "visibility": "rays", "form-factor": "polygon"});
+    assert_eq!(result["settings"], settings);
+    let matrix = &result["matrix"];
+    assert!(matrix["residual"].as_f64().unwrap() < 1e-12);
+    assert!(matrix["reciprocity"].as_f64().unwrap() < 1e-7);
+    // The matrix and its factors in f64, 4 × 4 texels a face.
+    let texels = result["faces"].as_array().unwrap().len() * 16;
+    assert_eq!(matrix["bytes"], texels * texels * 16);
+    for key in ["exact_pairs", "sampled_pairs"] {
+        assert!(matrix[key].as_u64().unwrap() > 0, "{key}");
+    }
+    assert!(matrix["closure"]["mean"].as_f64().unwrap() < 0.01);
+    assert!(matrix["closure"]["max"].as_f64().unwrap() < 0.1);
+    let energy = &result["energy"];
+    assert!(energy["imbalance"].as_f64().unwrap() < 1e-6);
+    for c in 0..3 {
+        let part = |name: &str| energy[name][c].as_f64().unwrap();
+        assert_eq!(part("unshot"), 0.0);
+        // The measured box is open in front; what visibility finds there is nearly all that is missing.
+        let missing = part("emitted") - part("absorbed");
+        assert!(part("escaped") > 0.0);
+        assert!((part("escaped") / missing - 1.0).abs() < 0.02, "{energy}");
+    }
+    assert!(fs::metadata(out.join("lightmap.exr")).unwrap().len() > 0);
 }
 
 #[test]

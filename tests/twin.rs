@@ -60,7 +60,7 @@ fn mistakes(lookup: Lookup) -> (usize, usize) {
     let mesh = Mesh::uniform(&scene, 64, 1).unwrap();
     let rays = Rays::new(&mesh);
     let cell = &mesh.cells[1];
-    let view = View::new(&mesh, cell, &stereographic(256));
+    let view = View::new(&mesh, 1, 0, &stereographic(256));
     let buffer = ItemBuffer::draw(&mesh, &view);
     let (mut hidden, mut lit) = (0, 0);
     for texel in mesh.texels.iter().filter(|texel| texel.face == 0) {
@@ -83,8 +83,7 @@ fn nine_pixels_mend_what_one_gets_wrong() {
 fn a_texel_whose_pixel_shows_its_neighbour_is_found_in_the_nine() {
     let scene = box_in_room();
     let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
-    let cell = &mesh.cells[1];
-    let view = View::new(&mesh, cell, &stereographic(64));
+    let view = View::new(&mesh, 1, 0, &stereographic(64));
     let texel = mesh.texels.iter().find(|texel| texel.face == 0).unwrap();
     let p = pixels(
         project(view.visibility, view.frame.local(texel.position)),

@@ -14,8 +14,18 @@ pub const OUTLINE: f32 = 1e-6;
 /// The ray parameter of no hit: beyond every scene, and finite because WGSL has no infinity.
 pub const MISS: f32 = 1e30;
 
+/// The BVH's nodes ignore t < 1e−4, whatever the ray's length: rays run to t = 2¹⁶ instead of 1
+/// so that this is 1.5e−9 of their length and near contact stays opaque.
+pub const RAY_REACH: f32 = 65536.0;
+
+/// Levels of the BVH that a ray on the GPU can hold open; a deeper tree is refused.
+pub const RAY_STACK: u32 = 32;
+
 /// An occluder ends this short of the texel (share of the way): a few roundings of t.
 pub const END: f32 = 1.0 - 4.0 * f32::EPSILON;
+
+/// Bytes of links that a solver keeps, or as many as the adapter binds.
+pub const LINK_BYTES: u64 = 1 << 30;
 
 /// Lanes of a sum over a cell's texels.
 pub const LANES: usize = 64;

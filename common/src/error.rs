@@ -29,6 +29,9 @@ pub enum Error {
     /// A GPU was asked for and there is none.
     #[error("{0}")]
     NoAdapter(String),
+    /// Ctrl-C, and nothing worth writing yet.
+    #[error("interrupted: nothing was written")]
+    Interrupted,
     /// The GPU failed, was lost, or is too small for the scene.
     #[error("{0}")]
     Device(String),

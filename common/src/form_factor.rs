@@ -60,6 +60,18 @@ pub fn form_factor(
     }
 }
 
+/// The weight of one of the points in which a cell is looked at, here `shooter.centre`: the disc
+/// factor of `part`, its share of the cell's area. Never 0 where `f`, the whole cell's form
+/// factor, is not: the cell's only point may lie below the texel's horizon.
+pub fn weight(shooter: &Shooter, position: Vec3, normal: Vec3, part: f32, f: f32) -> f32 {
+    let d = position - shooter.centre;
+    let r2 = d.dot(d);
+    let r = r2.sqrt();
+    let cos_i = (shooter.normal.dot(d) / r).max(0.0);
+    let cos_j = (-normal.dot(d) / r).max(0.0);
+    disc(cos_i, cos_j, r2, part, part) + f * 1e-6
+}
+
 /// Wallace's disc: `disc_area` is the texel's in eq. 2 of the paper, the shooter's in Wallace.
 pub fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
     shooter_area * cos_i * cos_j / (PI * r2 + disc_area)

@@ -3,6 +3,7 @@
 //! Data flows one way: [`import`] → [`scene`] → [`mesh`] (with [`texel`]) → [`shooting`] (with
 //! [`form_factor`], [`constants`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
 
+pub mod bvh;
 pub mod constants;
 pub mod energy;
 pub mod error;
@@ -12,6 +13,7 @@ pub mod import;
 pub mod mesh;
 pub mod overlap;
 pub mod reduce;
+pub mod sampling;
 pub mod scene;
 pub mod settings;
 pub mod shooting;

@@ -6,6 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::form_factor::Shooter;
+use crate::sampling;
 use crate::scene::{Face, Scene, Shape};
 use crate::texel::{self, Cells};
 use glam::{DVec3, Vec3, Vec4};
@@ -46,6 +47,8 @@ pub struct Cell {
     pub first: u32,
     /// How many texels follow.
     pub count: u32,
+    /// The share of its points on which no body stands.
+    pub open: f32,
     /// Geometry.
     pub shooter: Shooter,
 }
@@ -63,10 +66,25 @@ pub struct Texel {
     pub index: u32,
     /// Its pixel in the atlas, row-major.
     pub pixel: u32,
+    /// Its lower corner (i, j) on the face's lattice.
+    pub place: [u32; 2],
+    /// Its outline.
+    pub kind: TexelKind,
     /// Diffuse reflectance ρ.
     pub reflectance: Vec3,
     /// Emitted radiosity E, W/m².
     pub emission: Vec3,
+}
+
+/// The outline of a texel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TexelKind {
+    /// From (i, j) to (i + 1, j + 1).
+    Quad,
+    /// (i, j), (i + 1, j), (i, j + 1).
+    Upright,
+    /// (i + 1, j + 1), (i, j + 1), (i + 1, j).
+    Inverted,
 }
 
 /// Faces, cells and texels of a scene.
@@ -78,10 +96,17 @@ pub struct Mesh {
     pub cells: Vec<Cell>,
     /// Receivers, grouped by cell.
     pub texels: Vec<Texel>,
+    /// Points per cell.
+    pub samples: u32,
+    /// Where each cell is looked at, `samples` a cell: the point, and the area that it stands for
+    /// over the mean, negative where a body stands on it.
+    pub points: Vec<Vec4>,
     /// Atlas width and height in pixels.
     pub atlas: [u32; 2],
     /// Scene units per mesh unit, a power of two.
     pub unit: f64,
+    /// The mesh's origin in the scene.
+    pub origin: DVec3,
 }
 
 impl Mesh {
@@ -100,8 +125,11 @@ impl Mesh {
             faces: Vec::with_capacity(scene.faces.len()),
             cells: Vec::new(),
             texels: Vec::with_capacity(resolutions.iter().map(|r| texel::count(*r) as usize).sum()),
+            samples: 1,
+            points: Vec::new(),
             atlas,
             unit,
+            origin: centre,
         };
         for (f, face) in scene.faces.iter().enumerate() {
             let normal = face.vector_area().normalize_or_zero();
@@ -125,6 +153,11 @@ impl Mesh {
             });
             mesh.add_texels(scene, f, k, &local);
         }
+        mesh.points = mesh
+            .cells
+            .iter()
+            .map(|cell| cell.shooter.centre.extend(1.0))
+            .collect();
         Ok(mesh)
     }
 
@@ -142,6 +175,7 @@ impl Mesh {
                 face: f as u32,
                 first: 0,
                 count: 0,
+                open: 1.0,
                 shooter: Shooter {
                     centre: local(outline.centroid()),
                     normal: self.faces[f].normal,
@@ -160,21 +194,72 @@ impl Mesh {
             cell.count += 1;
             let outline = texel::outline(face, resolution, index);
             let (x, y) = (rect[0] + index % rect[2], rect[1] + index / rect[2]);
+            let (place, kind) = place(face.shape, resolution, index);
             self.texels.push(Texel {
                 position: local(outline.centroid()),
                 area: (outline.area() / (self.unit * self.unit)) as f32,
                 face: f as u32,
                 index,
                 pixel: y * self.atlas[0] + x,
+                place,
+                kind,
                 reflectance: face.reflectance,
                 emission: face.emission,
             });
         }
     }
 
+    /// Looks at each cell in `samples` points instead of its centre. What a cell shoots leaves from
+    /// where it is `open`, not from where a body stands on it.
+    pub fn sample(&mut self, samples: u32, open: impl Fn(&MeshFace, Vec3) -> bool + Sync) {
+        self.samples = samples.max(1);
+        if self.samples == 1 {
+            return;
+        }
+        let mut points = Vec::with_capacity(self.cells.len() * self.samples as usize);
+        for (k, cell) in (0..).zip(&mut self.cells) {
+            let face = &self.faces[cell.face as usize];
+            let (mut all, mut lit) = (0.0, 0.0);
+            for s in 0..self.samples {
+                let uv = sampling::cell_uv(s, k);
+                let mut point = sampling::outline_point(&cell.shooter.corners, uv);
+                all += point.w;
+                if open(face, point.truncate()) {
+                    lit += point.w;
+                } else {
+                    point.w = -point.w;
+                }
+                points.push(point);
+            }
+            // A cell without area has no share of itself.
+            cell.open = if all > 0.0 { lit / all } else { 0.0 };
+        }
+        self.points = points;
+    }
+
+    /// A point of the scene in the mesh's unit, not yet rounded to f32.
+    pub fn local(&self, point: DVec3) -> DVec3 {
+        (point - self.origin) / self.unit
+    }
+
     /// Mesh areas × this are scene areas.
     pub fn area_unit(&self) -> f64 {
         self.unit * self.unit
+    }
+}
+
+fn place(shape: Shape, [w, h]: [u32; 2], index: u32) -> ([u32; 2], TexelKind) {
+    match shape {
+        Shape::Quad => ([index % w, index / w], TexelKind::Quad),
+        Shape::Triangle => {
+            let (i, j, upright) = texel::triangle_position(h, index);
+            let kind = if upright {
+                TexelKind::Upright
+            } else {
+                TexelKind::Inverted
+            };
+            ([i, j], kind)
+        }
     }
 }
 

@@ -47,10 +47,36 @@ pub enum Lookup {
     Neighbours,
 }
 
+/// How good an answer is asked for: texels, cells, samples and ε together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// A first look: 8×8 texels, 2×2 cells, centre to centre, ε = 1 %.
+    Draft,
+    /// 16×16 texels, 4×4 cells, 4 samples, ε = 0.1 %.
+    #[default]
+    Normal,
+    /// 16×16 texels, 16 samples, ε = 0.01 %, and cells halved until the answer settles.
+    Reference,
+}
+
+impl Quality {
+    /// Texels a side, cells a side, samples and ε; `Reference` starts with these cells.
+    pub fn settings(self) -> (u32, u32, u32, f64) {
+        match self {
+            Self::Draft => (8, 2, 1, 1e-2),
+            Self::Normal => (16, 4, 4, 1e-3),
+            Self::Reference => (16, 4, 16, 1e-4),
+        }
+    }
+}
+
 /// The settings of a solve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Settings {
+    /// What the options below that were not given are taken from.
+    pub quality: Quality,
     /// Texels per side of a face.
     pub texels: u32,
     /// Stop when unshot power ≤ ε × emitted power.
@@ -69,11 +95,16 @@ pub struct Settings {
     pub form_factor: FormFactor,
     /// Each face shoots as K×K cells.
     pub cells: u32,
+    /// Pairs of points by which a texel sees a cell; 1: centre to centre.
+    pub samples: u32,
+    /// Whether each shot's form factors are scaled to the exact closure.
+    pub conserve: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            quality: Quality::Normal,
             texels: 16,
             epsilon: 1e-3,
             max_shots: 1_000_000,
@@ -83,6 +114,8 @@ impl Default for Settings {
             lookup: Lookup::Neighbours,
             form_factor: FormFactor::Polygon,
             cells: 4,
+            samples: 1,
+            conserve: false,
         }
     }
 }

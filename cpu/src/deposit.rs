@@ -1,8 +1,7 @@
-//! One texel under one shot: ΔH = F·V·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
+//! One texel under one shot: ΔH = w·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
 //! `gpu/src/shaders/deposit.wgsl`.
 
-use common::form_factor::{FormFactor, form_factor};
-use common::mesh::{Cell, Mesh, Texel};
+use common::mesh::{Cell, Mesh};
 use glam::{Vec3, Vec4};
 
 /// A shot in flight.
@@ -14,39 +13,24 @@ pub struct Flash<'a> {
     pub cell: &'a Cell,
     /// Mean residual radiosity of the cell, W/m².
     pub radiosity: Vec3,
-    /// Form factor.
-    pub form_factor: FormFactor,
+    /// What every link is multiplied by: 1, or what closes the shot exactly.
+    pub scale: f32,
 }
 
 /// Radiosity, residual and irradiance of one texel.
 pub type State<'a> = (&'a mut Vec4, &'a mut Vec4, &'a mut Vec4);
 
-/// Adds what texel `k` receives; `visible` is asked only where light could arrive.
-pub fn deposit(
-    flash: &Flash,
-    k: u32,
-    (radiosity, residual, irradiance): State,
-    visible: impl Fn(&Texel) -> bool,
-) {
+/// Adds what texel `k` takes by its link `w` to the shooter; w of the irradiance keeps the link.
+pub fn deposit(flash: &Flash, k: u32, w: f32, (radiosity, residual, irradiance): State) {
     let cell = flash.cell;
     let texel = &flash.mesh.texels[k as usize];
-    irradiance.w = 0.0;
+    let f = w * flash.scale;
+    irradiance.w = f;
     if k >= cell.first && k < cell.first + cell.count {
         *residual = Vec4::ZERO;
         return;
     }
-    if texel.face == cell.face {
-        return;
-    }
-    let normal = flash.mesh.faces[texel.face as usize].normal;
-    let f = form_factor(
-        flash.form_factor,
-        &cell.shooter,
-        texel.position,
-        normal,
-        texel.area,
-    );
-    if f <= 0.0 || !visible(texel) {
+    if f <= 0.0 {
         return;
     }
     let received = flash.radiosity * f;

@@ -5,23 +5,39 @@ use crate::intersect::intersect;
 use crate::rays::Rays;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::DIRECTIONS;
-use common::mesh::{Cell, Mesh};
-use glam::Vec3;
+use common::mesh::Mesh;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 /// The escaped share of `cell`; `directions` are [`common::escape::directions`]. The BVH only
 /// leaves out faces that the shader's loop over all of them would not count either.
-pub fn escape(mesh: &Mesh, rays: &Rays, cell: &Cell, directions: &[Vec3]) -> f32 {
-    let face = &mesh.faces[cell.face as usize];
+pub fn escape(mesh: &Mesh, rays: &Rays, cell: u32, directions: &[Vec3]) -> f32 {
+    let face = &mesh.faces[mesh.cells[cell as usize].face as usize];
+    let first = (cell * mesh.samples) as usize;
+    let points = &mesh.points[first..first + mesh.samples as usize];
     let bitangent = face.normal.cross(face.tangent);
     let lost = directions
         .par_iter()
-        .filter(|d| {
+        .enumerate()
+        .filter(|(k, d)| {
             let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-            !meets_front(rays, face.sheet, cell.shooter.centre, direction)
+            !meets_front(rays, face.sheet, start(points, *k), direction)
         })
         .count();
     lost as f32 / DIRECTIONS as f32
+}
+
+/// Where direction `k` starts: the points take turns, but light leaves from open ones only.
+fn start(points: &[Vec4], k: usize) -> Vec3 {
+    let n = points.len();
+    let mut at = k % n;
+    for _ in 0..n {
+        if points[at].w > 0.0 {
+            break;
+        }
+        at = (at + 1) % n;
+    }
+    points[at].truncate()
 }
 
 /// Whether the nearest face along the ray shows its front. A front that touches the shooter

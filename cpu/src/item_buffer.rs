@@ -11,7 +11,7 @@ use crate::intersect::intersect;
 use crate::item_buffer_tessellated::draw_tessellated;
 use crate::projection::{Frame, covered, pixel_centre, pixels, unproject};
 use common::constants::{DEPTH_MAX, DEPTH_SCALE, OUTLINE};
-use common::mesh::{Cell, Mesh, MeshFace};
+use common::mesh::{Mesh, MeshFace};
 use common::settings::{Raster, Settings, Visibility};
 use glam::Vec2;
 
@@ -42,13 +42,14 @@ pub struct View {
 }
 
 impl View {
-    /// The view of a cell.
-    pub fn new(mesh: &Mesh, cell: &Cell, settings: &Settings) -> Self {
-        let face = &mesh.faces[cell.face as usize];
+    /// The view from point `s` of a cell.
+    pub fn new(mesh: &Mesh, cell: u32, s: u32, settings: &Settings) -> Self {
+        let face = &mesh.faces[mesh.cells[cell as usize].face as usize];
+        let point = mesh.points[(cell * mesh.samples + s) as usize];
         Self {
             visibility: settings.visibility,
             raster: settings.raster(),
-            frame: Frame::new(face, &cell.shooter),
+            frame: Frame::new(face, point.truncate()),
             sheet: face.sheet,
             size: settings.item_buffer,
             unit: mesh.unit as f32,

@@ -1,40 +1,32 @@
-//! What a cell has yet to shoot and what it took from the latest shot. Twin of
-//! `gpu/src/shaders/power.wgsl`.
+//! What a cell has yet to shoot, and what it takes of a shot. Twin of
+//! `gpu/src/shaders/power.wgsl` and `gpu/src/shaders/received.wgsl`.
 
-use common::constants::LANES;
+use common::constants::{LANES, SELECT_LANES};
 use common::mesh::{Cell, Mesh};
 use common::reduce::tree_sum;
 use common::shooting::Field;
 use glam::Vec4;
 
-/// Sums over a cell's texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CellSum {
-    /// Σ r·A per channel; w: Σ|r|·A over the channels.
-    pub residual: Vec4,
-    /// Σ F·A of the latest shot.
-    pub received: f32,
-}
-
-impl std::ops::Add for CellSum {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self {
-            residual: self.residual + other.residual,
-            received: self.received + other.received,
-        }
-    }
-}
-
-/// The sums of `cell`.
-pub fn power(mesh: &Mesh, field: &Field, cell: &Cell) -> CellSum {
-    tree_sum::<_, LANES>(CellSum::default(), cell.count as usize, |k| {
+/// Σ r·A per channel over a cell's texels; w: Σ|r|·A over the channels.
+pub fn power(mesh: &Mesh, field: &Field, cell: &Cell) -> Vec4 {
+    tree_sum::<_, LANES>(Vec4::ZERO, cell.count as usize, |k| {
         let k = cell.first as usize + k;
         let area = mesh.texels[k].area;
         let r = field.residual[k].truncate();
-        CellSum {
-            residual: (r * area).extend((r.x.abs() + r.y.abs() + r.z.abs()) * area),
-            received: field.irradiance[k].w * area,
-        }
+        (r * area).extend((r.x.abs() + r.y.abs() + r.z.abs()) * area)
     })
+}
+
+/// Σ w·A over a cell's texels, `links` those of all texels.
+pub fn received(mesh: &Mesh, links: &[f32], cell: &Cell) -> f32 {
+    tree_sum::<_, LANES>(0.0, cell.count as usize, |k| {
+        let k = cell.first as usize + k;
+        links[k] * mesh.texels[k].area
+    })
+}
+
+/// ΣF of a shooter of this `area`: what the cells take, over what it gives.
+pub fn closure(received: &[f32], area: f32) -> f32 {
+    let sum = tree_sum::<_, SELECT_LANES>(0.0, received.len(), |k| received[k]);
+    if area > 0.0 { sum / area } else { 0.0 }
 }

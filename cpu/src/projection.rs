@@ -8,7 +8,6 @@
 
 use crate::hemicube::{axis, back, height, on_side, place, side_of, turned};
 use common::constants::GUTTER;
-use common::form_factor::Shooter;
 use common::mesh::MeshFace;
 use common::settings::Visibility;
 use glam::{Vec2, Vec3};
@@ -27,10 +26,10 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of a shooter on `face`.
-    pub fn new(face: &MeshFace, shooter: &Shooter) -> Self {
+    /// The frame of a shooter at `centre` on `face`.
+    pub fn new(face: &MeshFace, centre: Vec3) -> Self {
         Self {
-            centre: shooter.centre,
+            centre,
             tangent: face.tangent,
             bitangent: face.normal.cross(face.tangent),
             normal: face.normal,

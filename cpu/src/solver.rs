@@ -3,17 +3,17 @@
 use crate::deposit::{Flash, deposit};
 use crate::escape::escape;
 use crate::item_buffer::{ItemBuffer, View};
+use crate::link::{Sums, sample};
+use crate::links::{Links, Row};
 use crate::lookup;
-use crate::power::{CellSum, power};
+use crate::power::{closure, power, received};
 use crate::rays::Rays;
 use common::Result;
-use common::constants::SELECT_LANES;
 use common::escape::directions;
 use common::mesh::Mesh;
-use common::reduce::tree_sum;
 use common::settings::{Settings, Visibility};
 use common::shooting::{Engine, Field, Shot, initial, total};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Texels per task: long enough to hide the task, short enough to share.
@@ -21,25 +21,32 @@ const TASK: usize = 1024;
 
 /// Progressive refinement on rayon; visibility by rays, or by the item buffer's twin.
 pub struct CpuSolver<'a> {
+    caster: Caster<'a>,
+    links: Links,
+    /// What each cell has yet to shoot.
+    sums: Vec<Vec4>,
+    field: Field,
+}
+
+/// What makes a cell's links.
+struct Caster<'a> {
     mesh: &'a Mesh,
     settings: Settings,
     rays: Rays,
     directions: Vec<Vec3>,
-    /// Escaped share of each cell that has shot: it never changes.
-    escaped: Vec<Option<f32>>,
-    sums: Vec<CellSum>,
-    field: Field,
 }
 
 impl<'a> CpuSolver<'a> {
     /// A solver in its initial state: B = r = E.
     pub fn new(mesh: &'a Mesh, settings: &Settings) -> Self {
         let mut solver = Self {
-            mesh,
-            settings: settings.clone(),
-            rays: Rays::new(mesh),
-            directions: directions(),
-            escaped: vec![None; mesh.cells.len()],
+            caster: Caster {
+                mesh,
+                settings: settings.clone(),
+                rays: Rays::new(mesh),
+                directions: directions(),
+            },
+            links: Links::new(mesh),
             sums: Vec::new(),
             field: initial(mesh, "cpu"),
         };
@@ -49,88 +56,139 @@ impl<'a> CpuSolver<'a> {
 
     /// The rays that this solver asks.
     pub fn rays(&self) -> &Rays {
-        &self.rays
+        &self.caster.rays
+    }
+
+    /// The links of a cell.
+    pub fn row(&mut self, cell: u32) -> &Row {
+        let caster = &self.caster;
+        self.links.row(cell, |links| caster.row(cell, links))
     }
 
     fn sum(&mut self) {
-        let (mesh, field) = (self.mesh, &self.field);
+        let (mesh, field) = (self.caster.mesh, &self.field);
         self.sums = mesh
             .cells
             .par_iter()
             .map(|cell| power(mesh, field, cell))
             .collect();
     }
+}
 
-    fn deposit_all(&mut self, flash: &Flash) {
-        let (mesh, settings, rays, cell) = (self.mesh, &self.settings, &self.rays, flash.cell);
-        let view = View::new(mesh, cell, settings);
-        let buffer =
-            (settings.visibility != Visibility::Rays).then(|| ItemBuffer::draw(mesh, &view));
-        let visible = |texel: &common::mesh::Texel| match &buffer {
-            None => rays.visible(cell.shooter.centre, texel.position, [cell.face, texel.face]),
-            Some(buffer) => lookup::visible(
-                mesh,
-                buffer,
-                &view,
-                settings.lookup,
-                texel.position,
-                texel.face,
-            ),
+impl Caster<'_> {
+    fn row(&self, cell: u32, mut links: Vec<f32>) -> Row {
+        let mesh = self.mesh;
+        links.clear();
+        let mut sums = vec![Sums::default(); mesh.texels.len()];
+        if self.settings.visibility == Visibility::Rays {
+            self.by_rays(cell, &mut sums);
+        } else {
+            for s in 0..mesh.samples {
+                self.by_item_buffer(cell, s, &mut sums);
+            }
+        }
+        let open = mesh.cells[cell as usize].open;
+        links.extend(sums.iter().map(|sums| sums.link(mesh.samples, open)));
+        let taken: Vec<f32> = mesh
+            .cells
+            .par_iter()
+            .map(|cell| received(mesh, &links, cell))
+            .collect();
+        Row {
+            cell,
+            sum: closure(&taken, mesh.cells[cell as usize].shooter.area),
+            escaped: escape(mesh, &self.rays, cell, &self.directions),
+            links,
+        }
+    }
+
+    fn by_rays(&self, cell: u32, sums: &mut [Sums]) {
+        let (mesh, kind) = (self.mesh, self.settings.form_factor);
+        let shooter = mesh.cells[cell as usize].face;
+        each(sums, |k, sums| {
+            let ends = [shooter, mesh.texels[k as usize].face];
+            for s in 0..mesh.samples {
+                sample(mesh, kind, cell, k, s, sums, |q, p| {
+                    self.rays.visible(q, p, ends)
+                });
+            }
+        });
+    }
+
+    fn by_item_buffer(&self, cell: u32, s: u32, sums: &mut [Sums]) {
+        let (mesh, settings) = (self.mesh, &self.settings);
+        let view = View::new(mesh, cell, s, settings);
+        let buffer = ItemBuffer::draw(mesh, &view);
+        each(sums, |k, sums| {
+            let face = mesh.texels[k as usize].face;
+            sample(mesh, settings.form_factor, cell, k, s, sums, |_, p| {
+                lookup::visible(mesh, &buffer, &view, settings.lookup, p, face)
+            });
+        });
+    }
+}
+
+fn each(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
+    sums.par_chunks_mut(TASK)
+        .enumerate()
+        .for_each(|(task, part)| {
+            for (k, sums) in part.iter_mut().enumerate() {
+                add((task * TASK + k) as u32, sums);
+            }
+        });
+}
+
+impl Engine for CpuSolver<'_> {
+    fn cell_power(&mut self) -> Result<Vec<f32>> {
+        Ok(self.sums.iter().map(|sum| sum.w).collect())
+    }
+
+    fn shoot(&mut self, cell: u32) -> Result<Shot> {
+        let caster = &self.caster;
+        let row = self.links.row(cell, |links| caster.row(cell, links));
+        let shooter = &caster.mesh.cells[cell as usize];
+        let flux = self.sums[cell as usize].truncate();
+        let flash = Flash {
+            mesh: caster.mesh,
+            cell: shooter,
+            radiosity: flux / shooter.shooter.area,
+            scale: conserving(caster.settings.conserve, row.sum, row.escaped),
         };
+        let (form_factor_sum, escaped) = (row.sum * flash.scale, row.escaped);
         let field = &mut self.field;
         field
             .radiosity
             .par_chunks_mut(TASK)
             .zip(field.residual.par_chunks_mut(TASK))
             .zip(field.irradiance.par_chunks_mut(TASK))
+            .zip(row.links.par_chunks(TASK))
             .enumerate()
-            .for_each(|(task, ((radiosity, residual), irradiance))| {
+            .for_each(|(task, (((radiosity, residual), irradiance), links))| {
                 for k in 0..radiosity.len() {
                     let state = (&mut radiosity[k], &mut residual[k], &mut irradiance[k]);
-                    deposit(flash, (task * TASK + k) as u32, state, visible);
+                    deposit(&flash, (task * TASK + k) as u32, links[k], state);
                 }
             });
-    }
-
-    fn escaped(&mut self, cell: u32) -> f32 {
-        let (mesh, rays, directions) = (self.mesh, &self.rays, &self.directions);
-        *self.escaped[cell as usize]
-            .get_or_insert_with(|| escape(mesh, rays, &mesh.cells[cell as usize], directions))
-    }
-}
-
-impl Engine for CpuSolver<'_> {
-    fn cell_power(&mut self) -> Result<Vec<f32>> {
-        Ok(self.sums.iter().map(|sum| sum.residual.w).collect())
-    }
-
-    fn shoot(&mut self, cell: u32) -> Result<Shot> {
-        let shooter = self.mesh.cells[cell as usize];
-        let flux = self.sums[cell as usize].residual.truncate();
-        let flash = Flash {
-            mesh: self.mesh,
-            cell: &shooter,
-            radiosity: flux / shooter.shooter.area,
-            form_factor: self.settings.form_factor,
-        };
-        self.deposit_all(&flash);
         self.sum();
-        let received =
-            tree_sum::<f32, SELECT_LANES>(0.0, self.sums.len(), |k| self.sums[k].received);
         Ok(Shot {
             cell,
             power: flux.into(),
-            form_factor_sum: if shooter.shooter.area > 0.0 {
-                received / shooter.shooter.area
-            } else {
-                0.0
-            },
-            escaped: self.escaped(cell),
+            form_factor_sum,
+            escaped,
             unshot: total(&self.cell_power()?),
         })
     }
 
     fn field(&mut self) -> Result<Field> {
         Ok(self.field.clone())
+    }
+}
+
+/// What brings ΣF to 1 − escaped. Twin of the function in `gpu/src/shaders/closure.wgsl`.
+pub fn conserving(asked: bool, sum: f32, escaped: f32) -> f32 {
+    if asked && sum > 0.0 {
+        (1.0 - escaped) / sum
+    } else {
+        1.0
     }
 }

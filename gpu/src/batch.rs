@@ -1,15 +1,19 @@
 //! One submission: many shots recorded in a row, without a look at what any of them did.
 
 use crate::buffers::{Buffers, LOG_BYTES, level_bytes};
-use crate::pipelines::{Pipelines, Stage};
+use crate::pipelines::{ItemBufferStages, Pipelines, Stage};
 use common::constants::LEVELS;
 use common::mesh::Mesh;
 use common::settings::Raster;
 
-/// Byte offsets of each stage's workgroup counts in `dispatches`.
+/// Byte offsets of each stage's workgroup counts in `dispatches`, as in `select.wgsl`.
 const DEPOSIT: u64 = 0;
 const ESCAPE: u64 = 12;
 const POWER: u64 = 24;
+const GATHER: u64 = 36;
+const RECEIVED: u64 = 48;
+/// Bytes of `dispatches`.
+pub const DISPATCH_BYTES: u64 = 60;
 
 /// What a batch records its commands against.
 pub struct Recorder<'a> {
@@ -30,33 +34,48 @@ impl Recorder<'_> {
     pub fn first(&self, encoder: &mut wgpu::CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         single(&mut pass, &self.pipelines.first);
-        self.tessellate(&mut pass);
     }
 
     /// One shot, and the choice of the next shooter. Once the order has ended it does nothing.
     pub fn shot(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.raster(encoder);
         let (b, p) = (self.buffers, self.pipelines);
+        for _ in 0..self.mesh.samples.div_ceil(self.buffers.step) {
+            self.gather(encoder);
+        }
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for (stage, offset) in [
-            (&p.deposit, DEPOSIT),
-            (&p.escape, ESCAPE),
-            (&p.power, POWER),
-        ] {
+        for (stage, offset) in [(&p.escape, ESCAPE), (&p.received, RECEIVED)] {
+            bind(&mut pass, stage);
+            pass.dispatch_workgroups_indirect(&b.dispatches, offset);
+        }
+        single(&mut pass, &p.closure);
+        for (stage, offset) in [(&p.deposit, DEPOSIT), (&p.power, POWER)] {
             bind(&mut pass, stage);
             pass.dispatch_workgroups_indirect(&b.dispatches, offset);
         }
         single(&mut pass, &p.next);
-        self.tessellate(&mut pass);
     }
 
-    fn tessellate(&self, pass: &mut wgpu::ComputePass) {
-        if self.pipelines.raster_kind == Raster::Tessellated {
-            single(pass, &self.pipelines.tessellate);
+    /// The next samples of a shot's links; nothing where they are kept from an earlier shot.
+    fn gather(&self, encoder: &mut wgpu::CommandEncoder) {
+        let (b, p) = (self.buffers, self.pipelines);
+        if let Some(stages) = &p.item_buffer {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            single(&mut pass, &p.aim);
+            if stages.kind == Raster::Tessellated {
+                single(&mut pass, &stages.tessellate);
+            }
+            drop(pass);
+            self.raster(encoder, stages);
         }
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        if p.item_buffer.is_none() {
+            single(&mut pass, &p.aim);
+        }
+        bind(&mut pass, &p.gather);
+        pass.dispatch_workgroups_indirect(&b.dispatches, GATHER);
     }
 
-    fn raster(&self, encoder: &mut wgpu::CommandEncoder) {
+    fn raster(&self, encoder: &mut wgpu::CommandEncoder, stages: &ItemBufferStages) {
         let b = self.buffers;
         let view =
             |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
@@ -80,12 +99,11 @@ impl Recorder<'_> {
             }),
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipelines.raster);
-        pass.set_bind_group(0, &self.pipelines.raster_group, &[]);
-        if self.pipelines.raster_kind == Raster::Pixel {
-            // Two triangles for each side of each face.
-            let rectangles = self.mesh.faces.len() as u32 * self.pipelines.sides;
-            pass.draw(0..6 * rectangles, 0..1);
+        pass.set_pipeline(&stages.raster);
+        pass.set_bind_group(0, &stages.raster_group, &[]);
+        if stages.kind == Raster::Pixel {
+            // Two triangles for each side of each face; none where no links are made.
+            pass.draw_indirect(&b.rectangles, 0);
             return;
         }
         pass.set_index_buffer(b.indices.slice(..), wgpu::IndexFormat::Uint32);

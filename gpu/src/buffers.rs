@@ -1,15 +1,16 @@
 //! Everything a solve keeps on the device; allocated once.
 
 use crate::adapter::Gpu;
+use crate::batch::DISPATCH_BYTES;
 use crate::records::{
-    CellRecord, CellSumRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, SHOT_BYTES,
-    TexelRecord,
+    CellRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, ROW_BYTES, SHOT_BYTES, TexelRecord,
 };
-use bytemuck::{Pod, cast_slice};
-use common::constants::LEVELS;
+use bytemuck::{Pod, cast, cast_slice};
+use common::bvh::Bvh;
+use common::constants::{LEVELS, LINK_BYTES, RAY_STACK};
 use common::escape::directions;
 use common::mesh::Mesh;
-use common::settings::Settings;
+use common::settings::{Settings, Visibility};
 use common::shooting::initial;
 use common::{Error, Result};
 use wgpu::BufferUsages as Usage;
@@ -17,6 +18,9 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Shots that one submission can log.
 pub const BATCH: u32 = 1024;
+
+/// Rays of one dispatch: some ten milliseconds on hardware, far from what drivers kill.
+const RAYS: u64 = 1 << 24;
 
 /// Buffers and textures of one solve.
 pub struct Buffers {
@@ -29,16 +33,29 @@ pub struct Buffers {
     pub indices: wgpu::Buffer,
     pub draws: wgpu::Buffer,
     pub dispatches: wgpu::Buffer,
+    pub rectangles: wgpu::Buffer,
     pub shot: wgpu::Buffer,
     pub script: wgpu::Buffer,
     pub log: wgpu::Buffer,
     pub lost: wgpu::Buffer,
     pub sums: wgpu::Buffer,
+    /// Places × texels.
+    pub links: wgpu::Buffer,
+    pub rows: wgpu::Buffer,
+    pub taken: wgpu::Buffer,
+    pub samples: wgpu::Buffer,
+    pub points: wgpu::Buffer,
+    pub nodes: wgpu::Buffer,
+    pub primitives: wgpu::Buffer,
     pub radiosity: wgpu::Buffer,
     pub residual: wgpu::Buffer,
     pub irradiance: wgpu::Buffer,
     pub item_buffer: wgpu::Texture,
     pub depth: wgpu::Texture,
+    /// Rows of links that are kept.
+    pub places: u32,
+    /// Samples that one dispatch adds.
+    pub step: u32,
 }
 
 /// Bytes of the log of a full batch.
@@ -68,6 +85,16 @@ impl Buffers {
         let texels: Vec<TexelRecord> = mesh.texels.iter().map(Into::into).collect();
         let directions: Vec<[f32; 4]> = directions().iter().map(|d| d.extend(0.0).into()).collect();
         let (indices, draws) = grids();
+        let texel_count = mesh.texels.len() as u64;
+        let places = places(gpu, mesh);
+        let rays = settings.visibility == Visibility::Rays;
+        let (nodes, primitives) = tree(gpu, mesh, rays)?;
+        let step = if rays {
+            (RAYS / texel_count.max(1)).clamp(1, u64::from(mesh.samples)) as u32
+        } else {
+            1
+        };
+        let pixels = if rays { 1 } else { settings.item_buffer };
         Ok(Self {
             params: empty(
                 "params",
@@ -85,33 +112,69 @@ impl Buffers {
             ),
             indices: filled(device, "indices", &indices, Usage::INDEX),
             draws: filled(device, "draws", &draws, storage | Usage::INDIRECT),
-            dispatches: empty("dispatches", 36, storage | Usage::INDIRECT),
+            dispatches: empty("dispatches", DISPATCH_BYTES, storage | Usage::INDIRECT),
+            rectangles: empty("rectangles", 16, storage | Usage::INDIRECT),
             shot: empty("shot", SHOT_BYTES, storage),
             script: empty("script", 4 * (u64::from(BATCH) + 1), storage),
             log: empty("log", LOG_BYTES, storage),
             lost: empty("lost", 4 * mesh.cells.len() as u64, storage),
-            sums: empty(
-                "sums",
-                (size_of::<CellSumRecord>() * mesh.cells.len()) as u64,
-                storage,
-            ),
+            sums: empty("sums", 16 * mesh.cells.len() as u64, storage),
+            links: empty("links", 4 * texel_count * u64::from(places), storage),
+            rows: empty("rows", ROW_BYTES * u64::from(places), storage),
+            taken: empty("taken", 4 * mesh.cells.len() as u64, storage),
+            samples: empty("samples", 16 * texel_count, storage),
+            points: filled(device, "points", &mesh.points, storage),
+            nodes: filled(device, "nodes", &nodes, storage),
+            primitives: filled(device, "primitives", &primitives, storage),
+            places,
+            step,
             radiosity: filled(device, "radiosity", &state.radiosity, storage),
             residual: filled(device, "residual", &state.residual, storage),
             irradiance: filled(device, "irradiance", &state.irradiance, storage),
-            item_buffer: target(
-                device,
-                "item buffer",
-                settings.item_buffer,
-                wgpu::TextureFormat::R32Uint,
-            ),
-            depth: target(
-                device,
-                "depth",
-                settings.item_buffer,
-                wgpu::TextureFormat::Depth32Float,
-            ),
+            item_buffer: target(device, "item buffer", pixels, wgpu::TextureFormat::R32Uint),
+            depth: target(device, "depth", pixels, wgpu::TextureFormat::Depth32Float),
         })
     }
+}
+
+/// How many rows of links fit the budget and the adapter; at least one.
+fn places(gpu: &Gpu, mesh: &Mesh) -> u32 {
+    let budget = LINK_BYTES.min(most_bytes(gpu));
+    let row = 4 * mesh.texels.len().max(1) as u64;
+    (budget / row).clamp(1, mesh.cells.len().max(1) as u64) as u32
+}
+
+/// The most that one binding holds.
+fn most_bytes(gpu: &Gpu) -> u64 {
+    let limits = gpu.device.limits();
+    limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size)
+}
+
+/// The nodes of the BVH, 20 words each, and the face of each primitive; one empty node where
+/// nobody traverses it.
+fn tree(gpu: &Gpu, mesh: &Mesh, rays: bool) -> Result<(Vec<[u32; 20]>, Vec<u32>)> {
+    if !rays {
+        return Ok((vec![[0; 20]], vec![0]));
+    }
+    let bvh = Bvh::new(mesh);
+    if bvh.depth() > RAY_STACK {
+        return Err(Error::Device(format!(
+            "{}: the tree over the faces is {} levels deep, a ray holds {RAY_STACK}: use --solver cpu",
+            gpu.line.name,
+            bvh.depth(),
+        )));
+    }
+    let mut nodes: Vec<[u32; 20]> = bvh.tree.nodes.iter().map(|node| cast(*node)).collect();
+    let mut primitives = bvh.faces;
+    if nodes.is_empty() {
+        nodes.push([0; 20]);
+    }
+    if primitives.is_empty() {
+        primitives.push(0);
+    }
+    Ok((nodes, primitives))
 }
 
 fn filled<T: Pod>(device: &wgpu::Device, label: &str, data: &[T], usage: Usage) -> wgpu::Buffer {
@@ -169,12 +232,11 @@ fn grids() -> (Vec<u32>, Vec<u32>) {
 /// Says which limit is too small before anything is allocated.
 fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
     let limits = gpu.device.limits();
-    let most = limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size);
+    let most = most_bytes(gpu);
     let needs = [
         ("texels", size_of::<TexelRecord>() * mesh.texels.len()),
         ("cells", size_of::<CellRecord>() * mesh.cells.len()),
+        ("points of the cells", 16 * mesh.points.len()),
         ("faces", size_of::<FaceRecord>() * mesh.faces.len()),
         (
             "tessellation lists",

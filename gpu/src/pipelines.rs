@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::buffers::Buffers;
 use crate::shaders::{Fault, source};
 use common::Result;
-use common::settings::{Raster, Settings};
+use common::settings::{Raster, Settings, Visibility};
 use wgpu::ShaderStages as Stages;
 
 /// A compute stage ready to run.
@@ -17,15 +17,55 @@ pub struct Stage {
 pub struct Pipelines {
     pub first: Stage,
     pub next: Stage,
-    pub tessellate: Stage,
-    pub deposit: Stage,
+    pub aim: Stage,
+    pub gather: Stage,
     pub escape: Stage,
+    pub received: Stage,
+    pub closure: Stage,
+    pub deposit: Stage,
     pub power: Stage,
+    /// None where visibility is by rays.
+    pub item_buffer: Option<ItemBufferStages>,
+}
+
+/// What draws an item buffer.
+pub struct ItemBufferStages {
+    pub kind: Raster,
+    pub tessellate: Stage,
     pub raster: wgpu::RenderPipeline,
-    pub raster_kind: Raster,
-    /// Planes of the image; each face is drawn on each.
-    pub sides: u32,
     pub raster_group: wgpu::BindGroup,
+}
+
+impl ItemBufferStages {
+    fn new(
+        device: &wgpu::Device,
+        settings: &Settings,
+        b: &Buffers,
+        faults: &[Fault],
+    ) -> Result<Self> {
+        let kind = settings.raster();
+        let file = match kind {
+            Raster::Pixel => "item_buffer",
+            Raster::Tessellated => "item_buffer_tessellated",
+        };
+        let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
+        let image = module(device, file, settings, faults)?;
+        let (raster, raster_group) = raster(device, &image, kind, &seen);
+        let lists = [
+            Read(&b.faces),
+            Read(&b.shot),
+            Uniform(&b.params),
+            Write(&b.instances),
+            Write(&b.draws),
+        ];
+        let tessellate = module(device, "tessellate", settings, faults)?;
+        Ok(Self {
+            kind,
+            tessellate: compute(device, &tessellate, "tessellate", &lists),
+            raster,
+            raster_group,
+        })
+    }
 }
 
 /// One binding of a stage.
@@ -40,22 +80,16 @@ use Slot::{Read, Texture, Uniform, Write};
 impl Pipelines {
     pub fn new(gpu: &Gpu, settings: &Settings, b: &Buffers, faults: &[Fault]) -> Result<Self> {
         let device = &gpu.device;
-        let module = |name| -> Result<wgpu::ShaderModule> {
-            let text = source(name, settings, faults)?;
-            Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(text.into()),
-            }))
-        };
         let stage = |file, entry, slots: &[Slot]| -> Result<Stage> {
-            Ok(compute(device, &module(file)?, entry, slots))
+            let module = module(device, file, settings, faults)?;
+            Ok(compute(device, &module, entry, slots))
         };
         let choice = [
             Uniform(&b.params),
-            Read(&b.faces),
             Read(&b.cells),
             Read(&b.sums),
             Read(&b.script),
+            Read(&b.rows),
             Write(&b.shot),
             Write(&b.log),
             Write(&b.dispatches),
@@ -64,41 +98,36 @@ impl Pipelines {
         let view = b
             .item_buffer
             .create_view(&wgpu::TextureViewDescriptor::default());
-        let seen = [Read(&b.faces), Read(&b.shot), Uniform(&b.params)];
-        let raster_kind = settings.raster();
-        let file = match raster_kind {
-            Raster::Pixel => "item_buffer",
-            Raster::Tessellated => "item_buffer_tessellated",
-        };
-        let (raster, raster_group) = raster(device, &module(file)?, raster_kind, &seen);
+        let rays = settings.visibility == Visibility::Rays;
+        let mut linked = vec![
+            Read(&b.faces),
+            Read(&b.shot),
+            Uniform(&b.params),
+            Read(&b.texels),
+            Read(&b.points),
+            Write(&b.samples),
+            Write(&b.links),
+        ];
+        if rays {
+            linked.extend([Read(&b.nodes), Read(&b.primitives)]);
+        } else {
+            linked.push(Texture(&view));
+        }
         let pipelines = Self {
             first: stage("select", "first", &choice)?,
             next: stage("select", "next", &choice)?,
-            tessellate: stage(
-                "tessellate",
-                "tessellate",
+            aim: stage(
+                "aim",
+                "aim",
                 &[
-                    Read(&b.faces),
-                    Read(&b.shot),
                     Uniform(&b.params),
-                    Write(&b.instances),
-                    Write(&b.draws),
+                    Read(&b.faces),
+                    Read(&b.points),
+                    Write(&b.shot),
+                    Write(&b.rectangles),
                 ],
             )?,
-            deposit: stage(
-                "deposit",
-                "deposit",
-                &[
-                    Read(&b.faces),
-                    Read(&b.shot),
-                    Uniform(&b.params),
-                    Read(&b.texels),
-                    Write(&b.radiosity),
-                    Write(&b.residual),
-                    Write(&b.irradiance),
-                    Texture(&view),
-                ],
-            )?,
+            gather: stage("link", "gather", &linked)?,
             escape: stage(
                 "escape",
                 "escape",
@@ -108,6 +137,43 @@ impl Pipelines {
                     Uniform(&b.params),
                     Read(&b.directions),
                     Write(&b.lost),
+                    Read(&b.points),
+                ],
+            )?,
+            received: stage(
+                "received",
+                "received",
+                &[
+                    Uniform(&b.params),
+                    Read(&b.cells),
+                    Read(&b.texels),
+                    Read(&b.links),
+                    Read(&b.shot),
+                    Write(&b.taken),
+                ],
+            )?,
+            closure: stage(
+                "closure",
+                "closure",
+                &[
+                    Uniform(&b.params),
+                    Read(&b.taken),
+                    Read(&b.lost),
+                    Write(&b.rows),
+                    Write(&b.shot),
+                ],
+            )?,
+            deposit: stage(
+                "deposit",
+                "deposit",
+                &[
+                    Read(&b.shot),
+                    Uniform(&b.params),
+                    Read(&b.texels),
+                    Read(&b.links),
+                    Write(&b.radiosity),
+                    Write(&b.residual),
+                    Write(&b.irradiance),
                 ],
             )?,
             power: stage(
@@ -118,18 +184,31 @@ impl Pipelines {
                     Read(&b.cells),
                     Read(&b.texels),
                     Read(&b.residual),
-                    Read(&b.irradiance),
                     Write(&b.sums),
                 ],
             )?,
-            raster,
-            raster_kind,
-            sides: settings.visibility.sides(),
-            raster_group,
+            item_buffer: if rays {
+                None
+            } else {
+                Some(ItemBufferStages::new(device, settings, b, faults)?)
+            },
         };
         gpu.check()?;
         Ok(pipelines)
     }
+}
+
+fn module(
+    device: &wgpu::Device,
+    name: &str,
+    settings: &Settings,
+    faults: &[Fault],
+) -> Result<wgpu::ShaderModule> {
+    let text = source(name, settings, faults)?;
+    Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(name),
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    }))
 }
 
 fn layout(device: &wgpu::Device, stages: Stages, slots: &[Slot]) -> wgpu::BindGroupLayout {

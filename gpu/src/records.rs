@@ -1,7 +1,7 @@
 //! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use common::mesh::{Cell, MeshFace, Texel};
+use common::mesh::{Cell, MeshFace, Texel, TexelKind};
 use common::shooting::Shot;
 
 #[repr(C)]
@@ -13,7 +13,7 @@ pub struct FaceRecord {
     edges: [[f32; 4]; 4],
     sheet: u32,
     two_sided: u32,
-    pad: [u32; 2],
+    resolution: [u32; 2],
 }
 
 impl From<&MeshFace> for FaceRecord {
@@ -25,7 +25,7 @@ impl From<&MeshFace> for FaceRecord {
             edges: face.edges.map(Into::into),
             sheet: face.sheet,
             two_sided: face.two_sided.into(),
-            pad: [0; 2],
+            resolution: face.resolution,
         }
     }
 }
@@ -39,7 +39,7 @@ pub struct CellRecord {
     face: u32,
     first: u32,
     count: u32,
-    pad: u32,
+    open: f32,
 }
 
 impl From<&Cell> for CellRecord {
@@ -51,7 +51,7 @@ impl From<&Cell> for CellRecord {
             face: cell.face,
             first: cell.first,
             count: cell.count,
-            pad: 0,
+            open: cell.open,
         }
     }
 }
@@ -63,6 +63,9 @@ pub struct TexelRecord {
     area: f32,
     reflectance: [f32; 3],
     face: u32,
+    place: [u32; 2],
+    kind: u32,
+    pad: u32,
 }
 
 impl From<&Texel> for TexelRecord {
@@ -72,16 +75,15 @@ impl From<&Texel> for TexelRecord {
             area: texel.area,
             reflectance: texel.reflectance.into(),
             face: texel.face,
+            place: texel.place,
+            kind: match texel.kind {
+                TexelKind::Quad => 0,
+                TexelKind::Upright => 1,
+                TexelKind::Inverted => 2,
+            },
+            pad: 0,
         }
     }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct CellSumRecord {
-    pub residual: [f32; 4],
-    pub received: f32,
-    pad: [f32; 3],
 }
 
 #[repr(C)]
@@ -108,7 +110,9 @@ impl From<&LogRecord> for Shot {
 }
 
 /// Bytes of `Shot`, the shot in flight.
-pub const SHOT_BYTES: u64 = 176;
+pub const SHOT_BYTES: u64 = 192;
+/// Bytes of `Row`, whose links a place keeps.
+pub const ROW_BYTES: u64 = 8;
 /// Bytes before the records of `Log`.
 pub const LOG_HEAD_BYTES: u64 = 16;
 
@@ -121,6 +125,10 @@ pub struct Params {
     pub replay: u32,
     pub threshold: f32,
     pub unit: f32,
+    pub places: u32,
+    pub step: u32,
+    pub samples: u32,
+    pub conserve: u32,
     pub pad: [u32; 2],
     pub groups: [[u32; 4]; 3],
 }

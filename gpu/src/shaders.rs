@@ -3,6 +3,7 @@
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;
+use common::sampling::STEPS;
 use common::settings::{Lookup, Settings, Visibility};
 use common::{Error, Result};
 
@@ -18,7 +19,7 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 14] = [
+const FILES: [(&str, &str); 20] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
@@ -32,6 +33,12 @@ const FILES: [(&str, &str); 14] = [
         include_str!("shaders/item_buffer_tessellated.wgsl"),
     ),
     ("lookup", include_str!("shaders/lookup.wgsl")),
+    ("sampling", include_str!("shaders/sampling.wgsl")),
+    ("rays", include_str!("shaders/rays.wgsl")),
+    ("aim", include_str!("shaders/aim.wgsl")),
+    ("link", include_str!("shaders/link.wgsl")),
+    ("received", include_str!("shaders/received.wgsl")),
+    ("closure", include_str!("shaders/closure.wgsl")),
     ("deposit", include_str!("shaders/deposit.wgsl")),
     ("escape", include_str!("shaders/escape.wgsl")),
     ("power", include_str!("shaders/power.wgsl")),
@@ -59,10 +66,14 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 /// The module of `name` with what it includes.
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
-        "deposit" => &[
+        "link" if settings.visibility == Visibility::Rays => {
+            &["sampling", "form_factor", "intersect", "rays"]
+        }
+        "link" => &[
+            "sampling",
+            "form_factor",
             "hemicube",
             "projection",
-            "form_factor",
             "intersect",
             "lookup",
         ],
@@ -111,6 +122,9 @@ fn constants(settings: &Settings) -> String {
         ("FORM_FACTOR", form_factor),
         ("FORM_FACTOR_PAPER", 0),
         ("FORM_FACTOR_DISC", 1),
+        ("STEP_U", STEPS[0]),
+        ("STEP_V", STEPS[1]),
+        ("RAY_STACK", RAY_STACK),
     ];
     for (name, value) in integers {
         text.push_str(&format!("const {name}: u32 = {value}u;\n"));
@@ -122,6 +136,7 @@ fn constants(settings: &Settings) -> String {
         ("OUTLINE", OUTLINE),
         ("MISS", MISS),
         ("END", END),
+        ("RAY_REACH", RAY_REACH),
         ("DEPTH_SCALE", DEPTH_SCALE),
         ("DEPTH_MAX", DEPTH_MAX),
         ("BELOW", BELOW),

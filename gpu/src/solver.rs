@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::batch::Recorder;
 use crate::buffers::{BATCH, Buffers, LOG_BYTES};
 use crate::pipelines::Pipelines;
-use crate::records::{CellSumRecord, LOG_HEAD_BYTES, LogRecord, Params};
+use crate::records::{LOG_HEAD_BYTES, LogRecord, Params};
 use crate::shaders::Fault;
 use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
 use common::Result;
@@ -205,6 +205,10 @@ impl<'a> GpuSolver<'a> {
             replay: replay.into(),
             threshold,
             unit: self.mesh.unit as f32,
+            places: self.buffers.places,
+            step: self.buffers.step,
+            samples: self.mesh.samples,
+            conserve: self.settings.conserve.into(),
             pad: [0; 2],
             groups: [
                 self.groups(self.mesh.texels.len().div_ceil(LANES)),
@@ -312,8 +316,8 @@ impl Engine for GpuSolver<'_> {
         self.recorder()
             .power(&mut encoder, self.groups(self.mesh.cells.len()));
         encoder.copy_buffer_to_buffer(&self.buffers.sums, 0, &staging, 0, size);
-        let sums: Vec<CellSumRecord> = pod_collect_to_vec(&self.finish(encoder, &staging)?);
-        Ok(sums.iter().map(|sum| sum.residual[3]).collect())
+        let sums: Vec<Vec4> = pod_collect_to_vec(&self.finish(encoder, &staging)?);
+        Ok(sums.iter().map(|sum| sum.w).collect())
     }
 
     fn shoot(&mut self, cell: u32) -> Result<Shot> {

@@ -17,8 +17,10 @@ const SIZE: (u32, u32) = (720, 340);
 /// A curve is thinned out to about this many points.
 const POINTS: usize = 800;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
+/// What is drawn on.
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// Whether it could be drawn.
+pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// Unshot power over emitted power after each shot, both free runs, and where they stop.
 /// None when there is nothing to draw.
@@ -81,7 +83,7 @@ pub fn convergence(cpu: &Run, gpu: &Run, epsilon: f64) -> Option<String> {
 }
 
 /// A share as the axis names it.
-fn share(y: &f64) -> String {
+pub(crate) fn share(y: &f64) -> String {
     let digits = (-(100.0 * y).log10().floor()).clamp(0.0, 10.0) as usize;
     format!("{:.digits$} %", 100.0 * y)
 }
@@ -143,10 +145,11 @@ pub fn mismatches(histogram: &[u64]) -> Option<String> {
     })
 }
 
-type Label<'a> = &'a dyn Fn(&f64) -> String;
+/// What an axis writes at a value.
+pub(crate) type Label<'a> = &'a dyn Fn(&f64) -> String;
 
 /// Axes, their names and a faint grid.
-fn mesh<'a, X, Y>(
+pub(crate) fn mesh<'a, X, Y>(
     chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
     x_name: &str,
     y_name: &str,
@@ -175,14 +178,18 @@ where
 
 /// The SVG element, scaled by the page and in its colours.
 fn svg(draw: impl FnOnce(&Area) -> Drawn) -> Option<String> {
+    svg_of(SIZE, draw)
+}
+
+/// The same in another size (CSS pixels).
+pub(crate) fn svg_of((w, h): (u32, u32), draw: impl FnOnce(&Area) -> Drawn) -> Option<String> {
     let mut text = String::new();
     {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        let area = SVGBackend::with_string(&mut text, (w, h)).into_drawing_area();
         draw(&area).ok()?;
         area.present().ok()?;
     }
     let inner = &text[text.find('>')? + 1..];
-    let (w, h) = SIZE;
     let open = format!(r#"<svg role="img" class="chart" viewBox="0 0 {w} {h}">"#);
     Some(open + &inner.replace("#010203", "currentColor"))
 }

@@ -201,10 +201,18 @@ pub fn item_buffer(ids: &[u32], size: u32) -> Picture {
 
 /// The radiosity of all texels where they lie in the atlas; transparent where no face is.
 pub fn atlas(mesh: &Mesh, radiosity: &[Vec4], exposure: Exposure) -> Picture {
+    atlas_of(mesh, |texel| {
+        let value = radiosity.get(texel).copied().unwrap_or(Vec4::NAN);
+        encode(exposure.display(value.truncate()))
+    })
+}
+
+/// A colour for each texel of the mesh where it lies in the atlas; transparent where no face is.
+pub fn atlas_of(mesh: &Mesh, colour: impl Fn(usize) -> [u8; 3]) -> Picture {
     let [w, h] = mesh.atlas;
     let mut pixels = vec![None; w as usize * h as usize];
-    for (texel, value) in mesh.texels.iter().zip(radiosity) {
-        pixels[texel.pixel as usize] = Some(encode(exposure.display(value.truncate())));
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        pixels[texel.pixel as usize] = Some(colour(k));
     }
     let step = w.max(h).div_ceil(ATLAS_SIDE).max(1);
     Picture::from_pixels(w / step, h / step, |x, y| {

@@ -38,7 +38,7 @@ fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
         bias: -0.001,
     };
     let cell = cpu.shots[0].cell;
-    let view = View::new(&mesh, &mesh.cells[cell as usize], &gpu_settings);
+    let view = View::new(&mesh, cell, 0, &gpu_settings);
     Comparison {
         cpu_energy: Energy::new(&mesh, &cpu.field, &cpu.shots),
         gpu_energy: Energy::new(&mesh, &gpu.field, &gpu.shots),

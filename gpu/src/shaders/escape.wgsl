@@ -6,22 +6,34 @@
 @group(0) @binding(2) var<uniform> params: Params;
 @group(0) @binding(3) var<storage, read> directions: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> lost: array<atomic<u32>>;  // a cell's directions
+@group(0) @binding(5) var<storage, read> points: array<vec4f>;
 
 @compute @workgroup_size(LANES)
 fn escape(@builtin(global_invocation_id) id: vec3u) {
-    if id.x < DIRECTIONS && !meets_front(to_world(directions[id.x].xyz)) {
+    if id.x < DIRECTIONS && !meets_front(start(id.x), to_world(directions[id.x].xyz)) {
         atomicAdd(&lost[shot.cell], 1u);
     }
 }
 
-fn meets_front(direction: vec3f) -> bool {
+// Where direction `k` starts: the points take turns, but light leaves from open ones only.
+fn start(k: u32) -> vec3f {
+    let n = params.samples;
+    let first = shot.cell * n;
+    var at = k % n;
+    for (var i = 0u; i < n && points[first + at].w <= 0.0; i++) {
+        at = (at + 1u) % n;
+    }
+    return points[first + at].xyz;
+}
+
+fn meets_front(origin: vec3f, direction: vec3f) -> bool {
     var front = MISS;
     var back = MISS;
     for (var face = 0u; face < params.faces; face++) {
         if faces[face].sheet == shot.sheet {
             continue;
         }
-        let hit = intersect(face, shot.centre, direction);
+        let hit = intersect(face, origin, direction);
         if hit.facing < 0.0 {
             if hit.t >= -CONTACT && hit.inside >= -OUTLINE {
                 front = min(front, hit.t);

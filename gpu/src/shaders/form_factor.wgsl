@@ -1,7 +1,7 @@
 // Form factor from a texel to the shot's cell. Twin: common/src/form_factor.rs.
 
-fn form_factor(position: vec3f, normal: vec3f, texel_area: f32) -> f32 {
-    let d = position - shot.centre;
+fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -> f32 {
+    let d = position - centre;
     let height = dot(shot.normal, d);
     if height <= CONTACT {
         return 0.0;
@@ -18,6 +18,16 @@ fn form_factor(position: vec3f, normal: vec3f, texel_area: f32) -> f32 {
         return disc(cos_i, cos_j, r2, shot.area, shot.area);
     }
     return polygon(position, normal);
+}
+
+// The weight of one point of the cell; never 0 where `f` is not.
+fn weight(centre: vec3f, position: vec3f, normal: vec3f, part: f32, f: f32) -> f32 {
+    let d = position - centre;
+    let r2 = dot(d, d);
+    let r = sqrt(r2);
+    let cos_i = max(dot(shot.normal, d) / r, 0.0);
+    let cos_j = max(-dot(normal, d) / r, 0.0);
+    return disc(cos_i, cos_j, r2, part, part) + f * 1e-6;
 }
 
 fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {

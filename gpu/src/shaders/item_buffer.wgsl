@@ -22,7 +22,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
     let face = index / 6u / SIDES;
     let side = index / 6u % SIDES;
     let limits = bound(face, side);
-    if shot.shooting == 0u || any(limits.xy >= limits.zw) {
+    if any(limits.xy >= limits.zw) {
         return seen(face, vec2f(2.0));
     }
     // Lower left 0, lower right 1, upper left 2, upper right 3: corners 0 1 2 and 2 1 3, as bits.

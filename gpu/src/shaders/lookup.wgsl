@@ -1,7 +1,9 @@
 // Whether a texel sees the shooter, asked of the item buffer. Twin: cpu/src/lookup.rs.
 
+@group(0) @binding(7) var item_buffer: texture_2d<u32>;
+
 // The nine pixels name the faces that may hide the texel; those are asked exactly.
-fn visible(position: vec3f, face: u32) -> bool {
+fn visible(centre: vec3f, position: vec3f, face: u32) -> bool {
     let p = pixels(project(to_local(position)));
     let last = i32(SIZE) - 1;
     let x = clamp(i32(floor(p.x)), 0, last);

@@ -3,16 +3,23 @@
 // whose threshold depends on the units). Twin: select and total in common/src/shooting.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
-@group(0) @binding(1) var<storage, read> faces: array<Face>;
-@group(0) @binding(2) var<storage, read> cells: array<Cell>;
-@group(0) @binding(3) var<storage, read> sums: array<CellSum>;
-@group(0) @binding(4) var<storage, read> script: array<u32>;
+@group(0) @binding(1) var<storage, read> cells: array<Cell>;
+@group(0) @binding(2) var<storage, read> sums: array<vec4f>;
+@group(0) @binding(3) var<storage, read> script: array<u32>;
+@group(0) @binding(4) var<storage, read> rows: array<Row>;
 @group(0) @binding(5) var<storage, read_write> shot: Shot;
 @group(0) @binding(6) var<storage, read_write> log: Log;
-@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;  // deposit, escape, power
+@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;  // 3 words a stage
 @group(0) @binding(8) var<storage, read_write> lost: array<u32>;     // per cell; KNOWN once counted
 
 const KNOWN = 0x80000000u;
+
+// Stages with workgroups counted here, in the order of `dispatches`.
+const DEPOSIT = 0u;
+const ESCAPE = 1u;
+const POWER = 2u;
+const GATHER = 3u;
+const RECEIVED = 4u;
 
 struct Log {
     count: u32,
@@ -20,7 +27,6 @@ struct Log {
 }
 
 var<workgroup> lane_total: array<f32, SELECT_LANES>;
-var<workgroup> lane_received: array<f32, SELECT_LANES>;
 var<workgroup> lane_power: array<f32, SELECT_LANES>;
 var<workgroup> lane_cell: array<u32, SELECT_LANES>;
 
@@ -44,27 +50,23 @@ fn next(@builtin(local_invocation_index) lane: u32) {
 
 fn reduce(lane: u32) {
     var total = 0.0;
-    var received = 0.0;
     var best = -1.0;
     var cell = 0xffffffffu;
     for (var k = lane; k < params.cells; k += SELECT_LANES) {
-        let power = sums[k].residual.w;
+        let power = sums[k].w;
         total += power;
-        received += sums[k].received;
         if power > best {
             best = power;
             cell = k;
         }
     }
     lane_total[lane] = total;
-    lane_received[lane] = received;
     lane_power[lane] = best;
     lane_cell[lane] = cell;
     for (var stride = SELECT_LANES / 2u; stride > 0u; stride /= 2u) {
         workgroupBarrier();
         if lane < stride {
             lane_total[lane] += lane_total[lane + stride];
-            lane_received[lane] += lane_received[lane + stride];
             let power = lane_power[lane + stride];
             let other = lane_cell[lane + stride];
             if power > lane_power[lane] || (power == lane_power[lane] && other < lane_cell[lane]) {
@@ -78,7 +80,7 @@ fn reduce(lane: u32) {
 fn record() {
     lost[shot.cell] |= KNOWN;
     let escaped = f32(lost[shot.cell] - KNOWN) / f32(DIRECTIONS);
-    let form_factor_sum = select(0.0, lane_received[0] / shot.area, shot.area > 0.0);
+    let form_factor_sum = rows[shot.place].sum * shot.scale;
     log.records[log.count] = Record(shot.flux, shot.cell, form_factor_sum, escaped, lane_total[0], 0u);
     log.count++;
 }
@@ -92,31 +94,36 @@ fn choose(done: u32) {
     }
     shot.shooting = u32(shooting);
     if shooting {
-        aim(cell);
+        load(cell);
     }
+    let fresh = shooting && shot.fresh == 1u;
     let known = shooting && lost[cell] >= KNOWN;
-    for (var k = 0u; k < 3u; k++) {
-        let needed = shooting && !(known && k == 1u);
-        let groups = select(vec2u(0u), params.groups[k].xy, needed);
-        dispatches[k * 3u] = groups.x;
-        dispatches[k * 3u + 1u] = groups.y;
-        dispatches[k * 3u + 2u] = 1u;
-    }
+    dispatch(DEPOSIT, params.groups[0], shooting);
+    dispatch(ESCAPE, params.groups[1], shooting && !known);
+    dispatch(POWER, params.groups[2], shooting);
+    dispatch(GATHER, params.groups[0], fresh);
+    dispatch(RECEIVED, params.groups[2], fresh);
 }
 
-fn aim(cell: u32) {
-    let face = cells[cell].face;
-    shot.centre = cells[cell].centre;
+// Workgroups of a stage, none where it has nothing to do.
+fn dispatch(stage: u32, groups: vec4u, needed: bool) {
+    let some = select(vec2u(0u), groups.xy, needed);
+    dispatches[stage * 3u] = some.x;
+    dispatches[stage * 3u + 1u] = some.y;
+    dispatches[stage * 3u + 2u] = 1u;
+}
+
+fn load(cell: u32) {
     shot.area = cells[cell].area;
-    shot.normal = faces[face].plane.xyz;
-    shot.tangent = faces[face].tangent.xyz;
-    shot.bitangent = cross(shot.normal, shot.tangent);
-    shot.sheet = faces[face].sheet;
-    shot.face = face;
+    shot.open = cells[cell].open;
+    shot.face = cells[cell].face;
     shot.corners = cells[cell].corners;
-    shot.flux = sums[cell].residual.xyz;
+    shot.flux = sums[cell].xyz;
     shot.radiosity = shot.flux / shot.area;
     shot.cell = cell;
     shot.first = cells[cell].first;
     shot.count = cells[cell].count;
+    shot.place = cell % params.places;
+    shot.fresh = u32(rows[shot.place].cell != cell + 1u);
+    shot.next = 0u;
 }

@@ -40,7 +40,7 @@ fn widest(face: u32) -> f32 {
 @compute @workgroup_size(SELECT_LANES)
 fn tessellate(@builtin(local_invocation_index) lane: u32) {
     var count = 0u;
-    if shot.shooting == 1u {
+    if shot.shooting == 1u && shot.fresh == 1u {
         for (var base = 0u; base < params.faces; base += SELECT_LANES) {
             levels[lane] = HIDDEN;
             if base + lane < params.faces {

@@ -8,7 +8,7 @@ struct Face {
     edges: array<vec4f, 4>,  // inward edge planes; zero for the edge that a triangle lacks
     sheet: u32,
     two_sided: u32,
-    pad: vec2u,
+    resolution: vec2u,       // texels W×H
 }
 
 struct Cell {
@@ -18,7 +18,7 @@ struct Cell {
     face: u32,
     first: u32,
     count: u32,
-    pad: u32,
+    open: f32,               // share of its points on which no body stands
 }
 
 struct Texel {
@@ -26,11 +26,18 @@ struct Texel {
     area: f32,
     reflectance: vec3f,
     face: u32,
+    place: vec2u,            // lower corner on the face's lattice
+    kind: u32,               // QUAD, UPRIGHT or INVERTED
+    pad: u32,
 }
 
-struct CellSum {
-    residual: vec4f,         // Σ r·A per channel; w: Σ|r|·A
-    received: f32,           // Σ F·A of the latest shot
+const QUAD = 0u;
+const INVERTED = 2u;
+
+// The links of one cell to all texels, kept: whose they are, and ΣF.
+struct Row {
+    cell: u32,               // its number + 1; 0: an empty place
+    sum: f32,
 }
 
 // The shot in flight: who shoots, what, and how many shots of this batch are done.
@@ -49,6 +56,13 @@ struct Shot {
     flux: vec3f,             // radiosity × area
     first: u32,
     count: u32,
+    sample: u32,             // the sample in hand, of which `centre` is the point
+    next: u32,               // the sample after the ones in hand
+    fresh: u32,              // 1: its links are to be made
+    place: u32,              // where its links are kept
+    scale: f32,              // what they are multiplied by
+    open: f32,
+    pad: u32,
 }
 
 struct Record {
@@ -67,7 +81,12 @@ struct Params {
     replay: u32,             // 1: the script chooses
     threshold: f32,          // Σ|r|A at which a greedy run has converged
     unit: f32,               // scene units per mesh unit
-    groups: array<vec4u, 3>, // workgroups of deposit, escape, power
+    places: u32,             // rows of links that are kept
+    step: u32,               // samples of one dispatch
+    samples: u32,            // points of a cell
+    conserve: u32,           // 1: scale each shot to its exact closure
+    pad: vec2u,
+    groups: array<vec4u, 3>, // workgroups over texels, directions, cells
 }
 
 // Workgroups beyond one dimension's limit go to the second.

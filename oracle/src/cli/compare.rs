@@ -10,11 +10,11 @@ use clap::{Args, Parser};
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::scene::Scene;
-use common::settings::Visibility;
+use common::settings::{Quality, Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `compare`.
 #[derive(Args, Clone)]
@@ -38,21 +38,13 @@ struct Demo {
 
 /// `compare` on the bundled Cornell box.
 pub fn demo() -> Result<Outcome> {
-    // From the root of a checkout by its short name, from anywhere else by where it was built.
-    let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
-    let local = "scenes/cornell_box.obj";
-    let scene = if Path::new(local).exists() {
-        local
-    } else {
-        bundled
-    };
-    run(&Demo::parse_from(["radiosity", scene]).arguments)
+    let scene = super::bundled("cornell_box.obj");
+    run(&Demo::parse_from(["radiosity".into(), scene.into_os_string()]).arguments)
 }
 
 /// Compares and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
-    common.no_rays_on_gpu()?;
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
@@ -65,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Err(error @ Error::NoAdapter(_)) => return Err(cpu_only(arguments, error)),
         Err(error) => return Err(error),
     };
-    let settings = common.settings(Visibility::Stereographic, FormFactor::Disc, 1)?;
+    let settings = settings(common)?;
     let mut comparisons = Vec::new();
     for scene in &scenes {
         let request = Request {
@@ -102,6 +94,26 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Outcome::Done
     } else {
         Outcome::Disagree
+    })
+}
+
+/// Whole faces and centre to centre: which pair sees which is a yes or a no, so that it can be
+/// compared pair by pair.
+fn settings(common: &Common) -> Result<Settings> {
+    if common.samples.is_some_and(|samples| samples > 1) {
+        return Err(Error::Usage(
+            "compare judges pairs of centres: --samples is for solve, or 1".into(),
+        ));
+    }
+    if common.quality() == Quality::Reference {
+        return Err(Error::Usage(
+            "compare judges one setting: --quality reference is for solve".into(),
+        ));
+    }
+    Ok(Settings {
+        cells: common.cells.unwrap_or(1),
+        samples: 1,
+        ..common.settings(Visibility::Stereographic, FormFactor::Disc)?
     })
 }
 

@@ -1,7 +1,10 @@
-//! The command line: `solve`, `compare`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `diff`, `converge`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod compare;
+mod converge;
+mod diff;
+mod matrix;
 mod options;
 mod progress;
 mod solve;
@@ -9,6 +12,7 @@ pub mod warnings;
 
 use clap::{Parser, Subcommand};
 use common::Error;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Progressive radiosity solved by rays on the CPU and by a hemisphere item buffer on the GPU,
@@ -27,6 +31,10 @@ enum Command {
     Solve(solve::Arguments),
     /// Solve scenes on CPU and GPU and explain every difference; writes report.html
     Compare(compare::Arguments),
+    /// Compare two results (directories of solve), the second one as the truth; writes diff.html
+    Diff(diff::Arguments),
+    /// Measure how the error falls and the time grows with each parameter; writes converge.html
+    Converge(converge::Arguments),
     /// List the GPU adapters found
     Adapters,
 }
@@ -48,6 +56,8 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Some(Command::Solve(arguments)) => solve::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Diff(arguments)) => diff::run(&arguments),
+        Some(Command::Converge(arguments)) => converge::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         None => compare::demo(),
     };
@@ -60,8 +70,21 @@ pub fn main() -> ExitCode {
                 Error::Input { .. } | Error::Usage(_) => 2,
                 Error::NoAdapter(_) | Error::Device(_) => 3,
                 Error::Write { .. } => 4,
+                // As a shell reports a program that Ctrl-C ended.
+                Error::Interrupted => 130,
             })
         }
+    }
+}
+
+/// A scene of ours: from the root of a checkout by its short name, from anywhere else by where it
+/// was built.
+fn bundled(name: &str) -> PathBuf {
+    let local = Path::new("scenes").join(name);
+    if local.exists() {
+        local
+    } else {
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes")).join(name)
     }
 }
 

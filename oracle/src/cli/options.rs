@@ -3,13 +3,34 @@
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
-use common::settings::{Lookup, Raster, Settings, Visibility};
+use common::settings::{Lookup, Quality, Raster, Settings, Visibility};
 use common::{Error, Result};
+
+/// `--quality`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum QualityOption {
+    /// A first look
+    Draft,
+    /// A few per cent
+    Normal,
+    /// Refined until the answer settles, about 1 %
+    Reference,
+}
+
+impl From<QualityOption> for Quality {
+    fn from(option: QualityOption) -> Self {
+        match option {
+            QualityOption::Draft => Self::Draft,
+            QualityOption::Normal => Self::Normal,
+            QualityOption::Reference => Self::Reference,
+        }
+    }
+}
 
 /// `--visibility`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum VisibilityOption {
-    /// Rays (CPU)
+    /// Rays
     Rays,
     /// Item buffer by Table 3 as printed
     Paper,
@@ -76,33 +97,42 @@ pub enum LookupOption {
 /// How to read the scene, solve it and talk about it.
 #[derive(Args, Clone)]
 pub struct Common {
-    /// Texels per side of a face
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=8192))]
-    pub texels: u32,
-    /// Stop when unshot power ≤ X × emitted power
-    #[arg(long, value_name = "X", default_value_t = 0.001, value_parser = epsilon, allow_negative_numbers = true)]
-    pub epsilon: f64,
-    /// Stop after N shots
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
-    pub max_shots: u32,
+    /// Sets texels, cells, samples and epsilon together; the single options override it [default: normal]
+    #[arg(long, value_enum)]
+    pub quality: Option<QualityOption>,
+    /// Texels per side of a face [default: 16; draft 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
+    pub texels: Option<u32>,
+    /// Stop when unshot power ≤ X × emitted power [default: 0.001; draft 0.01, reference 0.0001]
+    #[arg(long, value_name = "X", value_parser = epsilon, allow_negative_numbers = true)]
+    pub epsilon: Option<f64>,
+    /// Stop after N shots [default: 1000000]
+    #[arg(long, value_name = "N")]
+    pub max_shots: Option<u32>,
     /// How it is decided whether a texel sees a shooter [default: rays on the CPU, stereographic on the GPU]
     #[arg(long, value_enum)]
     pub visibility: Option<VisibilityOption>,
-    /// Item buffer pixels a side
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=8192))]
-    pub item_buffer: u32,
+    /// Item buffer pixels a side [default: 1024]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
+    pub item_buffer: Option<u32>,
     /// How faces get into the item buffer [default: pixel, and tessellated for paper]
     #[arg(long, value_enum)]
     pub raster: Option<RasterOption>,
-    /// Item buffer pixels that a texel asks
-    #[arg(long, value_enum, default_value = "3x3")]
-    pub lookup: LookupOption,
+    /// Item buffer pixels that a texel asks [default: 3x3]
+    #[arg(long, value_enum)]
+    pub lookup: Option<LookupOption>,
     /// Form factor [default: polygon, and disc for compare]
     #[arg(long, value_enum)]
     pub form_factor: Option<FormFactorOption>,
-    /// Each face shoots as K×K cells [default: 4, and 1 for compare]
+    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; compare 1]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub cells: Option<u32>,
+    /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16; compare 1]
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub samples: Option<u32>,
+    /// Scale each shot's form factors to the exact closure
+    #[arg(long)]
+    pub conserve: bool,
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
@@ -132,29 +162,36 @@ fn epsilon(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl Common {
-    /// The settings, with a command's own defaults.
-    pub fn settings(
-        &self,
-        visibility: Visibility,
-        form_factor: FormFactor,
-        cells: u32,
-    ) -> Result<Settings> {
+    /// The quality in force.
+    pub fn quality(&self) -> Quality {
+        self.quality.map_or(Quality::Normal, Into::into)
+    }
+
+    /// The settings of `solve`.
+    pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
+        let quality = self.quality();
+        let (texels, cells, samples, epsilon) = quality.settings();
+        let default = Settings::default();
         let mut settings = Settings {
-            texels: self.texels,
-            epsilon: self.epsilon,
-            max_shots: self.max_shots,
+            quality,
+            texels: self.texels.unwrap_or(texels),
+            epsilon: self.epsilon.unwrap_or(epsilon),
+            max_shots: self.max_shots.unwrap_or(default.max_shots),
             visibility: self.visibility.map_or(visibility, Into::into),
-            item_buffer: self.item_buffer,
+            item_buffer: self.item_buffer.unwrap_or(default.item_buffer),
             raster: match self.raster {
                 Some(RasterOption::Tessellated) => Raster::Tessellated,
                 Some(RasterOption::Pixel) | None => Raster::Pixel,
             },
             lookup: match self.lookup {
-                LookupOption::Exact => Lookup::Exact,
-                LookupOption::Neighbours => Lookup::Neighbours,
+                Some(LookupOption::Exact) => Lookup::Exact,
+                Some(LookupOption::Neighbours) => Lookup::Neighbours,
+                None => default.lookup,
             },
             form_factor: self.form_factor.map_or(form_factor, Into::into),
             cells: self.cells.unwrap_or(cells),
+            samples: self.samples.unwrap_or(samples),
+            conserve: self.conserve,
         };
         let asked = settings.raster;
         settings.raster = settings.raster();
@@ -175,13 +212,52 @@ impl Common {
         }
     }
 
-    /// Rays run on the CPU.
-    pub fn no_rays_on_gpu(&self) -> Result<()> {
-        if self.visibility == Some(VisibilityOption::Rays) {
-            return Err(Error::Usage(
-                "--visibility rays needs --solver cpu: the GPU has hemisphere, stereographic, hemicube and paper".into(),
-            ));
+    /// Options of shooting that the matrix has no use for, by name.
+    pub fn not_for_matrix(&self) -> Result<()> {
+        let polygon = |f: &FormFactorOption| *f != FormFactorOption::Polygon;
+        let given = [
+            ("--cells", self.cells.is_some(), "every texel shoots"),
+            (
+                "--quality",
+                self.quality.is_some(),
+                "--texels alone decides",
+            ),
+            (
+                "--samples",
+                self.samples.is_some(),
+                "it samples until it settles",
+            ),
+            ("--conserve", self.conserve, "its form factors are exact"),
+            (
+                "--max-shots",
+                self.max_shots.is_some(),
+                "nothing is shot one by one",
+            ),
+            (
+                "--item-buffer",
+                self.item_buffer.is_some(),
+                "visibility is by rays",
+            ),
+            ("--lookup", self.lookup.is_some(), "visibility is by rays"),
+            ("--raster", self.raster.is_some(), "visibility is by rays"),
+            (
+                "--visibility",
+                self.visibility.is_some_and(|v| v != VisibilityOption::Rays),
+                "only rays",
+            ),
+            (
+                "--form-factor",
+                self.form_factor.is_some_and(|f| polygon(&f)),
+                "only polygon",
+            ),
+            ("--adapter", self.adapter.is_some(), "it runs on the CPU"),
+            ("--require-gpu", self.require_gpu, "it runs on the CPU"),
+        ];
+        match given.into_iter().find(|(_, given, _)| *given) {
+            Some((option, _, reason)) => Err(Error::Usage(format!(
+                "{option} does not go with --solver matrix ({reason}): leave it out"
+            ))),
+            None => Ok(()),
         }
-        Ok(())
     }
 }

@@ -2,17 +2,20 @@
 
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
-use super::{Outcome, warnings};
+use super::{Outcome, matrix, warnings};
+use crate::refine::{Rung, refine};
 use clap::{Args, ValueEnum};
 use common::energy::Energy;
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::mesh::Mesh;
-use common::settings::{Settings, Visibility};
+use common::scene::Scene;
+use common::settings::{Quality, Settings, Visibility};
 use common::shooting::{self, Engine, Run, solve};
 use common::solution::{Seconds, Solution, prepare};
 use common::{Error, Result};
 use cpu::CpuSolver;
+use cpu::cover::sampled;
 use gpu::{Gpu, GpuSolver, adapters};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -24,21 +27,23 @@ enum SolverOption {
     Cpu,
     /// Item buffer
     Gpu,
+    /// The dense linear system over all texels, up to about 10 000 of them
+    Matrix,
 }
 
 /// Arguments of `solve`.
 #[derive(Args)]
 pub struct Arguments {
     /// An .obj (with its .mtl), a .gltf or a .glb
-    scene: PathBuf,
+    pub scene: PathBuf,
     /// Who solves [default: gpu where there is a hardware adapter, else cpu]
     #[arg(long, value_enum)]
     solver: Option<SolverOption>,
     /// Where lightmap.exr and result.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
+    pub out: PathBuf,
     #[command(flatten)]
-    common: Common,
+    pub common: Common,
 }
 
 /// The solve that a comparison without an adapter still does.
@@ -57,6 +62,9 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
 /// Solves and writes.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
+    if arguments.solver == Some(SolverOption::Matrix) {
+        return matrix::run(arguments);
+    }
     let solver = choose(arguments)?;
     let start = Instant::now();
     let scene = load(&arguments.scene, &common.import())?;
@@ -67,10 +75,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     prepare(&arguments.out)?;
     listen();
 
-    let start = Instant::now();
-    let settings = |visibility| common.settings(visibility, FormFactor::Polygon, 4);
     let device = match solver {
-        SolverOption::Cpu => None,
+        SolverOption::Cpu | SolverOption::Matrix => None,
         SolverOption::Gpu => Some(Gpu::open(common.adapter.as_deref())),
     };
     // Without an adapter the CPU does what it can, and the exit code says that it was not asked.
@@ -82,24 +88,27 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(error) = &missing {
         eprintln!("note: {error}; solving on the CPU");
     }
-    let settings = settings(if device.is_some() {
-        Visibility::Stereographic
-    } else {
-        Visibility::Rays
-    })?;
-    let mesh = Mesh::uniform(&scene, settings.texels, settings.cells)?;
-    let mut engine: Box<dyn Engine> = match &device {
-        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, &settings)?),
-        None => Box::new(CpuSolver::new(&mesh, &settings)),
+    let settings = settings(common, device.is_some())?;
+    let mut timing = Seconds {
+        load: load_seconds,
+        ..Seconds::default()
     };
-    let prepare_seconds = start.elapsed().as_secs_f64();
-
-    let start = Instant::now();
-    let run = shoot(engine.as_mut(), &settings, &scene.name, common.quiet)?;
-    let solve_seconds = start.elapsed().as_secs_f64();
-
+    let mut rung =
+        |settings: &Settings| rung(&scene, settings, device.as_ref(), common.quiet, &mut timing);
     let mut notes = scene.notes.clone();
-    notes.extend(fewer_cells(&mesh, &settings));
+    let (rung, mesh, field) = if settings.quality == Quality::Reference && common.cells.is_none() {
+        let refined = refine(&scene, &settings, rung, interrupted)?;
+        for note in &refined.notes {
+            eprintln!("note: {note}");
+        }
+        notes.extend(refined.notes);
+        (refined.rung, refined.answer, refined.field)
+    } else {
+        let rung = rung(&settings)?;
+        let (mesh, field) = (rung.mesh.clone(), rung.run.field.clone());
+        (rung, mesh, field)
+    };
+    notes.extend(fewer_cells(&rung.mesh, &rung.settings));
     if interrupted() {
         notes.push("interrupted: the result is what had been shot by then".into());
     }
@@ -108,21 +117,61 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         mesh: &mesh,
         solver: if device.is_some() { "gpu" } else { "cpu" },
         adapter: device.as_ref().map(|gpu| gpu.line.name.as_str()),
-        settings: &settings,
-        run: &run,
-        warnings: &warnings::of(&mesh, &run),
-        notes: &notes,
-        seconds: Seconds {
-            load: load_seconds,
-            prepare: prepare_seconds,
-            solve: solve_seconds,
+        settings: &Settings {
+            texels: settings.texels,
+            ..rung.settings.clone()
         },
+        run: &Run {
+            field,
+            ..rung.run.clone()
+        },
+        warnings: &warnings::of(&rung.mesh, &rung.run),
+        notes: &notes,
+        matrix: None,
+        seconds: timing,
     };
     solution.write(&arguments.out)?;
     if !common.quiet {
         summary(&solution, arguments);
     }
     missing.map_or(Ok(Outcome::Done), Err)
+}
+
+/// The settings in force. The most accurate visibility of a solver is its default; at reference
+/// quality that is rays on both.
+fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
+    let visibility = if on_gpu && common.quality() != Quality::Reference {
+        Visibility::Stereographic
+    } else {
+        Visibility::Rays
+    };
+    common.settings(visibility, FormFactor::Polygon)
+}
+
+/// One solve at given settings.
+fn rung(
+    scene: &Scene,
+    settings: &Settings,
+    device: Option<&Gpu>,
+    quiet: bool,
+    timing: &mut Seconds,
+) -> Result<Rung> {
+    let start = Instant::now();
+    let mesh = sampled(scene, settings)?;
+    let mut engine: Box<dyn Engine> = match device {
+        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
+        None => Box::new(CpuSolver::new(&mesh, settings)),
+    };
+    timing.prepare += start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let run = shoot(engine.as_mut(), settings, &scene.name, quiet)?;
+    timing.solve += start.elapsed().as_secs_f64();
+    drop(engine);
+    Ok(Rung {
+        settings: settings.clone(),
+        mesh,
+        run,
+    })
 }
 
 fn choose(arguments: &Arguments) -> Result<SolverOption> {
@@ -138,9 +187,6 @@ fn choose(arguments: &Arguments) -> Result<SolverOption> {
         return Err(Error::Usage(
             "--require-gpu contradicts --solver cpu".into(),
         ));
-    }
-    if solver == SolverOption::Gpu {
-        common.no_rays_on_gpu()?;
     }
     Ok(solver)
 }
@@ -180,11 +226,13 @@ fn summary(solution: &Solution, arguments: &Arguments) {
         100.0 * energy.share(energy.escaped),
         100.0 * energy.share(energy.closure),
     );
+    wrote(solution, &arguments.out);
+}
+
+/// The warnings, and where the files are.
+pub fn wrote(solution: &Solution, out: &Path) {
     for warning in solution.warnings {
         eprintln!("warning: {}", warning.message);
     }
-    eprintln!(
-        "wrote {}/lightmap.exr and result.json",
-        arguments.out.display()
-    );
+    eprintln!("wrote {}/lightmap.exr and result.json", out.display());
 }

@@ -37,13 +37,18 @@ pub fn difference(mesh: &Mesh, a: &Field, b: &Field) -> Difference {
 }
 
 fn channel_difference(mesh: &Mesh, a: &Field, b: &Field, channel: usize) -> Difference {
+    figures(mesh.texels.iter().enumerate().map(|(k, texel)| {
+        let reflected =
+            |f: &Field| f64::from(f.radiosity[k][channel]) - f64::from(texel.emission[channel]);
+        (f64::from(texel.area), reflected(a), reflected(b))
+    }))
+}
+
+/// The figures of one channel from (area, a, b) of every texel; 0/0 is agreement: no light.
+pub fn figures(texels: impl Iterator<Item = (f64, f64, f64)>) -> Difference {
     let (mut square, mut signed, mut truth_square, mut truth, mut area, mut largest) =
         (0.0, 0.0, 0.0, 0.0, 0.0, 0f64);
-    for (k, texel) in mesh.texels.iter().enumerate() {
-        let weight = f64::from(texel.area);
-        let emission = f64::from(texel.emission[channel]);
-        let x = f64::from(a.radiosity[k][channel]) - emission;
-        let y = f64::from(b.radiosity[k][channel]) - emission;
+    for (weight, x, y) in texels {
         square += weight * (x - y) * (x - y);
         signed += weight * (x - y);
         truth_square += weight * y * y;
@@ -51,7 +56,6 @@ fn channel_difference(mesh: &Mesh, a: &Field, b: &Field, channel: usize) -> Diff
         area += weight;
         largest = largest.max((x - y).abs());
     }
-    // 0/0 is agreement: a channel without light.
     let ratio = |x: f64, y: f64| if x == 0.0 { 0.0 } else { x / y };
     Difference {
         relative_rms: ratio(square, truth_square).sqrt(),

@@ -18,6 +18,7 @@ use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use common::shooting::{self, Engine, Run, Shot, replay, solve};
 use cpu::CpuSolver;
+use cpu::item_buffer::{ItemBuffer, View};
 use difference::difference;
 use gpu::{Fault, Gpu, GpuSolver};
 use std::ops::ControlFlow;
@@ -58,6 +59,7 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
     let _ = progress("WGSL against twin", 0, 0);
     let stages = stages::stages(&mesh, &gpu_settings, cpu_solver.rays(), &mut fresh()?)?;
     let item_buffer = picture(
+        &mesh,
         &gpu_settings,
         cpu.shots.first().map_or(0, |shot| shot.cell),
         &mut fresh()?,
@@ -130,7 +132,26 @@ fn watch(
     progress(phase, (done * 1000.0) as u64, 1000)
 }
 
-fn picture(settings: &Settings, cell: u32, solver: &mut GpuSolver) -> Result<ItemBufferPicture> {
+/// What a shooter sees. Rays have no item buffer; one is drawn for the eye.
+fn picture(
+    mesh: &Mesh,
+    settings: &Settings,
+    cell: u32,
+    solver: &mut GpuSolver,
+) -> Result<ItemBufferPicture> {
+    if settings.visibility == Visibility::Rays {
+        let size = settings.item_buffer;
+        let drawn = Settings {
+            visibility: Visibility::Stereographic,
+            ..settings.clone()
+        };
+        let view = View::new(mesh, cell, 0, &drawn);
+        return Ok(ItemBufferPicture {
+            cell,
+            size,
+            ids: ItemBuffer::draw(mesh, &view).ids,
+        });
+    }
     solver.shoot(cell)?;
     Ok(ItemBufferPicture {
         cell,

@@ -13,7 +13,7 @@ use crate::comparison::Pairs;
 use common::constants::HIDDEN;
 use common::form_factor::form_factor;
 use common::mesh::{Cell, Mesh};
-use common::settings::{Raster, Settings};
+use common::settings::{Raster, Settings, Visibility};
 use common::shooting::Engine;
 use common::{Error, Result};
 use cpu::item_buffer::{ItemBuffer, View};
@@ -42,19 +42,26 @@ pub fn pairs(
     progress: &mut dyn FnMut(),
 ) -> Result<Pairs> {
     let mut tally = Tally::default();
-    for (k, cell) in mesh.cells.iter().enumerate() {
+    for k in 0..mesh.cells.len() {
         solver.shoot(k as u32)?;
         let seen = solver.irradiance()?;
-        let buffer = ItemBuffer {
-            size: settings.item_buffer,
-            ids: solver.item_buffer()?,
+        let buffer = if settings.visibility == Visibility::Rays {
+            ItemBuffer {
+                size: 1,
+                ids: vec![0],
+            }
+        } else {
+            ItemBuffer {
+                size: settings.item_buffer,
+                ids: solver.item_buffer()?,
+            }
         };
         if seen.len() != mesh.texels.len()
             || buffer.ids.len() != (buffer.size * buffer.size) as usize
         {
             return Err(Error::Device("the GPU's visibility is incomplete".into()));
         }
-        let probe = Probe::new(mesh, settings, rays, cell, &buffer, &seen);
+        let probe = Probe::new(mesh, settings, rays, k as u32, &buffer, &seen);
         tally = tally.merge(probe.count(k as u32));
         progress();
     }
@@ -92,16 +99,16 @@ impl<'a> Probe<'a> {
         mesh: &'a Mesh,
         settings: &'a Settings,
         rays: &'a Rays,
-        cell: &'a Cell,
+        cell: u32,
         buffer: &'a ItemBuffer,
         seen: &'a [Vec4],
     ) -> Self {
-        let view = View::new(mesh, cell, settings);
+        let view = View::new(mesh, cell, 0, settings);
         Self {
             mesh,
             settings,
             rays,
-            cell,
+            cell: &mesh.cells[cell as usize],
             buffer,
             seen,
             view,
@@ -148,6 +155,13 @@ impl<'a> Probe<'a> {
         let by_pixels = self.seen[k].w > 0.0;
         tally.facing += 1;
         tally.weight += weight;
+        if self.settings.visibility == Visibility::Rays {
+            // The same rays: nothing explains a difference.
+            if by_rays != by_pixels {
+                tally.mismatch(cell, k as u32, weight, None);
+            }
+            return;
+        }
         let p = pixels(
             project(self.view.visibility, self.view.frame.local(texel.position)),
             self.buffer.size,

@@ -8,19 +8,21 @@ use common::constants::{OUTLINE, SELECT_LANES};
 use common::escape::{DIRECTIONS, directions};
 use common::form_factor::FormFactor;
 use common::mesh::{Cell, Mesh};
-use common::reduce::tree_sum;
-use common::settings::{Raster, Settings};
+use common::settings::{Raster, Settings, Visibility};
 use common::shooting::{Engine, Field, Order, Shot, select};
 use common::{Error, Result};
 use cpu::deposit::{Flash, deposit};
 use cpu::escape::escape;
 use cpu::item_buffer::{ItemBuffer, View};
+use cpu::link::{Sums, sample};
 use cpu::lookup::visible;
-use cpu::power::power;
+use cpu::power;
 use cpu::rays::Rays;
 use glam::Vec3;
 use gpu::GpuSolver;
 use rayon::prelude::*;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::ops::ControlFlow;
 
 /// Shots that are checked.
@@ -49,10 +51,11 @@ pub fn stages(
     let mut deposits = Tally::default();
     let mut escapes = Tally::default();
     let mut powers = Tally::default();
-    let mut received = Tally::default();
+    let mut received_sums = Tally::default();
     let mut choices = Tally::default();
     let mut boundary = 0u64;
     let directions = directions();
+    let mut kept: HashMap<u32, Vec<f32>> = HashMap::new();
     for _ in 0..SHOTS {
         let before = solver.field()?;
         let power_before = solver.cell_power()?;
@@ -65,34 +68,41 @@ pub fn stages(
             .get(shot.cell as usize)
             .ok_or_else(|| Error::Device("the log names no cell".into()))?;
         let after = solver.field()?;
-        let view = View::new(mesh, shooter, settings);
-        let buffer = ItemBuffer {
-            size: settings.item_buffer,
-            ids: solver.item_buffer()?,
-        };
-        let twin = ItemBuffer::draw(mesh, &view);
-        boundary += boundary_pixels(&twin);
-        for (a, b) in buffer.ids.iter().zip(&twin.ids) {
-            item_buffer.add(f64::from(u8::from(a != b)));
+        // A cell's links are made at its first shot and kept: so are the twin's.
+        if let Entry::Vacant(place) = kept.entry(shot.cell) {
+            let sight = Sight::new(mesh, settings, rays, shot.cell, solver)?;
+            if let Sight::ItemBuffer(view, buffer) = &sight {
+                let twin = ItemBuffer::draw(mesh, view);
+                boundary += boundary_pixels(&twin);
+                for (a, b) in buffer.ids.iter().zip(&twin.ids) {
+                    item_buffer.add(f64::from(u8::from(a != b)));
+                }
+            }
+            place.insert(sight.links(mesh, settings, shot.cell));
         }
+        let links = &kept[&shot.cell];
         deposits.extend(deposit_errors(
-            mesh, settings, shooter, &view, &buffer, &before, &after,
+            mesh, settings, shot.cell, links, &before, &after,
         ));
-        let share = escape(mesh, rays, shooter, &directions);
+        let share = escape(mesh, rays, shot.cell, &directions);
         escapes.add(f64::from((share - shot.escaped).abs()) * DIRECTIONS as f64);
         let sums: Vec<_> = mesh
             .cells
             .iter()
-            .map(|cell| power(mesh, &after, cell))
+            .map(|cell| power::power(mesh, &after, cell))
             .collect();
         let cell_power = solver.cell_power()?;
         for (a, b) in cell_power.iter().zip(&sums) {
-            powers.add(ulps(*a, b.residual.w));
+            powers.add(ulps(*a, b.w));
         }
         let area = shooter.shooter.area;
-        let twin_sum = tree_sum::<f32, SELECT_LANES>(0.0, sums.len(), |k| sums[k].received);
-        let twin_sum = if area > 0.0 { twin_sum / area } else { 0.0 };
-        received.add(ulps(shot.form_factor_sum, twin_sum));
+        let links: Vec<f32> = after.irradiance.iter().map(|h| h.w).collect();
+        let taken: Vec<f32> = mesh
+            .cells
+            .iter()
+            .map(|cell| power::received(mesh, &links, cell))
+            .collect();
+        received_sums.add(ulps(shot.form_factor_sum, power::closure(&taken, area)));
     }
     let texels_per_lane = mesh
         .cells
@@ -120,14 +130,73 @@ pub fn stages(
     let mut raster = item_buffer.stage("item buffer", bound, reason);
     raster.max_ulp = item_buffer.differing as f64 / boundary.max(1) as f64;
     raster.pass = raster.values > 0 && raster.max_ulp <= raster.bound;
-    Ok(vec![
-        raster,
+    // Rays draw nothing.
+    let drawn = (settings.visibility != Visibility::Rays).then_some(raster);
+    let mut stages: Vec<Stage> = drawn.into_iter().collect();
+    stages.extend([
         deposits.stage("lookup, form factor, deposit", deposit_roundings, "roundings of B, r, H on the same item buffer, in ulp of the value and of the uncosined transfer"),
         escapes.stage("escape", 2.0, "directions of 1024 judged otherwise: a ray through an edge"),
         powers.stage("power", sum_roundings, "ulp of a cell's sum: additions in one lane + tree + products"),
-        received.stage("received", all_roundings, "ulp of ΣF: the same over all cells"),
+        received_sums.stage("received", all_roundings, "ulp of ΣF: the same over all cells"),
         choices.stage("select", 0.0, "choices of the next shooter that differ on the same powers"),
-    ])
+    ]);
+    Ok(stages)
+}
+
+/// What decides whether a texel sees the shooter.
+enum Sight<'a> {
+    Rays(&'a Rays),
+    ItemBuffer(View, ItemBuffer),
+}
+
+impl<'a> Sight<'a> {
+    /// The solver's own item buffer of its latest shot, or rays.
+    fn new(
+        mesh: &Mesh,
+        settings: &Settings,
+        rays: &'a Rays,
+        cell: u32,
+        solver: &mut GpuSolver,
+    ) -> Result<Self> {
+        if settings.visibility == Visibility::Rays {
+            return Ok(Self::Rays(rays));
+        }
+        let size = settings.item_buffer;
+        let view = View::new(mesh, cell, 0, settings);
+        let ids = solver.item_buffer()?;
+        Ok(Self::ItemBuffer(view, ItemBuffer { size, ids }))
+    }
+
+    /// The twin's links of `cell` to all texels.
+    fn links(&self, mesh: &Mesh, settings: &Settings, cell: u32) -> Vec<f32> {
+        let shooter = &mesh.cells[cell as usize];
+        let of = |k: u32| {
+            let face = mesh.texels[k as usize].face;
+            let mut sums = Sums::default();
+            let visible = |q, p| self.sees(mesh, settings, shooter.face, q, p, face);
+            sample(mesh, settings.form_factor, cell, k, 0, &mut sums, visible);
+            sums.link(mesh.samples, shooter.open)
+        };
+        (0..mesh.texels.len() as u32)
+            .into_par_iter()
+            .map(of)
+            .collect()
+    }
+
+    fn sees(
+        &self,
+        mesh: &Mesh,
+        settings: &Settings,
+        from: u32,
+        q: Vec3,
+        p: Vec3,
+        face: u32,
+    ) -> bool {
+        match self {
+            Self::Rays(rays) => rays.visible(q, p, [from, face]),
+            Self::ItemBuffer(view, buffer) => visible(mesh, buffer, view, settings.lookup, p, face),
+        }
+    }
 }
 
 /// One shot of the solver's own choice; none when nothing is left to shoot.
@@ -140,22 +209,22 @@ fn greedy(solver: &mut GpuSolver) -> Result<Option<Shot>> {
     Ok(chosen)
 }
 
-/// What the twin makes of the state `before`, given the GPU's own item buffer, against `after`.
+/// What the twin makes of the state `before`, given the twin's links, against `after`.
 fn deposit_errors(
     mesh: &Mesh,
     settings: &Settings,
-    cell: &Cell,
-    view: &View,
-    buffer: &ItemBuffer,
+    number: u32,
+    links: &[f32],
     before: &Field,
     after: &Field,
 ) -> Tally {
-    let flux = power(mesh, before, cell).residual.truncate();
+    let cell = &mesh.cells[number as usize];
+    let flux = power::power(mesh, before, cell).truncate();
     let flash = Flash {
         mesh,
         cell,
         radiosity: flux / cell.shooter.area,
-        form_factor: settings.form_factor,
+        scale: 1.0,
     };
     let errors: Vec<f64> = (0..mesh.texels.len())
         .into_par_iter()
@@ -165,16 +234,7 @@ fn deposit_errors(
                 before.residual[k],
                 before.irradiance[k],
             );
-            deposit(&flash, k as u32, (&mut b, &mut r, &mut h), |texel| {
-                visible(
-                    mesh,
-                    buffer,
-                    view,
-                    settings.lookup,
-                    texel.position,
-                    texel.face,
-                )
-            });
+            deposit(&flash, k as u32, links[k], (&mut b, &mut r, &mut h));
             let transfer = transfer(settings.form_factor, cell, mesh.texels[k].position);
             let scale = flash.radiosity.abs().max_element() * transfer;
             [

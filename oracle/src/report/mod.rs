@@ -2,10 +2,12 @@
 
 mod figures;
 mod json;
-mod number;
+pub(crate) mod number;
 mod page;
 mod section;
 mod tables;
 
 pub use json::json;
+pub(crate) use page::document;
 pub use page::html;
+pub(crate) use section::{chart, colour_bar, figure};

@@ -7,9 +7,25 @@ use crate::comparison::Comparison;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("style.css");
+const TITLE: &str = "Radiosity: CPU against GPU";
 
 /// The whole report; `notes` says what was left out and why.
 pub fn html(comparisons: &[Comparison], notes: &[String]) -> String {
+    let body = html! {
+        header #top {
+            h1 { (TITLE) }
+            (headline(comparisons))
+        }
+        @if !notes.is_empty() { div.notes { @for note in notes { p { (note) } } } }
+        (overview(comparisons))
+        (explanation())
+        @for (k, c) in comparisons.iter().enumerate() { (section(k, c)) }
+    };
+    document(TITLE, &index(comparisons), &body)
+}
+
+/// A page in the reports' look, in one file that needs no other: `nav` is the bar on top.
+pub fn document(title: &str, nav: &Markup, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -17,21 +33,12 @@ pub fn html(comparisons: &[Comparison], notes: &[String]) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { "Radiosity: CPU against GPU" }
+                title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                (index(comparisons))
-                main {
-                    header #top {
-                        h1 { "Radiosity: CPU against GPU" }
-                        (headline(comparisons))
-                    }
-                    @if !notes.is_empty() { div.notes { @for note in notes { p { (note) } } } }
-                    (overview(comparisons))
-                    (explanation())
-                    @for (k, c) in comparisons.iter().enumerate() { (section(k, c)) }
-                }
+                (nav)
+                main { (body) }
             }
         }
     };

@@ -5,6 +5,7 @@ use super::number::{count, number, percent};
 use super::tables;
 use crate::comparison::Comparison;
 use crate::picture::{DIVERGING, decode};
+use common::settings::Visibility;
 use maud::{Markup, PreEscaped, html};
 
 /// The section of comparison `k`.
@@ -76,7 +77,8 @@ fn verdict(c: &Comparison) -> Markup {
     }
 }
 
-fn figure(class: &str, source: &str, alt: &str, caption: Markup) -> Markup {
+/// A picture with its caption.
+pub fn figure(class: &str, source: &str, alt: &str, caption: Markup) -> Markup {
     html! {
         figure class=(class) {
             @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
@@ -128,7 +130,7 @@ fn views(f: &Figures) -> Markup {
 }
 
 /// From −range to +range.
-fn colour_bar(range: f64) -> Markup {
+pub fn colour_bar(range: f64) -> Markup {
     let stops: Vec<String> = DIVERGING.iter().map(|c| css(decode(*c))).collect();
     html! {
         span.scale {
@@ -168,7 +170,10 @@ fn visibility(c: &Comparison, f: &Figures) -> Markup {
 }
 
 fn visibility_name(c: &Comparison) -> String {
-    format!("{:?}", c.gpu_settings.visibility).to_lowercase()
+    match c.gpu_settings.visibility {
+        Visibility::Rays => "stereographic (drawn for the eye: the GPU asked rays)".to_owned(),
+        other => format!("{other:?}").to_lowercase(),
+    }
 }
 
 fn convergence(f: &Figures) -> Markup {
@@ -181,7 +186,8 @@ fn convergence(f: &Figures) -> Markup {
     }
 }
 
-fn chart(svg: Option<&str>, otherwise: &str, caption: Markup) -> Markup {
+/// A chart with its caption, or what to say where there is none.
+pub fn chart(svg: Option<&str>, otherwise: &str, caption: Markup) -> Markup {
     html! {
         figure.wide {
             @if let Some(svg) = svg { (PreEscaped(svg)) } @else { p.none { (otherwise) } }

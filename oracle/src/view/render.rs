@@ -55,23 +55,14 @@ impl View {
 
     /// Each hit coloured (linear, 0…1) and averaged over its pixel; transparent where none is.
     pub fn shade(&self, colour: impl Fn(&Hit) -> Vec3 + Sync) -> Picture {
-        let (samples, side) = (self.size * SUPERSAMPLING, SUPERSAMPLING);
-        let rgba = (0..self.size * self.size)
-            .into_par_iter()
-            .flat_map_iter(|k| {
-                let (x, y) = (k % self.size * side, k / self.size * side);
-                let inside = (0..side * side).filter_map(|s| {
-                    let index = (y + s / side) * samples + x + s % side;
-                    self.hits[index as usize].as_ref()
-                });
-                let (mut sum, mut count) = (Vec3::ZERO, 0);
-                for hit in inside {
-                    sum += colour(hit).clamp(Vec3::ZERO, Vec3::ONE);
-                    count += 1;
-                }
+        let side = SUPERSAMPLING * SUPERSAMPLING;
+        let pixels = self.gather(|hit| colour(hit).clamp(Vec3::ZERO, Vec3::ONE));
+        let rgba = pixels
+            .into_iter()
+            .flat_map(|(sum, count)| {
                 let mean = if count > 0 { sum / count as f32 } else { sum };
                 let [r, g, b] = encode(mean);
-                [r, g, b, (255 * count / (side * side)) as u8]
+                [r, g, b, (255 * count / side) as u8]
             })
             .collect();
         Picture {
@@ -79,5 +70,31 @@ impl View {
             height: self.size,
             rgba,
         }
+    }
+
+    /// The mean value of each pixel's hits, row by row from the upper left; none where none is.
+    pub fn mean(&self, value: impl Fn(&Hit) -> Vec3 + Sync) -> Vec<Option<Vec3>> {
+        let pixels = self.gather(value).into_iter();
+        pixels
+            .map(|(sum, count)| (count > 0).then(|| sum / count as f32))
+            .collect()
+    }
+
+    /// Sum and number of each pixel's hits.
+    fn gather(&self, value: impl Fn(&Hit) -> Vec3 + Sync) -> Vec<(Vec3, u32)> {
+        let (samples, side) = (self.size * SUPERSAMPLING, SUPERSAMPLING);
+        (0..self.size * self.size)
+            .into_par_iter()
+            .map(|k| {
+                let (x, y) = (k % self.size * side, k / self.size * side);
+                let inside = (0..side * side).filter_map(|s| {
+                    let index = (y + s / side) * samples + x + s % side;
+                    self.hits[index as usize].as_ref()
+                });
+                inside.fold((Vec3::ZERO, 0), |(sum, count), hit| {
+                    (sum + value(hit), count + 1)
+                })
+            })
+            .collect()
     }
 }

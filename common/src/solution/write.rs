@@ -1,6 +1,5 @@
-//! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`.
-//!
-//! Both are written to a temporary name first and renamed when complete, the description last.
+//! Writes a solve: both files go to a temporary name first and are renamed when complete, the
+//! description last.
 
 use crate::energy::Energy;
 use crate::error::{Error, Result};
@@ -18,6 +17,9 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
+
+/// The options that the matrix solver obeys.
+const MATRIX_SETTINGS: [&str; 3] = ["texels", "visibility", "form-factor"];
 
 /// Something that may put the answer more than 2 % off.
 #[derive(Clone, Debug, Serialize)]
@@ -47,7 +49,7 @@ pub struct Solution<'a> {
     pub scene: &'a Scene,
     /// Its texels.
     pub mesh: &'a Mesh,
-    /// "cpu" or "gpu".
+    /// "cpu", "gpu" or "matrix".
     pub solver: &'a str,
     /// The GPU's name.
     pub adapter: Option<&'a str>,
@@ -59,6 +61,8 @@ pub struct Solution<'a> {
     pub warnings: &'a [Warning],
     /// Everything else worth saying.
     pub notes: &'a [String],
+    /// What the matrix solver says of its accuracy; it has no shots and obeys none of their options.
+    pub matrix: Option<Value>,
     /// Phases.
     pub seconds: Seconds,
 }
@@ -76,7 +80,7 @@ impl Solution<'_> {
     }
 
     fn description(&self, write_seconds: f64) -> Value {
-        json!({
+        let mut description = json!({
             "scene": self.scene.name,
             "solver": self.solver,
             "adapter": self.adapter,
@@ -94,7 +98,15 @@ impl Solution<'_> {
                 "write": write_seconds,
             },
             "faces": self.faces(),
-        })
+        });
+        if let Some(matrix) = &self.matrix {
+            description["matrix"] = matrix.clone();
+            description["shots"] = 0.into();
+            if let Some(settings) = description["settings"].as_object_mut() {
+                settings.retain(|name, _| MATRIX_SETTINGS.contains(&name.as_str()));
+            }
+        }
+        description
     }
 
     fn faces(&self) -> Vec<Value> {

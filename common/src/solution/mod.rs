@@ -1,0 +1,9 @@
+//! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`,
+//! written by [`write`] and read back by [`read`], which decodes the pixels by [`pixels`].
+
+pub mod pixels;
+pub mod read;
+pub mod write;
+
+pub use read::Stored;
+pub use write::{Seconds, Solution, Warning, atlas_channel, lightmap, prepare, write_file};

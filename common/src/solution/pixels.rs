@@ -1,0 +1,97 @@
+//! The pixels of an EXR file as named planes of 32-bit floats.
+
+use crate::error::{Error, Result};
+use exr::meta::MetaData;
+use exr::prelude::{ReadChannels, ReadLayers, Vec2, read};
+use std::collections::BTreeMap;
+use std::panic::catch_unwind;
+use std::path::Path;
+
+/// More values than this are refused before anything is allocated for them: 4 GB.
+const MAX_VALUES: u64 = 1 << 30;
+
+/// One image: all planes have `width × height` values, row by row from the upper left.
+#[derive(Clone, Debug, Default)]
+pub struct Planes {
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Values by channel name.
+    pub channels: BTreeMap<String, Vec<f32>>,
+}
+
+impl Planes {
+    /// Reads the first layer of the EXR file at `path`; half floats and integers are converted.
+    ///
+    /// Errors: not an EXR, damaged, cut short, deep, subsampled, or of more than `max_pixels`.
+    pub fn read(path: &Path, max_pixels: u64) -> Result<Self> {
+        let refuse = |message: String| Error::input(path, "", message);
+        let bytes = std::fs::read(path).map_err(|e| refuse(format!("cannot be read: {e}")))?;
+        check(&bytes, max_pixels).map_err(refuse)?;
+        // The decoder indexes by what a damaged file says; whatever it does, it is the file's fault.
+        catch_unwind(|| decode(&bytes))
+            .unwrap_or_else(|_| Err("damaged".into()))
+            .map_err(|message| {
+                refuse(format!(
+                    "cannot be decoded ({message}): write or copy it again"
+                ))
+            })
+    }
+
+    /// The planes `prefix`R, G and B, if all three are there.
+    pub fn colours(&self, prefix: &str) -> Option<[&[f32]; 3]> {
+        let plane = |letter| {
+            self.channels
+                .get(&format!("{prefix}{letter}"))
+                .map(Vec::as_slice)
+        };
+        Some([plane("R")?, plane("G")?, plane("B")?])
+    }
+}
+
+/// What the header promises, before memory is taken for it.
+fn check(bytes: &[u8], max_pixels: u64) -> std::result::Result<(), String> {
+    let meta = MetaData::read_from_buffered(bytes, true)
+        .map_err(|error| format!("is no EXR file that can be read ({error})"))?;
+    let header = meta.headers.first().ok_or("has no layer")?;
+    if meta.headers.iter().any(|header| header.deep) {
+        return Err("holds deep pixels: a flat image is needed".into());
+    }
+    let Vec2(width, height) = header.layer_size;
+    let pixels = (width as u64).saturating_mul(height as u64);
+    let values = pixels.saturating_mul(header.channels.list.len() as u64);
+    if pixels > max_pixels || values > MAX_VALUES {
+        return Err(format!(
+            "has {width}×{height} pixels of {} channels: more than can belong to the faces",
+            header.channels.list.len()
+        ));
+    }
+    let subsampled = |c: &exr::meta::attribute::ChannelDescription| c.sampling != Vec2(1, 1);
+    match header.channels.list.iter().find(|c| subsampled(c)) {
+        Some(channel) => Err(format!("its channel {} is subsampled", channel.name)),
+        None => Ok(()),
+    }
+}
+
+fn decode(bytes: &[u8]) -> std::result::Result<Planes, String> {
+    // Pedantic: a file that was cut short is an error, not a picture with a black part.
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .pedantic()
+        .from_buffered(std::io::Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    let layer = image.layer_data;
+    let channels = layer.channel_data.list.into_iter();
+    Ok(Planes {
+        width: layer.size.0,
+        height: layer.size.1,
+        channels: channels
+            .map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()))
+            .collect(),
+    })
+}

@@ -1,0 +1,190 @@
+//! What a solve writes is read back bit for bit, and nothing else is taken for it.
+
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use common::settings::Settings;
+use common::shooting::{Field, Run, initial};
+use common::solution::{Seconds, Solution, Stored};
+use glam::{DVec3, Vec3, Vec4};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("stored-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn scene() -> Scene {
+    let p = |x: f64, y: f64| DVec3::new(x, y, 1.0 / 3.0);
+    let quad = [p(0.0, 0.0), p(4.1, 0.0), p(3.0, 2.0), p(0.5, 1.0)];
+    let triangle = [p(7.0, 0.0), p(9.0, 0.1), p(7.0, 3.0)];
+    let faces = vec![
+        Face::quad("floor", quad, Vec3::new(0.1, 0.2, 0.3), Vec3::splat(0.7)),
+        Face::triangle("“ü”", triangle, Vec3::ZERO, Vec3::new(0.1, 0.5, 0.9)),
+    ];
+    let scene = Scene {
+        name: "two.obj".into(),
+        faces,
+        notes: Vec::new(),
+    };
+    scene.two_sided()
+}
+
+/// Values that no other texel or channel has, large, small and negative ones among them.
+fn field(mesh: &Mesh) -> Field {
+    let value = |salt: f32| {
+        let value = move |k: usize| {
+            let x = (k as f32 + 1.0) * salt;
+            Vec4::new(x.sin() * 1e-30, x * 1e20, -x / 3.0, 0.0)
+        };
+        (0..mesh.texels.len()).map(value).collect()
+    };
+    Field {
+        radiosity: value(1.0),
+        residual: value(7.0),
+        irradiance: value(13.0),
+        ..initial(mesh, "by hand")
+    }
+}
+
+/// Writes the scene with 5×5 texels a face and returns mesh and field.
+fn write(dir: &Path) -> (Mesh, Field) {
+    let scene = scene();
+    // Cells change the order of the mesh's texels, and must not change the file's.
+    let mesh = Mesh::uniform(&scene, 6, 3).unwrap();
+    let field = field(&mesh);
+    let solution = Solution {
+        matrix: None,
+        scene: &scene,
+        mesh: &mesh,
+        solver: "cpu",
+        adapter: None,
+        settings: &Settings::default(),
+        run: &Run {
+            shots: Vec::new(),
+            emitted: 1.0,
+            converged: true,
+            field: field.clone(),
+        },
+        warnings: &[],
+        notes: &[],
+        seconds: Seconds::default(),
+    };
+    solution.write(dir).unwrap();
+    (mesh, field)
+}
+
+#[test]
+fn a_solve_is_read_back_bit_for_bit() {
+    let dir = folder("exact");
+    let (mesh, field) = write(&dir);
+    let stored = Stored::read(&dir).unwrap();
+    let scene = scene();
+    assert_eq!(stored.scene.name, scene.name);
+    assert_eq!(stored.scene.faces.len(), 4);
+    for (read, face) in stored.scene.faces.iter().zip(&scene.faces) {
+        assert_eq!(read.name, face.name);
+        assert_eq!(read.shape, face.shape);
+        assert_eq!(read.corners, face.corners);
+        assert_eq!(read.emission, face.emission);
+        assert_eq!(read.reflectance, face.reflectance);
+        assert_eq!((read.from, read.partner), (face.from, face.partner));
+    }
+    assert_eq!(stored.resolutions, vec![[6, 6]; 4]);
+    let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let at = stored.texels(texel.face as usize).start + texel.index as usize;
+        assert_eq!(
+            bits(stored.radiosity[at]),
+            bits(field.radiosity[k].truncate())
+        );
+        let others = [
+            ("residual", &field.residual),
+            ("irradiance", &field.irradiance),
+        ];
+        for (name, values) in others {
+            assert_eq!(bits(stored.others[name][at]), bits(values[k].truncate()));
+        }
+        assert_eq!(stored.emission[at], texel.emission);
+    }
+    assert!(!stored.others.contains_key("error"));
+}
+
+/// Reads after one change of the description.
+fn changed(dir: &Path, change: impl Fn(&mut Value)) -> String {
+    let path = dir.join("result.json");
+    let before = fs::read(&path).unwrap();
+    let mut description: Value = serde_json::from_slice(&before).unwrap();
+    change(&mut description);
+    fs::write(&path, description.to_string()).unwrap();
+    let message = Stored::read(dir).map(|_| ()).unwrap_err().to_string();
+    fs::write(&path, before).unwrap();
+    message
+}
+
+#[test]
+fn a_bad_description_names_the_file_and_the_face() {
+    let dir = folder("bad");
+    write(&dir);
+    let cases: [(&str, &str, Value); 8] = [
+        ("/faces/1/texels", "face 1", json!([6, 5])),
+        ("/faces/1/texels", "face 1", json!([7, 7])),
+        ("/faces/0/rect", "face 0", json!([900, 0, 6, 6])),
+        (
+            "/faces/0/rect",
+            "face 0",
+            json!([4_294_967_295u32, 0, 6, 6]),
+        ),
+        ("/faces/0/corners/3", "", json!([0, 0])),
+        ("/faces/0/kind", "face 0", json!("triangle")),
+        ("/faces/0/emission", "", json!([0, 1e99, 0])),
+        ("/faces", "faces", json!([])),
+    ];
+    for (pointer, place, value) in cases {
+        let message = changed(&dir, |d| *d.pointer_mut(pointer).unwrap() = value.clone());
+        let file = if pointer.ends_with("rect") {
+            "lightmap.exr"
+        } else {
+            "result.json"
+        };
+        assert!(
+            message.contains(file) && message.contains(place),
+            "{pointer}: {message}"
+        );
+    }
+    let many = json!([4_000_000_000u32, 4_000_000_000u32]);
+    let message = changed(&dir, |d| {
+        d["faces"][0]["texels"] = many.clone();
+        d["faces"][0]["rect"] = json!([0, 0, many[0], many[1]]);
+    });
+    assert!(message.contains("too many texels"), "{message}");
+    let message = changed(&dir, |d| *d = json!([1]));
+    assert!(message.contains("result.json"), "{message}");
+    Stored::read(&dir).unwrap();
+}
+
+#[test]
+fn a_damaged_lightmap_is_an_error_at_every_length() {
+    let dir = folder("cut");
+    write(&dir);
+    let path = dir.join("lightmap.exr");
+    let bytes = fs::read(&path).unwrap();
+    for length in (0..bytes.len()).step_by(11).chain([bytes.len() - 1]) {
+        fs::write(&path, &bytes[..length]).unwrap();
+        let message = Stored::read(&dir).map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("lightmap.exr"), "{length}: {message}");
+    }
+    // A changed byte may pass unseen, but never ends the program.
+    for at in (0..bytes.len()).step_by(7) {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 0x55;
+        fs::write(&path, &bytes).unwrap();
+        let _ = Stored::read(&dir);
+    }
+    fs::remove_file(&path).unwrap();
+    let message = Stored::read(&dir).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("cannot be read"), "{message}");
+}

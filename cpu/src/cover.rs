@@ -1,0 +1,59 @@
+//! Where a body stands on a face: such a point sees neither a front nor the open.
+
+use crate::intersect::intersect;
+use crate::rays::Rays;
+use common::Result;
+use common::constants::{CONTACT, MISS, OUTLINE};
+use common::escape::directions;
+use common::mesh::{Mesh, MeshFace};
+use common::scene::Scene;
+use common::settings::Settings;
+use glam::Vec3;
+
+/// Directions asked, every 32nd of the 1024: a point outside a body would have to be walled in
+/// by backs on all sides but 1/32 to be taken for covered.
+const STEP: usize = 31;
+
+/// The mesh of a solve at these settings.
+pub fn sampled(scene: &Scene, settings: &Settings) -> Result<Mesh> {
+    let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
+    sample(&mut mesh, settings.samples);
+    Ok(mesh)
+}
+
+/// Looks at each cell of `mesh` in `samples` open points.
+pub fn sample(mesh: &mut Mesh, samples: u32) {
+    let rays = Rays::new(mesh);
+    let directions: Vec<Vec3> = directions().into_iter().step_by(STEP).collect();
+    mesh.sample(samples, |face, point| open(&rays, face, point, &directions));
+}
+
+fn open(rays: &Rays, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
+    let bitangent = face.normal.cross(face.tangent);
+    directions.iter().any(|d| {
+        let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
+        leaves(rays, face.sheet, point, direction)
+    })
+}
+
+/// Whether the ray meets a front before a back, or nothing. A front that touches the point covers
+/// it, as fronts that touch exchange nothing.
+fn leaves(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
+    let mut front = MISS;
+    let mut back = MISS;
+    rays.along(origin, direction, |face| {
+        if face.sheet == sheet {
+            return;
+        }
+        let hit = intersect(face, origin, direction);
+        let touches = (hit.t * hit.facing).abs() <= CONTACT;
+        if hit.facing < 0.0 && !touches {
+            if hit.t > 0.0 && hit.inside >= -OUTLINE {
+                front = front.min(hit.t);
+            }
+        } else if hit.t >= -CONTACT && hit.inside >= OUTLINE {
+            back = back.min(hit.t);
+        }
+    });
+    back == MISS || front <= back
+}

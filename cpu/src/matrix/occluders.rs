@@ -1,0 +1,116 @@
+//! The faces that may block, and those of them that enter a shaft: an obvhs BVH2 of faces, walked
+//! with the shaft's planes.
+
+use super::polygon::{Plane, Polygon};
+use super::shaft::Shaft;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use glam::{DVec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use std::time::Duration;
+
+/// A face, one-sided for light, opaque from both sides.
+pub struct Occluder {
+    /// Outline.
+    pub polygon: Polygon,
+    /// Front plane, unit normal; zero on a face without area.
+    pub plane: Plane,
+    /// Its sheet (see [`common::mesh::MeshFace::sheet`]).
+    pub sheet: u32,
+}
+
+/// All faces of a scene, in the mesh's unit.
+pub struct Occluders {
+    /// In the scene's order.
+    pub faces: Vec<Occluder>,
+    bvh: Bvh2,
+    /// The face of each primitive of the BVH.
+    index: Vec<u32>,
+}
+
+impl Occluders {
+    /// The faces of `scene`, which `mesh` holds in f32.
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
+        let faces: Vec<Occluder> = scene
+            .faces
+            .iter()
+            .zip(&mesh.faces)
+            .map(|(face, small)| {
+                let corners: Vec<DVec3> = face.outline().iter().map(|p| mesh.local(*p)).collect();
+                let normal = face.vector_area().normalize_or_zero();
+                Occluder {
+                    polygon: Polygon::new(&corners),
+                    plane: Plane::through(corners[0], normal),
+                    sheet: small.sheet,
+                }
+            })
+            .collect();
+        let index: Vec<u32> = (0..faces.len() as u32)
+            .filter(|k| faces[*k as usize].plane.normal != DVec3::ZERO)
+            .collect();
+        let boxes: Vec<Aabb> = index
+            .iter()
+            .map(|k| bounds(&faces[*k as usize].polygon))
+            .collect();
+        let mut build_time = Duration::ZERO;
+        Self {
+            bvh: build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut build_time),
+            faces,
+            index,
+        }
+    }
+
+    /// Appends the faces that enter `shaft`, but for the sheets of its ends.
+    pub fn entering(&self, shaft: &Shaft, ends: [u32; 2], found: &mut Vec<u32>) {
+        if self.index.is_empty() {
+            return;
+        }
+        let mut stack = vec![0usize];
+        while let Some(node) = stack.pop().map(|k| &self.bvh.nodes[k]) {
+            let aabb = node.aabb();
+            if shaft.misses_box(wide(aabb.min), wide(aabb.max)) {
+                continue;
+            }
+            let first = node.first_index as usize;
+            if !node.is_leaf() {
+                stack.extend([first, first + 1]);
+                continue;
+            }
+            for primitive in first..first + node.prim_count as usize {
+                let k = self.index[self.bvh.primitive_indices[primitive] as usize];
+                let face = &self.faces[k as usize];
+                if !ends.contains(&face.sheet) && !shaft.misses(&face.polygon, &face.plane) {
+                    found.push(k);
+                }
+            }
+        }
+        // The tree's order is no property of the scene.
+        found.sort_unstable();
+    }
+
+    /// Whether one of `faces` alone hides the shaft's ends from each other.
+    pub fn one_hides(&self, shaft: &Shaft, faces: &[u32]) -> bool {
+        faces.iter().any(|k| {
+            let face = &self.faces[*k as usize];
+            shaft.hidden_by(&face.polygon, &face.plane)
+        })
+    }
+}
+
+fn bounds(polygon: &Polygon) -> Aabb {
+    let mut aabb = Aabb::empty();
+    for corner in polygon.corners() {
+        aabb.extend(corner.as_vec3().into());
+    }
+    // Room for the rounding to f32.
+    let margin = Vec3A::splat(4.0 * f32::EPSILON);
+    aabb.min -= margin;
+    aabb.max += margin;
+    aabb
+}
+
+fn wide(p: Vec3A) -> DVec3 {
+    DVec3::new(f64::from(p.x), f64::from(p.y), f64::from(p.z))
+}

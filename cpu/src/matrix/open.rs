@@ -1,0 +1,251 @@
+//! The open part of each texel: its area without the footprints of the bodies that stand on it.
+//!
+//! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is
+//! cut along these, and each piece is open or covered as a whole. Covered means that every ray over
+//! its hemisphere meets a back first, or a front that touches; of fronts that lie on each other the
+//! first of the file is the open one.
+
+use super::occluders::Occluders;
+use super::pair::Patch;
+use super::polygon::{Plane, Polygon};
+use super::shaft::TOUCH;
+use crate::intersect::intersect;
+use crate::rays::Rays;
+use common::constants::{CONTACT, MISS, OUTLINE};
+use common::escape::directions;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::texel;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Pieces at most: beyond, a piece is what its centroid is.
+const PIECES: usize = 64;
+
+/// A texel as the matrix sees it.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// Its face.
+    pub face: u32,
+    /// Area in squared mesh units.
+    pub area: f64,
+    /// The open share of the area.
+    pub open: f64,
+    /// The open part, in patches of at most four corners.
+    pub patches: Vec<Patch>,
+}
+
+/// The elements of all texels, in the mesh's order.
+pub fn elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<Element> {
+    let directions = directions();
+    let covers: Vec<Cover> = (0..mesh.faces.len())
+        .into_par_iter()
+        .map(|f| Cover::new(occluders, f))
+        .collect();
+    mesh.texels
+        .par_iter()
+        .map(|texel| {
+            let f = texel.face as usize;
+            let outline = texel::outline(&scene.faces[f], mesh.faces[f].resolution, texel.index);
+            let corners: Vec<DVec3> = outline.corners().iter().map(|p| mesh.local(*p)).collect();
+            let whole = Patch::new(Polygon::new(&corners), occluders.faces[f].plane);
+            let mut element = Element {
+                face: texel.face,
+                area: whole.area,
+                open: 0.0,
+                patches: Vec::new(),
+            };
+            if whole.area > 0.0 && whole.plane.normal != DVec3::ZERO {
+                let covered =
+                    |patch: &Patch| covers[f].covered(mesh, occluders, rays, &directions, patch);
+                element.find_open(whole, &covers[f].lines, covered);
+            }
+            element
+        })
+        .collect()
+}
+
+impl Element {
+    fn find_open(&mut self, whole: Patch, lines: &[Line], covered: impl Fn(&Patch) -> bool) {
+        let mut pieces = vec![whole.polygon];
+        for line in lines {
+            if pieces.len() >= PIECES {
+                break;
+            }
+            pieces = pieces.iter().flat_map(|piece| line.cut(piece)).collect();
+        }
+        let mut open: Vec<Patch> = pieces
+            .iter()
+            .flat_map(Polygon::quads)
+            .map(|[a, b, c, d]| {
+                let corners = [a, b, c, d];
+                let count = if c == d { 3 } else { 4 };
+                Patch::new(Polygon::new(&corners[..count]), whole.plane)
+            })
+            .filter(|patch| patch.area > 0.0)
+            .collect();
+        let count = open.len();
+        open.retain(|patch| !covered(patch));
+        if open.len() == count {
+            // Nothing stands here: what cut the texel was a sheet, or passed beside it.
+            open = vec![whole];
+        }
+        self.open = (open.iter().map(|patch| patch.area).sum::<f64>() / whole.area).min(1.0);
+        self.patches = open;
+    }
+}
+
+/// Where other faces meet a face's plane.
+struct Cover {
+    face: usize,
+    lines: Vec<Line>,
+    /// Earlier fronts in the same plane.
+    earlier: Vec<u32>,
+}
+
+impl Cover {
+    fn new(occluders: &Occluders, face: usize) -> Self {
+        let own = &occluders.faces[face];
+        let mut cover = Self {
+            face,
+            lines: Vec::new(),
+            earlier: Vec::new(),
+        };
+        for (k, other) in occluders.faces.iter().enumerate() {
+            let flat = own.plane.normal == DVec3::ZERO || other.plane.normal == DVec3::ZERO;
+            if other.sheet == own.sheet || flat {
+                continue;
+            }
+            let [low, high] = other.polygon.heights(&own.plane);
+            if low > TOUCH || high < -TOUCH {
+                continue;
+            }
+            let coplanar = low >= -TOUCH && high <= TOUCH;
+            if coplanar && own.plane.normal.dot(other.plane.normal) > 0.0 {
+                if k > face {
+                    continue;
+                }
+                cover.earlier.push(k as u32);
+            }
+            if coplanar {
+                let edges = other
+                    .polygon
+                    .edges()
+                    .map(|[a, b]| Line::new(a, b, &own.plane));
+                cover.lines.extend(edges.flatten());
+            } else if high > TOUCH {
+                cover.lines.extend(meeting(&other.polygon, &own.plane));
+            }
+        }
+        cover
+    }
+
+    /// Whether light neither reaches nor leaves the patch.
+    fn covered(
+        &self,
+        mesh: &Mesh,
+        occluders: &Occluders,
+        rays: &Rays,
+        directions: &[Vec3],
+        patch: &Patch,
+    ) -> bool {
+        let inside = |k: &u32| {
+            let face = &occluders.faces[*k as usize];
+            face.polygon
+                .edges()
+                .all(|[a, b]| face.plane.normal.cross(b - a).dot(patch.centre - a) > 0.0)
+        };
+        if self.earlier.iter().any(inside) {
+            return true;
+        }
+        let face = &mesh.faces[self.face];
+        let bitangent = face.normal.cross(face.tangent);
+        let origin = patch.centre.as_vec3();
+        directions.iter().all(|d| {
+            let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
+            dark(rays, face.sheet, origin, direction)
+        })
+    }
+}
+
+/// Whether the ray meets a back before any front, or a front that touches its origin. A back that
+/// touches is that of another front in the same plane.
+fn dark(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
+    let (mut front, mut back) = (MISS, MISS);
+    rays.along(origin, direction, |face| {
+        let hit = intersect(face, origin, direction);
+        if face.sheet == sheet || hit.inside < -OUTLINE || hit.t < -4.0 * CONTACT {
+            return;
+        }
+        let touches = (hit.t * hit.facing).abs() <= CONTACT;
+        if hit.facing < 0.0 && !touches {
+            front = front.min(hit.t);
+        } else if hit.facing < 0.0 || !touches {
+            back = back.min(hit.t);
+        }
+    });
+    back < MISS && back <= front
+}
+
+/// The line in which a face meets a plane.
+fn meeting(polygon: &Polygon, plane: &Plane) -> Option<Line> {
+    let mut points: Vec<DVec3> = Vec::new();
+    for [a, b] in polygon.edges() {
+        let (h, k) = (plane.height(a), plane.height(b));
+        if h.abs() <= TOUCH {
+            points.push(a);
+        } else if k.abs() > TOUCH && h * k < 0.0 {
+            points.push(a + (b - a) * (h / (h - k)));
+        }
+    }
+    let first = *points.first()?;
+    let last = points
+        .iter()
+        .max_by(|a, b| a.distance(first).total_cmp(&b.distance(first)))?;
+    Line::new(first, *last, plane)
+}
+
+/// A segment in a face's plane.
+struct Line {
+    start: DVec3,
+    direction: DVec3,
+    length: f64,
+    /// Through the segment, perpendicular to the face.
+    side: Plane,
+}
+
+impl Line {
+    fn new(a: DVec3, b: DVec3, plane: &Plane) -> Option<Self> {
+        let direction = (b - a).reject_from(plane.normal).try_normalize()?;
+        Some(Self {
+            start: a,
+            direction,
+            length: a.distance(b),
+            side: Plane::through(a, plane.normal.cross(direction)),
+        })
+    }
+
+    /// The piece, or its two halves where the segment passes through its inside.
+    fn cut(&self, piece: &Polygon) -> Vec<Polygon> {
+        let [low, high] = piece.heights(&self.side);
+        if low >= -TOUCH || high <= TOUCH {
+            return vec![*piece];
+        }
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for [a, b] in piece.edges() {
+            let (h, k) = (self.side.height(a), self.side.height(b));
+            if h * k <= 0.0 && h != k {
+                let s = self.direction.dot(a + (b - a) * (h / (h - k)) - self.start);
+                (from, to) = (from.min(s), to.max(s));
+            }
+        }
+        if to.min(self.length) - from.max(0.0) <= TOUCH {
+            return vec![*piece];
+        }
+        let (above, below) = piece.split(&self.side);
+        [above, below]
+            .into_iter()
+            .filter(|half| !half.is_empty())
+            .collect()
+    }
+}

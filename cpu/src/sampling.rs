@@ -1,0 +1,34 @@
+//! The points of a texel. Twin of `texel_point` in `gpu/src/shaders/sampling.wgsl`.
+
+use common::mesh::{Mesh, TexelKind};
+use common::sampling::{fold, texel_uv};
+use glam::{Vec3, Vec4};
+
+/// Point `s` of texel `k` as `cell` sees it; w is the area that it stands for over the mean.
+pub fn texel_point(mesh: &Mesh, k: u32, cell: u32, s: u32) -> Vec4 {
+    let texel = &mesh.texels[k as usize];
+    if mesh.samples == 1 {
+        return texel.position.extend(1.0);
+    }
+    let face = &mesh.faces[texel.face as usize];
+    let [a, b, c, d] = face.corners;
+    let [mut u, mut v] = texel_uv(s, k, cell);
+    let (i, j) = (texel.place[0] as f32, texel.place[1] as f32);
+    let (w, h) = (face.resolution[0] as f32, face.resolution[1] as f32);
+    if texel.kind != TexelKind::Quad {
+        (u, v) = fold(u, v);
+        if texel.kind == TexelKind::Inverted {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        return (a + (b - a) * ((i + u) / w) + (c - a) * ((j + v) / h)).extend(1.0);
+    }
+    u = (i + u) / w;
+    v = (j + v) / h;
+    let low = a * (1.0 - u) + b * u;
+    let high = d * (1.0 - u) + c * u;
+    let along_u = (b - a) * (1.0 - v) + (c - d) * v;
+    let along_v = (d - a) * (1.0 - u) + (c - b) * u;
+    let normal: Vec3 = along_u.cross(along_v);
+    let weight = normal.dot(normal).sqrt() / (w * h * texel.area.max(1e-30));
+    (low * (1.0 - v) + high * v).extend(weight)
+}

@@ -1,0 +1,151 @@
+//! `radiosity converge`.
+
+use super::Outcome;
+use super::progress::{Progress, interrupted, listen};
+use crate::study::run::Bench;
+use crate::study::sweeps::sweeps;
+use crate::study::{MeasuredSweep, Study, json, page};
+use clap::Args;
+use common::import::{ImportOptions, load};
+use common::scene::Scene;
+use common::solution::{Stored, prepare, write_file};
+use common::{Error, Result};
+use gpu::Gpu;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Arguments of `converge`.
+#[derive(Args)]
+pub struct Arguments {
+    /// .obj, .gltf or .glb files [default: the bundled Cornell box and furnace]
+    scenes: Vec<PathBuf>,
+    /// Where converge.html and converge.json go
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// A result of the scene taken as the truth [default: one step finer than the last point]
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
+    /// The GPU adapter whose name contains NAME
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Make a front of each back
+    #[arg(long)]
+    two_sided: bool,
+    /// Join two triangles of a glTF mesh that form a planar convex quad
+    #[arg(long)]
+    join_quads: bool,
+    /// No progress, no summary
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Sweeps every parameter on every scene, and writes after each sweep.
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let scenes = scenes(arguments)?;
+    let truth = arguments.truth.as_deref().map(Stored::read).transpose()?;
+    prepare(&arguments.out)?;
+    listen();
+    let gpu = match Gpu::open(arguments.adapter.as_deref()) {
+        Ok(gpu) => Some(gpu),
+        Err(error @ Error::NoAdapter(_)) if arguments.adapter.is_none() => {
+            eprintln!("note: {error}; the CPU's twin draws the item buffers");
+            None
+        }
+        Err(error) => return Err(error),
+    };
+    let start = Instant::now();
+    let mut studies: Vec<Study> = Vec::new();
+    for scene in &scenes {
+        let bench = Bench {
+            scene,
+            gpu: gpu.as_ref(),
+            truth: truth.as_ref(),
+        };
+        let mut study = Study {
+            scene: scene.name.clone(),
+            faces: scene.faces.len(),
+            adapter: gpu
+                .as_ref()
+                .map_or("the CPU's twin".into(), |gpu| gpu.line.name.clone()),
+            sweeps: Vec::new(),
+        };
+        for sweep in sweeps() {
+            let mut progress = Progress::new(&scene.name, arguments.quiet);
+            let done = bench.sweep(&sweep, &mut |phase, done, all| {
+                progress.show(phase, done, all)
+            })?;
+            drop(progress);
+            let Some(done) = done else { break };
+            if !arguments.quiet {
+                summary(&scene.name, &done);
+            }
+            study.sweeps.push(done);
+            // Written after every sweep: what is done is not lost.
+            let so_far: Vec<Study> = studies.iter().chain([&study]).cloned().collect();
+            write(arguments, &so_far, start.elapsed().as_secs_f64())?;
+            if interrupted() {
+                break;
+            }
+        }
+        studies.push(study);
+        if interrupted() {
+            eprintln!("interrupted: the report holds what was measured by then");
+            break;
+        }
+    }
+    write(arguments, &studies, start.elapsed().as_secs_f64())?;
+    if !arguments.quiet {
+        eprintln!(
+            "wrote {0}/converge.html and {0}/converge.json",
+            arguments.out.display()
+        );
+    }
+    Ok(Outcome::Done)
+}
+
+fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {
+    let bundled = || {
+        ["cornell_box.obj", "furnace.obj"]
+            .map(super::bundled)
+            .to_vec()
+    };
+    let paths = match arguments.scenes.as_slice() {
+        [] => bundled(),
+        given => given.to_vec(),
+    };
+    if arguments.truth.is_some() && paths.len() != 1 {
+        return Err(Error::Usage("--truth belongs to one SCENE: name it".into()));
+    }
+    let options = ImportOptions {
+        join_quads: arguments.join_quads,
+        two_sided: arguments.two_sided,
+    };
+    paths.iter().map(|path| load(path, &options)).collect()
+}
+
+fn write(arguments: &Arguments, studies: &[Study], seconds: f64) -> Result<()> {
+    let text = format!("{:#}\n", json::json(studies, seconds));
+    write_file(&arguments.out.join("converge.json"), text.as_bytes())?;
+    write_file(
+        &arguments.out.join("converge.html"),
+        page::html(studies).as_bytes(),
+    )
+}
+
+fn summary(scene: &str, sweep: &MeasuredSweep) {
+    for curve in &sweep.curves {
+        let errors: Vec<String> = curve
+            .points
+            .iter()
+            .map(|p| format!("{:.3}", 100.0 * p.error))
+            .collect();
+        let order = page::order(curve.order);
+        eprintln!(
+            "{scene}: {}, {}: {} %, order {order}; {}",
+            sweep.option,
+            curve.label,
+            errors.join(" "),
+            curve.finding
+        );
+    }
+}

@@ -1,0 +1,88 @@
+//! `radiosity diff`.
+
+use super::Outcome;
+use crate::diff::pictures::Pictures;
+use crate::diff::{Diff, page};
+use clap::Args;
+use common::Result;
+use common::solution::{Stored, prepare, write_file};
+use std::path::PathBuf;
+
+/// Arguments of `diff`.
+#[derive(Args)]
+pub struct Arguments {
+    /// A directory with the lightmap.exr and result.json of a solve
+    a: PathBuf,
+    /// Another, of the same scene, taken as the truth
+    b: PathBuf,
+    /// Where diff.html and diff.json go
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// End with exit code 1 when the relative RMS of a channel is above P per cent
+    #[arg(long, value_name = "P%", value_parser = percentage, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// No summary
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// "5 %", "5%" or "5" as 0.05.
+fn percentage(text: &str) -> std::result::Result<f64, String> {
+    let number = text.trim().trim_end_matches('%').trim_end();
+    let value: f64 = number
+        .parse()
+        .map_err(|_| format!("{text} is not a percentage"))?;
+    if value >= 0.0 && value.is_finite() {
+        Ok(value / 100.0)
+    } else {
+        Err(format!("{text} is not a percentage of 0 or more"))
+    }
+}
+
+/// Compares and writes.
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (a, b) = (Stored::read(&arguments.a)?, Stored::read(&arguments.b)?);
+    let diff = Diff::new(&a, &b)?;
+    for note in &diff.notes {
+        eprintln!("note: {note}");
+    }
+    prepare(&arguments.out)?;
+    let pictures = Pictures::new(&a, &b, &diff)?;
+    let flip = pictures.flip.as_ref().map(|flip| flip.mean);
+    let html = page::html([&a, &b], &diff, &pictures, arguments.tolerance);
+    write_file(&arguments.out.join("diff.html"), html.as_bytes())?;
+    let json = format!("{:#}\n", diff.json(&a, &b, flip));
+    write_file(&arguments.out.join("diff.json"), json.as_bytes())?;
+    if !arguments.quiet {
+        summary(&diff, flip, arguments);
+    }
+    Ok(match arguments.tolerance {
+        Some(most) if diff.worst() > most => Outcome::Disagree,
+        _ => Outcome::Done,
+    })
+}
+
+fn summary(diff: &Diff, flip: Option<f64>, arguments: &Arguments) {
+    let percent = |channels: [f64; 3]| channels.map(|x| format!("{:.3}", 100.0 * x)).join(" / ");
+    eprintln!(
+        "relative RMS {} %, bias {} %, largest difference {:.1} % of the rms, FLIP {}",
+        percent(diff.relative_rms),
+        percent(diff.bias),
+        100.0 * diff.max_relative,
+        flip.map_or("–".into(), |flip| format!("{flip:.4}")),
+    );
+    if let Some(error) = diff.standard_error {
+        eprintln!("standard error of the truth {} %", percent(error));
+    }
+    if let Some(most) = arguments.tolerance.filter(|most| diff.worst() > *most) {
+        eprintln!(
+            "beyond the tolerance: {:.3} % > {:.3} %",
+            100.0 * diff.worst(),
+            100.0 * most
+        );
+    }
+    eprintln!(
+        "wrote {0}/diff.html and {0}/diff.json",
+        arguments.out.display()
+    );
+}

@@ -1,0 +1,362 @@
+//! `diff` as scripts use it: known figures by hand, a planted fault of each kind is seen, bad
+//! input is one line.
+
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use common::settings::Settings;
+use common::shooting::{Run, initial};
+use common::solution::{Seconds, Solution};
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, WritableImage, read};
+use glam::{DVec3, Vec3, Vec3Swizzles};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const EMISSION: Vec3 = Vec3::new(0.5, 0.0, 2.0);
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("diff-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// A floor of 1×1 and, above it, a lamp of 1×3.
+fn scene() -> Scene {
+    let p = |x: f64, z: f64, y: f64| DVec3::new(x, y, z);
+    let floor = [p(0., 0., 0.), p(0., 1., 0.), p(1., 1., 0.), p(1., 0., 0.)];
+    let lamp = [p(0., 0., 1.), p(1., 0., 1.), p(1., 3., 1.), p(0., 3., 1.)];
+    Scene {
+        name: "two".into(),
+        faces: vec![
+            Face::quad("floor", floor, Vec3::ZERO, Vec3::splat(0.5)),
+            Face::quad("lamp", lamp, EMISSION, Vec3::splat(0.5)),
+        ],
+        notes: Vec::new(),
+    }
+}
+
+/// Stores the scene with `reflected(face, place)` in each of n×n texels.
+fn store(dir: &Path, scene: &Scene, n: u32, reflected: impl Fn(u32, [f32; 2]) -> Vec3) -> String {
+    fs::create_dir_all(dir).unwrap();
+    let mesh = Mesh::uniform(scene, n, 1).unwrap();
+    let mut field = initial(&mesh, "by hand");
+    for (texel, radiosity) in mesh.texels.iter().zip(&mut field.radiosity) {
+        let place = [texel.index % n, texel.index / n].map(|i| (i as f32 + 0.5) / n as f32);
+        *radiosity = (texel.emission + reflected(texel.face, place)).extend(0.0);
+    }
+    let solution = Solution {
+        matrix: None,
+        scene,
+        mesh: &mesh,
+        solver: "cpu",
+        adapter: None,
+        settings: &Settings::default(),
+        run: &Run {
+            shots: Vec::new(),
+            emitted: 1.0,
+            converged: true,
+            field,
+        },
+        warnings: &[],
+        notes: &[],
+        seconds: Seconds::default(),
+    };
+    solution.write(dir).unwrap();
+    dir.to_str().unwrap().to_owned()
+}
+
+fn radiosity(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_radiosity"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// Exit code, diff.json and stderr.
+fn diff(a: &str, b: &str, more: &[&str]) -> (i32, Value, String) {
+    let out = Path::new(a).join("diff");
+    let output = radiosity(&[&["diff", a, b, "--out", out.to_str().unwrap()], more].concat());
+    let text = String::from_utf8(output.stderr).unwrap();
+    let json = fs::read(out.join("diff.json"))
+        .map(|bytes| serde_json::from_slice(&bytes).unwrap())
+        .unwrap_or_default();
+    (output.status.code().unwrap(), json, text)
+}
+
+fn numbers(value: &Value) -> [f64; 3] {
+    [0, 1, 2].map(|c| value[c].as_f64().unwrap())
+}
+
+fn close(a: f64, b: f64) {
+    // The values are stored in 32 bits.
+    assert!((a - b).abs() < 1e-6, "{a} {b}");
+}
+
+#[test]
+fn two_faces_by_hand() {
+    let dir = folder("hand");
+    // Floor (area 1): a = 3, 1, 2 against b = 1, 1, 4; lamp (area 3): a = b = 2, 1, 1.
+    let lamp = Vec3::new(2.0, 1.0, 1.0);
+    let value = |floor: Vec3| move |face: u32, _: [f32; 2]| if face == 0 { floor } else { lamp };
+    let scene = scene();
+    let a = store(&dir.join("a"), &scene, 2, value(Vec3::new(3.0, 1.0, 2.0)));
+    let b = store(&dir.join("b"), &scene, 2, value(Vec3::new(1.0, 1.0, 4.0)));
+    let (code, json, text) = diff(&a, &b, &[]);
+    assert_eq!(code, 0, "{text}");
+    let [r, g, b_] = numbers(&json["relative_rms"]);
+    close(r, (4.0f64 / 13.0).sqrt());
+    close(g, 0.0);
+    close(b_, (4.0f64 / 19.0).sqrt());
+    let [r, g, b_] = numbers(&json["bias"]);
+    close(r, 2.0 / 7.0);
+    close(g, 0.0);
+    close(b_, -2.0 / 7.0);
+    // rms(b) is √(13/4) in red, √(19/4) in blue.
+    close(
+        json["max_relative"].as_f64().unwrap(),
+        2.0 / (13.0f64 / 4.0).sqrt(),
+    );
+    assert!(json["flip"].as_f64().unwrap() > 0.0);
+    assert_eq!(json["faces"][0]["share"], 1.0);
+    assert_eq!(json["faces"][1]["share"], 0.0);
+    assert_eq!(json["identical"], false);
+    let html = fs::read_to_string(Path::new(&a).join("diff/diff.html")).unwrap();
+    for wanted in ["floor", "lamp", "HDR-FLIP", "A − B"] {
+        assert!(html.contains(wanted), "{wanted}");
+    }
+    assert!(!html.contains("http"), "the page needs the network");
+
+    for (tolerance, expected) in [("60%", 0), ("55 %", 1), ("55", 1), ("0%", 1)] {
+        assert_eq!(
+            diff(&a, &b, &["--tolerance", tolerance]).0,
+            expected,
+            "{tolerance}"
+        );
+    }
+    for wrong in ["-1%", "nan", "inf", "x"] {
+        assert_eq!(diff(&a, &b, &["--tolerance", wrong]).0, 2, "{wrong}");
+    }
+}
+
+/// A field without symmetry.
+fn uneven(face: u32, [x, y]: [f32; 2]) -> Vec3 {
+    Vec3::new(1.0 + x + face as f32, 2.0 + x * y, 1.0 + 3.0 * y * y)
+}
+
+#[test]
+fn planted_faults_are_seen() {
+    let dir = folder("planted");
+    let scene = scene();
+    let b = store(&dir.join("b"), &scene, 4, uneven);
+    type Fault = (&'static str, fn(u32, [f32; 2]) -> Vec3, f64);
+    let faults: [Fault; 6] = [
+        ("one per cent brighter", |f, p| uneven(f, p) * 1.01, 0.009),
+        ("red and blue swapped", |f, p| uneven(f, p).zyx(), 0.1),
+        ("transposed", |f, [x, y]| uneven(f, [y, x]), 0.05),
+        ("faces swapped", |f, p| uneven(1 - f, p), 0.1),
+        ("upside down", |f, [x, y]| uneven(f, [x, 1.0 - y]), 0.1),
+        (
+            "one texel black",
+            |f, p| {
+                if f == 0 && p == [0.125; 2] {
+                    Vec3::ZERO
+                } else {
+                    uneven(f, p)
+                }
+            },
+            0.05,
+        ),
+    ];
+    for (name, fault, least) in faults {
+        let a = store(&dir.join("a"), &scene, 4, fault);
+        let (code, json, text) = diff(&a, &b, &[]);
+        assert_eq!(code, 0, "{name}: {text}");
+        let worst = numbers(&json["relative_rms"])
+            .into_iter()
+            .fold(0.0, f64::max);
+        assert!(worst > least, "{name}: {worst}");
+        assert!(!text.contains("same data"), "{name}: {text}");
+    }
+    let mut brighter = scene.clone();
+    brighter.faces[1].emission *= 2.0;
+    let a = store(&dir.join("brighter"), &brighter, 4, uneven);
+    let (_, json, text) = diff(&a, &b, &[]);
+    assert!(text.contains("1 faces emit differently"), "{text}");
+    close(numbers(&json["relative_rms"])[2], 0.0);
+}
+
+#[test]
+fn the_same_data_is_said_aloud() {
+    let dir = folder("same");
+    let scene = scene();
+    let a = store(&dir.join("a"), &scene, 3, uneven);
+    let b = store(&dir.join("b"), &scene, 3, uneven);
+    for (b, how) in [(&a, "one directory"), (&b, "bit for bit")] {
+        let (code, json, text) = diff(&a, b, &["--quiet"]);
+        assert_eq!(code, 0);
+        assert!(
+            text.contains("note: A and B are the same data") && text.contains(how),
+            "{text}"
+        );
+        assert_eq!(json["identical"], true);
+        assert_eq!(json["flip"], 0.0);
+    }
+}
+
+#[test]
+fn resolutions_may_differ() {
+    let dir = folder("resolutions");
+    let mut scene = scene();
+    let c = scene.faces[0].corners;
+    // A quad of unequal texels, and a triangle.
+    scene.faces[0].corners = [c[0], c[1], c[2], DVec3::new(0.5, 0.0, 0.2)];
+    let triangle = Face::triangle(
+        "t",
+        [c[0], c[2], DVec3::new(3.0, 0.0, 0.0)],
+        Vec3::ZERO,
+        Vec3::ZERO,
+    );
+    scene.faces.push(triangle);
+    // An even field is the same at any resolution.
+    let even = |_: u32, _: [f32; 2]| Vec3::new(1.0, 2.0, 3.0);
+    for (n, m, cut) in [
+        (4, 2, false),
+        (2, 4, false),
+        (6, 4, false),
+        (5, 7, true),
+        (15, 16, true),
+    ] {
+        let a = store(&dir.join("a"), &scene, n, even);
+        let b = store(&dir.join("b"), &scene, m, even);
+        let (code, json, text) = diff(&a, &b, &[]);
+        assert_eq!(code, 0, "{text}");
+        for x in numbers(&json["relative_rms"])
+            .into_iter()
+            .chain(numbers(&json["bias"]))
+        {
+            close(x, 0.0);
+        }
+        assert_eq!(text.contains("were cut"), cut, "{n} {m}: {text}");
+        assert!(!text.contains("same data"));
+        // An uneven one differs, but as means only: no more than within a texel.
+        let b = store(&dir.join("b"), &scene, m, uneven);
+        let a = store(&dir.join("a"), &scene, n, uneven);
+        let worst = numbers(&diff(&a, &b, &[]).1["relative_rms"])
+            .into_iter()
+            .fold(0.0, f64::max);
+        assert!(worst > 0.0 && worst < 0.25, "{n} {m}: {worst}");
+    }
+}
+
+/// Rewrites a lightmap's planes.
+fn rewrite(dir: &str, change: impl Fn(&mut Vec<(String, Vec<f32>)>)) {
+    use exr::prelude::{AnyChannel, AnyChannels, Encoding, Image, Layer, LayerAttributes};
+    let path = Path::new(dir).join("lightmap.exr");
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(&path)
+        .unwrap();
+    let layer = image.layer_data;
+    let mut planes: Vec<(String, Vec<f32>)> = layer
+        .channel_data
+        .list
+        .iter()
+        .map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()))
+        .collect();
+    change(&mut planes);
+    let channels = planes
+        .into_iter()
+        .map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
+    let layer = Layer::new(
+        layer.size,
+        LayerAttributes::default(),
+        Encoding::FAST_LOSSLESS,
+        AnyChannels::sort(channels.collect()),
+    );
+    Image::from_layer(layer).write().to_file(&path).unwrap();
+}
+
+#[test]
+fn the_truth_s_standard_error_is_told_and_other_channels_may_lack() {
+    let dir = folder("error");
+    let scene = scene();
+    let even = |_: u32, _: [f32; 2]| Vec3::splat(2.0);
+    let a = store(&dir.join("a"), &scene, 2, |_, _| Vec3::splat(2.1));
+    let b = store(&dir.join("b"), &scene, 4, even);
+    rewrite(&b, |planes| {
+        planes.retain(|(name, _)| !name.contains('.'));
+        for letter in ["R", "G", "B"] {
+            planes.push((format!("error.{letter}"), vec![0.1; planes[0].1.len()]));
+        }
+    });
+    let (code, json, text) = diff(&a, &b, &[]);
+    assert_eq!(code, 0, "{text}");
+    // Four texels of the truth make one of the comparison.
+    for x in numbers(&json["standard_error"]) {
+        close(x, 0.1 / 2.0 / 2.0);
+    }
+    close(numbers(&json["bias"])[0], 0.05);
+}
+
+#[test]
+fn what_cannot_be_compared_is_one_line_and_code_2() {
+    let dir = folder("bad");
+    let scene = scene();
+    let b = store(&dir.join("b"), &scene, 2, uneven);
+    let a = dir.join("a");
+    let refused = |name: &str, says: &[&str]| {
+        let (code, _, text) = diff(a.to_str().unwrap(), &b, &[]);
+        assert_eq!(code, 2, "{name}: {text}");
+        assert_eq!(text.lines().count(), 1, "{name}: {text}");
+        assert!(text.starts_with("error: "), "{name}: {text}");
+        for part in says {
+            assert!(text.contains(part), "{name}: {text}");
+        }
+        assert!(!a.join("diff").exists(), "{name}: something was written");
+    };
+    refused("nothing there", &["result.json"]);
+    let mut other = scene.clone();
+    other.faces.pop();
+    store(&a, &other, 2, uneven);
+    refused("a face less", &["1 faces", "2"]);
+    other = scene.clone();
+    other.faces[1].corners[2].x += 1e-3;
+    store(&a, &other, 2, uneven);
+    refused(
+        "a corner moved",
+        &["face 1", "corner 2", "not the same scene"],
+    );
+    let c = scene.faces[0].corners;
+    other.faces[0] = Face::triangle("t", [c[0], c[1], c[2]], Vec3::ZERO, Vec3::ZERO);
+    store(&a, &other, 2, uneven);
+    refused("a triangle", &["face 0", "triangle"]);
+
+    store(&a, &scene, 2, uneven);
+    rewrite(a.to_str().unwrap(), |planes| planes[1].1[3] = f32::NAN);
+    refused("not a number", &["lightmap.exr", "face 0", "not finite"]);
+    store(&a, &scene, 2, uneven);
+    rewrite(a.to_str().unwrap(), |planes| {
+        planes.retain(|(name, _)| name != "G")
+    });
+    refused("no green", &["lightmap.exr", "lacks a channel"]);
+    store(&a, &scene, 2, uneven);
+    let bytes = fs::read(a.join("lightmap.exr")).unwrap();
+    fs::write(a.join("lightmap.exr"), &bytes[..bytes.len() / 2]).unwrap();
+    refused("cut short", &["lightmap.exr"]);
+    store(&a, &scene, 2, uneven);
+    fs::write(a.join("result.json"), "{}").unwrap();
+    refused("no faces", &["result.json"]);
+
+    // Rounding of the corners and other names are no difference.
+    other = scene.clone();
+    other.faces[1].corners[2].x += 1e-5;
+    other.faces[1].name = "light".into();
+    store(&a, &other, 2, uneven);
+    assert_eq!(diff(a.to_str().unwrap(), &b, &[]).0, 0);
+}
