@@ -46,8 +46,8 @@ fn a_gap_below_a_pixel_is_explained() {
 fn a_screen_that_is_not_drawn_is_not() {
     let fault = Fault {
         file: "item_buffer",
-        from: "if shot.shooting == 0u ||",
-        to: "if shot.shooting == 0u || face == 1u ||",
+        from: "if any(limits.xy >= limits.zw)",
+        to: "if face == 1u || any(limits.xy >= limits.zw)",
     };
     assert!(gap(Visibility::Hemicube, &[fault]).unexplained > 0);
 }
