@@ -7,6 +7,7 @@ use proptest::test_runner::{Config, RngSeed};
 
 pub mod bounds;
 pub mod engines;
+pub mod matrices;
 pub mod pairs;
 pub mod random;
 

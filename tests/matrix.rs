@@ -1,5 +1,5 @@
-//! The matrix solver against what is known exactly: enclosures, hidden pairs, covered texels, and
-//! the shooting solver on the same form factors.
+//! The matrix solver against what is known exactly: enclosures, covered texels, and the shooting
+//! solver on the same form factors.
 
 use common::energy::Energy;
 use common::form_factor::form_factor;
@@ -8,20 +8,13 @@ use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::{Field, solve};
 use cpu::CpuSolver;
-use cpu::matrix::{Answer, Matrix, Quality, ledger};
+use cpu::matrix::{Answer, Matrix, ledger};
 use cpu::rays::Rays;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::exact;
+use radiosity_tests::matrices::assemble;
 use radiosity_tests::{box_in_room, furnace, lit_room, room, scene};
 use std::ops::ControlFlow;
-
-fn assemble(scene: &Scene, texels: u32) -> (Mesh, Matrix, Quality) {
-    let mesh = Mesh::uniform(scene, texels, 1).unwrap();
-    let (matrix, quality) =
-        Matrix::assemble(scene, &mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    println!("{}, {} texels: {quality:?}", scene.name, matrix.len());
-    (mesh, matrix, quality)
-}
 
 fn answer(mesh: &Mesh, matrix: &Matrix) -> Answer {
     let emission = values(mesh, |texel| texel.emission);
@@ -53,19 +46,6 @@ fn energy(mesh: &Mesh, matrix: &Matrix, answer: &Answer) -> Energy {
         &field,
         &ledger::shots(mesh, matrix, &emission, answer),
     )
-}
-
-fn square(name: &str, corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Face {
-    let [c, u, v] = [corner, u, v].map(DVec3::from);
-    Face::quad(name, [c, c + u, c + u + v, c + v], Vec3::ZERO, Vec3::ZERO)
-}
-
-/// Unit floor, and the unit ceiling at height 1 above it.
-fn facing() -> Vec<Face> {
-    vec![
-        square("floor", [0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
-        square("ceiling", [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]),
-    ]
 }
 
 #[test]
@@ -175,124 +155,6 @@ fn rows_of_closed_convex_rooms_sum_to_one_and_the_furnace_is_even() {
         }
         assert!(energy(&mesh, &matrix, &answer).imbalance < 1e-6);
     }
-}
-
-#[test]
-fn a_whole_blocker_leaves_exactly_nothing() {
-    let lid = square("lid", [-0.1, -0.1, 0.4], [1.2, 0.0, 0.0], [0.0, 1.2, 0.0]);
-    for lid in [lid.reversed(), lid] {
-        let (_, matrix, quality) = assemble(&scene("lid", [facing(), vec![lid]].concat()), 3);
-        for floor in 0..9 {
-            for ceiling in 9..18 {
-                assert_eq!(matrix.weight(floor, ceiling), 0.0);
-            }
-        }
-        assert_eq!((quality.hidden_pairs, quality.sampled_pairs), (81, 0));
-    }
-    let mut faces = facing();
-    // Two halves: no single face hides, both together do.
-    faces.push(square(
-        "left",
-        [-0.1, -0.1, 0.4],
-        [0.6, 0.0, 0.0],
-        [0.0, 1.2, 0.0],
-    ));
-    faces.push(square("right", [0.5, -0.1, 0.4], [0.6, 0.0, 0.0], [0.0, 1.2, 0.0]).reversed());
-    let (_, matrix, _) = assemble(&scene("two lids", faces), 1);
-    assert!(matrix.weight(0, 1) < 1e-15, "{}", matrix.weight(0, 1));
-}
-
-#[test]
-fn a_partition_leaves_the_two_halves() {
-    let mut faces = facing();
-    let wall = square(
-        "partition",
-        [0.5, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-    );
-    faces.push(wall);
-    let (_, matrix, quality) = assemble(&scene("partition", faces), 1);
-    let expected = exact::parallel_rectangles(0.5, 1.0, 1.0);
-    let value = matrix.weight(0, 1);
-    println!("partition {value} ({expected})");
-    assert_eq!(quality.sampled_pairs, 1);
-    // Settled to a thousandth of what nothing would hide.
-    assert!(
-        (value - expected).abs() < 1e-3 * 0.1998248957,
-        "{value} {expected}"
-    );
-}
-
-#[test]
-fn a_half_plane_leaves_what_lambert_sees_past_it() {
-    for (height, edge) in [(0.5, 0.5), (0.2, 0.3), (0.8, 0.7)] {
-        let mut faces = facing();
-        let corner = [edge, -9.0, height];
-        faces.push(square("half", corner, [9.0, 0.0, 0.0], [0.0, 19.0, 0.0]));
-        let (_, matrix, _) = assemble(&scene("half plane", faces.clone()), 1);
-        // From x of the floor the ceiling shows up to where the line through the edge meets it.
-        const N: usize = 64;
-        let point = |k: usize| (k as f64 + 0.5) / N as f64;
-        let mut expected = 0.0;
-        for x in (0..N).map(point) {
-            let end = (x + (edge - x) / height).clamp(0.0, 1.0);
-            // Under the plate only what the edge uncovers shows, beside it all up to the edge's shadow.
-            let seen = [[0.0, 0.0], [0.0, 1.0], [end, 1.0], [end, 0.0]];
-            let seen = seen.map(|[x, y]| DVec3::new(x, y, 1.0));
-            for y in (0..N).map(point) {
-                let from = DVec3::new(x, y, 0.0);
-                expected += exact::point_to_polygon(from, DVec3::Z, &seen) / (N * N) as f64;
-            }
-        }
-        let value = matrix.weight(0, 1);
-        println!("half plane at {height}, {edge}: {value} ({expected})");
-        // Settled to a thousandth, and the midpoint rule's kinks: (1/64)²·4.
-        assert!(
-            (value - expected).abs() < 2e-3 * 0.1998248957,
-            "{value} {expected}"
-        );
-    }
-}
-
-/// A plate just above the floor, and one just below the ceiling: sharp shadows from either end, so
-/// that the estimate has to find an edge.
-#[test]
-fn sharp_shadows_on_both_ends_are_found() {
-    const GAP: f64 = 0.01;
-    const EDGES: [f64; 2] = [0.3, 0.45];
-    let mut faces = facing();
-    for (edge, height) in EDGES.into_iter().zip([GAP, 1.0 - GAP]) {
-        let corner = [edge, -9.0, height];
-        faces.push(square("plate", corner, [9.0, 0.0, 0.0], [0.0, 19.0, 0.0]));
-    }
-    let (_, matrix, _) = assemble(&scene("two plates", faces), 1);
-    const N: usize = 1000;
-    let point = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
-    let mut expected = 0.0;
-    for x in (0..N).map(|k| point(k, N)) {
-        let end = EDGES
-            .into_iter()
-            .zip([GAP, 1.0 - GAP])
-            .map(|(edge, height)| x + (edge - x) / height)
-            .fold(1.0, f64::min);
-        let seen = [[0.0, 0.0], [0.0, 1.0], [end, 1.0], [end, 0.0]];
-        let seen = seen.map(|[x, y]| DVec3::new(x, y, 1.0));
-        if end > 0.0 {
-            for y in (0..16).map(|k| point(k, 16)) {
-                let from = DVec3::new(x, y, 0.0);
-                let n = (N * 16) as f64;
-                expected += exact::point_to_polygon(from, DVec3::Z, &seen) / n;
-            }
-        }
-    }
-    let value = matrix.weight(0, 1);
-    println!("two plates: {value} ({expected})");
-    // The finest points are 1/32 apart: an edge is misplaced by half that at most.
-    assert!(
-        (value / expected - 1.0).abs() < 1.0 / 64.0 / EDGES[0],
-        "{value} {expected}"
-    );
 }
 
 /// The furnace with a box on its floor, with and without a bottom.

@@ -10,6 +10,7 @@ use crate::sampling;
 use crate::scene::{Face, Scene, Shape};
 use crate::texel::{self, Cells};
 use glam::{DVec3, Vec3, Vec4};
+use std::collections::HashMap;
 
 /// More texels than this are refused: at 200 bytes each they would need 13 GB.
 pub const MAX_TEXELS: u64 = 1 << 26;
@@ -153,12 +154,35 @@ impl Mesh {
             });
             mesh.add_texels(scene, f, k, &local);
         }
+        mesh.join_coincident();
         mesh.points = mesh
             .cells
             .iter()
             .map(|cell| cell.shooter.centre.extend(1.0))
             .collect();
         Ok(mesh)
+    }
+
+    /// Two faces with the same corners and opposite fronts are the two sides of one sheet, as a
+    /// thin wall is often drawn: neither hides the other.
+    fn join_coincident(&mut self) {
+        let mut first: HashMap<[[u32; 3]; 4], usize> = HashMap::new();
+        for k in 0..self.faces.len() {
+            let mut key = self.faces[k]
+                .corners
+                .map(|c| (c + Vec3::ZERO).to_array().map(f32::to_bits));
+            key.sort_unstable();
+            let Some(j) = first.get(&key).copied() else {
+                first.insert(key, k);
+                continue;
+            };
+            let opposite = self.faces[j].normal.dot(self.faces[k].normal) < 0.0;
+            if opposite && !self.faces[j].two_sided && !self.faces[k].two_sided {
+                self.faces[k].sheet = self.faces[j].sheet;
+                self.faces[j].two_sided = true;
+                self.faces[k].two_sided = true;
+            }
+        }
     }
 
     fn add_texels(&mut self, scene: &Scene, f: usize, k: u32, local: &dyn Fn(DVec3) -> Vec3) {

@@ -36,22 +36,19 @@ fn open(rays: &Rays, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool 
     })
 }
 
-/// Whether the ray meets a front before a back, or nothing. A front that touches the point covers
-/// it, as fronts that touch exchange nothing.
+/// Whether the ray meets a front before a back, or nothing. A face that touches the point is passed
+/// over: it may be the other side of a thin wall; a body has more faces behind it.
 fn leaves(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
     let mut front = MISS;
     let mut back = MISS;
     rays.along(origin, direction, |face| {
-        if face.sheet == sheet {
+        let hit = intersect(face, origin, direction);
+        if face.sheet == sheet || hit.t <= 0.0 || (hit.t * hit.facing).abs() <= CONTACT {
             return;
         }
-        let hit = intersect(face, origin, direction);
-        let touches = (hit.t * hit.facing).abs() <= CONTACT;
-        if hit.facing < 0.0 && !touches {
-            if hit.t > 0.0 && hit.inside >= -OUTLINE {
-                front = front.min(hit.t);
-            }
-        } else if hit.t >= -CONTACT && hit.inside >= OUTLINE {
+        if hit.facing < 0.0 && hit.inside >= -OUTLINE {
+            front = front.min(hit.t);
+        } else if hit.facing > 0.0 && hit.inside >= OUTLINE {
             back = back.min(hit.t);
         }
     });

@@ -1,6 +1,6 @@
 //! A ray and a face: plane first, then its edges. Twin of `gpu/src/shaders/intersect.wgsl`.
 
-use common::constants::MISS;
+use common::constants::{CONTACT, MISS};
 use common::mesh::MeshFace;
 use glam::{Vec3, Vec4};
 
@@ -37,6 +37,11 @@ pub fn meet(plane: Vec4, edges: [Vec4; 4], origin: Vec3, direction: Vec3) -> Cro
     let other = within(edges[2], p).min(within(edges[3], p));
     let inside = one.min(other);
     Crossing { t, inside, facing }
+}
+
+/// Whether `point` lies on the plane of `face`: a ray that ends there cannot be cut by it.
+pub fn touches(face: &MeshFace, point: Vec3) -> bool {
+    (face.plane.truncate().dot(point) - face.plane.w).abs() <= CONTACT
 }
 
 /// The edge that a triangle lacks is (0, 0): it must not limit.

@@ -5,7 +5,7 @@
 //! around it has its ID, and none of the other faces seen there cuts the segment from the
 //! shooter; the nine pixels name the faces that may hide the texel, those are asked exactly.
 
-use crate::intersect::intersect;
+use crate::intersect::{intersect, touches};
 use crate::item_buffer::{ItemBuffer, View};
 use crate::projection::{pixels, project};
 use common::constants::{END, OUTLINE};
@@ -58,5 +58,6 @@ fn blocks(mesh: &Mesh, view: &View, occluder: u32, position: Vec3, face: u32) ->
         return false;
     }
     let hit = intersect(occluder, view.frame.centre, position - view.frame.centre);
-    hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE
+    let between = hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE;
+    between && !touches(occluder, view.frame.centre) && !touches(occluder, position)
 }

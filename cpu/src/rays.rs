@@ -1,6 +1,6 @@
 //! Visibility by one ray from the shooter's centre to the texel's, through an obvhs BVH of faces.
 
-use crate::intersect::intersect;
+use crate::intersect::{intersect, touches};
 use common::bvh::Bvh;
 use common::constants::{CONTACT, END, MISS, OUTLINE, RAY_REACH};
 use common::mesh::{Mesh, MeshFace};
@@ -23,14 +23,21 @@ impl Rays {
     }
 
     /// The sheets that a ray between two faces may touch: its ends.
-    fn blocks(&self, primitive: usize, ends: [u32; 2], ray: &Ray) -> Option<(u32, f32)> {
+    fn blocks(
+        &self,
+        primitive: usize,
+        ray: &Ray,
+        points: [Vec3; 2],
+        ends: [u32; 2],
+    ) -> Option<(u32, f32)> {
         let k = self.bvh.faces[primitive];
         let face = &self.faces[k as usize];
         if face.sheet == ends[0] || face.sheet == ends[1] {
             return None;
         }
         let hit = intersect(face, ray.origin.into(), ray.direction.into());
-        (hit.t > 0.0 && hit.t < END * RAY_REACH && hit.inside >= -OUTLINE).then_some((k, hit.t))
+        let between = hit.t > 0.0 && hit.t < END * RAY_REACH && hit.inside >= -OUTLINE;
+        (between && !points.iter().any(|p| touches(face, *p))).then_some((k, hit.t))
     }
 
     /// Whether nothing lies between `from` on face `ends[0]` and `to` on face `ends[1]`.
@@ -39,7 +46,8 @@ impl Rays {
         self.bvh
             .tree
             .ray_traverse_miss(segment(from, to), |ray, primitive| {
-                self.blocks(primitive, ends, ray).map_or(MISS, |(_, t)| t)
+                self.blocks(primitive, ray, [from, to], ends)
+                    .map_or(MISS, |(_, t)| t)
             })
     }
 
@@ -50,7 +58,8 @@ impl Rays {
         self.bvh
             .tree
             .ray_traverse_anyhit(segment(from, to), |ray, primitive| {
-                found.extend(self.blocks(primitive, ends, ray).map(|(k, _)| k));
+                let blocker = self.blocks(primitive, ray, [from, to], ends);
+                found.extend(blocker.map(|(k, _)| k));
             });
         found
     }

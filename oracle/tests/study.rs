@@ -140,8 +140,8 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
         values: &[8.0, 16.0, 32.0],
         base: |settings| settings.cells = 1,
         curves: &[Curve {
-            label: "64 samples",
-            change: |settings| settings.samples = 64,
+            label: "256 samples",
+            change: |settings| settings.samples = 256,
         }],
         ..TEXELS
     };

@@ -42,3 +42,9 @@ fn meet(
 fn within(edge: vec4f, p: vec3f) -> f32 {
     return select(dot(edge.xyz, p) - edge.w, MISS, all(edge.xyz == vec3f(0.0)));
 }
+
+// Whether `point` lies on the plane of `face`: a ray that ends there cannot be cut by it.
+fn touches(face: u32, point: vec3f) -> bool {
+    let plane = faces[face].plane;
+    return abs(dot(plane.xyz, point) - plane.w) <= CONTACT;
+}

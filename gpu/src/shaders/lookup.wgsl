@@ -31,5 +31,6 @@ fn blocks(occluder: u32, position: vec3f, face: u32) -> bool {
         return false;
     }
     let hit = intersect(occluder, shot.centre, position - shot.centre);
-    return hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE;
+    let between = hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE;
+    return between && !touches(occluder, shot.centre) && !touches(occluder, position);
 }

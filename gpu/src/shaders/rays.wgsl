@@ -33,12 +33,13 @@ fn inverse(x: f32) -> f32 {
     return 1.0 / x;
 }
 
-fn blocks(face: u32, origin: vec3f, direction: vec3f, sheet: u32) -> bool {
+fn blocks(face: u32, origin: vec3f, position: vec3f, sheet: u32) -> bool {
     if faces[face].sheet == shot.sheet || faces[face].sheet == sheet {
         return false;
     }
-    let hit = intersect(face, origin, direction);
-    return hit.t > 0.0 && hit.t < END * RAY_REACH && hit.inside >= -OUTLINE;
+    let hit = intersect(face, origin, (position - origin) / RAY_REACH);
+    let between = hit.t > 0.0 && hit.t < END * RAY_REACH && hit.inside >= -OUTLINE;
+    return between && !touches(face, origin) && !touches(face, position);
 }
 
 fn visible(origin: vec3f, position: vec3f, face: u32) -> bool {
@@ -87,7 +88,7 @@ fn visible(origin: vec3f, position: vec3f, face: u32) -> bool {
             let first = nodes[node].primitives + (kind & 31u);
             let count = countOneBits(kind >> 5u);
             for (var j = 0u; j < count; j++) {
-                if blocks(primitives[first + j], origin, direction, sheet) {
+                if blocks(primitives[first + j], origin, position, sheet) {
                     return false;
                 }
             }
