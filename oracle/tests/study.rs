@@ -1,6 +1,5 @@
 //! The study finds the orders that theory has, and what sets a floor.
 
-use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::solve;
@@ -111,9 +110,10 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
     let settings = Settings {
         texels: 32,
         cells: 8,
+        samples: 64,
         ..Settings::default()
     };
-    let mesh = Mesh::uniform(&scene, settings.texels, settings.cells).unwrap();
+    let mesh = cpu::cover::sampled(&scene, &settings).unwrap();
     let mut solver = CpuSolver::new(&mesh, &settings);
     let run = solve(
         &mut solver,
@@ -140,8 +140,8 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
         values: &[8.0, 16.0, 32.0],
         base: |settings| settings.cells = 1,
         curves: &[Curve {
-            label: "256 samples",
-            change: |settings| settings.samples = 256,
+            label: "128 samples",
+            change: |settings| settings.samples = 128,
         }],
         ..TEXELS
     };
