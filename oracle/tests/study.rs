@@ -187,6 +187,7 @@ fn what_was_finished_before_a_break_is_kept_and_told() {
         faces: 2,
         adapter: "none".into(),
         sweeps: vec![measured],
+        item_buffers: Vec::new(),
     };
     let page = page::html(std::slice::from_ref(&study));
     for wanted in ["<svg", "--cells", "polygon"] {

@@ -4,10 +4,12 @@ use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
 use crate::study::run::Bench;
 use crate::study::sweeps::sweeps;
-use crate::study::{MeasuredSweep, Study, json, page};
+use crate::study::{MeasuredSweep, Study, item_buffer, json, page};
 use clap::Args;
 use common::import::{ImportOptions, load};
+use common::mesh::Mesh;
 use common::scene::Scene;
+use common::settings::Settings;
 use common::solution::{Stored, prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
@@ -39,6 +41,9 @@ pub struct Arguments {
     quiet: bool,
 }
 
+/// Item buffer sizes of the table.
+const SIZES: [u32; 3] = [256, 512, 1024];
+
 /// Sweeps every parameter on every scene, and writes after each sweep.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let scenes = scenes(arguments)?;
@@ -68,6 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 .as_ref()
                 .map_or("the CPU's twin".into(), |gpu| gpu.line.name.clone()),
             sweeps: Vec::new(),
+            item_buffers: Vec::new(),
         };
         for sweep in sweeps() {
             let mut progress = Progress::new(&scene.name, arguments.quiet);
@@ -87,6 +93,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 break;
             }
         }
+        if let (Some(gpu), false) = (&gpu, interrupted()) {
+            study.item_buffers = item_buffers(scene, gpu, arguments.quiet)?;
+        }
         studies.push(study);
         if interrupted() {
             eprintln!("interrupted: the report holds what was measured by then");
@@ -101,6 +110,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         );
     }
     Ok(Outcome::Done)
+}
+
+/// Whole faces and centres, as in `compare`.
+fn item_buffers(scene: &Scene, gpu: &Gpu, quiet: bool) -> Result<Vec<item_buffer::Row>> {
+    let settings = Settings {
+        cells: 1,
+        ..Settings::default()
+    };
+    let mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
+    let mut progress = Progress::new(&scene.name, quiet);
+    let mut done = 0;
+    let all = (item_buffer::RASTERS.len() * item_buffer::LOOKUPS.len() * SIZES.len()) as u64;
+    item_buffer::rows(gpu, &mesh, &settings, &SIZES, &mut |_| {
+        done += 1;
+        let _ = progress.show("item buffers against rays", done, all);
+    })
 }
 
 fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {

@@ -12,6 +12,7 @@ pub fn json(studies: &[Study], seconds: f64) -> Value {
             "faces": study.faces,
             "adapter": study.adapter,
             "sweeps": study.sweeps.iter().map(sweep).collect::<Vec<_>>(),
+            "item_buffers": study.item_buffers,
         })).collect::<Vec<_>>(),
     })
 }

@@ -76,4 +76,6 @@ pub struct Study {
     pub adapter: String,
     /// Those done.
     pub sweeps: Vec<MeasuredSweep>,
+    /// Item buffers against rays; empty without an adapter.
+    pub item_buffers: Vec<item_buffer::Row>,
 }

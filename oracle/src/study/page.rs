@@ -1,9 +1,11 @@
 //! `converge.html`: a chart and a table per sweep, in one file that opens offline.
 
 use super::chart::{colour, errors, seconds};
+use super::item_buffer::Row;
 use super::{MeasuredSweep, Study};
 use crate::report::number::{count, number, percent};
 use crate::report::{chart, document};
+use common::settings::{Lookup, Settings};
 use maud::{Markup, html};
 
 /// The page of what is done so far.
@@ -26,6 +28,7 @@ pub fn html(studies: &[Study]) -> String {
                 h2 { (study.scene) }
                 p.facts { (count(study.faces as u64)) " faces · item buffers by " (study.adapter) }
                 @for sweep in &study.sweeps { (section(sweep)) }
+                (item_buffers(study))
             }
         }
     };
@@ -99,6 +102,60 @@ fn section(sweep: &MeasuredSweep) -> Markup {
         ul {
             @for curve in &sweep.curves {
                 li { (mark(curve.converges)) " " b { (curve.label) } ": " (curve.finding) "." }
+            }
+        }
+    }
+}
+
+/// Item buffers against rays, one row each.
+fn item_buffers(study: &Study) -> Markup {
+    let name = |v: &dyn std::fmt::Debug| format!("{v:?}").to_lowercase();
+    let lookup = |lookup: Lookup| match lookup {
+        Lookup::Exact => "exact",
+        Lookup::Neighbours => "3x3",
+    };
+    html! {
+        @if !study.item_buffers.is_empty() {
+            h3 { "Item buffers against rays " code { "--visibility --raster --item-buffer --lookup" } }
+            p.small {
+                "All pairs of a face's centre and a texel's that face each other. Mismatched: the share of pairs that "
+                "rays judge otherwise. Hidden and seen: the share of the transfer F·A that the item buffer loses or "
+                "makes up. Time: a cell's first shot, wall clock."
+            }
+            div.scroll { table {
+                thead { tr {
+                    th { "Projection" } th { "Raster" } th.n { "Pixels" } th { "Lookup" } th.n { "Mismatched" }
+                    th.n { "Falsely hidden" } th.n { "Falsely seen" } th.n { "ms a shot" }
+                } }
+                tbody { @for row in &study.item_buffers { tr {
+                    td { (name(&row.visibility)) }
+                    td { (name(&row.raster)) }
+                    td.n { (row.size) "²" }
+                    td { (lookup(row.lookup)) }
+                    td.n { (percent(row.mismatched)) }
+                    td.n { (percent(row.falsely_hidden)) }
+                    td.n { (percent(row.falsely_seen)) }
+                    td.n { (number(1e3 * row.shot_seconds)) }
+                } } }
+            } }
+            (choice(&study.item_buffers))
+        }
+    }
+}
+
+/// What the default rests on: the least wrong transfer at the default's size.
+fn choice(rows: &[Row]) -> Markup {
+    let wrong = |row: &Row| row.falsely_hidden + row.falsely_seen;
+    let size = Settings::default().item_buffer;
+    let best = rows
+        .iter()
+        .filter(|row| row.size == size)
+        .min_by(|a, b| wrong(a).total_cmp(&wrong(b)));
+    html! {
+        @if let Some(row) = best {
+            p {
+                "Least wrong at " (size) "²: " b { (format!("{:?}", row.visibility).to_lowercase()) } ", "
+                (percent(wrong(row))) " of the transfer. The default is stereographic, by pixels, 3x3."
             }
         }
     }
