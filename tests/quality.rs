@@ -13,6 +13,12 @@ use radiosity_tests::engines::free;
 use radiosity_tests::{lit_room, room, scene};
 use std::ops::ControlFlow;
 
+/// A penumbra of 16 yes-or-no samples is known to 16^(−3/4) = 12 %; a texel's light comes from 64
+/// cells of the lamp, a few of which it half sees, and from dozens of others: 12 %/√64, and a third
+/// more for what is reflected again.
+const RMS: f64 = 0.02;
+/// Samples are fair: over thousands of texels their errors cancel to less than the measure's 0.3 %.
+const BIAS: f64 = 0.003;
 const WHITE: Vec3 = Vec3::new(0.7, 0.6, 0.5);
 
 /// A closed room with a lit ceiling; `y` is where thin horizontal faces hang, given by x and z.
@@ -119,8 +125,8 @@ fn samples_find_what_the_matrix_finds() {
             100.0 * rms,
             100.0 * bias
         );
-        assert!(rms <= 0.02, "{}: {rms}", scene.name);
-        assert!(bias <= 0.003, "{}: {bias}", scene.name);
+        assert!(rms <= RMS, "{}: {rms}", scene.name);
+        assert!(bias <= BIAS, "{}: {bias}", scene.name);
     }
 }
 
@@ -178,5 +184,5 @@ fn a_reference_says_what_is_left() {
         rms <= left.max(TARGET),
         "{rms} is more than the {left} that was promised"
     );
-    assert!(bias <= 0.003, "{bias}");
+    assert!(bias <= BIAS, "{bias}");
 }
