@@ -102,7 +102,7 @@ pub const TEXELS: Sweep = Sweep {
     values: &[4.0, 8.0, 16.0, 32.0],
     set: |settings, value| settings.texels = value as u32,
     larger_is_finer: true,
-    base: |settings| settings.samples = 4,
+    base: |settings| settings.samples = 16,
     truth: Truth::Finer(64.0),
     curves: &[
         Curve {
@@ -110,8 +110,8 @@ pub const TEXELS: Sweep = Sweep {
             change: |settings| settings.samples = 1,
         },
         Curve {
-            label: "rays, 4 samples",
-            change: |settings| settings.samples = 4,
+            label: "rays, 16 samples",
+            change: AS_IT_IS,
         },
     ],
 };
