@@ -6,12 +6,11 @@ use common::scene::{Face, Scene};
 use common::settings::{Quality, Settings};
 use cpu::CpuSolver;
 use cpu::cover::sampled;
-use cpu::matrix::Matrix;
 use glam::{DVec3, Vec3};
 use oracle::refine::{Rung, TARGET, refine};
 use radiosity_tests::engines::free;
+use radiosity_tests::matrices::assemble;
 use radiosity_tests::{lit_room, room, scene};
-use std::ops::ControlFlow;
 
 /// A penumbra of 16 yes-or-no samples is known to 16^(−3/4) = 12 %; a texel's light comes from 64
 /// cells of the lamp, a few of which it half sees, and from dozens of others: 12 %/√64, and a third
@@ -90,15 +89,17 @@ fn error(mesh: &Mesh, b: impl Fn(usize) -> DVec3, truth: impl Fn(usize) -> DVec3
     (rms, (sum / all).abs().max_element())
 }
 
-fn matrix(scene: &Scene, mesh: &Mesh) -> Vec<DVec3> {
-    let (matrix, _) = Matrix::assemble(scene, mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
+/// The radiosity that the matrix finds on N×N texels a face, and those texels.
+fn matrix(scene: &Scene, texels: u32) -> (Mesh, Vec<DVec3>) {
+    let (mesh, matrix, _) = assemble(scene, texels);
     let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
     let reflectance: Vec<DVec3> = mesh
         .texels
         .iter()
         .map(|t| t.reflectance.as_dvec3())
         .collect();
-    matrix.solve(&emission, &reflectance).unwrap().radiosity
+    let radiosity = matrix.solve(&emission, &reflectance).unwrap().radiosity;
+    (mesh, radiosity)
 }
 
 #[test]
@@ -113,8 +114,7 @@ fn samples_find_what_the_matrix_finds() {
         };
         let mesh = sampled(&scene, &settings).unwrap();
         let run = free(&mut CpuSolver::new(&mesh, &settings), &settings);
-        let one_to_one = Mesh::uniform(&scene, 8, 1).unwrap();
-        let truth = matrix(&scene, &one_to_one);
+        let (_, truth) = matrix(&scene, 8);
         // Cells order the texels of `mesh`; the matrix has them face by face.
         let at = |k: usize| mesh.texels[k].face as usize * 64 + mesh.texels[k].index as usize;
         let b = |k: usize| run.field.radiosity[k].truncate().as_dvec3();
@@ -163,8 +163,7 @@ fn a_reference_says_what_is_left() {
     }
     let left = refined.left.expect("two halvings give an order");
     // The truth: a matrix of 16×16 texels, averaged.
-    let fine = Mesh::uniform(&scene, 16, 1).unwrap();
-    let values = matrix(&scene, &fine);
+    let (fine, values) = matrix(&scene, 16);
     let mut truth = vec![(DVec3::ZERO, 0.0); refined.answer.texels.len()];
     for (texel, value) in fine.texels.iter().zip(values) {
         let (i, j) = (texel.index % 16 / 4, texel.index / 16 / 4);

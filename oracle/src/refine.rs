@@ -4,13 +4,15 @@
 //! the last halving moved, d_k, and the one before it give the order and with it what is left
 //! (Richardson): e ≈ d_k / (d_{k−1}/d_k − 1). Nothing here knows the scene.
 
+use crate::compare::difference::difference;
+use crate::diff::reflected::offsets;
+use crate::resample::{average, pieces};
 use common::Result;
 use common::constants::LINK_BYTES;
 use common::mesh::Mesh;
-use common::scene::Scene;
+use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::{Field, Run};
-use common::texel::Cells;
 use glam::{DVec3, Vec4};
 
 /// What is left must be estimated below this: area-weighted relative RMS of B − E.
@@ -52,7 +54,7 @@ pub fn refine(
     let answer = Mesh::uniform(scene, settings.texels, 1)?;
     let mut notes = Vec::new();
     let mut rung = solve(&at(settings, settings.cells))?;
-    let mut field = average(scene, &rung, &answer);
+    let mut field = averaged(scene, &rung, &answer);
     let mut moved: Option<f64> = None;
     let mut left = None;
     while !stop() && rung.run.converged {
@@ -66,8 +68,8 @@ pub fn refine(
         if stop() {
             break;
         }
-        let next_field = average(scene, &next, &answer);
-        let change = distance(&answer, &field, &next_field);
+        let next_field = averaged(scene, &next, &answer);
+        let change = difference(&answer, &field, &next_field).relative_rms;
         let estimate = remainder(moved, change);
         notes.push(format!(
             "reference: {cells}×{cells} cells moved the answer by {:.2} %, {} left (bound {} %)",
@@ -130,65 +132,31 @@ fn remainder(before: Option<f64>, change: f64) -> Option<f64> {
     (ratio > 1.0).then(|| change / (ratio.min(4.0) - 1.0))
 }
 
-/// The field on the texels of `answer`: means over area.
-fn average(scene: &Scene, rung: &Rung, answer: &Mesh) -> Field {
-    let fine = &rung.mesh;
-    let mut first = vec![0u32; answer.faces.len() + 1];
-    for (k, face) in answer.faces.iter().enumerate() {
-        first[k + 1] = first[k] + face.resolution[0] * face.resolution[1];
-    }
-    let count = answer.texels.len();
-    let mut sums = vec![([DVec3::ZERO; 3], 0.0f64); count];
-    for (k, texel) in fine.texels.iter().enumerate() {
-        let face = texel.face as usize;
-        let [side, _] = answer.faces[face].resolution;
-        let cells = Cells::new(scene.faces[face].shape, fine.faces[face].resolution, side);
-        let sum = &mut sums[(first[face] + cells.of_texel(texel.index)) as usize];
-        let area = f64::from(texel.area);
-        let field = &rung.run.field;
-        for (part, values) in
-            sum.0
-                .iter_mut()
-                .zip([&field.radiosity, &field.residual, &field.irradiance])
-        {
-            *part += values[k].truncate().as_dvec3() * area;
+/// The field on the texels of `answer`, which has whole faces as cells: means over area.
+fn averaged(scene: &Scene, rung: &Rung, answer: &Mesh) -> Field {
+    let (fine, field) = (&rung.mesh, &rung.run.field);
+    let resolutions: Vec<[u32; 2]> = fine.faces.iter().map(|f| f.resolution).collect();
+    let first = offsets(&resolutions);
+    let part = |values: &[Vec4]| -> Vec<Vec4> {
+        let mut ordered = vec![DVec3::ZERO; values.len()];
+        for (texel, value) in fine.texels.iter().zip(values) {
+            let place = first[texel.face as usize] + texel.index as usize;
+            ordered[place] = value.truncate().as_dvec3();
         }
-        sum.1 += area;
-    }
-    let part = |part: usize| -> Vec<Vec4> {
-        let mean = |texel: &common::mesh::Texel| {
-            let (values, area) = &sums[(first[texel.face as usize] + texel.index) as usize];
-            if *area > 0.0 {
-                (values[part] / *area).as_vec3().extend(0.0)
-            } else {
-                Vec4::ZERO
-            }
+        let of_face = |(k, face): (usize, &Face)| {
+            let to = answer.faces[k].resolution;
+            let shared = pieces(face, resolutions[k], to);
+            average(&ordered[first[k]..first[k + 1]], &shared, to)
         };
-        answer.texels.iter().map(mean).collect()
+        let means = scene.faces.iter().enumerate().flat_map(of_face);
+        means.map(|v| v.as_vec3().extend(0.0)).collect()
     };
+    let cells = rung.settings.cells;
     Field {
-        origin: rung.run.field.origin.clone(),
-        radiosity: part(0),
-        residual: part(1),
-        irradiance: part(2),
+        // Two rungs are two results: their comparison refuses one of the same origin.
+        origin: format!("{}, {cells}×{cells} cells", field.origin),
+        radiosity: part(&field.radiosity),
+        residual: part(&field.residual),
+        irradiance: part(&field.irradiance),
     }
-}
-
-/// √(ΣA(a − b)²/ΣA b²) of B − E, the worst channel.
-fn distance(mesh: &Mesh, a: &Field, b: &Field) -> f64 {
-    let (mut square, mut scale) = (DVec3::ZERO, DVec3::ZERO);
-    for (k, texel) in mesh.texels.iter().enumerate() {
-        let area = f64::from(texel.area);
-        let (x, y) = (a.radiosity[k].truncate(), b.radiosity[k].truncate());
-        square += (x - y).as_dvec3().powf(2.0) * area;
-        scale += (y - texel.emission).as_dvec3().powf(2.0) * area;
-    }
-    let worst = |c: usize| {
-        if square[c] == 0.0 {
-            0.0
-        } else {
-            (square[c] / scale[c]).sqrt()
-        }
-    };
-    worst(0).max(worst(1)).max(worst(2))
 }

@@ -32,7 +32,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
     return seen(face, place(side, p));
 }
 
-// Planes are handed on: a pixel that read them from the buffer would take three times as long.
+// Planes are handed on: reading them from the buffer in each pixel is slower.
 fn seen(face: u32, p: vec2f) -> Vertex {
     return Vertex(
         vec4f(p, 0.5, 1.0),
