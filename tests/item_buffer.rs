@@ -59,7 +59,7 @@ fn holds_what_rays_see(mesh: &Mesh, size: u32) {
     for visibility in PROJECTIONS {
         for k in 0..mesh.cells.len() as u32 {
             let view = View::new(mesh, k, 0, &settings(visibility, size));
-            let drawn = ItemBuffer::draw(mesh, &view).ids;
+            let drawn = ItemBuffer::draw(mesh, &view, mesh.room).ids;
             let wrong = drawn
                 .iter()
                 .zip(brute_force(mesh, &view))
@@ -209,7 +209,7 @@ fn the_bound_is_tight() {
                 }
             }
         }
-        let drawn = ItemBuffer::draw(&mesh, &view).ids;
+        let drawn = ItemBuffer::draw(&mesh, &view, mesh.room).ids;
         let shown = drawn.iter().filter(|id| **id != 0).count() as f64;
         println!(
             "{visibility:?}: {:.2} pixels asked for each shown",

@@ -61,7 +61,7 @@ fn mistakes(lookup: Lookup) -> (usize, usize) {
     let rays = Rays::new(&mesh);
     let cell = &mesh.cells[1];
     let view = View::new(&mesh, 1, 0, &stereographic(256));
-    let buffer = ItemBuffer::draw(&mesh, &view);
+    let buffer = ItemBuffer::draw(&mesh, &view, mesh.room);
     let (mut hidden, mut lit) = (0, 0);
     for texel in mesh.texels.iter().filter(|texel| texel.face == 0) {
         let truth = rays.visible(cell.shooter.centre, texel.position, [1, 0]);

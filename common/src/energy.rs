@@ -4,13 +4,26 @@
 //! ΣA·E = ΣA(1−ρ)H + ΣA·r + escaped + closure
 //! ```
 //! Absorbed and unshot are summed from the textures; escaped = Σ shot power × the share of the
-//! shooter's hemisphere that meets no front; closure = Σ shot power × (1 − ΣF − that share).
+//! shooter's hemisphere that meets no front, and what bodies bury; closure = Σ shot power × (1 − ΣF − that share).
 //! Nothing is a remainder, so a lost or invented watt shows as `imbalance`.
 
 use crate::mesh::Mesh;
 use crate::shooting::{Field, Shot};
 use glam::DVec3;
 use serde::Serialize;
+
+/// What emitters shine into the bodies that stand on them.
+fn buried(mesh: &Mesh) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    for cell in mesh.cells.iter().filter(|cell| cell.open < 1.0) {
+        for k in cell.texels() {
+            let texel = &mesh.texels[k];
+            let share = f64::from(1.0 - cell.open) * f64::from(texel.area);
+            sum += texel.emission.as_dvec3() * share;
+        }
+    }
+    sum
+}
 
 /// The energy balance, W per channel in scene units.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -21,7 +34,7 @@ pub struct Energy {
     pub absorbed: [f64; 3],
     /// ΣA·r.
     pub unshot: [f64; 3],
-    /// Left through openings or into black backs.
+    /// Left through openings, into black backs or into bodies that stand on emitters.
     pub escaped: [f64; 3],
     /// Lost (or made up, if negative) by the form factors.
     pub closure: [f64; 3],
@@ -42,7 +55,7 @@ impl Energy {
             absorbed += (DVec3::ONE - texel.reflectance.as_dvec3()) * irradiance * area;
             unshot += field.residual[k].truncate().as_dvec3() * area;
         }
-        let mut escaped = DVec3::ZERO;
+        let mut escaped = buried(mesh);
         let mut closure = DVec3::ZERO;
         for shot in shots {
             let power = DVec3::from(shot.power.map(f64::from));

@@ -13,6 +13,7 @@ pub mod import;
 pub mod mesh;
 pub mod overlap;
 pub mod reduce;
+pub mod relight;
 pub mod sampling;
 pub mod scene;
 pub mod settings;

@@ -50,8 +50,17 @@ pub struct Cell {
     pub count: u32,
     /// The share of its points on which no body stands.
     pub open: f32,
+    /// The same before the objects came.
+    pub open_before: f32,
     /// Geometry.
     pub shooter: Shooter,
+}
+
+impl Cell {
+    /// Its texels.
+    pub fn texels(&self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
 }
 
 /// What receives.
@@ -88,20 +97,44 @@ pub enum TexelKind {
     Inverted,
 }
 
+/// A point in which a cell is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Where.
+    pub position: Vec3,
+    /// The area that it stands for over the mean.
+    pub weight: f32,
+    /// What stands on it.
+    pub cover: Cover,
+}
+
+/// What stands on a point: it shines and receives only where it is open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cover {
+    /// Nothing.
+    Open,
+    /// An object put into the room.
+    Object,
+    /// A body of the room.
+    Room,
+}
+
 /// Faces, cells and texels of a scene.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// Faces, in the scene's order.
     pub faces: Vec<MeshFace>,
+    /// The first so many faces are the room, the others objects put into it; all of them where
+    /// nothing is relit.
+    pub room: u32,
     /// Shooters, grouped by face.
     pub cells: Vec<Cell>,
     /// Receivers, grouped by cell.
     pub texels: Vec<Texel>,
     /// Points per cell.
     pub samples: u32,
-    /// Where each cell is looked at, `samples` a cell: the point, and the area that it stands for
-    /// over the mean, negative where a body stands on it.
-    pub points: Vec<Vec4>,
+    /// Where each cell is looked at, `samples` a cell.
+    pub points: Vec<Point>,
     /// Atlas width and height in pixels.
     pub atlas: [u32; 2],
     /// Scene units per mesh unit, a power of two.
@@ -124,6 +157,7 @@ impl Mesh {
         let (rects, atlas) = pack(resolutions);
         let mut mesh = Self {
             faces: Vec::with_capacity(scene.faces.len()),
+            room: scene.faces.len() as u32,
             cells: Vec::new(),
             texels: Vec::with_capacity(resolutions.iter().map(|r| texel::count(*r) as usize).sum()),
             samples: 1,
@@ -158,7 +192,11 @@ impl Mesh {
         mesh.points = mesh
             .cells
             .iter()
-            .map(|cell| cell.shooter.centre.extend(1.0))
+            .map(|cell| Point {
+                position: cell.shooter.centre,
+                weight: 1.0,
+                cover: Cover::Open,
+            })
             .collect();
         Ok(mesh)
     }
@@ -200,6 +238,7 @@ impl Mesh {
                 first: 0,
                 count: 0,
                 open: 1.0,
+                open_before: 1.0,
                 shooter: Shooter {
                     centre: local(outline.centroid()),
                     normal: self.faces[f].normal,
@@ -234,8 +273,8 @@ impl Mesh {
     }
 
     /// Looks at each cell in `samples` points instead of its centre. What a cell shoots leaves from
-    /// where it is `open`, not from where a body stands on it.
-    pub fn sample(&mut self, samples: u32, open: impl Fn(&MeshFace, Vec3) -> bool + Sync) {
+    /// where it is open, not from where a body stands on it.
+    pub fn sample(&mut self, samples: u32, cover: impl Fn(&MeshFace, Vec3) -> Cover + Sync) {
         self.samples = samples.max(1);
         if self.samples == 1 {
             return;
@@ -243,22 +282,35 @@ impl Mesh {
         let mut points = Vec::with_capacity(self.cells.len() * self.samples as usize);
         for (k, cell) in (0..).zip(&mut self.cells) {
             let face = &self.faces[cell.face as usize];
-            let (mut all, mut lit) = (0.0, 0.0);
+            let (mut all, mut lit, mut lit_before) = (0.0, 0.0, 0.0);
             for s in 0..self.samples {
                 let uv = sampling::cell_uv(s, k);
-                let mut point = sampling::outline_point(&cell.shooter.corners, uv);
-                all += point.w;
-                if open(face, point.truncate()) {
-                    lit += point.w;
-                } else {
-                    point.w = -point.w;
+                let point = sampling::outline_point(&cell.shooter.corners, uv);
+                let (position, weight) = (point.truncate(), point.w);
+                let cover = cover(face, position);
+                all += weight;
+                if cover != Cover::Room {
+                    lit_before += weight;
                 }
-                points.push(point);
+                if cover == Cover::Open {
+                    lit += weight;
+                }
+                points.push(Point {
+                    position,
+                    weight,
+                    cover,
+                });
             }
             // A cell without area has no share of itself.
-            cell.open = if all > 0.0 { lit / all } else { 0.0 };
+            let share = |part: f32| if all > 0.0 { part / all } else { 0.0 };
+            (cell.open, cell.open_before) = (share(lit), share(lit_before));
         }
         self.points = points;
+    }
+
+    /// Whether a face belongs to an object put into the room.
+    pub fn is_object(&self, face: u32) -> bool {
+        face >= self.room
     }
 
     /// A point of the scene in the mesh's unit, not yet rounded to f32.

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::reduce::tree_sum;
 use crate::settings::Settings;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use std::ops::ControlFlow;
 
 /// What one shot did.
@@ -51,6 +51,46 @@ pub enum Order<'a> {
     Replay(&'a [u32]),
 }
 
+/// How texels of the room take a shot, when objects have been put into it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rule {
+    /// Whether the shots carry the room's captured radiosity: then texels only note what they
+    /// receive, the change in `irradiance` and what they had of it before the objects came in
+    /// `radiosity`.
+    pub captured: bool,
+    /// What a texel of the room had already of a captured shot, or of an object's.
+    pub had: Had,
+    /// Whether texels of the room shoot on what they gain and lose.
+    pub keep: bool,
+}
+
+impl Rule {
+    /// A solve: whoever sees a shot takes it, and shoots it on.
+    pub const PLAIN: Self = Self {
+        captured: false,
+        had: Had::Nothing,
+        keep: true,
+    };
+
+    /// Whether links must be compared with what they were.
+    pub fn compares(self) -> bool {
+        self.captured || self.had != Had::Nothing
+    }
+}
+
+/// What is subtracted from a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Had {
+    /// Nothing.
+    Nothing,
+    /// The link without the objects.
+    Before,
+    /// The form factor, whatever hides the texel (Table 2 as printed).
+    Unhidden,
+    /// The link itself: no change.
+    All,
+}
+
 /// What the loop asks of a solver.
 pub trait Engine {
     /// Σ|r|A over the texels and channels of each cell.
@@ -61,6 +101,9 @@ pub trait Engine {
 
     /// The texels' state.
     fn field(&mut self) -> Result<Field>;
+
+    /// Goes on from `field` by `rule`, with the `reflectance` of every texel.
+    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()>;
 
     /// Shoots until the order ends, `max_shots` are shot or `watch` breaks. A solver that can
     /// choose its shooter by itself overrides this; the shots must be the same. One that works
@@ -188,13 +231,19 @@ pub fn replay(engine: &mut dyn Engine, log: &[u32]) -> Result<Run> {
     })
 }
 
-/// The state before the first shot: B = r = E, H = 0.
+/// The state before the first shot: B = E, H = 0, and r = E where no body buries it.
 pub fn initial(mesh: &Mesh, origin: &str) -> Field {
     let emission: Vec<Vec4> = mesh.texels.iter().map(|t| t.emission.extend(0.0)).collect();
+    let mut residual = emission.clone();
+    for cell in mesh.cells.iter().filter(|cell| cell.open < 1.0) {
+        for k in cell.texels() {
+            residual[k] *= cell.open;
+        }
+    }
     Field {
         origin: origin.to_owned(),
-        radiosity: emission.clone(),
         irradiance: vec![Vec4::ZERO; emission.len()],
-        residual: emission,
+        radiosity: emission,
+        residual,
     }
 }

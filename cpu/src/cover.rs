@@ -5,7 +5,7 @@ use crate::rays::Rays;
 use common::Result;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::directions;
-use common::mesh::{Mesh, MeshFace};
+use common::mesh::{Cover, Mesh, MeshFace};
 use common::scene::Scene;
 use common::settings::Settings;
 use glam::Vec3;
@@ -21,6 +21,20 @@ pub fn sampled(scene: &Scene, settings: &Settings) -> Result<Mesh> {
     Ok(mesh)
 }
 
+/// The mesh of a scene whose first `room` faces are a room and the others objects in it, with N×N
+/// texels on each of its faces as `resolutions` says.
+pub fn furnished(
+    scene: &Scene,
+    room: usize,
+    resolutions: &[[u32; 2]],
+    settings: &Settings,
+) -> Result<Mesh> {
+    let mut mesh = Mesh::new(scene, resolutions, settings.cells)?;
+    mesh.room = room as u32;
+    sample(&mut mesh, settings.samples);
+    Ok(mesh)
+}
+
 /// Looks at each cell of `mesh` in `samples` points, and marks those on which a body stands.
 pub fn sample(mesh: &mut Mesh, samples: u32) {
     if samples <= 1 {
@@ -28,25 +42,37 @@ pub fn sample(mesh: &mut Mesh, samples: u32) {
     }
     let rays = Rays::new(mesh);
     let directions: Vec<Vec3> = directions().into_iter().step_by(STEP).collect();
-    mesh.sample(samples, |face, point| open(&rays, face, point, &directions));
+    let (room, all) = (mesh.room as usize, mesh.faces.len());
+    mesh.sample(samples, |face, point| {
+        let open = |faces| open(&rays, faces, face, point, &directions);
+        if open(all) {
+            Cover::Open
+        } else if room < all && open(room) {
+            Cover::Object
+        } else {
+            Cover::Room
+        }
+    });
 }
 
-fn open(rays: &Rays, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
+/// Whether a point of `face` sees anything else than backs, of the first `faces` faces.
+fn open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
     let bitangent = face.normal.cross(face.tangent);
     directions.iter().any(|d| {
         let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-        leaves(rays, face.sheet, point, direction)
+        leaves(rays, faces, face.sheet, point, direction)
     })
 }
 
 /// Whether the ray meets a front before a back, or nothing. A face that touches the point is passed
 /// over: it may be the other side of a thin wall; a body has more faces behind it.
-fn leaves(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
+fn leaves(rays: &Rays, faces: usize, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
     let mut front = MISS;
     let mut back = MISS;
-    rays.along(origin, direction, |face| {
+    rays.along(origin, direction, |k, face| {
         let hit = intersect(face, origin, direction);
-        if face.sheet == sheet || hit.t <= 0.0 || (hit.t * hit.facing).abs() <= CONTACT {
+        let touches = (hit.t * hit.facing).abs() <= CONTACT;
+        if k as usize >= faces || face.sheet == sheet || hit.t <= 0.0 || touches {
             return;
         }
         if hit.facing < 0.0 && hit.inside >= -OUTLINE {

@@ -5,8 +5,8 @@ use crate::intersect::intersect;
 use crate::rays::Rays;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::DIRECTIONS;
-use common::mesh::Mesh;
-use glam::{Vec3, Vec4};
+use common::mesh::{Cover, Mesh, Point};
+use glam::Vec3;
 use rayon::prelude::*;
 
 /// The escaped share of `cell`; `directions` are [`common::escape::directions`]. The BVH only
@@ -28,16 +28,16 @@ pub fn escape(mesh: &Mesh, rays: &Rays, cell: u32, directions: &[Vec3]) -> f32 {
 }
 
 /// Where direction `k` starts: the points take turns, but light leaves from open ones only.
-fn start(points: &[Vec4], k: usize) -> Vec3 {
+fn start(points: &[Point], k: usize) -> Vec3 {
     let n = points.len();
     let mut at = k % n;
     for _ in 0..n {
-        if points[at].w > 0.0 {
+        if points[at].cover == Cover::Open {
             break;
         }
         at = (at + 1) % n;
     }
-    points[at].truncate()
+    points[at].position
 }
 
 /// Whether the nearest face along the ray shows its front. A front that touches the shooter
@@ -45,7 +45,7 @@ fn start(points: &[Vec4], k: usize) -> Vec3 {
 pub fn meets_front(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
     let mut front = MISS;
     let mut back = MISS;
-    rays.along(origin, direction, |face| {
+    rays.along(origin, direction, |_, face| {
         if face.sheet == sheet {
             return;
         }

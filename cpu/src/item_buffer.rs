@@ -49,7 +49,7 @@ impl View {
         Self {
             visibility: settings.visibility,
             raster: settings.raster(),
-            frame: Frame::new(face, point.truncate()),
+            frame: Frame::new(face, point.position),
             sheet: face.sheet,
             size: settings.item_buffer,
             unit: mesh.unit as f32,
@@ -58,8 +58,9 @@ impl View {
 }
 
 impl ItemBuffer {
-    /// Draws all faces; the first of equals stays.
-    pub fn draw(mesh: &Mesh, view: &View) -> Self {
+    /// Draws the first `faces` faces; the first of equals stays.
+    pub fn draw(mesh: &Mesh, view: &View, faces: u32) -> Self {
+        let faces = &mesh.faces[..faces as usize];
         let count = (view.size * view.size) as usize;
         let mut target = Target {
             size: view.size,
@@ -67,8 +68,8 @@ impl ItemBuffer {
             depth: vec![1.0; count],
         };
         match view.raster {
-            Raster::Pixel => draw_pixels(mesh, view, &mut target),
-            Raster::Tessellated => draw_tessellated(mesh, view, &mut target),
+            Raster::Pixel => draw_pixels(faces, view, &mut target),
+            Raster::Tessellated => draw_tessellated(faces, view, &mut target),
         }
         Self {
             size: view.size,
@@ -95,8 +96,8 @@ impl Target {
     }
 }
 
-fn draw_pixels(mesh: &Mesh, view: &View, target: &mut Target) {
-    for (id, face) in mesh.faces.iter().enumerate() {
+fn draw_pixels(faces: &[MeshFace], view: &View, target: &mut Target) {
+    for (id, face) in faces.iter().enumerate() {
         for side in 0..view.visibility.sides() {
             let limits = bound(view, face, side);
             if limits.x >= limits.z || limits.y >= limits.w {

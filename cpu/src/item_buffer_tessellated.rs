@@ -9,7 +9,7 @@ use crate::item_buffer::{Target, View};
 use crate::projection::{pixel_centre, pixels, project, unproject};
 use crate::tessellate::{level, spread};
 use common::constants::{BELOW, DEPTH_MAX, DEPTH_SCALE, HIDDEN, LEVELS, PAPER_FAR, PAPER_NEAR};
-use common::mesh::{Mesh, MeshFace};
+use common::mesh::MeshFace;
 use common::settings::Visibility;
 use glam::Vec2;
 
@@ -17,11 +17,11 @@ use glam::Vec2;
 const SUBPIXELS: f32 = 256.0;
 
 /// Draws all faces: coarse ones first, each level in face order.
-pub fn draw_tessellated(mesh: &Mesh, view: &View, target: &mut Target) {
+pub fn draw_tessellated(faces: &[MeshFace], view: &View, target: &mut Target) {
     let mut raster = Raster { view, target };
-    let levels: Vec<u32> = mesh.faces.iter().map(|face| level(view, face)).collect();
+    let levels: Vec<u32> = faces.iter().map(|face| level(view, face)).collect();
     for wanted in 0..LEVELS {
-        for (k, face) in mesh.faces.iter().enumerate() {
+        for (k, face) in faces.iter().enumerate() {
             debug_assert!(levels[k] <= HIDDEN);
             if levels[k] == wanted {
                 raster.draw_face(k as u32, face, 1 << wanted);

@@ -42,4 +42,12 @@ impl Links {
         };
         place.insert(row)
     }
+
+    /// Makes the row of `cell` whether it is there or not.
+    pub fn replace(&mut self, cell: u32, make: impl FnOnce(Vec<f32>) -> Row) {
+        let places = self.rows.len();
+        let place = &mut self.rows[cell as usize % places];
+        let old = place.take().map_or_else(Vec::new, |row| row.links);
+        *place = Some(make(old));
+    }
 }

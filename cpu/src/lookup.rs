@@ -8,10 +8,54 @@
 use crate::intersect::{intersect, touches};
 use crate::item_buffer::{ItemBuffer, View};
 use crate::projection::{pixels, project};
+use crate::rays::Sight;
 use common::constants::{END, OUTLINE};
 use common::mesh::Mesh;
-use common::settings::Lookup;
+use common::settings::{Lookup, Settings};
 use glam::Vec3;
+
+/// The item buffers of one point of a cell: with the objects and, where it and they differ, without.
+pub struct Buffers {
+    view: View,
+    lookup: Lookup,
+    with: ItemBuffer,
+    without: Option<ItemBuffer>,
+}
+
+impl Buffers {
+    /// Draws them for point `s` of `cell`. The room is drawn alike in both.
+    pub fn new(mesh: &Mesh, cell: u32, s: u32, settings: &Settings) -> Self {
+        let view = View::new(mesh, cell, s, settings);
+        let all = mesh.faces.len() as u32;
+        let differ = mesh.room < all && !mesh.is_object(mesh.cells[cell as usize].face);
+        Self {
+            view,
+            lookup: settings.lookup,
+            with: ItemBuffer::draw(mesh, &view, all),
+            without: differ.then(|| ItemBuffer::draw(mesh, &view, mesh.room)),
+        }
+    }
+
+    /// How the texel at `position` on `face` sees the point: nothing of the room is seen now that
+    /// was not seen without the objects.
+    pub fn sight(&self, mesh: &Mesh, position: Vec3, face: u32) -> Sight {
+        let ask =
+            |buffer: &ItemBuffer| visible(mesh, buffer, &self.view, self.lookup, position, face);
+        let before = match &self.without {
+            Some(without) if !mesh.is_object(face) => ask(without),
+            _ => true,
+        };
+        if !before {
+            Sight::Blocked
+        } else if ask(&self.with) {
+            Sight::Clear
+        } else if self.without.is_some() {
+            Sight::Hidden
+        } else {
+            Sight::Blocked
+        }
+    }
+}
 
 /// Whether the texel at `position` on `face` sees the shooter of `view`.
 pub fn visible(

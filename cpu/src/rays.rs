@@ -6,11 +6,24 @@ use common::constants::{CONTACT, END, MISS, OUTLINE, RAY_REACH};
 use common::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
 use obvhs::ray::Ray;
+use std::cell::Cell;
 
 /// Faces that block.
 pub struct Rays {
     bvh: Bvh,
     faces: Vec<MeshFace>,
+    room: u32,
+}
+
+/// What lies between two points. Twin of the constants in `gpu/src/shaders/types.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Sight {
+    /// A face of the room: neither saw the other before the objects came.
+    Blocked,
+    /// Objects only.
+    Hidden,
+    /// Nothing.
+    Clear,
 }
 
 impl Rays {
@@ -19,6 +32,7 @@ impl Rays {
         Self {
             bvh: Bvh::new(mesh),
             faces: mesh.faces.clone(),
+            room: mesh.room,
         }
     }
 
@@ -51,6 +65,32 @@ impl Rays {
             })
     }
 
+    /// What lies between `from` on face `ends[0]` and `to` on face `ends[1]`: one traversal that
+    /// objects do not end where it is asked to go `through` them, so that nothing is seen now that
+    /// was not seen before them.
+    pub fn sight(&self, from: Vec3, to: Vec3, ends: [u32; 2], through: bool) -> Sight {
+        let ends = ends.map(|k| self.faces[k as usize].sheet);
+        let hidden = Cell::new(false);
+        let free = self
+            .bvh
+            .tree
+            .ray_traverse_miss(segment(from, to), |ray, primitive| {
+                match self.blocks(primitive, ray, [from, to], ends) {
+                    Some((k, t)) if !through || k < self.room => t,
+                    Some(_) => {
+                        hidden.set(true);
+                        MISS
+                    }
+                    None => MISS,
+                }
+            });
+        match (free, hidden.get()) {
+            (false, _) => Sight::Blocked,
+            (true, true) => Sight::Hidden,
+            (true, false) => Sight::Clear,
+        }
+    }
+
     /// All faces that lie in between.
     pub fn blockers(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> Vec<u32> {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
@@ -65,13 +105,13 @@ impl Rays {
     }
 
     /// Every face that the ray from `origin` along `direction`, or from just behind it, may meet.
-    pub fn along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(&MeshFace)) {
+    pub fn along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(u32, &MeshFace)) {
         let behind = origin - direction * (4.0 * CONTACT);
         self.bvh.tree.ray_traverse_anyhit(
             ray(behind, direction / RAY_REACH, f32::MAX),
             |_, primitive| {
                 let k = self.bvh.faces[primitive];
-                visit(&self.faces[k as usize]);
+                visit(k, &self.faces[k as usize]);
             },
         );
     }

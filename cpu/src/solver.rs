@@ -2,17 +2,16 @@
 
 use crate::deposit::{Flash, deposit};
 use crate::escape::escape;
-use crate::item_buffer::{ItemBuffer, View};
-use crate::link::{Sums, sample};
+use crate::link::{Past, Sums, sample};
 use crate::links::{Links, Row};
-use crate::lookup;
+use crate::lookup::Buffers;
 use crate::power::{closure, power, received};
 use crate::rays::Rays;
 use common::Result;
 use common::escape::directions;
 use common::mesh::Mesh;
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Field, Shot, initial, total};
+use common::shooting::{Engine, Field, Rule, Shot, initial, total};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -23,9 +22,13 @@ const TASK: usize = 1024;
 pub struct CpuSolver<'a> {
     caster: Caster<'a>,
     links: Links,
+    /// What the room had of the latest shot; empty where the rule does not ask.
+    past: Vec<Past>,
     /// What each cell has yet to shoot.
     sums: Vec<Vec4>,
     field: Field,
+    reflectance: Vec<Vec3>,
+    rule: Rule,
 }
 
 /// What makes a cell's links.
@@ -47,8 +50,11 @@ impl<'a> CpuSolver<'a> {
                 directions: directions(),
             },
             links: Links::new(mesh),
+            past: Vec::new(),
             sums: Vec::new(),
             field: initial(mesh, "cpu"),
+            reflectance: mesh.texels.iter().map(|t| t.reflectance).collect(),
+            rule: Rule::PLAIN,
         };
         solver.sum();
         solver
@@ -62,7 +68,8 @@ impl<'a> CpuSolver<'a> {
     /// The links of a cell.
     pub fn row(&mut self, cell: u32) -> &Row {
         let caster = &self.caster;
-        self.links.row(cell, |links| caster.row(cell, links))
+        self.links
+            .row(cell, |links| caster.row(cell, &caster.sums(cell, false), links))
     }
 
     fn sum(&mut self) {
@@ -76,17 +83,9 @@ impl<'a> CpuSolver<'a> {
 }
 
 impl Caster<'_> {
-    fn row(&self, cell: u32, mut links: Vec<f32>) -> Row {
+    fn row(&self, cell: u32, sums: &[Sums], mut links: Vec<f32>) -> Row {
         let mesh = self.mesh;
         links.clear();
-        let mut sums = vec![Sums::default(); mesh.texels.len()];
-        if self.settings.visibility == Visibility::Rays {
-            self.by_rays(cell, &mut sums);
-        } else {
-            for s in 0..mesh.samples {
-                self.by_item_buffer(cell, s, &mut sums);
-            }
-        }
         let open = mesh.cells[cell as usize].open;
         links.extend(sums.iter().map(|sums| sums.link(mesh.samples, open)));
         let taken: Vec<f32> = mesh
@@ -102,14 +101,27 @@ impl Caster<'_> {
         }
     }
 
-    fn by_rays(&self, cell: u32, sums: &mut [Sums]) {
+    fn sums(&self, cell: u32, through: bool) -> Vec<Sums> {
+        let mesh = self.mesh;
+        let mut sums = vec![Sums::default(); mesh.texels.len()];
+        if self.settings.visibility == Visibility::Rays {
+            self.by_rays(cell, through, &mut sums);
+        } else {
+            for s in 0..mesh.samples {
+                self.by_item_buffer(cell, s, &mut sums);
+            }
+        }
+        sums
+    }
+
+    fn by_rays(&self, cell: u32, through: bool, sums: &mut [Sums]) {
         let (mesh, kind) = (self.mesh, self.settings.form_factor);
         let shooter = mesh.cells[cell as usize].face;
         each(sums, |k, sums| {
             let ends = [shooter, mesh.texels[k as usize].face];
             for s in 0..mesh.samples {
                 sample(mesh, kind, cell, k, s, sums, |q, p| {
-                    self.rays.visible(q, p, ends)
+                    self.rays.sight(q, p, ends, through && !mesh.is_object(ends[1]))
                 });
             }
         });
@@ -117,12 +129,11 @@ impl Caster<'_> {
 
     fn by_item_buffer(&self, cell: u32, s: u32, sums: &mut [Sums]) {
         let (mesh, settings) = (self.mesh, &self.settings);
-        let view = View::new(mesh, cell, s, settings);
-        let buffer = ItemBuffer::draw(mesh, &view);
+        let buffers = Buffers::new(mesh, cell, s, settings);
         each(sums, |k, sums| {
             let face = mesh.texels[k as usize].face;
             sample(mesh, settings.form_factor, cell, k, s, sums, |_, p| {
-                lookup::visible(mesh, &buffer, &view, settings.lookup, p, face)
+                buffers.sight(mesh, p, face)
             });
         });
     }
@@ -144,18 +155,30 @@ impl Engine for CpuSolver<'_> {
     }
 
     fn shoot(&mut self, cell: u32) -> Result<Shot> {
-        let caster = &self.caster;
-        let row = self.links.row(cell, |links| caster.row(cell, links));
+        let (caster, rule) = (&self.caster, self.rule);
         let shooter = &caster.mesh.cells[cell as usize];
+        if rule.compares() {
+            // The sums are those of this shot: its links are made anew.
+            let sums = caster.sums(cell, rule.captured);
+            let past = |(k, sums): (usize, &Sums)| sums.past(caster.mesh, rule, shooter, k as u32);
+            self.past = sums.par_iter().enumerate().map(past).collect();
+            self.links
+                .replace(cell, |links| caster.row(cell, &sums, links));
+        }
+        let row = self
+            .links
+            .row(cell, |links| caster.row(cell, &caster.sums(cell, false), links));
         let flux = self.sums[cell as usize].truncate();
         let flash = Flash {
             mesh: caster.mesh,
             cell: shooter,
             radiosity: flux / shooter.shooter.area,
             scale: conserving(caster.settings.conserve, row.sum, row.escaped),
+            rule,
+            reflectance: &self.reflectance,
         };
         let (form_factor_sum, escaped) = (row.sum * flash.scale, row.escaped);
-        let field = &mut self.field;
+        let (field, past) = (&mut self.field, &self.past);
         field
             .radiosity
             .par_chunks_mut(TASK)
@@ -166,7 +189,9 @@ impl Engine for CpuSolver<'_> {
             .for_each(|(task, (((radiosity, residual), irradiance), links))| {
                 for k in 0..radiosity.len() {
                     let state = (&mut radiosity[k], &mut residual[k], &mut irradiance[k]);
-                    deposit(&flash, (task * TASK + k) as u32, links[k], state);
+                    let texel = task * TASK + k;
+                    let past = past.get(texel).copied().unwrap_or_default();
+                    deposit(&flash, texel as u32, links[k], past, state);
                 }
             });
         self.sum();
@@ -181,6 +206,18 @@ impl Engine for CpuSolver<'_> {
 
     fn field(&mut self) -> Result<Field> {
         Ok(self.field.clone())
+    }
+
+    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
+        self.rule = rule;
+        self.reflectance = reflectance.to_vec();
+        self.field = Field {
+            origin: self.field.origin.clone(),
+            ..field.clone()
+        };
+        self.past.clear();
+        self.sum();
+        Ok(())
     }
 }
 

@@ -59,13 +59,14 @@ impl Recorder<'_> {
     fn gather(&self, encoder: &mut wgpu::CommandEncoder) {
         let (b, p) = (self.buffers, self.pipelines);
         if let Some(stages) = &p.item_buffer {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            single(&mut pass, &p.aim);
-            if stages.kind == Raster::Tessellated {
-                single(&mut pass, &stages.tessellate);
+            let view = b.item_buffer.create_view(&Default::default());
+            match &b.room_buffer {
+                None => self.draw(encoder, stages, &p.aim, &view),
+                Some(room) => {
+                    self.draw(encoder, stages, &p.aim, room);
+                    self.draw(encoder, stages, &p.whole, &view);
+                }
             }
-            drop(pass);
-            self.raster(encoder, stages);
         }
         let mut pass = encoder.begin_compute_pass(&Default::default());
         if p.item_buffer.is_none() {
@@ -75,13 +76,33 @@ impl Recorder<'_> {
         pass.dispatch_workgroups_indirect(&b.dispatches, GATHER);
     }
 
-    fn raster(&self, encoder: &mut wgpu::CommandEncoder, stages: &ItemBufferStages) {
+    /// Draws into `target` what `aim` says.
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stages: &ItemBufferStages,
+        aim: &Stage,
+        target: &wgpu::TextureView,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        single(&mut pass, aim);
+        if stages.kind == Raster::Tessellated {
+            single(&mut pass, &stages.tessellate);
+        }
+        drop(pass);
+        self.raster(encoder, stages, target);
+    }
+
+    fn raster(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stages: &ItemBufferStages,
+        target: &wgpu::TextureView,
+    ) {
         let b = self.buffers;
-        let view =
-            |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view(&b.item_buffer),
+                view: target,
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
@@ -90,7 +111,7 @@ impl Recorder<'_> {
                 },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &view(&b.depth),
+                view: &b.depth.create_view(&Default::default()),
                 depth_ops: Some(wgpu::Operations {
                     load: wgpu::LoadOp::Clear(1.0),
                     store: wgpu::StoreOp::Discard,

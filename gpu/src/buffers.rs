@@ -3,7 +3,7 @@
 use crate::adapter::Gpu;
 use crate::batch::DISPATCH_BYTES;
 use crate::records::{
-    CellRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, ROW_BYTES, SHOT_BYTES, TexelRecord,
+    CellRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, PointRecord, ROW_BYTES, SHOT_BYTES, TexelRecord,
 };
 use bytemuck::{Pod, cast, cast_slice};
 use common::bvh::Bvh;
@@ -51,6 +51,8 @@ pub struct Buffers {
     pub residual: wgpu::Buffer,
     pub irradiance: wgpu::Buffer,
     pub item_buffer: wgpu::Texture,
+    /// What the item buffer shows without the objects; none where there are none.
+    pub room_buffer: Option<wgpu::TextureView>,
     pub depth: wgpu::Texture,
     /// Rows of links that are kept.
     pub places: u32,
@@ -83,6 +85,7 @@ impl Buffers {
         let faces: Vec<FaceRecord> = mesh.faces.iter().map(Into::into).collect();
         let cells: Vec<CellRecord> = mesh.cells.iter().map(Into::into).collect();
         let texels: Vec<TexelRecord> = mesh.texels.iter().map(Into::into).collect();
+        let points: Vec<PointRecord> = mesh.points.iter().map(Into::into).collect();
         let directions: Vec<[f32; 4]> = directions().iter().map(|d| d.extend(0.0).into()).collect();
         let (indices, draws) = grids();
         let texel_count = mesh.texels.len() as u64;
@@ -123,7 +126,7 @@ impl Buffers {
             rows: empty("rows", ROW_BYTES * u64::from(places), storage),
             taken: empty("taken", 4 * mesh.cells.len() as u64, storage),
             samples: empty("samples", 16 * texel_count, storage),
-            points: filled(device, "points", &mesh.points, storage),
+            points: filled(device, "points", &points, storage),
             nodes: filled(device, "nodes", &nodes, storage),
             primitives: filled(device, "primitives", &primitives, storage),
             places,
@@ -132,6 +135,10 @@ impl Buffers {
             residual: filled(device, "residual", &state.residual, storage),
             irradiance: filled(device, "irradiance", &state.irradiance, storage),
             item_buffer: target(device, "item buffer", pixels, wgpu::TextureFormat::R32Uint),
+            room_buffer: (mesh.room < mesh.faces.len() as u32).then(|| {
+                target(device, "room buffer", pixels, wgpu::TextureFormat::R32Uint)
+                    .create_view(&wgpu::TextureViewDescriptor::default())
+            }),
             depth: target(device, "depth", pixels, wgpu::TextureFormat::Depth32Float),
         })
     }
@@ -236,7 +243,7 @@ fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
     let needs = [
         ("texels", size_of::<TexelRecord>() * mesh.texels.len()),
         ("cells", size_of::<CellRecord>() * mesh.cells.len()),
-        ("points of the cells", 16 * mesh.points.len()),
+        ("points of the cells", size_of::<PointRecord>() * mesh.points.len()),
         ("faces", size_of::<FaceRecord>() * mesh.faces.len()),
         (
             "tessellation lists",

@@ -18,6 +18,7 @@ pub struct Pipelines {
     pub first: Stage,
     pub next: Stage,
     pub aim: Stage,
+    pub whole: Stage,
     pub gather: Stage,
     pub escape: Stage,
     pub received: Stage,
@@ -111,22 +112,21 @@ impl Pipelines {
         if rays {
             linked.extend([Read(&b.nodes), Read(&b.primitives)]);
         } else {
-            linked.push(Texture(&view));
+            // Without objects both are the one that is drawn.
+            linked.extend([Texture(&view), Texture(b.room_buffer.as_ref().unwrap_or(&view))]);
         }
+        let aimed = [
+            Uniform(&b.params),
+            Read(&b.faces),
+            Read(&b.points),
+            Write(&b.shot),
+            Write(&b.rectangles),
+        ];
         let pipelines = Self {
             first: stage("select", "first", &choice)?,
             next: stage("select", "next", &choice)?,
-            aim: stage(
-                "aim",
-                "aim",
-                &[
-                    Uniform(&b.params),
-                    Read(&b.faces),
-                    Read(&b.points),
-                    Write(&b.shot),
-                    Write(&b.rectangles),
-                ],
-            )?,
+            aim: stage("aim", "aim", &aimed)?,
+            whole: stage("aim", "whole", &aimed)?,
             gather: stage("link", "gather", &linked)?,
             escape: stage(
                 "escape",
@@ -174,6 +174,7 @@ impl Pipelines {
                     Write(&b.radiosity),
                     Write(&b.residual),
                     Write(&b.irradiance),
+                    Read(&b.samples),
                 ],
             )?,
             power: stage(

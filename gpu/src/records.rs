@@ -1,8 +1,8 @@
 //! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use common::mesh::{Cell, MeshFace, Texel, TexelKind};
-use common::shooting::Shot;
+use common::mesh::{Cell, Cover, MeshFace, Point, Texel, TexelKind};
+use common::shooting::{Had, Rule, Shot};
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -40,6 +40,8 @@ pub struct CellRecord {
     first: u32,
     count: u32,
     open: f32,
+    open_before: f32,
+    pad: [u32; 3],
 }
 
 impl From<&Cell> for CellRecord {
@@ -52,6 +54,8 @@ impl From<&Cell> for CellRecord {
             first: cell.first,
             count: cell.count,
             open: cell.open,
+            open_before: cell.open_before,
+            pad: [0; 3],
         }
     }
 }
@@ -88,6 +92,41 @@ impl From<&Texel> for TexelRecord {
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
+pub struct PointRecord {
+    position: [f32; 3],
+    weight: f32,
+    cover: u32,
+    pad: [u32; 3],
+}
+
+impl From<&Point> for PointRecord {
+    fn from(point: &Point) -> Self {
+        Self {
+            position: point.position.into(),
+            weight: point.weight,
+            cover: match point.cover {
+                Cover::Open => 0,
+                Cover::Object => 1,
+                Cover::Room => 2,
+            },
+            pad: [0; 3],
+        }
+    }
+}
+
+/// `params.rule`: which of the four [`Had`] it is, and two bits.
+pub fn rule_bits(rule: Rule) -> u32 {
+    let had = match rule.had {
+        Had::Nothing => 0,
+        Had::Before => 1,
+        Had::Unhidden => 2,
+        Had::All => 3,
+    };
+    had | u32::from(rule.captured) << 2 | u32::from(rule.keep) << 3
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
 pub struct LogRecord {
     flux: [f32; 3],
     cell: u32,
@@ -110,7 +149,7 @@ impl From<&LogRecord> for Shot {
 }
 
 /// Bytes of `Shot`, the shot in flight.
-pub const SHOT_BYTES: u64 = 192;
+pub const SHOT_BYTES: u64 = 208;
 /// Bytes of `Row`, whose links a place keeps.
 pub const ROW_BYTES: u64 = 8;
 /// Bytes before the records of `Log`.
@@ -129,6 +168,7 @@ pub struct Params {
     pub step: u32,
     pub samples: u32,
     pub conserve: u32,
-    pub pad: [u32; 2],
+    pub room: u32,
+    pub rule: u32,
     pub groups: [[u32; 4]; 3],
 }

@@ -4,16 +4,16 @@ use crate::adapter::Gpu;
 use crate::batch::Recorder;
 use crate::buffers::{BATCH, Buffers, LOG_BYTES};
 use crate::pipelines::Pipelines;
-use crate::records::{LOG_HEAD_BYTES, LogRecord, Params};
+use crate::records::{LOG_HEAD_BYTES, LogRecord, Params, TexelRecord, rule_bits};
 use crate::shaders::Fault;
 use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
 use common::Result;
 use common::constants::{LANES, LEVELS};
 use common::escape::DIRECTIONS;
-use common::mesh::Mesh;
+use common::mesh::{Mesh, Texel};
 use common::settings::Settings;
-use common::shooting::{Engine, Field, Order, Shot};
-use glam::Vec4;
+use common::shooting::{Engine, Field, Order, Rule, Shot};
+use glam::{Vec3, Vec4};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, channel};
@@ -39,6 +39,7 @@ pub struct GpuSolver<'a> {
     pipelines: Pipelines,
     /// Submissions and buffer mappings so far.
     counts: Counts,
+    rule: Rule,
     /// Seconds that a shot takes, as measured so far.
     shot_seconds: Option<f64>,
 }
@@ -84,6 +85,7 @@ impl<'a> GpuSolver<'a> {
             buffers,
             pipelines,
             counts: Counts::default(),
+            rule: Rule::PLAIN,
             shot_seconds: None,
         };
         solver.write_params(0.0, false);
@@ -209,7 +211,8 @@ impl<'a> GpuSolver<'a> {
             step: self.buffers.step,
             samples: self.mesh.samples,
             conserve: self.settings.conserve.into(),
-            pad: [0; 2],
+            room: self.mesh.room,
+            rule: rule_bits(self.rule),
             groups: [
                 self.groups(self.mesh.texels.len().div_ceil(LANES)),
                 self.groups(DIRECTIONS.div_ceil(LANES)),
@@ -347,6 +350,28 @@ impl Engine for GpuSolver<'_> {
             residual: part(1),
             irradiance: part(2),
         })
+    }
+
+    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
+        self.rule = rule;
+        let texels: Vec<TexelRecord> = self
+            .mesh
+            .texels
+            .iter()
+            .zip(reflectance)
+            .map(|(texel, reflectance)| {
+                TexelRecord::from(&Texel {
+                    reflectance: *reflectance,
+                    ..*texel
+                })
+            })
+            .collect();
+        let (queue, b) = (&self.gpu.queue, &self.buffers);
+        queue.write_buffer(&b.texels, 0, cast_slice(&texels));
+        queue.write_buffer(&b.radiosity, 0, cast_slice(&field.radiosity));
+        queue.write_buffer(&b.residual, 0, cast_slice(&field.residual));
+        queue.write_buffer(&b.irradiance, 0, cast_slice(&field.irradiance));
+        self.gpu.check()
     }
 
     /// Two batches are always under way; the log of one is read while the next one runs.

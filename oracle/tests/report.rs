@@ -45,7 +45,7 @@ fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
         item_buffer: ItemBufferPicture {
             cell,
             size: item_buffer,
-            ids: ItemBuffer::draw(&mesh, &view).ids,
+            ids: ItemBuffer::draw(&mesh, &view, mesh.room).ids,
         },
         settings,
         gpu_settings,

@@ -172,7 +172,7 @@ impl Cover {
 /// touches is that of another front in the same plane.
 fn dark(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
     let (mut front, mut back) = (MISS, MISS);
-    rays.along(origin, direction, |face| {
+    rays.along(origin, direction, |_, face| {
         let hit = intersect(face, origin, direction);
         if face.sheet == sheet || hit.inside < -OUTLINE || hit.t < -4.0 * CONTACT {
             return;

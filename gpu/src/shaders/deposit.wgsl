@@ -1,4 +1,4 @@
-// One texel under the shot: ΔH = w·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/deposit.rs.
+// One texel under the shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/deposit.rs.
 
 @group(0) @binding(0) var<storage, read> shot: Shot;
 @group(0) @binding(1) var<uniform> params: Params;
@@ -7,6 +7,7 @@
 @group(0) @binding(4) var<storage, read_write> radiosity: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> residual: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> irradiance: array<vec4f>;
+@group(0) @binding(7) var<storage, read> sums: array<vec4f>;         // had, before
 
 @compute @workgroup_size(LANES)
 fn deposit(
@@ -18,18 +19,31 @@ fn deposit(
     if k >= params.texels {
         return;
     }
-    let f = links[shot.place * params.texels + k] * shot.scale;
+    let captured = (params.rule & CAPTURED) != 0u;
+    var past = vec2f(0.0);
+    if captured || (params.rule & HAD) != 0u {
+        past = sums[k].xy;
+    }
+    let f = links[shot.place * params.texels + k] * shot.scale - past.x;
     irradiance[k].w = f;
     if k >= shot.first && k < shot.first + shot.count {
         residual[k] = vec4f(0.0);
         return;
     }
-    if f <= 0.0 {
+    if captured {
+        radiosity[k] += vec4f(shot.radiosity * past.y, 0.0);
+    }
+    if f == 0.0 {
         return;
     }
     let received = shot.radiosity * f;
-    let reflected = texels[k].reflectance * received;
     irradiance[k] = vec4f(irradiance[k].xyz + received, f);
+    if captured {
+        return;
+    }
+    let reflected = texels[k].reflectance * received;
     radiosity[k] += vec4f(reflected, 0.0);
-    residual[k] += vec4f(reflected, 0.0);
+    if (params.rule & KEEP) != 0u || texels[k].face >= params.room {
+        residual[k] += vec4f(reflected, 0.0);
+    }
 }

@@ -6,7 +6,7 @@
 @group(0) @binding(2) var<uniform> params: Params;
 @group(0) @binding(3) var<storage, read> directions: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> lost: array<atomic<u32>>;  // a cell's directions
-@group(0) @binding(5) var<storage, read> points: array<vec4f>;
+@group(0) @binding(5) var<storage, read> points: array<Point>;
 
 @compute @workgroup_size(LANES)
 fn escape(@builtin(global_invocation_id) id: vec3u) {
@@ -20,10 +20,10 @@ fn start(k: u32) -> vec3f {
     let n = params.samples;
     let first = shot.cell * n;
     var at = k % n;
-    for (var i = 0u; i < n && points[first + at].w <= 0.0; i++) {
+    for (var i = 0u; i < n && points[first + at].cover != COVER_OPEN; i++) {
         at = (at + 1u) % n;
     }
-    return points[first + at].xyz;
+    return points[first + at].position;
 }
 
 fn meets_front(origin: vec3f, direction: vec3f) -> bool {

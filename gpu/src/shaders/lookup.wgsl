@@ -1,9 +1,27 @@
 // Whether a texel sees the shooter, asked of the item buffer. Twin: cpu/src/lookup.rs.
 
-@group(0) @binding(7) var item_buffer: texture_2d<u32>;
+@group(0) @binding(7) var with_objects: texture_2d<u32>;
+@group(0) @binding(8) var without_objects: texture_2d<u32>;
+
+// How the texel sees the point: nothing of the room is seen now that was not seen without the
+// objects.
+fn sight(centre: vec3f, position: vec3f, face: u32) -> u32 {
+    let differ = params.room < params.faces && shot.face < params.room;
+    var before = true;
+    if differ && face < params.room {
+        before = visible(without_objects, position, face);
+    }
+    if !before {
+        return BLOCKED;
+    }
+    if visible(with_objects, position, face) {
+        return CLEAR;
+    }
+    return select(BLOCKED, HIDDEN_BY_OBJECT, differ);
+}
 
 // The nine pixels name the faces that may hide the texel; those are asked exactly.
-fn visible(centre: vec3f, position: vec3f, face: u32) -> bool {
+fn visible(item_buffer: texture_2d<u32>, position: vec3f, face: u32) -> bool {
     let p = pixels(project(to_local(position)));
     let last = i32(SIZE) - 1;
     let x = clamp(i32(floor(p.x)), 0, last);

@@ -1,4 +1,4 @@
-// Whether nothing lies between a point of the shot's cell and one of a texel: the CPU's tree of
+// What lies between a point of the shot's cell and one of a texel: the CPU's tree of
 // eight quantised boxes a node (Ylitie, Karras & Laine 2017), traversed. Twin: cpu/src/rays.rs.
 
 struct Node {
@@ -42,7 +42,10 @@ fn blocks(face: u32, origin: vec3f, position: vec3f, sheet: u32) -> bool {
     return between && !touches(face, origin) && !touches(face, position);
 }
 
-fn visible(origin: vec3f, position: vec3f, face: u32) -> bool {
+// One traversal, which objects do not end where the texel asks how it was without them.
+fn sight(origin: vec3f, position: vec3f, face: u32) -> u32 {
+    let through = (params.rule & CAPTURED) != 0u && face < params.room;
+    var free = CLEAR;
     let sheet = faces[face].sheet;
     let direction = (position - origin) / RAY_REACH;
     let inv = vec3f(inverse(direction.x), inverse(direction.y), inverse(direction.z));
@@ -88,8 +91,12 @@ fn visible(origin: vec3f, position: vec3f, face: u32) -> bool {
             let first = nodes[node].primitives + (kind & 31u);
             let count = countOneBits(kind >> 5u);
             for (var j = 0u; j < count; j++) {
-                if blocks(primitives[first + j], origin, position, sheet) {
-                    return false;
+                let primitive = primitives[first + j];
+                if blocks(primitive, origin, position, sheet) {
+                    if !through || primitive < params.room {
+                        return BLOCKED;
+                    }
+                    free = HIDDEN_BY_OBJECT;
                 }
             }
         }
@@ -99,8 +106,8 @@ fn visible(origin: vec3f, position: vec3f, face: u32) -> bool {
             depth--;
             group = stack[depth];
         } else {
-            return true;
+            return free;
         }
     }
-    return true;
+    return free;
 }

@@ -116,6 +116,7 @@ fn dispatch(stage: u32, groups: vec4u, needed: bool) {
 fn load(cell: u32) {
     shot.area = cells[cell].area;
     shot.open = cells[cell].open;
+    shot.open_before = cells[cell].open_before;
     shot.face = cells[cell].face;
     shot.corners = cells[cell].corners;
     shot.flux = sums[cell].xyz;
@@ -124,6 +125,8 @@ fn load(cell: u32) {
     shot.first = cells[cell].first;
     shot.count = cells[cell].count;
     shot.place = cell % params.places;
-    shot.fresh = u32(rows[shot.place].cell != cell + 1u);
+    // What the room had of a shot is not kept: those links are made anew.
+    let compares = (params.rule & (CAPTURED | HAD)) != 0u;
+    shot.fresh = u32(compares || rows[shot.place].cell != cell + 1u);
     shot.next = 0u;
 }

@@ -40,22 +40,20 @@ fn widest(face: u32) -> f32 {
 @compute @workgroup_size(SELECT_LANES)
 fn tessellate(@builtin(local_invocation_index) lane: u32) {
     var count = 0u;
-    if shot.shooting == 1u && shot.fresh == 1u {
-        for (var base = 0u; base < params.faces; base += SELECT_LANES) {
-            levels[lane] = HIDDEN;
-            if base + lane < params.faces {
-                levels[lane] = level(base + lane);
-            }
-            workgroupBarrier();
-            // One lane a level lists its faces: they keep their order without atomics.
-            for (var k = 0u; k < SELECT_LANES && lane < LEVELS; k++) {
-                if levels[k] == lane {
-                    instances[lane * params.faces + count] = vec2u(base + k, 1u << lane);
-                    count++;
-                }
-            }
-            workgroupBarrier();
+    for (var base = 0u; base < shot.drawn; base += SELECT_LANES) {
+        levels[lane] = HIDDEN;
+        if base + lane < shot.drawn {
+            levels[lane] = level(base + lane);
         }
+        workgroupBarrier();
+        // One lane a level lists its faces: they keep their order without atomics.
+        for (var k = 0u; k < SELECT_LANES && lane < LEVELS; k++) {
+            if levels[k] == lane {
+                instances[lane * params.faces + count] = vec2u(base + k, 1u << lane);
+                count++;
+            }
+        }
+        workgroupBarrier();
     }
     if lane < LEVELS {
         draws[lane * 5u + 1u] = count;

@@ -19,7 +19,37 @@ struct Cell {
     first: u32,
     count: u32,
     open: f32,               // share of its points on which no body stands
+    open_before: f32,        // the same before the objects came
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
+
+// A point in which a cell is looked at.
+struct Point {
+    position: vec3f,
+    weight: f32,             // the area that it stands for over the mean
+    cover: u32,              // what stands on it
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
+}
+
+const COVER_OPEN = 0u;
+const COVER_ROOM = 2u;
+
+// What lies between two points. Twin: Sight in cpu/src/rays.rs.
+const BLOCKED = 0u;          // a face of the room
+const HIDDEN_BY_OBJECT = 1u; // objects only
+const CLEAR = 2u;
+
+// Bits of params.rule. Twin: Rule in common/src/shooting.rs.
+const HAD = 3u;
+const HAD_BEFORE = 1u;
+const HAD_UNHIDDEN = 2u;
+const HAD_ALL = 3u;
+const CAPTURED = 4u;
+const KEEP = 8u;
 
 struct Texel {
     position: vec3f,
@@ -62,7 +92,8 @@ struct Shot {
     place: u32,              // where its links are kept
     scale: f32,              // what they are multiplied by
     open: f32,
-    pad: u32,
+    drawn: u32,              // how many faces the item buffer in hand shows
+    open_before: f32,
 }
 
 struct Record {
@@ -85,7 +116,8 @@ struct Params {
     step: u32,               // samples of one dispatch
     samples: u32,            // points of a cell
     conserve: u32,           // 1: scale each shot to its exact closure
-    pad: vec2u,
+    room: u32,               // the first so many faces are the room, the others objects
+    rule: u32,               // how the room takes a shot
     groups: array<vec4u, 3>, // workgroups over texels, directions, cells
 }
 

@@ -149,7 +149,7 @@ fn picture(
         return Ok(ItemBufferPicture {
             cell,
             size,
-            ids: ItemBuffer::draw(mesh, &view).ids,
+            ids: ItemBuffer::draw(mesh, &view, mesh.room).ids,
         });
     }
     solver.shoot(cell)?;

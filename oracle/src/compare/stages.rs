@@ -9,15 +9,15 @@ use common::escape::{DIRECTIONS, directions};
 use common::form_factor::FormFactor;
 use common::mesh::{Cell, Mesh};
 use common::settings::{Raster, Settings, Visibility};
-use common::shooting::{Engine, Field, Order, Shot, select};
+use common::shooting::{Engine, Field, Order, Rule, Shot, select};
 use common::{Error, Result};
 use cpu::deposit::{Flash, deposit};
 use cpu::escape::escape;
 use cpu::item_buffer::{ItemBuffer, View};
-use cpu::link::{Sums, sample};
+use cpu::link::{Past, Sums, sample};
 use cpu::lookup::visible;
 use cpu::power;
-use cpu::rays::Rays;
+use cpu::rays::{self, Rays};
 use glam::Vec3;
 use gpu::GpuSolver;
 use rayon::prelude::*;
@@ -72,7 +72,7 @@ pub fn stages(
         if let Entry::Vacant(place) = kept.entry(shot.cell) {
             let sight = Sight::new(mesh, settings, rays, shot.cell, solver)?;
             if let Sight::ItemBuffer(view, buffer) = &sight {
-                let twin = ItemBuffer::draw(mesh, view);
+                let twin = ItemBuffer::draw(mesh, view, mesh.room);
                 boundary += boundary_pixels(&twin);
                 for (a, b) in buffer.ids.iter().zip(&twin.ids) {
                     item_buffer.add(f64::from(u8::from(a != b)));
@@ -173,8 +173,14 @@ impl<'a> Sight<'a> {
         let of = |k: u32| {
             let face = mesh.texels[k as usize].face;
             let mut sums = Sums::default();
-            let visible = |q, p| self.sees(mesh, settings, shooter.face, q, p, face);
-            sample(mesh, settings.form_factor, cell, k, 0, &mut sums, visible);
+            let sight = |q, p| {
+                if self.sees(mesh, settings, shooter.face, q, p, face) {
+                    rays::Sight::Clear
+                } else {
+                    rays::Sight::Blocked
+                }
+            };
+            sample(mesh, settings.form_factor, cell, k, 0, &mut sums, sight);
             sums.link(mesh.samples, shooter.open)
         };
         (0..mesh.texels.len() as u32)
@@ -220,11 +226,14 @@ fn deposit_errors(
 ) -> Tally {
     let cell = &mesh.cells[number as usize];
     let flux = power::power(mesh, before, cell).truncate();
+    let reflectance: Vec<Vec3> = mesh.texels.iter().map(|t| t.reflectance).collect();
     let flash = Flash {
         mesh,
         cell,
         radiosity: flux / cell.shooter.area,
         scale: 1.0,
+        rule: Rule::PLAIN,
+        reflectance: &reflectance,
     };
     let errors: Vec<f64> = (0..mesh.texels.len())
         .into_par_iter()
@@ -234,7 +243,8 @@ fn deposit_errors(
                 before.residual[k],
                 before.irradiance[k],
             );
-            deposit(&flash, k as u32, links[k], (&mut b, &mut r, &mut h));
+            let past = Past::default();
+            deposit(&flash, k as u32, links[k], past, (&mut b, &mut r, &mut h));
             let transfer = transfer(settings.form_factor, cell, mesh.texels[k].position);
             let scale = flash.radiosity.abs().max_element() * transfer;
             [
