@@ -150,7 +150,11 @@ fn a_wrong_sample_is_noticed() {
             "(place.y + uv.y) / size.y;\n    let low",
             "(place.y + uv.x) / size.y;\n    let low",
         ),
-        fault("link", "sum = Sums(sums[k].x, sums[k].y, sums[k].z, sums[k].w);", ""),
+        fault(
+            "link",
+            "sum = Sums(sums[k].x, sums[k].y, sums[k].z, sums[k].w);",
+            "",
+        ),
         fault(
             "rays",
             "hit.t > 0.0 && hit.t < END * RAY_REACH",

@@ -27,7 +27,13 @@ pub struct Flash<'a> {
 pub type State<'a> = (&'a mut Vec4, &'a mut Vec4, &'a mut Vec4);
 
 /// Adds what texel `k` takes by its link `w` to the shooter; w of the irradiance keeps the link.
-pub fn deposit(flash: &Flash, k: u32, w: f32, past: Past, (radiosity, residual, irradiance): State) {
+pub fn deposit(
+    flash: &Flash,
+    k: u32,
+    w: f32,
+    past: Past,
+    (radiosity, residual, irradiance): State,
+) {
     let cell = flash.cell;
     let texel = &flash.mesh.texels[k as usize];
     let f = w * flash.scale - past.had;

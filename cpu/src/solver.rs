@@ -68,8 +68,9 @@ impl<'a> CpuSolver<'a> {
     /// The links of a cell.
     pub fn row(&mut self, cell: u32) -> &Row {
         let caster = &self.caster;
-        self.links
-            .row(cell, |links| caster.row(cell, &caster.sums(cell, false), links))
+        self.links.row(cell, |links| {
+            caster.row(cell, &caster.sums(cell, false), links)
+        })
     }
 
     fn sum(&mut self) {
@@ -121,7 +122,8 @@ impl Caster<'_> {
             let ends = [shooter, mesh.texels[k as usize].face];
             for s in 0..mesh.samples {
                 sample(mesh, kind, cell, k, s, sums, |q, p| {
-                    self.rays.sight(q, p, ends, through && !mesh.is_object(ends[1]))
+                    self.rays
+                        .sight(q, p, ends, through && !mesh.is_object(ends[1]))
                 });
             }
         });
@@ -165,9 +167,9 @@ impl Engine for CpuSolver<'_> {
             self.links
                 .replace(cell, |links| caster.row(cell, &sums, links));
         }
-        let row = self
-            .links
-            .row(cell, |links| caster.row(cell, &caster.sums(cell, false), links));
+        let row = self.links.row(cell, |links| {
+            caster.row(cell, &caster.sums(cell, false), links)
+        });
         let flux = self.sums[cell as usize].truncate();
         let flash = Flash {
             mesh: caster.mesh,

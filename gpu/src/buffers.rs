@@ -3,7 +3,8 @@
 use crate::adapter::Gpu;
 use crate::batch::DISPATCH_BYTES;
 use crate::records::{
-    CellRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, PointRecord, ROW_BYTES, SHOT_BYTES, TexelRecord,
+    CellRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, Params, PointRecord, ROW_BYTES, SHOT_BYTES,
+    TexelRecord,
 };
 use bytemuck::{Pod, cast, cast_slice};
 use common::bvh::Bvh;
@@ -243,7 +244,10 @@ fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
     let needs = [
         ("texels", size_of::<TexelRecord>() * mesh.texels.len()),
         ("cells", size_of::<CellRecord>() * mesh.cells.len()),
-        ("points of the cells", size_of::<PointRecord>() * mesh.points.len()),
+        (
+            "points of the cells",
+            size_of::<PointRecord>() * mesh.points.len(),
+        ),
         ("faces", size_of::<FaceRecord>() * mesh.faces.len()),
         (
             "tessellation lists",

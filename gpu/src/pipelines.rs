@@ -113,7 +113,10 @@ impl Pipelines {
             linked.extend([Read(&b.nodes), Read(&b.primitives)]);
         } else {
             // Without objects both are the one that is drawn.
-            linked.extend([Texture(&view), Texture(b.room_buffer.as_ref().unwrap_or(&view))]);
+            linked.extend([
+                Texture(&view),
+                Texture(b.room_buffer.as_ref().unwrap_or(&view)),
+            ]);
         }
         let aimed = [
             Uniform(&b.params),
