@@ -2,8 +2,10 @@
 //!
 //! Data flows one way: [`import`] → [`scene`] → [`mesh`] (with [`texel`]) → [`shooting`] (with
 //! [`form_factor`], [`constants`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
+//! [`capture`] makes a scene with radiosity from a photographed room.
 
 pub mod bvh;
+pub mod capture;
 pub mod constants;
 pub mod energy;
 pub mod error;

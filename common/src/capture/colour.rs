@@ -1,0 +1,73 @@
+//! From a file's own primaries to linear Rec. 709.
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+
+/// Chromaticities (x, y) of red, green, blue and white.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Primaries(pub [DVec2; 4]);
+
+/// What the workspace computes in.
+pub(super) const REC709: Primaries = Primaries([
+    DVec2::new(0.64, 0.33),
+    DVec2::new(0.30, 0.60),
+    DVec2::new(0.15, 0.06),
+    DVec2::new(0.3127, 0.3290),
+]);
+
+/// The colour space CIE XYZ itself.
+pub(super) const XYZ: Primaries = Primaries([
+    DVec2::new(1.0, 0.0),
+    DVec2::new(0.0, 1.0),
+    DVec2::new(0.0, 0.0),
+    DVec2::new(1.0 / 3.0, 1.0 / 3.0),
+]);
+
+impl Primaries {
+    /// The matrix to XYZ with Y = 1 for white; none if the four do not span a colour space.
+    fn to_xyz(self) -> Option<DMat3> {
+        let [r, g, b, w] = self.0;
+        let column = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y);
+        let primaries = DMat3::from_cols(column(r), column(g), column(b));
+        if !(w.y > 0.0) || primaries.determinant().abs() < 1e-9 {
+            return None;
+        }
+        let scale = primaries.inverse() * (column(w) / w.y);
+        Some(primaries * DMat3::from_diagonal(scale))
+    }
+
+    /// Whether these are Rec. 709's to the digits in which files write them.
+    pub(super) fn are_rec709(self) -> bool {
+        self.0.iter().zip(REC709.0).all(|(a, b)| (*a - b).length() < 1e-3)
+    }
+
+    /// Converts `pixels` in place, without adapting the white point: the light stays the same
+    /// light. False, and nothing is changed, if the primaries do not span a colour space.
+    pub(super) fn convert(self, pixels: &mut [Vec3]) -> bool {
+        let (Some(from), Some(to)) = (self.to_xyz(), REC709.to_xyz()) else {
+            return false;
+        };
+        let matrix = to.inverse() * from;
+        for pixel in pixels {
+            *pixel = (matrix * pixel.as_dvec3()).as_vec3();
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rec709_is_the_standards_matrix() {
+        let rows = REC709.to_xyz().map(|m| m.transpose()).unwrap_or_default();
+        // IEC 61966-2-1 prints four digits.
+        let printed = DMat3::from_cols(
+            DVec3::new(0.4124, 0.3576, 0.1805),
+            DVec3::new(0.2126, 0.7152, 0.0722),
+            DVec3::new(0.0193, 0.1192, 0.9505),
+        );
+        assert!(rows.abs_diff_eq(printed, 1e-4), "{rows}");
+        assert!(XYZ.to_xyz().is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12)));
+    }
+}

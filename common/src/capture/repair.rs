@@ -1,0 +1,66 @@
+//! What becomes of pixels that no radiance can have.
+//!
+//! Negative channels become 0. A pixel with a channel that is NaN or infinite becomes the mean of
+//! its neighbours (of eight, those in the map whose channels are all finite, after their negative
+//! channels became 0), or 0 if it has none. Each is counted, in pixels, and told in a note.
+
+use glam::{DVec3, Vec3};
+
+/// Pixels that were mended; a pixel counts once, for the first that applies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// With a channel that is not a number.
+    pub nan: usize,
+    /// With a channel that is infinite.
+    pub infinite: usize,
+    /// With a channel below 0.
+    pub negative: usize,
+}
+
+/// Mends `pixels` (row by row, `size` = width, height) by the rule above.
+pub(super) fn repair(size: [usize; 2], pixels: &mut [Vec3], notes: &mut Vec<String>) -> Counts {
+    let mut counts = Counts::default();
+    let mut broken = Vec::new();
+    for (index, pixel) in pixels.iter_mut().enumerate() {
+        if pixel.is_nan() {
+            counts.nan += 1;
+            broken.push(index);
+        } else if !pixel.is_finite() {
+            counts.infinite += 1;
+            broken.push(index);
+        } else if pixel.min_element() < 0.0 {
+            counts.negative += 1;
+            *pixel = pixel.max(Vec3::ZERO);
+        }
+    }
+    // All from the pixels as they are: what is mended first must not feed the next.
+    let means: Vec<Vec3> = broken.iter().map(|at| mean(size, pixels, *at)).collect();
+    for (at, mean) in broken.iter().zip(means) {
+        pixels[*at] = mean;
+    }
+    let mut note = |count: usize, what: &str| {
+        if count > 0 {
+            notes.push(format!("{count} of {} pixels {what}", pixels.len()));
+        }
+    };
+    let mended = "and became the mean of their finite neighbours";
+    note(counts.nan, &format!("are not numbers {mended}"));
+    note(counts.infinite, &format!("are infinite {mended}"));
+    note(counts.negative, "have a negative channel, which became 0");
+    counts
+}
+
+fn mean([w, h]: [usize; 2], pixels: &[Vec3], at: usize) -> Vec3 {
+    let (x, y) = (at % w, at / w);
+    let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+    for row in y.saturating_sub(1)..(y + 2).min(h) {
+        for column in x.saturating_sub(1)..(x + 2).min(w) {
+            let pixel = pixels[row * w + column];
+            if pixel.is_finite() {
+                sum += pixel.as_dvec3();
+                count += 1.0;
+            }
+        }
+    }
+    (sum / f64::max(count, 1.0)).as_vec3()
+}
