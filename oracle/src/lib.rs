@@ -8,6 +8,7 @@ pub mod diff;
 pub mod exact;
 pub mod picture;
 pub mod refine;
+pub mod relight;
 pub mod report;
 pub mod resample;
 pub mod study;

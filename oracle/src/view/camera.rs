@@ -54,7 +54,8 @@ impl Camera {
         (self.fov_degrees.clamp(0.01, 179.0).to_radians() / 2.0).tan()
     }
 
-    /// The unit direction through a point of a square picture, −1…1, x right and y up.
+    /// The unit direction through a point of the picture, x right and y up: y runs over −1…1, and
+    /// so does x in a square picture; in one of w×h pixels x runs over −w/h…w/h.
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
         let extent = self.extent();
         (self.frame() * Vec3::new(x * extent, y * extent, 1.0)).normalize()

@@ -9,7 +9,7 @@
 //! of different size meet. H and not B is interpolated: ρ and E may jump from face to face.
 
 use crate::view::patch::Patch;
-use crate::view::weld::{Joints, neighbours, weld};
+use crate::view::weld::{COSINE, Joints, neighbours, weld};
 use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::{DVec3, Vec3, Vec4};
@@ -30,17 +30,24 @@ pub struct Surface<'a> {
 impl<'a> Surface<'a> {
     /// With the borders of coplanar neighbours joined.
     pub fn new(scene: &Scene, mesh: &'a Mesh) -> Self {
-        Self::build(scene, mesh, true)
+        Self::build(scene, mesh, true, |_, _| COSINE)
     }
 
     /// Each face on its own: shows what joining is good for.
     pub fn unwelded(scene: &Scene, mesh: &'a Mesh) -> Self {
-        Self::build(scene, mesh, false)
+        Self::build(scene, mesh, false, |_, _| COSINE)
     }
 
-    fn build(scene: &Scene, mesh: &'a Mesh, joined: bool) -> Self {
+    /// With the borders of those neighbours joined whose normals' cosine is at least what `least`
+    /// asks of the two faces: below 1 for faces that approximate a curved surface, above it for
+    /// faces that must stay apart.
+    pub fn joined(scene: &Scene, mesh: &'a Mesh, least: impl Fn(u32, u32) -> f64) -> Self {
+        Self::build(scene, mesh, true, least)
+    }
+
+    fn build(scene: &Scene, mesh: &'a Mesh, joined: bool, least: impl Fn(u32, u32) -> f64) -> Self {
         let (patches, nodes) = Patch::all(&scene.faces, mesh);
-        let pairs = neighbours(&patches);
+        let pairs = neighbours(&patches, least);
         let joints = weld(&patches, nodes, if joined { &pairs } else { &[] });
         let mut texels = vec![0; mesh.texels.len()];
         for (k, texel) in mesh.texels.iter().enumerate() {

@@ -11,7 +11,7 @@ use glam::DVec3;
 pub const TOLERANCE: f64 = 1e-5;
 /// Cosine of the largest angle (1.1°) between the normals of neighbours: nearly planar quads are
 /// split into triangles that differ by less.
-const COSINE: f64 = 0.9998;
+pub const COSINE: f64 = 0.9998;
 
 /// A node of a neighbour on an edge of a face.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +33,9 @@ pub struct Joints {
     pub hanging: Vec<Vec<Knot>>,
 }
 
-/// Pairs of faces that look the same way and whose bounding boxes touch.
-pub fn neighbours(patches: &[Patch]) -> Vec<(u32, u32)> {
+/// Pairs of faces whose bounding boxes touch and whose normals' cosine is at least what `least`
+/// asks of these two (more than 1: never).
+pub fn neighbours(patches: &[Patch], least: impl Fn(u32, u32) -> f64) -> Vec<(u32, u32)> {
     let boxes: Vec<[DVec3; 2]> = patches.iter().map(bounds).collect();
     let mut order: Vec<u32> = (0..patches.len() as u32)
         .filter(|k| patches[*k as usize].normal != DVec3::ZERO)
@@ -50,7 +51,7 @@ pub fn neighbours(patches: &[Patch]) -> Vec<(u32, u32)> {
                 break;
             }
             let touch = other[0].cmple(high).all() && other[1].cmpge(low).all();
-            if touch && patches[b as usize].normal.dot(normal) >= COSINE {
+            if touch && patches[b as usize].normal.dot(normal) >= least(a, b) {
                 pairs.push((a, b));
             }
         }

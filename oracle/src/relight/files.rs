@@ -1,0 +1,106 @@
+//! `composite.exr`, `background.exr` and `composite.png`.
+
+use super::composite::Composite;
+use crate::picture::{Exposure, Picture, encode};
+use common::solution::write_file;
+use common::{Error, Result};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
+    WritableImage,
+};
+use glam::Vec3;
+use std::path::Path;
+
+/// What the EXR files say of themselves.
+const COMMENT: &str = "R G B: radiance in W/m2/sr, linear Rec. 709";
+
+/// Writes all three into `dir`, each under a temporary name first.
+///
+/// Errors: a file cannot be written.
+pub fn write(dir: &Path, composite: &Composite, exposure: Exposure) -> Result<()> {
+    let [behind, any] = &composite.coverage;
+    for (name, colours, coverage) in [
+        ("background.exr", &composite.background, behind),
+        ("composite.exr", &composite.composite, any),
+    ] {
+        let path = dir.join(name);
+        let bytes = exr(composite.size, colours, coverage).map_err(|error| Error::Write {
+            path: path.clone(),
+            source: std::io::Error::other(error),
+        })?;
+        write_file(&path, &bytes)?;
+    }
+    let png = picture(composite.size, &composite.composite, any, exposure).png();
+    write_file(&dir.join("composite.png"), &png)
+}
+
+/// 32-bit floats, lossless; channel A (premultiplied) only where something is transparent.
+fn exr(
+    [w, h]: [u32; 2],
+    colours: &[Vec3],
+    coverage: &[f32],
+) -> std::result::Result<Vec<u8>, String> {
+    if w == 0 || h == 0 {
+        return Err("a picture without pixels".into());
+    }
+    let plane = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
+    let mut channels: Vec<_> = ["R", "G", "B"]
+        .into_iter()
+        .enumerate()
+        .map(|(c, name)| plane(name, colours.iter().map(|v| v[c]).collect()))
+        .collect();
+    if coverage.iter().any(|share| *share < 1.0) {
+        channels.push(plane("A", coverage.to_vec()));
+    }
+    let mut attributes = LayerAttributes::default();
+    attributes.comments = Some(COMMENT.into());
+    let layer = Layer::new(
+        Vec2(w as usize, h as usize),
+        attributes,
+        Encoding::SMALL_LOSSLESS,
+        AnyChannels::sort(channels.into_iter().collect()),
+    );
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let written = Image::from_layer(layer).write().to_buffered(&mut bytes);
+    written.map_err(|error| error.to_string())?;
+    Ok(bytes.into_inner())
+}
+
+/// One exposure for background and composite: of what the background shows, lights left out, the
+/// 90th percentile at 80 % of white (W/m²/sr). Where nothing is lit, that of the composite.
+pub fn exposure(composite: &Composite) -> Exposure {
+    let dark = || composite.dark.iter().copied();
+    let of = |colours: &[Vec3]| -> Vec<(f32, f32)> {
+        let values = colours.iter().zip(dark());
+        values.map(|(v, share)| (v.max_element(), share)).collect()
+    };
+    let lit = |values: &[(f32, f32)]| values.iter().any(|(v, share)| *v > 0.0 && *share > 0.0);
+    let background = of(&composite.background);
+    if lit(&background) {
+        return Exposure::of(background.into_iter());
+    }
+    Exposure::of(composite.composite.iter().map(|v| (v.max_element(), 1.0)))
+}
+
+/// Premultiplied radiances as sRGB at an exposure; below 0 is black, above white is white.
+pub fn picture(
+    [w, h]: [u32; 2],
+    colours: &[Vec3],
+    coverage: &[f32],
+    exposure: Exposure,
+) -> Picture {
+    let pixels = colours.iter().zip(coverage).flat_map(|(colour, share)| {
+        let whole = if *share > 0.0 {
+            *colour / *share
+        } else {
+            Vec3::ZERO
+        };
+        let [r, g, b] = encode(exposure.display(whole));
+        [r, g, b, (share.clamp(0.0, 1.0) * 255.0).round() as u8]
+    });
+    Picture {
+        width: w,
+        height: h,
+        rgba: pixels.collect(),
+    }
+}

@@ -1,0 +1,102 @@
+//! Both renders between the texels: the captured room, what the objects change in it, the objects.
+//!
+//! The reflected part B − E is interpolated and a texel's own E added, so that lamps keep their
+//! borders; the change B − B₀ is interpolated as it is, E being the same before and after. Both
+//! vary as smoothly as the light does even where a captured wall's reflectance is different in
+//! each texel. Faces that reflect differently are not joined: light may pass their border smoothly,
+//! what it becomes there may not.
+
+use super::Relit;
+use crate::view::surface::{Interpolant, Stencil, Surface};
+use crate::view::weld::COSINE;
+use glam::{DVec3, Vec3, Vec4};
+use std::f32::consts::PI;
+
+/// Cosine of the largest angle (40°) between two faces of an object that approximate one curved
+/// surface: light passes their border smoothly. A box keeps its edges.
+const CURVED: f64 = 0.766;
+/// Never joined: no cosine is as large.
+const APART: f64 = 2.0;
+/// Faces reflect alike whose reflectances differ by less than this share.
+const ALIKE: f32 = 0.1;
+
+/// The faces with their texels' nodes.
+pub fn surface<'a>(relit: &Relit<'a>) -> Surface<'a> {
+    let reflectance = reflectances(relit);
+    let alike = |a: u32, b: u32| {
+        let (a, b) = (reflectance[a as usize], reflectance[b as usize]);
+        (a - b).abs().cmple(a.max(b) * ALIKE).all()
+    };
+    Surface::joined(relit.scene, relit.mesh, |a, b| {
+        match (relit.is_object(a), relit.is_object(b)) {
+            (false, false) if alike(a, b) => COSINE,
+            (true, true) if alike(a, b) => CURVED,
+            _ => APART,
+        }
+    })
+}
+
+/// The mean reflectance of each face.
+fn reflectances(relit: &Relit) -> Vec<Vec3> {
+    let mut sums = vec![(Vec3::ZERO, 0.0); relit.mesh.faces.len()];
+    for texel in &relit.mesh.texels {
+        let sum = &mut sums[texel.face as usize];
+        sum.0 += texel.reflectance;
+        sum.1 += 1.0;
+    }
+    let mean = |(sum, count): (Vec3, f32)| if count > 0.0 { sum / count } else { sum };
+    sums.into_iter().map(mean).collect()
+}
+
+/// Radiance (W/m²/sr) at any point.
+pub struct Renders<'a> {
+    relit: Relit<'a>,
+    /// B₀ − E on the room, B − E on objects.
+    reflected: Interpolant<'a>,
+    /// B − B₀ on the room.
+    change: Interpolant<'a>,
+}
+
+impl<'a> Renders<'a> {
+    /// Interpolates over `surface`.
+    pub fn new(relit: &Relit<'a>, surface: &'a Surface<'a>) -> Self {
+        let texels = || (0..).zip(&relit.mesh.texels);
+        let own = |(k, texel): (usize, &common::mesh::Texel)| {
+            let leaving = if relit.is_object(texel.face) {
+                relit.relit(k)
+            } else {
+                relit.captured(k)
+            };
+            (leaving - texel.emission).extend(0.0)
+        };
+        let reflected: Vec<Vec4> = texels().map(own).collect();
+        let change: Vec<Vec4> = texels().map(|(k, _)| relit.delta(k).extend(0.0)).collect();
+        Self {
+            relit: *relit,
+            reflected: surface.interpolate(&reflected),
+            change: surface.interpolate(&change),
+        }
+    }
+
+    /// Where a point of a face lies among its texels.
+    pub fn stencil(&self, face: u32, point: DVec3) -> Stencil {
+        let surface = self.reflected.surface;
+        surface.stencil(surface.texel(face, point), point)
+    }
+
+    /// The captured room without objects, or an object relit.
+    pub fn radiance(&self, stencil: &Stencil) -> Vec3 {
+        let texel = &self.relit.mesh.texels[stencil.texel as usize];
+        (texel.emission + self.reflected.value(stencil).as_vec3()) / PI
+    }
+
+    /// What the objects change in the room; exactly 0 where no texel around changed.
+    pub fn change(&self, stencil: &Stencil) -> Vec3 {
+        self.change.value(stencil).as_vec3() / PI
+    }
+
+    /// Whether the point's texel is a light of the room.
+    pub fn is_light(&self, stencil: &Stencil) -> bool {
+        self.relit.is_light(stencil.texel as usize)
+    }
+}
