@@ -37,7 +37,10 @@ impl Primaries {
 
     /// Whether these are Rec. 709's to the digits in which files write them.
     pub(super) fn are_rec709(self) -> bool {
-        self.0.iter().zip(REC709.0).all(|(a, b)| (*a - b).length() < 1e-3)
+        self.0
+            .iter()
+            .zip(REC709.0)
+            .all(|(a, b)| (*a - b).length() < 1e-3)
     }
 
     /// Converts `pixels` in place, without adapting the white point: the light stays the same
@@ -68,6 +71,9 @@ mod tests {
             DVec3::new(0.0193, 0.1192, 0.9505),
         );
         assert!(rows.abs_diff_eq(printed, 1e-4), "{rows}");
-        assert!(XYZ.to_xyz().is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12)));
+        assert!(
+            XYZ.to_xyz()
+                .is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12))
+        );
     }
 }

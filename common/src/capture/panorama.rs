@@ -54,7 +54,9 @@ impl Panorama {
         let fail = |failure: Failure| Error::Usage(format!("the map {}", failure.message));
         check_size(size[0] as u64, size[1] as u64).map_err(|e| fail(e.into()))?;
         if pixels.len() != size[0] * size[1] {
-            return Err(fail("has another number of pixels than its size says".into()));
+            return Err(fail(
+                "has another number of pixels than its size says".into(),
+            ));
         }
         let decoded = Decoded {
             size,
@@ -233,7 +235,10 @@ fn decode(path: &Path) -> std::result::Result<Decoded, Failure> {
     let mut file = File::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
     // The first bytes decide before the rest, which may be long, is read.
-    file.by_ref().take(4).read_to_end(&mut bytes).map_err(unreadable)?;
+    file.by_ref()
+        .take(4)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
     let decoder = match () {
         () if openexr::is(&bytes) => openexr::decode,
         () if radiance::is(&bytes) => radiance::decode,
@@ -243,7 +248,10 @@ fn decode(path: &Path) -> std::result::Result<Decoded, Failure> {
             );
         }
     };
-    let read = file.take(MAX_BYTES).read_to_end(&mut bytes).map_err(unreadable)?;
+    let read = file
+        .take(MAX_BYTES)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
     if read as u64 == MAX_BYTES {
         return Err(format!(
             "is longer than 2 GiB, the most that is read, and {MAX_PIXELS} pixels need less: drop the other layers"

@@ -155,7 +155,11 @@ impl Projection {
                 for (i, j) in (0..SAMPLES).flat_map(|j| (0..SAMPLES).map(move |i| (i, j))) {
                     let r = at(x, i).hypot(at(y, j));
                     if r < 1.0 {
-                        sum += if r > 0.0 { (PI * r).sin() * PI / r } else { PI * PI };
+                        sum += if r > 0.0 {
+                            (PI * r).sin() * PI / r
+                        } else {
+                            PI * PI
+                        };
                     }
                 }
                 sum * area

@@ -118,8 +118,9 @@ impl Header {
             Some("32-bit_rle_rgbe") => false,
             Some("32-bit_rle_xyze") => true,
             Some(other) => {
-                let message =
-                    format!("has the format `{other}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed");
+                let message = format!(
+                    "has the format `{other}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed"
+                );
                 return Err(message.into());
             }
             None => {
@@ -143,7 +144,11 @@ impl Header {
 
 /// Numbers above 0, separated by spaces.
 fn factors(text: &str) -> Option<Vec<f32>> {
-    let number = |word: &str| word.parse().ok().filter(|n: &f32| n.is_finite() && *n > 0.0);
+    let number = |word: &str| {
+        word.parse()
+            .ok()
+            .filter(|n: &f32| n.is_finite() && *n > 0.0)
+    };
     text.split_whitespace().map(number).collect()
 }
 
@@ -221,11 +226,7 @@ impl Resolution {
 }
 
 /// Appends one scanline; returns how many bytes it took, or where it fails and why.
-fn scanline(
-    bytes: &[u8],
-    length: usize,
-    lines: &mut Vec<Vec3>,
-) -> Result<usize, (usize, String)> {
+fn scanline(bytes: &[u8], length: usize, lines: &mut Vec<Vec3>) -> Result<usize, (usize, String)> {
     let looks_new = matches!(bytes, [2, 2, high, _, ..] if *high < 128);
     if NEW_RLE.contains(&length) {
         if looks_new {

@@ -96,7 +96,8 @@ pub struct Relit {
     pub surface: Surface,
     /// δ, its unshot part, and the change of H.
     pub change: Field,
-    /// All shots and B, r, H; `emitted` is the power that the captured shots deposited.
+    /// All shots and B, r, H; `emitted` is the power that ε is a share of: what the captured shots
+    /// deposited, or more where the capture left more unshot.
     pub run: Run,
     /// Shots of the room's cells.
     pub map_shots: usize,
@@ -145,7 +146,12 @@ pub fn relight(
     // What the capture left unshot is owed no better than the captured power.
     let captured = power_of(mesh, &start.residual);
     let left = power_of(mesh, &room.residual).min(settings.epsilon * captured);
-    let threshold = left.max(settings.epsilon * deposited) as f32;
+    let basis = if deposited > 0.0 {
+        deposited.max(left / settings.epsilon)
+    } else {
+        0.0
+    };
+    let threshold = (settings.epsilon * basis) as f32;
     if deposited > 0.0 {
         phase(engine, threshold, &mut shots)?;
     }
@@ -159,7 +165,7 @@ pub fn relight(
         run: Run {
             converged: unshot <= threshold || deposited == 0.0,
             shots,
-            emitted: deposited as f32,
+            emitted: basis as f32,
             field,
         },
         map_shots,

@@ -3,7 +3,7 @@
 
 use crate::energy::Energy;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Texel};
 use crate::scene::{Scene, Shape};
 use crate::settings::Settings;
 use crate::shooting::{Field, Run};
@@ -11,7 +11,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
     WritableImage,
 };
-use glam::Vec4;
+use glam::{DVec3, Vec3, Vec4};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fs;
@@ -63,6 +63,8 @@ pub struct Solution<'a> {
     pub notes: &'a [String],
     /// What the matrix solver says of its accuracy; it has no shots and obeys none of their options.
     pub matrix: Option<Value>,
+    /// What a relight says of itself; then ρ and E vary by texel and are written as well.
+    pub relit: Option<Value>,
     /// Phases.
     pub seconds: Seconds,
 }
@@ -73,7 +75,7 @@ impl Solution<'_> {
         let start = Instant::now();
         write_file(
             &dir.join("lightmap.exr"),
-            &lightmap(self.mesh, &self.run.field)?,
+            &lightmap(self.mesh, &self.run.field, self.relit.is_some())?,
         )?;
         let text = format!("{:#}\n", self.description(start.elapsed().as_secs_f64()));
         write_file(&dir.join("result.json"), text.as_bytes())
@@ -106,15 +108,24 @@ impl Solution<'_> {
                 settings.retain(|name, _| MATRIX_SETTINGS.contains(&name.as_str()));
             }
         }
+        if let (Some(Value::Object(relit)), Some(all)) =
+            (self.relit.clone(), description.as_object_mut())
+        {
+            all.extend(relit);
+        }
         description
     }
 
     fn faces(&self) -> Vec<Value> {
+        let means = self.relit.is_some().then(|| means(self.mesh));
         self.scene
             .faces
             .iter()
             .zip(&self.mesh.faces)
-            .map(|(face, mesh)| {
+            .enumerate()
+            .map(|(k, (face, mesh))| {
+                let of_face = [face.emission.to_array(), face.reflectance.to_array()];
+                let [emission, reflectance] = means.as_ref().map_or(of_face, |means| means[k]);
                 let mut entry = json!({
                     "name": face.name,
                     "kind": match face.shape { Shape::Quad => "quad", Shape::Triangle => "triangle" },
@@ -122,8 +133,8 @@ impl Solution<'_> {
                     "area": face.area(),
                     "texels": mesh.resolution,
                     "rect": mesh.rect,
-                    "emission": face.emission.to_array(),
-                    "reflectance": face.reflectance.to_array(),
+                    "emission": emission,
+                    "reflectance": reflectance,
                 });
                 if let Some(from) = face.from {
                     entry["from"] = from.into();
@@ -132,6 +143,21 @@ impl Solution<'_> {
             })
             .collect()
     }
+}
+
+/// Mean E and ρ of each face's texels.
+fn means(mesh: &Mesh) -> Vec<[[f32; 3]; 2]> {
+    let mut sums = vec![(DVec3::ZERO, DVec3::ZERO, 0.0f64); mesh.faces.len()];
+    for texel in &mesh.texels {
+        let (sum, area) = (&mut sums[texel.face as usize], f64::from(texel.area));
+        sum.0 += texel.emission.as_dvec3() * area;
+        sum.1 += texel.reflectance.as_dvec3() * area;
+        sum.2 += area;
+    }
+    let mean = |sum: DVec3, area: f64| (sum / area.max(f64::MIN_POSITIVE)).as_vec3().to_array();
+    sums.into_iter()
+        .map(|(emission, reflectance, area)| [mean(emission, area), mean(reflectance, area)])
+        .collect()
 }
 
 /// Makes sure that `dir` exists and takes files, before any long work.
@@ -163,15 +189,23 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
         })
 }
 
-/// The atlas as lossless 32-bit float EXR; pixels that belong to no face are 0.
-pub fn lightmap(mesh: &Mesh, field: &Field) -> Result<Vec<u8>> {
+/// The atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is asked for;
+/// pixels that belong to no face are 0.
+pub fn lightmap(mesh: &Mesh, field: &Field, surface: bool) -> Result<Vec<u8>> {
     let [w, h] = mesh.atlas.map(|n| n as usize);
     let mut channels = Vec::new();
-    for (prefix, values) in [
+    let of = |value: fn(&Texel) -> Vec3| -> Vec<Vec4> {
+        mesh.texels.iter().map(|t| value(t).extend(0.0)).collect()
+    };
+    let (reflectance, emission) = (of(|t| t.reflectance), of(|t| t.emission));
+    let planes = [
         ("", &field.radiosity),
         ("residual.", &field.residual),
         ("irradiance.", &field.irradiance),
-    ] {
+        ("reflectance.", &reflectance),
+        ("emission.", &emission),
+    ];
+    for (prefix, values) in planes.into_iter().take(if surface { 5 } else { 3 }) {
         for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
             let pixels = atlas_channel(mesh, values, c);
             channels.push(AnyChannel::new(

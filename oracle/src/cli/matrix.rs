@@ -64,6 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         warnings: &warnings_of(&mesh, &run),
         notes: &scene.notes,
         matrix: Some(description(&quality, &answer)),
+        relit: None,
         seconds: Seconds {
             load: load_seconds,
             prepare: prepare_seconds,

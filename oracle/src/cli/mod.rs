@@ -1,12 +1,14 @@
-//! The command line: `solve`, `compare`, `diff`, `converge`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `relight`, `diff`, `converge`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod compare;
 mod converge;
 mod diff;
 mod matrix;
+mod objects;
 mod options;
 mod progress;
+mod relight;
 mod solve;
 pub mod warnings;
 
@@ -31,6 +33,8 @@ enum Command {
     Solve(solve::Arguments),
     /// Solve scenes on CPU and GPU and explain every difference; writes report.html
     Compare(compare::Arguments),
+    /// Put objects into a captured room; writes composite.png, report.html and what solve writes
+    Relight(relight::Arguments),
     /// Compare two results (directories of solve), the second one as the truth; writes diff.html
     Diff(diff::Arguments),
     /// Measure how the error falls and the time grows with each parameter; writes converge.html
@@ -56,6 +60,7 @@ pub fn main() -> ExitCode {
     let outcome = match arguments.command {
         Some(Command::Solve(arguments)) => solve::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Relight(arguments)) => relight::run(&arguments),
         Some(Command::Diff(arguments)) => diff::run(&arguments),
         Some(Command::Converge(arguments)) => converge::run(&arguments),
         Some(Command::Adapters) => adapters::run(),

@@ -22,7 +22,7 @@ use std::time::Instant;
 
 /// `--solver`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SolverOption {
+pub enum SolverOption {
     /// Rays, or the scalar twin of the item buffer
     Cpu,
     /// Item buffer
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.solver == Some(SolverOption::Matrix) {
         return matrix::run(arguments);
     }
-    let solver = choose(arguments)?;
+    let solver = choose(arguments.solver, &arguments.common)?;
     let start = Instant::now();
     let scene = load(&arguments.scene, &common.import())?;
     let load_seconds = start.elapsed().as_secs_f64();
@@ -128,6 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         warnings: &warnings::of(&rung.mesh, &rung.run),
         notes: &notes,
         matrix: None,
+        relit: None,
         seconds: timing,
     };
     solution.write(&arguments.out)?;
@@ -174,9 +175,9 @@ fn rung(
     })
 }
 
-fn choose(arguments: &Arguments) -> Result<SolverOption> {
-    let common = &arguments.common;
-    let solver = match arguments.solver {
+/// The solver asked for, or the one that this machine is best at.
+pub fn choose(asked: Option<SolverOption>, common: &Common) -> Result<SolverOption> {
+    let solver = match asked {
         Some(solver) => solver,
         None if common.require_gpu || adapters().iter().any(|line| !line.software) => {
             SolverOption::Gpu

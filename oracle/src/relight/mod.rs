@@ -15,8 +15,10 @@ pub mod composite;
 pub mod files;
 pub mod page;
 pub mod pictures;
+pub mod room;
 pub mod surfaces;
 pub mod thumbnail;
+pub mod work;
 
 use common::mesh::Mesh;
 use common::scene::Scene;

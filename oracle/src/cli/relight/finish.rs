@@ -1,0 +1,205 @@
+//! What `relight` writes.
+
+use super::{Arguments, MethodOption};
+use crate::cli::warnings;
+use crate::relight::camera::{camera_at, camera_for};
+use crate::relight::page::{Report, html};
+use crate::relight::thumbnail::thumbnail;
+use crate::relight::work::{Done, Phases, Stage, Work};
+use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
+use clap::ValueEnum;
+use common::Result;
+use common::energy::Energy;
+use common::solution::{Seconds, Solution, Warning, write_file};
+use glam::{DVec3, Vec3};
+use serde_json::{Value, json};
+
+/// Pixels of the panorama in the report.
+const THUMBNAIL: u32 = 512;
+
+/// Beyond this share of the emitted power a broken balance is worth a warning.
+const UNBALANCED: f64 = 0.02;
+
+/// Pictures and files, and what is said at the end.
+pub fn write(
+    arguments: &Arguments,
+    stage: &Stage,
+    work: &Work,
+    done: &Done,
+    seconds: &mut Phases,
+) -> Result<()> {
+    let out = &arguments.out;
+    let seen = Seen {
+        scene: &stage.scene,
+        mesh: &done.mesh,
+        room: stage.room,
+        before: &done.before,
+        after: &done.run.field,
+        eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
+    };
+    let radiance = |d: DVec3| match &stage.captured.panorama {
+        Some((panorama, _)) => panorama.radiance(d),
+        None => Vec3::ZERO,
+    };
+    let backdrop: Option<Backdrop> = stage.captured.panorama.is_some().then_some(&radiance);
+    let camera = match &arguments.camera {
+        Some([ex, ey, ez, tx, ty, tz, fov]) => camera_at(
+            &done.mesh,
+            DVec3::new(*ex, *ey, *ez),
+            DVec3::new(*tx, *ty, *tz),
+            *fov,
+        ),
+        None => camera_for(&seen),
+    };
+    let picture = seconds.of("composite", || {
+        composite::composite(&seen, &camera, SIZE, backdrop)
+    });
+    let energy = Energy::new(&done.mesh, &done.run.field, &done.run.shots);
+    let negative_texels = done.negative_texels();
+    let mut notes = stage.notes.clone();
+    notes.extend(said(stage, done));
+    let warnings = warnings_of(arguments, done, &energy);
+    let relit: Value = json!({
+        "method": method_name(arguments.method),
+        "mended": arguments.mend.iter().filter_map(|f| f.to_possible_value()).map(|v| v.get_name().to_owned()).collect::<Vec<_>>(),
+        "map_shots": done.map_shots,
+        "object_shots": done.object_shots,
+        "negative_texels": negative_texels,
+        "negative_pixels": picture.negative,
+        "room_faces": stage.room,
+        "emitting_texels": done.emitters,
+    });
+    let solution = Solution {
+        scene: &stage.scene,
+        mesh: &done.mesh,
+        solver: if work.device.is_some() { "gpu" } else { "cpu" },
+        adapter: work.device.map(|gpu| gpu.line.name.as_str()),
+        settings: work.settings,
+        run: &done.run,
+        warnings: &warnings,
+        notes: &notes,
+        matrix: None,
+        relit: Some(relit),
+        seconds: Seconds {
+            load: seconds.get(&["load"]),
+            prepare: seconds.get(&["capture", "recover"]),
+            solve: seconds.get(&["relight"]),
+        },
+    };
+    seconds.of("write", || -> Result<()> {
+        solution.write(out)?;
+        files::write(out, &picture, files::exposure(&picture))
+    })?;
+    let report = Report {
+        room: &arguments.room.display().to_string(),
+        objects: &arguments
+            .objects
+            .objects
+            .iter()
+            .map(|o| o.file.display().to_string())
+            .collect::<Vec<_>>(),
+        settings: &listed(arguments, &solution),
+        relit: &seen,
+        composite: &picture,
+        camera,
+        energy: Some(&energy),
+        map_shots: done.map_shots as u32,
+        object_shots: done.object_shots as u32,
+        converged: done.run.converged,
+        negative_texels,
+        seconds: &seconds.0,
+        warnings: &warnings,
+        notes: &notes,
+        thumbnail: backdrop.map(|backdrop| thumbnail(backdrop, THUMBNAIL)),
+    };
+    write_file(&out.join("report.html"), html(&report).as_bytes())?;
+    if !arguments.common.quiet {
+        summary(&solution, seconds, arguments);
+    }
+    Ok(())
+}
+
+/// The options in force, for people.
+fn listed(arguments: &Arguments, solution: &Solution) -> Vec<(String, String)> {
+    let mut all = vec![
+        ("method".to_owned(), method_name(arguments.method)),
+        (
+            "solver".to_owned(),
+            solution.adapter.unwrap_or("CPU").to_owned(),
+        ),
+    ];
+    let settings = serde_json::to_value(solution.settings).unwrap_or_default();
+    for (name, value) in settings.as_object().into_iter().flatten() {
+        let text = value
+            .as_str()
+            .map_or_else(|| value.to_string(), str::to_owned);
+        all.push((name.clone(), text));
+    }
+    all
+}
+
+fn method_name(method: MethodOption) -> String {
+    let name = method.to_possible_value();
+    name.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// What the capture was found to be.
+fn said(stage: &Stage, done: &Done) -> Vec<String> {
+    let mut notes = Vec::new();
+    if done.emitters > 0 {
+        let room = |t: &&common::mesh::Texel| (t.face as usize) < stage.room;
+        let all = done.mesh.texels.iter().filter(room).count();
+        notes.push(format!(
+            "{} of {all} texels of the room emit: reflecting what reaches them does not explain their light",
+            done.emitters
+        ));
+    }
+    if stage.captured.panorama.is_some() {
+        notes.push(
+            "the centre of the map looks along +z, +x is a quarter to its left, y is up".into(),
+        );
+    }
+    notes
+}
+
+fn warnings_of(arguments: &Arguments, done: &Done, energy: &Energy) -> Vec<Warning> {
+    let mut warnings = warnings::of(&done.mesh, &done.run);
+    if energy.imbalance > UNBALANCED && arguments.method == MethodOption::Paper {
+        warnings.push(Warning {
+            code: "energy".into(),
+            faces: Vec::new(),
+            message: format!(
+                "Table 2 makes up or loses {:.1} % of the emitted power: use --method signed",
+                100.0 * energy.imbalance
+            ),
+        });
+    }
+    warnings
+}
+
+fn summary(solution: &Solution, seconds: &Phases, arguments: &Arguments) {
+    let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
+    let phases: Vec<String> = seconds
+        .0
+        .iter()
+        .map(|(phase, seconds)| format!("{phase} {seconds:.2} s"))
+        .collect();
+    eprintln!(
+        "{}: {} faces, {} texels, {} shots on {}, {:.3} % unshot, imbalance {:.1e}; {}",
+        solution.scene.name,
+        solution.mesh.faces.len(),
+        solution.mesh.texels.len(),
+        solution.run.shots.len(),
+        solution.adapter.unwrap_or("the CPU"),
+        100.0 * solution.run.unshot_fraction(),
+        energy.imbalance,
+        phases.join(", "),
+    );
+    for warning in solution.warnings {
+        eprintln!("warning: {}", warning.message);
+    }
+    eprintln!(
+        "wrote {}/composite.png, composite.exr, background.exr, lightmap.exr, result.json and report.html",
+        arguments.out.display()
+    );
+}

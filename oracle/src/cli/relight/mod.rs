@@ -1,0 +1,188 @@
+//! `radiosity relight`.
+
+mod finish;
+mod load;
+
+use super::Outcome;
+use super::objects::{Objects, camera, triple};
+use super::options::Common;
+use super::progress::{Progress, listen};
+use super::solve::{SolverOption, choose};
+use crate::relight::work::{Phases, Stage, Work};
+use clap::{Args, ValueEnum};
+use common::form_factor::FormFactor;
+use common::relight::{Mended, Method};
+use common::settings::{Quality, Settings, Visibility};
+use common::shooting;
+use common::solution::prepare;
+use common::{Error, Result};
+use glam::DVec3;
+use gpu::Gpu;
+use std::cell::{Cell, RefCell};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// Cells a side of a panorama's six walls at normal quality: lights are smaller than a quarter of
+/// a wall.
+const PANORAMA_CELLS: u32 = 8;
+/// `--method`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MethodOption {
+    /// Light taken and given, shot on: what solving everything again would find
+    Signed,
+    /// Table 2 of the paper
+    Paper,
+    /// Everything solved again, from what the room reflects and emits
+    Full,
+}
+
+/// `--mend`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Flaw {
+    /// What was hidden in the empty room already is darkened again
+    EmptyRoom,
+    /// Objects take light away that they never gave
+    ObjectShadows,
+    /// Objects give no light to the room
+    Bleeding,
+    /// Shadows are not shot on
+    Shadows,
+}
+
+/// `--map`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MapOption {
+    /// Longitude across, latitude down
+    Latlong,
+    /// Six square sides one below the other: +x −x +y −y +z −z
+    Cube,
+    /// Debevec's disc: the angle from the centre grows evenly to the rim
+    Angular,
+}
+
+/// Arguments of `relight`.
+#[derive(Args)]
+pub struct Arguments {
+    /// A scene (solved empty first), a directory of solve, a folder of its --maps, or a panorama
+    #[arg(long, value_name = "ROOM")]
+    room: PathBuf,
+    #[command(flatten)]
+    objects: Objects,
+    /// How the room takes the objects
+    #[arg(long, value_enum, default_value = "signed")]
+    method: MethodOption,
+    /// A flaw of Table 2 to mend (with --method paper); may be repeated
+    #[arg(long, value_enum)]
+    mend: Vec<Flaw>,
+    /// Who solves [default: gpu where there is a hardware adapter, else cpu]
+    #[arg(long, value_enum)]
+    solver: Option<SolverOption>,
+    /// A panorama's room: x ∈ ±X/2, y from 0 to Y (up), z ∈ ±Z/2; the map's centre is +z
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple)]
+    room_size: Option<DVec3>,
+    /// Where the panorama was captured [default: the room's middle]
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    eye: Option<DVec3>,
+    /// How a panorama's pixels are directions [default: as the file says]
+    #[arg(long, value_enum)]
+    map: Option<MapOption>,
+    /// Texels per side of an object's face [default: 1 above 1000 faces, else as --texels]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    object_texels: Option<u32>,
+    /// Eye, target and vertical field of view in degrees [default: one that shows the objects]
+    #[arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOV", value_parser = camera, allow_hyphen_values = true)]
+    camera: Option<[f64; 7]>,
+    /// Where the results go
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Relights and writes.
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let common = &arguments.common;
+    let method = method(arguments)?;
+    let solver = choose(arguments.solver, common)?;
+    if solver == SolverOption::Matrix {
+        return Err(Error::Usage("relight shoots: --solver cpu or gpu".into()));
+    }
+    let mut seconds = Phases::default();
+    let stage = seconds.of("load", || load::stage(arguments))?;
+    for note in &stage.notes {
+        eprintln!("note: {note}");
+    }
+    prepare(&arguments.out)?;
+    listen();
+    let (device, missing) = match solver {
+        SolverOption::Gpu => match Gpu::open(common.adapter.as_deref()) {
+            Err(error @ Error::NoAdapter(_)) => (None, Some(error)),
+            other => (Some(other?), None),
+        },
+        _ => (None, None),
+    };
+    if let Some(error) = &missing {
+        eprintln!("note: {error}; solving on the CPU");
+    }
+    let settings = settings(arguments, &stage, device.is_some())?;
+    let progress = RefCell::new(Some(Progress::new("relight", common.quiet)));
+    let work = Work {
+        settings: &settings,
+        device: device.as_ref(),
+        watch: &|phase, shot, emitted| {
+            let done = shooting::progress(shot, emitted, settings.epsilon);
+            let step = (done * 1000.0) as u64;
+            let mut progress = progress.borrow_mut();
+            let bar = progress.as_mut();
+            bar.map_or(ControlFlow::Continue(()), |bar| bar.show(phase, step, 1000))
+        },
+        stopped: Cell::new(false),
+    };
+    let done = work.relight(&stage, method, &mut seconds)?;
+    progress.take();
+    finish::write(arguments, &stage, &work, &done, &mut seconds)?;
+    missing.map_or(Ok(Outcome::Done), Err)
+}
+
+/// The method; none is `full`.
+fn method(arguments: &Arguments) -> Result<Option<Method>> {
+    let has = |flaw| arguments.mend.contains(&flaw);
+    if arguments.common.conserve {
+        return Err(Error::Usage(
+            "--conserve: relight compares links with and without the objects; leave it out".into(),
+        ));
+    }
+    if !arguments.mend.is_empty() && arguments.method != MethodOption::Paper {
+        return Err(Error::Usage("--mend goes with --method paper only".into()));
+    }
+    Ok(match arguments.method {
+        MethodOption::Signed => Some(Method::Signed),
+        MethodOption::Paper => Some(Method::Paper(Mended {
+            empty_room: has(Flaw::EmptyRoom),
+            object_shadows: has(Flaw::ObjectShadows),
+            bleeding: has(Flaw::Bleeding),
+            shadows: has(Flaw::Shadows),
+        })),
+        MethodOption::Full => None,
+    })
+}
+
+fn settings(arguments: &Arguments, stage: &Stage, on_gpu: bool) -> Result<Settings> {
+    let common = &arguments.common;
+    let visibility = if on_gpu && common.quality() != Quality::Reference {
+        Visibility::Stereographic
+    } else {
+        Visibility::Rays
+    };
+    let mut settings = common.settings(visibility, FormFactor::Polygon)?;
+    settings.texels = stage.resolutions.first().map_or(settings.texels, |r| r[0]);
+    if common.cells.is_none() {
+        settings.cells = match settings.quality {
+            // There is no ladder here: every texel shoots.
+            Quality::Reference => settings.texels,
+            Quality::Normal if stage.captured.panorama.is_some() => PANORAMA_CELLS,
+            _ => settings.cells,
+        };
+    }
+    Ok(settings)
+}
