@@ -12,4 +12,5 @@ pub mod relight;
 pub mod report;
 pub mod resample;
 pub mod study;
+pub mod table4;
 pub mod view;

@@ -10,6 +10,7 @@ mod options;
 mod progress;
 mod relight;
 mod solve;
+mod table4;
 pub mod warnings;
 
 use clap::{Parser, Subcommand};
@@ -35,6 +36,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Put objects into a captured room; writes composite.png, report.html and what solve writes
     Relight(relight::Arguments),
+    /// The paper's Table 4 again, its columns beside ours; writes table4.html
+    Table4(table4::Arguments),
     /// Compare two results (directories of solve), the second one as the truth; writes diff.html
     Diff(diff::Arguments),
     /// Measure how the error falls and the time grows with each parameter; writes converge.html
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
         Some(Command::Solve(arguments)) => solve::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Relight(arguments)) => relight::run(&arguments),
+        Some(Command::Table4(arguments)) => table4::run(&arguments),
         Some(Command::Diff(arguments)) => diff::run(&arguments),
         Some(Command::Converge(arguments)) => converge::run(&arguments),
         Some(Command::Adapters) => adapters::run(),

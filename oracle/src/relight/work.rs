@@ -55,7 +55,7 @@ impl Phases {
     /// The sum of some phases.
     pub fn get(&self, phases: &[&str]) -> f64 {
         let asked = self.0.iter().filter(|(name, _)| phases.contains(name));
-        asked.map(|(_, seconds)| seconds).sum()
+        asked.fold(0.0, |sum, (_, seconds)| sum + seconds)
     }
 }
 
@@ -126,8 +126,8 @@ impl Work<'_> {
         seconds.of("relight", || self.full(mesh, room, surface))
     }
 
-    /// The empty room solved.
-    fn capture(&self, stage: &Stage) -> Result<Values> {
+    /// The empty room solved: what is captured of a scene.
+    pub fn capture(&self, stage: &Stage) -> Result<Values> {
         let scene = &stage.captured.scene;
         let mesh = furnished(
             scene,

@@ -82,7 +82,7 @@ pub fn write(
         relit: Some(relit),
         seconds: Seconds {
             load: seconds.get(&["load"]),
-            prepare: seconds.get(&["capture", "recover"]),
+            prepare: seconds.get(&["capture", "prepare", "recover"]),
             solve: seconds.get(&["relight"]),
         },
     };
