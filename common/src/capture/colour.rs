@@ -28,7 +28,8 @@ impl Primaries {
         let [r, g, b, w] = self.0;
         let column = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y);
         let primaries = DMat3::from_cols(column(r), column(g), column(b));
-        if !(w.y > 0.0) || primaries.determinant().abs() < 1e-9 {
+        let spanned = primaries.determinant().abs() > 1e-9;
+        if w.y.is_nan() || w.y <= 0.0 || !spanned {
             return None;
         }
         let scale = primaries.inverse() * (column(w) / w.y);
@@ -37,7 +38,10 @@ impl Primaries {
 
     /// Whether these are Rec. 709's to the digits in which files write them.
     pub(super) fn are_rec709(self) -> bool {
-        self.0.iter().zip(REC709.0).all(|(a, b)| (*a - b).length() < 1e-3)
+        self.0
+            .iter()
+            .zip(REC709.0)
+            .all(|(a, b)| (*a - b).length() < 1e-3)
     }
 
     /// Converts `pixels` in place, without adapting the white point: the light stays the same
@@ -68,6 +72,9 @@ mod tests {
             DVec3::new(0.0193, 0.1192, 0.9505),
         );
         assert!(rows.abs_diff_eq(printed, 1e-4), "{rows}");
-        assert!(XYZ.to_xyz().is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12)));
+        assert!(
+            XYZ.to_xyz()
+                .is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12))
+        );
     }
 }

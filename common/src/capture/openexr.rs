@@ -91,7 +91,10 @@ impl Plan {
         let frame = frame(header)?;
         let mut notes = Vec::new();
         if channels.len() == 1 {
-            notes.push(format!("has luminance only (channel {}): grey", channels[0]));
+            notes.push(format!(
+                "has luminance only (channel {}): grey",
+                channels[0]
+            ));
         } else if channels[0] != "R" {
             notes.push(format!("its channels {} were read", channels.join(", ")));
         }
@@ -103,9 +106,10 @@ impl Plan {
             ));
         }
         let vector = |v: Vec2<f32>| DVec2::new(f64::from(v.0), f64::from(v.1));
-        let primaries = header.shared_attributes.chromaticities.map(|c| {
-            Primaries([c.red, c.green, c.blue, c.white].map(vector))
-        });
+        let primaries = header
+            .shared_attributes
+            .chromaticities
+            .map(|c| Primaries([c.red, c.green, c.blue, c.white].map(vector)));
         Ok(Self {
             frame,
             channels,
@@ -196,8 +200,15 @@ fn choose(meta: &MetaData) -> Result<(&Header, Vec<String>), String> {
 
 /// R, G and B, or the first three that have these behind the same prefix.
 fn colours(header: &Header) -> Option<Vec<String>> {
-    let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
-    let prefixes = names.iter().filter_map(|name| name.strip_suffix(".R").map(|p| format!("{p}.")));
+    let names: Vec<String> = header
+        .channels
+        .list
+        .iter()
+        .map(|c| c.name.to_string())
+        .collect();
+    let prefixes = names
+        .iter()
+        .filter_map(|name| name.strip_suffix(".R").map(|p| format!("{p}.")));
     std::iter::once(String::new())
         .chain(prefixes)
         .map(|prefix| ["R", "G", "B"].map(|letter| format!("{prefix}{letter}")))
@@ -207,7 +218,9 @@ fn colours(header: &Header) -> Option<Vec<String>> {
 
 fn luminance(header: &Header) -> Option<String> {
     let names = header.channels.list.iter().map(|c| c.name.to_string());
-    names.into_iter().find(|name| name == "Y" || name.ends_with(".Y"))
+    names
+        .into_iter()
+        .find(|name| name == "Y" || name.ends_with(".Y"))
 }
 
 fn frame(header: &Header) -> Result<Frame, String> {

@@ -71,7 +71,8 @@ pub fn texel_radiosity(
                 sum / weights
             } else {
                 // Too small, or too flat to the eye, for any part of a pixel to be found on it.
-                let centre = texel::outline(face, wall.size.map(|n| n as u32), index as u32).centroid();
+                let centre =
+                    texel::outline(face, wall.size.map(|n| n as u32), index as u32).centroid();
                 panorama.radiance(centre - eye).as_dvec3()
             };
             radiosity.push((radiance * PI).as_vec3());
@@ -97,7 +98,8 @@ impl Wall {
         let (s, t) = (b - a, d - a);
         let normal = s.cross(t);
         let size = s.length() + t.length();
-        if face.shape != Shape::Quad || (c - b - t).length() > 1e-9 * size || normal == DVec3::ZERO {
+        if face.shape != Shape::Quad || (c - b - t).length() > 1e-9 * size || normal == DVec3::ZERO
+        {
             return Err(fail("a captured room has parallelograms only"));
         }
         if w == 0 || h == 0 {
@@ -105,7 +107,7 @@ impl Wall {
         }
         let from = eye - a;
         let height = normal.dot(from);
-        if !(height > 0.0) {
+        if height.is_nan() || height <= 0.0 {
             return Err(fail("the eye must lie in front of it"));
         }
         // The dual basis: dual[k] · (x − a) is the point's coordinate k.
@@ -143,7 +145,8 @@ impl Wall {
         }
         let at = self.at(d);
         let [w, h] = self.size.map(|n| n as f64);
-        (at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h).then(|| [at.x as usize, at.y as usize])
+        (at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h)
+            .then_some([at.x as usize, at.y as usize])
     }
 
     /// The part of `polygon` on columns (or rows) `from`..`to`.
@@ -167,7 +170,12 @@ impl Wall {
     fn cover(&self, polygon: &Polygon, shares: &mut Vec<(usize, f64)>) {
         // Wholly beyond one of the wall's edges, as most are of most walls.
         let [w, h] = self.size;
-        let edges = [self.line(0, 0), -self.line(0, w), self.line(1, 0), -self.line(1, h)];
+        let edges = [
+            self.line(0, 0),
+            -self.line(0, w),
+            self.line(1, 0),
+            -self.line(1, h),
+        ];
         let outside = |edge: &DVec3| polygon.corners().iter().all(|c| c.dot(*edge) < 0.0);
         if edges.iter().any(outside) {
             return;
@@ -210,10 +218,17 @@ fn share(panorama: &Panorama, [x, y]: [usize; 2], walls: &[Wall], shares: &mut V
         projection.direction_on(size, y / size[0], at)
     };
     for (i, j) in (0..parts).flat_map(|j| (0..parts).map(move |i| (i, j))) {
-        let corners = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        let corners = [
+            corner(i, j),
+            corner(i + 1, j),
+            corner(i + 1, j + 1),
+            corner(i, j + 1),
+        ];
         let polygon = Polygon::quad(corners);
         // Texels are convex: a pixel with all corners in one lies in it.
-        let inside = walls.iter().find_map(|wall| Some((wall, wall.holds(corners[0])?)));
+        let inside = walls
+            .iter()
+            .find_map(|wall| Some((wall, wall.holds(corners[0])?)));
         if let Some((wall, [i, j])) = inside
             && corners[1..].iter().all(|c| wall.holds(*c) == Some([i, j]))
         {

@@ -4,9 +4,10 @@
 use crate::energy::Energy;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use crate::scene::{Scene, Shape};
+use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::shooting::{Field, Run};
+use crate::solution::faces::describe;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
     WritableImage,
@@ -115,19 +116,8 @@ impl Solution<'_> {
             .iter()
             .zip(&self.mesh.faces)
             .map(|(face, mesh)| {
-                let mut entry = json!({
-                    "name": face.name,
-                    "kind": match face.shape { Shape::Quad => "quad", Shape::Triangle => "triangle" },
-                    "corners": face.outline().iter().map(|p| p.to_array()).collect::<Vec<_>>(),
-                    "area": face.area(),
-                    "texels": mesh.resolution,
-                    "rect": mesh.rect,
-                    "emission": face.emission.to_array(),
-                    "reflectance": face.reflectance.to_array(),
-                });
-                if let Some(from) = face.from {
-                    entry["from"] = from.into();
-                }
+                let mut entry = describe(face, mesh.resolution);
+                entry["rect"] = json!(mesh.rect);
                 entry
             })
             .collect()
@@ -173,27 +163,33 @@ pub fn lightmap(mesh: &Mesh, field: &Field) -> Result<Vec<u8>> {
         ("irradiance.", &field.irradiance),
     ] {
         for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
-            let pixels = atlas_channel(mesh, values, c);
-            channels.push(AnyChannel::new(
-                format!("{prefix}{letter}").as_str(),
-                FlatSamples::F32(pixels),
-            ));
+            channels.push((format!("{prefix}{letter}"), atlas_channel(mesh, values, c)));
         }
     }
+    encode([w, h], channels).map_err(|source| Error::Write {
+        path: "lightmap.exr".into(),
+        source,
+    })
+}
+
+/// Named planes of `size` (width, height) as lossless 32-bit float EXR.
+pub(crate) fn encode(
+    size: [usize; 2],
+    planes: Vec<(String, Vec<f32>)>,
+) -> std::io::Result<Vec<u8>> {
+    let channel =
+        |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
     let layer = Layer::new(
-        Vec2(w, h),
+        Vec2(size[0], size[1]),
         LayerAttributes::default(),
         Encoding::SMALL_LOSSLESS,
-        AnyChannels::sort(channels.into_iter().collect()),
+        AnyChannels::sort(planes.into_iter().map(channel).collect()),
     );
     let mut bytes = std::io::Cursor::new(Vec::new());
     Image::from_layer(layer)
         .write()
         .to_buffered(&mut bytes)
-        .map_err(|error| Error::Write {
-            path: "lightmap.exr".into(),
-            source: std::io::Error::other(error.to_string()),
-        })?;
+        .map_err(|error| std::io::Error::other(error.to_string()))?;
     Ok(bytes.into_inner())
 }
 
