@@ -393,6 +393,32 @@ fn primaries_are_converted_and_envmap_is_obeyed() {
 }
 
 #[test]
+fn an_openexr_header_that_promises_too_much_is_refused_at_once() {
+    let three = channels(&["R", "G", "B"], 128);
+    let whole = layer(
+        [16, 8],
+        LayerAttributes::default(),
+        Encoding::UNCOMPRESSED,
+        three,
+    );
+    let promising = |side: i32| {
+        let mut bytes = whole.clone();
+        for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+            let at = bytes.windows(name.len()).position(|w| w == name).unwrap();
+            let corner = at + name.len() + 4 + 8;
+            bytes[corner..corner + 4].copy_from_slice(&(side - 1).to_le_bytes());
+            bytes[corner + 4..corner + 8].copy_from_slice(&(side - 1).to_le_bytes());
+        }
+        // The addresses of so many lines would take more bytes than there are.
+        let text = refusal(&bytes);
+        assert!(text.contains("blocks") || text.contains("2^26"), "{text}");
+    };
+    promising(8192);
+    promising(8193);
+    promising(1_000_000);
+}
+
+#[test]
 fn a_damaged_openexr_file_is_refused() {
     let three = || channels(&["R", "G", "B"], 128);
     for encoding in [

@@ -37,7 +37,11 @@ impl Panorama {
     /// neither format, damaged, cut short, more than [`MAX_PIXELS`] pixels or 2 GiB, or of a shape
     /// that fits no projection.
     pub fn read(path: &Path, projection: Option<Projection>) -> Result<Self> {
-        let refuse = |failure: Failure| Error::input(path, failure.place, failure.message);
+        let refuse = |failure: Failure| {
+            // Decoders repeat names that a damaged file gives.
+            let message = failure.message.replace(char::is_control, " ");
+            Error::input(path, failure.place, message)
+        };
         let decoded = decode(path).map_err(refuse)?;
         Self::new(decoded, projection).map_err(refuse)
     }
