@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use proptest::test_runner::{Config, RngSeed};
 
 pub mod bounds;
+pub mod captured;
 pub mod engines;
 pub mod matrices;
 pub mod pairs;

@@ -28,7 +28,8 @@ impl Primaries {
         let [r, g, b, w] = self.0;
         let column = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y);
         let primaries = DMat3::from_cols(column(r), column(g), column(b));
-        if !(w.y > 0.0) || primaries.determinant().abs() < 1e-9 {
+        let spanned = primaries.determinant().abs() > 1e-9;
+        if w.y.is_nan() || w.y <= 0.0 || !spanned {
             return None;
         }
         let scale = primaries.inverse() * (column(w) / w.y);

@@ -9,6 +9,7 @@
 //! "Captured rooms", states the orientation, the weighting and the rules for bad pixels.
 
 mod colour;
+pub mod maps;
 mod openexr;
 pub mod panorama;
 pub mod projection;

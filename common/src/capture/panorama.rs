@@ -37,7 +37,11 @@ impl Panorama {
     /// neither format, damaged, cut short, more than [`MAX_PIXELS`] pixels or 2 GiB, or of a shape
     /// that fits no projection.
     pub fn read(path: &Path, projection: Option<Projection>) -> Result<Self> {
-        let refuse = |failure: Failure| Error::input(path, failure.place, failure.message);
+        let refuse = |failure: Failure| {
+            // Decoders repeat names that a damaged file gives.
+            let message = failure.message.replace(char::is_control, " ");
+            Error::input(path, failure.place, message)
+        };
         let decoded = decode(path).map_err(refuse)?;
         Self::new(decoded, projection).map_err(refuse)
     }
@@ -162,72 +166,77 @@ impl Panorama {
     /// Radiance from `direction` (any length above 0), W/m²/sr: bilinear between pixel centres,
     /// across the seam, over the poles and over the borders of a cube map's squares.
     pub fn radiance(&self, direction: DVec3) -> Vec3 {
-        let at = self.projection.position(self.size, direction) - 0.5;
-        let low = at.floor();
-        let part = at - low;
-        let square = (((at.y + 0.5) / self.size[0] as f64) as i64).clamp(0, 5);
-        let (mut sum, mut whole) = (DVec3::ZERO, 0.0);
-        for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let weight = |k: i64, part: f64| if k == 0 { 1.0 - part } else { part };
-            let weight = weight(i, part.x) * weight(j, part.y);
-            if let Some(index) = self.pixel(low.x as i64 + i, low.y as i64 + j, square) {
-                sum += self.pixels[index].as_dvec3() * weight;
-                whole += weight;
-            }
-        }
-        if whole > 0.0 {
-            (sum / whole).as_vec3()
-        } else {
-            self.nearest(direction)
-        }
+        let at = self.projection.position(self.size, direction);
+        let square = ((at.y / self.size[0] as f64) as i64).clamp(0, 5);
+        bilinear(at - 0.5, |x, y| self.pixel(x, y, square))
+            .unwrap_or_else(|| self.at(self.holds(at)))
     }
 
     /// The pixel at column x and row y, which may lie one beyond the map or the square; none in an
     /// angular map's corners, where nothing was captured.
-    fn pixel(&self, x: i64, y: i64, square: i64) -> Option<usize> {
+    fn pixel(&self, x: i64, y: i64, square: i64) -> Option<Vec3> {
         let [w, h] = self.size.map(|n| n as i64);
-        let index = |x: i64, y: i64| (y * w + x) as usize;
+        let beyond = || {
+            let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let direction = self.projection.direction_on(self.size, square as usize, at);
+            self.projection.position(self.size, direction)
+        };
         match self.projection {
             Projection::LatLong => {
                 // Over a pole the map goes on half a turn further.
-                let (x, y) = match y {
-                    _ if y < 0 => (x + w / 2, -1 - y),
-                    _ if y >= h => (x + w / 2, 2 * h - 1 - y),
-                    _ => (x, y),
-                };
-                Some(index(x.rem_euclid(w), y.clamp(0, h - 1)))
+                let over = y.clamp(-1 - y, 2 * h - 1 - y);
+                let turn = if over == y { 0 } else { w / 2 };
+                Some(self.at([(x + turn).rem_euclid(w), over.clamp(0, h - 1)]))
             }
             Projection::Cube if (0..w).contains(&x) && y.div_euclid(w) == square => {
-                Some(index(x, y))
+                Some(self.at([x, y]))
             }
-            Projection::Angular if self.captured(x, y) => Some(index(x, y)),
-            _ => {
-                let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let beyond = self.projection.direction_on(self.size, square as usize, at);
-                let [x, y] = self.holds(beyond);
-                let captured = self.projection == Projection::Cube || self.captured(x, y);
-                captured.then(|| index(x, y))
+            Projection::Cube => {
+                // In the next square, whose rows and columns lie otherwise.
+                let at = beyond();
+                let first = (at.y as i64).clamp(0, h - 1) / w * w;
+                let within = |x: i64, y: i64| [x.clamp(0, w - 1), y.clamp(first, first + w - 1)];
+                bilinear(at - 0.5, |x, y| Some(self.at(within(x, y))))
+            }
+            Projection::Angular => {
+                let inside = (0..w).contains(&x) && (0..h).contains(&y);
+                let pixel = if inside { [x, y] } else { self.holds(beyond()) };
+                self.captured(pixel).then(|| self.at(pixel))
             }
         }
     }
 
     /// Whether a pixel's centre lies in an angular map's disc.
-    fn captured(&self, x: i64, y: i64) -> bool {
-        let of_centre = |k: i64| (2 * k + 1) as f64 / self.size[0] as f64 - 1.0;
-        of_centre(x).hypot(of_centre(y)) < 1.0
+    fn captured(&self, pixel: [i64; 2]) -> bool {
+        let [x, y] = pixel.map(|k| (2 * k + 1) as f64 / self.size[0] as f64 - 1.0);
+        x.hypot(y) < 1.0
     }
 
-    /// The pixel that holds `direction`.
-    fn holds(&self, direction: DVec3) -> [i64; 2] {
-        let at = self.projection.position(self.size, direction);
+    /// The pixel that holds a position.
+    fn holds(&self, at: DVec2) -> [i64; 2] {
         let within = |k: f64, n: usize| (k.floor() as i64).clamp(0, n as i64 - 1);
         [within(at.x, self.size[0]), within(at.y, self.size[1])]
     }
 
-    fn nearest(&self, direction: DVec3) -> Vec3 {
-        let [x, y] = self.holds(direction);
+    fn at(&self, [x, y]: [i64; 2]) -> Vec3 {
         self.pixels[y as usize * self.size[0] + x as usize]
     }
+}
+
+/// The mean of the four pixels around `at` (in pixels, whole at their centres), of those there are.
+fn bilinear(at: DVec2, pixel: impl Fn(i64, i64) -> Option<Vec3>) -> Option<Vec3> {
+    let low = at.floor();
+    let part = at - low;
+    let (mut sum, mut whole) = (DVec3::ZERO, 0.0);
+    for (i, u) in [(0, 1.0 - part.x), (1, part.x)] {
+        for (j, v) in [(0, 1.0 - part.y), (1, part.y)] {
+            if let Some(value) = pixel(low.x as i64 + i, low.y as i64 + j) {
+                sum += value.as_dvec3() * (u * v);
+                whole += u * v;
+            }
+        }
+    }
+    (whole > 0.0).then(|| (sum / whole).as_vec3())
 }
 
 fn decode(path: &Path) -> std::result::Result<Decoded, Failure> {

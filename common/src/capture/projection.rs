@@ -118,12 +118,16 @@ impl Projection {
                 let f = d.dot(forward);
                 let s = d.dot(right) / f;
                 let t = d.dot(up) / f;
-                DVec2::new((s + 1.0) / 2.0 * w, (square as f64 + (1.0 - t) / 2.0) * w)
+                let (top, next) = (square as f64 * w, (square + 1) as f64 * w);
+                // Its lower edge must not become the next square's upper edge.
+                let y = (top + (1.0 - t) / 2.0 * w).min(next.next_down());
+                DVec2::new((s + 1.0) / 2.0 * w, y)
             }
             Self::Angular => {
                 let flat = DVec2::new(-d.x, d.y);
                 let r = flat.length().atan2(d.z) / PI;
-                let p = flat.normalize_or_zero() * r;
+                // All of the rim is −z; any of its points will do.
+                let p = flat.try_normalize().unwrap_or(DVec2::X) * r;
                 DVec2::new((1.0 + p.x) / 2.0 * w, (1.0 - p.y) / 2.0 * h)
             }
         }

@@ -25,7 +25,7 @@ const MAX_HEADER: usize = 1 << 16;
 /// New run lengths exist for these widths only.
 const NEW_RLE: std::ops::RangeInclusive<usize> = 8..=0x7fff;
 
-/// What the lines before the scanlines say.
+/// What stands before the scanlines.
 struct Header {
     exposure: Vec3,
     xyz: bool,
@@ -74,7 +74,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Failure> {
             bytes.len() - at
         ));
     }
-    let (size, mut pixels) = resolution.upright(&lines);
+    let (size, mut pixels) = resolution.upright(lines);
     for pixel in &mut pixels {
         *pixel /= header.exposure;
     }
@@ -102,13 +102,9 @@ impl Header {
             }
             let (key, value) = line.split_once('=').unwrap_or((&line, ""));
             match key.trim() {
-                "EXPOSURE" => match factors(value).as_deref() {
-                    Some([e]) => exposure *= Vec3::splat(*e),
-                    _ => notes.push(format!("`{line}` is not understood and was ignored")),
-                },
-                "COLORCORR" => match factors(value).as_deref() {
-                    Some([r, g, b]) => exposure *= Vec3::new(*r, *g, *b),
-                    _ => notes.push(format!("`{line}` is not understood and was ignored")),
+                "EXPOSURE" | "COLORCORR" => match factor(value) {
+                    Some(factor) => exposure *= factor,
+                    None => notes.push(format!("`{}` is not understood: ignored", brief(&line))),
                 },
                 "FORMAT" => format = Some(value.trim().to_owned()),
                 _ => {}
@@ -119,7 +115,12 @@ impl Header {
             Some("32-bit_rle_xyze") => true,
             Some(other) => {
                 let message = format!(
+<<<<<<< HEAD
                     "has the format `{other}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed"
+=======
+                    "has the format `{}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed",
+                    brief(other)
+>>>>>>> h1i
                 );
                 return Err(message.into());
             }
@@ -142,14 +143,33 @@ impl Header {
     }
 }
 
+<<<<<<< HEAD
 /// Numbers above 0, separated by spaces.
 fn factors(text: &str) -> Option<Vec<f32>> {
+=======
+/// One number above 0 for all channels, or one for each.
+fn factor(text: &str) -> Option<Vec3> {
+>>>>>>> h1i
     let number = |word: &str| {
         word.parse()
             .ok()
             .filter(|n: &f32| n.is_finite() && *n > 0.0)
     };
+<<<<<<< HEAD
     text.split_whitespace().map(number).collect()
+=======
+    let numbers: Option<Vec<f32>> = text.split_whitespace().map(number).collect();
+    match numbers?[..] {
+        [all] => Some(Vec3::splat(all)),
+        [r, g, b] => Some(Vec3::new(r, g, b)),
+        _ => None,
+    }
+}
+
+/// As much of a file's own text as goes into a message of one line.
+fn brief(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).take(40).collect()
+>>>>>>> h1i
 }
 
 /// The lines of a header, without their endings.
@@ -178,7 +198,7 @@ impl Resolution {
     fn parse(line: &str) -> Result<Self, Failure> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let refuse = || {
-            let line: String = line.chars().take(40).collect();
+            let line = brief(line);
             format!("its resolution line `{line}` should read like `-Y 512 +X 1024`")
         };
         let [first, scanlines, second, length] = words[..] else {
@@ -186,17 +206,12 @@ impl Resolution {
         };
         let number = |word: &str| word.parse::<u64>().map_err(|_| refuse());
         let (scanlines, length) = (number(scanlines)?, number(length)?);
-        let (by_columns, y, x) = match (&first[1..], &second[1..]) {
-            ("Y", "X") => (false, first, second),
-            ("X", "Y") => (true, second, first),
+        // Rows come first at the top (−Y) and columns at the left (+X).
+        let (by_columns, flip_y, flip_x) = match (first, second) {
+            ("-Y" | "+Y", "-X" | "+X") => (false, first == "+Y", second == "-X"),
+            ("-X" | "+X", "-Y" | "+Y") => (true, second == "+Y", first == "-X"),
             _ => return Err(refuse().into()),
         };
-        let sign = |axis: &str| match axis.as_bytes()[0] {
-            b'+' => Ok(true),
-            b'-' => Ok(false),
-            _ => Err(refuse()),
-        };
-        let (flip_y, flip_x) = (sign(y)?, !sign(x)?);
         check_size(length, scanlines)?;
         Ok(Self {
             by_columns,
@@ -208,11 +223,14 @@ impl Resolution {
     }
 
     /// Width and height, and the pixels row by row from the upper left.
-    fn upright(&self, lines: &[Vec3]) -> ([usize; 2], Vec<Vec3>) {
+    fn upright(&self, lines: Vec<Vec3>) -> ([usize; 2], Vec<Vec3>) {
         let size = match self.by_columns {
             true => [self.scanlines, self.length],
             false => [self.length, self.scanlines],
         };
+        if !(self.by_columns || self.flip_x || self.flip_y) {
+            return (size, lines);
+        }
         let [w, h] = size;
         let from = |x: usize, y: usize| {
             let x = if self.flip_x { w - 1 - x } else { x };

@@ -107,7 +107,7 @@ impl Wall {
         }
         let from = eye - a;
         let height = normal.dot(from);
-        if !(height > 0.0) {
+        if height.is_nan() || height <= 0.0 {
             return Err(fail("the eye must lie in front of it"));
         }
         // The dual basis: dual[k] · (x − a) is the point's coordinate k.
@@ -145,7 +145,8 @@ impl Wall {
         }
         let at = self.at(d);
         let [w, h] = self.size.map(|n| n as f64);
-        (at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h).then(|| [at.x as usize, at.y as usize])
+        (at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h)
+            .then_some([at.x as usize, at.y as usize])
     }
 
     /// The part of `polygon` on columns (or rows) `from`..`to`.

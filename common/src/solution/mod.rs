@@ -1,6 +1,7 @@
 //! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`,
 //! written by [`mod@write`] and read back by [`read`], which decodes the pixels by [`pixels`].
 
+pub(crate) mod faces;
 pub mod pixels;
 pub mod read;
 pub mod write;

@@ -75,7 +75,8 @@ fn check(bytes: &[u8], max_pixels: u64) -> std::result::Result<(), String> {
 }
 
 fn decode(bytes: &[u8]) -> std::result::Result<Planes, String> {
-    // Pedantic: a file that was cut short is an error, not a picture with a black part.
+    // Pedantic: a file that was cut short is an error, not a picture with a black part. On this
+    // thread: in the decoder's own pool a panic over a damaged block would end the program.
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -83,6 +84,7 @@ fn decode(bytes: &[u8]) -> std::result::Result<Planes, String> {
         .first_valid_layer()
         .all_attributes()
         .pedantic()
+        .non_parallel()
         .from_buffered(std::io::Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     let layer = image.layer_data;

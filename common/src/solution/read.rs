@@ -3,12 +3,13 @@
 
 use crate::error::{Error, Result};
 use crate::mesh::MAX_TEXELS;
-use crate::scene::{Face, Scene};
+use crate::scene::Scene;
+use crate::solution::faces::{Entry, faces, label};
 use crate::solution::pixels::Planes;
 use crate::texel;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -43,28 +44,6 @@ struct Description {
     faces: Vec<Entry>,
 }
 
-#[derive(Deserialize)]
-struct Entry {
-    #[serde(default)]
-    name: String,
-    kind: Kind,
-    corners: Vec<[f64; 3]>,
-    texels: [u32; 2],
-    rect: [u32; 4],
-    #[serde(default)]
-    emission: [f32; 3],
-    #[serde(default)]
-    reflectance: [f32; 3],
-    from: Option<u32>,
-}
-
-#[derive(Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Kind {
-    Quad,
-    Triangle,
-}
-
 impl Stored {
     /// Reads `dir`/result.json and `dir`/lightmap.exr.
     ///
@@ -76,13 +55,13 @@ impl Stored {
         let description = describe(&path)?;
         let mut first = vec![0];
         for (k, entry) in description.faces.iter().enumerate() {
-            check(entry).map_err(|message| Error::input(&path, face_name(k), message))?;
+            check(entry).map_err(|message| Error::input(&path, label(k), message))?;
             let texels = u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
             let end = first[k] as u64 + texels;
             if end > MAX_TEXELS {
                 return Err(Error::input(
                     &path,
-                    face_name(k),
+                    label(k),
                     "too many texels in all faces",
                 ));
             }
@@ -132,10 +111,6 @@ impl Stored {
     }
 }
 
-fn face_name(k: usize) -> String {
-    format!("face {k}")
-}
-
 fn describe(path: &Path) -> Result<Description> {
     let text = fs::read(path).map_err(|e| {
         let message = format!("cannot be read: {e}; a directory written by solve is needed");
@@ -149,25 +124,22 @@ fn describe(path: &Path) -> Result<Description> {
     Ok(description)
 }
 
-/// Whether a face has the corners and texels that its kind asks for.
+/// Whether a face is whole, and its rectangle in the image as large as its texels ask for.
 fn check(entry: &Entry) -> std::result::Result<(), String> {
-    let wanted = if entry.kind == Kind::Quad { 4 } else { 3 };
-    if entry.corners.len() != wanted {
+    entry.check()?;
+    let [_, _, width, height] = rect(entry);
+    let [w, h] = entry.texels;
+    if [w, h] != [width, height] {
         return Err(format!(
-            "has {} corners instead of {wanted}",
-            entry.corners.len()
-        ));
-    }
-    if !entry.emission.iter().all(|e| e.is_finite()) {
-        return Err("its emission is out of range".into());
-    }
-    let ([w, h], [_, _, width, height]) = (entry.texels, entry.rect);
-    if w == 0 || h == 0 || [w, h] != [width, height] || (entry.kind == Kind::Triangle && w != h) {
-        return Err(format!(
-            "{w}×{h} texels do not fit its kind or its rectangle of {width}×{height} pixels"
+            "{w}×{h} texels do not fit its rectangle of {width}×{height} pixels"
         ));
     }
     Ok(())
+}
+
+/// The face's rectangle; empty where the description has none.
+fn rect(entry: &Entry) -> [u32; 4] {
+    entry.rect.unwrap_or_default()
 }
 
 /// The image, and where each face's texels lie in it.
@@ -187,7 +159,7 @@ impl<'a> Lightmap<'a> {
             .sum();
         let planes = Planes::read(&path, 64 * texels + (1 << 16))?;
         for (k, entry) in faces.iter().enumerate() {
-            let [x, y, w, h] = entry.rect.map(u64::from);
+            let [x, y, w, h] = rect(entry).map(u64::from);
             if x + w > planes.width as u64 || y + h > planes.height as u64 {
                 let message = format!(
                     "its rectangle ends at {}, {}, the image at {}, {}",
@@ -196,7 +168,7 @@ impl<'a> Lightmap<'a> {
                     planes.width,
                     planes.height
                 );
-                return Err(Error::input(&path, face_name(k), message));
+                return Err(Error::input(&path, label(k), message));
             }
         }
         Ok(Self {
@@ -213,7 +185,7 @@ impl<'a> Lightmap<'a> {
         };
         let mut values = Vec::new();
         for (k, entry) in self.faces.iter().enumerate() {
-            let [x, y, w, h] = entry.rect.map(|n| n as usize);
+            let [x, y, w, h] = rect(entry).map(|n| n as usize);
             for pixel in (0..h).flat_map(|j| (0..w).map(move |i| (x + i, y + j))) {
                 let at = pixel.1 * self.planes.width + pixel.0;
                 let value = Vec3::new(r[at], g[at], b[at]);
@@ -222,7 +194,7 @@ impl<'a> Lightmap<'a> {
                         "the channels {prefix}R, G, B are not finite at pixel {}, {}",
                         pixel.0, pixel.1
                     );
-                    return Err(Error::input(&self.path, face_name(k), message));
+                    return Err(Error::input(&self.path, label(k), message));
                 }
                 values.push(value);
             }
@@ -232,46 +204,11 @@ impl<'a> Lightmap<'a> {
 }
 
 fn scene(dir: &Path, description: Description) -> Scene {
-    let name = description
-        .scene
-        .unwrap_or_else(|| dir.display().to_string());
-    let mut faces: Vec<Face> = description.faces.into_iter().map(face).collect();
-    join_sheets(&mut faces);
     Scene {
-        name,
-        faces,
+        name: description
+            .scene
+            .unwrap_or_else(|| dir.display().to_string()),
+        faces: faces(&description.faces),
         notes: Vec::new(),
-    }
-}
-
-fn face(entry: Entry) -> Face {
-    let c: Vec<DVec3> = entry.corners.iter().map(|p| DVec3::from(*p)).collect();
-    let (emission, reflectance) = (entry.emission.into(), entry.reflectance.into());
-    // `check` has counted the corners.
-    let face = match entry.kind {
-        Kind::Quad => Face::quad(&entry.name, [c[0], c[1], c[2], c[3]], emission, reflectance),
-        Kind::Triangle => Face::triangle(&entry.name, [c[0], c[1], c[2]], emission, reflectance),
-    };
-    Face {
-        from: entry.from,
-        ..face
-    }
-}
-
-/// A face that says from which other it is, and has that one's corners reversed, is its back.
-fn join_sheets(faces: &mut [Face]) {
-    let key = |face: &Face| face.corners.map(|c| c.to_array().map(f64::to_bits));
-    let fronts: HashMap<_, usize> = faces.iter().enumerate().map(|(k, f)| (key(f), k)).collect();
-    for back in 0..faces.len() {
-        if faces[back].from.is_none() || faces[back].partner.is_some() {
-            continue;
-        }
-        let Some(&front) = fronts.get(&key(&faces[back].reversed())) else {
-            continue;
-        };
-        if front < back && faces[front].partner.is_none() {
-            faces[back].partner = Some(front as u32);
-            faces[front].partner = Some(back as u32);
-        }
     }
 }

@@ -3,10 +3,16 @@
 
 use crate::energy::Energy;
 use crate::error::{Error, Result};
+<<<<<<< HEAD
 use crate::mesh::{Mesh, Texel};
 use crate::scene::{Scene, Shape};
+=======
+use crate::mesh::Mesh;
+use crate::scene::Scene;
+>>>>>>> h1i
 use crate::settings::Settings;
 use crate::shooting::{Field, Run};
+use crate::solution::faces::describe;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
     WritableImage,
@@ -122,6 +128,7 @@ impl Solution<'_> {
             .faces
             .iter()
             .zip(&self.mesh.faces)
+<<<<<<< HEAD
             .enumerate()
             .map(|(k, (face, mesh))| {
                 let of_face = [face.emission.to_array(), face.reflectance.to_array()];
@@ -139,6 +146,11 @@ impl Solution<'_> {
                 if let Some(from) = face.from {
                     entry["from"] = from.into();
                 }
+=======
+            .map(|(face, mesh)| {
+                let mut entry = describe(face, mesh.resolution);
+                entry["rect"] = json!(mesh.rect);
+>>>>>>> h1i
                 entry
             })
             .collect()
@@ -207,27 +219,33 @@ pub fn lightmap(mesh: &Mesh, field: &Field, surface: bool) -> Result<Vec<u8>> {
     ];
     for (prefix, values) in planes.into_iter().take(if surface { 5 } else { 3 }) {
         for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
-            let pixels = atlas_channel(mesh, values, c);
-            channels.push(AnyChannel::new(
-                format!("{prefix}{letter}").as_str(),
-                FlatSamples::F32(pixels),
-            ));
+            channels.push((format!("{prefix}{letter}"), atlas_channel(mesh, values, c)));
         }
     }
+    encode([w, h], channels).map_err(|source| Error::Write {
+        path: "lightmap.exr".into(),
+        source,
+    })
+}
+
+/// Named planes of `size` (width, height) as lossless 32-bit float EXR.
+pub(crate) fn encode(
+    size: [usize; 2],
+    planes: Vec<(String, Vec<f32>)>,
+) -> std::io::Result<Vec<u8>> {
+    let channel =
+        |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
     let layer = Layer::new(
-        Vec2(w, h),
+        Vec2(size[0], size[1]),
         LayerAttributes::default(),
         Encoding::SMALL_LOSSLESS,
-        AnyChannels::sort(channels.into_iter().collect()),
+        AnyChannels::sort(planes.into_iter().map(channel).collect()),
     );
     let mut bytes = std::io::Cursor::new(Vec::new());
     Image::from_layer(layer)
         .write()
         .to_buffered(&mut bytes)
-        .map_err(|error| Error::Write {
-            path: "lightmap.exr".into(),
-            source: std::io::Error::other(error.to_string()),
-        })?;
+        .map_err(|error| std::io::Error::other(error.to_string()))?;
     Ok(bytes.into_inner())
 }
 

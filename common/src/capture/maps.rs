@@ -1,0 +1,219 @@
+//! A room's lighting as one HDR radiance map per face, and back.
+//!
+//! A folder holds `000-name.exr`, `001-name.exr`, … and `room.json`, which says of each face what
+//! `result.json` says, and its file. R, G, B are radiance L = B/π, W/m²/sr, for paint programs and
+//! viewers; `radiosity.R/G/B` hold B itself, since π·(B/π) does not give back B's last bit. Both
+//! are 32-bit float. On a quad the image's first row is the last row of texels, at the edge from
+//! corner 3 to corner 2, so that a wall whose corner 0 is its lower left is upright. A triangle's
+//! N² texels are read as one line in an N×N image, as in `lightmap.exr`.
+//!
+//! Where R, G, B are no longer B/π bit for bit, or there is no `radiosity.*`, somebody has painted
+//! on the map: there B = πL.
+
+use crate::error::{Error, Result};
+use crate::mesh::MAX_TEXELS;
+use crate::scene::{Scene, Shape};
+use crate::solution::faces::{Entry, describe, faces, label};
+use crate::solution::pixels::Planes;
+use crate::solution::write::{encode, prepare, write_file};
+use crate::texel;
+use glam::{BVec3, Vec3};
+use serde::Deserialize;
+use serde_json::json;
+use std::f32::consts::PI;
+use std::path::{Component, Path};
+
+/// A room with its lighting.
+#[derive(Clone, Debug)]
+pub struct Room {
+    /// The faces; its notes say which maps were painted on.
+    pub scene: Scene,
+    /// Texels W×H of each face (N×N on a triangle).
+    pub resolutions: Vec<[u32; 2]>,
+    /// B, W/m²: face after face, within a face row-major in its rectangle.
+    pub radiosity: Vec<Vec3>,
+}
+
+/// Writes `scene` with its lighting into the folder `dir`, which is made if need be.
+///
+/// `radiosity` (W/m²) is that of all texels, face after face, of `resolutions` W×H each. Files
+/// get temporary names first; `room.json` comes last, so that a folder that has it is whole.
+///
+/// Errors: [`Error::Write`] with the file; [`Error::Usage`] if the lengths do not match.
+pub fn write(
+    dir: &Path,
+    scene: &Scene,
+    resolutions: &[[u32; 2]],
+    radiosity: &[Vec3],
+) -> Result<()> {
+    let count: usize = resolutions.iter().map(|r| texel::count(*r) as usize).sum();
+    if resolutions.len() != scene.faces.len() || radiosity.len() != count {
+        return Err(Error::Usage(
+            "a map needs a radiosity for every texel of every face".into(),
+        ));
+    }
+    prepare(dir)?;
+    let mut rest = radiosity;
+    let mut entries = Vec::new();
+    for (k, (face, resolution)) in scene.faces.iter().zip(resolutions).enumerate() {
+        let (own, others) = rest.split_at(texel::count(*resolution) as usize);
+        rest = others;
+        let file = format!("{k:03}-{}.exr", safe(&face.name));
+        let path = dir.join(&file);
+        let rows = rows(face.shape, *resolution);
+        let image = image(*resolution, &rows, own).map_err(|source| Error::Write {
+            path: path.clone(),
+            source,
+        })?;
+        write_file(&path, &image)?;
+        let mut entry = describe(face, *resolution);
+        entry["file"] = file.into();
+        entries.push(entry);
+    }
+    let text = format!("{:#}\n", json!({ "scene": scene.name, "faces": entries }));
+    write_file(&dir.join("room.json"), text.as_bytes())
+}
+
+/// Reads what [`write()`] wrote, also after somebody has changed the maps.
+///
+/// Errors ([`Error::Input`], with file and face): a file that is missing, damaged or of another
+/// size, a missing channel, a radiance that is not finite, or painted and negative.
+pub fn read(dir: &Path) -> Result<Room> {
+    let path = dir.join("room.json");
+    let description = description(&path)?;
+    let entries = &description.faces;
+    let mut room = Room {
+        scene: Scene {
+            name: description.scene,
+            ..Scene::default()
+        },
+        resolutions: entries.iter().map(|e| e.texels).collect(),
+        radiosity: Vec::new(),
+    };
+    let mut total = 0;
+    for (k, entry) in entries.iter().enumerate() {
+        let refuse = |message: String| Error::input(&path, label(k), message);
+        entry.check().map_err(refuse)?;
+        total += u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
+        if total > MAX_TEXELS {
+            return Err(refuse("too many texels in all faces".into()));
+        }
+    }
+    room.scene.faces = faces(entries);
+    for (k, entry) in entries.iter().enumerate() {
+        let file = file(entry).map_err(|message| Error::input(&path, label(k), message))?;
+        let shape = room.scene.faces[k].shape;
+        let (values, painted) = radiosity(&dir.join(file), k, shape, entry.texels)?;
+        room.radiosity.extend(values);
+        if painted > 0 {
+            let texels = texel::count(entry.texels);
+            room.scene.notes.push(format!(
+                "{file}: {painted} of {texels} texels have no radiosity.R/G/B that belongs to R, G, B: π × radiance was taken"
+            ));
+        }
+    }
+    Ok(room)
+}
+
+#[derive(Deserialize)]
+struct Description {
+    #[serde(default)]
+    scene: String,
+    faces: Vec<Entry>,
+}
+
+fn description(path: &Path) -> Result<Description> {
+    let refuse = |message: String| Error::input(path, "", message);
+    let text = std::fs::read(path)
+        .map_err(|e| refuse(format!("cannot be read: {e}; a folder of maps is needed")))?;
+    let description: Description = serde_json::from_slice(&text)
+        .map_err(|e| refuse(format!("is no description of a room: {e}")))?;
+    if description.faces.is_empty() {
+        return Err(refuse("has no faces".into()));
+    }
+    Ok(description)
+}
+
+/// The face's file, which must lie in the folder itself.
+fn file(entry: &Entry) -> std::result::Result<&str, String> {
+    let name = entry.file.as_deref().ok_or("names no file")?;
+    let mut parts = Path::new(name).components();
+    match (parts.next(), parts.next()) {
+        (Some(Component::Normal(_)), None) => Ok(name),
+        _ => Err(format!("its file `{name}` is not a name in this folder")),
+    }
+}
+
+/// Letters, digits, `-` and `_` of a name, the rest replaced; at most 40, at least one.
+fn safe(name: &str) -> String {
+    let keep = |c: char| {
+        if c.is_ascii_alphanumeric() || c == '-' {
+            c
+        } else {
+            '_'
+        }
+    };
+    let name: String = name.chars().take(40).map(keep).collect();
+    if name.is_empty() { "face".into() } else { name }
+}
+
+/// The texels' indices in the order of the image's pixels.
+fn rows(shape: Shape, [w, h]: [u32; 2]) -> Vec<usize> {
+    let [w, h] = [w as usize, h as usize];
+    match shape {
+        Shape::Quad => (0..h).rev().flat_map(|j| j * w..(j + 1) * w).collect(),
+        Shape::Triangle => (0..w * h).collect(),
+    }
+}
+
+fn image(size: [u32; 2], rows: &[usize], radiosity: &[Vec3]) -> std::io::Result<Vec<u8>> {
+    let mut planes = Vec::new();
+    for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
+        let exact: Vec<f32> = rows.iter().map(|at| radiosity[*at][c]).collect();
+        planes.push((letter.into(), exact.iter().map(|b| b / PI).collect()));
+        planes.push((format!("radiosity.{letter}"), exact));
+    }
+    encode(size.map(|n| n as usize), planes)
+}
+
+/// A face's radiosity in the order of its texels, and of how many it is π × radiance.
+fn radiosity(path: &Path, k: usize, shape: Shape, size: [u32; 2]) -> Result<(Vec<Vec3>, usize)> {
+    let refuse = |message: String| Error::input(path, label(k), message);
+    let [w, h] = size.map(|n| n as usize);
+    // A little more than its own size, for the message below to tell of another size.
+    let planes = Planes::read(path, 4 * (w * h) as u64 + (1 << 16))?;
+    if [planes.width, planes.height] != [w, h] {
+        return Err(refuse(format!(
+            "has {}×{} pixels instead of {w}×{h}: keep a map's size",
+            planes.width, planes.height
+        )));
+    }
+    let Some(radiance) = planes.colours("") else {
+        return Err(refuse("lacks a channel of R, G and B (radiance)".into()));
+    };
+    let exact = planes.colours("radiosity.");
+    let mut values = vec![Vec3::ZERO; w * h];
+    let mut painted = 0;
+    for (pixel, at) in rows(shape, size).into_iter().enumerate() {
+        let colour = |planes: [&[f32]; 3]| Vec3::from(planes.map(|plane| plane[pixel]));
+        let radiance = colour(radiance);
+        let kept = exact.map(colour).filter(|b| same_bits(*b / PI, radiance));
+        painted += usize::from(kept.is_none());
+        let value = kept.unwrap_or(radiance * PI);
+        // A solver may leave −1e-9 behind, and gets it back; nobody paints less than black.
+        if !value.is_finite() || (kept.is_none() && value.min_element() < 0.0) {
+            return Err(refuse(format!(
+                "its radiance at pixel {}, {} is negative or not finite",
+                pixel % w,
+                pixel / w
+            )));
+        }
+        values[at] = value;
+    }
+    Ok((values, painted))
+}
+
+fn same_bits(a: Vec3, b: Vec3) -> bool {
+    let same = |c: usize| a[c].to_bits() == b[c].to_bits();
+    BVec3::new(same(0), same(1), same(2)).all()
+}

@@ -1,0 +1,471 @@
+//! Captured maps in every encoding, from bytes that the tests make themselves.
+
+use common::Error;
+use common::capture::{MAX_PIXELS, Panorama, Projection};
+use exr::prelude::*;
+use glam::Vec3;
+use radiosity_tests::captured::{new_encoding, old_encoding, picture, pixels, read, rgbe};
+use std::io::Cursor;
+
+const RGBE: &str = "FORMAT=32-bit_rle_rgbe";
+
+fn upright(pixels: &[[u8; 4]]) -> Vec<Vec3> {
+    pixels.iter().map(|p| rgbe(*p)).collect()
+}
+
+/// The message's place and reason; it must be about the input, in one line.
+fn refusal(bytes: &[u8]) -> String {
+    match read(bytes, None) {
+        Err(error @ Error::Input { .. }) => {
+            let text = error.to_string();
+            assert!(!text.contains('\n') && text.contains("map"), "{text}");
+            text.split_once("map: ").unwrap().1.to_owned()
+        }
+        Err(error) => panic!("{error}"),
+        Ok(map) => panic!("loaded: {:?}", map.notes),
+    }
+}
+
+#[test]
+fn radiance_pictures_of_all_encodings_are_the_same_map() {
+    let (w, h) = (1200, 600);
+    let raw = pixels(w * h);
+    let flat = raw.concat();
+    let by_lines = |encode: fn(&[[u8; 4]]) -> Vec<u8>| raw.chunks(w).flat_map(encode).collect();
+    let encodings: [Vec<u8>; 3] = [flat, by_lines(new_encoding), by_lines(old_encoding)];
+    assert!(encodings[1].len() < encodings[0].len() && encodings[2].len() < encodings[0].len());
+    for body in encodings {
+        let map = read(
+            &picture(&["#?RADIANCE", RGBE], "-Y 600 +X 1200", &body),
+            None,
+        )
+        .unwrap();
+        assert_eq!(map.size(), [w, h]);
+        assert_eq!(map.projection(), Projection::LatLong);
+        assert!(map.notes.is_empty(), "{:?}", map.notes);
+        assert!(map.pixels() == upright(&raw));
+    }
+}
+
+#[test]
+fn all_eight_orientations_are_turned_upright() {
+    let (w, h) = (16, 8);
+    let raw = pixels(w * h);
+    for (flip_x, flip_y, by_columns) in (0..8).map(|k| (k & 1 > 0, k & 2 > 0, k & 4 > 0)) {
+        let x = |i: usize| if flip_x { w - 1 - i } else { i };
+        let y = |j: usize| if flip_y { h - 1 - j } else { j };
+        let (sx, sy) = (
+            if flip_x { '-' } else { '+' },
+            if flip_y { '+' } else { '-' },
+        );
+        let (line, body): (String, Vec<u8>) = if by_columns {
+            let columns = (0..w).map(|i| (0..h).map(|j| raw[y(j) * w + x(i)]).collect::<Vec<_>>());
+            (
+                format!("{sx}X {w} {sy}Y {h}"),
+                columns.flat_map(|c| new_encoding(&c)).collect(),
+            )
+        } else {
+            let rows = (0..h).map(|j| (0..w).map(|i| raw[y(j) * w + x(i)]).collect::<Vec<_>>());
+            (
+                format!("{sy}Y {h} {sx}X {w}"),
+                rows.flat_map(|r| new_encoding(&r)).collect(),
+            )
+        };
+        let map = read(&picture(&["#?RADIANCE", RGBE], &line, &body), None).unwrap();
+        assert_eq!(map.size(), [w, h], "{line}");
+        assert!(map.pixels() == upright(&raw), "{line}");
+    }
+}
+
+#[test]
+fn header_lines_do_what_the_format_says() {
+    let raw = pixels(32);
+    let body = raw.concat();
+    let with = |lines: &[&str]| {
+        let header: Vec<&str> = ["#?RGBE"].iter().chain(lines).copied().collect();
+        read(&picture(&header, "-Y 4 +X 8", &body), None).unwrap()
+    };
+    let truth = upright(&raw);
+    let lenient = with(&[
+        "#?RADIANCE",
+        "# by hand",
+        "PRIMARIES=0 0 0 0 0 0 0 0",
+        "GAMMA=1",
+        "what",
+        RGBE,
+    ]);
+    assert!(
+        lenient.pixels() == truth && lenient.notes.is_empty(),
+        "{:?}",
+        lenient.notes
+    );
+    let exposed = with(&["EXPOSURE=2.0", RGBE, "EXPOSURE= 0.5", "EXPOSURE=4"]);
+    assert!(
+        exposed
+            .pixels()
+            .iter()
+            .zip(&truth)
+            .all(|(a, b)| *a * 4.0 == *b)
+    );
+    let corrected = with(&[RGBE, "COLORCORR=1 2 4"]);
+    let factor = Vec3::new(1.0, 2.0, 4.0);
+    assert!(
+        corrected
+            .pixels()
+            .iter()
+            .zip(&truth)
+            .all(|(a, b)| *a * factor == *b)
+    );
+    let doubtful = with(&["EXPOSURE=much"]);
+    assert!(doubtful.pixels() == truth);
+    assert_eq!(doubtful.notes.len(), 2, "{:?}", doubtful.notes);
+    // CIE's matrix to linear Rec. 709, as IEC 61966-2-1 prints it, to four digits.
+    let xyz = with(&["FORMAT=32-bit_rle_xyze"]);
+    for (a, b) in xyz.pixels().iter().zip(&truth) {
+        let red = 3.2406 * b.x - 1.5372 * b.y - 0.4986 * b.z;
+        let green = -0.9689 * b.x + 1.8758 * b.y + 0.0415 * b.z;
+        let scale = 4e-4 * b.max_element();
+        assert!((a.x - red.max(0.0)).abs() < scale, "{a} {b}");
+        assert!((a.y - green.max(0.0)).abs() < scale, "{a} {b}");
+    }
+    let trailing = [&body[..], b"more"].concat();
+    let trailing = read(
+        &picture(&["#?RADIANCE", RGBE], "-Y 4 +X 8", &trailing),
+        None,
+    )
+    .unwrap();
+    assert!(trailing.pixels() == truth);
+    assert!(
+        trailing.notes[0].starts_with("4 bytes"),
+        "{:?}",
+        trailing.notes
+    );
+}
+
+#[test]
+fn narrow_pictures_are_never_run_length_encoded() {
+    // Their first pixels look like the start of a scanline in the new encoding.
+    let mut raw = pixels(7 * 7);
+    for line in raw.chunks_mut(7) {
+        line[0] = [2, 2, 0, 7];
+    }
+    let map = read(
+        &picture(&["#?RADIANCE", RGBE], "-Y 7 +X 7", &raw.concat()),
+        None,
+    )
+    .unwrap();
+    assert!(map.pixels() == upright(&raw));
+    assert_eq!(map.projection(), Projection::Angular);
+}
+
+#[test]
+fn a_broken_picture_is_refused_where_it_breaks() {
+    let line = vec![[9, 8, 7, 128]; 16];
+    let scanline = new_encoding(&line);
+    let body = scanline.repeat(8);
+    let start = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".len();
+    let header = ["#?RADIANCE", RGBE];
+    let all = |body: &[u8]| picture(&header, "-Y 8 +X 16", body);
+    assert!(read(&all(&body), None).is_ok());
+    let broken = |at: usize, value: u8| {
+        let mut body = body.clone();
+        body[3 * scanline.len() + at] = value;
+        refusal(&all(&body))
+    };
+    let place = |at: usize| format!("scanline 3, byte {}", start + 3 * scanline.len() + at);
+    for (at, value, what) in [
+        (3, 15, "15 pixels"),
+        (4, 0, "no pixels"),
+        (4, 255, "beyond 16"),
+    ] {
+        let at_place = if at == 3 { 2 } else { at };
+        let text = broken(at, value);
+        assert!(
+            text.starts_with(&place(at_place)) && text.contains(what),
+            "{text}"
+        );
+    }
+    let text = refusal(&all(&body[..body.len() - 1]));
+    assert!(
+        text.starts_with("scanline 7") && text.contains("ends within"),
+        "{text}"
+    );
+    let text = refusal(&picture(&header, "-Y 8 +X 16", &[9; 16 * 8 * 4 - 2]));
+    assert!(
+        text.starts_with("scanline 7") && text.contains("ends within"),
+        "{text}"
+    );
+    for markers in [vec![1; 64], [[9, 9, 9, 9], [1, 1, 1, 17]].concat()] {
+        let text = refusal(&all(&markers));
+        assert!(text.starts_with("scanline 0"), "{text}");
+    }
+}
+
+#[test]
+fn headers_that_promise_nonsense_are_refused_at_once() {
+    let header = ["#?RADIANCE", RGBE];
+    let body = pixels(128).concat();
+    let resolutions = [
+        "-Y 1000000 +X 1000000",
+        "-Y 99999999999999999999 +X 16",
+        "-Y 0 +X 0",
+        "-Y -8 +X 16",
+        "FOO BAR",
+        "-Y 8 -Y 16",
+        "*Y 8 +X 16",
+        "é 8 +X 16",
+        "-Y 8",
+    ];
+    for resolution in resolutions {
+        refusal(&picture(&header, resolution, &body));
+    }
+    let most = refusal(&picture(&header, "-Y 8192 +X 8193", &body));
+    assert!(most.contains(&MAX_PIXELS.to_string()), "{most}");
+    assert!(
+        refusal(&picture(
+            &["#?RADIANCE", "FORMAT=64-bit_foo"],
+            "-Y 8 +X 16",
+            &body
+        ))
+        .contains("foo")
+    );
+    for bytes in [
+        &b""[..],
+        b"#",
+        b"P6 16 8 255\n",
+        b"\x76\x2f",
+        b"\x76\x2f\x31\x01",
+        b"#?RADIANCE\n",
+    ] {
+        refusal(bytes);
+    }
+    let endless = [&b"#?RADIANCE\n"[..], &[b'a'; 1 << 20]].concat();
+    assert!(refusal(&endless).contains("header"));
+    let shape = refusal(&picture(&header, "-Y 8 +X 12", &body[..8 * 12 * 4]));
+    assert!(shape.contains("--map"), "{shape}");
+}
+
+/// An EXR file of one layer.
+fn layer(
+    size: [usize; 2],
+    attributes: LayerAttributes,
+    encoding: Encoding,
+    channels: Vec<AnyChannel<FlatSamples>>,
+) -> Vec<u8> {
+    let channels = AnyChannels::sort(channels.into());
+    let image = Image::from_layer(Layer::new(
+        Vec2(size[0], size[1]),
+        attributes,
+        encoding,
+        channels,
+    ));
+    written(image)
+}
+
+fn written(image: Image<Layer<AnyChannels<FlatSamples>>>) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+/// Channels of these names, each pixel (k + ½) × the channel's place, 1, 2, 3, ….
+fn channels(names: &[&str], count: usize) -> Vec<AnyChannel<FlatSamples>> {
+    let plane = |c: usize| {
+        (0..count)
+            .map(|k| (k as f32 + 0.5) * (c + 1) as f32)
+            .collect()
+    };
+    let channel = |(c, name): (usize, &&str)| AnyChannel::new(*name, FlatSamples::F32(plane(c)));
+    names.iter().enumerate().map(channel).collect()
+}
+
+#[test]
+fn openexr_layers_are_found_by_their_channels() {
+    let size = [16, 8];
+    let value = |k: usize| Vec3::new(1.0, 2.0, 3.0) * (k as f32 + 0.5);
+    let colours: Vec<Vec3> = (0..128).map(value).collect();
+    let grey: Vec<Vec3> = (0..128).map(|k| Vec3::splat(k as f32 + 0.5)).collect();
+    let plain = LayerAttributes::default();
+    let cases: [(&[&str], &[Vec3], usize); 5] = [
+        (&["R", "G", "B"], &colours, 0),
+        (&["R", "G", "B", "A", "Z"], &colours, 0),
+        (&["diffuse.R", "diffuse.G", "diffuse.B", "Z"], &colours, 1),
+        (&["Y"], &grey, 1),
+        (
+            &["R", "G", "B", "Y", "left.R", "left.G", "left.B"],
+            &colours,
+            0,
+        ),
+    ];
+    let tiles = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::Tiles(Vec2(5, 3)),
+        line_order: LineOrder::Increasing,
+    };
+    for (names, truth, notes) in cases {
+        for encoding in [Encoding::FAST_LOSSLESS, Encoding::UNCOMPRESSED, tiles] {
+            let map = read(
+                &layer(size, plain.clone(), encoding, channels(names, 128)),
+                None,
+            )
+            .unwrap();
+            assert!(map.pixels() == truth, "{names:?}");
+            assert_eq!(map.notes.len(), notes, "{:?}", map.notes);
+        }
+    }
+    for names in [&["R", "G"][..], &["Z"], &["Y", "RY", "BY"]] {
+        let bytes = layer(
+            size,
+            plain.clone(),
+            Encoding::UNCOMPRESSED,
+            channels(names, 128),
+        );
+        refusal(&bytes);
+    }
+    let mut half = channels(&["R", "G", "B"], 128);
+    half[1].sample_data = FlatSamples::F16(grey.iter().map(|v| f16::from_f32(v.x)).collect());
+    half[2].sample_data = FlatSamples::U32((0..128).collect());
+    let map = read(&layer(size, plain, Encoding::FAST_LOSSLESS, half), None).unwrap();
+    assert_eq!(map.pixels()[100], Vec3::new(100.5, 100.5, 100.0));
+}
+
+#[test]
+fn the_display_window_is_the_map() {
+    let three = channels(&["R", "G", "B"], 4 * 3);
+    let attributes = LayerAttributes {
+        layer_position: Vec2(-1, 6),
+        ..LayerAttributes::default()
+    };
+    let bytes = {
+        let channels = AnyChannels::sort(three.into());
+        let layer = Layer::new(Vec2(4, 3), attributes, Encoding::FAST_LOSSLESS, channels);
+        let display = IntegerBounds::new(Vec2(0, 0), Vec2(16, 8));
+        written(Image::new(ImageAttributes::new(display), layer))
+    };
+    let map = read(&bytes, None).unwrap();
+    assert_eq!(map.size(), [16, 8]);
+    assert_eq!(map.notes.len(), 1, "{:?}", map.notes);
+    for (k, pixel) in map.pixels().iter().enumerate() {
+        let (x, y) = (k % 16, k / 16);
+        let own = (x < 3 && y >= 6).then(|| (y - 6) * 4 + x + 1);
+        assert_eq!(pixel.x, own.map_or(0.0, |k| k as f32 + 0.5), "{x} {y}");
+    }
+}
+
+#[test]
+fn primaries_are_converted_and_envmap_is_obeyed() {
+    let channels = AnyChannels::sort(channels(&["R", "G", "B"], 24).into());
+    let mut image = Image::from_layer(Layer::new(
+        Vec2(2, 12),
+        LayerAttributes {
+            environment_map: Some(exr::meta::attribute::EnvironmentMap::LatitudeLongitude),
+            ..LayerAttributes::default()
+        },
+        Encoding::FAST_LOSSLESS,
+        channels,
+    ));
+    image.attributes.chromaticities = Some(exr::meta::attribute::Chromaticities {
+        red: Vec2(0.30, 0.60),
+        green: Vec2(0.64, 0.33),
+        blue: Vec2(0.15, 0.06),
+        white: Vec2(0.3127, 0.3290),
+    });
+    let bytes = written(image);
+    let map = read(&bytes, None).unwrap();
+    assert_eq!(
+        map.projection(),
+        Projection::LatLong,
+        "the attribute, not 1:6"
+    );
+    // Red and green have changed places, and nothing else.
+    let truth = Vec3::new(1.0, 0.5, 1.5);
+    assert!(
+        (map.pixels()[0] - truth).abs().max_element() < 1e-6,
+        "{}",
+        map.pixels()[0]
+    );
+    let cube = read(&bytes, Some(Projection::Cube)).unwrap();
+    assert_eq!(cube.projection(), Projection::Cube);
+    assert!(matches!(
+        read(&bytes, Some(Projection::Angular)),
+        Err(Error::Input { .. })
+    ));
+}
+
+#[test]
+fn an_openexr_header_that_promises_too_much_is_refused_at_once() {
+    let three = channels(&["R", "G", "B"], 128);
+    let whole = layer(
+        [16, 8],
+        LayerAttributes::default(),
+        Encoding::UNCOMPRESSED,
+        three,
+    );
+    let promising = |side: i32| {
+        let mut bytes = whole.clone();
+        for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+            let at = bytes.windows(name.len()).position(|w| w == name).unwrap();
+            let corner = at + name.len() + 4 + 8;
+            bytes[corner..corner + 4].copy_from_slice(&(side - 1).to_le_bytes());
+            bytes[corner + 4..corner + 8].copy_from_slice(&(side - 1).to_le_bytes());
+        }
+        // The addresses of so many lines would take more bytes than there are.
+        let text = refusal(&bytes);
+        assert!(text.contains("blocks") || text.contains("2^26"), "{text}");
+    };
+    promising(8192);
+    promising(8193);
+    promising(1_000_000);
+}
+
+#[test]
+fn a_damaged_openexr_file_is_refused() {
+    let three = || channels(&["R", "G", "B"], 128);
+    for encoding in [
+        Encoding::FAST_LOSSLESS,
+        Encoding::SMALL_LOSSLESS,
+        Encoding::UNCOMPRESSED,
+    ] {
+        let whole = layer([16, 8], LayerAttributes::default(), encoding, three());
+        for keep in 0..whole.len() {
+            refusal(&whole[..keep]);
+        }
+        // Wherever a byte is wrong: a message, or a map of a size that is allowed; never a panic.
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0xff;
+            match read(&bytes, None) {
+                Ok(map) => assert!((map.size()[0] * map.size()[1]) as u64 <= MAX_PIXELS),
+                Err(Error::Input { .. }) => {}
+                Err(error) => panic!("byte {at}: {error}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn what_no_radiance_can_be_is_mended_and_counted() {
+    let mut pixels = vec![Vec3::ONE; 8 * 4];
+    pixels[0] = Vec3::new(f32::NAN, 5.0, 5.0);
+    pixels[1] = Vec3::splat(3.0);
+    pixels[8] = Vec3::new(-4.0, 6.0, 2.0);
+    pixels[9] = Vec3::new(0.0, f32::INFINITY, f32::NAN);
+    pixels[31] = Vec3::new(0.0, f32::NEG_INFINITY, -1.0);
+    let map = Panorama::from_pixels([8, 4], pixels, None).unwrap();
+    let counts = map.counts;
+    assert_eq!((counts.nan, counts.infinite, counts.negative), (2, 1, 1));
+    assert_eq!(map.notes.len(), 3, "{:?}", map.notes);
+    assert!(
+        map.notes[0].starts_with("2 of 32 pixels"),
+        "{:?}",
+        map.notes
+    );
+    // Of the corner's three neighbours one is broken, one has had its negative channel cut off.
+    assert_eq!(map.pixels()[0], Vec3::new(1.5, 4.5, 2.5));
+    assert_eq!(map.pixels()[8], Vec3::new(0.0, 6.0, 2.0));
+    assert_eq!(map.pixels()[31], Vec3::ONE);
+    let alone = Panorama::from_pixels([2, 1], vec![Vec3::NAN; 2], None).unwrap();
+    assert_eq!(alone.pixels(), [Vec3::ZERO; 2]);
+    let large = Panorama::from_pixels([2, 1], vec![Vec3::splat(2e38); 2], None);
+    assert!(matches!(large, Err(Error::Usage(_))));
+}

@@ -1,0 +1,231 @@
+//! One radiance map per wall: written, painted on, and read back.
+
+use common::Error;
+use common::capture::maps::{Room, read, write};
+use common::scene::{Face, Scene};
+use exr::prelude::*;
+use glam::{DVec3, Vec3};
+use radiosity_tests::captured::folder;
+use radiosity_tests::{room, scene};
+use std::f32::consts::PI;
+use std::fs;
+use std::path::Path;
+
+/// A room of odd numbers, a two-sided triangle with a name no file may have.
+fn lit() -> (Scene, Vec<[u32; 2]>, Vec<Vec3>) {
+    let (low, high) = (
+        DVec3::new(0.1, -1.0 / 3.0, 2.7e-3),
+        DVec3::new(3.3, 2.1, 4.7),
+    );
+    let mut faces = room(
+        low,
+        high,
+        true,
+        Vec3::new(0.1, 0.2, 0.0),
+        Vec3::new(0.7, 0.3, 0.1),
+    );
+    let corners = [low, DVec3::new(1.0, 0.7, 0.3), high];
+    faces.push(Face::triangle(
+        "../ä/\n",
+        corners,
+        Vec3::ZERO,
+        Vec3::splat(0.5),
+    ));
+    let scene = Scene {
+        faces,
+        ..scene("odd", Vec::new())
+    };
+    let scene = scene.two_sided();
+    let resolution = |face: &Face| match face.outline().len() {
+        3 => [5, 5],
+        _ => [7, 3],
+    };
+    let resolutions: Vec<[u32; 2]> = scene.faces.iter().map(resolution).collect();
+    let count: u32 = resolutions.iter().map(|[w, h]| w * h).sum();
+    // All exponents: what π·(B/π) does to the last bit is not the same for all.
+    let value = |k: u32| f32::from_bits((k.wrapping_mul(2_654_435_761) >> 2) % 0x7e00_0000);
+    let radiosity = (0..count).map(|k| Vec3::new(value(3 * k), value(3 * k + 1), value(3 * k + 2)));
+    (scene, resolutions, radiosity.collect())
+}
+
+fn written(name: &str) -> (std::path::PathBuf, Scene, Vec<Vec3>) {
+    let folder = folder(name);
+    let (scene, resolutions, radiosity) = lit();
+    write(&folder, &scene, &resolutions, &radiosity).unwrap();
+    (folder, scene, radiosity)
+}
+
+fn bits(values: &[Vec3]) -> Vec<[u32; 3]> {
+    values
+        .iter()
+        .map(|v| v.to_array().map(f32::to_bits))
+        .collect()
+}
+
+#[test]
+fn what_is_written_comes_back_bit_for_bit() {
+    let (folder, scene, radiosity) = written("round");
+    let Room {
+        scene: back,
+        resolutions,
+        radiosity: values,
+    } = read(&folder).unwrap();
+    assert_eq!(bits(&values), bits(&radiosity));
+    assert!(back.notes.is_empty(), "{:?}", back.notes);
+    assert_eq!(resolutions, lit().1);
+    assert_eq!(back.name, scene.name);
+    assert_eq!(back.faces.len(), scene.faces.len());
+    for (a, b) in back.faces.iter().zip(&scene.faces) {
+        assert_eq!((&a.name, a.shape, a.corners), (&b.name, b.shape, b.corners));
+        assert_eq!((a.emission, a.reflectance), (b.emission, b.reflectance));
+        assert_eq!((a.from, a.partner), (b.from, b.partner));
+    }
+    // π·(B/π) would not do.
+    let rounded: Vec<Vec3> = radiosity.iter().map(|b| *b / PI * PI).collect();
+    assert_ne!(rounded, radiosity);
+    let mut names: Vec<String> = fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names.len(), 15, "nothing unfinished stays: {names:?}");
+    assert_eq!((&*names[0], &*names[14]), ("000-floor.exr", "room.json"));
+    assert_eq!(names[6], "006-______.exr");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// A map's channels: name and values, row by row.
+fn planes(path: &Path) -> Vec<(String, Vec<f32>)> {
+    let layer = read_first_flat_layer_from_file(path).unwrap().layer_data;
+    let plane =
+        |c: AnyChannel<FlatSamples>| (c.name.to_string(), c.sample_data.values_as_f32().collect());
+    layer.channel_data.list.into_iter().map(plane).collect()
+}
+
+fn save(path: &Path, size: [usize; 2], planes: Vec<(String, Vec<f32>)>) {
+    let channel =
+        |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
+    let channels = AnyChannels::sort(planes.into_iter().map(channel).collect());
+    let size = Vec2(size[0], size[1]);
+    let encoding = Encoding::FAST_LOSSLESS;
+    let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+    Image::from_layer(layer).write().to_file(path).unwrap();
+}
+
+#[test]
+fn a_map_is_radiance_and_upright() {
+    let (folder, _, radiosity) = written("upright");
+    // Seven columns and three rows, the last row of texels first.
+    let wall = planes(&folder.join("000-floor.exr"));
+    let red = &wall.iter().find(|(name, _)| name == "R").unwrap().1;
+    for (pixel, value) in red.iter().enumerate() {
+        let texel = (2 - pixel / 7) * 7 + pixel % 7;
+        assert_eq!(*value, radiosity[texel].x / PI, "{pixel}");
+    }
+    let first = 6 * 21;
+    let triangle = planes(&folder.join("006-______.exr"));
+    let blue = &triangle
+        .iter()
+        .find(|(name, _)| name == "radiosity.B")
+        .unwrap()
+        .1;
+    let same = |(pixel, value): (usize, &f32)| *value == radiosity[first + pixel].z;
+    assert!(blue.iter().enumerate().all(same));
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn painted_texels_are_taken_from_their_radiance() {
+    let (folder, _, radiosity) = written("painted");
+    let path = folder.join("001-ceiling.exr");
+    let mut map = planes(&path);
+    // Upper left pixel: the last row of texels.
+    map.iter_mut().find(|(name, _)| name == "G").unwrap().1[0] = 2.0;
+    save(&path, [7, 3], map);
+    let path = folder.join("002-left.exr");
+    let mut map = planes(&path);
+    map.retain(|(name, _)| !name.starts_with("radiosity"));
+    save(&path, [7, 3], map);
+    let back = read(&folder).unwrap();
+    assert_eq!(back.scene.notes.len(), 2, "{:?}", back.scene.notes);
+    assert!(
+        back.scene.notes[0].starts_with("001-ceiling.exr: 1 of 21"),
+        "{:?}",
+        back.scene.notes
+    );
+    assert!(
+        back.scene.notes[1].starts_with("002-left.exr: 21 of 21"),
+        "{:?}",
+        back.scene.notes
+    );
+    for (k, (value, before)) in back.radiosity.iter().zip(&radiosity).enumerate() {
+        let again = *before / PI * PI;
+        let truth = match k {
+            35 => Vec3::new(again.x, 2.0 * PI, again.z),
+            42..63 => again,
+            _ => *before,
+        };
+        assert_eq!(*value, truth, "{k}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn broken_folders_are_refused_by_file_and_face() {
+    let refusal = |folder: &Path, what: &[&str]| {
+        let Err(error @ Error::Input { .. }) = read(folder) else {
+            panic!("{what:?} was read");
+        };
+        let text = error.to_string();
+        assert!(
+            what.iter().all(|w| text.contains(w)) && !text.contains('\n'),
+            "{text}"
+        );
+    };
+    let (folder, ..) = written("broken");
+    let path = folder.join("003-right.exr");
+    let whole = fs::read(&path).unwrap();
+    fs::write(&path, &whole[..whole.len() - 1]).unwrap();
+    refusal(&folder, &["003-right.exr"]);
+    fs::remove_file(&path).unwrap();
+    refusal(&folder, &["003-right.exr", "cannot be read"]);
+    let three = |value: f32, count: usize| -> Vec<(String, Vec<f32>)> {
+        ["R", "G", "B"]
+            .map(|name| (name.to_owned(), vec![value; count]))
+            .into()
+    };
+    for (value, count, size) in [
+        (f32::NAN, 21, [7, 3]),
+        (-1.0, 21, [7, 3]),
+        (1.0, 24, [8, 3]),
+    ] {
+        save(&path, size, three(value, count));
+        refusal(&folder, &["003-right.exr", "face 3"]);
+    }
+    save(&path, [7, 3], three(1.0, 21).split_off(1));
+    refusal(&folder, &["003-right.exr", "face 3", "R, G and B"]);
+    fs::write(&path, &whole).unwrap();
+    assert!(read(&folder).is_ok());
+    let json = folder.join("room.json");
+    let text = fs::read_to_string(&json).unwrap();
+    for (from, to, what) in [
+        ("\"004-front.exr\"", "\"../004-front.exr\"", "face 4"),
+        ("\"004-front.exr\"", "\"/etc/passwd\"", "face 4"),
+        ("\"004-front.exr\"", "null", "face 4"),
+        ("\"004-front.exr\"", "\"none.exr\"", "none.exr"),
+        ("\"quad\"", "\"triangle\"", "face 0"),
+        ("  7,\n", "  4294967295,\n", "room.json"),
+        ("{", "[", "room.json"),
+    ] {
+        assert!(text.contains(from));
+        fs::write(&json, text.replacen(from, to, 1)).unwrap();
+        refusal(&folder, &[what]);
+    }
+    let (scene, resolutions, radiosity) = lit();
+    let short = write(&folder, &scene, &resolutions, &radiosity[1..]);
+    assert!(matches!(short, Err(Error::Usage(_))));
+    fs::write(folder.join("file"), "").unwrap();
+    let nowhere = write(&folder.join("file"), &scene, &resolutions, &radiosity);
+    assert!(matches!(nowhere, Err(Error::Write { .. })));
+    fs::remove_dir_all(folder).unwrap();
+}

@@ -1,0 +1,199 @@
+//! Directions on a map: orientation, extent, and no seam anywhere.
+
+use common::capture::{Panorama, Projection};
+use glam::{DVec2, DVec3, Vec3};
+use std::f64::consts::PI;
+
+const MAPS: [(Projection, [usize; 2]); 4] = [
+    (Projection::LatLong, [64, 32]),
+    (Projection::LatLong, [33, 16]),
+    (Projection::Cube, [32, 192]),
+    (Projection::Angular, [64, 64]),
+];
+
+/// Directions all over the sphere, among them its six corners of axes and what lies beside them.
+fn directions() -> Vec<DVec3> {
+    let mut directions = Vec::new();
+    let golden = PI * (3.0 - 5_f64.sqrt());
+    for k in 0..20_000 {
+        let y = 1.0 - (2.0 * f64::from(k) + 1.0) / 20_000.0;
+        let (sin, cos) = (golden * f64::from(k)).sin_cos();
+        directions.push(DVec3::new(
+            sin * (1.0 - y * y).sqrt(),
+            y,
+            cos * (1.0 - y * y).sqrt(),
+        ));
+    }
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        for side in [axis, -axis] {
+            for offset in [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE] {
+                directions.push((side + offset * 1e-9).normalize());
+                directions.push((side - offset * 1e-3).normalize());
+            }
+        }
+    }
+    directions
+}
+
+#[test]
+fn position_and_direction_are_inverse() {
+    for (projection, size) in MAPS {
+        for d in directions() {
+            let at = projection.position(size, d);
+            let inside = DVec2::new(size[0] as f64, size[1] as f64);
+            assert!(
+                at.cmpge(DVec2::ZERO).all() && at.cmple(inside).all(),
+                "{projection:?} {d} {at}"
+            );
+            let back = projection.direction(size, at);
+            assert!((back - d).length() < 1e-9, "{projection:?} {d} {at} {back}");
+        }
+    }
+}
+
+#[test]
+fn the_centre_looks_along_z_and_x_is_to_its_left() {
+    let at =
+        |projection: Projection, size, x: f64, y: f64| projection.direction(size, DVec2::new(x, y));
+    let near = |a: DVec3, b: DVec3| assert!((a - b).length() < 1e-12, "{a} {b}");
+    let lat_long = |x, y| at(Projection::LatLong, [64, 32], x, y);
+    near(lat_long(32.0, 16.0), DVec3::Z);
+    near(lat_long(16.0, 16.0), DVec3::X);
+    near(lat_long(48.0, 16.0), DVec3::NEG_X);
+    near(lat_long(5.0, 0.0), DVec3::Y);
+    near(lat_long(0.0, 16.0), DVec3::NEG_Z);
+    let angular = |x, y| at(Projection::Angular, [64, 64], x, y);
+    near(angular(32.0, 32.0), DVec3::Z);
+    near(angular(48.0, 32.0), DVec3::NEG_X);
+    near(angular(32.0, 16.0), DVec3::Y);
+    near(angular(0.0, 32.0), DVec3::NEG_Z);
+    // OpenEXR's ImfEnvmap.h: of each square its middle, and what lies at its right and upper edge.
+    let squares = [
+        (DVec3::X, DVec3::Z, DVec3::Y),
+        (DVec3::NEG_X, DVec3::NEG_Z, DVec3::Y),
+        (DVec3::Y, DVec3::X, DVec3::Z),
+        (DVec3::NEG_Y, DVec3::X, DVec3::NEG_Z),
+        (DVec3::Z, DVec3::NEG_X, DVec3::Y),
+        (DVec3::NEG_Z, DVec3::X, DVec3::Y),
+    ];
+    for (k, (middle, right, up)) in squares.into_iter().enumerate() {
+        let cube = |x, y| at(Projection::Cube, [32, 192], x, 32.0 * k as f64 + y);
+        near(cube(16.0, 16.0), middle);
+        near(cube(32.0, 16.0), (middle + right).normalize());
+        near(cube(16.0, 0.0), (middle + up).normalize());
+    }
+}
+
+#[test]
+fn solid_angles_are_exact() {
+    for (projection, size) in MAPS {
+        let pixels = (0..size[0] * size[1]).map(|k| [k % size[0], k / size[0]]);
+        let mut whole = 0.0;
+        for pixel in pixels {
+            let exact = projection.solid_angle(size, pixel);
+            whole += exact;
+            // The polygon of the pixel's corners in eight parts a side, as triangles.
+            let centre = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
+            let half = size[0] as f64 / 2.0;
+            if projection == Projection::Angular && (centre - half).length() > half - 4.0 {
+                continue;
+            }
+            let measured: f64 = (0..64)
+                .map(|part| {
+                    let low = DVec2::new((part % 8) as f64, (part / 8) as f64) / 8.0 + centre - 0.5;
+                    let at = |x: f64, y: f64| {
+                        // Off the border, where a cube map's square would change.
+                        let inside =
+                            centre + (low + DVec2::new(x, y) / 8.0 - centre) * (1.0 - 1e-9);
+                        projection.direction(size, inside)
+                    };
+                    let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
+                    ((b - a).cross(c - a).length() + (c - a).cross(d - a).length()) / 2.0
+                })
+                .sum();
+            // Triangles for curved pieces: (h/8)²/8, h the pixel's size by its distance from where
+            // the map is singular, 1/2 at most (a lat-long map's poles, an angular map's rim).
+            let error = measured / exact - 1.0;
+            let bound = 5e-4;
+            assert!(error.abs() < bound, "{projection:?} {pixel:?} {error}");
+        }
+        // Exact but for an angular map's rim, whose pixels are told apart by 8×8 points.
+        let error = whole / (4.0 * PI) - 1.0;
+        let bound = if projection == Projection::Angular {
+            1e-4
+        } else {
+            1e-12
+        };
+        assert!(error.abs() < bound, "{projection:?} {error}");
+    }
+}
+
+/// A smooth radiance, different in all directions.
+fn smooth(d: DVec3) -> Vec3 {
+    let value = |a: f64, b: f64| 2.0 + a + a * b;
+    Vec3::new(
+        value(d.x, d.z) as f32,
+        value(d.y, d.x) as f32,
+        value(d.z, d.y) as f32,
+    )
+}
+
+/// The map whose pixels hold `radiance` at their centres; nothing outside an angular map's disc.
+fn paint(projection: Projection, size: [usize; 2], radiance: impl Fn(DVec3) -> Vec3) -> Panorama {
+    let pixels = (0..size[0] * size[1]).map(|k| {
+        let at = DVec2::new((k % size[0]) as f64 + 0.5, (k / size[0]) as f64 + 0.5);
+        let half = size[0] as f64 / 2.0;
+        match projection {
+            Projection::Angular if (at - half).length() >= half => Vec3::ZERO,
+            _ => radiance(projection.direction(size, at)),
+        }
+    });
+    Panorama::from_pixels(size, pixels.collect(), Some(projection)).unwrap()
+}
+
+#[test]
+fn between_pixels_nothing_jumps() {
+    for (projection, size) in MAPS {
+        let map = paint(projection, size, smooth);
+        let mut worst = (0.0, DVec3::ZERO);
+        for d in directions() {
+            let error = (map.radiance(d) - smooth(d)).abs().max_element();
+            if error > worst.0 {
+                worst = (error, d);
+            }
+        }
+        // Bilinear: h²/8 × the second derivatives (4 and 4) along both axes. First order is an
+        // angular map's rim, beyond which no pixels are.
+        let h = match projection {
+            Projection::LatLong | Projection::Angular => 2.0 * PI / size[0] as f64,
+            Projection::Cube => 2.0 / size[0] as f64,
+        };
+        let bound = if projection == Projection::LatLong {
+            h * h
+        } else {
+            h
+        };
+        println!("{projection:?} {size:?}: {worst:?}, bound {bound}");
+        assert!(
+            f64::from(worst.0) < bound,
+            "{projection:?}: {worst:?}, {bound}"
+        );
+    }
+}
+
+#[test]
+fn the_same_light_is_the_same_in_every_projection() {
+    for (projection, size) in MAPS {
+        let map = paint(projection, size, smooth);
+        // ∫ of smooth: the mean is 2, since a and ab are odd; E(n) = π (2 + 2/3 n) + ∫ ab cos, 0.
+        let mean = map.mean() - 2.0;
+        assert!(mean.abs().max_element() < 4e-3, "{projection:?} {mean}");
+        for normal in [DVec3::X, DVec3::NEG_Y, DVec3::Z] {
+            let exact = (DVec3::new(normal.x, normal.y, normal.z) * (2.0 / 3.0) + 2.0) * PI;
+            let error = (map.irradiance(normal) - exact).abs().max_element();
+            // The midpoint rule: h²/24 × the second derivatives of L cosθ over the hemisphere.
+            let h = PI / (size[0] as f64 / 2.0);
+            assert!(error < 1.5 * h * h, "{projection:?} {normal} {error}");
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Small radiance maps and files for the tests of captured rooms.
+
+use common::Error;
+use common::capture::{Panorama, Projection};
+use glam::Vec3;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The test data's folder, or a line that says that a test was skipped.
+pub fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("RADIOSITY_DATA").map(PathBuf::from);
+    if folder.is_none() {
+        // Past the test runner, which keeps what a passing test prints to itself.
+        let _ = writeln!(std::io::stderr(), "skipped: RADIOSITY_DATA is not set");
+    }
+    folder
+}
+
+/// A new, empty folder of this name.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("capture-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Reads `bytes` from a file whose name says nothing of them.
+pub fn read(bytes: &[u8], projection: Option<Projection>) -> Result<Panorama, Error> {
+    // Tests of one program run side by side.
+    let thread = format!("{:?}", std::thread::current().id());
+    let folder = folder(&format!("read-{}", thread.replace(['(', ')'], "")));
+    let path = folder.join("map");
+    fs::write(&path, bytes).unwrap();
+    let panorama = Panorama::read(&path, projection);
+    fs::remove_dir_all(folder).unwrap();
+    panorama
+}
+
+/// Width and height, and the pixels row by row from the upper left, of a little-endian PFM.
+pub fn pfm(path: &Path) -> ([usize; 2], Vec<Vec3>) {
+    let bytes = fs::read(path).unwrap();
+    let mut at = 0;
+    let mut line = || {
+        let end = at + bytes[at..].iter().position(|b| *b == b'\n').unwrap();
+        let line = String::from_utf8(bytes[at..end].to_vec()).unwrap();
+        at = end + 1;
+        line
+    };
+    assert_eq!(line(), "PF");
+    let size: Vec<usize> = line().split(' ').map(|n| n.parse().unwrap()).collect();
+    assert!(line().starts_with('-'), "little-endian");
+    let value = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    let pixel = |b: &[u8]| Vec3::new(value(b), value(&b[4..]), value(&b[8..]));
+    let rows = bytes[at..].chunks_exact(12 * size[0]).rev();
+    let pixels: Vec<Vec3> = rows
+        .flat_map(|row| row.chunks_exact(12))
+        .map(pixel)
+        .collect();
+    assert_eq!(pixels.len(), size[0] * size[1]);
+    ([size[0], size[1]], pixels)
+}
+
+/// A pixel of a Radiance picture, by the format's definition.
+pub fn rgbe(p: [u8; 4]) -> Vec3 {
+    let scale = 2_f64.powi(i32::from(p[3]) - 136);
+    let value = |c: u8| {
+        if p[3] == 0 {
+            0.0
+        } else {
+            (f64::from(c) * scale) as f32
+        }
+    };
+    Vec3::new(value(p[0]), value(p[1]), value(p[2]))
+}
+
+/// Irregular pixels with some runs, none of which is a run marker or looks like a scanline's start.
+pub fn pixels(count: usize) -> Vec<[u8; 4]> {
+    let mut state = 12345_u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let mut pixels: Vec<[u8; 4]> = Vec::new();
+    while pixels.len() < count {
+        let run = if next() < 64 { usize::from(next()) } else { 1 };
+        let pixel = [next() | 4, next(), next(), 120 + next() % 16];
+        pixels.extend(std::iter::repeat_n(
+            pixel,
+            run.clamp(1, count - pixels.len()),
+        ));
+    }
+    pixels
+}
+
+/// A Radiance picture: header lines, an empty line, the resolution line, and `body`.
+pub fn picture(header: &[&str], resolution: &str, body: &[u8]) -> Vec<u8> {
+    let mut bytes = header.join("\n").into_bytes();
+    bytes.extend(format!("\n\n{resolution}\n").into_bytes());
+    bytes.extend(body);
+    bytes
+}
+
+/// One scanline in the new encoding: each component as runs and literals.
+pub fn new_encoding(line: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = vec![2, 2, (line.len() >> 8) as u8, line.len() as u8];
+    for c in 0..4 {
+        let mut at = 0;
+        while at < line.len() {
+            let same = line[at..].iter().take_while(|p| p[c] == line[at][c]);
+            let run = same.count().min(127);
+            if run >= 3 {
+                bytes.extend([128 + run as u8, line[at][c]]);
+                at += run;
+            } else {
+                bytes.extend([1, line[at][c]]);
+                at += 1;
+            }
+        }
+    }
+    bytes
+}
+
+/// One scanline in the old encoding: a pixel, then how often it is repeated, in base 256.
+pub fn old_encoding(line: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut at = 0;
+    while at < line.len() {
+        bytes.extend(line[at]);
+        let same = line[at..].iter().take_while(|p| **p == line[at]).count();
+        let mut rest = same - 1;
+        while rest > 0 {
+            bytes.extend([1, 1, 1, (rest % 256) as u8]);
+            rest /= 256;
+        }
+        at += same;
+    }
+    bytes
+}
