@@ -160,14 +160,14 @@ fn a_planted_shadow_darkens_its_pixels_by_what_was_taken() {
         |_, p| if dark(p) { Vec3::ONE - loss } else { Vec3::ONE },
     );
     let (w, h, height) = (60u32, 40u32, 2.0);
-    let camera = from_above(&solved.mesh, height, 40.0);
+    let camera = from_above(&solved.mesh, height, 32.0);
     let c = composite(&solved.relit(), &camera, [w, h], None);
     let surface = Surface::new(&solved.scene, &solved.mesh);
     let relit = solved.relit();
     let change: Vec<Vec4> = (0..64).map(|k| relit.delta(k).extend(0.0)).collect();
     let field = surface.interpolate(&change);
     // The picture's half height on the floor, and a sample's place there.
-    let half = height * 20f64.to_radians().tan();
+    let half = height * 16f64.to_radians().tan();
     let (mut touched, mut deep) = (0, 0);
     for k in 0..w * h {
         let (x, y) = (f64::from(k % w), f64::from(k / w));
@@ -414,6 +414,14 @@ fn the_composite_of_a_scene_is_its_full_render() {
     assert!(share > 0.02 && share < 0.7, "{share}");
     assert!(c.change.iter().any(|v| v.x < 0.0));
     assert!(finite(&c) && c.negative == 0);
+    // The lamp is in the picture, and white is not made for it.
+    let lamp = solved.scene.faces[1].emission / PI;
+    let shown = c.background.iter().zip(&c.dark[0]);
+    let bright = shown.filter(|(v, _)| v.cmpgt(lamp).all());
+    assert!(bright.clone().count() > 100 && bright.clone().all(|(_, dark)| *dark < 0.5));
+    let mut blind = c.clone();
+    blind.dark = c.coverage.clone();
+    assert!(files::exposure(&c).white < 0.8 * files::exposure(&blind).white);
 }
 
 /// A ball of 2·n·(n − 1) triangles, from south to north.
@@ -488,6 +496,70 @@ fn light_passes_the_edges_of_a_ball_and_not_those_of_a_box() {
 }
 
 #[test]
+fn the_noise_of_single_facets_is_averaged() {
+    let mut faces = vec![floor()];
+    faces.extend(ball(DVec3::Y * 0.5, 0.4, 16));
+    // A tenth up or down, without pattern.
+    let noise = |face: u32| (face.wrapping_mul(2_654_435_761) >> 16 & 1) as f32 * 0.2 - 0.1;
+    let value = |face: u32, _: DVec3| Vec3::splat(1.0 + noise(face));
+    let solved = by_hand(scene("ball", faces), 1, 1, value, value);
+    let relit = solved.relit();
+    let surface = surface(&relit);
+    let renders = Renders::new(&relit, &surface);
+    let facets = &solved.mesh.texels[1..];
+    let square = facets.iter().map(|t| {
+        let at = renders.stencil(t.face, t.position.as_dvec3());
+        (renders.radiance(&at).x * PI - 1.0).powi(2)
+    });
+    let rms = (square.sum::<f32>() / facets.len() as f32).sqrt();
+    // Three corners with six facets each, some of them shared: 0.1/√(12…18).
+    assert!(rms < 0.035, "{rms}");
+}
+
+#[test]
+fn lamps_and_rugs_keep_their_borders() {
+    let p = |x: f64, z: f64| DVec3::new(x, 0.0, z);
+    let strip = |from: f64, emission: f32, reflectance: f32| {
+        let to = from + 1.0;
+        let corners = [p(from, 0.), p(from, 1.), p(to, 1.), p(to, 0.)];
+        Face::quad(
+            "strip",
+            corners,
+            Vec3::splat(emission),
+            Vec3::splat(reflectance),
+        )
+    };
+    // Lamp, floor, floor, rug.
+    let strips = [(20.0, 0.5), (0.0, 0.5), (0.0, 0.5), (0.0, 0.1)];
+    let faces = (0..)
+        .zip(strips)
+        .map(|(k, (e, r))| strip(f64::from(k), e, r));
+    let radiosity = |face: u32, place: DVec3| {
+        let (emission, reflectance) = strips[face as usize];
+        // Light varies up to the rug; no border of two faces may show in it.
+        let slope = if face < 3 { place.x as f32 } else { 0.0 };
+        Vec3::splat(emission + 2.0 * reflectance + slope)
+    };
+    let solved = by_hand(scene("strips", faces.collect()), 4, 4, radiosity, radiosity);
+    let relit = solved.relit();
+    let surface = surface(&relit);
+    let renders = Renders::new(&relit, &surface);
+    let at = |face: u32, x: f64| {
+        let at = renders.stencil(face, solved.mesh.local(p(x, 0.4)));
+        renders.radiance(&at).x * PI
+    };
+    let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-4, "{a} {b}");
+    close(at(0, 0.999), 20.0 + 1.0 + 0.999);
+    close(at(1, 1.001), 1.0 + 1.001);
+    close(at(1, 2.0), 3.0);
+    close(at(2, 2.0), 3.0);
+    // The outermost half texels are level: nothing is known beyond them.
+    close(at(2, 2.999), 1.0 + 2.875);
+    close(at(3, 3.001), 0.2);
+    assert!(relit.is_light(0) && !relit.is_light(20));
+}
+
+#[test]
 fn cameras_see_the_object() {
     let half = DVec3::new(2.0, 1.5, 3.0);
     let hall = |centre: DVec3, size: f64, eye: Option<DVec3>| {
@@ -526,8 +598,9 @@ fn cameras_see_the_object() {
     }
     assert!(hall(on_floor, 0.6, None).1 > 0.005);
     assert!(hall(DVec3::ZERO, 2.5, Some(DVec3::ZERO)).1 > 0.05);
+    // Too small to be seen from the eye: nearer.
     let (place, share) = hall(DVec3::new(0.0, -1.49, 0.0), 0.02, Some(DVec3::ZERO));
-    assert!(place.length() < 1e-5 && share > 0.0, "{place} {share}");
+    assert!(place.length() > 1.0 && share > 0.02, "{place} {share}");
 }
 
 #[test]

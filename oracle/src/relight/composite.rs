@@ -36,8 +36,8 @@ pub struct Composite {
     pub mask: Vec<f32>,
     /// The share that shows a surface or the backdrop: of the background, of the composite.
     pub coverage: [Vec<f32>; 2],
-    /// The share whose background is no light of the room: what an exposure is chosen from.
-    pub dark: Vec<f32>,
+    /// The share that shows no light either, lamp or glowing object: what an exposure is chosen from.
+    pub dark: [Vec<f32>; 2],
     /// Pixels of the composite that are below 0 in some channel.
     pub negative: usize,
 }
@@ -55,17 +55,19 @@ pub fn composite(
     backdrop: Option<Backdrop>,
 ) -> Composite {
     let surface = surface(relit);
+    let lens = camera.lens();
     let scene = Seen {
         renders: Renders::new(relit, &surface),
         room: rays(relit.mesh, 0..relit.room),
         objects: rays(relit.mesh, relit.room..relit.mesh.faces.len()),
         first: relit.room as u32,
+        camera: camera.eye,
         eye: relit.eye.map(|eye| relit.mesh.local(eye)),
         backdrop,
     };
     let count = u64::from(size[0]) * u64::from(size[1]);
     let pixels = (0..count).into_par_iter();
-    let pixels: Vec<Pixel> = pixels.map(|k| scene.pixel(camera, size, k)).collect();
+    let pixels: Vec<Pixel> = pixels.map(|k| scene.pixel(&lens, size, k)).collect();
     gather(size, &pixels)
 }
 
@@ -92,6 +94,8 @@ struct Seen<'a> {
     objects: Option<Rays>,
     /// The objects' first face.
     first: u32,
+    /// The camera's eye.
+    camera: Vec3,
     /// The capture's eye in the mesh's coordinates.
     eye: Option<DVec3>,
     backdrop: Option<Backdrop<'a>>,
@@ -105,15 +109,15 @@ struct Pixel {
     open: Vec3,
     change: Vec3,
     objects: Vec3,
-    /// Samples that show an object; a background; either; a background that is no light.
+    /// Samples that show an object; a background; either; either of these two, but no light.
     hidden: u32,
     behind: u32,
     any: u32,
-    dark: u32,
+    dark: [u32; 2],
 }
 
 impl Seen<'_> {
-    fn pixel(&self, camera: &Camera, [w, h]: [u32; 2], k: u64) -> Pixel {
+    fn pixel(&self, lens: impl Fn(f32, f32) -> Vec3, [w, h]: [u32; 2], k: u64) -> Pixel {
         let (x, y) = ((k % u64::from(w)) as f32, (k / u64::from(w)) as f32);
         let (width, height) = (w as f32, h as f32);
         let part = |s: u32| (s as f32 + 0.5) / SUPERSAMPLING as f32;
@@ -121,13 +125,13 @@ impl Seen<'_> {
         for s in 0..SUPERSAMPLING * SUPERSAMPLING {
             let right = 2.0 * (x + part(s % SUPERSAMPLING)) - width;
             let down = 2.0 * (y + part(s / SUPERSAMPLING)) - height;
-            let direction = camera.direction(right / height, -down / height);
-            self.sample(&mut pixel, camera.eye, direction);
+            self.sample(&mut pixel, lens(right / height, -down / height));
         }
         pixel
     }
 
-    fn sample(&self, pixel: &mut Pixel, origin: Vec3, direction: Vec3) {
+    fn sample(&self, pixel: &mut Pixel, direction: Vec3) {
+        let origin = self.camera;
         let front = |rays: &Option<Rays>| rays.as_ref().and_then(|r| r.front(origin, direction));
         let (wall, object) = (front(&self.room), front(&self.objects));
         let reach = wall.map_or(f32::INFINITY, |(_, t)| t + CONTACT);
@@ -138,7 +142,7 @@ impl Seen<'_> {
         let background = match (self.backdrop, &wall) {
             (Some(seen), wall) => {
                 let point = wall.as_ref().map(|(_, point)| *point);
-                Some(seen(self.from_eye(point, direction.as_dvec3())))
+                Some(seen(self.towards(point, direction.as_dvec3())))
             }
             (None, Some((stencil, _))) => Some(self.renders.radiance(stencil)),
             (None, None) => None,
@@ -147,23 +151,25 @@ impl Seen<'_> {
         if let Some(background) = background {
             pixel.background += background;
             pixel.behind += 1;
-            pixel.dark += u32::from(!light);
+            pixel.dark[0] += u32::from(!light);
         }
         if let Some((face, t)) = object {
             let stencil = self.renders.stencil(self.first + face, point(t));
             pixel.objects += self.renders.radiance(&stencil);
             pixel.hidden += 1;
+            pixel.dark[1] += u32::from(!self.renders.is_light(&stencil));
         } else {
             pixel.open += background.unwrap_or_default();
+            pixel.dark[1] += u32::from(background.is_some() && !light);
             pixel.change += wall.map_or(Vec3::ZERO, |(s, _)| self.renders.change(&s));
         }
         pixel.any += u32::from(object.is_some() || background.is_some());
     }
 
     /// The direction in which the eye saw a point of the room; the view ray's own without either.
-    fn from_eye(&self, point: Option<DVec3>, ray: DVec3) -> DVec3 {
-        let towards = point.zip(self.eye).map(|(point, eye)| point - eye);
-        towards
+    fn towards(&self, point: Option<DVec3>, ray: DVec3) -> DVec3 {
+        let sight = point.zip(self.eye).map(|(point, eye)| point - eye);
+        sight
             .and_then(DVec3::try_normalize)
             .unwrap_or_else(|| ray.normalize_or(DVec3::Z))
     }
@@ -184,6 +190,6 @@ fn gather(size: [u32; 2], pixels: &[Pixel]) -> Composite {
         objects: colours(|p| p.objects),
         mask: shares(|p| p.hidden),
         coverage: [shares(|p| p.behind), shares(|p| p.any)],
-        dark: shares(|p| p.dark),
+        dark: [shares(|p| p.dark[0]), shares(|p| p.dark[1])],
     }
 }

@@ -52,8 +52,10 @@ fn exr(
     if coverage.iter().any(|share| *share < 1.0) {
         channels.push(plane("A", coverage.to_vec()));
     }
-    let mut attributes = LayerAttributes::default();
-    attributes.comments = Some(COMMENT.into());
+    let attributes = LayerAttributes {
+        comments: Some(COMMENT.into()),
+        ..LayerAttributes::default()
+    };
     let layer = Layer::new(
         Vec2(w as usize, h as usize),
         attributes,
@@ -66,20 +68,15 @@ fn exr(
     Ok(bytes.into_inner())
 }
 
-/// One exposure for background and composite: of what the background shows, lights left out, the
-/// 90th percentile at 80 % of white (W/m²/sr). Where nothing is lit, that of the composite.
+/// One exposure for background and composite: of what the two show, lights left out, the 90th
+/// percentile at 80 % of white (W/m²/sr).
 pub fn exposure(composite: &Composite) -> Exposure {
-    let dark = || composite.dark.iter().copied();
-    let of = |colours: &[Vec3]| -> Vec<(f32, f32)> {
-        let values = colours.iter().zip(dark());
-        values.map(|(v, share)| (v.max_element(), share)).collect()
-    };
-    let lit = |values: &[(f32, f32)]| values.iter().any(|(v, share)| *v > 0.0 && *share > 0.0);
-    let background = of(&composite.background);
-    if lit(&background) {
-        return Exposure::of(background.into_iter());
-    }
-    Exposure::of(composite.composite.iter().map(|v| (v.max_element(), 1.0)))
+    let colours = [&composite.background, &composite.composite];
+    let pairs = colours.into_iter().zip(&composite.dark);
+    Exposure::of(pairs.flat_map(|(colours, dark)| {
+        let values = colours.iter().zip(dark);
+        values.map(|(colour, share)| (colour.max_element(), *share))
+    }))
 }
 
 /// Premultiplied radiances as sRGB at an exposure; below 0 is black, above white is white.

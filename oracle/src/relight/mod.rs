@@ -73,13 +73,17 @@ impl Relit<'_> {
         }
     }
 
-    /// Whether a texel of the room is a light: at least half of what leaves it is its own. (Where
-    /// a capture is dark, reflectance and emission cannot be told apart, and a trace of emission
-    /// makes no lamp.)
+    /// Whether a texel is a light: at least half of what leaves it is its own. (Where a capture is
+    /// dark, reflectance and emission cannot be told apart, and a trace of emission makes no lamp.)
     pub fn is_light(&self, texel: usize) -> bool {
         self.mesh.texels.get(texel).is_some_and(|t| {
             let own = t.emission.max_element();
-            !self.is_object(t.face) && own > 0.0 && own >= 0.5 * self.captured(texel).max_element()
+            let leaving = if self.is_object(t.face) {
+                self.relit(texel)
+            } else {
+                self.captured(texel)
+            };
+            own > 0.0 && own >= 0.5 * leaving.max_element()
         })
     }
 }

@@ -138,7 +138,7 @@ fn views(report: &Report, p: &Pictures) -> Markup {
         p.small {
             "Camera at (" (eye.map(number).join(", ")) ") in the scene's unit, vertical field of view "
             (number(f64::from(report.camera.fov_degrees))) "°; backs are looked through. The exposure brings the "
-            "90th percentile of the background, lights left out, to 80 % of white. Both pictures are in "
+            "90th percentile of what both pictures show, lights left out, to 80 % of white. Both pictures are in "
             code { "composite.exr" } " and " code { "background.exr" } " as radiance (W/m²/sr), not clipped. "
             @if c.negative > 0 {
                 b { (count(c.negative as u64)) " pixels" } " of the composite are below 0 (black here, kept in the "

@@ -1,7 +1,7 @@
 //! The room that objects are put into: a scene yet to be solved, a solve, a folder of wall maps or
 //! a panorama; told apart by content.
 
-use common::capture::{Panorama, Projection, room, texel_radiosity};
+use common::capture::{Panorama, Projection, maps, room, texel_radiosity};
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::relight::Room;
@@ -63,7 +63,9 @@ pub fn read(
     if path.is_dir() || !is_map(path) {
         refuse(placement)?;
     }
-    let captured = if path.is_dir() {
+    let captured = if path.join("room.json").is_file() {
+        from_maps(path)?
+    } else if path.is_dir() {
         from_solve(path)?
     } else if is_map(path) {
         return from_panorama(path, placement, texels);
@@ -151,6 +153,22 @@ fn from_solve(path: &Path) -> Result<Captured> {
             reflectance,
         }),
         scene: stored.scene,
+        panorama: None,
+        notes: Vec::new(),
+    })
+}
+
+fn from_maps(path: &Path) -> Result<Captured> {
+    let room = maps::read(path)?;
+    Ok(Captured {
+        values: Some(Values {
+            radiosity: room.radiosity,
+            residual: None,
+            reflectance: of_faces(&room.scene, &room.resolutions),
+            emission: None,
+        }),
+        scene: room.scene,
+        resolutions: room.resolutions,
         panorama: None,
         notes: Vec::new(),
     })

@@ -4,7 +4,8 @@
 //! borders; the change B − B₀ is interpolated as it is, E being the same before and after. Both
 //! vary as smoothly as the light does even where a captured wall's reflectance is different in
 //! each texel. Faces that reflect differently are not joined: light may pass their border smoothly,
-//! what it becomes there may not.
+//! what it becomes there may not. An object of facets with one texel each is shaded from their
+//! corners, as if its surface were smooth.
 
 use super::Relit;
 use crate::view::surface::{Interpolant, Stencil, Surface};
@@ -71,9 +72,11 @@ impl<'a> Renders<'a> {
         };
         let reflected: Vec<Vec4> = texels().map(own).collect();
         let change: Vec<Vec4> = texels().map(|(k, _)| relit.delta(k).extend(0.0)).collect();
+        let mut reflected = surface.interpolate(&reflected);
+        reflected.smooth_single(|face| relit.is_object(face));
         Self {
             relit: *relit,
-            reflected: surface.interpolate(&reflected),
+            reflected,
             change: surface.interpolate(&change),
         }
     }
@@ -95,7 +98,7 @@ impl<'a> Renders<'a> {
         self.change.value(stencil).as_vec3() / PI
     }
 
-    /// Whether the point's texel is a light of the room.
+    /// Whether the point's texel is a light.
     pub fn is_light(&self, stencil: &Stencil) -> bool {
         self.relit.is_light(stencil.texel as usize)
     }

@@ -57,8 +57,13 @@ impl Camera {
     /// The unit direction through a point of the picture, x right and y up: y runs over −1…1, and
     /// so does x in a square picture; in one of w×h pixels x runs over −w/h…w/h.
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
-        let extent = self.extent();
-        (self.frame() * Vec3::new(x * extent, y * extent, 1.0)).normalize()
+        self.lens()(x, y)
+    }
+
+    /// [`Camera::direction`], prepared for many rays.
+    pub fn lens(&self) -> impl Fn(f32, f32) -> Vec3 + use<> {
+        let (frame, extent) = (self.frame(), self.extent());
+        move |x, y| (frame * Vec3::new(x * extent, y * extent, 1.0)).normalize()
     }
 
     /// From a fixed set of viewpoints, the one that sees the largest share of the scene's

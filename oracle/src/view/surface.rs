@@ -187,6 +187,27 @@ impl Interpolant<'_> {
         self.own[texel as usize]
     }
 
+    /// Lets those of the given `faces` that have only one texel vary linearly between their
+    /// corners: a mesh of many small facets then looks as smooth as its corners' means are, and
+    /// the texels' own values are no longer met.
+    pub fn smooth_single(&mut self, faces: impl Fn(u32) -> bool) {
+        for (k, texel) in self.surface.mesh.texels.iter().enumerate() {
+            let patch = &self.surface.patches[texel.face as usize];
+            if patch.size != [1, 1] || !faces(texel.face) {
+                continue;
+            }
+            let (ring, count) = patch.ring(texel.index);
+            let slot = |i: usize| self.surface.joints.slots[patch.index(ring[i % count])] as usize;
+            let mut sum = DVec3::ZERO;
+            for i in (0..count).step_by(2) {
+                let [from, to] = [slot(i), slot(i + 2)].map(|slot| self.nodes[slot]);
+                self.nodes[slot(i + 1)] = (from + to) / 2.0;
+                sum += from;
+            }
+            self.own[k] = sum / (count / 2) as f64;
+        }
+    }
+
     /// The value at a point of a face.
     pub fn at(&self, face: u32, point: DVec3) -> DVec3 {
         self.value(&self.surface.stencil(self.surface.texel(face, point), point))
