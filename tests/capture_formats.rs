@@ -403,12 +403,16 @@ fn an_openexr_header_that_promises_too_much_is_refused_at_once() {
     );
     let promising = |side: i32| {
         let mut bytes = whole.clone();
-        for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+        let mut put = |name: &[u8], offset: usize, value: i32| {
             let at = bytes.windows(name.len()).position(|w| w == name).unwrap();
-            let corner = at + name.len() + 4 + 8;
-            bytes[corner..corner + 4].copy_from_slice(&(side - 1).to_le_bytes());
-            bytes[corner + 4..corner + 8].copy_from_slice(&(side - 1).to_le_bytes());
+            let at = at + name.len() + 4 + offset;
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        };
+        for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+            put(name, 8, side - 1);
+            put(name, 12, side - 1);
         }
+        put(b"chunkCount\0int\0", 0, side);
         // The addresses of so many lines would take more bytes than there are.
         let text = refusal(&bytes);
         assert!(text.contains("blocks") || text.contains("2^26"), "{text}");
@@ -427,11 +431,11 @@ fn a_damaged_openexr_file_is_refused() {
         Encoding::UNCOMPRESSED,
     ] {
         let whole = layer([16, 8], LayerAttributes::default(), encoding, three());
-        for keep in 0..whole.len() {
+        for keep in (0..whole.len()).step_by(5) {
             refusal(&whole[..keep]);
         }
         // Wherever a byte is wrong: a message, or a map of a size that is allowed; never a panic.
-        for at in 0..whole.len() {
+        for at in (0..whole.len()).step_by(3) {
             let mut bytes = whole.clone();
             bytes[at] ^= 0xff;
             match read(&bytes, None) {
