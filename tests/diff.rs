@@ -48,6 +48,7 @@ fn store(dir: &Path, scene: &Scene, n: u32, reflected: impl Fn(u32, [f32; 2]) ->
     }
     let solution = Solution {
         matrix: None,
+        relit: None,
         scene,
         mesh: &mesh,
         solver: "cpu",

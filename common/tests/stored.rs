@@ -58,6 +58,7 @@ fn write(dir: &Path) -> (Mesh, Field) {
     let field = field(&mesh);
     let solution = Solution {
         matrix: None,
+        relit: None,
         scene: &scene,
         mesh: &mesh,
         solver: "cpu",

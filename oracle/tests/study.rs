@@ -123,6 +123,7 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
     .unwrap();
     let solution = Solution {
         matrix: None,
+        relit: None,
         scene: &scene,
         mesh: &mesh,
         solver: "cpu",

@@ -115,12 +115,8 @@ impl Header {
             Some("32-bit_rle_xyze") => true,
             Some(other) => {
                 let message = format!(
-<<<<<<< HEAD
-                    "has the format `{other}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed"
-=======
                     "has the format `{}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed",
                     brief(other)
->>>>>>> h1i
                 );
                 return Err(message.into());
             }
@@ -143,21 +139,13 @@ impl Header {
     }
 }
 
-<<<<<<< HEAD
-/// Numbers above 0, separated by spaces.
-fn factors(text: &str) -> Option<Vec<f32>> {
-=======
 /// One number above 0 for all channels, or one for each.
 fn factor(text: &str) -> Option<Vec3> {
->>>>>>> h1i
     let number = |word: &str| {
         word.parse()
             .ok()
             .filter(|n: &f32| n.is_finite() && *n > 0.0)
     };
-<<<<<<< HEAD
-    text.split_whitespace().map(number).collect()
-=======
     let numbers: Option<Vec<f32>> = text.split_whitespace().map(number).collect();
     match numbers?[..] {
         [all] => Some(Vec3::splat(all)),
@@ -169,7 +157,6 @@ fn factor(text: &str) -> Option<Vec3> {
 /// As much of a file's own text as goes into a message of one line.
 fn brief(text: &str) -> String {
     text.chars().filter(|c| !c.is_control()).take(40).collect()
->>>>>>> h1i
 }
 
 /// The lines of a header, without their endings.

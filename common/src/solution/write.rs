@@ -3,13 +3,8 @@
 
 use crate::energy::Energy;
 use crate::error::{Error, Result};
-<<<<<<< HEAD
 use crate::mesh::{Mesh, Texel};
-use crate::scene::{Scene, Shape};
-=======
-use crate::mesh::Mesh;
 use crate::scene::Scene;
->>>>>>> h1i
 use crate::settings::Settings;
 use crate::shooting::{Field, Run};
 use crate::solution::faces::describe;
@@ -128,29 +123,14 @@ impl Solution<'_> {
             .faces
             .iter()
             .zip(&self.mesh.faces)
-<<<<<<< HEAD
             .enumerate()
             .map(|(k, (face, mesh))| {
-                let of_face = [face.emission.to_array(), face.reflectance.to_array()];
-                let [emission, reflectance] = means.as_ref().map_or(of_face, |means| means[k]);
-                let mut entry = json!({
-                    "name": face.name,
-                    "kind": match face.shape { Shape::Quad => "quad", Shape::Triangle => "triangle" },
-                    "corners": face.outline().iter().map(|p| p.to_array()).collect::<Vec<_>>(),
-                    "area": face.area(),
-                    "texels": mesh.resolution,
-                    "rect": mesh.rect,
-                    "emission": emission,
-                    "reflectance": reflectance,
-                });
-                if let Some(from) = face.from {
-                    entry["from"] = from.into();
-                }
-=======
-            .map(|(face, mesh)| {
                 let mut entry = describe(face, mesh.resolution);
                 entry["rect"] = json!(mesh.rect);
->>>>>>> h1i
+                if let Some([emission, reflectance]) = means.as_ref().map(|means| means[k]) {
+                    entry["emission"] = json!(emission);
+                    entry["reflectance"] = json!(reflectance);
+                }
                 entry
             })
             .collect()
