@@ -308,6 +308,13 @@ impl Mesh {
         self.points = points;
     }
 
+    /// The texels face after face, within a face row-major in its rectangle, as files have them.
+    pub fn in_face_order(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.texels.len()).collect();
+        order.sort_by_key(|k| (self.texels[*k].face, self.texels[*k].index));
+        order
+    }
+
     /// Whether a face belongs to an object put into the room.
     pub fn is_object(&self, face: u32) -> bool {
         face >= self.room

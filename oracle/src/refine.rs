@@ -137,12 +137,10 @@ fn averaged(scene: &Scene, rung: &Rung, answer: &Mesh) -> Field {
     let (fine, field) = (&rung.mesh, &rung.run.field);
     let resolutions: Vec<[u32; 2]> = fine.faces.iter().map(|f| f.resolution).collect();
     let first = offsets(&resolutions);
+    let order = fine.in_face_order();
     let part = |values: &[Vec4]| -> Vec<Vec4> {
-        let mut ordered = vec![DVec3::ZERO; values.len()];
-        for (texel, value) in fine.texels.iter().zip(values) {
-            let place = first[texel.face as usize] + texel.index as usize;
-            ordered[place] = value.truncate().as_dvec3();
-        }
+        let of = |k: &usize| values[*k].truncate().as_dvec3();
+        let ordered: Vec<DVec3> = order.iter().map(of).collect();
         let of_face = |(k, face): (usize, &Face)| {
             let to = answer.faces[k].resolution;
             let shared = pieces(face, resolutions[k], to);

@@ -69,7 +69,12 @@ pub fn scenes() -> Vec<Scene> {
         Scene {
             name: "paper_room_objects",
             about: "The room of the paper's experiment with its objects: 168 faces.",
-            parts: [room(), blocks.into()].concat(),
+            parts: [room(), blocks.clone().into()].concat(),
+        },
+        Scene {
+            name: "paper_objects",
+            about: "The objects of the paper's experiment: two blocks, 12 faces.",
+            parts: blocks.into(),
         },
         Scene {
             name: "furnace",

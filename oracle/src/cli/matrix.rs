@@ -1,7 +1,7 @@
 //! `radiosity solve --solver matrix`.
 
 use super::progress::{Progress, listen};
-use super::solve::{Arguments, wrote};
+use super::solve::{Arguments, write_maps, wrote};
 use super::{Outcome, warnings};
 use common::Result;
 use common::energy::Energy;
@@ -72,6 +72,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         },
     };
     solution.write(&arguments.out)?;
+    if arguments.maps {
+        write_maps(&scene, &mesh, &run.field, &arguments.out)?;
+    }
     if !common.quiet {
         summary(&solution, &quality, &answer);
         wrote(&solution, &arguments.out);

@@ -5,17 +5,19 @@ use super::progress::{Progress, interrupted, listen};
 use super::{Outcome, matrix, warnings};
 use crate::refine::{Rung, refine};
 use clap::{Args, ValueEnum};
+use common::capture::maps;
 use common::energy::Energy;
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
-use common::shooting::{self, Engine, Run, solve};
+use common::shooting::{self, Engine, Field, Run, solve};
 use common::solution::{Seconds, Solution, prepare};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::cover::sampled;
+use glam::Vec3;
 use gpu::{Gpu, GpuSolver, adapters};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -42,6 +44,9 @@ pub struct Arguments {
     /// Where lightmap.exr and result.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Write each face's light as an HDR map as well, into DIR/maps: a room for relight
+    #[arg(long)]
+    pub maps: bool,
     #[command(flatten)]
     pub common: Common,
 }
@@ -52,6 +57,7 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
         scene: scene.to_path_buf(),
         solver: Some(SolverOption::Cpu),
         out: out.to_path_buf(),
+        maps: false,
         common: Common {
             require_gpu: false,
             ..common.clone()
@@ -132,10 +138,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         seconds: timing,
     };
     solution.write(&arguments.out)?;
+    if arguments.maps {
+        write_maps(&scene, &mesh, &solution.run.field, &arguments.out)?;
+    }
     if !common.quiet {
         summary(&solution, arguments);
     }
     missing.map_or(Ok(Outcome::Done), Err)
+}
+
+/// The radiance map of every face.
+pub fn write_maps(scene: &Scene, mesh: &Mesh, field: &Field, out: &Path) -> Result<()> {
+    let radiosity: Vec<Vec3> = mesh
+        .in_face_order()
+        .into_iter()
+        .map(|k| field.radiosity[k].truncate())
+        .collect();
+    let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
+    maps::write(&out.join("maps"), scene, &resolutions, &radiosity)
 }
 
 /// The settings in force. The most accurate visibility of a solver is its default; at reference

@@ -1,6 +1,7 @@
 //! The room that objects are put into: a scene yet to be solved, a solve, a folder of wall maps or
 //! a panorama; told apart by content.
 
+use crate::diff::reflected::offsets;
 use common::capture::{Panorama, Projection, maps, room, texel_radiosity};
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
@@ -187,7 +188,8 @@ impl Values {
     /// On the texels of `mesh`, whose first faces are the room's. The mesh's texels take what is
     /// known of ρ and E; a reflectance that is `given` counts for more.
     pub fn on(&self, mesh: &mut Mesh, given: Option<Vec3>) -> Room {
-        let first = first_texels(mesh);
+        let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
+        let first = offsets(&resolutions);
         let room = mesh.room;
         let place = |texel: &common::mesh::Texel| {
             (texel.face < room).then(|| first[texel.face as usize] + texel.index as usize)
@@ -219,14 +221,4 @@ impl Values {
             reflectance: known.then(|| mesh.texels.iter().map(|t| t.reflectance).collect()),
         }
     }
-}
-
-/// The first texel of each face, in face order.
-fn first_texels(mesh: &Mesh) -> Vec<usize> {
-    let mut first = vec![0];
-    for face in &mesh.faces {
-        let count = common::texel::count(face.resolution) as usize;
-        first.push(first[first.len() - 1] + count);
-    }
-    first
 }

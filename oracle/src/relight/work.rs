@@ -140,8 +140,7 @@ impl Work<'_> {
         if self.stopped.get() {
             return Err(Error::Interrupted);
         }
-        let mut order: Vec<usize> = (0..mesh.texels.len()).collect();
-        order.sort_by_key(|k| (mesh.texels[*k].face, mesh.texels[*k].index));
+        let order = mesh.in_face_order();
         let ordered = |values: &[Vec4]| order.iter().map(|k| values[*k].truncate()).collect();
         let of = |value: fn(&common::mesh::Texel) -> Vec3| -> Vec<Vec3> {
             order.iter().map(|k| value(&mesh.texels[*k])).collect()
