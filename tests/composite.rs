@@ -389,6 +389,19 @@ fn a_pixel_on_an_edge_is_a_mix() {
     // Beyond the floor there is nothing: transparent, and premultiplied.
     assert_eq!(c.coverage[1][0], 0.0);
     assert_eq!(c.composite[0], Vec3::ZERO);
+    let mut rim = 0;
+    for (k, share) in c.coverage[1]
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| c.mask[*k] == 0.0)
+    {
+        assert!(
+            (c.composite[k] - Vec3::splat(*share)).length() < 1e-5,
+            "{k} {share}"
+        );
+        rim += u32::from(*share > 0.0 && *share < 1.0);
+    }
+    assert!(rim >= 40, "{rim}");
 }
 
 #[test]
