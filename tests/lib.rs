@@ -11,6 +11,7 @@ pub mod engines;
 pub mod matrices;
 pub mod pairs;
 pub mod random;
+pub mod relit;
 
 /// An axis-aligned box of six quads from `low` to `high`; fronts point inward or outward.
 pub fn room(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflectance: Vec3) -> Vec<Face> {

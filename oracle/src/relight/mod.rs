@@ -17,6 +17,7 @@ pub mod page;
 pub mod pictures;
 pub mod room;
 pub mod surfaces;
+mod tables;
 pub mod thumbnail;
 pub mod work;
 

@@ -1,10 +1,10 @@
 //! `report.html` of one relight: what was captured, what the objects changed, where the light
 //! went; one file that opens offline.
 
-use super::Relit;
 use super::composite::Composite;
 use super::pictures::Pictures;
 use super::thumbnail::{Thumbnail, marked};
+use super::{Relit, tables};
 use crate::report::number::{count, number, percent};
 use crate::report::{colour_bar, document, figure};
 use crate::view::camera::Camera;
@@ -73,10 +73,10 @@ pub fn html(report: &Report) -> String {
         (textures(report, &pictures))
         section #figures {
             h2 { "Figures" }
-            (shots(report))
-            @if let Some(energy) = report.energy { (power(energy)) }
-            (seconds(report.seconds))
-            (settings(report.settings))
+            (tables::shots(report))
+            @if let Some(energy) = report.energy { (tables::power(energy)) }
+            (tables::seconds(report.seconds))
+            (tables::settings(report.settings))
         }
     };
     document("Radiosity: a relit room", &nav, &body)
@@ -216,87 +216,6 @@ fn textures(report: &Report, p: &Pictures) -> Markup {
                     b { "ρ" } " · reflectance of every texel, as found or as given; white is 1."
                 }))
             }
-        }
-    }
-}
-
-fn shots(report: &Report) -> Markup {
-    let rows = [
-        ("Shots of captured radiosity", u64::from(report.map_shots)),
-        (
-            "Shots of what the object changed",
-            u64::from(report.object_shots),
-        ),
-        ("Texels below 0", report.negative_texels as u64),
-        (
-            "Pixels of the composite below 0",
-            report.composite.negative as u64,
-        ),
-    ];
-    html! {
-        div.scroll { table { tbody {
-            @for (name, n) in rows { tr { td { (name) } td.n { (count(n)) } } }
-        } } }
-    }
-}
-
-fn power(energy: &Energy) -> Markup {
-    let rows = [
-        ("Emitted", energy.emitted),
-        ("Absorbed", energy.absorbed),
-        ("Unshot", energy.unshot),
-        ("Escaped", energy.escaped),
-        ("Closure", energy.closure),
-    ];
-    html! {
-        h3 { "Where the power went" }
-        p { "Of the whole of B, the captured room's own lights included." }
-        div.scroll { table {
-            thead { tr { th { "W" } th.n { "R" } th.n { "G" } th.n { "B" } th.n { "share" } } }
-            tbody {
-                @for (name, part) in rows { tr {
-                    td { (name) } @for x in part { td.n { (number(x)) } }
-                    td.n { (percent(energy.share(part))) }
-                } }
-                tr { td { "Imbalance" } td.n colspan="4" { (percent(energy.imbalance)) } }
-            }
-        } }
-    }
-}
-
-fn seconds(phases: &[(&str, f64)]) -> Markup {
-    let total: f64 = phases.iter().map(|(_, s)| s).sum();
-    let share = |s: f64| {
-        if total > 0.0 {
-            (s / total).max(0.0)
-        } else {
-            0.0
-        }
-    };
-    html! {
-        @if !phases.is_empty() {
-            h3 { "Seconds" }
-            @for (name, s) in phases {
-                div.energy {
-                    span.phase { (name) }
-                    div.bar {
-                        span.absorbed style=(format!("flex-grow:{:.5}", share(*s))) {}
-                        span style=(format!("flex-grow:{:.5}", 1.0 - share(*s))) {}
-                    }
-                    span.seconds { (number(*s)) }
-                }
-            }
-        }
-    }
-}
-
-fn settings(settings: &[(String, String)]) -> Markup {
-    html! {
-        @if !settings.is_empty() {
-            h3 { "Settings in force" }
-            div.scroll { table { tbody {
-                @for (name, value) in settings { tr { td { (name) } td { (value) } } }
-            } } }
         }
     }
 }

@@ -1,0 +1,91 @@
+//! The tables of a relight's report.
+
+use super::page::Report;
+use crate::report::number::{count, number, percent};
+use common::energy::Energy;
+use maud::{Markup, html};
+
+/// How much was shot, and what came out below 0.
+pub fn shots(report: &Report) -> Markup {
+    let rows = [
+        ("Shots of captured radiosity", u64::from(report.map_shots)),
+        (
+            "Shots of what the object changed",
+            u64::from(report.object_shots),
+        ),
+        ("Texels below 0", report.negative_texels as u64),
+        (
+            "Pixels of the composite below 0",
+            report.composite.negative as u64,
+        ),
+    ];
+    html! {
+        div.scroll { table { tbody {
+            @for (name, n) in rows { tr { td { (name) } td.n { (count(n)) } } }
+        } } }
+    }
+}
+
+/// Where the power went.
+pub fn power(energy: &Energy) -> Markup {
+    let rows = [
+        ("Emitted", energy.emitted),
+        ("Absorbed", energy.absorbed),
+        ("Unshot", energy.unshot),
+        ("Escaped", energy.escaped),
+        ("Closure", energy.closure),
+    ];
+    html! {
+        h3 { "Where the power went" }
+        p { "Of the whole of B, the captured room's own lights included." }
+        div.scroll { table {
+            thead { tr { th { "W" } th.n { "R" } th.n { "G" } th.n { "B" } th.n { "share" } } }
+            tbody {
+                @for (name, part) in rows { tr {
+                    td { (name) } @for x in part { td.n { (number(x)) } }
+                    td.n { (percent(energy.share(part))) }
+                } }
+                tr { td { "Imbalance" } td.n colspan="4" { (percent(energy.imbalance)) } }
+            }
+        } }
+    }
+}
+
+/// Wall-clock seconds of each phase, with bars.
+pub fn seconds(phases: &[(&str, f64)]) -> Markup {
+    let total: f64 = phases.iter().map(|(_, s)| s).sum();
+    let share = |s: f64| {
+        if total > 0.0 {
+            (s / total).max(0.0)
+        } else {
+            0.0
+        }
+    };
+    html! {
+        @if !phases.is_empty() {
+            h3 { "Seconds" }
+            @for (name, s) in phases {
+                div.energy {
+                    span.phase { (name) }
+                    div.bar {
+                        span.absorbed style=(format!("flex-grow:{:.5}", share(*s))) {}
+                        span style=(format!("flex-grow:{:.5}", 1.0 - share(*s))) {}
+                    }
+                    span.seconds { (number(*s)) }
+                }
+            }
+        }
+    }
+}
+
+/// Every option in force.
+pub fn settings(settings: &[(String, String)]) -> Markup {
+    html! {
+        @if !settings.is_empty() {
+            h3 { "Settings in force" }
+            div.scroll { table { tbody {
+                @for (name, value) in settings { tr { td { (name) } td { (value) } } }
+            } } }
+        }
+    }
+}
