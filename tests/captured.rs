@@ -37,6 +37,19 @@ pub fn read(bytes: &[u8], projection: Option<Projection>) -> Result<Panorama, Er
     panorama
 }
 
+/// The message's place and reason; it must be about the input, in one line.
+pub fn refusal(bytes: &[u8]) -> String {
+    match read(bytes, None) {
+        Err(error @ Error::Input { .. }) => {
+            let text = error.to_string();
+            assert!(!text.contains('\n') && text.contains("map"), "{text}");
+            text.split_once("map: ").unwrap().1.to_owned()
+        }
+        Err(error) => panic!("{error}"),
+        Ok(map) => panic!("loaded: {:?}", map.notes),
+    }
+}
+
 /// Width and height, and the pixels row by row from the upper left, of a little-endian PFM.
 pub fn pfm(path: &Path) -> ([usize; 2], Vec<Vec3>) {
     let bytes = fs::read(path).unwrap();

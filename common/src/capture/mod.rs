@@ -17,6 +17,7 @@ mod radiance;
 mod repair;
 mod resample;
 pub mod room;
+mod scanline;
 mod sphere;
 
 pub use panorama::Panorama;

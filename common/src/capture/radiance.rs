@@ -1,29 +1,20 @@
 //! Radiance pictures (.hdr, .pic): `#?RADIANCE`, header lines, an empty line, the resolution line,
 //! scanlines.
 //!
-//! The scanlines (flat, old and new run lengths) are decoded by the crate `image`, one at a time:
-//! it gets a canonical header for a picture of one scanline and the bytes from there on. So a
-//! fault has a scanline, memory grows with what has been decoded, and what `image` does not know
-//! (orientations, XYZE, a second EXPOSURE) or check (the width in a scanline's own header, runs
-//! of zero, widths that the new run lengths cannot have) is done here.
+//! The scanlines are decoded by [`super::scanline`]; the rest, of which the crate `image` knows
+//! one orientation, one FORMAT and one EXPOSURE, is read here.
 //!
 //! Rules: radiance = pixel / product of all EXPOSURE lines (and of COLORCORR, per channel);
 //! Rec. 709 is assumed whatever PRIMARIES says, as nearly every program that writes it does;
 //! without a FORMAT line it is rgbe; what follows the last scanline is ignored. The last two are noted.
 
 use super::colour::XYZ;
+use super::scanline::scanline;
 use super::{Decoded, Failure, check_size};
 use glam::Vec3;
-use image::ImageDecoder;
-use image::codecs::hdr::HdrDecoder;
-use std::io::{Cursor, Read};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A header longer than this is none.
 const MAX_HEADER: usize = 1 << 16;
-
-/// New run lengths exist for these widths only.
-const NEW_RLE: std::ops::RangeInclusive<usize> = 8..=0x7fff;
 
 /// What stands before the scanlines.
 struct Header {
@@ -227,79 +218,5 @@ impl Resolution {
         };
         let pixels = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
         (size, pixels.map(|(x, y)| from(x, y)).collect())
-    }
-}
-
-/// Appends one scanline; returns how many bytes it took, or where it fails and why.
-fn scanline(bytes: &[u8], length: usize, lines: &mut Vec<Vec3>) -> Result<usize, (usize, String)> {
-    let looks_new = matches!(bytes, [2, 2, high, _, ..] if *high < 128);
-    if NEW_RLE.contains(&length) {
-        if looks_new {
-            check_runs(bytes, length)?;
-        }
-        return by_image(bytes, length, &[], lines);
-    }
-    // A pixel in front keeps `image` from taking such a scanline for the new encoding; it would
-    // also be what a run at the start repeats.
-    if bytes.starts_with(&[1, 1, 1]) {
-        return Err((0, "begins with a run of nothing".into()));
-    }
-    by_image(bytes, length, &[0; 4], lines)
-}
-
-/// Walks the four components of a scanline in the new encoding.
-fn check_runs(bytes: &[u8], length: usize) -> Result<(), (usize, String)> {
-    let own = usize::from(bytes[2]) << 8 | usize::from(bytes[3]);
-    if own != length {
-        let message = format!("says that it has {own} pixels and the resolution line {length}");
-        return Err((2, message));
-    }
-    let mut at = 4;
-    for _ in 0..4 {
-        let mut done = 0;
-        while done < length {
-            let short = || (at, "ends within its pixels".to_owned());
-            let count = usize::from(*bytes.get(at).ok_or_else(short)?);
-            let (pixels, skip) = match count {
-                0 => return Err((at, "has a run of no pixels".into())),
-                1..=128 => (count, count + 1),
-                _ => (count - 128, 2),
-            };
-            done += pixels;
-            if done > length {
-                return Err((at, format!("has a run that goes beyond {length} pixels")));
-            }
-            at += skip;
-        }
-    }
-    Ok(())
-}
-
-/// Hands `first` and then `bytes` to the library as a picture of one scanline.
-fn by_image(
-    bytes: &[u8],
-    length: usize,
-    first: &[u8],
-    lines: &mut Vec<Vec3>,
-) -> Result<usize, (usize, String)> {
-    let extra = first.len() / 4;
-    let width = length + extra;
-    let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X {width}\n");
-    let mut rest = Cursor::new(bytes);
-    let mut pixels = vec![[0_f32; 3]; width];
-    // The library counts what repeated run markers say without asking for overflow.
-    let decoded = catch_unwind(AssertUnwindSafe(|| {
-        HdrDecoder::new(header.as_bytes().chain(first).chain(&mut rest))?
-            .read_image(bytemuck::cast_slice_mut(&mut pixels))
-    }));
-    let at = rest.position() as usize;
-    match decoded {
-        Ok(Ok(())) => {
-            lines.extend(pixels[extra..].iter().map(|p| Vec3::from(*p)));
-            Ok(at)
-        }
-        Ok(Err(_)) if at >= bytes.len() => Err((at, "ends within its pixels".into())),
-        Ok(Err(error)) => Err((at, format!("cannot be decoded ({error})"))),
-        Err(_) => Err((at, "cannot be decoded".into())),
     }
 }

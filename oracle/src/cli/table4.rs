@@ -1,5 +1,6 @@
 //! `radiosity table4`.
 
+use super::objects::joined;
 use super::progress::{Progress, interrupted, listen};
 use super::{Outcome, bundled};
 use crate::picture::Picture;
@@ -24,8 +25,6 @@ const TEXELS: [u32; 2] = [16, 32];
 const SHADOW_TEXELS: [u32; 3] = [8, 16, 32];
 /// Item buffers of the table.
 const ITEM_BUFFERS: [u32; 3] = [256, 512, 1024];
-/// The objects of the paper's room: two blocks, the last faces.
-const OBJECT_FACES: usize = 12;
 /// Unshot share by which progress is shown.
 const SHOWN: f64 = 1e-4;
 /// Figure 8 looks at the floor between the blocks.
@@ -50,10 +49,9 @@ pub struct Arguments {
 
 /// Measures, and writes after each cell of the grid.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let scene = load(
-        &bundled("paper_room_objects.obj"),
-        &ImportOptions::default(),
-    )?;
+    let part = |name| load(&bundled(name), &ImportOptions::default());
+    let (room, objects) = (part("paper_room.obj")?, part("paper_objects.obj")?);
+    let scene = joined(&[&room, &objects])?;
     let figure10 = arguments.composite.as_ref().map(real).transpose()?;
     prepare(&arguments.out)?;
     listen();
@@ -68,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let progress = RefCell::new(Progress::new("table 4", arguments.quiet));
     let grid = Grid {
         scene: &scene,
-        room: scene.faces.len() - OBJECT_FACES,
+        room: room.faces.len(),
         device: gpu.as_ref(),
         watch: &|phase, shot, emitted| {
             let done = shooting::progress(shot, emitted, SHOWN);
@@ -81,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         adapter: gpu
             .as_ref()
             .map_or("the CPU's twin".into(), |gpu| gpu.line.name.clone()),
-        faces: [scene.faces.len(), OBJECT_FACES],
+        faces: [scene.faces.len(), objects.faces.len()],
         ..Table::default()
     };
     for texels in TEXELS {

@@ -120,12 +120,23 @@ impl Grid<'_> {
             .work(&exact)
             .relight(&stage, None, &mut Phases::default())?;
         let truth = named(&full, "full");
+        let mut printed_shots = 0;
         for image in Image::ALL {
             let mut seconds = Phases::default();
+            let settings = Settings {
+                max_shots: match image {
+                    Image::SignedEarly => printed_shots + printed_shots / 10,
+                    _ => settings.max_shots,
+                },
+                ..settings.clone()
+            };
             let work = self.work(&settings);
             let done = work.relight(&stage, image.method(), &mut seconds)?;
             if work.stopped.get() {
                 return Ok(());
+            }
+            if image == Image::Paper {
+                printed_shots = done.run.shots.len() as u32;
             }
             let field = named(&done, image.name());
             table.rows.push(Row {

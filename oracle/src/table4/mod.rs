@@ -21,13 +21,22 @@ pub enum Image {
     Paper,
     /// Table 2, but only what the objects hide is darkened (V₀ − V).
     Mended,
+    /// Signed residuals, stopped at 1.1 times the shots of Table 2.
+    #[serde(rename = "signed-early")]
+    SignedEarly,
     /// Signed residuals.
     Signed,
 }
 
 impl Image {
     /// All of them, in the table's order.
-    pub const ALL: [Self; 4] = [Self::Reference, Self::Paper, Self::Mended, Self::Signed];
+    pub const ALL: [Self; 5] = [
+        Self::Reference,
+        Self::Paper,
+        Self::Mended,
+        Self::SignedEarly,
+        Self::Signed,
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -35,6 +44,7 @@ impl Image {
             Self::Reference => "reference",
             Self::Paper => "paper",
             Self::Mended => "paper, V₀ − V",
+            Self::SignedEarly => "signed, early",
             Self::Signed => "signed",
         }
     }
@@ -52,7 +62,7 @@ impl Image {
             Self::Reference => None,
             Self::Paper => Some(mended(false)),
             Self::Mended => Some(mended(true)),
-            Self::Signed => Some(Method::Signed),
+            Self::SignedEarly | Self::Signed => Some(Method::Signed),
         }
     }
 }
