@@ -443,7 +443,7 @@ fn bad_relights_are_one_line_and_code_2() {
         ),
         (
             vec!["--room", &room, "--room-size", "1,1,1", "--object", &object],
-            "--room-size",
+            "room.obj",
         ),
         (
             vec!["--room", &room, "--scale", "2", "--object", &object],

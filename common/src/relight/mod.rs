@@ -99,6 +99,8 @@ pub struct Relit {
     /// All shots and B, r, H; `emitted` is the power that ε is a share of: what the captured shots
     /// deposited, or more where the capture left more unshot.
     pub run: Run,
+    /// Whether all that was captured was shot: else H₀, ρ and E are those of a part of the light.
+    pub complete: bool,
     /// Shots of the room's cells.
     pub map_shots: usize,
     /// Shots of the objects' cells.
@@ -168,6 +170,7 @@ pub fn relight(
             emitted: basis as f32,
             field,
         },
+        complete: noted.residual.iter().all(|r| r.truncate() == Vec3::ZERO),
         map_shots,
         object_shots,
     })

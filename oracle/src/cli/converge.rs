@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
+use super::solver::open_or_twin;
 use crate::study::run::Bench;
 use crate::study::sweeps::sweeps;
 use crate::study::{MeasuredSweep, Study, item_buffer, json, page};
@@ -50,14 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let truth = arguments.truth.as_deref().map(Stored::read).transpose()?;
     prepare(&arguments.out)?;
     listen();
-    let gpu = match Gpu::open(arguments.adapter.as_deref()) {
-        Ok(gpu) => Some(gpu),
-        Err(error @ Error::NoAdapter(_)) if arguments.adapter.is_none() => {
-            eprintln!("note: {error}; the CPU's twin draws the item buffers");
-            None
-        }
-        Err(error) => return Err(error),
-    };
+    let gpu = open_or_twin(arguments.adapter.as_deref())?;
     let start = Instant::now();
     let mut studies: Vec<Study> = Vec::new();
     for scene in &scenes {

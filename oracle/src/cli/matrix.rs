@@ -1,7 +1,7 @@
 //! `radiosity solve --solver matrix`.
 
 use super::progress::{Progress, listen};
-use super::solve::{Arguments, write_maps, wrote};
+use super::solve::{Arguments, FILES, write_maps, wrote};
 use super::{Outcome, warnings};
 use common::Result;
 use common::energy::Energy;
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     if !common.quiet {
         summary(&solution, &quality, &answer);
-        wrote(&solution, &arguments.out);
+        wrote(&solution, FILES, &arguments.out);
     }
     Ok(Outcome::Done)
 }

@@ -10,6 +10,7 @@ mod options;
 mod progress;
 mod relight;
 mod solve;
+mod solver;
 mod table4;
 pub mod warnings;
 

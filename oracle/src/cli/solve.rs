@@ -2,9 +2,11 @@
 
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
+use super::solver::{SolverOption, choose, open};
 use super::{Outcome, matrix, warnings};
 use crate::refine::{Rung, refine};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use common::Result;
 use common::capture::maps;
 use common::energy::Energy;
 use common::form_factor::FormFactor;
@@ -14,24 +16,15 @@ use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
 use common::shooting::{self, Engine, Field, Run, solve};
 use common::solution::{Seconds, Solution, prepare};
-use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::cover::sampled;
 use glam::Vec3;
-use gpu::{Gpu, GpuSolver, adapters};
+use gpu::{Gpu, GpuSolver};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// `--solver`.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SolverOption {
-    /// Rays, or the scalar twin of the item buffer
-    Cpu,
-    /// Item buffer
-    Gpu,
-    /// The dense linear system over all texels, up to about 10 000 of them
-    Matrix,
-}
+/// What a solve writes.
+pub const FILES: &str = "lightmap.exr and result.json";
 
 /// Arguments of `solve`.
 #[derive(Args)]
@@ -81,19 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     prepare(&arguments.out)?;
     listen();
 
-    let device = match solver {
-        SolverOption::Cpu | SolverOption::Matrix => None,
-        SolverOption::Gpu => Some(Gpu::open(common.adapter.as_deref())),
-    };
-    // Without an adapter the CPU does what it can, and the exit code says that it was not asked.
-    let (device, missing) = match device {
-        Some(Err(error @ Error::NoAdapter(_))) => (None, Some(error)),
-        Some(other) => (Some(other?), None),
-        None => (None, None),
-    };
-    if let Some(error) = &missing {
-        eprintln!("note: {error}; solving on the CPU");
-    }
+    let (device, missing) = open(solver, common)?;
     let settings = settings(common, device.is_some())?;
     let mut timing = Seconds {
         load: load_seconds,
@@ -195,23 +176,6 @@ fn rung(
     })
 }
 
-/// The solver asked for, or the one that this machine is best at.
-pub fn choose(asked: Option<SolverOption>, common: &Common) -> Result<SolverOption> {
-    let solver = match asked {
-        Some(solver) => solver,
-        None if common.require_gpu || adapters().iter().any(|line| !line.software) => {
-            SolverOption::Gpu
-        }
-        None => SolverOption::Cpu,
-    };
-    if solver == SolverOption::Cpu && common.require_gpu {
-        return Err(Error::Usage(
-            "--require-gpu contradicts --solver cpu".into(),
-        ));
-    }
-    Ok(solver)
-}
-
 fn shoot(engine: &mut dyn Engine, settings: &Settings, title: &str, quiet: bool) -> Result<Run> {
     let mut progress = Progress::new(title, quiet);
     solve(engine, settings, &mut |shot, emitted| {
@@ -247,13 +211,13 @@ fn summary(solution: &Solution, arguments: &Arguments) {
         100.0 * energy.share(energy.escaped),
         100.0 * energy.share(energy.closure),
     );
-    wrote(solution, &arguments.out);
+    wrote(solution, FILES, &arguments.out);
 }
 
 /// The warnings, and where the files are.
-pub fn wrote(solution: &Solution, out: &Path) {
+pub fn wrote(solution: &Solution, files: &str, out: &Path) {
     for warning in solution.warnings {
         eprintln!("warning: {}", warning.message);
     }
-    eprintln!("wrote {}/lightmap.exr and result.json", out.display());
+    eprintln!("wrote {files} in {}", out.display());
 }

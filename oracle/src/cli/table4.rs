@@ -2,6 +2,7 @@
 
 use super::objects::joined;
 use super::progress::{Progress, interrupted, listen};
+use super::solver::open_or_twin;
 use super::{Outcome, bundled};
 use crate::picture::Picture;
 use crate::relight::files;
@@ -15,7 +16,6 @@ use common::shooting;
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use glam::DVec3;
-use gpu::Gpu;
 use serde_json::json;
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -55,14 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let figure10 = arguments.composite.as_ref().map(real).transpose()?;
     prepare(&arguments.out)?;
     listen();
-    let gpu = match Gpu::open(arguments.adapter.as_deref()) {
-        Ok(gpu) => Some(gpu),
-        Err(error @ Error::NoAdapter(_)) if arguments.adapter.is_none() => {
-            eprintln!("note: {error}; the CPU's twin draws the item buffers");
-            None
-        }
-        Err(error) => return Err(error),
-    };
+    let gpu = open_or_twin(arguments.adapter.as_deref())?;
     let progress = RefCell::new(Progress::new("table 4", arguments.quiet));
     let grid = Grid {
         scene: &scene,

@@ -28,9 +28,9 @@ pub struct Report<'a> {
     pub camera: Camera,
     /// Where the power went; none where the method keeps no balance.
     pub energy: Option<&'a Energy>,
-    /// Shots of captured radiosity.
+    /// Shots of the room.
     pub map_shots: u32,
-    /// Shots of what the objects changed.
+    /// Shots of the objects.
     pub object_shots: u32,
     /// Whether it was shot down to ε.
     pub converged: bool,

@@ -61,14 +61,16 @@ pub fn read(
     asked: bool,
     import: &ImportOptions,
 ) -> Result<Captured> {
-    if path.is_dir() || !is_map(path) {
+    if path.is_dir() {
         refuse(placement)?;
     }
+    // A file that is placed as a panorama is one, or it is wrong: the decoder says how.
+    let placed = refuse(placement).is_err();
     let captured = if path.join("room.json").is_file() {
         from_maps(path)?
     } else if path.is_dir() {
         from_solve(path)?
-    } else if is_map(path) {
+    } else if placed || is_map(path) {
         return from_panorama(path, placement, texels);
     } else {
         let scene = load(path, import)?;

@@ -8,11 +8,8 @@ use maud::{Markup, html};
 /// How much was shot, and what came out below 0.
 pub fn shots(report: &Report) -> Markup {
     let rows = [
-        ("Shots of captured radiosity", u64::from(report.map_shots)),
-        (
-            "Shots of what the object changed",
-            u64::from(report.object_shots),
-        ),
+        ("Shots of the room", u64::from(report.map_shots)),
+        ("Shots of the objects", u64::from(report.object_shots)),
         ("Texels below 0", report.negative_texels as u64),
         (
             "Pixels of the composite below 0",

@@ -81,6 +81,8 @@ pub struct Done {
     pub run: Run,
     /// Texels of the room that were found to emit.
     pub emitters: usize,
+    /// Whether all that was captured was shot.
+    pub complete: bool,
     /// Shots of the room's cells.
     pub map_shots: usize,
     /// Shots of the objects'.
@@ -163,6 +165,9 @@ impl Work<'_> {
             self.settings,
             &mut |shot, emitted| self.seen("relight", shot, emitted),
         )?;
+        if self.stopped.get() && !relit.complete {
+            return Err(Error::Interrupted);
+        }
         Ok(relit)
     }
 
@@ -214,6 +219,7 @@ impl Work<'_> {
         Ok(Done {
             before: room.radiosity,
             emitters: surface.map_or(0, |s| s.emitters.len()),
+            complete: true,
             map_shots: run.shots.len() - object_shots,
             object_shots,
             run,
@@ -236,6 +242,7 @@ impl Done {
             mesh,
             before: room.radiosity,
             emitters: relit.surface.emitters.len(),
+            complete: relit.complete,
             map_shots: relit.map_shots,
             object_shots: relit.object_shots,
             run: relit.run,

@@ -1,12 +1,15 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
+use crate::cli::objects::Object;
+use crate::cli::solve::wrote;
 use crate::cli::warnings;
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::page::{Report, html};
 use crate::relight::thumbnail::thumbnail;
 use crate::relight::work::{Done, Phases, Stage, Work};
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
+use crate::view::camera::Camera;
 use clap::ValueEnum;
 use common::Result;
 use common::energy::Energy;
@@ -14,6 +17,9 @@ use common::solution::{Seconds, Solution, Warning, write_file};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
+/// What a relight writes.
+const FILES: &str =
+    "composite.png, composite.exr, background.exr, lightmap.exr, result.json and report.html";
 /// Pixels of the panorama in the report.
 const THUMBNAIL: u32 = 512;
 
@@ -42,33 +48,17 @@ pub fn write(
         None => Vec3::ZERO,
     };
     let backdrop: Option<Backdrop> = stage.captured.panorama.is_some().then_some(&radiance);
-    let camera = match &arguments.camera {
-        Some([ex, ey, ez, tx, ty, tz, fov]) => camera_at(
-            &done.mesh,
-            DVec3::new(*ex, *ey, *ez),
-            DVec3::new(*tx, *ty, *tz),
-            *fov,
-        ),
-        None => camera_for(&seen),
-    };
+    let camera = camera(arguments, &seen);
     let picture = seconds.of("composite", || {
         composite::composite(&seen, &camera, SIZE, backdrop)
     });
     let energy = Energy::new(&done.mesh, &done.run.field, &done.run.shots);
-    let negative_texels = done.negative_texels();
     let mut notes = stage.notes.clone();
     notes.extend(said(stage, done));
+    if work.stopped.get() {
+        notes.push("interrupted: the result is what had been shot by then".into());
+    }
     let warnings = warnings_of(arguments, done, &energy);
-    let relit: Value = json!({
-        "method": method_name(arguments.method),
-        "mended": arguments.mend.iter().filter_map(|f| f.to_possible_value()).map(|v| v.get_name().to_owned()).collect::<Vec<_>>(),
-        "map_shots": done.map_shots,
-        "object_shots": done.object_shots,
-        "negative_texels": negative_texels,
-        "negative_pixels": picture.negative,
-        "room_faces": stage.room,
-        "emitting_texels": done.emitters,
-    });
     let solution = Solution {
         scene: &stage.scene,
         mesh: &done.mesh,
@@ -79,7 +69,7 @@ pub fn write(
         warnings: &warnings,
         notes: &notes,
         matrix: None,
-        relit: Some(relit),
+        relit: Some(description(arguments, stage, done, &picture)),
         seconds: Seconds {
             load: seconds.get(&["load"]),
             prepare: seconds.get(&["capture", "prepare", "recover"]),
@@ -90,14 +80,11 @@ pub fn write(
         solution.write(out)?;
         files::write(out, &picture, files::exposure(&picture))
     })?;
+    let files_of = arguments.objects.objects.iter();
+    let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
     let report = Report {
         room: &arguments.room.display().to_string(),
-        objects: &arguments
-            .objects
-            .objects
-            .iter()
-            .map(|o| o.file.display().to_string())
-            .collect::<Vec<_>>(),
+        objects: &objects,
         settings: &listed(arguments, &solution),
         relit: &seen,
         composite: &picture,
@@ -106,7 +93,7 @@ pub fn write(
         map_shots: done.map_shots as u32,
         object_shots: done.object_shots as u32,
         converged: done.run.converged,
-        negative_texels,
+        negative_texels: done.negative_texels(),
         seconds: &seconds.0,
         warnings: &warnings,
         notes: &notes,
@@ -117,6 +104,52 @@ pub fn write(
         summary(&solution, seconds, arguments);
     }
     Ok(())
+}
+
+fn camera(arguments: &Arguments, seen: &Seen) -> Camera {
+    match &arguments.camera {
+        Some([ex, ey, ez, tx, ty, tz, fov]) => camera_at(
+            seen.mesh,
+            DVec3::new(*ex, *ey, *ez),
+            DVec3::new(*tx, *ty, *tz),
+            *fov,
+        ),
+        None => camera_for(seen),
+    }
+}
+
+/// What result.json says beside what it says of a solve.
+fn description(
+    arguments: &Arguments,
+    stage: &Stage,
+    done: &Done,
+    picture: &composite::Composite,
+) -> Value {
+    let mended = arguments.mend.iter().filter_map(|f| f.to_possible_value());
+    json!({
+        "method": method_name(arguments.method),
+        "mended": mended.map(|v| v.get_name().to_owned()).collect::<Vec<_>>(),
+        "map_shots": done.map_shots,
+        "object_shots": done.object_shots,
+        "negative_texels": done.negative_texels(),
+        "negative_pixels": picture.negative,
+        "emitting_texels": done.emitters,
+        "room": arguments.room.display().to_string(),
+        "room_faces": stage.room,
+        "objects": arguments.objects.objects.iter().map(described).collect::<Vec<_>>(),
+        "eye": stage.captured.panorama.as_ref().map(|(_, eye)| eye.to_array()),
+        "camera": arguments.camera,
+    })
+}
+
+/// An object as it was put into the room.
+fn described(object: &Object) -> Value {
+    json!({
+        "file": object.file.display().to_string(),
+        "scale": object.scale,
+        "place": object.place.to_array(),
+        "reflectance": object.reflectance.map(|r| r.to_array()),
+    })
 }
 
 /// The options in force, for people.
@@ -153,6 +186,12 @@ fn said(stage: &Stage, done: &Done) -> Vec<String> {
             "{} of {all} texels of the room emit: reflecting what reaches them does not explain their light",
             done.emitters
         ));
+    }
+    if !done.complete {
+        notes.push(
+            "stopped before all captured light was shot: raise --max-shots; what the walls reflect and emit is told from a part of it"
+                .into(),
+        );
     }
     if stage.captured.panorama.is_some() {
         notes.push(
@@ -195,11 +234,5 @@ fn summary(solution: &Solution, seconds: &Phases, arguments: &Arguments) {
         energy.imbalance,
         phases.join(", "),
     );
-    for warning in solution.warnings {
-        eprintln!("warning: {}", warning.message);
-    }
-    eprintln!(
-        "wrote {}/composite.png, composite.exr, background.exr, lightmap.exr, result.json and report.html",
-        arguments.out.display()
-    );
+    wrote(solution, FILES, &arguments.out);
 }

@@ -7,7 +7,7 @@ use super::Outcome;
 use super::objects::{Objects, camera, triple};
 use super::options::Common;
 use super::progress::{Progress, listen};
-use super::solve::{SolverOption, choose};
+use super::solver::{SolverOption, choose, open};
 use crate::relight::work::{Phases, Stage, Work};
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
@@ -17,7 +17,6 @@ use common::shooting;
 use common::solution::prepare;
 use common::{Error, Result};
 use glam::DVec3;
-use gpu::Gpu;
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -114,16 +113,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     prepare(&arguments.out)?;
     listen();
-    let (device, missing) = match solver {
-        SolverOption::Gpu => match Gpu::open(common.adapter.as_deref()) {
-            Err(error @ Error::NoAdapter(_)) => (None, Some(error)),
-            other => (Some(other?), None),
-        },
-        _ => (None, None),
-    };
-    if let Some(error) = &missing {
-        eprintln!("note: {error}; solving on the CPU");
-    }
+    let (device, missing) = open(solver, common)?;
     let settings = settings(arguments, &stage, device.is_some())?;
     let progress = RefCell::new(Some(Progress::new("relight", common.quiet)));
     let work = Work {
