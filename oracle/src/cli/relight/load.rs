@@ -1,11 +1,13 @@
 //! What `relight` reads.
 
 use super::{Arguments, MapOption};
-use crate::cli::objects::joined;
+use crate::cli::objects::{Object, joined};
 use crate::relight::room::{Placement, read};
 use crate::relight::work::Stage;
 use common::Result;
 use common::capture::Projection;
+use common::scene::{Face, Scene};
+use glam::DVec3;
 
 /// Meshes of more faces have one texel a face unless told otherwise.
 const MANY_FACES: usize = 1000;
@@ -39,6 +41,7 @@ pub fn stage(arguments: &Arguments) -> Result<Stage> {
     }
     let mut resolutions = captured.resolutions.clone();
     let mut scenes = vec![captured.scene.clone()];
+    let mut outside = Vec::new();
     for object in &arguments.objects.objects {
         let scene = object.load(&common.import())?;
         let side = match arguments.object_texels {
@@ -47,10 +50,12 @@ pub fn stage(arguments: &Arguments) -> Result<Stage> {
             None => texels_asked,
         };
         resolutions.extend(vec![[side; 2]; scene.faces.len()]);
+        outside.extend(stray(&captured.scene, &scene, object));
         scenes.push(scene);
     }
     let scene = joined(&scenes.iter().collect::<Vec<_>>())?;
     let mut notes = scene.notes.clone();
+    notes.extend(outside);
     notes.extend(captured.notes.iter().cloned());
     Ok(Stage {
         room: captured.scene.faces.len(),
@@ -60,4 +65,34 @@ pub fn stage(arguments: &Arguments) -> Result<Stage> {
         reflectance: given.filter(|_| !solved),
         notes,
     })
+}
+
+/// An object that reaches out of the room's box: most likely its unit is another.
+fn stray(room: &Scene, scene: &Scene, object: &Object) -> Option<String> {
+    let (low, high) = extent(room);
+    let (from, to) = extent(scene);
+    let margin = (high - low).max_element() * 1e-6;
+    let inside = from.cmpge(low - margin).all() && to.cmple(high + margin).all();
+    (!inside).then(|| {
+        format!(
+            "{} reaches from {} to {}, the room only from {} to {}: see --scale and --place",
+            object.file.display(),
+            short(from),
+            short(to),
+            short(low),
+            short(high)
+        )
+    })
+}
+
+fn extent(scene: &Scene) -> (DVec3, DVec3) {
+    let corners = || scene.faces.iter().flat_map(Face::outline);
+    (
+        corners().copied().fold(DVec3::INFINITY, DVec3::min),
+        corners().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
+    )
+}
+
+fn short(p: DVec3) -> String {
+    format!("{:.3},{:.3},{:.3}", p.x, p.y, p.z)
 }
