@@ -8,6 +8,7 @@
 //! Radiance L is in W/m²/sr, radiosity B = πL in W/m², both in linear Rec. 709. `docs/architecture.md`,
 //! "Captured rooms", states the orientation, the weighting and the rules for bad pixels.
 
+pub mod brackets;
 mod colour;
 pub mod maps;
 mod openexr;
