@@ -54,19 +54,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for note in doubts(&brackets, &response, &steps) {
         eprintln!("note: {note}");
     }
-    let (size, radiance) = match arguments.fisheye {
-        Some(degrees) => {
-            let (side, map) = angular(merged.size, &merged.radiance, degrees)?;
-            ([side; 2], map)
-        }
-        None => (merged.size, merged.radiance.clone()),
+    let framed = arguments
+        .fisheye
+        .map(|degrees| angular(merged.size, &merged.radiance, degrees))
+        .transpose()?;
+    let (size, radiance) = match &framed {
+        Some((side, map)) => ([*side; 2], map),
+        None => (merged.size, &merged.radiance),
     };
     prepare(&arguments.out)?;
-    let html = page::html(&brackets, &response, &merged, &steps);
+    let field = arguments.fisheye.map(|degrees| (degrees, size[0]));
+    let html = page::html(&brackets, &response, &merged, &steps, field);
     write_exr(
         &arguments.out.join("radiance.exr"),
         size.map(|n| n as u32),
-        &radiance,
+        radiance,
         &[],
         COMMENT,
     )?;

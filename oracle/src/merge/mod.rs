@@ -12,7 +12,7 @@ use crate::picture::luminance;
 use common::capture::brackets::{Brackets, Merged, Response, Step};
 
 /// A step that is seen to be this much off what its seconds say, in stops, is worth a note.
-/// Cameras name 1/60 s what is 1/64 s (0.09 stops) and are read to a third of a stop at worst.
+/// Cameras call 1/60 s what is 1/64 s (0.09 stops), and shutters are off by a few hundredths.
 const STEP: f64 = 0.25;
 
 /// Luminances that most of a picture lies between.

@@ -8,9 +8,16 @@ use crate::report::number::{count, number, percent};
 use crate::report::{chart, document, figure};
 use common::capture::brackets::{Brackets, Merged, Response, Step};
 use maud::{Markup, html};
+use std::path::Path;
 
-/// The page.
-pub fn html(brackets: &Brackets, response: &Response, merged: &Merged, steps: &[Step]) -> String {
+/// The page; `framed` are field of view and side, if the file holds an angular map.
+pub fn html(
+    brackets: &Brackets,
+    response: &Response,
+    merged: &Merged,
+    steps: &[Step],
+    framed: Option<(f64, usize)>,
+) -> String {
     let title = "Radiosity: a radiance map from exposures";
     let nav = html! {
         nav aria-label="Parts" {
@@ -23,7 +30,7 @@ pub fn html(brackets: &Brackets, response: &Response, merged: &Merged, steps: &[
     let pictures = Pictures::new(brackets, merged);
     let body = html! {
         header #top { h1 { (title) } }
-        (facts(brackets, merged))
+        (facts(brackets, merged, framed))
         @if !notes.is_empty() { div.notes { @for note in &notes { p { (note) } } } }
         (views(&pictures))
         (curve(response))
@@ -32,7 +39,7 @@ pub fn html(brackets: &Brackets, response: &Response, merged: &Merged, steps: &[
     document(title, &nav, &body)
 }
 
-fn facts(brackets: &Brackets, merged: &Merged) -> Markup {
+fn facts(brackets: &Brackets, merged: &Merged, framed: Option<(f64, usize)>) -> Markup {
     let [w, h] = merged.size;
     let unseen = merged.unseen;
     let row = |name: &str, pixels: usize, gets: &str| {
@@ -46,6 +53,12 @@ fn facts(brackets: &Brackets, merged: &Merged) -> Markup {
             (count(brackets.exposures().len() as u64)) " exposures · " (w) "×" (h) " pixels"
             @if let Some(range) = Range::of(merged) {
                 " · " (number(range.stops())) " stops of luminance from the 1st to the 99th percentile"
+            }
+        }
+        @if let Some((degrees, side)) = framed {
+            p {
+                code { "radiance.exr" } " holds the picture's circle, a field of view of " (number(degrees))
+                "°, as an angular map of " (side) "×" (side) " pixels: 0 where nothing was photographed."
             }
         }
         p {
@@ -119,6 +132,23 @@ fn css([r, g, b]: [u8; 3]) -> String {
     format!("background:rgb({r} {g} {b})")
 }
 
+/// The last part of a path.
+fn name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// As cameras show it.
+fn seconds(seconds: f64) -> String {
+    if seconds < 0.3 {
+        format!("1/{}", number(1.0 / seconds))
+    } else {
+        number(seconds)
+    }
+}
+
 fn exposures(brackets: &Brackets, merged: &Merged, steps: &[Step]) -> Markup {
     let all = brackets.exposures();
     let mut relied = vec![0_usize; all.len()];
@@ -134,8 +164,10 @@ fn exposures(brackets: &Brackets, merged: &Merged, steps: &[Step]) -> Markup {
     let row = |k: usize| {
         let step = k.checked_sub(1).map(|before| steps[before]);
         html! { tr {
-            td { span.key { span style=(css(colour(k, all.len()))) {} code { (all[k].path.display()) } } }
-            td.n { (number(all[k].seconds)) }
+            td { span.key title=(all[k].path.display()) {
+                span style=(css(colour(k, all.len()))) {} code { (name(&all[k].path)) }
+            } }
+            td.n { (seconds(all[k].seconds)) }
             td.n { @if let Some(step) = step { (format!("{:.2}", step.said)) } }
             td.n { @if let Some(step) = step {
                 @match step.seen { Some(seen) => (format!("{seen:.2}").replace('-', "−")), None => "–" }
