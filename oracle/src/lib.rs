@@ -6,6 +6,7 @@ pub mod compare;
 pub mod comparison;
 pub mod diff;
 pub mod exact;
+pub mod merge;
 pub mod picture;
 pub mod refine;
 pub mod relight;

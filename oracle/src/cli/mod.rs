@@ -1,10 +1,11 @@
-//! The command line: `solve`, `compare`, `relight`, `diff`, `converge`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `relight`, `merge`, `diff`, `converge`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod compare;
 mod converge;
 mod diff;
 mod matrix;
+mod merge;
 mod objects;
 mod options;
 mod progress;
@@ -37,6 +38,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Put objects into a captured room; writes composite.png, report.html and what solve writes
     Relight(relight::Arguments),
+    /// Photographs of one view, differently exposed, as a radiance map; writes radiance.exr, merge.html
+    Merge(merge::Arguments),
     /// The paper's Table 4 again, its columns beside ours; writes table4.html
     Table4(table4::Arguments),
     /// Compare two results (directories of solve), the second one as the truth; writes diff.html
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Some(Command::Solve(arguments)) => solve::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Relight(arguments)) => relight::run(&arguments),
+        Some(Command::Merge(arguments)) => merge::run(&arguments),
         Some(Command::Table4(arguments)) => table4::run(&arguments),
         Some(Command::Diff(arguments)) => diff::run(&arguments),
         Some(Command::Converge(arguments)) => converge::run(&arguments),

@@ -24,21 +24,35 @@ pub fn write(dir: &Path, composite: &Composite, exposure: Exposure) -> Result<()
         ("composite.exr", &composite.composite, any),
     ] {
         let path = dir.join(name);
-        let bytes = exr(composite.size, colours, coverage).map_err(|error| Error::Write {
-            path: path.clone(),
-            source: std::io::Error::other(error),
-        })?;
-        write_file(&path, &bytes)?;
+        write_exr(&path, composite.size, colours, coverage, COMMENT)?;
     }
     let png = picture(composite.size, &composite.composite, any, exposure).png();
     write_file(&dir.join("composite.png"), &png)
 }
 
-/// 32-bit floats, lossless; channel A (premultiplied) only where something is transparent.
+/// 32-bit floats, lossless, under a temporary name first; channel A (premultiplied) only where
+/// something is transparent. `comment` says what the channels are.
+///
+/// Errors: the file cannot be written.
+pub fn write_exr(
+    path: &Path,
+    size: [u32; 2],
+    colours: &[Vec3],
+    coverage: &[f32],
+    comment: &str,
+) -> Result<()> {
+    let bytes = exr(size, colours, coverage, comment).map_err(|error| Error::Write {
+        path: path.to_path_buf(),
+        source: std::io::Error::other(error),
+    })?;
+    write_file(path, &bytes)
+}
+
 fn exr(
     [w, h]: [u32; 2],
     colours: &[Vec3],
     coverage: &[f32],
+    comment: &str,
 ) -> std::result::Result<Vec<u8>, String> {
     if w == 0 || h == 0 {
         return Err("a picture without pixels".into());
@@ -53,7 +67,7 @@ fn exr(
         channels.push(plane("A", coverage.to_vec()));
     }
     let attributes = LayerAttributes {
-        comments: Some(COMMENT.into()),
+        comments: Some(comment.into()),
         ..LayerAttributes::default()
     };
     let layer = Layer::new(

@@ -1,0 +1,67 @@
+//! Photographs from files: PNG and JPEG of 8 bits a channel.
+
+use common::capture::brackets::{Brackets, Exposure, admit, check_seconds};
+use common::{Error, Result};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageReader};
+use std::path::{Path, PathBuf};
+
+/// Reads the photographs and takes them together.
+///
+/// Errors: [`Error::Input`] with the file for what cannot be read or belongs to no bracket, as
+/// [`Brackets::new`] says.
+pub fn brackets(list: &[(PathBuf, f64)]) -> Result<Brackets> {
+    for (path, seconds) in list {
+        check_seconds(path, *seconds)?;
+    }
+    let mut exposures: Vec<Exposure> = Vec::with_capacity(list.len());
+    for (path, seconds) in list {
+        let first = exposures.first().map(|e| (e.path.as_path(), e.size));
+        let (size, pixels) = photograph(path, first, list.len())?;
+        exposures.push(Exposure {
+            path: path.clone(),
+            seconds: *seconds,
+            size,
+            pixels,
+        });
+    }
+    Brackets::new(exposures)
+}
+
+/// Size and codes of one, held against the `first` one before memory is taken for it.
+fn photograph(
+    path: &Path,
+    first: Option<(&Path, [usize; 2])>,
+    count: usize,
+) -> Result<([usize; 2], Vec<[u8; 3]>)> {
+    let refuse = |message: String| Error::input(path, "", message);
+    let undecodable = |error: image::ImageError| {
+        refuse(format!(
+            "cannot be decoded ({error}): a PNG or JPEG file is needed"
+        ))
+    };
+    let mut reader = ImageReader::open(path)
+        .and_then(ImageReader::with_guessed_format)
+        .map_err(|error| refuse(format!("cannot be read: {error}")))?;
+    // What is too large is refused by `admit`, in words of this program.
+    reader.no_limits();
+    let mut decoder = reader.into_decoder().map_err(undecodable)?;
+    let turned = decoder.orientation().map_err(undecodable)?;
+    let (w, h) = decoder.dimensions();
+    admit(path, [w as usize, h as usize], None, count)?;
+    let bits = decoder.color_type();
+    if !matches!(
+        bits,
+        ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8
+    ) {
+        return Err(refuse(format!(
+            "has pixels of kind {bits:?}: 8 bits a channel are needed, as the camera wrote them"
+        )));
+    }
+    let mut image = DynamicImage::from_decoder(decoder).map_err(undecodable)?;
+    image.apply_orientation(turned);
+    // Transparency is no part of what the camera saw.
+    let image = image.into_rgb8();
+    let size = [image.width() as usize, image.height() as usize];
+    admit(path, size, first, count)?;
+    Ok((size, image.pixels().map(|p| p.0).collect()))
+}

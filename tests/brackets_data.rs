@@ -1,0 +1,56 @@
+//! A radiance map from the photographs of RADIOSITY_DATA.
+
+use common::capture::Panorama;
+use common::capture::brackets::{Merged, Response};
+use glam::Vec3;
+use oracle::merge::{list, read};
+use oracle::picture::luminance;
+use radiosity_tests::captured::data;
+
+/// Percentiles 1…99 of log₂ luminance in the circle, without its outermost hundredth: there the
+/// lens's own rim begins, and the reference was warped.
+fn percentiles([w, h]: [usize; 2], pixels: &[Vec3]) -> Vec<f64> {
+    let from_centre = |k: usize, n: usize| (2 * k + 1) as f64 / n as f64 - 1.0;
+    let inside = |k: &usize| from_centre(k % w, w).hypot(from_centre(k / w, h)) < 0.99;
+    let luminances = (0..w * h).filter(inside).map(|k| luminance(pixels[k]));
+    let lit = luminances.filter(|y| *y > 0.0);
+    let mut values: Vec<f64> = lit.map(|y| f64::from(y).log2()).collect();
+    values.sort_by(f64::total_cmp);
+    (1..100).map(|k| values[k * values.len() / 100]).collect()
+}
+
+#[test]
+fn a_real_bracket_agrees_with_a_calibrated_map() {
+    let Some(data) = data() else { return };
+    let folder = data.join("brackets");
+    let exposures = list::read(&folder.join("office/exposures.csv"), None).unwrap();
+    let brackets = read::brackets(&exposures).unwrap();
+    let response = Response::recover(&brackets).unwrap();
+    for c in 0..3 {
+        assert_eq!(response.falls(c), 0, "channel {c}");
+    }
+    let steps = brackets.steps(&response);
+    assert_eq!(steps.len(), 17);
+    for (k, step) in steps.iter().enumerate() {
+        let seen = step.seen.unwrap();
+        println!("step {k}: said {:.3}, seen {seen:.3}", step.said);
+        // The shutter is not exact; the last picture is nearly black.
+        let expected = if k < 16 { 0.93..1.04 } else { 0.5..0.67 };
+        assert!(expected.contains(&seen), "{k}: {seen}");
+    }
+    let merged = Merged::new(&brackets, &response);
+    let ours = percentiles(merged.size, &merged.radiance);
+    let reference = Panorama::read(&folder.join("office_reference_fisheye_1000.hdr"), None);
+    let reference = reference.unwrap();
+    let theirs = percentiles(reference.size(), reference.pixels());
+    let difference: Vec<f64> = ours.iter().zip(&theirs).map(|(a, b)| a - b).collect();
+    let (low, high) = (
+        difference.iter().copied().fold(f64::INFINITY, f64::min),
+        difference.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let apart = 0.5 * (high - low);
+    let ranges = [&ours, &theirs].map(|p| p[98] - p[0]);
+    println!("within {apart:.3} stops after one factor; ranges {ranges:.2?} stops");
+    assert!(apart < 0.3, "{difference:.2?}");
+    assert!((ranges[0] - 11.3).abs() < 0.5, "{ranges:?}");
+}
