@@ -1,7 +1,7 @@
 //! Radiance maps from exposures, of a scene and by a camera that are known.
 
 use common::Error;
-use common::capture::brackets::{Brackets, Exposure, MIDDLE, Merged, Response, Unseen, admit};
+use oracle::merge::brackets::{Brackets, Exposure, MIDDLE, Merged, Response, Unseen, admit};
 use oracle::merge::doubts;
 use std::path::PathBuf;
 

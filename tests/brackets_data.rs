@@ -1,8 +1,8 @@
 //! A radiance map from the photographs of RADIOSITY_DATA.
 
 use common::capture::Panorama;
-use common::capture::brackets::{Merged, Response};
 use glam::Vec3;
+use oracle::merge::brackets::{Merged, Response};
 use oracle::merge::{list, read};
 use oracle::picture::luminance;
 use radiosity_tests::captured::data;

@@ -5,12 +5,10 @@
 //!                       room (six quads, an eye) ─ resample (sphere) ┴─ B per texel ─ maps (one EXR per face)
 //! ```
 //!
-//! Who has photographs and no radiance map makes one by [`brackets`].
 //!
 //! Radiance L is in W/m²/sr, radiosity B = πL in W/m², both in linear Rec. 709. `docs/architecture.md`,
 //! "Captured rooms", states the orientation, the weighting and the rules for bad pixels.
 
-pub mod brackets;
 mod colour;
 pub mod maps;
 mod openexr;
@@ -68,8 +66,8 @@ impl From<&str> for Failure {
     }
 }
 
-/// Refuses sizes that are empty or beyond [`MAX_PIXELS`].
-fn check_size(width: u64, height: u64) -> Result<(), String> {
+/// Refuses sizes that are empty or beyond [`MAX_PIXELS`], with the end of a sentence about the file.
+pub fn check_size(width: u64, height: u64) -> Result<(), String> {
     if width == 0 || height == 0 {
         return Err(format!(
             "has {width}×{height} pixels: a map needs at least one"

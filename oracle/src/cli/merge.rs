@@ -1,11 +1,11 @@
 //! `radiosity merge`.
 
 use super::Outcome;
+use crate::merge::brackets::{Merged, Response, Step};
 use crate::merge::fisheye::angular;
 use crate::merge::{Range, doubts, list, page, read};
 use crate::relight::files::write_exr;
 use clap::Args;
-use common::capture::brackets::{Merged, Response, Step};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use std::path::PathBuf;

@@ -1,6 +1,7 @@
 //! Photographs of one view, differently exposed, as one radiance map: `radiance.exr` and
-//! `merge.html`. The numbers are `common::capture::brackets`'.
+//! `merge.html`. The numbers are [`brackets`]'.
 
+pub mod brackets;
 mod chart;
 pub mod fisheye;
 pub mod list;
@@ -9,7 +10,7 @@ mod pictures;
 pub mod read;
 
 use crate::picture::luminance;
-use common::capture::brackets::{Brackets, Merged, Response, Step};
+use brackets::{Brackets, Merged, Response, Step};
 
 /// A step that is seen to be this much off what its seconds say, in stops, is worth a note.
 /// Cameras call 1/60 s what is 1/64 s (0.09 stops), and shutters are off by a few hundredths.

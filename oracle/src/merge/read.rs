@@ -1,6 +1,6 @@
 //! Photographs from files: PNG and JPEG of 8 bits a channel.
 
-use common::capture::brackets::{Brackets, Exposure, admit, check_seconds};
+use crate::merge::brackets::{Brackets, Exposure, admit, check_seconds};
 use common::{Error, Result};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageReader};
 use std::path::{Path, PathBuf};

@@ -16,8 +16,8 @@ mod samples;
 pub use merge::{Merged, Unseen};
 pub use response::{MIDDLE, Response};
 
-use super::check_size;
-use crate::error::{Error, Result};
+use common::capture::check_size;
+use common::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// More pixels than this in all photographs together are refused: 1.6 GB.

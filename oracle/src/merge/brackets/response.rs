@@ -7,11 +7,13 @@
 //! Each ln Eᵢ stands in the rows of its own pixel alone and is the weighted mean of g − ln Δt
 //! there; put in, it leaves normal equations in the 256 values of g. Adding a constant to g changes
 //! nothing, so g(128) = 0 is no condition but one unknown fewer, and the other 255 equations are
-//! positive definite once two codes of one pixel are known: Cholesky.
+//! positive definite once two codes of one pixel are known: Cholesky (faer).
 
 use super::samples::choose;
 use super::{Brackets, weight};
-use crate::error::{Error, Result};
+use common::{Error, Result};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
 
 /// The code at which g is 0.
 pub const MIDDLE: usize = 128;
@@ -88,16 +90,15 @@ fn recover(brackets: &Brackets, channel: usize, pixels: &[usize]) -> Option<[f64
 
 /// Normal equations M g = b.
 struct Equations {
-    /// Row by row.
-    matrix: Vec<f64>,
-    right: Vec<f64>,
+    matrix: Mat<f64>,
+    right: Mat<f64>,
 }
 
 impl Equations {
     fn new() -> Self {
         Self {
-            matrix: vec![0.0; CODES * CODES],
-            right: vec![0.0; CODES],
+            matrix: Mat::zeros(CODES, CODES),
+            right: Mat::zeros(CODES, 1),
         }
     }
 
@@ -112,10 +113,10 @@ impl Equations {
         let mean = times.map(|(q, t)| q * t).sum::<f64>() / whole;
         for ((z, q), time) in codes.iter().zip(&weights).zip(ln_seconds) {
             let row = usize::from(*z);
-            self.right[row] += q * (time - mean);
-            self.matrix[row * CODES + row] += q;
+            self.right[(row, 0)] += q * (time - mean);
+            self.matrix[(row, row)] += q;
             for (other, p) in codes.iter().zip(&weights) {
-                self.matrix[row * CODES + usize::from(*other)] -= q * p / whole;
+                self.matrix[(row, usize::from(*other))] -= q * p / whole;
             }
         }
     }
@@ -127,7 +128,7 @@ impl Equations {
             let share = SMOOTHNESS * weight(z as u8).powi(2);
             for (i, a) in SECOND.into_iter().enumerate() {
                 for (j, b) in SECOND.into_iter().enumerate() {
-                    self.matrix[(z + i - 1) * CODES + z + j - 1] += share * a * b;
+                    self.matrix[(z + i - 1, z + j - 1)] += share * a * b;
                 }
             }
         }
@@ -137,43 +138,18 @@ impl Equations {
     fn solve(mut self) -> Option<[f64; CODES]> {
         // The unknown that is 0 gets the equation g = 0 and leaves all others.
         for k in 0..CODES {
-            self.matrix[MIDDLE * CODES + k] = 0.0;
-            self.matrix[k * CODES + MIDDLE] = 0.0;
+            self.matrix[(MIDDLE, k)] = 0.0;
+            self.matrix[(k, MIDDLE)] = 0.0;
         }
-        self.matrix[MIDDLE * CODES + MIDDLE] = 1.0;
-        self.right[MIDDLE] = 0.0;
-        let lower = cholesky(self.matrix)?;
-        let mut g = [0.0; CODES];
-        for row in 0..CODES {
-            let known: f64 = (0..row).map(|k| lower[row * CODES + k] * g[k]).sum();
-            g[row] = (self.right[row] - known) / lower[row * CODES + row];
+        self.matrix[(MIDDLE, MIDDLE)] = 1.0;
+        self.right[(MIDDLE, 0)] = 0.0;
+        let factors = self.matrix.llt(Side::Lower).ok()?;
+        let told = |k: usize| factors.L()[(k, k)].powi(2) > SINGULAR * self.matrix[(k, k)];
+        if !(0..CODES).all(told) {
+            return None;
         }
-        for row in (0..CODES).rev() {
-            let known = (row + 1..CODES).map(|k| lower[k * CODES + row] * g[k]);
-            g[row] = (g[row] - known.sum::<f64>()) / lower[row * CODES + row];
-        }
+        let solution = factors.solve(&self.right);
+        let g: [f64; CODES] = std::array::from_fn(|k| solution[(k, 0)]);
         g.iter().all(|value| value.is_finite()).then_some(g)
     }
-}
-
-/// L of M = L Lᵀ in the lower half; none where M is not positive definite.
-fn cholesky(mut matrix: Vec<f64>) -> Option<Vec<f64>> {
-    for row in 0..CODES {
-        for column in 0..=row {
-            let (of_row, of_column) = (row * CODES, column * CODES);
-            let known: f64 = (0..column)
-                .map(|k| matrix[of_row + k] * matrix[of_column + k])
-                .sum();
-            let before = matrix[of_row + column];
-            let left = before - known;
-            matrix[of_row + column] = if column < row {
-                left / matrix[of_column + column]
-            } else if left > SINGULAR * before {
-                left.sqrt()
-            } else {
-                return None;
-            };
-        }
-    }
-    Some(matrix)
 }
