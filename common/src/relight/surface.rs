@@ -14,6 +14,10 @@ use glam::{DVec3, Vec3, Vec4};
 /// No wall is whiter: fresh snow.
 pub const MOST: f32 = 0.9;
 
+/// What the sum of some hundred shots may round off B₀: within it the walls' own E, where it is known,
+/// is theirs.
+const ROUNDING: f32 = 1e-5;
+
 /// Where H₀ is less than this share of the room's mean, B₀/H₀ says nothing.
 const TINY: f64 = 1e-3;
 
@@ -48,7 +52,9 @@ impl Surface {
                 // ρH₀ may round away from B₀; what was explained does not emit.
                 return Vec3::ZERO;
             }
-            b - reflectance[k] * h
+            let rest = b - reflectance[k] * h;
+            let rounding = (rest - texel.emission).abs().cmple(b * ROUNDING);
+            if rounding.all() { texel.emission } else { rest }
         };
         let emission = mesh.texels.iter().enumerate().map(emission_of).collect();
         Self {
