@@ -11,6 +11,7 @@ pub mod engines;
 pub mod matrices;
 pub mod pairs;
 pub mod random;
+pub mod relighting;
 pub mod relit;
 
 /// An axis-aligned box of six quads from `low` to `high`; fronts point inward or outward.

@@ -35,14 +35,7 @@ pub fn write(
     seconds: &mut Phases,
 ) -> Result<()> {
     let out = &arguments.out;
-    let seen = Seen {
-        scene: &stage.scene,
-        mesh: &done.mesh,
-        room: stage.room,
-        before: &done.before,
-        after: &done.run.field,
-        eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
-    };
+    let seen = seen(stage, done);
     let radiance = |d: DVec3| match &stage.captured.panorama {
         Some((panorama, _)) => panorama.radiance(d),
         None => Vec3::ZERO,
@@ -104,6 +97,17 @@ pub fn write(
         summary(&solution, seconds, arguments);
     }
     Ok(())
+}
+
+fn seen<'a>(stage: &'a Stage, done: &'a Done) -> Seen<'a> {
+    Seen {
+        scene: &stage.scene,
+        mesh: &done.mesh,
+        room: stage.room,
+        before: &done.before,
+        after: &done.run.field,
+        eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
+    }
 }
 
 fn camera(arguments: &Arguments, seen: &Seen) -> Camera {

@@ -1,0 +1,138 @@
+//! Table 2 of the paper: its flaws taken out one by one, and Fig. 7 by hand.
+
+use common::form_factor::form_factor;
+use common::relight::{Mended, Method, Room};
+use common::scene::Face;
+use common::settings::{Settings, Visibility};
+use common::shooting::Engine;
+use cpu::CpuSolver;
+use glam::{DVec3, Vec3, Vec4};
+use radiosity_tests::engines::gpu;
+use radiosity_tests::relighting::*;
+use radiosity_tests::scene;
+
+#[test]
+fn table_2_with_all_its_flaws_mended_is_signed() {
+    let settings = settings(Visibility::Rays);
+    let (scene, count) = furnished_room(cube(Vec3::ZERO, Vec3::splat(0.7)));
+    let mesh = mesh_of(&scene, count, &settings);
+    let room = capture(&scene, &mesh, &settings, 1e-6);
+    let truth = full(
+        &mesh,
+        &Settings {
+            epsilon: 1e-6,
+            ..settings.clone()
+        },
+    );
+    let of = |method| {
+        run(
+            &mut CpuSolver::new(&mesh, &settings),
+            &mesh,
+            &room,
+            method,
+            &settings,
+        )
+    };
+    let all = Mended {
+        empty_room: true,
+        object_shadows: true,
+        bleeding: true,
+        shadows: true,
+    };
+    let (signed, mended) = (of(Method::Signed), of(Method::Paper(all)));
+    assert_eq!(signed.run.field.radiosity, mended.run.field.radiosity);
+    let error_of = |mended| error(&mesh, &of(Method::Paper(mended)).run.field, &truth);
+    let steps = [
+        Mended::default(),
+        Mended {
+            empty_room: true,
+            ..Mended::default()
+        },
+        Mended {
+            shadows: false,
+            ..all
+        },
+        all,
+    ];
+    let errors = steps.map(error_of);
+    println!(
+        "printed {:.3}, empty room {:.3}, without shadows shot on {:.3}, all {:.5}",
+        errors[0], errors[1], errors[2], errors[3]
+    );
+    assert!(
+        errors[0] > 0.02 && errors.is_sorted_by(|a, b| a > b),
+        "{errors:?}"
+    );
+}
+
+/// Fig. 7: a lit plate above a floor of the room and one of an object, an object between. Case A: a
+/// texel of the object that is hidden gets nothing. Case B: a texel of the room that is hidden loses
+/// what it had, ρB₀F.
+#[test]
+fn the_two_cases_of_figure_7() {
+    let quad = |name, low: [f64; 2], high: [f64; 2], y, up: bool| {
+        let p = |x, z| DVec3::new(x, y, z);
+        let face = Face::quad(
+            name,
+            [
+                p(low[0], low[1]),
+                p(low[0], high[1]),
+                p(high[0], high[1]),
+                p(high[0], low[1]),
+            ],
+            Vec3::ZERO,
+            Vec3::splat(0.5),
+        );
+        if up { face } else { face.reversed() }
+    };
+    let lamp = quad("i", [0.0, 0.0], [1.0, 1.0], 1.0, false);
+    let floor = quad("c", [0.0, 0.0], [1.0, 1.0], 0.0, true);
+    // The blocker is as large as both plates and in the middle: it hides all of the floor.
+    let blocker = quad("a", [-1.0, -1.0], [2.0, 2.0], 0.5, true);
+    let below = quad("b", [0.0, 0.0], [1.0, 1.0], 0.25, true);
+    let scene = scene("figure 7", vec![lamp, floor, blocker, below]);
+    let gpu = gpu();
+    for visibility in [Visibility::Rays, Visibility::Stereographic] {
+        let settings = Settings {
+            texels: 1,
+            cells: 1,
+            samples: 1,
+            ..settings(visibility)
+        };
+        let mesh = mesh_of(&scene, 2, &settings);
+        let (lit, captured) = (8.0f32, 3.0f32);
+        let mut radiosity = vec![Vec4::ZERO; 4];
+        radiosity[0] = Vec4::new(lit, lit, lit, 0.0);
+        radiosity[1] = Vec4::new(captured, captured, captured, 0.0);
+        let room = Room {
+            radiosity,
+            residual: vec![Vec4::ZERO; 4],
+            reflectance: Some(vec![Vec3::splat(0.5); 4]),
+        };
+        for make in [&on_cpu as &Maker, &on_gpu(&gpu)] {
+            let mut engine = make(&mesh, &settings);
+            let paper = Method::Paper(Mended::default());
+            let relit = run(engine.as_mut(), &mesh, &room, paper, &settings);
+            let (floor, texel) = (&mesh.cells[0].shooter, &mesh.texels[1]);
+            let f = form_factor(
+                settings.form_factor,
+                floor,
+                texel.position,
+                mesh.faces[1].normal,
+                texel.area,
+            );
+            assert!(f > 0.2);
+            // Case B: exactly ρB₀F; δ is that number, negative.
+            assert_eq!(
+                relit.change.radiosity[1].x,
+                -(0.5 * (lit * f)),
+                "{visibility:?}"
+            );
+            // Case A: nothing of the lamp's; the floor's own light is hidden from its back as well.
+            assert_eq!(relit.run.field.radiosity[3], Vec4::ZERO);
+            assert_eq!(relit.run.field.irradiance[3].truncate(), Vec3::ZERO);
+            // And the blocker's lit side is lit.
+            assert!(relit.run.field.radiosity[2].x > 1.0);
+        }
+    }
+}
