@@ -4,7 +4,6 @@ use common::form_factor::form_factor;
 use common::relight::{Mended, Method, Room};
 use common::scene::Face;
 use common::settings::{Settings, Visibility};
-use common::shooting::Engine;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
 use radiosity_tests::engines::gpu;
