@@ -166,11 +166,13 @@ fn settings(arguments: &Arguments, stage: &Stage, on_gpu: bool) -> Result<Settin
     };
     let mut settings = common.settings(visibility, FormFactor::Polygon)?;
     settings.texels = stage.resolutions.first().map_or(settings.texels, |r| r[0]);
+    let panorama = stage.captured.panorama.is_some();
     if common.cells.is_none() {
         settings.cells = match settings.quality {
-            // There is no ladder here: every texel shoots.
-            Quality::Reference => settings.texels,
-            Quality::Normal if stage.captured.panorama.is_some() => PANORAMA_CELLS,
+            // There is no ladder here. Of a panorama's six walls every texel can shoot.
+            Quality::Reference if panorama => settings.texels,
+            Quality::Normal if panorama => PANORAMA_CELLS,
+            Quality::Reference => 2 * settings.cells,
             _ => settings.cells,
         };
     }
