@@ -49,7 +49,8 @@ fn rows(table: &Table) -> Markup {
 
 fn line(row: &Row) -> Markup {
     html! { tr {
-        td { (row.image.name()) }
+        // In one line: no-break spaces.
+        td { (row.image.name().replace(' ', "\u{a0}")) }
         td.n { (row.texels) "²" }
         td.n { (row.item_buffer) "²" }
         td.n { (count(row.shots as u64)) }
