@@ -110,6 +110,24 @@ impl Face {
 }
 
 impl Scene {
+    /// Several scenes as one, the first one's faces first.
+    pub fn joined(scenes: &[Self]) -> Self {
+        let mut all = Self {
+            name: scenes.first().map_or_else(String::new, |s| s.name.clone()),
+            ..Self::default()
+        };
+        for scene in scenes {
+            let first = all.faces.len() as u32;
+            all.faces.extend(scene.faces.iter().map(|face| Face {
+                from: face.from.map(|k| k + first),
+                partner: face.partner.map(|k| k + first),
+                ..face.clone()
+            }));
+            all.notes.extend(scene.notes.iter().cloned());
+        }
+        all
+    }
+
     /// Makes a front of each back (`--two-sided`): the backs follow all other faces, so that
     /// entry k stays input face k.
     pub fn two_sided(mut self) -> Self {
@@ -161,6 +179,12 @@ mod tests {
             assert_eq!(back.shape, front.shape);
             assert_eq!(back.emission, front.emission);
             assert_eq!(back.reflectance, front.reflectance);
+        }
+        let twice = Scene::joined(&[scene.clone(), scene.clone()]);
+        assert_eq!(twice.faces.len(), 12);
+        for (face, again) in twice.faces[..6].iter().zip(&twice.faces[6..]) {
+            assert_eq!(again.from, face.from.map(|k| k + 6));
+            assert_eq!(again.partner, face.partner.map(|k| k + 6));
         }
     }
 }

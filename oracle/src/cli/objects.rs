@@ -2,9 +2,9 @@
 //! follows an object is about that object; a reflectance before the first is the room's.
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
+use common::Result;
 use common::import::{ImportOptions, load};
 use common::scene::Scene;
-use common::{Error, Result};
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 
@@ -192,25 +192,4 @@ fn reflectance(text: &str) -> std::result::Result<Vec3, String> {
     } else {
         Err(format!("{text} is not in 0 ≤ ρ < 1"))
     }
-}
-
-/// Several scenes as one, the first ones' faces first.
-pub fn joined(scenes: &[&Scene]) -> Result<Scene> {
-    let mut all = Scene {
-        name: scenes.first().map_or_else(String::new, |s| s.name.clone()),
-        ..Scene::default()
-    };
-    for scene in scenes {
-        let first = u32::try_from(all.faces.len())
-            .map_err(|_| Error::Usage("too many faces in all objects".into()))?;
-        let moved = scene.faces.iter().map(|face| {
-            let mut face = face.clone();
-            face.from = face.from.map(|k| k + first);
-            face.partner = face.partner.map(|k| k + first);
-            face
-        });
-        all.faces.extend(moved);
-        all.notes.extend(scene.notes.iter().cloned());
-    }
-    Ok(all)
 }

@@ -1,6 +1,5 @@
 //! `radiosity table4`.
 
-use super::objects::joined;
 use super::progress::{Progress, interrupted, listen};
 use super::solver::open_or_twin;
 use super::{Outcome, bundled};
@@ -51,7 +50,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let part = |name| load(&bundled(name), &ImportOptions::default());
     let (room, objects) = (part("paper_room.obj")?, part("paper_objects.obj")?);
-    let scene = joined(&[&room, &objects])?;
+    let scene = Scene::joined(&[room.clone(), objects.clone()]);
     let figure10 = arguments.composite.as_ref().map(real).transpose()?;
     prepare(&arguments.out)?;
     listen();

@@ -1,7 +1,7 @@
 //! What `relight` reads.
 
 use super::{Arguments, MapOption};
-use crate::cli::objects::{Object, joined};
+use crate::cli::objects::Object;
 use crate::relight::room::{Placement, read};
 use crate::relight::work::Stage;
 use common::Result;
@@ -53,7 +53,7 @@ pub fn stage(arguments: &Arguments) -> Result<Stage> {
         outside.extend(stray(&captured.scene, &scene, object));
         scenes.push(scene);
     }
-    let scene = joined(&scenes.iter().collect::<Vec<_>>())?;
+    let scene = Scene::joined(&scenes);
     let mut notes = scene.notes.clone();
     notes.extend(outside);
     notes.extend(captured.notes.iter().cloned());
