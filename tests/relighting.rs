@@ -11,6 +11,7 @@ use cpu::CpuSolver;
 use cpu::cover::furnished;
 use glam::{DVec3, Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
+use oracle::compare::difference::difference;
 use std::ops::ControlFlow;
 
 /// Every way to decide visibility.
@@ -111,16 +112,14 @@ pub fn run(
     .unwrap()
 }
 
-/// √(ΣA(a − b)²/ΣA b²) of B − E, the worst channel.
+/// Relative RMS of B − E, the worst channel; NaN where a field is not complete and finite.
 pub fn error(mesh: &Mesh, a: &Field, b: &Field) -> f64 {
-    let (mut square, mut scale) = (DVec3::ZERO, DVec3::ZERO);
-    for (k, texel) in mesh.texels.iter().enumerate() {
-        let area = f64::from(texel.area);
-        let reflected = |f: &Field| (f.radiosity[k].truncate() - texel.emission).as_dvec3();
-        square += (reflected(a) - reflected(b)).powf(2.0) * area;
-        scale += reflected(b).powf(2.0) * area;
-    }
-    (square / scale).max_element().sqrt()
+    // Two runs of one solver are two results.
+    let [a, b] = [(a, "a"), (b, "b")].map(|(field, name)| Field {
+        origin: name.to_owned(),
+        ..field.clone()
+    });
+    difference(mesh, &a, &b).relative_rms
 }
 
 /// The mesh as the relit room has it.
