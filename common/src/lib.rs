@@ -14,6 +14,7 @@ pub mod form_factor;
 pub mod import;
 pub mod mesh;
 pub mod overlap;
+pub mod passes;
 pub mod reduce;
 pub mod relight;
 pub mod sampling;

@@ -47,6 +47,24 @@ pub enum Lookup {
     Neighbours,
 }
 
+/// Which cells shoot next, and how much.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Iteration {
+    /// The one with most unshot power, at every texel (Cohen 1988, the paper).
+    Southwell,
+    /// The one with most power, and what it will receive as well (Feda & Purgathofer 1992).
+    Overshoot,
+    /// The 32 with most power.
+    Batch,
+    /// All of them.
+    Jacobi,
+    /// All of them, by Chebyshev's polynomials of the largest reflectance.
+    Chebyshev,
+    /// All of them, along conjugate directions.
+    Cg,
+}
+
 /// How good an answer is asked for: texels, cells, samples and ε together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -83,6 +101,8 @@ pub struct Settings {
     pub epsilon: f64,
     /// Stop after this many shots.
     pub max_shots: u32,
+    /// Who shoots next.
+    pub iteration: Iteration,
     /// Visibility.
     pub visibility: Visibility,
     /// Item buffer pixels per side.
@@ -108,6 +128,7 @@ impl Default for Settings {
             texels: 16,
             epsilon: 1e-3,
             max_shots: 1_000_000,
+            iteration: Iteration::Southwell,
             visibility: Visibility::Rays,
             item_buffer: 1024,
             raster: Raster::Pixel,

@@ -5,6 +5,7 @@
 use crate::constants::SELECT_LANES;
 use crate::error::Result;
 use crate::mesh::Mesh;
+use crate::passes::Closure;
 use crate::reduce::tree_sum;
 use crate::settings::Settings;
 use glam::{Vec3, Vec4};
@@ -105,6 +106,34 @@ pub trait Engine {
     /// Goes on from `field` by `rule`, with the `reflectance` of every texel.
     fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()>;
 
+    /// Whether there is room for what cells exchange: then the next three work.
+    fn exchanges(&self) -> bool {
+        false
+    }
+
+    /// Makes the links of `cells`, those that are not kept, and what they bring to each cell;
+    /// `watch` is told how many are made. What was made when it breaks: one closure each, for the
+    /// first of them.
+    fn link(
+        &mut self,
+        _cells: &[u32],
+        _watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<Closure>> {
+        Ok(Vec::new())
+    }
+
+    /// The flux that each cell receives when every linked cell i shoots `radiosity[i]`; W in the
+    /// mesh's unit.
+    fn exchange(&mut self, _radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
+        Ok(Vec::new())
+    }
+
+    /// The field after each cell i has shot `shot[i]` in all and has `unshot[i]` left:
+    /// H = Σ w_ji shot_i, B = E + ρH.
+    fn gather(&mut self, _shot: &[Vec3], _unshot: &[Vec3]) -> Result<()> {
+        Ok(())
+    }
+
     /// Shoots until the order ends, `max_shots` are shot or `watch` breaks. A solver that can
     /// choose its shooter by itself overrides this; the shots must be the same. One that works
     /// in batches finishes those under way after a break, and shows them to `watch` too.
@@ -151,12 +180,16 @@ pub fn total(power: &[f32]) -> f32 {
 /// A finished or stopped solve.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// The log.
+    /// The log; of passes, all that each cell has shot as one shot.
     pub shots: Vec<Shot>,
     /// Σ|r|A before the first shot.
     pub emitted: f32,
     /// Whether unshot ≤ ε × emitted.
     pub converged: bool,
+    /// Passes over the cells; as many as shots where one shoots after the other.
+    pub passes: u32,
+    /// Shots: shooters, added over the passes.
+    pub shooters: u64,
     /// The texels at the end.
     pub field: Field,
 }
@@ -208,9 +241,11 @@ pub fn solve(
     )?;
     let unshot = shots.last().map_or(emitted, |shot: &Shot| shot.unshot);
     Ok(Run {
-        shots,
         emitted,
         converged: unshot <= threshold,
+        passes: shots.len() as u32,
+        shooters: shots.len() as u64,
+        shots,
         field: engine.field()?,
     })
 }
@@ -224,9 +259,11 @@ pub fn replay(engine: &mut dyn Engine, log: &[u32]) -> Result<Run> {
         ControlFlow::Continue(())
     })?;
     Ok(Run {
-        shots,
         emitted,
         converged: false,
+        passes: shots.len() as u32,
+        shooters: shots.len() as u64,
+        shots,
         field: engine.field()?,
     })
 }

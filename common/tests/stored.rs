@@ -68,6 +68,8 @@ fn write(dir: &Path) -> (Mesh, Field) {
             shots: Vec::new(),
             emitted: 1.0,
             converged: true,
+            passes: 0,
+            shooters: 0,
             field: field.clone(),
         },
         warnings: &[],

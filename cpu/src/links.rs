@@ -11,6 +11,8 @@ pub struct Row {
     pub cell: u32,
     /// F·V of each texel.
     pub links: Vec<f32>,
+    /// What each cell takes: Σ w·A.
+    pub taken: Vec<f32>,
     /// ΣF.
     pub sum: f32,
     /// The escaped share.

@@ -8,12 +8,15 @@ use crate::lookup::Buffers;
 use crate::power::{closure, power, received};
 use crate::rays::Rays;
 use common::Result;
+use common::constants::LINK_BYTES;
 use common::escape::directions;
 use common::mesh::Mesh;
+use common::passes::Closure;
 use common::settings::{Settings, Visibility};
 use common::shooting::{Engine, Field, Rule, Shot, initial, total};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 /// Texels per task: long enough to hide the task, short enough to share.
 const TASK: usize = 1024;
@@ -28,6 +31,8 @@ pub struct CpuSolver<'a> {
     sums: Vec<Vec4>,
     field: Field,
     reflectance: Vec<Vec3>,
+    /// T: what each cell takes of each linked one.
+    received: Vec<Vec<f32>>,
     rule: Rule,
 }
 
@@ -54,6 +59,7 @@ impl<'a> CpuSolver<'a> {
             sums: Vec::new(),
             field: initial(mesh, "cpu"),
             reflectance: mesh.texels.iter().map(|t| t.reflectance).collect(),
+            received: Vec::new(),
             rule: Rule::PLAIN,
         };
         solver.sum();
@@ -96,6 +102,7 @@ impl Caster<'_> {
             .collect();
         Row {
             cell,
+            taken: taken.clone(),
             sum: closure(&taken, mesh.cells[cell as usize].shooter.area),
             escaped: escape(mesh, &self.rays, cell, &self.directions),
             links,
@@ -152,6 +159,71 @@ fn each(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
 }
 
 impl Engine for CpuSolver<'_> {
+    fn exchanges(&self) -> bool {
+        let cells = self.caster.mesh.cells.len() as u64;
+        4 * cells * cells <= LINK_BYTES
+    }
+
+    fn link(
+        &mut self,
+        cells: &[u32],
+        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<Closure>> {
+        self.received
+            .resize(self.caster.mesh.cells.len(), Vec::new());
+        let mut closures = Vec::new();
+        for cell in cells {
+            let row = self.row(*cell);
+            closures.push(Closure {
+                form_factor_sum: row.sum,
+                escaped: row.escaped,
+            });
+            self.received[*cell as usize] = row.taken.clone();
+            if watch(closures.len()).is_break() {
+                break;
+            }
+        }
+        Ok(closures)
+    }
+
+    fn exchange(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
+        let received = &self.received;
+        Ok((0..radiosity.len())
+            .into_par_iter()
+            .map(|c| {
+                let mut sum = Vec3::ZERO;
+                for (shot, taken) in radiosity.iter().zip(received) {
+                    if *shot != Vec3::ZERO {
+                        sum += *shot * taken[c];
+                    }
+                }
+                sum
+            })
+            .collect())
+    }
+
+    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<()> {
+        let mesh = self.caster.mesh;
+        let mut irradiance = vec![Vec4::ZERO; mesh.texels.len()];
+        for (cell, shot) in (0..).zip(shot).filter(|(_, shot)| **shot != Vec3::ZERO) {
+            let row = self.row(cell);
+            irradiance
+                .par_iter_mut()
+                .zip(&row.links)
+                .for_each(|(h, w)| *h += (*shot * *w).extend(0.0));
+        }
+        for (k, texel) in mesh.texels.iter().enumerate() {
+            let reflected = self.reflectance[k] * irradiance[k].truncate();
+            self.field.radiosity[k] = (texel.emission + reflected).extend(0.0);
+        }
+        self.field.irradiance = irradiance;
+        for (cell, unshot) in mesh.cells.iter().zip(unshot) {
+            self.field.residual[cell.texels()].fill(unshot.extend(0.0));
+        }
+        self.sum();
+        Ok(())
+    }
+
     fn cell_power(&mut self) -> Result<Vec<f32>> {
         Ok(self.sums.iter().map(|sum| sum.w).collect())
     }

@@ -166,6 +166,8 @@ pub fn relight(
         change,
         run: Run {
             converged: unshot <= threshold || deposited == 0.0,
+            passes: shots.len() as u32,
+            shooters: shots.len() as u64,
             shots,
             emitted: basis as f32,
             field,

@@ -88,7 +88,8 @@ impl Solution<'_> {
             "solver": self.solver,
             "adapter": self.adapter,
             "settings": self.settings,
-            "shots": self.run.shots.len(),
+            "shots": self.run.shooters,
+            "passes": self.run.passes,
             "converged": self.run.converged,
             "unshot_fraction": self.run.unshot_fraction(),
             "energy": Energy::new(self.mesh, &self.run.field, &self.run.shots),
@@ -105,6 +106,7 @@ impl Solution<'_> {
         if let Some(matrix) = &self.matrix {
             description["matrix"] = matrix.clone();
             description["shots"] = 0.into();
+            description["passes"] = 0.into();
             if let Some(settings) = description["settings"].as_object_mut() {
                 settings.retain(|name, _| MATRIX_SETTINGS.contains(&name.as_str()));
             }

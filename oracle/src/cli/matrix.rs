@@ -99,6 +99,8 @@ fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &Answer) -
         shots: ledger::shots(mesh, matrix, emission, answer),
         emitted: emission.iter().zip(&matrix.areas).map(power).sum::<f64>() as f32,
         converged: true,
+        passes: 0,
+        shooters: 0,
         field: Field {
             origin: "matrix".to_owned(),
             radiosity: single(&answer.radiosity),

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
-use common::settings::{Lookup, Quality, Raster, Settings, Visibility};
+use common::settings::{Iteration, Lookup, Quality, Raster, Settings, Visibility};
 use common::{Error, Result};
 
 /// `--quality`.
@@ -94,6 +94,36 @@ pub enum LookupOption {
     Neighbours,
 }
 
+/// `--iteration`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IterationOption {
+    /// The cell with most unshot power, at every texel (the paper)
+    Southwell,
+    /// The cell with most power, and what it will receive as well
+    Overshoot,
+    /// The 32 cells with most power
+    Batch,
+    /// All cells
+    Jacobi,
+    /// All cells, by Chebyshev's polynomials
+    Chebyshev,
+    /// All cells, along conjugate directions
+    Cg,
+}
+
+impl From<IterationOption> for Iteration {
+    fn from(option: IterationOption) -> Self {
+        match option {
+            IterationOption::Southwell => Self::Southwell,
+            IterationOption::Overshoot => Self::Overshoot,
+            IterationOption::Batch => Self::Batch,
+            IterationOption::Jacobi => Self::Jacobi,
+            IterationOption::Chebyshev => Self::Chebyshev,
+            IterationOption::Cg => Self::Cg,
+        }
+    }
+}
+
 /// How to read the scene, solve it and talk about it.
 #[derive(Args, Clone)]
 pub struct Common {
@@ -109,6 +139,9 @@ pub struct Common {
     /// Stop after N shots [default: 1000000]
     #[arg(long, value_name = "N")]
     pub max_shots: Option<u32>,
+    /// Which cells shoot next, and how much [default: cg for solve, southwell otherwise]
+    #[arg(long, value_enum)]
+    pub iteration: Option<IterationOption>,
     /// How it is decided whether a texel sees a shooter [default: rays on the CPU, stereographic on the GPU]
     #[arg(long, value_enum)]
     pub visibility: Option<VisibilityOption>,
@@ -177,6 +210,7 @@ impl Common {
             texels: self.texels.unwrap_or(texels),
             epsilon: self.epsilon.unwrap_or(epsilon),
             max_shots: self.max_shots.unwrap_or(default.max_shots),
+            iteration: self.iteration.map_or(default.iteration, Into::into),
             visibility: self.visibility.map_or(visibility, Into::into),
             item_buffer: self.item_buffer.unwrap_or(default.item_buffer),
             raster: match self.raster {

@@ -12,9 +12,10 @@ use common::energy::Energy;
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::mesh::Mesh;
+use common::passes::solve;
 use common::scene::Scene;
-use common::settings::{Quality, Settings, Visibility};
-use common::shooting::{self, Engine, Field, Run, solve};
+use common::settings::{Iteration, Quality, Settings, Visibility};
+use common::shooting::{Engine, Field, Run};
 use common::solution::{Seconds, Solution, prepare};
 use cpu::CpuSolver;
 use cpu::cover::sampled;
@@ -147,7 +148,11 @@ fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
     } else {
         Visibility::Rays
     };
-    common.settings(visibility, FormFactor::Polygon)
+    let settings = common.settings(visibility, FormFactor::Polygon)?;
+    Ok(Settings {
+        iteration: common.iteration.map_or(Iteration::Cg, Into::into),
+        ..settings
+    })
 }
 
 /// One solve at given settings.
@@ -166,21 +171,16 @@ fn rung(
     };
     timing.prepare += start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let run = shoot(engine.as_mut(), settings, &scene.name, quiet)?;
+    let mut progress = Progress::new(&scene.name, quiet);
+    let run = solve(engine.as_mut(), &mesh, settings, &mut |done| {
+        progress.show("shooting", (done * 1000.0) as u64, 1000)
+    })?;
     timing.solve += start.elapsed().as_secs_f64();
     drop(engine);
     Ok(Rung {
         settings: settings.clone(),
         mesh,
         run,
-    })
-}
-
-fn shoot(engine: &mut dyn Engine, settings: &Settings, title: &str, quiet: bool) -> Result<Run> {
-    let mut progress = Progress::new(title, quiet);
-    solve(engine, settings, &mut |shot, emitted| {
-        let done = shooting::progress(shot, emitted, settings.epsilon);
-        progress.show("shooting", (done * 1000.0) as u64, 1000)
     })
 }
 
@@ -199,11 +199,12 @@ fn fewer_cells(mesh: &Mesh, settings: &Settings) -> Option<String> {
 fn summary(solution: &Solution, arguments: &Arguments) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
     eprintln!(
-        "{}: {} faces, {} texels, {} shots on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, closure {:.2} %",
+        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, closure {:.2} %",
         solution.scene.name,
         solution.mesh.faces.len(),
         solution.mesh.texels.len(),
-        solution.run.shots.len(),
+        solution.run.shooters,
+        solution.run.passes,
         solution.adapter.unwrap_or("the CPU"),
         solution.seconds.solve,
         100.0 * solution.run.unshot_fraction(),

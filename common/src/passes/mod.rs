@@ -1,0 +1,205 @@
+//! The loop over whole cells: few passes instead of many shots.
+//!
+//! ```text
+//! r ← r − α(d − ρ T d/A)    S ← S + α d    T_ci = Σ_{j∈c} w_ji A_j
+//! ```
+//! A shot is a cell's mean residual, so what cells give each other (T) is all that the choice of
+//! shooters needs. A pass shoots d from many cells at once, chosen by [`iteration`]; the texels
+//! take all shots together at the end: H = Σ w S. The links and the sums are those of
+//! [`crate::shooting`], which shoots one cell after the other at every texel.
+
+pub mod iteration;
+
+use crate::error::Result;
+use crate::mesh::Mesh;
+use crate::settings::{Iteration, Settings};
+use crate::shooting::{self, Engine, Run, Shot};
+use glam::{DVec3, Vec3};
+use iteration::State;
+use std::ops::ControlFlow;
+
+/// The share of a cell's light that texels took, and that left.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Closure {
+    /// ΣF.
+    pub form_factor_sum: f32,
+    /// The share of its cosine hemisphere that meets no front.
+    pub escaped: f32,
+}
+
+impl Closure {
+    /// What the cell's links are multiplied by: 1, or what brings ΣF to 1 − escaped.
+    pub fn scale(&self, conserve: bool) -> f32 {
+        if conserve && self.form_factor_sum > 0.0 {
+            (1.0 - self.escaped) / self.form_factor_sum
+        } else {
+            1.0
+        }
+    }
+}
+
+/// Told the share done, 0…1, after every link and every pass; may break.
+pub type Watch<'a> = &'a mut dyn FnMut(f64) -> ControlFlow<()>;
+
+/// Solves by the iteration that `settings` ask for; by single shots where the engine cannot hold
+/// what cells exchange.
+pub fn solve(
+    engine: &mut dyn Engine,
+    mesh: &Mesh,
+    settings: &Settings,
+    watch: Watch,
+) -> Result<Run> {
+    if settings.iteration == Iteration::Southwell || !engine.exchanges() {
+        return shooting::solve(engine, settings, &mut |shot, emitted| {
+            watch(shooting::progress(shot, emitted, settings.epsilon))
+        });
+    }
+    let mut solve = Passes::new(engine, mesh, settings);
+    solve.run(watch)?;
+    solve.finish()
+}
+
+struct Passes<'a> {
+    engine: &'a mut dyn Engine,
+    mesh: &'a Mesh,
+    settings: &'a Settings,
+    state: State,
+    /// What the links of a cell are known to sum to; none where they have not been made.
+    closures: Vec<Option<Closure>>,
+    emitted: f64,
+    passes: u32,
+    shooters: u64,
+}
+
+impl<'a> Passes<'a> {
+    fn new(engine: &'a mut dyn Engine, mesh: &'a Mesh, settings: &'a Settings) -> Self {
+        let state = State::new(mesh);
+        Self {
+            engine,
+            mesh,
+            settings,
+            emitted: state.unshot(),
+            state,
+            closures: vec![None; mesh.cells.len()],
+            passes: 0,
+            shooters: 0,
+        }
+    }
+
+    fn threshold(&self) -> f64 {
+        self.emitted * self.settings.epsilon
+    }
+
+    fn run(&mut self, watch: Watch) -> Result<()> {
+        let most = u64::from(self.settings.max_shots);
+        while self.state.unshot() > self.threshold() && self.shooters < most {
+            let mut direction = self.direction(most - self.shooters);
+            let ended = self.link(&mut direction, watch)?.is_break();
+            let shooters = direction.iter().filter(|d| **d != DVec3::ZERO).count();
+            if shooters == 0 {
+                break;
+            }
+            self.exchange(&direction)?;
+            self.shooters += shooters as u64;
+            self.passes += 1;
+            if ended || watch(self.done()).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Of cells without links only those shoot that the threshold cannot do without.
+    fn direction(&mut self, most: u64) -> Vec<DVec3> {
+        let share = 0.5 * self.threshold() / self.mesh.cells.len() as f64;
+        let taking_part: Vec<bool> = (0..self.mesh.cells.len())
+            .map(|k| self.closures[k].is_some() || self.state.power(k) > share)
+            .collect();
+        let mut direction = self.state.direction(self.settings.iteration, &taking_part);
+        iteration::strongest(&mut direction, &self.state.areas, most);
+        direction
+    }
+
+    /// Makes the links that are missing; a cell whose links are not made when `watch` breaks does
+    /// not shoot.
+    fn link(&mut self, direction: &mut [DVec3], watch: Watch) -> Result<ControlFlow<()>> {
+        let missing: Vec<u32> = (0..direction.len())
+            .filter(|k| direction[*k] != DVec3::ZERO && self.closures[*k].is_none())
+            .map(|k| k as u32)
+            .collect();
+        if missing.is_empty() {
+            return Ok(ControlFlow::Continue(()));
+        }
+        let all = direction.len() as f64;
+        let known = self.closures.iter().flatten().count();
+        let mut flow = ControlFlow::Continue(());
+        let closures = self.engine.link(&missing, &mut |made| {
+            // A break lasts: engines may have more under way.
+            if flow.is_continue() {
+                flow = watch((known + made) as f64 / all);
+            }
+            flow
+        })?;
+        for (cell, closure) in missing.iter().zip(&closures) {
+            self.closures[*cell as usize] = Some(*closure);
+        }
+        for cell in missing.iter().skip(closures.len()) {
+            direction[*cell as usize] = DVec3::ZERO;
+        }
+        Ok(flow)
+    }
+
+    fn exchange(&mut self, direction: &[DVec3]) -> Result<()> {
+        let radiosity = self.scaled(direction);
+        let received = self.engine.exchange(&radiosity)?;
+        self.state
+            .shoot(self.settings.iteration, direction, &received);
+        Ok(())
+    }
+
+    /// What the links carry of `radiosity`.
+    fn scaled(&self, radiosity: &[DVec3]) -> Vec<Vec3> {
+        let scale = |k: usize| {
+            self.closures[k].map_or(0.0, |closure| closure.scale(self.settings.conserve))
+        };
+        (0..radiosity.len())
+            .map(|k| radiosity[k].as_vec3() * scale(k))
+            .collect()
+    }
+
+    fn done(&self) -> f64 {
+        let linked = self.closures.iter().flatten().count() as f64 / self.closures.len() as f64;
+        let fallen = (self.emitted / self.state.unshot()).ln() / (1.0 / self.settings.epsilon).ln();
+        linked.max(fallen).clamp(0.0, 1.0)
+    }
+
+    fn finish(self) -> Result<Run> {
+        let unshot: Vec<Vec3> = self.state.residual.iter().map(|r| r.as_vec3()).collect();
+        self.engine
+            .gather(&self.scaled(&self.state.shot), &unshot)?;
+        let left = self.state.unshot();
+        Ok(Run {
+            shots: self.shots(left as f32),
+            emitted: self.emitted as f32,
+            converged: left <= self.threshold(),
+            passes: self.passes,
+            shooters: self.shooters,
+            field: self.engine.field()?,
+        })
+    }
+
+    /// All that each cell has shot, as one shot.
+    fn shots(&self, unshot: f32) -> Vec<Shot> {
+        let conserve = self.settings.conserve;
+        (0..self.closures.len())
+            .filter_map(|k| Some((k, self.closures[k]?)))
+            .map(|(k, closure)| Shot {
+                cell: k as u32,
+                power: (self.state.shot[k] * self.state.areas[k]).as_vec3().into(),
+                form_factor_sum: closure.form_factor_sum * closure.scale(conserve),
+                escaped: closure.escaped,
+                unshot,
+            })
+            .collect()
+    }
+}
