@@ -60,9 +60,18 @@ pub fn form_factor(
     }
 }
 
+/// Whether a texel is so far from a shooter that its centre stands for all of it: the mean of F
+/// over the texel differs by about (radius/distance)²/2 of F. `reach`: see [`crate::mesh::reach`].
+#[inline(always)]
+pub fn far(position: Vec3, centre: Vec3, reach: f32) -> bool {
+    let d = position - centre;
+    d.dot(d) > reach * reach
+}
+
 /// The weight of one of the points in which a cell is looked at, here `shooter.centre`: the disc
 /// factor of `part`, its share of the cell's area. Never 0 where `f`, the whole cell's form
 /// factor, is not: the cell's only point may lie below the texel's horizon.
+#[inline(always)]
 pub fn weight(shooter: &Shooter, position: Vec3, normal: Vec3, part: f32, f: f32) -> f32 {
     let d = position - shooter.centre;
     let r2 = d.dot(d);
@@ -73,13 +82,18 @@ pub fn weight(shooter: &Shooter, position: Vec3, normal: Vec3, part: f32, f: f32
 }
 
 /// Wallace's disc: `disc_area` is the texel's in eq. 2 of the paper, the shooter's in Wallace.
+#[inline(always)]
 pub fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
     shooter_area * cos_i * cos_j / (PI * r2 + disc_area)
 }
 
-/// Lambert's sum over the edges of the shooter's outline, clipped to the receiver's horizon:
-/// F = −1/2π Σ Γ_k·n (counter-clockwise outlines, hence the sign).
+/// Lambert's sum over the edges of the shooter's outline, clipped to the receiver's horizon where
+/// it goes below: F = −1/2π Σ Γ_k·n (counter-clockwise outlines, hence the sign).
 pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
+    let heights = shooter.corners.map(|corner| normal.dot(corner - position));
+    if heights.into_iter().all(|height| height > -CONTACT) {
+        return polygon_above(&shooter.corners, position, normal);
+    }
     let mut clipped = [Vec3::ZERO; 5];
     let mut count = 0;
     let mut a = shooter.corners[3] - position;
@@ -109,7 +123,20 @@ pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
     (-sum / (2.0 * PI)).max(0.0)
 }
 
+/// [`polygon`] of a shooter that lies above the receiver's horizon: the same sum, nothing to clip.
+#[inline(always)]
+pub fn polygon_above(corners: &[Vec3; 4], position: Vec3, normal: Vec3) -> f32 {
+    let [a, b, c, d] = corners.map(|corner| corner - position);
+    let mut sum = 0.0;
+    sum += edge(a, b, normal);
+    sum += edge(b, c, normal);
+    sum += edge(c, d, normal);
+    sum += edge(d, a, normal);
+    (-sum / (2.0 * PI)).max(0.0)
+}
+
 /// Γ·n of one edge: the angle between its ends times the unit normal of their plane.
+#[inline(always)]
 pub fn edge(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
     let c = a.cross(b);
     let s = c.dot(c).sqrt();
@@ -121,6 +148,7 @@ pub fn edge(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
 
 /// The angle in 0…π whose sine and cosine are proportional to `s` ≥ 0 and `c`. Written out
 /// because WGSL allows its own atan2 an error of 4096 ulp; here it is a few ulp on every adapter.
+#[inline(always)]
 pub fn angle(s: f32, c: f32) -> f32 {
     let x = c.abs();
     let q = s.min(x) / s.max(x);
@@ -135,6 +163,7 @@ pub fn angle(s: f32, c: f32) -> f32 {
 }
 
 /// atan on 0…1 within 3 ulp (Cephes `atanf`).
+#[inline(always)]
 pub fn arctangent(q: f32) -> f32 {
     let mut x = q;
     let mut offset = 0.0;

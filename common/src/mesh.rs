@@ -4,6 +4,7 @@
 //! length nor the distance from the origin changes a result. Texels of one cell are contiguous:
 //! texel t of the solver is pixel `texels[t].pixel` of the atlas.
 
+use crate::constants::FAR;
 use crate::error::{Error, Result};
 use crate::form_factor::Shooter;
 use crate::sampling;
@@ -35,6 +36,8 @@ pub struct MeshFace {
     pub two_sided: bool,
     /// Texels W×H (N×N on a triangle).
     pub resolution: [u32; 2],
+    /// No point of a texel is farther from its centre.
+    pub texel_radius: f32,
     /// The face's rectangle in the atlas: x, y, w, h in pixels.
     pub rect: [u32; 4],
 }
@@ -52,6 +55,8 @@ pub struct Cell {
     pub open: f32,
     /// The same before the objects came.
     pub open_before: f32,
+    /// No point of it is farther from its centre.
+    pub radius: f32,
     /// Geometry.
     pub shooter: Shooter,
 }
@@ -184,6 +189,7 @@ impl Mesh {
                     .as_vec3(),
                 two_sided: face.partner.is_some(),
                 resolution: resolutions[f],
+                texel_radius: texel_radius(&corners, resolutions[f]),
                 rect: rects[f],
             });
             mesh.add_texels(scene, f, k, &local);
@@ -233,17 +239,22 @@ impl Mesh {
         let first_cell = self.cells.len();
         for c in 0..cells.count() {
             let outline = cells.outline(face, c);
+            let (centre, corners) = (local(outline.centroid()), outline.padded().map(local));
             self.cells.push(Cell {
                 face: f as u32,
                 first: 0,
                 count: 0,
                 open: 1.0,
                 open_before: 1.0,
+                radius: corners
+                    .map(|c| c.distance(centre))
+                    .into_iter()
+                    .fold(0.0, f32::max),
                 shooter: Shooter {
-                    centre: local(outline.centroid()),
+                    centre,
                     normal: self.faces[f].normal,
                     area: (outline.area() / (self.unit * self.unit)) as f32,
-                    corners: outline.padded().map(local),
+                    corners,
                 },
             });
         }
@@ -372,6 +383,14 @@ fn longest_edge(outline: &[DVec3]) -> DVec3 {
         .unwrap_or(DVec3::X)
 }
 
+/// Beyond this distance from the centre of `cell` a texel of `face` is [`far`]: it may be six times
+/// its radius from the cell.
+///
+/// [`far`]: crate::form_factor::far
+pub fn reach(cell: &Cell, face: &MeshFace) -> f32 {
+    cell.radius + FAR * face.texel_radius
+}
+
 fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
     if scene.faces.is_empty() {
         return Err(Error::input(&scene.name, "", "has no faces"));
@@ -394,6 +413,13 @@ fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+/// Half the diagonal of the largest texel, at most.
+fn texel_radius([a, b, c, d]: &[Vec3; 4], [w, h]: [u32; 2]) -> f32 {
+    let along = a.distance(*b).max(d.distance(*c)) / w as f32;
+    let across = a.distance(*d).max(b.distance(*c)) / h as f32;
+    0.5 * (along + across)
 }
 
 /// Centre and power-of-two half extent of the faces.

@@ -7,7 +7,22 @@
 use std::ops::Add;
 
 /// Σ term(k) for k < count, in the order of a workgroup of `N` invocations.
+#[inline(always)]
 pub fn tree_sum<T: Copy + Add<Output = T>, const N: usize>(
+    zero: T,
+    count: usize,
+    term: impl Fn(usize) -> T,
+) -> T {
+    // Lanes without a term would add zeros.
+    match count {
+        ..=4 => halved::<T, 4>(zero, count, term),
+        ..=16 => halved::<T, 16>(zero, count, term),
+        _ => halved::<T, N>(zero, count, term),
+    }
+}
+
+#[inline(always)]
+fn halved<T: Copy + Add<Output = T>, const N: usize>(
     zero: T,
     count: usize,
     term: impl Fn(usize) -> T,

@@ -6,12 +6,14 @@
 //! neighbours do not repeat one another's error. Whole numbers throughout: every adapter gets the
 //! same points. S = 1 is centre to centre. Twin of `gpu/src/shaders/sampling.wgsl`.
 
+use crate::constants::NEAR;
 use glam::{Vec3, Vec4};
 
 /// φ⁻ᵏ·2³² for k = 1…4: texel u, texel v, cell u, cell v.
 pub const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_805, 2_313_257_605];
 
 /// One round of a permuted congruential generator (Jarzynski & Olano 2020).
+#[inline(always)]
 pub fn hash(x: u32) -> u32 {
     let state = x.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
@@ -19,12 +21,14 @@ pub fn hash(x: u32) -> u32 {
 }
 
 /// Coordinate `axis` of point `s`, 0 ≤ x < 1, moved by `shift`.
+#[inline(always)]
 pub fn coordinate(s: u32, axis: usize, shift: u32) -> f32 {
     let x = (s + 1).wrapping_mul(STEPS[axis]).wrapping_add(shift);
     (x >> 8) as f32 / 16_777_216.0
 }
 
 /// Point `s` on texel `texel` as cell `cell` sees it.
+#[inline(always)]
 pub fn texel_uv(s: u32, texel: u32, cell: u32) -> [f32; 2] {
     let first = hash(texel ^ hash(cell));
     let second = hash(first);
@@ -36,6 +40,13 @@ pub fn cell_uv(s: u32, cell: u32) -> [f32; 2] {
     let first = hash(cell);
     let second = hash(first);
     [coordinate(s, 2, first), coordinate(s, 3, second)]
+}
+
+/// Place number `place` of the even grid by which a near texel's form factor is averaged.
+#[inline(always)]
+pub fn near_uv(place: u32) -> [f32; 2] {
+    let along = |k: u32| (k as f32 + 0.5) / NEAR as f32;
+    [along(place % NEAR), along(place / NEAR)]
 }
 
 /// The point (u, v) of a planar convex quad, or of a triangle that repeats its third corner; w is
@@ -59,6 +70,7 @@ pub fn outline_point(c: &[Vec3; 4], [u, v]: [f32; 2]) -> Vec4 {
 }
 
 /// The unit square's upper triangle turned onto its lower one.
+#[inline(always)]
 pub fn fold(u: f32, v: f32) -> (f32, f32) {
     if u + v > 1.0 {
         (1.0 - u, 1.0 - v)

@@ -21,6 +21,7 @@ pub fn intersect(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
 }
 
 /// The same of a face's planes.
+#[inline(always)]
 pub fn meet(plane: Vec4, edges: [Vec4; 4], origin: Vec3, direction: Vec3) -> Crossing {
     let normal = plane.truncate();
     let facing = normal.dot(direction);
@@ -45,6 +46,7 @@ pub fn touches(face: &MeshFace, point: Vec3) -> bool {
 }
 
 /// The edge that a triangle lacks is (0, 0): it must not limit.
+#[inline(always)]
 fn within(edge: Vec4, p: Vec3) -> f32 {
     if edge.truncate() == Vec3::ZERO {
         return MISS;

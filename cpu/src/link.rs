@@ -2,23 +2,25 @@
 //! from S pairs of points on the two. Twin of `gpu/src/shaders/link.wgsl`.
 //!
 //! ```text
-//! w_ji = 1/S Σ_s F(p_s → cell i) · Σ_s g_s V(p_s, q_s) / (o_i Σ_s g_s)
+//! w_ji = F(texel j → cell i) · Σ_s g_s V(p_s, q_s) / (o_i Σ_s g_s)
 //! ```
 //! p_s on the texel, q_s on the cell; g_s, the disc factor of a cell's S-th part at q_s, weighs a
 //! point by the light that comes from there. Where a body stands on the cell V = 0: all its light
 //! leaves from its open share o_i.
 
 use crate::rays::Sight;
-use crate::sampling::texel_point;
-use common::form_factor::{FormFactor, Shooter, form_factor, weight};
-use common::mesh::{Cell, Cover, Mesh};
+use crate::sampling::{point, texel_point};
+use common::constants::NEAR;
+use common::form_factor::{FormFactor, Shooter, far, form_factor, weight};
+use common::mesh::{Cell, Cover, Mesh, reach};
+use common::sampling::near_uv;
 use common::shooting::{Had, Rule};
 use glam::Vec3;
 
 /// The sums over the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sums {
-    /// Σ F.
+    /// F, before the samples.
     pub form_factor: f32,
     /// Σ g·V.
     pub seen: f32,
@@ -38,16 +40,16 @@ pub struct Past {
 }
 
 impl Sums {
-    /// w_ji after all `samples`, of a cell that is `open` to that share.
-    pub fn link(&self, samples: u32, open: f32) -> f32 {
-        self.share(samples, self.seen, open)
+    /// w_ji after all samples, of a cell that is `open` to that share.
+    pub fn link(&self, open: f32) -> f32 {
+        self.share(self.seen, open)
     }
 
-    fn share(&self, samples: u32, seen: f32, open: f32) -> f32 {
+    fn share(&self, seen: f32, open: f32) -> f32 {
         if seen <= 0.0 {
             return 0.0;
         }
-        self.form_factor / samples as f32 * (seen / (self.all * open))
+        self.form_factor * (seen / (self.all * open))
     }
 
     /// What texel `k` had of a shot of `cell`; nothing where one of them is an object's.
@@ -59,14 +61,14 @@ impl Sums {
         let before = if object {
             0.0
         } else {
-            self.share(mesh.samples, self.before, cell.open_before)
+            self.share(self.before, cell.open_before)
         };
         let had = if rule.captured || object {
             match rule.had {
                 Had::Nothing => 0.0,
                 Had::Before => before,
-                Had::Unhidden => self.form_factor / mesh.samples as f32,
-                Had::All => self.link(mesh.samples, cell.open),
+                Had::Unhidden => self.form_factor,
+                Had::All => self.link(cell.open),
             }
         } else {
             0.0
@@ -75,22 +77,43 @@ impl Sums {
     }
 }
 
-/// Adds sample `s` of texel `k` and cell number `i`; `sight` is asked, of the points q and p,
-/// only where light could arrive.
+/// F of texel `k` and cell number `i`: from the texel's centre, and where the cell is near and
+/// looked at in several points, the mean over [`NEAR`]² places of the texel.
+pub fn factor(mesh: &Mesh, kind: FormFactor, i: u32, k: u32) -> f32 {
+    let cell = &mesh.cells[i as usize];
+    let texel = &mesh.texels[k as usize];
+    if texel.face == cell.face {
+        return 0.0;
+    }
+    let face = &mesh.faces[texel.face as usize];
+    let reach = reach(cell, face);
+    if mesh.samples == 1 || far(texel.position, cell.shooter.centre, reach) {
+        return form_factor(kind, &cell.shooter, texel.position, face.normal, texel.area);
+    }
+    let mut sum = 0.0;
+    for place in 0..NEAR * NEAR {
+        let p = point(face, texel.kind, texel.place, texel.area, near_uv(place));
+        let f = form_factor(kind, &cell.shooter, p.truncate(), face.normal, texel.area);
+        sum += f * p.w;
+    }
+    sum / (NEAR * NEAR) as f32
+}
+
+/// Adds sample `s` of texel `k` and cell number `i`, whose form factor is known; `sight` is asked,
+/// of the points q and p, only where light could arrive.
 pub fn sample(
     mesh: &Mesh,
-    kind: FormFactor,
     i: u32,
     k: u32,
     s: u32,
     sums: &mut Sums,
     sight: impl Fn(Vec3, Vec3) -> Sight,
 ) {
-    let cell = &mesh.cells[i as usize];
-    let texel = &mesh.texels[k as usize];
-    if texel.face == cell.face {
+    if sums.form_factor <= 0.0 {
         return;
     }
+    let cell = &mesh.cells[i as usize];
+    let texel = &mesh.texels[k as usize];
     let q = mesh.points[(i * mesh.samples + s) as usize];
     let p = texel_point(mesh, k, i, s);
     let normal = mesh.faces[texel.face as usize].normal;
@@ -98,13 +121,8 @@ pub fn sample(
         centre: q.position,
         ..cell.shooter
     };
-    let f = form_factor(kind, &shooter, p.truncate(), normal, texel.area);
-    if f <= 0.0 {
-        return;
-    }
     let part = cell.shooter.area / mesh.samples as f32;
-    let g = weight(&shooter, p.truncate(), normal, part, f) * (p.w * q.weight);
-    sums.form_factor += f * p.w;
+    let g = weight(&shooter, p.truncate(), normal, part, sums.form_factor) * (p.w * q.weight);
     sums.all += g;
     if q.cover == Cover::Room {
         return;

@@ -3,53 +3,118 @@
 
 use common::constants::LINK_BYTES;
 use common::mesh::Mesh;
+use common::passes::Closure;
 
-/// A cell's links to all texels.
-#[derive(Clone, Default)]
-pub struct Row {
+/// What is known of the row in a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Head {
     /// The cell.
     pub cell: u32,
-    /// F·V of each texel.
-    pub links: Vec<f32>,
-    /// What each cell takes: Σ w·A.
-    pub taken: Vec<f32>,
-    /// ΣF.
-    pub sum: f32,
-    /// The escaped share.
-    pub escaped: f32,
+    /// ΣF and the escaped share.
+    pub closure: Closure,
+}
+
+/// A cell's links to all texels.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// ΣF and the escaped share.
+    pub closure: Closure,
+    /// w_ji of each texel.
+    pub links: &'a [f32],
+}
+
+/// A place for a row that is to be made.
+pub struct Place<'a> {
+    /// For which cell.
+    pub cell: u32,
+    /// What is known of it afterwards.
+    pub head: &'a mut Option<Head>,
+    /// Its links.
+    pub links: &'a mut [f32],
+    /// What it brings to each cell, where that is kept.
+    pub taken: &'a mut [f32],
 }
 
 /// Places for rows.
 pub struct Links {
-    rows: Vec<Option<Row>>,
+    heads: Vec<Option<Head>>,
+    /// Row after row; pages that no row has touched take no memory.
+    values: Vec<f32>,
+    texels: usize,
+    /// T: what each cell takes of each one, cell after cell; empty until cells exchange.
+    taken: Vec<f32>,
+    cells: usize,
 }
 
 impl Links {
     /// As many empty places as the budget holds, at least one.
     pub fn new(mesh: &Mesh) -> Self {
         let row = 4 * mesh.texels.len().max(1) as u64;
-        let places = (LINK_BYTES / row).clamp(1, mesh.cells.len().max(1) as u64);
+        let places = (LINK_BYTES / row).clamp(1, mesh.cells.len().max(1) as u64) as usize;
         Self {
-            rows: vec![None; places as usize],
+            heads: vec![None; places],
+            values: vec![0.0; places * mesh.texels.len()],
+            texels: mesh.texels.len(),
+            taken: Vec::new(),
+            cells: mesh.cells.len(),
         }
     }
 
-    /// The row of `cell`, made now if it is not there.
-    pub fn row(&mut self, cell: u32, make: impl FnOnce(Vec<f32>) -> Row) -> &Row {
-        let places = self.rows.len();
-        let place = &mut self.rows[cell as usize % places];
-        let row = match place.take() {
-            Some(row) if row.cell == cell => row,
-            other => make(other.map_or_else(Vec::new, |row| row.links)),
-        };
-        place.insert(row)
+    /// Whether there is room for what all cells take of each other.
+    pub fn exchanges(&self) -> bool {
+        4 * (self.cells as u64).pow(2) <= LINK_BYTES
     }
 
-    /// Makes the row of `cell` whether it is there or not.
-    pub fn replace(&mut self, cell: u32, make: impl FnOnce(Vec<f32>) -> Row) {
-        let places = self.rows.len();
-        let place = &mut self.rows[cell as usize % places];
-        let old = place.take().map_or_else(Vec::new, |row| row.links);
-        *place = Some(make(old));
+    /// From now on keeps what the cells take; rows made before are forgotten.
+    pub fn exchange(&mut self) {
+        if self.taken.is_empty() {
+            self.taken = vec![0.0; self.cells * self.cells];
+            self.heads.fill(None);
+        }
+    }
+
+    /// What the cells take of each one.
+    pub fn taken(&self) -> impl Iterator<Item = &[f32]> {
+        self.taken.chunks(self.cells.max(1))
+    }
+
+    /// How many rows can be kept at once.
+    pub fn places(&self) -> usize {
+        self.heads.len()
+    }
+
+    /// The row of `cell`, if it is kept.
+    pub fn row(&self, cell: u32) -> Option<Row<'_>> {
+        let place = cell as usize % self.places();
+        let head = self.heads[place].filter(|head| head.cell == cell)?;
+        Some(Row {
+            closure: head.closure,
+            links: &self.values[place * self.texels..(place + 1) * self.texels],
+        })
+    }
+
+    /// The places of `cells`, in rising order and no more than there are places between the first
+    /// and the last.
+    pub fn places_of(&mut self, cells: &[u32]) -> Vec<Place<'_>> {
+        let count = self.places();
+        let rows = self
+            .heads
+            .iter_mut()
+            .zip(self.values.chunks_mut(self.texels.max(1)));
+        let mut rows: Vec<_> = rows.map(Some).collect();
+        let mut taken = self.taken.chunks_mut(self.cells.max(1)).enumerate();
+        cells
+            .iter()
+            .filter_map(|cell| {
+                let (head, links) = rows[*cell as usize % count].take()?;
+                let own = taken.find(|(k, _)| *k == *cell as usize);
+                Some(Place {
+                    cell: *cell,
+                    head,
+                    links,
+                    taken: own.map_or_else(Default::default, |(_, taken)| taken),
+                })
+            })
+            .collect()
     }
 }

@@ -1,25 +1,34 @@
 //! The CPU engine of the shooting loop.
 
+use crate::accumulate::accumulate;
+use crate::candidates::{Between, candidates};
 use crate::deposit::{Flash, deposit};
 use crate::escape::escape;
-use crate::link::{Past, Sums, sample};
-use crate::links::{Links, Row};
+use crate::link::{Past, Sums, factor, sample};
+use crate::links::{Head, Links, Place, Row};
 use crate::lookup::Buffers;
+use crate::occluders::Occluders;
 use crate::power::{closure, power, received};
 use crate::rays::Rays;
+use crate::receivers::Receivers;
+use crate::row::Rows;
 use common::Result;
-use common::constants::LINK_BYTES;
 use common::escape::directions;
 use common::mesh::Mesh;
 use common::passes::Closure;
 use common::settings::{Settings, Visibility};
 use common::shooting::{Engine, Field, Rule, Shot, initial, total};
 use glam::{Vec3, Vec4};
+use pulp::Arch;
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 /// Texels per task: long enough to hide the task, short enough to share.
 const TASK: usize = 1024;
+
+/// Cells whose links are made together.
+const GROUP: usize = 64;
 
 /// Progressive refinement on rayon; visibility by rays, or by the item buffer's twin.
 pub struct CpuSolver<'a> {
@@ -31,8 +40,6 @@ pub struct CpuSolver<'a> {
     sums: Vec<Vec4>,
     field: Field,
     reflectance: Vec<Vec3>,
-    /// T: what each cell takes of each linked one.
-    received: Vec<Vec<f32>>,
     rule: Rule,
 }
 
@@ -41,7 +48,10 @@ struct Caster<'a> {
     mesh: &'a Mesh,
     settings: Settings,
     rays: Rays,
+    occluders: Occluders,
+    receivers: Receivers,
     directions: Vec<Vec3>,
+    arch: Arch,
 }
 
 impl<'a> CpuSolver<'a> {
@@ -52,14 +62,16 @@ impl<'a> CpuSolver<'a> {
                 mesh,
                 settings: settings.clone(),
                 rays: Rays::new(mesh),
+                occluders: Occluders::rounded(mesh),
+                receivers: Receivers::new(mesh),
                 directions: directions(),
+                arch: Arch::new(),
             },
             links: Links::new(mesh),
             past: Vec::new(),
             sums: Vec::new(),
             field: initial(mesh, "cpu"),
             reflectance: mesh.texels.iter().map(|t| t.reflectance).collect(),
-            received: Vec::new(),
             rule: Rule::PLAIN,
         };
         solver.sum();
@@ -72,11 +84,38 @@ impl<'a> CpuSolver<'a> {
     }
 
     /// The links of a cell.
-    pub fn row(&mut self, cell: u32) -> &Row {
-        let caster = &self.caster;
-        self.links.row(cell, |links| {
-            caster.row(cell, &caster.sums(cell, false), links)
+    pub fn row(&mut self, cell: u32) -> Row<'_> {
+        self.make(&[cell]);
+        self.kept(cell)
+    }
+
+    fn kept(&self, cell: u32) -> Row<'_> {
+        // The row was made a moment ago.
+        self.links.row(cell).unwrap_or(Row {
+            closure: Closure::default(),
+            links: &[],
         })
+    }
+
+    /// Makes the rows of `cells` that are not kept; the cells in rising order, and no more than
+    /// there are places from the first to the last.
+    fn make(&mut self, cells: &[u32]) {
+        let missing: Vec<u32> = (cells.iter().copied())
+            .filter(|cell| self.links.row(*cell).is_none())
+            .collect();
+        let caster = &self.caster;
+        caster.fill(self.links.places_of(&missing));
+    }
+
+    /// As many of the first of `cells` as have a place each.
+    fn group<'c>(&self, cells: &'c [u32], most: usize) -> &'c [u32] {
+        let Some(first) = cells.first() else {
+            return cells;
+        };
+        let end = u64::from(*first) + self.links.places() as u64;
+        let fitting = cells.iter().take(most);
+        let count = fitting.take_while(|cell| u64::from(**cell) < end).count();
+        &cells[..count]
     }
 
     fn sum(&mut self) {
@@ -90,23 +129,80 @@ impl<'a> CpuSolver<'a> {
 }
 
 impl Caster<'_> {
-    fn row(&self, cell: u32, sums: &[Sums], mut links: Vec<f32>) -> Row {
-        let mesh = self.mesh;
-        links.clear();
-        let open = mesh.cells[cell as usize].open;
-        links.extend(sums.iter().map(|sums| sums.link(mesh.samples, open)));
-        let taken: Vec<f32> = mesh
-            .cells
-            .par_iter()
-            .map(|cell| received(mesh, &links, cell))
-            .collect();
-        Row {
-            cell,
-            taken: taken.clone(),
-            sum: closure(&taken, mesh.cells[cell as usize].shooter.area),
-            escaped: escape(mesh, &self.rays, cell, &self.directions),
-            links,
+    fn fill(&self, mut places: Vec<Place>) {
+        if self.settings.visibility != Visibility::Rays {
+            for place in &mut places {
+                self.weigh(place, &self.sums(place.cell, false));
+            }
+            return;
         }
+        let rows = Rows {
+            mesh: self.mesh,
+            kind: self.settings.form_factor,
+            rays: &self.rays,
+            occluders: &self.occluders,
+            receivers: &self.receivers,
+            arch: self.arch,
+        };
+        let between = self.between(&places);
+        places.par_iter_mut().for_each(|place| {
+            let face = self.mesh.cells[place.cell as usize].face;
+            rows.fill(place.cell, &between[&face], place.links);
+            self.close(place);
+        });
+    }
+
+    /// What may come between the faces of `places` and every other one.
+    fn between(&self, places: &[Place]) -> HashMap<u32, Vec<Between>> {
+        let mut cells: HashMap<u32, usize> = HashMap::new();
+        for place in places {
+            *cells
+                .entry(self.mesh.cells[place.cell as usize].face)
+                .or_default() += 1;
+        }
+        let samples = self.mesh.samples as usize;
+        cells
+            .into_par_iter()
+            .map(|(face, count)| {
+                let questions = count * samples;
+                (
+                    face,
+                    candidates(self.mesh, &self.occluders, face, questions),
+                )
+            })
+            .collect()
+    }
+
+    /// The links by `sums`.
+    fn weigh(&self, place: &mut Place, sums: &[Sums]) {
+        let open = self.mesh.cells[place.cell as usize].open;
+        for (link, sums) in place.links.iter_mut().zip(sums) {
+            *link = sums.link(open);
+        }
+        self.close(place);
+    }
+
+    fn close(&self, place: &mut Place) {
+        let mesh = self.mesh;
+        let links = &*place.links;
+        let mut own = Vec::new();
+        let taken = if place.taken.is_empty() {
+            own.resize(mesh.cells.len(), 0.0);
+            &mut own[..]
+        } else {
+            &mut *place.taken
+        };
+        for (sum, cell) in taken.iter_mut().zip(&mesh.cells) {
+            *sum = received(mesh, links, cell);
+        }
+        let area = mesh.cells[place.cell as usize].shooter.area;
+        *place.head = Some(Head {
+            cell: place.cell,
+            closure: Closure {
+                form_factor_sum: closure(taken, area),
+                escaped: escape(mesh, &self.rays, place.cell, &self.directions),
+            },
+        });
     }
 
     fn sums(&self, cell: u32, through: bool) -> Vec<Sums> {
@@ -115,6 +211,10 @@ impl Caster<'_> {
         if self.settings.visibility == Visibility::Rays {
             self.by_rays(cell, through, &mut sums);
         } else {
+            let kind = self.settings.form_factor;
+            each(&mut sums, |k, sums| {
+                sums.form_factor = factor(mesh, kind, cell, k);
+            });
             for s in 0..mesh.samples {
                 self.by_item_buffer(cell, s, &mut sums);
             }
@@ -127,8 +227,9 @@ impl Caster<'_> {
         let shooter = mesh.cells[cell as usize].face;
         each(sums, |k, sums| {
             let ends = [shooter, mesh.texels[k as usize].face];
+            sums.form_factor = factor(mesh, kind, cell, k);
             for s in 0..mesh.samples {
-                sample(mesh, kind, cell, k, s, sums, |q, p| {
+                sample(mesh, cell, k, s, sums, |q, p| {
                     self.rays
                         .sight(q, p, ends, through && !mesh.is_object(ends[1]))
                 });
@@ -141,9 +242,7 @@ impl Caster<'_> {
         let buffers = Buffers::new(mesh, cell, s, settings);
         each(sums, |k, sums| {
             let face = mesh.texels[k as usize].face;
-            sample(mesh, settings.form_factor, cell, k, s, sums, |_, p| {
-                buffers.sight(mesh, p, face)
-            });
+            sample(mesh, cell, k, s, sums, |_, p| buffers.sight(mesh, p, face));
         });
     }
 }
@@ -160,8 +259,7 @@ fn each(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
 
 impl Engine for CpuSolver<'_> {
     fn exchanges(&self) -> bool {
-        let cells = self.caster.mesh.cells.len() as u64;
-        4 * cells * cells <= LINK_BYTES
+        self.links.exchanges()
     }
 
     fn link(
@@ -169,16 +267,12 @@ impl Engine for CpuSolver<'_> {
         cells: &[u32],
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<Closure>> {
-        self.received
-            .resize(self.caster.mesh.cells.len(), Vec::new());
+        self.links.exchange();
         let mut closures = Vec::new();
-        for cell in cells {
-            let row = self.row(*cell);
-            closures.push(Closure {
-                form_factor_sum: row.sum,
-                escaped: row.escaped,
-            });
-            self.received[*cell as usize] = row.taken.clone();
+        while closures.len() < cells.len() {
+            let group = self.group(&cells[closures.len()..], GROUP);
+            self.make(group);
+            closures.extend(group.iter().map(|cell| self.kept(*cell).closure));
             if watch(closures.len()).is_break() {
                 break;
             }
@@ -187,36 +281,37 @@ impl Engine for CpuSolver<'_> {
     }
 
     fn exchange(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
-        let received = &self.received;
-        Ok((0..radiosity.len())
-            .into_par_iter()
-            .map(|c| {
-                let mut sum = Vec3::ZERO;
-                for (shot, taken) in radiosity.iter().zip(received) {
-                    if *shot != Vec3::ZERO {
-                        sum += *shot * taken[c];
-                    }
-                }
-                sum
-            })
-            .collect())
+        let rows: Vec<(Vec3, &[f32])> = (radiosity.iter().zip(self.links.taken()))
+            .filter(|(shot, _)| **shot != Vec3::ZERO)
+            .map(|(shot, row)| (*shot, row))
+            .collect();
+        let mut sums = vec![Vec3::ZERO; radiosity.len()];
+        accumulate(self.caster.arch, &rows, &mut sums);
+        Ok(sums)
     }
 
     fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<()> {
         let mesh = self.caster.mesh;
-        let mut irradiance = vec![Vec4::ZERO; mesh.texels.len()];
-        for (cell, shot) in (0..).zip(shot).filter(|(_, shot)| **shot != Vec3::ZERO) {
-            let row = self.row(cell);
-            irradiance
-                .par_iter_mut()
-                .zip(&row.links)
-                .for_each(|(h, w)| *h += (*shot * *w).extend(0.0));
+        let shooters: Vec<u32> = (0..shot.len())
+            .filter(|k| shot[*k] != Vec3::ZERO)
+            .map(|k| k as u32)
+            .collect();
+        let mut irradiance = vec![Vec3::ZERO; mesh.texels.len()];
+        let mut rest = &shooters[..];
+        while !rest.is_empty() {
+            let group = self.group(rest, usize::MAX);
+            self.make(group);
+            let rows: Vec<(Vec3, &[f32])> = (group.iter())
+                .map(|cell| (shot[*cell as usize], self.kept(*cell).links))
+                .collect();
+            accumulate(self.caster.arch, &rows, &mut irradiance);
+            rest = &rest[group.len()..];
         }
         for (k, texel) in mesh.texels.iter().enumerate() {
-            let reflected = self.reflectance[k] * irradiance[k].truncate();
+            let reflected = self.reflectance[k] * irradiance[k];
             self.field.radiosity[k] = (texel.emission + reflected).extend(0.0);
+            self.field.irradiance[k] = irradiance[k].extend(0.0);
         }
-        self.field.irradiance = irradiance;
         for (cell, unshot) in mesh.cells.iter().zip(unshot) {
             self.field.residual[cell.texels()].fill(unshot.extend(0.0));
         }
@@ -236,22 +331,28 @@ impl Engine for CpuSolver<'_> {
             let sums = caster.sums(cell, rule.captured);
             let past = |(k, sums): (usize, &Sums)| sums.past(caster.mesh, rule, shooter, k as u32);
             self.past = sums.par_iter().enumerate().map(past).collect();
-            self.links
-                .replace(cell, |links| caster.row(cell, &sums, links));
+            for place in &mut self.links.places_of(&[cell]) {
+                caster.weigh(place, &sums);
+            }
+        } else {
+            self.make(&[cell]);
         }
-        let row = self.links.row(cell, |links| {
-            caster.row(cell, &caster.sums(cell, false), links)
+        let caster = &self.caster;
+        let row = self.links.row(cell).unwrap_or(Row {
+            closure: Closure::default(),
+            links: &[],
         });
         let flux = self.sums[cell as usize].truncate();
         let flash = Flash {
             mesh: caster.mesh,
             cell: shooter,
             radiosity: flux / shooter.shooter.area,
-            scale: conserving(caster.settings.conserve, row.sum, row.escaped),
+            scale: row.closure.scale(caster.settings.conserve),
             rule,
             reflectance: &self.reflectance,
         };
-        let (form_factor_sum, escaped) = (row.sum * flash.scale, row.escaped);
+        let form_factor_sum = row.closure.form_factor_sum * flash.scale;
+        let escaped = row.closure.escaped;
         let (field, past) = (&mut self.field, &self.past);
         field
             .radiosity
@@ -292,14 +393,5 @@ impl Engine for CpuSolver<'_> {
         self.past.clear();
         self.sum();
         Ok(())
-    }
-}
-
-/// What brings ΣF to 1 − escaped. Twin of the function in `gpu/src/shaders/closure.wgsl`.
-pub fn conserving(asked: bool, sum: f32, escaped: f32) -> f32 {
-    if asked && sum > 0.0 {
-        (1.0 - escaped) / sum
-    } else {
-        1.0
     }
 }

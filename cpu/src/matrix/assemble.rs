@@ -1,11 +1,11 @@
 //! All pairs: the shaft between a texel and a face finds what may block, the shafts between the
 //! texels thin it out, and the rest is exact, hidden by one face, or sampled.
 
-use super::occluders::Occluders;
 use super::open::Element;
 use super::pair::{Patch, exchange, facing};
-use super::shaft::Shaft;
 use super::share::{received_share, visible_share};
+use crate::occluders::Occluders;
+use crate::shaft::Shaft;
 use glam::DVec3;
 
 /// How the pairs that face each other were decided.

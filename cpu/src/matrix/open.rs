@@ -5,12 +5,12 @@
 //! its hemisphere meets a back first, or a front that touches; of fronts that lie on each other the
 //! first of the file is the open one.
 
-use super::occluders::Occluders;
 use super::pair::Patch;
-use super::polygon::{Plane, Polygon};
-use super::shaft::TOUCH;
 use crate::intersect::intersect;
+use crate::occluders::Occluders;
+use crate::polygon::{Plane, Polygon};
 use crate::rays::Rays;
+use crate::shaft::TOUCH;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::directions;
 use common::mesh::Mesh;

@@ -15,7 +15,7 @@
 
 use super::contour::contour;
 use super::gauss::gauss;
-use super::polygon::{Plane, Polygon};
+use crate::polygon::{Plane, Polygon};
 use common::constants::CONTACT;
 use glam::DVec3;
 use std::sync::LazyLock;

@@ -8,9 +8,9 @@
 //! thus exact, and only the way the shadow moves across the other one is sampled; the ratio is
 //! applied to the exact unobstructed factor, so that the kernel's quadrature error cancels.
 
-use super::occluders::Occluders;
 use super::pair::{Patch, each_node};
-use super::polygon::{Plane, Polygon};
+use crate::occluders::Occluders;
+use crate::polygon::{Plane, Polygon};
 use glam::DVec3;
 use std::f64::consts::PI;
 

@@ -14,7 +14,7 @@ use common::{Error, Result};
 use cpu::deposit::{Flash, deposit};
 use cpu::escape::escape;
 use cpu::item_buffer::{ItemBuffer, View};
-use cpu::link::{Past, Sums, sample};
+use cpu::link::{Past, Sums, factor, sample};
 use cpu::lookup::visible;
 use cpu::power;
 use cpu::rays::{self, Rays};
@@ -180,8 +180,9 @@ impl<'a> Sight<'a> {
                     rays::Sight::Blocked
                 }
             };
-            sample(mesh, settings.form_factor, cell, k, 0, &mut sums, sight);
-            sums.link(mesh.samples, shooter.open)
+            sums.form_factor = factor(mesh, settings.form_factor, cell, k);
+            sample(mesh, cell, k, 0, &mut sums, sight);
+            sums.link(shooter.open)
         };
         (0..mesh.texels.len() as u32)
             .into_par_iter()

@@ -1,8 +1,8 @@
 //! The faces that may block, and those of them that enter a shaft: an obvhs BVH2 of faces, walked
 //! with the shaft's planes.
 
-use super::polygon::{Plane, Polygon};
-use super::shaft::Shaft;
+use crate::polygon::{Plane, Polygon};
+use crate::shaft::{Shaft, TOUCH, WIDER};
 use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::{DVec3, Vec3A};
@@ -33,20 +33,51 @@ pub struct Occluders {
 impl Occluders {
     /// The faces of `scene`, which `mesh` holds in f32.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
-        let faces: Vec<Occluder> = scene
-            .faces
-            .iter()
-            .zip(&mesh.faces)
-            .map(|(face, small)| {
-                let corners: Vec<DVec3> = face.outline().iter().map(|p| mesh.local(*p)).collect();
-                let normal = face.vector_area().normalize_or_zero();
-                Occluder {
-                    polygon: Polygon::new(&corners),
-                    plane: Plane::through(corners[0], normal),
-                    sheet: small.sheet,
-                }
-            })
-            .collect();
+        Self::of(
+            scene
+                .faces
+                .iter()
+                .zip(&mesh.faces)
+                .map(|(face, small)| {
+                    let corners: Vec<DVec3> =
+                        face.outline().iter().map(|p| mesh.local(*p)).collect();
+                    let normal = face.vector_area().normalize_or_zero();
+                    Occluder {
+                        polygon: Polygon::new(&corners),
+                        plane: Plane::through(corners[0], normal),
+                        sheet: small.sheet,
+                    }
+                })
+                .collect(),
+        )
+    }
+
+    /// The faces as the solvers have them.
+    pub fn rounded(mesh: &Mesh) -> Self {
+        Self::of(
+            mesh.faces
+                .iter()
+                .map(|face| {
+                    let corners = face.corners.map(|c| c.as_dvec3());
+                    let count = if face.corners[2] == face.corners[3] {
+                        3
+                    } else {
+                        4
+                    };
+                    Occluder {
+                        polygon: Polygon::new(&corners[..count]),
+                        plane: Plane {
+                            normal: face.plane.truncate().as_dvec3(),
+                            offset: f64::from(face.plane.w),
+                        },
+                        sheet: face.sheet,
+                    }
+                })
+                .collect(),
+        )
+    }
+
+    fn of(faces: Vec<Occluder>) -> Self {
         let index: Vec<u32> = (0..faces.len() as u32)
             .filter(|k| faces[*k as usize].plane.normal != DVec3::ZERO)
             .collect();
@@ -64,13 +95,32 @@ impl Occluders {
 
     /// Appends the faces that enter `shaft`, but for the sheets of its ends.
     pub fn entering(&self, shaft: &Shaft, ends: [u32; 2], found: &mut Vec<u32>) {
+        self.walk(shaft, TOUCH, found, |face| {
+            !ends.contains(&face.sheet) && !shaft.misses(&face.polygon, &face.plane)
+        });
+    }
+
+    /// Appends the faces that may stop a ray in `shaft`, but for the sheets of its ends.
+    pub fn stopping(&self, shaft: &Shaft, ends: [u32; 2], found: &mut Vec<u32>) {
+        self.walk(shaft, -WIDER, found, |face| {
+            !ends.contains(&face.sheet) && !shaft.clears(&face.polygon, &face.plane)
+        });
+    }
+
+    fn walk(
+        &self,
+        shaft: &Shaft,
+        touch: f64,
+        found: &mut Vec<u32>,
+        enters: impl Fn(&Occluder) -> bool,
+    ) {
         if self.index.is_empty() {
             return;
         }
         let mut stack = vec![0usize];
         while let Some(node) = stack.pop().map(|k| &self.bvh.nodes[k]) {
             let aabb = node.aabb();
-            if shaft.misses_box(wide(aabb.min), wide(aabb.max)) {
+            if shaft.misses_box(wide(aabb.min), wide(aabb.max), touch) {
                 continue;
             }
             let first = node.first_index as usize;
@@ -80,8 +130,7 @@ impl Occluders {
             }
             for primitive in first..first + node.prim_count as usize {
                 let k = self.index[self.bvh.primitive_indices[primitive] as usize];
-                let face = &self.faces[k as usize];
-                if !ends.contains(&face.sheet) && !shaft.misses(&face.polygon, &face.plane) {
+                if enters(&self.faces[k as usize]) {
                     found.push(k);
                 }
             }

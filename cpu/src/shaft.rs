@@ -1,12 +1,16 @@
 //! The shaft between two convex polygons: their convex hull, and what may enter it
 //! (Haines & Wallace 1994, with the hull's own planes instead of those of two boxes).
 
-use super::polygon::{Plane, Polygon};
-use common::constants::CONTACT;
+use crate::polygon::{Plane, Polygon};
+use common::constants::{CONTACT, OUTLINE};
 use glam::DVec3;
 
 /// Rounding of a coordinate (mesh units): what enters the hull by less does not block.
 pub const TOUCH: f64 = CONTACT as f64;
+
+/// How far from the hull a face must stay to stop no ray: the outline's margin and the rounding of
+/// the crossing.
+pub const WIDER: f64 = 8.0 * OUTLINE as f64;
 
 /// Planes with the hull on their positive side, not always all: a shaft may be too wide, never too
 /// narrow.
@@ -60,27 +64,37 @@ impl Shaft {
         }
     }
 
-    /// Whether a box lies outside.
-    pub fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
+    /// Whether a box lies outside, where what enters by `touch` does not count.
+    pub fn misses_box(&self, low: DVec3, high: DVec3, touch: f64) -> bool {
         if low.cmpgt(self.high + TOUCH).any() || high.cmplt(self.low - TOUCH).any() {
             return true;
         }
         self.planes.iter().any(|plane| {
             let positive = plane.normal.cmpge(DVec3::ZERO);
-            plane.height(DVec3::select(positive, high, low)) <= TOUCH
+            plane.height(DVec3::select(positive, high, low)) <= touch
         })
     }
 
     /// Whether a polygon in `plane` hides nothing of one end from the other.
     pub fn misses(&self, polygon: &Polygon, plane: &Plane) -> bool {
+        self.beside(plane, TOUCH) || self.outside(polygon, TOUCH)
+    }
+
+    /// Whether a polygon in `plane` stops no ray between points of the ends. A ray whose end
+    /// touches the plane is not stopped, and outlines are wider by [`WIDER`].
+    pub fn clears(&self, polygon: &Polygon, plane: &Plane) -> bool {
+        self.beside(plane, TOUCH / 2.0) || self.outside(polygon, -WIDER)
+    }
+
+    /// Whether both ends lie on one side of `plane`.
+    fn beside(&self, plane: &Plane, touch: f64) -> bool {
         let [a, b] = self.ends.each_ref().map(|end| end.heights(plane));
-        let (low, high) = (a[0].min(b[0]), a[1].max(b[1]));
-        low >= -TOUCH
-            || high <= TOUCH
-            || self
-                .planes
-                .iter()
-                .any(|side| polygon.heights(side)[1] <= TOUCH)
+        a[0].min(b[0]) >= -touch || a[1].max(b[1]) <= touch
+    }
+
+    fn outside(&self, polygon: &Polygon, touch: f64) -> bool {
+        let mut sides = self.planes.iter();
+        sides.any(|side| polygon.heights(side)[1] <= touch)
     }
 
     /// Whether a convex polygon in `plane` hides the ends from each other altogether: they lie on

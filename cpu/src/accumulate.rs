@@ -1,0 +1,54 @@
+//! What many shots bring at once: y_k = Σ_i x_i w_ik, for texels by their links and for cells by
+//! what they exchange. Twin of `gpu/src/shaders/accumulate.wgsl`: shot after shot, in f32.
+
+use glam::Vec3;
+use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
+
+/// Receivers per task: their sums stay in the nearest cache.
+const TASK: usize = 1024;
+
+/// Adds every row times its shot to `sums`, in the order of `rows`.
+pub fn accumulate(arch: Arch, rows: &[(Vec3, &[f32])], sums: &mut [Vec3]) {
+    sums.par_chunks_mut(TASK)
+        .enumerate()
+        .for_each(|(task, sums)| {
+            arch.dispatch(Part {
+                rows,
+                first: task * TASK,
+                sums,
+            });
+        });
+}
+
+/// Some receivers.
+struct Part<'a> {
+    rows: &'a [(Vec3, &'a [f32])],
+    first: usize,
+    sums: &'a mut [Vec3],
+}
+
+impl NullaryFnOnce for Part<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let (first, sums) = (self.first, self.sums);
+        let mut lanes = [[0.0f32; TASK]; 3];
+        for (k, sum) in sums.iter().enumerate() {
+            [lanes[0][k], lanes[1][k], lanes[2][k]] = sum.to_array();
+        }
+        let [x, y, z] = &mut lanes;
+        for (shot, row) in self.rows {
+            let row = &row[first..first + sums.len()];
+            for (k, w) in row.iter().enumerate() {
+                x[k] += shot.x * w;
+                y[k] += shot.y * w;
+                z[k] += shot.z * w;
+            }
+        }
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum = Vec3::new(lanes[0][k], lanes[1][k], lanes[2][k]);
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! [`crate::link::sample`] for a block of texels at once: the same operations in the same order,
+//! lane by lane, so that the same bits come out. Written as plain loops over arrays, which the
+//! compiler turns into the widest registers that the caller's [`pulp::Arch`] found.
+
+use crate::intersect::{meet, touches};
+use crate::receivers::{Block, LANES, Receivers};
+use crate::sampling::point;
+use common::constants::{CONTACT, END, OUTLINE, RAY_REACH};
+use common::form_factor::{FormFactor, Shooter, disc, far, polygon, polygon_above, weight};
+use common::mesh::{MeshFace, TexelKind};
+use common::sampling::{near_uv, texel_uv};
+use glam::Vec3;
+
+/// A number of each lane.
+pub type Lane = [f32; LANES];
+
+/// Points of a block's texels.
+#[derive(Clone, Copy)]
+pub struct Points {
+    x: Lane,
+    y: Lane,
+    z: Lane,
+    /// The area that each stands for over the mean.
+    pub weight: Lane,
+}
+
+impl Points {
+    /// Of lane `l`.
+    #[inline(always)]
+    pub fn at(&self, l: usize) -> Vec3 {
+        Vec3::new(self.x[l], self.y[l], self.z[l])
+    }
+
+    /// The texels' centres.
+    #[inline(always)]
+    pub fn centres(receivers: &Receivers, first: usize) -> Self {
+        let lane = |axis: usize| -> Lane {
+            let mut lane = [0.0; LANES];
+            lane.copy_from_slice(&receivers.centre[axis][first..first + LANES]);
+            lane
+        };
+        Self {
+            x: lane(0),
+            y: lane(1),
+            z: lane(2),
+            weight: [1.0; LANES],
+        }
+    }
+
+    /// Point `s` of each texel as `cell` sees it.
+    #[inline(always)]
+    pub fn sampled(
+        receivers: &Receivers,
+        face: &MeshFace,
+        block: &Block,
+        cell: u32,
+        s: u32,
+    ) -> Self {
+        Self::of_quads_or_not(receivers, face, block, |k| texel_uv(s, k as u32, cell))
+    }
+
+    /// Place `place` of the grid on each texel.
+    #[inline(always)]
+    pub fn placed(receivers: &Receivers, face: &MeshFace, block: &Block, place: u32) -> Self {
+        Self::of_quads_or_not(receivers, face, block, |_| near_uv(place))
+    }
+
+    #[inline(always)]
+    fn of_quads_or_not(
+        receivers: &Receivers,
+        face: &MeshFace,
+        block: &Block,
+        uv: impl Fn(usize) -> [f32; 2],
+    ) -> Self {
+        if receivers.kind[block.first] == TexelKind::Quad {
+            Self::of_kind(receivers, face, block, uv, |_| TexelKind::Quad)
+        } else {
+            Self::of_kind(receivers, face, block, uv, |k| receivers.kind[k])
+        }
+    }
+
+    #[inline(always)]
+    fn of_kind(
+        receivers: &Receivers,
+        face: &MeshFace,
+        block: &Block,
+        uv: impl Fn(usize) -> [f32; 2],
+        kind: impl Fn(usize) -> TexelKind,
+    ) -> Self {
+        let mut points = Self {
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            z: [0.0; LANES],
+            weight: [1.0; LANES],
+        };
+        let first = block.first;
+        let [i, j] = [0, 1].map(|axis| &receivers.place[axis][first..first + LANES]);
+        let area = &receivers.area[first..first + LANES];
+        for l in 0..LANES {
+            let uv = uv(first + l);
+            let p = point(face, kind(first + l), [i[l], j[l]], area[l], uv);
+            (points.x[l], points.y[l], points.z[l], points.weight[l]) = (p.x, p.y, p.z, p.w);
+        }
+        points
+    }
+}
+
+/// [`common::form_factor::form_factor`] of each lane. `above`: no corner of the shooter's lies
+/// below the receiver's horizon.
+#[inline(always)]
+pub fn form_factors(
+    kind: FormFactor,
+    shooter: &Shooter,
+    above: bool,
+    points: &Points,
+    normal: Vec3,
+    area: &[f32],
+) -> Lane {
+    let mut f = [0.0; LANES];
+    match kind {
+        FormFactor::Polygon if above => {
+            for (l, f) in f.iter_mut().enumerate() {
+                *f = polygon_above(&shooter.corners, points.at(l), normal);
+            }
+        }
+        FormFactor::Polygon => {
+            for (l, f) in f.iter_mut().enumerate() {
+                *f = polygon(shooter, points.at(l), normal);
+            }
+        }
+        FormFactor::Disc => {
+            for (l, f) in f.iter_mut().enumerate() {
+                *f = point_to_disc(shooter, points.at(l), normal, shooter.area);
+            }
+        }
+        FormFactor::Paper => {
+            for l in 0..LANES {
+                f[l] = point_to_disc(shooter, points.at(l), normal, area[l]);
+            }
+        }
+    }
+    for (l, f) in f.iter_mut().enumerate() {
+        let height = shooter.normal.dot(points.at(l) - shooter.centre);
+        *f = if height <= CONTACT { 0.0 } else { *f };
+    }
+    f
+}
+
+#[inline(always)]
+fn point_to_disc(shooter: &Shooter, position: Vec3, normal: Vec3, disc_area: f32) -> f32 {
+    let d = position - shooter.centre;
+    let r2 = d.dot(d);
+    let r = r2.sqrt();
+    let cos_i = shooter.normal.dot(d) / r;
+    let cos_j = (-normal.dot(d) / r).max(0.0);
+    disc(cos_i, cos_j, r2, shooter.area, disc_area)
+}
+
+/// Whether each texel is far from the cell at `centre`.
+#[inline(always)]
+pub fn are_far(receivers: &Receivers, first: usize, centre: Vec3, reach: f32) -> [bool; LANES] {
+    let points = Points::centres(receivers, first);
+    let mut result = [false; LANES];
+    for (l, far_off) in result.iter_mut().enumerate() {
+        *far_off = far(points.at(l), centre, reach);
+    }
+    result
+}
+
+/// The weight of each pair of points; nothing where no light arrives.
+#[inline(always)]
+pub fn weights(
+    shooter: &Shooter,
+    points: &Points,
+    normal: Vec3,
+    (part, point_weight): (f32, f32),
+    f: &Lane,
+) -> Lane {
+    let mut g = [0.0; LANES];
+    for l in 0..LANES {
+        let weight =
+            weight(shooter, points.at(l), normal, part, f[l]) * (points.weight[l] * point_weight);
+        g[l] = if f[l] <= 0.0 { 0.0 } else { weight };
+    }
+    g
+}
+
+/// Marks the lanes whose ray from `q` the `face` stops: [`crate::rays::Rays::visible`] of one face.
+#[inline(always)]
+pub fn stop(face: &MeshFace, q: Vec3, points: &Points, stopped: &mut [bool; LANES]) {
+    for l in 0..LANES {
+        let p = points.at(l);
+        let hit = meet(face.plane, face.edges, q, (p - q) / RAY_REACH);
+        let between = (hit.t > 0.0) & (hit.t < END * RAY_REACH) & (hit.inside >= -OUTLINE);
+        stopped[l] |= between & !touches(face, p);
+    }
+}
