@@ -44,7 +44,7 @@ fn between(mesh: &Mesh, occluders: &Occluders, a: u32, b: u32, questions: usize)
     if (w as usize * h as usize) * questions < WORTH {
         return Between::All;
     }
-    let shaft = Shaft::new(&from.polygon, &from.plane, &to.polygon, &to.plane);
+    let shaft = Shaft::rays(&from.polygon, &from.plane, &to.polygon, &to.plane);
     let mut faces = Vec::new();
     occluders.stopping(&shaft, [from.sheet, to.sheet], &mut faces);
     if faces.len() > MOST {

@@ -180,7 +180,9 @@ pub fn weights(
     for l in 0..LANES {
         let weight =
             weight(shooter, points.at(l), normal, part, f[l]) * (points.weight[l] * point_weight);
-        g[l] = if f[l] <= 0.0 { 0.0 } else { weight };
+        let height = shooter.normal.dot(points.at(l) - shooter.centre);
+        let dark = (f[l] <= 0.0) | (height <= CONTACT);
+        g[l] = if dark { 0.0 } else { weight };
     }
     g
 }

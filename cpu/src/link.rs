@@ -10,7 +10,7 @@
 
 use crate::rays::Sight;
 use crate::sampling::{point, texel_point};
-use common::constants::NEAR;
+use common::constants::{CONTACT, NEAR};
 use common::form_factor::{FormFactor, Shooter, far, form_factor, weight};
 use common::mesh::{Cell, Cover, Mesh, reach};
 use common::sampling::near_uv;
@@ -121,6 +121,10 @@ pub fn sample(
         centre: q.position,
         ..cell.shooter
     };
+    // The texel reaches behind the cell.
+    if cell.shooter.normal.dot(p.truncate() - q.position) <= CONTACT {
+        return;
+    }
     let part = cell.shooter.area / mesh.samples as f32;
     let g = weight(&shooter, p.truncate(), normal, part, sums.form_factor) * (p.w * q.weight);
     sums.all += g;

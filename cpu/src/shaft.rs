@@ -24,6 +24,22 @@ pub struct Shaft {
 impl Shaft {
     /// The shaft between two polygons that lie in front of each other's planes.
     pub fn new(a: &Polygon, plane_a: &Plane, b: &Polygon, plane_b: &Plane) -> Self {
+        let mut shaft = Self::hull(a, b);
+        shaft.planes.extend([*plane_a, *plane_b]);
+        shaft
+    }
+
+    /// The shaft of rays from `a`, which may lie partly behind `b`: rays start there as well.
+    pub fn rays(a: &Polygon, plane_a: &Plane, b: &Polygon, plane_b: &Plane) -> Self {
+        let mut shaft = Self::hull(a, b);
+        shaft.planes.push(*plane_a);
+        if a.heights(plane_b)[0] >= -TOUCH {
+            shaft.planes.push(*plane_b);
+        }
+        shaft
+    }
+
+    fn hull(a: &Polygon, b: &Polygon) -> Self {
         let mut shaft = Self {
             ends: [*a, *b],
             planes: Vec::with_capacity(12),
@@ -34,7 +50,6 @@ impl Shaft {
             shaft.low = shaft.low.min(*p);
             shaft.high = shaft.high.max(*p);
         }
-        shaft.planes.extend([*plane_a, *plane_b]);
         shaft.supporting(a, b);
         shaft.supporting(b, a);
         shaft
@@ -83,7 +98,7 @@ impl Shaft {
     /// Whether a polygon in `plane` stops no ray between points of the ends. A ray whose end
     /// touches the plane is not stopped, and outlines are wider by [`WIDER`].
     pub fn clears(&self, polygon: &Polygon, plane: &Plane) -> bool {
-        self.beside(plane, TOUCH / 2.0) || self.outside(polygon, -WIDER)
+        self.beside(plane, TOUCH / 4.0) || self.outside(polygon, -WIDER)
     }
 
     /// Whether both ends lie on one side of `plane`.
