@@ -1,5 +1,8 @@
 //! What is measured: two rooms, two resolutions, three engines.
 
+pub mod accuracy;
+pub mod rays;
+
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
