@@ -26,9 +26,10 @@ fn main() {
     let pool = ThreadPoolBuilder::new().num_threads(THREADS);
     let pool = pool.build().expect("threads start");
     let result = pool.install(|| measure(&program));
-    let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/peers/embree.json");
+    let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("../out");
     let text = serde_json::to_string_pretty(&result).expect("JSON is written");
-    std::fs::write(&out, text).expect("target/peers can be written");
+    std::fs::create_dir_all(&out).expect("out/ can be made");
+    std::fs::write(out.join("embree.json"), text).expect("out/ can be written");
 }
 
 fn measure(program: &Path) -> Value {
