@@ -19,21 +19,23 @@ pub fn southwell(settings: &Settings) -> Settings {
 }
 
 /// A mesh, how it is solved, and where that must end.
-pub struct Target<'a> {
-    mesh: &'a Mesh,
-    settings: &'a Settings,
+pub struct Target {
+    /// The texels.
+    pub mesh: Mesh,
+    /// How it is solved, ε aside.
+    pub settings: Settings,
     truth: Field,
 }
 
-impl<'a> Target<'a> {
+impl Target {
     /// Solves until it has converged.
-    pub fn new(mesh: &'a Mesh, settings: &'a Settings) -> Self {
+    pub fn new(mesh: Mesh, settings: Settings) -> Self {
         let settings_of_truth = Settings {
             epsilon: CONVERGED,
-            ..southwell(settings)
+            ..southwell(&settings)
         };
         let run = run(
-            &mut CpuSolver::new(mesh, &settings_of_truth),
+            &mut CpuSolver::new(&mesh, &settings_of_truth),
             &settings_of_truth,
         );
         assert!(run.converged, "the truth must have converged");
@@ -68,9 +70,9 @@ impl<'a> Target<'a> {
         let settings = Settings {
             epsilon: 0.0,
             max_shots: 1,
-            ..southwell(self.settings)
+            ..southwell(&self.settings)
         };
-        let mut engine = CpuSolver::new(self.mesh, &settings);
+        let mut engine = CpuSolver::new(&self.mesh, &settings);
         let mut shots = Vec::new();
         loop {
             let run = run(&mut engine, &settings);
@@ -87,9 +89,9 @@ impl<'a> Target<'a> {
             epsilon: 0.5,
             ..self.settings.clone()
         };
-        let start = initial(self.mesh, "cpu");
+        let start = initial(&self.mesh, "cpu");
         let reflectance: Vec<Vec3> = self.mesh.texels.iter().map(|t| t.reflectance).collect();
-        let mut engine = CpuSolver::new(self.mesh, &settings);
+        let mut engine = CpuSolver::new(&self.mesh, &settings);
         loop {
             // Links stay, so that a try takes little.
             engine

@@ -1,13 +1,11 @@
 //! The paper's room with its objects solved to 1 %, over the time that Embree needs for the rays
 //! that plain Southwell would ask on the way. Whole faces, disc factors, centres, two threads each.
 
-use common::form_factor::FormFactor;
-use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
-use common::settings::Settings;
 use cpu::CpuSolver;
 use radiosity_benches::accuracy::{Target, run};
 use radiosity_benches::rays::{dump, embree, trace};
+use radiosity_benches::{bundled, whole_faces};
 use rayon::ThreadPoolBuilder;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -34,21 +32,15 @@ fn main() {
 
 fn measure(program: &Path) -> Value {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let path = root.join("scenes/paper_room_objects.obj");
-    let scene = load(&path, &ImportOptions::default()).expect("the scene is sound");
+    let scene = bundled("paper_room_objects.obj");
     let start = Instant::now();
     let mesh = Mesh::uniform(&scene, TEXELS, 1).expect("the scene is sound");
     let meshing = start.elapsed().as_secs_f64();
-    let settings = Settings {
-        texels: TEXELS,
-        form_factor: FormFactor::Disc,
-        cells: 1,
-        ..Settings::default()
-    };
-    let target = Target::new(&mesh, &settings);
+    let target = Target::new(mesh, whole_faces(TEXELS));
+    let mesh = &target.mesh;
     let shots = target.southwell_shots(BOUND);
     let rays = root.join("target/peers/rays.bin");
-    dump(&rays, &mesh, &shots).expect("target/peers can be written");
+    dump(&rays, mesh, &shots).expect("target/peers can be written");
     let settings = target.settings_to(BOUND);
     println!(
         "{} faces, {} texels; plain Southwell to {} %: {} shots; texels made in {meshing:.3} s",
@@ -61,7 +53,7 @@ fn measure(program: &Path) -> Value {
     let rounds: Vec<Value> = (0..ROUNDS)
         .map(|_| {
             let start = Instant::now();
-            let run = run(&mut CpuSolver::new(&mesh, &settings), &settings);
+            let run = run(&mut CpuSolver::new(mesh, &settings), &settings);
             let ours = start.elapsed().as_secs_f64();
             let theirs = trace(program, &rays, THREADS);
             json!({

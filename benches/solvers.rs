@@ -1,5 +1,6 @@
-//! One shot and one solve: CPU rays, CPU twin and GPU side by side. Criterion's figures first, then
-//! the ratio to the CPU's rays, taken in rounds so that all three meet the same load.
+//! One shot, and one solve to an error of 10 %: CPU rays, CPU twin and GPU side by side. Criterion's
+//! figures first, then the ratio to the CPU's rays, taken in rounds so that all three meet the same
+//! load, and the error that each reached.
 
 use criterion::{BenchmarkGroup, Criterion, SamplingMode, measurement::WallTime};
 use gpu::Gpu;
@@ -10,6 +11,9 @@ use std::time::{Duration, Instant};
 const SHOTS: u32 = 4;
 /// Rounds of the ratios.
 const ROUNDS: usize = 3;
+
+/// What would take longer than this is left to the rounds.
+const LONGEST: Duration = Duration::from_secs(15);
 
 /// What is timed on a fresh engine.
 type Time = fn(&Room, Solver, &Gpu) -> Duration;
@@ -44,6 +48,7 @@ fn main() {
         for (name, time) in TIMES {
             println!("{:<16} {name:<10} {}", room.name, ratios(room, &gpu, time));
         }
+        println!("{:<16} error      {}", room.name, errors(room, &gpu));
     }
 }
 
@@ -59,6 +64,9 @@ fn measure(group: &mut BenchmarkGroup<WallTime>, room: &Room, gpu: &Gpu, time: T
         let start = Instant::now();
         time(room, solver, gpu);
         let samples = start.elapsed() * SAMPLES;
+        if samples > LONGEST {
+            continue;
+        }
         group.measurement_time(Duration::from_millis(500).max(samples * 3 / 2));
         group.bench_function(solver.name(), |bencher| {
             bencher.iter_custom(|count| (0..count).map(|_| time(room, solver, gpu)).sum());
@@ -81,4 +89,13 @@ fn ratios(room: &Room, gpu: &Gpu, time: Time) -> String {
         )
     };
     format!("{}   {}", ratio(1), ratio(2))
+}
+
+fn errors(room: &Room, gpu: &Gpu) -> String {
+    let error = |solver: Solver| {
+        let (_, run) = whole(room, solver, gpu);
+        let error = room.target.error(&run.field) * 100.0;
+        format!("{} {error:.2} % ({} shots)", solver.name(), run.shots.len())
+    };
+    Solver::ALL.map(error).join("   ")
 }
