@@ -76,6 +76,7 @@ impl Target {
         let mut shots = Vec::new();
         loop {
             let run = run(&mut engine, &settings);
+            assert!(!run.shots.is_empty(), "{bound} is never reached");
             shots.extend(run.cells());
             if self.error(&run.field) <= bound {
                 return shots;
@@ -101,6 +102,7 @@ impl Target {
                 return settings;
             }
             settings.epsilon *= STEP;
+            assert!(settings.epsilon > CONVERGED, "{bound} is never reached");
         }
     }
 }

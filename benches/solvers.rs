@@ -13,7 +13,7 @@ const SHOTS: u32 = 4;
 const ROUNDS: usize = 3;
 
 /// What would take longer than this is left to the rounds.
-const LONGEST: Duration = Duration::from_secs(15);
+const LONGEST: Duration = Duration::from_secs(10);
 
 /// What is timed on a fresh engine.
 type Time = fn(&Room, Solver, &Gpu) -> Duration;
@@ -45,10 +45,7 @@ fn main() {
         gpu.line.name
     );
     for room in &rooms {
-        for (name, time) in TIMES {
-            println!("{:<16} {name:<10} {}", room.name, ratios(room, &gpu, time));
-        }
-        println!("{:<16} error      {}", room.name, errors(room, &gpu));
+        rounds(room, &gpu);
     }
 }
 
@@ -74,28 +71,29 @@ fn measure(group: &mut BenchmarkGroup<WallTime>, room: &Room, gpu: &Gpu, time: T
     }
 }
 
-fn ratios(room: &Room, gpu: &Gpu, time: Time) -> String {
-    let rounds =
-        [(); ROUNDS].map(|()| Solver::ALL.map(|solver| time(room, solver, gpu).as_secs_f64()));
-    let ratio = |k: usize| {
-        let mut ratios = rounds.map(|round| round[k] / round[0]);
-        ratios.sort_by(f64::total_cmp);
-        let name = Solver::ALL[k].name();
-        format!(
-            "{name} {:8.2} ({:.2}, {:.2})",
-            ratios[ROUNDS / 2],
-            ratios[0],
-            ratios[ROUNDS - 1]
-        )
-    };
-    format!("{}   {}", ratio(1), ratio(2))
-}
-
-fn errors(room: &Room, gpu: &Gpu) -> String {
-    let error = |solver: Solver| {
-        let (_, run) = whole(room, solver, gpu);
+fn rounds(room: &Room, gpu: &Gpu) {
+    let rounds = [(); ROUNDS].map(|()| {
+        Solver::ALL.map(|solver| {
+            let shot = shots(room, solver, gpu, SHOTS);
+            let (solve, run) = whole(room, solver, gpu);
+            ([shot, solve].map(|time| time.as_secs_f64()), run)
+        })
+    });
+    for (what, name) in ["one shot", "one solve"].iter().enumerate() {
+        let ratio = |k: usize| {
+            let mut ratios = rounds.each_ref().map(|r| r[k].0[what] / r[0].0[what]);
+            ratios.sort_by(f64::total_cmp);
+            let [least, median, largest] = [ratios[0], ratios[ROUNDS / 2], ratios[ROUNDS - 1]];
+            let solver = Solver::ALL[k].name();
+            format!("{solver} {median:8.2} ({least:.2}, {largest:.2})")
+        };
+        println!("{:<16} {name:<10} {}   {}", room.name, ratio(1), ratio(2));
+    }
+    let errors = [0, 1, 2].map(|k| {
+        let run = &rounds[0][k].1;
         let error = room.target.error(&run.field) * 100.0;
-        format!("{} {error:.2} % ({} shots)", solver.name(), run.shots.len())
-    };
-    Solver::ALL.map(error).join("   ")
+        let solver = Solver::ALL[k].name();
+        format!("{solver} {error:.2} % ({} shots)", run.shots.len())
+    });
+    println!("{:<16} error      {}", room.name, errors.join("   "));
 }
