@@ -1,7 +1,7 @@
 # Two commands: `make demo` sets everything up and compares the solvers on the bundled Cornell
 # box; `make test` sets everything up and runs all tests.
 
-.PHONY: demo test driver bench
+.PHONY: demo test driver bench peers
 
 demo: driver
 	cargo run --release --locked
@@ -11,6 +11,12 @@ test: driver
 
 bench: driver
 	cargo bench --workspace --locked
+
+peers:
+	@sh scripts/embree.sh
+	cargo bench --locked -p radiosity-benches --bench embree
+	cargo run --release --locked -- solve scenes/cornell_box.obj --solver matrix --out target/peers/cornell_box --quiet
+	@sh scripts/mitsuba.sh target/peers/cornell_box $${RADIOSITY_DATA:+"$$RADIOSITY_DATA/truth/cornell_32"}
 
 driver:
 	@sh scripts/driver.sh

@@ -1,23 +1,33 @@
-//! What is measured: two rooms, two resolutions, three engines.
+//! What is measured: three rooms, three engines.
 
+pub mod accuracy;
+pub mod rays;
+
+use accuracy::{Target, run};
+use common::form_factor::FormFactor;
+use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Order, solve};
+use common::shooting::{Engine, Order, Run};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 use radiosity_tests::{furnace, paper_room};
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::time::{Duration, Instant};
+
+/// The error of a solve: relative RMS of B − E.
+const BOUND: f64 = 0.1;
 
 /// A room at a resolution.
 pub struct Room {
     /// For the tables.
     pub name: String,
-    /// Its texels.
-    pub mesh: Mesh,
-    /// Unshot share at which a solve ends: the larger room takes hundreds of shots to the usual one.
-    pub epsilon: f64,
+    /// Its texels and where a solve must end.
+    pub target: Target,
+    /// How it is solved to 10 %.
+    settings: Settings,
 }
 
 /// Who computes.
@@ -45,18 +55,44 @@ impl Solver {
     }
 }
 
-/// The cube of 6 and the paper's room of 156 faces, at 16² and 32² texels a face.
+/// The bundled scene of this file name.
+pub fn bundled(name: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    load(&folder.join(name), &ImportOptions::default()).expect("bundled scenes are sound")
+}
+
+/// Three sizes of scene and texels a side: 1 536, 39 936 and 172 032 texels.
+pub fn sizes() -> [(Scene, u32); 3] {
+    [
+        (furnace(0.7), 16),
+        (paper_room(), 16),
+        (bundled("paper_room_objects.obj"), 32),
+    ]
+}
+
+/// All sizes as rooms.
 pub fn rooms() -> Vec<Room> {
-    let scenes: [(Scene, f64); 2] = [(furnace(0.7), 0.3), (paper_room(), 0.5)];
-    scenes
-        .iter()
-        .flat_map(|(scene, epsilon)| [16, 32].map(|texels| (scene, *epsilon, texels)))
-        .map(|(scene, epsilon, texels)| Room {
-            name: format!("{} faces {texels}²", scene.faces.len()),
-            mesh: Mesh::uniform(scene, texels, 1).expect("the rooms are sound"),
-            epsilon,
-        })
-        .collect()
+    sizes().into_iter().map(room).collect()
+}
+
+fn room((scene, texels): (Scene, u32)) -> Room {
+    let mesh = Mesh::uniform(&scene, texels, 1).expect("the rooms are sound");
+    let target = Target::new(mesh, whole_faces(texels));
+    Room {
+        name: format!("{} faces {texels}²", scene.faces.len()),
+        settings: target.settings_to(BOUND),
+        target,
+    }
+}
+
+/// The paper's way: whole faces, disc factors, centre to centre, rays.
+pub fn whole_faces(texels: u32) -> Settings {
+    Settings {
+        texels,
+        cells: 1,
+        form_factor: FormFactor::Disc,
+        ..Settings::default()
+    }
 }
 
 fn settings(room: &Room, solver: Solver) -> Settings {
@@ -66,20 +102,18 @@ fn settings(room: &Room, solver: Solver) -> Settings {
         Visibility::Stereographic
     };
     Settings {
-        cells: 1,
         visibility,
-        epsilon: room.epsilon,
-        ..Settings::default()
+        ..room.settings.clone()
     }
 }
 
 fn engine<'a>(room: &'a Room, solver: Solver, gpu: &Gpu) -> Box<dyn Engine + 'a> {
-    let settings = settings(room, solver);
+    let (mesh, settings) = (&room.target.mesh, settings(room, solver));
     match solver {
         Solver::Gpu => {
-            Box::new(GpuSolver::new(gpu, &room.mesh, &settings).expect("the rooms fit any GPU"))
+            Box::new(GpuSolver::new(gpu, mesh, &settings).expect("the rooms fit any GPU"))
         }
-        _ => Box::new(CpuSolver::new(&room.mesh, &settings)),
+        _ => Box::new(CpuSolver::new(mesh, &settings)),
     }
 }
 
@@ -87,7 +121,7 @@ fn engine<'a>(room: &'a Room, solver: Solver, gpu: &Gpu) -> Box<dyn Engine + 'a>
 pub fn shots(room: &Room, solver: Solver, gpu: &Gpu, count: u32) -> Duration {
     let mut engine = engine(room, solver, gpu);
     let log: Vec<u32> = (0..count)
-        .map(|k| k % room.mesh.cells.len() as u32)
+        .map(|k| k % room.target.mesh.cells.len() as u32)
         .collect();
     let start = Instant::now();
     engine
@@ -98,13 +132,10 @@ pub fn shots(room: &Room, solver: Solver, gpu: &Gpu, count: u32) -> Duration {
     start.elapsed()
 }
 
-/// The time of a solve on a fresh engine, and its shots.
-pub fn whole(room: &Room, solver: Solver, gpu: &Gpu) -> (Duration, usize) {
+/// The time of a solve to 10 % on a fresh engine, and the solve.
+pub fn whole(room: &Room, solver: Solver, gpu: &Gpu) -> (Duration, Run) {
     let mut engine = engine(room, solver, gpu);
     let start = Instant::now();
-    let run = solve(&mut *engine, &settings(room, solver), &mut |_, _| {
-        ControlFlow::Continue(())
-    })
-    .expect("solves succeed");
-    (start.elapsed(), run.shots.len())
+    let run = run(&mut *engine, &settings(room, solver));
+    (start.elapsed(), run)
 }

@@ -23,16 +23,7 @@ if has_driver && has_loader; then
     exit 0
 fi
 
-as_root() {
-    if [ "$(id -u)" = 0 ]; then
-        "$@"
-    elif command -v sudo >/dev/null; then
-        sudo "$@"
-    else
-        echo "Cannot install as $(id -un) without sudo. As root, run: $*" >&2
-        exit 1
-    fi
-}
+. "$(dirname "$0")/root.sh"
 
 echo "No Vulkan driver found: installing Mesa's software driver (lavapipe) by the package manager." >&2
 if command -v apt-get >/dev/null; then
