@@ -14,6 +14,7 @@ pub mod link;
 pub mod links;
 pub mod lookup;
 pub mod matrix;
+pub mod memory;
 pub mod power;
 pub mod projection;
 pub mod rays;
