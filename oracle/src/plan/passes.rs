@@ -117,3 +117,56 @@ fn bound(scene: &Scene, settings: &Settings, counts: &Counts) -> Expected {
         from: None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use common::scene::Face;
+    use glam::{DVec3, Vec3};
+
+    /// Two unit squares that face each other.
+    fn plates() -> Scene {
+        let at =
+            |h: f64| [(0., 0.), (0., 1.), (1., 1.), (1., 0.)].map(|(x, z)| DVec3::new(x, h, z));
+        let floor = Face::quad("floor", at(0.0), Vec3::ZERO, Vec3::splat(0.8));
+        let lamp = Face::quad("lamp", at(1.0), Vec3::ONE, Vec3::splat(0.8)).reversed();
+        Scene {
+            name: "plates".into(),
+            faces: vec![floor, lamp],
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_bounds_hold() {
+        use Iteration::{Batch, Cg, Chebyshev, Jacobi, Southwell};
+        for iteration in [Southwell, Batch, Jacobi, Chebyshev, Cg] {
+            let settings = Settings {
+                texels: 8,
+                iteration,
+                epsilon: 1e-4,
+                ..Settings::default()
+            };
+            let counts = Counts::new(&plates(), &settings);
+            let bound = bound(&plates(), &settings, &counts);
+            let told = expected(&plates(), &settings).unwrap();
+            assert!(told.from.is_some());
+            assert!(
+                told.passes <= bound.passes,
+                "{iteration:?}: {told:?} {bound:?}"
+            );
+            assert!(
+                told.shots <= bound.shots,
+                "{iteration:?}: {told:?} {bound:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_too_large_even_for_a_small_solve_is_bounded() {
+        let mut scene = plates();
+        let faces = scene.faces.clone();
+        scene.faces = (0..1200).flat_map(|_| faces.clone()).collect();
+        assert_eq!(expected(&scene, &Settings::default()).unwrap().from, None);
+    }
+}

@@ -137,3 +137,113 @@ pub fn program() -> u64 {
     let file = std::env::current_exe().and_then(std::fs::read);
     digest(&(env!("CARGO_PKG_VERSION"), file.unwrap_or_default()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::speed::Figures;
+    use common::settings::Settings;
+
+    fn path(name: &str) -> PathBuf {
+        let name = format!("store-{}-{name}.jsonl", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let _ = std::fs::remove_file(&path);
+        path
+    }
+
+    fn measurement(solve: f64) -> Measurement {
+        Measurement {
+            prepare: 0.25,
+            solve,
+            device: None,
+            result: Ok(Figures {
+                error: 0.1,
+                own_error: 0.05,
+                bias: -0.01,
+                imbalance: 1e-7,
+                unshot: 1e-3,
+                shots: 1 << 40,
+                passes: 6,
+                linked: 12,
+                one_by_one: false,
+            }),
+        }
+    }
+
+    #[test]
+    fn what_was_measured_is_taken_up() {
+        let path = path("taken");
+        let mut store = Store::open(&path).unwrap();
+        let failed = Measurement {
+            result: Err("took “too” long".into()),
+            ..measurement(60.0)
+        };
+        store.add("a", "first", measurement(1.5)).unwrap();
+        store.add("b", "second", failed.clone()).unwrap();
+        store.add("a", "third", measurement(1.0 / 3.0)).unwrap();
+        let again = Store::open(&path).unwrap();
+        assert_eq!(again.damaged, 0);
+        assert_eq!(again.runs("a"), [measurement(1.5), measurement(1.0 / 3.0)]);
+        assert_eq!(again.runs("b"), [failed]);
+        assert!(again.runs("c").is_empty());
+    }
+
+    #[test]
+    fn what_is_damaged_is_not_and_what_follows_is() {
+        let path = path("damaged");
+        let mut store = Store::open(&path).unwrap();
+        store.add("a", "whole", measurement(1.5)).unwrap();
+        drop(store);
+        let whole = std::fs::read_to_string(&path).unwrap();
+        let negative = whole.replace("1.5", "-1.5");
+        let nothing = whole.replace("0.1", "null");
+        let cut = &whole[..whole.len() / 2];
+        std::fs::write(&path, format!("{negative}no JSON\n{nothing}{whole}{cut}")).unwrap();
+        let mut store = Store::open(&path).unwrap();
+        assert_eq!(store.damaged, 4);
+        assert_eq!(store.runs("a"), [measurement(1.5)]);
+        // Not on the end of the line that was cut.
+        store.add("a", "next", measurement(2.0)).unwrap();
+        let store = Store::open(&path).unwrap();
+        assert_eq!(store.runs("a"), [measurement(1.5), measurement(2.0)]);
+    }
+
+    #[test]
+    fn anything_else_is_another_measurement() {
+        let context = |scene, truth, program, asked, adapter: &str| Context {
+            scene,
+            truth,
+            program,
+            asked,
+            adapter: adapter.into(),
+        };
+        let method = |solver, samples| Method {
+            solver,
+            sweep: "samples",
+            options: String::new(),
+            settings: Settings {
+                samples,
+                ..Settings::default()
+            },
+        };
+        let base = context(1, 2, 3, (16, 60.0), "x");
+        let key = base.key(&method(Solver::Gpu, 4));
+        let others = [
+            context(9, 2, 3, (16, 60.0), "x"),
+            context(1, 9, 3, (16, 60.0), "x"),
+            context(1, 2, 9, (16, 60.0), "x"),
+            context(1, 2, 3, (8, 60.0), "x"),
+            context(1, 2, 3, (16, 30.0), "x"),
+            context(1, 2, 3, (16, 60.0), "y"),
+        ];
+        for other in &others {
+            assert_ne!(other.key(&method(Solver::Gpu, 4)), key);
+        }
+        assert_ne!(base.key(&method(Solver::Cpu, 4)), key);
+        assert_ne!(base.key(&method(Solver::Gpu, 5)), key);
+        assert_eq!(base.key(&method(Solver::Gpu, 4)), key);
+        // The CPU does not mind which GPU there is.
+        let cpu = method(Solver::Cpu, 4);
+        assert_eq!(others[5].key(&cpu), base.key(&cpu));
+    }
+}
