@@ -67,12 +67,11 @@ impl Measurement {
     /// Whether all numbers are numbers: a damaged record may hold anything.
     pub fn is_sound(&self) -> bool {
         let time = |x: f64| x.is_finite() && x >= 0.0;
-        let figures = |f: &Figures| {
+        let judged = self.result.as_ref().map_or(true, |f| {
             let all = [f.error, f.own_error, f.bias, f.imbalance, f.unshot];
             all.iter().all(|x| x.is_finite()) && f.error >= 0.0
-        };
-        time(self.prepare) && time(self.solve) && self.result.as_ref().is_ok_and(figures)
-            || self.result.is_err() && time(self.prepare) && time(self.solve)
+        });
+        time(self.prepare) && time(self.solve) && judged
     }
 }
 
