@@ -1,7 +1,7 @@
 # Two commands: `make demo` sets everything up and compares the solvers on the bundled Cornell
 # box; `make test` sets everything up and runs all tests.
 
-.PHONY: demo test driver bench peers
+.PHONY: demo test driver bench peers chart
 
 demo: driver
 	cargo run --release --locked
@@ -17,6 +17,10 @@ peers:
 	cargo bench --locked -p radiosity-benches --bench embree
 	cargo run --release --locked -- solve scenes/cornell_box.obj --solver matrix --out target/peers/cornell_box --quiet
 	@sh scripts/mitsuba.sh target/peers/cornell_box $${RADIOSITY_DATA:+"$$RADIOSITY_DATA/truth/cornell_32"}
+
+# Speed against accuracy on the bundled scenes, out/chart.html; interrupted, it goes on next time.
+chart: driver
+	cargo run --release --locked -- chart
 
 driver:
 	@sh scripts/driver.sh

@@ -17,6 +17,7 @@ pub mod link;
 pub mod links;
 pub mod lookup;
 pub mod matrix;
+pub mod memory;
 pub mod occluders;
 pub mod polygon;
 pub mod power;

@@ -153,7 +153,7 @@ fn places(gpu: &Gpu, mesh: &Mesh) -> u32 {
 }
 
 /// The most that one binding holds.
-fn most_bytes(gpu: &Gpu) -> u64 {
+pub fn most_bytes(gpu: &Gpu) -> u64 {
     let limits = gpu.device.limits();
     limits
         .max_storage_buffer_binding_size

@@ -4,6 +4,7 @@
 pub mod adapter;
 mod batch;
 mod buffers;
+mod memory;
 mod pipelines;
 mod records;
 pub mod shaders;

@@ -3,6 +3,7 @@
 use super::progress::{Progress, listen};
 use super::solve::{Arguments, FILES, write_maps, wrote};
 use super::{Outcome, warnings};
+use crate::dense;
 use common::Result;
 use common::energy::Energy;
 use common::form_factor::FormFactor;
@@ -10,11 +11,10 @@ use common::import::load;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
-use common::shooting::{Field, Run};
+use common::shooting::Run;
 use common::solution::{Seconds, Solution, Warning, prepare};
 use cpu::matrix::memory::check;
-use cpu::matrix::{Answer, Matrix, Quality, ledger};
-use glam::{DVec3, Vec4};
+use cpu::matrix::{Answer, Matrix, Quality};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -44,14 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let prepare_seconds = start.elapsed().as_secs_f64();
 
     let start = Instant::now();
-    let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
-    let reflectance: Vec<DVec3> = mesh
-        .texels
-        .iter()
-        .map(|t| t.reflectance.as_dvec3())
-        .collect();
-    let answer = matrix.solve(&emission, &reflectance)?;
-    let run = finished(&mesh, &matrix, &emission, &answer);
+    let (run, answer) = dense::solve(&mesh, &matrix)?;
     let solve_seconds = start.elapsed().as_secs_f64();
 
     let solution = Solution {
@@ -87,27 +80,6 @@ fn assemble(scene: &Scene, mesh: &Mesh, quiet: bool) -> Result<(Matrix, Quality)
     Matrix::assemble(scene, mesh, &mut |done, all| {
         progress.show("form factors", done, all)
     })
-}
-
-/// The answer as a converged run with nothing unshot.
-fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &Answer) -> Run {
-    let single = |values: &[DVec3]| -> Vec<Vec4> {
-        values.iter().map(|v| v.as_vec3().extend(0.0)).collect()
-    };
-    let power = |(e, a): (&DVec3, &f64)| e.element_sum() * a;
-    Run {
-        shots: ledger::shots(mesh, matrix, emission, answer),
-        emitted: emission.iter().zip(&matrix.areas).map(power).sum::<f64>() as f32,
-        converged: true,
-        passes: 0,
-        shooters: 0,
-        field: Field {
-            origin: "matrix".to_owned(),
-            radiosity: single(&answer.radiosity),
-            residual: vec![Vec4::ZERO; mesh.texels.len()],
-            irradiance: single(&answer.irradiance),
-        },
-    }
 }
 
 /// The advice for shots does not help here.

@@ -1,6 +1,8 @@
-//! The command line: `solve`, `compare`, `relight`, `merge`, `diff`, `converge`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `relight`, `merge`, `diff`, `converge`,
+//! `chart`, `plan`, `adapters`; exit codes as in the README.
 
 mod adapters;
+mod chart;
 mod compare;
 mod converge;
 mod diff;
@@ -8,6 +10,7 @@ mod matrix;
 mod merge;
 mod objects;
 mod options;
+mod plan;
 mod progress;
 mod relight;
 mod solve;
@@ -46,6 +49,10 @@ enum Command {
     Diff(diff::Arguments),
     /// Measure how the error falls and the time grows with each parameter; writes converge.html
     Converge(converge::Arguments),
+    /// Speed against accuracy, every method on CPU and GPU; writes chart.html
+    Chart(chart::Arguments),
+    /// What a solve will take: texels, memory, shots, time
+    Plan(plan::Arguments),
     /// List the GPU adapters found
     Adapters,
 }
@@ -72,6 +79,8 @@ pub fn main() -> ExitCode {
         Some(Command::Table4(arguments)) => table4::run(&arguments),
         Some(Command::Diff(arguments)) => diff::run(&arguments),
         Some(Command::Converge(arguments)) => converge::run(&arguments),
+        Some(Command::Chart(arguments)) => chart::run(&arguments),
+        Some(Command::Plan(arguments)) => plan::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         None => compare::demo(),
     };

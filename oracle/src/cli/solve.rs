@@ -4,6 +4,7 @@ use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
 use super::solver::{SolverOption, choose, open};
 use super::{Outcome, matrix, warnings};
+use crate::plan::fits::{Limit, check};
 use crate::refine::{Rung, refine};
 use clap::Args;
 use common::Result;
@@ -72,11 +73,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for note in &scene.notes {
         eprintln!("note: {}: {note}", scene.name);
     }
+    let (device, missing) = open(solver, common)?;
+    let settings = settings(common, device.is_some())?;
+    check(&scene, &settings, device.as_ref(), Limit::of_this_machine())?;
     prepare(&arguments.out)?;
     listen();
 
-    let (device, missing) = open(solver, common)?;
-    let settings = settings(common, device.is_some())?;
     let mut timing = Seconds {
         load: load_seconds,
         ..Seconds::default()
@@ -142,7 +144,7 @@ pub fn write_maps(scene: &Scene, mesh: &Mesh, field: &Field, out: &Path) -> Resu
 
 /// The settings in force. The most accurate visibility of a solver is its default; at reference
 /// quality that is rays on both.
-fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
+pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
     let visibility = if on_gpu && common.quality() != Quality::Reference {
         Visibility::Stereographic
     } else {

@@ -1,6 +1,7 @@
 //! Two results of one scene on one grid.
 
 use super::reflected::{Reflected, offsets};
+use crate::compare::difference::figures;
 use crate::resample::{areas, average, average_error, common_resolution, pieces};
 use common::scene::Scene;
 use common::texel::count;
@@ -78,6 +79,20 @@ impl Pair {
             pair.cut += usize::from(!uncut);
         }
         Ok(pair)
+    }
+
+    /// Relative RMS and bias, the worst channel of each.
+    pub fn worst(&self) -> (f64, f64) {
+        let mut worst = (0.0f64, 0.0f64);
+        for c in 0..3 {
+            let texels = (0..self.areas.len()).map(|k| (self.areas[k], self.a[k][c], self.b[k][c]));
+            let channel = figures(texels);
+            worst.0 = worst.0.max(channel.relative_rms);
+            if channel.bias.abs() > worst.1.abs() {
+                worst.1 = channel.bias;
+            }
+        }
+        worst
     }
 }
 

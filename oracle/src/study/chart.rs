@@ -81,7 +81,7 @@ fn draw(
 }
 
 /// 1, 2 and 5 × 10ⁿ where they fit, powers of ten alone over many decades.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
+pub(crate) fn ticks(low: f64, high: f64) -> Vec<f64> {
     let decades = (high / low).log10();
     let steps: &[f64] = if decades > 4.0 {
         &[1.0]

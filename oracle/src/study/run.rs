@@ -3,7 +3,6 @@
 use super::finding::{Evidence, ROUNDING, finding};
 use super::sweeps::{Curve, REFINEMENTS, Sweep, Truth};
 use super::{MeasuredCurve, MeasuredSweep, Point, fit};
-use crate::compare::difference::figures;
 use crate::diff::pair::Pair;
 use crate::diff::reflected::Reflected;
 use common::scene::Scene;
@@ -208,16 +207,7 @@ impl<'a> Bench<'a> {
             let place = mismatch.face.map_or(String::new(), |k| format!("face {k}"));
             Error::input(&self.scene.name, place, mismatch.message)
         })?;
-        let mut worst = (0.0f64, 0.0f64);
-        for c in 0..3 {
-            let texels = (0..pair.areas.len()).map(|k| (pair.areas[k], pair.a[k][c], pair.b[k][c]));
-            let channel = figures(texels);
-            worst.0 = worst.0.max(channel.relative_rms);
-            if channel.bias.abs() > worst.1.abs() {
-                worst.1 = channel.bias;
-            }
-        }
-        Ok(worst)
+        Ok(pair.worst())
     }
 
     /// None when `progress` broke.

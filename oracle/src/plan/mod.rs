@@ -1,0 +1,13 @@
+//! What a solve will take, told before it starts.
+//!
+//! [`counts`] are arithmetic on the scene and the settings, [`memory`] is what they take,
+//! [`fits`] refuses what this machine cannot hold and says what it can, [`passes`] and [`trial`]
+//! expect the time.
+
+pub mod counts;
+pub mod fits;
+pub mod memory;
+pub mod passes;
+pub mod trial;
+
+pub use counts::Counts;

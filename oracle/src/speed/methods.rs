@@ -1,0 +1,309 @@
+//! The ways to solve: a base per solver, one parameter at a time, and a few combinations.
+
+use super::Solver;
+use crate::plan::Counts;
+use common::form_factor::FormFactor;
+use common::scene::Scene;
+use common::settings::{Iteration, Lookup, Quality, Settings, Visibility};
+use cpu::matrix::memory::{MEMORY, bytes};
+use serde_json::Value;
+
+/// Samples of the base: cells are halved until it has no more, so that it takes seconds.
+const SAMPLES: u64 = 1 << 24;
+/// The twin of an item buffer is a plain loop: with more pixels it only gets slower.
+const TWIN_PIXELS: u32 = 256;
+
+/// One way to solve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Method {
+    /// Who.
+    pub solver: Solver,
+    /// What is varied: an option's name, or "base" or "combination".
+    pub sweep: &'static str,
+    /// How it differs from the base, as the command line has it.
+    pub options: String,
+    /// How.
+    pub settings: Settings,
+}
+
+/// Who a row of the table is for.
+#[derive(Clone, Copy, PartialEq)]
+enum For {
+    Both,
+    Cpu,
+    Gpu,
+}
+
+/// Solvers, sweep, whether the short table has it too, and the change to the base.
+type Row = (For, &'static str, bool, fn(&mut Settings));
+
+/// The table.
+const ROWS: &[Row] = &[
+    (For::Both, "base", true, |_| ()),
+    (For::Both, "texels", true, |s| s.texels /= 2),
+    (For::Both, "texels", false, |s| s.texels *= 2),
+    (For::Both, "cells", false, |s| s.cells /= 4),
+    (For::Both, "cells", true, |s| s.cells /= 2),
+    (For::Both, "cells", true, |s| s.cells *= 2),
+    (For::Both, "samples", true, |s| s.samples = 1),
+    (For::Cpu, "samples", false, |s| s.samples = 2),
+    (For::Both, "samples", true, |s| s.samples *= 4),
+    (For::Both, "form-factor", true, |s| {
+        s.form_factor = FormFactor::Disc;
+    }),
+    (For::Both, "form-factor", false, |s| {
+        s.form_factor = FormFactor::Paper;
+    }),
+    (For::Both, "iteration", true, |s| {
+        s.iteration = Iteration::Southwell;
+    }),
+    (For::Both, "iteration", false, |s| {
+        s.iteration = Iteration::Overshoot;
+    }),
+    (For::Both, "iteration", false, |s| {
+        s.iteration = Iteration::Batch;
+    }),
+    (For::Both, "iteration", false, |s| {
+        s.iteration = Iteration::Jacobi;
+    }),
+    (For::Both, "iteration", false, |s| {
+        s.iteration = Iteration::Chebyshev;
+    }),
+    (For::Cpu, "epsilon", false, |s| s.epsilon = 0.1),
+    (For::Both, "epsilon", true, |s| s.epsilon = 0.01),
+    (For::Both, "epsilon", false, |s| s.epsilon = 1e-4),
+    (For::Cpu, "visibility", true, |s| {
+        twin(s, Visibility::Stereographic);
+    }),
+    (For::Cpu, "visibility", false, |s| {
+        twin(s, Visibility::Hemisphere);
+    }),
+    (For::Cpu, "visibility", false, |s| {
+        twin(s, Visibility::Hemicube);
+    }),
+    (For::Cpu, "visibility", false, |s| {
+        twin(s, Visibility::Paper);
+    }),
+    (For::Gpu, "visibility", true, |s| {
+        s.visibility = Visibility::Rays;
+    }),
+    (For::Gpu, "visibility", false, |s| {
+        s.visibility = Visibility::Hemisphere;
+    }),
+    (For::Gpu, "visibility", false, |s| {
+        s.visibility = Visibility::Hemicube;
+    }),
+    (For::Gpu, "visibility", true, |s| {
+        s.visibility = Visibility::Paper;
+    }),
+    (For::Gpu, "item-buffer", true, |s| s.item_buffer = 256),
+    (For::Gpu, "item-buffer", false, |s| s.item_buffer = 512),
+    (For::Gpu, "item-buffer", false, |s| s.item_buffer = 2048),
+    (For::Gpu, "lookup", false, |s| s.lookup = Lookup::Exact),
+    (For::Both, "combination", true, draft),
+    (For::Both, "combination", false, |s| {
+        let texels = s.texels;
+        draft(s);
+        s.texels = texels;
+    }),
+    (For::Both, "combination", true, paper),
+    (For::Both, "combination", false, |s| {
+        paper(s);
+        s.conserve = true;
+    }),
+    (For::Both, "combination", false, |s| {
+        s.form_factor = FormFactor::Disc;
+        s.conserve = true;
+    }),
+    (For::Both, "combination", false, |s| finest(s, 1, 1)),
+    (For::Both, "combination", true, |s| finest(s, 2, 1)),
+    (For::Gpu, "combination", false, |s| finest(s, 1, 4)),
+    (For::Both, "combination", true, |s| finest(s, 2, 4)),
+    (For::Cpu, "combination", false, |s| finest(s, 4, 1)),
+    (For::Cpu, "combination", false, |s| finest(s, 4, 4)),
+];
+
+fn twin(s: &mut Settings, visibility: Visibility) {
+    s.visibility = visibility;
+    s.item_buffer = TWIN_PIXELS;
+}
+
+/// `--quality draft`, but no finer than the base.
+fn draft(s: &mut Settings) {
+    let (texels, cells, samples, epsilon) = Quality::Draft.settings();
+    s.texels = s.texels.min(texels);
+    s.cells = s.cells.min(cells);
+    (s.samples, s.epsilon) = (samples, epsilon);
+}
+
+/// Whole faces, discs, centres, one shot after the other.
+fn paper(s: &mut Settings) {
+    (s.cells, s.samples) = (1, 1);
+    s.form_factor = FormFactor::Disc;
+    s.iteration = Iteration::Southwell;
+}
+
+/// The ladder: the best visibility, more cells and samples.
+fn finest(s: &mut Settings, cells: u32, samples: u32) {
+    s.visibility = Visibility::Rays;
+    s.cells *= cells;
+    s.samples *= samples;
+}
+
+/// What `solve` does by default, on N×N texels, with fewer cells where these would take long.
+pub fn base(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> Settings {
+    let (_, cells, samples, epsilon) = quality.settings();
+    let mut settings = Settings {
+        texels,
+        cells,
+        samples,
+        epsilon,
+        iteration: Iteration::Cg,
+        visibility: match solver {
+            Solver::Gpu => Visibility::Stereographic,
+            Solver::Cpu | Solver::Matrix => Visibility::Rays,
+        },
+        ..Settings::default()
+    };
+    let samples = |s: &Settings| {
+        Counts::new(scene, s)
+            .links()
+            .saturating_mul(s.samples.into())
+    };
+    while settings.cells > 1 && samples(&settings) > SAMPLES {
+        settings.cells /= 2;
+    }
+    settings
+}
+
+/// The texels a side that are asked for: `quality`'s, halved until the matrix can answer, unless
+/// that leaves too few.
+pub fn texels(scene: &Scene, quality: Quality) -> u32 {
+    let (asked, ..) = quality.settings();
+    let fits = |n: &u32| bytes(scene.faces.len() as u64 * u64::from(*n).pow(2)) <= MEMORY;
+    [asked, asked / 2].into_iter().find(fits).unwrap_or(asked)
+}
+
+/// All methods of `solver`, each once.
+pub fn methods(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> Vec<Method> {
+    let base = base(scene, solver, quality, texels);
+    let mut methods: Vec<Method> = Vec::new();
+    let mine = match solver {
+        Solver::Cpu => For::Cpu,
+        Solver::Gpu => For::Gpu,
+        Solver::Matrix => return matrices(scene, &base),
+    };
+    let rows = ROWS.iter().filter(|(who, _, short, _)| {
+        (*who == For::Both || *who == mine) && (*short || quality != Quality::Draft)
+    });
+    for (_, sweep, _, change) in rows {
+        let mut settings = base.clone();
+        change(&mut settings);
+        settings.texels = settings.texels.max(1);
+        settings.cells = settings.cells.clamp(1, settings.texels);
+        settings.raster = settings.raster();
+        if methods.iter().all(|m| m.settings != settings) {
+            methods.push(Method {
+                solver,
+                sweep,
+                options: options(&base, &settings),
+                settings,
+            });
+        }
+    }
+    methods
+}
+
+/// The matrix on as many texels as it can hold.
+fn matrices(scene: &Scene, base: &Settings) -> Vec<Method> {
+    let fits = |n: &u32| *n > 0 && bytes(scene.faces.len() as u64 * u64::from(*n).pow(2)) <= MEMORY;
+    let sides = [base.texels / 4, base.texels / 2, base.texels];
+    let method = |texels| Method {
+        solver: Solver::Matrix,
+        sweep: "texels",
+        options: format!("--texels {texels}"),
+        settings: Settings {
+            texels,
+            cells: 1,
+            ..base.clone()
+        },
+    };
+    sides.into_iter().filter(fits).map(method).collect()
+}
+
+/// What is unlike the base, as options; "base" where nothing is.
+fn options(base: &Settings, settings: &Settings) -> String {
+    let [old, new] = [base, settings].map(|s| serde_json::to_value(s).unwrap_or_default());
+    let changed = new
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter(|(k, v)| old[*k] != **v);
+    let texts: Vec<String> = changed
+        .map(|(name, value)| match value {
+            Value::Bool(_) => format!("--{name}"),
+            Value::String(text) => format!("--{name} {text}"),
+            other => format!("--{name} {other}"),
+        })
+        .collect();
+    if texts.is_empty() {
+        "base".into()
+    } else {
+        texts.join(" ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use common::scene::Face;
+    use glam::{DVec3, Vec3};
+
+    fn scene(faces: usize) -> Scene {
+        let c = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        Scene {
+            faces: vec![Face::quad("q", c, Vec3::ONE, Vec3::splat(0.5)); faces],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn every_method_is_another_one_and_says_how() {
+        for (faces, quality) in [
+            (19, Quality::Normal),
+            (168, Quality::Normal),
+            (1, Quality::Draft),
+        ] {
+            let scene = scene(faces);
+            let n = texels(&scene, quality);
+            let mut all = 0;
+            for solver in [Solver::Cpu, Solver::Gpu] {
+                let methods = methods(&scene, solver, quality, n);
+                all += methods.len();
+                assert_eq!(methods[0].options, "base");
+                for (k, method) in methods.iter().enumerate() {
+                    let s = &method.settings;
+                    assert!(s.cells >= 1 && s.cells <= s.texels && s.samples >= 1);
+                    let twins = methods[..k].iter().filter(|m| m.options == method.options);
+                    assert_eq!(twins.count(), 0, "{}", method.options);
+                }
+            }
+            let expected = if quality == Quality::Draft {
+                15..45
+            } else {
+                40..81
+            };
+            assert!(expected.contains(&all), "{faces} faces: {all} points");
+        }
+    }
+
+    #[test]
+    fn large_scenes_ask_for_less() {
+        assert_eq!(texels(&scene(19), Quality::Normal), 16);
+        assert_eq!(texels(&scene(168), Quality::Normal), 8);
+        assert_eq!(base(&scene(19), Solver::Cpu, Quality::Normal, 16).cells, 4);
+        assert_eq!(base(&scene(168), Solver::Cpu, Quality::Normal, 8).cells, 1);
+        // Too many for the matrix at any useful resolution.
+        assert_eq!(texels(&scene(5000), Quality::Normal), 16);
+    }
+}

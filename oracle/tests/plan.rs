@@ -1,0 +1,82 @@
+//! What a plan expects is what a solve takes.
+
+mod bundled;
+
+use bundled::bundled;
+use common::passes::solve;
+use common::settings::{Iteration, Settings};
+use cpu::CpuSolver;
+use cpu::cover::sampled;
+use oracle::plan::passes::expected;
+use oracle::plan::{Counts, trial};
+use std::ops::ControlFlow;
+
+/// Whether `told` is `true_value` within a factor of 3.
+fn near(told: f64, true_value: f64) -> bool {
+    (1.0 / 3.0..3.0).contains(&(told / true_value))
+}
+
+#[test]
+fn shots_passes_and_cells_are_expected_within_a_factor_of_three() {
+    for name in ["cornell_box.obj", "furnace.obj"] {
+        let scene = bundled(name);
+        for iteration in [Iteration::Southwell, Iteration::Batch, Iteration::Cg] {
+            let settings = Settings {
+                iteration,
+                cells: 8,
+                samples: 2,
+                ..Settings::default()
+            };
+            let told = expected(&scene, &settings).unwrap();
+            assert!(told.from.is_some_and(|side| side < settings.texels));
+            let mesh = sampled(&scene, &settings).unwrap();
+            let mut engine = CpuSolver::new(&mesh, &settings);
+            let run = solve(&mut engine, &mesh, &settings, &mut |_| {
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+            let mut linked = run.cells();
+            linked.sort_unstable();
+            linked.dedup();
+            let what = format!("{name}, {iteration:?}: {told:?}");
+            assert!(
+                near(told.shots, run.shooters as f64),
+                "{what} {}",
+                run.shooters
+            );
+            assert!(
+                near(told.passes, f64::from(run.passes)),
+                "{what} {}",
+                run.passes
+            );
+            assert!(
+                near(told.linked, linked.len() as f64),
+                "{what} {}",
+                linked.len()
+            );
+            let counts = Counts::new(&scene, &settings);
+            assert_eq!(counts.texels, mesh.texels.len() as u64);
+            assert_eq!(counts.cells, mesh.cells.len() as u64);
+        }
+    }
+}
+
+#[test]
+fn the_trial_times_every_part() {
+    let scene = bundled("cornell_box.obj");
+    for iteration in [Iteration::Southwell, Iteration::Cg] {
+        let settings = Settings {
+            iteration,
+            ..Settings::default()
+        };
+        let told = expected(&scene, &settings).unwrap();
+        let mesh = sampled(&scene, &settings).unwrap();
+        let mut engine = CpuSolver::new(&mesh, &settings);
+        let time = trial::time(&mut engine, &mesh, &told).unwrap();
+        assert!(time.links > 0.0 && time.passes > 0.0, "{time:?}");
+        assert!(
+            time.tried > 4 && time.factor > 1.0 && time.factor < 10.0,
+            "{time:?}"
+        );
+    }
+}
