@@ -200,8 +200,26 @@ impl Common {
         self.quality.map_or(Quality::Normal, Into::into)
     }
 
-    /// The settings of `solve`.
+    /// The settings of `solve`, and of what is done by one.
+    pub fn of_passes(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
+        let iteration = self.iteration.map_or(Iteration::Cg, Into::into);
+        let shots = Self {
+            iteration: None,
+            ..self.clone()
+        };
+        Ok(Settings {
+            iteration,
+            ..shots.settings(visibility, form_factor)?
+        })
+    }
+
+    /// The settings of a command that shoots one cell after the other.
     pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
+        if !matches!(self.iteration, None | Some(IterationOption::Southwell)) {
+            return Err(Error::Usage(
+                "this command shoots one cell after the other: --iteration is for solve, or southwell".into(),
+            ));
+        }
         let quality = self.quality();
         let (texels, cells, samples, epsilon) = quality.settings();
         let default = Settings::default();
@@ -210,7 +228,7 @@ impl Common {
             texels: self.texels.unwrap_or(texels),
             epsilon: self.epsilon.unwrap_or(epsilon),
             max_shots: self.max_shots.unwrap_or(default.max_shots),
-            iteration: self.iteration.map_or(default.iteration, Into::into),
+            iteration: Iteration::Southwell,
             visibility: self.visibility.map_or(visibility, Into::into),
             item_buffer: self.item_buffer.unwrap_or(default.item_buffer),
             raster: match self.raster {

@@ -15,7 +15,7 @@ use common::import::load;
 use common::mesh::Mesh;
 use common::passes::solve;
 use common::scene::Scene;
-use common::settings::{Iteration, Quality, Settings, Visibility};
+use common::settings::{Quality, Settings, Visibility};
 use common::shooting::{Engine, Field, Run};
 use common::solution::{Seconds, Solution, prepare};
 use cpu::CpuSolver;
@@ -150,11 +150,7 @@ pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
     } else {
         Visibility::Rays
     };
-    let settings = common.settings(visibility, FormFactor::Polygon)?;
-    Ok(Settings {
-        iteration: common.iteration.map_or(Iteration::Cg, Into::into),
-        ..settings
-    })
+    common.of_passes(visibility, FormFactor::Polygon)
 }
 
 /// One solve at given settings.
