@@ -2,8 +2,9 @@
 //! The truth is the converged solution of the same texels, form factors and rays.
 
 use common::mesh::Mesh;
-use common::settings::Settings;
-use common::shooting::{Engine, Field, Rule, Run, initial, solve};
+use common::passes::solve;
+use common::settings::{Iteration, Settings};
+use common::shooting::{Engine, Field, Rule, Run, initial};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
@@ -15,10 +16,14 @@ const STEP: f64 = 0.9;
 
 /// Plain Southwell: one shot after the other, most unshot power first.
 pub fn southwell(settings: &Settings) -> Settings {
-    settings.clone()
+    Settings {
+        iteration: Iteration::Southwell,
+        ..settings.clone()
+    }
 }
 
 /// A mesh, how it is solved, and where that must end.
+#[derive(Clone)]
 pub struct Target {
     /// The texels.
     pub mesh: Mesh,
@@ -36,6 +41,7 @@ impl Target {
         };
         let run = run(
             &mut CpuSolver::new(&mesh, &settings_of_truth),
+            &mesh,
             &settings_of_truth,
         );
         assert!(run.converged, "the truth must have converged");
@@ -75,7 +81,7 @@ impl Target {
         let mut engine = CpuSolver::new(&self.mesh, &settings);
         let mut shots = Vec::new();
         loop {
-            let run = run(&mut engine, &settings);
+            let run = run(&mut engine, &self.mesh, &settings);
             assert!(!run.shots.is_empty(), "{bound} is never reached");
             shots.extend(run.cells());
             if self.error(&run.field) <= bound {
@@ -84,21 +90,26 @@ impl Target {
         }
     }
 
+    /// Back to B = r = E; links stay.
+    pub fn restart(&self, engine: &mut dyn Engine) {
+        let start = initial(&self.mesh, "cpu");
+        let reflectance: Vec<Vec3> = self.mesh.texels.iter().map(|t| t.reflectance).collect();
+        engine
+            .restart(Rule::PLAIN, &reflectance, &start)
+            .expect("the CPU solver restarts");
+    }
+
     /// The settings whose ε is the largest of a ladder with an error no larger than `bound`.
     pub fn settings_to(&self, bound: f64) -> Settings {
         let mut settings = Settings {
             epsilon: 0.5,
             ..self.settings.clone()
         };
-        let start = initial(&self.mesh, "cpu");
-        let reflectance: Vec<Vec3> = self.mesh.texels.iter().map(|t| t.reflectance).collect();
         let mut engine = CpuSolver::new(&self.mesh, &settings);
         loop {
             // Links stay, so that a try takes little.
-            engine
-                .restart(Rule::PLAIN, &reflectance, &start)
-                .expect("the CPU solver restarts");
-            if self.error(&run(&mut engine, &settings).field) <= bound {
+            self.restart(&mut engine);
+            if self.error(&run(&mut engine, &self.mesh, &settings).field) <= bound {
                 return settings;
             }
             settings.epsilon *= STEP;
@@ -108,6 +119,6 @@ impl Target {
 }
 
 /// A solve to the end.
-pub fn run(engine: &mut dyn Engine, settings: &Settings) -> Run {
-    solve(engine, settings, &mut |_, _| ControlFlow::Continue(())).expect("the CPU solves")
+pub fn run(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) -> Run {
+    solve(engine, mesh, settings, &mut |_| ControlFlow::Continue(())).expect("the CPU solves")
 }

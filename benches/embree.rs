@@ -53,12 +53,13 @@ fn measure(program: &Path) -> Value {
     let rounds: Vec<Value> = (0..ROUNDS)
         .map(|_| {
             let start = Instant::now();
-            let run = run(&mut CpuSolver::new(mesh, &settings), &settings);
+            let run = run(&mut CpuSolver::new(mesh, &settings), mesh, &settings);
             let ours = start.elapsed().as_secs_f64();
             let theirs = trace(program, &rays, THREADS);
             json!({
                 "solve": ours,
-                "shots": run.shots.len(),
+                "shots": run.shooters,
+                "passes": run.passes,
                 "error": target.error(&run.field),
                 "single": seconds(&theirs, "single"),
                 "packets": seconds(&theirs, "packets"),

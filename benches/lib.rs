@@ -8,7 +8,7 @@ use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{Engine, Order, Run};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
@@ -91,6 +91,7 @@ pub fn whole_faces(texels: u32) -> Settings {
         texels,
         cells: 1,
         form_factor: FormFactor::Disc,
+        iteration: Iteration::Cg,
         ..Settings::default()
     }
 }
@@ -136,6 +137,6 @@ pub fn shots(room: &Room, solver: Solver, gpu: &Gpu, count: u32) -> Duration {
 pub fn whole(room: &Room, solver: Solver, gpu: &Gpu) -> (Duration, Run) {
     let mut engine = engine(room, solver, gpu);
     let start = Instant::now();
-    let run = run(&mut *engine, &settings(room, solver));
+    let run = run(&mut *engine, &room.target.mesh, &settings(room, solver));
     (start.elapsed(), run)
 }
