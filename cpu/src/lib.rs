@@ -3,9 +3,11 @@
 //! all texels is [`matrix`].
 
 pub mod bound;
+pub mod collect;
 pub mod cover;
 pub mod deposit;
 pub mod escape;
+pub mod exchange;
 pub mod hemicube;
 pub mod intersect;
 pub mod item_buffer;

@@ -4,10 +4,17 @@
 pub mod adapter;
 mod batch;
 mod buffers;
+mod context;
+mod host;
+mod linker;
+mod pace;
+mod passes;
 mod pipelines;
 mod records;
 pub mod shaders;
+mod slots;
 pub mod solver;
+mod stage;
 
 pub use adapter::{Gpu, adapters};
 pub use shaders::Fault;

@@ -19,7 +19,7 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 20] = [
+const FILES: [(&str, &str); 23] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
@@ -34,6 +34,7 @@ const FILES: [(&str, &str); 20] = [
     ),
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("sampling", include_str!("shaders/sampling.wgsl")),
+    ("tree", include_str!("shaders/tree.wgsl")),
     ("rays", include_str!("shaders/rays.wgsl")),
     ("aim", include_str!("shaders/aim.wgsl")),
     ("link", include_str!("shaders/link.wgsl")),
@@ -43,6 +44,8 @@ const FILES: [(&str, &str); 20] = [
     ("escape", include_str!("shaders/escape.wgsl")),
     ("power", include_str!("shaders/power.wgsl")),
     ("select", include_str!("shaders/select.wgsl")),
+    ("exchange", include_str!("shaders/exchange.wgsl")),
+    ("collect", include_str!("shaders/collect.wgsl")),
 ];
 
 fn file(name: &str, faults: &[Fault]) -> Result<String> {
@@ -67,7 +70,7 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
         "link" if settings.visibility == Visibility::Rays => {
-            &["sampling", "form_factor", "intersect", "rays"]
+            &["sampling", "form_factor", "intersect", "tree", "rays"]
         }
         "link" => &[
             "sampling",
@@ -77,7 +80,7 @@ pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<Strin
             "intersect",
             "lookup",
         ],
-        "escape" => &["hemicube", "projection", "intersect"],
+        "escape" => &["hemicube", "projection", "intersect", "tree"],
         "tessellate" | "item_buffer_tessellated" => &["hemicube", "projection", "bound"],
         "item_buffer" => &["hemicube", "projection", "bound", "intersect"],
         _ => &[],

@@ -2,7 +2,7 @@
 
 fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -> f32 {
     let d = position - centre;
-    let height = dot(shot.normal, d);
+    let height = dot(shots[slot].normal, d);
     if height <= CONTACT {
         return 0.0;
     }
@@ -12,10 +12,10 @@ fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -
     let cos_i = height / r;
     let cos_j = max(-dot(normal, d) / r, 0.0);
     if FORM_FACTOR == FORM_FACTOR_PAPER {
-        return disc(cos_i, cos_j, r2, shot.area, texel_area);
+        return disc(cos_i, cos_j, r2, shots[slot].area, texel_area);
     }
     if FORM_FACTOR == FORM_FACTOR_DISC {
-        return disc(cos_i, cos_j, r2, shot.area, shot.area);
+        return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);
     }
     return polygon(position, normal);
 }
@@ -25,7 +25,7 @@ fn weight(centre: vec3f, position: vec3f, normal: vec3f, part: f32, f: f32) -> f
     let d = position - centre;
     let r2 = dot(d, d);
     let r = sqrt(r2);
-    let cos_i = max(dot(shot.normal, d) / r, 0.0);
+    let cos_i = max(dot(shots[slot].normal, d) / r, 0.0);
     let cos_j = max(-dot(normal, d) / r, 0.0);
     return disc(cos_i, cos_j, r2, part, part) + f * 1e-6;
 }
@@ -37,10 +37,10 @@ fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f
 fn polygon(position: vec3f, normal: vec3f) -> f32 {
     var clipped: array<vec3f, 5>;
     var count = 0u;
-    var a = shot.corners[3].xyz - position;
+    var a = shots[slot].corners[3].xyz - position;
     var height_a = dot(normal, a);
     for (var k = 0u; k < 4u; k++) {
-        let b = shot.corners[k].xyz - position;
+        let b = shots[slot].corners[k].xyz - position;
         let height_b = dot(normal, b);
         if (height_a > 0.0) != (height_b > 0.0) {
             clipped[count] = a + (b - a) * (height_a / (height_a - height_b));

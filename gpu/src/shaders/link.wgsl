@@ -1,8 +1,8 @@
-// What each texel takes of the shot's cell: form factor × seen part, from pairs of points on the
+// What each texel takes of a shot's cell: form factor × seen part, from pairs of points on the
 // two. A dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/link.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
-@group(0) @binding(1) var<storage, read> shot: Shot;
+@group(0) @binding(1) var<storage, read> shots: array<Shot>;
 @group(0) @binding(2) var<uniform> params: Params;
 @group(0) @binding(3) var<storage, read> texels: array<Texel>;
 @group(0) @binding(4) var<storage, read> points: array<Point>;
@@ -18,7 +18,7 @@ struct Sums {
 }
 
 fn link(sums: Sums) -> f32 {
-    return share(sums, sums.seen, shot.open);
+    return share(sums, sums.seen, shots[slot].open);
 }
 
 fn share(sums: Sums, seen: f32, open: f32) -> f32 {
@@ -34,10 +34,10 @@ fn past(sums: Sums, k: u32) -> vec2f {
     if texels[k].face >= params.room {
         return vec2f(0.0);
     }
-    let object = shot.face >= params.room;
+    let object = shots[slot].face >= params.room;
     var before = 0.0;
     if !object {
-        before = share(sums, sums.before, shot.open_before);
+        before = share(sums, sums.before, shots[slot].open_before);
     }
     var had = 0.0;
     if (params.rule & CAPTURED) != 0u || object {
@@ -53,17 +53,17 @@ fn past(sums: Sums, k: u32) -> vec2f {
 
 fn sample(k: u32, s: u32, sums: Sums) -> Sums {
     let face = texels[k].face;
-    if face == shot.face {
+    if face == shots[slot].face {
         return sums;
     }
-    let q = points[shot.cell * params.samples + s];
-    let p = texel_point(k, shot.cell, s);
+    let q = points[shots[slot].cell * params.samples + s];
+    let p = texel_point(k, shots[slot].cell, s);
     let normal = faces[face].plane.xyz;
     let f = form_factor(q.position, p.xyz, normal, texels[k].area);
     if f <= 0.0 {
         return sums;
     }
-    let part = shot.area / f32(params.samples);
+    let part = shots[slot].area / f32(params.samples);
     let g = weight(q.position, p.xyz, normal, part, f) * (p.w * q.weight);
     var next = Sums(sums.form_factor + f * p.w, sums.seen, sums.all + g, sums.before);
     if q.cover == COVER_ROOM {
@@ -80,25 +80,30 @@ fn sample(k: u32, s: u32, sums: Sums) -> Sums {
 }
 
 @compute @workgroup_size(LANES)
-fn gather(
+fn links_of(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
+    slot = group.z;
     let k = flat(group, groups) * LANES + lane;
     if k >= params.texels {
         return;
     }
+    let at = slot * params.texels + k;
     var sum = Sums(0.0, 0.0, 0.0, 0.0);
-    if shot.sample > 0u {
-        sum = Sums(sums[k].x, sums[k].y, sums[k].z, sums[k].w);
+    if shots[slot].sample > 0u {
+        sum = Sums(sums[at].x, sums[at].y, sums[at].z, sums[at].w);
     }
-    for (var s = shot.sample; s < shot.next; s++) {
+    for (var s = shots[slot].sample; s < shots[slot].next; s++) {
         sum = sample(k, s, sum);
     }
-    sums[k] = vec4f(sum.form_factor, sum.seen, sum.all, sum.before);
-    if shot.next == params.samples {
-        links[shot.place * params.texels + k] = link(sum);
-        sums[k] = vec4f(past(sum, k), 0.0, 0.0);
+    if shots[slot].next < params.samples {
+        sums[at] = vec4f(sum.form_factor, sum.seen, sum.all, sum.before);
+        return;
+    }
+    links[shots[slot].place * params.texels + k] = link(sum);
+    if (params.rule & (CAPTURED | HAD)) != 0u {
+        sums[at] = vec4f(past(sum, k), 0.0, 0.0);
     }
 }
