@@ -4,12 +4,14 @@
 pub mod adapter;
 mod batch;
 mod buffers;
+mod clock;
 mod context;
 mod host;
 mod linker;
 mod pace;
 mod passes;
 mod pipelines;
+pub mod profile;
 mod records;
 pub mod shaders;
 mod slots;

@@ -30,7 +30,7 @@ pub struct Passes {
     pub slots: Slots,
     pub stages: LinkStages,
     /// What each cell shoots, or has left.
-    shot: wgpu::Buffer,
+    pub shot: wgpu::Buffer,
     flux: wgpu::Buffer,
     exchange: Stage,
     collect: Stage,
@@ -134,7 +134,7 @@ impl Passes {
     }
 
     /// Writes what the next submissions are told: of which cells they collect the shots.
-    fn tell(&self, context: &Context, [first, end]: [u32; 2]) {
+    pub fn tell(&self, context: &Context, [first, end]: [u32; 2]) {
         let params = Params {
             first,
             end,
@@ -143,7 +143,8 @@ impl Passes {
         context.host.write(&self.slots.params, &[params]);
     }
 
-    fn launch(&mut self, context: &mut Context, cells: &[u32]) -> Flight {
+    /// Writes the shots whose links are to be made, one a slot.
+    pub fn prepare(&mut self, context: &Context, cells: &[u32]) {
         let places = context.buffers.places;
         let records: Vec<ShotRecord> = cells
             .iter()
@@ -153,6 +154,10 @@ impl Passes {
             self.held[(cell % places) as usize] = cell + 1;
         }
         context.host.write(&self.slots.shots, &records);
+    }
+
+    fn launch(&mut self, context: &mut Context, cells: &[u32]) -> Flight {
+        self.prepare(context, cells);
         let mut encoder = context.host.encoder();
         let linker = self.linker(context, cells);
         for step in linker.steps() {
@@ -168,7 +173,7 @@ impl Passes {
         }
     }
 
-    fn linker<'l>(&'l self, context: &'l Context, cells: &'l [u32]) -> Linker<'l> {
+    pub fn linker<'l>(&'l self, context: &'l Context, cells: &'l [u32]) -> Linker<'l> {
         Linker {
             mesh: context.mesh,
             buffers: &context.buffers,
@@ -202,15 +207,18 @@ impl Passes {
         let bytes = self.flux.size();
         let staging = host.staging(bytes);
         let mut encoder = host.encoder();
-        encoder.clear_buffer(&self.flux, 0, None);
-        let groups = host.groups(radiosity.len().div_ceil(LANES));
-        dispatch(&mut encoder, &self.exchange, groups);
+        self.record_exchange(&mut encoder, host.groups(radiosity.len().div_ceil(LANES)));
         encoder.copy_buffer_to_buffer(&self.flux, 0, &staging, 0, bytes);
         let flux: Vec<Vec4> = pod_collect_to_vec(&host.finish(encoder, staging)?);
         if flux.iter().any(|flux| flux.w != 1.0) {
             return Err(host.gpu.fail("what cells exchange was not made"));
         }
         Ok(flux.iter().map(|flux| flux.truncate()).collect())
+    }
+
+    pub fn record_exchange(&self, encoder: &mut wgpu::CommandEncoder, groups: [u32; 4]) {
+        encoder.clear_buffer(&self.flux, 0, None);
+        dispatch(encoder, &self.exchange, groups);
     }
 
     /// The texels take all shots, a range of cells after the other; links that are not kept any
@@ -273,7 +281,8 @@ fn per_cell(colours: &[Vec3]) -> Vec<Vec4> {
     colours.iter().map(|colour| colour.extend(0.0)).collect()
 }
 
-fn dispatch(encoder: &mut wgpu::CommandEncoder, stage: &Stage, groups: [u32; 4]) {
+/// One dispatch of a stage.
+pub fn dispatch(encoder: &mut wgpu::CommandEncoder, stage: &Stage, groups: [u32; 4]) {
     let mut pass = encoder.begin_compute_pass(&Default::default());
     bind(&mut pass, stage);
     pass.dispatch_workgroups(groups[0], groups[1], 1);

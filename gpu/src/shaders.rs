@@ -1,5 +1,6 @@
 //! The WGSL that is compiled: constants from Rust, then the files of `shaders/`.
 
+use crate::profile::ROUNDS;
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;
@@ -19,7 +20,7 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 23] = [
+const FILES: [(&str, &str); 24] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
@@ -46,6 +47,7 @@ const FILES: [(&str, &str); 23] = [
     ("select", include_str!("shaders/select.wgsl")),
     ("exchange", include_str!("shaders/exchange.wgsl")),
     ("collect", include_str!("shaders/collect.wgsl")),
+    ("measure", include_str!("shaders/measure.wgsl")),
 ];
 
 fn file(name: &str, faults: &[Fault]) -> Result<String> {
@@ -128,6 +130,7 @@ fn constants(settings: &Settings) -> String {
         ("STEP_U", STEPS[0]),
         ("STEP_V", STEPS[1]),
         ("RAY_STACK", RAY_STACK),
+        ("ROUNDS", ROUNDS),
     ];
     for (name, value) in integers {
         text.push_str(&format!("const {name}: u32 = {value}u;\n"));

@@ -94,6 +94,11 @@ impl<'a> GpuSolver<'a> {
         Ok(solver)
     }
 
+    /// What is solved.
+    pub fn mesh(&self) -> &'a Mesh {
+        self.context.mesh
+    }
+
     /// Submissions and mappings so far.
     pub fn counts(&self) -> Counts {
         self.context.host.counts
@@ -150,7 +155,7 @@ impl<'a> GpuSolver<'a> {
     }
 
     /// What solves by passes need, made when the first one begins.
-    fn passes(&mut self) -> Result<(&mut Context<'a>, &mut Passes)> {
+    pub(crate) fn passes(&mut self) -> Result<(&mut Context<'a>, &mut Passes)> {
         let (context, shop) = (&mut self.context, &mut self.workshop);
         let passes = match self.passes.take() {
             Some(passes) => passes,
