@@ -1,8 +1,9 @@
 //! Stages of a solve by passes, beside what each must at least move and compute.
 //!
-//! `cargo run --release -p gpu --example profile [SCENE] [TEXELS] [rays|stereographic|…]`
+//! `cargo run --release -p gpu --example profile [SCENE] [TEXELS] [rays|stereographic|…] [polygon|disc]`
 
 use common::Result;
+use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::settings::{Settings, Visibility};
@@ -30,6 +31,10 @@ fn main() -> Result<()> {
         texels: argument(1, "32").parse().unwrap_or(32),
         cells: 1,
         visibility,
+        form_factor: match argument(3, "polygon") {
+            "disc" => FormFactor::Disc,
+            _ => FormFactor::Polygon,
+        },
         ..Settings::default()
     };
     let path = Path::new(argument(0, "scenes/paper_room_objects.obj"));

@@ -14,7 +14,7 @@ const RAYS: u64 = 1 << 24;
 /// More shots side by side than this gain nothing.
 const MOST: u64 = 256;
 /// Bytes of item buffers, and of sums over samples, of all slots together.
-const SLOT_BYTES: u64 = 1 << 28;
+const SLOT_BYTES: u64 = 1 << 27;
 /// The same where the processor draws: its caches are small, and clearing a buffer takes its time.
 const SOFTWARE_BYTES: u64 = 1 << 25;
 /// Bytes of a pixel: IDs of all, of the room, depth.

@@ -34,33 +34,44 @@ fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f
     return shooter_area * cos_i * cos_j / (PI * r2 + disc_area);
 }
 
+// The part of the cell above the texel's plane, corner by corner: no list of corners, which a GPU
+// would keep in memory. The twin keeps one; the terms and their order are the same.
+struct Outline {
+    first: vec3f,
+    last: vec3f,
+    count: u32,
+    sum: f32,
+}
+
+fn to_corner(outline: Outline, corner: vec3f, normal: vec3f) -> Outline {
+    if outline.count == 0u {
+        return Outline(corner, corner, 1u, 0.0);
+    }
+    let sum = outline.sum + edge(outline.last, corner, normal);
+    return Outline(outline.first, corner, outline.count + 1u, sum);
+}
+
 fn polygon(position: vec3f, normal: vec3f) -> f32 {
-    var clipped: array<vec3f, 5>;
-    var count = 0u;
+    var outline = Outline(vec3f(0.0), vec3f(0.0), 0u, 0.0);
     var a = shots[slot].corners[3].xyz - position;
     var height_a = dot(normal, a);
     for (var k = 0u; k < 4u; k++) {
         let b = shots[slot].corners[k].xyz - position;
         let height_b = dot(normal, b);
         if (height_a > 0.0) != (height_b > 0.0) {
-            clipped[count] = a + (b - a) * (height_a / (height_a - height_b));
-            count++;
+            let crossing = a + (b - a) * (height_a / (height_a - height_b));
+            outline = to_corner(outline, crossing, normal);
         }
         if height_b > 0.0 {
-            clipped[count] = b;
-            count++;
+            outline = to_corner(outline, b, normal);
         }
         a = b;
         height_a = height_b;
     }
-    if count < 3u {
+    if outline.count < 3u {
         return 0.0;
     }
-    var sum = 0.0;
-    for (var k = 0u; k < count; k++) {
-        let next = select(k + 1u, 0u, k + 1u == count);
-        sum += edge(clipped[k], clipped[next], normal);
-    }
+    let sum = outline.sum + edge(outline.last, outline.first, normal);
     return max(-sum / (2.0 * PI), 0.0);
 }
 
