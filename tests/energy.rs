@@ -303,7 +303,11 @@ fn the_ledger_notices_a_broken_shader() {
             "residual[k] = vec4f(reflected, 0.0)",
         ),
         fault("received", "* texels[texel].area", ""),
-        fault("closure", "lane_taken[0] / shot.area", "lane_taken[0]"),
+        fault(
+            "closure",
+            "lane_taken[0] / shots[slot].area",
+            "lane_taken[0]",
+        ),
     ];
     let gpu = Gpu::open(None).unwrap();
     let mesh = Mesh::uniform(&lit_room(), 8, 2).unwrap();

@@ -66,7 +66,7 @@ fn without_a_fault_the_solvers_agree() {
 
 #[test]
 fn faults_in_the_form_factor() {
-    let disc = "return disc(cos_i, cos_j, r2, shot.area, shot.area);";
+    let disc = "return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);";
     let fault = |to| {
         [Fault {
             file: "form_factor",
@@ -76,7 +76,7 @@ fn faults_in_the_form_factor() {
     };
     caught(
         "a dropped cosine",
-        &fault("return disc(cos_i, 1.0, r2, shot.area, shot.area);"),
+        &fault("return disc(cos_i, 1.0, r2, shots[slot].area, shots[slot].area);"),
     );
     caught(
         "swapped areas",
@@ -86,8 +86,8 @@ fn faults_in_the_form_factor() {
         "a flipped normal",
         &[Fault {
             file: "aim",
-            from: "shot.normal = faces[face].plane.xyz;",
-            to: "shot.normal = -faces[face].plane.xyz;",
+            from: "shots[slot].normal = faces[face].plane.xyz;",
+            to: "shots[slot].normal = -faces[face].plane.xyz;",
         }],
     );
 }
@@ -133,8 +133,8 @@ fn faults_in_the_item_buffer() {
         "a raster one pixel off",
         &[Fault {
             file: "item_buffer",
-            from: "pixel_centre(u32(vertex.position.x), ",
-            to: "pixel_centre(u32(vertex.position.x) + 1u, ",
+            from: "pixel_centre(pixel.x, ",
+            to: "pixel_centre(pixel.x + 1u, ",
         }],
     );
 }

@@ -101,8 +101,8 @@ fn a_wrong_shader_is_noticed() {
         ("deposit", "if (params.rule & KEEP) != 0u ||", "if"),
         (
             "link",
-            "before = share(sums, sums.before, shot.open_before);",
-            "before = share(sums, sums.seen, shot.open);",
+            "before = share(sums, sums.before, shots[slot].open_before);",
+            "before = share(sums, sums.seen, shots[slot].open);",
         ),
         ("rays", "if !through || primitive < params.room", "if true"),
         ("select", "shot.open_before = cells[cell].open_before;", ""),

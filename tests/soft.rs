@@ -152,7 +152,7 @@ fn a_wrong_sample_is_noticed() {
         ),
         fault(
             "link",
-            "sum = Sums(sums[k].x, sums[k].y, sums[k].z, sums[k].w);",
+            "sum = Sums(sums[at].x, sums[at].y, sums[at].z, sums[at].w);",
             "",
         ),
         fault(
@@ -161,14 +161,14 @@ fn a_wrong_sample_is_noticed() {
             "hit.t < END * RAY_REACH",
         ),
         fault(
-            "rays",
-            "group.y & 0xffu & ((1u << slot) - 1u)",
-            "group.y & 0xffu & (1u << slot)",
+            "tree",
+            "siblings.y & 0xffu & ((1u << child) - 1u)",
+            "siblings.y & 0xffu & (1u << child)",
         ),
         fault(
             "aim",
-            "shot.next = min(shot.next + params.step, params.samples);",
-            "shot.next = params.samples;",
+            "shots[slot].next = min(shots[slot].next + params.step, params.samples);",
+            "shots[slot].next = params.samples;",
         ),
     ];
     let gpu = gpu();
@@ -179,7 +179,7 @@ fn a_wrong_sample_is_noticed() {
         } else {
             Visibility::Rays
         };
-        let scene = if fault.from.contains("slot") {
+        let scene = if fault.file == "tree" {
             paper_room()
         } else {
             odd_shapes()

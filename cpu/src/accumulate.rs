@@ -1,5 +1,6 @@
 //! What many shots bring at once: y_k = Σ_i x_i w_ik, for texels by their links and for cells by
-//! what they exchange. Twin of `gpu/src/shaders/accumulate.wgsl`: shot after shot, in f32.
+//! what they take. The sums of [`crate::collect`] and [`crate::exchange`], shot after shot in f32,
+//! for many receivers side by side.
 
 use glam::Vec3;
 use pulp::{Arch, NullaryFnOnce};

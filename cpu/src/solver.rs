@@ -2,6 +2,7 @@
 
 use crate::accumulate::accumulate;
 use crate::candidates::{Between, candidates};
+use crate::collect::settle;
 use crate::deposit::{Flash, deposit};
 use crate::escape::escape;
 use crate::link::{Past, Sums, factor, sample};
@@ -308,8 +309,8 @@ impl Engine for CpuSolver<'_> {
             rest = &rest[group.len()..];
         }
         for (k, texel) in mesh.texels.iter().enumerate() {
-            let reflected = self.reflectance[k] * irradiance[k];
-            self.field.radiosity[k] = (texel.emission + reflected).extend(0.0);
+            let radiosity = settle(texel, self.reflectance[k], irradiance[k]);
+            self.field.radiosity[k] = radiosity.extend(0.0);
             self.field.irradiance[k] = irradiance[k].extend(0.0);
         }
         for (cell, unshot) in mesh.cells.iter().zip(unshot) {

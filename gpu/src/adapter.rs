@@ -1,5 +1,6 @@
 //! Adapters, and the device on one of them.
 
+use crate::clock::TIMESTAMPS;
 use common::{Error, Result};
 use std::sync::{Arc, Mutex};
 
@@ -74,6 +75,16 @@ fn enumerate() -> Vec<wgpu::Adapter> {
 impl Gpu {
     /// Opens the best adapter, or the first whose name contains `name` (any case).
     pub fn open(name: Option<&str>) -> Result<Self> {
+        Self::open_with(name, wgpu::Features::empty())
+    }
+
+    /// The same with the device's clock, where it has one. Software adapters are not asked: on
+    /// lavapipe timestamps corrupt memory.
+    pub fn open_timed(name: Option<&str>) -> Result<Self> {
+        Self::open_with(name, TIMESTAMPS)
+    }
+
+    fn open_with(name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
         let adapter = enumerate()
             .into_iter()
             .find(|adapter| {
@@ -89,8 +100,15 @@ impl Gpu {
             max_texture_dimension_2d: has.max_texture_dimension_2d,
             ..wgpu::Limits::default()
         };
+        let line = describe(&adapter);
+        let required_features = if line.software || !adapter.features().contains(wanted) {
+            wgpu::Features::empty()
+        } else {
+            wanted
+        };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("radiosity"),
+            required_features,
             required_limits,
             ..Default::default()
         };
@@ -99,7 +117,7 @@ impl Gpu {
         let gpu = Self {
             device,
             queue,
-            line: describe(&adapter),
+            line,
             failure: Arc::default(),
         };
         gpu.listen();

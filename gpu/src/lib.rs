@@ -4,11 +4,20 @@
 pub mod adapter;
 mod batch;
 mod buffers;
+mod clock;
+mod context;
+mod host;
+mod linker;
 mod memory;
+mod pace;
+mod passes;
 mod pipelines;
+pub mod profile;
 mod records;
 pub mod shaders;
+mod slots;
 pub mod solver;
+mod stage;
 
 pub use adapter::{Gpu, adapters};
 pub use shaders::Fault;

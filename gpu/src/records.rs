@@ -1,7 +1,7 @@
 //! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use common::mesh::{Cell, Cover, MeshFace, Point, Texel, TexelKind};
+use common::mesh::{Cell, Cover, Mesh, MeshFace, Point, Texel, TexelKind};
 use common::shooting::{Had, Rule, Shot};
 
 #[repr(C)]
@@ -20,7 +20,7 @@ impl From<&MeshFace> for FaceRecord {
     fn from(face: &MeshFace) -> Self {
         Self {
             plane: face.plane.into(),
-            tangent: face.tangent.extend(0.0).into(),
+            tangent: face.tangent.extend(face.texel_radius).into(),
             corners: face.corners.map(|c| c.extend(0.0).into()),
             edges: face.edges.map(Into::into),
             sheet: face.sheet,
@@ -41,7 +41,8 @@ pub struct CellRecord {
     count: u32,
     open: f32,
     open_before: f32,
-    pad: [u32; 3],
+    radius: f32,
+    pad: [u32; 2],
 }
 
 impl From<&Cell> for CellRecord {
@@ -55,7 +56,8 @@ impl From<&Cell> for CellRecord {
             count: cell.count,
             open: cell.open,
             open_before: cell.open_before,
-            pad: [0; 3],
+            radius: cell.radius,
+            pad: [0; 2],
         }
     }
 }
@@ -148,8 +150,68 @@ impl From<&LogRecord> for Shot {
     }
 }
 
-/// Bytes of `Shot`, the shot in flight.
-pub const SHOT_BYTES: u64 = 208;
+/// `Shot`, as the host writes those whose links are to be made, and reads them back.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct ShotRecord {
+    centre: [f32; 3],
+    area: f32,
+    normal: [f32; 3],
+    shooting: u32,
+    tangent: [f32; 3],
+    sheet: u32,
+    bitangent: [f32; 3],
+    face: u32,
+    corners: [[f32; 4]; 4],
+    radiosity: [f32; 3],
+    pub cell: u32,
+    flux: [f32; 3],
+    first: u32,
+    count: u32,
+    sample: u32,
+    next: u32,
+    fresh: u32,
+    place: u32,
+    scale: f32,
+    open: f32,
+    drawn: u32,
+    open_before: f32,
+    taken: u32,
+    pub sum: f32,
+    pub escaped: f32,
+    middle: [f32; 3],
+    radius: f32,
+}
+
+impl ShotRecord {
+    /// A shot of nothing, for the sake of the cell's links, kept in one of `places`. The sums read
+    /// as NaN until they are made.
+    pub fn linking(mesh: &Mesh, index: u32, places: u32) -> Self {
+        let cell = &mesh.cells[index as usize];
+        Self {
+            area: cell.shooter.area,
+            shooting: 1,
+            face: cell.face,
+            corners: cell.shooter.corners.map(|c| c.extend(0.0).into()),
+            cell: index,
+            first: cell.first,
+            count: cell.count,
+            fresh: 1,
+            place: index % places,
+            open: cell.open,
+            open_before: cell.open_before,
+            taken: index * mesh.cells.len() as u32,
+            sum: f32::NAN,
+            escaped: f32::NAN,
+            middle: cell.shooter.centre.into(),
+            radius: cell.radius,
+            ..Self::zeroed()
+        }
+    }
+}
+
+/// Bytes of `Shot`.
+pub const SHOT_BYTES: u64 = size_of::<ShotRecord>() as u64;
 /// Bytes of `Row`, whose links a place keeps.
 pub const ROW_BYTES: u64 = 8;
 /// Bytes before the records of `Log`.
@@ -171,4 +233,8 @@ pub struct Params {
     pub room: u32,
     pub rule: u32,
     pub groups: [[u32; 4]; 3],
+    pub tiles: u32,
+    pub first: u32,
+    pub end: u32,
+    pub pad: u32,
 }

@@ -1,5 +1,6 @@
 //! The WGSL that is compiled: constants from Rust, then the files of `shaders/`.
 
+use crate::profile::ROUNDS;
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;
@@ -19,7 +20,7 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 20] = [
+const FILES: [(&str, &str); 24] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
@@ -34,6 +35,7 @@ const FILES: [(&str, &str); 20] = [
     ),
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("sampling", include_str!("shaders/sampling.wgsl")),
+    ("tree", include_str!("shaders/tree.wgsl")),
     ("rays", include_str!("shaders/rays.wgsl")),
     ("aim", include_str!("shaders/aim.wgsl")),
     ("link", include_str!("shaders/link.wgsl")),
@@ -43,6 +45,9 @@ const FILES: [(&str, &str); 20] = [
     ("escape", include_str!("shaders/escape.wgsl")),
     ("power", include_str!("shaders/power.wgsl")),
     ("select", include_str!("shaders/select.wgsl")),
+    ("exchange", include_str!("shaders/exchange.wgsl")),
+    ("collect", include_str!("shaders/collect.wgsl")),
+    ("measure", include_str!("shaders/measure.wgsl")),
 ];
 
 fn file(name: &str, faults: &[Fault]) -> Result<String> {
@@ -67,7 +72,7 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
         "link" if settings.visibility == Visibility::Rays => {
-            &["sampling", "form_factor", "intersect", "rays"]
+            &["sampling", "form_factor", "intersect", "tree", "rays"]
         }
         "link" => &[
             "sampling",
@@ -77,7 +82,7 @@ pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<Strin
             "intersect",
             "lookup",
         ],
-        "escape" => &["hemicube", "projection", "intersect"],
+        "escape" => &["hemicube", "projection", "intersect", "tree"],
         "tessellate" | "item_buffer_tessellated" => &["hemicube", "projection", "bound"],
         "item_buffer" => &["hemicube", "projection", "bound", "intersect"],
         _ => &[],
@@ -108,6 +113,7 @@ fn constants(settings: &Settings) -> String {
     let mut text = String::new();
     let integers = [
         ("LANES", LANES as u32),
+        ("NEAR", NEAR),
         ("SELECT_LANES", SELECT_LANES as u32),
         ("LEVELS", LEVELS),
         ("HIDDEN", HIDDEN),
@@ -125,6 +131,7 @@ fn constants(settings: &Settings) -> String {
         ("STEP_U", STEPS[0]),
         ("STEP_V", STEPS[1]),
         ("RAY_STACK", RAY_STACK),
+        ("ROUNDS", ROUNDS),
     ];
     for (name, value) in integers {
         text.push_str(&format!("const {name}: u32 = {value}u;\n"));
@@ -133,6 +140,7 @@ fn constants(settings: &Settings) -> String {
     let reals = [
         ("PI", PI),
         ("CONTACT", CONTACT),
+        ("FAR", FAR),
         ("OUTLINE", OUTLINE),
         ("MISS", MISS),
         ("END", END),

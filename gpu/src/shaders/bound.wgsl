@@ -6,10 +6,10 @@ const EVERYWHERE = vec4f(-9.0, -9.0, 9.0, 9.0);
 
 // Below the horizon, the shooter itself, or the far side of a two-sided sheet.
 fn hidden(face: u32) -> bool {
-    let a = faces[face].corners[0].xyz - shot.centre;
+    let a = faces[face].corners[0].xyz - frame.centre;
     let normal = faces[face].plane.xyz;
     let away = faces[face].two_sided == 1u && dot(normal, a) >= 0.0;
-    if faces[face].sheet == shot.sheet || all(normal == vec3f(0.0)) || away {
+    if faces[face].sheet == shots[slot].sheet || all(normal == vec3f(0.0)) || away {
         return true;
     }
     var highest = -1.0;

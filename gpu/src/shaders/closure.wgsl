@@ -1,19 +1,23 @@
-// One workgroup: ΣF of the shot, and what its links are multiplied by. Twins: `closure` in
+// One workgroup a shot: ΣF, and what its links are multiplied by. Twins: `closure` in
 // cpu/src/power.rs, `conserving` in cpu/src/solver.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> taken: array<f32>;
-@group(0) @binding(2) var<storage, read> lost: array<u32>;
+@group(0) @binding(2) var<storage, read_write> lost: array<u32>;
 @group(0) @binding(3) var<storage, read_write> rows: array<Row>;
-@group(0) @binding(4) var<storage, read_write> shot: Shot;
+@group(0) @binding(4) var<storage, read_write> shots: array<Shot>;
 
 var<workgroup> lane_taken: array<f32, SELECT_LANES>;
 
 @compute @workgroup_size(SELECT_LANES)
-fn closure(@builtin(local_invocation_index) lane: u32) {
+fn closure(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    slot = group.z;
     var sum = 0.0;
     for (var k = lane; k < params.cells; k += SELECT_LANES) {
-        sum += taken[k];
+        sum += taken[shots[slot].taken + k];
     }
     lane_taken[lane] = sum;
     for (var stride = SELECT_LANES / 2u; stride > 0u; stride /= 2u) {
@@ -22,13 +26,16 @@ fn closure(@builtin(local_invocation_index) lane: u32) {
             lane_taken[lane] += lane_taken[lane + stride];
         }
     }
-    if lane == 0u && shot.shooting == 1u {
-        if shot.fresh == 1u {
-            rows[shot.place].cell = shot.cell + 1u;
-            rows[shot.place].sum = select(0.0, lane_taken[0] / shot.area, shot.area > 0.0);
+    if lane == 0u && shots[slot].shooting == 1u {
+        if shots[slot].fresh == 1u {
+            rows[shots[slot].place].cell = shots[slot].cell + 1u;
+            rows[shots[slot].place].sum = select(0.0, lane_taken[0] / shots[slot].area, shots[slot].area > 0.0);
         }
-        let escaped = f32(lost[shot.cell] & 0x7fffffffu) / f32(DIRECTIONS);
-        shot.scale = conserving(params.conserve == 1u, rows[shot.place].sum, escaped);
+        lost[shots[slot].cell] |= KNOWN;
+        shots[slot].sum = rows[shots[slot].place].sum;
+        shots[slot].escaped = f32(lost[shots[slot].cell] - KNOWN) / f32(DIRECTIONS);
+        shots[slot].scale =
+            conserving(params.conserve == 1u, shots[slot].sum, shots[slot].escaped);
     }
 }
 

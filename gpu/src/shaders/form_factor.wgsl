@@ -2,7 +2,7 @@
 
 fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -> f32 {
     let d = position - centre;
-    let height = dot(shot.normal, d);
+    let height = dot(shots[slot].normal, d);
     if height <= CONTACT {
         return 0.0;
     }
@@ -12,10 +12,10 @@ fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -
     let cos_i = height / r;
     let cos_j = max(-dot(normal, d) / r, 0.0);
     if FORM_FACTOR == FORM_FACTOR_PAPER {
-        return disc(cos_i, cos_j, r2, shot.area, texel_area);
+        return disc(cos_i, cos_j, r2, shots[slot].area, texel_area);
     }
     if FORM_FACTOR == FORM_FACTOR_DISC {
-        return disc(cos_i, cos_j, r2, shot.area, shot.area);
+        return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);
     }
     return polygon(position, normal);
 }
@@ -25,7 +25,7 @@ fn weight(centre: vec3f, position: vec3f, normal: vec3f, part: f32, f: f32) -> f
     let d = position - centre;
     let r2 = dot(d, d);
     let r = sqrt(r2);
-    let cos_i = max(dot(shot.normal, d) / r, 0.0);
+    let cos_i = max(dot(shots[slot].normal, d) / r, 0.0);
     let cos_j = max(-dot(normal, d) / r, 0.0);
     return disc(cos_i, cos_j, r2, part, part) + f * 1e-6;
 }
@@ -34,33 +34,55 @@ fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f
     return shooter_area * cos_i * cos_j / (PI * r2 + disc_area);
 }
 
+fn far(position: vec3f, centre: vec3f, reach: f32) -> bool {
+    let d = position - centre;
+    return dot(d, d) > reach * reach;
+}
+
+// The part of the cell above the texel's plane, corner by corner: no list of corners, which a GPU
+// would keep in memory. The twin keeps one; the terms and their order are the same.
+struct Outline {
+    first: vec3f,
+    last: vec3f,
+    count: u32,
+    sum: f32,
+}
+
+fn to_corner(outline: Outline, corner: vec3f, normal: vec3f) -> Outline {
+    if outline.count == 0u {
+        return Outline(corner, corner, 1u, 0.0);
+    }
+    let sum = outline.sum + edge(outline.last, corner, normal);
+    return Outline(outline.first, corner, outline.count + 1u, sum);
+}
+
 fn polygon(position: vec3f, normal: vec3f) -> f32 {
-    var clipped: array<vec3f, 5>;
-    var count = 0u;
-    var a = shot.corners[3].xyz - position;
+    var lowest = MISS;
+    for (var k = 0u; k < 4u; k++) {
+        lowest = min(lowest, dot(normal, shots[slot].corners[k].xyz - position));
+    }
+    // Nothing to clip: all corners count.
+    let whole = lowest > -CONTACT;
+    var outline = Outline(vec3f(0.0), vec3f(0.0), 0u, 0.0);
+    var a = shots[slot].corners[3].xyz - position;
     var height_a = dot(normal, a);
     for (var k = 0u; k < 4u; k++) {
-        let b = shot.corners[k].xyz - position;
+        let b = shots[slot].corners[k].xyz - position;
         let height_b = dot(normal, b);
-        if (height_a > 0.0) != (height_b > 0.0) {
-            clipped[count] = a + (b - a) * (height_a / (height_a - height_b));
-            count++;
+        if !whole && (height_a > 0.0) != (height_b > 0.0) {
+            let crossing = a + (b - a) * (height_a / (height_a - height_b));
+            outline = to_corner(outline, crossing, normal);
         }
-        if height_b > 0.0 {
-            clipped[count] = b;
-            count++;
+        if whole || height_b > 0.0 {
+            outline = to_corner(outline, b, normal);
         }
         a = b;
         height_a = height_b;
     }
-    if count < 3u {
+    if outline.count < 3u {
         return 0.0;
     }
-    var sum = 0.0;
-    for (var k = 0u; k < count; k++) {
-        let next = select(k + 1u, 0u, k + 1u == count);
-        sum += edge(clipped[k], clipped[next], normal);
-    }
+    let sum = outline.sum + edge(outline.last, outline.first, normal);
     return max(-sum / (2.0 * PI), 0.0);
 }
 

@@ -3,22 +3,28 @@
 // the distance along that ray. Twin: cpu/src/item_buffer.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
-@group(0) @binding(1) var<storage, read> shot: Shot;
+@group(0) @binding(1) var<storage, read> shots: array<Shot>;
 @group(0) @binding(2) var<uniform> params: Params;
 
 struct Vertex {
     @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat, either) face: u32,
+    @location(0) @interpolate(flat, either) face: vec2u,  // of which shot
     @location(1) @interpolate(flat, either) plane: vec4f,
     @location(2) @interpolate(flat, either) edge0: vec4f,
     @location(3) @interpolate(flat, either) edge1: vec4f,
     @location(4) @interpolate(flat, either) edge2: vec4f,
     @location(5) @interpolate(flat, either) edge3: vec4f,
+    @location(6) @interpolate(flat, either) centre: vec3f,
+    @location(7) @interpolate(flat, either) tangent: vec3f,
+    @location(8) @interpolate(flat, either) bitangent: vec3f,
+    @location(9) @interpolate(flat, either) normal: vec3f,
 }
 
-// Two triangles a rectangle, a rectangle for each side of each face.
+// Two triangles a rectangle, a rectangle for each side of each face; an instance a shot.
 @vertex
-fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
+fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot: u32) -> Vertex {
+    slot = shot;
+    look();
     let face = index / 6u / SIDES;
     let side = index / 6u % SIDES;
     let limits = bound(face, side);
@@ -32,16 +38,20 @@ fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
     return seen(face, place(side, p));
 }
 
-// Planes are handed on: reading them from the buffer in each pixel is slower.
+// Planes and frame are handed on: reading them from the buffer in each pixel is slower.
 fn seen(face: u32, p: vec2f) -> Vertex {
     return Vertex(
         vec4f(p, 0.5, 1.0),
-        face,
+        vec2u(face, slot),
         faces[face].plane,
         faces[face].edges[0],
         faces[face].edges[1],
         faces[face].edges[2],
         faces[face].edges[3],
+        frame.centre,
+        frame.tangent,
+        frame.bitangent,
+        frame.normal,
     );
 }
 
@@ -52,15 +62,18 @@ struct Fragment {
 
 @fragment
 fn fragment(vertex: Vertex) -> Fragment {
-    let p = pixel_centre(u32(vertex.position.x), u32(vertex.position.y));
+    slot = vertex.face.y;
+    frame = Frame(vertex.centre, vertex.tangent, vertex.bitangent, vertex.normal);
+    let pixel = vec2u(vertex.position.xy) - tile() * SIZE;
+    let p = pixel_centre(pixel.x, pixel.y);
     if !covered(p) {
         discard;
     }
     let ray = to_world(unproject(p));
     let v = vertex;
-    let hit = meet(v.plane, v.edge0, v.edge1, v.edge2, v.edge3, shot.centre, ray);
+    let hit = meet(v.plane, v.edge0, v.edge1, v.edge2, v.edge3, frame.centre, ray);
     if hit.t <= 0.0 || hit.inside < -OUTLINE {
         discard;
     }
-    return Fragment(vertex.face + 1u, min(hit.t * DEPTH_SCALE, DEPTH_MAX));
+    return Fragment(vertex.face.x + 1u, min(hit.t * DEPTH_SCALE, DEPTH_MAX));
 }

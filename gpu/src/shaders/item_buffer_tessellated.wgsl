@@ -3,7 +3,7 @@
 // outlines only. Twin: cpu/src/item_buffer_tessellated.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
-@group(0) @binding(1) var<storage, read> shot: Shot;
+@group(0) @binding(1) var<storage, read> shots: array<Shot>;
 @group(0) @binding(2) var<uniform> params: Params;
 
 struct Vertex {
@@ -14,13 +14,14 @@ struct Vertex {
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @location(0) instance: vec2u) -> Vertex {
+    look();
     let parts = instance.y;
     let u = f32(index % (parts + 1u)) / f32(parts);
     let v = f32(index / (parts + 1u)) / f32(parts);
-    let a = faces[instance.x].corners[0].xyz - shot.centre;
-    let b = faces[instance.x].corners[1].xyz - shot.centre;
-    let c = faces[instance.x].corners[2].xyz - shot.centre;
-    let d = faces[instance.x].corners[3].xyz - shot.centre;
+    let a = faces[instance.x].corners[0].xyz - frame.centre;
+    let b = faces[instance.x].corners[1].xyz - frame.centre;
+    let c = faces[instance.x].corners[2].xyz - frame.centre;
+    let d = faces[instance.x].corners[3].xyz - frame.centre;
     let s = spread(a, b, u) * (1.0 - v) + spread(d, c, u) * v;
     let t = spread(a, d, v) * (1.0 - u) + spread(b, c, v) * u;
     let low = a * (1.0 - s) + b * s;
@@ -60,6 +61,7 @@ struct Fragment {
 
 @fragment
 fn fragment(vertex: Vertex) -> Fragment {
+    look();
     let p = pixel_centre(u32(vertex.position.x), u32(vertex.position.y));
     if p.x * p.x + p.y * p.y > 1.0 {
         discard;
@@ -73,7 +75,7 @@ fn fragment(vertex: Vertex) -> Fragment {
     let direction = to_world(unproject(p));
     let normal = faces[vertex.face].plane.xyz;
     let facing = dot(normal, direction);
-    let t = dot(normal, faces[vertex.face].corners[0].xyz - shot.centre) / facing;
+    let t = dot(normal, faces[vertex.face].corners[0].xyz - frame.centre) / facing;
     if facing == 0.0 || t <= 0.0 {
         discard;
     }

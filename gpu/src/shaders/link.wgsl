@@ -1,12 +1,11 @@
-// What each texel takes of the shot's cell: form factor × seen part, from pairs of points on the
-// two. A dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/link.rs.
+// What each texel takes of a shot's cell: form factor × part seen from pairs of points on the two. A dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/link.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
-@group(0) @binding(1) var<storage, read> shot: Shot;
+@group(0) @binding(1) var<storage, read> shots: array<Shot>;
 @group(0) @binding(2) var<uniform> params: Params;
 @group(0) @binding(3) var<storage, read> texels: array<Texel>;
 @group(0) @binding(4) var<storage, read> points: array<Point>;
-@group(0) @binding(5) var<storage, read_write> sums: array<vec4f>;   // Σ F, Σ g·V, Σ g, Σ g·V before;
+@group(0) @binding(5) var<storage, read_write> sums: array<vec4f>;   // F, Σ g·V, Σ g, Σ g·V before;
                                                                       // then had, before
 @group(0) @binding(6) var<storage, read_write> links: array<f32>;
 
@@ -18,14 +17,14 @@ struct Sums {
 }
 
 fn link(sums: Sums) -> f32 {
-    return share(sums, sums.seen, shot.open);
+    return share(sums, sums.seen, shots[slot].open);
 }
 
 fn share(sums: Sums, seen: f32, open: f32) -> f32 {
     if seen <= 0.0 {
         return 0.0;
     }
-    return sums.form_factor / f32(params.samples) * (seen / (sums.all * open));
+    return sums.form_factor * (seen / (sums.all * open));
 }
 
 // What texel k had of the shot: what is subtracted from its link, and the link without the
@@ -34,16 +33,16 @@ fn past(sums: Sums, k: u32) -> vec2f {
     if texels[k].face >= params.room {
         return vec2f(0.0);
     }
-    let object = shot.face >= params.room;
+    let object = shots[slot].face >= params.room;
     var before = 0.0;
     if !object {
-        before = share(sums, sums.before, shot.open_before);
+        before = share(sums, sums.before, shots[slot].open_before);
     }
     var had = 0.0;
     if (params.rule & CAPTURED) != 0u || object {
         switch params.rule & HAD {
             case HAD_BEFORE: { had = before; }
-            case HAD_UNHIDDEN: { had = sums.form_factor / f32(params.samples); }
+            case HAD_UNHIDDEN: { had = sums.form_factor; }
             case HAD_ALL: { had = link(sums); }
             default: {}
         }
@@ -51,21 +50,42 @@ fn past(sums: Sums, k: u32) -> vec2f {
     return vec2f(had, before);
 }
 
-fn sample(k: u32, s: u32, sums: Sums) -> Sums {
+// F of texel k: from its centre, and where the cell is near and looked at in several points, the
+// mean over NEAR × NEAR places of the texel.
+fn factor(k: u32) -> f32 {
     let face = texels[k].face;
-    if face == shot.face {
-        return sums;
+    if face == shots[slot].face {
+        return 0.0;
     }
-    let q = points[shot.cell * params.samples + s];
-    let p = texel_point(k, shot.cell, s);
     let normal = faces[face].plane.xyz;
-    let f = form_factor(q.position, p.xyz, normal, texels[k].area);
-    if f <= 0.0 {
+    let middle = shots[slot].middle;
+    let reach = shots[slot].radius + FAR * faces[face].tangent.w;
+    if params.samples == 1u || far(texels[k].position, middle, reach) {
+        return form_factor(middle, texels[k].position, normal, texels[k].area);
+    }
+    var sum = 0.0;
+    for (var place = 0u; place < NEAR * NEAR; place++) {
+        let p = point(k, near_uv(place));
+        sum += form_factor(middle, p.xyz, normal, texels[k].area) * p.w;
+    }
+    return sum / f32(NEAR * NEAR);
+}
+
+fn sample(k: u32, s: u32, sums: Sums) -> Sums {
+    if sums.form_factor <= 0.0 {
         return sums;
     }
-    let part = shot.area / f32(params.samples);
-    let g = weight(q.position, p.xyz, normal, part, f) * (p.w * q.weight);
-    var next = Sums(sums.form_factor + f * p.w, sums.seen, sums.all + g, sums.before);
+    let face = texels[k].face;
+    let q = points[shots[slot].cell * params.samples + s];
+    let p = texel_point(k, shots[slot].cell, s);
+    let normal = faces[face].plane.xyz;
+    // The texel reaches behind the cell.
+    if dot(shots[slot].normal, p.xyz - q.position) <= CONTACT {
+        return sums;
+    }
+    let part = shots[slot].area / f32(params.samples);
+    let g = weight(q.position, p.xyz, normal, part, sums.form_factor) * (p.w * q.weight);
+    var next = Sums(sums.form_factor, sums.seen, sums.all + g, sums.before);
     if q.cover == COVER_ROOM {
         return next;
     }
@@ -80,25 +100,32 @@ fn sample(k: u32, s: u32, sums: Sums) -> Sums {
 }
 
 @compute @workgroup_size(LANES)
-fn gather(
+fn links_of(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
+    slot = group.z;
     let k = flat(group, groups) * LANES + lane;
     if k >= params.texels {
         return;
     }
+    let at = slot * params.texels + k;
     var sum = Sums(0.0, 0.0, 0.0, 0.0);
-    if shot.sample > 0u {
-        sum = Sums(sums[k].x, sums[k].y, sums[k].z, sums[k].w);
+    if shots[slot].sample == 0u {
+        sum.form_factor = factor(k);
+    } else {
+        sum = Sums(sums[at].x, sums[at].y, sums[at].z, sums[at].w);
     }
-    for (var s = shot.sample; s < shot.next; s++) {
+    for (var s = shots[slot].sample; s < shots[slot].next; s++) {
         sum = sample(k, s, sum);
     }
-    sums[k] = vec4f(sum.form_factor, sum.seen, sum.all, sum.before);
-    if shot.next == params.samples {
-        links[shot.place * params.texels + k] = link(sum);
-        sums[k] = vec4f(past(sum, k), 0.0, 0.0);
+    if shots[slot].next < params.samples {
+        sums[at] = vec4f(sum.form_factor, sum.seen, sum.all, sum.before);
+        return;
+    }
+    links[shots[slot].place * params.texels + k] = link(sum);
+    if (params.rule & (CAPTURED | HAD)) != 0u {
+        sums[at] = vec4f(past(sum, k), 0.0, 0.0);
     }
 }

@@ -1,4 +1,5 @@
-// Whether a texel sees the shooter, asked of the item buffer. Twin: cpu/src/lookup.rs.
+// Whether a texel sees the shooter, asked of its item buffer, a tile of the texture. Twin:
+// cpu/src/lookup.rs.
 
 @group(0) @binding(7) var with_objects: texture_2d<u32>;
 @group(0) @binding(8) var without_objects: texture_2d<u32>;
@@ -6,7 +7,8 @@
 // How the texel sees the point: nothing of the room is seen now that was not seen without the
 // objects.
 fn sight(centre: vec3f, position: vec3f, face: u32) -> u32 {
-    let differ = params.room < params.faces && shot.face < params.room;
+    look();
+    let differ = params.room < params.faces && shots[slot].face < params.room;
     var before = true;
     if differ && face < params.room {
         before = visible(without_objects, position, face);
@@ -26,11 +28,12 @@ fn visible(item_buffer: texture_2d<u32>, position: vec3f, face: u32) -> bool {
     let last = i32(SIZE) - 1;
     let x = clamp(i32(floor(p.x)), 0, last);
     let y = clamp(i32(floor(p.y)), 0, last);
+    let tile = vec2i(tile()) * i32(SIZE);
     var found = false;
     var asked = 0u;
     for (var j = max(y - REACH, 0); j <= min(y + REACH, last); j++) {
         for (var i = max(x - REACH, 0); i <= min(x + REACH, last); i++) {
-            let id = textureLoad(item_buffer, vec2i(i, j), 0).x;
+            let id = textureLoad(item_buffer, tile + vec2i(i, j), 0).x;
             if id == face + 1u {
                 found = true;
             } else if REACH > 0 && id != 0u && id != asked {
@@ -48,7 +51,7 @@ fn blocks(occluder: u32, position: vec3f, face: u32) -> bool {
     if faces[occluder].sheet == faces[face].sheet {
         return false;
     }
-    let hit = intersect(occluder, shot.centre, position - shot.centre);
+    let hit = intersect(occluder, frame.centre, position - frame.centre);
     let between = hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE;
-    return between && !touches(occluder, shot.centre) && !touches(occluder, position);
+    return between && !touches(occluder, frame.centre) && !touches(occluder, position);
 }

@@ -1,15 +1,34 @@
 // The shooter's hemisphere on the square of the item buffer, and back. Twin: cpu/src/projection.rs.
 
+// Item buffers of several shots lie side by side.
+fn tile() -> vec2u {
+    return vec2u(slot % params.tiles, slot / params.tiles);
+}
+
+// Where the shooter stands and how it looks; `look` before anything is projected.
+struct Frame {
+    centre: vec3f,
+    tangent: vec3f,
+    bitangent: vec3f,
+    normal: vec3f,
+}
+
+var<private> frame: Frame;
+
+fn look() {
+    frame = Frame(shots[slot].centre, shots[slot].tangent, shots[slot].bitangent, shots[slot].normal);
+}
+
 fn to_local(point: vec3f) -> vec3f {
-    return turn(point - shot.centre);
+    return turn(point - frame.centre);
 }
 
 fn turn(d: vec3f) -> vec3f {
-    return vec3f(dot(shot.tangent, d), dot(shot.bitangent, d), dot(shot.normal, d));
+    return vec3f(dot(frame.tangent, d), dot(frame.bitangent, d), dot(frame.normal, d));
 }
 
 fn to_world(v: vec3f) -> vec3f {
-    return shot.tangent * v.x + shot.bitangent * v.y + shot.normal * v.z;
+    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
 }
 
 fn project(v: vec3f) -> vec2f {

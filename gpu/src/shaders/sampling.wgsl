@@ -30,12 +30,26 @@ fn texel_point(k: u32, cell: u32, s: u32) -> vec4f {
     if params.samples == 1u {
         return vec4f(texels[k].position, 1.0);
     }
+    return point(k, texel_uv(s, k, cell));
+}
+
+// Place number `place` of the even grid by which a near texel's form factor is averaged.
+fn near_uv(place: u32) -> vec2f {
+    return vec2f(along(place % NEAR), along(place / NEAR));
+}
+
+fn along(k: u32) -> f32 {
+    return (f32(k) + 0.5) / f32(NEAR);
+}
+
+// Point `at` of texel `k`.
+fn point(k: u32, at: vec2f) -> vec4f {
     let face = texels[k].face;
     let a = faces[face].corners[0].xyz;
     let b = faces[face].corners[1].xyz;
     let c = faces[face].corners[2].xyz;
     let d = faces[face].corners[3].xyz;
-    var uv = texel_uv(s, k, cell);
+    var uv = at;
     let place = vec2f(texels[k].place);
     let size = vec2f(faces[face].resolution);
     if texels[k].kind != QUAD {

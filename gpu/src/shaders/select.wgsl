@@ -10,9 +10,7 @@
 @group(0) @binding(5) var<storage, read_write> shot: Shot;
 @group(0) @binding(6) var<storage, read_write> log: Log;
 @group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;  // 3 words a stage
-@group(0) @binding(8) var<storage, read_write> lost: array<u32>;     // per cell; KNOWN once counted
-
-const KNOWN = 0x80000000u;
+@group(0) @binding(8) var<storage, read> lost: array<u32>;           // per cell
 
 // Stages with workgroups counted here, in the order of `dispatches`.
 const DEPOSIT = 0u;
@@ -78,10 +76,8 @@ fn reduce(lane: u32) {
 }
 
 fn record() {
-    lost[shot.cell] |= KNOWN;
-    let escaped = f32(lost[shot.cell] - KNOWN) / f32(DIRECTIONS);
-    let form_factor_sum = rows[shot.place].sum * shot.scale;
-    log.records[log.count] = Record(shot.flux, shot.cell, form_factor_sum, escaped, lane_total[0], 0u);
+    log.records[log.count] =
+        Record(shot.flux, shot.cell, shot.sum * shot.scale, shot.escaped, lane_total[0], 0u);
     log.count++;
 }
 
@@ -115,6 +111,8 @@ fn dispatch(stage: u32, groups: vec4u, needed: bool) {
 
 fn load(cell: u32) {
     shot.area = cells[cell].area;
+    shot.middle = cells[cell].centre;
+    shot.radius = cells[cell].radius;
     shot.open = cells[cell].open;
     shot.open_before = cells[cell].open_before;
     shot.face = cells[cell].face;

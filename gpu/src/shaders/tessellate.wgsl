@@ -2,7 +2,7 @@
 // face order with the arguments of its draw. Twin: cpu/src/tessellate.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
-@group(0) @binding(1) var<storage, read> shot: Shot;
+@group(0) @binding(1) var<storage, read> shots: array<Shot>;
 @group(0) @binding(2) var<uniform> params: Params;
 @group(0) @binding(3) var<storage, read_write> instances: array<vec2u>;  // face, parts
 @group(0) @binding(4) var<storage, read_write> draws: array<u32>;        // 5 words a level
@@ -27,8 +27,8 @@ fn level(face: u32) -> u32 {
 fn widest(face: u32) -> f32 {
     var largest = 0.0;
     for (var k = 0u; k < 4u; k++) {
-        let a = unit(faces[face].corners[k].xyz - shot.centre);
-        let b = unit(faces[face].corners[(k + 1u) & 3u].xyz - shot.centre);
+        let a = unit(faces[face].corners[k].xyz - frame.centre);
+        let b = unit(faces[face].corners[(k + 1u) & 3u].xyz - frame.centre);
         let d = b - a;
         let sine = sqrt(dot(d, d)) * 0.5;
         let cosine = sqrt(max(1.0 - sine * sine, 0.0));
@@ -39,10 +39,11 @@ fn widest(face: u32) -> f32 {
 
 @compute @workgroup_size(SELECT_LANES)
 fn tessellate(@builtin(local_invocation_index) lane: u32) {
+    look();
     var count = 0u;
-    for (var base = 0u; base < shot.drawn; base += SELECT_LANES) {
+    for (var base = 0u; base < shots[slot].drawn; base += SELECT_LANES) {
         levels[lane] = HIDDEN;
-        if base + lane < shot.drawn {
+        if base + lane < shots[slot].drawn {
             levels[lane] = level(base + lane);
         }
         workgroupBarrier();

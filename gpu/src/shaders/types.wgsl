@@ -3,7 +3,7 @@
 
 struct Face {
     plane: vec4f,            // front normal, normal · corner
-    tangent: vec4f,          // x axis of the face's frame
+    tangent: vec4f,          // x axis of the face's frame; no point of a texel is w from its centre
     corners: array<vec4f, 4>,
     edges: array<vec4f, 4>,  // inward edge planes; zero for the edge that a triangle lacks
     sheet: u32,
@@ -20,9 +20,9 @@ struct Cell {
     count: u32,
     open: f32,               // share of its points on which no body stands
     open_before: f32,        // the same before the objects came
+    radius: f32,             // no point of it is farther from its centre
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 // A point in which a cell is looked at.
@@ -70,7 +70,8 @@ struct Row {
     sum: f32,
 }
 
-// The shot in flight: who shoots, what, and how many shots of this batch are done.
+// A shot in flight: who shoots, and what. One where each is chosen after the last, many where
+// only links are made.
 struct Shot {
     centre: vec3f,
     area: f32,
@@ -94,7 +95,18 @@ struct Shot {
     open: f32,
     drawn: u32,              // how many faces the item buffer in hand shows
     open_before: f32,
+    taken: u32,              // where what the cells take of it begins
+    sum: f32,                // ΣF and the escaped share, once known
+    escaped: f32,
+    middle: vec3f,           // of the cell
+    radius: f32,
 }
+
+// Which of the shots this invocation works on: the third dimension of a dispatch.
+var<private> slot: u32;
+
+// `lost` of a cell whose directions are counted.
+const KNOWN = 0x80000000u;
 
 struct Record {
     flux: vec3f,
@@ -119,6 +131,10 @@ struct Params {
     room: u32,               // the first so many faces are the room, the others objects
     rule: u32,               // how the room takes a shot
     groups: array<vec4u, 3>, // workgroups over texels, directions, cells
+    tiles: u32,              // item buffers side by side
+    first: u32,              // of the cells whose shots are collected
+    end: u32,
+    pad: u32,
 }
 
 // Workgroups beyond one dimension's limit go to the second.

@@ -1,0 +1,214 @@
+//! Pipelines and their bind groups. A pipeline is compiled once, and bound to as many sets of
+//! buffers as there are.
+
+use crate::adapter::Gpu;
+use crate::shaders::{Fault, source};
+use common::Result;
+use common::settings::{Raster, Settings};
+use std::collections::HashMap;
+use wgpu::ShaderStages as Stages;
+
+/// A compute stage ready to run.
+pub struct Stage {
+    pub pipeline: wgpu::ComputePipeline,
+    pub group: wgpu::BindGroup,
+}
+
+/// One binding of a stage.
+pub enum Slot<'a> {
+    Uniform(&'a wgpu::Buffer),
+    Read(&'a wgpu::Buffer),
+    Write(&'a wgpu::Buffer),
+    Texture(&'a wgpu::TextureView),
+}
+use Slot::{Read, Texture, Uniform, Write};
+
+/// Where pipelines are made and kept, each by its entry point's name.
+pub struct Workshop {
+    device: wgpu::Device,
+    settings: Settings,
+    faults: Vec<Fault>,
+    computes: HashMap<&'static str, (wgpu::ComputePipeline, wgpu::BindGroupLayout)>,
+    raster: Option<(wgpu::RenderPipeline, wgpu::BindGroupLayout)>,
+}
+
+impl Workshop {
+    pub fn new(gpu: &Gpu, settings: &Settings, faults: &[Fault]) -> Self {
+        Self {
+            device: gpu.device.clone(),
+            settings: settings.clone(),
+            faults: faults.to_vec(),
+            computes: HashMap::new(),
+            raster: None,
+        }
+    }
+
+    /// The entry point `entry` of the shader `file`, bound to `slots`.
+    pub fn stage(&mut self, file: &str, entry: &'static str, slots: &[Slot]) -> Result<Stage> {
+        if !self.computes.contains_key(entry) {
+            let layout = layout(&self.device, Stages::COMPUTE, slots);
+            let pipeline = self.compute(file, entry, &layout)?;
+            self.computes.insert(entry, (pipeline, layout));
+        }
+        let (pipeline, layout) = &self.computes[entry];
+        Ok(Stage {
+            pipeline: pipeline.clone(),
+            group: group(&self.device, layout, slots),
+        })
+    }
+
+    /// The raster of faces into item buffers.
+    pub fn raster(&mut self, slots: &[Slot]) -> Result<(wgpu::RenderPipeline, wgpu::BindGroup)> {
+        let (pipeline, layout) = match self.raster.take() {
+            Some(made) => made,
+            None => {
+                let kind = self.settings.raster();
+                let file = match kind {
+                    Raster::Pixel => "item_buffer",
+                    Raster::Tessellated => "item_buffer_tessellated",
+                };
+                let layout = layout(&self.device, Stages::VERTEX_FRAGMENT, slots);
+                let module = self.module(file)?;
+                (raster(&self.device, &module, kind, &layout), layout)
+            }
+        };
+        let group = group(&self.device, &layout, slots);
+        let (pipeline, _) = self.raster.insert((pipeline, layout));
+        Ok((pipeline.clone(), group))
+    }
+
+    fn module(&self, name: &str) -> Result<wgpu::ShaderModule> {
+        let text = source(name, &self.settings, &self.faults)?;
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        };
+        Ok(self.device.create_shader_module(descriptor))
+    }
+
+    fn compute(
+        &self,
+        file: &str,
+        entry: &str,
+        layout: &wgpu::BindGroupLayout,
+    ) -> Result<wgpu::ComputePipeline> {
+        let module = self.module(file)?;
+        let descriptor = wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&pipeline_layout(&self.device, layout)),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        };
+        Ok(self.device.create_compute_pipeline(&descriptor))
+    }
+}
+
+fn layout(device: &wgpu::Device, stages: Stages, slots: &[Slot]) -> wgpu::BindGroupLayout {
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = (0u32..)
+        .zip(slots)
+        .map(|(binding, slot)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: stages,
+            ty: match slot {
+                Uniform(_) => buffer(wgpu::BufferBindingType::Uniform),
+                Read(_) => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+                Write(_) => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+                Texture(_) => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Uint,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+            },
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &entries,
+    })
+}
+
+fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    }
+}
+
+fn group(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, slots: &[Slot]) -> wgpu::BindGroup {
+    let entries: Vec<wgpu::BindGroupEntry> = (0u32..)
+        .zip(slots)
+        .map(|(binding, slot)| wgpu::BindGroupEntry {
+            binding,
+            resource: match slot {
+                Uniform(b) | Read(b) | Write(b) => b.as_entire_binding(),
+                Texture(view) => wgpu::BindingResource::TextureView(view),
+            },
+        })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
+}
+
+fn pipeline_layout(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    })
+}
+
+/// No culling: a back is opaque. The first of equal depths stays.
+fn raster(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    kind: Raster,
+    layout: &wgpu::BindGroupLayout,
+) -> wgpu::RenderPipeline {
+    // Tessellated faces come as lists of instances, the others by the number of the vertex.
+    let instances = [Some(wgpu::VertexBufferLayout {
+        array_stride: 8,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &[wgpu::VertexAttribute {
+            format: wgpu::VertexFormat::Uint32x2,
+            offset: 0,
+            shader_location: 0,
+        }],
+    })];
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("item buffer"),
+        layout: Some(&pipeline_layout(device, layout)),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("vertex"),
+            compilation_options: Default::default(),
+            buffers: match kind {
+                Raster::Pixel => &[],
+                Raster::Tessellated => &instances,
+            },
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: wgpu::TextureFormat::Depth32Float,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some("fragment"),
+            compilation_options: Default::default(),
+            targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
