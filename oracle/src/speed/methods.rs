@@ -10,7 +10,7 @@ use serde_json::Value;
 
 /// Samples of the base: cells are halved until it has no more, so that it takes seconds.
 const SAMPLES: u64 = 1 << 24;
-/// Texels of a truth of our own: half a minute of the matrix; twice as many take minutes.
+/// Texels of a truth of our own: about a minute of the matrix; twice as many take several.
 const TRUTH: u64 = 6000;
 /// The twin of an item buffer is a plain loop: with more pixels it only gets slower.
 const TWIN_PIXELS: u32 = 256;
