@@ -102,6 +102,14 @@ fn each_failure_has_its_reason() {
     };
     let base = method(&scene, "", |_| ());
     assert!(failure(&hurried, &base).contains("took longer"));
+    // It does not go on behind our back.
+    let calls = Cell::new(0);
+    let count = |_| {
+        calls.set(calls.get() + 1);
+        ControlFlow::Continue(())
+    };
+    hurried.measure(&base, &count);
+    assert!(calls.get() <= 2, "{}", calls.get());
     let asked = hurried.measure(&base, &|_| ControlFlow::Break(()));
     assert_eq!(asked, None);
 }

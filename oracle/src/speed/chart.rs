@@ -201,6 +201,15 @@ fn place_of(point: &Point, plot: &Plot) -> (f64, f64) {
     }
 }
 
+/// What it was, not what was asked for.
+fn shape(point: &Point) -> Shape {
+    match point.figures() {
+        None => Shape::Cross,
+        Some(figures) if figures.one_by_one => Shape::of_single_shots(&point.method),
+        Some(_) => Shape::of(&point.method),
+    }
+}
+
 fn marks(study: &Study, plot: &Plot) -> Markup {
     html! {
         @for peer in &study.peers {
@@ -210,8 +219,7 @@ fn marks(study: &Study, plot: &Plot) -> Markup {
             }
         }
         @for point in &study.points {
-            @let failed = point.failure().is_some();
-            @let shape = if failed { Shape::Cross } else { Shape::of(&point.method) };
+            @let (failed, shape) = (point.failure().is_some(), shape(point));
             @let size = if point.method.sweep == "base" { 8.0 } else { 5.0 };
             g.mark {
                 title { (about(point)) }
@@ -263,13 +271,7 @@ fn legend(study: &Study) -> Markup {
     let mut families: Vec<_> = families.chain(peers).collect();
     families.sort_by_key(|f| FAMILIES.iter().position(|name| *name == f.0));
     families.dedup();
-    let used = |shape: &Shape| {
-        let of = |p: &Point| match p.failure() {
-            Some(_) => Shape::Cross,
-            None => Shape::of(&p.method),
-        };
-        study.points.iter().any(|p| of(p) == *shape)
-    };
+    let used = |shape: &Shape| study.points.iter().any(|p| self::shape(p) == *shape);
     let shapes: Vec<Shape> = Shape::ALL.into_iter().filter(used).collect();
     let x = f64::from(SIZE.0 - LEGEND) + 14.0;
     let row = |k: usize| 30.0 + 21.0 * k as f64;

@@ -78,6 +78,14 @@ impl Shape {
         }
     }
 
+    /// The same where the engine shot one cell after the other, whatever the iteration.
+    pub fn of_single_shots(method: &Method) -> Self {
+        match Self::of(method) {
+            Self::Circle | Self::Down => Self::Diamond,
+            other => other,
+        }
+    }
+
     /// In the legend.
     pub fn name(self) -> &'static str {
         match self {

@@ -10,6 +10,8 @@ use serde_json::Value;
 
 /// Samples of the base: cells are halved until it has no more, so that it takes seconds.
 const SAMPLES: u64 = 1 << 24;
+/// Texels of a truth of our own: about a minute of the matrix; twice as many take several.
+const TRUTH: u64 = 6000;
 /// The twin of an item buffer is a plain loop: with more pixels it only gets slower.
 const TWIN_PIXELS: u32 = 256;
 
@@ -176,12 +178,13 @@ pub fn base(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> Set
     settings
 }
 
-/// The texels a side that are asked for: `quality`'s, halved until the matrix can answer, unless
+/// The texels a side that are asked for: `quality`'s, halved until the matrix answers soon, unless
 /// that leaves too few.
 pub fn texels(scene: &Scene, quality: Quality) -> u32 {
     let (asked, ..) = quality.settings();
-    let fits = |n: &u32| bytes(scene.faces.len() as u64 * u64::from(*n).pow(2)) <= MEMORY;
-    [asked, asked / 2].into_iter().find(fits).unwrap_or(asked)
+    let fits = |n: &u32| scene.faces.len() as u64 * u64::from(*n).pow(2) <= TRUTH;
+    let sides = [asked, asked / 2, asked / 4];
+    sides.into_iter().find(fits).unwrap_or(asked)
 }
 
 /// All methods of `solver`, each once.
@@ -300,9 +303,10 @@ mod tests {
     #[test]
     fn large_scenes_ask_for_less() {
         assert_eq!(texels(&scene(19), Quality::Normal), 16);
-        assert_eq!(texels(&scene(168), Quality::Normal), 8);
+        assert_eq!(texels(&scene(168), Quality::Normal), 4);
         assert_eq!(base(&scene(19), Solver::Cpu, Quality::Normal, 16).cells, 4);
         assert_eq!(base(&scene(168), Solver::Cpu, Quality::Normal, 8).cells, 1);
+        assert_eq!(base(&scene(168), Solver::Cpu, Quality::Normal, 4).cells, 2);
         // Too many for the matrix at any useful resolution.
         assert_eq!(texels(&scene(5000), Quality::Normal), 16);
     }
