@@ -367,8 +367,9 @@ fn a_solve_that_is_stopped_while_it_links_keeps_its_balance() {
                     ControlFlow::Break(())
                 })
                 .unwrap();
-            // Two batches of eight may be under way.
-            assert!((1..=16).contains(&closures.len()));
+            // Two batches of eight may be under way, or eight cells of each thread.
+            let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+            assert!((1..=8 * threads.max(2)).contains(&closures.len()));
             assert_eq!(told, (1..=closures.len()).collect::<Vec<_>>());
         }
     }

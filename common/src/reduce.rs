@@ -15,8 +15,8 @@ pub fn tree_sum<T: Copy + Add<Output = T>, const N: usize>(
 ) -> T {
     // Lanes without a term would add zeros.
     match count {
-        ..=4 => halved::<T, 4>(zero, count, term),
-        ..=16 => halved::<T, 16>(zero, count, term),
+        0..=4 => halved::<T, 4>(zero, count, term),
+        5..=16 => halved::<T, 16>(zero, count, term),
         _ => halved::<T, N>(zero, count, term),
     }
 }

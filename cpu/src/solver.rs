@@ -28,8 +28,8 @@ use std::ops::ControlFlow;
 /// Texels per task: long enough to hide the task, short enough to share.
 const TASK: usize = 1024;
 
-/// Cells whose links are made together.
-const GROUP: usize = 64;
+/// Cells of each thread whose links are made between two looks at the progress.
+const GROUP: usize = 8;
 
 /// Progressive refinement on rayon; visibility by rays, or by the item buffer's twin.
 pub struct CpuSolver<'a> {
@@ -270,12 +270,16 @@ impl Engine for CpuSolver<'_> {
     ) -> Result<Vec<Closure>> {
         self.links.exchange();
         let mut closures = Vec::new();
-        while closures.len() < cells.len() {
-            let group = self.group(&cells[closures.len()..], GROUP);
+        let mut flow = ControlFlow::Continue(());
+        while closures.len() < cells.len() && flow.is_continue() {
+            let most = GROUP * rayon::current_num_threads();
+            let group = self.group(&cells[closures.len()..], most);
             self.make(group);
-            closures.extend(group.iter().map(|cell| self.kept(*cell).closure));
-            if watch(closures.len()).is_break() {
-                break;
+            for cell in group {
+                closures.push(self.kept(*cell).closure);
+                if watch(closures.len()).is_break() {
+                    flow = ControlFlow::Break(());
+                }
             }
         }
         Ok(closures)
