@@ -190,10 +190,10 @@ pub fn weights(
 /// Marks the lanes whose ray from `q` the `face` stops: [`crate::rays::Rays::visible`] of one face.
 #[inline(always)]
 pub fn stop(face: &MeshFace, q: Vec3, points: &Points, stopped: &mut [bool; LANES]) {
-    for l in 0..LANES {
+    for (l, stopped) in stopped.iter_mut().enumerate() {
         let p = points.at(l);
         let hit = meet(face.plane, face.edges, q, (p - q) / RAY_REACH);
         let between = (hit.t > 0.0) & (hit.t < END * RAY_REACH) & (hit.inside >= -OUTLINE);
-        stopped[l] |= between & !touches(face, p);
+        *stopped |= between & !touches(face, p);
     }
 }

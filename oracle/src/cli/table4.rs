@@ -11,7 +11,6 @@ use crate::view::camera::Camera;
 use clap::Args;
 use common::import::{ImportOptions, load};
 use common::scene::Scene;
-use common::shooting;
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use glam::DVec3;
@@ -24,8 +23,6 @@ const TEXELS: [u32; 2] = [16, 32];
 const SHADOW_TEXELS: [u32; 3] = [8, 16, 32];
 /// Item buffers of the table.
 const ITEM_BUFFERS: [u32; 3] = [256, 512, 1024];
-/// Unshot share by which progress is shown.
-const SHOWN: f64 = 1e-4;
 /// Figure 8 looks at the floor between the blocks.
 const SHADOW: ([f64; 3], [f64; 3], f64) = ([0.5, 0.75, 0.06], [0.6, 0.0, 0.62], 50.0);
 
@@ -60,8 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         scene: &scene,
         room: room.faces.len(),
         device: gpu.as_ref(),
-        watch: &|phase, shot, emitted| {
-            let done = shooting::progress(shot, emitted, SHOWN);
+        watch: &|phase, done| {
             progress
                 .borrow_mut()
                 .show(phase, (done * 1000.0) as u64, 1000)

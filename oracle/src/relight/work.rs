@@ -3,11 +3,12 @@
 
 use super::room::{Captured, Values};
 use common::mesh::Mesh;
+use common::passes;
 use common::relight::surface::Surface;
 use common::relight::{Method, Relit, Room, relight};
 use common::scene::Scene;
 use common::settings::Settings;
-use common::shooting::{Engine, Run, Shot, solve};
+use common::shooting::{Engine, Run, Shot, progress, solve};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::cover::furnished;
@@ -65,8 +66,8 @@ pub struct Work<'a> {
     pub settings: &'a Settings,
     /// The GPU; none: the CPU.
     pub device: Option<&'a Gpu>,
-    /// Shows how far it is: phase, shot, the power that its loop began with; breaks to stop.
-    pub watch: &'a dyn Fn(&str, &Shot, f32) -> ControlFlow<()>,
+    /// Shows how far it is: phase, and the share of it that is done; breaks to stop.
+    pub watch: &'a dyn Fn(&str, f64) -> ControlFlow<()>,
     /// Whether it was stopped.
     pub stopped: Cell<bool>,
 }
@@ -138,7 +139,9 @@ impl Work<'_> {
             self.settings,
         )?;
         let mut engine = self.engine(&mesh)?;
-        let run = self.solve(engine.as_mut(), "capture")?;
+        let run = passes::solve(engine.as_mut(), &mesh, self.settings, &mut |done| {
+            self.seen("capture", done)
+        })?;
         if self.stopped.get() {
             return Err(Error::Interrupted);
         }
@@ -163,7 +166,7 @@ impl Work<'_> {
             room,
             method,
             self.settings,
-            &mut |shot, emitted| self.seen("relight", shot, emitted),
+            &mut |shot, emitted| self.seen_shot("relight", shot, emitted),
         )?;
         if self.stopped.get() && !relit.complete {
             return Err(Error::Interrupted);
@@ -173,12 +176,16 @@ impl Work<'_> {
 
     fn solve(&self, engine: &mut dyn Engine, phase: &str) -> Result<Run> {
         solve(engine, self.settings, &mut |shot, emitted| {
-            self.seen(phase, shot, emitted)
+            self.seen_shot(phase, shot, emitted)
         })
     }
 
-    fn seen(&self, phase: &str, shot: &Shot, emitted: f32) -> ControlFlow<()> {
-        let flow = (self.watch)(phase, shot, emitted);
+    fn seen_shot(&self, phase: &str, shot: &Shot, emitted: f32) -> ControlFlow<()> {
+        self.seen(phase, progress(shot, emitted, self.settings.epsilon))
+    }
+
+    fn seen(&self, phase: &str, done: f64) -> ControlFlow<()> {
+        let flow = (self.watch)(phase, done);
         if flow.is_break() {
             self.stopped.set(true);
         }

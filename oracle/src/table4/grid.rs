@@ -13,7 +13,7 @@ use common::energy::Energy;
 use common::form_factor::FormFactor;
 use common::scene::Scene;
 use common::settings::{Lookup, Raster, Settings, Visibility};
-use common::shooting::{Field, Shot};
+use common::shooting::Field;
 use cpu::rays::Rays;
 use gpu::Gpu;
 use std::cell::Cell;
@@ -35,7 +35,7 @@ pub struct Grid<'a> {
     /// The GPU; none: the twin of its item buffer.
     pub device: Option<&'a Gpu>,
     /// Shows phase, shot and the power of its loop; breaks to stop.
-    pub watch: &'a dyn Fn(&str, &Shot, f32) -> ControlFlow<()>,
+    pub watch: &'a dyn Fn(&str, f64) -> ControlFlow<()>,
 }
 
 /// As the paper did it, on these texels and item buffer.

@@ -12,8 +12,7 @@ use crate::relight::work::{Phases, Stage, Work};
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::relight::{Mended, Method};
-use common::settings::{Quality, Settings, Visibility};
-use common::shooting;
+use common::settings::{Iteration, Quality, Settings, Visibility};
 use common::solution::prepare;
 use common::{Error, Result};
 use glam::DVec3;
@@ -119,8 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let work = Work {
         settings: &settings,
         device: device.as_ref(),
-        watch: &|phase, shot, emitted| {
-            let done = shooting::progress(shot, emitted, settings.epsilon);
+        watch: &|phase, done| {
             let step = (done * 1000.0) as u64;
             let mut progress = progress.borrow_mut();
             let bar = progress.as_mut();
@@ -164,7 +162,11 @@ fn settings(arguments: &Arguments, stage: &Stage, on_gpu: bool) -> Result<Settin
     } else {
         Visibility::Rays
     };
-    let mut settings = common.settings(visibility, FormFactor::Polygon)?;
+    let mut settings = Settings {
+        // Of the room's own solve, as `solve` does it.
+        iteration: Iteration::Cg,
+        ..common.settings(visibility, FormFactor::Polygon)?
+    };
     settings.texels = stage.resolutions.first().map_or(settings.texels, |r| r[0]);
     let panorama = stage.captured.panorama.is_some();
     if common.cells.is_none() {
