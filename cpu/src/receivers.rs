@@ -28,6 +28,10 @@ pub struct Receiver {
     pub texels: Range<usize>,
     /// All of them.
     pub blocks: Vec<Block>,
+    /// The rectangle around them.
+    pub low: Vec2,
+    /// Its other corner.
+    pub high: Vec2,
     /// Where its plane's coordinates are measured from, and along what.
     pub frame: Frame,
 }
@@ -108,7 +112,7 @@ impl Receivers {
 impl Receiver {
     fn new(mesh: &Mesh, face: &MeshFace, texels: Range<usize>) -> Self {
         let frame = Frame::new(face);
-        let blocks = texels
+        let blocks: Vec<Block> = texels
             .clone()
             .step_by(LANES)
             .map(|first| {
@@ -128,8 +132,12 @@ impl Receiver {
                 }
             })
             .collect();
+        let low = blocks.iter().map(|b| b.low);
+        let high = blocks.iter().map(|b| b.high);
         Self {
             texels,
+            low: low.fold(Vec2::INFINITY, Vec2::min),
+            high: high.fold(Vec2::NEG_INFINITY, Vec2::max),
             blocks,
             frame,
         }

@@ -12,7 +12,7 @@ use crate::shadow::{Shadow, shadow};
 use common::constants::{CONTACT, NEAR};
 use common::form_factor::{FormFactor, Shooter};
 use common::mesh::{Cell, Cover, Mesh, MeshFace, reach};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use pulp::{Arch, NullaryFnOnce};
 
 /// A cell whose corners are higher than this above a receiver's plane is clipped to no point's
@@ -116,11 +116,11 @@ impl Rows<'_> {
     }
 
     fn shadows(&self, pair: &Pair, faces: &[u32], found: &mut Vec<Occluder>) {
-        let receiver = &self.occluders.faces[pair.face as usize].plane;
-        let frame = &self.receivers.faces[pair.face as usize].frame;
+        let plane = &self.occluders.faces[pair.face as usize].plane;
+        let receiver = &self.receivers.faces[pair.face as usize];
         for k in faces {
             let polygon = &self.occluders.faces[*k as usize].polygon;
-            let shadow = shadow(&pair.cell.shooter.corners, polygon, receiver, frame);
+            let shadow = shadow(&pair.cell.shooter.corners, polygon, plane, receiver);
             if shadow != Shadow::Nowhere {
                 found.push((*k, shadow));
             }
@@ -270,6 +270,11 @@ fn falls(shadow: &Shadow, block: &Block) -> bool {
     match shadow {
         Shadow::Nowhere => false,
         Shadow::Anywhere => true,
-        Shadow::Within(low, high) => low.cmple(block.high).all() && block.low.cmple(*high).all(),
+        Shadow::Within(low, high) => {
+            let (from, to) = (block.low, block.high);
+            let least = Vec4::new(from.x, from.y, from.x + from.y, from.x - to.y);
+            let most = Vec4::new(to.x, to.y, to.x + to.y, to.x - from.y);
+            low.cmple(most).all() && least.cmple(*high).all()
+        }
     }
 }
