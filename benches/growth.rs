@@ -1,0 +1,129 @@
+//! Time and memory of a first shot as faces and texels grow: a room of N×N faces a wall around a
+//! box. Slopes are those of the logarithms.
+
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use common::settings::Settings;
+use common::shooting::{Engine, Order};
+use common::texel;
+use cpu::CpuSolver;
+use glam::{DVec3, Vec3};
+use gpu::{Gpu, GpuSolver};
+use radiosity_tests::room;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Faces a side of a wall, and texels a side of a face: first the faces grow beside 10⁵ texels,
+/// then the texels on 10² faces.
+const FACES: [[u32; 2]; 4] = [[4, 32], [13, 10], [41, 3], [129, 1]];
+const TEXELS: [[u32; 2]; 4] = [[4, 10], [4, 32], [4, 100], [4, 316]];
+/// First shots that are timed.
+const SHOTS: usize = 4;
+/// A software adapter is asked for no more texels.
+const MOST: usize = 2_000_000;
+
+struct Point {
+    size: f64,
+    shot: f64,
+    bytes: f64,
+}
+
+fn main() {
+    let gpu = Gpu::open(None).ok();
+    for (name, sizes) in [("faces", FACES), ("texels", TEXELS)] {
+        for on_gpu in [false, true] {
+            let adapter = gpu.as_ref().filter(|_| on_gpu);
+            if on_gpu && adapter.is_none() {
+                println!("no adapter: the GPU is left out");
+                continue;
+            }
+            println!("{name}, {}", adapter.map_or("CPU", |gpu| &gpu.line.name));
+            let points: Vec<Point> = sizes
+                .iter()
+                .filter_map(|size| measure(name, *size, adapter))
+                .collect();
+            for pair in points.windows(2) {
+                let slope = |a: f64, b: f64| (b / a).ln() / (pair[1].size / pair[0].size).ln();
+                println!(
+                    "  {:.0} to {:.0} {name}: slope {:.2} of time, {:.2} of memory",
+                    pair[0].size,
+                    pair[1].size,
+                    slope(pair[0].shot, pair[1].shot),
+                    slope(pair[0].bytes, pair[1].bytes),
+                );
+            }
+        }
+    }
+}
+
+fn scene(side: u32) -> Scene {
+    let grey = Vec3::splat(0.7);
+    let mut faces = Vec::new();
+    for wall in &room(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, grey) {
+        for part in 0..side * side {
+            let corners = texel::outline(wall, [side, side], part).padded();
+            faces.push(Face::quad(&wall.name, corners, Vec3::ONE, grey));
+        }
+    }
+    let (low, high) = (DVec3::splat(0.3), DVec3::splat(0.6));
+    faces.extend(room(low, high, false, Vec3::ZERO, grey));
+    Scene {
+        name: format!("{} faces", faces.len()),
+        faces,
+        notes: Vec::new(),
+    }
+}
+
+fn measure(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<Point> {
+    let before = resident();
+    let start = Instant::now();
+    let mesh = Mesh::uniform(&scene(side), texels, 1).expect("the room is sound");
+    if gpu.is_some() && mesh.texels.len() > MOST {
+        return None;
+    }
+    let settings = Settings {
+        texels,
+        cells: 1,
+        ..Settings::default()
+    };
+    let mut engine: Box<dyn Engine> = match gpu {
+        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, &settings).expect("it fits")),
+        None => Box::new(CpuSolver::new(&mesh, &settings)),
+    };
+    let prepare = start.elapsed().as_secs_f64();
+    let every = mesh.cells.len() / SHOTS;
+    let log: Vec<u32> = (0..SHOTS).map(|k| (k * every) as u32).collect();
+    let start = Instant::now();
+    engine
+        .run(Order::Replay(&log), SHOTS as u32, &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .expect("shots succeed");
+    let shot = start.elapsed().as_secs_f64() / SHOTS as f64;
+    let bytes = resident() - before;
+    println!(
+        "  {:6} faces {:9} texels: prepared in {prepare:.3} s, a first shot {:.2} ms, {:.0} MB",
+        mesh.faces.len(),
+        mesh.texels.len(),
+        shot * 1e3,
+        bytes / 1e6
+    );
+    let size = if name == "faces" {
+        mesh.faces.len()
+    } else {
+        mesh.texels.len()
+    };
+    Some(Point {
+        size: size as f64,
+        shot,
+        bytes: bytes.max(1.0),
+    })
+}
+
+/// Bytes that the process holds; 0 where the system does not say.
+fn resident() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"));
+    let kilobytes = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<f64>().ok());
+    kilobytes.unwrap_or(0.0) * 1024.0
+}
