@@ -5,6 +5,7 @@
 use crate::candidates::{Between, MOST};
 use crate::intersect::touches;
 use crate::lanes::{Lane, Points, are_far, form_factors, stop, weights};
+use crate::link::{Sums, factor, sample};
 use crate::occluders::Occluders;
 use crate::rays::{Rays, Sight};
 use crate::receivers::{Block, LANES, Receivers};
@@ -14,6 +15,13 @@ use common::form_factor::{FormFactor, Shooter};
 use common::mesh::{Cell, Cover, Mesh, MeshFace, reach};
 use glam::{Vec3, Vec4};
 use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Texels per task: long enough to hide the task, short enough to share.
+const TASK: usize = 4096;
+/// Fewer texels than this do not pay for a block's registers.
+const FEW: usize = 6;
 
 /// A cell whose corners are higher than this above a receiver's plane is clipped to no point's
 /// horizon (half of CONTACT is for the rounding).
@@ -49,6 +57,8 @@ struct Pair<'a> {
 struct Stops<'a> {
     faces: &'a [u32],
     rays: bool,
+    /// Texels of the block.
+    count: usize,
 }
 
 /// A face that may come between, and where.
@@ -76,15 +86,43 @@ impl NullaryFnOnce for Target<'_> {
 impl Rows<'_> {
     /// The links of cell `number`; `between` its face and every other one.
     pub fn fill(&self, number: u32, between: &[Between], links: &mut [f32]) {
+        let mut parts = Vec::new();
+        let (mut faces, mut rest) = (0..between.len(), links);
+        while !faces.is_empty() {
+            let first = faces.start;
+            let mut count = 0;
+            while count < TASK && !faces.is_empty() {
+                count += self.receivers.faces[faces.start].texels.len();
+                faces.start += 1;
+            }
+            let (part, after) = rest.split_at_mut(count);
+            parts.push((first..faces.start, part));
+            rest = after;
+        }
+        parts
+            .into_par_iter()
+            .for_each(|(faces, links)| self.part(number, between, faces, links));
+    }
+
+    /// Those to some of the faces.
+    fn part(&self, number: u32, between: &[Between], faces: Range<usize>, mut links: &mut [f32]) {
         let cell = &self.mesh.cells[number as usize];
         let mut shadows = Vec::new();
-        for (face, between) in (0..).zip(between) {
-            let texels = self.receivers.faces[face as usize].texels.clone();
-            let links = &mut links[texels];
+        for face in faces {
+            let between = &between[face];
+            let texels = self.receivers.faces[face].texels.clone();
+            let (own, after) = std::mem::take(&mut links).split_at_mut(texels.len());
+            links = after;
+            let links = own;
             if *between == Between::Unseen {
                 links.fill(0.0);
                 continue;
             }
+            if *between == Between::All && texels.len() < FEW {
+                self.one_by_one(number, texels, links);
+                continue;
+            }
+            let face = face as u32;
             let pair = self.pair(number, cell, face);
             let rays = *between == Between::All;
             shadows.clear();
@@ -98,6 +136,24 @@ impl Rows<'_> {
                 rays,
                 links,
             });
+        }
+    }
+
+    /// Too few texels for a block.
+    fn one_by_one(&self, number: u32, texels: Range<usize>, links: &mut [f32]) {
+        let shooter = &self.mesh.cells[number as usize];
+        for (link, k) in links.iter_mut().zip(texels) {
+            let ends = [shooter.face, self.mesh.texels[k].face];
+            let mut sums = Sums {
+                form_factor: factor(self.mesh, self.kind, number, k as u32),
+                ..Sums::default()
+            };
+            for s in 0..self.mesh.samples {
+                sample(self.mesh, number, k as u32, s, &mut sums, |q, p| {
+                    self.rays.sight(q, p, ends, false)
+                });
+            }
+            *link = sums.link(shooter.open);
         }
     }
 
@@ -160,6 +216,7 @@ impl Rows<'_> {
                 let stops = Stops {
                     faces: occluders,
                     rays,
+                    count: block.count,
                 };
                 self.sampled(pair, block, &form_factor, &stops, links);
             } else {
@@ -256,7 +313,8 @@ impl Rows<'_> {
         }
         if stops.rays {
             let ends = [pair.cell.face, pair.face];
-            for l in 0..LANES {
+            // What follows the block is nobody's.
+            for l in 0..stops.count {
                 stopped[l] =
                     g[l] > 0.0 && self.rays.sight(q, points.at(l), ends, false) != Sight::Clear;
             }
