@@ -135,7 +135,7 @@ fn other_programs_are_drawn_beside() {
             "samples": 64, "seconds": 1.5, "setup_seconds": 0.5, "error": 0.25, "threads": 2 })
     };
     let file = folder.join("others.json");
-    let list = json!([peer("plates"), peer("another.obj")]);
+    let list = json!({ "points": [peer("plates"), peer("another.obj")], "more": 1 });
     fs::write(&file, list.to_string()).unwrap();
     let others = ["--peers", file.to_str().unwrap()];
     let rest = ["--solver", "cpu", "--repeats", "1"];
@@ -145,7 +145,7 @@ fn other_programs_are_drawn_beside() {
     assert!(array(&told["points"]).iter().all(|p| p["solver"] != "gpu"));
     let html = fs::read_to_string(out.join("chart.html")).unwrap();
     assert!(html.contains("other &amp; co v, 64 samples, 2 threads\n2 s, error 25"));
-    fs::write(&file, "[{\"peer\": 1}]").unwrap();
+    fs::write(&file, "{\"points\": [{\"peer\": 1}]}").unwrap();
     let (code, line) = failure(&["chart", &scene, "--peers", others[1]]);
     assert!(code == 2 && line.contains("others.json"), "{line}");
 }

@@ -66,14 +66,20 @@ impl Peer {
     }
 }
 
-/// Reads a list of them.
+/// What `peers/` writes; what else it says is not for the chart.
+#[derive(Deserialize)]
+struct File {
+    points: Vec<Peer>,
+}
+
+/// Reads the points of such a file.
 pub fn read(path: &Path) -> Result<Vec<Peer>> {
     let failed = |e: &dyn std::fmt::Display| {
         let message = format!("is no list of other programs' solves: {e}");
         Error::input(path, "", message)
     };
     let text = std::fs::read(path).map_err(|e| failed(&e))?;
-    let peers: Vec<Peer> = serde_json::from_slice(&text).map_err(|e| failed(&e))?;
+    let File { points: peers } = serde_json::from_slice(&text).map_err(|e| failed(&e))?;
     let sound = |p: &Peer| p.seconds.is_finite() && p.seconds >= 0.0 && p.error >= 0.0;
     match peers.iter().position(|p| !sound(p)) {
         Some(k) => Err(failed(&format!("entry {k} has no seconds or no error"))),
