@@ -6,8 +6,7 @@ use common::passes::{self, Closure};
 use common::scene::Scene;
 use common::settings::{Iteration, Raster, Settings, Visibility};
 use common::shooting::{Engine, Field, Run};
-use cpu::collect::{collect, settle};
-use cpu::exchange::exchange;
+use cpu::accumulate::settle;
 use cpu::power::received;
 use cpu::{CpuSolver, cover};
 use glam::Vec3;
@@ -87,6 +86,17 @@ fn close(a: Vec3, b: Vec3, bound: f64) -> bool {
     f64::from((a - b).abs().max_element()) <= bound
 }
 
+/// Σ x·w, cell after cell.
+fn sum(shot: &[Vec3], link: impl Fn(usize) -> f32) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    for (i, x) in shot.iter().enumerate() {
+        if *x != Vec3::ZERO {
+            sum += *x * link(i);
+        }
+    }
+    sum
+}
+
 /// The engine's exchange and field against the twins on the links of single shots.
 fn against_twins(gpu: &Gpu, mesh: &Mesh, engine: &mut GpuSolver, links: &[Vec<f32>]) -> bool {
     let shot = colours(mesh.cells.len());
@@ -99,12 +109,12 @@ fn against_twins(gpu: &Gpu, mesh: &Mesh, engine: &mut GpuSolver, links: &[Vec<f3
     let exchanged = mesh.cells.iter().zip(&flux).all(|(cell, flux)| {
         let taken: Vec<f32> = links.iter().map(|row| received(mesh, row, cell)).collect();
         let bound = fused(gpu, taken.len(), terms(&|i| taken[i]));
-        close(*flux, exchange(&shot, |i| taken[i]), bound)
+        close(*flux, sum(&shot, |i| taken[i]), bound)
     });
     engine.gather(&shot, &unshot).unwrap();
     let field = engine.field().unwrap();
     let collected = mesh.texels.iter().enumerate().all(|(k, texel)| {
-        let h = collect(&shot, |i| links[i][k]);
+        let h = sum(&shot, |i| links[i][k]);
         let bound = fused(gpu, links.len(), terms(&|i| links[i][k]));
         let b = settle(texel, texel.reflectance, h);
         close(field.irradiance[k].truncate(), h, bound)

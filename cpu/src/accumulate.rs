@@ -1,7 +1,8 @@
 //! What many shots bring at once: y_k = Σ_i x_i w_ik, for texels by their links and for cells by
-//! what they take. The sums of [`crate::collect`] and [`crate::exchange`], shot after shot in f32,
-//! for many receivers side by side.
+//! what they take; shot after shot in f32. Twin of `gpu/src/shaders/collect.wgsl` and
+//! `gpu/src/shaders/exchange.wgsl`.
 
+use common::mesh::Texel;
 use glam::Vec3;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
@@ -52,4 +53,10 @@ impl NullaryFnOnce for Part<'_> {
             *sum = Vec3::new(lanes[0][k], lanes[1][k], lanes[2][k]);
         }
     }
+}
+
+/// B = E + ρH.
+pub fn settle(texel: &Texel, reflectance: Vec3, irradiance: Vec3) -> Vec3 {
+    let reflected = reflectance * irradiance;
+    texel.emission + reflected
 }

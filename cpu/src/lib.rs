@@ -5,11 +5,9 @@
 pub mod accumulate;
 pub mod bound;
 mod candidates;
-pub mod collect;
 pub mod cover;
 pub mod deposit;
 pub mod escape;
-pub mod exchange;
 pub mod hemicube;
 pub mod intersect;
 pub mod item_buffer;

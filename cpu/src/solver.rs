@@ -1,8 +1,7 @@
 //! The CPU engine of the shooting loop.
 
-use crate::accumulate::accumulate;
+use crate::accumulate::{accumulate, settle};
 use crate::candidates::{Between, candidates};
-use crate::collect::settle;
 use crate::deposit::{Flash, deposit};
 use crate::escape::escape;
 use crate::link::{Past, Sums, factor, sample};
