@@ -4,10 +4,10 @@
 pub const PI: f32 = std::f32::consts::PI;
 
 /// A texel so many of its radii from a cell takes its light as its centre does.
-pub const FAR: f32 = 4.0;
+pub const FAR: f32 = 6.0;
 
 /// A texel nearer than that takes the mean of so many places a side.
-pub const NEAR: u32 = 3;
+pub const NEAR: u32 = 4;
 
 /// Fronts closer than this exchange nothing (mesh units; 8 roundings of a coordinate): within it
 /// nobody can tell which of two touching faces lies above the other.

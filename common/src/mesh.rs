@@ -383,7 +383,7 @@ fn longest_edge(outline: &[DVec3]) -> DVec3 {
         .unwrap_or(DVec3::X)
 }
 
-/// Beyond this distance from the centre of `cell` a texel of `face` is [`far`]: it may be four times
+/// Beyond this distance from the centre of `cell` a texel of `face` is [`far`]: it may be six times
 /// its radius from the cell.
 ///
 /// [`far`]: crate::form_factor::far
