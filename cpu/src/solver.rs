@@ -103,8 +103,11 @@ impl<'a> CpuSolver<'a> {
         let missing: Vec<u32> = (cells.iter().copied())
             .filter(|cell| self.links.row(*cell).is_none())
             .collect();
-        let caster = &self.caster;
-        caster.fill(self.links.places_of(&missing));
+        // A second shot touches no place but its own.
+        if !missing.is_empty() {
+            let caster = &self.caster;
+            caster.fill(self.links.places_of(&missing));
+        }
     }
 
     /// As many of the first of `cells` as have a place each.
