@@ -1,5 +1,6 @@
 //! Comparison, explanation of differences, exact answers, pictures and the report.
 
+pub mod answer;
 pub mod chart;
 pub mod cli;
 pub mod compare;
@@ -15,6 +16,7 @@ pub mod relight;
 pub mod report;
 pub mod resample;
 pub mod speed;
+pub mod stress;
 pub mod study;
 pub mod table4;
 pub mod view;

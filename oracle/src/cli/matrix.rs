@@ -1,8 +1,9 @@
 //! `radiosity solve --solver matrix`.
 
+use super::Outcome;
 use super::progress::{Progress, listen};
 use super::solve::{Arguments, FILES, write_maps, wrote};
-use super::{Outcome, warnings};
+use crate::answer::warnings;
 use crate::dense;
 use common::Result;
 use common::energy::Energy;

@@ -16,7 +16,6 @@ mod relight;
 mod solve;
 mod solver;
 mod table4;
-pub mod warnings;
 
 use clap::{Parser, Subcommand};
 use common::Error;

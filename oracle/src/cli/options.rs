@@ -1,5 +1,6 @@
 //! Options that the commands share.
 
+use crate::answer::Given;
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
@@ -198,6 +199,16 @@ impl Common {
     /// The quality in force.
     pub fn quality(&self) -> Quality {
         self.quality.map_or(Quality::Normal, Into::into)
+    }
+
+    /// The options that a solve must not change.
+    pub fn given(&self) -> Given {
+        Given {
+            visibility: self.visibility.is_some(),
+            form_factor: self.form_factor.is_some(),
+            cells: self.cells.is_some(),
+            samples: self.samples.is_some(),
+        }
     }
 
     /// The settings of `solve`, and of what is done by one.

@@ -1,11 +1,11 @@
 //! `radiosity solve`.
 
 use super::options::Common;
-use super::progress::{Progress, interrupted, listen};
+use super::progress::{Progress, listen};
 use super::solver::{SolverOption, choose, open};
-use super::{Outcome, matrix, warnings};
+use super::{Outcome, matrix};
+use crate::answer::{Question, answer};
 use crate::plan::fits::{Limit, check};
-use crate::refine::{Rung, refine};
 use clap::Args;
 use common::Result;
 use common::capture::maps;
@@ -13,15 +13,12 @@ use common::energy::Energy;
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::mesh::Mesh;
-use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
-use common::shooting::{Engine, Field, Run};
+use common::shooting::Field;
 use common::solution::{Seconds, Solution, prepare};
-use cpu::CpuSolver;
-use cpu::cover::sampled;
 use glam::Vec3;
-use gpu::{Gpu, GpuSolver};
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -79,51 +76,44 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     prepare(&arguments.out)?;
     listen();
 
-    let mut timing = Seconds {
-        load: load_seconds,
-        ..Seconds::default()
+    let progress = RefCell::new(Progress::new(&scene.name, common.quiet));
+    let question = Question {
+        scene: &scene,
+        settings: &settings,
+        given: common.given(),
+        gpu: device.as_ref(),
     };
-    let mut rung =
-        |settings: &Settings| rung(&scene, settings, device.as_ref(), common.quiet, &mut timing);
+    let answered = answer(&question, &|done| {
+        let thousandths = (done * 1000.0) as u64;
+        progress.borrow_mut().show("shooting", thousandths, 1000)
+    })?;
+    drop(progress);
     let mut notes = scene.notes.clone();
-    let (rung, mesh, field) = if settings.quality == Quality::Reference && common.cells.is_none() {
-        let refined = refine(&scene, &settings, rung, interrupted)?;
-        for note in &refined.notes {
-            eprintln!("note: {note}");
-        }
-        notes.extend(refined.notes);
-        (refined.rung, refined.answer, refined.field)
-    } else {
-        let rung = rung(&settings)?;
-        let (mesh, field) = (rung.mesh.clone(), rung.run.field.clone());
-        (rung, mesh, field)
-    };
-    notes.extend(fewer_cells(&rung.mesh, &rung.settings));
-    if interrupted() {
-        notes.push("interrupted: the result is what had been shot by then".into());
+    for note in &answered.notes {
+        eprintln!("note: {note}");
+        notes.push(note.clone());
     }
+    let mesh = &answered.mesh;
     let solution = Solution {
         scene: &scene,
-        mesh: &mesh,
+        mesh,
         solver: if device.is_some() { "gpu" } else { "cpu" },
         adapter: device.as_ref().map(|gpu| gpu.line.name.as_str()),
-        settings: &Settings {
-            texels: settings.texels,
-            ..rung.settings.clone()
-        },
-        run: &Run {
-            field,
-            ..rung.run.clone()
-        },
-        warnings: &warnings::of(&rung.mesh, &rung.run),
+        settings: &answered.settings,
+        run: &answered.run,
+        warnings: &answered.warnings,
         notes: &notes,
         matrix: None,
         relit: None,
-        seconds: timing,
+        seconds: Seconds {
+            load: load_seconds,
+            prepare: answered.prepare,
+            solve: answered.solve,
+        },
     };
     solution.write(&arguments.out)?;
     if arguments.maps {
-        write_maps(&scene, &mesh, &solution.run.field, &arguments.out)?;
+        write_maps(&scene, mesh, &solution.run.field, &arguments.out)?;
     }
     if !common.quiet {
         summary(&solution, arguments);
@@ -151,47 +141,6 @@ pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
         Visibility::Rays
     };
     common.of_passes(visibility, FormFactor::Polygon)
-}
-
-/// One solve at given settings.
-fn rung(
-    scene: &Scene,
-    settings: &Settings,
-    device: Option<&Gpu>,
-    quiet: bool,
-    timing: &mut Seconds,
-) -> Result<Rung> {
-    let start = Instant::now();
-    let mesh = sampled(scene, settings)?;
-    let mut engine: Box<dyn Engine> = match device {
-        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
-        None => Box::new(CpuSolver::new(&mesh, settings)),
-    };
-    timing.prepare += start.elapsed().as_secs_f64();
-    let start = Instant::now();
-    let mut progress = Progress::new(&scene.name, quiet);
-    let run = solve(engine.as_mut(), &mesh, settings, &mut |done| {
-        progress.show("shooting", (done * 1000.0) as u64, 1000)
-    })?;
-    timing.solve += start.elapsed().as_secs_f64();
-    drop(engine);
-    Ok(Rung {
-        settings: settings.clone(),
-        mesh,
-        run,
-    })
-}
-
-/// A triangle's cells are blocks of whole texels only for divisors of its side.
-fn fewer_cells(mesh: &Mesh, settings: &Settings) -> Option<String> {
-    let asked = (settings.cells * settings.cells) as usize * mesh.faces.len();
-    (mesh.cells.len() < asked).then(|| {
-        format!(
-            "{} cells instead of {asked}: a face has at most one a texel, and a triangle's side is cut by a divisor of its {} texels",
-            mesh.cells.len(),
-            settings.texels
-        )
-    })
 }
 
 fn summary(solution: &Solution, arguments: &Arguments) {

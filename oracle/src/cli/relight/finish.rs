@@ -1,9 +1,9 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
+use crate::answer::warnings;
 use crate::cli::objects::Object;
 use crate::cli::solve::wrote;
-use crate::cli::warnings;
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::page::{Report, html};
 use crate::relight::thumbnail::thumbnail;

@@ -1,0 +1,154 @@
+//! A scene solved as `solve` does it: refined where that is asked for, and warned about where the
+//! answer may be more than 2 % off.
+
+pub mod warnings;
+
+use crate::refine::{Rung, refine};
+use common::Result;
+use common::mesh::Mesh;
+use common::passes::solve;
+use common::scene::Scene;
+use common::settings::{Quality, Settings};
+use common::shooting::{Engine, Run};
+use common::solution::Warning;
+use cpu::CpuSolver;
+use cpu::cover::sampled;
+use gpu::{Gpu, GpuSolver};
+use std::cell::Cell;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// What is asked.
+#[derive(Clone, Copy)]
+pub struct Question<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The options in force.
+    pub settings: &'a Settings,
+    /// Those that the user gave: they are kept as they are.
+    pub given: Given,
+    /// The GPU; none: the CPU.
+    pub gpu: Option<&'a Gpu>,
+}
+
+/// Which options the user gave.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Given {
+    /// `--visibility`.
+    pub visibility: bool,
+    /// `--form-factor`.
+    pub form_factor: bool,
+    /// `--cells`.
+    pub cells: bool,
+    /// `--samples`.
+    pub samples: bool,
+}
+
+impl Given {
+    /// Every one of them: nothing is changed.
+    pub const ALL: Self = Self {
+        visibility: true,
+        form_factor: true,
+        cells: true,
+        samples: true,
+    };
+}
+
+/// What is answered.
+pub struct Answer {
+    /// The options of the solve; `texels` as they were asked for.
+    pub settings: Settings,
+    /// Texels of the answer.
+    pub mesh: Mesh,
+    /// The run, its field on those texels.
+    pub run: Run,
+    /// What may be more than 2 % off.
+    pub warnings: Vec<Warning>,
+    /// What was chosen and why, a line each.
+    pub notes: Vec<String>,
+    /// Seconds before shooting.
+    pub prepare: f64,
+    /// Seconds of shooting.
+    pub solve: f64,
+}
+
+/// Told the share done, 0…1; may break: then the answer is what there was.
+pub type Watch<'a> = &'a dyn Fn(f64) -> ControlFlow<()>;
+
+/// Solves.
+pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
+    let seconds = Cell::new((0.0, 0.0));
+    let stopped = Cell::new(false);
+    let solved = |settings: &Settings| rung(question, settings, watch, &stopped, &seconds);
+    let mut notes = Vec::new();
+    let settings = question.settings;
+    let (rung, mesh, field) = if settings.quality == Quality::Reference && !question.given.cells {
+        let refined = refine(question.scene, settings, solved, || stopped.get())?;
+        notes.extend(refined.notes);
+        (refined.rung, refined.answer, refined.field)
+    } else {
+        let rung = solved(settings)?;
+        let (mesh, field) = (rung.mesh.clone(), rung.run.field.clone());
+        (rung, mesh, field)
+    };
+    notes.extend(fewer_cells(&rung.mesh, &rung.settings));
+    if stopped.get() {
+        notes.push("interrupted: the result is what had been shot by then".into());
+    }
+    let (prepare, solve) = seconds.get();
+    Ok(Answer {
+        warnings: warnings::of(&rung.mesh, &rung.run),
+        settings: Settings {
+            texels: settings.texels,
+            ..rung.settings
+        },
+        mesh,
+        run: Run { field, ..rung.run },
+        notes,
+        prepare,
+        solve,
+    })
+}
+
+/// One solve at given settings.
+fn rung(
+    question: &Question,
+    settings: &Settings,
+    watch: Watch,
+    stopped: &Cell<bool>,
+    seconds: &Cell<(f64, f64)>,
+) -> Result<Rung> {
+    let start = Instant::now();
+    let mesh = sampled(question.scene, settings)?;
+    let mut engine: Box<dyn Engine> = match question.gpu {
+        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
+        None => Box::new(CpuSolver::new(&mesh, settings)),
+    };
+    let prepared = start.elapsed().as_secs_f64();
+    let run = solve(engine.as_mut(), &mesh, settings, &mut |done| {
+        let flow = watch(done);
+        stopped.set(stopped.get() || flow.is_break());
+        flow
+    })?;
+    let (before, shooting) = seconds.get();
+    let all = start.elapsed().as_secs_f64();
+    seconds.set((before + prepared, shooting + all - prepared));
+    drop(engine);
+    Ok(Rung {
+        settings: settings.clone(),
+        mesh,
+        run,
+    })
+}
+
+/// A triangle's cells are blocks of whole texels only for divisors of its side.
+fn fewer_cells(mesh: &Mesh, settings: &Settings) -> Option<String> {
+    let asked = (settings.cells * settings.cells) as usize * mesh.faces.len();
+    (mesh.cells.len() < asked).then(|| {
+        format!(
+            "{} cells instead of {asked}: a face has at most one a texel, and a triangle's side is cut by a divisor of its {} texels",
+            mesh.cells.len(),
+            settings.texels
+        )
+    })
+}

@@ -1,0 +1,118 @@
+//! The failure atlas: scenes that are each built to break one method, over decades of one
+//! parameter; where each method breaks, and whether the program notices.
+//!
+//! The question is the same as everywhere: the mean reflected radiosity B − E of every texel
+//! (leaks: the light that is where none may be, over what is emitted).
+
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::shooting::Field;
+use glam::DVec3;
+use serde::Serialize;
+
+/// Up to here a method is safe; a greater error must be warned about.
+pub const SAFE: f64 = 0.02;
+/// Up to here it degrades, beyond it fails.
+pub const DEGRADED: f64 = 0.1;
+
+/// What is known of a case before anything is solved.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct About {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What is swept, with its unit.
+    pub parameter: &'static str,
+    /// What it is built to break, in a line.
+    pub breaks: &'static str,
+    /// Where the truth comes from.
+    pub truth: &'static str,
+    /// What the error is: "relative RMS" or "light behind the wall / emitted power".
+    pub measure: &'static str,
+}
+
+/// How a method did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// At most [`SAFE`] off.
+    Safe,
+    /// At most [`DEGRADED`] off.
+    Degrades,
+    /// Worse, not a number, or no answer.
+    Fails,
+}
+
+/// One solver's part in a row.
+#[derive(Clone, Debug, Serialize)]
+pub struct Side {
+    /// Against the truth; none where there is no answer.
+    pub error: Option<f64>,
+    /// Codes of the warnings.
+    pub warnings: Vec<String>,
+    /// What the program changed by itself, a line each.
+    pub mended: Vec<String>,
+    /// Why there is no answer: the one line that a user would read.
+    pub message: Option<String>,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// One method at one value, CPU and GPU side by side.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The case.
+    pub case: &'static str,
+    /// What is swept.
+    pub parameter: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// The method.
+    pub method: &'static str,
+    /// The worse error of the two; none where one has no answer.
+    pub error: Option<f64>,
+    /// Whether the side that is worse was warned about, or refused.
+    pub warned: bool,
+    /// Of the worse side.
+    pub verdict: Verdict,
+    /// On the CPU.
+    pub cpu: Side,
+    /// On the GPU; none for the matrix, or without an adapter.
+    pub gpu: Option<Side>,
+}
+
+/// One face of one answer, to be looked at.
+#[derive(Clone, Debug)]
+pub struct Plate {
+    /// "truth", or the method and its solver.
+    pub label: String,
+    /// Texels W×H; a triangle's N² texels in the order of its face.
+    pub resolution: [u32; 2],
+    /// B − E, W/m².
+    pub values: Vec<DVec3>,
+}
+
+/// A case as it was seen at one value.
+pub struct Specimen {
+    /// The value.
+    pub value: f64,
+    /// The scene.
+    pub scene: Scene,
+    /// Its texels.
+    pub mesh: Mesh,
+    /// An answer on them.
+    pub field: Field,
+    /// The face whose plates are shown.
+    pub face: u32,
+    /// The truth first.
+    pub plates: Vec<Plate>,
+}
+
+/// One case, run.
+pub struct Study {
+    /// What it is.
+    pub about: About,
+    /// Values in order of severity, and in each the methods in one order.
+    pub rows: Vec<Row>,
+    /// Where most methods have just broken.
+    pub specimen: Option<Specimen>,
+}
