@@ -72,6 +72,7 @@ fn write(dir: &Path) -> (Mesh, Field) {
             shooters: 0,
             field: field.clone(),
         },
+        estimated_error: None,
         warnings: &[],
         notes: &[],
         seconds: Seconds::default(),

@@ -58,6 +58,8 @@ pub struct Solution<'a> {
     pub settings: &'a Settings,
     /// The solve.
     pub run: &'a Run,
+    /// Relative RMS of B − E against the truth, as far as it can be told; none: not looked at.
+    pub estimated_error: Option<f64>,
     /// What may be wrong with the answer.
     pub warnings: &'a [Warning],
     /// Everything else worth saying.
@@ -93,6 +95,7 @@ impl Solution<'_> {
             "converged": self.run.converged,
             "unshot_fraction": self.run.unshot_fraction(),
             "energy": Energy::new(self.mesh, &self.run.field, &self.run.shots),
+            "estimated_error": self.estimated_error,
             "warnings": self.warnings,
             "notes": self.notes,
             "seconds": {

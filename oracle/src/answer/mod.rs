@@ -1,9 +1,12 @@
 //! A scene solved as `solve` does it: refined where that is asked for, and warned about where the
 //! answer may be more than 2 % off.
 
+pub mod check;
+mod mend;
 pub mod warnings;
 
 use crate::refine::{Rung, refine};
+use check::Estimate;
 use common::Result;
 use common::mesh::Mesh;
 use common::passes::solve;
@@ -14,6 +17,7 @@ use common::solution::Warning;
 use cpu::CpuSolver;
 use cpu::cover::sampled;
 use gpu::{Gpu, GpuSolver};
+use mend::mend;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -64,7 +68,9 @@ pub struct Answer {
     pub run: Run,
     /// What may be more than 2 % off.
     pub warnings: Vec<Warning>,
-    /// What was chosen and why, a line each.
+    /// How far it may be off; none where that was not looked at.
+    pub estimate: Option<Estimate>,
+    /// What was chosen, mended and why, a line each.
     pub notes: Vec<String>,
     /// Seconds before shooting.
     pub prepare: f64,
@@ -75,29 +81,50 @@ pub struct Answer {
 /// Told the share done, 0…1; may break: then the answer is what there was.
 pub type Watch<'a> = &'a dyn Fn(f64) -> ControlFlow<()>;
 
-/// Solves.
+/// Solves, looks at the answer, and mends it where that is cheap.
 pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     let seconds = Cell::new((0.0, 0.0));
     let stopped = Cell::new(false);
     let solved = |settings: &Settings| rung(question, settings, watch, &stopped, &seconds);
+    let (scene, settings) = (question.scene, question.settings);
     let mut notes = Vec::new();
-    let settings = question.settings;
-    let (rung, mesh, field) = if settings.quality == Quality::Reference && !question.given.cells {
-        let refined = refine(question.scene, settings, solved, || stopped.get())?;
+    let (mut rung, mut refined) = if settings.quality == Quality::Reference && !question.given.cells
+    {
+        let refined = refine(scene, settings, solved, || stopped.get())?;
         notes.extend(refined.notes);
-        (refined.rung, refined.answer, refined.field)
+        (refined.rung, Some((refined.answer, refined.field)))
     } else {
-        let rung = solved(settings)?;
-        let (mesh, field) = (rung.mesh.clone(), rung.run.field.clone());
-        (rung, mesh, field)
+        (solved(settings)?, None)
     };
+    let mut estimate = look(scene, &rung)?;
+    while settings.quality == Quality::Normal && !stopped.get() && rung.run.converged {
+        let better = estimate.as_ref().and_then(|e| mend(question, &rung, e));
+        let Some((settings, note)) = better else {
+            break;
+        };
+        let next = solved(&settings)?;
+        if stopped.get() {
+            break;
+        }
+        notes.push(note);
+        rung = next;
+        estimate = look(scene, &rung)?;
+    }
     notes.extend(fewer_cells(&rung.mesh, &rung.settings));
     if stopped.get() {
         notes.push("interrupted: the result is what had been shot by then".into());
     }
+    let warnings = warnings::of(&rung.mesh, &rung.run, estimate.as_ref());
+    if estimate.is_none() {
+        notes.push("the error was not estimated: finer cells would be too many".into());
+    }
+    let (mesh, field) = refined
+        .take()
+        .unwrap_or_else(|| (rung.mesh.clone(), rung.run.field.clone()));
     let (prepare, solve) = seconds.get();
     Ok(Answer {
-        warnings: warnings::of(&rung.mesh, &rung.run),
+        warnings,
+        estimate,
         settings: Settings {
             texels: settings.texels,
             ..rung.settings
@@ -108,6 +135,15 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         prepare,
         solve,
     })
+}
+
+fn look(scene: &Scene, rung: &Rung) -> Result<Option<Estimate>> {
+    let Rung {
+        settings,
+        mesh,
+        run,
+    } = rung;
+    check::estimate(settings, mesh, &run.field, |finer| sampled(scene, finer))
 }
 
 /// One solve at given settings.

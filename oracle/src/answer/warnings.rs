@@ -1,5 +1,6 @@
 //! What may put an answer more than 2 % off, with the option that mends it.
 
+use super::check::{Cause, Estimate, Part};
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::overlap::overlaps;
@@ -12,8 +13,8 @@ const SHARE: f64 = 0.02;
 const NAMED: usize = 8;
 
 /// The warnings of a solve.
-pub fn of(mesh: &Mesh, run: &Run) -> Vec<Warning> {
-    let mut warnings = Vec::new();
+pub fn of(mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = estimate.and_then(off).into_iter().collect();
     let energy = Energy::new(mesh, &run.field, &run.shots);
     let closure = energy.share(energy.closure);
     if closure.abs() > SHARE {
@@ -50,6 +51,34 @@ pub fn of(mesh: &Mesh, run: &Run) -> Vec<Warning> {
         });
     }
     warnings
+}
+
+/// The estimate, by what explains most of it.
+fn off(estimate: &Estimate) -> Option<Warning> {
+    let worst = |a: &&Part, b: &&Part| a.error.total_cmp(&b.error);
+    let part = estimate.parts.iter().max_by(worst)?;
+    if estimate.upper <= SHARE {
+        return None;
+    }
+    let (code, why) = match part.cause {
+        Cause::Visibility => (
+            "visibility",
+            "the item buffer is too coarse: use --visibility rays",
+        ),
+        Cause::FormFactor => (
+            "form-factor",
+            "the disc is too crude: use --form-factor polygon",
+        ),
+        Cause::Cells => (
+            "cells",
+            "light or shadow varies within cells: use --quality reference, or more --cells and --samples",
+        ),
+    };
+    Some(Warning {
+        code: code.into(),
+        faces: part.faces.clone(),
+        message: format!("may be {:.1} % off: {why}", 100.0 * estimate.upper),
+    })
 }
 
 /// The faces whose shots missed closure by most power.

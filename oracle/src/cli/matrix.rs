@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::progress::{Progress, listen};
-use super::solve::{Arguments, FILES, write_maps, wrote};
+use super::solve::{Arguments, FILES, judged, write_maps, wrote};
 use crate::answer::warnings;
 use crate::dense;
 use common::Result;
@@ -55,6 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         adapter: None,
         settings: &settings,
         run: &run,
+        estimated_error: None,
         warnings: &warnings_of(&mesh, &run),
         notes: &scene.notes,
         matrix: Some(description(&quality, &answer)),
@@ -73,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         summary(&solution, &quality, &answer);
         wrote(&solution, FILES, &arguments.out);
     }
-    Ok(Outcome::Done)
+    Ok(judged(&solution, arguments.strict))
 }
 
 fn assemble(scene: &Scene, mesh: &Mesh, quiet: bool) -> Result<(Matrix, Quality)> {
@@ -85,7 +86,7 @@ fn assemble(scene: &Scene, mesh: &Mesh, quiet: bool) -> Result<(Matrix, Quality)
 
 /// The advice for shots does not help here.
 fn warnings_of(mesh: &Mesh, run: &Run) -> Vec<Warning> {
-    let mut warnings = warnings::of(mesh, run);
+    let mut warnings = warnings::of(mesh, run, None);
     for warning in warnings.iter_mut().filter(|w| w.code == "closure") {
         warning.message = "form factors and visibility leave more than 2 % of the power unexplained: use more --texels, and look for faces that pass through each other".into();
     }

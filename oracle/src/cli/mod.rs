@@ -60,7 +60,8 @@ enum Command {
 pub enum Outcome {
     /// Done, in agreement.
     Done,
-    /// Done, and the solvers disagree beyond their bounds.
+    /// Done, and the solvers disagree beyond their bounds, or what was found is an error by
+    /// `--strict`.
     Disagree,
 }
 

@@ -39,6 +39,9 @@ pub struct Arguments {
     /// Write each face's light as an HDR map as well, into DIR/maps: a room for relight
     #[arg(long)]
     pub maps: bool,
+    /// Warnings are errors: exit code 1, after writing
+    #[arg(long)]
+    pub strict: bool,
     #[command(flatten)]
     pub common: Common,
 }
@@ -50,6 +53,7 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
         solver: Some(SolverOption::Cpu),
         out: out.to_path_buf(),
         maps: false,
+        strict: false,
         common: Common {
             require_gpu: false,
             ..common.clone()
@@ -101,6 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         adapter: device.as_ref().map(|gpu| gpu.line.name.as_str()),
         settings: &answered.settings,
         run: &answered.run,
+        estimated_error: answered.estimate.as_ref().map(|e| e.error),
         warnings: &answered.warnings,
         notes: &notes,
         matrix: None,
@@ -118,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if !common.quiet {
         summary(&solution, arguments);
     }
-    missing.map_or(Ok(Outcome::Done), Err)
+    missing.map_or(Ok(judged(&solution, arguments.strict)), Err)
 }
 
 /// The radiance map of every face.
@@ -146,7 +151,7 @@ pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
 fn summary(solution: &Solution, arguments: &Arguments) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
     eprintln!(
-        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, closure {:.2} %",
+        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, closure {:.2} %{}",
         solution.scene.name,
         solution.mesh.faces.len(),
         solution.mesh.texels.len(),
@@ -158,8 +163,29 @@ fn summary(solution: &Solution, arguments: &Arguments) {
         energy.imbalance,
         100.0 * energy.share(energy.escaped),
         100.0 * energy.share(energy.closure),
+        solution
+            .estimated_error
+            .map_or(String::new(), |error| format!(
+                ", about {:.1} % off",
+                100.0 * error
+            )),
     );
     wrote(solution, FILES, &arguments.out);
+}
+
+/// With `--strict` no warning is only a warning.
+pub fn judged(solution: &Solution, strict: bool) -> Outcome {
+    match solution.warnings {
+        [first, rest @ ..] if strict => {
+            let more = match rest.len() {
+                0 => String::new(),
+                n => format!(" (and {n} more)"),
+            };
+            eprintln!("error: {}: {}{more}", solution.scene.name, first.message);
+            Outcome::Disagree
+        }
+        _ => Outcome::Done,
+    }
 }
 
 /// The warnings, and where the files are.

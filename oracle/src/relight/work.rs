@@ -35,7 +35,8 @@ pub struct Stage {
 }
 
 impl Stage {
-    fn mesh(&self, settings: &Settings) -> Result<Mesh> {
+    /// Its texels, with the cells and samples of `settings`.
+    pub fn mesh(&self, settings: &Settings) -> Result<Mesh> {
         furnished(&self.scene, self.room, &self.resolutions, settings)
     }
 }

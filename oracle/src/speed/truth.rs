@@ -150,6 +150,7 @@ fn write(
         adapter: None,
         settings,
         run,
+        estimated_error: None,
         warnings: &[],
         notes: &[],
         matrix: None,

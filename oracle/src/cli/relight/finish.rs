@@ -1,9 +1,11 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
+use crate::answer::check::{self, Estimate};
 use crate::answer::warnings;
+use crate::cli::Outcome;
 use crate::cli::objects::Object;
-use crate::cli::solve::wrote;
+use crate::cli::solve::{judged, wrote};
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::page::{Report, html};
 use crate::relight::thumbnail::thumbnail;
@@ -33,7 +35,7 @@ pub fn write(
     work: &Work,
     done: &Done,
     seconds: &mut Phases,
-) -> Result<()> {
+) -> Result<Outcome> {
     let out = &arguments.out;
     let seen = seen(stage, done);
     let radiance = |d: DVec3| match &stage.captured.panorama {
@@ -51,7 +53,8 @@ pub fn write(
     if work.stopped.get() {
         notes.push("interrupted: the result is what had been shot by then".into());
     }
-    let warnings = warnings_of(arguments, done, &energy);
+    let estimate = seconds.of("check", || estimate(stage, work, done))?;
+    let warnings = warnings_of(arguments, done, &energy, estimate.as_ref());
     let solution = Solution {
         scene: &stage.scene,
         mesh: &done.mesh,
@@ -59,6 +62,7 @@ pub fn write(
         adapter: work.device.map(|gpu| gpu.line.name.as_str()),
         settings: work.settings,
         run: &done.run,
+        estimated_error: estimate.as_ref().map(|e| e.error),
         warnings: &warnings,
         notes: &notes,
         matrix: None,
@@ -96,7 +100,7 @@ pub fn write(
     if !arguments.common.quiet {
         summary(&solution, seconds, arguments);
     }
-    Ok(())
+    Ok(judged(&solution, arguments.strict))
 }
 
 fn seen<'a>(stage: &'a Stage, done: &'a Done) -> Seen<'a> {
@@ -205,8 +209,25 @@ fn said(stage: &Stage, done: &Done) -> Vec<String> {
     notes
 }
 
-fn warnings_of(arguments: &Arguments, done: &Done, energy: &Energy) -> Vec<Warning> {
-    let mut warnings = warnings::of(&done.mesh, &done.run);
+/// How far the answer may be off. Where E had to be told from a picture it makes up for whatever
+/// the links get wrong, and the look would find that.
+fn estimate(stage: &Stage, work: &Work, done: &Done) -> Result<Option<Estimate>> {
+    let values = stage.captured.values.as_ref();
+    if values.is_some_and(|values| values.emission.is_none()) || stage.reflectance.is_some() {
+        return Ok(None);
+    }
+    check::estimate(work.settings, &done.mesh, &done.run.field, |finer| {
+        stage.mesh(finer)
+    })
+}
+
+fn warnings_of(
+    arguments: &Arguments,
+    done: &Done,
+    energy: &Energy,
+    estimate: Option<&Estimate>,
+) -> Vec<Warning> {
+    let mut warnings = warnings::of(&done.mesh, &done.run, estimate);
     if energy.imbalance > UNBALANCED && arguments.method == MethodOption::Paper {
         warnings.push(Warning {
             code: "energy".into(),

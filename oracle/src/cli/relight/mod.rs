@@ -93,6 +93,9 @@ pub struct Arguments {
     /// Where the results go
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
+    /// Warnings are errors: exit code 1, after writing
+    #[arg(long)]
+    strict: bool,
     #[command(flatten)]
     common: Common,
 }
@@ -128,8 +131,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let done = work.relight(&stage, method, &mut seconds)?;
     progress.take();
-    finish::write(arguments, &stage, &work, &done, &mut seconds)?;
-    missing.map_or(Ok(Outcome::Done), Err)
+    let outcome = finish::write(arguments, &stage, &work, &done, &mut seconds)?;
+    missing.map_or(Ok(outcome), Err)
 }
 
 /// The method; none is `full`.
