@@ -5,6 +5,7 @@
 //! (leaks: the light that is where none may be, over what is emitted).
 
 mod chart;
+mod curves;
 #[cfg(test)]
 mod fixture;
 mod indicators;

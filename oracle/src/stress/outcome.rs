@@ -123,9 +123,19 @@ pub fn values(study: &Study) -> Vec<f64> {
     values
 }
 
-/// A swept value: 10⁻⁵ where others have 1.00·10⁻⁵.
+/// A swept value in three digits: 10⁻⁵ where others have 1.00·10⁻⁵.
 pub fn value(x: f64) -> String {
-    let text = number(x).replace(".00·", "·");
+    digits(format!("{x:.2e}"), x)
+}
+
+/// The same in two digits, where there is little room.
+pub fn value_short(x: f64) -> String {
+    digits(format!("{x:.1e}"), x)
+}
+
+fn digits(rounded: String, x: f64) -> String {
+    let text = number(rounded.parse().unwrap_or(x));
+    let text = text.replace(".00·", "·").replace("0·", "·");
     match text.strip_prefix("1·") {
         Some(power) => power.into(),
         None => text,
@@ -182,8 +192,9 @@ mod tests {
     #[test]
     fn values_are_short() {
         assert_eq!(
-            [1e-5, 5e-7, 0.01, 1e6, 2.5e-9].map(value),
-            ["10⁻⁵", "5·10⁻⁷", "0.01", "10⁶", "2.50·10⁻⁹"]
+            [1e-5, 5e-7, 1.0 / 6.0, 1e6, 2.5e-9].map(value),
+            ["10⁻⁵", "5·10⁻⁷", "0.167", "10⁶", "2.5·10⁻⁹"]
         );
+        assert_eq!([0.01852, 1.85e-6].map(value_short), ["0.019", "1.9·10⁻⁶"]);
     }
 }

@@ -1,16 +1,21 @@
 //! Cases down, methods across, CPU and GPU side by side: how far each method holds.
 
 use super::chart::colour;
-use super::outcome::{Half, Outcome, tally, value, verdict};
+use super::outcome::{Half, Outcome, tally, value, value_short, verdict};
 use super::score::Break;
 use super::{Row, Side, Study, Verdict};
 use maud::{Markup, html};
+
+/// Widths in rem: nine methods fit on 1400 pixels.
+const FIRST: f64 = 9.4;
+const COLUMN: f64 = 4.1;
 
 /// The table with its key.
 pub fn table(studies: &[Study], methods: &[&'static str]) -> Markup {
     html! {
         (key())
-        div.atlas { table {
+        div.atlas { table style=(format!("width:{:.2}rem", FIRST + COLUMN * 2.0 * methods.len() as f64)) {
+            colgroup { col style=(format!("width:{FIRST}rem")); col span=(2 * methods.len()); }
             thead {
                 tr {
                     th.corner { "Case" }
@@ -65,7 +70,7 @@ fn key() -> Markup {
                 @let (class, sign, name) = face(verdict);
                 span { span.box.(class) { (sign) " " (name) } " " (what) }
             }
-            span { b { "to 0.1" } " within 2 % up to there" }
+            span { "to " b { "0.1" } " within 2 % up to there" }
             span { b { "all" } " everywhere" }
             span { b { "–" } " nowhere" }
             span { b { "▲3" } " beyond 2 % at three values, and warned or refused" }
@@ -76,11 +81,11 @@ fn key() -> Markup {
 }
 
 /// How far the method holds, as text.
-fn reach(limit: &Break) -> String {
+fn reach(limit: &Break) -> Markup {
     match (limit.safe_to, limit.breaks_at) {
-        (_, None) => "all".into(),
-        (Some(to), _) => format!("to {}", value(to)),
-        (None, _) => "–".into(),
+        (_, None) => html! { "all" },
+        (Some(to), _) => html! { i { "to " } (value_short(to)) },
+        (None, _) => html! { "–" },
     }
 }
 
@@ -132,7 +137,9 @@ mod tests {
     #[test]
     fn a_cell_says_where_it_breaks_and_who_said_so() {
         let silent = drawn(&[Some(0.001), Some(0.01), Some(0.05)], "");
-        assert!(silent.contains("degrades") && silent.contains("to 2<") && silent.contains("✖1"));
+        assert!(
+            silent.contains("degrades") && silent.contains("to </i>2<") && silent.contains("✖1")
+        );
         let told = drawn(&[Some(0.5), None], "thin");
         assert!(told.contains("fails") && told.contains("<b>–</b>") && told.contains("▲2"));
         let safe = drawn(&[Some(0.001)], "");
