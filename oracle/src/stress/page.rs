@@ -83,11 +83,9 @@ fn head(studies: &[Study], score: &Score) -> Markup {
         p.verdict.(if kept { "agree" } else { "disagree" }) {
             strong { (if kept { "OK" } else { "Not OK" }) }
             @if own.cases == 0 { " nothing was run at the default settings" } @else {
-                " at the default settings " (own.kept) " of " (own.cases)
-                " cases are within 2 % or warned about throughout; "
-                @if score.missed == 0 { "no" } @else { (score.missed) }
-                " answers were wrong in silence; "
-                @if own.broken == 0 { "no" } @else { (own.broken) } " panic or NaN"
+                " at the default settings: " (own.kept) " of " (own.cases)
+                " cases within 2 % or warned about throughout; wrong in silence: " (score.missed)
+                "; panics and NaN: " (own.broken)
             }
         }
     }

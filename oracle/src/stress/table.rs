@@ -9,6 +9,8 @@ use maud::{Markup, html};
 /// Widths in rem: nine methods fit on 1400 pixels.
 const FIRST: f64 = 9.4;
 const COLUMN: f64 = 4.1;
+/// What must not be overlooked.
+const MISSED: &str = "✖";
 
 /// The table with its key.
 pub fn table(studies: &[Study], methods: &[&'static str]) -> Markup {
@@ -74,7 +76,7 @@ fn key() -> Markup {
             span { b { "all" } " everywhere" }
             span { b { "–" } " nowhere" }
             span { b { "▲3" } " beyond 2 % at three values, and warned or refused" }
-            span { b { "✖2" } " beyond 2 % at two, unwarned" }
+            span { span.missed { (MISSED) "2" } " beyond 2 % at two, unwarned" }
             span { b { "△1" } " warned once, but safe" }
         }
     }
@@ -101,7 +103,7 @@ fn cell(study: &Study, method: &str, half: Half) -> Markup {
     let count = |of: Outcome| tally(sides.iter().copied(), of);
     let marks = [
         ("▲", count(Outcome::Caught)),
-        ("✖", count(Outcome::Missed)),
+        (MISSED, count(Outcome::Missed)),
         ("△", count(Outcome::FalseAlarm)),
     ];
     let text = |at: Option<f64>| at.map_or("nowhere".into(), value);
@@ -118,7 +120,7 @@ fn cell(study: &Study, method: &str, half: Half) -> Markup {
     html! {
         td.(class).(end) title=(about) {
             b { (reach(&limit)) }
-            small { (sign) @for (mark, n) in marks { @if n > 0 { " " (mark) (n) } } }
+            small { (sign) @for (mark, n) in marks { @if n > 0 { " " span.missed[mark == MISSED] { (mark) (n) } } } }
         }
     }
 }
