@@ -145,7 +145,7 @@ mod tests {
         let told = drawn(&[Some(0.5), None], "thin");
         assert!(told.contains("fails") && told.contains("<b>–</b>") && told.contains("▲2"));
         let safe = drawn(&[Some(0.001)], "");
-        assert!(safe.contains("all") && !safe.contains('✖') && !safe.contains('▲'));
+        assert!(safe.contains("<b>all</b>") && !safe.contains('✖') && !safe.contains('▲'));
         assert!(drawn(&[Some(0.001)], "thin").contains("△1"));
         let rows = vec![row(1.0, side(Some(0.0), ""), None)];
         let gpu = cell(&study("one", rows), "default", Half::Gpu);
