@@ -4,6 +4,19 @@
 //! The question is the same as everywhere: the mean reflected radiosity B − E of every texel
 //! (leaks: the light that is where none may be, over what is emitted).
 
+mod chart;
+mod curves;
+#[cfg(test)]
+mod fixture;
+mod indicators;
+mod outcome;
+pub mod page;
+mod plates;
+pub mod score;
+mod section;
+mod specimen;
+mod table;
+
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::shooting::Field;

@@ -4,7 +4,7 @@
 
 use common::mesh::Mesh;
 use cpu::rays::Rays;
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 
 /// View rays per side by which a viewpoint is judged.
 const TRIAL: u32 = 64;
@@ -54,6 +54,13 @@ impl Camera {
         (self.fov_degrees.clamp(0.01, 179.0).to_radians() / 2.0).tan()
     }
 
+    /// Where a point lies in the picture, x right and y up as in [`Camera::direction`]; none
+    /// behind the camera.
+    pub fn project(&self, point: Vec3) -> Option<Vec2> {
+        let p = self.frame().transpose() * (point - self.eye);
+        (p.z > 0.0).then(|| p.truncate() / (p.z * self.extent()))
+    }
+
     /// The unit direction through a point of the picture, x right and y up: y runs over −1…1, and
     /// so does x in a square picture; in one of w×h pixels x runs over −w/h…w/h.
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
@@ -69,8 +76,20 @@ impl Camera {
     /// From a fixed set of viewpoints, the one that sees the largest share of the scene's
     /// fronts; the first of about equal ones.
     pub fn automatic(mesh: &Mesh, rays: &Rays) -> Self {
+        Self::best(mesh, rays, viewpoints())
+    }
+
+    /// The same from a little above and to one side, so that depth shows.
+    pub fn aslant(mesh: &Mesh, rays: &Rays) -> Self {
+        let sides = [(-0.4, -1.0), (-0.4, 1.0), (-1.0, 0.4), (1.0, 0.4)];
+        let above = sides.map(|(x, z)| elevated(x, z, 16.0));
+        let below = sides.map(|(x, z)| elevated(x, z, -24.0));
+        Self::best(mesh, rays, above.into_iter().chain(below))
+    }
+
+    fn best(mesh: &Mesh, rays: &Rays, viewpoints: impl IntoIterator<Item = Vec3>) -> Self {
         let mut best: Option<(f32, Self)> = None;
-        for towards_eye in viewpoints() {
+        for towards_eye in viewpoints {
             let camera = Self::outside(mesh, towards_eye);
             let score = camera.visible_share(mesh, rays);
             if best.is_none_or(|(most, _)| score > most + PREFERENCE) {
@@ -129,10 +148,6 @@ impl Camera {
 
 /// Unit directions towards the eye: straight on, then three-quarter views from above and below.
 fn viewpoints() -> Vec<Vec3> {
-    let elevated = |x: f32, z: f32, degrees: f32| {
-        let (s, c) = degrees.to_radians().sin_cos();
-        (Vec3::new(x, 0.0, z).normalize() * c).with_y(s)
-    };
     let straight = [(0.0, -1.0), (0.0, 1.0), (-1.0, 0.0), (1.0, 0.0)];
     let aslant = [(-0.6, -1.0), (0.6, -1.0), (-0.6, 1.0), (0.6, 1.0)];
     straight
@@ -141,4 +156,26 @@ fn viewpoints() -> Vec<Vec3> {
         .chain(aslant.map(|(x, z)| elevated(x, z, 24.0)))
         .chain(aslant.map(|(x, z)| elevated(x, z, -24.0)))
         .collect()
+}
+
+/// The unit direction over (x, z), so many degrees above the horizon.
+fn elevated(x: f32, z: f32, degrees: f32) -> Vec3 {
+    let (s, c) = degrees.to_radians().sin_cos();
+    (Vec3::new(x, 0.0, z).normalize() * c).with_y(s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_is_seen_where_it_is_projected() {
+        let camera = Camera::new(Vec3::new(1.0, 2.0, -5.0), Vec3::new(0.3, 0.0, 1.0), 50.0);
+        for at in [[0.0, 0.0], [0.7, -0.4], [-1.0, 1.0]].map(Vec2::from) {
+            let point = camera.eye + camera.direction(at.x, at.y) * 3.0;
+            let seen = camera.project(point);
+            assert!(seen.is_some_and(|seen| seen.distance(at) < 1e-5));
+        }
+        assert_eq!(camera.project(Vec3::new(1.0, 2.0, -9.0)), None);
+    }
 }

@@ -1,0 +1,176 @@
+//! How the indicators did: what each warning caught, and what none did.
+
+use super::outcome::{Half, beyond, broken, error, outcome, refused, sides, value};
+use super::score::DEFAULT;
+use super::table::anchor;
+use super::{Row, SAFE, Side, Study, outcome::Outcome};
+use maud::{Markup, html};
+
+/// Missed rows that are listed.
+const LISTED: usize = 200;
+
+/// What a code did, over sides.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Indicator {
+    /// The warning's code.
+    pub code: String,
+    /// Given where the error is beyond [`SAFE`].
+    pub caught: usize,
+    /// Given where it is not.
+    pub false_alarms: usize,
+}
+
+/// All codes, those that caught most first; a refusal is one.
+pub fn indicators(studies: &[Study]) -> Vec<Indicator> {
+    let mut found: Vec<Indicator> = Vec::new();
+    let rows = studies.iter().flat_map(|study| &study.rows);
+    for (_, side) in rows.flat_map(sides) {
+        for code in codes(side) {
+            let at = found.iter().position(|i| i.code == code);
+            let at = at.unwrap_or_else(|| {
+                found.push(Indicator {
+                    code,
+                    caught: 0,
+                    false_alarms: 0,
+                });
+                found.len() - 1
+            });
+            if beyond(side, SAFE) {
+                found[at].caught += 1;
+            } else {
+                found[at].false_alarms += 1;
+            }
+        }
+    }
+    found.sort_by(|a, b| b.caught.cmp(&a.caught).then(a.code.cmp(&b.code)));
+    found
+}
+
+/// Each code of a side once.
+fn codes(side: &Side) -> Vec<String> {
+    let mut codes = side.warnings.clone();
+    if refused(side) && !broken(side) {
+        codes.push("(refused)".into());
+    }
+    codes.sort();
+    codes.dedup();
+    codes
+}
+
+/// The section.
+pub fn section(studies: &[Study]) -> Markup {
+    html! {
+        section #warnings {
+            h2 { "How the warnings did" }
+            p {
+                "Each code over all methods and both solvers: where it was given, was the answer really beyond 2 %? "
+                "One answer may have several codes."
+            }
+            (codes_table(&indicators(studies)))
+            (missed(studies))
+        }
+    }
+}
+
+fn codes_table(found: &[Indicator]) -> Markup {
+    let most = found.iter().map(|i| i.caught + i.false_alarms).max();
+    let share = |n: usize| {
+        format!(
+            "width:{:.1}%",
+            100.0 * n as f64 / most.unwrap_or(1).max(1) as f64
+        )
+    };
+    html! {
+        @if found.is_empty() { p { "No warning was given." } } @else {
+            div.scroll { table {
+                thead { tr {
+                    th { "Code" } th.n { "Caught" } th.n { "False alarms" } th { "caught, then false alarms (striped)" }
+                } }
+                tbody { @for one in found { tr {
+                    td { code { (one.code) } }
+                    td.n { (one.caught) }
+                    td.n { (one.false_alarms) }
+                    td { span.meter {
+                        i.hit style=(share(one.caught)) {}
+                        i.false style=(share(one.false_alarms)) {}
+                    } }
+                } } }
+            } }
+        }
+    }
+}
+
+/// What was beyond 2 % in silence, the default's first.
+fn missed(studies: &[Study]) -> Markup {
+    let mut all: Vec<(usize, &Row, Half, &Side)> = Vec::new();
+    for (k, study) in studies.iter().enumerate() {
+        let each = study
+            .rows
+            .iter()
+            .flat_map(|row| sides(row).map(move |s| (row, s)));
+        let missed = each.filter(|(_, (_, side))| outcome(side) == Outcome::Missed);
+        all.extend(missed.map(|(row, (half, side))| (k, row, half, side)));
+    }
+    all.sort_by_key(|(_, row, ..)| row.method != DEFAULT);
+    html! {
+        h3 #missed { "Missed: beyond 2 %, and nobody said so" }
+        @if all.is_empty() { p { span.pass { "✓" } " None." } } @else {
+            p { (all.len()) " of them; those of the default settings come first." }
+            details open[all.len() <= 40] {
+                summary { "The list" }
+                div.scroll { table {
+                    thead { tr {
+                        th { "Method" } th { "Solver" } th { "Case" } th.n { "Value" } th.n { "Error" }
+                    } }
+                    tbody { @for (k, row, half, side) in all.iter().take(LISTED) { tr.bad[row.method == DEFAULT] {
+                        td { (row.method) } td { (half.name()) }
+                        td { a href=(format!("#{}", anchor(*k))) { (row.case) } }
+                        td.n { (value(row.value)) } td.n { (error(side)) }
+                    } } }
+                } }
+                @if all.len() > LISTED { p.small { "The other " (all.len() - LISTED) " are in stress.json." } }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture::{row, side, study};
+    use super::*;
+
+    #[test]
+    fn codes_are_counted_once_a_side() {
+        let mut twice = side(Some(0.5), "thin");
+        twice.warnings.push("thin".into());
+        twice.warnings.push("closure".into());
+        let rows = vec![
+            row(1.0, twice, Some(side(Some(0.001), "thin"))),
+            row(2.0, side(None, ""), None),
+        ];
+        let found = indicators(&[study("one", rows)]);
+        let of = |code: &str| {
+            let one = found.iter().find(|i| i.code == code).unwrap();
+            [one.caught, one.false_alarms]
+        };
+        assert_eq!(of("thin"), [1, 1]);
+        assert_eq!(of("closure"), [1, 0]);
+        assert_eq!(of("(refused)"), [1, 0]);
+    }
+
+    #[test]
+    fn the_defaults_misses_come_first() {
+        let mut other = row(1.0, side(Some(0.5), ""), None);
+        other.method = "other";
+        let rows = vec![other, row(1.0, side(Some(0.3), ""), None)];
+        let page = section(&[study("one", rows)]).into_string();
+        let [own, theirs] = ["30\u{202f}%", "50\u{202f}%"].map(|text| page.find(text).unwrap());
+        assert!(own < theirs);
+        let safe = vec![row(1.0, side(Some(0.01), ""), None)];
+        assert!(
+            section(&[study("one", safe)])
+                .into_string()
+                .contains("None.")
+        );
+    }
+}

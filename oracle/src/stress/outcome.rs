@@ -1,0 +1,200 @@
+//! What became of one side of a row, and how the atlas names it.
+
+use super::{DEGRADED, Row, SAFE, Side, Study, Verdict};
+use crate::report::number::{number, percent};
+
+/// A solver's half of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// The CPU's.
+    Cpu,
+    /// The GPU's.
+    Gpu,
+}
+
+impl Half {
+    /// In the order of the page.
+    pub const BOTH: [Self; 2] = [Self::Cpu, Self::Gpu];
+
+    /// On the page.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "CPU",
+            Self::Gpu => "GPU",
+        }
+    }
+
+    /// The half of a row.
+    pub fn of(self, row: &Row) -> Option<&Side> {
+        match self {
+            Self::Cpu => Some(&row.cpu),
+            Self::Gpu => row.gpu.as_ref(),
+        }
+    }
+}
+
+/// An error and a warning: which of them there were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Beyond [`SAFE`], and said so.
+    Caught,
+    /// Beyond [`SAFE`] in silence.
+    Missed,
+    /// Warned about, but safe.
+    FalseAlarm,
+    /// Safe in silence.
+    Quiet,
+}
+
+/// The sides that a row has.
+pub fn sides(row: &Row) -> impl Iterator<Item = (Half, &Side)> {
+    let both = Half::BOTH.into_iter();
+    both.filter_map(move |half| Some((half, half.of(row)?)))
+}
+
+/// Whether the error is more than this; without an answer, or with one that is no number, it is.
+pub fn beyond(side: &Side, limit: f64) -> bool {
+    !side.error.is_some_and(|error| error <= limit)
+}
+
+/// Whether the user was told: by a warning, or by a refusal.
+pub fn warned(side: &Side) -> bool {
+    !side.warnings.is_empty() || (refused(side) && !broken(side))
+}
+
+/// No answer, and a message that says why.
+pub fn refused(side: &Side) -> bool {
+    side.error.is_none() && side.message.is_some()
+}
+
+/// What must never happen: a panic, or an error that is not a number.
+pub fn broken(side: &Side) -> bool {
+    let panicked = |text: &String| text.to_lowercase().starts_with("panic");
+    let number = side.error.is_none_or(f64::is_finite);
+    !number || (side.error.is_none() && side.message.as_ref().is_none_or(panicked))
+}
+
+/// Safe, degrades or fails.
+pub fn verdict(side: &Side) -> Verdict {
+    if beyond(side, DEGRADED) {
+        Verdict::Fails
+    } else if beyond(side, SAFE) {
+        Verdict::Degrades
+    } else {
+        Verdict::Safe
+    }
+}
+
+/// Error against warning.
+pub fn outcome(side: &Side) -> Outcome {
+    match (beyond(side, SAFE), warned(side)) {
+        (true, true) => Outcome::Caught,
+        (true, false) => Outcome::Missed,
+        (false, true) => Outcome::FalseAlarm,
+        (false, false) => Outcome::Quiet,
+    }
+}
+
+/// How many of the sides had this outcome.
+pub fn tally<'a>(sides: impl IntoIterator<Item = &'a Side>, of: Outcome) -> usize {
+    let all = sides.into_iter();
+    all.filter(|side| outcome(side) == of).count()
+}
+
+/// The methods, in the order in which they come.
+pub fn methods(studies: &[Study]) -> Vec<&'static str> {
+    let mut names = Vec::new();
+    for row in studies.iter().flat_map(|study| &study.rows) {
+        if !names.contains(&row.method) {
+            names.push(row.method);
+        }
+    }
+    names
+}
+
+/// The values of a sweep, in order of severity.
+pub fn values(study: &Study) -> Vec<f64> {
+    let mut values: Vec<f64> = Vec::new();
+    for row in &study.rows {
+        if !values.iter().any(|v| v.to_bits() == row.value.to_bits()) {
+            values.push(row.value);
+        }
+    }
+    values
+}
+
+/// A swept value in three digits: 10⁻⁵ where others have 1.00·10⁻⁵.
+pub fn value(x: f64) -> String {
+    digits(format!("{x:.2e}"), x)
+}
+
+/// The same in two digits, where there is little room.
+pub fn value_short(x: f64) -> String {
+    digits(format!("{x:.1e}"), x)
+}
+
+fn digits(rounded: String, x: f64) -> String {
+    let text = number(rounded.parse().unwrap_or(x));
+    let text = text.replace(".00·", "·").replace("0·", "·");
+    match text.strip_prefix("1·") {
+        Some(power) => power.into(),
+        None => text,
+    }
+}
+
+/// An error as the tables show it.
+pub fn error(side: &Side) -> String {
+    match side.error {
+        Some(error) => percent(error),
+        None if broken(side) => "nothing".into(),
+        None => "refused".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture::side;
+    use super::*;
+
+    #[test]
+    fn a_refusal_is_a_warning_and_a_panic_is_none() {
+        let says = |text: &str| Side {
+            message: Some(text.into()),
+            ..side(None, "")
+        };
+        let refusal = says("face 3 has no area: remove it");
+        assert_eq!(outcome(&refusal), Outcome::Caught);
+        assert!(!broken(&refusal));
+        let panic = says("panicked at 'index out of bounds'");
+        assert_eq!(outcome(&panic), Outcome::Missed);
+        assert!(broken(&panic));
+        let mut silent = side(None, "");
+        silent.message = None;
+        assert!(broken(&silent) && verdict(&silent) == Verdict::Fails);
+        assert!(broken(&side(Some(f64::NAN), "thin")));
+    }
+
+    #[test]
+    fn limits_belong_to_the_better_verdict() {
+        let of = |error: f64| verdict(&side(Some(error), ""));
+        assert_eq!(
+            [of(SAFE), of(0.021), of(DEGRADED), of(0.11)],
+            [
+                Verdict::Safe,
+                Verdict::Degrades,
+                Verdict::Degrades,
+                Verdict::Fails
+            ]
+        );
+        assert_eq!(of(f64::INFINITY), Verdict::Fails);
+    }
+
+    #[test]
+    fn values_are_short() {
+        assert_eq!(
+            [1e-5, 5e-7, 1.0 / 6.0, 1e6, 2.5e-9].map(value),
+            ["10⁻⁵", "5·10⁻⁷", "0.167", "10⁶", "2.5·10⁻⁹"]
+        );
+        assert_eq!([0.01852, 1.85e-6].map(value_short), ["0.019", "1.9·10⁻⁶"]);
+    }
+}
