@@ -300,7 +300,6 @@ fn the_files_hold_the_pictures_and_the_page_needs_nothing_else() {
             converged: true,
             negative_texels: 0,
             seconds: &[("load", 0.1), ("solve", 2.5)],
-            estimated_error: None,
             warnings: &[],
             notes: &["a note".into()],
             thumbnail: backdrop.map(|backdrop| thumbnail(backdrop, 64)),

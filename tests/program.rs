@@ -245,3 +245,26 @@ fn solve_writes_what_the_contract_says() {
         .collect();
     assert_eq!(left.len(), 2, "{left:?}");
 }
+
+#[test]
+fn strict_makes_a_warning_an_error_after_writing() {
+    let folder = folder("strict");
+    let obj = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
+    let out = folder.to_str().unwrap();
+    let solve = [
+        "solve", obj, "--solver", "cpu", "--cells", "1", "--out", out,
+    ];
+    assert!(radiosity(&solve).status.success());
+    fs::remove_file(folder.join("result.json")).unwrap();
+    let (code, line) = failure(&[&solve[..], &["--strict"]].concat());
+    assert_eq!(code, 1, "{line}");
+    assert!(
+        line.contains("cornell_box.obj") && line.contains("--cells"),
+        "{line}"
+    );
+    let result = fs::read_to_string(folder.join("result.json")).unwrap();
+    assert!(result.contains("\"estimated_error\""));
+    let mended = ["solve", obj, "--solver", "cpu", "--out", out, "--strict"];
+    assert!(radiosity(&mended).status.success());
+    fs::remove_dir_all(folder).unwrap();
+}

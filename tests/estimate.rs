@@ -1,0 +1,183 @@
+//! The estimate of an answer's error against the error itself; what is warned about, and mended.
+
+use common::form_factor::FormFactor;
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use common::settings::{Iteration, Raster, Settings, Visibility};
+use common::shooting::Field;
+use cpu::cover::sampled;
+use glam::{DVec3, Vec3};
+use oracle::answer::check::{Cause, Estimate, estimate};
+use oracle::answer::{Answer, Given, Question, answer};
+use oracle::dense;
+use oracle::diff::pair::Pair;
+use oracle::diff::reflected::Reflected;
+use radiosity_tests::matrices::assemble;
+use radiosity_tests::{furnace, lit_room, room, scene};
+use std::ops::ControlFlow;
+
+const GREY: Vec3 = Vec3::splat(0.7);
+
+/// A lit room, cut in two by a wall with a slit.
+fn slit() -> Scene {
+    let mut all = room(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, GREY);
+    all[1].emission = Vec3::splat(3.0);
+    for [x0, x1] in [[0.0, 0.45], [0.55, 1.0]] {
+        let p = |x, z| DVec3::new(x, 0.5, z);
+        let corners = [p(x0, 0.0), p(x0, 1.0), p(x1, 1.0), p(x1, 0.0)];
+        let up = Face::quad("wall", corners, Vec3::ZERO, GREY);
+        all.push(up.reversed());
+        all.push(up);
+    }
+    scene("a slit", all)
+}
+
+fn settings() -> Settings {
+    Settings {
+        texels: 8,
+        samples: 4,
+        iteration: Iteration::Cg,
+        ..Settings::default()
+    }
+}
+
+fn solved(scene: &Scene, settings: &Settings, given: Given) -> Answer {
+    let question = Question {
+        scene,
+        settings,
+        given,
+        gpu: None,
+    };
+    answer(&question, &|_| ControlFlow::Continue(())).unwrap()
+}
+
+/// Relative RMS against a matrix of twice the texels.
+fn error(scene: &Scene, answer: &Answer, truth: &(Mesh, Field)) -> f64 {
+    let ours = Reflected::of(scene, &answer.mesh, &answer.run.field);
+    let theirs = Reflected::of(scene, &truth.0, &truth.1);
+    Pair::new(&ours, &theirs, None).unwrap().worst().0
+}
+
+fn truth(scene: &Scene) -> (Mesh, Field) {
+    let (mesh, matrix, _) = assemble(scene, 16);
+    let field = dense::solve(&mesh, &matrix).unwrap().0.field;
+    (mesh, field)
+}
+
+fn looked_at(scene: &Scene, settings: &Settings, answer: &Answer, field: &Field) -> Estimate {
+    let remade = |finer: &Settings| sampled(scene, finer);
+    estimate(settings, &answer.mesh, field, remade)
+        .unwrap()
+        .unwrap()
+}
+
+/// From 15 % to 1 %. The estimate knows the local error only, of texels that it draws, and what half
+/// the cells leave is an assumption: it is held to a factor of two. Errors below half a per cent are
+/// the matrix's as well.
+#[test]
+fn the_estimate_is_the_error_within_a_factor_of_two() {
+    for scene in [lit_room(), slit(), furnace(0.5)] {
+        let truth = truth(&scene);
+        for (cells, samples, form_factor) in [
+            (1, 1, FormFactor::Polygon),
+            (4, 1, FormFactor::Disc),
+            (4, 4, FormFactor::Polygon),
+            (8, 4, FormFactor::Polygon),
+        ] {
+            let settings = Settings {
+                cells,
+                samples,
+                form_factor,
+                ..settings()
+            };
+            let answer = solved(&scene, &settings, Given::ALL);
+            let (found, error) = (
+                answer.estimate.as_ref().unwrap().error,
+                error(&scene, &answer, &truth),
+            );
+            let what = format!(
+                "{}, {cells} cells, {samples} samples, {form_factor:?}: {found:.4} estimated, {error:.4} true",
+                scene.name
+            );
+            println!("{what}");
+            assert!(found <= 2.0 * error + 0.005, "{what}");
+            assert!(error <= 2.0 * found + 0.005, "{what}");
+        }
+    }
+}
+
+/// Whatever a solver gets wrong shows, not only what its settings explain.
+#[test]
+fn light_that_is_lost_or_made_up_is_found() {
+    let scene = lit_room();
+    let answer = solved(&scene, &settings(), Given::ALL);
+    let clean = looked_at(&scene, &settings(), &answer, &answer.run.field).error;
+    for factor in [0.8, 1.2] {
+        let mut field = answer.run.field.clone();
+        for h in &mut field.irradiance {
+            *h *= factor;
+        }
+        let found = looked_at(&scene, &settings(), &answer, &field).error;
+        assert!(found > clean + 0.15, "×{factor}: {found}, clean {clean}");
+    }
+}
+
+#[test]
+fn each_cause_is_told() {
+    let scene = slit();
+    let printed = Settings {
+        visibility: Visibility::Paper,
+        raster: Raster::Tessellated,
+        cells: 8,
+        samples: 4,
+        ..settings()
+    };
+    let disc = Settings {
+        form_factor: FormFactor::Disc,
+        ..settings()
+    };
+    let whole = Settings {
+        cells: 1,
+        ..settings()
+    };
+    for (settings, cause, code) in [
+        (printed, Cause::Visibility, "visibility"),
+        (disc, Cause::FormFactor, "form-factor"),
+        (whole, Cause::Cells, "cells"),
+    ] {
+        let answer = solved(&scene, &settings, Given::ALL);
+        let estimate = answer.estimate.unwrap();
+        let worst = estimate
+            .parts
+            .iter()
+            .max_by(|a, b| a.error.total_cmp(&b.error));
+        assert_eq!(worst.unwrap().cause, cause, "{estimate:?}");
+        assert_eq!(answer.warnings[0].code, code, "{:?}", answer.warnings);
+        assert!(!answer.warnings[0].faces.is_empty());
+        assert_eq!(answer.settings, settings, "given options are kept");
+    }
+}
+
+#[test]
+fn what_was_not_given_is_mended_and_said() {
+    let scene = slit();
+    let before = solved(&scene, &settings(), Given::ALL);
+    let after = solved(&scene, &settings(), Given::default());
+    let truth = truth(&scene);
+    assert!(before.notes.is_empty());
+    assert!(
+        after.notes[0].starts_with("mended: about "),
+        "{:?}",
+        after.notes
+    );
+    assert_eq!((after.settings.cells, after.settings.samples), (8, 16));
+    assert!(2.0 * error(&scene, &after, &truth) < error(&scene, &before, &truth));
+    let buffer = Settings {
+        visibility: Visibility::Stereographic,
+        item_buffer: 16,
+        ..settings()
+    };
+    let by_rays = solved(&scene, &buffer, Given::default());
+    assert_eq!(by_rays.settings.visibility, Visibility::Rays);
+    assert!(by_rays.warnings.is_empty(), "{:?}", by_rays.warnings);
+}
