@@ -49,7 +49,8 @@ fn change(given: Given, rung: &Rung, estimate: &Estimate) -> Option<(Settings, S
         return Some((by_rays, "rays took the item buffer's place".into()));
     }
     let energy = Energy::new(&rung.mesh, &rung.run.field, &rung.run.shots);
-    if energy.share(energy.closure).abs() > CLOSURE && !settings.conserve {
+    let closed = given.form_factor || settings.conserve;
+    if energy.share(energy.closure).abs() > CLOSURE && !closed {
         let conserved = Settings {
             conserve: true,
             ..settings.clone()
