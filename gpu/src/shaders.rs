@@ -141,6 +141,7 @@ fn constants(settings: &Settings) -> String {
         ("PI", PI),
         ("CONTACT", CONTACT),
         ("FAR", FAR),
+        ("POINT", POINT),
         ("OUTLINE", OUTLINE),
         ("MISS", MISS),
         ("END", END),

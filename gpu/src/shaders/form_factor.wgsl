@@ -17,7 +17,15 @@ fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -
     if FORM_FACTOR == FORM_FACTOR_DISC {
         return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);
     }
+    if remote(r2, shots[slot].radius) {
+        return disc(cos_i, cos_j, r2, shots[slot].area, 0.0);
+    }
     return polygon(position, normal);
+}
+
+fn remote(r2: f32, radius: f32) -> bool {
+    let reach = POINT * radius;
+    return r2 > reach * reach;
 }
 
 // The weight of one point of the cell; never 0 where `f` is not.
