@@ -103,6 +103,10 @@ pub fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) 
 /// it goes below: F = −1/2π Σ Γ_k·n (counter-clockwise outlines, hence the sign).
 pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
     let heights = shooter.corners.map(|corner| normal.dot(corner - position));
+    // What only touches the horizon shines into a texel by its rounding alone.
+    if heights.into_iter().all(|height| height <= CONTACT) {
+        return 0.0;
+    }
     if heights.into_iter().all(|height| height > -CONTACT) {
         return polygon_above(&shooter.corners, position, normal);
     }

@@ -66,8 +66,15 @@ fn to_corner(outline: Outline, corner: vec3f, normal: vec3f) -> Outline {
 
 fn polygon(position: vec3f, normal: vec3f) -> f32 {
     var lowest = MISS;
+    var highest = -MISS;
     for (var k = 0u; k < 4u; k++) {
-        lowest = min(lowest, dot(normal, shots[slot].corners[k].xyz - position));
+        let height = dot(normal, shots[slot].corners[k].xyz - position);
+        lowest = min(lowest, height);
+        highest = max(highest, height);
+    }
+    // What only touches the horizon shines into a texel by its rounding alone.
+    if highest <= CONTACT {
+        return 0.0;
     }
     // Nothing to clip: all corners count.
     let whole = lowest > -CONTACT;
