@@ -1,6 +1,8 @@
 //! What a discretised form factor may be off by: error bounds of the centroid rule and of f32.
 
-use glam::DVec3;
+use common::energy::Energy;
+use common::shooting::Shot;
+use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// Unit roundoff of f32.
@@ -84,4 +86,26 @@ pub fn disc_rounding(d: DVec3, cosines: [f64; 2], shooter_area: f64, disc_area: 
     let share = shooter_area / (PI * r * r + disc_area);
     let [i, j] = cosines;
     share * ((i + j) * (vector + 6.0 * U) + i * j * (2.0 * vector + 11.0 * U))
+}
+
+/// What f32 rounding may leave of the balance, as a share of the emitted power (0/0 = 0).
+///
+/// Each shot: the flux is a sum over ≤ 81 texels in 64 lanes (a product and 7 additions, 8u), ΣF one
+/// over texels and ≤ 512 cells (17u), F·B and ρ·F·B are a product each (2u); the two quotients are
+/// 1u each, 5u in WGSL: 40u of the power shot, and ΣF times it where the point factors exceed 1.
+/// Each addition to a texel rounds its H and its r: 2u of what they hold.
+pub fn energy_rounding(energy: &Energy, area_unit: f64, shots: &[Shot]) -> f64 {
+    let sum = |part: [f64; 3]| part.iter().sum::<f64>();
+    let shot: f64 = shots
+        .iter()
+        .map(|s| f64::from(Vec3::from(s.power).element_sum() * s.form_factor_sum.max(1.0)))
+        .sum();
+    // The log's power is in the mesh's unit of area.
+    let shot = shot * area_unit;
+    let held = 2.0 * shots.len() as f64 * (sum(energy.absorbed) + sum(energy.unshot));
+    if shots.is_empty() {
+        0.0
+    } else {
+        U * (40.0 * shot + held) / sum(energy.emitted)
+    }
 }

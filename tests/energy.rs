@@ -12,7 +12,7 @@ use oracle::exact;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use radiosity_tests::bounds::U;
+use radiosity_tests::bounds::{U, energy_rounding};
 use radiosity_tests::random::{Sample, closed, open};
 use radiosity_tests::{cases, furnace, lit_room};
 use std::ops::ControlFlow;
@@ -35,28 +35,6 @@ fn settings(sample: &Sample, visibility: Visibility) -> Settings {
     }
 }
 
-/// What f32 rounding may leave of the balance, as a share of the emitted power (0/0 = 0).
-///
-/// Each shot: the flux is a sum over ≤ 81 texels in 64 lanes (a product and 7 additions, 8u), ΣF one
-/// over texels and ≤ 512 cells (17u), F·B and ρ·F·B are a product each (2u); the two quotients are
-/// 1u each, 5u in WGSL: 40u of the power shot, and ΣF times it where the point factors exceed 1.
-/// Each addition to a texel rounds its H and its r: 2u of what they hold.
-fn rounding(energy: &Energy, area_unit: f64, shots: &[Shot]) -> f64 {
-    let sum = |part: [f64; 3]| part.iter().sum::<f64>();
-    let shot: f64 = shots
-        .iter()
-        .map(|s| f64::from(Vec3::from(s.power).element_sum() * s.form_factor_sum.max(1.0)))
-        .sum();
-    // The log's power is in the mesh's unit of area.
-    let shot = shot * area_unit;
-    let held = 2.0 * shots.len() as f64 * (sum(energy.absorbed) + sum(energy.unshot));
-    if shots.is_empty() {
-        0.0
-    } else {
-        U * (40.0 * shot + held) / sum(energy.emitted)
-    }
-}
-
 /// What a scene and a solver are held to.
 #[derive(Clone, Copy)]
 struct Rules {
@@ -69,7 +47,7 @@ struct Rules {
 /// Everything that must hold after any shot.
 fn check(mesh: &Mesh, field: &Field, shots: &[Shot], rules: Rules) -> Result<(), TestCaseError> {
     let energy = Energy::new(mesh, field, shots);
-    let bound = rounding(&energy, mesh.area_unit(), shots).min(rules.imbalance);
+    let bound = energy_rounding(&energy, mesh.area_unit(), shots).min(rules.imbalance);
     prop_assert!(
         energy.imbalance <= bound,
         "imbalance {} > {bound}: {energy:?}",

@@ -123,3 +123,51 @@ fn sharp_shadows_on_both_ends_are_found() {
         "{value} {expected}"
     );
 }
+
+/// A plate hangs just below the ceiling and leaves a narrow strip of a texel free: the texel takes
+/// the strip's light, though its middle sees next to nothing but the plate's back.
+#[test]
+fn a_plate_that_hangs_near_covers_nothing() {
+    const GAP: f64 = 1e-3;
+    const EDGE: f64 = 0.74;
+    const N: u32 = 4;
+    let mut faces = facing();
+    let corner = [-9.0, -9.0, 1.0 - GAP];
+    let plate = square("plate", corner, [0.0, 19.0, 0.0], [9.0 + EDGE, 0.0, 0.0]);
+    faces.push(plate);
+    let (mesh, matrix, _) = assemble(&scene("a plate that hangs", faces), N);
+    for (k, texel) in mesh.texels.iter().enumerate().filter(|(_, t)| t.face == 1) {
+        assert_eq!(matrix.open[k], 1.0, "texel {}", texel.index);
+        // The ceiling's j runs along x, its i along y.
+        let (j, i) = (texel.index / N, texel.index % N);
+        let value: f64 = (0..matrix.len())
+            .filter(|from| mesh.texels[*from].face == 0)
+            .map(|from| matrix.weight(k, from))
+            .sum();
+        let corner = [j, i].map(|n| f64::from(n) / f64::from(N));
+        let expected = past(EDGE, GAP, corner, 1.0 / f64::from(N));
+        println!("texel {i}, {j}: {value} ({expected})");
+        // Settled to a thousandth of what nothing would hide, here below ¼.
+        assert!((value - expected).abs() < 1e-3 * 0.25, "{value} {expected}");
+    }
+}
+
+/// Mean factor from the ceiling's square at (x, y) to the floor past a plate that ends at `edge`,
+/// `gap` below the ceiling.
+fn past(edge: f64, gap: f64, [x, y]: [f64; 2], side: f64) -> f64 {
+    const N: usize = 200;
+    const M: usize = 8;
+    let mut sum = 0.0;
+    for k in 0..N {
+        let u = x + side * (k as f64 + 0.5) / N as f64;
+        let start = (u + (edge - u) / gap).clamp(0.0, 1.0);
+        let seen = [[start, 0.0], [1.0, 0.0], [1.0, 1.0], [start, 1.0]];
+        let seen = seen.map(|[x, y]| DVec3::new(x, y, 0.0));
+        for m in 0..M {
+            let v = y + side * (m as f64 + 0.5) / M as f64;
+            let from = DVec3::new(u, v, 1.0);
+            sum += exact::point_to_polygon(from, DVec3::NEG_Z, &seen);
+        }
+    }
+    sum / (N * M) as f64
+}

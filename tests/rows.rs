@@ -96,6 +96,36 @@ fn rows_are_those_of_all_rays() {
     }
 }
 
+/// A texel that reaches behind a cell is asked at points which may all lie there.
+#[test]
+fn rows_of_faces_that_cross_are_those_of_all_rays() {
+    let quad = |c: [[f64; 3]; 4]| Face::quad("", c.map(DVec3::from), Vec3::ONE, Vec3::ZERO);
+    let flat = quad([
+        [-1.0, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+    ]);
+    let slanted = quad([
+        [0.03, -1.0, -0.6],
+        [0.2, -1.0, 0.7],
+        [0.2, 1.0, 0.7],
+        [0.03, 1.0, -0.6],
+    ]);
+    for faces in [
+        [flat.clone(), slanted.clone()],
+        [flat.reversed(), slanted.clone()],
+        [flat, slanted.reversed()],
+    ] {
+        let scene = scene("crossing", faces.into());
+        for samples in 1..5 {
+            let mesh = mesh(&scene, 6, 2, samples);
+            let [differing, _, all] = compare(&mesh, FormFactor::Polygon, 1);
+            assert_eq!(differing, 0, "{samples} samples: {differing} of {all}");
+        }
+    }
+}
+
 /// Triangles and quads anywhere in a cube: they cut one another.
 fn soup() -> impl Strategy<Value = Scene> {
     let coordinate = || (-8i32..8).prop_map(|x| f64::from(x) / 8.0 + 0.013);

@@ -9,6 +9,11 @@ pub const FAR: f32 = 6.0;
 /// A texel nearer than that takes the mean of so many places a side.
 pub const NEAR: u32 = 4;
 
+/// A cell more than so many of its radii away shines as a point: that is off by (radius/distance)²,
+/// here 2e−4, whereas the terms of Lambert's sum cancel and leave u·(distance/radius)², as much here,
+/// and all of F for a cell of a thousandth of the scene.
+pub const POINT: f32 = 64.0;
+
 /// Fronts closer than this exchange nothing (mesh units; 8 roundings of a coordinate): within it
 /// nobody can tell which of two touching faces lies above the other.
 pub const CONTACT: f32 = 1e-6;

@@ -6,7 +6,7 @@
 //! H in W/m², F without unit, 0 when either faces away. f32 throughout: every function here is
 //! the twin of the one of the same name in `gpu/src/shaders/form_factor.wgsl`.
 
-use crate::constants::{CONTACT, PI};
+use crate::constants::{CONTACT, PI, POINT};
 use glam::Vec3;
 
 /// The approximations of F that the solvers share.
@@ -18,7 +18,7 @@ pub enum FormFactor {
     Paper,
     /// Wallace 1989: the shooter is a disc of its own area A_i.
     Disc,
-    /// Lambert: exact from the texel's centre to the shooter's polygon.
+    /// Lambert: exact from the texel's centre to the shooter's polygon, a point where it is remote.
     Polygon,
 }
 
@@ -31,6 +31,8 @@ pub struct Shooter {
     pub normal: Vec3,
     /// Area.
     pub area: f32,
+    /// No point of it is farther from its centre.
+    pub radius: f32,
     /// Outline, counter-clockwise from the front; a triangle repeats its third corner.
     pub corners: [Vec3; 4],
 }
@@ -56,8 +58,18 @@ pub fn form_factor(
     match kind {
         FormFactor::Paper => disc(cos_i, cos_j, r2, shooter.area, texel_area),
         FormFactor::Disc => disc(cos_i, cos_j, r2, shooter.area, shooter.area),
+        FormFactor::Polygon if remote(r2, shooter.radius) => {
+            disc(cos_i, cos_j, r2, shooter.area, 0.0)
+        }
         FormFactor::Polygon => polygon(shooter, position, normal),
     }
+}
+
+/// Whether a shooter is so far away that it is a point.
+#[inline(always)]
+pub fn remote(r2: f32, radius: f32) -> bool {
+    let reach = POINT * radius;
+    r2 > reach * reach
 }
 
 /// Whether a texel is so far from a shooter that its centre stands for all of it: the mean of F
@@ -91,6 +103,10 @@ pub fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) 
 /// it goes below: F = −1/2π Σ Γ_k·n (counter-clockwise outlines, hence the sign).
 pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
     let heights = shooter.corners.map(|corner| normal.dot(corner - position));
+    // What only touches the horizon shines into a texel by its rounding alone.
+    if heights.into_iter().all(|height| height <= CONTACT) {
+        return 0.0;
+    }
     if heights.into_iter().all(|height| height > -CONTACT) {
         return polygon_above(&shooter.corners, position, normal);
     }

@@ -15,6 +15,7 @@ pub mod import;
 pub mod mesh;
 pub mod overlap;
 pub mod passes;
+pub mod precision;
 pub mod reduce;
 pub mod relight;
 pub mod sampling;

@@ -55,8 +55,6 @@ pub struct Cell {
     pub open: f32,
     /// The same before the objects came.
     pub open_before: f32,
-    /// No point of it is farther from its centre.
-    pub radius: f32,
     /// Geometry.
     pub shooter: Shooter,
 }
@@ -246,14 +244,14 @@ impl Mesh {
                 count: 0,
                 open: 1.0,
                 open_before: 1.0,
-                radius: corners
-                    .map(|c| c.distance(centre))
-                    .into_iter()
-                    .fold(0.0, f32::max),
                 shooter: Shooter {
                     centre,
                     normal: self.faces[f].normal,
                     area: (outline.area() / (self.unit * self.unit)) as f32,
+                    radius: corners
+                        .map(|c| c.distance(centre))
+                        .into_iter()
+                        .fold(0.0, f32::max),
                     corners,
                 },
             });
@@ -388,7 +386,7 @@ fn longest_edge(outline: &[DVec3]) -> DVec3 {
 ///
 /// [`far`]: crate::form_factor::far
 pub fn reach(cell: &Cell, face: &MeshFace) -> f32 {
-    cell.radius + FAR * face.texel_radius
+    cell.shooter.radius + FAR * face.texel_radius
 }
 
 fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {

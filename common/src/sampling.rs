@@ -20,11 +20,15 @@ pub fn hash(x: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// Coordinate `axis` of point `s`, 0 ≤ x < 1, moved by `shift`.
+/// Where in a step of 1/1024 a coordinate lies. Not on the outline, nor on the diagonal along which
+/// triangles are folded: a point that touches the wall beside its texel would see past it.
+pub const INSIDE: [f32; 2] = [0.5, 0.25];
+
+/// Coordinate `axis` of point `s`, 0 < x < 1, moved by `shift`.
 #[inline(always)]
 pub fn coordinate(s: u32, axis: usize, shift: u32) -> f32 {
     let x = (s + 1).wrapping_mul(STEPS[axis]).wrapping_add(shift);
-    (x >> 8) as f32 / 16_777_216.0
+    ((x >> 22) as f32 + INSIDE[axis & 1]) / 1024.0
 }
 
 /// Point `s` on texel `texel` as cell `cell` sees it.

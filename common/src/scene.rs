@@ -44,6 +44,8 @@ pub struct Face {
     pub from: Option<u32>,
     /// The face that is the other side of this sheet, if the sheet is two-sided.
     pub partner: Option<u32>,
+    /// What the file may have rounded each coordinate by, in scene units (see [`crate::precision`]).
+    pub rounding: f64,
 }
 
 impl Face {
@@ -57,6 +59,7 @@ impl Face {
             reflectance,
             from: None,
             partner: None,
+            rounding: 0.0,
         }
     }
 

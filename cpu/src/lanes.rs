@@ -5,8 +5,8 @@
 use crate::intersect::{meet, touches};
 use crate::receivers::{Block, LANES, Receivers};
 use crate::sampling::point;
-use common::constants::{CONTACT, END, OUTLINE, RAY_REACH};
-use common::form_factor::{FormFactor, Shooter, disc, far, polygon, polygon_above, weight};
+use common::constants::{CONTACT, DEPTH_SCALE, END, OUTLINE, POINT, RAY_REACH};
+use common::form_factor::{FormFactor, Shooter, disc, far, polygon, polygon_above, remote, weight};
 use common::mesh::{MeshFace, TexelKind};
 use common::sampling::{near_uv, texel_uv};
 use glam::Vec3;
@@ -118,16 +118,7 @@ pub fn form_factors(
 ) -> Lane {
     let mut f = [0.0; LANES];
     match kind {
-        FormFactor::Polygon if above => {
-            for (l, f) in f.iter_mut().enumerate() {
-                *f = polygon_above(&shooter.corners, points.at(l), normal);
-            }
-        }
-        FormFactor::Polygon => {
-            for (l, f) in f.iter_mut().enumerate() {
-                *f = polygon(shooter, points.at(l), normal);
-            }
-        }
+        FormFactor::Polygon => f = lambert(shooter, above, points, normal),
         FormFactor::Disc => {
             for (l, f) in f.iter_mut().enumerate() {
                 *f = point_to_disc(shooter, points.at(l), normal, shooter.area);
@@ -144,6 +135,53 @@ pub fn form_factors(
         *f = if height <= CONTACT { 0.0 } else { *f };
     }
     f
+}
+
+/// Lambert's sum, and a point where the shooter is remote.
+#[inline(always)]
+fn lambert(shooter: &Shooter, above: bool, points: &Points, normal: Vec3) -> Lane {
+    let mut f = [0.0; LANES];
+    // Most shooters are nowhere remote: nothing is farther than the mesh's diagonal.
+    let remote = if POINT * shooter.radius * DEPTH_SCALE < 1.0 {
+        are_remote(shooter, points)
+    } else {
+        [false; LANES]
+    };
+    if remote.contains(&false) {
+        f = sum(shooter, above, points, normal);
+    }
+    if remote.contains(&true) {
+        for (l, f) in f.iter_mut().enumerate() {
+            let point = point_to_disc(shooter, points.at(l), normal, 0.0);
+            *f = if remote[l] { point } else { *f };
+        }
+    }
+    f
+}
+
+#[inline(always)]
+fn sum(shooter: &Shooter, above: bool, points: &Points, normal: Vec3) -> Lane {
+    let mut f = [0.0; LANES];
+    if above {
+        for (l, f) in f.iter_mut().enumerate() {
+            *f = polygon_above(&shooter.corners, points.at(l), normal);
+        }
+    } else {
+        for (l, f) in f.iter_mut().enumerate() {
+            *f = polygon(shooter, points.at(l), normal);
+        }
+    }
+    f
+}
+
+#[inline(always)]
+fn are_remote(shooter: &Shooter, points: &Points) -> [bool; LANES] {
+    let mut result = [false; LANES];
+    for (l, far_off) in result.iter_mut().enumerate() {
+        let d = points.at(l) - shooter.centre;
+        *far_off = remote(d.dot(d), shooter.radius);
+    }
+    result
 }
 
 #[inline(always)]

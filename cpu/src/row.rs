@@ -26,6 +26,8 @@ const FEW: usize = 6;
 /// A cell whose corners are higher than this above a receiver's plane is clipped to no point's
 /// horizon (half of CONTACT is for the rounding).
 const ABOVE: f32 = -CONTACT / 2.0;
+/// Nor does it only touch that of any point, if one of them is higher than this.
+const CLEAR: f32 = 1.5 * CONTACT;
 
 /// What makes rows.
 pub struct Rows<'a> {
@@ -50,6 +52,8 @@ struct Pair<'a> {
     face: u32,
     target: &'a MeshFace,
     above: bool,
+    /// The face reaches behind the cell, where a texel's points see nothing of it.
+    behind: bool,
     reach: f32,
 }
 
@@ -166,7 +170,11 @@ impl Rows<'_> {
             cell,
             face,
             target,
-            above: heights.into_iter().all(|h| h > ABOVE),
+            above: heights.into_iter().all(|h| h > ABOVE) && heights.into_iter().any(|h| h > CLEAR),
+            behind: target.corners.into_iter().any(|corner| {
+                let shooter = &cell.shooter;
+                shooter.normal.dot(corner - shooter.centre) < -CONTACT
+            }),
             reach: reach(cell, target),
         }
     }
@@ -212,7 +220,7 @@ impl Rows<'_> {
                     form_factor[l] = if far[l] { form_factor[l] } else { mean[l] };
                 }
             }
-            if rays || covered || !occluders.is_empty() {
+            if rays || covered || pair.behind || !occluders.is_empty() {
                 let stops = Stops {
                     faces: occluders,
                     rays,

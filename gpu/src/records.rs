@@ -56,7 +56,7 @@ impl From<&Cell> for CellRecord {
             count: cell.count,
             open: cell.open,
             open_before: cell.open_before,
-            radius: cell.radius,
+            radius: cell.shooter.radius,
             pad: [0; 2],
         }
     }
@@ -204,7 +204,7 @@ impl ShotRecord {
             sum: f32::NAN,
             escaped: f32::NAN,
             middle: cell.shooter.centre.into(),
-            radius: cell.radius,
+            radius: cell.shooter.radius,
             ..Self::zeroed()
         }
     }

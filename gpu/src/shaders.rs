@@ -4,7 +4,7 @@ use crate::profile::ROUNDS;
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;
-use common::sampling::STEPS;
+use common::sampling::{INSIDE, STEPS};
 use common::settings::{Lookup, Settings, Visibility};
 use common::{Error, Result};
 
@@ -141,7 +141,10 @@ fn constants(settings: &Settings) -> String {
         ("PI", PI),
         ("CONTACT", CONTACT),
         ("FAR", FAR),
+        ("POINT", POINT),
         ("OUTLINE", OUTLINE),
+        ("INSIDE_U", INSIDE[0]),
+        ("INSIDE_V", INSIDE[1]),
         ("MISS", MISS),
         ("END", END),
         ("RAY_REACH", RAY_REACH),

@@ -44,11 +44,13 @@ impl<'a> Builder<'a> {
         self.notes.push(note.into());
     }
 
-    /// The next input face; `place` says where in the file it is, for errors.
+    /// The next input face, its coordinates off by `rounding` at most; `place` says where in the file
+    /// it is, for errors.
     pub fn add(
         &mut self,
         name: &str,
         corners: &[DVec3],
+        rounding: f64,
         surface: Option<Surface>,
         place: impl Fn() -> String,
     ) -> Result<()> {
@@ -92,6 +94,7 @@ impl<'a> Builder<'a> {
                 Piece::Triangle(c) => Face::triangle(name, c, emission, reflectance),
             };
             face.from = split.then_some(k as u32);
+            face.rounding = rounding;
             if n == 0 {
                 &mut self.faces
             } else {

@@ -3,7 +3,8 @@
 //! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is
 //! cut along these, and each piece is open or covered as a whole. Covered means that every ray over
 //! its hemisphere meets a back first, or a front that touches; of fronts that lie on each other the
-//! first of the file is the open one.
+//! first of the file is the open one. A face that only hangs near by covers nothing: rays along the
+//! plane pass beneath it.
 
 use super::pair::Patch;
 use crate::intersect::intersect;
@@ -18,9 +19,15 @@ use common::scene::Scene;
 use common::texel;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::f32::consts::TAU;
 
 /// Pieces at most: beyond, a piece is what its centroid is.
 const PIECES: usize = 64;
+/// Rays along the plane, evenly around.
+const AROUND: u32 = 32;
+/// They rise by this share of their way: what they miss beneath a face lets less than its square,
+/// 1e−6, of a hemisphere's light in.
+const RISE: f32 = 1e-3;
 
 /// A texel as the matrix sees it.
 #[derive(Clone, Debug)]
@@ -37,7 +44,8 @@ pub struct Element {
 
 /// The elements of all texels, in the mesh's order.
 pub fn elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<Element> {
-    let directions = directions();
+    let mut directions = directions();
+    directions.extend(along_the_plane());
     let covers: Vec<Cover> = (0..mesh.faces.len())
         .into_par_iter()
         .map(|f| Cover::new(occluders, f))
@@ -63,6 +71,15 @@ pub fn elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) 
             element
         })
         .collect()
+}
+
+/// Directions that pass beneath what hangs near by, in a face's frame. A lamp half a millimetre
+/// below a ceiling hides all others from a point a centimetre behind its edge.
+fn along_the_plane() -> impl Iterator<Item = Vec3> {
+    (0..AROUND).map(|k| {
+        let (s, c) = ((k as f32 + 0.5) * TAU / AROUND as f32).sin_cos();
+        Vec3::new(c, s, RISE)
+    })
 }
 
 impl Element {

@@ -11,6 +11,7 @@
 use super::pair::{Patch, each_node};
 use crate::occluders::Occluders;
 use crate::polygon::{Plane, Polygon};
+use crate::shaft::TOUCH;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -33,8 +34,9 @@ pub fn visible_share(occluders: &Occluders, a: &Patch, b: &Patch, blockers: &[u3
             })
             .fold(f64::INFINITY, f64::min)
     };
-    // A shadow moves slowly across the patch that is farther from what casts it.
-    if clearance(a) >= clearance(b) {
+    // A shadow moves slowly across the patch that is farther from what casts it. Of equals the first:
+    // the two estimates may differ by several per cent of V, and rounding must not choose.
+    if clearance(a) >= clearance(b) - TOUCH {
         received_share(occluders, a, b, blockers)
     } else {
         received_share(occluders, b, a, blockers)

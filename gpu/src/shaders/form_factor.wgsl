@@ -17,7 +17,15 @@ fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -
     if FORM_FACTOR == FORM_FACTOR_DISC {
         return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);
     }
+    if remote(r2, shots[slot].radius) {
+        return disc(cos_i, cos_j, r2, shots[slot].area, 0.0);
+    }
     return polygon(position, normal);
+}
+
+fn remote(r2: f32, radius: f32) -> bool {
+    let reach = POINT * radius;
+    return r2 > reach * reach;
 }
 
 // The weight of one point of the cell; never 0 where `f` is not.
@@ -58,8 +66,15 @@ fn to_corner(outline: Outline, corner: vec3f, normal: vec3f) -> Outline {
 
 fn polygon(position: vec3f, normal: vec3f) -> f32 {
     var lowest = MISS;
+    var highest = -MISS;
     for (var k = 0u; k < 4u; k++) {
-        lowest = min(lowest, dot(normal, shots[slot].corners[k].xyz - position));
+        let height = dot(normal, shots[slot].corners[k].xyz - position);
+        lowest = min(lowest, height);
+        highest = max(highest, height);
+    }
+    // What only touches the horizon shines into a texel by its rounding alone.
+    if highest <= CONTACT {
+        return 0.0;
     }
     // Nothing to clip: all corners count.
     let whole = lowest > -CONTACT;

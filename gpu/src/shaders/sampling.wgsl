@@ -9,7 +9,8 @@ fn hash(x: u32) -> u32 {
 
 fn coordinate(s: u32, step: u32, shift: u32) -> f32 {
     let x = (s + 1u) * step + shift;
-    return f32(x >> 8u) / 16777216.0;
+    let inside = select(INSIDE_V, INSIDE_U, step == STEP_U);
+    return (f32(x >> 22u) + inside) / 1024.0;
 }
 
 fn texel_uv(s: u32, texel: u32, cell: u32) -> vec2f {

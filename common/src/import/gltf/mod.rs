@@ -12,6 +12,7 @@ use super::builder::Builder;
 use super::polygon;
 use super::surface::Surface;
 use crate::error::{Error, Result};
+use crate::precision::ROUNDOFF;
 use buffers::Document;
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::mesh::Semantic;
@@ -139,7 +140,12 @@ impl Import<'_, '_> {
                 Err(message) => return self.fail(place, message),
             };
             let surface = primitive.material.map(|m| self.surface(m)).transpose()?;
-            self.faces(&name, &place, &placed(corners, world), surface)?;
+            let rounding = corners
+                .iter()
+                .map(|c| rounding(c, world))
+                .collect::<Vec<_>>();
+            let triangles = placed(corners, world);
+            self.faces(&name, &place, (&triangles, &rounding), surface)?;
         }
         Ok(())
     }
@@ -148,7 +154,7 @@ impl Import<'_, '_> {
         &mut self,
         name: &str,
         place: &str,
-        triangles: &[[DVec3; 3]],
+        (triangles, roundings): (&[[DVec3; 3]], &[f64]),
         surface: Option<Surface>,
     ) -> Result<()> {
         let mut rest = triangles;
@@ -157,10 +163,17 @@ impl Import<'_, '_> {
                 .first()
                 .filter(|_| self.join_quads)
                 .and_then(|second| polygon::join(*first, *second));
+            let used = if quad.is_some() { 2 } else { 1 };
+            let begin = triangles.len() - rest.len();
+            let rounding = roundings[begin..begin + used]
+                .iter()
+                .copied()
+                .fold(0.0, f64::max);
             let corners = quad.as_ref().map_or(first.as_slice(), |q| q.as_slice());
-            self.builder
-                .add(name, corners, surface, || format!("{place}, node {name}"))?;
-            rest = &rest[if quad.is_some() { 2 } else { 1 }..];
+            self.builder.add(name, corners, rounding, surface, || {
+                format!("{place}, node {name}")
+            })?;
+            rest = &rest[used..];
         }
         Ok(())
     }
@@ -239,6 +252,14 @@ fn transform(node: &Node) -> DMat4 {
         rotation,
         vector(node.translation, DVec3::ZERO),
     )
+}
+
+/// What the file's f32 may have rounded a coordinate of the triangle by, in the world. Where a node
+/// puts its mesh is the same for all its corners.
+fn rounding(triangle: &[DVec3; 3], world: DMat4) -> f64 {
+    let [x, y, z] = [world.x_axis, world.y_axis, world.z_axis].map(|axis| axis.truncate().abs());
+    let off = |p: &DVec3| ROUNDOFF * (x * p.x.abs() + y * p.y.abs() + z * p.z.abs()).max_element();
+    triangle.iter().map(off).fold(0.0, f64::max)
 }
 
 /// Triangles in the world; a mirroring node turns them round, so that fronts stay fronts.

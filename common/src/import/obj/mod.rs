@@ -3,12 +3,14 @@
 //! tobj sees only what matters here: vertices without colour, corners without normals and texture
 //! coordinates, and all materials at once.
 
+mod digits;
 mod mtl;
 mod text;
 
 use super::builder::Builder;
 use super::surface::Surface;
 use crate::error::{Error, Result};
+use digits::Digits;
 use glam::DVec3;
 use std::path::Path;
 use text::Lines;
@@ -30,7 +32,12 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
         };
         for corners in polygons(&model.mesh) {
             let line = face_lines.next().copied().unwrap_or(0);
-            builder.add(&model.name, &corners, surface, || format!("line {line}"))?;
+            let coordinates = corners.iter().flat_map(DVec3::to_array);
+            let rounding = coordinates.map(|x| source.digits.rounding(x));
+            let rounding = rounding.fold(0.0, f64::max);
+            builder.add(&model.name, &corners, rounding, surface, || {
+                format!("line {line}")
+            })?;
         }
     }
     source
@@ -70,6 +77,8 @@ struct Source {
     materials: Vec<mtl::Material>,
     /// The line of each face.
     face_lines: Vec<usize>,
+    /// Of all vertices.
+    digits: Digits,
     /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
     left_out: usize,
 }
@@ -91,6 +100,9 @@ impl Source {
         let fail = |message: String| Err(Error::input(path, format!("line {number}"), message));
         let (key, rest) = line.split_once(' ').unwrap_or((line, ""));
         let words: Vec<&str> = rest.split(' ').filter(|w| !w.is_empty()).collect();
+        if key == "v" {
+            words.iter().take(3).for_each(|word| self.digits.see(word));
+        }
         match key {
             // Six numbers are a position and a colour.
             "v" if words.len() == 6 => self

@@ -1,0 +1,253 @@
+//! Units from a millionth to a million and places far from the origin, on every solver, through
+//! memory and through files.
+
+use common::import::{ImportOptions, load};
+use common::mesh::Mesh;
+use common::precision::losses;
+use common::scene::{Face, Scene};
+use common::settings::Visibility;
+use common::shooting::replay;
+use cpu::CpuSolver;
+use glam::{DVec3, Vec3, Vec4};
+use gpu::GpuSolver;
+use radiosity_tests::bounds::U;
+use radiosity_tests::engines::{free, gpu, mesh_of, settings};
+use radiosity_tests::lit_room;
+use radiosity_tests::matrices::assemble;
+use serde_json::{Value, json};
+use std::f32::consts::PI;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Scene units per unit of `lit_room`, and how many of its lengths away it stands.
+const PLACES: [(f64, f64); 5] = [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e3), (1e-6, 1e5), (1e6, 1e7)];
+
+/// The longest side of `lit_room`.
+const SIZE: f64 = 4.0;
+
+/// See `other_units_and_origins_change_only_rounding`: √3·u moves what is half a texel from an edge
+/// by 100u of its F, and B at each of a handful of reflections. 1e7 lengths away f64 leaves 1e−9 of a
+/// length, 2 % of u.
+const BOUND: f64 = 1000.0 * U;
+
+fn moved(scale: f64, lengths: f64) -> Scene {
+    let mut scene = lit_room();
+    let shift = DVec3::new(1.0, -0.37, 0.61) * lengths * SIZE;
+    for face in &mut scene.faces {
+        face.corners = face.corners.map(|p| (p + shift) * scale);
+    }
+    scene
+}
+
+/// The largest relative difference of B's first channel.
+fn worst(a: &[Vec4], b: &[Vec4]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let pairs = a.iter().zip(b);
+    pairs
+        .map(|(a, b)| f64::from((a.x - b.x).abs() / b.x))
+        .fold(0.0, f64::max)
+}
+
+fn shot(mesh: &Mesh, log: &[u32]) -> Vec<Vec4> {
+    replay(&mut CpuSolver::new(mesh, &settings()), log)
+        .unwrap()
+        .field
+        .radiosity
+}
+
+#[test]
+fn neither_unit_nor_place_changes_an_answer() {
+    let (gpu, plain) = (gpu(), mesh_of(&lit_room()));
+    let run = free(&mut CpuSolver::new(&plain, &settings()), &settings());
+    let log = run.cells();
+    for (scale, lengths) in PLACES {
+        let mesh = mesh_of(&moved(scale, lengths));
+        let on_cpu = worst(&shot(&mesh, &log), &run.field.radiosity);
+        let mut rays = settings();
+        rays.visibility = Visibility::Rays;
+        let mut device = GpuSolver::new(&gpu, &mesh, &rays).unwrap();
+        let on_gpu = worst(
+            &replay(&mut device, &log).unwrap().field.radiosity,
+            &run.field.radiosity,
+        );
+        println!(
+            "{scale:e}, {lengths:e} lengths: {:.0} u, {:.0} u",
+            on_cpu / U,
+            on_gpu / U
+        );
+        assert!(
+            on_cpu.max(on_gpu) < BOUND,
+            "{scale:e}, {lengths:e}: {on_cpu:e} {on_gpu:e}"
+        );
+    }
+}
+
+#[test]
+fn nor_the_matrix() {
+    let solve = |scene: &Scene| -> Vec<f64> {
+        let (mesh, matrix, _) = assemble(scene, 3);
+        let values = |of: fn(&common::mesh::Texel) -> Vec3| -> Vec<DVec3> {
+            mesh.texels
+                .iter()
+                .map(|texel| of(texel).as_dvec3())
+                .collect()
+        };
+        let answer = matrix
+            .solve(&values(|t| t.emission), &values(|t| t.reflectance))
+            .unwrap();
+        answer.radiosity.iter().map(|b| b.x).collect()
+    };
+    let expected = solve(&lit_room());
+    for (scale, lengths) in PLACES {
+        let pairs = solve(&moved(scale, lengths));
+        let pairs = pairs.iter().zip(&expected);
+        let worst = pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+        println!("{scale:e}, {lengths:e} lengths: {worst:.1e}");
+        // As above with the roundoff of f64, and that of coordinates so far away.
+        let bound = 100.0 * f64::EPSILON * (10.0 + lengths);
+        assert!(worst < bound, "{scale:e}, {lengths:e}: {worst:e}");
+    }
+}
+
+/// A folder that goes when the test ends.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path =
+            std::env::temp_dir().join(format!("radiosity-units-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn obj(folder: &Path, scene: &Scene) -> PathBuf {
+    let (mut text, mut materials) = (String::from("mtllib scene.mtl\n"), String::new());
+    for (k, face) in scene.faces.iter().enumerate() {
+        let (rho, light) = (face.reflectance, face.emission / PI);
+        writeln!(materials, "newmtl m{k}\nKd {} {} {}", rho.x, rho.y, rho.z).unwrap();
+        writeln!(materials, "Ke {} {} {}", light.x, light.y, light.z).unwrap();
+        for p in face.outline() {
+            writeln!(text, "v {} {} {}", p.x, p.y, p.z).unwrap();
+        }
+        writeln!(text, "usemtl m{k}\nf -4 -3 -2 -1").unwrap();
+    }
+    std::fs::write(folder.join("scene.mtl"), materials).unwrap();
+    std::fs::write(folder.join("scene.obj"), text).unwrap();
+    folder.join("scene.obj")
+}
+
+/// One primitive a face, in a node that scales and then moves; quads as two triangles.
+fn glb(folder: &Path, faces: &[Face], scale: f64, shift: DVec3) -> PathBuf {
+    let mut bytes = Vec::new();
+    let (mut views, mut accessors, mut materials, mut primitives) =
+        (vec![], vec![], vec![], vec![]);
+    for (k, face) in faces.iter().enumerate() {
+        let [a, b, c, d] = face.corners;
+        views.push(json!({"buffer": 0, "byteOffset": bytes.len(), "byteLength": 72}));
+        for p in [a, b, c, a, c, d] {
+            bytes.extend(p.as_vec3().to_array().iter().flat_map(|x| x.to_le_bytes()));
+        }
+        accessors.push(
+            json!({"bufferView": k, "componentType": 5126, "count": 6, "type": "VEC3",
+            "min": [0, 0, 0], "max": [0, 0, 0]}),
+        );
+        let (rho, light) = (face.reflectance, face.emission / PI);
+        let strength = light.max_element().max(1.0);
+        materials.push(json!({
+            "pbrMetallicRoughness": {"baseColorFactor": [rho.x, rho.y, rho.z, 1.0]},
+            "emissiveFactor": (light / strength).to_array(),
+            "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}},
+        }));
+        primitives.push(json!({"attributes": {"POSITION": k}, "material": k}));
+    }
+    let document = json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "extensionsUsed": ["KHR_materials_emissive_strength"],
+        "nodes": [{"mesh": 0, "scale": [scale, scale, scale], "translation": shift.to_array()}],
+        "meshes": [{"primitives": primitives}],
+        "materials": materials, "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": bytes.len()}],
+    });
+    std::fs::write(folder.join("scene.glb"), container(&document, &bytes)).unwrap();
+    folder.join("scene.glb")
+}
+
+fn container(document: &Value, bytes: &[u8]) -> Vec<u8> {
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let word = |n: usize| (n as u32).to_le_bytes().to_vec();
+    let head = [
+        b"glTF".to_vec(),
+        word(2),
+        word(28 + text.len() + bytes.len()),
+    ]
+    .concat();
+    let chunk =
+        |name: &[u8], data: &[u8]| [word(data.len()), name.to_vec(), data.to_vec()].concat();
+    [head, chunk(b"JSON", &text), chunk(b"BIN\0", bytes)].concat()
+}
+
+fn read(path: &Path) -> Scene {
+    let options = ImportOptions {
+        join_quads: true,
+        ..Default::default()
+    };
+    load(path, &options).unwrap()
+}
+
+#[test]
+fn files_keep_unit_and_place() {
+    let folder = Folder::new("keep");
+    let plain = mesh_of(&lit_room());
+    let run = free(&mut CpuSolver::new(&plain, &settings()), &settings());
+    for (scale, lengths) in PLACES {
+        let shift = DVec3::new(1.0, -0.37, 0.61) * lengths * SIZE * scale;
+        for path in [
+            obj(&folder.0, &moved(scale, lengths)),
+            glb(&folder.0, &lit_room().faces, scale, shift),
+        ] {
+            let scene = read(&path);
+            let mesh = mesh_of(&scene);
+            let found = worst(&shot(&mesh, &run.cells()), &run.field.radiosity);
+            println!(
+                "{} {scale:e}, {lengths:e}: {:.0} u",
+                path.display(),
+                found / U
+            );
+            assert!(
+                found < BOUND,
+                "{} {scale:e}, {lengths:e}: {found:e}",
+                path.display()
+            );
+            assert_eq!(losses(&scene, &mesh, 0.02), [], "{scale:e}, {lengths:e}");
+        }
+    }
+}
+
+/// Vertices that are themselves far away have lost their digits in the file, and that is told.
+#[test]
+fn what_a_file_has_lost_is_told() {
+    let folder = Folder::new("lost");
+    for (lengths, lost) in [(0.0, false), (1e3, false), (1e5, true), (1e6, true)] {
+        let faces = moved(1.0, lengths).faces;
+        let scene = read(&glb(&folder.0, &faces, 1.0, DVec3::ZERO));
+        let mesh = mesh_of(&scene);
+        let told = losses(&scene, &mesh, 0.02);
+        println!("{lengths:e} lengths: {} faces", told.len());
+        assert_eq!(!told.is_empty(), lost, "{lengths:e}");
+        assert!(told.iter().all(|loss| loss.of_file > 0.9 * loss.error));
+    }
+    // Text that was rounded to six digits, a thousand metres away.
+    let text = "v 1000.12 0 0\nv 1000.13 0 0\nv 1000.13 1.23457 0\nv 1000.12 1.23456 0\nv 1000.12 0 4.56789\nf 1 2 3 4\nf 1 4 5\n";
+    std::fs::write(folder.0.join("scene.obj"), text).unwrap();
+    let scene = read(&folder.0.join("scene.obj"));
+    let told = losses(&scene, &mesh_of(&scene), 0.02);
+    assert_eq!(told.iter().map(|loss| loss.face).collect::<Vec<_>>(), [0]);
+}
