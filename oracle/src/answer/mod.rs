@@ -114,7 +114,7 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     if stopped.get() {
         notes.push("interrupted: the result is what had been shot by then".into());
     }
-    let warnings = warnings::of(&rung.mesh, &rung.run, estimate.as_ref());
+    let warnings = warnings::of(scene, &rung.mesh, &rung.run, estimate.as_ref());
     if estimate.is_none() {
         notes.push("the error was not estimated: finer cells would be too many".into());
     }

@@ -4,6 +4,8 @@ use super::check::{Cause, Estimate, Part};
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::overlap::overlaps;
+use common::precision::{Loss, losses};
+use common::scene::Scene;
 use common::shooting::Run;
 use common::solution::Warning;
 
@@ -13,8 +15,9 @@ const SHARE: f64 = 0.02;
 const NAMED: usize = 8;
 
 /// The warnings of a solve.
-pub fn of(mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> Vec<Warning> {
+pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = estimate.and_then(off).into_iter().collect();
+    warnings.extend(imprecise(scene, mesh, run));
     let energy = Energy::new(mesh, &run.field, &run.shots);
     let closure = energy.share(energy.closure);
     if closure.abs() > SHARE {
@@ -78,6 +81,34 @@ fn off(estimate: &Estimate) -> Option<Warning> {
         code: code.into(),
         faces: part.faces.clone(),
         message: format!("may be {:.1} % off: {why}", 100.0 * estimate.upper),
+    })
+}
+
+/// Faces that rounding has bent, where they matter: each weighs by the light that leaves it.
+fn imprecise(scene: &Scene, mesh: &Mesh, run: &Run) -> Option<Warning> {
+    let mut losses = losses(scene, mesh, SHARE);
+    let mut light = vec![0.0f64; mesh.faces.len()];
+    for (texel, b) in mesh.texels.iter().zip(&run.field.radiosity) {
+        light[texel.face as usize] += f64::from(texel.area * b.truncate().abs().element_sum());
+    }
+    let all: f64 = light.iter().sum();
+    let part = |loss: &Loss| loss.error.min(1.0) * light[loss.face as usize];
+    if losses.iter().map(part).sum::<f64>() <= SHARE * all {
+        return None;
+    }
+    losses.sort_by(|a, b| part(b).total_cmp(&part(a)));
+    let count = losses.len();
+    let of_file = losses.first().is_some_and(|l| l.of_file > 0.5 * l.error);
+    let why = if of_file {
+        "the file's rounding: keep vertices near their origin and move the node"
+    } else {
+        "f32's rounding over the scene's extent: make them wider, or the scene smaller"
+    };
+    losses.truncate(NAMED);
+    Some(Warning {
+        code: "precision".into(),
+        faces: losses.into_iter().map(|loss| loss.face).collect(),
+        message: format!("{count} faces may have lost their shape to {why}"),
     })
 }
 

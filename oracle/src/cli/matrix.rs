@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         settings: &settings,
         run: &run,
         estimated_error: None,
-        warnings: &warnings_of(&mesh, &run),
+        warnings: &warnings_of(&scene, &mesh, &run),
         notes: &scene.notes,
         matrix: Some(description(&quality, &answer)),
         relit: None,
@@ -85,8 +85,8 @@ fn assemble(scene: &Scene, mesh: &Mesh, quiet: bool) -> Result<(Matrix, Quality)
 }
 
 /// The advice for shots does not help here.
-fn warnings_of(mesh: &Mesh, run: &Run) -> Vec<Warning> {
-    let mut warnings = warnings::of(mesh, run, None);
+fn warnings_of(scene: &Scene, mesh: &Mesh, run: &Run) -> Vec<Warning> {
+    let mut warnings = warnings::of(scene, mesh, run, None);
     for warning in warnings.iter_mut().filter(|w| w.code == "closure") {
         warning.message = "form factors and visibility leave more than 2 % of the power unexplained: use more --texels, and look for faces that pass through each other".into();
     }

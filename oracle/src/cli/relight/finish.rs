@@ -54,7 +54,7 @@ pub fn write(
         notes.push("interrupted: the result is what had been shot by then".into());
     }
     let estimate = seconds.of("check", || estimate(stage, work, done))?;
-    let warnings = warnings_of(arguments, done, &energy, estimate.as_ref());
+    let warnings = warnings_of(arguments, stage, done, &energy, estimate.as_ref());
     let solution = Solution {
         scene: &stage.scene,
         mesh: &done.mesh,
@@ -223,11 +223,12 @@ fn estimate(stage: &Stage, work: &Work, done: &Done) -> Result<Option<Estimate>>
 
 fn warnings_of(
     arguments: &Arguments,
+    stage: &Stage,
     done: &Done,
     energy: &Energy,
     estimate: Option<&Estimate>,
 ) -> Vec<Warning> {
-    let mut warnings = warnings::of(&done.mesh, &done.run, estimate);
+    let mut warnings = warnings::of(&stage.scene, &done.mesh, &done.run, estimate);
     if energy.imbalance > UNBALANCED && arguments.method == MethodOption::Paper {
         warnings.push(Warning {
             code: "energy".into(),
