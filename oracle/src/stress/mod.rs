@@ -4,6 +4,20 @@
 //! The question is the same as everywhere: the mean reflected radiosity B − E of every texel
 //! (leaks: the light that is where none may be, over what is emitted).
 
+pub mod breaks;
+pub mod cases;
+pub mod direct;
+pub mod gates;
+pub mod json;
+pub mod judge;
+pub mod measure;
+pub mod methods;
+pub mod page;
+pub mod run;
+pub mod score;
+pub mod trial;
+pub mod truth;
+
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::shooting::Field;
@@ -14,6 +28,18 @@ use serde::Serialize;
 pub const SAFE: f64 = 0.02;
 /// Up to here it degrades, beyond it fails.
 pub const DEGRADED: f64 = 0.1;
+
+/// [`About::measure`]: root of the mean square error of B − E over that of the truth, worst channel.
+pub const RELATIVE: &str = "relative RMS";
+/// [`About::measure`]: power reflected where no light may be, over what is emitted.
+pub const LEAK: &str = "light behind the wall / emitted power";
+/// So much light may get through a wall: a few roundings of the sum.
+pub const TIGHT: f64 = 1e-6;
+/// More than that through a wall is a failure: it can be seen.
+pub const OPEN: f64 = 1e-4;
+
+/// How the messages of those begin that did not end as they should.
+pub const BROKEN: [&str; 3] = ["panic", "not a number", "took longer"];
 
 /// What is known of a case before anything is solved.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -42,6 +68,27 @@ pub enum Verdict {
     Fails,
 }
 
+impl Verdict {
+    /// Of an error by one of the two measures; what is no number fails.
+    pub fn of(measure: &str, error: Option<f64>) -> Self {
+        let [safe, degraded] = limits(measure);
+        match error {
+            Some(error) if error <= safe => Self::Safe,
+            Some(error) if error <= degraded => Self::Degrades,
+            _ => Self::Fails,
+        }
+    }
+}
+
+/// Up to where a method is safe, and from where on it fails.
+pub fn limits(measure: &str) -> [f64; 2] {
+    if measure == LEAK {
+        [TIGHT, OPEN]
+    } else {
+        [SAFE, DEGRADED]
+    }
+}
+
 /// One solver's part in a row.
 #[derive(Clone, Debug, Serialize)]
 pub struct Side {
@@ -55,6 +102,20 @@ pub struct Side {
     pub message: Option<String>,
     /// Wall-clock seconds.
     pub seconds: f64,
+}
+
+impl Side {
+    /// Whether a user is told that something is wrong: a warning, or no answer but a reason.
+    pub fn warned(&self) -> bool {
+        !self.warnings.is_empty() || (self.message.is_some() && !self.broke())
+    }
+
+    /// Whether it ended in a panic, in what is no number or not at all: never what is meant.
+    pub fn broke(&self) -> bool {
+        self.message
+            .as_ref()
+            .is_some_and(|m| BROKEN.iter().any(|start| m.starts_with(start)))
+    }
 }
 
 /// One method at one value, CPU and GPU side by side.

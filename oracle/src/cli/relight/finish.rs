@@ -1,19 +1,19 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
-use crate::answer::warnings;
 use crate::cli::objects::Object;
 use crate::cli::solve::wrote;
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::page::{Report, html};
 use crate::relight::thumbnail::thumbnail;
+use crate::relight::warnings;
 use crate::relight::work::{Done, Phases, Stage, Work};
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
 use crate::view::camera::Camera;
 use clap::ValueEnum;
 use common::Result;
 use common::energy::Energy;
-use common::solution::{Seconds, Solution, Warning, write_file};
+use common::solution::{Seconds, Solution, write_file};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
@@ -22,9 +22,6 @@ const FILES: &str =
     "composite.png, composite.exr, background.exr, lightmap.exr, result.json and report.html";
 /// Pixels of the panorama in the report.
 const THUMBNAIL: u32 = 512;
-
-/// Beyond this share of the emitted power a broken balance is worth a warning.
-const UNBALANCED: f64 = 0.02;
 
 /// Pictures and files, and what is said at the end.
 pub fn write(
@@ -51,7 +48,7 @@ pub fn write(
     if work.stopped.get() {
         notes.push("interrupted: the result is what had been shot by then".into());
     }
-    let warnings = warnings_of(arguments, done, &energy);
+    let warnings = warnings::of(done, arguments.method == MethodOption::Paper);
     let solution = Solution {
         scene: &stage.scene,
         mesh: &done.mesh,
@@ -203,21 +200,6 @@ fn said(stage: &Stage, done: &Done) -> Vec<String> {
         );
     }
     notes
-}
-
-fn warnings_of(arguments: &Arguments, done: &Done, energy: &Energy) -> Vec<Warning> {
-    let mut warnings = warnings::of(&done.mesh, &done.run);
-    if energy.imbalance > UNBALANCED && arguments.method == MethodOption::Paper {
-        warnings.push(Warning {
-            code: "energy".into(),
-            faces: Vec::new(),
-            message: format!(
-                "Table 2 makes up or loses {:.1} % of the emitted power: use --method signed",
-                100.0 * energy.imbalance
-            ),
-        });
-    }
-    warnings
 }
 
 fn summary(solution: &Solution, seconds: &Phases, arguments: &Arguments) {
