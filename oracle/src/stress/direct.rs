@@ -15,8 +15,10 @@ use rayon::prelude::*;
 
 /// Relative to the largest value on the texel: a hundredth of what is called safe.
 const TOLERANCE: f64 = 2e-4;
-/// So often at least and at most a texel is cut into four.
-const DEPTH: [u32; 2] = [1, 7];
+/// So often at least and at most a texel is cut into four; an edge's part of it is then 2^−depth.
+const DEPTH: [u32; 2] = [1, 6];
+/// What is darker than this share of an open texel counts as dark: rounding must not be refined.
+const DARK: f64 = 1e-3;
 /// A texel so many radii from a lamp: there the contour integral would be differences of logarithms
 /// that are nearly equal.
 const FAR: f64 = 4.0;
@@ -59,7 +61,12 @@ fn mean_factor(face: &Face, texel: &[DVec3], lamp: &Face, occluders: &[&[DVec3]]
         return polygon_to_polygon(texel, lamp.outline());
     }
     let normal = face.vector_area().normalize_or_zero();
-    mean(texel, &|p| visible(p, normal, lamp.outline(), occluders))
+    let open = |p: DVec3| point_to_polygon(p, normal, lamp.outline());
+    let corners = texel.iter().map(|p| open(*p));
+    let scale = DARK * corners.fold(0.0, f64::max);
+    mean(texel, scale, &|p| {
+        visible(p, normal, lamp.outline(), occluders)
+    })
 }
 
 fn near(a: &[DVec3], b: &[DVec3]) -> bool {
@@ -117,6 +124,10 @@ fn vector_area_of(polygon: &[DVec3]) -> DVec3 {
 
 /// A convex polygon without what lies inside the pyramid, in convex pieces.
 fn without(polygon: &[DVec3], apex: DVec3, planes: &[DVec3]) -> Vec<Vec<DVec3>> {
+    let beside = |plane: &&DVec3| polygon.iter().all(|p| plane.dot(*p - apex) <= 0.0);
+    if planes.iter().any(|plane| beside(&plane)) {
+        return vec![polygon.to_vec()];
+    }
     let mut rest = polygon.to_vec();
     let mut pieces = Vec::new();
     for plane in planes {
@@ -133,15 +144,15 @@ fn without(polygon: &[DVec3], apex: DVec3, planes: &[DVec3]) -> Vec<Vec<DVec3>> 
 }
 
 /// The mean of `f` over a convex polygon: Dunavant's rule of degree 5 on triangles, each cut into
-/// four until that changes nothing.
-pub fn mean(polygon: &[DVec3], f: &dyn Fn(DVec3) -> f64) -> f64 {
+/// four until that changes nothing; `scale` and more is what counts.
+pub fn mean(polygon: &[DVec3], scale: f64, f: &dyn Fn(DVec3) -> f64) -> f64 {
     let (mut sum, mut area) = (0.0, 0.0);
     for k in 2..polygon.len() {
         let triangle = [polygon[0], polygon[k - 1], polygon[k]];
         let size = (triangle[1] - triangle[0])
             .cross(triangle[2] - triangle[0])
             .length();
-        let mut greatest = 0.0;
+        let mut greatest = scale;
         let first = rule(triangle, f, &mut greatest);
         sum += size * refined(triangle, f, first, greatest, 0);
         area += size;
@@ -258,8 +269,8 @@ mod tests {
     fn the_mean_finds_an_edge() {
         let unit = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
         let step = |p: DVec3| f64::from(p.x + 0.3 * p.y < 0.37);
-        assert!((mean(&unit, &step) - 0.22).abs() < 1e-3);
+        assert!((mean(&unit, 0.0, &step) - 0.22).abs() < 1e-3);
         let smooth = |p: DVec3| (3.0 * p.x).sin() * p.y;
-        assert!((mean(&unit, &smooth) - (1.0 - 3f64.cos()) / 6.0).abs() < 1e-6);
+        assert!((mean(&unit, 0.0, &smooth) - (1.0 - 3f64.cos()) / 6.0).abs() < 1e-6);
     }
 }

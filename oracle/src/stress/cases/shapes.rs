@@ -1,7 +1,11 @@
 //! What the cases are built of: squares, lamps, boxes. z is up.
 
+use common::Result;
+use common::import::{ImportOptions, load};
 use common::scene::{Face, Scene};
-use glam::{DVec3, Vec3};
+use common::solution::{prepare, write_file};
+use glam::{DQuat, DVec3, Vec3};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A parallelogram from `corner` along `u` and `v`, its front along u × v; grey, not emitting.
 pub fn square(corner: [f64; 3], u: [f64; 3], v: [f64; 3], reflectance: f32) -> Face {
@@ -85,4 +89,26 @@ pub fn moved(mut scene: Scene, to: impl Fn(DVec3) -> DVec3) -> Scene {
         face.corners = face.corners.map(&to);
     }
     scene
+}
+
+/// Turned by an odd angle about an odd axis, so that every coordinate is rounded.
+pub fn tilted(scene: Scene) -> Scene {
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    moved(scene, |p| turn * p)
+}
+
+/// A scene read as a user's file is: `mtl` is its m.mtl.
+pub fn imported(name: &str, obj: &str, mtl: &str) -> Result<Scene> {
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = format!("radiosity-stress-{}-{number}", std::process::id());
+    let folder = std::env::temp_dir().join(folder);
+    prepare(&folder)?;
+    let path = folder.join(format!("{name}.obj"));
+    let read = write_file(&folder.join("m.mtl"), mtl.as_bytes())
+        .and_then(|()| write_file(&path, obj.as_bytes()))
+        .and_then(|()| load(&path, &ImportOptions::default()));
+    // What is left behind in the temporary folder harms nobody.
+    let _ = std::fs::remove_dir_all(&folder);
+    read
 }
