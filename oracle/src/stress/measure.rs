@@ -27,7 +27,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 /// A solve that takes longer is given up, seconds.
-pub const LONGEST: f64 = 30.0;
+pub const LONGEST: f64 = 60.0;
 
 /// What a solve came to.
 pub struct Tried {

@@ -18,17 +18,7 @@ pub const CASES: &[Case] = &[
             SHADOWS,
         ),
         values: &[0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
-        build: |width| {
-            let half = |x: f64| plate([x, 0.5, 0.5], [1.0, 2.0], 0.0);
-            let [left, right] = [half(-width / 2.0), half(1.0 + width / 2.0)];
-            let faces = vec![
-                unit(),
-                lamp_above([0.5, 0.5, 1.0], [1.0; 2], 1.0),
-                left,
-                right,
-            ];
-            shaded(faces)
-        },
+        build: |width| shaded(opening(width)),
     },
     Case {
         about: about(
@@ -36,17 +26,24 @@ pub const CASES: &[Case] = &[
             "slats finer than samples and pixels, under a wide lamp",
             SHADOWS,
         ),
-        values: &[2.0, 4.0, 8.0, 16.0, 32.0, 64.0],
-        build: |count| shaded(slats(count, 0.5, 1.0)),
+        values: &[2.0, 4.0, 8.0, 16.0, 32.0],
+        build: |count| shaded(blinds(count)),
     },
     Case {
         about: about(
-            ["grating", "slats"],
-            "sharp shadows finer than a texel",
+            ["grating", "pitch / height"],
+            "slats at and below the size of a pixel, in an opening",
             SHADOWS,
         ),
-        values: &[2.0, 4.0, 8.0, 16.0, 32.0, 64.0],
-        build: |count| shaded(slats(count, 0.1, 0.05)),
+        values: &[0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4],
+        build: |pitch| {
+            let mut faces = opening(8.0 * pitch);
+            for k in 0..8 {
+                let x = 0.5 + pitch * (f64::from(k) - 3.6);
+                faces.push(plate([x, 0.5, 0.5], [pitch / 2.0, 2.0], 0.0));
+            }
+            shaded(faces)
+        },
     },
     Case {
         about: about(
@@ -89,13 +86,20 @@ fn unit() -> Face {
     floor(0.0, [1.0; 2], 0.5)
 }
 
-/// A floor, a lamp of `side` above it, and slats at `height` that cover every second part.
-fn slats(count: f64, height: f64, side: f64) -> Vec<Face> {
-    let mut faces = vec![unit(), lamp_above([0.5, 0.5, 1.0], [side; 2], 1.0)];
+/// A floor, a lamp above it, and between them two plates that leave `width` open.
+fn opening(width: f64) -> Vec<Face> {
+    let half = |x: f64| plate([x, 0.5, 0.5], [1.0, 2.0], 0.0);
+    let lamp = lamp_above([0.5, 0.5, 1.0], [1.0; 2], 1.0);
+    vec![unit(), lamp, half(-width / 2.0), half(1.0 + width / 2.0)]
+}
+
+/// A floor, a lamp above it, and slats that cover every second part of the way.
+fn blinds(count: f64) -> Vec<Face> {
+    let mut faces = vec![unit(), lamp_above([0.5, 0.5, 1.0], [1.0; 2], 1.0)];
     let pitch = 2.0 / count;
     for k in 0..count as usize {
         let x = -0.5 + pitch * (k as f64 + 0.37);
-        faces.push(plate([x, 0.5, height], [pitch / 2.0, 2.0], 0.0));
+        faces.push(plate([x, 0.5, 0.5], [pitch / 2.0, 2.0], 0.0));
     }
     faces
 }

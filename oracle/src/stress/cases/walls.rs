@@ -27,8 +27,9 @@ pub const CASES: &[Case] = &[
         ),
         values: &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 0.0],
         build: |thickness| {
-            let mut lit = cuboid([0.0; 3], [1.0; 3], true, 0.7);
+            let mut lit = cuboid([0.0; 3], [1.0; 3], true, 0.0);
             lit[1].emission = Vec3::ONE;
+            lit[3].reflectance = Vec3::splat(0.7);
             let unlit = cuboid(
                 [1.0 + thickness, 0.0, 0.0],
                 [2.0 + thickness, 1.0, 1.0],
