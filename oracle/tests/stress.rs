@@ -342,14 +342,16 @@ fn what_goes_wrong_is_a_verdict() {
     assert!(try_on(&good, &fine, None, &told, &|| true).is_none());
 }
 
+/// A method, and where it breaks on the CPU; none: nowhere.
+type Known = (&'static str, Option<f64>);
+
 #[test]
 fn cheap_cases_break_where_they_did() {
     let run = Run {
         gpu: None,
         stop: &|| false,
     };
-    // Method and where it breaks on the CPU; none: nowhere.
-    let known: [(&str, &[(&str, Option<f64>)]); 4] = [
+    let known: [(&str, &[Known]); 4] = [
         (
             "closeness",
             &[
