@@ -91,8 +91,8 @@ pub const CASES: &[Case] = &[
         },
     },
     Case {
-        about: about(["lights", "lamps"], "thousands of lamps", LAMBERT),
-        values: &[1.0, 10.0, 100.0, 1000.0, 2000.0],
+        about: about(["lights", "lamps"], "very many lamps", LAMBERT),
+        values: &[1.0, 10.0, 100.0, 300.0, 1000.0],
         build: |count| {
             let side = count.sqrt().ceil();
             let lamp = |k: usize| {
