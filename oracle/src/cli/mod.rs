@@ -1,5 +1,5 @@
 //! The command line: `solve`, `compare`, `relight`, `merge`, `diff`, `converge`,
-//! `chart`, `plan`, `adapters`; exit codes as in the README.
+//! `chart`, `stress`, `plan`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod chart;
@@ -15,6 +15,7 @@ mod progress;
 mod relight;
 mod solve;
 mod solver;
+mod stress;
 mod table4;
 
 use clap::{Parser, Subcommand};
@@ -50,6 +51,8 @@ enum Command {
     Converge(converge::Arguments),
     /// Speed against accuracy, every method on CPU and GPU; writes chart.html
     Chart(chart::Arguments),
+    /// The failure atlas: scenes built to break each method; writes stress.html
+    Stress(stress::Arguments),
     /// What a solve will take: texels, memory, shots, time
     Plan(plan::Arguments),
     /// List the GPU adapters found
@@ -80,6 +83,7 @@ pub fn main() -> ExitCode {
         Some(Command::Diff(arguments)) => diff::run(&arguments),
         Some(Command::Converge(arguments)) => converge::run(&arguments),
         Some(Command::Chart(arguments)) => chart::run(&arguments),
+        Some(Command::Stress(arguments)) => stress::run(&arguments),
         Some(Command::Plan(arguments)) => plan::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         None => compare::demo(),

@@ -19,6 +19,7 @@ pub mod room;
 pub mod surfaces;
 mod tables;
 pub mod thumbnail;
+pub mod warnings;
 pub mod work;
 
 use common::mesh::Mesh;

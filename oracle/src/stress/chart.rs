@@ -2,8 +2,8 @@
 //! and marks upon them, so that each mark can say what it is.
 
 use super::curves::curves;
-use super::outcome::values;
-use super::{DEGRADED, SAFE, Side, Study, outcome};
+use super::outcome::{amount, values};
+use super::{LEAK, Side, Study, outcome};
 use crate::chart::{Drawn, mesh, share, svg_of};
 use crate::study::chart::ticks;
 use maud::{Markup, PreEscaped, html};
@@ -15,16 +15,16 @@ const SIZE: (u32, u32) = (860, 470);
 const NAMES: u32 = 156;
 /// The strip on top for what has no answer, as a share of the axis.
 const STRIP: f64 = 0.12;
-/// Errors beyond these lie on the axis' ends.
-const ERRORS: [f64; 2] = [1e-6, 1e3];
-/// The axis shows at least these, so that both limits are on it.
-const SHOWN: [f64; 2] = [4e-3, 0.3];
+/// Errors beyond these lie on the axis' ends; in the limit of what is safe.
+const ERRORS: [f64; 2] = [1e-5, 1e5];
+/// The axis shows at least so much around both limits.
+const AROUND: f64 = 3.0;
 /// Closest labels of the parameter's axis, as a share of it.
 const TICKS: f64 = 0.085;
 const STYLE: &str = ".mark:hover path{stroke:currentColor;stroke-width:2.5}.mark path{stroke-linejoin:round}\
     text{font:12.5px sans-serif;fill:currentColor}";
-/// Okabe and Ito's colours without the yellow, then brown and grey; the first is the page's own.
-const COLOURS: [&str; 9] = [
+/// Okabe and Ito's colours without the yellow, then brown, grey, olive and violet; the first is the page's own.
+const COLOURS: [&str; 11] = [
     "currentColor",
     "#0072b2",
     "#e69f00",
@@ -34,6 +34,8 @@ const COLOURS: [&str; 9] = [
     "#56b4e9",
     "#9a6a4a",
     "#8a8f98",
+    "#a39a00",
+    "#7b4fc9",
 ];
 
 /// The colour of method `k`.
@@ -49,6 +51,8 @@ pub struct Plot {
     y: [f64; 2],
     /// Without the strip.
     errors: [f64; 2],
+    /// Up to here an error is safe, and from there on it fails.
+    limits: [f64; 2],
     /// Left, top, right, bottom in pixels.
     pub frame: [f64; 4],
 }
@@ -56,13 +60,16 @@ pub struct Plot {
 impl Plot {
     fn new(study: &Study) -> Self {
         let values = values(study);
-        let errors = range(study.rows.iter().flat_map(outcome::sides).map(|(_, s)| s));
+        let limits = super::limits(study.about.measure);
+        let sides = study.rows.iter().flat_map(outcome::sides);
+        let errors = range(sides.map(|(_, side)| side), limits);
         let strip = (errors[1] / errors[0]).powf(STRIP);
         Self {
             places: places(&values),
             values,
             y: [errors[0], errors[1] * strip],
             errors,
+            limits,
             frame: [0.0; 4],
         }
     }
@@ -98,31 +105,42 @@ impl Plot {
 /// named.
 const ENDS: [f64; 2] = [-0.04, 1.09];
 
-/// The values on 0…1: logarithmic where that can be, else side by side.
+/// Closest values of a logarithmic axis, in even steps.
+const CLOSEST: f64 = 0.25;
+
+/// The values on 0…1: logarithmic where that keeps them apart, else in even steps.
 fn places(values: &[f64]) -> Vec<f64> {
     let usable = values.iter().all(|v| v.is_finite() && *v > 0.0);
     let (first, last) = (values.first(), values.last());
     let ordered = values.is_sorted() || values.iter().rev().is_sorted();
-    match (first, last) {
-        (Some(a), Some(b)) if usable && ordered && a != b => {
-            values.iter().map(|v| (v / a).ln() / (b / a).ln()).collect()
-        }
-        (Some(a), Some(b)) if a != b => {
-            let last = (values.len() - 1) as f64;
-            (0..values.len()).map(|k| k as f64 / last).collect()
-        }
-        _ => vec![0.5; values.len()],
+    let (Some(a), Some(b)) = (first, last) else {
+        return Vec::new();
+    };
+    if a == b {
+        return vec![0.5; values.len()];
     }
+    let step = 1.0 / (values.len() - 1) as f64;
+    let even = || (0..values.len()).map(|k| k as f64 * step).collect();
+    if !usable || !ordered {
+        return even();
+    }
+    let places: Vec<f64> = values.iter().map(|v| (v / a).ln() / (b / a).ln()).collect();
+    if places.windows(2).any(|w| w[1] - w[0] < CLOSEST * step) {
+        return even();
+    }
+    places
 }
 
 /// From the least to the greatest error, with room around them.
-fn range<'a>(sides: impl Iterator<Item = &'a Side>) -> [f64; 2] {
+fn range<'a>(sides: impl Iterator<Item = &'a Side>, limits: [f64; 2]) -> [f64; 2] {
     let errors = sides.filter_map(|side| side.error);
     let errors = errors.filter(|error| error.is_finite() && *error > 0.0);
-    let [low, high] = errors.fold(SHOWN, |[low, high], error| {
+    let shown = [limits[0] / AROUND, limits[1] * AROUND];
+    let [low, high] = errors.fold(shown, |[low, high], error| {
         [low.min(error * 0.6), high.max(error * 1.7)]
     });
-    [low.max(ERRORS[0]), high.min(ERRORS[1])]
+    let ends = ERRORS.map(|end| end * limits[0]);
+    [low.max(ends[0]), high.min(ends[1])]
 }
 
 /// The chart; none when there is nothing to draw.
@@ -134,7 +152,7 @@ pub fn svg(study: &Study, methods: &[&'static str]) -> Option<String> {
     let axes = svg_of(SIZE, |area| axes(area, study, &mut plot))?;
     let inner = html! {
         style { (PreEscaped(STYLE)) }
-        (limits(&plot))
+        (zones(&plot, study.about.measure))
         (curves(study, methods, &plot))
     };
     let body = axes
@@ -170,24 +188,34 @@ fn axes(area: &crate::chart::Area, study: &Study, plot: &mut Plot) -> Drawn {
         .build_cartesian_2d(x, y)?;
     let (parameter, measure) = (study.about.parameter, study.about.measure);
     let (parameter, measure) = (format!("{parameter} → harder"), format!("{measure} (log)"));
-    mesh(&mut chart, &parameter, &measure, &named, &share)?;
+    let leak = study.about.measure == LEAK;
+    let told = |error: &f64| {
+        if leak {
+            outcome::value(*error)
+        } else {
+            share(error)
+        }
+    };
+    mesh(&mut chart, &parameter, &measure, &named, &told)?;
     let (left, bottom) = chart.backend_coord(&(x0, y0));
     let (right, top) = chart.backend_coord(&(x1, y1));
     plot.frame = [left, top, right, bottom].map(f64::from);
     Ok(())
 }
 
-/// 2 % and 10 %, what lies beyond them shaded, and the strip.
-fn limits(plot: &Plot) -> Markup {
+/// Both limits, what lies beyond them shaded, and the strip.
+fn zones(plot: &Plot, measure: &str) -> Markup {
     let [left, top, right, _] = plot.frame;
-    let (safe, degraded, strip) = (plot.y(SAFE), plot.y(DEGRADED), plot.y(plot.errors[1]));
+    let [safe, degraded] = plot.limits.map(|limit| plot.y(limit));
+    let strip = plot.y(plot.errors[1]);
+    let names = plot.limits.map(|limit| amount(measure, limit));
     let shade = |from: f64, to: f64, class: &str| {
         html! { rect class=(class) x=(left) y=(px(to)) width=(right - left) height=(px((from - to).max(0.0))) {} }
     };
     html! {
         (shade(safe, degraded, "zone-degrades"))
         (shade(degraded, top, "zone-fails"))
-        @for (y, name) in [(safe, "2 %"), (degraded, "10 %")] {
+        @for (y, name) in [safe, degraded].into_iter().zip(names) {
             path d=(format!("M{left} {y:.1}H{right}")) stroke="currentColor" stroke-width="1.2" stroke-opacity=".75" fill="none" {}
             text x=(right - 4.0) y=(px(y - 4.0)) text-anchor="end" opacity=".75" { (name) }
         }
@@ -214,6 +242,8 @@ mod tests {
         near(places(&[1.0, 0.1, 0.001]), &[0.0, 1.0 / 3.0, 1.0]);
         near(places(&[1.0, 10.0, 100.0]), &[0.0, 0.5, 1.0]);
         near(places(&[0.0, 10.0, 15.0]), &[0.0, 0.5, 1.0]);
+        let crowded = [0.01, 0.1, 0.5, 0.9, 0.99];
+        near(places(&crowded), &[0.0, 0.25, 0.5, 0.75, 1.0]);
         near(places(&[7.0]), &[0.5]);
         assert!(places(&[]).is_empty());
     }

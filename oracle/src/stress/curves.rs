@@ -1,7 +1,7 @@
 //! The curves upon a case's axes: a line, marks and a name for each method and solver.
 
 use super::chart::{Plot, colour, px};
-use super::outcome::{Half, error, value, warned};
+use super::outcome::{Half, error, value};
 use super::{Row, Side, Study};
 use crate::speed::marks::Shape;
 use maud::{Markup, html};
@@ -17,9 +17,12 @@ pub fn curves(study: &Study, methods: &[&'static str], plot: &Plot) -> Markup {
     };
     let all = methods.iter().enumerate().flat_map(both);
     let curves: Vec<Curve> = all.filter(|curve| !curve.points.is_empty()).collect();
+    // The first method is drawn last, upon the others; of each the GPU upon the CPU.
+    let mut drawn: Vec<&Curve> = curves.iter().collect();
+    drawn.sort_by_key(|curve| std::cmp::Reverse(curve.place));
     html! {
-        @for curve in &curves { (line(curve, plot)) }
-        @for curve in &curves { @for point in &curve.points { (mark(curve, point, plot)) } }
+        @for curve in &drawn { (line(curve, plot)) }
+        @for curve in &drawn { @for point in &curve.points { (mark(curve, point, plot)) } }
         (unanswered(&curves, plot))
         (names(&curves, plot))
     }
@@ -28,8 +31,10 @@ pub fn curves(study: &Study, methods: &[&'static str], plot: &Plot) -> Markup {
 /// One method on one solver.
 struct Curve<'a> {
     method: &'static str,
+    place: usize,
     colour: &'static str,
     half: Half,
+    measure: &'static str,
     points: Vec<(&'a Row, &'a Side)>,
 }
 
@@ -38,8 +43,10 @@ impl<'a> Curve<'a> {
         let rows = study.rows.iter().filter(|row| row.method == method);
         Self {
             method,
+            place: k,
             colour: colour(k),
             half,
+            measure: study.about.measure,
             points: rows.filter_map(|r| Some((r, half.of(r)?))).collect(),
         }
     }
@@ -82,7 +89,7 @@ fn mark(curve: &Curve, (row, side): &(&Row, &Side), plot: &Plot) -> Markup {
         Half::Cpu => (Shape::Circle, 6.0),
         Half::Gpu => (Shape::Square, 3.2),
     };
-    let fill = if warned(side) {
+    let fill = if side.warned() {
         "var(--card)"
     } else {
         curve.colour
@@ -100,7 +107,11 @@ fn mark(curve: &Curve, (row, side): &(&Row, &Side), plot: &Plot) -> Markup {
 /// What pointing at a mark tells.
 fn about(curve: &Curve, row: &Row, side: &Side) -> String {
     let (method, half) = (curve.method, curve.half.name());
-    let mut text = format!("{method}, {half}, at {}: {}", value(row.value), error(side));
+    let mut text = format!(
+        "{method}, {half}, at {}: {}",
+        value(row.value),
+        error(side, curve.measure)
+    );
     if !side.warnings.is_empty() {
         text += &format!("\nwarned: {}", side.warnings.join(", "));
     }

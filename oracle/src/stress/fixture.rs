@@ -1,7 +1,6 @@
 //! Made-up studies for the page's tests: every sort of side, value and specimen.
 
-use super::outcome::{beyond, verdict, warned};
-use super::{About, Plate, Row, SAFE, Side, Specimen, Study};
+use super::{About, LEAK, Plate, RELATIVE, Row, Side, Specimen, Study, Verdict};
 use crate::answer::{Given, Question, answer};
 use common::scene::{Face, Scene};
 use common::settings::Settings;
@@ -12,6 +11,7 @@ use std::ops::ControlFlow;
 pub fn side(error: Option<f64>, code: &str) -> Side {
     Side {
         error,
+        verdict: Verdict::of(RELATIVE, error),
         warnings: (!code.is_empty())
             .then(|| code.into())
             .into_iter()
@@ -35,8 +35,8 @@ pub fn row(value: f64, cpu: Side, gpu: Option<Side>) -> Row {
         value,
         method: "default",
         error: worst.error,
-        warned: warned(&worst),
-        verdict: verdict(&worst),
+        warned: worst.warned(),
+        verdict: worst.verdict,
         cpu,
         gpu,
     }
@@ -50,7 +50,7 @@ pub fn study(name: &'static str, rows: Vec<Row>) -> Study {
             parameter: "gap, m",
             breaks: "the point-to-polygon form factor where a texel nearly touches its shooter",
             truth: "closed form: two parallel squares",
-            measure: "relative RMS",
+            measure: RELATIVE,
         },
         rows,
         specimen: None,
@@ -238,7 +238,7 @@ pub fn studies() -> Vec<Study> {
             one.about.parameter = parameter;
             one.about.truth = truth;
             if k == 3 {
-                one.about.measure = "light behind the wall / emitted power";
+                one.about.measure = LEAK;
             }
             let values: Vec<f64> = (0..4 + k % 6)
                 .map(|j| match k % 4 {
@@ -269,10 +269,12 @@ fn invented(case: usize, step: usize, method: usize, value: f64) -> Row {
     let power = [0.1, 0.8, 0.05, 1.6, 1.9, 0.6, 1.1, 2.2, 0.0][method] * (1.0 + case as f64 / 12.0);
     let floor = [4e-4, 6e-3, 1e-4, 2e-3, 8e-3, 1e-3, 4e-3, 3e-2, 1e-6][method];
     let error = floor * 10f64.powf(power * step as f64 * 0.6);
+    let measure = if case == 3 { LEAK } else { RELATIVE };
     let one = |error: f64, n: usize| {
+        let error = if case == 3 { error * 1e-5 } else { error };
         let late = step > 3 && (method + case + n).is_multiple_of(5);
         let code = match (
-            beyond(&side(Some(error), ""), SAFE),
+            side(Some(error), "").verdict != Verdict::Safe,
             (step + method + n) % 3,
         ) {
             (true, 0 | 1) => ["closure", "near", "thin"][(method + step) % 3],
@@ -282,11 +284,12 @@ fn invented(case: usize, step: usize, method: usize, value: f64) -> Row {
         let mut one = side((!late).then_some(error), code);
         if (case, step, method, n) == (10, 2, 0, 1) {
             one.error = None;
-            one.message = Some("panicked at 'index out of bounds'".into());
+            one.message = Some("panic: index out of bounds".into());
         }
         if method == 2 {
             one.mended.push("a face of no area was left out".into());
         }
+        one.verdict = Verdict::of(measure, one.error);
         one
     };
     let gpu = (METHODS[method] != "matrix").then(|| one(error * 1.15 + 2e-4, 1));

@@ -1,78 +1,54 @@
 //! How the indicators did: what each warning caught, and what none did.
 
-use super::outcome::{Half, beyond, broken, error, outcome, refused, sides, value};
-use super::score::DEFAULT;
+use super::methods::DEFAULT;
+use super::outcome::{Half, Outcome, error, outcome, sides, value};
+use super::score::Code;
 use super::table::anchor;
-use super::{Row, SAFE, Side, Study, outcome::Outcome};
+use super::{Row, Side, Study, Verdict};
 use maud::{Markup, html};
 
 /// Missed rows that are listed.
 const LISTED: usize = 200;
 
-/// What a code did, over sides.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Indicator {
-    /// The warning's code.
-    pub code: String,
-    /// Given where the error is beyond [`SAFE`].
-    pub caught: usize,
-    /// Given where it is not.
-    pub false_alarms: usize,
-}
-
 /// All codes, those that caught most first; a refusal is one.
-pub fn indicators(studies: &[Study]) -> Vec<Indicator> {
-    let mut found: Vec<Indicator> = Vec::new();
+fn indicators(studies: &[Study], codes: &[Code]) -> Vec<Code> {
+    let mut refused = Code {
+        code: "(refused)".into(),
+        caught: 0,
+        false_alarms: 0,
+    };
     let rows = studies.iter().flat_map(|study| &study.rows);
-    for (_, side) in rows.flat_map(sides) {
-        for code in codes(side) {
-            let at = found.iter().position(|i| i.code == code);
-            let at = at.unwrap_or_else(|| {
-                found.push(Indicator {
-                    code,
-                    caught: 0,
-                    false_alarms: 0,
-                });
-                found.len() - 1
-            });
-            if beyond(side, SAFE) {
-                found[at].caught += 1;
-            } else {
-                found[at].false_alarms += 1;
-            }
-        }
+    for (_, side) in rows.flat_map(sides).filter(|(_, side)| side.refused()) {
+        *if side.verdict == Verdict::Safe {
+            &mut refused.false_alarms
+        } else {
+            &mut refused.caught
+        } += 1;
+    }
+    let mut found = codes.to_vec();
+    if refused.caught + refused.false_alarms > 0 {
+        found.push(refused);
     }
     found.sort_by(|a, b| b.caught.cmp(&a.caught).then(a.code.cmp(&b.code)));
     found
 }
 
-/// Each code of a side once.
-fn codes(side: &Side) -> Vec<String> {
-    let mut codes = side.warnings.clone();
-    if refused(side) && !broken(side) {
-        codes.push("(refused)".into());
-    }
-    codes.sort();
-    codes.dedup();
-    codes
-}
-
 /// The section.
-pub fn section(studies: &[Study]) -> Markup {
+pub fn section(studies: &[Study], codes: &[Code]) -> Markup {
     html! {
         section #warnings {
             h2 { "How the warnings did" }
             p {
-                "Each code over all methods and both solvers: where it was given, was the answer really beyond 2 %? "
+                "Each code over all methods and both solvers: where it was given, was the answer really beyond the limit? "
                 "One answer may have several codes."
             }
-            (codes_table(&indicators(studies)))
+            (codes_table(&indicators(studies, codes)))
             (missed(studies))
         }
     }
 }
 
-fn codes_table(found: &[Indicator]) -> Markup {
+fn codes_table(found: &[Code]) -> Markup {
     let most = found.iter().map(|i| i.caught + i.false_alarms).max();
     let share = |n: usize| {
         format!(
@@ -100,20 +76,21 @@ fn codes_table(found: &[Indicator]) -> Markup {
     }
 }
 
-/// What was beyond 2 % in silence, the default's first.
+/// What was beyond the limit in silence, the default's first.
 fn missed(studies: &[Study]) -> Markup {
-    let mut all: Vec<(usize, &Row, Half, &Side)> = Vec::new();
+    let mut all: Vec<(usize, &str, &Row, Half, &Side)> = Vec::new();
     for (k, study) in studies.iter().enumerate() {
         let each = study
             .rows
             .iter()
             .flat_map(|row| sides(row).map(move |s| (row, s)));
         let missed = each.filter(|(_, (_, side))| outcome(side) == Outcome::Missed);
-        all.extend(missed.map(|(row, (half, side))| (k, row, half, side)));
+        let measure = study.about.measure;
+        all.extend(missed.map(|(row, (half, side))| (k, measure, row, half, side)));
     }
-    all.sort_by_key(|(_, row, ..)| row.method != DEFAULT);
+    all.sort_by_key(|(_, _, row, ..)| row.method != DEFAULT);
     html! {
-        h3 #missed { "Missed: beyond 2 %, and nobody said so" }
+        h3 #missed { "Missed: beyond the limit, and nobody said so" }
         @if all.is_empty() { p { span.pass { "✓" } " None." } } @else {
             p { (all.len()) " of them; those of the default settings come first." }
             details open[all.len() <= 40] {
@@ -122,10 +99,10 @@ fn missed(studies: &[Study]) -> Markup {
                     thead { tr {
                         th { "Method" } th { "Solver" } th { "Case" } th.n { "Value" } th.n { "Error" }
                     } }
-                    tbody { @for (k, row, half, side) in all.iter().take(LISTED) { tr.bad[row.method == DEFAULT] {
+                    tbody { @for (k, measure, row, half, side) in all.iter().take(LISTED) { tr.bad[row.method == DEFAULT] {
                         td { (row.method) } td { (half.name()) }
                         td { a href=(format!("#{}", anchor(*k))) { (row.case) } }
-                        td.n { (value(row.value)) } td.n { (error(side)) }
+                        td.n { (value(row.value)) } td.n { (error(side, measure)) }
                     } } }
                 } }
                 @if all.len() > LISTED { p.small { "The other " (all.len() - LISTED) " are in stress.json." } }
@@ -137,6 +114,7 @@ fn missed(studies: &[Study]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::super::fixture::{row, side, study};
+    use super::super::score;
     use super::*;
 
     #[test]
@@ -148,7 +126,8 @@ mod tests {
             row(1.0, twice, Some(side(Some(0.001), "thin"))),
             row(2.0, side(None, ""), None),
         ];
-        let found = indicators(&[study("one", rows)]);
+        let studies = [study("one", rows)];
+        let found = indicators(&studies, &score::of(&studies).codes);
         let of = |code: &str| {
             let one = found.iter().find(|i| i.code == code).unwrap();
             [one.caught, one.false_alarms]
@@ -163,12 +142,12 @@ mod tests {
         let mut other = row(1.0, side(Some(0.5), ""), None);
         other.method = "other";
         let rows = vec![other, row(1.0, side(Some(0.3), ""), None)];
-        let page = section(&[study("one", rows)]).into_string();
+        let page = section(&[study("one", rows)], &[]).into_string();
         let [own, theirs] = ["30\u{202f}%", "50\u{202f}%"].map(|text| page.find(text).unwrap());
         assert!(own < theirs);
         let safe = vec![row(1.0, side(Some(0.01), ""), None)];
         assert!(
-            section(&[study("one", safe)])
+            section(&[study("one", safe)], &[])
                 .into_string()
                 .contains("None.")
         );

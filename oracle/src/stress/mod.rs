@@ -4,18 +4,30 @@
 //! The question is the same as everywhere: the mean reflected radiosity B − E of every texel
 //! (leaks: the light that is where none may be, over what is emitted).
 
+pub mod breaks;
+pub mod cases;
 mod chart;
 mod curves;
+pub mod direct;
 #[cfg(test)]
 mod fixture;
+pub mod gates;
+mod groups;
 mod indicators;
+pub mod json;
+pub mod judge;
+pub mod measure;
+pub mod methods;
 mod outcome;
 pub mod page;
 mod plates;
+pub mod run;
 pub mod score;
 mod section;
 mod specimen;
 mod table;
+pub mod trial;
+pub mod truth;
 
 use common::mesh::Mesh;
 use common::scene::Scene;
@@ -27,6 +39,18 @@ use serde::Serialize;
 pub const SAFE: f64 = 0.02;
 /// Up to here it degrades, beyond it fails.
 pub const DEGRADED: f64 = 0.1;
+
+/// [`About::measure`]: root of the mean square error of B − E over that of the truth, worst channel.
+pub const RELATIVE: &str = "relative RMS";
+/// [`About::measure`]: power reflected where no light may be, over what is emitted.
+pub const LEAK: &str = "light behind the wall / emitted power";
+/// So much light may get through a wall: a few roundings of the sum.
+pub const TIGHT: f64 = 1e-6;
+/// More than that through a wall is a failure: it can be seen.
+pub const OPEN: f64 = 1e-4;
+
+/// How the messages of those begin that did not end as they should.
+pub const BROKEN: [&str; 3] = ["panic", "not a number", "took longer"];
 
 /// What is known of a case before anything is solved.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -55,11 +79,34 @@ pub enum Verdict {
     Fails,
 }
 
+impl Verdict {
+    /// Of an error by one of the two measures; what is no number fails.
+    pub fn of(measure: &str, error: Option<f64>) -> Self {
+        let [safe, degraded] = limits(measure);
+        match error {
+            Some(error) if error <= safe => Self::Safe,
+            Some(error) if error <= degraded => Self::Degrades,
+            _ => Self::Fails,
+        }
+    }
+}
+
+/// Up to where a method is safe, and from where on it fails.
+pub fn limits(measure: &str) -> [f64; 2] {
+    if measure == LEAK {
+        [TIGHT, OPEN]
+    } else {
+        [SAFE, DEGRADED]
+    }
+}
+
 /// One solver's part in a row.
 #[derive(Clone, Debug, Serialize)]
 pub struct Side {
     /// Against the truth; none where there is no answer.
     pub error: Option<f64>,
+    /// Of that error, by the limits of the case's measure.
+    pub verdict: Verdict,
     /// Codes of the warnings.
     pub warnings: Vec<String>,
     /// What the program changed by itself, a line each.
@@ -68,6 +115,27 @@ pub struct Side {
     pub message: Option<String>,
     /// Wall-clock seconds.
     pub seconds: f64,
+}
+
+impl Side {
+    /// Whether a user is told that something is wrong: a warning, or no answer but a reason.
+    pub fn warned(&self) -> bool {
+        !self.warnings.is_empty() || self.refused()
+    }
+
+    /// Whether it ended in a panic, in what is no number, not at all or without a word: never what
+    /// is meant.
+    pub fn broke(&self) -> bool {
+        match (&self.message, self.error) {
+            (Some(message), _) => BROKEN.iter().any(|start| message.starts_with(start)),
+            (None, error) => !error.is_some_and(f64::is_finite),
+        }
+    }
+
+    /// Neither an answer nor broken: a reason why there is none.
+    pub fn refused(&self) -> bool {
+        self.error.is_none() && !self.broke()
+    }
 }
 
 /// One method at one value, CPU and GPU side by side.

@@ -1,6 +1,6 @@
 //! What became of one side of a row, and how the atlas names it.
 
-use super::{DEGRADED, Row, SAFE, Side, Study, Verdict};
+use super::{LEAK, Row, Side, Study, Verdict};
 use crate::report::number::{number, percent};
 
 /// A solver's half of a row.
@@ -24,6 +24,14 @@ impl Half {
         }
     }
 
+    /// As rows and break points call it.
+    pub fn solver(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Gpu => "gpu",
+        }
+    }
+
     /// The half of a row.
     pub fn of(self, row: &Row) -> Option<&Side> {
         match self {
@@ -36,9 +44,9 @@ impl Half {
 /// An error and a warning: which of them there were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Beyond [`SAFE`], and said so.
+    /// Beyond the limit, and said so.
     Caught,
-    /// Beyond [`SAFE`] in silence.
+    /// Beyond the limit in silence.
     Missed,
     /// Warned about, but safe.
     FalseAlarm,
@@ -52,42 +60,9 @@ pub fn sides(row: &Row) -> impl Iterator<Item = (Half, &Side)> {
     both.filter_map(move |half| Some((half, half.of(row)?)))
 }
 
-/// Whether the error is more than this; without an answer, or with one that is no number, it is.
-pub fn beyond(side: &Side, limit: f64) -> bool {
-    !side.error.is_some_and(|error| error <= limit)
-}
-
-/// Whether the user was told: by a warning, or by a refusal.
-pub fn warned(side: &Side) -> bool {
-    !side.warnings.is_empty() || (refused(side) && !broken(side))
-}
-
-/// No answer, and a message that says why.
-pub fn refused(side: &Side) -> bool {
-    side.error.is_none() && side.message.is_some()
-}
-
-/// What must never happen: a panic, or an error that is not a number.
-pub fn broken(side: &Side) -> bool {
-    let panicked = |text: &String| text.to_lowercase().starts_with("panic");
-    let number = side.error.is_none_or(f64::is_finite);
-    !number || (side.error.is_none() && side.message.as_ref().is_none_or(panicked))
-}
-
-/// Safe, degrades or fails.
-pub fn verdict(side: &Side) -> Verdict {
-    if beyond(side, DEGRADED) {
-        Verdict::Fails
-    } else if beyond(side, SAFE) {
-        Verdict::Degrades
-    } else {
-        Verdict::Safe
-    }
-}
-
 /// Error against warning.
 pub fn outcome(side: &Side) -> Outcome {
-    match (beyond(side, SAFE), warned(side)) {
+    match (side.verdict != Verdict::Safe, side.warned()) {
         (true, true) => Outcome::Caught,
         (true, false) => Outcome::Missed,
         (false, true) => Outcome::FalseAlarm,
@@ -99,17 +74,6 @@ pub fn outcome(side: &Side) -> Outcome {
 pub fn tally<'a>(sides: impl IntoIterator<Item = &'a Side>, of: Outcome) -> usize {
     let all = sides.into_iter();
     all.filter(|side| outcome(side) == of).count()
-}
-
-/// The methods, in the order in which they come.
-pub fn methods(studies: &[Study]) -> Vec<&'static str> {
-    let mut names = Vec::new();
-    for row in studies.iter().flat_map(|study| &study.rows) {
-        if !names.contains(&row.method) {
-            names.push(row.method);
-        }
-    }
-    names
 }
 
 /// The values of a sweep, in order of severity.
@@ -142,11 +106,20 @@ fn digits(rounded: String, x: f64) -> String {
     }
 }
 
+/// An amount of a measure: a share in per cent, or what leaks as it is.
+pub fn amount(measure: &str, error: f64) -> String {
+    if measure == LEAK {
+        value(error)
+    } else {
+        percent(error)
+    }
+}
+
 /// An error as the tables show it.
-pub fn error(side: &Side) -> String {
+pub fn error(side: &Side, measure: &str) -> String {
     match side.error {
-        Some(error) => percent(error),
-        None if broken(side) => "nothing".into(),
+        Some(error) => amount(measure, error),
+        None if side.broke() => "nothing".into(),
         None => "refused".into(),
     }
 }
@@ -154,6 +127,7 @@ pub fn error(side: &Side) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::fixture::side;
+    use super::super::{DEGRADED, RELATIVE, SAFE};
     use super::*;
 
     #[test]
@@ -164,19 +138,19 @@ mod tests {
         };
         let refusal = says("face 3 has no area: remove it");
         assert_eq!(outcome(&refusal), Outcome::Caught);
-        assert!(!broken(&refusal));
-        let panic = says("panicked at 'index out of bounds'");
+        assert!(!refusal.broke());
+        let panic = says("panic: index out of bounds");
         assert_eq!(outcome(&panic), Outcome::Missed);
-        assert!(broken(&panic));
+        assert!(panic.broke());
         let mut silent = side(None, "");
         silent.message = None;
-        assert!(broken(&silent) && verdict(&silent) == Verdict::Fails);
-        assert!(broken(&side(Some(f64::NAN), "thin")));
+        assert!(silent.broke() && silent.verdict == Verdict::Fails);
+        assert!(side(Some(f64::NAN), "thin").broke());
     }
 
     #[test]
     fn limits_belong_to_the_better_verdict() {
-        let of = |error: f64| verdict(&side(Some(error), ""));
+        let of = |error: f64| side(Some(error), "").verdict;
         assert_eq!(
             [of(SAFE), of(0.021), of(DEGRADED), of(0.11)],
             [
@@ -187,6 +161,8 @@ mod tests {
             ]
         );
         assert_eq!(of(f64::INFINITY), Verdict::Fails);
+        let told = [RELATIVE, LEAK].map(|measure| amount(measure, 1e-4));
+        assert_eq!(told, ["0.01\u{202f}%", "10⁻⁴"]);
     }
 
     #[test]

@@ -73,10 +73,13 @@ impl<'a> Tone<'a> {
         };
         let exposure = if dark {
             // Where no light may be, any light shows.
-            let others = specimen.plates.iter().skip(1).map(bright);
-            others.fold(Exposure { white: 0.0 }, |a, b| Exposure {
-                white: a.white.max(b.white),
-            })
+            let lit = |plate: &&Plate| plate.values.iter().any(|v| v.max_element() > 0.0);
+            let others = specimen.plates.iter().skip(1).filter(lit);
+            others
+                .map(bright)
+                .fold(Exposure { white: 0.0 }, |a, b| Exposure {
+                    white: a.white.max(b.white),
+                })
         } else {
             bright(truth)
         };

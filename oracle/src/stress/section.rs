@@ -1,12 +1,13 @@
 //! One case: what it breaks, its chart, its specimen, and all its figures.
 
-use super::outcome::{Half, Outcome, error, methods, outcome, value, values, verdict};
+use super::groups::names;
+use super::outcome::{Half, Outcome, amount, error, outcome, value, values};
 use super::table::{anchor, face, swatch};
-use super::{Row, Side, Study, chart, plates, specimen};
+use super::{Row, Side, Study, chart, limits, plates, specimen};
 use crate::report::number::number;
 use maud::{Markup, html};
 
-/// The section of case `k`; `all` are the methods of the whole atlas, which decide the colours.
+/// The section of case `k`; `all` are the methods of its group, which decide the colours.
 pub fn section(k: usize, study: &Study, all: &[&'static str]) -> Markup {
     let about = &study.about;
     html! {
@@ -19,7 +20,7 @@ pub fn section(k: usize, study: &Study, all: &[&'static str]) -> Markup {
                 dt { "Error" } dd { (about.measure) }
             }
             div.case {
-                (crate::report::chart(chart::svg(study, all).as_deref(), "Nothing was run.", caption()))
+                (crate::report::chart(chart::svg(study, all).as_deref(), "Nothing was run.", caption(about.measure)))
                 @match &study.specimen {
                     Some(specimen) => (specimen::view(specimen, about.parameter)),
                     None => p.none { "no specimen" },
@@ -44,7 +45,7 @@ fn extent(study: &Study) -> String {
 }
 
 /// The chart's key.
-fn caption() -> Markup {
+fn caption(measure: &str) -> Markup {
     let small = |inner: Markup| {
         html! { svg.inline viewBox="0 0 30 18" aria-hidden="true" { (inner) } }
     };
@@ -58,14 +59,14 @@ fn caption() -> Markup {
         " CPU · "
         (small(html! { path d="M0 9H30" stroke="currentColor" stroke-width="2" stroke-dasharray="6 4" {} rect x="11" y="5" width="8" height="8" fill="currentColor" {} }))
         " GPU · " (circle("none")) " hollow: it warned · " (circle("currentColor"))
-        " filled beyond 2 %: it failed in silence · "
+        " filled beyond " (amount(measure, limits(measure)[0])) ": it failed in silence · "
         b { "✖" } " no answer. Point at a mark to read what it is."
     }
 }
 
 /// All values and methods, folded.
 fn figures(study: &Study, all: &[&'static str]) -> Markup {
-    let own = methods(std::slice::from_ref(study));
+    let own = names([study]);
     let count = |x: f64| study.rows.iter().filter(|row| row.value == x).count();
     html! {
         details {
@@ -80,7 +81,7 @@ fn figures(study: &Study, all: &[&'static str]) -> Markup {
                     @for (k, row) in study.rows.iter().filter(|row| row.value == x).enumerate() { tr {
                         @if k == 0 { td.n rowspan=(count(x)) { b { (value(x)) } } }
                         td { (swatch(all.iter().position(|m| *m == row.method).unwrap_or(0))) (row.method) }
-                        @for half in Half::BOTH { (shown(half.of(row))) }
+                        @for half in Half::BOTH { (shown(half.of(row), study.about.measure)) }
                         td.n { (number(row.cpu.seconds)) " · " (row.gpu.as_ref().map_or("–".into(), |s| number(s.seconds))) }
                         td.told { (told(row)) }
                     } }
@@ -90,18 +91,18 @@ fn figures(study: &Study, all: &[&'static str]) -> Markup {
     }
 }
 
-fn shown(side: Option<&Side>) -> Markup {
+fn shown(side: Option<&Side>, measure: &str) -> Markup {
     let Some(side) = side else {
         return html! { td.n.none-here { "n/a" } };
     };
-    let (class, sign, _) = face(verdict(side));
+    let (class, sign, _) = face(side.verdict);
     let mark = match outcome(side) {
         Outcome::Caught => " ▲",
         Outcome::Missed => " ✖",
         Outcome::FalseAlarm => " △",
         Outcome::Quiet => "",
     };
-    html! { td.n.(class) { (sign) " " (error(side)) (mark) } }
+    html! { td.n.(class) { (sign) " " (error(side, measure)) (mark) } }
 }
 
 /// What both sides say; once where they say the same.

@@ -21,14 +21,18 @@ const OUTLINED: usize = 150;
 pub fn view(specimen: &Specimen, parameter: &str) -> Markup {
     let (scene, mesh) = (&specimen.scene, &specimen.mesh);
     let rays = Rays::new(mesh);
-    let camera = Camera::aslant(mesh, &rays);
+    let camera = Camera::aslant(mesh, &rays, specimen.face);
     let surface = Surface::new(scene, mesh);
     let seen = View::new(&camera, &surface, &rays, SIZE);
     let field = surface.interpolate(&specimen.field.irradiance);
     let radiosity = |hit: &Hit| field.radiosity(&hit.stencil);
     let dark = |hit: &&Hit| mesh.texels[hit.stencil.texel as usize].emission == Vec3::ZERO;
     let bright = |hit: &Hit| (radiosity(hit).max_element(), 1.0);
-    let exposure = Exposure::of(seen.hits().filter(dark).map(bright));
+    let exposure = if seen.hits().filter(dark).any(|hit| bright(hit).0 > 0.0) {
+        Exposure::of(seen.hits().filter(dark).map(bright))
+    } else {
+        Exposure::of(seen.hits().map(bright))
+    };
     let picture = seen.shade(|hit| exposure.display(radiosity(hit)));
     let faces = if mesh.faces.len() <= OUTLINED {
         &mesh.faces[..]
@@ -83,7 +87,7 @@ mod tests {
         for scene in [room(), triangle()] {
             let specimen = specimen(scene, 0);
             let rays = Rays::new(&specimen.mesh);
-            let camera = Camera::aslant(&specimen.mesh, &rays);
+            let camera = Camera::aslant(&specimen.mesh, &rays, 0);
             let corners = specimen.mesh.faces.iter().flat_map(|f| f.corners);
             for corner in corners {
                 let seen = camera.project(corner).unwrap();

@@ -76,22 +76,28 @@ impl Camera {
     /// From a fixed set of viewpoints, the one that sees the largest share of the scene's
     /// fronts; the first of about equal ones.
     pub fn automatic(mesh: &Mesh, rays: &Rays) -> Self {
-        Self::best(mesh, rays, viewpoints())
+        Self::best(mesh, rays, None, viewpoints())
     }
 
-    /// The same from a little above and to one side, so that depth shows.
-    pub fn aslant(mesh: &Mesh, rays: &Rays) -> Self {
+    /// The same from a little above and to one side, so that depth shows; `face` counts for as much
+    /// as all together.
+    pub fn aslant(mesh: &Mesh, rays: &Rays, face: u32) -> Self {
         let sides = [(-0.4, -1.0), (-0.4, 1.0), (-1.0, 0.4), (1.0, 0.4)];
         let above = sides.map(|(x, z)| elevated(x, z, 16.0));
         let below = sides.map(|(x, z)| elevated(x, z, -24.0));
-        Self::best(mesh, rays, above.into_iter().chain(below))
+        Self::best(mesh, rays, Some(face), above.into_iter().chain(below))
     }
 
-    fn best(mesh: &Mesh, rays: &Rays, viewpoints: impl IntoIterator<Item = Vec3>) -> Self {
+    fn best(
+        mesh: &Mesh,
+        rays: &Rays,
+        face: Option<u32>,
+        viewpoints: impl IntoIterator<Item = Vec3>,
+    ) -> Self {
         let mut best: Option<(f32, Self)> = None;
         for towards_eye in viewpoints {
             let camera = Self::outside(mesh, towards_eye);
-            let score = camera.visible_share(mesh, rays);
+            let score = camera.visible_share(mesh, rays, face);
             if best.is_none_or(|(most, _)| score > most + PREFERENCE) {
                 best = Some((score, camera));
             }
@@ -122,8 +128,9 @@ impl Camera {
         }
     }
 
-    /// The share of the fronts' area that is seen; no face counts for more than it has.
-    fn visible_share(&self, mesh: &Mesh, rays: &Rays) -> f32 {
+    /// The share of the fronts' area that is seen; no face counts for more than it has, and
+    /// `chosen` once more by itself.
+    fn visible_share(&self, mesh: &Mesh, rays: &Rays, chosen: Option<u32>) -> f32 {
         let mut seen = vec![0.0; mesh.faces.len()];
         let step = 2.0 / TRIAL as f32;
         let pixel = (step * self.extent()).powi(2);
@@ -140,9 +147,13 @@ impl Camera {
             let [a, b, c, d] = mesh.faces[face].corners;
             (c - a).cross(d - b).length() / 2.0
         };
-        let total: f32 = (0..seen.len()).map(area).sum();
-        let visible: f32 = (0..seen.len()).map(|face| area(face).min(seen[face])).sum();
-        if total > 0.0 { visible / total } else { 0.0 }
+        let share = |faces: std::ops::Range<usize>| {
+            let total: f32 = faces.clone().map(area).sum();
+            let visible: f32 = faces.map(|face| area(face).min(seen[face])).sum();
+            if total > 0.0 { visible / total } else { 0.0 }
+        };
+        let chosen = chosen.map(|face| face as usize).filter(|k| *k < seen.len());
+        share(0..seen.len()) + chosen.map_or(0.0, |k| share(k..k + 1))
     }
 }
 

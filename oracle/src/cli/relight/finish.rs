@@ -1,21 +1,20 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
-use crate::answer::check::{self, Estimate};
-use crate::answer::warnings;
 use crate::cli::Outcome;
 use crate::cli::objects::Object;
 use crate::cli::solve::{judged, wrote};
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::page::{Report, html};
 use crate::relight::thumbnail::thumbnail;
+use crate::relight::warnings::{self, estimate};
 use crate::relight::work::{Done, Phases, Stage, Work};
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
 use crate::view::camera::Camera;
 use clap::ValueEnum;
 use common::Result;
 use common::energy::Energy;
-use common::solution::{Seconds, Solution, Warning, write_file};
+use common::solution::{Seconds, Solution, write_file};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
@@ -24,9 +23,6 @@ const FILES: &str =
     "composite.png, composite.exr, background.exr, lightmap.exr, result.json and report.html";
 /// Pixels of the panorama in the report.
 const THUMBNAIL: u32 = 512;
-
-/// Beyond this share of the emitted power a broken balance is worth a warning.
-const UNBALANCED: f64 = 0.02;
 
 /// Pictures and files, and what is said at the end.
 pub fn write(
@@ -54,7 +50,8 @@ pub fn write(
         notes.push("interrupted: the result is what had been shot by then".into());
     }
     let estimate = seconds.of("check", || estimate(stage, work, done))?;
-    let warnings = warnings_of(arguments, stage, done, &energy, estimate.as_ref());
+    let paper = arguments.method == MethodOption::Paper;
+    let warnings = warnings::of(stage, done, paper, estimate.as_ref());
     let solution = Solution {
         scene: &stage.scene,
         mesh: &done.mesh,
@@ -207,39 +204,6 @@ fn said(stage: &Stage, done: &Done) -> Vec<String> {
         );
     }
     notes
-}
-
-/// How far the answer may be off. Where E had to be told from a picture it makes up for whatever
-/// the links get wrong, and the look would find that.
-fn estimate(stage: &Stage, work: &Work, done: &Done) -> Result<Option<Estimate>> {
-    let values = stage.captured.values.as_ref();
-    if values.is_some_and(|values| values.emission.is_none()) || stage.reflectance.is_some() {
-        return Ok(None);
-    }
-    check::estimate(work.settings, &done.mesh, &done.run.field, |finer| {
-        stage.mesh(finer)
-    })
-}
-
-fn warnings_of(
-    arguments: &Arguments,
-    stage: &Stage,
-    done: &Done,
-    energy: &Energy,
-    estimate: Option<&Estimate>,
-) -> Vec<Warning> {
-    let mut warnings = warnings::of(&stage.scene, &done.mesh, &done.run, estimate);
-    if energy.imbalance > UNBALANCED && arguments.method == MethodOption::Paper {
-        warnings.push(Warning {
-            code: "energy".into(),
-            faces: Vec::new(),
-            message: format!(
-                "Table 2 makes up or loses {:.1} % of the emitted power: use --method signed",
-                100.0 * energy.imbalance
-            ),
-        });
-    }
-    warnings
 }
 
 fn summary(solution: &Solution, seconds: &Phases, arguments: &Arguments) {

@@ -1,0 +1,74 @@
+//! How far an answer is from the truth.
+//!
+//! ```text
+//! relative RMS = √(ΣA(a − b)² / ΣA b²), worst channel      leak = ΣA|a| / ΣA E
+//! ```
+//! a, b: B − E of the answer and of the truth over the texels that are judged.
+
+use super::trial::{Trial, Truth};
+use crate::compare::difference::figures;
+use common::texel::{count, outline};
+use glam::DVec3;
+
+/// The error, or why there is none: the line that a user would read.
+pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<f64, String> {
+    if answer.len() != truth.len() {
+        return Err(format!(
+            "{} texels instead of {}",
+            answer.len(),
+            truth.len()
+        ));
+    }
+    if !answer.iter().chain(truth).all(|v| v.is_finite()) {
+        return Err("not a number: some texels are not finite".into());
+    }
+    let lit = |values: &[DVec3]| values.iter().any(|v| *v != DVec3::ZERO);
+    // A number known beforehand may be met exactly; another answer may not.
+    let known = matches!(trial.truth, Truth::Constant(_));
+    if lit(truth) && !known && answer == truth {
+        return Err("is the truth itself, bit for bit: nothing is compared".into());
+    }
+    if matches!(trial.truth, Truth::Dark) {
+        return Ok(leak(trial, answer));
+    }
+    let areas = areas(trial);
+    let judged: Vec<usize> = (0..answer.len()).filter(|k| areas[*k] > 0.0).collect();
+    let channel = |c: usize| {
+        let texels = judged
+            .iter()
+            .map(|k| (areas[*k], answer[*k][c], truth[*k][c]));
+        figures(texels).relative_rms
+    };
+    let worst = (0..3).map(channel).fold(0.0, f64::max);
+    if worst.is_finite() {
+        Ok(worst)
+    } else {
+        Err("is lit where the truth is black all over".into())
+    }
+}
+
+/// The area of each texel, 0 where it is not judged.
+pub fn areas(trial: &Trial) -> Vec<f64> {
+    let resolution = [trial.texels; 2];
+    let of = |(k, face)| {
+        let judged = trial.judges(k);
+        (0..count(resolution)).map(move |t| {
+            if judged {
+                outline(face, resolution, t).area()
+            } else {
+                0.0
+            }
+        })
+    };
+    trial.scene.faces.iter().enumerate().flat_map(of).collect()
+}
+
+fn leak(trial: &Trial, answer: &[DVec3]) -> f64 {
+    let behind = areas(trial).into_iter().zip(answer);
+    let behind: f64 = behind.map(|(a, v)| a * v.abs().element_sum()).sum();
+    let faces = trial.scene.faces.iter();
+    let emitted: f64 = faces
+        .map(|f| f.area() * f.emission.as_dvec3().element_sum())
+        .sum();
+    if behind == 0.0 { 0.0 } else { behind / emitted }
+}

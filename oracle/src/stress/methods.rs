@@ -1,0 +1,177 @@
+//! The ways to solve that are put to the test: what `solve` does by itself, the paper's, and one
+//! for each choice in between.
+
+use super::trial::Suite;
+use common::form_factor::FormFactor;
+use common::relight::{Mended, Method as Relighting};
+use common::settings::{Iteration, Quality, Settings, Visibility};
+
+/// The method whose answer a user gets who asks for nothing.
+pub const DEFAULT: &str = "default";
+
+/// Pixels a side of the item buffers but for the default's: their twin is a plain loop.
+const PIXELS: u32 = 512;
+
+/// One way.
+#[derive(Clone, Copy)]
+pub struct Method {
+    /// Its name.
+    pub name: &'static str,
+    /// How.
+    pub way: Way,
+}
+
+/// How a method solves.
+#[derive(Clone, Copy)]
+pub enum Way {
+    /// As `solve` with no options.
+    Default,
+    /// By the default's options but for these, and they are kept.
+    Given(fn(&mut Settings)),
+    /// The dense system.
+    Matrix,
+    /// An object put into a room by `relight`, with these options; no method: everything again.
+    Relight(Option<Relighting>, fn(&mut Settings)),
+}
+
+/// The ways to solve.
+const SOLVES: &[Method] = &[
+    given(DEFAULT, Way::Default),
+    given("fine", Way::Given(|s| (s.cells, s.samples) = (8, 16))),
+    given("polygon", Way::Given(whole)),
+    given(
+        "disc",
+        Way::Given(|s| {
+            whole(s);
+            s.form_factor = FormFactor::Disc;
+        }),
+    ),
+    given(
+        "stereographic",
+        Way::Given(|s| buffer(s, Visibility::Stereographic)),
+    ),
+    given("hemicube", Way::Given(|s| buffer(s, Visibility::Hemicube))),
+    given(
+        "hemisphere",
+        Way::Given(|s| buffer(s, Visibility::Hemisphere)),
+    ),
+    given(
+        "paper",
+        Way::Given(|s| {
+            buffer(s, Visibility::Paper);
+            s.form_factor = FormFactor::Disc;
+        }),
+    ),
+    given("matrix", Way::Matrix),
+];
+
+/// Those that only some cases ask for.
+const OTHERS: &[Method] = &[
+    given(
+        "conserved",
+        Way::Given(|s| {
+            whole(s);
+            s.conserve = true;
+        }),
+    ),
+    given(
+        "southwell",
+        Way::Given(|s| {
+            whole(s);
+            s.iteration = Iteration::Southwell;
+        }),
+    ),
+];
+
+/// The ways to relight.
+const RELIGHTS: &[Method] = &[
+    given(DEFAULT, Way::Relight(Some(Relighting::Signed), |_| ())),
+    given(
+        "signed",
+        Way::Relight(Some(Relighting::Signed), |s| {
+            (s.visibility, s.cells, s.samples) = (Visibility::Rays, 6, 16);
+        }),
+    ),
+    given("full", Way::Relight(None, |s| s.item_buffer = PIXELS)),
+    given(
+        "paper",
+        Way::Relight(Some(Relighting::Paper(AS_PRINTED)), |s| {
+            s.item_buffer = PIXELS;
+        }),
+    ),
+];
+
+const AS_PRINTED: Mended = Mended {
+    empty_room: false,
+    object_shadows: false,
+    bleeding: false,
+    shadows: false,
+};
+
+const fn given(name: &'static str, way: Way) -> Method {
+    Method { name, way }
+}
+
+/// Whole faces shoot, centre to centre.
+fn whole(settings: &mut Settings) {
+    (settings.cells, settings.samples) = (1, 1);
+}
+
+fn buffer(settings: &mut Settings, visibility: Visibility) {
+    whole(settings);
+    settings.visibility = visibility;
+    settings.item_buffer = PIXELS;
+    settings.raster = settings.raster();
+}
+
+/// Those that try.
+pub fn of(suite: Suite) -> Vec<Method> {
+    match suite {
+        Suite::All => SOLVES.to_vec(),
+        Suite::Relight(_) => RELIGHTS.to_vec(),
+        Suite::Only(names) => {
+            let all = SOLVES.iter().chain(OTHERS);
+            all.filter(|m| names.contains(&m.name)).copied().collect()
+        }
+    }
+}
+
+impl Method {
+    /// Whether there is a GPU's side to it.
+    pub fn on_gpu(&self) -> bool {
+        !matches!(self.way, Way::Matrix)
+    }
+
+    /// Its options on N×N texels.
+    pub fn settings(&self, texels: u32, on_gpu: bool) -> Settings {
+        let mut settings = default(texels, on_gpu);
+        match self.way {
+            Way::Default | Way::Matrix => {}
+            Way::Given(change) => {
+                settings.visibility = Visibility::Rays;
+                change(&mut settings);
+            }
+            Way::Relight(_, change) => change(&mut settings),
+        }
+        settings
+    }
+}
+
+/// What `solve --texels N` does.
+fn default(texels: u32, on_gpu: bool) -> Settings {
+    let (_, cells, samples, epsilon) = Quality::Normal.settings();
+    Settings {
+        quality: Quality::Normal,
+        texels,
+        cells,
+        samples,
+        epsilon,
+        iteration: Iteration::Cg,
+        visibility: if on_gpu {
+            Visibility::Stereographic
+        } else {
+            Visibility::Rays
+        },
+        ..Settings::default()
+    }
+}

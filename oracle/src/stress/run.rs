@@ -1,0 +1,169 @@
+//! A case, run: every value, every method, both solvers.
+
+use super::measure::{Seen, Tried, try_on};
+use super::methods::{self, DEFAULT, Method};
+use super::trial::{Case, Trial};
+use super::{Plate, Row, Side, Specimen, Study, Verdict, truth};
+use common::Result;
+use common::texel::count;
+use glam::DVec3;
+use gpu::Gpu;
+
+/// Told how many steps of how many are done.
+pub type Watch<'a> = &'a mut dyn FnMut(u64, u64);
+
+/// Who asks, and on what.
+pub struct Run<'a> {
+    /// The GPU, if there is one.
+    pub gpu: Option<&'a Gpu>,
+    /// Whether to stop.
+    pub stop: &'a dyn Fn() -> bool,
+}
+
+impl Run<'_> {
+    /// Runs a case; none of its rows is half done, but some may be missing after a stop.
+    pub fn case(&self, case: &Case, watch: Watch) -> Result<Study> {
+        let mut study = Study {
+            about: case.about,
+            rows: Vec::new(),
+            specimen: None,
+        };
+        let mut broken = 0;
+        for (done, value) in case.values.iter().enumerate() {
+            watch(done as u64, case.values.len() as u64);
+            let Some((rows, specimen)) = self.value(case, *value)? else {
+                break;
+            };
+            // Where most have just broken, and else where most do.
+            let most = rows.iter().filter(|r| r.verdict != Verdict::Safe).count();
+            let first = study.specimen.is_none();
+            if specimen.is_some() && (first || (most > broken && 2 * broken < rows.len())) {
+                (study.specimen, broken) = (specimen, most);
+            }
+            study.rows.extend(rows);
+        }
+        Ok(study)
+    }
+
+    /// All methods at one value; none after a stop.
+    fn value(&self, case: &Case, value: f64) -> Result<Option<(Vec<Row>, Option<Specimen>)>> {
+        let trial = (case.build)(value)?;
+        let empty = trial.scene.faces.is_empty();
+        let truth = if empty {
+            Vec::new()
+        } else {
+            truth::of(&trial)?
+        };
+        let mut rows = Vec::new();
+        let mut gallery = Gallery::default();
+        for method in methods::of(trial.suite) {
+            let Some(cpu) = try_on(&trial, &method, None, &truth, self.stop) else {
+                return Ok(None);
+            };
+            let gpu = match self.gpu.filter(|_| method.on_gpu()) {
+                None => None,
+                gpu => match try_on(&trial, &method, gpu, &truth, self.stop) {
+                    None => return Ok(None),
+                    tried => tried,
+                },
+            };
+            let sides = (cpu.side.clone(), gpu.as_ref().map(|t| t.side.clone()));
+            rows.push(row(case, value, &method, sides));
+            gallery.keep(&method, "CPU", cpu);
+            if let Some(gpu) = gpu {
+                gallery.keep(&method, "GPU", gpu);
+            }
+        }
+        let is_safe = |row: &Row| row.method != DEFAULT || row.verdict == Verdict::Safe;
+        let safe = rows.iter().all(is_safe);
+        let specimen = gallery.specimen(trial, value, &truth, safe);
+        Ok(Some((rows, specimen)))
+    }
+}
+
+/// Side by side, each judged by the measure of the case; the worse one speaks for both.
+pub fn row(case: &Case, value: f64, method: &Method, (cpu, gpu): (Side, Option<Side>)) -> Row {
+    let judged = |side: Side| Side {
+        verdict: Verdict::of(case.about.measure, side.error),
+        ..side
+    };
+    let (cpu, gpu) = (judged(cpu), gpu.map(judged));
+    let rank = |side: &Side| side.error.unwrap_or(f64::INFINITY);
+    let worse = gpu
+        .as_ref()
+        .filter(|g| rank(g) > rank(&cpu))
+        .unwrap_or(&cpu);
+    Row {
+        case: case.about.name,
+        parameter: case.about.parameter,
+        value,
+        method: method.name,
+        error: worse.error,
+        warned: worse.warned(),
+        verdict: worse.verdict,
+        cpu,
+        gpu,
+    }
+}
+
+/// The answers at one value.
+#[derive(Default)]
+struct Gallery {
+    answers: Vec<(String, Seen)>,
+}
+
+impl Gallery {
+    fn keep(&mut self, method: &Method, solver: &str, tried: Tried) {
+        if let Some(answer) = tried.answer {
+            self.answers
+                .push((format!("{} {solver}", method.name), answer));
+        }
+    }
+
+    /// The face on which the default is most off or, where it is off nowhere to speak of, all
+    /// answers together, as everybody has it.
+    fn specimen(self, trial: Trial, value: f64, truth: &[DVec3], safe: bool) -> Option<Specimen> {
+        let shown = self
+            .answers
+            .iter()
+            .find(|(label, _)| label.starts_with(DEFAULT))?;
+        let per_face = count([trial.texels; 2]) as usize;
+        let part = |values: &[DVec3], face: usize| -> Vec<DVec3> {
+            let range = face * per_face..(face + 1) * per_face;
+            values.get(range).unwrap_or_default().to_vec()
+        };
+        let off = |seen: &Seen, face: usize| -> f64 {
+            let pairs = part(&seen.values, face).into_iter();
+            let error = pairs.zip(part(truth, face));
+            let square: f64 = error.map(|(a, b)| (a - b).length_squared()).sum();
+            square * trial.scene.faces[face].area()
+        };
+        let judged: Vec<usize> = (0..trial.scene.faces.len())
+            .filter(|k| trial.judges(*k))
+            .collect();
+        let rank: Vec<f64> = if safe {
+            let all = |k: &usize| self.answers.iter().map(|(_, seen)| off(seen, *k)).sum();
+            judged.iter().map(all).collect()
+        } else {
+            judged.iter().map(|k| off(&shown.1, *k)).collect()
+        };
+        let most = (0..judged.len()).max_by(|a, b| rank[*a].total_cmp(&rank[*b]))?;
+        let face = judged[most];
+        let plate = |label: &str, values: &[DVec3]| Plate {
+            label: label.to_owned(),
+            resolution: [trial.texels; 2],
+            values: part(values, face),
+        };
+        let mut plates = vec![plate("truth", truth)];
+        plates.extend(self.answers.iter().map(|(l, seen)| plate(l, &seen.values)));
+        let (mesh, field) = (shown.1.mesh.clone(), shown.1.field.clone());
+        Some(Specimen {
+            value,
+            scene: trial.scene,
+            mesh,
+            field,
+            face: face as u32,
+            plates,
+        })
+    }
+}
