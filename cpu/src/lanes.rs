@@ -225,6 +225,14 @@ pub fn weights(
     g
 }
 
+/// Marks the lanes below whose horizon `q` lies.
+#[inline(always)]
+pub fn below(points: &Points, normal: Vec3, q: Vec3, stopped: &mut [bool; LANES]) {
+    for (l, stopped) in stopped.iter_mut().enumerate() {
+        *stopped |= normal.dot(points.at(l) - q) >= CONTACT;
+    }
+}
+
 /// Marks the lanes whose ray from `q` the `face` stops: [`crate::rays::Rays::visible`] of one face.
 #[inline(always)]
 pub fn stop(face: &MeshFace, q: Vec3, points: &Points, stopped: &mut [bool; LANES]) {

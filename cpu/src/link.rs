@@ -6,7 +6,7 @@
 //! ```
 //! p_s on the texel, q_s on the cell; g_s, the disc factor of a cell's S-th part at q_s, weighs a
 //! point by the light that comes from there. Where a body stands on the cell V = 0: all its light
-//! leaves from its open share o_i.
+//! leaves from its open share o_i. V = 0, too, for a point below the texel's horizon (S > 1).
 
 use crate::rays::Sight;
 use crate::sampling::{point, texel_point};
@@ -128,7 +128,9 @@ pub fn sample(
     let part = cell.shooter.area / mesh.samples as f32;
     let g = weight(&shooter, p.truncate(), normal, part, sums.form_factor) * (p.w * q.weight);
     sums.all += g;
-    if q.cover == Cover::Room {
+    // From below the texel's horizon a ray would come through the texel's own face.
+    let below = normal.dot(p.truncate() - q.position) >= CONTACT;
+    if q.cover == Cover::Room || (below && mesh.samples > 1) {
         return;
     }
     let sight = sight(q.position, p.truncate());

@@ -4,7 +4,7 @@
 
 use crate::candidates::{Between, MOST};
 use crate::intersect::touches;
-use crate::lanes::{Lane, Points, are_far, form_factors, stop, weights};
+use crate::lanes::{Lane, Points, are_far, below, form_factors, stop, weights};
 use crate::link::{Sums, factor, sample};
 use crate::occluders::Occluders;
 use crate::rays::{Rays, Sight};
@@ -220,7 +220,8 @@ impl Rows<'_> {
                     form_factor[l] = if far[l] { form_factor[l] } else { mean[l] };
                 }
             }
-            if rays || covered || pair.behind || !occluders.is_empty() {
+            let whole = pair.above || self.mesh.samples == 1;
+            if rays || covered || pair.behind || !whole || !occluders.is_empty() {
                 let stops = Stops {
                     faces: occluders,
                     rays,
@@ -291,7 +292,10 @@ impl Rows<'_> {
             if q.cover != Cover::Open {
                 continue;
             }
-            let stopped = self.stopped(pair, q.position, &points, &g, stops);
+            let mut stopped = self.stopped(pair, q.position, &points, &g, stops);
+            if samples > 1 {
+                below(&points, normal, q.position, &mut stopped);
+            }
             for l in 0..LANES {
                 seen[l] += if stopped[l] { 0.0 } else { g[l] };
             }

@@ -86,7 +86,9 @@ fn sample(k: u32, s: u32, sums: Sums) -> Sums {
     let part = shots[slot].area / f32(params.samples);
     let g = weight(q.position, p.xyz, normal, part, sums.form_factor) * (p.w * q.weight);
     var next = Sums(sums.form_factor, sums.seen, sums.all + g, sums.before);
-    if q.cover == COVER_ROOM {
+    // From below the texel's horizon a ray would come through the texel's own face.
+    let below = dot(normal, p.xyz - q.position) >= CONTACT;
+    if q.cover == COVER_ROOM || (below && params.samples > 1u) {
         return next;
     }
     let sight = sight(q.position, p.xyz, face);
