@@ -22,8 +22,10 @@ const AROUND: f64 = 3.0;
 /// Closest labels of the parameter's axis, as a share of it.
 const TICKS: f64 = 0.085;
 const STYLE: &str = ".mark:hover path{stroke:currentColor;stroke-width:2.5}.mark path{stroke-linejoin:round}\
-    text{font:12.5px sans-serif;fill:currentColor}";
-/// Okabe and Ito's colours without the yellow, then brown, grey, olive and violet; the first is the page's own.
+    text{font:12.5px sans-serif;fill:currentColor}\
+    .over{paint-order:stroke;stroke:var(--card);stroke-width:3px;stroke-linejoin:round}";
+/// Okabe and Ito's colours without the yellow, then brown, grey, olive and violet; the first is the
+/// page's own.
 const COLOURS: [&str; 11] = [
     "currentColor",
     "#0072b2",
@@ -152,8 +154,9 @@ pub fn svg(study: &Study, methods: &[&'static str]) -> Option<String> {
     let axes = svg_of(SIZE, |area| axes(area, study, &mut plot))?;
     let inner = html! {
         style { (PreEscaped(STYLE)) }
-        (zones(&plot, study.about.measure))
+        (zones(&plot))
         (curves(study, methods, &plot))
+        (names(&plot, study.about.measure))
     };
     let body = axes
         .strip_suffix("</svg>\n")
@@ -204,23 +207,31 @@ fn axes(area: &crate::chart::Area, study: &Study, plot: &mut Plot) -> Drawn {
 }
 
 /// Both limits, what lies beyond them shaded, and the strip.
-fn zones(plot: &Plot, measure: &str) -> Markup {
+fn zones(plot: &Plot) -> Markup {
     let [left, top, right, _] = plot.frame;
     let [safe, degraded] = plot.limits.map(|limit| plot.y(limit));
     let strip = plot.y(plot.errors[1]);
-    let names = plot.limits.map(|limit| amount(measure, limit));
     let shade = |from: f64, to: f64, class: &str| {
         html! { rect class=(class) x=(left) y=(px(to)) width=(right - left) height=(px((from - to).max(0.0))) {} }
     };
     html! {
         (shade(safe, degraded, "zone-degrades"))
         (shade(degraded, top, "zone-fails"))
-        @for (y, name) in [safe, degraded].into_iter().zip(names) {
+        @for y in [safe, degraded] {
             path d=(format!("M{left} {y:.1}H{right}")) stroke="currentColor" stroke-width="1.2" stroke-opacity=".75" fill="none" {}
-            text x=(right - 4.0) y=(px(y - 4.0)) text-anchor="end" opacity=".75" { (name) }
         }
         path d=(format!("M{left} {strip:.1}H{right}")) stroke="currentColor" stroke-dasharray="2 4" fill="none" {}
         text x=(left - 8.0) y=(px((top + strip) / 2.0 + 4.0)) text-anchor="end" { "no answer" }
+    }
+}
+
+/// What the limits are, upon everything else.
+fn names(plot: &Plot, measure: &str) -> Markup {
+    let x = plot.frame[2] - 4.0;
+    html! {
+        @for limit in plot.limits {
+            text.over x=(x) y=(px(plot.y(limit) - 4.0)) text-anchor="end" { (amount(measure, limit)) }
+        }
     }
 }
 

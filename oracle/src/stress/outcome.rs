@@ -87,14 +87,24 @@ pub fn values(study: &Study) -> Vec<f64> {
     values
 }
 
-/// A swept value in three digits: 10⁻⁵ where others have 1.00·10⁻⁵.
+/// A swept value in three digits: 10⁻⁵ where others have 1.00·10⁻⁵; just below 1 in as many as tell
+/// it from 1.
 pub fn value(x: f64) -> String {
-    digits(format!("{x:.2e}"), x)
+    below_one(x).unwrap_or_else(|| digits(format!("{x:.2e}"), x))
 }
 
 /// The same in two digits, where there is little room.
 pub fn value_short(x: f64) -> String {
-    digits(format!("{x:.1e}"), x)
+    below_one(x).unwrap_or_else(|| digits(format!("{x:.1e}"), x))
+}
+
+fn below_one(x: f64) -> Option<String> {
+    let left = 1.0 - x;
+    (left > 1e-12 && left < 0.1).then(|| {
+        let digits = 1 - left.log10().floor() as i32;
+        let text = format!("{x:.*}", usize::try_from(digits).unwrap_or_default());
+        text.trim_end_matches('0').into()
+    })
 }
 
 fn digits(rounded: String, x: f64) -> String {
@@ -170,6 +180,10 @@ mod tests {
         assert_eq!(
             [1e-5, 5e-7, 1.0 / 6.0, 1e6, 2.5e-9].map(value),
             ["10⁻⁵", "5·10⁻⁷", "0.167", "10⁶", "2.5·10⁻⁹"]
+        );
+        assert_eq!(
+            [0.99, 0.99999, 0.975].map(value),
+            ["0.99", "0.99999", "0.975"]
         );
         assert_eq!([0.01852, 1.85e-6].map(value_short), ["0.019", "1.9·10⁻⁶"]);
     }

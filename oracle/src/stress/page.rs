@@ -24,10 +24,10 @@ pub fn page(studies: &[Study], told: &Told) -> String {
     let nav = html! {
         nav aria-label="Cases" {
             a href="#top" { "Overview" }
+            a href="#warnings" { "Warnings" }
             @for (k, study) in studies.iter().enumerate() {
                 a href=(format!("#{}", anchor(k))) { (study.about.name) }
             }
-            a href="#warnings" { "Warnings" }
         }
     };
     let body = html! {
