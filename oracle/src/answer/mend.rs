@@ -1,12 +1,14 @@
 //! What a solve does about its error by itself: options that the user did not give are changed, and
 //! it is solved again, where that is cheap.
 
+use super::Given;
 use super::check::{Cause, Estimate};
-use super::{Given, Question};
-use crate::refine::Rung;
 use common::constants::LINK_BYTES;
 use common::energy::Energy;
+use common::mesh::Mesh;
 use common::settings::{Settings, Visibility};
+use common::shooting::Run;
+use gpu::Gpu;
 
 /// An estimate beyond this is mended: half of what is warned about.
 pub const MEND: f64 = 0.01;
@@ -14,19 +16,42 @@ pub const MEND: f64 = 0.01;
 const TRIPLES: u64 = 1 << 28;
 /// The same by the rays of a software GPU.
 const SOFTWARE_TRIPLES: u64 = 1 << 25;
+/// The last change helped if it left no more than this of the estimate.
+const HELPED: f64 = 0.8;
+/// Samples that are taken without being asked for.
+const SAMPLES: u32 = 256;
 /// Closure that scaling mends, as a share of the emitted power.
 const CLOSURE: f64 = 0.01;
 
+/// What was solved, to be mended.
+pub struct Solved<'a> {
+    /// With which options.
+    pub settings: &'a Settings,
+    /// On which texels.
+    pub mesh: &'a Mesh,
+    /// How.
+    pub run: &'a Run,
+}
+
 /// What to solve with instead, and why; none where nothing is to be mended, or nothing can be.
-pub fn mend(question: &Question, rung: &Rung, estimate: &Estimate) -> Option<(Settings, String)> {
-    if estimate.error <= MEND {
+/// `before` is the estimate before the last change: what does not help is not done again.
+pub fn mend(
+    given: Given,
+    gpu: Option<&Gpu>,
+    solved: &Solved,
+    estimate: &Estimate,
+    before: Option<f64>,
+) -> Option<(Settings, String)> {
+    if estimate.error <= MEND || before.is_some_and(|b| estimate.error > HELPED * b) {
         return None;
     }
     let error = 100.0 * estimate.error;
-    let (settings, what) = change(question.given, rung, estimate)?;
-    let software = question.gpu.is_some_and(|gpu| gpu.line.software);
+    let software = gpu.is_some_and(|gpu| gpu.line.software);
+    let (settings, what) = change(given, software, solved, estimate)?;
+    let buffers = software && settings.visibility != Visibility::Rays;
     let most = if software { SOFTWARE_TRIPLES } else { TRIPLES };
-    (cost(rung, &settings) <= most).then(|| {
+    let cheap = cost(solved.mesh, &settings) <= most && !buffers;
+    cheap.then(|| {
         (
             settings,
             format!("mended: about {error:.1} % off, so {what}"),
@@ -35,20 +60,26 @@ pub fn mend(question: &Question, rung: &Rung, estimate: &Estimate) -> Option<(Se
 }
 
 /// The change that takes away most.
-fn change(given: Given, rung: &Rung, estimate: &Estimate) -> Option<(Settings, String)> {
-    let settings = &rung.settings;
+fn change(
+    given: Given,
+    software: bool,
+    solved: &Solved,
+    estimate: &Estimate,
+) -> Option<(Settings, String)> {
+    let settings = solved.settings;
     let part = |cause| {
         let found = estimate.parts.iter().find(|part| part.cause == cause);
         found.map_or(0.0, |part| part.error)
     };
-    if !given.visibility && part(Cause::Visibility) > part(Cause::Cells) {
+    let rays = settings.visibility == Visibility::Rays || given.visibility;
+    if !rays && part(Cause::Visibility) > part(Cause::Cells) {
         let by_rays = Settings {
             visibility: Visibility::Rays,
             ..settings.clone()
         };
         return Some((by_rays, "rays took the item buffer's place".into()));
     }
-    let energy = Energy::new(&rung.mesh, &rung.run.field, &rung.run.shots);
+    let energy = Energy::new(solved.mesh, &solved.run.field, &solved.run.shots);
     let closed = given.form_factor || settings.conserve;
     if energy.share(energy.closure).abs() > CLOSURE && !closed {
         let conserved = Settings {
@@ -66,19 +97,33 @@ fn change(given: Given, rung: &Rung, estimate: &Estimate) -> Option<(Settings, S
         samples: if given.samples {
             settings.samples
         } else {
-            4 * settings.samples
+            (4 * settings.samples).min(SAMPLES.max(settings.samples))
         },
         ..settings.clone()
     };
+    // A software GPU draws an item buffer in the time of ten thousand rays.
+    let drawn = software && !rays;
+    let asked = Settings {
+        visibility: if drawn {
+            Visibility::Rays
+        } else {
+            settings.visibility
+        },
+        ..finer.clone()
+    };
     (finer != *settings).then(|| {
-        let what = format!("{0}×{0} cells and {1} samples", finer.cells, finer.samples);
-        (finer, what)
+        let by = if drawn { " by rays" } else { "" };
+        let what = format!(
+            "{0}×{0} cells and {1} samples{by}",
+            asked.cells, asked.samples
+        );
+        (asked, what)
     })
 }
 
 /// Triples of a solve; all there are where the links would not be kept.
-fn cost(rung: &Rung, settings: &Settings) -> u64 {
-    let (faces, texels) = (rung.mesh.faces.len() as u64, rung.mesh.texels.len() as u64);
+fn cost(mesh: &Mesh, settings: &Settings) -> u64 {
+    let (faces, texels) = (mesh.faces.len() as u64, mesh.texels.len() as u64);
     let cells = faces * u64::from(settings.cells.min(settings.texels)).pow(2);
     let links = cells.saturating_mul(texels);
     if links.saturating_mul(4) > LINK_BYTES {

@@ -2,7 +2,7 @@
 //! answer may be more than 2 % off.
 
 pub mod check;
-mod mend;
+pub mod mend;
 pub mod warnings;
 
 use crate::refine::{Rung, refine};
@@ -97,8 +97,15 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         (solved(settings)?, None)
     };
     let mut estimate = look(scene, &rung)?;
+    let mut before = None;
     while settings.quality == Quality::Normal && !stopped.get() && rung.run.converged {
-        let better = estimate.as_ref().and_then(|e| mend(question, &rung, e));
+        let Some(found) = &estimate else { break };
+        let solution = mend::Solved {
+            settings: &rung.settings,
+            mesh: &rung.mesh,
+            run: &rung.run,
+        };
+        let better = mend(question.given, question.gpu, &solution, found, before);
         let Some((settings, note)) = better else {
             break;
         };
@@ -107,6 +114,9 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
             break;
         }
         notes.push(note);
+        // Scaling alone need not help: what it leaves is mended by what follows.
+        let scaled = next.settings.conserve != rung.settings.conserve;
+        before = (!scaled).then_some(found.error);
         rung = next;
         estimate = look(scene, &rung)?;
     }

@@ -1,10 +1,11 @@
 //! What may put a relit room more than 2 % off.
 
-use super::work::{Done, Stage, Work};
+use super::work::{Done, Stage};
 use crate::answer::check::{self, Estimate};
 use crate::answer::warnings;
 use common::Result;
 use common::energy::Energy;
+use common::settings::Settings;
 use common::solution::Warning;
 
 /// Beyond this share of the emitted power a broken balance is worth a warning.
@@ -12,12 +13,12 @@ const UNBALANCED: f64 = 0.02;
 
 /// How far the answer may be off. Where E had to be told from a picture it makes up for whatever
 /// the links get wrong, and the look would find that.
-pub fn estimate(stage: &Stage, work: &Work, done: &Done) -> Result<Option<Estimate>> {
+pub fn estimate(stage: &Stage, settings: &Settings, done: &Done) -> Result<Option<Estimate>> {
     let values = stage.captured.values.as_ref();
     if values.is_some_and(|values| values.emission.is_none()) || stage.reflectance.is_some() {
         return Ok(None);
     }
-    check::estimate(work.settings, &done.mesh, &done.run.field, |finer| {
+    check::estimate(settings, &done.mesh, &done.run.field, |finer| {
         stage.mesh(finer)
     })
 }

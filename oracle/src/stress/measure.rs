@@ -1,12 +1,13 @@
 //! One method on one solver: solved under guard, timed and judged.
 
 use super::judge;
-use super::methods::{Method, Way};
+use super::methods::{DEFAULT, Method, Way};
 use super::trial::{Suite, Trial};
 use super::{Side, Verdict};
 use crate::answer::{Given, Question, answer};
 use crate::dense;
 use crate::diff::reflected::Reflected;
+use crate::relight::mended::answer as relight;
 use crate::relight::room::Captured;
 use crate::relight::warnings;
 use crate::relight::work::{Phases, Stage, Work};
@@ -139,7 +140,12 @@ fn solve(trial: &Trial, method: &Method, gpu: Option<&Gpu>, watch: Watch) -> Res
             let Suite::Relight(room) = trial.suite else {
                 return Err(Error::Usage("there is no room to relight".into()));
             };
-            relit(trial, room, relighting, &settings, gpu, watch)
+            let given = if method.name == DEFAULT {
+                Given::default()
+            } else {
+                Given::ALL
+            };
+            relit(trial, (room, relighting, given), &settings, gpu, watch)
         }
     }
 }
@@ -180,8 +186,7 @@ fn by_matrix(scene: &Scene, settings: &Settings, watch: Watch) -> Result<Solved>
 
 fn relit(
     trial: &Trial,
-    room: usize,
-    method: Option<Relighting>,
+    (room, method, given): (usize, Option<Relighting>, Given),
     settings: &Settings,
     gpu: Option<&Gpu>,
     watch: Watch,
@@ -211,13 +216,13 @@ fn relit(
         watch: &|_, _| watch(),
         stopped: Cell::new(false),
     };
-    let done = work.relight(&stage, method, &mut Phases::default())?;
+    let answered = relight(&stage, &work, method, given, &mut Phases::default())?;
     let paper = matches!(method, Some(Relighting::Paper(_)));
-    let estimate = warnings::estimate(&stage, &work, &done)?;
+    let (done, estimate) = (answered.done, answered.estimate);
     Ok(Solved {
         warnings: warnings::of(&stage, &done, paper, estimate.as_ref()),
         field: done.run.field,
         mesh: done.mesh,
-        notes: Vec::new(),
+        notes: answered.notes,
     })
 }

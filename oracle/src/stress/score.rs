@@ -2,7 +2,7 @@
 //! of all rows (a row on one solver).
 
 use super::methods::DEFAULT;
-use super::{Side, Study, Verdict};
+use super::{LEAK, Side, Study, Verdict};
 use serde::Serialize;
 
 /// Four ways in which a warning and an error can meet.
@@ -68,6 +68,10 @@ pub fn of(studies: &[Study]) -> Score {
         for row in &study.rows {
             for side in std::iter::once(&row.cpu).chain(&row.gpu) {
                 let safe = side.verdict == Verdict::Safe;
+                // A leak is all that is judged there: a warning may well be about the rest.
+                if safe && study.about.measure == LEAK {
+                    continue;
+                }
                 score.all.add(safe, side.warned());
                 if row.method == DEFAULT {
                     score.default.add(safe, side.warned());

@@ -13,6 +13,7 @@
 //! time.
 
 mod choose;
+mod places;
 mod way;
 
 use choose::choose;
@@ -162,14 +163,29 @@ fn ways(
     let (mut causes, mut ways) = (Vec::new(), Vec::new());
     if settings.visibility != Visibility::Rays {
         causes.push(Cause::Visibility);
-        ways.push(Way::new(mesh.clone(), settings.form_factor, mesh, field));
+        ways.push(Way::new(
+            mesh.clone(),
+            (settings.form_factor, false),
+            mesh,
+            field,
+        ));
     }
     if settings.form_factor != FormFactor::Polygon {
         causes.push(Cause::FormFactor);
-        ways.push(Way::new(mesh.clone(), FormFactor::Polygon, mesh, field));
+        ways.push(Way::new(
+            mesh.clone(),
+            (FormFactor::Polygon, false),
+            mesh,
+            field,
+        ));
     }
     causes.push(Cause::Cells);
-    ways.push(Way::new(remade(&finer)?, FormFactor::Polygon, mesh, field));
+    ways.push(Way::new(
+        remade(&finer)?,
+        (FormFactor::Polygon, true),
+        mesh,
+        field,
+    ));
     Ok(Some((causes, ways)))
 }
 

@@ -5,9 +5,10 @@ use crate::cli::Outcome;
 use crate::cli::objects::Object;
 use crate::cli::solve::{judged, wrote};
 use crate::relight::camera::{camera_at, camera_for};
+use crate::relight::mended::Answer;
 use crate::relight::page::{Report, html};
 use crate::relight::thumbnail::thumbnail;
-use crate::relight::warnings::{self, estimate};
+use crate::relight::warnings;
 use crate::relight::work::{Done, Phases, Stage, Work};
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
 use crate::view::camera::Camera;
@@ -29,9 +30,10 @@ pub fn write(
     arguments: &Arguments,
     stage: &Stage,
     work: &Work,
-    done: &Done,
+    answered: &Answer,
     seconds: &mut Phases,
 ) -> Result<Outcome> {
+    let Answer { done, estimate, .. } = answered;
     let out = &arguments.out;
     let seen = seen(stage, done);
     let radiance = |d: DVec3| match &stage.captured.panorama {
@@ -46,10 +48,13 @@ pub fn write(
     let energy = Energy::new(&done.mesh, &done.run.field, &done.run.shots);
     let mut notes = stage.notes.clone();
     notes.extend(said(stage, done));
+    for note in &answered.notes {
+        eprintln!("note: {note}");
+        notes.push(note.clone());
+    }
     if work.stopped.get() {
         notes.push("interrupted: the result is what had been shot by then".into());
     }
-    let estimate = seconds.of("check", || estimate(stage, work, done))?;
     let paper = arguments.method == MethodOption::Paper;
     let warnings = warnings::of(stage, done, paper, estimate.as_ref());
     let solution = Solution {
@@ -57,7 +62,7 @@ pub fn write(
         mesh: &done.mesh,
         solver: if work.device.is_some() { "gpu" } else { "cpu" },
         adapter: work.device.map(|gpu| gpu.line.name.as_str()),
-        settings: work.settings,
+        settings: &answered.settings,
         run: &done.run,
         estimated_error: estimate.as_ref().map(|e| e.error),
         warnings: &warnings,

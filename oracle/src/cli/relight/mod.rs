@@ -8,6 +8,7 @@ use super::objects::{Objects, camera, triple};
 use super::options::Common;
 use super::progress::{Progress, listen};
 use super::solver::{SolverOption, choose, open};
+use crate::relight::mended::answer;
 use crate::relight::work::{Phases, Stage, Work};
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
@@ -129,9 +130,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         },
         stopped: Cell::new(false),
     };
-    let done = work.relight(&stage, method, &mut seconds)?;
+    let answered = answer(&stage, &work, method, common.given(), &mut seconds)?;
     progress.take();
-    let outcome = finish::write(arguments, &stage, &work, &done, &mut seconds)?;
+    let outcome = finish::write(arguments, &stage, &work, &answered, &mut seconds)?;
     missing.map_or(Ok(outcome), Err)
 }
 
