@@ -2,6 +2,7 @@
 //! answer may be more than 2 % off.
 
 pub mod check;
+mod gap;
 pub mod mend;
 pub mod warnings;
 
