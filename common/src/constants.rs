@@ -14,6 +14,11 @@ pub const NEAR: u32 = 4;
 /// and all of F for a cell of a thousandth of the scene.
 pub const POINT: f32 = 64.0;
 
+/// A cell that rises less than this share of its distance above a texel's horizon is summed from
+/// what its edges' terms differ from those of its foot on the plane: Lambert's own are near 1 there
+/// and leave u·(distance/height)² of F.
+pub const LOW: f32 = 1.0 / 64.0;
+
 /// Fronts closer than this exchange nothing (mesh units; 8 roundings of a coordinate): within it
 /// nobody can tell which of two touching faces lies above the other.
 pub const CONTACT: f32 = 1e-6;

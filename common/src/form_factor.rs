@@ -6,7 +6,7 @@
 //! H in W/m², F without unit, 0 when either faces away. f32 throughout: every function here is
 //! the twin of the one of the same name in `gpu/src/shaders/form_factor.wgsl`.
 
-use crate::constants::{CONTACT, PI, POINT};
+use crate::constants::{CONTACT, LOW, MISS, PI, POINT};
 use glam::Vec3;
 
 /// The approximations of F that the solvers share.
@@ -107,8 +107,9 @@ pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
     if heights.into_iter().all(|height| height <= CONTACT) {
         return 0.0;
     }
+    let low = is_low(shooter, position, heights.into_iter().fold(-MISS, f32::max));
     if heights.into_iter().all(|height| height > -CONTACT) {
-        return polygon_above(&shooter.corners, position, normal);
+        return polygon_above(&shooter.corners, position, normal, low);
     }
     let mut clipped = [Vec3::ZERO; 5];
     let mut count = 0;
@@ -134,32 +135,76 @@ pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
     let mut sum = 0.0;
     for k in 0..count {
         let next = if k + 1 == count { 0 } else { k + 1 };
-        sum += edge(clipped[k], clipped[next], normal);
+        sum += edge(clipped[k], clipped[next], normal, low);
     }
     (-sum / (2.0 * PI)).max(0.0)
 }
 
+/// Whether nothing of a shooter rises more than [`LOW`] times its distance above the texel's
+/// horizon: `highest`, at least, is as far as its plane, and as its outer sphere.
+#[inline(always)]
+pub fn is_low(shooter: &Shooter, position: Vec3, highest: f32) -> bool {
+    let d = position - shooter.centre;
+    let beyond = d.dot(d).sqrt() - shooter.radius;
+    highest <= LOW * shooter.normal.dot(d).max(beyond)
+}
+
 /// [`polygon`] of a shooter that lies above the receiver's horizon: the same sum, nothing to clip.
 #[inline(always)]
-pub fn polygon_above(corners: &[Vec3; 4], position: Vec3, normal: Vec3) -> f32 {
+pub fn polygon_above(corners: &[Vec3; 4], position: Vec3, normal: Vec3, low: bool) -> f32 {
     let [a, b, c, d] = corners.map(|corner| corner - position);
     let mut sum = 0.0;
-    sum += edge(a, b, normal);
-    sum += edge(b, c, normal);
-    sum += edge(c, d, normal);
-    sum += edge(d, a, normal);
+    sum += edge(a, b, normal, low);
+    sum += edge(b, c, normal, low);
+    sum += edge(c, d, normal, low);
+    sum += edge(d, a, normal, low);
     (-sum / (2.0 * PI)).max(0.0)
 }
 
 /// Γ·n of one edge: the angle between its ends times the unit normal of their plane.
 #[inline(always)]
-pub fn edge(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
+pub fn edge(a: Vec3, b: Vec3, normal: Vec3, low: bool) -> f32 {
+    if low {
+        return low_edge(a, b, normal);
+    }
     let c = a.cross(b);
     let s = c.dot(c).sqrt();
     if s == 0.0 {
         return 0.0;
     }
     angle(s, a.dot(b)) / s * c.dot(normal)
+}
+
+/// Γ·n of an edge less that of its foot on the texel's plane, θ·x/s − θ₀. The foot of a low shooter
+/// does not go round the texel, so all θ₀ sum to 0; here nothing near 1 is left to cancel:
+///
+/// ```text
+/// θ·x/s − θ₀ = (θ − θ₀)·x/s − θ₀·(s − x)/s      s² = x² + w²      s − x = w²/(s + x)
+/// ```
+pub fn low_edge(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
+    let height_a = normal.dot(a);
+    let height_b = normal.dot(b);
+    let foot_a = a - normal * height_a;
+    let foot_b = b - normal * height_b;
+    let turn = foot_a.cross(foot_b).dot(normal);
+    let x = turn.abs();
+    let w = foot_b * height_a - foot_a * height_b;
+    let w2 = w.dot(w);
+    let s = (x * x + w2).sqrt();
+    if s == 0.0 {
+        return 0.0;
+    }
+    let less = w2 / (s + x);
+    let c = foot_a.dot(foot_b);
+    let rise = height_a * height_b;
+    let sine = c * less - rise * x;
+    let cosine = c * (c + rise) + x * s;
+    let mut wider = angle(sine.abs(), cosine);
+    if sine < 0.0 {
+        wider = -wider;
+    }
+    let difference = (wider * x - angle(x, c) * less) / s;
+    if turn < 0.0 { -difference } else { difference }
 }
 
 /// The angle in 0…π whose sine and cosine are proportional to `s` ≥ 0 and `c`. Written out

@@ -106,7 +106,7 @@ impl Points {
 }
 
 /// [`common::form_factor::form_factor`] of each lane. `above`: no corner of the shooter's lies
-/// below the receiver's horizon.
+/// below the receiver's horizon, and one well above it.
 #[inline(always)]
 pub fn form_factors(
     kind: FormFactor,
@@ -164,7 +164,7 @@ fn sum(shooter: &Shooter, above: bool, points: &Points, normal: Vec3) -> Lane {
     let mut f = [0.0; LANES];
     if above {
         for (l, f) in f.iter_mut().enumerate() {
-            *f = polygon_above(&shooter.corners, points.at(l), normal);
+            *f = polygon_above(&shooter.corners, points.at(l), normal, false);
         }
     } else {
         for (l, f) in f.iter_mut().enumerate() {

@@ -10,7 +10,7 @@ use crate::occluders::Occluders;
 use crate::rays::{Rays, Sight};
 use crate::receivers::{Block, LANES, Receivers};
 use crate::shadow::{Shadow, shadow};
-use common::constants::{CONTACT, NEAR};
+use common::constants::{CONTACT, LOW, MISS, NEAR};
 use common::form_factor::{FormFactor, Shooter};
 use common::mesh::{Cell, Cover, Mesh, MeshFace, reach};
 use glam::{Vec3, Vec4};
@@ -52,6 +52,8 @@ struct Pair<'a> {
     face: u32,
     target: &'a MeshFace,
     above: bool,
+    /// Some texel may see the cell low above its horizon.
+    low: bool,
     /// The face reaches behind the cell, where a texel's points see nothing of it.
     behind: bool,
     reach: f32,
@@ -165,12 +167,17 @@ impl Rows<'_> {
         let target = &self.mesh.faces[face as usize];
         let normal = target.plane.truncate();
         let heights = cell.shooter.corners.map(|c| normal.dot(c) - target.plane.w);
+        let highest = heights.into_iter().fold(-MISS, f32::max);
+        let distances = target.corners.map(|c| c.distance(cell.shooter.centre));
+        let farthest = distances.into_iter().fold(0.0, f32::max);
         Pair {
             number,
             cell,
             face,
             target,
             above: heights.into_iter().all(|h| h > ABOVE) && heights.into_iter().any(|h| h > CLEAR),
+            // A hundredth and CONTACT are for the rounding.
+            low: highest - CONTACT <= 1.01 * LOW * farthest,
             behind: target.corners.into_iter().any(|corner| {
                 let shooter = &cell.shooter;
                 shooter.normal.dot(corner - shooter.centre) < -CONTACT
@@ -264,7 +271,14 @@ impl Rows<'_> {
     ) -> [f32; LANES] {
         let area = &self.receivers.area[block.first..block.first + LANES];
         let normal = pair.target.normal;
-        form_factors(self.kind, shooter, pair.above, points, normal, area)
+        form_factors(
+            self.kind,
+            shooter,
+            pair.above && !pair.low,
+            points,
+            normal,
+            area,
+        )
     }
 
     /// Σ over the samples, where one of them may be hidden or the texels are near.

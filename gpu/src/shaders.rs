@@ -142,6 +142,7 @@ fn constants(settings: &Settings) -> String {
         ("CONTACT", CONTACT),
         ("FAR", FAR),
         ("POINT", POINT),
+        ("LOW", LOW),
         ("OUTLINE", OUTLINE),
         ("INSIDE_U", INSIDE[0]),
         ("INSIDE_V", INSIDE[1]),

@@ -54,14 +54,15 @@ struct Outline {
     last: vec3f,
     count: u32,
     sum: f32,
+    low: bool,
 }
 
 fn to_corner(outline: Outline, corner: vec3f, normal: vec3f) -> Outline {
     if outline.count == 0u {
-        return Outline(corner, corner, 1u, 0.0);
+        return Outline(corner, corner, 1u, 0.0, outline.low);
     }
-    let sum = outline.sum + edge(outline.last, corner, normal);
-    return Outline(outline.first, corner, outline.count + 1u, sum);
+    let sum = outline.sum + edge(outline.last, corner, normal, outline.low);
+    return Outline(outline.first, corner, outline.count + 1u, sum, outline.low);
 }
 
 fn polygon(position: vec3f, normal: vec3f) -> f32 {
@@ -76,9 +77,10 @@ fn polygon(position: vec3f, normal: vec3f) -> f32 {
     if highest <= CONTACT {
         return 0.0;
     }
+    let low = is_low(position, highest);
     // Nothing to clip: all corners count.
     let whole = lowest > -CONTACT;
-    var outline = Outline(vec3f(0.0), vec3f(0.0), 0u, 0.0);
+    var outline = Outline(vec3f(0.0), vec3f(0.0), 0u, 0.0, low);
     var a = shots[slot].corners[3].xyz - position;
     var height_a = dot(normal, a);
     for (var k = 0u; k < 4u; k++) {
@@ -97,17 +99,52 @@ fn polygon(position: vec3f, normal: vec3f) -> f32 {
     if outline.count < 3u {
         return 0.0;
     }
-    let sum = outline.sum + edge(outline.last, outline.first, normal);
+    let sum = outline.sum + edge(outline.last, outline.first, normal, low);
     return max(-sum / (2.0 * PI), 0.0);
 }
 
-fn edge(a: vec3f, b: vec3f, normal: vec3f) -> f32 {
+fn is_low(position: vec3f, highest: f32) -> bool {
+    let d = position - shots[slot].middle;
+    let beyond = sqrt(dot(d, d)) - shots[slot].radius;
+    return highest <= LOW * max(dot(shots[slot].normal, d), beyond);
+}
+
+fn edge(a: vec3f, b: vec3f, normal: vec3f, low: bool) -> f32 {
+    if low {
+        return low_edge(a, b, normal);
+    }
     let c = cross(a, b);
     let s = sqrt(dot(c, c));
     if s == 0.0 {
         return 0.0;
     }
     return angle(s, dot(a, b)) / s * dot(c, normal);
+}
+
+fn low_edge(a: vec3f, b: vec3f, normal: vec3f) -> f32 {
+    let height_a = dot(normal, a);
+    let height_b = dot(normal, b);
+    let foot_a = a - normal * height_a;
+    let foot_b = b - normal * height_b;
+    let turn = dot(cross(foot_a, foot_b), normal);
+    let x = abs(turn);
+    let w = foot_b * height_a - foot_a * height_b;
+    let w2 = dot(w, w);
+    let s = sqrt(x * x + w2);
+    if s == 0.0 {
+        return 0.0;
+    }
+    let less = w2 / (s + x);
+    let c = dot(foot_a, foot_b);
+    let rise = height_a * height_b;
+    let sine = c * less - rise * x;
+    let cosine = c * (c + rise) + x * s;
+    var wider = angle(abs(sine), cosine);
+    if sine < 0.0 {
+        wider = -wider;
+    }
+    let difference = (wider * x - angle(x, c) * less) / s;
+    return select(difference, -difference, turn < 0.0);
 }
 
 // WGSL allows its own atan2 an error of 4096 ulp.
