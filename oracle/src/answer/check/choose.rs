@@ -5,10 +5,11 @@ use common::sampling::{STEPS, hash};
 use common::shooting::Field;
 use glam::DVec3;
 
-/// Texels at even steps of a density, with each the area that it stands for. The density is a third
-/// each of area, of light, so that a small face in strong light is not missed, and of roughness,
-/// the difference to the next texels of the face: noise and missed edges show there. Within a face
-/// the order is scattered, so that the steps do not follow its rows.
+/// Texels at even steps of a density, with each the area that it stands for. The density is a quarter
+/// each of area; of light, so that a small face in strong light is not missed; of roughness, the
+/// difference to the next texels of the face: noise and missed edges show there; and of the same for
+/// every face, so that one which has lost all its light is not missed. Within a face the order is
+/// scattered, so that the steps do not follow its rows.
 pub fn choose(mesh: &Mesh, field: &Field, count: u64) -> Vec<(usize, f64)> {
     let mut order = mesh.in_face_order();
     let area = |k: usize| f64::from(mesh.texels[k].area);
@@ -21,8 +22,19 @@ pub fn choose(mesh: &Mesh, field: &Field, count: u64) -> Vec<(usize, f64)> {
             .max(f64::MIN_POSITIVE)
     };
     let sums = [sum(&area), sum(&light), sum(&|k| roughness[k])];
-    let density =
-        |k: usize| (area(k) / sums[0] + light(k) / sums[1] + roughness[k] / sums[2]) / 3.0;
+    let share = |k: usize| {
+        let [w, h] = mesh.faces[mesh.texels[k].face as usize].resolution;
+        1.0 / (mesh.faces.len() as f64 * f64::from(w * h))
+    };
+    let density = |k: usize| {
+        let parts = [
+            area(k) / sums[0],
+            light(k) / sums[1],
+            roughness[k] / sums[2],
+            share(k),
+        ];
+        parts.iter().sum::<f64>() / parts.len() as f64
+    };
     let step = sum(&density) / count as f64;
     order.sort_by_key(|k| {
         let texel = &mesh.texels[*k];
