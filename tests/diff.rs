@@ -58,6 +58,7 @@ fn store(dir: &Path, scene: &Scene, n: u32, reflected: impl Fn(u32, [f32; 2]) ->
             shots: Vec::new(),
             emitted: 1.0,
             converged: true,
+            stagnated: false,
             passes: 0,
             shooters: 0,
             field,

@@ -68,6 +68,7 @@ fn every_iteration_reaches_the_answer_of_single_shots() {
                 let run = run(&mesh, &settings(iteration, 1e-4));
                 let name = format!("{}, {samples} samples, {iteration:?}", scene.name);
                 assert!(run.converged && run.unshot_fraction() <= 1e-4, "{name}");
+                assert!(!run.stagnated, "{name}");
                 // What is unshot is reflected at most 1/(1 − ρ) times more: ρ ≤ 0.8, and light
                 // that arrives is at least what is emitted here.
                 let bound = 2e-4 / (1.0 - 0.8);
@@ -166,4 +167,52 @@ fn the_same_solve_twice_gives_the_same_bits() {
     let mesh = mesh(&lit_room(), 3);
     let runs = [(); 2].map(|()| run(&mesh, &settings(Iteration::Cg, 1e-4)));
     assert_eq!(runs[0].field, runs[1].field);
+}
+
+fn white(reflectance: f32) -> Scene {
+    let mut scene = lit_room();
+    for face in &mut scene.faces {
+        face.reflectance = Vec3::splat(reflectance);
+    }
+    scene
+}
+
+#[test]
+fn what_does_not_converge_is_given_up() {
+    let mesh = mesh(&white(0.99999), 1);
+    // Single samples scaled to closures of 1 are not reciprocal, as conjugate gradients need them.
+    let settings = Settings {
+        conserve: true,
+        max_shots: 3000 * mesh.cells.len() as u32,
+        ..settings(Iteration::Cg, 1e-6)
+    };
+    let stuck = run(&mesh, &settings);
+    assert!(stuck.stagnated && !stuck.converged);
+    assert!((64..1500).contains(&stuck.passes), "{}", stuck.passes);
+}
+
+#[test]
+fn what_rises_before_it_falls_is_not_given_up() {
+    let mesh = mesh(&white(0.99), 1);
+    let settings = Settings {
+        conserve: true,
+        ..settings(Iteration::Cg, 1e-6)
+    };
+    let run = run(&mesh, &settings);
+    assert!(run.converged && !run.stagnated && run.passes > 64);
+}
+
+#[test]
+fn what_converges_slowly_is_not_given_up() {
+    let mesh = mesh(&white(0.9999), 1);
+    for iteration in [Iteration::Jacobi, Iteration::Batch, Iteration::Chebyshev] {
+        let settings = Settings {
+            max_shots: 100 * mesh.cells.len() as u32,
+            conserve: true,
+            ..settings(iteration, 1e-6)
+        };
+        let run = run(&mesh, &settings);
+        assert!(!run.stagnated && !run.converged, "{iteration:?}");
+        assert!(run.passes >= 100, "{iteration:?}: {}", run.passes);
+    }
 }

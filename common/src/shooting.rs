@@ -186,6 +186,8 @@ pub struct Run {
     pub emitted: f32,
     /// Whether unshot ≤ ε × emitted.
     pub converged: bool,
+    /// Whether it was given up because what is unshot no longer fell.
+    pub stagnated: bool,
     /// Passes over the cells; as many as shots where one shoots after the other.
     pub passes: u32,
     /// Shots: shooters, added over the passes.
@@ -243,6 +245,7 @@ pub fn solve(
     Ok(Run {
         emitted,
         converged: unshot <= threshold,
+        stagnated: false,
         passes: shots.len() as u32,
         shooters: shots.len() as u64,
         shots,
@@ -261,6 +264,7 @@ pub fn replay(engine: &mut dyn Engine, log: &[u32]) -> Result<Run> {
     Ok(Run {
         emitted,
         converged: false,
+        stagnated: false,
         passes: shots.len() as u32,
         shooters: shots.len() as u64,
         shots,

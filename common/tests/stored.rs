@@ -68,6 +68,7 @@ fn write(dir: &Path) -> (Mesh, Field) {
             shots: Vec::new(),
             emitted: 1.0,
             converged: true,
+            stagnated: false,
             passes: 0,
             shooters: 0,
             field: field.clone(),

@@ -23,6 +23,7 @@ fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &Answer) -
         shots: ledger::shots(mesh, matrix, emission, answer),
         emitted: emission.iter().zip(&matrix.areas).map(power).sum::<f64>() as f32,
         converged: true,
+        stagnated: false,
         passes: 0,
         shooters: 0,
         field: Field {

@@ -166,6 +166,7 @@ pub fn relight(
         change,
         run: Run {
             converged: unshot <= threshold || deposited == 0.0,
+            stagnated: false,
             passes: shots.len() as u32,
             shooters: shots.len() as u64,
             shots,
