@@ -6,7 +6,7 @@ use super::check::{Cause, Estimate};
 use common::constants::LINK_BYTES;
 use common::energy::Energy;
 use common::mesh::Mesh;
-use common::settings::{Settings, Visibility};
+use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::Run;
 use gpu::Gpu;
 
@@ -42,7 +42,8 @@ pub fn mend(
     estimate: &Estimate,
     before: Option<f64>,
 ) -> Option<(Settings, String)> {
-    if estimate.error <= MEND || before.is_some_and(|b| estimate.error > HELPED * b) {
+    let sound = estimate.error <= MEND && !solved.run.stagnated;
+    if sound || before.is_some_and(|b| estimate.error > HELPED * b) {
         return None;
     }
     let error = 100.0 * estimate.error;
@@ -81,9 +82,17 @@ fn change(
     }
     let energy = Energy::new(solved.mesh, &solved.run.field, &solved.run.shots);
     let closed = given.form_factor || settings.conserve;
-    if energy.share(energy.closure).abs() > CLOSURE && !closed {
+    // Rows that make up light may have no limit at all.
+    let open = energy.share(energy.closure).abs() > CLOSURE || solved.run.stagnated;
+    if open && !closed {
+        // Scaled rows are not reciprocal, and conjugate directions need that: at ρ ≥ 0.999 they fail.
+        let iteration = match settings.iteration {
+            Iteration::Cg => Iteration::Chebyshev,
+            other => other,
+        };
         let conserved = Settings {
             conserve: true,
+            iteration,
             ..settings.clone()
         };
         return Some((

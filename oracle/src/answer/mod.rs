@@ -99,7 +99,10 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     };
     let mut estimate = look(scene, &rung)?;
     let mut before = None;
-    while settings.quality == Quality::Normal && !stopped.get() && rung.run.converged {
+    while settings.quality == Quality::Normal
+        && !stopped.get()
+        && (rung.run.converged || rung.run.stagnated)
+    {
         let Some(found) = &estimate else { break };
         let solution = mend::Solved {
             settings: &rung.settings,

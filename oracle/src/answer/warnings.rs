@@ -44,8 +44,13 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
             code: "unshot".into(),
             faces: Vec::new(),
             message: format!(
-                "{:.1} % of the emitted power is unshot: lower --epsilon or raise --max-shots",
-                100.0 * run.unshot_fraction()
+                "{:.1} % of the emitted power is unshot: {}",
+                100.0 * run.unshot_fraction(),
+                if run.stagnated {
+                    "conjugate gradients no longer gain, use --iteration chebyshev"
+                } else {
+                    "lower --epsilon or raise --max-shots"
+                }
             ),
         });
     }
