@@ -1,6 +1,6 @@
 //! Single form factors: clamping, contact, clipping at the horizon, the angle, the point source.
 
-use common::constants::{CONTACT, POINT};
+use common::constants::{CONTACT, LOW, POINT};
 use common::form_factor::{FormFactor, Shooter, angle, arctangent, disc, form_factor, polygon};
 use common::mesh::Mesh;
 use common::scene::Face;
@@ -166,6 +166,42 @@ fn small_shooters_keep_their_digits() {
         println!("{side:.1e}: off by {worst:.1e}");
         // What Lambert's sum leaves at 64 radii, the worst place: four terms of 2u over 2/(π·64²).
         assert!(worst < 4e-3, "{side:e}: {worst:e}");
+    }
+}
+
+/// A lamp that stands on the receiver's plane and rises to `height`: its edges' terms are near 1, F is
+/// height²/2 or so. Each vertex is a float; the exact sum in f64 has digits enough down to 1e−5.
+#[test]
+fn low_shooters_keep_their_digits() {
+    for height in [0.3f32, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
+        let corners = [[-0.25, 0.0], [0.25, 0.0], [0.25, height], [-0.25, height]]
+            .map(|[x, z]| Vec3::new(x, 0.0, z));
+        let centre = Vec3::new(0.0, 0.0, 0.5 * height);
+        let shooter = Shooter {
+            centre,
+            normal: Vec3::NEG_Y,
+            area: 0.5 * height,
+            radius: corners[2].distance(centre),
+            corners,
+        };
+        for position in [Vec3::new(0.0, -0.5, 0.0), Vec3::new(0.3, -0.9, 0.0)] {
+            let found = f64::from(polygon(&shooter, position, Vec3::Z));
+            let outline = corners.map(|c| c.as_dvec3());
+            let truth = exact::point_to_polygon(position.as_dvec3(), DVec3::Z, &outline);
+            // Some forty operations round what is left. Above LOW that is a difference of terms near 1,
+            // of which F is (height/distance)²/2; near LOW either may be taken.
+            let slope = f64::from(position.length() / height);
+            let cancelled = if slope > 1.5 / f64::from(LOW) {
+                0.0
+            } else {
+                4.0 * slope * slope
+            };
+            let bound = (100.0 + cancelled) * U * truth + 4.0 * f64::EPSILON;
+            assert!(
+                (found - truth).abs() <= bound,
+                "{height} at {position}: {found:e}, exact {truth:e}"
+            );
+        }
     }
 }
 
