@@ -1,6 +1,6 @@
 //! Single form factors: clamping, contact, clipping at the horizon, the angle, the point source.
 
-use common::constants::{CONTACT, LOW, POINT};
+use common::constants::{CONTACT, POINT};
 use common::form_factor::{FormFactor, Shooter, angle, arctangent, disc, form_factor, polygon};
 use common::mesh::Mesh;
 use common::scene::Face;
@@ -189,9 +189,9 @@ fn low_shooters_keep_their_digits() {
             let outline = corners.map(|c| c.as_dvec3());
             let truth = exact::point_to_polygon(position.as_dvec3(), DVec3::Z, &outline);
             // Some forty operations round what is left. Above LOW that is a difference of terms near 1,
-            // of which F is (height/distance)²/2; near LOW either may be taken.
+            // of which F is (height/distance)²/2; near LOW = 1/64 either may be taken.
             let slope = f64::from(position.length() / height);
-            let cancelled = if slope > 1.5 / f64::from(LOW) {
+            let cancelled = if slope > 96.0 {
                 0.0
             } else {
                 4.0 * slope * slope
