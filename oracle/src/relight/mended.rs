@@ -40,7 +40,9 @@ pub fn answer(
         form_factor: true,
         ..given
     };
-    while settings.quality == Quality::Normal && !work.stopped.get() && done.complete {
+    // A capture that was read has been made with cells of its own: others would not fit it.
+    let ours = stage.captured.values.is_none();
+    while ours && settings.quality == Quality::Normal && !work.stopped.get() && done.complete {
         let solved = Solved {
             settings: &settings,
             mesh: &done.mesh,
