@@ -1,6 +1,7 @@
 //! Adapters, and the device on one of them.
 
 use crate::clock::TIMESTAMPS;
+use crate::stage::Compiled;
 use common::{Error, Result};
 use std::sync::{Arc, Mutex};
 
@@ -24,6 +25,7 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     /// The adapter.
     pub line: AdapterLine,
+    pub(crate) compiled: Arc<Mutex<Compiled>>,
     failure: Arc<Mutex<Option<String>>>,
 }
 
@@ -118,6 +120,7 @@ impl Gpu {
             device,
             queue,
             line,
+            compiled: Arc::default(),
             failure: Arc::default(),
         };
         gpu.listen();

@@ -54,7 +54,7 @@ pub fn has_room(context: &Context) -> bool {
 }
 
 impl Passes {
-    pub fn new(context: &Context, shop: &mut Workshop) -> Result<Self> {
+    pub fn new(context: &Context, shop: &Workshop) -> Result<Self> {
         let (gpu, b) = (&context.host.gpu, &context.buffers);
         if !has_room(context) {
             return Err(gpu.fail("no room for what cells exchange"));

@@ -37,7 +37,7 @@ pub struct ItemBufferStages {
 }
 
 impl Pipelines {
-    pub fn new(shop: &mut Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    pub fn new(shop: &Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
         let choice = [
             Uniform(&s.params),
             Read(&b.cells),
@@ -77,7 +77,7 @@ impl Pipelines {
 }
 
 impl LinkStages {
-    pub fn new(shop: &mut Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    pub fn new(shop: &Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
         let rays = settings.visibility == Visibility::Rays;
         let aimed = [
             Uniform(&s.params),
@@ -104,7 +104,7 @@ impl LinkStages {
     }
 }
 
-fn links(shop: &mut Workshop, rays: bool, b: &Buffers, s: &Slots) -> Result<Stage> {
+fn links(shop: &Workshop, rays: bool, b: &Buffers, s: &Slots) -> Result<Stage> {
     let mut slots = vec![
         Read(&b.faces),
         Read(&s.shots),
@@ -124,7 +124,7 @@ fn links(shop: &mut Workshop, rays: bool, b: &Buffers, s: &Slots) -> Result<Stag
     shop.stage("link", "links_of", &slots)
 }
 
-fn sums(shop: &mut Workshop, b: &Buffers, s: &Slots) -> Result<[Stage; 3]> {
+fn sums(shop: &Workshop, b: &Buffers, s: &Slots) -> Result<[Stage; 3]> {
     let escape = [
         Read(&b.faces),
         Read(&s.shots),
@@ -158,7 +158,7 @@ fn sums(shop: &mut Workshop, b: &Buffers, s: &Slots) -> Result<[Stage; 3]> {
 }
 
 impl ItemBufferStages {
-    fn new(shop: &mut Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    fn new(shop: &Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
         let seen = [Read(&b.faces), Read(&s.shots), Uniform(&s.params)];
         let (raster, raster_group) = shop.raster(&seen)?;
         let lists = [

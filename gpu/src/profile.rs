@@ -71,7 +71,7 @@ pub fn profile(solver: &mut GpuSolver, passes: u32) -> Result<Vec<Timed>> {
 /// Bytes a second that a copy moves (read and written), and multiplications and additions a second;
 /// the best of five.
 pub fn machine(gpu: &Gpu) -> Result<[f64; 2]> {
-    let mut shop = Workshop::new(gpu, &Settings::default(), &[]);
+    let shop = Workshop::new(gpu, &Settings::default(), &[]);
     let storage = wgpu::BufferUsages::STORAGE;
     let [source, sink] = ["source", "sink"].map(|n| empty(&gpu.device, n, 16 * COPIED, storage));
     let slots = [Read(&source), Write(&sink)];

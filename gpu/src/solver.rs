@@ -73,8 +73,8 @@ impl<'a> GpuSolver<'a> {
     ) -> Result<Self> {
         let buffers = Buffers::new(gpu, mesh, settings, bytes)?;
         let slots = Slots::new(gpu, mesh, settings, 1, 1);
-        let mut workshop = Workshop::new(gpu, settings, faults);
-        let pipelines = Pipelines::new(&mut workshop, settings, &buffers, &slots)?;
+        let workshop = Workshop::new(gpu, settings, faults);
+        let pipelines = Pipelines::new(&workshop, settings, &buffers, &slots)?;
         gpu.check()?;
         let solver = Self {
             context: Context {
@@ -156,7 +156,7 @@ impl<'a> GpuSolver<'a> {
 
     /// What solves by passes need, made when the first one begins.
     pub(crate) fn passes(&mut self) -> Result<(&mut Context<'a>, &mut Passes)> {
-        let (context, shop) = (&mut self.context, &mut self.workshop);
+        let (context, shop) = (&mut self.context, &self.workshop);
         let passes = match self.passes.take() {
             Some(passes) => passes,
             None => Passes::new(context, shop)?,

@@ -1,11 +1,12 @@
-//! Pipelines and their bind groups. A pipeline is compiled once, and bound to as many sets of
-//! buffers as there are.
+//! Pipelines and their bind groups. A pipeline is compiled once on a device, and bound to as many
+//! sets of buffers as there are.
 
 use crate::adapter::Gpu;
 use crate::shaders::{Fault, source};
 use common::Result;
 use common::settings::{Raster, Settings};
 use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wgpu::ShaderStages as Stages;
 
 /// A compute stage ready to run.
@@ -23,13 +24,19 @@ pub enum Slot<'a> {
 }
 use Slot::{Read, Texture, Uniform, Write};
 
-/// Where pipelines are made and kept, each by its entry point's name.
+/// The pipelines of a device, each by its shader's text: solving again compiles nothing.
+#[derive(Default)]
+pub struct Compiled {
+    computes: HashMap<(&'static str, String), (wgpu::ComputePipeline, wgpu::BindGroupLayout)>,
+    rasters: HashMap<String, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>,
+}
+
+/// Where the pipelines of a solver are made.
 pub struct Workshop {
     device: wgpu::Device,
     settings: Settings,
     faults: Vec<Fault>,
-    computes: HashMap<&'static str, (wgpu::ComputePipeline, wgpu::BindGroupLayout)>,
-    raster: Option<(wgpu::RenderPipeline, wgpu::BindGroupLayout)>,
+    compiled: Arc<Mutex<Compiled>>,
 }
 
 impl Workshop {
@@ -38,19 +45,19 @@ impl Workshop {
             device: gpu.device.clone(),
             settings: settings.clone(),
             faults: faults.to_vec(),
-            computes: HashMap::new(),
-            raster: None,
+            compiled: gpu.compiled.clone(),
         }
     }
 
     /// The entry point `entry` of the shader `file`, bound to `slots`.
-    pub fn stage(&mut self, file: &str, entry: &'static str, slots: &[Slot]) -> Result<Stage> {
-        if !self.computes.contains_key(entry) {
+    pub fn stage(&self, file: &str, entry: &'static str, slots: &[Slot]) -> Result<Stage> {
+        let key = (entry, self.text(file)?);
+        let mut compiled = self.compiled();
+        let made = compiled.computes.entry(key);
+        let (pipeline, layout) = made.or_insert_with_key(|(entry, text)| {
             let layout = layout(&self.device, Stages::COMPUTE, slots);
-            let pipeline = self.compute(file, entry, &layout)?;
-            self.computes.insert(entry, (pipeline, layout));
-        }
-        let (pipeline, layout) = &self.computes[entry];
+            (self.compute(text, entry, &layout), layout)
+        });
         Ok(Stage {
             pipeline: pipeline.clone(),
             group: group(&self.device, layout, slots),
@@ -58,41 +65,48 @@ impl Workshop {
     }
 
     /// The raster of faces into item buffers.
-    pub fn raster(&mut self, slots: &[Slot]) -> Result<(wgpu::RenderPipeline, wgpu::BindGroup)> {
-        let (pipeline, layout) = match self.raster.take() {
-            Some(made) => made,
-            None => {
-                let kind = self.settings.raster();
-                let file = match kind {
-                    Raster::Pixel => "item_buffer",
-                    Raster::Tessellated => "item_buffer_tessellated",
-                };
-                let layout = layout(&self.device, Stages::VERTEX_FRAGMENT, slots);
-                let module = self.module(file)?;
-                (raster(&self.device, &module, kind, &layout), layout)
-            }
+    pub fn raster(&self, slots: &[Slot]) -> Result<(wgpu::RenderPipeline, wgpu::BindGroup)> {
+        let kind = self.settings.raster();
+        let file = match kind {
+            Raster::Pixel => "item_buffer",
+            Raster::Tessellated => "item_buffer_tessellated",
         };
-        let group = group(&self.device, &layout, slots);
-        let (pipeline, _) = self.raster.insert((pipeline, layout));
+        let text = self.text(file)?;
+        let mut compiled = self.compiled();
+        let made = compiled.rasters.entry(text);
+        let (pipeline, layout) = made.or_insert_with_key(|text| {
+            let layout = layout(&self.device, Stages::VERTEX_FRAGMENT, slots);
+            let module = self.module(text, file);
+            (raster(&self.device, &module, kind, &layout), layout)
+        });
+        let group = group(&self.device, layout, slots);
         Ok((pipeline.clone(), group))
     }
 
-    fn module(&self, name: &str) -> Result<wgpu::ShaderModule> {
-        let text = source(name, &self.settings, &self.faults)?;
+    /// A panic elsewhere leaves only whole pipelines behind.
+    fn compiled(&self) -> MutexGuard<'_, Compiled> {
+        self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn text(&self, file: &str) -> Result<String> {
+        source(file, &self.settings, &self.faults)
+    }
+
+    fn module(&self, text: &str, name: &str) -> wgpu::ShaderModule {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(name),
             source: wgpu::ShaderSource::Wgsl(text.into()),
         };
-        Ok(self.device.create_shader_module(descriptor))
+        self.device.create_shader_module(descriptor)
     }
 
     fn compute(
         &self,
-        file: &str,
+        text: &str,
         entry: &str,
         layout: &wgpu::BindGroupLayout,
-    ) -> Result<wgpu::ComputePipeline> {
-        let module = self.module(file)?;
+    ) -> wgpu::ComputePipeline {
+        let module = self.module(text, entry);
         let descriptor = wgpu::ComputePipelineDescriptor {
             label: Some(entry),
             layout: Some(&pipeline_layout(&self.device, layout)),
@@ -101,7 +115,7 @@ impl Workshop {
             compilation_options: Default::default(),
             cache: None,
         };
-        Ok(self.device.create_compute_pipeline(&descriptor))
+        self.device.create_compute_pipeline(&descriptor)
     }
 }
 
