@@ -126,7 +126,11 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     }
     notes.extend(fewer_cells(&rung.mesh, &rung.settings));
     if stopped.get() {
-        notes.push("interrupted: the result is what had been shot by then".into());
+        notes.push(if rung.run.converged {
+            "interrupted: the last whole solve was kept".into()
+        } else {
+            "interrupted: the result is what had been shot by then".into()
+        });
     }
     let warnings = warnings::of(scene, &rung.mesh, &rung.run, estimate.as_ref());
     if estimate.is_none() {

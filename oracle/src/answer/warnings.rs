@@ -1,22 +1,21 @@
 //! What may put an answer more than 2 % off, with the option that mends it.
 
-use super::check::{Cause, Estimate, Part};
+use super::check::{Cause, Estimate, NAMED, Part};
 use super::gap::light_in_gaps;
 use common::energy::Energy;
-use common::mesh::Mesh;
+use common::mesh::{Cell, Mesh, Texel};
 use common::overlap::overlaps;
 use common::precision::{Loss, losses};
 use common::scene::Scene;
 use common::shooting::Run;
 use common::solution::Warning;
+use glam::Vec3;
 
 /// Beyond this share of the emitted power an effect is worth a warning.
 const SHARE: f64 = 0.02;
 /// Light shot into gaps was to fall on the few texels around: it is four times as much of the RMS as
 /// of the power (a block just above a floor: 0.6 % of the power, 2.6 % RMS).
 const IN_GAPS: f64 = 0.25 * SHARE;
-/// Faces that a warning names.
-const NAMED: usize = 8;
 
 /// The warnings of a solve.
 pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> Vec<Warning> {
@@ -39,6 +38,7 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
         });
     }
     warnings.extend(narrow(mesh, run));
+    warnings.extend(covered(mesh));
     if run.unshot_fraction() > SHARE {
         warnings.push(Warning {
             code: "unshot".into(),
@@ -107,6 +107,31 @@ fn narrow(mesh: &Mesh, run: &Run) -> Option<Warning> {
         message: format!(
             "{:.1} % of the reflected light is shot into gaps narrower than a tenth of a texel, where there is none: use more --texels",
             100.0 * lost
+        ),
+    })
+}
+
+/// Lamps of which no sample is free: then nothing at all is shot.
+fn covered(mesh: &Mesh) -> Option<Warning> {
+    let shines = |texel: &Texel| texel.emission != Vec3::ZERO;
+    let emits = |cell: &&Cell| mesh.texels[cell.texels()].iter().any(shines);
+    let mut lamps = mesh.cells.iter().filter(emits).peekable();
+    let first = lamps.peek()?.face;
+    let mut faces = vec![first];
+    for cell in lamps {
+        if cell.open > 0.0 {
+            return None;
+        }
+        if faces.len() < NAMED && !faces.contains(&cell.face) {
+            faces.push(cell.face);
+        }
+    }
+    Some(Warning {
+        code: "covered".into(),
+        faces,
+        message: format!(
+            "every lamp lies under other faces at all of its {} samples a cell: move it, or use more --samples",
+            mesh.samples
         ),
     })
 }

@@ -6,9 +6,9 @@
 //! δ = ρ(H" − H)             error² ≈ mean δ² / mean (ρH")² + (β ΣAB/ΣAE)²
 //! ```
 //! B is the answer's radiosity, H the irradiance that it claims; w' are links by rays from cells of
-//! half the size with four times the samples, H° is with its own cells and samples, by rays and
-//! Lambert's factors. In between visibility and form factor change one after the other, so that
-//! causes can be told apart. β is the share of light that is made up or lost at every reflection,
+//! half the size with four times the samples, H° is by rays from its own cells and samples, both with
+//! form factors that leave nothing to mend. Before them an item buffer's answer is asked by rays with
+//! its own form factor, so that causes can be told apart. β is the share of light that is made up or lost at every reflection,
 //! as far as it stands out of its noise: in all it comes to β·ΣAB/ΣAE. The texels are the same each
 //! time.
 
@@ -30,7 +30,7 @@ use way::Way;
 /// What halved cells and four times the samples leave of what they mend: their orders are 1.2 and
 /// 0.7 (`converge`), so two fifths of the error remain, as much as half of what was mended.
 const LEFT: f64 = 0.5;
-/// Rays of all looks together, a tenth of a second on two cores.
+/// Rays of all looks together, unless fewer than the least texels would be left.
 const BUDGET: u64 = 1 << 20;
 /// Texels that are looked at, at most: of n Gaussian errors the RMS is known to 1/√(2n).
 const MOST: u64 = 256;
@@ -38,8 +38,8 @@ const MOST: u64 = 256;
 const LEAST: u64 = 16;
 /// Points of finer cells: more are not made.
 const POINTS: u64 = 1 << 20;
-/// Faces that a part names.
-const NAMED: usize = 8;
+/// Faces that a part or a warning names.
+pub const NAMED: usize = 8;
 
 /// What explains a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,7 +93,7 @@ pub fn estimate(
     field: &Field,
     remade: impl FnOnce(&Settings) -> Result<Mesh>,
 ) -> Result<Option<Estimate>> {
-    let Some((causes, ways)) = ways(settings, mesh, field, remade)? else {
+    let Some(Ways { ways, causes }) = ways(settings, mesh, field, remade)? else {
         return Ok(None);
     };
     let rays = Rays::new(mesh);
@@ -105,21 +105,28 @@ pub fn estimate(
             Look::new(mesh, field, k, area, found)
         })
         .collect();
-    let last = causes.len() + 1;
-    let drift = drift(&looks, last) * gain(mesh, field);
+    let last = ways.len() + 1;
+    // Scaled rows close: none makes up or loses light.
+    let drift = if settings.conserve {
+        DVec3::ZERO
+    } else {
+        drift(&looks, last) * gain(mesh, field)
+    };
     let total = |rms: DVec3| (rms * rms + drift * drift).max_element().sqrt();
-    let part = |(k, cause)| {
-        let to = if cause == Cause::Cells { last } else { k + 1 };
-        Part {
+    let mut from = 0;
+    let part = |(cause, to)| {
+        let part = Part {
             cause,
-            error: relative_rms(&looks, k, to, 0.0).max_element(),
-            faces: worst(&looks, k, to),
-        }
+            error: relative_rms(&looks, from, to, 0.0).max_element(),
+            faces: worst(&looks, from, to),
+        };
+        from = to;
+        part
     };
     Ok(Some(Estimate {
+        parts: causes.into_iter().map(part).collect(),
         error: total(relative_rms(&looks, 0, last, 0.0)),
         upper: total(relative_rms(&looks, 0, last, 1.0)),
-        parts: causes.into_iter().enumerate().map(part).collect(),
     }))
 }
 
@@ -150,43 +157,35 @@ impl Look {
     }
 }
 
-/// The ways, each with what explains its difference from the one before it.
+/// The ways to gather, the last two with own and with finer cells; and what explains the differences,
+/// each up to its place among [`Look::reflected`].
+struct Ways {
+    ways: Vec<Way>,
+    causes: Vec<(Cause, usize)>,
+}
+
 fn ways(
     settings: &Settings,
     mesh: &Mesh,
     field: &Field,
     remade: impl FnOnce(&Settings) -> Result<Mesh>,
-) -> Result<Option<(Vec<Cause>, Vec<Way>)>> {
+) -> Result<Option<Ways>> {
     let Some(finer) = finer(mesh, settings) else {
         return Ok(None);
     };
-    let (mut causes, mut ways) = (Vec::new(), Vec::new());
+    let way = |own: Mesh, form_factor, exact| Way::new(own, (form_factor, exact), mesh, field);
+    let (mut ways, mut causes) = (Vec::new(), Vec::new());
     if settings.visibility != Visibility::Rays {
-        causes.push(Cause::Visibility);
-        ways.push(Way::new(
-            mesh.clone(),
-            (settings.form_factor, false),
-            mesh,
-            field,
-        ));
+        ways.push(way(mesh.clone(), settings.form_factor, false));
+        causes.push((Cause::Visibility, ways.len()));
     }
+    ways.push(way(mesh.clone(), FormFactor::Polygon, true));
     if settings.form_factor != FormFactor::Polygon {
-        causes.push(Cause::FormFactor);
-        ways.push(Way::new(
-            mesh.clone(),
-            (FormFactor::Polygon, false),
-            mesh,
-            field,
-        ));
+        causes.push((Cause::FormFactor, ways.len()));
     }
-    causes.push(Cause::Cells);
-    ways.push(Way::new(
-        remade(&finer)?,
-        (FormFactor::Polygon, true),
-        mesh,
-        field,
-    ));
-    Ok(Some((causes, ways)))
+    ways.push(way(remade(&finer)?, FormFactor::Polygon, true));
+    causes.push((Cause::Cells, ways.len() + 1));
+    Ok(Some(Ways { ways, causes }))
 }
 
 /// Cells of half the size and four times the samples, or what can be had of that.

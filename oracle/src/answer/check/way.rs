@@ -59,12 +59,13 @@ impl Way {
         let shining = radiosity.iter().filter(|b| **b != DVec3::ZERO).count() as u64;
         let coarser = (own.cells.len() as u64).div_ceil(mesh.cells.len().max(1) as u64);
         let asked = 4 * shining / coarser * u64::from(mesh.samples);
+        let samples = u64::from(own.samples);
         Self {
             mesh: own,
             form_factor,
             exact,
             radiosity,
-            rays: asked.clamp(RAYS[0], RAYS[1]),
+            rays: asked.clamp(RAYS[0], RAYS[1]).min(shining * samples),
         }
     }
 
