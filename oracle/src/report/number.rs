@@ -23,10 +23,14 @@ pub fn number(x: f64) -> String {
         };
         text.replace('-', "−")
     } else {
-        let text = format!("{x:.2e}");
-        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        format!("{}·10{}", mantissa.replace('-', "−"), superscript(exponent))
+        power(&format!("{x:.2e}"))
     }
+}
+
+/// Rust's 1.5e-7 as 1.5·10⁻⁷.
+pub fn power(text: &str) -> String {
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
+    format!("{}·10{}", mantissa.replace('-', "−"), superscript(exponent))
 }
 
 fn superscript(exponent: &str) -> String {

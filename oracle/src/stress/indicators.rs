@@ -84,8 +84,8 @@ fn missed(studies: &[Study]) -> Markup {
             .rows
             .iter()
             .flat_map(|row| sides(row).map(move |s| (row, s)));
-        let missed = each.filter(|(_, (_, side))| outcome(side) == Outcome::Missed);
         let measure = study.about.measure;
+        let missed = each.filter(|(_, (_, side))| outcome(measure, side) == Outcome::Missed);
         all.extend(missed.map(|(row, (half, side))| (k, measure, row, half, side)));
     }
     all.sort_by_key(|(_, _, row, ..)| row.method != DEFAULT);

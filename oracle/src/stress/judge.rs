@@ -10,7 +10,7 @@ use crate::compare::difference::figures;
 use common::texel::{count, outline};
 use glam::DVec3;
 
-/// The error, or why there is none: the line that a user would read.
+/// The error, or why there is none.
 pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<f64, String> {
     if answer.len() != truth.len() {
         return Err(format!(
@@ -20,13 +20,13 @@ pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<f64, St
         ));
     }
     if !answer.iter().chain(truth).all(|v| v.is_finite()) {
-        return Err("not a number: some texels are not finite".into());
+        return Err("some texels are not finite".into());
     }
     let lit = |values: &[DVec3]| values.iter().any(|v| *v != DVec3::ZERO);
     // A number known beforehand may be met exactly; another answer may not.
     let known = matches!(trial.truth, Truth::Constant(_));
     if lit(truth) && !known && answer == truth {
-        return Err("is the truth itself, bit for bit: nothing is compared".into());
+        return Err("the truth itself, bit for bit".into());
     }
     if matches!(trial.truth, Truth::Dark) {
         return Ok(leak(trial, answer));
@@ -43,7 +43,7 @@ pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<f64, St
     if worst.is_finite() {
         Ok(worst)
     } else {
-        Err("is lit where the truth is black all over".into())
+        Err("lit where the truth is black all over".into())
     }
 }
 

@@ -3,7 +3,7 @@
 use super::judge;
 use super::methods::{DEFAULT, Method, Way};
 use super::trial::{Suite, Trial};
-use super::{Side, Verdict};
+use super::{Side, UNJUDGED, Verdict};
 use crate::answer::{Given, Question, answer};
 use crate::dense;
 use crate::diff::reflected::Reflected;
@@ -104,7 +104,7 @@ pub fn try_on(
             let values = Reflected::of(&trial.scene, &solved.mesh, &solved.field).values;
             match judge::error(trial, &values, truth) {
                 Ok(error) => side.error = Some(error),
-                Err(message) => side.message = Some(message),
+                Err(message) => side.message = Some(format!("{UNJUDGED}: {message}")),
             }
             Some(Seen {
                 mesh: solved.mesh,

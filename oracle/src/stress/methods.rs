@@ -9,8 +9,9 @@ use common::settings::{Iteration, Quality, Settings, Visibility};
 /// The method whose answer a user gets who asks for nothing.
 pub const DEFAULT: &str = "default";
 
-/// Pixels a side of the item buffers but for the default's: their twin is a plain loop.
-const PIXELS: u32 = 512;
+/// Pixels a side of all item buffers, the default's too: their twin is a plain loop, and so is a
+/// software GPU.
+pub const PIXELS: u32 = 512;
 
 /// One way.
 #[derive(Clone, Copy)]
@@ -89,15 +90,13 @@ const RELIGHTS: &[Method] = &[
     given(
         "signed",
         Way::Relight(Some(Relighting::Signed), |s| {
-            (s.visibility, s.cells, s.samples) = (Visibility::Rays, 6, 16);
+            (s.visibility, s.cells, s.samples) = (Visibility::Rays, 4, 16);
         }),
     ),
-    given("full", Way::Relight(None, |s| s.item_buffer = PIXELS)),
+    given("full", Way::Relight(None, |s| s.cells = 2)),
     given(
         "paper",
-        Way::Relight(Some(Relighting::Paper(AS_PRINTED)), |s| {
-            s.item_buffer = PIXELS;
-        }),
+        Way::Relight(Some(Relighting::Paper(AS_PRINTED)), |s| s.cells = 2),
     ),
 ];
 
@@ -120,7 +119,6 @@ fn whole(settings: &mut Settings) {
 fn buffer(settings: &mut Settings, visibility: Visibility) {
     whole(settings);
     settings.visibility = visibility;
-    settings.item_buffer = PIXELS;
     settings.raster = settings.raster();
 }
 
@@ -157,7 +155,7 @@ impl Method {
     }
 }
 
-/// What `solve --texels N` does.
+/// What `solve --texels N --item-buffer 512` does.
 fn default(texels: u32, on_gpu: bool) -> Settings {
     let (_, cells, samples, epsilon) = Quality::Normal.settings();
     Settings {
@@ -172,6 +170,7 @@ fn default(texels: u32, on_gpu: bool) -> Settings {
         } else {
             Visibility::Rays
         },
+        item_buffer: PIXELS,
         ..Settings::default()
     }
 }

@@ -49,8 +49,10 @@ pub const TIGHT: f64 = 1e-6;
 /// More than that through a wall is a failure: it can be seen.
 pub const OPEN: f64 = 1e-4;
 
+/// How the message of an answer begins that cannot be judged.
+pub const UNJUDGED: &str = "not comparable";
 /// How the messages of those begin that did not end as they should.
-pub const BROKEN: [&str; 3] = ["panic", "not a number", "took longer"];
+pub const BROKEN: [&str; 4] = ["panic", "not a number", "took longer", UNJUDGED];
 
 /// What is known of a case before anything is solved.
 #[derive(Clone, Copy, Debug, Serialize)]

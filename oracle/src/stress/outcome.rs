@@ -1,7 +1,7 @@
 //! What became of one side of a row, and how the atlas names it.
 
 use super::{LEAK, Row, Side, Study, Verdict};
-use crate::report::number::{number, percent};
+use crate::report::number::{number, percent, power};
 
 /// A solver's half of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,20 +60,15 @@ pub fn sides(row: &Row) -> impl Iterator<Item = (Half, &Side)> {
     both.filter_map(move |half| Some((half, half.of(row)?)))
 }
 
-/// Error against warning.
-pub fn outcome(side: &Side) -> Outcome {
+/// Error against warning. A leak is all that is judged where one is: a warning may well be about the
+/// rest.
+pub fn outcome(measure: &str, side: &Side) -> Outcome {
     match (side.verdict != Verdict::Safe, side.warned()) {
         (true, true) => Outcome::Caught,
         (true, false) => Outcome::Missed,
-        (false, true) => Outcome::FalseAlarm,
-        (false, false) => Outcome::Quiet,
+        (false, true) if measure != LEAK => Outcome::FalseAlarm,
+        (false, _) => Outcome::Quiet,
     }
-}
-
-/// How many of the sides had this outcome.
-pub fn tally<'a>(sides: impl IntoIterator<Item = &'a Side>, of: Outcome) -> usize {
-    let all = sides.into_iter();
-    all.filter(|side| outcome(side) == of).count()
 }
 
 /// The values of a sweep, in order of severity.
@@ -95,7 +90,11 @@ pub fn value(x: f64) -> String {
 
 /// The same in two digits, where there is little room.
 pub fn value_short(x: f64) -> String {
-    below_one(x).unwrap_or_else(|| digits(format!("{x:.1e}"), x))
+    let rounded = format!("{x:.1e}");
+    if x >= 1e4 {
+        return trimmed(&power(&rounded));
+    }
+    below_one(x).unwrap_or_else(|| digits(rounded, x))
 }
 
 fn below_one(x: f64) -> Option<String> {
@@ -108,8 +107,14 @@ fn below_one(x: f64) -> Option<String> {
 }
 
 fn digits(rounded: String, x: f64) -> String {
-    let text = number(rounded.parse().unwrap_or(x));
-    let text = text.replace(".00·", "·").replace("0·", "·");
+    trimmed(&number(rounded.parse().unwrap_or(x)))
+}
+
+fn trimmed(text: &str) -> String {
+    let text = text
+        .replace(".00·", "·")
+        .replace(".0·", "·")
+        .replace("0·", "·");
     match text.strip_prefix("1·") {
         Some(power) => power.into(),
         None => text,
@@ -147,15 +152,22 @@ mod tests {
             ..side(None, "")
         };
         let refusal = says("face 3 has no area: remove it");
-        assert_eq!(outcome(&refusal), Outcome::Caught);
+        assert_eq!(outcome(RELATIVE, &refusal), Outcome::Caught);
         assert!(!refusal.broke());
         let panic = says("panic: index out of bounds");
-        assert_eq!(outcome(&panic), Outcome::Missed);
+        assert_eq!(outcome(RELATIVE, &panic), Outcome::Missed);
         assert!(panic.broke());
         let mut silent = side(None, "");
         silent.message = None;
         assert!(silent.broke() && silent.verdict == Verdict::Fails);
         assert!(side(Some(f64::NAN), "thin").broke());
+    }
+
+    #[test]
+    fn a_warning_beside_a_tight_wall_is_no_false_alarm() {
+        let warned = side(Some(0.0), "thin");
+        assert_eq!(outcome(RELATIVE, &warned), Outcome::FalseAlarm);
+        assert_eq!(outcome(LEAK, &warned), Outcome::Quiet);
     }
 
     #[test]
@@ -185,6 +197,9 @@ mod tests {
             [0.99, 0.99999, 0.975].map(value),
             ["0.99", "0.99999", "0.975"]
         );
-        assert_eq!([0.01852, 1.85e-6].map(value_short), ["0.019", "1.9·10⁻⁶"]);
+        assert_eq!(
+            [0.01852, 1.85e-6, 9000.0, 1e4, 2.5e5].map(value_short),
+            ["0.019", "1.9·10⁻⁶", "9000", "10⁴", "2.5·10⁵"]
+        );
     }
 }

@@ -3,7 +3,7 @@
 use super::gates::Gate;
 use super::groups::{groups, names};
 use super::json::Told;
-use super::methods::DEFAULT;
+use super::methods::{DEFAULT, PIXELS};
 use super::outcome::{Outcome, amount, outcome, sides};
 use super::score::Counts;
 use super::section::section;
@@ -60,7 +60,7 @@ fn kept(studies: &[Study], counts: impl Fn(&Row) -> bool) -> [usize; 2] {
         if own.peek().is_some() {
             let silent = own
                 .flat_map(sides)
-                .any(|(_, s)| outcome(s) == Outcome::Missed);
+                .any(|(_, s)| outcome(study.about.measure, s) == Outcome::Missed);
             found[0] += 1;
             found[1] += usize::from(!silent);
         }
@@ -77,7 +77,8 @@ fn head(studies: &[Study], gates: &[Gate]) -> Markup {
             "Each case is a family of scenes built to break one method, made harder step by step until it does. "
             "Every method answers each of them on both solvers, and is judged by the truth: up to " (of[0]) " off it is safe, "
             "up to " (of[1]) " it degrades, beyond that it fails; and what is not safe must be warned about. "
-            "Of the emitted light " (leaks[0]) " and " (leaks[1]) " may leak through a wall."
+            "Of the emitted light " (leaks[0]) " and " (leaks[1]) " may leak through a wall. "
+            "The default is what " code { "solve" } " does by itself; item buffers have " (PIXELS) "² pixels, the default's too."
         }
         p.verdict.(if run && broken == 0 { "agree" } else { "disagree" }) {
             @if !run { strong { "Not OK" } " nothing was run" }

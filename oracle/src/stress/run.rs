@@ -3,7 +3,8 @@
 use super::measure::{Seen, Tried, try_on};
 use super::methods::{self, DEFAULT, Method};
 use super::trial::{Case, Trial};
-use super::{Plate, Row, Side, Specimen, Study, Verdict, truth};
+use super::truth::Truths;
+use super::{Plate, Row, Side, Specimen, Study, Verdict};
 use common::Result;
 use common::texel::count;
 use glam::DVec3;
@@ -28,10 +29,10 @@ impl Run<'_> {
             rows: Vec::new(),
             specimen: None,
         };
-        let mut broken = 0;
+        let (mut broken, mut truths) = (0, Truths::default());
         for (done, value) in case.values.iter().enumerate() {
             watch(done as u64, case.values.len() as u64);
-            let Some((rows, specimen)) = self.value(case, *value)? else {
+            let Some((rows, specimen)) = self.value(case, *value, &mut truths)? else {
                 break;
             };
             // Where most have just broken, and else where most do.
@@ -46,13 +47,18 @@ impl Run<'_> {
     }
 
     /// All methods at one value; none after a stop.
-    fn value(&self, case: &Case, value: f64) -> Result<Option<(Vec<Row>, Option<Specimen>)>> {
+    fn value(
+        &self,
+        case: &Case,
+        value: f64,
+        truths: &mut Truths,
+    ) -> Result<Option<(Vec<Row>, Option<Specimen>)>> {
         let trial = (case.build)(value)?;
         let empty = trial.scene.faces.is_empty();
         let truth = if empty {
             Vec::new()
         } else {
-            truth::of(&trial)?
+            truths.of(&trial)?
         };
         let mut rows = Vec::new();
         let mut gallery = Gallery::default();

@@ -96,7 +96,7 @@ fn shown(side: Option<&Side>, measure: &str) -> Markup {
         return html! { td.n.none-here { "n/a" } };
     };
     let (class, sign, _) = face(side.verdict);
-    let mark = match outcome(side) {
+    let mark = match outcome(measure, side) {
         Outcome::Caught => " ▲",
         Outcome::Missed => " ✖",
         Outcome::FalseAlarm => " △",

@@ -3,7 +3,7 @@
 use super::breaks::{self, Break};
 use super::chart::colour;
 use super::groups::Group;
-use super::outcome::{Half, Outcome, amount, tally, value, value_short};
+use super::outcome::{Half, Outcome, amount, outcome, value, value_short};
 use super::{Side, Study, Verdict, limits};
 use maud::{Markup, html};
 
@@ -133,7 +133,9 @@ fn cell(study: &Study, breaks: &[Break], (method, half): (&str, Half), end: bool
         return html! { td.none-here.end[end] title="not run" { b { "n/a" } } };
     };
     let (class, sign, _) = face(worst);
-    let count = |of: Outcome| tally(sides.iter().copied(), of);
+    let measure = study.about.measure;
+    let outcomes: Vec<Outcome> = sides.iter().map(|side| outcome(measure, side)).collect();
+    let count = |of: Outcome| outcomes.iter().filter(|one| **one == of).count();
     let marks = [
         ("▲", count(Outcome::Caught)),
         (MISSED, count(Outcome::Missed)),

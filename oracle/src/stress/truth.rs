@@ -11,22 +11,48 @@ use cpu::matrix::Matrix;
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Works it out.
-pub fn of(trial: &Trial) -> Result<Vec<DVec3>> {
-    let (scene, texels) = (&trial.scene, trial.texels);
-    let all = scene.faces.len() * count([texels, texels]) as usize;
-    Ok(match &trial.truth {
-        Truth::Direct => direct::reflected(scene, texels, &[]),
-        Truth::Shadowed(occluders) => direct::reflected(scene, texels, occluders),
-        Truth::Constant(value) => vec![*value; all],
-        Truth::Dark => vec![DVec3::ZERO; all],
-        Truth::Matrix(finer) => matrix(scene, texels, *finer)?,
-        Truth::Alike(other, finer) => {
-            let mut values = matrix(other, texels, *finer)?;
-            values.resize(all, DVec3::ZERO);
-            values
+/// Works truths out; the last one that another scene stands for is kept, for a sweep towards it asks
+/// again and again.
+#[derive(Default)]
+pub struct Truths {
+    last: Option<(String, Vec<DVec3>)>,
+}
+
+impl Truths {
+    /// The truth of a trial.
+    pub fn of(&mut self, trial: &Trial) -> Result<Vec<DVec3>> {
+        let (scene, texels) = (&trial.scene, trial.texels);
+        let all = scene.faces.len() * count([texels, texels]) as usize;
+        Ok(match &trial.truth {
+            Truth::Direct => direct::reflected(scene, texels, &[]),
+            Truth::Shadowed(occluders) => direct::reflected(scene, texels, occluders),
+            Truth::Constant(value) => vec![*value; all],
+            Truth::Dark => vec![DVec3::ZERO; all],
+            Truth::Matrix(finer) => matrix(scene, texels, *finer)?,
+            Truth::Alike(other, finer) => {
+                let mut values = self.alike(other, texels, *finer)?;
+                values.resize(all, DVec3::ZERO);
+                values
+            }
+        })
+    }
+
+    fn alike(&mut self, scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>> {
+        let key = format!("{texels} {finer} {scene:?}");
+        if let Some((last, values)) = &self.last
+            && *last == key
+        {
+            return Ok(values.clone());
         }
-    })
+        let values = matrix(scene, texels, finer)?;
+        self.last = Some((key, values.clone()));
+        Ok(values)
+    }
+}
+
+/// The truth of one trial.
+pub fn of(trial: &Trial) -> Result<Vec<DVec3>> {
+    Truths::default().of(trial)
 }
 
 /// The matrix's answer on texels `finer` times as fine, averaged.

@@ -102,7 +102,7 @@ pub const CASES: &[Case] = &[
             };
             let mut faces = pieces(&floor(0.0, [1.0; 2], 0.5), 6);
             faces.extend((0..count as usize).map(lamp));
-            Ok(lit(faces, 1)?.only(&["default", "fine", "polygon", "disc", "matrix"]))
+            Ok(lit(faces, 1)?.only(&["default", "fine", "polygon", "matrix"]))
         },
     },
 ];

@@ -7,7 +7,7 @@ use common::Result;
 use common::scene::Face;
 use glam::Vec3;
 
-const TEXELS: u32 = 8;
+const TEXELS: u32 = 6;
 
 /// So close to the floor a block is lit as if it touched it; the matrix errs there by several per cent
 /// (its visible shares of texels that a near plate half covers).
