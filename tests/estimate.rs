@@ -3,18 +3,18 @@
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::{Iteration, Raster, Settings, Visibility};
+use common::settings::{Raster, Settings, Visibility};
 use common::shooting::Field;
 use cpu::cover::sampled;
 use glam::{DVec3, Vec3};
 use oracle::answer::check::{Cause, Estimate, estimate};
-use oracle::answer::{Answer, Given, Question, answer};
+use oracle::answer::{Answer, Given};
 use oracle::dense;
 use oracle::diff::pair::Pair;
 use oracle::diff::reflected::Reflected;
+use radiosity_tests::answers::{settings, solved};
 use radiosity_tests::matrices::assemble;
 use radiosity_tests::{furnace, lit_room, room, scene};
-use std::ops::ControlFlow;
 
 const GREY: Vec3 = Vec3::splat(0.7);
 
@@ -30,25 +30,6 @@ fn slit() -> Scene {
         all.push(up);
     }
     scene("a slit", all)
-}
-
-fn settings() -> Settings {
-    Settings {
-        texels: 8,
-        samples: 4,
-        iteration: Iteration::Cg,
-        ..Settings::default()
-    }
-}
-
-fn solved(scene: &Scene, settings: &Settings, given: Given) -> Answer {
-    let question = Question {
-        scene,
-        settings,
-        given,
-        gpu: None,
-    };
-    answer(&question, &|_| ControlFlow::Continue(())).unwrap()
 }
 
 /// Relative RMS against a matrix of twice the texels.

@@ -5,6 +5,7 @@ use common::texel;
 use glam::{DVec3, Vec3};
 use proptest::test_runner::{Config, RngSeed};
 
+pub mod answers;
 pub mod bounds;
 pub mod captured;
 pub mod engines;

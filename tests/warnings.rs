@@ -1,11 +1,11 @@
 //! Warnings that no estimate gives: each comes where it must, and not beside it.
 
-use common::scene::{Face, Scene};
+use common::scene::Face;
 use common::settings::{Iteration, Settings};
 use glam::{DVec3, Vec3};
-use oracle::answer::{Answer, Given, Question, answer};
+use oracle::answer::{Answer, Given};
+use radiosity_tests::answers::{settings, solved};
 use radiosity_tests::{lit_room, room, scene};
-use std::ops::ControlFlow;
 
 const GREY: Vec3 = Vec3::splat(0.5);
 
@@ -32,25 +32,6 @@ fn lamp(height: f64) -> Face {
     square(corner, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], 1.0, 0.0)
 }
 
-fn settings() -> Settings {
-    Settings {
-        texels: 8,
-        samples: 4,
-        iteration: Iteration::Cg,
-        ..Settings::default()
-    }
-}
-
-fn solved(scene: &Scene, settings: &Settings) -> Answer {
-    let question = Question {
-        scene,
-        settings,
-        given: Given::default(),
-        gpu: None,
-    };
-    answer(&question, &|_| ControlFlow::Continue(())).unwrap()
-}
-
 /// The faces that a warning names; none where it was not given.
 fn warned(answer: &Answer, code: &str) -> Option<Vec<u32>> {
     let found = answer.warnings.iter().find(|w| w.code == code)?;
@@ -58,7 +39,8 @@ fn warned(answer: &Answer, code: &str) -> Option<Vec<u32>> {
 }
 
 fn told(faces: Vec<Face>, code: &str) -> Option<Vec<u32>> {
-    warned(&solved(&scene(code, faces), &settings()), code)
+    let answer = solved(&scene(code, faces), &settings(), Given::default());
+    warned(&answer, code)
 }
 
 #[test]
@@ -124,6 +106,9 @@ fn light_that_is_left_unshot_is_told() {
         iteration: Iteration::Southwell,
         ..settings()
     };
-    assert!(warned(&solved(&lit_room(), &few), "unshot").is_some());
-    assert!(warned(&solved(&lit_room(), &settings()), "unshot").is_none());
+    let unshot = |settings: &Settings| {
+        warned(&solved(&lit_room(), settings, Given::default()), "unshot").is_some()
+    };
+    assert!(unshot(&few));
+    assert!(!unshot(&settings()));
 }

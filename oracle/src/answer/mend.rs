@@ -33,8 +33,14 @@ pub struct Solved<'a> {
     pub run: &'a Run,
 }
 
+/// Whether a change had to help by itself: finer cells and more samples had to. Rays and scaling alone
+/// need not, what they leave is mended by what follows.
+pub fn had_to_help(from: &Settings, to: &Settings) -> bool {
+    (from.cells, from.samples) != (to.cells, to.samples)
+}
+
 /// What to solve with instead, and why; none where nothing is to be mended, or nothing can be.
-/// `before` is the estimate before the last change: what does not help is not done again.
+/// `before` is the estimate before a change that had to help: what does not is not done again.
 pub fn mend(
     given: Given,
     gpu: Option<&Gpu>,
@@ -47,26 +53,34 @@ pub fn mend(
         return None;
     }
     let error = 100.0 * estimate.error;
+    let (change, what) = change(given, solved, estimate)?;
+    // A software GPU draws an item buffer in the time of ten thousand rays.
     let software = gpu.is_some_and(|gpu| gpu.line.software);
-    let (settings, what) = change(given, software, solved, estimate)?;
-    let buffers = software && settings.visibility != Visibility::Rays;
+    let drawn = software && change.visibility != Visibility::Rays;
+    if drawn && given.visibility {
+        return None;
+    }
+    let settings = Settings {
+        visibility: if drawn {
+            Visibility::Rays
+        } else {
+            change.visibility
+        },
+        ..change
+    };
+    let by = if drawn { ", by rays" } else { "" };
     let most = if software { SOFTWARE_TRIPLES } else { TRIPLES };
-    let cheap = cost(solved.mesh, &settings) <= most && !buffers;
+    let cheap = cost(solved.mesh, &settings) <= most;
     cheap.then(|| {
         (
             settings,
-            format!("mended: about {error:.1} % off, so {what}"),
+            format!("mended: about {error:.1} % off, so {what}{by}"),
         )
     })
 }
 
 /// The change that takes away most.
-fn change(
-    given: Given,
-    software: bool,
-    solved: &Solved,
-    estimate: &Estimate,
-) -> Option<(Settings, String)> {
+fn change(given: Given, solved: &Solved, estimate: &Estimate) -> Option<(Settings, String)> {
     let settings = solved.settings;
     let part = |cause| {
         let found = estimate.parts.iter().find(|part| part.cause == cause);
@@ -110,23 +124,9 @@ fn change(
         },
         ..settings.clone()
     };
-    // A software GPU draws an item buffer in the time of ten thousand rays.
-    let drawn = software && !rays;
-    let asked = Settings {
-        visibility: if drawn {
-            Visibility::Rays
-        } else {
-            settings.visibility
-        },
-        ..finer.clone()
-    };
     (finer != *settings).then(|| {
-        let by = if drawn { " by rays" } else { "" };
-        let what = format!(
-            "{0}×{0} cells and {1} samples{by}",
-            asked.cells, asked.samples
-        );
-        (asked, what)
+        let what = format!("{0}×{0} cells and {1} samples", finer.cells, finer.samples);
+        (finer, what)
     })
 }
 

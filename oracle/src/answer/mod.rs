@@ -18,7 +18,7 @@ use common::solution::Warning;
 use cpu::CpuSolver;
 use cpu::cover::sampled;
 use gpu::{Gpu, GpuSolver};
-use mend::mend;
+use mend::{had_to_help, mend};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -118,9 +118,7 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
             break;
         }
         notes.push(note);
-        // Scaling alone need not help: what it leaves is mended by what follows.
-        let scaled = next.settings.conserve != rung.settings.conserve;
-        before = (!scaled).then_some(found.error);
+        before = had_to_help(&rung.settings, &next.settings).then_some(found.error);
         rung = next;
         estimate = look(scene, &rung)?;
     }

@@ -4,7 +4,7 @@ use super::warnings::estimate;
 use super::work::{Done, Phases, Stage, Work};
 use crate::answer::Given;
 use crate::answer::check::Estimate;
-use crate::answer::mend::{Solved, mend};
+use crate::answer::mend::{Solved, had_to_help, mend};
 use common::Result;
 use common::relight::Method;
 use common::settings::{Quality, Settings};
@@ -63,7 +63,9 @@ pub fn answer(
             break;
         }
         done = relit?;
-        before = found.map(|found| found.error);
+        before = found
+            .map(|found| found.error)
+            .filter(|_| had_to_help(&settings, &next));
         found = seconds.of("check", || estimate(stage, &next, &done))?;
         settings = next;
         notes.push(note);
