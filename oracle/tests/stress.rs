@@ -4,6 +4,7 @@
 use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::DVec3;
+use gpu::Gpu;
 use oracle::stress::breaks::{self, Reach};
 use oracle::stress::gates;
 use oracle::stress::judge::error;
@@ -372,4 +373,19 @@ fn thousands_of_lamps_are_no_trouble() {
         .unwrap()
         .side;
     assert!(side.error.unwrap() < 0.01 && !side.warned(), "{side:?}");
+}
+
+/// Rays alone do not help where a hundredth of a per cent of closure is everything; what they leave is
+/// scaled.
+#[test]
+fn white_walls_are_mended_in_two_steps_on_the_gpu() {
+    let trial = (case("white-walls").build)(0.9999).unwrap();
+    let told = truth::of(&trial).unwrap();
+    let default = named(Suite::All, methods::DEFAULT);
+    let gpu = Gpu::open(None).unwrap();
+    let side = try_on(&trial, &default, Some(&gpu), &told, &|| false)
+        .unwrap()
+        .side;
+    assert!(side.error.unwrap() < 0.01 && !side.warned(), "{side:?}");
+    assert_eq!(side.mended.len(), 2, "{side:?}");
 }
