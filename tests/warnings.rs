@@ -5,7 +5,7 @@ use common::settings::{Iteration, Settings};
 use glam::{DVec3, Vec3};
 use oracle::answer::{Answer, Given};
 use radiosity_tests::answers::{settings, solved};
-use radiosity_tests::{lit_room, room, scene};
+use radiosity_tests::{furnace, lit_room, room, scene};
 
 const GREY: Vec3 = Vec3::splat(0.5);
 
@@ -111,4 +111,21 @@ fn light_that_is_left_unshot_is_told() {
     };
     assert!(unshot(&few));
     assert!(!unshot(&settings()));
+}
+
+/// A look cannot see a part in a thousand, but where walls reflect 0.999 of it that is a fifth of all
+/// light.
+#[test]
+fn closure_is_told_where_white_walls_add_it_up() {
+    let fine = Settings {
+        texels: 6,
+        cells: 6,
+        samples: 16,
+        ..settings()
+    };
+    let closure = |reflectance: f32| {
+        warned(&solved(&furnace(reflectance), &fine, Given::ALL), "closure").is_some()
+    };
+    assert!(closure(0.999));
+    assert!(!closure(0.5));
 }

@@ -24,14 +24,16 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
     let energy = Energy::new(mesh, &run.field, &run.shots);
     let closure = energy.share(energy.closure);
     // The open share is told by few rays, of whole faces by one point's: where the light of a look is
-    // right the closure is not what is wrong.
-    let sure = estimate.is_some_and(|estimate| estimate.upper <= 0.5 * SHARE);
+    // right, closure is not what is wrong. But of what does not escape nothing is in doubt, and white
+    // walls add up what no look can see.
+    let sure = estimate.is_some_and(|estimate| estimate.upper <= 0.5 * SHARE)
+        && closure.abs() <= energy.share(energy.escaped);
     if closure.abs() > SHARE && !sure {
         warnings.push(Warning {
             code: "closure".into(),
             faces: worst_closure(mesh, run),
             message: format!(
-                "the form factors {} {:.1} % of the emitted power: use --form-factor polygon or more --cells",
+                "the form factors {} {:.1} % of the emitted power: use --form-factor polygon, more --cells or --conserve",
                 if closure > 0.0 { "lost" } else { "made up" },
                 100.0 * closure.abs()
             ),
