@@ -9,6 +9,7 @@ pub mod dense;
 pub mod diff;
 pub mod exact;
 pub mod merge;
+pub mod path_tracer;
 pub mod picture;
 pub mod plan;
 pub mod random;
