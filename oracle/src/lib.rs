@@ -11,6 +11,7 @@ pub mod exact;
 pub mod merge;
 pub mod picture;
 pub mod plan;
+pub mod random;
 pub mod refine;
 pub mod relight;
 pub mod report;
