@@ -413,8 +413,13 @@ fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
     Ok(())
 }
 
-/// Half the diagonal of the largest texel, at most.
+/// Half the diagonal of the largest texel, at most; a triangle's are all alike.
 fn texel_radius([a, b, c, d]: &[Vec3; 4], [w, h]: [u32; 2]) -> f32 {
+    if c == d {
+        let centre = (a + b + c) / 3.0;
+        let radii = [a, b, c].map(|corner| corner.distance(centre));
+        return radii.into_iter().fold(0.0, f32::max) / w as f32;
+    }
     let along = a.distance(*b).max(d.distance(*c)) / w as f32;
     let across = a.distance(*d).max(b.distance(*c)) / h as f32;
     0.5 * (along + across)

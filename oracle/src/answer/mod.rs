@@ -122,7 +122,7 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         rung = next;
         estimate = look(scene, &rung)?;
     }
-    notes.extend(fewer_cells(&rung.mesh, &rung.settings));
+    notes.extend(fewer_cells(&rung.settings));
     if stopped.get() {
         notes.push(if rung.run.converged {
             "interrupted: the last whole solve was kept".into()
@@ -193,14 +193,12 @@ fn rung(
     })
 }
 
-/// A triangle's cells are blocks of whole texels only for divisors of its side.
-fn fewer_cells(mesh: &Mesh, settings: &Settings) -> Option<String> {
-    let asked = (settings.cells * settings.cells) as usize * mesh.faces.len();
-    (mesh.cells.len() < asked).then(|| {
+/// Cells are blocks of whole texels.
+fn fewer_cells(settings: &Settings) -> Option<String> {
+    let Settings { cells, texels, .. } = settings;
+    (cells > texels).then(|| {
         format!(
-            "{} cells instead of {asked}: a face has at most one a texel, and a triangle's side is cut by a divisor of its {} texels",
-            mesh.cells.len(),
-            settings.texels
+            "{texels}×{texels} cells a face instead of {cells}×{cells}: each has a texel at least"
         )
     })
 }
