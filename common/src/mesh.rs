@@ -4,14 +4,16 @@
 //! length nor the distance from the origin changes a result. Texels of one cell are contiguous:
 //! texel t of the solver is pixel `texels[t].pixel` of the atlas.
 
-use crate::constants::FAR;
+use crate::constants::{CONTACT, FAR, OUTLINE};
 use crate::error::{Error, Result};
 use crate::form_factor::Shooter;
+use crate::overlap::{Overlaps, overlaps};
 use crate::sampling;
 use crate::scene::{Face, Scene, Shape};
 use crate::texel::{self, Cells};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// More texels than this are refused: at 200 bytes each they would need 13 GB.
 pub const MAX_TEXELS: u64 = 1 << 26;
@@ -42,6 +44,30 @@ pub struct MeshFace {
     pub rect: [u32; 4],
 }
 
+impl MeshFace {
+    /// Its corners in an order of their own, to tell faces at the same place by.
+    pub fn place(&self) -> [[u32; 3]; 4] {
+        // −0 is 0.
+        let bits = |c: Vec3| (c + Vec3::ZERO).to_array().map(f32::to_bits);
+        let mut corners = self.corners.map(bits);
+        corners.sort_unstable();
+        corners
+    }
+
+    /// Whether a point lies on it, its outline included.
+    pub fn holds(&self, point: Vec3) -> bool {
+        let above = |plane: &Vec4| plane.truncate().dot(point) - plane.w;
+        above(&self.plane).abs() <= CONTACT && self.edges.iter().all(|edge| above(edge) >= -OUTLINE)
+    }
+
+    /// Makes it one without area, which neither shoots, receives nor blocks.
+    fn bury(&mut self) {
+        self.corners = [self.corners[0]; 4];
+        (self.normal, self.plane) = (Vec3::ZERO, Vec4::ZERO);
+        (self.edges, self.texel_radius) = ([Vec4::ZERO; 4], 0.0);
+    }
+}
+
 /// What shoots: a face, or one of its K×K cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
@@ -61,7 +87,7 @@ pub struct Cell {
 
 impl Cell {
     /// Its texels.
-    pub fn texels(&self) -> std::ops::Range<usize> {
+    pub fn texels(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 }
@@ -144,6 +170,8 @@ pub struct Mesh {
     pub unit: f64,
     /// The mesh's origin in the scene.
     pub origin: DVec3,
+    /// Pairs of fronts that lie on each other (see [`crate::overlap`]).
+    pub overlaps: Vec<[u32; 2]>,
 }
 
 impl Mesh {
@@ -168,6 +196,7 @@ impl Mesh {
             atlas,
             unit,
             origin: centre,
+            overlaps: Vec::new(),
         };
         for (f, face) in scene.faces.iter().enumerate() {
             let normal = face.vector_area().normalize_or_zero();
@@ -193,6 +222,7 @@ impl Mesh {
             mesh.add_texels(scene, f, k, &local);
         }
         mesh.join_coincident();
+        mesh.bury_overlapped();
         mesh.points = mesh
             .cells
             .iter()
@@ -210,10 +240,7 @@ impl Mesh {
     fn join_coincident(&mut self) {
         let mut first: HashMap<[[u32; 3]; 4], usize> = HashMap::new();
         for k in 0..self.faces.len() {
-            let mut key = self.faces[k]
-                .corners
-                .map(|c| (c + Vec3::ZERO).to_array().map(f32::to_bits));
-            key.sort_unstable();
+            let key = self.faces[k].place();
             let Some(j) = first.get(&key).copied() else {
                 first.insert(key, k);
                 continue;
@@ -225,6 +252,46 @@ impl Mesh {
                 self.faces[k].two_sided = true;
             }
         }
+    }
+
+    /// Cells that lie under an earlier front for the most part are as cells without area: neither lit
+    /// nor lighting. A face of no others is as one without area.
+    fn bury_overlapped(&mut self) {
+        let ranges = self.face_texels();
+        let Overlaps { pairs, covered } = overlaps(self, &ranges);
+        self.overlaps = pairs;
+        if self.overlaps.is_empty() {
+            return;
+        }
+        let mut open = vec![false; self.faces.len()];
+        for cell in &mut self.cells {
+            let texels = cell.texels();
+            let under = covered[texels.clone()].iter().filter(|c| **c).count();
+            if 2 * under <= texels.len() {
+                open[cell.face as usize] = true;
+                continue;
+            }
+            (cell.shooter.area, cell.shooter.normal) = (0.0, Vec3::ZERO);
+            self.texels[texels].iter_mut().for_each(|t| t.area = 0.0);
+        }
+        for (face, open) in self.faces.iter_mut().zip(open) {
+            if !open {
+                face.bury();
+            }
+        }
+    }
+
+    /// Each face's texels.
+    fn face_texels(&self) -> Vec<Range<usize>> {
+        let mut ranges = vec![0..0; self.faces.len()];
+        for (k, texel) in self.texels.iter().enumerate() {
+            let range = &mut ranges[texel.face as usize];
+            if range.end == 0 {
+                range.start = k;
+            }
+            range.end = k + 1;
+        }
+        ranges
     }
 
     fn add_texels(&mut self, scene: &Scene, f: usize, k: u32, local: &dyn Fn(DVec3) -> Vec3) {
