@@ -18,6 +18,10 @@ use std::ops::Range;
 /// More texels than this are refused: at 200 bytes each they would need 13 GB.
 pub const MAX_TEXELS: u64 = 1 << 26;
 
+/// Half extents that are solved: the squares of areas, fourth powers, stay normal numbers in f64, those
+/// of faces of 1e−20 of the extent as well.
+const EXTENTS: Range<f64> = 1e-50..1e50;
+
 /// A face in the mesh's unit.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshFace {
@@ -254,8 +258,8 @@ impl Mesh {
         }
     }
 
-    /// Cells that lie under an earlier front for the most part are as cells without area: neither lit
-    /// nor lighting. A face of no others is as one without area.
+    /// Cells that lie under earlier fronts as a whole are as cells without area: neither lit nor
+    /// lighting. A face of no others is as one without area.
     fn bury_overlapped(&mut self) {
         let ranges = self.face_texels();
         let Overlaps { pairs, covered } = overlaps(self, &ranges);
@@ -266,8 +270,7 @@ impl Mesh {
         let mut open = vec![false; self.faces.len()];
         for cell in &mut self.cells {
             let texels = cell.texels();
-            let under = covered[texels.clone()].iter().filter(|c| **c).count();
-            if 2 * under <= texels.len() {
+            if !covered[texels.clone()].iter().all(|covered| *covered) {
                 open[cell.face as usize] = true;
                 continue;
             }
@@ -496,12 +499,16 @@ fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
         high = high.max(*corner);
     }
     let half = (high - low).max_element() / 2.0;
-    // Areas in f64 and their f32 copies must stay normal numbers.
-    if !(half.is_normal() && (1e-100..1e100).contains(&half)) {
+    if !(half.is_normal() && EXTENTS.contains(&half)) {
         return Err(Error::input(
             &scene.name,
             "",
-            "has no extent that can be solved",
+            format!(
+                "extends over {:e}, which cannot be solved ({:e} to {:e} can): use another unit of length",
+                2.0 * half,
+                EXTENTS.start,
+                EXTENTS.end
+            ),
         ));
     }
     Ok(((low + high) / 2.0, half.log2().ceil().exp2()))
