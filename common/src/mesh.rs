@@ -351,40 +351,49 @@ impl Mesh {
         }
     }
 
-    /// Looks at each cell in `samples` points instead of its centre. What a cell shoots leaves from
-    /// where it is open, not from where a body stands on it.
-    pub fn sample(&mut self, samples: u32, cover: impl Fn(&MeshFace, Vec3) -> Cover + Sync) {
+    /// Looks at each cell in `samples` points instead of its centre, all of them open.
+    pub fn sample(&mut self, samples: u32) {
         self.samples = samples.max(1);
         if self.samples == 1 {
             return;
         }
         let mut points = Vec::with_capacity(self.cells.len() * self.samples as usize);
-        for (k, cell) in (0..).zip(&mut self.cells) {
-            let face = &self.faces[cell.face as usize];
-            let (mut all, mut lit, mut lit_before) = (0.0, 0.0, 0.0);
+        for (k, cell) in (0..).zip(&self.cells) {
             for s in 0..self.samples {
                 let uv = sampling::cell_uv(s, k);
                 let point = sampling::outline_point(&cell.shooter.corners, uv);
-                let (position, weight) = (point.truncate(), point.w);
-                let cover = cover(face, position);
+                points.push(Point {
+                    position: point.truncate(),
+                    weight: point.w,
+                    cover: Cover::Open,
+                });
+            }
+        }
+        self.points = points;
+    }
+
+    /// What stands on each of the points. What a cell shoots leaves from where it is open, not from
+    /// where a body stands on it.
+    pub fn cover(&mut self, covers: &[Cover]) {
+        for (point, cover) in self.points.iter_mut().zip(covers) {
+            point.cover = *cover;
+        }
+        let points = self.points.chunks(self.samples as usize);
+        for (cell, points) in self.cells.iter_mut().zip(points) {
+            let (mut all, mut lit, mut lit_before) = (0.0, 0.0, 0.0);
+            for Point { weight, cover, .. } in points {
                 all += weight;
-                if cover != Cover::Room {
+                if *cover != Cover::Room {
                     lit_before += weight;
                 }
-                if cover == Cover::Open {
+                if *cover == Cover::Open {
                     lit += weight;
                 }
-                points.push(Point {
-                    position,
-                    weight,
-                    cover,
-                });
             }
             // A cell without area has no share of itself.
             let share = |part: f32| if all > 0.0 { part / all } else { 0.0 };
             (cell.open, cell.open_before) = (share(lit), share(lit_before));
         }
-        self.points = points;
     }
 
     /// The texels face after face, within a face row-major in its rectangle, as files have them.

@@ -8,6 +8,7 @@ pub mod comparison;
 pub mod dense;
 pub mod diff;
 pub mod exact;
+pub mod interrupt;
 pub mod merge;
 pub mod picture;
 pub mod plan;

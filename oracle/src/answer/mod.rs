@@ -6,17 +6,18 @@ mod gap;
 pub mod mend;
 pub mod warnings;
 
+use crate::interrupt::interrupted;
 use crate::refine::{Rung, refine};
 use check::Estimate;
-use common::Result;
 use common::mesh::Mesh;
 use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Quality, Settings};
 use common::shooting::{Engine, Run};
 use common::solution::Warning;
+use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::cover::sampled;
+use cpu::cover::sampled_until;
 use gpu::{Gpu, GpuSolver};
 use mend::{had_to_help, mend};
 use std::cell::Cell;
@@ -113,7 +114,10 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         let Some((settings, note)) = better else {
             break;
         };
-        let next = solved(&settings)?;
+        let next = match solved(&settings) {
+            Err(Error::Interrupted) => break,
+            next => next?,
+        };
         if stopped.get() {
             break;
         }
@@ -132,7 +136,11 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     }
     let warnings = warnings::of(scene, &rung.mesh, &rung.run, estimate.as_ref());
     if estimate.is_none() {
-        notes.push("the error was not estimated: finer cells would be too many".into());
+        notes.push(if interrupted() {
+            "the error was not estimated: interrupted".into()
+        } else {
+            "the error was not estimated: finer cells would be too many".into()
+        });
     }
     let (mesh, field) = refined
         .take()
@@ -159,7 +167,16 @@ fn look(scene: &Scene, rung: &Rung) -> Result<Option<Estimate>> {
         mesh,
         run,
     } = rung;
-    check::estimate(settings, mesh, &run.field, |finer| sampled(scene, finer))
+    // Whoever stopped the solve wants to know how far it came.
+    let before = interrupted();
+    let stop = || interrupted() && !before;
+    let found = check::estimate(settings, mesh, &run.field, |finer| {
+        sampled_until(scene, finer, &stop)
+    });
+    match found {
+        Err(Error::Interrupted) => Ok(None),
+        found => found,
+    }
 }
 
 /// One solve at given settings.
@@ -171,7 +188,8 @@ fn rung(
     seconds: &Cell<(f64, f64)>,
 ) -> Result<Rung> {
     let start = Instant::now();
-    let mesh = sampled(question.scene, settings)?;
+    let mesh = sampled_until(question.scene, settings, &interrupted)
+        .inspect_err(|_| stopped.set(true))?;
     let mut engine: Box<dyn Engine> = match question.gpu {
         Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
         None => Box::new(CpuSolver::new(&mesh, settings)),
