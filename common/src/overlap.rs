@@ -214,7 +214,10 @@ mod tests {
             assert_eq!(areas[1..5], [0.0, 1.0, 0.0, 0.0], "{texels}, {cells}");
             assert!((areas[0] - 1.0).abs() < 1e-6);
             let buried = |k: usize| all.faces[k].normal == Vec3::ZERO;
-            assert_eq!([0, 1, 2, 3, 4].map(buried), [false, true, false, true, true]);
+            assert_eq!(
+                [0, 1, 2, 3, 4].map(buried),
+                [false, true, false, true, true]
+            );
             // A square under two triangles.
             let faces = [&halves[..], &[whole.clone()], &[far.clone()]].concat();
             let all = mesh(faces, texels, cells);

@@ -10,11 +10,15 @@ use common::settings::Settings;
 use common::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::hint::black_box;
+use std::time::Instant;
 
 /// One in so many of the escape directions is asked, 34 of 1024, in every column of their grid: a
 /// point is taken for covered only if all of them meet backs.
 const STEP: usize = 31;
 
+/// Points by which the time is told.
+const TRIED: usize = 1024;
 /// Points between two looks at whether to go on.
 const TASK: usize = 64;
 
@@ -62,6 +66,25 @@ pub fn furnished_until(
 pub fn sample(mesh: &mut Mesh, samples: u32) {
     // Never stopped.
     let _ = sample_until(mesh, samples, &|| false);
+}
+
+/// Seconds that it will take to see what stands on the points of `mesh`, from a few of them.
+pub fn seconds(mesh: &Mesh) -> f64 {
+    if mesh.samples <= 1 {
+        return 0.0;
+    }
+    let rays = Rays::new(mesh);
+    let directions: Vec<Vec3> = directions().into_iter().step_by(STEP).collect();
+    let step = mesh.points.len().div_ceil(TRIED);
+    let start = Instant::now();
+    let tried: Vec<usize> = (0..mesh.points.len()).step_by(step).collect();
+    let open = tried.par_iter().filter(|k| {
+        let cell = &mesh.cells[**k / mesh.samples as usize];
+        let (face, point) = (&mesh.faces[cell.face as usize], mesh.points[**k].position);
+        open(&rays, mesh.faces.len(), face, point, &directions)
+    });
+    black_box(open.count());
+    start.elapsed().as_secs_f64() * step as f64
 }
 
 fn sample_until(mesh: &mut Mesh, samples: u32, stop: Stop) -> Result<()> {

@@ -3,6 +3,7 @@
 
 pub mod check;
 mod gap;
+pub mod light;
 pub mod mend;
 pub mod warnings;
 
@@ -19,6 +20,7 @@ use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::cover::sampled_until;
 use gpu::{Gpu, GpuSolver};
+use light::{finite, missing};
 use mend::{had_to_help, mend};
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -126,6 +128,18 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         rung = next;
         estimate = look(scene, &rung)?;
     }
+    finite(scene, &rung.run)?;
+    if let Some(dark) = missing(&rung.mesh, &rung.run) {
+        // Of no light there is nothing to estimate.
+        estimate = None;
+        notes.push(dark);
+    } else if estimate.is_none() {
+        notes.push(if interrupted() {
+            "the error was not estimated: interrupted".into()
+        } else {
+            "the error was not estimated: finer cells would be too many".into()
+        });
+    }
     notes.extend(fewer_cells(&rung.mesh, &rung.settings));
     if stopped.get() {
         notes.push(if rung.run.converged {
@@ -135,13 +149,6 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         });
     }
     let warnings = warnings::of(scene, &rung.mesh, &rung.run, estimate.as_ref());
-    if estimate.is_none() {
-        notes.push(if interrupted() {
-            "the error was not estimated: interrupted".into()
-        } else {
-            "the error was not estimated: finer cells would be too many".into()
-        });
-    }
     let (mesh, field) = refined
         .take()
         .unwrap_or_else(|| (rung.mesh.clone(), rung.run.field.clone()));
@@ -188,8 +195,8 @@ fn rung(
     seconds: &Cell<(f64, f64)>,
 ) -> Result<Rung> {
     let start = Instant::now();
-    let mesh = sampled_until(question.scene, settings, &interrupted)
-        .inspect_err(|_| stopped.set(true))?;
+    let mesh =
+        sampled_until(question.scene, settings, &interrupted).inspect_err(|_| stopped.set(true))?;
     let mut engine: Box<dyn Engine> = match question.gpu {
         Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
         None => Box::new(CpuSolver::new(&mesh, settings)),

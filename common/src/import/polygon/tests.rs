@@ -185,7 +185,9 @@ fn a_thousand_corners_are_cut_at_once() {
     };
     let star = (0..n).map(|k| round(k, if k % 2 == 0 { 1.0 } else { 0.5 }));
     let tooth = |k: usize| (1.0 - k as f64 / n as f64, (k % 2) as f64);
-    let comb = [(0.0, -1.0), (1.0, -1.0)].into_iter().chain((2..n).map(tooth));
+    let comb = [(0.0, -1.0), (1.0, -1.0)]
+        .into_iter()
+        .chain((2..n).map(tooth));
     let arm = |k: usize, r: f64| {
         let t = k as f64 / 16.0;
         ((r + t) / 34.0 * t.cos(), (r + t) / 34.0 * t.sin())
