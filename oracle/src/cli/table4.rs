@@ -9,6 +9,7 @@ use crate::table4::grid::{Grid, SIZE, exposure, look};
 use crate::table4::{Figure, Image, Row, Table, page};
 use crate::view::camera::Camera;
 use clap::Args;
+use common::file::input;
 use common::import::{ImportOptions, load};
 use common::scene::Scene;
 use common::solution::{prepare, write_file};
@@ -115,7 +116,7 @@ fn shadows(grid: &Grid, scene: &Scene) -> Result<Figure> {
 
 /// Figure 10, from a relight.
 fn real(path: &PathBuf) -> Result<Figure> {
-    let image = image::open(path)
+    let image = image::load_from_memory(&input(path, "a PNG is needed")?)
         .map_err(|e| Error::input(path, "", format!("cannot be read ({e}): a PNG is needed")))?
         .to_rgb8();
     let (width, height) = image.dimensions();

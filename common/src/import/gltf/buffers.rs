@@ -1,6 +1,7 @@
 //! The bytes of a glTF file: GLB chunks, `data:` URIs and files beside it.
 
 use crate::error::{Error, Result};
+use crate::file::{self, MAX_BYTES};
 use gltf::Gltf;
 use gltf::json::Root;
 use std::path::Path;
@@ -96,8 +97,8 @@ fn fetch(scene: &Path, uri: &str) -> std::result::Result<Vec<u8>, String> {
         return Err(format!("is at {uri}: only files beside the scene are read"));
     }
     let name = percent_decoded(uri).ok_or_else(|| format!("has an invalid uri {uri}"))?;
-    let file = scene.parent().unwrap_or(Path::new("")).join(&name);
-    crate::import::read(&file).map_err(|reason| format!("{name} cannot be read: {reason}"))
+    let path = scene.parent().unwrap_or(Path::new("")).join(&name);
+    file::read(&path, MAX_BYTES).map_err(|reason| format!("{name} cannot be read: {reason}"))
 }
 
 /// RFC 4648 §4, padding optional.
