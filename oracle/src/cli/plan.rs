@@ -2,8 +2,9 @@
 
 use super::Outcome;
 use super::options::Common;
-use super::solve::settings;
+use super::solve::{settings, visibility};
 use super::solver::SolverOption;
+use super::tell::result;
 use crate::plan::fits::{Limit, check, size};
 use crate::plan::memory::Memory;
 use crate::plan::passes::{Expected, expected};
@@ -37,6 +38,13 @@ pub struct Arguments {
 /// Prints what a solve will take.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
+    if arguments.solver == Some(SolverOption::Cpu) {
+        common.not_for_cpu()?;
+    }
+    if arguments.solver != Some(SolverOption::Matrix) {
+        let asked = visibility(common, arguments.solver != Some(SolverOption::Cpu));
+        common.not_for_rays(asked)?;
+    }
     let scene = load(&arguments.scene, &common.import())?;
     if arguments.solver == Some(SolverOption::Matrix) {
         common.not_for_matrix()?;
@@ -53,7 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                     && common.adapter.is_none()
                     && !common.require_gpu =>
             {
-                println!("\nGPU: no adapter");
+                result!("")?;
+                result!("GPU: no adapter")?;
             }
             Err(error) => return Err(error),
         }
@@ -64,21 +73,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 fn plan(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
     let counts = Counts::new(scene, settings);
     let who = gpu.map_or("CPU".into(), |gpu| format!("GPU, {}", gpu.line.name));
-    println!("\n{}, {who}", scene.name);
-    println!(
+    result!("")?;
+    result!("{}, {who}", scene.name)?;
+    result!(
         "  size    {} faces, {} texels, {} cells; {} links of {} samples",
         count(counts.faces),
         count(counts.texels),
         count(counts.cells),
         count(counts.links()),
         settings.samples
-    );
+    )?;
     let memory = match gpu {
         None => Memory::cpu(&counts, settings),
         Some(gpu) => Memory::gpu(gpu, &counts, settings),
     };
     let limit = Limit::of_this_machine();
-    println!(
+    result!(
         "  memory  {}: mesh {}, state {}, links {} at most ({} {})",
         size(memory.bytes()),
         size(memory.mesh),
@@ -86,14 +96,14 @@ fn plan(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
         size(memory.links),
         size(limit.bytes),
         limit.source
-    );
+    )?;
     if let Err(error) = check(scene, settings, gpu, limit) {
-        println!("  refused {error}");
+        result!("  refused {error}")?;
         return Ok(());
     }
     seconds(scene, settings, gpu)?;
     if settings.quality == Quality::Reference {
-        println!("  note    reference starts with this and halves the cells until it has settled");
+        result!("  note    reference starts with this and halves the cells until it has settled")?;
     }
     Ok(())
 }
@@ -112,10 +122,10 @@ fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> 
         settings.iteration = Iteration::Southwell;
     }
     let expected = expected(scene, &settings)?;
-    println!("  passes  {}", passes(&settings, &expected));
+    result!("  passes  {}", passes(&settings, &expected))?;
     let time = trial::time(engine.as_mut(), &mesh, &expected)?;
     let all = prepare + time.seconds();
-    println!(
+    result!(
         "  time    about {} s, between {} and {} s: prepare {}, links {}, passes {} s ({} cells tried)",
         two(all),
         two(prepare + time.seconds() / time.factor),
@@ -124,7 +134,7 @@ fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> 
         two(time.links),
         two(time.passes + time.gather),
         time.tried
-    );
+    )?;
     Ok(())
 }
 
@@ -157,20 +167,21 @@ fn two(seconds: f64) -> String {
 
 fn matrix(scene: &Scene, settings: &Settings) -> Result<Outcome> {
     let counts = Counts::new(scene, settings);
-    println!("\n{}, matrix", scene.name);
-    println!(
+    result!("")?;
+    result!("{}, matrix", scene.name)?;
+    result!(
         "  size    {} faces, {} texels, {} pairs",
         count(counts.faces),
         count(counts.texels),
         count(counts.texels.saturating_mul(counts.texels))
-    );
-    println!(
+    )?;
+    result!(
         "  memory  {} ({} are allowed)",
         size(memory::bytes(counts.texels)),
         size(memory::MEMORY)
-    );
+    )?;
     if let Err(error) = memory::check(scene, settings.texels) {
-        println!("  refused {error}");
+        result!("  refused {error}")?;
     }
     Ok(Outcome::Done)
 }

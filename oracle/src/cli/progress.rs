@@ -1,5 +1,7 @@
 //! Progress on stderr, and Ctrl-C.
 
+use super::tell::say;
+use common::text::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
@@ -18,7 +20,7 @@ pub fn listen() {
             }
         };
         if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("note: Ctrl-C will end the program at once: {error}");
+            say!("note: Ctrl-C will end the program at once: {error}");
         }
     });
 }
@@ -47,7 +49,7 @@ impl Progress {
         ) {
             bar.set_style(style);
         }
-        bar.set_prefix(title.to_owned());
+        bar.set_prefix(plain(title));
         bar.enable_steady_tick(Duration::from_millis(200));
         Self {
             bar,

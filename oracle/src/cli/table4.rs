@@ -2,6 +2,7 @@
 
 use super::progress::{Progress, interrupted, listen};
 use super::solver::open_or_twin;
+use super::tell::{result, say};
 use super::{Outcome, bundled};
 use crate::picture::Picture;
 use crate::relight::files;
@@ -86,8 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     write(arguments, &table)?;
     drop(progress);
     if !arguments.quiet {
-        print(&table);
-        eprintln!(
+        print(&table)?;
+        say!(
             "wrote {0}/table4.html and {0}/table4.json",
             arguments.out.display()
         );
@@ -147,8 +148,8 @@ fn write(arguments: &Arguments, table: &Table) -> Result<()> {
     )
 }
 
-fn print(table: &Table) {
-    println!(
+fn print(table: &Table) -> Result<()> {
+    result!(
         "{:<16} {:>6} {:>6} {:>6} {:>6} {:>11} {:>8} {:>7} {:>8} {:>8} {:>8}",
         "image",
         "texels",
@@ -161,13 +162,13 @@ fn print(table: &Table) {
         "error",
         "to rays",
         "power"
-    );
+    )?;
     for row in &table.rows {
         let (seconds, shots) = row.paper.map_or((String::new(), String::new()), |(s, n)| {
             (s.to_string(), n.to_string())
         });
         let of = |row: &Row| format!("{}+{}", row.map_shots, row.object_shots);
-        println!(
+        result!(
             "{:<16} {:>6} {:>6} {:>6} {:>6} {:>11} {:>8.2} {:>7} {:>7.2}% {:>7.2}% {:>7.2}%",
             row.image.name(),
             row.texels,
@@ -180,6 +181,7 @@ fn print(table: &Table) {
             100.0 * row.error,
             100.0 * row.error_rays,
             100.0 * row.imbalance
-        );
+        )?;
     }
+    Ok(())
 }
