@@ -1,26 +1,15 @@
-//! Ctrl-C.
+//! Whether Ctrl-C was pressed: preparing asks on all threads.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-static LISTENING: OnceLock<()> = OnceLock::new();
 
-/// From now on the first Ctrl-C ends the work in hand in good order, the second one at once.
-pub fn listen() {
-    LISTENING.get_or_init(|| {
-        let handler = || {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
-            }
-        };
-        if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("note: Ctrl-C will end the program at once: {error}");
-        }
-    });
+/// From now on it was. Whether it was before.
+pub fn interrupt() -> bool {
+    INTERRUPTED.swap(true, Ordering::SeqCst)
 }
 
-/// Whether Ctrl-C was pressed.
+/// Whether it was.
 pub fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }

@@ -2,8 +2,9 @@
 
 use super::Outcome;
 use super::options::Common;
-use super::solve::{settings, settings_for};
+use super::solve::{settings, settings_for, visibility};
 use super::solver::SolverOption;
+use super::tell::result;
 use crate::plan::Counts;
 use crate::plan::ahead::ahead;
 use crate::plan::fits::{Limit, check, size};
@@ -35,6 +36,13 @@ pub struct Arguments {
 /// Prints what a solve will take.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
+    if arguments.solver == Some(SolverOption::Cpu) {
+        common.not_for_cpu()?;
+    }
+    if arguments.solver != Some(SolverOption::Matrix) {
+        let asked = visibility(common, arguments.solver != Some(SolverOption::Cpu));
+        common.not_for_rays(asked)?;
+    }
     let scene = load(&arguments.scene, &common.import())?;
     if arguments.solver == Some(SolverOption::Matrix) {
         common.not_for_matrix()?;
@@ -51,7 +59,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                     && common.adapter.is_none()
                     && !common.require_gpu =>
             {
-                println!("\nGPU: no adapter");
+                result!("")?;
+                result!("GPU: no adapter")?;
             }
             Err(error) => return Err(error),
         }
@@ -64,24 +73,25 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
     let settings = &settings;
     let counts = Counts::new(scene, settings);
     let who = gpu.map_or("CPU".into(), |gpu| format!("GPU, {}", gpu.line.name));
-    println!("\n{}, {who}", scene.name);
-    println!(
+    result!("")?;
+    result!("{}, {who}", scene.name)?;
+    result!(
         "  size    {} faces, {} texels, {} cells; {} links of {} samples",
         count(counts.faces),
         count(counts.texels),
         count(counts.cells),
         count(counts.links()),
         settings.samples
-    );
+    )?;
     if let Some(changed) = changed {
-        println!("  note    {changed}");
+        result!("  note    {changed}")?;
     }
     let memory = match gpu {
         None => Memory::cpu(&counts, settings),
         Some(gpu) => Memory::gpu(gpu, &counts, settings),
     };
     let limit = Limit::of_this_machine();
-    println!(
+    result!(
         "  memory  {}: scene {}, mesh {}, state {}, links {} at most, afterwards {} ({} {})",
         size(memory.bytes()),
         size(memory.scene),
@@ -91,14 +101,14 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
         size(memory.look),
         size(limit.bytes),
         limit.source
-    );
+    )?;
     if let Err(error) = check(scene, settings, gpu, limit) {
-        println!("  refused {error}");
+        result!("  refused {error}")?;
         return Ok(());
     }
     seconds(scene, settings, gpu)?;
     if settings.quality == Quality::Reference {
-        println!("  note    reference starts with this and halves the cells until it has settled");
+        result!("  note    reference starts with this and halves the cells until it has settled")?;
     }
     Ok(())
 }
@@ -106,9 +116,9 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
 /// Passes and time, from a short trial.
 fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
     let ahead = ahead(scene, settings, gpu)?;
-    println!("  passes  {}", passes(settings, &ahead.expected));
+    result!("  passes  {}", passes(settings, &ahead.expected))?;
     let (prepare, time) = (ahead.prepare, &ahead.time);
-    println!(
+    result!(
         "  time    about {} s, between {} and {} s: prepare {}, links {}, passes {} s ({} cells tried)",
         two(ahead.seconds()),
         two(prepare + time.seconds() / time.factor),
@@ -117,7 +127,7 @@ fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> 
         two(time.links),
         two(time.passes + time.gather),
         time.tried
-    );
+    )?;
     Ok(())
 }
 
@@ -139,20 +149,21 @@ fn passes(settings: &Settings, expected: &Expected) -> String {
 
 fn matrix(scene: &Scene, settings: &Settings) -> Result<Outcome> {
     let counts = Counts::new(scene, settings);
-    println!("\n{}, matrix", scene.name);
-    println!(
+    result!("")?;
+    result!("{}, matrix", scene.name)?;
+    result!(
         "  size    {} faces, {} texels, {} pairs",
         count(counts.faces),
         count(counts.texels),
         count(counts.texels.saturating_mul(counts.texels))
-    );
-    println!(
+    )?;
+    result!(
         "  memory  {} ({} are allowed)",
         size(memory::bytes(counts.texels)),
         size(memory::MEMORY)
-    );
+    )?;
     if let Err(error) = memory::check(scene, settings.texels) {
-        println!("  refused {error}");
+        result!("  refused {error}")?;
     }
     Ok(Outcome::Done)
 }
