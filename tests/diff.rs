@@ -1,6 +1,7 @@
 //! `diff` as scripts use it: known figures by hand, a planted fault of each kind is seen, bad
 //! input is one line.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
@@ -96,7 +97,7 @@ fn numbers(value: &Value) -> [f64; 3] {
 
 fn close(a: f64, b: f64) {
     // The values are stored in 32 bits.
-    assert!((a - b).abs() < 1e-6, "{a} {b}");
+    assert!(abs_diff_eq!(a, b, epsilon = 1e-6), "{a} {b}");
 }
 
 #[test]

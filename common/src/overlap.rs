@@ -163,6 +163,7 @@ fn overlap(a: &MeshFace, b: &MeshFace) -> bool {
 mod tests {
     use super::*;
     use crate::scene::{Face, Scene};
+    use approx::abs_diff_eq;
     use glam::DVec3;
 
     fn square(x: f64, z: f64, side: f64) -> Face {
@@ -212,7 +213,7 @@ mod tests {
             let all = mesh(faces, texels, cells);
             let areas: Vec<f64> = (0..5).map(|k| area(&all, k)).collect();
             assert_eq!(areas[1..5], [0.0, 1.0, 0.0, 0.0], "{texels}, {cells}");
-            assert!((areas[0] - 1.0).abs() < 1e-6);
+            assert!(abs_diff_eq!(areas[0], 1.0, epsilon = 1e-6));
             let buried = |k: usize| all.faces[k].normal == Vec3::ZERO;
             assert_eq!(
                 [0, 1, 2, 3, 4].map(buried),
@@ -222,17 +223,21 @@ mod tests {
             let faces = [&halves[..], &[whole.clone()], &[far.clone()]].concat();
             let all = mesh(faces, texels, cells);
             assert_eq!(area(&all, 2), 0.0, "{texels}, {cells}");
-            assert!((area(&all, 0) + area(&all, 1) - 1.0).abs() < 1e-6);
+            assert!(abs_diff_eq!(
+                area(&all, 0) + area(&all, 1),
+                1.0,
+                epsilon = 1e-6
+            ));
         }
     }
 
     #[test]
     fn of_a_half_covered_face_the_cells_underneath_have_no_area() {
         let all = mesh(vec![square(0.0, 0.0, 1.0), square(0.5, 0.0, 1.0)], 8, 4);
-        assert!((area(&all, 1) - 0.5).abs() < 1e-6);
+        assert!(abs_diff_eq!(area(&all, 1), 0.5, epsilon = 1e-6));
         let shooting: f32 = all.cells.iter().map(|c| c.shooter.area).sum();
         let receiving: f32 = all.texels.iter().map(|t| t.area).sum();
-        assert!((shooting - receiving).abs() < 1e-6);
+        assert!(abs_diff_eq!(shooting, receiving, epsilon = 1e-6));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Scenes drawn at random: the same from the same seed, closed where they say so, nothing within
 //! anything else, and all that they promise does occur.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::overlap::overlaps;
 use common::scene::{Face, Scene, Shape};
@@ -138,7 +139,7 @@ fn quads_and_triangles_are_one_room() {
                     Shape::Quad => next(own),
                     Shape::Triangle => next(own) + next(mixed.next().unwrap()),
                 };
-                assert!((area / quad.area() - 1.0).abs() < 1e-9);
+                assert!(abs_diff_eq!(area / quad.area(), 1.0, epsilon = 1e-9));
             }
         }
     }
@@ -184,7 +185,7 @@ fn what_is_closed_is_closed() {
                 for point in &points {
                     let angle = solid_angle(*point, other);
                     assert!(
-                        (angle - expected).abs() < tolerance,
+                        abs_diff_eq!(angle, expected, epsilon = tolerance),
                         "{drawn}: {k} in {j}: {angle}"
                     );
                 }
@@ -219,7 +220,11 @@ fn of_what_leaves_a_wall_of_a_closed_convex_room_nothing_is_lost() {
                 .map(from)
                 .sum();
             // The quadrature's last halving, and corners rounded at ten extents from the origin.
-            assert!((sum - 1.0).abs() < 1e-7, "{}: {drawn}: {sum}", a.name);
+            assert!(
+                abs_diff_eq!(sum, 1.0, epsilon = 1e-7),
+                "{}: {drawn}: {sum}",
+                a.name
+            );
         }
     }
 }

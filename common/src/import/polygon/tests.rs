@@ -1,6 +1,7 @@
 //! Every piece faces as its polygon does, and together they cover it once.
 
 use super::*;
+use approx::abs_diff_eq;
 
 fn at(points: &[(f64, f64)]) -> Vec<DVec3> {
     points
@@ -30,7 +31,7 @@ fn covers(points: &[(f64, f64)]) -> (usize, Vec<Remark>) {
     );
     let total: f64 = areas.iter().sum();
     assert!(
-        (total - vector_area(&corners).z).abs() < 1e-12,
+        abs_diff_eq!(total, vector_area(&corners).z, epsilon = 1e-12),
         "area {total} of {}",
         vector_area(&corners).z
     );
