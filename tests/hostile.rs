@@ -678,12 +678,12 @@ fn no_option_is_ignored() {
 /// Files that are not what they seem.
 const DAMAGED: &[Row] = &[
     row(
-        "merge whole.jpg cut.jpg --seconds 1,4 --out out",
+        "merge cut.jpg long.jpg --seconds 1,4 --out out",
         2,
         "cut.jpg: is cut off",
     ),
     row(
-        "merge almost.jpg whole.jpg --seconds 1,4 --out out",
+        "merge almost.jpg long.jpg --seconds 1,4 --out out",
         2,
         "almost.jpg: is cut off",
     ),
@@ -698,29 +698,62 @@ const DAMAGED: &[Row] = &[
         "v3.gltf: is glTF version 3.0: export it as version 2",
     ),
     row(
+        "merge short.jpg long.jpg --seconds 1,4 --out out",
+        0,
+        "2 exposures",
+    ),
+    row(
+        "solve fine.gltf --solver cpu --texels 2 --out out",
+        0,
+        "1 faces",
+    ),
+    row(
         "solve index.gltf --out out",
         2,
         "index.gltf: has the index 4294967296 in `mesh`",
     ),
 ];
 
+/// A glTF of one triangle, its node's mesh being number `mesh`.
+fn triangle(version: &str, mesh: u64) -> String {
+    use base64::{Engine, engine::general_purpose::STANDARD};
+    let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = corners
+        .as_flattened()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let uri = format!(
+        "data:application/octet-stream;base64,{}",
+        STANDARD.encode(&bytes)
+    );
+    json!({
+        "asset": {"version": version},
+        "nodes": [{"mesh": mesh}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": uri}],
+    })
+    .to_string()
+}
+
 #[test]
 fn damaged_files_are_not_guessed_at() {
     let folder = folder("damaged");
-    let image = image::RgbImage::from_fn(64, 48, |x, y| {
-        image::Rgb([(x * 3) as u8, (y * 5) as u8, 90])
-    });
-    image.save(folder.join("whole.jpg")).unwrap();
-    let bytes = fs::read(folder.join("whole.jpg")).unwrap();
-    put(&folder, "cut.jpg", &bytes[..bytes.len() * 2 / 3]);
-    put(&folder, "almost.jpg", &bytes[..bytes.len() - 1]);
-    for version in ["1.0", "3.0"] {
-        let text = json!({"asset": {"version": version}, "scenes": [{"nodes": []}]}).to_string();
-        put(&folder, &format!("v{}.gltf", &version[..1]), text);
+    // Codes of a smooth scene, gamma 2, and of four times the time.
+    for (name, brightness) in [("short.jpg", 1), ("long.jpg", 2)] {
+        let code = |x: u32| (brightness * x).min(255) as u8;
+        let image = image::RgbImage::from_fn(120, 90, |x, _| image::Rgb([code(x + 10); 3]));
+        image.save(folder.join(name)).unwrap();
     }
-    let nodes = json!([{"mesh": 1_u64 << 32}]);
-    let text = json!({"asset": {"version": "2.0"}, "nodes": nodes, "meshes": [{"primitives": []}]});
-    put(&folder, "index.gltf", text.to_string());
+    let bytes = fs::read(folder.join("short.jpg")).unwrap();
+    put(&folder, "cut.jpg", &bytes[..bytes.len() * 4 / 5]);
+    put(&folder, "almost.jpg", &bytes[..bytes.len() - 1]);
+    put(&folder, "v1.gltf", triangle("1.0", 0));
+    put(&folder, "v3.gltf", triangle("3.0", 0));
+    put(&folder, "index.gltf", triangle("2.0", 1 << 32));
+    put(&folder, "fine.gltf", triangle("2.0", 0));
     judge(&folder, DAMAGED);
     fs::remove_dir_all(folder).unwrap();
 }
