@@ -5,8 +5,9 @@ use super::memory::Memory;
 use common::mesh::MAX_TEXELS;
 use common::scene::Scene;
 use common::settings::Settings;
-use common::{Error, Result};
+use common::{Error, Result, file};
 use gpu::Gpu;
+use std::path::Path;
 
 /// Where the system does not say what it has.
 const ASSUMED: u64 = 8 << 30;
@@ -25,8 +26,9 @@ pub struct Limit {
 impl Limit {
     /// What the system has left (Linux), or 8 GiB.
     pub fn of_this_machine() -> Self {
-        let available = std::fs::read_to_string("/proc/meminfo")
-            .ok()
+        let text = file::read(Path::new("/proc/meminfo"), 1 << 16).ok();
+        let available = text
+            .and_then(|bytes| String::from_utf8(bytes).ok())
             .and_then(|text| available(&text));
         match available {
             Some(bytes) => Self {
