@@ -257,6 +257,11 @@ const BEYOND: &[Row] = &[
         2,
         "bright/lightmap.exr: face 0",
     ),
+    row(
+        "relight --room white --solver cpu --out out",
+        2,
+        "white/lightmap.exr: face 0: the channels reflectance.R, G, B hold",
+    ),
     // What a capture leaves unexplained may be negative.
     row("diff relit solved --out out", 0, "relative RMS"),
 ];
@@ -302,8 +307,9 @@ fn stored_rooms_are_held_to_what_a_material_may_be() {
         light,
         json!([-0.1, 0.0, 0.0]),
     );
-    painted(&folder, "solved", "bright", f32::MAX);
-    painted(&folder, "solved", "nan", f32::NAN);
+    painted(&folder, "solved", "bright", "", f32::MAX);
+    painted(&folder, "solved", "nan", "", f32::NAN);
+    painted(&folder, "relight", "white", "reflectance.", 1.0);
     judge(&folder, BEYOND);
     fs::remove_dir_all(folder).unwrap();
 }
@@ -336,8 +342,8 @@ const OF_TWO_SOLVES: &[Row] = &[
     ),
 ];
 
-/// Copies `from` to `to` with `value` in every pixel of the radiosity.
-fn painted(folder: &Path, from: &str, to: &str, value: f32) {
+/// Copies `from` to `to` with `value` in every pixel of R, G and B with this prefix.
+fn painted(folder: &Path, from: &str, to: &str, prefix: &str, value: f32) {
     let path = folder.join(from).join("lightmap.exr");
     let Planes {
         width,
@@ -353,7 +359,7 @@ fn painted(folder: &Path, from: &str, to: &str, value: f32) {
         Value::Null,
     );
     for name in ["R", "G", "B"] {
-        channels.insert(name.into(), vec![value; width * height]);
+        channels.insert(format!("{prefix}{name}"), vec![value; width * height]);
     }
     let plane =
         |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));

@@ -172,18 +172,18 @@ impl<'a> Lightmap<'a> {
         let faces = description.faces.as_slice();
         let path = dir.join("lightmap.exr");
         let bytes = file::input(&path, "")?;
-        if let Some(wanted) = &description.lightmap_crc32
-            && *wanted != checksum(&bytes)
-        {
-            let message = "this and result.json are not of one solve (its lightmap_crc32 is another file's): solve again, or remove that entry if the lightmap was changed on purpose";
-            return Err(Error::input(&path, "", message));
-        }
         // A packed atlas is nearly full; a much larger image has nothing to do with these faces.
         let texels: u64 = faces
             .iter()
             .map(|e| u64::from(texel::count(e.texels)))
             .sum();
         let planes = Planes::decode(&path, &bytes, 64 * texels + (1 << 16))?;
+        if let Some(wanted) = &description.lightmap_crc32
+            && *wanted != checksum(&bytes)
+        {
+            let message = "this and result.json are not of one solve (its lightmap_crc32 is another file's): solve again, or remove that entry if the lightmap was changed on purpose";
+            return Err(Error::input(&path, "", message));
+        }
         for (k, entry) in faces.iter().enumerate() {
             let [x, y, w, h] = rect(entry).map(u64::from);
             if x + w > planes.width as u64 || y + h > planes.height as u64 {
