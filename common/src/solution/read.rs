@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::MAX_TEXELS;
 use crate::scene::Scene;
-use crate::solution::faces::{Entry, faces, label, reflects};
+use crate::solution::faces::{Entry, TOO_BRIGHT, faces, label, reflects, too_bright};
 use crate::solution::pixels::Planes;
 use crate::solution::write::checksum;
 use crate::texel;
@@ -85,6 +85,10 @@ impl Stored {
                 "lacks a channel of R, G and B (radiosity)",
             )
         })?;
+        let resolutions: Vec<[u32; 2]> = description.faces.iter().map(|e| e.texels).collect();
+        if let Some(k) = too_bright(&radiosity, &resolutions) {
+            return Err(Error::input(&lightmap.path, label(k), TOO_BRIGHT));
+        }
         if let Some(reflectance) = others.get("reflectance") {
             lightmap.check_reflectance(reflectance)?;
         }
@@ -94,7 +98,7 @@ impl Stored {
         };
         Ok(Self {
             dir: dir.to_path_buf(),
-            resolutions: description.faces.iter().map(|e| e.texels).collect(),
+            resolutions,
             scene: scene(dir, description),
             radiosity,
             emission,
