@@ -12,6 +12,7 @@ mod objects;
 mod options;
 mod plan;
 mod progress;
+mod random;
 mod relight;
 mod signals;
 mod solve;

@@ -1,21 +1,22 @@
-//! Progress on stderr, and Ctrl-C.
+//! Progress on stderr.
 
 use super::tell::say;
 use common::text::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+use crate::interrupt::interrupt;
+pub use crate::interrupt::interrupted;
+
 static LISTENING: OnceLock<()> = OnceLock::new();
 
 /// From now on the first Ctrl-C ends the work in hand in good order, the second one at once.
 pub fn listen() {
     LISTENING.get_or_init(|| {
         let handler = || {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            if interrupt() {
                 std::process::exit(130);
             }
         };
@@ -23,11 +24,6 @@ pub fn listen() {
             say!("note: Ctrl-C will end the program at once: {error}");
         }
     });
-}
-
-/// Whether Ctrl-C was pressed.
-pub fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
 }
 
 /// A bar with a phase's name; hidden when quiet or when stderr is no terminal.

@@ -6,6 +6,8 @@ use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
 use super::{Outcome, matrix};
 use crate::answer::{Question, answer};
+use crate::plan::ahead::warning;
+use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check};
 use clap::Args;
 use common::Result;
@@ -83,9 +85,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         say!("note: {}: {note}", scene.name);
     }
     let (device, missing) = open(solver, common)?;
-    let settings = settings(common, device.is_some())?;
+    let (settings, changed) = settings_for(common, &scene, device.is_some())?;
     check(&scene, &settings, device.as_ref(), Limit::of_this_machine())?;
     prepare(&arguments.out)?;
+    if !common.quiet
+        && let Some(warning) = warning(&scene, &settings, device.as_ref())?
+    {
+        say!("note: {warning}");
+    }
     listen();
 
     let progress = RefCell::new(Progress::new(&scene.name, common.quiet));
@@ -101,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     })?;
     drop(progress);
     let mut notes = scene.notes.clone();
-    for note in &answered.notes {
+    for note in changed.iter().chain(&answered.notes) {
         say!("note: {note}");
         notes.push(note.clone());
     }
@@ -158,6 +165,21 @@ pub fn visibility(common: &Common, on_gpu: bool) -> Visibility {
         None if on_gpu && common.quality() != Quality::Reference => Visibility::Stereographic,
         None => Visibility::Rays,
     }
+}
+
+/// The same for `scene`: of many faces the defaults are coarser, and the note says so.
+pub fn settings_for(
+    common: &Common,
+    scene: &Scene,
+    on_gpu: bool,
+) -> Result<(Settings, Option<String>)> {
+    let chosen = Chosen {
+        quality: common.quality.is_some(),
+        texels: common.texels.is_some(),
+        cells: common.cells.is_some(),
+        samples: common.samples.is_some(),
+    };
+    Ok(adapted(scene, &settings(common, on_gpu)?, chosen))
 }
 
 fn summary(solution: &Solution, arguments: &Arguments) {
