@@ -253,17 +253,15 @@ const BEYOND: &[Row] = &[
         "bright/lightmap.exr: face 0",
     ),
     row(
-        "diff bright solved --out out",
-        2,
-        "bright/lightmap.exr: face 0",
-    ),
-    row(
         "relight --room white --solver cpu --out out",
         2,
         "white/lightmap.exr: face 0: the channels reflectance.R, G, B hold",
     ),
-    // What a capture leaves unexplained may be negative.
-    row("diff relit solved --out out", 0, "relative RMS"),
+    row(
+        "diff bright solved --out out",
+        2,
+        "bright/lightmap.exr: face 0",
+    ),
 ];
 
 #[test]
@@ -295,21 +293,9 @@ fn stored_rooms_are_held_to_what_a_material_may_be() {
         let walls = format!("walls{name}");
         damaged(&folder, "solved/maps", &walls, "room.json", pointer, value);
     }
-    let relight = [
-        "relight", "--room", "solved", "--solver", "cpu", "--out", "relight",
-    ];
-    assert_eq!(run(&folder, &relight).code, Some(0));
-    damaged(
-        &folder,
-        "relight",
-        "relit",
-        "result.json",
-        light,
-        json!([-0.1, 0.0, 0.0]),
-    );
     painted(&folder, "solved", "bright", "", f32::MAX);
     painted(&folder, "solved", "nan", "", f32::NAN);
-    painted(&folder, "relight", "white", "reflectance.", 1.0);
+    painted(&folder, "solved", "white", "reflectance.", 1.0);
     judge(&folder, BEYOND);
     fs::remove_dir_all(folder).unwrap();
 }
@@ -329,16 +315,6 @@ const OF_TWO_SOLVES: &[Row] = &[
         "chart room.obj --solver cpu --truth mixed --out out",
         2,
         "are not of one solve",
-    ),
-    row(
-        "diff foreign fine --out out",
-        0,
-        "foreign/result.json has no lightmap_crc32",
-    ),
-    row(
-        "relight --room foreign --solver cpu --out out",
-        0,
-        "has no lightmap_crc32",
     ),
 ];
 
@@ -373,31 +349,6 @@ fn painted(folder: &Path, from: &str, to: &str, prefix: &str, value: f32) {
     Image::from_layer(layer).write().to_file(path).unwrap();
 }
 
-/// Equal radiosity of unequal lamps is not the same light reflected.
-#[test]
-fn results_of_other_lamps_are_not_the_same_data() {
-    let folder = with_room("lamps");
-    solved(&folder, "fine", &[]);
-    let light = json!([1.0, 1.0, 1.0]);
-    damaged(
-        &folder,
-        "fine",
-        "dim",
-        "result.json",
-        "/faces/5/emission",
-        light,
-    );
-    let ended = run(&folder, &["diff", "dim", "fine", "--out", "out"]);
-    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
-    assert!(!ended.stderr.contains("same data"), "{}", ended.stderr);
-    assert!(
-        ended.stderr.contains("emit differently"),
-        "{}",
-        ended.stderr
-    );
-    fs::remove_dir_all(folder).unwrap();
-}
-
 #[test]
 fn files_of_two_solves_are_no_result() {
     let folder = with_room("two");
@@ -409,14 +360,6 @@ fn files_of_two_solves_are_no_result() {
     );
     let of = |dir: &str| folder.join(dir).join("lightmap.exr");
     fs::copy(of("fine"), of("mixed")).unwrap();
-    damaged(
-        &folder,
-        "fine",
-        "foreign",
-        "result.json",
-        "/lightmap_crc32",
-        Value::Null,
-    );
     judge(&folder, OF_TWO_SOLVES);
     fs::remove_dir_all(folder).unwrap();
 }
@@ -804,13 +747,12 @@ fn names_do_not_reach_the_terminal_as_commands() {
 #[test]
 fn quiet_is_quiet() {
     let folder = with_room("quiet");
-    // A note of the import, one of an object outside of the room, one of two equal results.
+    // Notes of the import, of the adapter and of mending.
     let odd = format!("{ROOM}f 1 1 2\nf 1 2 2\nl 1 2\n");
     put(&folder, "odd.obj", odd);
-    for arguments in [
-        "solve odd.obj --solver cpu --texels 2 --out solved",
-        "relight --room solved --object odd.obj --place 9,9,9 --solver cpu --texels 2 --out relit",
-        "diff solved solved --out diff",
+    for (arguments, code) in [
+        ("solve odd.obj --solver cpu --texels 2", 0),
+        ("solve odd.obj --adapter NOSUCH --texels 2", 3),
     ] {
         let words: Vec<&str> = arguments.split_whitespace().collect();
         let ended = run(&folder, &words);
@@ -822,11 +764,10 @@ fn quiet_is_quiet() {
         let ended = run(&folder, &[&words[..], &["--quiet"]].concat());
         let what = told(arguments, &ended);
         println!("{what}");
-        assert_eq!(
-            (ended.code, ended.stdout + &ended.stderr),
-            (Some(0), String::new()),
-            "{what}"
-        );
+        assert_eq!(ended.code, Some(code), "{what}");
+        let lines = ended.stdout.lines().chain(ended.stderr.lines());
+        let rest = lines.filter(|line| !line.starts_with("error:"));
+        assert_eq!(rest.collect::<Vec<_>>(), [""; 0], "{what}");
     }
     fs::remove_dir_all(folder).unwrap();
 }

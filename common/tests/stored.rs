@@ -52,13 +52,21 @@ fn field(mesh: &Mesh) -> Field {
 
 /// Writes the scene with 5×5 texels a face and returns mesh and field.
 fn write(dir: &Path) -> (Mesh, Field) {
+    write_with(dir, None)
+}
+
+/// The same; of a captured room face 1 is left with this E.
+fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
     let scene = scene();
     // Cells change the order of the mesh's texels, and must not change the file's.
-    let mesh = Mesh::uniform(&scene, 6, 3).unwrap();
+    let mut mesh = Mesh::uniform(&scene, 6, 3).unwrap();
+    for texel in mesh.texels.iter_mut().filter(|texel| texel.face == 1) {
+        texel.emission = captured.unwrap_or(texel.emission);
+    }
     let field = field(&mesh);
     let solution = Solution {
         matrix: None,
-        relit: None,
+        relit: captured.map(|_| json!({})),
         scene: &scene,
         mesh: &mesh,
         solver: "cpu",
@@ -174,6 +182,37 @@ fn a_bad_description_names_the_file_and_the_face() {
     let message = changed(&dir, |d| *d = json!([1]));
     assert!(message.contains("result.json"), "{message}");
     Stored::read(&dir).unwrap();
+}
+
+#[test]
+fn what_a_capture_leaves_unexplained_may_be_negative() {
+    let dir = folder("captured");
+    let left = Vec3::new(-0.25, 0.5, 0.0);
+    write_with(&dir, Some(left));
+    let stored = Stored::read(&dir).unwrap();
+    assert!(stored.emission[stored.texels(1)].iter().all(|e| *e == left));
+    assert!(stored.scene.faces[1].emission.x < 0.0);
+    // Without the texels' own it would be a lamp's.
+    let message = changed(&dir, |d| {
+        d["faces"][1]["reflectance"] = json!([0.5, 0.5, 1.0])
+    });
+    assert!(message.contains("face 1"), "{message}");
+}
+
+#[test]
+fn what_others_wrote_is_read_with_a_note() {
+    let dir = folder("foreign");
+    write(&dir);
+    assert!(Stored::read(&dir).unwrap().scene.notes.is_empty());
+    let path = dir.join("result.json");
+    let mut description: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    description
+        .as_object_mut()
+        .unwrap()
+        .remove("lightmap_crc32");
+    fs::write(&path, description.to_string()).unwrap();
+    let notes = Stored::read(&dir).unwrap().scene.notes;
+    assert!(notes[0].contains("has no lightmap_crc32"), "{notes:?}");
 }
 
 #[test]
