@@ -13,7 +13,7 @@
 use crate::error::{Error, Result};
 use crate::mesh::MAX_TEXELS;
 use crate::scene::{Scene, Shape};
-use crate::solution::faces::{Entry, describe, faces, label};
+use crate::solution::faces::{Entry, TOO_BRIGHT, describe, faces, label, too_bright};
 use crate::solution::pending::Pending;
 use crate::solution::pixels::Planes;
 use crate::solution::write::{encode, prepare};
@@ -128,7 +128,10 @@ pub fn read(dir: &Path) -> Result<Room> {
             ));
         }
     }
-    Ok(room)
+    match too_bright(&room.radiosity, &room.resolutions) {
+        Some(k) => Err(Error::input(&path, label(k), TOO_BRIGHT)),
+        None => Ok(room),
+    }
 }
 
 #[derive(Deserialize)]

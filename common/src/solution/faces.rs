@@ -1,6 +1,7 @@
 //! A face as the descriptions (`result.json`, `room.json`) tell it.
 
 use crate::scene::{Face, Shape};
+use crate::texel;
 use crate::text::plain;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
@@ -114,6 +115,26 @@ pub(crate) fn describe(face: &Face, resolution: [u32; 2]) -> Value {
 pub(crate) fn reflects(reflectance: Vec3) -> bool {
     (reflectance.cmpge(Vec3::ZERO) & reflectance.cmplt(Vec3::ONE)).all()
 }
+
+/// The first face by which radiosity (in face order, `resolutions` W×H each), summed over texels and
+/// channels as power is, leaves the range of 32-bit floats.
+pub(crate) fn too_bright(radiosity: &[Vec3], resolutions: &[[u32; 2]]) -> Option<usize> {
+    let mut rest = radiosity;
+    let mut sum = 0.0;
+    resolutions.iter().position(|resolution| {
+        let (own, others) = rest.split_at(texel::count(*resolution) as usize);
+        rest = others;
+        sum += own
+            .iter()
+            .map(|b| b.as_dvec3().abs().element_sum())
+            .sum::<f64>();
+        sum > f64::from(f32::MAX)
+    })
+}
+
+/// What is said of it.
+pub(crate) const TOO_BRIGHT: &str =
+    "its radiosity is too large to be summed in 32-bit floats: scale the light down";
 
 /// How messages name face `k`.
 pub(crate) fn label(k: usize) -> String {

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::MAX_TEXELS;
 use crate::scene::Scene;
-use crate::solution::faces::{Entry, faces, label, reflects};
+use crate::solution::faces::{Entry, TOO_BRIGHT, faces, label, reflects, too_bright};
 use crate::solution::pixels::Planes;
 use crate::solution::write::checksum;
 use crate::texel;
@@ -85,6 +85,10 @@ impl Stored {
                 "lacks a channel of R, G and B (radiosity)",
             )
         })?;
+        let resolutions: Vec<[u32; 2]> = description.faces.iter().map(|e| e.texels).collect();
+        if let Some(k) = too_bright(&radiosity, &resolutions) {
+            return Err(Error::input(&lightmap.path, label(k), TOO_BRIGHT));
+        }
         if let Some(reflectance) = others.get("reflectance") {
             lightmap.check_reflectance(reflectance)?;
         }
@@ -94,7 +98,7 @@ impl Stored {
         };
         Ok(Self {
             dir: dir.to_path_buf(),
-            resolutions: description.faces.iter().map(|e| e.texels).collect(),
+            resolutions,
             scene: scene(dir, description),
             radiosity,
             emission,
@@ -172,18 +176,18 @@ impl<'a> Lightmap<'a> {
         let faces = description.faces.as_slice();
         let path = dir.join("lightmap.exr");
         let bytes = file::input(&path, "")?;
-        if let Some(wanted) = &description.lightmap_crc32
-            && *wanted != checksum(&bytes)
-        {
-            let message = "this and result.json are not of one solve (its lightmap_crc32 is another file's): solve again, or remove that entry if the lightmap was changed on purpose";
-            return Err(Error::input(&path, "", message));
-        }
         // A packed atlas is nearly full; a much larger image has nothing to do with these faces.
         let texels: u64 = faces
             .iter()
             .map(|e| u64::from(texel::count(e.texels)))
             .sum();
         let planes = Planes::decode(&path, &bytes, 64 * texels + (1 << 16))?;
+        if let Some(wanted) = &description.lightmap_crc32
+            && *wanted != checksum(&bytes)
+        {
+            let message = "this and result.json are not of one solve (its lightmap_crc32 is another file's): solve again, or remove that entry if the lightmap was changed on purpose";
+            return Err(Error::input(&path, "", message));
+        }
         for (k, entry) in faces.iter().enumerate() {
             let [x, y, w, h] = rect(entry).map(u64::from);
             if x + w > planes.width as u64 || y + h > planes.height as u64 {

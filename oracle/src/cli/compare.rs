@@ -131,7 +131,7 @@ fn write(arguments: &Arguments, comparisons: &[Comparison]) -> Result<()> {
 
 /// Without an adapter each scene is solved on the CPU, in a folder of its own.
 fn cpu_only(arguments: &Arguments, error: Error) -> Error {
-    say!("note: {error}; solving on the CPU, nothing is compared");
+    say!("note: {error}; each scene is only solved, on the CPU");
     for path in &arguments.scenes {
         let name = path.file_stem().unwrap_or(path.as_os_str());
         if let Err(failure) = solve::on_cpu(path, &arguments.out.join(name), &arguments.common) {

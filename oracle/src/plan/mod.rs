@@ -7,6 +7,10 @@
 pub mod ahead;
 pub mod counts;
 pub mod defaults;
+#[allow(
+    clippy::disallowed_methods,
+    reason = "reads the system's own /proc/meminfo"
+)]
 pub mod fits;
 pub mod memory;
 pub mod passes;

@@ -134,7 +134,8 @@ pub fn content(scene: &Scene) -> u64 {
 
 /// This very program: its version, and the file that runs.
 pub fn program() -> u64 {
-    let file = std::env::current_exe().and_then(std::fs::read);
+    let path = std::env::current_exe().ok();
+    let file = path.and_then(|path| file::read(&path, file::MAX_BYTES).ok());
     digest(&(env!("CARGO_PKG_VERSION"), file.unwrap_or_default()))
 }
 
