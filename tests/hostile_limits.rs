@@ -243,6 +243,33 @@ fn a_room_listed_again_is_as_bright_as_once() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+#[test]
+fn white_walls_converge_and_say_what_rounding_adds() {
+    let folder = with_materials("white");
+    put(
+        &folder,
+        "m.mtl",
+        MATERIALS.replace(".5 .5 .5", ".999999 .999999 .999999"),
+    );
+    let ended = run(&folder, &["solve", "room.obj", "--solver", "cpu"]);
+    let what = told("white walls", &ended);
+    println!("{what}");
+    assert_eq!(ended.code, Some(0), "{what}");
+    assert!(
+        ended.stderr.contains("rounding adds up to 12 %"),
+        "{}",
+        ended.stderr
+    );
+    assert_eq!(result(&folder)["converged"], true);
+    // All light is absorbed in the end, and the walls' is a millionth of what they hold.
+    let [absorbed, emitted] = energy(&folder);
+    assert!(
+        (absorbed / emitted - 1.0).abs() < 0.12,
+        "{absorbed} of {emitted}"
+    );
+    fs::remove_dir_all(folder).unwrap();
+}
+
 const MANY: &[Row] = &[
     row(
         "solve coinciding.obj --solver cpu --quality draft --texels 2 --out out",
@@ -336,7 +363,7 @@ fn too_little_memory_is_refused() {
     let folder = with_materials("memory");
     let solve = "solve room.obj --solver cpu --texels 1024 --quality draft";
     let words: Vec<&str> = solve.split(' ').collect();
-    let ended = in_shell(&folder, "ulimit -v 1500000; exec \"$0\" \"$@\"", &words);
+    let ended = in_shell(&folder, "ulimit -v 800000; exec \"$0\" \"$@\"", &words);
     let what = told(solve, &ended);
     println!("{what}");
     assert_eq!(ended.code, Some(2), "{what}");
@@ -362,7 +389,7 @@ fn too_little_memory_is_refused() {
         "--texels",
         texels,
     ];
-    let ended = in_shell(&folder, "ulimit -v 1500000; exec \"$0\" \"$@\"", &fitting);
+    let ended = in_shell(&folder, "ulimit -v 800000; exec \"$0\" \"$@\"", &fitting);
     let what = told(texels, &ended);
     println!("{what}");
     assert_eq!(ended.code, Some(0), "{what}");
