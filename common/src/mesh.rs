@@ -504,8 +504,8 @@ fn texel_radius([a, b, c, d]: &[Vec3; 4], [w, h]: [u32; 2]) -> f32 {
     0.5 * (along + across)
 }
 
-/// Centre and power-of-two half extent of the faces.
-fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
+/// Centre and power-of-two half extent of the faces, if that can be solved.
+pub(crate) fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
     let mut low = DVec3::INFINITY;
     let mut high = DVec3::NEG_INFINITY;
     for corner in scene.faces.iter().flat_map(Face::outline) {

@@ -8,8 +8,10 @@ use common::scene::Scene;
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
-use std::time::Duration;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 
 /// A face, one-sided for light, opaque from both sides.
 pub struct Occluder {
@@ -85,9 +87,8 @@ impl Occluders {
             .iter()
             .map(|k| bounds(&faces[*k as usize].polygon))
             .collect();
-        let mut build_time = Duration::ZERO;
         Self {
-            bvh: build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut build_time),
+            bvh: build(&boxes),
             faces,
             index,
         }
@@ -146,6 +147,26 @@ impl Occluders {
             shaft.hidden_by(&face.polygon, &face.plane)
         })
     }
+}
+
+/// [`obvhs::bvh2::builder::build_bvh2`] of any depth: `walk` has a stack that grows.
+fn build(boxes: &[Aabb]) -> Bvh2 {
+    let parameters = BvhBuildParams::medium_build();
+    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+        parameters.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect::<Vec<_>>(),
+        parameters.sort_precision,
+        parameters.search_depth_threshold,
+    );
+    let ratio = parameters.reinsertion_batch_ratio;
+    let after = ratio * parameters.post_collapse_reinsertion_batch_ratio_multiplier;
+    let mut optimizer = ReinsertionOptimizer::default();
+    optimizer.run(&mut bvh, ratio, None);
+    let leaf = parameters.max_prims_per_leaf.clamp(1, 255);
+    collapse(&mut bvh, leaf, parameters.collapse_traversal_cost);
+    optimizer.run(&mut bvh, after, None);
+    bvh
 }
 
 fn bounds(polygon: &Polygon) -> Aabb {

@@ -11,6 +11,7 @@ mod surface;
 
 use crate::error::{Error, Result};
 use crate::file;
+use crate::mesh::bounds;
 use crate::scene::Scene;
 use builder::Builder;
 use std::path::Path;
@@ -35,6 +36,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene> {
         Format::Gltf => gltf::read(&mut builder, path, &bytes, options.join_quads)?,
     }
     let scene = builder.finish()?;
+    bounds(&scene)?;
     Ok(if options.two_sided {
         scene.two_sided()
     } else {

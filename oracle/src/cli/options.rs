@@ -131,7 +131,7 @@ pub struct Common {
     /// Sets texels, cells, samples and epsilon together; the single options override it [default: normal]
     #[arg(long, value_enum)]
     pub quality: Option<QualityOption>,
-    /// Texels per side of a face [default: 16; draft 8]
+    /// Texels per side of a face [default: 16; draft 8; fewer where there are many faces]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub texels: Option<u32>,
     /// Stop when unshot power ≤ X × emitted power [default: 0.001; draft 0.01, reference 0.0001]
@@ -158,7 +158,7 @@ pub struct Common {
     /// Form factor [default: polygon, and disc for compare]
     #[arg(long, value_enum)]
     pub form_factor: Option<FormFactorOption>,
-    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; compare 1]
+    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; compare 1; fewer where there are many faces]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub cells: Option<u32>,
     /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16; compare 1]

@@ -88,6 +88,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (settings, changed) = settings_for(common, &scene, device.is_some())?;
     check(&scene, &settings, device.as_ref(), Limit::of_this_machine())?;
     prepare(&arguments.out)?;
+    if let Some(changed) = &changed {
+        say!("note: {changed}");
+    }
     if !common.quiet
         && let Some(warning) = warning(&scene, &settings, device.as_ref())?
     {
@@ -108,7 +111,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     })?;
     drop(progress);
     let mut notes = scene.notes.clone();
-    for note in changed.iter().chain(&answered.notes) {
+    notes.extend(changed);
+    for note in &answered.notes {
         say!("note: {note}");
         notes.push(note.clone());
     }

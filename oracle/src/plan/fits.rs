@@ -10,6 +10,8 @@ use gpu::Gpu;
 
 /// Where the system does not say what it has.
 const ASSUMED: u64 = 8 << 30;
+/// Addresses that threads reserve.
+const RESERVED: u64 = 1 << 29;
 /// Points of cells are numbered in 32 bits.
 const MAX_POINTS: u64 = u32::MAX as u64;
 
@@ -38,8 +40,8 @@ impl Limit {
         };
         let taken = field(&read("/proc/self/status"), "VmSize:").unwrap_or(0);
         match address_space(&read("/proc/self/limits")) {
-            Some(most) if most.saturating_sub(taken) < system.bytes => Self {
-                bytes: most.saturating_sub(taken),
+            Some(most) if usable(most, taken) < system.bytes => Self {
+                bytes: usable(most, taken),
                 source: "allowed by ulimit",
             },
             _ => system,
@@ -57,6 +59,12 @@ fn field(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find(|l| l.starts_with(name))?;
     let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     kib.checked_mul(1 << 10)
+}
+
+/// A limit of addresses holds what threads reserve, half a gigabyte, and vectors that move when they
+/// grow: half as much again as there are pages.
+fn usable(most: u64, taken: u64) -> u64 {
+    most.saturating_sub(taken).saturating_sub(RESERVED) / 3 * 2
 }
 
 /// The limit of /proc/self/limits in force; none where there is none.

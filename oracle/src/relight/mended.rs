@@ -4,6 +4,7 @@ use super::warnings::estimate;
 use super::work::{Done, Phases, Stage, Work};
 use crate::answer::Given;
 use crate::answer::check::Estimate;
+use crate::answer::light::finite;
 use crate::answer::mend::{Solved, had_to_help, mend};
 use common::Result;
 use common::relight::Method;
@@ -70,6 +71,7 @@ pub fn answer(
         settings = next;
         notes.push(note);
     }
+    finite(&stage.scene, &done.run)?;
     Ok(Answer {
         done,
         settings,
