@@ -199,12 +199,6 @@ fn the_matrix_is_right_on_triangles_drawn_at_random() {
         let of = |a| Pair::new(a, &traced.reflected, Some(&traced.error)).unwrap();
         let [of_rough, of_fine] = [&rough, &fine].map(|a| rms(&of(a)));
         let changed = Pair::new(&rough, &fine, None).unwrap().worst().0;
-        let mut limit = fine.clone();
-        let averaged = Pair::new(&rough, &fine, None).unwrap();
-        limit.resolutions = averaged.resolutions.clone();
-        let pairs = averaged.a.iter().zip(&averaged.b);
-        limit.values = pairs.map(|(a, b)| *b + (*b - *a)).collect();
-        println!("extrapolated {:?}", rms(&of(&limit)));
         let [error, noise] = of_fine;
         println!("{drawn}: 2² {of_rough:?}, 4² {of_fine:?}, halving changed {changed:.4}");
         assert!(

@@ -14,7 +14,6 @@ use crate::random::{self, Options};
 use common::Result;
 use common::settings::Quality;
 use cpu::matrix::memory;
-use glam::DVec3;
 use ratio::Ratios;
 
 /// Its name on the command line.
@@ -30,7 +29,7 @@ const ABOUT: About = About {
     name: NAME,
     parameter: "seed",
     breaks: "whatever was tuned to the scenes that it was built on",
-    truth: "the matrix on texels half as wide, and what is left of its error by what halving them changed",
+    truth: "the matrix on texels half as wide",
     measure: RELATIVE,
 };
 
@@ -100,19 +99,6 @@ fn drawn(asked: &Asked, seed: u64) -> random::Drawn {
     random::scene(seed, asked.options)
 }
 
-/// The matrix's answer for texels of no width: its error goes with theirs, so what halving them
-/// changed is what is left (Richardson).
-///
-/// ```text
-/// B ≈ B½ + (B½ − B₁)
-/// ```
-fn truth(trial: &Trial) -> Result<Vec<DVec3>> {
-    let of = |finer| super::truth::matrix(&trial.scene, trial.texels, finer);
-    let (rough, fine) = (of(1)?, of(FINER)?);
-    let pairs = rough.into_iter().zip(fine);
-    Ok(pairs.map(|(rough, fine)| fine + (fine - rough)).collect())
-}
-
 /// The question that it puts.
 fn trial(asked: &Asked, drawn: &random::Drawn) -> Trial {
     let method: &[&str] = match asked.quality {
@@ -144,7 +130,7 @@ impl Findings {
             let drawn = drawn(asked, seed);
             let trial = trial(asked, &drawn);
             let texels = trial.texels;
-            let truth = truth(&trial)?;
+            let truth = super::truth::of(&trial)?;
             let Some((rows, specimen)) = run.tried(&CASE, seed as f64, trial, &truth) else {
                 break;
             };
