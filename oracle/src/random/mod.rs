@@ -69,7 +69,8 @@ pub struct Drawn {
     pub options: Options,
     /// The scene; its name is `random-SEED`.
     pub scene: Scene,
-    /// Whether no light gets out of the room.
+    /// Whether no light gets out of the room; the black back of a lamp that is a panel takes what falls
+    /// on it all the same.
     pub closed: bool,
     /// The room's outline: corners of the floor.
     pub walls: usize,

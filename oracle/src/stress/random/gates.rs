@@ -79,3 +79,58 @@ pub fn limits() -> String {
         percent(ABOVE)
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixture::{row, side};
+    use super::super::{Findings, Found};
+    use super::*;
+
+    /// Error, estimate and a warning's code, empty for none.
+    fn broken(answers: &[(f64, f64, &str)]) -> Vec<&'static str> {
+        let found = |(seed, (error, estimate, code)): (usize, &(f64, f64, &str))| Found {
+            seed: seed as u64,
+            told: String::new(),
+            texels: 6,
+            row: row(
+                seed as f64,
+                Side {
+                    estimate: Some(*estimate),
+                    ..side(Some(*error), code)
+                },
+                None,
+            ),
+        };
+        let findings = Findings {
+            all: answers.iter().enumerate().map(found).collect(),
+            worst: Vec::new(),
+        };
+        let gates = of(&findings, &findings.ratios());
+        let broken = gates.into_iter().filter(|gate| !gate.held);
+        broken.map(|gate| gate.name).collect()
+    }
+
+    #[test]
+    fn each_gate_can_break() {
+        let good = [(0.01, 0.011, ""); 40];
+        let with = |more: &[(f64, f64, &str)]| broken(&[&good[..], more].concat());
+        assert!(with(&[]).is_empty() && broken(&[]).is_empty());
+        assert!(with(&[(0.03, 0.03, "cells")]).is_empty());
+        assert!(with(&[(0.01, 0.004, ""), (0.01, 0.031, "")]).is_empty());
+        for (more, name) in [
+            (&[(f64::NAN, 0.01, "cells")][..], "nothing panics"),
+            (&[(0.021, 0.021, "")], "right to 2 %"),
+            (&[(0.01, 0.01, "cells"); 3], "false alarms"),
+            (&[(0.01, 0.02, ""); 41], "estimate over error"),
+            (&[(0.01, 0.004, ""); 2], "estimate below half"),
+            (&[(0.01, 0.031, ""); 3], "estimate above three"),
+        ] {
+            let found = with(more);
+            assert!(
+                found.iter().any(|gate| gate.starts_with(name)),
+                "{name}: {found:?}"
+            );
+            assert!(found.len() == 1 || name == "nothing panics", "{found:?}");
+        }
+    }
+}

@@ -126,3 +126,60 @@ fn line(found: &Found, half: Half, side: &Side) -> Markup {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixture::{self, row, side};
+    use super::super::gates;
+    use super::*;
+    use crate::stress::{Study, score};
+
+    #[test]
+    fn the_page_shows_every_scene_and_the_worst() {
+        let sides = [(0.03, 0.02, ""), (0.01, 0.012, ""), (0.05, 0.06, "cells")];
+        let all: Vec<Found> = (0..)
+            .zip(sides)
+            .map(|(seed, (error, estimate, code))| Found {
+                seed,
+                told: format!("scene <{seed}>"),
+                texels: 6,
+                row: row(
+                    seed as f64,
+                    Side {
+                        estimate: Some(estimate),
+                        bias: Some(-0.001),
+                        ..side(Some(error), code)
+                    },
+                    Some(side(Some(0.5 * error), code)),
+                ),
+            })
+            .collect();
+        let mut worst = fixture::specimen(fixture::room(), 0);
+        worst.value = 2.0;
+        let findings = Findings {
+            all,
+            worst: vec![worst],
+        };
+        let study = [Study {
+            about: CASE.about,
+            rows: findings.all.iter().map(|found| found.row.clone()).collect(),
+            specimen: None,
+        }];
+        let (score, ratios) = (score::of(&study), findings.ratios());
+        let told = Told {
+            score: &score,
+            gates: &gates::of(&findings, &ratios),
+            adapter: None,
+            seconds: 1.0,
+        };
+        let page = page(&findings, &ratios, &told);
+        if let Some(path) = std::env::var_os("STRESS_RANDOM_PAGE") {
+            std::fs::write(path, &page).unwrap();
+        }
+        assert_eq!(page.matches("<tr class=\"bad\">").count(), 1);
+        assert!(page.contains("<h3>Seed 2</h3>") && page.contains("scene &lt;1&gt;"));
+        assert!(page.contains("Not OK") && page.contains("class=\"chart\""));
+        // Estimates of three answers; the fixture's GPU makes none.
+        assert_eq!(page.matches("<circle").count(), 3);
+    }
+}
