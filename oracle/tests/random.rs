@@ -3,7 +3,6 @@
 
 use approx::abs_diff_eq;
 use common::mesh::Mesh;
-use common::overlap::overlaps;
 use common::scene::{Face, Scene, Shape};
 use glam::DVec3;
 use oracle::exact::polygon_to_polygon;
@@ -234,7 +233,7 @@ fn no_fronts_overlap_and_all_are_planar_and_convex() {
     for faces in [Faces::Quads, Faces::Triangles] {
         for drawn in drawn(Kind::Any, faces) {
             let mesh = Mesh::uniform(&drawn.scene, 1, 1).unwrap();
-            assert!(overlaps(&mesh).is_empty(), "{drawn}");
+            assert!(mesh.overlaps.is_empty(), "{drawn}");
             for face in &drawn.scene.faces {
                 let [a, _, _, d] = face.corners;
                 let normal = face.vector_area().normalize();
