@@ -42,16 +42,16 @@ pub fn stages(stages: &[Stage]) -> Markup {
     html! {
         div.scroll { table {
             thead { tr {
-                th {} th { "Shader" } th.n { "Values" } th.n { "Differing" } th.n { "Largest, ulp" }
-                th.n { "At most, ulp" } th { "What may differ, and why" }
+                th {} th { "Shader" } th.n { "Values" } th.n { "Differing" } th.n { "Largest" }
+                th.n { "At most" } th { "What may differ, and why" }
             } }
             tbody { @for stage in stages {
-                tr.bad[!stage.pass] {
-                    td { (mark(stage.pass)) }
+                tr.bad[!stage.agree] {
+                    td { (mark(stage.agree)) }
                     td { code { (stage.name) } }
                     td.n { (count(stage.values)) }
                     td.n { (count(stage.differing)) }
-                    td.n { (number(stage.max_ulp)) }
+                    td.n { (number(stage.worst)) }
                     td.n { (number(stage.bound)) }
                     td.reason { (stage.reason) }
                 }
