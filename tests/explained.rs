@@ -10,6 +10,7 @@ use oracle::compare::sights::sights;
 use oracle::comparison::Pairs;
 use radiosity_tests::pairs::rectangle;
 use radiosity_tests::scene;
+use std::ops::ControlFlow;
 
 /// A small shooter, a screen that ends just above its horizon, and a wall behind the gap that goes
 /// on below: no outline of the wall is near.
@@ -29,9 +30,11 @@ fn gap(visibility: Visibility, faults: &[Fault]) -> Pairs {
     mesh.cells.truncate(1);
     let mut solver = GpuSolver::with_faults(&gpu, &mesh, &settings, faults).unwrap();
     let mut cpu = CpuSolver::new(&mesh, &settings);
-    sights(&mesh, &settings, &mut cpu, &mut solver, &mut || ())
-        .unwrap()
-        .pairs
+    sights(&mesh, &settings, &mut cpu, &mut solver, &mut || {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
+    .pairs
 }
 
 #[test]

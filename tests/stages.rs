@@ -117,7 +117,7 @@ const FAULTS: &[Row] = &[
         "aim",
         "= faces[face].plane.xyz;",
         "= -faces[face].plane.xyz;",
-        &["aim", "form factor", "escape"],
+        &["aim", "form factor", "lookup", "escape"],
     ),
     (
         Pixels,

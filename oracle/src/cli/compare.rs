@@ -64,9 +64,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut comparisons = Vec::new();
     for scene in &scenes {
         let mut progress = Progress::new(&scene.name, common.quiet);
-        let comparison = judge(scene, &ways, &gpu, &[], &mut |phase, done, all| {
+        let judged = judge(scene, &ways, &gpu, &[], &mut |phase, done, all| {
             progress.show(phase, done, all)
-        })?;
+        });
         drop(progress);
         if interrupted() {
             eprintln!(
@@ -75,10 +75,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             );
             return Ok(Outcome::Disagree);
         }
+        let judged = judged?;
         if !common.quiet {
-            summary(&comparison);
+            summary(&judged);
         }
-        comparisons.push(comparison);
+        comparisons.push(judged);
         // Written after every scene: what is done is not lost.
         write(arguments, &comparisons)?;
     }

@@ -19,7 +19,7 @@ pub mod truth;
 pub mod verdict;
 pub mod ways;
 
-use crate::comparison::{Comparison, Difference, ItemBufferPicture, Way};
+use crate::comparison::{Comparison, Difference, Finding, Gate, ItemBufferPicture, Stage, Way};
 use common::constants::LINK_BYTES;
 use common::energy::Energy;
 use common::mesh::Mesh;
@@ -36,6 +36,7 @@ use doubt::{Doubt, shot};
 use glam::Vec3;
 use gpu::{Fault, Gpu, GpuSolver};
 use linked::{Linked, Links};
+use sights::Sights;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -54,22 +55,23 @@ pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64) -> ControlFlow<()>;
 
 /// Solves `scene` on both sides and judges every difference; nothing is known of the truth.
 pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<Comparison> {
-    let gpu_settings = request.settings.clone();
-    let settings = Settings {
-        visibility: Visibility::Rays,
-        ..gpu_settings.clone()
-    };
-    let mesh = sampled(scene, &settings)?;
+    let asked = &request.settings;
+    let mesh = sampled(scene, asked)?;
     check_room(scene, &mesh)?;
+    let mut cpu_solver = CpuSolver::new(&mesh, &by_rays(asked));
+    let mut gpu_solver = GpuSolver::with_faults(request.gpu, &mesh, asked, request.faults)?;
+    let mut gpu_settings = asked.clone();
+    if !(cpu_solver.exchanges() && gpu_solver.exchanges()) {
+        // As a solve does where there is no room for passes.
+        gpu_settings.iteration = Iteration::Southwell;
+    }
+    let settings = by_rays(&gpu_settings);
     let fresh = || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings, request.faults);
-
-    let mut cpu_solver = CpuSolver::new(&mesh, &settings);
     let (cpu, cpu_seconds) = timed(&mut cpu_solver, &mesh, &settings, ("CPU", progress))?;
-    let mut gpu_solver = fresh()?;
     let (gpu, gpu_seconds) = timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", progress))?;
-    let _ = progress("lockstep", 0, 0);
+    go_on(progress("lockstep", 0, 0))?;
     let lockstep = repeat(&mut gpu_solver, &mut fresh()?, &mesh, &gpu_settings, &cpu)?;
-    let _ = progress("WGSL against twin", 0, 0);
+    go_on(progress("WGSL against twin", 0, 0))?;
     let mut stages = stages::stages(&mesh, &gpu_settings, cpu_solver.rays(), &mut fresh()?)?;
     let first = cpu.shots.first().map_or(0, |shot| shot.cell);
     let item_buffer = picture(&mesh, &gpu_settings, first, &mut gpu_solver)?;
@@ -82,35 +84,22 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
         &mut gpu_solver,
         &mut || {
             done += 1;
-            let _ = progress("visibility of all pairs", done, all);
+            progress("visibility of all pairs", done, all)
         },
     )?;
     stages.append(&mut sights.stages);
-    let _ = progress("verdict", 0, 0);
+    go_on(progress("verdict", 0, 0))?;
     let energy = [&cpu, &gpu].map(|run| Energy::new(&mesh, &run.field, &run.shots));
     let apart = [&lockstep, &gpu].map(|run| difference(&mesh, &run.field, &cpu.field));
-    let (twin, shortfall) =
-        by_its_links(&mesh, &gpu_settings, &sights.gpu, [&cpu, &gpu], &lockstep)?;
-    let doubt = Doubt::new(
-        &mesh,
-        &sights.cpu,
-        std::mem::take(&mut sights.doubt),
-        gpu_settings.conserve,
-    );
-    let evidence = verdict::Evidence {
+    let solved = Solved {
         mesh: &mesh,
         settings: &gpu_settings,
-        stages: &stages,
-        pairs: &sights.pairs,
-        apart: [&apart[0], &apart[1]],
-        possible: possible(&mesh, &doubt, [&cpu, &gpu], &gpu_settings),
-        twin,
-        shortfall,
         runs: [&cpu, &gpu],
+        lockstep: &lockstep,
         energy: [&energy[0], &energy[1]],
-        links: &sights.cpu,
+        apart: [&apart[0], &apart[1]],
     };
-    let (gates, findings) = (verdict::gates(&evidence), verdict::findings(&evidence));
+    let (gates, findings) = solved.judged(&stages, &mut sights)?;
     let [cpu_energy, gpu_energy] = energy;
     Ok(Comparison {
         scene: scene.clone(),
@@ -136,6 +125,54 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
         gpu,
         lockstep,
     })
+}
+
+fn by_rays(settings: &Settings) -> Settings {
+    Settings {
+        visibility: Visibility::Rays,
+        ..settings.clone()
+    }
+}
+
+/// What was solved.
+struct Solved<'a> {
+    mesh: &'a Mesh,
+    settings: &'a Settings,
+    runs: [&'a Run; 2],
+    lockstep: &'a Run,
+    energy: [&'a Energy; 2],
+    apart: [&'a Difference; 2],
+}
+
+impl Solved<'_> {
+    fn judged(&self, stages: &[Stage], sights: &mut Sights) -> Result<(Vec<Gate>, Vec<Finding>)> {
+        let (mesh, settings) = (self.mesh, self.settings);
+        let (twin, shortfall) =
+            by_its_links(mesh, settings, &sights.gpu, self.runs, self.lockstep)?;
+        let rows = std::mem::take(&mut sights.doubt);
+        let doubt = Doubt::new(mesh, &sights.cpu, rows, settings.conserve);
+        let evidence = verdict::Evidence {
+            mesh,
+            settings,
+            stages,
+            pairs: &sights.pairs,
+            apart: self.apart,
+            possible: possible(self, &doubt),
+            twin,
+            shortfall,
+            runs: self.runs,
+            energy: self.energy,
+        };
+        Ok((verdict::gates(&evidence), verdict::findings(&evidence)))
+    }
+}
+
+/// A phase does not begin after a break.
+fn go_on(flow: ControlFlow<()>) -> Result<()> {
+    match flow {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted),
+    }
 }
 
 /// Links of all cells are kept, the CPU's beside the GPU's.
@@ -167,11 +204,6 @@ fn timed(
     Ok((run, start.elapsed().as_secs_f64()))
 }
 
-/// Whether one cell shoots after the other.
-fn singly(settings: &Settings, engine: &dyn Engine) -> bool {
-    settings.iteration == Iteration::Southwell || !engine.exchanges()
-}
-
 /// The CPU's shooters on the GPU: its log, shot after shot; or all that each cell has shot, at once,
 /// by the solver that has the links.
 fn repeat(
@@ -181,7 +213,7 @@ fn repeat(
     settings: &Settings,
     cpu: &Run,
 ) -> Result<Run> {
-    if singly(settings, solved) {
+    if settings.iteration == Iteration::Southwell {
         return replay(fresh, &cpu.cells());
     }
     let cells: Vec<u32> = (0..mesh.cells.len() as u32).collect();
@@ -218,7 +250,12 @@ fn by_its_links(
     [cpu, gpu]: [&Run; 2],
     lockstep: &Run,
 ) -> Result<([Difference; 2], Option<f64>)> {
-    let single = cpu.shots.len() == cpu.passes as usize && gpu.shots.len() == gpu.passes as usize;
+    let cells = mesh.cells.len();
+    if gpu.shots.iter().any(|shot| shot.cell as usize >= cells) {
+        // A log that names no cell is no run.
+        return Ok(([difference::NOT_COMPARABLE; 2], Some(f64::NAN)));
+    }
+    let single = settings.iteration == Iteration::Southwell;
     let mut shortfall = None;
     let mut both = Vec::new();
     for (script, run) in [(cpu, lockstep), (gpu, gpu)] {
@@ -237,14 +274,9 @@ fn by_its_links(
 }
 
 /// What silhouettes could bring in lockstep, and with what both left unshot running free.
-fn possible(
-    mesh: &Mesh,
-    doubt: &Doubt,
-    [cpu, gpu]: [&Run; 2],
-    settings: &Settings,
-) -> [Difference; 2] {
-    let fixed =
-        settings.iteration != Iteration::Southwell && cpu.shots.len() != cpu.passes as usize;
+fn possible(solved: &Solved, doubt: &Doubt) -> [Difference; 2] {
+    let (mesh, [cpu, gpu]) = (solved.mesh, solved.runs);
+    let fixed = solved.settings.iteration != Iteration::Southwell;
     let lockstep = [doubt.of(cpu, fixed)];
     let free = [
         doubt.of(cpu, false),

@@ -59,9 +59,9 @@ impl CellPairs {
         }
     }
 
-    /// Whether texel `k` is seen alike by rays and pixels, in all samples.
+    /// Whether texel `k` faces the cell and is seen alike by rays and pixels, in all samples.
     pub fn alike(&self, k: usize) -> bool {
-        !self.differs[k]
+        self.factors[k] > FACING && !self.differs[k]
     }
 
     /// What each link would change by, were all samples near silhouettes judged the other way.

@@ -34,13 +34,13 @@ pub struct Sights {
     pub stages: Vec<Stage>,
 }
 
-/// All links of both; `progress` is told after each cell.
+/// All links of both; `progress` is told after each cell, and may break.
 pub fn sights(
     mesh: &Mesh,
     settings: &Settings,
     cpu: &mut CpuSolver,
     solver: &mut GpuSolver,
-    progress: &mut dyn FnMut(),
+    progress: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Sights> {
     let mut all = All {
         mesh,
@@ -77,7 +77,9 @@ pub fn sights(
         };
         sights.doubt.push(doubt);
         all.escape(cell, &sights);
-        progress();
+        if progress().is_break() {
+            return Err(Error::Interrupted);
+        }
     }
     sights.pairs = all
         .tally

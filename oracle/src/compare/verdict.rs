@@ -2,12 +2,11 @@
 //! whatever scene, and by nothing that pixels cannot resolve. Each bound stands here once, with its
 //! reason; what the method errs by is [`findings`].
 
-use super::linked::Links;
 use super::stages::factor_roundings;
 use crate::comparison::{Difference, Finding, Gate, Pairs, Stage};
 use common::energy::Energy;
 use common::mesh::Mesh;
-use common::settings::{Settings, Visibility};
+use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{Run, Shot};
 use glam::Vec3;
 
@@ -44,8 +43,6 @@ pub struct Evidence<'a> {
     pub runs: [&'a Run; 2],
     /// Their balances.
     pub energy: [&'a Energy; 2],
-    /// The CPU's links.
-    pub links: &'a Links,
 }
 
 /// All conditions.
@@ -154,7 +151,7 @@ fn runs(e: &Evidence) -> Vec<Gate> {
         gates.push(Gate::at_most(
             &format!("energy imbalance, {name}"),
             energy.imbalance,
-            imbalance(e.mesh, energy, run),
+            imbalance(e, energy, run),
             "roundings of each shot, and of what texels hold",
         ));
         gates.push(Gate::at_most(
@@ -195,7 +192,8 @@ fn untold(mesh: &Mesh, run: &Run) -> f64 {
 /// two quotients, [`REFLECTION`] roundings of the power shot (and of ΣF times it where the factors
 /// exceed 1). What is held, absorbed and unshot, is a sum of as many terms as there are shots in a
 /// texel. Where cells exchange, each pass adds over the cells again.
-fn imbalance(mesh: &Mesh, energy: &Energy, run: &Run) -> f64 {
+fn imbalance(e: &Evidence, energy: &Energy, run: &Run) -> f64 {
+    let mesh = e.mesh;
     let sum = |part: [f64; 3]| part.iter().sum::<f64>();
     let power = |s: &Shot| {
         let power = f64::from(Vec3::from(s.power).abs().element_sum());
@@ -204,7 +202,7 @@ fn imbalance(mesh: &Mesh, energy: &Energy, run: &Run) -> f64 {
     let shot: f64 = run.shots.iter().map(power).sum::<f64>() * mesh.area_unit();
     let terms = run.shots.len().max(mesh.cells.len()) as f64;
     let held = sum(energy.absorbed) + sum(energy.unshot);
-    let passes = if run.passes as usize == run.shots.len() {
+    let passes = if e.settings.iteration == Iteration::Southwell {
         1.0
     } else {
         f64::from(run.passes).sqrt()

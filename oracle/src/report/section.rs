@@ -1,6 +1,6 @@
 //! One scene's part of the page: verdict, pictures, charts, tables.
 
-use super::figures::{Figures, css};
+use super::figures::{Figures, css, singly};
 use super::number::{count, number, percent};
 use super::page::error;
 use super::tables;
@@ -50,7 +50,7 @@ fn way(c: &Comparison, several: bool) -> Markup {
         h3 { "Where the power went" }
         (tables::energy_bars(&c.cpu_energy, &c.gpu_energy))
         (tables::energy(&c.cpu_energy, &c.gpu_energy))
-        (convergence(&figures))
+        (convergence(&figures, c))
         (textures(&figures))
         h3 { "Settings in force" }
         (tables::settings(c))
@@ -220,10 +220,19 @@ fn visibility_name(c: &Comparison) -> String {
     }
 }
 
-fn convergence(f: &Figures) -> Markup {
+fn convergence(f: &Figures, c: &Comparison) -> Markup {
+    let none = if c.cpu.shots.is_empty() || singly(c) {
+        "Nothing was shot.".to_owned()
+    } else {
+        let passes = [&c.cpu, &c.gpu].map(|run| run.passes);
+        format!(
+            "Many cells shot at once: {} passes on the CPU, {} on the GPU.",
+            passes[0], passes[1]
+        )
+    };
     html! {
         h3 { "Shot by shot" }
-        (chart(f.convergence.as_deref(), "Nothing was shot.", html! {
+        (chart(f.convergence.as_deref(), &none, html! {
             b { "Unshot power" } " after each shot, as a share of the emitted power, free runs; the dotted line "
             "is where they stop."
         }))

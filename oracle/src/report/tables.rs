@@ -76,8 +76,12 @@ pub fn pairs(pairs: &Pairs) -> Markup {
     ];
     let rows = [
         ("Pairs (shooter, texel)", pairs.pairs, all),
-        ("Facing each other", pairs.facing, all),
-        ("Near an ID boundary", pairs.explainable, facing),
+        ("Pairs of points facing each other", pairs.facing, all),
+        (
+            "Near a silhouette: pixels may err",
+            pairs.explainable,
+            facing,
+        ),
         ("Rays and item buffer disagree", pairs.mismatched, facing),
         ("– explained: near an ID boundary", pairs.explained, these),
         (
@@ -98,6 +102,10 @@ pub fn pairs(pairs: &Pairs) -> Markup {
                 tr {
                     td { "Disagreement weighted by form factor × area" }
                     td.n { (percent(pairs.weighted_mismatch)) } td.n { "of facing" }
+                }
+                tr {
+                    td { "What silhouettes could come to, so weighted" }
+                    td.n { (percent(pairs.weighted_explainable)) } td.n { "of facing" }
                 }
             }
         } }

@@ -27,6 +27,9 @@ use std::f32::consts::PI;
 /// Roundings by which another adapter's arithmetic may move the end of a ray, or its projection.
 const MOVED: f32 = 32.0;
 
+/// Weights so close are of the same points: others differ by a good part of themselves.
+const SAME: f32 = 0.01;
+
 /// Makes the links of `cell` on the GPU and checks each stage on what the one before it left.
 pub fn check(
     bench: &Bench,
@@ -152,11 +155,11 @@ impl Bench<'_> {
             let part = mesh.cells[cell as usize].shooter.area / mesh.samples as f32;
             texel.size += part / (PI * q.distance_squared(p) + part) + g;
             let size = texel.size;
-            let points = ulps(now.z, texel.twin.all, size);
-            tallies[2].add(points);
+            tallies[2].add(ulps(now.z, texel.twin.all, size));
             tallies[2].add(ulps(now.y, texel.twin.seen, size));
-            // Of other points, or too weak to show in the sum, nothing can be said.
-            if points <= DISC_ROUNDINGS + f64::from(mesh.samples) && texel.gpu.y + g > texel.gpu.y {
+            // Of other points, or too weak to show in the sums, nothing can be said.
+            let same = (now.z - texel.gpu.z - g).abs() <= SAME * g;
+            if same && texel.gpu.y + g > texel.gpu.y {
                 let ask = |q, p| self.sees(cell, (q, p), (view, buffer), face);
                 tallies[1].same(ask(q, p) == seen || decided_by_rounding(&ask, q, p));
             }

@@ -75,6 +75,10 @@ pub fn stages(
         if order.is_none() {
             shots::select(&before, &shot, &mut tallies);
         }
+        if shot.cell as usize >= mesh.cells.len() {
+            tallies.select.same(false);
+            continue;
+        }
         // A cell's links are made at its first shot and kept.
         if !rows.contains_key(&shot.cell) {
             rows.insert(
