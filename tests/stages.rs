@@ -244,7 +244,7 @@ const FAULTS: &[Row] = &[
         "escape",
         "nearest.front <= nearest.back + CONTACT",
         "nearest.front > nearest.back + CONTACT",
-        &["escape", "closure"],
+        &["escape"],
     ),
     (
         By::Rays,
