@@ -57,13 +57,14 @@ pub fn elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) 
             let outline = texel::outline(&scene.faces[f], mesh.faces[f].resolution, texel.index);
             let corners: Vec<DVec3> = outline.corners().iter().map(|p| mesh.local(*p)).collect();
             let whole = Patch::new(Polygon::new(&corners), occluders.faces[f].plane);
+            // A texel without area lies under an earlier face as a whole, or is a line.
             let mut element = Element {
                 face: texel.face,
-                area: whole.area,
+                area: if texel.area > 0.0 { whole.area } else { 0.0 },
                 open: 0.0,
                 patches: Vec::new(),
             };
-            if whole.area > 0.0 && whole.plane.normal != DVec3::ZERO {
+            if element.area > 0.0 && whole.plane.normal != DVec3::ZERO {
                 let covered =
                     |patch: &Patch| covers[f].covered(mesh, occluders, rays, &directions, patch);
                 element.find_open(whole, &covers[f].lines, covered);

@@ -3,21 +3,24 @@
 
 pub mod check;
 mod gap;
+pub mod light;
 pub mod mend;
 pub mod warnings;
 
+use crate::interrupt::interrupted;
 use crate::refine::{Rung, refine};
 use check::Estimate;
-use common::Result;
 use common::mesh::Mesh;
 use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Quality, Settings};
 use common::shooting::{Engine, Run};
 use common::solution::Warning;
+use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::cover::sampled;
+use cpu::cover::sampled_until;
 use gpu::{Gpu, GpuSolver};
+use light::{finite, missing};
 use mend::{had_to_help, mend};
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -113,7 +116,10 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         let Some((settings, note)) = better else {
             break;
         };
-        let next = solved(&settings)?;
+        let next = match solved(&settings) {
+            Err(Error::Interrupted) => break,
+            next => next?,
+        };
         if stopped.get() {
             break;
         }
@@ -122,7 +128,19 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         rung = next;
         estimate = look(scene, &rung)?;
     }
-    notes.extend(fewer_cells(&rung.mesh, &rung.settings));
+    finite(scene, &rung.run)?;
+    if let Some(dark) = missing(&rung.mesh, &rung.run) {
+        // Of no light there is nothing to estimate.
+        estimate = None;
+        notes.push(dark);
+    } else if estimate.is_none() {
+        notes.push(if interrupted() {
+            "the error was not estimated: interrupted".into()
+        } else {
+            "the error was not estimated: finer cells would be too many".into()
+        });
+    }
+    notes.extend(fewer_cells(&rung.settings));
     if stopped.get() {
         notes.push(if rung.run.converged {
             "interrupted: the last whole solve was kept".into()
@@ -131,9 +149,6 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         });
     }
     let warnings = warnings::of(scene, &rung.mesh, &rung.run, estimate.as_ref());
-    if estimate.is_none() {
-        notes.push("the error was not estimated: finer cells would be too many".into());
-    }
     let (mesh, field) = refined
         .take()
         .unwrap_or_else(|| (rung.mesh.clone(), rung.run.field.clone()));
@@ -159,7 +174,16 @@ fn look(scene: &Scene, rung: &Rung) -> Result<Option<Estimate>> {
         mesh,
         run,
     } = rung;
-    check::estimate(settings, mesh, &run.field, |finer| sampled(scene, finer))
+    // Whoever stopped the solve wants to know how far it came.
+    let before = interrupted();
+    let stop = || interrupted() && !before;
+    let found = check::estimate(settings, mesh, &run.field, |finer| {
+        sampled_until(scene, finer, &stop)
+    });
+    match found {
+        Err(Error::Interrupted) => Ok(None),
+        found => found,
+    }
 }
 
 /// One solve at given settings.
@@ -171,7 +195,8 @@ fn rung(
     seconds: &Cell<(f64, f64)>,
 ) -> Result<Rung> {
     let start = Instant::now();
-    let mesh = sampled(question.scene, settings)?;
+    let mesh =
+        sampled_until(question.scene, settings, &interrupted).inspect_err(|_| stopped.set(true))?;
     let mut engine: Box<dyn Engine> = match question.gpu {
         Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
         None => Box::new(CpuSolver::new(&mesh, settings)),
@@ -193,14 +218,12 @@ fn rung(
     })
 }
 
-/// A triangle's cells are blocks of whole texels only for divisors of its side.
-fn fewer_cells(mesh: &Mesh, settings: &Settings) -> Option<String> {
-    let asked = (settings.cells * settings.cells) as usize * mesh.faces.len();
-    (mesh.cells.len() < asked).then(|| {
+/// Cells are blocks of whole texels.
+fn fewer_cells(settings: &Settings) -> Option<String> {
+    let Settings { cells, texels, .. } = settings;
+    (cells > texels).then(|| {
         format!(
-            "{} cells instead of {asked}: a face has at most one a texel, and a triangle's side is cut by a divisor of its {} texels",
-            mesh.cells.len(),
-            settings.texels
+            "{texels}×{texels} cells a face instead of {cells}×{cells}: each has a texel at least"
         )
     })
 }

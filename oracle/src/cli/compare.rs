@@ -2,6 +2,7 @@
 
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
+use super::tell::say;
 use super::{Outcome, solve};
 use crate::compare::ways::{Ways, judge};
 use crate::comparison::{Comparison, Judged};
@@ -48,12 +49,17 @@ pub fn demo() -> Result<Outcome> {
 /// Compares and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
+    let asked = common.visibility.map(Into::into);
+    common.not_for_rays(asked.unwrap_or(Visibility::Stereographic))?;
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
         .map(|path| load(path, &common.import()))
         .collect::<Result<_>>()?;
-    let ways = ways(common)?;
+    let ways: Vec<Ways> = scenes
+        .iter()
+        .map(|scene| ways(common, scene))
+        .collect::<Result<_>>()?;
     prepare(&arguments.out)?;
     listen();
     let gpu = match Gpu::open(common.adapter.as_deref()) {
@@ -62,14 +68,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Err(error) => return Err(error),
     };
     let mut comparisons = Vec::new();
-    for scene in &scenes {
+    for (scene, ways) in scenes.iter().zip(&ways) {
         let mut progress = Progress::new(&scene.name, common.quiet);
-        let judged = judge(scene, &ways, &gpu, &[], &mut |phase, done, all| {
+        let judged = judge(scene, ways, &gpu, &[], &mut |phase, done, all| {
             progress.show(phase, done, all)
         });
         drop(progress);
         if interrupted() {
-            eprintln!(
+            say!(
                 "interrupted: the report holds the {} scenes compared by then",
                 comparisons.len()
             );
@@ -84,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         write(arguments, &comparisons)?;
     }
     if !common.quiet {
-        eprintln!(
+        say!(
             "wrote {0}/report.html and {0}/report.json",
             arguments.out.display()
         );
@@ -97,7 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 /// With an option that says how to solve, that one way. Texels, ε and pixels are asked of any way.
-fn ways(common: &Common) -> Result<Ways> {
+fn ways(common: &Common, scene: &Scene) -> Result<Ways> {
     let how = common.quality.is_some()
         || common.iteration.is_some()
         || common.visibility.is_some()
@@ -107,11 +113,16 @@ fn ways(common: &Common) -> Result<Ways> {
         || common.cells.is_some()
         || common.samples.is_some()
         || common.conserve;
-    let solve = solve::settings(common, true)?;
+    // Of many faces the defaults are coarser, in either way.
+    let (solve, note) = solve::settings_for(common, scene, true)?;
+    if let Some(note) = note {
+        say!("note: {}: {note}", scene.name);
+    }
     if how {
         return Ok(Ways::One(solve, common.given()));
     }
     let paper = Settings {
+        texels: solve.texels,
         cells: 1,
         samples: 1,
         ..common.settings(Visibility::Stereographic, FormFactor::Disc)?
@@ -130,7 +141,7 @@ fn write(arguments: &Arguments, comparisons: &[Judged]) -> Result<()> {
 
 /// Without an adapter each scene is solved on the CPU, in a folder of its own.
 fn cpu_only(arguments: &Arguments, error: Error) -> Error {
-    eprintln!("note: {error}; solving on the CPU, nothing is compared");
+    say!("note: {error}; solving on the CPU, nothing is compared");
     for path in &arguments.scenes {
         let name = path.file_stem().unwrap_or(path.as_os_str());
         if let Err(failure) = solve::on_cpu(path, &arguments.out.join(name), &arguments.common) {
@@ -149,8 +160,8 @@ fn summary(judged: &Judged) {
         } else {
             "THE SOLVERS DISAGREE"
         };
-        eprintln!("{name}, {}: {verdict}; {}", c.way.name(), accuracy(c));
-        eprintln!(
+        say!("{name}, {}: {verdict}; {}", c.way.name(), accuracy(c));
+        say!(
             "  shots {} CPU, {} GPU; lockstep RMS {:.3} %; mismatched {} of {} facing pairs, {} unexplained; {:.1} s CPU, {:.1} s {}",
             c.cpu.shooters,
             c.gpu.shooters,
@@ -163,12 +174,15 @@ fn summary(judged: &Judged) {
             c.adapter,
         );
         for finding in c.findings.iter().filter(|f| f.value > TOLD) {
-            eprintln!("  {}: {}", finding.name, finding.message);
+            say!("  {}: {}", finding.name, finding.message);
         }
         for gate in c.gates.iter().filter(|gate| !gate.pass) {
-            eprintln!(
+            say!(
                 "  beyond its bound: {} = {:.3e} > {:.3e} ({})",
-                gate.name, gate.value, gate.bound, gate.reason
+                gate.name,
+                gate.value,
+                gate.bound,
+                gate.reason
             );
         }
     }

@@ -1,7 +1,7 @@
 //! The stages that make a cell's links: aim, item buffer, form factor, lookup or rays, link,
 //! escape, received, closure.
 
-use super::{Bench, DISC_ROUNDINGS, Tallies};
+use super::{Bench, Tallies};
 use crate::compare::raster;
 use crate::compare::tally::{Tally, ulps};
 use common::escape::{DIRECTIONS, directions};
