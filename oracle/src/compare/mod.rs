@@ -6,6 +6,7 @@
 //! broken by a fault of the code alone. What pixels cannot resolve is the method's error: it is
 //! told, and bounded by what the scene's silhouettes could bring ([`doubt`]).
 
+pub mod counts;
 pub mod difference;
 pub mod doubt;
 pub mod linked;
@@ -73,10 +74,8 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
     let lockstep = repeat(&mut gpu_solver, &mut fresh()?, &mesh, &gpu_settings, &cpu)?;
     go_on(progress("WGSL against twin", 0, 0))?;
     let mut stages = stages::stages(&mesh, &gpu_settings, cpu_solver.rays(), &mut fresh()?)?;
-    let first = cpu.shots.first().map_or(0, |shot| shot.cell);
-    let item_buffer = picture(&mesh, &gpu_settings, first, &mut gpu_solver)?;
-    let mut done = 0;
-    let all = mesh.cells.len() as u64;
+    let item_buffer = picture(&mesh, &gpu_settings, &cpu, &mut gpu_solver)?;
+    let (mut done, all) = (0, mesh.cells.len() as u64);
     let mut sights = sights::sights(
         &mesh,
         &gpu_settings,
@@ -289,13 +288,14 @@ fn possible(solved: &Solved, doubt: &Doubt) -> [Difference; 2] {
     ]
 }
 
-/// What a shooter sees. Rays have no item buffer; one is drawn for the eye.
+/// What the first shooter sees. Rays have no item buffer; one is drawn for the eye.
 fn picture(
     mesh: &Mesh,
     settings: &Settings,
-    cell: u32,
+    cpu: &Run,
     solver: &mut GpuSolver,
 ) -> Result<ItemBufferPicture> {
+    let cell = cpu.shots.first().map_or(0, |shot| shot.cell);
     let size = settings.item_buffer;
     let mut ids = Vec::new();
     if settings.visibility == Visibility::Rays {

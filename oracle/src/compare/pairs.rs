@@ -8,8 +8,8 @@
 //! outline counts, within 2 pixels: where rays see the receiver its own or that of a face found
 //! there, a blocker's where they do not; the mismatch is tallied as vanished as well.
 
+use super::counts::Tally;
 use super::outline::outline;
-use crate::comparison::Pairs;
 use common::constants::HIDDEN;
 use common::mesh::Mesh;
 use common::settings::{Lookup, Raster, Settings, Visibility};
@@ -23,15 +23,10 @@ use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::cell::Cell as Slot;
 
-/// Bins of half a pixel.
-const BINS: usize = 8;
 /// F below this is rounding: two solvers may disagree whether it is 0.
 pub const FACING: f32 = 1e-7;
 /// Texels per task.
 const TASK: usize = 4096;
-/// Unexplained pairs that are named.
-const EXAMPLES: usize = 12;
-
 /// What one cell's pairs have come to, over the samples so far.
 pub struct CellPairs {
     /// F of each texel.
@@ -207,8 +202,7 @@ impl<'a> Probe<'a> {
         let ends = [self.mesh.cells[self.cell as usize].face, texel.face];
         let by_rays = self.rays.visible(q, position, ends);
         let by_pixels = sums.y > before;
-        tally.facing += 1;
-        tally.weight += weight;
+        tally.facing(weight);
         let p = pixels(
             project(self.view.visibility, self.view.frame.local(position)),
             self.buffer.size,
@@ -218,15 +212,16 @@ impl<'a> Probe<'a> {
         if by_rays == by_pixels {
             asked.explainable = found != mine && self.boundary(p, mine, &[found]).is_some();
             if asked.explainable {
-                tally.explainable += 1;
-                tally.weight_explainable += weight;
+                tally.explainable(weight);
             }
             return Some(asked);
         }
         let (boundary, outline) = self.explain(p, (q, position), ends, by_rays);
-        tally.vanished += u64::from(outline.is_some());
         let distance = boundary.or(outline);
         tally.mismatch((self.cell, k as u32), weight, distance);
+        if outline.is_some() {
+            tally.vanished();
+        }
         asked.explainable = distance.is_some();
         asked.differs = true;
         Some(asked)
@@ -328,88 +323,4 @@ fn edge_distance(p: Vec2, x: i32, y: i32, right: bool) -> f32 {
     );
     let b = Vec2::new(x as f32 + 1.0, y as f32 + 1.0);
     p.distance(p.clamp(a, b))
-}
-
-/// Counts over pairs.
-#[derive(Default)]
-pub struct Tally {
-    facing: u64,
-    explainable: u64,
-    mismatched: u64,
-    explained: u64,
-    vanished: u64,
-    weight: f64,
-    weight_mismatched: f64,
-    weight_explainable: f64,
-    histogram: [u64; BINS],
-    examples: Vec<(u32, u32)>,
-}
-
-impl Tally {
-    /// A pair on which rays and the GPU disagree, so far from what explains it.
-    pub fn mismatch(&mut self, pair: (u32, u32), weight: f64, distance: Option<f32>) {
-        self.mismatched += 1;
-        self.weight_mismatched += weight;
-        match distance {
-            Some(distance) => {
-                self.explained += 1;
-                self.explainable += 1;
-                self.weight_explainable += weight;
-                self.histogram[((distance * 2.0) as usize).min(BINS - 1)] += 1;
-            }
-            None => {
-                self.examples.push(pair);
-                self.examples.sort_unstable();
-                self.examples.truncate(EXAMPLES);
-            }
-        }
-    }
-
-    /// A pair that could see each other.
-    pub fn facing(&mut self, weight: f64) {
-        self.facing += 1;
-        self.weight += weight;
-    }
-
-    /// Adds another part.
-    pub fn merge(&mut self, other: Self) {
-        self.facing += other.facing;
-        self.explainable += other.explainable;
-        self.mismatched += other.mismatched;
-        self.explained += other.explained;
-        self.vanished += other.vanished;
-        self.weight += other.weight;
-        self.weight_mismatched += other.weight_mismatched;
-        self.weight_explainable += other.weight_explainable;
-        for (a, b) in self.histogram.iter_mut().zip(other.histogram) {
-            *a += b;
-        }
-        self.examples.extend(other.examples);
-        self.examples.sort_unstable();
-        self.examples.truncate(EXAMPLES);
-    }
-
-    /// The counts of `asked` pairs.
-    pub fn finish(self, asked: u64) -> Pairs {
-        let share = |part: f64| {
-            if self.weight > 0.0 {
-                part / self.weight
-            } else {
-                0.0
-            }
-        };
-        Pairs {
-            pairs: asked,
-            facing: self.facing,
-            mismatched: self.mismatched,
-            explained: self.explained,
-            vanished: self.vanished,
-            unexplained: self.mismatched - self.explained,
-            explainable: self.explainable,
-            weighted_mismatch: share(self.weight_mismatched),
-            weighted_explainable: share(self.weight_explainable),
-            histogram: self.histogram.to_vec(),
-            examples: self.examples,
-        }
-    }
 }

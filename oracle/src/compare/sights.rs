@@ -1,8 +1,9 @@
 //! The GPU's links to all cells, and what they differ from the CPU's by: pair by pair and sample by
 //! sample where an item buffer is asked, link by link where rays are.
 
+use super::counts::Tally;
 use super::linked::Links;
-use super::pairs::{CellPairs, FACING, Probe, Tally};
+use super::pairs::{CellPairs, FACING, Probe};
 use super::raster;
 use super::stages::{factor_roundings, sizes};
 use super::tally::{Tally as Errors, ulps};

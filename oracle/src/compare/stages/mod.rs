@@ -108,14 +108,16 @@ struct Bench<'a> {
 
 impl Tallies {
     fn stages(&self, mesh: &Mesh, settings: &Settings, exchanged: bool) -> Vec<Stage> {
-        let texels = mesh
-            .cells
-            .iter()
-            .map(|c| c.count as usize)
-            .max()
-            .unwrap_or(0);
-        let in_cell = (texels.div_ceil(LANES) + 6 + 4) as f64;
-        let over_cells = (mesh.cells.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
+        let mut stages = self.seeing(mesh, settings);
+        stages.extend(self.summing(mesh));
+        if exchanged {
+            stages.extend(self.passing());
+        }
+        stages
+    }
+
+    /// What looks from a cell.
+    fn seeing(&self, mesh: &Mesh, settings: &Settings) -> Vec<Stage> {
         let samples = f64::from(mesh.samples);
         let factor = factor_roundings(settings);
         let by_rays = settings.visibility == Visibility::Rays;
@@ -142,9 +144,24 @@ impl Tallies {
             self.sight.stage(if by_rays { "rays" } else { "lookup" }, 0.0, "samples seen otherwise from the same points, though no rounding of these decides it"),
             self.link.stage("link", DISC_ROUNDINGS + samples, "ulp of Σg, Σg·V and w on the same visibility: disc weights, one addition a sample"),
             self.escape.stage("escape", 0.0, "directions counted otherwise, beyond those that go through an edge"),
+        ]);
+        stages
+    }
+
+    /// What adds, chooses and deposits.
+    fn summing(&self, mesh: &Mesh) -> Vec<Stage> {
+        let texels = mesh
+            .cells
+            .iter()
+            .map(|c| c.count as usize)
+            .max()
+            .unwrap_or(0);
+        let in_cell = (texels.div_ceil(LANES) + 6 + 4) as f64;
+        let over_cells = (mesh.cells.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
+        let mut stages = vec![
             self.received.stage("received", in_cell, "ulp of a cell's Σ w·A of the same links: additions in one lane + tree + products"),
             self.closure.stage("closure", over_cells, "ulp of ΣF and of the scale, of the same sums: additions in one lane + tree + division"),
-        ]);
+        ];
         if self.deposit.values() > 0 {
             stages.extend([
                 self.select.stage(
@@ -169,22 +186,24 @@ impl Tallies {
                 ),
             ]);
         }
-        if exchanged {
-            let terms = 2.0 * SHOTS as f64 + 4.0;
-            stages.extend([
-                self.exchange.stage(
-                    "exchange",
-                    terms,
-                    "ulp of what a cell takes of all shots: a product and a sum a shot",
-                ),
-                self.collect.stage(
-                    "collect",
-                    terms,
-                    "ulp of H, B and r of all shots by the same links: a product and a sum a shot",
-                ),
-            ]);
-        }
         stages
+    }
+
+    /// What passes over all cells at once need.
+    fn passing(&self) -> [Stage; 2] {
+        let terms = 2.0 * SHOTS as f64 + 4.0;
+        [
+            self.exchange.stage(
+                "exchange",
+                terms,
+                "ulp of what a cell takes of all shots: a product and a sum a shot",
+            ),
+            self.collect.stage(
+                "collect",
+                terms,
+                "ulp of H, B and r of all shots by the same links: a product and a sum a shot",
+            ),
+        ]
     }
 }
 
