@@ -155,13 +155,13 @@ pub struct Common {
     /// Item buffer pixels that a texel asks [default: 3x3]
     #[arg(long, value_enum)]
     pub lookup: Option<LookupOption>,
-    /// Form factor [default: polygon, and disc for compare]
+    /// Form factor [default: polygon]
     #[arg(long, value_enum)]
     pub form_factor: Option<FormFactorOption>,
-    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; compare 1; fewer where there are many faces]
+    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; fewer where there are many faces]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub cells: Option<u32>,
-    /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16; compare 1]
+    /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16]
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Scale each shot's form factors to the exact closure
