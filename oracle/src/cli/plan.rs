@@ -4,6 +4,8 @@ use super::Outcome;
 use super::options::Common;
 use super::solve::settings;
 use super::solver::SolverOption;
+use crate::answer::Given;
+use crate::answer::mend::{BUDGET, MEND, cost, steps};
 use crate::plan::fits::{Limit, check, size};
 use crate::plan::memory::Memory;
 use crate::plan::passes::{Expected, expected};
@@ -42,12 +44,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         common.not_for_matrix()?;
         return matrix(&scene, &settings(common, false)?);
     }
+    let given = common.given();
     if arguments.solver != Some(SolverOption::Gpu) {
-        plan(&scene, &settings(common, false)?, None)?;
+        plan(&scene, &settings(common, false)?, given, None)?;
     }
     if arguments.solver != Some(SolverOption::Cpu) {
         match Gpu::open(common.adapter.as_deref()) {
-            Ok(gpu) => plan(&scene, &settings(common, true)?, Some(&gpu))?,
+            Ok(gpu) => plan(&scene, &settings(common, true)?, given, Some(&gpu))?,
             Err(Error::NoAdapter(_))
                 if arguments.solver.is_none()
                     && common.adapter.is_none()
@@ -61,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn plan(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
+fn plan(scene: &Scene, settings: &Settings, given: Given, gpu: Option<&Gpu>) -> Result<()> {
     let counts = Counts::new(scene, settings);
     let who = gpu.map_or("CPU".into(), |gpu| format!("GPU, {}", gpu.line.name));
     println!("\n{}, {who}", scene.name);
@@ -91,15 +94,40 @@ fn plan(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
         println!("  refused {error}");
         return Ok(());
     }
-    seconds(scene, settings, gpu)?;
+    let time = seconds(scene, settings, gpu)?;
+    if settings.quality == Quality::Normal {
+        println!("  mending {}", mending(&counts, settings, given, time));
+    }
     if settings.quality == Quality::Reference {
         println!("  note    reference starts with this and halves the cells until it has settled");
     }
     Ok(())
 }
 
-/// Passes and time, from a short trial.
-fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
+/// What mending may take, by the samples and pixels of its steps.
+fn mending(counts: &Counts, settings: &Settings, given: Given, seconds: f64) -> String {
+    let size = [counts.faces, counts.texels];
+    let steps = steps(given, settings, size);
+    let Some(last) = steps.last() else {
+        return format!(
+            "none: more cells and samples would be beyond {} samples and pixels",
+            count(BUDGET)
+        );
+    };
+    let all: f64 = steps.iter().map(|step| cost(step, size) as f64).sum();
+    let more = seconds * all / cost(settings, size) as f64;
+    format!(
+        "at most {} s more where it is about {} % off: up to {cells}×{cells} cells and {} samples, {} samples and pixels a solve",
+        two(more),
+        100.0 * MEND,
+        last.samples,
+        count(BUDGET),
+        cells = last.cells
+    )
+}
+
+/// Passes and time, from a short trial; the seconds expected.
+fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<f64> {
     let start = Instant::now();
     let mesh = sampled(scene, settings)?;
     let mut engine: Box<dyn Engine> = match gpu {
@@ -125,7 +153,7 @@ fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> 
         two(time.passes + time.gather),
         time.tried
     );
-    Ok(())
+    Ok(all)
 }
 
 fn passes(settings: &Settings, expected: &Expected) -> String {
