@@ -9,6 +9,13 @@ pub const FAR: f32 = 6.0;
 /// A texel nearer than that takes the mean of so many places a side.
 pub const NEAR: u32 = 4;
 
+/// Where in its step of the even grid such a place lies on a quad, and on a triangle: there the
+/// grid, folded, is the centroids of NEAR² equal parts, whichever corner is first. At 1/2 four of
+/// sixteen would lie on the edge u + v = 1, and see nothing of a wall that shares it.
+pub const NEAR_QUAD: f32 = 0.5;
+/// See [`NEAR_QUAD`].
+pub const NEAR_TRIANGLE: f32 = 1.0 / 3.0;
+
 /// A cell more than so many of its radii away shines as a point: that is off by (radius/distance)²,
 /// here 2e−4, whereas the terms of Lambert's sum cancel and leave u·(distance/radius)², as much here,
 /// and all of F for a cell of a thousandth of the scene.

@@ -6,7 +6,8 @@
 //! neighbours do not repeat one another's error. Whole numbers throughout: every adapter gets the
 //! same points. S = 1 is centre to centre. Twin of `gpu/src/shaders/sampling.wgsl`.
 
-use crate::constants::NEAR;
+use crate::constants::{NEAR, NEAR_QUAD, NEAR_TRIANGLE};
+use crate::mesh::TexelKind;
 use glam::{Vec3, Vec4};
 
 /// φ⁻ᵏ·2³² for k = 1…4: texel u, texel v, cell u, cell v.
@@ -48,8 +49,13 @@ pub fn cell_uv(s: u32, cell: u32) -> [f32; 2] {
 
 /// Place number `place` of the even grid by which a near texel's form factor is averaged.
 #[inline(always)]
-pub fn near_uv(place: u32) -> [f32; 2] {
-    let along = |k: u32| (k as f32 + 0.5) / NEAR as f32;
+pub fn near_uv(place: u32, kind: TexelKind) -> [f32; 2] {
+    let inset = if kind == TexelKind::Quad {
+        NEAR_QUAD
+    } else {
+        NEAR_TRIANGLE
+    };
+    let along = |k: u32| (k as f32 + inset) / NEAR as f32;
     [along(place % NEAR), along(place / NEAR)]
 }
 

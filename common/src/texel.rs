@@ -70,7 +70,7 @@ pub fn outline(face: &Face, resolution: [u32; 2], index: u32) -> Outline {
     }
 }
 
-/// The outline of `size` texels of a quad, from texel `first` on.
+/// The outline of `size` texels of a quad, or of a triangle's lattice, from texel `first` on.
 fn block(face: &Face, [w, h]: [u32; 2], first: [u32; 2], size: [u32; 2]) -> Outline {
     let at = |i: u32, j: u32| face.point(f64::from(i) / f64::from(w), f64::from(j) / f64::from(h));
     let ([i, j], [m, n]) = (first, size);
@@ -100,7 +100,9 @@ pub fn triangle_index(side: u32, i: u32, j: u32, upright: bool) -> u32 {
     j * (2 * side - j) + 2 * i + u32::from(!upright)
 }
 
-/// The cells of a face: at most K a side, each a block of whole texels.
+/// The cells of a face: at most K a side, each a block of whole texels; blocks may differ by one
+/// texel. A triangle is cut into K rows of parallelograms, each ending in a triangle at the edge
+/// 1–2: K(K+1)/2 in all, so that two triangles shoot as about as many cells as the quad they make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cells {
     shape: Shape,
@@ -110,47 +112,35 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// K×K cells where the texels allow it: a quad's blocks may differ by one texel, a
-    /// triangle takes the largest divisor of its side that is ≤ K.
+    /// K×K cells, or one a texel where there are fewer.
     pub fn new(shape: Shape, resolution: [u32; 2], k: u32) -> Self {
         let [w, h] = resolution;
-        let size = match shape {
-            Shape::Quad => [k.clamp(1, w), k.clamp(1, h)],
-            Shape::Triangle => {
-                let d = (1..=k.clamp(1, w))
-                    .rev()
-                    .find(|d| w.is_multiple_of(*d))
-                    .unwrap_or(1);
-                [d, d]
-            }
-        };
         Self {
             shape,
             resolution,
-            size,
+            size: [k.clamp(1, w), k.clamp(1, h)],
         }
     }
 
     /// How many cells.
     pub fn count(&self) -> u32 {
-        count(self.size)
+        match self.shape {
+            Shape::Quad => count(self.size),
+            Shape::Triangle => blocks_before(self.size[0], self.size[0]),
+        }
     }
 
     /// The cell that holds texel `index`.
     pub fn of_texel(&self, index: u32) -> u32 {
         let ([w, h], [kx, ky]) = (self.resolution, self.size);
+        // The inverse of the block's first texel ⌊aW/K⌋: the last a with aW/K ≤ i + 1 − ε.
+        let along = |i: u32, n: u32, k: u32| ((i + 1) * k - 1) / n;
         match self.shape {
-            Shape::Quad => {
-                // The inverse of the block's first texel ⌊aW/K⌋: the last a with aW/K ≤ i + 1 − ε.
-                let along = |i: u32, n: u32, k: u32| ((i + 1) * k - 1) / n;
-                along(index / w, h, ky) * kx + along(index % w, w, kx)
-            }
+            Shape::Quad => along(index / w, h, ky) * kx + along(index % w, w, kx),
             Shape::Triangle => {
-                let (i, j, upright) = triangle_position(h, index);
-                let inset = if upright { 1 } else { 2 };
-                let (u, v, side) = (3 * i + inset, 3 * j + inset, 3 * (w / kx));
-                let whole = u % side + v % side < side;
-                triangle_index(kx, u / side, v / side, whole)
+                // Upright or inverted, a texel lies in the block of its lower corner.
+                let (i, j, _) = triangle_position(h, index);
+                blocks_before(ky, j * ky / h) + along(i, w, kx)
             }
         }
     }
@@ -158,16 +148,38 @@ impl Cells {
     /// The cell's outline on `face`.
     pub fn outline(&self, face: &Face, cell: u32) -> Outline {
         let ([w, h], [kx, ky]) = (self.resolution, self.size);
+        let along = |a: u32| a * w / kx;
         match self.shape {
             Shape::Quad => {
+                let across = |b: u32| b * h / ky;
                 let (a, b) = (cell % kx, cell / kx);
-                let first = [a * w / kx, b * h / ky];
-                let size = [(a + 1) * w / kx - first[0], (b + 1) * h / ky - first[1]];
+                let first = [along(a), across(b)];
+                let size = [along(a + 1) - first[0], across(b + 1) - first[1]];
                 block(face, self.resolution, first, size)
             }
-            Shape::Triangle => outline(face, self.size, cell),
+            Shape::Triangle => {
+                let b = (1..ky)
+                    .rfind(|b| blocks_before(ky, *b) <= cell)
+                    .unwrap_or(0);
+                let a = cell - blocks_before(ky, b);
+                // Cuts across mirror those along, so that both meet on the edge 1–2.
+                let across = |b: u32| h - along(ky - b);
+                let first = [along(a), across(b)];
+                let size = [along(a + 1) - first[0], across(b + 1) - first[1]];
+                let mut outline = block(face, self.resolution, first, size);
+                if a + b + 1 == kx {
+                    outline.corners[2] = outline.corners[3];
+                    outline.count = 3;
+                }
+                outline
+            }
         }
     }
+}
+
+/// The blocks in the first `rows` rows of a triangle of `k` blocks a side: k, k − 1, … a row.
+fn blocks_before(k: u32, rows: u32) -> u32 {
+    rows * (2 * k - rows + 1) / 2
 }
 
 #[cfg(test)]

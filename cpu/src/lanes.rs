@@ -56,13 +56,13 @@ impl Points {
         cell: u32,
         s: u32,
     ) -> Self {
-        Self::of_quads_or_not(receivers, face, block, |k| texel_uv(s, k as u32, cell))
+        Self::of_quads_or_not(receivers, face, block, |k, _| texel_uv(s, k as u32, cell))
     }
 
     /// Place `place` of the grid on each texel.
     #[inline(always)]
     pub fn placed(receivers: &Receivers, face: &MeshFace, block: &Block, place: u32) -> Self {
-        Self::of_quads_or_not(receivers, face, block, |_| near_uv(place))
+        Self::of_quads_or_not(receivers, face, block, |_, kind| near_uv(place, kind))
     }
 
     #[inline(always)]
@@ -70,7 +70,7 @@ impl Points {
         receivers: &Receivers,
         face: &MeshFace,
         block: &Block,
-        uv: impl Fn(usize) -> [f32; 2],
+        uv: impl Fn(usize, TexelKind) -> [f32; 2],
     ) -> Self {
         if receivers.kind[block.first] == TexelKind::Quad {
             Self::of_kind(receivers, face, block, uv, |_| TexelKind::Quad)
@@ -84,7 +84,7 @@ impl Points {
         receivers: &Receivers,
         face: &MeshFace,
         block: &Block,
-        uv: impl Fn(usize) -> [f32; 2],
+        uv: impl Fn(usize, TexelKind) -> [f32; 2],
         kind: impl Fn(usize) -> TexelKind,
     ) -> Self {
         let mut points = Self {
@@ -97,8 +97,8 @@ impl Points {
         let [i, j] = [0, 1].map(|axis| &receivers.place[axis][first..first + LANES]);
         let area = &receivers.area[first..first + LANES];
         for l in 0..LANES {
-            let uv = uv(first + l);
-            let p = point(face, kind(first + l), [i[l], j[l]], area[l], uv);
+            let kind = kind(first + l);
+            let p = point(face, kind, [i[l], j[l]], area[l], uv(first + l, kind));
             (points.x[l], points.y[l], points.z[l], points.weight[l]) = (p.x, p.y, p.z, p.w);
         }
         points

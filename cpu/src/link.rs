@@ -92,7 +92,8 @@ pub fn factor(mesh: &Mesh, kind: FormFactor, i: u32, k: u32) -> f32 {
     }
     let mut sum = 0.0;
     for place in 0..NEAR * NEAR {
-        let p = point(face, texel.kind, texel.place, texel.area, near_uv(place));
+        let uv = near_uv(place, texel.kind);
+        let p = point(face, texel.kind, texel.place, texel.area, uv);
         let f = form_factor(kind, &cell.shooter, p.truncate(), face.normal, texel.area);
         sum += f * p.w;
     }

@@ -131,12 +131,24 @@ impl Rays {
                 let face = &self.faces[k as usize];
                 let hit = intersect(face, ray.origin.into(), ray.direction.into());
                 let touches = (hit.t * hit.facing).abs() <= CONTACT;
+                let front = hit.facing < 0.0;
                 // Of a sheet's two sides only the front is met.
-                let passed = face.sheet == sheet || touches || (face.two_sided && hit.facing > 0.0);
-                if passed || hit.t <= 0.0 || hit.inside < -OUTLINE || hit.t >= ray.tmax {
+                let passed = face.sheet == sheet || touches || (face.two_sided && !front);
+                if passed || hit.t <= 0.0 || hit.inside < -OUTLINE {
                     return MISS;
                 }
-                lit = (hit.facing < 0.0).then_some((k, hit.t * reach));
+                let ahead = (ray.tmax - hit.t) * hit.facing;
+                if let Some((other, _)) = lit
+                    && front
+                    && ahead.abs() <= CONTACT
+                {
+                    // Of fronts that lie on each other the first is lit.
+                    if k < other {
+                        lit = Some((k, hit.t * reach));
+                    }
+                } else if hit.t < ray.tmax {
+                    lit = front.then_some((k, hit.t * reach));
+                }
                 hit.t
             },
         );

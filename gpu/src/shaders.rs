@@ -141,6 +141,8 @@ fn constants(settings: &Settings) -> String {
         ("PI", PI),
         ("CONTACT", CONTACT),
         ("FAR", FAR),
+        ("NEAR_QUAD", NEAR_QUAD),
+        ("NEAR_TRIANGLE", NEAR_TRIANGLE),
         ("POINT", POINT),
         ("LOW", LOW),
         ("OUTLINE", OUTLINE),

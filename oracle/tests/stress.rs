@@ -174,6 +174,8 @@ fn digest(scene: &Scene) -> String {
 
 fn side(error: f64, warnings: &[&str]) -> Side {
     Side {
+        bias: None,
+        estimate: None,
         error: (error.is_finite()).then_some(error),
         verdict: Verdict::Fails,
         warnings: warnings.iter().map(|w| (*w).to_owned()).collect(),

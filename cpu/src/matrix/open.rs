@@ -93,13 +93,14 @@ impl<'a> Elements<'a> {
 
     fn of(&self, texel: &Texel) -> Element {
         let whole = self.whole(texel);
+        // A texel without area lies under an earlier face as a whole, or is a line.
         let mut element = Element {
             face: texel.face,
-            area: whole.area,
+            area: if texel.area > 0.0 { whole.area } else { 0.0 },
             open: 0.0,
             patches: Vec::new(),
         };
-        if whole.area > 0.0 && whole.plane.normal != DVec3::ZERO {
+        if element.area > 0.0 && whole.plane.normal != DVec3::ZERO {
             let cover = &self.covers[texel.face as usize];
             let covered = |patch: &Patch| {
                 cover.covered(

@@ -65,7 +65,7 @@ fn factor(k: u32) -> f32 {
     }
     var sum = 0.0;
     for (var place = 0u; place < NEAR * NEAR; place++) {
-        let p = point(k, near_uv(place));
+        let p = point(k, near_uv(place, texels[k].kind));
         sum += form_factor(middle, p.xyz, normal, texels[k].area) * p.w;
     }
     return sum / f32(NEAR * NEAR);

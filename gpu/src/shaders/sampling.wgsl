@@ -35,12 +35,13 @@ fn texel_point(k: u32, cell: u32, s: u32) -> vec4f {
 }
 
 // Place number `place` of the even grid by which a near texel's form factor is averaged.
-fn near_uv(place: u32) -> vec2f {
-    return vec2f(along(place % NEAR), along(place / NEAR));
+fn near_uv(place: u32, kind: u32) -> vec2f {
+    let inset = select(NEAR_TRIANGLE, NEAR_QUAD, kind == QUAD);
+    return vec2f(along(place % NEAR, inset), along(place / NEAR, inset));
 }
 
-fn along(k: u32) -> f32 {
-    return (f32(k) + 0.5) / f32(NEAR);
+fn along(k: u32, inset: f32) -> f32 {
+    return (f32(k) + inset) / f32(NEAR);
 }
 
 // Point `at` of texel `k`.

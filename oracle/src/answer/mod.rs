@@ -3,21 +3,24 @@
 
 pub mod check;
 mod gap;
+pub mod light;
 pub mod mend;
 pub mod warnings;
 
+use crate::interrupt::interrupted;
 use crate::refine::{Rung, refine};
 use check::Estimate;
-use common::Result;
 use common::mesh::Mesh;
 use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Quality, Settings};
 use common::shooting::{Engine, Run};
 use common::solution::Warning;
+use common::Result;
 use cpu::CpuSolver;
-use cpu::cover::sampled;
+use cpu::cover::sampled_until;
 use gpu::{Gpu, GpuSolver};
+use light::{finite, missing};
 use mend::{Attempt, mended};
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -112,7 +115,14 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         estimate,
         ..
     } = first;
-    notes.extend(fewer_cells(&rung.mesh, &rung.settings));
+    finite(scene, &rung.run)?;
+    let mut estimate = estimate;
+    if let Some(dark) = missing(&rung.mesh, &rung.run) {
+        // Of no light there is nothing to estimate.
+        estimate = None;
+        notes.push(dark);
+    }
+    notes.extend(fewer_cells(&rung.settings));
     if stopped.get() {
         notes.push(if rung.run.converged {
             "interrupted: the last whole solve was kept".into()
@@ -162,7 +172,8 @@ fn rung(
     seconds: &Cell<(f64, f64)>,
 ) -> Result<Rung> {
     let start = Instant::now();
-    let mesh = sampled(question.scene, settings)?;
+    let mesh =
+        sampled_until(question.scene, settings, &interrupted).inspect_err(|_| stopped.set(true))?;
     let mut engine: Box<dyn Engine> = match question.gpu {
         Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
         None => Box::new(CpuSolver::new(&mesh, settings)),
@@ -184,14 +195,12 @@ fn rung(
     })
 }
 
-/// A triangle's cells are blocks of whole texels only for divisors of its side.
-fn fewer_cells(mesh: &Mesh, settings: &Settings) -> Option<String> {
-    let asked = (settings.cells * settings.cells) as usize * mesh.faces.len();
-    (mesh.cells.len() < asked).then(|| {
+/// Cells are blocks of whole texels.
+fn fewer_cells(settings: &Settings) -> Option<String> {
+    let Settings { cells, texels, .. } = settings;
+    (cells > texels).then(|| {
         format!(
-            "{} cells instead of {asked}: a face has at most one a texel, and a triangle's side is cut by a divisor of its {} texels",
-            mesh.cells.len(),
-            settings.texels
+            "{texels}×{texels} cells a face instead of {cells}×{cells}: each has a texel at least"
         )
     })
 }

@@ -4,7 +4,6 @@ use super::check::{Cause, Estimate, NAMED, Part};
 use super::gap::light_in_gaps;
 use common::energy::Energy;
 use common::mesh::{Cell, Mesh, Texel};
-use common::overlap::overlaps;
 use common::precision::{Loss, losses};
 use common::scene::Scene;
 use common::shooting::Run;
@@ -50,16 +49,18 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
             ),
         });
     }
-    let overlapping = overlaps(mesh);
-    if !overlapping.is_empty() {
-        let mut faces: Vec<u32> = overlapping.concat();
+    if !mesh.overlaps.is_empty() {
+        let mut faces: Vec<u32> = mesh.overlaps.concat();
         faces.sort_unstable();
         faces.dedup();
         faces.truncate(NAMED);
         warnings.push(Warning {
             code: "overlap".into(),
             faces,
-            message: format!("{} pairs of fronts lie on each other: which one is lit is a matter of rounding; remove one of each", overlapping.len()),
+            message: format!(
+                "{} pairs of fronts lie on each other: only the first of each is lit; remove the other",
+                mesh.overlaps.len()
+            ),
         });
     }
     warnings

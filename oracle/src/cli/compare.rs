@@ -2,6 +2,7 @@
 
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
+use super::tell::say;
 use super::{Outcome, solve};
 use crate::compare::{Request, compare};
 use crate::comparison::Comparison;
@@ -45,6 +46,8 @@ pub fn demo() -> Result<Outcome> {
 /// Compares and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
+    let asked = common.visibility.map(Into::into);
+    common.not_for_rays(asked.unwrap_or(Visibility::Stereographic))?;
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
@@ -71,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         })?;
         drop(progress);
         if interrupted() {
-            eprintln!(
+            say!(
                 "interrupted: the report holds the {} scenes compared by then",
                 comparisons.len()
             );
@@ -85,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         write(arguments, &comparisons)?;
     }
     if !common.quiet {
-        eprintln!(
+        say!(
             "wrote {0}/report.html and {0}/report.json",
             arguments.out.display()
         );
@@ -128,7 +131,7 @@ fn write(arguments: &Arguments, comparisons: &[Comparison]) -> Result<()> {
 
 /// Without an adapter each scene is solved on the CPU, in a folder of its own.
 fn cpu_only(arguments: &Arguments, error: Error) -> Error {
-    eprintln!("note: {error}; solving on the CPU, nothing is compared");
+    say!("note: {error}; solving on the CPU, nothing is compared");
     for path in &arguments.scenes {
         let name = path.file_stem().unwrap_or(path.as_os_str());
         if let Err(failure) = solve::on_cpu(path, &arguments.out.join(name), &arguments.common) {
@@ -139,7 +142,7 @@ fn cpu_only(arguments: &Arguments, error: Error) -> Error {
 }
 
 fn summary(c: &Comparison) {
-    eprintln!(
+    say!(
         "{}: {}",
         c.scene.name,
         if c.agree() {
@@ -148,7 +151,7 @@ fn summary(c: &Comparison) {
             "THE SOLVERS DISAGREE"
         }
     );
-    eprintln!(
+    say!(
         "  shots {} CPU, {} GPU; lockstep RMS {:.3} %; mismatched {} of {} facing pairs, {} unexplained; {:.1} s CPU, {:.1} s {}",
         c.cpu.shots.len(),
         c.gpu.shots.len(),
@@ -161,9 +164,12 @@ fn summary(c: &Comparison) {
         c.adapter,
     );
     for gate in c.gates.iter().filter(|gate| !gate.pass) {
-        eprintln!(
+        say!(
             "  beyond its bound: {} = {:.3e} > {:.3e} ({})",
-            gate.name, gate.value, gate.bound, gate.reason
+            gate.name,
+            gate.value,
+            gate.bound,
+            gate.reason
         );
     }
 }

@@ -228,7 +228,7 @@ impl Common {
     pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
         if !matches!(self.iteration, None | Some(IterationOption::Southwell)) {
             return Err(Error::Usage(
-                "this command shoots one cell after the other: --iteration is for solve, or southwell".into(),
+                "this command shoots one cell after the other: leave --iteration out, or give southwell".into(),
             ));
         }
         let quality = self.quality();
@@ -272,6 +272,35 @@ impl Common {
         ImportOptions {
             join_quads: self.join_quads,
             two_sided: self.two_sided,
+        }
+    }
+
+    /// Options of item buffers, where the visibility in force has none.
+    pub fn not_for_rays(&self, visibility: Visibility) -> Result<()> {
+        let given = [
+            ("--item-buffer", self.item_buffer.is_some()),
+            ("--raster", self.raster.is_some()),
+            ("--lookup", self.lookup.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) if visibility == Visibility::Rays => Err(Error::Usage(format!(
+                "{option} is of item buffers, and visibility is by rays here: leave it out, or give --visibility stereographic, hemisphere, hemicube or paper too"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Options of the GPU.
+    pub fn not_for_cpu(&self) -> Result<()> {
+        let given = [
+            ("--require-gpu", self.require_gpu),
+            ("--adapter", self.adapter.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::Usage(format!(
+                "{option} contradicts --solver cpu: leave one of them out"
+            ))),
+            None => Ok(()),
         }
     }
 

@@ -2,8 +2,11 @@
 
 use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
+use super::random::Random;
+use super::tell::say;
 use crate::stress::gates::{self, Gate};
 use crate::stress::json::{Told, json};
+use crate::stress::random::NAME;
 use crate::stress::run::Run;
 use crate::stress::score::{self, Score};
 use crate::stress::trial::Case;
@@ -21,33 +24,62 @@ const NAMED: usize = 12;
 /// Arguments of `stress`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Names of cases [default: all]
+    /// Names of cases [default: all], or random: scenes drawn anew
     cases: Vec<String>,
     /// Where stress.html and stress.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
+    pub out: PathBuf,
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
     /// No progress, no summary
     #[arg(long)]
-    quiet: bool,
+    pub quiet: bool,
+    /// Of scenes drawn anew
+    #[command(flatten)]
+    pub random: Random,
+}
+
+impl Arguments {
+    /// The GPU, or why there is none.
+    pub fn device(&self) -> Result<(Option<Gpu>, Option<Error>)> {
+        match Gpu::open(self.adapter.as_deref()) {
+            Ok(gpu) => Ok((Some(gpu), None)),
+            Err(error @ Error::NoAdapter(_)) => {
+                say!("note: {error}; only the CPU is put to the test");
+                Ok((None, Some(error)))
+            }
+            Err(error) => Err(error),
+        }
+    }
 }
 
 /// Runs case after case, and writes.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let start = Instant::now();
-    let cases = chosen(&arguments.cases)?;
-    prepare(&arguments.out)?;
-    let (gpu, missing) = match Gpu::open(arguments.adapter.as_deref()) {
-        Ok(gpu) => (Some(gpu), None),
-        Err(error @ Error::NoAdapter(_)) => {
-            eprintln!("note: {error}; only the CPU is put to the test");
-            (None, Some(error))
-        }
-        Err(error) => return Err(error),
+    let random = arguments.cases.iter().any(|name| name == NAME);
+    if random && arguments.cases.len() > 1 {
+        return Err(Error::Usage(
+            "stress random goes alone: leave the other cases out".into(),
+        ));
+    }
+    if !random && arguments.random.given() {
+        return Err(Error::Usage(
+            "--count, --seed, --faces, --kind, --texels, --quality and --cpu are for stress random"
+                .into(),
+        ));
+    }
+    let cases = if random {
+        Vec::new()
+    } else {
+        chosen(&arguments.cases)?
     };
+    prepare(&arguments.out)?;
     listen();
+    if random {
+        return super::random::run(arguments);
+    }
+    let (gpu, missing) = arguments.device()?;
     let run = Run {
         gpu: gpu.as_ref(),
         stop: &interrupted,
@@ -74,18 +106,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     write(arguments, &studies, &told)?;
     if interrupted() {
-        eprintln!("interrupted: the atlas holds what is measured");
+        say!("interrupted: the atlas holds what is measured");
     }
+    finish(arguments, &told, missing)
+}
+
+/// Says what was found, and how that ends.
+pub fn finish(arguments: &Arguments, told: &Told, missing: Option<Error>) -> Result<Outcome> {
     if !arguments.quiet {
-        summary(&gates, &score, told.seconds);
-        eprintln!(
+        summary(told.gates, told.score, told.seconds);
+        say!(
             "wrote {0}/stress.html and {0}/stress.json",
             arguments.out.display()
         );
     }
     match missing {
         Some(error) => Err(error),
-        None if gates.iter().all(|gate| gate.held) => Ok(Outcome::Done),
+        None if told.gates.iter().all(|gate| gate.held) => Ok(Outcome::Done),
         None => Ok(Outcome::Disagree),
     }
 }
@@ -96,7 +133,8 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Case>> {
     if names.is_empty() {
         return Ok(all);
     }
-    let known: Vec<&str> = all.iter().map(|case| case.about.name).collect();
+    let mut known: Vec<&str> = all.iter().map(|case| case.about.name).collect();
+    known.push(NAME);
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         return Err(Error::Usage(format!(
             "there is no case {unknown}: {}",
@@ -116,19 +154,22 @@ fn write(arguments: &Arguments, studies: &[Study], told: &Told) -> Result<()> {
 
 fn summary(gates: &[Gate], score: &Score, seconds: f64) {
     for gate in gates.iter().filter(|gate| !gate.held) {
-        eprintln!("broken: {}", gate.name);
+        say!("broken: {}", gate.name);
         for line in gate.broken.iter().take(NAMED) {
-            eprintln!("    {line}");
+            say!("    {line}");
         }
         if gate.broken.len() > NAMED {
-            eprintln!("    and {} more", gate.broken.len() - NAMED);
+            say!("    and {} more", gate.broken.len() - NAMED);
         }
     }
     for (name, counts) in [("default", &score.default), ("all methods", &score.all)] {
-        eprintln!(
+        say!(
             "{name}: {} caught, {} missed, {} false alarms, {} quiet",
-            counts.caught, counts.missed, counts.false_alarms, counts.quiet
+            counts.caught,
+            counts.missed,
+            counts.false_alarms,
+            counts.quiet
         );
     }
-    eprintln!("{seconds:.0} s");
+    say!("{seconds:.0} s");
 }

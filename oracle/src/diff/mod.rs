@@ -90,7 +90,7 @@ impl Diff {
     }
 
     fn remarks(&self, a: &Stored, b: &Stored) -> Vec<String> {
-        let mut notes = Vec::new();
+        let mut notes = [a, b].map(|stored| stored.scene.notes.clone()).concat();
         if let Some(how) = same_data(a, b) {
             notes.push(format!(
                 "A and B are the same data ({how}): nothing is compared"

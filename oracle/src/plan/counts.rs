@@ -21,10 +21,7 @@ impl Counts {
     /// Of `scene` at these settings.
     pub fn new(scene: &Scene, settings: &Settings) -> Self {
         let resolution = [settings.texels; 2];
-        let cells = |shape| {
-            let [w, h] = Cells::new(shape, resolution, settings.cells).size;
-            u64::from(w) * u64::from(h)
-        };
+        let cells = |shape| u64::from(Cells::new(shape, resolution, settings.cells).count());
         let faces = scene.faces.len() as u64;
         Self {
             faces,

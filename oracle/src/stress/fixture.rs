@@ -11,6 +11,8 @@ use std::ops::ControlFlow;
 pub fn side(error: Option<f64>, code: &str) -> Side {
     Side {
         error,
+        bias: None,
+        estimate: None,
         verdict: Verdict::of(RELATIVE, error),
         warnings: (!code.is_empty())
             .then(|| code.into())

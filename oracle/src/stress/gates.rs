@@ -60,7 +60,8 @@ pub fn of(studies: &[Study], score: &Score) -> Vec<Gate> {
     ]
 }
 
-fn gate(name: &'static str, broken: Vec<String>) -> Gate {
+/// A gate and the rows that break it.
+pub fn gate(name: &'static str, broken: Vec<String>) -> Gate {
     Gate {
         name,
         held: broken.is_empty(),
@@ -92,7 +93,8 @@ fn sides(studies: &[Study], bad: Bad) -> Vec<String> {
     broken
 }
 
-fn line(row: &Row, side: &Side, solver: &str) -> String {
+/// A side in words.
+pub fn line(row: &Row, side: &Side, solver: &str) -> String {
     let found = match (&side.message, side.error) {
         (Some(message), _) => message.clone(),
         (None, Some(error)) => format!("{error:.3e}"),

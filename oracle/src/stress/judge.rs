@@ -7,6 +7,7 @@
 
 use super::trial::{Trial, Truth};
 use crate::compare::difference::figures;
+use crate::comparison::Difference;
 use common::texel::{count, outline};
 use glam::DVec3;
 
@@ -31,20 +32,33 @@ pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<f64, St
     if matches!(trial.truth, Truth::Dark) {
         return Ok(leak(trial, answer));
     }
-    let areas = areas(trial);
-    let judged: Vec<usize> = (0..answer.len()).filter(|k| areas[*k] > 0.0).collect();
-    let channel = |c: usize| {
-        let texels = judged
-            .iter()
-            .map(|k| (areas[*k], answer[*k][c], truth[*k][c]));
-        figures(texels).relative_rms
-    };
-    let worst = (0..3).map(channel).fold(0.0, f64::max);
+    let channels = channels(trial, answer, truth);
+    let worst = channels.iter().map(|f| f.relative_rms).fold(0.0, f64::max);
     if worst.is_finite() {
         Ok(worst)
     } else {
         Err("lit where the truth is black all over".into())
     }
+}
+
+/// ΣA(a − b)/ΣA b, the worst channel; none of leaks, nor where the truth is black.
+pub fn bias(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Option<f64> {
+    let channels = channels(trial, answer, truth);
+    let worst = channels.iter().map(|f| f.bias);
+    let worst = worst.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+    (worst.is_finite() && !matches!(trial.truth, Truth::Dark)).then_some(worst)
+}
+
+/// The figures of each channel over the texels that are judged.
+fn channels(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> [Difference; 3] {
+    let areas = areas(trial);
+    let judged: Vec<usize> = (0..answer.len()).filter(|k| areas[*k] > 0.0).collect();
+    std::array::from_fn(|c| {
+        let texels = judged
+            .iter()
+            .map(|k| (areas[*k], answer[*k][c], truth[*k][c]));
+        figures(texels)
+    })
 }
 
 /// The area of each texel, 0 where it is not judged.

@@ -53,6 +53,7 @@ struct Solved {
     field: Field,
     warnings: Vec<Warning>,
     notes: Vec<String>,
+    estimate: Option<f64>,
 }
 
 type Watch<'a> = &'a dyn Fn() -> ControlFlow<()>;
@@ -82,6 +83,8 @@ pub fn try_on(
     }
     let mut side = Side {
         error: None,
+        bias: None,
+        estimate: None,
         // Until its row judges it by the measure of the case.
         verdict: Verdict::Fails,
         warnings: Vec::new(),
@@ -101,9 +104,13 @@ pub fn try_on(
         Ok(solved) => {
             side.warnings = solved.warnings.iter().map(|w| w.code.clone()).collect();
             side.mended = solved.notes;
+            side.estimate = solved.estimate;
             let values = Reflected::of(&trial.scene, &solved.mesh, &solved.field).values;
             match judge::error(trial, &values, truth) {
-                Ok(error) => side.error = Some(error),
+                Ok(error) => {
+                    side.error = Some(error);
+                    side.bias = judge::bias(trial, &values, truth);
+                }
                 Err(message) => side.message = Some(format!("{UNJUDGED}: {message}")),
             }
             Some(Seen {
@@ -133,7 +140,9 @@ fn said(payload: &(dyn Any + Send)) -> &str {
 fn solve(trial: &Trial, method: &Method, gpu: Option<&Gpu>, watch: Watch) -> Result<Solved> {
     let settings = method.settings(trial.texels, gpu.is_some());
     match method.way {
-        Way::Default => shot(&trial.scene, &settings, Given::default(), gpu, watch),
+        Way::Default | Way::Reference => {
+            shot(&trial.scene, &settings, Given::default(), gpu, watch)
+        }
         Way::Given(_) => shot(&trial.scene, &settings, Given::ALL, gpu, watch),
         Way::Matrix => by_matrix(&trial.scene, &settings, watch),
         Way::Relight(relighting, _) => {
@@ -167,6 +176,7 @@ fn shot(
     Ok(Solved {
         mesh: answered.mesh,
         field: answered.run.field,
+        estimate: answered.estimate.map(|estimate| estimate.error),
         warnings: answered.warnings,
         notes: answered.notes,
     })
@@ -181,6 +191,7 @@ fn by_matrix(scene: &Scene, settings: &Settings, watch: Watch) -> Result<Solved>
         mesh,
         warnings: Vec::new(),
         notes: Vec::new(),
+        estimate: None,
     })
 }
 
@@ -221,6 +232,7 @@ fn relit(
     let (done, estimate) = (answered.done, answered.estimate);
     Ok(Solved {
         warnings: warnings::of(&stage, &done, paper, estimate.as_ref()),
+        estimate: estimate.map(|estimate| estimate.error),
         field: done.run.field,
         mesh: done.mesh,
         notes: answered.notes,

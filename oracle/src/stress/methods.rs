@@ -27,6 +27,8 @@ pub struct Method {
 pub enum Way {
     /// As `solve` with no options.
     Default,
+    /// As `solve --quality reference`.
+    Reference,
     /// By the default's options but for these, and they are kept.
     Given(fn(&mut Settings)),
     /// The dense system.
@@ -68,6 +70,7 @@ const SOLVES: &[Method] = &[
 
 /// Those that only some cases ask for.
 const OTHERS: &[Method] = &[
+    given("reference", Way::Reference),
     given(
         "conserved",
         Way::Given(|s| {
@@ -145,6 +148,11 @@ impl Method {
         let mut settings = default(texels, on_gpu);
         match self.way {
             Way::Default | Way::Matrix => {}
+            Way::Reference => {
+                let (_, cells, samples, epsilon) = Quality::Reference.settings();
+                settings.quality = Quality::Reference;
+                (settings.cells, settings.samples, settings.epsilon) = (cells, samples, epsilon);
+            }
             Way::Given(change) => {
                 settings.visibility = Visibility::Rays;
                 change(&mut settings);

@@ -21,6 +21,7 @@ pub mod methods;
 mod outcome;
 pub mod page;
 mod plates;
+pub mod random;
 pub mod run;
 pub mod score;
 mod section;
@@ -107,6 +108,10 @@ pub fn limits(measure: &str) -> [f64; 2] {
 pub struct Side {
     /// Against the truth; none where there is no answer.
     pub error: Option<f64>,
+    /// Its bias; none where there is no answer, or another measure.
+    pub bias: Option<f64>,
+    /// What the answer says of its own error; none where that was not looked at.
+    pub estimate: Option<f64>,
     /// Of that error, by the limits of the case's measure.
     pub verdict: Verdict,
     /// Codes of the warnings.

@@ -13,7 +13,7 @@ use crate::report::document;
 use crate::report::number::{number, percent};
 use maud::{Markup, PreEscaped, html};
 
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 /// Rows of a gate that are listed.
 const LISTED: usize = 200;
 
@@ -89,7 +89,7 @@ fn head(studies: &[Study], gates: &[Gate]) -> Markup {
 }
 
 /// What must hold, and where it does not.
-fn gates(gates: &[Gate]) -> Markup {
+pub(super) fn gates(gates: &[Gate]) -> Markup {
     html! {
         div.scroll { table.gates {
             thead { tr { th { "Gate" } th { "Holds" } th { "Where it does not" } } }

@@ -60,18 +60,24 @@ impl Run<'_> {
         } else {
             truths.of(&trial)?
         };
+        Ok(self.tried(case, value, trial, &truth))
+    }
+
+    /// All methods on one trial, whose truth is known; none after a stop.
+    pub fn tried(
+        &self,
+        case: &Case,
+        value: f64,
+        trial: Trial,
+        truth: &[DVec3],
+    ) -> Option<(Vec<Row>, Option<Specimen>)> {
         let mut rows = Vec::new();
         let mut gallery = Gallery::default();
         for method in methods::of(trial.suite) {
-            let Some(cpu) = try_on(&trial, &method, None, &truth, self.stop) else {
-                return Ok(None);
-            };
+            let cpu = try_on(&trial, &method, None, truth, self.stop)?;
             let gpu = match self.gpu.filter(|_| method.on_gpu()) {
                 None => None,
-                gpu => match try_on(&trial, &method, gpu, &truth, self.stop) {
-                    None => return Ok(None),
-                    tried => tried,
-                },
+                gpu => Some(try_on(&trial, &method, gpu, truth, self.stop)?),
             };
             let sides = (cpu.side.clone(), gpu.as_ref().map(|t| t.side.clone()));
             rows.push(row(case, value, &method, sides));
@@ -82,8 +88,8 @@ impl Run<'_> {
         }
         let is_safe = |row: &Row| row.method != DEFAULT || row.verdict == Verdict::Safe;
         let safe = rows.iter().all(is_safe);
-        let specimen = gallery.specimen(trial, value, &truth, safe);
-        Ok(Some((rows, specimen)))
+        let specimen = gallery.specimen(trial, value, truth, safe);
+        Some((rows, specimen))
     }
 }
 
@@ -132,7 +138,8 @@ impl Gallery {
         let shown = self
             .answers
             .iter()
-            .find(|(label, _)| label.starts_with(DEFAULT))?;
+            .find(|(label, _)| label.starts_with(DEFAULT))
+            .or(self.answers.first())?;
         let per_face = count([trial.texels; 2]) as usize;
         let part = |values: &[DVec3], face: usize| -> Vec<DVec3> {
             let range = face * per_face..(face + 1) * per_face;

@@ -4,6 +4,7 @@ use super::{Arguments, MethodOption};
 use crate::cli::Outcome;
 use crate::cli::objects::Object;
 use crate::cli::solve::{judged, wrote};
+use crate::cli::tell::say;
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::mended::Answer;
 use crate::relight::page::{Report, html};
@@ -49,7 +50,7 @@ pub fn write(
     let mut notes = stage.notes.clone();
     notes.extend(said(stage, done));
     for note in &answered.notes {
-        eprintln!("note: {note}");
+        say!("note: {note}");
         notes.push(note.clone());
     }
     if work.stopped.get() {
@@ -218,7 +219,7 @@ fn summary(solution: &Solution, seconds: &Phases, arguments: &Arguments) {
         .iter()
         .map(|(phase, seconds)| format!("{phase} {seconds:.2} s"))
         .collect();
-    eprintln!(
+    say!(
         "{}: {} faces, {} texels, {} shots on {}, {:.3} % unshot, imbalance {:.1e}; {}",
         solution.scene.name,
         solution.mesh.faces.len(),

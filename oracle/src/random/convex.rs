@@ -1,0 +1,160 @@
+//! Convex bodies: how far apart two of them are, and whether one lies in another.
+
+use glam::DVec3;
+
+/// Normals shorter than this share of their factors are none: parallel edges.
+const PARALLEL: f64 = 1e-9;
+
+/// n·x = d, n of unit length and outwards.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    pub normal: DVec3,
+    pub offset: f64,
+}
+
+impl Plane {
+    /// How far a point is above it.
+    pub fn above(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+}
+
+/// Corners, edges and faces of a convex body; a flat one has its outline's planes as well.
+#[derive(Clone, Debug)]
+pub struct Convex {
+    pub corners: Vec<DVec3>,
+    edges: Vec<DVec3>,
+    pub planes: Vec<Plane>,
+}
+
+impl Convex {
+    /// Between two outlines in parallel planes, counter-clockwise from the second's side; planes are
+    /// bottom, top and walls.
+    pub fn prism(bottom: &[DVec3], top: &[DVec3]) -> Self {
+        let n = bottom.len();
+        let middle = bottom.iter().chain(top).sum::<DVec3>() / (2 * n) as f64;
+        let mut edges = Vec::new();
+        let mut normals = vec![];
+        let up = area(bottom);
+        normals.extend([(-up, bottom[0]), (up, top[0])]);
+        for k in 0..n {
+            let next = (k + 1) % n;
+            edges.extend([bottom[next] - bottom[k], top[k] - bottom[k]]);
+            let wall = (bottom[next] - bottom[k]).cross(top[k] - bottom[k]);
+            normals.push((wall, bottom[k]));
+        }
+        let outwards = |(normal, at): (DVec3, DVec3)| {
+            let normal = normal.normalize();
+            let side = normal.dot(at - middle).signum();
+            let normal = if side < 0.0 { -normal } else { normal };
+            Plane {
+                normal,
+                offset: normal.dot(at),
+            }
+        };
+        Self {
+            corners: bottom.iter().chain(top).copied().collect(),
+            planes: normals.into_iter().map(outwards).collect(),
+            edges,
+        }
+    }
+
+    /// A flat one.
+    pub fn flat(outline: &[DVec3]) -> Self {
+        let n = outline.len();
+        let normal = area(outline).normalize();
+        let edge = |k: usize| outline[(k + 1) % n] - outline[k];
+        let plane = |normal: DVec3, at: DVec3| Plane {
+            normal,
+            offset: normal.dot(at),
+        };
+        let mut planes = vec![plane(normal, outline[0]), plane(-normal, outline[0])];
+        planes.extend((0..n).map(|k| plane(edge(k).cross(normal).normalize(), outline[k])));
+        Self {
+            corners: outline.to_vec(),
+            edges: (0..n).map(edge).collect(),
+            planes,
+        }
+    }
+
+    /// How far apart two are at least: the widest gap between their shadows on an axis that may
+    /// separate them, a face's normal or square to an edge of each; negative where they meet.
+    pub fn apart(&self, other: &Self) -> f64 {
+        let crossed = self.edges.iter().flat_map(|a| {
+            let cross = move |b: &DVec3| {
+                let cross = a.cross(*b);
+                let least = PARALLEL * a.length() * b.length();
+                (cross.length() > least).then(|| cross.normalize())
+            };
+            other.edges.iter().filter_map(cross)
+        });
+        let faces = self.planes.iter().chain(&other.planes).map(|p| p.normal);
+        let gap = |axis: DVec3| {
+            let ([a, b], [c, d]) = (self.extent(axis), other.extent(axis));
+            (c - b).max(a - d)
+        };
+        faces
+            .chain(crossed)
+            .map(gap)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// From where to where it reaches along an axis.
+    pub fn extent(&self, axis: DVec3) -> [f64; 2] {
+        let along = self.corners.iter().map(|c| c.dot(axis));
+        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    }
+}
+
+fn area(outline: &[DVec3]) -> DVec3 {
+    let fan = (1..outline.len() - 1).map(|k| {
+        let [a, b] = [k, k + 1].map(|k| outline[k] - outline[0]);
+        a.cross(b)
+    });
+    fan.sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube(at: DVec3, side: f64) -> Convex {
+        let p = |x: f64, y: f64, z: f64| at + DVec3::new(x, y, z) * side;
+        let level = |y: f64| [p(0., y, 0.), p(0., y, 1.), p(1., y, 1.), p(1., y, 0.)];
+        Convex::prism(&level(0.0), &level(1.0))
+    }
+
+    #[test]
+    fn cubes_are_apart_by_their_gap_along_any_axis() {
+        let one = cube(DVec3::ZERO, 1.0);
+        for axis in [DVec3::X, DVec3::NEG_Y, DVec3::Z] {
+            for gap in [0.5, 1e-4, 0.0, -0.25] {
+                let other = cube(axis * (1.0 + gap), 1.0);
+                assert!((one.apart(&other) - gap).abs() < 1e-12, "{axis} {gap}");
+            }
+        }
+        // Corner to corner: the true distance is √3·0.1; no single normal tells more than 0.1.
+        let corner = cube(DVec3::splat(1.1), 1.0);
+        assert!((one.apart(&corner) - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn crossing_edges_are_told_apart_by_their_common_normal() {
+        // Two squares edge on: their edges cross at a distance of 0.1, their boxes overlap.
+        let flat = |a: DVec3, b: DVec3, at: DVec3| Convex::flat(&[at, at + a, at + a + b, at + b]);
+        let one = flat(DVec3::X + DVec3::Y, DVec3::Z, DVec3::ZERO);
+        let other = flat(DVec3::X - DVec3::Y, DVec3::Z, DVec3::new(0.0, 1.0, 1.1));
+        assert!((one.apart(&other) - 0.1).abs() < 1e-12);
+        let inside = flat(DVec3::X - DVec3::Y, DVec3::Z, DVec3::new(0.0, 1.0, 0.5));
+        assert!(one.apart(&inside) < 0.0);
+    }
+
+    #[test]
+    fn planes_point_outwards() {
+        for plane in cube(DVec3::splat(3.0), 2.0).planes {
+            assert!(plane.above(DVec3::splat(4.0)) < 0.0);
+        }
+    }
+}
