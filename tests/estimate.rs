@@ -5,7 +5,6 @@ use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::{Raster, Settings, Visibility};
 use common::shooting::Field;
-use cpu::cover::sampled;
 use glam::{DVec3, Vec3};
 use oracle::answer::check::{Cause, Estimate, estimate};
 use oracle::answer::{Answer, Given};
@@ -46,10 +45,7 @@ fn truth(scene: &Scene) -> (Mesh, Field) {
 }
 
 fn looked_at(scene: &Scene, settings: &Settings, answer: &Answer, field: &Field) -> Estimate {
-    let remade = |finer: &Settings| sampled(scene, finer);
-    estimate(settings, &answer.mesh, field, remade)
-        .unwrap()
-        .unwrap()
+    estimate(scene, settings, &answer.mesh, field).unwrap()
 }
 
 /// From 15 % to 1 %. The estimate knows the local error only, of texels that it draws, and what half

@@ -73,7 +73,7 @@ fn write(dir: &Path) -> (Mesh, Field) {
             shooters: 0,
             field: field.clone(),
         },
-        estimated_error: None,
+        certificate: None,
         warnings: &[],
         notes: &[],
         seconds: Seconds::default(),

@@ -110,7 +110,10 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
     }
     let time = seconds(scene, settings, gpu)?;
     if settings.quality == Quality::Normal {
-        result!("  mending {}", mending(&counts, settings, common.given(), time))?;
+        result!(
+            "  mending {}",
+            mending(&counts, settings, common.given(), time)
+        )?;
     }
     if settings.quality == Quality::Reference {
         result!("  note    reference starts with this and halves the cells until it has settled")?;

@@ -83,11 +83,10 @@ impl Gather<'_> {
         let Some((other, t)) = self.rays.nearest(origin, direction, face.sheet) else {
             return Vec3::ZERO;
         };
-        let texel = self.light.at(other, origin + direction * t);
+        let (texel, light) = self.light.at(other, origin + direction * t);
         met.push(texel);
-        let light = self.light.of(texel);
         let facing = -self.mesh.faces[other as usize].normal.dot(direction);
-        self.weighed(light, cosine, facing, t * t)
+        self.weighed(texel, light, cosine, facing, t * t)
     }
 
     fn towards(&self, k: usize, outline: &[Vec3; 4], sequence: &Sequence, s: u32) -> Vec3 {
@@ -111,13 +110,13 @@ impl Gather<'_> {
             return Vec3::ZERO;
         }
         let distance = square.sqrt();
-        let light = self.light.of(drawn.texel);
-        self.weighed(light, cosine / distance, facing / distance, square)
+        let (texel, light) = self.light.at(ends[1], drawn.position);
+        self.weighed(texel, light, cosine / distance, facing / distance, square)
     }
 
     /// u·p/(p + q).
-    fn weighed(&self, light: Vec3, cosine: f32, facing: f32, square: f32) -> Vec3 {
-        let dense = light.abs().element_sum() / self.light.power() as f32;
+    fn weighed(&self, texel: usize, light: Vec3, cosine: f32, facing: f32, square: f32) -> Vec3 {
+        let dense = self.light.of(texel).abs().element_sum() / self.light.power() as f32;
         let p = cosine / PI * facing;
         let all = p + dense * square;
         if all > 0.0 {

@@ -1,13 +1,14 @@
 //! What every point of the scene shines, by the answer, and how to draw points that shine much.
 
-use common::mesh::{Mesh, MeshFace};
+use super::slope::Slope;
+use common::mesh::{Mesh, MeshFace, Texel};
 use common::scene::{Scene, Shape};
 use common::shooting::Field;
 use common::texel::{self, triangle_index};
 use cpu::matrix::open::shares;
 use cpu::occluders::Occluders;
 use cpu::rays::Rays;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Newton's steps from a point of a quad to its u, v: the error squares with each, from 1/2 at most.
 const STEPS: usize = 5;
@@ -20,8 +21,10 @@ pub struct Light<'a> {
     order: Vec<usize>,
     /// The first of each face in `order`.
     first: Vec<usize>,
-    /// What leaves the open part of each texel, W/m².
+    /// What leaves the open part of each texel, W/m², its mean.
     radiosity: Vec<Vec3>,
+    /// How it changes within the texel.
+    slopes: Vec<Slope>,
     /// Its channels' sum times the area, added up over the texels before.
     passed: Vec<f64>,
 }
@@ -55,12 +58,27 @@ impl<'a> Light<'a> {
         for (place, k) in order.iter().enumerate().rev() {
             first[mesh.texels[*k].face as usize] = place;
         }
+        // A texel on which nothing falls lies under a body, or in a gap, and tells nothing of others.
+        let lit = |k: usize| field.irradiance[k].truncate() != Vec3::ZERO && open[k] == 1.0;
+        let slope = |(k, texel): (usize, &Texel)| {
+            let face = texel.face as usize;
+            let own = radiosity[k];
+            if !lit(k) {
+                return Slope::default();
+            }
+            Slope::new(texel, mesh.faces[face].resolution, own, |index| {
+                let other = order[first[face] + index as usize];
+                lit(other).then(|| radiosity[other])
+            })
+        };
+        let slopes = mesh.texels.iter().enumerate().map(slope).collect();
         Self {
             scene,
             mesh,
             order,
             first,
             radiosity,
+            slopes,
             passed,
         }
     }
@@ -70,15 +88,18 @@ impl<'a> Light<'a> {
         self.passed.last().copied().unwrap_or(0.0)
     }
 
-    /// u of a texel.
+    /// The mean of u over a texel.
     pub fn of(&self, texel: usize) -> Vec3 {
         self.radiosity[texel]
     }
 
-    /// The texel that holds a point of a face.
-    pub fn at(&self, face: u32, point: Vec3) -> usize {
-        let index = index(&self.mesh.faces[face as usize], self.shape(face), point);
-        self.order[self.first[face as usize] + index as usize]
+    /// The texel that holds a point of a face, and u there.
+    pub fn at(&self, face: u32, point: Vec3) -> (usize, Vec3) {
+        let own = &self.mesh.faces[face as usize];
+        let (index, place) = index(own, self.shape(face), point);
+        let k = self.order[self.first[face as usize] + index as usize];
+        let kind = self.mesh.texels[k].kind;
+        (k, self.radiosity[k] + self.slopes[k].at(kind, place))
     }
 
     fn shape(&self, face: u32) -> Shape {
@@ -124,8 +145,8 @@ pub fn spread(c: &[Vec3; 4], [u, v]: [f32; 2]) -> Vec3 {
     c[0] + ((p - c[0]) * (1.0 - v) + (q - c[0]) * v) * u.sqrt()
 }
 
-/// The texel that holds a point of the face.
-fn index(face: &MeshFace, shape: Shape, point: Vec3) -> u32 {
+/// The texel that holds a point of the face, and where in it, from its lower corner on the lattice.
+fn index(face: &MeshFace, shape: Shape, point: Vec3) -> (u32, Vec2) {
     let [w, h] = face.resolution;
     let [a, b, c, d] = face.corners;
     let step = |x: f32, n: u32| ((x.max(0.0) * n as f32) as u32).min(n - 1);
@@ -143,14 +164,16 @@ fn index(face: &MeshFace, shape: Shape, point: Vec3) -> u32 {
         (u, v) = (u + du, v + dv);
     }
     if shape == Shape::Quad {
-        return step(v, h) * w + step(u, w);
+        let (i, j) = (step(u, w), step(v, h));
+        let place = Vec2::new(u * w as f32 - i as f32, v * h as f32 - j as f32);
+        return (j * w + i, place);
     }
     let (i, mut j) = (step(u, w), step(v, h));
     // A point outside by rounding.
     j = j.min(w - 1 - i);
     let (x, y) = (u * w as f32 - i as f32, v * h as f32 - j as f32);
     let upright = x + y < 1.0 || i + j + 1 >= w;
-    triangle_index(h, i, j, upright)
+    (triangle_index(h, i, j, upright), Vec2::new(x, y))
 }
 
 /// x and y of `off` = x·p + y·q, in the least squares' sense.
@@ -205,7 +228,7 @@ mod tests {
             for s in 0..64 {
                 let uv = [s % 8, s / 8].map(|k| (k as f32 + 0.5) / 8.0);
                 let p = spread(&corners, uv);
-                assert_eq!(index(own, of.shape, p), texel.index, "{face} {uv:?}");
+                assert_eq!(index(own, of.shape, p).0, texel.index, "{face} {uv:?}");
                 mean += p / 64.0;
             }
             // The rule of 8 rows, of density √u, is off by 1e-3 of the texel.
