@@ -1,11 +1,12 @@
 //! The light that reaches a texel, by rays from all over it to whatever they meet.
 //!
 //! ```text
-//! H = ∫ u cosθ/π dω ≈ 1/n Σ u p/(p + q) + 1/n Σ u p/(p + q)
+//! H = ∫ u cosθ/π dω ≈ ū·m/n + 1/n Σ (u − ū) p/(p + q) + 1/n Σ (u − ū) p/(p + q)
 //! ```
 //! One half of the rays leaves the texel as dense as p = cosθ/π, the other ends at points as dense
 //! as they shine, which is q per solid angle; the two are weighed by the balance heuristic (Veach &
-//! Guibas 1995). No form factor, no cell, no open share of the receiver: what stands on a point is
+//! Guibas 1995). m of the first n met a front: of the mean light ū that is all that needs to be known.
+//! No form factor, no cell, no open share of the receiver: what stands on a point is
 //! met by its rays.
 
 use super::light::{Light, spread};
@@ -86,7 +87,7 @@ impl Gather<'_> {
         let (texel, light) = self.light.at(other, origin + direction * t);
         met.push(texel);
         let facing = -self.mesh.faces[other as usize].normal.dot(direction);
-        self.weighed(texel, light, cosine, facing, t * t)
+        self.light.flat + self.weighed(texel, light, cosine, facing, t * t)
     }
 
     fn towards(&self, k: usize, outline: &[Vec3; 4], sequence: &Sequence, s: u32) -> Vec3 {
@@ -114,13 +115,13 @@ impl Gather<'_> {
         self.weighed(texel, light, cosine / distance, facing / distance, square)
     }
 
-    /// u·p/(p + q).
+    /// (u − ū)·p/(p + q).
     fn weighed(&self, texel: usize, light: Vec3, cosine: f32, facing: f32, square: f32) -> Vec3 {
         let dense = self.light.of(texel).abs().element_sum() / self.light.power() as f32;
         let p = cosine / PI * facing;
         let all = p + dense * square;
         if all > 0.0 {
-            light * (p / all)
+            (light - self.light.flat) * (p / all)
         } else {
             Vec3::ZERO
         }

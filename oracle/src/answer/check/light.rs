@@ -25,7 +25,10 @@ pub struct Light<'a> {
     radiosity: Vec<Vec3>,
     /// How it changes within the texel.
     slopes: Vec<Slope>,
-    /// Its channels' sum times the area, added up over the texels before.
+    /// The mean of what is reflected. Rays that meet a front bring that much for certain: in a white
+    /// room, where least is lost, no noise is left of it.
+    pub flat: Vec3,
+    /// The radiosity's channels added up, times the area, added up over the texels before.
     passed: Vec<f64>,
 }
 
@@ -79,6 +82,7 @@ impl<'a> Light<'a> {
             first,
             radiosity,
             slopes,
+            flat: mean(mesh, field),
             passed,
         }
     }
@@ -186,6 +190,15 @@ fn coordinates(p: Vec3, q: Vec3, off: Vec3) -> (f32, f32) {
     } else {
         (0.0, 0.0)
     }
+}
+
+fn mean(mesh: &Mesh, field: &Field) -> Vec3 {
+    let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+    for (texel, b) in mesh.texels.iter().zip(&field.radiosity) {
+        sum += (b.truncate() - texel.emission).as_dvec3() * f64::from(texel.area);
+        area += f64::from(texel.area);
+    }
+    (sum / f64::max(area, f64::MIN_POSITIVE)).as_vec3()
 }
 
 /// B − E as the answer claims it.
