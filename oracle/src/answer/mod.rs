@@ -10,7 +10,7 @@ pub mod warnings;
 use crate::interrupt::interrupted;
 use crate::refine::{Rung, refine};
 use check::Estimate;
-use common::Result;
+use common::{Error, Result};
 use common::mesh::Mesh;
 use common::passes::solve;
 use common::scene::Scene;
@@ -103,7 +103,10 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     let healthy = first.answer.run.converged || first.stagnated;
     if settings.quality == Quality::Normal && healthy && !stopped.get() {
         let again = |settings: &Settings| {
-            let next = solved(settings)?;
+            let next = match solved(settings) {
+                Err(Error::Interrupted) => return Ok(None),
+                next => next?,
+            };
             (!stopped.get()).then(|| looked_at(scene, next)).transpose()
         };
         let (best, tried) = mended(question.given, first, again)?;
