@@ -81,7 +81,7 @@ fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
             shooters: 0,
             field: field.clone(),
         },
-        estimated_error: None,
+        certificate: None,
         warnings: &[],
         notes: &[],
         seconds: Seconds::default(),

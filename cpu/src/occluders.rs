@@ -108,6 +108,21 @@ impl Occluders {
         });
     }
 
+    /// The faces whose boxes meet that of `polygon`, by number.
+    pub fn beside(&self, polygon: &Polygon) -> Vec<u32> {
+        let own = bounds(polygon);
+        let apart = |aabb: &Aabb| aabb.min.cmpgt(own.max).any() || aabb.max.cmplt(own.min).any();
+        let mut found = Vec::new();
+        self.visit(apart, |k| {
+            if !apart(&bounds(&self.faces[k as usize].polygon)) {
+                found.push(k);
+            }
+        });
+        // The tree's order is no property of the scene.
+        found.sort_unstable();
+        found
+    }
+
     fn walk(
         &self,
         shaft: &Shaft,
@@ -115,13 +130,24 @@ impl Occluders {
         found: &mut Vec<u32>,
         enters: impl Fn(&Occluder) -> bool,
     ) {
+        let outside = |aabb: &Aabb| shaft.misses_box(wide(aabb.min), wide(aabb.max), touch);
+        self.visit(outside, |k| {
+            if enters(&self.faces[k as usize]) {
+                found.push(k);
+            }
+        });
+        // The tree's order is no property of the scene.
+        found.sort_unstable();
+    }
+
+    /// Every face whose boxes do not lie `outside`, and perhaps more.
+    fn visit(&self, outside: impl Fn(&Aabb) -> bool, mut found: impl FnMut(u32)) {
         if self.index.is_empty() {
             return;
         }
         let mut stack = vec![0usize];
         while let Some(node) = stack.pop().map(|k| &self.bvh.nodes[k]) {
-            let aabb = node.aabb();
-            if shaft.misses_box(wide(aabb.min), wide(aabb.max), touch) {
+            if outside(&node.aabb()) {
                 continue;
             }
             let first = node.first_index as usize;
@@ -130,14 +156,9 @@ impl Occluders {
                 continue;
             }
             for primitive in first..first + node.prim_count as usize {
-                let k = self.index[self.bvh.primitive_indices[primitive] as usize];
-                if enters(&self.faces[k as usize]) {
-                    found.push(k);
-                }
+                found(self.index[self.bvh.primitive_indices[primitive] as usize]);
             }
         }
-        // The tree's order is no property of the scene.
-        found.sort_unstable();
     }
 
     /// Whether one of `faces` alone hides the shaft's ends from each other.

@@ -67,8 +67,9 @@ pub struct Solution<'a> {
     pub settings: &'a Settings,
     /// The solve.
     pub run: &'a Run,
-    /// Relative RMS of B − E against the truth, as far as it can be told; none: not looked at.
-    pub estimated_error: Option<f64>,
+    /// How far it may be off from the truth, as far as that can be told: `error`, the relative RMS of
+    /// B − E, and its parts; none: not looked at.
+    pub certificate: Option<Value>,
     /// What may be wrong with the answer.
     pub warnings: &'a [Warning],
     /// Everything else worth saying.
@@ -108,7 +109,8 @@ impl Solution<'_> {
             "converged": self.run.converged,
             "unshot_fraction": self.run.unshot_fraction(),
             "energy": Energy::new(self.mesh, &self.run.field, &self.run.shots),
-            "estimated_error": self.estimated_error,
+            "estimated_error": self.certificate.as_ref().map(|parts| &parts["error"]),
+            "certificate": self.certificate,
             "warnings": self.warnings,
             "notes": self.notes,
             "seconds": {

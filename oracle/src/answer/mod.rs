@@ -21,7 +21,7 @@ use cpu::CpuSolver;
 use cpu::cover::sampled_until;
 use gpu::{Gpu, GpuSolver};
 use light::{finite, missing};
-use mend::{had_to_help, mend};
+use mend::{Attempt, mended};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -92,53 +92,38 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     let solved = |settings: &Settings| rung(question, settings, watch, &stopped, &seconds);
     let (scene, settings) = (question.scene, question.settings);
     let mut notes = Vec::new();
-    let (mut rung, mut refined) = if settings.quality == Quality::Reference && !question.given.cells
-    {
+    let (rung, mut refined) = if settings.quality == Quality::Reference && !question.given.cells {
         let refined = refine(scene, settings, solved, || stopped.get())?;
         notes.extend(refined.notes);
         (refined.rung, Some((refined.answer, refined.field)))
     } else {
         (solved(settings)?, None)
     };
-    let mut estimate = look(scene, &rung)?;
-    let mut before = None;
-    while settings.quality == Quality::Normal
-        && !stopped.get()
-        && (rung.run.converged || rung.run.stagnated)
-    {
-        let Some(found) = &estimate else { break };
-        let solution = mend::Solved {
-            settings: &rung.settings,
-            mesh: &rung.mesh,
-            run: &rung.run,
+    let mut first = looked_at(scene, rung)?;
+    let healthy = first.answer.run.converged || first.stagnated;
+    if settings.quality == Quality::Normal && healthy && !stopped.get() {
+        let again = |settings: &Settings| {
+            let next = match solved(settings) {
+                Err(Error::Interrupted) => return Ok(None),
+                next => next?,
+            };
+            (!stopped.get()).then(|| looked_at(scene, next)).transpose()
         };
-        let better = mend(question.given, question.gpu, &solution, found, before);
-        let Some((settings, note)) = better else {
-            break;
-        };
-        let next = match solved(&settings) {
-            Err(Error::Interrupted) => break,
-            next => next?,
-        };
-        if stopped.get() {
-            break;
-        }
-        notes.push(note);
-        before = had_to_help(&rung.settings, &next.settings).then_some(found.error);
-        rung = next;
-        estimate = look(scene, &rung)?;
+        let (best, tried) = mended(question.given, first, again)?;
+        notes.extend(tried);
+        first = best;
     }
+    let Attempt {
+        answer: rung,
+        estimate,
+        ..
+    } = first;
     finite(scene, &rung.run)?;
+    let mut estimate = estimate;
     if let Some(dark) = missing(&rung.mesh, &rung.run) {
         // Of no light there is nothing to estimate.
         estimate = None;
         notes.push(dark);
-    } else if estimate.is_none() {
-        notes.push(if interrupted() {
-            "the error was not estimated: interrupted".into()
-        } else {
-            "the error was not estimated: finer cells would be too many".into()
-        });
     }
     notes.extend(fewer_cells(&rung.settings));
     if stopped.get() {
@@ -168,22 +153,17 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     })
 }
 
-fn look(scene: &Scene, rung: &Rung) -> Result<Option<Estimate>> {
-    let Rung {
-        settings,
-        mesh,
-        run,
-    } = rung;
-    // Whoever stopped the solve wants to know how far it came.
-    let before = interrupted();
-    let stop = || interrupted() && !before;
-    let found = check::estimate(settings, mesh, &run.field, |finer| {
-        sampled_until(scene, finer, &stop)
-    });
-    match found {
-        Err(Error::Interrupted) => Ok(None),
-        found => found,
-    }
+fn looked_at(scene: &Scene, rung: Rung) -> Result<Attempt<Rung>> {
+    let (mesh, run) = (&rung.mesh, &rung.run);
+    let estimate = Some(check::estimate(scene, &rung.settings, mesh, &run.field)?);
+    Ok(Attempt {
+        settings: rung.settings.clone(),
+        size: [mesh.faces.len() as u64, mesh.texels.len() as u64],
+        closure: warnings::closure_in_doubt(mesh, run, estimate.as_ref()).abs(),
+        stagnated: run.stagnated,
+        estimate,
+        answer: rung,
+    })
 }
 
 /// One solve at given settings.

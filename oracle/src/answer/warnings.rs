@@ -20,14 +20,8 @@ const IN_GAPS: f64 = 0.25 * SHARE;
 pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = estimate.and_then(off).into_iter().collect();
     warnings.extend(imprecise(scene, mesh, run));
-    let energy = Energy::new(mesh, &run.field, &run.shots);
-    let closure = energy.share(energy.closure);
-    // The open share is told by few rays, of whole faces by one point's: where the light of a look is
-    // right, closure is not what is wrong. But of what does not escape nothing is in doubt, and white
-    // walls add up what no look can see.
-    let sure = estimate.is_some_and(|estimate| estimate.upper <= 0.5 * SHARE)
-        && closure.abs() <= energy.share(energy.escaped);
-    if closure.abs() > SHARE && !sure {
+    let closure = closure_in_doubt(mesh, run, estimate);
+    if closure.abs() > SHARE {
         warnings.push(Warning {
             code: "closure".into(),
             faces: worst_closure(mesh, run),
@@ -71,6 +65,17 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
         });
     }
     warnings
+}
+
+/// The share of the emitted power that the form factors lost, or made up where it is negative; 0
+/// where the estimate, which counts what later bounces make of it, says that this does not matter: the
+/// open share is told by few rays, of whole faces by one point's.
+pub fn closure_in_doubt(mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> f64 {
+    if estimate.is_some_and(|estimate| estimate.upper <= 0.5 * SHARE) {
+        return 0.0;
+    }
+    let energy = Energy::new(mesh, &run.field, &run.shots);
+    energy.share(energy.closure)
 }
 
 /// The estimate, by what explains most of it.

@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         adapter: None,
         settings: &settings,
         run: &run,
-        estimated_error: None,
+        certificate: None,
         warnings: &warnings_of(&scene, &mesh, &run),
         notes: &scene.notes,
         matrix: Some(description(&quality, &answer)),

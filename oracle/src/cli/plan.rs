@@ -5,6 +5,8 @@ use super::options::Common;
 use super::solve::{settings, settings_for, visibility};
 use super::solver::SolverOption;
 use super::tell::result;
+use crate::answer::Given;
+use crate::answer::mend::{BUDGET, MEND, cost, steps};
 use crate::plan::Counts;
 use crate::plan::ahead::ahead;
 use crate::plan::fits::{Limit, check, size};
@@ -106,15 +108,43 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
         result!("  refused {error}")?;
         return Ok(());
     }
-    seconds(scene, settings, gpu)?;
+    let time = seconds(scene, settings, gpu)?;
+    if settings.quality == Quality::Normal {
+        result!(
+            "  mending {}",
+            mending(&counts, settings, common.given(), time)
+        )?;
+    }
     if settings.quality == Quality::Reference {
         result!("  note    reference starts with this and halves the cells until it has settled")?;
     }
     Ok(())
 }
 
-/// Passes and time, from a short trial.
-fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
+/// What mending may take, by the samples and pixels of its steps.
+fn mending(counts: &Counts, settings: &Settings, given: Given, seconds: f64) -> String {
+    let size = [counts.faces, counts.texels];
+    let steps = steps(given, settings, size);
+    let Some(last) = steps.last() else {
+        return format!(
+            "none: more cells and samples would be beyond {} samples and pixels",
+            count(BUDGET)
+        );
+    };
+    let all: f64 = steps.iter().map(|step| cost(step, size) as f64).sum();
+    let more = seconds * all / cost(settings, size) as f64;
+    format!(
+        "at most {} s more where it is about {} % off: up to {cells}×{cells} cells and {} samples, {} samples and pixels a solve",
+        two(more),
+        100.0 * MEND,
+        last.samples,
+        count(BUDGET),
+        cells = last.cells
+    )
+}
+
+/// Passes and time, from a short trial; the seconds expected.
+fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<f64> {
     let ahead = ahead(scene, settings, gpu)?;
     result!("  passes  {}", passes(settings, &ahead.expected))?;
     let (prepare, time) = (ahead.prepare, &ahead.time);
@@ -128,7 +158,7 @@ fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> 
         two(time.passes + time.gather),
         time.tried
     )?;
-    Ok(())
+    Ok(ahead.seconds())
 }
 
 fn passes(settings: &Settings, expected: &Expected) -> String {

@@ -5,6 +5,7 @@ use super::progress::{Progress, listen};
 use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
 use super::{Outcome, matrix};
+use crate::answer::check::Estimate;
 use crate::answer::{Question, answer};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
@@ -124,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         adapter: device.as_ref().map(|gpu| gpu.line.name.as_str()),
         settings: &answered.settings,
         run: &answered.run,
-        estimated_error: answered.estimate.as_ref().map(|e| e.error),
+        certificate: answered.estimate.as_ref().map(Estimate::certificate),
         warnings: &answered.warnings,
         notes: &notes,
         matrix: None,
@@ -202,7 +203,9 @@ fn summary(solution: &Solution, arguments: &Arguments) {
         100.0 * energy.share(energy.escaped),
         100.0 * energy.share(energy.closure),
         solution
-            .estimated_error
+            .certificate
+            .as_ref()
+            .and_then(|parts| parts["error"].as_f64())
             .map_or(String::new(), |error| format!(
                 ", about {:.1} % off",
                 100.0 * error

@@ -1,6 +1,7 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
+use crate::answer::check::Estimate;
 use crate::cli::Outcome;
 use crate::cli::objects::Object;
 use crate::cli::solve::{judged, wrote};
@@ -65,7 +66,7 @@ pub fn write(
         adapter: work.device.map(|gpu| gpu.line.name.as_str()),
         settings: &answered.settings,
         run: &done.run,
-        estimated_error: estimate.as_ref().map(|e| e.error),
+        certificate: estimate.as_ref().map(Estimate::certificate),
         warnings: &warnings,
         notes: &notes,
         matrix: None,
