@@ -2,6 +2,10 @@
 //! than there is time or memory for.
 
 #![cfg(unix)]
+#![allow(
+    clippy::disallowed_methods,
+    reason = "reads what the program and the system wrote"
+)]
 
 #[path = "hostile/mod.rs"]
 mod hostile;

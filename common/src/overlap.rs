@@ -220,7 +220,7 @@ mod tests {
                 [false, true, false, true, true]
             );
             // A square under two triangles.
-            let faces = [&halves[..], &[whole.clone()], &[far.clone()]].concat();
+            let faces = [&halves[..], &[whole.clone(), far.clone()]].concat();
             let all = mesh(faces, texels, cells);
             assert_eq!(area(&all, 2), 0.0, "{texels}, {cells}");
             assert!(abs_diff_eq!(

@@ -7,9 +7,12 @@ use common::scene::Scene;
 use common::settings::Settings;
 use common::{Error, Result};
 use gpu::Gpu;
+use std::path::Path;
 
 /// Where the system does not say what it has.
 const ASSUMED: u64 = 8 << 30;
+/// Bytes of a file in which the system tells about itself, at most.
+const MOST_TOLD: u64 = 1 << 20;
 /// Addresses that threads reserve.
 const RESERVED: u64 = 1 << 29;
 /// Points of cells are numbered in 32 bits.
@@ -27,7 +30,10 @@ pub struct Limit {
 impl Limit {
     /// What the system has left (Linux), or 8 GiB; what the process may have if that is less.
     pub fn of_this_machine() -> Self {
-        let read = |file: &str| std::fs::read_to_string(file).unwrap_or_default();
+        let read = |file: &str| {
+            let bytes = common::file::read(Path::new(file), MOST_TOLD).unwrap_or_default();
+            String::from_utf8_lossy(&bytes).into_owned()
+        };
         let system = match available(&read("/proc/meminfo")) {
             Some(bytes) => Self {
                 bytes,
