@@ -34,8 +34,8 @@ impl Groups {
         let mut count = faces.min(MOST);
         if k > 1 {
             count = 0;
-            for face in 0..faces {
-                first[face] = count;
+            for (face, first) in first.iter_mut().enumerate() {
+                *first = count;
                 count += parts(scene, mesh, face, k).count() as usize;
             }
         }
