@@ -126,9 +126,10 @@ fn later_bounces_count_with_their_gain() {
         }
         let found = looked_at(&scene, &settings(), &answer, &field);
         println!("ρ = {reflectance}: {found:?}");
-        // Of the truth, which is 1/1.05 of what is claimed; rounding of f32 grows as the light does.
+        // The look's noise is of what is emitted: a quarter of a million samples twice, each within a
+        // quarter of its mean, tell it to 3e-4; rounding of f32 grows as the light does.
         let rounding = 4.0 * f64::from(f32::EPSILON * exact);
-        assert!((found.error - 0.05).abs() < 1e-4 + rounding, "{found:?}");
+        assert!((found.error - 0.05).abs() < 5e-4 + rounding, "{found:?}");
     }
 }
 

@@ -147,7 +147,7 @@ impl Occluders {
         }
         let mut stack = vec![0usize];
         while let Some(node) = stack.pop().map(|k| &self.bvh.nodes[k]) {
-            if outside(&node.aabb()) {
+            if outside(node.aabb()) {
                 continue;
             }
             let first = node.first_index as usize;

@@ -34,8 +34,8 @@ impl Groups {
         let mut count = faces.min(MOST);
         if k > 1 {
             count = 0;
-            for face in 0..faces {
-                first[face] = count;
+            for (face, first) in first.iter_mut().enumerate() {
+                *first = count;
                 count += parts(scene, mesh, face, k).count() as usize;
             }
         }
@@ -78,7 +78,7 @@ impl Groups {
         let n = self.areas.len();
         let matrix = Matrix::from_weights(self.areas.clone(), |j, i| transfer[j * n + i])?;
         let halves = [0, 1].map(|half| {
-            let missed = self.missed(looks.iter().skip(half).step_by(2));
+            let missed = self.missed(looks, half);
             let all = matrix.solve(&missed, &self.reflectance)?.radiosity;
             Ok(all.iter().zip(missed).map(|(all, r)| *all - r).collect())
         });
@@ -86,15 +86,26 @@ impl Groups {
         Ok([even?, odd?])
     }
 
-    /// The mean of what a group's texels miss.
-    fn missed<'a>(&self, looks: impl Iterator<Item = &'a Look>) -> Vec<DVec3> {
-        let mut sums = vec![(DVec3::ZERO, 0.0); self.areas.len()];
-        for look in looks {
-            let sum = &mut sums[self.of(look.texel)];
-            sum.0 += look.area * 0.5 * (look.missed[0] + look.missed[1]);
-            sum.1 += look.area;
+    /// The mean of what a group's texels miss: of those of one half, of all where that has none of it.
+    fn missed(&self, looks: &[Look], half: usize) -> Vec<DVec3> {
+        let mut sums = vec![[(DVec3::ZERO, 0.0); 2]; self.areas.len()];
+        for (k, look) in looks.iter().enumerate() {
+            let missed = look.area * 0.5 * (look.missed[0] + look.missed[1]);
+            for (sum, counts) in sums[self.of(look.texel)]
+                .iter_mut()
+                .zip([k % 2 == half, true])
+            {
+                if counts {
+                    sum.0 += missed;
+                    sum.1 += look.area;
+                }
+            }
         }
-        let mean = |(sum, area)| if area > 0.0 { sum / area } else { DVec3::ZERO };
+        let mean = |[own, all]: [(DVec3, f64); 2]| match (own.1 > 0.0, all.1 > 0.0) {
+            (true, _) => own.0 / own.1,
+            (_, true) => all.0 / all.1,
+            _ => DVec3::ZERO,
+        };
         sums.into_iter().map(mean).collect()
     }
 
