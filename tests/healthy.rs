@@ -108,11 +108,13 @@ fn healthy_code_is_green_on_any_scene() {
             let c = judged(&drawn, &gpu, settings, &[]).unwrap();
             let share = c.pairs.mismatched as f64 / c.pairs.facing.max(1) as f64;
             println!(
-                "{} {} faces, {:?}: mismatched {:.2} %, lockstep {:.3} %, nearest {:?}",
+                "{} {} faces, {:?}: mismatched {:.2} %, {} unexplained {:?}, lockstep {:.3} %, nearest {:?}",
                 c.scene.name,
                 c.scene.faces.len(),
                 c.gpu_settings.visibility,
                 100.0 * share,
+                c.pairs.unexplained,
+                c.pairs.examples,
                 100.0 * c.lockstep_difference.relative_rms,
                 nearest(&c),
             );
