@@ -3,8 +3,10 @@
 //! VERDICT_SCENES and VERDICT_SEED ask for other scenes than those of every run.
 
 use common::form_factor::FormFactor;
-use common::settings::{Iteration, Settings, Visibility};
+use common::import::{ImportOptions, load};
+use common::settings::{Iteration, Quality, Settings, Visibility};
 use gpu::{Fault, Gpu};
+use oracle::compare::ways::{Ways, judge};
 use oracle::compare::{Request, compare};
 use oracle::comparison::Comparison;
 use oracle::random::{Drawn, Faces, Options, scene};
@@ -108,11 +110,13 @@ fn healthy_code_is_green_on_any_scene() {
             let c = judged(&drawn, &gpu, settings, &[]).unwrap();
             let share = c.pairs.mismatched as f64 / c.pairs.facing.max(1) as f64;
             println!(
-                "{} {} faces, {:?}: mismatched {:.2} %, lockstep {:.3} %, nearest {:?}",
+                "{} {} faces, {:?}: mismatched {:.2} %, {} unexplained {:?}, lockstep {:.3} %, nearest {:?}",
                 c.scene.name,
                 c.scene.faces.len(),
                 c.gpu_settings.visibility,
                 100.0 * share,
+                c.pairs.unexplained,
+                c.pairs.examples,
                 100.0 * c.lockstep_difference.relative_rms,
                 nearest(&c),
             );
@@ -187,4 +191,59 @@ fn planted_faults_are_red_on_nearly_any_scene() {
     }
     println!("{} of {asked} missed: {missed:#?}", missed.len());
     assert!(20 * missed.len() <= asked, "{missed:#?}");
+}
+
+/// With nothing asked for: what `solve` does, and the paper's way, each with its error.
+#[test]
+fn two_ways_are_judged_and_their_errors_told() {
+    let file = std::env::var("VERDICT_FILE").unwrap_or_else(|_| {
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/facing_plates.obj").into()
+    });
+    let texels = number("VERDICT_TEXELS", 8) as u32;
+    let scene = load(file.as_ref(), &ImportOptions::default()).unwrap();
+    let (_, cells, samples, epsilon) = Quality::Normal.settings();
+    let solve = Settings {
+        texels,
+        cells,
+        samples,
+        epsilon,
+        visibility: Visibility::Stereographic,
+        item_buffer: number("VERDICT_PIXELS", 256) as u32,
+        iteration: Iteration::Cg,
+        ..Settings::default()
+    };
+    let paper = Settings {
+        cells: 1,
+        samples: 1,
+        iteration: Iteration::Southwell,
+        form_factor: FormFactor::Disc,
+        ..solve.clone()
+    };
+    let ways = Ways::Both { paper, solve };
+    let mut watch = |_: &str, _: u64, _: u64| ControlFlow::Continue(());
+    let judged = judge(&scene, &ways, &gpu(), &[], &mut watch).unwrap();
+    for c in judged.ways() {
+        println!(
+            "{} {:?} {:?} {:?} {:?}",
+            c.way.name(),
+            failing(c),
+            c.error,
+            c.truth,
+            c.seconds
+        );
+        println!("{:?} {:?}", c.findings, c.notes);
+    }
+    assert!(judged.agree());
+    let error = |c: &Comparison| c.error.map(|e| e.expect("a truth"));
+    let as_solved = error(judged.as_solved.as_ref().expect("both ways"));
+    let paper = error(&judged.first);
+    // Whole faces are far off between plates as near as these: the verdict is green, the error says it.
+    assert!(paper.iter().all(|e| *e > 0.02), "{paper:?}");
+    assert!(as_solved.iter().all(|e| *e < 0.02), "{as_solved:?}");
+    if let Some(out) = std::env::var_os("VERDICT_OUT") {
+        let page = oracle::report::html(std::slice::from_ref(&judged), &[]);
+        std::fs::write(std::path::Path::new(&out).join("report.html"), page).unwrap();
+        let json = oracle::report::json(std::slice::from_ref(&judged)).to_string();
+        std::fs::write(std::path::Path::new(&out).join("report.json"), json).unwrap();
+    }
 }

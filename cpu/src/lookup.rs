@@ -1,9 +1,10 @@
 //! Whether a texel sees the shooter, asked of the item buffer. Twin of
 //! `gpu/src/shaders/lookup.wgsl`.
 //!
-//! Exact: the pixel that holds the texel's projection has its ID. 3×3: one of the nine pixels
-//! around it has its ID, and none of the other faces seen there cuts the segment from the
-//! shooter; the nine pixels name the faces that may hide the texel, those are asked exactly.
+//! Exact: the pixel that holds the texel's projection has its ID, or that of a face in the same
+//! place. 3×3: one of the nine pixels around it has, and none of the other faces seen there cuts the
+//! segment from the shooter; the nine pixels name the faces that may hide the texel, those are asked
+//! exactly.
 
 use crate::intersect::{intersect, touches};
 use crate::item_buffer::{ItemBuffer, View};
@@ -82,7 +83,7 @@ pub fn visible(
     for j in (y - reach).max(0)..=(y + reach).min(last) {
         for i in (x - reach).max(0)..=(x + reach).min(last) {
             let id = buffer.ids[(j as u32 * buffer.size + i as u32) as usize];
-            if id == face + 1 {
+            if id == face + 1 || lies_on(mesh, id, position) {
                 found = true;
             } else if reach > 0 && id != 0 && id != asked {
                 if blocks(mesh, view, id - 1, position, face) {
@@ -93,6 +94,12 @@ pub fn visible(
         }
     }
     found
+}
+
+/// Whether what a pixel shows lies in the texel's own place: the far side of a thin wall, drawn at the
+/// same depth.
+fn lies_on(mesh: &Mesh, id: u32, position: Vec3) -> bool {
+    id != 0 && touches(&mesh.faces[id as usize - 1], position)
 }
 
 /// Whether `occluder` cuts the segment from the shooter to the texel.

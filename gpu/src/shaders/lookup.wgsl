@@ -34,7 +34,7 @@ fn visible(item_buffer: texture_2d<u32>, position: vec3f, face: u32) -> bool {
     for (var j = max(y - REACH, 0); j <= min(y + REACH, last); j++) {
         for (var i = max(x - REACH, 0); i <= min(x + REACH, last); i++) {
             let id = textureLoad(item_buffer, tile + vec2i(i, j), 0).x;
-            if id == face + 1u {
+            if id == face + 1u || lies_on(id, position) {
                 found = true;
             } else if REACH > 0 && id != 0u && id != asked {
                 if blocks(id - 1u, position, face) {
@@ -45,6 +45,11 @@ fn visible(item_buffer: texture_2d<u32>, position: vec3f, face: u32) -> bool {
         }
     }
     return found;
+}
+
+// The far side of a thin wall, drawn at the same depth.
+fn lies_on(id: u32, position: vec3f) -> bool {
+    return id != 0u && touches(id - 1u, position);
 }
 
 fn blocks(occluder: u32, position: vec3f, face: u32) -> bool {

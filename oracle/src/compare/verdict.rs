@@ -217,7 +217,7 @@ fn imbalance(e: &Evidence, energy: &Energy, run: &Run) -> f64 {
 
 /// What the method errs by, and the option that mends it.
 pub fn findings(e: &Evidence) -> Vec<Finding> {
-    if e.settings.visibility == Visibility::Rays {
+    if e.settings.visibility == Visibility::Rays || e.pairs.mismatched == 0 {
         return Vec::new();
     }
     let (pairs, pixels) = (e.pairs, e.settings.item_buffer);

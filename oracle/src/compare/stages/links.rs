@@ -1,7 +1,7 @@
 //! The stages that make a cell's links: aim, item buffer, form factor, lookup or rays, link,
 //! escape, received, closure.
 
-use super::{Bench, Tallies};
+use super::{Bench, DISC_ROUNDINGS, Tallies};
 use crate::compare::raster;
 use crate::compare::tally::{Tally, ulps};
 use common::escape::{DIRECTIONS, directions};
@@ -155,10 +155,12 @@ impl Bench<'_> {
             let part = mesh.cells[cell as usize].shooter.area / mesh.samples as f32;
             texel.size += part / (PI * q.distance_squared(p) + part) + g;
             let size = texel.size;
-            tallies[2].add(ulps(now.z, texel.twin.all, size));
+            let points = ulps(now.z, texel.twin.all, size);
+            tallies[2].add(points);
             tallies[2].add(ulps(now.y, texel.twin.seen, size));
             // Of other points, or too weak to show in the sums, nothing can be said.
-            let same = (now.z - texel.gpu.z - g).abs() <= SAME * g;
+            let rounding = DISC_ROUNDINGS + f64::from(mesh.samples);
+            let same = points <= rounding && (now.z - texel.gpu.z - g).abs() <= SAME * g;
             if same && texel.gpu.y + g > texel.gpu.y {
                 let ask = |q, p| self.sees(cell, (q, p), (view, buffer), face);
                 tallies[1].same(ask(q, p) == seen || decided_by_rounding(&ask, q, p));

@@ -22,6 +22,7 @@ use common::shooting::Order;
 use cpu::rays::Rays;
 use gpu::GpuSolver;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::ops::ControlFlow;
 
 /// Shots that are checked: the first of a greedy run, and as many cells spread over the scene.
@@ -80,11 +81,8 @@ pub fn stages(
             continue;
         }
         // A cell's links are made at its first shot and kept.
-        if !rows.contains_key(&shot.cell) {
-            rows.insert(
-                shot.cell,
-                links::check(&bench, shot.cell, solver, &mut tallies)?,
-            );
+        if let Entry::Vacant(place) = rows.entry(shot.cell) {
+            place.insert(links::check(&bench, shot.cell, solver, &mut tallies)?);
         }
         let after = shots::State::of(solver)?;
         bench.shot(&before, &shot, &rows[&shot.cell], &after, &mut tallies);
