@@ -1,5 +1,6 @@
 //! Radiance maps from exposures, of a scene and by a camera that are known.
 
+use approx::abs_diff_eq;
 use common::Error;
 use oracle::merge::brackets::{Brackets, Exposure, MIDDLE, Merged, Response, Unseen, admit};
 use oracle::merge::doubts;
@@ -123,7 +124,10 @@ fn the_radiance_of_a_known_scene_is_found_and_wrong_seconds_spoil_it() {
     assert_eq!(merged.unseen, Unseen::default());
     assert!(doubts(&right, &response, &right.steps(&response)).is_empty());
     for step in right.steps(&response) {
-        assert!((step.seen.unwrap() - step.said).abs() < 0.05, "{step:?}");
+        assert!(
+            abs_diff_eq!(step.seen.unwrap(), step.said, epsilon = 0.05),
+            "{step:?}"
+        );
     }
     // The fifth and the sixth picture take each other's seconds.
     let swapped = brackets(|k| seconds([0, 1, 2, 3, 5, 4, 6, 7, 8, 9][k as usize]));
@@ -194,7 +198,7 @@ fn what_no_photograph_shows_is_counted_and_bounded() {
     ];
     for (value, expected) in merged.radiance.iter().zip(expected) {
         assert!(
-            (value.x as f64 - expected).abs() <= 1e-6 * expected,
+            abs_diff_eq!(value.x as f64, expected, epsilon = 1e-6 * expected),
             "{value} {expected}"
         );
         assert!(value.x == value.y && value.y == value.z, "grey stays grey");

@@ -1,5 +1,6 @@
 //! Captured maps against the files of RADIOSITY_DATA: every encoding, broken files.
 
+use approx::abs_diff_eq;
 use common::Error;
 use common::capture::{Panorama, Projection};
 use common::solution::pixels::Planes;
@@ -111,7 +112,7 @@ fn every_variant_of_an_openexr_file_is_its_truth() {
             for (a, b) in map.pixels().iter().zip(&truth.1) {
                 let y = b.dot(Vec3::new(0.2126, 0.7152, 0.0722));
                 assert!(
-                    (a.x - y).abs() <= 1e-3 * y && a.x == a.y && a.y == a.z,
+                    abs_diff_eq!(a.x, y, epsilon = 1e-3 * y) && a.x == a.y && a.y == a.z,
                     "{a} {y}"
                 );
             }

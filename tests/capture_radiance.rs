@@ -1,5 +1,6 @@
 //! Radiance pictures in every encoding, from bytes that the tests make themselves.
 
+use approx::abs_diff_eq;
 use common::Error;
 use common::capture::{MAX_PIXELS, Panorama, Projection};
 use glam::Vec3;
@@ -110,8 +111,11 @@ fn header_lines_do_what_the_format_says() {
         let red = 3.2406 * b.x - 1.5372 * b.y - 0.4986 * b.z;
         let green = -0.9689 * b.x + 1.8758 * b.y + 0.0415 * b.z;
         let scale = 4e-4 * b.max_element();
-        assert!((a.x - red.max(0.0)).abs() < scale, "{a} {b}");
-        assert!((a.y - green.max(0.0)).abs() < scale, "{a} {b}");
+        assert!(abs_diff_eq!(a.x, red.max(0.0), epsilon = scale), "{a} {b}");
+        assert!(
+            abs_diff_eq!(a.y, green.max(0.0), epsilon = scale),
+            "{a} {b}"
+        );
     }
     let trailing = [&body[..], b"more"].concat();
     let trailing = read(

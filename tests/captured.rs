@@ -7,12 +7,17 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The test data's folder, or a line that says that a test was skipped.
+/// The test data's folder, or a line that says which test was skipped.
 pub fn data() -> Option<PathBuf> {
     let folder = std::env::var_os("RADIOSITY_DATA").map(PathBuf::from);
     if folder.is_none() {
         // Past the test runner, which keeps what a passing test prints to itself.
-        let _ = writeln!(std::io::stderr(), "skipped: RADIOSITY_DATA is not set");
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a test");
+        let _ = writeln!(
+            std::io::stderr(),
+            "skipped {test}: RADIOSITY_DATA is not set"
+        );
     }
     folder
 }

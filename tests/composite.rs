@@ -1,5 +1,6 @@
 //! The picture of a relit room, pixel by pixel, against geometry and arithmetic.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::Face;
 use glam::{DVec2, DVec3, Vec3, Vec4};
@@ -160,7 +161,7 @@ fn the_mask_is_the_silhouette() {
     let covered: f64 = c.mask.iter().map(|m| f64::from(*m)).sum();
     // Each pixel on the silhouette may be wrong by a part of a sample row; they average out.
     assert!(
-        (covered - area).abs() < 0.05 * length,
+        abs_diff_eq!(covered, area, epsilon = 0.05 * length),
         "{covered} {area} {length}"
     );
     for (k, mask) in c.mask.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! What belongs to the picture of a relit room: shading, cameras, odd input, files and report.
 
+use approx::abs_diff_eq;
 use common::scene::Face;
 use common::solution::pixels::Planes;
 use glam::{DVec3, Vec3};
@@ -170,7 +171,7 @@ fn lamps_and_rugs_keep_their_borders() {
         let at = renders.stencil(face, solved.mesh.local(p(x, 0.4)));
         renders.radiance(&at).x * PI
     };
-    let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-4, "{a} {b}");
+    let close = |a: f32, b: f32| assert!(abs_diff_eq!(a, b, epsilon = 1e-4), "{a} {b}");
     close(at(0, 0.999), 20.0 + 1.0 + 0.999);
     close(at(1, 1.001), 1.0 + 1.001);
     close(at(1, 2.0), 3.0);

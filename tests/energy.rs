@@ -1,5 +1,6 @@
 //! The ledger after every shot, on random scenes, CPU and GPU; and that it notices broken engines.
 
+use approx::abs_diff_eq;
 use common::energy::Energy;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
@@ -59,7 +60,7 @@ fn check(mesh: &Mesh, field: &Field, shots: &[Shot], rules: Rules) -> Result<(),
         prop_assert!(shot.power.iter().all(|p| *p >= 0.0), "{shot:?}");
         // Sums over the channels, the texels and the cells: 2u, 8u and 9u.
         prop_assert!(
-            (f64::from(shot.unshot) - unshot).abs() <= 19.0 * U * unshot,
+            abs_diff_eq!(f64::from(shot.unshot), unshot, epsilon = 19.0 * U * unshot),
             "{shot:?} {unshot}"
         );
         prop_assert!(!rules.closed || shot.escaped == 0.0, "{shot:?}");
@@ -140,7 +141,7 @@ fn escaped_is_what_leaves_through_the_opening() {
             let centre = shooter.centre.as_dvec3() * mesh.unit + 0.5;
             let exact = exact::point_to_polygon(centre, shooter.normal.as_dvec3(), wall.outline());
             assert!(
-                (escaped - exact).abs() < BOUND,
+                abs_diff_eq!(escaped, exact, epsilon = BOUND),
                 "wall {missing}, cell {cell}: {escaped} is not {exact}"
             );
         }

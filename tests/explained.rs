@@ -3,13 +3,14 @@
 use common::mesh::Mesh;
 use common::scene::Face;
 use common::settings::{Settings, Visibility};
-use cpu::rays::Rays;
+use cpu::CpuSolver;
 use glam::Vec3;
 use gpu::{Fault, Gpu, GpuSolver};
-use oracle::compare::pairs::pairs;
+use oracle::compare::sights::sights;
 use oracle::comparison::Pairs;
 use radiosity_tests::pairs::rectangle;
 use radiosity_tests::scene;
+use std::ops::ControlFlow;
 
 /// A small shooter, a screen that ends just above its horizon, and a wall behind the gap that goes
 /// on below: no outline of the wall is near.
@@ -28,7 +29,12 @@ fn gap(visibility: Visibility, faults: &[Fault]) -> Pairs {
     let mut mesh = Mesh::new(&scene, &[[1, 1], [8, 8], [256, 256]], 1).unwrap();
     mesh.cells.truncate(1);
     let mut solver = GpuSolver::with_faults(&gpu, &mesh, &settings, faults).unwrap();
-    pairs(&mesh, &settings, &Rays::new(&mesh), &mut solver, &mut || ()).unwrap()
+    let mut cpu = CpuSolver::new(&mesh, &settings);
+    sights(&mesh, &settings, &mut cpu, &mut solver, &mut || {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
+    .pairs
 }
 
 #[test]

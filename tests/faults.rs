@@ -1,12 +1,13 @@
 //! The harness can fail: each planted fault turns the verdict red, and without one it is green.
 
 use common::form_factor::FormFactor;
+use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use gpu::{Fault, Gpu};
 use oracle::compare::difference::difference;
 use oracle::compare::{Request, compare};
 use oracle::comparison::{Comparison, Gate};
-use radiosity_tests::box_in_room;
+use radiosity_tests::{box_in_room, furnace};
 use std::ops::ControlFlow;
 
 fn verdict(texels: u32, faults: &[Fault]) -> Comparison {
@@ -14,6 +15,10 @@ fn verdict(texels: u32, faults: &[Fault]) -> Comparison {
 }
 
 fn judged(visibility: Visibility, texels: u32, faults: &[Fault]) -> Comparison {
+    of(&box_in_room(), visibility, texels, faults)
+}
+
+fn of(scene: &Scene, visibility: Visibility, texels: u32, faults: &[Fault]) -> Comparison {
     let settings = Settings {
         texels,
         epsilon: 0.02,
@@ -31,10 +36,7 @@ fn judged(visibility: Visibility, texels: u32, faults: &[Fault]) -> Comparison {
         gpu: &gpu,
         faults,
     };
-    compare(&box_in_room(), &request, &mut |_, _, _| {
-        ControlFlow::Continue(())
-    })
-    .unwrap()
+    compare(scene, &request, &mut |_, _, _| ControlFlow::Continue(())).unwrap()
 }
 
 fn failing(comparison: &Comparison) -> Vec<&str> {
@@ -211,4 +213,46 @@ fn a_field_compared_with_itself() {
         .iter_mut()
         .for_each(|b| *b = glam::Vec4::ZERO);
     assert!(difference(&comparison.mesh, &zero, field).relative_rms > 0.5);
+}
+
+#[test]
+fn a_thousandth_of_the_energy_is_missed() {
+    let fault = Fault {
+        file: "deposit",
+        from: "irradiance[k].xyz + received, f)",
+        to: "irradiance[k].xyz + received * 1.001, f)",
+    };
+    let comparison = verdict(8, &[fault]);
+    let failing = failing(&comparison);
+    assert!(failing.contains(&"energy imbalance, GPU"), "{failing:?}");
+    assert!(!failing.contains(&"energy imbalance, CPU"), "{failing:?}");
+}
+
+/// What pixels may err by follows from the scene: where no texel lies near a silhouette it is rounding.
+#[test]
+fn without_silhouettes_nothing_is_allowed() {
+    let comparison = of(&furnace(0.5), Visibility::Stereographic, 4, &[]);
+    assert!(comparison.agree(), "{:?}", failing(&comparison));
+    assert_eq!(comparison.pairs.explainable, 0);
+    let bound = |name: &str| {
+        let gate = comparison.gates.iter().find(|gate| gate.name == name);
+        gate.unwrap_or_else(|| panic!("{name}")).bound
+    };
+    assert_eq!(bound("visibility: mismatched share"), 0.0);
+    assert!(bound("lockstep: relative RMS") < 1e-4);
+    // ε = 2 % is left unshot by either, and reflected by half.
+    assert!(bound("free: relative RMS") < 0.1);
+}
+
+/// The bound on radiosity is not so wide that it allows anything.
+#[test]
+fn what_silhouettes_could_bring_is_of_the_size_of_what_they_bring() {
+    let comparison = verdict(16, &[]);
+    let gate = |name: &str| {
+        let gate = comparison.gates.iter().find(|gate| gate.name == name);
+        gate.unwrap_or_else(|| panic!("{name}"))
+    };
+    let lockstep = gate("lockstep: relative RMS");
+    println!("{:.3e} of {:.3e}", lockstep.value, lockstep.bound);
+    assert!(lockstep.value <= lockstep.bound && lockstep.bound < 0.1);
 }

@@ -1,5 +1,6 @@
 //! Single form factors: clamping, contact, clipping at the horizon, the angle, the point source.
 
+use approx::abs_diff_eq;
 use common::constants::{CONTACT, POINT};
 use common::form_factor::{FormFactor, Shooter, angle, arctangent, disc, form_factor, polygon};
 use common::mesh::Mesh;
@@ -74,7 +75,7 @@ fn coplanar_and_touching_fronts_exchange_nothing() {
     }
     // Lambert sees nothing but the shooter from there: what passes it is 2h/√(¼ − 0.01)… < 1e−5.
     let near = polygon(&shooter, Vec3::new(0.1, 0.0, 2.0 * CONTACT), Vec3::NEG_Z);
-    assert!((near - 1.0).abs() < 1e-5, "{near}");
+    assert!(abs_diff_eq!(near, 1.0, epsilon = 1e-5), "{near}");
     // The same through a mesh: a sheet lies on the floor, and beside it.
     let p = |x: f64, y: f64| DVec3::new(x, y, 0.3);
     let quad = |c: [DVec3; 4]| Face::quad("", c, Vec3::ONE, Vec3::ZERO);
@@ -105,7 +106,7 @@ fn a_point_source_is_too_bright_near_by() {
         let excess = |f: f32| 100.0 * (f64::from(f) / exact - 1.0);
         let source = disc(1.0, 1.0, h * h, 1.0, 0.0);
         assert!(
-            (excess(source) - percent).abs() <= half,
+            abs_diff_eq!(excess(source), percent, epsilon = half),
             "h = {h}: {} %",
             excess(source)
         );
@@ -115,7 +116,7 @@ fn a_point_source_is_too_bright_near_by() {
         let lambert = polygon(&shooter, point, Vec3::NEG_Z);
         let bound = polygon_rounding(point.as_dvec3(), &corners);
         assert!(
-            (f64::from(lambert) - exact).abs() < bound,
+            abs_diff_eq!(f64::from(lambert), exact, epsilon = bound),
             "h = {h}: {lambert} {exact}"
         );
     }
@@ -158,7 +159,7 @@ fn small_shooters_keep_their_digits() {
                 polygon_rounding(p.as_dvec3(), &outline)
             };
             assert!(
-                (f64::from(f) - exact).abs() <= bound,
+                abs_diff_eq!(f64::from(f), exact, epsilon = bound),
                 "{side:e}: {f} {exact} {bound:e}"
             );
             worst = worst.max((f64::from(f) - exact).abs() / facing);
@@ -198,7 +199,7 @@ fn low_shooters_keep_their_digits() {
             };
             let bound = (100.0 + cancelled) * U * truth + 4.0 * f64::EPSILON;
             assert!(
-                (found - truth).abs() <= bound,
+                abs_diff_eq!(found, truth, epsilon = bound),
                 "{height} at {position}: {found:e}, exact {truth:e}"
             );
         }
@@ -243,7 +244,7 @@ proptest! {
         let seen = exact::clip(&outline, DVec3::ZERO, up);
         let bound = polygon_rounding(DVec3::ZERO, &seen);
         let value = f64::from(polygon(&shooter, Vec3::ZERO, normal));
-        prop_assert!((value - exact).abs() <= bound, "{value} is not {exact} ± {bound}");
+        prop_assert!(abs_diff_eq!(value, exact, epsilon = bound), "{value} is not {exact} ± {bound}");
     }
 
     #[test]

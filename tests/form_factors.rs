@@ -4,6 +4,7 @@
 //! F_ij = Σ over cells c of i, texels t of j:  F_tc · A_t / A_i
 //! ```
 
+use approx::abs_diff_eq;
 use common::form_factor::{FormFactor, disc, form_factor};
 use common::mesh::{Cell, Mesh, Texel};
 use common::scene::Face;
@@ -159,7 +160,7 @@ fn the_error_of_the_texels_is_of_second_order() {
         // an edge's ends; and the rounding of 32² texels' sum.
         let tolerance = 0.07 * c8.abs().max(c16.abs()) + 1024.0 * 16.0 * U * case.exact;
         assert!(
-            (c32 - expected).abs() < tolerance,
+            abs_diff_eq!(c32, expected, epsilon = tolerance),
             "{}: {c8} {c16} {c32}",
             case.name
         );
@@ -245,7 +246,7 @@ fn coaxial_discs() {
     }
     let bound = 2.0 * missing + grid;
     assert!(
-        (value - exact).abs() < bound,
+        abs_diff_eq!(value, exact, epsilon = bound),
         "{value} is not {exact} ± {bound}"
     );
     assert!(bound < 0.1 * exact, "{bound}");
@@ -290,7 +291,7 @@ fn cube(kind: FormFactor, cells: u32) -> [f64; 4] {
 fn floor_of_the_unit_cube() {
     let close = |value: f64, printed: f64, half: f64| {
         assert!(
-            (value - printed).abs() <= half,
+            abs_diff_eq!(value, printed, epsilon = half),
             "{value} is not {printed} ± {half}"
         );
     };

@@ -1,5 +1,6 @@
 //! Few passes reach the answer of many shots, whatever the iteration.
 
+use approx::abs_diff_eq;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes::solve;
@@ -114,7 +115,7 @@ fn a_furnace_ends_at_its_exact_answer() {
             |v: &[glam::Vec4]| v.iter().map(|v| f64::from(v.x)).sum::<f64>() / v.len() as f64;
         // Every shot closes exactly, so the mean is exact but for ε and f32.
         let b = mean(&run.field.radiosity);
-        assert!((b - 2.0).abs() < 1e-5, "{iteration:?}: {b}");
+        assert!(abs_diff_eq!(b, 2.0, epsilon = 1e-5), "{iteration:?}: {b}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! The matrix solver against what is known exactly: enclosures, covered texels, and the shooting
 //! solver on the same form factors.
 
+use approx::abs_diff_eq;
 use common::energy::Energy;
 use common::form_factor::form_factor;
 use common::mesh::Mesh;
@@ -74,7 +75,7 @@ fn the_cube_solved_by_hand() {
             );
             // ΣF within 1e−8, amplified by 1/(1−ρ) twice.
             assert!(
-                (b.x - expected).abs() < 1e-6,
+                abs_diff_eq!(b.x, expected, epsilon = 1e-6),
                 "{} {b} {expected}",
                 face.name
             );
@@ -148,7 +149,7 @@ fn rows_of_closed_convex_rooms_sum_to_one_and_the_furnace_is_even() {
         let answer = answer(&mesh, &matrix);
         for b in &answer.radiosity {
             assert!(
-                (b.x - exact::furnace(1.0, 0.5)).abs() <= 1e-6,
+                abs_diff_eq!(b.x, exact::furnace(1.0, 0.5), epsilon = 1e-6),
                 "{}: {b}",
                 scene.name
             );
@@ -191,13 +192,16 @@ fn what_stands_on_a_texel_takes_its_light_and_its_emission() {
                 _ => 1.0,
             };
             assert!(
-                (matrix.open[k] - open).abs() < 1e-6,
+                abs_diff_eq!(matrix.open[k], open, epsilon = 1e-6),
                 "{k}: {} {open}",
                 matrix.open[k]
             );
             // u = E/(1−ρ) = 2 where it is open, B = E where it is covered.
             let (b, expected) = (answer.radiosity[k].x, 1.0 + open);
-            assert!((b - expected).abs() < 5e-3, "{k}: {b} {expected}");
+            assert!(
+                abs_diff_eq!(b, expected, epsilon = 5e-3),
+                "{k}: {b} {expected}"
+            );
         }
         assert!(
             quality.closure_mean < 1e-3 && quality.closure_max < 1e-2,
@@ -208,7 +212,10 @@ fn what_stands_on_a_texel_takes_its_light_and_its_emission() {
         assert!(energy.imbalance < 1e-6);
         // What is emitted under the box is lost there, and nothing else is.
         let lost = 0.3 * 0.4 * if bottom { 2.0 } else { 1.0 };
-        assert!((energy.escaped[0] - lost).abs() < 1e-6, "{energy:?}");
+        assert!(
+            abs_diff_eq!(energy.escaped[0], lost, epsilon = 1e-6),
+            "{energy:?}"
+        );
     }
 }
 
@@ -220,7 +227,7 @@ fn fronts_that_lie_on_each_other_give_a_finite_answer() {
     let answer = answer(&mesh, &matrix);
     assert!(quality.closure_max < 1e-7, "{quality:?}");
     // The first of the two is lit.
-    assert!((answer.radiosity[0].x - 10.0).abs() < 1e-5);
+    assert!(abs_diff_eq!(answer.radiosity[0].x, 10.0, epsilon = 1e-5));
     assert_eq!(answer.radiosity[mesh.texels.len() - 1].x, 1.0);
 }
 

@@ -1,6 +1,7 @@
 //! The matrix solver's form factors with nothing in between, against closed forms and against
 //! themselves: contour integral and product rule know nothing of each other.
 
+use approx::abs_diff_eq;
 use cpu::matrix::contour::contour;
 use cpu::matrix::pair::{Patch, exchange, facing, form_factor};
 use glam::{DMat3, DVec3};
@@ -17,7 +18,7 @@ const EXACT: f64 = 1e-8;
 fn assert_close(name: &str, value: f64, expected: f64, tolerance: f64) {
     println!("{name}: {value:.12}, off by {:.1e}", value - expected);
     assert!(
-        (value - expected).abs() <= tolerance,
+        abs_diff_eq!(value, expected, epsilon = tolerance),
         "{name}: {value} is not {expected} ± {tolerance}"
     );
 }
@@ -184,7 +185,7 @@ proptest! {
         let gap = (a.centre.distance(b.centre) - a.radius - b.radius).max(1e-3);
         // The rule's own tolerance, and what the contour integral loses to cancellation.
         let bound = 4e-9 * a.area * b.area / (PI * gap * gap) + 1e-13;
-        prop_assert!((value - exact).abs() <= bound, "{value} {exact} {bound}");
-        prop_assert!((value - exchange(&b, &a)).abs() <= bound);
+        prop_assert!(abs_diff_eq!(value, exact, epsilon = bound), "{value} {exact} {bound}");
+        prop_assert!(abs_diff_eq!(value, exchange(&b, &a), epsilon = bound));
     }
 }

@@ -6,8 +6,8 @@ use common::mesh::Mesh;
 use cpu::matrix::Matrix;
 use exr::prelude::read_first_flat_layer_from_file;
 use glam::DVec3;
+use radiosity_tests::captured::data;
 use serde_json::Value;
-use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
@@ -57,12 +57,10 @@ fn read(folder: &Path, mesh: &Mesh) -> Truth {
 
 #[test]
 fn the_cornell_box_is_as_a_path_tracer_sees_it() {
-    let Some(data) = std::env::var_os("RADIOSITY_DATA") else {
-        // Past the test runner, which keeps what a passing test prints to itself.
-        let _ = writeln!(std::io::stderr(), "skipped: RADIOSITY_DATA is not set");
+    let Some(data) = data() else {
         return;
     };
-    let folder = Path::new(&data).join("truth");
+    let folder = data.join("truth");
     let scene = load(&folder.join("cornell.obj"), &ImportOptions::default()).unwrap();
     let mesh = Mesh::uniform(&scene, 16, 1).unwrap();
     let truth = read(&folder.join("cornell_16"), &mesh);

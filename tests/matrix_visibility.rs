@@ -1,6 +1,7 @@
 //! The matrix solver's visibility where it is known: hidden, halved, and what Lambert's sum sees past
 //! an edge.
 
+use approx::abs_diff_eq;
 use glam::DVec3;
 use oracle::exact;
 use radiosity_tests::matrices::{assemble, facing, square};
@@ -48,7 +49,7 @@ fn a_partition_leaves_the_two_halves() {
     assert_eq!(quality.sampled_pairs, 1);
     // Settled to a thousandth of what nothing would hide.
     assert!(
-        (value - expected).abs() < 1e-3 * 0.1998248957,
+        abs_diff_eq!(value, expected, epsilon = 1e-3 * 0.1998248957),
         "{value} {expected}"
     );
 }
@@ -78,7 +79,7 @@ fn a_half_plane_leaves_what_lambert_sees_past_it() {
         println!("half plane at {height}, {edge}: {value} ({expected})");
         // Settled to a thousandth, and the midpoint rule's kinks: (1/64)²·4.
         assert!(
-            (value - expected).abs() < 2e-3 * 0.1998248957,
+            abs_diff_eq!(value, expected, epsilon = 2e-3 * 0.1998248957),
             "{value} {expected}"
         );
     }
@@ -119,7 +120,7 @@ fn sharp_shadows_on_both_ends_are_found() {
     println!("two plates: {value} ({expected})");
     // The finest points are 1/32 apart: an edge is misplaced by half that at most.
     assert!(
-        (value / expected - 1.0).abs() < 1.0 / 64.0 / EDGES[0],
+        abs_diff_eq!(value / expected, 1.0, epsilon = 1.0 / 64.0 / EDGES[0]),
         "{value} {expected}"
     );
 }
@@ -148,7 +149,10 @@ fn a_plate_that_hangs_near_covers_nothing() {
         let expected = past(EDGE, GAP, corner, 1.0 / f64::from(N));
         println!("texel {i}, {j}: {value} ({expected})");
         // Settled to a thousandth of what nothing would hide, here below ¼.
-        assert!((value - expected).abs() < 1e-3 * 0.25, "{value} {expected}");
+        assert!(
+            abs_diff_eq!(value, expected, epsilon = 1e-3 * 0.25),
+            "{value} {expected}"
+        );
     }
 }
 

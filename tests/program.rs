@@ -4,6 +4,7 @@
 #[path = "command.rs"]
 mod command;
 
+use approx::abs_diff_eq;
 use command::{failure, folder, radiosity};
 use serde_json::Value;
 use std::fs;
@@ -75,8 +76,6 @@ fn bad_usage_is_one_line_and_code_2() {
         vec!["solve", &path, "--texels", "0"],
         vec!["solve", &path, "--epsilon", "0"],
         vec!["solve", &path, "--epsilon", "nan"],
-        vec!["compare", &path, "--samples", "2"],
-        vec!["compare", &path, "--quality", "reference"],
         vec!["solve", &path, "--quality", "best"],
         vec!["solve", &path, "--solver", "cpu", "--require-gpu"],
         vec![
@@ -177,7 +176,10 @@ fn the_matrix_solver_writes_what_the_contract_says() {
         // The measured box is open in front; what visibility finds there is nearly all that is missing.
         let missing = part("emitted") - part("absorbed");
         assert!(part("escaped") > 0.0);
-        assert!((part("escaped") / missing - 1.0).abs() < 0.02, "{energy}");
+        assert!(
+            abs_diff_eq!(part("escaped") / missing, 1.0, epsilon = 0.02),
+            "{energy}"
+        );
     }
     assert!(fs::metadata(out.join("lightmap.exr")).unwrap().len() > 0);
 }
@@ -267,4 +269,88 @@ fn strict_makes_a_warning_an_error_after_writing() {
     let mended = ["solve", obj, "--solver", "cpu", "--out", out, "--strict"];
     assert!(radiosity(&mended).status.success());
     fs::remove_dir_all(folder).unwrap();
+}
+
+/// `compare` on the two plates, with what is asked besides: exit code, report.json, what was said.
+fn compared(name: &str, asked: &[&str]) -> (Option<i32>, Value, String) {
+    let out = folder(name);
+    let plates = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/facing_plates.obj");
+    let fixed = [
+        "compare",
+        plates,
+        "--texels",
+        "8",
+        "--item-buffer",
+        "128",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let output = radiosity(&[&fixed, asked].concat());
+    let said = String::from_utf8(output.stderr).unwrap();
+    let text =
+        fs::read_to_string(out.join("report.json")).unwrap_or_else(|e| panic!("{e}: {said}"));
+    let report: Value = serde_json::from_str(&text).unwrap();
+    (output.status.code(), report["scenes"][0].clone(), said)
+}
+
+#[test]
+fn compare_judges_what_solve_does_and_the_papers_way_with_the_error_beside() {
+    let (code, scene, said) = compared("compare", &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(scene["agree"] == true && scene["as_solved"]["agree"] == true);
+    assert_eq!(scene["settings"]["gpu"]["iteration"], "southwell");
+    assert_eq!(scene["settings"]["gpu"]["cells"], 1);
+    assert_eq!(scene["as_solved"]["settings"]["gpu"]["iteration"], "cg");
+    for way in [&scene, &scene["as_solved"]] {
+        for side in ["cpu", "gpu"] {
+            assert!(way["error"][side].is_f64(), "{}", way["error"]);
+        }
+        for stage in [
+            "lookup", "link", "select", "deposit", "power", "exchange", "collect",
+        ] {
+            let told = &way["stages"][stage];
+            assert!(
+                told["worst"].is_number() && told["bound"].is_number(),
+                "{stage}: {told}"
+            );
+            assert_eq!(told["agree"], true, "{stage}: {told}");
+        }
+    }
+    // Whole faces are far off on plates as near as these, and it must be said.
+    let error = scene["error"]["gpu"].as_f64().unwrap();
+    assert!(error > 0.01, "{error}");
+    assert!(
+        said.contains(&format!("{:.1} % on the GPU", 100.0 * error)),
+        "{said}"
+    );
+    assert!(said.find("as solve does").unwrap() < said.find("the paper's way").unwrap());
+}
+
+#[test]
+fn compare_judges_whatever_solve_takes() {
+    for asked in [
+        vec!["--conserve"],
+        vec!["--samples", "2", "--cells", "2"],
+        vec!["--iteration", "jacobi", "--cells", "2"],
+        vec!["--visibility", "rays", "--cells", "2"],
+        vec![
+            "--visibility",
+            "hemicube",
+            "--lookup",
+            "exact",
+            "--samples",
+            "1",
+        ],
+        vec!["--visibility", "paper", "--cells", "1", "--samples", "1"],
+        vec!["--raster", "tessellated", "--cells", "1"],
+        vec!["--quality", "reference"],
+    ] {
+        let (code, scene, said) = compared("compare-asked", &asked);
+        assert_eq!(code, Some(0), "{asked:?}: {said}");
+        assert!(
+            scene["agree"] == true && scene["as_solved"].is_null(),
+            "{asked:?}"
+        );
+        assert_eq!(scene["way"], "asked");
+    }
 }

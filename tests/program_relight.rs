@@ -139,6 +139,118 @@ fn relight_writes_what_the_contract_says() {
     assert_eq!(json(out.join("result.json"))["object_shots"], 0);
 }
 
+/// A lat-long map that is bright above and dim below, as a Radiance picture of plain pixels: mantissa,
+/// exponent 128 + 1, so that a channel is its byte / 128.
+fn panorama(path: &Path) {
+    let (width, height) = (64, 32);
+    let mut bytes =
+        format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
+    for row in 0..height {
+        let pixel = if row < 6 {
+            [255, 240, 220, 131]
+        } else {
+            [64, 60, 56, 128]
+        };
+        bytes.extend(pixel.repeat(width));
+    }
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn an_object_in_a_panorama() {
+    let folder = folder("panorama");
+    let (_, object) = room_and_object(&folder);
+    let map = folder.join("room.hdr");
+    panorama(&map);
+    let map = map.to_str().unwrap();
+    let run = |name: &str, objects: &[&str]| {
+        let out = folder.join(name);
+        let room = [
+            "relight",
+            "--room",
+            map,
+            "--room-size",
+            "4,3,4",
+            "--texels",
+            "4",
+            "--quiet",
+            "--solver",
+            "cpu",
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        let output = radiosity(&[&room[..], objects].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text}");
+        out
+    };
+    // Half a metre above the floor: a shadow on it, and the lamp's light on the object.
+    let place = [
+        "--object",
+        object.as_str(),
+        "--scale",
+        "4",
+        "--place",
+        "0,0.9,0",
+    ];
+    let out = run("object", &place);
+    let result = json(out.join("result.json"));
+    assert_eq!(result["method"], "signed");
+    assert_eq!(result["faces"].as_array().unwrap().len(), 12);
+    assert_eq!(result["negative_texels"], 0);
+    assert!(
+        result["map_shots"].as_u64().unwrap() > 0 && result["object_shots"].as_u64().unwrap() > 0
+    );
+    assert!(result["energy"]["imbalance"].as_f64().unwrap() < 1e-4);
+    let empty = run("empty", &[]);
+    let [with, without] = [&out, &empty].map(|folder| floor(folder));
+    assert!(
+        with > 0.0 && with < 0.99 * without,
+        "{with} with the object, {without} without"
+    );
+    let bytes = |folder: &Path, name: &str| fs::read(folder.join(name)).unwrap();
+    assert_ne!(bytes(&out, "composite.exr"), bytes(&out, "background.exr"));
+    assert_eq!(
+        bytes(&empty, "composite.exr"),
+        bytes(&empty, "background.exr")
+    );
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// The red radiosity of the room's floor, summed over its texels.
+fn floor(folder: &Path) -> f64 {
+    let result = json(folder.join("result.json"));
+    let faces = result["faces"].as_array().unwrap();
+    let lies = |face: &&Value| {
+        face["corners"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|c| c[1].as_f64() == Some(0.0))
+    };
+    let rect: Vec<usize> = faces.iter().find(lies).unwrap()["rect"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_u64().unwrap() as usize)
+        .collect();
+    let image = exr::prelude::read_first_flat_layer_from_file(folder.join("lightmap.exr")).unwrap();
+    let layer = &image.layer_data;
+    let red = layer
+        .channel_data
+        .list
+        .iter()
+        .find(|c| c.name.eq("R"))
+        .unwrap();
+    let values: Vec<f32> = red.sample_data.values_as_f32().collect();
+    let width = layer.size.x();
+    let row = |y: usize| values[y * width + rect[0]..y * width + rect[0] + rect[2]].iter();
+    (rect[1]..rect[1] + rect[3])
+        .flat_map(row)
+        .map(|b| f64::from(*b))
+        .sum()
+}
+
 #[test]
 fn bad_relights_are_one_line_and_code_2() {
     let folder = folder("relight-bad");

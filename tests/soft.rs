@@ -1,5 +1,6 @@
 //! Soft visibility: samples on cell and texel, the same on every engine; rays on the GPU.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
@@ -243,7 +244,10 @@ fn half_a_blocker_hides_half() {
     let open: f64 = 0.1998248957;
     let mean = floor.iter().sum::<f64>() / floor.len() as f64;
     // 64 texels × 1024 samples of a yes or no, spread evenly: a few in a thousand.
-    assert!((mean / (open / 2.0) - 1.0).abs() < 0.005, "{mean}");
+    assert!(
+        abs_diff_eq!(mean / (open / 2.0), 1.0, epsilon = 0.005),
+        "{mean}"
+    );
 }
 
 #[test]
@@ -303,7 +307,10 @@ fn conserving_closes_every_shot() {
     for mut engine in engines {
         for shot in free(engine.as_mut(), &settings).shots {
             let sum = shot.form_factor_sum + shot.escaped;
-            assert!((sum - 1.0).abs() < 4.0 * f32::EPSILON, "{shot:?}");
+            assert!(
+                abs_diff_eq!(sum, 1.0, epsilon = 4.0 * f32::EPSILON),
+                "{shot:?}"
+            );
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Where numbers run short: contact, small angles, slivers, twelve decades of light, and faces that
 //! are no faces.
 
+use approx::abs_diff_eq;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes;
@@ -100,7 +101,7 @@ fn links_are_lamberts_however_close() {
                 let bound = polygon_rounding(p, &outline);
                 for f in [links[k], seen[k].w].map(f64::from) {
                     assert!(
-                        (f - expected).abs() <= bound,
+                        abs_diff_eq!(f, expected, epsilon = bound),
                         "scene {n}: {f} {expected} {bound:e}"
                     );
                     worst = worst.max((f - expected).abs());

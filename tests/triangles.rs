@@ -1,6 +1,7 @@
 //! What a triangle meets that a quad does not: which of its corners is first must not matter, and two
 //! triangles must do as well as the quad that they make.
 
+use approx::abs_diff_eq;
 use common::constants::NEAR;
 use common::form_factor::FormFactor;
 use common::mesh::Texel;
@@ -102,7 +103,7 @@ proptest! {
         for by in [1, 2] {
             let [flux, other] = flux(&wall, &turned(&triangle, by), 4);
             let bound = rounding + other;
-            prop_assert!((flux - first).abs() <= bound, "{flux} is not {first} ± {bound}");
+            prop_assert!(abs_diff_eq!(flux, first, epsilon = bound), "{flux} is not {first} ± {bound}");
         }
     }
 
@@ -117,7 +118,7 @@ proptest! {
             let [flux, rounding] = flux(&wall, &triangle, texels);
             let texel = triangle.area() / f64::from(texels * texels);
             let bound = 2.0 * 0.5 * texel / f64::from(NEAR) + rounding;
-            prop_assert!((flux - exact).abs() <= bound, "{flux} is not {exact} ± {bound}");
+            prop_assert!(abs_diff_eq!(flux, exact, epsilon = bound), "{flux} is not {exact} ± {bound}");
         }
     }
 }

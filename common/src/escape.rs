@@ -44,6 +44,7 @@ fn concentric(x: f64, y: f64) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     #[test]
     fn the_set_is_cosine_weighted() {
@@ -57,10 +58,10 @@ mod tests {
             "{mean}"
         );
         let square = set.iter().map(|d| d.x * d.x).sum::<f32>() / n;
-        assert!((square - 0.25).abs() < bound);
+        assert!(abs_diff_eq!(square, 0.25, epsilon = bound));
         assert!(
             set.iter()
-                .all(|d| (d.length() - 1.0).abs() < 1e-6 && d.z > 0.0)
+                .all(|d| abs_diff_eq!(d.length(), 1.0, epsilon = 1e-6) && d.z > 0.0)
         );
     }
 }

@@ -4,12 +4,15 @@
 //! [`form_factor`], [`constants`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
 //! [`capture`] makes a scene with radiosity from a photographed room.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 pub mod bvh;
 pub mod capture;
 pub mod constants;
 pub mod energy;
 pub mod error;
 pub mod escape;
+pub mod file;
 pub mod form_factor;
 pub mod import;
 pub mod mesh;
@@ -24,5 +27,6 @@ pub mod settings;
 pub mod shooting;
 pub mod solution;
 pub mod texel;
+pub mod text;
 
 pub use error::{Error, Result};

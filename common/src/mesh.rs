@@ -4,17 +4,23 @@
 //! length nor the distance from the origin changes a result. Texels of one cell are contiguous:
 //! texel t of the solver is pixel `texels[t].pixel` of the atlas.
 
-use crate::constants::FAR;
+use crate::constants::{CONTACT, FAR, OUTLINE};
 use crate::error::{Error, Result};
 use crate::form_factor::Shooter;
+use crate::overlap::{Overlaps, overlaps};
 use crate::sampling;
 use crate::scene::{Face, Scene, Shape};
 use crate::texel::{self, Cells};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// More texels than this are refused: at 200 bytes each they would need 13 GB.
 pub const MAX_TEXELS: u64 = 1 << 26;
+
+/// Half extents that are solved: the squares of areas, fourth powers, stay normal numbers in f64, those
+/// of faces of 1e−20 of the extent as well.
+const EXTENTS: Range<f64> = 1e-50..1e50;
 
 /// A face in the mesh's unit.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +48,30 @@ pub struct MeshFace {
     pub rect: [u32; 4],
 }
 
+impl MeshFace {
+    /// Its corners in an order of their own, to tell faces at the same place by.
+    pub fn place(&self) -> [[u32; 3]; 4] {
+        // −0 is 0.
+        let bits = |c: Vec3| (c + Vec3::ZERO).to_array().map(f32::to_bits);
+        let mut corners = self.corners.map(bits);
+        corners.sort_unstable();
+        corners
+    }
+
+    /// Whether a point lies on it, its outline included.
+    pub fn holds(&self, point: Vec3) -> bool {
+        let above = |plane: &Vec4| plane.truncate().dot(point) - plane.w;
+        above(&self.plane).abs() <= CONTACT && self.edges.iter().all(|edge| above(edge) >= -OUTLINE)
+    }
+
+    /// Makes it one without area, which neither shoots, receives nor blocks.
+    fn bury(&mut self) {
+        self.corners = [self.corners[0]; 4];
+        (self.normal, self.plane) = (Vec3::ZERO, Vec4::ZERO);
+        (self.edges, self.texel_radius) = ([Vec4::ZERO; 4], 0.0);
+    }
+}
+
 /// What shoots: a face, or one of its K×K cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
@@ -61,7 +91,7 @@ pub struct Cell {
 
 impl Cell {
     /// Its texels.
-    pub fn texels(&self) -> std::ops::Range<usize> {
+    pub fn texels(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 }
@@ -144,6 +174,8 @@ pub struct Mesh {
     pub unit: f64,
     /// The mesh's origin in the scene.
     pub origin: DVec3,
+    /// Pairs of fronts that lie on each other (see [`crate::overlap`]).
+    pub overlaps: Vec<[u32; 2]>,
 }
 
 impl Mesh {
@@ -168,6 +200,7 @@ impl Mesh {
             atlas,
             unit,
             origin: centre,
+            overlaps: Vec::new(),
         };
         for (f, face) in scene.faces.iter().enumerate() {
             let normal = face.vector_area().normalize_or_zero();
@@ -193,6 +226,7 @@ impl Mesh {
             mesh.add_texels(scene, f, k, &local);
         }
         mesh.join_coincident();
+        mesh.bury_overlapped();
         mesh.points = mesh
             .cells
             .iter()
@@ -210,10 +244,7 @@ impl Mesh {
     fn join_coincident(&mut self) {
         let mut first: HashMap<[[u32; 3]; 4], usize> = HashMap::new();
         for k in 0..self.faces.len() {
-            let mut key = self.faces[k]
-                .corners
-                .map(|c| (c + Vec3::ZERO).to_array().map(f32::to_bits));
-            key.sort_unstable();
+            let key = self.faces[k].place();
             let Some(j) = first.get(&key).copied() else {
                 first.insert(key, k);
                 continue;
@@ -225,6 +256,45 @@ impl Mesh {
                 self.faces[k].two_sided = true;
             }
         }
+    }
+
+    /// Cells that lie under earlier fronts as a whole are as cells without area: neither lit nor
+    /// lighting. A face of no others is as one without area.
+    fn bury_overlapped(&mut self) {
+        let ranges = self.face_texels();
+        let Overlaps { pairs, covered } = overlaps(self, &ranges);
+        self.overlaps = pairs;
+        if self.overlaps.is_empty() {
+            return;
+        }
+        let mut open = vec![false; self.faces.len()];
+        for cell in &mut self.cells {
+            let texels = cell.texels();
+            if !covered[texels.clone()].iter().all(|covered| *covered) {
+                open[cell.face as usize] = true;
+                continue;
+            }
+            (cell.shooter.area, cell.shooter.normal) = (0.0, Vec3::ZERO);
+            self.texels[texels].iter_mut().for_each(|t| t.area = 0.0);
+        }
+        for (face, open) in self.faces.iter_mut().zip(open) {
+            if !open {
+                face.bury();
+            }
+        }
+    }
+
+    /// Each face's texels.
+    fn face_texels(&self) -> Vec<Range<usize>> {
+        let mut ranges = vec![0..0; self.faces.len()];
+        for (k, texel) in self.texels.iter().enumerate() {
+            let range = &mut ranges[texel.face as usize];
+            if range.end == 0 {
+                range.start = k;
+            }
+            range.end = k + 1;
+        }
+        ranges
     }
 
     fn add_texels(&mut self, scene: &Scene, f: usize, k: u32, local: &dyn Fn(DVec3) -> Vec3) {
@@ -281,40 +351,49 @@ impl Mesh {
         }
     }
 
-    /// Looks at each cell in `samples` points instead of its centre. What a cell shoots leaves from
-    /// where it is open, not from where a body stands on it.
-    pub fn sample(&mut self, samples: u32, cover: impl Fn(&MeshFace, Vec3) -> Cover + Sync) {
+    /// Looks at each cell in `samples` points instead of its centre, all of them open.
+    pub fn sample(&mut self, samples: u32) {
         self.samples = samples.max(1);
         if self.samples == 1 {
             return;
         }
         let mut points = Vec::with_capacity(self.cells.len() * self.samples as usize);
-        for (k, cell) in (0..).zip(&mut self.cells) {
-            let face = &self.faces[cell.face as usize];
-            let (mut all, mut lit, mut lit_before) = (0.0, 0.0, 0.0);
+        for (k, cell) in (0..).zip(&self.cells) {
             for s in 0..self.samples {
                 let uv = sampling::cell_uv(s, k);
                 let point = sampling::outline_point(&cell.shooter.corners, uv);
-                let (position, weight) = (point.truncate(), point.w);
-                let cover = cover(face, position);
+                points.push(Point {
+                    position: point.truncate(),
+                    weight: point.w,
+                    cover: Cover::Open,
+                });
+            }
+        }
+        self.points = points;
+    }
+
+    /// What stands on each of the points. What a cell shoots leaves from where it is open, not from
+    /// where a body stands on it.
+    pub fn cover(&mut self, covers: &[Cover]) {
+        for (point, cover) in self.points.iter_mut().zip(covers) {
+            point.cover = *cover;
+        }
+        let points = self.points.chunks(self.samples as usize);
+        for (cell, points) in self.cells.iter_mut().zip(points) {
+            let (mut all, mut lit, mut lit_before) = (0.0, 0.0, 0.0);
+            for Point { weight, cover, .. } in points {
                 all += weight;
-                if cover != Cover::Room {
+                if *cover != Cover::Room {
                     lit_before += weight;
                 }
-                if cover == Cover::Open {
+                if *cover == Cover::Open {
                     lit += weight;
                 }
-                points.push(Point {
-                    position,
-                    weight,
-                    cover,
-                });
             }
             // A cell without area has no share of itself.
             let share = |part: f32| if all > 0.0 { part / all } else { 0.0 };
             (cell.open, cell.open_before) = (share(lit), share(lit_before));
         }
-        self.points = points;
     }
 
     /// The texels face after face, within a face row-major in its rectangle, as files have them.
@@ -425,8 +504,8 @@ fn texel_radius([a, b, c, d]: &[Vec3; 4], [w, h]: [u32; 2]) -> f32 {
     0.5 * (along + across)
 }
 
-/// Centre and power-of-two half extent of the faces.
-fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
+/// Centre and power-of-two half extent of the faces, if that can be solved.
+pub(crate) fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
     let mut low = DVec3::INFINITY;
     let mut high = DVec3::NEG_INFINITY;
     for corner in scene.faces.iter().flat_map(Face::outline) {
@@ -434,12 +513,16 @@ fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
         high = high.max(*corner);
     }
     let half = (high - low).max_element() / 2.0;
-    // Areas in f64 and their f32 copies must stay normal numbers.
-    if !(half.is_normal() && (1e-100..1e100).contains(&half)) {
+    if !(half.is_normal() && EXTENTS.contains(&half)) {
         return Err(Error::input(
             &scene.name,
             "",
-            "has no extent that can be solved",
+            format!(
+                "extends over {:e}, which cannot be solved ({:e} to {:e} can): use another unit of length",
+                2.0 * half,
+                EXTENTS.start,
+                EXTENTS.end
+            ),
         ));
     }
     Ok(((low + high) / 2.0, half.log2().ceil().exp2()))

@@ -74,6 +74,7 @@ fn smallest_height(face: &Face) -> Option<(f64, [DVec3; 2])> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
     use glam::Vec3;
 
     fn rectangle(width: f64, at: DVec3, rounding: f64) -> Face {
@@ -102,7 +103,10 @@ mod tests {
             let sliver = rectangle(width, DVec3::ZERO, 0.0);
             let all = found(vec![sliver.clone(), wide.clone()], 0.0);
             let expected = 2.0 * ROUNDOFF / width;
-            assert!((all[0].error / expected - 1.0).abs() < 1e-12, "{all:?}");
+            assert!(
+                abs_diff_eq!(all[0].error / expected, 1.0, epsilon = 1e-12),
+                "{all:?}"
+            );
             assert_eq!(all[0].of_file, 0.0);
             let lost = found(vec![sliver.clone(), wide.clone()], 0.02);
             assert_eq!(lost.len(), usize::from(width < 6e-6), "{width}");
@@ -117,7 +121,11 @@ mod tests {
         let at = |z: f64| rectangle(width, DVec3::new(0.0, -0.5 * width, z), 0.0);
         let lost = found(vec![at(1.0), at(-1.0)], 0.02);
         assert_eq!(lost.len(), 2);
-        assert!((lost[0].error / (2.0 * ROUNDOFF / width) - 1.0).abs() < 1e-12);
+        assert!(abs_diff_eq!(
+            lost[0].error / (2.0 * ROUNDOFF / width),
+            1.0,
+            epsilon = 1e-12
+        ));
     }
 
     #[test]
@@ -128,7 +136,11 @@ mod tests {
         let rounding = ROUNDOFF * 1e6;
         let lost = found(vec![rectangle(1.0, far, rounding)], 0.02);
         assert_eq!(lost.len(), 1);
-        assert!((lost[0].of_file / (2.0 * rounding) - 1.0).abs() < 1e-12);
+        assert!(abs_diff_eq!(
+            lost[0].of_file / (2.0 * rounding),
+            1.0,
+            epsilon = 1e-12
+        ));
     }
 
     #[test]
@@ -137,7 +149,11 @@ mod tests {
         let triangle = Face::triangle("", [a, b, c], Vec3::ZERO, Vec3::ZERO);
         let (height, [along, normal]) = smallest_height(&triangle).unwrap();
         // The longest edge is b–c: 2A = 2e−3.
-        assert!((height / (2e-3 / b.distance(c)) - 1.0).abs() < 1e-12);
+        assert!(abs_diff_eq!(
+            height / (2e-3 / b.distance(c)),
+            1.0,
+            epsilon = 1e-12
+        ));
         assert!(along.dot(c - b).abs() < 1e-12 && normal == DVec3::Z);
         let point = Face::quad("", [a; 4], Vec3::ZERO, Vec3::ZERO);
         assert_eq!(smallest_height(&point), None);

@@ -185,6 +185,7 @@ fn blocks_before(k: u32, rows: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
     use glam::Vec3;
 
     fn faces() -> [Face; 2] {
@@ -221,11 +222,11 @@ mod tests {
                     }
                     // Rounding only: n² additions in f64.
                     let total: f64 = area.iter().sum();
-                    assert!((total / face.area() - 1.0).abs() < 1e-13);
+                    assert!(abs_diff_eq!(total / face.area(), 1.0, epsilon = 1e-13));
                     for (cell, area) in area.iter().enumerate() {
                         let outline = cells.outline(&face, cell as u32);
                         assert!(
-                            (area / outline.area() - 1.0).abs() < 1e-12,
+                            abs_diff_eq!(area / outline.area(), 1.0, epsilon = 1e-12),
                             "{n} {k} {cell}"
                         );
                         assert!((moment[cell] / *area - outline.centroid()).length() < 1e-12);

@@ -3,6 +3,7 @@
 #[path = "../../scenes/model/mod.rs"]
 mod model;
 
+use approx::abs_diff_eq;
 use common::import::{ImportOptions, load};
 use common::scene::{Face, Scene, Shape};
 use glam::{DVec3, Vec3};
@@ -78,7 +79,7 @@ fn every_scene_is_made_of_the_faces_it_claims() {
         assert_eq!(scene.notes, [""; 0], "{name}");
         let total: f64 = scene.faces.iter().map(Face::area).sum();
         assert!(
-            (total - area).abs() < 1e-5,
+            abs_diff_eq!(total, area, epsilon = 1e-5),
             "{name}: {total} instead of {area}"
         );
         assert_eq!(vector_area(&scene.faces).length() < 1e-9, closed, "{name}");
@@ -164,7 +165,10 @@ fn slivers_are_thin() {
             .map(Face::area);
         areas.fold(f64::INFINITY, f64::min)
     };
-    assert!((area(Shape::Quad) - 1e-3).abs() < 1e-9 && (area(Shape::Triangle) - 5e-4).abs() < 1e-9);
+    assert!(
+        abs_diff_eq!(area(Shape::Quad), 1e-3, epsilon = 1e-9)
+            && abs_diff_eq!(area(Shape::Triangle), 5e-4, epsilon = 1e-9)
+    );
     assert!(
         scene
             .faces
@@ -194,7 +198,8 @@ fn the_cornell_box_is_as_measured() {
     }
     let Some(data) = std::env::var_os("RADIOSITY_DATA") else {
         // Past the test runner, which keeps what a passing test prints to itself.
-        let _ = writeln!(std::io::stderr(), "skipped: RADIOSITY_DATA is not set");
+        let what = "skipped: the Cornell box against its measured data, RADIOSITY_DATA is not set";
+        let _ = writeln!(std::io::stderr(), "{what}");
         return;
     };
     let measured = load(

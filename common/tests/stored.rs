@@ -52,13 +52,21 @@ fn field(mesh: &Mesh) -> Field {
 
 /// Writes the scene with 5×5 texels a face and returns mesh and field.
 fn write(dir: &Path) -> (Mesh, Field) {
+    write_with(dir, None)
+}
+
+/// The same; of a captured room face 1 is left with this E.
+fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
     let scene = scene();
     // Cells change the order of the mesh's texels, and must not change the file's.
-    let mesh = Mesh::uniform(&scene, 6, 3).unwrap();
+    let mut mesh = Mesh::uniform(&scene, 6, 3).unwrap();
+    for texel in mesh.texels.iter_mut().filter(|texel| texel.face == 1) {
+        texel.emission = captured.unwrap_or(texel.emission);
+    }
     let field = field(&mesh);
     let solution = Solution {
         matrix: None,
-        relit: None,
+        relit: captured.map(|_| json!({})),
         scene: &scene,
         mesh: &mesh,
         solver: "cpu",
@@ -73,7 +81,7 @@ fn write(dir: &Path) -> (Mesh, Field) {
             shooters: 0,
             field: field.clone(),
         },
-        estimated_error: None,
+        certificate: None,
         warnings: &[],
         notes: &[],
         seconds: Seconds::default(),
@@ -134,7 +142,12 @@ fn changed(dir: &Path, change: impl Fn(&mut Value)) -> String {
 fn a_bad_description_names_the_file_and_the_face() {
     let dir = folder("bad");
     write(&dir);
-    let cases: [(&str, &str, Value); 8] = [
+    let cases: [(&str, &str, Value); 13] = [
+        ("/faces/1/reflectance/1", "face 1", json!(1)),
+        ("/faces/1/reflectance/1", "face 1", json!(-0.1)),
+        ("/faces/1/reflectance", "", json!([0.5, null, 0.5])),
+        ("/faces/0/emission/2", "face 0", json!(-1e-9)),
+        ("/lightmap_crc32", "not of one solve", json!("00000000")),
         ("/faces/1/texels", "face 1", json!([6, 5])),
         ("/faces/1/texels", "face 1", json!([7, 7])),
         ("/faces/0/rect", "face 0", json!([900, 0, 6, 6])),
@@ -150,7 +163,7 @@ fn a_bad_description_names_the_file_and_the_face() {
     ];
     for (pointer, place, value) in cases {
         let message = changed(&dir, |d| *d.pointer_mut(pointer).unwrap() = value.clone());
-        let file = if pointer.ends_with("rect") {
+        let file = if pointer.ends_with("rect") || pointer.ends_with("crc32") {
             "lightmap.exr"
         } else {
             "result.json"
@@ -172,6 +185,37 @@ fn a_bad_description_names_the_file_and_the_face() {
 }
 
 #[test]
+fn what_a_capture_leaves_unexplained_may_be_negative() {
+    let dir = folder("captured");
+    let left = Vec3::new(-0.25, 0.5, 0.0);
+    write_with(&dir, Some(left));
+    let stored = Stored::read(&dir).unwrap();
+    assert!(stored.emission[stored.texels(1)].iter().all(|e| *e == left));
+    assert!(stored.scene.faces[1].emission.x < 0.0);
+    // Without the texels' own it would be a lamp's.
+    let message = changed(&dir, |d| {
+        d["faces"][1]["reflectance"] = json!([0.5, 0.5, 1.0])
+    });
+    assert!(message.contains("face 1"), "{message}");
+}
+
+#[test]
+fn what_others_wrote_is_read_with_a_note() {
+    let dir = folder("foreign");
+    write(&dir);
+    assert!(Stored::read(&dir).unwrap().scene.notes.is_empty());
+    let path = dir.join("result.json");
+    let mut description: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    description
+        .as_object_mut()
+        .unwrap()
+        .remove("lightmap_crc32");
+    fs::write(&path, description.to_string()).unwrap();
+    let notes = Stored::read(&dir).unwrap().scene.notes;
+    assert!(notes[0].contains("has no lightmap_crc32"), "{notes:?}");
+}
+
+#[test]
 fn a_damaged_lightmap_is_an_error_at_every_length() {
     let dir = folder("cut");
     write(&dir);
@@ -182,12 +226,12 @@ fn a_damaged_lightmap_is_an_error_at_every_length() {
         let message = Stored::read(&dir).map(|_| ()).unwrap_err().to_string();
         assert!(message.contains("lightmap.exr"), "{length}: {message}");
     }
-    // A changed byte may pass unseen, but never ends the program.
+    // A changed byte that the decoder passes over is told by the checksum.
     for at in (0..bytes.len()).step_by(7) {
         let mut bytes = bytes.clone();
         bytes[at] ^= 0x55;
         fs::write(&path, &bytes).unwrap();
-        let _ = Stored::read(&dir);
+        assert!(Stored::read(&dir).is_err(), "byte {at}");
     }
     fs::remove_file(&path).unwrap();
     let message = Stored::read(&dir).map(|_| ()).unwrap_err().to_string();

@@ -8,8 +8,10 @@ use common::scene::Scene;
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
-use std::time::Duration;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 
 /// A face, one-sided for light, opaque from both sides.
 pub struct Occluder {
@@ -85,9 +87,8 @@ impl Occluders {
             .iter()
             .map(|k| bounds(&faces[*k as usize].polygon))
             .collect();
-        let mut build_time = Duration::ZERO;
         Self {
-            bvh: build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut build_time),
+            bvh: build(&boxes),
             faces,
             index,
         }
@@ -107,6 +108,21 @@ impl Occluders {
         });
     }
 
+    /// The faces whose boxes meet that of `polygon`, by number.
+    pub fn beside(&self, polygon: &Polygon) -> Vec<u32> {
+        let own = bounds(polygon);
+        let apart = |aabb: &Aabb| aabb.min.cmpgt(own.max).any() || aabb.max.cmplt(own.min).any();
+        let mut found = Vec::new();
+        self.visit(apart, |k| {
+            if !apart(&bounds(&self.faces[k as usize].polygon)) {
+                found.push(k);
+            }
+        });
+        // The tree's order is no property of the scene.
+        found.sort_unstable();
+        found
+    }
+
     fn walk(
         &self,
         shaft: &Shaft,
@@ -114,13 +130,24 @@ impl Occluders {
         found: &mut Vec<u32>,
         enters: impl Fn(&Occluder) -> bool,
     ) {
+        let outside = |aabb: &Aabb| shaft.misses_box(wide(aabb.min), wide(aabb.max), touch);
+        self.visit(outside, |k| {
+            if enters(&self.faces[k as usize]) {
+                found.push(k);
+            }
+        });
+        // The tree's order is no property of the scene.
+        found.sort_unstable();
+    }
+
+    /// Every face whose boxes do not lie `outside`, and perhaps more.
+    fn visit(&self, outside: impl Fn(&Aabb) -> bool, mut found: impl FnMut(u32)) {
         if self.index.is_empty() {
             return;
         }
         let mut stack = vec![0usize];
         while let Some(node) = stack.pop().map(|k| &self.bvh.nodes[k]) {
-            let aabb = node.aabb();
-            if shaft.misses_box(wide(aabb.min), wide(aabb.max), touch) {
+            if outside(&node.aabb()) {
                 continue;
             }
             let first = node.first_index as usize;
@@ -129,14 +156,9 @@ impl Occluders {
                 continue;
             }
             for primitive in first..first + node.prim_count as usize {
-                let k = self.index[self.bvh.primitive_indices[primitive] as usize];
-                if enters(&self.faces[k as usize]) {
-                    found.push(k);
-                }
+                found(self.index[self.bvh.primitive_indices[primitive] as usize]);
             }
         }
-        // The tree's order is no property of the scene.
-        found.sort_unstable();
     }
 
     /// Whether one of `faces` alone hides the shaft's ends from each other.
@@ -146,6 +168,26 @@ impl Occluders {
             shaft.hidden_by(&face.polygon, &face.plane)
         })
     }
+}
+
+/// [`obvhs::bvh2::builder::build_bvh2`] of any depth: `walk` has a stack that grows.
+fn build(boxes: &[Aabb]) -> Bvh2 {
+    let parameters = BvhBuildParams::medium_build();
+    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+        parameters.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect::<Vec<_>>(),
+        parameters.sort_precision,
+        parameters.search_depth_threshold,
+    );
+    let ratio = parameters.reinsertion_batch_ratio;
+    let after = ratio * parameters.post_collapse_reinsertion_batch_ratio_multiplier;
+    let mut optimizer = ReinsertionOptimizer::default();
+    optimizer.run(&mut bvh, ratio, None);
+    let leaf = parameters.max_prims_per_leaf.clamp(1, 255);
+    collapse(&mut bvh, leaf, parameters.collapse_traversal_cost);
+    optimizer.run(&mut bvh, after, None);
+    bvh
 }
 
 fn bounds(polygon: &Polygon) -> Aabb {

@@ -5,7 +5,7 @@ use common::bvh::Bvh;
 use common::constants::{CONTACT, END, MISS, OUTLINE, RAY_REACH};
 use common::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
-use obvhs::ray::Ray;
+use obvhs::ray::{Ray, RayHit};
 use std::cell::Cell;
 
 /// Faces that block.
@@ -114,6 +114,45 @@ impl Rays {
                 visit(k, &self.faces[k as usize]);
             },
         );
+    }
+
+    /// The nearest face along the ray from `origin`, a point of a face of `sheet`, and its distance; none where
+    /// nothing is met, or a back. What touches the origin is passed over: a body that stands there has more
+    /// faces behind it.
+    pub fn nearest(&self, origin: Vec3, direction: Vec3, sheet: u32) -> Option<(u32, f32)> {
+        let reach = 8.0 / RAY_REACH;
+        let mut nearest = RayHit::none();
+        let mut lit = None;
+        self.bvh.tree.ray_traverse(
+            ray(origin, direction * reach, RAY_REACH),
+            &mut nearest,
+            |ray, primitive| {
+                let k = self.bvh.faces[primitive];
+                let face = &self.faces[k as usize];
+                let hit = intersect(face, ray.origin.into(), ray.direction.into());
+                let touches = (hit.t * hit.facing).abs() <= CONTACT;
+                let front = hit.facing < 0.0;
+                // Of a sheet's two sides only the front is met.
+                let passed = face.sheet == sheet || touches || (face.two_sided && !front);
+                if passed || hit.t <= 0.0 || hit.inside < -OUTLINE {
+                    return MISS;
+                }
+                let ahead = (ray.tmax - hit.t) * hit.facing;
+                if let Some((other, _)) = lit
+                    && front
+                    && ahead.abs() <= CONTACT
+                {
+                    // Of fronts that lie on each other the first is lit.
+                    if k < other {
+                        lit = Some((k, hit.t * reach));
+                    }
+                } else if hit.t < ray.tmax {
+                    lit = front.then_some((k, hit.t * reach));
+                }
+                hit.t
+            },
+        );
+        lit
     }
 
     /// The nearest front along a view ray, and its distance; backs are looked through.

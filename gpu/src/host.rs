@@ -1,7 +1,7 @@
 //! The host's end of the queue: submissions, and what is read back from them.
 
 use crate::adapter::Gpu;
-use bytemuck::{Pod, cast_slice};
+use bytemuck::{Pod, cast_slice, pod_collect_to_vec};
 use common::Result;
 use std::sync::mpsc::{Receiver, channel};
 
@@ -121,5 +121,34 @@ impl Host {
     ) -> Result<Vec<u8>> {
         let pending = self.submit(encoder, staging);
         self.wait(pending)
+    }
+
+    /// The first `size`² pixels of a texture of IDs, row-major.
+    pub fn ids(&mut self, texture: &wgpu::Texture, size: u32) -> Result<Vec<u32>> {
+        // Rows of a texture copy are aligned to 256 bytes.
+        let row = (size * 4).next_multiple_of(256);
+        let staging = self.staging(u64::from(row) * u64::from(size));
+        let mut encoder = self.encoder();
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row),
+                    rows_per_image: None,
+                },
+            },
+            wgpu::Extent3d {
+                width: size,
+                height: size,
+                depth_or_array_layers: 1,
+            },
+        );
+        let bytes = self.finish(encoder, staging)?;
+        Ok(bytes
+            .chunks(row as usize)
+            .flat_map(|line| pod_collect_to_vec::<u8, u32>(&line[..size as usize * 4]))
+            .collect())
     }
 }

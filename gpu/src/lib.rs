@@ -12,6 +12,7 @@ mod memory;
 mod pace;
 mod passes;
 mod pipelines;
+pub mod probe;
 pub mod profile;
 mod records;
 pub mod shaders;

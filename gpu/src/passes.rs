@@ -244,10 +244,18 @@ impl Passes {
 
     /// The links of those that shoot, where another cell's are kept in their place.
     fn remake(&mut self, context: &mut Context, cells: Range<usize>, shot: &[Vec3]) -> Result<()> {
-        let places = self.held.len();
-        let missing: Vec<u32> = cells
-            .filter(|k| shot[*k] != Vec3::ZERO && self.held[k % places] != *k as u32 + 1)
+        let shooters: Vec<u32> = cells
+            .filter(|k| shot[*k] != Vec3::ZERO)
             .map(|k| k as u32)
+            .collect();
+        self.keep(context, &shooters)
+    }
+
+    /// Makes the links of `cells` that are not kept.
+    pub fn keep(&mut self, context: &mut Context, cells: &[u32]) -> Result<()> {
+        let places = self.held.len() as u32;
+        let missing: Vec<u32> = (cells.iter().copied())
+            .filter(|k| self.held[(k % places) as usize] != k + 1)
             .collect();
         if !missing.is_empty() {
             self.link(context, &missing, &mut |_| ControlFlow::Continue(()))?;

@@ -1,5 +1,6 @@
 //! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
 
+use crate::probe::Aim;
 use bytemuck::{Pod, Zeroable};
 use common::mesh::{Cell, Cover, Mesh, MeshFace, Point, Texel, TexelKind};
 use common::shooting::{Had, Rule, Shot};
@@ -176,7 +177,7 @@ pub struct ShotRecord {
     open: f32,
     drawn: u32,
     open_before: f32,
-    taken: u32,
+    pub taken: u32,
     pub sum: f32,
     pub escaped: f32,
     middle: [f32; 3],
@@ -207,6 +208,22 @@ impl ShotRecord {
             radius: cell.shooter.radius,
             ..Self::zeroed()
         }
+    }
+
+    /// From where the sample in hand looks.
+    pub fn aim(&self) -> Aim {
+        Aim {
+            centre: self.centre.into(),
+            normal: self.normal.into(),
+            tangent: self.tangent.into(),
+            bitangent: self.bitangent.into(),
+            sheet: self.sheet,
+        }
+    }
+
+    /// What the links are multiplied by.
+    pub fn scale(&self) -> f32 {
+        self.scale
     }
 }
 

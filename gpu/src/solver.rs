@@ -8,6 +8,7 @@ use crate::host::{Counts, Host, Pending};
 use crate::pace::{IN_FLIGHT, Pace};
 use crate::passes::{Passes, has_room};
 use crate::pipelines::Pipelines;
+use crate::probe::Bench;
 use crate::records::{LOG_HEAD_BYTES, LogRecord, Params, TexelRecord};
 use crate::shaders::Fault;
 use crate::slots::Slots;
@@ -29,15 +30,17 @@ const FEWEST: u32 = 64;
 
 /// Progressive refinement on a GPU.
 pub struct GpuSolver<'a> {
-    context: Context<'a>,
-    workshop: Workshop,
+    pub(crate) context: Context<'a>,
+    pub(crate) workshop: Workshop,
     /// Those of the one shot that is chosen on the device.
     slots: Slots,
     pipelines: Pipelines,
     rule: Rule,
     pace: Pace,
     /// What solves by passes need beside.
-    passes: Option<Passes>,
+    pub(crate) passes: Option<Passes>,
+    /// What checks of single stages need.
+    pub(crate) bench: Option<Bench>,
 }
 
 /// A batch that runs.
@@ -89,6 +92,7 @@ impl<'a> GpuSolver<'a> {
             rule: Rule::PLAIN,
             pace: Pace::new(FEWEST, BATCH, gpu.line.software),
             passes: None,
+            bench: None,
         };
         solver.write_params(0.0, false);
         Ok(solver)
@@ -107,31 +111,7 @@ impl<'a> GpuSolver<'a> {
     /// The item buffer of the latest shot: face IDs + 1, row-major, 0 where nothing was drawn.
     pub fn item_buffer(&mut self) -> Result<Vec<u32>> {
         let size = self.context.settings.item_buffer;
-        // Rows of a texture copy are aligned to 256 bytes.
-        let row = (size * 4).next_multiple_of(256);
-        let staging = self.context.host.staging(u64::from(row) * u64::from(size));
-        let mut encoder = self.context.host.encoder();
-        encoder.copy_texture_to_buffer(
-            self.slots.item_buffer.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &staging,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(row),
-                    rows_per_image: None,
-                },
-            },
-            wgpu::Extent3d {
-                width: size,
-                height: size,
-                depth_or_array_layers: 1,
-            },
-        );
-        let bytes = self.context.host.finish(encoder, staging)?;
-        Ok(bytes
-            .chunks(row as usize)
-            .flat_map(|line| pod_collect_to_vec::<u8, u32>(&line[..size as usize * 4]))
-            .collect())
+        self.context.host.ids(&self.slots.item_buffer, size)
     }
 
     /// The irradiance of every texel; w is the form factor of the latest shot where it was seen.

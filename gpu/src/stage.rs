@@ -49,6 +49,11 @@ impl Workshop {
         }
     }
 
+    /// What is wrong with its shaders.
+    pub fn faults(&self) -> &[Fault] {
+        &self.faults
+    }
+
     /// The entry point `entry` of the shader `file`, bound to `slots`.
     pub fn stage(&self, file: &str, entry: &'static str, slots: &[Slot]) -> Result<Stage> {
         let key = (entry, self.text(file)?);

@@ -1,6 +1,7 @@
 //! What `compare` finds out about one scene: plain data, filled by [`crate::compare`], judged by
 //! its gates, told by [`crate::report`].
 
+use crate::compare::truth::Told;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::scene::Scene;
@@ -28,14 +29,14 @@ pub struct Stage {
     pub values: u64,
     /// Values that differ at all.
     pub differing: u64,
-    /// Largest difference in units in the last place of the larger value (pixels: 0 or 1).
-    pub max_ulp: f64,
-    /// What may differ, and why.
+    /// Largest difference, in what the reason says.
+    pub worst: f64,
+    /// What may differ.
     pub bound: f64,
     /// In words.
     pub reason: String,
     /// Whether the bound holds.
-    pub pass: bool,
+    pub agree: bool,
 }
 
 /// Item buffer against rays over all (shooter, texel) pairs.
@@ -43,7 +44,8 @@ pub struct Stage {
 pub struct Pairs {
     /// Shooters × texels.
     pub pairs: u64,
-    /// Those with a form factor: each sees the other's front, were nothing in between.
+    /// Pairs of points (one a sample) with a form factor: each sees the other's front, were nothing
+    /// in between.
     pub facing: u64,
     /// Facing pairs on which rays and item buffer disagree.
     pub mismatched: u64,
@@ -57,6 +59,8 @@ pub struct Pairs {
     pub explainable: u64,
     /// Σ F·A of the mismatched over Σ F·A of the facing pairs.
     pub weighted_mismatch: f64,
+    /// The same of the explainable ones: what silhouettes could come to.
+    pub weighted_explainable: f64,
     /// Mismatches by distance to the boundary in pixels: bin k is [k/2, (k+1)/2).
     pub histogram: Vec<u64>,
     /// Up to a dozen unexplained pairs (cell, texel), for the report.
@@ -102,10 +106,46 @@ pub struct ItemBufferPicture {
     pub ids: Vec<u32>,
 }
 
-/// A scene solved by both, and all differences.
+/// What the method itself errs by: no fault of the code, and no condition of the verdict.
+#[derive(Clone, Debug, Serialize)]
+pub struct Finding {
+    /// What.
+    pub name: String,
+    /// How much.
+    pub value: f64,
+    /// What it comes from, and the option that mends it.
+    pub message: String,
+}
+
+/// How a scene is solved, and why it is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    /// Whole faces, discs, one sample, an item buffer, one shot after the other.
+    Paper,
+    /// What `solve` does by default.
+    Solve,
+    /// What the options say.
+    Asked,
+}
+
+impl Way {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "the paper's way",
+            Self::Solve => "as solve does",
+            Self::Asked => "as asked for",
+        }
+    }
+}
+
+/// A scene solved by both in one way, and all differences.
 pub struct Comparison {
     /// The scene.
     pub scene: Scene,
+    /// Which way.
+    pub way: Way,
     /// Its texels.
     pub mesh: Mesh,
     /// Options of the CPU (rays); the GPU's differ in `visibility` only.
@@ -134,15 +174,43 @@ pub struct Comparison {
     pub lockstep_difference: Difference,
     /// GPU against CPU, each choosing for itself.
     pub free_difference: Difference,
+    /// Error against the truth: CPU, GPU.
+    pub error: [Option<f64>; 2],
+    /// What the truth is.
+    pub truth: Option<Told>,
     /// A shot's item buffer.
     pub item_buffer: ItemBufferPicture,
     /// The conditions; the solvers agree when all hold.
     pub gates: Vec<Gate>,
+    /// What the method errs by.
+    pub findings: Vec<Finding>,
+    /// What was chosen and mended before, a line each.
+    pub notes: Vec<String>,
 }
 
 impl Comparison {
     /// The verdict; a comparison without conditions agrees with nothing.
     pub fn agree(&self) -> bool {
         !self.gates.is_empty() && self.gates.iter().all(|gate| gate.pass)
+    }
+}
+
+/// A scene and all ways in which it was judged.
+pub struct Judged {
+    /// The paper's way, or the one that was asked for.
+    pub first: Comparison,
+    /// What `solve` does by default, where nothing was asked for.
+    pub as_solved: Option<Comparison>,
+}
+
+impl Judged {
+    /// What users get comes first.
+    pub fn ways(&self) -> impl Iterator<Item = &Comparison> {
+        self.as_solved.iter().chain([&self.first])
+    }
+
+    /// Whether all ways agree.
+    pub fn agree(&self) -> bool {
+        self.ways().all(Comparison::agree)
     }
 }

@@ -185,13 +185,14 @@ fn quadrature(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     /// The reference prints ten digits.
     const PRINTED: f64 = 5e-11;
 
     fn assert_close(value: f64, expected: f64, tolerance: f64) {
         assert!(
-            (value - expected).abs() <= tolerance,
+            abs_diff_eq!(value, expected, epsilon = tolerance),
             "{value} is not {expected} ± {tolerance}"
         );
     }

@@ -1,5 +1,10 @@
 //! Comparison, explanation of differences, exact answers, pictures and the report.
 
+#![cfg_attr(
+    not(test),
+    deny(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 pub mod answer;
 pub mod chart;
 pub mod cli;
@@ -8,6 +13,7 @@ pub mod comparison;
 pub mod dense;
 pub mod diff;
 pub mod exact;
+pub mod interrupt;
 pub mod merge;
 pub mod path_tracer;
 pub mod picture;

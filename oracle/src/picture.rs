@@ -223,6 +223,7 @@ pub fn atlas_of(mesh: &Mesh, colour: impl Fn(usize) -> [u8; 3]) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     #[test]
     fn srgb_goes_back_and_forth_and_nan_is_magenta() {
@@ -253,7 +254,7 @@ mod tests {
     fn the_exposure_is_a_weighted_percentile() {
         let exposure = Exposure::of((1..=100).map(|k| (k as f32, if k <= 90 { 1.0 } else { 0.1 })));
         // 91 in total; 0.9 of it is reached at 82.
-        assert!((exposure.white - 82.0 / 0.8).abs() < 1e-4);
+        assert!(abs_diff_eq!(exposure.white, 82.0 / 0.8, epsilon = 1e-4));
         let nothing = Exposure::of([(f32::NAN, 1.0), (0.0, 1.0), (1.0, f32::NAN)].into_iter());
         assert_eq!(nothing.white, 1.0);
     }

@@ -7,12 +7,12 @@
 use crate::compare::difference::difference;
 use crate::diff::reflected::offsets;
 use crate::resample::{average, pieces};
-use common::Result;
 use common::constants::LINK_BYTES;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::{Field, Run};
+use common::{Error, Result};
 use glam::{DVec3, Vec4};
 
 /// What is left must be estimated below this: area-weighted relative RMS of B − E.
@@ -64,7 +64,10 @@ pub fn refine(
             notes.push(format!("reference: {cells}×{cells} cells {reason}"));
             break;
         }
-        let next = solve(&finer)?;
+        let next = match solve(&finer) {
+            Err(Error::Interrupted) => break,
+            next => next?,
+        };
         if stop() {
             break;
         }

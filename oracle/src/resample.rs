@@ -193,6 +193,7 @@ fn shared_area(a: &Bounds, b: &Bounds) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
     use common::texel::outline;
     use glam::Vec3;
 
@@ -238,7 +239,10 @@ mod tests {
                 );
                 for (k, area) in areas(&pieces, to).iter().enumerate() {
                     let exact = outline(&face, to, k as u32).area();
-                    assert!((area - exact).abs() < 1e-13, "{n} {m} {k}: {area} {exact}");
+                    assert!(
+                        abs_diff_eq!(*area, exact, epsilon = 1e-13),
+                        "{n} {m} {k}: {area} {exact}"
+                    );
                 }
             }
         }
@@ -249,7 +253,7 @@ mod tests {
         let face = &faces()[0];
         let pieces = pieces(face, [6, 1], [4, 2]);
         let total: f64 = pieces.iter().map(|p| p.area).sum();
-        assert!((total - face.area()).abs() < 1e-13);
+        assert!(abs_diff_eq!(total, face.area(), epsilon = 1e-13));
         assert_eq!(pieces.len(), (6 + 4 - 2) * 2);
     }
 

@@ -3,6 +3,7 @@
 //! A mean of n paths is normal about the truth with its standard error, n being thousands. Bounds are
 //! 5 of them: each figure that is held is beyond that by chance once in 1.7 million.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use cpu::matrix::Matrix;
@@ -100,7 +101,7 @@ fn light_that_comes_straight_is_the_form_factor() {
         holds(&traced, wall, 0.9f32 as f64 * 3.0 * factor);
         let [red, green, blue] = traced.reflected.values[wall].to_array();
         // The same paths, whatever the channel; f32 colours are exact here.
-        assert!((red / green - 3.0).abs() < 1e-12 && blue == 0.0);
+        assert!(abs_diff_eq!(red / green, 3.0, epsilon = 1e-12) && blue == 0.0);
         let others = (0..6).filter(|k| *k != wall);
         assert!(
             others

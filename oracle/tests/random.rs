@@ -1,8 +1,8 @@
 //! Scenes drawn at random: the same from the same seed, closed where they say so, nothing within
 //! anything else, and all that they promise does occur.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
-use common::overlap::overlaps;
 use common::scene::{Face, Scene, Shape};
 use glam::DVec3;
 use oracle::exact::polygon_to_polygon;
@@ -138,7 +138,7 @@ fn quads_and_triangles_are_one_room() {
                     Shape::Quad => next(own),
                     Shape::Triangle => next(own) + next(mixed.next().unwrap()),
                 };
-                assert!((area / quad.area() - 1.0).abs() < 1e-9);
+                assert!(abs_diff_eq!(area / quad.area(), 1.0, epsilon = 1e-9));
             }
         }
     }
@@ -184,7 +184,7 @@ fn what_is_closed_is_closed() {
                 for point in &points {
                     let angle = solid_angle(*point, other);
                     assert!(
-                        (angle - expected).abs() < tolerance,
+                        abs_diff_eq!(angle, expected, epsilon = tolerance),
                         "{drawn}: {k} in {j}: {angle}"
                     );
                 }
@@ -219,7 +219,11 @@ fn of_what_leaves_a_wall_of_a_closed_convex_room_nothing_is_lost() {
                 .map(from)
                 .sum();
             // The quadrature's last halving, and corners rounded at ten extents from the origin.
-            assert!((sum - 1.0).abs() < 1e-7, "{}: {drawn}: {sum}", a.name);
+            assert!(
+                abs_diff_eq!(sum, 1.0, epsilon = 1e-7),
+                "{}: {drawn}: {sum}",
+                a.name
+            );
         }
     }
 }
@@ -229,7 +233,7 @@ fn no_fronts_overlap_and_all_are_planar_and_convex() {
     for faces in [Faces::Quads, Faces::Triangles] {
         for drawn in drawn(Kind::Any, faces) {
             let mesh = Mesh::uniform(&drawn.scene, 1, 1).unwrap();
-            assert!(overlaps(&mesh).is_empty(), "{drawn}");
+            assert!(mesh.overlaps.is_empty(), "{drawn}");
             for face in &drawn.scene.faces {
                 let [a, _, _, d] = face.corners;
                 let normal = face.vector_area().normalize();

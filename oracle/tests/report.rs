@@ -11,7 +11,10 @@ use common::shooting::replay;
 use cpu::CpuSolver;
 use cpu::item_buffer::{ItemBuffer, View};
 use glam::Vec4;
-use oracle::comparison::{Comparison, Difference, Gate, ItemBufferPicture, Pairs, Stage};
+use oracle::compare::truth::Told;
+use oracle::comparison::{
+    Comparison, Difference, Finding, Gate, ItemBufferPicture, Judged, Pairs, Stage, Way,
+};
 use oracle::report::{html, json};
 use scenes::{cornell, paper_room, patchwork, run};
 
@@ -64,6 +67,7 @@ fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
             unexplained: 1,
             explainable: 30_000,
             weighted_mismatch: 0.0014,
+            weighted_explainable: 0.03,
             histogram: vec![900, 250, 40, 0, 9, 0, 0, 1],
             examples: vec![(0, 5)],
         },
@@ -83,6 +87,19 @@ fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
                 "f32 sums over the shots",
             ),
         ],
+        way: Way::Paper,
+        error: [Some(0.32), Some(0.33)],
+        truth: Some(Told {
+            name: "the matrix on <few> texels".into(),
+            texels: 8,
+            own_error: 0.004,
+        }),
+        findings: vec![Finding {
+            name: "item buffer".into(),
+            value: 0.02,
+            message: "silhouettes; --visibility rays has none of it".into(),
+        }],
+        notes: vec!["CPU: mended".into()],
         scene,
         mesh,
         cpu,
@@ -91,15 +108,22 @@ fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
     }
 }
 
-fn stage(name: &str, max_ulp: f64, bound: f64) -> Stage {
+fn alone(first: Comparison) -> Judged {
+    Judged {
+        first,
+        as_solved: None,
+    }
+}
+
+fn stage(name: &str, worst: f64, bound: f64) -> Stage {
     Stage {
         name: name.into(),
         values: 516_096,
         differing: 12,
-        max_ulp,
+        worst,
         bound,
         reason: "products are added left to right in both".into(),
-        pass: max_ulp <= bound,
+        agree: worst <= bound,
     }
 }
 
@@ -120,26 +144,30 @@ fn the_page_has_every_figure_and_loads_nothing() {
         0.0,
         "each would be a bug",
     ));
-    let scenes = [
-        compared(cornell(), 16, 256),
-        failing,
-        compared(patchwork(), 8, 128),
-    ];
+    let both = Judged {
+        first: compared(cornell(), 16, 256),
+        as_solved: Some(Comparison {
+            way: Way::Solve,
+            ..compared(cornell(), 8, 64)
+        }),
+    };
+    let scenes = [both, alone(failing), alone(compared(patchwork(), 8, 128))];
+    let ways = scenes.iter().flat_map(Judged::ways).count();
     let page = html(&scenes, &["No GPU for <b>: left out".to_owned()]);
     std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/report.html"), &page).unwrap();
 
     assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("<script"));
     assert!(!page.contains("url(") && !page.contains("@import") && !page.contains("<link"));
     let sources = between(&page, "src=\"", "\"");
-    // Two views, two differences, two atlases, item buffer and its colours: 8 a scene.
-    assert_eq!(sources.len(), 8 * scenes.len());
+    // Two views, two differences, two atlases, item buffer and its colours: 8 a way.
+    assert_eq!(sources.len(), 8 * ways);
     assert!(
         sources
             .iter()
             .all(|source| source.starts_with("data:image/png;base64,iVBOR"))
     );
-    assert_eq!(page.matches("<svg").count(), 2 * scenes.len());
-    assert_eq!(page.matches("<figcaption>").count(), 10 * scenes.len());
+    assert_eq!(page.matches("<svg").count(), 2 * ways);
+    assert_eq!(page.matches("<figcaption>").count(), 10 * ways);
     assert!(
         between(&page, "<figcaption>", "</figcaption>")
             .iter()
@@ -150,6 +178,8 @@ fn the_page_has_every_figure_and_loads_nothing() {
         "Agree",
         "Disagree",
         "conditions fail: unexplained pairs",
+        "off on the CPU and",
+        "--visibility rays has none of it",
     ] {
         assert!(page.contains(text), "{text}");
     }
@@ -165,7 +195,10 @@ fn the_page_has_every_figure_and_loads_nothing() {
 
 #[test]
 fn the_description_is_the_contracts() {
-    let scenes = [compared(cornell(), 4, 64)];
+    let scenes = [Judged {
+        first: compared(cornell(), 4, 64),
+        as_solved: Some(compared(cornell(), 4, 64)),
+    }];
     let value = json(&scenes);
     let scene = &value["scenes"][0];
     assert_eq!(scene["scene"], "cornell-like");
@@ -189,6 +222,8 @@ fn the_description_is_the_contracts() {
         ),
         ("energy", &["cpu", "gpu"]),
         ("bounds", &["lockstep RMS"]),
+        ("error", &["cpu", "gpu"]),
+        ("stages", &["deposit.wgsl"]),
         ("settings", &["cpu", "gpu"]),
         ("interpolation", &["relative_rms", "max_step"]),
     ] {
@@ -204,7 +239,7 @@ fn the_description_is_the_contracts() {
     }
     assert_eq!(scene["bounds"]["lockstep RMS"]["bound"], 0.02);
     assert!(
-        scene["gates"].is_array() && scene["stages"].is_array() && scene["adapter"].is_string()
+        scene["gates"].is_array() && scene["findings"].is_array() && scene["adapter"].is_string()
     );
 }
 
@@ -227,13 +262,16 @@ fn data_that_is_not_nice_still_gives_a_page() {
     c.gates = vec![Gate::at_most("nothing", f64::NAN, 1.0, "")];
     c.stages.clear();
     c.free_difference.bias = f64::INFINITY;
+    c.truth = None;
+    c.error = [None, Some(f64::NAN)];
     assert!(!c.agree());
-    let page = html(std::slice::from_ref(&c), &[]);
+    let judged = [alone(c)];
+    let page = html(&judged, &[]);
     assert!(
         page.contains("not a number")
             && page.contains("Nothing was shot.")
             && page.contains("No mismatch at all.")
     );
-    assert!(json(&[c])["scenes"][0]["bounds"]["nothing"]["value"].is_null());
+    assert!(json(&judged)["scenes"][0]["bounds"]["nothing"]["value"].is_null());
     assert!(html(&[], &[]).contains("Nothing compared"));
 }

@@ -1,6 +1,7 @@
 //! The atlas measures what it says: its truths agree with one another, it is complete, it counts and
 //! finds break points, and what goes wrong is a verdict.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::DVec3;
@@ -229,7 +230,11 @@ fn warnings_are_counted_as_caught_missed_and_false() {
     };
     assert_eq!(score.default, expected);
     assert_eq!(score.all, expected);
-    assert!((score.default.false_share() - 1.0 / 6.0).abs() < 1e-15);
+    assert!(abs_diff_eq!(
+        score.default.false_share(),
+        1.0 / 6.0,
+        epsilon = 1e-15
+    ));
     let codes: Vec<_> = score
         .codes
         .iter()

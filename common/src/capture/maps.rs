@@ -13,10 +13,12 @@
 use crate::error::{Error, Result};
 use crate::mesh::MAX_TEXELS;
 use crate::scene::{Scene, Shape};
-use crate::solution::faces::{Entry, describe, faces, label};
+use crate::solution::faces::{Entry, TOO_BRIGHT, describe, faces, label, too_bright};
+use crate::solution::pending::Pending;
 use crate::solution::pixels::Planes;
-use crate::solution::write::{encode, prepare, write_file};
+use crate::solution::write::{encode, prepare};
 use crate::texel;
+use crate::text::plain;
 use glam::{BVec3, Vec3};
 use serde::Deserialize;
 use serde_json::json;
@@ -37,7 +39,8 @@ pub struct Room {
 /// Writes `scene` with its lighting into the folder `dir`, which is made if need be.
 ///
 /// `radiosity` (W/m²) is that of all texels, face after face, of `resolutions` W×H each. Files
-/// get temporary names first; `room.json` comes last, so that a folder that has it is whole.
+/// get temporary names first; an old `room.json` goes first and the new one comes last, so that a
+/// folder that has it is whole.
 ///
 /// Errors: [`Error::Write`] with the file; [`Error::Usage`] if the lengths do not match.
 pub fn write(
@@ -53,6 +56,7 @@ pub fn write(
         ));
     }
     prepare(dir)?;
+    let mut files = Pending::default();
     let mut rest = radiosity;
     let mut entries = Vec::new();
     for (k, (face, resolution)) in scene.faces.iter().zip(resolutions).enumerate() {
@@ -65,13 +69,22 @@ pub fn write(
             path: path.clone(),
             source,
         })?;
-        write_file(&path, &image)?;
+        files.add(&path, &image)?;
         let mut entry = describe(face, *resolution);
         entry["file"] = file.into();
         entries.push(entry);
     }
     let text = format!("{:#}\n", json!({ "scene": scene.name, "faces": entries }));
-    write_file(&dir.join("room.json"), text.as_bytes())
+    let description = dir.join("room.json");
+    files.add(&description, text.as_bytes())?;
+    // Between two renames there must not be new maps beside an old description.
+    match std::fs::remove_file(&description) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write {
+            path: description,
+            source,
+        }),
+        _ => files.finish(),
+    }
 }
 
 /// Reads what [`write()`] wrote, also after somebody has changed the maps.
@@ -84,7 +97,7 @@ pub fn read(dir: &Path) -> Result<Room> {
     let entries = &description.faces;
     let mut room = Room {
         scene: Scene {
-            name: description.scene,
+            name: plain(&description.scene),
             ..Scene::default()
         },
         resolutions: entries.iter().map(|e| e.texels).collect(),
@@ -93,7 +106,10 @@ pub fn read(dir: &Path) -> Result<Room> {
     let mut total = 0;
     for (k, entry) in entries.iter().enumerate() {
         let refuse = |message: String| Error::input(&path, label(k), message);
-        entry.check().map_err(refuse)?;
+        entry
+            .check()
+            .and_then(|()| entry.check_emission())
+            .map_err(refuse)?;
         total += u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
         if total > MAX_TEXELS {
             return Err(refuse("too many texels in all faces".into()));
@@ -112,7 +128,10 @@ pub fn read(dir: &Path) -> Result<Room> {
             ));
         }
     }
-    Ok(room)
+    match too_bright(&room.radiosity, &room.resolutions) {
+        Some(k) => Err(Error::input(&path, label(k), TOO_BRIGHT)),
+        None => Ok(room),
+    }
 }
 
 #[derive(Deserialize)]
@@ -124,8 +143,7 @@ struct Description {
 
 fn description(path: &Path) -> Result<Description> {
     let refuse = |message: String| Error::input(path, "", message);
-    let text = std::fs::read(path)
-        .map_err(|e| refuse(format!("cannot be read: {e}; a folder of maps is needed")))?;
+    let text = crate::file::input(path, "a folder of maps is needed")?;
     let description: Description = serde_json::from_slice(&text)
         .map_err(|e| refuse(format!("is no description of a room: {e}")))?;
     if description.faces.is_empty() {

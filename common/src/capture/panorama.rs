@@ -2,16 +2,13 @@
 
 use super::projection::Projection;
 use super::repair::{Counts, repair};
-use super::{Decoded, Failure, MAX_PIXELS, check_size, openexr, radiance};
+use super::{Decoded, Failure, check_size, openexr, radiance};
 use crate::error::{Error, Result};
+use crate::file::{MAX_BYTES, open};
 use glam::{DVec2, DVec3, Vec3};
 use std::f32::consts::PI;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-
-/// Longer files are refused: nothing that is used of 2²⁶ pixels takes more.
-const MAX_BYTES: u64 = 1 << 31;
 
 /// Radiance L (W/m²/sr, linear Rec. 709) over the sphere of directions.
 ///
@@ -34,7 +31,7 @@ impl Panorama {
     /// 1:6 cube, 1:1 angular).
     ///
     /// Errors: [`Error::Input`] with the file and, where known, scanline and byte: not readable,
-    /// neither format, damaged, cut short, more than [`MAX_PIXELS`] pixels or 2 GiB, or of a shape
+    /// neither format, damaged, cut short, more than [`MAX_PIXELS`](super::MAX_PIXELS) pixels or 2 GiB, or of a shape
     /// that fits no projection.
     pub fn read(path: &Path, projection: Option<Projection>) -> Result<Self> {
         let refuse = |failure: Failure| {
@@ -241,7 +238,7 @@ fn bilinear(at: DVec2, pixel: impl Fn(i64, i64) -> Option<Vec3>) -> Option<Vec3>
 
 fn decode(path: &Path) -> std::result::Result<Decoded, Failure> {
     let unreadable = |e: std::io::Error| format!("cannot be read: {e}");
-    let mut file = File::open(path).map_err(unreadable)?;
+    let mut file = open(path, MAX_BYTES).map_err(|reason| format!("cannot be read: {reason}"))?;
     let mut bytes = Vec::new();
     // The first bytes decide before the rest, which may be long, is read.
     file.by_ref()
@@ -262,9 +259,7 @@ fn decode(path: &Path) -> std::result::Result<Decoded, Failure> {
         .read_to_end(&mut bytes)
         .map_err(unreadable)?;
     if read as u64 == MAX_BYTES {
-        return Err(format!(
-            "is longer than 2 GiB, the most that is read, and {MAX_PIXELS} pixels need less: drop the other layers"
-        ).into());
+        return Err("grows while it is read, beyond 2 GiB".into());
     }
     decoder(&bytes)
 }

@@ -84,16 +84,24 @@ impl Polygon {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
     use std::f64::consts::PI;
 
     #[test]
     fn a_cubes_side_is_a_sixth_and_its_parts_add_up() {
         let p = |x: f64, y: f64| DVec3::new(x, y, 1.0);
         let side = Polygon::quad([p(-1.0, -1.0), p(1.0, -1.0), p(1.0, 1.0), p(-1.0, 1.0)]);
-        assert!((side.solid_angle() - 4.0 * PI / 6.0).abs() < 1e-14);
+        assert!(abs_diff_eq!(
+            side.solid_angle(),
+            4.0 * PI / 6.0,
+            epsilon = 1e-14
+        ));
         for normal in [p(0.3, 0.2), DVec3::new(1.0, 0.1, -0.2), DVec3::X] {
             let parts = side.cut(normal).solid_angle() + side.cut(-normal).solid_angle();
-            assert!((parts - side.solid_angle()).abs() < 1e-14, "{normal}");
+            assert!(
+                abs_diff_eq!(parts, side.solid_angle(), epsilon = 1e-14),
+                "{normal}"
+            );
         }
         assert!(side.cut(DVec3::NEG_Z).is_empty());
     }

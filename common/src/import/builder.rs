@@ -4,6 +4,7 @@ use super::polygon::{self, Piece, Remark};
 use super::surface::{DEFAULT_REFLECTANCE, Surface};
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene};
+use crate::text::plain;
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -41,7 +42,7 @@ impl<'a> Builder<'a> {
 
     /// Something worth saying about the file.
     pub fn note(&mut self, note: impl Into<String>) {
-        self.notes.push(note.into());
+        self.notes.push(plain(&note.into()));
     }
 
     /// The next input face, its coordinates off by `rounding` at most; `place` says where in the file
@@ -83,6 +84,7 @@ impl<'a> Builder<'a> {
         if surface.is_none() {
             self.without_material.add(k);
         }
+        let name = &plain(name);
         let (pieces, remarks) = polygon::split(corners);
         for remark in remarks {
             self.remarks.entry(remark).or_default().add(k);
@@ -132,7 +134,7 @@ impl<'a> Builder<'a> {
         }
         self.faces.append(&mut self.pieces);
         Ok(Scene {
-            name: self.path.display().to_string(),
+            name: plain(&self.path.display().to_string()),
             faces: self.faces,
             notes: self.notes,
         })

@@ -10,9 +10,10 @@ mod polygon;
 mod surface;
 
 use crate::error::{Error, Result};
+use crate::file;
+use crate::mesh::bounds;
 use crate::scene::Scene;
 use builder::Builder;
-use std::fs;
 use std::path::Path;
 
 /// What to make of a file beyond what it says.
@@ -28,14 +29,14 @@ pub struct ImportOptions {
 /// Reads a scene; the type of file is told by content, and by extension where content leaves it
 /// open.
 pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene> {
-    let bytes =
-        read(path).map_err(|reason| Error::input(path, "", format!("cannot be read: {reason}")))?;
+    let bytes = file::input(path, "")?;
     let mut builder = Builder::new(path);
     match Format::of(path, &bytes)? {
         Format::Obj => obj::read(&mut builder, path, &bytes)?,
         Format::Gltf => gltf::read(&mut builder, path, &bytes, options.join_quads)?,
     }
     let scene = builder.finish()?;
+    bounds(&scene)?;
     Ok(if options.two_sided {
         scene.two_sided()
     } else {
@@ -80,24 +81,3 @@ impl Format {
 
 /// The byte order mark that some editors put before UTF-8.
 const BOM: &[u8] = b"\xEF\xBB\xBF";
-
-/// A whole file. Devices and pipes are refused: they may never end.
-fn read(path: &Path) -> std::result::Result<Vec<u8>, String> {
-    let data = fs::metadata(path).map_err(|e| reason(&e))?;
-    if data.is_dir() {
-        return Err("it is a directory".into());
-    }
-    if !data.is_file() {
-        return Err("it is no ordinary file".into());
-    }
-    fs::read(path).map_err(|e| reason(&e))
-}
-
-/// The system's reason without its number.
-fn reason(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".into(),
-        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
-        _ => error.to_string(),
-    }
-}

@@ -2,8 +2,13 @@
 
 use glam::DVec3;
 
-/// A polygon with more corners than this is refused: cutting ears takes n³ steps at worst.
+/// A polygon with more corners than this is refused: cutting ears takes n² steps, and [`LOOKS`] times
+/// as many if it crosses itself.
 pub const MAX_CORNERS: usize = 1024;
+
+/// How often all corners of a polygon are asked anew when no ear is known: a simple polygon always has
+/// two, so what asks more often crosses itself and has no inside to be right about.
+const LOOKS: u32 = 16;
 
 /// Rounding to six significant digits, as most writers do, moves a coordinate x by up to
 /// 5e-6·|x|: corners of a planar quad may lie this share of their coordinates apart.
@@ -192,21 +197,21 @@ fn triangles(corners: &[DVec3]) -> Vec<Piece> {
         .unwrap_or(DVec3::ZERO);
     let reach = corners.iter().map(|p| p.distance_squared(corners[0]));
     let flat = FLAT * reach.fold(0.0, f64::max);
-    let mut left = corners.to_vec();
+    let mut ring = Ring {
+        left: corners.to_vec(),
+        known: vec![None; corners.len()],
+        normal,
+        flat,
+        looks: LOOKS,
+    };
     let mut cut = Vec::with_capacity(corners.len() - 2);
     let mut at = 1;
-    while left.len() > 3 {
-        let n = left.len();
-        let candidates = || (0..n).map(|k| (at + k) % n);
-        let ear = candidates().find(|k| is_ear(&left, *k, normal, flat));
-        let k = ear
-            .or_else(|| candidates().find(|k| turn(&left, *k, normal).abs() <= flat))
-            .unwrap_or(at % n);
-        cut.push([left[(k + n - 1) % n], left[k], left[(k + 1) % n]]);
-        left.remove(k);
-        at = k;
+    while ring.left.len() > 3 {
+        at = ring.next(at);
+        cut.push(ring.around(at));
+        ring.cut(at);
     }
-    cut.push([left[0], left[1], left[2]]);
+    cut.push([ring.left[0], ring.left[1], ring.left[2]]);
     let has_area = |[a, b, c]: &[DVec3; 3]| side(*a, *b, *c, normal).abs() > flat;
     if cut.iter().any(has_area) {
         cut.retain(has_area);
@@ -214,27 +219,76 @@ fn triangles(corners: &[DVec3]) -> Vec<Piece> {
     cut.into_iter().map(Piece::Triangle).collect()
 }
 
-/// Twice the area of corner k's triangle, negative if it points inwards.
-fn turn(left: &[DVec3], k: usize, normal: DVec3) -> f64 {
-    let n = left.len();
-    side(left[(k + n - 1) % n], left[k], left[(k + 1) % n], normal)
+/// What is left of a polygon from which ears are cut.
+struct Ring {
+    left: Vec<DVec3>,
+    /// Whether each corner is an ear, as it was when last asked: a cut changes its neighbours only,
+    /// unless it frees an ear that held the corner which is gone.
+    known: Vec<Option<bool>>,
+    normal: DVec3,
+    flat: f64,
+    /// How often all may still be asked anew.
+    looks: u32,
+}
+
+impl Ring {
+    /// The corner to be cut, from `at` on: an ear, else one without area, else any.
+    fn next(&mut self, at: usize) -> usize {
+        let n = self.left.len();
+        let mut ear = self.ear(at);
+        if ear.is_none() && self.looks > 0 {
+            self.looks -= 1;
+            self.known.fill(None);
+            ear = self.ear(at);
+        }
+        let is_flat = |k: &usize| {
+            let [a, b, c] = self.around(*k);
+            side(a, b, c, self.normal).abs() <= self.flat
+        };
+        let flat = || (0..n).map(|k| (at + k) % n).find(is_flat);
+        ear.or_else(flat).unwrap_or(at % n)
+    }
+
+    fn ear(&mut self, at: usize) -> Option<usize> {
+        let n = self.left.len();
+        (0..n).map(|k| (at + k) % n).find(|k| {
+            let known = self.known[*k].unwrap_or_else(|| self.is_ear(*k));
+            self.known[*k] = Some(known);
+            known
+        })
+    }
+
+    fn cut(&mut self, k: usize) {
+        self.left.remove(k);
+        self.known.remove(k);
+        let n = self.left.len();
+        for neighbour in [(k + n - 1) % n, k % n] {
+            self.known[neighbour] = None;
+        }
+    }
+
+    /// A corner between its neighbours.
+    fn around(&self, k: usize) -> [DVec3; 3] {
+        let n = self.left.len();
+        [(k + n - 1) % n, k, (k + 1) % n].map(|k| self.left[k])
+    }
+
+    /// Whether corner k's triangle lies inside the polygon: it has area and holds no other corner.
+    fn is_ear(&self, k: usize) -> bool {
+        let normal = self.normal;
+        let [a, b, c] = self.around(k);
+        let inside = |p: &DVec3| {
+            side(a, b, *p, normal) >= 0.0
+                && side(b, c, *p, normal) >= 0.0
+                && side(c, a, *p, normal) >= 0.0
+        };
+        let other = |p: &&DVec3| **p != a && **p != b && **p != c;
+        side(a, b, c, normal) > self.flat && !self.left.iter().filter(other).any(inside)
+    }
 }
 
 fn side(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
     (b - a).cross(c - a).dot(normal)
-}
-
-/// Whether corner k's triangle lies inside the polygon: it has area and holds no other corner.
-fn is_ear(left: &[DVec3], k: usize, normal: DVec3, flat: f64) -> bool {
-    let n = left.len();
-    let [a, b, c] = [left[(k + n - 1) % n], left[k], left[(k + 1) % n]];
-    let inside = |p: DVec3| {
-        side(a, b, p, normal) >= 0.0 && side(b, c, p, normal) >= 0.0 && side(c, a, p, normal) >= 0.0
-    };
-    turn(left, k, normal) > flat
-        && !left
-            .iter()
-            .any(|p| *p != a && *p != b && *p != c && inside(*p))
 }
 
 #[cfg(test)]

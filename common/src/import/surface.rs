@@ -5,6 +5,11 @@ use glam::{DVec3, Vec3};
 /// Reflectance of a face without a material.
 pub const DEFAULT_REFLECTANCE: f32 = 0.7;
 
+/// Emitted radiosities that are solved, W/m²: f32 holds the square of the power of a million such
+/// faces between walls that reflect it a million times, and the part of it that one texel of many
+/// receives. The sun's surface has 6e7.
+const EMISSIONS: [f32; 2] = [1e-12, 1e12];
+
 /// Reflectance ρ and emitted radiosity E = πL, W/m², per channel of linear Rec. 709.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
@@ -41,6 +46,17 @@ impl Surface {
                 triple(radiance)
             ));
         }
+        let [least, most] = EMISSIONS;
+        let largest = emission.max_element();
+        if largest > most || (largest > 0.0 && largest < least) {
+            return Err(format!(
+                "emitted radiance {radiance_name} {} cannot be solved: its largest channel must be 0 \
+                 or between {:.0e} and {:.0e}; use another unit",
+                triple(radiance),
+                least / std::f32::consts::PI,
+                most / std::f32::consts::PI,
+            ));
+        }
         Ok(Self {
             reflectance: rho,
             emission,
@@ -75,6 +91,17 @@ mod tests {
         assert!(with(0.0, 0.0).is_ok() && with(0.999, 0.0).is_ok());
         for rho in [1.0, 0.999_999_999, 1.5, -0.1, f64::NAN, f64::INFINITY] {
             assert!(with(rho, 0.0).is_err_and(|e| e.contains("Kd 0.5")), "{rho}");
+        }
+    }
+
+    #[test]
+    fn what_f32_cannot_sum_is_refused() {
+        for radiance in [1e38, 1e12, 1e-13, 1e-40] {
+            let told = with(0.5, radiance).unwrap_err();
+            assert!(told.contains("Ke 0") && told.contains("unit"), "{told}");
+        }
+        for radiance in [0.0, 1e-11, 1e11] {
+            assert!(with(0.5, radiance).is_ok(), "{radiance}");
         }
     }
 

@@ -7,8 +7,10 @@ use glam::{DVec3, Vec3};
 
 /// Shooters of a pass of [`Iteration::Batch`].
 pub const BATCH: u64 = 32;
-/// Above this reflectance Chebyshev's polynomial stops following.
+/// Above this reflectance steps and guesses stop following.
 const LARGEST: f64 = 0.9999;
+/// Above this one Chebyshev's polynomial does: 16 roundings of f32, in which links are known, below 1.
+const WHITEST: f64 = 1.0 - 8.0 * f32::EPSILON as f64;
 /// Passes without progress after which an iteration starts anew.
 const PATIENCE: u32 = 4;
 
@@ -162,7 +164,7 @@ impl State {
     /// θ = 1, δ = ρ). The factor of its recurrence.
     fn chebyshev(&self, direction: &mut [DVec3]) -> DVec3 {
         let largest = (self.reflectance.iter()).fold(DVec3::ZERO, |most, r| most.max(*r));
-        let delta = largest.clamp(DVec3::splat(1e-3), DVec3::splat(LARGEST));
+        let delta = largest.clamp(DVec3::splat(1e-3), DVec3::splat(WHITEST));
         let Some(last) = &self.last else { return delta };
         let next = (2.0 / delta - last.chebyshev).recip();
         for (d, before) in direction.iter_mut().zip(&last.direction) {

@@ -71,7 +71,8 @@ fn recover(mesh: &Mesh, room: &Room, before: &[Vec4], emitters: &mut Vec<u32>) -
         .map(|k| {
             let (b, h) = (room.radiosity[k].truncate(), before[k].truncate());
             let told = h.as_dvec3().cmpgt(mean * TINY).all();
-            let ratio = b / h;
+            // A solver may leave −1e-9 of B₀ behind: that is no reflectance, and becomes E.
+            let ratio = (b / h).max(Vec3::ZERO);
             (told && ratio.max_element() <= MOST).then_some(ratio)
         })
         .collect();

@@ -1,7 +1,9 @@
 //! A face as the descriptions (`result.json`, `room.json`) tell it.
 
 use crate::scene::{Face, Shape};
-use glam::DVec3;
+use crate::texel;
+use crate::text::plain;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -45,6 +47,12 @@ impl Entry {
         if !self.emission.iter().all(|e| e.is_finite()) {
             return Err("its emission is out of range".into());
         }
+        if !reflects(self.reflectance.into()) {
+            return Err(format!(
+                "its reflectance {:?} is not at least 0 and below 1 in every channel",
+                self.reflectance
+            ));
+        }
         let [w, h] = self.texels;
         if w == 0 || h == 0 || (self.kind == Kind::Triangle && w != h) {
             return Err(format!("{w}×{h} texels do not fit its kind"));
@@ -52,13 +60,25 @@ impl Entry {
         Ok(())
     }
 
+    /// Whether the face gives light, if anything.
+    pub(crate) fn check_emission(&self) -> Result<(), String> {
+        if self.emission.iter().all(|e| *e >= 0.0) {
+            return Ok(());
+        }
+        Err(format!(
+            "its emission {:?} is not at least 0 in every channel",
+            self.emission
+        ))
+    }
+
     /// The face; `check` must have counted the corners.
     pub(crate) fn face(&self) -> Face {
         let c: Vec<DVec3> = self.corners.iter().map(|p| DVec3::from(*p)).collect();
+        let name = plain(&self.name);
         let (emission, reflectance) = (self.emission.into(), self.reflectance.into());
         let face = match self.kind {
-            Kind::Quad => Face::quad(&self.name, [c[0], c[1], c[2], c[3]], emission, reflectance),
-            Kind::Triangle => Face::triangle(&self.name, [c[0], c[1], c[2]], emission, reflectance),
+            Kind::Quad => Face::quad(&name, [c[0], c[1], c[2], c[3]], emission, reflectance),
+            Kind::Triangle => Face::triangle(&name, [c[0], c[1], c[2]], emission, reflectance),
         };
         Face {
             from: self.from,
@@ -90,6 +110,31 @@ pub(crate) fn describe(face: &Face, resolution: [u32; 2]) -> Value {
     }
     entry
 }
+
+/// Whether a surface reflects less than it receives, and nothing negative.
+pub(crate) fn reflects(reflectance: Vec3) -> bool {
+    (reflectance.cmpge(Vec3::ZERO) & reflectance.cmplt(Vec3::ONE)).all()
+}
+
+/// The first face by which radiosity (in face order, `resolutions` W×H each), summed over texels and
+/// channels as power is, leaves the range of 32-bit floats.
+pub(crate) fn too_bright(radiosity: &[Vec3], resolutions: &[[u32; 2]]) -> Option<usize> {
+    let mut rest = radiosity;
+    let mut sum = 0.0;
+    resolutions.iter().position(|resolution| {
+        let (own, others) = rest.split_at(texel::count(*resolution) as usize);
+        rest = others;
+        sum += own
+            .iter()
+            .map(|b| b.as_dvec3().abs().element_sum())
+            .sum::<f64>();
+        sum > f64::from(f32::MAX)
+    })
+}
+
+/// What is said of it.
+pub(crate) const TOO_BRIGHT: &str =
+    "its radiosity is too large to be summed in 32-bit floats: scale the light down";
 
 /// How messages name face `k`.
 pub(crate) fn label(k: usize) -> String {

@@ -1,7 +1,9 @@
 //! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`,
-//! written by [`mod@write`] and read back by [`read`], which decodes the pixels by [`pixels`].
+//! written by [`mod@write`] (all files or none: [`pending`]) and read back by [`read`], which decodes
+//! the pixels by [`pixels`]. The description holds a checksum of the lightmap.
 
 pub(crate) mod faces;
+pub mod pending;
 pub mod pixels;
 pub mod read;
 pub mod write;

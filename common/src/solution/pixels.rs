@@ -1,6 +1,7 @@
 //! The pixels of an EXR file as named planes of 32-bit floats.
 
 use crate::error::{Error, Result};
+use crate::file;
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, Vec2, read};
 use std::collections::BTreeMap;
@@ -26,11 +27,15 @@ impl Planes {
     ///
     /// Errors: not an EXR, damaged, cut short, deep, subsampled, or of more than `max_pixels`.
     pub fn read(path: &Path, max_pixels: u64) -> Result<Self> {
+        Self::decode(path, &file::input(path, "")?, max_pixels)
+    }
+
+    /// The same of the `bytes` that the file at `path` held.
+    pub fn decode(path: &Path, bytes: &[u8], max_pixels: u64) -> Result<Self> {
         let refuse = |message: String| Error::input(path, "", message);
-        let bytes = std::fs::read(path).map_err(|e| refuse(format!("cannot be read: {e}")))?;
-        check(&bytes, max_pixels).map_err(refuse)?;
+        check(bytes, max_pixels).map_err(refuse)?;
         // The decoder indexes by what a damaged file says; whatever it does, it is the file's fault.
-        catch_unwind(|| decode(&bytes))
+        catch_unwind(|| decode(bytes))
             .unwrap_or_else(|_| Err("damaged".into()))
             .map_err(|message| {
                 refuse(format!(

@@ -2,15 +2,17 @@
 //! `result.json` and the texels of `lightmap.exr`, and nothing of how they came about.
 
 use crate::error::{Error, Result};
+use crate::file;
 use crate::mesh::MAX_TEXELS;
 use crate::scene::Scene;
-use crate::solution::faces::{Entry, faces, label};
+use crate::solution::faces::{Entry, TOO_BRIGHT, faces, label, reflects, too_bright};
 use crate::solution::pixels::Planes;
+use crate::solution::write::checksum;
 use crate::texel;
+use crate::text::plain;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -41,6 +43,8 @@ pub struct Stored {
 #[derive(Deserialize)]
 struct Description {
     scene: Option<String>,
+    /// Of the lightmap; results of other origin have none.
+    lightmap_crc32: Option<String>,
     faces: Vec<Entry>,
 }
 
@@ -67,7 +71,7 @@ impl Stored {
             }
             first.push(end as usize);
         }
-        let lightmap = Lightmap::read(dir, &description.faces)?;
+        let lightmap = Lightmap::read(dir, &description)?;
         let mut others = BTreeMap::new();
         for name in KEPT {
             if let Some(values) = lightmap.values(&format!("{name}."))? {
@@ -81,13 +85,20 @@ impl Stored {
                 "lacks a channel of R, G and B (radiosity)",
             )
         })?;
-        let of_faces = |e: &Entry| vec![Vec3::from(e.emission); texel::count(e.texels) as usize];
-        let emission = others
-            .remove("emission")
-            .unwrap_or_else(|| description.faces.iter().flat_map(of_faces).collect());
+        let resolutions: Vec<[u32; 2]> = description.faces.iter().map(|e| e.texels).collect();
+        if let Some(k) = too_bright(&radiosity, &resolutions) {
+            return Err(Error::input(&lightmap.path, label(k), TOO_BRIGHT));
+        }
+        if let Some(reflectance) = others.get("reflectance") {
+            lightmap.check_reflectance(reflectance)?;
+        }
+        let emission = match others.remove("emission") {
+            Some(emission) => emission,
+            None => of_faces(&path, &description.faces)?,
+        };
         Ok(Self {
             dir: dir.to_path_buf(),
-            resolutions: description.faces.iter().map(|e| e.texels).collect(),
+            resolutions,
             scene: scene(dir, description),
             radiosity,
             emission,
@@ -111,11 +122,22 @@ impl Stored {
     }
 }
 
+/// The emission of each face on all its texels. It is a lamp's: only what a capture leaves
+/// unexplained, texel by texel, may be negative.
+fn of_faces(path: &Path, faces: &[Entry]) -> Result<Vec<Vec3>> {
+    let mut emission = Vec::new();
+    for (k, entry) in faces.iter().enumerate() {
+        entry
+            .check_emission()
+            .map_err(|message| Error::input(path, label(k), message))?;
+        let texels = texel::count(entry.texels) as usize;
+        emission.extend(std::iter::repeat_n(Vec3::from(entry.emission), texels));
+    }
+    Ok(emission)
+}
+
 fn describe(path: &Path) -> Result<Description> {
-    let text = fs::read(path).map_err(|e| {
-        let message = format!("cannot be read: {e}; a directory written by solve is needed");
-        Error::input(path, "", message)
-    })?;
+    let text = file::input(path, "a directory written by solve is needed")?;
     let description: Description = serde_json::from_slice(&text)
         .map_err(|e| Error::input(path, "", format!("is no description of a solve: {e}")))?;
     if description.faces.is_empty() {
@@ -150,14 +172,22 @@ struct Lightmap<'a> {
 }
 
 impl<'a> Lightmap<'a> {
-    fn read(dir: &Path, faces: &'a [Entry]) -> Result<Self> {
+    fn read(dir: &Path, description: &'a Description) -> Result<Self> {
+        let faces = description.faces.as_slice();
         let path = dir.join("lightmap.exr");
+        let bytes = file::input(&path, "")?;
         // A packed atlas is nearly full; a much larger image has nothing to do with these faces.
         let texels: u64 = faces
             .iter()
             .map(|e| u64::from(texel::count(e.texels)))
             .sum();
-        let planes = Planes::read(&path, 64 * texels + (1 << 16))?;
+        let planes = Planes::decode(&path, &bytes, 64 * texels + (1 << 16))?;
+        if let Some(wanted) = &description.lightmap_crc32
+            && *wanted != checksum(&bytes)
+        {
+            let message = "this and result.json are not of one solve (its lightmap_crc32 is another file's): solve again, or remove that entry if the lightmap was changed on purpose";
+            return Err(Error::input(&path, "", message));
+        }
         for (k, entry) in faces.iter().enumerate() {
             let [x, y, w, h] = rect(entry).map(u64::from);
             if x + w > planes.width as u64 || y + h > planes.height as u64 {
@@ -176,6 +206,23 @@ impl<'a> Lightmap<'a> {
             planes,
             faces,
         })
+    }
+
+    /// Whether every texel of the face order reflects less than it receives.
+    fn check_reflectance(&self, values: &[Vec3]) -> Result<()> {
+        let counts = self.faces.iter().map(|e| texel::count(e.texels) as usize);
+        let faces = counts
+            .enumerate()
+            .flat_map(|(k, n)| std::iter::repeat_n(k, n));
+        match faces.zip(values).find(|(_, rho)| !reflects(**rho)) {
+            None => Ok(()),
+            Some((k, rho)) => {
+                let message = format!(
+                    "the channels reflectance.R, G, B hold {rho}, not at least 0 and below 1"
+                );
+                Err(Error::input(&self.path, label(k), message))
+            }
+        }
     }
 
     /// One colour per texel, or none when a channel is missing.
@@ -204,11 +251,20 @@ impl<'a> Lightmap<'a> {
 }
 
 fn scene(dir: &Path, description: Description) -> Scene {
+    let mut notes = Vec::new();
+    if description.lightmap_crc32.is_none() {
+        notes.push(format!(
+            "{} has no lightmap_crc32: whether lightmap.exr belongs to it is not known",
+            dir.join("result.json").display()
+        ));
+    }
     Scene {
-        name: description
-            .scene
-            .unwrap_or_else(|| dir.display().to_string()),
+        name: plain(
+            &description
+                .scene
+                .unwrap_or_else(|| dir.display().to_string()),
+        ),
         faces: faces(&description.faces),
-        notes: Vec::new(),
+        notes,
     }
 }

@@ -1,5 +1,5 @@
-//! Writes a solve: both files go to a temporary name first and are renamed when complete, the
-//! description last.
+//! Writes a solve: both files go to a temporary name first and are renamed when both are complete,
+//! the description last; it holds the lightmap's checksum, so that a kill in between is seen.
 
 use crate::energy::Energy;
 use crate::error::{Error, Result};
@@ -8,6 +8,7 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::shooting::{Field, Run};
 use crate::solution::faces::describe;
+use crate::solution::pending::{Pending, temporary};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
     WritableImage,
@@ -21,6 +22,14 @@ use std::time::Instant;
 
 /// The options that the matrix solver obeys.
 const MATRIX_SETTINGS: [&str; 3] = ["texels", "visibility", "form-factor"];
+
+/// The entry of `result.json` that ties it to its lightmap.
+pub(crate) const CHECKSUM: &str = "lightmap_crc32";
+
+/// CRC-32 (ISO 3309) of a file, eight hexadecimal digits.
+pub(crate) fn checksum(bytes: &[u8]) -> String {
+    format!("{:08x}", crc32fast::hash(bytes))
+}
 
 /// Something that may put the answer more than 2 % off.
 #[derive(Clone, Debug, Serialize)]
@@ -58,8 +67,9 @@ pub struct Solution<'a> {
     pub settings: &'a Settings,
     /// The solve.
     pub run: &'a Run,
-    /// Relative RMS of B − E against the truth, as far as it can be told; none: not looked at.
-    pub estimated_error: Option<f64>,
+    /// How far it may be off from the truth, as far as that can be told: `error`, the relative RMS of
+    /// B − E, and its parts; none: not looked at.
+    pub certificate: Option<Value>,
     /// What may be wrong with the answer.
     pub warnings: &'a [Warning],
     /// Everything else worth saying.
@@ -76,12 +86,16 @@ impl Solution<'_> {
     /// Writes both files into `dir`.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let start = Instant::now();
-        write_file(
-            &dir.join("lightmap.exr"),
-            &lightmap(self.mesh, &self.run.field, self.relit.is_some())?,
+        let mut files = Pending::default();
+        let image = lightmap(self.mesh, &self.run.field, self.relit.is_some())?;
+        files.add(&dir.join("lightmap.exr"), &image)?;
+        let mut description = self.description(start.elapsed().as_secs_f64());
+        description[CHECKSUM] = checksum(&image).into();
+        files.add(
+            &dir.join("result.json"),
+            format!("{description:#}\n").as_bytes(),
         )?;
-        let text = format!("{:#}\n", self.description(start.elapsed().as_secs_f64()));
-        write_file(&dir.join("result.json"), text.as_bytes())
+        files.finish()
     }
 
     fn description(&self, write_seconds: f64) -> Value {
@@ -95,7 +109,8 @@ impl Solution<'_> {
             "converged": self.run.converged,
             "unshot_fraction": self.run.unshot_fraction(),
             "energy": Energy::new(self.mesh, &self.run.field, &self.run.shots),
-            "estimated_error": self.estimated_error,
+            "estimated_error": self.certificate.as_ref().map(|parts| &parts["error"]),
+            "certificate": self.certificate,
             "warnings": self.warnings,
             "notes": self.notes,
             "seconds": {
@@ -164,26 +179,16 @@ pub fn prepare(dir: &Path) -> Result<()> {
         source,
     };
     fs::create_dir_all(dir).map_err(fail)?;
-    let probe = dir.join(".radiosity-probe");
+    let probe = temporary(&dir.join(".radiosity-probe"));
     fs::write(&probe, b"").map_err(fail)?;
     fs::remove_file(&probe).map_err(fail)
 }
 
 /// Writes `bytes` under a temporary name and renames it to `path`.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let fail = |source| Error::Write {
-        path: path.to_path_buf(),
-        source,
-    };
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    fs::write(&temporary, bytes)
-        .and_then(|()| fs::rename(&temporary, path))
-        .map_err(|source| {
-            // A half-written file must not stay; the first error is the one to report.
-            let _ = fs::remove_file(&temporary);
-            fail(source)
-        })
+    let mut file = Pending::default();
+    file.add(path, bytes)?;
+    file.finish()
 }
 
 /// The atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is asked for;

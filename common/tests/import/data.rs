@@ -1,5 +1,6 @@
 //! Real files, of which none may be in the repository: RADIOSITY_DATA names their folder.
 
+use approx::abs_diff_eq;
 use common::import::{ImportOptions, load};
 use common::scene::{Scene, Shape};
 use glam::{DVec3, Vec3};
@@ -12,7 +13,12 @@ fn folder() -> Option<PathBuf> {
     let folder = env::var_os("RADIOSITY_DATA").map(|data| Path::new(&data).join("meshes"));
     if folder.is_none() {
         // Past the test runner, which keeps what a passing test prints to itself.
-        let _ = writeln!(std::io::stderr(), "skipped: RADIOSITY_DATA is not set");
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a test");
+        let _ = writeln!(
+            std::io::stderr(),
+            "skipped {test}: RADIOSITY_DATA is not set"
+        );
     }
     folder
 }
@@ -93,7 +99,11 @@ fn the_cornell_box_of_mcguire() {
         );
     }
     let area = |s: &Scene| s.faces.iter().map(|f| f.area()).sum::<f64>();
-    assert!((area(&obj) - area(&glb)).abs() < 1e-5 * area(&obj));
+    assert!(abs_diff_eq!(
+        area(&obj),
+        area(&glb),
+        epsilon = 1e-5 * area(&obj)
+    ));
     let [green, red] = ["rightWall", "leftWall"].map(|name| {
         let face = obj.faces.iter().find(|f| f.name == name);
         face.map(|f| f.reflectance).unwrap_or_default()

@@ -14,7 +14,7 @@ use crate::rays::Rays;
 use crate::shaft::TOUCH;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::directions;
-use common::mesh::Mesh;
+use common::mesh::{Mesh, Texel};
 use common::scene::Scene;
 use common::texel;
 use glam::{DVec3, Vec3};
@@ -44,33 +44,88 @@ pub struct Element {
 
 /// The elements of all texels, in the mesh's order.
 pub fn elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<Element> {
-    let mut directions = directions();
-    directions.extend(along_the_plane());
-    let covers: Vec<Cover> = (0..mesh.faces.len())
-        .into_par_iter()
-        .map(|f| Cover::new(occluders, f))
-        .collect();
-    mesh.texels
-        .par_iter()
-        .map(|texel| {
-            let f = texel.face as usize;
-            let outline = texel::outline(&scene.faces[f], mesh.faces[f].resolution, texel.index);
-            let corners: Vec<DVec3> = outline.corners().iter().map(|p| mesh.local(*p)).collect();
-            let whole = Patch::new(Polygon::new(&corners), occluders.faces[f].plane);
-            let mut element = Element {
-                face: texel.face,
-                area: whole.area,
-                open: 0.0,
-                patches: Vec::new(),
+    let all = Elements::new(scene, mesh, occluders, rays);
+    mesh.texels.par_iter().map(|texel| all.of(texel)).collect()
+}
+
+/// The open share of each texel that can be seen; of one that bodies cover altogether, 1: nobody asks.
+pub fn shares(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<f64> {
+    let all = Elements::new(scene, mesh, occluders, rays);
+    let share = |texel: &Texel| match all.of_cut(texel) {
+        Some(element) if element.open > 0.0 => element.open,
+        _ => 1.0,
+    };
+    mesh.texels.par_iter().map(share).collect()
+}
+
+/// What elements are made of.
+struct Elements<'a> {
+    scene: &'a Scene,
+    mesh: &'a Mesh,
+    occluders: &'a Occluders,
+    rays: &'a Rays,
+    directions: Vec<Vec3>,
+    covers: Vec<Cover>,
+}
+
+impl<'a> Elements<'a> {
+    fn new(scene: &'a Scene, mesh: &'a Mesh, occluders: &'a Occluders, rays: &'a Rays) -> Self {
+        let mut directions = directions();
+        directions.extend(along_the_plane());
+        let covers = (0..mesh.faces.len()).into_par_iter();
+        Self {
+            scene,
+            mesh,
+            occluders,
+            rays,
+            directions,
+            covers: covers.map(|f| Cover::new(occluders, f)).collect(),
+        }
+    }
+
+    fn whole(&self, texel: &Texel) -> Patch {
+        let (face, own) = (&self.scene.faces[texel.face as usize], texel.face as usize);
+        let outline = texel::outline(face, self.mesh.faces[own].resolution, texel.index);
+        let local = |p: &DVec3| self.mesh.local(*p);
+        let corners: Vec<DVec3> = outline.corners().iter().map(local).collect();
+        Patch::new(Polygon::new(&corners), self.occluders.faces[own].plane)
+    }
+
+    fn of(&self, texel: &Texel) -> Element {
+        let whole = self.whole(texel);
+        // A texel without area lies under an earlier face as a whole, or is a line.
+        let mut element = Element {
+            face: texel.face,
+            area: if texel.area > 0.0 { whole.area } else { 0.0 },
+            open: 0.0,
+            patches: Vec::new(),
+        };
+        if element.area > 0.0 && whole.plane.normal != DVec3::ZERO {
+            let cover = &self.covers[texel.face as usize];
+            let covered = |patch: &Patch| {
+                cover.covered(
+                    self.mesh,
+                    self.occluders,
+                    self.rays,
+                    &self.directions,
+                    patch,
+                )
             };
-            if whole.area > 0.0 && whole.plane.normal != DVec3::ZERO {
-                let covered =
-                    |patch: &Patch| covers[f].covered(mesh, occluders, rays, &directions, patch);
-                element.find_open(whole, &covers[f].lines, covered);
-            }
-            element
-        })
-        .collect()
+            element.find_open(whole, &cover.lines, covered);
+        }
+        element
+    }
+
+    /// The element, if a line cuts it.
+    fn of_cut(&self, texel: &Texel) -> Option<Element> {
+        let lines = &self.covers[texel.face as usize].lines;
+        if lines.is_empty() {
+            return None;
+        }
+        let whole = self.whole(texel).polygon;
+        let cut = lines.iter().any(|line| line.cut(&whole).len() > 1);
+        cut.then(|| self.of(texel))
+    }
 }
 
 /// Directions that pass beneath what hangs near by, in a face's frame. A lamp half a millimetre
@@ -128,7 +183,9 @@ impl Cover {
             lines: Vec::new(),
             earlier: Vec::new(),
         };
-        for (k, other) in occluders.faces.iter().enumerate() {
+        // What lies beside the face cuts none of its texels.
+        for k in occluders.beside(&own.polygon) {
+            let (k, other) = (k as usize, &occluders.faces[k as usize]);
             let flat = own.plane.normal == DVec3::ZERO || other.plane.normal == DVec3::ZERO;
             if other.sheet == own.sheet || flat {
                 continue;

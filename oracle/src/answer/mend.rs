@@ -1,121 +1,153 @@
 //! What a solve does about its error by itself: options that the user did not give are changed, and
-//! it is solved again, where that is cheap.
+//! it is solved again, where that is cheap. What comes of it is kept where it is better by the
+//! estimate, which shares nothing with the solver.
 
 use super::Given;
 use super::check::{Cause, Estimate};
+use common::Result;
 use common::constants::LINK_BYTES;
-use common::energy::Energy;
-use common::mesh::Mesh;
 use common::settings::{Iteration, Settings, Visibility};
-use common::shooting::Run;
-use gpu::Gpu;
 
 /// An estimate beyond this is mended: half of what is warned about.
 pub const MEND: f64 = 0.01;
-/// (cell, texel, sample) triples of a solve that is thought cheap: a second on two cores.
-const TRIPLES: u64 = 1 << 28;
-/// The same by the rays of a software GPU.
-const SOFTWARE_TRIPLES: u64 = 1 << 25;
-/// The last change helped if it left no more than this of the estimate.
+/// (cell, texel, sample) triples and pixels of a solve that is thought cheap: a second on two cores.
+pub const BUDGET: u64 = 1 << 28;
+/// Finer cells and more samples helped if they left no more than this of the estimate.
 const HELPED: f64 = 0.8;
 /// Samples that are taken without being asked for.
 const SAMPLES: u32 = 256;
-/// Closure that scaling mends, as a share of the emitted power.
+/// Closure in doubt that scaling mends, as a share of the emitted power.
 const CLOSURE: f64 = 0.01;
 
-/// What was solved, to be mended.
-pub struct Solved<'a> {
+/// An answer, to be mended.
+pub struct Attempt<T> {
+    /// It.
+    pub answer: T,
     /// With which options.
-    pub settings: &'a Settings,
-    /// On which texels.
-    pub mesh: &'a Mesh,
-    /// How.
-    pub run: &'a Run,
+    pub settings: Settings,
+    /// Faces and texels.
+    pub size: [u64; 2],
+    /// How far it may be off; none where nobody can tell: then it is left as it is.
+    pub estimate: Option<Estimate>,
+    /// What of the emitted power the form factors may have lost or made up (see
+    /// [`super::warnings::closure_in_doubt`]).
+    pub closure: f64,
+    /// Whether conjugate gradients no longer gained: rows that make up light may have no limit at all.
+    pub stagnated: bool,
 }
 
-/// Whether a change had to help by itself: finer cells and more samples had to. Rays and scaling alone
-/// need not, what they leave is mended by what follows.
-pub fn had_to_help(from: &Settings, to: &Settings) -> bool {
-    (from.cells, from.samples) != (to.cells, to.samples)
+/// What is changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    /// Rays take the item buffer's place.
+    Rays,
+    /// Form factors are scaled to the closure.
+    Scaled,
+    /// More cells and samples.
+    Finer,
 }
 
-/// What to solve with instead, and why; none where nothing is to be mended, or nothing can be.
-/// `before` is the estimate before a change that had to help: what does not is not done again.
-pub fn mend(
+/// Mends `first` as long as that helps and is cheap; `again` is another answer, or none where it was
+/// stopped. A line for each thing that was tried.
+pub fn mended<T>(
     given: Given,
-    gpu: Option<&Gpu>,
-    solved: &Solved,
-    estimate: &Estimate,
-    before: Option<f64>,
-) -> Option<(Settings, String)> {
-    let sound = estimate.error <= MEND && !solved.run.stagnated;
-    if sound || before.is_some_and(|b| estimate.error > HELPED * b) {
-        return None;
-    }
-    let error = 100.0 * estimate.error;
-    let (change, what) = change(given, solved, estimate)?;
-    // A software GPU draws an item buffer in the time of ten thousand rays.
-    let software = gpu.is_some_and(|gpu| gpu.line.software);
-    let drawn = software && change.visibility != Visibility::Rays;
-    if drawn && given.visibility {
-        return None;
-    }
-    let settings = Settings {
-        visibility: if drawn {
-            Visibility::Rays
+    first: Attempt<T>,
+    mut again: impl FnMut(&Settings) -> Result<Option<Attempt<T>>>,
+) -> Result<(Attempt<T>, Vec<String>)> {
+    let (mut best, mut notes, mut tried) = (first, Vec::new(), Vec::new());
+    while let Some((change, settings, what)) = next(given, &best, &tried) {
+        let Some(found) = again(&settings)? else {
+            break;
+        };
+        let [before, after] = [&best, &found].map(|a| a.estimate.as_ref().map(|e| e.error));
+        let (Some(before), Some(after)) = (before, after) else {
+            break;
+        };
+        let (was, is) = (100.0 * before, 100.0 * after);
+        if change != Change::Finer || after > HELPED * before {
+            tried.push(change);
+        }
+        if after < before {
+            notes.push(format!("mended: about {was:.1} % off, so {what}"));
+            best = found;
         } else {
-            change.visibility
-        },
-        ..change
-    };
-    let by = if drawn { ", by rays" } else { "" };
-    let most = if software { SOFTWARE_TRIPLES } else { TRIPLES };
-    let cheap = cost(solved.mesh, &settings) <= most;
-    cheap.then(|| {
-        (
-            settings,
-            format!("mended: about {error:.1} % off, so {what}{by}"),
-        )
-    })
+            notes.push(format!(
+                "not mended: {what}, and it was about {is:.1} % off instead of {was:.1} %"
+            ));
+        }
+    }
+    Ok((best, notes))
 }
 
-/// The change that takes away most.
-fn change(given: Given, solved: &Solved, estimate: &Estimate) -> Option<(Settings, String)> {
-    let settings = solved.settings;
+/// What to solve with next, and how to say it; none where nothing is to be mended, or nothing can be
+/// that was not tried.
+fn next<T>(
+    given: Given,
+    solved: &Attempt<T>,
+    tried: &[Change],
+) -> Option<(Change, Settings, String)> {
+    let estimate = solved.estimate.as_ref()?;
+    if estimate.error <= MEND && !solved.stagnated {
+        return None;
+    }
+    let (change, settings, mut what) = change(given, solved, estimate, tried)?;
+    let settings = affordable(given, &settings, solved.size)?;
+    if change != Change::Rays && settings.visibility != solved.settings.visibility {
+        what += ", by rays";
+    }
+    Some((change, settings, what))
+}
+
+/// The change that takes away most, of those that were not tried.
+fn change<T>(
+    given: Given,
+    solved: &Attempt<T>,
+    estimate: &Estimate,
+    tried: &[Change],
+) -> Option<(Change, Settings, String)> {
+    let settings = &solved.settings;
     let part = |cause| {
         let found = estimate.parts.iter().find(|part| part.cause == cause);
         found.map_or(0.0, |part| part.error)
     };
     let rays = settings.visibility == Visibility::Rays || given.visibility;
-    if !rays && part(Cause::Visibility) > part(Cause::Cells) {
-        let by_rays = Settings {
+    let hidden = part(Cause::Visibility) > part(Cause::Cells);
+    if !rays && hidden && !tried.contains(&Change::Rays) {
+        let settings = Settings {
             visibility: Visibility::Rays,
             ..settings.clone()
         };
-        return Some((by_rays, "rays took the item buffer's place".into()));
+        let what = "rays took the item buffer's place";
+        return Some((Change::Rays, settings, what.into()));
     }
-    let energy = Energy::new(solved.mesh, &solved.run.field, &solved.run.shots);
-    let closed = given.form_factor || settings.conserve;
-    // Rows that make up light may have no limit at all.
-    let open = energy.share(energy.closure).abs() > CLOSURE || solved.run.stagnated;
-    if open && !closed {
-        // Scaled rows are not reciprocal, and conjugate directions need that: at ρ ≥ 0.999 they fail.
-        let iteration = match settings.iteration {
-            Iteration::Cg => Iteration::Chebyshev,
-            other => other,
-        };
-        let conserved = Settings {
-            conserve: true,
-            iteration,
-            ..settings.clone()
-        };
-        return Some((
-            conserved,
-            "form factors were scaled to the exact closure".into(),
-        ));
+    let closed = given.form_factor || settings.conserve || tried.contains(&Change::Scaled);
+    if (solved.closure > CLOSURE || solved.stagnated) && !closed {
+        let what = "form factors were scaled to the exact closure";
+        return Some((Change::Scaled, scaled(settings), what.into()));
     }
+    let finer = finer(given, settings);
+    (finer != *settings && !tried.contains(&Change::Finer)).then(|| {
+        let what = format!("{0}×{0} cells and {1} samples", finer.cells, finer.samples);
+        (Change::Finer, finer, what)
+    })
+}
+
+/// Scaled rows are not reciprocal, and conjugate directions need that: at ρ ≥ 0.999 they fail.
+fn scaled(settings: &Settings) -> Settings {
+    let iteration = match settings.iteration {
+        Iteration::Cg => Iteration::Chebyshev,
+        other => other,
+    };
+    Settings {
+        conserve: true,
+        iteration,
+        ..settings.clone()
+    }
+}
+
+fn finer(given: Given, settings: &Settings) -> Settings {
     let cells = (2 * settings.cells).min(settings.texels);
-    let finer = Settings {
+    Settings {
         cells: if given.cells { settings.cells } else { cells },
         samples: if given.samples {
             settings.samples
@@ -123,20 +155,150 @@ fn change(given: Given, solved: &Solved, estimate: &Estimate) -> Option<(Setting
             (4 * settings.samples).min(SAMPLES.max(settings.samples))
         },
         ..settings.clone()
-    };
-    (finer != *settings).then(|| {
-        let what = format!("{0}×{0} cells and {1} samples", finer.cells, finer.samples);
-        (finer, what)
-    })
+    }
 }
 
-/// Triples of a solve; all there are where the links would not be kept.
-fn cost(mesh: &Mesh, settings: &Settings) -> u64 {
-    let (faces, texels) = (mesh.faces.len() as u64, mesh.texels.len() as u64);
+/// The settings where they are cheap; by rays where an item buffer's pixels are not, and rays are.
+fn affordable(given: Given, settings: &Settings, size: [u64; 2]) -> Option<Settings> {
+    let by_rays = Settings {
+        visibility: Visibility::Rays,
+        ..settings.clone()
+    };
+    let choices = [
+        Some(settings.clone()),
+        (!given.visibility).then_some(by_rays),
+    ];
+    let mut choices = choices.into_iter().flatten();
+    choices.find(|settings| cost(settings, size) <= BUDGET)
+}
+
+/// All that may be solved to mend what was solved at `settings`, in turns.
+pub fn steps(given: Given, settings: &Settings, size: [u64; 2]) -> Vec<Settings> {
+    let mut steps = Vec::new();
+    let mut now = settings.clone();
+    loop {
+        let next = finer(given, &now);
+        match affordable(given, &next, size) {
+            Some(next) if next != now => {
+                steps.push(next.clone());
+                now = next;
+            }
+            _ => return steps,
+        }
+    }
+}
+
+/// Triples and pixels of a solve of so many faces and texels; all there are where the links would
+/// not be kept.
+pub fn cost(settings: &Settings, [faces, texels]: [u64; 2]) -> u64 {
     let cells = faces * u64::from(settings.cells.min(settings.texels)).pow(2);
     let links = cells.saturating_mul(texels);
     if links.saturating_mul(4) > LINK_BYTES {
         return u64::MAX;
     }
-    links.saturating_mul(u64::from(settings.samples))
+    let pixels = match settings.visibility {
+        Visibility::Rays => 0,
+        visibility => u64::from(settings.item_buffer).pow(2) * u64::from(visibility.sides()),
+    };
+    let points = cells.saturating_mul(u64::from(settings.samples));
+    points.saturating_mul(texels.saturating_add(pixels))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::check::Part;
+    use super::*;
+
+    fn estimate(error: f64) -> Estimate {
+        Estimate {
+            error,
+            upper: error,
+            one_bounce: error,
+            later_bounces: 0.0,
+            floor: 0.0,
+            looks: 1,
+            rays: 1,
+            parts: vec![Part {
+                cause: Cause::Cells,
+                error,
+                faces: vec![0],
+            }],
+        }
+    }
+
+    fn attempt(settings: &Settings, error: f64, closure: f64) -> Attempt<f64> {
+        Attempt {
+            answer: error,
+            settings: settings.clone(),
+            size: [6, 6 * 256],
+            estimate: Some(estimate(error)),
+            closure,
+            stagnated: false,
+        }
+    }
+
+    fn normal() -> Settings {
+        Settings {
+            samples: 4,
+            iteration: Iteration::Cg,
+            ..Settings::default()
+        }
+    }
+
+    #[test]
+    fn a_change_that_harms_is_not_kept() {
+        let first = attempt(&normal(), 0.042, 0.05);
+        let (best, notes) = mended(Given::default(), first, |settings| {
+            Ok(Some(attempt(
+                settings,
+                if settings.conserve { 0.26 } else { 0.008 },
+                0.05,
+            )))
+        })
+        .unwrap();
+        assert!(
+            notes[0].starts_with("not mended: form factors"),
+            "{notes:?}"
+        );
+        assert!(notes[1].starts_with("mended: about 4.2 %"), "{notes:?}");
+        assert!(
+            !best.settings.conserve && best.settings.cells == 8,
+            "{:?}",
+            best.settings
+        );
+        assert_eq!(best.answer, 0.008);
+    }
+
+    #[test]
+    fn what_does_not_help_is_not_done_again() {
+        let mut solves = 0;
+        let (best, notes) = mended(
+            Given::default(),
+            attempt(&normal(), 0.03, 0.0),
+            |settings| {
+                solves += 1;
+                Ok(Some(attempt(settings, 0.03 * 0.9f64.powi(solves), 0.0)))
+            },
+        )
+        .unwrap();
+        assert_eq!((solves, notes.len()), (1, 1));
+        assert!(best.answer < 0.03);
+    }
+
+    #[test]
+    fn pixels_count() {
+        let drawn = Settings {
+            visibility: Visibility::Stereographic,
+            ..normal()
+        };
+        let size = [6, 6 * 256];
+        assert!(cost(&drawn, size) > BUDGET && cost(&normal(), size) < BUDGET);
+        let found = affordable(Given::default(), &drawn, size).unwrap();
+        assert_eq!(found.visibility, Visibility::Rays);
+        let given = Given {
+            visibility: true,
+            ..Given::default()
+        };
+        assert_eq!(affordable(given, &drawn, size), None);
+    }
 }

@@ -3,22 +3,25 @@
 
 pub mod check;
 mod gap;
+pub mod light;
 pub mod mend;
 pub mod warnings;
 
+use crate::interrupt::interrupted;
 use crate::refine::{Rung, refine};
 use check::Estimate;
-use common::Result;
 use common::mesh::Mesh;
 use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Quality, Settings};
 use common::shooting::{Engine, Run};
 use common::solution::Warning;
+use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::cover::sampled;
+use cpu::cover::sampled_until;
 use gpu::{Gpu, GpuSolver};
-use mend::{had_to_help, mend};
+use light::{finite, missing};
+use mend::{Attempt, mended};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -89,38 +92,38 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     let solved = |settings: &Settings| rung(question, settings, watch, &stopped, &seconds);
     let (scene, settings) = (question.scene, question.settings);
     let mut notes = Vec::new();
-    let (mut rung, mut refined) = if settings.quality == Quality::Reference && !question.given.cells
-    {
+    let (rung, mut refined) = if settings.quality == Quality::Reference && !question.given.cells {
         let refined = refine(scene, settings, solved, || stopped.get())?;
         notes.extend(refined.notes);
         (refined.rung, Some((refined.answer, refined.field)))
     } else {
         (solved(settings)?, None)
     };
-    let mut estimate = look(scene, &rung)?;
-    let mut before = None;
-    while settings.quality == Quality::Normal
-        && !stopped.get()
-        && (rung.run.converged || rung.run.stagnated)
-    {
-        let Some(found) = &estimate else { break };
-        let solution = mend::Solved {
-            settings: &rung.settings,
-            mesh: &rung.mesh,
-            run: &rung.run,
+    let mut first = looked_at(scene, rung)?;
+    let healthy = first.answer.run.converged || first.stagnated;
+    if settings.quality == Quality::Normal && healthy && !stopped.get() {
+        let again = |settings: &Settings| {
+            let next = match solved(settings) {
+                Err(Error::Interrupted) => return Ok(None),
+                next => next?,
+            };
+            (!stopped.get()).then(|| looked_at(scene, next)).transpose()
         };
-        let better = mend(question.given, question.gpu, &solution, found, before);
-        let Some((settings, note)) = better else {
-            break;
-        };
-        let next = solved(&settings)?;
-        if stopped.get() {
-            break;
-        }
-        notes.push(note);
-        before = had_to_help(&rung.settings, &next.settings).then_some(found.error);
-        rung = next;
-        estimate = look(scene, &rung)?;
+        let (best, tried) = mended(question.given, first, again)?;
+        notes.extend(tried);
+        first = best;
+    }
+    let Attempt {
+        answer: rung,
+        estimate,
+        ..
+    } = first;
+    finite(scene, &rung.run)?;
+    let mut estimate = estimate;
+    if let Some(dark) = missing(&rung.mesh, &rung.run) {
+        // Of no light there is nothing to estimate.
+        estimate = None;
+        notes.push(dark);
     }
     notes.extend(fewer_cells(&rung.settings));
     if stopped.get() {
@@ -131,9 +134,6 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
         });
     }
     let warnings = warnings::of(scene, &rung.mesh, &rung.run, estimate.as_ref());
-    if estimate.is_none() {
-        notes.push("the error was not estimated: finer cells would be too many".into());
-    }
     let (mesh, field) = refined
         .take()
         .unwrap_or_else(|| (rung.mesh.clone(), rung.run.field.clone()));
@@ -153,13 +153,17 @@ pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
     })
 }
 
-fn look(scene: &Scene, rung: &Rung) -> Result<Option<Estimate>> {
-    let Rung {
-        settings,
-        mesh,
-        run,
-    } = rung;
-    check::estimate(settings, mesh, &run.field, |finer| sampled(scene, finer))
+fn looked_at(scene: &Scene, rung: Rung) -> Result<Attempt<Rung>> {
+    let (mesh, run) = (&rung.mesh, &rung.run);
+    let estimate = Some(check::estimate(scene, &rung.settings, mesh, &run.field)?);
+    Ok(Attempt {
+        settings: rung.settings.clone(),
+        size: [mesh.faces.len() as u64, mesh.texels.len() as u64],
+        closure: warnings::closure_in_doubt(mesh, run, estimate.as_ref()).abs(),
+        stagnated: run.stagnated,
+        estimate,
+        answer: rung,
+    })
 }
 
 /// One solve at given settings.
@@ -171,7 +175,8 @@ fn rung(
     seconds: &Cell<(f64, f64)>,
 ) -> Result<Rung> {
     let start = Instant::now();
-    let mesh = sampled(question.scene, settings)?;
+    let mesh =
+        sampled_until(question.scene, settings, &interrupted).inspect_err(|_| stopped.set(true))?;
     let mut engine: Box<dyn Engine> = match question.gpu {
         Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
         None => Box::new(CpuSolver::new(&mesh, settings)),

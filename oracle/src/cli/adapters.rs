@@ -1,6 +1,7 @@
 //! `radiosity adapters`.
 
 use super::Outcome;
+use super::tell::{result, say};
 use common::Result;
 
 /// One line an adapter on stdout.
@@ -8,13 +9,15 @@ pub fn run() -> Result<Outcome> {
     let found = gpu::adapters();
     for line in &found {
         let software = if line.software { " (software)" } else { "" };
-        println!(
+        result!(
             "{} · {} · {}{software}",
-            line.name, line.backend, line.driver
-        );
+            line.name,
+            line.backend,
+            line.driver
+        )?;
     }
     if found.is_empty() {
-        eprintln!("note: no GPU adapter found");
+        say!("note: no GPU adapter found");
     }
     Ok(Outcome::Done)
 }

@@ -1,6 +1,7 @@
 //! `radiosity chart`.
 
 use super::progress::{Progress, interrupted, listen};
+use super::tell::say;
 use super::{Outcome, bundled};
 use crate::report::number::{number, percent};
 use crate::speed::measure::Bench;
@@ -16,6 +17,7 @@ use common::import::{ImportOptions, load};
 use common::scene::Scene;
 use common::settings::Quality;
 use common::solution::{prepare, write_file};
+use common::text::plain;
 use common::{Error, Result};
 use gpu::Gpu;
 use std::cell::RefCell;
@@ -109,10 +111,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let scenes = scenes(arguments)?;
     let others = others(arguments)?;
     let gpu = open(arguments)?;
+    let given = given_truth(arguments, &scenes)?;
     prepare(&arguments.out)?;
     let mut store = Store::open(&arguments.out.join("chart.partial.jsonl"))?;
     if store.damaged > 0 {
-        eprintln!(
+        say!(
             "note: {} damaged lines of chart.partial.jsonl are passed over",
             store.damaged
         );
@@ -125,6 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             arguments,
             gpu: gpu.as_ref(),
             others: &others,
+            given: given.as_ref(),
             paper: paper.as_ref().ok() == Some(&content(scene)),
         };
         let study = match program.chart(scene, &mut store, &studies) {
@@ -139,11 +143,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     write(&arguments.out, &studies)?;
     if interrupted() {
-        eprintln!("interrupted: the chart holds what is measured; the same command goes on");
+        say!("interrupted: the chart holds what is measured; the same command goes on");
     }
     if !arguments.quiet {
         studies.iter().for_each(summary);
-        eprintln!(
+        say!(
             "wrote {0}/chart.html, {0}/chart.svg and {0}/chart.json",
             arguments.out.display()
         );
@@ -156,6 +160,7 @@ struct Program<'a> {
     arguments: &'a Arguments,
     gpu: Option<&'a Gpu>,
     others: &'a [Peer],
+    given: Option<&'a Truth>,
     paper: bool,
 }
 
@@ -175,19 +180,21 @@ impl Program<'_> {
         };
         let progress = RefCell::new(Progress::new(&scene.name, arguments.quiet));
         let watch = |phase: &str, done, all| progress.borrow_mut().show(phase, done, all);
-        let truth = match &arguments.truth {
-            Some(dir) => Truth::read(dir, dir.display().to_string())?,
+        let own;
+        let truth = match self.given {
+            Some(given) => given,
             None => {
                 let name = format!("truth-{:016x}", self.digest(scene, texels));
                 let dir = arguments.out.join(name);
-                Truth::own(scene, texels, &dir, &mut |p, d, a| watch(p, d, a))?
+                own = Truth::own(scene, texels, &dir, &mut |p, d, a| watch(p, d, a))?;
+                own.check(scene)?;
+                &own
             }
         };
-        truth.check(scene)?;
         let bench = Bench {
             scene,
             gpu: self.gpu,
-            truth: &truth,
+            truth,
             texels,
             longest: arguments.limit,
         };
@@ -202,14 +209,14 @@ impl Program<'_> {
             .map(|m| kept.store.runs(&context.key(m)).len())
             .sum::<usize>();
         if there > 0 {
-            eprintln!(
+            say!(
                 "note: {}: goes on after {there} measurements in chart.partial.jsonl",
                 scene.name
             );
         }
         let study = |kept: &Kept| {
             let points = points(&bench, &methods, kept, arguments.repeats as usize);
-            self.study(scene, texels, &truth, methods.len() - points.len(), points)
+            self.study(scene, texels, truth, methods.len() - points.len(), points)
         };
         for number in 0..arguments.repeats as usize {
             let flow = round(&bench, &methods, &mut kept, number, &watch)?;
@@ -282,6 +289,16 @@ fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {
     paths.iter().map(|path| load(path, &options)).collect()
 }
 
+/// The result that `--truth` names, of the one scene.
+fn given_truth(arguments: &Arguments, scenes: &[Scene]) -> Result<Option<Truth>> {
+    let Some(dir) = &arguments.truth else {
+        return Ok(None);
+    };
+    let truth = Truth::read(dir, plain(&dir.display().to_string()))?;
+    scenes.iter().try_for_each(|scene| truth.check(scene))?;
+    Ok(Some(truth))
+}
+
 fn others(arguments: &Arguments) -> Result<Vec<Peer>> {
     let there = arguments.out.join("peers.json");
     match &arguments.peers {
@@ -295,16 +312,21 @@ fn others(arguments: &Arguments) -> Result<Vec<Peer>> {
 fn open(arguments: &Arguments) -> Result<Option<Gpu>> {
     let needed = arguments.require_gpu || arguments.solver == Some(SolverOption::Gpu);
     if arguments.solver == Some(SolverOption::Cpu) {
-        if arguments.require_gpu {
-            let text = "--require-gpu contradicts --solver cpu";
-            return Err(Error::Usage(text.into()));
+        let given = [
+            ("--require-gpu", arguments.require_gpu),
+            ("--adapter", arguments.adapter.is_some()),
+        ];
+        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+            return Err(Error::Usage(format!(
+                "{option} contradicts --solver cpu: leave one of them out"
+            )));
         }
         return Ok(None);
     }
     match Gpu::open(arguments.adapter.as_deref()) {
         Ok(gpu) => Ok(Some(gpu)),
         Err(error @ Error::NoAdapter(_)) if !needed && arguments.adapter.is_none() => {
-            eprintln!("note: {error}; the chart has no GPU");
+            say!("note: {error}; the chart has no GPU");
             Ok(None)
         }
         Err(error) => Err(error),
@@ -324,7 +346,7 @@ fn write(out: &Path, studies: &[Study]) -> Result<()> {
 
 fn summary(study: &Study) {
     let failed = study.points.iter().filter(|p| p.failure().is_some());
-    eprintln!(
+    say!(
         "{}: {} points, {} failed, {} not measured; truth: {}",
         study.scene,
         study.points.len(),
@@ -342,6 +364,6 @@ fn summary(study: &Study) {
             ),
             None => format!("{} never", percent(level)),
         });
-        eprintln!("{}: {}: {}", study.scene, solver.name(), texts.join(", "));
+        say!("{}: {}: {}", study.scene, solver.name(), texts.join(", "));
     }
 }

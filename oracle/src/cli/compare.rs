@@ -2,15 +2,16 @@
 
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
+use super::tell::say;
 use super::{Outcome, solve};
-use crate::compare::{Request, compare};
-use crate::comparison::Comparison;
+use crate::compare::ways::{Ways, judge};
+use crate::comparison::{Comparison, Judged};
 use crate::report;
 use clap::{Args, Parser};
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::scene::Scene;
-use common::settings::{Quality, Settings, Visibility};
+use common::settings::{Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
@@ -29,6 +30,9 @@ pub struct Arguments {
     common: Common,
 }
 
+/// What the method errs by is told beyond this, as everywhere else in per mille.
+const TOLD: f64 = 1e-3;
+
 /// A parser around the arguments, for the demo's defaults.
 #[derive(Parser)]
 struct Demo {
@@ -45,10 +49,16 @@ pub fn demo() -> Result<Outcome> {
 /// Compares and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
+    let asked = common.visibility.map(Into::into);
+    common.not_for_rays(asked.unwrap_or(Visibility::Stereographic))?;
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
         .map(|path| load(path, &common.import()))
+        .collect::<Result<_>>()?;
+    let ways: Vec<Ways> = scenes
+        .iter()
+        .map(|scene| ways(common, scene))
         .collect::<Result<_>>()?;
     prepare(&arguments.out)?;
     listen();
@@ -57,67 +67,70 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Err(error @ Error::NoAdapter(_)) => return Err(cpu_only(arguments, error)),
         Err(error) => return Err(error),
     };
-    let settings = settings(common)?;
     let mut comparisons = Vec::new();
-    for scene in &scenes {
-        let request = Request {
-            settings: settings.clone(),
-            gpu: &gpu,
-            faults: &[],
-        };
+    for (scene, ways) in scenes.iter().zip(&ways) {
         let mut progress = Progress::new(&scene.name, common.quiet);
-        let comparison = compare(scene, &request, &mut |phase, done, all| {
+        let judged = judge(scene, ways, &gpu, &[], &mut |phase, done, all| {
             progress.show(phase, done, all)
-        })?;
+        });
         drop(progress);
         if interrupted() {
-            eprintln!(
+            say!(
                 "interrupted: the report holds the {} scenes compared by then",
                 comparisons.len()
             );
             return Ok(Outcome::Disagree);
         }
+        let judged = judged?;
         if !common.quiet {
-            summary(&comparison);
+            summary(&judged);
         }
-        comparisons.push(comparison);
+        comparisons.push(judged);
         // Written after every scene: what is done is not lost.
         write(arguments, &comparisons)?;
     }
     if !common.quiet {
-        eprintln!(
+        say!(
             "wrote {0}/report.html and {0}/report.json",
             arguments.out.display()
         );
     }
-    Ok(if comparisons.iter().all(Comparison::agree) {
+    Ok(if comparisons.iter().all(Judged::agree) {
         Outcome::Done
     } else {
         Outcome::Disagree
     })
 }
 
-/// Whole faces and centre to centre: which pair sees which is a yes or a no, so that it can be
-/// compared pair by pair.
-fn settings(common: &Common) -> Result<Settings> {
-    if common.samples.is_some_and(|samples| samples > 1) {
-        return Err(Error::Usage(
-            "compare judges pairs of centres: --samples is for solve, or 1".into(),
-        ));
+/// With an option that says how to solve, that one way. Texels, ε and pixels are asked of any way.
+fn ways(common: &Common, scene: &Scene) -> Result<Ways> {
+    let how = common.quality.is_some()
+        || common.iteration.is_some()
+        || common.visibility.is_some()
+        || common.raster.is_some()
+        || common.lookup.is_some()
+        || common.form_factor.is_some()
+        || common.cells.is_some()
+        || common.samples.is_some()
+        || common.conserve;
+    // Of many faces the defaults are coarser, in either way.
+    let (solve, note) = solve::settings_for(common, scene, true)?;
+    if let Some(note) = note {
+        say!("note: {}: {note}", scene.name);
     }
-    if common.quality() == Quality::Reference {
-        return Err(Error::Usage(
-            "compare judges one setting: --quality reference is for solve".into(),
-        ));
+    if how {
+        return Ok(Ways::One(solve, common.given()));
     }
-    Ok(Settings {
-        cells: common.cells.unwrap_or(1),
+    let paper = Settings {
+        texels: solve.texels,
+        cells: 1,
         samples: 1,
         ..common.settings(Visibility::Stereographic, FormFactor::Disc)?
-    })
+    };
+    Ok(Ways::Both { paper, solve })
 }
 
-fn write(arguments: &Arguments, comparisons: &[Comparison]) -> Result<()> {
+fn write(arguments: &Arguments, comparisons: &[Judged]) -> Result<()> {
     let json = format!("{:#}\n", report::json(comparisons));
     write_file(&arguments.out.join("report.json"), json.as_bytes())?;
     write_file(
@@ -128,7 +141,7 @@ fn write(arguments: &Arguments, comparisons: &[Comparison]) -> Result<()> {
 
 /// Without an adapter each scene is solved on the CPU, in a folder of its own.
 fn cpu_only(arguments: &Arguments, error: Error) -> Error {
-    eprintln!("note: {error}; solving on the CPU, nothing is compared");
+    say!("note: {error}; each scene is only solved, on the CPU");
     for path in &arguments.scenes {
         let name = path.file_stem().unwrap_or(path.as_os_str());
         if let Err(failure) = solve::on_cpu(path, &arguments.out.join(name), &arguments.common) {
@@ -138,32 +151,52 @@ fn cpu_only(arguments: &Arguments, error: Error) -> Error {
     error
 }
 
-fn summary(c: &Comparison) {
-    eprintln!(
-        "{}: {}",
-        c.scene.name,
-        if c.agree() {
+/// The verdict with the error of the answers beside it: agreement is not accuracy.
+fn summary(judged: &Judged) {
+    let name = &judged.first.scene.name;
+    for c in judged.ways() {
+        let verdict = if c.agree() {
             "the solvers agree"
         } else {
             "THE SOLVERS DISAGREE"
-        }
-    );
-    eprintln!(
-        "  shots {} CPU, {} GPU; lockstep RMS {:.3} %; mismatched {} of {} facing pairs, {} unexplained; {:.1} s CPU, {:.1} s {}",
-        c.cpu.shots.len(),
-        c.gpu.shots.len(),
-        100.0 * c.lockstep_difference.relative_rms,
-        c.pairs.mismatched,
-        c.pairs.facing,
-        c.pairs.unexplained,
-        c.seconds[0],
-        c.seconds[1],
-        c.adapter,
-    );
-    for gate in c.gates.iter().filter(|gate| !gate.pass) {
-        eprintln!(
-            "  beyond its bound: {} = {:.3e} > {:.3e} ({})",
-            gate.name, gate.value, gate.bound, gate.reason
+        };
+        say!("{name}, {}: {verdict}; {}", c.way.name(), accuracy(c));
+        say!(
+            "  shots {} CPU, {} GPU; lockstep RMS {:.3} %; mismatched {} of {} facing pairs, {} unexplained; {:.1} s CPU, {:.1} s {}",
+            c.cpu.shooters,
+            c.gpu.shooters,
+            100.0 * c.lockstep_difference.relative_rms,
+            c.pairs.mismatched,
+            c.pairs.facing,
+            c.pairs.unexplained,
+            c.seconds[0],
+            c.seconds[1],
+            c.adapter,
         );
+        for finding in c.findings.iter().filter(|f| f.value > TOLD) {
+            say!("  {}: {}", finding.name, finding.message);
+        }
+        for gate in c.gates.iter().filter(|gate| !gate.pass) {
+            say!(
+                "  beyond its bound: {} = {:.3e} > {:.3e} ({})",
+                gate.name,
+                gate.value,
+                gate.bound,
+                gate.reason
+            );
+        }
+    }
+}
+
+fn accuracy(c: &Comparison) -> String {
+    match (&c.truth, c.error) {
+        (Some(truth), [Some(cpu), Some(gpu)]) => format!(
+            "the answers are {:.1} % off on the CPU, {:.1} % on the GPU, against {} (itself off by less than {:.1} %)",
+            100.0 * cpu,
+            100.0 * gpu,
+            truth.name,
+            100.0 * truth.own_error,
+        ),
+        _ => "how far the answers are off is not known, for want of a truth".into(),
     }
 }

@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
 use super::solver::open_or_twin;
+use super::tell::say;
 use crate::study::run::Bench;
 use crate::study::sweeps::sweeps;
 use crate::study::{MeasuredSweep, Study, item_buffer, json, page};
@@ -92,13 +93,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         }
         studies.push(study);
         if interrupted() {
-            eprintln!("interrupted: the report holds what was measured by then");
+            say!("interrupted: the report holds what was measured by then");
             break;
         }
     }
     write(arguments, &studies, start.elapsed().as_secs_f64())?;
     if !arguments.quiet {
-        eprintln!(
+        say!(
             "wrote {0}/converge.html and {0}/converge.json",
             arguments.out.display()
         );
@@ -159,7 +160,7 @@ fn summary(scene: &str, sweep: &MeasuredSweep) {
             .map(|p| format!("{:.3}", 100.0 * p.error))
             .collect();
         let order = page::order(curve.order);
-        eprintln!(
+        say!(
             "{scene}: {}, {}: {} %, order {order}; {}",
             sweep.option,
             curve.label,

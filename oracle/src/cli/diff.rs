@@ -1,6 +1,7 @@
 //! `radiosity diff`.
 
 use super::Outcome;
+use super::tell::say;
 use crate::diff::pictures::Pictures;
 use crate::diff::{Diff, page};
 use clap::Args;
@@ -44,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (a, b) = (Stored::read(&arguments.a)?, Stored::read(&arguments.b)?);
     let diff = Diff::new(&a, &b)?;
     for note in &diff.notes {
-        eprintln!("note: {note}");
+        say!("note: {note}");
     }
     prepare(&arguments.out)?;
     let pictures = Pictures::new(&a, &b, &diff)?;
@@ -64,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 fn summary(diff: &Diff, flip: Option<f64>, arguments: &Arguments) {
     let percent = |channels: [f64; 3]| channels.map(|x| format!("{:.3}", 100.0 * x)).join(" / ");
-    eprintln!(
+    say!(
         "relative RMS {} %, bias {} %, largest difference {:.1} % of the rms, FLIP {}",
         percent(diff.relative_rms),
         percent(diff.bias),
@@ -72,16 +73,16 @@ fn summary(diff: &Diff, flip: Option<f64>, arguments: &Arguments) {
         flip.map_or("–".into(), |flip| format!("{flip:.4}")),
     );
     if let Some(error) = diff.standard_error {
-        eprintln!("standard error of the truth {} %", percent(error));
+        say!("standard error of the truth {} %", percent(error));
     }
     if let Some(most) = arguments.tolerance.filter(|most| diff.worst() > *most) {
-        eprintln!(
+        say!(
             "beyond the tolerance: {:.3} % > {:.3} %",
             100.0 * diff.worst(),
             100.0 * most
         );
     }
-    eprintln!(
+    say!(
         "wrote {0}/diff.html and {0}/diff.json",
         arguments.out.display()
     );

@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::progress::{Progress, listen};
 use super::solve::{Arguments, FILES, judged, write_maps, wrote};
+use super::tell::say;
 use crate::answer::warnings;
 use crate::dense;
 use common::Result;
@@ -27,7 +28,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let scene = load(&arguments.scene, &common.import())?;
     let load_seconds = start.elapsed().as_secs_f64();
     for note in &scene.notes {
-        eprintln!("note: {}: {note}", scene.name);
+        say!("note: {}: {note}", scene.name);
     }
     // Every texel shoots: cells are texels.
     let shooting = common.settings(Visibility::Rays, FormFactor::Polygon);
@@ -55,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         adapter: None,
         settings: &settings,
         run: &run,
-        estimated_error: None,
+        certificate: None,
         warnings: &warnings_of(&scene, &mesh, &run),
         notes: &scene.notes,
         matrix: Some(description(&quality, &answer)),
@@ -108,7 +109,7 @@ fn description(quality: &Quality, answer: &Answer) -> Value {
 
 fn summary(solution: &Solution, quality: &Quality, answer: &Answer) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
-    eprintln!(
+    say!(
         "{}: {} faces, {} texels, matrix of {:.0} MB in {:.2} s, solved in {:.2} s to {:.1e}; {} pairs exact, {} sampled, reciprocity {:.1e}, rows' closure ≤ {:.1e} (mean {:.1e}); imbalance {:.1e}, escaped {:.2} %, closure {:.2} %",
         solution.scene.name,
         solution.mesh.faces.len(),

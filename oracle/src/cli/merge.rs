@@ -1,6 +1,7 @@
 //! `radiosity merge`.
 
 use super::Outcome;
+use super::tell::say;
 use crate::merge::brackets::{Merged, Response, Step};
 use crate::merge::fisheye::angular;
 use crate::merge::{Range, doubts, list, page, read};
@@ -52,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let merged = Merged::new(&brackets, &response);
     let steps = brackets.steps(&response);
     for note in doubts(&brackets, &response, &steps) {
-        eprintln!("note: {note}");
+        say!("note: {note}");
     }
     let framed = arguments
         .fisheye
@@ -101,7 +102,7 @@ fn exposures(arguments: &Arguments) -> Result<Vec<(PathBuf, f64)>> {
 
 fn summary(merged: &Merged, steps: &[Step], arguments: &Arguments) {
     let unseen = merged.unseen;
-    eprintln!(
+    say!(
         "{} exposures, {}×{} pixels, {:.1} stops from the 1st to the 99th percentile; saturated in all {}, black in all {}, in between {}",
         steps.len() + 1,
         merged.size[0],
@@ -111,7 +112,7 @@ fn summary(merged: &Merged, steps: &[Step], arguments: &Arguments) {
         unseen.black,
         unseen.between,
     );
-    eprintln!(
+    say!(
         "wrote {0}/radiance.exr and {0}/merge.html",
         arguments.out.display()
     );

@@ -14,15 +14,22 @@ mod plan;
 mod progress;
 mod random;
 mod relight;
+mod signals;
 mod solve;
 mod solver;
 mod stress;
 mod table4;
+mod tell;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use common::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, in agreement; 1 the solvers disagree, a tolerance or a gate is broken, or a
+warning under --strict; 2 bad usage or input; 3 a GPU was required and none was found; 4 a result
+could not be written; 130 Ctrl-C before there was anything to write";
 
 /// Progressive radiosity solved by rays on the CPU and by a hemisphere item buffer on the GPU,
 /// and the difference explained. Without a command: `compare` on the bundled Cornell box,
@@ -71,7 +78,8 @@ pub enum Outcome {
 
 /// Runs the program; errors are one `error:` line on stderr.
 pub fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    signals::survive_file_limit();
+    let arguments = match parsed() {
         Ok(arguments) => arguments,
         Err(error) => return usage(&error),
     };
@@ -92,17 +100,38 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Disagree) => ExitCode::from(1),
-        Err(error) => {
-            eprintln!("error: {}", one_line(&error.to_string()));
-            ExitCode::from(match error {
-                Error::Input { .. } | Error::Usage(_) => 2,
-                Error::NoAdapter(_) | Error::Device(_) => 3,
-                Error::Write { .. } => 4,
-                // As a shell reports a program that Ctrl-C ended.
-                Error::Interrupted => 130,
-            })
-        }
+        Err(error) => failed(&error),
     }
+}
+
+/// Tells an error; its exit code.
+fn failed(error: &Error) -> ExitCode {
+    tell::error(&error.to_string());
+    ExitCode::from(match error {
+        Error::Input { .. } | Error::Usage(_) => 2,
+        Error::NoAdapter(_) | Error::Device(_) => 3,
+        Error::Write { .. } => 4,
+        // As a shell reports a program that Ctrl-C ended.
+        Error::Interrupted => 130,
+    })
+}
+
+/// The command line. Numbers may be negative everywhere: whether one may, its option knows better
+/// than clap, which takes them for options.
+fn parsed() -> std::result::Result<Arguments, clap::Error> {
+    let negative = |arg: clap::Arg| {
+        let takes = arg.get_action().takes_values();
+        arg.allow_negative_numbers(takes)
+    };
+    let mut command = Arguments::command()
+        .after_help(EXIT_CODES)
+        .mut_subcommands(|command| command.mut_args(negative).after_help(EXIT_CODES));
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    let quiet = |matches: &ArgMatches| matches!(matches.try_get_one("quiet"), Ok(Some(true)));
+    if matches.subcommand().is_some_and(|(_, of)| quiet(of)) {
+        tell::hush();
+    }
+    Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
 /// A scene of ours: from the root of a checkout by its short name, from anywhere else by where it
@@ -116,23 +145,22 @@ fn bundled(name: &str) -> PathBuf {
     }
 }
 
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 /// Help and version go out as they are; a usage error becomes one line.
 fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        // Printing can fail only when nobody reads.
-        let _ = error.print();
-        return ExitCode::SUCCESS;
+        return match tell::printed(error.print()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => failed(&error),
+        };
     }
     let text = error.to_string();
-    let message = text.split("\nUsage:").next().unwrap_or(&text);
-    let message = message
-        .split("\nFor more information")
-        .next()
-        .unwrap_or(message);
-    eprintln!("{} (see radiosity --help)", one_line(message));
+    let text = text.strip_prefix("error: ").unwrap_or(&text);
+    let ends = ["\nUsage:", "\nFor more information"];
+    let end = ends.iter().filter_map(|end| text.find(end)).min();
+    let lines = text[..end.unwrap_or(text.len())].lines();
+    // `-- -x` would make a scene of a mistyped option.
+    let wanted = lines.filter(|line| !line.trim_start().starts_with("tip: to pass"));
+    let message = wanted.collect::<Vec<_>>().join(" ");
+    tell::error(&format!("{message} (see radiosity --help)"));
     ExitCode::from(2)
 }

@@ -131,7 +131,7 @@ pub struct Common {
     /// Sets texels, cells, samples and epsilon together; the single options override it [default: normal]
     #[arg(long, value_enum)]
     pub quality: Option<QualityOption>,
-    /// Texels per side of a face [default: 16; draft 8]
+    /// Texels per side of a face [default: 16; draft 8; fewer where there are many faces]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub texels: Option<u32>,
     /// Stop when unshot power ≤ X × emitted power [default: 0.001; draft 0.01, reference 0.0001]
@@ -155,13 +155,13 @@ pub struct Common {
     /// Item buffer pixels that a texel asks [default: 3x3]
     #[arg(long, value_enum)]
     pub lookup: Option<LookupOption>,
-    /// Form factor [default: polygon, and disc for compare]
+    /// Form factor [default: polygon]
     #[arg(long, value_enum)]
     pub form_factor: Option<FormFactorOption>,
-    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; compare 1]
+    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; fewer where there are many faces]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub cells: Option<u32>,
-    /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16; compare 1]
+    /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16]
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Scale each shot's form factors to the exact closure
@@ -228,7 +228,7 @@ impl Common {
     pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
         if !matches!(self.iteration, None | Some(IterationOption::Southwell)) {
             return Err(Error::Usage(
-                "this command shoots one cell after the other: --iteration is for solve, or southwell".into(),
+                "this command shoots one cell after the other: leave --iteration out, or give southwell".into(),
             ));
         }
         let quality = self.quality();
@@ -272,6 +272,35 @@ impl Common {
         ImportOptions {
             join_quads: self.join_quads,
             two_sided: self.two_sided,
+        }
+    }
+
+    /// Options of item buffers, where the visibility in force has none.
+    pub fn not_for_rays(&self, visibility: Visibility) -> Result<()> {
+        let given = [
+            ("--item-buffer", self.item_buffer.is_some()),
+            ("--raster", self.raster.is_some()),
+            ("--lookup", self.lookup.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) if visibility == Visibility::Rays => Err(Error::Usage(format!(
+                "{option} is of item buffers, and visibility is by rays here: leave it out, or give --visibility stereographic, hemisphere, hemicube or paper too"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Options of the GPU.
+    pub fn not_for_cpu(&self) -> Result<()> {
+        let given = [
+            ("--require-gpu", self.require_gpu),
+            ("--adapter", self.adapter.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::Usage(format!(
+                "{option} contradicts --solver cpu: leave one of them out"
+            ))),
+            None => Ok(()),
         }
     }
 

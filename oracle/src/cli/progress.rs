@@ -1,31 +1,29 @@
-//! Progress on stderr, and Ctrl-C.
+//! Progress on stderr.
 
+use super::tell::say;
+use common::text::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+use crate::interrupt::interrupt;
+pub use crate::interrupt::interrupted;
+
 static LISTENING: OnceLock<()> = OnceLock::new();
 
 /// From now on the first Ctrl-C ends the work in hand in good order, the second one at once.
 pub fn listen() {
     LISTENING.get_or_init(|| {
         let handler = || {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            if interrupt() {
                 std::process::exit(130);
             }
         };
         if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("note: Ctrl-C will end the program at once: {error}");
+            say!("note: Ctrl-C will end the program at once: {error}");
         }
     });
-}
-
-/// Whether Ctrl-C was pressed.
-pub fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
 }
 
 /// A bar with a phase's name; hidden when quiet or when stderr is no terminal.
@@ -47,7 +45,7 @@ impl Progress {
         ) {
             bar.set_style(style);
         }
-        bar.set_prefix(title.to_owned());
+        bar.set_prefix(plain(title));
         bar.enable_steady_tick(Duration::from_millis(200));
         Self {
             bar,

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::options::QualityOption;
 use super::progress::{Progress, interrupted};
 use super::stress::{Arguments, finish};
+use super::tell::say;
 use crate::random::{Faces, Kind, Options};
 use crate::stress::json::{Told, json};
 use crate::stress::random::{self, Asked, CASE, Findings, Found, NAME, gates, page, ratio};
@@ -144,13 +145,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let page = page::page(&findings, &ratios, &told);
     write_file(&arguments.out.join("stress.html"), page.as_bytes())?;
     if interrupted() {
-        eprintln!(
+        say!(
             "interrupted: the page holds the {} scenes that are solved",
             findings.all.len()
         );
     }
     if !arguments.quiet {
-        eprintln!(
+        say!(
             "estimate over error, {} answers above {} %: median {:.2}, below half {:.1} %, above three times {:.1} %",
             ratios.answers,
             100.0 * ratio::FLOOR,

@@ -3,8 +3,12 @@
 use super::options::Common;
 use super::progress::{Progress, listen};
 use super::solver::{SolverOption, choose, open};
+use super::tell::{self, say};
 use super::{Outcome, matrix};
+use crate::answer::check::Estimate;
 use crate::answer::{Question, answer};
+use crate::plan::ahead::warning;
+use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check};
 use clap::Args;
 use common::Result;
@@ -48,6 +52,8 @@ pub struct Arguments {
 
 /// The solve that a comparison without an adapter still does.
 pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
+    // Without one given, the CPU asks rays, which have no use for these.
+    let twin = common.visibility.is_some();
     run(&Arguments {
         scene: scene.to_path_buf(),
         solver: Some(SolverOption::Cpu),
@@ -56,6 +62,10 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
         strict: false,
         common: Common {
             require_gpu: false,
+            adapter: None,
+            item_buffer: common.item_buffer.filter(|_| twin),
+            raster: common.raster.filter(|_| twin),
+            lookup: common.lookup.filter(|_| twin),
             ..common.clone()
         },
     })
@@ -67,17 +77,26 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.solver == Some(SolverOption::Matrix) {
         return matrix::run(arguments);
     }
-    let solver = choose(arguments.solver, &arguments.common)?;
+    let solver = choose(arguments.solver, common)?;
+    common.not_for_rays(visibility(common, solver == SolverOption::Gpu))?;
     let start = Instant::now();
     let scene = load(&arguments.scene, &common.import())?;
     let load_seconds = start.elapsed().as_secs_f64();
     for note in &scene.notes {
-        eprintln!("note: {}: {note}", scene.name);
+        say!("note: {}: {note}", scene.name);
     }
     let (device, missing) = open(solver, common)?;
-    let settings = settings(common, device.is_some())?;
+    let (settings, changed) = settings_for(common, &scene, device.is_some())?;
     check(&scene, &settings, device.as_ref(), Limit::of_this_machine())?;
     prepare(&arguments.out)?;
+    if let Some(changed) = &changed {
+        say!("note: {changed}");
+    }
+    if !common.quiet
+        && let Some(warning) = warning(&scene, &settings, device.as_ref())?
+    {
+        say!("note: {warning}");
+    }
     listen();
 
     let progress = RefCell::new(Progress::new(&scene.name, common.quiet));
@@ -93,8 +112,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     })?;
     drop(progress);
     let mut notes = scene.notes.clone();
+    notes.extend(changed);
     for note in &answered.notes {
-        eprintln!("note: {note}");
+        say!("note: {note}");
         notes.push(note.clone());
     }
     let mesh = &answered.mesh;
@@ -105,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         adapter: device.as_ref().map(|gpu| gpu.line.name.as_str()),
         settings: &answered.settings,
         run: &answered.run,
-        estimated_error: answered.estimate.as_ref().map(|e| e.error),
+        certificate: answered.estimate.as_ref().map(Estimate::certificate),
         warnings: &answered.warnings,
         notes: &notes,
         matrix: None,
@@ -140,17 +160,36 @@ pub fn write_maps(scene: &Scene, mesh: &Mesh, field: &Field, out: &Path) -> Resu
 /// The settings in force. The most accurate visibility of a solver is its default; at reference
 /// quality that is rays on both.
 pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
-    let visibility = if on_gpu && common.quality() != Quality::Reference {
-        Visibility::Stereographic
-    } else {
-        Visibility::Rays
+    common.of_passes(visibility(common, on_gpu), FormFactor::Polygon)
+}
+
+/// The visibility in force.
+pub fn visibility(common: &Common, on_gpu: bool) -> Visibility {
+    match common.visibility {
+        Some(given) => given.into(),
+        None if on_gpu && common.quality() != Quality::Reference => Visibility::Stereographic,
+        None => Visibility::Rays,
+    }
+}
+
+/// The same for `scene`: of many faces the defaults are coarser, and the note says so.
+pub fn settings_for(
+    common: &Common,
+    scene: &Scene,
+    on_gpu: bool,
+) -> Result<(Settings, Option<String>)> {
+    let chosen = Chosen {
+        quality: common.quality.is_some(),
+        texels: common.texels.is_some(),
+        cells: common.cells.is_some(),
+        samples: common.samples.is_some(),
     };
-    common.of_passes(visibility, FormFactor::Polygon)
+    Ok(adapted(scene, &settings(common, on_gpu)?, chosen))
 }
 
 fn summary(solution: &Solution, arguments: &Arguments) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
-    eprintln!(
+    say!(
         "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, closure {:.2} %{}",
         solution.scene.name,
         solution.mesh.faces.len(),
@@ -164,7 +203,9 @@ fn summary(solution: &Solution, arguments: &Arguments) {
         100.0 * energy.share(energy.escaped),
         100.0 * energy.share(energy.closure),
         solution
-            .estimated_error
+            .certificate
+            .as_ref()
+            .and_then(|parts| parts["error"].as_f64())
             .map_or(String::new(), |error| format!(
                 ", about {:.1} % off",
                 100.0 * error
@@ -181,7 +222,7 @@ pub fn judged(solution: &Solution, strict: bool) -> Outcome {
                 0 => String::new(),
                 n => format!(" (and {n} more)"),
             };
-            eprintln!("error: {}: {}{more}", solution.scene.name, first.message);
+            tell::error(&format!("{}: {}{more}", solution.scene.name, first.message));
             Outcome::Disagree
         }
         _ => Outcome::Done,
@@ -191,7 +232,7 @@ pub fn judged(solution: &Solution, strict: bool) -> Outcome {
 /// The warnings, and where the files are.
 pub fn wrote(solution: &Solution, files: &str, out: &Path) {
     for warning in solution.warnings {
-        eprintln!("warning: {}", warning.message);
+        say!("warning: {}", warning.message);
     }
-    eprintln!("wrote {files} in {}", out.display());
+    say!("wrote {files} in {}", out.display());
 }

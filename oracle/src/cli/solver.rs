@@ -1,6 +1,7 @@
 //! Who solves, and the adapter that it needs.
 
 use super::options::Common;
+use super::tell::say;
 use clap::ValueEnum;
 use common::{Error, Result};
 use gpu::{Gpu, adapters};
@@ -20,15 +21,17 @@ pub enum SolverOption {
 pub fn choose(asked: Option<SolverOption>, common: &Common) -> Result<SolverOption> {
     let solver = match asked {
         Some(solver) => solver,
-        None if common.require_gpu || adapters().iter().any(|line| !line.software) => {
+        // An adapter that is named is wanted.
+        None if common.require_gpu
+            || common.adapter.is_some()
+            || adapters().iter().any(|line| !line.software) =>
+        {
             SolverOption::Gpu
         }
         None => SolverOption::Cpu,
     };
-    if solver == SolverOption::Cpu && common.require_gpu {
-        return Err(Error::Usage(
-            "--require-gpu contradicts --solver cpu".into(),
-        ));
+    if solver == SolverOption::Cpu {
+        common.not_for_cpu()?;
     }
     Ok(solver)
 }
@@ -42,7 +45,7 @@ pub fn open(solver: SolverOption, common: &Common) -> Result<(Option<Gpu>, Optio
     match Gpu::open(common.adapter.as_deref()) {
         Ok(gpu) => Ok((Some(gpu), None)),
         Err(error @ Error::NoAdapter(_)) => {
-            eprintln!("note: {error}; solving on the CPU");
+            say!("note: {error}; solving on the CPU");
             Ok((None, Some(error)))
         }
         Err(error) => Err(error),
@@ -54,7 +57,7 @@ pub fn open_or_twin(adapter: Option<&str>) -> Result<Option<Gpu>> {
     match Gpu::open(adapter) {
         Ok(gpu) => Ok(Some(gpu)),
         Err(error @ Error::NoAdapter(_)) if adapter.is_none() => {
-            eprintln!("note: {error}; the CPU's twin draws the item buffers");
+            say!("note: {error}; the CPU's twin draws the item buffers");
             Ok(None)
         }
         Err(error) => Err(error),

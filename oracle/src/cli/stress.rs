@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
 use super::random::Random;
+use super::tell::say;
 use crate::stress::gates::{self, Gate};
 use crate::stress::json::{Told, json};
 use crate::stress::random::NAME;
@@ -45,7 +46,7 @@ impl Arguments {
         match Gpu::open(self.adapter.as_deref()) {
             Ok(gpu) => Ok((Some(gpu), None)),
             Err(error @ Error::NoAdapter(_)) => {
-                eprintln!("note: {error}; only the CPU is put to the test");
+                say!("note: {error}; only the CPU is put to the test");
                 Ok((None, Some(error)))
             }
             Err(error) => Err(error),
@@ -105,7 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     write(arguments, &studies, &told)?;
     if interrupted() {
-        eprintln!("interrupted: the atlas holds what is measured");
+        say!("interrupted: the atlas holds what is measured");
     }
     finish(arguments, &told, missing)
 }
@@ -114,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 pub fn finish(arguments: &Arguments, told: &Told, missing: Option<Error>) -> Result<Outcome> {
     if !arguments.quiet {
         summary(told.gates, told.score, told.seconds);
-        eprintln!(
+        say!(
             "wrote {0}/stress.html and {0}/stress.json",
             arguments.out.display()
         );
@@ -153,19 +154,22 @@ fn write(arguments: &Arguments, studies: &[Study], told: &Told) -> Result<()> {
 
 fn summary(gates: &[Gate], score: &Score, seconds: f64) {
     for gate in gates.iter().filter(|gate| !gate.held) {
-        eprintln!("broken: {}", gate.name);
+        say!("broken: {}", gate.name);
         for line in gate.broken.iter().take(NAMED) {
-            eprintln!("    {line}");
+            say!("    {line}");
         }
         if gate.broken.len() > NAMED {
-            eprintln!("    and {} more", gate.broken.len() - NAMED);
+            say!("    and {} more", gate.broken.len() - NAMED);
         }
     }
     for (name, counts) in [("default", &score.default), ("all methods", &score.all)] {
-        eprintln!(
+        say!(
             "{name}: {} caught, {} missed, {} false alarms, {} quiet",
-            counts.caught, counts.missed, counts.false_alarms, counts.quiet
+            counts.caught,
+            counts.missed,
+            counts.false_alarms,
+            counts.quiet
         );
     }
-    eprintln!("{seconds:.0} s");
+    say!("{seconds:.0} s");
 }

@@ -2,6 +2,7 @@
 
 use super::progress::{Progress, interrupted, listen};
 use super::solver::open_or_twin;
+use super::tell::{result, say};
 use super::{Outcome, bundled};
 use crate::picture::Picture;
 use crate::relight::files;
@@ -9,6 +10,7 @@ use crate::table4::grid::{Grid, SIZE, exposure, look};
 use crate::table4::{Figure, Image, Row, Table, page};
 use crate::view::camera::Camera;
 use clap::Args;
+use common::file::input;
 use common::import::{ImportOptions, load};
 use common::scene::Scene;
 use common::solution::{prepare, write_file};
@@ -85,8 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     write(arguments, &table)?;
     drop(progress);
     if !arguments.quiet {
-        print(&table);
-        eprintln!(
+        print(&table)?;
+        say!(
             "wrote {0}/table4.html and {0}/table4.json",
             arguments.out.display()
         );
@@ -115,7 +117,7 @@ fn shadows(grid: &Grid, scene: &Scene) -> Result<Figure> {
 
 /// Figure 10, from a relight.
 fn real(path: &PathBuf) -> Result<Figure> {
-    let image = image::open(path)
+    let image = image::load_from_memory(&input(path, "a PNG is needed")?)
         .map_err(|e| Error::input(path, "", format!("cannot be read ({e}): a PNG is needed")))?
         .to_rgb8();
     let (width, height) = image.dimensions();
@@ -146,8 +148,8 @@ fn write(arguments: &Arguments, table: &Table) -> Result<()> {
     )
 }
 
-fn print(table: &Table) {
-    println!(
+fn print(table: &Table) -> Result<()> {
+    result!(
         "{:<16} {:>6} {:>6} {:>6} {:>6} {:>11} {:>8} {:>7} {:>8} {:>8} {:>8}",
         "image",
         "texels",
@@ -160,13 +162,13 @@ fn print(table: &Table) {
         "error",
         "to rays",
         "power"
-    );
+    )?;
     for row in &table.rows {
         let (seconds, shots) = row.paper.map_or((String::new(), String::new()), |(s, n)| {
             (s.to_string(), n.to_string())
         });
         let of = |row: &Row| format!("{}+{}", row.map_shots, row.object_shots);
-        println!(
+        result!(
             "{:<16} {:>6} {:>6} {:>6} {:>6} {:>11} {:>8.2} {:>7} {:>7.2}% {:>7.2}% {:>7.2}%",
             row.image.name(),
             row.texels,
@@ -179,6 +181,7 @@ fn print(table: &Table) {
             100.0 * row.error,
             100.0 * row.error_rays,
             100.0 * row.imbalance
-        );
+        )?;
     }
+    Ok(())
 }

@@ -1,4 +1,4 @@
-//! Item buffer against rays over all (shooter, texel) pairs.
+//! Item buffer against rays over all pairs of points of (shooter, texel).
 //!
 //! A mismatch is explained when the texel's projection lies within reach of a boundary in
 //! the item buffer between the receiver's ID and the ID found there: 2 pixels (the texel's own
@@ -8,75 +8,79 @@
 //! outline counts, within 2 pixels: where rays see the receiver its own or that of a face found
 //! there, a blocker's where they do not; the mismatch is tallied as vanished as well.
 
+use super::counts::Tally;
 use super::outline::outline;
-use crate::comparison::Pairs;
 use common::constants::HIDDEN;
-use common::form_factor::form_factor;
-use common::mesh::{Cell, Mesh};
-use common::settings::{Raster, Settings, Visibility};
-use common::shooting::Engine;
-use common::{Error, Result};
+use common::mesh::Mesh;
+use common::settings::{Lookup, Raster, Settings, Visibility};
 use cpu::item_buffer::{ItemBuffer, View};
+use cpu::link::{Sums, sample};
+use cpu::lookup::visible;
 use cpu::projection::{pixels, project};
-use cpu::rays::Rays;
+use cpu::rays::{Rays, Sight};
 use cpu::tessellate::{level, sagitta};
-use glam::{Vec2, Vec4};
-use gpu::GpuSolver;
+use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
+use std::cell::Cell as Slot;
 
-/// Bins of half a pixel.
-const BINS: usize = 8;
 /// F below this is rounding: two solvers may disagree whether it is 0.
-const FACING: f32 = 1e-7;
+pub const FACING: f32 = 1e-7;
 /// Texels per task.
 const TASK: usize = 4096;
-/// Unexplained pairs that are named.
-const EXAMPLES: usize = 12;
-
-/// Counts over all cells; `progress` is told after each.
-pub fn pairs(
-    mesh: &Mesh,
-    settings: &Settings,
-    rays: &Rays,
-    solver: &mut GpuSolver,
-    progress: &mut dyn FnMut(),
-) -> Result<Pairs> {
-    let mut tally = Tally::default();
-    for k in 0..mesh.cells.len() {
-        solver.shoot(k as u32)?;
-        let seen = solver.irradiance()?;
-        let buffer = if settings.visibility == Visibility::Rays {
-            ItemBuffer {
-                size: 1,
-                ids: vec![0],
-            }
-        } else {
-            ItemBuffer {
-                size: settings.item_buffer,
-                ids: solver.item_buffer()?,
-            }
-        };
-        if seen.len() != mesh.texels.len()
-            || buffer.ids.len() != (buffer.size * buffer.size) as usize
-        {
-            return Err(Error::Device("the GPU's visibility is incomplete".into()));
-        }
-        let probe = Probe::new(mesh, settings, rays, k as u32, &buffer, &seen);
-        tally = tally.merge(probe.count(k as u32));
-        progress();
-    }
-    Ok(tally.finish(mesh))
+/// What one cell's pairs have come to, over the samples so far.
+pub struct CellPairs {
+    /// F of each texel.
+    factors: Vec<f32>,
+    /// Σ g of each texel.
+    all: Vec<f32>,
+    /// Σ g of the samples within reach of a silhouette.
+    doubtful: Vec<f32>,
+    /// Whether rays and pixels disagreed on a sample.
+    differs: Vec<bool>,
+    /// Σ g·V as the GPU had it after the last sample.
+    seen: Vec<f32>,
 }
 
-/// One cell's pairs.
-struct Probe<'a> {
+impl CellPairs {
+    /// Nothing asked yet.
+    pub fn new(factors: Vec<f32>) -> Self {
+        let zeros = vec![0.0; factors.len()];
+        Self {
+            all: zeros.clone(),
+            doubtful: zeros.clone(),
+            differs: vec![false; factors.len()],
+            seen: zeros,
+            factors,
+        }
+    }
+
+    /// Whether texel `k` faces the cell and is seen alike by rays and pixels, in all samples.
+    pub fn alike(&self, k: usize) -> bool {
+        self.factors[k] > FACING && !self.differs[k]
+    }
+
+    /// What each link would change by, were all samples near silhouettes judged the other way.
+    pub fn doubt(&self, open: f32) -> Vec<f32> {
+        let of = |k: usize| {
+            if self.doubtful[k] > 0.0 {
+                self.factors[k] * (self.doubtful[k] / (self.all[k] * open))
+            } else {
+                0.0
+            }
+        };
+        (0..self.factors.len()).map(of).collect()
+    }
+}
+
+/// One sample of one cell.
+pub struct Probe<'a> {
     mesh: &'a Mesh,
-    settings: &'a Settings,
     rays: &'a Rays,
-    cell: &'a Cell,
+    cell: u32,
+    sample: u32,
     buffer: &'a ItemBuffer,
-    seen: &'a [Vec4],
     view: View,
+    lookup: Lookup,
     /// Explainable distance of each face's outline.
     reach: Vec<f32>,
 }
@@ -94,98 +98,161 @@ fn reach(mesh: &Mesh, view: &View) -> Vec<f32> {
     mesh.faces.iter().map(|face| 2.0 + of(face)).collect()
 }
 
+/// What is found out about one texel.
+#[derive(Clone, Copy)]
+struct Asked {
+    /// The sample's weight.
+    g: f32,
+    explainable: bool,
+    differs: bool,
+}
+
 impl<'a> Probe<'a> {
-    fn new(
+    /// The view of `buffer`.
+    pub fn new(
         mesh: &'a Mesh,
-        settings: &'a Settings,
+        settings: &Settings,
         rays: &'a Rays,
-        cell: u32,
+        (cell, sample): (u32, u32),
         buffer: &'a ItemBuffer,
-        seen: &'a [Vec4],
     ) -> Self {
-        let view = View::new(mesh, cell, 0, settings);
+        let view = View::new(mesh, cell, sample, settings);
         Self {
             mesh,
-            settings,
             rays,
-            cell: &mesh.cells[cell as usize],
+            cell,
+            sample,
             buffer,
-            seen,
             view,
+            lookup: settings.lookup,
             reach: reach(mesh, &view),
         }
     }
 
-    fn count(&self, cell: u32) -> Tally {
+    /// Judges the sample by what the GPU had after it.
+    pub fn count(&self, sums: &[Vec4], pairs: &mut CellPairs, tally: &mut Tally) {
         // Fixed tasks merged in order: the same sums on any number of threads.
         let count = self.mesh.texels.len();
-        let tasks: Vec<Tally> = (0..count.div_ceil(TASK))
+        let known = &*pairs;
+        let tasks: Vec<(Tally, Vec<Option<Asked>>)> = (0..count.div_ceil(TASK))
             .into_par_iter()
             .map(|task| {
                 let mut tally = Tally::default();
-                for k in task * TASK..count.min((task + 1) * TASK) {
-                    self.pair(cell, k, &mut tally);
-                }
-                tally
+                let range = task * TASK..count.min((task + 1) * TASK);
+                let asked = range.map(|k| self.pair(k, sums[k], known, &mut tally));
+                let asked = asked.collect();
+                (tally, asked)
             })
             .collect();
-        tasks.into_iter().fold(Tally::default(), Tally::merge)
+        let mut k = 0;
+        for (part, asked) in tasks {
+            tally.merge(part);
+            for one in asked {
+                if let Some(one) = one {
+                    pairs.all[k] += one.g;
+                    pairs.doubtful[k] += if one.explainable { one.g } else { 0.0 };
+                    pairs.differs[k] |= one.differs;
+                }
+                pairs.seen[k] = sums[k].y;
+                k += 1;
+            }
+        }
     }
 
-    fn pair(&self, cell: u32, k: usize, tally: &mut Tally) {
-        let texel = &self.mesh.texels[k];
-        let shooter = &self.cell.shooter;
-        if texel.face == self.cell.face {
-            return;
-        }
-        let normal = self.mesh.faces[texel.face as usize].normal;
-        let f = form_factor(
-            self.settings.form_factor,
-            shooter,
-            texel.position,
-            normal,
-            texel.area,
+    /// The two points of a pair and the sample's weight; none where no light could arrive.
+    fn points(&self, k: usize, form_factor: f32) -> Option<(Vec3, Vec3, f32)> {
+        let asked = Slot::new(None);
+        let mut sums = Sums {
+            form_factor,
+            ..Sums::default()
+        };
+        sample(
+            self.mesh,
+            self.cell,
+            k as u32,
+            self.sample,
+            &mut sums,
+            |q, p| {
+                asked.set(Some((q, p)));
+                Sight::Clear
+            },
         );
+        let (q, p) = asked.get()?;
+        (sums.seen > 0.0).then_some((q, p, sums.all))
+    }
+
+    fn pair(&self, k: usize, sums: Vec4, known: &CellPairs, tally: &mut Tally) -> Option<Asked> {
+        let texel = &self.mesh.texels[k];
+        let f = known.factors[k];
         if f <= FACING {
-            return;
+            return None;
+        }
+        let (q, position, g) = self.points(k, f)?;
+        let mut asked = Asked {
+            g,
+            explainable: false,
+            differs: false,
+        };
+        let before = known.seen[k];
+        if before + g == before {
+            // Too little to tell by the sum whether it was seen.
+            return Some(asked);
         }
         let weight = f64::from(f) * f64::from(texel.area);
-        let ends = [self.cell.face, texel.face];
-        let by_rays = self.rays.visible(shooter.centre, texel.position, ends);
-        let by_pixels = self.seen[k].w > 0.0;
-        tally.facing += 1;
-        tally.weight += weight;
-        if self.settings.visibility == Visibility::Rays {
-            // The same rays: nothing explains a difference.
-            if by_rays != by_pixels {
-                tally.mismatch(cell, k as u32, weight, None);
-            }
-            return;
-        }
+        let ends = [self.mesh.cells[self.cell as usize].face, texel.face];
+        let by_rays = self.rays.visible(q, position, ends);
+        let by_pixels = sums.y > before;
+        tally.facing(weight);
         let p = pixels(
-            project(self.view.visibility, self.view.frame.local(texel.position)),
+            project(self.view.visibility, self.view.frame.local(position)),
             self.buffer.size,
         );
         let found = self.id(p.x.floor() as i32, p.y.floor() as i32);
         let mine = texel.face + 1;
         if by_rays == by_pixels {
-            let explainable = found != mine && self.boundary(p, mine, &[found]).is_some();
-            tally.explainable += u64::from(explainable);
-            return;
+            asked.explainable = found != mine && self.boundary(p, mine, &[found]).is_some();
+            if asked.explainable {
+                tally.explainable(weight);
+            }
+            return Some(asked);
         }
+        let (boundary, outline) = self.explain(p, (q, position), ends, by_rays);
+        let distance = boundary.or(outline);
+        tally.mismatch((self.cell, k as u32), weight, distance);
+        if outline.is_some() {
+            tally.vanished();
+        }
+        asked.explainable = distance.is_some();
+        asked.differs = true;
+        Some(asked)
+    }
+
+    /// How far the nearest boundary is, else the nearest true outline.
+    fn explain(
+        &self,
+        p: Vec2,
+        (q, position): (Vec3, Vec3),
+        ends: [u32; 2],
+        by_rays: bool,
+    ) -> (Option<f32>, Option<f32>) {
+        let found = self.id(p.x.floor() as i32, p.y.floor() as i32);
+        let mine = ends[1] + 1;
         // Who is in the way: nobody but the receiver itself where rays see it.
-        let blockers = self.rays.blockers(shooter.centre, texel.position, ends);
+        let blockers = self.rays.blockers(q, position, ends);
         let other: Vec<u32> = if found == mine {
             blockers.iter().map(|k| k + 1).collect()
         } else {
             vec![found]
         };
         let boundary = self.boundary(p, mine, &other);
+        if boundary.is_none() && self.view.visibility == Visibility::Paper {
+            return (self.as_printed(position, ends[1], by_rays), None);
+        }
         let thin = if by_rays {
             // What the pixels show hides their centres but not the texel: a gap ends in between.
             let nine = (0..9).map(|k| self.id(p.x as i32 + k % 3 - 1, p.y as i32 + k / 3 - 1));
             let shown = nine.filter_map(|id| id.checked_sub(1));
-            shown.chain([texel.face]).collect()
+            shown.chain([ends[1]]).collect()
         } else {
             blockers
         };
@@ -193,8 +260,21 @@ impl<'a> Probe<'a> {
             .is_none()
             .then(|| outline(self.mesh, &self.view, p, &thin))
             .flatten();
-        tally.vanished += u64::from(outline.is_some());
-        tally.mismatch(cell, k as u32, weight, boundary.or(outline));
+        (boundary, outline)
+    }
+
+    /// Table 3 as printed clips at half a unit and draws corners only: that is the method's, and
+    /// explained wherever its twin errs alike.
+    fn as_printed(&self, position: Vec3, face: u32, by_rays: bool) -> Option<f32> {
+        let twin = visible(
+            self.mesh,
+            self.buffer,
+            &self.view,
+            self.lookup,
+            position,
+            face,
+        );
+        (twin != by_rays).then_some(f32::INFINITY)
     }
 
     fn id(&self, x: i32, y: i32) -> u32 {
@@ -243,68 +323,4 @@ fn edge_distance(p: Vec2, x: i32, y: i32, right: bool) -> f32 {
     );
     let b = Vec2::new(x as f32 + 1.0, y as f32 + 1.0);
     p.distance(p.clamp(a, b))
-}
-
-#[derive(Default)]
-struct Tally {
-    facing: u64,
-    explainable: u64,
-    mismatched: u64,
-    explained: u64,
-    vanished: u64,
-    weight: f64,
-    weight_mismatched: f64,
-    histogram: [u64; BINS],
-    examples: Vec<(u32, u32)>,
-}
-
-impl Tally {
-    fn mismatch(&mut self, cell: u32, texel: u32, weight: f64, distance: Option<f32>) {
-        self.mismatched += 1;
-        self.weight_mismatched += weight;
-        match distance {
-            Some(distance) => {
-                self.explained += 1;
-                self.explainable += 1;
-                self.histogram[((distance * 2.0) as usize).min(BINS - 1)] += 1;
-            }
-            None => self.examples.push((cell, texel)),
-        }
-    }
-
-    fn merge(mut self, other: Self) -> Self {
-        self.facing += other.facing;
-        self.explainable += other.explainable;
-        self.mismatched += other.mismatched;
-        self.explained += other.explained;
-        self.vanished += other.vanished;
-        self.weight += other.weight;
-        self.weight_mismatched += other.weight_mismatched;
-        for (a, b) in self.histogram.iter_mut().zip(other.histogram) {
-            *a += b;
-        }
-        self.examples.extend(other.examples);
-        self.examples.sort_unstable();
-        self.examples.truncate(EXAMPLES);
-        self
-    }
-
-    fn finish(self, mesh: &Mesh) -> Pairs {
-        Pairs {
-            pairs: mesh.cells.len() as u64 * mesh.texels.len() as u64,
-            facing: self.facing,
-            mismatched: self.mismatched,
-            explained: self.explained,
-            vanished: self.vanished,
-            unexplained: self.mismatched - self.explained,
-            explainable: self.explainable,
-            weighted_mismatch: if self.weight > 0.0 {
-                self.weight_mismatched / self.weight
-            } else {
-                0.0
-            },
-            histogram: self.histogram.to_vec(),
-            examples: self.examples,
-        }
-    }
 }

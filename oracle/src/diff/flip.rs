@@ -81,6 +81,7 @@ fn median(pixels: &[Option<Vec3>], scale: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     const SIZE: u32 = 24;
 
@@ -98,7 +99,7 @@ mod tests {
         let once = flip(&ramp(1.2), &ramp(1.0), SIZE).unwrap().mean;
         let scaled = flip(&ramp(1.2e6), &ramp(1e6), SIZE).unwrap().mean;
         assert!(
-            once > 0.01 && (once - scaled).abs() < 1e-3 * once,
+            once > 0.01 && abs_diff_eq!(once, scaled, epsilon = 1e-3 * once),
             "{once} {scaled}"
         );
     }
@@ -113,7 +114,10 @@ mod tests {
         let theirs = hdr_flip(&image(&b), &image(&a), HdrOptions::default()).unwrap();
         let ours = flip(&a, &b, SIZE).unwrap().mean;
         let mean = f64::from(theirs.error_map.statistics().mean);
-        assert!((ours - mean).abs() < 1e-4 * mean, "{ours} {mean}");
+        assert!(
+            abs_diff_eq!(ours, mean, epsilon = 1e-4 * mean),
+            "{ours} {mean}"
+        );
     }
 
     #[test]

@@ -90,10 +90,10 @@ impl Diff {
     }
 
     fn remarks(&self, a: &Stored, b: &Stored) -> Vec<String> {
-        let mut notes = Vec::new();
+        let mut notes = [a, b].map(|stored| stored.scene.notes.clone()).concat();
         if let Some(how) = same_data(a, b) {
             notes.push(format!(
-                "A and B are the same data ({how}): nothing is compared"
+                "A and B are the same data ({how}): it is compared with itself"
             ));
         }
         let lights = a.scene.faces.iter().zip(&b.scene.faces);
@@ -175,8 +175,9 @@ pub fn same_data(a: &Stored, b: &Stored) -> Option<&'static str> {
     if place(a).is_some() && place(a) == place(b) {
         return Some("one directory");
     }
+    // Both parts of what is compared, B − E.
     let bits = |stored: &Stored| -> Vec<[u32; 3]> {
-        let values = stored.radiosity.iter();
+        let values = stored.radiosity.iter().chain(&stored.emission);
         values.map(|v| v.to_array().map(f32::to_bits)).collect()
     };
     let equal = a.resolutions == b.resolutions && bits(a) == bits(b);

@@ -1,7 +1,6 @@
 //! Exposures as a table: a CSV file with a column of file names and one of seconds.
 
-use common::{Error, Result};
-use std::fs;
+use common::{Error, Result, file};
 use std::path::{Path, PathBuf};
 
 /// Columns of seconds, the most exact first.
@@ -29,12 +28,9 @@ pub fn seconds(text: &str) -> Option<f64> {
 /// Errors: [`Error::Input`] with the list and the line.
 pub fn read(path: &Path, column: Option<&str>) -> Result<Vec<(PathBuf, f64)>> {
     let refuse = |message: String| Error::input(path, "", message);
-    let length = fs::metadata(path).map_err(|e| refuse(format!("cannot be read: {e}")))?;
-    if length.len() > MAX_BYTES {
-        return Err(refuse("is longer than 1 MiB: no list of exposures".into()));
-    }
+    let bytes = file::read(path, MAX_BYTES).map_err(|e| refuse(format!("cannot be read: {e}")))?;
     let text =
-        fs::read_to_string(path).map_err(|e| refuse(format!("cannot be read as text: {e}")))?;
+        String::from_utf8(bytes).map_err(|e| refuse(format!("cannot be read as text: {e}")))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let lines = text.trim_start_matches('\u{feff}').lines();
     let mut lines = (1..).zip(lines).filter(|(_, line)| !line.trim().is_empty());

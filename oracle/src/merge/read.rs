@@ -1,8 +1,10 @@
 //! Photographs from files: PNG and JPEG of 8 bits a channel.
 
 use crate::merge::brackets::{Brackets, Exposure, admit, check_seconds};
-use common::{Error, Result};
-use image::{ColorType, DynamicImage, ImageDecoder, ImageReader};
+use crate::merge::jpeg;
+use common::{Error, Result, file};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// Reads the photographs and takes them together.
@@ -39,9 +41,13 @@ fn photograph(
             "cannot be decoded ({error}): a PNG or JPEG file is needed"
         ))
     };
-    let mut reader = ImageReader::open(path)
-        .and_then(ImageReader::with_guessed_format)
+    let bytes = file::input(path, "")?;
+    let mut reader = ImageReader::new(Cursor::new(&bytes))
+        .with_guessed_format()
         .map_err(|error| refuse(format!("cannot be read: {error}")))?;
+    if reader.format() == Some(ImageFormat::Jpeg) {
+        jpeg::whole(&bytes).map_err(refuse)?;
+    }
     // What is too large is refused by `admit`, in words of this program.
     reader.no_limits();
     let mut decoder = reader.into_decoder().map_err(undecodable)?;

@@ -10,6 +10,8 @@ use gpu::Gpu;
 
 /// Where the system does not say what it has.
 const ASSUMED: u64 = 8 << 30;
+/// Addresses that threads reserve.
+const RESERVED: u64 = 1 << 29;
 /// Points of cells are numbered in 32 bits.
 const MAX_POINTS: u64 = u32::MAX as u64;
 
@@ -23,12 +25,10 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// What the system has left (Linux), or 8 GiB.
+    /// What the system has left (Linux), or 8 GiB; what the process may have if that is less.
     pub fn of_this_machine() -> Self {
-        let available = std::fs::read_to_string("/proc/meminfo")
-            .ok()
-            .and_then(|text| available(&text));
-        match available {
+        let read = |file: &str| std::fs::read_to_string(file).unwrap_or_default();
+        let system = match available(&read("/proc/meminfo")) {
             Some(bytes) => Self {
                 bytes,
                 source: "available now",
@@ -37,15 +37,40 @@ impl Limit {
                 bytes: ASSUMED,
                 source: "assumed",
             },
+        };
+        let taken = field(&read("/proc/self/status"), "VmSize:").unwrap_or(0);
+        match address_space(&read("/proc/self/limits")) {
+            Some(most) if usable(most, taken) < system.bytes => Self {
+                bytes: usable(most, taken),
+                source: "allowed by ulimit",
+            },
+            _ => system,
         }
     }
 }
 
 /// `MemAvailable` of /proc/meminfo, in bytes.
 fn available(text: &str) -> Option<u64> {
-    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
+    field(text, "MemAvailable:")
+}
+
+/// A field of kibibytes, in bytes.
+fn field(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find(|l| l.starts_with(name))?;
     let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     kib.checked_mul(1 << 10)
+}
+
+/// A limit of addresses holds what threads reserve, half a gigabyte, and vectors that move when they
+/// grow: half as much again as there are pages.
+fn usable(most: u64, taken: u64) -> u64 {
+    most.saturating_sub(taken).saturating_sub(RESERVED) / 3 * 2
+}
+
+/// The limit of /proc/self/limits in force; none where there is none.
+fn address_space(text: &str) -> Option<u64> {
+    let line = text.lines().find(|l| l.starts_with("Max address space"))?;
+    line.split_whitespace().nth(3)?.parse().ok()
 }
 
 /// What a solve takes of the host: a software adapter's device is the host.
@@ -56,7 +81,8 @@ pub fn host_bytes(counts: &Counts, settings: &Settings, gpu: Option<&Gpu>) -> u6
         // What is uploaded and what is read back is in the host's memory at some time.
         Some(gpu) => {
             let memory = Memory::gpu(gpu, counts, settings);
-            memory.mesh.saturating_add(memory.state)
+            let uploaded = memory.mesh.saturating_add(memory.state);
+            memory.scene.saturating_add(uploaded.max(memory.look))
         }
     }
 }
@@ -232,5 +258,10 @@ mod tests {
         let text = "MemTotal:       100 kB\nMemAvailable:     64 kB\n";
         assert_eq!(available(text), Some(65536));
         assert_eq!(available("MemTotal: 1 kB"), None);
+        let limits = |n: &str| {
+            format!("Limit  Soft  Hard  Units\nMax address space  {n}  unlimited  bytes\n")
+        };
+        assert_eq!(address_space(&limits("4096000")), Some(4_096_000));
+        assert_eq!(address_space(&limits("unlimited")), None);
     }
 }

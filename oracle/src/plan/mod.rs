@@ -2,9 +2,15 @@
 //!
 //! [`counts`] are arithmetic on the scene and the settings, [`memory`] is what they take,
 //! [`fits`] refuses what this machine cannot hold and says what it can, [`passes`] and [`trial`]
-//! expect the time.
+//! expect the time, [`ahead`] tells what takes long, [`defaults`] keep many faces from it.
 
+pub mod ahead;
 pub mod counts;
+pub mod defaults;
+#[allow(
+    clippy::disallowed_methods,
+    reason = "reads the system's own /proc/meminfo"
+)]
 pub mod fits;
 pub mod memory;
 pub mod passes;

@@ -1,6 +1,7 @@
 //! How long a solve will take: a few of its cells are linked, and the rest is multiplied.
 
 use super::passes::Expected;
+use crate::report::number::number;
 use common::Result;
 use common::mesh::Mesh;
 use common::shooting::Engine;
@@ -141,6 +142,17 @@ fn shots(
         links: expected.linked * (first - again).max(0.0),
         passes: expected.shots * again,
         ..time
+    })
+}
+
+/// Two digits: more would be made up.
+pub fn two(seconds: f64) -> String {
+    let scale = 10f64.powf(seconds.log10().floor() - 1.0);
+    let rounded = (seconds / scale).round() * scale;
+    number(if rounded.is_finite() {
+        rounded
+    } else {
+        seconds
     })
 }
 

@@ -119,6 +119,7 @@ fn area(outline: &[DVec3]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     fn cube(at: DVec3, side: f64) -> Convex {
         let p = |x: f64, y: f64, z: f64| at + DVec3::new(x, y, z) * side;
@@ -132,12 +133,15 @@ mod tests {
         for axis in [DVec3::X, DVec3::NEG_Y, DVec3::Z] {
             for gap in [0.5, 1e-4, 0.0, -0.25] {
                 let other = cube(axis * (1.0 + gap), 1.0);
-                assert!((one.apart(&other) - gap).abs() < 1e-12, "{axis} {gap}");
+                assert!(
+                    abs_diff_eq!(one.apart(&other), gap, epsilon = 1e-12),
+                    "{axis} {gap}"
+                );
             }
         }
         // Corner to corner: the true distance is √3·0.1; no single normal tells more than 0.1.
         let corner = cube(DVec3::splat(1.1), 1.0);
-        assert!((one.apart(&corner) - 0.1).abs() < 1e-12);
+        assert!(abs_diff_eq!(one.apart(&corner), 0.1, epsilon = 1e-12));
     }
 
     #[test]
@@ -146,7 +150,7 @@ mod tests {
         let flat = |a: DVec3, b: DVec3, at: DVec3| Convex::flat(&[at, at + a, at + a + b, at + b]);
         let one = flat(DVec3::X + DVec3::Y, DVec3::Z, DVec3::ZERO);
         let other = flat(DVec3::X - DVec3::Y, DVec3::Z, DVec3::new(0.0, 1.0, 1.1));
-        assert!((one.apart(&other) - 0.1).abs() < 1e-12);
+        assert!(abs_diff_eq!(one.apart(&other), 0.1, epsilon = 1e-12));
         let inside = flat(DVec3::X - DVec3::Y, DVec3::Z, DVec3::new(0.0, 1.0, 0.5));
         assert!(one.apart(&inside) < 0.0);
     }

@@ -81,6 +81,7 @@ fn rays(mesh: &Mesh, faces: Range<usize>) -> Option<Rays> {
             cells: Vec::new(),
             texels: Vec::new(),
             points: Vec::new(),
+            overlaps: Vec::new(),
             ..*mesh
         })
     })

@@ -4,7 +4,9 @@ use super::warnings::estimate;
 use super::work::{Done, Phases, Stage, Work};
 use crate::answer::Given;
 use crate::answer::check::Estimate;
-use crate::answer::mend::{Solved, had_to_help, mend};
+use crate::answer::light::finite;
+use crate::answer::mend::{Attempt, mended};
+use crate::answer::warnings::closure_in_doubt;
 use common::Result;
 use common::relight::Method;
 use common::settings::{Quality, Settings};
@@ -30,11 +32,10 @@ pub fn answer(
     given: Given,
     seconds: &mut Phases,
 ) -> Result<Answer> {
-    let mut settings = work.settings.clone();
-    let mut done = work.relight(stage, method, seconds)?;
-    let mut found = seconds.of("check", || estimate(stage, &settings, &done))?;
+    let settings = work.settings.clone();
+    let done = work.relight(stage, method, seconds)?;
+    let mut first = looked_at(stage, settings, done, seconds)?;
     let mut notes = Vec::new();
-    let mut before = None;
     // Links with and without the objects are compared: scaling them is no mend here.
     let given = Given {
         form_factor: true,
@@ -42,38 +43,45 @@ pub fn answer(
     };
     // A capture that was read has been made with cells of its own: others would not fit it.
     let ours = stage.captured.values.is_none();
-    while ours && settings.quality == Quality::Normal && !work.stopped.get() && done.complete {
-        let solved = Solved {
-            settings: &settings,
-            mesh: &done.mesh,
-            run: &done.run,
+    let whole = !work.stopped.get() && first.answer.complete;
+    if ours && whole && work.settings.quality == Quality::Normal {
+        let again = |settings: &Settings| {
+            let finer = Work {
+                settings,
+                stopped: Cell::new(false),
+                ..*work
+            };
+            let relit = finer.relight(stage, method, seconds);
+            if finer.stopped.get() {
+                work.stopped.set(true);
+                return Ok(None);
+            }
+            looked_at(stage, settings.clone(), relit?, seconds).map(Some)
         };
-        let better = found
-            .as_ref()
-            .and_then(|found| mend(given, work.device, &solved, found, before));
-        let Some((next, note)) = better else { break };
-        let finer = Work {
-            settings: &next,
-            stopped: Cell::new(false),
-            ..*work
-        };
-        let relit = finer.relight(stage, method, seconds);
-        if finer.stopped.get() {
-            work.stopped.set(true);
-            break;
-        }
-        done = relit?;
-        before = found
-            .map(|found| found.error)
-            .filter(|_| had_to_help(&settings, &next));
-        found = seconds.of("check", || estimate(stage, &next, &done))?;
-        settings = next;
-        notes.push(note);
+        (first, notes) = mended(given, first, again)?;
     }
+    finite(&stage.scene, &first.answer.run)?;
     Ok(Answer {
-        done,
-        settings,
-        estimate: found,
+        done: first.answer,
+        settings: first.settings,
+        estimate: first.estimate,
         notes,
+    })
+}
+
+fn looked_at(
+    stage: &Stage,
+    settings: Settings,
+    done: Done,
+    seconds: &mut Phases,
+) -> Result<Attempt<Done>> {
+    let found = seconds.of("check", || estimate(stage, &settings, &done))?;
+    Ok(Attempt {
+        size: [done.mesh.faces.len() as u64, done.mesh.texels.len() as u64],
+        closure: closure_in_doubt(&done.mesh, &done.run, found.as_ref()).abs(),
+        stagnated: done.run.stagnated,
+        estimate: found,
+        answer: done,
+        settings,
     })
 }

@@ -3,14 +3,15 @@
 
 use crate::diff::reflected::offsets;
 use common::capture::{Panorama, Projection, maps, room, texel_radiosity};
+use common::file::{MAX_BYTES, open};
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::relight::Room;
 use common::scene::Scene;
 use common::solution::Stored;
+use common::text::plain;
 use common::{Error, Result};
 use glam::{DVec3, Vec3, Vec4};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -110,8 +111,9 @@ fn refuse(placement: &Placement) -> Result<()> {
 /// reported by whoever reads it next.
 fn is_map(path: &Path) -> bool {
     let mut start = [0u8; 4];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
-    read.is_ok() && (start.starts_with(b"#?") || start == [0x76, 0x2f, 0x31, 0x01])
+    let mut file = open(path, MAX_BYTES);
+    let read = file.as_mut().map(|file| file.read_exact(&mut start));
+    matches!(read, Ok(Ok(()))) && (start.starts_with(b"#?") || start == [0x76, 0x2f, 0x31, 0x01])
 }
 
 fn from_panorama(path: &Path, placement: &Placement, texels: u32) -> Result<Captured> {
@@ -122,7 +124,7 @@ fn from_panorama(path: &Path, placement: &Placement, texels: u32) -> Result<Capt
         ))
     })?;
     let mut scene = room::room(size)?;
-    scene.name = path.display().to_string();
+    scene.name = plain(&path.display().to_string());
     let eye = room::eye(size, placement.eye)?;
     let panorama = Panorama::read(path, placement.projection)?;
     let resolutions = vec![[texels; 2]; scene.faces.len()];

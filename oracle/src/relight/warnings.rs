@@ -18,9 +18,7 @@ pub fn estimate(stage: &Stage, settings: &Settings, done: &Done) -> Result<Optio
     if values.is_some_and(|values| values.emission.is_none()) || stage.reflectance.is_some() {
         return Ok(None);
     }
-    check::estimate(settings, &done.mesh, &done.run.field, |finer| {
-        stage.mesh(finer)
-    })
+    check::estimate(&stage.scene, settings, &done.mesh, &done.run.field).map(Some)
 }
 
 /// The warnings of a relight; `paper`: by Table 2.

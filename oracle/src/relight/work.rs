@@ -2,6 +2,7 @@
 //! methods on one of the solvers.
 
 use super::room::{Captured, Values};
+use crate::interrupt::interrupted;
 use common::mesh::Mesh;
 use common::passes;
 use common::relight::surface::Surface;
@@ -11,7 +12,7 @@ use common::settings::Settings;
 use common::shooting::{Engine, Run, Shot, progress, solve};
 use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::cover::furnished;
+use cpu::cover::furnished_until;
 use glam::{Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
 use std::cell::Cell;
@@ -37,7 +38,13 @@ pub struct Stage {
 impl Stage {
     /// Its texels, with the cells and samples of `settings`.
     pub fn mesh(&self, settings: &Settings) -> Result<Mesh> {
-        furnished(&self.scene, self.room, &self.resolutions, settings)
+        furnished_until(
+            &self.scene,
+            self.room,
+            &self.resolutions,
+            settings,
+            &interrupted,
+        )
     }
 }
 
@@ -133,11 +140,12 @@ impl Work<'_> {
     /// The empty room solved: what is captured of a scene.
     pub fn capture(&self, stage: &Stage) -> Result<Values> {
         let scene = &stage.captured.scene;
-        let mesh = furnished(
+        let mesh = furnished_until(
             scene,
             stage.room,
             &stage.captured.resolutions,
             self.settings,
+            &interrupted,
         )?;
         let mut engine = self.engine(&mesh)?;
         let run = passes::solve(engine.as_mut(), &mesh, self.settings, &mut |done| {

@@ -9,6 +9,7 @@ use crate::view::camera::Camera;
 use crate::view::quality::Quality;
 use crate::view::render::{Hit, View};
 use crate::view::surface::{Interpolant, Surface};
+use common::settings::Iteration;
 use common::shooting::{Field, Run};
 use cpu::rays::Rays;
 use glam::{Vec3, Vec4};
@@ -82,12 +83,19 @@ impl Figures {
                 view.shade(|hit| face_colours(hit, shooter)).data_uri(),
             ],
             shooter: format!("face {shooter} “{name}”"),
-            convergence: chart::convergence(&c.cpu, &c.gpu, c.settings.epsilon),
+            convergence: singly(c)
+                .then(|| chart::convergence(&c.cpu, &c.gpu, c.settings.epsilon))
+                .flatten(),
             histogram: chart::mismatches(&c.pairs.histogram),
             quality: Quality::new(&cpu),
             camera,
         }
     }
+}
+
+/// Whether one cell shot after the other: only then is there a log to draw.
+pub fn singly(c: &Comparison) -> bool {
+    c.settings.iteration == Iteration::Southwell
 }
 
 /// The shooter itself is white.

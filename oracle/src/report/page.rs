@@ -3,25 +3,25 @@
 use super::number::{count, number, percent};
 use super::section::section;
 use super::tables::mark;
-use crate::comparison::Comparison;
+use crate::comparison::{Comparison, Judged};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("style.css");
 const TITLE: &str = "Radiosity: CPU against GPU";
 
 /// The whole report; `notes` says what was left out and why.
-pub fn html(comparisons: &[Comparison], notes: &[String]) -> String {
+pub fn html(judged: &[Judged], notes: &[String]) -> String {
     let body = html! {
         header #top {
             h1 { (TITLE) }
-            (headline(comparisons))
+            (headline(judged))
         }
         @if !notes.is_empty() { div.notes { @for note in notes { p { (note) } } } }
-        (overview(comparisons))
+        (overview(judged))
         (explanation())
-        @for (k, c) in comparisons.iter().enumerate() { (section(k, c)) }
+        @for (k, scene) in judged.iter().enumerate() { (section(k, scene)) }
     };
-    document(TITLE, &index(comparisons), &body)
+    document(TITLE, &index(judged), &body)
 }
 
 /// A page in the reports' look, in one file that needs no other: `nav` is the bar on top.
@@ -45,21 +45,21 @@ pub fn document(title: &str, nav: &Markup, body: &Markup) -> String {
     page.into_string()
 }
 
-fn index(comparisons: &[Comparison]) -> Markup {
+fn index(judged: &[Judged]) -> Markup {
     html! {
         nav aria-label="Scenes" {
             a href="#top" { "Overview" }
             a href="#how" { "How it is compared" }
-            @for (k, c) in comparisons.iter().enumerate() {
-                a href={ "#scene-" (k + 1) } { (mark(c.agree())) " " (c.scene.name) }
+            @for (k, scene) in judged.iter().enumerate() {
+                a href={ "#scene-" (k + 1) } { (mark(scene.agree())) " " (scene.first.scene.name) }
             }
         }
     }
 }
 
-fn headline(comparisons: &[Comparison]) -> Markup {
-    let agree = comparisons.iter().filter(|c| c.agree()).count();
-    let all = comparisons.len();
+fn headline(judged: &[Judged]) -> Markup {
+    let agree = judged.iter().filter(|scene| scene.agree()).count();
+    let all = judged.len();
     html! {
         @if all == 0 {
             p.verdict.disagree { strong { "Nothing compared" } " no scene was solved by both" }
@@ -77,21 +77,27 @@ fn headline(comparisons: &[Comparison]) -> Markup {
     }
 }
 
-fn overview(comparisons: &[Comparison]) -> Markup {
+fn overview(judged: &[Judged]) -> Markup {
     let both = |text: &dyn Fn(usize) -> String| html! { (text(0)) " · " (text(1)) };
+    let rows = judged.iter().enumerate();
+    let rows = rows.flat_map(|(k, scene)| scene.ways().map(move |c| (k, c)));
     html! {
         div.scroll { table.overview {
             thead { tr {
-                th {} th { "Scene" } th.n { "Faces · texels" } th.n { "Shots" br; "CPU · GPU" }
-                th.n { "Relative RMS" br; "lockstep · free" } th.n { "Pairs mismatched" br; "· unexplained" }
+                th {} th { "Scene" } th { "Solved" }
+                th.n { "Error of the answer" br; "CPU · GPU" }
+                th.n { "Faces · texels" } th.n { "Shots" br; "CPU · GPU" }
+                th.n { "GPU − CPU, RMS" br; "lockstep · free" } th.n { "Pairs mismatched" br; "· unexplained" }
                 th.n { "Energy imbalance" br; "CPU · GPU" } th.n { "Seconds" br; "CPU · GPU" }
             } }
-            tbody { @for (k, c) in comparisons.iter().enumerate() {
+            tbody { @for (k, c) in rows {
                 tr.bad[!c.agree()] {
                     td { (mark(c.agree())) }
                     td { a href={ "#scene-" (k + 1) } { (c.scene.name) } }
+                    td { (c.way.name()) }
+                    td.n { (both(&|i| error(c, i))) }
                     td.n { (both(&|i| count([c.mesh.faces.len(), c.mesh.texels.len()][i] as u64))) }
-                    td.n { (both(&|i| count([&c.cpu, &c.gpu][i].shots.len() as u64))) }
+                    td.n { (both(&|i| count([&c.cpu, &c.gpu][i].shooters))) }
                     td.n { (both(&|i| percent([c.lockstep_difference, c.free_difference][i].relative_rms))) }
                     td.n { (both(&|i| count([c.pairs.mismatched, c.pairs.unexplained][i]))) }
                     td.n { (both(&|i| percent([c.cpu_energy, c.gpu_energy][i].imbalance))) }
@@ -100,6 +106,11 @@ fn overview(comparisons: &[Comparison]) -> Markup {
             } }
         } }
     }
+}
+
+/// The error of an answer, CPU's or GPU's; – where there is no truth.
+pub fn error(c: &Comparison, side: usize) -> String {
+    c.error[side].map_or("–".into(), percent)
 }
 
 fn explanation() -> Markup {
@@ -133,7 +144,15 @@ fn explanation() -> Markup {
             }
             p {
                 "The solvers agree on a scene when every condition in its table holds; beside each bound stands "
-                "where it comes from."
+                "where it comes from. Only a fault of the code breaks one, on whatever scene. What pixels cannot "
+                "resolve is told apart from that, with its size and what mends it."
+            }
+            p {
+                b { "Agreement is not accuracy: " } "two solvers that do the same agree, however crude it is. So the "
+                "error of each answer stands beside the verdict, against the dense matrix of all texels, which "
+                "shares neither form factors nor visibility with them. Without options two ways are judged: what "
+                code { "solve" } " does by default, and the paper's (each face one shooter, disc form factors, one "
+                "sample, an item buffer), which is quick, and tens of per cent off."
             }
         }
     }

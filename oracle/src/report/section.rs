@@ -1,56 +1,99 @@
 //! One scene's part of the page: verdict, pictures, charts, tables.
 
-use super::figures::{Figures, css};
+use super::figures::{Figures, css, singly};
 use super::number::{count, number, percent};
+use super::page::error;
 use super::tables;
-use crate::comparison::Comparison;
+use crate::comparison::{Comparison, Judged, Way};
 use crate::picture::{DIVERGING, decode};
 use common::settings::Visibility;
 use maud::{Markup, PreEscaped, html};
 
-/// The section of comparison `k`.
-pub fn section(k: usize, c: &Comparison) -> Markup {
-    let figures = Figures::new(c);
+/// The section of scene `k`: what users get comes first.
+pub fn section(k: usize, judged: &Judged) -> Markup {
+    let several = judged.as_solved.is_some();
     html! {
         section #{ "scene-" (k + 1) } {
-            h2 { (c.scene.name) }
-            (verdict(c))
-            p.facts {
-                (count(c.mesh.faces.len() as u64)) " faces · "
-                (count(c.mesh.cells.len() as u64)) " shooters · "
-                (count(c.mesh.texels.len() as u64)) " texels · " (c.adapter)
+            h2 { (judged.first.scene.name) }
+            @for c in judged.ways() { (way(c, several)) }
+        }
+    }
+}
+
+/// One way of solving the scene.
+fn way(c: &Comparison, several: bool) -> Markup {
+    let figures = Figures::new(c);
+    html! {
+        @if several { h3.way { (heading(c.way)) } }
+        (verdict(c))
+        (accuracy(c))
+        p.facts {
+            (count(c.mesh.faces.len() as u64)) " faces · "
+            (count(c.mesh.cells.len() as u64)) " shooters · "
+            (count(c.mesh.texels.len() as u64)) " texels · " (c.adapter)
+        }
+        (notes(c))
+        h3 { "What they see" }
+        (views(&figures, c))
+        h3 { "Conditions of the verdict" }
+        (tables::gates(&c.gates))
+        h3 { "How far apart" }
+        p { "Reflected radiosity B − E per texel, area-weighted; the worst channel counts." }
+        (tables::differences(&c.lockstep_difference, &c.free_difference))
+        (visibility(c, &figures))
+        h3 { "Shaders against their twins" }
+        p {
+            "Each shader and its counterpart in plain Rust get the same input, which the GPU itself had there; "
+            "one ulp is a unit in the last place of a 32-bit float."
+        }
+        (tables::stages(&c.stages))
+        h3 { "Where the power went" }
+        (tables::energy_bars(&c.cpu_energy, &c.gpu_energy))
+        (tables::energy(&c.cpu_energy, &c.gpu_energy))
+        (convergence(&figures, c))
+        (textures(&figures))
+        h3 { "Settings in force" }
+        (tables::settings(c))
+    }
+}
+
+fn heading(way: Way) -> &'static str {
+    match way {
+        Way::Solve => "What solve does by default",
+        Way::Paper => "The paper's way: whole faces, discs, one sample, an item buffer",
+        Way::Asked => "As asked for",
+    }
+}
+
+/// How far the answers are off, and what the method errs by: beside the verdict, since agreement
+/// says nothing of it.
+fn accuracy(c: &Comparison) -> Markup {
+    html! {
+        @match &c.truth {
+            Some(truth) => p.accuracy {
+                "The answers are " b.cpu { (error(c, 0)) } " off on the CPU and " b.gpu { (error(c, 1)) }
+                " off on the GPU (relative RMS of reflected radiosity, against " (truth.name)
+                ", itself off by less than " (percent(truth.own_error)) ")."
+            },
+            None => p.accuracy {
+                "How far the answers are off is not known: the scene has too many faces for a truth of a few "
+                "seconds. " code { "chart" } " finds one."
+            },
+        }
+        @for finding in &c.findings {
+            p.finding { b { (finding.name) ": " (percent(finding.value)) ". " } (finding.message) "." }
+        }
+    }
+}
+
+fn notes(c: &Comparison) -> Markup {
+    let notes: Vec<&String> = c.scene.notes.iter().chain(&c.notes).collect();
+    html! {
+        @if !notes.is_empty() {
+            details {
+                summary { (notes.len()) @if notes.len() == 1 { " note" } @else { " notes" } }
+                ul { @for note in notes { li { (note) } } }
             }
-            @if !c.scene.notes.is_empty() {
-                details {
-                    summary { (c.scene.notes.len()) " notes of the import" }
-                    ul { @for note in &c.scene.notes { li { (note) } } }
-                }
-            }
-            h3 { "What they see" }
-            (views(&figures))
-            h3 { "Conditions of the verdict" }
-            (tables::gates(&c.gates))
-            h3 { "How far apart" }
-            p { "Reflected radiosity B − E per texel, area-weighted; the worst channel counts." }
-            (tables::differences(&c.lockstep_difference, &c.free_difference))
-            (visibility(c, &figures))
-            h3 { "Shaders against their twins" }
-            p {
-                "Each shader and its counterpart in plain Rust get the same input; one ulp is a unit in the last "
-                "place of a 32-bit float."
-            }
-            (tables::stages(&c.stages))
-            h3 { "Where the power went" }
-            (tables::energy_bars(&c.cpu_energy, &c.gpu_energy))
-            p {
-                "Escaped and closure are measured, not taken as the remainder: a lost or invented watt shows as "
-                "imbalance."
-            }
-            (tables::energy(&c.cpu_energy, &c.gpu_energy))
-            (convergence(&figures))
-            (textures(&figures))
-            h3 { "Settings in force" }
-            (tables::settings(c))
         }
     }
 }
@@ -87,12 +130,13 @@ pub fn figure(class: &str, source: &str, alt: &str, caption: Markup) -> Markup {
     }
 }
 
-fn views(f: &Figures) -> Markup {
+fn views(f: &Figures, c: &Comparison) -> Markup {
     let white = number(f64::from(f.exposure.white));
-    let runs = [
-        ("CPU", "cpu", "visibility by rays"),
-        ("GPU", "gpu", "visibility by item buffer"),
-    ];
+    let by = match c.gpu_settings.visibility {
+        Visibility::Rays => "visibility by rays as well",
+        _ => "visibility by item buffer",
+    };
+    let runs = [("CPU", "cpu", "visibility by rays"), ("GPU", "gpu", by)];
     let differences = [
         ("free", "each chose its own shooters"),
         ("lockstep", "the same shooters"),
@@ -176,10 +220,19 @@ fn visibility_name(c: &Comparison) -> String {
     }
 }
 
-fn convergence(f: &Figures) -> Markup {
+fn convergence(f: &Figures, c: &Comparison) -> Markup {
+    let none = if c.cpu.shots.is_empty() || singly(c) {
+        "Nothing was shot.".to_owned()
+    } else {
+        let passes = [&c.cpu, &c.gpu].map(|run| run.passes);
+        format!(
+            "Many cells shot at once: {} passes on the CPU, {} on the GPU.",
+            passes[0], passes[1]
+        )
+    };
     html! {
         h3 { "Shot by shot" }
-        (chart(f.convergence.as_deref(), "Nothing was shot.", html! {
+        (chart(f.convergence.as_deref(), &none, html! {
             b { "Unshot power" } " after each shot, as a share of the emitted power, free runs; the dotted line "
             "is where they stop."
         }))

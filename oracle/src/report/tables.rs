@@ -42,16 +42,16 @@ pub fn stages(stages: &[Stage]) -> Markup {
     html! {
         div.scroll { table {
             thead { tr {
-                th {} th { "Shader" } th.n { "Values" } th.n { "Differing" } th.n { "Largest, ulp" }
-                th.n { "At most, ulp" } th { "What may differ, and why" }
+                th {} th { "Shader" } th.n { "Values" } th.n { "Differing" } th.n { "Largest" }
+                th.n { "At most" } th { "What may differ, and why" }
             } }
             tbody { @for stage in stages {
-                tr.bad[!stage.pass] {
-                    td { (mark(stage.pass)) }
+                tr.bad[!stage.agree] {
+                    td { (mark(stage.agree)) }
                     td { code { (stage.name) } }
                     td.n { (count(stage.values)) }
                     td.n { (count(stage.differing)) }
-                    td.n { (number(stage.max_ulp)) }
+                    td.n { (number(stage.worst)) }
                     td.n { (number(stage.bound)) }
                     td.reason { (stage.reason) }
                 }
@@ -76,8 +76,12 @@ pub fn pairs(pairs: &Pairs) -> Markup {
     ];
     let rows = [
         ("Pairs (shooter, texel)", pairs.pairs, all),
-        ("Facing each other", pairs.facing, all),
-        ("Near an ID boundary", pairs.explainable, facing),
+        ("Pairs of points facing each other", pairs.facing, all),
+        (
+            "Near a silhouette: pixels may err",
+            pairs.explainable,
+            facing,
+        ),
         ("Rays and item buffer disagree", pairs.mismatched, facing),
         ("– explained: near an ID boundary", pairs.explained, these),
         (
@@ -98,6 +102,10 @@ pub fn pairs(pairs: &Pairs) -> Markup {
                 tr {
                     td { "Disagreement weighted by form factor × area" }
                     td.n { (percent(pairs.weighted_mismatch)) } td.n { "of facing" }
+                }
+                tr {
+                    td { "What silhouettes could come to, so weighted" }
+                    td.n { (percent(pairs.weighted_explainable)) } td.n { "of facing" }
                 }
             }
         } }

@@ -1,6 +1,7 @@
 //! What other programs took for the same scene, as measured elsewhere.
 
-use common::{Error, Result};
+use common::text::plain;
+use common::{Error, Result, file};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -78,9 +79,18 @@ pub fn read(path: &Path) -> Result<Vec<Peer>> {
         let message = format!("is no list of other programs' solves: {e}");
         Error::input(path, "", message)
     };
-    let text = std::fs::read(path).map_err(|e| failed(&e))?;
-    let File { points: peers } = serde_json::from_slice(&text).map_err(|e| failed(&e))?;
+    let text = file::input(path, "a list of other programs' solves is needed")?;
+    let File { points: mut peers } = serde_json::from_slice(&text).map_err(|e| failed(&e))?;
     let sound = |p: &Peer| p.seconds.is_finite() && p.seconds >= 0.0 && p.error >= 0.0;
+    for peer in &mut peers {
+        for text in [
+            Some(&mut peer.peer),
+            peer.variant.as_mut(),
+            peer.sampler.as_mut(),
+        ] {
+            text.into_iter().for_each(|text| *text = plain(text));
+        }
+    }
     match peers.iter().position(|p| !sound(p)) {
         Some(k) => Err(failed(&format!("entry {k} has no seconds or no error"))),
         None => Ok(peers),

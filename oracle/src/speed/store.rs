@@ -3,7 +3,7 @@
 use super::methods::Method;
 use super::{Measurement, Solver};
 use common::scene::Scene;
-use common::{Error, Result};
+use common::{Error, Result, file};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -36,10 +36,10 @@ impl Store {
             path: path.to_path_buf(),
             source,
         };
-        let text = match std::fs::read(path) {
-            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(e) => return Err(failed(e)),
+        let text = if path.exists() {
+            String::from_utf8_lossy(&file::input(path, "remove it to begin anew")?).into_owned()
+        } else {
+            String::new()
         };
         let file = OpenOptions::new().create(true).append(true).open(path);
         let mut store = Self {
@@ -134,7 +134,8 @@ pub fn content(scene: &Scene) -> u64 {
 
 /// This very program: its version, and the file that runs.
 pub fn program() -> u64 {
-    let file = std::env::current_exe().and_then(std::fs::read);
+    let path = std::env::current_exe().ok();
+    let file = path.and_then(|path| file::read(&path, file::MAX_BYTES).ok());
     digest(&(env!("CARGO_PKG_VERSION"), file.unwrap_or_default()))
 }
 

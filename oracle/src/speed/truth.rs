@@ -150,7 +150,7 @@ fn write(
         adapter: None,
         settings,
         run,
-        estimated_error: None,
+        certificate: None,
         warnings: &[],
         notes: &[],
         matrix: None,

@@ -244,11 +244,17 @@ pub fn px(x: f64) -> String {
 mod tests {
     use super::super::fixture::{row, side, study};
     use super::*;
+    use approx::abs_diff_eq;
 
     #[test]
     fn harder_is_to_the_right_whichever_way_the_values_go() {
         let near = |a: Vec<f64>, b: &[f64]| {
-            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12), "{a:?}");
+            assert!(
+                a.iter()
+                    .zip(b)
+                    .all(|(a, b)| abs_diff_eq!(a, b, epsilon = 1e-12)),
+                "{a:?}"
+            );
         };
         near(places(&[1.0, 0.1, 0.001]), &[0.0, 1.0 / 3.0, 1.0]);
         near(places(&[1.0, 10.0, 100.0]), &[0.0, 0.5, 1.0]);

@@ -199,6 +199,7 @@ fn rule([a, b, c]: [DVec3; 3], f: &dyn Fn(DVec3) -> f64, greatest: &mut f64) -> 
 mod tests {
     use super::*;
     use crate::stress::cases::shapes::{lamp, scene, square};
+    use approx::abs_diff_eq;
     use glam::Vec3;
 
     /// A lamp over a floor, and a plate between them.
@@ -220,7 +221,7 @@ mod tests {
         }
         let sampled = reflected(&below, 4, &[1]);
         for (a, b) in exact[..16].iter().zip(&sampled[..16]) {
-            assert!((a.x - b.x).abs() < 1e-4 * a.x, "{a} {b}");
+            assert!(abs_diff_eq!(a.x, b.x, epsilon = 1e-4 * a.x), "{a} {b}");
         }
     }
 
@@ -246,10 +247,10 @@ mod tests {
             let all = point_to_polygon(p, DVec3::Z, lamp.outline());
             let hidden = point_to_polygon(p, DVec3::Z, &seen);
             let open = visible(p, DVec3::Z, lamp.outline(), &[plate.outline()]);
-            assert!((all - hidden - open).abs() < 1e-14, "{p}");
+            assert!(abs_diff_eq!(all - hidden, open, epsilon = 1e-14), "{p}");
             // A second plate in the first one's shadow hides no more.
             let again = visible(p, DVec3::Z, lamp.outline(), &[plate.outline(); 2]);
-            assert!((again - open).abs() < 1e-14);
+            assert!(abs_diff_eq!(again, open, epsilon = 1e-14));
         }
     }
 
@@ -269,8 +270,12 @@ mod tests {
     fn the_mean_finds_an_edge() {
         let unit = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
         let step = |p: DVec3| f64::from(p.x + 0.3 * p.y < 0.37);
-        assert!((mean(&unit, 0.0, &step) - 0.22).abs() < 1e-3);
+        assert!(abs_diff_eq!(mean(&unit, 0.0, &step), 0.22, epsilon = 1e-3));
         let smooth = |p: DVec3| (3.0 * p.x).sin() * p.y;
-        assert!((mean(&unit, 0.0, &smooth) - (1.0 - 3f64.cos()) / 6.0).abs() < 1e-6);
+        assert!(abs_diff_eq!(
+            mean(&unit, 0.0, &smooth),
+            (1.0 - 3f64.cos()) / 6.0,
+            epsilon = 1e-6
+        ));
     }
 }

@@ -56,6 +56,7 @@ fn logarithms(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::abs_diff_eq;
 
     fn points(p: f64, h0: f64) -> Vec<(f64, f64)> {
         [0.25, 0.125, 0.0625, 0.03125]
@@ -71,9 +72,17 @@ mod tests {
     #[test]
     fn powers_are_recognised() {
         for p in [0.5, 1.0, 2.0] {
-            assert!((slope(&points(p, 0.0)).unwrap() - p).abs() < 1e-12);
+            assert!(abs_diff_eq!(
+                slope(&points(p, 0.0)).unwrap(),
+                p,
+                epsilon = 1e-12
+            ));
             let h0 = 1.0 / 64.0;
-            assert!((order_beside(&points(p, h0), h0).unwrap() - p).abs() < 1e-9);
+            assert!(abs_diff_eq!(
+                order_beside(&points(p, h0), h0).unwrap(),
+                p,
+                epsilon = 1e-9
+            ));
             // The plain slope is too steep against a truth that is not exact.
             assert!(slope(&points(p, h0)).unwrap() > p + 0.05);
         }

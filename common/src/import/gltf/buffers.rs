@@ -1,8 +1,11 @@
 //! The bytes of a glTF file: GLB chunks, `data:` URIs and files beside it.
 
+use super::indices::{indices, version};
 use crate::error::{Error, Result};
-use gltf::Gltf;
-use gltf::json::Root;
+use crate::file::{self, MAX_BYTES};
+use gltf::binary::Glb;
+use gltf::json::{Root, deserialize};
+use serde_json::Value;
 use std::path::Path;
 
 /// A document and its buffers.
@@ -21,10 +24,7 @@ impl Document {
             true => container(bytes).map_err(fail)?,
             false => bytes.strip_prefix(crate::import::BOM).unwrap_or(bytes),
         };
-        // The crate's own validation panics on some indices; ours comes with each access.
-        let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes)
-            .map_err(|e| fail(format!("is not valid glTF 2.0: {e}")))?;
-        let root = document.into_json();
+        let (root, blob) = parse(bytes).map_err(fail)?;
         if let Some(name) = root
             .extensions_required
             .iter()
@@ -58,6 +58,23 @@ impl Document {
             .collect::<Result<_>>()?;
         Ok(Self { root, buffers })
     }
+}
+
+/// The document and the binary chunk.
+fn parse(bytes: &[u8]) -> std::result::Result<(Root, Option<Vec<u8>>), String> {
+    let invalid = |e: &dyn std::fmt::Display| format!("is not valid glTF 2.0: {e}");
+    let (text, blob) = if bytes.starts_with(b"glTF") {
+        let Glb { json, bin, .. } = Glb::from_slice(bytes).map_err(|e| invalid(&e))?;
+        (json, bin)
+    } else {
+        (bytes.into(), None)
+    };
+    let document: Value = serde_json::from_slice(&text).map_err(|e| invalid(&e))?;
+    version(&document)?;
+    indices(&document)?;
+    // The crate's own validation panics on some indices; ours comes with each access.
+    let root: Root = deserialize::from_slice(&text).map_err(|e| invalid(&e))?;
+    Ok((root, blob.map(Into::into)))
 }
 
 /// Extensions that a file may require.
@@ -96,8 +113,8 @@ fn fetch(scene: &Path, uri: &str) -> std::result::Result<Vec<u8>, String> {
         return Err(format!("is at {uri}: only files beside the scene are read"));
     }
     let name = percent_decoded(uri).ok_or_else(|| format!("has an invalid uri {uri}"))?;
-    let file = scene.parent().unwrap_or(Path::new("")).join(&name);
-    crate::import::read(&file).map_err(|reason| format!("{name} cannot be read: {reason}"))
+    let path = scene.parent().unwrap_or(Path::new("")).join(&name);
+    file::read(&path, MAX_BYTES).map_err(|reason| format!("{name} cannot be read: {reason}"))
 }
 
 /// RFC 4648 §4, padding optional.

@@ -5,6 +5,7 @@
 
 mod accessor;
 mod buffers;
+mod indices;
 mod material;
 mod primitive;
 

@@ -10,6 +10,7 @@ mod text;
 use super::builder::Builder;
 use super::surface::Surface;
 use crate::error::{Error, Result};
+use crate::file::MAX_BYTES;
 use digits::Digits;
 use glam::DVec3;
 use std::path::Path;
@@ -144,7 +145,7 @@ impl Source {
         };
         for name in names {
             let file = folder.join(name);
-            let bytes = super::read(&file).map_err(|reason| {
+            let bytes = crate::file::read(&file, MAX_BYTES).map_err(|reason| {
                 let message = format!(
                     "the material file {name} cannot be read: {reason}; put it beside the scene, or remove the mtllib and usemtl lines"
                 );

@@ -1,6 +1,7 @@
 //! Every piece faces as its polygon does, and together they cover it once.
 
 use super::*;
+use approx::abs_diff_eq;
 
 fn at(points: &[(f64, f64)]) -> Vec<DVec3> {
     points
@@ -30,7 +31,7 @@ fn covers(points: &[(f64, f64)]) -> (usize, Vec<Remark>) {
     );
     let total: f64 = areas.iter().sum();
     assert!(
-        (total - vector_area(&corners).z).abs() < 1e-12,
+        abs_diff_eq!(total, vector_area(&corners).z, epsilon = 1e-12),
         "area {total} of {}",
         vector_area(&corners).z
     );
@@ -173,4 +174,52 @@ fn joined_triangles_keep_the_first_corner() {
         None,
         "a straight corner"
     );
+}
+
+/// Of a thousand corners: a star, a comb, a spiral, each walked from anywhere.
+#[test]
+fn a_thousand_corners_are_cut_at_once() {
+    let n = super::MAX_CORNERS;
+    let round = |k: usize, r: f64| {
+        let (y, x) = (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
+        (r * x, r * y)
+    };
+    let star = (0..n).map(|k| round(k, if k % 2 == 0 { 1.0 } else { 0.5 }));
+    let tooth = |k: usize| (1.0 - k as f64 / n as f64, (k % 2) as f64);
+    let comb = [(0.0, -1.0), (1.0, -1.0)]
+        .into_iter()
+        .chain((2..n).map(tooth));
+    let arm = |k: usize, r: f64| {
+        let t = k as f64 / 16.0;
+        ((r + t) / 34.0 * t.cos(), (r + t) / 34.0 * t.sin())
+    };
+    let spiral = (0..n / 2).map(|k| arm(k, 2.0));
+    let spiral = spiral.chain((0..n / 2).rev().map(|k| arm(k, 1.0)));
+    for shape in [star.collect::<Vec<_>>(), comb.collect(), spiral.collect()] {
+        for first in [0, 1, 500] {
+            let mut corners = shape.clone();
+            corners.rotate_left(first);
+            if vector_area(&at(&corners)).z < 0.0 {
+                corners.reverse();
+            }
+            let start = std::time::Instant::now();
+            assert_eq!(covers(&corners).0, n - 2);
+            // 30 ns for each pair of corners would be a thirtieth of that; for each triple 30 s.
+            assert!(start.elapsed().as_secs_f64() < 1.0, "{:?}", start.elapsed());
+        }
+    }
+}
+
+#[test]
+fn a_thousand_corners_anywhere_end_at_once() {
+    let n = super::MAX_CORNERS as u32;
+    let corners: Vec<_> = (0..n)
+        .map(|k| {
+            let [x, y] = [2 * k, 2 * k + 1].map(|k| f64::from(crate::sampling::hash(k)));
+            (x / 4e9, y / 4e9)
+        })
+        .collect();
+    let start = std::time::Instant::now();
+    assert!(!split(&at(&corners)).0.is_empty());
+    assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
 }

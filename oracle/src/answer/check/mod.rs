@@ -1,48 +1,60 @@
-//! An estimate of an answer's error that needs no truth: what its own light brings to a few of its
-//! texels, asked again in finer ways.
+//! An estimate of an answer's error that needs no truth, and shares nothing with the solver that
+//! could hide what it gets wrong: the answer's own light is gathered again on a draw of its texels by
+//! rays alone, without cells, form factors or samples of its own.
 //!
 //! ```text
-//! H'_j = Σ_i w'_ji B_i      H" = H' + LEFT (H' − H°)
-//! δ = ρ(H" − H)             error² ≈ mean δ² / mean (ρH")² + (β ΣAB/ΣAE)²
+//! r_j = ρ(H'_j − H_j)      e_j = r_j + x_g(j)      x = ρF(r̄ + x)
+//! error² = Σ A e·e' / Σ A l·l'       l = ρH + e
 //! ```
-//! B is the answer's radiosity, H the irradiance that it claims; w' are links by rays from cells of
-//! half the size with four times the samples, H° is by rays from its own cells and samples, both with
-//! form factors that leave nothing to mend. Before them an item buffer's answer is asked by rays with
-//! its own form factor, so that causes can be told apart. β is the share of light that is made up or lost at every reflection,
-//! as far as it stands out of its noise: in all it comes to β·ΣAB/ΣAE. The texels are the same each
-//! time.
+//! H is the irradiance that the answer claims, H' what is gathered: [`gather`]. r is all that one
+//! bounce makes wrong, what is unshot included; x what comes of its means over groups of faces by
+//! later bounces: [`later`]. e and e' are by independent rays and x by independent texels, so that
+//! the product's mean is e² and no noise. The error is told only as low as the standard error of
+//! that mean.
 
 mod choose;
-mod places;
-mod way;
+mod gather;
+mod later;
+mod light;
+mod own;
+mod slope;
 
 use choose::choose;
 use common::Result;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
-use common::settings::{Settings, Visibility};
+use common::scene::Scene;
+use common::settings::{Quality, Settings, Visibility};
 use common::shooting::Field;
 use cpu::rays::Rays;
+use gather::Gather;
 use glam::DVec3;
+use later::Groups;
+use light::{Light, reflected};
+use own::Own;
 use rayon::prelude::*;
-use way::Way;
+use serde::Serialize;
+use serde_json::{Value, json};
 
-/// What halved cells and four times the samples leave of what they mend: their orders are 1.2 and
-/// 0.7 (`converge`), so two fifths of the error remain, as much as half of what was mended.
-const LEFT: f64 = 0.5;
-/// Rays of all looks together, unless fewer than the least texels would be left.
-const BUDGET: u64 = 1 << 20;
-/// Texels that are looked at, at most: of n Gaussian errors the RMS is known to 1/√(2n).
-const MOST: u64 = 256;
-/// At least.
-const LEAST: u64 = 16;
-/// Points of finer cells: more are not made.
-const POINTS: u64 = 1 << 20;
+/// Texels that are looked at, at most.
+const LOOKS: u64 = 1 << 10;
+/// Rays of each kind and half that all looks share: a million rays, a fifth of a second on two quiet
+/// cores. At reference quality four times as many: its errors are smaller, and its solves longer.
+const BUDGET: u32 = 1 << 18;
+/// Rays of each kind and half that tell how many are worth their while.
+const PILOT: u32 = 64;
+/// Rays that tell causes apart, unless that left too few looks.
+const BLAMING: u64 = 1 << 20;
+/// Looks that tell causes apart, at least and at most.
+const BLAMED: [u64; 2] = [16, 256];
+/// Of the light that is claimed, what is taken to be there at least.
+const LEAST: f64 = 1e-4;
 /// Faces that a part or a warning names.
 pub const NAMED: usize = 8;
 
 /// What explains a difference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Cause {
     /// The item buffer: rays see something else.
     Visibility,
@@ -53,7 +65,7 @@ pub enum Cause {
 }
 
 /// One cause's part.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Part {
     /// The cause.
     pub cause: Cause,
@@ -63,186 +75,202 @@ pub struct Part {
     pub faces: Vec<u32>,
 }
 
-/// What is found.
-#[derive(Clone, Debug)]
+/// What is found, each a relative RMS of B − E, of the worst channel.
+#[derive(Clone, Debug, Serialize)]
 pub struct Estimate {
-    /// Relative RMS of B − E, of the worst channel.
+    /// The error.
     pub error: f64,
-    /// The same with one standard error of its square on top: a few texels on the edges of shadows
+    /// The same with two standard errors of its square on top: a few texels on the edges of shadows
     /// make most of it, and not all of them are looked at.
     pub upper: f64,
+    /// What one bounce gets wrong.
+    pub one_bounce: f64,
+    /// What later bounces make of it.
+    pub later_bounces: f64,
+    /// What could not be told from no error.
+    pub floor: f64,
+    /// Texels that were looked at.
+    pub looks: usize,
+    /// Rays that were asked.
+    pub rays: u64,
     /// Its causes.
+    #[serde(rename = "causes")]
     pub parts: Vec<Part>,
 }
 
+impl Estimate {
+    /// As `result.json` has it.
+    pub fn certificate(&self) -> Value {
+        json!(self)
+    }
+}
+
 /// One texel, looked at.
-struct Look {
+pub struct Look {
+    /// It.
+    texel: usize,
     /// Its face.
     face: u32,
     /// The area that it stands for.
     area: f64,
-    /// ρH as the answer claims it, as each way finds it, and as it would be in the limit.
-    reflected: Vec<DVec3>,
+    /// ρH as the answer claims it.
+    claimed: DVec3,
+    /// r, twice.
+    missed: [DVec3; 2],
+    /// The share of its rays that met fronts of each group.
+    met: Vec<(usize, f64)>,
 }
 
-/// Looks at `field` on `mesh`, the answer of `settings`; `remade` is the same texels with other
-/// cells and samples. None where finer cells would be too many.
+/// Looks at `field` on `mesh`, the answer of `settings` for `scene`.
 pub fn estimate(
+    scene: &Scene,
     settings: &Settings,
     mesh: &Mesh,
     field: &Field,
-    remade: impl FnOnce(&Settings) -> Result<Mesh>,
-) -> Result<Option<Estimate>> {
-    let Some(Ways { ways, causes }) = ways(settings, mesh, field, remade)? else {
-        return Ok(None);
-    };
+) -> Result<Estimate> {
     let rays = Rays::new(mesh);
-    let cost: u64 = ways.iter().map(Way::rays).sum();
-    let looks: Vec<Look> = choose(mesh, field, (BUDGET / cost.max(1)).clamp(LEAST, MOST))
-        .into_par_iter()
-        .map(|(k, area)| {
-            let found = ways.iter().map(|way| way.gather(&rays, mesh, k));
-            Look::new(mesh, field, k, area, found)
+    let light = Light::new(scene, mesh, field, &rays);
+    let groups = Groups::new(scene, mesh);
+    let gather = Gather {
+        mesh,
+        light: &light,
+        rays: &rays,
+    };
+    let chosen = choose(mesh, field, LOOKS);
+    let finer = settings.quality == Quality::Reference;
+    let budget = if finer { 4 * BUDGET } else { BUDGET };
+    let samples = shared(&gather, &chosen, budget);
+    let looks: Vec<Look> = (chosen.into_par_iter().zip(&samples))
+        .map(|((texel, area), samples)| Look::new(&gather, field, &groups, (texel, area), *samples))
+        .collect();
+    let later = groups.later(&looks)?;
+    let errors: Vec<[DVec3; 2]> = looks
+        .iter()
+        .map(|look| {
+            let x = [&later[0], &later[1]].map(|x| x[groups.of(look.texel)]);
+            [0, 1].map(|half| look.missed[half] + x[half])
         })
         .collect();
-    let last = ways.len() + 1;
-    // Scaled rows close: none makes up or loses light.
-    let drift = if settings.conserve {
-        DVec3::ZERO
-    } else {
-        drift(&looks, last) * gain(mesh, field)
+    let light = bright(&looks, &errors);
+    let found = Moment::of(&looks, |k| errors[k][0] * errors[k][1], light);
+    let one = Moment::of(&looks, |k| looks[k].missed[0] * looks[k].missed[1], light);
+    let x = |k: usize| {
+        let look = &looks[k];
+        [0, 1].map(|half| errors[k][half] - look.missed[half])
     };
-    let total = |rms: DVec3| (rms * rms + drift * drift).max_element().sqrt();
-    let mut from = 0;
-    let part = |(cause, to)| {
-        let part = Part {
-            cause,
-            error: relative_rms(&looks, from, to, 0.0).max_element(),
-            faces: worst(&looks, from, to),
-        };
-        from = to;
-        part
+    let coherent = Moment::of(&looks, |k| x(k)[0] * x(k)[1], light);
+    // What all texels have of it in common is not as many draws as there are looks.
+    let common = mean(&looks, |k| x(k)[0] - x(k)[1]).powf(2.0) * area(&looks);
+    let doubt = found.doubt + 0.5 * share(common, light);
+    let square = found.mean.max(doubt);
+    Ok(Estimate {
+        error: square.max_element().sqrt(),
+        upper: (found.mean.max(DVec3::ZERO) + 2.0 * doubt)
+            .max_element()
+            .sqrt(),
+        one_bounce: one.mean.max_element().max(0.0).sqrt(),
+        later_bounces: coherent.mean.max_element().max(0.0).sqrt(),
+        floor: doubt.max_element().sqrt(),
+        rays: samples.iter().map(|n| 4 * u64::from(*n + PILOT)).sum(),
+        looks: looks.len(),
+        parts: blame(settings, mesh, field, &rays, &looks, light),
+    })
+}
+
+/// The rays of each look. Its part of the mean's variance is (A v/n)², v the variance of a ray; of so
+/// many rays in all the least is left by n as (A v)^⅔. The pilot's rays are not used again: the mean
+/// stays fair.
+fn shared(gather: &Gather, chosen: &[(usize, f64)], budget: u32) -> Vec<u32> {
+    let pilot = |(k, area): &(usize, f64)| {
+        let reflectance = gather.mesh.texels[*k].reflectance.as_dvec3();
+        let variance = gather.at(*k, PILOT, 0).variance;
+        (area * variance * reflectance.length_squared()).powf(2.0 / 3.0)
     };
-    Ok(Some(Estimate {
-        parts: causes.into_iter().map(part).collect(),
-        error: total(relative_rms(&looks, 0, last, 0.0)),
-        upper: total(relative_rms(&looks, 0, last, 1.0)),
-    }))
+    let weights: Vec<f64> = chosen.par_iter().map(pilot).collect();
+    let all = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let samples = |weight: &f64| (weight / all * f64::from(budget)) as u32;
+    weights
+        .iter()
+        .map(|weight| samples(weight).max(PILOT))
+        .collect()
 }
 
 impl Look {
-    /// Texel `k` and what the ways found, the last one with the answer's own cells before it.
     fn new(
-        mesh: &Mesh,
+        gather: &Gather,
         field: &Field,
-        k: usize,
-        area: f64,
-        found: impl Iterator<Item = DVec3>,
+        groups: &Groups,
+        (texel, area): (usize, f64),
+        samples: u32,
     ) -> Self {
-        let texel = &mesh.texels[k];
-        let reflectance = texel.reflectance.as_dvec3();
-        let claimed = field.irradiance[k].truncate().as_dvec3();
-        let mut reflected: Vec<DVec3> = std::iter::once(claimed)
-            .chain(found)
-            .map(|irradiance| reflectance * irradiance)
-            .collect();
-        if let [.., own, finer] = reflected[..] {
-            reflected.push(finer + LEFT * (finer - own));
+        let mesh = gather.mesh;
+        let claimed = reflected(mesh, field, texel);
+        let found = gather.at(texel, samples, 1);
+        let reflectance = mesh.texels[texel].reflectance.as_dvec3();
+        let share = 0.5 / f64::from(samples);
+        let mut met: Vec<(usize, f64)> = Vec::new();
+        for texel in found.met {
+            let group = groups.of(texel);
+            match met.iter_mut().find(|(known, _)| *known == group) {
+                Some((_, sum)) => *sum += share,
+                None => met.push((group, share)),
+            }
         }
         Self {
-            face: texel.face,
+            texel,
+            face: mesh.texels[texel].face,
             area,
-            reflected,
+            claimed,
+            missed: found.irradiance.map(|h| reflectance * h - claimed),
+            met,
         }
     }
 }
 
-/// The ways to gather, the last two with own and with finer cells; and what explains the differences,
-/// each up to its place among [`Look::reflected`].
-struct Ways {
-    ways: Vec<Way>,
-    causes: Vec<(Cause, usize)>,
+/// Σ A l·l', but no less than a share of what is claimed: what is told from noise alone is no light.
+fn bright(looks: &[Look], errors: &[[DVec3; 2]]) -> DVec3 {
+    let (mut light, mut claimed) = (DVec3::ZERO, DVec3::ZERO);
+    for (look, e) in looks.iter().zip(errors) {
+        light += look.area * (look.claimed + e[0]) * (look.claimed + e[1]);
+        claimed += look.area * look.claimed * look.claimed;
+    }
+    light.max(LEAST * claimed)
 }
 
-fn ways(
-    settings: &Settings,
-    mesh: &Mesh,
-    field: &Field,
-    remade: impl FnOnce(&Settings) -> Result<Mesh>,
-) -> Result<Option<Ways>> {
-    let Some(finer) = finer(mesh, settings) else {
-        return Ok(None);
-    };
-    let way = |own: Mesh, form_factor, exact| Way::new(own, (form_factor, exact), mesh, field);
-    let (mut ways, mut causes) = (Vec::new(), Vec::new());
-    if settings.visibility != Visibility::Rays {
-        ways.push(way(mesh.clone(), settings.form_factor, false));
-        causes.push((Cause::Visibility, ways.len()));
-    }
-    ways.push(way(mesh.clone(), FormFactor::Polygon, true));
-    if settings.form_factor != FormFactor::Polygon {
-        causes.push((Cause::FormFactor, ways.len()));
-    }
-    ways.push(way(remade(&finer)?, FormFactor::Polygon, true));
-    causes.push((Cause::Cells, ways.len() + 1));
-    Ok(Some(Ways { ways, causes }))
+fn area(looks: &[Look]) -> f64 {
+    looks
+        .iter()
+        .map(|look| look.area)
+        .sum::<f64>()
+        .max(f64::MIN_POSITIVE)
 }
 
-/// Cells of half the size and four times the samples, or what can be had of that.
-fn finer(mesh: &Mesh, settings: &Settings) -> Option<Settings> {
-    let (cells, samples) = (settings.cells.min(settings.texels), settings.samples);
-    let half = (2 * cells).min(settings.texels);
-    let points = |k: u32, samples: u32| {
-        let finer = mesh.cells.len() as u64 * u64::from(k.div_ceil(cells)).pow(2);
-        finer.min(mesh.texels.len() as u64) * u64::from(samples)
-    };
-    [(half, 4 * samples), (half, samples), (cells, 4 * samples)]
-        .into_iter()
-        .find(|(cells, samples)| points(*cells, *samples) <= POINTS)
-        .map(|(cells, samples)| Settings {
-            cells,
-            samples,
-            ..settings.clone()
-        })
+fn mean(looks: &[Look], value: impl Fn(usize) -> DVec3) -> DVec3 {
+    let parts = looks
+        .iter()
+        .enumerate()
+        .map(|(k, look)| look.area * value(k));
+    parts.sum::<DVec3>() / area(looks)
 }
 
-/// √(mean (b − a)² / mean l²) of the channels, l being the limit, with so many standard
-/// errors of the first mean on top.
-fn relative_rms(looks: &[Look], a: usize, b: usize, more: f64) -> DVec3 {
-    let (mut change, mut square, mut light) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-    for look in looks {
-        let delta = look.reflected[b] - look.reflected[a];
-        let found = look.reflected.last().copied().unwrap_or_default();
-        let part = look.area * delta * delta;
-        change += part;
-        square += part * part;
-        light += look.area * found * found;
-    }
-    share(change + more * square.map(f64::sqrt), light).map(f64::sqrt)
+/// A mean square relative to the light's, and its standard error; of each channel.
+struct Moment {
+    mean: DVec3,
+    doubt: DVec3,
 }
 
-/// Σ(b − a)/Σb of all ways together, less two standard errors.
-fn drift(looks: &[Look], last: usize) -> DVec3 {
-    let (mut change, mut square, mut light) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-    for look in looks {
-        let delta = look.area * (look.reflected[last] - look.reflected[0]);
-        change += delta;
-        square += delta * delta;
-        light += look.area * look.reflected[last];
+impl Moment {
+    fn of(looks: &[Look], square: impl Fn(usize) -> DVec3, light: DVec3) -> Self {
+        let mean = mean(looks, &square);
+        let mut variance = DVec3::ZERO;
+        for (k, look) in looks.iter().enumerate() {
+            variance += (look.area * (square(k) - mean)).powf(2.0);
+        }
+        Self {
+            mean: share(mean * area(looks), light),
+            doubt: share(variance.map(f64::sqrt), light),
+        }
     }
-    let noise = square.map(f64::sqrt);
-    share((change.abs() - 2.0 * noise).max(DVec3::ZERO), light)
-}
-
-/// ΣAB/ΣAE: how much of itself a watt becomes by reflections.
-fn gain(mesh: &Mesh, field: &Field) -> DVec3 {
-    let (mut all, mut emitted) = (DVec3::ZERO, DVec3::ZERO);
-    for (texel, b) in mesh.texels.iter().zip(&field.radiosity) {
-        let area = f64::from(texel.area);
-        all += area * b.truncate().as_dvec3();
-        emitted += area * texel.emission.as_dvec3();
-    }
-    share(all, emitted)
 }
 
 /// a/b; 0/0 is 0.
@@ -251,18 +279,78 @@ fn share(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(part(a.x, b.x), part(a.y, b.y), part(a.z, b.z))
 }
 
-/// The faces with most of the difference.
-fn worst(looks: &[Look], a: usize, b: usize) -> Vec<u32> {
+/// What each cause explains: the answer's cells are asked by rays, then with exact form factors.
+fn blame(
+    settings: &Settings,
+    mesh: &Mesh,
+    field: &Field,
+    rays: &Rays,
+    looks: &[Look],
+    light: DVec3,
+) -> Vec<Part> {
+    let mut ways = Vec::new();
+    if settings.visibility != Visibility::Rays {
+        ways.push((Cause::Visibility, settings.form_factor));
+    }
+    if settings.form_factor != FormFactor::Polygon {
+        ways.push((Cause::FormFactor, FormFactor::Polygon));
+    }
+    let cost = mesh.cells.len() as u64 * u64::from(mesh.samples) * ways.len() as u64;
+    let most = (BLAMING / cost.max(1)).clamp(BLAMED[0], BLAMED[1]) as usize;
+    let step = looks.len().div_ceil(most).max(1);
+    let some = |k: usize| ways.is_empty() || k.is_multiple_of(step);
+    let asked = (0..looks.len()).filter(|k| some(*k)).collect::<Vec<_>>();
+    let mut before: Vec<DVec3> = asked.iter().map(|k| looks[*k].claimed).collect();
+    let of_asked = asked.iter().map(|k| looks[*k].area).sum::<f64>();
+    let light = light * (of_asked / area(looks));
+    let mut parts = Vec::new();
+    for (cause, form_factor) in ways {
+        let own = Own::new(mesh, field, form_factor);
+        let found: Vec<DVec3> = asked
+            .par_iter()
+            .map(|k| {
+                mesh.texels[looks[*k].texel].reflectance.as_dvec3()
+                    * own.gather(rays, looks[*k].texel)
+            })
+            .collect();
+        let square = |n: usize| (found[n] - before[n]).powf(2.0);
+        parts.push(part(cause, looks, &asked, square, light));
+        before = found;
+    }
+    let square = |n: usize| {
+        let look = &looks[asked[n]];
+        let [a, b] = look.missed.map(|r| look.claimed + r - before[n]);
+        a * b
+    };
+    parts.push(part(Cause::Cells, looks, &asked, square, light));
+    parts
+}
+
+/// A part, and the faces with most of it.
+fn part(
+    cause: Cause,
+    looks: &[Look],
+    asked: &[usize],
+    square: impl Fn(usize) -> DVec3,
+    light: DVec3,
+) -> Part {
+    let mut sum = DVec3::ZERO;
     let mut faces: Vec<(u32, f64)> = Vec::new();
-    for look in looks {
-        let square = look.area * (look.reflected[b] - look.reflected[a]).length_squared();
+    for (n, k) in asked.iter().enumerate() {
+        let look = &looks[*k];
+        let own = look.area * square(n);
+        sum += own;
         match faces.iter_mut().find(|(face, _)| *face == look.face) {
-            Some((_, sum)) => *sum += square,
-            None => faces.push((look.face, square)),
+            Some((_, sum)) => *sum += own.element_sum(),
+            None => faces.push((look.face, own.element_sum())),
         }
     }
     faces.retain(|(_, sum)| *sum > 0.0);
     faces.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     faces.truncate(NAMED);
-    faces.into_iter().map(|(face, _)| face).collect()
+    Part {
+        cause,
+        error: share(sum, light).max_element().max(0.0).sqrt(),
+        faces: faces.into_iter().map(|(face, _)| face).collect(),
+    }
 }

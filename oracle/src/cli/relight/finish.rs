@@ -1,9 +1,11 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
+use crate::answer::check::Estimate;
 use crate::cli::Outcome;
 use crate::cli::objects::Object;
 use crate::cli::solve::{judged, wrote};
+use crate::cli::tell::say;
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::mended::Answer;
 use crate::relight::page::{Report, html};
@@ -49,7 +51,7 @@ pub fn write(
     let mut notes = stage.notes.clone();
     notes.extend(said(stage, done));
     for note in &answered.notes {
-        eprintln!("note: {note}");
+        say!("note: {note}");
         notes.push(note.clone());
     }
     if work.stopped.get() {
@@ -64,7 +66,7 @@ pub fn write(
         adapter: work.device.map(|gpu| gpu.line.name.as_str()),
         settings: &answered.settings,
         run: &done.run,
-        estimated_error: estimate.as_ref().map(|e| e.error),
+        certificate: estimate.as_ref().map(Estimate::certificate),
         warnings: &warnings,
         notes: &notes,
         matrix: None,
@@ -218,7 +220,7 @@ fn summary(solution: &Solution, seconds: &Phases, arguments: &Arguments) {
         .iter()
         .map(|(phase, seconds)| format!("{phase} {seconds:.2} s"))
         .collect();
-    eprintln!(
+    say!(
         "{}: {} faces, {} texels, {} shots on {}, {:.3} % unshot, imbalance {:.1e}; {}",
         solution.scene.name,
         solution.mesh.faces.len(),

@@ -4,13 +4,18 @@ use super::{Arguments, MapOption};
 use crate::cli::objects::Object;
 use crate::relight::room::{Placement, read};
 use crate::relight::work::Stage;
-use common::Result;
 use common::capture::Projection;
+use common::constants::CONTACT;
 use common::scene::{Face, Scene};
+use common::{Error, Result};
 use glam::DVec3;
 
 /// Meshes of more faces have one texel a face unless told otherwise.
 const MANY_FACES: usize = 1000;
+/// The room is at least this share of the extent of room and objects: CONTACT, within which fronts
+/// exchange nothing, is then a thousandth of it at most.
+const LEAST_ROOM: f64 = 1e3 * CONTACT as f64;
+
 /// Room and objects, put together.
 pub fn stage(arguments: &Arguments) -> Result<Stage> {
     let common = &arguments.common;
@@ -50,6 +55,7 @@ pub fn stage(arguments: &Arguments) -> Result<Stage> {
             None => texels_asked,
         };
         resolutions.extend(vec![[side; 2]; scene.faces.len()]);
+        within_reach(&captured.scene, &scene, object)?;
         outside.extend(stray(&captured.scene, &scene, object));
         scenes.push(scene);
     }
@@ -65,6 +71,27 @@ pub fn stage(arguments: &Arguments) -> Result<Stage> {
         reflectance: given.filter(|_| !solved),
         notes,
     })
+}
+
+/// An object so large or so far away that beside it nothing would be left of the room.
+fn within_reach(room: &Scene, scene: &Scene, object: &Object) -> Result<()> {
+    let (low, high) = extent(room);
+    let (from, to) = extent(scene);
+    let size = (high - low).max_element();
+    let all = (high.max(to) - low.min(from)).max_element();
+    // Not a number fails as well.
+    if size >= LEAST_ROOM * all {
+        return Ok(());
+    }
+    Err(Error::input(
+        &object.file,
+        "",
+        format!(
+            "reaches from {} to {}, too far out of a room of {size:.3}: see --scale and --place",
+            short(from),
+            short(to)
+        ),
+    ))
 }
 
 /// An object that reaches out of the room's box: most likely its unit is another.
@@ -94,5 +121,12 @@ fn extent(scene: &Scene) -> (DVec3, DVec3) {
 }
 
 fn short(p: DVec3) -> String {
-    format!("{:.3},{:.3},{:.3}", p.x, p.y, p.z)
+    let one = |x: f64| {
+        if x.abs() < 1e6 {
+            format!("{x:.3}")
+        } else {
+            format!("{x:.3e}")
+        }
+    };
+    p.to_array().map(one).join(",")
 }

@@ -7,13 +7,15 @@ use super::Outcome;
 use super::objects::{Objects, camera, triple};
 use super::options::Common;
 use super::progress::{Progress, listen};
+use super::solve::visibility;
 use super::solver::{SolverOption, choose, open};
+use crate::cli::tell::say;
 use crate::relight::mended::answer;
 use crate::relight::work::{Phases, Stage, Work};
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::relight::{Mended, Method};
-use common::settings::{Iteration, Quality, Settings, Visibility};
+use common::settings::{Iteration, Quality, Settings};
 use common::solution::prepare;
 use common::{Error, Result};
 use glam::DVec3;
@@ -109,10 +111,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if solver == SolverOption::Matrix {
         return Err(Error::Usage("relight shoots: --solver cpu or gpu".into()));
     }
+    common.not_for_rays(visibility(common, solver == SolverOption::Gpu))?;
     let mut seconds = Phases::default();
     let stage = seconds.of("load", || load::stage(arguments))?;
     for note in &stage.notes {
-        eprintln!("note: {note}");
+        say!("note: {note}");
     }
     prepare(&arguments.out)?;
     listen();
@@ -161,11 +164,7 @@ fn method(arguments: &Arguments) -> Result<Option<Method>> {
 
 fn settings(arguments: &Arguments, stage: &Stage, on_gpu: bool) -> Result<Settings> {
     let common = &arguments.common;
-    let visibility = if on_gpu && common.quality() != Quality::Reference {
-        Visibility::Stereographic
-    } else {
-        Visibility::Rays
-    };
+    let visibility = visibility(common, on_gpu);
     let mut settings = Settings {
         // Of the room's own solve, as `solve` does it.
         iteration: Iteration::Cg,

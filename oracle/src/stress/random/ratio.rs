@@ -61,6 +61,7 @@ pub fn of<'a>(sides: impl Iterator<Item = &'a Side>) -> Ratios {
 mod tests {
     use super::super::super::fixture::side;
     use super::*;
+    use approx::abs_diff_eq;
 
     fn of_pairs(pairs: &[(f64, Option<f64>)]) -> Ratios {
         let sides: Vec<Side> = pairs
@@ -92,7 +93,7 @@ mod tests {
         };
         assert_eq!(found, expected);
         let even = of_pairs(&[(0.01, Some(0.01)), (0.01, Some(0.02))]);
-        assert!((even.median - 1.5).abs() < 1e-12);
+        assert!(abs_diff_eq!(even.median, 1.5, epsilon = 1e-12));
         assert_eq!(of_pairs(&[(0.001, Some(0.0))]), Ratios::default());
     }
 }

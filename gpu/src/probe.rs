@@ -1,0 +1,229 @@
+//! A cell's links made a sample at a time, with all that each stage leaves behind: for checks of
+//! one stage after the other on the same input. Solves know nothing of it.
+
+use crate::context::Context;
+use crate::linker::{Linker, Shots, Step};
+use crate::pipelines::LinkStages;
+use crate::records::{Params, SHOT_BYTES, ShotRecord};
+use crate::shaders::Fault;
+use crate::slots::Slots;
+use crate::solver::GpuSolver;
+use crate::stage::Workshop;
+use bytemuck::pod_collect_to_vec;
+use common::Result;
+use common::settings::Visibility;
+use common::shooting::Rule;
+use glam::{Vec3, Vec4};
+
+/// The last sample leaves its sums beside the link, as the others do; nothing else changes.
+const TOLD: Fault = Fault {
+    file: "link",
+    from: "    links[shots[slot].place * params.texels + k] = link(sum);\n",
+    to: "    links[shots[slot].place * params.texels + k] = link(sum);
+    let told = sum;
+    sums[at] = vec4f(told.form_factor, told.seen, told.all, told.before);\n",
+};
+
+/// Slots for one shot, one sample at a time, and the stages bound to them.
+pub struct Bench {
+    slots: Slots,
+    stages: LinkStages,
+}
+
+/// The frame of a shooter as `aim` leaves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// The sample's point on the cell.
+    pub centre: Vec3,
+    /// The face's normal.
+    pub normal: Vec3,
+    /// x of the frame.
+    pub tangent: Vec3,
+    /// y of the frame.
+    pub bitangent: Vec3,
+    /// The sheet that is not drawn.
+    pub sheet: u32,
+}
+
+/// What one sample left.
+pub struct Sample {
+    /// From where it was looked.
+    pub aim: Aim,
+    /// Face IDs + 1, row-major; empty where rays are asked.
+    pub ids: Vec<u32>,
+    /// Of each texel after it: F, Σ g·V, Σ g, Σ g·V without objects.
+    pub sums: Vec<Vec4>,
+}
+
+/// What the cell's links came to.
+pub struct Row {
+    /// w of each texel.
+    pub links: Vec<f32>,
+    /// Σ w·A of each cell.
+    pub taken: Vec<f32>,
+    /// ΣF.
+    pub sum: f32,
+    /// The share that meets no front.
+    pub escaped: f32,
+    /// What the links are multiplied by when the cell shoots.
+    pub scale: f32,
+}
+
+impl GpuSolver<'_> {
+    /// Makes the links of `cell`; `each` sees what every sample leaves.
+    pub fn probe(&mut self, cell: u32, each: &mut dyn FnMut(Sample)) -> Result<Row> {
+        let bench = match self.bench.take() {
+            Some(bench) => bench,
+            None => Bench::new(self)?,
+        };
+        let row = bench.probe(self, cell, each);
+        self.bench = Some(bench);
+        row
+    }
+
+    /// What `cells` take of each other as solves by passes keep it, a row a cell; their links must
+    /// have been made.
+    pub fn taken(&mut self, cells: &[u32]) -> Result<Vec<Vec<f32>>> {
+        let (context, passes) = self.passes()?;
+        let bytes = 4 * context.mesh.cells.len() as u64;
+        let mut rows = Vec::with_capacity(cells.len());
+        for cell in cells {
+            let staging = context.host.staging(bytes);
+            let mut encoder = context.host.encoder();
+            let from = u64::from(*cell) * bytes;
+            encoder.copy_buffer_to_buffer(&passes.slots.taken, from, &staging, 0, bytes);
+            rows.push(pod_collect_to_vec(&context.host.finish(encoder, staging)?));
+        }
+        Ok(rows)
+    }
+
+    /// The links of `cells` to all texels as solves by passes make and keep them.
+    pub fn rows(&mut self, cells: &[u32]) -> Result<Vec<Vec<f32>>> {
+        let (context, passes) = self.passes()?;
+        let bytes = 4 * context.mesh.texels.len() as u64;
+        let mut rows = Vec::with_capacity(cells.len());
+        for cell in cells {
+            passes.keep(context, &[*cell])?;
+            let place = u64::from(cell % context.buffers.places);
+            let staging = context.host.staging(bytes);
+            let mut encoder = context.host.encoder();
+            encoder.copy_buffer_to_buffer(
+                &context.buffers.links,
+                place * bytes,
+                &staging,
+                0,
+                bytes,
+            );
+            rows.push(pod_collect_to_vec(&context.host.finish(encoder, staging)?));
+        }
+        Ok(rows)
+    }
+}
+
+impl Bench {
+    fn new(solver: &GpuSolver) -> Result<Self> {
+        let context = &solver.context;
+        let (gpu, settings) = (&context.host.gpu, &context.settings);
+        let slots = Slots {
+            step: 1,
+            ..Slots::new(gpu, context.mesh, settings, 1, 1)
+        };
+        let shop = Workshop::new(gpu, settings, &[&[TOLD], solver.workshop.faults()].concat());
+        let stages = LinkStages::new(&shop, settings, &context.buffers, &slots)?;
+        gpu.check()?;
+        Ok(Self { slots, stages })
+    }
+
+    fn probe(
+        &self,
+        solver: &mut GpuSolver,
+        cell: u32,
+        each: &mut dyn FnMut(Sample),
+    ) -> Result<Row> {
+        if let Some(passes) = &mut solver.passes {
+            passes.forget();
+        }
+        let context = &mut solver.context;
+        let (mesh, groups) = (context.mesh, context.groups());
+        let params: Params = context.params(&self.slots, Rule::PLAIN);
+        context.host.write(&self.slots.params, &[params]);
+        let mut record = ShotRecord::linking(mesh, cell, context.buffers.places);
+        record.taken = 0;
+        context.host.write(&self.slots.shots, &[record]);
+        let cells = [cell];
+        for _ in 0..mesh.samples {
+            each(self.sample(context, &cells, groups)?);
+        }
+        self.row(context, &cells, groups)
+    }
+
+    fn linker<'l>(
+        &'l self,
+        context: &'l Context,
+        cells: &'l [u32; 1],
+        groups: [[u32; 4]; 3],
+    ) -> Linker<'l> {
+        Linker {
+            mesh: context.mesh,
+            buffers: &context.buffers,
+            slots: &self.slots,
+            stages: &self.stages,
+            shots: Shots::These(cells, groups),
+        }
+    }
+
+    fn sample(
+        &self,
+        context: &mut Context,
+        cells: &[u32; 1],
+        groups: [[u32; 4]; 3],
+    ) -> Result<Sample> {
+        let mut encoder = context.host.encoder();
+        let linker = self.linker(context, cells, groups);
+        linker.record(&mut encoder, Step::Draw);
+        linker.record(&mut encoder, Step::Links);
+        let texels = 16 * context.mesh.texels.len() as u64;
+        let staging = context.host.staging(SHOT_BYTES + texels);
+        encoder.copy_buffer_to_buffer(&self.slots.shots, 0, &staging, 0, SHOT_BYTES);
+        encoder.copy_buffer_to_buffer(&self.slots.samples, 0, &staging, SHOT_BYTES, texels);
+        let bytes = context.host.finish(encoder, staging)?;
+        let (head, sums) = bytes.split_at(SHOT_BYTES as usize);
+        let ids = if context.settings.visibility == Visibility::Rays {
+            Vec::new()
+        } else {
+            context.host.ids(&self.slots.item_buffer, self.slots.size)?
+        };
+        Ok(Sample {
+            aim: pod_collect_to_vec::<u8, ShotRecord>(head)[0].aim(),
+            ids,
+            sums: pod_collect_to_vec(sums),
+        })
+    }
+
+    fn row(&self, context: &mut Context, cells: &[u32; 1], groups: [[u32; 4]; 3]) -> Result<Row> {
+        let mut encoder = context.host.encoder();
+        let linker = self.linker(context, cells, groups);
+        linker.record(&mut encoder, Step::Escape);
+        linker.record(&mut encoder, Step::Sums);
+        let (texels, takers) = (
+            4 * context.mesh.texels.len() as u64,
+            4 * context.mesh.cells.len() as u64,
+        );
+        let place = u64::from(cells[0] % context.buffers.places);
+        let staging = context.host.staging(SHOT_BYTES + texels + takers);
+        encoder.copy_buffer_to_buffer(&self.slots.shots, 0, &staging, 0, SHOT_BYTES);
+        let links = &context.buffers.links;
+        encoder.copy_buffer_to_buffer(links, place * texels, &staging, SHOT_BYTES, texels);
+        let end = SHOT_BYTES + texels;
+        encoder.copy_buffer_to_buffer(&self.slots.taken, 0, &staging, end, takers);
+        let bytes = context.host.finish(encoder, staging)?;
+        let record = pod_collect_to_vec::<u8, ShotRecord>(&bytes[..SHOT_BYTES as usize])[0];
+        Ok(Row {
+            links: pod_collect_to_vec(&bytes[SHOT_BYTES as usize..end as usize]),
+            taken: pod_collect_to_vec(&bytes[end as usize..]),
+            sum: record.sum,
+            escaped: record.escaped,
+            scale: record.scale(),
+        })
+    }
+}

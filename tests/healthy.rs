@@ -1,0 +1,190 @@
+//! The verdict on scenes drawn at random: green on healthy code, red on planted faults.
+//!
+//! VERDICT_SCENES and VERDICT_SEED ask for other scenes than those of every run.
+
+use common::form_factor::FormFactor;
+use common::settings::{Iteration, Settings, Visibility};
+use gpu::{Fault, Gpu};
+use oracle::compare::{Request, compare};
+use oracle::comparison::Comparison;
+use oracle::random::{Drawn, Faces, Options, scene};
+use std::ops::ControlFlow;
+
+fn number(name: &str, default: u64) -> u64 {
+    let asked = std::env::var(name).ok();
+    asked.map_or(default, |text| text.parse().expect("a number"))
+}
+
+/// Scenes of a run: quads, triangles and both in turn.
+fn drawn(default: u64) -> impl Iterator<Item = Drawn> {
+    let first = number("VERDICT_SEED", 1);
+    (first..first + number("VERDICT_SCENES", default)).map(|seed| {
+        let faces = match seed % 4 {
+            0 => Faces::Quads,
+            1 | 3 => Faces::Triangles,
+            _ => Faces::Mixed,
+        };
+        scene(
+            seed,
+            Options {
+                faces,
+                ..Options::default()
+            },
+        )
+    })
+}
+
+fn gpu() -> Gpu {
+    Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh")
+}
+
+/// Whole faces and single shots, as the paper; coarse pixels, so that many pairs are mistaken.
+fn paper(visibility: Visibility) -> Settings {
+    Settings {
+        texels: 8,
+        epsilon: 0.01,
+        // A kept residual never ends.
+        max_shots: 400,
+        visibility,
+        item_buffer: 256,
+        form_factor: FormFactor::Disc,
+        cells: 1,
+        ..Settings::default()
+    }
+}
+
+/// As `solve` does before it mends itself.
+fn solve(visibility: Visibility) -> Settings {
+    Settings {
+        texels: 4,
+        visibility,
+        item_buffer: 128,
+        cells: 2,
+        samples: 2,
+        iteration: Iteration::Cg,
+        ..Settings::default()
+    }
+}
+
+fn judged(drawn: &Drawn, gpu: &Gpu, settings: Settings, faults: &[Fault]) -> Option<Comparison> {
+    let request = Request {
+        settings,
+        gpu,
+        faults,
+    };
+    // What the host refuses is noticed as well.
+    compare(&drawn.scene, &request, &mut |_, _, _| {
+        ControlFlow::Continue(())
+    })
+    .ok()
+}
+
+fn failing(comparison: &Comparison) -> Vec<String> {
+    let red = comparison.gates.iter().filter(|gate| !gate.pass);
+    red.map(|g| format!("{} {:.3e} > {:.3e}", g.name, g.value, g.bound))
+        .collect()
+}
+
+/// How near each bound that is not 0 was come to.
+fn nearest(comparison: &Comparison) -> (f64, String) {
+    let of = |g: &oracle::comparison::Gate| (g.value / g.bound, g.name.clone());
+    let ratios = comparison.gates.iter().filter(|g| g.bound > 0.0).map(of);
+    ratios
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or_default()
+}
+
+#[test]
+fn healthy_code_is_green_on_any_scene() {
+    let gpu = gpu();
+    let mut red = Vec::new();
+    for drawn in drawn(4) {
+        let ways = [
+            paper(Visibility::Stereographic),
+            solve(Visibility::Stereographic),
+            solve(Visibility::Rays),
+        ];
+        for settings in ways {
+            let c = judged(&drawn, &gpu, settings, &[]).unwrap();
+            let share = c.pairs.mismatched as f64 / c.pairs.facing.max(1) as f64;
+            println!(
+                "{} {} faces, {:?}: mismatched {:.2} %, lockstep {:.3} %, nearest {:?}",
+                c.scene.name,
+                c.scene.faces.len(),
+                c.gpu_settings.visibility,
+                100.0 * share,
+                100.0 * c.lockstep_difference.relative_rms,
+                nearest(&c),
+            );
+            if !c.agree() {
+                red.push(format!(
+                    "{} {:?}: {:?}",
+                    c.scene.name,
+                    c.gpu_settings,
+                    failing(&c)
+                ));
+            }
+        }
+    }
+    assert!(red.is_empty(), "{red:#?}");
+}
+
+/// Of every kind of fault one, of those that any scene with light can feel.
+const FAULTS: &[(&str, &str, &str)] = &[
+    (
+        "form_factor",
+        "return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
+        "return disc(cos_i, 1.0, r2, shots[slot].area, shots[slot].area);",
+    ),
+    (
+        "form_factor",
+        "return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
+        "return disc(cos_i, cos_j, r2, texel_area, texel_area);",
+    ),
+    (
+        "aim",
+        "shots[slot].normal = faces[face].plane.xyz;",
+        "shots[slot].normal = -faces[face].plane.xyz;",
+    ),
+    ("deposit", "texels[k].reflectance * received;", "received;"),
+    ("deposit", "residual[k] = vec4f(0.0);", ""),
+    (
+        "deposit",
+        "radiosity[k] += vec4f(reflected, 0.0);",
+        "radiosity[k] = vec4f(0.0);",
+    ),
+    (
+        "deposit",
+        "shot.radiosity * f;",
+        "shot.radiosity * (f / (f - f));",
+    ),
+    (
+        "lookup",
+        "clamp(i32(floor(p.x)), 0, last)",
+        "clamp(i32(floor(p.x)) + 1, 0, last)",
+    ),
+    (
+        "item_buffer",
+        "pixel_centre(pixel.x, ",
+        "pixel_centre(pixel.x + 1u, ",
+    ),
+    ("select", "if power > best {", "if power < best {"),
+];
+
+#[test]
+fn planted_faults_are_red_on_nearly_any_scene() {
+    let gpu = gpu();
+    let (mut asked, mut missed) = (0, Vec::new());
+    for drawn in drawn(2) {
+        for (file, from, to) in FAULTS {
+            let fault = [Fault { file, from, to }];
+            let c = judged(&drawn, &gpu, paper(Visibility::Stereographic), &fault);
+            asked += 1;
+            if c.is_some_and(|c| c.agree()) {
+                missed.push(format!("{}: {file}, {to}", drawn.scene.name));
+            }
+        }
+    }
+    println!("{} of {asked} missed: {missed:#?}", missed.len());
+    assert!(20 * missed.len() <= asked, "{missed:#?}");
+}
