@@ -123,6 +123,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         let _ = progress.show("scenes", done, range.1);
     })?;
     drop(progress);
+    if findings.all.is_empty() {
+        return Err(Error::Interrupted);
+    }
     let ratios = findings.ratios();
     let study = [Study {
         about: CASE.about,

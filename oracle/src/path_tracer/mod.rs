@@ -139,7 +139,7 @@ impl Tracer<'_> {
         let mut found = DVec3::ZERO;
         let mut weight = self.reflectance(at.face);
         loop {
-            found += weight * self.from_lamp(source, &at);
+            found += weight * self.lamplight(source, &at);
             let along = self.cosine(source, at.face);
             let Some(next) = self.solid.hit(&at, along) else {
                 return found;
@@ -159,7 +159,7 @@ impl Tracer<'_> {
     }
 
     /// Light straight from a point of a lamp.
-    fn from_lamp(&self, source: &mut Source, at: &Hit) -> DVec3 {
+    fn lamplight(&self, source: &mut Source, at: &Hit) -> DVec3 {
         let Some(lamp) = self.lamps.draw(source.random(), unit_square(source)) else {
             return DVec3::ZERO;
         };
