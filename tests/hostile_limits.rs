@@ -327,7 +327,7 @@ fn many_faces_end_in_time() {
     put(&folder, "soup.obj", soup(1000));
     let corner = |k: u32| {
         let (y, x) = (f64::from(k) * std::f64::consts::TAU / 1000.0).sin_cos();
-        let r = if k % 2 == 0 { 1.0 } else { 0.5 };
+        let r = if k.is_multiple_of(2) { 1.0 } else { 0.5 };
         format!("v {} {} 0\n", r * x, r * y)
     };
     let numbers: String = (1..=1000).map(|k| format!(" {k}")).collect();
