@@ -6,6 +6,7 @@
 
 use crate::compare::difference::difference;
 use crate::diff::reflected::offsets;
+use crate::plan::Counts;
 use crate::resample::{average, pieces};
 use common::constants::LINK_BYTES;
 use common::mesh::Mesh;
@@ -108,13 +109,9 @@ fn at(settings: &Settings, cells: u32) -> Settings {
 
 /// Why a rung is not tried.
 fn too_much(scene: &Scene, settings: &Settings) -> Option<String> {
-    let faces = scene.faces.len() as u64;
-    let texels = faces * u64::from(settings.texels).pow(2);
-    let cells = faces * u64::from(settings.cells.min(settings.texels)).pow(2);
-    let triples = cells
-        .saturating_mul(texels)
-        .saturating_mul(u64::from(settings.samples));
-    let bytes = cells.saturating_mul(texels).saturating_mul(4);
+    let counts = Counts::new(scene, settings);
+    let triples = counts.links().saturating_mul(counts.samples);
+    let bytes = counts.links().saturating_mul(4);
     if bytes > LINK_BYTES {
         return Some(format!(
             "would need {} MiB of links, {} are kept",

@@ -6,7 +6,10 @@ use super::Given;
 use super::check::{Cause, Estimate};
 use common::Result;
 use common::constants::LINK_BYTES;
+use common::mesh::{Mesh, MeshFace};
+use common::scene::Shape;
 use common::settings::{Iteration, Settings, Visibility};
+use common::texel::Cells;
 
 /// An estimate beyond this is mended: half of what is warned about.
 pub const MEND: f64 = 0.01;
@@ -26,7 +29,7 @@ pub struct Attempt<T> {
     /// With which options.
     pub settings: Settings,
     /// Faces and texels.
-    pub size: [u64; 2],
+    pub size: Size,
     /// How far it may be off; none where nobody can tell: then it is left as it is.
     pub estimate: Option<Estimate>,
     /// What of the emitted power the form factors may have lost or made up (see
@@ -34,6 +37,36 @@ pub struct Attempt<T> {
     pub closure: f64,
     /// Whether conjugate gradients no longer gained: rows that make up light may have no limit at all.
     pub stagnated: bool,
+}
+
+/// How large a scene is: a triangle has about half as many cells as a quad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Faces that are quads.
+    pub quads: u64,
+    /// Faces that are triangles.
+    pub triangles: u64,
+    /// Texels of all.
+    pub texels: u64,
+}
+
+impl Size {
+    /// Of `mesh`.
+    pub fn of(mesh: &Mesh) -> Self {
+        let triangle = |face: &&MeshFace| face.corners[2] == face.corners[3];
+        let triangles = mesh.faces.iter().filter(triangle).count() as u64;
+        Self {
+            quads: mesh.faces.len() as u64 - triangles,
+            triangles,
+            texels: mesh.texels.len() as u64,
+        }
+    }
+
+    fn cells(self, settings: &Settings) -> u64 {
+        let resolution = [settings.texels; 2];
+        let of = |shape| u64::from(Cells::new(shape, resolution, settings.cells).count());
+        self.quads * of(Shape::Quad) + self.triangles * of(Shape::Triangle)
+    }
 }
 
 /// What is changed.
@@ -159,7 +192,7 @@ fn finer(given: Given, settings: &Settings) -> Settings {
 }
 
 /// The settings where they are cheap; by rays where an item buffer's pixels are not, and rays are.
-fn affordable(given: Given, settings: &Settings, size: [u64; 2]) -> Option<Settings> {
+fn affordable(given: Given, settings: &Settings, size: Size) -> Option<Settings> {
     let by_rays = Settings {
         visibility: Visibility::Rays,
         ..settings.clone()
@@ -173,7 +206,7 @@ fn affordable(given: Given, settings: &Settings, size: [u64; 2]) -> Option<Setti
 }
 
 /// All that may be solved to mend what was solved at `settings`, in turns.
-pub fn steps(given: Given, settings: &Settings, size: [u64; 2]) -> Vec<Settings> {
+pub fn steps(given: Given, settings: &Settings, size: Size) -> Vec<Settings> {
     let mut steps = Vec::new();
     let mut now = settings.clone();
     loop {
@@ -190,8 +223,8 @@ pub fn steps(given: Given, settings: &Settings, size: [u64; 2]) -> Vec<Settings>
 
 /// Triples and pixels of a solve of so many faces and texels; all there are where the links would
 /// not be kept.
-pub fn cost(settings: &Settings, [faces, texels]: [u64; 2]) -> u64 {
-    let cells = faces * u64::from(settings.cells.min(settings.texels)).pow(2);
+pub fn cost(settings: &Settings, size: Size) -> u64 {
+    let (cells, texels) = (size.cells(settings), size.texels);
     let links = cells.saturating_mul(texels);
     if links.saturating_mul(4) > LINK_BYTES {
         return u64::MAX;
@@ -208,6 +241,13 @@ pub fn cost(settings: &Settings, [faces, texels]: [u64; 2]) -> u64 {
 mod tests {
     use super::super::check::Part;
     use super::*;
+
+    /// At 16×16 texels.
+    const CUBE: Size = Size {
+        quads: 6,
+        triangles: 0,
+        texels: 6 * 256,
+    };
 
     fn estimate(error: f64) -> Estimate {
         Estimate {
@@ -230,7 +270,7 @@ mod tests {
         Attempt {
             answer: error,
             settings: settings.clone(),
-            size: [6, 6 * 256],
+            size: CUBE,
             estimate: Some(estimate(error)),
             closure,
             stagnated: false,
@@ -291,7 +331,7 @@ mod tests {
             visibility: Visibility::Stereographic,
             ..normal()
         };
-        let size = [6, 6 * 256];
+        let size = CUBE;
         assert!(cost(&drawn, size) > BUDGET && cost(&normal(), size) < BUDGET);
         let found = affordable(Given::default(), &drawn, size).unwrap();
         assert_eq!(found.visibility, Visibility::Rays);

@@ -21,7 +21,7 @@ use cpu::CpuSolver;
 use cpu::cover::sampled_until;
 use gpu::{Gpu, GpuSolver};
 use light::{finite, missing};
-use mend::{Attempt, mended};
+use mend::{Attempt, Size, mended};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -158,7 +158,7 @@ fn looked_at(scene: &Scene, rung: Rung) -> Result<Attempt<Rung>> {
     let estimate = Some(check::estimate(scene, &rung.settings, mesh, &run.field)?);
     Ok(Attempt {
         settings: rung.settings.clone(),
-        size: [mesh.faces.len() as u64, mesh.texels.len() as u64],
+        size: Size::of(mesh),
         closure: warnings::closure_in_doubt(mesh, run, estimate.as_ref()).abs(),
         stagnated: run.stagnated,
         estimate,

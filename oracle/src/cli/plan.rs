@@ -6,7 +6,7 @@ use super::solve::{settings, settings_for, visibility};
 use super::solver::SolverOption;
 use super::tell::result;
 use crate::answer::Given;
-use crate::answer::mend::{BUDGET, MEND, cost, steps};
+use crate::answer::mend::{BUDGET, MEND, Size, cost, steps};
 use crate::plan::Counts;
 use crate::plan::ahead::ahead;
 use crate::plan::fits::{Limit, check, size};
@@ -16,7 +16,7 @@ use crate::plan::trial::two;
 use crate::report::number::count;
 use clap::Args;
 use common::import::load;
-use common::scene::Scene;
+use common::scene::{Face, Scene, Shape};
 use common::settings::{Iteration, Quality, Settings};
 use common::{Error, Result};
 use cpu::matrix::memory;
@@ -112,7 +112,7 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
     if settings.quality == Quality::Normal {
         result!(
             "  mending {}",
-            mending(&counts, settings, common.given(), time)
+            mending(scene, settings, common.given(), time)
         )?;
     }
     if settings.quality == Quality::Reference {
@@ -122,8 +122,15 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
 }
 
 /// What mending may take, by the samples and pixels of its steps.
-fn mending(counts: &Counts, settings: &Settings, given: Given, seconds: f64) -> String {
-    let size = [counts.faces, counts.texels];
+fn mending(scene: &Scene, settings: &Settings, given: Given, seconds: f64) -> String {
+    let triangle = |face: &&Face| face.shape == Shape::Triangle;
+    let triangles = scene.faces.iter().filter(triangle).count() as u64;
+    let counts = Counts::new(scene, settings);
+    let size = Size {
+        quads: counts.faces - triangles,
+        triangles,
+        texels: counts.texels,
+    };
     let steps = steps(given, settings, size);
     let Some(last) = steps.last() else {
         return format!(

@@ -5,7 +5,7 @@ use super::work::{Done, Phases, Stage, Work};
 use crate::answer::Given;
 use crate::answer::check::Estimate;
 use crate::answer::light::finite;
-use crate::answer::mend::{Attempt, mended};
+use crate::answer::mend::{Attempt, Size, mended};
 use crate::answer::warnings::closure_in_doubt;
 use common::Result;
 use common::relight::Method;
@@ -77,7 +77,7 @@ fn looked_at(
 ) -> Result<Attempt<Done>> {
     let found = seconds.of("check", || estimate(stage, &settings, &done))?;
     Ok(Attempt {
-        size: [done.mesh.faces.len() as u64, done.mesh.texels.len() as u64],
+        size: Size::of(&done.mesh),
         closure: closure_in_doubt(&done.mesh, &done.run, found.as_ref()).abs(),
         stagnated: done.run.stagnated,
         estimate: found,
