@@ -141,6 +141,11 @@ const NUMBERS: &[Row] = &[
         "too far out of a room",
     ),
     row(
+        "compare dark.obj --out out",
+        2,
+        "dark.obj: no face emits light: there is nothing to compare",
+    ),
+    row(
         "solve dark.obj --solver cpu --out out",
         0,
         "note: no face emits light",

@@ -14,8 +14,9 @@ use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
+use glam::Vec3;
 use gpu::Gpu;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.
 #[derive(Args, Clone)]
@@ -54,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
-        .map(|path| load(path, &common.import()))
+        .map(|path| lit(path, load(path, &common.import())?))
         .collect::<Result<_>>()?;
     let ways: Vec<Ways> = scenes
         .iter()
@@ -100,6 +101,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         Outcome::Disagree
     })
+}
+
+/// A comparison of nothing is none.
+fn lit(path: &Path, scene: Scene) -> Result<Scene> {
+    if scene.faces.iter().any(|face| face.emission != Vec3::ZERO) {
+        return Ok(scene);
+    }
+    Err(Error::input(
+        path,
+        "",
+        "no face emits light: there is nothing to compare",
+    ))
 }
 
 /// With an option that says how to solve, that one way. Texels, ε and pixels are asked of any way.
