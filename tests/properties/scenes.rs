@@ -119,7 +119,7 @@ pub fn turned(face: &Face, [w, h]: [u32; 2], by: usize) -> (Face, [u32; 2]) {
         corners: [corners[0], corners[1], corners[2], corners[n - 1]],
         ..face.clone()
     };
-    let resolution = if by % 2 == 0 || n == 3 {
+    let resolution = if by.is_multiple_of(2) || n == 3 {
         [w, h]
     } else {
         [h, w]
