@@ -206,7 +206,7 @@ fn both(way: Way, cut: &Cut, first: &[Face], second: &[Face]) -> (Mesh, Relit) {
 /// so is that of the two orders.
 #[test]
 fn two_objects_in_either_order_are_both_at_once() {
-    every_engine(2, &(convex(), body(0), body(1)), |way, (cut, a, b)| {
+    every_engine(4, &(convex(), body(0), body(1)), |way, (cut, a, b)| {
         let [a, b] = [a, b].map(|object| placed(&cut, &object));
         let orders = [both(way, &cut, &a, &b), both(way, &cut, &b, &a)];
         let mut bounds = [0.0; 2];
