@@ -94,8 +94,8 @@ fn moved(faces: Vec<Face>, move_point: &dyn Fn(DVec3) -> DVec3) -> Vec<Face> {
         .collect()
 }
 
-/// A room whose walls are missing where `missing` says so.
-pub fn sample(missing: impl Strategy<Value = [bool; 6]>) -> impl Strategy<Value = Sample> {
+/// A room whose walls are missing where `missing` says so, with up to `most` boxes.
+fn sample(missing: impl Strategy<Value = [bool; 6]>, most: usize) -> impl Strategy<Value = Sample> {
     let kind = prop_oneof![
         Just(FormFactor::Paper),
         Just(FormFactor::Disc),
@@ -103,7 +103,7 @@ pub fn sample(missing: impl Strategy<Value = [bool; 6]>) -> impl Strategy<Value 
     ];
     (
         (prop::array::uniform3(0.5f64..3.0), turn(), missing),
-        prop::collection::vec(body(), 0..=2),
+        prop::collection::vec(body(), 0..=most),
         prop::collection::vec(look(), 18),
         (1u32..=4, kind),
     )
@@ -167,7 +167,12 @@ fn assemble(faces: Vec<Face>, looks: &[Look], cells: u32, form_factor: FormFacto
 
 /// A closed room.
 pub fn closed() -> impl Strategy<Value = Sample> {
-    sample(Just([false; 6]))
+    sample(Just([false; 6]), 2)
+}
+
+/// A closed room with nothing in it: each point of its surface sees all of the others.
+pub fn empty() -> impl Strategy<Value = Sample> {
+    sample(Just([false; 6]), 0)
 }
 
 /// A room without one to five of its walls.
@@ -176,5 +181,6 @@ pub fn open() -> impl Strategy<Value = Sample> {
         any::<[bool; 6]>().prop_filter("some are missing, some are not", |m| {
             m.contains(&true) && m.contains(&false)
         }),
+        2,
     )
 }

@@ -92,9 +92,10 @@ impl Host {
     pub fn wait(&self, pending: Pending) -> Result<Vec<u8>> {
         self.until(pending.submission)?;
         let lost = || self.gpu.fail("the result could not be read back");
+        // Another thread that waits for the same device may be the one that is told.
         pending
             .mapped
-            .try_recv()
+            .recv()
             .map_err(|_| lost())?
             .map_err(|_| lost())?;
         let bytes = pending.staging.get_mapped_range(..).map_err(|_| lost())?;

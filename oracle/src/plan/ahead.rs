@@ -126,9 +126,9 @@ mod tests {
     use common::scene::Face;
     use glam::{DVec3, Vec3};
 
-    fn triangles(count: usize) -> Scene {
-        let c = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let face = Face::triangle("", c, Vec3::ONE, Vec3::splat(0.5));
+    fn quads(count: usize) -> Scene {
+        let c = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        let face = Face::quad("", c, Vec3::ONE, Vec3::splat(0.5));
         Scene {
             name: "many".into(),
             faces: vec![face; count],
@@ -144,7 +144,7 @@ mod tests {
         };
         for (count, options) in [(100, Some("--texels 4")), (3000, Some("--texels 4"))] {
             assert_eq!(
-                tenth(&triangles(count), &settings).as_deref(),
+                tenth(&quads(count), &settings).as_deref(),
                 options,
                 "{count}"
             );
@@ -155,7 +155,7 @@ mod tests {
             samples: 1,
             ..Settings::default()
         };
-        assert_eq!(tenth(&triangles(100_000), &single), None);
+        assert_eq!(tenth(&quads(100_000), &single), None);
     }
 
     #[test]
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn a_small_scene_is_not_tried() {
         assert_eq!(
-            warning(&triangles(2), &Settings::default(), None).unwrap(),
+            warning(&quads(2), &Settings::default(), None).unwrap(),
             None
         );
     }

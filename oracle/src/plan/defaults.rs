@@ -78,9 +78,9 @@ mod tests {
     use common::scene::Face;
     use glam::{DVec3, Vec3};
 
-    fn triangles(count: usize) -> Scene {
-        let c = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let face = Face::triangle("", c, Vec3::ONE, Vec3::splat(0.5));
+    fn quads(count: usize) -> Scene {
+        let c = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        let face = Face::quad("", c, Vec3::ONE, Vec3::splat(0.5));
         Scene {
             faces: vec![face; count],
             ..Scene::default()
@@ -95,7 +95,7 @@ mod tests {
     }
 
     fn at(count: usize) -> [u32; 3] {
-        let (found, note) = adapted(&triangles(count), &normal(), Chosen::default());
+        let (found, note) = adapted(&quads(count), &normal(), Chosen::default());
         assert_eq!(note.is_some(), found != normal());
         [found.texels, found.cells, found.samples]
     }
@@ -116,10 +116,7 @@ mod tests {
                 samples,
                 ..normal()
             };
-            assert!(
-                4 * links(&triangles(count), &found) <= LINK_BYTES,
-                "{count}"
-            );
+            assert!(4 * links(&quads(count), &found) <= LINK_BYTES, "{count}");
         }
         // There is nothing below.
         assert_eq!(at(100_000), [1, 1, 1]);
@@ -127,7 +124,7 @@ mod tests {
 
     #[test]
     fn what_was_given_stays() {
-        let scene = triangles(5000);
+        let scene = quads(5000);
         let given = |chosen| adapted(&scene, &normal(), chosen).0;
         let quality = Chosen {
             quality: true,

@@ -239,13 +239,13 @@ mod tests {
                 // An edge without length: (u, v) is ambiguous at it and nowhere else.
                 Face::quad(
                     "d",
-                    [p(0., 0.), p(4., 0.), p(3., 2.), p(3., 2.)],
+                    [p(5., 0.), p(9., 0.), p(8., 2.), p(8., 2.)],
                     Vec3::ONE,
                     Vec3::ZERO,
                 ),
                 Face::triangle(
                     "t",
-                    [p(0., 0.), p(4., 0.), p(1., 3.)],
+                    [p(10., 0.), p(14., 0.), p(11., 3.)],
                     Vec3::ONE,
                     Vec3::ZERO,
                 ),
