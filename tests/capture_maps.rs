@@ -3,6 +3,7 @@
 use common::Error;
 use common::capture::maps::{Room, read, write};
 use common::scene::{Face, Scene};
+use common::text::plain;
 use exr::prelude::*;
 use glam::{DVec3, Vec3};
 use radiosity_tests::captured::folder;
@@ -76,7 +77,9 @@ fn what_is_written_comes_back_bit_for_bit() {
     assert_eq!(back.name, scene.name);
     assert_eq!(back.faces.len(), scene.faces.len());
     for (a, b) in back.faces.iter().zip(&scene.faces) {
-        assert_eq!((&a.name, a.shape, a.corners), (&b.name, b.shape, b.corners));
+        // Names come back as they may be shown.
+        assert_eq!((&a.name, a.shape), (&plain(&b.name), b.shape));
+        assert_eq!(a.corners, b.corners);
         assert_eq!((a.emission, a.reflectance), (b.emission, b.reflectance));
         assert_eq!((a.from, a.partner), (b.from, b.partner));
     }

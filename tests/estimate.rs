@@ -191,7 +191,7 @@ fn each_cause_is_told() {
 
 #[test]
 fn what_was_not_given_is_mended_and_said() {
-    let scene = slit();
+    let scene = lit_room();
     let before = solved(&scene, &settings(), Given::ALL);
     let after = solved(&scene, &settings(), Given::default());
     let truth = truth(&scene);

@@ -100,7 +100,9 @@ pub fn mended<T>(
         if change != Change::Finer || after > HELPED * before {
             tried.push(change);
         }
-        if after < before {
+        // What has no end is no answer to keep, and where walls are that white no look can tell.
+        let ended = best.stagnated && !found.stagnated;
+        if after < before || ended {
             notes.push(format!("mended: about {was:.1} % off, so {what}"));
             best = found;
         } else {
