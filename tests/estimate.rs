@@ -208,7 +208,7 @@ fn what_was_not_given_is_mended_and_said() {
         item_buffer: 16,
         ..settings()
     };
-    let by_rays = solved(&scene, &buffer, Given::default());
+    let by_rays = solved(&slit(), &buffer, Given::default());
     assert_eq!(by_rays.settings.visibility, Visibility::Rays);
     assert!(by_rays.warnings.is_empty(), "{:?}", by_rays.warnings);
 }

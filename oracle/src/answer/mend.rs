@@ -37,6 +37,8 @@ pub struct Attempt<T> {
     pub closure: f64,
     /// Whether conjugate gradients no longer gained: rows that make up light may have no limit at all.
     pub stagnated: bool,
+    /// Whether it was shot to its end.
+    pub converged: bool,
 }
 
 /// How large a scene is: a triangle has about half as many cells as a quad.
@@ -100,9 +102,13 @@ pub fn mended<T>(
         if change != Change::Finer || after > HELPED * before {
             tried.push(change);
         }
-        // What has no end is no answer to keep, and where walls are that white no look can tell.
-        let ended = best.stagnated && !found.stagnated;
-        if after < before || ended {
+        // What came to no end is no answer: where walls are that white no look can tell.
+        let better = if best.converged == found.converged {
+            after < before
+        } else {
+            found.converged
+        };
+        if better {
             notes.push(format!("mended: about {was:.1} % off, so {what}"));
             best = found;
         } else {
@@ -276,6 +282,7 @@ mod tests {
             estimate: Some(estimate(error)),
             closure,
             stagnated: false,
+            converged: true,
         }
     }
 

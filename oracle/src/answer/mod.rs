@@ -161,6 +161,7 @@ fn looked_at(scene: &Scene, rung: Rung) -> Result<Attempt<Rung>> {
         size: Size::of(mesh),
         closure: warnings::closure_in_doubt(mesh, run, estimate.as_ref()).abs(),
         stagnated: run.stagnated,
+        converged: run.converged,
         estimate,
         answer: rung,
     })

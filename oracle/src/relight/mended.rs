@@ -80,6 +80,7 @@ fn looked_at(
         size: Size::of(&done.mesh),
         closure: closure_in_doubt(&done.mesh, &done.run, found.as_ref()).abs(),
         stagnated: done.run.stagnated,
+        converged: done.run.converged,
         estimate: found,
         answer: done,
         settings,
