@@ -65,6 +65,11 @@ impl MeshFace {
     }
 
     /// Makes it one without area, which neither shoots, receives nor blocks.
+    /// Whether it has no area, or lies under earlier fronts as a whole.
+    pub fn is_buried(&self) -> bool {
+        self.normal == Vec3::ZERO
+    }
+
     fn bury(&mut self) {
         self.corners = [self.corners[0]; 4];
         (self.normal, self.plane) = (Vec3::ZERO, Vec4::ZERO);

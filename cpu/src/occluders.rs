@@ -36,6 +36,7 @@ impl Occluders {
     /// The faces of `scene`, which `mesh` holds in f32.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
         Self::of(
+            mesh,
             scene
                 .faces
                 .iter()
@@ -57,6 +58,7 @@ impl Occluders {
     /// The faces as the solvers have them.
     pub fn rounded(mesh: &Mesh) -> Self {
         Self::of(
+            mesh,
             mesh.faces
                 .iter()
                 .map(|face| {
@@ -79,9 +81,11 @@ impl Occluders {
         )
     }
 
-    fn of(faces: Vec<Occluder>) -> Self {
+    /// What lies under another front as a whole blocks nothing that this one does not.
+    fn of(mesh: &Mesh, faces: Vec<Occluder>) -> Self {
+        let blocks = |k: usize| faces[k].plane.normal != DVec3::ZERO && !mesh.faces[k].is_buried();
         let index: Vec<u32> = (0..faces.len() as u32)
-            .filter(|k| faces[*k as usize].plane.normal != DVec3::ZERO)
+            .filter(|k| blocks(*k as usize))
             .collect();
         let boxes: Vec<Aabb> = index
             .iter()
