@@ -6,7 +6,7 @@ use approx::relative_eq;
 use gpu::Gpu;
 use oracle::stress::trial::Case;
 use oracle::stress::{Study, breaks, cases, gates, run::Run, score};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Case, method, solver, beyond the first limit, beyond the second ("-": nowhere), the errors ("-": none).
 const KNOWN: &str = include_str!("breaks.tsv");
@@ -87,12 +87,15 @@ fn a_line_is_held_to_its_errors() {
     }
 }
 
-/// What `breaks.tsv` has of these cases on this solver. What was found is left in target/tmp, to be
-/// taken over when it is meant.
+/// What was found is left here, to be taken over when it is meant.
+fn file(solver: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("breaks-{solver}.tsv"))
+}
+
+/// What `breaks.tsv` has of these cases on this solver.
 fn hold(studies: &[Study], solver: &str) {
     let found = lines(studies, solver);
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("breaks-{solver}.tsv"));
-    std::fs::write(&file, found.join("\n")).unwrap();
+    let file = file(solver);
     let of = |line: &str| {
         let parts: Vec<&str> = line.split('\t').collect();
         parts[2] == solver && studies.iter().any(|s| s.about.name == parts[0])
@@ -113,6 +116,7 @@ fn hold(studies: &[Study], solver: &str) {
 #[test]
 fn every_method_breaks_where_it_did() {
     let studies = studies(None, &cases::all());
+    std::fs::write(file("cpu"), lines(&studies, "cpu").join("\n")).unwrap();
     for gate in gates::of(&studies, &score::of(&studies)) {
         assert!(gate.held, "{}: {:#?}", gate.name, gate.broken);
     }
@@ -124,5 +128,7 @@ fn item_buffers_break_where_they_did() {
     let gpu = Gpu::open(None).unwrap();
     let all = cases::all();
     let of = |name| all.iter().copied().find(|c| c.about.name == name).unwrap();
-    hold(&studies(Some(&gpu), &BUFFERS.map(of)), "gpu");
+    let studies = studies(Some(&gpu), &BUFFERS.map(of));
+    std::fs::write(file("gpu"), lines(&studies, "gpu").join("\n")).unwrap();
+    hold(&studies, "gpu");
 }
