@@ -6,9 +6,9 @@
 //! r_j = ρ(H'_j − H_j)      e_j = r_j + x_g(j)      x = ρF(r̄ + x)
 //! error² = Σ A e·e' / Σ A l·l'       l = ρH + e
 //! ```
-//! H is the irradiance that the answer claims, H' what is gathered: [`gather`]. r is all that one
+//! H is the irradiance that the answer claims, H' what is gathered: `gather`. r is all that one
 //! bounce makes wrong, what is unshot included; x what comes of its means over groups of faces by
-//! later bounces: [`later`]. e and e' are by independent rays and x by independent texels, so that
+//! later bounces: `later`. e and e' are by independent rays and x by independent texels, so that
 //! the product's mean is e² and no noise. The error is told only as low as the standard error of
 //! that mean.
 
