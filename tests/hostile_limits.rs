@@ -361,7 +361,7 @@ fn what_takes_long_says_so_before_it_starts() {
         .find(|line| line.contains("is expected to take"));
     let line = line.unwrap_or_else(|| panic!("{}", ended.stderr));
     assert!(
-        line.contains("hours: --texels ") && line.contains("a tenth"),
+        line.contains("s: --texels ") && line.contains("a tenth"),
         "{line}"
     );
     fs::remove_dir_all(folder).unwrap();

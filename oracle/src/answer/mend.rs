@@ -99,15 +99,15 @@ pub fn mended<T>(
             break;
         };
         let (was, is) = (100.0 * before, 100.0 * after);
-        if change != Change::Finer || after > HELPED * before {
-            tried.push(change);
-        }
         // What came to no end is no answer: where walls are that white no look can tell.
         let better = if best.converged == found.converged {
             after < before
         } else {
             found.converged
         };
+        if change != Change::Finer || !better || after > HELPED * before {
+            tried.push(change);
+        }
         if better {
             notes.push(format!("mended: about {was:.1} % off, so {what}"));
             best = found;
