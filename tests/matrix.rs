@@ -219,6 +219,28 @@ fn what_stands_on_a_texel_takes_its_light_and_its_emission() {
     }
 }
 
+/// A sheet in the furnace, turned, a quad on one side and two triangles on the other: rounding lays some of
+/// its fronts a hair above each other, and none of it lies under a body.
+#[test]
+fn a_sheet_of_unlike_sides_is_open_on_both() {
+    let mut faces = furnace(0.5).faces;
+    let (u, v) = (DVec3::new(0.31, 0.17, -0.07), DVec3::new(-0.11, 0.29, 0.23));
+    let a = DVec3::new(0.37, 0.31, 0.41);
+    let [b, c, d] = [a + u, a + u + v, a + v];
+    let grey = (Vec3::ONE, Vec3::splat(0.5));
+    faces.push(Face::quad("sheet", [a, b, c, d], grey.0, grey.1));
+    for corners in [[a, c, b], [a, d, c]] {
+        faces.push(Face::triangle("sheet", corners, grey.0, grey.1));
+    }
+    let (mesh, matrix, _) = assemble(&scene("a sheet in a furnace", faces), 4);
+    let answer = answer(&mesh, &matrix);
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        assert_eq!(matrix.open[k], 1.0, "{texel:?}");
+        let b = answer.radiosity[k].x;
+        assert!(abs_diff_eq!(b, 2.0, epsilon = 5e-3), "{texel:?}: {b}");
+    }
+}
+
 #[test]
 fn fronts_that_lie_on_each_other_give_a_finite_answer() {
     let mut faces = furnace(0.9).faces;

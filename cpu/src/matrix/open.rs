@@ -2,8 +2,8 @@
 //!
 //! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is
 //! cut along these, and each piece is open or covered as a whole. Covered means that every ray over
-//! its hemisphere meets a back first, or a front that touches; of fronts that lie on each other the
-//! first of the file is the open one. A face that only hangs near by covers nothing: rays along the
+//! its hemisphere meets a back first, or nothing past a front that touches; of fronts that lie on each
+//! other the first of the file is the open one. A face that only hangs near by covers nothing: rays along the
 //! plane pass beneath it.
 
 use super::pair::Patch;
@@ -242,23 +242,28 @@ impl Cover {
     }
 }
 
-/// Whether the ray meets a back before any front, or a front that touches its origin. A back that
-/// touches is that of another front in the same plane.
+/// Whether the ray meets a back before any front. What touches its origin is passed over: it may be
+/// the other side of a thin wall; a body has more faces behind it. But past a front that touches there
+/// must be light: else it is what a body stands on, seen from under the body.
 fn dark(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
-    let (mut front, mut back) = (MISS, MISS);
+    let (mut front, mut back, mut touches) = (MISS, MISS, false);
     rays.along(origin, direction, |_, face| {
         let hit = intersect(face, origin, direction);
         if face.sheet == sheet || hit.inside < -OUTLINE || hit.t < -4.0 * CONTACT {
             return;
         }
-        let touches = (hit.t * hit.facing).abs() <= CONTACT;
-        if hit.facing < 0.0 && !touches {
-            front = front.min(hit.t);
-        } else if hit.facing < 0.0 || !touches {
-            back = back.min(hit.t);
+        if (hit.t * hit.facing).abs() <= CONTACT {
+            touches |= hit.facing < 0.0;
+            return;
         }
+        let nearest = if hit.facing < 0.0 {
+            &mut front
+        } else {
+            &mut back
+        };
+        *nearest = nearest.min(hit.t);
     });
-    back < MISS && back <= front
+    (back < MISS && back <= front) || (touches && front == MISS)
 }
 
 /// The line in which a face meets a plane.
