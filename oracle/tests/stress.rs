@@ -28,7 +28,7 @@ fn named(suite: Suite, name: &str) -> Method {
 
 /// The error of one way of knowing against another, on what the case judges.
 fn apart(trial: &Trial, a: &[DVec3], b: &[DVec3]) -> f64 {
-    error(trial, a, b).unwrap()
+    error(trial, a, b).unwrap().0
 }
 
 #[test]
@@ -175,6 +175,7 @@ fn digest(scene: &Scene) -> String {
 
 fn side(error: f64, warnings: &[&str]) -> Side {
     Side {
+        noise: 0.0,
         bias: None,
         estimate: None,
         error: (error.is_finite()).then_some(error),
@@ -326,12 +327,12 @@ fn an_answer_that_says_nothing_is_no_success() {
     // A furnace's radiosity is known beforehand: it may be met to the bit.
     let furnace = (case("white-walls").build)(0.9).unwrap();
     let known = truth::of(&furnace).unwrap();
-    assert_eq!(error(&furnace, &known, &known), Ok(0.0));
+    assert_eq!(error(&furnace, &known, &known), Ok((0.0, 0.0)));
     let mut broken = truth.clone();
     broken[3].y = f64::NAN;
     assert!(refusal(&broken).contains("not finite"));
     let black = vec![DVec3::ZERO; truth.len()];
-    assert_eq!(error(&trial, &black, &truth), Ok(1.0));
+    assert_eq!(error(&trial, &black, &truth), Ok((1.0, 0.0)));
 }
 
 #[test]

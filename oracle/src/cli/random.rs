@@ -36,7 +36,7 @@ pub struct Random {
     /// random: which rooms are drawn [default: any]
     #[arg(long, value_enum)]
     kind: Option<KindOption>,
-    /// random: texels per side of a face, or as many as the truth allows [default: 6]
+    /// random: texels per side of a face [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     texels: Option<u32>,
     /// random: normal or reference [default: normal]
@@ -96,6 +96,7 @@ impl Random {
             },
             texels: self.texels.unwrap_or(random::TEXELS),
             quality,
+            paths: random::PATHS,
         })
     }
 }

@@ -1,5 +1,6 @@
-//! Triangles, what a ray meets of them, and points on lamps: all of them asked in turn.
+//! Triangles, what a ray meets of them, and points on lamps.
 
+use super::tree::Tree;
 use common::scene::{Face, Scene, Shape};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -39,6 +40,12 @@ impl Triangle {
         0.5 * self.edges[0].cross(self.edges[1]).length()
     }
 
+    /// The least and the greatest coordinates.
+    fn bounds(&self) -> [DVec3; 2] {
+        let [a, b, c] = [DVec3::ZERO, self.edges[0], self.edges[1]].map(|e| self.corner + e);
+        [a.min(b).min(c), a.max(b).max(c)]
+    }
+
     /// Of the unit square, folded onto the triangle: all points as likely.
     pub fn point(&self, at: DVec2) -> DVec3 {
         let at = if at.x + at.y > 1.0 { 1.0 - at } else { at };
@@ -72,6 +79,7 @@ fn triangles((face, of): (usize, &Face)) -> impl Iterator<Item = Triangle> {
 /// All faces.
 pub struct Solid {
     triangles: Vec<Triangle>,
+    tree: Tree,
     pub normals: Vec<DVec3>,
     extent: f64,
 }
@@ -82,32 +90,39 @@ impl Solid {
         let corners = || scene.faces.iter().flat_map(Face::outline);
         let low = corners().fold(DVec3::INFINITY, |a, b| a.min(*b));
         let high = corners().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
+        let extent = (high - low).max_element();
+        let triangles: Vec<Triangle> = faces.flat_map(triangles).collect();
+        let boxes: Vec<_> = triangles.iter().map(Triangle::bounds).collect();
         Self {
-            triangles: faces.flat_map(triangles).collect(),
+            tree: Tree::new(&boxes, extent),
+            triangles,
             normals: scene
                 .faces
                 .iter()
                 .map(|f| f.vector_area().normalize())
                 .collect(),
-            extent: (high - low).max_element(),
+            extent,
         }
     }
 
     /// The front that a ray from `from` meets; none where it meets a back or nothing.
     pub fn hit(&self, from: &Hit, along: DVec3) -> Option<Hit> {
         let origin = self.start(from);
-        let mut nearest = (f64::INFINITY, None);
-        for triangle in self.triangles.iter().filter(|t| t.face != from.face) {
-            if let Some((t, front)) = triangle.meet(origin, along).filter(|(t, _)| *t > 0.0) {
+        let (mut nearest, mut end) = (None, f64::INFINITY);
+        self.tree.walk(origin, along, &mut end, |k, end| {
+            let triangle = &self.triangles[k];
+            let met = triangle.meet(origin, along).filter(|(t, _)| *t > 0.0);
+            if let Some((t, front)) = met.filter(|_| triangle.face != from.face) {
                 let back = if front { 0.0 } else { SAME * self.extent };
-                if t + back < nearest.0 {
-                    nearest = (t + back, front.then_some(triangle.face));
+                if t + back < *end {
+                    *end = t + back;
+                    nearest = front.then_some(triangle.face);
                 }
             }
-        }
-        nearest.1.map(|face| Hit {
+        });
+        nearest.map(|face| Hit {
             face,
-            at: origin + along * nearest.0,
+            at: origin + along * end,
         })
     }
 
@@ -116,16 +131,18 @@ impl Solid {
         let origin = self.start(from);
         let along = to.at - origin;
         let end = 1.0 - SAME * self.extent / along.length();
-        let others = self
-            .triangles
-            .iter()
-            .filter(|t| t.face != from.face && t.face != to.face);
-        let between = |t: f64| t > 0.0 && t < end;
-        others.into_iter().any(|triangle| {
-            triangle
-                .meet(origin, along)
-                .is_some_and(|(t, _)| between(t))
-        })
+        let (mut hidden, mut before) = (false, end);
+        self.tree.walk(origin, along, &mut before, |k, before| {
+            let triangle = &self.triangles[k];
+            let other = triangle.face != from.face && triangle.face != to.face;
+            let met = triangle.meet(origin, along);
+            if other && met.is_some_and(|(t, _)| t > 0.0 && t < end) {
+                hidden = true;
+                // Nothing more is asked.
+                *before = f64::NEG_INFINITY;
+            }
+        });
+        hidden
     }
 
     /// G of two points that see each other; 0 where one shows its back.

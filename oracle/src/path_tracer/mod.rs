@@ -8,11 +8,15 @@
 //! lamps, drawn by power (density p), and one by the cosine (density G) are both asked; each counts
 //! with its share p/(p + G) or G/(p + G) of the densities (Veach & Guibas 1995), so that nothing
 //! counts more than E, however near a lamp is. Backs are black and opaque.
+//!
+//! The paths of a texel are so many independent sets, each drawn from Sobol's sequence scrambled as
+//! Owen does (Burley 2020); the standard error is that of the sets' mean.
 
 mod geometry;
+mod tree;
 
 use crate::diff::pair::Pair;
-use crate::diff::reflected::{Reflected, offsets};
+use crate::diff::reflected::Reflected;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::texel::{count, outline};
@@ -23,7 +27,13 @@ use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-type Source = Xoshiro256PlusPlus;
+/// Independent sets of paths.
+pub const SETS: u32 = 16;
+/// One path of so many tells where the others are needed.
+const PILOT: u32 = 8;
+/// Numbers of a path that are drawn evenly: the point, two bounces' lamps and directions. What follows
+/// is too little light to matter.
+const EVEN: u32 = 16;
 
 /// What was found.
 pub struct Traced<'a> {
@@ -33,31 +43,36 @@ pub struct Traced<'a> {
     pub error: Vec<DVec3>,
 }
 
-/// Traces `paths` paths from each texel of `mesh`; the same bits from the same `seed`.
+/// Traces `paths` paths a texel in the mean; the same bits from the same `seed`. An eighth tells where
+/// they are needed and is not used again, so that the mean stays fair.
 pub fn trace<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64) -> Traced<'a> {
     let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
-    let first = offsets(&resolutions);
-    let solid = Solid::new(scene);
-    let lamps = Lamps::new(scene);
-    let texels: Vec<(usize, u32)> = resolutions
+    let texels: Vec<Texel> = resolutions
         .iter()
         .enumerate()
         .flat_map(|(face, resolution)| (0..count(*resolution)).map(move |k| (face, k)))
+        .map(|(face, k)| Texel::new(scene, resolutions[face], face, k))
         .collect();
-    debug_assert_eq!(texels.len(), first[resolutions.len()]);
     let tracer = Tracer {
         scene,
-        solid,
-        lamps,
+        solid: Solid::new(scene),
+        lamps: Lamps::new(scene),
     };
-    let (values, error) = texels
-        .par_iter()
-        .enumerate()
-        .map(|(k, (face, index))| {
-            // Seeds are spread by SplitMix64.
-            let mut source = Source::seed_from_u64(seed.wrapping_add(k as u64));
-            let corners = outline(&scene.faces[*face], resolutions[*face], *index).padded();
-            tracer.texel(&mut source, *face, corners, paths)
+    let least = paths.div_ceil(PILOT * SETS);
+    // Seeds are spread by SplitMix64.
+    let seeds = |k: usize| Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add(k as u64));
+    let tried = texels.par_iter().enumerate().map(|(k, texel)| {
+        let (_, error) = tracer.texel(&mut seeds(k), texel, least);
+        // What is left of Σ A²s⁴, s² = v/n, is least by n as (A v)^⅔.
+        (texel.area() * error.length_squared()).powf(2.0 / 3.0)
+    });
+    let weights: Vec<f64> = tried.collect();
+    let all = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let more = f64::from(paths / SETS) * (1.0 - 2.0 / f64::from(PILOT)) * texels.len() as f64;
+    let (values, error) = (texels.par_iter().zip(&weights).enumerate())
+        .map(|(k, (texel, weight))| {
+            let paths = least + (weight / all * more) as u32;
+            tracer.texel(&mut seeds(texels.len() + k), texel, paths)
         })
         .unzip();
     Traced {
@@ -74,20 +89,27 @@ pub fn trace<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64) -> Traced
 /// still be noise (one standard error); the worst channel.
 ///
 /// ```text
-/// q = ΣA(d² − s²) / ΣA(b² − s²),  var ΣA d² = ΣA²(4(d² − s²)s² + 2s⁴),  rms = √q
+/// q = ΣA(d² − s²) / ΣA(b² − s²),  var ΣA (d² − s²) = ΣA²(4(d² − s²)s² + 2(1 + 1/(n − 1))s⁴),  rms = √q
 /// ```
-/// d = a − b, s: the standard error of b, normal for many paths.
+/// d = a − b, s: the standard error of b by n sets, normal for many paths.
 pub fn rms(pair: &Pair) -> [f64; 2] {
     let none = Vec::new();
     let error = pair.error.as_ref().unwrap_or(&none);
+    debiased(&pair.areas, &pair.a, &pair.b, error)
+}
+
+/// The same of means a against traced b, texel by texel.
+pub fn debiased(areas: &[f64], a: &[DVec3], b: &[DVec3], error: &[DVec3]) -> [f64; 2] {
+    // The variance of an s² of so few sets.
+    let known = 2.0 * (1.0 + 1.0 / f64::from(SETS - 1));
     let channel = |c: usize| {
         let (mut square, mut variance, mut truth) = (0.0, 0.0, 0.0);
         for (k, error) in error.iter().enumerate() {
-            let (area, noise) = (pair.areas[k], error[c] * error[c]);
-            let signal = (pair.a[k][c] - pair.b[k][c]).powi(2) - noise;
+            let (area, noise) = (areas[k], error[c] * error[c]);
+            let signal = (a[k][c] - b[k][c]).powi(2) - noise;
             square += area * signal;
-            variance += area * area * (4.0 * signal.max(0.0) + 2.0 * noise) * noise;
-            truth += area * (pair.b[k][c].powi(2) - noise);
+            variance += area * area * (4.0 * signal.max(0.0) + known * noise) * noise;
+            truth += area * (b[k][c].powi(2) - noise);
         }
         let rms = (square.max(0.0) / truth).sqrt();
         // Where it is all noise the root has no slope: then what one standard error of q makes of it.
@@ -103,6 +125,24 @@ pub fn rms(pair: &Pair) -> [f64; 2] {
     })
 }
 
+/// A texel, as two triangles.
+struct Texel {
+    face: usize,
+    halves: [Triangle; 2],
+}
+
+impl Texel {
+    fn new(scene: &Scene, resolution: [u32; 2], face: usize, k: u32) -> Self {
+        let [a, b, c, d] = outline(&scene.faces[face], resolution, k).padded();
+        let halves = [[a, b, c], [a, c, d]].map(|corners| Triangle::new(face, corners));
+        Self { face, halves }
+    }
+
+    fn area(&self) -> f64 {
+        self.halves.iter().map(Triangle::area).sum()
+    }
+}
+
 struct Tracer<'a> {
     scene: &'a Scene,
     solid: Solid,
@@ -110,32 +150,37 @@ struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Mean and standard error.
+    /// Mean and standard error of the sets, `paths` in each.
     fn texel(
         &self,
-        source: &mut Source,
-        face: usize,
-        [a, b, c, d]: [DVec3; 4],
+        seeds: &mut Xoshiro256PlusPlus,
+        Texel { face, halves }: &Texel,
         paths: u32,
     ) -> (DVec3, DVec3) {
-        let halves = [[a, b, c], [a, c, d]].map(|corners| Triangle::new(face, corners));
+        let face = *face;
         let areas = halves.map(|half| half.area());
         let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-        for _ in 0..paths {
-            let first = source.random::<f64>() * (areas[0] + areas[1]) < areas[0];
-            let at = halves[usize::from(!first)].point(unit_square(source));
-            let found = self.path(source, Hit { face, at });
-            sum += found;
-            squares += found * found;
+        for _ in 0..SETS {
+            let seed = seeds.random();
+            let mut set = DVec3::ZERO;
+            for k in 0..paths {
+                let mut source = Source::new(k, seed, seeds);
+                let first = source.next() * (areas[0] + areas[1]) < areas[0];
+                let at = halves[usize::from(!first)].point(source.square());
+                set += self.path(&mut source, Hit { face, at });
+            }
+            set /= f64::from(paths);
+            sum += set;
+            squares += set * set;
         }
-        let n = f64::from(paths);
+        let n = f64::from(SETS);
         let mean = sum / n;
         let variance = (squares / n - mean * mean).max(DVec3::ZERO) / (n - 1.0);
         (mean, variance.map(f64::sqrt))
     }
 
     /// What one path from a point says of ρH there.
-    fn path(&self, source: &mut Source, mut at: Hit) -> DVec3 {
+    fn path(&self, source: &mut Source<'_>, mut at: Hit) -> DVec3 {
         let mut found = DVec3::ZERO;
         let mut weight = self.reflectance(at.face);
         loop {
@@ -150,7 +195,7 @@ impl Tracer<'_> {
             // Goes on as often as the face reflects.
             let reflectance = self.reflectance(next.face);
             let survival = reflectance.max_element();
-            if source.random::<f64>() >= survival {
+            if source.next() >= survival {
                 return found;
             }
             weight *= reflectance / survival;
@@ -159,8 +204,8 @@ impl Tracer<'_> {
     }
 
     /// Light straight from a point of a lamp.
-    fn lamplight(&self, source: &mut Source, at: &Hit) -> DVec3 {
-        let Some(lamp) = self.lamps.draw(source.random(), unit_square(source)) else {
+    fn lamplight(&self, source: &mut Source<'_>, at: &Hit) -> DVec3 {
+        let Some(lamp) = self.lamps.draw(source.next(), source.square()) else {
             return DVec3::ZERO;
         };
         let g = self.solid.kernel(at, &lamp);
@@ -173,8 +218,8 @@ impl Tracer<'_> {
     }
 
     /// A direction from a face, as likely as its cosine (Malley).
-    fn cosine(&self, source: &mut Source, face: usize) -> DVec3 {
-        let [u, v] = unit_square(source).to_array();
+    fn cosine(&self, source: &mut Source<'_>, face: usize) -> DVec3 {
+        let [u, v] = source.square().to_array();
         let (r, angle) = (u.sqrt(), TAU * v);
         let normal = self.solid.normals[face];
         let (x, y) = normal.any_orthonormal_pair();
@@ -191,6 +236,33 @@ fn share(own: f64, other: f64) -> f64 {
     if own > 0.0 { own / (own + other) } else { 0.0 }
 }
 
-fn unit_square(source: &mut Source) -> DVec2 {
-    DVec2::new(source.random(), source.random())
+/// The numbers of one path, 0 ≤ x < 1.
+struct Source<'a> {
+    path: u32,
+    seed: u32,
+    taken: u32,
+    more: &'a mut Xoshiro256PlusPlus,
+}
+
+impl<'a> Source<'a> {
+    fn new(path: u32, seed: u32, more: &'a mut Xoshiro256PlusPlus) -> Self {
+        Self {
+            path,
+            seed,
+            taken: 0,
+            more,
+        }
+    }
+
+    fn next(&mut self) -> f64 {
+        if self.taken >= EVEN {
+            return self.more.random();
+        }
+        self.taken += 1;
+        f64::from(sobol_burley::sample(self.path, self.taken - 1, self.seed))
+    }
+
+    fn square(&mut self) -> DVec2 {
+        DVec2::new(self.next(), self.next())
+    }
 }

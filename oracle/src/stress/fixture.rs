@@ -11,6 +11,7 @@ use std::ops::ControlFlow;
 pub fn side(error: Option<f64>, code: &str) -> Side {
     Side {
         error,
+        noise: 0.0,
         bias: None,
         estimate: None,
         verdict: Verdict::of(RELATIVE, error),

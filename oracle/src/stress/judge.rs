@@ -3,16 +3,18 @@
 //! ```text
 //! relative RMS = √(ΣA(a − b)² / ΣA b²), worst channel      leak = ΣA|a| / ΣA E
 //! ```
-//! a, b: B − E of the answer and of the truth over the texels that are judged.
+//! a, b: B − E of the answer and of the truth over the texels that are judged. Of a traced truth its own
+//! noise is taken off.
 
 use super::trial::{Trial, Truth};
 use crate::compare::difference::figures;
 use crate::comparison::Difference;
+use crate::path_tracer::debiased;
 use common::texel::{count, outline};
 use glam::DVec3;
 
-/// The error, or why there is none.
-pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<f64, String> {
+/// The error and, where the truth is traced, its standard error; or why there is none.
+pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<(f64, f64), String> {
     if answer.len() != truth.len() {
         return Err(format!(
             "{} texels instead of {}",
@@ -30,12 +32,19 @@ pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<f64, St
         return Err("the truth itself, bit for bit".into());
     }
     if matches!(trial.truth, Truth::Dark) {
-        return Ok(leak(trial, answer));
+        return Ok((leak(trial, answer), 0.0));
+    }
+    if let Truth::Traced(_, error) = &trial.truth {
+        let [rms, noise] = debiased(&areas(trial), answer, truth, error);
+        let known = rms.is_finite() && noise.is_finite();
+        return known
+            .then_some((rms, noise))
+            .ok_or_else(|| "the truth is all noise".into());
     }
     let channels = channels(trial, answer, truth);
     let worst = channels.iter().map(|f| f.relative_rms).fold(0.0, f64::max);
     if worst.is_finite() {
-        Ok(worst)
+        Ok((worst, 0.0))
     } else {
         Err("lit where the truth is black all over".into())
     }

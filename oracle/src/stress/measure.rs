@@ -83,6 +83,7 @@ pub fn try_on(
     }
     let mut side = Side {
         error: None,
+        noise: 0.0,
         bias: None,
         estimate: None,
         // Until its row judges it by the measure of the case.
@@ -107,8 +108,9 @@ pub fn try_on(
             side.estimate = solved.estimate;
             let values = Reflected::of(&trial.scene, &solved.mesh, &solved.field).values;
             match judge::error(trial, &values, truth) {
-                Ok(error) => {
+                Ok((error, noise)) => {
                     side.error = Some(error);
+                    side.noise = noise;
                     side.bias = judge::bias(trial, &values, truth);
                 }
                 Err(message) => side.message = Some(format!("{UNJUDGED}: {message}")),

@@ -108,6 +108,8 @@ pub fn limits(measure: &str) -> [f64; 2] {
 pub struct Side {
     /// Against the truth; none where there is no answer.
     pub error: Option<f64>,
+    /// Its standard error, where the truth is traced.
+    pub noise: f64,
     /// Its bias; none where there is no answer, or another measure.
     pub bias: Option<f64>,
     /// What the answer says of its own error; none where that was not looked at.

@@ -43,6 +43,8 @@ pub enum Truth {
     Matrix(u32),
     /// The matrix's answer for a scene that should be lit alike, on texels so many times finer.
     Alike(Scene, u32),
+    /// B − E of each texel by tracing paths, and its standard error.
+    Traced(Vec<DVec3>, Vec<DVec3>),
     /// No light at all on the faces that are judged.
     Dark,
 }

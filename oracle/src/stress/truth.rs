@@ -28,6 +28,7 @@ impl Truths {
             Truth::Shadowed(occluders) => direct::reflected(scene, texels, occluders),
             Truth::Constant(value) => vec![*value; all],
             Truth::Dark => vec![DVec3::ZERO; all],
+            Truth::Traced(values, _) => values.clone(),
             Truth::Matrix(finer) => matrix(scene, texels, *finer)?,
             Truth::Alike(other, finer) => {
                 let mut values = self.alike(other, texels, *finer)?;

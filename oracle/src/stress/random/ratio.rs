@@ -5,6 +5,8 @@ use serde::Serialize;
 
 /// Errors up to here are the truth's own as well: nothing is asked of their estimate.
 pub const FLOOR: f64 = 0.002;
+/// And errors that are known no better than to this share of themselves.
+pub const KNOWN: f64 = 0.25;
 /// An estimate below this share of the error is far too sure.
 pub const LOW: f64 = 0.5;
 /// And above this it frightens for nothing.
@@ -27,7 +29,8 @@ pub struct Ratios {
 
 /// Of an answer; none where it asks nothing.
 pub fn ratio(side: &Side) -> Option<f64> {
-    let error = side.error.filter(|error| *error > FLOOR)?;
+    let known = |error: &f64| *error > FLOOR && side.noise <= KNOWN * error;
+    let error = side.error.filter(known)?;
     Some(side.estimate.unwrap_or(0.0) / error)
 }
 
