@@ -126,10 +126,13 @@ fn later_bounces_count_with_their_gain() {
         }
         let found = looked_at(&scene, &settings(), &answer, &field);
         println!("ρ = {reflectance}: {found:?}");
-        // The look's noise is of what is emitted: a quarter of a million samples twice, each within a
-        // quarter of its mean, tell it to 3e-4; rounding of f32 grows as the light does.
+        // What is near by, a tenth of all that is met, is asked point by point and counts among the
+        // later bounces as well: of one bounce's error, at most half of all, a tenth. The look's noise is of what is emitted: a quarter of a million samples twice, each
+        // within a quarter of its mean, tell it to 3e-4; rounding of f32 grows as the light does.
+        let spread = 0.5 * 0.1 * 0.05;
         let rounding = 4.0 * f64::from(f32::EPSILON * exact);
-        assert!((found.error - 0.05).abs() < 5e-4 + rounding, "{found:?}");
+        let off = (found.error - 0.05).abs();
+        assert!(off < spread + 5e-4 + rounding, "{found:?}");
     }
 }
 

@@ -128,7 +128,7 @@ fn next<T>(
     tried: &[Change],
 ) -> Option<(Change, Settings, String)> {
     let estimate = solved.estimate.as_ref()?;
-    if estimate.error <= MEND && !solved.stagnated {
+    if mendable(estimate) <= MEND && !solved.stagnated {
         return None;
     }
     let (change, settings, mut what) = change(given, solved, estimate, tried)?;
@@ -139,6 +139,18 @@ fn next<T>(
     Some((change, settings, what))
 }
 
+/// What of the error more cells and samples may take away: all but what whole texels make wrong.
+fn mendable(estimate: &Estimate) -> f64 {
+    let texels = part(estimate, Cause::Texels);
+    (estimate.error.powi(2) - texels.powi(2)).max(0.0).sqrt()
+}
+
+/// What a cause explains.
+fn part(estimate: &Estimate, cause: Cause) -> f64 {
+    let found = estimate.parts.iter().find(|part| part.cause == cause);
+    found.map_or(0.0, |part| part.error)
+}
+
 /// The change that takes away most, of those that were not tried.
 fn change<T>(
     given: Given,
@@ -147,12 +159,8 @@ fn change<T>(
     tried: &[Change],
 ) -> Option<(Change, Settings, String)> {
     let settings = &solved.settings;
-    let part = |cause| {
-        let found = estimate.parts.iter().find(|part| part.cause == cause);
-        found.map_or(0.0, |part| part.error)
-    };
     let rays = settings.visibility == Visibility::Rays || given.visibility;
-    let hidden = part(Cause::Visibility) > part(Cause::Cells);
+    let hidden = part(estimate, Cause::Visibility) > part(estimate, Cause::Cells);
     if !rays && hidden && !tried.contains(&Change::Rays) {
         let settings = Settings {
             visibility: Visibility::Rays,
@@ -332,6 +340,19 @@ mod tests {
         .unwrap();
         assert_eq!((solves, notes.len()), (1, 1));
         assert!(best.answer < 0.03);
+    }
+
+    #[test]
+    fn more_cells_are_no_cure_for_whole_texels() {
+        let mut first = attempt(&normal(), 0.03, 0.0);
+        first.estimate.as_mut().unwrap().parts.push(Part {
+            cause: Cause::Texels,
+            error: 0.029,
+            faces: vec![0],
+        });
+        let again = |_: &Settings| -> Result<_> { panic!("solved again") };
+        let (best, notes) = mended(Given::default(), first, again).unwrap();
+        assert!(best.answer == 0.03 && notes.is_empty());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What may put an answer more than 2 % off, with the option that mends it.
 
-use super::check::{Cause, Estimate, NAMED, Part};
+use super::check::{Cause, Estimate, LIMIT, NAMED, Part};
 use super::gap::light_in_gaps;
 use common::energy::Energy;
 use common::mesh::{Cell, Mesh, Texel};
@@ -35,6 +35,7 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
     warnings.extend(added_up(mesh, run));
     warnings.extend(narrow(mesh, run));
     warnings.extend(covered(mesh));
+    warnings.extend(unlit(mesh, run));
     if run.unshot_fraction() > SHARE {
         warnings.push(Warning {
             code: "unshot".into(),
@@ -71,7 +72,7 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
 /// where the estimate, which counts what later bounces make of it, says that this does not matter: the
 /// open share is told by few rays, of whole faces by one point's.
 pub fn closure_in_doubt(mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> f64 {
-    if estimate.is_some_and(|estimate| estimate.upper <= 0.5 * SHARE) {
+    if estimate.is_some_and(|estimate| estimate.upper <= 0.5 * LIMIT) {
         return 0.0;
     }
     let energy = Energy::new(mesh, &run.field, &run.shots);
@@ -82,7 +83,7 @@ pub fn closure_in_doubt(mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> 
 fn off(estimate: &Estimate) -> Option<Warning> {
     let worst = |a: &&Part, b: &&Part| a.error.total_cmp(&b.error);
     let part = estimate.parts.iter().max_by(worst)?;
-    if estimate.upper <= SHARE {
+    if estimate.upper <= LIMIT {
         return None;
     }
     let (code, why) = match part.cause {
@@ -97,6 +98,10 @@ fn off(estimate: &Estimate) -> Option<Warning> {
         Cause::Cells => (
             "cells",
             "light or shadow varies within cells: use --quality reference, or more --cells and --samples",
+        ),
+        Cause::Texels => (
+            "texels",
+            "light or shadow varies within texels: use more --texels",
         ),
     };
     Some(Warning {
@@ -162,6 +167,22 @@ fn covered(mesh: &Mesh) -> Option<Warning> {
             "every lamp lies under other faces at all of its {} samples a cell: move it, or use more --samples",
             mesh.samples
         ),
+    })
+}
+
+/// Light of which nothing is reflected, where some could be: no sample may have met the chink that it
+/// comes through, nor any of the rays that looked.
+fn unlit(mesh: &Mesh, run: &Run) -> Option<Warning> {
+    let all = || mesh.texels.iter().filter(|texel| texel.area > 0.0);
+    let shines = all().any(|texel| texel.emission != Vec3::ZERO);
+    let reflects = all().any(|texel| texel.reflectance != Vec3::ZERO);
+    let mut texels = mesh.texels.iter().zip(&run.field.radiosity);
+    let lit = texels.any(|(texel, b)| b.truncate() != texel.emission);
+    (shines && reflects && !lit && run.converged).then(|| Warning {
+        code: "unlit".into(),
+        faces: Vec::new(),
+        message: "no light was found on any face that reflects: it may come through a chink that no sample meets, use more --cells and --samples"
+            .into(),
     })
 }
 

@@ -15,8 +15,8 @@ use common::texel::Cells;
 use cpu::matrix::Matrix;
 use glam::DVec3;
 
-/// Groups at most: each is to have some looks.
-const MOST: usize = 256;
+/// Looks that each group is to have, at least.
+const EACH: usize = 4;
 
 /// Texels in groups.
 pub struct Groups {
@@ -27,11 +27,12 @@ pub struct Groups {
 
 impl Groups {
     /// K×K parts of each face, where the faces are few; where they are many, neighbours in the file.
-    pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
+    pub fn new(scene: &Scene, mesh: &Mesh, looks: usize) -> Self {
+        let most = looks / EACH;
         let faces = mesh.faces.len();
-        let k = (MOST / faces.max(1)).isqrt() as u32;
+        let k = (most / faces.max(1)).isqrt() as u32;
         let mut first = vec![0; faces];
-        let mut count = faces.min(MOST);
+        let mut count = faces.min(most);
         if k > 1 {
             count = 0;
             for (face, first) in first.iter_mut().enumerate() {
@@ -86,11 +87,15 @@ impl Groups {
         Ok([even?, odd?])
     }
 
-    /// The mean of what a group's texels miss: of those of one half, of all where that has none of it.
+    /// The mean of what a group's texels miss, but for those whose points were asked one by one: of those of one half, of all where that has none of it.
     fn missed(&self, looks: &[Look], half: usize) -> Vec<DVec3> {
         let mut sums = vec![[(DVec3::ZERO, 0.0); 2]; self.areas.len()];
         for (k, look) in looks.iter().enumerate() {
-            let missed = look.area * 0.5 * (look.missed[0] + look.missed[1]);
+            let missed = if look.cut {
+                DVec3::ZERO
+            } else {
+                look.area * look.carried
+            };
             for (sum, counts) in sums[self.of(look.texel)]
                 .iter_mut()
                 .zip([k % 2 == half, true])

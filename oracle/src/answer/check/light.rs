@@ -13,6 +13,13 @@ use glam::{DVec3, Vec2, Vec3};
 /// Newton's steps from a point of a quad to its u, v: the error squares with each, from 1/2 at most.
 const STEPS: usize = 5;
 
+/// What is reflected leaves from no less than this share of a texel.
+const LEAST: f64 = 1e-3;
+
+/// Points are moved by this share of their way to the middle: far more than rounding, far less than
+/// light changes over.
+const INSET: f32 = 1e-3;
+
 /// The answer's radiosity.
 pub struct Light<'a> {
     scene: &'a Scene,
@@ -21,14 +28,19 @@ pub struct Light<'a> {
     order: Vec<usize>,
     /// The first of each face in `order`.
     first: Vec<usize>,
+    /// Whether a body stands on some of each texel.
+    cut: Vec<bool>,
     /// What leaves the open part of each texel, W/m², its mean.
     radiosity: Vec<Vec3>,
+    /// How densely points of each texel are drawn.
+    density: Vec<f32>,
     /// How it changes within the texel.
     slopes: Vec<Slope>,
+    outlines: Vec<Outline>,
     /// The mean of what is reflected. Rays that meet a front bring that much for certain: in a white
     /// room, where least is lost, no noise is left of it.
     pub flat: Vec3,
-    /// The radiosity's channels added up, times the area, added up over the texels before.
+    /// The densities times the area, added up over the texels before.
     passed: Vec<f64>,
 }
 
@@ -44,15 +56,17 @@ impl<'a> Light<'a> {
     /// What a texel reflects leaves from its open part: u = E + (B − E)/o.
     pub fn new(scene: &'a Scene, mesh: &'a Mesh, field: &Field, rays: &Rays) -> Self {
         let open = shares(scene, mesh, &Occluders::new(scene, mesh), rays);
+        let claimed = |k: usize| field.radiosity[k].truncate();
         let leaves = |k: usize| {
-            let emission = mesh.texels[k].emission.as_dvec3();
-            let reflected = field.radiosity[k].truncate().as_dvec3() - emission;
-            (emission + reflected / open[k]).as_vec3()
+            let emission = mesh.texels[k].emission;
+            emission + (claimed(k) - emission) / open[k].max(LEAST) as f32
         };
-        let radiosity: Vec<Vec3> = (0..mesh.texels.len()).map(leaves).collect();
+        let texels = 0..mesh.texels.len();
+        let radiosity: Vec<Vec3> = texels.clone().map(leaves).collect();
+        let density: Vec<f32> = texels.map(|k| claimed(k).abs().element_sum()).collect();
         let mut sum = 0.0;
-        let power = radiosity.iter().zip(&mesh.texels).map(|(b, texel)| {
-            sum += f64::from(b.abs().element_sum() * texel.area);
+        let power = density.iter().zip(&mesh.texels).map(|(density, texel)| {
+            sum += f64::from(density * texel.area);
             sum
         });
         let passed = power.collect();
@@ -75,21 +89,36 @@ impl<'a> Light<'a> {
             })
         };
         let slopes = mesh.texels.iter().enumerate().map(slope).collect();
+        let outline = |texel: &Texel| {
+            let face = texel.face as usize;
+            let resolution = mesh.faces[face].resolution;
+            let outline = texel::outline(&scene.faces[face], resolution, texel.index);
+            Outline::new(outline.padded().map(|p| mesh.local(p).as_vec3()))
+        };
+        let outlines = mesh.texels.iter().map(outline).collect();
         Self {
             scene,
             mesh,
             order,
             first,
+            cut: open.iter().map(|share| *share < 1.0).collect(),
             radiosity,
+            density,
             slopes,
+            outlines,
             flat: mean(mesh, field),
             passed,
         }
     }
 
     /// The power of all light, channels added up; W in the mesh's unit.
-    pub fn power(&self) -> f64 {
+    fn power(&self) -> f64 {
         self.passed.last().copied().unwrap_or(0.0)
+    }
+
+    /// How densely [`Self::draw`] draws points of a texel, of 1 over all faces.
+    pub fn density(&self, texel: usize) -> f32 {
+        self.density[texel] / self.power() as f32
     }
 
     /// The mean of u over a texel.
@@ -97,26 +126,34 @@ impl<'a> Light<'a> {
         self.radiosity[texel]
     }
 
-    /// The texel that holds a point of a face, and u there.
+    /// Whether a body stands on some of a texel.
+    pub fn cut(&self, texel: usize) -> bool {
+        self.cut[texel]
+    }
+
+    /// The texel that holds a point of a face, and what its slope makes of u there.
     pub fn at(&self, face: u32, point: Vec3) -> (usize, Vec3) {
         let own = &self.mesh.faces[face as usize];
         let (index, place) = index(own, self.shape(face), point);
         let k = self.order[self.first[face as usize] + index as usize];
         let kind = self.mesh.texels[k].kind;
-        (k, self.radiosity[k] + self.slopes[k].at(kind, place))
+        (k, self.slopes[k].at(kind, place))
     }
 
     fn shape(&self, face: u32) -> Shape {
         self.scene.faces[face as usize].shape
     }
 
-    /// The corners of a texel, a triangle repeats its third; mesh units.
-    pub fn outline(&self, k: usize) -> [Vec3; 4] {
-        let texel = &self.mesh.texels[k];
-        let face = texel.face as usize;
-        let resolution = self.mesh.faces[face].resolution;
-        let outline = texel::outline(&self.scene.faces[face], resolution, texel.index);
-        outline.padded().map(|p| self.mesh.local(p).as_vec3())
+    /// A point of a texel at u, v in 0…1: equal areas to equal areas.
+    pub fn spread(&self, texel: usize, at: [f32; 2]) -> Vec3 {
+        self.outlines[texel].spread(at)
+    }
+
+    /// A point of a texel, moved away from its edges as far as it takes that rounding does not lay it
+    /// behind another wall.
+    pub fn inside(&self, texel: usize, point: Vec3) -> Vec3 {
+        let middle = self.outlines[texel].corners.iter().sum::<Vec3>() / 4.0;
+        point.lerp(middle, INSET)
     }
 
     /// A point of all that shine, as dense as its radiosity, by three numbers in 0…1.
@@ -125,28 +162,41 @@ impl<'a> Light<'a> {
         let k = self.passed.partition_point(|passed| *passed <= wanted);
         let k = k.min(self.passed.len() - 1);
         Drawn {
-            position: spread(&self.outline(k), [u, v]),
+            position: self.spread(k, [u, v]),
             texel: k,
         }
     }
 }
 
-/// The point of a planar convex outline at u, v in 0…1: equal areas to equal areas.
-pub fn spread(c: &[Vec3; 4], [u, v]: [f32; 2]) -> Vec3 {
-    let area = |p: Vec3, q: Vec3| (p - c[0]).cross(q - c[0]).length();
-    let (one, other) = (area(c[1], c[2]), area(c[2], c[3]));
-    let share = if other > 0.0 {
-        one / (one + other)
-    } else {
-        1.0
-    };
-    let (u, p, q) = if u < share {
-        (u / share, c[1], c[2])
-    } else {
-        ((u - share) / (1.0 - share), c[2], c[3])
-    };
-    // The root makes a triangle's rows equally dense.
-    c[0] + ((p - c[0]) * (1.0 - v) + (q - c[0]) * v) * u.sqrt()
+/// A texel's corners, a triangle repeats its third, in mesh units.
+struct Outline {
+    corners: [Vec3; 4],
+    /// The first three corners' share of the area.
+    share: f32,
+}
+
+impl Outline {
+    fn new(corners: [Vec3; 4]) -> Self {
+        let area = |p: Vec3, q: Vec3| (p - corners[0]).cross(q - corners[0]).length();
+        let [one, other] = [1, 2].map(|k| area(corners[k], corners[k + 1]));
+        let share = if other > 0.0 {
+            one / (one + other)
+        } else {
+            1.0
+        };
+        Self { corners, share }
+    }
+
+    fn spread(&self, [u, v]: [f32; 2]) -> Vec3 {
+        let (c, share) = (&self.corners, self.share);
+        let (u, p, q) = if u < share {
+            (u / share, c[1], c[2])
+        } else {
+            ((u - share) / (1.0 - share), c[2], c[3])
+        };
+        // The root makes a triangle's rows equally dense.
+        c[0] + ((p - c[0]) * (1.0 - v) + (q - c[0]) * v) * u.sqrt()
+    }
 }
 
 /// The texel that holds a point of the face, and where in it, from its lower corner on the lattice.
@@ -240,12 +290,12 @@ mod tests {
             let face = texel.face as usize;
             let (own, of) = (&mesh.faces[face], &scene.faces[face]);
             let outline = texel::outline(of, own.resolution, texel.index);
-            let corners = outline.padded().map(|p| mesh.local(p).as_vec3());
+            let corners = Outline::new(outline.padded().map(|p| mesh.local(p).as_vec3()));
             let mut mean = Vec3::ZERO;
             for s in 0..4 * ROWS {
                 let uv = [(s / 4) as f32 / ROWS as f32, (s % 4) as f32 / 4.0];
                 let uv = [uv[0] + 0.5 / ROWS as f32, uv[1] + 0.125];
-                let p = spread(&corners, uv);
+                let p = corners.spread(uv);
                 assert_eq!(index(own, of.shape, p).0, texel.index, "{face} {uv:?}");
                 mean += p / (4 * ROWS) as f32;
             }

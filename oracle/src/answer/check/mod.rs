@@ -7,8 +7,8 @@
 //! error² = Σ A e·e' / Σ A l·l'       l = ρH + e
 //! ```
 //! H is the irradiance that the answer claims, H' what is gathered: `gather`. r is all that one
-//! bounce makes wrong, what is unshot included; x what comes of its means over groups of faces by
-//! later bounces: `later`. e and e' are by independent rays and x by independent texels, so that
+//! bounce makes wrong, what is unshot included, and what changes within the texels that it comes from;
+//! x what comes of its means over groups of faces by later bounces: `later`. e and e' are by independent rays and x by independent texels, so that
 //! the product's mean is e² and no noise. The error is told only as low as the standard error of
 //! that mean.
 
@@ -36,13 +36,19 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+/// An error beyond this is warned about.
+pub const LIMIT: f64 = 0.02;
 /// Texels that are looked at, at most.
-const LOOKS: u64 = 1 << 10;
-/// Rays of each kind and half that all looks share: a million rays, a fifth of a second on two quiet
-/// cores. At reference quality four times as many: its errors are smaller, and its solves longer.
-const BUDGET: u32 = 1 << 18;
+const LOOKS: u32 = 1 << 10;
+/// Rays of each kind and half that all looks share; with those that they lead to, five times as many.
+/// At reference quality four times as many: its errors are smaller, and its solves longer.
+const BUDGET: u32 = 1 << 17;
+/// Rays to each of them: two halves of two kinds, and four more from where each ends.
+const RAYS: u64 = 2 * 2 * 5;
 /// Rays of each kind and half that tell how many are worth their while.
-const PILOT: u32 = 64;
+const PILOT: u32 = 16;
+/// And of each look at least: what comes through a chink is found by few.
+const FEW: u32 = 64;
 /// Rays that tell causes apart, unless that left too few looks.
 const BLAMING: u64 = 1 << 20;
 /// Looks that tell causes apart, at least and at most.
@@ -62,6 +68,8 @@ pub enum Cause {
     FormFactor,
     /// Whole cells for what varies within them, and the noise of few samples.
     Cells,
+    /// Whole texels for light that varies within them.
+    Texels,
 }
 
 /// One cause's part.
@@ -99,6 +107,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The error with two standard errors of its square taken off.
+    fn least(&self) -> f64 {
+        let square = self.error * self.error - 2.0 * self.floor * self.floor;
+        square.max(0.0).sqrt()
+    }
+
     /// As `result.json` has it.
     pub fn certificate(&self) -> Value {
         json!(self)
@@ -117,11 +131,19 @@ pub struct Look {
     claimed: DVec3,
     /// r, twice.
     missed: [DVec3; 2],
+    /// What of it comes of light that varies within texels.
+    within: [DVec3; 2],
+    /// What of r later bounces carry on.
+    carried: DVec3,
+    /// Whether a body stands on it: then others know what it misses.
+    cut: bool,
     /// The share of its rays that met fronts of each group.
     met: Vec<(usize, f64)>,
 }
 
-/// Looks at `field` on `mesh`, the answer of `settings` for `scene`.
+/// Looks at `field` on `mesh`, the answer of `settings` for `scene`: at a few texels, which is enough where
+/// the error is far beyond [`LIMIT`], then at all, and with more rays where these cannot tell on which
+/// side of it the error is.
 pub fn estimate(
     scene: &Scene,
     settings: &Settings,
@@ -130,18 +152,37 @@ pub fn estimate(
 ) -> Result<Estimate> {
     let rays = Rays::new(mesh);
     let light = Light::new(scene, mesh, field, &rays);
-    let groups = Groups::new(scene, mesh);
     let gather = Gather {
         mesh,
         light: &light,
         rays: &rays,
     };
-    let chosen = choose(mesh, field, LOOKS);
     let finer = settings.quality == Quality::Reference;
     let budget = if finer { 4 * BUDGET } else { BUDGET };
-    let samples = shared(&gather, &chosen, budget);
+    let found = estimated(scene, settings, &gather, field, [LOOKS / 4, budget / 4])?;
+    if found.least() > 2.0 * LIMIT {
+        return Ok(found);
+    }
+    let found = estimated(scene, settings, &gather, field, [LOOKS, budget])?;
+    if found.upper <= LIMIT || found.least() > LIMIT {
+        return Ok(found);
+    }
+    estimated(scene, settings, &gather, field, [LOOKS, 4 * budget])
+}
+
+fn estimated(
+    scene: &Scene,
+    settings: &Settings,
+    gather: &Gather,
+    field: &Field,
+    [looks, budget]: [u32; 2],
+) -> Result<Estimate> {
+    let mesh = gather.mesh;
+    let groups = Groups::new(scene, mesh, looks as usize);
+    let chosen = choose(mesh, field, u64::from(looks));
+    let samples = shared(gather, &chosen, budget);
     let looks: Vec<Look> = (chosen.into_par_iter().zip(&samples))
-        .map(|((texel, area), samples)| Look::new(&gather, field, &groups, (texel, area), *samples))
+        .map(|((texel, area), samples)| Look::new(gather, field, &groups, (texel, area), *samples))
         .collect();
     let later = groups.later(&looks)?;
     let errors: Vec<[DVec3; 2]> = looks
@@ -171,9 +212,9 @@ pub fn estimate(
         one_bounce: one.mean.max_element().max(0.0).sqrt(),
         later_bounces: coherent.mean.max_element().max(0.0).sqrt(),
         floor: doubt.max_element().sqrt(),
-        rays: samples.iter().map(|n| 4 * u64::from(*n + PILOT)).sum(),
+        rays: samples.iter().map(|n| RAYS * u64::from(*n + PILOT)).sum(),
         looks: looks.len(),
-        parts: blame(settings, mesh, field, &rays, &looks, light),
+        parts: blame(settings, mesh, field, gather.rays, &looks, light),
     })
 }
 
@@ -191,7 +232,7 @@ fn shared(gather: &Gather, chosen: &[(usize, f64)], budget: u32) -> Vec<u32> {
     let samples = |weight: &f64| (weight / all * f64::from(budget)) as u32;
     weights
         .iter()
-        .map(|weight| samples(weight).max(PILOT))
+        .map(|weight| samples(weight).max(FEW))
         .collect()
 }
 
@@ -208,6 +249,7 @@ impl Look {
         let found = gather.at(texel, samples, 1);
         let reflectance = mesh.texels[texel].reflectance.as_dvec3();
         let share = 0.5 / f64::from(samples);
+        let [a, b] = [0, 1].map(|half| found.irradiance[half] - found.even[half]);
         let mut met: Vec<(usize, f64)> = Vec::new();
         for texel in found.met {
             let group = groups.of(texel);
@@ -221,7 +263,10 @@ impl Look {
             face: mesh.texels[texel].face,
             area,
             claimed,
+            cut: gather.light.cut(texel),
             missed: found.irradiance.map(|h| reflectance * h - claimed),
+            within: found.within.map(|h| reflectance * h),
+            carried: 0.5 * reflectance * (a + b) - claimed,
             met,
         }
     }
@@ -319,10 +364,15 @@ fn blame(
     }
     let square = |n: usize| {
         let look = &looks[asked[n]];
-        let [a, b] = look.missed.map(|r| look.claimed + r - before[n]);
-        a * b
+        let [a, b] = [0, 1].map(|half| look.claimed + look.missed[half] - look.within[half]);
+        (a - before[n]) * (b - before[n])
     };
     parts.push(part(Cause::Cells, looks, &asked, square, light));
+    let square = |n: usize| {
+        let [a, b] = looks[asked[n]].within;
+        a * b
+    };
+    parts.push(part(Cause::Texels, looks, &asked, square, light));
     parts
 }
 
