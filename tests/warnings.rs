@@ -86,6 +86,21 @@ fn a_lamp_under_a_body_at_all_of_its_samples_is_named() {
 }
 
 #[test]
+fn a_floor_that_no_light_was_found_to_reach_is_told() {
+    // Two black shutters between a lamp and a floor, a chink or a window between them.
+    let faces = |width: f64| {
+        let shutter = |x: f64| square([x, -4.0, 0.5], [0.0, 9.0, 0.0], [4.0, 0.0, 0.0], 0.0, 0.0);
+        let [left, right] = [0.5 - 0.5 * width - 4.0, 0.5 + 0.5 * width].map(shutter);
+        let (low, high) = (DVec3::new(-4.0, -4.0, -1.0), DVec3::new(5.0, 5.0, 2.0));
+        let walls = room(low, high, true, Vec3::ZERO, Vec3::ZERO);
+        let backs = [left.clone().reversed(), right.clone().reversed()];
+        [vec![lamp(1.0), floor(), left, right], backs.into(), walls].concat()
+    };
+    assert_eq!(told(faces(1e-6), "unlit"), Some(Vec::new()));
+    assert_eq!(told(faces(0.3), "unlit"), None);
+}
+
+#[test]
 fn what_rounding_has_bent_is_named_where_it_carries_light() {
     let lamp = |width: f64, emission: f32| {
         let corner = [0.0, 0.5, 1.0];
