@@ -5,12 +5,23 @@ use common::sampling::{STEPS, hash};
 use common::shooting::Field;
 use glam::DVec3;
 
-/// Texels at even steps of a density, with each the area that it stands for. The density is a quarter
+/// A texel that is looked at.
+#[derive(Clone, Copy)]
+pub struct Chosen {
+    /// It.
+    pub texel: usize,
+    /// The area that it stands for.
+    pub area: f64,
+    /// How likely it was to be chosen; 1 for one that is looked at whatever is drawn.
+    pub share: f64,
+}
+
+/// At most `count` texels, each as likely as a density says. The density is a quarter
 /// each of area; of light, so that a small face in strong light is not missed; of roughness, the
 /// difference to the next texels of the face: noise and missed edges show there; and of the same for
-/// every face, so that one which has lost all its light is not missed. Within a face the order is
-/// scattered, so that the steps do not follow its rows.
-pub fn choose(mesh: &Mesh, field: &Field, count: u64) -> Vec<(usize, f64)> {
+/// every face, so that one which has lost all its light is not missed. They are drawn at even steps.
+/// Within a face the order is scattered, so that the steps do not follow its rows.
+pub fn choose(mesh: &Mesh, field: &Field, count: u64) -> Vec<Chosen> {
     let mut order = mesh.in_face_order();
     let area = |k: usize| f64::from(mesh.texels[k].area);
     let light = |k: usize| area(k) * reflected(mesh, field, k).length_squared();
@@ -22,7 +33,7 @@ pub fn choose(mesh: &Mesh, field: &Field, count: u64) -> Vec<(usize, f64)> {
             .max(f64::MIN_POSITIVE)
     };
     let sums = [sum(&area), sum(&light), sum(&|k| roughness[k])];
-    let share = |k: usize| {
+    let same = |k: usize| {
         let [w, h] = mesh.faces[mesh.texels[k].face as usize].resolution;
         1.0 / (mesh.faces.len() as f64 * f64::from(w * h))
     };
@@ -31,29 +42,58 @@ pub fn choose(mesh: &Mesh, field: &Field, count: u64) -> Vec<(usize, f64)> {
             area(k) / sums[0],
             light(k) / sums[1],
             roughness[k] / sums[2],
-            share(k),
+            same(k),
         ];
         parts.iter().sum::<f64>() / parts.len() as f64
     };
-    let step = sum(&density) / count as f64;
+    let density: Vec<f64> = (0..order.len()).map(density).collect();
+    let share = shares(&density, count);
     order.sort_by_key(|k| {
         let texel = &mesh.texels[*k];
         (texel.face, hash(texel.index), texel.index)
     });
-    let mut next = step * f64::from(STEPS[0]) / (1u64 << 32) as f64;
+    let mut next = f64::from(STEPS[0]) / (1u64 << 32) as f64;
     let (mut passed, mut chosen) = (0.0, Vec::new());
-    for k in order {
-        passed += density(k);
-        let mut hits = 0;
-        while next < passed {
-            next += step;
-            hits += 1;
-        }
-        if hits > 0 {
-            chosen.push((k, f64::from(hits) * step * area(k) / density(k)));
+    for texel in order {
+        let share = share[texel];
+        let drawn = share < 1.0 && {
+            passed += share;
+            let drawn = next < passed;
+            next += f64::from(u8::from(drawn));
+            drawn
+        };
+        if drawn || share >= 1.0 {
+            let area = area(texel) / share;
+            chosen.push(Chosen { texel, area, share });
         }
     }
     chosen
+}
+
+/// How likely each texel is to be one of `count`: as its density says, but no more than 1. What is
+/// more than that of some is left to the others.
+fn shares(density: &[f64], count: u64) -> Vec<f64> {
+    let mut shares = vec![1.0; density.len()];
+    let mut order: Vec<usize> = (0..density.len()).collect();
+    order.sort_by(|a, b| density[*b].total_cmp(&density[*a]));
+    let mut left = count as f64;
+    let mut sum: f64 = density.iter().sum();
+    for (n, k) in order.iter().enumerate() {
+        if (order.len() - n) as f64 <= left {
+            break;
+        }
+        let share = left * density[*k] / sum.max(f64::MIN_POSITIVE);
+        if share >= 1.0 {
+            left -= 1.0;
+            sum -= density[*k];
+        } else {
+            order[n..]
+                .iter()
+                .for_each(|k| shares[*k] = left * density[*k] / sum.max(f64::MIN_POSITIVE));
+            break;
+        }
+    }
+    shares
 }
 
 /// B − E.
@@ -74,4 +114,18 @@ fn roughness(mesh: &Mesh, field: &Field, order: &[usize]) -> Vec<f64> {
         }
     }
     squares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shares;
+
+    /// What one has beyond certainty goes to the others; where all can be looked at, all are.
+    #[test]
+    fn no_texel_is_drawn_twice() {
+        let density = [1.0, 8.0, 1.0, 1.0, 1.0];
+        assert_eq!(shares(&density, 3), [0.5, 1.0, 0.5, 0.5, 0.5]);
+        assert_eq!(shares(&density, 5), [1.0; 5]);
+        assert_eq!(shares(&density, 9), [1.0; 5]);
+    }
 }

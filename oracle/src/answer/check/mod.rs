@@ -19,7 +19,7 @@ mod light;
 mod own;
 mod slope;
 
-use choose::choose;
+use choose::{Chosen, choose};
 use common::Result;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
@@ -38,7 +38,7 @@ use serde_json::{Value, json};
 
 /// An error beyond this is warned about.
 pub const LIMIT: f64 = 0.02;
-/// Texels that are looked at, at most.
+/// Texels that are looked at, unless these leave it undecided on which side of [`LIMIT`] the error is.
 const LOOKS: u32 = 1 << 10;
 /// Rays of each kind and half that all looks share; with those that they lead to, five times as many.
 /// At reference quality four times as many: its errors are smaller, and its solves longer.
@@ -113,6 +113,13 @@ impl Estimate {
         square.max(0.0).sqrt()
     }
 
+    /// The error with three standard errors of its square on top. An early look that finds little is
+    /// held to more than the last: what it missed is in neither its error nor its standard error.
+    fn most(&self) -> f64 {
+        let square = self.error * self.error + 3.0 * self.floor * self.floor;
+        square.sqrt()
+    }
+
     /// As `result.json` has it.
     pub fn certificate(&self) -> Value {
         json!(self)
@@ -127,6 +134,8 @@ pub struct Look {
     face: u32,
     /// The area that it stands for.
     area: f64,
+    /// How likely it was to be looked at.
+    share: f64,
     /// ρH as the answer claims it.
     claimed: DVec3,
     /// r, twice.
@@ -142,8 +151,8 @@ pub struct Look {
 }
 
 /// Looks at `field` on `mesh`, the answer of `settings` for `scene`: at a few texels, which is enough where
-/// the error is far beyond [`LIMIT`], then at all, and with more rays where these cannot tell on which
-/// side of it the error is.
+/// the error is far beyond [`LIMIT`], then at more, and at four times as many with as many times the
+/// rays where these cannot tell on which side of it the error is.
 pub fn estimate(
     scene: &Scene,
     settings: &Settings,
@@ -164,10 +173,10 @@ pub fn estimate(
         return Ok(found);
     }
     let found = estimated(scene, settings, &gather, field, [LOOKS, budget])?;
-    if found.upper <= LIMIT || found.least() > LIMIT {
+    if found.most() <= LIMIT || found.least() > LIMIT {
         return Ok(found);
     }
-    estimated(scene, settings, &gather, field, [LOOKS, 4 * budget])
+    estimated(scene, settings, &gather, field, [4 * LOOKS, 4 * budget])
 }
 
 fn estimated(
@@ -182,7 +191,7 @@ fn estimated(
     let chosen = choose(mesh, field, u64::from(looks));
     let samples = shared(gather, &chosen, budget);
     let looks: Vec<Look> = (chosen.into_par_iter().zip(&samples))
-        .map(|((texel, area), samples)| Look::new(gather, field, &groups, (texel, area), *samples))
+        .map(|(chosen, samples)| Look::new(gather, field, &groups, &chosen, *samples))
         .collect();
     let later = groups.later(&looks)?;
     let errors: Vec<[DVec3; 2]> = looks
@@ -193,13 +202,13 @@ fn estimated(
         })
         .collect();
     let light = bright(&looks, &errors);
-    let found = Moment::of(&looks, |k| errors[k][0] * errors[k][1], light);
-    let one = Moment::of(&looks, |k| looks[k].missed[0] * looks[k].missed[1], light);
+    let found = Moment::of(&looks, |k| errors[k], light);
+    let one = Moment::of(&looks, |k| looks[k].missed, light);
     let x = |k: usize| {
         let look = &looks[k];
         [0, 1].map(|half| errors[k][half] - look.missed[half])
     };
-    let coherent = Moment::of(&looks, |k| x(k)[0] * x(k)[1], light);
+    let coherent = Moment::of(&looks, x, light);
     // What all texels have of it in common is not as many draws as there are looks.
     let common = mean(&looks, |k| x(k)[0] - x(k)[1]).powf(2.0) * area(&looks);
     let doubt = found.doubt + 0.5 * share(common, light);
@@ -221,11 +230,11 @@ fn estimated(
 /// The rays of each look. Its part of the mean's variance is (A v/n)², v the variance of a ray; of so
 /// many rays in all the least is left by n as (A v)^⅔. The pilot's rays are not used again: the mean
 /// stays fair.
-fn shared(gather: &Gather, chosen: &[(usize, f64)], budget: u32) -> Vec<u32> {
-    let pilot = |(k, area): &(usize, f64)| {
-        let reflectance = gather.mesh.texels[*k].reflectance.as_dvec3();
-        let variance = gather.at(*k, PILOT, 0).variance;
-        (area * variance * reflectance.length_squared()).powf(2.0 / 3.0)
+fn shared(gather: &Gather, chosen: &[Chosen], budget: u32) -> Vec<u32> {
+    let pilot = |chosen: &Chosen| {
+        let reflectance = gather.mesh.texels[chosen.texel].reflectance.as_dvec3();
+        let variance = gather.at(chosen.texel, PILOT, 0).variance;
+        (chosen.area * variance * reflectance.length_squared()).powf(2.0 / 3.0)
     };
     let weights: Vec<f64> = chosen.par_iter().map(pilot).collect();
     let all = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
@@ -241,27 +250,28 @@ impl Look {
         gather: &Gather,
         field: &Field,
         groups: &Groups,
-        (texel, area): (usize, f64),
+        &Chosen { texel, area, share }: &Chosen,
         samples: u32,
     ) -> Self {
         let mesh = gather.mesh;
         let claimed = reflected(mesh, field, texel);
         let found = gather.at(texel, samples, 1);
         let reflectance = mesh.texels[texel].reflectance.as_dvec3();
-        let share = 0.5 / f64::from(samples);
+        let ray = 0.5 / f64::from(samples);
         let [a, b] = [0, 1].map(|half| found.irradiance[half] - found.even[half]);
         let mut met: Vec<(usize, f64)> = Vec::new();
         for texel in found.met {
             let group = groups.of(texel);
             match met.iter_mut().find(|(known, _)| *known == group) {
-                Some((_, sum)) => *sum += share,
-                None => met.push((group, share)),
+                Some((_, sum)) => *sum += ray,
+                None => met.push((group, ray)),
             }
         }
         Self {
             texel,
             face: mesh.texels[texel].face,
             area,
+            share,
             claimed,
             cut: gather.light.cut(texel),
             missed: found.irradiance.map(|h| reflectance * h - claimed),
@@ -305,11 +315,25 @@ struct Moment {
 }
 
 impl Moment {
-    fn of(looks: &[Look], square: impl Fn(usize) -> DVec3, light: DVec3) -> Self {
-        let mean = mean(looks, &square);
+    /// Of e·e', e and e' two halves. Its variance is that of the draw of texels and that of their rays:
+    ///
+    /// ```text
+    /// Σ A² ((1 − π)(e·e' − m)² + π(e² − e'²)²/4)
+    /// ```
+    /// π how likely each was to be drawn, m the mean (Horvitz & Thompson 1952; the second term is the
+    /// variance of e·e' where e and e' are normal and alike).
+    fn of(looks: &[Look], errors: impl Fn(usize) -> [DVec3; 2], light: DVec3) -> Self {
+        let square = |k: usize| {
+            let [a, b] = errors(k);
+            a * b
+        };
+        let mean = mean(looks, square);
         let mut variance = DVec3::ZERO;
         for (k, look) in looks.iter().enumerate() {
-            variance += (look.area * (square(k) - mean)).powf(2.0);
+            let [a, b] = errors(k);
+            let drawn = (a * b - mean).powf(2.0);
+            let rays = 0.25 * (a * a - b * b).powf(2.0);
+            variance += look.area * look.area * ((1.0 - look.share) * drawn + look.share * rays);
         }
         Self {
             mean: share(mean * area(looks), light),
