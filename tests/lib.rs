@@ -1,6 +1,6 @@
 //! Scenes and helpers that several tests share.
 
-use common::scene::{Face, Scene};
+use common::scene::{Face, Scene, Shape};
 use common::texel;
 use glam::{DVec3, Vec3};
 use proptest::test_runner::{Config, RngSeed};
@@ -134,4 +134,28 @@ pub fn cases(count: u32) -> Config {
     }
     config.max_global_rejects = config.cases.max(1024);
     config
+}
+
+/// The triangle with another corner first: the same face.
+pub fn turned(face: &Face, by: usize) -> Face {
+    let [a, b, c, _] = face.corners;
+    let corners = [[a, b, c], [b, c, a], [c, a, b]][by % 3];
+    Face {
+        corners: [corners[0], corners[1], corners[2], corners[2]],
+        ..face.clone()
+    }
+}
+
+/// Each quad as two triangles, other corners first in each.
+pub fn halved(scene: &Scene) -> Scene {
+    let mut faces = Vec::new();
+    for (k, face) in scene.faces.iter().enumerate() {
+        assert_eq!(face.shape, Shape::Quad);
+        let [a, b, c, d] = face.corners;
+        for (half, corners) in [[a, b, c], [a, c, d]].into_iter().enumerate() {
+            let triangle = Face::triangle(&face.name, corners, face.emission, face.reflectance);
+            faces.push(turned(&triangle, k + half));
+        }
+    }
+    crate::scene("halved", faces)
 }

@@ -33,6 +33,30 @@ fn floor() -> Vec<DVec3> {
     rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
 }
 
+/// F, by the outlines as they are and by triangles cut from either.
+fn assert_printed(name: &str, a: &[DVec3], b: &[DVec3], expected: f64) {
+    assert_close(name, form_factor(a, b), expected, EXACT);
+    for (from, to) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let mut sum = 0.0;
+        for part in triangles(a, from) {
+            for other in triangles(b, to) {
+                sum += form_factor(&part, &other) * Patch::of(&part).area;
+            }
+        }
+        let name = format!("{name}, triangles, diagonals {from} and {to}");
+        assert_close(&name, sum / Patch::of(a).area, expected, EXACT);
+    }
+}
+
+/// Cut from its corner `first`.
+fn triangles(corners: &[DVec3], first: usize) -> Vec<[DVec3; 3]> {
+    let n = corners.len();
+    let corner = |k: usize| corners[(first + k) % n];
+    (1..n - 1)
+        .map(|k| [corner(0), corner(k), corner(k + 1)])
+        .collect()
+}
+
 #[test]
 fn the_printed_numbers() {
     for (degrees, expected) in [
@@ -46,42 +70,17 @@ fn the_printed_numbers() {
     ] {
         let (s, c) = degrees.to_radians().sin_cos();
         let leaf = rectangle([0.0; 3], [0.0, 1.0, 0.0], [c, 0.0, s]);
-        assert_close(
-            &format!("hinge {degrees}°"),
-            form_factor(&floor(), &leaf),
-            expected,
-            EXACT,
-        );
+        assert_printed(&format!("hinge {degrees}°"), &floor(), &leaf, expected);
     }
     let above = |x: f64, z: f64| rectangle([x, 0.0, z], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
-    assert_close(
-        "facing",
-        form_factor(&floor(), &above(0.0, 1.0)),
-        0.1998248957,
-        EXACT,
-    );
-    assert_close(
-        "offset",
-        form_factor(&floor(), &above(2.0, 1.0)),
-        0.0152754501,
-        EXACT,
-    );
+    assert_printed("facing", &floor(), &above(0.0, 1.0), 0.1998248957);
+    assert_printed("offset", &floor(), &above(2.0, 1.0), 0.0152754501);
     let far = rectangle([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let high = rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
-    assert_close(
-        "floor to wall",
-        form_factor(&far, &high),
-        0.0329381623,
-        EXACT,
-    );
+    assert_printed("floor to wall", &far, &high, 0.0329381623);
     let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from);
     let [a, b, c] = triangle.map(|p| p + DVec3::Z);
-    assert_close(
-        "triangles",
-        form_factor(&triangle, &[a, c, b]),
-        0.1150492281,
-        EXACT,
-    );
+    assert_printed("triangles", &triangle, &[a, c, b], 0.1150492281);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use approx::abs_diff_eq;
 use common::constants::NEAR;
 use common::form_factor::FormFactor;
 use common::mesh::Texel;
-use common::scene::{Face, Scene, Shape};
+use common::scene::{Face, Scene};
 use common::settings::{Iteration, Settings};
 use cpu::CpuSolver;
 use cpu::cover::sampled;
@@ -16,33 +16,10 @@ use gpu::{Gpu, GpuSolver};
 use proptest::prelude::*;
 use radiosity_tests::bounds::polygon_rounding;
 use radiosity_tests::engines::free;
-use radiosity_tests::{cases, furnace, scene};
+use radiosity_tests::{cases, furnace, halved, scene, turned};
 
 /// Triangles may be so many times as far off as quads, the texels of both as long.
 const AS_GOOD: f64 = 1.3;
-/// The triangle with another corner first: the same face.
-fn turned(face: &Face, by: usize) -> Face {
-    let [a, b, c, _] = face.corners;
-    let corners = [[a, b, c], [b, c, a], [c, a, b]][by % 3];
-    Face {
-        corners: [corners[0], corners[1], corners[2], corners[2]],
-        ..face.clone()
-    }
-}
-
-/// Each quad as two triangles, other corners first in each.
-fn halved(scene: &Scene) -> Scene {
-    let mut faces = Vec::new();
-    for (k, face) in scene.faces.iter().enumerate() {
-        assert_eq!(face.shape, Shape::Quad);
-        let [a, b, c, d] = face.corners;
-        for (half, corners) in [[a, b, c], [a, c, d]].into_iter().enumerate() {
-            let triangle = Face::triangle(&face.name, corners, face.emission, face.reflectance);
-            faces.push(turned(&triangle, k + half));
-        }
-    }
-    radiosity_tests::scene("halved", faces)
-}
 
 /// Σ A_t F_tc over the cells of face 0 and the texels of face 1, and what rounding may add: the
 /// places of a texel lie up to NEAR times as near to the cell as its centre.

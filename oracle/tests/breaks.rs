@@ -118,13 +118,7 @@ fn every_method_breaks_where_it_did() {
     let studies = studies(None, &cases::all());
     std::fs::write(file("cpu"), lines(&studies, "cpu").join("\n")).unwrap();
     let score = score::of(&studies);
-    // Known and to be lowered to the gate's 5 %: 14 of 234 sides.
-    let false_share = score.default.false_share();
-    assert!(false_share <= 14.0 / 234.0, "{false_share}");
     for gate in gates::of(&studies, &score) {
-        if gate.name.starts_with("false alarms") {
-            continue;
-        }
         assert!(gate.held, "{}: {:#?}", gate.name, gate.broken);
     }
     hold(&studies, "cpu");

@@ -47,8 +47,6 @@ const BUDGET: u32 = 1 << 17;
 const RAYS: u64 = 2 * 2 * 5;
 /// Rays of each kind and half that tell how many are worth their while.
 const PILOT: u32 = 16;
-/// And of each look at least: what comes through a chink is found by few.
-const FEW: u32 = 64;
 /// Rays that tell causes apart, unless that left too few looks.
 const BLAMING: u64 = 1 << 20;
 /// Looks that tell causes apart, at least and at most.
@@ -228,8 +226,9 @@ fn estimated(
 }
 
 /// The rays of each look. Its part of the mean's variance is (A v/n)², v the variance of a ray; of so
-/// many rays in all the least is left by n as (A v)^⅔. The pilot's rays are not used again: the mean
-/// stays fair.
+/// many rays in all the least is left by n as (A v)^⅔. Half of them go that way, half to all alike:
+/// what comes through a chink no pilot may find. The pilot's rays are not used again: the mean stays
+/// fair.
 fn shared(gather: &Gather, chosen: &[Chosen], budget: u32) -> Vec<u32> {
     let pilot = |chosen: &Chosen| {
         let reflectance = gather.mesh.texels[chosen.texel].reflectance.as_dvec3();
@@ -238,10 +237,12 @@ fn shared(gather: &Gather, chosen: &[Chosen], budget: u32) -> Vec<u32> {
     };
     let weights: Vec<f64> = chosen.par_iter().map(pilot).collect();
     let all = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let samples = |weight: &f64| (weight / all * f64::from(budget)) as u32;
+    let alike = 1.0 / weights.len() as f64;
+    let share = |weight: &f64| 0.5 * (alike + weight / all);
+    let samples = |weight: &f64| (share(weight) * f64::from(budget)) as u32;
     weights
         .iter()
-        .map(|weight| samples(weight).max(FEW))
+        .map(|weight| samples(weight).max(1))
         .collect()
 }
 
