@@ -4,13 +4,14 @@
 use approx::abs_diff_eq;
 use common::constants::NEAR;
 use common::form_factor::FormFactor;
-use common::mesh::Texel;
+use common::mesh::{Mesh, Texel};
 use common::scene::{Face, Scene};
 use common::settings::{Iteration, Settings};
 use cpu::CpuSolver;
 use cpu::cover::sampled;
 use cpu::link::factor;
 use cpu::matrix::pair;
+use cpu::rays::Rays;
 use glam::{DVec3, Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
 use proptest::prelude::*;
@@ -142,5 +143,30 @@ fn a_furnace_of_triangles_is_one_of_quads() {
             theirs > 0.0 && ours <= AS_GOOD * theirs,
             "{ours} triangles, {theirs} quads"
         );
+    }
+}
+
+/// A thin wall of which each side is cut along another diagonal: rays that look at it meet the side
+/// that faces them, whatever coincides with it.
+#[test]
+fn a_sheet_is_met_from_both_sides() {
+    let corner = |x: f64, y: f64| DVec3::new(0.3 * x + 0.1, 0.7 * y - 0.2, 0.4 * x + 0.9 * y);
+    let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| corner(x, y));
+    let triangle = |corners| Face::triangle("sheet", corners, Vec3::ZERO, Vec3::ZERO);
+    let above = [[a, b, c], [a, c, d]].map(triangle);
+    let below = [[b, a, d], [b, d, c]].map(triangle);
+    let sheet = scene("sheet", [above, below].concat());
+    let mesh = Mesh::uniform(&sheet, 1, 1).unwrap();
+    let rays = Rays::new(&mesh);
+    for k in 0..1000 {
+        let [u, v] = [0.754_877_7, 0.569_840_3].map(|step| (f64::from(k) * step).fract());
+        let on = mesh.local(corner(u, v)).as_vec3();
+        for side in [0, 2] {
+            let normal = mesh.faces[side].normal;
+            let from = on + normal + 0.5 * mesh.faces[side].tangent;
+            let (met, t) = rays.nearest(from, on - from, u32::MAX).unwrap();
+            assert_eq!(met as usize / 2 * 2, side, "{u} {v}");
+            assert!(abs_diff_eq!(t, 1.0, epsilon = 1e-5), "{t}");
+        }
     }
 }

@@ -98,6 +98,9 @@ fn a_floor_that_no_light_was_found_to_reach_is_told() {
     };
     assert_eq!(told(faces(1e-6), "unlit"), Some(Vec::new()));
     assert_eq!(told(faces(0.3), "unlit"), None);
+    // Nothing that could reflect is in front of these lamps.
+    assert_eq!(told(vec![lamp(1.0)], "unlit"), None);
+    assert_eq!(told(vec![lamp(1.0).reversed(), floor()], "unlit"), None);
 }
 
 #[test]

@@ -64,12 +64,19 @@ impl MeshFace {
         above(&self.plane).abs() <= CONTACT && self.edges.iter().all(|edge| above(edge) >= -OUTLINE)
     }
 
-    /// Makes it one without area, which neither shoots, receives nor blocks.
+    /// Whether some of its front can see some of the other's where nothing is between.
+    pub fn faces(&self, other: &Self) -> bool {
+        let above = |plane: Vec4, p: &Vec3| plane.truncate().dot(*p) > plane.w;
+        let sees = |a: &Self, b: &Self| b.corners.iter().any(|p| above(a.plane, p));
+        !self.is_buried() && !other.is_buried() && sees(self, other) && sees(other, self)
+    }
+
     /// Whether it has no area, or lies under earlier fronts as a whole.
     pub fn is_buried(&self) -> bool {
         self.normal == Vec3::ZERO
     }
 
+    /// Makes it one without area, which neither shoots, receives nor blocks.
     fn bury(&mut self) {
         self.corners = [self.corners[0]; 4];
         (self.normal, self.plane) = (Vec3::ZERO, Vec4::ZERO);

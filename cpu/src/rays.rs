@@ -118,11 +118,13 @@ impl Rays {
 
     /// The nearest face along the ray from `origin`, a point of a face of `sheet`, and its distance; none where
     /// nothing is met, or a back. What touches the origin is passed over: a body that stands there has more
-    /// faces behind it.
+    /// faces behind it. Where a front and a back coincide the front is met: they are a sheet's two
+    /// sides, each cut its own way. Of fronts that coincide it is the first.
     pub fn nearest(&self, origin: Vec3, direction: Vec3, sheet: u32) -> Option<(u32, f32)> {
         let reach = 8.0 / RAY_REACH;
         let mut nearest = RayHit::none();
-        let mut lit = None;
+        // The nearest front, where, and how steeply it is met; where the nearest back.
+        let (mut lit, mut dark): (Option<(u32, f32, f32)>, _) = (None, f32::INFINITY);
         self.bvh.tree.ray_traverse(
             ray(origin, direction * reach, RAY_REACH),
             &mut nearest,
@@ -137,22 +139,20 @@ impl Rays {
                 if passed || hit.t <= 0.0 || hit.inside < -OUTLINE {
                     return MISS;
                 }
-                let ahead = (ray.tmax - hit.t) * hit.facing;
-                if let Some((other, _)) = lit
-                    && front
-                    && ahead.abs() <= CONTACT
-                {
-                    // Of fronts that lie on each other the first is lit.
-                    if k < other {
-                        lit = Some((k, hit.t * reach));
-                    }
-                } else if hit.t < ray.tmax {
-                    lit = front.then_some((k, hit.t * reach));
+                if !front {
+                    dark = dark.min(hit.t);
+                } else if lit.is_none_or(|(other, t, _)| {
+                    let ahead = (t - hit.t) * -hit.facing;
+                    ahead > CONTACT || (ahead >= -CONTACT && k < other)
+                }) {
+                    lit = Some((k, hit.t, -hit.facing));
                 }
-                hit.t
+                // What coincides with it is asked as well.
+                hit.t + CONTACT / hit.facing.abs()
             },
         );
-        lit
+        let (k, t, steep) = lit?;
+        ((t - dark) * steep <= CONTACT).then_some((k, t * reach))
     }
 
     /// The nearest front along a view ray, and its distance; backs are looked through.

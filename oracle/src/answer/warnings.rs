@@ -9,12 +9,16 @@ use common::scene::Scene;
 use common::shooting::Run;
 use common::solution::Warning;
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Beyond this share of the emitted power an effect is worth a warning.
 const SHARE: f64 = 0.02;
 /// Light shot into gaps was to fall on the few texels around: it is four times as much of the RMS as
 /// of the power (a block just above a floor: 0.6 % of the power, 2.6 % RMS).
 const IN_GAPS: f64 = 0.25 * SHARE;
+
+/// Pairs of faces that are asked whether they face each other: a second's work.
+const PAIRS: usize = 1 << 28;
 
 /// The warnings of a solve.
 pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> Vec<Warning> {
@@ -173,17 +177,32 @@ fn covered(mesh: &Mesh) -> Option<Warning> {
 /// Light of which nothing is reflected, where some could be: no sample may have met the chink that it
 /// comes through, nor any of the rays that looked.
 fn unlit(mesh: &Mesh, run: &Run) -> Option<Warning> {
-    let all = || mesh.texels.iter().filter(|texel| texel.area > 0.0);
-    let shines = all().any(|texel| texel.emission != Vec3::ZERO);
-    let reflects = all().any(|texel| texel.reflectance != Vec3::ZERO);
     let mut texels = mesh.texels.iter().zip(&run.field.radiosity);
     let lit = texels.any(|(texel, b)| b.truncate() != texel.emission);
-    (shines && reflects && !lit && run.converged).then(|| Warning {
+    (!lit && run.converged && could_reflect(mesh)).then(|| Warning {
         code: "unlit".into(),
         faces: Vec::new(),
         message: "no light was found on any face that reflects: it may come through a chink that no sample meets, use more --cells and --samples"
             .into(),
     })
+}
+
+/// Whether some lamp faces something that reflects.
+fn could_reflect(mesh: &Mesh) -> bool {
+    let of = |holds: fn(&Texel) -> bool| {
+        let texels = mesh.texels.iter().filter(|texel| texel.area > 0.0);
+        let mut faces: Vec<u32> = texels.filter(|t| holds(t)).map(|t| t.face).collect();
+        faces.dedup();
+        faces
+    };
+    let lamps = of(|texel| texel.emission != Vec3::ZERO);
+    let others = of(|texel| texel.reflectance != Vec3::ZERO);
+    if lamps.len() * others.len() > PAIRS {
+        return true;
+    }
+    let face = |k: &u32| &mesh.faces[*k as usize];
+    let lit = |lamp: &u32| others.iter().any(|other| face(lamp).faces(face(other)));
+    lamps.par_iter().any(lit)
 }
 
 /// Faces that rounding has bent, where they matter: each weighs by the light that leaves it.

@@ -2,6 +2,7 @@
 
 use super::breaks::side;
 use super::methods::{DEFAULT, Method, of as methods};
+use super::outcome::{Outcome, outcome};
 use super::score::Score;
 use super::trial::Suite;
 use super::{LEAK, Row, Side, Study, TIGHT, Verdict};
@@ -25,11 +26,17 @@ pub struct Gate {
 /// All of them.
 pub fn of(studies: &[Study], score: &Score) -> Vec<Gate> {
     let share = score.default.false_share();
-    let alarms = format!(
-        "{} of {} sides",
-        score.default.false_alarms,
-        score.default.sides()
-    );
+    let alarms = || {
+        let mut alarms = sides(studies, |study, row, side, _| {
+            row.method == DEFAULT && outcome(study.about.measure, side) == Outcome::FalseAlarm
+        });
+        alarms.push(format!(
+            "{} of {} sides",
+            score.default.false_alarms,
+            score.default.sides()
+        ));
+        alarms
+    };
     vec![
         gate(
             "nothing panics, hangs or is no number",
@@ -44,7 +51,7 @@ pub fn of(studies: &[Study], score: &Score) -> Vec<Gate> {
         gate(
             "false alarms in at most 5 % of the default's rows",
             if share > FALSE_ALARMS {
-                vec![alarms]
+                alarms()
             } else {
                 Vec::new()
             },
