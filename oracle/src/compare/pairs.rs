@@ -6,13 +6,15 @@
 //! counts.
 //! A face or a gap that is thinner than a pixel there has no boundary in the buffer. Then the true
 //! outline counts, within 2 pixels: where rays see the receiver its own or that of a face found
-//! there, a blocker's where they do not; the mismatch is tallied as vanished as well.
+//! there, a blocker's where they do not; the mismatch is tallied as vanished as well. So it is where
+//! rays were blocked within rounding of an edge.
 
 use super::counts::Tally;
 use super::outline::outline;
-use common::constants::HIDDEN;
+use common::constants::{HIDDEN, OUTLINE};
 use common::mesh::Mesh;
 use common::settings::{Lookup, Raster, Settings, Visibility};
+use cpu::intersect::intersect;
 use cpu::item_buffer::{ItemBuffer, View};
 use cpu::link::{Sums, sample};
 use cpu::lookup::visible;
@@ -248,6 +250,9 @@ impl<'a> Probe<'a> {
         if boundary.is_none() && self.view.visibility == Visibility::Paper {
             return (self.as_printed(position, ends[1], by_rays), None);
         }
+        if boundary.is_none() && self.grazed((q, position), &blockers) {
+            return (None, Some(0.0));
+        }
         let thin = if by_rays {
             // What the pixels show hides their centres but not the texel: a gap ends in between.
             let nine = (0..9).map(|k| self.id(p.x as i32 + k % 3 - 1, p.y as i32 + k / 3 - 1));
@@ -261,6 +266,16 @@ impl<'a> Probe<'a> {
             .then(|| outline(self.mesh, &self.view, p, &thin))
             .flatten();
         (boundary, outline)
+    }
+
+    /// Whether rays are blocked by edges alone, which they take to be wider than they are: those of a
+    /// face on which a sample lies have no outline in its own view.
+    fn grazed(&self, (q, position): (Vec3, Vec3), blockers: &[u32]) -> bool {
+        let edge = |k: &u32| {
+            let hit = intersect(&self.mesh.faces[*k as usize], q, position - q);
+            hit.inside <= OUTLINE
+        };
+        !blockers.is_empty() && blockers.iter().all(edge)
     }
 
     /// Table 3 as printed clips at half a unit and draws corners only: that is the method's, and
