@@ -96,7 +96,10 @@ impl Random {
             },
             texels: self.texels.unwrap_or(random::TEXELS),
             quality,
-            paths: random::PATHS,
+            paths: match quality {
+                Quality::Reference => random::FINER_PATHS,
+                _ => random::PATHS,
+            },
         })
     }
 }

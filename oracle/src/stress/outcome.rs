@@ -63,20 +63,24 @@ pub fn sides(row: &Row) -> impl Iterator<Item = (Half, &Side)> {
 /// Standard errors of a traced truth that leave doubt about a verdict.
 const DOUBT: f64 = 2.0;
 
-/// Error against warning; where the truth's own noise leaves doubt, the warning is right. A leak is all
-/// that is judged where one is: a warning may well be about the rest.
+/// Error against warning. A leak is all that is judged where one is: a warning may well be about the
+/// rest.
 pub fn outcome(measure: &str, side: &Side) -> Outcome {
-    let doubt = if side.warned() { DOUBT } else { -DOUBT };
-    let doubted = side.error.map(|error| error + doubt * side.noise);
-    let beyond = match side.noise > 0.0 {
-        true => Verdict::of(measure, doubted) != Verdict::Safe,
-        false => side.verdict != Verdict::Safe,
-    };
-    match (beyond, side.warned()) {
+    match (beyond(measure, side), side.warned()) {
         (true, true) => Outcome::Caught,
         (true, false) => Outcome::Missed,
         (false, true) if measure != LEAK => Outcome::FalseAlarm,
         (false, _) => Outcome::Quiet,
+    }
+}
+
+/// Whether a side is beyond the limit; where the truth's own noise leaves doubt, the warning is right.
+pub fn beyond(measure: &str, side: &Side) -> bool {
+    let doubt = if side.warned() { DOUBT } else { -DOUBT };
+    let doubted = side.error.map(|error| error + doubt * side.noise);
+    match side.noise > 0.0 {
+        true => Verdict::of(measure, doubted) != Verdict::Safe,
+        false => side.verdict != Verdict::Safe,
     }
 }
 

@@ -2,7 +2,8 @@
 //! of all rows (a row on one solver).
 
 use super::methods::DEFAULT;
-use super::{LEAK, Side, Study, Verdict};
+use super::outcome::beyond;
+use super::{LEAK, Side, Study};
 use serde::Serialize;
 
 /// Four ways in which a warning and an error can meet.
@@ -67,7 +68,7 @@ pub fn of(studies: &[Study]) -> Score {
     for study in studies {
         for row in &study.rows {
             for side in std::iter::once(&row.cpu).chain(&row.gpu) {
-                let safe = side.verdict == Verdict::Safe;
+                let safe = !beyond(study.about.measure, side);
                 // A leak is all that is judged there: a warning may well be about the rest.
                 if safe && study.about.measure == LEAK {
                     continue;

@@ -24,6 +24,8 @@ pub const TEXELS: u32 = 8;
 /// Paths that all texels share, some four seconds on two cores: what is left of their noise in an
 /// error is 0.2 to 0.5 % of the light.
 pub const PATHS: u32 = 1 << 22;
+/// And where answers are of reference quality: their errors are smaller.
+pub const FINER_PATHS: u32 = 1 << 25;
 /// Scenes of which pictures are kept.
 const PICTURES: usize = 4;
 
