@@ -2,6 +2,7 @@
 
 use super::check::{Cause, Estimate, LIMIT, NAMED, Part};
 use super::gap::light_in_gaps;
+use super::light::could_reflect;
 use common::energy::Energy;
 use common::mesh::{Cell, Mesh, Texel};
 use common::precision::{Loss, ROUNDOFF, losses};
@@ -9,16 +10,12 @@ use common::scene::Scene;
 use common::shooting::Run;
 use common::solution::Warning;
 use glam::Vec3;
-use rayon::prelude::*;
 
 /// Beyond this share of the emitted power an effect is worth a warning.
 const SHARE: f64 = 0.02;
 /// Light shot into gaps was to fall on the few texels around: it is four times as much of the RMS as
 /// of the power (a block just above a floor: 0.6 % of the power, 2.6 % RMS).
 const IN_GAPS: f64 = 0.25 * SHARE;
-
-/// Pairs of faces that are asked whether they face each other: a second's work.
-const PAIRS: usize = 1 << 28;
 
 /// The warnings of a solve.
 pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> Vec<Warning> {
@@ -185,24 +182,6 @@ fn unlit(mesh: &Mesh, run: &Run) -> Option<Warning> {
         message: "no light was found on any face that reflects: it may come through a chink that no sample meets, use more --cells and --samples"
             .into(),
     })
-}
-
-/// Whether some lamp faces something that reflects.
-fn could_reflect(mesh: &Mesh) -> bool {
-    let of = |holds: fn(&Texel) -> bool| {
-        let texels = mesh.texels.iter().filter(|texel| texel.area > 0.0);
-        let mut faces: Vec<u32> = texels.filter(|t| holds(t)).map(|t| t.face).collect();
-        faces.dedup();
-        faces
-    };
-    let lamps = of(|texel| texel.emission != Vec3::ZERO);
-    let others = of(|texel| texel.reflectance != Vec3::ZERO);
-    if lamps.len() * others.len() > PAIRS {
-        return true;
-    }
-    let face = |k: &u32| &mesh.faces[*k as usize];
-    let lit = |lamp: &u32| others.iter().any(|other| face(lamp).faces(face(other)));
-    lamps.par_iter().any(lit)
 }
 
 /// Faces that rounding has bent, where they matter: each weighs by the light that leaves it.

@@ -58,7 +58,7 @@ pub fn trace<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64) -> Traced
         solid: Solid::new(scene),
         lamps: Lamps::new(scene),
     };
-    let least = paths.div_ceil(PILOT * SETS);
+    let least = paths.div_ceil(PILOT * SETS).max(1);
     // Seeds are spread by SplitMix64.
     let seeds = |k: usize| Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add(k as u64));
     let tried = texels.par_iter().enumerate().map(|(k, texel)| {

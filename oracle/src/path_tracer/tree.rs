@@ -1,4 +1,5 @@
 //! Boxes around triangles, halved at their middle until few are left: which of them a ray may meet.
+//! Its own, in f64, so that the tracer shares no intersection with the solvers that it judges.
 
 use glam::DVec3;
 
