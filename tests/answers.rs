@@ -2,7 +2,7 @@
 
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
-use oracle::answer::{Answer, Given, Question, answer};
+use oracle::solve::{Answer, Given, Question, answer};
 use std::ops::ControlFlow;
 
 /// 8×8 texels, 4 samples.

@@ -5,7 +5,7 @@ use common::capture::Panorama;
 use glam::Vec3;
 use oracle::merge::brackets::{Merged, Response};
 use oracle::merge::{list, read};
-use oracle::picture::luminance;
+use oracle::show::picture::luminance;
 use radiosity_tests::captured::data;
 
 /// Percentiles 1…99 of log₂ luminance in the circle, without its outermost hundredth: there the

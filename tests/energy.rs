@@ -9,7 +9,7 @@ use common::shooting::{Engine, Field, Order, Shot, select};
 use cpu::CpuSolver;
 use glam::{Vec3, Vec4};
 use gpu::{Fault, Gpu, GpuSolver};
-use oracle::exact;
+use oracle::judge::exact;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;

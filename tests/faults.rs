@@ -4,9 +4,9 @@ use common::form_factor::FormFactor;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use gpu::{Fault, Gpu};
-use oracle::compare::difference::difference;
-use oracle::compare::{Request, compare};
-use oracle::comparison::{Comparison, Gate};
+use oracle::judge::compare::difference::difference;
+use oracle::judge::compare::{Request, compare};
+use oracle::judge::comparison::{Comparison, Gate};
 use radiosity_tests::{box_in_room, furnace};
 use std::ops::ControlFlow;
 

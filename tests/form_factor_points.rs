@@ -6,7 +6,7 @@ use common::form_factor::{FormFactor, Shooter, angle, arctangent, disc, form_fac
 use common::mesh::Mesh;
 use common::scene::Face;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
-use oracle::exact;
+use oracle::judge::exact;
 use proptest::prelude::*;
 use radiosity_tests::bounds::{ANGLE, ARCTANGENT, U, polygon_rounding};
 use radiosity_tests::scene;

@@ -10,7 +10,7 @@ use common::mesh::{Cell, Mesh, Texel};
 use common::scene::Face;
 use common::texel::{self, Cells, Outline};
 use glam::{DVec3, Vec3};
-use oracle::exact;
+use oracle::judge::exact;
 use radiosity_tests::bounds::{U, centroid_rule, disc_rounding, polygon_rounding};
 use radiosity_tests::furnace;
 use radiosity_tests::pairs::{Case, cases};

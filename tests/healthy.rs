@@ -6,10 +6,10 @@ use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
 use common::settings::{Iteration, Quality, Settings, Visibility};
 use gpu::{Fault, Gpu};
-use oracle::compare::ways::{Ways, judge};
-use oracle::compare::{Request, compare};
-use oracle::comparison::Comparison;
-use oracle::random::{Drawn, Faces, Options, scene};
+use oracle::judge::compare::ways::{Ways, judge};
+use oracle::judge::compare::{Request, compare};
+use oracle::judge::comparison::Comparison;
+use oracle::study::random::{Drawn, Faces, Options, scene};
 use std::ops::ControlFlow;
 
 fn number(name: &str, default: u64) -> u64 {
@@ -89,7 +89,7 @@ fn failing(comparison: &Comparison) -> Vec<String> {
 
 /// How near each bound that is not 0 was come to.
 fn nearest(comparison: &Comparison) -> (f64, String) {
-    let of = |g: &oracle::comparison::Gate| (g.value / g.bound, g.name.clone());
+    let of = |g: &oracle::judge::comparison::Gate| (g.value / g.bound, g.name.clone());
     let ratios = comparison.gates.iter().filter(|g| g.bound > 0.0).map(of);
     ratios
         .max_by(|a, b| a.0.total_cmp(&b.0))
@@ -241,9 +241,9 @@ fn two_ways_are_judged_and_their_errors_told() {
     assert!(paper.iter().all(|e| *e > 0.02), "{paper:?}");
     assert!(as_solved.iter().all(|e| *e < 0.02), "{as_solved:?}");
     if let Some(out) = std::env::var_os("VERDICT_OUT") {
-        let page = oracle::report::html(std::slice::from_ref(&judged), &[]);
+        let page = oracle::show::report::html(std::slice::from_ref(&judged), &[]);
         std::fs::write(std::path::Path::new(&out).join("report.html"), page).unwrap();
-        let json = oracle::report::json(std::slice::from_ref(&judged)).to_string();
+        let json = oracle::show::report::json(std::slice::from_ref(&judged)).to_string();
         std::fs::write(std::path::Path::new(&out).join("report.json"), json).unwrap();
     }
 }

@@ -8,7 +8,7 @@ use common::scene::Scene;
 use common::settings::{Iteration, Settings};
 use common::shooting::Run;
 use cpu::CpuSolver;
-use cpu::cover;
+use cpu::occlusion::cover;
 use glam::Vec3;
 use radiosity_tests::{box_in_room, furnace, lit_room, paper_room};
 use std::ops::ControlFlow;

@@ -5,7 +5,7 @@ use approx::abs_diff_eq;
 use cpu::matrix::contour::contour;
 use cpu::matrix::pair::{Patch, exchange, facing, form_factor};
 use glam::{DMat3, DVec3};
-use oracle::exact::{
+use oracle::judge::exact::{
     coaxial_discs, parallel_rectangles, perpendicular_rectangles, polygon_to_polygon,
 };
 use proptest::prelude::*;
@@ -138,7 +138,7 @@ fn discs_as_polygons() {
         let value = form_factor(&a, &b);
         let name = format!("16 corners, radii {r1} and {r2}");
         assert_close(&name, value, polygon_to_polygon(&a, &b), 1e-11);
-        // An inscribed polygon of m sides lacks (2π/m)²/6 of its disc, see oracle::exact.
+        // An inscribed polygon of m sides lacks (2π/m)²/6 of its disc, see oracle::judge::exact.
         let missing = (PI / 8.0).powi(2) / 6.0 * (1.0 + (r2 / r1) * (r2 / r1));
         assert_close(&name, value, coaxial_discs(r1, r2, 1.0), missing);
     }

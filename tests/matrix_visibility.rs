@@ -3,7 +3,7 @@
 
 use approx::abs_diff_eq;
 use glam::DVec3;
-use oracle::exact;
+use oracle::judge::exact;
 use radiosity_tests::matrices::{assemble, facing, square};
 use radiosity_tests::scene;
 

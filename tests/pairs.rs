@@ -4,7 +4,7 @@ use crate::scene;
 use common::mesh::Mesh;
 use common::scene::Face;
 use glam::{DVec3, Vec3};
-use oracle::exact;
+use oracle::judge::exact;
 
 /// Two faces and the exact factor from the first to the second.
 pub struct Case {

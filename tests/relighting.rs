@@ -8,10 +8,10 @@ use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
 use common::shooting::{Engine, Field};
 use cpu::CpuSolver;
-use cpu::cover::furnished;
+use cpu::occlusion::cover::furnished;
 use glam::{DVec3, Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
-use oracle::compare::difference::difference;
+use oracle::judge::compare::difference::difference;
 use std::ops::ControlFlow;
 
 /// Every way to decide visibility.

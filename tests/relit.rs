@@ -6,12 +6,12 @@ use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::{Field, initial};
 use cpu::CpuSolver;
-use cpu::cover::sampled;
+use cpu::occlusion::cover::sampled;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::relight::Relit;
 use oracle::relight::camera::camera_at;
 use oracle::relight::composite::Composite;
-use oracle::view::camera::Camera;
+use oracle::show::view::camera::Camera;
 
 /// A room solved empty, then with objects: what a relight starts from and must end at.
 pub struct Solved {

@@ -7,7 +7,7 @@ use common::settings::Settings;
 use common::shooting::{Engine, Field, replay};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
-use oracle::exact;
+use oracle::judge::exact;
 use radiosity_tests::bounds::U;
 use radiosity_tests::engines::{each_engine, free, mesh_of, settings};
 use radiosity_tests::{furnace, lit_room};

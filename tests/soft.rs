@@ -6,7 +6,7 @@ use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
 use common::shooting::{Engine, Field};
 use cpu::CpuSolver;
-use cpu::cover;
+use cpu::occlusion::cover;
 use glam::{DVec3, Vec3};
 use gpu::{Fault, GpuSolver};
 use radiosity_tests::engines::{free, gpu};

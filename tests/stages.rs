@@ -3,10 +3,10 @@
 
 use common::form_factor::FormFactor;
 use common::settings::{Raster, Settings, Visibility};
-use cpu::cover::sampled;
-use cpu::rays::Rays;
+use cpu::occlusion::cover::sampled;
+use cpu::twin::rays::Rays;
 use gpu::{Fault, Gpu, GpuSolver};
-use oracle::compare::stages::stages;
+use oracle::judge::compare::stages::stages;
 use radiosity_tests::box_in_room;
 
 /// How links are made.

@@ -4,7 +4,7 @@ use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::settings::{Lookup, Raster, Settings, Visibility};
 use gpu::Gpu;
-use oracle::study::item_buffer::{Row, rows};
+use oracle::study::converge::item_buffer::{Row, rows};
 use radiosity_tests::box_in_room;
 
 /// Share of the transfer that a row gets wrong.

@@ -4,12 +4,12 @@
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::settings::{Lookup, Raster, Settings, Visibility};
-use cpu::item_buffer::{ItemBuffer, View};
-use cpu::lookup::visible;
-use cpu::projection::{pixels, project};
-use cpu::rays::Rays;
+use cpu::twin::item_buffer::{ItemBuffer, View};
+use cpu::twin::lookup::visible;
+use cpu::twin::projection::{pixels, project};
+use cpu::twin::rays::Rays;
 use gpu::{Gpu, GpuSolver};
-use oracle::compare::stages::stages;
+use oracle::judge::compare::stages::stages;
 use radiosity_tests::box_in_room;
 
 #[test]

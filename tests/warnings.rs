@@ -3,7 +3,7 @@
 use common::scene::Face;
 use common::settings::{Iteration, Settings};
 use glam::{DVec3, Vec3};
-use oracle::answer::{Answer, Given};
+use oracle::solve::{Answer, Given};
 use radiosity_tests::answers::{settings, solved};
 use radiosity_tests::{furnace, lit_room, room, scene};
 

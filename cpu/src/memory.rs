@@ -1,6 +1,6 @@
 //! What a solve takes on the host, before anything is allocated.
 
-use crate::link::Sums;
+use crate::twin::link::Sums;
 use common::constants::LINK_BYTES;
 use common::settings::{Iteration, Settings};
 use glam::{Vec3, Vec4};

@@ -1,17 +1,17 @@
 //! The CPU engine of the shooting loop.
 
-use crate::accumulate::{accumulate, settle};
-use crate::candidates::{Between, candidates};
-use crate::deposit::{Flash, deposit};
-use crate::escape::escape;
-use crate::link::{Past, Sums, factor, sample};
 use crate::links::{Head, Links, Place, Row};
-use crate::lookup::Buffers;
-use crate::occluders::Occluders;
-use crate::power::{closure, power, received};
-use crate::rays::Rays;
-use crate::receivers::Receivers;
-use crate::row::Rows;
+use crate::occlusion::occluders::Occluders;
+use crate::rows::Rows;
+use crate::rows::candidates::{Between, candidates};
+use crate::rows::receivers::Receivers;
+use crate::twin::accumulate::{accumulate, settle};
+use crate::twin::deposit::{Flash, deposit};
+use crate::twin::escape::escape;
+use crate::twin::link::{Past, Sums, factor, sample};
+use crate::twin::lookup::Buffers;
+use crate::twin::power::{closure, power, received};
+use crate::twin::rays::Rays;
 use common::Result;
 use common::escape::directions;
 use common::mesh::Mesh;

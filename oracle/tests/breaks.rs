@@ -4,8 +4,8 @@
 
 use approx::relative_eq;
 use gpu::Gpu;
-use oracle::stress::trial::Case;
-use oracle::stress::{Study, breaks, cases, gates, run::Run, score};
+use oracle::study::stress::trial::Case;
+use oracle::study::stress::{Study, breaks, cases, gates, run::Run, score};
 use std::path::{Path, PathBuf};
 
 /// Case, method, solver, beyond the first limit, beyond the second ("-": nowhere), the errors ("-": none).

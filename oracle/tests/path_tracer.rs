@@ -8,12 +8,12 @@ use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use cpu::matrix::Matrix;
 use glam::{DVec3, Vec3};
-use oracle::dense;
-use oracle::diff::pair::Pair;
-use oracle::diff::reflected::Reflected;
-use oracle::exact::{furnace, parallel_rectangles, perpendicular_rectangles};
-use oracle::path_tracer::{Traced, rms, trace};
-use oracle::random::{self, Faces, Kind, Lamp, Options};
+use oracle::judge::diff::pair::Pair;
+use oracle::judge::diff::reflected::Reflected;
+use oracle::judge::exact::{furnace, parallel_rectangles, perpendicular_rectangles};
+use oracle::judge::path_tracer::{Traced, rms, trace};
+use oracle::solve::dense;
+use oracle::study::random::{self, Faces, Kind, Lamp, Options};
 use std::ops::ControlFlow;
 
 const SIGMAS: f64 = 7.0;

@@ -6,7 +6,7 @@ use bundled::bundled;
 use common::passes::solve;
 use common::settings::{Iteration, Settings};
 use cpu::CpuSolver;
-use cpu::cover::sampled;
+use cpu::occlusion::cover::sampled;
 use oracle::plan::passes::expected;
 use oracle::plan::{Counts, trial};
 use std::ops::ControlFlow;

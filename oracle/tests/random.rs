@@ -5,8 +5,8 @@ use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene, Shape};
 use glam::DVec3;
-use oracle::exact::polygon_to_polygon;
-use oracle::random::{Drawn, Faces, Kind, Lamp, Options, Pose, Sheet, scene};
+use oracle::judge::exact::polygon_to_polygon;
+use oracle::study::random::{Drawn, Faces, Kind, Lamp, Options, Pose, Sheet, scene};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 

@@ -9,13 +9,13 @@ use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use common::shooting::replay;
 use cpu::CpuSolver;
-use cpu::item_buffer::{ItemBuffer, View};
+use cpu::twin::item_buffer::{ItemBuffer, View};
 use glam::Vec4;
-use oracle::compare::truth::Told;
-use oracle::comparison::{
+use oracle::judge::compare::truth::Told;
+use oracle::judge::comparison::{
     Comparison, Difference, Finding, Gate, ItemBufferPicture, Judged, Pairs, Stage, Way,
 };
-use oracle::report::{html, json};
+use oracle::show::report::{html, json};
 use scenes::{cornell, paper_room, patchwork, run};
 
 /// Rays against the twin, which stands in for the GPU.

@@ -6,15 +6,15 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::DVec3;
 use gpu::Gpu;
-use oracle::stress::breaks::{self, Reach};
-use oracle::stress::gates;
-use oracle::stress::judge::error;
-use oracle::stress::measure::try_on;
-use oracle::stress::methods::{self, Method, Way};
-use oracle::stress::run::{Run, row};
-use oracle::stress::score::{self, Counts};
-use oracle::stress::trial::{Case, Suite, Trial, Truth};
-use oracle::stress::{About, LEAK, RELATIVE, Row, Side, Study, Verdict, cases, truth};
+use oracle::study::stress::breaks::{self, Reach};
+use oracle::study::stress::gates;
+use oracle::study::stress::judge::error;
+use oracle::study::stress::measure::try_on;
+use oracle::study::stress::methods::{self, Method, Way};
+use oracle::study::stress::run::{Run, row};
+use oracle::study::stress::score::{self, Counts};
+use oracle::study::stress::trial::{Case, Suite, Trial, Truth};
+use oracle::study::stress::{About, LEAK, RELATIVE, Row, Side, Study, Verdict, cases, truth};
 
 fn case(name: &str) -> &'static Case {
     let all = cases::all();

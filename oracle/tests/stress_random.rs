@@ -1,8 +1,8 @@
 //! A fixed dozen of the scenes that `stress random` draws, and how that is told.
 
-use oracle::random::{Faces, Options};
-use oracle::stress::random::{Asked, Findings, gates};
-use oracle::stress::run::Run;
+use oracle::study::random::{Faces, Options};
+use oracle::study::stress::random::{Asked, Findings, gates};
+use oracle::study::stress::run::Run;
 
 /// A second a scene.
 const PATHS: u32 = 1 << 20;

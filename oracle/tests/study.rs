@@ -6,9 +6,9 @@ use common::shooting::solve;
 use common::solution::{Seconds, Solution, Stored};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
-use oracle::study::run::Bench;
-use oracle::study::sweeps::{CELLS, Curve, EPSILON, Sweep, TEXELS, Truth};
-use oracle::study::{MeasuredSweep, Study, json, page};
+use oracle::study::converge::run::Bench;
+use oracle::study::converge::sweeps::{CELLS, Curve, EPSILON, Sweep, TEXELS, Truth};
+use oracle::study::converge::{MeasuredSweep, Study, json, page};
 use std::ops::ControlFlow;
 
 /// A square of side 2·`half` about `centre`, spanned by `x` and `y`, front x × y.
@@ -113,7 +113,7 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
         samples: 64,
         ..Settings::default()
     };
-    let mesh = cpu::cover::sampled(&scene, &settings).unwrap();
+    let mesh = cpu::occlusion::cover::sampled(&scene, &settings).unwrap();
     let mut solver = CpuSolver::new(&mesh, &settings);
     let run = solve(
         &mut solver,

@@ -3,8 +3,8 @@
 use common::import::{ImportOptions, load};
 use common::scene::Scene;
 use gpu::Gpu;
-use oracle::table4::grid::Grid;
-use oracle::table4::{Image, Row, Table, page};
+use oracle::study::table4::grid::Grid;
+use oracle::study::table4::{Image, Row, Table, page};
 use std::ops::ControlFlow;
 use std::path::Path;
 

@@ -6,13 +6,13 @@ mod scenes;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use cpu::rays::Rays;
+use cpu::twin::rays::Rays;
 use glam::{DVec3, Vec3, Vec4};
-use oracle::picture::encode;
-use oracle::view::camera::Camera;
-use oracle::view::quality::Quality;
-use oracle::view::render::View;
-use oracle::view::surface::Surface;
+use oracle::show::picture::encode;
+use oracle::show::view::camera::Camera;
+use oracle::show::view::quality::Quality;
+use oracle::show::view::render::View;
+use oracle::show::view::surface::Surface;
 use scenes::{cornell, panel, paper_room, patchwork, run};
 
 /// Values and places are f32 of order 1, texel sides ≥ 1/40: gradients magnify by their inverse.
@@ -246,7 +246,7 @@ fn degenerate_scenes_and_not_a_number_do_not_panic() {
             assert!(value.is_nan() || value.length() < 10.0);
         }
     }
-    assert_eq!(encode(Vec3::NAN), oracle::picture::NOT_A_NUMBER);
+    assert_eq!(encode(Vec3::NAN), oracle::show::picture::NOT_A_NUMBER);
 }
 
 /// A field that is linear in position.

@@ -11,7 +11,7 @@ use common::texel;
 use cpu::matrix::pair;
 use glam::{DVec3, Vec3};
 use gpu::Fault;
-use oracle::exact::point_to_polygon;
+use oracle::judge::exact::point_to_polygon;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;

@@ -7,7 +7,7 @@ use common::mesh::Mesh;
 use common::relight::{Method, Relit, Room};
 use common::scene::Face;
 use common::settings::Settings;
-use cpu::cover::furnished;
+use cpu::occlusion::cover::furnished;
 use glam::{DQuat, DVec3, EulerRot, Vec3, Vec4};
 use proptest::prelude::*;
 use radiosity_tests::relighting::run;

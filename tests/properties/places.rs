@@ -5,9 +5,9 @@ use common::constants::{CONTACT, NEAR, OUTLINE};
 use common::form_factor::far;
 use common::mesh::{Mesh, reach};
 use common::sampling::near_uv;
-use cpu::sampling::{point, texel_point};
+use cpu::twin::sampling::{point, texel_point};
 use glam::{DVec3, Vec3, Vec4};
-use oracle::exact::point_to_polygon;
+use oracle::judge::exact::point_to_polygon;
 use radiosity_tests::bounds::{U, disc_rounding, polygon_rounding};
 use std::f64::consts::PI;
 

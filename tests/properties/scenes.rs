@@ -2,9 +2,9 @@
 
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use cpu::cover;
+use cpu::occlusion::cover;
 use glam::{DMat3, DVec3, Vec3};
-use oracle::random::{self, Faces, Kind, Options};
+use oracle::study::random::{self, Faces, Kind, Options};
 use proptest::prelude::*;
 use radiosity_tests::random::{Sample, closed, empty, open};
 

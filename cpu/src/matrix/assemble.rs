@@ -4,8 +4,8 @@
 use super::open::Element;
 use super::pair::{Patch, exchange, facing};
 use super::share::{received_share, visible_share};
-use crate::occluders::Occluders;
-use crate::shaft::Shaft;
+use crate::occlusion::occluders::Occluders;
+use crate::occlusion::shaft::Shaft;
 use glam::DVec3;
 
 /// How the pairs that face each other were decided.

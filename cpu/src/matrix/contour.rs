@@ -7,7 +7,7 @@
 //! order that its nearest singularity asks for, or by tanh-sinh where edges touch or nearly do.
 
 use super::gauss::{gauss, tanh_sinh};
-use crate::polygon::Polygon;
+use crate::occlusion::polygon::Polygon;
 use glam::DVec3;
 use std::f64::consts::PI;
 

@@ -7,8 +7,8 @@
 
 use super::open::Element;
 use super::{Answer, Matrix};
-use crate::escape::meets_front;
-use crate::rays::Rays;
+use crate::twin::escape::meets_front;
+use crate::twin::rays::Rays;
 use common::escape::{DIRECTIONS, directions};
 use common::mesh::Mesh;
 use common::shooting::Shot;

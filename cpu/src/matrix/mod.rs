@@ -20,8 +20,8 @@ pub mod pair;
 pub mod share;
 mod system;
 
-use crate::occluders::Occluders;
-use crate::rays::Rays;
+use crate::occlusion::occluders::Occluders;
+use crate::twin::rays::Rays;
 use assemble::{Assembly, Pairs};
 use common::mesh::Mesh;
 use common::scene::Scene;

@@ -7,11 +7,11 @@
 //! plane pass beneath it.
 
 use super::pair::Patch;
-use crate::intersect::intersect;
-use crate::occluders::Occluders;
-use crate::polygon::{Plane, Polygon};
-use crate::rays::Rays;
-use crate::shaft::TOUCH;
+use crate::occlusion::occluders::Occluders;
+use crate::occlusion::polygon::{Plane, Polygon};
+use crate::occlusion::shaft::TOUCH;
+use crate::twin::intersect::intersect;
+use crate::twin::rays::Rays;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::directions;
 use common::mesh::{Mesh, Texel};

@@ -15,7 +15,7 @@
 
 use super::contour::contour;
 use super::gauss::gauss;
-use crate::polygon::{Plane, Polygon};
+use crate::occlusion::polygon::{Plane, Polygon};
 use common::constants::CONTACT;
 use glam::DVec3;
 use std::sync::LazyLock;

@@ -9,9 +9,9 @@
 //! applied to the exact unobstructed factor, so that the kernel's quadrature error cancels.
 
 use super::pair::{Patch, each_node};
-use crate::occluders::Occluders;
-use crate::polygon::{Plane, Polygon};
-use crate::shaft::TOUCH;
+use crate::occlusion::occluders::Occluders;
+use crate::occlusion::polygon::{Plane, Polygon};
+use crate::occlusion::shaft::TOUCH;
 use glam::DVec3;
 use std::f64::consts::PI;
 

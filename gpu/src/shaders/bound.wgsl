@@ -1,5 +1,5 @@
 // Where the image of a face may lie: a rectangle (low, high) that holds every pixel whose ray meets
-// the face. Twin: cpu/src/bound.rs.
+// the face. Twin: cpu/src/twin/bound.rs.
 
 const NOWHERE = vec4f(9.0, 9.0, -9.0, -9.0);
 const EVERYWHERE = vec4f(-9.0, -9.0, 9.0, 9.0);

@@ -1,5 +1,5 @@
 // One workgroup a shot: ΣF, and what its links are multiplied by. Twins: `closure` in
-// cpu/src/power.rs, `conserving` as Closure::scale in common/src/passes/mod.rs.
+// cpu/src/twin/power.rs, `conserving` as Closure::scale in common/src/passes/mod.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> taken: array<f32>;

@@ -1,5 +1,5 @@
 // What a texel has received after all shots, H = Σ w·B_shooter in the order of the cells, and what
-// it then has: B = E + ρH, its cell's mean unshot. Twin: cpu/src/accumulate.rs.
+// it then has: B = E + ρH, its cell's mean unshot. Twin: cpu/src/twin/accumulate.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> cells: array<Cell>;

@@ -1,4 +1,4 @@
-// One texel under the shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/deposit.rs.
+// One texel under the shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/twin/deposit.rs.
 
 @group(0) @binding(0) var<storage, read> shot: Shot;
 @group(0) @binding(1) var<uniform> params: Params;

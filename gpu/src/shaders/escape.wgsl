@@ -1,5 +1,5 @@
 // The share of the shooter's cosine hemisphere that meets no front, counted once for each cell.
-// Twin: cpu/src/escape.rs.
+// Twin: cpu/src/twin/escape.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;

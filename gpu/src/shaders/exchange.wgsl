@@ -1,5 +1,5 @@
 // The flux that each cell receives of all that shoot at once: what it takes of each, in the order
-// of the cells. Twin: cpu/src/accumulate.rs.
+// of the cells. Twin: cpu/src/twin/accumulate.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> shot: array<vec4f>;          // radiosity of each cell

@@ -1,5 +1,5 @@
 // The hemicube unfolded: its top (side 0) is the inner half of the square, the four half sides (1 to
-// 4: x, −x, y, −y) adjoin it, the square's corners stay empty. Twin: cpu/src/hemicube.rs.
+// 4: x, −x, y, −y) adjoin it, the square's corners stay empty. Twin: cpu/src/twin/hemicube.rs.
 
 fn side_of(p: vec2f) -> u32 {
     if abs(p.x) >= abs(p.y) {

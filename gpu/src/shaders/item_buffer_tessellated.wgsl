@@ -1,6 +1,6 @@
 // The ID of the nearest face in every pixel of the shooter's hemisphere (the paper's Table 3).
 // Depth is the distance along the pixel's own ray to the face's plane: tessellation moves
-// outlines only. Twin: cpu/src/item_buffer_tessellated.rs.
+// outlines only. Twin: cpu/src/twin/item_buffer_tessellated.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;
@@ -38,7 +38,7 @@ fn vertex(@builtin(vertex_index) index: u32, @location(0) instance: vec2u) -> Ve
 }
 
 // Where on the edge from a to b (seen from the origin) the share u of its parts ends. Twin:
-// cpu/src/tessellate.rs.
+// cpu/src/twin/tessellate.rs.
 fn spread(a: vec3f, b: vec3f, u: f32) -> f32 {
     let length_a = sqrt(max(dot(a, a), 1e-24));
     let length_b = sqrt(max(dot(b, b), 1e-24));

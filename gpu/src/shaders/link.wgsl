@@ -1,4 +1,4 @@
-// What each texel takes of a shot's cell: form factor × part seen from pairs of points on the two. A dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/link.rs.
+// What each texel takes of a shot's cell: form factor × part seen from pairs of points on the two. A dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/twin/link.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;

@@ -1,5 +1,5 @@
 // Whether a texel sees the shooter, asked of its item buffer, a tile of the texture. Twin:
-// cpu/src/lookup.rs.
+// cpu/src/twin/lookup.rs.
 
 @group(0) @binding(7) var with_objects: texture_2d<u32>;
 @group(0) @binding(8) var without_objects: texture_2d<u32>;

@@ -1,5 +1,5 @@
 // One workgroup a cell: what it has yet to shoot; a tree sum in fixed order. Twins:
-// cpu/src/power.rs, common/src/reduce.rs.
+// cpu/src/twin/power.rs, common/src/reduce.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> cells: array<Cell>;

@@ -1,4 +1,4 @@
-// The shooter's hemisphere on the square of the item buffer, and back. Twin: cpu/src/projection.rs.
+// The shooter's hemisphere on the square of the item buffer, and back. Twin: cpu/src/twin/projection.rs.
 
 // Item buffers of several shots lie side by side.
 fn tile() -> vec2u {

@@ -1,5 +1,5 @@
 // Where on a texel the sight of a cell is asked. Twins: common/src/sampling.rs,
-// cpu/src/sampling.rs.
+// cpu/src/twin/sampling.rs.
 
 fn hash(x: u32) -> u32 {
     let state = x * 747796405u + 2891336453u;

@@ -1,5 +1,5 @@
 // One workgroup: a tessellation level for every face, and for each level the list of its faces in
-// face order with the arguments of its draw. Twin: cpu/src/tessellate.rs.
+// face order with the arguments of its draw. Twin: cpu/src/twin/tessellate.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;

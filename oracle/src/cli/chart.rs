@@ -3,15 +3,15 @@
 use super::progress::{Progress, interrupted, listen};
 use super::tell::say;
 use super::{Outcome, bundled};
-use crate::report::number::{number, percent};
-use crate::speed::measure::Bench;
-use crate::speed::methods::{self, Method};
-use crate::speed::page::{LEVELS, winner};
-use crate::speed::peers::{self, Peer};
-use crate::speed::store::{Context, Store, content, program};
-use crate::speed::study::{Kept, Study, points, round};
-use crate::speed::truth::Truth;
-use crate::speed::{Solver, chart, json, page};
+use crate::show::report::number::{number, percent};
+use crate::study::chart::measure::Bench;
+use crate::study::chart::methods::{self, Method};
+use crate::study::chart::page::{LEVELS, winner};
+use crate::study::chart::peers::{self, Peer};
+use crate::study::chart::store::{Context, Store, content, program};
+use crate::study::chart::study::{Kept, Study, points, round};
+use crate::study::chart::truth::Truth;
+use crate::study::chart::{Solver, json, page, plot};
 use clap::{Args, ValueEnum};
 use common::import::{ImportOptions, load};
 use common::scene::Scene;
@@ -231,7 +231,7 @@ impl Program<'_> {
 
     /// What our own truth hangs on.
     fn digest(&self, scene: &Scene, texels: u32) -> u64 {
-        crate::speed::store::digest(&(content(scene), texels, program()))
+        crate::study::chart::store::digest(&(content(scene), texels, program()))
     }
 
     fn methods(&self, scene: &Scene, quality: Quality, texels: u32) -> Vec<Method> {
@@ -256,7 +256,7 @@ impl Program<'_> {
         texels: u32,
         truth: &Truth,
         missing: usize,
-        points: Vec<crate::speed::study::Point>,
+        points: Vec<crate::study::chart::study::Point>,
     ) -> Study {
         let solved = |peer: &&Peer| peer.solved(&scene.name);
         Study {
@@ -338,9 +338,9 @@ fn write(out: &Path, studies: &[Study]) -> Result<()> {
     write_file(&out.join("chart.json"), text.as_bytes())?;
     let charts: Vec<(String, String)> = studies
         .iter()
-        .filter_map(|study| Some((study.scene.clone(), chart::svg(study)?)))
+        .filter_map(|study| Some((study.scene.clone(), plot::svg(study)?)))
         .collect();
-    write_file(&out.join("chart.svg"), chart::file(&charts).as_bytes())?;
+    write_file(&out.join("chart.svg"), plot::file(&charts).as_bytes())?;
     write_file(&out.join("chart.html"), page::html(studies).as_bytes())
 }
 

@@ -2,8 +2,8 @@
 
 use super::Outcome;
 use super::tell::say;
-use crate::diff::pictures::Pictures;
-use crate::diff::{Diff, page};
+use crate::judge::diff::pictures::Pictures;
+use crate::judge::diff::{Diff, page};
 use clap::Args;
 use common::Result;
 use common::solution::{Stored, prepare, write_file};

@@ -1,6 +1,6 @@
 //! Options that the commands share.
 
-use crate::answer::Given;
+use crate::solve::Given;
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;

@@ -7,8 +7,8 @@ use std::ops::ControlFlow;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use crate::interrupt::interrupt;
-pub use crate::interrupt::interrupted;
+use crate::solve::interrupt::interrupt;
+pub use crate::solve::interrupt::interrupted;
 
 static LISTENING: OnceLock<()> = OnceLock::new();
 

@@ -1,7 +1,7 @@
 //! The response curves.
 
-use crate::chart::{mesh, svg_of};
 use crate::merge::brackets::Response;
+use crate::show::chart::{mesh, svg_of};
 use plotters::prelude::*;
 use std::f64::consts::LN_2;
 

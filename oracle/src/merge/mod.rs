@@ -10,7 +10,7 @@ pub mod page;
 mod pictures;
 pub mod read;
 
-use crate::picture::luminance;
+use crate::show::picture::luminance;
 use brackets::{Brackets, Merged, Response, Step};
 
 /// A step that is seen to be this much off what its seconds say, in stops, is worth a note.

@@ -4,9 +4,9 @@ use super::chart::{COLOURS, curves};
 use super::pictures::{Pictures, colour};
 use super::{Range, doubts};
 use crate::merge::brackets::{Brackets, Merged, Response, Step};
-use crate::picture::NOT_A_NUMBER;
-use crate::report::number::{count, number, percent};
-use crate::report::{chart, document, figure};
+use crate::show::picture::NOT_A_NUMBER;
+use crate::show::report::number::{count, number, percent};
+use crate::show::report::{chart, document, figure};
 use maud::{Markup, html};
 use std::path::Path;
 

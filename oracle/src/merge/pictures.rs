@@ -1,7 +1,7 @@
 //! The merged picture at three exposures, and which exposure each pixel relied on.
 
 use crate::merge::brackets::{Brackets, Merged};
-use crate::picture::{Exposure, NOT_A_NUMBER, Picture, encode};
+use crate::show::picture::{Exposure, NOT_A_NUMBER, Picture, encode};
 use plotters::prelude::{ColorMap, ViridisRGB};
 
 /// Pictures are thinned out to about this many pixels a side.

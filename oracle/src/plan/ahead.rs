@@ -9,7 +9,8 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
 use common::shooting::Engine;
-use cpu::{CpuSolver, cover};
+use cpu::CpuSolver;
+use cpu::occlusion::cover;
 use gpu::{Gpu, GpuSolver};
 use std::time::Instant;
 

@@ -14,7 +14,7 @@ use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings, Visibility};
 use cpu::CpuSolver;
-use cpu::cover::sampled;
+use cpu::occlusion::cover::sampled;
 use std::ops::ControlFlow;
 
 /// Links of the small solve: some tenths of a second.

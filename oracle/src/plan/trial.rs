@@ -1,7 +1,7 @@
 //! How long a solve will take: a few of its cells are linked, and the rest is multiplied.
 
 use super::passes::Expected;
-use crate::report::number::number;
+use crate::show::report::number::number;
 use common::Result;
 use common::mesh::Mesh;
 use common::shooting::Engine;

@@ -3,9 +3,9 @@
 
 use super::surfaces::{Renders, surface};
 use super::{Backdrop, Relit};
-use crate::view::camera::Camera;
+use crate::show::view::camera::Camera;
 use common::mesh::Mesh;
-use cpu::rays::Rays;
+use cpu::twin::rays::Rays;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! `composite.exr`, `background.exr` and `composite.png`.
 
 use super::composite::Composite;
-use crate::picture::{Exposure, Picture, encode};
+use crate::show::picture::{Exposure, Picture, encode};
 use common::solution::write_file;
 use common::{Error, Result};
 use exr::prelude::{

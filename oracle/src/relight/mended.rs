@@ -2,11 +2,11 @@
 
 use super::warnings::estimate;
 use super::work::{Done, Phases, Stage, Work};
-use crate::answer::Given;
-use crate::answer::check::Estimate;
-use crate::answer::light::finite;
-use crate::answer::mend::{Attempt, Size, mended};
-use crate::answer::warnings::closure_in_doubt;
+use crate::solve::Given;
+use crate::solve::check::Estimate;
+use crate::solve::light::finite;
+use crate::solve::mend::{Attempt, Size, mended};
+use crate::solve::warnings::closure_in_doubt;
 use common::Result;
 use common::relight::Method;
 use common::settings::{Quality, Settings};

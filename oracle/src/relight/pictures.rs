@@ -3,7 +3,9 @@
 use super::Relit;
 use super::composite::Composite;
 use super::files::{exposure, picture};
-use crate::picture::{Exposure, Picture, atlas_of, decode, diverging, encode, luminance, range};
+use crate::show::picture::{
+    Exposure, Picture, atlas_of, decode, diverging, encode, luminance, range,
+};
 use glam::Vec3;
 use std::f32::consts::PI;
 

@@ -1,7 +1,7 @@
 //! The room that objects are put into: a scene yet to be solved, a solve, a folder of wall maps or
 //! a panorama; told apart by content.
 
-use crate::diff::reflected::offsets;
+use crate::judge::diff::reflected::offsets;
 use common::capture::{Panorama, Projection, maps, room, texel_radiosity};
 use common::file::{MAX_BYTES, open};
 use common::import::{ImportOptions, load};

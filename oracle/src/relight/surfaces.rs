@@ -8,8 +8,8 @@
 //! corners, as if its surface were smooth.
 
 use super::Relit;
-use crate::view::surface::{Interpolant, Stencil, Surface};
-use crate::view::weld::COSINE;
+use crate::show::view::surface::{Interpolant, Stencil, Surface};
+use crate::show::view::weld::COSINE;
 use glam::{DVec3, Vec3, Vec4};
 use std::f32::consts::PI;
 

@@ -1,7 +1,7 @@
 //! The tables of a relight's report.
 
 use super::page::Report;
-use crate::report::number::{count, number, percent};
+use crate::show::report::number::{count, number, percent};
 use common::energy::Energy;
 use maud::{Markup, html};
 

@@ -5,7 +5,7 @@
 //! towards +z, +x is to the left, y up.
 
 use super::{Backdrop, Relit};
-use crate::picture::{Exposure, Picture, encode};
+use crate::show::picture::{Exposure, Picture, encode};
 use glam::{DVec2, DVec3, Vec3};
 use maud::{Markup, html};
 use std::f64::consts::{PI, TAU};

@@ -1,8 +1,8 @@
 //! What may put a relit room more than 2 % off.
 
 use super::work::{Done, Stage};
-use crate::answer::check::{self, Estimate};
-use crate::answer::warnings;
+use crate::solve::check::{self, Estimate};
+use crate::solve::warnings;
 use common::Result;
 use common::energy::Energy;
 use common::settings::Settings;

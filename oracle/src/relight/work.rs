@@ -2,7 +2,7 @@
 //! methods on one of the solvers.
 
 use super::room::{Captured, Values};
-use crate::interrupt::interrupted;
+use crate::solve::interrupt::interrupted;
 use common::mesh::Mesh;
 use common::passes;
 use common::relight::surface::Surface;
@@ -12,7 +12,7 @@ use common::settings::Settings;
 use common::shooting::{Engine, Run, Shot, progress, solve};
 use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::cover::furnished_until;
+use cpu::occlusion::cover::furnished_until;
 use glam::{Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
 use std::cell::Cell;

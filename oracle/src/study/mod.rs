@@ -1,81 +1,8 @@
-//! Convergence: how the error falls, and the time grows, with each parameter of a solve.
-//!
-//! ```text
-//! e(h) ≈ C hᵖ        e: relative RMS of B − E against the truth, means over common texels
-//! ```
-//! [`sweeps`] is the table of what is varied, [`run`] solves and measures, [`fit`] finds the
-//! order p, [`finding`] says what stops a curve that no longer falls, [`chart`], [`page`] and
-//! [`json`] tell.
+//! What many solves show: speed against accuracy, where methods fail, how errors fall, the paper's
+//! own table.
 
 pub mod chart;
-pub mod finding;
-pub mod fit;
-pub mod item_buffer;
-pub mod json;
-pub mod page;
-pub mod run;
-pub mod sweeps;
-
-/// One solve of a sweep.
-#[derive(Clone, Copy, Debug)]
-pub struct Point {
-    /// The parameter.
-    pub value: f64,
-    /// Relative RMS, the worst channel.
-    pub error: f64,
-    /// Bias of the channel with the largest.
-    pub bias: f64,
-    /// Wall-clock, preparation and shooting.
-    pub seconds: f64,
-    /// Shots.
-    pub shots: usize,
-}
-
-/// One curve of a sweep, as measured.
-#[derive(Clone, Debug)]
-pub struct MeasuredCurve {
-    /// In the legend.
-    pub label: String,
-    /// Coarse to fine.
-    pub points: Vec<Point>,
-    /// The slope of ln e over ln h; none without two points of measurable error.
-    pub order: Option<f64>,
-    /// The order if the truth shares the points' error, where it is the same curve's finer point.
-    pub order_beside: Option<f64>,
-    /// Whether the last step still reduces the error, and if not, why.
-    pub finding: String,
-    /// Whether it does.
-    pub converges: bool,
-}
-
-/// One sweep, as measured.
-#[derive(Clone, Debug)]
-pub struct MeasuredSweep {
-    /// In headings.
-    pub name: &'static str,
-    /// On the command line.
-    pub option: &'static str,
-    /// What the errors are measured against.
-    pub truth: String,
-    /// Everything that is not varied, as result.json has it.
-    pub base: serde_json::Value,
-    /// Whether a larger value is finer.
-    pub larger_is_finer: bool,
-    /// Its curves.
-    pub curves: Vec<MeasuredCurve>,
-}
-
-/// All sweeps of one scene.
-#[derive(Clone, Debug)]
-pub struct Study {
-    /// The scene.
-    pub scene: String,
-    /// Its faces.
-    pub faces: usize,
-    /// Who drew the item buffers.
-    pub adapter: String,
-    /// Those done.
-    pub sweeps: Vec<MeasuredSweep>,
-    /// Item buffers against rays; empty without an adapter.
-    pub item_buffers: Vec<item_buffer::Row>,
-}
+pub mod converge;
+pub mod random;
+pub mod stress;
+pub mod table4;

@@ -1,7 +1,6 @@
 //! What `relight` writes.
 
 use super::{Arguments, MethodOption};
-use crate::answer::check::Estimate;
 use crate::cli::Outcome;
 use crate::cli::objects::Object;
 use crate::cli::solve::{judged, wrote};
@@ -13,7 +12,8 @@ use crate::relight::thumbnail::thumbnail;
 use crate::relight::warnings;
 use crate::relight::work::{Done, Phases, Stage, Work};
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
-use crate::view::camera::Camera;
+use crate::show::view::camera::Camera;
+use crate::solve::check::Estimate;
 use clap::ValueEnum;
 use common::Result;
 use common::energy::Energy;

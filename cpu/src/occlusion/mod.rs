@@ -1,0 +1,6 @@
+//! What may stand between two faces, or on one.
+
+pub mod cover;
+pub mod occluders;
+pub mod polygon;
+pub mod shaft;

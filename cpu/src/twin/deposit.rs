@@ -1,0 +1,61 @@
+//! One texel under one shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
+//! `gpu/src/shaders/deposit.wgsl`.
+
+use crate::twin::link::Past;
+use common::mesh::{Cell, Mesh};
+use common::shooting::Rule;
+use glam::{Vec3, Vec4};
+
+/// A shot in flight.
+#[derive(Clone, Copy, Debug)]
+pub struct Flash<'a> {
+    /// The scene.
+    pub mesh: &'a Mesh,
+    /// The shooter.
+    pub cell: &'a Cell,
+    /// Mean residual radiosity of the cell, W/m².
+    pub radiosity: Vec3,
+    /// What every link is multiplied by: 1, or what closes the shot exactly.
+    pub scale: f32,
+    /// How the room takes it.
+    pub rule: Rule,
+    /// Reflectance of every texel.
+    pub reflectance: &'a [Vec3],
+}
+
+/// Radiosity, residual and irradiance of one texel.
+pub type State<'a> = (&'a mut Vec4, &'a mut Vec4, &'a mut Vec4);
+
+/// Adds what texel `k` takes by its link `w` to the shooter; w of the irradiance keeps the link.
+pub fn deposit(
+    flash: &Flash,
+    k: u32,
+    w: f32,
+    past: Past,
+    (radiosity, residual, irradiance): State,
+) {
+    let cell = flash.cell;
+    let texel = &flash.mesh.texels[k as usize];
+    let f = w * flash.scale - past.had;
+    irradiance.w = f;
+    if k >= cell.first && k < cell.first + cell.count {
+        *residual = Vec4::ZERO;
+        return;
+    }
+    if flash.rule.captured {
+        *radiosity += (flash.radiosity * past.before).extend(0.0);
+    }
+    if f == 0.0 {
+        return;
+    }
+    let received = flash.radiosity * f;
+    *irradiance = (irradiance.truncate() + received).extend(f);
+    if flash.rule.captured {
+        return;
+    }
+    let reflected = flash.reflectance[k as usize] * received;
+    *radiosity += reflected.extend(0.0);
+    if flash.rule.keep || flash.mesh.is_object(texel.face) {
+        *residual += reflected.extend(0.0);
+    }
+}

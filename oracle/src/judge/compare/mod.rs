@@ -1,0 +1,318 @@
+//! `compare`: one scene solved by both, every difference measured and judged.
+//!
+//! Three solvers, because rays against item buffer would mix bugs with discretisation:
+//! WGSL ↔ scalar twin on the same input ([`stages`]); item buffer ↔ rays, pair by pair ([`pairs`],
+//! [`sights`]); the whole GPU ↔ the twin on the GPU's own links ([`linked`]). Each of these is
+//! broken by a fault of the code alone. What pixels cannot resolve is the method's error: it is
+//! told, and bounded by what the scene's silhouettes could bring ([`doubt`]).
+
+pub mod counts;
+pub mod difference;
+pub mod doubt;
+pub mod linked;
+mod outline;
+pub mod pairs;
+mod raster;
+pub mod sights;
+pub mod stages;
+pub mod tally;
+pub mod truth;
+pub mod verdict;
+pub mod ways;
+
+use crate::judge::comparison::{
+    Comparison, Difference, Finding, Gate, ItemBufferPicture, Stage, Way,
+};
+use common::constants::LINK_BYTES;
+use common::energy::Energy;
+use common::mesh::Mesh;
+use common::passes;
+use common::scene::Scene;
+use common::settings::{Iteration, Settings, Visibility};
+use common::shooting::{Engine, Run, replay};
+use common::{Error, Result};
+use cpu::CpuSolver;
+use cpu::occlusion::cover::sampled;
+use cpu::twin::item_buffer::{ItemBuffer, View};
+use difference::difference;
+use doubt::{Doubt, shot};
+use glam::Vec3;
+use gpu::{Fault, Gpu, GpuSolver};
+use linked::{Linked, Links};
+use sights::Sights;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// What goes into a comparison beside the scene.
+pub struct Request<'a> {
+    /// Options; `visibility` is the GPU's, the CPU takes rays.
+    pub settings: Settings,
+    /// The device.
+    pub gpu: &'a Gpu,
+    /// Faults planted in the shaders: none but to prove that they are caught.
+    pub faults: &'a [Fault],
+}
+
+/// Told what is going on: a phase's name, steps done and steps in all (0: unknown).
+pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64) -> ControlFlow<()>;
+
+/// Solves `scene` on both sides and judges every difference; nothing is known of the truth.
+pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<Comparison> {
+    let asked = &request.settings;
+    let mesh = sampled(scene, asked)?;
+    check_room(scene, &mesh)?;
+    let mut cpu_solver = CpuSolver::new(&mesh, &by_rays(asked));
+    let mut gpu_solver = GpuSolver::with_faults(request.gpu, &mesh, asked, request.faults)?;
+    let mut gpu_settings = asked.clone();
+    if !(cpu_solver.exchanges() && gpu_solver.exchanges()) {
+        // As a solve does where there is no room for passes.
+        gpu_settings.iteration = Iteration::Southwell;
+    }
+    let settings = by_rays(&gpu_settings);
+    let fresh = || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings, request.faults);
+    let (cpu, cpu_seconds) = timed(&mut cpu_solver, &mesh, &settings, ("CPU", progress))?;
+    let (gpu, gpu_seconds) = timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", progress))?;
+    go_on(progress("lockstep", 0, 0))?;
+    let lockstep = repeat(&mut gpu_solver, &mut fresh()?, &mesh, &gpu_settings, &cpu)?;
+    go_on(progress("WGSL against twin", 0, 0))?;
+    let mut stages = stages::stages(&mesh, &gpu_settings, cpu_solver.rays(), &mut fresh()?)?;
+    let item_buffer = picture(&mesh, &gpu_settings, &cpu, &mut gpu_solver)?;
+    let (mut done, all) = (0, mesh.cells.len() as u64);
+    let mut sights = sights::sights(
+        &mesh,
+        &gpu_settings,
+        &mut cpu_solver,
+        &mut gpu_solver,
+        &mut || {
+            done += 1;
+            progress("visibility of all pairs", done, all)
+        },
+    )?;
+    stages.append(&mut sights.stages);
+    go_on(progress("verdict", 0, 0))?;
+    let energy = [&cpu, &gpu].map(|run| Energy::new(&mesh, &run.field, &run.shots));
+    let apart = [&lockstep, &gpu].map(|run| difference(&mesh, &run.field, &cpu.field));
+    let solved = Solved {
+        mesh: &mesh,
+        settings: &gpu_settings,
+        runs: [&cpu, &gpu],
+        lockstep: &lockstep,
+        energy: [&energy[0], &energy[1]],
+        apart: [&apart[0], &apart[1]],
+    };
+    let (gates, findings) = solved.judged(&stages, &mut sights)?;
+    let [cpu_energy, gpu_energy] = energy;
+    Ok(Comparison {
+        scene: scene.clone(),
+        way: Way::Asked,
+        settings,
+        gpu_settings,
+        adapter: request.gpu.line.name.clone(),
+        cpu_energy,
+        gpu_energy,
+        seconds: [cpu_seconds, gpu_seconds],
+        stages,
+        pairs: sights.pairs,
+        lockstep_difference: apart[0],
+        free_difference: apart[1],
+        error: [None, None],
+        truth: None,
+        item_buffer,
+        gates,
+        findings,
+        notes: Vec::new(),
+        mesh,
+        cpu,
+        gpu,
+        lockstep,
+    })
+}
+
+fn by_rays(settings: &Settings) -> Settings {
+    Settings {
+        visibility: Visibility::Rays,
+        ..settings.clone()
+    }
+}
+
+/// What was solved.
+struct Solved<'a> {
+    mesh: &'a Mesh,
+    settings: &'a Settings,
+    runs: [&'a Run; 2],
+    lockstep: &'a Run,
+    energy: [&'a Energy; 2],
+    apart: [&'a Difference; 2],
+}
+
+impl Solved<'_> {
+    fn judged(&self, stages: &[Stage], sights: &mut Sights) -> Result<(Vec<Gate>, Vec<Finding>)> {
+        let (mesh, settings) = (self.mesh, self.settings);
+        let (twin, shortfall) =
+            by_its_links(mesh, settings, &sights.gpu, self.runs, self.lockstep)?;
+        let rows = std::mem::take(&mut sights.doubt);
+        let doubt = Doubt::new(mesh, &sights.cpu, rows, settings.conserve);
+        let evidence = verdict::Evidence {
+            mesh,
+            settings,
+            stages,
+            pairs: &sights.pairs,
+            apart: self.apart,
+            possible: possible(self, &doubt),
+            twin,
+            shortfall,
+            runs: self.runs,
+            energy: self.energy,
+        };
+        Ok((verdict::gates(&evidence), verdict::findings(&evidence)))
+    }
+}
+
+/// A phase does not begin after a break.
+fn go_on(flow: ControlFlow<()>) -> Result<()> {
+    match flow {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted),
+    }
+}
+
+/// Links of all cells are kept, the CPU's beside the GPU's.
+fn check_room(scene: &Scene, mesh: &Mesh) -> Result<()> {
+    let bytes = 4 * mesh.cells.len() as u64 * mesh.texels.len() as u64;
+    if bytes > LINK_BYTES {
+        return Err(Error::Usage(format!(
+            "{}: comparing needs all {} × {} links at once, {} MiB of at most {}: lower --texels or --cells",
+            scene.name,
+            mesh.cells.len(),
+            mesh.texels.len(),
+            bytes >> 20,
+            LINK_BYTES >> 20,
+        )));
+    }
+    Ok(())
+}
+
+fn timed(
+    engine: &mut dyn Engine,
+    mesh: &Mesh,
+    settings: &Settings,
+    (phase, progress): (&str, Progress),
+) -> Result<(Run, f64)> {
+    let start = Instant::now();
+    let run = passes::solve(engine, mesh, settings, &mut |done| {
+        progress(phase, (done * 1000.0) as u64, 1000)
+    })?;
+    Ok((run, start.elapsed().as_secs_f64()))
+}
+
+/// The CPU's shooters on the GPU: its log, shot after shot; or all that each cell has shot, at once,
+/// by the solver that has the links.
+fn repeat(
+    solved: &mut GpuSolver,
+    fresh: &mut GpuSolver,
+    mesh: &Mesh,
+    settings: &Settings,
+    cpu: &Run,
+) -> Result<Run> {
+    if settings.iteration == Iteration::Southwell {
+        return replay(fresh, &cpu.cells());
+    }
+    let cells: Vec<u32> = (0..mesh.cells.len() as u32).collect();
+    let closures = solved.link(&cells, &mut |_| ControlFlow::Continue(()))?;
+    let scale = |(x, k): (Vec3, usize)| x * closures[k].scale(settings.conserve);
+    let shot: Vec<Vec3> = all_shot(mesh, cpu)
+        .into_iter()
+        .zip(0..)
+        .map(scale)
+        .collect();
+    solved.gather(&shot, &unshot(mesh, cpu))?;
+    Ok(Run {
+        field: solved.field()?,
+        ..cpu.clone()
+    })
+}
+
+fn all_shot(mesh: &Mesh, run: &Run) -> Vec<Vec3> {
+    shot(mesh, run).into_iter().map(|x| x.as_vec3()).collect()
+}
+
+/// What each cell has left; after passes it is the same all over the cell.
+fn unshot(mesh: &Mesh, run: &Run) -> Vec<Vec3> {
+    let of = |cell: &common::mesh::Cell| run.field.residual[cell.first as usize].truncate();
+    mesh.cells.iter().map(of).collect()
+}
+
+/// The twin on the GPU's links against the GPU, by the CPU's shooters and by its own; and how much
+/// less than the strongest its own shooters had.
+fn by_its_links(
+    mesh: &Mesh,
+    settings: &Settings,
+    links: &Links,
+    [cpu, gpu]: [&Run; 2],
+    lockstep: &Run,
+) -> Result<([Difference; 2], Option<f64>)> {
+    let cells = mesh.cells.len();
+    if gpu.shots.iter().any(|shot| shot.cell as usize >= cells) {
+        // A log that names no cell is no run.
+        return Ok(([difference::NOT_COMPARABLE; 2], Some(f64::NAN)));
+    }
+    let single = settings.iteration == Iteration::Southwell;
+    let mut shortfall = None;
+    let mut both = Vec::new();
+    for (script, run) in [(cpu, lockstep), (gpu, gpu)] {
+        let mut twin = Linked::new(mesh, links, settings.conserve);
+        if single {
+            for cell in script.cells() {
+                twin.shoot(cell)?;
+            }
+            shortfall = Some(twin.shortfall());
+        } else {
+            twin.collect(&all_shot(mesh, script), &unshot(mesh, script));
+        }
+        both.push(difference(mesh, &run.field, &twin.into_field()));
+    }
+    Ok(([both[0], both[1]], shortfall))
+}
+
+/// What silhouettes could bring in lockstep, and with what both left unshot running free.
+fn possible(solved: &Solved, doubt: &Doubt) -> [Difference; 2] {
+    let (mesh, [cpu, gpu]) = (solved.mesh, solved.runs);
+    let fixed = solved.settings.iteration != Iteration::Southwell;
+    let lockstep = [doubt.of(cpu, fixed)];
+    let free = [
+        doubt.of(cpu, false),
+        doubt.left(&cpu.field),
+        doubt.left(&gpu.field),
+    ];
+    [
+        doubt::difference(mesh, &lockstep, &cpu.field),
+        doubt::difference(mesh, &free, &cpu.field),
+    ]
+}
+
+/// What the first shooter sees. Rays have no item buffer; one is drawn for the eye.
+fn picture(
+    mesh: &Mesh,
+    settings: &Settings,
+    cpu: &Run,
+    solver: &mut GpuSolver,
+) -> Result<ItemBufferPicture> {
+    let cell = cpu.shots.first().map_or(0, |shot| shot.cell);
+    let size = settings.item_buffer;
+    let mut ids = Vec::new();
+    if settings.visibility == Visibility::Rays {
+        let drawn = Settings {
+            visibility: Visibility::Stereographic,
+            ..settings.clone()
+        };
+        let view = View::new(mesh, cell, 0, &drawn);
+        ids = ItemBuffer::draw(mesh, &view, mesh.room).ids;
+    } else {
+        solver.probe(cell, &mut |sample| {
+            if ids.is_empty() {
+                ids = sample.ids;
+            }
+        })?;
+    }
+    Ok(ItemBufferPicture { cell, size, ids })
+}

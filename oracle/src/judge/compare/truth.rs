@@ -1,0 +1,105 @@
+//! What the answers are held against: the dense matrix on as many texels as take a few seconds.
+
+use crate::judge::diff::pair::Pair;
+use crate::judge::diff::reflected::Reflected;
+use crate::solve::dense;
+use common::Result;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::shooting::Field;
+use cpu::matrix::Matrix;
+use glam::DVec3;
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// Texels of the truth: their form factors take about five seconds on two cores, growing with the
+/// square.
+const TEXELS: usize = 2500;
+/// Texels a side below which a matrix is no truth: shadows would be smaller than its texels.
+const LEAST: u32 = 4;
+
+/// The matrix's answer.
+pub struct Truth {
+    scene: Scene,
+    resolutions: Vec<[u32; 2]>,
+    values: Vec<DVec3>,
+    /// What it is.
+    pub told: Told,
+}
+
+/// What a truth is, and how far it may itself be off.
+#[derive(Clone, Debug, Serialize)]
+pub struct Told {
+    /// In words.
+    pub name: String,
+    /// Texels a side of a face.
+    pub texels: u32,
+    /// How far the matrix of half as many texels a side is from it, relative RMS: its own error is
+    /// below that, since texels err by their size or its square.
+    pub own_error: f64,
+}
+
+impl Truth {
+    /// The matrix on N×N texels a face, N as asked for or as many as there may be; none where
+    /// that would be fewer than four. Both ways to solve are held against the same truth.
+    pub fn new(
+        scene: &Scene,
+        texels: u32,
+        watch: &mut dyn FnMut(u64, u64) -> ControlFlow<()>,
+    ) -> Result<Option<Self>> {
+        let most = (TEXELS / scene.faces.len().max(1)).isqrt() as u32;
+        let side = most.min(texels.max(2 * LEAST));
+        if side < LEAST {
+            return Ok(None);
+        }
+        let (resolutions, values) = solve(scene, side, watch)?;
+        let coarse = solve(scene, side / 2, &mut |_, _| ControlFlow::Continue(()))?;
+        let mut truth = Self {
+            scene: scene.clone(),
+            resolutions,
+            values,
+            told: Told {
+                name: format!("the matrix solver on {side}×{side} texels a face"),
+                texels: side,
+                own_error: f64::NAN,
+            },
+        };
+        truth.told.own_error = truth.error_of(&Reflected {
+            scene,
+            resolutions: coarse.0,
+            values: coarse.1,
+        });
+        Ok(Some(truth))
+    }
+
+    /// Relative RMS of a field on the texels of `mesh`, both averaged on common texels.
+    pub fn error(&self, mesh: &Mesh, field: &Field) -> f64 {
+        self.error_of(&Reflected::of(&self.scene, mesh, field))
+    }
+
+    fn error_of(&self, answer: &Reflected) -> f64 {
+        let truth = Reflected {
+            scene: &self.scene,
+            resolutions: self.resolutions.clone(),
+            values: self.values.clone(),
+        };
+        match Pair::new(answer, &truth, None) {
+            Ok(pair) => pair.worst().0,
+            Err(_) => f64::NAN,
+        }
+    }
+}
+
+type Solved = (Vec<[u32; 2]>, Vec<DVec3>);
+
+fn solve(
+    scene: &Scene,
+    texels: u32,
+    watch: &mut dyn FnMut(u64, u64) -> ControlFlow<()>,
+) -> Result<Solved> {
+    let mesh = Mesh::uniform(scene, texels, 1)?;
+    let (matrix, _) = Matrix::assemble(scene, &mesh, watch)?;
+    let (run, _) = dense::solve(&mesh, &matrix)?;
+    let reflected = Reflected::of(scene, &mesh, &run.field);
+    Ok((reflected.resolutions, reflected.values))
+}

@@ -1,0 +1,182 @@
+//! `diff.html`: figures, pictures and faces of one difference, in one file that opens offline.
+
+use super::pictures::Pictures;
+use super::{Diff, FaceDiff};
+use crate::show::report::number::{count, number, percent};
+use crate::show::report::{colour_bar, document, figure};
+use common::solution::Stored;
+use maud::{Markup, html};
+
+/// Faces that the table lists.
+const LISTED: usize = 200;
+
+/// The page; `tolerance` is what the worst relative RMS may be, if it was said.
+pub fn html(
+    [a, b]: [&Stored; 2],
+    diff: &Diff,
+    pictures: &Pictures,
+    tolerance: Option<f64>,
+) -> String {
+    let title = "Radiosity: two results compared";
+    let nav = html! {
+        nav aria-label="Parts" {
+            a href="#top" { "Figures" }
+            a href="#views" { "What they see" }
+            a href="#textures" { "All textures" }
+            a href="#faces" { "Face by face" }
+        }
+    };
+    let body = html! {
+        header #top { h1 { (title) } (verdict(diff, tolerance)) }
+        p.facts {
+            "A: " code { (a.dir.display()) } " · " (count(a.radiosity.len() as u64)) " texels" br;
+            "B (the truth): " code { (b.dir.display()) } " · "
+            (count(b.radiosity.len() as u64)) " texels · "
+            (count(diff.faces.len() as u64)) " faces · compared on "
+            (count(diff.pair.areas.len() as u64)) " texels"
+        }
+        @if !diff.notes.is_empty() { div.notes { @for note in &diff.notes { p { (note) } } } }
+        (figures(diff, pictures))
+        (views(pictures))
+        (textures(pictures))
+        (faces(b, diff))
+    };
+    document(title, &nav, &body)
+}
+
+fn verdict(diff: &Diff, tolerance: Option<f64>) -> Markup {
+    let worst = percent(diff.worst());
+    html! {
+        @match tolerance {
+            Some(most) if diff.worst() <= most => p.verdict.agree {
+                strong { "Within" } " relative RMS " (worst) " ≤ " (percent(most))
+            },
+            Some(most) => p.verdict.disagree {
+                strong { "Beyond" } " relative RMS " (worst) " > " (percent(most))
+            },
+            None => p.verdict { strong { (worst) } " relative RMS, the worst channel" },
+        }
+    }
+}
+
+fn figures(diff: &Diff, pictures: &Pictures) -> Markup {
+    let error = diff.standard_error;
+    html! {
+        p {
+            "Reflected radiosity B − E, area-weighted, A against B. Where texels differ in number, both are "
+            "averaged over common ones, by area and without loss."
+        }
+        div.scroll { table {
+            thead { tr { th {} th.n { "R" } th.n { "G" } th.n { "B" } } }
+            tbody {
+                tr { td { "Relative RMS" } @for x in diff.relative_rms { td.n { (percent(x)) } } }
+                tr { td { "Bias" } @for x in diff.bias { td.n { (percent(x)) } } }
+                @if let Some(error) = error {
+                    tr {
+                        td { "The truth's own standard error" }
+                        @for x in error { td.n { (percent(x)) } }
+                    }
+                }
+                tr { td { "Largest difference ÷ rms" } td.n colspan="3" { (percent(diff.max_relative)) } }
+                tr {
+                    td { "HDR-FLIP, mean over the view" }
+                    td.n colspan="3" {
+                        @match &pictures.flip { Some(flip) => (number(flip.mean)), None => "–" }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+fn views(p: &Pictures) -> Markup {
+    let white = number(f64::from(p.exposure.white));
+    let eye = p
+        .camera
+        .eye
+        .to_array()
+        .map(|x| number(f64::from(x)))
+        .join(", ");
+    html! {
+        section #views {
+            h2 { "What they see" }
+            div.grid {
+                @for ((name, what), source) in [("A", ""), ("B", ", the truth")].into_iter().zip(&p.views) {
+                    (figure("", source, &format!("The scene as {name} has it"), html! {
+                        b { (name) } (what) " · radiosity. White is " (white) " W/m²; emitters clip."
+                    }))
+                }
+                (figure("", &p.difference, "Difference in false colours", html! {
+                    b { "A − B" } " · luminance of reflected radiosity, relative to its rms in B ("
+                    (number(p.rms)) " W/m²); clipped beyond the range." (colour_bar(p.range))
+                }))
+                @if let Some(flip) = &p.flip {
+                    (figure("", &flip.picture.data_uri(), "HDR-FLIP error map", html! {
+                        b { "HDR-FLIP" } " · what an eye would see if the two views alternated, at the worst of "
+                        "the exposures that B asks for: black is nothing (0), pale yellow everything (1). Mean "
+                        (number(flip.mean)) ", largest " (number(flip.max)) "."
+                    }))
+                }
+            }
+            p.small {
+                "All from one automatic camera (at " (eye) " in the mesh's unit; backs are looked through). Both views "
+                "share one exposure: the 90th percentile of what B's surfaces reflect is at 80 % of white. "
+                "Reflected radiosity is interpolated between texels."
+            }
+        }
+    }
+}
+
+fn textures(p: &Pictures) -> Markup {
+    html! {
+        section #textures {
+            h2 { "All textures" }
+            div.grid {
+                (figure("pixels", &p.atlas_difference, "Atlas of the difference", html! {
+                    b { "A − B" } " · every common texel, all faces side by side in file order; colours as above."
+                    (colour_bar(p.range))
+                }))
+                @for (name, source) in ["A", "B"].into_iter().zip(&p.atlases) {
+                    (figure("pixels", source, &format!("Atlas of {name}"), html! {
+                        b { (name) } " · radiosity of every texel, as it is stored."
+                    }))
+                }
+            }
+        }
+    }
+}
+
+fn faces(b: &Stored, diff: &Diff) -> Markup {
+    let mut order: Vec<usize> = (0..diff.faces.len()).collect();
+    order.sort_by(|x, y| diff.faces[*y].share.total_cmp(&diff.faces[*x].share));
+    let area: f64 = diff.faces.iter().map(|f| f.area).sum();
+    let row = |k: usize, part: &FaceDiff| {
+        html! { tr {
+            td.n { (k) }
+            td { (b.scene.faces[k].name) }
+            td.n { (percent(part.share)) }
+            td.n { (percent(part.area / area)) }
+            td.n { (percent(part.relative_rms)) }
+            td.n { (percent(part.bias)) }
+        } }
+    };
+    html! {
+        section #faces {
+            h2 { "Face by face" }
+            p {
+                "Sorted by the share of the squared error. RMS and bias are relative to the face's own light, the "
+                "worst channel."
+            }
+            div.scroll { table {
+                thead { tr {
+                    th.n { "Face" } th { "Name" } th.n { "Of the error" } th.n { "Of the area" }
+                    th.n { "Relative RMS" } th.n { "Bias" }
+                } }
+                tbody { @for k in order.iter().take(LISTED) { (row(*k, &diff.faces[*k])) } }
+            } }
+            @if order.len() > LISTED {
+                p.small { "The other " (count((order.len() - LISTED) as u64)) " faces are in diff.json." }
+            }
+        }
+    }
+}

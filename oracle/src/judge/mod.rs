@@ -1,0 +1,8 @@
+//! Is it right: exact answers, paths traced, solvers against each other, results against results.
+
+pub mod compare;
+pub mod comparison;
+pub mod diff;
+pub mod exact;
+pub mod path_tracer;
+pub mod resample;

@@ -1,0 +1,6 @@
+//! Pages, charts and pictures.
+
+pub mod chart;
+pub mod picture;
+pub mod report;
+pub mod view;

@@ -1,0 +1,165 @@
+//! The pictures and charts of one scene's comparison.
+
+use crate::judge::comparison::Comparison;
+use crate::show::chart;
+use crate::show::picture::{
+    Exposure, atlas, decode, diverging, encode, face_colour, item_buffer, luminance, range,
+};
+use crate::show::view::camera::Camera;
+use crate::show::view::quality::Quality;
+use crate::show::view::render::{Hit, View};
+use crate::show::view::surface::{Interpolant, Surface};
+use common::settings::Iteration;
+use common::shooting::{Field, Run};
+use cpu::twin::rays::Rays;
+use glam::{Vec3, Vec4};
+
+/// Pixels a side of a rendered view.
+const VIEW: u32 = 560;
+/// Every how manieth sample decides the range of the false colours.
+const STRIDE: usize = 5;
+
+/// Sources of `img` elements (and SVG elements), with what their captions say.
+pub struct Figures {
+    /// The free runs through the camera: CPU, GPU.
+    pub views: [String; 2],
+    /// Free runs' and lockstep's difference through the camera.
+    pub differences: [String; 2],
+    /// The false colours go from −range to +range.
+    pub range: f64,
+    /// rms of the CPU's reflected luminance, W/m².
+    pub rms: f64,
+    /// The views' and atlases' exposure.
+    pub exposure: Exposure,
+    /// All texels: CPU, GPU.
+    pub atlases: [String; 2],
+    /// A shot's item buffer, and the scene in the same colours.
+    pub item_buffer: [String; 2],
+    /// Name and number of the face that shot it.
+    pub shooter: String,
+    /// Unshot power against shots.
+    pub convergence: Option<String>,
+    /// Mismatches by distance.
+    pub histogram: Option<String>,
+    /// The interpolation of the CPU's view.
+    pub quality: Quality,
+    /// Where the camera stands.
+    pub camera: Camera,
+}
+
+impl Figures {
+    /// Draws everything.
+    pub fn new(c: &Comparison) -> Self {
+        let rays = Rays::new(&c.mesh);
+        let camera = Camera::automatic(&c.mesh, &rays);
+        let surface = Surface::new(&c.scene, &c.mesh);
+        let view = View::new(&camera, &surface, &rays, VIEW);
+        let cpu = surface.interpolate(&c.cpu.field.irradiance);
+        let exposure = exposure(c, &view, &cpu);
+        let (differences, range, rms) = differences(c, &view, &surface);
+        let shooter = c
+            .mesh
+            .cells
+            .get(c.item_buffer.cell as usize)
+            .map_or(0, |cell| cell.face);
+        let name = c
+            .scene
+            .faces
+            .get(shooter as usize)
+            .map_or("", |face| &face.name);
+        Self {
+            views: [&cpu, &surface.interpolate(&c.gpu.field.irradiance)].map(|field| {
+                view.shade(|hit| exposure.display(field.radiosity(&hit.stencil)))
+                    .data_uri()
+            }),
+            differences,
+            range,
+            rms,
+            exposure,
+            atlases: [&c.cpu, &c.gpu]
+                .map(|run| atlas(&c.mesh, &run.field.radiosity, exposure).data_uri()),
+            item_buffer: [
+                item_buffer(&c.item_buffer.ids, c.item_buffer.size).data_uri(),
+                view.shade(|hit| face_colours(hit, shooter)).data_uri(),
+            ],
+            shooter: format!("face {shooter} “{name}”"),
+            convergence: singly(c)
+                .then(|| chart::convergence(&c.cpu, &c.gpu, c.settings.epsilon))
+                .flatten(),
+            histogram: chart::mismatches(&c.pairs.histogram),
+            quality: Quality::new(&cpu),
+            camera,
+        }
+    }
+}
+
+/// Whether one cell shot after the other: only then is there a log to draw.
+pub fn singly(c: &Comparison) -> bool {
+    c.settings.iteration == Iteration::Southwell
+}
+
+/// The shooter itself is white.
+fn face_colours(hit: &Hit, shooter: u32) -> Vec3 {
+    if hit.face == shooter {
+        Vec3::ONE
+    } else {
+        decode(face_colour(hit.face))
+    }
+}
+
+/// From the CPU's reflected radiosity where the camera sees it.
+fn exposure(c: &Comparison, view: &View, cpu: &Interpolant) -> Exposure {
+    Exposure::of(view.hits().step_by(STRIDE).filter_map(|hit| {
+        let texel = c.mesh.texels.get(hit.stencil.texel as usize)?;
+        let reflected = cpu.radiosity(&hit.stencil) - texel.emission;
+        (texel.emission == Vec3::ZERO).then_some((reflected.max_element(), 1.0))
+    }))
+}
+
+/// Signed difference of the reflected luminance through the camera, its range, and what 1 is.
+fn differences(c: &Comparison, view: &View, surface: &Surface) -> ([String; 2], f64, f64) {
+    let rms = rms(c);
+    let fields = [&c.gpu, &c.lockstep].map(|run| surface.interpolate(&minus(run, &c.cpu.field)));
+    let at = |field: &Interpolant, hit: &Hit| {
+        let reflectance = c.mesh.texels[hit.stencil.texel as usize].reflectance;
+        let difference = reflectance * field.value(&hit.stencil).as_vec3();
+        let size = f64::from(luminance(difference));
+        if size == 0.0 { 0.0 } else { size / rms }
+    };
+    let range = range(
+        fields
+            .iter()
+            .flat_map(|field| view.hits().step_by(STRIDE).map(|hit| at(field, hit))),
+    );
+    let pictures = fields.each_ref().map(|field| {
+        view.shade(|hit| decode(diverging(at(field, hit) / range)))
+            .data_uri()
+    });
+    (pictures, range, rms)
+}
+
+fn minus(run: &Run, from: &Field) -> Vec<Vec4> {
+    run.field
+        .irradiance
+        .iter()
+        .zip(&from.irradiance)
+        .map(|(a, b)| a - b)
+        .collect()
+}
+
+/// √(ΣA Y² / ΣA), Y the luminance of the CPU's ρH.
+fn rms(c: &Comparison) -> f64 {
+    let (mut square, mut total) = (0.0, 0.0);
+    for (texel, irradiance) in c.mesh.texels.iter().zip(&c.cpu.field.irradiance) {
+        let size = f64::from(luminance(texel.reflectance * irradiance.truncate()));
+        square += size * size * f64::from(texel.area);
+        total += f64::from(texel.area);
+    }
+    (square / total).sqrt()
+}
+
+/// A colour as CSS writes it.
+pub fn css(linear: Vec3) -> String {
+    let [r, g, b] = encode(linear);
+    format!("rgb({r} {g} {b})")
+}

@@ -1,0 +1,159 @@
+//! The page: what is compared, the verdicts, and a section per scene.
+
+use super::number::{count, number, percent};
+use super::section::section;
+use super::tables::mark;
+use crate::judge::comparison::{Comparison, Judged};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+const STYLE: &str = include_str!("style.css");
+const TITLE: &str = "Radiosity: CPU against GPU";
+
+/// The whole report; `notes` says what was left out and why.
+pub fn html(judged: &[Judged], notes: &[String]) -> String {
+    let body = html! {
+        header #top {
+            h1 { (TITLE) }
+            (headline(judged))
+        }
+        @if !notes.is_empty() { div.notes { @for note in notes { p { (note) } } } }
+        (overview(judged))
+        (explanation())
+        @for (k, scene) in judged.iter().enumerate() { (section(k, scene)) }
+    };
+    document(TITLE, &index(judged), &body)
+}
+
+/// A page in the reports' look, in one file that needs no other: `nav` is the bar on top.
+pub fn document(title: &str, nav: &Markup, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                (nav)
+                main { (body) }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn index(judged: &[Judged]) -> Markup {
+    html! {
+        nav aria-label="Scenes" {
+            a href="#top" { "Overview" }
+            a href="#how" { "How it is compared" }
+            @for (k, scene) in judged.iter().enumerate() {
+                a href={ "#scene-" (k + 1) } { (mark(scene.agree())) " " (scene.first.scene.name) }
+            }
+        }
+    }
+}
+
+fn headline(judged: &[Judged]) -> Markup {
+    let agree = judged.iter().filter(|scene| scene.agree()).count();
+    let all = judged.len();
+    html! {
+        @if all == 0 {
+            p.verdict.disagree { strong { "Nothing compared" } " no scene was solved by both" }
+        } @else if agree == all {
+            p.verdict.agree {
+                strong { "Agree" } " CPU and GPU, on "
+                @if all == 1 { "the scene" } @else { "all " (all) " scenes" }
+            }
+        } @else {
+            p.verdict.disagree {
+                strong { "Disagree" } " on " (all - agree) " of " (all)
+                @if all == 1 { " scene" } @else { " scenes" }
+            }
+        }
+    }
+}
+
+fn overview(judged: &[Judged]) -> Markup {
+    let both = |text: &dyn Fn(usize) -> String| html! { (text(0)) " · " (text(1)) };
+    let rows = judged.iter().enumerate();
+    let rows = rows.flat_map(|(k, scene)| scene.ways().map(move |c| (k, c)));
+    html! {
+        div.scroll { table.overview {
+            thead { tr {
+                th {} th { "Scene" } th { "Solved" }
+                th.n { "Error of the answer" br; "CPU · GPU" }
+                th.n { "Faces · texels" } th.n { "Shots" br; "CPU · GPU" }
+                th.n { "GPU − CPU, RMS" br; "lockstep · free" } th.n { "Pairs mismatched" br; "· unexplained" }
+                th.n { "Energy imbalance" br; "CPU · GPU" } th.n { "Seconds" br; "CPU · GPU" }
+            } }
+            tbody { @for (k, c) in rows {
+                tr.bad[!c.agree()] {
+                    td { (mark(c.agree())) }
+                    td { a href={ "#scene-" (k + 1) } { (c.scene.name) } }
+                    td { (c.way.name()) }
+                    td.n { (both(&|i| error(c, i))) }
+                    td.n { (both(&|i| count([c.mesh.faces.len(), c.mesh.texels.len()][i] as u64))) }
+                    td.n { (both(&|i| count([&c.cpu, &c.gpu][i].shooters))) }
+                    td.n { (both(&|i| percent([c.lockstep_difference, c.free_difference][i].relative_rms))) }
+                    td.n { (both(&|i| count([c.pairs.mismatched, c.pairs.unexplained][i]))) }
+                    td.n { (both(&|i| percent([c.cpu_energy, c.gpu_energy][i].imbalance))) }
+                    td.n { (both(&|i| number(c.seconds[i]))) }
+                }
+            } }
+        } }
+    }
+}
+
+/// The error of an answer, CPU's or GPU's; – where there is no truth.
+pub fn error(c: &Comparison, side: usize) -> String {
+    c.error[side].map_or("–".into(), percent)
+}
+
+fn explanation() -> Markup {
+    html! {
+        section #how {
+            h2 { "What is compared, and why by three solvers" }
+            p {
+                "Each scene is solved twice. On the " b.cpu { "CPU" } " a ray decides whether a texel sees the "
+                "face that is shooting. On the " b.gpu { "GPU" } " the scene is drawn as the shooter sees it, each "
+                "face in its own colour (the item buffer), and a texel is lit where it finds its own colour. "
+                "Everything else is meant to be the same."
+            }
+            p {
+                "Were only these two compared, a bug and the item buffer's finite pixels would look alike. So a "
+                "third solver stands between them: the " b { "twin" } ", the shaders' algorithm in plain Rust."
+            }
+            ol {
+                li {
+                    b { "Shaders ↔ twin: " } "the same steps on the same numbers. Only rounding may differ, and it "
+                    "is counted in units in the last place."
+                }
+                li {
+                    b { "Twin ↔ rays: " } "the same but for visibility. Only sampling may differ: every mismatch "
+                    "must lie at a boundary between two faces in the item buffer, or it is a bug."
+                }
+                li {
+                    b { "Lockstep: " } "the CPU's shooters, repeated on the GPU, so that one rounding does not "
+                    "send the two different ways."
+                }
+                li { b { "Free: " } "each chooses its own next shooter, as users run it." }
+            }
+            p {
+                "The solvers agree on a scene when every condition in its table holds; beside each bound stands "
+                "where it comes from. Only a fault of the code breaks one, on whatever scene. What pixels cannot "
+                "resolve is told apart from that, with its size and what mends it."
+            }
+            p {
+                b { "Agreement is not accuracy: " } "two solvers that do the same agree, however crude it is. So the "
+                "error of each answer stands beside the verdict, against the dense matrix of all texels, which "
+                "shares neither form factors nor visibility with them. Without options two ways are judged: what "
+                code { "solve" } " does by default, and the paper's (each face one shooter, disc form factors, one "
+                "sample, an item buffer), which is quick, and tens of per cent off."
+            }
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! One scene's part of the page: verdict, pictures, charts, tables.
+
+use super::figures::{Figures, css, singly};
+use super::number::{count, number, percent};
+use super::page::error;
+use super::tables;
+use crate::judge::comparison::{Comparison, Judged, Way};
+use crate::show::picture::{DIVERGING, decode};
+use common::settings::Visibility;
+use maud::{Markup, PreEscaped, html};
+
+/// The section of scene `k`: what users get comes first.
+pub fn section(k: usize, judged: &Judged) -> Markup {
+    let several = judged.as_solved.is_some();
+    html! {
+        section #{ "scene-" (k + 1) } {
+            h2 { (judged.first.scene.name) }
+            @for c in judged.ways() { (way(c, several)) }
+        }
+    }
+}
+
+/// One way of solving the scene.
+fn way(c: &Comparison, several: bool) -> Markup {
+    let figures = Figures::new(c);
+    html! {
+        @if several { h3.way { (heading(c.way)) } }
+        (verdict(c))
+        (accuracy(c))
+        p.facts {
+            (count(c.mesh.faces.len() as u64)) " faces · "
+            (count(c.mesh.cells.len() as u64)) " shooters · "
+            (count(c.mesh.texels.len() as u64)) " texels · " (c.adapter)
+        }
+        (notes(c))
+        h3 { "What they see" }
+        (views(&figures, c))
+        h3 { "Conditions of the verdict" }
+        (tables::gates(&c.gates))
+        h3 { "How far apart" }
+        p { "Reflected radiosity B − E per texel, area-weighted; the worst channel counts." }
+        (tables::differences(&c.lockstep_difference, &c.free_difference))
+        (visibility(c, &figures))
+        h3 { "Shaders against their twins" }
+        p {
+            "Each shader and its counterpart in plain Rust get the same input, which the GPU itself had there; "
+            "one ulp is a unit in the last place of a 32-bit float."
+        }
+        (tables::stages(&c.stages))
+        h3 { "Where the power went" }
+        (tables::energy_bars(&c.cpu_energy, &c.gpu_energy))
+        (tables::energy(&c.cpu_energy, &c.gpu_energy))
+        (convergence(&figures, c))
+        (textures(&figures))
+        h3 { "Settings in force" }
+        (tables::settings(c))
+    }
+}
+
+fn heading(way: Way) -> &'static str {
+    match way {
+        Way::Solve => "What solve does by default",
+        Way::Paper => "The paper's way: whole faces, discs, one sample, an item buffer",
+        Way::Asked => "As asked for",
+    }
+}
+
+/// How far the answers are off, and what the method errs by: beside the verdict, since agreement
+/// says nothing of it.
+fn accuracy(c: &Comparison) -> Markup {
+    html! {
+        @match &c.truth {
+            Some(truth) => p.accuracy {
+                "The answers are " b.cpu { (error(c, 0)) } " off on the CPU and " b.gpu { (error(c, 1)) }
+                " off on the GPU (relative RMS of reflected radiosity, against " (truth.name)
+                ", itself off by less than " (percent(truth.own_error)) ")."
+            },
+            None => p.accuracy {
+                "How far the answers are off is not known: the scene has too many faces for a truth of a few "
+                "seconds. " code { "chart" } " finds one."
+            },
+        }
+        @for finding in &c.findings {
+            p.finding { b { (finding.name) ": " (percent(finding.value)) ". " } (finding.message) "." }
+        }
+    }
+}
+
+fn notes(c: &Comparison) -> Markup {
+    let notes: Vec<&String> = c.scene.notes.iter().chain(&c.notes).collect();
+    html! {
+        @if !notes.is_empty() {
+            details {
+                summary { (notes.len()) @if notes.len() == 1 { " note" } @else { " notes" } }
+                ul { @for note in notes { li { (note) } } }
+            }
+        }
+    }
+}
+
+/// Large and at once, with what failed.
+fn verdict(c: &Comparison) -> Markup {
+    let failed: Vec<&str> = c
+        .gates
+        .iter()
+        .filter(|g| !g.pass)
+        .map(|g| g.name.as_str())
+        .collect();
+    html! {
+        @if c.agree() {
+            p.verdict.agree { strong { "Agree" } " all " (c.gates.len()) " conditions hold" }
+        } @else if c.gates.is_empty() {
+            p.verdict.disagree { strong { "Not compared" } " there are no conditions" }
+        } @else {
+            p.verdict.disagree {
+                strong { "Disagree" } " "
+                (failed.len()) " of " (c.gates.len()) " conditions fail: " (failed.join(", "))
+            }
+        }
+    }
+}
+
+/// A picture with its caption.
+pub fn figure(class: &str, source: &str, alt: &str, caption: Markup) -> Markup {
+    html! {
+        figure class=(class) {
+            @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
+            figcaption { (caption) }
+        }
+    }
+}
+
+fn views(f: &Figures, c: &Comparison) -> Markup {
+    let white = number(f64::from(f.exposure.white));
+    let by = match c.gpu_settings.visibility {
+        Visibility::Rays => "visibility by rays as well",
+        _ => "visibility by item buffer",
+    };
+    let runs = [("CPU", "cpu", "visibility by rays"), ("GPU", "gpu", by)];
+    let differences = [
+        ("free", "each chose its own shooters"),
+        ("lockstep", "the same shooters"),
+    ];
+    let eye = f
+        .camera
+        .eye
+        .to_array()
+        .map(|x| number(f64::from(x)))
+        .join(", ");
+    html! {
+        div.grid {
+            @for ((name, class, how), source) in runs.into_iter().zip(&f.views) {
+                (figure("", source, &format!("The scene as the {name} solved it"), html! {
+                    b class=(class) { (name) } " · radiosity, " (how) ". White is " (white)
+                    " W/m²; emitters clip."
+                }))
+            }
+            @for ((name, how), source) in differences.into_iter().zip(&f.differences) {
+                (figure("", source, &format!("Difference of the {name} runs in false colours"), html! {
+                    b { "GPU − CPU, " (name) } " · " (how) ". Luminance of reflected radiosity, relative to "
+                    "its rms on the CPU (" (number(f.rms)) " W/m²); clipped beyond the range." (colour_bar(f.range))
+                }))
+            }
+        }
+        p.small {
+            "All four from one automatic camera (at " (eye) " in the mesh's unit; backs are looked through). Both "
+            "views share one exposure: the 90th percentile of what the CPU's surfaces reflect is at 80 % of white. "
+            "Magenta would be “not a number”. Irradiance is interpolated between texels: the mean over a texel is "
+            "off by " (percent(f.quality.relative_rms)) " RMS (shadow edges are drawn out over a texel), and where "
+            "coplanar faces meet a step of " (percent(f.quality.max_step)) " of the rms irradiance is left, at "
+            "most, at " (count(f.quality.border_samples)) " points looked at."
+        }
+    }
+}
+
+/// From −range to +range.
+pub fn colour_bar(range: f64) -> Markup {
+    let stops: Vec<String> = DIVERGING.iter().map(|c| css(decode(*c))).collect();
+    html! {
+        span.scale {
+            span { "−" (percent(range)) }
+            span.ramp style=(format!("background:linear-gradient(to right,{})", stops.join(","))) {}
+            span { "+" (percent(range)) }
+        }
+    }
+}
+
+fn visibility(c: &Comparison, f: &Figures) -> Markup {
+    let size = c.item_buffer.size;
+    html! {
+        h3 { "Who sees whom: item buffer against rays" }
+        p {
+            "Every pair of a shooter and a texel is asked twice. Where the answers differ, the texel's projection "
+            "must lie next to a boundary between two faces in the item buffer; a mismatch elsewhere is a bug."
+        }
+        (tables::pairs(&c.pairs))
+        (tables::examples(c))
+        div.grid {
+            (figure("", &f.item_buffer[0], "Item buffer in false colours", html! {
+                b { "Item buffer" } " · what " (f.shooter) " sees (cell " (c.item_buffer.cell) "), "
+                (size) "×" (size) " pixels, projection " (visibility_name(c))
+                ". One colour per face, black: nothing."
+            }))
+            (figure("", &f.item_buffer[1], "The scene in the item buffer's colours", html! {
+                b { "The same colours in the scene" }
+                " · the shooter is white, where the camera sees its front."
+            }))
+        }
+        (chart(f.histogram.as_deref(), "No mismatch at all.", html! {
+            b { "Mismatches by distance" } " · pairs on which item buffer and rays disagree, against the distance "
+            "of the texel's projection to the nearest boundary between two faces, in item buffer pixels."
+        }))
+    }
+}
+
+fn visibility_name(c: &Comparison) -> String {
+    match c.gpu_settings.visibility {
+        Visibility::Rays => "stereographic (drawn for the eye: the GPU asked rays)".to_owned(),
+        other => format!("{other:?}").to_lowercase(),
+    }
+}
+
+fn convergence(f: &Figures, c: &Comparison) -> Markup {
+    let none = if c.cpu.shots.is_empty() || singly(c) {
+        "Nothing was shot.".to_owned()
+    } else {
+        let passes = [&c.cpu, &c.gpu].map(|run| run.passes);
+        format!(
+            "Many cells shot at once: {} passes on the CPU, {} on the GPU.",
+            passes[0], passes[1]
+        )
+    };
+    html! {
+        h3 { "Shot by shot" }
+        (chart(f.convergence.as_deref(), &none, html! {
+            b { "Unshot power" } " after each shot, as a share of the emitted power, free runs; the dotted line "
+            "is where they stop."
+        }))
+    }
+}
+
+/// A chart with its caption, or what to say where there is none.
+pub fn chart(svg: Option<&str>, otherwise: &str, caption: Markup) -> Markup {
+    html! {
+        figure.wide {
+            @if let Some(svg) = svg { (PreEscaped(svg)) } @else { p.none { (otherwise) } }
+            figcaption { (caption) }
+        }
+    }
+}
+
+fn textures(f: &Figures) -> Markup {
+    let white = number(f64::from(f.exposure.white));
+    html! {
+        h3 { "All textures" }
+        div.grid {
+            @for ((name, class), source) in [("CPU", "cpu"), ("GPU", "gpu")].into_iter().zip(&f.atlases) {
+                (figure("pixels", source, &format!("Atlas of all faces, {name}"), html! {
+                    b class=(class) { (name) } " · radiosity of every texel, all faces side by side in file "
+                    "order. White is " (white) " W/m², as above."
+                }))
+            }
+        }
+    }
+}

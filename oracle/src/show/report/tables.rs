@@ -1,0 +1,248 @@
+//! The tables of one scene's comparison.
+
+use super::number::{count, number, percent};
+use crate::judge::comparison::{Comparison, Difference, Gate, Pairs, Stage};
+use common::energy::Energy;
+use maud::{Markup, html};
+use serde_json::Value;
+
+/// The row that must be 0.
+const UNEXPLAINED: &str = "– unexplained";
+
+/// ✓ or ✗, told apart without colour too.
+pub fn mark(pass: bool) -> Markup {
+    html! {
+        @if pass { span.pass title="holds" { "✓" } } @else { span.fail title="does not hold" { "✗" } }
+    }
+}
+
+/// The conditions of the verdict.
+pub fn gates(gates: &[Gate]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th {} th { "Gate" } th.n { "Measured" } th.n { "At most" }
+                th { "Where the bound comes from" }
+            } }
+            tbody { @for gate in gates {
+                tr.bad[!gate.pass] {
+                    td { (mark(gate.pass)) }
+                    td { (gate.name) }
+                    td.n { (number(gate.value)) }
+                    td.n { (number(gate.bound)) }
+                    td.reason { (gate.reason) }
+                }
+            } }
+        } }
+    }
+}
+
+/// Shaders against their twins.
+pub fn stages(stages: &[Stage]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th {} th { "Shader" } th.n { "Values" } th.n { "Differing" } th.n { "Largest" }
+                th.n { "At most" } th { "What may differ, and why" }
+            } }
+            tbody { @for stage in stages {
+                tr.bad[!stage.agree] {
+                    td { (mark(stage.agree)) }
+                    td { code { (stage.name) } }
+                    td.n { (count(stage.values)) }
+                    td.n { (count(stage.differing)) }
+                    td.n { (number(stage.worst)) }
+                    td.n { (number(stage.bound)) }
+                    td.reason { (stage.reason) }
+                }
+            } }
+        } }
+    }
+}
+
+/// Item buffer against rays.
+pub fn pairs(pairs: &Pairs) -> Markup {
+    let share = |part: u64, whole: u64| {
+        if whole > 0 {
+            percent(part as f64 / whole as f64)
+        } else {
+            "–".into()
+        }
+    };
+    let [all, facing, these] = [
+        (pairs.pairs, "of all"),
+        (pairs.facing, "of facing"),
+        (pairs.mismatched, "of these"),
+    ];
+    let rows = [
+        ("Pairs (shooter, texel)", pairs.pairs, all),
+        ("Pairs of points facing each other", pairs.facing, all),
+        (
+            "Near a silhouette: pixels may err",
+            pairs.explainable,
+            facing,
+        ),
+        ("Rays and item buffer disagree", pairs.mismatched, facing),
+        ("– explained: near an ID boundary", pairs.explained, these),
+        (
+            "\u{2003}of which texels too thin for a pixel",
+            pairs.vanished,
+            these,
+        ),
+        (UNEXPLAINED, pairs.unexplained, these),
+    ];
+    html! {
+        div.scroll { table {
+            tbody {
+                @for (name, n, (whole, of)) in rows {
+                    tr.bad[name == UNEXPLAINED && n > 0] {
+                        td { (name) } td.n { (count(n)) } td.n { (share(n, whole)) " " (of) }
+                    }
+                }
+                tr {
+                    td { "Disagreement weighted by form factor × area" }
+                    td.n { (percent(pairs.weighted_mismatch)) } td.n { "of facing" }
+                }
+                tr {
+                    td { "What silhouettes could come to, so weighted" }
+                    td.n { (percent(pairs.weighted_explainable)) } td.n { "of facing" }
+                }
+            }
+        } }
+    }
+}
+
+/// Up to a dozen pairs that nothing explains.
+pub fn examples(c: &Comparison) -> Markup {
+    let face = |face: u32| {
+        let name = c
+            .scene
+            .faces
+            .get(face as usize)
+            .map_or("?", |face| &face.name);
+        format!("face {face} “{name}”")
+    };
+    html! {
+        @if !c.pairs.examples.is_empty() {
+            details open {
+                summary { "Unexplained pairs" }
+                ul { @for &(cell, texel) in &c.pairs.examples {
+                    @let shooter = c.mesh.cells.get(cell as usize).map(|cell| cell.face);
+                    @let receiver = c.mesh.texels.get(texel as usize);
+                    li {
+                        "cell " (cell) " on " (shooter.map_or("?".into(), face)) " → texel " (texel)
+                        @if let Some(receiver) = receiver {
+                            " (" (receiver.index) " of " (face(receiver.face)) ")"
+                        }
+                    }
+                } }
+            }
+        }
+    }
+}
+
+/// Lockstep and free differences.
+pub fn differences(lockstep: &Difference, free: &Difference) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th { "GPU against CPU" } th.n { "Relative RMS" } th.n { "Largest ÷ rms" } th.n { "Bias" }
+            } }
+            tbody {
+                @for (name, d) in [("Same shooters (lockstep)", lockstep), ("Each on its own (free)", free)] {
+                    tr {
+                        td { (name) }
+                        td.n { (percent(d.relative_rms)) }
+                        td.n { (percent(d.max_relative)) }
+                        td.n { (percent(d.bias)) }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+/// Where the emitted power went.
+pub fn energy(cpu: &Energy, gpu: &Energy) -> Markup {
+    let parts = |e: &Energy| [e.emitted, e.absorbed, e.unshot, e.escaped, e.closure];
+    let names = ["Emitted", "Absorbed", "Unshot", "Escaped", "Closure"];
+    html! {
+        div.scroll { table {
+            thead {
+                tr { th rowspan="2" { "W" } th.cpu colspan="4" { "CPU" } th.gpu colspan="4" { "GPU" } }
+                tr { @for _ in 0..2 { th.n { "R" } th.n { "G" } th.n { "B" } th.n { "share" } } }
+            }
+            tbody {
+                @for (k, name) in names.into_iter().enumerate() { tr {
+                    td { (name) }
+                    @for e in [cpu, gpu] {
+                        @for x in parts(e)[k] { td.n { (number(x)) } }
+                        td.n { (percent(e.share(parts(e)[k]))) }
+                    }
+                } }
+                tr { td { "Imbalance" } @for e in [cpu, gpu] { td.n colspan="4" { (percent(e.imbalance)) } } }
+            }
+        } }
+    }
+}
+
+/// Where emitted power can go.
+const PARTS: [&str; 4] = ["absorbed", "unshot", "escaped", "closure"];
+
+/// The same as a bar; a part below 0 has no length.
+pub fn energy_bars(cpu: &Energy, gpu: &Energy) -> Markup {
+    html! {
+        @for (name, e) in [("CPU", cpu), ("GPU", gpu)] {
+            @let parts = PARTS.into_iter().zip([e.absorbed, e.unshot, e.escaped, e.closure]);
+            div.energy {
+                span.who { (name) }
+                div.bar { @for (part, power) in parts {
+                    @let share = e.share(power);
+                    @if share > 0.0 {
+                        @let text = format!("{part} {}", percent(share));
+                        span class=(part) style=(format!("flex-grow:{share:.5}")) title=(text) {
+                            @if share > 0.12 { (text) }
+                        }
+                    }
+                } }
+            }
+        }
+        p.energy.small {
+            @for part in PARTS { span.key { span class=(part) {} (part) } }
+        }
+    }
+}
+
+/// Every option in force.
+pub fn settings(c: &Comparison) -> Markup {
+    let [cpu, gpu] =
+        [&c.settings, &c.gpu_settings].map(|s| serde_json::to_value(s).unwrap_or_default());
+    let names: Vec<String> = cpu
+        .as_object()
+        .map(|o| o.keys().cloned().collect())
+        .unwrap_or_default();
+    let runs = [&c.cpu, &c.gpu];
+    let text = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        Value::Null => "–".into(),
+        other => other.to_string(),
+    };
+    html! {
+        div.scroll { table {
+            thead { tr { th { "Option" } th.cpu { "CPU" } th.gpu { "GPU" } } }
+            tbody {
+                @for name in &names {
+                    tr { td { (name) } td { (text(&cpu[name])) } td { (text(&gpu[name])) } }
+                }
+                tr { td { "adapter" } td { "–" } td { (c.adapter) } }
+                tr { td { "seconds, free run" } @for s in c.seconds { td { (number(s)) } } }
+                tr { td { "shots, free run" } @for run in runs {
+                    td { (count(run.shots.len() as u64)) @if !run.converged { " (stopped)" } }
+                } }
+                tr { td { "unshot ÷ emitted" } @for run in runs {
+                    td { (percent(run.unshot_fraction())) }
+                } }
+            }
+        } }
+    }
+}

@@ -1,0 +1,215 @@
+//! One method, timed as a user would wait for it, and judged.
+
+use super::methods::Method;
+use super::truth::Truth;
+use super::{Figures, Measurement, Solver};
+use crate::judge::diff::pair::Pair;
+use crate::judge::diff::reflected::{Reflected, offsets};
+use crate::judge::resample::{average, pieces};
+use crate::plan::fits::{Limit, check};
+use crate::solve::dense;
+use common::energy::Energy;
+use common::mesh::Mesh;
+use common::passes::solve;
+use common::scene::Scene;
+use common::settings::Iteration;
+use common::shooting::{Engine, Run};
+use common::texel::count;
+use common::{Error, Result};
+use cpu::CpuSolver;
+use cpu::matrix::Matrix;
+use cpu::occlusion::cover::sampled;
+use glam::DVec3;
+use gpu::{Gpu, GpuSolver};
+use std::cell::Cell;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// What is measured on, and by what.
+pub struct Bench<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The GPU, where there is one.
+    pub gpu: Option<&'a Gpu>,
+    /// What the points are judged by.
+    pub truth: &'a Truth,
+    /// Texels a side that are asked for.
+    pub texels: u32,
+    /// A solve that takes longer (seconds) is given up.
+    pub longest: f64,
+}
+
+/// Told the share done; may break.
+pub type Watch<'a> = &'a dyn Fn(f64) -> ControlFlow<()>;
+
+/// A finished solve.
+struct Solved {
+    mesh: Mesh,
+    run: Run,
+    one_by_one: bool,
+}
+
+/// How a solve was stopped.
+#[derive(Clone, Copy, PartialEq)]
+enum Stop {
+    No,
+    Late,
+    Asked,
+}
+
+impl Bench<'_> {
+    /// Solves once; none when `watch` broke. A failure is a measurement, too.
+    pub fn measure(&self, method: &Method, watch: Watch) -> Option<Measurement> {
+        let start = Instant::now();
+        let stop = Cell::new(Stop::No);
+        let timed = |done: f64| {
+            if watch(done).is_break() {
+                stop.set(Stop::Asked);
+            } else if stop.get() == Stop::No && start.elapsed().as_secs_f64() > self.longest {
+                stop.set(Stop::Late);
+            }
+            if stop.get() == Stop::No {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        };
+        let prepared = Cell::new(0.0);
+        let ready = || prepared.set(start.elapsed().as_secs_f64());
+        let solved = match method.solver {
+            Solver::Matrix => self.by_matrix(method, &timed, &ready),
+            Solver::Cpu | Solver::Gpu => self.by_shots(method, &timed, &ready),
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        let result = match (stop.get(), solved) {
+            (Stop::Asked, _) => return None,
+            (Stop::Late, _) => Err(format!("took longer than {} s", self.longest)),
+            (Stop::No, Ok(solved)) => self.judge(&solved),
+            (Stop::No, Err(error)) => Err(error.to_string()),
+        };
+        Some(Measurement {
+            prepare: prepared.get(),
+            solve: seconds - prepared.get(),
+            device: device_seconds(self.gpu),
+            result,
+        })
+    }
+
+    fn by_shots(&self, method: &Method, watch: Watch, ready: &dyn Fn()) -> Result<Solved> {
+        let settings = &method.settings;
+        let gpu = match method.solver {
+            Solver::Gpu => Some(self.gpu.ok_or_else(|| Error::Device("no adapter".into()))?),
+            _ => None,
+        };
+        check(self.scene, settings, gpu, Limit::of_this_machine())?;
+        let mesh = sampled(self.scene, settings)?;
+        let mut engine: Box<dyn Engine> = match gpu {
+            Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
+            None => Box::new(CpuSolver::new(&mesh, settings)),
+        };
+        ready();
+        let one_by_one = settings.iteration != Iteration::Southwell && !engine.exchanges();
+        if one_by_one && method.sweep == "iteration" {
+            return Err(Error::Usage(
+                "this engine shoots one cell after the other: it would be the base again".into(),
+            ));
+        }
+        let run = solve(engine.as_mut(), &mesh, settings, &mut |done| watch(done))?;
+        drop(engine);
+        Ok(Solved {
+            mesh,
+            run,
+            one_by_one,
+        })
+    }
+
+    fn by_matrix(&self, method: &Method, watch: Watch, ready: &dyn Fn()) -> Result<Solved> {
+        let mesh = Mesh::uniform(self.scene, method.settings.texels, 1)?;
+        ready();
+        let (matrix, _) = Matrix::assemble(self.scene, &mesh, &mut |done, all| {
+            watch(done as f64 / all as f64)
+        })?;
+        let (run, _) = dense::solve(&mesh, &matrix)?;
+        Ok(Solved {
+            mesh,
+            run,
+            one_by_one: false,
+        })
+    }
+
+    /// The figures, or why there are none.
+    fn judge(&self, solved: &Solved) -> std::result::Result<Figures, String> {
+        let (mesh, run) = (&solved.mesh, &solved.run);
+        let reflected = Reflected::of(self.scene, mesh, &run.field);
+        if !reflected.values.iter().all(|v| v.is_finite()) {
+            return Err("some texels are not finite numbers".into());
+        }
+        let truth = Reflected::from(&self.truth.stored);
+        if truth.resolutions == reflected.resolutions && truth.values == reflected.values {
+            return Err("is the truth itself, bit for bit: nothing is compared".into());
+        }
+        let lit = |values: &[DVec3]| values.iter().any(|v| *v != DVec3::ZERO);
+        if lit(&truth.values) && !lit(&reflected.values) {
+            return Err("reflects nothing at all".into());
+        }
+        if !run.converged {
+            return Err(format!(
+                "has not converged: {:.2} % unshot after {} shots",
+                100.0 * run.unshot_fraction(),
+                run.shooters
+            ));
+        }
+        let pair = |a: &Reflected| Pair::new(a, &truth, None).map_err(|m| m.message);
+        let (error, bias) = pair(&refined(&reflected, self.texels))?.worst();
+        let (own_error, _) = pair(&reflected)?.worst();
+        if !error.is_finite() {
+            return Err("the truth is black in a channel in which it is not".into());
+        }
+        let mut linked = vec![false; mesh.cells.len()];
+        for shot in &run.shots {
+            linked[shot.cell as usize] = true;
+        }
+        Ok(Figures {
+            error,
+            own_error,
+            bias,
+            imbalance: Energy::new(mesh, &run.field, &run.shots).imbalance,
+            unshot: run.unshot_fraction(),
+            shots: run.shooters,
+            passes: run.passes,
+            linked: linked.iter().filter(|linked| **linked).count() as u64,
+            one_by_one: solved.one_by_one,
+        })
+    }
+}
+
+/// The GPU's own seconds: here they belong, once its timestamps are read. Those of software
+/// adapters are not to be trusted.
+fn device_seconds(_gpu: Option<&Gpu>) -> Option<f64> {
+    None
+}
+
+/// The same on N×N texels at least: a coarse texel's value holds all over it.
+fn refined<'a>(a: &Reflected<'a>, texels: u32) -> Reflected<'a> {
+    let resolutions: Vec<[u32; 2]> = a
+        .resolutions
+        .iter()
+        .map(|r| r.map(|side| if side < texels { texels } else { side }))
+        .collect();
+    let first = offsets(&a.resolutions);
+    let mut values = Vec::with_capacity(resolutions.iter().map(|r| count(*r) as usize).sum());
+    for (k, face) in a.scene.faces.iter().enumerate() {
+        let own = &a.values[first[k]..first[k + 1]];
+        if resolutions[k] == a.resolutions[k] {
+            values.extend_from_slice(own);
+        } else {
+            let shared = pieces(face, a.resolutions[k], resolutions[k]);
+            values.extend(average(own, &shared, resolutions[k]));
+        }
+    }
+    Reflected {
+        scene: a.scene,
+        resolutions,
+        values,
+    }
+}

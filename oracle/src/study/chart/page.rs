@@ -1,0 +1,250 @@
+//! `chart.html`: a chart per scene, what wins, and every point.
+
+use super::front::fastest;
+use super::plot::svg;
+use super::study::{LONG, Point, Study};
+use super::{Measurement, Solver};
+use crate::plan::fits::size;
+use crate::show::report::number::{count, number, percent};
+use crate::show::report::{chart, document};
+use maud::{Markup, PreEscaped, html};
+
+/// Errors that the summary asks for.
+pub const LEVELS: [f64; 3] = [0.05, 0.02, 0.01];
+/// Letters of a label at most.
+const LABEL: usize = 38;
+const STYLE: &str = "main{max-width:84rem}figure,figure.wide{max-width:none}.table td.o{min-width:15rem}tr.front td{font-weight:600}";
+
+impl Study {
+    /// Who has points.
+    pub fn solvers(&self) -> Vec<Solver> {
+        let has = |s: &Solver| self.points.iter().any(|p| p.method.solver == *s);
+        let all = [Solver::Cpu, Solver::Gpu, Solver::Matrix];
+        all.into_iter().filter(has).collect()
+    }
+}
+
+/// The fastest of a solver's points with at most this error.
+pub fn winner(study: &Study, solver: Solver, error: f64) -> Option<&Point> {
+    let of = |p: &&Point| p.method.solver == solver;
+    let points: Vec<&Point> = study.points.iter().filter(of).collect();
+    let places: Vec<(f64, f64)> = points.iter().map(|p| p.place()).collect();
+    Some(points[fastest(&places, error)?])
+}
+
+/// A point's name on the chart.
+pub fn short(point: &Point) -> String {
+    let text = format!(
+        "{} {}",
+        point.method.solver.name(),
+        point.method.options.replace("--", "")
+    );
+    if text.chars().count() <= LABEL {
+        text
+    } else {
+        text.chars().take(LABEL - 1).chain(['…']).collect()
+    }
+}
+
+/// Seconds with their spread.
+fn seconds(point: &Point) -> String {
+    let [median, least, most] = point.spread(Measurement::seconds);
+    match point.runs.len() {
+        1 => format!("{} s", number(median)),
+        n => format!(
+            "{} s ({}–{}, {n} runs)",
+            number(median),
+            number(least),
+            number(most)
+        ),
+    }
+}
+
+/// What pointing at a mark tells.
+pub fn about(point: &Point) -> String {
+    let mut lines = vec![format!(
+        "{} {}",
+        point.method.solver.name(),
+        point.method.options
+    )];
+    match (point.figures(), point.failure()) {
+        (Some(figures), _) => {
+            let (error, bias) = (percent(figures.error), percent(figures.bias));
+            lines.push(format!("{}, error {error}, bias {bias}", seconds(point)));
+            lines.push(format!(
+                "{} shots in {} passes{}, {}",
+                count(figures.shots),
+                count(figures.passes.into()),
+                if figures.one_by_one {
+                    " (one by one)"
+                } else {
+                    ""
+                },
+                size(point.bytes)
+            ));
+        }
+        (None, failure) => lines.push(format!(
+            "failed after {}: {}",
+            seconds(point),
+            failure.unwrap_or_default()
+        )),
+    }
+    let settings = serde_json::to_value(&point.method.settings).unwrap_or_default();
+    let words = settings.as_object().into_iter().flatten();
+    let words = words.filter(|(name, _)| !["quality", "max-shots"].contains(&name.as_str()));
+    let words: Vec<String> = words
+        .map(|(name, value)| format!("{name} {}", value.to_string().trim_matches('"')))
+        .collect();
+    lines.push(words.join(", "));
+    lines.join("\n")
+}
+
+/// The page.
+pub fn html(studies: &[Study]) -> String {
+    let title = "Radiosity: speed against accuracy";
+    let nav = html! {
+        nav aria-label="Scenes" {
+            a href="#top" { "Overview" }
+            @for (k, study) in studies.iter().enumerate() {
+                a href={ "#scene-" (k + 1) } { (study.scene) }
+            }
+        }
+    };
+    let body = html! {
+        style { (PreEscaped(STYLE)) }
+        header #top { h1 { (title) } }
+        (explanation())
+        @for (k, study) in studies.iter().enumerate() { (section(k, study)) }
+    };
+    document(title, &nav, &body)
+}
+
+fn explanation() -> Markup {
+    html! {
+        p {
+            "Each mark is one way to solve the scene: its time is what a user waits for (mesh, engine, solve), the median "
+            "of its runs, which take turns; its error is the relative RMS of the reflected radiosity B − E against the "
+            "truth, area-weighted, the worst channel. All are asked for the mean radiosity of the same texels: an answer "
+            "on fewer is constant over each of them. A point is on the front when no other is both faster and more accurate. "
+            "One parameter of the base is varied at a time, and a few together. Point at a mark to read its settings."
+        }
+    }
+}
+
+fn section(k: usize, study: &Study) -> Markup {
+    let n = study.texels;
+    html! {
+        section #{ "scene-" (k + 1) } {
+            h2 { (study.scene) }
+            p.facts {
+                (count(study.faces as u64)) " faces, asked for " (n) "×" (n) " texels on each · truth: " (study.truth)
+                " · GPU: " (study.adapter.as_deref().unwrap_or("none"))
+                @if study.software { " (software: the CPU draws; its times say nothing about a GPU)" }
+            }
+            @if study.missing > 0 {
+                p.notes { (study.missing) " points were not measured: run it again with the same --out to go on." }
+            }
+            (chart(svg(study).as_deref(), "Nothing measured.", html! {
+                b { "Error against time" } " · a thin line through a mark: from its fastest to its slowest run; "
+                "above the dotted line: what failed, and after what time"
+            }))
+            (wins(study))
+            (table(study))
+        }
+    }
+}
+
+fn wins(study: &Study) -> Markup {
+    html! {
+        h3 { "What wins" }
+        div.scroll { table {
+            thead { tr { th { "Solver" } @for level in LEVELS { th { "fastest to " (percent(level)) } } } }
+            tbody { @for solver in study.solvers() { tr {
+                td { (solver.name()) }
+                @for level in LEVELS { td {
+                    @match winner(study, solver, level) {
+                        Some(point) => {
+                            b { (number(point.seconds())) " s" } " " code { (point.method.options) }
+                            " (" (percent(point.place().1)) ")"
+                        }
+                        None => "none",
+                    }
+                } }
+            } } }
+        } }
+    }
+}
+
+/// By time; what failed comes last.
+fn table(study: &Study) -> Markup {
+    let mut points: Vec<&Point> = study.points.iter().collect();
+    points.sort_by(|a, b| {
+        let key = |p: &Point| (p.failure().is_some(), p.seconds());
+        let ((fa, a), (fb, b)) = (key(a), key(b));
+        fa.cmp(&fb).then(a.total_cmp(&b))
+    });
+    html! {
+        h3 { "All points" }
+        p.small {
+            "Options are those that differ from the solver's base. Runs longer than " (number(LONG)) " s are not repeated. "
+            "Rays: at most, one a sample of each link. Memory: by the sizes of the records. Own: the error "
+            "on the solve's own texels, where they are coarser. ★ front of all, ☆ of its solver."
+        }
+        div.scroll { table.table {
+            thead { tr {
+                th {} th { "Solver" } th { "Options" } th.n { "Seconds" br; "least–most" } th.n { "Prepare" br; "+ solve" }
+                th.n { "Error" } th.n { "Bias" } th.n { "Energy" br; "imbalance" } th.n { "Shots" br; "in passes" }
+                th.n { "Rays" br; "pixels" } th.n { "Memory" }
+            } }
+            tbody { @for point in points { (row(point)) } }
+        } }
+        @if !study.peers.is_empty() { (peers(study)) }
+    }
+}
+
+fn row(point: &Point) -> Markup {
+    let [median, least, most] = point.spread(Measurement::seconds);
+    let part = |what: fn(&Measurement) -> f64| number(point.spread(what)[0]);
+    html! { tr.front[point.on_front] {
+        td {
+            @if point.on_front { span title="front" { "★" } }
+            @else if point.on_solver_front { span title="front of its solver" { "☆" } }
+        }
+        td { (point.method.solver.name()) }
+        td.o { code { (point.method.options) } }
+        td.n { (number(median)) @if point.runs.len() > 1 { br; span.facts { (number(least)) "–" (number(most)) } } }
+        @match (point.figures(), point.failure()) {
+            (Some(f), _) => {
+                td.n { (part(|m| m.prepare)) br; "+ " (part(|m| m.solve)) }
+                td.n {
+                    (percent(f.error))
+                    @if f.own_error != f.error { br; span.facts title="on its own, coarser texels" { "own " (percent(f.own_error)) } }
+                }
+                td.n { (percent(f.bias)) }
+                td.n { (number(f.imbalance)) }
+                td.n { (count(f.shots)) br; span.facts { @if f.one_by_one { "one by one" } @else { (count(f.passes.into())) } } }
+                td.n {
+                    @if point.rays_at_most > 0 { "≤ " (count(point.rays_at_most)) " rays" }
+                    @if point.pixels > 0 { (count(point.pixels)) " pixels" }
+                }
+                td.n { (size(point.bytes)) }
+            }
+            (None, failure) => { td colspan="7" { span.fail { "■ " } (failure.unwrap_or_default()) } }
+        }
+    } }
+}
+
+fn peers(study: &Study) -> Markup {
+    html! {
+        h3 { "Other programs" }
+        div.scroll { table {
+            thead { tr { th { "Program" } th.n { "Seconds" } th.n { "of them setup" } th.n { "Error" } } }
+            tbody { @for peer in &study.peers { tr {
+                td { (peer.about()) }
+                td.n { (number(peer.waited())) }
+                td.n { (peer.setup_seconds.map_or("–".into(), number)) }
+                td.n { (percent(peer.error)) }
+            } } }
+        } }
+    }
+}

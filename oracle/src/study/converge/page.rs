@@ -1,0 +1,215 @@
+//! `converge.html`: a chart and a table per sweep, in one file that opens offline.
+
+use super::chart::{colour, errors, seconds};
+use super::item_buffer::Row;
+use super::{MeasuredSweep, Study};
+use crate::show::report::number::{count, number, percent};
+use crate::show::report::{chart, document};
+use common::settings::{Lookup, Settings};
+use maud::{Markup, html};
+
+/// The page of what is done so far.
+pub fn html(studies: &[Study]) -> String {
+    let title = "Radiosity: convergence";
+    let nav = html! {
+        nav aria-label="Scenes" {
+            a href="#top" { "Overview" }
+            @for (k, study) in studies.iter().enumerate() {
+                a href={ "#scene-" (k + 1) } { (study.scene) }
+            }
+        }
+    };
+    let body = html! {
+        header #top { h1 { (title) } }
+        (explanation())
+        (overview(studies))
+        @for (k, study) in studies.iter().enumerate() {
+            section #{ "scene-" (k + 1) } {
+                h2 { (study.scene) }
+                p.facts { (count(study.faces as u64)) " faces · item buffers by " (study.adapter) }
+                @for sweep in &study.sweeps { (section(sweep)) }
+                (item_buffers(study))
+            }
+        }
+    };
+    document(title, &nav, &body)
+}
+
+fn explanation() -> Markup {
+    html! {
+        p {
+            "One parameter of a solve is varied at a time, all others stay. The error is the relative RMS of the "
+            "reflected radiosity B − E against a truth, area-weighted, the worst channel, both averaged by area "
+            "over common texels; so it is the error of texel means."
+        }
+        p {
+            "An error that falls as " i { "C hᵖ" } " has order " i { "p" } " (h: the step that goes to 0), the slope "
+            "of the straight line through the points of the logarithmic chart; points at the rounding of 32-bit "
+            "numbers are left out. Where the truth is the same solve with a finer value, it has an error of its own. "
+            "If that is of the points' kind and sign, the slope is too steep: “beside the truth” is p fitted to "
+            "C (hᵖ − h₀ᵖ), h₀ the truth's step."
+        }
+    }
+}
+
+/// ✓ or –, and no colour alone.
+fn mark(converges: bool) -> Markup {
+    html! {
+        @if converges { span.pass title="falls to the end" { "✓" } }
+        @else { span.fail title="stops" { "■" } }
+    }
+}
+
+/// An order as the tables show it.
+pub fn order(order: Option<f64>) -> String {
+    // No −0.00.
+    let text = |p: f64| format!("{:.2}", (100.0 * p).round() / 100.0 + 0.0);
+    order.map_or("–".into(), |p| text(p).replace('-', "−"))
+}
+
+fn overview(studies: &[Study]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th { "Scene" } th { "Parameter" } th { "Curve" } th.n { "First error" } th.n { "Last error" }
+                th.n { "Order" } th {}
+            } }
+            tbody { @for study in studies { @for sweep in &study.sweeps { @for curve in &sweep.curves { tr {
+                td { (study.scene) }
+                td { (sweep.name) }
+                td { (curve.label) }
+                @for point in [curve.points.first(), curve.points.last()] {
+                    td.n { (point.map_or("–".into(), |p| percent(p.error))) }
+                }
+                td.n { (order(curve.order)) }
+                td { (mark(curve.converges)) }
+            } } } } }
+        } }
+    }
+}
+
+fn section(sweep: &MeasuredSweep) -> Markup {
+    html! {
+        h3 { (sweep.name) " " code { (sweep.option) } }
+        p.small { "Truth: " code { (sweep.truth) } " · " (base(sweep)) }
+        div.grid {
+            (chart(errors(sweep).as_deref(), "No error above 0.", html! { b { "Error" } " · " (legend(sweep)) }))
+            (chart(seconds(sweep).as_deref(), "No seconds.", html! {
+                b { "Time" } " · preparing and shooting, wall clock; " (legend(sweep))
+            }))
+        }
+        (table(sweep))
+        ul {
+            @for curve in &sweep.curves {
+                li { (mark(curve.converges)) " " b { (curve.label) } ": " (curve.finding) "." }
+            }
+        }
+    }
+}
+
+/// Item buffers against rays, one row each.
+fn item_buffers(study: &Study) -> Markup {
+    let name = |v: &dyn std::fmt::Debug| format!("{v:?}").to_lowercase();
+    let lookup = |lookup: Lookup| match lookup {
+        Lookup::Exact => "exact",
+        Lookup::Neighbours => "3x3",
+    };
+    html! {
+        @if !study.item_buffers.is_empty() {
+            h3 { "Item buffers against rays " code { "--visibility --raster --item-buffer --lookup" } }
+            p.small {
+                "All pairs of a face's centre and a texel's that face each other. Mismatched: the share of pairs that "
+                "rays judge otherwise. Hidden and seen: the share of the transfer F·A that the item buffer loses or "
+                "makes up. Time: a cell's first shot, wall clock."
+            }
+            div.scroll { table {
+                thead { tr {
+                    th { "Projection" } th { "Raster" } th.n { "Pixels" } th { "Lookup" } th.n { "Mismatched" }
+                    th.n { "Falsely hidden" } th.n { "Falsely seen" } th.n { "ms a shot" }
+                } }
+                tbody { @for row in &study.item_buffers { tr {
+                    td { (name(&row.visibility)) }
+                    td { (name(&row.raster)) }
+                    td.n { (row.size) "²" }
+                    td { (lookup(row.lookup)) }
+                    td.n { (percent(row.mismatched)) }
+                    td.n { (percent(row.falsely_hidden)) }
+                    td.n { (percent(row.falsely_seen)) }
+                    td.n { (number(1e3 * row.shot_seconds)) }
+                } } }
+            } }
+            (choice(&study.item_buffers))
+        }
+    }
+}
+
+/// What the default rests on: the least wrong transfer at the default's size.
+fn choice(rows: &[Row]) -> Markup {
+    let wrong = |row: &Row| row.falsely_hidden + row.falsely_seen;
+    let size = Settings::default().item_buffer;
+    let best = rows
+        .iter()
+        .filter(|row| row.size == size)
+        .min_by(|a, b| wrong(a).total_cmp(&wrong(b)));
+    html! {
+        @if let Some(row) = best {
+            p {
+                "Least wrong at " (size) "²: " b { (format!("{:?}", row.visibility).to_lowercase()) } ", "
+                (percent(wrong(row))) " of the transfer. The default is stereographic, by pixels, 3x3."
+            }
+        }
+    }
+}
+
+/// What is not varied.
+fn base(sweep: &MeasuredSweep) -> String {
+    let own = sweep.option.trim_start_matches('-');
+    let settings = sweep.base.as_object().into_iter().flatten();
+    let others = settings.filter(|(name, _)| *name != own && *name != "max-shots");
+    let words =
+        others.map(|(name, value)| format!("{name} {}", value.to_string().trim_matches('"')));
+    words.collect::<Vec<_>>().join(", ")
+}
+
+fn legend(sweep: &MeasuredSweep) -> Markup {
+    html! {
+        @for (k, curve) in sweep.curves.iter().enumerate() {
+            span.key { (swatch(k)) (curve.label) } " "
+        }
+    }
+}
+
+fn swatch(k: usize) -> Markup {
+    let c = colour(k);
+    html! { span style=(format!("background:rgb({} {} {})", c.0, c.1, c.2)) {} }
+}
+
+fn table(sweep: &MeasuredSweep) -> Markup {
+    let most = sweep
+        .curves
+        .iter()
+        .map(|c| c.points.len())
+        .max()
+        .unwrap_or(0);
+    let longest = sweep.curves.iter().find(|c| c.points.len() == most);
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th { "Curve" }
+                @for point in longest.iter().flat_map(|c| &c.points) { th.n { (number(point.value)) } }
+                th.n { "Order" } th.n { "Beside the truth" }
+            } }
+            tbody { @for (k, curve) in sweep.curves.iter().enumerate() { tr {
+                td { span.key { (swatch(k)) (curve.label) } }
+                @for j in 0..most { td.n {
+                    @if let Some(point) = curve.points.get(j) {
+                        (percent(point.error)) br;
+                        span.facts { (percent(point.bias)) " bias" br; (number(point.seconds)) " s" }
+                    }
+                } }
+                td.n { (order(curve.order)) }
+                td.n { (order(curve.order_beside)) }
+            } } }
+        } }
+    }
+}

@@ -1,0 +1,199 @@
+//! The curves upon a case's axes: a line, marks and a name for each method and solver.
+
+use super::chart::{Plot, colour, px};
+use super::outcome::{Half, error, value};
+use super::{Row, Side, Study};
+use crate::study::chart::marks::Shape;
+use maud::{Markup, html};
+
+/// Height of a name, pixels.
+const LINE: f64 = 17.0;
+
+/// All of them.
+pub fn curves(study: &Study, methods: &[&'static str], plot: &Plot) -> Markup {
+    let both = |(k, method): (usize, &&'static str)| {
+        let method = *method;
+        Half::BOTH.map(|half| Curve::new(study, k, method, half))
+    };
+    let all = methods.iter().enumerate().flat_map(both);
+    let curves: Vec<Curve> = all.filter(|curve| !curve.points.is_empty()).collect();
+    // The first method is drawn last, upon the others; of each the GPU upon the CPU.
+    let mut drawn: Vec<&Curve> = curves.iter().collect();
+    drawn.sort_by_key(|curve| std::cmp::Reverse(curve.place));
+    html! {
+        @for curve in &drawn { (line(curve, plot)) }
+        @for curve in &drawn { @for point in &curve.points { (mark(curve, point, plot)) } }
+        (unanswered(&curves, plot))
+        (names(&curves, plot))
+    }
+}
+
+/// One method on one solver.
+struct Curve<'a> {
+    method: &'static str,
+    place: usize,
+    colour: &'static str,
+    half: Half,
+    measure: &'static str,
+    points: Vec<(&'a Row, &'a Side)>,
+}
+
+impl<'a> Curve<'a> {
+    fn new(study: &'a Study, k: usize, method: &'static str, half: Half) -> Self {
+        let rows = study.rows.iter().filter(|row| row.method == method);
+        Self {
+            method,
+            place: k,
+            colour: colour(k),
+            half,
+            measure: study.about.measure,
+            points: rows.filter_map(|r| Some((r, half.of(r)?))).collect(),
+        }
+    }
+
+    /// Where its name points to.
+    fn end(&self, plot: &Plot) -> Option<(f64, f64)> {
+        let (row, side) = self.points.last()?;
+        let y = side.error.map_or(plot.strip(), |error| plot.y(error));
+        Some((plot.x(row.value), y))
+    }
+}
+
+/// Broken where there is no answer.
+fn line(curve: &Curve, plot: &Plot) -> Markup {
+    let mut path = String::new();
+    let mut on = false;
+    for (row, side) in &curve.points {
+        if let Some(error) = side.error {
+            let letter = if on { 'L' } else { 'M' };
+            path += &format!("{letter}{:.1} {:.1}", plot.x(row.value), plot.y(error));
+        }
+        on = side.error.is_some();
+    }
+    // Thin and dashed upon broad: both are seen where they agree.
+    let (width, opacity, dashes) = match curve.half {
+        Half::Cpu => ("4.5", ".4", None),
+        Half::Gpu => ("1.8", "1", Some("6 4")),
+    };
+    html! {
+        @if !path.is_empty() {
+            path d=(path) stroke=(curve.colour) stroke-width=(width) stroke-opacity=(opacity)
+                stroke-dasharray=[dashes] stroke-linejoin="round" fill="none" {}
+        }
+    }
+}
+
+/// A circle for the CPU, a small square for the GPU upon it; hollow where it warned.
+fn mark(curve: &Curve, (row, side): &(&Row, &Side), plot: &Plot) -> Markup {
+    let shape = match curve.half {
+        Half::Cpu => (Shape::Circle, 6.0),
+        Half::Gpu => (Shape::Square, 3.2),
+    };
+    let fill = if side.warned() {
+        "var(--card)"
+    } else {
+        curve.colour
+    };
+    html! {
+        @if let Some(error) = side.error {
+            g.mark {
+                title { (about(curve, row, side)) }
+                path d=(shape.0.path((plot.x(row.value), plot.y(error)), shape.1)) fill=(fill) stroke=(curve.colour) stroke-width="1.7" {}
+            }
+        }
+    }
+}
+
+/// What pointing at a mark tells.
+fn about(curve: &Curve, row: &Row, side: &Side) -> String {
+    let (method, half) = (curve.method, curve.half.name());
+    let mut text = format!(
+        "{method}, {half}, at {}: {}",
+        value(row.value),
+        error(side, curve.measure)
+    );
+    if !side.warnings.is_empty() {
+        text += &format!("\nwarned: {}", side.warnings.join(", "));
+    }
+    for line in side.mended.iter().chain(&side.message) {
+        text += &format!("\n{line}");
+    }
+    text
+}
+
+/// Crosses in the strip, side by side where there are several: the CPU's above the GPU's.
+fn unanswered(curves: &[Curve], plot: &Plot) -> Markup {
+    let crosses = |value: f64, half: Half| {
+        let of = curves.iter().filter(move |curve| curve.half == half);
+        let points = of.flat_map(|curve| curve.points.iter().map(move |point| (curve, point)));
+        let here = points.filter(move |(_, (row, _))| row.value == value);
+        let here: Vec<_> = here.filter(|(_, (_, s))| s.error.is_none()).collect();
+        let middle = (here.len() as f64 - 1.0) / 2.0;
+        let marks = here.into_iter().enumerate();
+        marks.map(move |(k, mark)| ((k as f64 - middle) * 8.0, mark))
+    };
+    let shift = |half| if half == Half::Cpu { -5.0 } else { 6.0 };
+    html! {
+        @for value in &plot.values { @for half in Half::BOTH {
+            @for (dx, (curve, (row, side))) in crosses(*value, half) {
+                @let at = (plot.x(*value) + dx, plot.strip() + shift(half));
+                g.mark {
+                    title { (about(curve, row, side)) }
+                    path d=(Shape::Cross.path(at, 4.5)) fill=(curve.colour) {}
+                }
+            }
+        } }
+    }
+}
+
+/// Beside the curves' ends; moved apart where they end together.
+fn names(curves: &[Curve], plot: &Plot) -> Markup {
+    // The CPU's curve names the method; where it ends without an answer, the GPU's.
+    let answered = |curve: &&Curve| curve.points.last().is_some_and(|(_, s)| s.error.is_some());
+    let mut ends: Vec<(&Curve, (f64, f64))> = Vec::new();
+    for curve in curves.iter().filter(answered).chain(curves) {
+        if ends.iter().all(|(c, _)| c.method != curve.method) {
+            ends.extend(curve.end(plot).map(|end| (curve, end)));
+        }
+    }
+    ends.sort_by(|a, b| a.1.1.total_cmp(&b.1.1));
+    let wanted: Vec<f64> = ends.iter().map(|(_, (_, y))| *y).collect();
+    let [_, top, right, bottom] = plot.frame;
+    let lines = apart(&wanted, [top + LINE / 2.0, bottom]);
+    html! {
+        @for ((curve, (x, y)), line) in ends.iter().zip(lines) {
+            path d=(format!("M{:.1} {y:.1}L{:.1} {line:.1}h8", x + 8.0, right + 6.0)) stroke=(curve.colour)
+                stroke-width="1" stroke-opacity=".6" fill="none" {}
+            path d=(Shape::Circle.path((right + 20.0, line), 5.0)) fill=(curve.colour) {}
+            text x=(right + 29.0) y=(px(line + 4.0)) { (curve.method) }
+        }
+    }
+}
+
+/// Rising places at least a line apart, near those wanted and between the ends.
+fn apart(wanted: &[f64], [top, bottom]: [f64; 2]) -> Vec<f64> {
+    let mut at: Vec<f64> = Vec::new();
+    for y in wanted {
+        let least = at.last().map_or(top, |last| last + LINE);
+        at.push(y.max(least));
+    }
+    let mut most = bottom;
+    for y in at.iter_mut().rev() {
+        *y = y.min(most);
+        most = *y - LINE;
+    }
+    at
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_keep_their_distance() {
+        let places = apart(&[5.0, 6.0, 7.0, 100.0, 199.0, 200.0], [8.0, 200.0]);
+        assert!(places.windows(2).all(|w| w[1] - w[0] >= LINE - 1e-9));
+        assert!(places[0] >= 8.0 && places[5] <= 200.0);
+        assert_eq!(places[3], 100.0);
+    }
+}
