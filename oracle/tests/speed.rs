@@ -10,7 +10,7 @@ use oracle::study::chart::methods::{Method, base};
 use oracle::study::chart::store::{Context, Store, content};
 use oracle::study::chart::study::{Kept, Point, Study, points, round};
 use oracle::study::chart::truth::Truth;
-use oracle::study::chart::{Solver, chart, json, page};
+use oracle::study::chart::{Solver, json, page, plot};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -209,7 +209,7 @@ fn rounds_go_on_where_they_stopped_and_failures_stay() {
     let page = page::html(&[study(points.clone())]);
     assert!(page.contains("not converged") && page.contains("a &lt;b&gt; &amp; c"));
     assert_eq!(
-        chart::svg(&study(points))
+        plot::svg(&study(points))
             .unwrap()
             .matches("<title>")
             .count(),
