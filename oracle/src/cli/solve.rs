@@ -190,7 +190,7 @@ pub fn settings_for(
 fn summary(solution: &Solution, arguments: &Arguments) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
     say!(
-        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, closure {:.2} %{}",
+        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, form-factor error {:.2} %{}",
         solution.scene.name,
         solution.mesh.faces.len(),
         solution.mesh.texels.len(),

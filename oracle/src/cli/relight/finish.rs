@@ -55,7 +55,7 @@ pub fn write(
         notes.push(note.clone());
     }
     if work.stopped.get() {
-        notes.push("interrupted: the result is what had been shot by then".into());
+        notes.push("interrupted: the result holds what had been shot by then".into());
     }
     let paper = arguments.method == MethodOption::Paper;
     let warnings = warnings::of(stage, done, paper, estimate.as_ref());
@@ -195,19 +195,20 @@ fn said(stage: &Stage, done: &Done) -> Vec<String> {
         let room = |t: &&common::mesh::Texel| (t.face as usize) < stage.room;
         let all = done.mesh.texels.iter().filter(room).count();
         notes.push(format!(
-            "{} of {all} texels of the room emit: reflecting what reaches them does not explain their light",
+            "{} of {all} texels of the room emit: reflection alone does not explain their light",
             done.emitters
         ));
     }
     if !done.complete {
         notes.push(
-            "stopped before all captured light was shot: raise --max-shots; what the walls reflect and emit is told from a part of it"
+            "stopped before all captured light was shot: raise --max-shots; what the walls reflect and emit is recovered from a part of it"
                 .into(),
         );
     }
     if stage.captured.panorama.is_some() {
         notes.push(
-            "the centre of the map looks along +z, +x is a quarter to its left, y is up".into(),
+            "the centre of the map looks along +z, +x is a quarter turn to its left, y is up"
+                .into(),
         );
     }
     notes
