@@ -210,6 +210,6 @@ fn accuracy(c: &Comparison) -> String {
             truth.name,
             100.0 * truth.own_error,
         ),
-        _ => "how far the answers are off is not known, for want of a truth".into(),
+        _ => "how far off the answers are is not known: there is no truth to judge by".into(),
     }
 }

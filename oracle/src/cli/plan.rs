@@ -135,7 +135,7 @@ fn mending(scene: &Scene, settings: &Settings, given: Given, seconds: f64) -> St
     let steps = steps(given, settings, size);
     let Some(last) = steps.last() else {
         return format!(
-            "none: more cells and samples would be beyond {} samples and pixels",
+            "none: more cells and samples would exceed {} samples and pixels",
             count(BUDGET)
         );
     };

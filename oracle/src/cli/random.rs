@@ -152,7 +152,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     write_file(&arguments.out.join("stress.html"), page.as_bytes())?;
     if interrupted() {
         say!(
-            "interrupted: the page holds the {} scenes that are solved",
+            "interrupted: the page holds the {} scenes solved by then",
             findings.all.len()
         );
     }

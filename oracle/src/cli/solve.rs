@@ -215,7 +215,7 @@ fn of_shots(solution: &Solution) {
     let certificate = solution.certificate.as_ref();
     let off = certificate.and_then(|parts| parts["error"].as_f64());
     say!(
-        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, closure {:.2} %{}",
+        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, form-factor error {:.2} %{}",
         solution.scene.name,
         solution.mesh.faces.len(),
         solution.mesh.texels.len(),

@@ -25,7 +25,7 @@ const NAMED: usize = 12;
 /// Arguments of `stress`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Names of cases [default: all], or random: scenes drawn anew
+    /// Names of cases [default: all], or random: freshly drawn scenes
     cases: Vec<String>,
     /// Where stress.html and stress.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let random = arguments.cases.iter().any(|name| name == NAME);
     if random && arguments.cases.len() > 1 {
         return Err(Error::Usage(
-            "stress random goes alone: leave the other cases out".into(),
+            "stress random stands alone: leave out the other cases".into(),
         ));
     }
     if !random && arguments.random.given() {
@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     write(arguments, &studies, &told)?;
     if interrupted() {
-        say!("interrupted: the atlas holds what is measured");
+        say!("interrupted: the atlas holds what was measured by then");
     }
     finish(arguments, &told, missing)
 }

@@ -100,7 +100,10 @@ fn shadows(grid: &Grid, scene: &Scene) -> Result<Figure> {
         let camera = Camera::new(local(SHADOW.0), local(SHADOW.1), SHADOW.2 as f32);
         let seen = look(&stage, &done, Some(camera))?;
         pictures.push((
-            format!("{texels}² texels a face, {} in all", done.mesh.texels.len()),
+            format!(
+                "{texels}² texels per face, {} in all",
+                done.mesh.texels.len()
+            ),
             files::picture(SIZE, &seen.composite, &seen.coverage[1], exposure(&seen)),
         ));
     }

@@ -183,19 +183,20 @@ fn said(stage: &Stage, done: &Solved, relit: &Recovered) -> Vec<String> {
         let room = |t: &&common::mesh::Texel| (t.face as usize) < stage.room;
         let all = done.mesh.texels.iter().filter(room).count();
         notes.push(format!(
-            "{} of {all} texels of the room emit: reflecting what reaches them does not explain their light",
+            "{} of {all} texels of the room emit: reflection alone does not explain their light",
             relit.emitters
         ));
     }
     if !relit.complete {
         notes.push(
-            "stopped before all captured light was shot: raise --max-shots; what the walls reflect and emit is told from a part of it"
+            "stopped before all captured light was shot: raise --max-shots; what the walls reflect and emit is recovered from a part of it"
                 .into(),
         );
     }
     if stage.captured.panorama.is_some() {
         notes.push(
-            "the centre of the map looks along +z, +x is a quarter to its left, y is up".into(),
+            "the centre of the map looks along +z, +x is a quarter turn to its left, y is up"
+                .into(),
         );
     }
     notes

@@ -29,7 +29,7 @@ const PANORAMA_CELLS: u32 = 8;
 /// `--method`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MethodOption {
-    /// Light taken and given, shot on: what solving everything again would find
+    /// Shoots what the objects take and give, of either sign: ends where solving everything again would
     Signed,
     /// Table 2 of the paper
     Paper,
@@ -40,9 +40,9 @@ enum MethodOption {
 /// `--mend`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Flaw {
-    /// What was hidden in the empty room already is darkened again
+    /// Texels that were already hidden in the empty room are darkened again
     EmptyRoom,
-    /// Objects take light away that they never gave
+    /// Objects take away light that they never gave
     ObjectShadows,
     /// Objects give no light to the room
     Bleeding,
@@ -84,7 +84,7 @@ pub struct Arguments {
     /// Where the panorama was captured [default: the room's middle]
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     eye: Option<DVec3>,
-    /// How a panorama's pixels are directions [default: as the file says]
+    /// How a panorama's pixels map to directions [default: as the file says]
     #[arg(long, value_enum)]
     map: Option<MapOption>,
     /// Texels per side of an object's face [default: 1 above 1000 faces, else as --texels]
