@@ -14,7 +14,7 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use common::shooting::Run;
-use common::solution::{Seconds, Solution, Warning, prepare};
+use common::solution::{Code, Seconds, Solution, Warning, prepare};
 use cpu::matrix::memory::check;
 use cpu::matrix::{Answer, Matrix, Quality};
 use serde_json::{Value, json};
@@ -88,7 +88,7 @@ fn assemble(scene: &Scene, mesh: &Mesh, quiet: bool) -> Result<(Matrix, Quality)
 /// The advice for shots does not help here.
 fn warnings_of(scene: &Scene, mesh: &Mesh, run: &Run) -> Vec<Warning> {
     let mut warnings = warnings::of(scene, mesh, run, None);
-    for warning in warnings.iter_mut().filter(|w| w.code == "closure") {
+    for warning in warnings.iter_mut().filter(|w| w.code == Code::Closure) {
         warning.message = "form factors and visibility leave more than 2 % of the power unexplained: use more --texels, and look for faces that pass through each other".into();
     }
     warnings

@@ -103,7 +103,11 @@ pub fn try_on(
             None
         }
         Ok(solved) => {
-            side.warnings = solved.warnings.iter().map(|w| w.code.clone()).collect();
+            side.warnings = solved
+                .warnings
+                .iter()
+                .map(|w| w.code.text().into())
+                .collect();
             side.mended = solved.notes;
             side.estimate = solved.estimate;
             let values = Reflected::of(&trial.scene, &solved.mesh, &solved.field).values;
