@@ -39,7 +39,7 @@ pub fn html(
         (figures(diff, pictures))
         (views(pictures))
         (textures(pictures))
-        (faces(b, diff))
+        (faces(diff))
     };
     document(title, &nav, &body)
 }
@@ -146,14 +146,14 @@ fn textures(p: &Pictures) -> Markup {
     }
 }
 
-fn faces(b: &Stored, diff: &Diff) -> Markup {
-    let mut order: Vec<usize> = (0..diff.faces.len()).collect();
-    order.sort_by(|x, y| diff.faces[*y].share.total_cmp(&diff.faces[*x].share));
+fn faces(diff: &Diff) -> Markup {
+    let mut order: Vec<&FaceDiff> = diff.faces.iter().collect();
+    order.sort_by(|x, y| y.share.total_cmp(&x.share));
     let area: f64 = diff.faces.iter().map(|f| f.area).sum();
-    let row = |k: usize, part: &FaceDiff| {
+    let row = |part: &FaceDiff| {
         html! { tr {
-            td.n { (k) }
-            td { (b.scene.faces[k].name) }
+            td.n { (part.face) }
+            td { (part.name) }
             td.n { (percent(part.share)) }
             td.n { (percent(part.area / area)) }
             td.n { (percent(part.relative_rms)) }
@@ -172,7 +172,7 @@ fn faces(b: &Stored, diff: &Diff) -> Markup {
                     th.n { "Face" } th { "Name" } th.n { "Of the error" } th.n { "Of the area" }
                     th.n { "Relative RMS" } th.n { "Bias" }
                 } }
-                tbody { @for k in order.iter().take(LISTED) { (row(*k, &diff.faces[*k])) } }
+                tbody { @for part in order.iter().take(LISTED) { (row(part)) } }
             } }
             @if order.len() > LISTED {
                 p.small { "The other " (count((order.len() - LISTED) as u64)) " faces are in diff.json." }
