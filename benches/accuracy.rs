@@ -2,9 +2,10 @@
 //! The truth is the converged solution of the same texels, form factors and rays.
 
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::passes::solve;
 use common::settings::{Iteration, Settings};
-use common::shooting::{Engine, Field, Rule, Run, initial};
+use common::shooting::{Field, Rule, Run, initial};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;

@@ -2,9 +2,10 @@
 //! box. Slopes are those of the logarithms.
 
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use common::shooting::{Engine, Order};
+use common::shooting::Order;
 use common::texel;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};

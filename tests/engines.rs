@@ -1,9 +1,10 @@
 //! The same test of every engine.
 
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Order, Run, Shot, solve};
+use common::shooting::{Order, Run, Shot, solve};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 use std::ops::ControlFlow;

@@ -2,8 +2,9 @@
 
 use common::energy::Energy;
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, solve};
+use common::shooting::solve;
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 use radiosity_tests::furnace;

@@ -13,14 +13,7 @@ use glam::Vec3;
 use radiosity_tests::{box_in_room, furnace, lit_room, paper_room};
 use std::ops::ControlFlow;
 
-const ALL: [Iteration; 6] = [
-    Iteration::Southwell,
-    Iteration::Overshoot,
-    Iteration::Batch,
-    Iteration::Jacobi,
-    Iteration::Chebyshev,
-    Iteration::Cg,
-];
+const ALL: [Iteration; 3] = [Iteration::Southwell, Iteration::Chebyshev, Iteration::Cg];
 
 fn settings(iteration: Iteration, epsilon: f64) -> Settings {
     Settings {
@@ -93,10 +86,8 @@ fn passes_are_few_where_reflectance_is_high() {
     }
     let mesh = mesh(&scene, 1);
     let passes = ALL.map(|iteration| run(&mesh, &settings(iteration, 1e-3)).passes);
-    let [southwell, overshoot, batch, jacobi, chebyshev, cg] = passes;
-    assert!(overshoot < southwell, "{passes:?}");
-    assert!(batch * 8 < southwell, "{passes:?}");
-    assert!(chebyshev * 2 < jacobi && cg * 2 < jacobi, "{passes:?}");
+    let [southwell, chebyshev, cg] = passes;
+    assert!(chebyshev * 8 < southwell, "{passes:?}");
     assert!(cg <= 12, "{passes:?}");
 }
 
@@ -206,14 +197,12 @@ fn what_rises_before_it_falls_is_not_given_up() {
 #[test]
 fn what_converges_slowly_is_not_given_up() {
     let mesh = mesh(&white(0.9999), 1);
-    for iteration in [Iteration::Jacobi, Iteration::Batch, Iteration::Chebyshev] {
-        let settings = Settings {
-            max_shots: 100 * mesh.cells.len() as u32,
-            conserve: true,
-            ..settings(iteration, 1e-6)
-        };
-        let run = run(&mesh, &settings);
-        assert!(!run.stagnated && !run.converged, "{iteration:?}");
-        assert!(run.passes >= 100, "{iteration:?}: {}", run.passes);
-    }
+    let settings = Settings {
+        max_shots: 100 * mesh.cells.len() as u32,
+        conserve: true,
+        ..settings(Iteration::Chebyshev, 1e-6)
+    };
+    let run = run(&mesh, &settings);
+    assert!(!run.stagnated && !run.converged);
+    assert!(run.passes >= 100, "{}", run.passes);
 }

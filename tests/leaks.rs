@@ -1,9 +1,10 @@
 //! No light behind a wall: two rooms that share a wall, one lit and one dark.
 
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
-use common::shooting::Engine;
+
 use cpu::CpuSolver;
 use cpu::occlusion::cover;
 use glam::{DQuat, DVec3, EulerRot, Vec3};

@@ -338,7 +338,7 @@ fn compare_judges_whatever_solve_takes() {
     for asked in [
         vec!["--conserve"],
         vec!["--samples", "2", "--cells", "2"],
-        vec!["--iteration", "jacobi", "--cells", "2"],
+        vec!["--iteration", "chebyshev", "--cells", "2"],
         vec!["--visibility", "rays", "--cells", "2"],
         vec![
             "--visibility",

@@ -3,10 +3,11 @@
 use crate::engines::free;
 use crate::{lit_room, room};
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::relight::{Method, Relit, Room, relight};
 use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Field};
+use common::shooting::Field;
 use cpu::CpuSolver;
 use cpu::occlusion::cover::furnished;
 use glam::{DVec3, Vec3, Vec4};

@@ -4,7 +4,7 @@
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use common::shooting::{Engine, Field, replay};
+use common::shooting::{Field, Shoot, replay};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::judge::exact;

@@ -2,9 +2,10 @@
 
 use approx::abs_diff_eq;
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Field};
+use common::shooting::{Field, Shoot};
 use cpu::CpuSolver;
 use cpu::occlusion::cover;
 use glam::{DVec3, Vec3};
@@ -94,7 +95,7 @@ fn the_gpu_asks_the_rays_of_the_cpu() {
         for cell in 0..mesh.cells.len() as u32 {
             gpu.shoot(cell).unwrap();
             let seen = gpu.irradiance().unwrap();
-            for (k, link) in cpu.row(cell).links.iter().enumerate() {
+            for (k, link) in cpu.row(cell).unwrap().links.iter().enumerate() {
                 assert_eq!(seen[k].w > 0.0, *link > 0.0, "{} {cell} {k}", scene.name);
                 lit += usize::from(*link > 0.0);
                 hidden += usize::from(*link == 0.0);

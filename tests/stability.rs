@@ -5,10 +5,11 @@ use approx::abs_diff_eq;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes;
+use common::passes::Engine;
 use common::precision::losses;
 use common::scene::{Face, Scene};
 use common::settings::{Iteration, Settings, Visibility};
-use common::shooting::{Engine, Field, Shot};
+use common::shooting::{Field, Shoot, Shot};
 use cpu::CpuSolver;
 use cpu::occlusion::cover;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
@@ -84,7 +85,7 @@ fn links_are_lamberts_however_close() {
         for cell in 0..mesh.cells.len() as u32 {
             device.shoot(cell).unwrap();
             let seen = device.irradiance().unwrap();
-            let links = cpu.row(cell).links.to_vec();
+            let links = cpu.row(cell).unwrap().links.to_vec();
             let outline = mesh.cells[cell as usize]
                 .shooter
                 .corners
@@ -139,7 +140,7 @@ fn slivers_are_right_or_known_to_be_wrong() {
                 .map(|p| mesh.local(*p))
                 .collect();
             let (mut sum, mut expected) = (0.0, 0.0);
-            let links = cpu.row(1).links.to_vec();
+            let links = cpu.row(1).unwrap().links.to_vec();
             for (k, texel) in mesh.texels.iter().enumerate().filter(|(_, t)| t.face == 0) {
                 let normal = mesh.faces[0].normal.as_dvec3();
                 sum += f64::from(links[k]);

@@ -35,6 +35,9 @@ pub enum Error {
     /// The GPU failed, was lost, or is too small for the scene.
     #[error("{0}")]
     Device(String),
+    /// What this program promised itself did not hold.
+    #[error("a fault of this program: {0}")]
+    Fault(String),
 }
 
 impl Error {

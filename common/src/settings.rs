@@ -53,12 +53,6 @@ pub enum Lookup {
 pub enum Iteration {
     /// The one with most unshot power, at every texel (Cohen 1988, the paper).
     Southwell,
-    /// The one with most power, and what it will receive as well (Feda & Purgathofer 1992).
-    Overshoot,
-    /// The 32 with most power.
-    Batch,
-    /// All of them.
-    Jacobi,
     /// All of them, by Chebyshev's polynomials of the largest reflectance.
     Chebyshev,
     /// All of them, along conjugate directions.

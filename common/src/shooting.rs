@@ -5,7 +5,6 @@
 use crate::constants::SELECT_LANES;
 use crate::error::Result;
 use crate::mesh::Mesh;
-use crate::passes::Closure;
 use crate::reduce::tree_sum;
 use crate::settings::Settings;
 use glam::{Vec3, Vec4};
@@ -92,8 +91,8 @@ pub enum Had {
     All,
 }
 
-/// What the loop asks of a solver.
-pub trait Engine {
+/// What shoots one cell after the other.
+pub trait Shoot {
     /// Σ|r|A over the texels and channels of each cell.
     fn cell_power(&mut self) -> Result<Vec<f32>>;
 
@@ -102,37 +101,6 @@ pub trait Engine {
 
     /// The texels' state.
     fn field(&mut self) -> Result<Field>;
-
-    /// Goes on from `field` by `rule`, with the `reflectance` of every texel.
-    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()>;
-
-    /// Whether there is room for what cells exchange: then the next three work.
-    fn exchanges(&self) -> bool {
-        false
-    }
-
-    /// Makes the links of `cells`, those that are not kept, and what they bring to each cell;
-    /// `watch` is told how many are made. What was made when it breaks: one closure each, for the
-    /// first of them.
-    fn link(
-        &mut self,
-        _cells: &[u32],
-        _watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<Vec<Closure>> {
-        Ok(Vec::new())
-    }
-
-    /// The flux that each cell receives when every linked cell i shoots `radiosity[i]`; W in the
-    /// mesh's unit.
-    fn exchange(&mut self, _radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
-        Ok(Vec::new())
-    }
-
-    /// The field after each cell i has shot `shot[i]` in all and has `unshot[i]` left:
-    /// H = Σ w_ji shot_i, B = E + ρH.
-    fn gather(&mut self, _shot: &[Vec3], _unshot: &[Vec3]) -> Result<()> {
-        Ok(())
-    }
 
     /// Shoots until the order ends, `max_shots` are shot or `watch` breaks. A solver that can
     /// choose its shooter by itself overrides this; the shots must be the same. One that works
@@ -156,6 +124,12 @@ pub trait Engine {
         }
         Ok(())
     }
+}
+
+/// What can go on from any state, by any rule: relighting is made of that.
+pub trait Restart: Shoot {
+    /// Goes on from `field` by `rule`, with the `reflectance` of every texel.
+    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()>;
 }
 
 /// The cell with most unshot power, the lowest of equals; none when Σ ≤ threshold.
@@ -226,7 +200,7 @@ pub fn progress(shot: &Shot, emitted: f32, epsilon: f64) -> f64 {
 
 /// Shoots greedily until `settings` are met; `watch` sees every shot and the emitted power.
 pub fn solve(
-    engine: &mut dyn Engine,
+    engine: &mut dyn Shoot,
     settings: &Settings,
     watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
 ) -> Result<Run> {
@@ -254,7 +228,7 @@ pub fn solve(
 }
 
 /// Repeats the shooters of `log` on a fresh engine.
-pub fn replay(engine: &mut dyn Engine, log: &[u32]) -> Result<Run> {
+pub fn replay(engine: &mut dyn Shoot, log: &[u32]) -> Result<Run> {
     let emitted = total(&engine.cell_power()?);
     let mut shots = Vec::new();
     engine.run(Order::Replay(log), log.len() as u32, &mut |shot| {

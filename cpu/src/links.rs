@@ -4,6 +4,7 @@
 use common::constants::LINK_BYTES;
 use common::mesh::Mesh;
 use common::passes::Closure;
+use common::{Error, Result};
 
 /// What is known of the row in a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +62,7 @@ impl Links {
     }
 
     /// Whether there is room for what all cells take of each other.
-    pub fn exchanges(&self) -> bool {
+    pub fn has_room(&self) -> bool {
         4 * (self.cells as u64).pow(2) <= LINK_BYTES
     }
 
@@ -91,6 +92,12 @@ impl Links {
             closure: head.closure,
             links: &self.values[place * self.texels..(place + 1) * self.texels],
         })
+    }
+
+    /// The row of `cell`, which has been made.
+    pub fn made(&self, cell: u32) -> Result<Row<'_>> {
+        let missing = || Error::Fault(format!("the links of cell {cell} were not made"));
+        self.row(cell).ok_or_else(missing)
     }
 
     /// The places of `cells`, in rising order and no more than there are places between the first

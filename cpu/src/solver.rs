@@ -15,9 +15,9 @@ use crate::twin::rays::Rays;
 use common::Result;
 use common::escape::directions;
 use common::mesh::Mesh;
-use common::passes::Closure;
+use common::passes::{Closure, Exchange};
 use common::settings::{Settings, Visibility};
-use common::shooting::{Engine, Field, Rule, Shot, initial, total};
+use common::shooting::{Field, Restart, Rule, Shoot, Shot, initial, total};
 use glam::{Vec3, Vec4};
 use pulp::Arch;
 use rayon::prelude::*;
@@ -84,17 +84,9 @@ impl<'a> CpuSolver<'a> {
     }
 
     /// The links of a cell.
-    pub fn row(&mut self, cell: u32) -> Row<'_> {
+    pub fn row(&mut self, cell: u32) -> Result<Row<'_>> {
         self.make(&[cell]);
-        self.kept(cell)
-    }
-
-    fn kept(&self, cell: u32) -> Row<'_> {
-        // The row was made a moment ago.
-        self.links.row(cell).unwrap_or(Row {
-            closure: Closure::default(),
-            links: &[],
-        })
+        self.links.made(cell)
     }
 
     /// Makes the rows of `cells` that are not kept; the cells in rising order, and no more than
@@ -260,9 +252,9 @@ fn each(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
         });
 }
 
-impl Engine for CpuSolver<'_> {
-    fn exchanges(&self) -> bool {
-        self.links.exchanges()
+impl Exchange for CpuSolver<'_> {
+    fn has_room(&self) -> bool {
+        self.links.has_room()
     }
 
     fn link(
@@ -278,7 +270,7 @@ impl Engine for CpuSolver<'_> {
             let group = self.group(&cells[closures.len()..], most);
             self.make(group);
             for cell in group {
-                closures.push(self.kept(*cell).closure);
+                closures.push(self.links.made(*cell)?.closure);
                 if watch(closures.len()).is_break() {
                     flow = ControlFlow::Break(());
                 }
@@ -297,7 +289,7 @@ impl Engine for CpuSolver<'_> {
         Ok(sums)
     }
 
-    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<()> {
+    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<Field> {
         let mesh = self.caster.mesh;
         let shooters: Vec<u32> = (0..shot.len())
             .filter(|k| shot[*k] != Vec3::ZERO)
@@ -308,9 +300,11 @@ impl Engine for CpuSolver<'_> {
         while !rest.is_empty() {
             let group = self.group(rest, usize::MAX);
             self.make(group);
-            let rows: Vec<(Vec3, &[f32])> = (group.iter())
-                .map(|cell| (shot[*cell as usize], self.kept(*cell).links))
-                .collect();
+            let rows = group.iter().map(|cell| {
+                let row = self.links.made(*cell)?;
+                Ok((shot[*cell as usize], row.links))
+            });
+            let rows: Vec<(Vec3, &[f32])> = rows.collect::<Result<_>>()?;
             accumulate(self.caster.arch, &rows, &mut irradiance);
             rest = &rest[group.len()..];
         }
@@ -323,9 +317,11 @@ impl Engine for CpuSolver<'_> {
             self.field.residual[cell.texels()].fill(unshot.extend(0.0));
         }
         self.sum();
-        Ok(())
+        self.field()
     }
+}
 
+impl Shoot for CpuSolver<'_> {
     fn cell_power(&mut self) -> Result<Vec<f32>> {
         Ok(self.sums.iter().map(|sum| sum.w).collect())
     }
@@ -345,10 +341,7 @@ impl Engine for CpuSolver<'_> {
             self.make(&[cell]);
         }
         let caster = &self.caster;
-        let row = self.links.row(cell).unwrap_or(Row {
-            closure: Closure::default(),
-            links: &[],
-        });
+        let row = self.links.made(cell)?;
         let flux = self.sums[cell as usize].truncate();
         let flash = Flash {
             mesh: caster.mesh,
@@ -389,7 +382,9 @@ impl Engine for CpuSolver<'_> {
     fn field(&mut self) -> Result<Field> {
         Ok(self.field.clone())
     }
+}
 
+impl Restart for CpuSolver<'_> {
     fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
         self.rule = rule;
         self.reflectance = reflectance.to_vec();

@@ -12,7 +12,7 @@ use crate::stage::Workshop;
 use common::Result;
 use common::constants::LANES;
 use common::settings::Settings;
-use common::shooting::Engine;
+use common::shooting::Shoot;
 use glam::Vec3;
 use std::time::Instant;
 

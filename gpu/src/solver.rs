@@ -17,9 +17,9 @@ use bytemuck::pod_collect_to_vec;
 use common::Result;
 use common::constants::{LEVELS, LINK_BYTES};
 use common::mesh::{Mesh, Texel};
-use common::passes::Closure;
+use common::passes::{Closure, Exchange};
 use common::settings::Settings;
-use common::shooting::{Engine, Field, Order, Rule, Shot};
+use common::shooting::{Field, Order, Restart, Rule, Shoot, Shot};
 use glam::{Vec3, Vec4};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -199,7 +199,7 @@ impl<'a> GpuSolver<'a> {
     }
 }
 
-impl Engine for GpuSolver<'_> {
+impl Shoot for GpuSolver<'_> {
     fn cell_power(&mut self) -> Result<Vec<f32>> {
         let size = self.context.buffers.sums.size();
         let staging = self.context.host.staging(size);
@@ -241,52 +241,6 @@ impl Engine for GpuSolver<'_> {
         })
     }
 
-    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
-        self.rule = rule;
-        let texels: Vec<TexelRecord> = self
-            .context
-            .mesh
-            .texels
-            .iter()
-            .zip(reflectance)
-            .map(|(texel, reflectance)| {
-                TexelRecord::from(&Texel {
-                    reflectance: *reflectance,
-                    ..*texel
-                })
-            })
-            .collect();
-        let (host, b) = (&self.context.host, &self.context.buffers);
-        host.write(&b.texels, &texels);
-        host.write(&b.radiosity, &field.radiosity);
-        host.write(&b.residual, &field.residual);
-        host.write(&b.irradiance, &field.irradiance);
-        self.context.host.gpu.check()
-    }
-
-    fn exchanges(&self) -> bool {
-        has_room(&self.context)
-    }
-
-    fn link(
-        &mut self,
-        cells: &[u32],
-        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<Vec<Closure>> {
-        let (context, passes) = self.passes()?;
-        passes.link(context, cells, watch)
-    }
-
-    fn exchange(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
-        let (context, passes) = self.passes()?;
-        passes.exchange(context, radiosity)
-    }
-
-    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<()> {
-        let (context, passes) = self.passes()?;
-        passes.gather(context, shot, unshot)
-    }
-
     /// Two batches are always under way; the log of one is read while the next one runs.
     fn run(
         &mut self,
@@ -322,6 +276,57 @@ impl Engine for GpuSolver<'_> {
                 ended |= watch(shot).is_break();
             }
         }
+    }
+}
+
+impl Restart for GpuSolver<'_> {
+    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
+        self.rule = rule;
+        let texels: Vec<TexelRecord> = self
+            .context
+            .mesh
+            .texels
+            .iter()
+            .zip(reflectance)
+            .map(|(texel, reflectance)| {
+                TexelRecord::from(&Texel {
+                    reflectance: *reflectance,
+                    ..*texel
+                })
+            })
+            .collect();
+        let (host, b) = (&self.context.host, &self.context.buffers);
+        host.write(&b.texels, &texels);
+        host.write(&b.radiosity, &field.radiosity);
+        host.write(&b.residual, &field.residual);
+        host.write(&b.irradiance, &field.irradiance);
+        self.context.host.gpu.check()
+    }
+}
+
+impl Exchange for GpuSolver<'_> {
+    fn has_room(&self) -> bool {
+        has_room(&self.context)
+    }
+
+    fn link(
+        &mut self,
+        cells: &[u32],
+        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<Closure>> {
+        let (context, passes) = self.passes()?;
+        passes.link(context, cells, watch)
+    }
+
+    fn exchange(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
+        let (context, passes) = self.passes()?;
+        passes.exchange(context, radiosity)
+    }
+
+    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<Field> {
+        let (context, passes) = self.passes()?;
+        passes.gather(context, shot, unshot)?;
+        self.field()
     }
 }
 

@@ -20,7 +20,7 @@ fn near(told: f64, true_value: f64) -> bool {
 fn shots_passes_and_cells_are_expected_within_a_factor_of_three() {
     for name in ["cornell_box.obj", "furnace.obj"] {
         let scene = bundled(name);
-        for iteration in [Iteration::Southwell, Iteration::Batch, Iteration::Cg] {
+        for iteration in [Iteration::Southwell, Iteration::Chebyshev, Iteration::Cg] {
             let settings = Settings {
                 iteration,
                 cells: 8,

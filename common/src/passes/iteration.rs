@@ -5,8 +5,6 @@ use crate::mesh::Mesh;
 use crate::settings::Iteration;
 use glam::{DVec3, Vec3};
 
-/// Shooters of a pass of [`Iteration::Batch`].
-pub const BATCH: u64 = 32;
 /// Above this reflectance steps and guesses stop following.
 const LARGEST: f64 = 0.9999;
 /// Above this one Chebyshev's polynomial does: 16 roundings of f32, in which links are known, below 1.
@@ -94,9 +92,6 @@ impl State {
         let mut chebyshev = DVec3::ZERO;
         match iteration {
             Iteration::Southwell => strongest(&mut direction, &self.areas, 1),
-            Iteration::Overshoot => self.overshoot(&mut direction, taking_part),
-            Iteration::Batch => strongest(&mut direction, &self.areas, BATCH),
-            Iteration::Jacobi => {}
             Iteration::Chebyshev => chebyshev = self.chebyshev(&mut direction),
             Iteration::Cg => self.conjugate(&mut direction),
         }
@@ -139,25 +134,6 @@ impl State {
         } else {
             DVec3::ZERO
         }
-    }
-
-    /// The cell with the largest share of r + ρ·ambient shoots that much (Feda & Purgathofer 1992):
-    /// what it will receive anyway as well, by the mean residual over 1 − ρ̄.
-    fn overshoot(&self, direction: &mut [DVec3], taking_part: &[bool]) {
-        let (mut unshot, mut reflected, mut all) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-        for k in 0..self.areas.len() {
-            unshot += self.residual[k] * self.areas[k];
-            reflected += self.reflectance[k] * self.areas[k];
-            all += self.areas[k];
-        }
-        let mean = (reflected / all).min(DVec3::splat(LARGEST));
-        let ambient = (unshot / all).max(DVec3::ZERO) / (DVec3::ONE - mean);
-        for (k, d) in direction.iter_mut().enumerate() {
-            if taking_part[k] {
-                *d += self.reflectance[k] * ambient;
-            }
-        }
-        strongest(direction, &self.areas, 1);
     }
 
     /// Chebyshev's semi-iteration for eigenvalues of ρF in −ρ…ρ (Saad 2003, algorithm 12.1 with

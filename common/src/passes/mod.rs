@@ -13,7 +13,7 @@ pub mod iteration;
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::settings::{Iteration, Settings};
-use crate::shooting::{self, Engine, Run, Shot};
+use crate::shooting::{self, Field, Restart, Run, Shot};
 use glam::{DVec3, Vec3};
 use iteration::State;
 use std::ops::ControlFlow;
@@ -38,6 +38,34 @@ impl Closure {
     }
 }
 
+/// What can shoot from many cells at once.
+pub trait Exchange {
+    /// Whether there is room for what all cells give each other.
+    fn has_room(&self) -> bool;
+
+    /// Makes the links of `cells`, those that are not kept, and what they bring to each cell;
+    /// `watch` is told how many are made. What was made when it breaks: one closure each, for the
+    /// first of them.
+    fn link(
+        &mut self,
+        cells: &[u32],
+        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<Closure>>;
+
+    /// The flux that each cell receives when every linked cell i shoots `radiosity[i]`; W in the
+    /// mesh's unit.
+    fn exchange(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>>;
+
+    /// The field after each cell i has shot `shot[i]` in all and has `unshot[i]` left:
+    /// H = Σ w_ji shot_i, B = E + ρH.
+    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<Field>;
+}
+
+/// What can do both.
+pub trait Engine: Restart + Exchange {}
+
+impl<T: Restart + Exchange> Engine for T {}
+
 /// Told the share done, 0…1, after every link and every pass; may break.
 pub type Watch<'a> = &'a mut dyn FnMut(f64) -> ControlFlow<()>;
 
@@ -49,7 +77,7 @@ pub fn solve(
     settings: &Settings,
     watch: Watch,
 ) -> Result<Run> {
-    if settings.iteration == Iteration::Southwell || !engine.exchanges() {
+    if settings.iteration == Iteration::Southwell || !engine.has_room() {
         return shooting::solve(engine, settings, &mut |shot, emitted| {
             watch(shooting::progress(shot, emitted, settings.epsilon))
         });
@@ -109,7 +137,7 @@ impl Best {
 }
 
 struct Passes<'a> {
-    engine: &'a mut dyn Engine,
+    engine: &'a mut dyn Exchange,
     mesh: &'a Mesh,
     settings: &'a Settings,
     state: State,
@@ -122,7 +150,7 @@ struct Passes<'a> {
 }
 
 impl<'a> Passes<'a> {
-    fn new(engine: &'a mut dyn Engine, mesh: &'a Mesh, settings: &'a Settings) -> Self {
+    fn new(engine: &'a mut dyn Exchange, mesh: &'a Mesh, settings: &'a Settings) -> Self {
         let state = State::new(mesh);
         Self {
             engine,
@@ -233,8 +261,8 @@ impl<'a> Passes<'a> {
 
     fn finish(self) -> Result<Run> {
         let unshot: Vec<Vec3> = self.state.residual.iter().map(|r| r.as_vec3()).collect();
-        self.engine
-            .gather(&self.scaled(&self.state.shot), &unshot)?;
+        let shot = self.scaled(&self.state.shot);
+        let field = self.engine.gather(&shot, &unshot)?;
         let left = self.state.unshot();
         Ok(Run {
             shots: self.shots(left as f32),
@@ -243,7 +271,7 @@ impl<'a> Passes<'a> {
             stagnated: self.stagnated,
             passes: self.passes,
             shooters: self.shooters,
-            field: self.engine.field()?,
+            field,
         })
     }
 

@@ -15,7 +15,7 @@ pub mod surface;
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::settings::Settings;
-use crate::shooting::{Engine, Field, Had, Order, Rule, Run, Shot, total};
+use crate::shooting::{Field, Had, Order, Restart, Rule, Run, Shot, total};
 use glam::{Vec3, Vec4};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -109,7 +109,7 @@ pub struct Relit {
 
 /// Relights by `method`; `watch` sees every shot and the power that its loop began with.
 pub fn relight(
-    engine: &mut dyn Engine,
+    engine: &mut dyn Restart,
     mesh: &Mesh,
     room: &Room,
     method: Method,
@@ -127,7 +127,7 @@ pub fn relight(
     engine.restart(captured, &reflectances(mesh), &start)?;
     let mut shots = Vec::new();
     let mut stopped = false;
-    let mut phase = |engine: &mut dyn Engine, threshold, shots: &mut Vec<Shot>| -> Result<()> {
+    let mut phase = |engine: &mut dyn Restart, threshold, shots: &mut Vec<Shot>| -> Result<()> {
         let power = total(&engine.cell_power()?);
         let left = settings.max_shots - (shots.len() as u32).min(settings.max_shots);
         if stopped || power <= threshold {

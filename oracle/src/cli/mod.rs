@@ -111,6 +111,7 @@ fn failed(error: &Error) -> ExitCode {
         Error::Input { .. } | Error::Usage(_) => 2,
         Error::NoAdapter(_) | Error::Device(_) => 3,
         Error::Write { .. } => 4,
+        Error::Fault(_) => 1,
         // As a shell reports a program that Ctrl-C ended.
         Error::Interrupted => 130,
     })

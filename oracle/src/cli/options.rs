@@ -100,12 +100,6 @@ pub enum LookupOption {
 pub enum IterationOption {
     /// The cell with most unshot power, at every texel (the paper)
     Southwell,
-    /// The cell with most power, and what it will receive as well
-    Overshoot,
-    /// The 32 cells with most power
-    Batch,
-    /// All cells
-    Jacobi,
     /// All cells, by Chebyshev's polynomials
     Chebyshev,
     /// All cells, along conjugate directions
@@ -116,9 +110,6 @@ impl From<IterationOption> for Iteration {
     fn from(option: IterationOption) -> Self {
         match option {
             IterationOption::Southwell => Self::Southwell,
-            IterationOption::Overshoot => Self::Overshoot,
-            IterationOption::Batch => Self::Batch,
-            IterationOption::Jacobi => Self::Jacobi,
             IterationOption::Chebyshev => Self::Chebyshev,
             IterationOption::Cg => Self::Cg,
         }

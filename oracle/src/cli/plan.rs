@@ -175,7 +175,7 @@ fn passes(settings: &Settings, expected: &Expected) -> String {
     );
     let name = format!("{:?}", settings.iteration).to_lowercase();
     let what = match settings.iteration {
-        Iteration::Southwell | Iteration::Overshoot => format!("{shots} shots"),
+        Iteration::Southwell => format!("{shots} shots"),
         _ => format!("{passes} passes, {shots} shots"),
     };
     match expected.from {

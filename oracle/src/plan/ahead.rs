@@ -6,9 +6,10 @@ use super::trial::{Time, time};
 use super::{Counts, trial};
 use common::Result;
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
-use common::shooting::Engine;
+
 use cpu::CpuSolver;
 use cpu::occlusion::cover;
 use gpu::{Gpu, GpuSolver};
@@ -51,7 +52,7 @@ pub fn ahead(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<Ah
     let made = start.elapsed().as_secs_f64();
     let prepare = made + cover::seconds(&mesh);
     let mut settings = settings.clone();
-    if !engine.exchanges() {
+    if !engine.has_room() {
         settings.iteration = Iteration::Southwell;
     }
     let expected = expected(scene, &settings)?;

@@ -4,12 +4,11 @@
 //! the cells. Where even that is too much, the largest reflectance ρ bounds them (n cells):
 //!
 //! ```text
-//! Southwell: n ln(1/ε)/(1 − ρ)    Jacobi: ln ε/ln ρ    Chebyshev, CG: ln(2/ε)/ln(1/σ), σ = ρ/(1 + √(1 − ρ²))
+//! Southwell: n ln(1/ε)/(1 − ρ)    Chebyshev, CG: ln(2/ε)/ln(1/σ), σ = ρ/(1 + √(1 − ρ²))
 //! ```
 
 use super::Counts;
 use common::Result;
-use common::passes::iteration::BATCH;
 use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings, Visibility};
@@ -81,8 +80,8 @@ fn scaled(
     let passes = f64::from(run.passes);
     Ok(Expected {
         passes: match iteration {
-            Iteration::Southwell | Iteration::Overshoot | Iteration::Batch => passes * times,
-            Iteration::Jacobi | Iteration::Chebyshev | Iteration::Cg => passes,
+            Iteration::Southwell => passes * times,
+            Iteration::Chebyshev | Iteration::Cg => passes,
         },
         shots: run.shooters as f64 * times,
         linked: linked as f64 * times,
@@ -97,15 +96,10 @@ fn bound(scene: &Scene, settings: &Settings, counts: &Counts) -> Expected {
     let (cells, fall) = (counts.cells as f64, (1.0 / settings.epsilon).ln());
     let single = cells * fall / (1.0 - rho);
     let (passes, shots) = match settings.iteration {
-        Iteration::Southwell | Iteration::Overshoot => (single, single),
-        Iteration::Batch => (single / BATCH as f64, single),
-        iteration => {
+        Iteration::Southwell => (single, single),
+        Iteration::Chebyshev | Iteration::Cg => {
             let sigma = rho / (1.0 + (1.0 - rho * rho).sqrt());
-            let passes = if iteration == Iteration::Jacobi {
-                fall / (1.0 / rho).ln()
-            } else {
-                (2.0 / settings.epsilon).ln() / (1.0 / sigma).ln()
-            };
+            let passes = (2.0 / settings.epsilon).ln() / (1.0 / sigma).ln();
             let passes = passes.max(1.0).ceil();
             (passes, passes * cells)
         }
@@ -139,8 +133,8 @@ mod tests {
 
     #[test]
     fn the_bounds_hold() {
-        use Iteration::{Batch, Cg, Chebyshev, Jacobi, Southwell};
-        for iteration in [Southwell, Batch, Jacobi, Chebyshev, Cg] {
+        use Iteration::{Cg, Chebyshev, Southwell};
+        for iteration in [Southwell, Chebyshev, Cg] {
             let settings = Settings {
                 texels: 8,
                 iteration,

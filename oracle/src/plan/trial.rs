@@ -4,7 +4,7 @@ use super::passes::Expected;
 use crate::show::report::number::number;
 use common::Result;
 use common::mesh::Mesh;
-use common::shooting::Engine;
+use common::passes::Engine;
 use glam::Vec3;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -41,7 +41,7 @@ impl Time {
 /// Tries some cells of `engine`, spread over the scene.
 pub fn time(engine: &mut dyn Engine, mesh: &Mesh, expected: &Expected) -> Result<Time> {
     // The first call pays for what all later ones find ready.
-    let exchanges = engine.exchanges();
+    let exchanges = engine.has_room();
     let cells = spread(mesh.cells.len());
     let Some((first, others)) = cells.split_first() else {
         return Ok(Time::default());

@@ -4,7 +4,7 @@
 use common::Result;
 use common::mesh::Mesh;
 use common::passes::Closure;
-use common::shooting::{Engine, Field, Rule, Shot, initial, total};
+use common::shooting::{Field, Rule, Shoot, Shot, initial, total};
 use cpu::twin::accumulate::settle;
 use cpu::twin::deposit::{Flash, deposit};
 use cpu::twin::link::Past;
@@ -108,7 +108,7 @@ impl<'a> Linked<'a> {
     }
 }
 
-impl Engine for Linked<'_> {
+impl Shoot for Linked<'_> {
     fn cell_power(&mut self) -> Result<Vec<f32>> {
         Ok(self.sums.iter().map(|sum| sum.w).collect())
     }
@@ -150,12 +150,5 @@ impl Engine for Linked<'_> {
 
     fn field(&mut self) -> Result<Field> {
         Ok(self.field.clone())
-    }
-
-    fn restart(&mut self, _: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
-        self.reflectance = reflectance.to_vec();
-        self.field = field.clone();
-        self.sum();
-        Ok(())
     }
 }

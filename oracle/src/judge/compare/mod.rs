@@ -27,9 +27,10 @@ use common::constants::LINK_BYTES;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes;
+use common::passes::{Engine, Exchange};
 use common::scene::Scene;
 use common::settings::{Iteration, Settings, Visibility};
-use common::shooting::{Engine, Run, replay};
+use common::shooting::{Run, Shoot, replay};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::occlusion::cover::sampled;
@@ -64,7 +65,7 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
     let mut cpu_solver = CpuSolver::new(&mesh, &by_rays(asked));
     let mut gpu_solver = GpuSolver::with_faults(request.gpu, &mesh, asked, request.faults)?;
     let mut gpu_settings = asked.clone();
-    if !(cpu_solver.exchanges() && gpu_solver.exchanges()) {
+    if !(cpu_solver.has_room() && gpu_solver.has_room()) {
         // As a solve does where there is no room for passes.
         gpu_settings.iteration = Iteration::Southwell;
     }

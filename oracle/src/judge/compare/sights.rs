@@ -11,8 +11,9 @@ use crate::judge::comparison::{Pairs, Stage};
 use common::escape::DIRECTIONS;
 use common::mesh::Mesh;
 use common::passes::Closure;
+use common::passes::Exchange;
 use common::settings::{Settings, Visibility};
-use common::shooting::Engine;
+
 use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::twin::item_buffer::{ItemBuffer, View};
@@ -59,13 +60,13 @@ pub fn sights(
         stages: Vec::new(),
     };
     let cells: Vec<u32> = (0..mesh.cells.len() as u32).collect();
-    let rays = settings.visibility == Visibility::Rays && solver.exchanges();
+    let rays = settings.visibility == Visibility::Rays && solver.has_room();
     if rays {
         sights.gpu.closures = solver.link(&cells, &mut |_| ControlFlow::Continue(()))?;
         sights.gpu.rows = solver.rows(&cells)?;
     }
     for cell in cells {
-        let own = cpu.row(cell);
+        let own = cpu.row(cell)?;
         sights.cpu.closures.push(own.closure);
         sights.cpu.rows.push(own.links.to_vec());
         let doubt = if settings.visibility == Visibility::Rays {

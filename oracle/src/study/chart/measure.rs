@@ -10,10 +10,11 @@ use crate::plan::fits::{Limit, check};
 use crate::solve::dense;
 use common::energy::Energy;
 use common::mesh::Mesh;
+use common::passes::Engine;
 use common::passes::solve;
 use common::scene::Scene;
 use common::settings::Iteration;
-use common::shooting::{Engine, Run};
+use common::shooting::Run;
 use common::texel::count;
 use common::{Error, Result};
 use cpu::CpuSolver;
@@ -108,7 +109,7 @@ impl Bench<'_> {
             None => Box::new(CpuSolver::new(&mesh, settings)),
         };
         ready();
-        let one_by_one = settings.iteration != Iteration::Southwell && !engine.exchanges();
+        let one_by_one = settings.iteration != Iteration::Southwell && !engine.has_room();
         if one_by_one && method.sweep == "iteration" {
             return Err(Error::Usage(
                 "this engine shoots one cell after the other: it would be the base again".into(),

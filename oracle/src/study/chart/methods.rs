@@ -60,15 +60,6 @@ const ROWS: &[Row] = &[
         s.iteration = Iteration::Southwell;
     }),
     (For::Both, "iteration", false, |s| {
-        s.iteration = Iteration::Overshoot;
-    }),
-    (For::Both, "iteration", false, |s| {
-        s.iteration = Iteration::Batch;
-    }),
-    (For::Both, "iteration", false, |s| {
-        s.iteration = Iteration::Jacobi;
-    }),
-    (For::Both, "iteration", false, |s| {
         s.iteration = Iteration::Chebyshev;
     }),
     (For::Cpu, "epsilon", false, |s| s.epsilon = 0.1),

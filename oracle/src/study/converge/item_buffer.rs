@@ -7,7 +7,7 @@ use common::Result;
 use common::form_factor::form_factor;
 use common::mesh::Mesh;
 use common::settings::{Lookup, Raster, Settings, Visibility};
-use common::shooting::{Engine, Order};
+use common::shooting::{Order, Shoot};
 use cpu::twin::rays::Rays;
 use gpu::{Gpu, GpuSolver};
 use rayon::prelude::*;

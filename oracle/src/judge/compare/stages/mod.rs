@@ -215,7 +215,7 @@ pub fn factor_roundings(settings: &Settings) -> f64 {
 
 /// One shot of the solver's own choice, or of `cell`; none when nothing is left to shoot.
 fn one(solver: &mut GpuSolver, cell: Option<u32>) -> Result<Option<common::shooting::Shot>> {
-    use common::shooting::Engine;
+    use common::shooting::Shoot;
     let mut done = None;
     let script = cell.map(|cell| [cell]);
     let order = match &script {

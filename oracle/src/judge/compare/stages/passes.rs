@@ -4,7 +4,8 @@ use super::shots::off;
 use super::{Bench, Tallies};
 use crate::judge::compare::tally::ulps;
 use common::Result;
-use common::shooting::Engine;
+use common::passes::Exchange;
+use common::shooting::Shoot;
 use cpu::twin::accumulate::settle;
 use glam::Vec3;
 use gpu::GpuSolver;
@@ -20,7 +21,7 @@ pub fn check(
     tallies: &mut Tallies,
 ) -> Result<bool> {
     let mesh = bench.mesh;
-    if !solver.exchanges() {
+    if !solver.has_room() {
         return Ok(false);
     }
     let cells: Vec<u32> = rows.keys().copied().collect();

@@ -3,7 +3,7 @@
 use super::{Bench, Tallies, one};
 use crate::judge::compare::tally::ulps;
 use common::Result;
-use common::shooting::{Engine, Field, Rule, Shot, select as choose, total};
+use common::shooting::{Field, Rule, Shoot, Shot, select as choose, total};
 use cpu::twin::deposit::{Flash, deposit};
 use cpu::twin::link::Past;
 use cpu::twin::power;
