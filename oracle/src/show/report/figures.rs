@@ -3,7 +3,7 @@
 use crate::judge::comparison::Comparison;
 use crate::show::chart;
 use crate::show::picture::{
-    Exposure, atlas, decode, diverging, encode, face_colour, item_buffer, luminance, range,
+    Exposure, atlas, decode, diverging, face_colour, item_buffer, luminance, range,
 };
 use crate::show::view::camera::Camera;
 use crate::show::view::quality::Quality;
@@ -156,10 +156,4 @@ fn rms(c: &Comparison) -> f64 {
         total += f64::from(texel.area);
     }
     (square / total).sqrt()
-}
-
-/// A colour as CSS writes it.
-pub fn css(linear: Vec3) -> String {
-    let [r, g, b] = encode(linear);
-    format!("rgb({r} {g} {b})")
 }

@@ -5,9 +5,7 @@ mod json;
 pub(crate) mod number;
 mod page;
 mod section;
-mod tables;
+pub(crate) mod tables;
 
 pub use json::json;
-pub(crate) use page::document;
 pub use page::html;
-pub(crate) use section::{chart, colour_bar, figure};

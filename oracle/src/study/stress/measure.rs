@@ -87,7 +87,11 @@ pub fn try_on(
             None
         }
         Ok(answer) => {
-            side.warnings = answer.warnings.iter().map(|w| w.code.clone()).collect();
+            side.warnings = answer
+                .warnings
+                .iter()
+                .map(|w| w.code.text().into())
+                .collect();
             side.mended = answer.notes;
             side.estimate = answer.estimate.map(|estimate| estimate.error);
             let Solved { mesh, run, .. } = answer.solved;
