@@ -3,10 +3,11 @@
 use super::check::Estimate;
 use super::interrupt::interrupted;
 use super::light::missing;
+use super::solved::Solved;
 use super::solver::Solver;
 use super::warnings;
 use super::watch::Watch;
-use super::{Given, Solved, check, dense};
+use super::{Given, check, dense};
 use common::Result;
 use common::passes;
 use common::scene::Scene;
