@@ -84,7 +84,7 @@ fn a_chart_has_the_fields_of_the_contract_and_goes_on() {
     fs::write(&kept, lines).unwrap();
     let (again, text) = chart(&[&scene, "--repeats", "2"], &out);
     assert!(
-        text.contains("goes on after") && text.contains("1 damaged"),
+        text.contains("continues after") && text.contains("1 damaged"),
         "{text}"
     );
     let same = |k: &usize| array(&again["points"])[*k]["spread"] == points[*k]["spread"];

@@ -210,7 +210,7 @@ const BEYOND: &[Row] = &[
     row(
         "relight --room inf --solver cpu --out out",
         2,
-        "inf/result.json: is no description of a solve: number out of range at line 1",
+        "inf/result.json: does not describe a solve: number out of range at line 1",
     ),
     row(
         "converge room.obj --truth dark --out out",
@@ -240,7 +240,7 @@ const BEYOND: &[Row] = &[
     row(
         "relight --room wallsinf --out out",
         2,
-        "wallsinf/room.json: is no description of a room: number out of range at line 1",
+        "wallsinf/room.json: does not describe a room: number out of range at line 1",
     ),
     row(
         "relight --room nan --solver cpu --out out",
@@ -543,17 +543,17 @@ const OPTIONS: &[Row] = &[
     row(
         "solve room.obj --solver cpu --item-buffer 512 --out out",
         2,
-        "--item-buffer is of item buffers",
+        "--item-buffer applies to item buffers",
     ),
     row(
         "solve room.obj --solver cpu --raster pixel --out out",
         2,
-        "--raster is of item buffers",
+        "--raster applies to item buffers",
     ),
     row(
         "solve room.obj --solver cpu --lookup 3x3 --out out",
         2,
-        "--lookup is of item buffers",
+        "--lookup applies to item buffers",
     ),
     row(
         "solve room.obj --solver gpu --visibility rays --lookup exact --out out",
@@ -573,7 +573,7 @@ const OPTIONS: &[Row] = &[
     row(
         "plan room.obj --solver cpu --raster tessellated",
         2,
-        "--raster is of item buffers",
+        "--raster applies to item buffers",
     ),
     row(
         "compare room.obj --visibility rays --lookup exact --out out",

@@ -133,12 +133,12 @@ const NUMBERS: &[Row] = &[
     row(
         "relight --room room.obj --object room.obj --scale 1e99 --solver cpu --out out",
         2,
-        "room.obj: reaches from 0.000,0.000,0.000 to 1.000e99,1.000e99,1.000e99, too far out of a room of 1.000",
+        "room.obj: reaches from 0.000,0.000,0.000 to 1.000e99,1.000e99,1.000e99, too far outside a room of size 1.000",
     ),
     row(
         "relight --room room.obj --object room.obj --place 1e6,0,0 --solver cpu --out out",
         2,
-        "too far out of a room",
+        "too far outside a room",
     ),
     row(
         "compare dark.obj --out out",

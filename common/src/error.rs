@@ -36,7 +36,7 @@ pub enum Error {
     #[error("{0}")]
     Device(String),
     /// What this program promised itself did not hold.
-    #[error("a fault of this program: {0}")]
+    #[error("a fault in this program: {0}")]
     Fault(String),
 }
 

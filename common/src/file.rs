@@ -19,7 +19,7 @@ pub fn open(path: &Path, most: u64) -> std::result::Result<File, String> {
         return Err("it is a directory".into());
     }
     if !data.is_file() {
-        return Err("it is no ordinary file but a pipe or a device".into());
+        return Err("it is not an ordinary file but a pipe or a device".into());
     }
     if data.len() > most {
         return Err(format!(

@@ -93,7 +93,7 @@ pub fn weight(shooter: &Shooter, position: Vec3, normal: Vec3, part: f32, f: f32
     disc(cos_i, cos_j, r2, part, part) + f * 1e-6
 }
 
-/// Wallace's disc: `disc_area` is the texel's in eq. 2 of the paper, the shooter's in Wallace.
+/// Equation 2 of the paper, times A_i/Δj: `disc_area` is the texel's there, the shooter's in Wallace.
 #[inline(always)]
 pub fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
     shooter_area * cos_i * cos_j / (PI * r2 + disc_area)

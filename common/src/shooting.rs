@@ -1,6 +1,6 @@
-//! The one loop: select → visibility → form factor → deposit (Cohen 1988; the paper's Table 1
-//! with its two slips mended: the shooter's residual is reset inside the loop, and the loop
-//! chooses its next shooter).
+//! The one loop: select → visibility → form factor → deposit (Cohen 1988; the paper's Table 1 with
+//! its two slips mended: the loop chooses its next shooter, and the shooter's residual is reset
+//! inside it). docs/paper.md leads from each line of the paper's tables to its function.
 
 use crate::constants::SELECT_LANES;
 use crate::error::Result;
@@ -111,6 +111,7 @@ pub trait Shoot {
         max_shots: u32,
         watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
     ) -> Result<()> {
+        // Table 1: line 2, the choice it leaves out (Table 2, line 1), then lines 3 to 15 as a shot.
         for k in 0..max_shots {
             let next = match order {
                 Order::Greedy { threshold } => select(&self.cell_power()?, threshold),
@@ -246,7 +247,7 @@ pub fn replay(engine: &mut dyn Shoot, log: &[u32]) -> Result<Run> {
     })
 }
 
-/// The state before the first shot: B = E, H = 0, and r = E where no body buries it.
+/// The state before the first shot (Table 1, line 1): B = E, H = 0, and r = E where no body buries it.
 pub fn initial(mesh: &Mesh, origin: &str) -> Field {
     let emission: Vec<Vec4> = mesh.texels.iter().map(|t| t.emission.extend(0.0)).collect();
     let mut residual = emission.clone();

@@ -145,7 +145,7 @@ fn description(path: &Path) -> Result<Description> {
     let refuse = |message: String| Error::input(path, "", message);
     let text = crate::file::input(path, "a folder of maps is needed")?;
     let description: Description = serde_json::from_slice(&text)
-        .map_err(|e| refuse(format!("is no description of a room: {e}")))?;
+        .map_err(|e| refuse(format!("does not describe a room: {e}")))?;
     if description.faces.is_empty() {
         return Err(refuse("has no faces".into()));
     }

@@ -69,7 +69,7 @@ impl<'a> Builder<'a> {
         if corners.len() > polygon::MAX_CORNERS {
             let (n, most) = (corners.len(), polygon::MAX_CORNERS);
             return fail(format!(
-                "has {n} corners, {most} are possible: split it into triangles"
+                "has {n} corners, and {most} is the most: split it into triangles"
             ));
         }
         if k + self.pieces.len() >= MAX_FACES {

@@ -85,6 +85,7 @@ impl Method {
             had,
             keep: mended.shadows,
         };
+        // Table 2 as printed is all false: lines 6 to 9 take a hidden texel's light, whoever shoots.
         [rule(true, captured), rule(false, later)]
     }
 }
@@ -140,6 +141,7 @@ pub fn relight(
             flow
         })
     };
+    // Table 2, line 1, for every face of the map.
     phase(engine, 0.0, &mut shots)?;
     let noted = engine.field()?;
     let surface = Surface::of(mesh, room, &noted.radiosity);
@@ -154,6 +156,7 @@ pub fn relight(
         0.0
     };
     let threshold = (settings.epsilon * basis) as f32;
+    // Lines 16 and 17: objects shoot on what they received; mended, so does the room.
     if deposited > 0.0 {
         phase(engine, threshold, &mut shots)?;
     }

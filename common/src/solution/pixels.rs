@@ -58,7 +58,7 @@ impl Planes {
 /// What the header promises, before memory is taken for it.
 fn check(bytes: &[u8], max_pixels: u64) -> std::result::Result<(), String> {
     let meta = MetaData::read_from_buffered(bytes, true)
-        .map_err(|error| format!("is no EXR file that can be read ({error})"))?;
+        .map_err(|error| format!("is not an EXR file that can be read ({error})"))?;
     let header = meta.headers.first().ok_or("has no layer")?;
     if meta.headers.iter().any(|header| header.deep) {
         return Err("holds deep pixels: a flat image is needed".into());

@@ -139,7 +139,7 @@ fn of_faces(path: &Path, faces: &[Entry]) -> Result<Vec<Vec3>> {
 fn describe(path: &Path) -> Result<Description> {
     let text = file::input(path, "a directory written by solve is needed")?;
     let description: Description = serde_json::from_slice(&text)
-        .map_err(|e| Error::input(path, "", format!("is no description of a solve: {e}")))?;
+        .map_err(|e| Error::input(path, "", format!("does not describe a solve: {e}")))?;
     if description.faces.is_empty() {
         return Err(Error::input(path, "", "has no faces"));
     }

@@ -214,7 +214,7 @@ fn files() {
     {
         begins(
             error.to_string(),
-            "/dev/zero: cannot be read: it is no ordinary file",
+            "/dev/zero: cannot be read: it is not an ordinary file",
         );
     }
 }

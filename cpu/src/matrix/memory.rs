@@ -39,7 +39,7 @@ pub fn allocate(n: usize) -> Result<Vec<f64>> {
     let count = n.saturating_mul(n);
     if bytes(n as u64) > MEMORY || weights.try_reserve_exact(count).is_err() {
         return Err(Error::Usage(format!(
-            "the matrix of {n} texels needs {:.1} GB, which there is not: lower --texels",
+            "the matrix of {n} texels needs {:.1} GB, more than this machine has: lower --texels",
             bytes(n as u64) as f64 / 1e9
         )));
     }

@@ -39,6 +39,7 @@ pub fn deposit(
     let f = w * flash.scale - past.had;
     irradiance.w = f;
     if k >= cell.first && k < cell.first + cell.count {
+        // Table 1, line 15; Table 2, line 22.
         *residual = Vec4::ZERO;
         return;
     }
@@ -53,6 +54,7 @@ pub fn deposit(
     if flash.rule.captured {
         return;
     }
+    // Table 1, lines 8 to 10; Table 2, lines 8 and 9 (f < 0) and 15 to 17.
     let reflected = flash.reflectance[k as usize] * received;
     *radiosity += reflected.extend(0.0);
     if flash.rule.keep || flash.mesh.is_object(texel.face) {

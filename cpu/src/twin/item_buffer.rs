@@ -58,7 +58,7 @@ impl View {
 }
 
 impl ItemBuffer {
-    /// Draws the first `faces` faces; the first of equals stays.
+    /// Draws the first `faces` faces (Table 1, line 3); the first of equals stays.
     pub fn draw(mesh: &Mesh, view: &View, faces: u32) -> Self {
         let faces = &mesh.faces[..faces as usize];
         let count = (view.size * view.size) as usize;

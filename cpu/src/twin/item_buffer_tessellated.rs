@@ -130,6 +130,7 @@ fn vertex(view: &View, face: &MeshFace, u: f32, v: f32) -> Vertex {
     let t = spread(a, d, v) * (1.0 - u) + spread(b, c, v) * u;
     let low = a * (1.0 - s) + b * s;
     let high = d * (1.0 - s) + c * s;
+    // Table 3, line 3; lines 4 to 6 are `project`; line 7, where v.z is negative in front, is `printed`.
     let local = view.frame.turn(low * (1.0 - t) + high * t);
     let z = local.z * view.unit;
     let printed = (2.0 * z * PAPER_FAR - PAPER_NEAR) / (PAPER_FAR - PAPER_NEAR);

@@ -52,7 +52,8 @@ impl Sums {
         self.form_factor * (seen / (self.all * open))
     }
 
-    /// What texel `k` had of a shot of `cell`; nothing where one of them is an object's.
+    /// What texel `k` had of a shot of `cell` (Table 2, line 6, takes F); nothing where one of them
+    /// is an object's.
     pub fn past(&self, mesh: &Mesh, rule: Rule, cell: &Cell, k: u32) -> Past {
         if mesh.is_object(mesh.texels[k as usize].face) {
             return Past::default();
@@ -77,8 +78,8 @@ impl Sums {
     }
 }
 
-/// F of texel `k` and cell number `i`: from the texel's centre, and where the cell is near and
-/// looked at in several points, the mean over [`NEAR`]² places of the texel.
+/// F of texel `k` and cell number `i` (Table 1, line 7): from the texel's centre, and where the cell
+/// is near and looked at in several points, the mean over [`NEAR`]² places of the texel.
 pub fn factor(mesh: &Mesh, kind: FormFactor, i: u32, k: u32) -> f32 {
     let cell = &mesh.cells[i as usize];
     let texel = &mesh.texels[k as usize];

@@ -58,7 +58,7 @@ impl Buffers {
     }
 }
 
-/// Whether the texel at `position` on `face` sees the shooter of `view`.
+/// Whether the texel at `position` on `face` sees the shooter of `view` (Table 1, line 6).
 pub fn visible(
     mesh: &Mesh,
     buffer: &ItemBuffer,

@@ -56,7 +56,7 @@ impl Frame {
     }
 }
 
-/// The image of a direction in the frame (any length but 0).
+/// The image of a direction in the frame (any length but 0); for `paper` Table 3, lines 4 to 6.
 pub fn project(visibility: Visibility, v: Vec3) -> Vec2 {
     if visibility == Visibility::Hemicube {
         let side = if v.z >= v.x.abs().max(v.y.abs()) {

@@ -27,6 +27,7 @@ fn deposit(
     let f = links[shot.place * params.texels + k] * shot.scale - past.x;
     irradiance[k].w = f;
     if k >= shot.first && k < shot.first + shot.count {
+        // Table 1, line 15; Table 2, line 22.
         residual[k] = vec4f(0.0);
         return;
     }
@@ -41,6 +42,7 @@ fn deposit(
     if captured {
         return;
     }
+    // Table 1, lines 8 to 10; Table 2, lines 8 and 9 (f < 0) and 15 to 17.
     let reflected = texels[k].reflectance * received;
     radiosity[k] += vec4f(reflected, 0.0);
     if (params.rule & KEEP) != 0u || texels[k].face >= params.room {

@@ -38,6 +38,7 @@ fn weight(centre: vec3f, position: vec3f, normal: vec3f, part: f32, f: f32) -> f
     return disc(cos_i, cos_j, r2, part, part) + f * 1e-6;
 }
 
+// Equation 2 of the paper: `disc_area` is the texel's there, the shooter's in Wallace.
 fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
     return shooter_area * cos_i * cos_j / (PI * r2 + disc_area);
 }

@@ -1,6 +1,6 @@
-// The ID of the nearest face in every pixel, by the pixel's own ray: a rectangle that holds the
-// image of the face is drawn, and each pixel in it asks whether its ray meets the face. Depth is
-// the distance along that ray. Twin: cpu/src/twin/item_buffer.rs.
+// The ID of the nearest face in every pixel (Table 1, line 3), by the pixel's own ray: a rectangle
+// that holds the image of the face is drawn, and each pixel in it asks whether its ray meets the
+// face. Depth is the distance along that ray. Twin: cpu/src/twin/item_buffer.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;

@@ -26,6 +26,7 @@ fn vertex(@builtin(vertex_index) index: u32, @location(0) instance: vec2u) -> Ve
     let t = spread(a, d, v) * (1.0 - u) + spread(b, c, v) * u;
     let low = a * (1.0 - s) + b * s;
     let high = d * (1.0 - s) + c * s;
+    // Table 3, line 3; lines 4 to 6 are `project`; line 7, where v.z is negative in front, is `printed`.
     let local = turn(low * (1.0 - t) + high * t);
     var depth = 0.5;
     if PROJECTION == PROJECTION_PAPER {

@@ -1,4 +1,5 @@
-// What each texel takes of a shot's cell: form factor × part seen from pairs of points on the two. A dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/twin/link.rs.
+// What each texel takes of a shot's cell: form factor × part seen from pairs of points on the two. A
+// dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/twin/link.rs.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;
@@ -27,8 +28,8 @@ fn share(sums: Sums, seen: f32, open: f32) -> f32 {
     return sums.form_factor * (seen / (sums.all * open));
 }
 
-// What texel k had of the shot: what is subtracted from its link, and the link without the
-// objects; nothing where one of them is an object's.
+// What texel k had of the shot (Table 2, line 6): what is subtracted from its link, and the link
+// without the objects; nothing where one of them is an object's.
 fn past(sums: Sums, k: u32) -> vec2f {
     if texels[k].face >= params.room {
         return vec2f(0.0);
@@ -50,8 +51,8 @@ fn past(sums: Sums, k: u32) -> vec2f {
     return vec2f(had, before);
 }
 
-// F of texel k: from its centre, and where the cell is near and looked at in several points, the
-// mean over NEAR × NEAR places of the texel.
+// F of texel k (Table 1, line 7): from its centre, and where the cell is near and looked at in
+// several points, the mean over NEAR × NEAR places of the texel.
 fn factor(k: u32) -> f32 {
     let face = texels[k].face;
     if face == shots[slot].face {

@@ -22,7 +22,7 @@ fn sight(centre: vec3f, position: vec3f, face: u32) -> u32 {
     return select(BLOCKED, HIDDEN_BY_OBJECT, differ);
 }
 
-// The nine pixels name the faces that may hide the texel; those are asked exactly.
+// Table 1, line 6: the nine pixels name the faces that may hide the texel; those are asked exactly.
 fn visible(item_buffer: texture_2d<u32>, position: vec3f, face: u32) -> bool {
     let p = pixels(project(to_local(position)));
     let last = i32(SIZE) - 1;

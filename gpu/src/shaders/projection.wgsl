@@ -31,6 +31,7 @@ fn to_world(v: vec3f) -> vec3f {
     return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
 }
 
+// For PROJECTION_PAPER, Table 3, lines 4 to 6.
 fn project(v: vec3f) -> vec2f {
     if PROJECTION == PROJECTION_HEMICUBE {
         let side = select(side_of(v.xy), 0u, v.z >= max(abs(v.x), abs(v.y)));

@@ -4,6 +4,7 @@ use super::progress::{Progress, interrupted, listen};
 use super::tell::say;
 use super::{Outcome, bundled};
 use crate::show::report::number::{number, percent};
+use crate::solve::watch::Watch;
 use crate::study::chart::measure::Bench;
 use crate::study::chart::methods::{self, Method};
 use crate::study::chart::page::{LEVELS, winner};
@@ -20,7 +21,6 @@ use common::solution::{prepare, write_file};
 use common::text::plain;
 use common::{Error, Result};
 use gpu::Gpu;
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 /// The bundled scenes that are charted.
@@ -29,9 +29,9 @@ const SCENES: [&str; 3] = ["cornell_box.obj", "paper_room_objects.obj", "furnace
 /// `--quality` of a chart.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum QualityOption {
-    /// Fewer points about a coarse base
+    /// Fewer points around a coarse base
     Draft,
-    /// About 70 points a scene
+    /// About 70 points per scene
     Normal,
 }
 
@@ -49,7 +49,7 @@ enum SolverOption {
 pub struct Arguments {
     /// .obj, .gltf or .glb files [default: the bundled Cornell box, paper's room and furnace]
     scenes: Vec<PathBuf>,
-    /// Where chart.html, chart.svg and chart.json go; what is measured there already is taken up
+    /// Where chart.html, chart.svg and chart.json go; measurements already there are reused
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// How many points, and how fine their base is [default: normal]
@@ -93,7 +93,7 @@ pub struct Arguments {
 fn seconds(text: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
-        _ => Err(format!("{text} is no time above 0 in seconds")),
+        _ => Err(format!("{text} is not a time in seconds above 0")),
     }
 }
 
@@ -116,7 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut store = Store::open(&arguments.out.join("chart.partial.jsonl"))?;
     if store.damaged > 0 {
         say!(
-            "note: {} damaged lines of chart.partial.jsonl are passed over",
+            "note: {} damaged lines of chart.partial.jsonl are skipped",
             store.damaged
         );
     }
@@ -143,7 +143,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     write(&arguments.out, &studies)?;
     if interrupted() {
-        say!("interrupted: the chart holds what is measured; the same command goes on");
+        say!(
+            "interrupted: the chart holds what was measured by then; the same command continues it"
+        );
     }
     if !arguments.quiet {
         studies.iter().for_each(summary);
@@ -178,15 +180,16 @@ impl Program<'_> {
             asked: (texels, arguments.limit),
             adapter: self.gpu.map_or(String::new(), |gpu| gpu.line.name.clone()),
         };
-        let progress = RefCell::new(Progress::new(&scene.name, arguments.quiet));
-        let watch = |phase: &str, done, all| progress.borrow_mut().show(phase, done, all);
+        let progress = Progress::new(&scene.name, arguments.quiet);
+        let show = |phase: &str, done| progress.show(phase, done);
+        let watch = Watch::new(&show);
         let own;
         let truth = match self.given {
             Some(given) => given,
             None => {
                 let name = format!("truth-{:016x}", self.digest(scene, texels));
                 let dir = arguments.out.join(name);
-                own = Truth::own(scene, texels, &dir, &mut |p, d, a| watch(p, d, a))?;
+                own = Truth::own(scene, texels, &dir, &watch)?;
                 own.check(scene)?;
                 &own
             }
@@ -210,7 +213,7 @@ impl Program<'_> {
             .sum::<usize>();
         if there > 0 {
             say!(
-                "note: {}: goes on after {there} measurements in chart.partial.jsonl",
+                "note: {}: continues after {there} measurements in chart.partial.jsonl",
                 scene.name
             );
         }

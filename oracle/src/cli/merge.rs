@@ -42,7 +42,7 @@ pub struct Arguments {
 }
 
 fn seconds(text: &str) -> std::result::Result<f64, String> {
-    list::seconds(text).ok_or_else(|| format!("{text} is no number of seconds above 0"))
+    list::seconds(text).ok_or_else(|| format!("{text} is not a number of seconds above 0"))
 }
 
 /// Merges and writes.
@@ -88,7 +88,7 @@ fn exposures(arguments: &Arguments) -> Result<Vec<(PathBuf, f64)>> {
     let (images, seconds) = (&arguments.images, &arguments.seconds);
     if images.len() != seconds.len() {
         return Err(Error::Usage(format!(
-            "{} images and {} --seconds: one for each is needed, in the same order",
+            "{} images and {} --seconds: give one for each image, in the same order",
             images.len(),
             seconds.len()
         )));

@@ -6,7 +6,6 @@ mod chart;
 mod compare;
 mod converge;
 mod diff;
-mod matrix;
 mod merge;
 mod objects;
 mod options;
@@ -49,19 +48,19 @@ enum Command {
     Compare(compare::Arguments),
     /// Put objects into a captured room; writes composite.png, report.html and what solve writes
     Relight(relight::Arguments),
-    /// Photographs of one view, differently exposed, as a radiance map; writes radiance.exr, merge.html
+    /// Merge bracketed photographs of one view into a radiance map; writes radiance.exr, merge.html
     Merge(merge::Arguments),
-    /// The paper's Table 4 again, its columns beside ours; writes table4.html
+    /// Repeat the paper's Table 4, its columns beside ours; writes table4.html
     Table4(table4::Arguments),
     /// Compare two results (directories of solve), the second one as the truth; writes diff.html
     Diff(diff::Arguments),
     /// Measure how the error falls and the time grows with each parameter; writes converge.html
     Converge(converge::Arguments),
-    /// Speed against accuracy, every method on CPU and GPU; writes chart.html
+    /// Plot speed against accuracy, every method on CPU and GPU; writes chart.html
     Chart(chart::Arguments),
-    /// The failure atlas: scenes built to break each method; writes stress.html
+    /// Run the failure atlas: scenes built to break each method; writes stress.html
     Stress(stress::Arguments),
-    /// What a solve will take: texels, memory, shots, time
+    /// Estimate what a solve will take: texels, memory, shots, time
     Plan(plan::Arguments),
     /// List the GPU adapters found
     Adapters,

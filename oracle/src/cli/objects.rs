@@ -109,7 +109,7 @@ impl FromArgMatches for Objects {
             .collect();
         let owner = |at: usize| starts.partition_point(|start| *start < at).checked_sub(1);
         let stray = |name: &str| {
-            let message = format!("--{name} must follow the --object that it is about");
+            let message = format!("--{name} must follow the --object that it belongs to");
             clap::Error::raw(clap::error::ErrorKind::ArgumentConflict, message)
         };
         for (at, value) in valued::<f64>(matches, "scale") {
@@ -148,10 +148,10 @@ fn numbers<const N: usize>(text: &str) -> std::result::Result<[f64; N], String> 
         .split(',')
         .map(|part| part.trim().parse::<f64>())
         .collect::<std::result::Result<_, _>>()
-        .map_err(|_| format!("{text}: {N} numbers with commas between them are needed"))?;
+        .map_err(|_| format!("{text}: give {N} numbers separated by commas"))?;
     let all: [f64; N] = parts
         .try_into()
-        .map_err(|_| format!("{text}: {N} numbers with commas between them are needed"))?;
+        .map_err(|_| format!("{text}: give {N} numbers separated by commas"))?;
     if all.iter().all(|x| x.is_finite()) {
         Ok(all)
     } else {
@@ -173,7 +173,7 @@ pub fn camera(text: &str) -> std::result::Result<[f64; 7], String> {
         ));
     }
     if all[..3] == all[3..6] {
-        return Err(format!("{text}: the camera looks at where it stands"));
+        return Err(format!("{text}: the camera looks at its own position"));
     }
     Ok(all)
 }

@@ -81,7 +81,7 @@ impl From<FormFactorOption> for FormFactor {
 pub enum RasterOption {
     /// Each pixel's own ray is intersected with the faces whose image may lie there
     Pixel,
-    /// Faces are cut into triangles, whose projected corners are drawn
+    /// Faces are cut into triangles, which are drawn by their projected corners
     Tessellated,
 }
 
@@ -98,7 +98,7 @@ pub enum LookupOption {
 /// `--iteration`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum IterationOption {
-    /// The cell with most unshot power, at every texel (the paper)
+    /// The cell with most unshot power, to every texel (the paper)
     Southwell,
     /// All cells, by Chebyshev's polynomials
     Chebyshev,
@@ -119,7 +119,7 @@ impl From<IterationOption> for Iteration {
 /// How to read the scene, solve it and talk about it.
 #[derive(Args, Clone)]
 pub struct Common {
-    /// Sets texels, cells, samples and epsilon together; the single options override it [default: normal]
+    /// Sets texels, cells, samples and epsilon together; the options below override it [default: normal]
     #[arg(long, value_enum)]
     pub quality: Option<QualityOption>,
     /// Texels per side of a face [default: 16; draft 8; fewer where there are many faces]
@@ -134,16 +134,16 @@ pub struct Common {
     /// Which cells shoot next, and how much [default: cg for solve, southwell otherwise]
     #[arg(long, value_enum)]
     pub iteration: Option<IterationOption>,
-    /// How it is decided whether a texel sees a shooter [default: rays on the CPU, stereographic on the GPU]
+    /// How to decide whether a texel sees a shooter [default: rays on the CPU, stereographic on the GPU]
     #[arg(long, value_enum)]
     pub visibility: Option<VisibilityOption>,
-    /// Item buffer pixels a side [default: 1024]
+    /// Item buffer pixels per side [default: 1024]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
     pub item_buffer: Option<u32>,
     /// How faces get into the item buffer [default: pixel, and tessellated for paper]
     #[arg(long, value_enum)]
     pub raster: Option<RasterOption>,
-    /// Item buffer pixels that a texel asks [default: 3x3]
+    /// Item buffer pixels that are looked up for a texel [default: 3x3]
     #[arg(long, value_enum)]
     pub lookup: Option<LookupOption>,
     /// Form factor [default: polygon]
@@ -155,7 +155,7 @@ pub struct Common {
     /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16]
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
-    /// Scale each shot's form factors to the exact closure
+    /// Scale each shot's form factors so that no light is lost or made up
     #[arg(long)]
     pub conserve: bool,
     /// The GPU adapter whose name contains NAME
@@ -251,7 +251,7 @@ impl Common {
         settings.raster = settings.raster();
         if self.raster.is_some() && settings.raster != asked {
             return Err(Error::Usage(
-                "--raster: paper is tessellated and the hemicube goes by pixels; leave it out"
+                "--raster: paper is always tessellated, and the hemicube always drawn by pixels; leave it out"
                     .into(),
             ));
         }
@@ -275,7 +275,7 @@ impl Common {
         ];
         match given.into_iter().find(|(_, given)| *given) {
             Some((option, _)) if visibility == Visibility::Rays => Err(Error::Usage(format!(
-                "{option} is of item buffers, and visibility is by rays here: leave it out, or give --visibility stereographic, hemisphere, hemicube or paper too"
+                "{option} applies to item buffers, but visibility is by rays here: leave it out, or give --visibility stereographic, hemisphere, hemicube or paper too"
             ))),
             _ => Ok(()),
         }

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
 use super::random::Random;
 use super::tell::say;
+use crate::solve::watch::Watch;
 use crate::study::stress::gates::{self, Gate};
 use crate::study::stress::json::{Told, json};
 use crate::study::stress::random::NAME;
@@ -24,7 +25,7 @@ const NAMED: usize = 12;
 /// Arguments of `stress`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Names of cases [default: all], or random: scenes drawn anew
+    /// Names of cases [default: all], or random: freshly drawn scenes
     cases: Vec<String>,
     /// Where stress.html and stress.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let random = arguments.cases.iter().any(|name| name == NAME);
     if random && arguments.cases.len() > 1 {
         return Err(Error::Usage(
-            "stress random goes alone: leave the other cases out".into(),
+            "stress random stands alone: leave out the other cases".into(),
         ));
     }
     if !random && arguments.random.given() {
@@ -86,11 +87,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let mut studies = Vec::new();
     for case in &cases {
-        let mut progress = Progress::new(case.about.name, arguments.quiet);
-        let study = run.case(case, &mut |done, all| {
-            // Ctrl-C is asked for by the run itself.
-            let _ = progress.show(case.about.parameter, done, all);
-        })?;
+        let progress = Progress::new(case.about.name, arguments.quiet);
+        let show = |phase: &str, done| progress.show(phase, done);
+        let study = run.case(case, &Watch::new(&show))?;
         studies.push(study);
         if interrupted() {
             break;
@@ -106,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     write(arguments, &studies, &told)?;
     if interrupted() {
-        say!("interrupted: the atlas holds what is measured");
+        say!("interrupted: the atlas holds what was measured by then");
     }
     finish(arguments, &told, missing)
 }

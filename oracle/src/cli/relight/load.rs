@@ -87,7 +87,7 @@ fn within_reach(room: &Scene, scene: &Scene, object: &Object) -> Result<()> {
         &object.file,
         "",
         format!(
-            "reaches from {} to {}, too far out of a room of {size:.3}: see --scale and --place",
+            "reaches from {} to {}, too far outside a room of size {size:.3}: see --scale and --place",
             short(from),
             short(to)
         ),

@@ -228,7 +228,7 @@ pub fn findings(e: &Evidence) -> Vec<Finding> {
     };
     let finer = match pixels * 2 {
         n if n <= MOST_PIXELS && e.settings.visibility != Visibility::Paper => {
-            format!(", --item-buffer {n} about half")
+            format!(", and --item-buffer {n} has about half of it")
         }
         _ => String::new(),
     };

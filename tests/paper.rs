@@ -1,0 +1,136 @@
+//! docs/paper.md has a row for each equation, table line and figure of the paper, and every file and
+//! function that it names exists.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+/// What the paper numbers.
+const NUMBERED: [(&str, u32); 3] = [("Equation", 2), ("Figure", 10), ("Table", 4)];
+/// Tables that are programs, and their lines.
+const PROGRAMS: [(&str, u32); 3] = [("Table 1", 15), ("Table 2", 22), ("Table 3", 7)];
+/// What only its text says, and what its loop takes from others.
+const UNNUMBERED: [&str; 12] = [
+    "Section 3",
+    "Section 3.1",
+    "Section 3.3",
+    "Section 5",
+    "Abstract",
+    "Cohen 1988: gathering",
+    "Cohen 1988: shooting",
+    "Cohen 1988: reciprocity",
+    "Cohen 1988: order",
+    "Cohen 1988: substructuring",
+    "Coombe 2004: textures",
+    "Coombe 2004: next shooter",
+];
+
+fn items() -> BTreeSet<String> {
+    let numbered = NUMBERED
+        .iter()
+        .flat_map(|(kind, last)| (1..=*last).map(move |k| format!("{kind} {k}")))
+        .filter(|item| PROGRAMS.iter().all(|(program, _)| item != program));
+    let lines = PROGRAMS
+        .iter()
+        .flat_map(|(program, last)| (1..=*last).map(move |k| format!("{program}, line {k}")));
+    let unnumbered = UNNUMBERED.iter().map(|item| (*item).to_owned());
+    numbered.chain(lines).chain(unnumbered).collect()
+}
+
+/// The items of a row: "Table 1, lines 4–5, 11–13" is five.
+fn items_of(cell: &str) -> Vec<String> {
+    let Some((program, lines)) = cell.split_once(", line") else {
+        return vec![cell.to_owned()];
+    };
+    let range = |text: &str| {
+        let (first, last) = text.split_once('–').unwrap_or((text, text));
+        let number = |text: &str| text.trim().parse().unwrap_or(0);
+        number(first)..=number(last)
+    };
+    let lines = lines.trim_start_matches('s').split(',').flat_map(range);
+    lines.map(|k: u32| format!("{program}, line {k}")).collect()
+}
+
+/// Pairs of file and name: `file` `name` `name`; `file` `name`.
+fn links(cell: &str) -> Vec<(String, String)> {
+    let mut links = Vec::new();
+    let mut file = String::new();
+    for word in cell.split('`').skip(1).step_by(2) {
+        if word.ends_with(".wgsl") {
+            file = format!("gpu/src/shaders/{word}");
+        } else if word.ends_with(".rs") {
+            file = word.to_owned();
+        } else {
+            links.push((file.clone(), word.to_owned()));
+        }
+    }
+    links
+}
+
+/// Whether `text` defines `name`; as a test, right below `#[test]`.
+fn defines(text: &str, name: &str, test: bool) -> bool {
+    let mut after_test = false;
+    for line in text.lines().map(str::trim) {
+        let defined = ["fn ", "struct ", "enum ", "trait "].iter().any(|kind| {
+            let rest = (!line.starts_with("//")).then(|| line.split_once(kind));
+            rest.flatten().is_some_and(|(_, rest)| {
+                let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_');
+                &rest[..end.unwrap_or(rest.len())] == name
+            })
+        });
+        if defined && (after_test || !test) {
+            return true;
+        }
+        after_test = line == "#[test]";
+    }
+    false
+}
+
+/// What is wrong with a column of a row.
+fn faults_of(row: &str, column: &str, cell: &str) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let links = links(cell);
+    let mut faults = Vec::new();
+    if links.is_empty() && !(column == "WGSL" && cell == "—") {
+        faults.push(format!("{row}: nothing under {column}"));
+    }
+    for (file, name) in links {
+        let ending = if column == "WGSL" { ".wgsl" } else { ".rs" };
+        let text = fs::read_to_string(root.join(&file)).unwrap_or_default();
+        if !file.ends_with(ending) || text.is_empty() {
+            faults.push(format!("{row}: no file {file} of {column}"));
+        } else if !defines(&text, &name, column == "Test") {
+            faults.push(format!("{row}: {file} has no {name} of {column}"));
+        }
+    }
+    faults
+}
+
+#[test]
+fn every_line_of_the_paper_leads_to_code_and_a_test() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/paper.md");
+    let page = fs::read_to_string(path).unwrap();
+    let mut missing = items();
+    let mut faults = Vec::new();
+    for line in page.lines().filter(|line| line.starts_with('|')) {
+        let line = line.replace("\\|", "");
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [_, row, _, rust, wgsl, test, _] = cells[..] else {
+            faults.push(format!("not five columns: {line}"));
+            continue;
+        };
+        if row == "Item" || row.starts_with('-') {
+            continue;
+        }
+        for item in items_of(row) {
+            if !missing.remove(&item) {
+                faults.push(format!("unknown, or there twice: {item}"));
+            }
+        }
+        for (column, cell) in [("Rust", rust), ("WGSL", wgsl), ("Test", test)] {
+            faults.extend(faults_of(row, column, cell));
+        }
+    }
+    faults.extend(missing.iter().map(|item| format!("no row: {item}")));
+    assert!(faults.is_empty(), "docs/paper.md:\n{}", faults.join("\n"));
+}
