@@ -116,7 +116,7 @@ fn curve(response: &Response) -> Markup {
             h2 { "Response of the camera" }
             (chart(curves(response).as_deref(), "There is no curve to draw.", html! {
                 @for (name, colour) in names.into_iter().zip(COLOURS) {
-                    (key(&css([colour.0, colour.1, colour.2]), html! { (name) })) " "
+                    (key(colour, html! { (name) })) " "
                 }
                 "· which code an exposure gives, by least squares over " (r) ", " (g) " and " (b) " pixels "
                 "(eq. 3). Code 128 is the same exposure in each channel, so that grey stays grey. At 0 and 255 "

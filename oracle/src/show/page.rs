@@ -1,5 +1,6 @@
 //! What all pages are made of: one file that opens offline, in one look.
 
+use super::chart;
 use super::picture::DIVERGING;
 use super::report::number::percent;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -32,7 +33,7 @@ impl Page<'_> {
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta name="color-scheme" content="light dark";
                     title { (self.title) }
-                    style { (PreEscaped(STYLE)) (PreEscaped(self.style)) }
+                    style { (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) (PreEscaped(self.style)) }
                 }
                 body {
                     nav aria-label=(listed) { (links) }

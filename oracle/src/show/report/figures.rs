@@ -1,7 +1,7 @@
 //! The pictures and charts of one scene's comparison.
 
+use super::charts;
 use crate::judge::comparison::Comparison;
-use crate::show::chart;
 use crate::show::picture::{
     Exposure, atlas, decode, diverging, face_colour, item_buffer, luminance, range,
 };
@@ -84,9 +84,9 @@ impl Figures {
             ],
             shooter: format!("face {shooter} “{name}”"),
             convergence: singly(c)
-                .then(|| chart::convergence(&c.cpu, &c.gpu, c.settings.epsilon))
+                .then(|| charts::convergence(&c.cpu, &c.gpu, c.settings.epsilon))
                 .flatten(),
-            histogram: chart::mismatches(&c.pairs.histogram),
+            histogram: charts::mismatches(&c.pairs.histogram),
             quality: Quality::new(&cpu),
             camera,
         }

@@ -1,5 +1,6 @@
 //! `report.html`, one file that opens offline and is meant to be looked at, and `report.json`.
 
+mod charts;
 mod figures;
 mod json;
 pub(crate) mod number;

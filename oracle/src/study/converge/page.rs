@@ -167,8 +167,7 @@ fn legend(sweep: &MeasuredSweep) -> Markup {
 }
 
 fn swatch(k: usize, name: &str) -> Markup {
-    let c = colour(k);
-    page::key(&page::css([c.0, c.1, c.2]), html! { (name) })
+    page::key(colour(k), html! { (name) })
 }
 
 fn points(sweep: &MeasuredSweep) -> Markup {

@@ -21,7 +21,7 @@ pub fn section(k: usize, study: &Study, all: &[&'static str]) -> Markup {
                 dt { "Error" } dd { (about.measure) }
             }
             div.case {
-                (page::chart(chart::svg(study, all).as_deref(), "Nothing was run.", caption(about.measure)))
+                (page::chart(chart::drawn(study, all).as_deref(), "Nothing was run.", caption(about.measure)))
                 @match &study.specimen {
                     Some(specimen) => (specimen::view(specimen, about.parameter)),
                     None => p.none { "no specimen" },

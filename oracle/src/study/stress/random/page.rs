@@ -23,7 +23,7 @@ pub fn page(findings: &Findings, ratios: &Ratios, told: &Told) -> String {
         (counts(&told.score.all))
         h2 { "Does it know how wrong it is?" }
         (known(ratios))
-        (page::chart(chart::svg(findings).as_deref(), "Nothing was estimated.", html! {
+        (page::chart(chart::svg_of(findings).as_deref(), "Nothing was estimated.", html! {
             b { "Estimate against error" } " · blue: CPU, orange: GPU; large and filled: beyond 2 % in silence. On the "
             "thick line they are equal, the thin ones are half and three times the error; dashed: "
             (percent(FLOOR)) ", up to where nothing is asked of an estimate, and 2 %."
@@ -170,6 +170,6 @@ mod tests {
         assert!(page.contains("<h3>Seed 2</h3>") && page.contains("scene &lt;1&gt;"));
         assert!(page.contains("Not OK") && page.contains("class=\"chart\""));
         // Estimates of three answers; the fixture's GPU makes none.
-        assert_eq!(page.matches("<circle").count(), 3);
+        assert_eq!(page.matches("stroke-width=\"2\"></path>").count(), 3);
     }
 }
