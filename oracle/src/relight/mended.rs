@@ -1,4 +1,4 @@
-//! A relight, looked at and mended as a solve is.
+//! A relight, checked and mended as a solve is.
 
 use super::warnings::estimate;
 use super::work::{Done, Phases, Stage, Work};

@@ -1,5 +1,5 @@
-//! A scene solved as `solve` does it: refined where that is asked for, and warned about where the
-//! answer may be more than 2 % off.
+//! A scene solved as `solve` does it: refined on request, checked, mended, and with a warning where
+//! the answer may be more than 2 % off.
 
 pub mod check;
 pub mod dense;
