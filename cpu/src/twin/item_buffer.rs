@@ -3,7 +3,7 @@
 //!
 //! A rectangle that holds the image of the face is drawn, and each pixel in it asks whether its
 //! ray meets the face; depth is the distance along that ray. So the buffer holds what rays see, and
-//! only the size of a pixel is left to err by. The older way is `item_buffer_tessellated.rs`.
+//! the only error left is the size of a pixel. The older way is `item_buffer_tessellated.rs`.
 
 use crate::twin::bound::bound;
 use crate::twin::hemicube::place;

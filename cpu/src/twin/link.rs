@@ -1,5 +1,5 @@
-//! What a texel takes of a cell's light: the form factor times the part of the cell that it sees,
-//! from S pairs of points on the two. Twin of `gpu/src/shaders/link.wgsl`.
+//! The share of a cell's radiosity that a texel receives: the form factor times the part of the cell
+//! that it sees, from S pairs of points on the two. Twin of `gpu/src/shaders/link.wgsl`.
 //!
 //! ```text
 //! w_ji = F(texel j → cell i) · Σ_s g_s V(p_s, q_s) / (o_i Σ_s g_s)

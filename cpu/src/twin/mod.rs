@@ -1,5 +1,5 @@
 //! The twins: each file has the functions of the shader of the same name, in the same order of
-//! statements. What the GPU computes is judged by them; what is fast is in `rows`.
+//! statements. The GPU is judged by them; the CPU solver's fast version is in `rows`.
 
 pub mod accumulate;
 pub mod bound;

@@ -1,4 +1,4 @@
-//! Visibility by one ray from the shooter's centre to the texel's, through an obvhs BVH of faces.
+//! Visibility by rays from points of the shooter to points of the texel, through an obvhs BVH of faces.
 
 use crate::twin::intersect::{intersect, touches};
 use common::bvh::Bvh;

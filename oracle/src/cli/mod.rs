@@ -1,5 +1,5 @@
-//! The command line: `solve`, `compare`, `relight`, `merge`, `diff`, `converge`,
-//! `chart`, `stress`, `plan`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `relight`, `merge`, `table4`, `diff`, `converge`, `chart`,
+//! `stress`, `plan`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod chart;

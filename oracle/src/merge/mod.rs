@@ -1,5 +1,5 @@
-//! Photographs of one view, differently exposed, as one radiance map: `radiance.exr` and
-//! `merge.html`. The numbers are [`brackets`]'.
+//! Bracketed photographs of one view, merged into a radiance map: `radiance.exr` and `merge.html`.
+//! The mathematics is in [`brackets`].
 
 pub mod brackets;
 mod chart;

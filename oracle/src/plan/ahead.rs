@@ -1,5 +1,5 @@
-//! Whether a solve will take more than a minute, told before it starts, with the setting that would
-//! take a tenth.
+//! Announces a solve of more than a minute before it starts, with the setting that would take a tenth
+//! of the time.
 
 use super::passes::{Expected, expected};
 use super::trial::{Time, time};

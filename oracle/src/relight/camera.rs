@@ -1,4 +1,4 @@
-//! From where a relit room is looked at.
+//! The camera through which a relit room is seen.
 
 use super::Relit;
 use crate::show::view::camera::Camera;

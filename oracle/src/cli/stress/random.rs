@@ -1,4 +1,4 @@
-//! `radiosity stress random`: scenes drawn anew.
+//! `radiosity stress random`: freshly drawn scenes.
 
 use super::{Arguments, finish};
 use crate::cli::Outcome;

@@ -1,4 +1,4 @@
-//! What the answers are held against: the dense matrix on as many texels as take a few seconds.
+//! What the answers are compared with: the dense matrix on as many texels as take a few seconds.
 
 use crate::judge::comparison::Told;
 use crate::judge::diff::pair::Pair;

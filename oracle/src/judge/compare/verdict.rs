@@ -1,6 +1,6 @@
-//! The conditions under which the two solvers agree: each is broken by a fault of the code, on
-//! whatever scene, and by nothing that pixels cannot resolve. Each bound stands here once, with its
-//! reason; what the method errs by is [`findings`].
+//! The conditions under which the two solvers agree. On any scene, each is broken only by a fault in
+//! the code, never by what pixels cannot resolve. Each bound stands here once, with its reason; the
+//! errors of the method are [`findings`].
 
 use super::stages::factor_roundings;
 use crate::judge::comparison::{Difference, Finding, Gate, Pairs, Stage};

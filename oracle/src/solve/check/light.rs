@@ -1,4 +1,5 @@
-//! What every point of the scene shines, by the answer, and how to draw points that shine much.
+//! How much light every point of the scene gives off, according to the answer, and how to draw points
+//! in proportion to it.
 
 use super::slope::Slope;
 use common::mesh::{Mesh, MeshFace, Texel};
