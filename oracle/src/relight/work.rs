@@ -9,6 +9,7 @@ use crate::solve::solved::{Recovered, Solved};
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::Watch;
+use common::cover::furnished_until;
 use common::mesh::{Mesh, Texel};
 use common::passes;
 use common::relight::surface::Surface;
@@ -18,7 +19,6 @@ use common::settings::Settings;
 use common::shooting::{Run, Shot, progress, solve};
 use common::solution::Warning;
 use common::{Error, Result, relight as loops};
-use cpu::occlusion::cover::furnished_until;
 use glam::{Vec3, Vec4};
 
 /// What is relit, read and put together.

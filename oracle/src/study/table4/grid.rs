@@ -14,12 +14,12 @@ use crate::solve::task::Task;
 use crate::solve::watch::{Show, Watch};
 use common::energy::Energy;
 use common::form_factor::FormFactor;
+use common::rays::Rays;
 use common::relight::Method;
 use common::scene::Scene;
 use common::settings::{Lookup, Raster, Settings, Visibility};
 use common::shooting::Field;
 use common::{Error, Result};
-use cpu::twin::rays::Rays;
 use gpu::Gpu;
 
 /// Unshot power at which the paper may have stopped.
