@@ -1,0 +1,3 @@
+//! What the documentation says of the code.
+
+mod paper;
