@@ -14,7 +14,7 @@ const KNOWN: &str = include_str!("breaks.tsv");
 
 /// Errors may differ by this share of themselves: they are written with three digits.
 const DIGITS: f64 = 0.01;
-/// And by this: what f32 leaves of a solve (`tests/units.rs`), far below the least limit but that of
+/// And by this: what f32 leaves of a solve (`tests/robustness/units.rs`), far below the least limit but that of
 /// leaks, which are 0 or not.
 const ROUNDING: f64 = 1e-6;
 
