@@ -2,8 +2,9 @@
 
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
+use oracle::solve::solver::Solver;
+use oracle::solve::watch::unwatched;
 use oracle::solve::{Answer, Given, Question, answer};
-use std::ops::ControlFlow;
 
 /// 8×8 texels, 4 samples.
 pub fn settings() -> Settings {
@@ -18,10 +19,10 @@ pub fn settings() -> Settings {
 /// The CPU's answer.
 pub fn solved(scene: &Scene, settings: &Settings, given: Given) -> Answer {
     let question = Question {
-        scene,
+        task: scene,
         settings,
         given,
-        gpu: None,
+        solver: Solver::Cpu,
     };
-    answer(&question, &|_| ControlFlow::Continue(())).unwrap()
+    answer(&question, &unwatched()).unwrap()
 }

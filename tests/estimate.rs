@@ -45,19 +45,19 @@ fn standing() -> Scene {
 
 /// Relative RMS against a matrix of twice the texels.
 fn error(scene: &Scene, answer: &Answer, truth: &(Mesh, Field)) -> f64 {
-    let ours = Reflected::of(scene, &answer.mesh, &answer.run.field);
+    let ours = Reflected::of(scene, &answer.solved.mesh, &answer.solved.run.field);
     let theirs = Reflected::of(scene, &truth.0, &truth.1);
     Pair::new(&ours, &theirs, None).unwrap().worst().0
 }
 
 fn truth(scene: &Scene) -> (Mesh, Field) {
     let (mesh, matrix, _) = assemble(scene, 16);
-    let field = dense::solve(&mesh, &matrix).unwrap().0.field;
+    let field = dense::by(&mesh, &matrix).unwrap().0.field;
     (mesh, field)
 }
 
 fn looked_at(scene: &Scene, settings: &Settings, answer: &Answer, field: &Field) -> Estimate {
-    estimate(scene, settings, &answer.mesh, field).unwrap()
+    estimate(scene, settings, &answer.solved.mesh, field).unwrap()
 }
 
 /// From 15 % to 1 %. The estimate is held to a factor of two: a few texels make most of an error.
@@ -99,9 +99,9 @@ fn the_estimate_is_the_error_within_a_factor_of_two() {
 fn light_that_is_lost_or_made_up_is_found() {
     let scene = lit_room();
     let answer = solved(&scene, &settings(), Given::ALL);
-    let clean = looked_at(&scene, &settings(), &answer, &answer.run.field).error;
+    let clean = looked_at(&scene, &settings(), &answer, &answer.solved.run.field).error;
     for factor in [0.8, 1.2] {
-        let mut field = answer.run.field.clone();
+        let mut field = answer.solved.run.field.clone();
         for h in &mut field.irradiance {
             *h *= factor;
         }
@@ -117,9 +117,9 @@ fn later_bounces_count_with_their_gain() {
     for reflectance in [0.5, 0.9, 0.99] {
         let scene = furnace(reflectance);
         let answer = solved(&scene, &settings(), Given::ALL);
-        let mut field = answer.run.field.clone();
+        let mut field = answer.solved.run.field.clone();
         let exact = 1.0 / (1.0 - reflectance);
-        for (k, texel) in answer.mesh.texels.iter().enumerate() {
+        for (k, texel) in answer.solved.mesh.texels.iter().enumerate() {
             let reflected = 1.05 * Vec3::splat(reflectance * exact);
             field.irradiance[k] = (reflected / reflectance).extend(0.0);
             field.radiosity[k] = (texel.emission + reflected).extend(0.0);
@@ -143,13 +143,14 @@ fn white_walls_are_not_trusted() {
     let answer = solved(&furnace(reflectance), &settings(), Given::ALL);
     let exact = 1.0 / (1.0 - f64::from(reflectance));
     let b: f64 = answer
+        .solved
         .run
         .field
         .radiosity
         .iter()
         .map(|b| f64::from(b.x))
         .sum();
-    let error = (b / answer.run.field.radiosity.len() as f64 / exact - 1.0).abs();
+    let error = (b / answer.solved.run.field.radiosity.len() as f64 / exact - 1.0).abs();
     let found = answer.estimate.as_ref().unwrap();
     println!("{error:.3} off, {found:?}");
     assert!(found.error >= 0.5 * error, "{error}: {found:?}");
@@ -188,7 +189,7 @@ fn each_cause_is_told() {
         assert_eq!(worst.unwrap().cause, cause, "{estimate:?}");
         assert_eq!(answer.warnings[0].code, code, "{:?}", answer.warnings);
         assert!(!answer.warnings[0].faces.is_empty());
-        assert_eq!(answer.settings, settings, "given options are kept");
+        assert_eq!(answer.solved.settings, settings, "given options are kept");
     }
 }
 
@@ -204,7 +205,10 @@ fn what_was_not_given_is_mended_and_said() {
         "{:?}",
         after.notes
     );
-    assert_eq!((after.settings.cells, after.settings.samples), (8, 16));
+    assert_eq!(
+        (after.solved.settings.cells, after.solved.settings.samples),
+        (8, 16)
+    );
     assert!(2.0 * error(&scene, &after, &truth) < error(&scene, &before, &truth));
     let buffer = Settings {
         visibility: Visibility::Stereographic,
@@ -212,6 +216,6 @@ fn what_was_not_given_is_mended_and_said() {
         ..settings()
     };
     let by_rays = solved(&slit(), &buffer, Given::default());
-    assert_eq!(by_rays.settings.visibility, Visibility::Rays);
+    assert_eq!(by_rays.solved.settings.visibility, Visibility::Rays);
     assert!(by_rays.warnings.is_empty(), "{:?}", by_rays.warnings);
 }

@@ -7,8 +7,8 @@ use gpu::{Fault, Gpu};
 use oracle::judge::compare::difference::difference;
 use oracle::judge::compare::{Request, compare};
 use oracle::judge::comparison::{Comparison, Gate};
+use oracle::solve::watch::unwatched;
 use radiosity_tests::{box_in_room, furnace};
-use std::ops::ControlFlow;
 
 fn verdict(texels: u32, faults: &[Fault]) -> Comparison {
     judged(Visibility::Stereographic, texels, faults)
@@ -36,7 +36,7 @@ fn of(scene: &Scene, visibility: Visibility, texels: u32, faults: &[Fault]) -> C
         gpu: &gpu,
         faults,
     };
-    compare(scene, &request, &mut |_, _, _| ControlFlow::Continue(())).unwrap()
+    compare(scene, &request, &unwatched()).unwrap()
 }
 
 fn failing(comparison: &Comparison) -> Vec<&str> {

@@ -9,8 +9,8 @@ use gpu::{Fault, Gpu};
 use oracle::judge::compare::ways::{Ways, judge};
 use oracle::judge::compare::{Request, compare};
 use oracle::judge::comparison::Comparison;
+use oracle::solve::watch::unwatched;
 use oracle::study::random::{Drawn, Faces, Options, scene};
-use std::ops::ControlFlow;
 
 fn number(name: &str, default: u64) -> u64 {
     let asked = std::env::var(name).ok();
@@ -75,10 +75,7 @@ fn judged(drawn: &Drawn, gpu: &Gpu, settings: Settings, faults: &[Fault]) -> Opt
         faults,
     };
     // What the host refuses is noticed as well.
-    compare(&drawn.scene, &request, &mut |_, _, _| {
-        ControlFlow::Continue(())
-    })
-    .ok()
+    compare(&drawn.scene, &request, &unwatched()).ok()
 }
 
 fn failing(comparison: &Comparison) -> Vec<String> {
@@ -220,8 +217,7 @@ fn two_ways_are_judged_and_their_errors_told() {
         ..solve.clone()
     };
     let ways = Ways::Both { paper, solve };
-    let mut watch = |_: &str, _: u64, _: u64| ControlFlow::Continue(());
-    let judged = judge(&scene, &ways, &gpu(), &[], &mut watch).unwrap();
+    let judged = judge(&scene, &ways, &gpu(), &[], &unwatched()).unwrap();
     for c in judged.ways() {
         println!(
             "{} {:?} {:?} {:?} {:?}",

@@ -7,7 +7,10 @@ use common::settings::{Quality, Settings};
 use cpu::CpuSolver;
 use cpu::occlusion::cover::sampled;
 use glam::{DVec3, Vec3};
-use oracle::solve::refine::{Rung, TARGET, refine};
+use oracle::solve::refine::{TARGET, refine};
+use oracle::solve::solver::Solver;
+use oracle::solve::task::Task;
+use oracle::solve::watch::unwatched;
 use radiosity_tests::engines::free;
 use radiosity_tests::matrices::assemble;
 use radiosity_tests::{lit_room, room, scene};
@@ -142,20 +145,11 @@ fn a_reference_says_what_is_left() {
         epsilon,
         ..Settings::default()
     };
-    let solve = |settings: &Settings| {
-        let mesh = sampled(&scene, settings)?;
-        let run = free(&mut CpuSolver::new(&mesh, settings), settings);
-        Ok(Rung {
-            settings: settings.clone(),
-            mesh,
-            run,
-        })
-    };
     // Two halvings of the cells are enough for an estimate; more is for patient users.
     let rungs = std::cell::Cell::new(0);
     let counted = |settings: &Settings| {
         rungs.set(rungs.get() + 1);
-        solve(settings)
+        scene.once(settings, Solver::Cpu, &unwatched())
     };
     let refined = refine(&scene, &settings, counted, || rungs.get() > 3).unwrap();
     for note in &refined.notes {

@@ -4,6 +4,7 @@
 
 use approx::relative_eq;
 use gpu::Gpu;
+use oracle::solve::watch::unwatched;
 use oracle::study::stress::trial::Case;
 use oracle::study::stress::{Study, breaks, cases, gates, run::Run, score};
 use std::path::{Path, PathBuf};
@@ -26,7 +27,7 @@ fn studies(gpu: Option<&Gpu>, cases: &[&Case]) -> Vec<Study> {
         gpu,
         stop: &|| false,
     };
-    let study = |case: &&Case| run.case(case, &mut |_, _| ()).unwrap();
+    let study = |case: &&Case| run.case(case, &unwatched()).unwrap();
     cases.iter().map(study).collect()
 }
 

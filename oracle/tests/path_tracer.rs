@@ -183,7 +183,7 @@ fn solved(scene: &Scene, texels: u32) -> (Mesh, common::shooting::Field) {
     let mesh = mesh(scene, texels);
     let (matrix, _) =
         Matrix::assemble(scene, &mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    let field = dense::solve(&mesh, &matrix).unwrap().0.field;
+    let field = dense::by(&mesh, &matrix).unwrap().0.field;
     (mesh, field)
 }
 

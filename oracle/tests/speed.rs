@@ -5,6 +5,7 @@ mod bundled;
 use bundled::bundled;
 use common::scene::Scene;
 use common::settings::{Quality, Settings};
+use oracle::solve::watch::{Watch, unwatched};
 use oracle::study::chart::measure::Bench;
 use oracle::study::chart::methods::{Method, base};
 use oracle::study::chart::store::{Context, Store, content};
@@ -36,8 +37,7 @@ fn method(scene: &Scene, options: &str, change: impl Fn(&mut Settings)) -> Metho
 }
 
 fn truth(scene: &Scene, name: &str) -> Truth {
-    let go_on = &mut |_: &str, _, _| ControlFlow::Continue(());
-    Truth::own(scene, TEXELS, &folder(name).join("truth"), go_on).unwrap()
+    Truth::own(scene, TEXELS, &folder(name).join("truth"), &unwatched()).unwrap()
 }
 
 fn bench<'a>(scene: &'a Scene, truth: &'a Truth) -> Bench<'a> {
@@ -50,15 +50,15 @@ fn bench<'a>(scene: &'a Scene, truth: &'a Truth) -> Bench<'a> {
     }
 }
 
-const GO_ON: &dyn Fn(f64) -> ControlFlow<()> = &|_| ControlFlow::Continue(());
-
 #[test]
 fn finer_cells_err_less_and_coarse_texels_are_judged_on_those_asked_for() {
     let scene = bundled("cornell_box.obj");
     let truth = truth(&scene, "finer");
     let bench = bench(&scene, &truth);
     let figures = |change: fn(&mut Settings)| {
-        let measured = bench.measure(&method(&scene, "", change), GO_ON).unwrap();
+        let measured = bench
+            .measure(&method(&scene, "", change), &unwatched())
+            .unwrap();
         assert!(measured.seconds() > 0.0 && measured.is_sound());
         measured.result.unwrap()
     };
@@ -78,7 +78,7 @@ fn each_failure_has_its_reason() {
     let truth = truth(&scene, "failures");
     let bench = bench(&scene, &truth);
     let failure = |bench: &Bench, method: &Method| {
-        let measured = bench.measure(method, GO_ON).unwrap();
+        let measured = bench.measure(method, &unwatched()).unwrap();
         assert!(measured.is_sound());
         measured.result.unwrap_err()
     };
@@ -104,13 +104,13 @@ fn each_failure_has_its_reason() {
     assert!(failure(&hurried, &base).contains("took longer"));
     // It does not go on behind our back.
     let calls = Cell::new(0);
-    let count = |_| {
+    let count = |_: &str, _| {
         calls.set(calls.get() + 1);
         ControlFlow::Continue(())
     };
-    hurried.measure(&base, &count);
+    hurried.measure(&base, &Watch::new(&count));
     assert!(calls.get() <= 2, "{}", calls.get());
-    let asked = hurried.measure(&base, &|_| ControlFlow::Break(()));
+    let asked = hurried.measure(&base, &Watch::new(&|_, _| ControlFlow::Break(())));
     assert_eq!(asked, None);
 }
 
@@ -160,14 +160,15 @@ fn rounds_go_on_where_they_stopped_and_failures_stay() {
         store: &mut store,
         context: &context,
     };
-    let in_second = |_: &str, done, _| {
-        if done > 1000 {
+    let third = 1.0 / methods.len() as f64;
+    let in_second = |_: &str, done| {
+        if done > third {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
     };
-    let flow = round(&bench, &methods, &mut kept, 0, &in_second).unwrap();
+    let flow = round(&bench, &methods, &mut kept, 0, &Watch::new(&in_second)).unwrap();
     assert!(flow.is_break());
     assert_eq!(points(&bench, &methods, &kept, 3).len(), 1);
     // Another process goes on with the others only, and with a second round.
@@ -176,17 +177,18 @@ fn rounds_go_on_where_they_stopped_and_failures_stay() {
         store: &mut store,
         context: &context,
     };
-    let first = Cell::new(u64::MAX);
-    let watch = |_: &str, done, _| {
+    let first = Cell::new(f64::INFINITY);
+    let least = |_: &str, done: f64| {
         first.set(first.get().min(done));
         ControlFlow::Continue(())
     };
+    let watch = Watch::new(&least);
     assert!(
         round(&bench, &methods, &mut kept, 0, &watch)
             .unwrap()
             .is_continue()
     );
-    assert!(first.get() >= 1000, "the first was measured again");
+    assert!(first.get() >= third, "the first was measured again");
     assert!(
         round(&bench, &methods, &mut kept, 1, &watch)
             .unwrap()

@@ -6,6 +6,7 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::DVec3;
 use gpu::Gpu;
+use oracle::solve::watch::unwatched;
 use oracle::study::stress::breaks::{self, Reach};
 use oracle::study::stress::gates;
 use oracle::study::stress::judge::error;
@@ -362,7 +363,7 @@ fn a_case_has_a_specimen() {
         gpu: None,
         stop: &|| false,
     };
-    let study = run.case(case("vanishing-face"), &mut |_, _| ()).unwrap();
+    let study = run.case(case("vanishing-face"), &unwatched()).unwrap();
     let specimen = study.specimen.unwrap();
     assert_eq!(specimen.plates[0].label, "truth");
     assert!(specimen.plates.len() > 4);

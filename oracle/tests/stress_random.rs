@@ -1,5 +1,6 @@
 //! A fixed dozen of the scenes that `stress random` draws, and how that is told.
 
+use oracle::solve::watch::unwatched;
 use oracle::study::random::{Faces, Options};
 use oracle::study::stress::random::{Asked, Findings, gates};
 use oracle::study::stress::run::Run;
@@ -22,7 +23,7 @@ fn findings(faces: Faces, seed: u64, texels: u32) -> Findings {
         paths: PATHS,
         ..Asked::default()
     };
-    Findings::gather(&run, &asked, (seed, 4), &mut |_| ()).unwrap()
+    Findings::gather(&run, &asked, (seed, 4), &unwatched()).unwrap()
 }
 
 /// Solved, judged and asked for their own error, all of them: every gate holds.

@@ -6,6 +6,7 @@ use common::shooting::solve;
 use common::solution::{Seconds, Solution, Stored};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
+use oracle::solve::watch::{Watch, unwatched};
 use oracle::study::converge::run::Bench;
 use oracle::study::converge::sweeps::{CELLS, Curve, EPSILON, Sweep, TEXELS, Truth};
 use oracle::study::converge::{MeasuredSweep, Study, json, page};
@@ -43,8 +44,7 @@ fn measure(scene: &Scene, sweep: &Sweep, truth: Option<&Stored>) -> MeasuredSwee
         gpu: None,
         truth,
     };
-    let progress = &mut |_: &str, _, _| ControlFlow::Continue(());
-    bench.sweep(sweep, progress).unwrap().unwrap()
+    bench.sweep(sweep, &unwatched()).unwrap().unwrap()
 }
 
 const REFINED: Sweep = Sweep {
@@ -174,14 +174,14 @@ fn what_was_finished_before_a_break_is_kept_and_told() {
         truth: Truth::Finer(4.0),
         ..CELLS
     };
-    let progress = &mut |name: &str, _, _| {
+    let until = |name: &str, _| {
         if name.contains("--cells 3") {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
     };
-    let measured = bench.sweep(&sweep, progress).unwrap().unwrap();
+    let measured = bench.sweep(&sweep, &Watch::new(&until)).unwrap().unwrap();
     assert_eq!(measured.curves.len(), 1);
     assert_eq!(measured.curves[0].points.len(), 2);
     let study = Study {
@@ -200,6 +200,6 @@ fn what_was_finished_before_a_break_is_kept_and_told() {
     let points = &json["scenes"][0]["sweeps"][0]["curves"][0]["points"];
     assert_eq!(points.as_array().unwrap().len(), 2);
     assert!(points[0]["error"].as_f64().unwrap() > 0.0);
-    let broken = &mut |_: &str, _, _| ControlFlow::Break(());
-    assert!(bench.sweep(&sweep, broken).unwrap().is_none());
+    let broken = Watch::new(&|_, _| ControlFlow::Break(()));
+    assert!(bench.sweep(&sweep, &broken).unwrap().is_none());
 }

@@ -22,7 +22,7 @@ fn table() -> Table {
         scene: &joined,
         room: room.faces.len(),
         device: Some(&gpu),
-        watch: &|_, _| ControlFlow::Continue(()),
+        show: &|_, _| ControlFlow::Continue(()),
     };
     let mut table = Table {
         faces: [joined.faces.len(), objects.faces.len()],

@@ -4,6 +4,7 @@ use super::progress::{Progress, interrupted, listen};
 use super::tell::say;
 use super::{Outcome, bundled};
 use crate::show::report::number::{number, percent};
+use crate::solve::watch::Watch;
 use crate::study::chart::measure::Bench;
 use crate::study::chart::methods::{self, Method};
 use crate::study::chart::page::{LEVELS, winner};
@@ -20,7 +21,6 @@ use common::solution::{prepare, write_file};
 use common::text::plain;
 use common::{Error, Result};
 use gpu::Gpu;
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 /// The bundled scenes that are charted.
@@ -180,15 +180,16 @@ impl Program<'_> {
             asked: (texels, arguments.limit),
             adapter: self.gpu.map_or(String::new(), |gpu| gpu.line.name.clone()),
         };
-        let progress = RefCell::new(Progress::new(&scene.name, arguments.quiet));
-        let watch = |phase: &str, done, all| progress.borrow_mut().show(phase, done, all);
+        let progress = Progress::new(&scene.name, arguments.quiet);
+        let show = |phase: &str, done| progress.show(phase, done);
+        let watch = Watch::new(&show);
         let own;
         let truth = match self.given {
             Some(given) => given,
             None => {
                 let name = format!("truth-{:016x}", self.digest(scene, texels));
                 let dir = arguments.out.join(name);
-                own = Truth::own(scene, texels, &dir, &mut |p, d, a| watch(p, d, a))?;
+                own = Truth::own(scene, texels, &dir, &watch)?;
                 own.check(scene)?;
                 &own
             }

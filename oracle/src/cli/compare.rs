@@ -7,6 +7,7 @@ use super::{Outcome, solve};
 use crate::judge::compare::ways::{Ways, judge};
 use crate::judge::comparison::{Comparison, Judged};
 use crate::show::report;
+use crate::solve::watch::Watch;
 use clap::{Args, Parser};
 use common::form_factor::FormFactor;
 use common::import::load;
@@ -70,11 +71,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let mut comparisons = Vec::new();
     for (scene, ways) in scenes.iter().zip(&ways) {
-        let mut progress = Progress::new(&scene.name, common.quiet);
-        let judged = judge(scene, ways, &gpu, &[], &mut |phase, done, all| {
-            progress.show(phase, done, all)
-        });
-        drop(progress);
+        let progress = Progress::new(&scene.name, common.quiet);
+        let show = |phase: &str, done| progress.show(phase, done);
+        let judged = judge(scene, ways, &gpu, &[], &Watch::new(&show));
+        progress.clear();
         if interrupted() {
             say!(
                 "interrupted: the report holds the {} scenes compared by then",

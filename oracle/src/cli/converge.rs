@@ -4,6 +4,7 @@ use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
 use super::solver::open_or_twin;
 use super::tell::say;
+use crate::solve::watch::Watch;
 use crate::study::converge::run::Bench;
 use crate::study::converge::sweeps::sweeps;
 use crate::study::converge::{MeasuredSweep, Study, item_buffer, json, page};
@@ -71,11 +72,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             item_buffers: Vec::new(),
         };
         for sweep in sweeps() {
-            let mut progress = Progress::new(&scene.name, arguments.quiet);
-            let done = bench.sweep(&sweep, &mut |phase, done, all| {
-                progress.show(phase, done, all)
-            })?;
-            drop(progress);
+            let progress = Progress::new(&scene.name, arguments.quiet);
+            let show = |phase: &str, done| progress.show(phase, done);
+            let done = bench.sweep(&sweep, &Watch::new(&show))?;
+            progress.clear();
             let Some(done) = done else { break };
             if !arguments.quiet {
                 summary(&scene.name, &done);
@@ -114,12 +114,15 @@ fn item_buffers(scene: &Scene, gpu: &Gpu, quiet: bool) -> Result<Vec<item_buffer
         ..Settings::default()
     };
     let mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
-    let mut progress = Progress::new(&scene.name, quiet);
+    let progress = Progress::new(&scene.name, quiet);
     let mut done = 0;
-    let all = (item_buffer::RASTERS.len() * item_buffer::LOOKUPS.len() * SIZES.len()) as u64;
+    let all = (item_buffer::RASTERS.len() * item_buffer::LOOKUPS.len() * SIZES.len()) as u32;
     item_buffer::rows(gpu, &mesh, &settings, &SIZES, &mut |_| {
         done += 1;
-        let _ = progress.show("item buffers against rays", done, all);
+        let _ = progress.show(
+            "item buffers against rays",
+            f64::from(done) / f64::from(all),
+        );
     })
 }
 

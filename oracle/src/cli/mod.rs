@@ -6,7 +6,6 @@ mod chart;
 mod compare;
 mod converge;
 mod diff;
-mod matrix;
 mod merge;
 mod objects;
 mod options;

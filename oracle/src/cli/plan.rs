@@ -14,6 +14,7 @@ use crate::plan::trial::two;
 use crate::show::report::number::count;
 use crate::solve::Given;
 use crate::solve::mend::{BUDGET, MEND, Size, cost, steps};
+use crate::solve::solver::Solver;
 use clap::Args;
 use common::import::load;
 use common::scene::{Face, Scene, Shape};
@@ -152,7 +153,7 @@ fn mending(scene: &Scene, settings: &Settings, given: Given, seconds: f64) -> St
 
 /// Passes and time, from a short trial; the seconds expected.
 fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<f64> {
-    let ahead = ahead(scene, settings, gpu)?;
+    let ahead = ahead(scene, settings, Solver::on(gpu))?;
     result!("  passes  {}", passes(settings, &ahead.expected))?;
     let (prepare, time) = (ahead.prepare, &ahead.time);
     result!(

@@ -3,6 +3,7 @@
 use super::tell::say;
 use common::text::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -29,13 +30,16 @@ pub fn listen() {
 /// A bar with a phase's name; hidden when quiet or when stderr is no terminal.
 pub struct Progress {
     bar: ProgressBar,
-    phase: String,
+    phase: RefCell<String>,
 }
+
+/// Steps of a bar.
+const STEPS: f64 = 1000.0;
 
 impl Progress {
     /// A bar for the work on `title`.
     pub fn new(title: &str, quiet: bool) -> Self {
-        let bar = ProgressBar::new(0);
+        let bar = ProgressBar::new(STEPS as u64);
         if quiet {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
@@ -46,32 +50,36 @@ impl Progress {
             bar.set_style(style);
         }
         bar.set_prefix(plain(title));
-        bar.enable_steady_tick(Duration::from_millis(200));
         Self {
             bar,
-            phase: String::new(),
+            phase: RefCell::default(),
         }
     }
 
-    /// `done` of `all` steps of `phase`; breaks after Ctrl-C.
-    pub fn show(&mut self, phase: &str, done: u64, all: u64) -> ControlFlow<()> {
-        if self.phase != phase {
-            phase.clone_into(&mut self.phase);
-            self.bar.set_message(self.phase.clone());
+    /// The share of `phase` that is done, 0…1; breaks after Ctrl-C.
+    pub fn show(&self, phase: &str, done: f64) -> ControlFlow<()> {
+        if *self.phase.borrow() != phase {
+            self.phase.replace(phase.to_owned());
+            self.bar.set_message(phase.to_owned());
             self.bar.reset();
+            self.bar.enable_steady_tick(Duration::from_millis(200));
         }
-        self.bar.set_length(all);
-        self.bar.set_position(done);
+        self.bar.set_position((done * STEPS) as u64);
         if interrupted() {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
     }
+
+    /// There is no bar any more.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.bar.finish_and_clear();
+        self.clear();
     }
 }

@@ -5,6 +5,7 @@ use super::options::QualityOption;
 use super::progress::{Progress, interrupted};
 use super::stress::{Arguments, finish};
 use super::tell::say;
+use crate::solve::watch::Watch;
 use crate::study::random::{Faces, Kind, Options};
 use crate::study::stress::json::{Told, json};
 use crate::study::stress::random::{self, Asked, CASE, Findings, Found, NAME, gates, page, ratio};
@@ -121,12 +122,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         arguments.random.seed.unwrap_or(0),
         arguments.random.count.unwrap_or(COUNT),
     );
-    let mut progress = Progress::new(NAME, arguments.quiet);
-    let findings = Findings::gather(&run, &asked, range, &mut |done| {
-        // Ctrl-C is asked for by the run itself.
-        let _ = progress.show("scenes", done, range.1);
-    })?;
-    drop(progress);
+    let progress = Progress::new(NAME, arguments.quiet);
+    let show = |phase: &str, done| progress.show(phase, done);
+    let findings = Findings::gather(&run, &asked, range, &Watch::new(&show))?;
+    progress.clear();
     if findings.all.is_empty() {
         return Err(Error::Interrupted);
     }

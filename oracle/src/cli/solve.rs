@@ -1,14 +1,16 @@
 //! `radiosity solve`.
 
+use super::Outcome;
 use super::options::Common;
 use super::progress::{Progress, listen};
 use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
-use super::{Outcome, matrix};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check};
-use crate::solve::check::Estimate;
+use crate::solve::dense::Dense;
+use crate::solve::solver::Solver;
+use crate::solve::watch::Watch;
 use crate::solve::{Question, answer};
 use clap::Args;
 use common::Result;
@@ -21,8 +23,8 @@ use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
 use common::shooting::Field;
 use common::solution::{Seconds, Solution, prepare};
+use cpu::matrix::memory;
 use glam::Vec3;
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -74,76 +76,97 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
 /// Solves and writes.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
-    if arguments.solver == Some(SolverOption::Matrix) {
-        return matrix::run(arguments);
+    let chosen = choose(arguments.solver, common)?;
+    match chosen {
+        SolverOption::Matrix => common.not_for_matrix()?,
+        _ => common.not_for_rays(visibility(common, chosen == SolverOption::Gpu))?,
     }
-    let solver = choose(arguments.solver, common)?;
-    common.not_for_rays(visibility(common, solver == SolverOption::Gpu))?;
     let start = Instant::now();
     let scene = load(&arguments.scene, &common.import())?;
     let load_seconds = start.elapsed().as_secs_f64();
     for note in &scene.notes {
         say!("note: {}: {note}", scene.name);
     }
-    let (device, missing) = open(solver, common)?;
-    let (settings, changed) = settings_for(common, &scene, device.is_some())?;
-    check(&scene, &settings, device.as_ref(), Limit::of_this_machine())?;
+    let (device, missing) = open(chosen, common)?;
+    let solver = match chosen {
+        SolverOption::Matrix => Solver::Matrix,
+        _ => Solver::on(device.as_ref()),
+    };
+    let (settings, changed) = fitting(common, &scene, solver)?;
     prepare(&arguments.out)?;
     if let Some(changed) = &changed {
         say!("note: {changed}");
     }
     if !common.quiet
-        && let Some(warning) = warning(&scene, &settings, device.as_ref())?
+        && !matches!(solver, Solver::Matrix)
+        && let Some(warning) = warning(&scene, &settings, solver)?
     {
         say!("note: {warning}");
     }
     listen();
 
-    let progress = RefCell::new(Progress::new(&scene.name, common.quiet));
     let question = Question {
-        scene: &scene,
+        task: &scene,
         settings: &settings,
         given: common.given(),
-        gpu: device.as_ref(),
+        solver,
     };
-    let answered = answer(&question, &|done| {
-        let thousandths = (done * 1000.0) as u64;
-        progress.borrow_mut().show("shooting", thousandths, 1000)
-    })?;
-    drop(progress);
+    let progress = Progress::new(&scene.name, common.quiet);
+    let show = |phase: &str, done| progress.show(phase, done);
+    let watch = Watch::new(&show);
+    let answered = answer(&question, &watch)?;
+    progress.clear();
     let mut notes = scene.notes.clone();
     notes.extend(changed);
-    for note in &answered.notes {
+    for note in answered.notes.iter().chain(&fewer_cells(&settings)) {
         say!("note: {note}");
         notes.push(note.clone());
     }
-    let mesh = &answered.mesh;
-    let solution = Solution {
-        scene: &scene,
-        mesh,
-        solver: if device.is_some() { "gpu" } else { "cpu" },
-        adapter: device.as_ref().map(|gpu| gpu.line.name.as_str()),
-        settings: &answered.settings,
-        run: &answered.run,
-        certificate: answered.estimate.as_ref().map(Estimate::certificate),
-        warnings: &answered.warnings,
-        notes: &notes,
-        matrix: None,
-        relit: None,
-        seconds: Seconds {
-            load: load_seconds,
-            prepare: answered.prepare,
-            solve: answered.solve,
-        },
+    let seconds = Seconds {
+        load: load_seconds,
+        prepare: watch.seconds(&["prepare"]),
+        solve: watch.seconds(&["solve"]),
     };
+    let solution = answered.solution(&question, &notes, seconds);
     solution.write(&arguments.out)?;
     if arguments.maps {
-        write_maps(&scene, mesh, &solution.run.field, &arguments.out)?;
+        write_maps(&scene, solution.mesh, &solution.run.field, &arguments.out)?;
     }
     if !common.quiet {
-        summary(&solution, arguments);
+        match &answered.solved.matrix {
+            Some(dense) => of_matrix(&solution, dense),
+            None => of_shots(&solution),
+        }
+        wrote(&solution, FILES, &arguments.out);
     }
     missing.map_or(Ok(judged(&solution, arguments.strict)), Err)
+}
+
+/// The settings in force, if there is memory for them; and what was changed in them.
+fn fitting(common: &Common, scene: &Scene, solver: Solver) -> Result<(Settings, Option<String>)> {
+    if let Solver::Matrix = solver {
+        // Every texel shoots: cells are texels.
+        let shooting = common.settings(Visibility::Rays, FormFactor::Polygon)?;
+        let settings = Settings {
+            cells: 1,
+            ..shooting
+        };
+        memory::check(scene, settings.texels)?;
+        return Ok((settings, None));
+    }
+    let (settings, changed) = settings_for(common, scene, solver.gpu().is_some())?;
+    check(scene, &settings, solver.gpu(), Limit::of_this_machine())?;
+    Ok((settings, changed))
+}
+
+/// Cells are blocks of whole texels.
+fn fewer_cells(settings: &Settings) -> Option<String> {
+    let Settings { cells, texels, .. } = settings;
+    (cells > texels).then(|| {
+        format!(
+            "{texels}×{texels} cells a face instead of {cells}×{cells}: each has a texel at least"
+        )
+    })
 }
 
 /// The radiance map of every face.
@@ -187,8 +210,10 @@ pub fn settings_for(
     Ok(adapted(scene, &settings(common, on_gpu)?, chosen))
 }
 
-fn summary(solution: &Solution, arguments: &Arguments) {
+fn of_shots(solution: &Solution) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
+    let certificate = solution.certificate.as_ref();
+    let off = certificate.and_then(|parts| parts["error"].as_f64());
     say!(
         "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, form-factor error {:.2} %{}",
         solution.scene.name,
@@ -202,16 +227,33 @@ fn summary(solution: &Solution, arguments: &Arguments) {
         energy.imbalance,
         100.0 * energy.share(energy.escaped),
         100.0 * energy.share(energy.closure),
-        solution
-            .certificate
-            .as_ref()
-            .and_then(|parts| parts["error"].as_f64())
-            .map_or(String::new(), |error| format!(
-                ", about {:.1} % off",
-                100.0 * error
-            )),
+        off.map_or(String::new(), |error| format!(
+            ", about {:.1} % off",
+            100.0 * error
+        )),
     );
-    wrote(solution, FILES, &arguments.out);
+}
+
+fn of_matrix(solution: &Solution, Dense { quality, answer }: &Dense) {
+    let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
+    say!(
+        "{}: {} faces, {} texels, matrix of {:.0} MB in {:.2} s, solved in {:.2} s to {:.1e}; {} pairs exact, {} sampled, reciprocity {:.1e}, rows' closure ≤ {:.1e} (mean {:.1e}); imbalance {:.1e}, escaped {:.2} %, closure {:.2} %",
+        solution.scene.name,
+        solution.mesh.faces.len(),
+        solution.mesh.texels.len(),
+        quality.bytes as f64 / 1e6,
+        solution.seconds.prepare,
+        solution.seconds.solve,
+        answer.residual,
+        quality.exact_pairs,
+        quality.sampled_pairs,
+        quality.reciprocity,
+        quality.closure_max,
+        quality.closure_mean,
+        energy.imbalance,
+        100.0 * energy.share(energy.escaped),
+        100.0 * energy.share(energy.closure),
+    );
 }
 
 /// With `--strict` no warning is only a warning.

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
 use super::random::Random;
 use super::tell::say;
+use crate::solve::watch::Watch;
 use crate::study::stress::gates::{self, Gate};
 use crate::study::stress::json::{Told, json};
 use crate::study::stress::random::NAME;
@@ -86,11 +87,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let mut studies = Vec::new();
     for case in &cases {
-        let mut progress = Progress::new(case.about.name, arguments.quiet);
-        let study = run.case(case, &mut |done, all| {
-            // Ctrl-C is asked for by the run itself.
-            let _ = progress.show(case.about.parameter, done, all);
-        })?;
+        let progress = Progress::new(case.about.name, arguments.quiet);
+        let show = |phase: &str, done| progress.show(phase, done);
+        let study = run.case(case, &Watch::new(&show))?;
         studies.push(study);
         if interrupted() {
             break;

@@ -17,7 +17,6 @@ use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use glam::DVec3;
 use serde_json::json;
-use std::cell::RefCell;
 use std::path::PathBuf;
 
 /// Texels of the table, and of Figure 8.
@@ -54,16 +53,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     prepare(&arguments.out)?;
     listen();
     let gpu = open_or_twin(arguments.adapter.as_deref())?;
-    let progress = RefCell::new(Progress::new("table 4", arguments.quiet));
+    let progress = Progress::new("table 4", arguments.quiet);
     let grid = Grid {
         scene: &scene,
         room: room.faces.len(),
         device: gpu.as_ref(),
-        watch: &|phase, done| {
-            progress
-                .borrow_mut()
-                .show(phase, (done * 1000.0) as u64, 1000)
-        },
+        show: &|phase, done| progress.show(phase, done),
     };
     let mut table = Table {
         adapter: gpu
@@ -85,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     table.figures.push(shadows(&grid, &scene)?);
     table.figures.extend(figure10);
     write(arguments, &table)?;
-    drop(progress);
+    progress.clear();
     if !arguments.quiet {
         print(&table)?;
         say!(
@@ -103,7 +98,7 @@ fn shadows(grid: &Grid, scene: &Scene) -> Result<Figure> {
         let (stage, done) = grid.picture(texels, Image::Signed)?;
         let local = |p: [f64; 3]| done.mesh.local(DVec3::from(p)).as_vec3();
         let camera = Camera::new(local(SHADOW.0), local(SHADOW.1), SHADOW.2 as f32);
-        let seen = look(&stage, &done, Some(camera));
+        let seen = look(&stage, &done, Some(camera))?;
         pictures.push((
             format!(
                 "{texels}² texels per face, {} in all",

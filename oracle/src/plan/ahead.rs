@@ -4,15 +4,12 @@
 use super::passes::{Expected, expected};
 use super::trial::{Time, time};
 use super::{Counts, trial};
+use crate::solve::solver::Solver;
 use common::Result;
 use common::mesh::Mesh;
-use common::passes::Engine;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
-
-use cpu::CpuSolver;
 use cpu::occlusion::cover;
-use gpu::{Gpu, GpuSolver};
 use std::time::Instant;
 
 /// Seconds that need no announcement.
@@ -40,15 +37,12 @@ impl Ahead {
 }
 
 /// From a trial of a few seconds.
-pub fn ahead(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<Ahead> {
+pub fn ahead(scene: &Scene, settings: &Settings, solver: Solver) -> Result<Ahead> {
     let start = Instant::now();
     // What stands on the points changes no time, but takes its own.
     let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
     mesh.sample(settings.samples);
-    let mut engine: Box<dyn Engine> = match gpu {
-        None => Box::new(CpuSolver::new(&mesh, settings)),
-        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
-    };
+    let mut engine = solver.engine(&mesh, settings)?;
     let made = start.elapsed().as_secs_f64();
     let prepare = made + cover::seconds(&mesh);
     let mut settings = settings.clone();
@@ -65,11 +59,11 @@ pub fn ahead(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<Ah
 }
 
 /// What is to be said before a solve that takes long.
-pub fn warning(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<Option<String>> {
+pub fn warning(scene: &Scene, settings: &Settings, solver: Solver) -> Result<Option<String>> {
     if triples(scene, settings) <= SHORT {
         return Ok(None);
     }
-    let seconds = ahead(scene, settings, gpu)?.seconds();
+    let seconds = ahead(scene, settings, solver)?.seconds();
     Ok((seconds > LONG).then(|| {
         let advice = match tenth(scene, settings) {
             Some(options) => format!("{options} would take a tenth of that or less"),
@@ -170,7 +164,7 @@ mod tests {
     #[test]
     fn a_small_scene_is_not_tried() {
         assert_eq!(
-            warning(&quads(2), &Settings::default(), None).unwrap(),
+            warning(&quads(2), &Settings::default(), Solver::Cpu).unwrap(),
             None
         );
     }

@@ -8,13 +8,13 @@
 //! ```
 
 use super::Counts;
+use crate::solve::Solved;
+use crate::solve::solver::Solver;
+use crate::solve::task::Task;
+use crate::solve::watch::unwatched;
 use common::Result;
-use common::passes::solve;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings, Visibility};
-use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled;
-use std::ops::ControlFlow;
 
 /// Links of the small solve: some tenths of a second.
 const MOST_LINKS: u64 = 1 << 22;
@@ -63,14 +63,7 @@ fn scaled(
     iteration: Iteration,
     counts: &Counts,
 ) -> Result<Expected> {
-    let mesh = sampled(scene, small)?;
-    let mut engine = CpuSolver::new(&mesh, small);
-    let run = solve(
-        &mut engine,
-        &mesh,
-        small,
-        &mut |_| ControlFlow::Continue(()),
-    )?;
+    let Solved { mesh, run, .. } = scene.once(small, Solver::Cpu, &unwatched())?;
     let times = counts.cells as f64 / mesh.cells.len().max(1) as f64;
     let mut linked = vec![false; mesh.cells.len()];
     for shot in &run.shots {

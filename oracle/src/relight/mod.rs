@@ -13,7 +13,6 @@
 pub mod camera;
 pub mod composite;
 pub mod files;
-pub mod mended;
 pub mod page;
 pub mod pictures;
 pub mod room;

@@ -1,20 +1,81 @@
-//! The matrix's answer as a converged run with nothing unshot.
+//! The matrix's answer, as a converged run with nothing unshot.
 
+use super::Solved;
+use super::watch::Watch;
 use common::Result;
 use common::mesh::Mesh;
+use common::scene::Scene;
+use common::settings::Settings;
 use common::shooting::{Field, Run};
-use cpu::matrix::{Answer, Matrix, ledger};
+use common::solution::Warning;
+use cpu::matrix::{self, Matrix, Quality, ledger};
 use glam::{DVec3, Vec4};
+use serde_json::{Value, json};
 
-/// Solves for what the texels of `mesh` emit.
-pub fn solve(mesh: &Mesh, matrix: &Matrix) -> Result<(Run, Answer)> {
+/// What the matrix says beside its run.
+pub struct Dense {
+    /// Of the form factors.
+    pub quality: Quality,
+    /// In f64.
+    pub answer: matrix::Answer,
+}
+
+impl Dense {
+    /// For `result.json`.
+    pub fn described(&self) -> Value {
+        let Quality {
+            closure_max,
+            closure_mean,
+            reciprocity,
+            visibility,
+            exact_pairs,
+            hidden_pairs,
+            sampled_pairs,
+            bytes,
+        } = self.quality;
+        json!({
+            "closure": { "max": closure_max, "mean": closure_mean },
+            "reciprocity": reciprocity,
+            "visibility": visibility,
+            "residual": self.answer.residual,
+            "exact_pairs": exact_pairs,
+            "hidden_pairs": hidden_pairs,
+            "sampled_pairs": sampled_pairs,
+            "bytes": bytes,
+        })
+    }
+}
+
+/// Every texel shoots and receives.
+pub fn solve(scene: &Scene, settings: &Settings, watch: &Watch) -> Result<Solved> {
+    let mesh = watch.of("prepare", || Mesh::uniform(scene, settings.texels, 1))?;
+    let (matrix, quality) = watch.of("prepare", || {
+        let mut told = |done, all| watch.count("form factors", done, all);
+        Matrix::assemble(scene, &mesh, &mut told)
+    })?;
+    let (run, answer) = watch.of("solve", || by(&mesh, &matrix))?;
+    Ok(Solved {
+        settings: Settings {
+            cells: 1,
+            ..settings.clone()
+        },
+        mesh,
+        run,
+        one_by_one: false,
+        matrix: Some(Dense { quality, answer }),
+        relit: None,
+    })
+}
+
+/// What `matrix` makes of what the texels of `mesh` emit.
+pub fn by(mesh: &Mesh, matrix: &Matrix) -> Result<(Run, matrix::Answer)> {
     let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
     let reflectance = mesh.texels.iter().map(|t| t.reflectance.as_dvec3());
     let answer = matrix.solve(&emission, &reflectance.collect::<Vec<_>>())?;
     Ok((finished(mesh, matrix, &emission, &answer), answer))
 }
 
-fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &Answer) -> Run {
+fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &matrix::Answer) -> Run {
     let single = |values: &[DVec3]| -> Vec<Vec4> {
         values.iter().map(|v| v.as_vec3().extend(0.0)).collect()
     };
@@ -33,4 +94,12 @@ fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &Answer) -
             irradiance: single(&answer.irradiance),
         },
     }
+}
+
+/// The advice for shots does not help here.
+pub fn advised(mut warnings: Vec<Warning>) -> Vec<Warning> {
+    for warning in warnings.iter_mut().filter(|w| w.code == "closure") {
+        warning.message = "form factors and visibility leave more than 2 % of the power unexplained: use more --texels, and look for faces that pass through each other".into();
+    }
+    warnings
 }

@@ -1,5 +1,5 @@
-//! A scene solved as `solve` does it: refined on request, checked, mended, and with a warning where
-//! the answer may be more than 2 % off.
+//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Everything
+//! that solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
 
 pub mod check;
 pub mod dense;
@@ -8,39 +8,37 @@ pub mod interrupt;
 pub mod light;
 pub mod mend;
 pub mod refine;
+pub mod solver;
+pub mod task;
 pub mod warnings;
+pub mod watch;
 
-use crate::solve::interrupt::interrupted;
-use crate::solve::refine::{Rung, refine};
+use crate::relight::work::Recovered;
 use check::Estimate;
 use common::mesh::Mesh;
-use common::passes::Engine;
-use common::passes::solve;
-use common::scene::Scene;
 use common::settings::{Quality, Settings};
 use common::shooting::Run;
-use common::solution::Warning;
+use common::solution::{Seconds, Solution, Warning};
 use common::{Error, Result};
-use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled_until;
-use gpu::{Gpu, GpuSolver};
-use light::{finite, missing};
+use dense::Dense;
+use light::finite;
 use mend::{Attempt, Size, mended};
-use std::cell::Cell;
-use std::ops::ControlFlow;
-use std::time::Instant;
+use refine::refine;
+use solver::Solver;
+use task::Task;
+use watch::Watch;
 
 /// What is asked.
 #[derive(Clone, Copy)]
 pub struct Question<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
+    /// What is to be solved.
+    pub task: &'a dyn Task,
     /// The options in force.
     pub settings: &'a Settings,
     /// Those that the user gave: they are kept as they are.
     pub given: Given,
-    /// The GPU; none: the CPU.
-    pub gpu: Option<&'a Gpu>,
+    /// Who solves it.
+    pub solver: Solver<'a>,
 }
 
 /// Which options the user gave.
@@ -66,149 +64,134 @@ impl Given {
     };
 }
 
+/// A task, solved once.
+pub struct Solved {
+    /// With which options.
+    pub settings: Settings,
+    /// Its texels.
+    pub mesh: Mesh,
+    /// The solve.
+    pub run: Run,
+    /// Whether single shots took the place of the passes that were asked for, for want of room.
+    pub one_by_one: bool,
+    /// What the matrix says beside it.
+    pub matrix: Option<Dense>,
+    /// What a relight knows beside it.
+    pub relit: Option<Recovered>,
+}
+
 /// What is answered.
 pub struct Answer {
-    /// The options of the solve; `texels` as they were asked for.
-    pub settings: Settings,
-    /// Texels of the answer.
-    pub mesh: Mesh,
-    /// The run, its field on those texels.
-    pub run: Run,
+    /// The best solve, on the texels that were asked for.
+    pub solved: Solved,
     /// What may be more than 2 % off.
     pub warnings: Vec<Warning>,
     /// How far it may be off; none where that was not looked at.
     pub estimate: Option<Estimate>,
     /// What was chosen, mended and why, a line each.
     pub notes: Vec<String>,
-    /// Seconds before shooting.
-    pub prepare: f64,
-    /// Seconds of shooting.
-    pub solve: f64,
 }
 
-/// Told the share done, 0…1; may break: then the answer is what there was.
-pub type Watch<'a> = &'a dyn Fn(f64) -> ControlFlow<()>;
+impl Answer {
+    /// As it is written.
+    pub fn solution<'a>(
+        &'a self,
+        question: &Question<'a>,
+        notes: &'a [String],
+        seconds: Seconds,
+    ) -> Solution<'a> {
+        Solution {
+            scene: question.task.scene(),
+            mesh: &self.solved.mesh,
+            solver: question.solver.name(),
+            adapter: question.solver.adapter(),
+            settings: &self.solved.settings,
+            run: &self.solved.run,
+            certificate: self.estimate.as_ref().map(Estimate::certificate),
+            warnings: &self.warnings,
+            notes,
+            matrix: self.solved.matrix.as_ref().map(Dense::described),
+            relit: None,
+            seconds,
+        }
+    }
+}
 
-/// Solves, looks at the answer, and mends it where that is cheap.
-pub fn answer(question: &Question, watch: Watch) -> Result<Answer> {
-    let seconds = Cell::new((0.0, 0.0));
-    let stopped = Cell::new(false);
-    let solved = |settings: &Settings| rung(question, settings, watch, &stopped, &seconds);
-    let (scene, settings) = (question.scene, question.settings);
-    let mut notes = Vec::new();
-    let (rung, mut refined) = if settings.quality == Quality::Reference && !question.given.cells {
-        let refined = refine(scene, settings, solved, || stopped.get())?;
+/// Solves, looks at the answer, and mends it where that is cheap. Stopped, the answer is what there
+/// was.
+pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
+    let Question {
+        task,
+        settings,
+        given,
+        solver,
+    } = *question;
+    let once = |settings: &Settings| task.once(settings, solver, watch);
+    let (mut notes, mut asked) = (Vec::new(), None);
+    let halves = settings.quality == Quality::Reference && !given.cells && task.refines();
+    let first = if halves && !matches!(solver, Solver::Matrix) {
+        let refined = refine(task.scene(), settings, once, || watch.stopped())?;
         notes.extend(refined.notes);
-        (refined.rung, Some((refined.answer, refined.field)))
+        asked = Some((refined.answer, refined.field));
+        refined.rung
     } else {
-        (solved(settings)?, None)
+        once(settings)?
     };
-    let mut first = looked_at(scene, rung)?;
-    let healthy = first.answer.run.converged || first.stagnated;
-    if settings.quality == Quality::Normal && healthy && !stopped.get() {
+    let mut best = looked_at(task, first, watch)?;
+    let may = task.mendable(&best.answer, given);
+    if let Some(given) = may.filter(|_| settings.quality == Quality::Normal && !watch.stopped()) {
         let again = |settings: &Settings| {
-            let next = match solved(settings) {
-                Err(Error::Interrupted) => return Ok(None),
-                next => next?,
-            };
-            (!stopped.get()).then(|| looked_at(scene, next)).transpose()
+            let next = once(settings);
+            if watch.stopped() || matches!(next, Err(Error::Interrupted)) {
+                return Ok(None);
+            }
+            looked_at(task, next?, watch).map(Some)
         };
-        let (best, tried) = mended(question.given, first, again)?;
+        let (found, tried) = mended(given, best, again)?;
         notes.extend(tried);
-        first = best;
+        best = found;
     }
     let Attempt {
-        answer: rung,
-        estimate,
+        answer: mut solved,
+        mut estimate,
         ..
-    } = first;
-    finite(scene, &rung.run)?;
-    let mut estimate = estimate;
-    if let Some(dark) = missing(&rung.mesh, &rung.run) {
-        // Of no light there is nothing to estimate.
+    } = best;
+    finite(task.scene(), &solved.run)?;
+    if let Some(dark) = task.dark(&solved) {
         estimate = None;
         notes.push(dark);
     }
-    notes.extend(fewer_cells(&rung.settings));
-    if stopped.get() {
-        notes.push(if rung.run.converged {
+    if watch.stopped() {
+        notes.push(if solved.run.converged {
             "interrupted: the last whole solve was kept".into()
         } else {
             "interrupted: the result is what had been shot by then".into()
         });
     }
-    let warnings = warnings::of(scene, &rung.mesh, &rung.run, estimate.as_ref());
-    let (mesh, field) = refined
-        .take()
-        .unwrap_or_else(|| (rung.mesh.clone(), rung.run.field.clone()));
-    let (prepare, solve) = seconds.get();
+    let warnings = task.warnings(&solved, estimate.as_ref());
+    if let Some((mesh, field)) = asked {
+        (solved.mesh, solved.run.field) = (mesh, field);
+    }
+    // As they were asked for: more cells may have needed more of them.
+    solved.settings.texels = settings.texels;
     Ok(Answer {
+        solved,
         warnings,
         estimate,
-        settings: Settings {
-            texels: settings.texels,
-            ..rung.settings
-        },
-        mesh,
-        run: Run { field, ..rung.run },
         notes,
-        prepare,
-        solve,
     })
 }
 
-fn looked_at(scene: &Scene, rung: Rung) -> Result<Attempt<Rung>> {
-    let (mesh, run) = (&rung.mesh, &rung.run);
-    let estimate = Some(check::estimate(scene, &rung.settings, mesh, &run.field)?);
+fn looked_at(task: &dyn Task, solved: Solved, watch: &Watch) -> Result<Attempt<Solved>> {
+    let estimate = watch.of("check", || task.estimate(&solved))?;
+    let Solved { mesh, run, .. } = &solved;
     Ok(Attempt {
-        settings: rung.settings.clone(),
+        settings: solved.settings.clone(),
         size: Size::of(mesh),
         closure: warnings::closure_in_doubt(mesh, run, estimate.as_ref()).abs(),
         stagnated: run.stagnated,
         converged: run.converged,
         estimate,
-        answer: rung,
-    })
-}
-
-/// One solve at given settings.
-fn rung(
-    question: &Question,
-    settings: &Settings,
-    watch: Watch,
-    stopped: &Cell<bool>,
-    seconds: &Cell<(f64, f64)>,
-) -> Result<Rung> {
-    let start = Instant::now();
-    let mesh =
-        sampled_until(question.scene, settings, &interrupted).inspect_err(|_| stopped.set(true))?;
-    let mut engine: Box<dyn Engine> = match question.gpu {
-        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
-        None => Box::new(CpuSolver::new(&mesh, settings)),
-    };
-    let prepared = start.elapsed().as_secs_f64();
-    let run = solve(engine.as_mut(), &mesh, settings, &mut |done| {
-        let flow = watch(done);
-        stopped.set(stopped.get() || flow.is_break());
-        flow
-    })?;
-    let (before, shooting) = seconds.get();
-    let all = start.elapsed().as_secs_f64();
-    seconds.set((before + prepared, shooting + all - prepared));
-    drop(engine);
-    Ok(Rung {
-        settings: settings.clone(),
-        mesh,
-        run,
-    })
-}
-
-/// Cells are blocks of whole texels.
-fn fewer_cells(settings: &Settings) -> Option<String> {
-    let Settings { cells, texels, .. } = settings;
-    (cells > texels).then(|| {
-        format!(
-            "{texels}×{texels} cells a face instead of {cells}×{cells}: each has a texel at least"
-        )
+        answer: solved,
     })
 }

@@ -4,6 +4,7 @@
 //! the last halving changed, d_k, and the one before it give the order of convergence, and with it what
 //! is left (Richardson): e ≈ d_k / (d_{k−1}/d_k − 1). Nothing here depends on the scene.
 
+use super::Solved;
 use crate::judge::compare::difference::difference;
 use crate::judge::diff::reflected::offsets;
 use crate::judge::resample::{average, pieces};
@@ -12,7 +13,7 @@ use common::constants::LINK_BYTES;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use common::shooting::{Field, Run};
+use common::shooting::Field;
 use common::{Error, Result};
 use glam::{DVec3, Vec4};
 
@@ -21,20 +22,10 @@ pub const TARGET: f64 = 0.01;
 /// (cell, texel, sample) triples of one rung: ten minutes or so on two cores.
 const MOST_TRIPLES: u64 = 1 << 33;
 
-/// One solve of the ladder.
-pub struct Rung {
-    /// Its settings; `texels` is what it was computed with.
-    pub settings: Settings,
-    /// Its mesh.
-    pub mesh: Mesh,
-    /// Its run.
-    pub run: Run,
-}
-
 /// How the ladder ended.
 pub struct Refined {
     /// The last rung.
-    pub rung: Rung,
+    pub rung: Solved,
     /// The texels that were asked for.
     pub answer: Mesh,
     /// Its values on them.
@@ -49,7 +40,7 @@ pub struct Refined {
 pub fn refine(
     scene: &Scene,
     settings: &Settings,
-    mut solve: impl FnMut(&Settings) -> Result<Rung>,
+    mut solve: impl FnMut(&Settings) -> Result<Solved>,
     stop: impl Fn() -> bool,
 ) -> Result<Refined> {
     let answer = Mesh::uniform(scene, settings.texels, 1)?;
@@ -133,7 +124,7 @@ fn remainder(before: Option<f64>, change: f64) -> Option<f64> {
 }
 
 /// The field on the texels of `answer`, which has whole faces as cells: means over area.
-fn averaged(scene: &Scene, rung: &Rung, answer: &Mesh) -> Field {
+fn averaged(scene: &Scene, rung: &Solved, answer: &Mesh) -> Field {
     let (fine, field) = (&rung.mesh, &rung.run.field);
     let resolutions: Vec<[u32; 2]> = fine.faces.iter().map(|f| f.resolution).collect();
     let first = offsets(&resolutions);

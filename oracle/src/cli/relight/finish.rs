@@ -6,18 +6,17 @@ use crate::cli::objects::Object;
 use crate::cli::solve::{judged, wrote};
 use crate::cli::tell::say;
 use crate::relight::camera::{camera_at, camera_for};
-use crate::relight::mended::Answer;
 use crate::relight::page::{Report, html};
 use crate::relight::thumbnail::thumbnail;
-use crate::relight::warnings;
-use crate::relight::work::{Done, Phases, Stage, Work};
+use crate::relight::work::{Recovered, Stage};
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
 use crate::show::view::camera::Camera;
-use crate::solve::check::Estimate;
+use crate::solve::watch::Watch;
+use crate::solve::{Answer, Question, Solved};
 use clap::ValueEnum;
-use common::Result;
 use common::energy::Energy;
 use common::solution::{Seconds, Solution, write_file};
+use common::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
@@ -31,58 +30,46 @@ const THUMBNAIL: u32 = 512;
 pub fn write(
     arguments: &Arguments,
     stage: &Stage,
-    work: &Work,
+    question: &Question,
     answered: &Answer,
-    seconds: &mut Phases,
+    watch: &Watch,
 ) -> Result<Outcome> {
-    let Answer { done, estimate, .. } = answered;
-    let out = &arguments.out;
-    let seen = seen(stage, done);
+    let (done, out) = (&answered.solved, &arguments.out);
+    let relit = done.relit.as_ref();
+    let relit = relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))?;
+    let seen = seen(stage, done, relit);
     let radiance = |d: DVec3| match &stage.captured.panorama {
         Some((panorama, _)) => panorama.radiance(d),
         None => Vec3::ZERO,
     };
     let backdrop: Option<Backdrop> = stage.captured.panorama.is_some().then_some(&radiance);
     let camera = camera(arguments, &seen);
-    let picture = seconds.of("composite", || {
+    let picture = watch.of("composite", || {
         composite::composite(&seen, &camera, SIZE, backdrop)
     });
     let energy = Energy::new(&done.mesh, &done.run.field, &done.run.shots);
     let mut notes = stage.notes.clone();
-    notes.extend(said(stage, done));
+    notes.extend(said(stage, done, relit));
     for note in &answered.notes {
         say!("note: {note}");
         notes.push(note.clone());
     }
-    if work.stopped.get() {
-        notes.push("interrupted: the result holds what had been shot by then".into());
-    }
-    let paper = arguments.method == MethodOption::Paper;
-    let warnings = warnings::of(stage, done, paper, estimate.as_ref());
-    let solution = Solution {
-        scene: &stage.scene,
-        mesh: &done.mesh,
-        solver: if work.device.is_some() { "gpu" } else { "cpu" },
-        adapter: work.device.map(|gpu| gpu.line.name.as_str()),
-        settings: &answered.settings,
-        run: &done.run,
-        certificate: estimate.as_ref().map(Estimate::certificate),
-        warnings: &warnings,
-        notes: &notes,
-        matrix: None,
-        relit: Some(description(arguments, stage, done, &picture)),
-        seconds: Seconds {
-            load: seconds.get(&["load"]),
-            prepare: seconds.get(&["capture", "prepare", "recover"]),
-            solve: seconds.get(&["relight"]),
-        },
+    let seconds = Seconds {
+        load: watch.seconds(&["load"]),
+        prepare: watch.seconds(&["capture", "prepare", "recover"]),
+        solve: watch.seconds(&["relight"]),
     };
-    seconds.of("write", || -> Result<()> {
+    let solution = Solution {
+        relit: Some(description(arguments, stage, done, relit, &picture)),
+        ..answered.solution(question, &notes, seconds)
+    };
+    watch.of("write", || -> Result<()> {
         solution.write(out)?;
         files::write(out, &picture, files::exposure(&picture))
     })?;
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
+    let phases = watch.phases();
     let report = Report {
         room: &arguments.room.display().to_string(),
         objects: &objects,
@@ -91,28 +78,28 @@ pub fn write(
         composite: &picture,
         camera,
         energy: Some(&energy),
-        map_shots: done.map_shots as u32,
-        object_shots: done.object_shots as u32,
+        map_shots: relit.map_shots as u32,
+        object_shots: relit.object_shots as u32,
         converged: done.run.converged,
-        negative_texels: done.negative_texels(),
-        seconds: &seconds.0,
-        warnings: &warnings,
+        negative_texels: relit.negative_texels(&done.run),
+        seconds: &phases,
+        warnings: &answered.warnings,
         notes: &notes,
         thumbnail: backdrop.map(|backdrop| thumbnail(backdrop, THUMBNAIL)),
     };
     write_file(&out.join("report.html"), html(&report).as_bytes())?;
     if !arguments.common.quiet {
-        summary(&solution, seconds, arguments);
+        summary(&solution, &phases, arguments);
     }
     Ok(judged(&solution, arguments.strict))
 }
 
-fn seen<'a>(stage: &'a Stage, done: &'a Done) -> Seen<'a> {
+fn seen<'a>(stage: &'a Stage, done: &'a Solved, relit: &'a Recovered) -> Seen<'a> {
     Seen {
         scene: &stage.scene,
         mesh: &done.mesh,
         room: stage.room,
-        before: &done.before,
+        before: &relit.before,
         after: &done.run.field,
         eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
     }
@@ -134,18 +121,19 @@ fn camera(arguments: &Arguments, seen: &Seen) -> Camera {
 fn description(
     arguments: &Arguments,
     stage: &Stage,
-    done: &Done,
+    done: &Solved,
+    relit: &Recovered,
     picture: &composite::Composite,
 ) -> Value {
     let mended = arguments.mend.iter().filter_map(|f| f.to_possible_value());
     json!({
         "method": method_name(arguments.method),
         "mended": mended.map(|v| v.get_name().to_owned()).collect::<Vec<_>>(),
-        "map_shots": done.map_shots,
-        "object_shots": done.object_shots,
-        "negative_texels": done.negative_texels(),
+        "map_shots": relit.map_shots,
+        "object_shots": relit.object_shots,
+        "negative_texels": relit.negative_texels(&done.run),
         "negative_pixels": picture.negative,
-        "emitting_texels": done.emitters,
+        "emitting_texels": relit.emitters,
         "room": arguments.room.display().to_string(),
         "room_faces": stage.room,
         "objects": arguments.objects.objects.iter().map(described).collect::<Vec<_>>(),
@@ -189,17 +177,17 @@ fn method_name(method: MethodOption) -> String {
 }
 
 /// What the capture was found to be.
-fn said(stage: &Stage, done: &Done) -> Vec<String> {
+fn said(stage: &Stage, done: &Solved, relit: &Recovered) -> Vec<String> {
     let mut notes = Vec::new();
-    if done.emitters > 0 {
+    if relit.emitters > 0 {
         let room = |t: &&common::mesh::Texel| (t.face as usize) < stage.room;
         let all = done.mesh.texels.iter().filter(room).count();
         notes.push(format!(
             "{} of {all} texels of the room emit: reflection alone does not explain their light",
-            done.emitters
+            relit.emitters
         ));
     }
-    if !done.complete {
+    if !relit.complete {
         notes.push(
             "stopped before all captured light was shot: raise --max-shots; what the walls reflect and emit is recovered from a part of it"
                 .into(),
@@ -214,10 +202,9 @@ fn said(stage: &Stage, done: &Done) -> Vec<String> {
     notes
 }
 
-fn summary(solution: &Solution, seconds: &Phases, arguments: &Arguments) {
+fn summary(solution: &Solution, phases: &[(&str, f64)], arguments: &Arguments) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
-    let phases: Vec<String> = seconds
-        .0
+    let phases: Vec<String> = phases
         .iter()
         .map(|(phase, seconds)| format!("{phase} {seconds:.2} s"))
         .collect();

@@ -10,8 +10,10 @@ use super::progress::{Progress, listen};
 use super::solve::visibility;
 use super::solver::{SolverOption, choose, open};
 use crate::cli::tell::say;
-use crate::relight::mended::answer;
-use crate::relight::work::{Phases, Stage, Work};
+use crate::relight::work::{Relighting, Stage};
+use crate::solve::solver::Solver;
+use crate::solve::watch::Watch;
+use crate::solve::{Question, answer};
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::relight::{Mended, Method};
@@ -19,8 +21,6 @@ use common::settings::{Iteration, Quality, Settings};
 use common::solution::prepare;
 use common::{Error, Result};
 use glam::DVec3;
-use std::cell::{Cell, RefCell};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 /// Cells a side of a panorama's six walls at normal quality: lights are smaller than a quarter of
@@ -112,8 +112,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         return Err(Error::Usage("relight shoots: --solver cpu or gpu".into()));
     }
     common.not_for_rays(visibility(common, solver == SolverOption::Gpu))?;
-    let mut seconds = Phases::default();
-    let stage = seconds.of("load", || load::stage(arguments))?;
+    let progress = Progress::new("relight", common.quiet);
+    let show = |phase: &str, done| progress.show(phase, done);
+    let watch = Watch::new(&show);
+    let stage = watch.of("load", || load::stage(arguments))?;
     for note in &stage.notes {
         say!("note: {note}");
     }
@@ -121,21 +123,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     listen();
     let (device, missing) = open(solver, common)?;
     let settings = settings(arguments, &stage, device.is_some())?;
-    let progress = RefCell::new(Some(Progress::new("relight", common.quiet)));
-    let work = Work {
-        settings: &settings,
-        device: device.as_ref(),
-        watch: &|phase, done| {
-            let step = (done * 1000.0) as u64;
-            let mut progress = progress.borrow_mut();
-            let bar = progress.as_mut();
-            bar.map_or(ControlFlow::Continue(()), |bar| bar.show(phase, step, 1000))
-        },
-        stopped: Cell::new(false),
+    let task = Relighting {
+        stage: &stage,
+        method,
     };
-    let answered = answer(&stage, &work, method, common.given(), &mut seconds)?;
-    progress.take();
-    let outcome = finish::write(arguments, &stage, &work, &answered, &mut seconds)?;
+    let question = Question {
+        task: &task,
+        settings: &settings,
+        given: common.given(),
+        solver: Solver::on(device.as_ref()),
+    };
+    let answered = answer(&question, &watch)?;
+    progress.clear();
+    let outcome = finish::write(arguments, &stage, &question, &answered, &watch)?;
     missing.map_or(Ok(outcome), Err)
 }
 

@@ -24,6 +24,7 @@ pub mod ways;
 use crate::judge::comparison::{
     Comparison, Difference, Finding, Gate, ItemBufferPicture, Stage, Way,
 };
+use crate::solve::watch::Watch;
 use common::constants::LINK_BYTES;
 use common::energy::Energy;
 use common::mesh::Mesh;
@@ -55,11 +56,8 @@ pub struct Request<'a> {
     pub faults: &'a [Fault],
 }
 
-/// Told what is going on: a phase's name, steps done and steps in all (0: unknown).
-pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64) -> ControlFlow<()>;
-
 /// Solves `scene` on both sides and judges every difference; nothing is known of the truth.
-pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<Comparison> {
+pub fn compare(scene: &Scene, request: &Request, watch: &Watch) -> Result<Comparison> {
     let asked = &request.settings;
     let mesh = sampled(scene, asked)?;
     check_room(scene, &mesh)?;
@@ -72,11 +70,11 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
     }
     let settings = by_rays(&gpu_settings);
     let fresh = || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings, request.faults);
-    let (cpu, cpu_seconds) = timed(&mut cpu_solver, &mesh, &settings, ("CPU", progress))?;
-    let (gpu, gpu_seconds) = timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", progress))?;
-    go_on(progress("lockstep", 0, 0))?;
+    let (cpu, cpu_seconds) = timed(&mut cpu_solver, &mesh, &settings, ("CPU", watch))?;
+    let (gpu, gpu_seconds) = timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", watch))?;
+    watch.begin("lockstep")?;
     let lockstep = repeat(&mut gpu_solver, &mut fresh()?, &mesh, &gpu_settings, &cpu)?;
-    go_on(progress("WGSL against twin", 0, 0))?;
+    watch.begin("WGSL against twin")?;
     let mut stages = stages::stages(&mesh, &gpu_settings, cpu_solver.rays(), &mut fresh()?)?;
     let item_buffer = picture(&mesh, &gpu_settings, &cpu, &mut gpu_solver)?;
     let (mut done, all) = (0, mesh.cells.len() as u64);
@@ -87,11 +85,11 @@ pub fn compare(scene: &Scene, request: &Request, progress: Progress) -> Result<C
         &mut gpu_solver,
         &mut || {
             done += 1;
-            progress("visibility of all pairs", done, all)
+            watch.count("visibility of all pairs", done, all)
         },
     )?;
     stages.append(&mut sights.stages);
-    go_on(progress("verdict", 0, 0))?;
+    watch.begin("verdict")?;
     let energy = [&cpu, &gpu].map(|run| Energy::new(&mesh, &run.field, &run.shots));
     let apart = [&lockstep, &gpu].map(|run| difference(&mesh, &run.field, &cpu.field));
     let solved = Solved {
@@ -170,14 +168,6 @@ impl Solved<'_> {
     }
 }
 
-/// A phase does not begin after a break.
-fn go_on(flow: ControlFlow<()>) -> Result<()> {
-    match flow {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(Error::Interrupted),
-    }
-}
-
 /// Links of all cells are kept, the CPU's beside the GPU's.
 fn check_room(scene: &Scene, mesh: &Mesh) -> Result<()> {
     let bytes = 4 * mesh.cells.len() as u64 * mesh.texels.len() as u64;
@@ -198,12 +188,10 @@ fn timed(
     engine: &mut dyn Engine,
     mesh: &Mesh,
     settings: &Settings,
-    (phase, progress): (&str, Progress),
+    (phase, watch): (&str, &Watch),
 ) -> Result<(Run, f64)> {
     let start = Instant::now();
-    let run = passes::solve(engine, mesh, settings, &mut |done| {
-        progress(phase, (done * 1000.0) as u64, 1000)
-    })?;
+    let run = passes::solve(engine, mesh, settings, &mut |done| watch.tell(phase, done))?;
     Ok((run, start.elapsed().as_secs_f64()))
 }
 

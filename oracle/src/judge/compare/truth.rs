@@ -2,15 +2,16 @@
 
 use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
-use crate::solve::dense;
+use crate::solve::solver::Solver;
+use crate::solve::task::Task;
+use crate::solve::watch::{Watch, unwatched};
 use common::Result;
 use common::mesh::Mesh;
 use common::scene::Scene;
+use common::settings::Settings;
 use common::shooting::Field;
-use cpu::matrix::Matrix;
 use glam::DVec3;
 use serde::Serialize;
-use std::ops::ControlFlow;
 
 /// Texels of the truth: their form factors take about five seconds on two cores, growing with the
 /// square.
@@ -42,33 +43,26 @@ pub struct Told {
 impl Truth {
     /// The matrix on N×N texels a face, N as asked for or as many as there may be; none where
     /// that would be fewer than four. Both ways to solve are held against the same truth.
-    pub fn new(
-        scene: &Scene,
-        texels: u32,
-        watch: &mut dyn FnMut(u64, u64) -> ControlFlow<()>,
-    ) -> Result<Option<Self>> {
+    pub fn new(scene: &Scene, texels: u32, watch: &Watch) -> Result<Option<Self>> {
         let most = (TEXELS / scene.faces.len().max(1)).isqrt() as u32;
         let side = most.min(texels.max(2 * LEAST));
         if side < LEAST {
             return Ok(None);
         }
-        let (resolutions, values) = solve(scene, side, watch)?;
-        let coarse = solve(scene, side / 2, &mut |_, _| ControlFlow::Continue(()))?;
+        let told = |_: &str, done| watch.tell("truth", done);
+        let fine = solve(scene, side, &Watch::new(&told))?;
+        let coarse = solve(scene, side / 2, &unwatched())?;
         let mut truth = Self {
             scene: scene.clone(),
-            resolutions,
-            values,
+            resolutions: fine.resolutions,
+            values: fine.values,
             told: Told {
                 name: format!("the matrix solver on {side}×{side} texels a face"),
                 texels: side,
                 own_error: f64::NAN,
             },
         };
-        truth.told.own_error = truth.error_of(&Reflected {
-            scene,
-            resolutions: coarse.0,
-            values: coarse.1,
-        });
+        truth.told.own_error = truth.error_of(&coarse);
         Ok(Some(truth))
     }
 
@@ -90,16 +84,11 @@ impl Truth {
     }
 }
 
-type Solved = (Vec<[u32; 2]>, Vec<DVec3>);
-
-fn solve(
-    scene: &Scene,
-    texels: u32,
-    watch: &mut dyn FnMut(u64, u64) -> ControlFlow<()>,
-) -> Result<Solved> {
-    let mesh = Mesh::uniform(scene, texels, 1)?;
-    let (matrix, _) = Matrix::assemble(scene, &mesh, watch)?;
-    let (run, _) = dense::solve(&mesh, &matrix)?;
-    let reflected = Reflected::of(scene, &mesh, &run.field);
-    Ok((reflected.resolutions, reflected.values))
+fn solve<'a>(scene: &'a Scene, texels: u32, watch: &Watch) -> Result<Reflected<'a>> {
+    let settings = Settings {
+        texels,
+        ..Settings::default()
+    };
+    let solved = scene.once(&settings, Solver::Matrix, watch)?;
+    Ok(Reflected::of(scene, &solved.mesh, &solved.run.field))
 }

@@ -2,14 +2,15 @@
 //! `solve` does by default and the paper's way. All are compared with one truth.
 
 use super::truth::Truth;
-use super::{Progress, Request, compare};
+use super::{Request, compare};
 use crate::judge::comparison::{Comparison, Judged, Way};
+use crate::solve::solver::Solver;
+use crate::solve::watch::Watch;
 use crate::solve::{Answer, Given, Question, answer};
 use common::Result;
 use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
 use gpu::{Fault, Gpu};
-use std::cell::RefCell;
 
 /// What is judged; `visibility` is the GPU's.
 pub enum Ways {
@@ -31,15 +32,13 @@ pub fn judge(
     ways: &Ways,
     gpu: &Gpu,
     faults: &[Fault],
-    progress: Progress,
+    watch: &Watch,
 ) -> Result<Judged> {
     let texels = match ways {
         Ways::Both { solve, .. } => solve.texels,
         Ways::One(settings, _) => settings.texels,
     };
-    let truth = |progress: Progress| {
-        Truth::new(scene, texels, &mut |done, all| progress("truth", done, all))
-    };
+    let truth = || Truth::new(scene, texels, watch);
     let request = |settings: &Settings| Request {
         settings: settings.clone(),
         gpu,
@@ -47,20 +46,20 @@ pub fn judge(
     };
     match ways {
         Ways::One(settings, given) => {
-            let (settings, notes) = settled(scene, settings, *given, progress)?;
-            let mut c = compare(scene, &request(&settings), progress)?;
+            let (settings, notes) = settled(scene, settings, *given, watch)?;
+            let mut c = compare(scene, &request(&settings), watch)?;
             c.notes = notes;
-            let truth = truth(progress)?;
+            let truth = truth()?;
             Ok(Judged {
                 first: against(c, truth.as_ref(), Way::Asked),
                 as_solved: None,
             })
         }
         Ways::Both { paper, solve } => {
-            let truth = truth(progress)?;
-            let answers = solved(scene, solve, gpu, progress)?;
-            let as_solved = compare(scene, &request(&finest(&answers[1])), progress)?;
-            let first = compare(scene, &request(paper), progress)?;
+            let truth = truth()?;
+            let answers = solved(scene, solve, gpu, watch)?;
+            let as_solved = compare(scene, &request(&finest(&answers[1])), watch)?;
+            let first = compare(scene, &request(paper), watch)?;
             Ok(Judged {
                 first: against(first, truth.as_ref(), Way::Paper),
                 as_solved: Some(by_answers(as_solved, &answers, truth.as_ref())),
@@ -71,7 +70,7 @@ pub fn judge(
 
 /// The settings of the last solve of an answer.
 fn finest(answer: &Answer) -> Settings {
-    let settings = &answer.settings;
+    let settings = &answer.solved.settings;
     Settings {
         // Texels are never larger than cells.
         texels: settings.texels * settings.cells.div_ceil(settings.texels),
@@ -80,34 +79,24 @@ fn finest(answer: &Answer) -> Settings {
 }
 
 /// What `solve` answers, on the CPU and on the GPU.
-fn solved(
-    scene: &Scene,
-    settings: &Settings,
-    gpu: &Gpu,
-    progress: Progress,
-) -> Result<[Answer; 2]> {
-    let shared = RefCell::new(progress);
-    let ask = |gpu: Option<&Gpu>, settings: &Settings| {
+fn solved(scene: &Scene, settings: &Settings, gpu: &Gpu, watch: &Watch) -> Result<[Answer; 2]> {
+    let ask = |solver: Solver, settings: &Settings, phase: &str| {
         let question = Question {
-            scene,
+            task: scene,
             settings,
             given: Given::default(),
-            gpu,
+            solver,
         };
-        let phase = if gpu.is_some() {
-            "solve on the GPU"
-        } else {
-            "solve on the CPU"
-        };
-        answer(&question, &|done| {
-            (*shared.borrow_mut())(phase, (done * 1000.0) as u64, 1000)
-        })
+        answer(&question, &Watch::new(&|_, done| watch.tell(phase, done)))
     };
     let rays = Settings {
         visibility: Visibility::Rays,
         ..settings.clone()
     };
-    Ok([ask(None, &rays)?, ask(Some(gpu), settings)?])
+    Ok([
+        ask(Solver::Cpu, &rays, "solve on the CPU")?,
+        ask(Solver::Gpu(gpu), settings, "solve on the GPU")?,
+    ])
 }
 
 /// At reference quality the cells that the CPU's answer ended with.
@@ -115,7 +104,7 @@ fn settled(
     scene: &Scene,
     settings: &Settings,
     given: Given,
-    progress: Progress,
+    watch: &Watch,
 ) -> Result<(Settings, Vec<String>)> {
     if settings.quality != Quality::Reference || given.cells {
         return Ok((settings.clone(), Vec::new()));
@@ -124,16 +113,14 @@ fn settled(
         visibility: Visibility::Rays,
         ..settings.clone()
     };
-    let shared = RefCell::new(progress);
     let question = Question {
-        scene,
+        task: scene,
         settings: &rays,
         given,
-        gpu: None,
+        solver: Solver::Cpu,
     };
-    let answered = answer(&question, &|done| {
-        (*shared.borrow_mut())("refining", (done * 1000.0) as u64, 1000)
-    })?;
+    let refining = |_: &str, done| watch.tell("refining", done);
+    let answered = answer(&question, &Watch::new(&refining))?;
     let settled = Settings {
         visibility: settings.visibility,
         ..finest(&answered)
@@ -154,8 +141,8 @@ fn by_answers(mut c: Comparison, answers: &[Answer; 2], truth: Option<&Truth>) -
     c.way = Way::Solve;
     c.truth = truth.map(|truth| truth.told.clone());
     c.error = [0, 1].map(|k| {
-        let answer = &answers[k];
-        truth.map(|truth| truth.error(&answer.mesh, &answer.run.field))
+        let solved = &answers[k].solved;
+        truth.map(|truth| truth.error(&solved.mesh, &solved.run.field))
     });
     for (name, answer) in ["CPU", "GPU"].into_iter().zip(answers) {
         let notes = answer.notes.iter();

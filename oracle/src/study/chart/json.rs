@@ -42,7 +42,6 @@ fn point(scene: &str, point: &Point) -> Value {
     let [seconds, least, most] = point.spread(Measurement::seconds);
     let figures = point.figures();
     let median = |what: fn(&Measurement) -> f64| point.spread(what)[0];
-    let device = point.runs.first().and_then(|m| m.device);
     json!({
         "scene": scene,
         "solver": point.method.solver,
@@ -54,7 +53,6 @@ fn point(scene: &str, point: &Point) -> Value {
         "runs": point.runs.len(),
         "prepare_seconds": median(|m| m.prepare),
         "solve_seconds": median(|m| m.solve),
-        "device_seconds": device.map(|_| median(|m| m.device.unwrap_or(f64::NAN))),
         "error": figures.map(|f| f.error),
         "error_own_texels": figures.map(|f| f.own_error),
         "bias": figures.map(|f| f.bias),

@@ -7,21 +7,16 @@ use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::{Reflected, offsets};
 use crate::judge::resample::{average, pieces};
 use crate::plan::fits::{Limit, check};
-use crate::solve::dense;
+use crate::solve::Solved;
+use crate::solve::solver;
+use crate::solve::task::Task;
+use crate::solve::watch::Watch;
 use common::energy::Energy;
-use common::mesh::Mesh;
-use common::passes::Engine;
-use common::passes::solve;
 use common::scene::Scene;
-use common::settings::Iteration;
-use common::shooting::Run;
 use common::texel::count;
 use common::{Error, Result};
-use cpu::CpuSolver;
-use cpu::matrix::Matrix;
-use cpu::occlusion::cover::sampled;
 use glam::DVec3;
-use gpu::{Gpu, GpuSolver};
+use gpu::Gpu;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -40,16 +35,6 @@ pub struct Bench<'a> {
     pub longest: f64,
 }
 
-/// Told the share done; may break.
-pub type Watch<'a> = &'a dyn Fn(f64) -> ControlFlow<()>;
-
-/// A finished solve.
-struct Solved {
-    mesh: Mesh,
-    run: Run,
-    one_by_one: bool,
-}
-
 /// How a solve was stopped.
 #[derive(Clone, Copy, PartialEq)]
 enum Stop {
@@ -60,11 +45,11 @@ enum Stop {
 
 impl Bench<'_> {
     /// Solves once; none when `watch` broke. A failure is a measurement, too.
-    pub fn measure(&self, method: &Method, watch: Watch) -> Option<Measurement> {
+    pub fn measure(&self, method: &Method, watch: &Watch) -> Option<Measurement> {
         let start = Instant::now();
         let stop = Cell::new(Stop::No);
-        let timed = |done: f64| {
-            if watch(done).is_break() {
+        let timed = |phase: &str, done: f64| {
+            if watch.tell(phase, done).is_break() {
                 stop.set(Stop::Asked);
             } else if stop.get() == Stop::No && start.elapsed().as_secs_f64() > self.longest {
                 stop.set(Stop::Late);
@@ -75,12 +60,8 @@ impl Bench<'_> {
                 ControlFlow::Break(())
             }
         };
-        let prepared = Cell::new(0.0);
-        let ready = || prepared.set(start.elapsed().as_secs_f64());
-        let solved = match method.solver {
-            Solver::Matrix => self.by_matrix(method, &timed, &ready),
-            Solver::Cpu | Solver::Gpu => self.by_shots(method, &timed, &ready),
-        };
+        let own = Watch::new(&timed);
+        let solved = self.solve(method, &own);
         let seconds = start.elapsed().as_secs_f64();
         let result = match (stop.get(), solved) {
             (Stop::Asked, _) => return None,
@@ -88,54 +69,34 @@ impl Bench<'_> {
             (Stop::No, Ok(solved)) => self.judge(&solved),
             (Stop::No, Err(error)) => Err(error.to_string()),
         };
+        let prepare = own.seconds(&["prepare"]);
         Some(Measurement {
-            prepare: prepared.get(),
-            solve: seconds - prepared.get(),
-            device: device_seconds(self.gpu),
+            prepare,
+            solve: seconds - prepare,
             result,
         })
     }
 
-    fn by_shots(&self, method: &Method, watch: Watch, ready: &dyn Fn()) -> Result<Solved> {
+    fn solve(&self, method: &Method, watch: &Watch) -> Result<Solved> {
         let settings = &method.settings;
-        let gpu = match method.solver {
-            Solver::Gpu => Some(self.gpu.ok_or_else(|| Error::Device("no adapter".into()))?),
-            _ => None,
+        let solver = match method.solver {
+            Solver::Cpu => solver::Solver::Cpu,
+            Solver::Matrix => solver::Solver::Matrix,
+            Solver::Gpu => {
+                let gpu = self.gpu.ok_or_else(|| Error::Device("no adapter".into()))?;
+                solver::Solver::Gpu(gpu)
+            }
         };
-        check(self.scene, settings, gpu, Limit::of_this_machine())?;
-        let mesh = sampled(self.scene, settings)?;
-        let mut engine: Box<dyn Engine> = match gpu {
-            Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, settings)?),
-            None => Box::new(CpuSolver::new(&mesh, settings)),
-        };
-        ready();
-        let one_by_one = settings.iteration != Iteration::Southwell && !engine.has_room();
-        if one_by_one && method.sweep == "iteration" {
+        if method.solver != Solver::Matrix {
+            check(self.scene, settings, solver.gpu(), Limit::of_this_machine())?;
+        }
+        let solved = self.scene.once(settings, solver, watch)?;
+        if solved.one_by_one && method.sweep == "iteration" {
             return Err(Error::Usage(
                 "this engine shoots one cell after the other: it would be the base again".into(),
             ));
         }
-        let run = solve(engine.as_mut(), &mesh, settings, &mut |done| watch(done))?;
-        drop(engine);
-        Ok(Solved {
-            mesh,
-            run,
-            one_by_one,
-        })
-    }
-
-    fn by_matrix(&self, method: &Method, watch: Watch, ready: &dyn Fn()) -> Result<Solved> {
-        let mesh = Mesh::uniform(self.scene, method.settings.texels, 1)?;
-        ready();
-        let (matrix, _) = Matrix::assemble(self.scene, &mesh, &mut |done, all| {
-            watch(done as f64 / all as f64)
-        })?;
-        let (run, _) = dense::solve(&mesh, &matrix)?;
-        Ok(Solved {
-            mesh,
-            run,
-            one_by_one: false,
-        })
+        Ok(solved)
     }
 
     /// The figures, or why there are none.
@@ -182,12 +143,6 @@ impl Bench<'_> {
             one_by_one: solved.one_by_one,
         })
     }
-}
-
-/// The GPU's own seconds: here they belong, once its timestamps are read. Those of software
-/// adapters are not to be trusted.
-fn device_seconds(_gpu: Option<&Gpu>) -> Option<f64> {
-    None
 }
 
 /// The same on N×N texels at least: a coarse texel's value holds all over it.

@@ -52,8 +52,6 @@ pub struct Measurement {
     pub prepare: f64,
     /// The solve itself, seconds.
     pub solve: f64,
-    /// What the GPU says of itself; none where its timestamps cannot be trusted.
-    pub device: Option<f64>,
     /// What was found, or why nothing was.
     pub result: std::result::Result<Figures, String>,
 }

@@ -156,7 +156,6 @@ mod tests {
         Measurement {
             prepare: 0.25,
             solve,
-            device: None,
             result: Ok(Figures {
                 error: 0.1,
                 own_error: 0.05,

@@ -9,6 +9,7 @@ use super::store::{Context, Store};
 use super::{Figures, Measurement, Solver};
 use crate::plan::Counts;
 use crate::plan::memory::Memory;
+use crate::solve::watch::Watch;
 use common::Result;
 use cpu::matrix::memory;
 use std::ops::ControlFlow;
@@ -100,9 +101,6 @@ pub struct Study {
     pub peers: Vec<Peer>,
 }
 
-/// Told a phase, and steps done of all; may break.
-pub type Watch<'a> = &'a dyn Fn(&str, u64, u64) -> ControlFlow<()>;
-
 /// Where measurements are kept, and under what names.
 pub struct Kept<'a> {
     /// The file.
@@ -117,20 +115,18 @@ pub fn round(
     methods: &[Method],
     kept: &mut Kept,
     round: usize,
-    watch: Watch,
+    watch: &Watch,
 ) -> Result<ControlFlow<()>> {
-    let all = 1000 * methods.len() as u64;
+    let all = methods.len() as f64;
     for (k, method) in methods.iter().enumerate() {
         let key = kept.context.key(method);
         if !wanted(kept.store.runs(&key), round) {
             continue;
         }
         let name = format!("round {}, {}", round + 1, method.solver.name());
-        let done = |share: f64| {
-            let part = (1000.0 * share.clamp(0.0, 1.0)) as u64;
-            watch(&name, 1000 * k as u64 + part, all)
-        };
-        let Some(measurement) = bench.measure(method, &done) else {
+        let done =
+            |_: &str, share: f64| watch.tell(&name, (k as f64 + share.clamp(0.0, 1.0)) / all);
+        let Some(measurement) = bench.measure(method, &Watch::new(&done)) else {
             return Ok(ControlFlow::Break(()));
         };
         let about = format!(

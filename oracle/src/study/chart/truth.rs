@@ -3,22 +3,15 @@
 use super::store::digest;
 use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
-use crate::solve::dense;
-use crate::solve::refine::{Rung, refine};
-use common::mesh::Mesh;
-use common::passes::solve;
+use crate::solve::solver::Solver;
+use crate::solve::watch::Watch;
+use crate::solve::{Given, Question, answer};
 use common::scene::Scene;
 use common::settings::{Iteration, Quality, Settings};
-use common::shooting::Run;
-use common::solution::{Seconds, Solution, Stored};
+use common::solution::{Seconds, Stored};
 use common::{Error, Result};
-use cpu::CpuSolver;
-use cpu::matrix::Matrix;
 use cpu::matrix::memory::{MEMORY, bytes};
-use cpu::occlusion::cover::sampled;
 use glam::DVec3;
-use std::cell::Cell;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 /// The truth.
@@ -30,9 +23,6 @@ pub struct Truth {
     /// The values' own name: points judged by others are other points.
     pub id: u64,
 }
-
-/// Told the phase, steps done and steps in all; may break.
-pub type Watch<'a> = &'a mut dyn FnMut(&str, u64, u64) -> ControlFlow<()>;
 
 impl Truth {
     /// A result of `solve`.
@@ -66,7 +56,7 @@ impl Truth {
     }
 
     /// Ours on N×N texels, kept in `dir`: one that is there already is taken.
-    pub fn own(scene: &Scene, texels: u32, dir: &Path, watch: Watch) -> Result<Self> {
+    pub fn own(scene: &Scene, texels: u32, dir: &Path, watch: &Watch) -> Result<Self> {
         let count = scene.faces.len() as u64 * u64::from(texels).pow(2);
         let dense = bytes(count) <= MEMORY;
         let name = if dense {
@@ -78,30 +68,34 @@ impl Truth {
             return Ok(there);
         }
         common::solution::prepare(dir)?;
-        if dense {
-            by_matrix(scene, texels, dir, watch)?;
-        } else {
-            by_refinement(scene, texels, dir, watch)?;
+        let settings = settings(texels, dense);
+        let question = Question {
+            task: scene,
+            settings: &settings,
+            given: Given::default(),
+            solver: if dense { Solver::Matrix } else { Solver::Cpu },
+        };
+        let told = |_: &str, done| watch.tell("truth", done);
+        let own = Watch::new(&told);
+        let answered = answer(&question, &own)?;
+        if own.stopped() {
+            return Err(Error::Interrupted);
         }
+        let solution = answered.solution(&question, &answered.notes, Seconds::default());
+        solution.write(dir)?;
         Self::read(dir, name)
     }
 }
 
-fn by_matrix(scene: &Scene, texels: u32, dir: &Path, watch: Watch) -> Result<()> {
-    let settings = Settings {
-        texels,
-        cells: 1,
-        ..Settings::default()
-    };
-    let mesh = Mesh::uniform(scene, texels, 1)?;
-    let (matrix, _) = Matrix::assemble(scene, &mesh, &mut |done, all| watch("truth", done, all))?;
-    let (run, _) = dense::solve(&mesh, &matrix)?;
-    write(scene, &mesh, &settings, ("matrix", &run), dir)
-}
-
-fn by_refinement(scene: &Scene, texels: u32, dir: &Path, watch: Watch) -> Result<()> {
+fn settings(texels: u32, dense: bool) -> Settings {
+    if dense {
+        return Settings {
+            texels,
+            ..Settings::default()
+        };
+    }
     let (_, cells, samples, epsilon) = Quality::Reference.settings();
-    let settings = Settings {
+    Settings {
         quality: Quality::Reference,
         texels,
         cells,
@@ -109,53 +103,5 @@ fn by_refinement(scene: &Scene, texels: u32, dir: &Path, watch: Watch) -> Result
         epsilon,
         iteration: Iteration::Cg,
         ..Settings::default()
-    };
-    let stopped = Cell::new(false);
-    let rung = |settings: &Settings| {
-        let mesh = sampled(scene, settings)?;
-        let mut engine = CpuSolver::new(&mesh, settings);
-        let run = solve(&mut engine, &mesh, settings, &mut |done| {
-            let flow = watch("truth", (1000.0 * done) as u64, 1000);
-            stopped.set(stopped.get() || flow.is_break());
-            flow
-        })?;
-        Ok(Rung {
-            settings: settings.clone(),
-            mesh,
-            run,
-        })
-    };
-    let refined = refine(scene, &settings, rung, || stopped.get())?;
-    if stopped.get() {
-        return Err(Error::Interrupted);
     }
-    let run = Run {
-        field: refined.field,
-        ..refined.rung.run
-    };
-    write(scene, &refined.answer, &settings, ("cpu", &run), dir)
-}
-
-fn write(
-    scene: &Scene,
-    mesh: &Mesh,
-    settings: &Settings,
-    (solver, run): (&str, &Run),
-    dir: &Path,
-) -> Result<()> {
-    let solution = Solution {
-        scene,
-        mesh,
-        solver,
-        adapter: None,
-        settings,
-        run,
-        certificate: None,
-        warnings: &[],
-        notes: &[],
-        matrix: None,
-        relit: None,
-        seconds: Seconds::default(),
-    };
-    solution.write(dir)
 }

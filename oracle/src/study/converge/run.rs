@@ -5,20 +5,16 @@ use super::sweeps::{Curve, REFINEMENTS, Sweep, Truth};
 use super::{MeasuredCurve, MeasuredSweep, Point, fit};
 use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
-use common::passes::Engine;
+use crate::solve::Solved;
+use crate::solve::solver::Solver;
+use crate::solve::task::Task;
+use crate::solve::watch::Watch;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
-use common::shooting::{self, solve};
+use common::settings::Settings;
 use common::solution::Stored;
 use common::{Error, Result};
-use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled;
-use gpu::{Gpu, GpuSolver};
-use std::ops::ControlFlow;
+use gpu::Gpu;
 use std::time::Instant;
-
-/// Told the point in hand, steps done and steps in all; may break.
-pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64) -> ControlFlow<()>;
 
 /// A refinement that leaves less than this share of the error explains it.
 const ENOUGH: f64 = 0.5;
@@ -34,20 +30,20 @@ pub struct Bench<'a> {
 }
 
 /// A solve of the bench's scene.
-struct Solved<'a> {
+struct Answer<'a> {
     reflected: Reflected<'a>,
     seconds: f64,
     shots: usize,
 }
 
 impl<'a> Bench<'a> {
-    /// Measures one sweep; none when `progress` broke before its first point, and what there is
+    /// Measures one sweep; none when `watch` broke before its first point, and what there is
     /// when it broke later.
-    pub fn sweep(&self, sweep: &Sweep, progress: Progress) -> Result<Option<MeasuredSweep>> {
+    pub fn sweep(&self, sweep: &Sweep, watch: &Watch) -> Result<Option<MeasuredSweep>> {
         let truth = match self.truth {
             Some(stored) => Some(Reflected::from(stored)),
             None => self
-                .solve(&sweep.truth_settings(), "truth", progress)?
+                .solve(&sweep.truth_settings(), "truth", watch)?
                 .map(|solved| solved.reflected),
         };
         let Some(truth) = truth else { return Ok(None) };
@@ -61,10 +57,10 @@ impl<'a> Bench<'a> {
             curves: Vec::new(),
         };
         for curve in sweep.curves {
-            let points = self.points(sweep, curve, &truth, progress)?;
+            let points = self.points(sweep, curve, &truth, watch)?;
             let complete = points.len() == sweep.values.len();
             if !points.is_empty() {
-                let curve = self.curve(sweep, curve, points, &truth, progress)?;
+                let curve = self.curve(sweep, curve, points, &truth, watch)?;
                 measured.curves.push(curve);
             }
             if !complete {
@@ -87,12 +83,12 @@ impl<'a> Bench<'a> {
         sweep: &Sweep,
         curve: &Curve,
         truth: &Reflected,
-        progress: Progress,
+        watch: &Watch,
     ) -> Result<Vec<Point>> {
         let mut points = Vec::new();
         for &value in sweep.values {
             let name = format!("{} {value}, {}", sweep.option, curve.label);
-            let Some(point) = self.point(&sweep.settings(curve, value), truth, &name, progress)?
+            let Some(point) = self.point(&sweep.settings(curve, value), truth, &name, watch)?
             else {
                 break;
             };
@@ -107,9 +103,9 @@ impl<'a> Bench<'a> {
         settings: &Settings,
         truth: &Reflected,
         name: &str,
-        progress: Progress,
+        watch: &Watch,
     ) -> Result<Option<Point>> {
-        let Some(solved) = self.solve(settings, name, progress)? else {
+        let Some(solved) = self.solve(settings, name, watch)? else {
             return Ok(None);
         };
         let (error, bias) = self.error(&solved.reflected, truth)?;
@@ -129,7 +125,7 @@ impl<'a> Bench<'a> {
         curve: &Curve,
         points: Vec<Point>,
         truth: &Reflected,
-        progress: Progress,
+        watch: &Watch,
     ) -> Result<MeasuredCurve> {
         let steps: Vec<(f64, f64)> = points
             .iter()
@@ -151,7 +147,7 @@ impl<'a> Bench<'a> {
             refined: Vec::new(),
         };
         if evidence.stalled() && points.len() == sweep.values.len() {
-            evidence.refined = self.refined((sweep, curve), last_error, truth, progress)?;
+            evidence.refined = self.refined((sweep, curve), last_error, truth, watch)?;
         }
         let (converges, finding) = finding(&evidence);
         Ok(MeasuredCurve {
@@ -171,7 +167,7 @@ impl<'a> Bench<'a> {
         (sweep, curve): (&Sweep, &Curve),
         last_error: f64,
         truth: &Reflected,
-        progress: Progress,
+        watch: &Watch,
     ) -> Result<Vec<(String, f64)>> {
         let mut refined = Vec::new();
         let Some(&last) = sweep.values.last() else {
@@ -184,14 +180,14 @@ impl<'a> Bench<'a> {
             };
             let limit = sweep.truth_settings();
             let own = match (self.truth, (refinement.finer)(&limit)) {
-                (None, Some((limit, _))) => match self.solve(&limit, "truth", progress)? {
+                (None, Some((limit, _))) => match self.solve(&limit, "truth", watch)? {
                     Some(solved) => Some(solved.reflected),
                     None => break,
                 },
                 _ => None,
             };
             let truth = own.as_ref().unwrap_or(truth);
-            let Some(point) = self.point(&finer, truth, &text, progress)? else {
+            let Some(point) = self.point(&finer, truth, &text, watch)? else {
                 break;
             };
             refined.push((text, point.error));
@@ -211,32 +207,16 @@ impl<'a> Bench<'a> {
         Ok(pair.worst())
     }
 
-    /// None when `progress` broke.
-    fn solve(
-        &self,
-        settings: &Settings,
-        name: &str,
-        progress: Progress,
-    ) -> Result<Option<Solved<'a>>> {
-        if progress(name, 0, 1000).is_break() {
+    /// None when `watch` broke.
+    fn solve(&self, settings: &Settings, name: &str, watch: &Watch) -> Result<Option<Answer<'a>>> {
+        if watch.begin(name).is_err() {
             return Ok(None);
         }
-        let start = Instant::now();
-        let mesh = sampled(self.scene, settings)?;
-        let mut engine: Box<dyn Engine> = match self.gpu {
-            Some(gpu) if settings.visibility != Visibility::Rays => {
-                Box::new(GpuSolver::new(gpu, &mesh, settings)?)
-            }
-            _ => Box::new(CpuSolver::new(&mesh, settings)),
-        };
-        let mut broken = false;
-        let run = solve(engine.as_mut(), settings, &mut |shot, emitted| {
-            let done = shooting::progress(shot, emitted, settings.epsilon);
-            let flow = progress(name, (done * 1000.0) as u64, 1000);
-            broken |= flow.is_break();
-            flow
-        })?;
-        Ok((!broken).then(|| Solved {
+        let told = |_: &str, done| watch.tell(name, done);
+        let (start, own) = (Instant::now(), Watch::new(&told));
+        let solver = Solver::drawing(self.gpu, settings);
+        let Solved { mesh, run, .. } = self.scene.once(settings, solver, &own)?;
+        Ok((!own.stopped()).then(|| Answer {
             reflected: Reflected::of(self.scene, &mesh, &run.field),
             seconds: start.elapsed().as_secs_f64(),
             shots: run.shots.len(),

@@ -1,11 +1,12 @@
 //! Made-up studies for the page's tests: every sort of side, value and specimen.
 
 use super::{About, LEAK, Plate, RELATIVE, Row, Side, Specimen, Study, Verdict};
-use crate::solve::{Given, Question, answer};
+use crate::solve::solver::Solver;
+use crate::solve::watch::unwatched;
+use crate::solve::{Given, Question, Solved, answer};
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use glam::{DVec3, Vec3};
-use std::ops::ControlFlow;
 
 /// A side; without an error it is refused. An empty code is no warning.
 pub fn side(error: Option<f64>, code: &str) -> Side {
@@ -148,13 +149,13 @@ pub fn specimen(scene: Scene, face: u32) -> Specimen {
         ..Settings::default()
     };
     let question = Question {
-        scene: &scene,
+        task: &scene,
         settings: &settings,
         given: Given::ALL,
-        gpu: None,
+        solver: Solver::Cpu,
     };
-    let answer = answer(&question, &|_| ControlFlow::Continue(())).unwrap();
-    let (mesh, field) = (answer.mesh, answer.run.field);
+    let Solved { mesh, run, .. } = answer(&question, &unwatched()).unwrap().solved;
+    let field = run.field;
     let own = mesh.in_face_order().into_iter();
     let own = own.filter(|k| mesh.texels[*k].face == face);
     let reflected = |k: usize| field.radiosity[k].truncate() - mesh.texels[k].emission;

@@ -5,20 +5,13 @@ use super::methods::{DEFAULT, Method, Way};
 use super::trial::{Suite, Trial};
 use super::{Side, UNJUDGED, Verdict};
 use crate::judge::diff::reflected::Reflected;
-use crate::relight::mended::answer as relight;
-use crate::relight::room::Captured;
-use crate::relight::warnings;
-use crate::relight::work::{Phases, Stage, Work};
-use crate::solve::dense;
-use crate::solve::{Given, Question, answer};
+use crate::relight::work::{Relighting, Stage};
+use crate::solve::solver::Solver;
+use crate::solve::watch::Watch;
+use crate::solve::{Answer, Given, Question, Solved, answer};
 use common::mesh::Mesh;
-use common::relight::Method as Relighting;
-use common::scene::Scene;
-use common::settings::Settings;
 use common::shooting::Field;
-use common::solution::Warning;
 use common::{Error, Result};
-use cpu::matrix::Matrix;
 use glam::DVec3;
 use gpu::Gpu;
 use std::any::Any;
@@ -48,16 +41,6 @@ pub struct Seen {
     pub values: Vec<DVec3>,
 }
 
-struct Solved {
-    mesh: Mesh,
-    field: Field,
-    warnings: Vec<Warning>,
-    notes: Vec<String>,
-    estimate: Option<f64>,
-}
-
-type Watch<'a> = &'a dyn Fn() -> ControlFlow<()>;
-
 /// Tries; none where `stop` said so.
 pub fn try_on(
     trial: &Trial,
@@ -68,7 +51,7 @@ pub fn try_on(
 ) -> Option<Tried> {
     let start = Instant::now();
     let late = Cell::new(false);
-    let watch = || {
+    let show = |_: &str, _| {
         late.set(late.get() || start.elapsed().as_secs_f64() > LONGEST);
         if late.get() || stop() {
             ControlFlow::Break(())
@@ -76,6 +59,7 @@ pub fn try_on(
             ControlFlow::Continue(())
         }
     };
+    let watch = Watch::new(&show);
     let solved = guarded(|| solve(trial, method, gpu, &watch));
     let seconds = start.elapsed().as_secs_f64();
     if stop() {
@@ -102,11 +86,12 @@ pub fn try_on(
             side.message = Some(message);
             None
         }
-        Ok(solved) => {
-            side.warnings = solved.warnings.iter().map(|w| w.code.clone()).collect();
-            side.mended = solved.notes;
-            side.estimate = solved.estimate;
-            let values = Reflected::of(&trial.scene, &solved.mesh, &solved.field).values;
+        Ok(answer) => {
+            side.warnings = answer.warnings.iter().map(|w| w.code.clone()).collect();
+            side.mended = answer.notes;
+            side.estimate = answer.estimate.map(|estimate| estimate.error);
+            let Solved { mesh, run, .. } = answer.solved;
+            let values = Reflected::of(&trial.scene, &mesh, &run.field).values;
             match judge::error(trial, &values, truth) {
                 Ok((error, noise)) => {
                     side.error = Some(error);
@@ -116,8 +101,8 @@ pub fn try_on(
                 Err(message) => side.message = Some(format!("{UNJUDGED}: {message}")),
             }
             Some(Seen {
-                mesh: solved.mesh,
-                field: solved.field,
+                mesh,
+                field: run.field,
                 values,
             })
         }
@@ -126,7 +111,7 @@ pub fn try_on(
 }
 
 /// A panic is a verdict, not the end of the atlas.
-fn guarded(solve: impl FnOnce() -> Result<Solved>) -> std::result::Result<Solved, String> {
+fn guarded(solve: impl FnOnce() -> Result<Answer>) -> std::result::Result<Answer, String> {
     match catch_unwind(AssertUnwindSafe(solve)) {
         Ok(result) => result.map_err(|error| error.to_string()),
         Err(payload) => Err(format!("panic: {}", said(payload.as_ref()))),
@@ -139,104 +124,37 @@ fn said(payload: &(dyn Any + Send)) -> &str {
         .unwrap_or("without a word")
 }
 
-fn solve(trial: &Trial, method: &Method, gpu: Option<&Gpu>, watch: Watch) -> Result<Solved> {
+fn solve(trial: &Trial, method: &Method, gpu: Option<&Gpu>, watch: &Watch) -> Result<Answer> {
     let settings = method.settings(trial.texels, gpu.is_some());
+    let given = match method.way {
+        Way::Default | Way::Reference => Given::default(),
+        Way::Relight(..) if method.name == DEFAULT => Given::default(),
+        Way::Given(_) | Way::Relight(..) | Way::Matrix => Given::ALL,
+    };
+    let question = |task, solver| Question {
+        task,
+        settings: &settings,
+        given,
+        solver,
+    };
     match method.way {
-        Way::Default | Way::Reference => {
-            shot(&trial.scene, &settings, Given::default(), gpu, watch)
-        }
-        Way::Given(_) => shot(&trial.scene, &settings, Given::ALL, gpu, watch),
-        Way::Matrix => by_matrix(&trial.scene, &settings, watch),
-        Way::Relight(relighting, _) => {
-            let Suite::Relight(room) = trial.suite else {
-                return Err(Error::Usage("there is no room to relight".into()));
+        Way::Matrix => answer(&question(&trial.scene, Solver::Matrix), watch),
+        Way::Relight(method, _) => {
+            let stage = stage(trial)?;
+            let task = Relighting {
+                stage: &stage,
+                method,
             };
-            let given = if method.name == DEFAULT {
-                Given::default()
-            } else {
-                Given::ALL
-            };
-            relit(trial, (room, relighting, given), &settings, gpu, watch)
+            answer(&question(&task, Solver::on(gpu)), watch)
         }
+        _ => answer(&question(&trial.scene, Solver::on(gpu)), watch),
     }
 }
 
-fn shot(
-    scene: &Scene,
-    settings: &Settings,
-    given: Given,
-    gpu: Option<&Gpu>,
-    watch: Watch,
-) -> Result<Solved> {
-    let question = Question {
-        scene,
-        settings,
-        given,
-        gpu,
+/// The trial's room with its objects.
+fn stage(trial: &Trial) -> Result<Stage> {
+    let Suite::Relight(room) = trial.suite else {
+        return Err(Error::Usage("there is no room to relight".into()));
     };
-    let answered = answer(&question, &|_| watch())?;
-    Ok(Solved {
-        mesh: answered.mesh,
-        field: answered.run.field,
-        estimate: answered.estimate.map(|estimate| estimate.error),
-        warnings: answered.warnings,
-        notes: answered.notes,
-    })
-}
-
-fn by_matrix(scene: &Scene, settings: &Settings, watch: Watch) -> Result<Solved> {
-    let mesh = Mesh::uniform(scene, settings.texels, 1)?;
-    let (matrix, _) = Matrix::assemble(scene, &mesh, &mut |_, _| watch())?;
-    let (run, _) = dense::solve(&mesh, &matrix)?;
-    Ok(Solved {
-        field: run.field,
-        mesh,
-        warnings: Vec::new(),
-        notes: Vec::new(),
-        estimate: None,
-    })
-}
-
-fn relit(
-    trial: &Trial,
-    (room, method, given): (usize, Option<Relighting>, Given),
-    settings: &Settings,
-    gpu: Option<&Gpu>,
-    watch: Watch,
-) -> Result<Solved> {
-    let resolutions = vec![[trial.texels; 2]; trial.scene.faces.len()];
-    let empty = Scene {
-        faces: trial.scene.faces[..room].to_vec(),
-        ..trial.scene.clone()
-    };
-    let stage = Stage {
-        captured: Captured {
-            scene: empty,
-            resolutions: resolutions[..room].to_vec(),
-            values: None,
-            panorama: None,
-            notes: Vec::new(),
-        },
-        scene: trial.scene.clone(),
-        room,
-        resolutions,
-        reflectance: None,
-        notes: Vec::new(),
-    };
-    let work = Work {
-        settings,
-        device: gpu,
-        watch: &|_, _| watch(),
-        stopped: Cell::new(false),
-    };
-    let answered = relight(&stage, &work, method, given, &mut Phases::default())?;
-    let paper = matches!(method, Some(Relighting::Paper(_)));
-    let (done, estimate) = (answered.done, answered.estimate);
-    Ok(Solved {
-        warnings: warnings::of(&stage, &done, paper, estimate.as_ref()),
-        estimate: estimate.map(|estimate| estimate.error),
-        field: done.run.field,
-        mesh: done.mesh,
-        notes: answered.notes,
-    })
+    Ok(Stage::new(&trial.scene, room, trial.texels))
 }

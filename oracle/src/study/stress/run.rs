@@ -5,13 +5,11 @@ use super::methods::{self, DEFAULT, Method};
 use super::trial::{Case, Trial};
 use super::truth::Truths;
 use super::{Plate, Row, Side, Specimen, Study, Verdict};
+use crate::solve::watch::Watch;
 use common::Result;
 use common::texel::count;
 use glam::DVec3;
 use gpu::Gpu;
-
-/// Told how many steps of how many are done.
-pub type Watch<'a> = &'a mut dyn FnMut(u64, u64);
 
 /// Who asks, and on what.
 pub struct Run<'a> {
@@ -23,7 +21,7 @@ pub struct Run<'a> {
 
 impl Run<'_> {
     /// Runs a case; none of its rows is half done, but some may be missing after a stop.
-    pub fn case(&self, case: &Case, watch: Watch) -> Result<Study> {
+    pub fn case(&self, case: &Case, watch: &Watch) -> Result<Study> {
         let mut study = Study {
             about: case.about,
             rows: Vec::new(),
@@ -31,7 +29,8 @@ impl Run<'_> {
         };
         let (mut broken, mut truths) = (0, Truths::default());
         for (done, value) in case.values.iter().enumerate() {
-            watch(done as u64, case.values.len() as u64);
+            // Whether to stop the methods ask themselves, more often.
+            let _ = watch.count(case.about.parameter, done as u64, case.values.len() as u64);
             let Some((rows, specimen)) = self.value(case, *value, &mut truths)? else {
                 break;
             };

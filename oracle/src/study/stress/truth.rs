@@ -3,13 +3,14 @@
 use super::direct;
 use super::trial::{Trial, Truth};
 use crate::judge::resample::{average, pieces};
-use common::Result;
-use common::mesh::Mesh;
+use crate::solve::solver::Solver;
+use crate::solve::task::Task;
+use crate::solve::watch::unwatched;
 use common::scene::Scene;
+use common::settings::Settings;
 use common::texel::count;
-use cpu::matrix::Matrix;
+use common::{Error, Result};
 use glam::DVec3;
-use std::ops::ControlFlow;
 
 /// Works truths out; the last one that another scene stands for is kept, for a sweep towards it asks
 /// again and again.
@@ -58,19 +59,18 @@ pub fn of(trial: &Trial) -> Result<Vec<DVec3>> {
 
 /// The matrix's answer on texels `finer` times as fine, averaged.
 pub fn matrix(scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>> {
-    let mesh = Mesh::uniform(scene, texels * finer, 1)?;
-    let (matrix, _) = Matrix::assemble(scene, &mesh, &mut |_, _| ControlFlow::Continue(()))?;
-    let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
-    let reflectance: Vec<DVec3> = mesh
-        .texels
-        .iter()
-        .map(|t| t.reflectance.as_dvec3())
-        .collect();
-    let answer = matrix.solve(&emission, &reflectance)?;
+    let settings = Settings {
+        texels: texels * finer,
+        ..Settings::default()
+    };
+    let solved = scene.once(&settings, Solver::Matrix, &unwatched())?;
+    let (mesh, dense) = (&solved.mesh, solved.matrix.as_ref());
+    let dense = dense.ok_or_else(|| Error::Fault("the matrix has no answer".into()))?;
+    let irradiance = &dense.answer.irradiance;
     let reflected: Vec<DVec3> = mesh
         .in_face_order()
         .into_iter()
-        .map(|k| reflectance[k] * answer.irradiance[k])
+        .map(|k| mesh.texels[k].reflectance.as_dvec3() * irradiance[k])
         .collect();
     if finer == 1 {
         return Ok(reflected);

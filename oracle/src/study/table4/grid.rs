@@ -3,21 +3,23 @@
 use super::{Image, Row, Shown, Table, printed};
 use crate::judge::compare::difference::difference;
 use crate::relight::composite::{Composite, composite};
-use crate::relight::room::Captured;
-use crate::relight::work::{Done, Phases, Stage, Work};
+use crate::relight::work::{Recovered, Relighting, Stage, capture};
 use crate::relight::{Relit, files};
 use crate::show::picture::Exposure;
 use crate::show::view::camera::Camera;
-use common::Result;
+use crate::solve::Solved;
+use crate::solve::solver::Solver;
+use crate::solve::task::Task;
+use crate::solve::watch::{Show, Watch};
 use common::energy::Energy;
 use common::form_factor::FormFactor;
+use common::relight::Method;
 use common::scene::Scene;
 use common::settings::{Lookup, Raster, Settings, Visibility};
 use common::shooting::Field;
+use common::{Error, Result};
 use cpu::twin::rays::Rays;
 use gpu::Gpu;
-use std::cell::Cell;
-use std::ops::ControlFlow;
 
 /// Unshot power at which the paper may have stopped.
 const STOP: f64 = 0.05;
@@ -34,8 +36,8 @@ pub struct Grid<'a> {
     pub room: usize,
     /// The GPU; none: the twin of its item buffer.
     pub device: Option<&'a Gpu>,
-    /// Shows phase, shot and the power of its loop; breaks to stop.
-    pub watch: &'a dyn Fn(&str, f64) -> ControlFlow<()>,
+    /// Told how far it is; may break.
+    pub show: Show<'a>,
 }
 
 /// As the paper did it, on these texels and item buffer.
@@ -55,37 +57,24 @@ pub fn settings(texels: u32, item_buffer: u32, visibility: Visibility) -> Settin
 }
 
 impl Grid<'_> {
-    /// The scene on N×N texels, not captured yet.
-    pub fn stage(&self, texels: u32) -> Stage {
-        let scene = Scene {
-            faces: self.scene.faces[..self.room].to_vec(),
-            ..self.scene.clone()
-        };
-        Stage {
-            captured: Captured {
-                resolutions: vec![[texels; 2]; self.room],
-                scene,
-                values: None,
-                panorama: None,
-                notes: Vec::new(),
-            },
-            scene: self.scene.clone(),
-            room: self.room,
-            resolutions: vec![[texels; 2]; self.scene.faces.len()],
-            reflectance: None,
-            notes: Vec::new(),
-        }
+    /// Solved once by `method`; none: everything again.
+    fn relit(
+        &self,
+        stage: &Stage,
+        method: Option<Method>,
+        settings: &Settings,
+        watch: &Watch,
+    ) -> Result<Solved> {
+        let task = Relighting { stage, method };
+        task.once(settings, Solver::drawing(self.device, settings), watch)
     }
 
-    fn work<'s>(&'s self, settings: &'s Settings) -> Work<'s> {
-        Work {
-            settings,
-            device: (settings.visibility != Visibility::Rays)
-                .then_some(self.device)
-                .flatten(),
-            watch: self.watch,
-            stopped: Cell::new(false),
-        }
+    /// The scene on N×N texels, its room solved by `settings`.
+    fn captured(&self, texels: u32, settings: &Settings) -> Result<Stage> {
+        let mut stage = Stage::new(self.scene, self.room, texels);
+        let solver = Solver::drawing(self.device, settings);
+        stage.captured.values = Some(capture(&stage, settings, solver, &Watch::new(self.show))?);
+        Ok(stage)
     }
 
     /// The full solution by rays, on N×N texels.
@@ -94,10 +83,8 @@ impl Grid<'_> {
             epsilon: EXACT,
             ..settings(texels, 1024, Visibility::Rays)
         };
-        let mut stage = self.stage(texels);
-        let work = self.work(&settings);
-        stage.captured.values = Some(work.capture(&stage)?);
-        let done = work.relight(&stage, None, &mut Phases::default())?;
+        let stage = self.captured(texels, &settings)?;
+        let done = self.relit(&stage, None, &settings, &Watch::new(self.show))?;
         Ok(named(&done, "rays"))
     }
 
@@ -114,15 +101,11 @@ impl Grid<'_> {
             epsilon: EXACT,
             ..settings.clone()
         };
-        let mut stage = self.stage(texels);
-        stage.captured.values = Some(self.work(&exact).capture(&stage)?);
-        let full = self
-            .work(&exact)
-            .relight(&stage, None, &mut Phases::default())?;
+        let stage = self.captured(texels, &exact)?;
+        let full = self.relit(&stage, None, &exact, &Watch::new(self.show))?;
         let truth = named(&full, "full");
         let mut printed_shots = 0;
         for image in Image::ALL {
-            let mut seconds = Phases::default();
             let settings = Settings {
                 max_shots: match image {
                     Image::SignedEarly => printed_shots + printed_shots / 10,
@@ -130,11 +113,12 @@ impl Grid<'_> {
                 },
                 ..settings.clone()
             };
-            let work = self.work(&settings);
-            let done = work.relight(&stage, image.method(), &mut seconds)?;
-            if work.stopped.get() {
+            let watch = Watch::new(self.show);
+            let done = self.relit(&stage, image.method(), &settings, &watch)?;
+            if watch.stopped() {
                 return Ok(());
             }
+            let relit = known(&done)?;
             if image == Image::Paper {
                 printed_shots = done.run.shots.len() as u32;
             }
@@ -143,17 +127,17 @@ impl Grid<'_> {
                 image,
                 texels,
                 item_buffer,
-                seconds: seconds.get(&["relight"]),
+                seconds: watch.seconds(&["relight"]),
                 shots: done.run.shots.len(),
-                map_shots: done.map_shots,
-                object_shots: done.object_shots,
+                map_shots: relit.map_shots,
+                object_shots: relit.object_shots,
                 error: difference(&done.mesh, &field, &truth).relative_rms,
                 error_rays: difference(&done.mesh, &field, rays).relative_rms,
                 imbalance: Energy::new(&done.mesh, &done.run.field, &done.run.shots).imbalance,
-                negative_texels: done.negative_texels(),
+                negative_texels: relit.negative_texels(&done.run),
                 paper: printed(image, texels, item_buffer),
             });
-            let seen = look(&stage, &done, None);
+            let seen = look(&stage, &done, None)?;
             table.shown.push(Shown {
                 row: table.rows.len() - 1,
                 picture: files::picture(SIZE, &seen.composite, &seen.coverage[1], exposure(&seen)),
@@ -163,23 +147,26 @@ impl Grid<'_> {
     }
 
     /// One relight by `image` on N×N texels, for a picture.
-    pub fn picture(&self, texels: u32, image: Image) -> Result<(Stage, Done)> {
+    pub fn picture(&self, texels: u32, image: Image) -> Result<(Stage, Solved)> {
         let settings = settings(texels, 1024, Visibility::Hemisphere);
         let exact = Settings {
             epsilon: 1e-2,
             ..settings.clone()
         };
-        let mut stage = self.stage(texels);
-        stage.captured.values = Some(self.work(&exact).capture(&stage)?);
-        let done = self
-            .work(&settings)
-            .relight(&stage, image.method(), &mut Phases::default())?;
+        let stage = self.captured(texels, &exact)?;
+        let done = self.relit(&stage, image.method(), &settings, &Watch::new(self.show))?;
         Ok((stage, done))
     }
 }
 
+/// What a relight knows of its room.
+fn known(done: &Solved) -> Result<&Recovered> {
+    let relit = done.relit.as_ref();
+    relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))
+}
+
 /// The field under a name of its own: a comparison refuses two of one origin.
-fn named(done: &Done, name: &str) -> Field {
+fn named(done: &Solved, name: &str) -> Field {
     Field {
         origin: name.to_owned(),
         ..done.run.field.clone()
@@ -187,17 +174,17 @@ fn named(done: &Done, name: &str) -> Field {
 }
 
 /// What a camera sees of it; the automatic one if none is given.
-pub fn look(stage: &Stage, done: &Done, camera: Option<Camera>) -> Composite {
+pub fn look(stage: &Stage, done: &Solved, camera: Option<Camera>) -> Result<Composite> {
     let relit = Relit {
         scene: &stage.scene,
         mesh: &done.mesh,
         room: stage.room,
-        before: &done.before,
+        before: &known(done)?.before,
         after: &done.run.field,
         eye: None,
     };
     let camera = camera.unwrap_or_else(|| Camera::automatic(&done.mesh, &Rays::new(&done.mesh)));
-    composite(&relit, &camera, SIZE, None)
+    Ok(composite(&relit, &camera, SIZE, None))
 }
 
 /// One exposure for all of the grid would hide what is dark in one; each has its background's.

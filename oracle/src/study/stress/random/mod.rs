@@ -11,6 +11,7 @@ use super::run::Run;
 use super::trial::{Case, Trial, Truth};
 use super::{About, RELATIVE, Row, Specimen};
 use crate::judge::path_tracer::trace;
+use crate::solve::watch::Watch;
 use crate::study::random::{self, Options};
 use common::Result;
 use common::mesh::Mesh;
@@ -125,11 +126,11 @@ impl Findings {
         run: &Run,
         asked: &Asked,
         (seed, count): (u64, u64),
-        watch: &mut dyn FnMut(u64),
+        watch: &Watch,
     ) -> Result<Self> {
         let mut findings = Self::default();
         for k in 0..count {
-            watch(k);
+            let _ = watch.count("scenes", k, count);
             if (run.stop)() {
                 break;
             }

@@ -1,0 +1,67 @@
+//! Who solves: the one place where an engine is chosen.
+
+use common::mesh::Mesh;
+use common::passes::Engine;
+use common::settings::{Settings, Visibility};
+use common::{Error, Result};
+use cpu::CpuSolver;
+use gpu::{Gpu, GpuSolver};
+
+/// One of three.
+#[derive(Clone, Copy)]
+pub enum Solver<'a> {
+    /// Rays, or the twin of the item buffer.
+    Cpu,
+    /// Item buffer, or rays.
+    Gpu(&'a Gpu),
+    /// The dense linear system: it does not shoot.
+    Matrix,
+}
+
+impl<'a> Solver<'a> {
+    /// The GPU, if there is one.
+    pub fn on(gpu: Option<&'a Gpu>) -> Self {
+        gpu.map_or(Self::Cpu, Self::Gpu)
+    }
+
+    /// The GPU, if there is one, where an item buffer is drawn; the CPU where rays are asked.
+    pub fn drawing(gpu: Option<&'a Gpu>, settings: &Settings) -> Self {
+        Self::on(gpu.filter(|_| settings.visibility != Visibility::Rays))
+    }
+
+    /// In `result.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Gpu(_) => "gpu",
+            Self::Matrix => "matrix",
+        }
+    }
+
+    /// The device.
+    pub fn gpu(self) -> Option<&'a Gpu> {
+        match self {
+            Self::Gpu(gpu) => Some(gpu),
+            Self::Cpu | Self::Matrix => None,
+        }
+    }
+
+    /// Its name.
+    pub fn adapter(self) -> Option<&'a str> {
+        self.gpu().map(|gpu| gpu.line.name.as_str())
+    }
+
+    /// What shoots on `mesh`.
+    ///
+    /// Errors: [`Error::Device`]; [`Error::Usage`] of the matrix.
+    pub fn engine<'m>(self, mesh: &'m Mesh, settings: &Settings) -> Result<Box<dyn Engine + 'm>>
+    where
+        'a: 'm,
+    {
+        Ok(match self {
+            Self::Cpu => Box::new(CpuSolver::new(mesh, settings)),
+            Self::Gpu(gpu) => Box::new(GpuSolver::new(gpu, mesh, settings)?),
+            Self::Matrix => return Err(Error::Usage("the matrix does not shoot".into())),
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! What can be solved: a scene, or objects put into a captured room ([`crate::relight::work`]).
+
+use super::check::Estimate;
+use super::interrupt::interrupted;
+use super::light::missing;
+use super::solver::Solver;
+use super::warnings;
+use super::watch::Watch;
+use super::{Given, Solved, check, dense};
+use common::Result;
+use common::passes;
+use common::scene::Scene;
+use common::settings::{Iteration, Settings};
+use common::solution::Warning;
+use cpu::occlusion::cover::sampled_until;
+
+/// A task of the pipeline.
+pub trait Task {
+    /// All its faces.
+    fn scene(&self) -> &Scene;
+
+    /// Solved once, at these settings.
+    fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved>;
+
+    /// Whether its cells can be halved until the answer settles.
+    fn refines(&self) -> bool;
+
+    /// Which options are as good as given, where more cells and samples may mend it; none: they may
+    /// not.
+    fn mendable(&self, solved: &Solved, given: Given) -> Option<Given>;
+
+    /// How far the answer may be off; none where nobody can tell.
+    fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>>;
+
+    /// What may be more than 2 % off.
+    fn warnings(&self, solved: &Solved, estimate: Option<&Estimate>) -> Vec<Warning>;
+
+    /// Why all is dark, if it is: there is nothing to estimate then.
+    fn dark(&self, solved: &Solved) -> Option<String>;
+}
+
+impl Task for Scene {
+    fn scene(&self) -> &Scene {
+        self
+    }
+
+    fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved> {
+        if let Solver::Matrix = solver {
+            return dense::solve(self, settings, watch);
+        }
+        let mesh = watch.of("prepare", || sampled_until(self, settings, &interrupted));
+        let mesh = mesh.inspect_err(|_| watch.stop())?;
+        let mut engine = watch.of("prepare", || solver.engine(&mesh, settings))?;
+        let one_by_one = settings.iteration != Iteration::Southwell && !engine.has_room();
+        let run = watch.of("solve", || {
+            let mut told = |done| watch.tell("shooting", done);
+            passes::solve(engine.as_mut(), &mesh, settings, &mut told)
+        })?;
+        drop(engine);
+        Ok(Solved {
+            settings: settings.clone(),
+            mesh,
+            run,
+            one_by_one,
+            matrix: None,
+            relit: None,
+        })
+    }
+
+    fn refines(&self) -> bool {
+        true
+    }
+
+    fn mendable(&self, solved: &Solved, given: Given) -> Option<Given> {
+        (solved.run.converged || solved.run.stagnated).then_some(given)
+    }
+
+    fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>> {
+        if solved.matrix.is_some() {
+            return Ok(None);
+        }
+        let Solved {
+            settings,
+            mesh,
+            run,
+            ..
+        } = solved;
+        check::estimate(self, settings, mesh, &run.field).map(Some)
+    }
+
+    fn warnings(&self, solved: &Solved, estimate: Option<&Estimate>) -> Vec<Warning> {
+        let warnings = warnings::of(self, &solved.mesh, &solved.run, estimate);
+        match solved.matrix {
+            Some(_) => dense::advised(warnings),
+            None => warnings,
+        }
+    }
+
+    fn dark(&self, solved: &Solved) -> Option<String> {
+        missing(&solved.mesh, &solved.run)
+    }
+}
