@@ -165,7 +165,7 @@ pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
         notes.push(if solved.run.converged {
             "interrupted: the last whole solve was kept".into()
         } else {
-            "interrupted: the result is what had been shot by then".into()
+            "interrupted: the result holds what had been shot by then".into()
         });
     }
     let warnings = task.warnings(&solved, estimate.as_ref());

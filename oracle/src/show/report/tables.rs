@@ -104,7 +104,7 @@ pub fn pairs(pairs: &Pairs) -> Markup {
                     td.n { (percent(pairs.weighted_mismatch)) } td.n { "of facing" }
                 }
                 tr {
-                    td { "What silhouettes could come to, so weighted" }
+                    td { "What silhouettes could amount to, weighted likewise" }
                     td.n { (percent(pairs.weighted_explainable)) } td.n { "of facing" }
                 }
             }
