@@ -39,7 +39,7 @@ pub fn of(studies: &[Study], score: &Score) -> Vec<Gate> {
     };
     vec![
         gate(
-            "nothing panics, hangs or is no number",
+            "nothing panics, hangs or is not a number",
             sides(studies, |_, _, side, _| side.broke()),
         ),
         gate(
