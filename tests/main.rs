@@ -4,7 +4,6 @@ mod capture;
 mod exact;
 mod house;
 mod matrix;
-mod properties;
 mod relight;
 mod robustness;
 mod shooting;

@@ -6,8 +6,9 @@ use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use common::shooting::{Order, Run, Shot, solve};
 use cpu::CpuSolver;
-use gpu::{Gpu, GpuSolver};
+use gpu::{Fault, Gpu, GpuSolver};
 use std::ops::ControlFlow;
+use std::sync::OnceLock;
 
 /// Small enough for a hundred runs.
 pub fn settings() -> Settings {
@@ -38,16 +39,68 @@ pub fn gpu() -> Gpu {
     Gpu::open(None).unwrap()
 }
 
-/// A solver of either kind.
+/// The one device of a program, for tests that make many solvers.
+pub fn shared_gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(gpu)
+}
+
+/// A solver of any kind.
 pub type AnyEngine<'m> = Box<dyn Engine + 'm>;
 
-/// The same test of the CPU and of the GPU, each on a fresh engine whenever `test` asks.
+/// Who solves, and how it sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kind {
+    /// For messages.
+    pub name: &'static str,
+    /// Or on the CPU.
+    pub on_gpu: bool,
+    /// By rays, or by an item buffer.
+    pub visibility: Visibility,
+}
+
+/// Every engine. On the CPU an item buffer is drawn by its scalar twin.
+pub const KINDS: [Kind; 4] = [
+    kind("cpu rays", false, Visibility::Rays),
+    kind("cpu twin", false, Visibility::Stereographic),
+    kind("gpu item buffer", true, Visibility::Stereographic),
+    kind("gpu rays", true, Visibility::Rays),
+];
+
+const fn kind(name: &'static str, on_gpu: bool, visibility: Visibility) -> Kind {
+    Kind {
+        name,
+        on_gpu,
+        visibility,
+    }
+}
+
+impl Kind {
+    /// A fresh solver.
+    pub fn engine<'m>(
+        &self,
+        mesh: &'m Mesh,
+        settings: &Settings,
+        faults: &[Fault],
+    ) -> AnyEngine<'m> {
+        let settings = Settings {
+            visibility: self.visibility,
+            ..settings.clone()
+        };
+        if self.on_gpu {
+            Box::new(GpuSolver::with_faults(shared_gpu(), mesh, &settings, faults).unwrap())
+        } else {
+            assert!(faults.is_empty(), "faults are planted in shaders");
+            Box::new(CpuSolver::new(mesh, &settings))
+        }
+    }
+}
+
+/// The same test of every engine, each a fresh one whenever `test` asks.
 pub fn each_engine<'m>(mesh: &'m Mesh, test: impl Fn(&str, &mut dyn FnMut() -> AnyEngine<'m>)) {
-    let (cpu_settings, gpu_settings, gpu) = (settings(), gpu_settings(), gpu());
-    test("cpu", &mut || Box::new(CpuSolver::new(mesh, &cpu_settings)));
-    test("gpu", &mut || {
-        Box::new(GpuSolver::new(&gpu, mesh, &gpu_settings).unwrap())
-    });
+    for kind in KINDS {
+        test(kind.name, &mut || kind.engine(mesh, &settings(), &[]));
+    }
 }
 
 /// A free run.

@@ -8,6 +8,7 @@ use proptest::test_runner::{Config, RngSeed};
 pub mod answers;
 pub mod bounds;
 pub mod captured;
+pub mod cases;
 pub mod engines;
 pub mod matrices;
 pub mod pairs;

@@ -1,6 +1,6 @@
 //! Light: its balance, superposition, monotony, and one answer of two solvers.
 
-use super::kit::{ITERATIONS, Way, all, apart, every_engine, every_way, gain, gpu, left, unshot};
+use super::kit::{ITERATIONS, Way, all, apart, every_engine, every_way, gain, left, unshot};
 use super::scenes::{Cut, any_scene};
 use common::energy::Energy;
 use common::mesh::Mesh;
@@ -9,6 +9,7 @@ use common::shooting::{Field, Run, Shot, select};
 use glam::Vec3;
 use proptest::prelude::*;
 use radiosity_tests::bounds::{U, energy_rounding};
+use radiosity_tests::engines::shared_gpu;
 
 /// What rounding leaves of the balance of a solve by passes: as many roundings as cells in H, and as
 /// 64 lanes and a few products in the sums, of all that was shot, up and down the balance.
@@ -228,7 +229,7 @@ fn both_solvers_have_one_answer() {
                 };
                 way.solve(&mesh)
             });
-            if gpu().line.software {
+            if shared_gpu().line.software {
                 prop_assert_eq!(&cpu.shots, &device.shots, "{:?}", iteration);
                 prop_assert_eq!(&cpu.field.radiosity, &device.field.radiosity);
                 prop_assert_eq!(&cpu.field.residual, &device.field.residual);

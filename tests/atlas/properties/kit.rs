@@ -4,16 +4,14 @@ use common::mesh::Mesh;
 use common::passes;
 use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{Field, Run, replay};
-use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
-use gpu::{Fault, Gpu, GpuSolver};
+use gpu::Fault;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestError, TestRunner};
 use radiosity_tests::bounds::U;
 use radiosity_tests::cases;
-use radiosity_tests::engines::AnyEngine;
+use radiosity_tests::engines::{AnyEngine, KINDS, Kind};
 use std::ops::ControlFlow;
-use std::sync::OnceLock;
 
 /// Every iteration.
 pub const ITERATIONS: [Iteration; 3] = [Iteration::Southwell, Iteration::Chebyshev, Iteration::Cg];
@@ -28,12 +26,6 @@ pub struct Way {
     pub samples: u32,
     pub iteration: Iteration,
     pub faults: &'static [Fault],
-}
-
-/// The one device of this binary.
-pub fn gpu() -> &'static Gpu {
-    static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(radiosity_tests::engines::gpu)
 }
 
 /// Both solvers, one sample and four, each of these iterations.
@@ -75,13 +67,10 @@ impl Way {
 
     /// A fresh solver.
     pub fn engine<'m>(&self, mesh: &'m Mesh) -> AnyEngine<'m> {
-        let settings = self.settings();
-        if self.on_gpu {
-            let solver = GpuSolver::with_faults(gpu(), mesh, &settings, self.faults);
-            Box::new(solver.unwrap())
-        } else {
-            Box::new(CpuSolver::new(mesh, &settings))
-        }
+        let by_rays =
+            |kind: &&Kind| kind.on_gpu == self.on_gpu && kind.visibility == Visibility::Rays;
+        let kind = KINDS.iter().find(by_rays).unwrap();
+        kind.engine(mesh, &self.settings(), self.faults)
     }
 
     /// A solve to its ε.
