@@ -187,7 +187,12 @@ fn each_cause_is_told() {
             .iter()
             .max_by(|a, b| a.error.total_cmp(&b.error));
         assert_eq!(worst.unwrap().cause, cause, "{estimate:?}");
-        assert_eq!(answer.warnings[0].code, code, "{:?}", answer.warnings);
+        assert_eq!(
+            answer.warnings[0].code.text(),
+            code,
+            "{:?}",
+            answer.warnings
+        );
         assert!(!answer.warnings[0].faces.is_empty());
         assert_eq!(answer.solved.settings, settings, "given options are kept");
     }

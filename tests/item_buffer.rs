@@ -2,12 +2,12 @@
 //! is tight enough to pay; projections and their inverses are each other's.
 
 use common::constants::OUTLINE;
+use common::intersect::intersect;
 use common::mesh::Mesh;
 use common::scene::Face;
 use common::settings::{Raster, Settings, Visibility};
 use cpu::twin::bound::{bound, hidden};
 use cpu::twin::hemicube::{height, on_side, place, side_of};
-use cpu::twin::intersect::intersect;
 use cpu::twin::item_buffer::{ItemBuffer, View};
 use cpu::twin::projection::{covered, pixel_centre, pixels, project, unproject};
 use cpu::twin::tessellate::spread;

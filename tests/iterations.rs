@@ -1,6 +1,7 @@
 //! Few passes reach the answer of many shots, whatever the iteration.
 
 use approx::abs_diff_eq;
+use common::cover;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes::solve;
@@ -8,7 +9,6 @@ use common::scene::Scene;
 use common::settings::{Iteration, Settings};
 use common::shooting::Run;
 use cpu::CpuSolver;
-use cpu::occlusion::cover;
 use glam::Vec3;
 use radiosity_tests::{box_in_room, furnace, lit_room, paper_room};
 use std::ops::ControlFlow;

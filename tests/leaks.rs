@@ -5,8 +5,8 @@ use common::passes::Engine;
 use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
 
+use common::cover;
 use cpu::CpuSolver;
-use cpu::occlusion::cover;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
 use gpu::GpuSolver;
 use radiosity_tests::engines::{free, gpu};

@@ -1,5 +1,6 @@
 //! Solves by passes: links of many cells at once, what cells exchange, what texels collect.
 
+use common::cover;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes::{self, Closure};
@@ -8,7 +9,6 @@ use common::scene::Scene;
 use common::settings::{Iteration, Raster, Settings, Visibility};
 use common::shooting::{Field, Run, Shoot};
 use cpu::CpuSolver;
-use cpu::occlusion::cover;
 use cpu::twin::accumulate::settle;
 use cpu::twin::power::received;
 use glam::Vec3;

@@ -1,11 +1,11 @@
 //! Soft visibility against the matrix, which shares neither its form factors nor its visibility:
 //! every texel shoots in both, so that only the samples' error is between them.
 
+use common::cover::sampled;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::{Quality, Settings};
 use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled;
 use glam::{DVec3, Vec3};
 use oracle::solve::refine::{TARGET, refine};
 use oracle::solve::solver::Solver;

@@ -2,6 +2,7 @@
 
 use crate::engines::free;
 use crate::{lit_room, room};
+use common::cover::furnished;
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::relight::{Method, Relit, Room, relight};
@@ -9,7 +10,6 @@ use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
 use common::shooting::Field;
 use cpu::CpuSolver;
-use cpu::occlusion::cover::furnished;
 use glam::{DVec3, Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
 use oracle::judge::compare::difference::difference;

@@ -1,12 +1,12 @@
 //! Relit rooms for the tests of the composite.
 
 use crate::engines::free;
+use common::cover::sampled;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::{Field, initial};
 use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::relight::Relit;
 use oracle::relight::camera::camera_at;

@@ -1,13 +1,13 @@
 //! A row of links made with rays only where they can matter is the row that a ray for every pair
 //! of points makes, bit for bit.
 
+use common::cover;
 use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use cpu::CpuSolver;
-use cpu::occlusion::cover;
 use cpu::twin::link::{Sums, factor, sample};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;

@@ -1,13 +1,13 @@
 //! Soft visibility: samples on cell and texel, the same on every engine; rays on the GPU.
 
 use approx::abs_diff_eq;
+use common::cover;
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::{Face, Scene};
 use common::settings::{Settings, Visibility};
 use common::shooting::{Field, Shoot};
 use cpu::CpuSolver;
-use cpu::occlusion::cover;
 use glam::{DVec3, Vec3};
 use gpu::{Fault, GpuSolver};
 use radiosity_tests::engines::{free, gpu};

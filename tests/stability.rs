@@ -2,6 +2,7 @@
 //! are no faces.
 
 use approx::abs_diff_eq;
+use common::cover;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes;
@@ -11,7 +12,6 @@ use common::scene::{Face, Scene};
 use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{Field, Shoot, Shot};
 use cpu::CpuSolver;
-use cpu::occlusion::cover;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
 use gpu::GpuSolver;
 use oracle::judge::exact;

@@ -1,10 +1,10 @@
 //! Each stage has a check of its own: a fault planted in a WGSL function turns that stage red and no
 //! other, whatever the visibility and however many samples; without a fault none is red.
 
+use common::cover::sampled;
 use common::form_factor::FormFactor;
+use common::rays::Rays;
 use common::settings::{Raster, Settings, Visibility};
-use cpu::occlusion::cover::sampled;
-use cpu::twin::rays::Rays;
 use gpu::{Fault, Gpu, GpuSolver};
 use oracle::judge::compare::stages::stages;
 use radiosity_tests::box_in_room;

@@ -3,15 +3,15 @@
 
 use approx::abs_diff_eq;
 use common::constants::NEAR;
+use common::cover::sampled;
 use common::form_factor::FormFactor;
 use common::mesh::{Mesh, Texel};
+use common::rays::Rays;
 use common::scene::{Face, Scene};
 use common::settings::{Iteration, Settings};
 use cpu::CpuSolver;
 use cpu::matrix::pair;
-use cpu::occlusion::cover::sampled;
 use cpu::twin::link::factor;
-use cpu::twin::rays::Rays;
 use glam::{DVec3, Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
 use proptest::prelude::*;

@@ -3,11 +3,11 @@
 
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::settings::{Lookup, Raster, Settings, Visibility};
 use cpu::twin::item_buffer::{ItemBuffer, View};
 use cpu::twin::lookup::visible;
 use cpu::twin::projection::{pixels, project};
-use cpu::twin::rays::Rays;
 use gpu::{Gpu, GpuSolver};
 use oracle::judge::compare::stages::stages;
 use radiosity_tests::box_in_room;

@@ -34,7 +34,7 @@ fn lamp(height: f64) -> Face {
 
 /// The faces that a warning names; none where it was not given.
 fn warned(answer: &Answer, code: &str) -> Option<Vec<u32>> {
-    let found = answer.warnings.iter().find(|w| w.code == code)?;
+    let found = answer.warnings.iter().find(|w| w.code.text() == code)?;
     Some(found.faces.clone())
 }
 

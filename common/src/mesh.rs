@@ -497,7 +497,7 @@ fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
     }
     if texels > MAX_TEXELS {
         return Err(Error::Usage(format!(
-            "{}: {} faces would have {texels} texels, and {MAX_TEXELS} is the most: lower --texels",
+            "{}: {} faces would have {texels} texels, and {MAX_TEXELS} is the most: ask for fewer texels a face",
             scene.name,
             scene.faces.len(),
         )));

@@ -11,7 +11,7 @@ use common::shooting::replay;
 use cpu::CpuSolver;
 use cpu::twin::item_buffer::{ItemBuffer, View};
 use glam::Vec4;
-use oracle::judge::compare::truth::Told;
+use oracle::judge::comparison::Told;
 use oracle::judge::comparison::{
     Comparison, Difference, Finding, Gate, ItemBufferPicture, Judged, Pairs, Stage, Way,
 };

@@ -4,9 +4,9 @@
 mod scenes;
 
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use cpu::twin::rays::Rays;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::show::picture::encode;
 use oracle::show::view::camera::Camera;

@@ -6,7 +6,9 @@ pub(crate) mod faces;
 pub mod pending;
 pub mod pixels;
 pub mod read;
+pub mod warning;
 pub mod write;
 
 pub use read::Stored;
-pub use write::{Seconds, Solution, Warning, atlas_channel, lightmap, prepare, write_file};
+pub use warning::{Code, Warning};
+pub use write::{Seconds, Solution, atlas_channel, lightmap, prepare, write_file};

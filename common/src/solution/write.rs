@@ -9,12 +9,12 @@ use crate::settings::Settings;
 use crate::shooting::{Field, Run};
 use crate::solution::faces::describe;
 use crate::solution::pending::{Pending, temporary};
+use crate::solution::warning::Warning;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
     WritableImage,
 };
 use glam::{DVec3, Vec3, Vec4};
-use serde::Serialize;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -29,17 +29,6 @@ pub(crate) const CHECKSUM: &str = "lightmap_crc32";
 /// CRC-32 (ISO 3309) of a file, eight hexadecimal digits.
 pub(crate) fn checksum(bytes: &[u8]) -> String {
     format!("{:08x}", crc32fast::hash(bytes))
-}
-
-/// Something that may put the answer more than 2 % off.
-#[derive(Clone, Debug, Serialize)]
-pub struct Warning {
-    /// A short name for scripts.
-    pub code: String,
-    /// The faces concerned.
-    pub faces: Vec<u32>,
-    /// What happened and which option mends it.
-    pub message: String,
 }
 
 /// Wall-clock seconds of the phases before writing.

@@ -311,7 +311,7 @@ fn what_is_left_out_is_noted() {
     }
     expect(
         square().set("/materials/0/doubleSided", json!(true)),
-        "double-sided, but backs are black without --two-sided: grey",
+        "double-sided, but its backs are black: import it two-sided: grey",
     );
     let see_through = square().set("/materials/0/alphaMode", json!("BLEND"));
     assert_eq!(scene(&see_through).notes, [""; 0], "opaque in fact");

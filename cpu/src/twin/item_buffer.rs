@@ -7,10 +7,10 @@
 
 use crate::twin::bound::bound;
 use crate::twin::hemicube::place;
-use crate::twin::intersect::intersect;
 use crate::twin::item_buffer_tessellated::draw_tessellated;
 use crate::twin::projection::{Frame, covered, pixel_centre, pixels, unproject};
 use common::constants::{DEPTH_MAX, DEPTH_SCALE, OUTLINE};
+use common::intersect::intersect;
 use common::mesh::{Mesh, MeshFace};
 use common::settings::{Raster, Settings, Visibility};
 use glam::Vec2;

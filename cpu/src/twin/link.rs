@@ -8,11 +8,11 @@
 //! point by the light that comes from there. Where a body stands on the cell V = 0: all its light
 //! leaves from its open share o_i. V = 0, too, for a point below the texel's horizon (S > 1).
 
-use crate::twin::rays::Sight;
 use crate::twin::sampling::{point, texel_point};
 use common::constants::{CONTACT, NEAR};
 use common::form_factor::{FormFactor, Shooter, far, form_factor, weight};
 use common::mesh::{Cell, Cover, Mesh, reach};
+use common::rays::Sight;
 use common::sampling::near_uv;
 use common::shooting::{Had, Rule};
 use glam::Vec3;

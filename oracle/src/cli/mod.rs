@@ -11,7 +11,6 @@ mod objects;
 mod options;
 mod plan;
 mod progress;
-mod random;
 mod relight;
 mod signals;
 mod solve;

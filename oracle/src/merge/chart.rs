@@ -1,18 +1,14 @@
 //! The response curves.
 
 use crate::merge::brackets::Response;
-use crate::show::chart::{mesh, svg_of};
-use plotters::prelude::*;
+use crate::show::chart::{Axis, CPU, line, svg};
+use maud::html;
 use std::f64::consts::LN_2;
 
-/// Size in CSS pixels; the page scales it.
+/// CSS pixels; the page scales them.
 const SIZE: (u32, u32) = (720, 380);
 /// Red, green and blue, told apart on white and on black; the page's key has them too.
-pub const COLOURS: [RGBColor; 3] = [
-    RGBColor(205, 60, 60),
-    RGBColor(44, 150, 80),
-    RGBColor(43, 123, 186),
-];
+pub const COLOURS: [&str; 3] = ["#cd3c3c", "#2c9650", CPU];
 
 /// Code against exposure (stops from that of code 128), as Debevec and Malik draw it.
 pub fn curves(response: &Response) -> Option<String> {
@@ -24,24 +20,18 @@ pub fn curves(response: &Response) -> Option<String> {
     let stops = || curves.iter().flatten().map(|p| p.0);
     let low = stops().fold(f64::INFINITY, f64::min).floor();
     let high = stops().fold(f64::NEG_INFINITY, f64::max).ceil();
-    svg_of(SIZE, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(74)
-            .build_cartesian_2d(low..high, 0.0..256.0)?;
-        mesh(
-            &mut chart,
-            "exposure E Δt, stops from that of code 128",
-            "code",
-            &|x| format!("{x:.0}").replace('-', "−"),
-            &|y| format!("{y:.0}"),
-        )?;
-        for (curve, colour) in curves.iter().zip(COLOURS) {
-            let line = LineSeries::new(curve.iter().copied(), colour.stroke_width(2));
-            chart.draw_series(line)?;
+    let [stops, code] = [1, 1].map(|_| |x: &f64| format!("{x:.0}").replace('-', "−"));
+    let x = Axis::even(
+        "exposure E Δt, stops from that of code 128",
+        [low, high],
+        &stops,
+    );
+    let y = Axis::even("code", [0.0, 256.0], &code);
+    svg(SIZE, 24, [&x, &y], |frame| {
+        html! {
+            @for (curve, colour) in curves.iter().zip(COLOURS) {
+                (line(&frame.path(curve.iter().copied()), colour, 2.0, 1.0, None))
+            }
         }
-        Ok(())
     })
 }

@@ -4,9 +4,9 @@ use super::chart::{COLOURS, curves};
 use super::pictures::{Pictures, colour};
 use super::{Range, doubts};
 use crate::merge::brackets::{Brackets, Merged, Response, Step};
+use crate::show::page::{Page, chart, css, figure, key, notes, table};
 use crate::show::picture::NOT_A_NUMBER;
 use crate::show::report::number::{count, number, percent};
-use crate::show::report::{chart, document, figure};
 use maud::{Markup, html};
 use std::path::Path;
 
@@ -18,25 +18,26 @@ pub fn html(
     steps: &[Step],
     framed: Option<(f64, usize)>,
 ) -> String {
-    let title = "Radiosity: a radiance map from exposures";
-    let nav = html! {
-        nav aria-label="Parts" {
-            a href="#top" { "Pictures" }
-            a href="#response" { "Response" }
-            a href="#exposures" { "Exposures" }
-        }
+    let links = html! {
+        a href="#top" { "Pictures" }
+        a href="#response" { "Response" }
+        a href="#exposures" { "Exposures" }
     };
-    let notes = doubts(brackets, response, steps);
-    let pictures = Pictures::new(brackets, merged);
     let body = html! {
-        header #top { h1 { (title) } }
         (facts(brackets, merged, framed))
-        @if !notes.is_empty() { div.notes { @for note in &notes { p { (note) } } } }
-        (views(&pictures))
+        (notes(&doubts(brackets, response, steps)))
+        (views(&Pictures::new(brackets, merged)))
         (curve(response))
         (exposures(brackets, merged, steps))
     };
-    document(title, &nav, &body)
+    Page {
+        title: "Radiosity: a radiance map from exposures",
+        bar: ("Parts", links),
+        verdict: html! {},
+        style: "",
+        body,
+    }
+    .html()
 }
 
 fn facts(brackets: &Brackets, merged: &Merged, framed: Option<(f64, usize)>) -> Markup {
@@ -66,16 +67,13 @@ fn facts(brackets: &Brackets, merged: &Merged, framed: Option<(f64, usize)>) -> 
             "what its exposures say, each with the weight of its code, which is most at mid-scale and nothing at "
             "0 and 255 (Debevec and Malik 1997, eq. 6)."
         }
-        div.scroll { table {
-            thead { tr { th { "Pixels of which a channel is" } th.n { "Pixels" } th.n { "Of all" } th { "and what it gets" } } }
-            tbody {
-                (row("saturated in all exposures", unseen.saturated,
-                    "what code 255 means in the shortest: it has at least as much"))
-                (row("black in all exposures", unseen.black, "0"))
-                (row("saturated in the longer, black in the shorter ones", unseen.between,
-                    "the geometric mean of what both allow: an exposure is missing in between"))
-            }
-        } }
+        (table("", &["Pixels of which a channel is", "#Pixels", "#Of all", "and what it gets"], html! {
+            (row("saturated in all exposures", unseen.saturated,
+                "what code 255 means in the shortest: it has at least as much"))
+            (row("black in all exposures", unseen.black, "0"))
+            (row("saturated in the longer, black in the shorter ones", unseen.between,
+                "the geometric mean of what both allow: an exposure is missing in between"))
+        }))
     }
 }
 
@@ -118,7 +116,7 @@ fn curve(response: &Response) -> Markup {
             h2 { "Response of the camera" }
             (chart(curves(response).as_deref(), "There is no curve to draw.", html! {
                 @for (name, colour) in names.into_iter().zip(COLOURS) {
-                    span.key { span style=(css([colour.0, colour.1, colour.2])) {} (name) } " "
+                    (key(colour, html! { (name) })) " "
                 }
                 "· which code an exposure gives, by least squares over " (r) ", " (g) " and " (b) " pixels "
                 "(eq. 3). Code 128 is the same exposure in each channel, so that grey stays grey. At 0 and 255 "
@@ -126,10 +124,6 @@ fn curve(response: &Response) -> Markup {
             }))
         }
     }
-}
-
-fn css([r, g, b]: [u8; 3]) -> String {
-    format!("background:rgb({r} {g} {b})")
 }
 
 /// The last part of a path.
@@ -164,9 +158,9 @@ fn exposures(brackets: &Brackets, merged: &Merged, steps: &[Step]) -> Markup {
     let row = |k: usize| {
         let step = k.checked_sub(1).map(|before| steps[before]);
         html! { tr {
-            td { span.key title=(all[k].path.display()) {
-                span style=(css(colour(k, all.len()))) {} code { (name(&all[k].path)) }
-            } }
+            td title=(all[k].path.display()) {
+                (key(&css(colour(k, all.len())), html! { code { (name(&all[k].path)) } }))
+            }
             td.n { (seconds(all[k].seconds)) }
             td.n { @if let Some(step) = step { (format!("{:.2}", step.said)) } }
             td.n { @if let Some(step) = step {
@@ -184,20 +178,15 @@ fn exposures(brackets: &Brackets, merged: &Merged, steps: &[Step]) -> Markup {
                 "A step is how much less light an exposure got than the one before it, in stops: as its seconds "
                 "say, and as the pixels that both show say through the response."
             }
-            div.scroll { table {
-                thead { tr {
-                    th { "Picture" } th.n { "Seconds" } th.n { "Step said" } th.n { "Step seen" }
-                    th.n { "With code 255" } th.n { "With code 0" } th.n { "Relied on" }
+            (table("", &["Picture", "#Seconds", "#Step said", "#Step seen", "#With code 255", "#With code 0",
+                "#Relied on"], html! {
+                @for k in 0..all.len() { (row(k)) }
+                @if none > 0 { tr {
+                    td { (key(&css(NOT_A_NUMBER), html! { "none" })) }
+                    td colspan="5" {}
+                    td.n { (share(none)) }
                 } }
-                tbody {
-                    @for k in 0..all.len() { (row(k)) }
-                    @if none > 0 { tr {
-                        td { span.key { span style=(css(NOT_A_NUMBER)) {} "none" } }
-                        td colspan="5" {}
-                        td.n { (share(none)) }
-                    } }
-                }
-            } }
+            }))
         }
     }
 }

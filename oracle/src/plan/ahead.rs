@@ -6,10 +6,10 @@ use super::trial::{Time, time};
 use super::{Counts, trial};
 use crate::solve::solver::Solver;
 use common::Result;
+use common::cover;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
-use cpu::occlusion::cover;
 use std::time::Instant;
 
 /// Seconds that need no announcement.

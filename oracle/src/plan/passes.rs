@@ -8,7 +8,7 @@
 //! ```
 
 use super::Counts;
-use crate::solve::Solved;
+use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::unwatched;

@@ -3,7 +3,7 @@
 use super::Relit;
 use crate::show::view::camera::Camera;
 use common::mesh::Mesh;
-use cpu::twin::rays::Rays;
+use common::rays::Rays;
 use glam::{DVec3, Vec3};
 
 /// The share of the picture's height that a ball around the objects takes: they take a bit less.

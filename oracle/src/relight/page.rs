@@ -5,8 +5,9 @@ use super::composite::Composite;
 use super::pictures::Pictures;
 use super::thumbnail::{Thumbnail, marked};
 use super::{Relit, tables};
+use crate::show::page::{Page, colour_bar, figure, verdict};
 use crate::show::report::number::{count, number, percent};
-use crate::show::report::{colour_bar, document, figure};
+use crate::show::report::tables::energy as power;
 use crate::show::view::camera::Camera;
 use common::energy::Energy;
 use common::solution::Warning;
@@ -49,17 +50,14 @@ pub struct Report<'a> {
 /// The page.
 pub fn html(report: &Report) -> String {
     let pictures = Pictures::new(report.relit, report.composite);
-    let nav = html! {
-        nav aria-label="Parts" {
-            a href="#top" { "Composite" }
-            a href="#change" { "What the object changed" }
-            @if report.thumbnail.is_some() { a href="#panorama" { "Panorama" } }
-            a href="#textures" { "All textures" }
-            a href="#figures" { "Figures" }
-        }
+    let links = html! {
+        a href="#top" { "Composite" }
+        a href="#change" { "What the object changed" }
+        @if report.thumbnail.is_some() { a href="#panorama" { "Panorama" } }
+        a href="#textures" { "All textures" }
+        a href="#figures" { "Figures" }
     };
     let body = html! {
-        header #top { h1 { "Radiosity: a relit room" } (headline(report)) }
         (facts(report))
         @if !report.warnings.is_empty() || !report.notes.is_empty() {
             div.notes {
@@ -74,26 +72,39 @@ pub fn html(report: &Report) -> String {
         section #figures {
             h2 { "Figures" }
             (tables::shots(report))
-            @if let Some(energy) = report.energy { (tables::power(energy)) }
+            @if let Some(energy) = report.energy {
+                h3 { "Where the power went" }
+                p { "Of the whole of B, the captured room's own lights included." }
+                (power(&[("", energy)]))
+            }
             (tables::seconds(report.seconds))
             (tables::settings(report.settings))
         }
     };
-    document("Radiosity: a relit room", &nav, &body)
+    Page {
+        title: "Radiosity: a relit room",
+        bar: ("Parts", links),
+        verdict: headline(report),
+        style: "",
+        body,
+    }
+    .html()
 }
 
 fn headline(report: &Report) -> Markup {
-    html! {
-        @if report.converged && report.negative_texels == 0 {
-            p.verdict.agree { strong { "Relit" } " shot down to ε, no texel below 0" }
-        } @else if report.converged {
-            p.verdict.disagree {
-                strong { "Relit" } " shot down to ε; " (count(report.negative_texels as u64))
-                " texels are below 0"
-            }
-        } @else {
-            p.verdict.disagree { strong { "Stopped" } " before ε was reached" }
-        }
+    let below = count(report.negative_texels as u64);
+    match (report.converged, report.negative_texels) {
+        (true, 0) => verdict(
+            Some(true),
+            "Relit",
+            html! { "shot down to ε, no texel below 0" },
+        ),
+        (true, _) => verdict(
+            Some(false),
+            "Relit",
+            html! { "shot down to ε; " (below) " texels are below 0" },
+        ),
+        (false, _) => verdict(Some(false), "Stopped", html! { "before ε was reached" }),
     }
 }
 

@@ -1,8 +1,8 @@
 //! The tables of a relight's report.
 
 use super::page::Report;
-use crate::show::report::number::{count, number, percent};
-use common::energy::Energy;
+use crate::show::page::{list, table};
+use crate::show::report::number::{count, number};
 use maud::{Markup, html};
 
 /// How much was shot, and what came out below 0.
@@ -16,36 +16,7 @@ pub fn shots(report: &Report) -> Markup {
             report.composite.negative as u64,
         ),
     ];
-    html! {
-        div.scroll { table { tbody {
-            @for (name, n) in rows { tr { td { (name) } td.n { (count(n)) } } }
-        } } }
-    }
-}
-
-/// Where the power went.
-pub fn power(energy: &Energy) -> Markup {
-    let rows = [
-        ("Emitted", energy.emitted),
-        ("Absorbed", energy.absorbed),
-        ("Unshot", energy.unshot),
-        ("Escaped", energy.escaped),
-        ("Closure", energy.closure),
-    ];
-    html! {
-        h3 { "Where the power went" }
-        p { "Of the whole of B, the captured room's own lights included." }
-        div.scroll { table {
-            thead { tr { th { "W" } th.n { "R" } th.n { "G" } th.n { "B" } th.n { "share" } } }
-            tbody {
-                @for (name, part) in rows { tr {
-                    td { (name) } @for x in part { td.n { (number(x)) } }
-                    td.n { (percent(energy.share(part))) }
-                } }
-                tr { td { "Imbalance" } td.n colspan="4" { (percent(energy.imbalance)) } }
-            }
-        } }
-    }
+    list(rows.map(|(name, n)| (name, count(n))))
 }
 
 /// Wall-clock seconds of each phase, with bars.
@@ -80,9 +51,7 @@ pub fn settings(settings: &[(String, String)]) -> Markup {
     html! {
         @if !settings.is_empty() {
             h3 { "Settings in force" }
-            div.scroll { table { tbody {
-                @for (name, value) in settings { tr { td { (name) } td { (value) } } }
-            } } }
+            (table("", &[], html! { @for (name, value) in settings { tr { td { (name) } td { (value) } } } }))
         }
     }
 }

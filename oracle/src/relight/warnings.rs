@@ -1,12 +1,12 @@
 //! What may put a relit room more than 2 % off.
 
 use super::work::Stage;
-use crate::solve::Solved;
 use crate::solve::check::{self, Estimate};
+use crate::solve::solved::Solved;
 use crate::solve::warnings;
 use common::Result;
 use common::energy::Energy;
-use common::solution::Warning;
+use common::solution::{Code, Warning};
 
 /// Beyond this share of the emitted power a broken balance is worth a warning.
 const UNBALANCED: f64 = 0.02;
@@ -33,7 +33,7 @@ pub fn of(stage: &Stage, done: &Solved, paper: bool, estimate: Option<&Estimate>
     let energy = Energy::new(&done.mesh, &done.run.field, &done.run.shots);
     if energy.imbalance > UNBALANCED && paper {
         warnings.push(Warning {
-            code: "energy".into(),
+            code: Code::Energy,
             faces: Vec::new(),
             message: format!(
                 "Table 2 makes up or loses {:.1} % of the emitted power: use --method signed",

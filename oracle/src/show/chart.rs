@@ -1,195 +1,303 @@
-//! Charts as inline SVG: no files, no fonts, no network; text takes the page's colour.
+//! Charts as inline SVG: axes by plotters, lines and marks upon them, so that each mark can say what
+//! it is. No files, no fonts, no network; text takes the page's colour.
 
-use common::shooting::Run;
-use plotters::coord::Shift;
-use plotters::coord::ranged1d::{Ranged, ValueFormatter};
-use plotters::element::DashedPathElement;
+use maud::{Markup, html};
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
+use std::ops::Range;
 
 /// Drawn in this, text and axes become the page's own colour.
 const INK: RGBColor = RGBColor(1, 2, 3);
-/// The CPU's colour, here and in the tables.
-pub const CPU: RGBColor = RGBColor(43, 123, 186);
-/// The GPU's colour.
-pub const GPU: RGBColor = RGBColor(224, 123, 0);
-/// Size in CSS pixels; the page scales it.
-const SIZE: (u32, u32) = (720, 340);
-/// A curve is thinned out to about this many points.
-const POINTS: usize = 800;
-
-/// What is drawn on.
-pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// Whether it could be drawn.
-pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
-
-/// Unshot power over emitted power after each shot, both free runs, and where they stop.
-/// None when there is nothing to draw.
-pub fn convergence(cpu: &Run, gpu: &Run, epsilon: f64) -> Option<String> {
-    let curves = [curve(cpu), curve(gpu)];
-    let points = || curves.iter().flatten();
-    let shots = points().map(|p| p.0).fold(0.0, f64::max);
-    if shots < 1.0 {
-        return None;
-    }
-    let stop = Some(epsilon).filter(|e| e.is_finite() && *e > 0.0 && *e < 1.0);
-    let low = points()
-        .map(|p| p.1)
-        .chain(stop)
-        .fold(0.5, f64::min)
-        .max(1e-12);
-    let high = points().map(|p| p.1).fold(1.0, f64::max).min(1e12);
-    svg(|area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(74)
-            .build_cartesian_2d(0.0..shots, (low * 0.7..high * 1.2).log_scale())?;
-        mesh(
-            &mut chart,
-            "shots",
-            "unshot ÷ emitted power (log)",
-            &|x| format!("{x:.0}"),
-            &share,
-        )?;
-        let [cpu, gpu] = curves.clone();
-        let style = CPU.mix(0.85).stroke_width(5);
-        chart
-            .draw_series(LineSeries::new(cpu, style))?
-            .label(" CPU, rays")
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 26, y)], style));
-        // Thin and dashed upon thick: both are seen where they agree.
-        let style = GPU.stroke_width(2);
-        chart
-            .draw_series(DashedLineSeries::new(gpu, 9, 6, style))?
-            .label(" GPU, item buffer")
-            .legend(move |(x, y)| DashedPathElement::new([(x, y), (x + 26, y)], 9, 6, style));
-        if let Some(stop) = stop {
-            let style = INK.mix(0.6).stroke_width(1);
-            let line = [(0.0, stop), (shots, stop)];
-            chart
-                .draw_series(DashedLineSeries::new(line, 2, 4, style))?
-                .label(format!(" stop: ε = {}", share(&stop)))
-                .legend(move |(x, y)| DashedPathElement::new([(x, y), (x + 26, y)], 2, 4, style));
-        }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .label_font(("sans-serif", 15).into_font().color(&INK))
-            .legend_area_size(32)
-            .draw()?;
-        Ok(())
-    })
-}
-
-/// A share as the axis names it.
-pub(crate) fn share(y: &f64) -> String {
-    let digits = (-(100.0 * y).log10().floor()).clamp(0.0, 10.0) as usize;
-    format!("{:.digits$} %", 100.0 * y)
-}
-
-/// (shots, unshot fraction); what has no logarithm is left out.
-fn curve(run: &Run) -> Vec<(f64, f64)> {
-    let emitted = f64::from(run.emitted);
-    let unshot = run
-        .shots
-        .iter()
-        .map(|shot| f64::from(shot.unshot) / emitted);
-    let all: Vec<(f64, f64)> = std::iter::once(1.0)
-        .chain(unshot)
-        .enumerate()
-        .map(|(k, y)| (k as f64, y))
-        .filter(|(_, y)| y.is_finite() && *y > 0.0)
-        .collect();
-    let step = all.len().div_ceil(POINTS).max(1);
-    let last = all.last().copied();
-    let mut thinned: Vec<(f64, f64)> = all.iter().copied().step_by(step).collect();
-    thinned.extend(last.filter(|last| thinned.last() != Some(last)));
-    thinned
-}
-
-/// How many mismatched pairs lie how far from an ID boundary: bin k is [k/2, (k+1)/2) pixels.
-/// None when there is no mismatch.
-pub fn mismatches(histogram: &[u64]) -> Option<String> {
-    let most = histogram.iter().copied().max().filter(|most| *most > 0)?;
-    let used = histogram.iter().rposition(|count| *count > 0)? + 1;
-    let width = used.max(6) as f64 / 2.0;
-    // Logarithmic, so that one pair far away shows beside thousands near; the axis begins at ½.
-    let range = (0.5..most as f64 * 2.0).log_scale();
-    svg(|area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(10)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(74)
-            .build_cartesian_2d(0.0..width, range)?;
-        let x = "distance to the nearest ID boundary, pixels";
-        mesh(
-            &mut chart,
-            x,
-            "mismatched pairs (log)",
-            &|x| format!("{x:.1}"),
-            &|y| format!("{y:.0}"),
-        )?;
-        let bars = histogram[..used]
-            .iter()
-            .enumerate()
-            .filter(|(_, count)| **count > 0);
-        chart.draw_series(bars.map(|(k, count)| {
-            let corners = [(k as f64 / 2.0, 0.5), ((k + 1) as f64 / 2.0, *count as f64)];
-            let mut bar = Rectangle::new(corners, GPU.mix(0.75).filled());
-            bar.set_margin(0, 0, 1, 1);
-            bar
-        }))?;
-        Ok(())
-    })
-}
+/// The CPU's colour.
+pub const CPU: &str = "#2b7bba";
+/// The GPU's.
+pub const GPU: &str = "#e07b00";
+/// Curves' colours, told apart on white and on black.
+pub const COLOURS: [&str; 6] = [CPU, GPU, "#2c9650", "#a05abe", "#cd3c3c", "#828282"];
+/// What every chart looks like, inside a page or alone.
+pub const STYLE: &str = ".mark:hover path,.mark:focus path{stroke:currentColor;stroke-width:2.5;fill-opacity:1}\
+    .mark path{stroke-linejoin:round}.upon text{font:12.5px sans-serif;fill:currentColor}\
+    .over{paint-order:stroke;stroke:var(--card);stroke-width:3px;stroke-linejoin:round}";
 
 /// What an axis writes at a value.
-pub(crate) type Label<'a> = &'a dyn Fn(&f64) -> String;
+pub type Label<'a> = &'a dyn Fn(&f64) -> String;
 
-/// Axes, their names and a faint grid.
-pub(crate) fn mesh<'a, X, Y>(
-    chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
-    x_name: &str,
-    y_name: &str,
-    x_label: Label,
-    y_label: Label,
-) -> Drawn
-where
-    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
-{
+/// An axis.
+pub struct Axis<'a> {
+    /// What it is of.
+    pub name: &'a str,
+    /// Its ends.
+    pub ends: [f64; 2],
+    /// Whether it is logarithmic.
+    pub log: bool,
+    /// Where it is labelled; none: at about ten round numbers.
+    pub ticks: Option<Vec<f64>>,
+    /// How.
+    pub label: Label<'a>,
+}
+
+impl<'a> Axis<'a> {
+    /// In even steps.
+    pub fn even(name: &'a str, ends: [f64; 2], label: Label<'a>) -> Self {
+        Self {
+            name,
+            ends,
+            log: false,
+            ticks: None,
+            label,
+        }
+    }
+
+    /// Logarithmic, labelled at 1, 2 and 5 × 10ⁿ.
+    pub fn log(name: &'a str, ends: [f64; 2], label: Label<'a>) -> Self {
+        Self {
+            log: true,
+            ticks: Some(ticks(ends[0], ends[1])),
+            ..Self::even(name, ends, label)
+        }
+    }
+
+    fn scale(&self) -> Scale {
+        let [low, high] = self.ends;
+        Scale {
+            even: (low..high).into(),
+            log: self.log.then(|| (low..high).log_scale().into()),
+            ticks: self.ticks.clone(),
+        }
+    }
+
+    /// The share of the axis at which a value lies.
+    fn share(&self, value: f64) -> f64 {
+        let [low, high] = self.ends;
+        if self.log {
+            (value / low).ln() / (high / low).ln()
+        } else {
+            (value - low) / (high - low)
+        }
+    }
+}
+
+/// An axis as plotters wants it.
+struct Scale {
+    even: plotters::coord::types::RangedCoordf64,
+    log: Option<LogCoord<f64>>,
+    ticks: Option<Vec<f64>>,
+}
+
+impl Ranged for Scale {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        match &self.log {
+            Some(log) => log.map(value, limit),
+            None => self.even.map(value, limit),
+        }
+    }
+
+    fn key_points<H: KeyPointHint>(&self, hint: H) -> Vec<f64> {
+        match (&self.ticks, &self.log) {
+            (Some(_), _) if hint.weight().allow_light_points() => Vec::new(),
+            (Some(ticks), _) => ticks.clone(),
+            (None, Some(log)) => log.key_points(hint),
+            (None, None) => self.even.key_points(hint),
+        }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.even.range()
+    }
+}
+
+/// Where the axes lie, in pixels.
+pub struct Frame<'a> {
+    x: &'a Axis<'a>,
+    y: &'a Axis<'a>,
+    /// Left end.
+    pub left: f64,
+    /// Upper end.
+    pub top: f64,
+    /// Right end.
+    pub right: f64,
+    /// Lower end.
+    pub bottom: f64,
+}
+
+impl Frame<'_> {
+    /// The pixel of a value on the x axis.
+    pub fn x(&self, value: f64) -> f64 {
+        self.left + self.x.share(value) * (self.right - self.left)
+    }
+
+    /// The pixel of a value on the y axis.
+    pub fn y(&self, value: f64) -> f64 {
+        self.bottom + self.y.share(value) * (self.top - self.bottom)
+    }
+
+    /// Path data through places.
+    pub fn path(&self, places: impl IntoIterator<Item = (f64, f64)>) -> String {
+        path(places.into_iter().map(|(x, y)| (self.x(x), self.y(y))))
+    }
+}
+
+/// Path data through pixels.
+pub fn path(pixels: impl IntoIterator<Item = (f64, f64)>) -> String {
+    let points = pixels.into_iter().map(|(x, y)| format!("{x:.1} {y:.1}"));
+    format!("M{}", points.collect::<Vec<_>>().join("L"))
+}
+
+/// A line of a colour, width, opacity and dashes.
+pub fn line(path: &str, colour: &str, width: f64, opacity: f64, dashes: Option<&str>) -> Markup {
+    html! {
+        path d=(path) stroke=(colour) stroke-width=(width) stroke-opacity=(opacity) stroke-dasharray=[dashes]
+            stroke-linejoin="round" fill="none" {}
+    }
+}
+
+/// Samples drawn about the origin and, so far to their right, what they are: a line each from (x, y).
+pub fn legend<N: AsRef<str>>(
+    (x, y): (f64, f64),
+    right: f64,
+    rows: impl IntoIterator<Item = (Markup, N)>,
+) -> Markup {
+    html! {
+        @for (k, (sample, name)) in rows.into_iter().enumerate() {
+            g transform=(format!("translate({x} {})", y + 20.0 * k as f64)) {
+                (sample) text x=(right) y="4" { (name.as_ref()) }
+            }
+        }
+    }
+}
+
+/// A pixel as SVG writes it.
+pub fn px(x: f64) -> String {
+    format!("{x:.1}")
+}
+
+/// The SVG element, scaled by the page and in its colours: `size` in CSS pixels, `right` of them
+/// beside the axes, and what `draw` puts upon these.
+pub fn svg(
+    (w, h): (u32, u32),
+    right: u32,
+    [x, y]: [&Axis; 2],
+    draw: impl FnOnce(&Frame) -> Markup,
+) -> Option<String> {
+    let mut text = String::new();
+    let [left, top, right, bottom] = axes(&mut text, (w, h), right, [x, y])?;
+    let frame = Frame {
+        x,
+        y,
+        left,
+        top,
+        right,
+        bottom,
+    };
+    let inner = &text[text.find('>')? + 1..text.rfind("</svg>")?];
+    let inner = inner.replace("#010203", "currentColor");
+    let upon = html! { g.upon { (draw(&frame)) } }.into_string();
+    let open = format!(r#"<svg role="img" class="chart" viewBox="0 0 {w} {h}">"#);
+    Some(open + &inner + &upon + "</svg>")
+}
+
+/// Draws axes, their names and a faint grid; left, top, right and bottom.
+fn axes(text: &mut String, size: (u32, u32), right: u32, [x, y]: [&Axis; 2]) -> Option<[f64; 4]> {
+    let area = SVGBackend::with_string(text, size).into_drawing_area();
+    let mut chart = ChartBuilder::on(&area)
+        .margin(10)
+        .margin_right(right)
+        .x_label_area_size(44)
+        .y_label_area_size(78)
+        .build_cartesian_2d(x.scale(), y.scale())
+        .ok()?;
     chart
         .configure_mesh()
-        .x_desc(x_name)
-        .y_desc(y_name)
-        .x_label_formatter(x_label)
-        .y_label_formatter(y_label)
+        .x_desc(x.name)
+        .y_desc(y.name)
+        .x_label_formatter(x.label)
+        .y_label_formatter(y.label)
         .y_labels(8)
         .axis_style(INK.mix(0.7))
         .bold_line_style(INK.mix(0.15))
         .light_line_style(INK.mix(0.04))
         .axis_desc_style(("sans-serif", 15).into_font().color(&INK))
         .label_style(("sans-serif", 13).into_font().color(&INK))
-        .draw()?;
-    Ok(())
+        .draw()
+        .ok()?;
+    let (left, bottom) = chart.backend_coord(&(x.ends[0], y.ends[0]));
+    let (right, top) = chart.backend_coord(&(x.ends[1], y.ends[1]));
+    area.present().ok()?;
+    Some([left, top, right, bottom].map(f64::from))
 }
 
-/// The SVG element, scaled by the page and in its colours.
-fn svg(draw: impl FnOnce(&Area) -> Drawn) -> Option<String> {
-    svg_of(SIZE, draw)
+/// A share as an axis names it.
+pub fn share(y: &f64) -> String {
+    let digits = (-(100.0 * y).log10().floor()).clamp(0.0, 10.0) as usize;
+    format!("{:.digits$} %", 100.0 * y)
 }
 
-/// The same in another size (CSS pixels).
-pub(crate) fn svg_of((w, h): (u32, u32), draw: impl FnOnce(&Area) -> Drawn) -> Option<String> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, (w, h)).into_drawing_area();
-        draw(&area).ok()?;
-        area.present().ok()?;
+/// 1, 2 and 5 × 10ⁿ where they fit, powers of ten alone over many decades.
+pub fn ticks(low: f64, high: f64) -> Vec<f64> {
+    let decades = (high / low).log10();
+    let steps: &[f64] = if decades > 4.0 {
+        &[1.0]
+    } else {
+        &[1.0, 2.0, 5.0]
+    };
+    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+    // As text, so that a tick is the number nearest to what it says.
+    let all = (first..=last).flat_map(|n| {
+        steps
+            .iter()
+            .filter_map(move |m| format!("{m}e{n}").parse().ok())
+    });
+    all.filter(|t| (low..=high).contains(t)).collect()
+}
+
+/// A mark's outline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// ●
+    Circle,
+    /// ■
+    Square,
+    /// ▲
+    Triangle,
+    /// ◆
+    Diamond,
+    /// ▼
+    Down,
+    /// ✖
+    Cross,
+}
+
+impl Shape {
+    /// SVG path data about (x, y).
+    pub fn path(self, (x, y): (f64, f64), r: f64) -> String {
+        let polygon = |corners: &[(f64, f64)]| {
+            let at = |(i, j): &(f64, f64)| (x + i * r, y + j * r);
+            path(corners.iter().map(at)) + "Z"
+        };
+        match self {
+            Self::Circle => {
+                let (left, across) = (x - r, 2.0 * r);
+                format!("M{left:.1} {y:.1}a{r} {r} 0 1 0 {across} 0a{r} {r} 0 1 0 -{across} 0Z")
+            }
+            Self::Square => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
+            Self::Triangle => polygon(&[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)]),
+            Self::Diamond => polygon(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]),
+            Self::Down => polygon(&[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)]),
+            Self::Cross => {
+                // A quarter of it, turned about its middle.
+                let arm = [(0.0, -0.3), (0.7, -1.0), (1.0, -0.7)];
+                let turned = |(i, j): (f64, f64), k| match k {
+                    0 => (i, j),
+                    1 => (-j, i),
+                    2 => (-i, -j),
+                    _ => (j, -i),
+                };
+                let corners = (0..4).flat_map(|k| arm.map(|corner| turned(corner, k)));
+                polygon(&corners.collect::<Vec<_>>())
+            }
+        }
     }
-    let inner = &text[text.find('>')? + 1..];
-    let open = format!(r#"<svg role="img" class="chart" viewBox="0 0 {w} {h}">"#);
-    Some(open + &inner.replace("#010203", "currentColor"))
 }

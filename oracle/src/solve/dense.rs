@@ -1,13 +1,13 @@
 //! The matrix's answer, as a converged run with nothing unshot.
 
-use super::Solved;
+use super::solved::Solved;
 use super::watch::Watch;
 use common::Result;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::Settings;
 use common::shooting::{Field, Run};
-use common::solution::Warning;
+use common::solution::{Code, Warning};
 use cpu::matrix::{self, Matrix, Quality, ledger};
 use glam::{DVec3, Vec4};
 use serde_json::{Value, json};
@@ -98,7 +98,7 @@ fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &matrix::A
 
 /// The advice for shots does not help here.
 pub fn advised(mut warnings: Vec<Warning>) -> Vec<Warning> {
-    for warning in warnings.iter_mut().filter(|w| w.code == "closure") {
+    for warning in warnings.iter_mut().filter(|w| w.code == Code::Closure) {
         warning.message = "form factors and visibility leave more than 2 % of the power unexplained: use more --texels, and look for faces that pass through each other".into();
     }
     warnings

@@ -4,7 +4,7 @@
 //! the last halving changed, d_k, and the one before it give the order of convergence, and with it what
 //! is left (Richardson): e ≈ d_k / (d_{k−1}/d_k − 1). Nothing here depends on the scene.
 
-use super::Solved;
+use super::solved::Solved;
 use crate::judge::compare::difference::difference;
 use crate::judge::diff::reflected::offsets;
 use crate::judge::resample::{average, pieces};

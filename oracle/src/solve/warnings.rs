@@ -8,7 +8,7 @@ use common::mesh::{Cell, Mesh, Texel};
 use common::precision::{Loss, ROUNDOFF, losses};
 use common::scene::Scene;
 use common::shooting::Run;
-use common::solution::Warning;
+use common::solution::{Code, Warning};
 use glam::Vec3;
 
 /// Beyond this share of the emitted power an effect is worth a warning.
@@ -24,7 +24,7 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
     let closure = closure_in_doubt(mesh, run, estimate);
     if closure.abs() > SHARE {
         warnings.push(Warning {
-            code: "closure".into(),
+            code: Code::Closure,
             faces: worst_closure(mesh, run),
             message: format!(
                 "the form factors {} {:.1} % of the emitted power: use --form-factor polygon, more --cells or --conserve",
@@ -39,7 +39,7 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
     warnings.extend(unlit(mesh, run));
     if run.unshot_fraction() > SHARE {
         warnings.push(Warning {
-            code: "unshot".into(),
+            code: Code::Unshot,
             faces: Vec::new(),
             message: format!(
                 "{:.1} % of the emitted power is unshot: {}",
@@ -58,7 +58,7 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
         faces.dedup();
         faces.truncate(NAMED);
         warnings.push(Warning {
-            code: "overlap".into(),
+            code: Code::Overlap,
             faces,
             message: format!(
                 "{} pairs of fronts lie on each other: only the first of each is lit; remove the other",
@@ -89,24 +89,24 @@ fn off(estimate: &Estimate) -> Option<Warning> {
     }
     let (code, why) = match part.cause {
         Cause::Visibility => (
-            "visibility",
+            Code::Visibility,
             "the item buffer is too coarse: use --visibility rays",
         ),
         Cause::FormFactor => (
-            "form-factor",
+            Code::FormFactor,
             "the disc is too crude: use --form-factor polygon",
         ),
         Cause::Cells => (
-            "cells",
+            Code::Cells,
             "light or shadow varies within cells: use --quality reference, or more --cells and --samples",
         ),
         Cause::Texels => (
-            "texels",
+            Code::Texels,
             "light or shadow varies within texels: use more --texels",
         ),
     };
     Some(Warning {
-        code: code.into(),
+        code,
         faces: part.faces.clone(),
         message: format!("may be {:.1} % off: {why}", 100.0 * estimate.upper),
     })
@@ -122,7 +122,7 @@ fn added_up(mesh: &Mesh, run: &Run) -> Option<Warning> {
     }
     let error = 2.0 * ROUNDOFF * all / emitted;
     (emitted > 0.0 && error > SHARE).then(|| Warning {
-        code: "precision".into(),
+        code: Code::Precision,
         faces: Vec::new(),
         message: format!(
             "light is reflected {:.0} times before it is gone, and rounding adds up to {:.0} %: lower the reflectances",
@@ -137,7 +137,7 @@ fn narrow(mesh: &Mesh, run: &Run) -> Option<Warning> {
     let (lost, mut faces) = light_in_gaps(mesh, run);
     faces.truncate(NAMED);
     (lost > IN_GAPS).then(|| Warning {
-        code: "gap".into(),
+        code: Code::Gap,
         faces,
         message: format!(
             "{:.1} % of the reflected light is shot into gaps narrower than a tenth of a texel, which are dark in truth: use more --texels",
@@ -162,7 +162,7 @@ fn covered(mesh: &Mesh) -> Option<Warning> {
         }
     }
     Some(Warning {
-        code: "covered".into(),
+        code: Code::Covered,
         faces,
         message: format!(
             "every lamp lies under other faces at all of its {} samples per cell: move it, or use more --samples",
@@ -177,7 +177,7 @@ fn unlit(mesh: &Mesh, run: &Run) -> Option<Warning> {
     let mut texels = mesh.texels.iter().zip(&run.field.radiosity);
     let lit = texels.any(|(texel, b)| b.truncate() != texel.emission);
     (!lit && run.converged && could_reflect(mesh)).then(|| Warning {
-        code: "unlit".into(),
+        code: Code::Unlit,
         faces: Vec::new(),
         message: "no light was found on any face that reflects: it may come through a chink that no sample meets: use more --cells and --samples"
             .into(),
@@ -206,7 +206,7 @@ fn imprecise(scene: &Scene, mesh: &Mesh, run: &Run) -> Option<Warning> {
     };
     losses.truncate(NAMED);
     Some(Warning {
-        code: "precision".into(),
+        code: Code::Precision,
         faces: losses.into_iter().map(|loss| loss.face).collect(),
         message: format!("{count} faces may have lost their shape to {why}"),
     })

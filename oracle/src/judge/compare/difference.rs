@@ -3,6 +3,7 @@
 use crate::judge::comparison::Difference;
 use common::mesh::Mesh;
 use common::shooting::Field;
+use glam::DVec3;
 
 /// Every figure NaN: fails every gate.
 pub const NOT_COMPARABLE: Difference = Difference {
@@ -20,46 +21,66 @@ pub fn difference(mesh: &Mesh, a: &Field, b: &Field) -> Difference {
     if count == 0 || a.origin == b.origin || !complete(a) || !complete(b) {
         return NOT_COMPARABLE;
     }
-    let mut worst = Difference {
-        relative_rms: 0.0,
-        max_relative: 0.0,
-        bias: 0.0,
-    };
-    for channel in 0..3 {
-        let next = channel_difference(mesh, a, b, channel);
-        worst.relative_rms = worst.relative_rms.max(next.relative_rms);
-        worst.max_relative = worst.max_relative.max(next.max_relative);
-        if next.bias.abs() > worst.bias.abs() {
-            worst.bias = next.bias;
+    let texels = (0..count).map(|k| {
+        let area = f64::from(mesh.texels[k].area);
+        (area, reflected(mesh, a, k), reflected(mesh, b, k))
+    });
+    worst(channels(texels))
+}
+
+/// B − E of texel `k`.
+pub fn reflected(mesh: &Mesh, field: &Field, k: usize) -> DVec3 {
+    field.radiosity[k].truncate().as_dvec3() - mesh.texels[k].emission.as_dvec3()
+}
+
+/// The figures of each channel from (area, a, b) of every texel; 0/0 is agreement: no light.
+pub fn channels(texels: impl Iterator<Item = (f64, DVec3, DVec3)>) -> [Difference; 3] {
+    let mut sums = [Sums::default(); 3];
+    for (area, a, b) in texels {
+        for (c, sums) in sums.iter_mut().enumerate() {
+            sums.add(area, a[c], b[c]);
         }
     }
-    worst
+    sums.map(|sums| sums.figures())
 }
 
-fn channel_difference(mesh: &Mesh, a: &Field, b: &Field, channel: usize) -> Difference {
-    figures(mesh.texels.iter().enumerate().map(|(k, texel)| {
-        let reflected =
-            |f: &Field| f64::from(f.radiosity[k][channel]) - f64::from(texel.emission[channel]);
-        (f64::from(texel.area), reflected(a), reflected(b))
-    }))
-}
-
-/// The figures of one channel from (area, a, b) of every texel; 0/0 is agreement: no light.
-pub fn figures(texels: impl Iterator<Item = (f64, f64, f64)>) -> Difference {
-    let (mut square, mut signed, mut truth_square, mut truth, mut area, mut largest) =
-        (0.0, 0.0, 0.0, 0.0, 0.0, 0f64);
-    for (weight, x, y) in texels {
-        square += weight * (x - y) * (x - y);
-        signed += weight * (x - y);
-        truth_square += weight * y * y;
-        truth += weight * y;
-        area += weight;
-        largest = largest.max((x - y).abs());
-    }
-    let ratio = |x: f64, y: f64| if x == 0.0 { 0.0 } else { x / y };
+/// The worst channel of each figure.
+pub fn worst(channels: [Difference; 3]) -> Difference {
+    let larger = |x: f64, y: f64| if y.abs() > x.abs() { y } else { x };
     Difference {
-        relative_rms: ratio(square, truth_square).sqrt(),
-        max_relative: ratio(largest, (truth_square / area).sqrt()),
-        bias: ratio(signed, truth),
+        relative_rms: channels.iter().map(|d| d.relative_rms).fold(0.0, f64::max),
+        max_relative: channels.iter().map(|d| d.max_relative).fold(0.0, f64::max),
+        bias: channels.iter().map(|d| d.bias).fold(0.0, larger),
+    }
+}
+
+/// Σ over the texels of one channel.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    square: f64,
+    signed: f64,
+    truth_square: f64,
+    truth: f64,
+    area: f64,
+    largest: f64,
+}
+
+impl Sums {
+    fn add(&mut self, area: f64, a: f64, b: f64) {
+        self.square += area * (a - b) * (a - b);
+        self.signed += area * (a - b);
+        self.truth_square += area * b * b;
+        self.truth += area * b;
+        self.area += area;
+        self.largest = self.largest.max((a - b).abs());
+    }
+
+    fn figures(&self) -> Difference {
+        let ratio = |x: f64, y: f64| if x == 0.0 { 0.0 } else { x / y };
+        Difference {
+            relative_rms: ratio(self.square, self.truth_square).sqrt(),
+            max_relative: ratio(self.largest, (self.truth_square / self.area).sqrt()),
+            bias: ratio(self.signed, self.truth),
+        }
     }
 }

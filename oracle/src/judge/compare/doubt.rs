@@ -10,7 +10,7 @@
 //! element by element, since nothing here is negative. What a run leaves unshot, r, could still
 //! bring (I − ρT)⁻¹ρ T r. No constant of it is chosen.
 
-use super::difference::figures;
+use super::difference::{channels, reflected, worst};
 use super::linked::Links;
 use crate::judge::comparison::Difference;
 use common::mesh::{Mesh, Texel};
@@ -177,27 +177,18 @@ fn flux(mesh: &Mesh, b: impl Fn(usize) -> DVec3) -> Vec<DVec3> {
 /// The figures of a change by `parts` of each texel against `field`, all of it upward; without limit
 /// where one of them has none.
 pub fn difference(mesh: &Mesh, parts: &[Option<Vec<DVec3>>], field: &Field) -> Difference {
-    let mut worst = Difference {
-        relative_rms: 0.0,
-        max_relative: 0.0,
-        bias: 0.0,
-    };
-    for c in 0..3 {
-        let texels = mesh.texels.iter().enumerate().map(|(k, texel)| {
-            let b = f64::from(field.radiosity[k][c]) - f64::from(texel.emission[c]);
-            let of = |part: &Option<Vec<DVec3>>| part.as_ref().map_or(f64::INFINITY, |p| p[k][c]);
-            (
-                f64::from(texel.area),
-                b + parts.iter().map(of).sum::<f64>(),
-                b,
-            )
-        });
-        let next = figures(texels);
-        // Without a limit ∞ − ∞ or ∞/∞ would read as NaN, and fail.
-        let limit = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
-        worst.relative_rms = worst.relative_rms.max(limit(next.relative_rms));
-        worst.max_relative = worst.max_relative.max(limit(next.max_relative));
-        worst.bias = worst.bias.max(limit(next.bias));
-    }
-    worst
+    let of =
+        |k: usize| move |part: &Option<Vec<DVec3>>| part.as_ref().map_or(DVec3::INFINITY, |p| p[k]);
+    let texels = (0..mesh.texels.len()).map(|k| {
+        let b = reflected(mesh, field, k);
+        let more = parts.iter().map(of(k)).sum::<DVec3>();
+        (f64::from(mesh.texels[k].area), b + more, b)
+    });
+    // Without a limit ∞ − ∞ or ∞/∞ would read as NaN, and fail.
+    let limit = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
+    worst(channels(texels).map(|next| Difference {
+        relative_rms: limit(next.relative_rms),
+        max_relative: limit(next.max_relative),
+        bias: limit(next.bias),
+    }))
 }

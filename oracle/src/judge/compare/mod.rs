@@ -26,6 +26,7 @@ use crate::judge::comparison::{
 };
 use crate::solve::watch::Watch;
 use common::constants::LINK_BYTES;
+use common::cover::sampled;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes;
@@ -35,7 +36,6 @@ use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{Run, Shoot, replay};
 use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled;
 use cpu::twin::item_buffer::{ItemBuffer, View};
 use difference::difference;
 use doubt::{Doubt, shot};

@@ -10,12 +10,14 @@ pub mod pair;
 pub mod pictures;
 pub mod reflected;
 
-use crate::judge::compare::difference::figures;
+use crate::judge::compare::difference::{channels, worst};
+use common::scene::Scene;
 use common::solution::Stored;
 use common::{Error, Result};
 use glam::DVec3;
 use pair::Pair;
 use reflected::Reflected;
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::fs::canonicalize;
 
@@ -39,16 +41,22 @@ pub struct Diff {
 }
 
 /// One face's part in the difference.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct FaceDiff {
+    /// Its place in the file.
+    pub face: usize,
+    /// As the file calls it.
+    pub name: String,
+    /// The common grid on it.
+    pub texels: [u32; 2],
+    /// Scene units squared.
+    pub area: f64,
     /// Its share of Σ A(a−b)² over all faces and channels.
     pub share: f64,
     /// √(ΣA(a−b)² / ΣA b²) over the face, the worst channel.
     pub relative_rms: f64,
     /// ΣA(a−b) / ΣA b over the face, the channel with the largest magnitude.
     pub bias: f64,
-    /// Scene units squared.
-    pub area: f64,
 }
 
 impl Diff {
@@ -64,19 +72,17 @@ impl Diff {
             Error::input(a.dir.join("result.json"), place, message)
         })?;
         let all = 0..pair.areas.len();
-        let channels = [0, 1, 2].map(|c| figures(channel(&pair, all.clone(), c)));
+        let found = channels(pair.texels(all.clone()));
         let standard_error = pair.error.as_ref().map(|error| {
-            [0, 1, 2].map(|c| {
-                let of_error = |k: usize| (pair.areas[k], pair.b[k][c] + error[k][c], pair.b[k][c]);
-                figures(all.clone().map(of_error)).relative_rms
-            })
+            let of_error = |k: usize| (pair.areas[k], pair.b[k] + error[k], pair.b[k]);
+            channels(all.map(of_error)).map(|d| d.relative_rms)
         });
         let mut diff = Self {
-            relative_rms: channels.map(|d| d.relative_rms),
-            bias: channels.map(|d| d.bias),
-            max_relative: channels.iter().map(|d| d.max_relative).fold(0.0, f64::max),
+            relative_rms: found.map(|d| d.relative_rms),
+            bias: found.map(|d| d.bias),
+            max_relative: worst(found).max_relative,
             standard_error,
-            faces: faces(&pair),
+            faces: faces(&pair, &b.scene),
             pair,
             notes: Vec::new(),
         };
@@ -117,7 +123,6 @@ impl Diff {
 
     /// The contract's four figures and everything else that scripts may want; infinity is null.
     pub fn json(&self, a: &Stored, b: &Stored, flip: Option<f64>) -> Value {
-        let faces = self.faces.iter().zip(&b.scene.faces).enumerate();
         json!({
             "relative_rms": self.relative_rms,
             "bias": self.bias,
@@ -129,41 +134,26 @@ impl Diff {
             "standard_error": self.standard_error,
             "texels": { "a": a.radiosity.len(), "b": b.radiosity.len(), "compared": self.pair.areas.len() },
             "notes": self.notes,
-            "faces": faces.map(|(k, (part, face))| json!({
-                "face": k,
-                "name": face.name,
-                "texels": self.pair.resolutions[k],
-                "area": part.area,
-                "share": part.share,
-                "relative_rms": part.relative_rms,
-                "bias": part.bias,
-            })).collect::<Vec<_>>(),
+            "faces": self.faces,
         })
     }
 }
 
-/// Area, a and b of one channel.
-fn channel(
-    pair: &Pair,
-    texels: std::ops::Range<usize>,
-    c: usize,
-) -> impl Iterator<Item = (f64, f64, f64)> {
-    texels.map(move |k| (pair.areas[k], pair.a[k][c], pair.b[k][c]))
-}
-
-fn faces(pair: &Pair) -> Vec<FaceDiff> {
+fn faces(pair: &Pair, scene: &Scene) -> Vec<FaceDiff> {
     let square = |k: usize| pair.areas[k] * (pair.a[k] - pair.b[k]).length_squared();
     let total: f64 = (0..pair.areas.len()).map(square).sum();
     let face = |k: usize| {
         let texels = pair.first[k]..pair.first[k + 1];
         let part: f64 = texels.clone().map(square).sum();
-        let channels = [0, 1, 2].map(|c| figures(channel(pair, texels.clone(), c)));
-        let larger = |x: f64, y: f64| if y.abs() > x.abs() { y } else { x };
+        let worst = worst(channels(pair.texels(texels.clone())));
         FaceDiff {
-            share: if part == 0.0 { 0.0 } else { part / total },
-            relative_rms: channels.iter().map(|d| d.relative_rms).fold(0.0, f64::max),
-            bias: channels.iter().map(|d| d.bias).fold(0.0, larger),
+            face: k,
+            name: scene.faces[k].name.clone(),
+            texels: pair.resolutions[k],
             area: pair.areas[texels].iter().sum(),
+            share: if part == 0.0 { 0.0 } else { part / total },
+            relative_rms: worst.relative_rms,
+            bias: worst.bias,
         }
     };
     (0..pair.resolutions.len()).map(face).collect()

@@ -2,8 +2,8 @@
 
 use super::pictures::Pictures;
 use super::{Diff, FaceDiff};
+use crate::show::page::{Page, colour_bar, figure, notes, table, verdict};
 use crate::show::report::number::{count, number, percent};
-use crate::show::report::{colour_bar, document, figure};
 use common::solution::Stored;
 use maud::{Markup, html};
 
@@ -17,17 +17,13 @@ pub fn html(
     pictures: &Pictures,
     tolerance: Option<f64>,
 ) -> String {
-    let title = "Radiosity: two results compared";
-    let nav = html! {
-        nav aria-label="Parts" {
-            a href="#top" { "Figures" }
-            a href="#views" { "What they see" }
-            a href="#textures" { "All textures" }
-            a href="#faces" { "Face by face" }
-        }
+    let links = html! {
+        a href="#top" { "Figures" }
+        a href="#views" { "What they see" }
+        a href="#textures" { "All textures" }
+        a href="#faces" { "Face by face" }
     };
     let body = html! {
-        header #top { h1 { (title) } (verdict(diff, tolerance)) }
         p.facts {
             "A: " code { (a.dir.display()) } " · " (count(a.radiosity.len() as u64)) " texels" br;
             "B (the truth): " code { (b.dir.display()) } " · "
@@ -35,27 +31,29 @@ pub fn html(
             (count(diff.faces.len() as u64)) " faces · compared on "
             (count(diff.pair.areas.len() as u64)) " texels"
         }
-        @if !diff.notes.is_empty() { div.notes { @for note in &diff.notes { p { (note) } } } }
+        (notes(&diff.notes))
         (figures(diff, pictures))
         (views(pictures))
         (textures(pictures))
-        (faces(b, diff))
+        (faces(diff))
     };
-    document(title, &nav, &body)
+    Page {
+        title: "Radiosity: two results compared",
+        bar: ("Parts", links),
+        verdict: held(diff, tolerance),
+        style: "",
+        body,
+    }
+    .html()
 }
 
-fn verdict(diff: &Diff, tolerance: Option<f64>) -> Markup {
+fn held(diff: &Diff, tolerance: Option<f64>) -> Markup {
     let worst = percent(diff.worst());
-    html! {
-        @match tolerance {
-            Some(most) if diff.worst() <= most => p.verdict.agree {
-                strong { "Within" } " relative RMS " (worst) " ≤ " (percent(most))
-            },
-            Some(most) => p.verdict.disagree {
-                strong { "Beyond" } " relative RMS " (worst) " > " (percent(most))
-            },
-            None => p.verdict { strong { (worst) } " relative RMS, the worst channel" },
-        }
+    let text = |sign: &str, most| html! { "relative RMS " (worst) " " (sign) " " (percent(most)) };
+    match tolerance {
+        Some(most) if diff.worst() <= most => verdict(Some(true), "Within", text("≤", most)),
+        Some(most) => verdict(Some(false), "Beyond", text(">", most)),
+        None => verdict(None, &worst, html! { "relative RMS, the worst channel" }),
     }
 }
 
@@ -66,26 +64,23 @@ fn figures(diff: &Diff, pictures: &Pictures) -> Markup {
             "Reflected radiosity B − E, area-weighted, A against B. Where texels differ in number, both are "
             "averaged over common ones, by area and without loss."
         }
-        div.scroll { table {
-            thead { tr { th {} th.n { "R" } th.n { "G" } th.n { "B" } } }
-            tbody {
-                tr { td { "Relative RMS" } @for x in diff.relative_rms { td.n { (percent(x)) } } }
-                tr { td { "Bias" } @for x in diff.bias { td.n { (percent(x)) } } }
-                @if let Some(error) = error {
-                    tr {
-                        td { "The truth's own standard error" }
-                        @for x in error { td.n { (percent(x)) } }
-                    }
-                }
-                tr { td { "Largest difference ÷ rms" } td.n colspan="3" { (percent(diff.max_relative)) } }
+        (table("", &["", "#R", "#G", "#B"], html! {
+            tr { td { "Relative RMS" } @for x in diff.relative_rms { td.n { (percent(x)) } } }
+            tr { td { "Bias" } @for x in diff.bias { td.n { (percent(x)) } } }
+            @if let Some(error) = error {
                 tr {
-                    td { "HDR-FLIP, mean over the view" }
-                    td.n colspan="3" {
-                        @match &pictures.flip { Some(flip) => (number(flip.mean)), None => "–" }
-                    }
+                    td { "The truth's own standard error" }
+                    @for x in error { td.n { (percent(x)) } }
                 }
             }
-        } }
+            tr { td { "Largest difference ÷ rms" } td.n colspan="3" { (percent(diff.max_relative)) } }
+            tr {
+                td { "HDR-FLIP, mean over the view" }
+                td.n colspan="3" {
+                    @match &pictures.flip { Some(flip) => (number(flip.mean)), None => "–" }
+                }
+            }
+        }))
     }
 }
 
@@ -146,14 +141,14 @@ fn textures(p: &Pictures) -> Markup {
     }
 }
 
-fn faces(b: &Stored, diff: &Diff) -> Markup {
-    let mut order: Vec<usize> = (0..diff.faces.len()).collect();
-    order.sort_by(|x, y| diff.faces[*y].share.total_cmp(&diff.faces[*x].share));
+fn faces(diff: &Diff) -> Markup {
+    let mut order: Vec<&FaceDiff> = diff.faces.iter().collect();
+    order.sort_by(|x, y| y.share.total_cmp(&x.share));
     let area: f64 = diff.faces.iter().map(|f| f.area).sum();
-    let row = |k: usize, part: &FaceDiff| {
+    let row = |part: &FaceDiff| {
         html! { tr {
-            td.n { (k) }
-            td { (b.scene.faces[k].name) }
+            td.n { (part.face) }
+            td { (part.name) }
             td.n { (percent(part.share)) }
             td.n { (percent(part.area / area)) }
             td.n { (percent(part.relative_rms)) }
@@ -167,13 +162,9 @@ fn faces(b: &Stored, diff: &Diff) -> Markup {
                 "Sorted by the share of the squared error. RMS and bias are relative to the face's own light, the "
                 "worst channel."
             }
-            div.scroll { table {
-                thead { tr {
-                    th.n { "Face" } th { "Name" } th.n { "Of the error" } th.n { "Of the area" }
-                    th.n { "Relative RMS" } th.n { "Bias" }
-                } }
-                tbody { @for k in order.iter().take(LISTED) { (row(*k, &diff.faces[*k])) } }
-            } }
+            (table("", &["#Face", "Name", "#Of the error", "#Of the area", "#Relative RMS", "#Bias"], html! {
+                @for part in order.iter().take(LISTED) { (row(part)) }
+            }))
             @if order.len() > LISTED {
                 p.small { "The other " (count((order.len() - LISTED) as u64)) " faces are in diff.json." }
             }

@@ -1,11 +1,12 @@
 //! Two results of one scene on one grid.
 
 use super::reflected::{Reflected, offsets};
-use crate::judge::compare::difference::figures;
+use crate::judge::compare::difference::{channels, worst};
 use crate::judge::resample::{areas, average, average_error, common_resolution, pieces};
 use common::scene::Scene;
 use common::texel::count;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Corners may differ by this share of the scene's extent.
 const CORNERS: f64 = 1e-4;
@@ -83,16 +84,13 @@ impl Pair {
 
     /// Relative RMS and bias, the worst channel of each.
     pub fn worst(&self) -> (f64, f64) {
-        let mut worst = (0.0f64, 0.0f64);
-        for c in 0..3 {
-            let texels = (0..self.areas.len()).map(|k| (self.areas[k], self.a[k][c], self.b[k][c]));
-            let channel = figures(texels);
-            worst.0 = worst.0.max(channel.relative_rms);
-            if channel.bias.abs() > worst.1.abs() {
-                worst.1 = channel.bias;
-            }
-        }
-        worst
+        let worst = worst(channels(self.texels(0..self.areas.len())));
+        (worst.relative_rms, worst.bias)
+    }
+
+    /// Area, a and b of some texels.
+    pub fn texels(&self, some: Range<usize>) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
+        some.map(|k| (self.areas[k], self.a[k], self.b[k]))
     }
 }
 

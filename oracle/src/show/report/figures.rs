@@ -1,17 +1,17 @@
 //! The pictures and charts of one scene's comparison.
 
+use super::charts;
 use crate::judge::comparison::Comparison;
-use crate::show::chart;
 use crate::show::picture::{
-    Exposure, atlas, decode, diverging, encode, face_colour, item_buffer, luminance, range,
+    Exposure, atlas, decode, diverging, face_colour, item_buffer, luminance, range,
 };
 use crate::show::view::camera::Camera;
 use crate::show::view::quality::Quality;
 use crate::show::view::render::{Hit, View};
 use crate::show::view::surface::{Interpolant, Surface};
+use common::rays::Rays;
 use common::settings::Iteration;
 use common::shooting::{Field, Run};
-use cpu::twin::rays::Rays;
 use glam::{Vec3, Vec4};
 
 /// Pixels a side of a rendered view.
@@ -84,9 +84,9 @@ impl Figures {
             ],
             shooter: format!("face {shooter} “{name}”"),
             convergence: singly(c)
-                .then(|| chart::convergence(&c.cpu, &c.gpu, c.settings.epsilon))
+                .then(|| charts::convergence(&c.cpu, &c.gpu, c.settings.epsilon))
                 .flatten(),
-            histogram: chart::mismatches(&c.pairs.histogram),
+            histogram: charts::mismatches(&c.pairs.histogram),
             quality: Quality::new(&cpu),
             camera,
         }
@@ -156,10 +156,4 @@ fn rms(c: &Comparison) -> f64 {
         total += f64::from(texel.area);
     }
     (square / total).sqrt()
-}
-
-/// A colour as CSS writes it.
-pub fn css(linear: Vec3) -> String {
-    let [r, g, b] = encode(linear);
-    format!("rgb({r} {g} {b})")
 }

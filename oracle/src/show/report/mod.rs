@@ -1,13 +1,12 @@
 //! `report.html`, one file that opens offline and is meant to be looked at, and `report.json`.
 
+mod charts;
 mod figures;
 mod json;
 pub(crate) mod number;
 mod page;
 mod section;
-mod tables;
+pub(crate) mod tables;
 
 pub use json::json;
-pub(crate) use page::document;
 pub use page::html;
-pub(crate) use section::{chart, colour_bar, figure};

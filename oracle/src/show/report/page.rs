@@ -4,55 +4,32 @@ use super::number::{count, number, percent};
 use super::section::section;
 use super::tables::mark;
 use crate::judge::comparison::{Comparison, Judged};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
-
-const STYLE: &str = include_str!("style.css");
-const TITLE: &str = "Radiosity: CPU against GPU";
+use crate::show::page::{self, Page, table, verdict};
+use maud::{Markup, html};
 
 /// The whole report; `notes` says what was left out and why.
 pub fn html(judged: &[Judged], notes: &[String]) -> String {
-    let body = html! {
-        header #top {
-            h1 { (TITLE) }
-            (headline(judged))
-        }
-        @if !notes.is_empty() { div.notes { @for note in notes { p { (note) } } } }
-        (overview(judged))
-        (explanation())
-        @for (k, scene) in judged.iter().enumerate() { (section(k, scene)) }
-    };
-    document(TITLE, &index(judged), &body)
+    Page {
+        title: "Radiosity: CPU against GPU",
+        bar: ("Scenes", links(judged)),
+        verdict: headline(judged),
+        style: "",
+        body: html! {
+            (page::notes(notes))
+            (overview(judged))
+            (explanation())
+            @for (k, scene) in judged.iter().enumerate() { (section(k, scene)) }
+        },
+    }
+    .html()
 }
 
-/// A page in the reports' look, in one file that needs no other: `nav` is the bar on top.
-pub fn document(title: &str, nav: &Markup, body: &Markup) -> String {
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                (nav)
-                main { (body) }
-            }
-        }
-    };
-    page.into_string()
-}
-
-fn index(judged: &[Judged]) -> Markup {
+fn links(judged: &[Judged]) -> Markup {
     html! {
-        nav aria-label="Scenes" {
-            a href="#top" { "Overview" }
-            a href="#how" { "How it is compared" }
-            @for (k, scene) in judged.iter().enumerate() {
-                a href={ "#scene-" (k + 1) } { (mark(scene.agree())) " " (scene.first.scene.name) }
-            }
+        a href="#top" { "Overview" }
+        a href="#how" { "How it is compared" }
+        @for (k, scene) in judged.iter().enumerate() {
+            a href={ "#scene-" (k + 1) } { (mark(scene.agree())) " " (scene.first.scene.name) }
         }
     }
 }
@@ -60,20 +37,24 @@ fn index(judged: &[Judged]) -> Markup {
 fn headline(judged: &[Judged]) -> Markup {
     let agree = judged.iter().filter(|scene| scene.agree()).count();
     let all = judged.len();
-    html! {
-        @if all == 0 {
-            p.verdict.disagree { strong { "Nothing compared" } " no scene was solved by both" }
-        } @else if agree == all {
-            p.verdict.agree {
-                strong { "Agree" } " CPU and GPU, on "
-                @if all == 1 { "the scene" } @else { "all " (all) " scenes" }
-            }
-        } @else {
-            p.verdict.disagree {
-                strong { "Disagree" } " on " (all - agree) " of " (all)
-                @if all == 1 { " scene" } @else { " scenes" }
-            }
-        }
+    let scenes = if all == 1 { " scene" } else { " scenes" };
+    match (all, agree) {
+        (0, _) => verdict(
+            Some(false),
+            "Nothing compared",
+            html! { "no scene was solved by both" },
+        ),
+        (1, 1) => verdict(Some(true), "Agree", html! { "CPU and GPU, on the scene" }),
+        _ if agree == all => verdict(
+            Some(true),
+            "Agree",
+            html! { "CPU and GPU, on all " (all) (scenes) },
+        ),
+        _ => verdict(
+            Some(false),
+            "Disagree",
+            html! { "on " (all - agree) " of " (all) (scenes) },
+        ),
     }
 }
 
@@ -82,15 +63,10 @@ fn overview(judged: &[Judged]) -> Markup {
     let rows = judged.iter().enumerate();
     let rows = rows.flat_map(|(k, scene)| scene.ways().map(move |c| (k, c)));
     html! {
-        div.scroll { table.overview {
-            thead { tr {
-                th {} th { "Scene" } th { "Solved" }
-                th.n { "Error of the answer" br; "CPU · GPU" }
-                th.n { "Faces · texels" } th.n { "Shots" br; "CPU · GPU" }
-                th.n { "GPU − CPU, RMS" br; "lockstep · free" } th.n { "Pairs mismatched" br; "· unexplained" }
-                th.n { "Energy imbalance" br; "CPU · GPU" } th.n { "Seconds" br; "CPU · GPU" }
-            } }
-            tbody { @for (k, c) in rows {
+        (table("overview", &["", "Scene", "Solved", "#Error of the answer|CPU · GPU", "#Faces · texels",
+            "#Shots|CPU · GPU", "#GPU − CPU, RMS|lockstep · free", "#Pairs mismatched|· unexplained",
+            "#Energy imbalance|CPU · GPU", "#Seconds|CPU · GPU"], html! {
+            @for (k, c) in rows {
                 tr.bad[!c.agree()] {
                     td { (mark(c.agree())) }
                     td { a href={ "#scene-" (k + 1) } { (c.scene.name) } }
@@ -103,8 +79,8 @@ fn overview(judged: &[Judged]) -> Markup {
                     td.n { (both(&|i| percent([c.cpu_energy, c.gpu_energy][i].imbalance))) }
                     td.n { (both(&|i| number(c.seconds[i]))) }
                 }
-            } }
-        } }
+            }
+        }))
     }
 }
 

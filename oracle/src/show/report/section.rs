@@ -1,13 +1,13 @@
 //! One scene's part of the page: verdict, pictures, charts, tables.
 
-use super::figures::{Figures, css, singly};
+use super::figures::{Figures, singly};
 use super::number::{count, number, percent};
 use super::page::error;
 use super::tables;
 use crate::judge::comparison::{Comparison, Judged, Way};
-use crate::show::picture::{DIVERGING, decode};
+use crate::show::page::{chart, colour_bar, figure, verdict};
 use common::settings::Visibility;
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 /// The section of scene `k`: what users get comes first.
 pub fn section(k: usize, judged: &Judged) -> Markup {
@@ -25,7 +25,7 @@ fn way(c: &Comparison, several: bool) -> Markup {
     let figures = Figures::new(c);
     html! {
         @if several { h3.way { (heading(c.way)) } }
-        (verdict(c))
+        (agreement(c))
         (accuracy(c))
         p.facts {
             (count(c.mesh.faces.len() as u64)) " faces · "
@@ -49,7 +49,7 @@ fn way(c: &Comparison, several: bool) -> Markup {
         (tables::stages(&c.stages))
         h3 { "Where the power went" }
         (tables::energy_bars(&c.cpu_energy, &c.gpu_energy))
-        (tables::energy(&c.cpu_energy, &c.gpu_energy))
+        (tables::energy(&[("CPU", &c.cpu_energy), ("GPU", &c.gpu_energy)]))
         (convergence(&figures, c))
         (textures(&figures))
         h3 { "Settings in force" }
@@ -99,34 +99,29 @@ fn notes(c: &Comparison) -> Markup {
 }
 
 /// Large and at once, with what failed.
-fn verdict(c: &Comparison) -> Markup {
+fn agreement(c: &Comparison) -> Markup {
     let failed: Vec<&str> = c
         .gates
         .iter()
         .filter(|g| !g.pass)
         .map(|g| g.name.as_str())
         .collect();
-    html! {
-        @if c.agree() {
-            p.verdict.agree { strong { "Agree" } " all " (c.gates.len()) " conditions hold" }
-        } @else if c.gates.is_empty() {
-            p.verdict.disagree { strong { "Not compared" } " there are no conditions" }
-        } @else {
-            p.verdict.disagree {
-                strong { "Disagree" } " "
-                (failed.len()) " of " (c.gates.len()) " conditions fail: " (failed.join(", "))
-            }
-        }
-    }
-}
-
-/// A picture with its caption.
-pub fn figure(class: &str, source: &str, alt: &str, caption: Markup) -> Markup {
-    html! {
-        figure class=(class) {
-            @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
-            figcaption { (caption) }
-        }
+    let all = c.gates.len();
+    if c.agree() {
+        verdict(
+            Some(true),
+            "Agree",
+            html! { "all " (all) " conditions hold" },
+        )
+    } else if all == 0 {
+        verdict(
+            Some(false),
+            "Not compared",
+            html! { "there are no conditions" },
+        )
+    } else {
+        let fail = html! { (failed.len()) " of " (all) " conditions fail: " (failed.join(", ")) };
+        verdict(Some(false), "Disagree", fail)
     }
 }
 
@@ -169,18 +164,6 @@ fn views(f: &Figures, c: &Comparison) -> Markup {
             "off by " (percent(f.quality.relative_rms)) " RMS (shadow edges are drawn out over a texel), and where "
             "coplanar faces meet a step of " (percent(f.quality.max_step)) " of the rms irradiance is left, at "
             "most, at " (count(f.quality.border_samples)) " points looked at."
-        }
-    }
-}
-
-/// From −range to +range.
-pub fn colour_bar(range: f64) -> Markup {
-    let stops: Vec<String> = DIVERGING.iter().map(|c| css(decode(*c))).collect();
-    html! {
-        span.scale {
-            span { "−" (percent(range)) }
-            span.ramp style=(format!("background:linear-gradient(to right,{})", stops.join(","))) {}
-            span { "+" (percent(range)) }
         }
     }
 }
@@ -236,16 +219,6 @@ fn convergence(f: &Figures, c: &Comparison) -> Markup {
             b { "Unshot power" } " after each shot, as a share of the emitted power, free runs; the dotted line "
             "is where they stop."
         }))
-    }
-}
-
-/// A chart with its caption, or what to say where there is none.
-pub fn chart(svg: Option<&str>, otherwise: &str, caption: Markup) -> Markup {
-    html! {
-        figure.wide {
-            @if let Some(svg) = svg { (PreEscaped(svg)) } @else { p.none { (otherwise) } }
-            figcaption { (caption) }
-        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::number::{count, number, percent};
 use crate::judge::comparison::{Comparison, Difference, Gate, Pairs, Stage};
+use crate::show::page::{self, table};
 use common::energy::Energy;
 use maud::{Markup, html};
 use serde_json::Value;
@@ -11,20 +12,14 @@ const UNEXPLAINED: &str = "– unexplained";
 
 /// ✓ or ✗, told apart without colour too.
 pub fn mark(pass: bool) -> Markup {
-    html! {
-        @if pass { span.pass title="holds" { "✓" } } @else { span.fail title="does not hold" { "✗" } }
-    }
+    page::mark(pass, ["holds", "does not hold"], "✗")
 }
 
 /// The conditions of the verdict.
 pub fn gates(gates: &[Gate]) -> Markup {
     html! {
-        div.scroll { table {
-            thead { tr {
-                th {} th { "Gate" } th.n { "Measured" } th.n { "At most" }
-                th { "Where the bound comes from" }
-            } }
-            tbody { @for gate in gates {
+        (table("", &["", "Gate", "#Measured", "#At most", "Where the bound comes from"], html! {
+            @for gate in gates {
                 tr.bad[!gate.pass] {
                     td { (mark(gate.pass)) }
                     td { (gate.name) }
@@ -32,20 +27,16 @@ pub fn gates(gates: &[Gate]) -> Markup {
                     td.n { (number(gate.bound)) }
                     td.reason { (gate.reason) }
                 }
-            } }
-        } }
+            }
+        }))
     }
 }
 
 /// Shaders against their twins.
 pub fn stages(stages: &[Stage]) -> Markup {
     html! {
-        div.scroll { table {
-            thead { tr {
-                th {} th { "Shader" } th.n { "Values" } th.n { "Differing" } th.n { "Largest" }
-                th.n { "At most" } th { "What may differ, and why" }
-            } }
-            tbody { @for stage in stages {
+        (table("", &["", "Shader", "#Values", "#Differing", "#Largest", "#At most", "What may differ, and why"], html! {
+            @for stage in stages {
                 tr.bad[!stage.agree] {
                     td { (mark(stage.agree)) }
                     td { code { (stage.name) } }
@@ -55,8 +46,8 @@ pub fn stages(stages: &[Stage]) -> Markup {
                     td.n { (number(stage.bound)) }
                     td.reason { (stage.reason) }
                 }
-            } }
-        } }
+            }
+        }))
     }
 }
 
@@ -91,25 +82,28 @@ pub fn pairs(pairs: &Pairs) -> Markup {
         ),
         (UNEXPLAINED, pairs.unexplained, these),
     ];
-    html! {
-        div.scroll { table {
-            tbody {
-                @for (name, n, (whole, of)) in rows {
-                    tr.bad[name == UNEXPLAINED && n > 0] {
-                        td { (name) } td.n { (count(n)) } td.n { (share(n, whole)) " " (of) }
-                    }
-                }
-                tr {
-                    td { "Disagreement weighted by form factor × area" }
-                    td.n { (percent(pairs.weighted_mismatch)) } td.n { "of facing" }
-                }
-                tr {
-                    td { "What silhouettes could amount to, weighted likewise" }
-                    td.n { (percent(pairs.weighted_explainable)) } td.n { "of facing" }
+    let weighted = [
+        (
+            "Disagreement weighted by form factor × area",
+            pairs.weighted_mismatch,
+        ),
+        (
+            "What silhouettes could amount to, weighted likewise",
+            pairs.weighted_explainable,
+        ),
+    ];
+    table(
+        "",
+        &[],
+        html! {
+            @for (name, n, (whole, of)) in rows {
+                tr.bad[name == UNEXPLAINED && n > 0] {
+                    td { (name) } td.n { (count(n)) } td.n { (share(n, whole)) " " (of) }
                 }
             }
-        } }
-    }
+            @for (name, share) in weighted { tr { td { (name) } td.n { (percent(share)) } td.n { "of facing" } } }
+        },
+    )
 }
 
 /// Up to a dozen pairs that nothing explains.
@@ -144,43 +138,45 @@ pub fn examples(c: &Comparison) -> Markup {
 /// Lockstep and free differences.
 pub fn differences(lockstep: &Difference, free: &Difference) -> Markup {
     html! {
-        div.scroll { table {
-            thead { tr {
-                th { "GPU against CPU" } th.n { "Relative RMS" } th.n { "Largest ÷ rms" } th.n { "Bias" }
-            } }
-            tbody {
-                @for (name, d) in [("Same shooters (lockstep)", lockstep), ("Each on its own (free)", free)] {
-                    tr {
-                        td { (name) }
-                        td.n { (percent(d.relative_rms)) }
-                        td.n { (percent(d.max_relative)) }
-                        td.n { (percent(d.bias)) }
-                    }
+        (table("", &["GPU against CPU", "#Relative RMS", "#Largest ÷ rms", "#Bias"], html! {
+            @for (name, d) in [("Same shooters (lockstep)", lockstep), ("Each on its own (free)", free)] {
+                tr {
+                    td { (name) }
+                    td.n { (percent(d.relative_rms)) }
+                    td.n { (percent(d.max_relative)) }
+                    td.n { (percent(d.bias)) }
                 }
             }
-        } }
+        }))
     }
 }
 
-/// Where the emitted power went.
-pub fn energy(cpu: &Energy, gpu: &Energy) -> Markup {
+/// Where the emitted power went, by whom; one alone needs no name.
+pub fn energy(whose: &[(&str, &Energy)]) -> Markup {
     let parts = |e: &Energy| [e.emitted, e.absorbed, e.unshot, e.escaped, e.closure];
     let names = ["Emitted", "Absorbed", "Unshot", "Escaped", "Closure"];
+    let named = whose.len() > 1;
     html! {
         div.scroll { table {
             thead {
-                tr { th rowspan="2" { "W" } th.cpu colspan="4" { "CPU" } th.gpu colspan="4" { "GPU" } }
-                tr { @for _ in 0..2 { th.n { "R" } th.n { "G" } th.n { "B" } th.n { "share" } } }
+                @if named { tr {
+                    th rowspan="2" { "W" }
+                    @for (name, _) in whose { th class=(name.to_lowercase()) colspan="4" { (name) } }
+                } }
+                tr {
+                    @if !named { th { "W" } }
+                    @for _ in whose { th.n { "R" } th.n { "G" } th.n { "B" } th.n { "share" } }
+                }
             }
             tbody {
                 @for (k, name) in names.into_iter().enumerate() { tr {
                     td { (name) }
-                    @for e in [cpu, gpu] {
+                    @for (_, e) in whose {
                         @for x in parts(e)[k] { td.n { (number(x)) } }
                         td.n { (percent(e.share(parts(e)[k]))) }
                     }
                 } }
-                tr { td { "Imbalance" } @for e in [cpu, gpu] { td.n colspan="4" { (percent(e.imbalance)) } } }
+                tr { td { "Imbalance" } @for (_, e) in whose { td.n colspan="4" { (percent(e.imbalance)) } } }
             }
         } }
     }

@@ -3,12 +3,12 @@
 
 use super::slope::Slope;
 use common::mesh::{Mesh, MeshFace, Texel};
+use common::rays::Rays;
 use common::scene::{Scene, Shape};
 use common::shooting::Field;
 use common::texel::{self, triangle_index};
 use cpu::matrix::open::shares;
 use cpu::occlusion::occluders::Occluders;
-use cpu::twin::rays::Rays;
 use glam::{DVec3, Vec2, Vec3};
 
 /// Newton's steps from a point of a quad to its u, v: the error squares with each, from 1/2 at most.

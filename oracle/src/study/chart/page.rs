@@ -5,9 +5,9 @@ use super::plot::svg;
 use super::study::{LONG, Point, Study};
 use super::{Measurement, Solver};
 use crate::plan::fits::size;
+use crate::show::page::{Page, chart, scenes, table};
 use crate::show::report::number::{count, number, percent};
-use crate::show::report::{chart, document};
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 /// Errors that the summary asks for.
 pub const LEVELS: [f64; 3] = [0.05, 0.02, 0.01];
@@ -101,22 +101,17 @@ pub fn about(point: &Point) -> String {
 
 /// The page.
 pub fn html(studies: &[Study]) -> String {
-    let title = "Radiosity: speed against accuracy";
-    let nav = html! {
-        nav aria-label="Scenes" {
-            a href="#top" { "Overview" }
-            @for (k, study) in studies.iter().enumerate() {
-                a href={ "#scene-" (k + 1) } { (study.scene) }
-            }
-        }
-    };
-    let body = html! {
-        style { (PreEscaped(STYLE)) }
-        header #top { h1 { (title) } }
-        (explanation())
-        @for (k, study) in studies.iter().enumerate() { (section(k, study)) }
-    };
-    document(title, &nav, &body)
+    Page {
+        title: "Radiosity: speed against accuracy",
+        bar: ("Scenes", scenes(studies.iter().map(|study| &study.scene))),
+        verdict: html! {},
+        style: STYLE,
+        body: html! {
+            (explanation())
+            @for (k, study) in studies.iter().enumerate() { (section(k, study)) }
+        },
+    }
+    .html()
 }
 
 fn explanation() -> Markup {
@@ -149,7 +144,7 @@ fn section(k: usize, study: &Study) -> Markup {
                 "above the dotted line: what failed, and after what time"
             }))
             (wins(study))
-            (table(study))
+            (points(study))
         }
     }
 }
@@ -176,7 +171,7 @@ fn wins(study: &Study) -> Markup {
 }
 
 /// By time; what failed comes last.
-fn table(study: &Study) -> Markup {
+fn points(study: &Study) -> Markup {
     let mut points: Vec<&Point> = study.points.iter().collect();
     points.sort_by(|a, b| {
         let key = |p: &Point| (p.failure().is_some(), p.seconds());
@@ -190,14 +185,10 @@ fn table(study: &Study) -> Markup {
             "Rays: at most, one per sample of each link. Memory: by the sizes of the records. Own: the error "
             "on the solve's own texels, where they are coarser. ★ front of all, ☆ of its solver."
         }
-        div.scroll { table.table {
-            thead { tr {
-                th {} th { "Solver" } th { "Options" } th.n { "Seconds" br; "least–most" } th.n { "Prepare" br; "+ solve" }
-                th.n { "Error" } th.n { "Bias" } th.n { "Energy" br; "imbalance" } th.n { "Shots" br; "in passes" }
-                th.n { "Rays" br; "pixels" } th.n { "Memory" }
-            } }
-            tbody { @for point in points { (row(point)) } }
-        } }
+        (table("table", &["", "Solver", "Options", "#Seconds|least–most", "#Prepare|+ solve", "#Error",
+            "#Bias", "#Energy|imbalance", "#Shots|in passes", "#Rays|pixels", "#Memory"], html! {
+            @for point in points { (row(point)) }
+        }))
         @if !study.peers.is_empty() { (peers(study)) }
     }
 }
@@ -237,14 +228,13 @@ fn row(point: &Point) -> Markup {
 fn peers(study: &Study) -> Markup {
     html! {
         h3 { "Other programs" }
-        div.scroll { table {
-            thead { tr { th { "Program" } th.n { "Seconds" } th.n { "of them setup" } th.n { "Error" } } }
-            tbody { @for peer in &study.peers { tr {
+        (table("", &["Program", "#Seconds", "#of them setup", "#Error"], html! {
+            @for peer in &study.peers { tr {
                 td { (peer.about()) }
                 td.n { (number(peer.waited())) }
                 td.n { (peer.setup_seconds.map_or("–".into(), number)) }
                 td.n { (percent(peer.error)) }
-            } } }
-        } }
+            } }
+        }))
     }
 }

@@ -3,24 +3,14 @@
 use super::chart::{colour, errors, seconds};
 use super::item_buffer::Row;
 use super::{MeasuredSweep, Study};
+use crate::show::page::{self, Page, chart, scenes, table};
 use crate::show::report::number::{count, number, percent};
-use crate::show::report::{chart, document};
 use common::settings::{Lookup, Settings};
 use maud::{Markup, html};
 
 /// The page of what is done so far.
 pub fn html(studies: &[Study]) -> String {
-    let title = "Radiosity: convergence";
-    let nav = html! {
-        nav aria-label="Scenes" {
-            a href="#top" { "Overview" }
-            @for (k, study) in studies.iter().enumerate() {
-                a href={ "#scene-" (k + 1) } { (study.scene) }
-            }
-        }
-    };
     let body = html! {
-        header #top { h1 { (title) } }
         (explanation())
         (overview(studies))
         @for (k, study) in studies.iter().enumerate() {
@@ -32,7 +22,14 @@ pub fn html(studies: &[Study]) -> String {
             }
         }
     };
-    document(title, &nav, &body)
+    Page {
+        title: "Radiosity: convergence",
+        bar: ("Scenes", scenes(studies.iter().map(|study| &study.scene))),
+        verdict: html! {},
+        style: "",
+        body,
+    }
+    .html()
 }
 
 fn explanation() -> Markup {
@@ -54,10 +51,7 @@ fn explanation() -> Markup {
 
 /// ✓ or –, and no colour alone.
 fn mark(converges: bool) -> Markup {
-    html! {
-        @if converges { span.pass title="falls to the end" { "✓" } }
-        @else { span.fail title="stops" { "■" } }
-    }
+    page::mark(converges, ["falls to the end", "stops"], "■")
 }
 
 /// An order as the tables show it.
@@ -69,12 +63,8 @@ pub fn order(order: Option<f64>) -> String {
 
 fn overview(studies: &[Study]) -> Markup {
     html! {
-        div.scroll { table {
-            thead { tr {
-                th { "Scene" } th { "Parameter" } th { "Curve" } th.n { "First error" } th.n { "Last error" }
-                th.n { "Order" } th {}
-            } }
-            tbody { @for study in studies { @for sweep in &study.sweeps { @for curve in &sweep.curves { tr {
+        (table("", &["Scene", "Parameter", "Curve", "#First error", "#Last error", "#Order", ""], html! {
+            @for study in studies { @for sweep in &study.sweeps { @for curve in &sweep.curves { tr {
                 td { (study.scene) }
                 td { (sweep.name) }
                 td { (curve.label) }
@@ -83,8 +73,8 @@ fn overview(studies: &[Study]) -> Markup {
                 }
                 td.n { (order(curve.order)) }
                 td { (mark(curve.converges)) }
-            } } } } }
-        } }
+            } } } }
+        }))
     }
 }
 
@@ -98,7 +88,7 @@ fn section(sweep: &MeasuredSweep) -> Markup {
                 b { "Time" } " · preparing and shooting, wall clock; " (legend(sweep))
             }))
         }
-        (table(sweep))
+        (points(sweep))
         ul {
             @for curve in &sweep.curves {
                 li { (mark(curve.converges)) " " b { (curve.label) } ": " (curve.finding) "." }
@@ -122,12 +112,9 @@ fn item_buffers(study: &Study) -> Markup {
                 "rays judge differently. Hidden and seen: the share of the transfer F·A that the item buffer loses or "
                 "makes up. Time: a cell's first shot, wall clock."
             }
-            div.scroll { table {
-                thead { tr {
-                    th { "Projection" } th { "Raster" } th.n { "Pixels" } th { "Lookup" } th.n { "Mismatched" }
-                    th.n { "Falsely hidden" } th.n { "Falsely seen" } th.n { "ms a shot" }
-                } }
-                tbody { @for row in &study.item_buffers { tr {
+            (table("", &["Projection", "Raster", "#Pixels", "Lookup", "#Mismatched", "#Falsely hidden",
+                "#Falsely seen", "#ms a shot"], html! {
+                @for row in &study.item_buffers { tr {
                     td { (name(&row.visibility)) }
                     td { (name(&row.raster)) }
                     td.n { (row.size) "²" }
@@ -136,8 +123,8 @@ fn item_buffers(study: &Study) -> Markup {
                     td.n { (percent(row.falsely_hidden)) }
                     td.n { (percent(row.falsely_seen)) }
                     td.n { (number(1e3 * row.shot_seconds)) }
-                } } }
-            } }
+                } }
+            }))
             (choice(&study.item_buffers))
         }
     }
@@ -174,17 +161,16 @@ fn base(sweep: &MeasuredSweep) -> String {
 fn legend(sweep: &MeasuredSweep) -> Markup {
     html! {
         @for (k, curve) in sweep.curves.iter().enumerate() {
-            span.key { (swatch(k)) (curve.label) } " "
+            (swatch(k, &curve.label)) " "
         }
     }
 }
 
-fn swatch(k: usize) -> Markup {
-    let c = colour(k);
-    html! { span style=(format!("background:rgb({} {} {})", c.0, c.1, c.2)) {} }
+fn swatch(k: usize, name: &str) -> Markup {
+    page::key(colour(k), html! { (name) })
 }
 
-fn table(sweep: &MeasuredSweep) -> Markup {
+fn points(sweep: &MeasuredSweep) -> Markup {
     let most = sweep
         .curves
         .iter()
@@ -200,7 +186,7 @@ fn table(sweep: &MeasuredSweep) -> Markup {
                 th.n { "Order" } th.n { "Beside the truth" }
             } }
             tbody { @for (k, curve) in sweep.curves.iter().enumerate() { tr {
-                td { span.key { (swatch(k)) (curve.label) } }
+                td { (swatch(k, &curve.label)) }
                 @for j in 0..most { td.n {
                     @if let Some(point) = curve.points.get(j) {
                         (percent(point.error)) br;

@@ -1,13 +1,10 @@
-//! Error over a case's parameter, both logarithmic, harder to the right: axes by plotters, curves
-//! and marks upon them, so that each mark can say what it is.
+//! Error over a case's parameter, both logarithmic, harder to the right.
 
 use super::curves::curves;
 use super::outcome::{amount, values};
 use super::{LEAK, Side, Study, outcome};
-use crate::show::chart::{Drawn, mesh, share, svg_of};
-use crate::study::converge::chart::ticks;
-use maud::{Markup, PreEscaped, html};
-use plotters::prelude::*;
+use crate::show::chart::{Axis, Frame, line, path, px, share, svg, ticks};
+use maud::{Markup, html};
 
 /// CSS pixels; the page scales them.
 const SIZE: (u32, u32) = (860, 470);
@@ -21,9 +18,6 @@ const ERRORS: [f64; 2] = [1e-5, 1e5];
 const AROUND: f64 = 3.0;
 /// Closest labels of the parameter's axis, as a share of it.
 const TICKS: f64 = 0.085;
-const STYLE: &str = ".mark:hover path{stroke:currentColor;stroke-width:2.5}.mark path{stroke-linejoin:round}\
-    text{font:12.5px sans-serif;fill:currentColor}\
-    .over{paint-order:stroke;stroke:var(--card);stroke-width:3px;stroke-linejoin:round}";
 /// Okabe and Ito's colours without the yellow, then brown, grey, olive and violet; the first is the
 /// page's own.
 const COLOURS: [&str; 11] = [
@@ -46,60 +40,39 @@ pub fn colour(k: usize) -> &'static str {
 }
 
 /// Where everything lies.
-pub struct Plot {
+pub struct Plot<'a> {
     /// The values, in order of severity.
-    pub values: Vec<f64>,
-    places: Vec<f64>,
-    y: [f64; 2],
+    pub values: &'a [f64],
+    places: &'a [f64],
     /// Without the strip.
     errors: [f64; 2],
     /// Up to here an error is safe, and from there on it fails.
     limits: [f64; 2],
-    /// Left, top, right, bottom in pixels.
-    pub frame: [f64; 4],
+    /// The axes.
+    pub frame: &'a Frame<'a>,
 }
 
-impl Plot {
-    fn new(study: &Study) -> Self {
-        let values = values(study);
-        let limits = super::limits(study.about.measure);
-        let sides = study.rows.iter().flat_map(outcome::sides);
-        let errors = range(sides.map(|(_, side)| side), limits);
-        let strip = (errors[1] / errors[0]).powf(STRIP);
-        Self {
-            places: places(&values),
-            values,
-            y: [errors[0], errors[1] * strip],
-            errors,
-            limits,
-            frame: [0.0; 4],
-        }
-    }
-
+impl Plot<'_> {
     /// The pixel of a value.
     pub fn x(&self, value: f64) -> f64 {
         let at = self.values.iter().position(|v| *v == value).unwrap_or(0);
-        let [left, _, right, _] = self.frame;
-        let place = self.places.get(at).copied().unwrap_or(0.5);
-        left + (place - ENDS[0]) / (ENDS[1] - ENDS[0]) * (right - left)
+        self.frame.x(self.places.get(at).copied().unwrap_or(0.5))
     }
 
     /// The pixel of an error.
     pub fn y(&self, error: f64) -> f64 {
         let [low, high] = self.errors;
         // What is no number is as wrong as can be.
-        let error = if error.is_nan() {
+        self.frame.y(if error.is_nan() {
             high
         } else {
             error.clamp(low, high)
-        };
-        let [_, top, _, bottom] = self.frame;
-        bottom + (error / low).ln() / (self.y[1] / low).ln() * (top - bottom)
+        })
     }
 
     /// The middle of the strip.
     pub fn strip(&self) -> f64 {
-        (self.frame[1] + self.y(self.errors[1])) / 2.0
+        (self.frame.top + self.y(self.errors[1])) / 2.0
     }
 }
 
@@ -146,98 +119,80 @@ fn range<'a>(sides: impl Iterator<Item = &'a Side>, limits: [f64; 2]) -> [f64; 2
 }
 
 /// The chart; none when there is nothing to draw.
-pub fn svg(study: &Study, methods: &[&'static str]) -> Option<String> {
+pub fn drawn(study: &Study, methods: &[&'static str]) -> Option<String> {
     if study.rows.is_empty() {
         return None;
     }
-    let mut plot = Plot::new(study);
-    let axes = svg_of(SIZE, |area| axes(area, study, &mut plot))?;
-    let inner = html! {
-        style { (PreEscaped(STYLE)) }
-        (zones(&plot))
-        (curves(study, methods, &plot))
-        (names(&plot, study.about.measure))
-    };
-    let body = axes
-        .strip_suffix("</svg>\n")
-        .or(axes.strip_suffix("</svg>"))?;
-    Some(format!("{body}{}</svg>", inner.into_string()))
-}
-
-fn axes(area: &crate::show::chart::Area, study: &Study, plot: &mut Plot) -> Drawn {
-    let ([x0, x1], [y0, y1]) = (ENDS.map(f64::exp), plot.y);
-    let mut shown: Vec<usize> = Vec::new();
-    for (k, place) in plot.places.iter().enumerate() {
-        if shown.last().is_none_or(|l| place - plot.places[*l] > TICKS) {
-            shown.push(k);
+    let (values, measure) = (values(study), study.about.measure);
+    let limits = super::limits(measure);
+    let sides = study.rows.iter().flat_map(outcome::sides);
+    let errors = range(sides.map(|(_, side)| side), limits);
+    let strip = (errors[1] / errors[0]).powf(STRIP);
+    let places = places(&values);
+    let mut shown: Vec<f64> = Vec::new();
+    for place in &places {
+        if shown.last().is_none_or(|last| place - last > TICKS) {
+            shown.push(*place);
         }
     }
-    // Only logarithmic axes take both our ticks and our labels.
-    let places = shown.iter().map(|k| plot.places[*k].exp()).collect();
     let named = |x: &f64| {
-        let at = shown
-            .iter()
-            .find(|k| (plot.places[**k] - x.ln()).abs() < 1e-9);
-        at.map_or(String::new(), |k| outcome::value(plot.values[*k]))
+        let at = places.iter().position(|place| place == x);
+        at.map_or(String::new(), |k| outcome::value(values[k]))
     };
-    let x = (x0..x1).log_scale().with_key_points(places);
-    let [least, most] = plot.errors;
-    let y = (y0..y1).log_scale().with_key_points(ticks(least, most));
-    let mut chart = ChartBuilder::on(area)
-        .margin(10)
-        .margin_right(NAMES)
-        .x_label_area_size(44)
-        .y_label_area_size(78)
-        .build_cartesian_2d(x, y)?;
-    let (parameter, measure) = (study.about.parameter, study.about.measure);
-    let (parameter, measure) = (format!("{parameter} → harder"), format!("{measure} (log)"));
-    let leak = study.about.measure == LEAK;
-    let told = |error: &f64| {
-        if leak {
-            outcome::value(*error)
-        } else {
-            share(error)
-        }
+    let parameter = format!("{} → harder", study.about.parameter);
+    let error = format!("{measure} (log)");
+    let told = |error: &f64| match measure {
+        LEAK => outcome::value(*error),
+        _ => share(error),
     };
-    mesh(&mut chart, &parameter, &measure, &named, &told)?;
-    let (left, bottom) = chart.backend_coord(&(x0, y0));
-    let (right, top) = chart.backend_coord(&(x1, y1));
-    plot.frame = [left, top, right, bottom].map(f64::from);
-    Ok(())
+    let x = Axis {
+        ticks: Some(shown),
+        ..Axis::even(&parameter, ENDS, &named)
+    };
+    let y = Axis {
+        ticks: Some(ticks(errors[0], errors[1])),
+        ..Axis::log(&error, [errors[0], errors[1] * strip], &told)
+    };
+    svg(SIZE, NAMES, [&x, &y], |frame| {
+        let plot = Plot {
+            values: &values,
+            places: &places,
+            errors,
+            limits,
+            frame,
+        };
+        html! { (zones(&plot)) (curves(study, methods, &plot)) (names(&plot, measure)) }
+    })
 }
 
 /// Both limits, what lies beyond them shaded, and the strip.
 fn zones(plot: &Plot) -> Markup {
-    let [left, top, right, _] = plot.frame;
+    let Frame {
+        left, top, right, ..
+    } = *plot.frame;
     let [safe, degraded] = plot.limits.map(|limit| plot.y(limit));
     let strip = plot.y(plot.errors[1]);
     let shade = |from: f64, to: f64, class: &str| {
         html! { rect class=(class) x=(left) y=(px(to)) width=(right - left) height=(px((from - to).max(0.0))) {} }
     };
+    let across = |y: f64| path([(left, y), (right, y)]);
     html! {
         (shade(safe, degraded, "zone-degrades"))
         (shade(degraded, top, "zone-fails"))
-        @for y in [safe, degraded] {
-            path d=(format!("M{left} {y:.1}H{right}")) stroke="currentColor" stroke-width="1.2" stroke-opacity=".75" fill="none" {}
-        }
-        path d=(format!("M{left} {strip:.1}H{right}")) stroke="currentColor" stroke-dasharray="2 4" fill="none" {}
+        @for y in [safe, degraded] { (line(&across(y), "currentColor", 1.2, 0.75, None)) }
+        (line(&across(strip), "currentColor", 1.0, 1.0, Some("2 4")))
         text x=(left - 8.0) y=(px((top + strip) / 2.0 + 4.0)) text-anchor="end" { "no answer" }
     }
 }
 
 /// What the limits are, upon everything else.
 fn names(plot: &Plot, measure: &str) -> Markup {
-    let x = plot.frame[2] - 4.0;
+    let x = plot.frame.right - 4.0;
     html! {
         @for limit in plot.limits {
             text.over x=(x) y=(px(plot.y(limit) - 4.0)) text-anchor="end" { (amount(measure, limit)) }
         }
     }
-}
-
-/// A pixel as SVG writes it.
-pub fn px(x: f64) -> String {
-    format!("{x:.1}")
 }
 
 #[cfg(test)]
@@ -272,14 +227,14 @@ mod tests {
             row(0.01, side(None, ""), Some(side(Some(1e9), "thin"))),
             row(0.001, side(Some(f64::NAN), ""), Some(side(None, ""))),
         ];
-        let svg = svg(&study("one", rows), &["default", "not run"]).unwrap();
+        let svg = drawn(&study("one", rows), &["default", "not run"]).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
         // Three answers, two of them none.
         assert_eq!(svg.matches("<g class=\"mark\">").count(), 5);
         // One of them warned.
         assert_eq!(svg.matches("fill=\"var(--card)\"").count(), 1);
         let nothing = vec![row(0.1, side(None, ""), None)];
-        assert!(super::svg(&study("one", nothing), &["default"]).is_some());
-        assert_eq!(super::svg(&study("one", Vec::new()), &["default"]), None);
+        assert!(drawn(&study("one", nothing), &["default"]).is_some());
+        assert_eq!(drawn(&study("one", Vec::new()), &["default"]), None);
     }
 }

@@ -1,9 +1,9 @@
 //! The curves upon a case's axes: a line, marks and a name for each method and solver.
 
-use super::chart::{Plot, colour, px};
+use super::chart::{Plot, colour};
 use super::outcome::{Half, error, value};
 use super::{Row, Side, Study};
-use crate::study::chart::marks::Shape;
+use crate::show::chart::{Shape, line, path, px};
 use maud::{Markup, html};
 
 /// Height of a name, pixels.
@@ -21,7 +21,7 @@ pub fn curves(study: &Study, methods: &[&'static str], plot: &Plot) -> Markup {
     let mut drawn: Vec<&Curve> = curves.iter().collect();
     drawn.sort_by_key(|curve| std::cmp::Reverse(curve.place));
     html! {
-        @for curve in &drawn { (line(curve, plot)) }
+        @for curve in &drawn { (way(curve, plot)) }
         @for curve in &drawn { @for point in &curve.points { (mark(curve, point, plot)) } }
         (unanswered(&curves, plot))
         (names(&curves, plot))
@@ -60,27 +60,17 @@ impl<'a> Curve<'a> {
 }
 
 /// Broken where there is no answer.
-fn line(curve: &Curve, plot: &Plot) -> Markup {
-    let mut path = String::new();
-    let mut on = false;
-    for (row, side) in &curve.points {
-        if let Some(error) = side.error {
-            let letter = if on { 'L' } else { 'M' };
-            path += &format!("{letter}{:.1} {:.1}", plot.x(row.value), plot.y(error));
-        }
-        on = side.error.is_some();
-    }
+fn way(curve: &Curve, plot: &Plot) -> Markup {
+    let parts = curve.points.split(|(_, side)| side.error.is_none());
+    let at = |(row, side): &(&Row, &Side)| Some((plot.x(row.value), plot.y(side.error?)));
+    let parts = parts.filter(|part| !part.is_empty());
+    let data: String = parts.map(|part| path(part.iter().filter_map(at))).collect();
     // Thin and dashed upon broad: both are seen where they agree.
     let (width, opacity, dashes) = match curve.half {
-        Half::Cpu => ("4.5", ".4", None),
-        Half::Gpu => ("1.8", "1", Some("6 4")),
+        Half::Cpu => (4.5, 0.4, None),
+        Half::Gpu => (1.8, 1.0, Some("6 4")),
     };
-    html! {
-        @if !path.is_empty() {
-            path d=(path) stroke=(curve.colour) stroke-width=(width) stroke-opacity=(opacity)
-                stroke-dasharray=[dashes] stroke-linejoin="round" fill="none" {}
-        }
-    }
+    html! { @if !data.is_empty() { (line(&data, curve.colour, width, opacity, dashes)) } }
 }
 
 /// A circle for the CPU, a small square for the GPU upon it; hollow where it warned.
@@ -134,7 +124,7 @@ fn unanswered(curves: &[Curve], plot: &Plot) -> Markup {
     };
     let shift = |half| if half == Half::Cpu { -5.0 } else { 6.0 };
     html! {
-        @for value in &plot.values { @for half in Half::BOTH {
+        @for value in plot.values { @for half in Half::BOTH {
             @for (dx, (curve, (row, side))) in crosses(*value, half) {
                 @let at = (plot.x(*value) + dx, plot.strip() + shift(half));
                 g.mark {
@@ -158,14 +148,14 @@ fn names(curves: &[Curve], plot: &Plot) -> Markup {
     }
     ends.sort_by(|a, b| a.1.1.total_cmp(&b.1.1));
     let wanted: Vec<f64> = ends.iter().map(|(_, (_, y))| *y).collect();
-    let [_, top, right, bottom] = plot.frame;
-    let lines = apart(&wanted, [top + LINE / 2.0, bottom]);
+    let right = plot.frame.right;
+    let lines = apart(&wanted, [plot.frame.top + LINE / 2.0, plot.frame.bottom]);
     html! {
-        @for ((curve, (x, y)), line) in ends.iter().zip(lines) {
-            path d=(format!("M{:.1} {y:.1}L{:.1} {line:.1}h8", x + 8.0, right + 6.0)) stroke=(curve.colour)
-                stroke-width="1" stroke-opacity=".6" fill="none" {}
-            path d=(Shape::Circle.path((right + 20.0, line), 5.0)) fill=(curve.colour) {}
-            text x=(right + 29.0) y=(px(line + 4.0)) { (curve.method) }
+        @for ((curve, (x, y)), at) in ends.iter().zip(lines) {
+            @let leader = path([(x + 8.0, *y), (right + 6.0, at), (right + 14.0, at)]);
+            (line(&leader, curve.colour, 1.0, 0.6, None))
+            path d=(Shape::Circle.path((right + 20.0, at), 5.0)) fill=(curve.colour) {}
+            text x=(right + 29.0) y=(px(at + 4.0)) { (curve.method) }
         }
     }
 }

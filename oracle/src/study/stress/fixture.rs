@@ -1,9 +1,10 @@
 //! Made-up studies for the page's tests: every sort of side, value and specimen.
 
 use super::{About, LEAK, Plate, RELATIVE, Row, Side, Specimen, Study, Verdict};
+use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::watch::unwatched;
-use crate::solve::{Given, Question, Solved, answer};
+use crate::solve::{Given, Question, answer};
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use glam::{DVec3, Vec3};

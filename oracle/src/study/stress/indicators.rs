@@ -5,6 +5,7 @@ use super::outcome::{Half, Outcome, error, outcome, sides, value};
 use super::score::Code;
 use super::table::anchor;
 use super::{Row, Side, Study, Verdict};
+use crate::show::page::table;
 use maud::{Markup, html};
 
 /// Missed rows that are listed.
@@ -58,11 +59,8 @@ fn codes_table(found: &[Code]) -> Markup {
     };
     html! {
         @if found.is_empty() { p { "No warning was given." } } @else {
-            div.scroll { table {
-                thead { tr {
-                    th { "Code" } th.n { "Caught" } th.n { "False alarms" } th { "caught, then false alarms (striped)" }
-                } }
-                tbody { @for one in found { tr {
+            (table("", &["Code", "#Caught", "#False alarms", "caught, then false alarms (striped)"], html! {
+                @for one in found { tr {
                     td { code { (one.code) } }
                     td.n { (one.caught) }
                     td.n { (one.false_alarms) }
@@ -70,8 +68,8 @@ fn codes_table(found: &[Code]) -> Markup {
                         i.hit style=(share(one.caught)) {}
                         i.false style=(share(one.false_alarms)) {}
                     } }
-                } } }
-            } }
+                } }
+            }))
         }
     }
 }
@@ -95,16 +93,13 @@ fn missed(studies: &[Study]) -> Markup {
             p { (all.len()) " of them; those of the default settings come first." }
             details open[all.len() <= 40] {
                 summary { "The list" }
-                div.scroll { table {
-                    thead { tr {
-                        th { "Method" } th { "Solver" } th { "Case" } th.n { "Value" } th.n { "Error" }
-                    } }
-                    tbody { @for (k, measure, row, half, side) in all.iter().take(LISTED) { tr.bad[row.method == DEFAULT] {
+                (table("", &["Method", "Solver", "Case", "#Value", "#Error"], html! {
+                    @for (k, measure, row, half, side) in all.iter().take(LISTED) { tr.bad[row.method == DEFAULT] {
                         td { (row.method) } td { (half.name()) }
                         td { a href=(format!("#{}", anchor(*k))) { (row.case) } }
                         td.n { (value(row.value)) } td.n { (error(side, measure)) }
-                    } } }
-                } }
+                    } }
+                }))
                 @if all.len() > LISTED { p.small { "The other " (all.len() - LISTED) " are in stress.json." } }
             }
         }

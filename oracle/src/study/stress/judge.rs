@@ -7,7 +7,7 @@
 //! noise is taken off.
 
 use super::trial::{Trial, Truth};
-use crate::judge::compare::difference::figures;
+use crate::judge::compare::difference::{channels, worst};
 use crate::judge::comparison::Difference;
 use crate::judge::path_tracer::debiased;
 use common::texel::{count, outline};
@@ -41,8 +41,7 @@ pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<(f64, f
             .then_some((rms, noise))
             .ok_or_else(|| "the truth is all noise".into());
     }
-    let channels = channels(trial, answer, truth);
-    let worst = channels.iter().map(|f| f.relative_rms).fold(0.0, f64::max);
+    let worst = worst_of(trial, answer, truth).relative_rms;
     if worst.is_finite() {
         Ok((worst, 0.0))
     } else {
@@ -52,22 +51,15 @@ pub fn error(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Result<(f64, f
 
 /// ΣA(a − b)/ΣA b, the worst channel; none of leaks, nor where the truth is black.
 pub fn bias(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Option<f64> {
-    let channels = channels(trial, answer, truth);
-    let worst = channels.iter().map(|f| f.bias);
-    let worst = worst.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+    let worst = worst_of(trial, answer, truth).bias;
     (worst.is_finite() && !matches!(trial.truth, Truth::Dark)).then_some(worst)
 }
 
-/// The figures of each channel over the texels that are judged.
-fn channels(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> [Difference; 3] {
-    let areas = areas(trial);
-    let judged: Vec<usize> = (0..answer.len()).filter(|k| areas[*k] > 0.0).collect();
-    std::array::from_fn(|c| {
-        let texels = judged
-            .iter()
-            .map(|k| (areas[*k], answer[*k][c], truth[*k][c]));
-        figures(texels)
-    })
+/// The worst channel over the texels that are judged.
+fn worst_of(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Difference {
+    let all = areas(trial).into_iter().zip(answer).zip(truth);
+    let judged = all.filter(|((area, _), _)| *area > 0.0);
+    worst(channels(judged.map(|((area, a), b)| (area, *a, *b))))
 }
 
 /// The area of each texel, 0 where it is not judged.

@@ -6,9 +6,10 @@ use super::trial::{Suite, Trial};
 use super::{Side, UNJUDGED, Verdict};
 use crate::judge::diff::reflected::Reflected;
 use crate::relight::work::{Relighting, Stage};
+use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::watch::Watch;
-use crate::solve::{Answer, Given, Question, Solved, answer};
+use crate::solve::{Answer, Given, Question, answer};
 use common::mesh::Mesh;
 use common::shooting::Field;
 use common::{Error, Result};
@@ -87,7 +88,11 @@ pub fn try_on(
             None
         }
         Ok(answer) => {
-            side.warnings = answer.warnings.iter().map(|w| w.code.clone()).collect();
+            side.warnings = answer
+                .warnings
+                .iter()
+                .map(|w| w.code.text().into())
+                .collect();
             side.mended = answer.notes;
             side.estimate = answer.estimate.map(|estimate| estimate.error);
             let Solved { mesh, run, .. } = answer.solved;

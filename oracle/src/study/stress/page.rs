@@ -9,9 +9,9 @@ use super::score::Counts;
 use super::section::section;
 use super::table::{anchor, key, table};
 use super::{LEAK, RELATIVE, Row, Study, indicators, limits};
-use crate::show::report::document;
+use crate::show::page::{self, Page, verdict};
 use crate::show::report::number::{number, percent};
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 pub(super) const STYLE: &str = include_str!("style.css");
 /// Rows of a gate that are listed.
@@ -19,20 +19,15 @@ const LISTED: usize = 200;
 
 /// The page; `told` is what the runner found.
 pub fn page(studies: &[Study], told: &Told) -> String {
-    let title = "Radiosity: the failure atlas";
     let groups = groups(studies);
-    let nav = html! {
-        nav aria-label="Cases" {
-            a href="#top" { "Overview" }
-            a href="#warnings" { "Warnings" }
-            @for (k, study) in studies.iter().enumerate() {
-                a href=(format!("#{}", anchor(k))) { (study.about.name) }
-            }
+    let links = html! {
+        a href="#top" { "Overview" }
+        a href="#warnings" { "Warnings" }
+        @for (k, study) in studies.iter().enumerate() {
+            a href=(format!("#{}", anchor(k))) { (study.about.name) }
         }
     };
     let body = html! {
-        style { (PreEscaped(STYLE)) }
-        header #top { h1 { (title) } }
         (head(studies, told.gates))
         p.facts {
             (studies.len()) " cases · " (names(studies).len()) " methods · GPU: " (told.adapter.unwrap_or("none"))
@@ -49,7 +44,14 @@ pub fn page(studies: &[Study], told: &Told) -> String {
         }
         (indicators::section(studies, &told.score.codes))
     };
-    document(title, &nav, &body)
+    Page {
+        title: "Radiosity: the failure atlas",
+        bar: ("Cases", links),
+        verdict: html! {},
+        style: STYLE,
+        body,
+    }
+    .html()
 }
 
 /// Cases, and those of them in which these rows were never beyond the limit in silence.
@@ -69,7 +71,6 @@ fn kept(studies: &[Study], counts: impl Fn(&Row) -> bool) -> [usize; 2] {
 }
 
 fn head(studies: &[Study], gates: &[Gate]) -> Markup {
-    let broken = gates.iter().filter(|gate| !gate.held).count();
     let run = studies.iter().any(|study| !study.rows.is_empty());
     let [of, leaks] = [RELATIVE, LEAK].map(|m| limits(m).map(|limit| amount(m, limit)));
     html! {
@@ -80,25 +81,37 @@ fn head(studies: &[Study], gates: &[Gate]) -> Markup {
             "Of the emitted light " (leaks[0]) " and " (leaks[1]) " may leak through a wall. "
             "The default is what " code { "solve" } " does without options; item buffers have " (PIXELS) "² pixels, in the default as well."
         }
-        p.verdict.(if run && broken == 0 { "agree" } else { "disagree" }) {
-            @if !run { strong { "Not OK" } " nothing was run" }
-            @else if broken == 0 { strong { "OK" } " all " (gates.len()) " gates hold" }
-            @else { strong { "Not OK" } " " (broken) " of " (gates.len()) " gates do not hold" }
-        }
+        (held(gates, run))
+    }
+}
+
+/// Whether all gates hold; nothing holds where nothing was run.
+pub(super) fn held(gates: &[Gate], run: bool) -> Markup {
+    match gates.iter().filter(|gate| !gate.held).count() {
+        _ if !run => verdict(Some(false), "Not OK", html! { "nothing was run" }),
+        0 => verdict(
+            Some(true),
+            "OK",
+            html! { "all " (gates.len()) " gates hold" },
+        ),
+        broken => verdict(
+            Some(false),
+            "Not OK",
+            html! { (broken) " of " (gates.len()) " gates do not hold" },
+        ),
     }
 }
 
 /// What must hold, and where it does not.
 pub(super) fn gates(gates: &[Gate]) -> Markup {
     html! {
-        div.scroll { table.gates {
-            thead { tr { th { "Gate" } th { "Holds" } th { "Where it does not" } } }
-            tbody { @for gate in gates { tr {
+        (page::table("gates", &["Gate", "Holds", "Where it does not"], html! {
+            @for gate in gates { tr {
                 td { (gate.name) }
                 td { (mark(gate.held)) }
                 td { @if !gate.broken.is_empty() { (broken(&gate.broken)) } }
-            } } }
-        } }
+            } }
+        }))
     }
 }
 
@@ -125,14 +138,10 @@ fn scores(studies: &[Study], told: &Told) -> Markup {
         ("All methods", &told.score.all, kept(studies, |_| true)),
     ];
     html! {
-        div.scroll { table.gates {
-            thead { tr {
-                th {} th.n { "Cases safe" br; "or warned throughout" }
-                th.n { "Caught" br; "not safe, warned" } th.n { "Missed" br; "not safe, silent" }
-                th.n { "False alarms" br; "safe, warned" } th.n { "Quiet" br; "safe, silent" }
-                th.n { "False alarms" br; "of all answers" }
-            } }
-            tbody { @for (name, counts, [cases, kept]) in lines { tr {
+        (page::table("gates", &["", "#Cases safe|or warned throughout", "#Caught|not safe, warned",
+            "#Missed|not safe, silent", "#False alarms|safe, warned", "#Quiet|safe, silent",
+            "#False alarms|of all answers"], html! {
+            @for (name, counts, [cases, kept]) in lines { tr {
                 th { (name) }
                 td.n { (kept) " of " (cases) }
                 td.n { (counts.caught) }
@@ -140,8 +149,8 @@ fn scores(studies: &[Study], told: &Told) -> Markup {
                 td.n { (counts.false_alarms) }
                 td.n { (counts.quiet) }
                 td.n { (percent(counts.false_share())) }
-            } } }
-        } }
+            } }
+        }))
         p.small { "Counted over answers: each value, method and solver is one. A refusal with a reason is a warning." }
     }
 }

@@ -4,6 +4,7 @@ use super::groups::names;
 use super::outcome::{Half, Outcome, amount, error, outcome, value, values};
 use super::table::{anchor, face, swatch};
 use super::{Row, Side, Study, chart, limits, plates, specimen};
+use crate::show::page;
 use crate::show::report::number::number;
 use maud::{Markup, html};
 
@@ -20,7 +21,7 @@ pub fn section(k: usize, study: &Study, all: &[&'static str]) -> Markup {
                 dt { "Error" } dd { (about.measure) }
             }
             div.case {
-                (crate::show::report::chart(chart::svg(study, all).as_deref(), "Nothing was run.", caption(about.measure)))
+                (page::chart(chart::drawn(study, all).as_deref(), "Nothing was run.", caption(about.measure)))
                 @match &study.specimen {
                     Some(specimen) => (specimen::view(specimen, about.parameter)),
                     None => p.none { "no specimen" },

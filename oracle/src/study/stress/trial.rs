@@ -6,6 +6,9 @@ use common::Result;
 use common::scene::Scene;
 use glam::DVec3;
 
+/// Makes a scene and its question of a value.
+pub type Build = fn(f64) -> Result<Trial>;
+
 /// One scene family, built to break something.
 #[derive(Clone, Copy)]
 pub struct Case {
@@ -14,7 +17,7 @@ pub struct Case {
     /// Values of the parameter, easy to hard.
     pub values: &'static [f64],
     /// The scene at a value.
-    pub build: fn(f64) -> Result<Trial>,
+    pub build: Build,
 }
 
 /// A scene and the question.

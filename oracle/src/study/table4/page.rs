@@ -1,22 +1,18 @@
 //! `table4.html`: the table, and the paper's Figures 8, 9 and 10 again.
 
 use super::{Figure, Image, Row, Table};
+use crate::show::page::{self, Page, figure};
 use crate::show::report::number::{count, number, percent};
-use crate::show::report::{document, figure};
 use maud::{Markup, html};
 
 /// The page.
 pub fn html(table: &Table) -> String {
-    let title = "Radiosity: the paper's Table 4, repeated";
-    let nav = html! {
-        nav aria-label="Parts" {
-            a href="#top" { "Table 4" }
-            a href="#figure9" { "Figure 9" }
-            @for (k, f) in table.figures.iter().enumerate() { a href=(format!("#f{k}")) { (f.title) } }
-        }
+    let links = html! {
+        a href="#top" { "Table 4" }
+        a href="#figure9" { "Figure 9" }
+        @for (k, f) in table.figures.iter().enumerate() { a href=(format!("#f{k}")) { (f.title) } }
     };
     let body = html! {
-        header #top { h1 { (title) } }
         p.facts {
             (count(table.faces[0] as u64)) " faces, " (count(table.faces[1] as u64))
             " of them the objects · " (table.adapter)
@@ -35,25 +31,34 @@ pub fn html(table: &Table) -> String {
             "unshot with 0.5 fits as well). That these shot counts agree therefore confirms nothing; "
             "how errors and shots of the methods compare does not depend on it."
         }
-        (rows(table))
+        (page::table("", &HEADS, html! { @for row in &table.rows { (line(row)) } }))
         (figure9(table))
         @for (k, f) in table.figures.iter().enumerate() { (pictures(k, f)) }
     };
-    document(title, &nav, &body)
+    Page {
+        title: "Radiosity: the paper's Table 4, repeated",
+        bar: ("Parts", links),
+        verdict: html! {},
+        style: "",
+        body,
+    }
+    .html()
 }
 
-fn rows(table: &Table) -> Markup {
-    html! {
-        table {
-            thead { tr {
-                th { "Image" } th.n { "Texels" } th.n { "Item buffer" } th.n { "Shots" }
-                th.n { "paper's" } th.n { "Map + object" } th.n { "Seconds" } th.n { "paper's, 2006" }
-                th.n { "Error" } th.n { "against rays" } th.n { "Power missed" } th.n { "Texels < 0" }
-            } }
-            tbody { @for row in &table.rows { (line(row)) } }
-        }
-    }
-}
+const HEADS: [&str; 12] = [
+    "Image",
+    "#Texels",
+    "#Item buffer",
+    "#Shots",
+    "#paper's",
+    "#Map + object",
+    "#Seconds",
+    "#paper's, 2006",
+    "#Error",
+    "#against rays",
+    "#Power missed",
+    "#Texels < 0",
+];
 
 fn line(row: &Row) -> Markup {
     html! { tr {

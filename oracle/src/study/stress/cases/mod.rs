@@ -12,7 +12,7 @@ mod walls;
 
 use super::About;
 use super::RELATIVE;
-use super::trial::Case;
+use super::trial::{Build, Case};
 
 /// All cases, in the order of the report.
 pub fn all() -> Vec<&'static Case> {
@@ -32,17 +32,24 @@ pub fn all() -> Vec<&'static Case> {
 }
 
 /// A case judged by its relative RMS.
-const fn about(
+const fn case(
     [name, parameter]: [&'static str; 2],
     breaks: &'static str,
     truth: &'static str,
-) -> About {
-    About {
+    values: &'static [f64],
+    build: Build,
+) -> Case {
+    let about = About {
         name,
         parameter,
         breaks,
         truth,
         measure: RELATIVE,
+    };
+    Case {
+        about,
+        values,
+        build,
     }
 }
 

@@ -2,7 +2,7 @@
 //! hemisphere, faces that cross the horizon, and its rim.
 
 use super::shapes::{cuboid, floor, lamp, scene, square};
-use super::{LAMBERT, about};
+use super::{LAMBERT, case};
 use crate::study::stress::trial::{Case, Trial, Truth};
 use common::Result;
 use common::scene::Face;
@@ -12,27 +12,23 @@ const TEXELS: u32 = 8;
 
 /// The cases.
 pub const CASES: &[Case] = &[
-    Case {
-        about: about(
-            ["vanishing-face", "side of the face / distance"],
-            "a face smaller than an item buffer's pixel, before a wall",
-            LAMBERT,
-        ),
-        values: &[0.3, 0.1, 0.01, 1e-3, 1e-4, 1e-5],
-        build: |side| {
+    case(
+        ["vanishing-face", "side of the face / distance"],
+        "a face smaller than an item buffer's pixel, before a wall",
+        LAMBERT,
+        &[0.3, 0.1, 0.01, 1e-3, 1e-4, 1e-5],
+        |side| {
             let tiny = hanging(1.0, [0.51, 0.47], side, 0.5);
             let wall = hanging(1.2, [0.5; 2], 4.0, 0.0);
             lit(vec![tiny, wall, shining([0.5; 2], 1.0)])
         },
-    },
-    Case {
-        about: about(
-            ["tessellation", "side of the ceiling / its height"],
-            "corners projected, and straight lines drawn between them",
-            LAMBERT,
-        ),
-        values: &[1.0, 3.0, 10.0, 30.0, 100.0],
-        build: |side| {
+    ),
+    case(
+        ["tessellation", "side of the ceiling / its height"],
+        "corners projected, and straight lines drawn between them",
+        LAMBERT,
+        &[1.0, 3.0, 10.0, 30.0, 100.0],
+        |side| {
             let (low, high) = (
                 [-side / 2.0, -side / 2.0, 0.0],
                 [side / 2.0, side / 2.0, 1.0],
@@ -42,33 +38,29 @@ pub const CASES: &[Case] = &[
             faces[0] = shining([0.0; 2], 0.2);
             lit(faces)
         },
-    },
-    Case {
-        about: about(
-            ["horizon", "depth of the wall below the horizon / distance"],
-            "faces that cross the shooter's horizon",
-            LAMBERT,
-        ),
-        values: &[0.1, 0.3, 1.0, 3.0, 10.0, 30.0],
-        build: |depth| {
+    ),
+    case(
+        ["horizon", "depth of the wall below the horizon / distance"],
+        "faces that cross the shooter's horizon",
+        LAMBERT,
+        &[0.1, 0.3, 1.0, 3.0, 10.0, 30.0],
+        |depth| {
             let up = [0.0, 0.0, 1.0 + depth];
             let wall = square([1.0, -0.5, -depth], up, [0.0, 1.0, 0.0], 0.5);
             lit(vec![wall, shining([0.0; 2], 0.5)])
         },
-    },
-    Case {
-        about: about(
-            ["rim", "height of the wall / distance"],
-            "the rim of the hemisphere: everything low is in its last pixels",
-            LAMBERT,
-        ),
-        values: &[1.0, 0.1, 0.03, 0.01, 1e-3, 1e-4],
-        build: |height| {
+    ),
+    case(
+        ["rim", "height of the wall / distance"],
+        "the rim of the hemisphere: everything low is in its last pixels",
+        LAMBERT,
+        &[1.0, 0.1, 0.03, 0.01, 1e-3, 1e-4],
+        |height| {
             let strip = square([1.0, -0.5, 0.0], [0.0, 0.0, height], [0.0, 1.0, 0.0], 0.5);
             let behind = square([1.2, -1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 2.0, 0.0], 0.0);
             lit(vec![strip, behind, shining([0.0; 2], 0.1)])
         },
-    },
+    ),
 ];
 
 /// A lamp on the ground that looks up, about (x, y).

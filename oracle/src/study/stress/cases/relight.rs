@@ -1,7 +1,7 @@
 //! Objects put into a room that was captured without them.
 
 use super::shapes::{cuboid, plate, scene, square};
-use super::{FINER, about};
+use super::{FINER, case};
 use crate::study::stress::trial::{Case, Trial, Truth};
 use common::Result;
 use common::scene::Face;
@@ -17,69 +17,57 @@ const TOUCHING: &str = "the matrix solver on texels twice as fine, averaged; of 
 
 /// The cases.
 pub const CASES: &[Case] = &[
-    Case {
-        about: about(
-            ["object-on-floor", "gap below the object / size of the room"],
-            "an object that comes to touch the floor",
-            TOUCHING,
-        ),
-        values: &[0.1, 0.01, 1e-3, 1e-5, 0.0],
-        build: above_floor,
-    },
-    Case {
-        about: about(
-            ["object-sunk", "share of its height below the floor"],
-            "an object that is sunk in the floor",
-            FINER,
-        ),
-        values: &[0.01, 0.1, 0.5, 0.9, 0.99],
-        build: |depth| relit(room(), block(-0.3 * depth, 0.5)),
-    },
-    Case {
-        about: about(
-            [
-                "object-in-its-shadow",
-                "side of the table top / side of the room",
-            ],
-            "an object in the shadow that it throws itself",
-            FINER,
-        ),
-        values: &[0.1, 0.3, 0.5, 0.7, 0.9],
-        build: |side| {
+    case(
+        ["object-on-floor", "gap below the object / size of the room"],
+        "an object that comes to touch the floor",
+        TOUCHING,
+        &[0.1, 0.01, 1e-3, 1e-5, 0.0],
+        above_floor,
+    ),
+    case(
+        ["object-sunk", "share of its height below the floor"],
+        "an object that is sunk in the floor",
+        FINER,
+        &[0.01, 0.1, 0.5, 0.9, 0.99],
+        |depth| relit(room(), block(-0.3 * depth, 0.5)),
+    ),
+    case(
+        [
+            "object-in-its-shadow",
+            "side of the table top / side of the room",
+        ],
+        "an object in the shadow that it throws itself",
+        FINER,
+        &[0.1, 0.3, 0.5, 0.7, 0.9],
+        |side| {
             let top = plate([0.5, 0.5, 0.5], [side; 2], 0.5);
             let under = top.reversed();
             relit(room(), [vec![top, under], block(0.0, 0.5)].concat())
         },
-    },
-    Case {
-        about: about(
-            ["object-black", "reflectance of the object"],
-            "an object that only takes light away",
-            FINER,
-        ),
-        values: &[0.1, 0.01, 1e-3, 1e-4, 0.0],
-        build: |reflectance| relit(room(), block(0.1, reflectance as f32)),
-    },
-    Case {
-        about: about(
-            ["object-white", "reflectance of the object"],
-            "an object that keeps no light",
-            FINER,
-        ),
-        values: &[0.9, 0.99, 0.999, 0.9999, 0.99999],
-        build: |reflectance| relit(room(), block(0.1, reflectance as f32)),
-    },
-    Case {
-        about: about(
-            [
-                "object-at-window",
-                "side of the object / side of the window",
-            ],
-            "an object that is larger than the window before which it stands",
-            FINER,
-        ),
-        values: &[0.3, 0.6, 1.0, 2.0, 3.0],
-        build: |ratio| {
+    ),
+    case(
+        ["object-black", "reflectance of the object"],
+        "an object that only takes light away",
+        FINER,
+        &[0.1, 0.01, 1e-3, 1e-4, 0.0],
+        |reflectance| relit(room(), block(0.1, reflectance as f32)),
+    ),
+    case(
+        ["object-white", "reflectance of the object"],
+        "an object that keeps no light",
+        FINER,
+        &[0.9, 0.99, 0.999, 0.9999, 0.99999],
+        |reflectance| relit(room(), block(0.1, reflectance as f32)),
+    ),
+    case(
+        [
+            "object-at-window",
+            "side of the object / side of the window",
+        ],
+        "an object that is larger than the window before which it stands",
+        FINER,
+        &[0.3, 0.6, 1.0, 2.0, 3.0],
+        |ratio| {
             let mut room = room();
             room[1].emission = Vec3::ZERO;
             let mut window = square([0.99, 0.35, 0.35], [0.0, 0.0, 0.3], [0.0, 0.3, 0.0], 0.5);
@@ -92,7 +80,7 @@ pub const CASES: &[Case] = &[
             );
             relit(room, cuboid(low, high, false, 0.5))
         },
-    },
+    ),
 ];
 
 /// A floor, a wall and a shining ceiling: two shoot what they reflect, and that takes half the time of

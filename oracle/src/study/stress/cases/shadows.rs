@@ -1,8 +1,8 @@
 //! Shadows: a slit, blinds and gratings, plates on plates, a body on the lamp. Everything but the
 //! receiver is black, so the truth is exact.
 
-use super::shapes::{cuboid, floor, lamp, lamp_above, plate, scene};
-use super::{SHADOWS, about};
+use super::shapes::{cuboid, floor, lamp, lamp_above, plate, scene, unit};
+use super::{SHADOWS, case};
 use crate::study::stress::trial::{Case, Trial, Truth};
 use common::Result;
 use common::scene::Face;
@@ -11,32 +11,26 @@ const TEXELS: u32 = 8;
 
 /// The cases.
 pub const CASES: &[Case] = &[
-    Case {
-        about: about(
-            ["slit", "width / side of the screen"],
-            "light through an opening thinner than samples and pixels",
-            SHADOWS,
-        ),
-        values: &[0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
-        build: |width| shaded(opening(width)),
-    },
-    Case {
-        about: about(
-            ["blinds", "slats"],
-            "slats finer than samples and pixels, under a wide lamp",
-            SHADOWS,
-        ),
-        values: &[2.0, 4.0, 8.0, 16.0, 32.0],
-        build: |count| shaded(blinds(count)),
-    },
-    Case {
-        about: about(
-            ["grating", "pitch / height"],
-            "slats at and below the size of a pixel, in an opening",
-            SHADOWS,
-        ),
-        values: &[0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4],
-        build: |pitch| {
+    case(
+        ["slit", "width / side of the screen"],
+        "light through an opening thinner than samples and pixels",
+        SHADOWS,
+        &[0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
+        |width| shaded(opening(width)),
+    ),
+    case(
+        ["blinds", "slats"],
+        "slats finer than samples and pixels, under a wide lamp",
+        SHADOWS,
+        &[2.0, 4.0, 8.0, 16.0, 32.0],
+        |count| shaded(blinds(count)),
+    ),
+    case(
+        ["grating", "pitch / height"],
+        "slats at and below the size of a pixel, in an opening",
+        SHADOWS,
+        &[0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4],
+        |pitch| {
             let mut faces = opening(8.0 * pitch);
             for k in 0..8 {
                 let x = 0.5 + pitch * (f64::from(k) - 3.6);
@@ -44,15 +38,13 @@ pub const CASES: &[Case] = &[
             }
             shaded(faces)
         },
-    },
-    Case {
-        about: about(
-            ["plates", "gap between the plates / size"],
-            "plates stacked close: light comes in at the edges only",
-            SHADOWS,
-        ),
-        values: &[1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
-        build: |gap| {
+    ),
+    case(
+        ["plates", "gap between the plates / size"],
+        "plates stacked close: light comes in at the edges only",
+        SHADOWS,
+        &[1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
+        |gap| {
             let mut faces = vec![
                 floor(-4.0 * gap, [1.0; 2], 0.5),
                 lamp_above([0.5, 0.5, 0.5], [0.5; 2], 1.0),
@@ -63,15 +55,13 @@ pub const CASES: &[Case] = &[
             }
             shaded(faces)
         },
-    },
-    Case {
-        about: about(
-            ["covered-lamp", "open share of the lamp"],
-            "a body on the shooter's centre, from which all its light leaves",
-            SHADOWS,
-        ),
-        values: &[0.99, 0.9, 0.5, 0.1, 0.01],
-        build: |open| {
+    ),
+    case(
+        ["covered-lamp", "open share of the lamp"],
+        "a body on the shooter's centre, from which all its light leaves",
+        SHADOWS,
+        &[0.99, 0.9, 0.5, 0.1, 0.01],
+        |open| {
             let side = (1.0f64 - open).sqrt();
             let (low, high) = (0.5 - side / 2.0, 0.5 + side / 2.0);
             let ceiling = floor(1.0, [1.0; 2], 0.5).reversed();
@@ -79,12 +69,8 @@ pub const CASES: &[Case] = &[
             let body = cuboid([low, low, 0.0], [high, high, 0.3], false, 0.0);
             shaded([vec![ceiling, below], body].concat())
         },
-    },
+    ),
 ];
-
-fn unit() -> Face {
-    floor(0.0, [1.0; 2], 0.5)
-}
 
 /// A floor, a lamp above it, and between them two plates that leave `width` open.
 fn opening(width: f64) -> Vec<Face> {

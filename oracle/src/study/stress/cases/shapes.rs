@@ -41,6 +41,11 @@ pub fn floor(z: f64, [a, b]: [f64; 2], reflectance: f32) -> Face {
     square([0.0, 0.0, z], [a, 0.0, 0.0], [0.0, b, 0.0], reflectance)
 }
 
+/// The floor [0, 1]×[0, 1].
+pub fn unit() -> Face {
+    floor(0.0, [1.0; 2], 0.5)
+}
+
 /// A lamp that looks down, a×b about (x, y) at height z.
 pub fn lamp_above([x, y, z]: [f64; 3], [a, b]: [f64; 2], emission: f32) -> Face {
     let corner = [x - a / 2.0, y - b / 2.0, z];

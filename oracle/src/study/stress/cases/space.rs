@@ -1,6 +1,6 @@
 //! Where a scene lies and in which unit it is measured must not matter.
 
-use super::about;
+use super::case;
 use super::shapes::{cuboid, moved, plate, scene};
 use crate::study::stress::trial::{Case, Trial, Truth};
 use common::Result;
@@ -11,28 +11,24 @@ const PLAIN: &str = "the matrix solver for the scene in plain units at the origi
 
 /// The cases.
 pub const CASES: &[Case] = &[
-    Case {
-        about: about(
-            ["units", "units a side of the room"],
-            "thresholds that depend on the unit of length",
-            PLAIN,
-        ),
-        values: &[1.0, 1e3, 1e-3, 1e6, 1e-6],
-        build: |unit| as_plain(moved(room(), |p| p * unit)),
-    },
-    Case {
-        about: about(
-            ["translation", "distance from the origin / size"],
-            "coordinates that lose their digits far from the origin",
-            PLAIN,
-        ),
-        values: &[0.0, 1e3, 1e4, 1e5, 1e6, 1e7],
-        build: |distance| {
+    case(
+        ["units", "units a side of the room"],
+        "thresholds that depend on the unit of length",
+        PLAIN,
+        &[1.0, 1e3, 1e-3, 1e6, 1e-6],
+        |unit| as_plain(moved(room(), |p| p * unit)),
+    ),
+    case(
+        ["translation", "distance from the origin / size"],
+        "coordinates that lose their digits far from the origin",
+        PLAIN,
+        &[0.0, 1e3, 1e4, 1e5, 1e6, 1e7],
+        |distance| {
             as_plain(moved(room(), |p| {
                 p + DVec3::new(0.6, -0.64, 0.48) * distance
             }))
         },
-    },
+    ),
 ];
 
 /// A room under a shining ceiling with a plate in it. Black walls: each face that shoots costs an item

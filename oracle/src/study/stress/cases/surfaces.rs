@@ -1,8 +1,8 @@
 //! Surfaces as files have them: on each other, through each other, without thickness, bent, without
 //! area, or missing.
 
-use super::shapes::{cuboid, floor, imported, lamp_above, plate, scene, square, tilted};
-use super::{FINER, LAMBERT, SHADOWS, about};
+use super::shapes::{cuboid, imported, lamp_above, plate, scene, square, tilted, unit};
+use super::{FINER, LAMBERT, SHADOWS, case};
 use crate::study::stress::trial::{Case, Trial, Truth};
 use common::Result;
 use common::scene::{Face, Scene};
@@ -14,36 +14,30 @@ const FEWER: u32 = 6;
 
 /// The cases.
 pub const CASES: &[Case] = &[
-    Case {
-        about: about(
-            ["coplanar", "distance of two fronts / size"],
-            "which of two fronts at one place is lit",
-            SHADOWS,
-        ),
-        values: &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7],
-        build: |distance| {
+    case(
+        ["coplanar", "distance of two fronts / size"],
+        "which of two fronts at one place is lit",
+        SHADOWS,
+        &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7],
+        |distance| {
             let patch = plate([0.45, 0.55, distance], [0.5; 2], 0.5);
             let faces = vec![unit(), patch, lamp_above([0.5, 0.5, 1.0], [0.8; 2], 1.0)];
             shaded(faces, vec![1])
         },
-    },
-    Case {
-        about: about(
-            ["duplicate", "copies of the floor"],
-            "the same face twice",
-            "the matrix solver without the copies, on texels twice as fine, averaged",
-        ),
-        values: &[0.0, 1.0, 2.0, 4.0, 9.0],
-        build: copies,
-    },
-    Case {
-        about: about(
-            ["intersecting", "walls through the floor"],
-            "texels that a wall cuts in two",
-            SHADOWS,
-        ),
-        values: &[1.0, 2.0, 4.0, 8.0, 16.0],
-        build: |walls| {
+    ),
+    case(
+        ["duplicate", "copies of the floor"],
+        "the same face twice",
+        "the matrix solver without the copies, on texels twice as fine, averaged",
+        &[0.0, 1.0, 2.0, 4.0, 9.0],
+        copies,
+    ),
+    case(
+        ["intersecting", "walls through the floor"],
+        "texels that a wall cuts in two",
+        SHADOWS,
+        &[1.0, 2.0, 4.0, 8.0, 16.0],
+        |walls| {
             let mut faces = vec![unit(), lamp_above([0.5, 0.5, 1.0], [0.6; 2], 1.0)];
             for k in 0..walls as usize {
                 let x = (k as f64 + 0.43) / walls;
@@ -57,15 +51,13 @@ pub const CASES: &[Case] = &[
             let occluders = (2..faces.len()).collect();
             shaded(faces, occluders)
         },
-    },
-    Case {
-        about: about(
-            ["thin-sheet", "thickness / size"],
-            "two fronts back to back: light through the sheet",
-            LAMBERT,
-        ),
-        values: &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 0.0],
-        build: |thickness| {
+    ),
+    case(
+        ["thin-sheet", "thickness / size"],
+        "two fronts back to back: light through the sheet",
+        LAMBERT,
+        &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 0.0],
+        |thickness| {
             let mut faint = unit();
             (faint.emission, faint.reflectance) = (Vec3::splat(0.01), Vec3::ZERO);
             let above = plate([0.5, 0.5, 0.5 + thickness / 2.0], [0.6; 2], 0.5);
@@ -78,37 +70,31 @@ pub const CASES: &[Case] = &[
             ];
             Ok(Trial::new(scene("sheet", faces), TEXELS, Truth::Direct).judging([3]))
         },
-    },
-    Case {
-        about: about(
-            ["back-face", "height of the blocker / size"],
-            "black backs that must block, down to contact",
-            SHADOWS,
-        ),
-        values: &[0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
-        build: |height| {
+    ),
+    case(
+        ["back-face", "height of the blocker / size"],
+        "black backs that must block, down to contact",
+        SHADOWS,
+        &[0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
+        |height| {
             let blocker = plate([0.47, 0.54, height], [0.4; 2], 0.0);
             let faces = vec![unit(), blocker, lamp_above([0.5, 0.5, 1.0], [0.3; 2], 1.0)];
             shaded(faces, vec![1])
         },
-    },
-    Case {
-        about: about(
-            ["t-vertices", "strips of a wall"],
-            "cracks where the edges of neighbours do not meet at corners",
-            "the matrix solver with the wall in one piece, on texels twice as fine, averaged",
-        ),
-        values: &[2.0, 3.0, 4.0, 6.0, 8.0],
-        build: strips,
-    },
-    Case {
-        about: about(
-            ["non-planar", "a corner below the plane / size"],
-            "quads whose corners are not in one plane",
-            LAMBERT,
-        ),
-        values: &[0.0, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.3],
-        build: |bend| {
+    ),
+    case(
+        ["t-vertices", "strips of a wall"],
+        "cracks where the edges of neighbours do not meet at corners",
+        "the matrix solver with the wall in one piece, on texels twice as fine, averaged",
+        &[2.0, 3.0, 4.0, 6.0, 8.0],
+        strips,
+    ),
+    case(
+        ["non-planar", "a corner below the plane / size"],
+        "quads whose corners are not in one plane",
+        LAMBERT,
+        &[0.0, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.3],
+        |bend| {
             let obj = format!(
                 "mtllib m.mtl\nv 0 0 0\nv 1 0 -{bend}\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\nv 1 1 1\nv 1 0 1\n\
                  usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n"
@@ -117,41 +103,33 @@ pub const CASES: &[Case] = &[
             let scene = imported("non-planar", &obj, mtl)?;
             Ok(Trial::new(scene, TEXELS, Truth::Direct))
         },
-    },
-    Case {
-        about: about(
-            ["degenerate", "height of a triangle / its base"],
-            "faces with no area, or nearly none",
-            SHADOWS,
-        ),
-        values: &[0.1, 1e-3, 1e-6, 1e-9, 1e-12, 0.0],
-        build: |height| {
+    ),
+    case(
+        ["degenerate", "height of a triangle / its base"],
+        "faces with no area, or nearly none",
+        SHADOWS,
+        &[0.1, 1e-3, 1e-6, 1e-9, 1e-12, 0.0],
+        |height| {
             let corners = [[0.2, 0.5, 0.3], [0.8, 0.5, 0.3], [0.5, 0.5 + height, 0.3]];
             let thin = Face::triangle("thin", corners.map(DVec3::from), Vec3::ZERO, Vec3::ZERO);
             let faces = vec![unit(), lamp_above([0.5, 0.5, 1.0], [0.8; 2], 1.0), thin];
             shaded(faces, vec![2])
         },
-    },
-    Case {
-        about: about(
-            ["open", "faces missing of six"],
-            "open scenes, a single face, and none",
-            FINER,
-        ),
-        values: &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-        build: |missing| {
+    ),
+    case(
+        ["open", "faces missing of six"],
+        "open scenes, a single face, and none",
+        FINER,
+        &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        |missing| {
             let mut faces = cuboid([0.0; 3], [1.0; 3], true, 0.6);
             faces.swap(0, 1);
             faces[0].emission = Vec3::ONE;
             faces.truncate(6 - missing as usize);
             Ok(Trial::new(scene("open", faces), FEWER, Truth::Matrix(2)))
         },
-    },
+    ),
 ];
-
-fn unit() -> Face {
-    floor(0.0, [1.0; 2], 0.5)
-}
 
 fn shaded(faces: Vec<Face>, occluders: Vec<usize>) -> Result<Trial> {
     let truth = Truth::Shadowed(occluders);

@@ -1,8 +1,8 @@
 //! Two rooms: light through a door, and none through a wall or the cracks of a box.
 
 use super::shapes::{cuboid, lamp_above, scene, square, tilted};
-use super::{SHADOWS, about};
-use crate::study::stress::trial::{Case, Trial, Truth};
+use super::{SHADOWS, case};
+use crate::study::stress::trial::{Build, Case, Trial, Truth};
 use crate::study::stress::{About, LEAK};
 use common::Result;
 use common::scene::Face;
@@ -10,23 +10,18 @@ use glam::Vec3;
 
 /// The cases.
 pub const CASES: &[Case] = &[
-    Case {
-        about: about(
-            ["door", "width of the door / width of the rooms"],
-            "a room that is lit through a small opening only",
-            SHADOWS,
-        ),
-        values: &[0.9, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
-        build: door,
-    },
-    Case {
-        about: dark(
-            "wall",
-            "thickness / size",
-            "a wall between a lit room and a dark one",
-        ),
-        values: &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 0.0],
-        build: |thickness| {
+    case(
+        ["door", "width of the door / width of the rooms"],
+        "a room that is lit through a small opening only",
+        SHADOWS,
+        &[0.9, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
+        door,
+    ),
+    dark(
+        ["wall", "thickness / size"],
+        "a wall between a lit room and a dark one",
+        &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 0.0],
+        |thickness| {
             let mut lit = cuboid([0.0; 3], [1.0; 3], true, 0.0);
             lit[1].emission = Vec3::ONE;
             lit[3].reflectance = Vec3::splat(0.7);
@@ -39,25 +34,29 @@ pub const CASES: &[Case] = &[
             let both = tilted(scene("wall", [lit, unlit].concat()));
             Ok(Trial::new(both, 6, Truth::Dark).judging(6..12))
         },
-    },
-    Case {
-        about: dark(
-            "cracks",
-            "strips of a wall",
-            "the seams of a closed box, lit from outside",
-        ),
-        values: &[1.0, 2.0, 3.0, 5.0, 9.0, 17.0],
-        build: cracks,
-    },
+    ),
+    dark(
+        ["cracks", "strips of a wall"],
+        "the seams of a closed box, lit from outside",
+        &[1.0, 2.0, 3.0, 5.0, 9.0, 17.0],
+        cracks,
+    ),
 ];
 
-const fn dark(name: &'static str, parameter: &'static str, breaks: &'static str) -> About {
-    About {
-        name,
-        parameter,
-        breaks,
-        truth: "no light behind a wall",
-        measure: LEAK,
+/// One judged by the light that is where none may be.
+const fn dark(
+    names: [&'static str; 2],
+    breaks: &'static str,
+    values: &'static [f64],
+    build: Build,
+) -> Case {
+    let case = case(names, breaks, "no light behind a wall", values, build);
+    Case {
+        about: About {
+            measure: LEAK,
+            ..case.about
+        },
+        ..case
     }
 }
 

@@ -1,9 +1,10 @@
 //! `radiosity stress`.
 
-use super::Outcome;
-use super::progress::{Progress, interrupted, listen};
-use super::random::Random;
-use super::tell::say;
+mod random;
+
+use crate::cli::Outcome;
+use crate::cli::progress::{Progress, interrupted, listen};
+use crate::cli::tell::say;
 use crate::solve::watch::Watch;
 use crate::study::stress::gates::{self, Gate};
 use crate::study::stress::json::{Told, json};
@@ -16,6 +17,7 @@ use clap::Args;
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
+use random::Random;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -78,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     prepare(&arguments.out)?;
     listen();
     if random {
-        return super::random::run(arguments);
+        return random::run(arguments);
     }
     let (gpu, missing) = arguments.device()?;
     let run = Run {

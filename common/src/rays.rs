@@ -1,9 +1,9 @@
 //! Visibility by rays from points of the shooter to points of the texel, through an obvhs BVH of faces.
 
-use crate::twin::intersect::{intersect, touches};
-use common::bvh::Bvh;
-use common::constants::{CONTACT, END, MISS, OUTLINE, RAY_REACH};
-use common::mesh::{Mesh, MeshFace};
+use crate::bvh::Bvh;
+use crate::constants::{CONTACT, END, MISS, OUTLINE, RAY_REACH};
+use crate::intersect::{intersect, touches};
+use crate::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
 use obvhs::ray::{Ray, RayHit};
 use std::cell::Cell;

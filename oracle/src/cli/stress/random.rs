@@ -1,10 +1,10 @@
 //! `radiosity stress random`: freshly drawn scenes.
 
-use super::Outcome;
-use super::options::QualityOption;
-use super::progress::{Progress, interrupted};
-use super::stress::{Arguments, finish};
-use super::tell::say;
+use super::{Arguments, finish};
+use crate::cli::Outcome;
+use crate::cli::options::QualityOption;
+use crate::cli::progress::{Progress, interrupted};
+use crate::cli::tell::say;
 use crate::solve::watch::Watch;
 use crate::study::random::{Faces, Kind, Options};
 use crate::study::stress::json::{Told, json};

@@ -1,7 +1,7 @@
 //! A ray and a face: plane first, then its edges. Twin of `gpu/src/shaders/intersect.wgsl`.
 
-use common::constants::{CONTACT, MISS};
-use common::mesh::MeshFace;
+use crate::constants::{CONTACT, MISS};
+use crate::mesh::MeshFace;
 use glam::{Vec3, Vec4};
 
 /// Where a ray meets a face's plane, and how far inside the outline (negative: outside).
@@ -16,6 +16,7 @@ pub struct Crossing {
 }
 
 /// The crossing of the ray `origin` + t `direction` with the plane of `face`.
+#[inline]
 pub fn intersect(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
     meet(face.plane, face.edges, origin, direction)
 }
@@ -41,6 +42,7 @@ pub fn meet(plane: Vec4, edges: [Vec4; 4], origin: Vec3, direction: Vec3) -> Cro
 }
 
 /// Whether `point` lies on the plane of `face`: a ray that ends there cannot be cut by it.
+#[inline]
 pub fn touches(face: &MeshFace, point: Vec3) -> bool {
     (face.plane.truncate().dot(point) - face.plane.w).abs() <= CONTACT
 }

@@ -1,13 +1,13 @@
 //! Where a body stands on a face: such a point sees neither a front nor the open.
 
-use crate::twin::intersect::intersect;
-use crate::twin::rays::Rays;
-use common::constants::{CONTACT, MISS, OUTLINE};
-use common::escape::directions;
-use common::mesh::{Cover, Mesh, MeshFace};
-use common::scene::Scene;
-use common::settings::Settings;
-use common::{Error, Result};
+use crate::constants::{CONTACT, MISS, OUTLINE};
+use crate::escape::directions;
+use crate::intersect::intersect;
+use crate::mesh::{Cover, Mesh, MeshFace};
+use crate::rays::Rays;
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::hint::black_box;
