@@ -37,24 +37,9 @@ pub fn coaxial_discs(r1: f64, r2: f64, h: f64) -> f64 {
     (s - (s * s - 4.0 * (b / a).powi(2)).sqrt()) / 2.0
 }
 
-/// F12, F21 and F22 of a sphere of radius `r1` inside one of radius `r2`: it sees nothing else, and
-/// reciprocity.
-pub fn concentric_spheres(r1: f64, r2: f64) -> [f64; 3] {
-    let back = (r1 / r2).powi(2);
-    [1.0, back, 1.0 - back]
-}
-
 /// Any closed shape whose whole surface emits `emission` and reflects `reflectance`: B = E + ρB.
 pub fn furnace(emission: f64, reflectance: f64) -> f64 {
     emission / (1.0 - reflectance)
-}
-
-/// Two infinite facing plates: B1 = E1 + ρ1·B2 and B2 = E2 + ρ2·B1.
-pub fn infinite_plates(emission: [f64; 2], reflectance: [f64; 2]) -> [f64; 2] {
-    let [e1, e2] = emission;
-    let [p1, p2] = reflectance;
-    let inverse = 1.0 / (1.0 - p1 * p2);
-    [(e1 + p1 * e2) * inverse, (e2 + p2 * e1) * inverse]
 }
 
 /// Unit cube, one patch a face, all reflect `reflectance`, the top emits 1: radiosity of top,
@@ -364,9 +349,5 @@ mod tests {
             assert_close(top + bottom + 4.0 * side, furnace(1.0, reflectance), 1e-13);
         }
         assert_eq!(furnace(3.0, 0.25), 4.0);
-        let [b1, b2] = infinite_plates([1.0, 0.5], [0.3, 0.8]);
-        assert_close(b1, 1.0 + 0.3 * b2, 1e-15);
-        assert_close(b2, 0.5 + 0.8 * b1, 1e-15);
-        assert_eq!(concentric_spheres(1.0, 2.0), [1.0, 0.25, 0.75]);
     }
 }

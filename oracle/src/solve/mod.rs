@@ -1,5 +1,5 @@
-//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Whatever
-//! solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
+//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Everything
+//! that solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
 
 pub mod check;
 pub mod dense;

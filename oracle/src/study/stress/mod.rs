@@ -18,7 +18,7 @@ pub mod json;
 pub mod judge;
 pub mod measure;
 pub mod methods;
-mod outcome;
+pub mod outcome;
 pub mod page;
 mod plates;
 pub mod random;

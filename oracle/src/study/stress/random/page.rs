@@ -163,9 +163,6 @@ mod tests {
             seconds: 1.0,
         };
         let page = page(&findings, &ratios, &told);
-        if let Some(path) = std::env::var_os("STRESS_RANDOM_PAGE") {
-            std::fs::write(path, &page).unwrap();
-        }
         assert_eq!(page.matches("<tr class=\"bad\">").count(), 1);
         assert!(page.contains("<h3>Seed 2</h3>") && page.contains("scene &lt;1&gt;"));
         assert!(page.contains("Not OK") && page.contains("class=\"chart\""));

@@ -1,9 +1,6 @@
 //! `radiosity relight` as scripts use it: rooms of every kind, the files it writes, what it refuses.
 
-#[path = "command.rs"]
-mod command;
-
-use command::{failure, folder, radiosity};
+use super::command::{failure, folder, radiosity};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,17 +1,12 @@
 //! No input ends in a panic, a hang, an abort or a lost result: each row of these tables is one
 //! call of the program in a folder of hostile files, its exit code, and what it has to say.
 
-#![cfg(unix)]
-
-#[path = "hostile/mod.rs"]
-mod hostile;
-
+use super::kit::{Row, errors, folder, in_shell, judge, row, run, told, well_behaved};
 use common::solution::pixels::Planes;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
     WritableImage,
 };
-use hostile::{Row, errors, folder, in_shell, judge, row, run, told, well_behaved};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;

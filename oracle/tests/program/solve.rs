@@ -1,11 +1,8 @@
 //! The program as scripts use it: exit codes, one `error:` line, the files of `solve`, nothing
 //! half-written.
 
-#[path = "command.rs"]
-mod command;
-
+use super::command::{failure, folder, radiosity};
 use approx::abs_diff_eq;
-use command::{failure, folder, radiosity};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -1,9 +1,6 @@
 //! `chart` and `plan` as scripts use them.
 
-#[path = "command.rs"]
-mod command;
-
-use command::{failure, folder, radiosity};
+use super::command::{failure, folder, radiosity};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;

@@ -1,17 +1,13 @@
 //! No input ends in NaN, a hang or an abort: numbers that f32 cannot hold, faces on faces, more faces
 //! than there is time or memory for.
 
-#![cfg(unix)]
 #![allow(
     clippy::disallowed_methods,
     reason = "reads what the program and the system wrote"
 )]
 
-#[path = "hostile/mod.rs"]
-mod hostile;
-
+use super::kit::{Row, errors, folder, in_shell, judge, row, run, told, well_behaved};
 use common::sampling::hash;
-use hostile::{Row, errors, folder, in_shell, judge, row, run, told, well_behaved};
 use oracle::plan::Counts;
 use oracle::plan::memory::Memory;
 use serde_json::Value;

@@ -1,9 +1,6 @@
 //! `stress` as scripts use it.
 
-#[path = "command.rs"]
-mod command;
-
-use command::{failure, folder, radiosity};
+use super::command::{failure, folder, radiosity};
 use serde_json::Value;
 use std::fs;
 

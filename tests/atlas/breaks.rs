@@ -14,7 +14,7 @@ const KNOWN: &str = include_str!("breaks.tsv");
 
 /// Errors may differ by this share of themselves: they are written with three digits.
 const DIGITS: f64 = 0.01;
-/// And by this: what f32 leaves of a solve (`tests/units.rs`), far below the least limit but that of
+/// And by this: what f32 leaves of a solve (`tests/robustness/units.rs`), far below the least limit but that of
 /// leaks, which are 0 or not.
 const ROUNDING: f64 = 1e-6;
 
@@ -44,7 +44,9 @@ fn lines(studies: &[Study], solver: &str) -> Vec<String> {
         )
     };
     let all = studies.iter().flat_map(|study| {
-        let own = breaks::of(study).into_iter().filter(|b| b.solver == solver);
+        let own = breaks::of(study)
+            .into_iter()
+            .filter(|b| b.solver.solver() == solver);
         own.map(move |b| line(study, &b))
     });
     all.collect()
@@ -53,7 +55,7 @@ fn lines(studies: &[Study], solver: &str) -> Vec<String> {
 /// The errors of a method, value after value.
 fn errors(study: &Study, b: &breaks::Break) -> Vec<String> {
     let rows = study.rows.iter().filter(|row| row.method == b.method);
-    rows.filter_map(|row| breaks::side(row, b.solver))
+    rows.filter_map(|row| b.solver.of(row))
         .map(|side| {
             side.error
                 .map_or("-".into(), |error| format!("{error:.2e}"))
