@@ -1,5 +1,5 @@
-//! Every iteration to 1 % in the cube of 5×5 patches a wall, of which the centre one of a wall
-//! shines, with all visibility known beforehand: passes, shots, and time over Southwell's.
+//! Every iteration to 1 % in a cube with 5×5 patches per wall, of which the centre patch of one wall
+//! emits, with all visibility known beforehand: passes, shots, and time over Southwell's.
 
 use common::mesh::Mesh;
 use common::passes::Exchange;

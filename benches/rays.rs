@@ -7,7 +7,7 @@
 
 use common::form_factor::{FormFactor, form_factor};
 use common::mesh::Mesh;
-use cpu::twin::rays::Rays;
+use common::rays::Rays;
 use glam::Vec3;
 use rayon::prelude::*;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! Writes the bundled scenes beside this file: `cargo run -p common --example generate_scenes`.
+//! Writes the bundled scenes beside this file: `cargo run -p radiosity-common --example generate_scenes`.
 
 mod model;
 

@@ -4,8 +4,9 @@
 //! ΣA·E = ΣA(1−ρ)H + ΣA·r + escaped + closure
 //! ```
 //! Absorbed and unshot are summed from the textures; escaped = Σ shot power × the share of the
-//! shooter's hemisphere that meets no front, and what bodies bury; closure = Σ shot power × (1 − ΣF − that share).
-//! Nothing is a remainder, so a lost or invented watt shows as `imbalance`.
+//! shooter's hemisphere that meets no front, and what bodies bury; closure = Σ shot power ×
+//! (1 − ΣF − that share) is the form-factor error. Nothing is a remainder, so a lost or invented watt
+//! shows as `imbalance`.
 
 use crate::mesh::Mesh;
 use crate::shooting::{Field, Shot};

@@ -3,7 +3,7 @@
 //! ```text
 //! ΔH_j = F_ji · B_i      F_ji = F_ij · A_i / A_j      (reciprocity)
 //! ```
-//! H in W/m², F without unit, 0 when either faces away. f32 throughout: every function here is
+//! H in W/m², F dimensionless, 0 when either faces away. f32 throughout: every function here is
 //! the twin of the one of the same name in `gpu/src/shaders/form_factor.wgsl`.
 
 use crate::constants::{CONTACT, LOW, MISS, PI, POINT};

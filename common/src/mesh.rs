@@ -1,4 +1,5 @@
-//! The scene as the solvers see it: faces, cells that shoot, texels that receive, in f32.
+//! The scene as the solvers see it, in f32: faces, cells that shoot (the patches of the radiosity
+//! literature) and texels that receive (its elements).
 //!
 //! Moved to the origin and scaled by a power of two into [−1, 1]³, so that neither the unit of
 //! length nor the distance from the origin changes a result. Texels of one cell are contiguous:
@@ -84,7 +85,7 @@ impl MeshFace {
     }
 }
 
-/// What shoots: a face, or one of its K×K cells.
+/// What shoots, a patch: a face, or one of its K×K cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
     /// Its face.
@@ -108,7 +109,7 @@ impl Cell {
     }
 }
 
-/// What receives.
+/// What receives, an element.
 #[derive(Clone, Copy, Debug)]
 pub struct Texel {
     /// Centroid.
@@ -496,7 +497,7 @@ fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
     }
     if texels > MAX_TEXELS {
         return Err(Error::Usage(format!(
-            "{}: {} faces would have {texels} texels, and {MAX_TEXELS} is the most: lower --texels",
+            "{}: {} faces would have {texels} texels, and {MAX_TEXELS} is the most: ask for fewer texels a face",
             scene.name,
             scene.faces.len(),
         )));

@@ -1,6 +1,6 @@
 //! Fronts that lie on each other: coplanar, facing the same way, overlapping. Whatever reaches one of
-//! them reaches the other, so light that both reflect would count twice, and between white walls have
-//! no limit. The first of the file takes and gives it, the others lie under it.
+//! them reaches the other, so light that both reflect would count twice, and would have no limit
+//! between white walls. The first in the file receives and shoots it; the others lie under it.
 
 use crate::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec4};

@@ -1,8 +1,8 @@
-//! Where on a texel and on a cell the sight between the two is asked: S pairs of points, spread
-//! evenly over both areas at once.
+//! Between which points of a texel and of a cell visibility is tested: S pairs, spread evenly over
+//! both areas at once.
 //!
 //! Point s of a pair is the s-th of a four-dimensional additive recurrence (Roberts 2018: the
-//! generalised golden ratio φ⁵ = φ + 1), moved round the torus by a hash of the pair, so that
+//! generalised golden ratio φ⁵ = φ + 1), shifted around the torus by a hash of the pair, so that
 //! neighbours do not repeat one another's error. Whole numbers throughout: every adapter gets the
 //! same points. S = 1 is centre to centre. Twin of `gpu/src/shaders/sampling.wgsl`.
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Visibility {
-    /// A ray from the shooter's centre to the texel's.
+    /// Rays between points of the shooter and points of the texel.
     Rays,
     /// Item buffer by Table 3 as printed (vertices only, planar depth, half a unit deep).
     Paper,
@@ -51,7 +51,7 @@ pub enum Lookup {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Iteration {
-    /// The one with most unshot power, at every texel (Cohen 1988, the paper).
+    /// The one with most unshot power, to every texel (Cohen 1988, the paper).
     Southwell,
     /// All of them, by Chebyshev's polynomials of the largest reflectance.
     Chebyshev,

@@ -1,4 +1,4 @@
-//! Text of others that is shown to people.
+//! Text from files, made fit to be shown to people.
 
 /// `text` with its control characters spelt out: a name must not move a terminal's cursor, and
 /// XML forbids most of them.

@@ -1,6 +1,6 @@
 //! Stages of a solve by passes, beside what each must at least move and compute.
 //!
-//! `cargo run --release -p gpu --example profile [SCENE] [TEXELS] [rays|stereographic|…] [polygon|disc]`
+//! `cargo run --release -p radiosity-gpu --example profile [SCENE] [TEXELS] [rays|stereographic|…] [polygon|disc]`
 
 use common::Result;
 use common::form_factor::FormFactor;

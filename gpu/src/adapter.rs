@@ -146,7 +146,8 @@ impl Gpu {
             .on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
                 let text = match error {
                     wgpu::Error::OutOfMemory { .. } => {
-                        "out of GPU memory: lower --texels or --item-buffer".to_owned()
+                        "out of GPU memory: ask for fewer texels a face or a smaller item buffer"
+                            .to_owned()
                     }
                     other => other.to_string().replace('\n', " "),
                 };

@@ -111,7 +111,7 @@ fn tree(gpu: &Gpu, mesh: &Mesh) -> Result<(Vec<[u32; 20]>, Vec<u32>)> {
     let bvh = Bvh::new(mesh);
     if bvh.depth() > RAY_STACK {
         return Err(Error::Device(format!(
-            "{}: the tree over the faces is {} levels deep, a ray holds {RAY_STACK}: use --solver cpu",
+            "{}: the tree over the faces is {} levels deep, a ray holds {RAY_STACK}: the CPU can solve it",
             gpu.line.name,
             bvh.depth(),
         )));
@@ -196,7 +196,7 @@ fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
     for (what, bytes) in needs {
         if bytes as u64 > most {
             return Err(Error::Device(format!(
-                "{}: the {what} need {} MiB in one buffer, max_storage_buffer_binding_size is {} MiB: lower --texels or --cells, or use --solver cpu",
+                "{}: the {what} need {} MiB in one buffer, max_storage_buffer_binding_size is {} MiB: ask for fewer texels or cells a face, or let the CPU solve it",
                 gpu.line.name,
                 bytes >> 20,
                 most >> 20,
@@ -205,7 +205,7 @@ fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
     }
     if settings.item_buffer > limits.max_texture_dimension_2d {
         return Err(Error::Device(format!(
-            "{}: --item-buffer {} is beyond max_texture_dimension_2d = {}",
+            "{}: an item buffer of {}² pixels is beyond max_texture_dimension_2d = {}",
             gpu.line.name, settings.item_buffer, limits.max_texture_dimension_2d
         )));
     }

@@ -1,5 +1,5 @@
 //! The GPU solver: hemisphere item buffer, texel pass and choice of the next shooter on the
-//! device. Nothing else in the workspace knows wgpu.
+//! device. No other crate of the workspace uses wgpu.
 
 pub mod adapter;
 mod batch;

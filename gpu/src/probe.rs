@@ -1,5 +1,5 @@
 //! A cell's links made a sample at a time, with all that each stage leaves behind: for checks of
-//! one stage after the other on the same input. Solves know nothing of it.
+//! one stage after the other on the same input. Solves do not use it.
 
 use crate::context::Context;
 use crate::linker::{Linker, Shots, Step};

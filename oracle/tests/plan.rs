@@ -1,12 +1,10 @@
 //! What a plan expects is what a solve takes.
 
-mod bundled;
-
-use bundled::bundled;
+use super::bundled::bundled;
+use common::cover::sampled;
 use common::passes::solve;
 use common::settings::{Iteration, Settings};
 use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled;
 use oracle::plan::passes::expected;
 use oracle::plan::{Counts, trial};
 use std::ops::ControlFlow;

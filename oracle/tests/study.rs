@@ -113,7 +113,7 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
         samples: 64,
         ..Settings::default()
     };
-    let mesh = cpu::occlusion::cover::sampled(&scene, &settings).unwrap();
+    let mesh = common::cover::sampled(&scene, &settings).unwrap();
     let mut solver = CpuSolver::new(&mesh, &settings);
     let run = solve(
         &mut solver,

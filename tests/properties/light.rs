@@ -1,7 +1,7 @@
 //! Light: its balance, superposition, monotony, and one answer of two solvers.
 
-use crate::kit::{ITERATIONS, Way, all, apart, every_engine, every_way, gain, gpu, left, unshot};
-use crate::scenes::{Cut, any_scene};
+use super::kit::{ITERATIONS, Way, all, apart, every_engine, every_way, gain, gpu, left, unshot};
+use super::scenes::{Cut, any_scene};
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::settings::Iteration;

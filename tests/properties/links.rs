@@ -1,9 +1,9 @@
 //! Links: closure seen from texels and from cells, reciprocity, convergence; and that a wrong form
 //! factor shows in them, not in the balance.
 
-use crate::kit::{Way, all, every_engine, outline};
-use crate::places::{factor_rounding, grid, is_near, mean_factor, places};
-use crate::scenes::{Cut, convex, furnished};
+use super::kit::{Way, all, every_engine, outline};
+use super::places::{factor_rounding, grid, is_near, mean_factor, places};
+use super::scenes::{Cut, convex, furnished};
 use common::energy::Energy;
 use common::mesh::{Cell, Mesh};
 use common::settings::Iteration;

@@ -1,13 +1,13 @@
 //! Objects in a room: none, outside, in again, and two in either order.
 
-use crate::kit::{Way, apart, every_engine, every_way, gain, left};
-use crate::places::Pairing;
-use crate::scenes::{Cut, any_scene, convex};
+use super::kit::{Way, apart, every_engine, every_way, gain, left};
+use super::places::Pairing;
+use super::scenes::{Cut, any_scene, convex};
+use common::cover::furnished;
 use common::mesh::Mesh;
 use common::relight::{Method, Relit, Room};
 use common::scene::Face;
 use common::settings::Settings;
-use cpu::occlusion::cover::furnished;
 use glam::{DQuat, DVec3, EulerRot, Vec3, Vec4};
 use proptest::prelude::*;
 use radiosity_tests::relighting::run;

@@ -1,6 +1,6 @@
 //! Which texel of one mesh is which of another, and what rounding may change of a link.
 
-use crate::kit::outline;
+use super::kit::outline;
 use common::constants::{CONTACT, NEAR, OUTLINE};
 use common::form_factor::far;
 use common::mesh::{Mesh, reach};

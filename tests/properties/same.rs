@@ -1,7 +1,7 @@
 //! Two scenes that are the same but for rounding: their links and their answers.
 
-use crate::kit::{Way, apart, gain, left};
-use crate::places::{Pairing, link_rounding};
+use super::kit::{Way, apart, gain, left};
+use super::places::{Pairing, link_rounding};
 use common::mesh::Mesh;
 use common::shooting::Run;
 use glam::Vec3;

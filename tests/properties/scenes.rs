@@ -1,8 +1,8 @@
 //! The scenes, small enough for hundreds of solves.
 
+use common::cover;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use cpu::occlusion::cover;
 use glam::{DMat3, DVec3, Vec3};
 use oracle::study::random::{self, Faces, Kind, Options};
 use proptest::prelude::*;

@@ -1,10 +1,10 @@
 //! What must not matter: where a scene lies, how large it is, its mirror image, the order of its
 //! faces and corners, and whether a face is one or two.
 
-use crate::kit::{Way, all, every_engine, every_way};
-use crate::places::Pairing;
-use crate::same::same;
-use crate::scenes::{Cut, any_scene, convex, furnished, turned};
+use super::kit::{Way, all, every_engine, every_way};
+use super::places::Pairing;
+use super::same::same;
+use super::scenes::{Cut, any_scene, convex, furnished, turned};
 use common::mesh::Mesh;
 use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;

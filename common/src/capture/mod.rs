@@ -5,7 +5,6 @@
 //!                       room (six quads, an eye) ─ resample (sphere) ┴─ B per texel ─ maps (one EXR per face)
 //! ```
 //!
-//!
 //! Radiance L is in W/m²/sr, radiosity B = πL in W/m², both in linear Rec. 709. `docs/architecture.md`,
 //! "Captured rooms", states the orientation, the weighting and the rules for bad pixels.
 

@@ -3,8 +3,8 @@
 //! Rules: the map is the display window, and 0 where the data window does not reach; the largest
 //! level of a mip map; the first layer with R, G and B, or with `name.R`, `name.G` and `name.B`,
 //! else the first with Y alone (grey). Deep pixels and subsampled chroma are refused. Other
-//! primaries than Rec. 709 are converted. The header is held against the file's length before
-//! memory is taken for what it promises.
+//! primaries than Rec. 709 are converted. The header is checked against the file's length before
+//! memory is allocated for what it promises.
 
 use super::colour::Primaries;
 use super::{Decoded, Failure, Projection, check_size};

@@ -77,7 +77,7 @@ impl Panorama {
         let [w, h] = size;
         let Some(projection) = wanted.or(told).or_else(|| Projection::of_size(size)) else {
             let message = format!(
-                "has {w}×{h} pixels, which is neither lat-long (2:1), cube (1:6) nor angular (1:1): say which with --map"
+                "has {w}×{h} pixels, which is neither lat-long (2:1), cube (1:6) nor angular (1:1): say which it is"
             );
             return Err(message.into());
         };
@@ -87,7 +87,7 @@ impl Panorama {
                 _ => "a square",
             };
             let message = format!(
-                "has {w}×{h} pixels, and --map {} needs {needs}",
+                "has {w}×{h} pixels, and a map of kind {} needs {needs}",
                 projection.name()
             );
             return Err(message.into());

@@ -1,7 +1,7 @@
 //! Where a direction lies on a map, and what a pixel spans.
 //!
 //! Directions: y is up, the map's centre looks along +z. So right of the centre is −x, and +x is a
-//! quarter to the *left* of it in a lat-long map; OpenEXR has the same convention. Map positions
+//! quarter turn to the *left* of it in a lat-long map; OpenEXR has the same convention. Map positions
 //! are in pixels from the upper left corner: pixel (x, y) covers [x, x+1] × [y, y+1]. (OpenEXR's
 //! own functions let the centres of the outermost pixels lie on the seam; most maps are made, and
 //! read here, with the pixels' areas filling the sphere. The two differ by at most half a pixel.)

@@ -52,7 +52,7 @@ pub fn eye(size: DVec3, given: Option<DVec3>) -> Result<DVec3> {
     }
     let [x, z] = [size.x / 2.0, size.z / 2.0];
     Err(Error::Usage(format!(
-        "--eye {},{},{} must lie inside the room: between −{x},0,−{z} and {x},{},{z}",
+        "an eye at {},{},{} does not lie inside the room: between −{x},0,−{z} and {x},{},{z}",
         eye.x, eye.y, eye.z, size.y
     )))
 }
@@ -62,7 +62,7 @@ fn check(size: DVec3) -> Result<()> {
         return Ok(());
     }
     Err(Error::Usage(format!(
-        "--room-size {},{},{}: all three must be above 0",
+        "a room of size {},{},{}: all three must be above 0",
         size.x, size.y, size.z
     )))
 }

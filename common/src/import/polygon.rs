@@ -1,4 +1,5 @@
-//! An input polygon → planar convex faces: a quad stays a quad if it can, the rest is triangles.
+//! An input polygon → planar convex faces: a quad stays a quad if it can, the rest becomes
+//! triangles.
 
 use glam::DVec3;
 

@@ -6,7 +6,7 @@
 //! A shot is a cell's mean residual, so what cells give each other (T) is all that the choice of
 //! shooters needs. A pass shoots d from many cells at once, chosen by [`iteration`]; the texels
 //! take all shots together at the end: H = Σ w S. The links and the sums are those of
-//! [`crate::shooting`], which shoots one cell after the other at every texel.
+//! [`crate::shooting`], which shoots one cell after the other to every texel.
 
 pub mod iteration;
 

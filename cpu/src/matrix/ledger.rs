@@ -8,9 +8,9 @@
 use super::open::Element;
 use super::{Answer, Matrix};
 use crate::twin::escape::meets_front;
-use crate::twin::rays::Rays;
 use common::escape::{DIRECTIONS, directions};
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::shooting::Shot;
 use glam::DVec3;
 use rayon::prelude::*;

@@ -20,9 +20,9 @@ pub fn check(scene: &Scene, side: u32) -> Result<()> {
     let fits = (MEMORY as f64 / 16.0).sqrt();
     let most = (fits / faces as f64).sqrt() as u64;
     let advice = if most > 0 {
-        format!("--texels {most} fits, or use --solver cpu")
+        format!("{most} texels a side fit, or let shooting solve it")
     } else {
-        "use --solver cpu".to_owned()
+        "let shooting solve it".to_owned()
     };
     Err(Error::Usage(format!(
         "{}: the matrix of {texels} texels ({faces} faces × {side}²) needs {:.1} GB, {:.1} GB are allowed ({} texels): {advice}",
@@ -39,7 +39,7 @@ pub fn allocate(n: usize) -> Result<Vec<f64>> {
     let count = n.saturating_mul(n);
     if bytes(n as u64) > MEMORY || weights.try_reserve_exact(count).is_err() {
         return Err(Error::Usage(format!(
-            "the matrix of {n} texels needs {:.1} GB, more than this machine has: lower --texels",
+            "the matrix of {n} texels needs {:.1} GB, more than this machine has: ask for fewer texels a face",
             bytes(n as u64) as f64 / 1e9
         )));
     }

@@ -21,9 +21,9 @@ pub mod share;
 mod system;
 
 use crate::occlusion::occluders::Occluders;
-use crate::twin::rays::Rays;
 use assemble::{Assembly, Pairs};
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::scene::Scene;
 use common::{Error, Result};
 use faer::{Mat, MatRef};

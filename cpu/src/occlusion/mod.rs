@@ -1,6 +1,5 @@
 //! What may stand between two faces, or on one.
 
-pub mod cover;
 pub mod occluders;
 pub mod polygon;
 pub mod shaft;

@@ -3,10 +3,10 @@
 //! compiler turns into the widest registers that the caller's [`pulp::Arch`] found.
 
 use crate::rows::receivers::{Block, LANES, Receivers};
-use crate::twin::intersect::{meet, touches};
 use crate::twin::sampling::point;
 use common::constants::{CONTACT, DEPTH_SCALE, END, OUTLINE, POINT, RAY_REACH};
 use common::form_factor::{FormFactor, Shooter, disc, far, polygon, polygon_above, remote, weight};
+use common::intersect::{meet, touches};
 use common::mesh::{MeshFace, TexelKind};
 use common::sampling::{near_uv, texel_uv};
 use glam::Vec3;
@@ -233,7 +233,7 @@ pub fn below(points: &Points, normal: Vec3, q: Vec3, stopped: &mut [bool; LANES]
     }
 }
 
-/// Marks the lanes whose ray from `q` the `face` stops: [`crate::twin::rays::Rays::visible`] of one face.
+/// Marks the lanes whose ray from `q` the `face` stops: [`common::rays::Rays::visible`] of one face.
 #[inline(always)]
 pub fn stop(face: &MeshFace, q: Vec3, points: &Points, stopped: &mut [bool; LANES]) {
     for (l, stopped) in stopped.iter_mut().enumerate() {

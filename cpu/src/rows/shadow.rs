@@ -1,5 +1,5 @@
-//! Where on a face's plane a face may hide a point of it from some point of a cell: the penumbra's
-//! outer octagon. The shadows of a convex face from all points of a convex cell lie in the hull
+//! Where on a receiver's plane a face may occlude a point from some point of a cell: an octagon around
+//! the penumbra. The shadows of a convex face from all points of a convex cell lie in the hull
 //! of its corners' shadows from the cell's corners.
 
 use crate::occlusion::polygon::{Plane, Polygon};

@@ -1,11 +1,11 @@
 //! The share of a shooter's cosine hemisphere that meets no front: open sky and black backs.
 //! Twin of `gpu/src/shaders/escape.wgsl`.
 
-use crate::twin::intersect::intersect;
-use crate::twin::rays::Rays;
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::DIRECTIONS;
+use common::intersect::intersect;
 use common::mesh::{Cover, Mesh, Point};
+use common::rays::Rays;
 use glam::Vec3;
 use rayon::prelude::*;
 

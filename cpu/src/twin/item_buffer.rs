@@ -3,14 +3,14 @@
 //!
 //! A rectangle that holds the image of the face is drawn, and each pixel in it asks whether its
 //! ray meets the face; depth is the distance along that ray. So the buffer holds what rays see, and
-//! only the size of a pixel is left to err by. The older way is `item_buffer_tessellated.rs`.
+//! the only error left is the size of a pixel. The older way is `item_buffer_tessellated.rs`.
 
 use crate::twin::bound::bound;
 use crate::twin::hemicube::place;
-use crate::twin::intersect::intersect;
 use crate::twin::item_buffer_tessellated::draw_tessellated;
 use crate::twin::projection::{Frame, covered, pixel_centre, pixels, unproject};
 use common::constants::{DEPTH_MAX, DEPTH_SCALE, OUTLINE};
+use common::intersect::intersect;
 use common::mesh::{Mesh, MeshFace};
 use common::settings::{Raster, Settings, Visibility};
 use glam::Vec2;

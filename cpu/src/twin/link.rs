@@ -1,5 +1,5 @@
-//! What a texel takes of a cell's light: the form factor times the part of the cell that it sees,
-//! from S pairs of points on the two. Twin of `gpu/src/shaders/link.wgsl`.
+//! The share of a cell's radiosity that a texel receives: the form factor times the part of the cell
+//! that it sees, from S pairs of points on the two. Twin of `gpu/src/shaders/link.wgsl`.
 //!
 //! ```text
 //! w_ji = F(texel j → cell i) · Σ_s g_s V(p_s, q_s) / (o_i Σ_s g_s)
@@ -8,11 +8,11 @@
 //! point by the light that comes from there. Where a body stands on the cell V = 0: all its light
 //! leaves from its open share o_i. V = 0, too, for a point below the texel's horizon (S > 1).
 
-use crate::twin::rays::Sight;
 use crate::twin::sampling::{point, texel_point};
 use common::constants::{CONTACT, NEAR};
 use common::form_factor::{FormFactor, Shooter, far, form_factor, weight};
 use common::mesh::{Cell, Cover, Mesh, reach};
+use common::rays::Sight;
 use common::sampling::near_uv;
 use common::shooting::{Had, Rule};
 use glam::Vec3;

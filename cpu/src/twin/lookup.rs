@@ -6,12 +6,12 @@
 //! segment from the shooter; the nine pixels name the faces that may hide the texel, those are asked
 //! exactly.
 
-use crate::twin::intersect::{intersect, touches};
 use crate::twin::item_buffer::{ItemBuffer, View};
 use crate::twin::projection::{pixels, project};
-use crate::twin::rays::Sight;
 use common::constants::{END, OUTLINE};
+use common::intersect::{intersect, touches};
 use common::mesh::Mesh;
+use common::rays::Sight;
 use common::settings::{Lookup, Settings};
 use glam::Vec3;
 

@@ -1,18 +1,16 @@
 //! The twins: each file has the functions of the shader of the same name, in the same order of
-//! statements. What the GPU computes is judged by them; what is fast is in `rows`.
+//! statements. The GPU is judged by them; the CPU solver's fast version is in `rows`.
 
 pub mod accumulate;
 pub mod bound;
 pub mod deposit;
 pub mod escape;
 pub mod hemicube;
-pub mod intersect;
 pub mod item_buffer;
 mod item_buffer_tessellated;
 pub mod link;
 pub mod lookup;
 pub mod power;
 pub mod projection;
-pub mod rays;
 pub mod sampling;
 pub mod tessellate;

@@ -1,4 +1,4 @@
-//! What a cell has yet to shoot, and what it takes of a shot. Twin of
+//! What a cell has yet to shoot, and what it receives from a shot. Twin of
 //! `gpu/src/shaders/power.wgsl` and `gpu/src/shaders/received.wgsl`.
 
 use common::constants::{LANES, SELECT_LANES};

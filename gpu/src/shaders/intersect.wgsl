@@ -1,4 +1,4 @@
-// A ray and a face: plane first, then its edges. Twin: cpu/src/twin/intersect.rs.
+// A ray and a face: plane first, then its edges. Twin: common/src/intersect.rs.
 
 struct Crossing {
     t: f32,

@@ -1,4 +1,4 @@
-// What lies between a point of the shot's cell and one of a texel. Twin: cpu/src/twin/rays.rs.
+// What lies between a point of the shot's cell and one of a texel. Twin: common/src/rays.rs.
 
 @group(0) @binding(7) var<storage, read> nodes: array<Node>;
 @group(0) @binding(8) var<storage, read> primitives: array<u32>;

@@ -38,7 +38,7 @@ struct Point {
 const COVER_OPEN = 0u;
 const COVER_ROOM = 2u;
 
-// What lies between two points. Twin: Sight in cpu/src/twin/rays.rs.
+// What lies between two points. Twin: Sight in common/src/rays.rs.
 const BLOCKED = 0u;          // a face of the room
 const HIDDEN_BY_OBJECT = 1u; // objects only
 const CLEAR = 2u;

@@ -1,5 +1,5 @@
-//! The command line: `solve`, `compare`, `relight`, `merge`, `diff`, `converge`,
-//! `chart`, `stress`, `plan`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `relight`, `merge`, `table4`, `diff`, `converge`, `chart`,
+//! `stress`, `plan`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod chart;
@@ -11,7 +11,6 @@ mod objects;
 mod options;
 mod plan;
 mod progress;
-mod random;
 mod relight;
 mod signals;
 mod solve;

@@ -1,7 +1,6 @@
 //! What `compare` finds out about one scene: plain data, filled by [`crate::judge::compare`], judged by
 //! its gates, told by [`crate::show::report`].
 
-use crate::judge::compare::truth::Told;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::scene::Scene;
@@ -213,4 +212,16 @@ impl Judged {
     pub fn agree(&self) -> bool {
         self.ways().all(Comparison::agree)
     }
+}
+
+/// What a truth is, and how far it may itself be off.
+#[derive(Clone, Debug, Serialize)]
+pub struct Told {
+    /// In words.
+    pub name: String,
+    /// Texels a side of a face.
+    pub texels: u32,
+    /// How far the matrix of half as many texels a side is from it, relative RMS: its own error is
+    /// below that, since texels err by their size or its square.
+    pub own_error: f64,
 }

@@ -1,4 +1,4 @@
-//! Exact answers in f64, computed by other ways than the solvers': closed forms, Lambert's sum, the
+//! Exact answers in f64, computed in other ways than the solvers': closed forms, Lambert's sum, the
 //! double contour integral, and enclosures that can be solved by hand.
 //!
 //! F_ij is the share of the light leaving i that arrives at j. Outlines are planar, convex and run

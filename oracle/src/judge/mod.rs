@@ -1,4 +1,5 @@
-//! Is it right: exact answers, paths traced, solvers against each other, results against results.
+//! Whether an answer is right: exact answers, a path tracer, solvers against each other, results
+//! against results.
 
 pub mod compare;
 pub mod comparison;

@@ -1,5 +1,5 @@
-//! Photographs of one view, differently exposed, as one radiance map: `radiance.exr` and
-//! `merge.html`. The numbers are [`brackets`]'.
+//! Bracketed photographs of one view, merged into a radiance map: `radiance.exr` and `merge.html`.
+//! The mathematics is in [`brackets`].
 
 pub mod brackets;
 mod chart;
@@ -67,7 +67,7 @@ pub fn doubts(brackets: &Brackets, response: &Response, steps: &[Step]) -> Vec<S
         let falls = response.falls(channel);
         if falls > 0 {
             notes.push(format!(
-                "the response of {name} does not rise at {falls} codes: were camera or scene moved?"
+                "the response of {name} does not rise at {falls} codes: did the camera or the scene move?"
             ));
         }
     }

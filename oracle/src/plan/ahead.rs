@@ -1,15 +1,15 @@
-//! Whether a solve will take more than a minute, told before it starts, with the setting that would
-//! take a tenth.
+//! Announces a solve of more than a minute before it starts, with the setting that would take a tenth
+//! of the time.
 
 use super::passes::{Expected, expected};
 use super::trial::{Time, time};
 use super::{Counts, trial};
 use crate::solve::solver::Solver;
 use common::Result;
+use common::cover;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
-use cpu::occlusion::cover;
 use std::time::Instant;
 
 /// Seconds that need no announcement.

@@ -1,8 +1,9 @@
-//! What a solve will take, told before it starts.
+//! What a solve will take, estimated before it starts.
 //!
 //! [`counts`] are arithmetic on the scene and the settings, [`memory`] is what they take,
 //! [`fits`] refuses what this machine cannot hold and says what it can, [`passes`] and [`trial`]
-//! expect the time, [`ahead`] tells what takes long, [`defaults`] keep many faces from it.
+//! estimate the time, [`ahead`] announces what takes long, [`defaults`] keep scenes of many faces
+//! from taking long.
 
 pub mod ahead;
 pub mod counts;

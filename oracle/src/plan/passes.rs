@@ -1,14 +1,14 @@
 //! How many passes and shots a solve will take.
 //!
-//! Both hardly depend on the texels, so a solve of few of them tells: passes stay, shots grow with
-//! the cells. Where even that is too much, the largest reflectance ρ bounds them (n cells):
+//! Both hardly depend on the texels, so a solve on few of them shows it: passes stay the same, shots
+//! grow with the cells. Where even that is too much, the largest reflectance ρ bounds them (n cells):
 //!
 //! ```text
 //! Southwell: n ln(1/ε)/(1 − ρ)    Chebyshev, CG: ln(2/ε)/ln(1/σ), σ = ρ/(1 + √(1 − ρ²))
 //! ```
 
 use super::Counts;
-use crate::solve::Solved;
+use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::unwatched;

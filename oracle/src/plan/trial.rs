@@ -1,4 +1,4 @@
-//! How long a solve will take: a few of its cells are linked, and the rest is multiplied.
+//! How long a solve will take: a few of its cells are linked, and their time is scaled up.
 
 use super::passes::Expected;
 use crate::show::report::number::number;

@@ -1,9 +1,9 @@
-//! From where a relit room is looked at.
+//! The camera through which a relit room is seen.
 
 use super::Relit;
 use crate::show::view::camera::Camera;
 use common::mesh::Mesh;
-use cpu::twin::rays::Rays;
+use common::rays::Rays;
 use glam::{DVec3, Vec3};
 
 /// The share of the picture's height that a ball around the objects takes: they take a bit less.

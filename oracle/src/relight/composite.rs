@@ -5,7 +5,7 @@ use super::surfaces::{Renders, surface};
 use super::{Backdrop, Relit};
 use crate::show::view::camera::Camera;
 use common::mesh::Mesh;
-use cpu::twin::rays::Rays;
+use common::rays::Rays;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -1,8 +1,8 @@
 //! What may put a relit room more than 2 % off.
 
 use super::work::Stage;
-use crate::solve::Solved;
 use crate::solve::check::{self, Estimate};
+use crate::solve::solved::Solved;
 use crate::solve::warnings;
 use common::Result;
 use common::energy::Energy;

@@ -2,12 +2,14 @@
 
 use super::room::{Captured, Values};
 use super::warnings;
+use crate::solve::Given;
 use crate::solve::check::Estimate;
 use crate::solve::interrupt::interrupted;
+use crate::solve::solved::{Recovered, Solved};
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::Watch;
-use crate::solve::{Given, Solved};
+use common::cover::furnished_until;
 use common::mesh::{Mesh, Texel};
 use common::passes;
 use common::relight::surface::Surface;
@@ -17,7 +19,6 @@ use common::settings::Settings;
 use common::shooting::{Run, Shot, progress, solve};
 use common::solution::Warning;
 use common::{Error, Result, relight as loops};
-use cpu::occlusion::cover::furnished_until;
 use glam::{Vec3, Vec4};
 
 /// What is relit, read and put together.
@@ -58,34 +59,6 @@ impl Stage {
             reflectance: None,
             notes: Vec::new(),
         }
-    }
-}
-
-/// What a relight knows beside its solve.
-pub struct Recovered {
-    /// B₀.
-    pub before: Vec<Vec4>,
-    /// Texels of the room that were found to emit.
-    pub emitters: usize,
-    /// Whether all that was captured was shot.
-    pub complete: bool,
-    /// Shots of the room's cells.
-    pub map_shots: usize,
-    /// Shots of the objects'.
-    pub object_shots: usize,
-}
-
-impl Recovered {
-    /// Texels with B below 0 in some channel, by more than the rounding of B₀ + δ: half an ulp of
-    /// what the texel had a shot.
-    pub fn negative_texels(&self, run: &Run) -> usize {
-        let roundings = run.shots.len() as f32 * f32::EPSILON;
-        let negative = |(b, before): &(&Vec4, &Vec4)| {
-            let bound = before.truncate() * roundings;
-            b.truncate().cmplt(-bound).any()
-        };
-        let values = run.field.radiosity.iter().zip(&self.before);
-        values.filter(negative).count()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The matrix's answer, as a converged run with nothing unshot.
 
-use super::Solved;
+use super::solved::Solved;
 use super::watch::Watch;
 use common::Result;
 use common::mesh::Mesh;

@@ -3,8 +3,8 @@
 //! it is not dark: what lies that close is lit by E°, what the lamp emits.
 
 use common::mesh::{Cover, Mesh, Point};
+use common::rays::Rays;
 use common::shooting::Run;
-use cpu::twin::rays::Rays;
 use rayon::prelude::*;
 
 /// A face nearer than this, in radii of a texel, leaves nothing to see.

@@ -1,6 +1,6 @@
-//! What a solve does about its error by itself: options that the user did not give are changed, and
-//! it is solved again, where that is cheap. What comes of it is kept where it is better by the
-//! estimate, which shares nothing with the solver.
+//! What a solve does about its own error: options that the user did not give are changed, and the
+//! scene is solved again, where that is cheap. The new answer is kept if it is better by the estimate,
+//! which shares nothing with the solver.
 
 use super::Given;
 use super::check::{Cause, Estimate};
@@ -171,7 +171,7 @@ fn change<T>(
     }
     let closed = given.form_factor || settings.conserve || tried.contains(&Change::Scaled);
     if (solved.closure > CLOSURE || solved.stagnated) && !closed {
-        let what = "form factors were scaled to the exact closure";
+        let what = "form factors were scaled so that no light is lost or made up";
         return Some((Change::Scaled, scaled(settings), what.into()));
     }
     let finer = finer(given, settings);

@@ -1,5 +1,5 @@
-//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Whatever
-//! solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
+//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Everything
+//! that solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
 
 pub mod check;
 pub mod dense;
@@ -8,22 +8,21 @@ pub mod interrupt;
 pub mod light;
 pub mod mend;
 pub mod refine;
+pub mod solved;
 pub mod solver;
 pub mod task;
 pub mod warnings;
 pub mod watch;
 
-use crate::relight::work::Recovered;
 use check::Estimate;
-use common::mesh::Mesh;
 use common::settings::{Quality, Settings};
-use common::shooting::Run;
 use common::solution::{Seconds, Solution, Warning};
 use common::{Error, Result};
 use dense::Dense;
 use light::finite;
 use mend::{Attempt, Size, mended};
 use refine::refine;
+use solved::Solved;
 use solver::Solver;
 use task::Task;
 use watch::Watch;
@@ -62,22 +61,6 @@ impl Given {
         cells: true,
         samples: true,
     };
-}
-
-/// A task, solved once.
-pub struct Solved {
-    /// With which options.
-    pub settings: Settings,
-    /// Its texels.
-    pub mesh: Mesh,
-    /// The solve.
-    pub run: Run,
-    /// Whether single shots took the place of the passes that were asked for, for want of room.
-    pub one_by_one: bool,
-    /// What the matrix says beside it.
-    pub matrix: Option<Dense>,
-    /// What a relight knows beside it.
-    pub relit: Option<Recovered>,
 }
 
 /// What is answered.
@@ -165,7 +148,7 @@ pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
         notes.push(if solved.run.converged {
             "interrupted: the last whole solve was kept".into()
         } else {
-            "interrupted: the result is what had been shot by then".into()
+            "interrupted: the result holds what had been shot by then".into()
         });
     }
     let warnings = task.warnings(&solved, estimate.as_ref());

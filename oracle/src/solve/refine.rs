@@ -1,10 +1,10 @@
 //! `--quality reference`: cells are halved until the answer settles.
 //!
 //! Rung k solves with K = 4·2ᵏ cells a side (and at least as many texels), S samples each. What
-//! the last halving moved, d_k, and the one before it give the order and with it what is left
-//! (Richardson): e ≈ d_k / (d_{k−1}/d_k − 1). Nothing here knows the scene.
+//! the last halving changed, d_k, and the one before it give the order of convergence, and with it what
+//! is left (Richardson): e ≈ d_k / (d_{k−1}/d_k − 1). Nothing here depends on the scene.
 
-use super::Solved;
+use super::solved::Solved;
 use crate::judge::compare::difference::difference;
 use crate::judge::diff::reflected::offsets;
 use crate::judge::resample::{average, pieces};

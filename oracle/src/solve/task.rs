@@ -3,16 +3,17 @@
 use super::check::Estimate;
 use super::interrupt::interrupted;
 use super::light::missing;
+use super::solved::Solved;
 use super::solver::Solver;
 use super::warnings;
 use super::watch::Watch;
-use super::{Given, Solved, check, dense};
+use super::{Given, check, dense};
 use common::Result;
+use common::cover::sampled_until;
 use common::passes;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
 use common::solution::Warning;
-use cpu::occlusion::cover::sampled_until;
 
 /// A task of the pipeline.
 pub trait Task {

@@ -1,5 +1,5 @@
-//! What many solves show: speed against accuracy, where methods fail, how errors fall, the paper's
-//! own table.
+//! What many solves show together: speed against accuracy, where methods fail, how errors fall, and
+//! the paper's Table 4.
 
 pub mod chart;
 pub mod converge;

@@ -54,7 +54,7 @@ pub fn left_out(material: &Material) -> Vec<&'static str> {
         words.push("transparent, taken as opaque");
     }
     if material.double_sided {
-        words.push("double-sided, but backs are black without --two-sided");
+        words.push("double-sided, but its backs are black: import it two-sided");
     }
     words
 }

@@ -1,10 +1,11 @@
 //! `compare`: one scene solved by both, every difference measured and judged.
 //!
-//! Three solvers, because rays against item buffer would mix bugs with discretisation:
+//! Three comparisons, because comparing rays with an item buffer directly would mix bugs with
+//! discretisation:
 //! WGSL ↔ scalar twin on the same input ([`stages`]); item buffer ↔ rays, pair by pair ([`pairs`],
-//! [`sights`]); the whole GPU ↔ the twin on the GPU's own links ([`linked`]). Each of these is
-//! broken by a fault of the code alone. What pixels cannot resolve is the method's error: it is
-//! told, and bounded by what the scene's silhouettes could bring ([`doubt`]).
+//! [`sights`]); the whole GPU ↔ the twin on the GPU's own links ([`linked`]). Only a fault
+//! in the code can break one of these. What pixels cannot resolve is the method's error: it is
+//! reported, and bounded by what the scene's silhouettes could bring ([`doubt`]).
 
 pub mod counts;
 pub mod difference;
@@ -25,6 +26,7 @@ use crate::judge::comparison::{
 };
 use crate::solve::watch::Watch;
 use common::constants::LINK_BYTES;
+use common::cover::sampled;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes;
@@ -34,7 +36,6 @@ use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{Run, Shoot, replay};
 use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::occlusion::cover::sampled;
 use cpu::twin::item_buffer::{ItemBuffer, View};
 use difference::difference;
 use doubt::{Doubt, shot};

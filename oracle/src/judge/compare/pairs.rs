@@ -12,14 +12,14 @@
 use super::counts::Tally;
 use super::outline::outline;
 use common::constants::{HIDDEN, OUTLINE};
+use common::intersect::intersect;
 use common::mesh::Mesh;
+use common::rays::{Rays, Sight};
 use common::settings::{Lookup, Raster, Settings, Visibility};
-use cpu::twin::intersect::intersect;
 use cpu::twin::item_buffer::{ItemBuffer, View};
 use cpu::twin::link::{Sums, sample};
 use cpu::twin::lookup::visible;
 use cpu::twin::projection::{pixels, project};
-use cpu::twin::rays::{Rays, Sight};
 use cpu::twin::tessellate::{level, sagitta};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;

@@ -2,9 +2,9 @@
 
 use super::tally::Tally;
 use common::constants::{DEPTH_SCALE, OUTLINE};
+use common::intersect::intersect;
 use common::mesh::Mesh;
 use common::settings::Raster;
-use cpu::twin::intersect::intersect;
 use cpu::twin::item_buffer::{ItemBuffer, View};
 use cpu::twin::projection::{covered, pixel_centre, unproject};
 use glam::Vec2;

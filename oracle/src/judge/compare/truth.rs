@@ -1,5 +1,6 @@
-//! What the answers are held against: the dense matrix on as many texels as take a few seconds.
+//! What the answers are compared with: the dense matrix on as many texels as take a few seconds.
 
+use crate::judge::comparison::Told;
 use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
 use crate::solve::solver::Solver;
@@ -11,7 +12,6 @@ use common::scene::Scene;
 use common::settings::Settings;
 use common::shooting::Field;
 use glam::DVec3;
-use serde::Serialize;
 
 /// Texels of the truth: their form factors take about five seconds on two cores, growing with the
 /// square.
@@ -26,18 +26,6 @@ pub struct Truth {
     values: Vec<DVec3>,
     /// What it is.
     pub told: Told,
-}
-
-/// What a truth is, and how far it may itself be off.
-#[derive(Clone, Debug, Serialize)]
-pub struct Told {
-    /// In words.
-    pub name: String,
-    /// Texels a side of a face.
-    pub texels: u32,
-    /// How far the matrix of half as many texels a side is from it, relative RMS: its own error is
-    /// below that, since texels err by their size or its square.
-    pub own_error: f64,
 }
 
 impl Truth {

@@ -1,6 +1,6 @@
-//! The conditions under which the two solvers agree: each is broken by a fault of the code, on
-//! whatever scene, and by nothing that pixels cannot resolve. Each bound stands here once, with its
-//! reason; what the method errs by is [`findings`].
+//! The conditions under which the two solvers agree. On any scene, each is broken only by a fault in
+//! the code, never by what pixels cannot resolve. Each bound stands here once, with its reason; the
+//! errors of the method are [`findings`].
 
 use super::stages::factor_roundings;
 use crate::judge::comparison::{Difference, Finding, Gate, Pairs, Stage};
@@ -236,7 +236,7 @@ pub fn findings(e: &Evidence) -> Vec<Finding> {
         name: "item buffer: error in radiosity".into(),
         value: apart,
         message: format!(
-            "{cause} {pixels}×{pixels} pixels judge {} of {} pairs of points otherwise than rays: {:.2} % of the reflected radiosity (RMS). No fault of the code; --visibility rays has none of it{finer}",
+            "{cause} {pixels}×{pixels} pixels judge {} of {} pairs of points differently from rays: {:.2} % of the reflected radiosity (RMS). No fault of the code; --visibility rays has none of it{finer}",
             pairs.mismatched,
             pairs.facing,
             100.0 * apart,

@@ -1,5 +1,5 @@
 //! Which ways of solving a scene are judged: the one that was asked for; with nothing asked, what
-//! `solve` does by default and the paper's way. Each is held against one truth.
+//! `solve` does by default and the paper's way. All are compared with one truth.
 
 use super::truth::Truth;
 use super::{Request, compare};

@@ -9,8 +9,8 @@ use crate::show::view::render::{Hit, View};
 use crate::show::view::surface::Surface;
 use common::Result;
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::solution::Stored;
-use cpu::twin::rays::Rays;
 use glam::{Vec3, Vec4};
 
 /// Pixels a side of a rendered view.

@@ -1,10 +1,10 @@
-//! A path tracer: the radiosity of every texel by chance, from the scene's faces alone.
+//! A path tracer: a Monte Carlo estimate of the radiosity of every texel, from the scene's faces alone.
 //!
 //! ```text
 //! B − E = ρH,  H(x) = ∫ (E + ρH)(y) G(x, y) dy,  G = cosθx cosθy V / (π |x − y|²)
 //! ```
-//! It shares neither form factors nor rays with the solvers, and knows no radiosity constant over a
-//! texel: what it is off by is noise, and it says how much. At each vertex of a path a point y of the
+//! It shares neither form factors nor rays with the solvers, and does not take radiosity as constant
+//! over a texel: its only error is noise, and it says how much. At each vertex of a path a point y of the
 //! lamps, drawn by power (density p), and one by the cosine (density G) are both asked; each counts
 //! with its share p/(p + G) or G/(p + G) of the densities (Veach & Guibas 1995), so that nothing
 //! counts more than E, however near a lamp is. Backs are black and opaque.

@@ -9,9 +9,9 @@ use crate::show::view::camera::Camera;
 use crate::show::view::quality::Quality;
 use crate::show::view::render::{Hit, View};
 use crate::show::view::surface::{Interpolant, Surface};
+use common::rays::Rays;
 use common::settings::Iteration;
 use common::shooting::{Field, Run};
-use cpu::twin::rays::Rays;
 use glam::{Vec3, Vec4};
 
 /// Pixels a side of a rendered view.

@@ -88,7 +88,7 @@ pub fn pairs(pairs: &Pairs) -> Markup {
             pairs.weighted_mismatch,
         ),
         (
-            "What silhouettes could come to, so weighted",
+            "What silhouettes could amount to, weighted likewise",
             pairs.weighted_explainable,
         ),
     ];

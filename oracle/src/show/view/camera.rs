@@ -3,7 +3,7 @@
 //! Backs are looked through, so a closed room is seen from outside like a doll's house.
 
 use common::mesh::Mesh;
-use cpu::twin::rays::Rays;
+use common::rays::Rays;
 use glam::{Mat3, Vec2, Vec3};
 
 /// View rays per side by which a viewpoint is judged.

@@ -6,7 +6,7 @@
 use crate::show::picture::{Picture, encode};
 use crate::show::view::camera::Camera;
 use crate::show::view::surface::{Stencil, Surface};
-use cpu::twin::rays::Rays;
+use common::rays::Rays;
 use glam::Vec3;
 use rayon::prelude::*;
 

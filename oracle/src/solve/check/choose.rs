@@ -1,4 +1,4 @@
-//! Which texels of an answer are looked at.
+//! Which texels of an answer are checked.
 
 use common::mesh::Mesh;
 use common::sampling::{STEPS, hash};

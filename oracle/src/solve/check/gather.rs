@@ -11,8 +11,8 @@
 
 use super::light::Light;
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::sampling::{STEPS, hash};
-use cpu::twin::rays::Rays;
 use glam::{DVec3, Vec3};
 use std::f32::consts::{PI, TAU};
 

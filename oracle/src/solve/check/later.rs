@@ -1,4 +1,4 @@
-//! What an error becomes by later bounces.
+//! What an error becomes through later bounces.
 //!
 //! ```text
 //! x = ρ F (r + x)

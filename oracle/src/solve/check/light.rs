@@ -1,13 +1,14 @@
-//! What every point of the scene shines, by the answer, and how to draw points that shine much.
+//! How much light every point of the scene gives off, according to the answer, and how to draw points
+//! in proportion to it.
 
 use super::slope::Slope;
 use common::mesh::{Mesh, MeshFace, Texel};
+use common::rays::Rays;
 use common::scene::{Scene, Shape};
 use common::shooting::Field;
 use common::texel::{self, triangle_index};
 use cpu::matrix::open::shares;
 use cpu::occlusion::occluders::Occluders;
-use cpu::twin::rays::Rays;
 use glam::{DVec3, Vec2, Vec3};
 
 /// Newton's steps from a point of a quad to its u, v: the error squares with each, from 1/2 at most.

@@ -7,10 +7,10 @@
 //! error² = Σ A e·e' / Σ A l·l'       l = ρH + e
 //! ```
 //! H is the irradiance that the answer claims, H' what is gathered: `gather`. r is all that one
-//! bounce makes wrong, what is unshot included, and what changes within the texels that it comes from;
-//! x what comes of its means over groups of faces by later bounces: `later`. e and e' are by independent rays and x by independent texels, so that
-//! the product's mean is e² and no noise. The error is told only as low as the standard error of
-//! that mean.
+//! bounce gets wrong, including what is unshot and what changes within the texels that it comes from;
+//! x is what later bounces make of its means over groups of faces: `later`. e and e' come from
+//! independent rays and x from independent texels, so that the product's mean is e², without noise. No
+//! error below the standard error of that mean is reported.
 
 mod choose;
 mod gather;
@@ -23,10 +23,10 @@ use choose::{Chosen, choose};
 use common::Result;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
 use common::shooting::Field;
-use cpu::twin::rays::Rays;
 use gather::Gather;
 use glam::DVec3;
 use later::Groups;

@@ -3,9 +3,9 @@
 
 use common::form_factor::FormFactor;
 use common::mesh::{Cell, Mesh};
+use common::rays::{Rays, Sight};
 use common::shooting::Field;
 use cpu::twin::link::{Sums, factor, sample};
-use cpu::twin::rays::{Rays, Sight};
 use glam::DVec3;
 
 /// A way to gather.

@@ -7,7 +7,7 @@ use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::{Reflected, offsets};
 use crate::judge::resample::{average, pieces};
 use crate::plan::fits::{Limit, check};
-use crate::solve::Solved;
+use crate::solve::solved::Solved;
 use crate::solve::solver;
 use crate::solve::task::Task;
 use crate::solve::watch::Watch;

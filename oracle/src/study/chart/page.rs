@@ -137,7 +137,7 @@ fn section(k: usize, study: &Study) -> Markup {
                 @if study.software { " (software: the CPU draws; its times say nothing about a GPU)" }
             }
             @if study.missing > 0 {
-                p.notes { (study.missing) " points were not measured: run it again with the same --out to go on." }
+                p.notes { (study.missing) " points were not measured: run it again with the same --out to continue." }
             }
             (chart(svg(study).as_deref(), "Nothing measured.", html! {
                 b { "Error against time" } " · a thin line through a mark: from its fastest to its slowest run; "
@@ -182,7 +182,7 @@ fn points(study: &Study) -> Markup {
         h3 { "All points" }
         p.small {
             "Options are those that differ from the solver's base. Runs longer than " (number(LONG)) " s are not repeated. "
-            "Rays: at most, one a sample of each link. Memory: by the sizes of the records. Own: the error "
+            "Rays: at most, one per sample of each link. Memory: by the sizes of the records. Own: the error "
             "on the solve's own texels, where they are coarser. ★ front of all, ☆ of its solver."
         }
         (table("table", &["", "Solver", "Options", "#Seconds|least–most", "#Prepare|+ solve", "#Error",

@@ -70,7 +70,7 @@ struct File {
 /// Reads the points of such a file.
 pub fn read(path: &Path) -> Result<Vec<Peer>> {
     let failed = |e: &dyn std::fmt::Display| {
-        let message = format!("is no list of other programs' solves: {e}");
+        let message = format!("is not a list of other programs' solves: {e}");
         Error::input(path, "", message)
     };
     let text = file::input(path, "a list of other programs' solves is needed")?;

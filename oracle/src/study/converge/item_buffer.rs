@@ -6,9 +6,9 @@
 use common::Result;
 use common::form_factor::form_factor;
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::settings::{Lookup, Raster, Settings, Visibility};
 use common::shooting::{Order, Shoot};
-use cpu::twin::rays::Rays;
 use gpu::{Gpu, GpuSolver};
 use rayon::prelude::*;
 use serde::Serialize;

@@ -5,7 +5,7 @@ use super::sweeps::{Curve, REFINEMENTS, Sweep, Truth};
 use super::{MeasuredCurve, MeasuredSweep, Point, fit};
 use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
-use crate::solve::Solved;
+use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::Watch;

@@ -2,9 +2,10 @@
 
 use super::cases::shapes::{cuboid, lamp_above, plate, scene};
 use super::{About, LEAK, Plate, RELATIVE, Row, Side, Specimen, Study, Verdict};
+use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::watch::unwatched;
-use crate::solve::{Given, Question, Solved, answer};
+use crate::solve::{Given, Question, answer};
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use glam::{DVec3, Vec3};

@@ -38,7 +38,7 @@ pub fn of(studies: &[Study], score: &Score) -> Vec<Gate> {
     }
     vec![
         gate(
-            "nothing panics, hangs or is no number",
+            "nothing panics, hangs or is not a number",
             sides(studies, |_, _, _, side| side.broke()),
         ),
         gate(

@@ -79,7 +79,7 @@ fn head(studies: &[Study], gates: &[Gate]) -> Markup {
             "Every method answers each of them on both solvers, and is judged by the truth: up to " (of[0]) " off it is safe, "
             "up to " (of[1]) " it degrades, beyond that it fails; and what is not safe must be warned about. "
             "Of the emitted light " (leaks[0]) " and " (leaks[1]) " may leak through a wall. "
-            "The default is what " code { "solve" } " does by itself; item buffers have " (PIXELS) "² pixels, the default's too."
+            "The default is what " code { "solve" } " does without options; item buffers have " (PIXELS) "² pixels, in the default as well."
         }
         (held(gates, run))
     }

@@ -7,7 +7,7 @@ use crate::show::view::camera::Camera;
 use crate::show::view::render::{Hit, View};
 use crate::show::view::surface::Surface;
 use common::mesh::MeshFace;
-use cpu::twin::rays::Rays;
+use common::rays::Rays;
 use glam::Vec3;
 use maud::{Markup, html};
 use std::fmt::Write;

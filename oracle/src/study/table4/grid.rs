@@ -3,22 +3,23 @@
 use super::{Image, Row, Shown, Table, printed};
 use crate::judge::compare::difference::difference;
 use crate::relight::composite::{Composite, composite};
-use crate::relight::work::{Recovered, Relighting, Stage, capture};
+use crate::relight::work::{Relighting, Stage, capture};
 use crate::relight::{Relit, files};
 use crate::show::picture::Exposure;
 use crate::show::view::camera::Camera;
-use crate::solve::Solved;
+use crate::solve::solved::Recovered;
+use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::{Show, Watch};
 use common::energy::Energy;
 use common::form_factor::FormFactor;
+use common::rays::Rays;
 use common::relight::Method;
 use common::scene::Scene;
 use common::settings::{Lookup, Raster, Settings, Visibility};
 use common::shooting::Field;
 use common::{Error, Result};
-use cpu::twin::rays::Rays;
 use gpu::Gpu;
 
 /// Unshot power at which the paper may have stopped.

@@ -1,7 +1,7 @@
-//! The paper's Table 4 again: its room, its texels, its item buffers; the whole scene solved
+//! The paper's Table 4, repeated: its room, its texels, its item buffers; the whole scene solved
 //! (reference), Table 2 (paper) and the signed form, each with its error against the full solution.
 //!
-//! As the paper did it: whole faces shoot, one point each, orthographic item buffer, one pixel a
+//! As the paper did it: whole faces shoot, one point each, orthographic item buffer, one pixel per
 //! texel; stopped when 5 % is unshot (with that the reference takes the paper's 320 to 330 shots).
 
 pub mod grid;

@@ -32,7 +32,7 @@ pub fn of(findings: &Findings, ratios: &Ratios) -> Vec<Gate> {
     let within = ratios.answers == 0 || (low..=high).contains(&ratios.median);
     vec![
         gate(
-            "nothing panics, hangs or is no number",
+            "nothing panics, hangs or is not a number",
             each(findings, Side::broke),
         ),
         gate("right to 2 %, or warned about", count(Outcome::Missed)),

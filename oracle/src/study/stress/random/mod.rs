@@ -1,4 +1,4 @@
-//! Scenes drawn anew, on which nothing was tuned: what `solve` answers there, whether it warns, and
+//! Freshly drawn scenes, on which nothing was tuned: what `solve` answers there, whether it warns, and
 //! whether it knows how wrong it is.
 
 mod chart;

@@ -1,0 +1,51 @@
+//! A task, solved once.
+
+use super::dense::Dense;
+use common::mesh::Mesh;
+use common::settings::Settings;
+use common::shooting::Run;
+use glam::Vec4;
+
+/// What one solve came to.
+pub struct Solved {
+    /// With which options.
+    pub settings: Settings,
+    /// Its texels.
+    pub mesh: Mesh,
+    /// The solve.
+    pub run: Run,
+    /// Whether single shots took the place of the passes that were asked for, for want of room.
+    pub one_by_one: bool,
+    /// What the matrix says beside it.
+    pub matrix: Option<Dense>,
+    /// What a relight knows beside it.
+    pub relit: Option<Recovered>,
+}
+
+/// What a relight knows beside its solve.
+pub struct Recovered {
+    /// B₀.
+    pub before: Vec<Vec4>,
+    /// Texels of the room that were found to emit.
+    pub emitters: usize,
+    /// Whether all that was captured was shot.
+    pub complete: bool,
+    /// Shots of the room's cells.
+    pub map_shots: usize,
+    /// Shots of the objects'.
+    pub object_shots: usize,
+}
+
+impl Recovered {
+    /// Texels with B below 0 in some channel, by more than the rounding of B₀ + δ: half an ulp of
+    /// what the texel had a shot.
+    pub fn negative_texels(&self, run: &Run) -> usize {
+        let roundings = run.shots.len() as f32 * f32::EPSILON;
+        let negative = |(b, before): &(&Vec4, &Vec4)| {
+            let bound = before.truncate() * roundings;
+            b.truncate().cmplt(-bound).any()
+        };
+        let values = run.field.radiosity.iter().zip(&self.before);
+        values.filter(negative).count()
+    }
+}

@@ -1,0 +1,11 @@
+//! What must hold of the solvers, by subject. What takes long or needs RADIOSITY_DATA is in `atlas`.
+
+mod capture;
+mod exact;
+mod house;
+mod matrix;
+mod properties;
+mod relight;
+mod robustness;
+mod shooting;
+mod twins;

@@ -1,0 +1,192 @@
+//! No light behind a wall: two rooms that share a wall, one lit and one dark.
+
+use common::mesh::Mesh;
+use common::passes::Engine;
+use common::scene::{Face, Scene};
+use common::settings::{Settings, Visibility};
+
+use common::cover;
+use cpu::CpuSolver;
+use glam::{DQuat, DVec3, EulerRot, Vec3};
+use gpu::GpuSolver;
+use radiosity_tests::engines::{free, gpu};
+use radiosity_tests::{room, scene};
+
+/// The wall, of the lit room and of the dark one.
+#[derive(Clone, Copy, Debug)]
+enum Wall {
+    /// One face of each.
+    Whole,
+    /// In 2 and in 7 parts: no corner of one is a corner of the other.
+    Parts,
+    /// In 7×3 quads and 3×2×2 triangles.
+    Mixed,
+    /// The lit room's alone, in parts that meet in T-vertices.
+    Single,
+    /// The lit room's alone, of 3×5×2 triangles.
+    Triangles,
+}
+
+const WALLS: [Wall; 5] = [
+    Wall::Whole,
+    Wall::Parts,
+    Wall::Mixed,
+    Wall::Single,
+    Wall::Triangles,
+];
+
+/// `across`×`up` equal parts of a quad, each one quad or two triangles.
+fn parts(face: &Face, [across, up]: [u32; 2], triangles: bool) -> Vec<Face> {
+    let mut parts = Vec::new();
+    for k in 0..across * up {
+        let corner = |i: u32, j: u32| {
+            let (u, v) = (k % across + i, k / across + j);
+            face.point(
+                f64::from(u) / f64::from(across),
+                f64::from(v) / f64::from(up),
+            )
+        };
+        let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+        let triangle = |c| Face::triangle("wall", c, face.emission, face.reflectance);
+        if triangles {
+            parts.extend([triangle([a, b, c]), triangle([a, c, d])]);
+        } else {
+            parts.push(Face::quad(
+                "wall",
+                [a, b, c, d],
+                face.emission,
+                face.reflectance,
+            ));
+        }
+    }
+    parts
+}
+
+/// The lit room's faces, and how many; then the dark one's. Nothing overlaps, all meets at edges.
+fn two_rooms(wall: Wall, thickness: f64, turned: bool) -> (Scene, u32) {
+    let (near, far) = (thickness / 2.0, 1.0 + thickness / 2.0);
+    let grey = Vec3::splat(0.7);
+    let new = |low: f64, high: f64| {
+        let (low, high) = (DVec3::new(low, 0.0, 0.0), DVec3::new(high, 1.0, 1.0));
+        room(low, high, true, Vec3::ZERO, grey)
+    };
+    let (mut lit, mut dark) = (new(-far, -near), new(near, far));
+    lit[1].emission = Vec3::ONE;
+    lit[2].emission = Vec3::splat(10.0);
+    let (left, right) = (lit.remove(3), dark.remove(2));
+    match wall {
+        Wall::Whole => (lit.push(left), dark.push(right)).0,
+        Wall::Parts => {
+            lit.extend(parts(&left, [2, 1], false));
+            dark.extend(parts(&right, [1, 7], false));
+        }
+        Wall::Mixed => {
+            lit.extend(parts(&left, [7, 3], false));
+            dark.extend(parts(&right, [3, 2], true));
+        }
+        Wall::Single => {
+            let halves = parts(&left, [2, 1], false);
+            lit.extend(parts(&halves[0], [1, 2], false));
+            lit.extend(parts(&halves[1], [1, 7], false));
+        }
+        Wall::Triangles => lit.extend(parts(&left, [3, 5], true)),
+    }
+    let count = lit.len() as u32;
+    lit.extend(dark);
+    if turned {
+        let turn = DQuat::from_euler(EulerRot::XYZ, 0.7123, -1.1931, 2.0177);
+        let shift = DVec3::new(0.1237, 3.331, -0.777);
+        for face in &mut lit {
+            face.corners = face.corners.map(|p| turn * p + shift);
+        }
+    }
+    (scene("two rooms", lit), count)
+}
+
+fn settings([texels, cells, samples]: [u32; 3], visibility: Visibility) -> Settings {
+    Settings {
+        texels,
+        cells,
+        samples,
+        visibility,
+        epsilon: 1e-2,
+        item_buffer: 512,
+        ..Settings::default()
+    }
+}
+
+/// What the dark room receives of the emitted power, and what the lit one does.
+fn received(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Settings) -> [f64; 2] {
+    let run = free(engine, settings);
+    let (mut sums, mut emitted) = ([0.0; 2], 0.0);
+    for (texel, h) in mesh.texels.iter().zip(&run.field.irradiance) {
+        sums[usize::from(texel.face < lit)] += f64::from(h.x * texel.area);
+        emitted += f64::from(texel.emission.x * texel.area);
+    }
+    sums.map(|sum| sum / emitted)
+}
+
+fn mesh(scene: &Scene, settings: &Settings) -> Mesh {
+    cover::sampled(scene, settings).unwrap()
+}
+
+/// Exactly nothing: a ray that crosses a wall meets one of its faces, and fronts in one plane
+/// exchange nothing.
+#[test]
+fn rays_let_no_light_through() {
+    for wall in WALLS {
+        for thickness in [0.0, 1e-6, 1e-5, 1e-3, 1e-1] {
+            for (turned, counts) in [
+                (false, [4, 1, 1]),
+                (false, [8, 4, 4]),
+                (true, [4, 1, 1]),
+                (true, [8, 4, 1]),
+                (true, [4, 4, 4]),
+                (true, [8, 4, 4]),
+            ] {
+                let settings = settings(counts, Visibility::Rays);
+                let (scene, lit) = two_rooms(wall, thickness, turned);
+                let mesh = mesh(&scene, &settings);
+                let engine = &mut CpuSolver::new(&mesh, &settings);
+                let [dark, light] = received(&mesh, engine, lit, &settings);
+                assert!(
+                    light > 0.5,
+                    "{wall:?} {thickness:e} {turned} {counts:?}: {light}"
+                );
+                assert_eq!(dark, 0.0, "{wall:?} {thickness:e} {turned} {counts:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_gpus_rays_let_no_light_through() {
+    let gpu = gpu();
+    for wall in [Wall::Parts, Wall::Triangles] {
+        for (thickness, counts) in [(0.0, [4, 1, 1]), (1e-6, [4, 4, 4]), (0.0, [8, 4, 4])] {
+            let settings = settings(counts, Visibility::Rays);
+            let (scene, lit) = two_rooms(wall, thickness, true);
+            let mesh = mesh(&scene, &settings);
+            let engine = &mut GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+            let [dark, light] = received(&mesh, engine, lit, &settings);
+            assert!(light > 0.5, "{wall:?} {thickness:e} {counts:?}: {light}");
+            assert_eq!(dark, 0.0, "{wall:?} {thickness:e} {counts:?}");
+        }
+    }
+}
+
+/// Pixels ask rays of their own, so that only what they round is left: a thousandth of what the
+/// wall stops at least.
+#[test]
+fn the_item_buffer_lets_next_to_nothing_through() {
+    let gpu = gpu();
+    for (wall, thickness) in [(Wall::Parts, 1e-5), (Wall::Triangles, 0.0)] {
+        let settings = settings([4, 4, 1], Visibility::Stereographic);
+        let (scene, lit) = two_rooms(wall, thickness, true);
+        let mesh = mesh(&scene, &settings);
+        let engine = &mut GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let [dark, light] = received(&mesh, engine, lit, &settings);
+        println!("{wall:?} {thickness:e}: {dark:.1e} of {light:.2}");
+        assert!(dark < 1e-3, "{wall:?} {thickness:e}: {dark:e}");
+    }
+}

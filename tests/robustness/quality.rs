@@ -1,0 +1,181 @@
+//! Soft visibility against the matrix, which shares neither its form factors nor its visibility:
+//! every texel shoots in both, so that only the samples' error is between them.
+
+use common::cover::sampled;
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use common::settings::{Quality, Settings};
+use cpu::CpuSolver;
+use glam::{DVec3, Vec3};
+use oracle::solve::refine::{TARGET, refine};
+use oracle::solve::solver::Solver;
+use oracle::solve::task::Task;
+use oracle::solve::watch::unwatched;
+use radiosity_tests::engines::free;
+use radiosity_tests::matrices::assemble;
+use radiosity_tests::{lit_room, room, scene};
+
+/// A penumbra of 16 yes-or-no samples is known to 16^(−3/4) = 12 %; a texel's light comes from 64
+/// cells of the lamp, a few of which it half sees, and from dozens of others: 12 %/√64, and a third
+/// more for what is reflected again.
+const RMS: f64 = 0.02;
+/// Samples are fair: over thousands of texels their errors cancel to less than the measure's 0.3 %.
+const BIAS: f64 = 0.003;
+const WHITE: Vec3 = Vec3::new(0.7, 0.6, 0.5);
+
+/// A closed room with a lit ceiling; `y` is where thin horizontal faces hang, given by x and z.
+fn hung(name: &str, faces: &[(f64, [f64; 4])]) -> Scene {
+    let mut all = room(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, WHITE);
+    all[1].emission = Vec3::splat(3.0);
+    for (y, [x0, x1, z0, z1]) in faces {
+        let p = |x, z| DVec3::new(x, *y, z);
+        let up = Face::quad(
+            "hung",
+            [p(*x0, *z0), p(*x0, *z1), p(*x1, *z1), p(*x1, *z0)],
+            Vec3::ZERO,
+            WHITE,
+        );
+        // Two quads back to back, as thin walls are drawn.
+        all.push(up.reversed());
+        all.push(up);
+    }
+    scene(name, all)
+}
+
+fn scenes() -> Vec<Scene> {
+    let slats: Vec<(f64, [f64; 4])> = (0..5)
+        .map(|k| {
+            (
+                0.6,
+                [0.2 * f64::from(k), 0.2 * f64::from(k) + 0.1, 0.0, 1.0],
+            )
+        })
+        .collect();
+    let mut standing = lit_room();
+    standing.name = "a box on the floor".into();
+    for face in &mut standing.faces[6..] {
+        for corner in &mut face.corners {
+            corner.y -= 0.25;
+        }
+    }
+    vec![
+        lit_room(),
+        standing,
+        hung("blinds", &slats),
+        hung(
+            "a slit",
+            &[(0.5, [0.0, 0.45, 0.0, 1.0]), (0.5, [0.55, 1.0, 0.0, 1.0])],
+        ),
+        hung(
+            "plates",
+            &[
+                (0.3, [0.2, 0.8, 0.2, 0.8]),
+                (0.31, [0.25, 0.75, 0.25, 0.75]),
+            ],
+        ),
+    ]
+}
+
+/// Area-weighted relative RMS and bias of B − E, the worst channel of each.
+fn error(mesh: &Mesh, b: impl Fn(usize) -> DVec3, truth: impl Fn(usize) -> DVec3) -> (f64, f64) {
+    let (mut square, mut scale, mut sum, mut all) =
+        (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let (area, truth) = (f64::from(texel.area), truth(k));
+        let reflected = truth - texel.emission.as_dvec3();
+        square += (b(k) - truth).powf(2.0) * area;
+        scale += reflected.powf(2.0) * area;
+        sum += (b(k) - truth) * area;
+        all += reflected * area;
+    }
+    let rms = (square / scale).max_element().sqrt();
+    (rms, (sum / all).abs().max_element())
+}
+
+/// The radiosity that the matrix finds on N×N texels a face, and those texels.
+fn matrix(scene: &Scene, texels: u32) -> (Mesh, Vec<DVec3>) {
+    let (mesh, matrix, _) = assemble(scene, texels);
+    let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
+    let reflectance: Vec<DVec3> = mesh
+        .texels
+        .iter()
+        .map(|t| t.reflectance.as_dvec3())
+        .collect();
+    let radiosity = matrix.solve(&emission, &reflectance).unwrap().radiosity;
+    (mesh, radiosity)
+}
+
+#[test]
+fn samples_find_what_the_matrix_finds() {
+    for scene in scenes() {
+        let settings = Settings {
+            texels: 8,
+            cells: 8,
+            samples: 16,
+            epsilon: 1e-4,
+            ..Settings::default()
+        };
+        let mesh = sampled(&scene, &settings).unwrap();
+        let run = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+        let (_, truth) = matrix(&scene, 8);
+        // Cells order the texels of `mesh`; the matrix has them face by face.
+        let at = |k: usize| mesh.texels[k].face as usize * 64 + mesh.texels[k].index as usize;
+        let b = |k: usize| run.field.radiosity[k].truncate().as_dvec3();
+        let (rms, bias) = error(&mesh, b, |k| truth[at(k)]);
+        println!(
+            "{}: RMS {:.2} %, bias {:.2} %",
+            scene.name,
+            100.0 * rms,
+            100.0 * bias
+        );
+        assert!(rms <= RMS, "{}: {rms}", scene.name);
+        assert!(bias <= BIAS, "{}: {bias}", scene.name);
+    }
+}
+
+#[test]
+fn a_reference_says_what_is_left() {
+    let scene = lit_room();
+    let (_, cells, samples, epsilon) = Quality::Reference.settings();
+    let settings = Settings {
+        quality: Quality::Reference,
+        texels: 4,
+        cells,
+        samples,
+        epsilon,
+        ..Settings::default()
+    };
+    // Two halvings of the cells are enough for an estimate; more is for patient users.
+    let rungs = std::cell::Cell::new(0);
+    let counted = |settings: &Settings| {
+        rungs.set(rungs.get() + 1);
+        scene.once(settings, Solver::Cpu, &unwatched())
+    };
+    let refined = refine(&scene, &settings, counted, || rungs.get() > 3).unwrap();
+    for note in &refined.notes {
+        println!("{note}");
+    }
+    let left = refined.left.expect("two halvings give an order");
+    // The truth: a matrix of 16×16 texels, averaged.
+    let (fine, values) = matrix(&scene, 16);
+    let mut truth = vec![(DVec3::ZERO, 0.0); refined.answer.texels.len()];
+    for (texel, value) in fine.texels.iter().zip(values) {
+        let (i, j) = (texel.index % 16 / 4, texel.index / 16 / 4);
+        let place = &mut truth[texel.face as usize * 16 + (j * 4 + i) as usize];
+        place.0 += value * f64::from(texel.area);
+        place.1 += f64::from(texel.area);
+    }
+    let b = |k: usize| refined.field.radiosity[k].truncate().as_dvec3();
+    let (rms, bias) = error(&refined.answer, b, |k| truth[k].0 / truth[k].1);
+    println!(
+        "left {:.2} %, RMS {:.2} %, bias {:.2} %",
+        100.0 * left,
+        100.0 * rms,
+        100.0 * bias
+    );
+    assert!(
+        rms <= left.max(TARGET),
+        "{rms} is more than the {left} that was promised"
+    );
+    assert!(bias <= BIAS, "{bias}");
+}

@@ -1,0 +1,297 @@
+//! Where numbers run short: contact, small angles, slivers, twelve decades of light, and faces that
+//! are no faces.
+
+use approx::abs_diff_eq;
+use common::cover;
+use common::energy::Energy;
+use common::mesh::Mesh;
+use common::passes;
+use common::passes::Engine;
+use common::precision::losses;
+use common::scene::{Face, Scene};
+use common::settings::{Iteration, Settings, Visibility};
+use common::shooting::{Field, Shoot, Shot};
+use cpu::CpuSolver;
+use glam::{DQuat, DVec3, EulerRot, Vec3};
+use gpu::GpuSolver;
+use oracle::judge::exact;
+use proptest::prelude::*;
+use radiosity_tests::bounds::{energy_rounding, polygon_rounding};
+use radiosity_tests::engines::{free, gpu};
+use radiosity_tests::{cases, lit_room, scene};
+use std::ops::ControlFlow;
+
+fn quad(corners: [DVec3; 4]) -> Face {
+    Face::quad("", corners, Vec3::ONE, Vec3::splat(0.5))
+}
+
+/// Unit squares at this distance, fronts facing, turned so that nothing is exact.
+fn facing(gap: f64) -> Scene {
+    let p = |x: f64, y: f64, z: f64| turned(DVec3::new(x, y, z));
+    let low = [
+        p(0.0, 0.0, 0.0),
+        p(1.0, 0.0, 0.0),
+        p(1.0, 1.0, 0.0),
+        p(0.0, 1.0, 0.0),
+    ];
+    let high = [
+        p(0.0, 0.0, gap),
+        p(0.0, 1.0, gap),
+        p(1.0, 1.0, gap),
+        p(1.0, 0.0, gap),
+    ];
+    scene("facing", vec![quad(low), quad(high)])
+}
+
+/// Unit squares that share an edge, fronts facing.
+fn hinge(degrees: f64) -> Scene {
+    let (s, c) = degrees.to_radians().sin_cos();
+    let p = |x: f64, y: f64, z: f64| turned(DVec3::new(x, y, z));
+    let low = [
+        p(0.0, 0.0, 0.0),
+        p(1.0, 0.0, 0.0),
+        p(1.0, 1.0, 0.0),
+        p(0.0, 1.0, 0.0),
+    ];
+    let high = [
+        p(0.0, 0.0, 0.0),
+        p(0.0, 1.0, 0.0),
+        p(c, 1.0, s),
+        p(c, 0.0, s),
+    ];
+    scene("hinge", vec![quad(low), quad(high)])
+}
+
+fn turned(p: DVec3) -> DVec3 {
+    DQuat::from_euler(EulerRot::XYZ, 0.7123, -1.1931, 2.0177) * p + DVec3::new(0.31, -0.7, 0.2)
+}
+
+/// What is left of Lambert's sum in f32, near contact and in corners, on both solvers.
+#[test]
+fn links_are_lamberts_however_close() {
+    let gpu = gpu();
+    let scenes = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5].map(facing);
+    let hinges = [90.0, 45.0, 10.0, 3.0, 1.0].map(hinge);
+    for (n, scene) in scenes.iter().chain(&hinges).enumerate() {
+        let settings = Settings {
+            texels: 8,
+            cells: 2,
+            ..Settings::default()
+        };
+        let mesh = Mesh::uniform(scene, 8, 2).unwrap();
+        let mut cpu = CpuSolver::new(&mesh, &settings);
+        let mut device = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let (mut worst, mut allowed) = (0.0f64, 0.0f64);
+        for cell in 0..mesh.cells.len() as u32 {
+            device.shoot(cell).unwrap();
+            let seen = device.irradiance().unwrap();
+            let links = cpu.row(cell).unwrap().links.to_vec();
+            let outline = mesh.cells[cell as usize]
+                .shooter
+                .corners
+                .map(|c| c.as_dvec3());
+            for (k, texel) in mesh.texels.iter().enumerate() {
+                if texel.face == mesh.cells[cell as usize].face {
+                    assert_eq!((links[k], seen[k].w), (0.0, 0.0));
+                    continue;
+                }
+                let (p, normal) = (
+                    texel.position.as_dvec3(),
+                    mesh.faces[texel.face as usize].normal,
+                );
+                let expected = exact::point_to_polygon(p, normal.as_dvec3(), &outline);
+                let bound = polygon_rounding(p, &outline);
+                for f in [links[k], seen[k].w].map(f64::from) {
+                    assert!(
+                        abs_diff_eq!(f, expected, epsilon = bound),
+                        "scene {n}: {f} {expected} {bound:e}"
+                    );
+                    worst = worst.max((f - expected).abs());
+                    allowed = allowed.max(bound);
+                }
+            }
+        }
+        println!("scene {n}: off by {worst:.1e} ({allowed:.1e})");
+    }
+}
+
+/// A sliver's light is right to 2 %, or the loss of its shape is told.
+#[test]
+fn slivers_are_right_or_known_to_be_wrong() {
+    let floor =
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    for exponent in 0..=16 {
+        let width = 10f64.powf(-0.5 * f64::from(exponent));
+        for is_triangle in [false, true] {
+            let (from, along) = (DVec3::new(0.12, 0.07, 0.4), DVec3::new(0.71, 0.83, 0.13));
+            let across = along.cross(DVec3::Z).normalize() * -width * along.length();
+            let c = [from, from + across, from + along + across, from + along];
+            let sliver = if is_triangle {
+                Face::triangle("", [c[0], c[1], c[3]], Vec3::ONE, Vec3::ZERO)
+            } else {
+                quad(c)
+            };
+            let scene = scene("sliver", vec![quad(floor), sliver]);
+            let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
+            let mut cpu = CpuSolver::new(&mesh, &Settings::default());
+            let outline: Vec<DVec3> = scene.faces[1]
+                .outline()
+                .iter()
+                .map(|p| mesh.local(*p))
+                .collect();
+            let (mut sum, mut expected) = (0.0, 0.0);
+            let links = cpu.row(1).unwrap().links.to_vec();
+            for (k, texel) in mesh.texels.iter().enumerate().filter(|(_, t)| t.face == 0) {
+                let normal = mesh.faces[0].normal.as_dvec3();
+                sum += f64::from(links[k]);
+                expected += exact::point_to_polygon(texel.position.as_dvec3(), normal, &outline);
+            }
+            let error = (sum / expected - 1.0).abs();
+            let told = losses(&scene, &mesh, 0.02)
+                .iter()
+                .any(|loss| loss.face == 1);
+            println!("{width:.1e} {is_triangle}: off by {error:.1e}, told {told}");
+            assert!(
+                sum.is_finite() && (error < 0.02 || told),
+                "{width:e}: {error}"
+            );
+            assert!(!told || width < 1e-4, "{width:e} is no sliver");
+        }
+    }
+}
+
+fn sound(field: &Field, least: f32) {
+    for v in field
+        .radiosity
+        .iter()
+        .chain(&field.irradiance)
+        .chain(&field.residual)
+    {
+        assert!(v.is_finite() && v.truncate().min_element() >= least, "{v}");
+    }
+}
+
+fn balanced(mesh: &Mesh, field: &Field, shots: &[Shot]) {
+    let energy = Energy::new(mesh, field, shots);
+    let bound = energy_rounding(&energy, mesh.area_unit(), shots);
+    assert!(energy.imbalance <= bound, "{} {bound}", energy.imbalance);
+}
+
+/// The faintest of thirteen lights is nothing to the brightest, and does no harm to it.
+#[test]
+fn light_over_twelve_decades() {
+    let mut scene = lit_room();
+    for (k, face) in scene.faces.iter_mut().enumerate() {
+        face.emission = Vec3::splat(10f32.powi(k as i32 - 6));
+    }
+    let settings = Settings {
+        texels: 6,
+        cells: 2,
+        samples: 2,
+        epsilon: 1e-4,
+        ..Settings::default()
+    };
+    let mesh = cover::sampled(&scene, &settings).unwrap();
+    let cpu = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+    let device = free(
+        &mut GpuSolver::new(&gpu(), &mesh, &settings).unwrap(),
+        &settings,
+    );
+    for run in [&cpu, &device] {
+        assert!(run.converged);
+        sound(&run.field, 0.0);
+        balanced(&mesh, &run.field, &run.shots);
+    }
+    for (a, b) in cpu.field.radiosity.iter().zip(&device.field.radiosity) {
+        // Some hundred shots, each a few roundings.
+        assert!(
+            (*a - *b).abs().max_element() <= 1e-4 * b.max_element(),
+            "{a} {b}"
+        );
+    }
+}
+
+#[test]
+fn nothing_to_light_is_no_reason_to_panic() {
+    let p = DVec3::new(0.25, 0.5, 0.75);
+    let line = [p, p + DVec3::X, p + DVec3::X, p];
+    let square = [p, p + DVec3::X, p + DVec3::X + DVec3::Y, p + DVec3::Y];
+    assert!(Mesh::uniform(&scene("empty", vec![]), 4, 1).is_err());
+    assert!(Mesh::uniform(&scene("a point", vec![quad([p; 4])]), 4, 1).is_err());
+    let gpu = gpu();
+    for faces in [
+        vec![quad(line)],
+        vec![quad(line); 3],
+        vec![quad(square)],
+        vec![quad(square); 2],
+    ] {
+        let scene = scene("next to nothing", faces);
+        for visibility in [Visibility::Rays, Visibility::Stereographic] {
+            let settings = Settings {
+                texels: 3,
+                cells: 2,
+                samples: 2,
+                visibility,
+                item_buffer: 64,
+                ..Settings::default()
+            };
+            let mesh = cover::sampled(&scene, &settings).unwrap();
+            for engine in [
+                &mut CpuSolver::new(&mesh, &settings) as &mut dyn Engine,
+                &mut GpuSolver::new(&gpu, &mesh, &settings).unwrap(),
+            ] {
+                let run = free(engine, &settings);
+                assert!(run.converged);
+                sound(&run.field, 0.0);
+                assert!(
+                    run.field
+                        .irradiance
+                        .iter()
+                        .all(|h| h.truncate() == Vec3::ZERO)
+                );
+                balanced(&mesh, &run.field, &run.shots);
+            }
+        }
+    }
+}
+
+/// Corners on a coarse lattice: points, lines, copies, faces that cross, touch and enclose others.
+fn rubble() -> impl Strategy<Value = Scene> {
+    let corner = || prop::array::uniform3(-2i32..=2).prop_map(|p| DVec3::from(p.map(f64::from)));
+    let face =
+        (corner(), corner(), corner(), any::<bool>(), -6i32..=6).prop_map(|(a, b, c, whole, e)| {
+            let emission = Vec3::splat(10f32.powi(e));
+            let grey = Vec3::new(0.0, 0.5, 0.95);
+            if whole {
+                Face::quad("", [a, b, b + c - a, c], emission, grey)
+            } else {
+                Face::triangle("", [a, b, c], emission, grey)
+            }
+        });
+    prop::collection::vec(face, 2..14).prop_map(|faces| scene("rubble", faces))
+}
+
+proptest! {
+    #![proptest_config(cases(192))]
+    #[test]
+    fn rubble_is_lit_without_panic(scene in rubble(), samples in 1u32..4, cells in 1u32..4, iteration in 0usize..2) {
+        let settings = Settings {
+            texels: 4,
+            cells,
+            samples,
+            max_shots: 64,
+            iteration: [Iteration::Southwell, Iteration::Cg][iteration],
+            ..Settings::default()
+        };
+        let Ok(mesh) = cover::sampled(&scene, &settings) else {
+            return Ok(());
+        };
+        let mut engine = CpuSolver::new(&mesh, &settings);
+        let run = passes::solve(&mut engine, &mesh, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        // Conjugate directions may overshoot until they have settled.
+        sound(&run.field, if iteration == 0 { 0.0 } else { f32::MIN });
+        if iteration == 0 {
+            balanced(&mesh, &run.field, &run.shots);
+        }
+    }
+}

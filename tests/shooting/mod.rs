@@ -1,0 +1,7 @@
+//! The loop, its passes and iterations, and its balance of energy.
+
+mod energy;
+mod iterations;
+mod order;
+mod passes;
+mod soft;
