@@ -2,7 +2,7 @@
 
 use super::convex::Convex;
 use super::lamp::{self, Lamp};
-use super::loft::Panel;
+use super::loft::{Panel, Sheet, dress};
 use super::place::{Rests, Space};
 use super::pose::{Pose, put};
 use super::room::Room;
@@ -10,25 +10,6 @@ use super::{Kind, Source, reflectance, turned};
 use glam::{DMat3, DVec3};
 use rand::RngExt;
 use std::f64::consts::TAU;
-use std::fmt;
-
-/// How the two sides of a sheet are given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sheet {
-    /// Each is the other's partner.
-    Partners,
-    /// Two faces that coincide.
-    Coinciding,
-}
-
-impl fmt::Display for Sheet {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Partners => "two-sided",
-            Self::Coinciding => "of two faces",
-        })
-    }
-}
 
 /// What is in a room.
 #[derive(Default)]
@@ -102,15 +83,6 @@ fn light(source: &mut Source, kind: Kind, space: &mut Space, all: &mut Furnished
     }
     if all.lamps.is_empty() {
         all.lamps.push(Lamp::Wall);
-    }
-}
-
-/// One colour for all faces, or each its own.
-pub fn dress(source: &mut Source, panels: &mut [Panel]) {
-    let same = reflectance(source);
-    let one = source.random_bool(0.6);
-    for panel in panels {
-        panel.reflectance = if one { same } else { reflectance(source) };
     }
 }
 

@@ -23,8 +23,8 @@ use rand::{RngExt, SeedableRng};
 use std::fmt;
 use std::ops::Range;
 
-pub use body::Sheet;
 pub use lamp::Lamp;
+pub use loft::Sheet;
 pub use pose::Pose;
 
 /// The numbers drawn: a named generator, so that a seed stays the same scene.
