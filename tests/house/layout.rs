@@ -41,8 +41,6 @@ const TIED: &[&str] = &[
     "oracle::relight::warnings, oracle::relight::work",
     "oracle::show::report::page, oracle::show::report::section",
     "oracle::study::chart::page, oracle::study::chart::plot",
-    "oracle::study::random::body, oracle::study::random::lamp, oracle::study::random::loft, \
-     oracle::study::random::place, oracle::study::random::room",
     "oracle::study::stress::chart, oracle::study::stress::curves",
 ];
 
