@@ -36,7 +36,7 @@ pub fn html(table: &Table) -> String {
         @for (k, f) in table.figures.iter().enumerate() { (pictures(k, f)) }
     };
     Page {
-        title: "Radiosity: the paper's Table 4 again",
+        title: "Radiosity: the paper's Table 4, repeated",
         bar: ("Parts", links),
         verdict: html! {},
         style: "",

@@ -40,7 +40,7 @@ pub fn page(findings: &Findings, ratios: &Ratios, told: &Told) -> String {
         section #all { h2 { "All scenes" } (scenes(findings)) }
     };
     Page {
-        title: "Radiosity: scenes drawn anew",
+        title: "Radiosity: freshly drawn scenes",
         bar: ("Parts", links),
         verdict: html! {},
         style: STYLE,
