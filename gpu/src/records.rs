@@ -1,9 +1,9 @@
 //! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
 
-use crate::probe::Aim;
 use bytemuck::{Pod, Zeroable};
 use common::mesh::{Cell, Cover, Mesh, MeshFace, Point, Texel, TexelKind};
 use common::shooting::{Had, Rule, Shot};
+use glam::Vec3;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -225,6 +225,21 @@ impl ShotRecord {
     pub fn scale(&self) -> f32 {
         self.scale
     }
+}
+
+/// The frame of a shooter as `aim` leaves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// The sample's point on the cell.
+    pub centre: Vec3,
+    /// The face's normal.
+    pub normal: Vec3,
+    /// x of the frame.
+    pub tangent: Vec3,
+    /// y of the frame.
+    pub bitangent: Vec3,
+    /// The sheet that is not drawn.
+    pub sheet: u32,
 }
 
 /// Bytes of `Shot`.

@@ -1,12 +1,15 @@
 //! The WGSL that is compiled: constants from Rust, then the files of `shaders/`.
 
-use crate::profile::ROUNDS;
+use crate::dispatches::{Counted, DISPATCH_WORDS};
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;
 use common::sampling::{INSIDE, STEPS};
 use common::settings::{Lookup, Settings, Visibility};
 use common::{Error, Result};
+
+/// Rounds of the loop in `measure.wgsl`, 32 operations each.
+pub const ROUNDS: u32 = 256;
 
 /// A planted fault: in shader file `file`, the one place that reads `from` reads `to` instead.
 /// The harness uses it to prove that it can fail.
@@ -132,6 +135,12 @@ fn constants(settings: &Settings) -> String {
         ("STEP_V", STEPS[1]),
         ("RAY_STACK", RAY_STACK),
         ("ROUNDS", ROUNDS),
+        ("DISPATCH_WORDS", DISPATCH_WORDS),
+        ("COUNTED_DEPOSIT", Counted::Deposit as u32),
+        ("COUNTED_ESCAPE", Counted::Escape as u32),
+        ("COUNTED_POWER", Counted::Power as u32),
+        ("COUNTED_LINKS", Counted::Links as u32),
+        ("COUNTED_RECEIVED", Counted::Received as u32),
     ];
     for (name, value) in integers {
         text.push_str(&format!("const {name}: u32 = {value}u;\n"));

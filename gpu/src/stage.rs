@@ -2,10 +2,10 @@
 //! sets of buffers as there are.
 
 use crate::adapter::Gpu;
+use crate::compiled::Compiled;
 use crate::shaders::{Fault, source};
 use common::Result;
 use common::settings::{Raster, Settings};
-use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wgpu::ShaderStages as Stages;
 
@@ -23,13 +23,6 @@ pub enum Slot<'a> {
     Texture(&'a wgpu::TextureView),
 }
 use Slot::{Read, Texture, Uniform, Write};
-
-/// The pipelines of a device, each by its shader's text: solving again compiles nothing.
-#[derive(Default)]
-pub struct Compiled {
-    computes: HashMap<(&'static str, String), (wgpu::ComputePipeline, wgpu::BindGroupLayout)>,
-    rasters: HashMap<String, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>,
-}
 
 /// Where the pipelines of a solver are made.
 pub struct Workshop {

@@ -6,8 +6,9 @@
 //! segment from the shooter; the nine pixels name the faces that may hide the texel, those are asked
 //! exactly.
 
-use crate::twin::item_buffer::{ItemBuffer, View};
+use crate::twin::item_buffer::ItemBuffer;
 use crate::twin::projection::{pixels, project};
+use crate::twin::view::View;
 use common::constants::{END, OUTLINE};
 use common::intersect::{intersect, touches};
 use common::mesh::Mesh;
