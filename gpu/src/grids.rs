@@ -3,9 +3,16 @@
 use common::constants::LEVELS;
 use common::mesh::Mesh;
 
-/// Bytes of one level's list of instances: (face, parts) each.
+/// Bytes of an instance: face, parts.
+pub const INSTANCE_BYTES: u64 = 8;
+/// Words of an indexed draw's arguments.
+pub const DRAW_WORDS: u32 = 5;
+/// Which of them says how many instances are drawn.
+pub const DRAW_INSTANCES: u32 = 1;
+
+/// Bytes of one level's list of instances.
 pub fn level_bytes(mesh: &Mesh) -> u64 {
-    8 * mesh.faces.len() as u64
+    INSTANCE_BYTES * mesh.faces.len() as u64
 }
 
 /// A face cut into 2^l × 2^l quads of two triangles for every level l.

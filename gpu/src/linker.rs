@@ -2,7 +2,7 @@
 
 use crate::buffers::Buffers;
 use crate::dispatches::Counted;
-use crate::grids::level_bytes;
+use crate::grids::{DRAW_WORDS, level_bytes};
 use crate::pipelines::{ItemBufferStages, LinkStages};
 use crate::slots::Slots;
 use crate::stage::Stage;
@@ -152,7 +152,7 @@ impl Linker<'_> {
         // With tiles there is one: the viewport is the whole texture.
         for level in 0..u64::from(LEVELS) {
             pass.set_vertex_buffer(0, s.instances.slice(level * bytes..(level + 1) * bytes));
-            pass.draw_indexed_indirect(&s.draws, level * 20);
+            pass.draw_indexed_indirect(&s.draws, 4 * u64::from(DRAW_WORDS) * level);
         }
     }
 }

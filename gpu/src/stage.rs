@@ -3,6 +3,7 @@
 
 use crate::adapter::Gpu;
 use crate::compiled::Compiled;
+use crate::grids::INSTANCE_BYTES;
 use crate::shaders::{Fault, source};
 use common::Result;
 use common::settings::{Raster, Settings};
@@ -185,7 +186,7 @@ fn raster(
 ) -> wgpu::RenderPipeline {
     // Tessellated faces come as lists of instances, the others by the number of the vertex.
     let instances = [Some(wgpu::VertexBufferLayout {
-        array_stride: 8,
+        array_stride: INSTANCE_BYTES,
         step_mode: wgpu::VertexStepMode::Instance,
         attributes: &[wgpu::VertexAttribute {
             format: wgpu::VertexFormat::Uint32x2,

@@ -77,10 +77,7 @@ pub fn visible(
     let y = (p.y.floor() as i32).clamp(0, last);
     let mut found = false;
     let mut asked = 0;
-    let reach = match lookup {
-        Lookup::Exact => 0,
-        Lookup::Neighbours => 1,
-    };
+    let reach = lookup.reach();
     for j in (y - reach).max(0)..=(y + reach).min(last) {
         for i in (x - reach).max(0)..=(x + reach).min(last) {
             let id = buffer.ids[(j as u32 * buffer.size + i as u32) as usize];
