@@ -13,6 +13,7 @@ pub mod cover;
 pub mod energy;
 pub mod error;
 pub mod escape;
+mod face;
 pub mod file;
 pub mod form_factor;
 pub mod import;

@@ -5,14 +5,16 @@
 //! length nor the distance from the origin changes a result. Texels of one cell are contiguous:
 //! texel t of the solver is pixel `texels[t].pixel` of the atlas.
 
-use crate::constants::{CONTACT, FAR, OUTLINE};
+use crate::constants::FAR;
 use crate::error::{Error, Result};
+pub use crate::face::MeshFace;
 use crate::form_factor::Shooter;
 use crate::overlap::{Overlaps, overlaps};
 use crate::sampling;
 use crate::scene::{Face, Scene, Shape};
 use crate::texel::{self, Cells};
-use glam::{DVec3, Vec3, Vec4};
+pub use crate::texel::{Texel, TexelKind};
+use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -22,68 +24,6 @@ pub const MAX_TEXELS: u64 = 1 << 26;
 /// Half extents that are solved: the squares of areas, fourth powers, stay normal numbers in f64, those
 /// of faces of 1e−20 of the extent as well.
 const EXTENTS: Range<f64> = 1e-50..1e50;
-
-/// A face in the mesh's unit.
-#[derive(Clone, Copy, Debug)]
-pub struct MeshFace {
-    /// Corners, counter-clockwise from the front; a triangle repeats its third.
-    pub corners: [Vec3; 4],
-    /// Unit front normal; zero on a face without area.
-    pub normal: Vec3,
-    /// Unit vector along the first edge; the frame is (tangent, normal × tangent, normal).
-    pub tangent: Vec3,
-    /// Front plane: unit normal and its product with a corner.
-    pub plane: Vec4,
-    /// Planes through the edges, inward: a point p of the plane is inside where m·p ≥ w for all
-    /// four; (0, 0) for the edge that a triangle lacks.
-    pub edges: [Vec4; 4],
-    /// Faces at the same place are one sheet, named by the first; else the face itself.
-    pub sheet: u32,
-    /// Whether the sheet has two faces.
-    pub two_sided: bool,
-    /// Texels W×H (N×N on a triangle).
-    pub resolution: [u32; 2],
-    /// No point of a texel is farther from its centre.
-    pub texel_radius: f32,
-    /// The face's rectangle in the atlas: x, y, w, h in pixels.
-    pub rect: [u32; 4],
-}
-
-impl MeshFace {
-    /// Its corners in an order of their own, to tell faces at the same place by.
-    pub fn place(&self) -> [[u32; 3]; 4] {
-        // −0 is 0.
-        let bits = |c: Vec3| (c + Vec3::ZERO).to_array().map(f32::to_bits);
-        let mut corners = self.corners.map(bits);
-        corners.sort_unstable();
-        corners
-    }
-
-    /// Whether a point lies on it, its outline included.
-    pub fn holds(&self, point: Vec3) -> bool {
-        let above = |plane: &Vec4| plane.truncate().dot(point) - plane.w;
-        above(&self.plane).abs() <= CONTACT && self.edges.iter().all(|edge| above(edge) >= -OUTLINE)
-    }
-
-    /// Whether some of its front can see some of the other's where nothing is between.
-    pub fn faces(&self, other: &Self) -> bool {
-        let above = |plane: Vec4, p: &Vec3| plane.truncate().dot(*p) > plane.w;
-        let sees = |a: &Self, b: &Self| b.corners.iter().any(|p| above(a.plane, p));
-        !self.is_buried() && !other.is_buried() && sees(self, other) && sees(other, self)
-    }
-
-    /// Whether it has no area, or lies under earlier fronts as a whole.
-    pub fn is_buried(&self) -> bool {
-        self.normal == Vec3::ZERO
-    }
-
-    /// Makes it one without area, which neither shoots, receives nor blocks.
-    fn bury(&mut self) {
-        self.corners = [self.corners[0]; 4];
-        (self.normal, self.plane) = (Vec3::ZERO, Vec4::ZERO);
-        (self.edges, self.texel_radius) = ([Vec4::ZERO; 4], 0.0);
-    }
-}
 
 /// What shoots, a patch: a face, or one of its K×K cells.
 #[derive(Clone, Copy, Debug)]
@@ -107,40 +47,6 @@ impl Cell {
     pub fn texels(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
-}
-
-/// What receives, an element.
-#[derive(Clone, Copy, Debug)]
-pub struct Texel {
-    /// Centroid.
-    pub position: Vec3,
-    /// Area in the mesh's unit squared.
-    pub area: f32,
-    /// Its face.
-    pub face: u32,
-    /// Its place in the face, row-major in the face's rectangle.
-    pub index: u32,
-    /// Its pixel in the atlas, row-major.
-    pub pixel: u32,
-    /// Its lower corner (i, j) on the face's lattice.
-    pub place: [u32; 2],
-    /// Its outline.
-    pub kind: TexelKind,
-    /// Diffuse reflectance ρ.
-    pub reflectance: Vec3,
-    /// Emitted radiosity E, W/m².
-    pub emission: Vec3,
-}
-
-/// The outline of a texel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TexelKind {
-    /// From (i, j) to (i + 1, j + 1).
-    Quad,
-    /// (i, j), (i + 1, j), (i, j + 1).
-    Upright,
-    /// (i + 1, j + 1), (i, j + 1), (i + 1, j).
-    Inverted,
 }
 
 /// A point in which a cell is looked at.
@@ -216,26 +122,9 @@ impl Mesh {
             overlaps: Vec::new(),
         };
         for (f, face) in scene.faces.iter().enumerate() {
-            let normal = face.vector_area().normalize_or_zero();
-            let along = longest_edge(face.outline());
             let corners = face.corners.map(local);
-            mesh.faces.push(MeshFace {
-                corners,
-                normal: normal.as_vec3(),
-                plane: plane(normal, corners[0]),
-                edges: edges(&corners, normal),
-                sheet: face
-                    .partner
-                    .map_or(f as u32, |partner| partner.min(f as u32)),
-                tangent: along
-                    .reject_from(normal.try_normalize().unwrap_or(DVec3::Z))
-                    .normalize_or_zero()
-                    .as_vec3(),
-                two_sided: face.partner.is_some(),
-                resolution: resolutions[f],
-                texel_radius: texel_radius(&corners, resolutions[f]),
-                rect: rects[f],
-            });
+            let face = MeshFace::new(face, f as u32, corners, resolutions[f], rects[f]);
+            mesh.faces.push(face);
             mesh.add_texels(scene, f, k, &local);
         }
         mesh.join_coincident();
@@ -275,7 +164,7 @@ impl Mesh {
     /// lighting. A face of no others is as one without area.
     fn bury_overlapped(&mut self) {
         let ranges = self.face_texels();
-        let Overlaps { pairs, covered } = overlaps(self, &ranges);
+        let Overlaps { pairs, covered } = overlaps(&self.faces, &self.texels, &ranges);
         self.overlaps = pairs;
         if self.overlaps.is_empty() {
             return;
@@ -447,32 +336,6 @@ fn place(shape: Shape, [w, h]: [u32; 2], index: u32) -> ([u32; 2], TexelKind) {
     }
 }
 
-fn plane(normal: DVec3, point: Vec3) -> Vec4 {
-    normal.extend(normal.dot(point.as_dvec3())).as_vec4()
-}
-
-fn edges(corners: &[Vec3; 4], normal: DVec3) -> [Vec4; 4] {
-    std::array::from_fn(|k| {
-        let along = (corners[(k + 1) % 4] - corners[k]).as_dvec3();
-        plane(normal.cross(along).normalize_or_zero(), corners[k])
-    })
-}
-
-/// A frame must not hang on a short first edge.
-fn longest_edge(outline: &[DVec3]) -> DVec3 {
-    let n = outline.len();
-    (0..n)
-        .map(|k| outline[(k + 1) % n] - outline[k])
-        .reduce(|a, b| {
-            if b.length_squared() > a.length_squared() {
-                b
-            } else {
-                a
-            }
-        })
-        .unwrap_or(DVec3::X)
-}
-
 /// Beyond this distance from the centre of `cell` a texel of `face` is [`far`]: it may be six times
 /// its radius from the cell.
 ///
@@ -503,18 +366,6 @@ fn check(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// Half the diagonal of the largest texel, at most; a triangle's are all alike.
-fn texel_radius([a, b, c, d]: &[Vec3; 4], [w, h]: [u32; 2]) -> f32 {
-    if c == d {
-        let centre = (a + b + c) / 3.0;
-        let radii = [a, b, c].map(|corner| corner.distance(centre));
-        return radii.into_iter().fold(0.0, f32::max) / w as f32;
-    }
-    let along = a.distance(*b).max(d.distance(*c)) / w as f32;
-    let across = a.distance(*d).max(b.distance(*c)) / h as f32;
-    0.5 * (along + across)
 }
 
 /// Centre and power-of-two half extent of the faces, if that can be solved.

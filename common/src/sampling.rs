@@ -7,7 +7,7 @@
 //! same points. S = 1 is centre to centre. Twin of `gpu/src/shaders/sampling.wgsl`.
 
 use crate::constants::{NEAR, NEAR_QUAD, NEAR_TRIANGLE};
-use crate::mesh::TexelKind;
+use crate::texel::TexelKind;
 use glam::{Vec3, Vec4};
 
 /// φ⁻ᵏ·2³² for k = 1…4: texel u, texel v, cell u, cell v.

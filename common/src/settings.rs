@@ -47,6 +47,16 @@ pub enum Lookup {
     Neighbours,
 }
 
+impl Lookup {
+    /// How many pixels to each side of its own.
+    pub fn reach(self) -> i32 {
+        match self {
+            Self::Exact => 0,
+            Self::Neighbours => 1,
+        }
+    }
+}
+
 /// Which cells shoot next, and how much.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -5,7 +5,41 @@
 //! holds 2(N−j)−1 of them, upright and inverted alternating. A cell is a block of whole texels.
 
 use crate::scene::{Face, Shape};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+
+/// What receives, an element.
+#[derive(Clone, Copy, Debug)]
+pub struct Texel {
+    /// Centroid.
+    pub position: Vec3,
+    /// Area in the mesh's unit squared.
+    pub area: f32,
+    /// Its face.
+    pub face: u32,
+    /// Its place in the face, row-major in the face's rectangle.
+    pub index: u32,
+    /// Its pixel in the atlas, row-major.
+    pub pixel: u32,
+    /// Its lower corner (i, j) on the face's lattice.
+    pub place: [u32; 2],
+    /// Its outline.
+    pub kind: TexelKind,
+    /// Diffuse reflectance ρ.
+    pub reflectance: Vec3,
+    /// Emitted radiosity E, W/m².
+    pub emission: Vec3,
+}
+
+/// The outline of a texel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TexelKind {
+    /// From (i, j) to (i + 1, j + 1).
+    Quad,
+    /// (i, j), (i + 1, j), (i, j + 1).
+    Upright,
+    /// (i + 1, j + 1), (i, j + 1), (i + 1, j).
+    Inverted,
+}
 
 /// One texel's outline on its face: 4 or 3 corners, counter-clockwise from the front.
 #[derive(Clone, Copy, Debug)]
@@ -186,7 +220,6 @@ fn blocks_before(k: u32, rows: u32) -> u32 {
 mod tests {
     use super::*;
     use approx::abs_diff_eq;
-    use glam::Vec3;
 
     fn faces() -> [Face; 2] {
         let p = |x: f64, y: f64| DVec3::new(x, y, 1.0);

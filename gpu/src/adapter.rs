@@ -1,9 +1,12 @@
 //! Adapters, and the device on one of them.
 
-use crate::clock::TIMESTAMPS;
-use crate::stage::Compiled;
+use crate::compiled::Compiled;
 use common::{Error, Result};
 use std::sync::{Arc, Mutex};
+
+/// What timestamps between passes need.
+pub const TIMESTAMPS: wgpu::Features =
+    wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
 
 /// What `radiosity adapters` lists.
 #[derive(Clone, Debug)]

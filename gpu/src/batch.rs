@@ -1,16 +1,11 @@
 //! One submission: many shots recorded in a row, without a look at what any of them did.
 
 use crate::buffers::{Buffers, LOG_BYTES};
+use crate::dispatches::Counted;
 use crate::linker::{Linker, Shots, bind, single};
 use crate::pipelines::Pipelines;
 use crate::slots::Slots;
 use common::mesh::Mesh;
-
-/// Byte offsets of each stage's workgroup counts in `dispatches`, as in `select.wgsl`.
-const DEPOSIT: u64 = 0;
-const POWER: u64 = 24;
-/// Bytes of `dispatches`.
-pub const DISPATCH_BYTES: u64 = 60;
 
 /// What a batch records its commands against.
 pub struct Recorder<'a> {
@@ -48,9 +43,9 @@ impl Recorder<'_> {
             linker.record(encoder, step);
         }
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for (stage, offset) in [(&p.deposit, DEPOSIT), (&p.power, POWER)] {
+        for (stage, counted) in [(&p.deposit, Counted::Deposit), (&p.power, Counted::Power)] {
             bind(&mut pass, stage);
-            pass.dispatch_workgroups_indirect(&b.dispatches, offset);
+            pass.dispatch_workgroups_indirect(&b.dispatches, counted.offset());
         }
         single(&mut pass, &p.next);
     }

@@ -1,11 +1,11 @@
 //! What a solve keeps on the device: the scene, the texels' state and the links; allocated once.
 
 use crate::adapter::Gpu;
-use crate::batch::DISPATCH_BYTES;
+use crate::dispatches::DISPATCH_BYTES;
+use crate::grids::{grids, level_bytes};
 use crate::records::{
     CellRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, PointRecord, ROW_BYTES, TexelRecord,
 };
-use crate::slots::{grids, level_bytes};
 use bytemuck::{Pod, cast, cast_slice};
 use common::bvh::Bvh;
 use common::constants::{LEVELS, RAY_STACK};

@@ -1,6 +1,6 @@
 //! How long a submission takes: by the device's own clock where it has one, else by the host's.
 
-use crate::adapter::Gpu;
+use crate::adapter::{Gpu, TIMESTAMPS};
 use crate::host::Host;
 use common::Result;
 use std::time::Instant;
@@ -56,7 +56,3 @@ impl Clock {
         Ok(ticks[1].saturating_sub(ticks[0]) as f64 * period * 1e-9)
     }
 }
-
-/// What timestamps between passes need.
-pub const TIMESTAMPS: wgpu::Features =
-    wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);

@@ -1,17 +1,14 @@
 //! The stages that make links, recorded for one shot chosen on the device or for many side by side.
 
 use crate::buffers::Buffers;
+use crate::dispatches::Counted;
+use crate::grids::{DRAW_WORDS, level_bytes};
 use crate::pipelines::{ItemBufferStages, LinkStages};
-use crate::slots::{Slots, level_bytes};
+use crate::slots::Slots;
 use crate::stage::Stage;
 use common::constants::LEVELS;
 use common::mesh::Mesh;
 use common::settings::Raster;
-
-/// Byte offsets of each stage's workgroup counts in `dispatches`, as in `select.wgsl`.
-const ESCAPE: u64 = 12;
-const LINK: u64 = 36;
-const RECEIVED: u64 = 48;
 
 /// A part of the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,23 +53,23 @@ impl Linker<'_> {
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, step: Step) {
         match step {
             Step::Draw => self.draws(encoder),
-            Step::Links => self.compute(encoder, &[(&self.stages.links, 0, LINK)]),
-            Step::Escape => self.compute(encoder, &[(&self.stages.escape, 1, ESCAPE)]),
+            Step::Links => self.compute(encoder, &[(&self.stages.links, 0, Counted::Links)]),
+            Step::Escape => self.compute(encoder, &[(&self.stages.escape, 1, Counted::Escape)]),
             Step::Sums => {
-                self.compute(encoder, &[(&self.stages.received, 2, RECEIVED)]);
+                self.compute(encoder, &[(&self.stages.received, 2, Counted::Received)]);
                 self.single(encoder, &self.stages.closure);
             }
         }
     }
 
     /// Stages with workgroups over texels, directions or cells.
-    fn compute(&self, encoder: &mut wgpu::CommandEncoder, stages: &[(&Stage, usize, u64)]) {
+    fn compute(&self, encoder: &mut wgpu::CommandEncoder, stages: &[(&Stage, usize, Counted)]) {
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for (stage, groups, offset) in stages {
+        for (stage, groups, counted) in stages {
             bind(&mut pass, stage);
             match self.shots {
                 Shots::Chosen => {
-                    pass.dispatch_workgroups_indirect(&self.buffers.dispatches, *offset);
+                    pass.dispatch_workgroups_indirect(&self.buffers.dispatches, counted.offset());
                 }
                 Shots::These(cells, counts) => {
                     let [x, y, ..] = counts[*groups];
@@ -155,7 +152,7 @@ impl Linker<'_> {
         // With tiles there is one: the viewport is the whole texture.
         for level in 0..u64::from(LEVELS) {
             pass.set_vertex_buffer(0, s.instances.slice(level * bytes..(level + 1) * bytes));
-            pass.draw_indexed_indirect(&s.draws, level * 20);
+            pass.draw_indexed_indirect(&s.draws, 4 * u64::from(DRAW_WORDS) * level);
         }
     }
 }

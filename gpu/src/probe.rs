@@ -4,16 +4,16 @@
 use crate::context::Context;
 use crate::linker::{Linker, Shots, Step};
 use crate::pipelines::LinkStages;
+pub use crate::records::Aim;
 use crate::records::{Params, SHOT_BYTES, ShotRecord};
 use crate::shaders::Fault;
 use crate::slots::Slots;
-use crate::solver::GpuSolver;
 use crate::stage::Workshop;
 use bytemuck::pod_collect_to_vec;
 use common::Result;
 use common::settings::Visibility;
 use common::shooting::Rule;
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 /// The last sample leaves its sums beside the link, as the others do; nothing else changes.
 const TOLD: Fault = Fault {
@@ -25,24 +25,9 @@ const TOLD: Fault = Fault {
 };
 
 /// Slots for one shot, one sample at a time, and the stages bound to them.
-pub struct Bench {
+pub(crate) struct Bench {
     slots: Slots,
     stages: LinkStages,
-}
-
-/// The frame of a shooter as `aim` leaves it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aim {
-    /// The sample's point on the cell.
-    pub centre: Vec3,
-    /// The face's normal.
-    pub normal: Vec3,
-    /// x of the frame.
-    pub tangent: Vec3,
-    /// y of the frame.
-    pub bitangent: Vec3,
-    /// The sheet that is not drawn.
-    pub sheet: u32,
 }
 
 /// What one sample left.
@@ -69,81 +54,26 @@ pub struct Row {
     pub scale: f32,
 }
 
-impl GpuSolver<'_> {
-    /// Makes the links of `cell`; `each` sees what every sample leaves.
-    pub fn probe(&mut self, cell: u32, each: &mut dyn FnMut(Sample)) -> Result<Row> {
-        let bench = match self.bench.take() {
-            Some(bench) => bench,
-            None => Bench::new(self)?,
-        };
-        let row = bench.probe(self, cell, each);
-        self.bench = Some(bench);
-        row
-    }
-
-    /// What `cells` take of each other as solves by passes keep it, a row a cell; their links must
-    /// have been made.
-    pub fn taken(&mut self, cells: &[u32]) -> Result<Vec<Vec<f32>>> {
-        let (context, passes) = self.passes()?;
-        let bytes = 4 * context.mesh.cells.len() as u64;
-        let mut rows = Vec::with_capacity(cells.len());
-        for cell in cells {
-            let staging = context.host.staging(bytes);
-            let mut encoder = context.host.encoder();
-            let from = u64::from(*cell) * bytes;
-            encoder.copy_buffer_to_buffer(&passes.slots.taken, from, &staging, 0, bytes);
-            rows.push(pod_collect_to_vec(&context.host.finish(encoder, staging)?));
-        }
-        Ok(rows)
-    }
-
-    /// The links of `cells` to all texels as solves by passes make and keep them.
-    pub fn rows(&mut self, cells: &[u32]) -> Result<Vec<Vec<f32>>> {
-        let (context, passes) = self.passes()?;
-        let bytes = 4 * context.mesh.texels.len() as u64;
-        let mut rows = Vec::with_capacity(cells.len());
-        for cell in cells {
-            passes.keep(context, &[*cell])?;
-            let place = u64::from(cell % context.buffers.places);
-            let staging = context.host.staging(bytes);
-            let mut encoder = context.host.encoder();
-            encoder.copy_buffer_to_buffer(
-                &context.buffers.links,
-                place * bytes,
-                &staging,
-                0,
-                bytes,
-            );
-            rows.push(pod_collect_to_vec(&context.host.finish(encoder, staging)?));
-        }
-        Ok(rows)
-    }
-}
-
 impl Bench {
-    fn new(solver: &GpuSolver) -> Result<Self> {
-        let context = &solver.context;
+    pub fn new(context: &Context, faults: &[Fault]) -> Result<Self> {
         let (gpu, settings) = (&context.host.gpu, &context.settings);
         let slots = Slots {
             step: 1,
             ..Slots::new(gpu, context.mesh, settings, 1, 1)
         };
-        let shop = Workshop::new(gpu, settings, &[&[TOLD], solver.workshop.faults()].concat());
+        let shop = Workshop::new(gpu, settings, &[&[TOLD], faults].concat());
         let stages = LinkStages::new(&shop, settings, &context.buffers, &slots)?;
         gpu.check()?;
         Ok(Self { slots, stages })
     }
 
-    fn probe(
+    /// Makes the links of `cell`; `each` sees what every sample leaves.
+    pub fn probe(
         &self,
-        solver: &mut GpuSolver,
+        context: &mut Context,
         cell: u32,
         each: &mut dyn FnMut(Sample),
     ) -> Result<Row> {
-        if let Some(passes) = &mut solver.passes {
-            passes.forget();
-        }
-        let context = &mut solver.context;
         let (mesh, groups) = (context.mesh, context.groups());
         let params: Params = context.params(&self.slots, Rule::PLAIN);
         context.host.write(&self.slots.params, &[params]);

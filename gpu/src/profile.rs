@@ -6,6 +6,7 @@ use crate::clock::Clock;
 use crate::host::Host;
 use crate::linker::Step;
 use crate::passes::dispatch;
+use crate::shaders::ROUNDS;
 use crate::solver::GpuSolver;
 use crate::stage::Slot::{Read, Write};
 use crate::stage::Workshop;
@@ -16,8 +17,6 @@ use common::shooting::Shoot;
 use glam::Vec3;
 use std::time::Instant;
 
-/// Rounds of the loop in `measure.wgsl`, 32 operations each.
-pub const ROUNDS: u32 = 256;
 /// Lanes that measure the machine: copies of 128 MiB in all, what every adapter binds.
 const COPIED: u64 = 1 << 22;
 

@@ -1,20 +1,69 @@
 //! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
 
-use crate::probe::Aim;
 use bytemuck::{Pod, Zeroable};
-use common::mesh::{Cell, Cover, Mesh, MeshFace, Point, Texel, TexelKind};
-use common::shooting::{Had, Rule, Shot};
+use common::mesh::{Cell, Mesh, MeshFace, Point, Texel};
+#[cfg(doc)]
+use common::shooting::Had;
+use common::shooting::{Rule, Shot};
+use glam::Vec3;
+use std::mem::offset_of;
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct FaceRecord {
-    plane: [f32; 4],
-    tangent: [f32; 4],
-    corners: [[f32; 4]; 4],
-    edges: [[f32; 4]; 4],
-    sheet: u32,
-    two_sided: u32,
-    resolution: [u32; 2],
+/// Where the members of a shader's struct lie.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Its name in `types.wgsl`.
+    pub name: &'static str,
+    /// Bytes.
+    pub size: usize,
+    /// Each member's name and the bytes before it.
+    pub members: &'static [(&'static str, usize)],
+}
+
+/// A record, and the layout by which a test holds the shader's struct to it.
+macro_rules! record {
+    ($(#[$doc:meta])* pub struct $name:ident: $wgsl:literal {
+        $($visible:vis $member:ident: $kind:ty,)*
+    }) => {
+        $(#[$doc])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Pod, Zeroable)]
+        pub struct $name {
+            $($visible $member: $kind,)*
+        }
+
+        impl $name {
+            const LAYOUT: Layout = Layout {
+                name: $wgsl,
+                size: size_of::<Self>(),
+                members: &[$((stringify!($member), offset_of!(Self, $member)),)*],
+            };
+        }
+    };
+}
+
+/// The layouts of all records.
+pub const LAYOUTS: [Layout; 8] = [
+    FaceRecord::LAYOUT,
+    CellRecord::LAYOUT,
+    TexelRecord::LAYOUT,
+    PointRecord::LAYOUT,
+    RowRecord::LAYOUT,
+    LogRecord::LAYOUT,
+    ShotRecord::LAYOUT,
+    Params::LAYOUT,
+];
+
+record! {
+    /// `Face`.
+    pub struct FaceRecord: "Face" {
+        plane: [f32; 4],
+        tangent: [f32; 4],
+        corners: [[f32; 4]; 4],
+        edges: [[f32; 4]; 4],
+        sheet: u32,
+        two_sided: u32,
+        resolution: [u32; 2],
+    }
 }
 
 impl From<&MeshFace> for FaceRecord {
@@ -31,19 +80,20 @@ impl From<&MeshFace> for FaceRecord {
     }
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct CellRecord {
-    centre: [f32; 3],
-    area: f32,
-    corners: [[f32; 4]; 4],
-    face: u32,
-    first: u32,
-    count: u32,
-    open: f32,
-    open_before: f32,
-    radius: f32,
-    pad: [u32; 2],
+record! {
+    /// `Cell`.
+    pub struct CellRecord: "Cell" {
+        centre: [f32; 3],
+        area: f32,
+        corners: [[f32; 4]; 4],
+        face: u32,
+        first: u32,
+        count: u32,
+        open: f32,
+        open_before: f32,
+        radius: f32,
+        pad: [u32; 2],
+    }
 }
 
 impl From<&Cell> for CellRecord {
@@ -63,16 +113,17 @@ impl From<&Cell> for CellRecord {
     }
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct TexelRecord {
-    position: [f32; 3],
-    area: f32,
-    reflectance: [f32; 3],
-    face: u32,
-    place: [u32; 2],
-    kind: u32,
-    pad: u32,
+record! {
+    /// `Texel`.
+    pub struct TexelRecord: "Texel" {
+        position: [f32; 3],
+        area: f32,
+        reflectance: [f32; 3],
+        face: u32,
+        place: [u32; 2],
+        kind: u32,
+        pad: u32,
+    }
 }
 
 impl From<&Texel> for TexelRecord {
@@ -83,23 +134,20 @@ impl From<&Texel> for TexelRecord {
             reflectance: texel.reflectance.into(),
             face: texel.face,
             place: texel.place,
-            kind: match texel.kind {
-                TexelKind::Quad => 0,
-                TexelKind::Upright => 1,
-                TexelKind::Inverted => 2,
-            },
+            kind: texel.kind as u32,
             pad: 0,
         }
     }
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct PointRecord {
-    position: [f32; 3],
-    weight: f32,
-    cover: u32,
-    pad: [u32; 3],
+record! {
+    /// `Point`.
+    pub struct PointRecord: "Point" {
+        position: [f32; 3],
+        weight: f32,
+        cover: u32,
+        pad: [u32; 3],
+    }
 }
 
 impl From<&Point> for PointRecord {
@@ -107,36 +155,43 @@ impl From<&Point> for PointRecord {
         Self {
             position: point.position.into(),
             weight: point.weight,
-            cover: match point.cover {
-                Cover::Open => 0,
-                Cover::Object => 1,
-                Cover::Room => 2,
-            },
+            cover: point.cover as u32,
             pad: [0; 3],
         }
     }
 }
 
-/// `params.rule`: which of the four [`Had`] it is, and two bits.
+/// The bits of `params.rule` that say which [`Had`] it is.
+pub const HAD: u32 = 3;
+/// The bit of `params.rule` for captured shots.
+pub const CAPTURED: u32 = 4;
+/// The bit of `params.rule` for a room that shoots on what it gains.
+pub const KEEP: u32 = 8;
+
+/// `params.rule`.
 pub fn rule_bits(rule: Rule) -> u32 {
-    let had = match rule.had {
-        Had::Nothing => 0,
-        Had::Before => 1,
-        Had::Unhidden => 2,
-        Had::All => 3,
-    };
-    had | u32::from(rule.captured) << 2 | u32::from(rule.keep) << 3
+    let bit = |set: bool, bit: u32| if set { bit } else { 0 };
+    rule.had as u32 | bit(rule.captured, CAPTURED) | bit(rule.keep, KEEP)
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct LogRecord {
-    flux: [f32; 3],
-    cell: u32,
-    form_factor_sum: f32,
-    escaped: f32,
-    unshot: f32,
-    pad: u32,
+record! {
+    /// `Row`, whose links a place keeps.
+    pub struct RowRecord: "Row" {
+        cell: u32,
+        sum: f32,
+    }
+}
+
+record! {
+    /// `Record`.
+    pub struct LogRecord: "Record" {
+        flux: [f32; 3],
+        cell: u32,
+        form_factor_sum: f32,
+        escaped: f32,
+        unshot: f32,
+        pad: u32,
+    }
 }
 
 impl From<&LogRecord> for Shot {
@@ -151,37 +206,37 @@ impl From<&LogRecord> for Shot {
     }
 }
 
-/// `Shot`, as the host writes those whose links are to be made, and reads them back.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct ShotRecord {
-    centre: [f32; 3],
-    area: f32,
-    normal: [f32; 3],
-    shooting: u32,
-    tangent: [f32; 3],
-    sheet: u32,
-    bitangent: [f32; 3],
-    face: u32,
-    corners: [[f32; 4]; 4],
-    radiosity: [f32; 3],
-    pub cell: u32,
-    flux: [f32; 3],
-    first: u32,
-    count: u32,
-    sample: u32,
-    next: u32,
-    fresh: u32,
-    place: u32,
-    scale: f32,
-    open: f32,
-    drawn: u32,
-    open_before: f32,
-    pub taken: u32,
-    pub sum: f32,
-    pub escaped: f32,
-    middle: [f32; 3],
-    radius: f32,
+record! {
+    /// `Shot`, as the host writes those whose links are to be made, and reads them back.
+    pub struct ShotRecord: "Shot" {
+        centre: [f32; 3],
+        area: f32,
+        normal: [f32; 3],
+        shooting: u32,
+        tangent: [f32; 3],
+        sheet: u32,
+        bitangent: [f32; 3],
+        face: u32,
+        corners: [[f32; 4]; 4],
+        radiosity: [f32; 3],
+        pub cell: u32,
+        flux: [f32; 3],
+        first: u32,
+        count: u32,
+        sample: u32,
+        next: u32,
+        fresh: u32,
+        place: u32,
+        scale: f32,
+        open: f32,
+        drawn: u32,
+        open_before: f32,
+        pub taken: u32,
+        pub sum: f32,
+        pub escaped: f32,
+        middle: [f32; 3],
+        radius: f32,
+    }
 }
 
 impl ShotRecord {
@@ -227,31 +282,47 @@ impl ShotRecord {
     }
 }
 
+/// The frame of a shooter as `aim` leaves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// The sample's point on the cell.
+    pub centre: Vec3,
+    /// The face's normal.
+    pub normal: Vec3,
+    /// x of the frame.
+    pub tangent: Vec3,
+    /// y of the frame.
+    pub bitangent: Vec3,
+    /// The sheet that is not drawn.
+    pub sheet: u32,
+}
+
 /// Bytes of `Shot`.
 pub const SHOT_BYTES: u64 = size_of::<ShotRecord>() as u64;
-/// Bytes of `Row`, whose links a place keeps.
-pub const ROW_BYTES: u64 = 8;
+/// Bytes of `Row`.
+pub const ROW_BYTES: u64 = size_of::<RowRecord>() as u64;
 /// Bytes before the records of `Log`.
 pub const LOG_HEAD_BYTES: u64 = 16;
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct Params {
-    pub texels: u32,
-    pub cells: u32,
-    pub faces: u32,
-    pub replay: u32,
-    pub threshold: f32,
-    pub unit: f32,
-    pub places: u32,
-    pub step: u32,
-    pub samples: u32,
-    pub conserve: u32,
-    pub room: u32,
-    pub rule: u32,
-    pub groups: [[u32; 4]; 3],
-    pub tiles: u32,
-    pub first: u32,
-    pub end: u32,
-    pub pad: u32,
+record! {
+    /// `Params`.
+    pub struct Params: "Params" {
+        pub texels: u32,
+        pub cells: u32,
+        pub faces: u32,
+        pub replay: u32,
+        pub threshold: f32,
+        pub unit: f32,
+        pub places: u32,
+        pub step: u32,
+        pub samples: u32,
+        pub conserve: u32,
+        pub room: u32,
+        pub rule: u32,
+        pub groups: [[u32; 4]; 3],
+        pub tiles: u32,
+        pub first: u32,
+        pub end: u32,
+        pub pad: u32,
+    }
 }

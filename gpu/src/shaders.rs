@@ -1,12 +1,21 @@
 //! The WGSL that is compiled: constants from Rust, then the files of `shaders/`.
 
-use crate::profile::ROUNDS;
+use crate::dispatches::{Counted, DISPATCH_WORDS};
+use crate::grids::{DRAW_INSTANCES, DRAW_WORDS};
+use crate::records::{CAPTURED, HAD, KEEP};
+pub use crate::records::{LAYOUTS, Layout};
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;
+use common::mesh::{Cover, TexelKind};
+use common::rays::Sight;
 use common::sampling::{INSIDE, STEPS};
-use common::settings::{Lookup, Settings, Visibility};
+use common::settings::{Settings, Visibility};
+use common::shooting::Had;
 use common::{Error, Result};
+
+/// Rounds of the loop in `measure.wgsl`, 32 operations each.
+pub const ROUNDS: u32 = 256;
 
 /// A planted fault: in shader file `file`, the one place that reads `from` reads `to` instead.
 /// The harness uses it to prove that it can fail.
@@ -95,71 +104,93 @@ pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<Strin
 }
 
 fn constants(settings: &Settings) -> String {
-    let projection = match settings.visibility {
-        Visibility::Paper => 0,
-        Visibility::Hemisphere => 1,
-        Visibility::Stereographic | Visibility::Rays => 2,
-        Visibility::Hemicube => 3,
-    };
-    let form_factor = match settings.form_factor {
-        FormFactor::Paper => 0,
-        FormFactor::Disc => 1,
-        FormFactor::Polygon => 2,
-    };
-    let reach = match settings.lookup {
-        Lookup::Exact => 0,
-        Lookup::Neighbours => 1,
-    };
     let mut text = String::new();
-    let integers = [
-        ("LANES", LANES as u32),
-        ("NEAR", NEAR),
-        ("SELECT_LANES", SELECT_LANES as u32),
-        ("LEVELS", LEVELS),
-        ("HIDDEN", HIDDEN),
-        ("DIRECTIONS", DIRECTIONS as u32),
-        ("SIZE", settings.item_buffer),
-        ("PROJECTION", projection),
-        ("PROJECTION_PAPER", 0),
-        ("PROJECTION_HEMISPHERE", 1),
-        ("PROJECTION_STEREOGRAPHIC", 2),
-        ("PROJECTION_HEMICUBE", 3),
-        ("SIDES", settings.visibility.sides()),
-        ("FORM_FACTOR", form_factor),
-        ("FORM_FACTOR_PAPER", 0),
-        ("FORM_FACTOR_DISC", 1),
-        ("STEP_U", STEPS[0]),
-        ("STEP_V", STEPS[1]),
-        ("RAY_STACK", RAY_STACK),
-        ("ROUNDS", ROUNDS),
-    ];
-    for (name, value) in integers {
+    for (name, value) in integers(settings) {
         text.push_str(&format!("const {name}: u32 = {value}u;\n"));
     }
+    let reach = settings.lookup.reach();
     text.push_str(&format!("const REACH: i32 = {reach};\n"));
-    let reals = [
-        ("PI", PI),
-        ("CONTACT", CONTACT),
-        ("FAR", FAR),
-        ("NEAR_QUAD", NEAR_QUAD),
-        ("NEAR_TRIANGLE", NEAR_TRIANGLE),
-        ("POINT", POINT),
-        ("LOW", LOW),
-        ("OUTLINE", OUTLINE),
-        ("INSIDE_U", INSIDE[0]),
-        ("INSIDE_V", INSIDE[1]),
-        ("MISS", MISS),
-        ("END", END),
-        ("RAY_REACH", RAY_REACH),
-        ("DEPTH_SCALE", DEPTH_SCALE),
-        ("DEPTH_MAX", DEPTH_MAX),
-        ("BELOW", BELOW),
-        ("GUTTER", GUTTER),
-        ("PAPER_NEAR", PAPER_NEAR),
-        ("PAPER_FAR", PAPER_FAR),
-    ];
-    for (name, value) in reals {
+    for (name, value) in REALS {
         text.push_str(&format!("const {name}: f32 = {value:?}f;\n"));
     }
     text
 }
+
+/// Whole numbers, with those of these `settings`.
+fn integers(settings: &Settings) -> impl Iterator<Item = (&'static str, u32)> {
+    let chosen = [
+        ("SIZE", settings.item_buffer),
+        ("PROJECTION", settings.visibility as u32),
+        ("SIDES", settings.visibility.sides()),
+        ("FORM_FACTOR", settings.form_factor as u32),
+    ];
+    INTEGERS.into_iter().chain(CODES).chain(chosen)
+}
+
+/// Whole numbers that are the same in every solve.
+pub const INTEGERS: [(&str, u32); 13] = [
+    ("LANES", LANES as u32),
+    ("NEAR", NEAR),
+    ("SELECT_LANES", SELECT_LANES as u32),
+    ("LEVELS", LEVELS),
+    ("HIDDEN", HIDDEN),
+    ("DIRECTIONS", DIRECTIONS as u32),
+    ("STEP_U", STEPS[0]),
+    ("STEP_V", STEPS[1]),
+    ("RAY_STACK", RAY_STACK),
+    ("ROUNDS", ROUNDS),
+    ("DISPATCH_WORDS", DISPATCH_WORDS),
+    ("DRAW_WORDS", DRAW_WORDS),
+    ("DRAW_INSTANCES", DRAW_INSTANCES),
+];
+
+/// Enums as numbers, by their order in Rust.
+pub const CODES: [(&str, u32); 24] = [
+    ("PROJECTION_PAPER", Visibility::Paper as u32),
+    ("PROJECTION_HEMISPHERE", Visibility::Hemisphere as u32),
+    ("PROJECTION_STEREOGRAPHIC", Visibility::Stereographic as u32),
+    ("PROJECTION_HEMICUBE", Visibility::Hemicube as u32),
+    ("FORM_FACTOR_PAPER", FormFactor::Paper as u32),
+    ("FORM_FACTOR_DISC", FormFactor::Disc as u32),
+    ("QUAD", TexelKind::Quad as u32),
+    ("INVERTED", TexelKind::Inverted as u32),
+    ("COVER_OPEN", Cover::Open as u32),
+    ("COVER_ROOM", Cover::Room as u32),
+    ("BLOCKED", Sight::Blocked as u32),
+    ("HIDDEN_BY_OBJECT", Sight::Hidden as u32),
+    ("CLEAR", Sight::Clear as u32),
+    ("HAD", HAD),
+    ("HAD_BEFORE", Had::Before as u32),
+    ("HAD_UNHIDDEN", Had::Unhidden as u32),
+    ("HAD_ALL", Had::All as u32),
+    ("CAPTURED", CAPTURED),
+    ("KEEP", KEEP),
+    ("COUNTED_DEPOSIT", Counted::Deposit as u32),
+    ("COUNTED_ESCAPE", Counted::Escape as u32),
+    ("COUNTED_POWER", Counted::Power as u32),
+    ("COUNTED_LINKS", Counted::Links as u32),
+    ("COUNTED_RECEIVED", Counted::Received as u32),
+];
+
+/// Reals.
+const REALS: [(&str, f32); 19] = [
+    ("PI", PI),
+    ("CONTACT", CONTACT),
+    ("FAR", FAR),
+    ("NEAR_QUAD", NEAR_QUAD),
+    ("NEAR_TRIANGLE", NEAR_TRIANGLE),
+    ("POINT", POINT),
+    ("LOW", LOW),
+    ("OUTLINE", OUTLINE),
+    ("INSIDE_U", INSIDE[0]),
+    ("INSIDE_V", INSIDE[1]),
+    ("MISS", MISS),
+    ("END", END),
+    ("RAY_REACH", RAY_REACH),
+    ("DEPTH_SCALE", DEPTH_SCALE),
+    ("DEPTH_MAX", DEPTH_MAX),
+    ("BELOW", BELOW),
+    ("GUTTER", GUTTER),
+    ("PAPER_NEAR", PAPER_NEAR),
+    ("PAPER_FAR", PAPER_FAR),
+];

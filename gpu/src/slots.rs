@@ -3,6 +3,7 @@
 
 use crate::adapter::Gpu;
 use crate::buffers::{Buffers, empty, filled, most_bytes, target};
+use crate::grids::{draws, level_bytes};
 use crate::records::{Params, SHOT_BYTES};
 use common::constants::LEVELS;
 use common::mesh::Mesh;
@@ -122,38 +123,4 @@ pub fn most_slots(gpu: &Gpu, mesh: &Mesh, settings: &Settings, b: &Buffers) -> u
     most.min(bytes / (PIXEL_BYTES * side * side))
         .min(across * across)
         .max(1) as u32
-}
-
-/// Bytes of one level's list of instances: (face, parts) each.
-pub fn level_bytes(mesh: &Mesh) -> u64 {
-    8 * mesh.faces.len() as u64
-}
-
-/// A face cut into 2^l × 2^l quads of two triangles for every level l.
-pub fn grids() -> Vec<u32> {
-    let mut indices = Vec::new();
-    for level in 0..LEVELS {
-        let parts = 1u32 << level;
-        for j in 0..parts {
-            for i in 0..parts {
-                let a = j * (parts + 1) + i;
-                let (b, c, d) = (a + 1, a + parts + 2, a + parts + 1);
-                indices.extend([a, b, c, a, c, d]);
-            }
-        }
-    }
-    indices
-}
-
-/// The arguments of each level's draw: index count, instances (set on the device), first index,
-/// base vertex, first instance.
-fn draws() -> Vec<u32> {
-    let mut first = 0;
-    let mut draws = Vec::new();
-    for level in 0..LEVELS {
-        let count = 6 << (2 * level);
-        draws.extend([count, 0, first, 0, 0]);
-        first += count;
-    }
-    draws
 }

@@ -2,10 +2,11 @@
 //! sets of buffers as there are.
 
 use crate::adapter::Gpu;
+use crate::compiled::Compiled;
+use crate::grids::INSTANCE_BYTES;
 use crate::shaders::{Fault, source};
 use common::Result;
 use common::settings::{Raster, Settings};
-use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wgpu::ShaderStages as Stages;
 
@@ -23,13 +24,6 @@ pub enum Slot<'a> {
     Texture(&'a wgpu::TextureView),
 }
 use Slot::{Read, Texture, Uniform, Write};
-
-/// The pipelines of a device, each by its shader's text: solving again compiles nothing.
-#[derive(Default)]
-pub struct Compiled {
-    computes: HashMap<(&'static str, String), (wgpu::ComputePipeline, wgpu::BindGroupLayout)>,
-    rasters: HashMap<String, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>,
-}
 
 /// Where the pipelines of a solver are made.
 pub struct Workshop {
@@ -192,7 +186,7 @@ fn raster(
 ) -> wgpu::RenderPipeline {
     // Tessellated faces come as lists of instances, the others by the number of the vertex.
     let instances = [Some(wgpu::VertexBufferLayout {
-        array_stride: 8,
+        array_stride: INSTANCE_BYTES,
         step_mode: wgpu::VertexStepMode::Instance,
         attributes: &[wgpu::VertexAttribute {
             format: wgpu::VertexFormat::Uint32x2,

@@ -7,7 +7,8 @@ use common::scene::Scene;
 use common::settings::{Settings, Visibility};
 use common::shooting::replay;
 use cpu::CpuSolver;
-use cpu::twin::item_buffer::{ItemBuffer, View};
+use cpu::twin::item_buffer::ItemBuffer;
+use cpu::twin::view::View;
 use glam::Vec4;
 use oracle::judge::comparison::Told;
 use oracle::judge::comparison::{

@@ -42,8 +42,6 @@ const TIED: &[&str] = &[
     "oracle::show::report::page, oracle::show::report::section",
     "oracle::solve::dense, oracle::solve::solved",
     "oracle::study::chart::page, oracle::study::chart::plot",
-    "oracle::study::random::body, oracle::study::random::lamp, oracle::study::random::loft, \
-     oracle::study::random::place, oracle::study::random::room",
     "oracle::study::stress::chart, oracle::study::stress::curves",
 ];
 

@@ -8,8 +8,8 @@
 //! too small.
 
 use crate::twin::hemicube::{extent, height, on_side};
-use crate::twin::item_buffer::View;
 use crate::twin::projection::project;
+use crate::twin::view::View;
 use common::constants::{CONTACT, OUTLINE};
 use common::mesh::MeshFace;
 use common::settings::Visibility;

@@ -8,11 +8,12 @@
 use crate::twin::bound::bound;
 use crate::twin::hemicube::place;
 use crate::twin::item_buffer_tessellated::draw_tessellated;
-use crate::twin::projection::{Frame, covered, pixel_centre, pixels, unproject};
+use crate::twin::projection::{covered, pixel_centre, pixels, unproject};
+use crate::twin::view::{Target, View};
 use common::constants::{DEPTH_MAX, DEPTH_SCALE, OUTLINE};
 use common::intersect::intersect;
 use common::mesh::{Mesh, MeshFace};
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::Raster;
 use glam::Vec2;
 
 /// Face IDs + 1, row-major; 0 where nothing was drawn.
@@ -24,49 +25,11 @@ pub struct ItemBuffer {
     pub ids: Vec<u32>,
 }
 
-/// What a raster pass needs beside the faces.
-#[derive(Clone, Copy, Debug)]
-pub struct View {
-    /// The projection.
-    pub visibility: Visibility,
-    /// How faces are drawn.
-    pub raster: Raster,
-    /// The shooter's frame.
-    pub frame: Frame,
-    /// The shooter's sheet: not drawn.
-    pub sheet: u32,
-    /// Pixels per side.
-    pub size: u32,
-    /// Scene units per mesh unit (Table 3's planes are in scene units).
-    pub unit: f32,
-}
-
-impl View {
-    /// The view from point `s` of a cell.
-    pub fn new(mesh: &Mesh, cell: u32, s: u32, settings: &Settings) -> Self {
-        let face = &mesh.faces[mesh.cells[cell as usize].face as usize];
-        let point = mesh.points[(cell * mesh.samples + s) as usize];
-        Self {
-            visibility: settings.visibility,
-            raster: settings.raster(),
-            frame: Frame::new(face, point.position),
-            sheet: face.sheet,
-            size: settings.item_buffer,
-            unit: mesh.unit as f32,
-        }
-    }
-}
-
 impl ItemBuffer {
     /// Draws the first `faces` faces (Table 1, line 3); the first of equals stays.
     pub fn draw(mesh: &Mesh, view: &View, faces: u32) -> Self {
         let faces = &mesh.faces[..faces as usize];
-        let count = (view.size * view.size) as usize;
-        let mut target = Target {
-            size: view.size,
-            ids: vec![0; count],
-            depth: vec![1.0; count],
-        };
+        let mut target = Target::new(view.size);
         match view.raster {
             Raster::Pixel => draw_pixels(faces, view, &mut target),
             Raster::Tessellated => draw_tessellated(faces, view, &mut target),
@@ -74,24 +37,6 @@ impl ItemBuffer {
         Self {
             size: view.size,
             ids: target.ids,
-        }
-    }
-}
-
-/// IDs and depths under way.
-pub struct Target {
-    size: u32,
-    ids: Vec<u32>,
-    depth: Vec<f32>,
-}
-
-impl Target {
-    /// Face `id` in pixel (x, y), if it is the nearest there so far.
-    pub fn write(&mut self, id: u32, x: u32, y: u32, depth: f32) {
-        let pixel = (y * self.size + x) as usize;
-        if depth < self.depth[pixel] {
-            self.depth[pixel] = depth;
-            self.ids[pixel] = id + 1;
         }
     }
 }

@@ -5,9 +5,9 @@
 //! Depth is the distance along the pixel's own ray to the face's plane, so that tessellation
 //! moves outlines only. `paper` keeps the planar depth of Table 3, which clips at half a unit.
 
-use crate::twin::item_buffer::{Target, View};
 use crate::twin::projection::{pixel_centre, pixels, project, unproject};
 use crate::twin::tessellate::{level, spread};
+use crate::twin::view::{Target, View};
 use common::constants::{BELOW, DEPTH_MAX, DEPTH_SCALE, HIDDEN, LEVELS, PAPER_FAR, PAPER_NEAR};
 use common::mesh::MeshFace;
 use common::settings::Visibility;

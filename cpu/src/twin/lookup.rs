@@ -6,8 +6,9 @@
 //! segment from the shooter; the nine pixels name the faces that may hide the texel, those are asked
 //! exactly.
 
-use crate::twin::item_buffer::{ItemBuffer, View};
+use crate::twin::item_buffer::ItemBuffer;
 use crate::twin::projection::{pixels, project};
+use crate::twin::view::View;
 use common::constants::{END, OUTLINE};
 use common::intersect::{intersect, touches};
 use common::mesh::Mesh;
@@ -76,10 +77,7 @@ pub fn visible(
     let y = (p.y.floor() as i32).clamp(0, last);
     let mut found = false;
     let mut asked = 0;
-    let reach = match lookup {
-        Lookup::Exact => 0,
-        Lookup::Neighbours => 1,
-    };
+    let reach = lookup.reach();
     for j in (y - reach).max(0)..=(y + reach).min(last) {
         for i in (x - reach).max(0)..=(x + reach).min(last) {
             let id = buffer.ids[(j as u32 * buffer.size + i as u32) as usize];

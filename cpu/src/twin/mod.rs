@@ -14,3 +14,4 @@ pub mod power;
 pub mod projection;
 pub mod sampling;
 pub mod tessellate;
+pub mod view;

@@ -7,7 +7,7 @@
 //! √N parts keep the sagitta below a pixel however close the edge is.
 
 use crate::twin::bound::{hidden, unit};
-use crate::twin::item_buffer::View;
+use crate::twin::view::View;
 use common::constants::{HIDDEN, LEVELS};
 use common::mesh::MeshFace;
 use common::settings::Visibility;

@@ -10,15 +10,8 @@
 @group(0) @binding(4) var<storage, read> rows: array<Row>;
 @group(0) @binding(5) var<storage, read_write> shot: Shot;
 @group(0) @binding(6) var<storage, read_write> log: Log;
-@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;  // 3 words a stage
+@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;  // see dispatches.rs
 @group(0) @binding(8) var<storage, read> lost: array<u32>;           // per cell
-
-// Stages with workgroups counted here, in the order of `dispatches`.
-const DEPOSIT = 0u;
-const ESCAPE = 1u;
-const POWER = 2u;
-const GATHER = 3u;
-const RECEIVED = 4u;
 
 struct Log {
     count: u32,
@@ -95,19 +88,19 @@ fn choose(done: u32) {
     }
     let fresh = shooting && shot.fresh == 1u;
     let known = shooting && lost[cell] >= KNOWN;
-    dispatch(DEPOSIT, params.groups[0], shooting);
-    dispatch(ESCAPE, params.groups[1], shooting && !known);
-    dispatch(POWER, params.groups[2], shooting);
-    dispatch(GATHER, params.groups[0], fresh);
-    dispatch(RECEIVED, params.groups[2], fresh);
+    dispatch(COUNTED_DEPOSIT, params.groups[0], shooting);
+    dispatch(COUNTED_ESCAPE, params.groups[1], shooting && !known);
+    dispatch(COUNTED_POWER, params.groups[2], shooting);
+    dispatch(COUNTED_LINKS, params.groups[0], fresh);
+    dispatch(COUNTED_RECEIVED, params.groups[2], fresh);
 }
 
 // Workgroups of a stage, none where it has nothing to do.
 fn dispatch(stage: u32, groups: vec4u, needed: bool) {
     let some = select(vec2u(0u), groups.xy, needed);
-    dispatches[stage * 3u] = some.x;
-    dispatches[stage * 3u + 1u] = some.y;
-    dispatches[stage * 3u + 2u] = 1u;
+    dispatches[stage * DISPATCH_WORDS] = some.x;
+    dispatches[stage * DISPATCH_WORDS + 1u] = some.y;
+    dispatches[stage * DISPATCH_WORDS + 2u] = 1u;
 }
 
 fn load(cell: u32) {

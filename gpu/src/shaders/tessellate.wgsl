@@ -5,7 +5,7 @@
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;
 @group(0) @binding(2) var<uniform> params: Params;
 @group(0) @binding(3) var<storage, read_write> instances: array<vec2u>;  // face, parts
-@group(0) @binding(4) var<storage, read_write> draws: array<u32>;        // 5 words a level
+@group(0) @binding(4) var<storage, read_write> draws: array<u32>;        // see grids.rs
 
 var<workgroup> levels: array<u32, SELECT_LANES>;
 
@@ -57,6 +57,6 @@ fn tessellate(@builtin(local_invocation_index) lane: u32) {
         workgroupBarrier();
     }
     if lane < LEVELS {
-        draws[lane * 5u + 1u] = count;
+        draws[lane * DRAW_WORDS + DRAW_INSTANCES] = count;
     }
 }

@@ -1,5 +1,5 @@
-// What the buffers hold; the Rust side is gpu/src/records.rs, the constants come from
-// common/src/constants.rs.
+// What the buffers hold. Twin: gpu/src/records.rs; gpu/src/shaders.rs writes the constants and the codes
+// of enums from common.
 
 struct Face {
     plane: vec4f,            // front normal, normal · corner
@@ -35,22 +35,6 @@ struct Point {
     pad2: u32,
 }
 
-const COVER_OPEN = 0u;
-const COVER_ROOM = 2u;
-
-// What lies between two points. Twin: Sight in common/src/rays.rs.
-const BLOCKED = 0u;          // a face of the room
-const HIDDEN_BY_OBJECT = 1u; // objects only
-const CLEAR = 2u;
-
-// Bits of params.rule. Twin: Rule in common/src/shooting.rs.
-const HAD = 3u;
-const HAD_BEFORE = 1u;
-const HAD_UNHIDDEN = 2u;
-const HAD_ALL = 3u;
-const CAPTURED = 4u;
-const KEEP = 8u;
-
 struct Texel {
     position: vec3f,
     area: f32,
@@ -60,9 +44,6 @@ struct Texel {
     kind: u32,               // QUAD, UPRIGHT or INVERTED
     pad: u32,
 }
-
-const QUAD = 0u;
-const INVERTED = 2u;
 
 // The links of one cell to all texels, kept: whose they are, and ΣF.
 struct Row {

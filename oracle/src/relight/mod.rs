@@ -16,6 +16,7 @@ pub mod files;
 pub mod page;
 pub mod pictures;
 pub mod room;
+pub mod stage;
 pub mod surfaces;
 mod tables;
 pub mod thumbnail;

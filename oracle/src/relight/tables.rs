@@ -1,8 +1,8 @@
 //! The tables of a relight's report.
 
 use super::page::Report;
+use crate::show::number::{count, number};
 use crate::show::page::{list, table};
-use crate::show::report::number::{count, number};
 use maud::{Markup, html};
 
 /// How much was shot, and what came out below 0.

@@ -94,7 +94,7 @@ fn off(estimate: &Estimate) -> Option<Warning> {
         ),
         Cause::FormFactor => (
             Code::FormFactor,
-            "the disc is too crude: use --form-factor polygon",
+            "the disc form factor is too crude: use --form-factor polygon",
         ),
         Cause::Cells => (
             Code::Cells,

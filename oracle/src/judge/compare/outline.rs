@@ -2,9 +2,9 @@
 
 use common::constants::LEVELS;
 use common::mesh::Mesh;
-use cpu::twin::item_buffer::View;
 use cpu::twin::projection::{pixels, project};
 use cpu::twin::tessellate::spread;
+use cpu::twin::view::View;
 use glam::Vec2;
 
 /// Distance from `p` to the nearest true outline of `faces`, if it is within 2 pixels.

@@ -5,8 +5,9 @@ use common::constants::{DEPTH_SCALE, OUTLINE};
 use common::intersect::intersect;
 use common::mesh::Mesh;
 use common::settings::Raster;
-use cpu::twin::item_buffer::{ItemBuffer, View};
+use cpu::twin::item_buffer::ItemBuffer;
 use cpu::twin::projection::{covered, pixel_centre, unproject};
+use cpu::twin::view::View;
 use glam::Vec2;
 use rayon::prelude::*;
 

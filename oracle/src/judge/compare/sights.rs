@@ -16,8 +16,9 @@ use common::settings::{Settings, Visibility};
 
 use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::twin::item_buffer::{ItemBuffer, View};
+use cpu::twin::item_buffer::ItemBuffer;
 use cpu::twin::link::factor;
+use cpu::twin::view::View;
 use gpu::GpuSolver;
 use rayon::prelude::*;
 use std::ops::ControlFlow;

@@ -1,9 +1,9 @@
 //! The page: what is compared, the verdicts, and a section per scene.
 
-use super::number::{count, number, percent};
 use super::section::section;
 use super::tables::mark;
 use crate::judge::comparison::{Comparison, Judged};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, table, verdict};
 use maud::{Markup, html};
 

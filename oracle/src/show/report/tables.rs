@@ -1,7 +1,7 @@
 //! The tables of one scene's comparison.
 
-use super::number::{count, number, percent};
 use crate::judge::comparison::{Comparison, Difference, Gate, Pairs, Stage};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, table};
 use common::energy::Energy;
 use maud::{Markup, html};

@@ -5,8 +5,8 @@ use super::plot::svg;
 use super::study::{LONG, Point, Study};
 use super::{Measurement, Solver};
 use crate::plan::fits::size;
+use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, chart, scenes, table};
-use crate::show::report::number::{count, number, percent};
 use maud::{Markup, html};
 
 /// Errors that the summary asks for.

@@ -11,28 +11,22 @@ pub struct Peer {
     /// The program.
     pub peer: String,
     /// Its variant, if it has several.
-    #[serde(default)]
     pub variant: Option<String>,
     /// Its sampler.
-    #[serde(default)]
     pub sampler: Option<String>,
     /// The scene's file.
     pub scene: String,
     /// Texels a side.
-    #[serde(default)]
     pub texels: Option<u32>,
     /// Samples.
-    #[serde(default)]
     pub samples: Option<u64>,
     /// Its solve.
     pub seconds: f64,
     /// What it took before.
-    #[serde(default)]
     pub setup_seconds: Option<f64>,
     /// Relative RMS.
     pub error: f64,
     /// Threads.
-    #[serde(default)]
     pub threads: Option<u32>,
 }
 

@@ -7,7 +7,7 @@ use super::peers::Peer;
 use super::study::{Point, Study};
 use super::{Measurement, Solver};
 use crate::show::chart::{Axis, CPU, Frame, GPU, STYLE, Shape, line, path, px, share, ticks};
-use crate::show::report::number::{number, percent};
+use crate::show::number::{number, percent};
 use maud::{Markup, html};
 
 /// CSS pixels; the page scales them.

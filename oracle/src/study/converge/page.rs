@@ -3,8 +3,8 @@
 use super::chart::{colour, errors, seconds};
 use super::item_buffer::Row;
 use super::{MeasuredSweep, Study};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, chart, scenes, table};
-use crate::show::report::number::{count, number, percent};
 use common::settings::{Lookup, Settings};
 use maud::{Markup, html};
 

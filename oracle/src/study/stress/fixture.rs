@@ -1,5 +1,6 @@
 //! Made-up studies for the page's tests: every sort of side, value and specimen.
 
+use super::cases::shapes::{cuboid, lamp_above, plate, scene};
 use super::{About, LEAK, Plate, RELATIVE, Row, Side, Specimen, Study, Verdict};
 use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
@@ -64,70 +65,13 @@ pub fn study(name: &'static str, rows: Vec<Row>) -> Study {
     }
 }
 
-fn quad(name: &str, corners: [[f64; 3]; 4], colour: [f32; 3], light: f32) -> Face {
-    let corners = corners.map(DVec3::from);
-    Face::quad(name, corners, Vec3::splat(light), Vec3::from(colour))
-}
-
-fn scene(name: &str, faces: Vec<Face>) -> Scene {
-    Scene {
-        name: name.into(),
-        faces,
-        notes: Vec::new(),
-    }
-}
-
-/// A closed room with coloured walls, a light below its ceiling and a shelf.
+/// A closed room, a light below its ceiling and a shelf.
 pub fn room() -> Scene {
-    let (l, r, f) = (0.0, 4.0, 3.0);
-    let (red, green, white) = ([0.6, 0.1, 0.1], [0.1, 0.5, 0.15], [0.75; 3]);
-    let flat =
-        |y: f64, [a, b]: [f64; 2], [c, d]: [f64; 2]| [[a, y, c], [a, y, d], [b, y, d], [b, y, c]];
-    let down = |corners: [[f64; 3]; 4]| [corners[3], corners[2], corners[1], corners[0]];
-    scene(
-        "room",
-        vec![
-            quad("floor", flat(0.0, [l, r], [l, r]), white, 0.0),
-            quad("ceiling", down(flat(f, [l, r], [l, r])), white, 0.0),
-            quad(
-                "left wall",
-                [[l, 0.0, l], [l, f, l], [l, f, r], [l, 0.0, r]],
-                red,
-                0.0,
-            ),
-            quad(
-                "right wall",
-                [[r, 0.0, r], [r, f, r], [r, f, l], [r, 0.0, l]],
-                green,
-                0.0,
-            ),
-            quad(
-                "back wall",
-                [[l, 0.0, r], [l, f, r], [r, f, r], [r, 0.0, r]],
-                white,
-                0.0,
-            ),
-            quad(
-                "front wall",
-                [[r, 0.0, l], [r, f, l], [l, f, l], [l, 0.0, l]],
-                white,
-                0.0,
-            ),
-            quad(
-                "lamp",
-                down(flat(2.9, [1.5, 2.5], [1.5, 2.5])),
-                [0.0; 3],
-                40.0,
-            ),
-            quad("shelf", flat(1.2, [0.5, 2.0], [1.0, 3.0]), white, 0.0),
-            quad(
-                "under the shelf",
-                down(flat(1.19, [0.5, 2.0], [1.0, 3.0])),
-                white,
-                0.0,
-            ),
-        ],
-    )
+    let mut faces = cuboid([0.0; 3], [4.0, 4.0, 3.0], true, 0.7);
+    faces.push(lamp_above([2.0, 2.0, 2.9], [1.0; 2], 40.0));
+    let shelf = plate([1.3, 2.0, 1.2], [1.5, 2.0], 0.7);
+    faces.extend([shelf.reversed(), shelf]);
+    scene("room", faces)
 }
 
 /// Two triangles that face each other, one of them a light.

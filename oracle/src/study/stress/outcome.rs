@@ -1,7 +1,7 @@
 //! What became of one side of a row, and how the atlas names it.
 
 use super::{LEAK, Row, Side, Study, Verdict};
-use crate::show::report::number::{number, percent, power};
+use crate::show::number::{number, percent, power};
 use serde::Serialize;
 
 /// A solver's half of a row.

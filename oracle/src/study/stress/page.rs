@@ -9,8 +9,8 @@ use super::score::Counts;
 use super::section::section;
 use super::table::{anchor, key, table};
 use super::{LEAK, RELATIVE, Row, Study, indicators, limits};
+use crate::show::number::{number, percent};
 use crate::show::page::{self, Page, verdict};
-use crate::show::report::number::{number, percent};
 use maud::{Markup, html};
 
 pub(super) const STYLE: &str = include_str!("style.css");

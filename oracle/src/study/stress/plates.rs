@@ -1,9 +1,9 @@
 //! One face of each answer, texel by texel: what it reflects, and how that differs from the truth.
 
 use super::{Plate, Specimen};
+use crate::show::number::{number, percent};
 use crate::show::page::{colour_bar, figure};
 use crate::show::picture::{Exposure, Picture, diverging, encode, luminance, rms};
-use crate::show::report::number::{number, percent};
 use common::scene::{Face, Shape};
 use common::texel::triangle_index;
 use glam::DVec3;

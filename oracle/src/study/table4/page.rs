@@ -1,8 +1,8 @@
 //! `table4.html`: the table, and the paper's Figures 8, 9 and 10 again.
 
 use super::{Figure, Image, Row, Table};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, figure};
-use crate::show::report::number::{count, number, percent};
 use maud::{Markup, html};
 
 /// The page.
@@ -36,7 +36,7 @@ pub fn html(table: &Table) -> String {
         @for (k, f) in table.figures.iter().enumerate() { (pictures(k, f)) }
     };
     Page {
-        title: "Radiosity: the paper's Table 4 again",
+        title: "Radiosity: the paper's Table 4, repeated",
         bar: ("Parts", links),
         verdict: html! {},
         style: "",

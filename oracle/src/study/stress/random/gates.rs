@@ -2,7 +2,7 @@
 
 use super::Findings;
 use super::ratio::{HIGH, LOW, Ratios};
-use crate::show::report::number::{number, percent};
+use crate::show::number::{number, percent};
 use crate::study::stress::gates::{FALSE_ALARMS, Gate, broken, gate};
 use crate::study::stress::outcome::{self, Outcome, outcome as of_side};
 use crate::study::stress::{RELATIVE, Side};

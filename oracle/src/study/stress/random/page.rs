@@ -3,8 +3,8 @@
 use super::gates::limits;
 use super::ratio::{FLOOR, Ratios, ratio};
 use super::{CASE, Findings, Found, chart};
+use crate::show::number::{number, percent};
 use crate::show::page::{self, Page, table};
-use crate::show::report::number::{number, percent};
 use crate::study::stress::json::Told;
 use crate::study::stress::outcome::{Half, Outcome, error, outcome, sides};
 use crate::study::stress::page::{STYLE, gates, held};
@@ -40,7 +40,7 @@ pub fn page(findings: &Findings, ratios: &Ratios, told: &Told) -> String {
         section #all { h2 { "All scenes" } (scenes(findings)) }
     };
     Page {
-        title: "Radiosity: scenes drawn anew",
+        title: "Radiosity: freshly drawn scenes",
         bar: ("Parts", links),
         verdict: html! {},
         style: STYLE,
