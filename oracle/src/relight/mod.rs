@@ -18,7 +18,6 @@ pub mod pictures;
 pub mod room;
 pub mod stage;
 pub mod surfaces;
-mod tables;
 pub mod thumbnail;
 pub mod warnings;
 pub mod work;

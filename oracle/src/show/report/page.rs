@@ -1,8 +1,8 @@
 //! The page: what is compared, the verdicts, and a section per scene.
 
-use super::section::section;
+use super::section::{error, section};
 use super::tables::mark;
-use crate::judge::comparison::{Comparison, Judged};
+use crate::judge::comparison::Judged;
 use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, table, verdict};
 use maud::{Markup, html};
@@ -82,11 +82,6 @@ fn overview(judged: &[Judged]) -> Markup {
             }
         }))
     }
-}
-
-/// The error of an answer, CPU's or GPU's; – where there is no truth.
-pub fn error(c: &Comparison, side: usize) -> String {
-    c.error[side].map_or("–".into(), percent)
 }
 
 fn explanation() -> Markup {

@@ -2,9 +2,9 @@
 
 use super::labels::{along, place};
 use super::marks::{FAMILIES, Family, PEERS, SHAPES, family, shape};
-use super::page::{about, short};
 use super::peers::Peer;
 use super::study::{Point, Study};
+use super::words::{about, short};
 use super::{Measurement, Solver};
 use crate::show::chart::{Axis, CPU, Frame, GPU, STYLE, Shape, line, path, px, share, ticks};
 use crate::show::number::{number, percent};

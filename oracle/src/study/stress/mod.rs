@@ -7,7 +7,6 @@
 pub mod breaks;
 pub mod cases;
 mod chart;
-mod curves;
 pub mod direct;
 #[cfg(test)]
 mod fixture;

@@ -1,9 +1,11 @@
 //! Error over a case's parameter, both logarithmic, harder to the right.
 
-use super::curves::curves;
-use super::outcome::{amount, values};
-use super::{LEAK, Side, Study, outcome};
+mod curves;
+
 use crate::show::chart::{Axis, Frame, line, path, px, share, svg, ticks};
+use crate::study::stress::outcome::{amount, values};
+use crate::study::stress::{LEAK, Side, Study, outcome};
+use curves::curves;
 use maud::{Markup, html};
 
 /// CSS pixels; the page scales them.

@@ -1,10 +1,12 @@
 //! `report.html` of one relight: what was captured, what the objects changed, where the light
 //! went; one file that opens offline.
 
-use super::composite::Composite;
-use super::pictures::Pictures;
-use super::thumbnail::{Thumbnail, marked};
-use super::{Relit, tables};
+mod tables;
+
+use crate::relight::Relit;
+use crate::relight::composite::Composite;
+use crate::relight::pictures::Pictures;
+use crate::relight::thumbnail::{Thumbnail, marked};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, colour_bar, figure, verdict};
 use crate::show::report::tables::energy as power;

@@ -1,9 +1,9 @@
 //! The curves upon a case's axes: a line, marks and a name for each method and solver.
 
-use super::chart::{Plot, colour};
-use super::outcome::{Half, error, value};
-use super::{Row, Side, Study};
+use super::{Plot, colour};
 use crate::show::chart::{Shape, line, path, px};
+use crate::study::stress::outcome::{Half, error, value};
+use crate::study::stress::{Row, Side, Study};
 use maud::{Markup, html};
 
 /// Height of a name, pixels.

@@ -1,6 +1,6 @@
 //! The tables of a relight's report.
 
-use super::page::Report;
+use super::Report;
 use crate::show::number::{count, number};
 use crate::show::page::{list, table};
 use maud::{Markup, html};
