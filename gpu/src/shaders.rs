@@ -29,7 +29,7 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 24] = [
+const FILES: [(&str, &str); 26] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
@@ -44,6 +44,8 @@ const FILES: [(&str, &str); 24] = [
     ),
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("sampling", include_str!("shaders/sampling.wgsl")),
+    ("texel_point", include_str!("shaders/texel_point.wgsl")),
+    ("spread", include_str!("shaders/spread.wgsl")),
     ("tree", include_str!("shaders/tree.wgsl")),
     ("rays", include_str!("shaders/rays.wgsl")),
     ("aim", include_str!("shaders/aim.wgsl")),
@@ -80,11 +82,17 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 /// The module of `name` with what it includes.
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
-        "link" if settings.visibility == Visibility::Rays => {
-            &["sampling", "form_factor", "intersect", "tree", "rays"]
-        }
+        "link" if settings.visibility == Visibility::Rays => &[
+            "sampling",
+            "texel_point",
+            "form_factor",
+            "intersect",
+            "tree",
+            "rays",
+        ],
         "link" => &[
             "sampling",
+            "texel_point",
             "form_factor",
             "hemicube",
             "projection",
@@ -92,7 +100,8 @@ pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<Strin
             "lookup",
         ],
         "escape" => &["hemicube", "projection", "intersect", "tree"],
-        "tessellate" | "item_buffer_tessellated" => &["hemicube", "projection", "bound"],
+        "tessellate" => &["hemicube", "projection", "bound"],
+        "item_buffer_tessellated" => &["hemicube", "projection", "spread"],
         "item_buffer" => &["hemicube", "projection", "bound", "intersect"],
         _ => &[],
     };

@@ -8,7 +8,7 @@
 //! point by the light that comes from there. Where a body stands on the cell V = 0: all its light
 //! leaves from its open share o_i. V = 0, too, for a point below the texel's horizon (S > 1).
 
-use crate::twin::sampling::{point, texel_point};
+use crate::twin::texel_point::{point, texel_point};
 use common::constants::{CONTACT, NEAR};
 use common::form_factor::{FormFactor, Shooter, far, form_factor, weight};
 use common::mesh::{Cell, Cover, Mesh, reach};
