@@ -2,7 +2,7 @@
 
 use crate::dispatches::{Counted, DISPATCH_WORDS};
 use crate::grids::{DRAW_INSTANCES, DRAW_WORDS};
-use crate::records::{CAPTURED, HAD, KEEP};
+use crate::records::{CAPTURED, KEEP, SUBTRACTED};
 pub use crate::records::{LAYOUTS, Layout};
 use common::constants::*;
 use common::escape::DIRECTIONS;
@@ -11,7 +11,7 @@ use common::mesh::{Cover, TexelKind};
 use common::rays::Sight;
 use common::sampling::{INSIDE, STEPS};
 use common::settings::{Settings, Visibility};
-use common::shooting::Had;
+use common::shooting::Subtracted;
 use common::{Error, Result};
 
 /// Rounds of the loop in `measure.wgsl`, 32 operations each.
@@ -168,10 +168,10 @@ pub const CODES: [(&str, u32); 24] = [
     ("BLOCKED", Sight::Blocked as u32),
     ("HIDDEN_BY_OBJECT", Sight::Hidden as u32),
     ("CLEAR", Sight::Clear as u32),
-    ("HAD", HAD),
-    ("HAD_BEFORE", Had::Before as u32),
-    ("HAD_UNHIDDEN", Had::Unhidden as u32),
-    ("HAD_ALL", Had::All as u32),
+    ("SUBTRACTED", SUBTRACTED),
+    ("SUBTRACTED_BEFORE", Subtracted::Before as u32),
+    ("SUBTRACTED_UNHIDDEN", Subtracted::Unhidden as u32),
+    ("SUBTRACTED_ALL", Subtracted::All as u32),
     ("CAPTURED", CAPTURED),
     ("KEEP", KEEP),
     ("COUNTED_DEPOSIT", Counted::Deposit as u32),

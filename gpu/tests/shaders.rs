@@ -6,7 +6,7 @@ use common::form_factor::FormFactor;
 use common::mesh::{Cover, TexelKind};
 use common::rays::Sight;
 use common::settings::{Settings, Visibility};
-use common::shooting::Had;
+use common::shooting::Subtracted;
 use gpu::shaders::{LAYOUTS, source};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::fs;
@@ -215,21 +215,21 @@ fn codes_are_those_of_the_enums() {
         ("BLOCKED", Sight::Blocked as u32),
         ("HIDDEN_BY_OBJECT", Sight::Hidden as u32),
         ("CLEAR", Sight::Clear as u32),
-        ("HAD_BEFORE", Had::Before as u32),
-        ("HAD_UNHIDDEN", Had::Unhidden as u32),
-        ("HAD_ALL", Had::All as u32),
+        ("SUBTRACTED_BEFORE", Subtracted::Before as u32),
+        ("SUBTRACTED_UNHIDDEN", Subtracted::Unhidden as u32),
+        ("SUBTRACTED_ALL", Subtracted::All as u32),
     ];
     for (name, module) in modules() {
         for (code, value) in codes {
             assert_eq!(constant(&module, code), Some(value), "{code} in {name}");
         }
-        let had = constant(&module, "HAD").unwrap();
+        let subtracted = constant(&module, "SUBTRACTED").unwrap();
         let bits = [
-            had,
+            subtracted,
             constant(&module, "CAPTURED").unwrap(),
             constant(&module, "KEEP").unwrap(),
         ];
-        assert_eq!(had & Had::All as u32, Had::All as u32);
+        assert_eq!(subtracted & Subtracted::All as u32, Subtracted::All as u32);
         assert_eq!(
             bits[0] + bits[1] + bits[2],
             bits[0] | bits[1] | bits[2],

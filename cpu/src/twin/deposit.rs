@@ -1,4 +1,4 @@
-//! One texel under one shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
+//! One texel under one shot: ΔH = (w − subtracted)·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
 //! `gpu/src/shaders/deposit.wgsl`.
 
 use crate::twin::link::Past;
@@ -36,7 +36,7 @@ pub fn deposit(
 ) {
     let cell = flash.cell;
     let texel = &flash.mesh.texels[k as usize];
-    let f = w * flash.scale - past.had;
+    let f = w * flash.scale - past.subtracted;
     irradiance.w = f;
     if k >= cell.first && k < cell.first + cell.count {
         // Table 1, line 15; Table 2, line 22.

@@ -14,7 +14,7 @@ use common::form_factor::{FormFactor, Shooter, far, form_factor, weight};
 use common::mesh::{Cell, Cover, Mesh, reach};
 use common::rays::Sight;
 use common::sampling::near_uv;
-use common::shooting::{Had, Rule};
+use common::shooting::{Rule, Subtracted};
 use glam::Vec3;
 
 /// The sums over the samples.
@@ -34,7 +34,7 @@ pub struct Sums {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Past {
     /// What is subtracted from its link.
-    pub had: f32,
+    pub subtracted: f32,
     /// The link without the objects.
     pub before: f32,
 }
@@ -64,17 +64,17 @@ impl Sums {
         } else {
             self.share(self.before, cell.open_before)
         };
-        let had = if rule.captured || object {
-            match rule.had {
-                Had::Nothing => 0.0,
-                Had::Before => before,
-                Had::Unhidden => self.form_factor,
-                Had::All => self.link(cell.open),
+        let subtracted = if rule.captured || object {
+            match rule.subtracted {
+                Subtracted::Nothing => 0.0,
+                Subtracted::Before => before,
+                Subtracted::Unhidden => self.form_factor,
+                Subtracted::All => self.link(cell.open),
             }
         } else {
             0.0
         };
-        Past { had, before }
+        Past { subtracted, before }
     }
 }
 

@@ -1,4 +1,4 @@
-// One texel under the shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/twin/deposit.rs.
+// One texel under the shot: ΔH = (w − subtracted)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/twin/deposit.rs.
 
 @group(0) @binding(0) var<storage, read> shot: Shot;
 @group(0) @binding(1) var<uniform> params: Params;
@@ -7,7 +7,7 @@
 @group(0) @binding(4) var<storage, read_write> radiosity: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> residual: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> irradiance: array<vec4f>;
-@group(0) @binding(7) var<storage, read> sums: array<vec4f>;         // had, before
+@group(0) @binding(7) var<storage, read> sums: array<vec4f>;         // subtracted, before
 
 @compute @workgroup_size(LANES)
 fn deposit(
@@ -21,7 +21,7 @@ fn deposit(
     }
     let captured = (params.rule & CAPTURED) != 0u;
     var past = vec2f(0.0);
-    if captured || (params.rule & HAD) != 0u {
+    if captured || (params.rule & SUBTRACTED) != 0u {
         past = sums[k].xy;
     }
     let f = links[shot.place * params.texels + k] * shot.scale - past.x;

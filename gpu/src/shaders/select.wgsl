@@ -118,7 +118,7 @@ fn load(cell: u32) {
     shot.count = cells[cell].count;
     shot.place = cell % params.places;
     // What the room had of a shot is not kept: those links are made anew.
-    let compares = (params.rule & (CAPTURED | HAD)) != 0u;
+    let compares = (params.rule & (CAPTURED | SUBTRACTED)) != 0u;
     shot.fresh = u32(compares || rows[shot.place].cell != cell + 1u);
     shot.next = 0u;
 }
