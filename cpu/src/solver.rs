@@ -9,7 +9,7 @@ use crate::twin::accumulate::{accumulate, settle};
 use crate::twin::closure::closure;
 use crate::twin::deposit::{Flash, deposit};
 use crate::twin::escape::escape;
-use crate::twin::link::{Past, Sums, factor, sample};
+use crate::twin::link::{Baseline, Sums, factor, sample};
 use crate::twin::lookup::Buffers;
 use crate::twin::power::power;
 use crate::twin::received::received;
@@ -37,7 +37,7 @@ pub struct CpuSolver<'a> {
     caster: Caster<'a>,
     links: Links,
     /// What the room had of the latest shot; empty where the rule does not ask.
-    past: Vec<Past>,
+    baseline: Vec<Baseline>,
     /// What each cell has yet to shoot.
     sums: Vec<Vec4>,
     field: Field,
@@ -70,7 +70,7 @@ impl<'a> CpuSolver<'a> {
                 arch: Arch::new(),
             },
             links: Links::new(mesh),
-            past: Vec::new(),
+            baseline: Vec::new(),
             sums: Vec::new(),
             field: initial(mesh, "cpu"),
             reflectance: mesh.texels.iter().map(|t| t.reflectance).collect(),
@@ -334,8 +334,9 @@ impl Shoot for CpuSolver<'_> {
         if rule.compares() {
             // The sums are those of this shot: its links are made anew.
             let sums = caster.sums(cell, rule.captured);
-            let past = |(k, sums): (usize, &Sums)| sums.past(caster.mesh, rule, shooter, k as u32);
-            self.past = sums.par_iter().enumerate().map(past).collect();
+            let baseline =
+                |(k, sums): (usize, &Sums)| sums.baseline(caster.mesh, rule, shooter, k as u32);
+            self.baseline = sums.par_iter().enumerate().map(baseline).collect();
             for place in &mut self.links.places_of(&[cell]) {
                 caster.weigh(place, &sums);
             }
@@ -355,7 +356,7 @@ impl Shoot for CpuSolver<'_> {
         };
         let form_factor_sum = row.closure.form_factor_sum * flash.scale;
         let escaped = row.closure.escaped;
-        let (field, past) = (&mut self.field, &self.past);
+        let (field, baseline) = (&mut self.field, &self.baseline);
         field
             .radiosity
             .par_chunks_mut(TASK)
@@ -367,8 +368,8 @@ impl Shoot for CpuSolver<'_> {
                 for k in 0..radiosity.len() {
                     let state = (&mut radiosity[k], &mut residual[k], &mut irradiance[k]);
                     let texel = task * TASK + k;
-                    let past = past.get(texel).copied().unwrap_or_default();
-                    deposit(&flash, texel as u32, links[k], past, state);
+                    let baseline = baseline.get(texel).copied().unwrap_or_default();
+                    deposit(&flash, texel as u32, links[k], baseline, state);
                 }
             });
         self.sum();
@@ -394,7 +395,7 @@ impl Restart for CpuSolver<'_> {
             origin: self.field.origin.clone(),
             ..field.clone()
         };
-        self.past.clear();
+        self.baseline.clear();
         self.sum();
         Ok(())
     }

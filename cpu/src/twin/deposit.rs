@@ -1,7 +1,7 @@
 //! One texel under one shot: ΔH = (w − subtracted)·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
 //! `gpu/src/shaders/deposit.wgsl`.
 
-use crate::twin::link::Past;
+use crate::twin::link::Baseline;
 use common::mesh::{Cell, Mesh};
 use common::shooting::Rule;
 use glam::{Vec3, Vec4};
@@ -31,12 +31,12 @@ pub fn deposit(
     flash: &Flash,
     k: u32,
     w: f32,
-    past: Past,
+    baseline: Baseline,
     (radiosity, residual, irradiance): State,
 ) {
     let cell = flash.cell;
     let texel = &flash.mesh.texels[k as usize];
-    let f = w * flash.scale - past.subtracted;
+    let f = w * flash.scale - baseline.subtracted;
     irradiance.w = f;
     if k >= cell.first && k < cell.first + cell.count {
         // Table 1, line 15; Table 2, line 22.
@@ -44,7 +44,7 @@ pub fn deposit(
         return;
     }
     if flash.rule.captured {
-        *radiosity += (flash.radiosity * past.before).extend(0.0);
+        *radiosity += (flash.radiosity * baseline.before).extend(0.0);
     }
     if f == 0.0 {
         return;

@@ -32,7 +32,7 @@ pub struct Sums {
 
 /// What a texel of the room had of a shot, by which its link is compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Past {
+pub struct Baseline {
     /// What is subtracted from its link.
     pub subtracted: f32,
     /// The link without the objects.
@@ -54,9 +54,9 @@ impl Sums {
 
     /// What texel `k` had of a shot of `cell` (Table 2, line 6, takes F); nothing where one of them
     /// is an object's.
-    pub fn past(&self, mesh: &Mesh, rule: Rule, cell: &Cell, k: u32) -> Past {
+    pub fn baseline(&self, mesh: &Mesh, rule: Rule, cell: &Cell, k: u32) -> Baseline {
         if mesh.is_object(mesh.texels[k as usize].face) {
-            return Past::default();
+            return Baseline::default();
         }
         let object = mesh.is_object(cell.face);
         let before = if object {
@@ -74,7 +74,7 @@ impl Sums {
         } else {
             0.0
         };
-        Past { subtracted, before }
+        Baseline { subtracted, before }
     }
 }
 

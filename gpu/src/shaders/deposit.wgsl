@@ -20,11 +20,11 @@ fn deposit(
         return;
     }
     let captured = (params.rule & CAPTURED) != 0u;
-    var past = vec2f(0.0);
+    var baseline = vec2f(0.0);
     if captured || (params.rule & SUBTRACTED) != 0u {
-        past = sums[k].xy;
+        baseline = sums[k].xy;
     }
-    let f = links[shot.place * params.texels + k] * shot.scale - past.x;
+    let f = links[shot.place * params.texels + k] * shot.scale - baseline.x;
     irradiance[k].w = f;
     if k >= shot.first && k < shot.first + shot.count {
         // Table 1, line 15; Table 2, line 22.
@@ -32,7 +32,7 @@ fn deposit(
         return;
     }
     if captured {
-        radiosity[k] += vec4f(shot.radiosity * past.y, 0.0);
+        radiosity[k] += vec4f(shot.radiosity * baseline.y, 0.0);
     }
     if f == 0.0 {
         return;

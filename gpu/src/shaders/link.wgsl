@@ -30,7 +30,7 @@ fn share(sums: Sums, seen: f32, open: f32) -> f32 {
 
 // What texel k had of the shot (Table 2, line 6): what is subtracted from its link, and the link
 // without the objects; nothing where one of them is an object's.
-fn past(sums: Sums, k: u32) -> vec2f {
+fn baseline(sums: Sums, k: u32) -> vec2f {
     if texels[k].face >= params.room {
         return vec2f(0.0);
     }
@@ -129,6 +129,6 @@ fn links_of(
     }
     links[shots[slot].place * params.texels + k] = link(sum);
     if (params.rule & (CAPTURED | SUBTRACTED)) != 0u {
-        sums[at] = vec4f(past(sum, k), 0.0, 0.0);
+        sums[at] = vec4f(baseline(sum, k), 0.0, 0.0);
     }
 }

@@ -7,7 +7,7 @@ use common::passes::Closure;
 use common::shooting::{Field, Rule, Shoot, Shot, initial, total};
 use cpu::twin::accumulate::settle;
 use cpu::twin::deposit::{Flash, deposit};
-use cpu::twin::link::Past;
+use cpu::twin::link::Baseline;
 use cpu::twin::power::power;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -135,7 +135,7 @@ impl Shoot for Linked<'_> {
             .enumerate()
             .with_min_len(TASK)
             .for_each(|(k, (((b, r), h), w))| {
-                deposit(&flash, k as u32, *w, Past::default(), (b, r, h));
+                deposit(&flash, k as u32, *w, Baseline::default(), (b, r, h));
             });
         self.sum();
         let closure = self.links.closures[cell as usize];

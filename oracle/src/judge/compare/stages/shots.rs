@@ -5,7 +5,7 @@ use crate::judge::compare::tally::ulps;
 use common::Result;
 use common::shooting::{Field, Rule, Shoot, Shot, select as choose, total};
 use cpu::twin::deposit::{Flash, deposit};
-use cpu::twin::link::Past;
+use cpu::twin::link::Baseline;
 use cpu::twin::power;
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
@@ -96,7 +96,7 @@ fn deposited(flash: &Flash, k: usize, w: f32, before: &Field, after: &Field) -> 
         flash,
         k as u32,
         w,
-        Past::default(),
+        Baseline::default(),
         (&mut b, &mut r, &mut h),
     );
     [
