@@ -7,7 +7,7 @@ use crate::rows::candidates::{Between, candidates};
 use crate::rows::receivers::Receivers;
 use crate::twin::accumulate::{accumulate, settle};
 use crate::twin::closure::closure;
-use crate::twin::deposit::{Flash, deposit};
+use crate::twin::deposit::{ShotInFlight, deposit};
 use crate::twin::escape::escape;
 use crate::twin::link::{Baseline, Sums, factor, sample};
 use crate::twin::lookup::Buffers;
@@ -346,7 +346,7 @@ impl Shoot for CpuSolver<'_> {
         let caster = &self.caster;
         let row = self.links.made(cell)?;
         let flux = self.sums[cell as usize].truncate();
-        let flash = Flash {
+        let in_flight = ShotInFlight {
             mesh: caster.mesh,
             cell: shooter,
             radiosity: flux / shooter.shooter.area,
@@ -354,7 +354,7 @@ impl Shoot for CpuSolver<'_> {
             rule,
             reflectance: &self.reflectance,
         };
-        let form_factor_sum = row.closure.form_factor_sum * flash.scale;
+        let form_factor_sum = row.closure.form_factor_sum * in_flight.scale;
         let escaped = row.closure.escaped;
         let (field, baseline) = (&mut self.field, &self.baseline);
         field
@@ -369,7 +369,7 @@ impl Shoot for CpuSolver<'_> {
                     let state = (&mut radiosity[k], &mut residual[k], &mut irradiance[k]);
                     let texel = task * TASK + k;
                     let baseline = baseline.get(texel).copied().unwrap_or_default();
-                    deposit(&flash, texel as u32, links[k], baseline, state);
+                    deposit(&in_flight, texel as u32, links[k], baseline, state);
                 }
             });
         self.sum();
