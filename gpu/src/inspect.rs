@@ -10,7 +10,7 @@ impl GpuSolver<'_> {
     pub fn probe(&mut self, cell: u32, each: &mut dyn FnMut(Sample)) -> Result<Row> {
         let bench = match self.bench.take() {
             Some(bench) => bench,
-            None => Bench::new(&self.context, self.workshop.faults())?,
+            None => Bench::new(&self.context, self.maker.faults())?,
         };
         if let Some(passes) = &mut self.passes {
             passes.forget();

@@ -8,7 +8,7 @@ pub use crate::records::Aim;
 use crate::records::{Params, SHOT_BYTES, ShotRecord};
 use crate::shaders::Fault;
 use crate::slots::Slots;
-use crate::stage::Workshop;
+use crate::stage::PipelineMaker;
 use bytemuck::pod_collect_to_vec;
 use common::Result;
 use common::settings::Visibility;
@@ -61,8 +61,8 @@ impl Bench {
             step: 1,
             ..Slots::new(gpu, context.mesh, settings, 1, 1)
         };
-        let shop = Workshop::new(gpu, settings, &[&[TOLD], faults].concat());
-        let stages = LinkStages::new(&shop, settings, &context.buffers, &slots)?;
+        let maker = PipelineMaker::new(gpu, settings, &[&[TOLD], faults].concat());
+        let stages = LinkStages::new(&maker, settings, &context.buffers, &slots)?;
         gpu.check()?;
         Ok(Self { slots, stages })
     }
