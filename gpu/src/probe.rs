@@ -25,7 +25,7 @@ const TOLD: Fault = Fault {
 };
 
 /// Slots for one shot, one sample at a time, and the stages bound to them.
-pub(crate) struct Bench {
+pub(crate) struct Probe {
     slots: Slots,
     stages: LinkStages,
 }
@@ -54,7 +54,7 @@ pub struct Row {
     pub scale: f32,
 }
 
-impl Bench {
+impl Probe {
     pub fn new(context: &Context, faults: &[Fault]) -> Result<Self> {
         let (gpu, settings) = (&context.host.gpu, &context.settings);
         let slots = Slots {
@@ -68,7 +68,7 @@ impl Bench {
     }
 
     /// Makes the links of `cell`; `each` sees what every sample leaves.
-    pub fn probe(
+    pub fn links_of(
         &self,
         context: &mut Context,
         cell: u32,

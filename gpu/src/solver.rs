@@ -8,7 +8,7 @@ use crate::host::{Counts, Host, Pending};
 use crate::pace::{IN_FLIGHT, Pace};
 use crate::passes::{Passes, has_room};
 use crate::pipelines::Pipelines;
-use crate::probe::Bench;
+use crate::probe::Probe;
 use crate::records::{LOG_HEAD_BYTES, LogRecord, Params, TexelRecord};
 use crate::shaders::Fault;
 use crate::slots::Slots;
@@ -40,7 +40,7 @@ pub struct GpuSolver<'a> {
     /// What solves by passes need beside.
     pub(crate) passes: Option<Passes>,
     /// What checks of single stages need.
-    pub(crate) bench: Option<Bench>,
+    pub(crate) probe: Option<Probe>,
 }
 
 /// A batch that runs.
@@ -92,7 +92,7 @@ impl<'a> GpuSolver<'a> {
             rule: Rule::PLAIN,
             pace: Pace::new(FEWEST, BATCH, gpu.line.software),
             passes: None,
-            bench: None,
+            probe: None,
         };
         solver.write_params(0.0, false);
         Ok(solver)
