@@ -1,6 +1,6 @@
 //! The CPU engine of the shooting loop.
 
-use crate::links::{Head, Links, Place, Row};
+use crate::links::{KeptRow, Links, Place, Row};
 use crate::occlusion::occluders::Occluders;
 use crate::rows::Rows;
 use crate::rows::candidates::{Between, candidates};
@@ -193,7 +193,7 @@ impl Caster<'_> {
             *sum = received(mesh, links, cell);
         }
         let area = mesh.cells[place.cell as usize].shooter.area;
-        *place.head = Some(Head {
+        *place.kept = Some(KeptRow {
             cell: place.cell,
             closure: Closure {
                 form_factor_sum: closure(taken, area),

@@ -117,14 +117,14 @@ impl Probe {
         encoder.copy_buffer_to_buffer(&self.slots.shots, 0, &staging, 0, SHOT_BYTES);
         encoder.copy_buffer_to_buffer(&self.slots.samples, 0, &staging, SHOT_BYTES, texels);
         let bytes = context.host.finish(encoder, staging)?;
-        let (head, sums) = bytes.split_at(SHOT_BYTES as usize);
+        let (shot, sums) = bytes.split_at(SHOT_BYTES as usize);
         let ids = if context.settings.visibility == Visibility::Rays {
             Vec::new()
         } else {
             context.host.ids(&self.slots.item_buffer, self.slots.size)?
         };
         Ok(Sample {
-            aim: pod_collect_to_vec::<u8, ShotRecord>(head)[0].aim(),
+            aim: pod_collect_to_vec::<u8, ShotRecord>(shot)[0].aim(),
             ids,
             sums: pod_collect_to_vec(sums),
         })

@@ -302,7 +302,7 @@ pub const SHOT_BYTES: u64 = size_of::<ShotRecord>() as u64;
 /// Bytes of `Row`.
 pub const ROW_BYTES: u64 = size_of::<RowRecord>() as u64;
 /// Bytes before the records of `Log`.
-pub const LOG_HEAD_BYTES: u64 = 16;
+pub const LOG_COUNT_BYTES: u64 = 16;
 
 record! {
     /// `Params`.

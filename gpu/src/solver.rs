@@ -9,7 +9,7 @@ use crate::pace::{IN_FLIGHT, Pace};
 use crate::passes::{Passes, has_room};
 use crate::pipelines::Pipelines;
 use crate::probe::Probe;
-use crate::records::{LOG_HEAD_BYTES, LogRecord, Params, TexelRecord};
+use crate::records::{LOG_COUNT_BYTES, LogRecord, Params, TexelRecord};
 use crate::shaders::Fault;
 use crate::slots::Slots;
 use crate::stage::PipelineMaker;
@@ -194,7 +194,7 @@ impl<'a> GpuSolver<'a> {
                 .gpu
                 .fail("the log of the shots is damaged"));
         }
-        let records: Vec<LogRecord> = pod_collect_to_vec(&bytes[LOG_HEAD_BYTES as usize..]);
+        let records: Vec<LogRecord> = pod_collect_to_vec(&bytes[LOG_COUNT_BYTES as usize..]);
         Ok(records[..count as usize].iter().map(Shot::from).collect())
     }
 }
