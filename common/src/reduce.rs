@@ -1,8 +1,8 @@
 //! Sums in a fixed order, so that the CPU and every GPU add the same numbers the same way.
 //!
 //! The mip-map of the paper's §3.3 as a tree: N lanes add every Nth term each, then
-//! halve. Error ≤ (n/N + log₂N)·ε relative to Σ|term|. Twin of `tree_sum` in
-//! `gpu/src/shaders/power.wgsl` and of the sums in `select.wgsl`.
+//! halve. Error ≤ (n/N + log₂N)·ε relative to Σ|term|. Twin of the loops over
+//! `stride` in `power.wgsl`, `received.wgsl`, `closure.wgsl` and `select.wgsl`.
 
 use std::ops::Add;
 

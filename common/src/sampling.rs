@@ -55,8 +55,12 @@ pub fn near_uv(place: u32, kind: TexelKind) -> [f32; 2] {
     } else {
         NEAR_TRIANGLE
     };
-    let along = |k: u32| (k as f32 + inset) / NEAR as f32;
-    [along(place % NEAR), along(place / NEAR)]
+    [along(place % NEAR, inset), along(place / NEAR, inset)]
+}
+
+#[inline(always)]
+fn along(k: u32, inset: f32) -> f32 {
+    (k as f32 + inset) / NEAR as f32
 }
 
 /// The point (u, v) of a planar convex quad, or of a triangle that repeats its third corner; w is

@@ -59,7 +59,7 @@ pub struct Rule {
     /// `radiosity`.
     pub captured: bool,
     /// What a texel of the room had already of a captured shot, or of an object's.
-    pub had: Had,
+    pub subtracted: Subtracted,
     /// Whether texels of the room shoot on what they gain and lose.
     pub keep: bool,
 }
@@ -68,19 +68,19 @@ impl Rule {
     /// A solve: whoever sees a shot takes it, and shoots it on.
     pub const PLAIN: Self = Self {
         captured: false,
-        had: Had::Nothing,
+        subtracted: Subtracted::Nothing,
         keep: true,
     };
 
     /// Whether links must be compared with what they were.
     pub fn compares(self) -> bool {
-        self.captured || self.had != Had::Nothing
+        self.captured || self.subtracted != Subtracted::Nothing
     }
 }
 
 /// What is subtracted from a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Had {
+pub enum Subtracted {
     /// Nothing.
     Nothing,
     /// The link without the objects.

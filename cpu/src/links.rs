@@ -8,7 +8,7 @@ use common::{Error, Result};
 
 /// What is known of the row in a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Head {
+pub struct KeptRow {
     /// The cell.
     pub cell: u32,
     /// ΣF and the escaped share.
@@ -29,7 +29,7 @@ pub struct Place<'a> {
     /// For which cell.
     pub cell: u32,
     /// What is known of it afterwards.
-    pub head: &'a mut Option<Head>,
+    pub kept: &'a mut Option<KeptRow>,
     /// Its links.
     pub links: &'a mut [f32],
     /// What it brings to each cell, where that is kept.
@@ -38,7 +38,7 @@ pub struct Place<'a> {
 
 /// Places for rows.
 pub struct Links {
-    heads: Vec<Option<Head>>,
+    kept: Vec<Option<KeptRow>>,
     /// Row after row; pages that no row has touched take no memory.
     values: Vec<f32>,
     texels: usize,
@@ -53,7 +53,7 @@ impl Links {
         let row = 4 * mesh.texels.len().max(1) as u64;
         let places = (LINK_BYTES / row).clamp(1, mesh.cells.len().max(1) as u64) as usize;
         Self {
-            heads: vec![None; places],
+            kept: vec![None; places],
             values: vec![0.0; places * mesh.texels.len()],
             texels: mesh.texels.len(),
             taken: Vec::new(),
@@ -70,7 +70,7 @@ impl Links {
     pub fn exchange(&mut self) {
         if self.taken.is_empty() {
             self.taken = vec![0.0; self.cells * self.cells];
-            self.heads.fill(None);
+            self.kept.fill(None);
         }
     }
 
@@ -81,15 +81,15 @@ impl Links {
 
     /// How many rows can be kept at once.
     pub fn places(&self) -> usize {
-        self.heads.len()
+        self.kept.len()
     }
 
     /// The row of `cell`, if it is kept.
     pub fn row(&self, cell: u32) -> Option<Row<'_>> {
         let place = cell as usize % self.places();
-        let head = self.heads[place].filter(|head| head.cell == cell)?;
+        let kept = self.kept[place].filter(|kept| kept.cell == cell)?;
         Some(Row {
-            closure: head.closure,
+            closure: kept.closure,
             links: &self.values[place * self.texels..(place + 1) * self.texels],
         })
     }
@@ -105,7 +105,7 @@ impl Links {
     pub fn places_of(&mut self, cells: &[u32]) -> Vec<Place<'_>> {
         let count = self.places();
         let rows = self
-            .heads
+            .kept
             .iter_mut()
             .zip(self.values.chunks_mut(self.texels.max(1)));
         let mut rows: Vec<_> = rows.map(Some).collect();
@@ -113,11 +113,11 @@ impl Links {
         cells
             .iter()
             .filter_map(|cell| {
-                let (head, links) = rows[*cell as usize % count].take()?;
+                let (kept, links) = rows[*cell as usize % count].take()?;
                 let own = taken.find(|(k, _)| *k == *cell as usize);
                 Some(Place {
                     cell: *cell,
-                    head,
+                    kept,
                     links,
                     taken: own.map_or_else(Default::default, |(_, taken)| taken),
                 })

@@ -1,16 +1,18 @@
 //! The CPU engine of the shooting loop.
 
-use crate::links::{Head, Links, Place, Row};
+use crate::links::{KeptRow, Links, Place, Row};
 use crate::occlusion::occluders::Occluders;
 use crate::rows::Rows;
 use crate::rows::candidates::{Between, candidates};
 use crate::rows::receivers::Receivers;
 use crate::twin::accumulate::{accumulate, settle};
-use crate::twin::deposit::{Flash, deposit};
+use crate::twin::closure::closure;
+use crate::twin::deposit::{ShotInFlight, deposit};
 use crate::twin::escape::escape;
-use crate::twin::link::{Past, Sums, factor, sample};
+use crate::twin::link::{Baseline, Sums, factor, sample};
 use crate::twin::lookup::Buffers;
-use crate::twin::power::{closure, power, received};
+use crate::twin::power::power;
+use crate::twin::received::received;
 use common::Result;
 use common::escape::directions;
 use common::mesh::Mesh;
@@ -35,7 +37,7 @@ pub struct CpuSolver<'a> {
     caster: Caster<'a>,
     links: Links,
     /// What the room had of the latest shot; empty where the rule does not ask.
-    past: Vec<Past>,
+    baseline: Vec<Baseline>,
     /// What each cell has yet to shoot.
     sums: Vec<Vec4>,
     field: Field,
@@ -68,7 +70,7 @@ impl<'a> CpuSolver<'a> {
                 arch: Arch::new(),
             },
             links: Links::new(mesh),
-            past: Vec::new(),
+            baseline: Vec::new(),
             sums: Vec::new(),
             field: initial(mesh, "cpu"),
             reflectance: mesh.texels.iter().map(|t| t.reflectance).collect(),
@@ -191,7 +193,7 @@ impl Caster<'_> {
             *sum = received(mesh, links, cell);
         }
         let area = mesh.cells[place.cell as usize].shooter.area;
-        *place.head = Some(Head {
+        *place.kept = Some(KeptRow {
             cell: place.cell,
             closure: Closure {
                 form_factor_sum: closure(taken, area),
@@ -332,8 +334,9 @@ impl Shoot for CpuSolver<'_> {
         if rule.compares() {
             // The sums are those of this shot: its links are made anew.
             let sums = caster.sums(cell, rule.captured);
-            let past = |(k, sums): (usize, &Sums)| sums.past(caster.mesh, rule, shooter, k as u32);
-            self.past = sums.par_iter().enumerate().map(past).collect();
+            let baseline =
+                |(k, sums): (usize, &Sums)| sums.baseline(caster.mesh, rule, shooter, k as u32);
+            self.baseline = sums.par_iter().enumerate().map(baseline).collect();
             for place in &mut self.links.places_of(&[cell]) {
                 caster.weigh(place, &sums);
             }
@@ -343,7 +346,7 @@ impl Shoot for CpuSolver<'_> {
         let caster = &self.caster;
         let row = self.links.made(cell)?;
         let flux = self.sums[cell as usize].truncate();
-        let flash = Flash {
+        let in_flight = ShotInFlight {
             mesh: caster.mesh,
             cell: shooter,
             radiosity: flux / shooter.shooter.area,
@@ -351,9 +354,9 @@ impl Shoot for CpuSolver<'_> {
             rule,
             reflectance: &self.reflectance,
         };
-        let form_factor_sum = row.closure.form_factor_sum * flash.scale;
+        let form_factor_sum = row.closure.form_factor_sum * in_flight.scale;
         let escaped = row.closure.escaped;
-        let (field, past) = (&mut self.field, &self.past);
+        let (field, baseline) = (&mut self.field, &self.baseline);
         field
             .radiosity
             .par_chunks_mut(TASK)
@@ -365,8 +368,8 @@ impl Shoot for CpuSolver<'_> {
                 for k in 0..radiosity.len() {
                     let state = (&mut radiosity[k], &mut residual[k], &mut irradiance[k]);
                     let texel = task * TASK + k;
-                    let past = past.get(texel).copied().unwrap_or_default();
-                    deposit(&flash, texel as u32, links[k], past, state);
+                    let baseline = baseline.get(texel).copied().unwrap_or_default();
+                    deposit(&in_flight, texel as u32, links[k], baseline, state);
                 }
             });
         self.sum();
@@ -392,7 +395,7 @@ impl Restart for CpuSolver<'_> {
             origin: self.field.origin.clone(),
             ..field.clone()
         };
-        self.past.clear();
+        self.baseline.clear();
         self.sum();
         Ok(())
     }

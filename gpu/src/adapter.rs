@@ -174,7 +174,7 @@ fn no_adapter(name: Option<&str>) -> Error {
     let found: Vec<String> = adapters().into_iter().map(|line| line.name).collect();
     Error::NoAdapter(match (name, found.is_empty()) {
         (_, true) => "no GPU adapter found: install a Vulkan driver (Linux without a GPU: the \
-                      package mesa-vulkan-drivers), or use --solver cpu"
+                      package mesa-vulkan-drivers), or let the CPU solve it"
             .to_owned(),
         (Some(name), false) => format!(
             "no adapter is called {name:?}; there are: {}",

@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::dispatches::DISPATCH_BYTES;
 use crate::grids::{grids, level_bytes};
 use crate::records::{
-    CellRecord, FaceRecord, LOG_HEAD_BYTES, LogRecord, PointRecord, ROW_BYTES, TexelRecord,
+    CellRecord, FaceRecord, LOG_COUNT_BYTES, LogRecord, PointRecord, ROW_BYTES, TexelRecord,
 };
 use bytemuck::{Pod, cast, cast_slice};
 use common::bvh::Bvh;
@@ -48,7 +48,7 @@ pub struct Buffers {
 }
 
 /// Bytes of the log of a full batch.
-pub const LOG_BYTES: u64 = LOG_HEAD_BYTES + BATCH as u64 * size_of::<LogRecord>() as u64;
+pub const LOG_BYTES: u64 = LOG_COUNT_BYTES + BATCH as u64 * size_of::<LogRecord>() as u64;
 
 impl Buffers {
     /// Buffers of which the links take no more than `budget`.

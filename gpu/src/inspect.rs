@@ -1,6 +1,6 @@
 //! What checks read of a solver beyond its answer: rows of links, and what each stage leaves behind.
 
-use crate::probe::{Bench, Row, Sample};
+use crate::probe::{Probe, Row, Sample};
 use crate::solver::GpuSolver;
 use bytemuck::pod_collect_to_vec;
 use common::Result;
@@ -8,15 +8,15 @@ use common::Result;
 impl GpuSolver<'_> {
     /// Makes the links of `cell`; `each` sees what every sample leaves.
     pub fn probe(&mut self, cell: u32, each: &mut dyn FnMut(Sample)) -> Result<Row> {
-        let bench = match self.bench.take() {
-            Some(bench) => bench,
-            None => Bench::new(&self.context, self.workshop.faults())?,
+        let probe = match self.probe.take() {
+            Some(probe) => probe,
+            None => Probe::new(&self.context, self.maker.faults())?,
         };
         if let Some(passes) = &mut self.passes {
             passes.forget();
         }
-        let row = bench.probe(&mut self.context, cell, each);
-        self.bench = Some(bench);
+        let row = probe.links_of(&mut self.context, cell, each);
+        self.probe = Some(probe);
         row
     }
 

@@ -10,7 +10,7 @@ use crate::pipelines::LinkStages;
 use crate::records::{Params, SHOT_BYTES, ShotRecord};
 use crate::slots::{Slots, most_slots};
 use crate::stage::Slot::{Read, Uniform, Write};
-use crate::stage::{Stage, Workshop};
+use crate::stage::{PipelineMaker, Stage};
 use bytemuck::pod_collect_to_vec;
 use common::Result;
 use common::constants::LANES;
@@ -54,7 +54,7 @@ pub fn has_room(context: &Context) -> bool {
 }
 
 impl Passes {
-    pub fn new(context: &Context, shop: &Workshop) -> Result<Self> {
+    pub fn new(context: &Context, maker: &PipelineMaker) -> Result<Self> {
         let (gpu, b) = (&context.host.gpu, &context.buffers);
         if !has_room(context) {
             return Err(gpu.fail("no room for what cells exchange"));
@@ -83,10 +83,10 @@ impl Passes {
             Write(&b.residual),
         ];
         let passes = Self {
-            stages: LinkStages::new(shop, settings, b, &slots)?,
-            exchange: shop.stage("exchange", "exchange", &exchanged)?,
-            collect: shop.stage("collect", "collect", &collected)?,
-            settle: shop.stage("collect", "settle", &collected)?,
+            stages: LinkStages::new(maker, settings, b, &slots)?,
+            exchange: maker.stage("exchange", "exchange", &exchanged)?,
+            collect: maker.stage("collect", "collect", &collected)?,
+            settle: maker.stage("collect", "settle", &collected)?,
             shot,
             flux,
             held: vec![0; b.places as usize],

@@ -3,7 +3,7 @@
 use crate::buffers::Buffers;
 use crate::slots::Slots;
 use crate::stage::Slot::{Read, Texture, Uniform, Write};
-use crate::stage::{Stage, Workshop};
+use crate::stage::{PipelineMaker, Stage};
 use common::Result;
 use common::settings::{Raster, Settings, Visibility};
 
@@ -37,7 +37,7 @@ pub struct ItemBufferStages {
 }
 
 impl Pipelines {
-    pub fn new(shop: &Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    pub fn new(maker: &PipelineMaker, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
         let choice = [
             Uniform(&s.params),
             Read(&b.cells),
@@ -67,17 +67,17 @@ impl Pipelines {
             Write(&b.sums),
         ];
         Ok(Self {
-            first: shop.stage("select", "first", &choice)?,
-            next: shop.stage("select", "next", &choice)?,
-            link: LinkStages::new(shop, settings, b, s)?,
-            deposit: shop.stage("deposit", "deposit", &deposit)?,
-            power: shop.stage("power", "power", &power)?,
+            first: maker.stage("select", "first", &choice)?,
+            next: maker.stage("select", "next", &choice)?,
+            link: LinkStages::new(maker, settings, b, s)?,
+            deposit: maker.stage("deposit", "deposit", &deposit)?,
+            power: maker.stage("power", "power", &power)?,
         })
     }
 }
 
 impl LinkStages {
-    pub fn new(shop: &Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    pub fn new(maker: &PipelineMaker, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
         let rays = settings.visibility == Visibility::Rays;
         let aimed = [
             Uniform(&s.params),
@@ -89,13 +89,13 @@ impl LinkStages {
         let item_buffer = if rays {
             None
         } else {
-            Some(ItemBufferStages::new(shop, settings, b, s)?)
+            Some(ItemBufferStages::new(maker, settings, b, s)?)
         };
-        let [escape, received, closure] = sums(shop, b, s)?;
+        let [escape, received, closure] = sums(maker, b, s)?;
         Ok(Self {
-            aim: shop.stage("aim", "aim", &aimed)?,
-            whole: shop.stage("aim", "whole", &aimed)?,
-            links: links(shop, rays, b, s)?,
+            aim: maker.stage("aim", "aim", &aimed)?,
+            whole: maker.stage("aim", "whole", &aimed)?,
+            links: links(maker, rays, b, s)?,
             escape,
             received,
             closure,
@@ -104,7 +104,7 @@ impl LinkStages {
     }
 }
 
-fn links(shop: &Workshop, rays: bool, b: &Buffers, s: &Slots) -> Result<Stage> {
+fn links(maker: &PipelineMaker, rays: bool, b: &Buffers, s: &Slots) -> Result<Stage> {
     let mut slots = vec![
         Read(&b.faces),
         Read(&s.shots),
@@ -121,10 +121,10 @@ fn links(shop: &Workshop, rays: bool, b: &Buffers, s: &Slots) -> Result<Stage> {
         let room = s.room_buffer.as_ref().unwrap_or(&s.view);
         slots.extend([Texture(&s.view), Texture(room)]);
     }
-    shop.stage("link", "links_of", &slots)
+    maker.stage("link", "links_of", &slots)
 }
 
-fn sums(shop: &Workshop, b: &Buffers, s: &Slots) -> Result<[Stage; 3]> {
+fn sums(maker: &PipelineMaker, b: &Buffers, s: &Slots) -> Result<[Stage; 3]> {
     let escape = [
         Read(&b.faces),
         Read(&s.shots),
@@ -151,16 +151,16 @@ fn sums(shop: &Workshop, b: &Buffers, s: &Slots) -> Result<[Stage; 3]> {
         Write(&s.shots),
     ];
     Ok([
-        shop.stage("escape", "escape", &escape)?,
-        shop.stage("received", "received", &received)?,
-        shop.stage("closure", "closure", &closure)?,
+        maker.stage("escape", "escape", &escape)?,
+        maker.stage("received", "received", &received)?,
+        maker.stage("closure", "closure", &closure)?,
     ])
 }
 
 impl ItemBufferStages {
-    fn new(shop: &Workshop, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    fn new(maker: &PipelineMaker, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
         let seen = [Read(&b.faces), Read(&s.shots), Uniform(&s.params)];
-        let (raster, raster_group) = shop.raster(&seen)?;
+        let (raster, raster_group) = maker.raster(&seen)?;
         let lists = [
             Read(&b.faces),
             Read(&s.shots),
@@ -170,7 +170,7 @@ impl ItemBufferStages {
         ];
         Ok(Self {
             kind: settings.raster(),
-            tessellate: shop.stage("tessellate", "tessellate", &lists)?,
+            tessellate: maker.stage("tessellate", "tessellate", &lists)?,
             raster,
             raster_group,
         })

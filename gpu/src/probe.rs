@@ -8,7 +8,7 @@ pub use crate::records::Aim;
 use crate::records::{Params, SHOT_BYTES, ShotRecord};
 use crate::shaders::Fault;
 use crate::slots::Slots;
-use crate::stage::Workshop;
+use crate::stage::PipelineMaker;
 use bytemuck::pod_collect_to_vec;
 use common::Result;
 use common::settings::Visibility;
@@ -25,7 +25,7 @@ const TOLD: Fault = Fault {
 };
 
 /// Slots for one shot, one sample at a time, and the stages bound to them.
-pub(crate) struct Bench {
+pub(crate) struct Probe {
     slots: Slots,
     stages: LinkStages,
 }
@@ -54,21 +54,21 @@ pub struct Row {
     pub scale: f32,
 }
 
-impl Bench {
+impl Probe {
     pub fn new(context: &Context, faults: &[Fault]) -> Result<Self> {
         let (gpu, settings) = (&context.host.gpu, &context.settings);
         let slots = Slots {
             step: 1,
             ..Slots::new(gpu, context.mesh, settings, 1, 1)
         };
-        let shop = Workshop::new(gpu, settings, &[&[TOLD], faults].concat());
-        let stages = LinkStages::new(&shop, settings, &context.buffers, &slots)?;
+        let maker = PipelineMaker::new(gpu, settings, &[&[TOLD], faults].concat());
+        let stages = LinkStages::new(&maker, settings, &context.buffers, &slots)?;
         gpu.check()?;
         Ok(Self { slots, stages })
     }
 
     /// Makes the links of `cell`; `each` sees what every sample leaves.
-    pub fn probe(
+    pub fn links_of(
         &self,
         context: &mut Context,
         cell: u32,
@@ -117,14 +117,14 @@ impl Bench {
         encoder.copy_buffer_to_buffer(&self.slots.shots, 0, &staging, 0, SHOT_BYTES);
         encoder.copy_buffer_to_buffer(&self.slots.samples, 0, &staging, SHOT_BYTES, texels);
         let bytes = context.host.finish(encoder, staging)?;
-        let (head, sums) = bytes.split_at(SHOT_BYTES as usize);
+        let (shot, sums) = bytes.split_at(SHOT_BYTES as usize);
         let ids = if context.settings.visibility == Visibility::Rays {
             Vec::new()
         } else {
             context.host.ids(&self.slots.item_buffer, self.slots.size)?
         };
         Ok(Sample {
-            aim: pod_collect_to_vec::<u8, ShotRecord>(head)[0].aim(),
+            aim: pod_collect_to_vec::<u8, ShotRecord>(shot)[0].aim(),
             ids,
             sums: pod_collect_to_vec(sums),
         })

@@ -8,8 +8,8 @@ use crate::linker::Step;
 use crate::passes::dispatch;
 use crate::shaders::ROUNDS;
 use crate::solver::GpuSolver;
+use crate::stage::PipelineMaker;
 use crate::stage::Slot::{Read, Write};
-use crate::stage::Workshop;
 use common::Result;
 use common::constants::LANES;
 use common::settings::Settings;
@@ -70,7 +70,7 @@ pub fn profile(solver: &mut GpuSolver, passes: u32) -> Result<Vec<Timed>> {
 /// Bytes a second that a copy moves (read and written), and multiplications and additions a second;
 /// the best of five.
 pub fn machine(gpu: &Gpu) -> Result<[f64; 2]> {
-    let shop = Workshop::new(gpu, &Settings::default(), &[]);
+    let maker = PipelineMaker::new(gpu, &Settings::default(), &[]);
     let storage = wgpu::BufferUsages::STORAGE;
     let [source, sink] = ["source", "sink"].map(|n| empty(&gpu.device, n, 16 * COPIED, storage));
     let slots = [Read(&source), Write(&sink)];
@@ -83,7 +83,7 @@ pub fn machine(gpu: &Gpu) -> Result<[f64; 2]> {
     ];
     let mut rates = [0.0f64; 2];
     for (rate, (entry, amount)) in rates.iter_mut().zip(work) {
-        let stage = shop.stage("measure", entry, &slots)?;
+        let stage = maker.stage("measure", entry, &slots)?;
         for _ in 0..5 {
             let seconds = clock.seconds(&mut host, |encoder| dispatch(encoder, &stage, groups))?;
             *rate = rate.max(amount / seconds);

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use common::mesh::{Cell, Mesh, MeshFace, Point, Texel};
 #[cfg(doc)]
-use common::shooting::Had;
+use common::shooting::Subtracted;
 use common::shooting::{Rule, Shot};
 use glam::Vec3;
 use std::mem::offset_of;
@@ -161,8 +161,8 @@ impl From<&Point> for PointRecord {
     }
 }
 
-/// The bits of `params.rule` that say which [`Had`] it is.
-pub const HAD: u32 = 3;
+/// The bits of `params.rule` that say which [`Subtracted`] it is.
+pub const SUBTRACTED: u32 = 3;
 /// The bit of `params.rule` for captured shots.
 pub const CAPTURED: u32 = 4;
 /// The bit of `params.rule` for a room that shoots on what it gains.
@@ -171,7 +171,7 @@ pub const KEEP: u32 = 8;
 /// `params.rule`.
 pub fn rule_bits(rule: Rule) -> u32 {
     let bit = |set: bool, bit: u32| if set { bit } else { 0 };
-    rule.had as u32 | bit(rule.captured, CAPTURED) | bit(rule.keep, KEEP)
+    rule.subtracted as u32 | bit(rule.captured, CAPTURED) | bit(rule.keep, KEEP)
 }
 
 record! {
@@ -302,7 +302,7 @@ pub const SHOT_BYTES: u64 = size_of::<ShotRecord>() as u64;
 /// Bytes of `Row`.
 pub const ROW_BYTES: u64 = size_of::<RowRecord>() as u64;
 /// Bytes before the records of `Log`.
-pub const LOG_HEAD_BYTES: u64 = 16;
+pub const LOG_COUNT_BYTES: u64 = 16;
 
 record! {
     /// `Params`.

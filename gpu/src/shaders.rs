@@ -2,8 +2,8 @@
 
 use crate::dispatches::{Counted, DISPATCH_WORDS};
 use crate::grids::{DRAW_INSTANCES, DRAW_WORDS};
-use crate::records::{CAPTURED, HAD, KEEP};
-pub use crate::records::{LAYOUTS, Layout};
+use crate::records::{CAPTURED, KEEP, SUBTRACTED};
+pub use crate::records::{LAYOUTS, LOG_COUNT_BYTES, Layout};
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;
@@ -11,7 +11,7 @@ use common::mesh::{Cover, TexelKind};
 use common::rays::Sight;
 use common::sampling::{INSIDE, STEPS};
 use common::settings::{Settings, Visibility};
-use common::shooting::Had;
+use common::shooting::Subtracted;
 use common::{Error, Result};
 
 /// Rounds of the loop in `measure.wgsl`, 32 operations each.
@@ -29,7 +29,7 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 24] = [
+const FILES: [(&str, &str); 26] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
@@ -44,6 +44,8 @@ const FILES: [(&str, &str); 24] = [
     ),
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("sampling", include_str!("shaders/sampling.wgsl")),
+    ("texel_point", include_str!("shaders/texel_point.wgsl")),
+    ("spread", include_str!("shaders/spread.wgsl")),
     ("tree", include_str!("shaders/tree.wgsl")),
     ("rays", include_str!("shaders/rays.wgsl")),
     ("aim", include_str!("shaders/aim.wgsl")),
@@ -80,11 +82,17 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 /// The module of `name` with what it includes.
 pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
     let includes: &[&str] = match name {
-        "link" if settings.visibility == Visibility::Rays => {
-            &["sampling", "form_factor", "intersect", "tree", "rays"]
-        }
+        "link" if settings.visibility == Visibility::Rays => &[
+            "sampling",
+            "texel_point",
+            "form_factor",
+            "intersect",
+            "tree",
+            "rays",
+        ],
         "link" => &[
             "sampling",
+            "texel_point",
             "form_factor",
             "hemicube",
             "projection",
@@ -92,7 +100,8 @@ pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<Strin
             "lookup",
         ],
         "escape" => &["hemicube", "projection", "intersect", "tree"],
-        "tessellate" | "item_buffer_tessellated" => &["hemicube", "projection", "bound"],
+        "tessellate" => &["hemicube", "projection", "bound"],
+        "item_buffer_tessellated" => &["hemicube", "projection", "spread"],
         "item_buffer" => &["hemicube", "projection", "bound", "intersect"],
         _ => &[],
     };
@@ -159,10 +168,10 @@ pub const CODES: [(&str, u32); 24] = [
     ("BLOCKED", Sight::Blocked as u32),
     ("HIDDEN_BY_OBJECT", Sight::Hidden as u32),
     ("CLEAR", Sight::Clear as u32),
-    ("HAD", HAD),
-    ("HAD_BEFORE", Had::Before as u32),
-    ("HAD_UNHIDDEN", Had::Unhidden as u32),
-    ("HAD_ALL", Had::All as u32),
+    ("SUBTRACTED", SUBTRACTED),
+    ("SUBTRACTED_BEFORE", Subtracted::Before as u32),
+    ("SUBTRACTED_UNHIDDEN", Subtracted::Unhidden as u32),
+    ("SUBTRACTED_ALL", Subtracted::All as u32),
     ("CAPTURED", CAPTURED),
     ("KEEP", KEEP),
     ("COUNTED_DEPOSIT", Counted::Deposit as u32),

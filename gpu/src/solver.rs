@@ -8,11 +8,11 @@ use crate::host::{Counts, Host, Pending};
 use crate::pace::{IN_FLIGHT, Pace};
 use crate::passes::{Passes, has_room};
 use crate::pipelines::Pipelines;
-use crate::probe::Bench;
-use crate::records::{LOG_HEAD_BYTES, LogRecord, Params, TexelRecord};
+use crate::probe::Probe;
+use crate::records::{LOG_COUNT_BYTES, LogRecord, Params, TexelRecord};
 use crate::shaders::Fault;
 use crate::slots::Slots;
-use crate::stage::Workshop;
+use crate::stage::PipelineMaker;
 use bytemuck::pod_collect_to_vec;
 use common::Result;
 use common::constants::{LEVELS, LINK_BYTES};
@@ -31,7 +31,7 @@ const FEWEST: u32 = 64;
 /// Progressive refinement on a GPU.
 pub struct GpuSolver<'a> {
     pub(crate) context: Context<'a>,
-    pub(crate) workshop: Workshop,
+    pub(crate) maker: PipelineMaker,
     /// Those of the one shot that is chosen on the device.
     slots: Slots,
     pipelines: Pipelines,
@@ -40,7 +40,7 @@ pub struct GpuSolver<'a> {
     /// What solves by passes need beside.
     pub(crate) passes: Option<Passes>,
     /// What checks of single stages need.
-    pub(crate) bench: Option<Bench>,
+    pub(crate) probe: Option<Probe>,
 }
 
 /// A batch that runs.
@@ -76,8 +76,8 @@ impl<'a> GpuSolver<'a> {
     ) -> Result<Self> {
         let buffers = Buffers::new(gpu, mesh, settings, bytes)?;
         let slots = Slots::new(gpu, mesh, settings, 1, 1);
-        let workshop = Workshop::new(gpu, settings, faults);
-        let pipelines = Pipelines::new(&workshop, settings, &buffers, &slots)?;
+        let maker = PipelineMaker::new(gpu, settings, faults);
+        let pipelines = Pipelines::new(&maker, settings, &buffers, &slots)?;
         gpu.check()?;
         let solver = Self {
             context: Context {
@@ -86,13 +86,13 @@ impl<'a> GpuSolver<'a> {
                 settings: settings.clone(),
                 buffers,
             },
-            workshop,
+            maker,
             slots,
             pipelines,
             rule: Rule::PLAIN,
             pace: Pace::new(FEWEST, BATCH, gpu.line.software),
             passes: None,
-            bench: None,
+            probe: None,
         };
         solver.write_params(0.0, false);
         Ok(solver)
@@ -136,10 +136,10 @@ impl<'a> GpuSolver<'a> {
 
     /// What solves by passes need, made when the first one begins.
     pub(crate) fn passes(&mut self) -> Result<(&mut Context<'a>, &mut Passes)> {
-        let (context, shop) = (&mut self.context, &self.workshop);
+        let (context, maker) = (&mut self.context, &self.maker);
         let passes = match self.passes.take() {
             Some(passes) => passes,
-            None => Passes::new(context, shop)?,
+            None => Passes::new(context, maker)?,
         };
         Ok((context, self.passes.insert(passes)))
     }
@@ -194,7 +194,7 @@ impl<'a> GpuSolver<'a> {
                 .gpu
                 .fail("the log of the shots is damaged"));
         }
-        let records: Vec<LogRecord> = pod_collect_to_vec(&bytes[LOG_HEAD_BYTES as usize..]);
+        let records: Vec<LogRecord> = pod_collect_to_vec(&bytes[LOG_COUNT_BYTES as usize..]);
         Ok(records[..count as usize].iter().map(Shot::from).collect())
     }
 }

@@ -26,14 +26,14 @@ pub enum Slot<'a> {
 use Slot::{Read, Texture, Uniform, Write};
 
 /// Where the pipelines of a solver are made.
-pub struct Workshop {
+pub struct PipelineMaker {
     device: wgpu::Device,
     settings: Settings,
     faults: Vec<Fault>,
     compiled: Arc<Mutex<Compiled>>,
 }
 
-impl Workshop {
+impl PipelineMaker {
     pub fn new(gpu: &Gpu, settings: &Settings, faults: &[Fault]) -> Self {
         Self {
             device: gpu.device.clone(),

@@ -92,10 +92,10 @@ fn nothing_is_seen_that_was_not_seen_before() {
 #[test]
 fn a_wrong_shader_is_noticed() {
     let faults = [
-        ("deposit", "* shot.scale - past.x", "* shot.scale"),
+        ("deposit", "* shot.scale - baseline.x", "* shot.scale"),
         (
             "deposit",
-            "radiosity[k] += vec4f(shot.radiosity * past.y, 0.0);",
+            "radiosity[k] += vec4f(shot.radiosity * baseline.y, 0.0);",
             "",
         ),
         ("deposit", "if (params.rule & KEEP) != 0u ||", "if"),

@@ -10,7 +10,7 @@ use common::settings::{Iteration, Raster, Settings, Visibility};
 use common::shooting::{Field, Run, Shoot};
 use cpu::CpuSolver;
 use cpu::twin::accumulate::settle;
-use cpu::twin::power::received;
+use cpu::twin::received::received;
 use glam::Vec3;
 use gpu::{Fault, Gpu, GpuSolver};
 use radiosity_tests::bounds::U;

@@ -146,9 +146,9 @@ fn a_wrong_sample_is_noticed() {
             "coordinate(s, STEP_V, second)",
             "coordinate(s, STEP_U, second)",
         ),
-        fault("sampling", "uv = vec2f(1.0 - uv.x, 1.0 - uv.y);", ""),
+        fault("texel_point", "uv = vec2f(1.0 - uv.x, 1.0 - uv.y);", ""),
         fault(
-            "sampling",
+            "texel_point",
             "(place.y + uv.y) / size.y;\n    let low",
             "(place.y + uv.x) / size.y;\n    let low",
         ),

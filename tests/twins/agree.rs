@@ -87,7 +87,7 @@ fn a_texel_whose_pixel_shows_its_neighbour_is_found_in_the_nine() {
     let view = View::new(&mesh, 1, 0, &stereographic(64));
     let texel = mesh.texels.iter().find(|texel| texel.face == 0).unwrap();
     let p = pixels(
-        project(view.visibility, view.frame.local(texel.position)),
+        project(view.visibility, view.frame.to_local(texel.position)),
         64,
     );
     let (x, y) = (p.x as usize, p.y as usize);

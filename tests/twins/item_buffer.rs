@@ -40,7 +40,7 @@ fn brute_force(mesh: &Mesh, view: &View) -> Vec<u32> {
             let p = pixel_centre(k % n, k / n, n);
             let mut nearest = (0, f32::INFINITY);
             for (id, face) in mesh.faces.iter().enumerate() {
-                let ray = view.frame.world(unproject(view.visibility, p));
+                let ray = view.frame.to_world(unproject(view.visibility, p));
                 let hit = intersect(face, view.frame.centre, ray);
                 let met = hit.t > 0.0 && hit.inside >= -OUTLINE;
                 if met && hit.t < nearest.1 && !hidden(view, face) {

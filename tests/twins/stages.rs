@@ -185,7 +185,7 @@ const FAULTS: &[Row] = &[
     ),
     (
         By::Rays,
-        "sampling",
+        "texel_point",
         "let v = (place.y + uv.y) / size.y;\n    let low",
         "let v = (place.y + uv.x) / size.y;\n    let low",
         &["form factor", "link"],

@@ -15,7 +15,7 @@ pub mod surface;
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::settings::Settings;
-use crate::shooting::{Field, Had, Order, Restart, Rule, Run, Shot, total};
+use crate::shooting::{Field, Order, Restart, Rule, Run, Shot, Subtracted, total};
 use glam::{Vec3, Vec4};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -69,20 +69,20 @@ impl Method {
             Self::Paper(mended) => mended,
         };
         let captured = if mended.empty_room {
-            Had::Before
+            Subtracted::Before
         } else {
-            Had::Unhidden
+            Subtracted::Unhidden
         };
         let later = if mended.bleeding {
-            Had::Nothing
+            Subtracted::Nothing
         } else if mended.object_shadows {
-            Had::All
+            Subtracted::All
         } else {
-            Had::Unhidden
+            Subtracted::Unhidden
         };
-        let rule = |captured, had| Rule {
+        let rule = |captured, subtracted| Rule {
             captured,
-            had,
+            subtracted,
             keep: mended.shadows,
         };
         // Table 2 as printed is all false: lines 6 to 9 take a hidden texel's light, whoever shoots.

@@ -3,7 +3,7 @@
 //! compiler turns into the widest registers that the caller's [`pulp::Arch`] found.
 
 use crate::rows::receivers::{Block, LANES, Receivers};
-use crate::twin::sampling::point;
+use crate::twin::texel_point::point;
 use common::constants::{CONTACT, DEPTH_SCALE, END, OUTLINE, POINT, RAY_REACH};
 use common::form_factor::{FormFactor, Shooter, disc, far, polygon, polygon_above, remote, weight};
 use common::intersect::{meet, touches};

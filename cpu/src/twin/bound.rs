@@ -27,7 +27,7 @@ pub fn hidden(view: &View, face: &MeshFace) -> bool {
     }
     let mut highest = -1.0f32;
     for corner in face.corners {
-        highest = highest.max(view.frame.local(corner).z);
+        highest = highest.max(view.frame.to_local(corner).z);
     }
     highest <= CONTACT
 }
@@ -41,10 +41,10 @@ pub fn bound(view: &View, face: &MeshFace, side: u32) -> Vec4 {
     let mut limits = NOWHERE;
     let mut rises = Vec3::ZERO;
     let mut sets = Vec3::ZERO;
-    let mut last = view.frame.local(face.corners[3]);
+    let mut last = view.frame.to_local(face.corners[3]);
     for k in 0..4 {
         let mut a = last;
-        let mut b = view.frame.local(face.corners[k]);
+        let mut b = view.frame.to_local(face.corners[k]);
         last = b;
         let height_a = height(side, a);
         let height_b = height(side, b);

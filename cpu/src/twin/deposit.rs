@@ -1,14 +1,14 @@
-//! One texel under one shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
+//! One texel under one shot: ΔH = (w − subtracted)·B_shooter, ΔB = Δr = ρ·ΔH. Twin of
 //! `gpu/src/shaders/deposit.wgsl`.
 
-use crate::twin::link::Past;
+use crate::twin::link::Baseline;
 use common::mesh::{Cell, Mesh};
 use common::shooting::Rule;
 use glam::{Vec3, Vec4};
 
 /// A shot in flight.
 #[derive(Clone, Copy, Debug)]
-pub struct Flash<'a> {
+pub struct ShotInFlight<'a> {
     /// The scene.
     pub mesh: &'a Mesh,
     /// The shooter.
@@ -28,36 +28,36 @@ pub type State<'a> = (&'a mut Vec4, &'a mut Vec4, &'a mut Vec4);
 
 /// Adds what texel `k` takes by its link `w` to the shooter; w of the irradiance keeps the link.
 pub fn deposit(
-    flash: &Flash,
+    in_flight: &ShotInFlight,
     k: u32,
     w: f32,
-    past: Past,
+    baseline: Baseline,
     (radiosity, residual, irradiance): State,
 ) {
-    let cell = flash.cell;
-    let texel = &flash.mesh.texels[k as usize];
-    let f = w * flash.scale - past.had;
+    let cell = in_flight.cell;
+    let texel = &in_flight.mesh.texels[k as usize];
+    let f = w * in_flight.scale - baseline.subtracted;
     irradiance.w = f;
     if k >= cell.first && k < cell.first + cell.count {
         // Table 1, line 15; Table 2, line 22.
         *residual = Vec4::ZERO;
         return;
     }
-    if flash.rule.captured {
-        *radiosity += (flash.radiosity * past.before).extend(0.0);
+    if in_flight.rule.captured {
+        *radiosity += (in_flight.radiosity * baseline.before).extend(0.0);
     }
     if f == 0.0 {
         return;
     }
-    let received = flash.radiosity * f;
+    let received = in_flight.radiosity * f;
     *irradiance = (irradiance.truncate() + received).extend(f);
-    if flash.rule.captured {
+    if in_flight.rule.captured {
         return;
     }
     // Table 1, lines 8 to 10; Table 2, lines 8 and 9 (f < 0) and 15 to 17.
-    let reflected = flash.reflectance[k as usize] * received;
+    let reflected = in_flight.reflectance[k as usize] * received;
     *radiosity += reflected.extend(0.0);
-    if flash.rule.keep || flash.mesh.is_object(texel.face) {
+    if in_flight.rule.keep || in_flight.mesh.is_object(texel.face) {
         *residual += reflected.extend(0.0);
     }
 }

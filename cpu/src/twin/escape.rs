@@ -4,10 +4,17 @@
 use common::constants::{CONTACT, MISS, OUTLINE};
 use common::escape::DIRECTIONS;
 use common::intersect::intersect;
-use common::mesh::{Cover, Mesh, Point};
+use common::mesh::{Cover, Mesh, MeshFace, Point};
 use common::rays::Rays;
 use glam::Vec3;
 use rayon::prelude::*;
+
+/// Where a ray meets the nearest front, and the nearest back.
+#[derive(Clone, Copy)]
+struct Nearest {
+    front: f32,
+    back: f32,
+}
 
 /// The escaped share of `cell`; `directions` are [`common::escape::directions`]. The BVH only
 /// leaves out faces that the shader's loop over all of them would not count either.
@@ -43,21 +50,30 @@ fn start(points: &[Point], k: usize) -> Vec3 {
 /// Whether the nearest face along the ray shows its front. A front that touches the shooter
 /// counts (it takes the light away, but not into the open); the shooter's own sheet does not.
 pub fn meets_front(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
-    let mut front = MISS;
-    let mut back = MISS;
+    let mut nearest = Nearest {
+        front: MISS,
+        back: MISS,
+    };
     rays.along(origin, direction, |_, face| {
-        if face.sheet == sheet {
-            return;
-        }
-        let hit = intersect(face, origin, direction);
-        if hit.facing < 0.0 {
-            if hit.t >= -CONTACT && hit.inside >= -OUTLINE {
-                front = front.min(hit.t);
-            }
-        } else if hit.t > CONTACT && hit.inside >= OUTLINE {
-            back = back.min(hit.t);
-        }
+        nearest = nearer(nearest, sheet, face, origin, direction);
     });
     // At a shared edge front and back are equally near: the front takes the light.
-    front < MISS && front <= back + CONTACT
+    nearest.front < MISS && nearest.front <= nearest.back + CONTACT
+}
+
+/// The nearest of the faces so far and of `face`.
+fn nearer(nearest: Nearest, sheet: u32, face: &MeshFace, origin: Vec3, direction: Vec3) -> Nearest {
+    let mut next = nearest;
+    if face.sheet == sheet {
+        return next;
+    }
+    let hit = intersect(face, origin, direction);
+    if hit.facing < 0.0 {
+        if hit.t >= -CONTACT && hit.inside >= -OUTLINE {
+            next.front = next.front.min(hit.t);
+        }
+    } else if hit.t > CONTACT && hit.inside >= OUTLINE {
+        next.back = next.back.min(hit.t);
+    }
+    next
 }

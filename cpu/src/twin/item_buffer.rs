@@ -74,7 +74,7 @@ pub fn fragment(view: &View, face: &MeshFace, x: u32, y: u32) -> Option<f32> {
     if !covered(view.visibility, p, view.size) {
         return None;
     }
-    let direction = view.frame.world(unproject(view.visibility, p));
+    let direction = view.frame.to_world(unproject(view.visibility, p));
     let hit = intersect(face, view.frame.centre, direction);
     if hit.t <= 0.0 || hit.inside < -OUTLINE {
         return None;

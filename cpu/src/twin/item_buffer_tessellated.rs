@@ -160,7 +160,7 @@ fn fragment(
     if elevation < BELOW {
         return None;
     }
-    let direction = view.frame.world(unproject(view.visibility, p));
+    let direction = view.frame.to_world(unproject(view.visibility, p));
     let facing = face.normal.dot(direction);
     let t = face.normal.dot(face.corners[0] - view.frame.centre) / facing;
     if facing == 0.0 || t <= 0.0 {

@@ -8,13 +8,13 @@
 //! point by the light that comes from there. Where a body stands on the cell V = 0: all its light
 //! leaves from its open share o_i. V = 0, too, for a point below the texel's horizon (S > 1).
 
-use crate::twin::sampling::{point, texel_point};
+use crate::twin::texel_point::{point, texel_point};
 use common::constants::{CONTACT, NEAR};
 use common::form_factor::{FormFactor, Shooter, far, form_factor, weight};
 use common::mesh::{Cell, Cover, Mesh, reach};
 use common::rays::Sight;
 use common::sampling::near_uv;
-use common::shooting::{Had, Rule};
+use common::shooting::{Rule, Subtracted};
 use glam::Vec3;
 
 /// The sums over the samples.
@@ -32,9 +32,9 @@ pub struct Sums {
 
 /// What a texel of the room had of a shot, by which its link is compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Past {
+pub struct Baseline {
     /// What is subtracted from its link.
-    pub had: f32,
+    pub subtracted: f32,
     /// The link without the objects.
     pub before: f32,
 }
@@ -54,9 +54,9 @@ impl Sums {
 
     /// What texel `k` had of a shot of `cell` (Table 2, line 6, takes F); nothing where one of them
     /// is an object's.
-    pub fn past(&self, mesh: &Mesh, rule: Rule, cell: &Cell, k: u32) -> Past {
+    pub fn baseline(&self, mesh: &Mesh, rule: Rule, cell: &Cell, k: u32) -> Baseline {
         if mesh.is_object(mesh.texels[k as usize].face) {
-            return Past::default();
+            return Baseline::default();
         }
         let object = mesh.is_object(cell.face);
         let before = if object {
@@ -64,17 +64,17 @@ impl Sums {
         } else {
             self.share(self.before, cell.open_before)
         };
-        let had = if rule.captured || object {
-            match rule.had {
-                Had::Nothing => 0.0,
-                Had::Before => before,
-                Had::Unhidden => self.form_factor,
-                Had::All => self.link(cell.open),
+        let subtracted = if rule.captured || object {
+            match rule.subtracted {
+                Subtracted::Nothing => 0.0,
+                Subtracted::Before => before,
+                Subtracted::Unhidden => self.form_factor,
+                Subtracted::All => self.link(cell.open),
             }
         } else {
             0.0
         };
-        Past { had, before }
+        Baseline { subtracted, before }
     }
 }
 

@@ -69,7 +69,7 @@ pub fn visible(
     face: u32,
 ) -> bool {
     let p = pixels(
-        project(view.visibility, view.frame.local(position)),
+        project(view.visibility, view.frame.to_local(position)),
         buffer.size,
     );
     let last = buffer.size as i32 - 1;

@@ -3,6 +3,7 @@
 
 pub mod accumulate;
 pub mod bound;
+pub mod closure;
 pub mod deposit;
 pub mod escape;
 pub mod hemicube;
@@ -12,6 +13,7 @@ pub mod link;
 pub mod lookup;
 pub mod power;
 pub mod projection;
-pub mod sampling;
+pub mod received;
 pub mod tessellate;
+pub mod texel_point;
 pub mod view;

@@ -37,7 +37,7 @@ impl Frame {
     }
 
     /// `point` in the frame.
-    pub fn local(&self, point: Vec3) -> Vec3 {
+    pub fn to_local(self, point: Vec3) -> Vec3 {
         self.turn(point - self.centre)
     }
 
@@ -51,7 +51,7 @@ impl Frame {
     }
 
     /// A direction of the frame in the mesh.
-    pub fn world(&self, v: Vec3) -> Vec3 {
+    pub fn to_world(self, v: Vec3) -> Vec3 {
         self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
     }
 }

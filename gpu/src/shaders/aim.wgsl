@@ -1,5 +1,6 @@
 // The next samples of each shot, the frame at the first one's point on the cell, and how many
-// faces its item buffer shows: first the room, then, where there are objects, everything.
+// faces its item buffer shows: first the room, then, where there are objects, everything. Twin:
+// cpu/src/twin/view.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> faces: array<Face>;

@@ -1,5 +1,5 @@
-// One workgroup a shot: ΣF, and what its links are multiplied by. Twins: `closure` in
-// cpu/src/twin/power.rs, `conserving` as Closure::scale in common/src/passes/mod.rs.
+// One workgroup a shot: ΣF, and what its links are multiplied by. Twins: cpu/src/twin/closure.rs,
+// common/src/passes/mod.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> taken: array<f32>;
@@ -35,11 +35,11 @@ fn closure(
         shots[slot].sum = rows[shots[slot].place].sum;
         shots[slot].escaped = f32(lost[shots[slot].cell] - KNOWN) / f32(DIRECTIONS);
         shots[slot].scale =
-            conserving(params.conserve == 1u, shots[slot].sum, shots[slot].escaped);
+            scale(params.conserve == 1u, shots[slot].sum, shots[slot].escaped);
     }
 }
 
-fn conserving(asked: bool, sum: f32, escaped: f32) -> f32 {
+fn scale(asked: bool, sum: f32, escaped: f32) -> f32 {
     if asked && sum > 0.0 {
         return (1.0 - escaped) / sum;
     }

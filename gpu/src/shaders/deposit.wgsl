@@ -1,4 +1,4 @@
-// One texel under the shot: ΔH = (w − had)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/twin/deposit.rs.
+// One texel under the shot: ΔH = (w − subtracted)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/twin/deposit.rs.
 
 @group(0) @binding(0) var<storage, read> shot: Shot;
 @group(0) @binding(1) var<uniform> params: Params;
@@ -7,7 +7,7 @@
 @group(0) @binding(4) var<storage, read_write> radiosity: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> residual: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> irradiance: array<vec4f>;
-@group(0) @binding(7) var<storage, read> sums: array<vec4f>;         // had, before
+@group(0) @binding(7) var<storage, read> sums: array<vec4f>;         // subtracted, before
 
 @compute @workgroup_size(LANES)
 fn deposit(
@@ -20,11 +20,11 @@ fn deposit(
         return;
     }
     let captured = (params.rule & CAPTURED) != 0u;
-    var past = vec2f(0.0);
-    if captured || (params.rule & HAD) != 0u {
-        past = sums[k].xy;
+    var baseline = vec2f(0.0);
+    if captured || (params.rule & SUBTRACTED) != 0u {
+        baseline = sums[k].xy;
     }
-    let f = links[shot.place * params.texels + k] * shot.scale - past.x;
+    let f = links[shot.place * params.texels + k] * shot.scale - baseline.x;
     irradiance[k].w = f;
     if k >= shot.first && k < shot.first + shot.count {
         // Table 1, line 15; Table 2, line 22.
@@ -32,7 +32,7 @@ fn deposit(
         return;
     }
     if captured {
-        radiosity[k] += vec4f(shot.radiosity * past.y, 0.0);
+        radiosity[k] += vec4f(shot.radiosity * baseline.y, 0.0);
     }
     if f == 0.0 {
         return;

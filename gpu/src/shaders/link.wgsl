@@ -7,7 +7,7 @@
 @group(0) @binding(3) var<storage, read> texels: array<Texel>;
 @group(0) @binding(4) var<storage, read> points: array<Point>;
 @group(0) @binding(5) var<storage, read_write> sums: array<vec4f>;   // F, Σ g·V, Σ g, Σ g·V before;
-                                                                      // then had, before
+                                                                      // then subtracted, before
 @group(0) @binding(6) var<storage, read_write> links: array<f32>;
 
 struct Sums {
@@ -30,7 +30,7 @@ fn share(sums: Sums, seen: f32, open: f32) -> f32 {
 
 // What texel k had of the shot (Table 2, line 6): what is subtracted from its link, and the link
 // without the objects; nothing where one of them is an object's.
-fn past(sums: Sums, k: u32) -> vec2f {
+fn baseline(sums: Sums, k: u32) -> vec2f {
     if texels[k].face >= params.room {
         return vec2f(0.0);
     }
@@ -39,16 +39,16 @@ fn past(sums: Sums, k: u32) -> vec2f {
     if !object {
         before = share(sums, sums.before, shots[slot].open_before);
     }
-    var had = 0.0;
+    var subtracted = 0.0;
     if (params.rule & CAPTURED) != 0u || object {
-        switch params.rule & HAD {
-            case HAD_BEFORE: { had = before; }
-            case HAD_UNHIDDEN: { had = sums.form_factor; }
-            case HAD_ALL: { had = link(sums); }
+        switch params.rule & SUBTRACTED {
+            case SUBTRACTED_BEFORE: { subtracted = before; }
+            case SUBTRACTED_UNHIDDEN: { subtracted = sums.form_factor; }
+            case SUBTRACTED_ALL: { subtracted = link(sums); }
             default: {}
         }
     }
-    return vec2f(had, before);
+    return vec2f(subtracted, before);
 }
 
 // F of texel k (Table 1, line 7): from its centre, and where the cell is near and looked at in
@@ -128,7 +128,7 @@ fn links_of(
         return;
     }
     links[shots[slot].place * params.texels + k] = link(sum);
-    if (params.rule & (CAPTURED | HAD)) != 0u {
-        sums[at] = vec4f(past(sum, k), 0.0, 0.0);
+    if (params.rule & (CAPTURED | SUBTRACTED)) != 0u {
+        sums[at] = vec4f(baseline(sum, k), 0.0, 0.0);
     }
 }

@@ -1,5 +1,5 @@
-// One workgroup a cell: what it has yet to shoot; a tree sum in fixed order. Twins:
-// cpu/src/twin/power.rs, common/src/reduce.rs.
+// One workgroup a cell: what it has yet to shoot; a tree sum in fixed order. Twin:
+// cpu/src/twin/power.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> cells: array<Cell>;

@@ -1,5 +1,5 @@
 // One workgroup a cell and shot: Σ w·A that the one takes of the other; a tree sum in fixed order.
-// Twin: `received` in cpu/src/twin/power.rs.
+// Twin: cpu/src/twin/received.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> cells: array<Cell>;

@@ -1,7 +1,7 @@
 // One workgroup: closes the record of the shot just done and chooses the next shooter (Table 1,
 // lines 2 and 14, and the choice that it leaves out; Table 2, line 1): the cell with most unshot
 // power, the lowest of equals (the paper's §3.3 without its 1×1 depth buffer, whose threshold
-// depends on the units). Twin: select and total in common/src/shooting.rs.
+// depends on the units). Twin: common/src/shooting.rs.
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> cells: array<Cell>;
@@ -118,7 +118,7 @@ fn load(cell: u32) {
     shot.count = cells[cell].count;
     shot.place = cell % params.places;
     // What the room had of a shot is not kept: those links are made anew.
-    let compares = (params.rule & (CAPTURED | HAD)) != 0u;
+    let compares = (params.rule & (CAPTURED | SUBTRACTED)) != 0u;
     shot.fresh = u32(compares || rows[shot.place].cell != cell + 1u);
     shot.next = 0u;
 }

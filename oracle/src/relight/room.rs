@@ -116,6 +116,14 @@ fn is_map(path: &Path) -> bool {
     matches!(read, Ok(Ok(()))) && (start.starts_with(b"#?") || start == [0x76, 0x2f, 0x31, 0x01])
 }
 
+/// A usage error with the option that it is about.
+fn named<T>(option: &str, result: Result<T>) -> Result<T> {
+    result.map_err(|error| match error {
+        Error::Usage(message) => Error::Usage(format!("{option}: {message}")),
+        other => other,
+    })
+}
+
 fn from_panorama(path: &Path, placement: &Placement, texels: u32) -> Result<Captured> {
     let size = placement.size.ok_or_else(|| {
         Error::Usage(format!(
@@ -123,9 +131,9 @@ fn from_panorama(path: &Path, placement: &Placement, texels: u32) -> Result<Capt
             path.display()
         ))
     })?;
-    let mut scene = room::room(size)?;
+    let mut scene = named("--room-size", room::room(size))?;
     scene.name = plain(&path.display().to_string());
-    let eye = room::eye(size, placement.eye)?;
+    let eye = named("--eye", room::eye(size, placement.eye))?;
     let panorama = Panorama::read(path, placement.projection)?;
     let resolutions = vec![[texels; 2]; scene.faces.len()];
     let radiosity = texel_radiosity(&panorama, &scene, &resolutions, eye)?;

@@ -5,7 +5,7 @@ use common::constants::{CONTACT, NEAR, OUTLINE};
 use common::form_factor::far;
 use common::mesh::{Mesh, reach};
 use common::sampling::near_uv;
-use cpu::twin::sampling::{point, texel_point};
+use cpu::twin::texel_point::{point, texel_point};
 use glam::{DVec3, Vec3, Vec4};
 use oracle::judge::exact::point_to_polygon;
 use radiosity_tests::bounds::{U, disc_rounding, polygon_rounding};

@@ -6,8 +6,8 @@ use common::mesh::Mesh;
 use common::passes::Closure;
 use common::shooting::{Field, Rule, Shoot, Shot, initial, total};
 use cpu::twin::accumulate::settle;
-use cpu::twin::deposit::{Flash, deposit};
-use cpu::twin::link::Past;
+use cpu::twin::deposit::{ShotInFlight, deposit};
+use cpu::twin::link::Baseline;
 use cpu::twin::power::power;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -118,7 +118,7 @@ impl Shoot for Linked<'_> {
         let shooter = &self.mesh.cells[cell as usize];
         let flux = self.sums[cell as usize].truncate();
         let scale = self.scale(cell as usize);
-        let flash = Flash {
+        let in_flight = ShotInFlight {
             mesh: self.mesh,
             cell: shooter,
             radiosity: flux / shooter.shooter.area,
@@ -135,7 +135,7 @@ impl Shoot for Linked<'_> {
             .enumerate()
             .with_min_len(TASK)
             .for_each(|(k, (((b, r), h), w))| {
-                deposit(&flash, k as u32, *w, Past::default(), (b, r, h));
+                deposit(&in_flight, k as u32, *w, Baseline::default(), (b, r, h));
             });
         self.sum();
         let closure = self.links.closures[cell as usize];

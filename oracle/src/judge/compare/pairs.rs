@@ -207,7 +207,7 @@ impl<'a> Probe<'a> {
         let by_pixels = sums.y > before;
         tally.facing(weight);
         let p = pixels(
-            project(self.view.visibility, self.view.frame.local(position)),
+            project(self.view.visibility, self.view.frame.to_local(position)),
             self.buffer.size,
         );
         let found = self.id(p.x.floor() as i32, p.y.floor() as i32);

@@ -93,7 +93,7 @@ fn twin(mesh: &Mesh, view: &View, k: u32, step: Vec2, id: u32) -> bool {
     if !covered(view.visibility, p, view.size) {
         return id == 0;
     }
-    let direction = view.frame.world(unproject(view.visibility, p));
+    let direction = view.frame.to_world(unproject(view.visibility, p));
     let slack = ROUNDINGS * f32::EPSILON;
     let (mut nearest, mut mine) = (f32::INFINITY, None);
     for (face, number) in mesh.faces.iter().zip(1..) {

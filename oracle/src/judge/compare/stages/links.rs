@@ -11,12 +11,13 @@ use common::passes::Closure;
 use common::rays::Sight;
 use common::settings::{Settings, Visibility};
 use common::{Error, Result};
+use cpu::twin::closure::closure;
 use cpu::twin::escape::escape;
 use cpu::twin::item_buffer::ItemBuffer;
 use cpu::twin::link::{Sums, factor, sample};
 use cpu::twin::lookup::visible;
-use cpu::twin::power;
 use cpu::twin::projection::Frame;
+use cpu::twin::received::received;
 use cpu::twin::view::View;
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
@@ -207,10 +208,10 @@ impl Bench<'_> {
             (off - edge).max(0.0)
         });
         for (c, taken) in mesh.cells.iter().zip(&row.taken) {
-            let twin = power::received(mesh, &row.links, c);
+            let twin = received(mesh, &row.links, c);
             tallies.received.add(ulps(*taken, twin, 0.0));
         }
-        let sum = power::closure(&row.taken, mesh.cells[cell as usize].shooter.area);
+        let sum = closure(&row.taken, mesh.cells[cell as usize].shooter.area);
         tallies.closure.add(ulps(row.sum, sum, 0.0));
         let closure = Closure {
             form_factor_sum: row.sum,

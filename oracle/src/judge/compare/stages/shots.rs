@@ -4,8 +4,8 @@ use super::{Bench, Tallies, one};
 use crate::judge::compare::tally::ulps;
 use common::Result;
 use common::shooting::{Field, Rule, Shoot, Shot, select as choose, total};
-use cpu::twin::deposit::{Flash, deposit};
-use cpu::twin::link::Past;
+use cpu::twin::deposit::{ShotInFlight, deposit};
+use cpu::twin::link::Baseline;
 use cpu::twin::power;
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
@@ -69,7 +69,7 @@ impl Bench<'_> {
             .closure
             .add(ulps(shot.form_factor_sum, row.sum * row.scale, 0.0));
         let reflectance: Vec<Vec3> = mesh.texels.iter().map(|t| t.reflectance).collect();
-        let flash = Flash {
+        let in_flight = ShotInFlight {
             mesh,
             cell,
             radiosity: flux / cell.shooter.area,
@@ -77,7 +77,7 @@ impl Bench<'_> {
             rule: Rule::PLAIN,
             reflectance: &reflectance,
         };
-        let of = |k: usize| deposited(&flash, k, row.links[k], &before.field, &after.field);
+        let of = |k: usize| deposited(&in_flight, k, row.links[k], &before.field, &after.field);
         let errors: Vec<[f64; 3]> = (0..mesh.texels.len()).into_par_iter().map(of).collect();
         for error in errors.into_iter().flatten() {
             tallies.deposit.add(error);
@@ -86,17 +86,23 @@ impl Bench<'_> {
 }
 
 /// What the twin makes of texel `k`, against what the GPU made, in ulp.
-fn deposited(flash: &Flash, k: usize, w: f32, before: &Field, after: &Field) -> [f64; 3] {
+fn deposited(
+    in_flight: &ShotInFlight,
+    k: usize,
+    w: f32,
+    before: &Field,
+    after: &Field,
+) -> [f64; 3] {
     let (mut b, mut r, mut h) = (
         before.radiosity[k],
         before.residual[k],
         before.irradiance[k],
     );
     deposit(
-        flash,
+        in_flight,
         k as u32,
         w,
-        Past::default(),
+        Baseline::default(),
         (&mut b, &mut r, &mut h),
     );
     [

@@ -1,4 +1,4 @@
-//! The points of a texel. Twin of `texel_point` in `gpu/src/shaders/sampling.wgsl`.
+//! The points of a texel. Twin of `gpu/src/shaders/texel_point.wgsl`.
 
 use common::mesh::{Mesh, MeshFace, TexelKind};
 use common::sampling::{fold, texel_uv};
