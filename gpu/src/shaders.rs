@@ -3,7 +3,7 @@
 use crate::dispatches::{Counted, DISPATCH_WORDS};
 use crate::grids::{DRAW_INSTANCES, DRAW_WORDS};
 use crate::records::{CAPTURED, KEEP, SUBTRACTED};
-pub use crate::records::{LAYOUTS, Layout};
+pub use crate::records::{LAYOUTS, LOG_COUNT_BYTES, Layout};
 use common::constants::*;
 use common::escape::DIRECTIONS;
 use common::form_factor::FormFactor;

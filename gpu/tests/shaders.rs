@@ -7,7 +7,7 @@ use common::mesh::{Cover, TexelKind};
 use common::rays::Sight;
 use common::settings::{Settings, Visibility};
 use common::shooting::Subtracted;
-use gpu::shaders::{LAYOUTS, source};
+use gpu::shaders::{LAYOUTS, LOG_COUNT_BYTES, source};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::fs;
 use std::mem::offset_of;
@@ -164,6 +164,22 @@ fn structs_lie_as_the_records_do() {
         }
         assert!(seen > 0, "{} is in no shader", layout.name);
     }
+}
+
+#[test]
+fn the_log_begins_where_the_host_reads_it() {
+    let modules = modules();
+    let logs = modules
+        .iter()
+        .filter_map(|(_, module)| members(module, "Log"));
+    let records = |(name, _): &(String, usize)| name == "records";
+    let starts = logs.map(|(members, _)| members.into_iter().find(records).unwrap().1);
+    let starts: Vec<usize> = starts.collect();
+    assert!(!starts.is_empty());
+    assert!(
+        starts.iter().all(|at| *at as u64 == LOG_COUNT_BYTES),
+        "{starts:?}"
+    );
 }
 
 #[test]
