@@ -1,13 +1,17 @@
-# Two commands: `make demo` sets everything up and compares the solvers on the bundled Cornell
-# box; `make test` sets everything up and runs all tests.
+# `make demo` sets everything up and compares the solvers on the bundled Cornell box; `make test`
+# sets everything up and runs the tests, `make atlas` those that take long.
 
-.PHONY: demo test driver bench peers chart
+.PHONY: demo test atlas driver bench peers chart
 
 demo: driver
 	cargo run --release --locked
 
 test: driver
 	cargo test --workspace --locked
+
+# The failure atlas, random scenes, and whatever needs the files of RADIOSITY_DATA.
+atlas: driver
+	cargo test --workspace --locked --test atlas
 
 bench: driver
 	cargo bench --workspace --locked

@@ -1,8 +1,6 @@
 //! What a plan expects is what a solve takes.
 
-mod bundled;
-
-use bundled::bundled;
+use super::bundled::bundled;
 use common::cover::sampled;
 use common::passes::solve;
 use common::settings::{Iteration, Settings};

@@ -1,8 +1,6 @@
 //! The report: complete, offline, as the contract has it, whatever the data.
-#![allow(missing_docs)]
 
-mod scenes;
-
+use super::scenes::{cornell, paper_room, patchwork, run};
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::scene::Scene;
@@ -17,7 +15,6 @@ use oracle::judge::comparison::{
     Comparison, Difference, Finding, Gate, ItemBufferPicture, Judged, Pairs, Stage, Way,
 };
 use oracle::show::report::{html, json};
-use scenes::{cornell, paper_room, patchwork, run};
 
 /// Rays against the twin, which stands in for the GPU.
 fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {

@@ -1,8 +1,6 @@
 //! The chart measures what it says, keeps what fails, and takes up what is measured.
 
-mod bundled;
-
-use bundled::bundled;
+use super::bundled::bundled;
 use common::scene::Scene;
 use common::settings::{Quality, Settings};
 use oracle::solve::watch::{Watch, unwatched};

@@ -196,7 +196,7 @@ fn what_was_finished_before_a_break_is_kept_and_told() {
         assert!(page.contains(wanted), "{wanted}");
     }
     assert!(!page.contains("http"), "the page needs the network");
-    let json = json::json(&[study], 1.0);
+    let json = json(&[study], 1.0);
     let points = &json["scenes"][0]["sweeps"][0]["curves"][0]["points"];
     assert_eq!(points.as_array().unwrap().len(), 2);
     assert!(points[0]["error"].as_f64().unwrap() > 0.0);

@@ -1,8 +1,6 @@
 //! The view: interpolation without seams, the camera, and data that is not nice.
-#![allow(missing_docs)]
 
-mod scenes;
-
+use super::scenes::{cornell, panel, paper_room, patchwork, run};
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::scene::{Face, Scene};
@@ -13,7 +11,6 @@ use oracle::show::view::camera::Camera;
 use oracle::show::view::quality::Quality;
 use oracle::show::view::render::View;
 use oracle::show::view::surface::Surface;
-use scenes::{cornell, panel, paper_room, patchwork, run};
 
 /// Values and places are f32 of order 1, texel sides ≥ 1/40: gradients magnify by their inverse.
 const ROUNDING: f64 = 1e-5;

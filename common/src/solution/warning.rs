@@ -28,7 +28,11 @@ impl Code {
             "visibility",
             "the item buffer is too coarse",
         ),
-        (Self::FormFactor, "form-factor", "the disc is too crude"),
+        (
+            Self::FormFactor,
+            "form-factor",
+            "the disc form factor is too crude",
+        ),
         (Self::Cells, "cells", "light or shadow varies within cells"),
         (
             Self::Texels,
@@ -38,9 +42,9 @@ impl Code {
         (
             Self::Closure,
             "closure",
-            "form factors lost or made up light",
+            "form-factor error: light was lost or made up",
         ),
-        (Self::Unshot, "unshot", "it was stopped early"),
+        (Self::Unshot, "unshot", "the solve was stopped early"),
         (
             Self::Overlap,
             "overlap",
@@ -64,7 +68,7 @@ impl Code {
         (
             Self::Precision,
             "precision",
-            "rounding of coordinates, the file's or f32's, has bent faces that carry light",
+            "rounding of coordinates, in the file or to f32, has bent faces that carry light",
         ),
         (
             Self::Energy,

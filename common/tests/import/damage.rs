@@ -1,6 +1,6 @@
 //! No damaged file panics, hangs or takes memory without end; each is a scene or one clear line.
 
-use crate::files::{Folder, square};
+use super::files::{Folder, square};
 use serde_json::{Value, json};
 
 /// Loads `bytes`: whatever comes of it, an error is one line that names the file.

@@ -293,7 +293,7 @@ fn odd_faces_without_their_materials() {
         let kept = text
             .lines()
             .filter(|l| !l.starts_with("mtllib") && !l.starts_with("usemtl"));
-        crate::files::obj(&kept.collect::<Vec<_>>().join("\n"))
+        super::files::obj(&kept.collect::<Vec<_>>().join("\n"))
             .unwrap_or_else(|e| panic!("{name}: {e}"))
     };
     assert_eq!(bare("trimesh/odd-obj/notenoughindices.obj").faces.len(), 1);

@@ -1,6 +1,6 @@
 //! What each feature of glTF becomes.
 
-use crate::files::{Folder, Gltf, base64, corners, notes, square};
+use super::files::{Folder, Gltf, base64, corners, notes, square};
 use common::import::ImportOptions;
 use common::scene::{Scene, Shape};
 use glam::{DVec3, Vec3};
@@ -212,7 +212,7 @@ fn nodes_move_what_hangs_on_them() {
         "/nodes/0/matrix",
         json!([0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 10, 0, 4, 1]),
     );
-    let found = corners(&crate::gltf::scene(&matrix));
+    let found = corners(&super::gltf::scene(&matrix));
     assert_eq!(found[0], [[10., 0., 4.], [10., 2., 4.], [7., 2., 4.]]);
 }
 

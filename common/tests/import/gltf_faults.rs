@@ -1,6 +1,6 @@
 //! What each fault of a glTF file is told as.
 
-use crate::files::{Folder, Gltf, square};
+use super::files::{Folder, Gltf, square};
 use serde_json::{Value, json};
 
 fn begins(error: String, expected: &str) {

@@ -1,6 +1,6 @@
 //! What each feature of OBJ and MTL becomes.
 
-use crate::files::{Folder, corners, notes, obj};
+use super::files::{Folder, corners, notes, obj};
 use common::import::{ImportOptions, load};
 use common::scene::{Scene, Shape};
 use glam::{DVec3, Vec3};

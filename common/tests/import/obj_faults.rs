@@ -1,6 +1,6 @@
 //! What each fault of an OBJ or MTL file is told as.
 
-use crate::files::Folder;
+use super::files::Folder;
 use std::fs;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";

@@ -3,7 +3,7 @@
 use super::progress::{Progress, interrupted, listen};
 use super::tell::say;
 use super::{Outcome, bundled};
-use crate::show::report::number::{number, percent};
+use crate::show::number::{number, percent};
 use crate::solve::watch::Watch;
 use crate::study::chart::measure::Bench;
 use crate::study::chart::methods::{self, Method};

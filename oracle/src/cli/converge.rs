@@ -147,7 +147,7 @@ fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {
 }
 
 fn write(arguments: &Arguments, studies: &[Study], seconds: f64) -> Result<()> {
-    let text = format!("{:#}\n", json::json(studies, seconds));
+    let text = format!("{:#}\n", json(studies, seconds));
     write_file(&arguments.out.join("converge.json"), text.as_bytes())?;
     write_file(
         &arguments.out.join("converge.html"),

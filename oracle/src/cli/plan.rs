@@ -11,7 +11,7 @@ use crate::plan::fits::{Limit, check, size};
 use crate::plan::memory::Memory;
 use crate::plan::passes::Expected;
 use crate::plan::trial::two;
-use crate::show::report::number::count;
+use crate::show::number::count;
 use crate::solve::Given;
 use crate::solve::mend::{BUDGET, MEND, Size, cost, steps};
 use crate::solve::solver::Solver;

@@ -8,7 +8,7 @@ use super::tell::{self, say};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check};
-use crate::solve::dense::Dense;
+use crate::solve::solved::Dense;
 use crate::solve::solver::Solver;
 use crate::solve::watch::Watch;
 use crate::solve::{Question, answer};

@@ -84,12 +84,14 @@ impl<'a> Places<'a> {
         }
         let file = fields[self.file];
         if file.is_empty() || file.contains('"') {
-            return Err(format!("`{file}` is no file name (no quotes are needed)"));
+            return Err(format!(
+                "`{file}` is not a file name (no quotes are needed)"
+            ));
         }
         let text = fields[self.seconds];
         let value = seconds(text).ok_or_else(|| {
             format!(
-                "`{text}` in column `{}` is no number of seconds above 0",
+                "`{text}` in column `{}` is not a number of seconds above 0",
                 self.column
             )
         })?;

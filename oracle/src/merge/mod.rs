@@ -67,7 +67,7 @@ pub fn doubts(brackets: &Brackets, response: &Response, steps: &[Step]) -> Vec<S
         let falls = response.falls(channel);
         if falls > 0 {
             notes.push(format!(
-                "the response of {name} does not rise at {falls} codes: were camera or scene moved?"
+                "the response of {name} does not rise at {falls} codes: did the camera or the scene move?"
             ));
         }
     }

@@ -4,9 +4,9 @@ use super::chart::{COLOURS, curves};
 use super::pictures::{Pictures, colour};
 use super::{Range, doubts};
 use crate::merge::brackets::{Brackets, Merged, Response, Step};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, chart, css, figure, key, notes, table};
 use crate::show::picture::NOT_A_NUMBER;
-use crate::show::report::number::{count, number, percent};
 use maud::{Markup, html};
 use std::path::Path;
 

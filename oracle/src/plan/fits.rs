@@ -98,14 +98,14 @@ fn reason(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>, limit: Limit) -
     let counts = Counts::new(scene, settings);
     if counts.texels > MAX_TEXELS {
         return Some(format!(
-            "{} faces would have {} texels, {MAX_TEXELS} are possible",
+            "{} faces would have {} texels, and {MAX_TEXELS} is the most",
             counts.faces, counts.texels
         ));
     }
     let points = counts.cells.saturating_mul(counts.samples);
     if points > MAX_POINTS {
         return Some(format!(
-            "{} cells would have {points} points, {MAX_POINTS} are possible",
+            "{} cells would have {points} points, and {MAX_POINTS} is the most",
             counts.cells
         ));
     }

@@ -1,7 +1,7 @@
 //! How long a solve will take: a few of its cells are linked, and their time is scaled up.
 
 use super::passes::Expected;
-use crate::show::report::number::number;
+use crate::show::number::number;
 use common::Result;
 use common::mesh::Mesh;
 use common::passes::Engine;

@@ -4,7 +4,7 @@ use super::Relit;
 use super::composite::Composite;
 use super::files::{exposure, picture};
 use crate::show::picture::{
-    Exposure, Picture, atlas_of, decode, diverging, encode, luminance, range,
+    Exposure, Picture, atlas_of, decode, diverging, encode, luminance, range, rms,
 };
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -48,7 +48,11 @@ impl Pictures {
         let draw = |colours: &[Vec3], coverage: &[f32]| {
             picture(composite.size, colours, coverage, exposure).data_uri()
         };
-        let rms = rms(&composite.background);
+        let seen = composite.background.iter();
+        let rms = match rms(seen.map(|colour| (f64::from(luminance(*colour)), 1.0))) {
+            rms if rms > 0.0 => rms,
+            _ => 1.0,
+        };
         let relative = |k: usize| f64::from(luminance(composite.change[k])) / rms;
         let range = range((0..composite.change.len()).step_by(STRIDE).map(relative));
         Self {
@@ -73,14 +77,6 @@ impl Pictures {
             exposure,
         }
     }
-}
-
-/// √(mean Y²), never 0.
-fn rms(colours: &[Vec3]) -> f64 {
-    let square = |colour: &Vec3| f64::from(luminance(*colour)).powi(2);
-    let sum: f64 = colours.iter().map(square).sum();
-    let mean = (sum / colours.len().max(1) as f64).sqrt();
-    if mean > 0.0 { mean } else { 1.0 }
 }
 
 /// A colour (linear) for each pixel, grey by as much as objects hide it.

@@ -1,6 +1,6 @@
 //! What may put a relit room more than 2 % off.
 
-use super::work::Stage;
+use super::stage::Stage;
 use crate::solve::check::{self, Estimate};
 use crate::solve::solved::Solved;
 use crate::solve::warnings;

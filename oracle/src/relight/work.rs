@@ -1,6 +1,7 @@
 //! A relight as a task of the pipeline: capture where the room is a scene, then one of the methods.
 
-use super::room::{Captured, Values};
+use super::room::Values;
+use super::stage::Stage;
 use super::warnings;
 use crate::solve::Given;
 use crate::solve::check::Estimate;
@@ -20,47 +21,6 @@ use common::shooting::{Run, Shot, progress, solve};
 use common::solution::Warning;
 use common::{Error, Result, relight as loops};
 use glam::{Vec3, Vec4};
-
-/// What is relit, read and put together.
-pub struct Stage {
-    /// The room.
-    pub captured: Captured,
-    /// The room's faces first, then the objects'.
-    pub scene: Scene,
-    /// Faces of the room.
-    pub room: usize,
-    /// Texels of every face.
-    pub resolutions: Vec<[u32; 2]>,
-    /// ρ of a captured room, if it was given.
-    pub reflectance: Option<Vec3>,
-    /// What is worth saying.
-    pub notes: Vec<String>,
-}
-
-impl Stage {
-    /// The first `room` faces of a scene are a room, not captured yet, the others objects in it; N×N
-    /// texels on every face.
-    pub fn new(scene: &Scene, room: usize, texels: u32) -> Self {
-        let resolutions = vec![[texels; 2]; scene.faces.len()];
-        Self {
-            captured: Captured {
-                scene: Scene {
-                    faces: scene.faces[..room].to_vec(),
-                    ..scene.clone()
-                },
-                resolutions: resolutions[..room].to_vec(),
-                values: None,
-                panorama: None,
-                notes: Vec::new(),
-            },
-            scene: scene.clone(),
-            room,
-            resolutions,
-            reflectance: None,
-            notes: Vec::new(),
-        }
-    }
-}
 
 /// A stage and the method; none: everything is solved again.
 pub struct Relighting<'a> {

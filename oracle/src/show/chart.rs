@@ -1,6 +1,10 @@
 //! Charts as inline SVG: axes by plotters, lines and marks upon them, so that each mark can say what
 //! it is. No files, no fonts, no network; text takes the page's colour.
 
+mod shape;
+
+pub use shape::Shape;
+
 use maud::{Markup, html};
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
@@ -251,53 +255,4 @@ pub fn ticks(low: f64, high: f64) -> Vec<f64> {
             .filter_map(move |m| format!("{m}e{n}").parse().ok())
     });
     all.filter(|t| (low..=high).contains(t)).collect()
-}
-
-/// A mark's outline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// ●
-    Circle,
-    /// ■
-    Square,
-    /// ▲
-    Triangle,
-    /// ◆
-    Diamond,
-    /// ▼
-    Down,
-    /// ✖
-    Cross,
-}
-
-impl Shape {
-    /// SVG path data about (x, y).
-    pub fn path(self, (x, y): (f64, f64), r: f64) -> String {
-        let polygon = |corners: &[(f64, f64)]| {
-            let at = |(i, j): &(f64, f64)| (x + i * r, y + j * r);
-            path(corners.iter().map(at)) + "Z"
-        };
-        match self {
-            Self::Circle => {
-                let (left, across) = (x - r, 2.0 * r);
-                format!("M{left:.1} {y:.1}a{r} {r} 0 1 0 {across} 0a{r} {r} 0 1 0 -{across} 0Z")
-            }
-            Self::Square => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
-            Self::Triangle => polygon(&[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)]),
-            Self::Diamond => polygon(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]),
-            Self::Down => polygon(&[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)]),
-            Self::Cross => {
-                // A quarter of it, turned about its middle.
-                let arm = [(0.0, -0.3), (0.7, -1.0), (1.0, -0.7)];
-                let turned = |(i, j): (f64, f64), k| match k {
-                    0 => (i, j),
-                    1 => (-j, i),
-                    2 => (-i, -j),
-                    _ => (j, -i),
-                };
-                let corners = (0..4).flat_map(|k| arm.map(|corner| turned(corner, k)));
-                polygon(&corners.collect::<Vec<_>>())
-            }
-        }
-    }
 }

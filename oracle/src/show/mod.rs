@@ -1,6 +1,7 @@
 //! Pages, charts and pictures.
 
 pub mod chart;
+pub(crate) mod number;
 pub mod page;
 pub mod picture;
 pub mod report;

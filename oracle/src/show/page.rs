@@ -1,8 +1,8 @@
 //! What all pages are made of: one file that opens offline, in one look.
 
 use super::chart;
+use super::number::percent;
 use super::picture::DIVERGING;
-use super::report::number::percent;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("style.css");

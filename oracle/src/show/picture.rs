@@ -106,6 +106,18 @@ pub fn luminance(linear: Vec3) -> f32 {
     linear.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
+/// √(ΣA x² / ΣA) of (x, A); 0 where there is nothing.
+pub fn rms(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (square, total) = values.fold((0.0, 0.0), |(square, total), (x, weight)| {
+        (square + x * x * weight, total + weight)
+    });
+    if total > 0.0 {
+        (square / total).sqrt()
+    } else {
+        0.0
+    }
+}
+
 /// How much radiosity is white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {

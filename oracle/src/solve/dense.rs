@@ -1,6 +1,6 @@
 //! The matrix's answer, as a converged run with nothing unshot.
 
-use super::solved::Solved;
+use super::solved::{Dense, Solved};
 use super::watch::Watch;
 use common::Result;
 use common::mesh::Mesh;
@@ -8,43 +8,8 @@ use common::scene::Scene;
 use common::settings::Settings;
 use common::shooting::{Field, Run};
 use common::solution::{Code, Warning};
-use cpu::matrix::{self, Matrix, Quality, ledger};
+use cpu::matrix::{self, Matrix, ledger};
 use glam::{DVec3, Vec4};
-use serde_json::{Value, json};
-
-/// What the matrix says beside its run.
-pub struct Dense {
-    /// Of the form factors.
-    pub quality: Quality,
-    /// In f64.
-    pub answer: matrix::Answer,
-}
-
-impl Dense {
-    /// For `result.json`.
-    pub fn described(&self) -> Value {
-        let Quality {
-            closure_max,
-            closure_mean,
-            reciprocity,
-            visibility,
-            exact_pairs,
-            hidden_pairs,
-            sampled_pairs,
-            bytes,
-        } = self.quality;
-        json!({
-            "closure": { "max": closure_max, "mean": closure_mean },
-            "reciprocity": reciprocity,
-            "visibility": visibility,
-            "residual": self.answer.residual,
-            "exact_pairs": exact_pairs,
-            "hidden_pairs": hidden_pairs,
-            "sampled_pairs": sampled_pairs,
-            "bytes": bytes,
-        })
-    }
-}
 
 /// Every texel shoots and receives.
 pub fn solve(scene: &Scene, settings: &Settings, watch: &Watch) -> Result<Solved> {

@@ -171,7 +171,7 @@ fn change<T>(
     }
     let closed = given.form_factor || settings.conserve || tried.contains(&Change::Scaled);
     if (solved.closure > CLOSURE || solved.stagnated) && !closed {
-        let what = "form factors were scaled to the exact closure";
+        let what = "form factors were scaled so that no light is lost or made up";
         return Some((Change::Scaled, scaled(settings), what.into()));
     }
     let finer = finer(given, settings);

@@ -1,5 +1,5 @@
-//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Whatever
-//! solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
+//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Everything
+//! that solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
 
 pub mod check;
 pub mod dense;
@@ -18,11 +18,10 @@ use check::Estimate;
 use common::settings::{Quality, Settings};
 use common::solution::{Seconds, Solution, Warning};
 use common::{Error, Result};
-use dense::Dense;
 use light::finite;
 use mend::{Attempt, Size, mended};
 use refine::refine;
-use solved::Solved;
+use solved::{Dense, Solved};
 use solver::Solver;
 use task::Task;
 use watch::Watch;
@@ -148,7 +147,7 @@ pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
         notes.push(if solved.run.converged {
             "interrupted: the last whole solve was kept".into()
         } else {
-            "interrupted: the result is what had been shot by then".into()
+            "interrupted: the result holds what had been shot by then".into()
         });
     }
     let warnings = task.warnings(&solved, estimate.as_ref());

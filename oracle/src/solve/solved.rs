@@ -1,10 +1,11 @@
 //! A task, solved once.
 
-use super::dense::Dense;
 use common::mesh::Mesh;
 use common::settings::Settings;
 use common::shooting::Run;
+use cpu::matrix::{self, Quality};
 use glam::Vec4;
+use serde_json::{Value, json};
 
 /// What one solve came to.
 pub struct Solved {
@@ -20,6 +21,40 @@ pub struct Solved {
     pub matrix: Option<Dense>,
     /// What a relight knows beside it.
     pub relit: Option<Recovered>,
+}
+
+/// What the matrix says beside its run.
+pub struct Dense {
+    /// Of the form factors.
+    pub quality: Quality,
+    /// In f64.
+    pub answer: matrix::Answer,
+}
+
+impl Dense {
+    /// For `result.json`.
+    pub fn described(&self) -> Value {
+        let Quality {
+            closure_max,
+            closure_mean,
+            reciprocity,
+            visibility,
+            exact_pairs,
+            hidden_pairs,
+            sampled_pairs,
+            bytes,
+        } = self.quality;
+        json!({
+            "closure": { "max": closure_max, "mean": closure_mean },
+            "reciprocity": reciprocity,
+            "visibility": visibility,
+            "residual": self.answer.residual,
+            "exact_pairs": exact_pairs,
+            "hidden_pairs": hidden_pairs,
+            "sampled_pairs": sampled_pairs,
+            "bytes": bytes,
+        })
+    }
 }
 
 /// What a relight knows beside its solve.

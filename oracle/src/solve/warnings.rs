@@ -45,7 +45,7 @@ pub fn of(scene: &Scene, mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) ->
                 "{:.1} % of the emitted power is unshot: {}",
                 100.0 * run.unshot_fraction(),
                 if run.stagnated {
-                    "conjugate gradients no longer gain, use --iteration chebyshev"
+                    "conjugate gradients make no more progress: use --iteration chebyshev"
                 } else {
                     "lower --epsilon or raise --max-shots"
                 }
@@ -94,7 +94,7 @@ fn off(estimate: &Estimate) -> Option<Warning> {
         ),
         Cause::FormFactor => (
             Code::FormFactor,
-            "the disc is too crude: use --form-factor polygon",
+            "the disc form factor is too crude: use --form-factor polygon",
         ),
         Cause::Cells => (
             Code::Cells,
@@ -140,7 +140,7 @@ fn narrow(mesh: &Mesh, run: &Run) -> Option<Warning> {
         code: Code::Gap,
         faces,
         message: format!(
-            "{:.1} % of the reflected light is shot into gaps narrower than a tenth of a texel, where there is none: use more --texels",
+            "{:.1} % of the reflected light is shot into gaps narrower than a tenth of a texel, which are dark in truth: use more --texels",
             100.0 * lost
         ),
     })
@@ -165,7 +165,7 @@ fn covered(mesh: &Mesh) -> Option<Warning> {
         code: Code::Covered,
         faces,
         message: format!(
-            "every lamp lies under other faces at all of its {} samples a cell: move it, or use more --samples",
+            "every lamp lies under other faces at all of its {} samples per cell: move it, or use more --samples",
             mesh.samples
         ),
     })
@@ -179,7 +179,7 @@ fn unlit(mesh: &Mesh, run: &Run) -> Option<Warning> {
     (!lit && run.converged && could_reflect(mesh)).then(|| Warning {
         code: Code::Unlit,
         faces: Vec::new(),
-        message: "no light was found on any face that reflects: it may come through a chink that no sample meets, use more --cells and --samples"
+        message: "no light was found on any face that reflects: it may come through a chink that no sample meets: use more --cells and --samples"
             .into(),
     })
 }

@@ -3,7 +3,7 @@
 use super::{Arguments, MapOption};
 use crate::cli::objects::Object;
 use crate::relight::room::{Placement, read};
-use crate::relight::work::Stage;
+use crate::relight::stage::Stage;
 use common::capture::Projection;
 use common::constants::CONTACT;
 use common::scene::{Face, Scene};

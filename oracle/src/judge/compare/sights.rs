@@ -93,19 +93,19 @@ pub fn sights(
         sights.stages.push(all.links.stage(
             "links of GPU and CPU",
             factor,
-            "ulp of links that see alike: form factors and disc weights, one addition a sample",
+            "ulp of links that see alike: form factors and disc weights, one addition per sample",
         ));
     }
     sights.stages.push(all.escapes.stage(
         "escape, all cells",
         2.0,
-        "directions of 1024 counted otherwise: a ray through an edge",
+        "directions of 1024 counted differently: a ray through an edge",
     ));
     if all.pixels.values() > 0 {
         sights.stages.push(all.pixels.stage(
             "item buffer, all silhouettes",
             0.0,
-            "a pixel on a boundary shows another face than its ray meets, no rounding deciding it",
+            "a pixel on a boundary shows a different face from the one its ray meets, though no rounding decides it",
         ));
     }
     Ok(sights)

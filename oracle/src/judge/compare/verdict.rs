@@ -236,7 +236,7 @@ pub fn findings(e: &Evidence) -> Vec<Finding> {
         name: "item buffer: error in radiosity".into(),
         value: apart,
         message: format!(
-            "{cause} {pixels}×{pixels} pixels judge {} of {} pairs of points otherwise than rays: {:.2} % of the reflected radiosity (RMS). No fault of the code; --visibility rays has none of it{finer}",
+            "{cause} {pixels}×{pixels} pixels judge {} of {} pairs of points differently from rays: {:.2} % of the reflected radiosity (RMS). No fault of the code; --visibility rays has none of it{finer}",
             pairs.mismatched,
             pairs.facing,
             100.0 * apart,

@@ -2,8 +2,8 @@
 
 use super::pictures::Pictures;
 use super::{Diff, FaceDiff};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, colour_bar, figure, notes, table, verdict};
-use crate::show::report::number::{count, number, percent};
 use common::solution::Stored;
 use maud::{Markup, html};
 

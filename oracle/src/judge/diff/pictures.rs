@@ -3,7 +3,7 @@
 use super::Diff;
 use super::flip::{Flip, flip};
 use super::reflected::offsets;
-use crate::show::picture::{Exposure, atlas, atlas_of, decode, diverging, luminance, range};
+use crate::show::picture::{Exposure, atlas, atlas_of, decode, diverging, luminance, range, rms};
 use crate::show::view::camera::Camera;
 use crate::show::view::render::{Hit, View};
 use crate::show::view::surface::Surface;
@@ -55,7 +55,7 @@ impl Pictures {
         let seen_b = Seen::new(b, &mesh_b, &eye, None);
         let exposure = seen_b.exposure;
         let seen_a = Seen::new(a, &mesh_a, &eye, Some(exposure));
-        let rms = rms(diff);
+        let rms = unit(diff);
         let (difference, range) = difference(b, diff, &common, &eye, rms);
         let sizes = order(&common, &diff.pair.resolutions);
         Ok(Self {
@@ -153,12 +153,8 @@ fn relative(diff: &Diff, k: usize, rms: f64) -> f64 {
     if size == 0.0 { 0.0 } else { size / rms }
 }
 
-/// √(ΣA Y² / ΣA), Y the luminance of B's reflected part.
-fn rms(diff: &Diff) -> f64 {
-    let (mut square, mut total) = (0.0, 0.0);
-    for (area, value) in diff.pair.areas.iter().zip(&diff.pair.b) {
-        square += f64::from(luminance(value.as_vec3())).powi(2) * area;
-        total += area;
-    }
-    (square / total).sqrt()
+/// Of the luminance of B's reflected part.
+fn unit(diff: &Diff) -> f64 {
+    let texels = diff.pair.areas.iter().zip(&diff.pair.b);
+    rms(texels.map(|(area, value)| (f64::from(luminance(value.as_vec3())), *area)))
 }

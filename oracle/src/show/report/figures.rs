@@ -3,7 +3,7 @@
 use super::charts;
 use crate::judge::comparison::Comparison;
 use crate::show::picture::{
-    Exposure, atlas, decode, diverging, face_colour, item_buffer, luminance, range,
+    Exposure, atlas, decode, diverging, face_colour, item_buffer, luminance, range, rms,
 };
 use crate::show::view::camera::Camera;
 use crate::show::view::quality::Quality;
@@ -118,7 +118,7 @@ fn exposure(c: &Comparison, view: &View, cpu: &Interpolant) -> Exposure {
 
 /// Signed difference of the reflected luminance through the camera, its range, and what 1 is.
 fn differences(c: &Comparison, view: &View, surface: &Surface) -> ([String; 2], f64, f64) {
-    let rms = rms(c);
+    let rms = unit(c);
     let fields = [&c.gpu, &c.lockstep].map(|run| surface.interpolate(&minus(run, &c.cpu.field)));
     let at = |field: &Interpolant, hit: &Hit| {
         let reflectance = c.mesh.texels[hit.stencil.texel as usize].reflectance;
@@ -147,13 +147,11 @@ fn minus(run: &Run, from: &Field) -> Vec<Vec4> {
         .collect()
 }
 
-/// √(ΣA Y² / ΣA), Y the luminance of the CPU's ρH.
-fn rms(c: &Comparison) -> f64 {
-    let (mut square, mut total) = (0.0, 0.0);
-    for (texel, irradiance) in c.mesh.texels.iter().zip(&c.cpu.field.irradiance) {
-        let size = f64::from(luminance(texel.reflectance * irradiance.truncate()));
-        square += size * size * f64::from(texel.area);
-        total += f64::from(texel.area);
-    }
-    (square / total).sqrt()
+/// Of the luminance of the CPU's ρH.
+fn unit(c: &Comparison) -> f64 {
+    let texels = c.mesh.texels.iter().zip(&c.cpu.field.irradiance);
+    rms(texels.map(|(texel, irradiance)| {
+        let reflected = texel.reflectance * irradiance.truncate();
+        (f64::from(luminance(reflected)), f64::from(texel.area))
+    }))
 }

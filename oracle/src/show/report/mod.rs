@@ -3,7 +3,6 @@
 mod charts;
 mod figures;
 mod json;
-pub(crate) mod number;
 mod page;
 mod section;
 pub(crate) mod tables;

@@ -1,9 +1,9 @@
 //! The page: what is compared, the verdicts, and a section per scene.
 
-use super::number::{count, number, percent};
-use super::section::section;
+use super::section::{error, section};
 use super::tables::mark;
-use crate::judge::comparison::{Comparison, Judged};
+use crate::judge::comparison::Judged;
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, table, verdict};
 use maud::{Markup, html};
 
@@ -84,15 +84,10 @@ fn overview(judged: &[Judged]) -> Markup {
     }
 }
 
-/// The error of an answer, CPU's or GPU's; – where there is no truth.
-pub fn error(c: &Comparison, side: usize) -> String {
-    c.error[side].map_or("–".into(), percent)
-}
-
 fn explanation() -> Markup {
     html! {
         section #how {
-            h2 { "What is compared, and why by three solvers" }
+            h2 { "What is compared, and why in three ways" }
             p {
                 "Each scene is solved twice. On the " b.cpu { "CPU" } " a ray decides whether a texel sees the "
                 "face that is shooting. On the " b.gpu { "GPU" } " the scene is drawn as the shooter sees it, each "
@@ -100,7 +95,7 @@ fn explanation() -> Markup {
                 "Everything else is meant to be the same."
             }
             p {
-                "Were only these two compared, a bug and the item buffer's finite pixels would look alike. So a "
+                "If only these two were compared, a bug and the item buffer's finite pixels would look alike. So a "
                 "third solver stands between them: the " b { "twin" } ", the shaders' algorithm in plain Rust."
             }
             ol {
@@ -119,12 +114,12 @@ fn explanation() -> Markup {
                 li { b { "Free: " } "each chooses its own next shooter, as users run it." }
             }
             p {
-                "The solvers agree on a scene when every condition in its table holds; beside each bound stands "
-                "where it comes from. Only a fault of the code breaks one, on whatever scene. What pixels cannot "
-                "resolve is told apart from that, with its size and what mends it."
+                "The solvers agree on a scene when every condition in its table holds; each bound is given with its "
+                "reason. On any scene, only a fault in the code breaks a condition. What pixels cannot resolve is "
+                "reported separately, with its size and with what mends it."
             }
             p {
-                b { "Agreement is not accuracy: " } "two solvers that do the same agree, however crude it is. So the "
+                b { "Agreement is not accuracy: " } "two solvers of one method agree, however crude it is. So the "
                 "error of each answer stands beside the verdict, against the dense matrix of all texels, which "
                 "shares neither form factors nor visibility with them. Without options two ways are judged: what "
                 code { "solve" } " does by default, and the paper's (each face one shooter, disc form factors, one "

@@ -1,10 +1,9 @@
 //! One scene's part of the page: verdict, pictures, charts, tables.
 
 use super::figures::{Figures, singly};
-use super::number::{count, number, percent};
-use super::page::error;
 use super::tables;
 use crate::judge::comparison::{Comparison, Judged, Way};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{chart, colour_bar, figure, verdict};
 use common::settings::Visibility;
 use maud::{Markup, html};
@@ -235,4 +234,9 @@ fn textures(f: &Figures) -> Markup {
             }
         }
     }
+}
+
+/// The error of an answer, CPU's or GPU's; – where there is no truth.
+pub fn error(c: &Comparison, side: usize) -> String {
+    c.error[side].map_or("–".into(), percent)
 }

@@ -1,7 +1,7 @@
 //! The tables of one scene's comparison.
 
-use super::number::{count, number, percent};
 use crate::judge::comparison::{Comparison, Difference, Gate, Pairs, Stage};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, table};
 use common::energy::Energy;
 use maud::{Markup, html};
@@ -88,7 +88,7 @@ pub fn pairs(pairs: &Pairs) -> Markup {
             pairs.weighted_mismatch,
         ),
         (
-            "What silhouettes could come to, so weighted",
+            "What silhouettes could amount to, weighted likewise",
             pairs.weighted_explainable,
         ),
     ];

@@ -19,6 +19,7 @@ pub mod plot;
 pub mod store;
 pub mod study;
 pub mod truth;
+mod words;
 
 use serde::{Deserialize, Serialize};
 

@@ -5,14 +5,12 @@ use super::plot::svg;
 use super::study::{LONG, Point, Study};
 use super::{Measurement, Solver};
 use crate::plan::fits::size;
+use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, chart, scenes, table};
-use crate::show::report::number::{count, number, percent};
 use maud::{Markup, html};
 
 /// Errors that the summary asks for.
 pub const LEVELS: [f64; 3] = [0.05, 0.02, 0.01];
-/// Letters of a label at most.
-const LABEL: usize = 38;
 const STYLE: &str = "main{max-width:84rem}figure,figure.wide{max-width:none}.table td.o{min-width:15rem}tr.front td{font-weight:600}";
 
 impl Study {
@@ -30,73 +28,6 @@ pub fn winner(study: &Study, solver: Solver, error: f64) -> Option<&Point> {
     let points: Vec<&Point> = study.points.iter().filter(of).collect();
     let places: Vec<(f64, f64)> = points.iter().map(|p| p.place()).collect();
     Some(points[fastest(&places, error)?])
-}
-
-/// A point's name on the chart.
-pub fn short(point: &Point) -> String {
-    let text = format!(
-        "{} {}",
-        point.method.solver.name(),
-        point.method.options.replace("--", "")
-    );
-    if text.chars().count() <= LABEL {
-        text
-    } else {
-        text.chars().take(LABEL - 1).chain(['…']).collect()
-    }
-}
-
-/// Seconds with their spread.
-fn seconds(point: &Point) -> String {
-    let [median, least, most] = point.spread(Measurement::seconds);
-    match point.runs.len() {
-        1 => format!("{} s", number(median)),
-        n => format!(
-            "{} s ({}–{}, {n} runs)",
-            number(median),
-            number(least),
-            number(most)
-        ),
-    }
-}
-
-/// What pointing at a mark tells.
-pub fn about(point: &Point) -> String {
-    let mut lines = vec![format!(
-        "{} {}",
-        point.method.solver.name(),
-        point.method.options
-    )];
-    match (point.figures(), point.failure()) {
-        (Some(figures), _) => {
-            let (error, bias) = (percent(figures.error), percent(figures.bias));
-            lines.push(format!("{}, error {error}, bias {bias}", seconds(point)));
-            lines.push(format!(
-                "{} shots in {} passes{}, {}",
-                count(figures.shots),
-                count(figures.passes.into()),
-                if figures.one_by_one {
-                    " (one by one)"
-                } else {
-                    ""
-                },
-                size(point.bytes)
-            ));
-        }
-        (None, failure) => lines.push(format!(
-            "failed after {}: {}",
-            seconds(point),
-            failure.unwrap_or_default()
-        )),
-    }
-    let settings = serde_json::to_value(&point.method.settings).unwrap_or_default();
-    let words = settings.as_object().into_iter().flatten();
-    let words = words.filter(|(name, _)| !["quality", "max-shots"].contains(&name.as_str()));
-    let words: Vec<String> = words
-        .map(|(name, value)| format!("{name} {}", value.to_string().trim_matches('"')))
-        .collect();
-    lines.push(words.join(", "));
-    lines.join("\n")
 }
 
 /// The page.
@@ -137,7 +68,7 @@ fn section(k: usize, study: &Study) -> Markup {
                 @if study.software { " (software: the CPU draws; its times say nothing about a GPU)" }
             }
             @if study.missing > 0 {
-                p.notes { (study.missing) " points were not measured: run it again with the same --out to go on." }
+                p.notes { (study.missing) " points were not measured: run it again with the same --out to continue." }
             }
             (chart(svg(study).as_deref(), "Nothing measured.", html! {
                 b { "Error against time" } " · a thin line through a mark: from its fastest to its slowest run; "
@@ -182,7 +113,7 @@ fn points(study: &Study) -> Markup {
         h3 { "All points" }
         p.small {
             "Options are those that differ from the solver's base. Runs longer than " (number(LONG)) " s are not repeated. "
-            "Rays: at most, one a sample of each link. Memory: by the sizes of the records. Own: the error "
+            "Rays: at most, one per sample of each link. Memory: by the sizes of the records. Own: the error "
             "on the solve's own texels, where they are coarser. ★ front of all, ☆ of its solver."
         }
         (table("table", &["", "Solver", "Options", "#Seconds|least–most", "#Prepare|+ solve", "#Error",

@@ -11,28 +11,22 @@ pub struct Peer {
     /// The program.
     pub peer: String,
     /// Its variant, if it has several.
-    #[serde(default)]
     pub variant: Option<String>,
     /// Its sampler.
-    #[serde(default)]
     pub sampler: Option<String>,
     /// The scene's file.
     pub scene: String,
     /// Texels a side.
-    #[serde(default)]
     pub texels: Option<u32>,
     /// Samples.
-    #[serde(default)]
     pub samples: Option<u64>,
     /// Its solve.
     pub seconds: f64,
     /// What it took before.
-    #[serde(default)]
     pub setup_seconds: Option<f64>,
     /// Relative RMS.
     pub error: f64,
     /// Threads.
-    #[serde(default)]
     pub threads: Option<u32>,
 }
 
@@ -76,7 +70,7 @@ struct File {
 /// Reads the points of such a file.
 pub fn read(path: &Path) -> Result<Vec<Peer>> {
     let failed = |e: &dyn std::fmt::Display| {
-        let message = format!("is no list of other programs' solves: {e}");
+        let message = format!("is not a list of other programs' solves: {e}");
         Error::input(path, "", message)
     };
     let text = file::input(path, "a list of other programs' solves is needed")?;

@@ -2,12 +2,12 @@
 
 use super::labels::{along, place};
 use super::marks::{FAMILIES, Family, PEERS, SHAPES, family, shape};
-use super::page::{about, short};
 use super::peers::Peer;
 use super::study::{Point, Study};
+use super::words::{about, short};
 use super::{Measurement, Solver};
 use crate::show::chart::{Axis, CPU, Frame, GPU, STYLE, Shape, line, path, px, share, ticks};
-use crate::show::report::number::{number, percent};
+use crate::show::number::{number, percent};
 use maud::{Markup, html};
 
 /// CSS pixels; the page scales them.

@@ -37,7 +37,7 @@ impl Store {
             source,
         };
         let text = if path.exists() {
-            String::from_utf8_lossy(&file::input(path, "remove it to begin anew")?).into_owned()
+            String::from_utf8_lossy(&file::input(path, "remove it to start again")?).into_owned()
         } else {
             String::new()
         };

@@ -2,7 +2,7 @@
 
 use super::{MeasuredSweep, Point};
 use crate::show::chart::{Axis, COLOURS, Label, Shape, line, share, svg};
-use crate::show::report::number::number;
+use crate::show::number::number;
 use maud::html;
 
 /// CSS pixels; the page scales them.

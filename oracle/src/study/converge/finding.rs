@@ -97,7 +97,7 @@ fn floor(evidence: &Evidence, error: f64) -> String {
 }
 
 fn percent(x: f64) -> String {
-    crate::show::report::number::number(100.0 * x)
+    crate::show::number::number(100.0 * x)
 }
 
 #[cfg(test)]

@@ -5,19 +5,21 @@
 //! ```
 //! [`sweeps`] is the table of what is varied, [`run`] solves and measures, [`fit`] finds the
 //! order p, [`finding`] says what stops a curve that no longer falls, [`chart`], [`page`] and
-//! [`json`] tell.
+//! [`json()`] tell.
 
 pub mod chart;
 pub mod finding;
 pub mod fit;
 pub mod item_buffer;
-pub mod json;
 pub mod page;
 pub mod run;
 pub mod sweeps;
 
+use serde::Serialize;
+use serde_json::{Value, json};
+
 /// One solve of a sweep.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Point {
     /// The parameter.
     pub value: f64,
@@ -32,7 +34,7 @@ pub struct Point {
 }
 
 /// One curve of a sweep, as measured.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct MeasuredCurve {
     /// In the legend.
     pub label: String,
@@ -41,6 +43,7 @@ pub struct MeasuredCurve {
     /// The slope of ln e over ln h; none without two points of measurable error.
     pub order: Option<f64>,
     /// The order if the truth shares the points' error, where it is the same curve's finer point.
+    #[serde(rename = "order_beside_truth")]
     pub order_beside: Option<f64>,
     /// Whether the last step still reduces the error, and if not, why.
     pub finding: String,
@@ -49,7 +52,7 @@ pub struct MeasuredCurve {
 }
 
 /// One sweep, as measured.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct MeasuredSweep {
     /// In headings.
     pub name: &'static str,
@@ -58,15 +61,13 @@ pub struct MeasuredSweep {
     /// What the errors are measured against.
     pub truth: String,
     /// Everything that is not varied, as result.json has it.
-    pub base: serde_json::Value,
-    /// Whether a larger value is finer.
-    pub larger_is_finer: bool,
+    pub base: Value,
     /// Its curves.
     pub curves: Vec<MeasuredCurve>,
 }
 
 /// All sweeps of one scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Study {
     /// The scene.
     pub scene: String,
@@ -78,4 +79,9 @@ pub struct Study {
     pub sweeps: Vec<MeasuredSweep>,
     /// Item buffers against rays; empty without an adapter.
     pub item_buffers: Vec<item_buffer::Row>,
+}
+
+/// `converge.json`: all scenes, in the order given. NaN becomes null.
+pub fn json(studies: &[Study], seconds: f64) -> Value {
+    json!({ "seconds": seconds, "scenes": studies })
 }

@@ -3,8 +3,8 @@
 use super::chart::{colour, errors, seconds};
 use super::item_buffer::Row;
 use super::{MeasuredSweep, Study};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, chart, scenes, table};
-use crate::show::report::number::{count, number, percent};
 use common::settings::{Lookup, Settings};
 use maud::{Markup, html};
 
@@ -43,7 +43,7 @@ fn explanation() -> Markup {
             "An error that falls as " i { "C hᵖ" } " has order " i { "p" } " (h: the step that goes to 0), the slope "
             "of the straight line through the points of the logarithmic chart; points at the rounding of 32-bit "
             "numbers are left out. Where the truth is the same solve with a finer value, it has an error of its own. "
-            "If that is of the points' kind and sign, the slope is too steep: “beside the truth” is p fitted to "
+            "If that has the kind and sign of the points', the slope is too steep: “beside the truth” is p fitted to "
             "C (hᵖ − h₀ᵖ), h₀ the truth's step."
         }
     }
@@ -109,7 +109,7 @@ fn item_buffers(study: &Study) -> Markup {
             h3 { "Item buffers against rays " code { "--visibility --raster --item-buffer --lookup" } }
             p.small {
                 "All pairs of a face's centre and a texel's that face each other. Mismatched: the share of pairs that "
-                "rays judge otherwise. Hidden and seen: the share of the transfer F·A that the item buffer loses or "
+                "rays judge differently. Hidden and seen: the share of the transfer F·A that the item buffer loses or "
                 "makes up. Time: a cell's first shot, wall clock."
             }
             (table("", &["Projection", "Raster", "#Pixels", "Lookup", "#Mismatched", "#Falsely hidden",

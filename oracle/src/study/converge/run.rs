@@ -53,7 +53,6 @@ impl<'a> Bench<'a> {
             truth: self.truth_name(sweep),
             base: serde_json::to_value(sweep.settings(&sweep.curves[0], sweep.values[0]))
                 .unwrap_or_default(),
-            larger_is_finer: sweep.larger_is_finer,
             curves: Vec::new(),
         };
         for curve in sweep.curves {

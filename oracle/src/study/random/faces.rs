@@ -1,7 +1,6 @@
 //! Panels as faces: quads, triangles, some of each.
 
-use super::body::Sheet;
-use super::loft::Panel;
+use super::loft::{Panel, Sheet};
 use super::{Faces, Source};
 use common::scene::Face;
 use glam::DVec3;

@@ -1,8 +1,7 @@
 //! What shines, with room to shine into.
 
-use super::body::dress;
 use super::convex::Convex;
-use super::loft::{Loft, Outline, Panel};
+use super::loft::{Loft, Outline, Panel, dress};
 use super::place::{Rests, Space};
 use super::{Kind, Source, log_between, reflectance};
 use glam::{DMat3, DVec2, DVec3, Vec3};

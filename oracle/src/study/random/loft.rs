@@ -1,10 +1,30 @@
 //! What rooms and bodies are made of: a prism between two similar outlines in parallel planes. Its
 //! walls are planar whatever the upper outline's size and place, and its outline is cut into quads.
 
-use super::body::Sheet;
 use super::convex::Convex;
+use super::{Source, reflectance};
 use common::scene::Face;
 use glam::{DMat3, DVec2, DVec3, Vec3};
+use rand::RngExt;
+use std::fmt;
+
+/// How the two sides of a sheet are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sheet {
+    /// Each is the other's partner.
+    Partners,
+    /// Two faces that coincide.
+    Coinciding,
+}
+
+impl fmt::Display for Sheet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Partners => "two-sided",
+            Self::Coinciding => "of two faces",
+        })
+    }
+}
 
 /// A planar convex quad on which nothing is decided but its place and colour.
 #[derive(Clone, Debug)]
@@ -33,6 +53,15 @@ impl Panel {
     /// The quad as a face.
     pub fn face(&self) -> Face {
         Face::quad(&self.name, self.corners, self.emission, self.reflectance)
+    }
+}
+
+/// One colour for all faces, or each its own.
+pub fn dress(source: &mut Source, panels: &mut [Panel]) {
+    let same = reflectance(source);
+    let one = source.random_bool(0.6);
+    for panel in panels {
+        panel.reflectance = if one { same } else { reflectance(source) };
     }
 }
 

@@ -11,6 +11,7 @@ mod faces;
 mod lamp;
 mod loft;
 mod place;
+mod pose;
 mod room;
 
 use body::Furnished;
@@ -22,8 +23,9 @@ use rand::{RngExt, SeedableRng};
 use std::fmt;
 use std::ops::Range;
 
-pub use body::{Pose, Sheet};
 pub use lamp::Lamp;
+pub use loft::Sheet;
+pub use pose::Pose;
 
 /// The numbers drawn: a named generator, so that a seed stays the same scene.
 type Source = Xoshiro256PlusPlus;

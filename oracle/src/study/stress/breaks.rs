@@ -1,6 +1,8 @@
 //! Break points: how far the parameter may go.
 
-use super::{Row, Side, Study, limits};
+use super::groups::names;
+use super::outcome::Half;
+use super::{Side, Study, limits};
 use serde::Serialize;
 
 /// Of one method on one solver.
@@ -8,8 +10,8 @@ use serde::Serialize;
 pub struct Break {
     /// The method.
     pub method: &'static str,
-    /// "cpu" or "gpu".
-    pub solver: &'static str,
+    /// The solver.
+    pub solver: Half,
     /// Safe, and then not.
     pub safe: Reach,
     /// Degraded at most, and then failing.
@@ -29,43 +31,25 @@ pub struct Reach {
 
 /// Of all methods of a case, in the order of its rows.
 pub fn of(study: &Study) -> Vec<Break> {
-    let mut methods: Vec<&'static str> = Vec::new();
-    for row in &study.rows {
-        if !methods.contains(&row.method) {
-            methods.push(row.method);
-        }
-    }
     let mut breaks = Vec::new();
-    for method in methods {
-        for solver in ["cpu", "gpu"] {
-            let sides: Vec<(f64, &Side)> = study
-                .rows
-                .iter()
-                .filter(|row| row.method == method)
-                .filter_map(|row| Some((row.value, side(row, solver)?)))
-                .collect();
-            if sides.is_empty() {
-                continue;
+    for method in names([study]) {
+        for solver in Half::BOTH {
+            let rows = study.rows.iter().filter(|row| row.method == method);
+            let sides = rows.filter_map(|row| Some((row.value, solver.of(row)?)));
+            let sides: Vec<(f64, &Side)> = sides.collect();
+            if !sides.is_empty() {
+                let [safe, degraded] =
+                    limits(study.about.measure).map(|limit| reach(&sides, limit));
+                breaks.push(Break {
+                    method,
+                    solver,
+                    safe,
+                    degraded,
+                });
             }
-            let [safe, degraded] = limits(study.about.measure).map(|limit| reach(&sides, limit));
-            breaks.push(Break {
-                method,
-                solver,
-                safe,
-                degraded,
-            });
         }
     }
     breaks
-}
-
-/// A row's part of one solver.
-pub fn side<'a>(row: &'a Row, solver: &str) -> Option<&'a Side> {
-    if solver == "cpu" {
-        Some(&row.cpu)
-    } else {
-        row.gpu.as_ref()
-    }
 }
 
 fn reach(sides: &[(f64, &Side)], limit: f64) -> Reach {

@@ -1,8 +1,7 @@
 //! What the atlas must show; each gate names the rows that break it.
 
-use super::breaks::side;
 use super::methods::{DEFAULT, Method, of as methods};
-use super::outcome::{Outcome, outcome};
+use super::outcome::{self, Half, Outcome, outcome};
 use super::score::Score;
 use super::trial::Suite;
 use super::{LEAK, Row, Side, Study, TIGHT, Verdict};
@@ -25,42 +24,35 @@ pub struct Gate {
 
 /// All of them.
 pub fn of(studies: &[Study], score: &Score) -> Vec<Gate> {
-    let share = score.default.false_share();
-    let alarms = || {
-        let mut alarms = sides(studies, |study, row, side, _| {
+    let default = &score.default;
+    let mut alarms = Vec::new();
+    if default.false_share() > FALSE_ALARMS {
+        alarms = sides(studies, |study, row, _, side| {
             row.method == DEFAULT && outcome(study.about.measure, side) == Outcome::FalseAlarm
         });
         alarms.push(format!(
             "{} of {} sides",
-            score.default.false_alarms,
-            score.default.sides()
+            default.false_alarms,
+            default.sides()
         ));
-        alarms
-    };
+    }
     vec![
         gate(
-            "nothing panics, hangs or is no number",
-            sides(studies, |_, _, side, _| side.broke()),
+            "nothing panics, hangs or is not a number",
+            sides(studies, |_, _, _, side| side.broke()),
         ),
         gate(
             "the default is right to 2 %, or warned about",
-            sides(studies, |_, row, side, _| {
+            sides(studies, |_, row, _, side| {
                 row.method == DEFAULT && side.verdict != Verdict::Safe && !side.warned()
             }),
         ),
-        gate(
-            "false alarms in at most 5 % of the default's rows",
-            if share > FALSE_ALARMS {
-                alarms()
-            } else {
-                Vec::new()
-            },
-        ),
+        gate("false alarms in at most 5 % of the default's rows", alarms),
         gate(
             "no light through walls by rays",
-            sides(studies, |study, row, side, solver| {
+            sides(studies, |study, row, half, side| {
                 study.about.measure == LEAK
-                    && by_rays(row, solver)
+                    && by_rays(row, half)
                     && side.error.is_none_or(|error| error > TIGHT)
             }),
         ),
@@ -77,36 +69,45 @@ pub fn gate(name: &'static str, broken: Vec<String>) -> Gate {
 }
 
 /// Whether the method asks rays.
-fn by_rays(row: &Row, solver: &str) -> bool {
+fn by_rays(row: &Row, half: Half) -> bool {
     let all = methods(Suite::All);
     let method: Option<&Method> = all.iter().find(|m| m.name == row.method);
-    method.is_some_and(|m| m.settings(1, solver == "gpu").visibility == Visibility::Rays)
+    method.is_some_and(|m| m.settings(1, half == Half::Gpu).visibility == Visibility::Rays)
 }
 
-type Bad = fn(&Study, &Row, &Side, &str) -> bool;
+type Bad = fn(&Study, &Row, Half, &Side) -> bool;
 
 /// The sides that break a gate, in words.
 fn sides(studies: &[Study], bad: Bad) -> Vec<String> {
-    let mut broken = Vec::new();
-    for study in studies {
-        for row in &study.rows {
-            for solver in ["cpu", "gpu"] {
-                if let Some(side) = side(row, solver).filter(|s| bad(study, row, s, solver)) {
-                    broken.push(line(row, side, solver));
-                }
-            }
-        }
-    }
-    broken
+    let each = studies.iter().flat_map(|study| {
+        let broken = broken(&study.rows, move |row, half, side| {
+            bad(study, row, half, side)
+        });
+        broken.collect::<Vec<_>>()
+    });
+    each.collect()
+}
+
+/// The sides of these rows that are bad, in words.
+pub fn broken<'a>(
+    rows: impl IntoIterator<Item = &'a Row>,
+    bad: impl Fn(&Row, Half, &Side) -> bool,
+) -> impl Iterator<Item = String> {
+    let all = rows
+        .into_iter()
+        .flat_map(|row| outcome::sides(row).map(move |(half, side)| (row, half, side)));
+    all.filter(move |(row, half, side)| bad(row, *half, side))
+        .map(|(row, half, side)| line(row, half, side))
 }
 
 /// A side in words.
-pub fn line(row: &Row, side: &Side, solver: &str) -> String {
+fn line(row: &Row, half: Half, side: &Side) -> String {
     let found = match (&side.message, side.error) {
         (Some(message), _) => message.clone(),
         (None, Some(error)) => format!("{error:.3e}"),
         (None, None) => "no answer".into(),
     };
+    let solver = half.solver();
     format!(
         "{} {} {} {solver}: {found}",
         row.case, row.value, row.method

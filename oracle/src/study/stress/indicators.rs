@@ -109,28 +109,7 @@ fn missed(studies: &[Study]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::super::fixture::{row, side, study};
-    use super::super::score;
     use super::*;
-
-    #[test]
-    fn codes_are_counted_once_a_side() {
-        let mut twice = side(Some(0.5), "thin");
-        twice.warnings.push("thin".into());
-        twice.warnings.push("closure".into());
-        let rows = vec![
-            row(1.0, twice, Some(side(Some(0.001), "thin"))),
-            row(2.0, side(None, ""), None),
-        ];
-        let studies = [study("one", rows)];
-        let found = indicators(&studies, &score::of(&studies).codes);
-        let of = |code: &str| {
-            let one = found.iter().find(|i| i.code == code).unwrap();
-            [one.caught, one.false_alarms]
-        };
-        assert_eq!(of("thin"), [1, 1]);
-        assert_eq!(of("closure"), [1, 0]);
-        assert_eq!(of("(refused)"), [1, 0]);
-    }
 
     #[test]
     fn the_defaults_misses_come_first() {

@@ -7,7 +7,6 @@
 pub mod breaks;
 pub mod cases;
 mod chart;
-mod curves;
 pub mod direct;
 #[cfg(test)]
 mod fixture;
@@ -18,7 +17,7 @@ pub mod json;
 pub mod judge;
 pub mod measure;
 pub mod methods;
-mod outcome;
+pub mod outcome;
 pub mod page;
 mod plates;
 pub mod random;

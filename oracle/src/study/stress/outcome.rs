@@ -1,10 +1,12 @@
 //! What became of one side of a row, and how the atlas names it.
 
 use super::{LEAK, Row, Side, Study, Verdict};
-use crate::show::report::number::{number, percent, power};
+use crate::show::number::{number, percent, power};
+use serde::Serialize;
 
 /// A solver's half of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Half {
     /// The CPU's.
     Cpu,
@@ -24,7 +26,7 @@ impl Half {
         }
     }
 
-    /// As rows and break points call it.
+    /// In `stress.json`.
     pub fn solver(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",

@@ -1,9 +1,9 @@
 //! One face of each answer, texel by texel: what it reflects, and how that differs from the truth.
 
 use super::{Plate, Specimen};
+use crate::show::number::{number, percent};
 use crate::show::page::{colour_bar, figure};
-use crate::show::picture::{Exposure, Picture, diverging, encode, luminance};
-use crate::show::report::number::{number, percent};
+use crate::show::picture::{Exposure, Picture, diverging, encode, luminance, rms};
 use common::scene::{Face, Shape};
 use common::texel::triangle_index;
 use glam::DVec3;
@@ -64,7 +64,7 @@ impl<'a> Tone<'a> {
     fn new(specimen: &'a Specimen) -> Option<Self> {
         let face = specimen.scene.faces.get(specimen.face as usize)?;
         let truth = specimen.plates.first()?;
-        let rms = rms(truth.values.iter().map(light));
+        let rms = rms(truth.values.iter().map(|v| (light(v), 1.0)));
         let dark = rms == 0.0 || !rms.is_finite();
         let bright = |plate: &Plate| {
             let values = plate.values.iter();
@@ -110,7 +110,7 @@ impl<'a> Tone<'a> {
                 @if !truth {
                     @let picture = self.picture(plate, |at| diverging(difference(at) / RANGE));
                     (figure("pixels", &picture, "the difference from the truth", html! {
-                        "Δ " (percent(rms(self.points(plate).into_iter().map(difference))))
+                        "Δ " (percent(rms(self.points(plate).into_iter().map(|at| (difference(at), 1.0)))))
                     }))
                 }
             }
@@ -180,15 +180,6 @@ impl<'a> Tone<'a> {
 /// Luminance.
 fn light(value: &DVec3) -> f64 {
     f64::from(luminance(value.as_vec3()))
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
-    if count > 0.0 {
-        (sum / count).sqrt()
-    } else {
-        0.0
-    }
 }
 
 #[cfg(test)]

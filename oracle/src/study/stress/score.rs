@@ -2,9 +2,10 @@
 //! of all rows (a row on one solver).
 
 use super::methods::DEFAULT;
-use super::outcome::beyond;
-use super::{LEAK, Side, Study};
+use super::outcome::{Outcome, beyond, outcome, sides};
+use super::{LEAK, Study};
 use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Four ways in which a warning and an error can meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -30,12 +31,12 @@ impl Counts {
         self.false_alarms as f64 / self.sides().max(1) as f64
     }
 
-    fn add(&mut self, safe: bool, warned: bool) {
-        *match (safe, warned) {
-            (false, true) => &mut self.caught,
-            (false, false) => &mut self.missed,
-            (true, true) => &mut self.false_alarms,
-            (true, false) => &mut self.quiet,
+    fn add(&mut self, outcome: Outcome) {
+        *match outcome {
+            Outcome::Caught => &mut self.caught,
+            Outcome::Missed => &mut self.missed,
+            Outcome::FalseAlarm => &mut self.false_alarms,
+            Outcome::Quiet => &mut self.quiet,
         } += 1;
     }
 }
@@ -65,47 +66,36 @@ pub struct Score {
 /// Counts.
 pub fn of(studies: &[Study]) -> Score {
     let mut score = Score::default();
+    let mut codes: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
     for study in studies {
-        for row in &study.rows {
-            for side in std::iter::once(&row.cpu).chain(&row.gpu) {
-                let safe = !beyond(study.about.measure, side);
-                // A leak is all that is judged there: a warning may well be about the rest.
-                if safe && study.about.measure == LEAK {
-                    continue;
-                }
-                score.all.add(safe, side.warned());
-                if row.method == DEFAULT {
-                    score.default.add(safe, side.warned());
-                }
-                score.note(side, safe);
-            }
-        }
-    }
-    score.codes.sort_by(|a, b| a.code.cmp(&b.code));
-    score
-}
-
-impl Score {
-    fn note(&mut self, side: &Side, safe: bool) {
-        for (k, code) in side.warnings.iter().enumerate() {
-            if side.warnings[..k].contains(code) {
+        let measure = study.about.measure;
+        for (row, side) in study
+            .rows
+            .iter()
+            .flat_map(|row| sides(row).map(move |(_, s)| (row, s)))
+        {
+            let safe = !beyond(measure, side);
+            // A leak is all that is judged there: a warning may well be about the rest.
+            if safe && measure == LEAK {
                 continue;
             }
-            let place = self.codes.iter().position(|c| c.code == *code);
-            let place = place.unwrap_or_else(|| {
-                self.codes.push(Code {
-                    code: code.clone(),
-                    caught: 0,
-                    false_alarms: 0,
-                });
-                self.codes.len() - 1
-            });
-            let counts = &mut self.codes[place];
-            *if safe {
-                &mut counts.false_alarms
-            } else {
-                &mut counts.caught
-            } += 1;
+            score.all.add(outcome(measure, side));
+            if row.method == DEFAULT {
+                score.default.add(outcome(measure, side));
+            }
+            let told: BTreeSet<&String> = side.warnings.iter().collect();
+            for code in told {
+                codes.entry(code).or_default()[usize::from(safe)] += 1;
+            }
         }
     }
+    let codes = codes
+        .into_iter()
+        .map(|(code, [caught, false_alarms])| Code {
+            code: code.to_owned(),
+            caught,
+            false_alarms,
+        });
+    score.codes = codes.collect();
+    score
 }

@@ -4,8 +4,8 @@ use super::groups::names;
 use super::outcome::{Half, Outcome, amount, error, outcome, value, values};
 use super::table::{anchor, face, swatch};
 use super::{Row, Side, Study, chart, limits, plates, specimen};
+use crate::show::number::number;
 use crate::show::page;
-use crate::show::report::number::number;
 use maud::{Markup, html};
 
 /// The section of case `k`; `all` are the methods of its group, which decide the colours.

@@ -1,8 +1,8 @@
 //! The scene of a case from outside, a little aslant, with its edges and the plates' face.
 
 use super::Specimen;
+use crate::show::number::{count, number};
 use crate::show::picture::Exposure;
-use crate::show::report::number::{count, number};
 use crate::show::view::camera::Camera;
 use crate::show::view::render::{Hit, View};
 use crate::show::view::surface::Surface;

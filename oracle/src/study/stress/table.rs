@@ -127,7 +127,7 @@ fn cell(study: &Study, breaks: &[Break], (method, half): (&str, Half), end: bool
     let sides: Vec<&Side> = rows.filter_map(|row| half.of(row)).collect();
     let limit = breaks
         .iter()
-        .find(|b| b.method == method && b.solver == half.solver());
+        .find(|b| b.method == method && b.solver == half);
     let worst = sides.iter().map(|side| side.verdict).max();
     let (Some(worst), Some(limit)) = (worst, limit) else {
         return html! { td.none-here.end[end] title="not run" { b { "n/a" } } };
@@ -161,7 +161,7 @@ fn about(study: &Study, limit: &Break, worst: Verdict, counts: [usize; 3]) -> St
          not safe: {caught} warned, {missed} unwarned; false alarms: {false_alarms}",
         study.about.name,
         limit.method,
-        limit.solver.to_uppercase(),
+        limit.solver.name(),
         face(worst).2,
         text(limit.safe.to),
         text(limit.safe.breaks_at),

@@ -3,7 +3,8 @@
 use super::{Image, Row, Shown, Table, printed};
 use crate::judge::compare::difference::difference;
 use crate::relight::composite::{Composite, composite};
-use crate::relight::work::{Relighting, Stage, capture};
+use crate::relight::stage::Stage;
+use crate::relight::work::{Relighting, capture};
 use crate::relight::{Relit, files};
 use crate::show::picture::Exposure;
 use crate::show::view::camera::Camera;

@@ -1,8 +1,8 @@
 //! `table4.html`: the table, and the paper's Figures 8, 9 and 10 again.
 
 use super::{Figure, Image, Row, Table};
+use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, figure};
-use crate::show::report::number::{count, number, percent};
 use maud::{Markup, html};
 
 /// The page.
@@ -18,8 +18,8 @@ pub fn html(table: &Table) -> String {
             " of them the objects · " (table.adapter)
         }
         p {
-            "As the paper did it: whole faces shoot, an orthographic item buffer is asked in one pixel "
-            "a texel, and shooting ends when 5 % is unshot. The room was captured by solving it empty. "
+            "As the paper did it: whole faces shoot, an orthographic item buffer is looked up in one pixel "
+            "per texel, and shooting ends when 5 % is unshot. The room was captured by solving it empty. "
             "Error is relative RMS of B − E: against everything solved again on the same item "
             "buffers, and against the same by rays."
         }
@@ -29,14 +29,14 @@ pub fn html(table: &Table) -> String {
             "reflectances, 0.7 where white, and 5 % unshot, such that the reference takes about the "
             "paper's 322 shots (reflectances of 0.5, 0.6 and 0.9 would take 180, 244 and 726; 1 % "
             "unshot with 0.5 fits as well). That these shot counts agree therefore confirms nothing; "
-            "how errors and shots of the methods compare does not hang on it."
+            "how errors and shots of the methods compare does not depend on it."
         }
         (page::table("", &HEADS, html! { @for row in &table.rows { (line(row)) } }))
         (figure9(table))
         @for (k, f) in table.figures.iter().enumerate() { (pictures(k, f)) }
     };
     Page {
-        title: "Radiosity: the paper's Table 4 again",
+        title: "Radiosity: the paper's Table 4, repeated",
         bar: ("Parts", links),
         verdict: html! {},
         style: "",

@@ -132,16 +132,32 @@ impl Tallies {
                 ),
                 Raster::Pixel => (
                     0.0,
-                    "a pixel shows another face than its ray meets, though the ray is no rounding away from an edge",
+                    "a pixel shows a different face from the one its ray meets, though no edge is a rounding away",
                 ),
             };
             stages.push(self.item_buffer.stage("item buffer", bound, reason));
         }
         stages.extend([
-            self.form_factor.stage("form factor", factor, "ulp of F and of F without its cosines, which a rounding of a cosine moves it by"),
-            self.sight.stage(if by_rays { "rays" } else { "lookup" }, 0.0, "samples seen otherwise from the same points, though no rounding of these decides it"),
-            self.link.stage("link", DISC_ROUNDINGS + samples, "ulp of Σg, Σg·V and w on the same visibility: disc weights, one addition a sample"),
-            self.escape.stage("escape", 0.0, "directions counted otherwise, beyond those that go through an edge"),
+            self.form_factor.stage(
+                "form factor",
+                factor,
+                "ulp of F and of F without its cosines, which a rounding of a cosine moves it by",
+            ),
+            self.sight.stage(
+                if by_rays { "rays" } else { "lookup" },
+                0.0,
+                "samples judged differently from the same points, though no rounding decides them",
+            ),
+            self.link.stage(
+                "link",
+                DISC_ROUNDINGS + samples,
+                "ulp of Σg, Σg·V and w on the same visibility: disc weights, one addition a sample",
+            ),
+            self.escape.stage(
+                "escape",
+                0.0,
+                "directions counted differently, beyond those that go through an edge",
+            ),
         ]);
         stages
     }
@@ -165,7 +181,7 @@ impl Tallies {
                 self.select.stage(
                     "select",
                     0.0,
-                    "shooters chosen otherwise from the same powers",
+                    "shooters chosen differently from the same powers",
                 ),
                 self.unshot.stage(
                     "select: unshot",
@@ -194,12 +210,12 @@ impl Tallies {
             self.exchange.stage(
                 "exchange",
                 terms,
-                "ulp of what a cell takes of all shots: a product and a sum a shot",
+                "ulp of what a cell receives from all shots: a product and a sum per shot",
             ),
             self.collect.stage(
                 "collect",
                 terms,
-                "ulp of H, B and r of all shots by the same links: a product and a sum a shot",
+                "ulp of H, B and r after all shots by the same links: a product and a sum per shot",
             ),
         ]
     }

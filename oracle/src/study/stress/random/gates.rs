@@ -2,10 +2,10 @@
 
 use super::Findings;
 use super::ratio::{HIGH, LOW, Ratios};
-use crate::show::report::number::{number, percent};
-use crate::study::stress::gates::{FALSE_ALARMS, Gate, gate, line};
+use crate::show::number::{number, percent};
+use crate::study::stress::gates::{FALSE_ALARMS, Gate, broken, gate};
 use crate::study::stress::outcome::{self, Outcome, outcome as of_side};
-use crate::study::stress::{RELATIVE, Row, Side};
+use crate::study::stress::{RELATIVE, Side};
 
 /// The median of estimate over error lies within these.
 pub const MEDIAN: [f64; 2] = [0.8, 1.5];
@@ -32,7 +32,7 @@ pub fn of(findings: &Findings, ratios: &Ratios) -> Vec<Gate> {
     let within = ratios.answers == 0 || (low..=high).contains(&ratios.median);
     vec![
         gate(
-            "nothing panics, hangs or is no number",
+            "nothing panics, hangs or is not a number",
             each(findings, Side::broke),
         ),
         gate("right to 2 %, or warned about", count(Outcome::Missed)),
@@ -60,11 +60,7 @@ pub fn of(findings: &Findings, ratios: &Ratios) -> Vec<Gate> {
 
 fn each(findings: &Findings, bad: impl Fn(&Side) -> bool) -> Vec<String> {
     let rows = findings.all.iter().map(|found| &found.row);
-    let sides =
-        rows.flat_map(|row: &Row| outcome::sides(row).map(move |(half, side)| (row, half, side)));
-    let bad = sides.filter(|(_, _, side)| bad(side));
-    bad.map(|(row, half, side)| line(row, side, half.solver()))
-        .collect()
+    broken(rows, |_, _, side| bad(side)).collect()
 }
 
 /// The limits as the page shows them, of [`Ratios`].

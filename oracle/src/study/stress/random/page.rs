@@ -3,8 +3,8 @@
 use super::gates::limits;
 use super::ratio::{FLOOR, Ratios, ratio};
 use super::{CASE, Findings, Found, chart};
+use crate::show::number::{number, percent};
 use crate::show::page::{self, Page, table};
-use crate::show::report::number::{number, percent};
 use crate::study::stress::json::Told;
 use crate::study::stress::outcome::{Half, Outcome, error, outcome, sides};
 use crate::study::stress::page::{STYLE, gates, held};
@@ -24,9 +24,9 @@ pub fn page(findings: &Findings, ratios: &Ratios, told: &Told) -> String {
         h2 { "Does it know how wrong it is?" }
         (known(ratios))
         (page::chart(chart::svg_of(findings).as_deref(), "Nothing was estimated.", html! {
-            b { "Estimate against error" } " · blue: CPU, orange: GPU; large and filled: beyond 2 % in silence. On the "
+            b { "Estimate against error" } " · blue: CPU, orange: GPU; large and filled: beyond 2 % without a warning. On the "
             "thick line they are equal, the thin ones are half and three times the error; dashed: "
-            (percent(FLOOR)) ", up to where nothing is asked of an estimate, and 2 %."
+            (percent(FLOOR)) ", below which nothing is asked of an estimate, and 2 %."
         }))
         section #worst {
             h2 { "The worst" }
@@ -40,7 +40,7 @@ pub fn page(findings: &Findings, ratios: &Ratios, told: &Told) -> String {
         section #all { h2 { "All scenes" } (scenes(findings)) }
     };
     Page {
-        title: "Radiosity: scenes drawn anew",
+        title: "Radiosity: freshly drawn scenes",
         bar: ("Parts", links),
         verdict: html! {},
         style: STYLE,
@@ -52,9 +52,9 @@ pub fn page(findings: &Findings, ratios: &Ratios, told: &Told) -> String {
 fn head(findings: &Findings, told: &Told) -> Markup {
     html! {
         p {
-            "Rooms that nobody built anything on: convex and not, closed and open, with bodies that stand, hang, float, "
-            "lean, touch or nearly do, sheets and several lamps. Each is solved as " code { "solve" } " does by itself "
-            "and judged by " (CASE.about.truth) ". The scene of a seed is drawn anew by "
+            "Rooms that nothing was tuned on: convex and not, closed and open, with bodies that stand, hang, float, "
+            "lean, touch or nearly do, sheets and several lamps. Each is solved as " code { "solve" } " does without options "
+            "and judged by " (CASE.about.truth) ". The scene of a seed is drawn again by "
             code { "stress random --seed N --count 1" } "."
         }
         (held(told.gates, !findings.all.is_empty()))
@@ -163,9 +163,6 @@ mod tests {
             seconds: 1.0,
         };
         let page = page(&findings, &ratios, &told);
-        if let Some(path) = std::env::var_os("STRESS_RANDOM_PAGE") {
-            std::fs::write(path, &page).unwrap();
-        }
         assert_eq!(page.matches("<tr class=\"bad\">").count(), 1);
         assert!(page.contains("<h3>Seed 2</h3>") && page.contains("scene &lt;1&gt;"));
         assert!(page.contains("Not OK") && page.contains("class=\"chart\""));

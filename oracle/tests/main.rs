@@ -1,0 +1,14 @@
+//! The program, and what lies behind its commands.
+
+mod bundled;
+mod hostile;
+mod path_tracer;
+mod plan;
+mod program;
+mod random;
+mod report;
+mod scenes;
+mod speed;
+mod study;
+mod table4;
+mod view;

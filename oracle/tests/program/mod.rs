@@ -1,0 +1,9 @@
+//! The program as scripts use it.
+
+mod chart;
+mod command;
+mod diff;
+mod merge;
+mod relight;
+mod solve;
+mod stress;

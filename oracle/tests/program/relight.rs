@@ -1,0 +1,345 @@
+//! `radiosity relight` as scripts use it: rooms of every kind, the files it writes, what it refuses.
+
+use super::command::{failure, folder, radiosity};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A closed room of six quads, the ceiling a lamp, and a cube to put into it.
+fn room_and_object(folder: &Path) -> (String, String) {
+    let cube = |low: f64, high: f64, inward: bool| {
+        let mut text = String::new();
+        for k in 0..8 {
+            let at = |bit: usize| if k >> bit & 1 == 1 { high } else { low };
+            text += &format!("v {} {} {}\n", at(0), at(1), at(2));
+        }
+        let quads = [
+            [1, 5, 6, 2],
+            [3, 4, 8, 7],
+            [1, 3, 7, 5],
+            [2, 6, 8, 4],
+            [1, 2, 4, 3],
+            [5, 7, 8, 6],
+        ];
+        for (k, quad) in quads.into_iter().enumerate() {
+            text += if k == 1 && inward {
+                "usemtl lamp\n"
+            } else {
+                "usemtl wall\n"
+            };
+            let [a, b, c, d] = if inward {
+                quad
+            } else {
+                [quad[3], quad[2], quad[1], quad[0]]
+            };
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+        text
+    };
+    let mtl = "newmtl wall\nKd .6 .5 .4\nnewmtl lamp\nKd .5 .5 .5\nKe 1 1 1\n";
+    fs::write(folder.join("m.mtl"), mtl).unwrap();
+    let write = |name: &str, text: String| {
+        let path = folder.join(name);
+        fs::write(&path, format!("mtllib m.mtl\n{text}")).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    (
+        write("room.obj", cube(0.0, 1.0, true)),
+        write("object.obj", cube(-0.1, 0.1, false)),
+    )
+}
+
+fn json(path: PathBuf) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn relight_writes_what_the_contract_says() {
+    let folder = folder("relight");
+    let (room, object) = room_and_object(&folder);
+    let solved = folder.join("solved");
+    let solved = solved.to_str().unwrap();
+    // Cells and samples are given, so that none of the three rooms is mended.
+    let quality = ["--texels", "4", "--quiet", "--solver", "cpu"];
+    let links = ["--cells", "4", "--samples", "4"];
+    let run = |arguments: &[&str]| {
+        let output = radiosity(&[arguments, &quality, &links].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{arguments:?}: {text}");
+    };
+    run(&["solve", &room, "--maps", "--out", solved]);
+    let maps = format!("{solved}/maps");
+    let mut answers = Vec::new();
+    for (k, from) in [room.as_str(), solved, &maps].into_iter().enumerate() {
+        let out = folder.join(format!("out{k}"));
+        run(&[
+            "relight",
+            "--room",
+            from,
+            "--object",
+            &object,
+            "--place",
+            "0.5,0.4,0.5",
+            "--object",
+            &object,
+            "--scale",
+            "0.5",
+            "--place",
+            "0.2,0.2,0.2",
+            "--reflectance",
+            "0,0,0",
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        for file in [
+            "lightmap.exr",
+            "composite.exr",
+            "background.exr",
+            "composite.png",
+            "report.html",
+        ] {
+            assert!(fs::metadata(out.join(file)).unwrap().len() > 0, "{file}");
+        }
+        let result = json(out.join("result.json"));
+        assert_eq!(result["method"], "signed");
+        assert_eq!(result["negative_texels"], 0);
+        assert!(
+            result["map_shots"].as_u64().unwrap() > 0
+                && result["object_shots"].as_u64().unwrap() > 0
+        );
+        assert_eq!(result["faces"].as_array().unwrap().len(), 18);
+        assert_eq!(
+            result["faces"][12]["reflectance"],
+            serde_json::json!([0.0, 0.0, 0.0])
+        );
+        assert!(result["energy"]["imbalance"].as_f64().unwrap() < 1e-4);
+        answers.push(out);
+    }
+    // The same room three ways: a solve's files lose nothing, its maps only what was unshot.
+    for (other, bound) in [(&answers[1], 1e-6), (&answers[2], 2e-3)] {
+        let out = folder.join("diff");
+        let paths = [other, &answers[0], &out].map(|p| p.to_str().unwrap().to_owned());
+        let output = radiosity(&["diff", &paths[0], &paths[1], "--out", &paths[2], "--quiet"]);
+        assert!(output.status.success());
+        let diff = json(out.join("diff.json"));
+        for channel in diff["relative_rms"].as_array().unwrap() {
+            assert!(channel.as_f64().unwrap() <= bound, "{diff}");
+        }
+    }
+    // Nothing inserted: the captured radiosity comes back bit for bit, and the background.
+    let out = folder.join("null");
+    run(&["relight", "--room", solved, "--out", out.to_str().unwrap()]);
+    assert_eq!(
+        fs::read(out.join("composite.exr")).unwrap(),
+        fs::read(out.join("background.exr")).unwrap()
+    );
+    assert_eq!(json(out.join("result.json"))["object_shots"], 0);
+}
+
+/// A lat-long map that is bright above and dim below, as a Radiance picture of plain pixels: mantissa,
+/// exponent 128 + 1, so that a channel is its byte / 128.
+fn panorama(path: &Path) {
+    let (width, height) = (64, 32);
+    let mut bytes =
+        format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
+    for row in 0..height {
+        let pixel = if row < 6 {
+            [255, 240, 220, 131]
+        } else {
+            [64, 60, 56, 128]
+        };
+        bytes.extend(pixel.repeat(width));
+    }
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn an_object_in_a_panorama() {
+    let folder = folder("panorama");
+    let (_, object) = room_and_object(&folder);
+    let map = folder.join("room.hdr");
+    panorama(&map);
+    let map = map.to_str().unwrap();
+    let run = |name: &str, objects: &[&str]| {
+        let out = folder.join(name);
+        let room = [
+            "relight",
+            "--room",
+            map,
+            "--room-size",
+            "4,3,4",
+            "--texels",
+            "4",
+            "--quiet",
+            "--solver",
+            "cpu",
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        let output = radiosity(&[&room[..], objects].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text}");
+        out
+    };
+    // Half a metre above the floor: a shadow on it, and the lamp's light on the object.
+    let place = [
+        "--object",
+        object.as_str(),
+        "--scale",
+        "4",
+        "--place",
+        "0,0.9,0",
+    ];
+    let out = run("object", &place);
+    let result = json(out.join("result.json"));
+    assert_eq!(result["method"], "signed");
+    assert_eq!(result["faces"].as_array().unwrap().len(), 12);
+    assert_eq!(result["negative_texels"], 0);
+    assert!(
+        result["map_shots"].as_u64().unwrap() > 0 && result["object_shots"].as_u64().unwrap() > 0
+    );
+    assert!(result["energy"]["imbalance"].as_f64().unwrap() < 1e-4);
+    let empty = run("empty", &[]);
+    let [with, without] = [&out, &empty].map(|folder| floor(folder));
+    assert!(
+        with > 0.0 && with < 0.99 * without,
+        "{with} with the object, {without} without"
+    );
+    let bytes = |folder: &Path, name: &str| fs::read(folder.join(name)).unwrap();
+    assert_ne!(bytes(&out, "composite.exr"), bytes(&out, "background.exr"));
+    assert_eq!(
+        bytes(&empty, "composite.exr"),
+        bytes(&empty, "background.exr")
+    );
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// The red radiosity of the room's floor, summed over its texels.
+fn floor(folder: &Path) -> f64 {
+    let result = json(folder.join("result.json"));
+    let faces = result["faces"].as_array().unwrap();
+    let lies = |face: &&Value| {
+        face["corners"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|c| c[1].as_f64() == Some(0.0))
+    };
+    let rect: Vec<usize> = faces.iter().find(lies).unwrap()["rect"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_u64().unwrap() as usize)
+        .collect();
+    let image = exr::prelude::read_first_flat_layer_from_file(folder.join("lightmap.exr")).unwrap();
+    let layer = &image.layer_data;
+    let red = layer
+        .channel_data
+        .list
+        .iter()
+        .find(|c| c.name.eq("R"))
+        .unwrap();
+    let values: Vec<f32> = red.sample_data.values_as_f32().collect();
+    let width = layer.size.x();
+    let row = |y: usize| values[y * width + rect[0]..y * width + rect[0] + rect[2]].iter();
+    (rect[1]..rect[1] + rect[3])
+        .flat_map(row)
+        .map(|b| f64::from(*b))
+        .sum()
+}
+
+#[test]
+fn bad_relights_are_one_line_and_code_2() {
+    let folder = folder("relight-bad");
+    let (room, object) = room_and_object(&folder);
+    let out = folder.join("out");
+    let out = out.to_str().unwrap();
+    let broken = folder.join("broken");
+    fs::write(
+        &broken,
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n",
+    )
+    .unwrap();
+    let broken = broken.to_str().unwrap();
+    for (arguments, says) in [
+        (vec!["--room", &room, "--object", "/nowhere.obj"], "nowhere"),
+        (
+            vec!["--room", "/nowhere.hdr", "--object", &object],
+            "nowhere",
+        ),
+        (vec!["--room", broken, "--object", &object], "--room-size"),
+        (
+            vec![
+                "--room",
+                broken,
+                "--room-size",
+                "1,1,1",
+                "--object",
+                &object,
+            ],
+            "broken",
+        ),
+        (
+            vec![
+                "--room",
+                broken,
+                "--room-size",
+                "1,0,1",
+                "--object",
+                &object,
+            ],
+            "--room-size",
+        ),
+        (
+            vec!["--room", &room, "--room-size", "1,1,1", "--object", &object],
+            "room.obj",
+        ),
+        (
+            vec!["--room", &room, "--scale", "2", "--object", &object],
+            "--scale",
+        ),
+        (
+            vec!["--room", &room, "--object", &object, "--place", "1,2"],
+            "1,2",
+        ),
+        (
+            vec![
+                "--room",
+                &room,
+                "--object",
+                &object,
+                "--reflectance",
+                "1,1,1",
+            ],
+            "1,1,1",
+        ),
+        (
+            vec!["--room", &room, "--object", &object, "--mend", "bleeding"],
+            "--mend",
+        ),
+        (
+            vec!["--room", &room, "--object", &object, "--conserve"],
+            "--conserve",
+        ),
+        (
+            vec!["--room", &room, "--object", &object, "--solver", "matrix"],
+            "--solver",
+        ),
+        (
+            vec![
+                "--room",
+                &room,
+                "--object",
+                &object,
+                "--camera",
+                "0,0,0,0,0,0,50",
+            ],
+            "camera",
+        ),
+    ] {
+        let (code, line) = failure(&[vec!["relight", "--out", out], arguments].concat());
+        assert_eq!(code, 2, "{line}");
+        assert!(line.contains(says), "{line} does not say {says}");
+        assert!(!Path::new(out).exists(), "{line}: something was written");
+    }
+}

@@ -1,0 +1,12 @@
+//! What takes long or needs the files of RADIOSITY_DATA; `make atlas` runs it.
+
+mod brackets_data;
+mod breaks;
+mod capture_data;
+mod capture_light;
+mod estimate;
+mod healthy;
+mod matrix_truth;
+mod properties;
+mod stress;
+mod stress_random;

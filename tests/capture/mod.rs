@@ -1,0 +1,9 @@
+//! Captured rooms: radiance maps, and the walls that they light.
+
+mod brackets;
+mod fisheye;
+mod maps;
+mod openexr;
+mod projection;
+mod radiance;
+mod room;

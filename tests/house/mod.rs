@@ -1,0 +1,5 @@
+//! What the documentation says of the code.
+
+mod layout;
+mod paper;
+mod source;

@@ -1,0 +1,10 @@
+//! What must hold of the solvers, by subject. What takes long or needs RADIOSITY_DATA is in `atlas`.
+
+mod capture;
+mod exact;
+mod house;
+mod matrix;
+mod relight;
+mod robustness;
+mod shooting;
+mod twins;

@@ -1,0 +1,7 @@
+//! Relighting, and the picture of a relit room.
+
+mod composite;
+mod paper;
+mod scene;
+mod shaders;
+mod signed;

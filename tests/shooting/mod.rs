@@ -1,0 +1,8 @@
+//! The loop, its passes and iterations, and its balance of energy.
+
+mod energy;
+mod invariants;
+mod iterations;
+mod order;
+mod passes;
+mod soft;
