@@ -1,5 +1,6 @@
 //! What `common` reads and writes: imported files, the bundled scenes, stored results.
 
 mod import;
+mod overlap;
 mod scenes;
 mod stored;
