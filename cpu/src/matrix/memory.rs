@@ -17,20 +17,18 @@ pub fn check(scene: &Scene, side: u32) -> Result<()> {
     if bytes(texels) <= MEMORY {
         return Ok(());
     }
-    let fits = (MEMORY as f64 / 16.0).sqrt();
-    let most = (fits / faces as f64).sqrt() as u64;
-    let advice = if most > 0 {
-        format!("{most} texels a side fit, or let shooting solve it")
-    } else {
-        "let shooting solve it".to_owned()
-    };
+    let all = (MEMORY as f64 / 16.0).sqrt() as u64;
     Err(Error::Usage(format!(
-        "{}: the matrix of {texels} texels ({faces} faces × {side}²) needs {:.1} GB, {:.1} GB are allowed ({} texels): {advice}",
+        "{}: the matrix of {texels} texels ({faces} faces × {side}²) needs {:.1} GB, {:.1} GB are allowed ({all} texels)",
         scene.name,
         bytes(texels) as f64 / 1e9,
         MEMORY as f64 / 1e9,
-        fits as u64,
     )))
+}
+
+/// Texels a side of as many faces that fit; 0 where none do.
+pub fn fitting(faces: u64) -> u64 {
+    (MEMORY as f64 / 16.0 / (faces as f64).powi(2)).powf(0.25) as u64
 }
 
 /// n² zeros, or an error that says what to do.

@@ -7,7 +7,7 @@ use super::solver::SolverOption;
 use super::tell::result;
 use crate::plan::Counts;
 use crate::plan::ahead::ahead;
-use crate::plan::fits::{Limit, check, size};
+use crate::plan::fits::{Limit, check, check_matrix, size};
 use crate::plan::memory::Memory;
 use crate::plan::passes::Expected;
 use crate::plan::trial::two;
@@ -200,7 +200,7 @@ fn matrix(scene: &Scene, settings: &Settings) -> Result<Outcome> {
         size(memory::bytes(counts.texels)),
         size(memory::MEMORY)
     )?;
-    if let Err(error) = memory::check(scene, settings.texels) {
+    if let Err(error) = check_matrix(scene, settings.texels) {
         result!("  refused {error}")?;
     }
     Ok(Outcome::Done)

@@ -7,7 +7,7 @@ use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
-use crate::plan::fits::{Limit, check};
+use crate::plan::fits::{Limit, check, check_matrix};
 use crate::solve::solved::Dense;
 use crate::solve::solver::Solver;
 use crate::solve::watch::Watch;
@@ -23,7 +23,6 @@ use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
 use common::shooting::Field;
 use common::solution::{Seconds, Solution, prepare};
-use cpu::matrix::memory;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -151,7 +150,7 @@ fn fitting(common: &Common, scene: &Scene, solver: Solver) -> Result<(Settings, 
             cells: 1,
             ..shooting
         };
-        memory::check(scene, settings.texels)?;
+        check_matrix(scene, settings.texels)?;
         return Ok((settings, None));
     }
     let (settings, changed) = settings_for(common, scene, solver.gpu().is_some())?;

@@ -6,6 +6,7 @@ use common::mesh::MAX_TEXELS;
 use common::scene::Scene;
 use common::settings::Settings;
 use common::{Error, Result};
+use cpu::matrix::memory;
 use gpu::Gpu;
 use std::path::Path;
 
@@ -190,6 +191,17 @@ pub fn size(bytes: u64) -> String {
     } else {
         format!("{:.1} GB", x / 1e9)
     }
+}
+
+/// Refuses a matrix that would not fit, with what to do.
+pub fn check_matrix(scene: &Scene, texels: u32) -> Result<()> {
+    memory::check(scene, texels).map_err(|error| {
+        let advice = match memory::fitting(scene.faces.len() as u64) {
+            0 => "use --solver cpu".to_owned(),
+            most => format!("--texels {most} fits, or use --solver cpu"),
+        };
+        Error::Usage(format!("{error}: {advice}"))
+    })
 }
 
 #[cfg(test)]

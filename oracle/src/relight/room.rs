@@ -116,6 +116,22 @@ fn is_map(path: &Path) -> bool {
     matches!(read, Ok(Ok(()))) && (start.starts_with(b"#?") || start == [0x76, 0x2f, 0x31, 0x01])
 }
 
+/// What a map is, `--map` says.
+fn asked(error: Error) -> Error {
+    match error {
+        Error::Input {
+            path,
+            place,
+            message,
+        } if message.ends_with("say which it is") => Error::Input {
+            path,
+            place,
+            message: message + " with --map",
+        },
+        other => other,
+    }
+}
+
 /// A usage error with the option that it is about.
 fn named<T>(option: &str, result: Result<T>) -> Result<T> {
     result.map_err(|error| match error {
@@ -134,7 +150,7 @@ fn from_panorama(path: &Path, placement: &Placement, texels: u32) -> Result<Capt
     let mut scene = named("--room-size", room::room(size))?;
     scene.name = plain(&path.display().to_string());
     let eye = named("--eye", room::eye(size, placement.eye))?;
-    let panorama = Panorama::read(path, placement.projection)?;
+    let panorama = Panorama::read(path, placement.projection).map_err(asked)?;
     let resolutions = vec![[texels; 2]; scene.faces.len()];
     let radiosity = texel_radiosity(&panorama, &scene, &resolutions, eye)?;
     Ok(Captured {
