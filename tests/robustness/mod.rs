@@ -1,8 +1,6 @@
 //! Hard scenes, odd units, and what is said of an answer that cannot be trusted.
 
 mod estimate;
-mod leaks;
-mod quality;
 mod scales;
 mod stability;
 mod units;
