@@ -23,7 +23,7 @@ use common::{Error, Result};
 use glam::{DVec3, Vec3};
 use pulp::Arch;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::ops::{ControlFlow, Range};
 
 /// Coarse receivers are no larger (the mesh is two units wide at most).
 const COARSE: f32 = 0.09;
@@ -60,6 +60,19 @@ impl Goal {
     }
 }
 
+/// How much of a solve each part takes, roughly.
+const GUESS: Range<f64> = 0.0..0.05;
+/// See [`GUESS`].
+const DIRECT: Range<f64> = 0.05..0.2;
+/// See [`GUESS`].
+const LINKS: Range<f64> = 0.2..0.45;
+/// See [`GUESS`].
+const SPENDING: f64 = 0.5;
+/// See [`GUESS`].
+const FINE: Range<f64> = 0.55..1.0;
+/// Tasks between two looks at whether to go on.
+const TASKS: usize = 256;
+
 /// Before anything is known.
 const LOOSE: Thresholds = Thresholds {
     source: 2e-2,
@@ -67,8 +80,8 @@ const LOOSE: Thresholds = Thresholds {
     near: 2e-2,
 };
 
-/// Told how far the solve has come, 0…1; true: stop.
-pub type Watch<'a> = &'a (dyn Fn(f64) -> bool + Sync);
+/// Told how far the solve has come, 0…1; may break.
+pub type Watch<'a> = &'a mut dyn FnMut(f64) -> ControlFlow<()>;
 
 /// What a solve came to.
 pub struct Outcome {
@@ -99,12 +112,11 @@ pub fn solve(scene: &Scene, mesh: &Mesh, goal: Goal, watch: Watch) -> Result<Out
         occluders: &occluders,
         arch: Arch::new(),
     };
-    Solve::new(world, &feet, watch).run(goal)
+    Solve::new(world, &feet).run(goal, watch)
 }
 
 struct Solve<'a> {
     world: World<'a>,
-    watch: Watch<'a>,
     /// 1/RMS of the reflected light.
     scale: Vec3,
     /// Open share and open area of each texel.
@@ -123,7 +135,7 @@ struct Spent {
 }
 
 impl<'a> Solve<'a> {
-    fn new(world: World<'a>, feet: &[(u32, Element)], watch: Watch<'a>) -> Self {
+    fn new(world: World<'a>, feet: &[(u32, Element)]) -> Self {
         let mesh = world.mesh;
         let mut open = vec![1.0; mesh.texels.len()];
         for (k, element) in feet {
@@ -139,7 +151,6 @@ impl<'a> Solve<'a> {
             coarse: Coarse::new(mesh, world.tree, COARSE, &area),
             texels: Receivers::new(mesh, |f| spots(&world, feet, &open, f)),
             world,
-            watch,
             scale: Vec3::ONE,
             open,
             area,
@@ -148,30 +159,28 @@ impl<'a> Solve<'a> {
         }
     }
 
-    fn run(mut self, goal: Goal) -> Result<Outcome> {
+    fn run(mut self, goal: Goal, watch: Watch) -> Result<Outcome> {
         let emission: Vec<Vec3> = self.world.mesh.texels.iter().map(|t| t.emission).collect();
         let lamps = self.glow(&emission);
-        let guess = self.guess(&emission, &lamps)?;
-        let direct = self.at_texels(&lamps, goal.direct, 0.1)?;
+        let guess = self.guess(&emission, &lamps, watch)?;
+        let direct = self.at_texels(&lamps, goal.direct, DIRECT, watch)?;
         let direct_open = self.of_open(&direct);
         let once = self.reflected(&direct_open);
         let even = once.iter().zip(guess);
-        let kept = self.kept(
-            &self.glow(&even.map(|(v, a)| *v + a).collect::<Vec<_>>()),
-            goal.coarse,
-        )?;
-        let coarse = self.spend(&kept, &once, SPENT)?;
+        let even: Vec<Vec3> = even.map(|(v, a)| *v + a).collect();
+        let kept = self.kept(&self.glow(&even), goal.coarse, watch)?;
+        let coarse = self.spend(&kept, &once, SPENT, watch)?;
         let light = sum(&direct_open, &coarse.received);
         let shone = self.reflected(&light);
         self.scale = self.inverse_rms(&light);
-        let found = self.at_texels(&self.glow(&shone), goal.fine, 0.4)?;
+        let found = self.at_texels(&self.glow(&shone), goal.fine, FINE, watch)?;
         let new = self.of_open(&found);
         let delta: Vec<Vec3> = new
             .iter()
             .zip(&coarse.received)
             .map(|(f, x)| *f - *x)
             .collect();
-        let corrected = self.spend(&kept, &self.reflected(&delta), CORRECTED)?;
+        let corrected = self.spend(&kept, &self.reflected(&delta), CORRECTED, watch)?;
         let whole =
             (0..direct.len()).map(|k| direct[k] + found[k] + corrected.received[k] * self.open[k]);
         let left =
@@ -187,7 +196,7 @@ impl<'a> Solve<'a> {
 
     /// A first look at the direct light, for the scale; and what further bounces would add to each
     /// texel's radiosity if they spread evenly (the ambient term of Cohen et al. 1988).
-    fn guess(&mut self, emission: &[Vec3], lamps: &[Glow]) -> Result<Vec<Vec3>> {
+    fn guess(&mut self, emission: &[Vec3], lamps: &[Glow], watch: Watch) -> Result<Vec<Vec3>> {
         let reflectance: Vec<Vec3> = self
             .world
             .mesh
@@ -198,7 +207,7 @@ impl<'a> Solve<'a> {
         let grey = self.mean(&reflectance);
         let even = self.mean(emission).as_vec3();
         self.scale = self.inverse_rms(&vec![even; emission.len()]);
-        let sums = self.gathered(lamps, LOOSE, &self.coarse.receivers, 0.0)?;
+        let sums = self.gathered(lamps, LOOSE, &self.coarse.receivers, GUESS, watch)?;
         let direct = self.coarse.spread(self.world.tree, &self.area, &sums);
         let bounced = self.mean(&self.reflected(&direct));
         let ambient = (bounced / (DVec3::ONE - grey).max(DVec3::splat(1e-2))).as_vec3();
@@ -212,8 +221,14 @@ impl<'a> Solve<'a> {
     }
 
     /// What arrives of `glow` at each texel, the mean over its area.
-    fn at_texels(&mut self, glow: &[Glow], thresholds: Thresholds, from: f64) -> Result<Vec<Vec3>> {
-        let sums = self.gathered(glow, thresholds, &self.texels, from)?;
+    fn at_texels(
+        &self,
+        glow: &[Glow],
+        thresholds: Thresholds,
+        part: Range<f64>,
+        watch: Watch,
+    ) -> Result<Vec<Vec3>> {
+        let sums = self.gathered(glow, thresholds, &self.texels, part, watch)?;
         let mut values = vec![Vec3::ZERO; self.area.len()];
         for (block, sums) in self.texels.blocks.iter().zip(&sums) {
             for l in 0..block.count {
@@ -230,22 +245,27 @@ impl<'a> Solve<'a> {
         glow: &[Glow],
         thresholds: Thresholds,
         receivers: &Receivers,
-        from: f64,
+        part: Range<f64>,
+        watch: Watch,
     ) -> Result<Vec<[Lane; 3]>> {
-        let parts = self.tasks(receivers, from, |blocks| {
+        self.tasks(receivers, part, watch, |blocks| {
             let mut sums = vec![[[0.0; LANES]; 3]; blocks.len()];
             self.gather(glow, thresholds, blocks)
                 .links(|b, node, link| {
                     link.add(&glow[node as usize], &mut sums[b]);
                 });
             sums
-        })?;
-        Ok(parts.into_iter().flatten().collect())
+        })
     }
 
     /// The links by which coarse nodes receive `glow`.
-    fn kept(&mut self, glow: &[Glow], thresholds: Thresholds) -> Result<Vec<Vec<Kept>>> {
-        let parts = self.tasks(&self.coarse.receivers, 0.3, |blocks| {
+    fn kept(
+        &mut self,
+        glow: &[Glow],
+        thresholds: Thresholds,
+        watch: Watch,
+    ) -> Result<Vec<Vec<Kept>>> {
+        let kept = self.tasks(&self.coarse.receivers, LINKS, watch, |blocks| {
             let mut kept: Vec<Vec<Kept>> = blocks.iter().map(|_| Vec::new()).collect();
             self.gather(glow, thresholds, blocks)
                 .links(|b, node, link| {
@@ -256,27 +276,30 @@ impl<'a> Solve<'a> {
                 });
             kept
         })?;
-        let kept: Vec<Vec<Kept>> = parts.into_iter().flatten().collect();
         self.links += kept.iter().map(|links| links.len() as u64).sum::<u64>();
         Ok(kept)
     }
 
-    /// `task` of all blocks, in order; `from` is how far the solve has come before.
+    /// `task` of all blocks, in order; of the whole solve they are `part`.
     fn tasks<T: Send>(
         &self,
         receivers: &Receivers,
-        from: f64,
+        part: Range<f64>,
+        watch: Watch,
         task: impl Fn(&[Block]) -> Vec<T> + Sync,
-    ) -> Result<Vec<Vec<T>>> {
-        let (done, all) = (AtomicUsize::new(0), receivers.tasks.len().max(1) as f64);
-        let parts = receivers.tasks.par_iter().map(|blocks| {
-            let before = done.fetch_add(1, Ordering::Relaxed) as f64 / all;
-            if (self.watch)(from + 0.3 * before) {
+    ) -> Result<Vec<T>> {
+        let mut all = Vec::with_capacity(receivers.blocks.len());
+        for some in receivers.tasks.chunks(TASKS) {
+            let share = all.len() as f64 / receivers.blocks.len() as f64;
+            if watch(part.start + share * (part.end - part.start)).is_break() {
                 return Err(Error::Interrupted);
             }
-            Ok(task(&receivers.blocks[blocks.clone()]))
-        });
-        parts.collect()
+            let parts = some
+                .par_iter()
+                .map(|blocks| task(&receivers.blocks[blocks.clone()]));
+            all.extend(parts.collect::<Vec<_>>().into_iter().flatten());
+        }
+        Ok(all)
     }
 
     fn gather<'b>(
@@ -299,7 +322,13 @@ impl<'a> Solve<'a> {
     }
 
     /// Light sent over the kept links until it is spent: x = K(source + ρx).
-    fn spend(&mut self, kept: &[Vec<Kept>], source: &[Vec3], spent: f64) -> Result<Spent> {
+    fn spend(
+        &mut self,
+        kept: &[Vec<Kept>],
+        source: &[Vec3],
+        spent: f64,
+        watch: Watch,
+    ) -> Result<Spent> {
         let first = self.mean(&magnitude(source)).max_element();
         let mut received = vec![Vec3::ZERO; source.len()];
         let mut unshot = source.to_vec();
@@ -309,7 +338,7 @@ impl<'a> Solve<'a> {
             if left <= spent * first * (1.0 - kept_share) {
                 break;
             }
-            if (self.watch)(0.7) {
+            if watch(SPENDING).is_break() {
                 return Err(Error::Interrupted);
             }
             let sums = exchange(kept, &self.glow(&unshot));
