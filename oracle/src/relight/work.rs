@@ -183,7 +183,7 @@ impl Work<'_> {
         settings: &Settings,
     ) -> Result<loops::Relit> {
         let mut engine = self.solver.engine(mesh, &settings.transport)?;
-        // In that order only do the captured shots come first.
+        // Captured shots first, then what follows from them.
         let schedule = settings.schedule.one_by_one();
         let mut told = |shot: &Shot, emitted| {
             let done = progress(shot, emitted, settings.schedule.epsilon);

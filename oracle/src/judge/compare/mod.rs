@@ -76,7 +76,12 @@ pub fn compare(scene: &Scene, request: &Request, watch: &Watch) -> Result<Compar
     let (cpu, cpu_seconds) = timed(&mut cpu_solver, &mesh, &settings, ("CPU", watch))?;
     let (gpu, gpu_seconds) = timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", watch))?;
     watch.begin("lockstep")?;
-    let lockstep = repeat(&mut gpu_solver, &mut fresh()?, &mesh, &gpu_settings, &cpu)?;
+    let single = gpu_settings.schedule.iteration == Iteration::Southwell;
+    let lockstep = if single {
+        replay(&mut fresh()?, &cpu.cells())?
+    } else {
+        repeat(&mut gpu_solver, &mesh, &cpu)?
+    };
     watch.begin("WGSL against twin")?;
     let mut stages = stages::stages(
         &mesh,
@@ -198,21 +203,12 @@ fn timed(
     Ok((run, start.elapsed().as_secs_f64()))
 }
 
-/// The CPU's shooters on the GPU: its log, shot after shot; or all that each cell has shot, at once,
-/// by the solver that has the links.
-fn repeat(
-    solved: &mut GpuSolver,
-    fresh: &mut GpuSolver,
-    mesh: &Mesh,
-    settings: &Settings,
-    cpu: &Run,
-) -> Result<Run> {
-    if settings.schedule.iteration == Iteration::Southwell {
-        return replay(fresh, &cpu.cells());
-    }
+/// All that each cell has shot on the CPU, at once, by the solver that has the links.
+fn repeat(solved: &mut GpuSolver, mesh: &Mesh, cpu: &Run) -> Result<Run> {
     let cells: Vec<u32> = (0..mesh.cells.len() as u32).collect();
     let closures = solved.link(&cells, &mut |_| ControlFlow::Continue(()))?;
-    let scale = |(x, k): (Vec3, usize)| x * closures[k].scale(settings.transport.conserve);
+    let conserves = solved.conserves();
+    let scale = |(x, k): (Vec3, usize)| x * closures[k].scale(conserves);
     let shot: Vec<Vec3> = all_shot(mesh, cpu)
         .into_iter()
         .zip(0..)
