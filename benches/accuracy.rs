@@ -4,7 +4,7 @@
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::passes::solve;
-use common::settings::{Iteration, Settings};
+use common::settings::{Iteration, Schedule, Settings};
 use common::shooting::{Field, Rule, Run, initial};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
@@ -18,8 +18,11 @@ const STEP: f64 = 0.9;
 /// Plain Southwell: one shot after the other, most unshot power first.
 pub fn southwell(settings: &Settings) -> Settings {
     Settings {
-        iteration: Iteration::Southwell,
-        ..settings.clone()
+        schedule: Schedule {
+            iteration: Iteration::Southwell,
+            ..settings.schedule
+        },
+        ..*settings
     }
 }
 
@@ -36,12 +39,10 @@ pub struct Target {
 impl Target {
     /// Solves until it has converged.
     pub fn new(mesh: Mesh, settings: Settings) -> Self {
-        let settings_of_truth = Settings {
-            epsilon: CONVERGED,
-            ..southwell(&settings)
-        };
+        let mut settings_of_truth = southwell(&settings);
+        settings_of_truth.schedule.epsilon = CONVERGED;
         let run = run(
-            &mut CpuSolver::new(&mesh, &settings_of_truth),
+            &mut CpuSolver::new(&mesh, &settings_of_truth.transport),
             &mesh,
             &settings_of_truth,
         );
@@ -74,12 +75,10 @@ impl Target {
 
     /// The shooters of plain Southwell until the error is no larger than `bound`.
     pub fn southwell_shots(&self, bound: f64) -> Vec<u32> {
-        let settings = Settings {
-            epsilon: 0.0,
-            max_shots: 1,
-            ..southwell(&self.settings)
-        };
-        let mut engine = CpuSolver::new(&self.mesh, &settings);
+        let mut settings = southwell(&self.settings);
+        settings.schedule.epsilon = 0.0;
+        settings.schedule.max_shots = 1;
+        let mut engine = CpuSolver::new(&self.mesh, &settings.transport);
         let mut shots = Vec::new();
         loop {
             let run = run(&mut engine, &self.mesh, &settings);
@@ -102,24 +101,28 @@ impl Target {
 
     /// The settings whose ε is the largest of a ladder with an error no larger than `bound`.
     pub fn settings_to(&self, bound: f64) -> Settings {
-        let mut settings = Settings {
-            epsilon: 0.5,
-            ..self.settings.clone()
-        };
-        let mut engine = CpuSolver::new(&self.mesh, &settings);
+        let mut settings = self.settings;
+        settings.schedule.epsilon = 0.5;
+        let mut engine = CpuSolver::new(&self.mesh, &settings.transport);
         loop {
             // Links stay, so that a try takes little.
             self.restart(&mut engine);
             if self.error(&run(&mut engine, &self.mesh, &settings).field) <= bound {
                 return settings;
             }
-            settings.epsilon *= STEP;
-            assert!(settings.epsilon > CONVERGED, "{bound} is never reached");
+            settings.schedule.epsilon *= STEP;
+            assert!(
+                settings.schedule.epsilon > CONVERGED,
+                "{bound} is never reached"
+            );
         }
     }
 }
 
 /// A solve to the end.
 pub fn run(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) -> Run {
-    solve(engine, mesh, settings, &mut |_| ControlFlow::Continue(())).expect("the CPU solves")
+    solve(engine, mesh, &settings.schedule, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .expect("the CPU solves")
 }

@@ -53,7 +53,11 @@ fn measure(program: &Path) -> Value {
     let rounds: Vec<Value> = (0..ROUNDS)
         .map(|_| {
             let start = Instant::now();
-            let run = run(&mut CpuSolver::new(mesh, &settings), mesh, &settings);
+            let run = run(
+                &mut CpuSolver::new(mesh, &settings.transport),
+                mesh,
+                &settings,
+            );
             let ours = start.elapsed().as_secs_f64();
             let theirs = trace(program, &rays, THREADS);
             json!({
@@ -71,7 +75,7 @@ fn measure(program: &Path) -> Value {
         report(kind, &rounds);
     }
     json!({ "faces": mesh.faces.len(), "texels": mesh.texels.len(), "mesh_seconds": meshing, "shots": shots.len(), "bound": BOUND,
-        "epsilon": settings.epsilon, "threads": THREADS, "rounds": rounds })
+        "epsilon": settings.schedule.epsilon, "threads": THREADS, "rounds": rounds })
 }
 
 fn seconds(theirs: &Value, kind: &str) -> f64 {

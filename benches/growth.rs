@@ -4,7 +4,7 @@
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::{Meshing, Settings};
 use common::shooting::Order;
 use common::texel;
 use cpu::CpuSolver;
@@ -83,13 +83,16 @@ fn measure(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<Po
         return None;
     }
     let settings = Settings {
-        texels,
-        cells: 1,
+        meshing: Meshing {
+            texels,
+            cells: 1,
+            ..Meshing::default()
+        },
         ..Settings::default()
     };
     let mut engine: Box<dyn Engine> = match gpu {
-        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, &settings).expect("it fits")),
-        None => Box::new(CpuSolver::new(&mesh, &settings)),
+        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, &settings.transport).expect("it fits")),
+        None => Box::new(CpuSolver::new(&mesh, &settings.transport)),
     };
     let prepare = start.elapsed().as_secs_f64();
     let every = mesh.cells.len() / SHOTS;

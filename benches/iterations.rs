@@ -4,7 +4,7 @@
 use common::mesh::Mesh;
 use common::passes::Exchange;
 use common::scene::{Face, Scene};
-use common::settings::{Iteration, Settings};
+use common::settings::{Iteration, Schedule, Settings};
 use common::shooting::Run;
 use common::texel;
 use cpu::CpuSolver;
@@ -52,18 +52,20 @@ fn measure(texels: u32, reflectance: f32) {
     let target = Target::new(mesh, whole_faces(texels));
     let settings = ALL.map(|iteration| match iteration {
         Iteration::Southwell => Settings {
-            iteration,
-            epsilon: 0.0,
-            max_shots: target.southwell_shots(BOUND).len() as u32,
-            ..target.settings.clone()
+            schedule: Schedule {
+                iteration,
+                epsilon: 0.0,
+                max_shots: target.southwell_shots(BOUND).len() as u32,
+            },
+            ..target.settings
         },
         _ => {
             let mut of = target.clone();
-            of.settings.iteration = iteration;
+            of.settings.schedule.iteration = iteration;
             of.settings_to(BOUND)
         }
     });
-    let mut engine = CpuSolver::new(&target.mesh, &settings[0]);
+    let mut engine = CpuSolver::new(&target.mesh, &settings[0].transport);
     let all: Vec<u32> = (0..target.mesh.cells.len() as u32).collect();
     let linked = engine.link(&all, &mut |_| ControlFlow::Continue(()));
     linked.expect("the CPU links");

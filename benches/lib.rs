@@ -9,7 +9,7 @@ use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::Scene;
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Drawing, Iteration, Meshing, Schedule, Settings, Transport, Visibility};
 use common::shooting::{Order, Run};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
@@ -89,10 +89,19 @@ fn room((scene, texels): (Scene, u32)) -> Room {
 /// The paper's way: whole faces, disc factors, centre to centre, rays.
 pub fn whole_faces(texels: u32) -> Settings {
     Settings {
-        texels,
-        cells: 1,
-        form_factor: FormFactor::Disc,
-        iteration: Iteration::Cg,
+        meshing: Meshing {
+            texels,
+            cells: 1,
+            ..Meshing::default()
+        },
+        transport: Transport {
+            form_factor: FormFactor::Disc,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            iteration: Iteration::Cg,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
@@ -101,11 +110,14 @@ fn settings(room: &Room, solver: Solver) -> Settings {
     let visibility = if solver == Solver::Rays {
         Visibility::Rays
     } else {
-        Visibility::Stereographic
+        Visibility::Drawn(Drawing::DEFAULT)
     };
     Settings {
-        visibility,
-        ..room.settings.clone()
+        transport: Transport {
+            visibility,
+            ..room.settings.transport
+        },
+        ..room.settings
     }
 }
 
@@ -113,9 +125,9 @@ fn engine<'a>(room: &'a Room, solver: Solver, gpu: &Gpu) -> Box<dyn Engine + 'a>
     let (mesh, settings) = (&room.target.mesh, settings(room, solver));
     match solver {
         Solver::Gpu => {
-            Box::new(GpuSolver::new(gpu, mesh, &settings).expect("the rooms fit any GPU"))
+            Box::new(GpuSolver::new(gpu, mesh, &settings.transport).expect("the rooms fit any GPU"))
         }
-        _ => Box::new(CpuSolver::new(mesh, &settings)),
+        _ => Box::new(CpuSolver::new(mesh, &settings.transport)),
     }
 }
 

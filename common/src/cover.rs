@@ -6,7 +6,7 @@ use crate::intersect::intersect;
 use crate::mesh::{Cover, Mesh, MeshFace};
 use crate::rays::Rays;
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::Meshing;
 use crate::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -25,27 +25,27 @@ const TASK: usize = 64;
 /// Asked now and then whether to stop.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// The mesh of a solve at these settings.
-pub fn sampled(scene: &Scene, settings: &Settings) -> Result<Mesh> {
-    sampled_until(scene, settings, &|| false)
+/// The mesh of a scene with the same texels and cells on each of its faces.
+pub fn sampled(scene: &Scene, meshing: &Meshing) -> Result<Mesh> {
+    sampled_until(scene, meshing, &|| false)
 }
 
 /// The same, unless it is stopped: then the error is [`Error::Interrupted`].
-pub fn sampled_until(scene: &Scene, settings: &Settings, stop: Stop) -> Result<Mesh> {
-    let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
-    sample_until(&mut mesh, settings.samples, stop)?;
+pub fn sampled_until(scene: &Scene, meshing: &Meshing, stop: Stop) -> Result<Mesh> {
+    let mut mesh = Mesh::uniform(scene, meshing.texels, meshing.cells)?;
+    sample_until(&mut mesh, meshing.samples, stop)?;
     Ok(mesh)
 }
 
 /// The mesh of a scene whose first `room` faces are a room and the others objects in it, with N×N
-/// texels on each of its faces as `resolutions` says.
+/// texels on each of its faces as `resolutions` says, K×K cells and `samples` points on each.
 pub fn furnished(
     scene: &Scene,
     room: usize,
     resolutions: &[[u32; 2]],
-    settings: &Settings,
+    [cells, samples]: [u32; 2],
 ) -> Result<Mesh> {
-    furnished_until(scene, room, resolutions, settings, &|| false)
+    furnished_until(scene, room, resolutions, [cells, samples], &|| false)
 }
 
 /// The same, unless it is stopped.
@@ -53,12 +53,12 @@ pub fn furnished_until(
     scene: &Scene,
     room: usize,
     resolutions: &[[u32; 2]],
-    settings: &Settings,
+    [cells, samples]: [u32; 2],
     stop: Stop,
 ) -> Result<Mesh> {
-    let mut mesh = Mesh::new(scene, resolutions, settings.cells)?;
+    let mut mesh = Mesh::new(scene, resolutions, cells)?;
     mesh.room = room as u32;
-    sample_until(&mut mesh, settings.samples, stop)?;
+    sample_until(&mut mesh, samples, stop)?;
     Ok(mesh)
 }
 

@@ -3,10 +3,10 @@
 //! inside it). docs/paper.md leads from each line of the paper's tables to its function.
 
 use crate::constants::SELECT_LANES;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::reduce::tree_sum;
-use crate::settings::Settings;
+use crate::settings::{Iteration, Schedule};
 use glam::{Vec3, Vec4};
 use std::ops::ControlFlow;
 
@@ -75,6 +75,16 @@ impl Rule {
     /// Whether links must be compared with what they were.
     pub fn compares(self) -> bool {
         self.captured || self.subtracted != Subtracted::Nothing
+    }
+
+    /// Refuses to compare links that are scaled to their closure: what they were had another.
+    pub fn with(self, conserve: bool) -> Result<Self> {
+        if conserve && self.compares() {
+            return Err(Error::Usage(
+                "links with and without objects are compared: they cannot be scaled".into(),
+            ));
+        }
+        Ok(self)
     }
 }
 
@@ -199,18 +209,21 @@ pub fn progress(shot: &Shot, emitted: f32, epsilon: f64) -> f64 {
     }
 }
 
-/// Shoots greedily until `settings` are met; `watch` sees every shot and the emitted power.
+/// Shoots greedily until the schedule is met; `watch` sees every shot and the emitted power.
+///
+/// Errors: the engine's; [`Error::Usage`] of an iteration over many cells at once.
 pub fn solve(
     engine: &mut dyn Shoot,
-    settings: &Settings,
+    schedule: &Schedule,
     watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
 ) -> Result<Run> {
+    one_by_one(schedule)?;
     let emitted = total(&engine.cell_power()?);
-    let threshold = (f64::from(emitted) * settings.epsilon) as f32;
+    let threshold = (f64::from(emitted) * schedule.epsilon) as f32;
     let mut shots = Vec::new();
     engine.run(
         Order::Greedy { threshold },
-        settings.max_shots,
+        schedule.max_shots,
         &mut |shot| {
             shots.push(*shot);
             watch(shot, emitted)
@@ -226,6 +239,16 @@ pub fn solve(
         shots,
         field: engine.field()?,
     })
+}
+
+/// Who shoots one cell after the other knows no other iteration.
+pub(crate) fn one_by_one(schedule: &Schedule) -> Result<()> {
+    match schedule.iteration {
+        Iteration::Southwell => Ok(()),
+        other => Err(Error::Usage(format!(
+            "{other:?} shoots from many cells at once, and here one shoots after the other"
+        ))),
+    }
 }
 
 /// Repeats the shooters of `log` on a fresh engine.

@@ -3,4 +3,5 @@
 mod import;
 mod overlap;
 mod scenes;
+mod settings;
 mod stored;

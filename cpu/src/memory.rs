@@ -2,15 +2,15 @@
 
 use crate::twin::link::Sums;
 use common::constants::LINK_BYTES;
-use common::settings::{Iteration, Settings};
+use common::settings::Iteration;
 use glam::{Vec3, Vec4};
 
-/// Bytes of the links that are kept, and of what cells exchange.
-pub fn links(cells: u64, texels: u64, settings: &Settings) -> u64 {
+/// Bytes of the links that are kept, and of what cells exchange by this iteration.
+pub fn links(cells: u64, texels: u64, iteration: Iteration) -> u64 {
     let row = 4 * texels.max(1);
     let places = (LINK_BYTES / row).clamp(1, cells.max(1));
     let matrix = cells.saturating_mul(cells).saturating_mul(4);
-    let exchanges = settings.iteration != Iteration::Southwell && matrix <= LINK_BYTES;
+    let exchanges = iteration != Iteration::Southwell && matrix <= LINK_BYTES;
     places
         .saturating_mul(row)
         .saturating_add(if exchanges { matrix } else { 0 })

@@ -18,7 +18,7 @@ use common::escape::directions;
 use common::mesh::Mesh;
 use common::passes::{Closure, Exchange};
 use common::rays::Rays;
-use common::settings::{Settings, Visibility};
+use common::settings::{Drawing, Transport, Visibility};
 use common::shooting::{Field, Restart, Rule, Shoot, Shot, initial, total};
 use glam::{Vec3, Vec4};
 use pulp::Arch;
@@ -48,7 +48,7 @@ pub struct CpuSolver<'a> {
 /// What makes a cell's links.
 struct Caster<'a> {
     mesh: &'a Mesh,
-    settings: Settings,
+    transport: Transport,
     rays: Rays,
     occluders: Occluders,
     receivers: Receivers,
@@ -58,11 +58,11 @@ struct Caster<'a> {
 
 impl<'a> CpuSolver<'a> {
     /// A solver in its initial state: B = r = E.
-    pub fn new(mesh: &'a Mesh, settings: &Settings) -> Self {
+    pub fn new(mesh: &'a Mesh, transport: &Transport) -> Self {
         let mut solver = Self {
             caster: Caster {
                 mesh,
-                settings: settings.clone(),
+                transport: *transport,
                 rays: Rays::new(mesh),
                 occluders: Occluders::rounded(mesh),
                 receivers: Receivers::new(mesh),
@@ -127,7 +127,7 @@ impl<'a> CpuSolver<'a> {
 
 impl Caster<'_> {
     fn fill(&self, mut places: Vec<Place>) {
-        if self.settings.visibility != Visibility::Rays {
+        if self.transport.visibility != Visibility::Rays {
             for place in &mut places {
                 self.weigh(place, &self.sums(place.cell, false));
             }
@@ -135,7 +135,7 @@ impl Caster<'_> {
         }
         let rows = Rows {
             mesh: self.mesh,
-            kind: self.settings.form_factor,
+            kind: self.transport.form_factor,
             rays: &self.rays,
             occluders: &self.occluders,
             receivers: &self.receivers,
@@ -205,22 +205,23 @@ impl Caster<'_> {
     fn sums(&self, cell: u32, through: bool) -> Vec<Sums> {
         let mesh = self.mesh;
         let mut sums = vec![Sums::default(); mesh.texels.len()];
-        if self.settings.visibility == Visibility::Rays {
-            self.by_rays(cell, through, &mut sums);
-        } else {
-            let kind = self.settings.form_factor;
-            each(&mut sums, |k, sums| {
-                sums.form_factor = factor(mesh, kind, cell, k);
-            });
-            for s in 0..mesh.samples {
-                self.by_item_buffer(cell, s, &mut sums);
+        match self.transport.visibility {
+            Visibility::Rays => self.by_rays(cell, through, &mut sums),
+            Visibility::Drawn(drawing) => {
+                let kind = self.transport.form_factor;
+                each(&mut sums, |k, sums| {
+                    sums.form_factor = factor(mesh, kind, cell, k);
+                });
+                for s in 0..mesh.samples {
+                    self.by_item_buffer(&drawing, cell, s, &mut sums);
+                }
             }
         }
         sums
     }
 
     fn by_rays(&self, cell: u32, through: bool, sums: &mut [Sums]) {
-        let (mesh, kind) = (self.mesh, self.settings.form_factor);
+        let (mesh, kind) = (self.mesh, self.transport.form_factor);
         let shooter = mesh.cells[cell as usize].face;
         each(sums, |k, sums| {
             let ends = [shooter, mesh.texels[k as usize].face];
@@ -234,9 +235,9 @@ impl Caster<'_> {
         });
     }
 
-    fn by_item_buffer(&self, cell: u32, s: u32, sums: &mut [Sums]) {
-        let (mesh, settings) = (self.mesh, &self.settings);
-        let buffers = Buffers::new(mesh, cell, s, settings);
+    fn by_item_buffer(&self, drawing: &Drawing, cell: u32, s: u32, sums: &mut [Sums]) {
+        let mesh = self.mesh;
+        let buffers = Buffers::new(mesh, cell, s, drawing);
         each(sums, |k, sums| {
             let face = mesh.texels[k as usize].face;
             sample(mesh, cell, k, s, sums, |_, p| buffers.sight(mesh, p, face));
@@ -257,6 +258,10 @@ fn each(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
 impl Exchange for CpuSolver<'_> {
     fn has_room(&self) -> bool {
         self.links.has_room()
+    }
+
+    fn conserves(&self) -> bool {
+        self.caster.transport.conserve
     }
 
     fn link(
@@ -350,7 +355,7 @@ impl Shoot for CpuSolver<'_> {
             mesh: caster.mesh,
             cell: shooter,
             radiosity: flux / shooter.shooter.area,
-            scale: row.closure.scale(caster.settings.conserve),
+            scale: row.closure.scale(caster.transport.conserve),
             rule,
             reflectance: &self.reflectance,
         };
@@ -389,7 +394,7 @@ impl Shoot for CpuSolver<'_> {
 
 impl Restart for CpuSolver<'_> {
     fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
-        self.rule = rule;
+        self.rule = rule.with(self.caster.transport.conserve)?;
         self.reflectance = reflectance.to_vec();
         self.field = Field {
             origin: self.field.origin.clone(),

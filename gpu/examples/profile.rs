@@ -3,10 +3,11 @@
 //! `cargo run --release -p radiosity-gpu --example profile [SCENE] [TEXELS] [rays|stereographic|…] [polygon|disc]`
 
 use common::Result;
+use common::cover::sampled;
 use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
-use common::settings::{Settings, Visibility};
+use common::settings::{Drawing, Meshing, Projection, Raster, Settings, Transport, Visibility};
 use gpu::profile::{by_device, machine, profile};
 use gpu::{Gpu, GpuSolver};
 use std::path::Path;
@@ -21,40 +22,48 @@ const H200: [f64; 2] = [4.8e12, 67e12];
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let argument = |k: usize, default| arguments.get(k).map_or(default, String::as_str);
+    let drawn = |projection| Visibility::drawn(projection, Drawing::DEFAULT.size);
     let visibility = match argument(2, "stereographic") {
         "rays" => Visibility::Rays,
-        "hemicube" => Visibility::Hemicube,
-        "hemisphere" => Visibility::Hemisphere,
-        _ => Visibility::Stereographic,
+        "hemicube" => drawn(Projection::Hemicube),
+        "hemisphere" => drawn(Projection::Hemisphere(Raster::Pixel)),
+        _ => Visibility::Drawn(Drawing::DEFAULT),
     };
     let settings = Settings {
-        texels: argument(1, "32").parse().unwrap_or(32),
-        cells: 1,
-        visibility,
-        form_factor: match argument(3, "polygon") {
-            "disc" => FormFactor::Disc,
-            _ => FormFactor::Polygon,
+        meshing: Meshing {
+            texels: argument(1, "32").parse().unwrap_or(32),
+            cells: 1,
+            ..Meshing::default()
+        },
+        transport: Transport {
+            visibility,
+            form_factor: match argument(3, "polygon") {
+                "disc" => FormFactor::Disc,
+                _ => FormFactor::Polygon,
+            },
+            ..Transport::default()
         },
         ..Settings::default()
     };
     let path = Path::new(argument(0, "scenes/paper_room_objects.obj"));
     let scene = load(path, &ImportOptions::default())?;
-    let mesh = Mesh::uniform(&scene, settings.texels, settings.cells)?;
+    let mesh = sampled(&scene, &settings.meshing)?;
     let gpu = Gpu::open_timed(None)?;
     let here = machine(&gpu)?;
     let clock = if by_device(&gpu) { "device" } else { "host" };
     println!(
-        "{}, {} faces, {} texels, {visibility:?}, times by the {clock}'s clock",
+        "{}, {} faces, {} texels, {}, times by the {clock}'s clock",
         gpu.line.name,
         mesh.faces.len(),
-        mesh.texels.len()
+        mesh.texels.len(),
+        visibility.name(),
     );
     println!(
         "copies {:.1} GB/s, computes {:.1} GFLOP/s",
         here[0] / 1e9,
         here[1] / 1e9
     );
-    let mut solver = GpuSolver::new(&gpu, &mesh, &settings)?;
+    let mut solver = GpuSolver::new(&gpu, &mesh, &settings.transport)?;
     let mut best = profile(&mut solver, PASSES)?;
     for _ in 1..RUNS {
         for (best, again) in best.iter_mut().zip(profile(&mut solver, PASSES)?) {
@@ -65,7 +74,7 @@ fn main() -> Result<()> {
         "{:<10} {:>10} {:>10} {:>10} {:>11} {:>8} {:>11}",
         "stage", "ms", "MB", "MFLOP", "floor ms", "times", "H200 µs"
     );
-    for ((stage, seconds), work) in best.iter().zip(floors(&mesh, &settings)) {
+    for ((stage, seconds), work) in best.iter().zip(floors(&mesh, &settings.transport)) {
         let floor = |machine: [f64; 2]| (work[0] / machine[0]).max(work[1] / machine[1]);
         println!(
             "{stage:<10} {:>10.3} {:>10.1} {:>10.1} {:>11.3} {:>8.1} {:>11.1}",
@@ -81,11 +90,12 @@ fn main() -> Result<()> {
 }
 
 /// Bytes and operations of each stage, in the order of the profile; docs/performance.md counts them.
-fn floors(mesh: &Mesh, settings: &Settings) -> [[f64; 2]; 7] {
+fn floors(mesh: &Mesh, transport: &Transport) -> [[f64; 2]; 7] {
     let (cells, texels) = (mesh.cells.len() as f64, mesh.texels.len() as f64);
     let (pairs, faces) = (cells * texels, mesh.faces.len() as f64);
-    let pixels = cells * f64::from(settings.item_buffer).powi(2);
-    let rays = settings.visibility == Visibility::Rays;
+    let drawing = transport.visibility.drawing();
+    let pixels = drawing.map_or(0.0, |drawing| cells * drawing.pixels() as f64);
+    let rays = drawing.is_none();
     // A ray passes as many nodes of eight boxes as the tree has levels, twice over.
     let ray = 2.0 * (faces.log2() / 3.0).ceil().max(1.0) * 8.0 * 16.0 + 4.0 * 50.0;
     let draw = if rays {

@@ -11,7 +11,7 @@ use common::bvh::Bvh;
 use common::constants::{LEVELS, RAY_STACK};
 use common::escape::directions;
 use common::mesh::Mesh;
-use common::settings::Settings;
+use common::settings::Transport;
 use common::shooting::initial;
 use common::{Error, Result};
 use wgpu::BufferUsages as Usage;
@@ -52,8 +52,8 @@ pub const LOG_BYTES: u64 = LOG_COUNT_BYTES + BATCH as u64 * size_of::<LogRecord>
 
 impl Buffers {
     /// Buffers of which the links take no more than `budget`.
-    pub fn new(gpu: &Gpu, mesh: &Mesh, settings: &Settings, budget: u64) -> Result<Self> {
-        check_limits(gpu, mesh, settings)?;
+    pub fn new(gpu: &Gpu, mesh: &Mesh, transport: &Transport, budget: u64) -> Result<Self> {
+        check_limits(gpu, mesh, transport)?;
         let device = &gpu.device;
         let storage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
         let empty = |label, size: u64, usage| empty(device, label, size, usage);
@@ -177,7 +177,7 @@ pub fn target(
 }
 
 /// Says which limit is too small before anything is allocated.
-fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
+fn check_limits(gpu: &Gpu, mesh: &Mesh, transport: &Transport) -> Result<()> {
     let limits = gpu.device.limits();
     let most = most_bytes(gpu);
     let needs = [
@@ -203,10 +203,14 @@ fn check_limits(gpu: &Gpu, mesh: &Mesh, settings: &Settings) -> Result<()> {
             )));
         }
     }
-    if settings.item_buffer > limits.max_texture_dimension_2d {
+    let size = transport
+        .visibility
+        .drawing()
+        .map_or(0, |drawing| drawing.size);
+    if size > limits.max_texture_dimension_2d {
         return Err(Error::Device(format!(
-            "{}: an item buffer of {}² pixels is beyond max_texture_dimension_2d = {}",
-            gpu.line.name, settings.item_buffer, limits.max_texture_dimension_2d
+            "{}: an item buffer of {size}² pixels is beyond max_texture_dimension_2d = {}",
+            gpu.line.name, limits.max_texture_dimension_2d
         )));
     }
     Ok(())

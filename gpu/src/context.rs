@@ -8,14 +8,14 @@ use bytemuck::Zeroable;
 use common::constants::LANES;
 use common::escape::DIRECTIONS;
 use common::mesh::Mesh;
-use common::settings::Settings;
+use common::settings::Transport;
 use common::shooting::Rule;
 
 /// The queue, and what lies on the device.
 pub struct Context<'a> {
     pub host: Host,
     pub mesh: &'a Mesh,
-    pub settings: Settings,
+    pub transport: Transport,
     pub buffers: Buffers,
 }
 
@@ -30,7 +30,7 @@ impl Context<'_> {
             places: self.buffers.places,
             step: slots.step,
             samples: self.mesh.samples,
-            conserve: self.settings.conserve.into(),
+            conserve: self.transport.conserve.into(),
             room: self.mesh.room,
             rule: rule_bits(rule),
             groups: self.groups(),

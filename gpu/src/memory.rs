@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::buffers::{LOG_BYTES, most_bytes};
 use crate::records::{CellRecord, FaceRecord, PointRecord, ROW_BYTES, TexelRecord};
 use common::constants::{LEVELS, LINK_BYTES};
-use common::settings::{Settings, Visibility};
+use common::settings::{Transport, Visibility};
 use glam::Vec4;
 
 impl Gpu {
@@ -16,24 +16,24 @@ impl Gpu {
     }
 
     /// Bytes of everything else that grows: records, state, item buffer and its depth, the tree.
-    pub fn state_bytes(&self, faces: u64, cells: u64, texels: u64, settings: &Settings) -> u64 {
-        let rays = settings.visibility == Visibility::Rays;
-        let pixels = if rays {
-            1
-        } else {
-            u64::from(settings.item_buffer).pow(2)
+    /// `points` is how many there are on a cell.
+    pub fn state_bytes(
+        &self,
+        [faces, cells, texels]: [u64; 3],
+        points: u64,
+        transport: &Transport,
+    ) -> u64 {
+        let (pixels, tree) = match transport.visibility {
+            // A CwBvh node of 80 bytes holds three faces or more.
+            Visibility::Rays => (1, faces * 32),
+            Visibility::Drawn(drawing) => (drawing.pixels(), 0),
         };
-        // A CwBvh node of 80 bytes holds three faces or more.
-        let tree = if rays { faces * 32 } else { 0 };
         let of = |count: u64, bytes: usize| count.saturating_mul(bytes as u64);
         [
             of(faces, size_of::<FaceRecord>() + 8 * LEVELS as usize),
             of(cells, size_of::<CellRecord>() + 16 + 4 + 4),
             of(texels, size_of::<TexelRecord>() + 4 * size_of::<Vec4>()),
-            of(
-                cells * u64::from(settings.samples),
-                size_of::<PointRecord>(),
-            ),
+            of(cells * points, size_of::<PointRecord>()),
             of(pixels, 8),
             tree,
             LOG_BYTES,

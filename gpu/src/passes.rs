@@ -59,10 +59,10 @@ impl Passes {
         if !has_room(context) {
             return Err(gpu.fail("no room for what cells exchange"));
         }
-        let (mesh, settings) = (context.mesh, &context.settings);
+        let (mesh, transport) = (context.mesh, &context.transport);
         let cells = mesh.cells.len() as u32;
-        let count = most_slots(gpu, mesh, settings, b);
-        let slots = Slots::new(gpu, mesh, settings, count, cells);
+        let count = most_slots(gpu, mesh, transport, b);
+        let slots = Slots::new(gpu, mesh, transport, count, cells);
         let storage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
         let per_cell = |label| empty(&gpu.device, label, 16 * u64::from(cells), storage);
         let (shot, flux) = (per_cell("shot"), per_cell("flux"));
@@ -83,7 +83,7 @@ impl Passes {
             Write(&b.residual),
         ];
         let passes = Self {
-            stages: LinkStages::new(maker, settings, b, &slots)?,
+            stages: LinkStages::new(maker, transport, b, &slots)?,
             exchange: maker.stage("exchange", "exchange", &exchanged)?,
             collect: maker.stage("collect", "collect", &collected)?,
             settle: maker.stage("collect", "settle", &collected)?,

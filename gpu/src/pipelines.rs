@@ -5,7 +5,7 @@ use crate::slots::Slots;
 use crate::stage::Slot::{Read, Texture, Uniform, Write};
 use crate::stage::{PipelineMaker, Stage};
 use common::Result;
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::{Drawing, Raster, Transport, Visibility};
 
 /// The stages of a shot that is chosen on the device.
 pub struct Pipelines {
@@ -37,7 +37,12 @@ pub struct ItemBufferStages {
 }
 
 impl Pipelines {
-    pub fn new(maker: &PipelineMaker, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    pub fn new(
+        maker: &PipelineMaker,
+        transport: &Transport,
+        b: &Buffers,
+        s: &Slots,
+    ) -> Result<Self> {
         let choice = [
             Uniform(&s.params),
             Read(&b.cells),
@@ -69,7 +74,7 @@ impl Pipelines {
         Ok(Self {
             first: maker.stage("select", "first", &choice)?,
             next: maker.stage("select", "next", &choice)?,
-            link: LinkStages::new(maker, settings, b, s)?,
+            link: LinkStages::new(maker, transport, b, s)?,
             deposit: maker.stage("deposit", "deposit", &deposit)?,
             power: maker.stage("power", "power", &power)?,
         })
@@ -77,8 +82,17 @@ impl Pipelines {
 }
 
 impl LinkStages {
-    pub fn new(maker: &PipelineMaker, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
-        let rays = settings.visibility == Visibility::Rays;
+    pub fn new(
+        maker: &PipelineMaker,
+        transport: &Transport,
+        b: &Buffers,
+        s: &Slots,
+    ) -> Result<Self> {
+        let rays = transport.visibility == Visibility::Rays;
+        let item_buffer = match transport.visibility {
+            Visibility::Rays => None,
+            Visibility::Drawn(drawing) => Some(ItemBufferStages::new(maker, &drawing, b, s)?),
+        };
         let aimed = [
             Uniform(&s.params),
             Read(&b.faces),
@@ -86,11 +100,6 @@ impl LinkStages {
             Write(&s.shots),
             Write(&s.rectangles),
         ];
-        let item_buffer = if rays {
-            None
-        } else {
-            Some(ItemBufferStages::new(maker, settings, b, s)?)
-        };
         let [escape, received, closure] = sums(maker, b, s)?;
         Ok(Self {
             aim: maker.stage("aim", "aim", &aimed)?,
@@ -158,9 +167,10 @@ fn sums(maker: &PipelineMaker, b: &Buffers, s: &Slots) -> Result<[Stage; 3]> {
 }
 
 impl ItemBufferStages {
-    fn new(maker: &PipelineMaker, settings: &Settings, b: &Buffers, s: &Slots) -> Result<Self> {
+    fn new(maker: &PipelineMaker, drawing: &Drawing, b: &Buffers, s: &Slots) -> Result<Self> {
+        let kind = drawing.projection.raster();
         let seen = [Read(&b.faces), Read(&s.shots), Uniform(&s.params)];
-        let (raster, raster_group) = maker.raster(&seen)?;
+        let (raster, raster_group) = maker.raster(kind, &seen)?;
         let lists = [
             Read(&b.faces),
             Read(&s.shots),
@@ -169,7 +179,7 @@ impl ItemBufferStages {
             Write(&s.draws),
         ];
         Ok(Self {
-            kind: settings.raster(),
+            kind,
             tessellate: maker.stage("tessellate", "tessellate", &lists)?,
             raster,
             raster_group,

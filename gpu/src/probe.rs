@@ -56,13 +56,13 @@ pub struct Row {
 
 impl Probe {
     pub fn new(context: &Context, faults: &[Fault]) -> Result<Self> {
-        let (gpu, settings) = (&context.host.gpu, &context.settings);
+        let (gpu, transport) = (&context.host.gpu, &context.transport);
         let slots = Slots {
             step: 1,
-            ..Slots::new(gpu, context.mesh, settings, 1, 1)
+            ..Slots::new(gpu, context.mesh, transport, 1, 1)
         };
-        let maker = PipelineMaker::new(gpu, settings, &[&[TOLD], faults].concat());
-        let stages = LinkStages::new(&maker, settings, &context.buffers, &slots)?;
+        let maker = PipelineMaker::new(gpu, transport, &[&[TOLD], faults].concat());
+        let stages = LinkStages::new(&maker, transport, &context.buffers, &slots)?;
         gpu.check()?;
         Ok(Self { slots, stages })
     }
@@ -118,7 +118,7 @@ impl Probe {
         encoder.copy_buffer_to_buffer(&self.slots.samples, 0, &staging, SHOT_BYTES, texels);
         let bytes = context.host.finish(encoder, staging)?;
         let (shot, sums) = bytes.split_at(SHOT_BYTES as usize);
-        let ids = if context.settings.visibility == Visibility::Rays {
+        let ids = if context.transport.visibility == Visibility::Rays {
             Vec::new()
         } else {
             context.host.ids(&self.slots.item_buffer, self.slots.size)?

@@ -12,7 +12,7 @@ use crate::stage::PipelineMaker;
 use crate::stage::Slot::{Read, Write};
 use common::Result;
 use common::constants::LANES;
-use common::settings::Settings;
+use common::settings::Transport;
 use common::shooting::Shoot;
 use glam::Vec3;
 use std::time::Instant;
@@ -70,7 +70,7 @@ pub fn profile(solver: &mut GpuSolver, passes: u32) -> Result<Vec<Timed>> {
 /// Bytes a second that a copy moves (read and written), and multiplications and additions a second;
 /// the best of five.
 pub fn machine(gpu: &Gpu) -> Result<[f64; 2]> {
-    let maker = PipelineMaker::new(gpu, &Settings::default(), &[]);
+    let maker = PipelineMaker::new(gpu, &Transport::default(), &[]);
     let storage = wgpu::BufferUsages::STORAGE;
     let [source, sink] = ["source", "sink"].map(|n| empty(&gpu.device, n, 16 * COPIED, storage));
     let slots = [Read(&source), Write(&sink)];

@@ -10,7 +10,7 @@ use common::form_factor::FormFactor;
 use common::mesh::{Cover, TexelKind};
 use common::rays::Sight;
 use common::sampling::{INSIDE, STEPS};
-use common::settings::{Settings, Visibility};
+use common::settings::{Drawing, Projection, Raster, Transport};
 use common::shooting::Subtracted;
 use common::{Error, Result};
 
@@ -29,9 +29,10 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 26] = [
+const FILES: [(&str, &str); 27] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
+    ("frame", include_str!("shaders/frame.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
     ("projection", include_str!("shaders/projection.wgsl")),
     ("bound", include_str!("shaders/bound.wgsl")),
@@ -61,6 +62,9 @@ const FILES: [(&str, &str); 26] = [
     ("measure", include_str!("shaders/measure.wgsl")),
 ];
 
+/// What draws item buffers.
+const DRAWS: [&str; 3] = ["tessellate", "item_buffer", "item_buffer_tessellated"];
+
 fn file(name: &str, faults: &[Fault]) -> Result<String> {
     let (_, text) = FILES
         .iter()
@@ -80,9 +84,15 @@ fn file(name: &str, faults: &[Fault]) -> Result<String> {
 }
 
 /// The module of `name` with what it includes.
-pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<String> {
+///
+/// Errors: [`Error::Usage`] of what draws where rays are asked, of a shader or a fault that is none.
+pub fn source(name: &str, transport: &Transport, faults: &[Fault]) -> Result<String> {
+    let drawing = transport.visibility.drawing();
+    if drawing.is_none() && DRAWS.contains(&name) {
+        return Err(Error::Usage(format!("{name} draws, and rays are asked")));
+    }
     let includes: &[&str] = match name {
-        "link" if settings.visibility == Visibility::Rays => &[
+        "link" if drawing.is_none() => &[
             "sampling",
             "texel_point",
             "form_factor",
@@ -94,46 +104,54 @@ pub fn source(name: &str, settings: &Settings, faults: &[Fault]) -> Result<Strin
             "sampling",
             "texel_point",
             "form_factor",
+            "frame",
             "hemicube",
             "projection",
             "intersect",
             "lookup",
         ],
-        "escape" => &["hemicube", "projection", "intersect", "tree"],
-        "tessellate" => &["hemicube", "projection", "bound"],
-        "item_buffer_tessellated" => &["hemicube", "projection", "spread"],
-        "item_buffer" => &["hemicube", "projection", "bound", "intersect"],
+        "escape" => &["frame", "intersect", "tree"],
+        "tessellate" => &["frame", "hemicube", "projection", "bound"],
+        "item_buffer_tessellated" => &["frame", "hemicube", "projection", "spread"],
+        "item_buffer" => &["frame", "hemicube", "projection", "bound", "intersect"],
         _ => &[],
     };
-    let mut text = constants(settings);
+    let mut text = constants(transport);
     for part in ["types"].iter().chain(includes).chain([&name]) {
         text.push_str(&file(part, faults)?);
     }
     Ok(text)
 }
 
-fn constants(settings: &Settings) -> String {
+fn constants(transport: &Transport) -> String {
     let mut text = String::new();
-    for (name, value) in integers(settings) {
+    let drawing = transport.visibility.drawing();
+    // Where rays are asked there is no image: it has no planes, and no other constant.
+    let sides = drawing.map_or(0, |drawing| drawing.projection.sides());
+    let chosen = [
+        ("SIDES", sides),
+        ("FORM_FACTOR", transport.form_factor as u32),
+    ];
+    let image = drawing.iter().flat_map(image);
+    for (name, value) in INTEGERS.into_iter().chain(CODES).chain(chosen).chain(image) {
         text.push_str(&format!("const {name}: u32 = {value}u;\n"));
     }
-    let reach = settings.lookup.reach();
-    text.push_str(&format!("const REACH: i32 = {reach};\n"));
+    if let Some(drawing) = drawing {
+        let reach = drawing.lookup.reach();
+        text.push_str(&format!("const REACH: i32 = {reach};\n"));
+    }
     for (name, value) in REALS {
         text.push_str(&format!("const {name}: f32 = {value:?}f;\n"));
     }
     text
 }
 
-/// Whole numbers, with those of these `settings`.
-fn integers(settings: &Settings) -> impl Iterator<Item = (&'static str, u32)> {
-    let chosen = [
-        ("SIZE", settings.item_buffer),
-        ("PROJECTION", settings.visibility as u32),
-        ("SIDES", settings.visibility.sides()),
-        ("FORM_FACTOR", settings.form_factor as u32),
-    ];
-    INTEGERS.into_iter().chain(CODES).chain(chosen)
+/// Whole numbers of what is drawn.
+fn image(drawing: &Drawing) -> [(&'static str, u32); 2] {
+    [
+        ("SIZE", drawing.size),
+        ("PROJECTION", drawing.projection.code()),
+    ]
 }
 
 /// Whole numbers that are the same in every solve.
@@ -153,12 +171,18 @@ pub const INTEGERS: [(&str, u32); 13] = [
     ("DRAW_INSTANCES", DRAW_INSTANCES),
 ];
 
-/// Enums as numbers, by their order in Rust.
+/// Enums as numbers: by their order in Rust, projections by their code.
 pub const CODES: [(&str, u32); 24] = [
-    ("PROJECTION_PAPER", Visibility::Paper as u32),
-    ("PROJECTION_HEMISPHERE", Visibility::Hemisphere as u32),
-    ("PROJECTION_STEREOGRAPHIC", Visibility::Stereographic as u32),
-    ("PROJECTION_HEMICUBE", Visibility::Hemicube as u32),
+    ("PROJECTION_PAPER", Projection::Paper.code()),
+    (
+        "PROJECTION_HEMISPHERE",
+        Projection::Hemisphere(Raster::Pixel).code(),
+    ),
+    (
+        "PROJECTION_STEREOGRAPHIC",
+        Projection::Stereographic(Raster::Pixel).code(),
+    ),
+    ("PROJECTION_HEMICUBE", Projection::Hemicube.code()),
     ("FORM_FACTOR_PAPER", FormFactor::Paper as u32),
     ("FORM_FACTOR_DISC", FormFactor::Disc as u32),
     ("QUAD", TexelKind::Quad as u32),

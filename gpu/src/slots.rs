@@ -7,7 +7,7 @@ use crate::grids::{draws, level_bytes};
 use crate::records::{Params, SHOT_BYTES};
 use common::constants::LEVELS;
 use common::mesh::Mesh;
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::{Drawing, Raster, Transport, Visibility};
 use wgpu::BufferUsages as Usage;
 
 /// Rays of one dispatch: some ten milliseconds on hardware, far from what drivers kill.
@@ -40,7 +40,7 @@ pub struct Slots {
     pub count: u32,
     /// Item buffers side by side.
     pub tiles: u32,
-    /// Pixels of one, and the planes of its image.
+    /// Pixels of one, and the planes of its image; 0 where rays are asked.
     pub size: u32,
     pub sides: u32,
     /// Samples that one dispatch adds.
@@ -49,29 +49,23 @@ pub struct Slots {
 
 impl Slots {
     /// `count` slots, and room for what cells take of `rows` of them.
-    pub fn new(gpu: &Gpu, mesh: &Mesh, settings: &Settings, count: u32, rows: u32) -> Self {
+    pub fn new(gpu: &Gpu, mesh: &Mesh, transport: &Transport, count: u32, rows: u32) -> Self {
         let device = &gpu.device;
         let storage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
         let empty = |label, size: u64, usage| empty(device, label, size, usage);
         let (slots, texels) = (u64::from(count), mesh.texels.len() as u64);
         let cells = mesh.cells.len() as u64;
-        let rays = settings.visibility == Visibility::Rays;
-        let step = if rays {
-            (RAYS / (texels * slots).max(1)).clamp(1, u64::from(mesh.samples)) as u32
-        } else {
-            1
+        let image = match transport.visibility {
+            Visibility::Rays => Image::none(mesh, count),
+            Visibility::Drawn(drawing) => Image::of(&drawing, count),
         };
-        // A square, or a row less.
-        let tiles = if rays {
-            1
-        } else {
-            count.saturating_sub(1).isqrt() + 1
-        };
-        let pixels = if rays {
-            [1, 1]
-        } else {
-            [tiles, count.div_ceil(tiles)].map(|n| n * settings.item_buffer)
-        };
+        let Image {
+            step,
+            tiles,
+            pixels,
+            size,
+            sides,
+        } = image;
         let ids = |label| target(device, label, pixels, wgpu::TextureFormat::R32Uint);
         let item_buffer = ids("item buffer");
         let depth = target(device, "depth", pixels, wgpu::TextureFormat::Depth32Float);
@@ -92,15 +86,51 @@ impl Slots {
             item_buffer,
             count,
             tiles,
-            size: settings.item_buffer,
-            sides: settings.visibility.sides(),
+            size,
+            sides,
             step,
         }
     }
 }
 
+/// What the item buffers of some slots are like.
+struct Image {
+    step: u32,
+    tiles: u32,
+    pixels: [u32; 2],
+    size: u32,
+    sides: u32,
+}
+
+impl Image {
+    fn of(drawing: &Drawing, count: u32) -> Self {
+        // A square, or a row less.
+        let tiles = count.saturating_sub(1).isqrt() + 1;
+        Self {
+            // A sample is a picture.
+            step: 1,
+            tiles,
+            pixels: [tiles, count.div_ceil(tiles)].map(|n| n * drawing.size),
+            size: drawing.size,
+            sides: drawing.projection.sides(),
+        }
+    }
+
+    /// Where rays are asked: a texture has at least a pixel.
+    fn none(mesh: &Mesh, count: u32) -> Self {
+        let links = mesh.texels.len() as u64 * u64::from(count);
+        Self {
+            step: (RAYS / links.max(1)).clamp(1, u64::from(mesh.samples)) as u32,
+            tiles: 1,
+            pixels: [1, 1],
+            size: 0,
+            sides: 0,
+        }
+    }
+}
+
 /// How many shots side by side the adapter has room for; at least one.
-pub fn most_slots(gpu: &Gpu, mesh: &Mesh, settings: &Settings, b: &Buffers) -> u32 {
+pub fn most_slots(gpu: &Gpu, mesh: &Mesh, transport: &Transport, b: &Buffers) -> u32 {
     let texels = mesh.texels.len().max(1) as u64;
     let bytes = if gpu.line.software {
         SOFTWARE_BYTES
@@ -111,14 +141,14 @@ pub fn most_slots(gpu: &Gpu, mesh: &Mesh, settings: &Settings, b: &Buffers) -> u
         .min(RAYS / texels)
         .min(u64::from(b.places))
         .min(MOST);
-    if settings.visibility == Visibility::Rays {
+    let Visibility::Drawn(drawing) = transport.visibility else {
         return most.max(1) as u32;
-    }
-    if settings.raster() == Raster::Tessellated {
+    };
+    if drawing.projection.raster() == Raster::Tessellated {
         // The lists of instances are those of one shot.
         return 1;
     }
-    let side = u64::from(settings.item_buffer.max(1));
+    let side = u64::from(drawing.size.max(1));
     let across = u64::from(gpu.device.limits().max_texture_dimension_2d) / side;
     most.min(bytes / (PIXEL_BYTES * side * side))
         .min(across * across)

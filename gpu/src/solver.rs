@@ -18,7 +18,7 @@ use common::Result;
 use common::constants::{LEVELS, LINK_BYTES};
 use common::mesh::{Mesh, Texel};
 use common::passes::{Closure, Exchange};
-use common::settings::Settings;
+use common::settings::{Transport, Visibility};
 use common::shooting::{Field, Order, Restart, Rule, Shoot, Shot};
 use glam::{Vec3, Vec4};
 use std::collections::VecDeque;
@@ -52,38 +52,38 @@ struct Flight {
 
 impl<'a> GpuSolver<'a> {
     /// A solver in its initial state: B = r = E.
-    pub fn new(gpu: &Gpu, mesh: &'a Mesh, settings: &Settings) -> Result<Self> {
-        Self::with_faults(gpu, mesh, settings, &[])
+    pub fn new(gpu: &Gpu, mesh: &'a Mesh, transport: &Transport) -> Result<Self> {
+        Self::with_faults(gpu, mesh, transport, &[])
     }
 
     /// A solver whose shaders are wrong in stated places.
     pub fn with_faults(
         gpu: &Gpu,
         mesh: &'a Mesh,
-        settings: &Settings,
+        transport: &Transport,
         faults: &[Fault],
     ) -> Result<Self> {
-        Self::with_budget(gpu, mesh, settings, faults, LINK_BYTES)
+        Self::with_budget(gpu, mesh, transport, faults, LINK_BYTES)
     }
 
     /// A solver that keeps so many bytes of links, and of what cells exchange.
     pub fn with_budget(
         gpu: &Gpu,
         mesh: &'a Mesh,
-        settings: &Settings,
+        transport: &Transport,
         faults: &[Fault],
         bytes: u64,
     ) -> Result<Self> {
-        let buffers = Buffers::new(gpu, mesh, settings, bytes)?;
-        let slots = Slots::new(gpu, mesh, settings, 1, 1);
-        let maker = PipelineMaker::new(gpu, settings, faults);
-        let pipelines = Pipelines::new(&maker, settings, &buffers, &slots)?;
+        let buffers = Buffers::new(gpu, mesh, transport, bytes)?;
+        let slots = Slots::new(gpu, mesh, transport, 1, 1);
+        let maker = PipelineMaker::new(gpu, transport, faults);
+        let pipelines = Pipelines::new(&maker, transport, &buffers, &slots)?;
         gpu.check()?;
         let solver = Self {
             context: Context {
                 host: Host::new(gpu),
                 mesh,
-                settings: settings.clone(),
+                transport: *transport,
                 buffers,
             },
             maker,
@@ -108,10 +108,16 @@ impl<'a> GpuSolver<'a> {
         self.context.host.counts
     }
 
-    /// The item buffer of the latest shot: face IDs + 1, row-major, 0 where nothing was drawn.
+    /// The item buffer of the latest shot: face IDs + 1, row-major, 0 where nothing was drawn; empty
+    /// where rays are asked.
     pub fn item_buffer(&mut self) -> Result<Vec<u32>> {
-        let size = self.context.settings.item_buffer;
-        self.context.host.ids(&self.slots.item_buffer, size)
+        match self.context.transport.visibility {
+            Visibility::Rays => Ok(Vec::new()),
+            Visibility::Drawn(drawing) => {
+                let size = drawing.size;
+                self.context.host.ids(&self.slots.item_buffer, size)
+            }
+        }
     }
 
     /// The irradiance of every texel; w is the form factor of the latest shot where it was seen.
@@ -281,7 +287,7 @@ impl Shoot for GpuSolver<'_> {
 
 impl Restart for GpuSolver<'_> {
     fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
-        self.rule = rule;
+        self.rule = rule.with(self.context.transport.conserve)?;
         let texels: Vec<TexelRecord> = self
             .context
             .mesh
@@ -307,6 +313,10 @@ impl Restart for GpuSolver<'_> {
 impl Exchange for GpuSolver<'_> {
     fn has_room(&self) -> bool {
         has_room(&self.context)
+    }
+
+    fn conserves(&self) -> bool {
+        self.context.transport.conserve
     }
 
     fn link(

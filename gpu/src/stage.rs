@@ -6,7 +6,7 @@ use crate::compiled::Compiled;
 use crate::grids::INSTANCE_BYTES;
 use crate::shaders::{Fault, source};
 use common::Result;
-use common::settings::{Raster, Settings};
+use common::settings::{Raster, Transport};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wgpu::ShaderStages as Stages;
 
@@ -28,16 +28,16 @@ use Slot::{Read, Texture, Uniform, Write};
 /// Where the pipelines of a solver are made.
 pub struct PipelineMaker {
     device: wgpu::Device,
-    settings: Settings,
+    transport: Transport,
     faults: Vec<Fault>,
     compiled: Arc<Mutex<Compiled>>,
 }
 
 impl PipelineMaker {
-    pub fn new(gpu: &Gpu, settings: &Settings, faults: &[Fault]) -> Self {
+    pub fn new(gpu: &Gpu, transport: &Transport, faults: &[Fault]) -> Self {
         Self {
             device: gpu.device.clone(),
-            settings: settings.clone(),
+            transport: *transport,
             faults: faults.to_vec(),
             compiled: gpu.compiled.clone(),
         }
@@ -64,8 +64,11 @@ impl PipelineMaker {
     }
 
     /// The raster of faces into item buffers.
-    pub fn raster(&self, slots: &[Slot]) -> Result<(wgpu::RenderPipeline, wgpu::BindGroup)> {
-        let kind = self.settings.raster();
+    pub fn raster(
+        &self,
+        kind: Raster,
+        slots: &[Slot],
+    ) -> Result<(wgpu::RenderPipeline, wgpu::BindGroup)> {
         let file = match kind {
             Raster::Pixel => "item_buffer",
             Raster::Tessellated => "item_buffer_tessellated",
@@ -88,7 +91,7 @@ impl PipelineMaker {
     }
 
     fn text(&self, file: &str) -> Result<String> {
-        source(file, &self.settings, &self.faults)
+        source(file, &self.transport, &self.faults)
     }
 
     fn module(&self, text: &str, name: &str) -> wgpu::ShaderModule {

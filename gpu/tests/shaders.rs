@@ -5,7 +5,7 @@
 use common::form_factor::FormFactor;
 use common::mesh::{Cover, TexelKind};
 use common::rays::Sight;
-use common::settings::{Settings, Visibility};
+use common::settings::{Drawing, Projection, Raster, Transport, Visibility};
 use common::shooting::Subtracted;
 use gpu::shaders::{LAYOUTS, LOG_COUNT_BYTES, source};
 use obvhs::cwbvh::node::CwBvhNode;
@@ -15,12 +15,8 @@ use std::path::{Path, PathBuf};
 use wgpu::naga::{Expression, Literal, Module, TypeInner, front::wgsl::parse_str};
 
 /// Functions without a twin of their name, and why.
-const NO_TWIN: [(&str, &[&str], &str); 13] = [
-    (
-        "aim",
-        &["aim", "whole", "draw"],
-        "View::new looks, the host's loops draw",
-    ),
+const NO_TWIN: [(&str, &[&str], &str); 14] = [
+    ("aim", &["whole", "draw"], "the host's loops draw"),
     (
         "collect",
         &["collect"],
@@ -47,11 +43,8 @@ const NO_TWIN: [(&str, &[&str], &str); 13] = [
         &["copy", "multiply"],
         "measures the machine, computes nothing",
     ),
-    (
-        "projection",
-        &["tile", "look"],
-        "a twin has one buffer, and its frame is an argument",
-    ),
+    ("frame", &["look"], "a twin's frame is an argument"),
+    ("projection", &["tile"], "a twin has one buffer"),
     (
         "select",
         &["first", "next", "record", "load"],
@@ -98,20 +91,23 @@ fn shaders() -> Vec<(String, String)> {
     files.map(named).collect()
 }
 
+/// What draws item buffers: no ray needs them.
+const DRAW: [&str; 3] = ["item_buffer", "item_buffer_tessellated", "tessellate"];
+
 /// Every module that is compiled, by rays and by each projection.
 fn modules() -> Vec<(String, Module)> {
-    let by = [
-        Visibility::Rays,
-        Visibility::Paper,
-        Visibility::Hemisphere,
-        Visibility::Stereographic,
-        Visibility::Hemicube,
+    let drawn = [
+        Projection::Paper,
+        Projection::Hemisphere(Raster::Pixel),
+        Projection::Stereographic(Raster::Pixel),
+        Projection::Hemicube,
     ];
+    let drawn = drawn.map(|projection| Visibility::drawn(projection, 1024));
     let mut modules = Vec::new();
-    for visibility in by {
-        let settings = Settings {
+    for visibility in drawn.into_iter().chain([Visibility::Rays]) {
+        let transport = Transport {
             visibility,
-            ..Settings::default()
+            ..Transport::default()
         };
         for (name, text) in shaders() {
             if !["@compute", "@vertex"]
@@ -120,7 +116,11 @@ fn modules() -> Vec<(String, Module)> {
             {
                 continue;
             }
-            let text = source(&name, &settings, &[]).unwrap();
+            if visibility == Visibility::Rays && DRAW.contains(&name.as_str()) {
+                assert!(source(&name, &transport, &[]).is_err(), "{name}");
+                continue;
+            }
+            let text = source(&name, &transport, &[]).unwrap();
             let module = parse_str(&text).unwrap_or_else(|error| {
                 panic!("{name}: {}", error.emit_to_string(&text));
             });
@@ -218,10 +218,16 @@ fn constant(module: &Module, wanted: &str) -> Option<u32> {
 #[test]
 fn codes_are_those_of_the_enums() {
     let codes = [
-        ("PROJECTION_PAPER", Visibility::Paper as u32),
-        ("PROJECTION_HEMISPHERE", Visibility::Hemisphere as u32),
-        ("PROJECTION_STEREOGRAPHIC", Visibility::Stereographic as u32),
-        ("PROJECTION_HEMICUBE", Visibility::Hemicube as u32),
+        ("PROJECTION_PAPER", Projection::Paper.code()),
+        (
+            "PROJECTION_HEMISPHERE",
+            Projection::Hemisphere(Raster::Tessellated).code(),
+        ),
+        (
+            "PROJECTION_STEREOGRAPHIC",
+            Projection::Stereographic(Raster::Tessellated).code(),
+        ),
+        ("PROJECTION_HEMICUBE", Projection::Hemicube.code()),
         ("FORM_FACTOR_PAPER", FormFactor::Paper as u32),
         ("FORM_FACTOR_DISC", FormFactor::Disc as u32),
         ("QUAD", TexelKind::Quad as u32),
@@ -251,6 +257,24 @@ fn codes_are_those_of_the_enums() {
             bits[0] | bits[1] | bits[2],
             "bits overlap"
         );
+    }
+}
+
+#[test]
+fn rays_have_no_projection() {
+    let of = |visibility| Transport {
+        visibility,
+        ..Transport::default()
+    };
+    let drawn = of(Visibility::Drawn(Drawing::DEFAULT));
+    for name in ["aim", "link", "escape"] {
+        let image = [&of(Visibility::Rays), &drawn].map(|transport| {
+            let module = parse_str(&source(name, transport, &[]).unwrap()).unwrap();
+            ["PROJECTION", "SIZE", "SIDES"].map(|wanted| constant(&module, wanted))
+        });
+        let code = Projection::Stereographic(Raster::Pixel).code();
+        assert_eq!(image[0], [None, None, Some(0)], "{name}");
+        assert_eq!(image[1], [Some(code), Some(1024), Some(1)], "{name}");
     }
 }
 

@@ -3,7 +3,7 @@
 use super::bundled::bundled;
 use common::cover::sampled;
 use common::passes::solve;
-use common::settings::{Iteration, Settings};
+use common::settings::{Iteration, Meshing, Schedule, Settings};
 use cpu::CpuSolver;
 use oracle::plan::passes::expected;
 use oracle::plan::{Counts, trial};
@@ -20,16 +20,22 @@ fn shots_passes_and_cells_are_expected_within_a_factor_of_three() {
         let scene = bundled(name);
         for iteration in [Iteration::Southwell, Iteration::Chebyshev, Iteration::Cg] {
             let settings = Settings {
-                iteration,
-                cells: 8,
-                samples: 2,
+                meshing: Meshing {
+                    cells: 8,
+                    samples: 2,
+                    ..Meshing::default()
+                },
+                schedule: Schedule {
+                    iteration,
+                    ..Schedule::default()
+                },
                 ..Settings::default()
             };
             let told = expected(&scene, &settings).unwrap();
-            assert!(told.from.is_some_and(|side| side < settings.texels));
-            let mesh = sampled(&scene, &settings).unwrap();
-            let mut engine = CpuSolver::new(&mesh, &settings);
-            let run = solve(&mut engine, &mesh, &settings, &mut |_| {
+            assert!(told.from.is_some_and(|side| side < settings.meshing.texels));
+            let mesh = sampled(&scene, &settings.meshing).unwrap();
+            let mut engine = CpuSolver::new(&mesh, &settings.transport);
+            let run = solve(&mut engine, &mesh, &settings.schedule, &mut |_| {
                 ControlFlow::Continue(())
             })
             .unwrap();
@@ -52,7 +58,7 @@ fn shots_passes_and_cells_are_expected_within_a_factor_of_three() {
                 "{what} {}",
                 linked.len()
             );
-            let counts = Counts::new(&scene, &settings);
+            let counts = Counts::new(&scene, &settings.meshing);
             assert_eq!(counts.texels, mesh.texels.len() as u64);
             assert_eq!(counts.cells, mesh.cells.len() as u64);
         }
@@ -64,12 +70,15 @@ fn the_trial_times_every_part() {
     let scene = bundled("cornell_box.obj");
     for iteration in [Iteration::Southwell, Iteration::Cg] {
         let settings = Settings {
-            iteration,
+            schedule: Schedule {
+                iteration,
+                ..Schedule::default()
+            },
             ..Settings::default()
         };
         let told = expected(&scene, &settings).unwrap();
-        let mesh = sampled(&scene, &settings).unwrap();
-        let mut engine = CpuSolver::new(&mesh, &settings);
+        let mesh = sampled(&scene, &settings.meshing).unwrap();
+        let mut engine = CpuSolver::new(&mesh, &settings.transport);
         let time = trial::time(&mut engine, &mesh, &told).unwrap();
         assert!(time.links > 0.0 && time.passes > 0.0, "{time:?}");
         assert!(

@@ -4,7 +4,7 @@ use super::scenes::{cornell, paper_room, patchwork, run};
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Drawing, Meshing, Schedule, Settings, Visibility};
 use common::shooting::replay;
 use cpu::CpuSolver;
 use cpu::twin::item_buffer::ItemBuffer;
@@ -19,27 +19,37 @@ use oracle::show::report::{html, json};
 /// Rays against the twin, which stands in for the GPU.
 fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
     let settings = Settings {
-        texels,
-        epsilon: 0.05,
-        cells: 1,
-        item_buffer,
+        meshing: Meshing {
+            texels,
+            cells: 1,
+            ..Meshing::default()
+        },
+        schedule: Schedule {
+            epsilon: 0.05,
+            ..Schedule::default()
+        },
         ..Settings::default()
     };
-    let gpu_settings = Settings {
-        visibility: Visibility::Stereographic,
-        ..settings.clone()
+    let drawing = Drawing {
+        size: item_buffer,
+        ..Drawing::DEFAULT
     };
+    let gpu_settings = settings.by(Visibility::Drawn(drawing));
     let mesh = Mesh::uniform(&scene, texels, 1).unwrap();
     let cpu = run(&mesh, &settings);
     let gpu = run(&mesh, &gpu_settings);
-    let lockstep = replay(&mut CpuSolver::new(&mesh, &gpu_settings), &cpu.cells()).unwrap();
+    let lockstep = replay(
+        &mut CpuSolver::new(&mesh, &gpu_settings.transport),
+        &cpu.cells(),
+    )
+    .unwrap();
     let difference = Difference {
         relative_rms: 0.0123,
         max_relative: 0.4,
         bias: -0.001,
     };
     let cell = cpu.shots[0].cell;
-    let view = View::new(&mesh, cell, 0, &gpu_settings);
+    let view = View::new(&mesh, cell, 0, &drawing);
     Comparison {
         cpu_energy: Energy::new(&mesh, &cpu.field, &cpu.shots),
         gpu_energy: Energy::new(&mesh, &gpu.field, &gpu.shots),
@@ -250,7 +260,7 @@ fn data_that_is_not_nice_still_gives_a_page() {
     c.cpu.shots.clear();
     c.gpu.shots[0].unshot = f32::NAN;
     c.gpu.emitted = 0.0;
-    c.settings.epsilon = f64::NAN;
+    c.settings.schedule.epsilon = f64::NAN;
     c.item_buffer.ids.truncate(7);
     c.item_buffer.cell = u32::MAX;
     c.pairs = Pairs {

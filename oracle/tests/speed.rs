@@ -3,6 +3,7 @@
 use super::bundled::bundled;
 use common::scene::Scene;
 use common::settings::{Quality, Settings};
+use oracle::solve::dense;
 use oracle::solve::watch::{Watch, unwatched};
 use oracle::study::chart::measure::Bench;
 use oracle::study::chart::methods::{Method, base};
@@ -61,12 +62,13 @@ fn finer_cells_err_less_and_coarse_texels_are_judged_on_those_asked_for() {
         measured.result.unwrap()
     };
     let base = figures(|_| ());
-    let finer = figures(|s| (s.cells, s.samples, s.epsilon) = (4, 16, 1e-4));
+    let finer =
+        figures(|s| (s.meshing.cells, s.meshing.samples, s.schedule.epsilon) = (4, 16, 1e-4));
     assert!(finer.error < 0.5 * base.error, "{finer:?} {base:?}");
     assert_eq!(base.error, base.own_error);
     assert!(base.imbalance < 1e-3 && base.unshot <= 0.01 && base.linked > 0);
     // On its own texels it is right to a few per cent; what it does not resolve counts, too.
-    let coarse = figures(|s| (s.texels, s.cells, s.samples) = (1, 1, 64));
+    let coarse = figures(|s| (s.meshing.texels, s.meshing.cells, s.meshing.samples) = (1, 1, 64));
     assert!(coarse.error > 2.0 * coarse.own_error, "{coarse:?}");
 }
 
@@ -80,10 +82,11 @@ fn each_failure_has_its_reason() {
         assert!(measured.is_sound());
         measured.result.unwrap_err()
     };
-    let stopped = method(&scene, "", |s| s.max_shots = 2);
+    let stopped = method(&scene, "", |s| s.schedule.max_shots = 2);
     assert!(failure(&bench, &stopped).contains("not converged"));
     let itself = Method {
         solver: Solver::Matrix,
+        settings: dense::settings(TEXELS),
         ..method(&scene, "", |_| ())
     };
     assert!(failure(&bench, &itself).contains("bit for bit"));
@@ -92,7 +95,7 @@ fn each_failure_has_its_reason() {
         ..method(&scene, "", |_| ())
     };
     assert!(failure(&bench, &nobody).contains("no adapter"));
-    let huge = method(&scene, "", |s| s.texels = 8000);
+    let huge = method(&scene, "", |s| s.meshing.texels = 8000);
     assert!(failure(&bench, &huge).contains("would fit"));
     let hurried = Bench {
         longest: 1e-9,
@@ -141,8 +144,8 @@ fn rounds_go_on_where_they_stopped_and_failures_stay() {
     let bench = bench(&scene, &truth);
     let methods = [
         method(&scene, "base", |_| ()),
-        method(&scene, "--max-shots 2", |s| s.max_shots = 2),
-        method(&scene, "--samples 4", |s| s.samples = 4),
+        method(&scene, "--max-shots 2", |s| s.schedule.max_shots = 2),
+        method(&scene, "--samples 4", |s| s.meshing.samples = 4),
     ];
     let context = Context {
         scene: content(&scene),

@@ -1,7 +1,7 @@
 //! The study finds the orders that theory has, and what sets a floor.
 
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::{Meshing, Settings};
 use common::shooting::solve;
 use common::solution::{Seconds, Solution, Stored};
 use cpu::CpuSolver;
@@ -50,7 +50,7 @@ fn measure(scene: &Scene, sweep: &Sweep, truth: Option<&Stored>) -> MeasuredSwee
 const REFINED: Sweep = Sweep {
     truth: Truth::Finer(128.0),
     // The end of the solve must not show beside the texels.
-    base: |settings| settings.epsilon = 1e-6,
+    base: |settings| settings.schedule.epsilon = 1e-6,
     ..TEXELS
 };
 
@@ -89,7 +89,7 @@ fn the_error_is_about_linear_in_epsilon() {
     }
     let sweep = Sweep {
         values: &[0.1, 0.03, 0.01, 0.003],
-        base: |settings| settings.texels = 8,
+        base: |settings| settings.meshing.texels = 8,
         ..EPSILON
     };
     let measured = measure(&bright, &sweep, None);
@@ -108,18 +108,18 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
     let dir = std::env::temp_dir().join(format!("study-{}", std::process::id()));
     std::fs::create_dir_all(&dir).unwrap();
     let settings = Settings {
-        texels: 32,
-        cells: 8,
-        samples: 64,
+        meshing: Meshing {
+            texels: 32,
+            cells: 8,
+            samples: 64,
+        },
         ..Settings::default()
     };
-    let mesh = common::cover::sampled(&scene, &settings).unwrap();
-    let mut solver = CpuSolver::new(&mesh, &settings);
-    let run = solve(
-        &mut solver,
-        &settings,
-        &mut |_, _| ControlFlow::Continue(()),
-    )
+    let mesh = common::cover::sampled(&scene, &settings.meshing).unwrap();
+    let mut solver = CpuSolver::new(&mesh, &settings.transport);
+    let run = solve(&mut solver, &settings.schedule, &mut |_, _| {
+        ControlFlow::Continue(())
+    })
     .unwrap();
     let solution = Solution {
         matrix: None,
@@ -140,10 +140,10 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
     std::fs::remove_dir_all(&dir).unwrap();
     let sweep = Sweep {
         values: &[8.0, 16.0, 32.0],
-        base: |settings| settings.cells = 1,
+        base: |settings| settings.meshing.cells = 1,
         curves: &[Curve {
             label: "128 samples",
-            change: |settings| settings.samples = 128,
+            change: |settings| settings.meshing.samples = 128,
         }],
         ..TEXELS
     };
@@ -169,7 +169,7 @@ fn what_was_finished_before_a_break_is_kept_and_told() {
         truth: None,
     };
     let sweep = Sweep {
-        base: |settings| settings.texels = 4,
+        base: |settings| settings.meshing.texels = 4,
         values: &[1.0, 2.0, 3.0],
         truth: Truth::Finer(4.0),
         ..CELLS

@@ -4,7 +4,7 @@ use super::scenes::{cornell, panel, paper_room, patchwork, run};
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::{Meshing, Schedule, Settings};
 use glam::{DVec3, Vec3, Vec4};
 use oracle::show::picture::encode;
 use oracle::show::view::camera::Camera;
@@ -17,9 +17,15 @@ const ROUNDING: f64 = 1e-5;
 
 fn draft() -> Settings {
     Settings {
-        texels: 16,
-        epsilon: 0.03,
-        cells: 1,
+        meshing: Meshing {
+            texels: 16,
+            cells: 1,
+            ..Meshing::default()
+        },
+        schedule: Schedule {
+            epsilon: 0.03,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
@@ -125,7 +131,16 @@ fn solved_rooms_have_no_seams_and_keep_the_texels_values() {
     for scene in [cornell(), paper_room(), patchwork()] {
         let texels = if scene.faces.len() > 100 { 8 } else { 16 };
         let mesh = Mesh::uniform(&scene, texels, 1).unwrap();
-        let run = run(&mesh, &Settings { texels, ..draft() });
+        let run = run(
+            &mesh,
+            &Settings {
+                meshing: Meshing {
+                    texels,
+                    ..draft().meshing
+                },
+                ..draft()
+            },
+        );
         let quality = |surface: &Surface| Quality::new(&surface.interpolate(&run.field.irradiance));
         let joined = quality(&Surface::new(&scene, &mesh));
         let apart = quality(&Surface::unwelded(&scene, &mesh));

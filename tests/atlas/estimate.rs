@@ -1,7 +1,7 @@
 //! The estimate of an answer's error against the error itself, over many settings.
 
 use common::form_factor::FormFactor;
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::{Projection, Visibility};
 use oracle::solve::Given;
 use oracle::solve::check::Cause;
 use radiosity_tests::answers::{error, settings, slit, solved, standing, truth};
@@ -19,12 +19,10 @@ fn the_estimate_is_the_error_within_a_factor_of_two() {
             (4, 4, FormFactor::Polygon),
             (8, 4, FormFactor::Polygon),
         ] {
-            let settings = Settings {
-                cells,
-                samples,
-                form_factor,
-                ..settings()
-            };
+            let mut settings = settings();
+            settings.meshing.cells = cells;
+            settings.meshing.samples = samples;
+            settings.transport.form_factor = form_factor;
             let answer = solved(&scene, &settings, Given::ALL);
             let (found, error) = (
                 answer.estimate.as_ref().unwrap().error,
@@ -44,21 +42,14 @@ fn the_estimate_is_the_error_within_a_factor_of_two() {
 #[test]
 fn each_cause_is_told() {
     let scene = slit();
-    let printed = Settings {
-        visibility: Visibility::Paper,
-        raster: Raster::Tessellated,
-        cells: 8,
-        samples: 4,
-        ..settings()
-    };
-    let disc = Settings {
-        form_factor: FormFactor::Disc,
-        ..settings()
-    };
-    let whole = Settings {
-        cells: 1,
-        ..settings()
-    };
+    let mut printed = settings();
+    printed.meshing.cells = 8;
+    printed.meshing.samples = 4;
+    printed.transport.visibility = Visibility::drawn(Projection::Paper, 1024);
+    let mut disc = settings();
+    disc.transport.form_factor = FormFactor::Disc;
+    let mut whole = settings();
+    whole.meshing.cells = 1;
     for (settings, cause, code) in [
         (printed, Cause::Visibility, "visibility"),
         (disc, Cause::FormFactor, "form-factor"),

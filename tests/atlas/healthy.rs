@@ -4,7 +4,9 @@
 
 use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
-use common::settings::{Iteration, Quality, Settings, Visibility};
+use common::settings::{
+    Iteration, Meshing, Projection, Quality, Raster, Schedule, Settings, Transport, Visibility,
+};
 use gpu::{Fault, Gpu};
 use oracle::judge::compare::ways::{Ways, judge};
 use oracle::judge::compare::{Request, compare};
@@ -40,17 +42,29 @@ fn gpu() -> Gpu {
     Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh")
 }
 
+fn stereographic(size: u32) -> Visibility {
+    Visibility::drawn(Projection::Stereographic(Raster::Pixel), size)
+}
+
 /// Whole faces and single shots, as the paper; coarse pixels, so that many pairs are mistaken.
-fn paper(visibility: Visibility) -> Settings {
+fn paper() -> Settings {
     Settings {
-        texels: 8,
-        epsilon: 0.01,
-        // A kept residual never ends.
-        max_shots: 400,
-        visibility,
-        item_buffer: 256,
-        form_factor: FormFactor::Disc,
-        cells: 1,
+        meshing: Meshing {
+            texels: 8,
+            cells: 1,
+            ..Meshing::default()
+        },
+        transport: Transport {
+            visibility: stereographic(256),
+            form_factor: FormFactor::Disc,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon: 0.01,
+            // A kept residual never ends.
+            max_shots: 400,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
@@ -58,12 +72,19 @@ fn paper(visibility: Visibility) -> Settings {
 /// As `solve` does before it mends itself.
 fn solve(visibility: Visibility) -> Settings {
     Settings {
-        texels: 4,
-        visibility,
-        item_buffer: 128,
-        cells: 2,
-        samples: 2,
-        iteration: Iteration::Cg,
+        meshing: Meshing {
+            texels: 4,
+            cells: 2,
+            samples: 2,
+        },
+        transport: Transport {
+            visibility,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            iteration: Iteration::Cg,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
@@ -98,11 +119,7 @@ fn healthy_code_is_green_on_any_scene() {
     let gpu = gpu();
     let mut red = Vec::new();
     for drawn in drawn(4) {
-        let ways = [
-            paper(Visibility::Stereographic),
-            solve(Visibility::Stereographic),
-            solve(Visibility::Rays),
-        ];
+        let ways = [paper(), solve(stereographic(128)), solve(Visibility::Rays)];
         for settings in ways {
             let c = judged(&drawn, &gpu, settings, &[]).unwrap();
             let share = c.pairs.mismatched as f64 / c.pairs.facing.max(1) as f64;
@@ -110,7 +127,7 @@ fn healthy_code_is_green_on_any_scene() {
                 "{} {} faces, {:?}: mismatched {:.2} %, {} unexplained {:?}, lockstep {:.3} %, nearest {:?}",
                 c.scene.name,
                 c.scene.faces.len(),
-                c.gpu_settings.visibility,
+                c.gpu_settings.transport.visibility,
                 100.0 * share,
                 c.pairs.unexplained,
                 c.pairs.examples,
@@ -179,7 +196,7 @@ fn planted_faults_are_red_on_nearly_any_scene() {
     for drawn in drawn(2) {
         for (file, from, to) in FAULTS {
             let fault = [Fault { file, from, to }];
-            let c = judged(&drawn, &gpu, paper(Visibility::Stereographic), &fault);
+            let c = judged(&drawn, &gpu, paper(), &fault);
             asked += 1;
             if c.is_some_and(|c| c.agree()) {
                 missed.push(format!("{}: {file}, {to}", drawn.scene.name));
@@ -198,23 +215,25 @@ fn two_ways_are_judged_and_their_errors_told() {
     });
     let texels = number("VERDICT_TEXELS", 8) as u32;
     let scene = load(file.as_ref(), &ImportOptions::default()).unwrap();
-    let (_, cells, samples, epsilon) = Quality::Normal.settings();
-    let solve = Settings {
-        texels,
-        cells,
-        samples,
-        epsilon,
-        visibility: Visibility::Stereographic,
-        item_buffer: number("VERDICT_PIXELS", 256) as u32,
-        iteration: Iteration::Cg,
-        ..Settings::default()
-    };
+    let pixels = number("VERDICT_PIXELS", 256) as u32;
+    let mut solve = Settings::of(Quality::Normal).by(stereographic(pixels));
+    solve.meshing.texels = texels;
+    solve.schedule.iteration = Iteration::Cg;
     let paper = Settings {
-        cells: 1,
-        samples: 1,
-        iteration: Iteration::Southwell,
-        form_factor: FormFactor::Disc,
-        ..solve.clone()
+        meshing: Meshing {
+            cells: 1,
+            samples: 1,
+            ..solve.meshing
+        },
+        transport: Transport {
+            form_factor: FormFactor::Disc,
+            ..solve.transport
+        },
+        schedule: Schedule {
+            iteration: Iteration::Southwell,
+            ..solve.schedule
+        },
+        ..solve
     };
     let ways = Ways::Both { paper, solve };
     let judged = judge(&scene, &ways, &gpu(), &[], &unwatched()).unwrap();

@@ -3,13 +3,13 @@
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::{Face, Scene};
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Schedule, Settings, Transport, Visibility};
 
 use common::cover;
 use cpu::CpuSolver;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
 use gpu::GpuSolver;
-use radiosity_tests::engines::{free, gpu};
+use radiosity_tests::engines::{drawn, free, gpu};
 use radiosity_tests::{room, scene};
 
 /// The wall, of the lit room and of the dark one.
@@ -105,19 +105,26 @@ fn two_rooms(wall: Wall, thickness: f64, turned: bool) -> (Scene, u32) {
 
 fn settings([texels, cells, samples]: [u32; 3], visibility: Visibility) -> Settings {
     Settings {
-        texels,
-        cells,
-        samples,
-        visibility,
-        epsilon: 1e-2,
-        item_buffer: 512,
+        meshing: Meshing {
+            texels,
+            cells,
+            samples,
+        },
+        transport: Transport {
+            visibility,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon: 1e-2,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
 
 /// What the dark room receives of the emitted power, and what the lit one does.
 fn received(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Settings) -> [f64; 2] {
-    let run = free(engine, settings);
+    let run = free(engine, &settings.schedule);
     let (mut sums, mut emitted) = ([0.0; 2], 0.0);
     for (texel, h) in mesh.texels.iter().zip(&run.field.irradiance) {
         sums[usize::from(texel.face < lit)] += f64::from(h.x * texel.area);
@@ -127,7 +134,7 @@ fn received(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Settings)
 }
 
 fn mesh(scene: &Scene, settings: &Settings) -> Mesh {
-    cover::sampled(scene, settings).unwrap()
+    cover::sampled(scene, &settings.meshing).unwrap()
 }
 
 /// Exactly nothing: a ray that crosses a wall meets one of its faces, and fronts in one plane
@@ -147,7 +154,7 @@ fn rays_let_no_light_through() {
                 let settings = settings(counts, Visibility::Rays);
                 let (scene, lit) = two_rooms(wall, thickness, turned);
                 let mesh = mesh(&scene, &settings);
-                let engine = &mut CpuSolver::new(&mesh, &settings);
+                let engine = &mut CpuSolver::new(&mesh, &settings.transport);
                 let [dark, light] = received(&mesh, engine, lit, &settings);
                 assert!(
                     light > 0.5,
@@ -167,7 +174,7 @@ fn the_gpus_rays_let_no_light_through() {
             let settings = settings(counts, Visibility::Rays);
             let (scene, lit) = two_rooms(wall, thickness, true);
             let mesh = mesh(&scene, &settings);
-            let engine = &mut GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+            let engine = &mut GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
             let [dark, light] = received(&mesh, engine, lit, &settings);
             assert!(light > 0.5, "{wall:?} {thickness:e} {counts:?}: {light}");
             assert_eq!(dark, 0.0, "{wall:?} {thickness:e} {counts:?}");
@@ -181,10 +188,10 @@ fn the_gpus_rays_let_no_light_through() {
 fn the_item_buffer_lets_next_to_nothing_through() {
     let gpu = gpu();
     for (wall, thickness) in [(Wall::Parts, 1e-5), (Wall::Triangles, 0.0)] {
-        let settings = settings([4, 4, 1], Visibility::Stereographic);
+        let settings = settings([4, 4, 1], drawn(512));
         let (scene, lit) = two_rooms(wall, thickness, true);
         let mesh = mesh(&scene, &settings);
-        let engine = &mut GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let engine = &mut GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let [dark, light] = received(&mesh, engine, lit, &settings);
         println!("{wall:?} {thickness:e}: {dark:.1e} of {light:.2}");
         assert!(dark < 1e-3, "{wall:?} {thickness:e}: {dark:e}");

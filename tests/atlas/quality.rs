@@ -4,7 +4,7 @@
 use common::cover::sampled;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::{Quality, Settings};
+use common::settings::{Meshing, Quality, Schedule, Settings};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use oracle::solve::refine::{TARGET, refine};
@@ -109,14 +109,22 @@ fn matrix(scene: &Scene, texels: u32) -> (Mesh, Vec<DVec3>) {
 fn samples_find_what_the_matrix_finds() {
     for scene in scenes() {
         let settings = Settings {
-            texels: 8,
-            cells: 8,
-            samples: 16,
-            epsilon: 1e-4,
+            meshing: Meshing {
+                texels: 8,
+                cells: 8,
+                samples: 16,
+            },
+            schedule: Schedule {
+                epsilon: 1e-4,
+                ..Schedule::default()
+            },
             ..Settings::default()
         };
-        let mesh = sampled(&scene, &settings).unwrap();
-        let run = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+        let mesh = sampled(&scene, &settings.meshing).unwrap();
+        let run = free(
+            &mut CpuSolver::new(&mesh, &settings.transport),
+            &settings.schedule,
+        );
         let (_, truth) = matrix(&scene, 8);
         // Cells order the texels of `mesh`; the matrix has them face by face.
         let at = |k: usize| mesh.texels[k].face as usize * 64 + mesh.texels[k].index as usize;
@@ -136,15 +144,8 @@ fn samples_find_what_the_matrix_finds() {
 #[test]
 fn a_reference_says_what_is_left() {
     let scene = lit_room();
-    let (_, cells, samples, epsilon) = Quality::Reference.settings();
-    let settings = Settings {
-        quality: Quality::Reference,
-        texels: 4,
-        cells,
-        samples,
-        epsilon,
-        ..Settings::default()
-    };
+    let mut settings = Settings::of(Quality::Reference);
+    settings.meshing.texels = 4;
     // Two halvings of the cells are enough for an estimate; more is for patient users.
     let rungs = std::cell::Cell::new(0);
     let counted = |settings: &Settings| {

@@ -349,7 +349,7 @@ fn what_goes_wrong_is_a_verdict() {
     assert!(refused.side.message.unwrap().contains("has no faces"));
     let mad = Method {
         name: "mad",
-        way: Way::Given(|s| assert_eq!(s.cells, 0, "planted")),
+        way: Way::Given(|s| assert_eq!(s.meshing.cells, 0, "planted")),
     };
     let panicked = try_on(&good, &mad, None, &told, never).unwrap().side;
     assert!(panicked.message.as_ref().unwrap().starts_with("panic: "));

@@ -1,17 +1,22 @@
 //! Furnace: in a closed room where every face emits E and reflects ρ, B = E/(1−ρ) everywhere.
 
+use common::cover::sampled;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::settings::{Settings, Visibility};
+use common::settings::Settings;
 use common::shooting::solve;
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
+use radiosity_tests::engines::drawn;
 use radiosity_tests::furnace;
 use std::ops::ControlFlow;
 
 fn check(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) {
-    let run = solve(engine, settings, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    let run = solve(engine, &settings.schedule, &mut |_, _| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
     let energy = Energy::new(mesh, &run.field, &run.shots);
     let worst = run
         .field
@@ -36,27 +41,28 @@ fn check(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) {
 fn cpu() {
     let scene = furnace(0.5);
     let settings = Settings::default();
-    let mesh = Mesh::uniform(&scene, settings.texels, settings.cells).unwrap();
-    check(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings);
-    let settings = Settings {
-        visibility: Visibility::Stereographic,
-        // The twin draws every pixel on the CPU.
-        item_buffer: 256,
-        ..settings
-    };
-    check(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings);
+    let mesh = sampled(&scene, &settings.meshing).unwrap();
+    check(
+        &mut CpuSolver::new(&mesh, &settings.transport),
+        &mesh,
+        &settings,
+    );
+    // The twin draws every pixel on the CPU.
+    let settings = settings.by(drawn(256));
+    check(
+        &mut CpuSolver::new(&mesh, &settings.transport),
+        &mesh,
+        &settings,
+    );
 }
 
 #[test]
 fn gpu() {
     let scene = furnace(0.5);
-    let settings = Settings {
-        visibility: Visibility::Stereographic,
-        ..Settings::default()
-    };
-    let mesh = Mesh::uniform(&scene, settings.texels, settings.cells).unwrap();
+    let settings = Settings::default().by(drawn(1024));
+    let mesh = sampled(&scene, &settings.meshing).unwrap();
     let gpu = Gpu::open(None).unwrap();
-    let mut solver = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+    let mut solver = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
     check(&mut solver, &mesh, &settings);
     println!("{:?}", solver.counts());
 }

@@ -8,7 +8,7 @@ use common::form_factor::FormFactor;
 use common::mesh::{Mesh, Texel};
 use common::rays::Rays;
 use common::scene::{Face, Scene};
-use common::settings::{Iteration, Settings};
+use common::settings::{Meshing, Schedule, Settings};
 use cpu::CpuSolver;
 use cpu::matrix::pair;
 use cpu::twin::link::factor;
@@ -25,13 +25,13 @@ const AS_GOOD: f64 = 1.3;
 /// Σ A_t F_tc over the cells of face 0 and the texels of face 1, and what rounding may add: the
 /// places of a texel lie up to NEAR times as near to the cell as its centre.
 fn flux(wall: &Face, triangle: &Face, texels: u32) -> [f64; 2] {
-    let settings = Settings {
+    let meshing = Meshing {
         texels,
         samples: 4,
-        ..Settings::default()
+        ..Meshing::default()
     };
     let pair = scene("pair", vec![wall.clone(), triangle.clone()]);
-    let mesh = sampled(&pair, &settings).unwrap();
+    let mesh = sampled(&pair, &meshing).unwrap();
     let (mut sum, mut rounding) = (0.0, 0.0);
     for (i, cell) in (0..).zip(&mesh.cells).filter(|(_, cell)| cell.face == 0) {
         for (k, texel) in (0..).zip(&mesh.texels).filter(|(_, texel)| texel.face == 1) {
@@ -104,19 +104,27 @@ proptest! {
 /// What is off in a furnace: relative RMS of B against E/(1 − ρ) = 2.
 fn furnace_error(scene: &Scene, gpu: Option<&Gpu>) -> f64 {
     let settings = Settings {
-        texels: 8,
-        samples: 4,
-        epsilon: 1e-4,
-        iteration: Iteration::Cg,
+        meshing: Meshing {
+            texels: 8,
+            samples: 4,
+            ..Meshing::default()
+        },
+        schedule: Schedule {
+            epsilon: 1e-4,
+            ..Schedule::default()
+        },
         ..Settings::default()
     };
-    let mesh = sampled(scene, &settings).unwrap();
+    let mesh = sampled(scene, &settings.meshing).unwrap();
     let run = match gpu {
         Some(gpu) => free(
-            &mut GpuSolver::new(gpu, &mesh, &settings).unwrap(),
-            &settings,
+            &mut GpuSolver::new(gpu, &mesh, &settings.transport).unwrap(),
+            &settings.schedule,
         ),
-        None => free(&mut CpuSolver::new(&mesh, &settings), &settings),
+        None => free(
+            &mut CpuSolver::new(&mesh, &settings.transport),
+            &settings.schedule,
+        ),
     };
     let square =
         |(texel, b): (&Texel, &Vec4)| f64::from(texel.area) * f64::from(b.x / 2.0 - 1.0).powi(2);

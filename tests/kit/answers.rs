@@ -4,7 +4,7 @@ use crate::matrices::assemble;
 use crate::{lit_room, room, scene};
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::{Iteration, Settings};
+use common::settings::{Iteration, Meshing, Schedule, Settings};
 use common::shooting::Field;
 use glam::{DVec3, Vec3};
 use oracle::judge::diff::pair::Pair;
@@ -19,9 +19,15 @@ const GREY: Vec3 = Vec3::splat(0.7);
 /// 8×8 texels, 4 samples.
 pub fn settings() -> Settings {
     Settings {
-        texels: 8,
-        samples: 4,
-        iteration: Iteration::Cg,
+        meshing: Meshing {
+            texels: 8,
+            samples: 4,
+            ..Meshing::default()
+        },
+        schedule: Schedule {
+            iteration: Iteration::Cg,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }

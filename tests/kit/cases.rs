@@ -77,12 +77,10 @@ pub fn each_case(faults: &[Fault], test: impl Fn(&Case) -> Result<(), String>) -
     for known in &SCENES {
         let scene = (known.scene)();
         for [cells, samples] in FINENESS {
-            let settings = Settings {
-                cells,
-                samples,
-                ..crate::engines::settings()
-            };
-            let mesh = sampled(&scene, &settings).unwrap();
+            let mut settings = crate::engines::settings();
+            settings.meshing.cells = cells;
+            settings.meshing.samples = samples;
+            let mesh = sampled(&scene, &settings.meshing).unwrap();
             for kind in KINDS.iter().filter(|k| k.on_gpu || faults.is_empty()) {
                 let case = Case {
                     known,

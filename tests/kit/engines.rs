@@ -1,9 +1,10 @@
 //! The same test of every engine.
 
+use common::cover::sampled;
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Projection, Raster, Schedule, Settings, Visibility};
 use common::shooting::{Order, Run, Shot, solve};
 use cpu::CpuSolver;
 use gpu::{Fault, Gpu, GpuSolver};
@@ -13,25 +14,28 @@ use std::sync::OnceLock;
 /// Small enough for a hundred runs.
 pub fn settings() -> Settings {
     Settings {
-        texels: 6,
-        cells: 2,
-        item_buffer: 128,
+        meshing: Meshing {
+            texels: 6,
+            cells: 2,
+            ..Meshing::default()
+        },
         ..Settings::default()
     }
 }
 
 /// The same with the item buffer.
 pub fn gpu_settings() -> Settings {
-    Settings {
-        visibility: Visibility::Stereographic,
-        ..settings()
-    }
+    settings().by(drawn(128))
+}
+
+/// By a stereographic item buffer of so many pixels a side.
+pub const fn drawn(size: u32) -> Visibility {
+    Visibility::drawn(Projection::Stereographic(Raster::Pixel), size)
 }
 
 /// The scene at these settings.
 pub fn mesh_of(scene: &Scene) -> Mesh {
-    let settings = settings();
-    Mesh::uniform(scene, settings.texels, settings.cells).unwrap()
+    sampled(scene, &settings().meshing).unwrap()
 }
 
 /// The GPU; a machine without one fails the test, it does not skip it.
@@ -62,8 +66,8 @@ pub struct Kind {
 /// Every engine. On the CPU an item buffer is drawn by its scalar twin.
 pub const KINDS: [Kind; 4] = [
     kind("cpu rays", false, Visibility::Rays),
-    kind("cpu twin", false, Visibility::Stereographic),
-    kind("gpu item buffer", true, Visibility::Stereographic),
+    kind("cpu twin", false, drawn(128)),
+    kind("gpu item buffer", true, drawn(128)),
     kind("gpu rays", true, Visibility::Rays),
 ];
 
@@ -83,15 +87,12 @@ impl Kind {
         settings: &Settings,
         faults: &[Fault],
     ) -> AnyEngine<'m> {
-        let settings = Settings {
-            visibility: self.visibility,
-            ..settings.clone()
-        };
+        let transport = settings.by(self.visibility).transport;
         if self.on_gpu {
-            Box::new(GpuSolver::with_faults(shared_gpu(), mesh, &settings, faults).unwrap())
+            Box::new(GpuSolver::with_faults(shared_gpu(), mesh, &transport, faults).unwrap())
         } else {
             assert!(faults.is_empty(), "faults are planted in shaders");
-            Box::new(CpuSolver::new(mesh, &settings))
+            Box::new(CpuSolver::new(mesh, &transport))
         }
     }
 }
@@ -104,8 +105,8 @@ pub fn each_engine<'m>(mesh: &'m Mesh, test: impl Fn(&str, &mut dyn FnMut() -> A
 }
 
 /// A free run.
-pub fn free(engine: &mut dyn Engine, settings: &Settings) -> Run {
-    solve(engine, settings, &mut |_, _| ControlFlow::Continue(())).unwrap()
+pub fn free(engine: &mut dyn Engine, schedule: &Schedule) -> Run {
+    solve(engine, schedule, &mut |_, _| ControlFlow::Continue(())).unwrap()
 }
 
 /// The shots of one call of `run`.

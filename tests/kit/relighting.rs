@@ -1,13 +1,13 @@
 //! Rooms and engines that the tests of relighting share.
 
-use crate::engines::free;
+use crate::engines::{drawn, free};
 use crate::{lit_room, room};
 use common::cover::furnished;
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::relight::{Method, Relit, Room, relight};
 use common::scene::{Face, Scene};
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Projection, Raster, Schedule, Settings, Transport, Visibility};
 use common::shooting::Field;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
@@ -18,21 +18,31 @@ use std::ops::ControlFlow;
 /// Every way to decide visibility.
 pub const ALL: [Visibility; 5] = [
     Visibility::Rays,
-    Visibility::Paper,
-    Visibility::Hemisphere,
-    Visibility::Stereographic,
-    Visibility::Hemicube,
+    Visibility::drawn(Projection::Paper, 256),
+    Visibility::drawn(Projection::Hemisphere(Raster::Pixel), 256),
+    DRAWN,
+    Visibility::drawn(Projection::Hemicube, 256),
 ];
+
+/// By the item buffer of the default, but small.
+pub const DRAWN: Visibility = drawn(256);
 
 /// Small and quick; the samples and the cells that a body cuts are there.
 pub fn settings(visibility: Visibility) -> Settings {
     Settings {
-        texels: 4,
-        cells: 2,
-        samples: 2,
-        epsilon: 1e-4,
-        item_buffer: 256,
-        visibility,
+        meshing: Meshing {
+            texels: 4,
+            cells: 2,
+            samples: 2,
+        },
+        transport: Transport {
+            visibility,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon: 1e-4,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
@@ -57,22 +67,27 @@ pub fn cube(emission: Vec3, reflectance: Vec3) -> Vec<Face> {
 
 /// The scene, of which the first `count` faces are the room.
 pub fn mesh_of(scene: &Scene, count: usize, settings: &Settings) -> Mesh {
-    let resolutions = vec![[settings.texels; 2]; scene.faces.len()];
-    furnished(scene, count, &resolutions, settings).unwrap()
+    let Meshing {
+        texels,
+        cells,
+        samples,
+    } = settings.meshing;
+    let resolutions = vec![[texels; 2]; scene.faces.len()];
+    furnished(scene, count, &resolutions, [cells, samples]).unwrap()
 }
 
 /// Makes an engine.
-pub type Maker<'m> = dyn Fn(&'m Mesh, &Settings) -> Box<dyn Engine + 'm>;
+pub type Maker<'m> = dyn Fn(&'m Mesh, &Transport) -> Box<dyn Engine + 'm>;
 
 /// The CPU's.
-pub fn on_cpu<'m>(mesh: &'m Mesh, settings: &Settings) -> Box<dyn Engine + 'm> {
-    Box::new(CpuSolver::new(mesh, settings))
+pub fn on_cpu<'m>(mesh: &'m Mesh, transport: &Transport) -> Box<dyn Engine + 'm> {
+    Box::new(CpuSolver::new(mesh, transport))
 }
 
 /// The GPU's.
-pub fn on_gpu<'m>(gpu: &Gpu) -> impl Fn(&'m Mesh, &Settings) -> Box<dyn Engine + 'm> {
+pub fn on_gpu<'m>(gpu: &Gpu) -> impl Fn(&'m Mesh, &Transport) -> Box<dyn Engine + 'm> {
     let gpu = gpu.clone();
-    move |mesh, settings| Box::new(GpuSolver::new(&gpu, mesh, settings).unwrap())
+    move |mesh, transport| Box::new(GpuSolver::new(&gpu, mesh, transport).unwrap())
 }
 
 /// The empty room solved on the texels that `mesh` has of it.
@@ -82,11 +97,11 @@ pub fn capture(scene: &Scene, mesh: &Mesh, settings: &Settings, epsilon: f64) ->
         ..scene.clone()
     };
     let room = mesh_of(&empty, empty.faces.len(), settings);
-    let settings = Settings {
+    let schedule = Schedule {
         epsilon,
-        ..settings.clone()
+        ..settings.schedule
     };
-    let field = free(&mut CpuSolver::new(&room, &settings), &settings).field;
+    let field = free(&mut CpuSolver::new(&room, &settings.transport), &schedule).field;
     let fill = |values: &[Vec4]| -> Vec<Vec4> {
         let mut all = vec![Vec4::ZERO; mesh.texels.len()];
         all[..values.len()].copy_from_slice(values);
@@ -105,9 +120,9 @@ pub fn run(
     mesh: &Mesh,
     room: &Room,
     method: Method,
-    settings: &Settings,
+    schedule: &Schedule,
 ) -> Relit {
-    relight(engine, mesh, room, method, settings, &mut |_, _| {
+    relight(engine, mesh, room, method, schedule, &mut |_, _| {
         ControlFlow::Continue(())
     })
     .unwrap()
@@ -134,8 +149,8 @@ pub fn with_surface(mesh: &Mesh, relit: &Relit) -> Mesh {
 }
 
 /// Everything solved, by the CPU.
-pub fn full(mesh: &Mesh, settings: &Settings) -> Field {
+pub fn full(mesh: &Mesh, transport: &Transport, schedule: &Schedule) -> Field {
     let mut mesh = mesh.clone();
     mesh.room = mesh.faces.len() as u32;
-    free(&mut CpuSolver::new(&mesh, settings), settings).field
+    free(&mut CpuSolver::new(&mesh, transport), schedule).field
 }

@@ -4,7 +4,7 @@ use crate::engines::free;
 use common::cover::sampled;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::{Meshing, Settings};
 use common::shooting::{Field, initial};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
@@ -31,13 +31,19 @@ impl Solved {
     /// Solves `scene`, whose first faces are the room's, with and without the others.
     pub fn new(scene: Scene, room: usize) -> Self {
         let settings = Settings {
-            texels: 8,
-            cells: 2,
+            meshing: Meshing {
+                texels: 8,
+                cells: 2,
+                ..Meshing::default()
+            },
             ..Settings::default()
         };
         let field = |scene: &Scene| {
-            let mesh = sampled(scene, &settings).unwrap();
-            let run = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+            let mesh = sampled(scene, &settings.meshing).unwrap();
+            let run = free(
+                &mut CpuSolver::new(&mesh, &settings.transport),
+                &settings.schedule,
+            );
             (mesh, run.field)
         };
         let empty = Scene {

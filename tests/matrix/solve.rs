@@ -7,7 +7,7 @@ use common::form_factor::form_factor;
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::{Meshing, Schedule, Settings};
 use common::shooting::{Field, solve};
 use cpu::CpuSolver;
 use cpu::matrix::{Answer, Matrix, ledger};
@@ -268,7 +268,7 @@ fn shot_weights(mesh: &Mesh, settings: &Settings) -> Matrix {
         }
         let normal = mesh.faces[texel.face as usize].normal;
         let f = form_factor(
-            settings.form_factor,
+            settings.transport.form_factor,
             &cell.shooter,
             texel.position,
             normal,
@@ -292,20 +292,24 @@ fn shooting_ends_where_the_matrix_of_its_form_factors_does() {
         (lit_room(), 6, 2),
     ] {
         let settings = Settings {
-            texels,
-            cells,
-            epsilon: 1e-6,
+            meshing: Meshing {
+                texels,
+                cells,
+                ..Meshing::default()
+            },
+            schedule: Schedule {
+                epsilon: 1e-6,
+                ..Schedule::default()
+            },
             ..Settings::default()
         };
         let mesh = Mesh::uniform(&scene, texels, cells).unwrap();
         let matrix = shot_weights(&mesh, &settings);
         let answer = answer(&mesh, &matrix);
-        let mut engine = CpuSolver::new(&mesh, &settings);
-        let run = solve(
-            &mut engine,
-            &settings,
-            &mut |_, _| ControlFlow::Continue(()),
-        )
+        let mut engine = CpuSolver::new(&mesh, &settings.transport);
+        let run = solve(&mut engine, &settings.schedule, &mut |_, _| {
+            ControlFlow::Continue(())
+        })
         .unwrap();
         let mut worst = 0.0f64;
         for (exact, shot) in answer.radiosity.iter().zip(&run.field.radiosity) {

@@ -3,7 +3,7 @@
 use common::form_factor::form_factor;
 use common::relight::{Mended, Method, Room};
 use common::scene::Face;
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Schedule, Settings, Visibility};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
 use radiosity_tests::engines::gpu;
@@ -18,18 +18,19 @@ fn table_2_with_all_its_flaws_mended_is_signed() {
     let room = capture(&scene, &mesh, &settings, 1e-6);
     let truth = full(
         &mesh,
-        &Settings {
+        &settings.transport,
+        &Schedule {
             epsilon: 1e-6,
-            ..settings.clone()
+            ..settings.schedule
         },
     );
     let of = |method| {
         run(
-            &mut CpuSolver::new(&mesh, &settings),
+            &mut CpuSolver::new(&mesh, &settings.transport),
             &mesh,
             &room,
             method,
-            &settings,
+            &settings.schedule,
         )
     };
     let all = Mended {
@@ -91,11 +92,13 @@ fn the_two_cases_of_figure_7() {
     let below = quad("b", [0.0, 0.0], [1.0, 1.0], 0.25, true);
     let scene = scene("figure 7", vec![lamp, floor, blocker, below]);
     let gpu = gpu();
-    for visibility in [Visibility::Rays, Visibility::Stereographic] {
+    for visibility in [Visibility::Rays, DRAWN] {
         let settings = Settings {
-            texels: 1,
-            cells: 1,
-            samples: 1,
+            meshing: Meshing {
+                texels: 1,
+                cells: 1,
+                samples: 1,
+            },
             ..settings(visibility)
         };
         let mesh = mesh_of(&scene, 2, &settings);
@@ -109,12 +112,12 @@ fn the_two_cases_of_figure_7() {
             reflectance: Some(vec![Vec3::splat(0.5); 4]),
         };
         for make in [&on_cpu as &Maker, &on_gpu(&gpu)] {
-            let mut engine = make(&mesh, &settings);
+            let mut engine = make(&mesh, &settings.transport);
             let paper = Method::Paper(Mended::default());
-            let relit = run(engine.as_mut(), &mesh, &room, paper, &settings);
+            let relit = run(engine.as_mut(), &mesh, &room, paper, &settings.schedule);
             let (floor, texel) = (&mesh.cells[0].shooter, &mesh.texels[1]);
             let f = form_factor(
-                settings.form_factor,
+                settings.transport.form_factor,
                 floor,
                 texel.position,
                 mesh.faces[1].normal,

@@ -1,7 +1,7 @@
 //! Relighting on the GPU: the same as on the CPU, and faults in it are noticed.
 
 use common::relight::{Mended, Method, Room, relight};
-use common::settings::{Settings, Visibility};
+use common::settings::{Projection, Schedule, Visibility};
 use cpu::CpuSolver;
 use glam::Vec3;
 use gpu::{Fault, GpuSolver};
@@ -17,14 +17,14 @@ fn cpu_and_gpu_relight_alike() {
     let room = capture(&scene, &mesh, &settings, 1e-4);
     for method in [Method::Signed, Method::Paper(Mended::default())] {
         let cpu = run(
-            &mut CpuSolver::new(&mesh, &settings),
+            &mut CpuSolver::new(&mesh, &settings.transport),
             &mesh,
             &room,
             method,
-            &settings,
+            &settings.schedule,
         );
-        let mut solver = GpuSolver::new(&gpu(), &mesh, &settings).unwrap();
-        let gpu = run(&mut solver, &mesh, &room, method, &settings);
+        let mut solver = GpuSolver::new(&gpu(), &mesh, &settings.transport).unwrap();
+        let gpu = run(&mut solver, &mesh, &room, method, &settings.schedule);
         assert_ne!(cpu.run.field.origin, gpu.run.field.origin);
         let apart = error(&mesh, &gpu.run.field, &cpu.run.field);
         println!(
@@ -33,7 +33,7 @@ fn cpu_and_gpu_relight_alike() {
             gpu.run.shots.len()
         );
         // Rounding of a few hundred shots, and one more or less of them.
-        assert!(apart < settings.epsilon, "{method:?}: {apart}");
+        assert!(apart < settings.schedule.epsilon, "{method:?}: {apart}");
         assert!(cpu.run.shots.len().abs_diff(gpu.run.shots.len()) <= 2);
     }
 }
@@ -42,10 +42,8 @@ fn cpu_and_gpu_relight_alike() {
 fn nothing_is_seen_that_was_not_seen_before() {
     let gpu = gpu();
     for visibility in ALL {
-        let settings = Settings {
-            samples: 1,
-            ..settings(visibility)
-        };
+        let mut settings = settings(visibility);
+        settings.meshing.samples = 1;
         let (scene, count) = furnished_room(cube(Vec3::ZERO, Vec3::ZERO));
         let mesh = mesh_of(&scene, count, &settings);
         let room = capture(&scene, &mesh, &settings, 1e-3);
@@ -55,14 +53,14 @@ fn nothing_is_seen_that_was_not_seen_before() {
                 reflectance: Some(vec![Vec3::splat(1e-3); mesh.texels.len()]),
                 ..room.clone()
             };
-            let mut engine = make(&mesh, &settings);
+            let mut engine = make(&mesh, &settings.transport);
             let mut watched = 0;
             relight(
                 engine.as_mut(),
                 &mesh,
                 &black,
                 Method::Signed,
-                &settings,
+                &settings.schedule,
                 &mut |_, _| {
                     watched += 1;
                     if watched < 8 {
@@ -82,7 +80,7 @@ fn nothing_is_seen_that_was_not_seen_before() {
             // Table 3 clips what is half a unit deep: all of this room.
             let shadow = after.irradiance.iter().any(|h| h.x < 0.0);
             assert!(
-                shadow || visibility == Visibility::Paper,
+                shadow || visibility == Visibility::drawn(Projection::Paper, 256),
                 "{visibility:?}: no shadow"
             );
         }
@@ -107,32 +105,30 @@ fn a_wrong_shader_is_noticed() {
         ("rays", "if !through || primitive < params.room", "if true"),
         ("select", "shot.open_before = cells[cell].open_before;", ""),
     ];
-    let settings = Settings {
-        samples: 4,
-        ..settings(Visibility::Rays)
-    };
+    let mut settings = settings(Visibility::Rays);
+    settings.meshing.samples = 4;
     let (scene, count) = furnished_room(cube(Vec3::new(1.0, 0.5, 0.0), Vec3::splat(0.5)));
     let mesh = mesh_of(&scene, count, &settings);
     let room = capture(&scene, &mesh, &settings, 1e-4);
     let cpu = run(
-        &mut CpuSolver::new(&mesh, &settings),
+        &mut CpuSolver::new(&mesh, &settings.transport),
         &mesh,
         &room,
         Method::Signed,
-        &settings,
+        &settings.schedule,
     );
     let gpu = gpu();
     for (file, from, to) in faults {
         let fault = [Fault { file, from, to }];
-        let mut solver = GpuSolver::with_faults(&gpu, &mesh, &settings, &fault).unwrap();
+        let mut solver = GpuSolver::with_faults(&gpu, &mesh, &settings.transport, &fault).unwrap();
         let relit = relight(
             &mut solver,
             &mesh,
             &room,
             Method::Signed,
-            &Settings {
+            &Schedule {
                 max_shots: 500,
-                ..settings.clone()
+                ..settings.schedule
             },
             &mut |_, _| ControlFlow::Continue(()),
         )
@@ -146,7 +142,7 @@ fn a_wrong_shader_is_noticed() {
             .any(|(a, b)| (*a - *b).abs().max_element() > 1e-3);
         println!("{file}, {to:?}: {change:.1e} {before}");
         assert!(
-            change.is_nan() || change > settings.epsilon || before,
+            change.is_nan() || change > settings.schedule.epsilon || before,
             "{file}, {to} was not noticed"
         );
     }

@@ -4,10 +4,10 @@ use approx::abs_diff_eq;
 use common::energy::Energy;
 use common::import::{ImportOptions, load};
 use common::relight::{Mended, Method, Relit, Room};
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Schedule, Settings, Transport, Visibility};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
-use radiosity_tests::engines::gpu;
+use radiosity_tests::engines::{drawn, gpu};
 use radiosity_tests::relighting::*;
 use radiosity_tests::room;
 use std::path::Path;
@@ -28,8 +28,8 @@ fn nothing_inserted_changes_nothing() {
                     ..Mended::default()
                 }),
             ] {
-                let mut engine = make(&mesh, &settings);
-                let relit = run(engine.as_mut(), &mesh, &room, method, &settings);
+                let mut engine = make(&mesh, &settings.transport);
+                let relit = run(engine.as_mut(), &mesh, &room, method, &settings.schedule);
                 let worst = relit.change.radiosity.iter().position(|d| *d != Vec4::ZERO);
                 assert!(
                     worst.is_none(),
@@ -47,21 +47,28 @@ fn nothing_inserted_changes_nothing() {
 #[test]
 fn signed_is_the_full_solution() {
     let gpu = gpu();
-    for visibility in [Visibility::Rays, Visibility::Stereographic] {
+    for visibility in [Visibility::Rays, DRAWN] {
         let settings = settings(visibility);
         let (scene, count) = furnished_room(cube(Vec3::ZERO, Vec3::new(0.2, 0.5, 0.8)));
         let mesh = mesh_of(&scene, count, &settings);
         let room = capture(&scene, &mesh, &settings, 1e-2);
         let truth = full(
             &mesh,
-            &Settings {
+            &settings.transport,
+            &Schedule {
                 epsilon: 1e-6,
-                ..settings.clone()
+                ..settings.schedule
             },
         );
         for make in [&on_cpu as &Maker, &on_gpu(&gpu)] {
-            let mut engine = make(&mesh, &settings);
-            let relit = run(engine.as_mut(), &mesh, &room, Method::Signed, &settings);
+            let mut engine = make(&mesh, &settings.transport);
+            let relit = run(
+                engine.as_mut(),
+                &mesh,
+                &room,
+                Method::Signed,
+                &settings.schedule,
+            );
             let error = error(&mesh, &relit.run.field, &truth);
             let energy = Energy::new(
                 &with_surface(&mesh, &relit),
@@ -92,33 +99,37 @@ fn signed_is_the_full_solution_in_the_paper_s_room() {
     let count = scene.faces.len();
     scene.faces.extend(bundled("paper_objects.obj").faces);
     let gpu = gpu();
-    for visibility in [Visibility::Rays, Visibility::Stereographic] {
+    for visibility in [Visibility::Rays, drawn(512)] {
         let settings = Settings {
-            texels: 8,
-            cells: 1,
-            samples: 1,
-            item_buffer: 512,
+            meshing: Meshing {
+                texels: 8,
+                cells: 1,
+                samples: 1,
+            },
+            transport: Transport {
+                ..settings(visibility).transport
+            },
             ..settings(visibility)
         };
         let mesh = mesh_of(&scene, count, &settings);
         let room = capture(&scene, &mesh, &settings, 1e-4);
-        let truth = full(&mesh, &settings);
+        let truth = full(&mesh, &settings.transport, &settings.schedule);
         let mut printed = f64::NAN;
         for make in [&on_cpu as &Maker, &on_gpu(&gpu)] {
             let relit = run(
-                make(&mesh, &settings).as_mut(),
+                make(&mesh, &settings.transport).as_mut(),
                 &mesh,
                 &room,
                 Method::Signed,
-                &settings,
+                &settings.schedule,
             );
             let paper = Method::Paper(Mended::default());
             let table_2 = run(
-                make(&mesh, &settings).as_mut(),
+                make(&mesh, &settings.transport).as_mut(),
                 &mesh,
                 &room,
                 paper,
-                &settings,
+                &settings.schedule,
             );
             let of = |relit: &Relit| {
                 let energy = Energy::new(
@@ -156,11 +167,9 @@ fn signed_is_the_full_solution_in_the_paper_s_room() {
 #[test]
 fn a_black_object_only_darkens() {
     let gpu = gpu();
-    for visibility in [Visibility::Rays, Visibility::Stereographic] {
-        let settings = Settings {
-            cells: 4,
-            ..settings(visibility)
-        };
+    for visibility in [Visibility::Rays, DRAWN] {
+        let mut settings = settings(visibility);
+        settings.meshing.cells = 4;
         // It covers one cell of the floor: of one that it cut, the light would leave from whichever
         // of its points are open, which is noise that may brighten.
         let (low, high) = (DVec3::new(1.5, 0.0, 2.0), DVec3::new(2.25, 0.8, 3.0));
@@ -168,8 +177,14 @@ fn a_black_object_only_darkens() {
         let mesh = mesh_of(&scene, count, &settings);
         let room = capture(&scene, &mesh, &settings, 1e-6);
         for make in [&on_cpu as &Maker, &on_gpu(&gpu)] {
-            let mut engine = make(&mesh, &settings);
-            let relit = run(engine.as_mut(), &mesh, &room, Method::Signed, &settings);
+            let mut engine = make(&mesh, &settings.transport);
+            let relit = run(
+                engine.as_mut(),
+                &mesh,
+                &room,
+                Method::Signed,
+                &settings.schedule,
+            );
             // What is still unshot may land anywhere: at most all of it on one texel.
             let unshot: f64 = relit.run.unshot_fraction() * f64::from(relit.run.emitted);
             let mut darkest = 0.0f32;
@@ -192,10 +207,8 @@ fn a_black_object_only_darkens() {
 /// Light under a body is lost, whether it stands on a lamp of the room or on captured light.
 #[test]
 fn a_body_on_a_lamp_buries_its_light() {
-    let settings = Settings {
-        samples: 16,
-        ..settings(Visibility::Rays)
-    };
+    let mut settings = settings(Visibility::Rays);
+    settings.meshing.samples = 16;
     let (mut scene, count) = furnished_room(cube(Vec3::ZERO, Vec3::splat(0.5)));
     scene.faces[0].emission = Vec3::splat(2.0);
     let mesh = mesh_of(&scene, count, &settings);
@@ -206,17 +219,18 @@ fn a_body_on_a_lamp_buries_its_light() {
     );
     let room = capture(&scene, &mesh, &settings, 1e-5);
     let relit = run(
-        &mut CpuSolver::new(&mesh, &settings),
+        &mut CpuSolver::new(&mesh, &settings.transport),
         &mesh,
         &room,
         Method::Signed,
-        &settings,
+        &settings.schedule,
     );
     let truth = full(
         &mesh,
-        &Settings {
+        &settings.transport,
+        &Schedule {
             epsilon: 1e-6,
-            ..settings.clone()
+            ..settings.schedule
         },
     );
     let error = error(&mesh, &relit.run.field, &truth);
@@ -233,9 +247,11 @@ fn a_body_on_a_lamp_buries_its_light() {
 #[test]
 fn walls_are_told_from_their_own_light() {
     let settings = Settings {
-        texels: 8,
-        cells: 8,
-        samples: 4,
+        meshing: Meshing {
+            texels: 8,
+            cells: 8,
+            samples: 4,
+        },
         ..settings(Visibility::Rays)
     };
     let (scene, count) = furnished_room(Vec::new());
@@ -247,11 +263,11 @@ fn walls_are_told_from_their_own_light() {
         ..known.clone()
     };
     let relit = run(
-        &mut CpuSolver::new(&mesh, &settings),
+        &mut CpuSolver::new(&mesh, &settings.transport),
         &mesh,
         &room,
         Method::Signed,
-        &settings,
+        &settings.schedule,
     );
     let surface = &relit.surface;
     for (k, texel) in mesh.texels.iter().enumerate() {

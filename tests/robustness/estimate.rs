@@ -7,6 +7,7 @@ use glam::Vec3;
 use oracle::solve::check::{Estimate, estimate};
 use oracle::solve::{Answer, Given};
 use radiosity_tests::answers::{error, settings, slit, solved, truth};
+use radiosity_tests::engines::drawn;
 use radiosity_tests::{furnace, lit_room};
 
 fn looked_at(scene: &Scene, settings: &Settings, answer: &Answer, field: &Field) -> Estimate {
@@ -89,16 +90,19 @@ fn what_was_not_given_is_mended_and_said() {
         after.notes
     );
     assert_eq!(
-        (after.solved.settings.cells, after.solved.settings.samples),
+        (
+            after.solved.settings.meshing.cells,
+            after.solved.settings.meshing.samples
+        ),
         (8, 16)
     );
     assert!(2.0 * error(&scene, &after, &truth) < error(&scene, &before, &truth));
-    let buffer = Settings {
-        visibility: Visibility::Stereographic,
-        item_buffer: 16,
-        ..settings()
-    };
+    let mut buffer = settings();
+    buffer.transport.visibility = drawn(16);
     let by_rays = solved(&slit(), &buffer, Given::default());
-    assert_eq!(by_rays.solved.settings.visibility, Visibility::Rays);
+    assert_eq!(
+        by_rays.solved.settings.transport.visibility,
+        Visibility::Rays
+    );
     assert!(by_rays.warnings.is_empty(), "{:?}", by_rays.warnings);
 }

@@ -3,7 +3,7 @@
 
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::Schedule;
 use common::shooting::{Field, Shoot, replay};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
@@ -26,11 +26,11 @@ fn scaled(scene: &Scene, factor: f32) -> Scene {
 fn brightness_by_powers_of_two_changes_no_shot() {
     let plain = lit_room();
     each_engine(&mesh_of(&plain), |name, fresh| {
-        let run = free(&mut *fresh(), &settings());
+        let run = free(&mut *fresh(), &settings().schedule);
         for factor in [(-20f32).exp2(), 20f32.exp2()] {
             each_engine(&mesh_of(&scaled(&plain, factor)), |other, fresh| {
                 if other == name {
-                    let scaled = free(&mut *fresh(), &settings());
+                    let scaled = free(&mut *fresh(), &settings().schedule);
                     assert_eq!(scaled.cells(), run.cells(), "{name}");
                     for (a, b) in scaled.field.radiosity.iter().zip(&run.field.radiosity) {
                         assert_eq!(*a, *b * factor, "{name}");
@@ -47,11 +47,17 @@ fn brightness_changes_no_shooter_but_among_equals() {
     let plain = lit_room();
     let meshes = [1.0, 1e-6, 1e6].map(|factor| mesh_of(&scaled(&plain, factor)));
     let [reference, small, large] = &meshes;
-    let log = free(&mut CpuSolver::new(reference, &settings()), &settings());
+    let log = free(
+        &mut CpuSolver::new(reference, &settings().transport),
+        &settings().schedule,
+    );
     for mesh in [small, large] {
-        let own = free(&mut CpuSolver::new(mesh, &settings()), &settings());
+        let own = free(
+            &mut CpuSolver::new(mesh, &settings().transport),
+            &settings().schedule,
+        );
         assert_eq!(own.shots.len(), log.shots.len());
-        let mut engine = CpuSolver::new(mesh, &settings());
+        let mut engine = CpuSolver::new(mesh, &settings().transport);
         for (k, cell) in log.cells().into_iter().enumerate() {
             let power = engine.cell_power().unwrap();
             let best = power.iter().copied().fold(0.0, f32::max);
@@ -84,7 +90,10 @@ fn units_and_origin_change_no_bit() {
     let plain = lit_room();
     let run = |scene: &Scene| {
         let mesh = mesh_of(scene);
-        free(&mut CpuSolver::new(&mesh, &settings()), &settings())
+        free(
+            &mut CpuSolver::new(&mesh, &settings().transport),
+            &settings().schedule,
+        )
     };
     let expected = run(&plain);
     let shift = DVec3::new(1024.0, -0.125, 4096.5);
@@ -108,7 +117,10 @@ fn other_units_and_origins_change_only_rounding() {
     const BOUND: f64 = 1000.0 * U;
     let plain = lit_room();
     let mesh = mesh_of(&plain);
-    let expected = free(&mut CpuSolver::new(&mesh, &settings()), &settings());
+    let expected = free(
+        &mut CpuSolver::new(&mesh, &settings().transport),
+        &settings().schedule,
+    );
     for (scale, shift) in [
         (1000.0, DVec3::ZERO),
         (0.3, DVec3::splat(0.1)),
@@ -116,7 +128,7 @@ fn other_units_and_origins_change_only_rounding() {
     ] {
         let mesh = mesh_of(&moved(&plain, scale, shift));
         assert_eq!(mesh.unit.log2().fract(), 0.0, "the unit is a power of two");
-        let mut engine = CpuSolver::new(&mesh, &settings());
+        let mut engine = CpuSolver::new(&mesh, &settings().transport);
         let run = replay(&mut engine, &expected.cells()).unwrap();
         let pairs = run.field.radiosity.iter().zip(&expected.field.radiosity);
         let worst = pairs
@@ -134,7 +146,7 @@ fn other_units_and_origins_change_only_rounding() {
 fn a_dark_scene_is_done_before_it_starts() {
     let mesh = mesh_of(&scaled(&lit_room(), 0.0));
     each_engine(&mesh, |name, fresh| {
-        let run = free(&mut *fresh(), &settings());
+        let run = free(&mut *fresh(), &settings().schedule);
         assert!(run.shots.is_empty() && run.converged, "{name}");
         assert_eq!(run.unshot_fraction(), 0.0, "{name}");
         assert!(
@@ -156,7 +168,7 @@ fn faces_without_area_do_no_harm() {
     }
     let mesh = mesh_of(&scene);
     each_engine(&mesh, |name, fresh| {
-        let run = free(&mut *fresh(), &settings());
+        let run = free(&mut *fresh(), &settings().schedule);
         assert!(run.converged, "{name}");
         let area = |cell: &u32| mesh.cells[*cell as usize].shooter.area;
         assert!(run.cells().iter().all(|cell| area(cell) > 0.0), "{name}");
@@ -193,9 +205,9 @@ fn faces_may_differ_in_resolution() {
     each_engine(&mesh, |name, fresh| {
         let run = free(
             &mut *fresh(),
-            &Settings {
+            &Schedule {
                 epsilon: 1e-4,
-                ..settings()
+                ..settings().schedule
             },
         );
         assert!(run.converged, "{name}");

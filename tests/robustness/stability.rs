@@ -9,7 +9,7 @@ use common::passes;
 use common::passes::Engine;
 use common::precision::losses;
 use common::scene::{Face, Scene};
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Iteration, Meshing, Schedule, Settings, Transport, Visibility};
 use common::shooting::{Field, Shoot, Shot};
 use cpu::CpuSolver;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
@@ -17,7 +17,7 @@ use gpu::GpuSolver;
 use oracle::judge::exact;
 use proptest::prelude::*;
 use radiosity_tests::bounds::{energy_rounding, polygon_rounding};
-use radiosity_tests::engines::{free, gpu};
+use radiosity_tests::engines::{drawn, free, gpu};
 use radiosity_tests::{cases, lit_room, scene};
 use std::ops::ControlFlow;
 
@@ -74,13 +74,16 @@ fn links_are_lamberts_however_close() {
     let hinges = [90.0, 45.0, 10.0, 3.0, 1.0].map(hinge);
     for (n, scene) in scenes.iter().chain(&hinges).enumerate() {
         let settings = Settings {
-            texels: 8,
-            cells: 2,
+            meshing: Meshing {
+                texels: 8,
+                cells: 2,
+                ..Meshing::default()
+            },
             ..Settings::default()
         };
         let mesh = Mesh::uniform(scene, 8, 2).unwrap();
-        let mut cpu = CpuSolver::new(&mesh, &settings);
-        let mut device = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let mut cpu = CpuSolver::new(&mesh, &settings.transport);
+        let mut device = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let (mut worst, mut allowed) = (0.0f64, 0.0f64);
         for cell in 0..mesh.cells.len() as u32 {
             device.shoot(cell).unwrap();
@@ -133,7 +136,7 @@ fn slivers_are_right_or_known_to_be_wrong() {
             };
             let scene = scene("sliver", vec![quad(floor), sliver]);
             let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
-            let mut cpu = CpuSolver::new(&mesh, &Settings::default());
+            let mut cpu = CpuSolver::new(&mesh, &Settings::default().transport);
             let outline: Vec<DVec3> = scene.faces[1]
                 .outline()
                 .iter()
@@ -185,17 +188,25 @@ fn light_over_twelve_decades() {
         face.emission = Vec3::splat(10f32.powi(k as i32 - 6));
     }
     let settings = Settings {
-        texels: 6,
-        cells: 2,
-        samples: 2,
-        epsilon: 1e-4,
+        meshing: Meshing {
+            texels: 6,
+            cells: 2,
+            samples: 2,
+        },
+        schedule: Schedule {
+            epsilon: 1e-4,
+            ..Schedule::default()
+        },
         ..Settings::default()
     };
-    let mesh = cover::sampled(&scene, &settings).unwrap();
-    let cpu = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+    let mesh = cover::sampled(&scene, &settings.meshing).unwrap();
+    let cpu = free(
+        &mut CpuSolver::new(&mesh, &settings.transport),
+        &settings.schedule,
+    );
     let device = free(
-        &mut GpuSolver::new(&gpu(), &mesh, &settings).unwrap(),
-        &settings,
+        &mut GpuSolver::new(&gpu(), &mesh, &settings.transport).unwrap(),
+        &settings.schedule,
     );
     for run in [&cpu, &device] {
         assert!(run.converged);
@@ -226,21 +237,25 @@ fn nothing_to_light_is_no_reason_to_panic() {
         vec![quad(square); 2],
     ] {
         let scene = scene("next to nothing", faces);
-        for visibility in [Visibility::Rays, Visibility::Stereographic] {
+        for visibility in [Visibility::Rays, drawn(64)] {
             let settings = Settings {
-                texels: 3,
-                cells: 2,
-                samples: 2,
-                visibility,
-                item_buffer: 64,
+                meshing: Meshing {
+                    texels: 3,
+                    cells: 2,
+                    samples: 2,
+                },
+                transport: Transport {
+                    visibility,
+                    ..Transport::default()
+                },
                 ..Settings::default()
             };
-            let mesh = cover::sampled(&scene, &settings).unwrap();
+            let mesh = cover::sampled(&scene, &settings.meshing).unwrap();
             for engine in [
-                &mut CpuSolver::new(&mesh, &settings) as &mut dyn Engine,
-                &mut GpuSolver::new(&gpu, &mesh, &settings).unwrap(),
+                &mut CpuSolver::new(&mesh, &settings.transport) as &mut dyn Engine,
+                &mut GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap(),
             ] {
-                let run = free(engine, &settings);
+                let run = free(engine, &settings.schedule);
                 assert!(run.converged);
                 sound(&run.field, 0.0);
                 assert!(
@@ -275,19 +290,12 @@ proptest! {
     #![proptest_config(cases(192))]
     #[test]
     fn rubble_is_lit_without_panic(scene in rubble(), samples in 1u32..4, cells in 1u32..4, iteration in 0usize..2) {
-        let settings = Settings {
-            texels: 4,
-            cells,
-            samples,
-            max_shots: 64,
-            iteration: [Iteration::Southwell, Iteration::Cg][iteration],
-            ..Settings::default()
-        };
-        let Ok(mesh) = cover::sampled(&scene, &settings) else {
+        let settings = Settings { meshing: Meshing { texels: 4, cells, samples }, schedule: Schedule { max_shots: 64, iteration: [Iteration::Southwell, Iteration::Cg][iteration], ..Schedule::default() }, ..Settings::default() };
+        let Ok(mesh) = cover::sampled(&scene, &settings.meshing) else {
             return Ok(());
         };
-        let mut engine = CpuSolver::new(&mesh, &settings);
-        let run = passes::solve(&mut engine, &mesh, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
+        let mut engine = CpuSolver::new(&mesh, &settings.transport);
+        let run = passes::solve(&mut engine, &mesh, &settings.schedule, &mut |_| ControlFlow::Continue(())).unwrap();
         // Conjugate directions may overshoot until they have settled.
         sound(&run.field, if iteration == 0 { 0.0 } else { f32::MIN });
         if iteration == 0 {

@@ -49,7 +49,7 @@ fn worst(a: &[Vec4], b: &[Vec4]) -> f64 {
 }
 
 fn shot(mesh: &Mesh, log: &[u32]) -> Vec<Vec4> {
-    replay(&mut CpuSolver::new(mesh, &settings()), log)
+    replay(&mut CpuSolver::new(mesh, &settings().transport), log)
         .unwrap()
         .field
         .radiosity
@@ -58,14 +58,17 @@ fn shot(mesh: &Mesh, log: &[u32]) -> Vec<Vec4> {
 #[test]
 fn neither_unit_nor_place_changes_an_answer() {
     let (gpu, plain) = (gpu(), mesh_of(&lit_room()));
-    let run = free(&mut CpuSolver::new(&plain, &settings()), &settings());
+    let run = free(
+        &mut CpuSolver::new(&plain, &settings().transport),
+        &settings().schedule,
+    );
     let log = run.cells();
     for (scale, lengths) in PLACES {
         let mesh = mesh_of(&moved(scale, lengths));
         let on_cpu = worst(&shot(&mesh, &log), &run.field.radiosity);
         let mut rays = settings();
-        rays.visibility = Visibility::Rays;
-        let mut device = GpuSolver::new(&gpu, &mesh, &rays).unwrap();
+        rays.transport.visibility = Visibility::Rays;
+        let mut device = GpuSolver::new(&gpu, &mesh, &rays.transport).unwrap();
         let on_gpu = worst(
             &replay(&mut device, &log).unwrap().field.radiosity,
             &run.field.radiosity,
@@ -206,7 +209,10 @@ fn read(path: &Path) -> Scene {
 fn files_keep_unit_and_place() {
     let folder = Folder::new("keep");
     let plain = mesh_of(&lit_room());
-    let run = free(&mut CpuSolver::new(&plain, &settings()), &settings());
+    let run = free(
+        &mut CpuSolver::new(&plain, &settings().transport),
+        &settings().schedule,
+    );
     for (scale, lengths) in PLACES {
         let shift = DVec3::new(1.0, -0.37, 0.61) * lengths * SIZE * scale;
         for path in [

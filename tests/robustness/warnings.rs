@@ -1,7 +1,7 @@
 //! Warnings that no estimate gives: each comes where it must, and not beside it.
 
 use common::scene::Face;
-use common::settings::{Iteration, Settings};
+use common::settings::{Iteration, Meshing, Settings};
 use glam::{DVec3, Vec3};
 use oracle::solve::{Answer, Given};
 use radiosity_tests::answers::{settings, solved};
@@ -119,11 +119,9 @@ fn what_rounding_has_bent_is_named_where_it_carries_light() {
 
 #[test]
 fn light_that_is_left_unshot_is_told() {
-    let few = Settings {
-        max_shots: 1,
-        iteration: Iteration::Southwell,
-        ..settings()
-    };
+    let mut few = settings();
+    few.schedule.max_shots = 1;
+    few.schedule.iteration = Iteration::Southwell;
     let unshot = |settings: &Settings| {
         warned(&solved(&lit_room(), settings, Given::default()), "unshot").is_some()
     };
@@ -136,9 +134,11 @@ fn light_that_is_left_unshot_is_told() {
 #[test]
 fn closure_is_told_where_white_walls_add_it_up() {
     let fine = Settings {
-        texels: 6,
-        cells: 6,
-        samples: 16,
+        meshing: Meshing {
+            texels: 6,
+            cells: 6,
+            samples: 16,
+        },
         ..settings()
     };
     let closure = |reflectance: f32| {

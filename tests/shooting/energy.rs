@@ -5,7 +5,7 @@ use common::energy::Energy;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Schedule, Settings, Transport, Visibility};
 use common::shooting::{Field, Order, Shoot, Shot, select};
 use cpu::CpuSolver;
 use glam::{Vec3, Vec4};
@@ -15,6 +15,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use radiosity_tests::bounds::{U, energy_rounding};
+use radiosity_tests::engines::drawn;
 use radiosity_tests::random::{Sample, closed, open};
 use radiosity_tests::{cases, furnace, lit_room};
 use std::ops::ControlFlow;
@@ -28,11 +29,19 @@ const SHOTS: u32 = 48;
 
 fn settings(sample: &Sample, visibility: Visibility) -> Settings {
     Settings {
-        form_factor: sample.form_factor,
-        cells: sample.cells,
-        visibility,
-        item_buffer: 256,
-        max_shots: SHOTS,
+        meshing: Meshing {
+            cells: sample.cells,
+            ..Meshing::default()
+        },
+        transport: Transport {
+            form_factor: sample.form_factor,
+            visibility,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            max_shots: SHOTS,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
@@ -98,8 +107,9 @@ fn step(
 ) -> Result<Vec<Shot>, TestCaseError> {
     let mut shots = Vec::new();
     check(mesh, &engine.field().unwrap(), &shots, rules)?;
-    let threshold = settings.epsilon as f32 * engine.cell_power().unwrap().iter().sum::<f32>();
-    while shots.len() < settings.max_shots as usize
+    let threshold =
+        settings.schedule.epsilon as f32 * engine.cell_power().unwrap().iter().sum::<f32>();
+    while shots.len() < settings.schedule.max_shots as usize
         && let Some(cell) = select(&engine.cell_power().unwrap(), threshold)
     {
         shots.push(engine.shoot(cell).unwrap());
@@ -115,14 +125,14 @@ proptest! {
     fn closed_rooms_balance(sample in closed()) {
         let mesh = sample.mesh();
         let settings = settings(&sample, Visibility::Rays);
-        step(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings, Rules { closed: true, imbalance: CPU_IMBALANCE })?;
+        step(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: true, imbalance: CPU_IMBALANCE })?;
     }
 
     #[test]
     fn open_rooms_balance(sample in open()) {
         let mesh = sample.mesh();
         let settings = settings(&sample, Visibility::Rays);
-        step(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings, Rules { closed: false, imbalance: CPU_IMBALANCE })?;
+        step(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: false, imbalance: CPU_IMBALANCE })?;
     }
 }
 
@@ -135,7 +145,7 @@ fn escaped_is_what_leaves_through_the_opening() {
         let mut cube = furnace(0.5);
         let wall = cube.faces.remove(missing);
         let mesh = Mesh::uniform(&cube, 4, 2).unwrap();
-        let mut engine = CpuSolver::new(&mesh, &Settings::default());
+        let mut engine = CpuSolver::new(&mesh, &Settings::default().transport);
         for cell in 0..mesh.cells.len() as u32 {
             let escaped = f64::from(engine.shoot(cell).unwrap().escaped);
             let shooter = &mesh.cells[cell as usize].shooter;
@@ -171,15 +181,16 @@ fn gpu_balances_and_chooses_as_the_host_does() {
     let gpu = Gpu::open(None).unwrap();
     for (sample, closed) in dozen() {
         let mesh = sample.mesh();
-        let settings = settings(&sample, Visibility::Stereographic);
-        let mut engine = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let settings = settings(&sample, drawn(256));
+        let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let rules = Rules {
             closed,
             imbalance: GPU_IMBALANCE,
         };
         let stepped = step(&mut engine, &mesh, &settings, rules).unwrap();
-        let mut free = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
-        let threshold = settings.epsilon as f32 * free.cell_power().unwrap().iter().sum::<f32>();
+        let mut free = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
+        let threshold =
+            settings.schedule.epsilon as f32 * free.cell_power().unwrap().iter().sum::<f32>();
         let mut shots = Vec::new();
         free.run(Order::Greedy { threshold }, SHOTS, &mut |shot| {
             shots.push(*shot);
@@ -246,14 +257,14 @@ fn the_ledger_notices_a_broken_engine() {
         }),
     ];
     let mesh = Mesh::uniform(&lit_room(), 8, 2).unwrap();
-    let settings = Settings {
+    let transport = Transport {
         form_factor: FormFactor::Disc,
-        ..Settings::default()
+        ..Transport::default()
     };
-    let honest = imbalances(&mut CpuSolver::new(&mesh, &settings), &mesh, HONEST);
+    let honest = imbalances(&mut CpuSolver::new(&mesh, &transport), &mesh, HONEST);
     assert!(largest(&honest) <= CPU_IMBALANCE, "{honest:?}");
     for (name, lie) in lies {
-        let found = imbalances(&mut CpuSolver::new(&mesh, &settings), &mesh, lie);
+        let found = imbalances(&mut CpuSolver::new(&mesh, &transport), &mesh, lie);
         assert!(largest(&found) > CPU_IMBALANCE, "{name}: {found:?}");
     }
     // An engine that forgets ρ: its texels are white, the ledger's are not.
@@ -262,7 +273,7 @@ fn the_ledger_notices_a_broken_engine() {
         .texels
         .iter_mut()
         .for_each(|texel| texel.reflectance = Vec3::ONE);
-    let found = imbalances(&mut CpuSolver::new(&white, &settings), &mesh, HONEST);
+    let found = imbalances(&mut CpuSolver::new(&white, &transport), &mesh, HONEST);
     assert!(largest(&found) > CPU_IMBALANCE, "ρ: {found:?}");
 }
 
@@ -291,13 +302,12 @@ fn the_ledger_notices_a_broken_shader() {
     ];
     let gpu = Gpu::open(None).unwrap();
     let mesh = Mesh::uniform(&lit_room(), 8, 2).unwrap();
-    let settings = Settings {
-        visibility: Visibility::Stereographic,
-        item_buffer: 256,
-        ..Settings::default()
+    let transport = Transport {
+        visibility: drawn(256),
+        ..Transport::default()
     };
     let run = |faults: &[Fault]| {
-        let mut engine = GpuSolver::with_faults(&gpu, &mesh, &settings, faults).unwrap();
+        let mut engine = GpuSolver::with_faults(&gpu, &mesh, &transport, faults).unwrap();
         imbalances(&mut engine, &mesh, HONEST)
     };
     let honest = run(&[]);

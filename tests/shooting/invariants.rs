@@ -15,7 +15,7 @@ fn hold(what: bool, said: impl Fn() -> String) -> Result<(), String> {
 /// Emitted = absorbed + unshot + escaped + lost, nothing escapes from closed rooms, and no light is
 /// negative: B ≥ E, r ≥ 0, H ≥ 0.
 fn balances(case: &Case) -> Result<(), String> {
-    let run = free(case.engine().as_mut(), case.settings);
+    let run = free(case.engine().as_mut(), &case.settings.schedule);
     hold(run.converged && !run.stagnated, || "no end".to_owned())?;
     let energy = Energy::new(case.mesh, &run.field, &run.shots);
     let bound = energy_rounding(&energy, case.mesh.area_unit(), &run.shots);
@@ -44,7 +44,7 @@ fn glows(case: &Case) -> Result<(), String> {
     let Some(exact) = case.known.furnace else {
         return Ok(());
     };
-    let run = free(case.engine().as_mut(), case.settings);
+    let run = free(case.engine().as_mut(), &case.settings.schedule);
     let even = |b: f32| (b / exact - 1.0).abs() < 0.01;
     let uneven = run.field.radiosity.iter().find(|b| !even(b.x));
     hold(uneven.is_none(), || format!("{uneven:?}, not {exact}"))

@@ -6,7 +6,7 @@ use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes::solve;
 use common::scene::Scene;
-use common::settings::{Iteration, Settings};
+use common::settings::{Iteration, Meshing, Schedule, Settings};
 use common::shooting::Run;
 use cpu::CpuSolver;
 use glam::Vec3;
@@ -17,10 +17,16 @@ const ALL: [Iteration; 3] = [Iteration::Southwell, Iteration::Chebyshev, Iterati
 
 fn settings(iteration: Iteration, epsilon: f64) -> Settings {
     Settings {
-        texels: 4,
-        cells: 2,
-        iteration,
-        epsilon,
+        meshing: Meshing {
+            texels: 4,
+            cells: 2,
+            ..Meshing::default()
+        },
+        schedule: Schedule {
+            iteration,
+            epsilon,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
@@ -32,8 +38,8 @@ fn mesh(scene: &Scene, samples: u32) -> Mesh {
 }
 
 fn run(mesh: &Mesh, settings: &Settings) -> Run {
-    let mut solver = CpuSolver::new(mesh, settings);
-    solve(&mut solver, mesh, settings, &mut |_| {
+    let mut solver = CpuSolver::new(mesh, &settings.transport);
+    solve(&mut solver, mesh, &settings.schedule, &mut |_| {
         ControlFlow::Continue(())
     })
     .unwrap()
@@ -97,10 +103,8 @@ fn a_furnace_ends_at_its_exact_answer() {
     let scene = furnace(0.5);
     let mesh = mesh(&scene, 4);
     for iteration in ALL {
-        let settings = Settings {
-            conserve: true,
-            ..settings(iteration, 1e-6)
-        };
+        let mut settings = settings(iteration, 1e-6);
+        settings.transport.conserve = true;
         let run = run(&mesh, &settings);
         let mean =
             |v: &[glam::Vec4]| v.iter().map(|v| f64::from(v.x)).sum::<f64>() / v.len() as f64;
@@ -115,19 +119,17 @@ fn a_solve_stops_where_it_is_told_and_nothing_is_lost() {
     let mesh = mesh(&paper_room(), 1);
     for iteration in &ALL[1..] {
         for most in [1, 5, 40] {
-            let settings = Settings {
-                max_shots: most,
-                ..settings(*iteration, 1e-4)
-            };
+            let mut settings = settings(*iteration, 1e-4);
+            settings.schedule.max_shots = most;
             let run = run(&mesh, &settings);
             assert!(run.shooters == u64::from(most) && !run.converged);
             let energy = Energy::new(&mesh, &run.field, &run.shots);
             assert!(energy.imbalance < 1e-5, "{iteration:?}, {most}");
         }
         let settings = settings(*iteration, 1e-4);
-        let mut solver = CpuSolver::new(&mesh, &settings);
+        let mut solver = CpuSolver::new(&mesh, &settings.transport);
         let mut told = Vec::new();
-        let run = solve(&mut solver, &mesh, &settings, &mut |done| {
+        let run = solve(&mut solver, &mesh, &settings.schedule, &mut |done| {
             told.push(done);
             if done > 0.2 {
                 ControlFlow::Break(())
@@ -173,11 +175,9 @@ fn white(reflectance: f32) -> Scene {
 fn what_does_not_converge_is_given_up() {
     let mesh = mesh(&white(0.99999), 1);
     // Single samples scaled to closures of 1 are not reciprocal, as conjugate gradients need them.
-    let settings = Settings {
-        conserve: true,
-        max_shots: 3000 * mesh.cells.len() as u32,
-        ..settings(Iteration::Cg, 1e-6)
-    };
+    let mut settings = settings(Iteration::Cg, 1e-6);
+    settings.transport.conserve = true;
+    settings.schedule.max_shots = 3000 * mesh.cells.len() as u32;
     let stuck = run(&mesh, &settings);
     assert!(stuck.stagnated && !stuck.converged);
     assert!((64..1500).contains(&stuck.passes), "{}", stuck.passes);
@@ -186,10 +186,8 @@ fn what_does_not_converge_is_given_up() {
 #[test]
 fn what_rises_before_it_falls_is_not_given_up() {
     let mesh = mesh(&white(0.99), 1);
-    let settings = Settings {
-        conserve: true,
-        ..settings(Iteration::Cg, 1e-6)
-    };
+    let mut settings = settings(Iteration::Cg, 1e-6);
+    settings.transport.conserve = true;
     let run = run(&mesh, &settings);
     assert!(run.converged && !run.stagnated && run.passes > 64);
 }
@@ -197,11 +195,9 @@ fn what_rises_before_it_falls_is_not_given_up() {
 #[test]
 fn what_converges_slowly_is_not_given_up() {
     let mesh = mesh(&white(0.9999), 1);
-    let settings = Settings {
-        max_shots: 100 * mesh.cells.len() as u32,
-        conserve: true,
-        ..settings(Iteration::Chebyshev, 1e-6)
-    };
+    let mut settings = settings(Iteration::Chebyshev, 1e-6);
+    settings.transport.conserve = true;
+    settings.schedule.max_shots = 100 * mesh.cells.len() as u32;
     let run = run(&mesh, &settings);
     assert!(!run.stagnated && !run.converged);
     assert!(run.passes >= 100, "{}", run.passes);

@@ -2,7 +2,7 @@
 //! nothing.
 
 use common::mesh::Mesh;
-use common::settings::Settings;
+use common::settings::Schedule;
 use common::shooting::{Order, replay, select};
 use glam::Vec3;
 use gpu::GpuSolver;
@@ -36,7 +36,7 @@ fn a_run_is_its_single_shots() {
 fn a_run_repeats_itself_bit_for_bit() {
     let mesh = mesh_of(&lit_room());
     each_engine(&mesh, |name, fresh| {
-        let runs = [0, 1].map(|_| free(&mut *fresh(), &settings()));
+        let runs = [0, 1].map(|_| free(&mut *fresh(), &settings().schedule));
         assert!(runs[0].converged && runs[0].shots.len() > 100, "{name}");
         assert_eq!(runs[0].shots, runs[1].shots, "{name}");
         assert_eq!(runs[0].field, runs[1].field, "{name}");
@@ -74,9 +74,9 @@ fn max_shots_is_obeyed() {
             let mut engine = fresh();
             let limited = free(
                 &mut *engine,
-                &Settings {
+                &Schedule {
                     max_shots: most,
-                    ..settings()
+                    ..settings().schedule
                 },
             );
             assert_eq!(limited.shots.len(), most as usize, "{name}");
@@ -135,12 +135,12 @@ fn a_break_stops_the_run() {
 fn the_host_seldom_talks_to_the_device() {
     let mesh = mesh_of(&lit_room());
     let settings = gpu_settings();
-    let mut solver = GpuSolver::new(&gpu(), &mesh, &settings).unwrap();
+    let mut solver = GpuSolver::new(&gpu(), &mesh, &settings.transport).unwrap();
     let run = free(
         &mut solver,
-        &Settings {
+        &Schedule {
             epsilon: 1e-5,
-            ..settings
+            ..settings.schedule
         },
     );
     let (shots, counts) = (run.shots.len() as u32, solver.counts());
@@ -189,9 +189,9 @@ fn the_run_ends_at_the_threshold_and_not_before() {
         for epsilon in [0.3, 0.03, 0.003] {
             let run = free(
                 &mut *fresh(),
-                &Settings {
+                &Schedule {
                     epsilon,
-                    ..settings()
+                    ..settings().schedule
                 },
             );
             assert!(run.converged && run.unshot_fraction() <= epsilon, "{name}");

@@ -1,12 +1,14 @@
 //! Solves by passes: links of many cells at once, what cells exchange, what texels collect.
 
-use common::cover;
+use common::cover::sampled;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::passes::{self, Closure};
 use common::passes::{Engine, Exchange};
 use common::scene::Scene;
-use common::settings::{Iteration, Raster, Settings, Visibility};
+use common::settings::{
+    Iteration, Meshing, Projection, Raster, Schedule, Settings, Transport, Visibility,
+};
 use common::shooting::{Field, Run, Shoot};
 use cpu::CpuSolver;
 use cpu::twin::accumulate::settle;
@@ -14,27 +16,32 @@ use cpu::twin::received::received;
 use glam::Vec3;
 use gpu::{Fault, Gpu, GpuSolver};
 use radiosity_tests::bounds::U;
-use radiosity_tests::engines::gpu;
+use radiosity_tests::engines::{drawn, gpu};
 use radiosity_tests::{box_in_room, lit_room};
 use std::ops::ControlFlow;
 
 fn settings(visibility: Visibility) -> Settings {
     Settings {
-        texels: 6,
-        cells: 2,
-        samples: 3,
-        item_buffer: 128,
-        visibility,
-        epsilon: 1e-4,
-        iteration: Iteration::Cg,
+        meshing: Meshing {
+            texels: 6,
+            cells: 2,
+            samples: 3,
+        },
+        transport: Transport {
+            visibility,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon: 1e-4,
+            iteration: Iteration::Cg,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
 
 fn mesh(scene: &Scene, settings: &Settings) -> Mesh {
-    let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells).unwrap();
-    cover::sample(&mut mesh, settings.samples);
-    mesh
+    sampled(scene, &settings.meshing).unwrap()
 }
 
 fn all(mesh: &Mesh) -> Vec<u32> {
@@ -46,7 +53,10 @@ fn link(engine: &mut dyn Engine, cells: &[u32]) -> Vec<Closure> {
 }
 
 fn solve(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) -> Run {
-    passes::solve(engine, mesh, settings, &mut |_| ControlFlow::Continue(())).unwrap()
+    passes::solve(engine, mesh, &settings.schedule, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
 }
 
 /// A different colour of each cell, of either sign; every fifth shoots nothing.
@@ -132,21 +142,18 @@ fn against_twins(gpu: &Gpu, mesh: &Mesh, engine: &mut GpuSolver, links: &[Vec<f3
 #[test]
 fn many_cells_at_once_are_single_shots_and_the_twins() {
     let gpu = gpu();
-    let tessellated = Settings {
-        raster: Raster::Tessellated,
-        ..settings(Visibility::Hemisphere)
-    };
+    let tessellated = Projection::Hemisphere(Raster::Tessellated);
     let kinds = [
         settings(Visibility::Rays),
-        settings(Visibility::Stereographic),
-        settings(Visibility::Hemicube),
-        tessellated,
+        settings(drawn(128)),
+        settings(Visibility::drawn(Projection::Hemicube, 128)),
+        settings(Visibility::drawn(tessellated, 128)),
     ];
     for settings in kinds {
         let mesh = mesh(&box_in_room(), &settings);
-        let mut single = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let mut single = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let (links, closures) = single_links(&mut single, &mesh);
-        let mut engine = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         assert!(engine.has_room());
         assert_eq!(link(&mut engine, &all(&mesh)), closures, "{settings:?}");
         assert!(
@@ -171,8 +178,9 @@ fn links_beyond_the_budget_are_made_again() {
     let cells = mesh.cells.len() as u64;
     // Seven rows; what cells exchange takes more than five.
     assert!(4 * cells * cells <= 7 * row && 4 * cells * cells > 5 * row);
-    let small = |rows| GpuSolver::with_budget(&gpu, &mesh, &settings, &[], rows * row).unwrap();
-    let mut single = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+    let small =
+        |rows| GpuSolver::with_budget(&gpu, &mesh, &settings.transport, &[], rows * row).unwrap();
+    let mut single = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
     let (links, closures) = single_links(&mut single, &mesh);
     let mut engine = small(7);
     assert!(engine.has_room());
@@ -192,13 +200,13 @@ fn links_beyond_the_budget_are_made_again() {
 #[test]
 fn a_wrong_pass_is_noticed() {
     let gpu = gpu();
-    let settings = settings(Visibility::Stereographic);
+    let settings = settings(drawn(128));
     let mesh = mesh(&box_in_room(), &settings);
-    let mut single = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+    let mut single = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
     let (links, _) = single_links(&mut single, &mesh);
     let wrong = |file, from, to| {
         let fault = [Fault { file, from, to }];
-        let mut engine = GpuSolver::with_faults(&gpu, &mesh, &settings, &fault).unwrap();
+        let mut engine = GpuSolver::with_faults(&gpu, &mesh, &settings.transport, &fault).unwrap();
         link(&mut engine, &all(&mesh));
         !against_twins(&gpu, &mesh, &mut engine, &links)
     };
@@ -241,8 +249,8 @@ fn what_the_device_does_not_write_is_an_error() {
     let mesh = mesh(&box_in_room(), &settings);
     let failing = |file, from, to| {
         let fault = [Fault { file, from, to }];
-        let mut engine = GpuSolver::with_faults(&gpu, &mesh, &settings, &fault).unwrap();
-        passes::solve(&mut engine, &mesh, &settings, &mut |_| {
+        let mut engine = GpuSolver::with_faults(&gpu, &mesh, &settings.transport, &fault).unwrap();
+        passes::solve(&mut engine, &mesh, &settings.schedule, &mut |_| {
             ControlFlow::Continue(())
         })
         .is_err()
@@ -275,18 +283,18 @@ fn unshot(mesh: &Mesh, run: &Run) -> f64 {
 fn every_iteration_ends_at_southwells_answer() {
     let gpu = gpu();
     let scene = lit_room();
-    for visibility in [Visibility::Rays, Visibility::Stereographic] {
+    for visibility in [Visibility::Rays, drawn(128)] {
         let mut settings = settings(visibility);
         let mesh = mesh(&scene, &settings);
         let largest = mesh.texels.iter().map(|t| t.reflectance.max_element());
         let rho = f64::from(largest.fold(0.0, f32::max));
-        settings.iteration = Iteration::Southwell;
-        let mut engine = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        settings.schedule.iteration = Iteration::Southwell;
+        let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let southwell = solve(&mut engine, &mesh, &settings);
         assert!(southwell.converged);
         for iteration in [Iteration::Chebyshev, Iteration::Cg] {
-            settings.iteration = iteration;
-            let mut engine = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+            settings.schedule.iteration = iteration;
+            let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
             let run = solve(&mut engine, &mesh, &settings);
             assert!(run.converged, "{iteration:?}");
             // What is unshot is yet to be reflected, ρ of it at each of 1/(1 − ρ) times; links may
@@ -306,13 +314,15 @@ fn every_iteration_ends_at_southwells_answer() {
 fn the_passes_of_the_gpu_are_those_of_the_cpu() {
     let gpu = gpu();
     for iteration in [Iteration::Cg, Iteration::Chebyshev] {
-        let settings = Settings {
-            iteration,
-            ..settings(Visibility::Rays)
-        };
+        let mut settings = settings(Visibility::Rays);
+        settings.schedule.iteration = iteration;
         let mesh = mesh(&lit_room(), &settings);
-        let cpu = solve(&mut CpuSolver::new(&mesh, &settings), &mesh, &settings);
-        let mut engine = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let cpu = solve(
+            &mut CpuSolver::new(&mesh, &settings.transport),
+            &mesh,
+            &settings,
+        );
+        let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let gpu_run = solve(&mut engine, &mesh, &settings);
         if gpu.line.software {
             assert_eq!(cpu.shots, gpu_run.shots, "{iteration:?}");
@@ -320,7 +330,7 @@ fn the_passes_of_the_gpu_are_those_of_the_cpu() {
             assert_eq!(cpu.field.residual, gpu_run.field.residual);
             assert_eq!(cpu.field.irradiance, gpu_run.field.irradiance);
         } else {
-            let bound = 10.0 * settings.epsilon * f64::from(cpu.emitted);
+            let bound = 10.0 * settings.schedule.epsilon * f64::from(cpu.emitted);
             assert!(apart(&mesh, &cpu.field, &gpu_run.field) <= bound);
         }
     }
@@ -330,7 +340,7 @@ fn the_passes_of_the_gpu_are_those_of_the_cpu() {
 fn few_numbers_cross_the_bus() {
     let settings = settings(Visibility::Rays);
     let mesh = mesh(&lit_room(), &settings);
-    let mut engine = GpuSolver::new(&gpu(), &mesh, &settings).unwrap();
+    let mut engine = GpuSolver::new(&gpu(), &mesh, &settings.transport).unwrap();
     let run = solve(&mut engine, &mesh, &settings);
     let counts = engine.counts();
     // A read-back a pass, one for each batch of links, the field.
@@ -341,17 +351,17 @@ fn few_numbers_cross_the_bus() {
 #[test]
 fn a_solve_that_is_stopped_while_it_links_keeps_its_balance() {
     let gpu = gpu();
-    for visibility in [Visibility::Rays, Visibility::Stereographic] {
+    for visibility in [Visibility::Rays, drawn(128)] {
         let settings = settings(visibility);
         let mesh = mesh(&lit_room(), &settings);
         let engines: [Box<dyn Engine>; 2] = [
-            Box::new(CpuSolver::new(&mesh, &settings)),
-            Box::new(GpuSolver::new(&gpu, &mesh, &settings).unwrap()),
+            Box::new(CpuSolver::new(&mesh, &settings.transport)),
+            Box::new(GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap()),
         ];
         for mut engine in engines {
             for stop in [1, 3, 30] {
                 let mut told = 0;
-                let run = passes::solve(engine.as_mut(), &mesh, &settings, &mut |_| {
+                let run = passes::solve(engine.as_mut(), &mesh, &settings.schedule, &mut |_| {
                     told += 1;
                     if told < stop {
                         ControlFlow::Continue(())

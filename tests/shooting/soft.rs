@@ -1,34 +1,39 @@
 //! Soft visibility: samples on cell and texel, the same on every engine; rays on the GPU.
 
 use approx::abs_diff_eq;
-use common::cover;
+use common::cover::sampled;
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::{Face, Scene};
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Schedule, Settings, Transport, Visibility};
 use common::shooting::{Field, Shoot};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use gpu::{Fault, GpuSolver};
-use radiosity_tests::engines::{free, gpu};
+use radiosity_tests::engines::{drawn, free, gpu};
 use radiosity_tests::{box_in_room, furnace, lit_room, paper_room, room, scene};
 
 fn settings(visibility: Visibility) -> Settings {
     Settings {
-        texels: 4,
-        cells: 2,
-        samples: 7,
-        item_buffer: 128,
-        visibility,
-        epsilon: 0.02,
+        meshing: Meshing {
+            texels: 4,
+            cells: 2,
+            samples: 7,
+        },
+        transport: Transport {
+            visibility,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon: 0.02,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
 }
 
 fn mesh(scene: &Scene, settings: &Settings) -> Mesh {
-    let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells).unwrap();
-    cover::sample(&mut mesh, settings.samples);
-    mesh
+    sampled(scene, &settings.meshing).unwrap()
 }
 
 /// A triangle, a trapezoid and a box: every kind of texel, in the open.
@@ -84,13 +89,11 @@ const ROUNDING: f32 = 1e-4;
 fn the_gpu_asks_the_rays_of_the_cpu() {
     let gpu = gpu();
     for scene in scenes() {
-        let settings = Settings {
-            samples: 1,
-            ..settings(Visibility::Rays)
-        };
+        let mut settings = settings(Visibility::Rays);
+        settings.meshing.samples = 1;
         let mesh = mesh(&scene, &settings);
-        let mut cpu = CpuSolver::new(&mesh, &settings);
-        let mut gpu = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+        let mut cpu = CpuSolver::new(&mesh, &settings.transport);
+        let mut gpu = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let (mut lit, mut hidden) = (0, 0);
         for cell in 0..mesh.cells.len() as u32 {
             gpu.shoot(cell).unwrap();
@@ -113,12 +116,15 @@ fn the_gpu_asks_the_rays_of_the_cpu() {
 fn samples_are_the_same_on_every_engine() {
     let gpu = gpu();
     for scene in [box_in_room(), odd_shapes()] {
-        for visibility in [Visibility::Rays, Visibility::Stereographic] {
+        for visibility in [Visibility::Rays, drawn(128)] {
             let settings = settings(visibility);
             let mesh = mesh(&scene, &settings);
-            let cpu = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+            let cpu = free(
+                &mut CpuSolver::new(&mesh, &settings.transport),
+                &settings.schedule,
+            );
             let log = cpu.cells();
-            let mut engine = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
+            let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
             let gpu = common::shooting::replay(&mut engine, &log).unwrap();
             // The twin's raster may differ in pixels on an outline: a sample of seven.
             let bound = if visibility == Visibility::Rays {
@@ -177,7 +183,7 @@ fn a_wrong_sample_is_noticed() {
     for fault in faults {
         let by_item_buffer = fault.file == "link" || fault.file == "aim";
         let visibility = if by_item_buffer {
-            Visibility::Stereographic
+            drawn(128)
         } else {
             Visibility::Rays
         };
@@ -192,7 +198,8 @@ fn a_wrong_sample_is_noticed() {
         let once = (0..mesh.cells.len() as u32).rev().take(60);
         let log: Vec<u32> = once.clone().chain(once).collect();
         let run = |faults: &[Fault]| {
-            let mut engine = GpuSolver::with_faults(&gpu, &mesh, &settings, faults).unwrap();
+            let mut engine =
+                GpuSolver::with_faults(&gpu, &mesh, &settings.transport, faults).unwrap();
             common::shooting::replay(&mut engine, &log).unwrap().field
         };
         let error = distance(&run(&[fault]), &run(&[]));
@@ -230,14 +237,22 @@ fn half_a_blocker_hides_half() {
         Face::quad("shade", shade, Vec3::ZERO, white),
     ];
     let settings = Settings {
-        texels: 8,
-        cells: 1,
-        samples: 1024,
-        epsilon: 0.5,
+        meshing: Meshing {
+            texels: 8,
+            cells: 1,
+            samples: 1024,
+        },
+        schedule: Schedule {
+            epsilon: 0.5,
+            ..Schedule::default()
+        },
         ..Settings::default()
     };
     let mesh = mesh(&scene("shade", faces), &settings);
-    let run = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+    let run = free(
+        &mut CpuSolver::new(&mesh, &settings.transport),
+        &settings.schedule,
+    );
     let floor: Vec<f64> = (0..mesh.texels.len())
         .filter(|k| mesh.texels[*k].face == 0)
         .map(|k| f64::from(run.field.irradiance[k].x))
@@ -267,14 +282,22 @@ fn what_stands_on_a_floor_moves_its_light_aside() {
         }
     }
     let settings = Settings {
-        texels: 8,
-        cells: 8,
-        samples: 16,
-        epsilon: 1e-3,
+        meshing: Meshing {
+            texels: 8,
+            cells: 8,
+            samples: 16,
+        },
+        schedule: Schedule {
+            epsilon: 1e-3,
+            ..Schedule::default()
+        },
         ..Settings::default()
     };
     let mesh = mesh(&scene("box on the floor", faces), &settings);
-    let run = free(&mut CpuSolver::new(&mesh, &settings), &settings);
+    let run = free(
+        &mut CpuSolver::new(&mesh, &settings.transport),
+        &settings.schedule,
+    );
     let exact = 1.0 / (1.0 - rho);
     let (mut covered, mut square, mut count) = (0, 0.0, 0);
     for (texel, b) in mesh.texels.iter().zip(&run.field.radiosity) {
@@ -295,18 +318,16 @@ fn what_stands_on_a_floor_moves_its_light_aside() {
 
 #[test]
 fn conserving_closes_every_shot() {
-    let settings = Settings {
-        conserve: true,
-        ..settings(Visibility::Rays)
-    };
+    let mut settings = settings(Visibility::Rays);
+    settings.transport.conserve = true;
     let gpu = gpu();
     let mesh = mesh(&lit_room(), &settings);
     let engines: [Box<dyn Engine>; 2] = [
-        Box::new(CpuSolver::new(&mesh, &settings)),
-        Box::new(GpuSolver::new(&gpu, &mesh, &settings).unwrap()),
+        Box::new(CpuSolver::new(&mesh, &settings.transport)),
+        Box::new(GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap()),
     ];
     for mut engine in engines {
-        for shot in free(engine.as_mut(), &settings).shots {
+        for shot in free(engine.as_mut(), &settings.schedule).shots {
             let sum = shot.form_factor_sum + shot.escaped;
             assert!(
                 abs_diff_eq!(sum, 1.0, epsilon = 4.0 * f32::EPSILON),

@@ -4,7 +4,7 @@
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::Rays;
-use common::settings::{Lookup, Raster, Settings, Visibility};
+use common::settings::{Drawing, Lookup, Projection, Raster, Transport, Visibility};
 use cpu::twin::item_buffer::ItemBuffer;
 use cpu::twin::lookup::visible;
 use cpu::twin::projection::{pixels, project};
@@ -18,40 +18,38 @@ fn every_stage_equals_its_twin() {
     let scene = box_in_room();
     let gpu = Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh");
     let projections = [
-        (Visibility::Paper, Raster::Tessellated),
-        (Visibility::Hemisphere, Raster::Tessellated),
-        (Visibility::Stereographic, Raster::Tessellated),
-        (Visibility::Hemisphere, Raster::Pixel),
-        (Visibility::Stereographic, Raster::Pixel),
-        (Visibility::Hemicube, Raster::Pixel),
+        Projection::Paper,
+        Projection::Hemisphere(Raster::Tessellated),
+        Projection::Stereographic(Raster::Tessellated),
+        Projection::Hemisphere(Raster::Pixel),
+        Projection::Stereographic(Raster::Pixel),
+        Projection::Hemicube,
     ];
     let kinds = [FormFactor::Paper, FormFactor::Disc, FormFactor::Polygon];
-    for (n, (visibility, raster)) in projections.into_iter().enumerate() {
+    for (n, projection) in projections.into_iter().enumerate() {
         for (m, form_factor) in kinds.into_iter().enumerate() {
-            let settings = Settings {
-                texels: 6,
-                visibility,
-                raster,
-                item_buffer: 256,
-                lookup: [Lookup::Exact, Lookup::Neighbours][(n + m) % 2],
+            let transport = Transport {
+                visibility: Visibility::Drawn(Drawing {
+                    projection,
+                    size: 256,
+                    lookup: [Lookup::Exact, Lookup::Neighbours][(n + m) % 2],
+                }),
                 form_factor,
-                cells: 2,
-                ..Settings::default()
+                conserve: false,
             };
-            let mesh = Mesh::uniform(&scene, settings.texels, settings.cells).unwrap();
-            let mut solver = GpuSolver::new(&gpu, &mesh, &settings).unwrap();
-            for stage in stages(&mesh, &settings, &Rays::new(&mesh), &mut solver).unwrap() {
-                assert!(stage.agree, "{settings:?} {stage:?}");
+            let mesh = Mesh::uniform(&scene, 6, 2).unwrap();
+            let mut solver = GpuSolver::new(&gpu, &mesh, &transport).unwrap();
+            for stage in stages(&mesh, &transport, &Rays::new(&mesh), &mut solver).unwrap() {
+                assert!(stage.agree, "{transport:?} {stage:?}");
             }
         }
     }
 }
 
-fn stereographic(item_buffer: u32) -> Settings {
-    Settings {
-        visibility: Visibility::Stereographic,
-        item_buffer,
-        ..Settings::default()
+fn stereographic(size: u32) -> Drawing {
+    Drawing {
+        size,
+        ..Drawing::DEFAULT
     }
 }
 
@@ -87,7 +85,7 @@ fn a_texel_whose_pixel_shows_its_neighbour_is_found_in_the_nine() {
     let view = View::new(&mesh, 1, 0, &stereographic(64));
     let texel = mesh.texels.iter().find(|texel| texel.face == 0).unwrap();
     let p = pixels(
-        project(view.visibility, view.frame.to_local(texel.position)),
+        project(view.projection, view.frame.to_local(texel.position)),
         64,
     );
     let (x, y) = (p.x as usize, p.y as usize);

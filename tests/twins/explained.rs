@@ -2,12 +2,13 @@
 
 use common::mesh::Mesh;
 use common::scene::Face;
-use common::settings::{Settings, Visibility};
+use common::settings::{Projection, Raster, Transport, Visibility};
 use cpu::CpuSolver;
 use glam::Vec3;
 use gpu::{Fault, Gpu, GpuSolver};
 use oracle::judge::compare::sights::sights;
 use oracle::judge::comparison::Pairs;
+use radiosity_tests::engines::drawn;
 use radiosity_tests::pairs::rectangle;
 use radiosity_tests::scene;
 use std::ops::ControlFlow;
@@ -20,17 +21,16 @@ fn gap(visibility: Visibility, faults: &[Fault]) -> Pairs {
     let screen = rectangle([1.0, -2.0, 0.02], [0.0, 0.0, 1.0], [0.0, 4.0, 0.0]);
     let wall = rectangle([1.5, -2.0, -2.0], [0.0, 0.0, 4.0], [0.0, 4.0, 0.0]);
     let scene = scene("gap", [floor, screen, wall].map(quad).to_vec());
-    let settings = Settings {
+    let transport = Transport {
         visibility,
-        item_buffer: 64,
-        ..Settings::default()
+        ..Transport::default()
     };
     let gpu = Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh");
     let mut mesh = Mesh::new(&scene, &[[1, 1], [8, 8], [256, 256]], 1).unwrap();
     mesh.cells.truncate(1);
-    let mut solver = GpuSolver::with_faults(&gpu, &mesh, &settings, faults).unwrap();
-    let mut cpu = CpuSolver::new(&mesh, &settings);
-    sights(&mesh, &settings, &mut cpu, &mut solver, &mut || {
+    let mut solver = GpuSolver::with_faults(&gpu, &mesh, &transport, faults).unwrap();
+    let mut cpu = CpuSolver::new(&mesh, &transport);
+    sights(&mesh, &transport, &mut cpu, &mut solver, &mut || {
         ControlFlow::Continue(())
     })
     .unwrap()
@@ -40,12 +40,15 @@ fn gap(visibility: Visibility, faults: &[Fault]) -> Pairs {
 #[test]
 fn a_gap_below_a_pixel_is_explained() {
     // The stereographic rim is fine enough to show this gap.
-    for visibility in [Visibility::Hemisphere, Visibility::Hemicube] {
+    for visibility in [
+        Visibility::drawn(Projection::Hemisphere(Raster::Pixel), 64),
+        Visibility::drawn(Projection::Hemicube, 64),
+    ] {
         let pairs = gap(visibility, &[]);
         assert!(pairs.vanished > 0, "{visibility:?}: {pairs:?}");
         assert_eq!(pairs.unexplained, 0, "{visibility:?}: {pairs:?}");
     }
-    assert_eq!(gap(Visibility::Stereographic, &[]).mismatched, 0);
+    assert_eq!(gap(drawn(64), &[]).mismatched, 0);
 }
 
 #[test]
@@ -55,5 +58,5 @@ fn a_screen_that_is_not_drawn_is_not() {
         from: "if any(limits.xy >= limits.zw)",
         to: "if face == 1u || any(limits.xy >= limits.zw)",
     };
-    assert!(gap(Visibility::Hemicube, &[fault]).unexplained > 0);
+    assert!(gap(Visibility::drawn(Projection::Hemicube, 64), &[fault]).unexplained > 0);
 }

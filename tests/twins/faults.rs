@@ -2,16 +2,17 @@
 
 use common::form_factor::FormFactor;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Projection, Schedule, Settings, Transport, Visibility};
 use gpu::{Fault, Gpu};
 use oracle::judge::compare::difference::difference;
 use oracle::judge::compare::{Request, compare};
 use oracle::judge::comparison::{Comparison, Gate};
 use oracle::solve::watch::unwatched;
+use radiosity_tests::engines::drawn;
 use radiosity_tests::{box_in_room, furnace};
 
 fn verdict(texels: u32, faults: &[Fault]) -> Comparison {
-    judged(Visibility::Stereographic, texels, faults)
+    judged(drawn(512), texels, faults)
 }
 
 fn judged(visibility: Visibility, texels: u32, faults: &[Fault]) -> Comparison {
@@ -20,14 +21,22 @@ fn judged(visibility: Visibility, texels: u32, faults: &[Fault]) -> Comparison {
 
 fn of(scene: &Scene, visibility: Visibility, texels: u32, faults: &[Fault]) -> Comparison {
     let settings = Settings {
-        texels,
-        epsilon: 0.02,
-        // A kept residual never ends.
-        max_shots: 200,
-        visibility,
-        item_buffer: 512,
-        form_factor: FormFactor::Disc,
-        cells: 1,
+        meshing: Meshing {
+            texels,
+            cells: 1,
+            ..Meshing::default()
+        },
+        transport: Transport {
+            visibility,
+            form_factor: FormFactor::Disc,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon: 0.02,
+            // A kept residual never ends.
+            max_shots: 200,
+            ..Schedule::default()
+        },
         ..Settings::default()
     };
     let gpu = Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh");
@@ -143,7 +152,7 @@ fn faults_in_the_item_buffer() {
 
 #[test]
 fn faults_in_the_hemicube() {
-    let comparison = judged(Visibility::Hemicube, 8, &[]);
+    let comparison = judged(Visibility::drawn(Projection::Hemicube, 512), 8, &[]);
     assert!(comparison.agree(), "{:?}", failing(&comparison));
     let faults = [
         (
@@ -168,7 +177,11 @@ fn faults_in_the_hemicube() {
         ("projection", "v.z >= max(", "v.z >= 2.0 * max("),
     ];
     for (file, from, to) in faults {
-        let comparison = judged(Visibility::Hemicube, 8, &[Fault { file, from, to }]);
+        let comparison = judged(
+            Visibility::drawn(Projection::Hemicube, 512),
+            8,
+            &[Fault { file, from, to }],
+        );
         println!("{file}, {to}: {:?}", failing(&comparison));
         assert!(!comparison.agree(), "{file}, {to} was not noticed");
     }
@@ -231,7 +244,7 @@ fn a_thousandth_of_the_energy_is_missed() {
 /// What pixels may err by follows from the scene: where no texel lies near a silhouette it is rounding.
 #[test]
 fn without_silhouettes_nothing_is_allowed() {
-    let comparison = of(&furnace(0.5), Visibility::Stereographic, 4, &[]);
+    let comparison = of(&furnace(0.5), drawn(512), 4, &[]);
     assert!(comparison.agree(), "{:?}", failing(&comparison));
     assert_eq!(comparison.pairs.explainable, 0);
     let bound = |name: &str| {

@@ -5,7 +5,7 @@ use common::constants::OUTLINE;
 use common::intersect::intersect;
 use common::mesh::Mesh;
 use common::scene::Face;
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::{Drawing, Projection, Raster};
 use cpu::twin::bound::{bound, hidden};
 use cpu::twin::hemicube::{height, on_side, place, side_of};
 use cpu::twin::item_buffer::ItemBuffer;
@@ -17,18 +17,17 @@ use proptest::prelude::*;
 use radiosity_tests::pairs::rectangle;
 use radiosity_tests::{box_in_room, cases, paper_room, random, scene};
 
-const PROJECTIONS: [Visibility; 3] = [
-    Visibility::Hemisphere,
-    Visibility::Stereographic,
-    Visibility::Hemicube,
+const PROJECTIONS: [Projection; 3] = [
+    Projection::Hemisphere(Raster::Pixel),
+    Projection::Stereographic(Raster::Pixel),
+    Projection::Hemicube,
 ];
 
-fn settings(visibility: Visibility, item_buffer: u32) -> Settings {
-    Settings {
-        visibility,
-        raster: Raster::Pixel,
-        item_buffer,
-        ..Settings::default()
+fn drawing(projection: Projection, size: u32) -> Drawing {
+    Drawing {
+        projection,
+        size,
+        ..Drawing::DEFAULT
     }
 }
 
@@ -40,14 +39,14 @@ fn brute_force(mesh: &Mesh, view: &View) -> Vec<u32> {
             let p = pixel_centre(k % n, k / n, n);
             let mut nearest = (0, f32::INFINITY);
             for (id, face) in mesh.faces.iter().enumerate() {
-                let ray = view.frame.to_world(unproject(view.visibility, p));
+                let ray = view.frame.to_world(unproject(view.projection, p));
                 let hit = intersect(face, view.frame.centre, ray);
                 let met = hit.t > 0.0 && hit.inside >= -OUTLINE;
                 if met && hit.t < nearest.1 && !hidden(view, face) {
                     nearest = (id as u32 + 1, hit.t);
                 }
             }
-            if covered(view.visibility, p, n) {
+            if covered(view.projection, p, n) {
                 nearest.0
             } else {
                 0
@@ -57,16 +56,16 @@ fn brute_force(mesh: &Mesh, view: &View) -> Vec<u32> {
 }
 
 fn holds_what_rays_see(mesh: &Mesh, size: u32) {
-    for visibility in PROJECTIONS {
+    for projection in PROJECTIONS {
         for k in 0..mesh.cells.len() as u32 {
-            let view = View::new(mesh, k, 0, &settings(visibility, size));
+            let view = View::new(mesh, k, 0, &drawing(projection, size));
             let drawn = ItemBuffer::draw(mesh, &view, mesh.room).ids;
             let wrong = drawn
                 .iter()
                 .zip(brute_force(mesh, &view))
                 .enumerate()
                 .find(|(_, (a, b))| **a != *b);
-            assert_eq!(wrong, None, "{visibility:?}, cell {k}");
+            assert_eq!(wrong, None, "{projection:?}, cell {k}");
         }
     }
 }
@@ -168,8 +167,8 @@ proptest! {
     fn the_bound_holds_the_widened_outline(faces in faces()) {
         let mesh = Mesh::uniform(&scene("near", faces), 1, 1).unwrap();
         let face = &mesh.faces[1];
-        for visibility in PROJECTIONS {
-            let view = View::new(&mesh, 0, 0, &settings(visibility, 1 << 20));
+        for projection in PROJECTIONS {
+            let view = View::new(&mesh, 0, 0, &drawing(projection, 1 << 20));
             if hidden(&view, face) {
                 continue;
             }
@@ -181,14 +180,14 @@ proptest! {
                 if v.z < 0.0 {
                     continue;
                 }
-                let cube = visibility == Visibility::Hemicube;
+                let cube = projection == Projection::Hemicube;
                 let steep = v.z >= v.truncate().abs().max_element();
                 let side = if cube && !steep { side_of(v.truncate()) } else { 0 };
-                let p = if cube { on_side(side, v, height(side, v)) } else { project(visibility, v) };
+                let p = if cube { on_side(side, v, height(side, v)) } else { project(projection, v) };
                 let limits = bound(&view, face, side);
                 let out = Vec2::new(limits.x, limits.y) - p;
                 let out = out.max(p - Vec2::new(limits.z, limits.w)).max_element();
-                prop_assert!(out < 1e-5, "{visibility:?}, side {side}: {p} not in {limits}");
+                prop_assert!(out < 1e-5, "{projection:?}, side {side}: {p} not in {limits}");
             }
         }
     }
@@ -197,11 +196,11 @@ proptest! {
 #[test]
 fn the_bound_is_tight() {
     let mesh = Mesh::uniform(&paper_room(), 1, 1).unwrap();
-    for visibility in PROJECTIONS {
-        let view = View::new(&mesh, 12, 0, &settings(visibility, 1024));
+    for projection in PROJECTIONS {
+        let view = View::new(&mesh, 12, 0, &drawing(projection, 1024));
         let mut asked = 0.0;
         for face in &mesh.faces {
-            for side in 0..visibility.sides() {
+            for side in 0..projection.sides() {
                 let b = bound(&view, face, side);
                 let p = pixels(place(side, Vec2::new(b.x, b.y)), view.size);
                 let q = pixels(place(side, Vec2::new(b.z, b.w)), view.size);
@@ -213,30 +212,30 @@ fn the_bound_is_tight() {
         let drawn = ItemBuffer::draw(&mesh, &view, mesh.room).ids;
         let shown = drawn.iter().filter(|id| **id != 0).count() as f64;
         println!(
-            "{visibility:?}: {:.2} pixels asked for each shown",
+            "{projection:?}: {:.2} pixels asked for each shown",
             asked / shown
         );
-        assert!(asked < 2.5 * shown, "{visibility:?}: {asked} of {shown}");
+        assert!(asked < 2.5 * shown, "{projection:?}: {asked} of {shown}");
     }
 }
 
 #[test]
 fn a_pixel_s_ray_comes_back_to_its_centre() {
-    for visibility in PROJECTIONS {
+    for projection in PROJECTIONS {
         for size in [16, 17, 64, 1024] {
             for k in (0..size * size).step_by(7) {
                 let p = pixel_centre(k % size, k / size, size);
                 // Beyond a fold the image of the ray lies on the other side.
-                let beyond = visibility == Visibility::Hemicube
+                let beyond = projection == Projection::Hemicube
                     && p.abs().max_element() > 0.5
                     && p.abs().min_element() > 0.5;
-                if covered(visibility, p, size) && !beyond {
-                    let ray = unproject(visibility, p);
+                if covered(projection, p, size) && !beyond {
+                    let ray = unproject(projection, p);
                     assert!(ray.z >= 0.0);
-                    let back = project(visibility, ray);
+                    let back = project(projection, ray);
                     assert!(
                         back.distance(p) < 1e-3 / size as f32,
-                        "{visibility:?} {p} {back}"
+                        "{projection:?} {p} {back}"
                     );
                 }
             }
@@ -256,7 +255,7 @@ fn a_direction_lies_on_the_side_that_it_points_to() {
         (Vec3::new(1.0, -2.0, 1.0), Vec2::new(0.25, -0.75)),
     ];
     for (v, p) in points {
-        assert_eq!(project(Visibility::Hemicube, v), p, "{v}");
+        assert_eq!(project(Projection::Hemicube, v), p, "{v}");
     }
     assert_eq!(side_of(Vec2::new(-1.0, 0.5)), 2);
     assert_eq!(side_of(Vec2::new(0.5, -1.0)), 4);

@@ -6,7 +6,7 @@ use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::Transport;
 use cpu::CpuSolver;
 use cpu::twin::link::{Sums, factor, sample};
 use glam::{DVec3, Vec3};
@@ -40,11 +40,11 @@ fn plain(solver: &CpuSolver, mesh: &Mesh, kind: FormFactor, cell: u32) -> Vec<f3
 
 /// Links that differ, links between 0 and the form factor (hidden in part), and all.
 fn compare(mesh: &Mesh, kind: FormFactor, every: usize) -> [usize; 3] {
-    let settings = Settings {
+    let transport = Transport {
         form_factor: kind,
-        ..Settings::default()
+        ..Transport::default()
     };
-    let mut solver = CpuSolver::new(mesh, &settings);
+    let mut solver = CpuSolver::new(mesh, &transport);
     let [mut differing, mut hidden, mut all] = [0; 3];
     for cell in (0..mesh.cells.len() as u32).step_by(every) {
         let expected = plain(&solver, mesh, kind, cell);

@@ -4,7 +4,7 @@
 use common::cover::sampled;
 use common::form_factor::FormFactor;
 use common::rays::Rays;
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::{Meshing, Projection, Raster, Settings, Transport, Visibility};
 use gpu::{Fault, Gpu, GpuSolver};
 use oracle::judge::compare::stages::stages;
 use radiosity_tests::box_in_room;
@@ -22,26 +22,29 @@ enum By {
 use By::{Hemicube, Paper, Pixels, Triangles};
 
 fn settings(by: By) -> Settings {
-    let (visibility, raster) = match by {
-        By::Rays => (Visibility::Rays, Raster::Pixel),
-        Pixels | Paper => (Visibility::Stereographic, Raster::Pixel),
-        Triangles => (Visibility::Stereographic, Raster::Tessellated),
-        Hemicube => (Visibility::Hemicube, Raster::Pixel),
+    let drawn = |projection| Visibility::drawn(projection, 128);
+    let visibility = match by {
+        By::Rays => Visibility::Rays,
+        Pixels | Paper => drawn(Projection::Stereographic(Raster::Pixel)),
+        Triangles => drawn(Projection::Stereographic(Raster::Tessellated)),
+        Hemicube => drawn(Projection::Hemicube),
     };
     let whole = by == Paper;
     Settings {
-        texels: 6,
-        cells: if whole { 1 } else { 2 },
-        samples: if whole { 1 } else { 3 },
-        form_factor: if whole {
-            FormFactor::Disc
-        } else {
-            FormFactor::Polygon
+        meshing: Meshing {
+            texels: 6,
+            cells: if whole { 1 } else { 2 },
+            samples: if whole { 1 } else { 3 },
         },
-        item_buffer: 128,
-        visibility,
-        raster,
-        conserve: true,
+        transport: Transport {
+            form_factor: if whole {
+                FormFactor::Disc
+            } else {
+                FormFactor::Polygon
+            },
+            visibility,
+            conserve: true,
+        },
         ..Settings::default()
     }
 }
@@ -49,9 +52,10 @@ fn settings(by: By) -> Settings {
 /// The stages that are red.
 fn red(gpu: &Gpu, by: By, faults: &[Fault]) -> Vec<String> {
     let settings = settings(by);
-    let mesh = sampled(&box_in_room(), &settings).unwrap();
-    let solver = GpuSolver::with_faults(gpu, &mesh, &settings, faults);
-    let judged = solver.and_then(|mut s| stages(&mesh, &settings, &Rays::new(&mesh), &mut s));
+    let mesh = sampled(&box_in_room(), &settings.meshing).unwrap();
+    let solver = GpuSolver::with_faults(gpu, &mesh, &settings.transport, faults);
+    let judged =
+        solver.and_then(|mut s| stages(&mesh, &settings.transport, &Rays::new(&mesh), &mut s));
     let stages = match judged {
         Ok(stages) => stages,
         Err(error) => return vec![error.to_string()],

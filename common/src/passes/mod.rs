@@ -12,7 +12,7 @@ pub mod iteration;
 
 use crate::error::Result;
 use crate::mesh::Mesh;
-use crate::settings::{Iteration, Settings};
+use crate::settings::{Iteration, Schedule};
 use crate::shooting::{self, Field, Restart, Run, Shot};
 use glam::{DVec3, Vec3};
 use iteration::State;
@@ -43,6 +43,9 @@ pub trait Exchange {
     /// Whether there is room for what all cells give each other.
     fn has_room(&self) -> bool;
 
+    /// Whether each cell's links are scaled to its closure.
+    fn conserves(&self) -> bool;
+
     /// Makes the links of `cells`, those that are not kept, and what they bring to each cell;
     /// `watch` is told how many are made. What was made when it breaks: one closure each, for the
     /// first of them.
@@ -69,20 +72,20 @@ impl<T: Restart + Exchange> Engine for T {}
 /// Told the share done, 0…1, after every link and every pass; may break.
 pub type Watch<'a> = &'a mut dyn FnMut(f64) -> ControlFlow<()>;
 
-/// Solves by the iteration that `settings` ask for; by single shots where the engine cannot hold
+/// Solves by the iteration that the schedule asks for; by single shots where the engine cannot hold
 /// what cells exchange.
 pub fn solve(
     engine: &mut dyn Engine,
     mesh: &Mesh,
-    settings: &Settings,
+    schedule: &Schedule,
     watch: Watch,
 ) -> Result<Run> {
-    if settings.iteration == Iteration::Southwell || !engine.has_room() {
-        return shooting::solve(engine, settings, &mut |shot, emitted| {
-            watch(shooting::progress(shot, emitted, settings.epsilon))
+    if schedule.iteration == Iteration::Southwell || !engine.has_room() {
+        return shooting::solve(engine, &schedule.one_by_one(), &mut |shot, emitted| {
+            watch(shooting::progress(shot, emitted, schedule.epsilon))
         });
     }
-    let mut solve = Passes::new(engine, mesh, settings);
+    let mut solve = Passes::new(engine, mesh, schedule);
     solve.run(watch)?;
     solve.finish()
 }
@@ -139,7 +142,7 @@ impl Best {
 struct Passes<'a> {
     engine: &'a mut dyn Exchange,
     mesh: &'a Mesh,
-    settings: &'a Settings,
+    schedule: &'a Schedule,
     state: State,
     /// What the links of a cell are known to sum to; none where they have not been made.
     closures: Vec<Option<Closure>>,
@@ -150,12 +153,12 @@ struct Passes<'a> {
 }
 
 impl<'a> Passes<'a> {
-    fn new(engine: &'a mut dyn Exchange, mesh: &'a Mesh, settings: &'a Settings) -> Self {
+    fn new(engine: &'a mut dyn Exchange, mesh: &'a Mesh, schedule: &'a Schedule) -> Self {
         let state = State::new(mesh);
         Self {
             engine,
             mesh,
-            settings,
+            schedule,
             emitted: state.unshot(),
             state,
             closures: vec![None; mesh.cells.len()],
@@ -166,11 +169,11 @@ impl<'a> Passes<'a> {
     }
 
     fn threshold(&self) -> f64 {
-        self.emitted * self.settings.epsilon
+        self.emitted * self.schedule.epsilon
     }
 
     fn run(&mut self, watch: Watch) -> Result<()> {
-        let most = u64::from(self.settings.max_shots);
+        let most = u64::from(self.schedule.max_shots);
         let mut best = Best::new(&self.state);
         while self.state.unshot() > self.threshold() && self.shooters < most {
             let mut direction = self.direction(most - self.shooters);
@@ -183,7 +186,7 @@ impl<'a> Passes<'a> {
             self.shooters += shooters as u64;
             self.passes += 1;
             best.note(&self.state);
-            self.stagnated = self.settings.iteration == Iteration::Cg && best.futile >= FUTILE;
+            self.stagnated = self.schedule.iteration == Iteration::Cg && best.futile >= FUTILE;
             if self.stagnated {
                 best.restore(&mut self.state);
                 break;
@@ -201,7 +204,7 @@ impl<'a> Passes<'a> {
         let taking_part: Vec<bool> = (0..self.mesh.cells.len())
             .map(|k| self.closures[k].is_some() || self.state.power(k) > share)
             .collect();
-        let mut direction = self.state.direction(self.settings.iteration, &taking_part);
+        let mut direction = self.state.direction(self.schedule.iteration, &taking_part);
         iteration::strongest(&mut direction, &self.state.areas, most);
         direction
     }
@@ -239,14 +242,14 @@ impl<'a> Passes<'a> {
         let radiosity = self.scaled(direction);
         let received = self.engine.exchange(&radiosity)?;
         self.state
-            .shoot(self.settings.iteration, direction, &received);
+            .shoot(self.schedule.iteration, direction, &received);
         Ok(())
     }
 
     /// What the links carry of `radiosity`.
     fn scaled(&self, radiosity: &[DVec3]) -> Vec<Vec3> {
         let scale = |k: usize| {
-            self.closures[k].map_or(0.0, |closure| closure.scale(self.settings.conserve))
+            self.closures[k].map_or(0.0, |closure| closure.scale(self.engine.conserves()))
         };
         (0..radiosity.len())
             .map(|k| radiosity[k].as_vec3() * scale(k))
@@ -255,7 +258,7 @@ impl<'a> Passes<'a> {
 
     fn done(&self) -> f64 {
         let linked = self.closures.iter().flatten().count() as f64 / self.closures.len() as f64;
-        let fallen = (self.emitted / self.state.unshot()).ln() / (1.0 / self.settings.epsilon).ln();
+        let fallen = (self.emitted / self.state.unshot()).ln() / (1.0 / self.schedule.epsilon).ln();
         linked.max(fallen).clamp(0.0, 1.0)
     }
 
@@ -277,7 +280,7 @@ impl<'a> Passes<'a> {
 
     /// All that each cell has shot, as one shot.
     fn shots(&self, unshot: f32) -> Vec<Shot> {
-        let conserve = self.settings.conserve;
+        let conserve = self.engine.conserves();
         (0..self.closures.len())
             .filter_map(|k| Some((k, self.closures[k]?)))
             .map(|(k, closure)| Shot {

@@ -14,8 +14,8 @@ pub mod surface;
 
 use crate::error::Result;
 use crate::mesh::Mesh;
-use crate::settings::Settings;
-use crate::shooting::{Field, Order, Restart, Rule, Run, Shot, Subtracted, total};
+use crate::settings::Schedule;
+use crate::shooting::{Field, Order, Restart, Rule, Run, Shot, Subtracted, one_by_one, total};
 use glam::{Vec3, Vec4};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -109,14 +109,17 @@ pub struct Relit {
 }
 
 /// Relights by `method`; `watch` sees every shot and the power that its loop began with.
+///
+/// Errors: the engine's; [`Error::Usage`] of an iteration over many cells at once.
 pub fn relight(
     engine: &mut dyn Restart,
     mesh: &Mesh,
     room: &Room,
     method: Method,
-    settings: &Settings,
+    schedule: &Schedule,
     watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
 ) -> Result<Relit> {
+    one_by_one(schedule)?;
     let [captured, later] = method.rules();
     let nothing = vec![Vec4::ZERO; mesh.texels.len()];
     let start = Field {
@@ -130,7 +133,7 @@ pub fn relight(
     let mut stopped = false;
     let mut phase = |engine: &mut dyn Restart, threshold, shots: &mut Vec<Shot>| -> Result<()> {
         let power = total(&engine.cell_power()?);
-        let left = settings.max_shots - (shots.len() as u32).min(settings.max_shots);
+        let left = schedule.max_shots - (shots.len() as u32).min(schedule.max_shots);
         if stopped || power <= threshold {
             return Ok(());
         }
@@ -149,13 +152,13 @@ pub fn relight(
     engine.restart(later, &surface.reflectance, &change)?;
     // What the capture left unshot is owed no better than the captured power.
     let captured = power_of(mesh, &start.residual);
-    let left = power_of(mesh, &room.residual).min(settings.epsilon * captured);
+    let left = power_of(mesh, &room.residual).min(schedule.epsilon * captured);
     let basis = if deposited > 0.0 {
-        deposited.max(left / settings.epsilon)
+        deposited.max(left / schedule.epsilon)
     } else {
         0.0
     };
-    let threshold = (settings.epsilon * basis) as f32;
+    let threshold = (schedule.epsilon * basis) as f32;
     // Lines 16 and 17: objects shoot on what they received; mended, so does the room.
     if deposited > 0.0 {
         phase(engine, threshold, &mut shots)?;

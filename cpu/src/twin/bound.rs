@@ -12,7 +12,7 @@ use crate::twin::projection::project;
 use crate::twin::view::View;
 use common::constants::{CONTACT, OUTLINE};
 use common::mesh::MeshFace;
-use common::settings::Visibility;
+use common::settings::Projection;
 use glam::{Vec2, Vec3, Vec4};
 
 const NOWHERE: Vec4 = Vec4::new(9.0, 9.0, -9.0, -9.0);
@@ -37,7 +37,7 @@ pub fn bound(view: &View, face: &MeshFace, side: u32) -> Vec4 {
     if hidden(view, face) {
         return NOWHERE;
     }
-    let cube = view.visibility == Visibility::Hemicube;
+    let cube = view.projection == Projection::Hemicube;
     let mut limits = NOWHERE;
     let mut rises = Vec3::ZERO;
     let mut sets = Vec3::ZERO;
@@ -74,7 +74,7 @@ pub fn bound(view: &View, face: &MeshFace, side: u32) -> Vec4 {
     }
     // Roundings, and rasterisers that snap to 1/256 pixel.
     let pixel = 2.0 / view.size as f32;
-    let most = extent(view.visibility, side, view.size);
+    let most = extent(view.projection, side, view.size);
     let low = (low(limits) - pixel).max(low(most) - pixel);
     let high = (high(limits) + pixel).min(high(most) + pixel);
     Vec4::new(low.x, low.y, high.x, high.y)
@@ -120,8 +120,8 @@ fn arc(view: &View, limits: Vec4, from_a: Vec3, to_b: Vec3, margin: f32) -> Vec4
 fn chord(view: &View, limits: Vec4, a: Vec3, b: Vec3, margin: f32) -> Vec4 {
     let d = b - a;
     let bulge = d.dot(d) / 7.0 + margin;
-    let p = project(view.visibility, a);
-    let q = project(view.visibility, b);
+    let p = project(view.projection, a);
+    let q = project(view.projection, b);
     around(limits, p.min(q) - bulge, p.max(q) + bulge)
 }
 

@@ -3,7 +3,7 @@
 //! `gpu/src/shaders/hemicube.wgsl`.
 
 use common::constants::GUTTER;
-use common::settings::Visibility;
+use common::settings::Projection;
 use glam::{Vec2, Vec3, Vec4};
 
 /// The side to which the horizontal direction `p` points.
@@ -61,8 +61,8 @@ pub fn place(side: u32, q: Vec2) -> Vec2 {
 }
 
 /// The part (low, high) of its plane that a side fills; all of the square for a disc.
-pub fn extent(visibility: Visibility, side: u32, size: u32) -> Vec4 {
-    if visibility != Visibility::Hemicube {
+pub fn extent(projection: Projection, side: u32, size: u32) -> Vec4 {
+    if projection != Projection::Hemicube {
         return Vec4::new(-1.0, -1.0, 1.0, 1.0);
     }
     if side == 0 {

@@ -30,7 +30,7 @@ impl ItemBuffer {
     pub fn draw(mesh: &Mesh, view: &View, faces: u32) -> Self {
         let faces = &mesh.faces[..faces as usize];
         let mut target = Target::new(view.size);
-        match view.raster {
+        match view.projection.raster() {
             Raster::Pixel => draw_pixels(faces, view, &mut target),
             Raster::Tessellated => draw_tessellated(faces, view, &mut target),
         }
@@ -43,7 +43,7 @@ impl ItemBuffer {
 
 fn draw_pixels(faces: &[MeshFace], view: &View, target: &mut Target) {
     for (id, face) in faces.iter().enumerate() {
-        for side in 0..view.visibility.sides() {
+        for side in 0..view.projection.sides() {
             let limits = bound(view, face, side);
             if limits.x >= limits.z || limits.y >= limits.w {
                 continue;
@@ -71,10 +71,10 @@ fn centres(a: f32, b: f32, size: u32) -> std::ops::Range<u32> {
 /// The depth of `face` in a pixel; none where the pixel's ray misses it.
 pub fn fragment(view: &View, face: &MeshFace, x: u32, y: u32) -> Option<f32> {
     let p = pixel_centre(x, y, view.size);
-    if !covered(view.visibility, p, view.size) {
+    if !covered(view.projection, p, view.size) {
         return None;
     }
-    let direction = view.frame.to_world(unproject(view.visibility, p));
+    let direction = view.frame.to_world(unproject(view.projection, p));
     let hit = intersect(face, view.frame.centre, direction);
     if hit.t <= 0.0 || hit.inside < -OUTLINE {
         return None;

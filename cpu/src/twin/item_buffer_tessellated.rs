@@ -10,7 +10,7 @@ use crate::twin::tessellate::{level, spread};
 use crate::twin::view::{Target, View};
 use common::constants::{BELOW, DEPTH_MAX, DEPTH_SCALE, HIDDEN, LEVELS, PAPER_FAR, PAPER_NEAR};
 use common::mesh::MeshFace;
-use common::settings::Visibility;
+use common::settings::Projection;
 use glam::Vec2;
 
 /// Steps per pixel to which rasterisers snap vertices.
@@ -135,7 +135,7 @@ fn vertex(view: &View, face: &MeshFace, u: f32, v: f32) -> Vertex {
     let z = local.z * view.unit;
     let printed = (2.0 * z * PAPER_FAR - PAPER_NEAR) / (PAPER_FAR - PAPER_NEAR);
     Vertex {
-        pixel: pixels(project(view.visibility, local), view.size),
+        pixel: pixels(project(view.projection, local), view.size),
         elevation: local.z / local.dot(local).sqrt(),
         depth: printed * 0.5 + 0.5,
     }
@@ -154,13 +154,13 @@ fn fragment(
     if p.x * p.x + p.y * p.y > 1.0 {
         return None;
     }
-    if view.visibility == Visibility::Paper {
+    if view.projection == Projection::Paper {
         return (0.0..=1.0).contains(&planar).then_some(planar);
     }
     if elevation < BELOW {
         return None;
     }
-    let direction = view.frame.to_world(unproject(view.visibility, p));
+    let direction = view.frame.to_world(unproject(view.projection, p));
     let facing = face.normal.dot(direction);
     let t = face.normal.dot(face.corners[0] - view.frame.centre) / facing;
     if facing == 0.0 || t <= 0.0 {

@@ -13,7 +13,7 @@ use common::constants::{END, OUTLINE};
 use common::intersect::{intersect, touches};
 use common::mesh::Mesh;
 use common::rays::Sight;
-use common::settings::{Lookup, Settings};
+use common::settings::{Drawing, Lookup};
 use glam::Vec3;
 
 /// The item buffers of one point of a cell: with the objects and, where it and they differ, without.
@@ -26,13 +26,13 @@ pub struct Buffers {
 
 impl Buffers {
     /// Draws them for point `s` of `cell`. The room is drawn alike in both.
-    pub fn new(mesh: &Mesh, cell: u32, s: u32, settings: &Settings) -> Self {
-        let view = View::new(mesh, cell, s, settings);
+    pub fn new(mesh: &Mesh, cell: u32, s: u32, drawing: &Drawing) -> Self {
+        let view = View::new(mesh, cell, s, drawing);
         let all = mesh.faces.len() as u32;
         let differ = mesh.room < all && !mesh.is_object(mesh.cells[cell as usize].face);
         Self {
             view,
-            lookup: settings.lookup,
+            lookup: drawing.lookup,
             with: ItemBuffer::draw(mesh, &view, all),
             without: differ.then(|| ItemBuffer::draw(mesh, &view, mesh.room)),
         }
@@ -69,7 +69,7 @@ pub fn visible(
     face: u32,
 ) -> bool {
     let p = pixels(
-        project(view.visibility, view.frame.to_local(position)),
+        project(view.projection, view.frame.to_local(position)),
         buffer.size,
     );
     let last = buffer.size as i32 - 1;

@@ -6,6 +6,7 @@ pub mod bound;
 pub mod closure;
 pub mod deposit;
 pub mod escape;
+pub mod frame;
 pub mod hemicube;
 pub mod item_buffer;
 mod item_buffer_tessellated;

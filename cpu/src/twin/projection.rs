@@ -8,57 +8,12 @@
 
 use crate::twin::hemicube::{axis, back, height, on_side, place, side_of, turned};
 use common::constants::GUTTER;
-use common::mesh::MeshFace;
-use common::settings::Visibility;
+use common::settings::Projection;
 use glam::{Vec2, Vec3};
 
-/// A shooter's frame: z along the normal.
-#[derive(Clone, Copy, Debug)]
-pub struct Frame {
-    /// Origin: the shooter's centre.
-    pub centre: Vec3,
-    /// x.
-    pub tangent: Vec3,
-    /// y.
-    pub bitangent: Vec3,
-    /// z.
-    pub normal: Vec3,
-}
-
-impl Frame {
-    /// The frame of a shooter at `centre` on `face`.
-    pub fn new(face: &MeshFace, centre: Vec3) -> Self {
-        Self {
-            centre,
-            tangent: face.tangent,
-            bitangent: face.normal.cross(face.tangent),
-            normal: face.normal,
-        }
-    }
-
-    /// `point` in the frame.
-    pub fn to_local(self, point: Vec3) -> Vec3 {
-        self.turn(point - self.centre)
-    }
-
-    /// A direction of the mesh in the frame.
-    pub fn turn(&self, d: Vec3) -> Vec3 {
-        Vec3::new(
-            self.tangent.dot(d),
-            self.bitangent.dot(d),
-            self.normal.dot(d),
-        )
-    }
-
-    /// A direction of the frame in the mesh.
-    pub fn to_world(self, v: Vec3) -> Vec3 {
-        self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
-    }
-}
-
 /// The image of a direction in the frame (any length but 0); for `paper` Table 3, lines 4 to 6.
-pub fn project(visibility: Visibility, v: Vec3) -> Vec2 {
-    if visibility == Visibility::Hemicube {
+pub fn project(projection: Projection, v: Vec3) -> Vec2 {
+    if projection == Projection::Hemicube {
         let side = if v.z >= v.x.abs().max(v.y.abs()) {
             0
         } else {
@@ -67,9 +22,9 @@ pub fn project(visibility: Visibility, v: Vec3) -> Vec2 {
         return place(side, on_side(side, v, height(side, v)));
     }
     let u = v / v.dot(v).sqrt();
-    match visibility {
-        Visibility::Stereographic => u.truncate() / (1.0 + u.z).max(1e-3),
-        Visibility::Hemisphere => {
+    match projection {
+        Projection::Stereographic(_) => u.truncate() / (1.0 + u.z).max(1e-3),
+        Projection::Hemisphere(_) => {
             let s = (u.x * u.x + u.y * u.y).sqrt();
             if u.z >= 0.0 {
                 u.truncate()
@@ -79,15 +34,15 @@ pub fn project(visibility: Visibility, v: Vec3) -> Vec2 {
                 Vec2::new(2.0, 0.0)
             }
         }
-        Visibility::Paper | Visibility::Rays | Visibility::Hemicube => u.truncate(),
+        Projection::Paper | Projection::Hemicube => u.truncate(),
     }
 }
 
 /// The direction of a point that is [`covered`]; not always of length 1.
-pub fn unproject(visibility: Visibility, p: Vec2) -> Vec3 {
+pub fn unproject(projection: Projection, p: Vec2) -> Vec3 {
     let q = p.x * p.x + p.y * p.y;
-    match visibility {
-        Visibility::Hemicube => {
+    match projection {
+        Projection::Hemicube => {
             if p.x.abs().max(p.y.abs()) <= 0.5 {
                 return (p * 2.0).extend(1.0);
             }
@@ -95,7 +50,7 @@ pub fn unproject(visibility: Visibility, p: Vec2) -> Vec3 {
             let side = turned(e, p);
             back(e, Vec2::new(1.0, 2.0 * side.y)).extend(2.0 - 2.0 * side.x)
         }
-        Visibility::Stereographic => {
+        Projection::Stereographic(_) => {
             let z = (1.0 - q) / (1.0 + q);
             (p * (1.0 + z)).extend(z)
         }
@@ -105,8 +60,8 @@ pub fn unproject(visibility: Visibility, p: Vec2) -> Vec3 {
 
 /// Whether a point of the square shows anything. The hemicube's sides go on a little beyond their
 /// folds, so that a lookup finds all neighbours of its pixel.
-pub fn covered(visibility: Visibility, p: Vec2, size: u32) -> bool {
-    if visibility == Visibility::Hemicube {
+pub fn covered(projection: Projection, p: Vec2, size: u32) -> bool {
+    if projection == Projection::Hemicube {
         return p.x.abs().min(p.y.abs()) <= 0.5 + 2.0 * GUTTER / size as f32;
     }
     p.x * p.x + p.y * p.y <= 1.0

@@ -10,7 +10,7 @@ use crate::twin::bound::{hidden, unit};
 use crate::twin::view::View;
 use common::constants::{HIDDEN, LEVELS};
 use common::mesh::MeshFace;
-use common::settings::Visibility;
+use common::settings::Projection;
 use glam::Vec3;
 
 /// The level of `face`.
@@ -18,7 +18,7 @@ pub fn level(view: &View, face: &MeshFace) -> u32 {
     if hidden(view, face) {
         return HIDDEN;
     }
-    if view.visibility == Visibility::Paper {
+    if view.projection == Projection::Paper {
         return 0;
     }
     let parts = widest(face, view.frame.centre) * (view.size as f32 / 16.0).sqrt();

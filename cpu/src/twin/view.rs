@@ -1,16 +1,14 @@
 //! From where a shooter looks, and the pixels in which it sees: what both rasters share.
 
-use crate::twin::projection::Frame;
+use crate::twin::frame::Frame;
 use common::mesh::Mesh;
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::{Drawing, Projection};
 
 /// What a raster pass needs beside the faces.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// The projection.
-    pub visibility: Visibility,
-    /// How faces are drawn.
-    pub raster: Raster,
+    /// The projection, and how faces are drawn.
+    pub projection: Projection,
     /// The shooter's frame.
     pub frame: Frame,
     /// The shooter's sheet: not drawn.
@@ -23,18 +21,23 @@ pub struct View {
 
 impl View {
     /// The view from point `s` of a cell.
-    pub fn new(mesh: &Mesh, cell: u32, s: u32, settings: &Settings) -> Self {
-        let face = &mesh.faces[mesh.cells[cell as usize].face as usize];
-        let point = mesh.points[(cell * mesh.samples + s) as usize];
+    pub fn new(mesh: &Mesh, cell: u32, s: u32, drawing: &Drawing) -> Self {
+        let (frame, sheet) = aim(mesh, cell, s);
         Self {
-            visibility: settings.visibility,
-            raster: settings.raster(),
-            frame: Frame::new(face, point.position),
-            sheet: face.sheet,
-            size: settings.item_buffer,
+            projection: drawing.projection,
+            frame,
+            sheet,
+            size: drawing.size,
             unit: mesh.unit as f32,
         }
     }
+}
+
+/// The frame at point `s` of a cell, and the cell's sheet: also where rays are asked from there.
+pub fn aim(mesh: &Mesh, cell: u32, s: u32) -> (Frame, u32) {
+    let face = &mesh.faces[mesh.cells[cell as usize].face as usize];
+    let point = mesh.points[(cell * mesh.samples + s) as usize];
+    (Frame::new(face, point.position), face.sheet)
 }
 
 /// IDs and depths under way.

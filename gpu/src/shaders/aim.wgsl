@@ -32,7 +32,8 @@ fn whole(@builtin(workgroup_id) group: vec3u) {
     draw(params.faces);
 }
 
-// Six corners for each side of each face; nothing is drawn for links that are kept.
+// Six corners for each side of each face; nothing is drawn for links that are kept, nor where rays
+// are asked: then there are no sides.
 fn draw(count: u32) {
     shots[slot].drawn = select(0u, count, shots[slot].shooting == 1u && shots[slot].fresh == 1u);
     rectangles[0] = 6u * SIDES * shots[slot].drawn;

@@ -5,32 +5,6 @@ fn tile() -> vec2u {
     return vec2u(slot % params.tiles, slot / params.tiles);
 }
 
-// Where the shooter stands and how it looks; `look` before anything is projected.
-struct Frame {
-    centre: vec3f,
-    tangent: vec3f,
-    bitangent: vec3f,
-    normal: vec3f,
-}
-
-var<private> frame: Frame;
-
-fn look() {
-    frame = Frame(shots[slot].centre, shots[slot].tangent, shots[slot].bitangent, shots[slot].normal);
-}
-
-fn to_local(point: vec3f) -> vec3f {
-    return turn(point - frame.centre);
-}
-
-fn turn(d: vec3f) -> vec3f {
-    return vec3f(dot(frame.tangent, d), dot(frame.bitangent, d), dot(frame.normal, d));
-}
-
-fn to_world(v: vec3f) -> vec3f {
-    return frame.tangent * v.x + frame.bitangent * v.y + frame.normal * v.z;
-}
-
 // For PROJECTION_PAPER, Table 3, lines 4 to 6.
 fn project(v: vec3f) -> vec2f {
     if PROJECTION == PROJECTION_HEMICUBE {

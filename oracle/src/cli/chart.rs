@@ -244,7 +244,8 @@ impl Program<'_> {
         if only != Some(SolverOption::Gpu) {
             all.extend(of(Solver::Cpu));
             // On the texels of a truth of its own it would be the truth.
-            let truth = |m: &Method| self.arguments.truth.is_none() && m.settings.texels == texels;
+            let truth =
+                |m: &Method| self.arguments.truth.is_none() && m.settings.meshing.texels == texels;
             all.extend(of(Solver::Matrix).into_iter().filter(|m| !truth(m)));
         }
         if only != Some(SolverOption::Cpu) && self.gpu.is_some() {

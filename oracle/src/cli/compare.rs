@@ -12,7 +12,7 @@ use clap::{Args, Parser};
 use common::form_factor::FormFactor;
 use common::import::load;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Drawing, Meshing, Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use glam::Vec3;
@@ -51,8 +51,7 @@ pub fn demo() -> Result<Outcome> {
 /// Compares and reports.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
-    let asked = common.visibility.map(Into::into);
-    common.not_for_rays(asked.unwrap_or(Visibility::Stereographic))?;
+    common.not_for_rays(solve::visibility(common, true))?;
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
@@ -135,10 +134,12 @@ fn ways(common: &Common, scene: &Scene) -> Result<Ways> {
         return Ok(Ways::One(solve, common.given()));
     }
     let paper = Settings {
-        texels: solve.texels,
-        cells: 1,
-        samples: 1,
-        ..common.settings(Visibility::Stereographic, FormFactor::Disc)?
+        meshing: Meshing {
+            texels: solve.meshing.texels,
+            cells: 1,
+            samples: 1,
+        },
+        ..common.settings(Visibility::Drawn(Drawing::DEFAULT), FormFactor::Disc)?
     };
     Ok(Ways::Both { paper, solve })
 }

@@ -9,10 +9,11 @@ use crate::study::converge::run::Bench;
 use crate::study::converge::sweeps::sweeps;
 use crate::study::converge::{MeasuredSweep, Study, item_buffer, json, page};
 use clap::Args;
+use common::cover::sampled;
+use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load};
-use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::Settings;
+use common::settings::Meshing;
 use common::solution::{Stored, prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
@@ -109,15 +110,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 /// Whole faces and centres, as in `compare`.
 fn item_buffers(scene: &Scene, gpu: &Gpu, quiet: bool) -> Result<Vec<item_buffer::Row>> {
-    let settings = Settings {
+    let meshing = Meshing {
         cells: 1,
-        ..Settings::default()
+        ..Meshing::default()
     };
-    let mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
+    let mesh = sampled(scene, &meshing)?;
     let progress = Progress::new(&scene.name, quiet);
     let mut done = 0;
-    let all = (item_buffer::RASTERS.len() * item_buffer::LOOKUPS.len() * SIZES.len()) as u32;
-    item_buffer::rows(gpu, &mesh, &settings, &SIZES, &mut |_| {
+    let all = (item_buffer::PROJECTIONS.len() * item_buffer::LOOKUPS.len() * SIZES.len()) as u32;
+    item_buffer::rows(gpu, &mesh, FormFactor::Polygon, &SIZES, &mut |_| {
         done += 1;
         let _ = progress.show(
             "item buffers against rays",

@@ -4,7 +4,10 @@ use crate::solve::Given;
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
-use common::settings::{Iteration, Lookup, Quality, Raster, Settings, Visibility};
+use common::settings::{
+    Drawing, Iteration, Lookup, Meshing, Projection, Quality, Raster, Schedule, Settings,
+    Transport, Visibility,
+};
 use common::{Error, Result};
 
 /// `--quality`.
@@ -45,13 +48,14 @@ pub enum VisibilityOption {
 
 impl From<VisibilityOption> for Visibility {
     fn from(option: VisibilityOption) -> Self {
-        match option {
-            VisibilityOption::Rays => Self::Rays,
-            VisibilityOption::Paper => Self::Paper,
-            VisibilityOption::Hemisphere => Self::Hemisphere,
-            VisibilityOption::Stereographic => Self::Stereographic,
-            VisibilityOption::Hemicube => Self::Hemicube,
-        }
+        let projection = match option {
+            VisibilityOption::Rays => return Self::Rays,
+            VisibilityOption::Paper => Projection::Paper,
+            VisibilityOption::Hemisphere => Projection::Hemisphere(Raster::Pixel),
+            VisibilityOption::Stereographic => Projection::Stereographic(Raster::Pixel),
+            VisibilityOption::Hemicube => Projection::Hemicube,
+        };
+        Self::drawn(projection, Drawing::DEFAULT.size)
     }
 }
 
@@ -85,6 +89,15 @@ pub enum RasterOption {
     Tessellated,
 }
 
+impl From<RasterOption> for Raster {
+    fn from(option: RasterOption) -> Self {
+        match option {
+            RasterOption::Pixel => Self::Pixel,
+            RasterOption::Tessellated => Self::Tessellated,
+        }
+    }
+}
+
 /// `--lookup`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LookupOption {
@@ -93,6 +106,15 @@ pub enum LookupOption {
     /// That pixel or its eight neighbours, unless a face seen there hides the texel
     #[value(name = "3x3")]
     Neighbours,
+}
+
+impl From<LookupOption> for Lookup {
+    fn from(option: LookupOption) -> Self {
+        match option {
+            LookupOption::Exact => Self::Exact,
+            LookupOption::Neighbours => Self::Neighbours,
+        }
+    }
 }
 
 /// `--iteration`.
@@ -204,58 +226,62 @@ impl Common {
 
     /// The settings of `solve`, and of what is done by one.
     pub fn of_passes(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
-        let iteration = self.iteration.map_or(Iteration::Cg, Into::into);
         let shots = Self {
             iteration: None,
             ..self.clone()
         };
-        Ok(Settings {
-            iteration,
-            ..shots.settings(visibility, form_factor)?
-        })
+        let mut settings = shots.settings(visibility, form_factor)?;
+        settings.schedule.iteration = self.iteration.map_or(Iteration::Cg, Into::into);
+        Ok(settings)
     }
 
-    /// The settings of a command that shoots one cell after the other.
+    /// The settings of a command that shoots one cell after the other; `visibility` where none is
+    /// asked for.
     pub fn settings(&self, visibility: Visibility, form_factor: FormFactor) -> Result<Settings> {
         if !matches!(self.iteration, None | Some(IterationOption::Southwell)) {
             return Err(Error::Usage(
                 "this command shoots one cell after the other: leave --iteration out, or give southwell".into(),
             ));
         }
-        let quality = self.quality();
-        let (texels, cells, samples, epsilon) = quality.settings();
-        let default = Settings::default();
-        let mut settings = Settings {
-            quality,
-            texels: self.texels.unwrap_or(texels),
-            epsilon: self.epsilon.unwrap_or(epsilon),
-            max_shots: self.max_shots.unwrap_or(default.max_shots),
-            iteration: Iteration::Southwell,
-            visibility: self.visibility.map_or(visibility, Into::into),
-            item_buffer: self.item_buffer.unwrap_or(default.item_buffer),
-            raster: match self.raster {
-                Some(RasterOption::Tessellated) => Raster::Tessellated,
-                Some(RasterOption::Pixel) | None => Raster::Pixel,
+        let default = Settings::of(self.quality());
+        Ok(Settings {
+            quality: default.quality,
+            meshing: Meshing {
+                texels: self.texels.unwrap_or(default.meshing.texels),
+                cells: self.cells.unwrap_or(default.meshing.cells),
+                samples: self.samples.unwrap_or(default.meshing.samples),
             },
-            lookup: match self.lookup {
-                Some(LookupOption::Exact) => Lookup::Exact,
-                Some(LookupOption::Neighbours) => Lookup::Neighbours,
-                None => default.lookup,
+            transport: Transport {
+                visibility: self.drawn(self.visibility.map_or(visibility, Into::into))?,
+                form_factor: self.form_factor.map_or(form_factor, Into::into),
+                conserve: self.conserve,
             },
-            form_factor: self.form_factor.map_or(form_factor, Into::into),
-            cells: self.cells.unwrap_or(cells),
-            samples: self.samples.unwrap_or(samples),
-            conserve: self.conserve,
+            schedule: Schedule {
+                iteration: Iteration::Southwell,
+                epsilon: self.epsilon.unwrap_or(default.schedule.epsilon),
+                max_shots: self.max_shots.unwrap_or(default.schedule.max_shots),
+            },
+        })
+    }
+
+    /// The visibility with the options of item buffers; [`Common::not_for_rays`] has refused them where
+    /// nothing is drawn.
+    fn drawn(&self, visibility: Visibility) -> Result<Visibility> {
+        let Visibility::Drawn(default) = visibility else {
+            return Ok(visibility);
         };
-        let asked = settings.raster;
-        settings.raster = settings.raster();
-        if self.raster.is_some() && settings.raster != asked {
-            return Err(Error::Usage(
+        let raster = self.raster.map_or(default.projection.raster(), Into::into);
+        let projection = default.projection.by(raster).ok_or_else(|| {
+            Error::Usage(
                 "--raster: paper is always tessellated, and the hemicube always drawn by pixels; leave it out"
                     .into(),
-            ));
-        }
-        Ok(settings)
+            )
+        })?;
+        Ok(Visibility::Drawn(Drawing {
+            projection,
+            size: self.item_buffer.unwrap_or(default.size),
+            lookup: self.lookup.map_or(default.lookup, Into::into),
+        }))
     }
 
     /// The import options.

@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
     let (settings, changed) = settings_for(common, scene, gpu.is_some())?;
     let settings = &settings;
-    let counts = Counts::new(scene, settings);
+    let counts = Counts::new(scene, &settings.meshing);
     let who = gpu.map_or("CPU".into(), |gpu| format!("GPU, {}", gpu.line.name));
     result!("")?;
     result!("{}, {who}", scene.name)?;
@@ -84,7 +84,7 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
         count(counts.texels),
         count(counts.cells),
         count(counts.links()),
-        settings.samples
+        settings.meshing.samples
     )?;
     if let Some(changed) = changed {
         result!("  note    {changed}")?;
@@ -126,7 +126,7 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
 fn mending(scene: &Scene, settings: &Settings, given: Given, seconds: f64) -> String {
     let triangle = |face: &&Face| face.shape == Shape::Triangle;
     let triangles = scene.faces.iter().filter(triangle).count() as u64;
-    let counts = Counts::new(scene, settings);
+    let counts = Counts::new(scene, &settings.meshing);
     let size = Size {
         quads: counts.faces - triangles,
         triangles,
@@ -145,9 +145,9 @@ fn mending(scene: &Scene, settings: &Settings, given: Given, seconds: f64) -> St
         "at most {} s more where it is about {} % off: up to {cells}×{cells} cells and {} samples, {} samples and pixels a solve",
         two(more),
         100.0 * MEND,
-        last.samples,
+        last.meshing.samples,
         count(BUDGET),
-        cells = last.cells
+        cells = last.meshing.cells
     )
 }
 
@@ -174,8 +174,8 @@ fn passes(settings: &Settings, expected: &Expected) -> String {
         count(expected.passes.round() as u64),
         count(expected.shots.round() as u64),
     );
-    let name = format!("{:?}", settings.iteration).to_lowercase();
-    let what = match settings.iteration {
+    let name = format!("{:?}", settings.schedule.iteration).to_lowercase();
+    let what = match settings.schedule.iteration {
         Iteration::Southwell => format!("{shots} shots"),
         _ => format!("{passes} passes, {shots} shots"),
     };
@@ -186,7 +186,7 @@ fn passes(settings: &Settings, expected: &Expected) -> String {
 }
 
 fn matrix(scene: &Scene, settings: &Settings) -> Result<Outcome> {
-    let counts = Counts::new(scene, settings);
+    let counts = Counts::new(scene, &settings.meshing);
     result!("")?;
     result!("{}, matrix", scene.name)?;
     result!(
@@ -200,7 +200,7 @@ fn matrix(scene: &Scene, settings: &Settings) -> Result<Outcome> {
         size(memory::bytes(counts.texels)),
         size(memory::MEMORY)
     )?;
-    if let Err(error) = check_matrix(scene, settings.texels) {
+    if let Err(error) = check_matrix(scene, settings.meshing.texels) {
         result!("  refused {error}")?;
     }
     Ok(Outcome::Done)

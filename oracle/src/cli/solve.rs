@@ -11,7 +11,7 @@ use crate::plan::fits::{Limit, check, check_matrix};
 use crate::solve::solved::Dense;
 use crate::solve::solver::Solver;
 use crate::solve::watch::Watch;
-use crate::solve::{Question, answer};
+use crate::solve::{Question, answer, dense};
 use clap::Args;
 use common::Result;
 use common::capture::maps;
@@ -20,7 +20,7 @@ use common::form_factor::FormFactor;
 use common::import::load;
 use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::{Quality, Settings, Visibility};
+use common::settings::{Drawing, Meshing, Quality, Settings, Visibility};
 use common::shooting::Field;
 use common::solution::{Seconds, Solution, prepare};
 use glam::Vec3;
@@ -144,13 +144,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 /// The settings in force, if there is memory for them; and what was changed in them.
 fn fitting(common: &Common, scene: &Scene, solver: Solver) -> Result<(Settings, Option<String>)> {
     if let Solver::Matrix = solver {
-        // Every texel shoots: cells are texels.
         let shooting = common.settings(Visibility::Rays, FormFactor::Polygon)?;
-        let settings = Settings {
-            cells: 1,
-            ..shooting
-        };
-        check_matrix(scene, settings.texels)?;
+        let settings = dense::settings(shooting.meshing.texels);
+        check_matrix(scene, settings.meshing.texels)?;
         return Ok((settings, None));
     }
     let (settings, changed) = settings_for(common, scene, solver.gpu().is_some())?;
@@ -160,7 +156,7 @@ fn fitting(common: &Common, scene: &Scene, solver: Solver) -> Result<(Settings, 
 
 /// Cells are blocks of whole texels.
 fn fewer_cells(settings: &Settings) -> Option<String> {
-    let Settings { cells, texels, .. } = settings;
+    let Meshing { cells, texels, .. } = settings.meshing;
     (cells > texels).then(|| {
         format!(
             "{texels}×{texels} cells a face instead of {cells}×{cells}: each has a texel at least"
@@ -189,7 +185,9 @@ pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
 pub fn visibility(common: &Common, on_gpu: bool) -> Visibility {
     match common.visibility {
         Some(given) => given.into(),
-        None if on_gpu && common.quality() != Quality::Reference => Visibility::Stereographic,
+        None if on_gpu && common.quality() != Quality::Reference => {
+            Visibility::Drawn(Drawing::DEFAULT)
+        }
         None => Visibility::Rays,
     }
 }
@@ -206,7 +204,10 @@ pub fn settings_for(
         cells: common.cells.is_some(),
         samples: common.samples.is_some(),
     };
-    Ok(adapted(scene, &settings(common, on_gpu)?, chosen))
+    let mut settings = settings(common, on_gpu)?;
+    let (meshing, changed) = adapted(scene, &settings.meshing, chosen);
+    settings.meshing = meshing;
+    Ok((settings, changed))
 }
 
 fn of_shots(solution: &Solution) {

@@ -9,7 +9,7 @@ use common::Result;
 use common::cover;
 use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::{Iteration, Settings};
+use common::settings::{Iteration, Meshing, Settings};
 use std::time::Instant;
 
 /// Seconds that need no announcement.
@@ -40,14 +40,14 @@ impl Ahead {
 pub fn ahead(scene: &Scene, settings: &Settings, solver: Solver) -> Result<Ahead> {
     let start = Instant::now();
     // What stands on the points changes no time, but takes its own.
-    let mut mesh = Mesh::uniform(scene, settings.texels, settings.cells)?;
-    mesh.sample(settings.samples);
-    let mut engine = solver.engine(&mesh, settings)?;
+    let mut mesh = Mesh::uniform(scene, settings.meshing.texels, settings.meshing.cells)?;
+    mesh.sample(settings.meshing.samples);
+    let mut engine = solver.engine(&mesh, &settings.transport)?;
     let made = start.elapsed().as_secs_f64();
     let prepare = made + cover::seconds(&mesh);
-    let mut settings = settings.clone();
+    let mut settings = *settings;
     if !engine.has_room() {
-        settings.iteration = Iteration::Southwell;
+        settings.schedule.iteration = Iteration::Southwell;
     }
     let expected = expected(scene, &settings)?;
     let time = time(engine.as_mut(), &mesh, &expected)?;
@@ -78,7 +78,7 @@ pub fn warning(scene: &Scene, settings: &Settings, solver: Solver) -> Result<Opt
 }
 
 fn triples(scene: &Scene, settings: &Settings) -> u64 {
-    let counts = Counts::new(scene, settings);
+    let counts = Counts::new(scene, &settings.meshing);
     let pairs = counts.faces.saturating_mul(counts.faces);
     let links = counts.links().saturating_mul(counts.samples);
     links.saturating_add(pairs.saturating_mul(PAIR.min(counts.samples)))
@@ -88,19 +88,21 @@ fn triples(scene: &Scene, settings: &Settings) -> u64 {
 fn tenth(scene: &Scene, settings: &Settings) -> Option<String> {
     let most = triples(scene, settings) / 10;
     let ways = [
-        (settings.cells, settings.samples, ""),
-        (1, settings.samples, " --cells 1"),
+        (settings.meshing.cells, settings.meshing.samples, ""),
+        (1, settings.meshing.samples, " --cells 1"),
         (1, 1, " --cells 1 --samples 1"),
     ];
     ways.into_iter().find_map(|(cells, samples, options)| {
         let with = |texels: u32| Settings {
-            texels,
-            cells,
-            samples,
-            ..settings.clone()
+            meshing: Meshing {
+                texels,
+                cells,
+                samples,
+            },
+            ..*settings
         };
         let fits = |texels: &u32| triples(scene, &with(*texels)) <= most;
-        let texels = (1..=settings.texels).rev().find(fits)?;
+        let texels = (1..=settings.meshing.texels).rev().find(fits)?;
         Some(format!("--texels {texels}{options}"))
     })
 }
@@ -135,7 +137,10 @@ mod tests {
     #[test]
     fn a_tenth_is_a_tenth() {
         let settings = Settings {
-            samples: 4,
+            meshing: Meshing {
+                samples: 4,
+                ..Meshing::default()
+            },
             ..Settings::default()
         };
         // 5² of 16² texels are 9.8 %.
@@ -147,9 +152,11 @@ mod tests {
             );
         }
         let single = Settings {
-            texels: 1,
-            cells: 1,
-            samples: 1,
+            meshing: Meshing {
+                texels: 1,
+                cells: 1,
+                samples: 1,
+            },
             ..Settings::default()
         };
         assert_eq!(tenth(&quads(100_000), &single), None);

@@ -1,7 +1,7 @@
 //! How many there will be of everything, without making any of it.
 
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Meshing, Visibility};
 use common::texel::Cells;
 
 /// Counts of one solve.
@@ -18,16 +18,16 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Of `scene` at these settings.
-    pub fn new(scene: &Scene, settings: &Settings) -> Self {
-        let resolution = [settings.texels; 2];
-        let cells = |shape| u64::from(Cells::new(shape, resolution, settings.cells).count());
+    /// Of `scene`, meshed so.
+    pub fn new(scene: &Scene, meshing: &Meshing) -> Self {
+        let resolution = [meshing.texels; 2];
+        let cells = |shape| u64::from(Cells::new(shape, resolution, meshing.cells).count());
         let faces = scene.faces.len() as u64;
         Self {
             faces,
-            texels: faces * u64::from(settings.texels).pow(2),
+            texels: faces * u64::from(meshing.texels).pow(2),
             cells: scene.faces.iter().map(|face| cells(face.shape)).sum(),
-            samples: u64::from(settings.samples),
+            samples: u64::from(meshing.samples),
         }
     }
 
@@ -48,10 +48,10 @@ impl Counts {
     }
 
     /// The pixels of the item buffers of `cells` cells, one buffer a sample; 0 by rays.
-    pub fn pixels(&self, cells: u64, settings: &Settings) -> u64 {
-        match settings.visibility {
+    pub fn pixels(&self, cells: u64, visibility: Visibility) -> u64 {
+        match visibility {
             Visibility::Rays => 0,
-            _ => cells * self.samples * u64::from(settings.item_buffer).pow(2),
+            Visibility::Drawn(drawing) => cells * self.samples * drawing.pixels(),
         }
     }
 }
@@ -80,12 +80,12 @@ mod tests {
     #[test]
     fn the_counts_are_those_of_the_mesh() {
         for (texels, cells) in [(1, 1), (8, 4), (6, 4), (7, 3), (2, 8)] {
-            let settings = Settings {
+            let meshing = Meshing {
                 texels,
                 cells,
-                ..Settings::default()
+                ..Meshing::default()
             };
-            let counts = Counts::new(&scene(), &settings);
+            let counts = Counts::new(&scene(), &meshing);
             let mesh = Mesh::uniform(&scene(), texels, cells).unwrap();
             assert_eq!(counts.texels, mesh.texels.len() as u64);
             assert_eq!(counts.cells, mesh.cells.len() as u64, "{texels} {cells}");

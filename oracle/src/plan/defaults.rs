@@ -8,7 +8,7 @@
 use super::Counts;
 use common::constants::LINK_BYTES;
 use common::scene::Scene;
-use common::settings::Settings;
+use common::settings::Meshing;
 
 /// Links that are kept.
 const LINKS: u64 = LINK_BYTES / 4;
@@ -28,9 +28,9 @@ pub struct Chosen {
     pub samples: bool,
 }
 
-/// `settings` for `scene`, and what was changed.
-pub fn adapted(scene: &Scene, settings: &Settings, chosen: Chosen) -> (Settings, Option<String>) {
-    let mut found = settings.clone();
+/// `meshing` for `scene`, and what was changed.
+pub fn adapted(scene: &Scene, meshing: &Meshing, chosen: Chosen) -> (Meshing, Option<String>) {
+    let mut found = *meshing;
     if chosen.quality {
         return (found, None);
     }
@@ -45,23 +45,23 @@ pub fn adapted(scene: &Scene, settings: &Settings, chosen: Chosen) -> (Settings,
     {
         found.samples /= 2;
     }
-    let note = (found != *settings).then(|| {
+    let note = (found != *meshing).then(|| {
         format!(
             "{} faces: {}, {} and {} a cell instead of {}, {} and {}; --texels, --cells and --samples set them",
             scene.faces.len(),
             squared(found.texels, "texel"),
             squared(found.cells, "cell"),
             counted(found.samples),
-            squared(settings.texels, "texel"),
-            squared(settings.cells, "cell"),
-            settings.samples,
+            squared(meshing.texels, "texel"),
+            squared(meshing.cells, "cell"),
+            meshing.samples,
         )
     });
     (found, note)
 }
 
-fn links(scene: &Scene, settings: &Settings) -> u64 {
-    Counts::new(scene, settings).links()
+fn links(scene: &Scene, meshing: &Meshing) -> u64 {
+    Counts::new(scene, meshing).links()
 }
 
 fn squared(side: u32, what: &str) -> String {
@@ -76,6 +76,7 @@ fn counted(samples: u32) -> String {
 mod tests {
     use super::*;
     use common::scene::Face;
+    use common::settings::Quality;
     use glam::{DVec3, Vec3};
 
     fn quads(count: usize) -> Scene {
@@ -87,11 +88,8 @@ mod tests {
         }
     }
 
-    fn normal() -> Settings {
-        Settings {
-            samples: 4,
-            ..Settings::default()
-        }
+    fn normal() -> Meshing {
+        Quality::Normal.meshing()
     }
 
     fn at(count: usize) -> [u32; 3] {
@@ -110,11 +108,10 @@ mod tests {
         assert_eq!(at(16_384), [1, 1, 1]);
         for count in [300, 1000, 5000, 16_000] {
             let [texels, cells, samples] = at(count);
-            let found = Settings {
+            let found = Meshing {
                 texels,
                 cells,
                 samples,
-                ..normal()
             };
             assert!(4 * links(&quads(count), &found) <= LINK_BYTES, "{count}");
         }

@@ -4,7 +4,7 @@ use super::Counts;
 use super::memory::Memory;
 use common::mesh::MAX_TEXELS;
 use common::scene::Scene;
-use common::settings::Settings;
+use common::settings::{Meshing, Settings};
 use common::{Error, Result};
 use cpu::matrix::memory;
 use gpu::Gpu;
@@ -96,7 +96,7 @@ pub fn host_bytes(counts: &Counts, settings: &Settings, gpu: Option<&Gpu>) -> u6
 
 /// Why a solve cannot be held; none where it can.
 fn reason(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>, limit: Limit) -> Option<String> {
-    let counts = Counts::new(scene, settings);
+    let counts = Counts::new(scene, &settings.meshing);
     if counts.texels > MAX_TEXELS {
         return Some(format!(
             "{} faces would have {} texels, and {MAX_TEXELS} is the most",
@@ -144,10 +144,12 @@ fn would_fit(
 ) -> Option<String> {
     let fits = |settings: &Settings| reason(scene, settings, gpu, limit).is_none();
     let least = |texels: u32, cells, samples| Settings {
-        texels,
-        cells: settings.cells.min(cells),
-        samples: settings.samples.min(samples),
-        ..settings.clone()
+        meshing: Meshing {
+            texels,
+            cells: settings.meshing.cells.min(cells),
+            samples: settings.meshing.samples.min(samples),
+        },
+        ..*settings
     };
     let all = u32::MAX;
     let ways: [(&str, u32, u32); 3] = [
@@ -156,10 +158,10 @@ fn would_fit(
         (" --cells 1 --samples 1", 1, 1),
     ];
     for (options, cells, samples) in ways {
-        if fits(&least(settings.texels, cells, samples)) {
+        if fits(&least(settings.meshing.texels, cells, samples)) {
             return Some(options.trim_start().to_owned());
         }
-        let found = largest(settings.texels, |n| fits(&least(n, cells, samples)));
+        let found = largest(settings.meshing.texels, |n| fits(&least(n, cells, samples)));
         if let Some(texels) = found {
             return Some(format!("--texels {texels}{options}"));
         }
@@ -222,9 +224,11 @@ mod tests {
 
     fn with(texels: u32, cells: u32, samples: u32) -> Settings {
         Settings {
-            texels,
-            cells,
-            samples,
+            meshing: Meshing {
+                texels,
+                cells,
+                samples,
+            },
             ..Settings::default()
         }
     }
@@ -244,7 +248,7 @@ mod tests {
     #[test]
     fn what_fits_is_let_through_and_what_does_not_is_told_the_finest_that_does() {
         let settings = with(64, 4, 4);
-        let needs = host_bytes(&Counts::new(&scene(), &settings), &settings, None);
+        let needs = host_bytes(&Counts::new(&scene(), &settings.meshing), &settings, None);
         assert_eq!(told(&settings, needs), "");
         assert!(told(&settings, needs - 1).contains("--texels 63 would fit"));
         // The advice holds, and one texel more does not.

@@ -36,7 +36,7 @@ impl Memory {
         Self {
             mesh: mesh(counts),
             state: memory::state(counts.texels),
-            links: memory::links(counts.cells, counts.texels, settings),
+            links: memory::links(counts.cells, counts.texels, settings.schedule.iteration),
             scene: scene(counts),
             look: look(counts),
         }
@@ -46,7 +46,11 @@ impl Memory {
     pub fn gpu(gpu: &Gpu, counts: &Counts, settings: &Settings) -> Self {
         Self {
             mesh: mesh(counts),
-            state: gpu.state_bytes(counts.faces, counts.cells, counts.texels, settings),
+            state: gpu.state_bytes(
+                [counts.faces, counts.cells, counts.texels],
+                counts.samples,
+                &settings.transport,
+            ),
             links: gpu.link_bytes(counts.cells, counts.texels),
             scene: scene(counts),
             look: look(counts),

@@ -14,7 +14,7 @@ use crate::solve::task::Task;
 use crate::solve::watch::unwatched;
 use common::Result;
 use common::scene::Scene;
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Iteration, Meshing, Settings, Transport, Visibility};
 
 /// Links of the small solve: some tenths of a second.
 const MOST_LINKS: u64 = 1 << 22;
@@ -36,9 +36,9 @@ pub struct Expected {
 
 /// For `settings` on `scene`.
 pub fn expected(scene: &Scene, settings: &Settings) -> Result<Expected> {
-    let counts = Counts::new(scene, settings);
+    let counts = Counts::new(scene, &settings.meshing);
     match small(scene, settings) {
-        Some(small) => scaled(scene, &small, settings.iteration, &counts),
+        Some(small) => scaled(scene, &small, settings.schedule.iteration, &counts),
         None => Ok(bound(scene, settings, &counts)),
     }
 }
@@ -46,14 +46,21 @@ pub fn expected(scene: &Scene, settings: &Settings) -> Result<Expected> {
 /// The finest cells that make few enough links; centres only, by rays.
 fn small(scene: &Scene, settings: &Settings) -> Option<Settings> {
     let with = |cells: u32| Settings {
-        cells,
-        texels: cells.clamp(TEXELS[0], TEXELS[1]).min(settings.texels),
-        samples: 1,
-        visibility: Visibility::Rays,
-        ..settings.clone()
+        meshing: Meshing {
+            cells,
+            texels: cells
+                .clamp(TEXELS[0], TEXELS[1])
+                .min(settings.meshing.texels),
+            samples: 1,
+        },
+        transport: Transport {
+            visibility: Visibility::Rays,
+            ..settings.transport
+        },
+        ..*settings
     };
-    let fewer = (1..=settings.cells.min(TEXELS[1])).rev().map(with);
-    let few = |small: &Settings| Counts::new(scene, small).links() <= MOST_LINKS;
+    let fewer = (1..=settings.meshing.cells.min(TEXELS[1])).rev().map(with);
+    let few = |small: &Settings| Counts::new(scene, &small.meshing).links() <= MOST_LINKS;
     fewer.into_iter().find(few)
 }
 
@@ -78,7 +85,7 @@ fn scaled(
         },
         shots: run.shooters as f64 * times,
         linked: linked as f64 * times,
-        from: Some(small.texels),
+        from: Some(small.meshing.texels),
     })
 }
 
@@ -86,13 +93,13 @@ fn bound(scene: &Scene, settings: &Settings, counts: &Counts) -> Expected {
     let largest = scene.faces.iter().map(|f| f.reflectance.max_element());
     // At ρ = 0 one pass is all; the formulas need a little.
     let rho = f64::from(largest.fold(0.0, f32::max)).clamp(1e-6, 0.9999);
-    let (cells, fall) = (counts.cells as f64, (1.0 / settings.epsilon).ln());
+    let (cells, fall) = (counts.cells as f64, (1.0 / settings.schedule.epsilon).ln());
     let single = cells * fall / (1.0 - rho);
-    let (passes, shots) = match settings.iteration {
+    let (passes, shots) = match settings.schedule.iteration {
         Iteration::Southwell => (single, single),
         Iteration::Chebyshev | Iteration::Cg => {
             let sigma = rho / (1.0 + (1.0 - rho * rho).sqrt());
-            let passes = (2.0 / settings.epsilon).ln() / (1.0 / sigma).ln();
+            let passes = (2.0 / settings.schedule.epsilon).ln() / (1.0 / sigma).ln();
             let passes = passes.max(1.0).ceil();
             (passes, passes * cells)
         }
@@ -109,6 +116,7 @@ fn bound(scene: &Scene, settings: &Settings, counts: &Counts) -> Expected {
 mod tests {
     use super::*;
     use common::scene::Face;
+    use common::settings::Schedule;
     use glam::{DVec3, Vec3};
 
     /// Two unit squares that face each other.
@@ -129,12 +137,18 @@ mod tests {
         use Iteration::{Cg, Chebyshev, Southwell};
         for iteration in [Southwell, Chebyshev, Cg] {
             let settings = Settings {
-                texels: 8,
-                iteration,
-                epsilon: 1e-4,
+                meshing: Meshing {
+                    texels: 8,
+                    ..Meshing::default()
+                },
+                schedule: Schedule {
+                    iteration,
+                    epsilon: 1e-4,
+                    ..Schedule::default()
+                },
                 ..Settings::default()
             };
-            let counts = Counts::new(&plates(), &settings);
+            let counts = Counts::new(&plates(), &settings.meshing);
             let bound = bound(&plates(), &settings, &counts);
             let told = expected(&plates(), &settings).unwrap();
             assert!(told.from.is_some());

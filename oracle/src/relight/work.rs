@@ -84,10 +84,16 @@ pub fn capture(
     watch: &Watch,
 ) -> Result<Values> {
     let scene = &stage.captured.scene;
-    let resolutions = &stage.captured.resolutions;
-    let mesh = furnished_until(scene, stage.room, resolutions, settings, &interrupted)?;
-    let mut engine = solver.engine(&mesh, settings)?;
-    let run = passes::solve(engine.as_mut(), &mesh, settings, &mut |done| {
+    let (resolutions, meshing) = (&stage.captured.resolutions, settings.meshing);
+    let mesh = furnished_until(
+        scene,
+        stage.room,
+        resolutions,
+        [meshing.cells, meshing.samples],
+        &interrupted,
+    )?;
+    let mut engine = solver.engine(&mesh, &settings.transport)?;
+    let run = passes::solve(engine.as_mut(), &mesh, &settings.schedule, &mut |done| {
         watch.tell("capture", done)
     })?;
     if watch.stopped() {
@@ -159,7 +165,14 @@ impl Work<'_> {
             resolutions,
             ..
         } = self.stage;
-        furnished_until(scene, *room, resolutions, self.settings, &interrupted)
+        let meshing = self.settings.meshing;
+        furnished_until(
+            scene,
+            *room,
+            resolutions,
+            [meshing.cells, meshing.samples],
+            &interrupted,
+        )
     }
 
     fn signed(
@@ -169,12 +182,14 @@ impl Work<'_> {
         method: Method,
         settings: &Settings,
     ) -> Result<loops::Relit> {
-        let mut engine = self.solver.engine(mesh, settings)?;
+        let mut engine = self.solver.engine(mesh, &settings.transport)?;
+        // Captured shots first, then what follows from them.
+        let schedule = settings.schedule.one_by_one();
         let mut told = |shot: &Shot, emitted| {
-            let done = progress(shot, emitted, settings.epsilon);
+            let done = progress(shot, emitted, settings.schedule.epsilon);
             self.watch.tell("relight", done)
         };
-        let relit = relight(engine.as_mut(), mesh, room, method, settings, &mut told)?;
+        let relit = relight(engine.as_mut(), mesh, room, method, &schedule, &mut told)?;
         if self.watch.stopped() && !relit.complete {
             return Err(Error::Interrupted);
         }
@@ -183,10 +198,8 @@ impl Work<'_> {
 
     /// ρ and E of a captured room, gathered on its own.
     fn surface(&self, mesh: &Mesh, room: &Room) -> Result<Surface> {
-        let settings = Settings {
-            epsilon: 1.0,
-            ..self.settings.clone()
-        };
+        let mut settings = *self.settings;
+        settings.schedule.epsilon = 1.0;
         let relit = self.signed(mesh, room, Method::Signed, &settings)?;
         if self.watch.stopped() {
             return Err(Error::Interrupted);
@@ -201,9 +214,11 @@ impl Work<'_> {
         }
         let count = mesh.room;
         mesh.room = mesh.faces.len() as u32;
-        let mut engine = self.solver.engine(&mesh, self.settings)?;
-        let run = solve(engine.as_mut(), self.settings, &mut |shot, emitted| {
-            let done = progress(shot, emitted, self.settings.epsilon);
+        let mut engine = self.solver.engine(&mesh, &self.settings.transport)?;
+        // As relighting shoots, so that the two can be compared.
+        let schedule = self.settings.schedule.one_by_one();
+        let run = solve(engine.as_mut(), &schedule, &mut |shot, emitted| {
+            let done = progress(shot, emitted, self.settings.schedule.epsilon);
             self.watch.tell("full", done)
         })?;
         drop(engine);
@@ -222,7 +237,7 @@ impl Work<'_> {
 
     fn solved(&self, mesh: Mesh, run: Run, relit: Recovered) -> Solved {
         Solved {
-            settings: self.settings.clone(),
+            settings: *self.settings,
             mesh,
             run,
             one_by_one: false,

@@ -2,28 +2,48 @@
 
 use super::solved::{Dense, Solved};
 use super::watch::Watch;
-use common::Result;
 use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::Settings;
+use common::settings::{Meshing, Settings};
 use common::shooting::{Field, Run};
 use common::solution::{Code, Warning};
+use common::{Error, Result};
 use cpu::matrix::{self, Matrix, ledger};
 use glam::{DVec3, Vec4};
 
+/// All that the matrix obeys: every texel shoots, from its centre, and light goes as exactly as it can.
+pub fn settings(texels: u32) -> Settings {
+    let meshing = Meshing {
+        texels,
+        cells: 1,
+        samples: 1,
+    };
+    Settings {
+        meshing,
+        ..Settings::default()
+    }
+}
+
 /// Every texel shoots and receives.
+///
+/// Errors: the matrix's; [`Error::Usage`] of a mesh or a transport that are not [`settings`].
 pub fn solve(scene: &Scene, settings: &Settings, watch: &Watch) -> Result<Solved> {
-    let mesh = watch.of("prepare", || Mesh::uniform(scene, settings.texels, 1))?;
+    let obeyed = self::settings(settings.meshing.texels);
+    if (settings.meshing, settings.transport) != (obeyed.meshing, obeyed.transport) {
+        return Err(Error::Usage(
+            "the matrix has no cells, no samples, no item buffer and one form factor".into(),
+        ));
+    }
+    let mesh = watch.of("prepare", || {
+        Mesh::uniform(scene, settings.meshing.texels, 1)
+    })?;
     let (matrix, quality) = watch.of("prepare", || {
         let mut told = |done, all| watch.count("form factors", done, all);
         Matrix::assemble(scene, &mesh, &mut told)
     })?;
     let (run, answer) = watch.of("solve", || by(&mesh, &matrix))?;
     Ok(Solved {
-        settings: Settings {
-            cells: 1,
-            ..settings.clone()
-        },
+        settings: *settings,
         mesh,
         run,
         one_by_one: false,

@@ -8,7 +8,7 @@ use common::Result;
 use common::constants::LINK_BYTES;
 use common::mesh::{Mesh, MeshFace};
 use common::scene::Shape;
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Iteration, Meshing, Settings, Visibility};
 use common::texel::Cells;
 
 /// An estimate beyond this is mended: half of what is warned about.
@@ -65,8 +65,8 @@ impl Size {
     }
 
     fn cells(self, settings: &Settings) -> u64 {
-        let resolution = [settings.texels; 2];
-        let of = |shape| u64::from(Cells::new(shape, resolution, settings.cells).count());
+        let resolution = [settings.meshing.texels; 2];
+        let of = |shape| u64::from(Cells::new(shape, resolution, settings.meshing.cells).count());
         self.quads * of(Shape::Quad) + self.triangles * of(Shape::Triangle)
     }
 }
@@ -133,7 +133,9 @@ fn next<T>(
     }
     let (change, settings, mut what) = change(given, solved, estimate, tried)?;
     let settings = affordable(given, &settings, solved.size)?;
-    if change != Change::Rays && settings.visibility != solved.settings.visibility {
+    if change != Change::Rays
+        && settings.transport.visibility != solved.settings.transport.visibility
+    {
         what += ", by rays";
     }
     Some((change, settings, what))
@@ -159,64 +161,59 @@ fn change<T>(
     tried: &[Change],
 ) -> Option<(Change, Settings, String)> {
     let settings = &solved.settings;
-    let rays = settings.visibility == Visibility::Rays || given.visibility;
+    let rays = settings.transport.visibility == Visibility::Rays || given.visibility;
     let hidden = part(estimate, Cause::Visibility) > part(estimate, Cause::Cells);
     if !rays && hidden && !tried.contains(&Change::Rays) {
-        let settings = Settings {
-            visibility: Visibility::Rays,
-            ..settings.clone()
-        };
+        let settings = settings.by(Visibility::Rays);
         let what = "rays took the item buffer's place";
         return Some((Change::Rays, settings, what.into()));
     }
-    let closed = given.form_factor || settings.conserve || tried.contains(&Change::Scaled);
+    let closed =
+        given.form_factor || settings.transport.conserve || tried.contains(&Change::Scaled);
     if (solved.closure > CLOSURE || solved.stagnated) && !closed {
         let what = "form factors were scaled so that no light is lost or made up";
         return Some((Change::Scaled, scaled(settings), what.into()));
     }
     let finer = finer(given, settings);
     (finer != *settings && !tried.contains(&Change::Finer)).then(|| {
-        let what = format!("{0}×{0} cells and {1} samples", finer.cells, finer.samples);
+        let what = format!(
+            "{0}×{0} cells and {1} samples",
+            finer.meshing.cells, finer.meshing.samples
+        );
         (Change::Finer, finer, what)
     })
 }
 
 /// Scaled rows are not reciprocal, and conjugate directions need that: at ρ ≥ 0.999 they fail.
 fn scaled(settings: &Settings) -> Settings {
-    let iteration = match settings.iteration {
-        Iteration::Cg => Iteration::Chebyshev,
-        other => other,
-    };
-    Settings {
-        conserve: true,
-        iteration,
-        ..settings.clone()
+    let mut scaled = *settings;
+    scaled.transport.conserve = true;
+    if scaled.schedule.iteration == Iteration::Cg {
+        scaled.schedule.iteration = Iteration::Chebyshev;
     }
+    scaled
 }
 
 fn finer(given: Given, settings: &Settings) -> Settings {
-    let cells = (2 * settings.cells).min(settings.texels);
-    Settings {
-        cells: if given.cells { settings.cells } else { cells },
-        samples: if given.samples {
-            settings.samples
-        } else {
-            (4 * settings.samples).min(SAMPLES.max(settings.samples))
-        },
-        ..settings.clone()
+    let mut finer = *settings;
+    let Meshing {
+        texels,
+        cells,
+        samples,
+    } = &mut finer.meshing;
+    if !given.cells {
+        *cells = (2 * *cells).min(*texels);
     }
+    if !given.samples {
+        *samples = (4 * *samples).min(SAMPLES.max(*samples));
+    }
+    finer
 }
 
 /// The settings where they are cheap; by rays where an item buffer's pixels are not, and rays are.
 fn affordable(given: Given, settings: &Settings, size: Size) -> Option<Settings> {
-    let by_rays = Settings {
-        visibility: Visibility::Rays,
-        ..settings.clone()
-    };
-    let choices = [
-        Some(settings.clone()),
-        (!given.visibility).then_some(by_rays),
-    ];
+    let by_rays = settings.by(Visibility::Rays);
+    let choices = [Some(*settings), (!given.visibility).then_some(by_rays)];
     let mut choices = choices.into_iter().flatten();
     choices.find(|settings| cost(settings, size) <= BUDGET)
 }
@@ -224,12 +221,12 @@ fn affordable(given: Given, settings: &Settings, size: Size) -> Option<Settings>
 /// All that may be solved to mend what was solved at `settings`, in turns.
 pub fn steps(given: Given, settings: &Settings, size: Size) -> Vec<Settings> {
     let mut steps = Vec::new();
-    let mut now = settings.clone();
+    let mut now = *settings;
     loop {
         let next = finer(given, &now);
         match affordable(given, &next, size) {
             Some(next) if next != now => {
-                steps.push(next.clone());
+                steps.push(next);
                 now = next;
             }
             _ => return steps,
@@ -245,11 +242,11 @@ pub fn cost(settings: &Settings, size: Size) -> u64 {
     if links.saturating_mul(4) > LINK_BYTES {
         return u64::MAX;
     }
-    let pixels = match settings.visibility {
+    let pixels = match settings.transport.visibility {
         Visibility::Rays => 0,
-        visibility => u64::from(settings.item_buffer).pow(2) * u64::from(visibility.sides()),
+        Visibility::Drawn(drawing) => drawing.pixels() * u64::from(drawing.projection.sides()),
     };
-    let points = cells.saturating_mul(u64::from(settings.samples));
+    let points = cells.saturating_mul(u64::from(settings.meshing.samples));
     points.saturating_mul(texels.saturating_add(pixels))
 }
 
@@ -257,6 +254,7 @@ pub fn cost(settings: &Settings, size: Size) -> u64 {
 mod tests {
     use super::super::check::Part;
     use super::*;
+    use common::settings::{Drawing, Schedule};
 
     /// At 16×16 texels.
     const CUBE: Size = Size {
@@ -285,7 +283,7 @@ mod tests {
     fn attempt(settings: &Settings, error: f64, closure: f64) -> Attempt<f64> {
         Attempt {
             answer: error,
-            settings: settings.clone(),
+            settings: *settings,
             size: CUBE,
             estimate: Some(estimate(error)),
             closure,
@@ -296,8 +294,14 @@ mod tests {
 
     fn normal() -> Settings {
         Settings {
-            samples: 4,
-            iteration: Iteration::Cg,
+            meshing: Meshing {
+                samples: 4,
+                ..Meshing::default()
+            },
+            schedule: Schedule {
+                iteration: Iteration::Cg,
+                ..Schedule::default()
+            },
             ..Settings::default()
         }
     }
@@ -308,7 +312,11 @@ mod tests {
         let (best, notes) = mended(Given::default(), first, |settings| {
             Ok(Some(attempt(
                 settings,
-                if settings.conserve { 0.26 } else { 0.008 },
+                if settings.transport.conserve {
+                    0.26
+                } else {
+                    0.008
+                },
                 0.05,
             )))
         })
@@ -319,7 +327,7 @@ mod tests {
         );
         assert!(notes[1].starts_with("mended: about 4.2 %"), "{notes:?}");
         assert!(
-            !best.settings.conserve && best.settings.cells == 8,
+            !best.settings.transport.conserve && best.settings.meshing.cells == 8,
             "{:?}",
             best.settings
         );
@@ -357,14 +365,11 @@ mod tests {
 
     #[test]
     fn pixels_count() {
-        let drawn = Settings {
-            visibility: Visibility::Stereographic,
-            ..normal()
-        };
+        let drawn = normal().by(Visibility::Drawn(Drawing::DEFAULT));
         let size = CUBE;
         assert!(cost(&drawn, size) > BUDGET && cost(&normal(), size) < BUDGET);
         let found = affordable(Given::default(), &drawn, size).unwrap();
-        assert_eq!(found.visibility, Visibility::Rays);
+        assert_eq!(found.transport.visibility, Visibility::Rays);
         let given = Given {
             visibility: true,
             ..Given::default()

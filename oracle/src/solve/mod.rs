@@ -155,7 +155,7 @@ pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
         (solved.mesh, solved.run.field) = (mesh, field);
     }
     // As they were asked for: more cells may have needed more of them.
-    solved.settings.texels = settings.texels;
+    solved.settings.meshing.texels = settings.meshing.texels;
     Ok(Answer {
         solved,
         warnings,
@@ -168,7 +168,7 @@ fn looked_at(task: &dyn Task, solved: Solved, watch: &Watch) -> Result<Attempt<S
     let estimate = watch.of("check", || task.estimate(&solved))?;
     let Solved { mesh, run, .. } = &solved;
     Ok(Attempt {
-        settings: solved.settings.clone(),
+        settings: solved.settings,
         size: Size::of(mesh),
         closure: warnings::closure_in_doubt(mesh, run, estimate.as_ref()).abs(),
         stagnated: run.stagnated,

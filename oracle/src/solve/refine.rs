@@ -43,14 +43,14 @@ pub fn refine(
     mut solve: impl FnMut(&Settings) -> Result<Solved>,
     stop: impl Fn() -> bool,
 ) -> Result<Refined> {
-    let answer = Mesh::uniform(scene, settings.texels, 1)?;
+    let answer = Mesh::uniform(scene, settings.meshing.texels, 1)?;
     let mut notes = Vec::new();
-    let mut rung = solve(&at(settings, settings.cells))?;
+    let mut rung = solve(&at(settings, settings.meshing.cells))?;
     let mut field = averaged(scene, &rung, &answer);
     let mut moved: Option<f64> = None;
     let mut left = None;
     while !stop() && rung.run.converged {
-        let cells = rung.settings.cells * 2;
+        let cells = rung.settings.meshing.cells * 2;
         let finer = at(settings, cells);
         if let Some(reason) = too_much(scene, &finer) {
             notes.push(format!("reference: {cells}×{cells} cells {reason}"));
@@ -91,16 +91,15 @@ pub fn refine(
 
 /// The settings with K×K cells: texels are never larger than cells.
 fn at(settings: &Settings, cells: u32) -> Settings {
-    Settings {
-        cells,
-        texels: settings.texels * cells.div_ceil(settings.texels),
-        ..settings.clone()
-    }
+    let mut finer = *settings;
+    finer.meshing.cells = cells;
+    finer.meshing.texels *= cells.div_ceil(settings.meshing.texels);
+    finer
 }
 
 /// Why a rung is not tried.
 fn too_much(scene: &Scene, settings: &Settings) -> Option<String> {
-    let counts = Counts::new(scene, settings);
+    let counts = Counts::new(scene, &settings.meshing);
     let triples = counts.links().saturating_mul(counts.samples);
     let bytes = counts.links().saturating_mul(4);
     if bytes > LINK_BYTES {
@@ -140,7 +139,7 @@ fn averaged(scene: &Scene, rung: &Solved, answer: &Mesh) -> Field {
         let means = scene.faces.iter().enumerate().flat_map(of_face);
         means.map(|v| v.as_vec3().extend(0.0)).collect()
     };
-    let cells = rung.settings.cells;
+    let cells = rung.settings.meshing.cells;
     Field {
         // Two rungs are two results: their comparison refuses one of the same origin.
         origin: format!("{}, {cells}×{cells} cells", field.origin),

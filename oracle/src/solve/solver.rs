@@ -2,7 +2,7 @@
 
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::settings::{Settings, Visibility};
+use common::settings::{Transport, Visibility};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
@@ -25,8 +25,8 @@ impl<'a> Solver<'a> {
     }
 
     /// The GPU, if there is one, where an item buffer is drawn; the CPU where rays are asked.
-    pub fn drawing(gpu: Option<&'a Gpu>, settings: &Settings) -> Self {
-        Self::on(gpu.filter(|_| settings.visibility != Visibility::Rays))
+    pub fn drawing(gpu: Option<&'a Gpu>, transport: &Transport) -> Self {
+        Self::on(gpu.filter(|_| transport.visibility != Visibility::Rays))
     }
 
     /// In `result.json`.
@@ -54,13 +54,13 @@ impl<'a> Solver<'a> {
     /// What shoots on `mesh`.
     ///
     /// Errors: [`Error::Device`]; [`Error::Usage`] of the matrix.
-    pub fn engine<'m>(self, mesh: &'m Mesh, settings: &Settings) -> Result<Box<dyn Engine + 'm>>
+    pub fn engine<'m>(self, mesh: &'m Mesh, transport: &Transport) -> Result<Box<dyn Engine + 'm>>
     where
         'a: 'm,
     {
         Ok(match self {
-            Self::Cpu => Box::new(CpuSolver::new(mesh, settings)),
-            Self::Gpu(gpu) => Box::new(GpuSolver::new(gpu, mesh, settings)?),
+            Self::Cpu => Box::new(CpuSolver::new(mesh, transport)),
+            Self::Gpu(gpu) => Box::new(GpuSolver::new(gpu, mesh, transport)?),
             Self::Matrix => return Err(Error::Usage("the matrix does not shoot".into())),
         })
     }

@@ -49,17 +49,19 @@ impl Task for Scene {
         if let Solver::Matrix = solver {
             return dense::solve(self, settings, watch);
         }
-        let mesh = watch.of("prepare", || sampled_until(self, settings, &interrupted));
+        let mesh = watch.of("prepare", || {
+            sampled_until(self, &settings.meshing, &interrupted)
+        });
         let mesh = mesh.inspect_err(|_| watch.stop())?;
-        let mut engine = watch.of("prepare", || solver.engine(&mesh, settings))?;
-        let one_by_one = settings.iteration != Iteration::Southwell && !engine.has_room();
+        let mut engine = watch.of("prepare", || solver.engine(&mesh, &settings.transport))?;
+        let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.has_room();
         let run = watch.of("solve", || {
             let mut told = |done| watch.tell("shooting", done);
-            passes::solve(engine.as_mut(), &mesh, settings, &mut told)
+            passes::solve(engine.as_mut(), &mesh, &settings.schedule, &mut told)
         })?;
         drop(engine);
         Ok(Solved {
-            settings: settings.clone(),
+            settings: *settings,
             mesh,
             run,
             one_by_one,

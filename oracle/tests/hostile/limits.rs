@@ -438,12 +438,14 @@ fn the_memory_of_a_plan_is_that_of_the_solve() {
         let found = peak(&folder, &arguments);
         let scene = common::import::load(&folder.join(name), &Default::default()).unwrap();
         let settings = common::settings::Settings {
-            texels,
-            cells,
-            samples: 1,
+            meshing: common::settings::Meshing {
+                texels,
+                cells,
+                samples: 1,
+            },
             ..Default::default()
         };
-        let mut memory = Memory::cpu(&Counts::new(&scene, &settings), &settings);
+        let mut memory = Memory::cpu(&Counts::new(&scene, &settings.meshing), &settings);
         if !more.is_empty() {
             // Two shots make few of the links.
             memory.links = 0;

@@ -154,6 +154,9 @@ pub fn patchwork() -> Scene {
 
 /// A free CPU run.
 pub fn run(mesh: &Mesh, settings: &Settings) -> Run {
-    let mut solver = CpuSolver::new(mesh, settings);
-    solve(&mut solver, settings, &mut |_, _| ControlFlow::Continue(())).unwrap()
+    let mut solver = CpuSolver::new(mesh, &settings.transport);
+    solve(&mut solver, &settings.schedule, &mut |_, _| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
 }

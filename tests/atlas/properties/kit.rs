@@ -2,7 +2,7 @@
 
 use common::mesh::Mesh;
 use common::passes;
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Iteration, Meshing, Schedule, Settings, Transport, Visibility};
 use common::shooting::{Field, Run, replay};
 use glam::{DVec3, Vec3};
 use gpu::Fault;
@@ -48,10 +48,19 @@ impl Way {
     /// Its settings.
     pub fn settings(&self) -> Settings {
         Settings {
-            samples: self.samples,
-            iteration: self.iteration,
-            visibility: Visibility::Rays,
-            epsilon: self.epsilon(),
+            meshing: Meshing {
+                samples: self.samples,
+                ..Meshing::default()
+            },
+            transport: Transport {
+                visibility: Visibility::Rays,
+                ..Transport::default()
+            },
+            schedule: Schedule {
+                iteration: self.iteration,
+                epsilon: self.epsilon(),
+                ..Schedule::default()
+            },
             ..Settings::default()
         }
     }
@@ -76,9 +85,12 @@ impl Way {
     /// A solve to its ε.
     pub fn solve(&self, mesh: &Mesh) -> Run {
         let settings = self.settings();
-        passes::solve(self.engine(mesh).as_mut(), mesh, &settings, &mut |_| {
-            ControlFlow::Continue(())
-        })
+        passes::solve(
+            self.engine(mesh).as_mut(),
+            mesh,
+            &settings.schedule,
+            &mut |_| ControlFlow::Continue(()),
+        )
         .unwrap()
     }
 

@@ -7,17 +7,17 @@ use common::cover::furnished;
 use common::mesh::Mesh;
 use common::relight::{Method, Relit, Room};
 use common::scene::Face;
-use common::settings::Settings;
+use common::settings::Schedule;
 use glam::{DQuat, DVec3, EulerRot, Vec3, Vec4};
 use proptest::prelude::*;
 use radiosity_tests::relighting::run;
 use radiosity_tests::room;
 
-/// The settings of a relight: single shots, whatever the room was solved by.
-fn settings(way: Way) -> Settings {
-    Settings {
+/// The schedule of a relight: single shots, whatever the room was solved by.
+fn schedule(way: Way) -> Schedule {
+    Schedule {
         epsilon: 1e-4,
-        ..way.settings()
+        ..way.settings().schedule.one_by_one()
     }
 }
 
@@ -27,12 +27,8 @@ fn with(cut: &Cut, objects: &[Face], samples: u32) -> Mesh {
     scene.faces.extend_from_slice(objects);
     let mut resolutions = cut.resolutions.clone();
     resolutions.resize(scene.faces.len(), [2, 2]);
-    let settings = Settings {
-        cells: cut.cells,
-        samples,
-        ..Settings::default()
-    };
-    furnished(&scene, cut.scene.faces.len(), &resolutions, &settings).unwrap()
+    let points = [cut.cells, samples];
+    furnished(&scene, cut.scene.faces.len(), &resolutions, points).unwrap()
 }
 
 /// What was found out of a room, for a mesh with more in it.
@@ -52,7 +48,7 @@ fn captured(radiosity: &[Vec4], residual: &[Vec4], mesh: &Mesh) -> Room {
 /// A relight to its end, by a fresh engine.
 fn relight(way: Way, mesh: &Mesh, room: &Room) -> Relit {
     let mut engine = way.engine(mesh);
-    run(engine.as_mut(), mesh, room, Method::Signed, &settings(way))
+    run(engine.as_mut(), mesh, room, Method::Signed, &schedule(way))
 }
 
 /// The room of `cut`, solved by `way`, with `objects`.
@@ -168,7 +164,7 @@ fn in_and_in_again_is_in_once() {
                 &mesh,
                 &room,
                 Method::Signed,
-                &settings(way),
+                &schedule(way),
             )
         });
         prop_assert_eq!(&first.run.shots, &second.run.shots);

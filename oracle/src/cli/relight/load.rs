@@ -19,8 +19,7 @@ const LEAST_ROOM: f64 = 1e3 * CONTACT as f64;
 /// Room and objects, put together.
 pub fn stage(arguments: &Arguments) -> Result<Stage> {
     let common = &arguments.common;
-    let (texels, ..) = common.quality().settings();
-    let texels_asked = common.texels.unwrap_or(texels);
+    let texels_asked = common.texels.unwrap_or(common.quality().meshing().texels);
     let placement = Placement {
         size: arguments.room_size,
         eye: arguments.eye,

@@ -166,20 +166,21 @@ fn method(arguments: &Arguments) -> Result<Option<Method>> {
 fn settings(arguments: &Arguments, stage: &Stage, on_gpu: bool) -> Result<Settings> {
     let common = &arguments.common;
     let visibility = visibility(common, on_gpu);
-    let mut settings = Settings {
-        // Of the room's own solve, as `solve` does it.
-        iteration: Iteration::Cg,
-        ..common.settings(visibility, FormFactor::Polygon)?
-    };
-    settings.texels = stage.resolutions.first().map_or(settings.texels, |r| r[0]);
+    let mut settings = common.settings(visibility, FormFactor::Polygon)?;
+    // Of the room's own solve, as `solve` does it.
+    settings.schedule.iteration = Iteration::Cg;
+    settings.meshing.texels = stage
+        .resolutions
+        .first()
+        .map_or(settings.meshing.texels, |r| r[0]);
     let panorama = stage.captured.panorama.is_some();
     if common.cells.is_none() {
-        settings.cells = match settings.quality {
+        settings.meshing.cells = match settings.quality {
             // There is no ladder here. Of a panorama's six walls every texel can shoot.
-            Quality::Reference if panorama => settings.texels,
+            Quality::Reference if panorama => settings.meshing.texels,
             Quality::Normal if panorama => PANORAMA_CELLS,
-            Quality::Reference => 2 * settings.cells,
-            _ => settings.cells,
+            Quality::Reference => 2 * settings.meshing.cells,
+            _ => settings.meshing.cells,
         };
     }
     Ok(settings)

@@ -32,7 +32,7 @@ use common::mesh::Mesh;
 use common::passes;
 use common::passes::{Engine, Exchange};
 use common::scene::Scene;
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Drawing, Iteration, Settings, Visibility};
 use common::shooting::{Run, Shoot, replay};
 use common::{Error, Result};
 use cpu::CpuSolver;
@@ -60,28 +60,40 @@ pub struct Request<'a> {
 /// Solves `scene` on both sides and judges every difference; nothing is known of the truth.
 pub fn compare(scene: &Scene, request: &Request, watch: &Watch) -> Result<Comparison> {
     let asked = &request.settings;
-    let mesh = sampled(scene, asked)?;
+    let mesh = sampled(scene, &asked.meshing)?;
     check_room(scene, &mesh)?;
-    let mut cpu_solver = CpuSolver::new(&mesh, &by_rays(asked));
-    let mut gpu_solver = GpuSolver::with_faults(request.gpu, &mesh, asked, request.faults)?;
-    let mut gpu_settings = asked.clone();
+    let mut cpu_solver = CpuSolver::new(&mesh, &asked.by(Visibility::Rays).transport);
+    let mut gpu_solver =
+        GpuSolver::with_faults(request.gpu, &mesh, &asked.transport, request.faults)?;
+    let mut gpu_settings = *asked;
     if !(cpu_solver.has_room() && gpu_solver.has_room()) {
         // As a solve does where there is no room for passes.
-        gpu_settings.iteration = Iteration::Southwell;
+        gpu_settings.schedule.iteration = Iteration::Southwell;
     }
-    let settings = by_rays(&gpu_settings);
-    let fresh = || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings, request.faults);
+    let settings = gpu_settings.by(Visibility::Rays);
+    let fresh =
+        || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings.transport, request.faults);
     let (cpu, cpu_seconds) = timed(&mut cpu_solver, &mesh, &settings, ("CPU", watch))?;
     let (gpu, gpu_seconds) = timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", watch))?;
     watch.begin("lockstep")?;
-    let lockstep = repeat(&mut gpu_solver, &mut fresh()?, &mesh, &gpu_settings, &cpu)?;
+    let single = gpu_settings.schedule.iteration == Iteration::Southwell;
+    let lockstep = if single {
+        replay(&mut fresh()?, &cpu.cells())?
+    } else {
+        repeat(&mut gpu_solver, &mesh, &cpu)?
+    };
     watch.begin("WGSL against twin")?;
-    let mut stages = stages::stages(&mesh, &gpu_settings, cpu_solver.rays(), &mut fresh()?)?;
+    let mut stages = stages::stages(
+        &mesh,
+        &gpu_settings.transport,
+        cpu_solver.rays(),
+        &mut fresh()?,
+    )?;
     let item_buffer = picture(&mesh, &gpu_settings, &cpu, &mut gpu_solver)?;
     let (mut done, all) = (0, mesh.cells.len() as u64);
     let mut sights = sights::sights(
         &mesh,
-        &gpu_settings,
+        &gpu_settings.transport,
         &mut cpu_solver,
         &mut gpu_solver,
         &mut || {
@@ -129,13 +141,6 @@ pub fn compare(scene: &Scene, request: &Request, watch: &Watch) -> Result<Compar
     })
 }
 
-fn by_rays(settings: &Settings) -> Settings {
-    Settings {
-        visibility: Visibility::Rays,
-        ..settings.clone()
-    }
-}
-
 /// What was solved.
 struct Solved<'a> {
     mesh: &'a Mesh,
@@ -152,7 +157,7 @@ impl Solved<'_> {
         let (twin, shortfall) =
             by_its_links(mesh, settings, &sights.gpu, self.runs, self.lockstep)?;
         let rows = std::mem::take(&mut sights.doubt);
-        let doubt = Doubt::new(mesh, &sights.cpu, rows, settings.conserve);
+        let doubt = Doubt::new(mesh, &sights.cpu, rows, settings.transport.conserve);
         let evidence = verdict::Evidence {
             mesh,
             settings,
@@ -192,25 +197,18 @@ fn timed(
     (phase, watch): (&str, &Watch),
 ) -> Result<(Run, f64)> {
     let start = Instant::now();
-    let run = passes::solve(engine, mesh, settings, &mut |done| watch.tell(phase, done))?;
+    let run = passes::solve(engine, mesh, &settings.schedule, &mut |done| {
+        watch.tell(phase, done)
+    })?;
     Ok((run, start.elapsed().as_secs_f64()))
 }
 
-/// The CPU's shooters on the GPU: its log, shot after shot; or all that each cell has shot, at once,
-/// by the solver that has the links.
-fn repeat(
-    solved: &mut GpuSolver,
-    fresh: &mut GpuSolver,
-    mesh: &Mesh,
-    settings: &Settings,
-    cpu: &Run,
-) -> Result<Run> {
-    if settings.iteration == Iteration::Southwell {
-        return replay(fresh, &cpu.cells());
-    }
+/// All that each cell has shot on the CPU, at once, by the solver that has the links.
+fn repeat(solved: &mut GpuSolver, mesh: &Mesh, cpu: &Run) -> Result<Run> {
     let cells: Vec<u32> = (0..mesh.cells.len() as u32).collect();
     let closures = solved.link(&cells, &mut |_| ControlFlow::Continue(()))?;
-    let scale = |(x, k): (Vec3, usize)| x * closures[k].scale(settings.conserve);
+    let conserves = solved.conserves();
+    let scale = |(x, k): (Vec3, usize)| x * closures[k].scale(conserves);
     let shot: Vec<Vec3> = all_shot(mesh, cpu)
         .into_iter()
         .zip(0..)
@@ -247,11 +245,11 @@ fn by_its_links(
         // A log that names no cell is no run.
         return Ok(([difference::NOT_COMPARABLE; 2], Some(f64::NAN)));
     }
-    let single = settings.iteration == Iteration::Southwell;
+    let single = settings.schedule.iteration == Iteration::Southwell;
     let mut shortfall = None;
     let mut both = Vec::new();
     for (script, run) in [(cpu, lockstep), (gpu, gpu)] {
-        let mut twin = Linked::new(mesh, links, settings.conserve);
+        let mut twin = Linked::new(mesh, links, settings.transport.conserve);
         if single {
             for cell in script.cells() {
                 twin.shoot(cell)?;
@@ -268,7 +266,7 @@ fn by_its_links(
 /// What silhouettes could bring in lockstep, and with what both left unshot running free.
 fn possible(solved: &Solved, doubt: &Doubt) -> [Difference; 2] {
     let (mesh, [cpu, gpu]) = (solved.mesh, solved.runs);
-    let fixed = solved.settings.iteration != Iteration::Southwell;
+    let fixed = solved.settings.schedule.iteration != Iteration::Southwell;
     let lockstep = [doubt.of(cpu, fixed)];
     let free = [
         doubt.of(cpu, false),
@@ -289,21 +287,21 @@ fn picture(
     solver: &mut GpuSolver,
 ) -> Result<ItemBufferPicture> {
     let cell = cpu.shots.first().map_or(0, |shot| shot.cell);
-    let size = settings.item_buffer;
     let mut ids = Vec::new();
-    if settings.visibility == Visibility::Rays {
-        let drawn = Settings {
-            visibility: Visibility::Stereographic,
-            ..settings.clone()
-        };
-        let view = View::new(mesh, cell, 0, &drawn);
-        ids = ItemBuffer::draw(mesh, &view, mesh.room).ids;
-    } else {
-        solver.probe(cell, &mut |sample| {
-            if ids.is_empty() {
-                ids = sample.ids;
-            }
-        })?;
-    }
+    let size = match settings.transport.visibility {
+        Visibility::Rays => {
+            let view = View::new(mesh, cell, 0, &Drawing::DEFAULT);
+            ids = ItemBuffer::draw(mesh, &view, mesh.room).ids;
+            Drawing::DEFAULT.size
+        }
+        Visibility::Drawn(drawing) => {
+            solver.probe(cell, &mut |sample| {
+                if ids.is_empty() {
+                    ids = sample.ids;
+                }
+            })?;
+            drawing.size
+        }
+    };
     Ok(ItemBufferPicture { cell, size, ids })
 }

@@ -20,7 +20,7 @@ pub fn outline(mesh: &Mesh, view: &View, p: Vec2, faces: &[u32]) -> Option<f32> 
             let at = |i: u32| {
                 let t = spread(a, b, i as f32 / parts as f32);
                 let v = view.frame.turn(a * (1.0 - t) + b * t);
-                pixels(project(view.visibility, v), view.size)
+                pixels(project(view.projection, v), view.size)
             };
             for i in 0..parts {
                 let (start, end) = (at(i), at(i + 1));

@@ -15,7 +15,7 @@ use common::constants::{HIDDEN, OUTLINE};
 use common::intersect::intersect;
 use common::mesh::Mesh;
 use common::rays::{Rays, Sight};
-use common::settings::{Lookup, Raster, Settings, Visibility};
+use common::settings::{Drawing, Lookup, Projection, Raster};
 use cpu::twin::item_buffer::ItemBuffer;
 use cpu::twin::link::{Sums, sample};
 use cpu::twin::lookup::visible;
@@ -92,7 +92,7 @@ pub struct Probe<'a> {
 fn reach(mesh: &Mesh, view: &View) -> Vec<f32> {
     let of = |face| {
         let level = level(view, face);
-        if view.raster == Raster::Pixel || level == HIDDEN {
+        if view.projection.raster() == Raster::Pixel || level == HIDDEN {
             0.0
         } else {
             sagitta(view, face, level).min(1.0)
@@ -114,12 +114,12 @@ impl<'a> Probe<'a> {
     /// The view of `buffer`.
     pub fn new(
         mesh: &'a Mesh,
-        settings: &Settings,
+        drawing: &Drawing,
         rays: &'a Rays,
         (cell, sample): (u32, u32),
         buffer: &'a ItemBuffer,
     ) -> Self {
-        let view = View::new(mesh, cell, sample, settings);
+        let view = View::new(mesh, cell, sample, drawing);
         Self {
             mesh,
             rays,
@@ -127,7 +127,7 @@ impl<'a> Probe<'a> {
             sample,
             buffer,
             view,
-            lookup: settings.lookup,
+            lookup: drawing.lookup,
             reach: reach(mesh, &view),
         }
     }
@@ -207,7 +207,7 @@ impl<'a> Probe<'a> {
         let by_pixels = sums.y > before;
         tally.facing(weight);
         let p = pixels(
-            project(self.view.visibility, self.view.frame.to_local(position)),
+            project(self.view.projection, self.view.frame.to_local(position)),
             self.buffer.size,
         );
         let found = self.id(p.x.floor() as i32, p.y.floor() as i32);
@@ -248,7 +248,7 @@ impl<'a> Probe<'a> {
             vec![found]
         };
         let boundary = self.boundary(p, mine, &other);
-        if boundary.is_none() && self.view.visibility == Visibility::Paper {
+        if boundary.is_none() && self.view.projection == Projection::Paper {
             return (self.as_printed(position, ends[1], by_rays), None);
         }
         if boundary.is_none() && self.grazed((q, position), &blockers) {

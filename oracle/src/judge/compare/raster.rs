@@ -33,7 +33,7 @@ pub fn whole(mesh: &Mesh, view: &View, buffer: &ItemBuffer) -> Tally {
         .filter(|k| twin.ids[*k] != buffer.ids[*k])
         .collect();
     let mut tally = Tally::default();
-    match view.raster {
+    match view.projection.raster() {
         Raster::Tessellated => {
             let boundary = boundaries(&twin).count().max(1);
             tally.add(differing.len() as f64 / boundary as f64);
@@ -50,7 +50,7 @@ pub fn whole(mesh: &Mesh, view: &View, buffer: &ItemBuffer) -> Tally {
 
 /// Some pixels on the boundaries of one view, where a raster errs first; by pixels only.
 pub fn some(mesh: &Mesh, view: &View, buffer: &ItemBuffer) -> Tally {
-    if view.raster == Raster::Tessellated {
+    if view.projection.raster() == Raster::Tessellated {
         return Tally::default();
     }
     let all: Vec<usize> = boundaries(buffer).collect();
@@ -90,10 +90,10 @@ fn decided_by_rounding(mesh: &Mesh, view: &View, k: u32, id: u32) -> bool {
 /// Whether pixel `k`, moved by `step` on the square −1…1, shows `id`.
 fn twin(mesh: &Mesh, view: &View, k: u32, step: Vec2, id: u32) -> bool {
     let p = pixel_centre(k % view.size, k / view.size, view.size) + step;
-    if !covered(view.visibility, p, view.size) {
+    if !covered(view.projection, p, view.size) {
         return id == 0;
     }
-    let direction = view.frame.to_world(unproject(view.visibility, p));
+    let direction = view.frame.to_world(unproject(view.projection, p));
     let slack = ROUNDINGS * f32::EPSILON;
     let (mut nearest, mut mine) = (f32::INFINITY, None);
     for (face, number) in mesh.faces.iter().zip(1..) {

@@ -12,7 +12,7 @@ use common::escape::DIRECTIONS;
 use common::mesh::Mesh;
 use common::passes::Closure;
 use common::passes::Exchange;
-use common::settings::{Settings, Visibility};
+use common::settings::{Drawing, Transport, Visibility};
 
 use common::{Error, Result};
 use cpu::CpuSolver;
@@ -40,14 +40,14 @@ pub struct Sights {
 /// All links of both; `progress` is told after each cell, and may break.
 pub fn sights(
     mesh: &Mesh,
-    settings: &Settings,
+    transport: &Transport,
     cpu: &mut CpuSolver,
     solver: &mut GpuSolver,
     progress: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Sights> {
     let mut all = All {
         mesh,
-        settings,
+        transport,
         tally: Tally::default(),
         links: Errors::default(),
         escapes: Errors::default(),
@@ -61,7 +61,7 @@ pub fn sights(
         stages: Vec::new(),
     };
     let cells: Vec<u32> = (0..mesh.cells.len() as u32).collect();
-    let rays = settings.visibility == Visibility::Rays && solver.has_room();
+    let rays = transport.visibility == Visibility::Rays && solver.has_room();
     if rays {
         sights.gpu.closures = solver.link(&cells, &mut |_| ControlFlow::Continue(()))?;
         sights.gpu.rows = solver.rows(&cells)?;
@@ -70,13 +70,14 @@ pub fn sights(
         let own = cpu.row(cell)?;
         sights.cpu.closures.push(own.closure);
         sights.cpu.rows.push(own.links.to_vec());
-        let doubt = if settings.visibility == Visibility::Rays {
-            if !rays {
-                push(&mut sights.gpu, solver.probe(cell, &mut |_| ())?);
+        let doubt = match &transport.visibility {
+            Visibility::Rays => {
+                if !rays {
+                    push(&mut sights.gpu, solver.probe(cell, &mut |_| ())?);
+                }
+                all.by_rays(cell, &sights)
             }
-            all.by_rays(cell, &sights)
-        } else {
-            all.by_pixels(cell, cpu, solver, &mut sights)?
+            Visibility::Drawn(drawing) => all.by_pixels(drawing, cell, cpu, solver, &mut sights)?,
         };
         sights.doubt.push(doubt);
         all.escape(cell, &sights);
@@ -87,7 +88,7 @@ pub fn sights(
     sights.pairs = all
         .tally
         .finish(mesh.cells.len() as u64 * mesh.texels.len() as u64);
-    let factor = factor_roundings(settings) + f64::from(mesh.samples);
+    let factor = factor_roundings(transport.form_factor) + f64::from(mesh.samples);
     // Table 3 may clip a whole scene away: then no link sees alike, and the pairs tell.
     if sights.pairs.mismatched < sights.pairs.facing {
         sights.stages.push(all.links.stage(
@@ -128,7 +129,7 @@ fn push(links: &mut Links, row: gpu::probe::Row) {
 
 struct All<'a> {
     mesh: &'a Mesh,
-    settings: &'a Settings,
+    transport: &'a Transport,
     tally: Tally,
     links: Errors,
     escapes: Errors,
@@ -143,8 +144,8 @@ impl All<'_> {
             &sights.gpu.rows[cell as usize],
             &sights.cpu.rows[cell as usize],
         );
-        let sizes = sizes(mesh, self.settings, cell);
-        let bound = factor_roundings(self.settings) + f64::from(mesh.samples);
+        let sizes = sizes(mesh, self.transport.form_factor, cell);
+        let bound = factor_roundings(self.transport.form_factor) + f64::from(mesh.samples);
         for (k, texel) in mesh.texels.iter().enumerate() {
             let f = gpu[k].max(cpu[k]);
             if f <= FACING && !f.is_nan() {
@@ -166,19 +167,20 @@ impl All<'_> {
 
     fn by_pixels(
         &mut self,
+        drawing: &Drawing,
         cell: u32,
         cpu: &CpuSolver,
         solver: &mut GpuSolver,
         sights: &mut Sights,
     ) -> Result<Vec<f32>> {
         let mesh = self.mesh;
-        let kind = self.settings.form_factor;
+        let kind = self.transport.form_factor;
         let factors: Vec<f32> = (0..mesh.texels.len() as u32)
             .into_par_iter()
             .map(|k| factor(mesh, kind, cell, k))
             .collect();
         let mut pairs = CellPairs::new(factors);
-        let size = self.settings.item_buffer;
+        let size = drawing.size;
         let mut complete = true;
         let mut s = 0;
         let row = solver.probe(cell, &mut |left| {
@@ -189,9 +191,9 @@ impl All<'_> {
             let whole = buffer.ids.len() == (size * size) as usize;
             complete &= whole && left.sums.len() == mesh.texels.len();
             if complete {
-                let view = View::new(mesh, cell, s, self.settings);
+                let view = View::new(mesh, cell, s, drawing);
                 self.pixels.merge(raster::some(mesh, &view, &buffer));
-                let probe = Probe::new(mesh, self.settings, cpu.rays(), (cell, s), &buffer);
+                let probe = Probe::new(mesh, drawing, cpu.rays(), (cell, s), &buffer);
                 probe.count(&left.sums, &mut pairs, &mut self.tally);
             }
             s += 1;
@@ -199,7 +201,7 @@ impl All<'_> {
         if !complete || row.links.len() != mesh.texels.len() {
             return Err(Error::Device("the GPU's visibility is incomplete".into()));
         }
-        let sizes = sizes(mesh, self.settings, cell);
+        let sizes = sizes(mesh, self.transport.form_factor, cell);
         let own = &sights.cpu.rows[cell as usize];
         for k in (0..own.len()).filter(|k| pairs.alike(*k)) {
             self.links.add(ulps(row.links[k], own[k], sizes[k]));

@@ -3,13 +3,13 @@
 use crate::judge::comparison::Told;
 use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
+use crate::solve::dense;
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::{Watch, unwatched};
 use common::Result;
 use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::Settings;
 use common::shooting::Field;
 use glam::DVec3;
 
@@ -73,10 +73,6 @@ impl Truth {
 }
 
 fn solve<'a>(scene: &'a Scene, texels: u32, watch: &Watch) -> Result<Reflected<'a>> {
-    let settings = Settings {
-        texels,
-        ..Settings::default()
-    };
-    let solved = scene.once(&settings, Solver::Matrix, watch)?;
+    let solved = scene.once(&dense::settings(texels), Solver::Matrix, watch)?;
     Ok(Reflected::of(scene, &solved.mesh, &solved.run.field))
 }

@@ -6,7 +6,7 @@ use super::stages::factor_roundings;
 use crate::judge::comparison::{Difference, Finding, Gate, Pairs, Stage};
 use common::energy::Energy;
 use common::mesh::Mesh;
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Iteration, Projection, Settings, Visibility};
 use common::shooting::{Run, Shot};
 use glam::Vec3;
 
@@ -97,7 +97,7 @@ fn visibility(pairs: &Pairs) -> Vec<Gate> {
 fn rounding(e: &Evidence, shots: usize) -> f64 {
     let cells = e.mesh.cells.len().max(1);
     let generations = shots.div_ceil(cells) as f64 + 1.0;
-    let each = REFLECTION + 2.0 * factor_roundings(e.settings);
+    let each = REFLECTION + 2.0 * factor_roundings(e.settings.transport.form_factor);
     U * (each * generations + SUM * (shots.max(cells) as f64).sqrt())
 }
 
@@ -160,7 +160,7 @@ fn runs(e: &Evidence) -> Vec<Gate> {
             rounding(e, run.shots.len()),
             "Σ|r|A of the texels against the log, as a share of the emitted power",
         ));
-        let met = run.unshot_fraction() <= e.settings.epsilon * (1.0 + 4.0 * U);
+        let met = run.unshot_fraction() <= e.settings.schedule.epsilon * (1.0 + 4.0 * U);
         gates.push(Gate::at_most(
             &format!("stopped at ε, {name}"),
             f64::from(u8::from(met != run.converged)),
@@ -202,7 +202,7 @@ fn imbalance(e: &Evidence, energy: &Energy, run: &Run) -> f64 {
     let shot: f64 = run.shots.iter().map(power).sum::<f64>() * mesh.area_unit();
     let terms = run.shots.len().max(mesh.cells.len()) as f64;
     let held = sum(energy.absorbed) + sum(energy.unshot);
-    let passes = if e.settings.iteration == Iteration::Southwell {
+    let passes = if e.settings.schedule.iteration == Iteration::Southwell {
         1.0
     } else {
         f64::from(run.passes).sqrt()
@@ -217,17 +217,22 @@ fn imbalance(e: &Evidence, energy: &Energy, run: &Run) -> f64 {
 
 /// What the method errs by, and the option that mends it.
 pub fn findings(e: &Evidence) -> Vec<Finding> {
-    if e.settings.visibility == Visibility::Rays || e.pairs.mismatched == 0 {
+    let Visibility::Drawn(drawing) = e.settings.transport.visibility else {
+        return Vec::new();
+    };
+    if e.pairs.mismatched == 0 {
         return Vec::new();
     }
-    let (pairs, pixels) = (e.pairs, e.settings.item_buffer);
+    let (pairs, pixels) = (e.pairs, drawing.size);
+    let printed = drawing.projection == Projection::Paper;
     let apart = e.apart[0].relative_rms;
-    let cause = match e.settings.visibility {
-        Visibility::Paper => "Table 3 as printed clips and bends faces, and",
-        _ => "Beside silhouettes",
+    let cause = if printed {
+        "Table 3 as printed clips and bends faces, and"
+    } else {
+        "Beside silhouettes"
     };
     let finer = match pixels * 2 {
-        n if n <= MOST_PIXELS && e.settings.visibility != Visibility::Paper => {
+        n if n <= MOST_PIXELS && !printed => {
             format!(", and --item-buffer {n} has about half of it")
         }
         _ => String::new(),

@@ -35,12 +35,12 @@ pub fn judge(
     watch: &Watch,
 ) -> Result<Judged> {
     let texels = match ways {
-        Ways::Both { solve, .. } => solve.texels,
-        Ways::One(settings, _) => settings.texels,
+        Ways::Both { solve, .. } => solve.meshing.texels,
+        Ways::One(settings, _) => settings.meshing.texels,
     };
     let truth = || Truth::new(scene, texels, watch);
     let request = |settings: &Settings| Request {
-        settings: settings.clone(),
+        settings: *settings,
         gpu,
         faults,
     };
@@ -70,12 +70,11 @@ pub fn judge(
 
 /// The settings of the last solve of an answer.
 fn finest(answer: &Answer) -> Settings {
-    let settings = &answer.solved.settings;
-    Settings {
-        // Texels are never larger than cells.
-        texels: settings.texels * settings.cells.div_ceil(settings.texels),
-        ..settings.clone()
-    }
+    let mut settings = answer.solved.settings;
+    // Texels are never larger than cells.
+    let meshing = &mut settings.meshing;
+    meshing.texels *= meshing.cells.div_ceil(meshing.texels);
+    settings
 }
 
 /// What `solve` answers, on the CPU and on the GPU.
@@ -89,10 +88,7 @@ fn solved(scene: &Scene, settings: &Settings, gpu: &Gpu, watch: &Watch) -> Resul
         };
         answer(&question, &Watch::new(&|_, done| watch.tell(phase, done)))
     };
-    let rays = Settings {
-        visibility: Visibility::Rays,
-        ..settings.clone()
-    };
+    let rays = settings.by(Visibility::Rays);
     Ok([
         ask(Solver::Cpu, &rays, "solve on the CPU")?,
         ask(Solver::Gpu(gpu), settings, "solve on the GPU")?,
@@ -107,12 +103,9 @@ fn settled(
     watch: &Watch,
 ) -> Result<(Settings, Vec<String>)> {
     if settings.quality != Quality::Reference || given.cells {
-        return Ok((settings.clone(), Vec::new()));
+        return Ok((*settings, Vec::new()));
     }
-    let rays = Settings {
-        visibility: Visibility::Rays,
-        ..settings.clone()
-    };
+    let rays = settings.by(Visibility::Rays);
     let question = Question {
         task: scene,
         settings: &rays,
@@ -121,10 +114,7 @@ fn settled(
     };
     let refining = |_: &str, done| watch.tell("refining", done);
     let answered = answer(&question, &Watch::new(&refining))?;
-    let settled = Settings {
-        visibility: settings.visibility,
-        ..finest(&answered)
-    };
+    let settled = finest(&answered).by(settings.transport.visibility);
     Ok((settled, answered.notes))
 }
 

@@ -84,7 +84,7 @@ impl Figures {
             ],
             shooter: format!("face {shooter} “{name}”"),
             convergence: singly(c)
-                .then(|| charts::convergence(&c.cpu, &c.gpu, c.settings.epsilon))
+                .then(|| charts::convergence(&c.cpu, &c.gpu, c.settings.schedule.epsilon))
                 .flatten(),
             histogram: charts::mismatches(&c.pairs.histogram),
             quality: Quality::new(&cpu),
@@ -95,7 +95,7 @@ impl Figures {
 
 /// Whether one cell shot after the other: only then is there a log to draw.
 pub fn singly(c: &Comparison) -> bool {
-    c.settings.iteration == Iteration::Southwell
+    c.settings.schedule.iteration == Iteration::Southwell
 }
 
 /// The shooter itself is white.

@@ -126,7 +126,7 @@ fn agreement(c: &Comparison) -> Markup {
 
 fn views(f: &Figures, c: &Comparison) -> Markup {
     let white = number(f64::from(f.exposure.white));
-    let by = match c.gpu_settings.visibility {
+    let by = match c.gpu_settings.transport.visibility {
         Visibility::Rays => "visibility by rays as well",
         _ => "visibility by item buffer",
     };
@@ -196,9 +196,9 @@ fn visibility(c: &Comparison, f: &Figures) -> Markup {
 }
 
 fn visibility_name(c: &Comparison) -> String {
-    match c.gpu_settings.visibility {
+    match c.gpu_settings.transport.visibility {
         Visibility::Rays => "stereographic (drawn for the eye: the GPU asked rays)".to_owned(),
-        other => format!("{other:?}").to_lowercase(),
+        drawn => drawn.name().to_owned(),
     }
 }
 

@@ -359,10 +359,10 @@ fn blame(
     light: DVec3,
 ) -> Vec<Part> {
     let mut ways = Vec::new();
-    if settings.visibility != Visibility::Rays {
-        ways.push((Cause::Visibility, settings.form_factor));
+    if settings.transport.visibility != Visibility::Rays {
+        ways.push((Cause::Visibility, settings.transport.form_factor));
     }
-    if settings.form_factor != FormFactor::Polygon {
+    if settings.transport.form_factor != FormFactor::Polygon {
         ways.push((Cause::FormFactor, FormFactor::Polygon));
     }
     let cost = mesh.cells.len() as u64 * u64::from(mesh.samples) * ways.len() as u64;

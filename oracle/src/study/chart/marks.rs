@@ -5,7 +5,7 @@ use super::methods::Method;
 use super::study::Point;
 use crate::show::chart::Shape;
 use common::form_factor::FormFactor;
-use common::settings::{Iteration, Visibility};
+use common::settings::{Iteration, Projection};
 
 /// A name in the legend and a CSS colour that is told apart on white and on black.
 pub type Family = (&'static str, &'static str);
@@ -28,14 +28,15 @@ pub const FAMILIES: [Family; 9] = [
 
 /// Solver and visibility.
 pub fn family(method: &Method) -> Family {
-    FAMILIES[match (method.solver, method.settings.visibility) {
-        (Solver::Cpu, Visibility::Rays) => 0,
-        (Solver::Cpu, _) => 1,
-        (Solver::Gpu, Visibility::Rays) => 2,
-        (Solver::Gpu, Visibility::Stereographic) => 3,
-        (Solver::Gpu, Visibility::Hemisphere) => 4,
-        (Solver::Gpu, Visibility::Hemicube) => 5,
-        (Solver::Gpu, Visibility::Paper) => 6,
+    let drawing = method.settings.transport.visibility.drawing();
+    FAMILIES[match (method.solver, drawing.map(|drawing| drawing.projection)) {
+        (Solver::Cpu, None) => 0,
+        (Solver::Cpu, Some(_)) => 1,
+        (Solver::Gpu, None) => 2,
+        (Solver::Gpu, Some(Projection::Stereographic(_))) => 3,
+        (Solver::Gpu, Some(Projection::Hemisphere(_))) => 4,
+        (Solver::Gpu, Some(Projection::Hemicube)) => 5,
+        (Solver::Gpu, Some(Projection::Paper)) => 6,
         (Solver::Matrix, _) => 7,
     }]
 }
@@ -56,7 +57,7 @@ pub fn shape(point: &Point) -> Shape {
     let (Some(figures), settings) = (point.figures(), &point.method.settings) else {
         return Shape::Cross;
     };
-    match (settings.form_factor, settings.iteration) {
+    match (settings.transport.form_factor, settings.schedule.iteration) {
         _ if point.method.solver == Solver::Matrix => Shape::Circle,
         (FormFactor::Disc, _) => Shape::Square,
         (FormFactor::Paper, _) => Shape::Triangle,

@@ -2,9 +2,12 @@
 
 use super::Solver;
 use crate::plan::Counts;
+use crate::solve::dense;
 use common::form_factor::FormFactor;
 use common::scene::Scene;
-use common::settings::{Iteration, Lookup, Quality, Settings, Visibility};
+use common::settings::{
+    Drawing, Iteration, Lookup, Meshing, Projection, Quality, Raster, Settings, Visibility,
+};
 use cpu::matrix::memory::{MEMORY, bytes};
 use serde_json::Value;
 
@@ -14,6 +17,9 @@ const SAMPLES: u64 = 1 << 24;
 const TRUTH: u64 = 6000;
 /// The twin of an item buffer is a plain loop: with more pixels it only gets slower.
 const TWIN_PIXELS: u32 = 256;
+const PIXELS: u32 = Drawing::DEFAULT.size;
+const STEREOGRAPHIC: Projection = Projection::Stereographic(Raster::Pixel);
+const HEMISPHERE: Projection = Projection::Hemisphere(Raster::Pixel);
 
 /// One way to solve.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,71 +48,82 @@ type Row = (For, &'static str, bool, fn(&mut Settings));
 /// The table.
 const ROWS: &[Row] = &[
     (For::Both, "base", true, |_| ()),
-    (For::Both, "texels", true, |s| s.texels /= 2),
-    (For::Both, "texels", false, |s| s.texels *= 2),
-    (For::Both, "cells", false, |s| s.cells /= 4),
-    (For::Both, "cells", true, |s| s.cells /= 2),
-    (For::Both, "cells", true, |s| s.cells *= 2),
-    (For::Both, "samples", true, |s| s.samples = 1),
-    (For::Cpu, "samples", false, |s| s.samples = 2),
-    (For::Both, "samples", true, |s| s.samples *= 4),
+    (For::Both, "texels", true, |s| s.meshing.texels /= 2),
+    (For::Both, "texels", false, |s| s.meshing.texels *= 2),
+    (For::Both, "cells", false, |s| s.meshing.cells /= 4),
+    (For::Both, "cells", true, |s| s.meshing.cells /= 2),
+    (For::Both, "cells", true, |s| s.meshing.cells *= 2),
+    (For::Both, "samples", true, |s| s.meshing.samples = 1),
+    (For::Cpu, "samples", false, |s| s.meshing.samples = 2),
+    (For::Both, "samples", true, |s| s.meshing.samples *= 4),
     (For::Both, "form-factor", true, |s| {
-        s.form_factor = FormFactor::Disc;
+        s.transport.form_factor = FormFactor::Disc;
     }),
     (For::Both, "form-factor", false, |s| {
-        s.form_factor = FormFactor::Paper;
+        s.transport.form_factor = FormFactor::Paper;
     }),
     (For::Both, "iteration", true, |s| {
-        s.iteration = Iteration::Southwell;
+        s.schedule.iteration = Iteration::Southwell;
     }),
     (For::Both, "iteration", false, |s| {
-        s.iteration = Iteration::Chebyshev;
+        s.schedule.iteration = Iteration::Chebyshev;
     }),
-    (For::Cpu, "epsilon", false, |s| s.epsilon = 0.1),
-    (For::Both, "epsilon", true, |s| s.epsilon = 0.01),
-    (For::Both, "epsilon", false, |s| s.epsilon = 1e-4),
+    (For::Cpu, "epsilon", false, |s| s.schedule.epsilon = 0.1),
+    (For::Both, "epsilon", true, |s| s.schedule.epsilon = 0.01),
+    (For::Both, "epsilon", false, |s| s.schedule.epsilon = 1e-4),
     (For::Cpu, "visibility", true, |s| {
-        twin(s, Visibility::Stereographic);
+        drawn(s, STEREOGRAPHIC, TWIN_PIXELS);
     }),
     (For::Cpu, "visibility", false, |s| {
-        twin(s, Visibility::Hemisphere);
+        drawn(s, HEMISPHERE, TWIN_PIXELS);
     }),
     (For::Cpu, "visibility", false, |s| {
-        twin(s, Visibility::Hemicube);
+        drawn(s, Projection::Hemicube, TWIN_PIXELS);
     }),
     (For::Cpu, "visibility", false, |s| {
-        twin(s, Visibility::Paper);
+        drawn(s, Projection::Paper, TWIN_PIXELS);
     }),
     (For::Gpu, "visibility", true, |s| {
-        s.visibility = Visibility::Rays;
+        s.transport.visibility = Visibility::Rays;
     }),
     (For::Gpu, "visibility", false, |s| {
-        s.visibility = Visibility::Hemisphere;
+        drawn(s, HEMISPHERE, PIXELS);
     }),
     (For::Gpu, "visibility", false, |s| {
-        s.visibility = Visibility::Hemicube;
+        drawn(s, Projection::Hemicube, PIXELS);
     }),
     (For::Gpu, "visibility", true, |s| {
-        s.visibility = Visibility::Paper;
+        drawn(s, Projection::Paper, PIXELS);
     }),
-    (For::Gpu, "item-buffer", true, |s| s.item_buffer = 256),
-    (For::Gpu, "item-buffer", false, |s| s.item_buffer = 512),
-    (For::Gpu, "item-buffer", false, |s| s.item_buffer = 2048),
-    (For::Gpu, "lookup", false, |s| s.lookup = Lookup::Exact),
+    (For::Gpu, "item-buffer", true, |s| {
+        drawn(s, STEREOGRAPHIC, 256);
+    }),
+    (For::Gpu, "item-buffer", false, |s| {
+        drawn(s, STEREOGRAPHIC, 512);
+    }),
+    (For::Gpu, "item-buffer", false, |s| {
+        drawn(s, STEREOGRAPHIC, 2048);
+    }),
+    (For::Gpu, "lookup", false, |s| {
+        s.transport.visibility = Visibility::Drawn(Drawing {
+            lookup: Lookup::Exact,
+            ..Drawing::DEFAULT
+        });
+    }),
     (For::Both, "combination", true, draft),
     (For::Both, "combination", false, |s| {
-        let texels = s.texels;
+        let texels = s.meshing.texels;
         draft(s);
-        s.texels = texels;
+        s.meshing.texels = texels;
     }),
     (For::Both, "combination", true, paper),
     (For::Both, "combination", false, |s| {
         paper(s);
-        s.conserve = true;
+        s.transport.conserve = true;
     }),
     (For::Both, "combination", false, |s| {
-        s.form_factor = FormFactor::Disc;
-        s.conserve = true;
+        s.transport.form_factor = FormFactor::Disc;
+        s.transport.conserve = true;
     }),
     (For::Both, "combination", false, |s| finest(s, 1, 1)),
     (For::Both, "combination", true, |s| finest(s, 2, 1)),
@@ -116,55 +133,52 @@ const ROWS: &[Row] = &[
     (For::Cpu, "combination", false, |s| finest(s, 4, 4)),
 ];
 
-fn twin(s: &mut Settings, visibility: Visibility) {
-    s.visibility = visibility;
-    s.item_buffer = TWIN_PIXELS;
+fn drawn(s: &mut Settings, projection: Projection, pixels: u32) {
+    s.transport.visibility = Visibility::drawn(projection, pixels);
 }
 
 /// `--quality draft`, but no finer than the base.
 fn draft(s: &mut Settings) {
-    let (texels, cells, samples, epsilon) = Quality::Draft.settings();
-    s.texels = s.texels.min(texels);
-    s.cells = s.cells.min(cells);
-    (s.samples, s.epsilon) = (samples, epsilon);
+    let draft = Quality::Draft.meshing();
+    s.meshing = Meshing {
+        texels: s.meshing.texels.min(draft.texels),
+        cells: s.meshing.cells.min(draft.cells),
+        ..draft
+    };
+    s.schedule.epsilon = Quality::Draft.epsilon();
 }
 
 /// Whole faces, discs, centres, one shot after the other.
 fn paper(s: &mut Settings) {
-    (s.cells, s.samples) = (1, 1);
-    s.form_factor = FormFactor::Disc;
-    s.iteration = Iteration::Southwell;
+    (s.meshing.cells, s.meshing.samples) = (1, 1);
+    s.transport.form_factor = FormFactor::Disc;
+    s.schedule.iteration = Iteration::Southwell;
 }
 
 /// The ladder: the best visibility, more cells and samples.
 fn finest(s: &mut Settings, cells: u32, samples: u32) {
-    s.visibility = Visibility::Rays;
-    s.cells *= cells;
-    s.samples *= samples;
+    s.transport.visibility = Visibility::Rays;
+    s.meshing.cells *= cells;
+    s.meshing.samples *= samples;
 }
 
 /// What `solve` does by default, on N×N texels, with fewer cells where these would take long.
 pub fn base(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> Settings {
-    let (_, cells, samples, epsilon) = quality.settings();
-    let mut settings = Settings {
-        texels,
-        cells,
-        samples,
-        epsilon,
-        iteration: Iteration::Cg,
-        visibility: match solver {
-            Solver::Gpu => Visibility::Stereographic,
-            Solver::Cpu | Solver::Matrix => Visibility::Rays,
-        },
-        ..Settings::default()
-    };
+    let mut settings = Settings::of(quality);
+    // The points of a study are compared as they are: nothing is refined.
+    settings.quality = Quality::Normal;
+    settings.meshing.texels = texels;
+    settings.schedule.iteration = Iteration::Cg;
+    if solver == Solver::Gpu {
+        settings.transport.visibility = Visibility::Drawn(Drawing::DEFAULT);
+    }
     let samples = |s: &Settings| {
-        Counts::new(scene, s)
+        Counts::new(scene, &s.meshing)
             .links()
-            .saturating_mul(s.samples.into())
+            .saturating_mul(s.meshing.samples.into())
     };
-    while settings.cells > 1 && samples(&settings) > SAMPLES {
-        settings.cells /= 2;
+    while settings.meshing.cells > 1 && samples(&settings) > SAMPLES {
+        settings.meshing.cells /= 2;
     }
     settings
 }
@@ -172,7 +186,7 @@ pub fn base(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> Set
 /// The texels a side that are asked for: `quality`'s, halved until the matrix answers soon, unless
 /// that leaves too few.
 pub fn texels(scene: &Scene, quality: Quality) -> u32 {
-    let (asked, ..) = quality.settings();
+    let asked = quality.meshing().texels;
     let fits = |n: &u32| scene.faces.len() as u64 * u64::from(*n).pow(2) <= TRUTH;
     let sides = [asked, asked / 2, asked / 4];
     sides.into_iter().find(fits).unwrap_or(asked)
@@ -185,17 +199,16 @@ pub fn methods(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> 
     let mine = match solver {
         Solver::Cpu => For::Cpu,
         Solver::Gpu => For::Gpu,
-        Solver::Matrix => return matrices(scene, &base),
+        Solver::Matrix => return matrices(scene, texels),
     };
     let rows = ROWS.iter().filter(|(who, _, short, _)| {
         (*who == For::Both || *who == mine) && (*short || quality != Quality::Draft)
     });
     for (_, sweep, _, change) in rows {
-        let mut settings = base.clone();
+        let mut settings = base;
         change(&mut settings);
-        settings.texels = settings.texels.max(1);
-        settings.cells = settings.cells.clamp(1, settings.texels);
-        settings.raster = settings.raster();
+        settings.meshing.texels = settings.meshing.texels.max(1);
+        settings.meshing.cells = settings.meshing.cells.clamp(1, settings.meshing.texels);
         if methods.iter().all(|m| m.settings != settings) {
             methods.push(Method {
                 solver,
@@ -209,30 +222,27 @@ pub fn methods(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> 
 }
 
 /// The matrix on as many texels as it can hold.
-fn matrices(scene: &Scene, base: &Settings) -> Vec<Method> {
+fn matrices(scene: &Scene, texels: u32) -> Vec<Method> {
     let fits = |n: &u32| *n > 0 && bytes(scene.faces.len() as u64 * u64::from(*n).pow(2)) <= MEMORY;
-    let sides = [base.texels / 4, base.texels / 2, base.texels];
+    let sides = [texels / 4, texels / 2, texels];
     let method = |texels| Method {
         solver: Solver::Matrix,
         sweep: "texels",
         options: format!("--texels {texels}"),
-        settings: Settings {
-            texels,
-            cells: 1,
-            ..base.clone()
-        },
+        settings: dense::settings(texels),
     };
     sides.into_iter().filter(fits).map(method).collect()
 }
 
-/// What is unlike the base, as options; "base" where nothing is.
+/// What is unlike the base, as options; "base" where nothing is. Of an item buffer that the base has
+/// not, what is unlike the default.
 fn options(base: &Settings, settings: &Settings) -> String {
-    let [old, new] = [base, settings].map(|s| serde_json::to_value(s).unwrap_or_default());
-    let changed = new
-        .as_object()
-        .into_iter()
-        .flatten()
-        .filter(|(k, v)| old[*k] != **v);
+    let all = [base, settings].map(|s| serde_json::to_value(s).unwrap_or_default());
+    let drawn = serde_json::to_value(Visibility::Drawn(Drawing::DEFAULT)).unwrap_or_default();
+    let [old, new] = &all;
+    let before = |name: &String| old.get(name).or(drawn.get(name));
+    let changed = (new.as_object().into_iter().flatten())
+        .filter(|(name, value)| before(name) != Some(*value));
     let texts: Vec<String> = changed
         .map(|(name, value)| match value {
             Value::Bool(_) => format!("--{name}"),
@@ -277,7 +287,11 @@ mod tests {
                 assert_eq!(methods[0].options, "base");
                 for (k, method) in methods.iter().enumerate() {
                     let s = &method.settings;
-                    assert!(s.cells >= 1 && s.cells <= s.texels && s.samples >= 1);
+                    assert!(
+                        s.meshing.cells >= 1
+                            && s.meshing.cells <= s.meshing.texels
+                            && s.meshing.samples >= 1
+                    );
                     let twins = methods[..k].iter().filter(|m| m.options == method.options);
                     assert_eq!(twins.count(), 0, "{}", method.options);
                 }
@@ -295,9 +309,24 @@ mod tests {
     fn large_scenes_ask_for_less() {
         assert_eq!(texels(&scene(19), Quality::Normal), 16);
         assert_eq!(texels(&scene(168), Quality::Normal), 4);
-        assert_eq!(base(&scene(19), Solver::Cpu, Quality::Normal, 16).cells, 4);
-        assert_eq!(base(&scene(168), Solver::Cpu, Quality::Normal, 8).cells, 1);
-        assert_eq!(base(&scene(168), Solver::Cpu, Quality::Normal, 4).cells, 2);
+        assert_eq!(
+            base(&scene(19), Solver::Cpu, Quality::Normal, 16)
+                .meshing
+                .cells,
+            4
+        );
+        assert_eq!(
+            base(&scene(168), Solver::Cpu, Quality::Normal, 8)
+                .meshing
+                .cells,
+            1
+        );
+        assert_eq!(
+            base(&scene(168), Solver::Cpu, Quality::Normal, 4)
+                .meshing
+                .cells,
+            2
+        );
         // Too many for the matrix at any useful resolution.
         assert_eq!(texels(&scene(5000), Quality::Normal), 16);
     }

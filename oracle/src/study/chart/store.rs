@@ -143,7 +143,7 @@ pub fn program() -> u64 {
 mod tests {
     use super::*;
     use crate::study::chart::Figures;
-    use common::settings::Settings;
+    use common::settings::{Meshing, Settings};
 
     fn path(name: &str) -> PathBuf {
         let name = format!("store-{}-{name}.jsonl", std::process::id());
@@ -222,7 +222,10 @@ mod tests {
             sweep: "samples",
             options: String::new(),
             settings: Settings {
-                samples,
+                meshing: Meshing {
+                    samples,
+                    ..Meshing::default()
+                },
                 ..Settings::default()
             },
         };

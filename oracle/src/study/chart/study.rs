@@ -176,18 +176,18 @@ pub fn mark_fronts(points: &mut [Point]) {
 
 fn point(bench: &Bench, method: &Method, runs: Vec<Measurement>) -> Point {
     let settings = &method.settings;
-    let counts = Counts::new(bench.scene, settings);
+    let counts = Counts::new(bench.scene, &settings.meshing);
     let first = runs.first().and_then(|m| m.result.as_ref().ok());
     let linked = first.map_or(0, |figures| figures.linked);
     let shoots = method.solver != Solver::Matrix;
     Point {
         rays_at_most: if shoots {
-            counts.rays_at_most(linked, settings.visibility)
+            counts.rays_at_most(linked, settings.transport.visibility)
         } else {
             0
         },
         pixels: if shoots {
-            counts.pixels(linked, settings)
+            counts.pixels(linked, settings.transport.visibility)
         } else {
             0
         },

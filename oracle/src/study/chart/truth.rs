@@ -5,7 +5,7 @@ use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
 use crate::solve::solver::Solver;
 use crate::solve::watch::Watch;
-use crate::solve::{Given, Question, answer};
+use crate::solve::{Given, Question, answer, dense};
 use common::scene::Scene;
 use common::settings::{Iteration, Quality, Settings};
 use common::solution::{Seconds, Stored};
@@ -89,19 +89,10 @@ impl Truth {
 
 fn settings(texels: u32, dense: bool) -> Settings {
     if dense {
-        return Settings {
-            texels,
-            ..Settings::default()
-        };
+        return dense::settings(texels);
     }
-    let (_, cells, samples, epsilon) = Quality::Reference.settings();
-    Settings {
-        quality: Quality::Reference,
-        texels,
-        cells,
-        samples,
-        epsilon,
-        iteration: Iteration::Cg,
-        ..Settings::default()
-    }
+    let mut settings = Settings::of(Quality::Reference);
+    settings.meshing.texels = texels;
+    settings.schedule.iteration = Iteration::Cg;
+    settings
 }

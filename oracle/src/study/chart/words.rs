@@ -65,7 +65,7 @@ pub fn about(point: &Point) -> String {
             failure.unwrap_or_default()
         )),
     }
-    let settings = serde_json::to_value(&point.method.settings).unwrap_or_default();
+    let settings = serde_json::to_value(point.method.settings).unwrap_or_default();
     let words = settings.as_object().into_iter().flatten();
     let words = words.filter(|(name, _)| !["quality", "max-shots"].contains(&name.as_str()));
     let words: Vec<String> = words

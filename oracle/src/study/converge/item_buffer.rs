@@ -4,10 +4,10 @@
 //! Σ F·A: what a pair wrongly judged takes from the transfer, or adds to it.
 
 use common::Result;
-use common::form_factor::form_factor;
+use common::form_factor::{self, FormFactor};
 use common::mesh::Mesh;
 use common::rays::Rays;
-use common::settings::{Lookup, Raster, Settings, Visibility};
+use common::settings::{Drawing, Lookup, Projection, Raster, Transport, Visibility};
 use common::shooting::{Order, Shoot};
 use gpu::{Gpu, GpuSolver};
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ const RUNS: usize = 3;
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Row {
     /// Projection.
-    pub visibility: Visibility,
+    pub visibility: &'static str,
     /// How faces are drawn.
     pub raster: Raster,
     /// Pixels a side.
@@ -46,39 +46,37 @@ pub struct Row {
 }
 
 /// Every projection with the rasters that it has.
-pub const RASTERS: [(Visibility, Raster); 6] = [
-    (Visibility::Paper, Raster::Tessellated),
-    (Visibility::Hemisphere, Raster::Tessellated),
-    (Visibility::Hemisphere, Raster::Pixel),
-    (Visibility::Stereographic, Raster::Tessellated),
-    (Visibility::Stereographic, Raster::Pixel),
-    (Visibility::Hemicube, Raster::Pixel),
+pub const PROJECTIONS: [Projection; 6] = [
+    Projection::Paper,
+    Projection::Hemisphere(Raster::Tessellated),
+    Projection::Hemisphere(Raster::Pixel),
+    Projection::Stereographic(Raster::Tessellated),
+    Projection::Stereographic(Raster::Pixel),
+    Projection::Hemicube,
 ];
 
 /// Both lookups.
 pub const LOOKUPS: [Lookup; 2] = [Lookup::Exact, Lookup::Neighbours];
 
-/// A row for each of [`RASTERS`] × `sizes` × [`LOOKUPS`]; `done` is told of each.
+/// A row for each of [`PROJECTIONS`] × `sizes` × [`LOOKUPS`]; `done` is told of each.
 pub fn rows(
     gpu: &Gpu,
     mesh: &Mesh,
-    settings: &Settings,
+    form_factor: FormFactor,
     sizes: &[u32],
     done: &mut dyn FnMut(&Row),
 ) -> Result<Vec<Row>> {
-    let truth = truth(mesh, settings);
+    let truth = truth(mesh, form_factor);
     let mut rows = Vec::new();
-    for (visibility, raster) in RASTERS {
+    for projection in PROJECTIONS {
         for size in sizes {
             for lookup in LOOKUPS {
-                let settings = Settings {
-                    visibility,
-                    raster,
-                    item_buffer: *size,
+                let drawing = Drawing {
+                    projection,
+                    size: *size,
                     lookup,
-                    ..settings.clone()
                 };
-                let row = row(gpu, mesh, &settings, &truth)?;
+                let row = row(gpu, mesh, form_factor, drawing, &truth)?;
                 done(&row);
                 rows.push(row);
             }
@@ -88,15 +86,15 @@ pub fn rows(
 }
 
 /// F·A of each texel and whether rays see it, for each cell; F = 0 where the pair does not count.
-fn truth(mesh: &Mesh, settings: &Settings) -> Vec<Vec<(f32, bool)>> {
+fn truth(mesh: &Mesh, kind: FormFactor) -> Vec<Vec<(f32, bool)>> {
     let rays = Rays::new(mesh);
     mesh.cells
         .par_iter()
         .map(|cell| {
             let pair = |texel: &common::mesh::Texel| {
                 let normal = mesh.faces[texel.face as usize].normal;
-                let (shooter, kind) = (&cell.shooter, settings.form_factor);
-                let f = form_factor(kind, shooter, texel.position, normal, texel.area);
+                let shooter = &cell.shooter;
+                let f = form_factor::form_factor(kind, shooter, texel.position, normal, texel.area);
                 if texel.face == cell.face || f <= FACING {
                     return (0.0, false);
                 }
@@ -109,13 +107,24 @@ fn truth(mesh: &Mesh, settings: &Settings) -> Vec<Vec<(f32, bool)>> {
         .collect()
 }
 
-fn row(gpu: &Gpu, mesh: &Mesh, settings: &Settings, truth: &[Vec<(f32, bool)>]) -> Result<Row> {
+fn row(
+    gpu: &Gpu,
+    mesh: &Mesh,
+    form_factor: FormFactor,
+    drawing: Drawing,
+    truth: &[Vec<(f32, bool)>],
+) -> Result<Row> {
+    let transport = Transport {
+        visibility: Visibility::Drawn(drawing),
+        form_factor,
+        conserve: false,
+    };
     let mut shot_seconds = f64::INFINITY;
     for _ in 1..RUNS {
-        let mut solver = GpuSolver::new(gpu, mesh, settings)?;
+        let mut solver = GpuSolver::new(gpu, mesh, &transport)?;
         shot_seconds = shot_seconds.min(seconds(&mut solver, mesh)?);
     }
-    let mut solver = GpuSolver::new(gpu, mesh, settings)?;
+    let mut solver = GpuSolver::new(gpu, mesh, &transport)?;
     shot_seconds = shot_seconds.min(seconds(&mut solver, mesh)?);
     let (mut facing, mut mismatched) = (0u64, 0u64);
     let (mut all, mut hidden, mut lit) = (0.0f64, 0.0f64, 0.0f64);
@@ -133,10 +142,10 @@ fn row(gpu: &Gpu, mesh: &Mesh, settings: &Settings, truth: &[Vec<(f32, bool)>]) 
     }
     let share = |part: f64, all: f64| if all > 0.0 { part / all } else { 0.0 };
     Ok(Row {
-        visibility: settings.visibility,
-        raster: settings.raster(),
-        size: settings.item_buffer,
-        lookup: settings.lookup,
+        visibility: drawing.projection.name(),
+        raster: drawing.projection.raster(),
+        size: drawing.size,
+        lookup: drawing.lookup,
         facing,
         mismatched: share(mismatched as f64, facing as f64),
         falsely_hidden: share(hidden, all),

@@ -5,7 +5,7 @@ use super::item_buffer::Row;
 use super::{MeasuredSweep, Study};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{self, Page, chart, scenes, table};
-use common::settings::{Lookup, Settings};
+use common::settings::{Drawing, Lookup};
 use maud::{Markup, html};
 
 /// The page of what is done so far.
@@ -115,7 +115,7 @@ fn item_buffers(study: &Study) -> Markup {
             (table("", &["Projection", "Raster", "#Pixels", "Lookup", "#Mismatched", "#Falsely hidden",
                 "#Falsely seen", "#ms a shot"], html! {
                 @for row in &study.item_buffers { tr {
-                    td { (name(&row.visibility)) }
+                    td { (row.visibility) }
                     td { (name(&row.raster)) }
                     td.n { (row.size) "²" }
                     td { (lookup(row.lookup)) }
@@ -133,7 +133,7 @@ fn item_buffers(study: &Study) -> Markup {
 /// What the default rests on: the least wrong transfer at the default's size.
 fn choice(rows: &[Row]) -> Markup {
     let wrong = |row: &Row| row.falsely_hidden + row.falsely_seen;
-    let size = Settings::default().item_buffer;
+    let size = Drawing::DEFAULT.size;
     let best = rows
         .iter()
         .filter(|row| row.size == size)
@@ -141,7 +141,7 @@ fn choice(rows: &[Row]) -> Markup {
     html! {
         @if let Some(row) = best {
             p {
-                "Least wrong at " (size) "²: " b { (format!("{:?}", row.visibility).to_lowercase()) } ", "
+                "Least wrong at " (size) "²: " b { (row.visibility) } ", "
                 (percent(wrong(row))) " of the transfer. The default is stereographic, by pixels, 3x3."
             }
         }

@@ -213,7 +213,7 @@ impl<'a> Bench<'a> {
         }
         let told = |_: &str, done| watch.tell(name, done);
         let (start, own) = (Instant::now(), Watch::new(&told));
-        let solver = Solver::drawing(self.gpu, settings);
+        let solver = Solver::drawing(self.gpu, &settings.transport);
         let Solved { mesh, run, .. } = self.scene.once(settings, solver, &own)?;
         Ok((!own.stopped()).then(|| Answer {
             reflected: Reflected::of(self.scene, &mesh, &run.field),

@@ -4,7 +4,7 @@
 //! more [`Curve`], and one that may set a floor for others is one more entry of [`REFINEMENTS`].
 
 use common::form_factor::FormFactor;
-use common::settings::{Lookup, Raster, Settings, Visibility};
+use common::settings::{Drawing, Lookup, Projection, Raster, Settings, Visibility};
 
 /// Changes settings.
 pub type Change = fn(&mut Settings);
@@ -100,14 +100,14 @@ pub const TEXELS: Sweep = Sweep {
     name: "Texels",
     option: "--texels",
     values: &[4.0, 8.0, 16.0, 32.0],
-    set: |settings, value| settings.texels = value as u32,
+    set: |settings, value| settings.meshing.texels = value as u32,
     larger_is_finer: true,
-    base: |settings| settings.samples = 16,
+    base: |settings| settings.meshing.samples = 16,
     truth: Truth::Finer(64.0),
     curves: &[
         Curve {
             label: "rays, centre to centre",
-            change: |settings| settings.samples = 1,
+            change: |settings| settings.meshing.samples = 1,
         },
         Curve {
             label: "rays, 16 samples",
@@ -121,7 +121,7 @@ pub const SAMPLES: Sweep = Sweep {
     name: "Samples",
     option: "--samples",
     values: &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0],
-    set: |settings, value| settings.samples = value as u32,
+    set: |settings, value| settings.meshing.samples = value as u32,
     larger_is_finer: true,
     base: AS_IT_IS,
     truth: Truth::Finer(128.0),
@@ -132,7 +132,7 @@ pub const SAMPLES: Sweep = Sweep {
         },
         Curve {
             label: "every shot closed (--conserve)",
-            change: |settings| settings.conserve = true,
+            change: |settings| settings.transport.conserve = true,
         },
     ],
 };
@@ -142,7 +142,7 @@ pub const CELLS: Sweep = Sweep {
     name: "Cells",
     option: "--cells",
     values: &[1.0, 2.0, 4.0, 8.0],
-    set: |settings, value| settings.cells = value as u32,
+    set: |settings, value| settings.meshing.cells = value as u32,
     larger_is_finer: true,
     base: AS_IT_IS,
     truth: Truth::Finer(16.0),
@@ -153,7 +153,7 @@ pub const CELLS: Sweep = Sweep {
         },
         Curve {
             label: "disc",
-            change: |settings| settings.form_factor = FormFactor::Disc,
+            change: |settings| settings.transport.form_factor = FormFactor::Disc,
         },
     ],
 };
@@ -164,48 +164,61 @@ pub const ITEM_BUFFER: Sweep = Sweep {
     name: "Item buffer",
     option: "--item-buffer",
     values: &[256.0, 512.0, 1024.0, 2048.0],
-    set: |settings, value| settings.item_buffer = value as u32,
+    set: |settings, value| {
+        // Each of the curves draws.
+        if let Visibility::Drawn(drawing) = &mut settings.transport.visibility {
+            drawing.size = value as u32;
+        }
+    },
     larger_is_finer: true,
-    base: |settings| settings.cells = 1,
+    base: |settings| settings.meshing.cells = 1,
     truth: Truth::Limit {
         name: "rays",
-        change: |settings| settings.visibility = Visibility::Rays,
+        change: |settings| settings.transport.visibility = Visibility::Rays,
     },
     curves: &[
         item_buffer("stereographic, 3x3", |settings| {
-            settings.visibility = Visibility::Stereographic;
+            drawn(settings, STEREOGRAPHIC, Lookup::Neighbours);
         }),
         item_buffer("stereographic, exact", |settings| {
-            settings.visibility = Visibility::Stereographic;
-            settings.lookup = Lookup::Exact;
+            drawn(settings, STEREOGRAPHIC, Lookup::Exact);
         }),
         item_buffer("stereographic, tessellated, 3x3", |settings| {
-            settings.visibility = Visibility::Stereographic;
-            settings.raster = Raster::Tessellated;
+            let tessellated = Projection::Stereographic(Raster::Tessellated);
+            drawn(settings, tessellated, Lookup::Neighbours);
         }),
         item_buffer("hemicube, 3x3", |settings| {
-            settings.visibility = Visibility::Hemicube;
+            drawn(settings, Projection::Hemicube, Lookup::Neighbours);
         }),
         item_buffer("hemicube, exact", |settings| {
-            settings.visibility = Visibility::Hemicube;
-            settings.lookup = Lookup::Exact;
+            drawn(settings, Projection::Hemicube, Lookup::Exact);
         }),
         item_buffer("hemisphere, 3x3", |settings| {
-            settings.visibility = Visibility::Hemisphere;
+            drawn(settings, HEMISPHERE, Lookup::Neighbours);
         }),
         item_buffer("hemisphere, exact", |settings| {
-            settings.visibility = Visibility::Hemisphere;
-            settings.lookup = Lookup::Exact;
+            drawn(settings, HEMISPHERE, Lookup::Exact);
         }),
         item_buffer("paper, exact", |settings| {
-            settings.visibility = Visibility::Paper;
-            settings.lookup = Lookup::Exact;
+            drawn(settings, Projection::Paper, Lookup::Exact);
         }),
     ],
 };
 
+const STEREOGRAPHIC: Projection = Projection::Stereographic(Raster::Pixel);
+const HEMISPHERE: Projection = Projection::Hemisphere(Raster::Pixel);
+
 const fn item_buffer(label: &'static str, change: Change) -> Curve {
     Curve { label, change }
+}
+
+/// An item buffer; its pixels are what is swept.
+fn drawn(settings: &mut Settings, projection: Projection, lookup: Lookup) {
+    settings.transport.visibility = Visibility::Drawn(Drawing {
+        projection,
+        lookup,
+        ..Drawing::DEFAULT
+    });
 }
 
 /// Unshot power at which a solve stops.
@@ -213,7 +226,7 @@ pub const EPSILON: Sweep = Sweep {
     name: "Unshot power ε",
     option: "--epsilon",
     values: &[0.3, 0.1, 0.03, 0.01, 0.003, 0.001],
-    set: |settings, value| settings.epsilon = value,
+    set: |settings, value| settings.schedule.epsilon = value,
     larger_is_finer: false,
     base: AS_IT_IS,
     truth: Truth::Finer(0.0001),
@@ -236,78 +249,96 @@ pub const REFINEMENTS: &[Refinement] = &[
     Refinement {
         option: "--epsilon",
         finer: |s| {
-            let mut finer = s.clone();
-            finer.epsilon /= 10.0;
-            let text = format!("ε {} → {}", s.epsilon, finer.epsilon);
+            let mut finer = *s;
+            finer.schedule.epsilon /= 10.0;
+            let text = format!("ε {} → {}", s.schedule.epsilon, finer.schedule.epsilon);
             Some((finer, text))
         },
     },
     Refinement {
         option: "--lookup",
         finer: |s| {
-            let mut finer = s.clone();
-            finer.lookup = Lookup::Neighbours;
-            let possible = s.visibility != Visibility::Rays && s.lookup == Lookup::Exact;
-            possible.then(|| (finer, "lookup exact → 3x3".into()))
+            let mut drawing = s.transport.visibility.drawing()?;
+            let possible = drawing.lookup == Lookup::Exact;
+            drawing.lookup = Lookup::Neighbours;
+            possible.then(|| {
+                (
+                    s.by(Visibility::Drawn(drawing)),
+                    "lookup exact → 3x3".into(),
+                )
+            })
         },
     },
     Refinement {
         option: "--visibility",
         finer: |s| {
-            let mut finer = s.clone();
-            (finer.visibility, finer.lookup) = match s.visibility {
-                Visibility::Paper => (Visibility::Hemisphere, s.lookup),
-                Visibility::Hemisphere => (Visibility::Stereographic, s.lookup),
-                _ => (Visibility::Rays, s.lookup),
+            let drawing = s.transport.visibility.drawing()?;
+            let drawn = |projection| {
+                Visibility::Drawn(Drawing {
+                    projection,
+                    ..drawing
+                })
             };
-            let name = |v: Visibility| format!("{v:?}").to_lowercase();
-            let text = format!("{} → {}", name(s.visibility), name(finer.visibility));
-            (s.visibility != Visibility::Rays).then_some((finer, text))
+            let finer = match drawing.projection {
+                Projection::Paper => drawn(HEMISPHERE),
+                Projection::Hemisphere(raster) => drawn(Projection::Stereographic(raster)),
+                Projection::Stereographic(_) | Projection::Hemicube => Visibility::Rays,
+            };
+            let text = format!("{} → {}", drawing.projection.name(), finer.name());
+            Some((s.by(finer), text))
         },
     },
     Refinement {
         option: "--form-factor",
         finer: |s| {
-            let mut finer = s.clone();
-            finer.form_factor = FormFactor::Polygon;
-            let possible = s.form_factor != FormFactor::Polygon;
+            let mut finer = *s;
+            finer.transport.form_factor = FormFactor::Polygon;
+            let possible = s.transport.form_factor != FormFactor::Polygon;
             possible.then(|| (finer, "form factor → polygon".into()))
         },
     },
     Refinement {
         option: "--item-buffer",
         finer: |s| {
-            let mut finer = s.clone();
-            finer.item_buffer *= 2;
-            let possible = s.visibility != Visibility::Rays && finer.item_buffer <= 4096;
-            let text = format!("item buffer {} → {}", s.item_buffer, 2 * s.item_buffer);
-            possible.then_some((finer, text))
+            let mut drawing = s.transport.visibility.drawing()?;
+            let text = format!("item buffer {} → {}", drawing.size, 2 * drawing.size);
+            drawing.size *= 2;
+            let possible = drawing.size <= 4096;
+            possible.then(|| (s.by(Visibility::Drawn(drawing)), text))
         },
     },
     Refinement {
         option: "--samples",
         finer: |s| {
-            let mut finer = s.clone();
-            finer.samples *= 4;
-            let text = format!("samples {} → {}", s.samples, finer.samples);
-            (finer.samples <= 256).then_some((finer, text))
+            let mut finer = *s;
+            finer.meshing.samples *= 4;
+            let text = format!("samples {} → {}", s.meshing.samples, finer.meshing.samples);
+            (finer.meshing.samples <= 256).then_some((finer, text))
         },
     },
     Refinement {
         option: "--cells",
         finer: |s| {
-            let mut finer = s.clone();
-            finer.cells *= 2;
-            let possible = finer.cells <= s.texels;
-            possible.then(|| (finer, format!("cells {} → {}", s.cells, 2 * s.cells)))
+            let mut finer = *s;
+            finer.meshing.cells *= 2;
+            let possible = finer.meshing.cells <= s.meshing.texels;
+            possible.then(|| {
+                (
+                    finer,
+                    format!("cells {} → {}", s.meshing.cells, 2 * s.meshing.cells),
+                )
+            })
         },
     },
     Refinement {
         option: "--texels",
         finer: |s| {
-            let mut finer = s.clone();
-            finer.texels *= 2;
-            Some((finer, format!("texels {} → {}", s.texels, 2 * s.texels)))
+            let mut finer = *s;
+            finer.meshing.texels *= 2;
+            Some((
+                finer,
+                format!("texels {} → {}", s.meshing.texels, 2 * s.meshing.texels),
+            ))
         },
     },
 ];

@@ -7,7 +7,7 @@ use crate::solve::solver::Solver;
 use crate::solve::watch::unwatched;
 use crate::solve::{Given, Question, answer};
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::{Meshing, Settings};
 use glam::{DVec3, Vec3};
 
 const METHODS: [&str; 2] = ["default", "matrix"];
@@ -90,9 +90,11 @@ pub fn triangle() -> Scene {
 /// The scene solved, and plates of a face: the truth, and answers that are more and more off.
 pub fn specimen(scene: Scene, face: u32) -> Specimen {
     let settings = Settings {
-        texels: 12,
-        cells: 2,
-        samples: 1,
+        meshing: Meshing {
+            texels: 12,
+            cells: 2,
+            samples: 1,
+        },
         ..Settings::default()
     };
     let question = Question {

@@ -72,7 +72,8 @@ pub fn gate(name: &'static str, broken: Vec<String>) -> Gate {
 fn by_rays(row: &Row, half: Half) -> bool {
     let all = methods(Suite::All);
     let method: Option<&Method> = all.iter().find(|m| m.name == row.method);
-    method.is_some_and(|m| m.settings(1, half == Half::Gpu).visibility == Visibility::Rays)
+    method
+        .is_some_and(|m| m.settings(1, half == Half::Gpu).transport.visibility == Visibility::Rays)
 }
 
 type Bad = fn(&Study, &Row, Half, &Side) -> bool;

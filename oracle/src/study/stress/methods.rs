@@ -2,9 +2,10 @@
 //! for each choice in between.
 
 use super::trial::Suite;
+use crate::solve::dense;
 use common::form_factor::FormFactor;
 use common::relight::{Mended, Method as Relighting};
-use common::settings::{Iteration, Quality, Settings, Visibility};
+use common::settings::{Iteration, Meshing, Projection, Quality, Raster, Settings, Visibility};
 
 /// The method whose answer a user gets who asks for nothing.
 pub const DEFAULT: &str = "default";
@@ -12,6 +13,8 @@ pub const DEFAULT: &str = "default";
 /// Pixels a side of all item buffers, the default's too: their twin is a plain loop, and so is a
 /// software GPU.
 pub const PIXELS: u32 = 512;
+
+const STEREOGRAPHIC: Projection = Projection::Stereographic(Raster::Pixel);
 
 /// One way.
 #[derive(Clone, Copy)]
@@ -40,29 +43,29 @@ pub enum Way {
 /// The ways to solve.
 const SOLVES: &[Method] = &[
     given(DEFAULT, Way::Default),
-    given("fine", Way::Given(|s| (s.cells, s.samples) = (8, 16))),
+    given(
+        "fine",
+        Way::Given(|s| (s.meshing.cells, s.meshing.samples) = (8, 16)),
+    ),
     given("polygon", Way::Given(whole)),
     given(
         "disc",
         Way::Given(|s| {
             whole(s);
-            s.form_factor = FormFactor::Disc;
+            s.transport.form_factor = FormFactor::Disc;
         }),
     ),
-    given(
-        "stereographic",
-        Way::Given(|s| buffer(s, Visibility::Stereographic)),
-    ),
-    given("hemicube", Way::Given(|s| buffer(s, Visibility::Hemicube))),
+    given("stereographic", Way::Given(|s| drawn(s, STEREOGRAPHIC))),
+    given("hemicube", Way::Given(|s| drawn(s, Projection::Hemicube))),
     given(
         "hemisphere",
-        Way::Given(|s| buffer(s, Visibility::Hemisphere)),
+        Way::Given(|s| drawn(s, Projection::Hemisphere(Raster::Pixel))),
     ),
     given(
         "paper",
         Way::Given(|s| {
-            buffer(s, Visibility::Paper);
-            s.form_factor = FormFactor::Disc;
+            drawn(s, Projection::Paper);
+            s.transport.form_factor = FormFactor::Disc;
         }),
     ),
     given("matrix", Way::Matrix),
@@ -75,14 +78,14 @@ const OTHERS: &[Method] = &[
         "conserved",
         Way::Given(|s| {
             whole(s);
-            s.conserve = true;
+            s.transport.conserve = true;
         }),
     ),
     given(
         "southwell",
         Way::Given(|s| {
             whole(s);
-            s.iteration = Iteration::Southwell;
+            s.schedule.iteration = Iteration::Southwell;
         }),
     ),
 ];
@@ -93,13 +96,14 @@ const RELIGHTS: &[Method] = &[
     given(
         "signed",
         Way::Relight(Some(Relighting::Signed), |s| {
-            (s.visibility, s.cells, s.samples) = (Visibility::Rays, 4, 16);
+            (s.transport.visibility, s.meshing.cells, s.meshing.samples) =
+                (Visibility::Rays, 4, 16);
         }),
     ),
-    given("full", Way::Relight(None, |s| s.cells = 2)),
+    given("full", Way::Relight(None, |s| s.meshing.cells = 2)),
     given(
         "paper",
-        Way::Relight(Some(Relighting::Paper(AS_PRINTED)), |s| s.cells = 2),
+        Way::Relight(Some(Relighting::Paper(AS_PRINTED)), |s| s.meshing.cells = 2),
     ),
 ];
 
@@ -116,13 +120,12 @@ const fn given(name: &'static str, way: Way) -> Method {
 
 /// Whole faces shoot, centre to centre.
 fn whole(settings: &mut Settings) {
-    (settings.cells, settings.samples) = (1, 1);
+    (settings.meshing.cells, settings.meshing.samples) = (1, 1);
 }
 
-fn buffer(settings: &mut Settings, visibility: Visibility) {
+fn drawn(settings: &mut Settings, projection: Projection) {
     whole(settings);
-    settings.visibility = visibility;
-    settings.raster = settings.raster();
+    settings.transport.visibility = Visibility::drawn(projection, PIXELS);
 }
 
 /// Those that try.
@@ -147,14 +150,19 @@ impl Method {
     pub fn settings(&self, texels: u32, on_gpu: bool) -> Settings {
         let mut settings = default(texels, on_gpu);
         match self.way {
-            Way::Default | Way::Matrix => {}
+            Way::Default => {}
+            Way::Matrix => settings = dense::settings(texels),
             Way::Reference => {
-                let (_, cells, samples, epsilon) = Quality::Reference.settings();
-                settings.quality = Quality::Reference;
-                (settings.cells, settings.samples, settings.epsilon) = (cells, samples, epsilon);
+                let reference = Settings::of(Quality::Reference);
+                settings.quality = reference.quality;
+                settings.meshing = Meshing {
+                    texels,
+                    ..reference.meshing
+                };
+                settings.schedule.epsilon = reference.schedule.epsilon;
             }
             Way::Given(change) => {
-                settings.visibility = Visibility::Rays;
+                settings.transport.visibility = Visibility::Rays;
                 change(&mut settings);
             }
             Way::Relight(_, change) => change(&mut settings),
@@ -165,20 +173,11 @@ impl Method {
 
 /// What `solve --texels N --item-buffer 512` does.
 fn default(texels: u32, on_gpu: bool) -> Settings {
-    let (_, cells, samples, epsilon) = Quality::Normal.settings();
-    Settings {
-        quality: Quality::Normal,
-        texels,
-        cells,
-        samples,
-        epsilon,
-        iteration: Iteration::Cg,
-        visibility: if on_gpu {
-            Visibility::Stereographic
-        } else {
-            Visibility::Rays
-        },
-        item_buffer: PIXELS,
-        ..Settings::default()
+    let mut settings = Settings::of(Quality::Normal);
+    settings.meshing.texels = texels;
+    settings.schedule.iteration = Iteration::Cg;
+    if on_gpu {
+        settings.transport.visibility = Visibility::drawn(STEREOGRAPHIC, PIXELS);
     }
+    settings
 }

@@ -3,11 +3,11 @@
 use super::direct;
 use super::trial::{Trial, Truth};
 use crate::judge::resample::{average, pieces};
+use crate::solve::dense;
 use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::unwatched;
 use common::scene::Scene;
-use common::settings::Settings;
 use common::texel::count;
 use common::{Error, Result};
 use glam::DVec3;
@@ -59,11 +59,11 @@ pub fn of(trial: &Trial) -> Result<Vec<DVec3>> {
 
 /// The matrix's answer on texels `finer` times as fine, averaged.
 pub fn matrix(scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>> {
-    let settings = Settings {
-        texels: texels * finer,
-        ..Settings::default()
-    };
-    let solved = scene.once(&settings, Solver::Matrix, &unwatched())?;
+    let solved = scene.once(
+        &dense::settings(texels * finer),
+        Solver::Matrix,
+        &unwatched(),
+    )?;
     let (mesh, dense) = (&solved.mesh, solved.matrix.as_ref());
     let dense = dense.ok_or_else(|| Error::Fault("the matrix has no answer".into()))?;
     let irradiance = &dense.answer.irradiance;

@@ -18,7 +18,9 @@ use common::form_factor::FormFactor;
 use common::rays::Rays;
 use common::relight::Method;
 use common::scene::Scene;
-use common::settings::{Lookup, Raster, Settings, Visibility};
+use common::settings::{
+    Drawing, Lookup, Meshing, Projection, Raster, Schedule, Settings, Transport, Visibility,
+};
 use common::shooting::Field;
 use common::{Error, Result};
 use gpu::Gpu;
@@ -42,20 +44,34 @@ pub struct Grid<'a> {
     pub show: Show<'a>,
 }
 
-/// As the paper did it, on these texels and item buffer.
-pub fn settings(texels: u32, item_buffer: u32, visibility: Visibility) -> Settings {
+/// As the paper did it, on these texels.
+fn settings(texels: u32, visibility: Visibility) -> Settings {
     Settings {
-        texels,
-        item_buffer,
-        visibility,
-        epsilon: STOP,
-        raster: Raster::Pixel,
-        lookup: Lookup::Exact,
-        form_factor: FormFactor::Disc,
-        cells: 1,
-        samples: 1,
+        meshing: Meshing {
+            texels,
+            cells: 1,
+            samples: 1,
+        },
+        transport: Transport {
+            visibility,
+            form_factor: FormFactor::Disc,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon: STOP,
+            ..Schedule::default()
+        },
         ..Settings::default()
     }
+}
+
+/// The corrected orthographic item buffer, read as the paper read it.
+fn hemisphere(size: u32) -> Visibility {
+    Visibility::Drawn(Drawing {
+        projection: Projection::Hemisphere(Raster::Pixel),
+        size,
+        lookup: Lookup::Exact,
+    })
 }
 
 impl Grid<'_> {
@@ -68,23 +84,25 @@ impl Grid<'_> {
         watch: &Watch,
     ) -> Result<Solved> {
         let task = Relighting { stage, method };
-        task.once(settings, Solver::drawing(self.device, settings), watch)
+        task.once(
+            settings,
+            Solver::drawing(self.device, &settings.transport),
+            watch,
+        )
     }
 
     /// The scene on N×N texels, its room solved by `settings`.
     fn captured(&self, texels: u32, settings: &Settings) -> Result<Stage> {
         let mut stage = Stage::new(self.scene, self.room, texels);
-        let solver = Solver::drawing(self.device, settings);
+        let solver = Solver::drawing(self.device, &settings.transport);
         stage.captured.values = Some(capture(&stage, settings, solver, &Watch::new(self.show))?);
         Ok(stage)
     }
 
     /// The full solution by rays, on N×N texels.
     pub fn by_rays(&self, texels: u32) -> Result<Field> {
-        let settings = Settings {
-            epsilon: EXACT,
-            ..settings(texels, 1024, Visibility::Rays)
-        };
+        let mut settings = settings(texels, Visibility::Rays);
+        settings.schedule.epsilon = EXACT;
         let stage = self.captured(texels, &settings)?;
         let done = self.relit(&stage, None, &settings, &Watch::new(self.show))?;
         Ok(named(&done, "rays"))
@@ -98,22 +116,23 @@ impl Grid<'_> {
         item_buffer: u32,
         rays: &Field,
     ) -> Result<()> {
-        let settings = settings(texels, item_buffer, Visibility::Hemisphere);
-        let exact = Settings {
-            epsilon: EXACT,
-            ..settings.clone()
-        };
+        let settings = settings(texels, hemisphere(item_buffer));
+        let mut exact = settings;
+        exact.schedule.epsilon = EXACT;
         let stage = self.captured(texels, &exact)?;
         let full = self.relit(&stage, None, &exact, &Watch::new(self.show))?;
         let truth = named(&full, "full");
         let mut printed_shots = 0;
         for image in Image::ALL {
             let settings = Settings {
-                max_shots: match image {
-                    Image::SignedEarly => printed_shots + printed_shots / 10,
-                    _ => settings.max_shots,
+                schedule: Schedule {
+                    max_shots: match image {
+                        Image::SignedEarly => printed_shots + printed_shots / 10,
+                        _ => settings.schedule.max_shots,
+                    },
+                    ..settings.schedule
                 },
-                ..settings.clone()
+                ..settings
             };
             let watch = Watch::new(self.show);
             let done = self.relit(&stage, image.method(), &settings, &watch)?;
@@ -150,11 +169,9 @@ impl Grid<'_> {
 
     /// One relight by `image` on N×N texels, for a picture.
     pub fn picture(&self, texels: u32, image: Image) -> Result<(Stage, Solved)> {
-        let settings = settings(texels, 1024, Visibility::Hemisphere);
-        let exact = Settings {
-            epsilon: 1e-2,
-            ..settings.clone()
-        };
+        let settings = settings(texels, hemisphere(1024));
+        let mut exact = settings;
+        exact.schedule.epsilon = 1e-2;
         let stage = self.captured(texels, &exact)?;
         let done = self.relit(&stage, image.method(), &settings, &Watch::new(self.show))?;
         Ok((stage, done))

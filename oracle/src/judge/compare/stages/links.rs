@@ -9,16 +9,16 @@ use common::form_factor::FormFactor;
 use common::mesh::{Cell, Mesh};
 use common::passes::Closure;
 use common::rays::Sight;
-use common::settings::{Settings, Visibility};
+use common::settings::Lookup;
 use common::{Error, Result};
 use cpu::twin::closure::closure;
 use cpu::twin::escape::escape;
+use cpu::twin::frame::Frame;
 use cpu::twin::item_buffer::ItemBuffer;
 use cpu::twin::link::{Sums, factor, sample};
 use cpu::twin::lookup::visible;
-use cpu::twin::projection::Frame;
 use cpu::twin::received::received;
-use cpu::twin::view::View;
+use cpu::twin::view::{self, View};
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
 use gpu::probe::{Aim, Row, Sample};
@@ -80,6 +80,13 @@ impl Texel {
     }
 }
 
+/// An item buffer that the GPU drew, and how it is asked.
+struct Drawn {
+    view: View,
+    buffer: ItemBuffer,
+    lookup: Lookup,
+}
+
 impl Bench<'_> {
     fn sample(
         &self,
@@ -89,29 +96,27 @@ impl Bench<'_> {
         texels: &mut [Texel],
         tallies: &mut Tallies,
     ) {
-        let twin = View::new(self.mesh, cell, s, self.settings);
-        tallies.aim.merge(aim(&left.aim, &twin));
-        let view = as_aimed(twin, &left.aim);
-        let buffer = ItemBuffer {
-            size: self.settings.item_buffer,
-            ids: left.ids.clone(),
-        };
-        let drawn = self.settings.visibility != Visibility::Rays;
-        // Whole buffers take their time: the first sample's and the last one's, if there are many.
-        if drawn && (s == 0 || s + 1 == self.mesh.samples) {
-            tallies
-                .item_buffer
-                .merge(raster::whole(self.mesh, &view, &buffer));
-        } else if drawn {
-            tallies
-                .item_buffer
-                .merge(raster::some(self.mesh, &view, &buffer));
+        tallies
+            .aim
+            .merge(aim(&left.aim, view::aim(self.mesh, cell, s)));
+        let drawn = self.transport.visibility.drawing().map(|drawing| Drawn {
+            view: as_aimed(View::new(self.mesh, cell, s, &drawing), &left.aim),
+            buffer: ItemBuffer {
+                size: drawing.size,
+                ids: left.ids.clone(),
+            },
+            lookup: drawing.lookup,
+        });
+        if let Some(Drawn { view, buffer, .. }) = &drawn {
+            // Whole buffers take their time: the first sample's and the last one's, if there are many.
+            let whole = s == 0 || s + 1 == self.mesh.samples;
+            let check = if whole { raster::whole } else { raster::some };
+            tallies.item_buffer.merge(check(self.mesh, view, buffer));
         }
-        let buffer = drawn.then_some(&buffer);
         let found: Vec<[Tally; 3]> = texels
             .par_iter_mut()
             .enumerate()
-            .map(|(k, texel)| self.texel((cell, s, k as u32), (&view, buffer), left.sums[k], texel))
+            .map(|(k, texel)| self.texel((cell, s, k as u32), drawn.as_ref(), left.sums[k], texel))
             .collect();
         for [form_factor, sight, link] in found {
             tallies.form_factor.merge(form_factor);
@@ -124,16 +129,16 @@ impl Bench<'_> {
     fn texel(
         &self,
         (cell, s, k): (u32, u32, u32),
-        (view, buffer): (&View, Option<&ItemBuffer>),
+        drawn: Option<&Drawn>,
         now: Vec4,
         texel: &mut Texel,
     ) -> [Tally; 3] {
         let mesh = self.mesh;
         let mut tallies = [Tally::default(); 3];
         if s == 0 {
-            let twin = factor(mesh, self.settings.form_factor, cell, k);
+            let twin = factor(mesh, self.transport.form_factor, cell, k);
             let size = transfer(
-                self.settings,
+                self.transport.form_factor,
                 &mesh.cells[cell as usize],
                 mesh.texels[k as usize].position,
             );
@@ -164,7 +169,7 @@ impl Bench<'_> {
             let rounding = DISC_ROUNDINGS + f64::from(mesh.samples);
             let same = points <= rounding && (now.z - texel.gpu.z - g).abs() <= SAME * g;
             if same && texel.gpu.y + g > texel.gpu.y {
-                let ask = |q, p| self.sees(cell, (q, p), (view, buffer), face);
+                let ask = |q, p| self.sees(cell, (q, p), drawn, face);
                 tallies[1].same(ask(q, p) == seen || decided_by_rounding(&ask, q, p));
             }
         } else {
@@ -175,15 +180,13 @@ impl Bench<'_> {
         tallies
     }
 
-    fn sees(
-        &self,
-        cell: u32,
-        (q, p): (Vec3, Vec3),
-        (view, buffer): (&View, Option<&ItemBuffer>),
-        face: u32,
-    ) -> bool {
-        match buffer {
-            Some(buffer) => visible(self.mesh, buffer, view, self.settings.lookup, p, face),
+    fn sees(&self, cell: u32, (q, p): (Vec3, Vec3), drawn: Option<&Drawn>, face: u32) -> bool {
+        match drawn {
+            Some(Drawn {
+                view,
+                buffer,
+                lookup,
+            }) => visible(self.mesh, buffer, view, *lookup, p, face),
             None => {
                 let from = self.mesh.cells[cell as usize].face;
                 self.rays.visible(q, p, [from, face])
@@ -217,7 +220,7 @@ impl Bench<'_> {
             form_factor_sum: row.sum,
             escaped: row.escaped,
         };
-        let scale = closure.scale(self.settings.conserve);
+        let scale = closure.scale(self.transport.conserve);
         tallies.closure.add(ulps(row.scale, scale, 0.0));
     }
 }
@@ -260,8 +263,7 @@ fn as_aimed(view: View, aim: &Aim) -> View {
     }
 }
 
-fn aim(aim: &Aim, view: &View) -> Tally {
-    let frame = &view.frame;
+fn aim(aim: &Aim, (frame, sheet): (Frame, u32)) -> Tally {
     let pairs = [
         (aim.centre, frame.centre),
         (aim.normal, frame.normal),
@@ -271,24 +273,24 @@ fn aim(aim: &Aim, view: &View) -> Tally {
     let axes = pairs
         .into_iter()
         .flat_map(|(a, b)| (0..3).map(move |k| ulps(a[k], b[k], 1.0)));
-    let sheet = f64::from(aim.sheet.abs_diff(view.sheet)) * 1e9;
+    let sheet = f64::from(aim.sheet.abs_diff(sheet)) * 1e9;
     axes.chain([sheet]).collect()
 }
 
 /// F without its cosines: a rounding of a cosine is absolute, so this is what it moves. Of a
 /// polygon, the angle that its outline spans over 2π, as a circle of its radius would.
-pub fn transfer(settings: &Settings, cell: &Cell, position: Vec3) -> f32 {
+pub fn transfer(kind: FormFactor, cell: &Cell, position: Vec3) -> f32 {
     let (area, radius) = (cell.shooter.area, cell.shooter.radius);
     let distance = position.distance(cell.shooter.centre);
-    match settings.form_factor {
+    match kind {
         FormFactor::Polygon => (4.0 * radius / (distance - radius).max(1e-30)).min(1.0),
         _ => area / (PI * distance * distance + area),
     }
 }
 
 /// The size of F that its rounding is measured by, for each texel.
-pub fn sizes(mesh: &Mesh, settings: &Settings, cell: u32) -> Vec<f32> {
+pub fn sizes(mesh: &Mesh, kind: FormFactor, cell: u32) -> Vec<f32> {
     let cell = &mesh.cells[cell as usize];
-    let of = |texel: &common::mesh::Texel| transfer(settings, cell, texel.position);
+    let of = |texel: &common::mesh::Texel| transfer(kind, cell, texel.position);
     mesh.texels.iter().map(of).collect()
 }

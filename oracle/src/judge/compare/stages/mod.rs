@@ -18,7 +18,7 @@ use common::constants::{LANES, SELECT_LANES};
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::Rays;
-use common::settings::{Raster, Settings, Visibility};
+use common::settings::{Raster, Transport, Visibility};
 use common::shooting::Order;
 use gpu::GpuSolver;
 use std::collections::BTreeMap;
@@ -55,7 +55,7 @@ struct Tallies {
 /// Compares all stages on a fresh `solver`.
 pub fn stages(
     mesh: &Mesh,
-    settings: &Settings,
+    transport: &Transport,
     rays: &Rays,
     solver: &mut GpuSolver,
 ) -> Result<Vec<Stage>> {
@@ -63,7 +63,7 @@ pub fn stages(
     let mut rows = BTreeMap::new();
     let bench = Bench {
         mesh,
-        settings,
+        transport,
         rays,
     };
     let spread = (0..SHOTS).map(|k| ((2 * k + 1) * mesh.cells.len() / (2 * SHOTS)) as u32);
@@ -94,19 +94,19 @@ pub fn stages(
         }
     }
     let exchanged = passes::check(&bench, &rows, solver, &mut tallies)?;
-    Ok(tallies.stages(mesh, settings, exchanged))
+    Ok(tallies.stages(mesh, transport, exchanged))
 }
 
 /// What every check works with.
 struct Bench<'a> {
     mesh: &'a Mesh,
-    settings: &'a Settings,
+    transport: &'a Transport,
     rays: &'a Rays,
 }
 
 impl Tallies {
-    fn stages(&self, mesh: &Mesh, settings: &Settings, exchanged: bool) -> Vec<Stage> {
-        let mut stages = self.seeing(mesh, settings);
+    fn stages(&self, mesh: &Mesh, transport: &Transport, exchanged: bool) -> Vec<Stage> {
+        let mut stages = self.seeing(mesh, transport);
         stages.extend(self.summing(mesh));
         if exchanged {
             stages.extend(self.passing());
@@ -115,17 +115,16 @@ impl Tallies {
     }
 
     /// What looks from a cell.
-    fn seeing(&self, mesh: &Mesh, settings: &Settings) -> Vec<Stage> {
+    fn seeing(&self, mesh: &Mesh, transport: &Transport) -> Vec<Stage> {
         let samples = f64::from(mesh.samples);
-        let factor = factor_roundings(settings);
-        let by_rays = settings.visibility == Visibility::Rays;
+        let factor = factor_roundings(transport.form_factor);
         let mut stages = vec![self.aim.stage(
             "aim",
             2.0,
             "ulp of the frame at a sample's point: one cross product",
         )];
-        if !by_rays {
-            let (bound, reason) = match settings.raster() {
+        if let Some(drawing) = transport.visibility.drawing() {
+            let (bound, reason) = match drawing.projection.raster() {
                 Raster::Tessellated => (
                     PIXEL_SHARE,
                     "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
@@ -144,7 +143,10 @@ impl Tallies {
                 "ulp of F and of F without its cosines, which a rounding of a cosine moves it by",
             ),
             self.sight.stage(
-                if by_rays { "rays" } else { "lookup" },
+                match transport.visibility {
+                    Visibility::Rays => "rays",
+                    Visibility::Drawn(_) => "lookup",
+                },
                 0.0,
                 "samples judged differently from the same points, though no rounding decides them",
             ),
@@ -222,8 +224,8 @@ impl Tallies {
 }
 
 /// Roundings of a form factor.
-pub fn factor_roundings(settings: &Settings) -> f64 {
-    match settings.form_factor {
+pub fn factor_roundings(kind: FormFactor) -> f64 {
+    match kind {
         FormFactor::Polygon => POLYGON_ROUNDINGS,
         _ => DISC_ROUNDINGS,
     }
