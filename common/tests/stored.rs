@@ -82,6 +82,7 @@ fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
             field: field.clone(),
         },
         certificate: None,
+        error: None,
         warnings: &[],
         notes: &[],
         seconds: Seconds::default(),

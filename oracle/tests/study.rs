@@ -131,6 +131,7 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
         settings: &settings,
         run: &run,
         certificate: None,
+        error: None,
         warnings: &[],
         notes: &[],
         seconds: Seconds::default(),

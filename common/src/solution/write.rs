@@ -22,6 +22,8 @@ use std::time::Instant;
 
 /// The options that the matrix solver obeys.
 const MATRIX_SETTINGS: [&str; 3] = ["texels", "visibility", "form-factor"];
+/// Those that a solve to an error obeys beside it.
+const ERROR_SETTINGS: [&str; 3] = MATRIX_SETTINGS;
 
 /// The entry of `result.json` that ties it to its lightmap.
 pub(crate) const CHECKSUM: &str = "lightmap_crc32";
@@ -65,6 +67,8 @@ pub struct Solution<'a> {
     pub notes: &'a [String],
     /// What the matrix solver says of its accuracy; it has no shots and obeys none of their options.
     pub matrix: Option<Value>,
+    /// The error that was asked for; a solve to an error chooses cells, samples and ε by itself.
+    pub error: Option<f64>,
     /// What a relight says of itself; then ρ and E vary by texel and are written as well.
     pub relit: Option<Value>,
     /// Phases.
@@ -117,6 +121,11 @@ impl Solution<'_> {
             if let Some(settings) = description["settings"].as_object_mut() {
                 settings.retain(|name, _| MATRIX_SETTINGS.contains(&name.as_str()));
             }
+        }
+        if let (Some(error), Some(settings)) = (self.error, description["settings"].as_object_mut())
+        {
+            settings.retain(|name, _| ERROR_SETTINGS.contains(&name.as_str()));
+            settings.insert("error".into(), error.into());
         }
         if let (Some(Value::Object(relit)), Some(all)) =
             (self.relit.clone(), description.as_object_mut())

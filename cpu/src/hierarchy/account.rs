@@ -62,6 +62,19 @@ pub fn run(mesh: &Mesh, outcome: &Outcome) -> Run {
     }
 }
 
+/// Each face is open as far as its texels are.
+pub fn uncover(mesh: &mut Mesh, outcome: &Outcome) {
+    let mut open = vec![[0.0; 2]; mesh.cells.len()];
+    for (texel, share) in mesh.texels.iter().zip(&outcome.open) {
+        let area = f64::from(texel.area);
+        open[texel.face as usize][0] += area;
+        open[texel.face as usize][1] += area * f64::from(*share);
+    }
+    for (cell, [all, open]) in mesh.cells.iter_mut().zip(open) {
+        cell.open = if all > 0.0 { (open / all) as f32 } else { 0.0 };
+    }
+}
+
 /// The share of each shooter's cosine hemisphere that meets no front, from its open points.
 fn escaped(mesh: &Mesh, powers: &[DVec3]) -> Vec<f32> {
     let rays = Rays::new(mesh);

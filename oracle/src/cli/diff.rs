@@ -1,6 +1,7 @@
 //! `radiosity diff`.
 
 use super::Outcome;
+use super::options::percentage;
 use super::tell::say;
 use crate::judge::diff::pictures::Pictures;
 use crate::judge::diff::{Diff, page};
@@ -25,19 +26,6 @@ pub struct Arguments {
     /// No summary
     #[arg(long)]
     quiet: bool,
-}
-
-/// "5 %", "5%" or "5" as 0.05.
-fn percentage(text: &str) -> std::result::Result<f64, String> {
-    let number = text.trim().trim_end_matches('%').trim_end();
-    let value: f64 = number
-        .parse()
-        .map_err(|_| format!("{text} is not a percentage"))?;
-    if value >= 0.0 && value.is_finite() {
-        Ok(value / 100.0)
-    } else {
-        Err(format!("{text} is not a percentage of 0 or more"))
-    }
 }
 
 /// Compares and writes.

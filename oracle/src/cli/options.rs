@@ -197,6 +197,19 @@ pub struct Common {
     pub quiet: bool,
 }
 
+/// "5 %", "5%" or "5" as 0.05.
+pub fn percentage(text: &str) -> std::result::Result<f64, String> {
+    let number = text.trim().trim_end_matches('%').trim_end();
+    let value: f64 = number
+        .parse()
+        .map_err(|_| format!("{text} is not a percentage"))?;
+    if value >= 0.0 && value.is_finite() {
+        Ok(value / 100.0)
+    } else {
+        Err(format!("{text} is not a percentage of 0 or more"))
+    }
+}
+
 fn epsilon(text: &str) -> std::result::Result<f64, String> {
     let value: f64 = text
         .parse()
@@ -316,6 +329,37 @@ impl Common {
         match given.into_iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(Error::Usage(format!(
                 "{option} contradicts --solver cpu: leave one of them out"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// Options of shooting, where an error is asked for: it decides what they would.
+    pub fn not_for_error(&self) -> Result<()> {
+        let given = [
+            ("--quality", self.quality.is_some()),
+            ("--epsilon", self.epsilon.is_some()),
+            ("--max-shots", self.max_shots.is_some()),
+            ("--iteration", self.iteration.is_some()),
+            ("--cells", self.cells.is_some()),
+            ("--samples", self.samples.is_some()),
+            ("--conserve", self.conserve),
+            ("--item-buffer", self.item_buffer.is_some()),
+            ("--lookup", self.lookup.is_some()),
+            ("--raster", self.raster.is_some()),
+            (
+                "--visibility",
+                self.visibility.is_some_and(|v| v != VisibilityOption::Rays),
+            ),
+            (
+                "--form-factor",
+                self.form_factor
+                    .is_some_and(|f| f != FormFactorOption::Polygon),
+            ),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::Usage(format!(
+                "{option} does not go with --error, which chooses what is needed: leave one of them out"
             ))),
             None => Ok(()),
         }

@@ -1,19 +1,18 @@
 //! `radiosity solve`.
 
 use super::Outcome;
-use super::options::Common;
+use super::options::{Common, percentage};
 use super::progress::{Progress, listen};
 use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
 use crate::plan::ahead::warning;
-use crate::plan::defaults::{Chosen, adapted};
-use crate::plan::fits::{Limit, check, check_matrix};
+use crate::plan::defaults::{Chosen, adapted, fewer_texels};
+use crate::plan::fits::{Limit, check, check_matrix, check_texels};
 use crate::solve::solved::Dense;
 use crate::solve::solver::Solver;
 use crate::solve::watch::Watch;
 use crate::solve::{Question, answer, dense};
 use clap::Args;
-use common::Result;
 use common::capture::maps;
 use common::energy::Energy;
 use common::form_factor::FormFactor;
@@ -23,9 +22,15 @@ use common::scene::Scene;
 use common::settings::{Drawing, Meshing, Quality, Settings, Visibility};
 use common::shooting::Field;
 use common::solution::{Seconds, Solution, prepare};
+use common::{Error, Result};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Errors that can be asked for.
+const LEAST: f64 = 0.002;
+/// See [`LEAST`].
+const MOST: f64 = 0.1;
 
 /// What a solve writes.
 pub const FILES: &str = "lightmap.exr and result.json";
@@ -41,6 +46,9 @@ pub struct Arguments {
     /// Where lightmap.exr and result.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Solve hierarchically on the CPU, until the answer is P per cent off at most: 0.2 to 10
+    #[arg(long, value_name = "P%", value_parser = error, allow_negative_numbers = true)]
+    pub error: Option<f64>,
     /// Write each face's light as an HDR map as well, into DIR/maps: a room for relight
     #[arg(long)]
     pub maps: bool,
@@ -61,6 +69,7 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
         out: out.to_path_buf(),
         maps: false,
         strict: false,
+        error: None,
         common: Common {
             require_gpu: false,
             adapter: None,
@@ -75,8 +84,12 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
 /// Solves and writes.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
-    let chosen = choose(arguments.solver, common)?;
+    let chosen = match arguments.error {
+        Some(_) => on_cpu_to_error(arguments)?,
+        None => choose(arguments.solver, common)?,
+    };
     match chosen {
+        _ if arguments.error.is_some() => common.not_for_error()?,
         SolverOption::Matrix => common.not_for_matrix()?,
         _ => common.not_for_rays(visibility(common, chosen == SolverOption::Gpu))?,
     }
@@ -87,9 +100,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         say!("note: {}: {note}", scene.name);
     }
     let (device, missing) = open(chosen, common)?;
-    let solver = match chosen {
-        SolverOption::Matrix => Solver::Matrix,
-        _ => Solver::on(device.as_ref()),
+    let solver = match (arguments.error, chosen) {
+        (Some(error), _) => Solver::Hierarchy(error),
+        (None, SolverOption::Matrix) => Solver::Matrix,
+        (None, _) => Solver::on(device.as_ref()),
     };
     let (settings, changed) = fitting(common, &scene, solver)?;
     prepare(&arguments.out)?;
@@ -97,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         say!("note: {changed}");
     }
     if !common.quiet
-        && !matches!(solver, Solver::Matrix)
+        && solver.shoots()
         && let Some(warning) = warning(&scene, &settings, solver)?
     {
         say!("note: {warning}");
@@ -117,7 +131,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     progress.clear();
     let mut notes = scene.notes.clone();
     notes.extend(changed);
-    for note in answered.notes.iter().chain(&fewer_cells(&settings)) {
+    let fewer = fewer_cells(&settings).filter(|_| solver.shoots());
+    for note in answered.notes.iter().chain(&fewer) {
         say!("note: {note}");
         notes.push(note.clone());
     }
@@ -141,8 +156,43 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     missing.map_or(Ok(judged(&solution, arguments.strict)), Err)
 }
 
+/// The solver to an error.
+fn on_cpu_to_error(arguments: &Arguments) -> Result<SolverOption> {
+    match arguments.solver {
+        None | Some(SolverOption::Cpu) => {
+            arguments.common.not_for_cpu()?;
+            Ok(SolverOption::Cpu)
+        }
+        Some(_) => Err(Error::Usage(
+            "--error is solved on the CPU so far: leave --solver out, or give --solver cpu".into(),
+        )),
+    }
+}
+
+/// A share that can be asked for.
+fn error(text: &str) -> std::result::Result<f64, String> {
+    let error = percentage(text)?;
+    if (LEAST..=MOST).contains(&error) {
+        Ok(error)
+    } else {
+        Err(format!("{text} is not within 0.2 % to 10 %"))
+    }
+}
+
 /// The settings in force, if there is memory for them; and what was changed in them.
 fn fitting(common: &Common, scene: &Scene, solver: Solver) -> Result<(Settings, Option<String>)> {
+    if let Solver::Hierarchy(_) = solver {
+        let shooting = common.settings(Visibility::Rays, FormFactor::Polygon)?;
+        let (meshing, changed) = fewer_texels(scene, &shooting.meshing, common.texels.is_some());
+        check_texels(scene, meshing.texels, Limit::of_this_machine())?;
+        return Ok((
+            Settings {
+                meshing,
+                ..shooting
+            },
+            changed,
+        ));
+    }
     if let Solver::Matrix = solver {
         let shooting = common.settings(Visibility::Rays, FormFactor::Polygon)?;
         let settings = dense::settings(shooting.meshing.texels);

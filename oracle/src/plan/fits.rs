@@ -19,6 +19,9 @@ const RESERVED: u64 = 1 << 29;
 /// Points of cells are numbered in 32 bits.
 const MAX_POINTS: u64 = u32::MAX as u64;
 
+/// Bytes that a hierarchical solve takes a texel, its nodes, blocks and links with it.
+const TEXEL_BYTES: u64 = 2000;
+
 /// Bytes that may be taken, and who says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limit {
@@ -121,6 +124,22 @@ fn reason(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>, limit: Limit) -
             limit.source
         )
     })
+}
+
+/// Refuses more texels than a solve to an error can hold.
+pub fn check_texels(scene: &Scene, side: u32, limit: Limit) -> Result<()> {
+    let texels = (scene.faces.len() as u64).saturating_mul(u64::from(side).pow(2));
+    let bytes = texels.saturating_mul(TEXEL_BYTES);
+    if texels <= MAX_TEXELS && bytes <= limit.bytes {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "{}: {texels} texels take {}, {} are {}: ask for fewer texels a face",
+        scene.name,
+        size(bytes),
+        size(limit.bytes),
+        limit.source
+    )))
 }
 
 /// Refuses what does not fit, and says what does.

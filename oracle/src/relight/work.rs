@@ -242,6 +242,7 @@ impl Work<'_> {
             run,
             one_by_one: false,
             matrix: None,
+            moved: None,
             relit: Some(relit),
         }
     }

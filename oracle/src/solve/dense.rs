@@ -48,6 +48,7 @@ pub fn solve(scene: &Scene, settings: &Settings, watch: &Watch) -> Result<Solved
         run,
         one_by_one: false,
         matrix: Some(Dense { quality, answer }),
+        moved: None,
         relit: None,
     })
 }

@@ -252,7 +252,7 @@ pub fn cost(settings: &Settings, size: Size) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::check::Part;
+    use super::super::check::{Evidence, Part};
     use super::*;
     use common::settings::{Drawing, Schedule};
 
@@ -267,11 +267,9 @@ mod tests {
         Estimate {
             error,
             upper: error,
-            one_bounce: error,
-            later_bounces: 0.0,
-            floor: 0.0,
-            looks: 1,
-            rays: 1,
+            evidence: Evidence::Moved {
+                changes: Vec::new(),
+            },
             parts: vec![Part {
                 cause: Cause::Cells,
                 error,

@@ -5,6 +5,7 @@ pub mod check;
 pub mod dense;
 mod gap;
 pub mod interrupt;
+pub mod ladder;
 pub mod light;
 pub mod mend;
 pub mod refine;
@@ -94,6 +95,7 @@ impl Answer {
             notes,
             matrix: self.solved.matrix.as_ref().map(Dense::described),
             relit: None,
+            error: question.solver.error(),
             seconds,
         }
     }
@@ -111,7 +113,7 @@ pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
     let once = |settings: &Settings| task.once(settings, solver, watch);
     let (mut notes, mut asked) = (Vec::new(), None);
     let halves = settings.quality == Quality::Reference && !given.cells && task.refines();
-    let first = if halves && !matches!(solver, Solver::Matrix) {
+    let first = if halves && solver.shoots() {
         let refined = refine(task.scene(), settings, once, || watch.stopped())?;
         notes.extend(refined.notes);
         asked = Some((refined.answer, refined.field));

@@ -1,5 +1,6 @@
 //! A task, solved once.
 
+use super::check::{Cause, Estimate, Evidence, Part};
 use common::mesh::Mesh;
 use common::settings::Settings;
 use common::shooting::Run;
@@ -19,6 +20,8 @@ pub struct Solved {
     pub one_by_one: bool,
     /// What the matrix says beside it.
     pub matrix: Option<Dense>,
+    /// What a solve to an error says beside it.
+    pub moved: Option<Moved>,
     /// What a relight knows beside it.
     pub relit: Option<Recovered>,
 }
@@ -53,6 +56,36 @@ impl Dense {
             "hidden_pairs": hidden_pairs,
             "sampled_pairs": sampled_pairs,
             "bytes": bytes,
+        })
+    }
+}
+
+/// How a solve to an error went.
+#[derive(Default)]
+pub struct Moved {
+    /// What each step changed, of the RMS of B − E.
+    pub changes: Vec<f64>,
+    /// The faces that the last one changed most.
+    pub faces: Vec<u32>,
+    /// Why it ended above what was asked.
+    pub ended: Option<String>,
+}
+
+impl Moved {
+    /// The last change as an error; none after a single step.
+    pub fn estimate(&self) -> Option<Estimate> {
+        let error = *self.changes.last()?;
+        Some(Estimate {
+            error,
+            upper: error,
+            evidence: Evidence::Moved {
+                changes: self.changes.clone(),
+            },
+            parts: vec![Part {
+                cause: Cause::Refinement,
+                error,
+                faces: self.faces.clone(),
+            }],
         })
     }
 }

@@ -7,7 +7,7 @@ use common::{Error, Result};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 
-/// One of three.
+/// One of four.
 #[derive(Clone, Copy)]
 pub enum Solver<'a> {
     /// Rays, or the twin of the item buffer.
@@ -16,6 +16,8 @@ pub enum Solver<'a> {
     Gpu(&'a Gpu),
     /// The dense linear system: it does not shoot.
     Matrix,
+    /// The CPU, hierarchically, to that error: nor does it.
+    Hierarchy(f64),
 }
 
 impl<'a> Solver<'a> {
@@ -32,9 +34,22 @@ impl<'a> Solver<'a> {
     /// In `result.json`.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Cpu => "cpu",
+            Self::Cpu | Self::Hierarchy(_) => "cpu",
             Self::Gpu(_) => "gpu",
             Self::Matrix => "matrix",
+        }
+    }
+
+    /// Whether cells shoot.
+    pub fn shoots(self) -> bool {
+        matches!(self, Self::Cpu | Self::Gpu(_))
+    }
+
+    /// The error that is asked for.
+    pub fn error(self) -> Option<f64> {
+        match self {
+            Self::Hierarchy(error) => Some(error),
+            _ => None,
         }
     }
 
@@ -42,7 +57,7 @@ impl<'a> Solver<'a> {
     pub fn gpu(self) -> Option<&'a Gpu> {
         match self {
             Self::Gpu(gpu) => Some(gpu),
-            Self::Cpu | Self::Matrix => None,
+            Self::Cpu | Self::Matrix | Self::Hierarchy(_) => None,
         }
     }
 
@@ -53,7 +68,7 @@ impl<'a> Solver<'a> {
 
     /// What shoots on `mesh`.
     ///
-    /// Errors: [`Error::Device`]; [`Error::Usage`] of the matrix.
+    /// Errors: [`Error::Device`]; [`Error::Usage`] of those that do not shoot.
     pub fn engine<'m>(self, mesh: &'m Mesh, transport: &Transport) -> Result<Box<dyn Engine + 'm>>
     where
         'a: 'm,
@@ -61,7 +76,9 @@ impl<'a> Solver<'a> {
         Ok(match self {
             Self::Cpu => Box::new(CpuSolver::new(mesh, transport)),
             Self::Gpu(gpu) => Box::new(GpuSolver::new(gpu, mesh, transport)?),
-            Self::Matrix => return Err(Error::Usage("the matrix does not shoot".into())),
+            Self::Matrix | Self::Hierarchy(_) => {
+                return Err(Error::Usage(format!("{} does not shoot", self.name())));
+            }
         })
     }
 }

@@ -7,7 +7,7 @@ use super::solved::Solved;
 use super::solver::Solver;
 use super::warnings;
 use super::watch::Watch;
-use super::{Given, check, dense};
+use super::{Given, check, dense, ladder};
 use common::Result;
 use common::cover::sampled_until;
 use common::passes;
@@ -46,8 +46,10 @@ impl Task for Scene {
     }
 
     fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved> {
-        if let Solver::Matrix = solver {
-            return dense::solve(self, settings, watch);
+        match solver {
+            Solver::Matrix => return dense::solve(self, settings, watch),
+            Solver::Hierarchy(error) => return ladder::climb(self, settings, error, watch),
+            Solver::Cpu | Solver::Gpu(_) => {}
         }
         let mesh = watch.of("prepare", || {
             sampled_until(self, &settings.meshing, &interrupted)
@@ -66,6 +68,7 @@ impl Task for Scene {
             run,
             one_by_one,
             matrix: None,
+            moved: None,
             relit: None,
         })
     }
@@ -75,12 +78,16 @@ impl Task for Scene {
     }
 
     fn mendable(&self, solved: &Solved, given: Given) -> Option<Given> {
-        (solved.run.converged || solved.run.stagnated).then_some(given)
+        let shot = solved.moved.is_none() && (solved.run.converged || solved.run.stagnated);
+        shot.then_some(given)
     }
 
     fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>> {
         if solved.matrix.is_some() {
             return Ok(None);
+        }
+        if let Some(moved) = &solved.moved {
+            return Ok(moved.estimate());
         }
         let Solved {
             settings,

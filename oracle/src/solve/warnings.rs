@@ -104,6 +104,10 @@ fn off(estimate: &Estimate) -> Option<Warning> {
             Code::Texels,
             "light or shadow varies within texels: use more --texels",
         ),
+        Cause::Refinement => (
+            Code::Texels,
+            "the last refinement still changed so much: use more --texels",
+        ),
     };
     Some(Warning {
         code,

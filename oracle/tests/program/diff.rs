@@ -65,6 +65,7 @@ fn store(dir: &Path, scene: &Scene, n: u32, reflected: impl Fn(u32, [f32; 2]) ->
             field,
         },
         certificate: None,
+        error: None,
         warnings: &[],
         notes: &[],
         seconds: Seconds::default(),

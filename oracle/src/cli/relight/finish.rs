@@ -61,6 +61,7 @@ pub fn write(
         solve: watch.seconds(&["relight"]),
     };
     let solution = Solution {
+        error: None,
         relit: Some(description(arguments, stage, done, relit, &picture)),
         ..answered.solution(question, &notes, seconds)
     };

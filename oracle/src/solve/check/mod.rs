@@ -68,6 +68,8 @@ pub enum Cause {
     Cells,
     /// Whole texels for light that varies within them.
     Texels,
+    /// What the last of several solves still changed.
+    Refinement,
 }
 
 /// One cause's part.
@@ -86,35 +88,60 @@ pub struct Part {
 pub struct Estimate {
     /// The error.
     pub error: f64,
-    /// The same with two standard errors of its square on top: a few texels on the edges of shadows
-    /// make most of it, and not all of them are looked at.
+    /// The same with what is in doubt on top.
     pub upper: f64,
-    /// What one bounce gets wrong.
-    pub one_bounce: f64,
-    /// What later bounces make of it.
-    pub later_bounces: f64,
-    /// What could not be told from no error.
-    pub floor: f64,
-    /// Texels that were looked at.
-    pub looks: usize,
-    /// Rays that were asked.
-    pub rays: u64,
+    /// How it is known.
+    #[serde(flatten)]
+    pub evidence: Evidence,
     /// Its causes.
     #[serde(rename = "causes")]
     pub parts: Vec<Part>,
 }
 
+/// How an error is known.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Evidence {
+    /// The light was gathered again. The upper error has two standard errors of the square on top: a few
+    /// texels on the edges of shadows make most of it, and not all of them are looked at.
+    Looked {
+        /// What one bounce gets wrong.
+        one_bounce: f64,
+        /// What later bounces make of it.
+        later_bounces: f64,
+        /// What could not be told from no error.
+        floor: f64,
+        /// Texels that were looked at.
+        looks: usize,
+        /// Rays that were asked.
+        rays: u64,
+    },
+    /// It was solved again, finer each time.
+    Moved {
+        /// What each step changed.
+        changes: Vec<f64>,
+    },
+}
+
 impl Estimate {
+    /// The standard error, as that of a square.
+    fn floor(&self) -> f64 {
+        match self.evidence {
+            Evidence::Looked { floor, .. } => floor,
+            Evidence::Moved { .. } => 0.0,
+        }
+    }
+
     /// The error with two standard errors of its square taken off.
     fn least(&self) -> f64 {
-        let square = self.error * self.error - 2.0 * self.floor * self.floor;
+        let square = self.error * self.error - 2.0 * self.floor().powi(2);
         square.max(0.0).sqrt()
     }
 
     /// The error with three standard errors of its square on top. An early look that finds little is
     /// held to more than the last: what it missed is in neither its error nor its standard error.
     fn most(&self) -> f64 {
-        let square = self.error * self.error + 3.0 * self.floor * self.floor;
+        let square = self.error * self.error + 3.0 * self.floor().powi(2);
         square.sqrt()
     }
 
@@ -216,11 +243,13 @@ fn estimated(
         upper: (found.mean.max(DVec3::ZERO) + 2.0 * doubt)
             .max_element()
             .sqrt(),
-        one_bounce: one.mean.max_element().max(0.0).sqrt(),
-        later_bounces: coherent.mean.max_element().max(0.0).sqrt(),
-        floor: doubt.max_element().sqrt(),
-        rays: samples.iter().map(|n| RAYS * u64::from(*n + PILOT)).sum(),
-        looks: looks.len(),
+        evidence: Evidence::Looked {
+            one_bounce: one.mean.max_element().max(0.0).sqrt(),
+            later_bounces: coherent.mean.max_element().max(0.0).sqrt(),
+            floor: doubt.max_element().sqrt(),
+            rays: samples.iter().map(|n| RAYS * u64::from(*n + PILOT)).sum(),
+            looks: looks.len(),
+        },
         parts: blame(settings, mesh, field, gather.rays, &looks, light),
     })
 }
