@@ -68,7 +68,21 @@ enum Between {
 enum Choice {
     Nothing,
     Cut,
-    Link(Box<Link>),
+    /// And whether a shadow's edge crosses the block.
+    Link(Box<Link>, bool),
+}
+
+/// A link that is made.
+pub struct Made<'a> {
+    /// The block's number.
+    pub block: usize,
+    /// The node's.
+    pub node: u32,
+    /// The link.
+    pub link: &'a Link,
+    /// Whether a shadow's edge crosses the block, so that its spots differ by more than the threshold
+    /// for `source`.
+    pub edge: bool,
 }
 
 impl<'a> Gather<'a> {
@@ -107,9 +121,8 @@ impl<'a> Gather<'a> {
         self.blocks[0].face as usize
     }
 
-    /// Every link to the blocks, by source face in the scene's order: the block's number, the node's,
-    /// and the link.
-    pub fn links(&self, mut take: impl FnMut(usize, u32, &Link)) {
+    /// Every link to the blocks, by source face in the scene's order.
+    pub fn links(&self, mut take: impl FnMut(Made)) {
         let active: Vec<u32> = (0..self.blocks.len() as u32).collect();
         let own = &self.world.mesh.faces[self.face()];
         for (s, root) in self.world.tree.roots.iter().enumerate() {
@@ -126,13 +139,7 @@ impl<'a> Gather<'a> {
         glow.mean == Vec3::ZERO && glow.rest == Vec3::ZERO
     }
 
-    fn visit(
-        &self,
-        k: u32,
-        active: &[u32],
-        between: Between,
-        take: &mut impl FnMut(usize, u32, &Link),
-    ) {
+    fn visit(&self, k: u32, active: &[u32], between: Between, take: &mut impl FnMut(Made)) {
         let node = &self.world.tree.nodes[k as usize];
         if node.shooter.area <= 0.0 || self.is_dark(k) || self.is_beneath(node) {
             return;
@@ -144,7 +151,12 @@ impl<'a> Gather<'a> {
             match self.choose(k, node, &self.blocks[*b as usize], &between, &shadows) {
                 Choice::Nothing => {}
                 Choice::Cut => cut.push(*b),
-                Choice::Link(link) => take(*b as usize, k, &link),
+                Choice::Link(link, edge) => take(Made {
+                    block: *b as usize,
+                    node: k,
+                    link: &link,
+                    edge,
+                }),
             }
         }
         if cut.is_empty() {
@@ -273,10 +285,11 @@ impl<'a> Gather<'a> {
             Between::Anything => Stops::Any(self.world.rays),
         };
         if let Stops::Faces([]) = stops {
-            return Choice::Link(Box::new(arch.dispatch(Open {
+            let link = arch.dispatch(Open {
                 pair: &pair,
                 factors,
-            })));
+            });
+            return Choice::Link(Box::new(link), false);
         }
         let sampled = |samples| {
             arch.dispatch(Sampled {
@@ -290,15 +303,17 @@ impl<'a> Gather<'a> {
         let spread = (first.seen * (1.0 - first.seen)).max(0.0).sqrt().max(0.125);
         let doubt = factor * (mean + rest) * spread * 0.5 / self.thresholds.visibility;
         let hides = factor * rest * spread / self.thresholds.source;
+        let mixed = (first.seen * (1.0 - first.seen)).max(0.0).sqrt();
+        let edge = factor * (mean + rest) * mixed > self.thresholds.source;
         // What S stratified samples leave falls as S^(−3/4).
         let needed = doubt.max(0.0).powf(4.0 / 3.0);
         if needed <= SAMPLES[0] as f32 && (hides <= 1.0 || whole) {
-            return Choice::Link(Box::new(first.link));
+            return Choice::Link(Box::new(first.link), edge);
         }
         if !whole && (hides > 1.0 || needed > SAMPLES[1] as f32) {
             return Choice::Cut;
         }
         let samples = (needed.ceil() as u32).clamp(SAMPLES[0], SAMPLES[2]);
-        Choice::Link(Box::new(sampled(samples).link))
+        Choice::Link(Box::new(sampled(samples).link), edge)
     }
 }

@@ -109,6 +109,21 @@ impl Sums {
     }
 }
 
+/// The fit through `values` at `nodes`, about the centre of node `k`.
+pub fn fit(tree: &Tree, k: u32, nodes: &[u32], values: impl Fn(u32) -> Vec3) -> Glow {
+    let mut sums = Sums::default();
+    for part in nodes {
+        let node = &tree.nodes[*part as usize];
+        let offset = (node.place - tree.nodes[k as usize].place).as_dvec2();
+        sums.add(
+            &Sums::leaf(node.shooter.area, values(*part)),
+            offset.x,
+            offset.y,
+        );
+    }
+    sums.glow()
+}
+
 /// The glow of every node, from `value` of the texels' open parts, which have these `open` areas.
 pub fn pull(tree: &Tree, open: &[f32], value: &[Vec3]) -> Vec<Glow> {
     let mut sums = vec![Sums::default(); tree.nodes.len()];

@@ -3,6 +3,7 @@
 pub mod account;
 pub mod block;
 pub mod coarse;
+pub mod descent;
 pub mod gather;
 pub mod light;
 pub mod link;

@@ -7,8 +7,9 @@
 //! correct   δ = H_f − x;  y = K_c ρ(δ + y);  H = H_d + H_f + y
 //! ```
 
-use crate::hierarchy::block::{Block, Receivers, Spot};
+use crate::hierarchy::block::{Block, Receivers};
 use crate::hierarchy::coarse::{Coarse, Kept, exchange};
+use crate::hierarchy::descent::{Descent, Feet, Lit};
 use crate::hierarchy::gather::{Gather, Thresholds, World};
 use crate::hierarchy::light::{Glow, pull};
 use crate::hierarchy::tree::Tree;
@@ -123,7 +124,7 @@ struct Solve<'a> {
     open: Vec<f32>,
     area: Vec<f32>,
     coarse: Coarse,
-    texels: Receivers,
+    feet: Feet,
     links: u64,
     passes: u32,
 }
@@ -149,7 +150,7 @@ impl<'a> Solve<'a> {
             .collect();
         Self {
             coarse: Coarse::new(mesh, world.tree, COARSE, &area),
-            texels: Receivers::new(mesh, |f| spots(&world, feet, &open, f)),
+            feet: Feet::new(world.tree, feet),
             world,
             scale: Vec3::ONE,
             open,
@@ -208,6 +209,7 @@ impl<'a> Solve<'a> {
         let even = self.mean(emission).as_vec3();
         self.scale = self.inverse_rms(&vec![even; emission.len()]);
         let sums = self.gathered(lamps, LOOSE, &self.coarse.receivers, GUESS, watch)?;
+        let sums: Vec<[Lane; 3]> = sums.into_iter().map(|lit| lit.sums).collect();
         let direct = self.coarse.spread(self.world.tree, &self.area, &sums);
         let bounced = self.mean(&self.reflected(&direct));
         let ambient = (bounced / (DVec3::ONE - grey).max(DVec3::splat(1e-2))).as_vec3();
@@ -228,15 +230,24 @@ impl<'a> Solve<'a> {
         part: Range<f64>,
         watch: Watch,
     ) -> Result<Vec<Vec3>> {
-        let sums = self.gathered(glow, thresholds, &self.texels, part, watch)?;
-        let mut values = vec![Vec3::ZERO; self.area.len()];
-        for (block, sums) in self.texels.blocks.iter().zip(&sums) {
-            for l in 0..block.count {
-                let own = Vec3::new(sums[0][l], sums[1][l], sums[2][l]);
-                values[block.target[l] as usize] += own * block.share[l];
-            }
+        let scale = |face: u32| self.scale * self.reflectance(face);
+        let mut descent = Descent::new(
+            self.world.tree,
+            &self.feet,
+            &scale,
+            thresholds.source,
+            self.area.len(),
+        );
+        let mut part = part;
+        while let Some(spots) = descent.spots() {
+            let receivers = Receivers::new(self.world.mesh, |f| spots[f].clone());
+            // Nobody knows how far down it goes.
+            let half = (part.start + part.end) / 2.0;
+            let lit = self.gathered(glow, thresholds, &receivers, part.start..half, watch)?;
+            descent.take(&receivers.blocks, &lit);
+            part.start = half;
         }
-        Ok(values)
+        Ok(descent.texels())
     }
 
     /// What each block's lanes receive of `glow`.
@@ -247,14 +258,19 @@ impl<'a> Solve<'a> {
         receivers: &Receivers,
         part: Range<f64>,
         watch: Watch,
-    ) -> Result<Vec<[Lane; 3]>> {
+    ) -> Result<Vec<Lit>> {
         self.tasks(receivers, part, watch, |blocks| {
-            let mut sums = vec![[[0.0; LANES]; 3]; blocks.len()];
-            self.gather(glow, thresholds, blocks)
-                .links(|b, node, link| {
-                    link.add(&glow[node as usize], &mut sums[b]);
-                });
-            sums
+            let dark = Lit {
+                sums: [[0.0; LANES]; 3],
+                edge: false,
+            };
+            let mut lit = vec![dark; blocks.len()];
+            self.gather(glow, thresholds, blocks).links(|made| {
+                let own = &mut lit[made.block];
+                made.link.add(&glow[made.node as usize], &mut own.sums);
+                own.edge |= made.edge;
+            });
+            lit
         })
     }
 
@@ -267,13 +283,12 @@ impl<'a> Solve<'a> {
     ) -> Result<Vec<Vec<Kept>>> {
         let kept = self.tasks(&self.coarse.receivers, LINKS, watch, |blocks| {
             let mut kept: Vec<Vec<Kept>> = blocks.iter().map(|_| Vec::new()).collect();
-            self.gather(glow, thresholds, blocks)
-                .links(|b, node, link| {
-                    kept[b].push(Kept {
-                        node,
-                        link: link.clone(),
-                    });
+            self.gather(glow, thresholds, blocks).links(|made| {
+                kept[made.block].push(Kept {
+                    node: made.node,
+                    link: made.link.clone(),
                 });
+            });
             kept
         })?;
         self.links += kept.iter().map(|links| links.len() as u64).sum::<u64>();
@@ -302,23 +317,22 @@ impl<'a> Solve<'a> {
         Ok(all)
     }
 
+    /// Of a face, as far as thresholds go.
+    fn reflectance(&self, face: u32) -> Vec3 {
+        let root = self.world.tree.roots[face as usize];
+        let texel = self.world.tree.leaves(root)[0].texel as usize;
+        let reflectance = self.world.mesh.texels[texel].reflectance;
+        reflectance.max(Vec3::splat(DARKEST))
+    }
+
     fn gather<'b>(
         &'b self,
         glow: &'b [Glow],
         thresholds: Thresholds,
         blocks: &'b [Block],
     ) -> Gather<'b> {
-        let mesh = self.world.mesh;
-        let root = self.world.tree.roots[blocks[0].face as usize];
-        let texel = self.world.tree.leaves(root)[0].texel as usize;
-        let reflectance = mesh.texels[texel].reflectance.max(Vec3::splat(DARKEST));
-        Gather::new(
-            &self.world,
-            glow,
-            self.scale * reflectance,
-            thresholds,
-            blocks,
-        )
+        let scale = self.scale * self.reflectance(blocks[0].face);
+        Gather::new(&self.world, glow, scale, thresholds, blocks)
     }
 
     /// Light sent over the kept links until it is spent: x = K(source + ρx).
@@ -387,43 +401,6 @@ impl<'a> Solve<'a> {
         rms.map(|rms| if rms > 0.0 { 1.0 / rms } else { 0.0 })
             .as_vec3()
     }
-}
-
-/// The texels of face `f`, and the open parts of those on which a body stands.
-fn spots(world: &World, feet: &[(u32, Element)], open: &[f32], f: usize) -> Vec<Spot> {
-    let tree = world.tree;
-    let whole = tree
-        .leaves(tree.roots[f])
-        .iter()
-        .filter(|leaf| open[leaf.texel as usize] >= 1.0);
-    let mut spots: Vec<Spot> = whole
-        .map(|leaf| {
-            let shooter = &tree.nodes[leaf.node as usize].shooter;
-            Spot {
-                target: leaf.texel,
-                share: 1.0,
-                corners: shooter.corners,
-                centre: shooter.centre,
-            }
-        })
-        .collect();
-    // A block holds neighbours: they begin a new one.
-    let own = |(k, _): &&(u32, Element)| world.mesh.texels[*k as usize].face as usize == f;
-    for (k, element) in feet.iter().filter(own) {
-        for patch in &element.patches {
-            for corners in patch.polygon.quads() {
-                let corners = corners.map(|p| p.as_vec3());
-                let [a, b, c, d] = corners;
-                spots.push(Spot {
-                    target: *k,
-                    share: ((c - a).cross(d - b).length() * 0.5 / element.area as f32).min(1.0),
-                    corners,
-                    centre: patch.centre.as_vec3(),
-                });
-            }
-        }
-    }
-    spots
 }
 
 fn sum(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
