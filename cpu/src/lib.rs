@@ -2,6 +2,7 @@
 //! deposit, power and escape are the twins of the shaders of the same names. The dense system over
 //! all texels is [`matrix`].
 
+pub mod hierarchy;
 pub mod links;
 pub mod matrix;
 pub mod memory;

@@ -58,6 +58,18 @@ pub fn shares(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) ->
     mesh.texels.par_iter().map(share).collect()
 }
 
+/// The texels of which bodies cover a part, or all.
+pub fn feet(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<(u32, Element)> {
+    let all = Elements::new(scene, mesh, occluders, rays);
+    let stands = |texel: &Texel| !all.covers[texel.face as usize].lines.is_empty();
+    (0..mesh.texels.len() as u32)
+        .into_par_iter()
+        .filter(|k| stands(&mesh.texels[*k as usize]))
+        .map(|k| (k, all.of(&mesh.texels[k as usize])))
+        .filter(|(_, element)| element.open < 1.0)
+        .collect()
+}
+
 /// What elements are made of.
 struct Elements<'a> {
     scene: &'a Scene,

@@ -25,6 +25,12 @@ pub struct Points {
 }
 
 impl Points {
+    /// Of coordinates.
+    #[inline(always)]
+    pub fn new([x, y, z]: [Lane; 3], weight: Lane) -> Self {
+        Self { x, y, z, weight }
+    }
+
     /// Of lane `l`.
     #[inline(always)]
     pub fn at(&self, l: usize) -> Vec3 {

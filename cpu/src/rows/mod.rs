@@ -3,9 +3,9 @@
 //! The links are those of [`crate::twin::link::sample`], bit for bit.
 
 pub mod candidates;
-mod lanes;
+pub(crate) mod lanes;
 pub mod receivers;
-mod shadow;
+pub(crate) mod shadow;
 
 use crate::occlusion::occluders::Occluders;
 use crate::rows::candidates::{Between, MOST};
@@ -18,7 +18,7 @@ use common::form_factor::{FormFactor, Shooter};
 use common::intersect::touches;
 use common::mesh::{Cell, Cover, Mesh, MeshFace, reach};
 use common::rays::{Rays, Sight};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -211,7 +211,7 @@ impl Rows<'_> {
             let mut over = [0u32; MOST];
             let mut count = 0;
             for (k, shadow) in shadows {
-                if falls(shadow, block) {
+                if shadow.falls(block.low, block.high) {
                     over[count] = *k;
                     count += 1;
                 }
@@ -351,19 +351,5 @@ impl Rows<'_> {
             }
         }
         stopped
-    }
-}
-
-/// Whether a shadow may touch a block.
-fn falls(shadow: &Shadow, block: &Block) -> bool {
-    match shadow {
-        Shadow::Nowhere => false,
-        Shadow::Anywhere => true,
-        Shadow::Within(low, high) => {
-            let (from, to) = (block.low, block.high);
-            let least = Vec4::new(from.x, from.y, from.x + from.y, from.x - to.y);
-            let most = Vec4::new(to.x, to.y, to.x + to.y, to.x - from.y);
-            low.cmple(most).all() && least.cmple(*high).all()
-        }
     }
 }

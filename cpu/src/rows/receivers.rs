@@ -57,7 +57,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    fn new(face: &MeshFace) -> Self {
+    /// Of a face's plane.
+    pub fn new(face: &MeshFace) -> Self {
         Self {
             origin: face.corners[0],
             axes: [face.tangent, face.normal.cross(face.tangent)],

@@ -18,6 +18,21 @@ pub enum Shadow {
     Anywhere,
 }
 
+impl Shadow {
+    /// Whether it may touch the rectangle from `low` to `high` in the receiver's frame.
+    pub fn falls(&self, from: Vec2, to: Vec2) -> bool {
+        match self {
+            Self::Nowhere => false,
+            Self::Anywhere => true,
+            Self::Within(low, high) => {
+                let least = Vec4::new(from.x, from.y, from.x + from.y, from.x - to.y);
+                let most = Vec4::new(to.x, to.y, to.x + to.y, to.x - from.y);
+                low.cmple(most).all() && least.cmple(*high).all()
+            }
+        }
+    }
+}
+
 /// What is nearer to the cell than this share of the cell's height casts its shadow too far away.
 const NEAREST: f64 = 0.05;
 

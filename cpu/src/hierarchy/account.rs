@@ -1,0 +1,105 @@
+//! What a hierarchical solve did, as a run: each face has shot once, all that has left it.
+
+use crate::hierarchy::solve::Outcome;
+use crate::twin::escape::meets_front;
+use common::escape::directions;
+use common::mesh::{Cover, Mesh};
+use common::rays::Rays;
+use common::shooting::{Field, Run, Shot};
+use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Rays of all faces that tell what escapes: a few seconds' work, as many faces as there are.
+const RAYS: usize = 1 << 20;
+
+/// The run of `outcome` on `mesh`, each of whose faces is one cell, looked at in some points.
+pub fn run(mesh: &Mesh, outcome: &Outcome) -> Run {
+    let mut powers = vec![DVec3::ZERO; mesh.cells.len()];
+    let (mut emitted, mut unshot, mut received) = (0.0, 0.0, 0.0);
+    let mut field = Field {
+        origin: "hierarchy".into(),
+        radiosity: Vec::with_capacity(mesh.texels.len()),
+        residual: outcome.residual.iter().map(|r| r.extend(0.0)).collect(),
+        irradiance: outcome
+            .irradiance
+            .iter()
+            .map(|h| h.extend(0.0))
+            .collect::<Vec<Vec4>>(),
+    };
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let area = f64::from(texel.area);
+        let (h, r) = (outcome.irradiance[k], outcome.residual[k]);
+        let reflected = texel.reflectance * h;
+        field
+            .radiosity
+            .push((texel.emission + reflected).extend(0.0));
+        let left = texel.emission * outcome.open[k] + reflected - r;
+        powers[texel.face as usize] += left.as_dvec3() * area;
+        emitted += sum(texel.emission) * area;
+        unshot += sum(r.abs()) * area;
+        received += sum(h) * area;
+    }
+    let shot: f64 = powers.iter().map(|p| p.element_sum()).sum();
+    let taken = if shot > 0.0 { received / shot } else { 0.0 };
+    let escaped = escaped(mesh, &powers);
+    Run {
+        shots: (0..mesh.cells.len())
+            .filter(|k| powers[*k] != DVec3::ZERO)
+            .map(|k| Shot {
+                cell: k as u32,
+                power: powers[k].as_vec3().into(),
+                form_factor_sum: taken as f32,
+                escaped: escaped[k],
+                unshot: unshot as f32,
+            })
+            .collect(),
+        emitted: emitted as f32,
+        converged: true,
+        stagnated: false,
+        passes: outcome.passes,
+        shooters: outcome.links,
+        field,
+    }
+}
+
+/// The share of each shooter's cosine hemisphere that meets no front, from its open points.
+fn escaped(mesh: &Mesh, powers: &[DVec3]) -> Vec<f32> {
+    let rays = Rays::new(mesh);
+    let all = directions();
+    let step = (all.len() * mesh.cells.len())
+        .div_ceil(RAYS)
+        .clamp(1, all.len() / 32);
+    // Every stratum of the set has its turn on some face.
+    let cells = mesh.cells.par_iter().enumerate();
+    cells
+        .map(|(k, cell)| {
+            if powers[k] == DVec3::ZERO {
+                return 0.0;
+            }
+            let face = &mesh.faces[cell.face as usize];
+            let first = k * mesh.samples as usize;
+            let points: Vec<Vec3> = mesh.points[first..first + mesh.samples as usize]
+                .iter()
+                .filter(|point| point.cover == Cover::Open)
+                .map(|point| point.position)
+                .collect();
+            if points.is_empty() {
+                return 0.0;
+            }
+            let bitangent = face.normal.cross(face.tangent);
+            let asked = all.iter().skip(k % step).step_by(step);
+            let (mut lost, mut count) = (0, 0);
+            for (n, d) in asked.enumerate() {
+                let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
+                let origin = points[n % points.len()];
+                lost += usize::from(!meets_front(&rays, face.sheet, origin, direction));
+                count += 1;
+            }
+            lost as f32 / count as f32
+        })
+        .collect()
+}
+
+fn sum(light: Vec3) -> f64 {
+    light.as_dvec3().element_sum()
+}
