@@ -110,7 +110,7 @@ pub struct Relit {
 
 /// Relights by `method`; `watch` sees every shot and the power that its loop began with.
 ///
-/// Errors: the engine's; [`Error::Usage`] of an iteration over many cells at once.
+/// Errors: the engine's; a usage error of an iteration over many cells at once.
 pub fn relight(
     engine: &mut dyn Restart,
     mesh: &Mesh,

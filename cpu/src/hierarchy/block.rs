@@ -24,7 +24,7 @@ pub struct Spot {
     pub centre: Vec3,
 }
 
-/// At most [`LANES`] spots.
+/// At most `LANES` spots.
 #[derive(Clone, Debug)]
 pub struct Block {
     /// Their face.

@@ -561,6 +561,11 @@ const OPTIONS: &[Row] = &[
         "--item-buffer",
     ),
     row(
+        "compare room.obj --quality reference --item-buffer 64 --out out",
+        2,
+        "--item-buffer applies to item buffers",
+    ),
+    row(
         "relight --room room.obj --solver cpu --item-buffer 512 --out out",
         2,
         "--item-buffer",
