@@ -2,6 +2,7 @@
 
 mod capture;
 mod exact;
+mod hierarchy;
 mod house;
 mod matrix;
 mod relight;

@@ -3,7 +3,7 @@
 
 use crate::hierarchy::block::Block;
 use crate::hierarchy::light::Glow;
-use crate::hierarchy::link::{Factors, Found, Link, Open, Pair, Sampled, Stops};
+use crate::hierarchy::link::{Bounds, Factors, Found, Link, Open, Pair, Sampled, Stops};
 use crate::hierarchy::tree::{Node, Tree};
 use crate::occlusion::occluders::Occluders;
 use crate::occlusion::polygon::Polygon;
@@ -16,7 +16,6 @@ use common::mesh::Mesh;
 use common::rays::Rays;
 use glam::{Vec2, Vec3};
 use pulp::Arch;
-use std::f32::consts::PI;
 
 /// The scene, and what is asked of it.
 pub struct World<'a> {
@@ -231,24 +230,23 @@ impl<'a> Gather<'a> {
         between: &Between,
         shadows: &[(u32, Shadow)],
     ) -> Choice {
-        let shooter = &node.shooter;
-        let d = block.middle - shooter.centre;
-        let height = shooter.normal.dot(d) + block.reach;
-        if height <= CONTACT {
+        let pair = Pair {
+            mesh: self.world.mesh,
+            number: k,
+            node,
+            block,
+        };
+        let arch = self.world.arch;
+        let bound = arch.dispatch(Bounds { pair: &pair });
+        if bound.factor <= 0.0 {
             return Choice::Nothing;
         }
-        let normal = self.world.mesh.faces[self.face()].normal;
-        let rise = -normal.dot(d) + shooter.radius;
-        let distance = (d.length() - block.reach).max(1e-6);
-        let cosines = (height / distance).min(1.0) * (rise / distance).clamp(0.0, 1.0);
-        let factor = (shooter.area * cosines / (PI * distance * distance)).min(1.0);
         let glow = &self.glow[k as usize];
         let share = |light: Vec3| (light.abs() * self.scale).max_element();
         let (mean, rest) = (share(glow.mean), share(glow.rest));
-        let slope = share(glow.slope[0]).max(share(glow.slope[1])) * shooter.radius;
-        let ratio = (shooter.radius / distance).min(1.0);
+        let slope = share(glow.slope[0]).max(share(glow.slope[1])) * node.shooter.radius;
         let whole = node.children.is_empty();
-        let varies = factor * (rest * ratio + slope * ratio * ratio);
+        let varies = rest * bound.uneven + slope * bound.sloped;
         if varies > self.thresholds.source && !whole {
             return Choice::Cut;
         }
@@ -260,22 +258,13 @@ impl<'a> Gather<'a> {
                 count += 1;
             }
         }
-        let pair = Pair {
-            mesh: self.world.mesh,
-            number: k,
-            node,
-            block,
-        };
-        let gap = (distance - shooter.radius).max(block.radius);
-        let size = block.radius / gap;
-        let off = factor * (mean + rest) * size * size / 2.0 / self.thresholds.near;
+        let off = bound.within * (mean + rest) / self.thresholds.near;
         let places = match off {
             ..1.0 => 1,
             1.0..10.0 => 2,
             10.0..100.0 => 4,
             _ => 8,
         };
-        let arch = self.world.arch;
         let factors = arch.dispatch(Factors {
             pair: &pair,
             places,
@@ -301,10 +290,10 @@ impl<'a> Gather<'a> {
         };
         let first: Found = sampled(SAMPLES[0]);
         let spread = (first.seen * (1.0 - first.seen)).max(0.0).sqrt().max(0.125);
-        let doubt = factor * (mean + rest) * spread * 0.5 / self.thresholds.visibility;
-        let hides = factor * rest * spread / self.thresholds.source;
+        let doubt = bound.factor * (mean + rest) * spread * 0.5 / self.thresholds.visibility;
+        let hides = bound.factor * rest * spread / self.thresholds.source;
         let mixed = (first.seen * (1.0 - first.seen)).max(0.0).sqrt();
-        let edge = factor * (mean + rest) * mixed > self.thresholds.source;
+        let edge = bound.factor * (mean + rest) * mixed > self.thresholds.source;
         // What S stratified samples leave falls as S^(−3/4).
         let needed = doubt.max(0.0).powf(4.0 / 3.0);
         if needed <= SAMPLES[0] as f32 && (hides <= 1.0 || whole) {

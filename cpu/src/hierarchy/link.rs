@@ -13,7 +13,7 @@ use crate::hierarchy::light::Glow;
 use crate::hierarchy::tree::Node;
 use crate::rows::lanes::{Lane, Points, below, form_factors, stop, weights};
 use crate::rows::receivers::LANES;
-use common::constants::{CONTACT, LOW};
+use common::constants::{CONTACT, LOW, PI};
 use common::form_factor::{FormFactor, Shooter};
 use common::intersect::touches;
 use common::mesh::{Mesh, MeshFace};
@@ -63,6 +63,57 @@ pub struct Pair<'a> {
     pub node: &'a Node,
     /// The block.
     pub block: &'a Block,
+}
+
+/// What a pair exchanges at most, roughly: where the nearest and best placed spot is.
+pub struct Bounds<'a> {
+    /// The pair.
+    pub pair: &'a Pair<'a>,
+}
+
+/// The largest of each over the spots; r, s: the radii of node and spot, d their distance.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Bound {
+    /// F.
+    pub factor: f32,
+    /// F·r/d: of light that varies over the node at random.
+    pub uneven: f32,
+    /// F·(r/d)²: of light that slopes.
+    pub sloped: f32,
+    /// F·(s/d)²/2: what a spot's centre leaves out of its mean.
+    pub within: f32,
+}
+
+impl NullaryFnOnce for Bounds<'_> {
+    type Output = Bound;
+
+    #[inline(always)]
+    fn call(self) -> Bound {
+        let (shooter, block) = (&self.pair.node.shooter, self.pair.block);
+        let normal = self.pair.receiver().normal;
+        let points = block.centres();
+        let [mut factors, mut ratios, mut sizes] = [[0.0; LANES]; 3];
+        for l in 0..LANES {
+            let d = points.at(l) - shooter.centre;
+            let r = d.dot(d).sqrt().max(1e-6);
+            let leaves = ((shooter.normal.dot(d) + block.radius) / r).clamp(0.0, 1.0);
+            let arrives = ((shooter.radius - normal.dot(d)) / r).clamp(0.0, 1.0);
+            let factor = (shooter.area * leaves * arrives / (PI * r * r)).min(1.0);
+            let ratio = (shooter.radius / r).min(1.0);
+            let gap = (r - shooter.radius).max(block.radius);
+            let size = block.radius / gap;
+            factors[l] = factor;
+            ratios[l] = ratio;
+            sizes[l] = size;
+        }
+        let most = |part: &dyn Fn(usize) -> f32| (0..LANES).map(part).fold(0.0, f32::max);
+        Bound {
+            factor: most(&|l| factors[l]),
+            uneven: most(&|l| factors[l] * ratios[l]),
+            sloped: most(&|l| factors[l] * ratios[l] * ratios[l]),
+            within: most(&|l| factors[l] * sizes[l] * sizes[l] * 0.5),
+        }
+    }
 }
 
 /// F of a pair.

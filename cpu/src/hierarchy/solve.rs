@@ -48,18 +48,21 @@ pub struct Goal {
 impl Goal {
     /// For that error, a share.
     pub fn of(error: f32) -> Self {
-        let at = |share: f32, visibility: f32| Thresholds {
-            source: share * error,
+        let at = |source: f32, visibility: f32| Thresholds {
+            source: source * error,
             visibility: visibility * error,
-            near: share * error,
+            near: NEAR * source * error,
         };
         Self {
-            direct: at(0.3, 0.3),
-            coarse: at(1.0, 1.0),
-            fine: at(0.5, 0.3),
+            direct: at(0.3, 0.1),
+            coarse: at(0.5, 0.5),
+            fine: at(0.25, 0.1),
         }
     }
 }
+
+/// What spots' centres leave out has the same sign at all nodes of a face beside them, and adds up.
+const NEAR: f32 = 0.1;
 
 /// How much of a solve each part takes, roughly.
 const GUESS: Range<f64> = 0.0..0.05;

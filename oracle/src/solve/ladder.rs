@@ -50,13 +50,16 @@ pub fn climb(scene: &Scene, settings: &Settings, error: f64, watch: &Watch) -> R
     sides.iter_mut().for_each(|side| *side *= 2);
     for k in 1..STEPS {
         let texels: u64 = sides.iter().map(|side| u64::from(*side).pow(2)).sum();
-        if texels > MOST.max(2 * last.mesh.texels.len() as u64).min(MAX_TEXELS) {
+        if k > 1 && texels > MOST.max(2 * last.mesh.texels.len() as u64).min(MAX_TEXELS) {
             moved.ended = Some(format!("{texels} texels would be too many"));
             break;
         }
         let goal = 2.0 * error / f64::from(1 << k);
         let next = match step(scene, sides.clone(), goal, watch) {
-            Err(Error::Interrupted) => break,
+            Err(Error::Interrupted) => {
+                moved.ended = Some("it was interrupted".into());
+                break;
+            }
             next => next?,
         };
         let change = change(scene, &last, &next);

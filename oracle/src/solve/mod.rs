@@ -145,6 +145,9 @@ pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
         estimate = None;
         notes.push(dark);
     }
+    if let (Some(asked), Some(moved)) = (solver.error(), &solved.moved) {
+        notes.extend(moved.short_of(asked));
+    }
     if watch.stopped() {
         notes.push(if solved.run.converged {
             "interrupted: the last whole solve was kept".into()

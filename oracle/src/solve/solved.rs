@@ -72,6 +72,25 @@ pub struct Moved {
 }
 
 impl Moved {
+    /// What is to be said where less than `asked` was reached.
+    pub fn short_of(&self, asked: f64) -> Option<String> {
+        let reached = self.changes.last().copied();
+        if reached.is_some_and(|error| error <= asked) {
+            return None;
+        }
+        let told = reached.map_or("nobody knows".into(), |error| {
+            format!("about {:.2} %", 100.0 * error)
+        });
+        let why = self
+            .ended
+            .as_deref()
+            .unwrap_or("it was solved as often as is done");
+        Some(format!(
+            "an error of {:.2} % was asked, and {told} was reached: {why}",
+            100.0 * asked
+        ))
+    }
+
     /// The last change as an error; none after a single step.
     pub fn estimate(&self) -> Option<Estimate> {
         let error = *self.changes.last()?;

@@ -3,6 +3,7 @@
 mod chart;
 mod command;
 mod diff;
+mod error;
 mod merge;
 mod relight;
 mod solve;

@@ -1,0 +1,102 @@
+//! How far off an answer may be, and how that is known.
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// Faces that a part or a warning names.
+pub const NAMED: usize = 8;
+
+/// What explains a difference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// The item buffer: rays see something else.
+    Visibility,
+    /// The form factor: Lambert's polygon is another.
+    FormFactor,
+    /// Whole cells for what varies within them, and the noise of few samples.
+    Cells,
+    /// Whole texels for light that varies within them.
+    Texels,
+    /// What the last of several solves still changed.
+    Refinement,
+}
+
+/// One cause's part.
+#[derive(Clone, Debug, Serialize)]
+pub struct Part {
+    /// The cause.
+    pub cause: Cause,
+    /// Relative RMS of what it explains.
+    pub error: f64,
+    /// The faces that it concerns most, the worst first.
+    pub faces: Vec<u32>,
+}
+
+/// What is found, each a relative RMS of B − E, of the worst channel.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimate {
+    /// The error.
+    pub error: f64,
+    /// The same with what is in doubt on top.
+    pub upper: f64,
+    /// How it is known.
+    #[serde(flatten)]
+    pub evidence: Evidence,
+    /// Its causes.
+    #[serde(rename = "causes")]
+    pub parts: Vec<Part>,
+}
+
+/// How an error is known.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Evidence {
+    /// The light was gathered again. The upper error has two standard errors of the square on top: a few
+    /// texels on the edges of shadows make most of it, and not all of them are looked at.
+    Looked {
+        /// What one bounce gets wrong.
+        one_bounce: f64,
+        /// What later bounces make of it.
+        later_bounces: f64,
+        /// What could not be told from no error.
+        floor: f64,
+        /// Texels that were looked at.
+        looks: usize,
+        /// Rays that were asked.
+        rays: u64,
+    },
+    /// It was solved again, finer each time.
+    Moved {
+        /// What each step changed.
+        changes: Vec<f64>,
+    },
+}
+
+impl Estimate {
+    /// The standard error, as that of a square.
+    pub fn floor(&self) -> f64 {
+        match self.evidence {
+            Evidence::Looked { floor, .. } => floor,
+            Evidence::Moved { .. } => 0.0,
+        }
+    }
+
+    /// The error with two standard errors of its square taken off.
+    pub fn least(&self) -> f64 {
+        let square = self.error * self.error - 2.0 * self.floor().powi(2);
+        square.max(0.0).sqrt()
+    }
+
+    /// The error with three standard errors of its square on top. An early look that finds little is
+    /// held to more than the last: what it missed is in neither its error nor its standard error.
+    pub fn most(&self) -> f64 {
+        let square = self.error * self.error + 3.0 * self.floor().powi(2);
+        square.sqrt()
+    }
+
+    /// As `result.json` has it.
+    pub fn certificate(&self) -> Value {
+        json!(self)
+    }
+}

@@ -1,0 +1,92 @@
+//! An error that is asked for is kept, on exact answers and against the matrix; the account of the
+//! energy closes, and the same bits come out whatever the number of threads.
+
+use common::energy::Energy;
+use common::scene::Scene;
+use common::shooting::Field;
+use oracle::solve::solver::Solver;
+use oracle::solve::watch::unwatched;
+use oracle::solve::{Answer, Given, Question, answer};
+use oracle::study::random::{Faces, Options, scene};
+use radiosity_tests::answers::{self, error, truth};
+use radiosity_tests::furnace;
+
+fn solved(scene: &Scene, asked: f64) -> Answer {
+    let settings = answers::settings();
+    let question = Question {
+        task: scene,
+        settings: &settings,
+        given: Given::ALL,
+        solver: Solver::Hierarchy(asked),
+    };
+    answer(&question, &unwatched()).unwrap()
+}
+
+fn energy(answer: &Answer) -> Energy {
+    let run = &answer.solved.run;
+    Energy::new(&answer.solved.mesh, &run.field, &run.shots)
+}
+
+#[test]
+fn a_furnace_is_as_bright_as_it_must_be() {
+    for reflectance in [0.5, 0.9] {
+        let scene = furnace(reflectance);
+        let answer = solved(&scene, 0.005);
+        let exact = 1.0 / (1.0 - reflectance);
+        let texels = &answer.solved.run.field.radiosity;
+        let squares = texels.iter().map(|b| (b.x / exact - 1.0).powi(2));
+        let rms = (squares.sum::<f32>() / texels.len() as f32).sqrt();
+        let energy = energy(&answer);
+        println!("ρ {reflectance}: {rms:e} off, {:?}", answer.estimate);
+        assert!(rms <= 0.005, "{rms}");
+        assert_eq!(energy.escaped, [0.0; 3]);
+    }
+}
+
+#[test]
+fn what_is_asked_is_kept_on_fresh_scenes() {
+    for (seed, faces) in [
+        (771_311, Faces::Quads),
+        (771_312, Faces::Triangles),
+        (771_313, Faces::Mixed),
+    ] {
+        // Few faces: the matrix is their truth, on texels half as large.
+        let mut drawn = (seed..).step_by(100).map(|seed| {
+            let options = Options {
+                faces,
+                ..Options::default()
+            };
+            scene(seed, options)
+        });
+        let few = drawn.find(|drawn| drawn.scene.faces.len() <= 26);
+        let scene = few.unwrap().scene;
+        let asked = 0.02;
+        let answer = solved(&scene, asked);
+        let off = error(&scene, &answer, &truth(&scene));
+        let estimate = answer.estimate.as_ref().unwrap().error;
+        println!("{}: {off:.4} off, {estimate:.4} told", scene.name);
+        assert!(off <= asked, "{}: {off}", scene.name);
+        assert!(estimate <= asked, "{}: {estimate}", scene.name);
+        // Sums of f32 over the texels, in f64.
+        let imbalance = energy(&answer).imbalance;
+        assert!(imbalance <= 16.0 * f64::from(f32::EPSILON), "{imbalance:e}");
+    }
+}
+
+fn bits(field: &Field) -> Vec<[u32; 3]> {
+    let bits = |b: &glam::Vec4| b.truncate().to_array().map(f32::to_bits);
+    field.radiosity.iter().map(bits).collect()
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let scene = answers::standing();
+    let by = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| solved(&scene, 0.02))
+    };
+    let [one, three] = [1, 3].map(by);
+    let lit = one.solved.run.field.irradiance.iter().filter(|h| h.x > 0.0);
+    assert!(lit.count() > 100);
+    assert_eq!(bits(&one.solved.run.field), bits(&three.solved.run.field));
+}
