@@ -1,6 +1,6 @@
 //! A ray and a face: plane first, then its edges. Twin of `gpu/src/shaders/intersect.wgsl`.
 
-use crate::constants::{CONTACT, MISS};
+use crate::constants::{CONTACT, END, MISS, OUTLINE};
 use crate::mesh::MeshFace;
 use glam::{Vec3, Vec4};
 
@@ -13,6 +13,15 @@ pub struct Crossing {
     pub inside: f32,
     /// Normal · direction: negative when the ray meets the front.
     pub facing: f32,
+}
+
+impl Crossing {
+    /// Whether the face stops a ray that runs to `end`, in units of t.
+    #[inline(always)]
+    pub fn between(&self, end: f32) -> bool {
+        // No branches: lanes ask together.
+        (self.t > 0.0) & (self.t < END * end) & (self.inside >= -OUTLINE)
+    }
 }
 
 /// The crossing of the ray `origin` + t `direction` with the plane of `face`.

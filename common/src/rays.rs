@@ -50,8 +50,7 @@ impl Rays {
             return None;
         }
         let hit = intersect(face, ray.origin.into(), ray.direction.into());
-        let between = hit.t > 0.0 && hit.t < END * RAY_REACH && hit.inside >= -OUTLINE;
-        (between && !points.iter().any(|p| touches(face, *p))).then_some((k, hit.t))
+        (hit.between(RAY_REACH) && !points.iter().any(|p| touches(face, *p))).then_some((k, hit.t))
     }
 
     /// Whether nothing lies between `from` on face `ends[0]` and `to` on face `ends[1]`.

@@ -164,9 +164,9 @@ fn a_wrong_sample_is_noticed() {
             "",
         ),
         fault(
-            "rays",
-            "hit.t > 0.0 && hit.t < END * RAY_REACH",
-            "hit.t < END * RAY_REACH",
+            "intersect",
+            "hit.t > 0.0 && hit.t < END * end",
+            "hit.t < END * end",
         ),
         fault(
             "tree",

@@ -232,16 +232,16 @@ const FAULTS: &[Row] = &[
     ),
     (
         Paper,
-        "lookup",
-        "hit.t < END &&",
-        "hit.t > END &&",
+        "intersect",
+        "hit.t < END * end",
+        "hit.t > END * end",
         &["lookup"],
     ),
     (
         By::Rays,
-        "rays",
-        "hit.t < END * RAY_REACH",
-        "hit.t < 0.5 * RAY_REACH",
+        "intersect",
+        "hit.t < END * end",
+        "hit.t < 0.5 * end",
         &["rays"],
     ),
     (

@@ -1,7 +1,7 @@
 //! Coarse receivers with links that are kept: over them light goes round until it is spent.
 
 use crate::hierarchy::block::{Receivers, Spot};
-use crate::hierarchy::light::{Glow, pull};
+use crate::hierarchy::light::{Glow, pull_up};
 use crate::hierarchy::link::Link;
 use crate::hierarchy::tree::Tree;
 use crate::rows::lanes::Lane;
@@ -9,6 +9,11 @@ use crate::rows::receivers::LANES;
 use common::mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
+
+/// A node less open than this receives as if it were so.
+const LEAST_OPEN: f32 = 0.05;
+/// No coarse node.
+const NONE: u32 = u32::MAX;
 
 /// A node's link to a block.
 pub struct Kept {
@@ -18,12 +23,27 @@ pub struct Kept {
     pub link: Link,
 }
 
-/// Coarse nodes as receivers.
+/// A coarse node.
+struct Place {
+    node: u32,
+    /// Its open area, and the share of its area that this is.
+    area: f32,
+    open: f32,
+}
+
+/// Coarse nodes, as receivers and as sources.
 pub struct Coarse {
     /// What receives: nodes of the tree.
     pub receivers: Receivers,
-    /// Of each block's lanes.
-    open: Vec<Lane>,
+    /// In the order of the blocks' lanes.
+    places: Vec<Place>,
+    /// Where each node of the tree is among them.
+    index: Vec<u32>,
+    /// They and all of which they are parts, these after their parts; and where each is.
+    above: Vec<u32>,
+    slot: Vec<u32>,
+    /// Nodes beneath them whose glow is asked for.
+    beneath: Vec<u32>,
 }
 
 impl Coarse {
@@ -43,60 +63,141 @@ impl Coarse {
                 })
                 .collect()
         });
-        let share = |k: u32| {
-            let open: f32 = tree
-                .leaves(k)
-                .iter()
-                .map(|leaf| area[leaf.texel as usize])
-                .sum();
-            let all = tree.nodes[k as usize].shooter.area;
-            if all > 0.0 {
-                (open / all).min(1.0)
-            } else {
-                1.0
+        let lanes = receivers.blocks.iter();
+        let nodes = lanes.flat_map(|block| block.target[..block.count].to_vec());
+        let places: Vec<Place> = nodes.map(|k| Place::new(tree, k, area)).collect();
+        let mut index = vec![NONE; tree.nodes.len()];
+        let mut above = Vec::new();
+        let mut slot = vec![NONE; tree.nodes.len()];
+        for (n, place) in (0..).zip(&places) {
+            index[place.node as usize] = n;
+            let mut k = place.node;
+            while slot[k as usize] == NONE {
+                slot[k as usize] = 0;
+                above.push(k);
+                k = tree.nodes[k as usize].parent;
             }
-        };
-        let open = receivers
-            .blocks
-            .iter()
-            .map(|block| block.target.map(share))
-            .collect();
-        Self { receivers, open }
+        }
+        // Parts have higher numbers.
+        above.sort_unstable_by(|a, b| b.cmp(a));
+        for (n, k) in (0..).zip(&above) {
+            slot[*k as usize] = n;
+        }
+        Self {
+            receivers,
+            places,
+            index,
+            above,
+            slot,
+            beneath: Vec::new(),
+        }
     }
 
-    /// What the nodes' texels receive where they are open, as `sums` of the blocks' lanes have it: at
-    /// a node its own, elsewhere along the slope of its parent.
-    pub fn spread(&self, tree: &Tree, area: &[f32], sums: &[[Lane; 3]]) -> Vec<Vec3> {
-        let mut texels = vec![Vec3::ZERO; area.len()];
-        let mut nodes = Vec::new();
-        for ((block, sums), open) in self.receivers.blocks.iter().zip(sums).zip(&self.open) {
-            for l in 0..block.count {
-                let own = Vec3::new(sums[0][l], sums[1][l], sums[2][l]);
-                let value = own / open[l].max(LEAST_OPEN);
-                for leaf in tree.leaves(block.target[l]) {
-                    texels[leaf.texel as usize] = value;
-                }
-                nodes.push((block.target[l], value));
-            }
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// From now on the glow of whatever `kept` links come from is asked for.
+    pub fn serve(&mut self, kept: &[Vec<Kept>]) {
+        let nodes = kept.iter().flatten().map(|kept| kept.node);
+        self.beneath = nodes.filter(|k| self.slot[*k as usize] == NONE).collect();
+        self.beneath.sort_unstable();
+        self.beneath.dedup();
+    }
+
+    /// What the nodes receive where they are open, as `sums` of the blocks' lanes have it.
+    pub fn received(&self, sums: &[[Lane; 3]]) -> Vec<Vec3> {
+        let blocks = self.receivers.blocks.iter().zip(sums);
+        let lanes = blocks.flat_map(|(block, sums)| {
+            (0..block.count).map(|l| Vec3::new(sums[0][l], sums[1][l], sums[2][l]))
+        });
+        let share = |(h, place): (Vec3, &Place)| h / place.open.max(LEAST_OPEN);
+        lanes.zip(&self.places).map(share).collect()
+    }
+
+    /// The product with what `of_face` has of each node's face.
+    pub fn times(&self, tree: &Tree, values: &[Vec3], of_face: impl Fn(u32) -> Vec3) -> Vec<Vec3> {
+        let places = values.iter().zip(&self.places);
+        places
+            .map(|(v, place)| *v * of_face(tree.nodes[place.node as usize].face))
+            .collect()
+    }
+
+    /// Σ |v| A over the nodes' open area, of the channel that has most.
+    pub fn power(&self, values: &[Vec3]) -> f64 {
+        let places = values.iter().zip(&self.places);
+        let parts = places.map(|(v, place)| v.abs().as_dvec3() * f64::from(place.area));
+        parts.sum::<glam::DVec3>().max_element()
+    }
+
+    /// The glow of all nodes that are served, from `values` at the coarse ones: these slope as the nodes
+    /// do of which they are parts, and so does what is beneath them.
+    pub fn glow(&self, tree: &Tree, values: &[Vec3], glows: &mut [Glow]) {
+        let part = |k: u32| {
+            let n = self.index[k as usize];
+            (n != NONE).then(|| (self.places[n as usize].area, values[n as usize]))
+        };
+        let slot = |k: u32| self.slot[k as usize] as usize;
+        pull_up(tree, &self.above, slot, part, glows);
+        for place in &self.places {
+            let parent = tree.nodes[place.node as usize].parent;
+            glows[place.node as usize].slope = glows[parent as usize].slope;
         }
-        let glow = pull(tree, area, &texels);
-        for (k, value) in nodes {
-            let node = &tree.nodes[k as usize];
-            let [x, y] = glow[node.parent as usize].slope;
+        for k in &self.beneath {
+            let node = &tree.nodes[*k as usize];
+            let mut over = node.parent;
+            while self.index[over as usize] == NONE {
+                over = tree.nodes[over as usize].parent;
+            }
+            let d = node.place - tree.nodes[over as usize].place;
+            let own = glows[over as usize];
+            let [x, y] = own.slope;
+            glows[*k as usize] = Glow {
+                mean: own.mean + x * d.x + y * d.y,
+                ..own
+            };
+        }
+    }
+
+    /// What the nodes' texels have where they are open: at a node's centre its own, elsewhere along the
+    /// slope of the node of which it is a part.
+    pub fn spread(&self, tree: &Tree, values: &[Vec3], texels: usize) -> Vec<Vec3> {
+        let mut glows = vec![Glow::default(); tree.nodes.len()];
+        self.glow(tree, values, &mut glows);
+        let mut spread = vec![Vec3::ZERO; texels];
+        for (place, value) in self.places.iter().zip(values) {
+            let centre = tree.nodes[place.node as usize].place;
+            let [x, y] = glows[place.node as usize].slope;
             // Half as much to each side at most: what falls to nothing is not extrapolated.
-            let [a, b] = [value * 0.5, value * 1.5];
+            let [a, b] = [*value * 0.5, *value * 1.5];
             let (low, high) = (a.min(b), a.max(b));
-            for leaf in tree.leaves(k) {
-                let d = tree.nodes[leaf.node as usize].place - node.place;
-                texels[leaf.texel as usize] = (value + x * d.x + y * d.y).clamp(low, high);
+            for leaf in tree.leaves(place.node) {
+                let d = tree.nodes[leaf.node as usize].place - centre;
+                let sloped = *value + x * d.x + y * d.y;
+                spread[leaf.texel as usize] = sloped.clamp(low, high);
             }
         }
-        texels
+        spread
     }
 }
 
-/// A node less open than this receives as if it were so.
-const LEAST_OPEN: f32 = 0.05;
+impl Place {
+    fn new(tree: &Tree, node: u32, area: &[f32]) -> Self {
+        let leaves = tree.leaves(node).iter();
+        let open: f32 = leaves.map(|leaf| area[leaf.texel as usize]).sum();
+        let all = tree.nodes[node as usize].shooter.area;
+        Self {
+            node,
+            area: open,
+            open: if all > 0.0 {
+                (open / all).min(1.0)
+            } else {
+                1.0
+            },
+        }
+    }
+}
 
 /// What all blocks receive of `glow`.
 pub fn exchange(kept: &[Vec<Kept>], glow: &[Glow]) -> Vec<[Lane; 3]> {

@@ -126,23 +126,15 @@ pub fn fit(tree: &Tree, k: u32, nodes: &[u32], values: impl Fn(u32) -> Vec3) -> 
 
 /// The glow of every node, from `value` of the texels' open parts, which have these `open` areas.
 pub fn pull(tree: &Tree, open: &[f32], value: &[Vec3]) -> Vec<Glow> {
-    let mut sums = vec![Sums::default(); tree.nodes.len()];
     let mut glows = vec![Glow::default(); tree.nodes.len()];
     // Children follow their parents.
-    for k in (0..tree.nodes.len()).rev() {
-        let node = &tree.nodes[k];
-        let mut own = Sums::default();
-        if node.children.is_empty() {
-            let texel = tree.leaves(k as u32)[0].texel as usize;
-            own = Sums::leaf(open[texel], value[texel]);
-        }
-        for child in node.children.clone() {
-            let offset = (tree.nodes[child as usize].place - node.place).as_dvec2();
-            own.add(&sums[child as usize], offset.x, offset.y);
-        }
-        glows[k] = own.glow();
-        sums[k] = own;
-    }
+    let nodes: Vec<u32> = (0..tree.nodes.len() as u32).rev().collect();
+    let part = |k: u32| {
+        let leaf = tree.nodes[k as usize].children.is_empty();
+        leaf.then(|| tree.leaves(k)[0].texel as usize)
+            .map(|texel| (open[texel], value[texel]))
+    };
+    pull_up(tree, &nodes, |k| k as usize, part, &mut glows);
     for (k, node) in tree.nodes.iter().enumerate() {
         if node.children.is_empty() {
             let above = glows[node.parent as usize];
@@ -150,4 +142,31 @@ pub fn pull(tree: &Tree, open: &[f32], value: &[Vec3]) -> Vec<Glow> {
         }
     }
     glows
+}
+
+/// The glow of `nodes`, each of which comes before the one of which it is a part; those that have an open
+/// area and a value of their own are not asked for their parts. `slot` numbers them, below as many as
+/// there are.
+pub fn pull_up(
+    tree: &Tree,
+    nodes: &[u32],
+    slot: impl Fn(u32) -> usize,
+    part: impl Fn(u32) -> Option<(f32, Vec3)>,
+    glows: &mut [Glow],
+) {
+    let mut sums = vec![Sums::default(); nodes.len()];
+    for k in nodes {
+        let node = &tree.nodes[*k as usize];
+        let mut own = Sums::default();
+        if let Some((open, value)) = part(*k) {
+            own = Sums::leaf(open, value);
+        } else {
+            for child in node.children.clone() {
+                let offset = (tree.nodes[child as usize].place - node.place).as_dvec2();
+                own.add(&sums[slot(child)], offset.x, offset.y);
+            }
+        }
+        glows[*k as usize] = own.glow();
+        sums[slot(*k)] = own;
+    }
 }

@@ -213,7 +213,8 @@ impl<'a> Solve<'a> {
         self.scale = self.inverse_rms(&vec![even; emission.len()]);
         let sums = self.gathered(lamps, LOOSE, &self.coarse.receivers, GUESS, watch)?;
         let sums: Vec<[Lane; 3]> = sums.into_iter().map(|lit| lit.sums).collect();
-        let direct = self.coarse.spread(self.world.tree, &self.area, &sums);
+        let direct = self.coarse.received(&sums);
+        let direct = self.coarse.spread(self.world.tree, &direct, emission.len());
         let bounced = self.mean(&self.reflected(&direct));
         let ambient = (bounced / (DVec3::ONE - grey).max(DVec3::splat(1e-2))).as_vec3();
         let light: Vec<Vec3> = direct.iter().map(|h| *h + ambient).collect();
@@ -294,6 +295,7 @@ impl<'a> Solve<'a> {
             });
             kept
         })?;
+        self.coarse.serve(&kept);
         self.links += kept.iter().map(|links| links.len() as u64).sum::<u64>();
         Ok(kept)
     }
@@ -320,12 +322,16 @@ impl<'a> Solve<'a> {
         Ok(all)
     }
 
-    /// Of a face, as far as thresholds go.
+    /// ρ of a face, as far as thresholds go.
     fn reflectance(&self, face: u32) -> Vec3 {
+        self.albedo(face).max(Vec3::splat(DARKEST))
+    }
+
+    /// ρ of a face.
+    fn albedo(&self, face: u32) -> Vec3 {
         let root = self.world.tree.roots[face as usize];
         let texel = self.world.tree.leaves(root)[0].texel as usize;
-        let reflectance = self.world.mesh.texels[texel].reflectance;
-        reflectance.max(Vec3::splat(DARKEST))
+        self.world.mesh.texels[texel].reflectance
     }
 
     fn gather<'b>(
@@ -346,27 +352,39 @@ impl<'a> Solve<'a> {
         spent: f64,
         watch: Watch,
     ) -> Result<Spent> {
-        let first = self.mean(&magnitude(source)).max_element();
-        let mut received = vec![Vec3::ZERO; source.len()];
-        let mut unshot = source.to_vec();
-        let (mut left, mut kept_share) = (first, 0.0);
-        for _ in 0..BOUNCES {
+        let tree = self.world.tree;
+        let mut glow = self.glow(source);
+        let mut received = vec![Vec3::ZERO; self.coarse.count()];
+        let mut unshot = received.clone();
+        let (mut first, mut left, mut share) = (0.0, f64::INFINITY, 0.0);
+        for bounce in 0..BOUNCES {
             // What is unshot counts with all its bounces: 1 + q + q² + …
-            if left <= spent * first * (1.0 - kept_share) {
+            if left <= spent * first * (1.0 - share) {
                 break;
             }
             if watch(SPENDING).is_break() {
                 return Err(Error::Interrupted);
             }
-            let sums = exchange(kept, &self.glow(&unshot));
-            let step = self.coarse.spread(self.world.tree, &self.area, &sums);
+            if bounce > 0 {
+                self.coarse.glow(tree, &unshot, &mut glow);
+            }
+            let step = self.coarse.received(&exchange(kept, &glow));
             received = sum(&received, &step);
-            unshot = self.reflected(&step);
-            let next = self.mean(&magnitude(&unshot)).max_element();
-            (left, kept_share) = (next, (next / left).min(0.99));
+            unshot = self.coarse.times(tree, &step, |face| self.albedo(face));
+            let next = self.coarse.power(&unshot);
+            if bounce == 0 {
+                first = next;
+            } else if left > 0.0 {
+                share = (next / left).min(0.99);
+            }
+            left = next;
             self.passes += 1;
         }
-        Ok(Spent { received, unshot })
+        let texels = source.len();
+        Ok(Spent {
+            received: self.coarse.spread(tree, &received, texels),
+            unshot: self.coarse.spread(tree, &unshot, texels),
+        })
     }
 
     /// ρH.

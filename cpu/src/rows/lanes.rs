@@ -4,7 +4,7 @@
 
 use crate::rows::receivers::{Block, LANES, Receivers};
 use crate::twin::texel_point::point;
-use common::constants::{CONTACT, DEPTH_SCALE, END, OUTLINE, POINT, RAY_REACH};
+use common::constants::{CONTACT, DEPTH_SCALE, POINT, RAY_REACH};
 use common::form_factor::{FormFactor, Shooter, disc, far, polygon, polygon_above, remote, weight};
 use common::intersect::{meet, touches};
 use common::mesh::{MeshFace, TexelKind};
@@ -245,7 +245,6 @@ pub fn stop(face: &MeshFace, q: Vec3, points: &Points, stopped: &mut [bool; LANE
     for (l, stopped) in stopped.iter_mut().enumerate() {
         let p = points.at(l);
         let hit = meet(face.plane, face.edges, q, (p - q) / RAY_REACH);
-        let between = (hit.t > 0.0) & (hit.t < END * RAY_REACH) & (hit.inside >= -OUTLINE);
-        *stopped |= between & !touches(face, p);
+        *stopped |= hit.between(RAY_REACH) & !touches(face, p);
     }
 }

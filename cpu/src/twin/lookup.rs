@@ -9,7 +9,6 @@
 use crate::twin::item_buffer::ItemBuffer;
 use crate::twin::projection::{pixels, project};
 use crate::twin::view::View;
-use common::constants::{END, OUTLINE};
 use common::intersect::{intersect, touches};
 use common::mesh::Mesh;
 use common::rays::Sight;
@@ -107,6 +106,5 @@ fn blocks(mesh: &Mesh, view: &View, occluder: u32, position: Vec3, face: u32) ->
         return false;
     }
     let hit = intersect(occluder, view.frame.centre, position - view.frame.centre);
-    let between = hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE;
-    between && !touches(occluder, view.frame.centre) && !touches(occluder, position)
+    hit.between(1.0) && !touches(occluder, view.frame.centre) && !touches(occluder, position)
 }

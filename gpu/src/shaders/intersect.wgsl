@@ -6,6 +6,11 @@ struct Crossing {
     facing: f32,
 }
 
+// Whether the face stops a ray that runs to `end`, in units of t.
+fn between(hit: Crossing, end: f32) -> bool {
+    return hit.t > 0.0 && hit.t < END * end && hit.inside >= -OUTLINE;
+}
+
 fn intersect(face: u32, origin: vec3f, direction: vec3f) -> Crossing {
     return meet(
         faces[face].plane,

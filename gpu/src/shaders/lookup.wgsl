@@ -57,6 +57,5 @@ fn blocks(occluder: u32, position: vec3f, face: u32) -> bool {
         return false;
     }
     let hit = intersect(occluder, frame.centre, position - frame.centre);
-    let between = hit.t > 0.0 && hit.t < END && hit.inside >= -OUTLINE;
-    return between && !touches(occluder, frame.centre) && !touches(occluder, position);
+    return between(hit, 1.0) && !touches(occluder, frame.centre) && !touches(occluder, position);
 }

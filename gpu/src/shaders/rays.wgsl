@@ -8,8 +8,7 @@ fn blocks(face: u32, origin: vec3f, position: vec3f, sheet: u32) -> bool {
         return false;
     }
     let hit = intersect(face, origin, (position - origin) / RAY_REACH);
-    let between = hit.t > 0.0 && hit.t < END * RAY_REACH && hit.inside >= -OUTLINE;
-    return between && !touches(face, origin) && !touches(face, position);
+    return between(hit, RAY_REACH) && !touches(face, origin) && !touches(face, position);
 }
 
 // One traversal, which objects do not end where the texel asks how it was without them.
