@@ -427,7 +427,3 @@ impl<'a> Solve<'a> {
 fn sum(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
     a.iter().zip(b).map(|(a, b)| *a + *b).collect()
 }
-
-fn magnitude(value: &[Vec3]) -> Vec<Vec3> {
-    value.iter().map(|v| v.abs()).collect()
-}
