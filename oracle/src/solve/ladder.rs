@@ -2,7 +2,8 @@
 //! texels half as large where that matters, until two answers differ by less than what is asked.
 //!
 //! What the last step changed, d, is taken for the error of the finer of the two. It is that of the
-//! coarser less that of the finer; where a step halves the error the two are equal.
+//! coarser less that of the finer; where a step halves the error the two are equal. Where it does not, d is
+//! too small: so the first step is solved to the error that is asked for, and the answer to half of it.
 
 use super::interrupt::interrupted;
 use super::solved::{Moved, Solved};
@@ -20,11 +21,15 @@ use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
 
 /// Steps at most: the last is solved to a sixteenth of the error asked for.
-const STEPS: u32 = 6;
+const STEPS: u32 = 5;
 /// Texels of a step at most, of a large scene twice as many as are asked for.
 const MOST: u64 = 1 << 20;
 /// The share of the squared error that faces may still make up whose texels are not halved.
 const LEFT: f64 = 0.25;
+/// Texels a side that the first step has at least, where all are no more than [`CHEAP`].
+const FEW: u32 = 8;
+/// See [`FEW`].
+const CHEAP: u64 = 1 << 15;
 /// Points of a face that tell what of its light escapes.
 const POINTS: u32 = 16;
 
@@ -44,9 +49,9 @@ struct Step {
 /// Errors: [`Error::Interrupted`] before the first step is done.
 pub fn climb(scene: &Scene, settings: &Settings, error: f64, watch: &Watch) -> Result<Solved> {
     let n = settings.meshing.texels;
-    let mut sides = vec![if n.is_multiple_of(2) { n / 2 } else { n }; scene.faces.len()];
+    let mut sides = vec![first(n, scene.faces.len() as u64); scene.faces.len()];
     let mut moved = Moved::default();
-    let mut last = step(scene, sides.clone(), 2.0 * error, watch)?;
+    let mut last = step(scene, sides.clone(), error, watch)?;
     sides.iter_mut().for_each(|side| *side *= 2);
     for k in 1..STEPS {
         let texels: u64 = sides.iter().map(|side| u64::from(*side).pow(2)).sum();
@@ -54,7 +59,7 @@ pub fn climb(scene: &Scene, settings: &Settings, error: f64, watch: &Watch) -> R
             moved.ended = Some(format!("{texels} texels would be too many"));
             break;
         }
-        let goal = 2.0 * error / f64::from(1 << k);
+        let goal = error / f64::from(1 << k);
         let next = match step(scene, sides.clone(), goal, watch) {
             Err(Error::Interrupted) => {
                 moved.ended = Some("it was interrupted".into());
@@ -72,6 +77,20 @@ pub fn climb(scene: &Scene, settings: &Settings, error: f64, watch: &Watch) -> R
         }
     }
     finish(scene, settings, last, moved)
+}
+
+/// Texels a side of the first step: half as many as are asked for. Two steps on a few texels may agree by
+/// chance, so there are some more where that costs nothing.
+fn first(asked: u32, faces: u64) -> u32 {
+    let mut side = if asked.is_multiple_of(2) {
+        asked / 2
+    } else {
+        asked
+    };
+    while side < FEW && faces * 4 * u64::from(side).pow(2) <= CHEAP {
+        side *= 2;
+    }
+    side
 }
 
 fn step(scene: &Scene, sides: Vec<u32>, goal: f64, watch: &Watch) -> Result<Step> {
