@@ -47,6 +47,19 @@ pub const RAY_STACK: u32 = 32;
 /// An occluder ends this short of the texel (share of the way): a few roundings of t.
 pub const END: f32 = 1.0 - 4.0 * f32::EPSILON;
 
+/// Faces of which a block of the hierarchical solve is asked at a time, where rays alone tell.
+pub const ROOTS: usize = 1024;
+
+/// Pairs of points of what may be partly hidden: of little light, first of more, and at most where a node
+/// can be cut and where not.
+pub const SAMPLES: [u32; 4] = [1, 4, 16, 64];
+
+/// One pair of points is enough where so few are needed: most links are so, and what they leave out adds up.
+pub const LITTLE: f32 = 1.0 / 32.0;
+
+/// No point of a spot receives this many times what it does in the mean.
+pub const EDGE: f32 = 2.0;
+
 /// Bytes of links that a solver keeps, or as many as the adapter binds.
 pub const LINK_BYTES: u64 = 1 << 30;
 

@@ -18,7 +18,7 @@ fn drawn(projection: Projection) -> serde_json::Value {
 fn rays_have_no_item_buffer() {
     let rays = serde_json::to_value(Settings::of(Quality::Reference)).unwrap();
     let options = json!({
-        "quality": "reference", "texels": 16, "cells": 4, "samples": 16, "visibility": "rays",
+        "quality": "reference", "texels": 16, "cells": 8, "samples": 16, "visibility": "rays",
         "form-factor": "polygon", "conserve": false, "iteration": "southwell", "epsilon": 1e-4,
         "max-shots": 1_000_000,
     });

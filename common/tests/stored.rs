@@ -81,6 +81,7 @@ fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
             shooters: 0,
             field: field.clone(),
         },
+        off: None,
         certificate: None,
         error: None,
         warnings: &[],

@@ -107,7 +107,7 @@ pub fn most_bytes(gpu: &Gpu) -> u64 {
 }
 
 /// The nodes of the BVH, 20 words each, and the face of each primitive.
-fn tree(gpu: &Gpu, mesh: &Mesh) -> Result<(Vec<[u32; 20]>, Vec<u32>)> {
+pub fn tree(gpu: &Gpu, mesh: &Mesh) -> Result<(Vec<[u32; 20]>, Vec<u32>)> {
     let bvh = Bvh::new(mesh);
     if bvh.depth() > RAY_STACK {
         return Err(Error::Device(format!(

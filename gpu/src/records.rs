@@ -1,12 +1,12 @@
 //! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
+use common::form_factor::Shooter;
 use common::mesh::{Cell, Mesh, MeshFace, Point, Texel};
 #[cfg(doc)]
 use common::shooting::Subtracted;
 use common::shooting::{Rule, Shot};
 use glam::Vec3;
-use std::mem::offset_of;
 
 /// Where the members of a shader's struct lie.
 #[derive(Clone, Debug)]
@@ -26,20 +26,21 @@ macro_rules! record {
     }) => {
         $(#[$doc])*
         #[repr(C)]
-        #[derive(Clone, Copy, Pod, Zeroable)]
+        #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
         pub struct $name {
             $($visible $member: $kind,)*
         }
 
         impl $name {
-            const LAYOUT: Layout = Layout {
+            pub(crate) const LAYOUT: $crate::records::Layout = $crate::records::Layout {
                 name: $wgsl,
                 size: size_of::<Self>(),
-                members: &[$((stringify!($member), offset_of!(Self, $member)),)*],
+                members: &[$((stringify!($member), std::mem::offset_of!(Self, $member)),)*],
             };
         }
     };
 }
+pub(crate) use record;
 
 /// The layouts of all records.
 pub const LAYOUTS: [Layout; 8] = [
@@ -261,6 +262,24 @@ impl ShotRecord {
             escaped: f32::NAN,
             middle: cell.shooter.centre.into(),
             radius: cell.shooter.radius,
+            ..Self::zeroed()
+        }
+    }
+
+    /// A node of the hierarchical solve on `face`: its parts are `count` nodes, from `first`.
+    pub fn node(face: &MeshFace, number: u32, shooter: &Shooter, [first, count]: [u32; 2]) -> Self {
+        Self {
+            area: shooter.area,
+            normal: shooter.normal.into(),
+            tangent: face.tangent.into(),
+            bitangent: face.normal.cross(face.tangent).into(),
+            sheet: face.sheet,
+            face: number,
+            corners: shooter.corners.map(|c| c.extend(0.0).into()),
+            first,
+            count,
+            middle: shooter.centre.into(),
+            radius: shooter.radius,
             ..Self::zeroed()
         }
     }

@@ -2,6 +2,8 @@
 
 use crate::dispatches::{Counted, DISPATCH_WORDS};
 use crate::grids::{DRAW_INSTANCES, DRAW_WORDS};
+pub use crate::linked::LAYOUTS as HIERARCHY_LAYOUTS;
+use crate::linked::{SPOTS, State};
 use crate::records::{CAPTURED, KEEP, SUBTRACTED};
 pub use crate::records::{LAYOUTS, LOG_COUNT_BYTES, Layout};
 use common::constants::*;
@@ -29,7 +31,7 @@ pub struct Fault {
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 27] = [
+const FILES: [(&str, &str); 39] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("frame", include_str!("shaders/frame.wgsl")),
@@ -60,6 +62,18 @@ const FILES: [(&str, &str); 27] = [
     ("exchange", include_str!("shaders/exchange.wgsl")),
     ("collect", include_str!("shaders/collect.wgsl")),
     ("measure", include_str!("shaders/measure.wgsl")),
+    ("hierarchy", include_str!("shaders/hierarchy.wgsl")),
+    ("spots", include_str!("shaders/spots.wgsl")),
+    ("bounds", include_str!("shaders/bounds.wgsl")),
+    ("factors", include_str!("shaders/factors.wgsl")),
+    ("reset", include_str!("shaders/reset.wgsl")),
+    ("doubt", include_str!("shaders/doubt.wgsl")),
+    ("choose", include_str!("shaders/choose.wgsl")),
+    ("sampled", include_str!("shaders/sampled.wgsl")),
+    ("scan", include_str!("shaders/scan.wgsl")),
+    ("parts", include_str!("shaders/parts.wgsl")),
+    ("add", include_str!("shaders/add.wgsl")),
+    ("pack", include_str!("shaders/pack.wgsl")),
 ];
 
 /// What draws item buffers.
@@ -114,6 +128,18 @@ pub fn source(name: &str, transport: &Transport, faults: &[Fault]) -> Result<Str
         "tessellate" => &["frame", "hemicube", "projection", "bound"],
         "item_buffer_tessellated" => &["frame", "hemicube", "projection", "spread"],
         "item_buffer" => &["frame", "hemicube", "projection", "bound", "intersect"],
+        "factors" => &["hierarchy", "sampling", "spots", "form_factor"],
+        "sampled" => &[
+            "hierarchy",
+            "sampling",
+            "spots",
+            "form_factor",
+            "intersect",
+            "tree",
+            "rays",
+        ],
+        "choose" => &["hierarchy", "doubt"],
+        "bounds" | "scan" | "parts" | "add" | "pack" => &["hierarchy"],
         _ => &[],
     };
     let mut text = constants(transport);
@@ -155,7 +181,7 @@ fn image(drawing: &Drawing) -> [(&'static str, u32); 2] {
 }
 
 /// Whole numbers that are the same in every solve.
-pub const INTEGERS: [(&str, u32); 13] = [
+pub const INTEGERS: [(&str, u32); 20] = [
     ("LANES", LANES as u32),
     ("NEAR", NEAR),
     ("SELECT_LANES", SELECT_LANES as u32),
@@ -164,6 +190,13 @@ pub const INTEGERS: [(&str, u32); 13] = [
     ("DIRECTIONS", DIRECTIONS as u32),
     ("STEP_U", STEPS[0]),
     ("STEP_V", STEPS[1]),
+    ("STEP_CELL_U", STEPS[2]),
+    ("STEP_CELL_V", STEPS[3]),
+    ("SPOTS", SPOTS),
+    ("SAMPLES_FIRST", SAMPLES[0]),
+    ("SAMPLES_MORE", SAMPLES[1]),
+    ("SAMPLES_CUT", SAMPLES[2]),
+    ("SAMPLES_MOST", SAMPLES[3]),
     ("RAY_STACK", RAY_STACK),
     ("ROUNDS", ROUNDS),
     ("DISPATCH_WORDS", DISPATCH_WORDS),
@@ -172,7 +205,7 @@ pub const INTEGERS: [(&str, u32); 13] = [
 ];
 
 /// Enums as numbers: by their order in Rust, projections by their code.
-pub const CODES: [(&str, u32); 24] = [
+pub const CODES: [(&str, u32); 29] = [
     ("PROJECTION_PAPER", Projection::Paper.code()),
     (
         "PROJECTION_HEMISPHERE",
@@ -198,6 +231,11 @@ pub const CODES: [(&str, u32); 24] = [
     ("SUBTRACTED_ALL", Subtracted::All as u32),
     ("CAPTURED", CAPTURED),
     ("KEEP", KEEP),
+    ("PAIR_NOTHING", State::Nothing as u32),
+    ("PAIR_CUT", State::Cut as u32),
+    ("PAIR_ASKED", State::Asked as u32),
+    ("PAIR_LINK", State::Link as u32),
+    ("PAIR_EDGE", State::Edge as u32),
     ("COUNTED_DEPOSIT", Counted::Deposit as u32),
     ("COUNTED_ESCAPE", Counted::Escape as u32),
     ("COUNTED_POWER", Counted::Power as u32),
@@ -206,13 +244,15 @@ pub const CODES: [(&str, u32); 24] = [
 ];
 
 /// Reals.
-const REALS: [(&str, f32); 19] = [
+const REALS: [(&str, f32); 21] = [
     ("PI", PI),
     ("CONTACT", CONTACT),
     ("FAR", FAR),
     ("NEAR_QUAD", NEAR_QUAD),
     ("NEAR_TRIANGLE", NEAR_TRIANGLE),
     ("POINT", POINT),
+    ("LITTLE", LITTLE),
+    ("EDGE", EDGE),
     ("LOW", LOW),
     ("OUTLINE", OUTLINE),
     ("INSIDE_U", INSIDE[0]),

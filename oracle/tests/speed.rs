@@ -28,6 +28,7 @@ fn method(scene: &Scene, options: &str, change: impl Fn(&mut Settings)) -> Metho
     let mut settings = base(scene, Solver::Cpu, Quality::Draft, TEXELS);
     change(&mut settings);
     Method {
+        asked: None,
         solver: Solver::Cpu,
         sweep: "test",
         options: options.into(),

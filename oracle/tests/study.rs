@@ -130,6 +130,7 @@ fn a_floor_is_traced_to_the_parameter_that_sets_it() {
         adapter: None,
         settings: &settings,
         run: &run,
+        off: None,
         certificate: None,
         error: None,
         warnings: &[],

@@ -2,7 +2,6 @@
 
 use common::form_factor::FormFactor;
 use common::settings::{Projection, Visibility};
-use oracle::solve::Given;
 use oracle::solve::check::Cause;
 use radiosity_tests::answers::{error, settings, slit, solved, standing, truth};
 use radiosity_tests::{furnace, lit_room};
@@ -23,7 +22,7 @@ fn the_estimate_is_the_error_within_a_factor_of_two() {
             settings.meshing.cells = cells;
             settings.meshing.samples = samples;
             settings.transport.form_factor = form_factor;
-            let answer = solved(&scene, &settings, Given::ALL);
+            let answer = solved(&scene, &settings);
             let (found, error) = (
                 answer.estimate.as_ref().unwrap().error,
                 error(&scene, &answer, &truth),
@@ -55,7 +54,7 @@ fn each_cause_is_told() {
         (disc, Cause::FormFactor, "form-factor"),
         (whole, Cause::Cells, "cells"),
     ] {
-        let answer = solved(&scene, &settings, Given::ALL);
+        let answer = solved(&scene, &settings);
         let estimate = answer.estimate.unwrap();
         let worst = estimate
             .parts

@@ -11,6 +11,7 @@ use gpu::{Fault, Gpu};
 use oracle::judge::compare::ways::{Ways, judge};
 use oracle::judge::compare::{Request, compare};
 use oracle::judge::comparison::Comparison;
+use oracle::solve::solver::{Asked, USUAL};
 use oracle::solve::watch::unwatched;
 use oracle::study::random::{Drawn, Faces, Options, scene};
 
@@ -216,26 +217,28 @@ fn two_ways_are_judged_and_their_errors_told() {
     let texels = number("VERDICT_TEXELS", 8) as u32;
     let scene = load(file.as_ref(), &ImportOptions::default()).unwrap();
     let pixels = number("VERDICT_PIXELS", 256) as u32;
-    let mut solve = Settings::of(Quality::Normal).by(stereographic(pixels));
-    solve.meshing.texels = texels;
-    solve.schedule.iteration = Iteration::Cg;
+    let normal = Settings::of(Quality::Normal).by(stereographic(pixels));
     let paper = Settings {
         meshing: Meshing {
+            texels,
             cells: 1,
             samples: 1,
-            ..solve.meshing
         },
         transport: Transport {
             form_factor: FormFactor::Disc,
-            ..solve.transport
+            ..normal.transport
         },
         schedule: Schedule {
             iteration: Iteration::Southwell,
-            ..solve.schedule
+            ..normal.schedule
         },
-        ..solve
+        ..normal
     };
-    let ways = Ways::Both { paper, solve };
+    let asked = Asked {
+        error: USUAL,
+        texels: Some(texels),
+    };
+    let ways = Ways::Both { paper, asked };
     let judged = judge(&scene, &ways, &gpu(), &[], &unwatched()).unwrap();
     for c in judged.ways() {
         println!(

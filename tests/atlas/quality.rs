@@ -4,13 +4,9 @@
 use common::cover::sampled;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Quality, Schedule, Settings};
+use common::settings::{Meshing, Schedule, Settings};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
-use oracle::solve::refine::{TARGET, refine};
-use oracle::solve::solver::Solver;
-use oracle::solve::task::Task;
-use oracle::solve::watch::unwatched;
 use radiosity_tests::engines::free;
 use radiosity_tests::matrices::assemble;
 use radiosity_tests::{lit_room, room, scene};
@@ -139,44 +135,4 @@ fn samples_find_what_the_matrix_finds() {
         assert!(rms <= RMS, "{}: {rms}", scene.name);
         assert!(bias <= BIAS, "{}: {bias}", scene.name);
     }
-}
-
-#[test]
-fn a_reference_says_what_is_left() {
-    let scene = lit_room();
-    let mut settings = Settings::of(Quality::Reference);
-    settings.meshing.texels = 4;
-    // Two halvings of the cells are enough for an estimate; more is for patient users.
-    let rungs = std::cell::Cell::new(0);
-    let counted = |settings: &Settings| {
-        rungs.set(rungs.get() + 1);
-        scene.once(settings, Solver::Cpu, &unwatched())
-    };
-    let refined = refine(&scene, &settings, counted, || rungs.get() > 3).unwrap();
-    for note in &refined.notes {
-        println!("{note}");
-    }
-    let left = refined.left.expect("two halvings give an order");
-    // The truth: a matrix of 16×16 texels, averaged.
-    let (fine, values) = matrix(&scene, 16);
-    let mut truth = vec![(DVec3::ZERO, 0.0); refined.answer.texels.len()];
-    for (texel, value) in fine.texels.iter().zip(values) {
-        let (i, j) = (texel.index % 16 / 4, texel.index / 16 / 4);
-        let place = &mut truth[texel.face as usize * 16 + (j * 4 + i) as usize];
-        place.0 += value * f64::from(texel.area);
-        place.1 += f64::from(texel.area);
-    }
-    let b = |k: usize| refined.field.radiosity[k].truncate().as_dvec3();
-    let (rms, bias) = error(&refined.answer, b, |k| truth[k].0 / truth[k].1);
-    println!(
-        "left {:.2} %, RMS {:.2} %, bias {:.2} %",
-        100.0 * left,
-        100.0 * rms,
-        100.0 * bias
-    );
-    assert!(
-        rms <= left.max(TARGET),
-        "{rms} is more than the {left} that was promised"
-    );
-    assert!(bias <= BIAS, "{bias}");
 }

@@ -182,7 +182,7 @@ fn side(error: f64, warnings: &[&str]) -> Side {
         error: (error.is_finite()).then_some(error),
         verdict: Verdict::Fails,
         warnings: warnings.iter().map(|w| (*w).to_owned()).collect(),
-        mended: Vec::new(),
+        notes: Vec::new(),
         message: error.is_nan().then(|| "refused: too large".into()),
         seconds: 0.1,
     }
@@ -384,10 +384,9 @@ fn thousands_of_lamps_are_no_trouble() {
     assert!(side.error.unwrap() < 0.01 && !side.warned(), "{side:?}");
 }
 
-/// Rays alone do not help where a hundredth of a per cent of closure is everything; what they leave is
-/// scaled.
+/// Where walls are that white, the little that links by rays make up grows with every bounce: the answer says so.
 #[test]
-fn white_walls_are_mended_in_two_steps_on_the_gpu() {
+fn white_walls_are_not_trusted_on_the_gpu() {
     let trial = (case("white-walls").build)(0.9999).unwrap();
     let told = truth::of(&trial).unwrap();
     let default = named(Suite::All, methods::DEFAULT);
@@ -395,6 +394,6 @@ fn white_walls_are_mended_in_two_steps_on_the_gpu() {
     let side = try_on(&trial, &default, Some(&gpu), &told, &|| false)
         .unwrap()
         .side;
-    assert!(side.error.unwrap() < 0.01 && !side.warned(), "{side:?}");
-    assert_eq!(side.mended.len(), 2, "{side:?}");
+    let (error, estimate) = (side.error.unwrap(), side.estimate.unwrap());
+    assert!(side.warned() && estimate > 0.8 * error, "{side:?}");
 }

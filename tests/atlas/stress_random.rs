@@ -5,8 +5,8 @@ use oracle::study::random::{Faces, Options};
 use oracle::study::stress::random::{Asked, Findings, gates};
 use oracle::study::stress::run::Run;
 
-/// A second a scene.
-const PATHS: u32 = 1 << 20;
+/// Some seconds a scene: the answers are so near to the truth that less would not tell how near.
+const PATHS: u32 = 1 << 22;
 
 /// The CPU's answers on four scenes.
 fn findings(faces: Faces, seed: u64, texels: u32) -> Findings {
@@ -48,9 +48,11 @@ fn a_fixed_dozen_drawn_at_random_is_answered() {
             found.seed, side.warnings, side.seconds, found.told
         );
         assert_eq!(found.row.value, found.seed as f64);
-        assert!(bias.abs() <= error && estimate.is_some());
-        // A coarse answer, but no other scene's: those are off by as much as there is.
-        assert!(error > 0.0 && error < 0.25, "{}: {error}", found.told);
+        // Of the mean, the error is of the rms, less the truth's noise: neither bounds the other. No two
+        // answers to a scene have the same mean.
+        assert!(bias.is_finite() && bias != 0.0 && estimate.is_some());
+        // No other scene's answer: those are off by as much as there is.
+        assert!((0.0..0.25).contains(&error), "{}: {error}", found.told);
     }
     let ratios = all.ratios();
     let gates = gates::of(&all, &ratios);

@@ -4,20 +4,23 @@
 use common::energy::Energy;
 use common::scene::Scene;
 use common::shooting::Field;
-use oracle::solve::solver::Solver;
+use oracle::solve::solver::{Asked, Solver};
 use oracle::solve::watch::unwatched;
-use oracle::solve::{Answer, Given, Question, answer};
+use oracle::solve::{Answer, Question, answer};
 use oracle::study::random::{Faces, Options, scene};
 use radiosity_tests::answers::{self, error, truth};
 use radiosity_tests::furnace;
 
-fn solved(scene: &Scene, asked: f64) -> Answer {
-    let settings = answers::settings();
+pub fn solved(scene: &Scene, error: f64, texels: u32) -> Answer {
+    let mut settings = answers::settings();
+    settings.meshing.texels = texels;
     let question = Question {
         task: scene,
         settings: &settings,
-        given: Given::ALL,
-        solver: Solver::Hierarchy(asked),
+        solver: Solver::Hierarchy(Asked {
+            error,
+            texels: Some(texels),
+        }),
     };
     answer(&question, &unwatched()).unwrap()
 }
@@ -31,7 +34,7 @@ fn energy(answer: &Answer) -> Energy {
 fn a_furnace_is_as_bright_as_it_must_be() {
     for reflectance in [0.5, 0.9] {
         let scene = furnace(reflectance);
-        let answer = solved(&scene, 0.005);
+        let answer = solved(&scene, 0.005, 8);
         let exact = 1.0 / (1.0 - reflectance);
         let texels = &answer.solved.run.field.radiosity;
         let squares = texels.iter().map(|b| (b.x / exact - 1.0).powi(2));
@@ -61,7 +64,7 @@ fn what_is_asked_is_kept_on_fresh_scenes() {
         let few = drawn.find(|drawn| drawn.scene.faces.len() <= 26);
         let scene = few.unwrap().scene;
         let asked = 0.02;
-        let answer = solved(&scene, asked);
+        let answer = solved(&scene, asked, 8);
         let off = error(&scene, &answer, &truth(&scene));
         let estimate = answer.estimate.as_ref().unwrap().error;
         println!("{}: {off:.4} off, {estimate:.4} told", scene.name);
@@ -83,7 +86,7 @@ fn the_number_of_threads_changes_no_bit() {
     let scene = answers::standing();
     let by = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| solved(&scene, 0.02))
+        pool.unwrap().install(|| solved(&scene, 0.02, 8))
     };
     let [one, three] = [1, 3].map(by);
     let lit = one.solved.run.field.irradiance.iter().filter(|h| h.x > 0.0);

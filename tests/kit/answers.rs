@@ -12,7 +12,7 @@ use oracle::judge::diff::reflected::Reflected;
 use oracle::solve::dense;
 use oracle::solve::solver::Solver;
 use oracle::solve::watch::unwatched;
-use oracle::solve::{Answer, Given, Question, answer};
+use oracle::solve::{Answer, Question, answer};
 
 const GREY: Vec3 = Vec3::splat(0.7);
 
@@ -33,11 +33,10 @@ pub fn settings() -> Settings {
 }
 
 /// The CPU's answer.
-pub fn solved(scene: &Scene, settings: &Settings, given: Given) -> Answer {
+pub fn solved(scene: &Scene, settings: &Settings) -> Answer {
     let question = Question {
         task: scene,
         settings,
-        given,
         solver: Solver::Cpu,
     };
     answer(&question, &unwatched()).unwrap()
@@ -78,7 +77,12 @@ pub fn error(scene: &Scene, answer: &Answer, truth: &(Mesh, Field)) -> f64 {
 
 /// The matrix's, on sixteen texels a side.
 pub fn truth(scene: &Scene) -> (Mesh, Field) {
-    let (mesh, matrix, _) = assemble(scene, 16);
+    truth_on(scene, 16)
+}
+
+/// The matrix's, on that many.
+pub fn truth_on(scene: &Scene, side: u32) -> (Mesh, Field) {
+    let (mesh, matrix, _) = assemble(scene, side);
     let field = dense::by(&mesh, &matrix).unwrap().0.field;
     (mesh, field)
 }

@@ -78,15 +78,66 @@ fn a_planted_shadow_darkens_its_pixels_by_what_was_taken() {
     }
     assert!(touched > 200 && deep > 100, "{touched} {deep}");
     assert_eq!(c.negative, 0);
-    // More taken than there is: counted, and not hidden.
+    // More taken than there is, where B₀ tells nothing of it: counted, and black.
     let mut below = solved;
     below.before.fill(Vec4::splat(0.1));
     below.after.radiosity.fill(Vec4::splat(0.1));
-    let backdrop = |_: DVec3| Vec3::splat(0.01);
-    below.after.radiosity[9].x = 0.0;
+    below.before[9].x = 0.0;
+    below.after.radiosity[9].x = -0.05;
+    let backdrop = |_: DVec3| Vec3::splat(0.001);
     let c = composite(&below.relit(), &camera, [w, h], Some(&backdrop));
-    let under = c.composite.iter().filter(|v| v.x < 0.0).count();
-    assert!(c.negative == under && under > 0);
+    let taken = c.change.iter().zip(&c.background);
+    let under = taken
+        .filter(|(change, seen)| (**change + **seen).x < 0.0)
+        .count();
+    assert!(c.negative == under && under > 0, "{under} {}", c.negative);
+    assert!(c.composite.iter().all(|v| v.min_element() >= 0.0));
+}
+
+#[test]
+fn a_photograph_is_multiplied_by_what_light_changes() {
+    // A grey floor as the model has it, a green one in the photograph: a shadow to the right, and in its
+    // far part a place of which B₀ tells nothing.
+    let dark = |p: DVec3| p.x < 0.0;
+    let unknown = |p: DVec3| p.z > 0.25;
+    let left = Vec3::new(0.3, 0.4, 0.5);
+    let gain = Vec3::new(0.2, 0.1, 0.0);
+    let before = |_: u32, p: DVec3| if unknown(p) { Vec3::ZERO } else { Vec3::ONE };
+    let after = |_: u32, p: DVec3| match (unknown(p), dark(p)) {
+        (true, _) => gain,
+        (false, true) => left,
+        (false, false) => Vec3::ONE,
+    };
+    let solved = by_hand(scene("floor", vec![floor()]), 1, 16, before, after);
+    let green = Vec3::new(0.02, 0.5, 0.04);
+    let backdrop = |_: DVec3| green;
+    let (w, h, height) = (60u32, 40u32, 2.0);
+    let camera = from_above(&solved.mesh, height, 32.0);
+    let c = composite(&solved.relit(), &camera, [w, h], Some(&backdrop));
+    let half = height * 16f64.to_radians().tan();
+    let mut found = [0; 3];
+    for (k, got) in c.composite.iter().enumerate() {
+        let (x, y) = ((k % 60) as f64 + 0.5, (k / 60) as f64 + 0.5);
+        let right = (2.0 * x - f64::from(w)) / f64::from(h) * half;
+        let place = DVec3::new(-right, 0.0, -(2.0 * y - f64::from(h)) / f64::from(h) * half);
+        // A texel from the borders, where nothing is interpolated between the parts.
+        if place.x.abs() < 0.14 || (place.z - 0.25).abs() < 0.14 {
+            continue;
+        }
+        let (part, expected) = match (unknown(place), dark(place)) {
+            (true, _) => (0, green + gain / PI),
+            (false, true) => (1, green * left),
+            (false, false) => (2, green),
+        };
+        found[part] += 1;
+        assert!(
+            (*got - expected).length() < 1e-6,
+            "{place}: {got} {expected}"
+        );
+    }
+    assert!(found.iter().all(|count| *count > 100), "{found:?}");
+    assert_eq!(c.negative, 0);
+    assert!(c.composite.iter().all(|v| v.min_element() >= 0.0));
 }
 
 /// Corners of a picture's pixels from those of the scene, x right and y down.

@@ -1,5 +1,6 @@
 //! Relighting, and the picture of a relit room.
 
+mod asked;
 mod composite;
 mod paper;
 mod scene;

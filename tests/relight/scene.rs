@@ -10,6 +10,7 @@ use oracle::relight::page::{Report, html};
 use oracle::relight::surfaces::{Renders, surface};
 use oracle::relight::thumbnail::thumbnail;
 use oracle::relight::{Backdrop, Relit, files};
+use oracle::show::tone::Curve;
 use radiosity_tests::relit::{Solved, bits, by_hand, finite, floor};
 use radiosity_tests::{lit_room, room, scene};
 use std::f32::consts::PI;
@@ -294,6 +295,7 @@ fn the_files_hold_the_pictures_and_the_page_needs_nothing_else() {
             settings: &[("method".into(), "signed".into())],
             relit: &relit,
             composite: &c,
+            exposure: files::exposure(&c).opened(1.0, Curve::Filmic),
             camera,
             energy: None,
             map_shots: 24,

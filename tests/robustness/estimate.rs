@@ -1,13 +1,12 @@
-//! The estimate of an answer's error against the error itself; what is warned about, and mended.
+//! The estimate of an answer's error against the error itself.
 
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::Settings;
 use common::shooting::Field;
 use glam::Vec3;
+use oracle::solve::Answer;
 use oracle::solve::check::{Estimate, estimate};
-use oracle::solve::{Answer, Given};
-use radiosity_tests::answers::{error, settings, slit, solved, truth};
-use radiosity_tests::engines::drawn;
+use radiosity_tests::answers::{settings, solved};
 use radiosity_tests::{furnace, lit_room};
 
 fn looked_at(scene: &Scene, settings: &Settings, answer: &Answer, field: &Field) -> Estimate {
@@ -18,7 +17,7 @@ fn looked_at(scene: &Scene, settings: &Settings, answer: &Answer, field: &Field)
 #[test]
 fn light_that_is_lost_or_made_up_is_found() {
     let scene = lit_room();
-    let answer = solved(&scene, &settings(), Given::ALL);
+    let answer = solved(&scene, &settings());
     let clean = looked_at(&scene, &settings(), &answer, &answer.solved.run.field).error;
     for factor in [0.8, 1.2] {
         let mut field = answer.solved.run.field.clone();
@@ -36,7 +35,7 @@ fn light_that_is_lost_or_made_up_is_found() {
 fn later_bounces_count_with_their_gain() {
     for reflectance in [0.5, 0.9, 0.99] {
         let scene = furnace(reflectance);
-        let answer = solved(&scene, &settings(), Given::ALL);
+        let answer = solved(&scene, &settings());
         let mut field = answer.solved.run.field.clone();
         let exact = 1.0 / (1.0 - reflectance);
         for (k, texel) in answer.solved.mesh.texels.iter().enumerate() {
@@ -60,7 +59,7 @@ fn later_bounces_count_with_their_gain() {
 #[test]
 fn white_walls_are_not_trusted() {
     let reflectance = 0.999_999f32;
-    let answer = solved(&furnace(reflectance), &settings(), Given::ALL);
+    let answer = solved(&furnace(reflectance), &settings());
     let exact = 1.0 / (1.0 - f64::from(reflectance));
     let b: f64 = answer
         .solved
@@ -75,34 +74,4 @@ fn white_walls_are_not_trusted() {
     println!("{error:.3} off, {found:?}");
     assert!(found.error >= 0.5 * error, "{error}: {found:?}");
     assert!(error < 0.02 || !answer.warnings.is_empty());
-}
-
-#[test]
-fn what_was_not_given_is_mended_and_said() {
-    let scene = lit_room();
-    let before = solved(&scene, &settings(), Given::ALL);
-    let after = solved(&scene, &settings(), Given::default());
-    let truth = truth(&scene);
-    assert!(before.notes.is_empty());
-    assert!(
-        after.notes[0].starts_with("mended: about "),
-        "{:?}",
-        after.notes
-    );
-    assert_eq!(
-        (
-            after.solved.settings.meshing.cells,
-            after.solved.settings.meshing.samples
-        ),
-        (8, 16)
-    );
-    assert!(2.0 * error(&scene, &after, &truth) < error(&scene, &before, &truth));
-    let mut buffer = settings();
-    buffer.transport.visibility = drawn(16);
-    let by_rays = solved(&slit(), &buffer, Given::default());
-    assert_eq!(
-        by_rays.solved.settings.transport.visibility,
-        Visibility::Rays
-    );
-    assert!(by_rays.warnings.is_empty(), "{:?}", by_rays.warnings);
 }

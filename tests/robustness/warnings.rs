@@ -3,7 +3,7 @@
 use common::scene::Face;
 use common::settings::{Iteration, Meshing, Settings};
 use glam::{DVec3, Vec3};
-use oracle::solve::{Answer, Given};
+use oracle::solve::Answer;
 use radiosity_tests::answers::{settings, solved};
 use radiosity_tests::{furnace, lit_room, room, scene};
 
@@ -39,7 +39,7 @@ fn warned(answer: &Answer, code: &str) -> Option<Vec<u32>> {
 }
 
 fn told(faces: Vec<Face>, code: &str) -> Option<Vec<u32>> {
-    let answer = solved(&scene(code, faces), &settings(), Given::default());
+    let answer = solved(&scene(code, faces), &settings());
     warned(&answer, code)
 }
 
@@ -122,9 +122,7 @@ fn light_that_is_left_unshot_is_told() {
     let mut few = settings();
     few.schedule.max_shots = 1;
     few.schedule.iteration = Iteration::Southwell;
-    let unshot = |settings: &Settings| {
-        warned(&solved(&lit_room(), settings, Given::default()), "unshot").is_some()
-    };
+    let unshot = |settings: &Settings| warned(&solved(&lit_room(), settings), "unshot").is_some();
     assert!(unshot(&few));
     assert!(!unshot(&settings()));
 }
@@ -141,9 +139,8 @@ fn closure_is_told_where_white_walls_add_it_up() {
         },
         ..settings()
     };
-    let closure = |reflectance: f32| {
-        warned(&solved(&furnace(reflectance), &fine, Given::ALL), "closure").is_some()
-    };
+    let closure =
+        |reflectance: f32| warned(&solved(&furnace(reflectance), &fine), "closure").is_some();
     assert!(closure(0.999));
     assert!(!closure(0.5));
 }

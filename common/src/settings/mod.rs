@@ -20,7 +20,7 @@ pub enum Iteration {
     Cg,
 }
 
-/// How good an answer is asked for: texels, cells, samples and ε together.
+/// How finely it is shot: texels, cells, samples and ε together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
@@ -29,17 +29,17 @@ pub enum Quality {
     /// 16×16 texels, 4×4 cells, 4 samples, ε = 0.1 %.
     #[default]
     Normal,
-    /// 16×16 texels, 16 samples, ε = 0.01 %, and cells halved until the answer settles.
+    /// 16×16 texels, 8×8 cells, 16 samples, ε = 0.01 %.
     Reference,
 }
 
 impl Quality {
-    /// Texels a side, cells a side and samples; `Reference` starts with these cells.
+    /// Texels a side, cells a side and samples.
     pub const fn meshing(self) -> Meshing {
         let (texels, cells, samples) = match self {
             Self::Draft => (8, 2, 1),
             Self::Normal => (16, 4, 4),
-            Self::Reference => (16, 4, 16),
+            Self::Reference => (16, 8, 16),
         };
         Meshing {
             texels,

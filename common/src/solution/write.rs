@@ -3,7 +3,7 @@
 
 use crate::energy::Energy;
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, Texel};
+use crate::mesh::{Mesh, MeshFace, Texel};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::shooting::{Field, Run};
@@ -61,6 +61,8 @@ pub struct Solution<'a> {
     /// How far it may be off from the truth, as far as that can be told: `error`, the relative RMS of
     /// B − E, and its parts; none: not looked at.
     pub certificate: Option<Value>,
+    /// How far each texel may be off, W/m², written as `error.exr`; none: not known by texel.
+    pub off: Option<Vec<f32>>,
     /// What may be wrong with the answer.
     pub warnings: &'a [Warning],
     /// Everything else worth saying.
@@ -76,12 +78,17 @@ pub struct Solution<'a> {
 }
 
 impl Solution<'_> {
-    /// Writes both files into `dir`.
+    /// Writes its files into `dir`.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let start = Instant::now();
         let mut files = Pending::default();
         let image = lightmap(self.mesh, &self.run.field, self.relit.is_some())?;
         files.add(&dir.join("lightmap.exr"), &image)?;
+        match &self.off {
+            Some(off) => files.add(&dir.join("error.exr"), &map(self.mesh, off)?)?,
+            // An earlier solve's is not this one's.
+            None => drop(fs::remove_file(dir.join("error.exr"))),
+        }
         let mut description = self.description(start.elapsed().as_secs_f64());
         description[CHECKSUM] = checksum(&image).into();
         files.add(
@@ -126,6 +133,14 @@ impl Solution<'_> {
         {
             settings.retain(|name, _| ERROR_SETTINGS.contains(&name.as_str()));
             settings.insert("error".into(), error.into());
+        }
+        let alike = |f: &MeshFace| f.resolution == [self.settings.meshing.texels; 2];
+        if let (false, Some(settings)) = (
+            self.mesh.faces.iter().all(alike),
+            description["settings"].as_object_mut(),
+        ) {
+            // Each face says its own.
+            settings.remove("texels");
         }
         if let (Some(Value::Object(relit)), Some(all)) =
             (self.relit.clone(), description.as_object_mut())
@@ -212,6 +227,17 @@ pub fn lightmap(mesh: &Mesh, field: &Field, surface: bool) -> Result<Vec<u8>> {
     }
     encode([w, h], channels).map_err(|source| Error::Write {
         path: "lightmap.exr".into(),
+        source,
+    })
+}
+
+/// A value of each texel on the atlas, as EXR of one channel; pixels that belong to no face are 0.
+fn map(mesh: &Mesh, values: &[f32]) -> Result<Vec<u8>> {
+    let values: Vec<Vec4> = values.iter().map(|v| Vec4::splat(*v)).collect();
+    let size = mesh.atlas.map(|n| n as usize);
+    let plane = ("Y".to_owned(), atlas_channel(mesh, &values, 0));
+    encode(size, vec![plane]).map_err(|source| Error::Write {
+        path: "error.exr".into(),
         source,
     })
 }

@@ -43,22 +43,23 @@ pub fn run(mesh: &Mesh, outcome: &Outcome) -> Run {
     let shot: f64 = powers.iter().map(|p| p.element_sum()).sum();
     let taken = if shot > 0.0 { received / shot } else { 0.0 };
     let escaped = escaped(mesh, &powers);
+    let cells = (0..mesh.cells.len()).filter(|k| powers[*k] != DVec3::ZERO);
+    let shots: Vec<Shot> = cells
+        .map(|k| Shot {
+            cell: k as u32,
+            power: powers[k].as_vec3().into(),
+            form_factor_sum: taken as f32,
+            escaped: escaped[k],
+            unshot: unshot as f32,
+        })
+        .collect();
     Run {
-        shots: (0..mesh.cells.len())
-            .filter(|k| powers[*k] != DVec3::ZERO)
-            .map(|k| Shot {
-                cell: k as u32,
-                power: powers[k].as_vec3().into(),
-                form_factor_sum: taken as f32,
-                escaped: escaped[k],
-                unshot: unshot as f32,
-            })
-            .collect(),
         emitted: emitted as f32,
-        converged: true,
+        converged: outcome.spent,
         stagnated: false,
         passes: outcome.passes,
-        shooters: outcome.links,
+        shooters: shots.len() as u64,
+        shots,
         field,
     }
 }

@@ -1,6 +1,7 @@
 //! Coarse receivers with links that are kept: over them light goes round until it is spent.
 
 use crate::hierarchy::block::{Receivers, Spot};
+use crate::hierarchy::cluster::Clusters;
 use crate::hierarchy::light::{Glow, pull_up};
 use crate::hierarchy::link::Link;
 use crate::hierarchy::tree::Tree;
@@ -29,6 +30,7 @@ struct Place {
     /// Its open area, and the share of its area that this is.
     area: f32,
     open: f32,
+    reflectance: Vec3,
 }
 
 /// Coarse nodes, as receivers and as sources.
@@ -44,17 +46,29 @@ pub struct Coarse {
     slot: Vec<u32>,
     /// Nodes beneath them whose glow is asked for.
     beneath: Vec<u32>,
+    /// What is left of each one's light so that no more arrives than is sent.
+    cap: Vec<f32>,
+    /// Whether nodes shine evenly. Where two faces see little but each other, slopes, which reach beyond
+    /// what they are drawn through, may send more than there is.
+    pub flat: bool,
 }
 
 impl Coarse {
-    /// Nodes of at most that radius; `area` is the open area of each texel.
-    pub fn new(mesh: &Mesh, tree: &Tree, radius: f32, area: &[f32]) -> Self {
-        let receivers = Receivers::new(mesh, |f| {
-            let nodes = tree.within(f, radius).into_iter();
+    /// Nodes that are `whole`; `area` is the open area of each texel.
+    pub fn new(
+        mesh: &Mesh,
+        tree: &Tree,
+        clusters: &Clusters,
+        whole: impl Fn(u32) -> bool + Sync,
+        area: &[f32],
+    ) -> Self {
+        let receivers = Receivers::new(mesh, &clusters.order, |f| {
+            let nodes = tree.whole(f, &whole).into_iter();
             nodes
                 .map(|k| {
                     let shooter = &tree.nodes[k as usize].shooter;
                     Spot {
+                        face: f as u32,
                         target: k,
                         share: 1.0,
                         corners: shooter.corners,
@@ -65,7 +79,7 @@ impl Coarse {
         });
         let lanes = receivers.blocks.iter();
         let nodes = lanes.flat_map(|block| block.target[..block.count].to_vec());
-        let places: Vec<Place> = nodes.map(|k| Place::new(tree, k, area)).collect();
+        let places: Vec<Place> = nodes.map(|k| Place::new(mesh, tree, k, area)).collect();
         let mut index = vec![NONE; tree.nodes.len()];
         let mut above = Vec::new();
         let mut slot = vec![NONE; tree.nodes.len()];
@@ -84,6 +98,8 @@ impl Coarse {
             slot[*k as usize] = n;
         }
         Self {
+            cap: vec![1.0; places.len()],
+            flat: false,
             receivers,
             places,
             index,
@@ -101,9 +117,18 @@ impl Coarse {
     /// From now on the glow of whatever `kept` links come from is asked for.
     pub fn serve(&mut self, kept: &[Vec<Kept>]) {
         let nodes = kept.iter().flatten().map(|kept| kept.node);
-        self.beneath = nodes.filter(|k| self.slot[*k as usize] == NONE).collect();
+        let beneath = |k: &u32| self.slot.get(*k as usize) == Some(&NONE);
+        self.beneath = nodes.filter(beneath).collect();
         self.beneath.sort_unstable();
         self.beneath.dedup();
+    }
+
+    /// `sums` are what arrives where everything shines 1 W/m²: no more than that is let in.
+    pub fn close(&mut self, sums: &[[Lane; 3]]) {
+        let received = self.received(sums);
+        for (cap, received) in self.cap.iter_mut().zip(received) {
+            *cap = 1.0 / received.max_element().max(1.0);
+        }
     }
 
     /// What the nodes receive where they are open, as `sums` of the blocks' lanes have it.
@@ -112,16 +137,16 @@ impl Coarse {
         let lanes = blocks.flat_map(|(block, sums)| {
             (0..block.count).map(|l| Vec3::new(sums[0][l], sums[1][l], sums[2][l]))
         });
-        let share = |(h, place): (Vec3, &Place)| h / place.open.max(LEAST_OPEN);
-        lanes.zip(&self.places).map(share).collect()
+        let places = self.places.iter().zip(&self.cap);
+        let share =
+            |(h, (place, cap)): (Vec3, (&Place, &f32))| h * *cap / place.open.max(LEAST_OPEN);
+        lanes.zip(places).map(share).collect()
     }
 
-    /// The product with what `of_face` has of each node's face.
-    pub fn times(&self, tree: &Tree, values: &[Vec3], of_face: impl Fn(u32) -> Vec3) -> Vec<Vec3> {
-        let places = values.iter().zip(&self.places);
-        places
-            .map(|(v, place)| *v * of_face(tree.nodes[place.node as usize].face))
-            .collect()
+    /// What the nodes reflect of what they receive.
+    pub fn reflected(&self, received: &[Vec3]) -> Vec<Vec3> {
+        let places = received.iter().zip(&self.places);
+        places.map(|(h, place)| *h * place.reflectance).collect()
     }
 
     /// Σ |v| A over the nodes' open area, of the channel that has most.
@@ -143,6 +168,11 @@ impl Coarse {
         for place in &self.places {
             let parent = tree.nodes[place.node as usize].parent;
             glows[place.node as usize].slope = glows[parent as usize].slope;
+        }
+        if self.flat {
+            for k in &self.above {
+                glows[*k as usize].slope = [Vec3::ZERO; 2];
+            }
         }
         for k in &self.beneath {
             let node = &tree.nodes[*k as usize];
@@ -183,12 +213,13 @@ impl Coarse {
 }
 
 impl Place {
-    fn new(tree: &Tree, node: u32, area: &[f32]) -> Self {
+    fn new(mesh: &Mesh, tree: &Tree, node: u32, area: &[f32]) -> Self {
         let leaves = tree.leaves(node).iter();
         let open: f32 = leaves.map(|leaf| area[leaf.texel as usize]).sum();
         let all = tree.nodes[node as usize].shooter.area;
         Self {
             node,
+            reflectance: tree.reflectance(mesh, node),
             area: open,
             open: if all > 0.0 {
                 (open / all).min(1.0)

@@ -8,6 +8,7 @@ use crate::matrix::open::Element;
 use crate::rows::lanes::Lane;
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Nodes with which it begins are no larger (the mesh is two units wide at most).
 const FIRST: f32 = 0.18;
@@ -16,6 +17,7 @@ const EVEN: f32 = 4.0;
 
 /// Where bodies stand: texels of which a part is covered, or all.
 pub struct Feet {
+    /// By node.
     spots: HashMap<u32, Vec<Spot>>,
     /// Nodes that hold such a texel.
     cut: Vec<bool>,
@@ -24,20 +26,28 @@ pub struct Feet {
 impl Feet {
     /// Of the texels' open parts.
     pub fn new(tree: &Tree, feet: &[(u32, Element)]) -> Self {
-        let spots: HashMap<u32, Vec<Spot>> = feet.iter().map(|(k, e)| (*k, spots(*k, e))).collect();
+        let elements: HashMap<u32, &Element> = feet.iter().map(|(k, e)| (*k, e)).collect();
+        let mut of_node = HashMap::with_capacity(feet.len());
         let mut cut = vec![false; tree.nodes.len()];
         for leaf in &tree.leaves {
+            let Some(element) = elements.get(&leaf.texel) else {
+                continue;
+            };
             let mut k = leaf.node as usize;
-            while spots.contains_key(&leaf.texel) && !cut[k] {
+            of_node.insert(leaf.node, spots(tree, leaf.node, element));
+            while !cut[k] {
                 cut[k] = true;
                 k = tree.nodes[k].parent as usize;
             }
         }
-        Self { spots, cut }
+        Self {
+            spots: of_node,
+            cut,
+        }
     }
 }
 
-fn spots(texel: u32, element: &Element) -> Vec<Spot> {
+fn spots(tree: &Tree, node: u32, element: &Element) -> Vec<Spot> {
     let quads = element.patches.iter().flat_map(|patch| {
         let centre = patch.centre.as_vec3();
         let quads = patch.polygon.quads();
@@ -48,7 +58,8 @@ fn spots(texel: u32, element: &Element) -> Vec<Spot> {
             let [a, b, c, d] = corners;
             let area = (c - a).cross(d - b).length() * 0.5;
             Spot {
-                target: texel,
+                face: tree.nodes[node as usize].face,
+                target: node,
                 share: (area / element.area as f32).min(1.0),
                 corners,
                 centre,
@@ -64,6 +75,32 @@ pub struct Lit {
     pub sums: [Lane; 3],
     /// Whether its spots may differ by much.
     pub edge: bool,
+}
+
+/// Who receives.
+pub struct Receiving {
+    /// These faces.
+    pub faces: Range<usize>,
+    /// First nodes of at most this radius.
+    pub first: f32,
+}
+
+impl Receiving {
+    /// The texels of `faces`.
+    pub fn on(faces: Range<usize>) -> Self {
+        Self {
+            faces,
+            first: FIRST,
+        }
+    }
+
+    /// What varies within a ball of `radius` is not passed over.
+    pub fn near(self, radius: f32) -> Self {
+        Self {
+            first: self.first.min(radius),
+            ..self
+        }
+    }
 }
 
 /// The way down.
@@ -83,15 +120,19 @@ pub struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    /// To `texels` texels, each face by itself.
+    /// To `texels` texels, each face of `receiving` by itself.
     pub fn new(
         tree: &'a Tree,
         feet: &'a Feet,
         scale: &'a dyn Fn(u32) -> Vec3,
         threshold: f32,
+        receiving: &Receiving,
         texels: usize,
     ) -> Self {
-        let faces = 0..tree.roots.len();
+        let within = |f: usize| match receiving.faces.contains(&f) {
+            true => tree.within(f, receiving.first),
+            false => Vec::new(),
+        };
         Self {
             tree,
             feet,
@@ -99,7 +140,7 @@ impl<'a> Descent<'a> {
             threshold,
             value: vec![Vec3::ZERO; tree.nodes.len()],
             edge: vec![false; tree.nodes.len()],
-            parents: faces.map(|f| tree.within(f, FIRST)).collect(),
+            parents: (0..tree.roots.len()).map(within).collect(),
             begun: false,
             texels: vec![Vec3::ZERO; texels],
         }
@@ -116,7 +157,7 @@ impl<'a> Descent<'a> {
     }
 
     /// What receives of node `p`: first itself, then its parts.
-    fn parts(&self, p: u32) -> std::ops::Range<u32> {
+    fn parts(&self, p: u32) -> Range<u32> {
         if self.begun {
             self.tree.nodes[p as usize].children.clone()
         } else {
@@ -126,15 +167,11 @@ impl<'a> Descent<'a> {
 
     fn of_node(&self, k: u32) -> Vec<Spot> {
         let node = &self.tree.nodes[k as usize];
-        if node.children.is_empty()
-            && let Some(spots) = self.feet.spots.get(&self.tree.leaves(k)[0].texel)
-        {
-            return spots
-                .iter()
-                .map(|spot| Spot { target: k, ..*spot })
-                .collect();
+        if let Some(spots) = self.feet.spots.get(&k) {
+            return spots.clone();
         }
         vec![Spot {
+            face: node.face,
             target: k,
             share: 1.0,
             corners: node.shooter.corners,
@@ -188,8 +225,12 @@ impl<'a> Descent<'a> {
         if shadow || self.feet.cut[p as usize] || parts.is_empty() {
             return false;
         }
-        let beside = self.tree.nodes[node.parent as usize].children.clone();
-        let known = beside.contains(&p) && beside.clone().all(|k| self.has(k));
+        // A whole face has no neighbours that tell: its parts may be alike and theirs not.
+        if node.level == 0 {
+            return false;
+        }
+        let mut beside = self.tree.nodes[node.parent as usize].children.clone();
+        let known = beside.all(|k| self.has(k));
         let slope = if known {
             self.slope(node.parent)
         } else {
@@ -223,7 +264,11 @@ impl<'a> Descent<'a> {
             for leaf in self.tree.leaves(k) {
                 let d =
                     self.tree.nodes[leaf.node as usize].place - self.tree.nodes[k as usize].place;
-                self.texels[leaf.texel as usize] = (value + along(slope, d)).max(Vec3::ZERO);
+                let sloped = value + along(slope, d);
+                // Of what was taken away the sign is the other one.
+                let light = value.cmpge(Vec3::ZERO);
+                let (lit, taken) = (sloped.max(Vec3::ZERO), sloped.min(Vec3::ZERO));
+                self.texels[leaf.texel as usize] = Vec3::select(light, lit, taken);
             }
         }
     }

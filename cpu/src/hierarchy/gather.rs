@@ -2,73 +2,54 @@
 //! rays, leave out is below a threshold at the block.
 
 use crate::hierarchy::block::Block;
+use crate::hierarchy::choice::{Choice, places, through};
+use crate::hierarchy::cluster::Part;
+use crate::hierarchy::cluster_link::Group;
 use crate::hierarchy::light::Glow;
-use crate::hierarchy::link::{Bounds, Factors, Found, Link, Open, Pair, Sampled, Stops};
-use crate::hierarchy::tree::{Node, Tree};
-use crate::occlusion::occluders::Occluders;
+use crate::hierarchy::link::{Bounds, Factors, Known, Link, Open, Pair, Sampled, Stops};
+use crate::hierarchy::question::Question;
+use crate::hierarchy::tree::Node;
+use crate::hierarchy::world::{Thresholds, What, World};
 use crate::occlusion::polygon::Polygon;
 use crate::occlusion::shaft::Shaft;
 use crate::rows::candidates::MOST;
 use crate::rows::receivers::{Frame, Receiver};
 use crate::rows::shadow::{Shadow, shadow};
-use common::constants::CONTACT;
+use common::constants::{CONTACT, EDGE, ROOTS};
 use common::mesh::Mesh;
-use common::rays::Rays;
+use common::rays::Sight;
 use glam::{Vec2, Vec3};
-use pulp::Arch;
+use std::borrow::Cow;
 
-/// The scene, and what is asked of it.
-pub struct World<'a> {
-    /// Faces.
-    pub mesh: &'a Mesh,
-    /// What shoots.
-    pub tree: &'a Tree,
-    /// All faces, for rays.
-    pub rays: &'a Rays,
-    /// All faces, for shadows.
-    pub occluders: &'a Occluders,
-    /// The widest registers.
-    pub arch: Arch,
-}
+/// The faces of a cluster look no farther aside than by the angle of this cosine.
+const CONE: f32 = 0.5;
 
-/// What a link may leave out, of the RMS of the reflected light.
-#[derive(Clone, Copy, Debug)]
-pub struct Thresholds {
-    /// By how a node's light varies.
-    pub source: f32,
-    /// By what stands between.
-    pub visibility: f32,
-    /// By a spot's size.
-    pub near: f32,
-}
+/// A cluster of fewer faces does not pay where shafts tell what is between.
+const FACES: usize = 16;
 
-/// Samples of what is partly hidden: first, and at most where a node can be cut and where not.
-const SAMPLES: [u32; 3] = [4, 16, 64];
-/// So few questions do not pay for a shaft.
-const WORTH: usize = 64;
-
-/// What shines on a face's blocks.
+/// What shines on some blocks.
 pub struct Gather<'a> {
     world: &'a World<'a>,
+    what: What<'a>,
     glow: &'a [Glow],
-    scale: Vec3,
     thresholds: Thresholds,
     blocks: &'a [Block],
+    /// By block.
+    scale: Vec<Vec3>,
+    /// Where all lie on one face.
+    own: Option<Own>,
+}
+
+/// The face of all blocks, as far as they cover it.
+struct Own {
+    face: u32,
     receiver: Receiver,
 }
 
-/// What may be between a node and the face.
+/// What may be between a node and the blocks.
 enum Between {
     Faces(Vec<u32>),
     Anything,
-}
-
-/// What is done about a node at a block.
-enum Choice {
-    Nothing,
-    Cut,
-    /// And whether a shadow's edge crosses the block.
-    Link(Box<Link>, bool),
 }
 
 /// A link that is made.
@@ -85,69 +66,141 @@ pub struct Made<'a> {
 }
 
 impl<'a> Gather<'a> {
-    /// The `glow` of every node onto `blocks`, which lie on one face; `scale` is the face's reflectance
-    /// over the RMS of the reflected light, by channel.
-    pub fn new(
-        world: &'a World<'a>,
-        glow: &'a [Glow],
-        scale: Vec3,
-        thresholds: Thresholds,
-        blocks: &'a [Block],
-    ) -> Self {
-        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        for block in blocks {
-            low = low.min(block.low);
-            high = high.max(block.high);
-        }
-        let face = &world.mesh.faces[blocks[0].face as usize];
+    /// What is asked for, onto `blocks`.
+    pub fn new(world: &'a World<'a>, question: &Question<'a>, blocks: &'a [Block]) -> Self {
         Self {
             world,
-            glow,
-            scale,
-            thresholds,
+            what: question.what,
+            glow: question.glow,
+            thresholds: question.thresholds,
             blocks,
-            receiver: Receiver {
-                texels: 0..0,
-                blocks: Vec::new(),
-                low,
-                high,
-                frame: Frame::new(face),
-            },
+            scale: blocks.iter().map(|b| question.scale_of(b)).collect(),
+            own: Own::of(world.mesh, blocks),
         }
     }
 
-    fn face(&self) -> usize {
-        self.blocks[0].face as usize
-    }
-
-    /// Every link to the blocks, by source face in the scene's order.
+    /// Every link to the blocks, in the order of the clusters.
     pub fn links(&self, mut take: impl FnMut(Made)) {
         let active: Vec<u32> = (0..self.blocks.len() as u32).collect();
-        let own = &self.world.mesh.faces[self.face()];
-        for (s, root) in self.world.tree.roots.iter().enumerate() {
-            let source = &self.world.mesh.faces[s];
-            if s == self.face() || !own.faces(source) || self.is_dark(*root) {
-                continue;
+        if self.world.clusters.all.is_empty() {
+            return;
+        }
+        self.visit_cluster(0, &active, &mut take);
+    }
+
+    /// The same by rays alone, face by face: block after block, level after level of the trees.
+    pub fn by_rays(&self, mut take: impl FnMut(Made)) {
+        let tree = self.world.tree;
+        for (block, roots) in (0..self.blocks.len())
+            .flat_map(|block| tree.roots.chunks(ROOTS).map(move |roots| (block, roots)))
+        {
+            let mut level = roots.to_vec();
+            while !level.is_empty() {
+                let mut parts = Vec::new();
+                for k in level {
+                    let node = &tree.nodes[k as usize];
+                    if node.shooter.area <= 0.0 || self.is_dark(k) {
+                        continue;
+                    }
+                    match self.choose(k, node, block as u32, &Between::Anything, &[]) {
+                        Choice::Nothing => {}
+                        Choice::Cut => parts.extend(node.children.clone()),
+                        Choice::Link(link, edge) => take(Made {
+                            block,
+                            node: k,
+                            link: &link,
+                            edge,
+                        }),
+                    }
+                }
+                level = parts;
             }
-            self.visit(*root, &active, Between::Anything, &mut take);
         }
     }
 
     fn is_dark(&self, k: u32) -> bool {
         let glow = &self.glow[k as usize];
-        glow.mean == Vec3::ZERO && glow.rest == Vec3::ZERO
+        glow.mean == Vec3::ZERO && glow.slope == [Vec3::ZERO; 2] && glow.rest == Vec3::ZERO
+    }
+
+    /// Of the `active` blocks those at which something can be found of what shines within a ball.
+    fn reached<'b>(&self, active: &'b [u32], ball: (Vec3, f32)) -> Cow<'b, [u32]> {
+        let What::Taken(objects) = self.what else {
+            return Cow::Borrowed(active);
+        };
+        let reached = |b: &&u32| {
+            let block = &self.blocks[**b as usize];
+            objects.between(ball, (block.middle, block.reach))
+        };
+        active.iter().filter(reached).copied().collect()
+    }
+
+    fn visit_cluster(&self, k: u32, active: &[u32], take: &mut impl FnMut(Made)) {
+        let number = self.world.tree.nodes.len() as u32 + k;
+        let cluster = &self.world.clusters.all[k as usize];
+        // What looks everywhere may have no flow and shine all the same.
+        let wide = cluster.cone < CONE;
+        let active = self.reached(active, (cluster.centre, cluster.radius));
+        if !wide && self.is_dark(number) || active.is_empty() {
+            return;
+        }
+        // Exact factors and shadows of a few faces cost less than rays.
+        let few = self.own.is_some() && cluster.faces.len() < FACES;
+        let mut cut = Vec::new();
+        for b in active.iter() {
+            let choice = if wide || few {
+                Choice::Cut
+            } else {
+                self.choose_cluster(k, *b)
+            };
+            match choice {
+                Choice::Nothing => {}
+                Choice::Cut => cut.push(*b),
+                Choice::Link(link, edge) => take(Made {
+                    block: *b as usize,
+                    node: number,
+                    link: &link,
+                    edge,
+                }),
+            }
+        }
+        if cut.is_empty() {
+            return;
+        }
+        for part in cluster.parts {
+            match part {
+                Part::Cluster(c) => self.visit_cluster(c, &cut, take),
+                Part::Face(f) => self.visit_face(f, &cut, take),
+            }
+        }
+    }
+
+    fn visit_face(&self, f: u32, active: &[u32], take: &mut impl FnMut(Made)) {
+        let faces = &self.world.mesh.faces;
+        if let Some(own) = &self.own
+            && (f == own.face || !faces[own.face as usize].faces(&faces[f as usize]))
+        {
+            return;
+        }
+        let root = self.world.tree.roots[f as usize];
+        self.visit(root, active, Between::Anything, take);
     }
 
     fn visit(&self, k: u32, active: &[u32], between: Between, take: &mut impl FnMut(Made)) {
         let node = &self.world.tree.nodes[k as usize];
+        let ball = (node.shooter.centre, node.shooter.radius);
         if node.shooter.area <= 0.0 || self.is_dark(k) || self.is_beneath(node) {
             return;
         }
-        let between = self.between(node, between, active);
+        let active = self.reached(active, ball);
+        let between = self.between(node, between);
+        if self.leaves_all(&between) {
+            return;
+        }
         let shadows = self.shadows(node, &between);
         let mut cut = Vec::new();
-        for b in active {
-            match self.choose(k, node, &self.blocks[*b as usize], &between, &shadows) {
+        for b in active.iter() {
+            match self.choose(k, node, *b, &between, &shadows) {
                 Choice::Nothing => {}
                 Choice::Cut => cut.push(*b),
                 Choice::Link(link, edge) => take(Made {
@@ -171,23 +224,38 @@ impl<'a> Gather<'a> {
         }
     }
 
-    /// Whether no corner is above the face's plane.
+    /// Whether no corner is above the plane of the blocks' face.
     fn is_beneath(&self, node: &Node) -> bool {
-        let plane = self.world.mesh.faces[self.face()].plane;
+        let Some(own) = &self.own else {
+            return false;
+        };
+        let plane = self.world.mesh.faces[own.face as usize].plane;
         let corners = node.shooter.corners.iter();
         corners
             .map(|c| plane.truncate().dot(*c) - plane.w)
             .all(|height| height <= CONTACT)
     }
 
-    /// What is known to be between, or a shaft finds where it pays.
-    fn between(&self, node: &Node, known: Between, active: &[u32]) -> Between {
-        let lanes: usize = active.iter().map(|b| self.blocks[*b as usize].count).sum();
-        if matches!(known, Between::Faces(_)) || lanes * (SAMPLES[0] as usize) < WORTH {
+    /// Whether nothing is between that could take anything.
+    fn leaves_all(&self, between: &Between) -> bool {
+        match (self.what, between) {
+            (What::Taken(_), Between::Faces(faces)) => {
+                !faces.iter().any(|k| self.world.mesh.is_object(*k))
+            }
+            _ => false,
+        }
+    }
+
+    /// What is known to be between, or what a shaft finds.
+    fn between(&self, node: &Node, known: Between) -> Between {
+        let Some(receiver) = &self.own else {
+            return known;
+        };
+        if matches!(known, Between::Faces(_)) {
             return known;
         }
         let [own, other] =
-            [self.face(), node.face as usize].map(|k| &self.world.occluders.faces[k]);
+            [receiver.face, node.face].map(|k| &self.world.occluders.faces[k as usize]);
         let corners = node.shooter.corners.map(|c| c.as_dvec3());
         let count = if node.shooter.corners[2] == node.shooter.corners[3] {
             3
@@ -196,25 +264,20 @@ impl<'a> Gather<'a> {
         };
         let polygon = Polygon::new(&corners[..count]);
         let shaft = Shaft::rays(&polygon, &other.plane, &own.polygon, &own.plane);
-        let mut faces = Vec::new();
-        self.world
-            .occluders
-            .stopping(&shaft, [own.sheet, other.sheet], &mut faces);
-        if faces.len() > MOST {
-            return Between::Anything;
-        }
-        Between::Faces(faces)
+        let ends = [own.sheet, other.sheet];
+        let faces = self.world.occluders.stopping(&shaft, ends, MOST);
+        faces.map_or(Between::Anything, Between::Faces)
     }
 
     fn shadows(&self, node: &Node, between: &Between) -> Vec<(u32, Shadow)> {
-        let Between::Faces(faces) = between else {
+        let (Between::Faces(faces), Some(own)) = (between, &self.own) else {
             return Vec::new();
         };
-        let plane = &self.world.occluders.faces[self.face()].plane;
+        let plane = &self.world.occluders.faces[own.face as usize].plane;
         let mut found = Vec::new();
         for k in faces {
             let polygon = &self.world.occluders.faces[*k as usize].polygon;
-            let shadow = shadow(&node.shooter.corners, polygon, plane, &self.receiver);
+            let shadow = shadow(&node.shooter.corners, polygon, plane, &own.receiver);
             if shadow != Shadow::Nowhere {
                 found.push((*k, shadow));
             }
@@ -226,10 +289,11 @@ impl<'a> Gather<'a> {
         &self,
         k: u32,
         node: &Node,
-        block: &Block,
+        number: u32,
         between: &Between,
         shadows: &[(u32, Shadow)],
     ) -> Choice {
+        let block = &self.blocks[number as usize];
         let pair = Pair {
             mesh: self.world.mesh,
             number: k,
@@ -237,14 +301,14 @@ impl<'a> Gather<'a> {
             block,
         };
         let arch = self.world.arch;
-        let bound = arch.dispatch(Bounds { pair: &pair });
+        let mut bound = arch.dispatch(Bounds { pair: &pair });
         if bound.factor <= 0.0 {
             return Choice::Nothing;
         }
         let glow = &self.glow[k as usize];
-        let share = |light: Vec3| (light.abs() * self.scale).max_element();
-        let (mean, rest) = (share(glow.mean), share(glow.rest));
-        let slope = share(glow.slope[0]).max(share(glow.slope[1])) * node.shooter.radius;
+        let [mean, rest, x, y] =
+            [glow.mean, glow.rest, glow.slope[0], glow.slope[1]].map(|v| self.share(v, number));
+        let slope = x.max(y) * node.shooter.radius;
         let whole = node.children.is_empty();
         let varies = rest * bound.uneven + slope * bound.sloped;
         if varies > self.thresholds.source && !whole {
@@ -258,21 +322,28 @@ impl<'a> Gather<'a> {
                 count += 1;
             }
         }
-        let off = bound.within * (mean + rest) / self.thresholds.near;
-        let places = match off {
-            ..1.0 => 1,
-            1.0..10.0 => 2,
-            10.0..100.0 => 4,
-            _ => 8,
-        };
+        let places = places(bound.within, mean + rest, self.thresholds.near);
         let factors = arch.dispatch(Factors {
             pair: &pair,
             places,
         });
-        let stops = match between {
-            Between::Faces(_) => Stops::Faces(&over[..count]),
-            Between::Anything => Stops::Any(self.world.rays),
+        let most = factors[..block.count].iter().copied().fold(0.0, f32::max);
+        bound.factor = bound.factor.min(EDGE * most);
+        if most <= 0.0 {
+            return Choice::Nothing;
+        }
+        let over = &over[..count];
+        let stops = match (between, self.what) {
+            (Between::Faces(_), What::Light) => Stops::Faces(over),
+            (Between::Anything, What::Light) => Stops::Any(self.world.rays),
+            (Between::Faces(_), What::Taken(_)) => Stops::Kept(over),
+            (Between::Anything, What::Taken(_)) => Stops::Left(self.world.rays),
         };
+        if let Stops::Kept(over) = stops
+            && !over.iter().any(|k| self.world.mesh.is_object(*k))
+        {
+            return Choice::Nothing;
+        }
         if let Stops::Faces([]) = stops {
             let link = arch.dispatch(Open {
                 pair: &pair,
@@ -280,29 +351,74 @@ impl<'a> Gather<'a> {
             });
             return Choice::Link(Box::new(link), false);
         }
+        let mut known = Known::default();
         let sampled = |samples| {
             arch.dispatch(Sampled {
                 pair: &pair,
                 factors,
                 stops,
                 samples,
+                known: &mut known,
             })
         };
-        let first: Found = sampled(SAMPLES[0]);
-        let spread = (first.seen * (1.0 - first.seen)).max(0.0).sqrt().max(0.125);
-        let doubt = bound.factor * (mean + rest) * spread * 0.5 / self.thresholds.visibility;
-        let hides = bound.factor * rest * spread / self.thresholds.source;
-        let mixed = (first.seen * (1.0 - first.seen)).max(0.0).sqrt();
-        let edge = bound.factor * (mean + rest) * mixed > self.thresholds.source;
-        // What S stratified samples leave falls as S^(−3/4).
-        let needed = doubt.max(0.0).powf(4.0 / 3.0);
-        if needed <= SAMPLES[0] as f32 && (hides <= 1.0 || whole) {
-            return Choice::Link(Box::new(first.link), edge);
+        through(&bound, [mean, rest], whole, self.thresholds, sampled)
+    }
+
+    fn choose_cluster(&self, k: u32, number: u32) -> Choice {
+        let group = Group {
+            mesh: self.world.mesh,
+            tree: self.world.tree,
+            clusters: self.world.clusters,
+            rays: self.world.rays,
+            number: k,
+            block: &self.blocks[number as usize],
+            passes: match self.what {
+                What::Light => Sight::Clear,
+                What::Taken(_) => Sight::Hidden,
+            },
+        };
+        let bound = group.bound();
+        if bound.factor <= 0.0 {
+            return Choice::Nothing;
         }
-        if !whole && (hides > 1.0 || needed > SAMPLES[1] as f32) {
+        let glow = &self.glow[self.world.tree.nodes.len() + k as usize];
+        // Within the cone the flow is half of what the faces shine, or more.
+        let flow = [glow.mean, glow.slope[0], glow.slope[1]].map(|v| v * v);
+        let mean = self.share((flow[0] + flow[1] + flow[2]).map(f32::sqrt), number) / CONE;
+        let rest = self.share(glow.rest, number);
+        if rest * bound.uneven + mean * bound.sloped > self.thresholds.source {
             return Choice::Cut;
         }
-        let samples = (needed.ceil() as u32).clamp(SAMPLES[0], SAMPLES[2]);
-        Choice::Link(Box::new(sampled(samples).link), edge)
+        let places = places(bound.within, mean + rest, self.thresholds.near);
+        let mut asked = group.asked(places);
+        let sampled = |samples| asked.sampled(samples);
+        through(&bound, [mean, rest], false, self.thresholds, sampled)
+    }
+
+    /// Of the RMS of the reflected light, what a block would reflect of `light` at F = 1.
+    fn share(&self, light: Vec3, number: u32) -> f32 {
+        (light.abs() * self.scale[number as usize]).max_element()
+    }
+}
+
+impl Own {
+    fn of(mesh: &Mesh, blocks: &[Block]) -> Option<Self> {
+        let face = blocks[0].face()?;
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for block in blocks {
+            if block.face() != Some(face) {
+                return None;
+            }
+            low = low.min(block.low);
+            high = high.max(block.high);
+        }
+        let receiver = Receiver {
+            texels: 0..0,
+            blocks: Vec::new(),
+            low,
+            high,
+            frame: Frame::new(&mesh.faces[face as usize]),
+        };
+        Some(Self { face, receiver })
     }
 }

@@ -13,10 +13,10 @@ use crate::hierarchy::light::Glow;
 use crate::hierarchy::tree::Node;
 use crate::rows::lanes::{Lane, Points, below, form_factors, stop, weights};
 use crate::rows::receivers::LANES;
-use common::constants::{CONTACT, LOW, PI};
+use common::constants::{CONTACT, LOW, PI, SAMPLES};
 use common::form_factor::{FormFactor, Shooter};
 use common::intersect::touches;
-use common::mesh::{Mesh, MeshFace};
+use common::mesh::Mesh;
 use common::rays::{Rays, Sight};
 use common::sampling::{cell_uv, outline_point};
 use glam::Vec3;
@@ -51,6 +51,10 @@ pub enum Stops<'a> {
     Faces(&'a [u32]),
     /// Whatever a ray finds.
     Any(&'a Rays),
+    /// All but what objects take, of these faces: the link is of what the room alone would see, and they hide.
+    Kept(&'a [u32]),
+    /// The same, of whatever a ray finds.
+    Left(&'a Rays),
 }
 
 /// A node and a block that it shines on.
@@ -90,30 +94,53 @@ impl NullaryFnOnce for Bounds<'_> {
     #[inline(always)]
     fn call(self) -> Bound {
         let (shooter, block) = (&self.pair.node.shooter, self.pair.block);
-        let normal = self.pair.receiver().normal;
         let points = block.centres();
-        let [mut factors, mut ratios, mut sizes] = [[0.0; LANES]; 3];
+        let [mut factors, mut kernels, mut ratios, mut within] = [[0.0; LANES]; 4];
         for l in 0..LANES {
             let d = points.at(l) - shooter.centre;
             let r = d.dot(d).sqrt().max(1e-6);
-            let leaves = ((shooter.normal.dot(d) + block.radius) / r).clamp(0.0, 1.0);
-            let arrives = ((shooter.radius - normal.dot(d)) / r).clamp(0.0, 1.0);
-            let factor = (shooter.area * leaves * arrives / (PI * r * r)).min(1.0);
+            let normal = block.normal(l);
+            // Of neighbours that are nearly coplanar radii would tell nothing: the highest corners do.
+            let corners = (0..4).map(|k| shooter.normal.dot(block.corner(k, l) - shooter.centre));
+            let out = corners.fold(0.0, f32::max);
+            let corners = shooter.corners.map(|c| normal.dot(c - points.at(l)));
+            let up = corners.into_iter().fold(0.0, f32::max);
+            let nearest = (r - 0.5 * (shooter.radius + block.radius)).max(0.5 * r);
+            factors[l] = disc_at(shooter.area, above(out), above(up), nearest);
+            // But how light varies is told by where the cosines may be.
+            let out = shooter.normal.dot(d) + block.radius;
+            let up = shooter.radius - normal.dot(d);
+            kernels[l] = disc_at(shooter.area, out, up, r);
             let ratio = (shooter.radius / r).min(1.0);
             let gap = (r - shooter.radius).max(block.radius);
             let size = block.radius / gap;
-            factors[l] = factor;
             ratios[l] = ratio;
-            sizes[l] = size;
+            // Where the node is beside the spot's centre, but above a part of it, the centre tells nothing.
+            let over = r < shooter.radius + block.radius;
+            let most = if over { kernels[l] } else { factors[l] };
+            within[l] = most.max(factors[l]) * size * size * 0.5;
         }
         let most = |part: &dyn Fn(usize) -> f32| (0..LANES).map(part).fold(0.0, f32::max);
         Bound {
             factor: most(&|l| factors[l]),
-            uneven: most(&|l| factors[l] * ratios[l]),
-            sloped: most(&|l| factors[l] * ratios[l] * ratios[l]),
-            within: most(&|l| factors[l] * sizes[l] * sizes[l] * 0.5),
+            uneven: most(&|l| kernels[l] * ratios[l]),
+            sloped: most(&|l| kernels[l] * ratios[l] * ratios[l]),
+            within: most(&|l| within[l]),
         }
     }
+}
+
+/// F at a distance, of what leaves and arrives so high above the planes.
+#[inline(always)]
+fn disc_at(area: f32, out: f32, up: f32, distance: f32) -> f32 {
+    let [leaves, arrives] = [out, up].map(|height| (height / distance).clamp(0.0, 1.0));
+    (area * leaves * arrives / (PI * distance * distance)).min(1.0)
+}
+
+/// A height above a plane, if what only touches it has none.
+#[inline(always)]
+fn above(height: f32) -> f32 {
+    if height > CONTACT { height } else { 0.0 }
 }
 
 /// F of a pair.
@@ -130,7 +157,7 @@ impl NullaryFnOnce for Factors<'_> {
     #[inline(always)]
     fn call(self) -> Lane {
         let pair = self.pair;
-        let above = pair.above();
+        let above = pair.is_above();
         if self.places == 1 {
             return pair.factors(&pair.block.centres(), above);
         }
@@ -147,13 +174,12 @@ impl NullaryFnOnce for Factors<'_> {
 }
 
 impl Pair<'_> {
-    fn receiver(&self) -> &MeshFace {
-        &self.mesh.faces[self.block.face as usize]
-    }
-
     /// Whether the node lies above the horizon of every spot, well enough to sum it plainly.
-    fn above(&self) -> bool {
-        let plane = self.receiver().plane;
+    fn is_above(&self) -> bool {
+        let Some(face) = self.block.face() else {
+            return false;
+        };
+        let plane = self.mesh.faces[face as usize].plane;
         let shooter = &self.node.shooter;
         let heights = shooter.corners.map(|c| plane.truncate().dot(c) - plane.w);
         let lowest = heights.into_iter().fold(f32::INFINITY, f32::min);
@@ -172,7 +198,7 @@ impl Pair<'_> {
             &self.node.shooter,
             above,
             points,
-            self.receiver().normal,
+            |l| self.block.normal(l),
             &area,
         )
     }
@@ -194,7 +220,6 @@ impl NullaryFnOnce for Open<'_> {
         let (pair, node) = (self.pair, self.pair.node);
         let source = &pair.mesh.faces[node.face as usize];
         let (tangent, bitangent) = (source.tangent, source.normal.cross(source.tangent));
-        let normal = pair.receiver().normal;
         let points = pair.block.centres();
         let [xx, yy, xy] = node.spread;
         let most = 0.5 * node.shooter.radius;
@@ -204,6 +229,7 @@ impl NullaryFnOnce for Open<'_> {
         };
         for l in 0..LANES {
             let d = points.at(l) - node.shooter.centre;
+            let normal = pair.block.normal(l);
             let height = (-normal.dot(d)).max(1e-6);
             let gradient = normal / height + d * (4.0 / d.dot(d).max(1e-12));
             let (gx, gy) = (gradient.dot(tangent), gradient.dot(bitangent));
@@ -226,6 +252,27 @@ pub struct Sampled<'a> {
     pub stops: Stops<'a>,
     /// Pairs of points a spot.
     pub samples: u32,
+    /// Which of them are known to be stopped: the first ones are the same however many there are.
+    pub known: &'a mut Known,
+}
+
+/// Pairs of points at most.
+const MOST_SAMPLES: usize = SAMPLES[3] as usize;
+
+/// Which lanes are stopped, for each of the first pairs of points.
+#[derive(Clone, Copy)]
+pub struct Known {
+    stopped: [[bool; LANES]; MOST_SAMPLES],
+    count: u32,
+}
+
+impl Default for Known {
+    fn default() -> Self {
+        Self {
+            stopped: [[false; LANES]; MOST_SAMPLES],
+            count: 0,
+        }
+    }
 }
 
 /// A link from samples.
@@ -244,7 +291,7 @@ impl NullaryFnOnce for Sampled<'_> {
         let (pair, node) = (self.pair, self.pair.node);
         let source = &pair.mesh.faces[node.face as usize];
         let (tangent, bitangent) = (source.tangent, source.normal.cross(source.tangent));
-        let normal = pair.receiver().normal;
+        let normal = |l| pair.block.normal(l);
         let part = node.shooter.area / self.samples as f32;
         let (mut seen, mut all) = ([0.0; LANES], [0.0; LANES]);
         let mut along = [[0.0; LANES]; 2];
@@ -257,8 +304,13 @@ impl NullaryFnOnce for Sampled<'_> {
             };
             let points = pair.block.sampled(s, pair.number);
             let g = weights(&shooter, &points, normal, (part, own), &self.factors);
-            let mut stopped = self.stopped(q, &points, &g);
-            below(&points, normal, q, &mut stopped);
+            if s >= self.known.count {
+                let mut stopped = self.stopped(q, &points, &g);
+                below(&points, normal, q, &mut stopped);
+                self.known.stopped[s as usize] = stopped;
+                self.known.count = s + 1;
+            }
+            let stopped = self.known.stopped[s as usize];
             let offset = q - node.shooter.centre;
             let (x, y) = (offset.dot(tangent), offset.dot(bitangent));
             for l in 0..LANES {
@@ -293,6 +345,24 @@ impl NullaryFnOnce for Sampled<'_> {
 }
 
 impl Sampled<'_> {
+    /// Stopped is what rays find to be another sight than `passes`.
+    #[inline(always)]
+    fn asked(
+        &self,
+        rays: &Rays,
+        passes: Sight,
+        q: Vec3,
+        points: &Points,
+        g: &Lane,
+        stopped: &mut [bool; LANES],
+    ) {
+        let through = passes == Sight::Hidden;
+        for l in 0..self.pair.block.count {
+            let ends = [self.pair.node.face, self.pair.block.faces[l]];
+            stopped[l] = g[l] > 0.0 && rays.sight(q, points.at(l), ends, through) != passes;
+        }
+    }
+
     #[inline(always)]
     fn stopped(&self, q: Vec3, points: &Points, g: &Lane) -> [bool; LANES] {
         let mut stopped = [false; LANES];
@@ -305,11 +375,22 @@ impl Sampled<'_> {
                     }
                 }
             }
-            Stops::Any(rays) => {
-                let ends = [self.pair.node.face, self.pair.block.face];
-                for l in 0..self.pair.block.count {
-                    stopped[l] =
-                        g[l] > 0.0 && rays.sight(q, points.at(l), ends, false) != Sight::Clear;
+            Stops::Any(rays) => self.asked(rays, Sight::Clear, q, points, g, &mut stopped),
+            Stops::Left(rays) => self.asked(rays, Sight::Hidden, q, points, g, &mut stopped),
+            Stops::Kept(faces) => {
+                let (mut room, mut objects) = ([false; LANES], [false; LANES]);
+                for k in faces {
+                    let face = &self.pair.mesh.faces[*k as usize];
+                    let own = match self.pair.mesh.is_object(*k) {
+                        true => &mut objects,
+                        false => &mut room,
+                    };
+                    if !touches(face, q) {
+                        stop(face, q, points, own);
+                    }
+                }
+                for l in 0..LANES {
+                    stopped[l] = room[l] || !objects[l];
                 }
             }
         }

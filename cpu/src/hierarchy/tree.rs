@@ -111,14 +111,29 @@ impl Tree {
         &self.leaves[range.start as usize..range.end as usize]
     }
 
+    /// The mean ρ of node `k`.
+    pub fn reflectance(&self, mesh: &Mesh, k: u32) -> Vec3 {
+        let leaves = self.leaves(k).iter();
+        let rhos = leaves.map(|leaf| mesh.texels[leaf.texel as usize].reflectance);
+        let first = mesh.texels[self.leaves(k)[0].texel as usize].reflectance;
+        // Most faces have one: then it is exactly that. A node's texels are of one size.
+        let off: Vec3 = rhos.map(|rho| rho - first).sum();
+        first + off / self.leaves(k).len() as f32
+    }
+
     /// The largest nodes of face `f` that are no larger than `radius` or have no parts; neighbours
     /// follow each other.
     pub fn within(&self, f: usize, radius: f32) -> Vec<u32> {
+        self.whole(f, |k| self.nodes[k as usize].shooter.radius <= radius)
+    }
+
+    /// The largest nodes of face `f` that are `whole` or have no parts; neighbours follow each other.
+    pub fn whole(&self, f: usize, whole: impl Fn(u32) -> bool) -> Vec<u32> {
         let mut found = Vec::new();
         let mut stack = vec![self.roots[f]];
         while let Some(k) = stack.pop() {
             let node = &self.nodes[k as usize];
-            if node.shooter.radius <= radius || node.children.is_empty() {
+            if node.children.is_empty() || whole(k) {
                 found.push(k);
             } else {
                 stack.extend(node.children.clone().rev());

@@ -5,13 +5,14 @@ use crate::occlusion::polygon::{Plane, Polygon};
 use crate::occlusion::shaft::{Shaft, TOUCH, WIDER};
 use common::mesh::Mesh;
 use common::scene::Scene;
-use glam::{DVec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
+use std::cell::{Cell, RefCell};
 
 /// A face, one-sided for light, opaque from both sides.
 pub struct Occluder {
@@ -52,11 +53,21 @@ impl Occluders {
                     }
                 })
                 .collect(),
+            |_| true,
         )
     }
 
     /// The faces as the solvers have them.
     pub fn rounded(mesh: &Mesh) -> Self {
+        Self::some(mesh, |_| true)
+    }
+
+    /// The same of what was put into a room.
+    pub fn objects(mesh: &Mesh) -> Self {
+        Self::some(mesh, |k| mesh.is_object(k))
+    }
+
+    fn some(mesh: &Mesh, blocks: impl Fn(u32) -> bool) -> Self {
         Self::of(
             mesh,
             mesh.faces
@@ -78,14 +89,15 @@ impl Occluders {
                     }
                 })
                 .collect(),
+            blocks,
         )
     }
 
     /// What lies under another front as a whole blocks nothing that this one does not.
-    fn of(mesh: &Mesh, faces: Vec<Occluder>) -> Self {
+    fn of(mesh: &Mesh, faces: Vec<Occluder>, which: impl Fn(u32) -> bool) -> Self {
         let blocks = |k: usize| faces[k].plane.normal != DVec3::ZERO && !mesh.faces[k].is_buried();
         let index: Vec<u32> = (0..faces.len() as u32)
-            .filter(|k| blocks(*k as usize))
+            .filter(|k| which(*k) && blocks(*k as usize))
             .collect();
         let boxes: Vec<Aabb> = index
             .iter()
@@ -100,16 +112,34 @@ impl Occluders {
 
     /// Appends the faces that enter `shaft`, but for the sheets of its ends.
     pub fn entering(&self, shaft: &Shaft, ends: [u32; 2], found: &mut Vec<u32>) {
-        self.walk(shaft, TOUCH, found, |face| {
-            !ends.contains(&face.sheet) && !shaft.misses(&face.polygon, &face.plane)
+        let outside = |aabb: &Aabb| shaft.misses_box(wide(aabb.min), wide(aabb.max), TOUCH);
+        self.visit(outside, |k| {
+            let face = &self.faces[k as usize];
+            if !ends.contains(&face.sheet) && !shaft.misses(&face.polygon, &face.plane) {
+                found.push(k);
+            }
         });
+        // The tree's order is no property of the scene.
+        found.sort_unstable();
     }
 
-    /// Appends the faces that may stop a ray in `shaft`, but for the sheets of its ends.
-    pub fn stopping(&self, shaft: &Shaft, ends: [u32; 2], found: &mut Vec<u32>) {
-        self.walk(shaft, -WIDER, found, |face| {
-            !ends.contains(&face.sheet) && !shaft.clears(&face.polygon, &face.plane)
+    /// The faces that may stop a ray in `shaft`, but for the sheets of its ends; none where they are more than
+    /// `most`.
+    pub fn stopping(&self, shaft: &Shaft, ends: [u32; 2], most: usize) -> Option<Vec<u32>> {
+        let found = RefCell::new(Vec::new());
+        let outside = |aabb: &Aabb| {
+            found.borrow().len() > most || shaft.misses_box(wide(aabb.min), wide(aabb.max), -WIDER)
+        };
+        self.visit(outside, |k| {
+            let face = &self.faces[k as usize];
+            if !ends.contains(&face.sheet) && !shaft.clears(&face.polygon, &face.plane) {
+                found.borrow_mut().push(k);
+            }
         });
+        let mut found = found.into_inner();
+        // The tree's order is no property of the scene.
+        found.sort_unstable();
+        (found.len() <= most).then_some(found)
     }
 
     /// The faces whose boxes meet that of `polygon`, by number.
@@ -127,21 +157,16 @@ impl Occluders {
         found
     }
 
-    fn walk(
-        &self,
-        shaft: &Shaft,
-        touch: f64,
-        found: &mut Vec<u32>,
-        enters: impl Fn(&Occluder) -> bool,
-    ) {
-        let outside = |aabb: &Aabb| shaft.misses_box(wide(aabb.min), wide(aabb.max), touch);
-        self.visit(outside, |k| {
-            if enters(&self.faces[k as usize]) {
-                found.push(k);
-            }
-        });
-        // The tree's order is no property of the scene.
-        found.sort_unstable();
+    /// Whether a face may lie between two balls, given by centre and radius.
+    pub fn between(&self, from: (Vec3, f32), to: (Vec3, f32)) -> bool {
+        let found = Cell::new(false);
+        let outside = |aabb: &Aabb| {
+            let centre = (aabb.min + aabb.max) * 0.5;
+            let radius = (aabb.max - aabb.min).length() * 0.5;
+            found.get() || beside(from, to, centre.into()) > radius
+        };
+        self.visit(outside, |_| found.set(true));
+        found.get()
     }
 
     /// Every face whose boxes do not lie `outside`, and perhaps more.
@@ -172,6 +197,25 @@ impl Occluders {
             shaft.hidden_by(&face.polygon, &face.plane)
         })
     }
+}
+
+/// How far `p` lies outside the hull of two balls.
+fn beside((a, r): (Vec3, f32), (b, s): (Vec3, f32), p: Vec3) -> f32 {
+    let (way, to) = (b - a, p - a);
+    let length = way.length();
+    // The least of |p − a − t·way/length| − radius(t), which is convex.
+    let growth = (s - r) / length.max(1e-12);
+    let at = if growth.abs() < 1.0 {
+        let along = to.dot(way) / length;
+        let aside = (to.length_squared() - along * along).max(0.0).sqrt();
+        along + aside * growth / (1.0 - growth * growth).sqrt()
+    } else if growth > 0.0 {
+        length
+    } else {
+        0.0
+    };
+    let t = (at / length.max(1e-12)).clamp(0.0, 1.0);
+    p.distance(a + way * t) - (r + (s - r) * t)
 }
 
 /// [`obvhs::bvh2::builder::build_bvh2`] of any depth: `walk` has a stack that grows.

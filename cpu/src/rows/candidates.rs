@@ -45,10 +45,6 @@ fn between(mesh: &Mesh, occluders: &Occluders, a: u32, b: u32, questions: usize)
         return Between::All;
     }
     let shaft = Shaft::rays(&from.polygon, &from.plane, &to.polygon, &to.plane);
-    let mut faces = Vec::new();
-    occluders.stopping(&shaft, [from.sheet, to.sheet], &mut faces);
-    if faces.len() > MOST {
-        return Between::All;
-    }
-    Between::Faces(faces)
+    let faces = occluders.stopping(&shaft, [from.sheet, to.sheet], MOST);
+    faces.map_or(Between::All, Between::Faces)
 }

@@ -4,8 +4,10 @@
 
 use crate::rows::receivers::{Block, LANES, Receivers};
 use crate::twin::texel_point::point;
-use common::constants::{CONTACT, DEPTH_SCALE, POINT, RAY_REACH};
-use common::form_factor::{FormFactor, Shooter, disc, far, polygon, polygon_above, remote, weight};
+use common::constants::{CONTACT, DEPTH_SCALE, MISS, POINT, RAY_REACH};
+use common::form_factor::{
+    FormFactor, Shooter, disc, far, is_low, polygon, polygon_above, remote, weight,
+};
 use common::intersect::{meet, touches};
 use common::mesh::{MeshFace, TexelKind};
 use common::sampling::{near_uv, texel_uv};
@@ -111,7 +113,7 @@ impl Points {
     }
 }
 
-/// [`common::form_factor::form_factor`] of each lane. `above`: no corner of the shooter's lies
+/// [`common::form_factor::form_factor`] of each lane, whose `normal` is asked for. `above`: no corner of the shooter's lies
 /// below the receiver's horizon, and one well above it.
 #[inline(always)]
 pub fn form_factors(
@@ -119,7 +121,7 @@ pub fn form_factors(
     shooter: &Shooter,
     above: bool,
     points: &Points,
-    normal: Vec3,
+    normal: impl Fn(usize) -> Vec3 + Copy,
     area: &[f32],
 ) -> Lane {
     let mut f = [0.0; LANES];
@@ -127,12 +129,12 @@ pub fn form_factors(
         FormFactor::Polygon => f = lambert(shooter, above, points, normal),
         FormFactor::Disc => {
             for (l, f) in f.iter_mut().enumerate() {
-                *f = point_to_disc(shooter, points.at(l), normal, shooter.area);
+                *f = point_to_disc(shooter, points.at(l), normal(l), shooter.area);
             }
         }
         FormFactor::Paper => {
             for l in 0..LANES {
-                f[l] = point_to_disc(shooter, points.at(l), normal, area[l]);
+                f[l] = point_to_disc(shooter, points.at(l), normal(l), area[l]);
             }
         }
     }
@@ -145,7 +147,12 @@ pub fn form_factors(
 
 /// Lambert's sum, and a point where the shooter is remote.
 #[inline(always)]
-fn lambert(shooter: &Shooter, above: bool, points: &Points, normal: Vec3) -> Lane {
+fn lambert(
+    shooter: &Shooter,
+    above: bool,
+    points: &Points,
+    normal: impl Fn(usize) -> Vec3 + Copy,
+) -> Lane {
     let mut f = [0.0; LANES];
     // Most shooters are nowhere remote: nothing is farther than the mesh's diagonal.
     let remote = if POINT * shooter.radius * DEPTH_SCALE < 1.0 {
@@ -158,7 +165,7 @@ fn lambert(shooter: &Shooter, above: bool, points: &Points, normal: Vec3) -> Lan
     }
     if remote.contains(&true) {
         for (l, f) in f.iter_mut().enumerate() {
-            let point = point_to_disc(shooter, points.at(l), normal, 0.0);
+            let point = point_to_disc(shooter, points.at(l), normal(l), 0.0);
             *f = if remote[l] { point } else { *f };
         }
     }
@@ -166,15 +173,36 @@ fn lambert(shooter: &Shooter, above: bool, points: &Points, normal: Vec3) -> Lan
 }
 
 #[inline(always)]
-fn sum(shooter: &Shooter, above: bool, points: &Points, normal: Vec3) -> Lane {
+fn sum(shooter: &Shooter, above: bool, points: &Points, normal: impl Fn(usize) -> Vec3) -> Lane {
     let mut f = [0.0; LANES];
     if above {
         for (l, f) in f.iter_mut().enumerate() {
-            *f = polygon_above(&shooter.corners, points.at(l), normal, false);
+            *f = polygon_above(&shooter.corners, points.at(l), normal(l), false);
         }
-    } else {
+        return f;
+    }
+    let (mut whole, mut some) = ([false; LANES], [false; LANES]);
+    for l in 0..LANES {
+        let (point, normal) = (points.at(l), normal(l));
+        let heights = shooter.corners.map(|corner| normal.dot(corner - point));
+        let lowest = heights.into_iter().fold(MISS, f32::min);
+        let highest = heights.into_iter().fold(-MISS, f32::max);
+        let front = shooter.normal.dot(point - shooter.centre) > CONTACT;
+        some[l] = front && highest > CONTACT;
+        whole[l] = some[l] && lowest > -CONTACT && !is_low(shooter, point, highest);
+    }
+    if whole.contains(&true) {
         for (l, f) in f.iter_mut().enumerate() {
-            *f = polygon(shooter, points.at(l), normal);
+            *f = polygon_above(&shooter.corners, points.at(l), normal(l), false);
+        }
+    }
+    // The few that are to be clipped, one by one.
+    for (l, f) in f.iter_mut().enumerate() {
+        if !whole[l] {
+            *f = match some[l] {
+                true => polygon(shooter, points.at(l), normal(l)),
+                false => 0.0,
+            };
         }
     }
     f
@@ -216,14 +244,14 @@ pub fn are_far(receivers: &Receivers, first: usize, centre: Vec3, reach: f32) ->
 pub fn weights(
     shooter: &Shooter,
     points: &Points,
-    normal: Vec3,
+    normal: impl Fn(usize) -> Vec3,
     (part, point_weight): (f32, f32),
     f: &Lane,
 ) -> Lane {
     let mut g = [0.0; LANES];
     for l in 0..LANES {
-        let weight =
-            weight(shooter, points.at(l), normal, part, f[l]) * (points.weight[l] * point_weight);
+        let weight = weight(shooter, points.at(l), normal(l), part, f[l])
+            * (points.weight[l] * point_weight);
         let height = shooter.normal.dot(points.at(l) - shooter.centre);
         let dark = (f[l] <= 0.0) | (height <= CONTACT);
         g[l] = if dark { 0.0 } else { weight };
@@ -233,9 +261,14 @@ pub fn weights(
 
 /// Marks the lanes below whose horizon `q` lies.
 #[inline(always)]
-pub fn below(points: &Points, normal: Vec3, q: Vec3, stopped: &mut [bool; LANES]) {
+pub fn below(
+    points: &Points,
+    normal: impl Fn(usize) -> Vec3,
+    q: Vec3,
+    stopped: &mut [bool; LANES],
+) {
     for (l, stopped) in stopped.iter_mut().enumerate() {
-        *stopped |= normal.dot(points.at(l) - q) >= CONTACT;
+        *stopped |= normal(l).dot(points.at(l) - q) >= CONTACT;
     }
 }
 

@@ -275,7 +275,7 @@ impl Rows<'_> {
         block: &Block,
     ) -> [f32; LANES] {
         let area = &self.receivers.area[block.first..block.first + LANES];
-        let normal = pair.target.normal;
+        let normal = |_| pair.target.normal;
         form_factors(
             self.kind,
             shooter,
@@ -290,7 +290,7 @@ impl Rows<'_> {
     #[inline(always)]
     fn sampled(&self, pair: &Pair, block: &Block, f: &Lane, stops: &Stops, links: &mut [f32]) {
         let samples = self.mesh.samples;
-        let normal = pair.target.normal;
+        let normal = |_| pair.target.normal;
         let part = pair.cell.shooter.area / samples as f32;
         let (mut seen, mut all) = ([0.0; LANES], [0.0; LANES]);
         for s in 0..samples {

@@ -8,7 +8,7 @@ fn hash(x: u32) -> u32 {
 
 fn coordinate(s: u32, step: u32, shift: u32) -> f32 {
     let x = (s + 1u) * step + shift;
-    let inside = select(INSIDE_V, INSIDE_U, step == STEP_U);
+    let inside = select(INSIDE_V, INSIDE_U, step == STEP_U || step == STEP_CELL_U);
     return (f32(x >> 22u) + inside) / 1024.0;
 }
 
@@ -16,6 +16,12 @@ fn texel_uv(s: u32, texel: u32, cell: u32) -> vec2f {
     let first = hash(texel ^ hash(cell));
     let second = hash(first);
     return vec2f(coordinate(s, STEP_U, first), coordinate(s, STEP_V, second));
+}
+
+fn cell_uv(s: u32, cell: u32) -> vec2f {
+    let first = hash(cell);
+    let second = hash(first);
+    return vec2f(coordinate(s, STEP_CELL_U, first), coordinate(s, STEP_CELL_V, second));
 }
 
 fn fold(u: f32, v: f32) -> vec2f {

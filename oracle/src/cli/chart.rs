@@ -58,7 +58,7 @@ pub struct Arguments {
     /// Texels per side of a face that are asked for [default: 16, fewer where the matrix can then be the truth; draft 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     texels: Option<u32>,
-    /// A result of the scene taken as the truth [default: the matrix solver's, or else the CPU's at reference quality]
+    /// A result of the scene taken as the truth [default: the matrix solver's, or else the CPU's to 0.2 %]
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
     /// Only these methods [default: all]

@@ -7,6 +7,7 @@ use super::{Outcome, solve};
 use crate::judge::compare::ways::{Ways, judge};
 use crate::judge::comparison::{Comparison, Judged};
 use crate::show::report;
+use crate::solve::solver::Asked;
 use crate::solve::watch::Watch;
 use clap::{Args, Parser};
 use common::form_factor::FormFactor;
@@ -28,6 +29,9 @@ pub struct Arguments {
     /// Where report.html and report.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
+    /// Judge solves until the answer is P per cent off at most, 0.2 to 10, and nothing else
+    #[arg(long, value_name = "P%", value_parser = solve::error, allow_negative_numbers = true)]
+    error: Option<f64>,
     #[command(flatten)]
     common: Common,
 }
@@ -59,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .collect::<Result<_>>()?;
     let ways: Vec<Ways> = scenes
         .iter()
-        .map(|scene| ways(common, scene))
+        .map(|scene| ways(arguments, scene))
         .collect::<Result<_>>()?;
     prepare(&arguments.out)?;
     listen();
@@ -115,24 +119,35 @@ fn lit(path: &Path, scene: Scene) -> Result<Scene> {
 }
 
 /// With an option that says how to solve, that one way. Texels, ε and pixels are asked of any way.
-fn ways(common: &Common, scene: &Scene) -> Result<Ways> {
-    let how = common.quality.is_some()
-        || common.iteration.is_some()
-        || common.visibility.is_some()
-        || common.raster.is_some()
-        || common.lookup.is_some()
-        || common.form_factor.is_some()
-        || common.cells.is_some()
-        || common.samples.is_some()
-        || common.conserve;
+fn ways(arguments: &Arguments, scene: &Scene) -> Result<Ways> {
+    let common = &arguments.common;
+    if arguments.error.is_some() {
+        common.not_for_error()?;
+    }
     // Of many faces the defaults are coarser, in either way.
     let (solve, note) = solve::settings_for(common, scene, true)?;
     if let Some(note) = note {
         say!("note: {}: {note}", scene.name);
     }
-    if how {
-        return Ok(Ways::One(solve, common.given()));
+    let asked = |error| Asked {
+        error,
+        texels: Some(solve.meshing.texels),
+    };
+    // A quality is an error, unless something is asked of shooting.
+    let error = arguments.error.or(common.error());
+    if let (Some(error), true) = (error, arguments.error.is_some() || common.quality.is_some()) {
+        return Ok(Ways::ToError(asked(error), solve));
     }
+    // Of the paper's way too it may be asked when it stops, and how large its item buffer is.
+    let either = Common {
+        epsilon: None,
+        max_shots: None,
+        item_buffer: None,
+        ..common.clone()
+    };
+    let Some(error) = either.error().filter(|_| common.quality.is_none()) else {
+        return Ok(Ways::Shooting(solve));
+    };
     let paper = Settings {
         meshing: Meshing {
             texels: solve.meshing.texels,
@@ -141,7 +156,10 @@ fn ways(common: &Common, scene: &Scene) -> Result<Ways> {
         },
         ..common.settings(Visibility::Drawn(Drawing::DEFAULT), FormFactor::Disc)?
     };
-    Ok(Ways::Both { paper, solve })
+    Ok(Ways::Both {
+        paper,
+        asked: asked(error),
+    })
 }
 
 fn write(arguments: &Arguments, comparisons: &[Judged]) -> Result<()> {
@@ -158,7 +176,12 @@ fn cpu_only(arguments: &Arguments, error: Error) -> Error {
     say!("note: {error}; each scene is only solved, on the CPU");
     for path in &arguments.scenes {
         let name = path.file_stem().unwrap_or(path.as_os_str());
-        if let Err(failure) = solve::on_cpu(path, &arguments.out.join(name), &arguments.common) {
+        if let Err(failure) = solve::on_cpu(
+            path,
+            &arguments.out.join(name),
+            arguments.error,
+            &arguments.common,
+        ) {
             return failure;
         }
     }
@@ -175,10 +198,18 @@ fn summary(judged: &Judged) {
             "THE SOLVERS DISAGREE"
         };
         say!("{name}, {}: {verdict}; {}", c.way.name(), accuracy(c));
+        let (shots, pairs) = match c.asked {
+            Some(asked) => (
+                format!("asked {:.2} %", 100.0 * asked.error),
+                "blocks of links",
+            ),
+            None => (
+                format!("shots {} CPU, {} GPU", c.cpu.shooters, c.gpu.shooters),
+                "facing pairs",
+            ),
+        };
         say!(
-            "  shots {} CPU, {} GPU; lockstep RMS {:.3} %; mismatched {} of {} facing pairs, {} unexplained; {:.1} s CPU, {:.1} s {}",
-            c.cpu.shooters,
-            c.gpu.shooters,
+            "  {shots}; lockstep RMS {:.3} %; mismatched {} of {} {pairs}, {} unexplained; {:.1} s CPU, {:.1} s {}",
             100.0 * c.lockstep_difference.relative_rms,
             c.pairs.mismatched,
             c.pairs.facing,

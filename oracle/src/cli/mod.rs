@@ -1,8 +1,9 @@
-//! The command line: `solve`, `compare`, `relight`, `merge`, `table4`, `diff`, `converge`, `chart`,
-//! `stress`, `plan`, `adapters`; exit codes as in the README.
+//! The command line: `solve`, `compare`, `relight`, `merge`, `table4`, `diff`, `check`, `converge`,
+//! `chart`, `stress`, `plan`, `adapters`; exit codes as in the README.
 
 mod adapters;
 mod chart;
+mod check;
 mod compare;
 mod converge;
 mod diff;
@@ -46,13 +47,15 @@ enum Command {
     /// Solve scenes on CPU and GPU and explain every difference; writes report.html
     Compare(compare::Arguments),
     /// Put objects into a captured room; writes composite.png, report.html and what solve writes
-    Relight(relight::Arguments),
+    Relight(Box<relight::Arguments>),
     /// Merge bracketed photographs of one view into a radiance map; writes radiance.exr, merge.html
     Merge(merge::Arguments),
     /// Repeat the paper's Table 4, its columns beside ours; writes table4.html
     Table4(table4::Arguments),
     /// Compare two results (directories of solve), the second one as the truth; writes diff.html
     Diff(diff::Arguments),
+    /// Judge a result of any origin by its own light, gathered anew; writes check.html
+    Check(check::Arguments),
     /// Measure how the error falls and the time grows with each parameter; writes converge.html
     Converge(converge::Arguments),
     /// Plot speed against accuracy, every method on CPU and GPU; writes chart.html
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Some(Command::Merge(arguments)) => merge::run(&arguments),
         Some(Command::Table4(arguments)) => table4::run(&arguments),
         Some(Command::Diff(arguments)) => diff::run(&arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Converge(arguments)) => converge::run(&arguments),
         Some(Command::Chart(arguments)) => chart::run(&arguments),
         Some(Command::Stress(arguments)) => stress::run(&arguments),

@@ -1,6 +1,6 @@
 //! Options that the commands share.
 
-use crate::solve::Given;
+use crate::solve::solver::{DRAFT, REFERENCE, USUAL};
 use clap::{Args, ValueEnum};
 use common::form_factor::FormFactor;
 use common::import::ImportOptions;
@@ -13,11 +13,11 @@ use common::{Error, Result};
 /// `--quality`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum QualityOption {
-    /// A first look
+    /// A first look: 5 %
     Draft,
-    /// A few per cent
+    /// 1 %
     Normal,
-    /// Refined until the answer settles, about 1 %
+    /// 0.3 %
     Reference,
 }
 
@@ -141,7 +141,7 @@ impl From<IterationOption> for Iteration {
 /// How to read the scene, solve it and talk about it.
 #[derive(Args, Clone)]
 pub struct Common {
-    /// Sets texels, cells, samples and epsilon together; the options below override it [default: normal]
+    /// An error of 5, 1 or 0.3 %; beside an option of shooting, cells, samples and epsilon together [default: normal]
     #[arg(long, value_enum)]
     pub quality: Option<QualityOption>,
     /// Texels per side of a face [default: 16; draft 8; fewer where there are many faces]
@@ -171,7 +171,7 @@ pub struct Common {
     /// Form factor [default: polygon]
     #[arg(long, value_enum)]
     pub form_factor: Option<FormFactorOption>,
-    /// Each face shoots as K×K cells [default: 4; draft 2, reference: raised until the answer settles; fewer where there are many faces]
+    /// Each face shoots as K×K cells [default: 4; draft 2, reference 8; fewer where there are many faces]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub cells: Option<u32>,
     /// Pairs of points by which a texel sees a cell; 1: centre to centre [default: 4; draft 1, reference 16]
@@ -225,16 +225,6 @@ impl Common {
     /// The quality in force.
     pub fn quality(&self) -> Quality {
         self.quality.map_or(Quality::Normal, Into::into)
-    }
-
-    /// The options that a solve must not change.
-    pub fn given(&self) -> Given {
-        Given {
-            visibility: self.visibility.is_some(),
-            form_factor: self.form_factor.is_some(),
-            cells: self.cells.is_some(),
-            samples: self.samples.is_some(),
-        }
     }
 
     /// The settings of `solve`, and of what is done by one.
@@ -334,10 +324,9 @@ impl Common {
         }
     }
 
-    /// Options of shooting, where an error is asked for: it decides what they would.
-    pub fn not_for_error(&self) -> Result<()> {
+    /// The first option of shooting that is given.
+    fn shooting(&self) -> Option<&'static str> {
         let given = [
-            ("--quality", self.quality.is_some()),
             ("--epsilon", self.epsilon.is_some()),
             ("--max-shots", self.max_shots.is_some()),
             ("--iteration", self.iteration.is_some()),
@@ -347,18 +336,33 @@ impl Common {
             ("--item-buffer", self.item_buffer.is_some()),
             ("--lookup", self.lookup.is_some()),
             ("--raster", self.raster.is_some()),
-            (
-                "--visibility",
-                self.visibility.is_some_and(|v| v != VisibilityOption::Rays),
-            ),
-            (
-                "--form-factor",
-                self.form_factor
-                    .is_some_and(|f| f != FormFactorOption::Polygon),
-            ),
+            ("--visibility", self.visibility.is_some()),
+            ("--form-factor", self.form_factor.is_some()),
         ];
-        match given.into_iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(Error::Usage(format!(
+        let found = given.into_iter().find(|(_, given)| *given);
+        found.map(|(option, _)| option)
+    }
+
+    /// The error that the quality stands for; none where an option of shooting asks for that.
+    pub fn error(&self) -> Option<f64> {
+        self.shooting().is_none().then(|| match self.quality() {
+            Quality::Draft => DRAFT,
+            Quality::Normal => USUAL,
+            Quality::Reference => REFERENCE,
+        })
+    }
+
+    /// Options of shooting, where an error is asked for: it decides what they would.
+    pub fn not_for_error(&self) -> Result<()> {
+        let quality = self.quality.map(|_| "--quality");
+        // What it does anyway may be said.
+        let rest = Self {
+            visibility: self.visibility.filter(|v| *v != VisibilityOption::Rays),
+            form_factor: self.form_factor.filter(|f| *f != FormFactorOption::Polygon),
+            ..self.clone()
+        };
+        match quality.or_else(|| rest.shooting()) {
+            Some(option) => Err(Error::Usage(format!(
                 "{option} does not go with --error, which chooses what is needed: leave one of them out"
             ))),
             None => Ok(()),

@@ -2,27 +2,37 @@
 
 use super::Outcome;
 use super::options::Common;
-use super::solve::{settings, settings_for, visibility};
+use super::solve::{error, settings, settings_for, to_error as solve_to_error, visibility};
 use super::solver::SolverOption;
 use super::tell::result;
 use crate::plan::Counts;
 use crate::plan::ahead::ahead;
-use crate::plan::fits::{Limit, check, check_matrix, size};
+use crate::plan::fits::{Limit, check, check_matrix, check_texels, size};
 use crate::plan::memory::Memory;
 use crate::plan::passes::Expected;
 use crate::plan::trial::two;
 use crate::show::number::count;
-use crate::solve::Given;
-use crate::solve::mend::{BUDGET, MEND, Size, cost, steps};
-use crate::solve::solver::Solver;
+use crate::solve::solver::{Asked, Solver};
+use crate::solve::task::Task;
+use crate::solve::watch::unwatched;
 use clap::Args;
+use common::form_factor::FormFactor;
 use common::import::load;
-use common::scene::{Face, Scene, Shape};
-use common::settings::{Iteration, Quality, Settings};
+use common::scene::Scene;
+use common::settings::{Iteration, Settings, Visibility};
 use common::{Error, Result};
 use cpu::matrix::memory;
 use gpu::Gpu;
 use std::path::PathBuf;
+use std::time::Instant;
+
+/// The error of the solve that tells how long one to a lower error takes.
+const LOOK: f64 = 0.1;
+/// Seconds grow by this power of 1/error: five scenes of 17 to 10 133 faces took 7 to 16 times as long for
+/// a tenth of it.
+const STEEP: f64 = 1.0;
+/// For 2 % they took so many times less or more at most.
+const DOUBT: f64 = 3.0;
 
 /// Arguments of `plan`.
 #[derive(Args)]
@@ -32,6 +42,9 @@ pub struct Arguments {
     /// Only this solver [default: the CPU, and the GPU where there is an adapter]
     #[arg(long, value_enum)]
     solver: Option<SolverOption>,
+    /// A solve to this error, 0.2 to 10 % [default: 1, unless an option below asks for shooting]
+    #[arg(long, value_name = "P%", value_parser = error, allow_negative_numbers = true)]
+    error: Option<f64>,
     #[command(flatten)]
     common: Common,
 }
@@ -39,7 +52,10 @@ pub struct Arguments {
 /// Prints what a solve will take.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
-    if arguments.solver == Some(SolverOption::Cpu) {
+    if arguments.error.is_some() {
+        solve_to_error(arguments.solver, common)?;
+        common.not_for_error()?;
+    } else if arguments.solver == Some(SolverOption::Cpu) {
         common.not_for_cpu()?;
     }
     if arguments.solver != Some(SolverOption::Matrix) {
@@ -51,12 +67,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         common.not_for_matrix()?;
         return matrix(&scene, &settings(common, false)?);
     }
+    let error = arguments.error.or(common.error());
     if arguments.solver != Some(SolverOption::Gpu) {
-        plan(&scene, common, None)?;
+        plan(&scene, common, error, None)?;
     }
     if arguments.solver != Some(SolverOption::Cpu) {
         match Gpu::open(common.adapter.as_deref()) {
-            Ok(gpu) => plan(&scene, common, Some(&gpu))?,
+            Ok(gpu) => plan(&scene, common, error, Some(&gpu))?,
             Err(Error::NoAdapter(_))
                 if arguments.solver.is_none()
                     && common.adapter.is_none()
@@ -71,13 +88,58 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
+/// What a solve to an error takes, from one to [`LOOK`].
+fn to_error(scene: &Scene, common: &Common, error: f64, gpu: Option<&Gpu>) -> Result<()> {
+    result!("")?;
+    result!("{}, {}, to {} %", scene.name, named(gpu), 100.0 * error)?;
+    let side = common
+        .texels
+        .map_or("as many texels as the light needs".into(), |n| {
+            format!("{n}×{n} texels each")
+        });
+    result!(
+        "  size    {} faces, {side}",
+        count(scene.faces.len() as u64)
+    )?;
+    let limit = Limit::of_this_machine();
+    if let Err(error) = check_texels(scene, common.texels.unwrap_or(1), limit) {
+        result!("  refused {error}")?;
+        return Ok(());
+    }
+    let asked = Asked {
+        error: LOOK,
+        texels: common.texels,
+    };
+    let settings = common.settings(Visibility::Rays, FormFactor::Polygon)?;
+    let start = Instant::now();
+    let solved = scene.once(&settings, Solver::to_error(gpu, asked), &unwatched())?;
+    let seconds = start.elapsed().as_secs_f64();
+    let links = solved.moved.map_or(0, |moved| moved.links);
+    let times = (LOOK / error).powf(STEEP);
+    result!(
+        "  time    about {} s, between {} and {} s ({} links to {} % took {} s)",
+        two(seconds * times),
+        two(seconds * times / DOUBT),
+        two(seconds * times * DOUBT),
+        count(links),
+        100.0 * LOOK,
+        two(seconds)
+    )
+}
+
+fn named(gpu: Option<&Gpu>) -> String {
+    gpu.map_or("CPU".into(), |gpu| format!("GPU, {}", gpu.line.name))
+}
+
+fn plan(scene: &Scene, common: &Common, error: Option<f64>, gpu: Option<&Gpu>) -> Result<()> {
+    if let Some(error) = error {
+        return to_error(scene, common, error, gpu);
+    }
     let (settings, changed) = settings_for(common, scene, gpu.is_some())?;
     let settings = &settings;
     let counts = Counts::new(scene, &settings.meshing);
-    let who = gpu.map_or("CPU".into(), |gpu| format!("GPU, {}", gpu.line.name));
     result!("")?;
-    result!("{}, {who}", scene.name)?;
+    result!("{}, {}", scene.name, named(gpu))?;
     result!(
         "  size    {} faces, {} texels, {} cells; {} links of {} samples",
         count(counts.faces),
@@ -109,50 +171,11 @@ fn plan(scene: &Scene, common: &Common, gpu: Option<&Gpu>) -> Result<()> {
         result!("  refused {error}")?;
         return Ok(());
     }
-    let time = seconds(scene, settings, gpu)?;
-    if settings.quality == Quality::Normal {
-        result!(
-            "  mending {}",
-            mending(scene, settings, common.given(), time)
-        )?;
-    }
-    if settings.quality == Quality::Reference {
-        result!("  note    reference starts with this and halves the cells until it has settled")?;
-    }
-    Ok(())
+    seconds(scene, settings, gpu)
 }
 
-/// What mending may take, by the samples and pixels of its steps.
-fn mending(scene: &Scene, settings: &Settings, given: Given, seconds: f64) -> String {
-    let triangle = |face: &&Face| face.shape == Shape::Triangle;
-    let triangles = scene.faces.iter().filter(triangle).count() as u64;
-    let counts = Counts::new(scene, &settings.meshing);
-    let size = Size {
-        quads: counts.faces - triangles,
-        triangles,
-        texels: counts.texels,
-    };
-    let steps = steps(given, settings, size);
-    let Some(last) = steps.last() else {
-        return format!(
-            "none: more cells and samples would exceed {} samples and pixels",
-            count(BUDGET)
-        );
-    };
-    let all: f64 = steps.iter().map(|step| cost(step, size) as f64).sum();
-    let more = seconds * all / cost(settings, size) as f64;
-    format!(
-        "at most {} s more where it is about {} % off: up to {cells}×{cells} cells and {} samples, {} samples and pixels a solve",
-        two(more),
-        100.0 * MEND,
-        last.meshing.samples,
-        count(BUDGET),
-        cells = last.meshing.cells
-    )
-}
-
-/// Passes and time, from a short trial; the seconds expected.
-fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<f64> {
+/// Passes and time, from a short trial.
+fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
     let ahead = ahead(scene, settings, Solver::on(gpu))?;
     result!("  passes  {}", passes(settings, &ahead.expected))?;
     let (prepare, time) = (ahead.prepare, &ahead.time);
@@ -165,8 +188,7 @@ fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<f64>
         two(time.links),
         two(time.passes + time.gather),
         time.tried
-    )?;
-    Ok(ahead.seconds())
+    )
 }
 
 fn passes(settings: &Settings, expected: &Expected) -> String {

@@ -6,10 +6,11 @@ use super::progress::{Progress, listen};
 use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
 use crate::plan::ahead::warning;
-use crate::plan::defaults::{Chosen, adapted, fewer_texels};
+use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels};
+use crate::solve::moved::Moved;
 use crate::solve::solved::Dense;
-use crate::solve::solver::Solver;
+use crate::solve::solver::{Asked, LEAST, MOST, Solver};
 use crate::solve::watch::Watch;
 use crate::solve::{Question, answer, dense};
 use clap::Args;
@@ -19,18 +20,13 @@ use common::form_factor::FormFactor;
 use common::import::load;
 use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::{Drawing, Meshing, Quality, Settings, Visibility};
+use common::settings::{Drawing, Meshing, Settings, Visibility};
 use common::shooting::Field;
 use common::solution::{Seconds, Solution, prepare};
 use common::{Error, Result};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// Errors that can be asked for.
-const LEAST: f64 = 0.002;
-/// See [`LEAST`].
-const MOST: f64 = 0.1;
 
 /// What a solve writes.
 pub const FILES: &str = "lightmap.exr and result.json";
@@ -46,7 +42,7 @@ pub struct Arguments {
     /// Where lightmap.exr and result.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// Solve hierarchically on the CPU, until the answer is P per cent off at most: 0.2 to 10
+    /// Solve until the answer is P per cent off at most, 0.2 to 10 [default: 1, unless an option below asks for shooting]
     #[arg(long, value_name = "P%", value_parser = error, allow_negative_numbers = true)]
     pub error: Option<f64>,
     /// Write each face's light as an HDR map as well, into DIR/maps: a room for relight
@@ -60,16 +56,16 @@ pub struct Arguments {
 }
 
 /// The solve that a comparison without an adapter still does.
-pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
+pub fn on_cpu(scene: &Path, out: &Path, error: Option<f64>, common: &Common) -> Result<Outcome> {
     // Without one given, the CPU asks rays, which have no use for these.
     let twin = common.visibility.is_some();
-    run(&Arguments {
+    let arguments = Arguments {
         scene: scene.to_path_buf(),
         solver: Some(SolverOption::Cpu),
         out: out.to_path_buf(),
         maps: false,
         strict: false,
-        error: None,
+        error,
         common: Common {
             require_gpu: false,
             adapter: None,
@@ -78,18 +74,27 @@ pub fn on_cpu(scene: &Path, out: &Path, common: &Common) -> Result<Outcome> {
             lookup: common.lookup.filter(|_| twin),
             ..common.clone()
         },
-    })
+    };
+    let error = error.or(arguments.common.error());
+    solve(&arguments, SolverOption::Cpu, error)
 }
 
-/// Solves and writes.
+/// Solves and writes: to an error, unless shooting is asked for.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
-    let chosen = match arguments.error {
-        Some(_) => on_cpu_to_error(arguments)?,
-        None => choose(arguments.solver, common)?,
-    };
+    if arguments.error.is_some() {
+        let chosen = to_error(arguments.solver, &arguments.common)?;
+        common.not_for_error()?;
+        return solve(arguments, chosen, arguments.error);
+    }
+    let chosen = choose(arguments.solver, common)?;
+    let error = common.error().filter(|_| chosen != SolverOption::Matrix);
+    solve(arguments, chosen, error)
+}
+
+fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Result<Outcome> {
+    let common = &arguments.common;
     match chosen {
-        _ if arguments.error.is_some() => common.not_for_error()?,
         SolverOption::Matrix => common.not_for_matrix()?,
         _ => common.not_for_rays(visibility(common, chosen == SolverOption::Gpu))?,
     }
@@ -100,8 +105,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         say!("note: {}: {note}", scene.name);
     }
     let (device, missing) = open(chosen, common)?;
-    let solver = match (arguments.error, chosen) {
-        (Some(error), _) => Solver::Hierarchy(error),
+    let solver = match (error, chosen) {
+        (Some(error), _) => {
+            let asked = Asked {
+                error,
+                texels: common.texels,
+            };
+            Solver::to_error(device.as_ref(), asked)
+        }
         (None, SolverOption::Matrix) => Solver::Matrix,
         (None, _) => Solver::on(device.as_ref()),
     };
@@ -121,7 +132,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let question = Question {
         task: &scene,
         settings: &settings,
-        given: common.given(),
         solver,
     };
     let progress = Progress::new(&scene.name, common.quiet);
@@ -149,7 +159,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if !common.quiet {
         match &answered.solved.matrix {
             Some(dense) => of_matrix(&solution, dense),
-            None => of_shots(&solution),
+            None => of_shots(&solution, answered.solved.moved.as_ref()),
         }
         wrote(&solution, FILES, &arguments.out);
     }
@@ -157,20 +167,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 /// The solver to an error.
-fn on_cpu_to_error(arguments: &Arguments) -> Result<SolverOption> {
-    match arguments.solver {
+pub fn to_error(asked: Option<SolverOption>, common: &Common) -> Result<SolverOption> {
+    match asked {
         None | Some(SolverOption::Cpu) => {
-            arguments.common.not_for_cpu()?;
+            common.not_for_cpu()?;
             Ok(SolverOption::Cpu)
         }
-        Some(_) => Err(Error::Usage(
-            "--error is solved on the CPU so far: leave --solver out, or give --solver cpu".into(),
+        Some(SolverOption::Gpu) => Ok(SolverOption::Gpu),
+        Some(SolverOption::Matrix) => Err(Error::Usage(
+            "--solver matrix is solved as exactly as its texels allow: leave --error out".into(),
         )),
     }
 }
 
 /// A share that can be asked for.
-fn error(text: &str) -> std::result::Result<f64, String> {
+pub fn error(text: &str) -> std::result::Result<f64, String> {
     let error = percentage(text)?;
     if (LEAST..=MOST).contains(&error) {
         Ok(error)
@@ -181,17 +192,10 @@ fn error(text: &str) -> std::result::Result<f64, String> {
 
 /// The settings in force, if there is memory for them; and what was changed in them.
 fn fitting(common: &Common, scene: &Scene, solver: Solver) -> Result<(Settings, Option<String>)> {
-    if let Solver::Hierarchy(_) = solver {
-        let shooting = common.settings(Visibility::Rays, FormFactor::Polygon)?;
-        let (meshing, changed) = fewer_texels(scene, &shooting.meshing, common.texels.is_some());
-        check_texels(scene, meshing.texels, Limit::of_this_machine())?;
-        return Ok((
-            Settings {
-                meshing,
-                ..shooting
-            },
-            changed,
-        ));
+    if let Some(asked) = solver.asked() {
+        let settings = common.settings(Visibility::Rays, FormFactor::Polygon)?;
+        check_texels(scene, asked.texels.unwrap_or(1), Limit::of_this_machine())?;
+        return Ok((settings, None));
     }
     if let Solver::Matrix = solver {
         let shooting = common.settings(Visibility::Rays, FormFactor::Polygon)?;
@@ -225,8 +229,7 @@ pub fn write_maps(scene: &Scene, mesh: &Mesh, field: &Field, out: &Path) -> Resu
     maps::write(&out.join("maps"), scene, &resolutions, &radiosity)
 }
 
-/// The settings in force. The most accurate visibility of a solver is its default; at reference
-/// quality that is rays on both.
+/// The settings in force. The most accurate visibility of a solver is its default.
 pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
     common.of_passes(visibility(common, on_gpu), FormFactor::Polygon)
 }
@@ -235,9 +238,7 @@ pub fn settings(common: &Common, on_gpu: bool) -> Result<Settings> {
 pub fn visibility(common: &Common, on_gpu: bool) -> Visibility {
     match common.visibility {
         Some(given) => given.into(),
-        None if on_gpu && common.quality() != Quality::Reference => {
-            Visibility::Drawn(Drawing::DEFAULT)
-        }
+        None if on_gpu => Visibility::Drawn(Drawing::DEFAULT),
         None => Visibility::Rays,
     }
 }
@@ -260,16 +261,19 @@ pub fn settings_for(
     Ok((settings, changed))
 }
 
-fn of_shots(solution: &Solution) {
+fn of_shots(solution: &Solution, moved: Option<&Moved>) {
     let energy = Energy::new(solution.mesh, &solution.run.field, &solution.run.shots);
     let certificate = solution.certificate.as_ref();
     let off = certificate.and_then(|parts| parts["error"].as_f64());
     say!(
-        "{}: {} faces, {} texels, {} shots in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, form-factor error {:.2} %{}",
+        "{}: {} faces, {} texels, {} in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, form-factor error {:.2} %{}",
         solution.scene.name,
         solution.mesh.faces.len(),
         solution.mesh.texels.len(),
-        solution.run.shooters,
+        moved.map_or_else(
+            || format!("{} shots", solution.run.shooters),
+            |moved| format!("{} links", moved.links)
+        ),
         solution.run.passes,
         solution.adapter.unwrap_or("the CPU"),
         solution.seconds.solve,

@@ -1,6 +1,7 @@
 //! What `compare` finds out about one scene: plain data, filled by [`crate::judge::compare`], judged by
 //! its gates, told by [`crate::show::report`].
 
+use crate::solve::solver::Asked;
 use common::energy::Energy;
 use common::mesh::Mesh;
 use common::scene::Scene;
@@ -145,6 +146,8 @@ pub struct Comparison {
     pub scene: Scene,
     /// Which way.
     pub way: Way,
+    /// The error that was asked for; none: shooting.
+    pub asked: Option<Asked>,
     /// Its texels.
     pub mesh: Mesh,
     /// Options of the CPU (rays); the GPU's differ in `visibility` only.
@@ -157,7 +160,7 @@ pub struct Comparison {
     pub cpu: Run,
     /// Free run on the GPU.
     pub gpu: Run,
-    /// The CPU's shooters replayed on the GPU.
+    /// The CPU's shooters replayed on the GPU; to an error, the CPU by the GPU's way of deciding.
     pub lockstep: Run,
     /// Balance of the CPU's free run.
     pub cpu_energy: Energy,
@@ -169,21 +172,23 @@ pub struct Comparison {
     pub stages: Vec<Stage>,
     /// Item buffer against rays.
     pub pairs: Pairs,
-    /// GPU against CPU, same shooters.
+    /// GPU against CPU, same shooters, or the same decisions.
     pub lockstep_difference: Difference,
     /// GPU against CPU, each choosing for itself.
     pub free_difference: Difference,
+    /// How far each says it may be off: CPU, GPU.
+    pub estimates: [Option<f64>; 2],
     /// Error against the truth: CPU, GPU.
     pub error: [Option<f64>; 2],
     /// What the truth is.
     pub truth: Option<Told>,
-    /// A shot's item buffer.
-    pub item_buffer: ItemBufferPicture,
+    /// A shot's item buffer; none where nothing is shot.
+    pub item_buffer: Option<ItemBufferPicture>,
     /// The conditions; the solvers agree when all hold.
     pub gates: Vec<Gate>,
     /// What the method errs by.
     pub findings: Vec<Finding>,
-    /// What was chosen and mended before, a line each.
+    /// What was chosen and why, a line each.
     pub notes: Vec<String>,
 }
 

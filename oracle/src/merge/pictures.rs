@@ -30,7 +30,7 @@ impl Pictures {
             merged: SHOWN.map(|share| {
                 let value = values.get((share * values.len() as f64) as usize);
                 let white = value.map_or(1.0, |value| (value / BRIGHT).max(f32::MIN_POSITIVE));
-                let exposure = Exposure { white };
+                let exposure = Exposure::linear(white);
                 let display = |k: usize| encode(exposure.display(merged.radiance[k]));
                 (exposure, thinned(merged.size, display))
             }),

@@ -28,9 +28,6 @@ pub struct Chosen {
     pub samples: bool,
 }
 
-/// Texels of all faces that a solve to an error has by default: so many take a minute or so.
-const TEXELS: u64 = 1 << 17;
-
 /// `meshing` for `scene`, and what was changed.
 pub fn adapted(scene: &Scene, meshing: &Meshing, chosen: Chosen) -> (Meshing, Option<String>) {
     let mut found = *meshing;
@@ -58,24 +55,6 @@ pub fn adapted(scene: &Scene, meshing: &Meshing, chosen: Chosen) -> (Meshing, Op
             squared(meshing.texels, "texel"),
             squared(meshing.cells, "cell"),
             meshing.samples,
-        )
-    });
-    (found, note)
-}
-
-/// Texels of a solve to an error: of many faces fewer, unless they are `chosen`.
-pub fn fewer_texels(scene: &Scene, meshing: &Meshing, chosen: bool) -> (Meshing, Option<String>) {
-    let mut found = *meshing;
-    let texels = |side: u32| scene.faces.len() as u64 * u64::from(side).pow(2);
-    while !chosen && found.texels > 1 && texels(found.texels) > TEXELS {
-        found.texels /= 2;
-    }
-    let note = (found != *meshing).then(|| {
-        format!(
-            "{} faces: {} instead of {}; --texels sets them",
-            scene.faces.len(),
-            squared(found.texels, "texel"),
-            squared(meshing.texels, "texel"),
         )
     });
     (found, note)

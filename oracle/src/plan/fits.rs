@@ -128,15 +128,21 @@ fn reason(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>, limit: Limit) -
 
 /// Refuses more texels than a solve to an error can hold.
 pub fn check_texels(scene: &Scene, side: u32, limit: Limit) -> Result<()> {
-    let texels = (scene.faces.len() as u64).saturating_mul(u64::from(side).pow(2));
-    let bytes = texels.saturating_mul(TEXEL_BYTES);
-    if texels <= MAX_TEXELS && bytes <= limit.bytes {
+    let texels = |side: u32| (scene.faces.len() as u64).saturating_mul(u64::from(side).pow(2));
+    let bytes = |side: u32| texels(side).saturating_mul(TEXEL_BYTES);
+    let fits = |side: u32| texels(side) <= MAX_TEXELS && bytes(side) <= limit.bytes;
+    if fits(side) {
         return Ok(());
     }
+    let advice = match largest(side, fits) {
+        Some(side) => format!("--texels {side} would fit"),
+        None => "no settings would fit".into(),
+    };
     Err(Error::Usage(format!(
-        "{}: {texels} texels take {}, {} are {}: ask for fewer texels a face",
+        "{}: {} texels take {}, {} are {}: {advice}",
         scene.name,
-        size(bytes),
+        texels(side),
+        size(bytes(side)),
         size(limit.bytes),
         limit.source
     )))

@@ -4,6 +4,7 @@
 use super::surfaces::{Renders, surface};
 use super::{Backdrop, Relit};
 use crate::show::view::camera::Camera;
+use crate::show::view::surface::Stencil;
 use common::mesh::Mesh;
 use common::rays::Rays;
 use glam::{DVec3, Vec3};
@@ -25,10 +26,10 @@ pub struct Composite {
     pub size: [u32; 2],
     /// The room as it was captured, without objects.
     pub background: Vec<Vec3>,
-    /// The room relit with the objects in it. A value below 0 is kept: where the picture behind is
+    /// The room relit with the objects in it. Below 0 it is black: where the picture behind is
     /// darker than the room's model, a shadow can take more than is there (see `negative`).
     pub composite: Vec<Vec3>,
-    /// What the objects change in the room, (B − B₀)/π; 0 where an object hides it.
+    /// What the objects change in the room, of what is seen; 0 where an object hides it.
     pub change: Vec<Vec3>,
     /// The objects alone, premultiplied by `mask`.
     pub objects: Vec<Vec3>,
@@ -38,7 +39,7 @@ pub struct Composite {
     pub coverage: [Vec<f32>; 2],
     /// The share that shows no light either, lamp or glowing object: what an exposure is chosen from.
     pub dark: [Vec<f32>; 2],
-    /// Pixels of the composite that are below 0 in some channel.
+    /// Pixels of the composite that were below 0 in some channel.
     pub negative: usize,
 }
 
@@ -57,7 +58,7 @@ pub fn composite(
     let surface = surface(relit);
     let lens = camera.lens();
     let scene = Seen {
-        renders: Renders::new(relit, &surface),
+        renders: Renders::over(relit, &surface, backdrop.is_some()),
         room: rays(relit.mesh, 0..relit.room),
         objects: rays(relit.mesh, relit.room..relit.mesh.faces.len()),
         first: relit.room as u32,
@@ -162,7 +163,9 @@ impl Seen<'_> {
         } else {
             pixel.open += background.unwrap_or_default();
             pixel.dark[1] += u32::from(background.is_some() && !light);
-            pixel.change += wall.map_or(Vec3::ZERO, |(s, _)| self.renders.change(&s));
+            let seen = background.unwrap_or_default();
+            let change = |(s, _): (Stencil, DVec3)| self.renders.change(&s, seen);
+            pixel.change += wall.map_or(Vec3::ZERO, change);
         }
         pixel.any += u32::from(object.is_some() || background.is_some());
     }
@@ -186,7 +189,7 @@ fn gather(size: [u32; 2], pixels: &[Pixel]) -> Composite {
         size,
         background: colours(|p| p.background),
         negative: composite.iter().filter(|c| c.min_element() < 0.0).count(),
-        composite,
+        composite: composite.into_iter().map(|c| c.max(Vec3::ZERO)).collect(),
         change: colours(|p| p.change),
         objects: colours(|p| p.objects),
         mask: shares(|p| p.hidden),

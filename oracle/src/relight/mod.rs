@@ -1,8 +1,10 @@
 //! A virtual object in a captured room: the picture of it, and the report of a relight.
 //!
 //! ```text
-//! composite = mask · B/π + (1 − mask) · (background + (B − B₀)/π)        (Debevec 1998)
+//! composite = mask · B/π + (1 − mask) · background · B/B₀        (after Debevec 1998)
 //! ```
+//! Where B₀ is too little to divide by, or B is more than twice as much, or without a photograph, (B − B₀)/π is
+//! added instead.
 //! The background is what was captured: the panorama, or the room's own render B₀/π. Only the
 //! difference that the objects make is computed light, so whatever the room's model leaves out
 //! (its furniture, its fine texture) stays as it was photographed.
@@ -11,6 +13,7 @@
 //! chooses, [`files`] writes the pictures, [`pictures`], [`thumbnail`] and [`page`] make the report.
 
 pub mod camera;
+pub mod climb;
 pub mod composite;
 pub mod files;
 pub mod page;

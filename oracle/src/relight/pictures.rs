@@ -2,7 +2,7 @@
 
 use super::Relit;
 use super::composite::Composite;
-use super::files::{exposure, picture};
+use super::files::picture;
 use crate::show::picture::{
     Exposure, Picture, atlas_of, decode, diverging, encode, luminance, range, rms,
 };
@@ -42,8 +42,7 @@ pub struct Pictures {
 
 impl Pictures {
     /// Draws everything.
-    pub fn new(relit: &Relit, composite: &Composite) -> Self {
-        let exposure = exposure(composite);
+    pub fn new(relit: &Relit, composite: &Composite, exposure: Exposure) -> Self {
         let [behind, any] = &composite.coverage;
         let draw = |colours: &[Vec3], coverage: &[f32]| {
             picture(composite.size, colours, coverage, exposure).data_uri()

@@ -1,7 +1,7 @@
 //! Both renders between the texels: the captured room, what the objects change in it, the objects.
 //!
 //! The reflected part B − E is interpolated and a texel's own E added, so that lamps keep their
-//! borders; the change B − B₀ is interpolated as it is, E being the same before and after. Both
+//! borders; of what objects change the ratio B/B₀ is interpolated, E being the same before and after. Both
 //! vary as smoothly as the light does even where a captured wall's reflectance is different in
 //! each texel. Faces that reflect differently are not joined: light may pass their border smoothly,
 //! what it becomes there may not. An object of facets with one texel each is shaded from their
@@ -18,6 +18,8 @@ use std::f32::consts::PI;
 const CURVED: f64 = 0.766;
 /// Never joined: no cosine is as large.
 const APART: f64 = 2.0;
+/// B₀ that is less than this share of the room's mean is as good as none.
+const SOUND: f32 = 1e-2;
 /// Faces reflect alike whose reflectances differ by less than this share.
 const ALIKE: f32 = 0.1;
 
@@ -49,18 +51,48 @@ fn reflectances(relit: &Relit) -> Vec<Vec3> {
     sums.into_iter().map(mean).collect()
 }
 
+/// The least B₀ of which B is a multiple.
+fn sound(relit: &Relit) -> Vec3 {
+    let room = relit.mesh.texels.iter().enumerate();
+    let room = room.filter(|(_, texel)| !relit.is_object(texel.face));
+    let (mut sum, mut area) = (Vec3::ZERO, 0.0);
+    for (k, texel) in room {
+        sum += relit.captured(k) * texel.area;
+        area += texel.area;
+    }
+    sum * (SOUND / area.max(f32::MIN_POSITIVE))
+}
+
+/// B/B₀ − 1 of a texel, and what of B − B₀ that leaves. What is seen is multiplied by it: a green floor
+/// stays green in a shadow (a light map's modulation), and its texture stays. Light that is more than was there
+/// is added: what is seen would be amplified with its noise.
+fn parted(relit: &Relit, k: usize, sound: Vec3) -> [Vec3; 2] {
+    let (change, before) = (relit.delta(k), relit.captured(k));
+    let told = before.cmpgt(sound);
+    let ratio = Vec3::select(told, change / before, Vec3::ZERO);
+    let ratio = ratio.clamp(Vec3::NEG_ONE, Vec3::ONE);
+    [ratio, change - ratio * before]
+}
+
 /// Radiance (W/m²/sr) at any point.
 pub struct Renders<'a> {
     relit: Relit<'a>,
     /// B₀ − E on the room, B − E on objects.
     reflected: Interpolant<'a>,
-    /// B − B₀ on the room.
-    change: Interpolant<'a>,
+    /// B/B₀ − 1 on the room, and what of B − B₀ it does not explain.
+    ratio: Interpolant<'a>,
+    added: Interpolant<'a>,
 }
 
 impl<'a> Renders<'a> {
-    /// Interpolates over `surface`.
+    /// Interpolates over `surface`; what is seen is the room's own render.
     pub fn new(relit: &Relit<'a>, surface: &'a Surface<'a>) -> Self {
+        Self::over(relit, surface, false)
+    }
+
+    /// The same where a `photograph` is seen. Without one B − B₀ is added, so that B shows between the texels
+    /// as well.
+    pub fn over(relit: &Relit<'a>, surface: &'a Surface<'a>, photograph: bool) -> Self {
         let texels = || (0..).zip(&relit.mesh.texels);
         let own = |(k, texel): (usize, &common::mesh::Texel)| {
             let leaving = if relit.is_object(texel.face) {
@@ -71,13 +103,20 @@ impl<'a> Renders<'a> {
             (leaving - texel.emission).extend(0.0)
         };
         let reflected: Vec<Vec4> = texels().map(own).collect();
-        let change: Vec<Vec4> = texels().map(|(k, _)| relit.delta(k).extend(0.0)).collect();
+        let sound = sound(relit);
+        let part = |k: usize| match photograph {
+            true => parted(relit, k, sound),
+            false => [Vec3::ZERO, relit.delta(k)],
+        };
+        let parts: Vec<[Vec3; 2]> = texels().map(|(k, _)| part(k)).collect();
+        let part = |n: usize| -> Vec<Vec4> { parts.iter().map(|p| p[n].extend(0.0)).collect() };
         let mut reflected = surface.interpolate(&reflected);
         reflected.smooth_single(|face| relit.is_object(face));
         Self {
             relit: *relit,
             reflected,
-            change: surface.interpolate(&change),
+            ratio: surface.interpolate(&part(0)),
+            added: surface.interpolate(&part(1)),
         }
     }
 
@@ -93,9 +132,11 @@ impl<'a> Renders<'a> {
         (texel.emission + self.reflected.value(stencil).as_vec3()) / PI
     }
 
-    /// What the objects change in the room; exactly 0 where no texel around changed.
-    pub fn change(&self, stencil: &Stencil) -> Vec3 {
-        self.change.value(stencil).as_vec3() / PI
+    /// What the objects change in the room, of which `seen` is there; exactly 0 where no texel around
+    /// changed.
+    pub fn change(&self, stencil: &Stencil, seen: Vec3) -> Vec3 {
+        let ratio = self.ratio.value(stencil).as_vec3();
+        seen * ratio + self.added.value(stencil).as_vec3() / PI
     }
 
     /// Whether the point's texel is a light.

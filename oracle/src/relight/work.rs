@@ -1,10 +1,12 @@
 //! A relight as a task of the pipeline: capture where the room is a scene, then one of the methods.
 
+use super::climb::climb;
 use super::room::Values;
 use super::stage::Stage;
 use super::warnings;
-use crate::solve::Given;
 use crate::solve::check::Estimate;
+use crate::solve::climb::advised;
+use crate::solve::finder::OnGpu;
 use crate::solve::interrupt::interrupted;
 use crate::solve::solved::{Recovered, Solved};
 use crate::solve::solver::Solver;
@@ -20,6 +22,7 @@ use common::settings::Settings;
 use common::shooting::{Run, Shot, progress, solve};
 use common::solution::Warning;
 use common::{Error, Result, relight as loops};
+use cpu::hierarchy::find::Way;
 use glam::{Vec3, Vec4};
 
 /// A stage and the method; none: everything is solved again.
@@ -36,6 +39,22 @@ impl Task for Relighting<'_> {
     }
 
     fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved> {
+        if let Some(asked) = solver.asked() {
+            let again = match self.method {
+                None => true,
+                Some(Method::Signed) => false,
+                Some(Method::Paper(_)) => {
+                    return Err(Error::Usage(
+                        "--method paper shoots: it is not solved to an error".into(),
+                    ));
+                }
+            };
+            let by = |way| climb(self.stage, again, settings, asked, way, watch);
+            return match solver.gpu() {
+                Some(gpu) => by(Way::By(&OnGpu::maker(gpu, &[]))),
+                None => by(Way::Shafts),
+            };
+        }
         let work = Work {
             stage: self.stage,
             settings,
@@ -45,29 +64,21 @@ impl Task for Relighting<'_> {
         work.relight(self.method)
     }
 
-    /// A room has no ladder: its texels are those of the capture.
-    fn refines(&self) -> bool {
-        false
-    }
-
-    fn mendable(&self, solved: &Solved, given: Given) -> Option<Given> {
-        // A capture that was read has been made with cells of its own: others would not fit it.
-        let ours = self.stage.captured.values.is_none();
-        let complete = solved.relit.as_ref().is_none_or(|relit| relit.complete);
-        // Links with and without the objects are compared: scaling them is no mend here.
-        (ours && complete).then_some(Given {
-            form_factor: true,
-            ..given
-        })
-    }
-
     fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>> {
+        if let Some(moved) = &solved.moved {
+            // What was captured need not close.
+            return Ok(moved.estimate(&solved.mesh, &solved.run, 0.0));
+        }
         warnings::estimate(self.stage, solved)
     }
 
     fn warnings(&self, solved: &Solved, estimate: Option<&Estimate>) -> Vec<Warning> {
         let paper = matches!(self.method, Some(Method::Paper(_)));
-        warnings::of(self.stage, solved, paper, estimate)
+        let warnings = warnings::of(self.stage, solved, paper, estimate);
+        match solved.moved {
+            Some(_) => advised(warnings),
+            None => warnings,
+        }
     }
 
     /// Not asked: a captured wall may be lit by what the capture does not show.

@@ -5,4 +5,5 @@ pub(crate) mod number;
 pub mod page;
 pub mod picture;
 pub mod report;
+pub mod tone;
 pub mod view;

@@ -1,11 +1,14 @@
-//! Pictures as PNG: tone mapping with a stated exposure, false colours, the atlas, item buffers.
+//! Pictures as PNG: a stated exposure, false colours, the atlas, item buffers.
 
+use super::tone::Curve;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::mesh::Mesh;
 use glam::{Vec3, Vec4};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+
+pub use super::tone::luminance;
 
 /// Not a number, in every picture: nothing else is magenta.
 pub const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
@@ -58,8 +61,11 @@ impl Picture {
     /// As a PNG file; empty for a picture without pixels.
     pub fn png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let encoder =
-            PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
+        let encoder = PngEncoder::new_with_quality(
+            &mut bytes,
+            CompressionType::Default,
+            FilterType::Adaptive,
+        );
         let (w, h) = (self.width, self.height);
         match encoder.write_image(&self.rgba, w, h, ExtendedColorType::Rgba8) {
             Ok(()) => bytes,
@@ -101,11 +107,6 @@ pub fn decode(srgb: [u8; 3]) -> Vec3 {
     }))
 }
 
-/// Luminance of linear Rec. 709.
-pub fn luminance(linear: Vec3) -> f32 {
-    linear.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}
-
 /// √(ΣA x² / ΣA) of (x, A); 0 where there is nothing.
 pub fn rms(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (square, total) = values.fold((0.0, 0.0), |(square, total), (x, weight)| {
@@ -118,14 +119,33 @@ pub fn rms(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     }
 }
 
-/// How much radiosity is white.
+/// How much radiosity is white, and by which curve it is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
     /// W/m² that become 1 on a linear display.
     pub white: f32,
+    /// What becomes of it.
+    pub curve: Curve,
 }
 
 impl Exposure {
+    /// So much is white, and what is more is clipped.
+    pub fn linear(white: f32) -> Self {
+        Self {
+            white,
+            curve: Curve::Linear,
+        }
+    }
+
+    /// Opened by so many stops, and shown by that curve.
+    pub fn opened(self, stops: f64, curve: Curve) -> Self {
+        let white = f64::from(self.white) * (-stops).exp2();
+        Self {
+            white: white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32,
+            curve,
+        }
+    }
+
     /// Brings the 90th percentile of (value, weight) pairs to 0.8 of white.
     pub fn of(values: impl Iterator<Item = (f32, f32)>) -> Self {
         let positive =
@@ -140,17 +160,15 @@ impl Exposure {
             below >= wanted
         });
         let white = at.map_or(1.0, |(value, _)| f64::from(*value) / BRIGHT);
-        Self {
-            white: white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32,
-        }
+        Self::linear(white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32)
     }
 
-    /// Radiosity on a linear display, clipped; NaN is magenta.
+    /// Radiosity on a linear display; NaN is magenta.
     pub fn display(&self, radiosity: Vec3) -> Vec3 {
         if radiosity.is_nan() {
             return decode(NOT_A_NUMBER);
         }
-        (radiosity / self.white).clamp(Vec3::ZERO, Vec3::ONE)
+        self.curve.display(radiosity / self.white)
     }
 }
 
@@ -244,7 +262,7 @@ mod tests {
         }
         assert_eq!(encode(Vec3::new(0.5, f32::NAN, 0.0)), NOT_A_NUMBER);
         assert_eq!(
-            encode(Exposure { white: 1.0 }.display(Vec3::NAN)),
+            encode(Exposure::linear(1.0).display(Vec3::NAN)),
             NOT_A_NUMBER
         );
         assert_eq!(diverging(f64::NAN), NOT_A_NUMBER);
@@ -267,6 +285,8 @@ mod tests {
         let exposure = Exposure::of((1..=100).map(|k| (k as f32, if k <= 90 { 1.0 } else { 0.1 })));
         // 91 in total; 0.9 of it is reached at 82.
         assert!(abs_diff_eq!(exposure.white, 82.0 / 0.8, epsilon = 1e-4));
+        let opened = exposure.opened(2.0, Curve::Filmic);
+        assert_eq!(opened.white, exposure.white / 4.0);
         let nothing = Exposure::of([(f32::NAN, 1.0), (0.0, 1.0), (1.0, f32::NAN)].into_iter());
         assert_eq!(nothing.white, 1.0);
     }

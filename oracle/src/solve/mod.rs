@@ -1,27 +1,33 @@
-//! The pipeline: mesh → engine → run → estimate → mend → warn, and what is written of it. Everything
-//! that solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
+//! The pipeline: mesh → engine → run → estimate → warn, and what is written of it. Everything that
+//! solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
 
+pub mod anew;
+pub mod change;
 pub mod check;
+pub mod climb;
 pub mod dense;
+pub mod finder;
 mod gap;
 pub mod interrupt;
 pub mod ladder;
+pub mod left;
 pub mod light;
-pub mod mend;
-pub mod refine;
+pub mod moved;
+pub mod near;
+pub mod sides;
 pub mod solved;
 pub mod solver;
+pub mod step;
 pub mod task;
 pub mod warnings;
 pub mod watch;
 
 use check::Estimate;
-use common::settings::{Quality, Settings};
+use common::Result;
+use common::scene::Scene;
+use common::settings::Settings;
 use common::solution::{Seconds, Solution, Warning};
-use common::{Error, Result};
 use light::finite;
-use mend::{Attempt, Size, mended};
-use refine::refine;
 use solved::{Dense, Solved};
 use solver::Solver;
 use task::Task;
@@ -34,48 +40,29 @@ pub struct Question<'a> {
     pub task: &'a dyn Task,
     /// The options in force.
     pub settings: &'a Settings,
-    /// Those that the user gave: they are kept as they are.
-    pub given: Given,
     /// Who solves it.
     pub solver: Solver<'a>,
 }
 
-/// Which options the user gave.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Given {
-    /// `--visibility`.
-    pub visibility: bool,
-    /// `--form-factor`.
-    pub form_factor: bool,
-    /// `--cells`.
-    pub cells: bool,
-    /// `--samples`.
-    pub samples: bool,
-}
-
-impl Given {
-    /// Every one of them: nothing is changed.
-    pub const ALL: Self = Self {
-        visibility: true,
-        form_factor: true,
-        cells: true,
-        samples: true,
-    };
-}
-
 /// What is answered.
 pub struct Answer {
-    /// The best solve, on the texels that were asked for.
+    /// The solve, on the texels that were asked for.
     pub solved: Solved,
     /// What may be more than 2 % off.
     pub warnings: Vec<Warning>,
     /// How far it may be off; none where that was not looked at.
     pub estimate: Option<Estimate>,
-    /// What was chosen, mended and why, a line each.
+    /// What was chosen and why, a line each.
     pub notes: Vec<String>,
 }
 
 impl Answer {
+    /// How far each texel may be off, where that is known.
+    pub fn off(&self, scene: &Scene) -> Option<Vec<f32>> {
+        let moved = self.solved.moved.as_ref()?;
+        moved.map(&scene.faces, &self.solved.mesh)
+    }
+
     /// As it is written.
     pub fn solution<'a>(
         &'a self,
@@ -91,62 +78,35 @@ impl Answer {
             settings: &self.solved.settings,
             run: &self.solved.run,
             certificate: self.estimate.as_ref().map(Estimate::certificate),
+            off: self.off(question.task.scene()),
             warnings: &self.warnings,
             notes,
             matrix: self.solved.matrix.as_ref().map(Dense::described),
             relit: None,
-            error: question.solver.error(),
+            error: question.solver.asked().map(|asked| asked.error),
             seconds,
         }
     }
 }
 
-/// Solves, looks at the answer, and mends it where that is cheap. Stopped, the answer is what there
-/// was.
+/// Solves, and looks at the answer. Stopped, the answer is what there was.
 pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
     let Question {
         task,
         settings,
-        given,
         solver,
     } = *question;
-    let once = |settings: &Settings| task.once(settings, solver, watch);
-    let (mut notes, mut asked) = (Vec::new(), None);
-    let halves = settings.quality == Quality::Reference && !given.cells && task.refines();
-    let first = if halves && solver.shoots() {
-        let refined = refine(task.scene(), settings, once, || watch.stopped())?;
-        notes.extend(refined.notes);
-        asked = Some((refined.answer, refined.field));
-        refined.rung
-    } else {
-        once(settings)?
-    };
-    let mut best = looked_at(task, first, watch)?;
-    let may = task.mendable(&best.answer, given);
-    if let Some(given) = may.filter(|_| settings.quality == Quality::Normal && !watch.stopped()) {
-        let again = |settings: &Settings| {
-            let next = once(settings);
-            if watch.stopped() || matches!(next, Err(Error::Interrupted)) {
-                return Ok(None);
-            }
-            looked_at(task, next?, watch).map(Some)
-        };
-        let (found, tried) = mended(given, best, again)?;
-        notes.extend(tried);
-        best = found;
-    }
-    let Attempt {
-        answer: mut solved,
-        mut estimate,
-        ..
-    } = best;
+    let solved = task.once(settings, solver, watch)?;
+    let mut estimate = watch.of("check", || task.estimate(&solved))?;
     finite(task.scene(), &solved.run)?;
+    let mut notes = Vec::new();
     if let Some(dark) = task.dark(&solved) {
         estimate = None;
         notes.push(dark);
     }
-    if let (Some(asked), Some(moved)) = (solver.error(), &solved.moved) {
-        notes.extend(moved.short_of(asked));
+    if let (Some(asked), Some(moved)) = (solver.asked(), &solved.moved) {
+        notes.extend(moved.short_of(asked.error, estimate.as_ref()));
+        notes.extend(estimate.as_ref().and_then(Estimate::worse));
     }
     if watch.stopped() {
         notes.push(if solved.run.converged {
@@ -156,29 +116,10 @@ pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
         });
     }
     let warnings = task.warnings(&solved, estimate.as_ref());
-    if let Some((mesh, field)) = asked {
-        (solved.mesh, solved.run.field) = (mesh, field);
-    }
-    // As they were asked for: more cells may have needed more of them.
-    solved.settings.meshing.texels = settings.meshing.texels;
     Ok(Answer {
         solved,
         warnings,
         estimate,
         notes,
-    })
-}
-
-fn looked_at(task: &dyn Task, solved: Solved, watch: &Watch) -> Result<Attempt<Solved>> {
-    let estimate = watch.of("check", || task.estimate(&solved))?;
-    let Solved { mesh, run, .. } = &solved;
-    Ok(Attempt {
-        settings: solved.settings,
-        size: Size::of(mesh),
-        closure: warnings::closure_in_doubt(mesh, run, estimate.as_ref()).abs(),
-        stagnated: run.stagnated,
-        converged: run.converged,
-        estimate,
-        answer: solved,
     })
 }

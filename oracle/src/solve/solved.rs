@@ -1,6 +1,6 @@
 //! A task, solved once.
 
-use super::check::{Cause, Estimate, Evidence, Part};
+use super::moved::Moved;
 use common::mesh::Mesh;
 use common::settings::Settings;
 use common::shooting::Run;
@@ -56,55 +56,6 @@ impl Dense {
             "hidden_pairs": hidden_pairs,
             "sampled_pairs": sampled_pairs,
             "bytes": bytes,
-        })
-    }
-}
-
-/// How a solve to an error went.
-#[derive(Default)]
-pub struct Moved {
-    /// What each step changed, of the RMS of B − E.
-    pub changes: Vec<f64>,
-    /// The faces that the last one changed most.
-    pub faces: Vec<u32>,
-    /// Why it ended above what was asked.
-    pub ended: Option<String>,
-}
-
-impl Moved {
-    /// What is to be said where less than `asked` was reached.
-    pub fn short_of(&self, asked: f64) -> Option<String> {
-        let reached = self.changes.last().copied();
-        if reached.is_some_and(|error| error <= asked) {
-            return None;
-        }
-        let told = reached.map_or("nobody knows".into(), |error| {
-            format!("about {:.2} %", 100.0 * error)
-        });
-        let why = self
-            .ended
-            .as_deref()
-            .unwrap_or("it was solved as often as is done");
-        Some(format!(
-            "an error of {:.2} % was asked, and {told} was reached: {why}",
-            100.0 * asked
-        ))
-    }
-
-    /// The last change as an error; none after a single step.
-    pub fn estimate(&self) -> Option<Estimate> {
-        let error = *self.changes.last()?;
-        Some(Estimate {
-            error,
-            upper: error,
-            evidence: Evidence::Moved {
-                changes: self.changes.clone(),
-            },
-            parts: vec![Part {
-                cause: Cause::Refinement,
-                error,
-                faces: self.faces.clone(),
-            }],
         })
     }
 }

@@ -7,7 +7,29 @@ use common::{Error, Result};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 
-/// One of four.
+/// What is asked of an answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    /// A share.
+    pub error: f64,
+    /// Texels a side of each face; none: they follow from the light.
+    pub texels: Option<u32>,
+}
+
+/// The errors of three qualities: of a first look, of an answer of which nothing is asked, and of one that
+/// others are judged by.
+pub const DRAFT: f64 = 0.05;
+/// See [`DRAFT`].
+pub const USUAL: f64 = 0.01;
+/// See [`DRAFT`].
+pub const REFERENCE: f64 = 0.003;
+
+/// Errors that can be asked for.
+pub const LEAST: f64 = 0.002;
+/// See [`LEAST`].
+pub const MOST: f64 = 0.1;
+
+/// Who solves.
 #[derive(Clone, Copy)]
 pub enum Solver<'a> {
     /// Rays, or the twin of the item buffer.
@@ -16,14 +38,21 @@ pub enum Solver<'a> {
     Gpu(&'a Gpu),
     /// The dense linear system: it does not shoot.
     Matrix,
-    /// The CPU, hierarchically, to that error: nor does it.
-    Hierarchy(f64),
+    /// The CPU, hierarchically, to an error: nor does it.
+    Hierarchy(Asked),
+    /// The same with links that the GPU finds.
+    Linking(&'a Gpu, Asked),
 }
 
 impl<'a> Solver<'a> {
     /// The GPU, if there is one.
     pub fn on(gpu: Option<&'a Gpu>) -> Self {
         gpu.map_or(Self::Cpu, Self::Gpu)
+    }
+
+    /// To an error, with links that the GPU finds, if there is one.
+    pub fn to_error(gpu: Option<&'a Gpu>, asked: Asked) -> Self {
+        gpu.map_or(Self::Hierarchy(asked), |gpu| Self::Linking(gpu, asked))
     }
 
     /// The GPU, if there is one, where an item buffer is drawn; the CPU where rays are asked.
@@ -35,7 +64,7 @@ impl<'a> Solver<'a> {
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu | Self::Hierarchy(_) => "cpu",
-            Self::Gpu(_) => "gpu",
+            Self::Gpu(_) | Self::Linking(..) => "gpu",
             Self::Matrix => "matrix",
         }
     }
@@ -45,10 +74,10 @@ impl<'a> Solver<'a> {
         matches!(self, Self::Cpu | Self::Gpu(_))
     }
 
-    /// The error that is asked for.
-    pub fn error(self) -> Option<f64> {
+    /// What is asked of the answer.
+    pub fn asked(self) -> Option<Asked> {
         match self {
-            Self::Hierarchy(error) => Some(error),
+            Self::Hierarchy(asked) | Self::Linking(_, asked) => Some(asked),
             _ => None,
         }
     }
@@ -56,7 +85,7 @@ impl<'a> Solver<'a> {
     /// The device.
     pub fn gpu(self) -> Option<&'a Gpu> {
         match self {
-            Self::Gpu(gpu) => Some(gpu),
+            Self::Gpu(gpu) | Self::Linking(gpu, _) => Some(gpu),
             Self::Cpu | Self::Matrix | Self::Hierarchy(_) => None,
         }
     }
@@ -76,7 +105,7 @@ impl<'a> Solver<'a> {
         Ok(match self {
             Self::Cpu => Box::new(CpuSolver::new(mesh, transport)),
             Self::Gpu(gpu) => Box::new(GpuSolver::new(gpu, mesh, transport)?),
-            Self::Matrix | Self::Hierarchy(_) => {
+            Self::Matrix | Self::Hierarchy(_) | Self::Linking(..) => {
                 return Err(Error::Usage(format!("{} does not shoot", self.name())));
             }
         })

@@ -1,19 +1,22 @@
 //! What can be solved: a scene, or objects put into a captured room ([`crate::relight::work`]).
 
 use super::check::Estimate;
+use super::finder::OnGpu;
 use super::interrupt::interrupted;
+use super::left::made_up;
 use super::light::missing;
 use super::solved::Solved;
 use super::solver::Solver;
 use super::warnings;
 use super::watch::Watch;
-use super::{Given, check, dense, ladder};
+use super::{check, climb, dense};
 use common::Result;
 use common::cover::sampled_until;
 use common::passes;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
 use common::solution::Warning;
+use cpu::hierarchy::find::Way;
 
 /// A task of the pipeline.
 pub trait Task {
@@ -22,13 +25,6 @@ pub trait Task {
 
     /// Solved once, at these settings.
     fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved>;
-
-    /// Whether its cells can be halved until the answer settles.
-    fn refines(&self) -> bool;
-
-    /// Which options are as good as given, where more cells and samples may mend it; none: they may
-    /// not.
-    fn mendable(&self, solved: &Solved, given: Given) -> Option<Given>;
 
     /// How far the answer may be off; none where nobody can tell.
     fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>>;
@@ -48,7 +44,13 @@ impl Task for Scene {
     fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved> {
         match solver {
             Solver::Matrix => return dense::solve(self, settings, watch),
-            Solver::Hierarchy(error) => return ladder::climb(self, settings, error, watch),
+            Solver::Hierarchy(asked) => {
+                return climb::climb(self, settings, asked, Way::Shafts, watch);
+            }
+            Solver::Linking(gpu, asked) => {
+                let maker = OnGpu::maker(gpu, &[]);
+                return climb::climb(self, settings, asked, Way::By(&maker), watch);
+            }
             Solver::Cpu | Solver::Gpu(_) => {}
         }
         let mesh = watch.of("prepare", || {
@@ -73,21 +75,13 @@ impl Task for Scene {
         })
     }
 
-    fn refines(&self) -> bool {
-        true
-    }
-
-    fn mendable(&self, solved: &Solved, given: Given) -> Option<Given> {
-        let shot = solved.moved.is_none() && (solved.run.converged || solved.run.stagnated);
-        shot.then_some(given)
-    }
-
     fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>> {
         if solved.matrix.is_some() {
             return Ok(None);
         }
         if let Some(moved) = &solved.moved {
-            return Ok(moved.estimate());
+            let (mesh, run) = (&solved.mesh, &solved.run);
+            return Ok(moved.estimate(mesh, run, made_up(mesh, run)));
         }
         let Solved {
             settings,
@@ -102,6 +96,7 @@ impl Task for Scene {
         let warnings = warnings::of(self, &solved.mesh, &solved.run, estimate);
         match solved.matrix {
             Some(_) => dense::advised(warnings),
+            None if solved.moved.is_some() => climb::advised(warnings),
             None => warnings,
         }
     }

@@ -556,12 +556,12 @@ const OPTIONS: &[Row] = &[
         "--lookup",
     ),
     row(
-        "solve room.obj --solver gpu --quality reference --item-buffer 64 --out out",
+        "solve room.obj --solver gpu --visibility rays --item-buffer 64 --out out",
         2,
         "--item-buffer",
     ),
     row(
-        "compare room.obj --quality reference --item-buffer 64 --out out",
+        "compare room.obj --visibility rays --item-buffer 64 --out out",
         2,
         "--item-buffer applies to item buffers",
     ),

@@ -256,8 +256,21 @@ fn white_walls_converge_and_say_what_rounding_adds() {
         "m.mtl",
         MATERIALS.replace(".5 .5 .5", ".999999 .999999 .999999"),
     );
-    let ended = run(&folder, &["solve", "room.obj", "--solver", "cpu"]);
+    let solve = ["solve", "room.obj", "--solver", "cpu"];
+    // Asked for an error, it says that there is none to be had.
+    let ended = run(&folder, &solve);
     let what = told("white walls", &ended);
+    println!("{what}");
+    assert_eq!(ended.code, Some(0), "{what}");
+    for said in ["rounding adds up to ", "was asked, and about "] {
+        assert!(ended.stderr.contains(said), "{}", ended.stderr);
+    }
+    energy(&folder);
+    let ended = run(
+        &folder,
+        &[&solve[..], &["--iteration", "cg", "--conserve"]].concat(),
+    );
+    let what = told("white walls, shot", &ended);
     println!("{what}");
     assert_eq!(ended.code, Some(0), "{what}");
     assert!(

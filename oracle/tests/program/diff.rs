@@ -64,6 +64,7 @@ fn store(dir: &Path, scene: &Scene, n: u32, reflected: impl Fn(u32, [f32; 2]) ->
             shooters: 0,
             field,
         },
+        off: None,
         certificate: None,
         error: None,
         warnings: &[],

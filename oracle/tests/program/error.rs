@@ -1,6 +1,7 @@
 //! `solve --error`: what it refuses, and what it writes.
 
 use super::command::{failure, folder, radiosity};
+use exr::prelude::read_first_flat_layer_from_file;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -26,7 +27,6 @@ fn what_an_error_decides_cannot_be_given_beside_it() {
         &["--raster", "pixel"],
         &["--visibility", "hemicube"],
         &["--form-factor", "disc"],
-        &["--solver", "gpu"],
         &["--solver", "matrix"],
         &["--adapter", "any"],
         &["--require-gpu"],
@@ -39,14 +39,12 @@ fn what_an_error_decides_cannot_be_given_beside_it() {
         let (code, line) = failure(&["solve", BOX, "--error", error, "--out", out]);
         assert_eq!(code, 2, "{error}: {line}");
     }
-    for command in ["compare", "plan"] {
-        let (code, line) = failure(&[command, BOX, "--error", "1%"]);
-        assert_eq!(code, 2, "{command}: {line}");
-    }
+    let (code, line) = failure(&["compare", BOX, "--error", "1%", "--cells", "2"]);
+    assert!(code == 2 && line.contains("--cells"), "{line}");
     // 19 faces of 8192² texels.
     let (code, line) = failure(&[&solve[..], &["--texels", "8192"]].concat());
     assert_eq!(code, 2, "{line}");
-    assert!(line.contains("fewer texels"), "{line}");
+    assert!(line.contains("would fit"), "{line}");
     assert!(!Path::new(out).exists(), "a refused solve wrote something");
 }
 
@@ -67,8 +65,13 @@ fn the_answer_says_what_was_asked_and_what_was_reached() {
     let error = result["estimated_error"].as_f64().unwrap();
     assert!(error > 0.0 && error <= 0.02, "{error}");
     let changes = result["certificate"]["changes"].as_array().unwrap();
-    assert_eq!(changes.last().unwrap().as_f64(), Some(error));
-    assert_eq!(result["certificate"]["causes"][0]["cause"], "refinement");
+    let causes = result["certificate"]["causes"].as_array().unwrap();
+    let names: Vec<&Value> = causes.iter().map(|part| &part["cause"]).collect();
+    assert_eq!(names, ["refinement", "iteration", "closure", "rounding"]);
+    assert_eq!(causes[0]["error"], *changes.last().unwrap());
+    let parts = causes.iter().map(|part| part["error"].as_f64().unwrap());
+    assert_eq!(parts.map(|part| part * part).sum::<f64>().sqrt(), error);
+    the_map_adds_up_to(causes[0]["error"].as_f64().unwrap(), &out, &result);
     assert_eq!(result["converged"], true);
     assert!(result["shots"].as_u64().unwrap() > 0);
     // The account closes; a twentieth of the light finds no front through the open side.
@@ -82,4 +85,97 @@ fn the_answer_says_what_was_asked_and_what_was_reached() {
     for face in result["faces"].as_array().unwrap() {
         assert_eq!(face["texels"], json!([8, 8]));
     }
+}
+
+/// The map holds the worst channel of each texel: never less than the worst of all, and little more.
+fn the_map_adds_up_to(error: f64, out: &Path, result: &Value) {
+    let plane = |file: &str, name: &str| {
+        let image = read_first_flat_layer_from_file(out.join(file)).unwrap();
+        let width = image.layer_data.size.width();
+        let mut channels = image.layer_data.channel_data.list.into_iter();
+        let channel = channels.find(|channel| channel.name.eq(name)).unwrap();
+        let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+        move |x: usize, y: usize| f64::from(values[y * width + x])
+    };
+    let map = plane("error.exr", "Y");
+    let (mut off, mut light) = (0.0, [0.0; 3]);
+    for face in result["faces"].as_array().unwrap() {
+        let [x, y, w, h] = [0, 1, 2, 3].map(|k| face["rect"][k].as_u64().unwrap() as usize);
+        let area = face["area"].as_f64().unwrap() / (w * h) as f64;
+        for (i, j) in (0..w).flat_map(|i| (0..h).map(move |j| (x + i, y + j))) {
+            assert!(map(i, j) >= 0.0);
+            off += area * map(i, j).powi(2);
+        }
+        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let radiosity = plane("lightmap.exr", name);
+            let emission = face["emission"][c].as_f64().unwrap();
+            for (i, j) in (0..w).flat_map(|i| (0..h).map(move |j| (x + i, y + j))) {
+                light[c] += area * (radiosity(i, j) - emission).powi(2);
+            }
+        }
+    }
+    let least = light.into_iter().fold(f64::INFINITY, f64::min);
+    let most = light.into_iter().fold(0.0, f64::max);
+    let [low, high] = [most, least].map(|light| (off / light).sqrt());
+    assert!(low < 1.5 * error && error <= high, "{low} {error} {high}");
+}
+
+#[test]
+fn the_gpu_solves_to_an_error() {
+    let out = folder("error-gpu").join("out");
+    let solve = ["solve", BOX, "--solver", "gpu", "--error", "5%"];
+    let rest = ["--texels", "4", "--out", out.to_str().unwrap()];
+    let output = radiosity(&[&solve[..], &rest].concat());
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    let file = fs::read(out.join("result.json")).unwrap();
+    let result: Value = serde_json::from_slice(&file).unwrap();
+    assert_eq!(result["solver"], "gpu");
+    assert!(result["adapter"].is_string(), "{}", result["adapter"]);
+    assert_eq!(result["settings"]["error"], 0.05);
+    let error = result["estimated_error"].as_f64().unwrap();
+    assert!(error > 0.0 && error <= 0.05, "{error}");
+}
+
+#[test]
+fn a_map_of_another_solve_does_not_stay() {
+    let out = folder("error-stale").join("out");
+    let solve = ["solve", BOX, "--solver", "cpu", "--texels", "4", "--out"];
+    for (options, is_there) in [(&[][..], true), (&["--cells", "2"][..], false)] {
+        let output = radiosity(&[&solve[..], &[out.to_str().unwrap()], options].concat());
+        assert_eq!(output.status.code(), Some(0));
+        assert_eq!(out.join("error.exr").exists(), is_there);
+    }
+}
+
+/// The settings of a solve of the box with these options, and the texels of its faces.
+fn settings(name: &str, options: &[&str]) -> (Value, Vec<u64>) {
+    let out = folder(name).join("out");
+    let solve = ["solve", BOX, "--solver", "cpu", "--out"];
+    let output = radiosity(&[&solve[..], &[out.to_str().unwrap()], options].concat());
+    assert_eq!(output.status.code(), Some(0), "{options:?}");
+    let file = fs::read(out.join("result.json")).unwrap();
+    let result: Value = serde_json::from_slice(&file).unwrap();
+    let faces = result["faces"].as_array().unwrap().iter();
+    let sides = faces.map(|face| face["texels"][0].as_u64().unwrap());
+    (result["settings"].clone(), sides.collect())
+}
+
+#[test]
+fn without_an_option_of_shooting_it_solves_to_an_error() {
+    for (name, options, error) in [
+        ("error-default", &[][..], 0.01),
+        ("error-draft", &["--quality", "draft"], 0.05),
+        ("error-texels", &["--texels", "4"], 0.01),
+    ] {
+        let (settings, sides) = settings(name, options);
+        assert_eq!(settings["error"], error, "{options:?}");
+        // Texels follow from the light where nobody asks for some.
+        let asked = options.contains(&"--texels");
+        let alike = sides.iter().all(|side| *side == sides[0]);
+        assert_eq!(alike, asked, "{sides:?}");
+        assert_eq!(settings["texels"].is_null(), !asked, "{settings}");
+    }
+    let (settings, _) = settings("error-cells", &["--cells", "2", "--texels", "4"]);
+    assert!(settings["error"].is_null() && settings["cells"] == 2);
 }

@@ -1,6 +1,7 @@
 //! The program as scripts use it.
 
 mod chart;
+mod check;
 mod command;
 mod diff;
 mod error;

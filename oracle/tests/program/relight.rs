@@ -59,7 +59,7 @@ fn relight_writes_what_the_contract_says() {
     let (room, object) = room_and_object(&folder);
     let solved = folder.join("solved");
     let solved = solved.to_str().unwrap();
-    // Cells and samples are given, so that none of the three rooms is mended.
+    // Cells and samples are given, so that all three rooms shoot alike.
     let quality = ["--texels", "4", "--quiet", "--solver", "cpu"];
     let links = ["--cells", "4", "--samples", "4"];
     let run = |arguments: &[&str]| {
@@ -248,6 +248,60 @@ fn floor(folder: &Path) -> f64 {
         .sum()
 }
 
+/// What a relight writes.
+const OUTPUTS: [&str; 6] = [
+    "lightmap.exr",
+    "result.json",
+    "composite.exr",
+    "background.exr",
+    "composite.png",
+    "report.html",
+];
+
+#[test]
+fn a_relight_to_an_error_replaces_what_was_there() {
+    let folder = folder("relight-error");
+    let (room, object) = room_and_object(&folder);
+    let run = |name: &str, options: &[&str]| {
+        let out = folder.join(name);
+        fs::create_dir_all(&out).unwrap();
+        for file in OUTPUTS {
+            fs::write(out.join(file), b"poison").unwrap();
+        }
+        let room = ["relight", "--room", &room, "--object", &object, "--quiet"];
+        let place = ["--place", "0.5,0.4,0.5", "--out", out.to_str().unwrap()];
+        let output = radiosity(&[&room[..], &place, options].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text}");
+        for file in OUTPUTS {
+            let bytes = fs::read(out.join(file)).unwrap();
+            assert!(bytes.len() > 100, "{file} is as it was");
+        }
+        out
+    };
+    let out = run("out", &["--error", "2%"]);
+    let result = json(out.join("result.json"));
+    assert_eq!(result["method"], "signed");
+    assert_eq!(result["settings"]["error"], 0.02);
+    let error = result["estimated_error"].as_f64().unwrap();
+    assert!(error > 0.0 && error <= 0.02, "{error}");
+    assert_eq!(result["negative_texels"], 0);
+    assert_eq!(result["exposure"]["curve"], "filmic");
+    // Brighter by two stops and by another curve: the PNG is another, the radiance the same.
+    let bright = ["--error", "2%", "--exposure", "2", "--curve", "linear"];
+    let other = run("bright", &bright);
+    let bytes = |folder: &Path, name: &str| fs::read(folder.join(name)).unwrap();
+    for file in ["composite.exr", "background.exr", "lightmap.exr"] {
+        assert_eq!(bytes(&out, file), bytes(&other, file), "{file}");
+    }
+    assert_ne!(bytes(&out, "composite.png"), bytes(&other, "composite.png"));
+    let white = |result: &Value| result["exposure"]["white"].as_f64().unwrap();
+    let brighter = json(other.join("result.json"));
+    assert!((white(&brighter) * 4.0 / white(&result) - 1.0).abs() < 1e-6);
+    assert_eq!(brighter["exposure"]["curve"], "linear");
+    fs::remove_dir_all(folder).unwrap();
+}
+
 #[test]
 fn bad_relights_are_one_line_and_code_2() {
     let folder = folder("relight-bad");
@@ -316,6 +370,10 @@ fn bad_relights_are_one_line_and_code_2() {
         (
             vec!["--room", &room, "--object", &object, "--mend", "bleeding"],
             "--mend",
+        ),
+        (
+            vec!["--room", &room, "--object", &object, "--exposure", "nan"],
+            "--exposure",
         ),
         (
             vec!["--room", &room, "--object", &object, "--conserve"],

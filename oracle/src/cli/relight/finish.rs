@@ -10,6 +10,7 @@ use crate::relight::page::{Report, html};
 use crate::relight::stage::Stage;
 use crate::relight::thumbnail::thumbnail;
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
+use crate::show::picture::Exposure;
 use crate::show::view::camera::Camera;
 use crate::solve::solved::{Recovered, Solved};
 use crate::solve::watch::Watch;
@@ -48,6 +49,7 @@ pub fn write(
     let picture = watch.of("composite", || {
         composite::composite(&seen, &camera, SIZE, backdrop)
     });
+    let exposure = files::exposure(&picture).opened(arguments.exposure, arguments.curve.into());
     let energy = Energy::new(&done.mesh, &done.run.field, &done.run.shots);
     let mut notes = stage.notes.clone();
     notes.extend(said(stage, done, relit));
@@ -61,13 +63,14 @@ pub fn write(
         solve: watch.seconds(&["relight"]),
     };
     let solution = Solution {
-        error: None,
-        relit: Some(description(arguments, stage, done, relit, &picture)),
+        relit: Some(description(
+            arguments, stage, done, relit, &picture, exposure,
+        )),
         ..answered.solution(question, &notes, seconds)
     };
     watch.of("write", || -> Result<()> {
         solution.write(out)?;
-        files::write(out, &picture, files::exposure(&picture))
+        files::write(out, &picture, exposure)
     })?;
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
@@ -78,6 +81,7 @@ pub fn write(
         settings: &listed(arguments, &solution),
         relit: &seen,
         composite: &picture,
+        exposure,
         camera,
         energy: Some(&energy),
         map_shots: relit.map_shots as u32,
@@ -126,6 +130,7 @@ fn description(
     done: &Solved,
     relit: &Recovered,
     picture: &composite::Composite,
+    exposure: Exposure,
 ) -> Value {
     let mended = arguments.mend.iter().filter_map(|f| f.to_possible_value());
     json!({
@@ -141,6 +146,11 @@ fn description(
         "objects": arguments.objects.objects.iter().map(described).collect::<Vec<_>>(),
         "eye": stage.captured.panorama.as_ref().map(|(_, eye)| eye.to_array()),
         "camera": arguments.camera,
+        "exposure": {
+            "stops": arguments.exposure,
+            "white": exposure.white,
+            "curve": exposure.curve.name(),
+        },
     })
 }
 

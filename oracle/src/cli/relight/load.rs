@@ -16,10 +16,17 @@ const MANY_FACES: usize = 1000;
 /// exchange nothing, is then a thousandth of it at most.
 const LEAST_ROOM: f64 = 1e3 * CONTACT as f64;
 
-/// Room and objects, put together.
-pub fn stage(arguments: &Arguments) -> Result<Stage> {
+/// Texels a side of a panorama's wall that shoot as few nodes as light allows.
+const FINE: u32 = 64;
+
+/// Room and objects, put together; `to_error`: not every texel costs the same.
+pub fn stage(arguments: &Arguments, to_error: bool) -> Result<Stage> {
     let common = &arguments.common;
-    let texels_asked = common.texels.unwrap_or(common.quality().meshing().texels);
+    let usual = match to_error {
+        true => FINE,
+        false => common.quality().meshing().texels,
+    };
+    let texels_asked = common.texels.unwrap_or(usual);
     let placement = Placement {
         size: arguments.room_size,
         eye: arguments.eye,

@@ -7,12 +7,13 @@ use super::Outcome;
 use super::objects::{Objects, camera, triple};
 use super::options::Common;
 use super::progress::{Progress, listen};
-use super::solve::visibility;
+use super::solve::{error, to_error, visibility};
 use super::solver::{SolverOption, choose, open};
 use crate::cli::tell::say;
 use crate::relight::stage::Stage;
 use crate::relight::work::Relighting;
-use crate::solve::solver::Solver;
+use crate::show::tone::Curve;
+use crate::solve::solver::{Asked, Solver};
 use crate::solve::watch::Watch;
 use crate::solve::{Question, answer};
 use clap::{Args, ValueEnum};
@@ -62,6 +63,27 @@ enum MapOption {
     Angular,
 }
 
+/// `--curve`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum CurveOption {
+    /// As it is; what is brighter than white is white
+    Linear,
+    /// Reinhard's photographic operator: all is dimmed, the brighter the more
+    Reinhard,
+    /// As it is up to half of white, then Uchimura's shoulder: nothing burns out
+    Filmic,
+}
+
+impl From<CurveOption> for Curve {
+    fn from(option: CurveOption) -> Self {
+        match option {
+            CurveOption::Linear => Self::Linear,
+            CurveOption::Reinhard => Self::Reinhard,
+            CurveOption::Filmic => Self::Filmic,
+        }
+    }
+}
+
 /// Arguments of `relight`.
 #[derive(Args)]
 pub struct Arguments {
@@ -94,6 +116,15 @@ pub struct Arguments {
     /// Eye, target and vertical field of view in degrees [default: one that shows the objects]
     #[arg(long, value_name = "EX,EY,EZ,TX,TY,TZ,FOV", value_parser = camera, allow_hyphen_values = true)]
     camera: Option<[f64; 7]>,
+    /// Opens composite.png by so many stops; at 0 the 90th percentile of what is seen is at 80 % of white
+    #[arg(long, value_name = "EV", default_value = "0", value_parser = stops, allow_negative_numbers = true)]
+    exposure: f64,
+    /// How light becomes a colour of composite.png and report.html; the EXRs hold radiance all the same
+    #[arg(long, value_enum, default_value = "filmic")]
+    curve: CurveOption,
+    /// Relight until the answer is P per cent off at most, 0.2 to 10 [default: 1, unless an option below asks for shooting]
+    #[arg(long, value_name = "P%", value_parser = error, allow_negative_numbers = true)]
+    error: Option<f64>,
     /// Where the results go
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -104,19 +135,24 @@ pub struct Arguments {
     common: Common,
 }
 
+/// An exposure's stops.
+fn stops(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(stops) if stops.abs() <= 64.0 => Ok(stops),
+        _ => Err(format!("{text} is not between −64 and 64")),
+    }
+}
+
 /// Relights and writes.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let common = &arguments.common;
     let method = method(arguments)?;
-    let solver = choose(arguments.solver, common)?;
-    if solver == SolverOption::Matrix {
-        return Err(Error::Usage("relight shoots: --solver cpu or gpu".into()));
-    }
+    let (solver, error) = who(arguments)?;
     common.not_for_rays(visibility(common, solver == SolverOption::Gpu))?;
     let progress = Progress::new("relight", common.quiet);
     let show = |phase: &str, done| progress.show(phase, done);
     let watch = Watch::new(&show);
-    let stage = watch.of("load", || load::stage(arguments))?;
+    let stage = watch.of("load", || load::stage(arguments, error.is_some()))?;
     for note in &stage.notes {
         say!("note: {note}");
     }
@@ -131,13 +167,38 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let question = Question {
         task: &task,
         settings: &settings,
-        given: common.given(),
-        solver: Solver::on(device.as_ref()),
+        solver: match error {
+            Some(error) => {
+                let texels = common.texels.or(arguments.object_texels);
+                Solver::to_error(device.as_ref(), Asked { error, texels })
+            }
+            None => Solver::on(device.as_ref()),
+        },
     };
     let answered = answer(&question, &watch)?;
     progress.clear();
     let outcome = finish::write(arguments, &stage, &question, &answered, &watch)?;
     missing.map_or(Ok(outcome), Err)
+}
+
+/// Who relights, and the error that is asked for; none: it shoots.
+fn who(arguments: &Arguments) -> Result<(SolverOption, Option<f64>)> {
+    let common = &arguments.common;
+    if let Some(error) = arguments.error {
+        if arguments.method == MethodOption::Paper {
+            return Err(Error::Usage(
+                "--error: --method paper shoots; leave one of them out".into(),
+            ));
+        }
+        common.not_for_error()?;
+        return Ok((to_error(arguments.solver, common)?, Some(error)));
+    }
+    let solver = choose(arguments.solver, common)?;
+    if solver == SolverOption::Matrix {
+        return Err(Error::Usage("relight shoots: --solver cpu or gpu".into()));
+    }
+    let may = arguments.method != MethodOption::Paper;
+    Ok((solver, common.error().filter(|_| may)))
 }
 
 /// The method; none is `full`.

@@ -7,9 +7,11 @@
 //! in the code can break one of these. What pixels cannot resolve is the method's error: it is
 //! reported, and bounded by what the scene's silhouettes could bring ([`doubt`]).
 
+pub mod asked;
 pub mod counts;
 pub mod difference;
 pub mod doubt;
+pub mod finders;
 pub mod linked;
 mod outline;
 pub mod pairs;
@@ -118,6 +120,7 @@ pub fn compare(scene: &Scene, request: &Request, watch: &Watch) -> Result<Compar
     Ok(Comparison {
         scene: scene.clone(),
         way: Way::Asked,
+        asked: None,
         settings,
         gpu_settings,
         adapter: request.gpu.line.name.clone(),
@@ -128,9 +131,10 @@ pub fn compare(scene: &Scene, request: &Request, watch: &Watch) -> Result<Compar
         pairs: sights.pairs,
         lockstep_difference: apart[0],
         free_difference: apart[1],
+        estimates: [None, None],
         error: [None, None],
         truth: None,
-        item_buffer,
+        item_buffer: Some(item_buffer),
         gates,
         findings,
         notes: Vec::new(),

@@ -47,6 +47,15 @@ pub struct Evidence<'a> {
 
 /// All conditions.
 pub fn gates(e: &Evidence) -> Vec<Gate> {
+    let mut gates = of_stages(e.stages);
+    gates.extend(visibility(e.pairs));
+    gates.extend(radiosity(e));
+    gates.extend(runs(e));
+    gates
+}
+
+/// Shaders against their twins.
+pub fn of_stages(stages: &[Stage]) -> Vec<Gate> {
     let of_stage = |stage: &Stage| Gate {
         name: format!("WGSL = twin: {}", stage.name),
         value: stage.worst,
@@ -54,11 +63,7 @@ pub fn gates(e: &Evidence) -> Vec<Gate> {
         reason: stage.reason.clone(),
         pass: stage.agree,
     };
-    let mut gates: Vec<Gate> = e.stages.iter().map(of_stage).collect();
-    gates.extend(visibility(e.pairs));
-    gates.extend(radiosity(e));
-    gates.extend(runs(e));
-    gates
+    stages.iter().map(of_stage).collect()
 }
 
 fn share(part: u64, pairs: &Pairs) -> f64 {
@@ -151,7 +156,7 @@ fn runs(e: &Evidence) -> Vec<Gate> {
         gates.push(Gate::at_most(
             &format!("energy imbalance, {name}"),
             energy.imbalance,
-            imbalance(e, energy, run),
+            imbalance(e.mesh, run, energy, again(e.settings, run)),
             "roundings of each shot, and of what texels hold",
         ));
         gates.push(Gate::at_most(
@@ -189,11 +194,10 @@ fn untold(mesh: &Mesh, run: &Run) -> f64 {
 /// What f32 rounding may leave of the balance, as a share of the emitted power (0/0 = 0).
 ///
 /// Each shot: its flux is a sum over texels, ΣF one over texels and cells, then two products and
-/// two quotients, [`REFLECTION`] roundings of the power shot (and of ΣF times it where the factors
+/// two quotients, `REFLECTION` roundings of the power shot (and of ΣF times it where the factors
 /// exceed 1). What is held, absorbed and unshot, is a sum of as many terms as there are shots in a
-/// texel. Where cells exchange, each pass adds over the cells again.
-fn imbalance(e: &Evidence, energy: &Energy, run: &Run) -> f64 {
-    let mesh = e.mesh;
+/// texel, and the whole of it `again` as often.
+pub fn imbalance(mesh: &Mesh, run: &Run, energy: &Energy, again: f64) -> f64 {
     let sum = |part: [f64; 3]| part.iter().sum::<f64>();
     let power = |s: &Shot| {
         let power = f64::from(Vec3::from(s.power).abs().element_sum());
@@ -202,16 +206,20 @@ fn imbalance(e: &Evidence, energy: &Energy, run: &Run) -> f64 {
     let shot: f64 = run.shots.iter().map(power).sum::<f64>() * mesh.area_unit();
     let terms = run.shots.len().max(mesh.cells.len()) as f64;
     let held = sum(energy.absorbed) + sum(energy.unshot);
-    let passes = if e.settings.schedule.iteration == Iteration::Southwell {
+    let emitted = sum(energy.emitted);
+    if emitted > 0.0 {
+        U * (REFLECTION + SUM * terms.sqrt()) * (shot * again + held) / emitted
+    } else {
+        0.0
+    }
+}
+
+/// Where cells exchange, each pass adds over the cells again.
+fn again(settings: &Settings, run: &Run) -> f64 {
+    if settings.schedule.iteration == Iteration::Southwell {
         1.0
     } else {
         f64::from(run.passes).sqrt()
-    };
-    let emitted = sum(energy.emitted);
-    if emitted > 0.0 {
-        U * (REFLECTION + SUM * terms.sqrt()) * (shot * passes + held) / emitted
-    } else {
-        0.0
     }
 }
 

@@ -4,6 +4,7 @@ use super::pictures::Pictures;
 use super::{Diff, FaceDiff};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, colour_bar, figure, notes, table, verdict};
+use common::energy::Energy;
 use common::solution::Stored;
 use maud::{Markup, html};
 
@@ -39,6 +40,67 @@ pub fn html(
     };
     Page {
         title: "Radiosity: two results compared",
+        bar: ("Parts", links),
+        verdict: held(diff, tolerance),
+        style: "",
+        body,
+    }
+    .html()
+}
+
+/// The page of a result against what follows from its own light, of which the first gathering differs by
+/// `one_bounce`.
+pub fn checked(
+    result: &Stored,
+    (diff, one_bounce, energy): (&Diff, f64, &Energy),
+    pictures: &Pictures,
+    tolerance: Option<f64>,
+) -> String {
+    let links = html! {
+        a href="#top" { "Figures" }
+        a href="#energy" { "Energy" }
+        a href="#views" { "What they see" }
+        a href="#textures" { "All textures" }
+        a href="#faces" { "Face by face" }
+    };
+    let rows = [
+        ("Emitted", energy.emitted),
+        ("Absorbed", energy.absorbed),
+        ("Unshot", energy.unshot),
+        ("Escaped", energy.escaped),
+        ("Lost or made up", energy.closure),
+    ];
+    let body = html! {
+        p.facts {
+            "A, the result: " code { (result.dir.display()) } " · "
+            (count(result.radiosity.len() as u64)) " texels · "
+            (count(diff.faces.len() as u64)) " faces" br;
+            "B: what follows from its own light, " code { "E + ρKB" } " gathered anew at every texel, and what "
+            "that changes, sent on until it was spent"
+        }
+        p {
+            "The first gathering differs by " b { (percent(one_bounce)) } ", with all later bounces by "
+            b { (percent(diff.worst())) } ". A result that solves the radiosity equation differs by nothing; its "
+            "own emission and reflectances are taken as true."
+        }
+        (notes(&diff.notes))
+        (figures(diff, pictures))
+        section #energy {
+            h2 { "Energy" }
+            p { "In the file's units of power; what is lost or made up is what remains." }
+            (table("", &["", "#R", "#G", "#B"], html! {
+                @for (name, parts) in rows {
+                    tr { td { (name) } @for part in parts { td.n { (number(part)) } } }
+                }
+                tr { td { "Imbalance" } td.n colspan="3" { (percent(energy.imbalance)) } }
+            }))
+        }
+        (views(pictures))
+        (textures(pictures))
+        (faces(diff))
+    };
+    Page {
+        title: "Radiosity: a result judged by its own light",
         bar: ("Parts", links),
         verdict: held(diff, tolerance),
         style: "",

@@ -9,6 +9,7 @@ use crate::relight::pictures::Pictures;
 use crate::relight::thumbnail::{Thumbnail, marked};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, colour_bar, figure, verdict};
+use crate::show::picture::Exposure;
 use crate::show::report::tables::energy as power;
 use crate::show::view::camera::Camera;
 use common::energy::Energy;
@@ -27,6 +28,8 @@ pub struct Report<'a> {
     pub relit: &'a Relit<'a>,
     /// What the camera saw.
     pub composite: &'a Composite,
+    /// How bright the pictures are.
+    pub exposure: Exposure,
     /// The camera, in the mesh's coordinates.
     pub camera: Camera,
     /// Where the power went; none where the method keeps no balance.
@@ -51,7 +54,7 @@ pub struct Report<'a> {
 
 /// The page.
 pub fn html(report: &Report) -> String {
-    let pictures = Pictures::new(report.relit, report.composite);
+    let pictures = Pictures::new(report.relit, report.composite, report.exposure);
     let links = html! {
         a href="#top" { "Composite" }
         a href="#change" { "What the object changed" }
@@ -141,8 +144,8 @@ fn views(report: &Report, p: &Pictures) -> Markup {
     html! {
         div.grid {
             (figure("", &p.views[1], "The room with the object", html! {
-                b { "Composite" } " · the background, plus what the object changes in the room, and the object "
-                "itself. White is " (white) " W/m²/sr."
+                b { "Composite" } " · the background, times what the object changes of the room's light, and "
+                "the object itself. White is " (white) " W/m²/sr."
             }))
             (figure("", &p.views[0], "The room as it was captured", html! {
                 b { "Background" } " · as it was captured, at the same exposure."
@@ -150,13 +153,13 @@ fn views(report: &Report, p: &Pictures) -> Markup {
         }
         p.small {
             "Camera at (" (eye.map(number).join(", ")) ") in the scene's unit, vertical field of view "
-            (number(f64::from(report.camera.fov_degrees))) "°; backs are looked through. The exposure brings the "
-            "90th percentile of what both pictures show, lights left out, to 80 % of white. Both pictures are in "
+            (number(f64::from(report.camera.fov_degrees))) "°; backs are looked through. Unless "
+            "it was moved, the exposure brings the 90th percentile of what both pictures show, lights left out, to "
+            "80 % of white; the curve is " (p.exposure.curve.name()) ". Both pictures are in "
             code { "composite.exr" } " and " code { "background.exr" } " as radiance (W/m²/sr), not clipped. "
             @if c.negative > 0 {
-                b { (count(c.negative as u64)) " pixels" } " of the composite are below 0 (black here, kept in the "
-                "EXR): there the background is darker than the room's model, and the shadow takes more than is "
-                "there."
+                b { (count(c.negative as u64)) " pixels" } " of the composite would be below 0 and are black: "
+                "there the background is darker than the room's model, and the shadow takes more than is there."
             } @else { "No pixel of the composite is below 0." }
         }
         div.grid {

@@ -1,7 +1,7 @@
 //! The pictures and charts of one scene's comparison.
 
 use super::charts;
-use crate::judge::comparison::Comparison;
+use crate::judge::comparison::{Comparison, ItemBufferPicture};
 use crate::show::picture::{
     Exposure, atlas, decode, diverging, face_colour, item_buffer, luminance, range, rms,
 };
@@ -33,10 +33,8 @@ pub struct Figures {
     pub exposure: Exposure,
     /// All texels: CPU, GPU.
     pub atlases: [String; 2],
-    /// A shot's item buffer, and the scene in the same colours.
-    pub item_buffer: [String; 2],
-    /// Name and number of the face that shot it.
-    pub shooter: String,
+    /// A shot's item buffer; none where nothing is shot.
+    pub item_buffer: Option<Buffer>,
     /// Unshot power against shots.
     pub convergence: Option<String>,
     /// Mismatches by distance.
@@ -45,6 +43,18 @@ pub struct Figures {
     pub quality: Quality,
     /// Where the camera stands.
     pub camera: Camera,
+}
+
+/// A shot's item buffer.
+pub struct Buffer {
+    /// It, and the scene in the same colours.
+    pub pictures: [String; 2],
+    /// Name and number of the face that shot.
+    pub shooter: String,
+    /// Which cell.
+    pub cell: u32,
+    /// Pixels a side.
+    pub size: u32,
 }
 
 impl Figures {
@@ -57,16 +67,6 @@ impl Figures {
         let cpu = surface.interpolate(&c.cpu.field.irradiance);
         let exposure = exposure(c, &view, &cpu);
         let (differences, range, rms) = differences(c, &view, &surface);
-        let shooter = c
-            .mesh
-            .cells
-            .get(c.item_buffer.cell as usize)
-            .map_or(0, |cell| cell.face);
-        let name = c
-            .scene
-            .faces
-            .get(shooter as usize)
-            .map_or("", |face| &face.name);
         Self {
             views: [&cpu, &surface.interpolate(&c.gpu.field.irradiance)].map(|field| {
                 view.shade(|hit| exposure.display(field.radiosity(&hit.stencil)))
@@ -78,11 +78,7 @@ impl Figures {
             exposure,
             atlases: [&c.cpu, &c.gpu]
                 .map(|run| atlas(&c.mesh, &run.field.radiosity, exposure).data_uri()),
-            item_buffer: [
-                item_buffer(&c.item_buffer.ids, c.item_buffer.size).data_uri(),
-                view.shade(|hit| face_colours(hit, shooter)).data_uri(),
-            ],
-            shooter: format!("face {shooter} “{name}”"),
+            item_buffer: c.item_buffer.as_ref().map(|shot| buffer(c, shot, &view)),
             convergence: singly(c)
                 .then(|| charts::convergence(&c.cpu, &c.gpu, c.settings.schedule.epsilon))
                 .flatten(),
@@ -93,9 +89,25 @@ impl Figures {
     }
 }
 
+fn buffer(c: &Comparison, shot: &ItemBufferPicture, view: &View) -> Buffer {
+    let cell = c.mesh.cells.get(shot.cell as usize);
+    let shooter = cell.map_or(0, |cell| cell.face);
+    let face = c.scene.faces.get(shooter as usize);
+    let name = face.map_or("", |face| &face.name);
+    Buffer {
+        pictures: [
+            item_buffer(&shot.ids, shot.size).data_uri(),
+            view.shade(|hit| face_colours(hit, shooter)).data_uri(),
+        ],
+        shooter: format!("face {shooter} “{name}”"),
+        cell: shot.cell,
+        size: shot.size,
+    }
+}
+
 /// Whether one cell shot after the other: only then is there a log to draw.
 pub fn singly(c: &Comparison) -> bool {
-    c.settings.schedule.iteration == Iteration::Southwell
+    c.asked.is_none() && c.settings.schedule.iteration == Iteration::Southwell
 }
 
 /// The shooter itself is white.
@@ -119,7 +131,13 @@ fn exposure(c: &Comparison, view: &View, cpu: &Interpolant) -> Exposure {
 /// Signed difference of the reflected luminance through the camera, its range, and what 1 is.
 fn differences(c: &Comparison, view: &View, surface: &Surface) -> ([String; 2], f64, f64) {
     let rms = unit(c);
-    let fields = [&c.gpu, &c.lockstep].map(|run| surface.interpolate(&minus(run, &c.cpu.field)));
+    // Lockstep is the CPU's log on the GPU, or the GPU's decisions on the CPU.
+    let lockstep = match c.asked {
+        Some(_) => [&c.gpu, &c.lockstep],
+        None => [&c.lockstep, &c.cpu],
+    };
+    let fields = [[&c.gpu, &c.cpu], lockstep]
+        .map(|[run, from]| surface.interpolate(&minus(run, &from.field)));
     let at = |field: &Interpolant, hit: &Hit| {
         let reflectance = c.mesh.texels[hit.stencil.texel as usize].reflectance;
         let difference = reflectance * field.value(&hit.stencil).as_vec3();

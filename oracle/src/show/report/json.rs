@@ -3,6 +3,8 @@
 use crate::judge::comparison::{Comparison, Gate, Judged, Stage};
 use crate::show::view::quality::Quality;
 use crate::show::view::surface::Surface;
+use crate::solve::solver::Asked;
+use common::settings::Settings;
 use serde_json::{Map, Value, json};
 
 /// All scenes, in the order given. NaN becomes null.
@@ -41,7 +43,8 @@ fn way(c: &Comparison) -> Value {
         "findings": c.findings,
         "stages": stages(&c.stages),
         "interpolation": Quality::new(&surface.interpolate(&c.cpu.field.irradiance)),
-        "settings": { "cpu": c.settings, "gpu": c.gpu_settings },
+        "estimated_error": { "cpu": c.estimates[0], "gpu": c.estimates[1] },
+        "settings": { "cpu": in_force(c, &c.settings), "gpu": in_force(c, &c.gpu_settings) },
         "adapter": c.adapter,
         "seconds": { "cpu": c.seconds[0], "gpu": c.seconds[1] },
         "faces": c.mesh.faces.len(),
@@ -49,6 +52,14 @@ fn way(c: &Comparison) -> Value {
         "texels": c.mesh.texels.len(),
         "notes": c.scene.notes.iter().chain(&c.notes).collect::<Vec<_>>(),
     })
+}
+
+/// The options that decide.
+pub fn in_force(c: &Comparison, shooting: &Settings) -> Value {
+    match c.asked {
+        Some(Asked { error, texels }) => json!({ "error": error, "texels": texels }),
+        None => json!(shooting),
+    }
 }
 
 /// The stages by name.

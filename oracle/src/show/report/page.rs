@@ -73,7 +73,9 @@ fn overview(judged: &[Judged]) -> Markup {
                     td { (c.way.name()) }
                     td.n { (both(&|i| error(c, i))) }
                     td.n { (both(&|i| count([c.mesh.faces.len(), c.mesh.texels.len()][i] as u64))) }
-                    td.n { (both(&|i| count([&c.cpu, &c.gpu][i].shooters))) }
+                    td.n {
+                        @if c.asked.is_some() { "–" } @else { (both(&|i| count([&c.cpu, &c.gpu][i].shooters))) }
+                    }
                     td.n { (both(&|i| percent([c.lockstep_difference, c.free_difference][i].relative_rms))) }
                     td.n { (both(&|i| count([c.pairs.mismatched, c.pairs.unexplained][i]))) }
                     td.n { (both(&|i| percent([c.cpu_energy, c.gpu_energy][i].imbalance))) }
@@ -112,6 +114,13 @@ fn explanation() -> Markup {
                     "send the two different ways."
                 }
                 li { b { "Free: " } "each chooses its own next shooter, as users run it." }
+            }
+            p {
+                "Where an answer is solved to an error nothing is shot: texels and nodes of a tree are linked, and both "
+                "decide alike which links there are. So the GPU's links are held against those that the CPU finds by "
+                "rays, question by question; its answer against the CPU's by the same decisions (lockstep), and "
+                "against the CPU's as it solves by itself, with shafts and clusters (free). These two may differ by "
+                "what they say of themselves."
             }
             p {
                 "The solvers agree on a scene when every condition in its table holds; each bound is given with its "

@@ -28,7 +28,7 @@ fn way(c: &Comparison, several: bool) -> Markup {
         (accuracy(c))
         p.facts {
             (count(c.mesh.faces.len() as u64)) " faces · "
-            (count(c.mesh.cells.len() as u64)) " shooters · "
+            @if c.asked.is_none() { (count(c.mesh.cells.len() as u64)) " shooters · " }
             (count(c.mesh.texels.len() as u64)) " texels · " (c.adapter)
         }
         (notes(c))
@@ -38,12 +38,14 @@ fn way(c: &Comparison, several: bool) -> Markup {
         (tables::gates(&c.gates))
         h3 { "How far apart" }
         p { "Reflected radiosity B − E per texel, area-weighted; the worst channel counts." }
-        (tables::differences(&c.lockstep_difference, &c.free_difference))
+        (tables::differences(c))
         (visibility(c, &figures))
+        (links(c))
         h3 { "Shaders against their twins" }
         p {
-            "Each shader and its counterpart in plain Rust get the same input, which the GPU itself had there; "
-            "one ulp is a unit in the last place of a 32-bit float."
+            "Each shader and its counterpart in plain Rust get the same input"
+            @if c.asked.is_none() { ", which the GPU itself had there; one ulp is a unit in the last place of a 32-bit float" }
+            "."
         }
         (tables::stages(&c.stages))
         h3 { "Where the power went" }
@@ -58,7 +60,7 @@ fn way(c: &Comparison, several: bool) -> Markup {
 
 fn heading(way: Way) -> &'static str {
     match way {
-        Way::Solve => "What solve does by default",
+        Way::Solve => "What solve does by default: to an error",
         Way::Paper => "The paper's way: whole faces, discs, one sample, an item buffer",
         Way::Asked => "As asked for",
     }
@@ -68,6 +70,12 @@ fn heading(way: Way) -> &'static str {
 /// says nothing of it.
 fn accuracy(c: &Comparison) -> Markup {
     html! {
+        @if let Some(asked) = c.asked {
+            p.accuracy {
+                "Asked: " (percent(asked.error)) " off at most. By its own estimate the CPU's answer is "
+                b.cpu { (estimate(c, 0)) } " off, and the GPU's " b.gpu { (estimate(c, 1)) } "."
+            }
+        }
         @match &c.truth {
             Some(truth) => p.accuracy {
                 "The answers are " b.cpu { (error(c, 0)) } " off on the CPU and " b.gpu { (error(c, 1)) }
@@ -126,15 +134,22 @@ fn agreement(c: &Comparison) -> Markup {
 
 fn views(f: &Figures, c: &Comparison) -> Markup {
     let white = number(f64::from(f.exposure.white));
-    let by = match c.gpu_settings.transport.visibility {
-        Visibility::Rays => "visibility by rays as well",
-        _ => "visibility by item buffer",
+    let by = match (c.asked, c.gpu_settings.transport.visibility) {
+        (Some(_), _) => ["visibility by shafts and rays", "visibility by rays"],
+        (None, Visibility::Rays) => ["visibility by rays", "visibility by rays as well"],
+        (None, _) => ["visibility by rays", "visibility by item buffer"],
     };
-    let runs = [("CPU", "cpu", "visibility by rays"), ("GPU", "gpu", by)];
-    let differences = [
-        ("free", "each chose its own shooters"),
-        ("lockstep", "the same shooters"),
-    ];
+    let runs = [("CPU", "cpu", by[0]), ("GPU", "gpu", by[1])];
+    let differences = match c.asked {
+        Some(_) => [
+            ("free", "each as it solves by itself"),
+            ("lockstep", "the CPU decides by rays too"),
+        ],
+        None => [
+            ("free", "each chose its own shooters"),
+            ("lockstep", "the same shooters"),
+        ],
+    };
     let eye = f
         .camera
         .eye
@@ -168,7 +183,10 @@ fn views(f: &Figures, c: &Comparison) -> Markup {
 }
 
 fn visibility(c: &Comparison, f: &Figures) -> Markup {
-    let size = c.item_buffer.size;
+    let Some(shot) = &f.item_buffer else {
+        return html! {};
+    };
+    let size = shot.size;
     html! {
         h3 { "Who sees whom: item buffer against rays" }
         p {
@@ -178,12 +196,12 @@ fn visibility(c: &Comparison, f: &Figures) -> Markup {
         (tables::pairs(&c.pairs))
         (tables::examples(c))
         div.grid {
-            (figure("", &f.item_buffer[0], "Item buffer in false colours", html! {
-                b { "Item buffer" } " · what " (f.shooter) " sees (cell " (c.item_buffer.cell) "), "
+            (figure("", &shot.pictures[0], "Item buffer in false colours", html! {
+                b { "Item buffer" } " · what " (shot.shooter) " sees (cell " (shot.cell) "), "
                 (size) "×" (size) " pixels, projection " (visibility_name(c))
                 ". One colour per face, black: nothing."
             }))
-            (figure("", &f.item_buffer[1], "The scene in the item buffer's colours", html! {
+            (figure("", &shot.pictures[1], "The scene in the item buffer's colours", html! {
                 b { "The same colours in the scene" }
                 " · the shooter is white, where the camera sees its front."
             }))
@@ -195,6 +213,21 @@ fn visibility(c: &Comparison, f: &Figures) -> Markup {
     }
 }
 
+/// To an error.
+fn links(c: &Comparison) -> Markup {
+    html! {
+        @if c.asked.is_some() {
+            h3 { "Links: the GPU's against the CPU's" }
+            p {
+                "Both are asked for the same links, block after block: what arrives over them, and for links that "
+                "are kept what they are. Where rounding decides whether a node is cut, or whether a ray passes an "
+                "edge, the two may differ, and the answer differs by what was asked at most."
+            }
+            (tables::blocks(&c.pairs))
+        }
+    }
+}
+
 fn visibility_name(c: &Comparison) -> String {
     match c.gpu_settings.transport.visibility {
         Visibility::Rays => "stereographic (drawn for the eye: the GPU asked rays)".to_owned(),
@@ -203,6 +236,9 @@ fn visibility_name(c: &Comparison) -> String {
 }
 
 fn convergence(f: &Figures, c: &Comparison) -> Markup {
+    if c.asked.is_some() {
+        return html! {};
+    }
     let none = if c.cpu.shots.is_empty() || singly(c) {
         "Nothing was shot.".to_owned()
     } else {
@@ -234,6 +270,10 @@ fn textures(f: &Figures) -> Markup {
             }
         }
     }
+}
+
+fn estimate(c: &Comparison, side: usize) -> String {
+    c.estimates[side].map_or("–".into(), percent)
 }
 
 /// The error of an answer, CPU's or GPU's; – where there is no truth.

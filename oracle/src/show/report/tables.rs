@@ -1,6 +1,7 @@
 //! The tables of one scene's comparison.
 
-use crate::judge::comparison::{Comparison, Difference, Gate, Pairs, Stage};
+use super::json::in_force;
+use crate::judge::comparison::{Comparison, Gate, Pairs, Stage};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{self, table};
 use common::energy::Energy;
@@ -106,6 +107,34 @@ pub fn pairs(pairs: &Pairs) -> Markup {
     )
 }
 
+/// Links of the CPU against the GPU's, block by block.
+pub fn blocks(pairs: &Pairs) -> Markup {
+    let rows = [
+        (
+            "Links, and light that arrives at a texel or node",
+            pairs.pairs,
+            false,
+        ),
+        ("In blocks of 16 texels or nodes", pairs.facing, false),
+        (
+            "Blocks that differ by more than rounding",
+            pairs.mismatched,
+            false,
+        ),
+        (
+            "– as many as comparisons may turn that rounding decides",
+            pairs.explained,
+            false,
+        ),
+        (UNEXPLAINED, pairs.unexplained, pairs.unexplained > 0),
+    ];
+    table(
+        "",
+        &[],
+        html! { @for (name, n, bad) in rows { tr.bad[bad] { td { (name) } td.n { (count(n)) } } } },
+    )
+}
+
 /// Up to a dozen pairs that nothing explains.
 pub fn examples(c: &Comparison) -> Markup {
     let face = |face: u32| {
@@ -136,10 +165,18 @@ pub fn examples(c: &Comparison) -> Markup {
 }
 
 /// Lockstep and free differences.
-pub fn differences(lockstep: &Difference, free: &Difference) -> Markup {
+pub fn differences(c: &Comparison) -> Markup {
+    let same = match c.asked {
+        Some(_) => "Same decisions (lockstep)",
+        None => "Same shooters (lockstep)",
+    };
+    let rows = [
+        (same, &c.lockstep_difference),
+        ("Each on its own (free)", &c.free_difference),
+    ];
     html! {
         (table("", &["GPU against CPU", "#Relative RMS", "#Largest ÷ rms", "#Bias"], html! {
-            @for (name, d) in [("Same shooters (lockstep)", lockstep), ("Each on its own (free)", free)] {
+            @for (name, d) in rows {
                 tr {
                     td { (name) }
                     td.n { (percent(d.relative_rms)) }
@@ -211,8 +248,7 @@ pub fn energy_bars(cpu: &Energy, gpu: &Energy) -> Markup {
 
 /// Every option in force.
 pub fn settings(c: &Comparison) -> Markup {
-    let [cpu, gpu] =
-        [&c.settings, &c.gpu_settings].map(|s| serde_json::to_value(s).unwrap_or_default());
+    let [cpu, gpu] = [&c.settings, &c.gpu_settings].map(|s| in_force(c, s));
     let names: Vec<String> = cpu
         .as_object()
         .map(|o| o.keys().cloned().collect())
@@ -232,9 +268,9 @@ pub fn settings(c: &Comparison) -> Markup {
                 }
                 tr { td { "adapter" } td { "–" } td { (c.adapter) } }
                 tr { td { "seconds, free run" } @for s in c.seconds { td { (number(s)) } } }
-                tr { td { "shots, free run" } @for run in runs {
+                @if c.asked.is_none() { tr { td { "shots, free run" } @for run in runs {
                     td { (count(run.shots.len() as u64)) @if !run.converged { " (stopped)" } }
-                } }
+                } } }
                 tr { td { "unshot ÷ emitted" } @for run in runs {
                     td { (percent(run.unshot_fraction())) }
                 } }

@@ -20,6 +20,12 @@ pub enum Cause {
     Texels,
     /// What the last of several solves still changed.
     Refinement,
+    /// What unshot light would still make.
+    Iteration,
+    /// What links made up or lost, bounce by bounce.
+    Closure,
+    /// Rounding that reflections add up.
+    Rounding,
 }
 
 /// One cause's part.
@@ -48,6 +54,15 @@ pub struct Estimate {
     pub parts: Vec<Part>,
 }
 
+/// A face that is far off.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Worse {
+    /// Its number.
+    pub face: u32,
+    /// How far, of the RMS of its own light.
+    pub error: f64,
+}
+
 /// How an error is known.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
@@ -70,6 +85,8 @@ pub enum Evidence {
     Moved {
         /// What each step changed.
         changes: Vec<f64>,
+        /// Faces that are more than ten times as far off as the whole, each of its own light.
+        worse: Vec<Worse>,
     },
 }
 
@@ -93,6 +110,21 @@ impl Estimate {
     pub fn most(&self) -> f64 {
         let square = self.error * self.error + 3.0 * self.floor().powi(2);
         square.sqrt()
+    }
+
+    /// What is to be said of faces that are far worse than the whole.
+    pub fn worse(&self) -> Option<String> {
+        let Evidence::Moved { worse, .. } = &self.evidence else {
+            return None;
+        };
+        let each = |worse: &Worse| format!("{} ({:.0} %)", worse.face, 100.0 * worse.error);
+        let all: Vec<String> = worse.iter().map(each).collect();
+        (!all.is_empty()).then(|| {
+            format!(
+                "more than ten times as far off as the whole, each of its own light: face {}",
+                all.join(", ")
+            )
+        })
     }
 
     /// As `result.json` has it.

@@ -28,7 +28,7 @@ use common::rays::Rays;
 use common::scene::Scene;
 use common::settings::{Quality, Settings, Visibility};
 use common::shooting::Field;
-pub use estimate::{Cause, Estimate, Evidence, NAMED, Part};
+pub use estimate::{Cause, Estimate, Evidence, NAMED, Part, Worse};
 use gather::Gather;
 use glam::DVec3;
 use later::Groups;

@@ -14,7 +14,7 @@ pub type Family = (&'static str, &'static str);
 pub const PEERS: Family = ("other programs", "#828282");
 
 /// The families, in the legend's order.
-pub const FAMILIES: [Family; 9] = [
+pub const FAMILIES: [Family; 11] = [
     ("CPU, rays", "#2b7bba"),
     ("CPU, item buffer", "#5fb3c4"),
     ("GPU, rays", "#cd3c3c"),
@@ -23,11 +23,16 @@ pub const FAMILIES: [Family; 9] = [
     ("GPU, hemicube", "#a05abe"),
     ("GPU, paper", "#9a6a4a"),
     ("matrix", "#2c9650"),
+    ("CPU, to an error", "#e8459c"),
+    ("GPU, to an error", "#7f8f1f"),
     PEERS,
 ];
 
 /// Solver and visibility.
 pub fn family(method: &Method) -> Family {
+    if method.asked.is_some() {
+        return FAMILIES[if method.solver == Solver::Gpu { 9 } else { 8 }];
+    }
     let drawing = method.settings.transport.visibility.drawing();
     FAMILIES[match (method.solver, drawing.map(|drawing| drawing.projection)) {
         (Solver::Cpu, None) => 0,
@@ -58,7 +63,7 @@ pub fn shape(point: &Point) -> Shape {
         return Shape::Cross;
     };
     match (settings.transport.form_factor, settings.schedule.iteration) {
-        _ if point.method.solver == Solver::Matrix => Shape::Circle,
+        _ if point.method.solver == Solver::Matrix || point.method.asked.is_some() => Shape::Circle,
         (FormFactor::Disc, _) => Shape::Square,
         (FormFactor::Paper, _) => Shape::Triangle,
         (FormFactor::Polygon, _) if figures.one_by_one => Shape::Diamond,

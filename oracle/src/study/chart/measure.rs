@@ -8,7 +8,7 @@ use crate::judge::diff::reflected::{Reflected, offsets};
 use crate::judge::resample::{average, pieces};
 use crate::plan::fits::{Limit, check};
 use crate::solve::solved::Solved;
-use crate::solve::solver;
+use crate::solve::solver::{self, Asked};
 use crate::solve::task::Task;
 use crate::solve::watch::Watch;
 use common::energy::Energy;
@@ -79,15 +79,17 @@ impl Bench<'_> {
 
     fn solve(&self, method: &Method, watch: &Watch) -> Result<Solved> {
         let settings = &method.settings;
-        let solver = match method.solver {
-            Solver::Cpu => solver::Solver::Cpu,
-            Solver::Matrix => solver::Solver::Matrix,
-            Solver::Gpu => {
-                let gpu = self.gpu.ok_or_else(|| Error::Device("no adapter".into()))?;
-                solver::Solver::Gpu(gpu)
-            }
+        let gpu = match method.solver {
+            Solver::Gpu => Some(self.gpu.ok_or_else(|| Error::Device("no adapter".into()))?),
+            Solver::Cpu | Solver::Matrix => None,
         };
-        if method.solver != Solver::Matrix {
+        let texels = Some(self.texels);
+        let solver = match (method.asked, method.solver) {
+            (Some(error), _) => solver::Solver::to_error(gpu, Asked { error, texels }),
+            (None, Solver::Matrix) => solver::Solver::Matrix,
+            (None, _) => solver::Solver::on(gpu),
+        };
+        if solver.shoots() {
             check(self.scene, settings, solver.gpu(), Limit::of_this_machine())?;
         }
         let solved = self.scene.once(settings, solver, watch)?;

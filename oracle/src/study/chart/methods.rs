@@ -30,9 +30,22 @@ pub struct Method {
     pub sweep: &'static str,
     /// How it differs from the base, as the command line has it.
     pub options: String,
-    /// How.
+    /// How it shoots.
     pub settings: Settings,
+    /// The error that is asked for; none: it shoots.
+    pub asked: Option<f64>,
 }
+
+/// Errors that are asked for, and whether the short table has them too.
+const ERRORS: [(f64, bool); 7] = [
+    (0.1, false),
+    (0.05, true),
+    (0.02, false),
+    (0.01, true),
+    (0.005, false),
+    (0.003, true),
+    (0.002, false),
+];
 
 /// Who a row of the table is for.
 #[derive(Clone, Copy, PartialEq)]
@@ -155,18 +168,16 @@ fn paper(s: &mut Settings) {
     s.schedule.iteration = Iteration::Southwell;
 }
 
-/// The ladder: the best visibility, more cells and samples.
+/// The best visibility, more cells and samples.
 fn finest(s: &mut Settings, cells: u32, samples: u32) {
     s.transport.visibility = Visibility::Rays;
     s.meshing.cells *= cells;
     s.meshing.samples *= samples;
 }
 
-/// What `solve` does by default, on N×N texels, with fewer cells where these would take long.
+/// Shooting by default, on N×N texels, with fewer cells where these would take long.
 pub fn base(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> Settings {
     let mut settings = Settings::of(quality);
-    // The points of a study are compared as they are: nothing is refined.
-    settings.quality = Quality::Normal;
     settings.meshing.texels = texels;
     settings.schedule.iteration = Iteration::Cg;
     if solver == Solver::Gpu {
@@ -215,9 +226,20 @@ pub fn methods(scene: &Scene, solver: Solver, quality: Quality, texels: u32) -> 
                 sweep,
                 options: options(&base, &settings),
                 settings,
+                asked: None,
             });
         }
     }
+    let errors = ERRORS
+        .iter()
+        .filter(|(_, short)| *short || quality != Quality::Draft);
+    methods.extend(errors.map(|(error, _)| Method {
+        solver,
+        sweep: "error",
+        options: format!("--error {}%", 100.0 * error),
+        settings: base,
+        asked: Some(*error),
+    }));
     methods
 }
 
@@ -230,6 +252,7 @@ fn matrices(scene: &Scene, texels: u32) -> Vec<Method> {
         sweep: "texels",
         options: format!("--texels {texels}"),
         settings: dense::settings(texels),
+        asked: None,
     };
     sides.into_iter().filter(fits).map(method).collect()
 }
@@ -297,9 +320,9 @@ mod tests {
                 }
             }
             let expected = if quality == Quality::Draft {
-                15..45
+                20..55
             } else {
-                40..81
+                54..95
             };
             assert!(expected.contains(&all), "{faces} faces: {all} points");
         }

@@ -108,7 +108,8 @@ impl Context {
         let settings = serde_json::to_string(&method.settings).unwrap_or_default();
         let adapter = (method.solver == Solver::Gpu).then_some(&self.adapter);
         let asked = (self.asked.0, self.asked.1.to_bits());
-        let what = (method.solver, settings, adapter);
+        let error = method.asked.map(f64::to_bits);
+        let what = (method.solver, settings, error, adapter);
         let digest = digest(&(self.scene, self.truth, self.program, asked, what));
         format!("{digest:016x}")
     }
@@ -218,6 +219,7 @@ mod tests {
             adapter: adapter.into(),
         };
         let method = |solver, samples| Method {
+            asked: None,
             solver,
             sweep: "samples",
             options: String::new(),

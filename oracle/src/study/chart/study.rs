@@ -179,7 +179,7 @@ fn point(bench: &Bench, method: &Method, runs: Vec<Measurement>) -> Point {
     let counts = Counts::new(bench.scene, &settings.meshing);
     let first = runs.first().and_then(|m| m.result.as_ref().ok());
     let linked = first.map_or(0, |figures| figures.linked);
-    let shoots = method.solver != Solver::Matrix;
+    let shoots = method.solver != Solver::Matrix && method.asked.is_none();
     Point {
         rays_at_most: if shoots {
             counts.rays_at_most(linked, settings.transport.visibility)
@@ -192,6 +192,7 @@ fn point(bench: &Bench, method: &Method, runs: Vec<Measurement>) -> Point {
             0
         },
         bytes: match (method.solver, bench.gpu) {
+            _ if method.asked.is_some() => 0,
             (Solver::Matrix, _) => memory::bytes(counts.texels),
             (Solver::Gpu, Some(gpu)) => Memory::gpu(gpu, &counts, settings).bytes(),
             _ => Memory::cpu(&counts, settings).bytes(),

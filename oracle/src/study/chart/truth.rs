@@ -1,13 +1,13 @@
-//! What the points are judged by: a given result, else the matrix's, else the finest of the CPU.
+//! What the points are judged by: a given result, else the matrix's, else that of the CPU to the
+//! least error that can be asked for.
 
 use super::store::digest;
 use crate::judge::diff::pair::Pair;
 use crate::judge::diff::reflected::Reflected;
-use crate::solve::solver::Solver;
+use crate::solve::solver::{Asked, LEAST, Solver};
 use crate::solve::watch::Watch;
-use crate::solve::{Given, Question, answer, dense};
+use crate::solve::{Question, answer, dense};
 use common::scene::Scene;
-use common::settings::{Iteration, Quality, Settings};
 use common::solution::{Seconds, Stored};
 use common::{Error, Result};
 use cpu::matrix::memory::{MEMORY, bytes};
@@ -62,18 +62,26 @@ impl Truth {
         let name = if dense {
             format!("the matrix solver on {texels}×{texels} texels a face")
         } else {
-            format!("the CPU at --quality reference, {texels}×{texels} texels a face")
+            format!(
+                "the CPU to {} %, {texels}×{texels} texels a face",
+                100.0 * LEAST
+            )
         };
         if let Ok(there) = Self::read(dir, name.clone()) {
             return Ok(there);
         }
         common::solution::prepare(dir)?;
-        let settings = settings(texels, dense);
         let question = Question {
             task: scene,
-            settings: &settings,
-            given: Given::default(),
-            solver: if dense { Solver::Matrix } else { Solver::Cpu },
+            settings: &dense::settings(texels),
+            solver: if dense {
+                Solver::Matrix
+            } else {
+                Solver::Hierarchy(Asked {
+                    error: LEAST,
+                    texels: Some(texels),
+                })
+            },
         };
         let told = |_: &str, done| watch.tell("truth", done);
         let own = Watch::new(&told);
@@ -85,14 +93,4 @@ impl Truth {
         solution.write(dir)?;
         Self::read(dir, name)
     }
-}
-
-fn settings(texels: u32, dense: bool) -> Settings {
-    if dense {
-        return dense::settings(texels);
-    }
-    let mut settings = Settings::of(Quality::Reference);
-    settings.meshing.texels = texels;
-    settings.schedule.iteration = Iteration::Cg;
-    settings
 }

@@ -5,7 +5,7 @@ use super::{About, LEAK, Plate, RELATIVE, Row, Side, Specimen, Study, Verdict};
 use crate::solve::solved::Solved;
 use crate::solve::solver::Solver;
 use crate::solve::watch::unwatched;
-use crate::solve::{Given, Question, answer};
+use crate::solve::{Question, answer};
 use common::scene::{Face, Scene};
 use common::settings::{Meshing, Settings};
 use glam::{DVec3, Vec3};
@@ -24,7 +24,7 @@ pub fn side(error: Option<f64>, code: &str) -> Side {
             .then(|| code.into())
             .into_iter()
             .collect(),
-        mended: Vec::new(),
+        notes: Vec::new(),
         message: error.is_none().then(|| "it does not fit".into()),
         seconds: 0.25,
     }
@@ -100,7 +100,6 @@ pub fn specimen(scene: Scene, face: u32) -> Specimen {
     let question = Question {
         task: &scene,
         settings: &settings,
-        given: Given::ALL,
         solver: Solver::Cpu,
     };
     let Solved { mesh, run, .. } = answer(&question, &unwatched()).unwrap().solved;

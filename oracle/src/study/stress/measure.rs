@@ -8,9 +8,9 @@ use crate::judge::diff::reflected::Reflected;
 use crate::relight::stage::Stage;
 use crate::relight::work::Relighting;
 use crate::solve::solved::Solved;
-use crate::solve::solver::Solver;
+use crate::solve::solver::{Asked, REFERENCE, Solver, USUAL};
 use crate::solve::watch::Watch;
-use crate::solve::{Answer, Given, Question, answer};
+use crate::solve::{Answer, Question, answer};
 use common::mesh::Mesh;
 use common::shooting::Field;
 use common::{Error, Result};
@@ -75,7 +75,7 @@ pub fn try_on(
         // Until its row judges it by the measure of the case.
         verdict: Verdict::Fails,
         warnings: Vec::new(),
-        mended: Vec::new(),
+        notes: Vec::new(),
         message: None,
         seconds,
     };
@@ -94,7 +94,7 @@ pub fn try_on(
                 .iter()
                 .map(|w| w.code.text().into())
                 .collect();
-            side.mended = answer.notes;
+            side.notes = answer.notes;
             side.estimate = answer.estimate.map(|estimate| estimate.error);
             let Solved { mesh, run, .. } = answer.solved;
             let values = Reflected::of(&trial.scene, &mesh, &run.field).values;
@@ -132,28 +132,33 @@ fn said(payload: &(dyn Any + Send)) -> &str {
 
 fn solve(trial: &Trial, method: &Method, gpu: Option<&Gpu>, watch: &Watch) -> Result<Answer> {
     let settings = method.settings(trial.texels, gpu.is_some());
-    let given = match method.way {
-        Way::Default | Way::Reference => Given::default(),
-        Way::Relight(..) if method.name == DEFAULT => Given::default(),
-        Way::Given(_) | Way::Relight(..) | Way::Matrix => Given::ALL,
-    };
     let question = |task, solver| Question {
         task,
         settings: &settings,
-        given,
         solver,
     };
+    let to = |error| {
+        let texels = Some(trial.texels);
+        Solver::to_error(gpu, Asked { error, texels })
+    };
+    let name = method.name;
     match method.way {
+        Way::Default => answer(&question(&trial.scene, to(USUAL)), watch),
+        Way::Reference => answer(&question(&trial.scene, to(REFERENCE)), watch),
         Way::Matrix => answer(&question(&trial.scene, Solver::Matrix), watch),
-        Way::Relight(method, _) => {
+        Way::Given(_) => answer(&question(&trial.scene, Solver::on(gpu)), watch),
+        Way::Relight(way, _) => {
             let stage = stage(trial)?;
             let task = Relighting {
                 stage: &stage,
-                method,
+                method: way,
             };
-            answer(&question(&task, Solver::on(gpu)), watch)
+            let solver = match name {
+                DEFAULT => to(USUAL),
+                _ => Solver::on(gpu),
+            };
+            answer(&question(&task, solver), watch)
         }
-        _ => answer(&question(&trial.scene, Solver::on(gpu)), watch),
     }
 }
 

@@ -5,7 +5,7 @@ use super::trial::Suite;
 use crate::solve::dense;
 use common::form_factor::FormFactor;
 use common::relight::{Mended, Method as Relighting};
-use common::settings::{Iteration, Meshing, Projection, Quality, Raster, Settings, Visibility};
+use common::settings::{Iteration, Projection, Quality, Raster, Settings, Visibility};
 
 /// The method whose answer a user gets who asks for nothing.
 pub const DEFAULT: &str = "default";
@@ -32,7 +32,7 @@ pub enum Way {
     Default,
     /// As `solve --quality reference`.
     Reference,
-    /// By the default's options but for these, and they are kept.
+    /// Shooting, by its default options but for these.
     Given(fn(&mut Settings)),
     /// The dense system.
     Matrix,
@@ -150,17 +150,8 @@ impl Method {
     pub fn settings(&self, texels: u32, on_gpu: bool) -> Settings {
         let mut settings = default(texels, on_gpu);
         match self.way {
-            Way::Default => {}
+            Way::Default | Way::Reference => {}
             Way::Matrix => settings = dense::settings(texels),
-            Way::Reference => {
-                let reference = Settings::of(Quality::Reference);
-                settings.quality = reference.quality;
-                settings.meshing = Meshing {
-                    texels,
-                    ..reference.meshing
-                };
-                settings.schedule.epsilon = reference.schedule.epsilon;
-            }
             Way::Given(change) => {
                 settings.transport.visibility = Visibility::Rays;
                 change(&mut settings);
@@ -171,7 +162,7 @@ impl Method {
     }
 }
 
-/// What `solve --texels N --item-buffer 512` does.
+/// What `solve --texels N --iteration cg --item-buffer 512` does.
 fn default(texels: u32, on_gpu: bool) -> Settings {
     let mut settings = Settings::of(Quality::Normal);
     settings.meshing.texels = texels;

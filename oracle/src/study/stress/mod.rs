@@ -118,7 +118,7 @@ pub struct Side {
     /// Codes of the warnings.
     pub warnings: Vec<String>,
     /// What the program changed by itself, a line each.
-    pub mended: Vec<String>,
+    pub notes: Vec<String>,
     /// Why there is no answer: the one line that a user would read.
     pub message: Option<String>,
     /// Wall-clock seconds.

@@ -77,8 +77,9 @@ impl<'a> Tone<'a> {
             let others = specimen.plates.iter().skip(1).filter(lit);
             others
                 .map(bright)
-                .fold(Exposure { white: 0.0 }, |a, b| Exposure {
+                .fold(Exposure::linear(0.0), |a, b| Exposure {
                     white: a.white.max(b.white),
+                    ..a
                 })
         } else {
             bright(truth)
@@ -91,7 +92,7 @@ impl<'a> Tone<'a> {
         Some(Self {
             face,
             truth,
-            exposure: Exposure { white },
+            exposure: Exposure::linear(white),
             unit: if dark { f64::from(white) } else { rms },
             dark,
         })

@@ -128,7 +128,7 @@ fn told(row: &Row) -> Markup {
 /// Codes first, then sentences.
 fn lines(side: &Side) -> Vec<(bool, String)> {
     let codes = side.warnings.iter().map(|code| (true, code.clone()));
-    let others = side.mended.iter().chain(&side.message);
+    let others = side.notes.iter().chain(&side.message);
     codes
         .chain(others.map(|line| (false, line.clone())))
         .collect()

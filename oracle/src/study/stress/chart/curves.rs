@@ -105,7 +105,7 @@ fn about(curve: &Curve, row: &Row, side: &Side) -> String {
     if !side.warnings.is_empty() {
         text += &format!("\nwarned: {}", side.warnings.join(", "));
     }
-    for line in side.mended.iter().chain(&side.message) {
+    for line in side.notes.iter().chain(&side.message) {
         text += &format!("\n{line}");
     }
     text

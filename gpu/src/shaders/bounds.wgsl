@@ -1,0 +1,65 @@
+// What each spot of a block and a node exchange at most. Twin: cpu/src/hierarchy/link.rs.
+
+@group(0) @binding(0) var<storage, read> shots: array<Shot>;
+@group(0) @binding(1) var<storage, read> spots: array<Spot>;
+@group(0) @binding(2) var<storage, read> blocks: array<Block>;
+@group(0) @binding(3) var<storage, read> pairs: array<Pair>;
+@group(0) @binding(4) var<storage, read_write> lanes: array<Lane>;
+@group(0) @binding(5) var<storage, read> counts: array<u32>;
+
+// A height above a plane, if what only touches it has none.
+fn above(height: f32) -> f32 {
+    return select(0.0, height, height > CONTACT);
+}
+
+// F at a distance, of what leaves and arrives so high above the planes.
+fn disc_at(area: f32, out: f32, up: f32, distance: f32) -> f32 {
+    let leaves = clamp(out / distance, 0.0, 1.0);
+    let arrives = clamp(up / distance, 0.0, 1.0);
+    return min(area * leaves * arrives / (PI * distance * distance), 1.0);
+}
+
+fn bound_of(node: u32, spot: u32, radius: f32) -> vec4f {
+    let area = shots[node].area;
+    let own = shots[node].radius;
+    let centre = shots[node].middle;
+    let place = spots[spot].centre;
+    let normal = spots[spot].normal;
+    let d = place - centre;
+    let r = max(sqrt(dot(d, d)), 1e-6);
+    // Of neighbours that are nearly coplanar radii would tell nothing: the highest corners do.
+    var highest_out = 0.0;
+    var highest_up = 0.0;
+    for (var k = 0u; k < 4u; k++) {
+        highest_out = max(highest_out, dot(shots[node].normal, spots[spot].corners[k].xyz - centre));
+        highest_up = max(highest_up, dot(normal, shots[node].corners[k].xyz - place));
+    }
+    let nearest = max(r - 0.5 * (own + radius), 0.5 * r);
+    let factor = disc_at(area, above(highest_out), above(highest_up), nearest);
+    // But how light varies is told by where the cosines may be.
+    let out = dot(shots[node].normal, d) + radius;
+    let up = own - dot(normal, d);
+    let kernel = disc_at(area, out, up, r);
+    let ratio = min(own / r, 1.0);
+    let gap = max(r - own, radius);
+    let size = radius / gap;
+    // Where the node is beside the spot's centre, but above a part of it, the centre tells nothing.
+    let most = select(factor, kernel, r < own + radius);
+    let within = max(most, factor) * size * size * 0.5;
+    return vec4f(factor, kernel * ratio, kernel * ratio * ratio, within);
+}
+
+@compute @workgroup_size(LANES)
+fn bounds(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = flat(group, groups) * LANES + lane;
+    let pair = at / SPOTS;
+    if pair >= counts[0] {
+        return;
+    }
+    let block = pairs[pair].block;
+    lanes[at].bound = bound_of(pairs[pair].node, block * SPOTS + at % SPOTS, blocks[block].radius);
+}

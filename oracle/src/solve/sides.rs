@@ -1,0 +1,114 @@
+//! Texels a side of each face, as the steps of a solve to an error have them.
+
+use crate::judge::resample::{average, pieces};
+use common::Result;
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use glam::DVec3;
+
+/// Texels of the first step are as wide as this, if that is cheap: the mesh is two units wide at most.
+/// Two steps on a few texels may agree by chance.
+const WIDTH: f64 = 0.25;
+/// Texels that are cheap.
+const CHEAP: u64 = 1 << 15;
+/// So many a side of a face at most, where they follow from the light.
+pub const FINEST: u32 = 64;
+
+/// Texels a side on which a face's light is asked for; none: they follow from the light.
+pub type Asked<'a> = &'a dyn Fn(usize) -> Option<u32>;
+
+/// How wide the texels of the first step are, in the scene's unit.
+pub fn width(scene: &Scene) -> Result<f64> {
+    let whole = 2.0 * Mesh::uniform(scene, 1, 1)?.unit;
+    let mut width = WIDTH * whole / 2.0;
+    while width < whole && count(&first(scene, &|_| None, width)) > CHEAP {
+        width *= 2.0;
+    }
+    Ok(width)
+}
+
+/// Texels a side of the first step: half as many as are asked for, and more where they would be wide.
+pub fn first(scene: &Scene, asked: Asked, width: f64) -> Vec<u32> {
+    let least = |f: usize| match asked(f) {
+        Some(n) if n.is_multiple_of(2) => n / 2,
+        Some(n) => n,
+        None => 1,
+    };
+    sides(scene, width, least)
+}
+
+/// Texels a side of the second: at least as many as are asked for, and more than of the first.
+pub fn second(scene: &Scene, asked: Asked, width: f64, first: &[u32]) -> Vec<u32> {
+    let least = |f: usize| match asked(f) {
+        Some(n) if first[f] < n || (first[f] == n && n % 2 == 1 && n > 1) => 2 * first[f],
+        _ => first[f],
+    };
+    sides(scene, 0.5 * width, least)
+}
+
+/// The longest side of a face.
+pub fn width_of(face: &Face) -> f64 {
+    let c = &face.corners;
+    let edges = (0..c.len()).map(|k| c[k].distance(c[(k + 1) % c.len()]));
+    edges.fold(0.0, f64::max)
+}
+
+/// Texels a side of each face: `least`, or doubled until none is wider than `width`.
+fn sides(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
+    let side = |(f, face): (usize, &Face)| {
+        let long = width_of(face);
+        let mut side = least(f).max(1);
+        while f64::from(side) * width < long && side < FINEST {
+            side *= 2;
+        }
+        side
+    };
+    scene.faces.iter().enumerate().map(side).collect()
+}
+
+/// How many they are on quads: on triangles as many.
+pub fn count(sides: &[u32]) -> u64 {
+    sides.iter().map(|side| u64::from(*side).pow(2)).sum()
+}
+
+/// Texels half as large on the faces whose `squares` are most, until the rest has `left`.
+pub fn halved(
+    sides: &[u32],
+    squares: &[f64],
+    left: f64,
+    may: impl Fn(usize, u32) -> bool,
+) -> Vec<u32> {
+    let mut sides = sides.to_vec();
+    let mut rest: f64 = squares.iter().sum();
+    for f in order(squares) {
+        if rest <= left {
+            break;
+        }
+        let side = &mut sides[f as usize];
+        if may(f as usize, *side) {
+            *side *= 2;
+        }
+        rest -= squares[f as usize];
+    }
+    sides
+}
+
+/// The faces, the largest first.
+pub fn order(squares: &[f64]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..squares.len() as u32).collect();
+    order.sort_by(|a, b| squares[*b as usize].total_cmp(&squares[*a as usize]));
+    order
+}
+
+/// As a mesh wants them.
+pub fn squares(sides: &[u32]) -> Vec<[u32; 2]> {
+    sides.iter().map(|side| [*side; 2]).collect()
+}
+
+/// Values of a face's texels on another number of them: means over areas.
+pub fn averaged(values: &[DVec3], face: &Face, from: u32, to: u32) -> Vec<DVec3> {
+    if from == to {
+        return values.to_vec();
+    }
+    average(values, &pieces(face, [from; 2], [to; 2]), [to; 2])
+}
