@@ -60,6 +60,7 @@ fn compared(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
         }),
         asked: None,
         estimates: [None, None],
+        off: None,
         settings,
         gpu_settings,
         adapter: "twin (stands in for <a GPU>)".into(),

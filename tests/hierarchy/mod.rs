@@ -3,4 +3,5 @@
 mod asked;
 mod clusters;
 mod finders;
+mod parts;
 mod tree;

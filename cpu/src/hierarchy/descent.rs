@@ -45,6 +45,21 @@ impl Feet {
             cut,
         }
     }
+
+    /// What receives for node `k`: all of it, or the open parts of a texel.
+    pub fn of_node(&self, tree: &Tree, k: u32) -> Vec<Spot> {
+        if let Some(spots) = self.spots.get(&k) {
+            return spots.clone();
+        }
+        let node = &tree.nodes[k as usize];
+        vec![Spot {
+            face: node.face,
+            target: k,
+            share: 1.0,
+            corners: node.shooter.corners,
+            centre: node.shooter.centre,
+        }]
+    }
 }
 
 fn spots(tree: &Tree, node: u32, element: &Element) -> Vec<Spot> {
@@ -150,7 +165,9 @@ impl<'a> Descent<'a> {
     pub fn spots(&self) -> Option<Vec<Vec<Spot>>> {
         let nodes = |parents: &Vec<u32>| -> Vec<Spot> {
             let parts = parents.iter().flat_map(|p| self.parts(*p));
-            parts.flat_map(|k| self.of_node(k)).collect()
+            parts
+                .flat_map(|k| self.feet.of_node(self.tree, k))
+                .collect()
         };
         let spots: Vec<Vec<Spot>> = self.parents.iter().map(nodes).collect();
         spots.iter().any(|spots| !spots.is_empty()).then_some(spots)
@@ -163,20 +180,6 @@ impl<'a> Descent<'a> {
         } else {
             p..p + 1
         }
-    }
-
-    fn of_node(&self, k: u32) -> Vec<Spot> {
-        let node = &self.tree.nodes[k as usize];
-        if let Some(spots) = self.feet.spots.get(&k) {
-            return spots.clone();
-        }
-        vec![Spot {
-            face: node.face,
-            target: k,
-            share: 1.0,
-            corners: node.shooter.corners,
-            centre: node.shooter.centre,
-        }]
     }
 
     /// Takes what the blocks of the spots received, and goes on where it is not even.

@@ -4,7 +4,7 @@
 //! direct    H_d = K E                  each lamp, at every texel
 //! coarse    x = K_c ρ(H_d + x)         over kept links, until it is spent
 //! fine      H_f = K ρ(H_d + x)         gathered anew at every texel
-//! correct   δ = H_f − x;  y = K_c ρ(δ + y);  H = H_d + H_f + y
+//! correct   δ = H_f − x;  y = K_c ρ(δ + y);  H = H_d + H_f + y, and again K ρ(δ + y) until y is little
 //! ```
 
 use crate::hierarchy::descent::Receiving;
@@ -30,6 +30,7 @@ pub struct Goal {
     pub(super) direct: Thresholds,
     pub(super) coarse: Thresholds,
     pub(super) fine: Thresholds,
+    pub(super) error: f32,
 }
 
 impl Goal {
@@ -44,6 +45,7 @@ impl Goal {
             direct: at(0.3, 0.1),
             coarse: at(0.5, 0.5),
             fine: at(0.25, 0.1),
+            error,
         }
     }
 }
@@ -138,33 +140,21 @@ impl Solve<'_> {
         goal: Goal,
         watch: Watch,
     ) -> Result<Outcome> {
-        let all = Receiving::on(0..self.world.mesh.faces.len());
         let even = self.reflected(&vec![ambient; once.len()]);
         let kept = self.kept(&self.glow(&sum(once, &even)), goal.coarse, watch)?;
         let coarse = self.spend(&kept, once, SPENT, watch)?;
         let shone = sum(once, &self.reflected(&coarse.received));
         self.scale = self.inverse_rms(&sum(light, &coarse.received));
-        let glow = self.glow(&shone);
-        let found = self.at_texels(What::Light, &glow, &all, goal.fine, FINE, watch)?;
-        let new = self.of_open(&found);
-        let delta: Vec<Vec3> = new
-            .iter()
-            .zip(&coarse.received)
-            .map(|(f, x)| *f - *x)
-            .collect();
-        let corrected = self.spend(&kept, &self.reflected(&delta), CORRECTED, watch)?;
-        let off = self.reflected(&delta);
-        let off = off.iter().map(|v| (*v * self.scale).abs().max_element());
-        let whole = (0..once.len()).map(|k| found[k] + corrected.received[k] * self.open[k]);
-        let left = (0..once.len()).map(|k| (coarse.unshot[k] + corrected.unshot[k]) * self.open[k]);
+        let corrected = self.corrected(&kept, shone, coarse, goal, watch)?;
+        let left = corrected.unshot.iter().zip(&self.open);
         Ok(Outcome {
-            irradiance: whole.collect(),
-            residual: left.collect(),
-            off: off.collect(),
+            irradiance: corrected.irradiance,
+            residual: left.map(|(unshot, open)| *unshot * *open).collect(),
+            off: corrected.off,
             open: self.open,
             links: self.links,
             passes: self.passes,
-            spent: coarse.done && corrected.done,
+            spent: corrected.done,
         })
     }
 
@@ -195,6 +185,6 @@ impl Solve<'_> {
     }
 }
 
-fn sum(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
+pub(super) fn sum(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
     a.iter().zip(b).map(|(a, b)| *a + *b).collect()
 }

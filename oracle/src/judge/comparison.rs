@@ -1,6 +1,7 @@
 //! What `compare` finds out about one scene: plain data, filled by [`crate::judge::compare`], judged by
 //! its gates, told by [`crate::show::report`].
 
+use crate::solve::check::Estimate;
 use crate::solve::solver::Asked;
 use common::energy::Energy;
 use common::mesh::Mesh;
@@ -176,8 +177,10 @@ pub struct Comparison {
     pub lockstep_difference: Difference,
     /// GPU against CPU, each choosing for itself.
     pub free_difference: Difference,
-    /// How far each says it may be off: CPU, GPU.
-    pub estimates: [Option<f64>; 2],
+    /// How far each says it may be off, and what of it: CPU, GPU.
+    pub estimates: [Option<Estimate>; 2],
+    /// The same of the CPU by texel, W/m².
+    pub off: Option<Vec<f32>>,
     /// Error against the truth: CPU, GPU.
     pub error: [Option<f64>; 2],
     /// What the truth is.
@@ -193,6 +196,11 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// How far the CPU, or the GPU, says it may be off.
+    pub fn estimated(&self, side: usize) -> Option<f64> {
+        self.estimates[side].as_ref().map(|estimate| estimate.error)
+    }
+
     /// The verdict; a comparison without conditions agrees with nothing.
     pub fn agree(&self) -> bool {
         !self.gates.is_empty() && self.gates.iter().all(|gate| gate.pass)

@@ -10,13 +10,14 @@ use super::solver::Asked;
 use super::step::{Step, narrowed, onto};
 use super::watch::Watch;
 use crate::judge::diff::reflected::offsets;
-use common::Result;
 use common::cover::sample;
-use common::mesh::Mesh;
+use common::mesh::{Mesh, Texel};
 use common::scene::Scene;
 use common::settings::Settings;
 use common::solution::{Code, Warning};
+use common::{Error, Result};
 use cpu::hierarchy::account;
+use cpu::hierarchy::again::{Left, again};
 use cpu::hierarchy::find::Way;
 use cpu::hierarchy::solve::{Goal, Outcome, solve_by};
 use glam::{DVec3, Vec3};
@@ -54,7 +55,8 @@ pub fn climb(
         way,
         watch,
     };
-    let (step, moved) = ascend(&climb, asked.error)?;
+    let (step, mut moved) = ascend(&climb, asked.error)?;
+    climb.look_again(&step, &mut moved)?;
     let mut solved = finish(scene, settings, asked, step, moved)?;
     solved.run.field.origin = format!("hierarchy by {}", way.name());
     Ok(solved)
@@ -110,6 +112,31 @@ impl Stepped for Climb<'_> {
         }
         let filled = filled(self.scene, last, change, error);
         (filled != last.sides && count(&filled) <= FILLED).then_some(filled)
+    }
+}
+
+impl Climb<'_> {
+    /// What the last step leaves out: of that texels receive again where it changed most. Interrupted, nobody
+    /// knows.
+    ///
+    /// Errors: those of a step.
+    fn look_again(&self, step: &Step, moved: &mut Moved) -> Result<()> {
+        let Some(off) = moved.map(&self.scene.faces, &step.mesh) else {
+            return Ok(());
+        };
+        let weigh = |(off, texel): (&f32, &Texel)| off * off * texel.area;
+        let weight: Vec<f32> = off.iter().zip(&step.mesh.texels).map(weigh).collect();
+        let goal = Goal::of(moved.goal as f32);
+        let irradiance = &step.outcome.irradiance;
+        let mut told = told(self.watch, "looking again");
+        let looked = self.watch.of("check", || {
+            again(self.scene, &step.mesh, irradiance, &weight, goal, &mut told)
+        });
+        moved.left_out = match looked {
+            Err(Error::Interrupted) => Left::default(),
+            looked => looked?,
+        };
+        Ok(())
     }
 }
 

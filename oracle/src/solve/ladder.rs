@@ -100,6 +100,7 @@ pub fn ascend<S: Stepped>(stepped: &S, error: f64) -> Result<(S::Done, Moved)> {
             break;
         }
     }
+    moved.goal = goal;
     moved.links = last.as_ref().outcome.links;
     Ok((last, moved))
 }

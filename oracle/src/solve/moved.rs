@@ -8,6 +8,8 @@ use super::sides::{averaged, order};
 use common::mesh::Mesh;
 use common::scene::Face;
 use common::shooting::Run;
+use cpu::hierarchy::again::Left;
+use glam::DVec3;
 
 /// A change that is so much of the one before says nothing of what is left.
 const SLOW: f64 = 0.75;
@@ -21,7 +23,11 @@ pub struct Moved {
     pub changes: Vec<f64>,
     /// The last of them.
     pub change: Option<Change>,
-    /// Links of the last step.
+    /// What the last step leaves out, as far as texels that received again tell.
+    pub left_out: Left,
+    /// To which error it was solved.
+    pub goal: f64,
+    /// Its links.
     pub links: u64,
     /// Why it ended above what was asked.
     pub ended: Option<String>,
@@ -53,12 +59,16 @@ impl Moved {
             error,
             faces,
         };
-        let parts = vec![
-            part(Cause::Refinement, refinement, faces),
+        let mut parts: Vec<Part> = self
+            .causes()
+            .iter()
+            .map(|(cause, share)| part(*cause, refinement * share, faces.clone()))
+            .collect();
+        parts.extend([
             part(Cause::Iteration, unspent(mesh, run), Vec::new()),
             part(Cause::Closure, made_up, Vec::new()),
             part(Cause::Rounding, rounding(mesh, run), Vec::new()),
-        ];
+        ]);
         let square: f64 = parts.iter().map(|part| part.error.powi(2)).sum();
         let error = square.sqrt();
         Some(Estimate {
@@ -70,6 +80,26 @@ impl Moved {
             },
             parts,
         })
+    }
+
+    /// Of what the refinement leaves, each cause's share: their squares add up to 1.
+    fn causes(&self) -> Vec<(Cause, f64)> {
+        let channel = self.change.as_ref().map_or(0, |change| change.channel);
+        let left = &self.left_out;
+        let causes = [
+            (Cause::Sources, left.sources),
+            (Cause::Visibility, left.visibility),
+            (Cause::Receivers, left.receivers),
+            (Cause::Propagation, left.propagation),
+            (Cause::Texels, left.texels),
+        ];
+        let all: f64 = causes.iter().map(|(_, square)| square[channel]).sum();
+        if all > 0.0 {
+            let share = |(cause, square): (Cause, DVec3)| (cause, (square[channel] / all).sqrt());
+            causes.map(share).to_vec()
+        } else {
+            vec![(Cause::Refinement, 1.0)]
+        }
     }
 
     /// The faces that are more than [`WORSE`] times as far off as `error`, each of its own light; those of

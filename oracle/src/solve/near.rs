@@ -1,31 +1,87 @@
 //! Which faces are beside each other: what changes on one may do so by what the texels of the other are too
 //! coarse for.
 
-use super::sides::width_of;
 use common::scene::Face;
 use glam::DVec3;
+
+/// It covers what it faces: the cosine between them is this at most.
+const FACING: f64 = -0.9;
+
+/// The longest side of a face.
+pub fn width_of(face: &Face) -> f64 {
+    let c = &face.corners;
+    let edges = (0..c.len()).map(|k| c[k].distance(c[(k + 1) % c.len()]));
+    edges.fold(0.0, f64::max)
+}
 
 /// Texels half as large on the faces beside those of which `finer` has halved them, where theirs are no
 /// smaller than what those had: as where a body's top meets a wall that goes down into a gap.
 pub fn beside(faces: &[Face], before: &[u32], finer: &mut [u32], may: impl Fn(usize) -> bool) {
+    let halved: Vec<bool> = (0..faces.len()).map(|f| finer[f] > before[f]).collect();
+    let width = |f: usize| width_of(&faces[f]) / f64::from(before[f]);
+    near(faces, before, |f, g, apart| {
+        let wants = halved[f] && !halved[g] && width(g) >= width(f) && may(g);
+        if wants && apart <= width(g) && see(&faces[f], &faces[g]) {
+            finer[g] = 2 * before[g];
+        }
+    });
+}
+
+/// Tells of each face that another covers in part, closer than the width of a texel, how wide its texels
+/// may be: as the gap, or so that `across` of them reach across the smaller face.
+pub fn covered(faces: &[Face], sides: &[u32], across: f64, mut tell: impl FnMut(usize, f64)) {
+    let width = |f: usize| width_of(&faces[f]) / f64::from(sides[f]);
+    near(faces, sides, |f, g, apart| {
+        let least = width_of(&faces[f]).min(width_of(&faces[g])) / across;
+        if least < width(f)
+            && apart <= width(f)
+            && let Some(gap) = gap(&faces[f], &faces[g], width(f))
+        {
+            tell(f, least.max(gap));
+        }
+    });
+}
+
+/// All pairs of faces, each both ways, whose boxes are less than a texel apart, and how far that is.
+fn near(faces: &[Face], sides: &[u32], mut pair: impl FnMut(usize, usize, f64)) {
     let boxes: Vec<[DVec3; 2]> = faces.iter().map(bounds).collect();
     let mut order: Vec<usize> = (0..faces.len()).collect();
     order.sort_by(|a, b| boxes[*a][0].x.total_cmp(&boxes[*b][0].x));
-    let halved: Vec<bool> = (0..faces.len()).map(|f| finer[f] > before[f]).collect();
-    let width = |f: usize| width_of(&faces[f]) / f64::from(before[f]);
+    let width = |f: usize| width_of(&faces[f]) / f64::from(sides[f]);
     let widest = (0..faces.len()).map(width).fold(0.0, f64::max);
     for (k, a) in order.iter().enumerate() {
         let end = boxes[*a][1].x + widest;
         let next = order[k + 1..].iter();
         for b in next.take_while(|b| boxes[**b][0].x <= end) {
-            for (f, g) in [(*a, *b), (*b, *a)] {
-                let wants = halved[f] && !halved[g] && width(g) >= width(f) && may(g);
-                if wants && apart(&boxes[f], &boxes[g]) <= width(g) && see(&faces[f], &faces[g]) {
-                    finer[g] = 2 * before[g];
-                }
+            let apart = apart(&boxes[*a], &boxes[*b]);
+            if apart <= widest {
+                pair(*a, *b, apart);
+                pair(*b, *a, apart);
             }
         }
     }
+}
+
+/// How far `g` is from `f`, which it faces from no farther than `reach`, above some of it.
+fn gap(f: &Face, g: &Face, reach: f64) -> Option<f64> {
+    let [n, m] = [f, g].map(|face| face.vector_area().normalize_or_zero());
+    if n.dot(m) > FACING {
+        return None;
+    }
+    let heights = g.corners.iter().map(|c| n.dot(*c - f.corners[0]));
+    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| {
+        (low.min(h), high.max(h))
+    });
+    let middle = |face: &Face| face.corners.iter().sum::<DVec3>() / face.corners.len() as f64;
+    let aside = middle(g) - middle(f);
+    let aside = (aside - n * n.dot(aside)).length();
+    let far = 0.5 * (diagonal(f) + diagonal(g));
+    (low <= reach && high > 1e-6 * width_of(g) && aside <= far).then_some(low.max(0.0))
+}
+
+fn diagonal(face: &Face) -> f64 {
+    let c = &face.corners;
+    c[0].distance(c[2]).max(c[1].distance(c[c.len() - 1]))
 }
 
 fn bounds(face: &Face) -> [DVec3; 2] {

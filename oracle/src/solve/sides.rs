@@ -1,5 +1,6 @@
 //! Texels a side of each face, as the steps of a solve to an error have them.
 
+use super::near::{covered, width_of};
 use crate::judge::resample::{average, pieces};
 use common::Result;
 use common::mesh::Mesh;
@@ -9,6 +10,8 @@ use glam::DVec3;
 /// Texels of the first step are as wide as this, if that is cheap: the mesh is two units wide at most.
 /// Two steps on a few texels may agree by chance.
 const WIDTH: f64 = 0.25;
+/// So many of them reach across the smaller of two faces with a narrow gap between.
+const ACROSS: f64 = 8.0;
 /// Texels that are cheap.
 const CHEAP: u64 = 1 << 15;
 /// So many a side of a face at most, where they follow from the light.
@@ -21,7 +24,7 @@ pub type Asked<'a> = &'a dyn Fn(usize) -> Option<u32>;
 pub fn width(scene: &Scene) -> Result<f64> {
     let whole = 2.0 * Mesh::uniform(scene, 1, 1)?.unit;
     let mut width = WIDTH * whole / 2.0;
-    while width < whole && count(&first(scene, &|_| None, width)) > CHEAP {
+    while width < whole && count(&even(scene, width, |_| 1)) > CHEAP {
         width *= 2.0;
     }
     Ok(width)
@@ -34,7 +37,7 @@ pub fn first(scene: &Scene, asked: Asked, width: f64) -> Vec<u32> {
         Some(n) => n,
         None => 1,
     };
-    sides(scene, width, least)
+    in_gaps(scene, even(scene, width, least), ACROSS)
 }
 
 /// Texels a side of the second: at least as many as are asked for, and more than of the first.
@@ -43,27 +46,35 @@ pub fn second(scene: &Scene, asked: Asked, width: f64, first: &[u32]) -> Vec<u32
         Some(n) if first[f] < n || (first[f] == n && n % 2 == 1 && n > 1) => 2 * first[f],
         _ => first[f],
     };
-    sides(scene, 0.5 * width, least)
-}
-
-/// The longest side of a face.
-pub fn width_of(face: &Face) -> f64 {
-    let c = &face.corners;
-    let edges = (0..c.len()).map(|k| c[k].distance(c[(k + 1) % c.len()]));
-    edges.fold(0.0, f64::max)
+    in_gaps(scene, even(scene, 0.5 * width, least), 2.0 * ACROSS)
 }
 
 /// Texels a side of each face: `least`, or doubled until none is wider than `width`.
-fn sides(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
+fn even(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
     let side = |(f, face): (usize, &Face)| {
-        let long = width_of(face);
         let mut side = least(f).max(1);
-        while f64::from(side) * width < long && side < FINEST {
+        while f64::from(side) * width < width_of(face) && side < FINEST {
             side *= 2;
         }
         side
     };
     scene.faces.iter().enumerate().map(side).collect()
+}
+
+/// The same, and more where a narrow gap would be lit by texels that reach out of it, if that is cheap.
+fn in_gaps(scene: &Scene, sides: Vec<u32>, across: f64) -> Vec<u32> {
+    let mut finer = sides.clone();
+    covered(&scene.faces, &sides, across, |f, width| {
+        let side = &mut finer[f];
+        while f64::from(*side) * width < width_of(&scene.faces[f]) && *side < FINEST {
+            *side *= 2;
+        }
+    });
+    if count(&finer) <= (4 * CHEAP).max(2 * count(&sides)) {
+        finer
+    } else {
+        sides
+    }
 }
 
 /// How many they are on quads: on triangles as many.

@@ -93,11 +93,14 @@ pub fn closure_in_doubt(mesh: &Mesh, run: &Run, estimate: Option<&Estimate>) -> 
 
 /// The estimate, by what explains most of it.
 fn off(estimate: &Estimate) -> Option<Warning> {
-    let worst = |a: &&Part, b: &&Part| a.error.total_cmp(&b.error);
-    let part = estimate.parts.iter().max_by(worst)?;
     if estimate.upper <= LIMIT {
         return None;
     }
+    if moved(estimate) {
+        return refined(estimate);
+    }
+    let worst = |a: &&Part, b: &&Part| a.error.total_cmp(&b.error);
+    let part = estimate.parts.iter().max_by(worst)?;
     let (code, why) = match part.cause {
         Cause::Visibility => (
             Code::Visibility,
@@ -115,17 +118,30 @@ fn off(estimate: &Estimate) -> Option<Warning> {
             Code::Texels,
             "light or shadow varies within texels: use more --texels",
         ),
-        Cause::Refinement => (
-            Code::Texels,
-            "the last refinement still changed so much: ask for more --texels",
-        ),
-        // They have warnings of their own.
-        Cause::Iteration | Cause::Closure | Cause::Rounding => return None,
+        // They have warnings of their own; the others are of solves to an error.
+        _ => return None,
     };
     Some(Warning {
         code,
         faces: part.faces.clone(),
         message: format!("may be {:.1} % off: {why}", 100.0 * estimate.upper),
+    })
+}
+
+/// An answer to an error of which the refinement leaves most.
+fn refined(estimate: &Estimate) -> Option<Warning> {
+    // The rest has warnings of its own.
+    let (of, rest): (Vec<&Part>, Vec<&Part>) =
+        (estimate.parts.iter()).partition(|part| part.cause.of_refinement());
+    let square = |part: &&Part| part.error * part.error;
+    let most = rest.iter().map(square).fold(0.0, f64::max);
+    (of.iter().map(square).sum::<f64>() > most).then(|| Warning {
+        code: Code::Texels,
+        faces: of[0].faces.clone(),
+        message: format!(
+            "may be {:.1} % off: the last refinement still changed so much",
+            100.0 * estimate.upper
+        ),
     })
 }
 

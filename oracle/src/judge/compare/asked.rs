@@ -82,7 +82,11 @@ pub fn compare(
         gpu_settings: *settings,
         adapter: gpu.line.name.clone(),
         seconds: [cpu.seconds, on_gpu.seconds],
-        estimates: [&cpu, &on_gpu].map(Answered::error),
+        estimates: [cpu.estimate, on_gpu.estimate],
+        off: {
+            let moved = cpu.solved.moved.as_ref();
+            moved.and_then(|moved| moved.map(&scene.faces, mesh))
+        },
         stages,
         pairs: found.pairs(),
         lockstep_difference: apart[0],

@@ -132,6 +132,7 @@ pub fn compare(scene: &Scene, request: &Request, watch: &Watch) -> Result<Compar
         lockstep_difference: apart[0],
         free_difference: apart[1],
         estimates: [None, None],
+        off: None,
         error: [None, None],
         truth: None,
         item_buffer: Some(item_buffer),

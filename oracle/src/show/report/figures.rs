@@ -35,6 +35,8 @@ pub struct Figures {
     pub atlases: [String; 2],
     /// A shot's item buffer; none where nothing is shot.
     pub item_buffer: Option<Buffer>,
+    /// How far each texel may be off, and the end of its range.
+    pub off: Option<(String, f64)>,
     /// Unshot power against shots.
     pub convergence: Option<String>,
     /// Mismatches by distance.
@@ -79,6 +81,7 @@ impl Figures {
             atlases: [&c.cpu, &c.gpu]
                 .map(|run| atlas(&c.mesh, &run.field.radiosity, exposure).data_uri()),
             item_buffer: c.item_buffer.as_ref().map(|shot| buffer(c, shot, &view)),
+            off: c.off.as_ref().map(|off| off_by_texel(&view, off, rms)),
             convergence: singly(c)
                 .then(|| charts::convergence(&c.cpu, &c.gpu, c.settings.schedule.epsilon))
                 .flatten(),
@@ -87,6 +90,16 @@ impl Figures {
             camera,
         }
     }
+}
+
+fn off_by_texel(view: &View, off: &[f32], rms: f64) -> (String, f64) {
+    let at = |hit: &Hit| match off.get(hit.stencil.texel as usize) {
+        Some(off) if rms > 0.0 => f64::from(*off) / rms,
+        _ => 0.0,
+    };
+    let range = range(view.hits().step_by(STRIDE).map(at));
+    let picture = view.shade(|hit| decode(diverging(at(hit) / range)));
+    (picture.data_uri(), range)
 }
 
 fn buffer(c: &Comparison, shot: &ItemBufferPicture, view: &View) -> Buffer {

@@ -41,6 +41,7 @@ fn way(c: &Comparison, several: bool) -> Markup {
         (tables::differences(c))
         (visibility(c, &figures))
         (links(c))
+        (certificate(c, &figures))
         h3 { "Shaders against their twins" }
         p {
             "Each shader and its counterpart in plain Rust get the same input"
@@ -228,6 +229,29 @@ fn links(c: &Comparison) -> Markup {
     }
 }
 
+/// To an error: what of it is due to what, and where it sits.
+fn certificate(c: &Comparison, f: &Figures) -> Markup {
+    html! {
+        @if c.asked.is_some() {
+            h3 { "What is left of the error" }
+            p {
+                "By how much the last of several solves still differed from the one before. Some texels then "
+                "receive again, each time with one thing done more finely: that tells what of it is due to what. "
+                "Squares add up."
+            }
+            (tables::causes(&c.estimates))
+            @if let Some((picture, range)) = &f.off {
+                div.grid {
+                    (figure("", picture, "How far off each texel may be", html! {
+                        b { "Where it sits" } " · how far each texel of the CPU's answer may be off, relative to the "
+                        "rms of reflected luminance; clipped beyond the range." (colour_bar(*range))
+                    }))
+                }
+            }
+        }
+    }
+}
+
 fn visibility_name(c: &Comparison) -> String {
     match c.gpu_settings.transport.visibility {
         Visibility::Rays => "stereographic (drawn for the eye: the GPU asked rays)".to_owned(),
@@ -273,7 +297,7 @@ fn textures(f: &Figures) -> Markup {
 }
 
 fn estimate(c: &Comparison, side: usize) -> String {
-    c.estimates[side].map_or("–".into(), percent)
+    c.estimated(side).map_or("–".into(), percent)
 }
 
 /// The error of an answer, CPU's or GPU's; – where there is no truth.

@@ -4,6 +4,7 @@ use super::json::in_force;
 use crate::judge::comparison::{Comparison, Gate, Pairs, Stage};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{self, table};
+use crate::solve::check::{Cause, Estimate};
 use common::energy::Energy;
 use maud::{Markup, html};
 use serde_json::Value;
@@ -28,6 +29,45 @@ pub fn gates(gates: &[Gate]) -> Markup {
                     td.n { (number(gate.bound)) }
                     td.reason { (gate.reason) }
                 }
+            }
+        }))
+    }
+}
+
+/// What each side says of its error, by cause.
+pub fn causes(estimates: &[Option<Estimate>; 2]) -> Markup {
+    let all: Vec<Cause> = (estimates.iter().flatten())
+        .flat_map(|estimate| estimate.parts.iter().map(|part| part.cause))
+        .fold(Vec::new(), |mut all, cause| {
+            if !all.contains(&cause) {
+                all.push(cause);
+            }
+            all
+        });
+    let part = |side: usize, cause: Cause| -> String {
+        let mut parts = estimates[side].iter().flat_map(|estimate| &estimate.parts);
+        let own = parts.find(|part| part.cause == cause);
+        own.map_or("–".into(), |part| percent(part.error))
+    };
+    let whole = |side: usize| -> String {
+        let own = estimates[side].as_ref().map(|estimate| estimate.error);
+        own.map_or("–".into(), percent)
+    };
+    html! {
+        (table("", &["Cause", "What it is", "#CPU", "#GPU"], html! {
+            @for cause in all {
+                tr {
+                    td { (cause.name()) }
+                    td.reason { (cause.meaning()) }
+                    td.n { (part(0, cause)) }
+                    td.n { (part(1, cause)) }
+                }
+            }
+            tr {
+                td { "all" }
+                td {}
+                td.n { (whole(0)) }
+                td.n { (whole(1)) }
             }
         }))
     }

@@ -18,14 +18,70 @@ pub enum Cause {
     Cells,
     /// Whole texels for light that varies within them.
     Texels,
-    /// What the last of several solves still changed.
+    /// What the last of several solves still changed, where nobody looked at what of.
     Refinement,
+    /// Nodes whose light a slope does not tell.
+    Sources,
+    /// Light that neighbours tell, and no texel has received for itself.
+    Receivers,
+    /// What is sent on, and so wrong at many together.
+    Propagation,
     /// What unshot light would still make.
     Iteration,
     /// What links made up or lost, bounce by bounce.
     Closure,
     /// Rounding that reflections add up.
     Rounding,
+}
+
+impl Cause {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Visibility => "visibility",
+            Self::FormFactor => "form factor",
+            Self::Cells => "cells",
+            Self::Texels => "texels",
+            Self::Refinement => "refinement",
+            Self::Sources => "sources",
+            Self::Receivers => "receivers",
+            Self::Propagation => "propagation",
+            Self::Iteration => "iteration",
+            Self::Closure => "closure",
+            Self::Rounding => "rounding",
+        }
+    }
+
+    /// In a sentence.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Visibility => "who sees whom: item buffers, or few rays at the edges of shadows",
+            Self::FormFactor => "discs in the place of Lambert's polygons",
+            Self::Cells => "whole cells shoot what varies within them",
+            Self::Texels => "light varies within texels",
+            Self::Refinement => "what the last of several solves still changed",
+            Self::Sources => "light that varies within what shines, beyond a mean and a slope",
+            Self::Receivers => "texels that take their light from their neighbours'",
+            Self::Propagation => "light that was sent on and is wrong at many texels together",
+            Self::Iteration => "what unshot light would still make",
+            Self::Closure => "what links made up or lost, bounce by bounce",
+            Self::Rounding => "32-bit rounding that reflections add up",
+        }
+    }
+
+    /// Whether it is what finer steps of a solve to an error would mend.
+    pub fn of_refinement(self) -> bool {
+        use Cause::{Propagation, Receivers, Refinement, Sources, Texels, Visibility};
+        let all = [
+            Refinement,
+            Sources,
+            Visibility,
+            Receivers,
+            Propagation,
+            Texels,
+        ];
+        all.contains(&self)
+    }
 }
 
 /// One cause's part.
