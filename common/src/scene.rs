@@ -46,6 +46,9 @@ pub struct Face {
     pub partner: Option<u32>,
     /// What the file may have rounded each coordinate by, in scene units (see [`crate::precision`]).
     pub rounding: f64,
+    /// The normals that the file has at the corners, as it has them: where two faces have the same at a
+    /// corner, both approximate one curved surface. Light knows nothing of them.
+    pub normals: Option<[Vec3; 4]>,
 }
 
 impl Face {
@@ -60,6 +63,7 @@ impl Face {
             from: None,
             partner: None,
             rounding: 0.0,
+            normals: None,
         }
     }
 
@@ -101,12 +105,13 @@ impl Face {
 
     /// The same sheet seen from behind.
     pub fn reversed(&self) -> Self {
-        let [a, b, c, d] = self.corners;
+        let turned = match self.shape {
+            Shape::Quad => [0, 3, 2, 1],
+            Shape::Triangle => [0, 2, 1, 1],
+        };
         Self {
-            corners: match self.shape {
-                Shape::Quad => [a, d, c, b],
-                Shape::Triangle => [a, c, b, b],
-            },
+            corners: turned.map(|k| self.corners[k]),
+            normals: self.normals.map(|normals| turned.map(|k| -normals[k])),
             ..self.clone()
         }
     }

@@ -6,6 +6,7 @@ use common::scene::Face;
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use oracle::relight::camera::{camera_at, camera_for};
 use oracle::relight::composite::composite;
+use oracle::relight::surfaces::surface;
 use oracle::relight::{Backdrop, Relit};
 use oracle::show::view::camera::Camera;
 use oracle::show::view::surface::Surface;
@@ -340,4 +341,39 @@ fn a_pixel_on_an_edge_is_a_mix() {
         rim += u32::from(*share > 0.0 && *share < 1.0);
     }
     assert!(rim >= 40, "{rim}");
+}
+
+#[test]
+fn normals_of_the_file_tell_which_edges_are_round() {
+    let roof = |normals: [Option<[Vec3; 4]>; 2]| {
+        let p = |x: f64, y: f64| [DVec3::new(x, y, -0.2), DVec3::new(x, y, 0.2)];
+        let ([a, b], [c, d], [e, f]) = (p(-0.3, 0.1), p(0.0, 0.5), p(0.3, 0.1));
+        let mut faces = vec![
+            floor(),
+            Face::quad("left", [a, b, d, c], Vec3::ZERO, Vec3::splat(0.5)),
+            Face::quad("right", [c, d, f, e], Vec3::ZERO, Vec3::splat(0.5)),
+        ];
+        for (face, normals) in faces[1..].iter_mut().zip(normals) {
+            face.normals = normals;
+        }
+        let solved = by_hand(
+            scene("roof", faces),
+            1,
+            1,
+            |_, _| Vec3::ONE,
+            |_, _| Vec3::ONE,
+        );
+        let pairs = surface(&solved.relit()).pairs.clone();
+        pairs.contains(&(1, 2))
+    };
+    let (left, right) = (Vec3::new(-0.8, 0.6, 0.0), Vec3::new(0.8, 0.6, 0.0));
+    let ridge = Vec3::Y;
+    // Sharp without normals and with those of the faces; round where both have the same at the ridge.
+    assert!(!roof([None, None]));
+    assert!(!roof([Some([left; 4]), Some([right; 4])]));
+    assert!(!roof([Some([left, left, ridge, ridge]), None]));
+    assert!(roof([
+        Some([left, left, ridge, ridge]),
+        Some([ridge, ridge, right, right])
+    ]));
 }

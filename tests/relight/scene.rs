@@ -11,6 +11,7 @@ use oracle::relight::surfaces::{Renders, surface};
 use oracle::relight::thumbnail::thumbnail;
 use oracle::relight::{Backdrop, Relit, files};
 use oracle::show::tone::Curve;
+use oracle::show::view::surface::Ring;
 use radiosity_tests::relit::{Solved, bits, by_hand, finite, floor};
 use radiosity_tests::{lit_room, room, scene};
 use std::f32::consts::PI;
@@ -99,7 +100,9 @@ fn light_passes_the_edges_of_a_ball_and_not_those_of_a_box() {
                 });
                 for share in [0.1, 0.3, 0.5, 0.8].into_iter().filter(|_| both) {
                     let point = from.lerp(to, share);
-                    let at = |face: u32| renders.radiance(&renders.stencil(face, point));
+                    let at = |face: u32| {
+                        renders.radiance(&renders.stencil(&mut Ring::default(), face, point))
+                    };
                     largest = largest.max((at(a) - at(b)).abs().max_element());
                     edges += 1;
                 }
@@ -132,7 +135,7 @@ fn the_noise_of_single_facets_is_averaged() {
     let renders = Renders::new(&relit, &surface);
     let facets = &solved.mesh.texels[1..];
     let square = facets.iter().map(|t| {
-        let at = renders.stencil(t.face, t.position.as_dvec3());
+        let at = renders.stencil(&mut Ring::default(), t.face, t.position.as_dvec3());
         (renders.radiance(&at).x * PI - 1.0).powi(2)
     });
     let rms = (square.sum::<f32>() / facets.len() as f32).sqrt();
@@ -169,7 +172,7 @@ fn lamps_and_rugs_keep_their_borders() {
     let surface = surface(&relit);
     let renders = Renders::new(&relit, &surface);
     let at = |face: u32, x: f64| {
-        let at = renders.stencil(face, solved.mesh.local(p(x, 0.4)));
+        let at = renders.stencil(&mut Ring::default(), face, solved.mesh.local(p(x, 0.4)));
         renders.radiance(&at).x * PI
     };
     let close = |a: f32, b: f32| assert!(abs_diff_eq!(a, b, epsilon = 1e-4), "{a} {b}");

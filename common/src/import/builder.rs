@@ -5,7 +5,7 @@ use super::surface::{DEFAULT_REFLECTANCE, Surface};
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene};
 use crate::text::plain;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -14,6 +14,16 @@ pub const MAX_FACES: usize = 1 << 22;
 
 /// So many faces are named in a note.
 const NAMED: usize = 6;
+
+/// A face as a file has it.
+pub struct Polygon<'p> {
+    /// Its corners.
+    pub corners: &'p [DVec3],
+    /// And the surface's normals there; none: the file says nothing.
+    pub normals: &'p [Vec3],
+    /// What each coordinate is off by at most.
+    pub rounding: f64,
+}
 
 /// A scene in the making.
 pub struct Builder<'a> {
@@ -25,6 +35,19 @@ pub struct Builder<'a> {
     remarks: BTreeMap<Remark, Faces>,
     without_material: Faces,
     notes: Vec<String>,
+}
+
+impl Polygon<'_> {
+    /// The normals at a piece's corners, each of which is one of the whole; one without a direction says
+    /// nothing.
+    fn normals_of(&self, piece: &[DVec3; 4]) -> Option<[Vec3; 4]> {
+        let mut normals = [Vec3::ZERO; 4];
+        for (own, corner) in normals.iter_mut().zip(piece) {
+            let k = self.corners.iter().position(|c| c == corner)?;
+            *own = self.normals.get(k)?.try_normalize()?;
+        }
+        Some(normals)
+    }
 }
 
 impl<'a> Builder<'a> {
@@ -45,17 +68,16 @@ impl<'a> Builder<'a> {
         self.notes.push(plain(&note.into()));
     }
 
-    /// The next input face, its coordinates off by `rounding` at most; `place` says where in the file
-    /// it is, for errors.
+    /// The next input face; `place` says where in the file it is, for errors.
     pub fn add(
         &mut self,
         name: &str,
-        corners: &[DVec3],
-        rounding: f64,
+        polygon: &Polygon,
         surface: Option<Surface>,
         place: impl Fn() -> String,
     ) -> Result<()> {
         let k = self.faces.len();
+        let corners = polygon.corners;
         let fail = |message: String| {
             Err(Error::input(
                 self.path,
@@ -96,7 +118,8 @@ impl<'a> Builder<'a> {
                 Piece::Triangle(c) => Face::triangle(name, c, emission, reflectance),
             };
             face.from = split.then_some(k as u32);
-            face.rounding = rounding;
+            face.rounding = polygon.rounding;
+            face.normals = polygon.normals_of(&face.corners);
             if n == 0 {
                 &mut self.faces
             } else {

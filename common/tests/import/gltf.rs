@@ -363,3 +363,36 @@ fn a_deep_chain_of_nodes_is_no_trouble() {
         2
     );
 }
+
+#[test]
+fn normals_are_kept_and_turn_with_a_mirror() {
+    let bent = [0.0f32, 0.6, 0.8];
+    let normals: Vec<f32> = [[0.0, 0.0, 1.0], bent, [0.0, 0.0, 1.0], bent].concat();
+    let smooth = square()
+        .view(&floats(&normals))
+        .set(
+            "/accessors/-",
+            json!({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC3"}),
+        )
+        .set("/meshes/0/primitives/0/attributes/NORMAL", json!(2));
+    let bent = Vec3::from(bent);
+    let found = scene(&smooth).faces[0].normals;
+    assert_eq!(found, Some([Vec3::Z, bent, Vec3::Z, Vec3::Z]));
+    let mirrored = scene(&smooth.clone().set("/nodes/0/scale", json!([-1, 1, 1])));
+    assert_eq!(
+        mirrored.faces[0].normals,
+        Some([Vec3::Z, Vec3::Z, bent, bent])
+    );
+    let options = ImportOptions {
+        join_quads: true,
+        ..Default::default()
+    };
+    let joined = smooth.load_with(&options).expect("a scene");
+    assert_eq!(
+        joined.faces[0].normals,
+        Some([Vec3::Z, bent, Vec3::Z, bent])
+    );
+    // Those that cannot be read are none: the faces are there all the same.
+    let broken = smooth.set("/accessors/2/count", json!(400));
+    assert_eq!(scene(&broken).faces[0].normals, None);
+}

@@ -309,3 +309,34 @@ fn far_from_the_origin_a_quad_keeps_its_shape() {
         (Shape::Quad, 1.0)
     );
 }
+
+#[test]
+fn normals_are_kept_where_every_corner_has_one() {
+    let text = "vn 0 0 2\nvn 0 0.6 0.8\nvn 0 0 0\nvn 0 x 1\n";
+    let faces = "f 1//1 2//1 3/9/2 4//-3\nf 1//1 2//1 3\nf 1//1 2//1 3//5\nf 1//1 2//1 3//3\n\
+        f 1//1 2//1 3//4\nf 1//1 2//1 3//-9\nf 1//1 2//1 3//0\n";
+    let scene = scene(&format!("{SQUARE}{text}{faces}"));
+    let [up, bent] = [Vec3::Z, Vec3::new(0.0, 0.6, 0.8)];
+    assert_eq!(scene.faces[0].normals, Some([up, up, bent, bent]));
+    // None, one that does not exist, one without a direction, one that is no number.
+    for face in &scene.faces[1..] {
+        assert_eq!(face.normals, None);
+    }
+    let turned = scene.faces[0].reversed();
+    assert_eq!(turned.normals, Some([-up, -bent, -bent, -up]));
+}
+
+#[test]
+fn pieces_of_a_polygon_have_its_normals() {
+    let scene = scene(&format!(
+        "{SQUARE}v -1 0.5 0\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1 4//1 5//2\n"
+    ));
+    assert_eq!(scene.faces.len(), 3);
+    for face in &scene.faces {
+        let normals = face.normals.expect("normals");
+        for (corner, normal) in face.corners.iter().zip(normals) {
+            let own = if corner.x < 0.0 { Vec3::X } else { Vec3::Z };
+            assert_eq!(normal, own);
+        }
+    }
+}

@@ -14,6 +14,8 @@ use glam::Vec3;
 const ROUNDS: usize = 5;
 /// A correction of so much of the error that is asked for need not be gathered.
 const LITTLE: f32 = 0.25;
+/// Nor one of so much of the light: then links make up more than walls absorb.
+const ALL: f32 = 1.0;
 
 /// Light that was made fine.
 pub(super) struct Corrected {
@@ -41,13 +43,13 @@ impl Solve<'_> {
         let mut fine = vec![Vec3::ZERO; shone.len()];
         let mut off = Vec::new();
         let (mut sent, mut told, mut part) = (shone, coarse, FINE);
+        let mut before = f32::INFINITY;
         for round in 0..ROUNDS {
             let glow = self.glow(&sent);
             let half = 0.5 * (part.start + part.end);
             let within = part.start..half;
             let found = self.at_texels(What::Light, &glow, &all, goal.fine, within, watch)?;
             part.start = half;
-            fine = sum(&fine, &found);
             let new = self.of_open(&found);
             let delta = new.iter().zip(&told.received).map(|(f, x)| *f - *x);
             let delta: Vec<Vec3> = delta.collect();
@@ -58,13 +60,20 @@ impl Solve<'_> {
                     .collect();
             }
             let next = self.spend(kept, &self.reflected(&delta), CORRECTED, watch)?;
-            sent = self.reflected(&sum(&delta, &next.received));
+            let rest = self.reflected(&sum(&delta, &next.received));
+            let left = self.share_of_light(&rest);
+            // Where links make up more than walls absorb it grows: what was told before stays.
+            if left >= before {
+                break;
+            }
+            (sent, before) = (rest, left);
+            fine = sum(&fine, &found);
             told = Spent {
                 unshot: sum(&told.unshot, &next.unshot),
                 done: told.done && next.done,
                 received: next.received,
             };
-            if self.share_of_light(&sent) <= LITTLE * goal.error {
+            if left <= LITTLE * goal.error || left >= ALL {
                 break;
             }
         }

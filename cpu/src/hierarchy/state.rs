@@ -26,6 +26,8 @@ const COARSE: f32 = 0.09;
 /// Nor where their light is known to be off by more than so many times what is asked: there light goes round
 /// among what is smaller, as beneath a body that leans.
 const ROUGH: f32 = 0.5;
+/// But they need not be smaller than this: what they tell wrongly is gathered again.
+const FINE: f32 = COARSE / 8.0;
 /// A face that reflects less counts as much as this one: its irradiance is asked for as well.
 const DARKEST: f32 = 0.1;
 /// Where a solve makes its links and spends its light, of the whole, roughly.
@@ -128,12 +130,14 @@ impl<'a> Solve<'a> {
             .map(|(t, o)| t.area * o)
             .collect();
         let whole = |k: u32| {
-            world.tree.nodes[k as usize].shooter.radius <= COARSE && {
+            let radius = world.tree.nodes[k as usize].shooter.radius;
+            let even = || {
                 let leaves = world.tree.leaves(k);
                 let off = |leaf: &Leaf| off.get(leaf.texel as usize).copied().unwrap_or(0.0);
                 let squares: f32 = leaves.iter().map(|leaf| off(leaf).powi(2)).sum();
                 squares <= ROUGH * ROUGH * leaves.len() as f32
-            }
+            };
+            radius <= COARSE && (radius <= FINE || even())
         };
         Self {
             coarse: Coarse::new(mesh, world.tree, world.clusters, whole, &area),

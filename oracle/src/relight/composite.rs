@@ -4,7 +4,7 @@
 use super::surfaces::{Renders, surface};
 use super::{Backdrop, Relit};
 use crate::show::view::camera::Camera;
-use crate::show::view::surface::Stencil;
+use crate::show::view::surface::{Ring, Stencil};
 use common::mesh::Mesh;
 use common::rays::Rays;
 use glam::{DVec3, Vec3};
@@ -123,23 +123,28 @@ impl Seen<'_> {
         let (x, y) = ((k % u64::from(w)) as f32, (k / u64::from(w)) as f32);
         let (width, height) = (w as f32, h as f32);
         let part = |s: u32| (s as f32 + 0.5) / SUPERSAMPLING as f32;
-        let mut pixel = Pixel::default();
+        let (mut pixel, mut rings) = (Pixel::default(), [Ring::default(), Ring::default()]);
         for s in 0..SUPERSAMPLING * SUPERSAMPLING {
             let right = 2.0 * (x + part(s % SUPERSAMPLING)) - width;
             let down = 2.0 * (y + part(s / SUPERSAMPLING)) - height;
-            self.sample(&mut pixel, lens(right / height, -down / height));
+            self.sample(&mut pixel, &mut rings, lens(right / height, -down / height));
         }
         pixel
     }
 
-    fn sample(&self, pixel: &mut Pixel, direction: Vec3) {
+    /// The `rings` are those of the room and of the objects.
+    fn sample(&self, pixel: &mut Pixel, rings: &mut [Ring; 2], direction: Vec3) {
         let origin = self.camera;
         let front = |rays: &Option<Rays>| rays.as_ref().and_then(|r| r.front(origin, direction));
         let (wall, object) = (front(&self.room), front(&self.objects));
         let reach = wall.map_or(f32::INFINITY, |(_, t)| t + CONTACT);
         let object = object.filter(|(_, t)| *t <= reach);
         let point = |t: f32| (origin + direction * t).as_dvec3();
-        let wall = wall.map(|(face, t)| (self.renders.stencil(face, point(t)), point(t)));
+        let [of_room, of_objects] = rings;
+        let wall = wall.map(|(face, t)| {
+            let stencil = self.renders.stencil(of_room, face, point(t));
+            (stencil, point(t))
+        });
 
         let background = match (self.backdrop, &wall) {
             (Some(seen), wall) => {
@@ -156,7 +161,9 @@ impl Seen<'_> {
             pixel.dark[0] += u32::from(!light);
         }
         if let Some((face, t)) = object {
-            let stencil = self.renders.stencil(self.first + face, point(t));
+            let stencil = self
+                .renders
+                .stencil(of_objects, self.first + face, point(t));
             pixel.objects += self.renders.radiance(&stencil);
             pixel.hidden += 1;
             pixel.dark[1] += u32::from(!self.renders.is_light(&stencil));

@@ -8,8 +8,9 @@
 //! corners, as if its surface were smooth.
 
 use super::Relit;
-use crate::show::view::surface::{Interpolant, Stencil, Surface};
+use crate::show::view::surface::{Interpolant, Ring, Stencil, Surface};
 use crate::show::view::weld::COSINE;
+use common::scene::Face;
 use glam::{DVec3, Vec3, Vec4};
 use std::f32::consts::PI;
 
@@ -18,6 +19,10 @@ use std::f32::consts::PI;
 const CURVED: f64 = 0.766;
 /// Never joined: no cosine is as large.
 const APART: f64 = 2.0;
+/// Joined whatever the angle.
+const ANY: f64 = -1.0;
+/// Cosine of the angle (2°) by which rounding turns normals that are the same.
+const SAME: f32 = 0.9994;
 /// B₀ that is less than this share of the room's mean is as good as none.
 const SOUND: f32 = 1e-2;
 /// Faces reflect alike whose reflectances differ by less than this share.
@@ -33,10 +38,33 @@ pub fn surface<'a>(relit: &Relit<'a>) -> Surface<'a> {
     Surface::joined(relit.scene, relit.mesh, |a, b| {
         match (relit.is_object(a), relit.is_object(b)) {
             (false, false) if alike(a, b) => COSINE,
-            (true, true) if alike(a, b) => CURVED,
+            (true, true) if alike(a, b) => bend(&relit.scene.faces, a, b),
             _ => APART,
         }
     })
+}
+
+/// Cosine of the largest angle at which two faces of an object are one surface: where the file has normals,
+/// those at the corners that they share tell.
+fn bend(faces: &[Face], a: u32, b: u32) -> f64 {
+    let [a, b] = [a, b].map(|k| &faces[k as usize]);
+    let (Some(first), Some(second)) = (a.normals, b.normals) else {
+        return CURVED;
+    };
+    let own = a.corners.iter().zip(first);
+    let shared = own.flat_map(|(p, n)| {
+        let other = b.corners.iter().zip(second);
+        other
+            .filter(move |(q, _)| p == *q)
+            .map(move |(_, m)| n.dot(m))
+    });
+    let least = shared.fold(f32::INFINITY, f32::min);
+    match least {
+        // Nothing in common but an edge that one of them divides.
+        f32::INFINITY => CURVED,
+        least if least >= SAME => ANY,
+        _ => APART,
+    }
 }
 
 /// The mean reflectance of each face.
@@ -121,9 +149,9 @@ impl<'a> Renders<'a> {
     }
 
     /// Where a point of a face lies among its texels.
-    pub fn stencil(&self, face: u32, point: DVec3) -> Stencil {
+    pub fn stencil(&self, ring: &mut Ring, face: u32, point: DVec3) -> Stencil {
         let surface = self.reflected.surface;
-        surface.stencil(surface.texel(face, point), point)
+        surface.stencil_within(ring, surface.texel(face, point), point)
     }
 
     /// The captured room without objects, or an object relit.

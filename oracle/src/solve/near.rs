@@ -18,7 +18,8 @@ pub fn width_of(face: &Face) -> f64 {
 /// smaller than what those had: as where a body's top meets a wall that goes down into a gap.
 pub fn beside(faces: &[Face], before: &[u32], finer: &mut [u32], may: impl Fn(usize) -> bool) {
     let halved: Vec<bool> = (0..faces.len()).map(|f| finer[f] > before[f]).collect();
-    let width = |f: usize| width_of(&faces[f]) / f64::from(before[f]);
+    let widths: Vec<f64> = faces.iter().map(width_of).collect();
+    let width = |f: usize| widths[f] / f64::from(before[f]);
     near(faces, before, |f, g, apart| {
         let wants = halved[f] && !halved[g] && width(g) >= width(f) && may(g);
         if wants && apart <= width(g) && see(&faces[f], &faces[g]) {
@@ -28,14 +29,20 @@ pub fn beside(faces: &[Face], before: &[u32], finer: &mut [u32], may: impl Fn(us
 }
 
 /// Tells of each face that another covers in part, closer than the width of a texel, how wide its texels
-/// may be: as the gap, or so that `across` of them reach across the smaller face.
-pub fn covered(faces: &[Face], sides: &[u32], across: f64, mut tell: impl FnMut(usize, f64)) {
-    let width = |f: usize| width_of(&faces[f]) / f64::from(sides[f]);
+/// may be: as the gap, or so that `across` of them reach across the smaller face; but no less than `least`.
+pub fn covered(
+    faces: &[Face],
+    sides: &[u32],
+    (across, least): (f64, f64),
+    mut tell: impl FnMut(usize, f64),
+) {
+    let widths: Vec<f64> = faces.iter().map(width_of).collect();
+    let texel = |f: usize| widths[f] / f64::from(sides[f]);
     near(faces, sides, |f, g, apart| {
-        let least = width_of(&faces[f]).min(width_of(&faces[g])) / across;
-        if least < width(f)
-            && apart <= width(f)
-            && let Some(gap) = gap(&faces[f], &faces[g], width(f))
+        let least = least.max(widths[f].min(widths[g]) / across);
+        if least < texel(f)
+            && apart <= texel(f)
+            && let Some(gap) = gap(&faces[f], &faces[g], texel(f))
         {
             tell(f, least.max(gap));
         }

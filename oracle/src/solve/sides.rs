@@ -12,6 +12,9 @@ use glam::DVec3;
 const WIDTH: f64 = 0.25;
 /// So many of them reach across the smaller of two faces with a narrow gap between.
 const ACROSS: f64 = 8.0;
+/// But none is narrower for that than this share of the first step's width: of a mesh of many faces most have
+/// a neighbour before them.
+const LEAST: f64 = 0.0625;
 /// Texels that are cheap.
 const CHEAP: u64 = 1 << 15;
 /// So many a side of a face at most, where they follow from the light.
@@ -37,7 +40,7 @@ pub fn first(scene: &Scene, asked: Asked, width: f64) -> Vec<u32> {
         Some(n) => n,
         None => 1,
     };
-    in_gaps(scene, even(scene, width, least), ACROSS)
+    in_gaps(scene, even(scene, width, least), (ACROSS, LEAST * width))
 }
 
 /// Texels a side of the second: at least as many as are asked for, and more than of the first.
@@ -46,7 +49,8 @@ pub fn second(scene: &Scene, asked: Asked, width: f64, first: &[u32]) -> Vec<u32
         Some(n) if first[f] < n || (first[f] == n && n % 2 == 1 && n > 1) => 2 * first[f],
         _ => first[f],
     };
-    in_gaps(scene, even(scene, 0.5 * width, least), 2.0 * ACROSS)
+    let finer = (2.0 * ACROSS, 0.5 * LEAST * width);
+    in_gaps(scene, even(scene, 0.5 * width, least), finer)
 }
 
 /// Texels a side of each face: `least`, or doubled until none is wider than `width`.
@@ -62,9 +66,9 @@ fn even(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
 }
 
 /// The same, and more where a narrow gap would be lit by texels that reach out of it, if that is cheap.
-fn in_gaps(scene: &Scene, sides: Vec<u32>, across: f64) -> Vec<u32> {
+fn in_gaps(scene: &Scene, sides: Vec<u32>, wanted: (f64, f64)) -> Vec<u32> {
     let mut finer = sides.clone();
-    covered(&scene.faces, &sides, across, |f, width| {
+    covered(&scene.faces, &sides, wanted, |f, width| {
         let side = &mut finer[f];
         while f64::from(*side) * width < width_of(&scene.faces[f]) && *side < FINEST {
             *side *= 2;

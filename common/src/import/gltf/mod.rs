@@ -9,17 +9,18 @@ mod indices;
 mod material;
 mod primitive;
 
-use super::builder::Builder;
+use super::builder::{Builder, Polygon};
 use super::polygon;
 use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::precision::ROUNDOFF;
 use buffers::Document;
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DQuat, DVec3, Vec3};
 use gltf::json::mesh::Semantic;
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Material, Mesh};
+use primitive::Triangle;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -141,12 +142,12 @@ impl Import<'_, '_> {
                 Err(message) => return self.fail(place, message),
             };
             let surface = primitive.material.map(|m| self.surface(m)).transpose()?;
-            let rounding = corners
+            let roundings: Vec<f64> = corners
                 .iter()
-                .map(|c| rounding(c, world))
-                .collect::<Vec<_>>();
+                .map(|t| rounding(&t.corners, world))
+                .collect();
             let triangles = placed(corners, world);
-            self.faces(&name, &place, (&triangles, &rounding), surface)?;
+            self.faces(&name, &place, (&triangles, &roundings), surface)?;
         }
         Ok(())
     }
@@ -155,7 +156,7 @@ impl Import<'_, '_> {
         &mut self,
         name: &str,
         place: &str,
-        (triangles, roundings): (&[[DVec3; 3]], &[f64]),
+        (triangles, roundings): (&[Triangle], &[f64]),
         surface: Option<Surface>,
     ) -> Result<()> {
         let mut rest = triangles;
@@ -163,17 +164,23 @@ impl Import<'_, '_> {
             let quad = after
                 .first()
                 .filter(|_| self.join_quads)
-                .and_then(|second| polygon::join(*first, *second));
+                .and_then(|second| polygon::join(first.corners, second.corners));
             let used = if quad.is_some() { 2 } else { 1 };
             let begin = triangles.len() - rest.len();
             let rounding = roundings[begin..begin + used]
                 .iter()
                 .copied()
                 .fold(0.0, f64::max);
-            let corners = quad.as_ref().map_or(first.as_slice(), |q| q.as_slice());
-            self.builder.add(name, corners, rounding, surface, || {
-                format!("{place}, node {name}")
-            })?;
+            let corners = quad
+                .as_ref()
+                .map_or(first.corners.as_slice(), |q| q.as_slice());
+            let polygon = Polygon {
+                corners,
+                normals: &normals(corners, &rest[..used]),
+                rounding,
+            };
+            self.builder
+                .add(name, &polygon, surface, || format!("{place}, node {name}"))?;
             rest = &rest[used..];
         }
         Ok(())
@@ -239,6 +246,18 @@ impl Import<'_, '_> {
     }
 }
 
+/// The normals at the corners of what `triangles` make up; none where one has none.
+fn normals(corners: &[DVec3], triangles: &[Triangle]) -> Vec<Vec3> {
+    let normal = |corner: &DVec3| {
+        triangles.iter().find_map(|triangle| {
+            let k = triangle.corners.iter().position(|c| c == corner)?;
+            Some(triangle.normals?[k])
+        })
+    };
+    let all: Option<Vec<Vec3>> = corners.iter().map(normal).collect();
+    all.unwrap_or_default()
+}
+
 fn transform(node: &Node) -> DMat4 {
     if let Some(columns) = node.matrix {
         return DMat4::from_cols_array(&columns.map(f64::from));
@@ -263,12 +282,14 @@ fn rounding(triangle: &[DVec3; 3], world: DMat4) -> f64 {
     triangle.iter().map(off).fold(0.0, f64::max)
 }
 
-/// Triangles in the world; a mirroring node turns them round, so that fronts stay fronts.
-fn placed(triangles: Vec<[DVec3; 3]>, world: DMat4) -> Vec<[DVec3; 3]> {
+/// Triangles in the world; a mirroring node turns them round, so that fronts stay fronts. Normals stay as
+/// they are: whether two are the same is all that is asked of them.
+fn placed(triangles: Vec<Triangle>, world: DMat4) -> Vec<Triangle> {
     let mirrored = world.determinant() < 0.0;
-    let place = |triangle: [DVec3; 3]| {
-        let [a, b, c] = triangle.map(|p| world.transform_point3(p));
-        if mirrored { [a, c, b] } else { [a, b, c] }
+    let turned = if mirrored { [0, 2, 1] } else { [0, 1, 2] };
+    let place = |triangle: Triangle| Triangle {
+        corners: turned.map(|k| world.transform_point3(triangle.corners[k])),
+        normals: triangle.normals.map(|normals| turned.map(|k| normals[k])),
     };
     triangles.into_iter().map(place).collect()
 }

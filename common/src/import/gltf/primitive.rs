@@ -2,12 +2,21 @@
 
 use super::accessor::Result;
 use super::buffers::Document;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-/// A primitive's triangles; none if it is of points or lines.
-pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Vec<[DVec3; 3]>>> {
+/// A triangle.
+#[derive(Clone, Copy)]
+pub struct Triangle {
+    /// Its corners.
+    pub corners: [DVec3; 3],
+    /// The surface's normals there.
+    pub normals: Option<[Vec3; 3]>,
+}
+
+/// A primitive's triangles; none if it is of points or lines. Normals that cannot be read are none.
+pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Vec<Triangle>>> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err("has an unknown mode".into());
     };
@@ -22,6 +31,9 @@ pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Ve
         .get(&Checked::Valid(Semantic::Positions))
         .ok_or("has no POSITION")?;
     let positions = document.positions(*accessor)?;
+    let normals = primitive.attributes.get(&Checked::Valid(Semantic::Normals));
+    let normals = normals.and_then(|accessor| document.positions(*accessor).ok());
+    let normal = |k: u32| normals.as_ref()?.get(k as usize).copied();
     let indices = match primitive.indices {
         Some(accessor) => document.indices(accessor)?,
         None => (0..positions.len() as u32).collect(),
@@ -30,7 +42,16 @@ pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Ve
         let position = positions.get(index as usize).map(|p| p.as_dvec3());
         position.ok_or_else(|| format!("has index {index} but only {} vertices", positions.len()))
     };
-    let triangle = |[a, b, c]: [u32; 3]| Ok([corner(a)?, corner(b)?, corner(c)?]);
+    let triangle = |[a, b, c]: [u32; 3]| {
+        let normals = [normal(a), normal(b), normal(c)];
+        Ok(Triangle {
+            corners: [corner(a)?, corner(b)?, corner(c)?],
+            normals: match normals {
+                [Some(a), Some(b), Some(c)] => Some([a, b, c]),
+                _ => None,
+            },
+        })
+    };
     assembled(mode, &indices)?
         .into_iter()
         .map(triangle)

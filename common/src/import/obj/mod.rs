@@ -7,12 +7,12 @@ mod digits;
 mod mtl;
 mod text;
 
-use super::builder::Builder;
+use super::builder::{Builder, Polygon};
 use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::file::MAX_BYTES;
 use digits::Digits;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::path::Path;
 use text::Lines;
 
@@ -32,13 +32,18 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
             None => None,
         };
         for corners in polygons(&model.mesh) {
-            let line = face_lines.next().copied().unwrap_or(0);
+            let (line, normals) = face_lines
+                .next()
+                .map_or((0, [].as_slice()), |(line, own)| (*line, own));
             let coordinates = corners.iter().flat_map(DVec3::to_array);
             let rounding = coordinates.map(|x| source.digits.rounding(x));
             let rounding = rounding.fold(0.0, f64::max);
-            builder.add(&model.name, &corners, rounding, surface, || {
-                format!("line {line}")
-            })?;
+            let polygon = Polygon {
+                corners: &corners,
+                normals,
+                rounding,
+            };
+            builder.add(&model.name, &polygon, surface, || format!("line {line}"))?;
         }
     }
     source
@@ -46,6 +51,14 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
         .into_iter()
         .for_each(|note| builder.note(note));
     Ok(())
+}
+
+/// A normal; one that is none says nothing.
+fn normal(words: &[&str]) -> Vec3 {
+    match words {
+        [x, y, z, ..] => Vec3::from([x, y, z].map(|word| word.parse().unwrap_or(f32::NAN))),
+        _ => Vec3::NAN,
+    }
 }
 
 /// Each face's corners.
@@ -76,8 +89,10 @@ fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = Vec<DVec3>> {
 struct Source {
     lines: Lines,
     materials: Vec<mtl::Material>,
-    /// The line of each face.
-    face_lines: Vec<usize>,
+    /// The line of each face, and the normals at its corners if it has one at each.
+    face_lines: Vec<(usize, Vec<Vec3>)>,
+    /// All normals.
+    normals: Vec<Vec3>,
     /// Of all vertices.
     digits: Digits,
     /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
@@ -115,10 +130,11 @@ impl Source {
             }
             "f" if words.len() < 3 => self.left_out += 1,
             "f" => {
-                self.face_lines.push(number);
+                self.face_lines.push((number, self.normals_of(&words)));
                 self.lines
                     .push(number, &format!("f {}", positions(&words).join(" ")));
             }
+            "vn" => self.normals.push(normal(&words)),
             "l" | "p" => self.left_out += 1,
             "mtllib" if rest.is_empty() => return fail("mtllib names no file".into()),
             "mtllib" => self.library(path, number, rest)?,
@@ -132,6 +148,18 @@ impl Source {
             _ => {}
         }
         Ok(())
+    }
+
+    /// The normal at each corner of a face; none where not all have one.
+    fn normals_of(&self, corners: &[&str]) -> Vec<Vec3> {
+        let normal = |corner: &&str| {
+            let number: i64 = corner.split('/').nth(2)?.parse().ok()?;
+            let from_end = number + self.normals.len() as i64;
+            let k = if number < 0 { from_end } else { number - 1 };
+            self.normals.get(usize::try_from(k).ok()?).copied()
+        };
+        let all: Option<Vec<Vec3>> = corners.iter().map(normal).collect();
+        all.unwrap_or_default()
     }
 
     /// A library, or several parted by spaces if there is none of the whole name.

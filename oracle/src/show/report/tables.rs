@@ -54,20 +54,20 @@ pub fn causes(estimates: &[Option<Estimate>; 2]) -> Markup {
         own.map_or("–".into(), percent)
     };
     html! {
-        (table("", &["Cause", "What it is", "#CPU", "#GPU"], html! {
+        (table("", &["Cause", "#CPU", "#GPU", "What it is"], html! {
             @for cause in all {
                 tr {
                     td { (cause.name()) }
-                    td.reason { (cause.meaning()) }
                     td.n { (part(0, cause)) }
                     td.n { (part(1, cause)) }
+                    td.reason { (cause.meaning()) }
                 }
             }
             tr {
                 td { "all" }
-                td {}
                 td.n { (whole(0)) }
                 td.n { (whole(1)) }
+                td {}
             }
         }))
     }

@@ -90,8 +90,15 @@ impl<'a> Surface<'a> {
 
     /// What counts how much at a point of a texel (or just outside).
     pub fn stencil(&self, texel: u32, point: DVec3) -> Stencil {
-        let mut knots = Vec::with_capacity(8);
-        self.ring(texel, &mut knots);
+        self.stencil_within(&mut Ring::default(), texel, point)
+    }
+
+    /// The same with the ring of the point before, which may be this one's.
+    pub fn stencil_within(&self, ring: &mut Ring, texel: u32, point: DVec3) -> Stencil {
+        if ring.texel.replace(texel) != Some(texel) {
+            self.ring(texel, &mut ring.knots);
+        }
+        let knots = &ring.knots;
         let (centre, normal) = self.geometry(texel);
         let mut best = Stencil {
             texel,
@@ -151,6 +158,13 @@ impl<'a> Surface<'a> {
             nodes,
         }
     }
+}
+
+/// A texel's knots: most points that follow each other lie in one texel.
+#[derive(Default)]
+pub struct Ring {
+    texel: Option<u32>,
+    knots: Vec<(DVec3, u32)>,
 }
 
 /// A point's place among a texel's centroid and two neighbouring nodes of its ring.
