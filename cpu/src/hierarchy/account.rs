@@ -77,12 +77,13 @@ pub fn uncover(mesh: &mut Mesh, outcome: &Outcome) {
     }
 }
 
-/// The share of each shooter's cosine hemisphere that meets no front, from its open points.
+/// The share of each shooter's cosine hemisphere that meets no front, from its open points. A face asks as
+/// many rays as its share of the power: of few large lamps among many small faces all hangs on these.
 fn escaped(mesh: &Mesh, powers: &[DVec3]) -> Vec<f32> {
     let rays = Rays::new(mesh);
     let all = directions();
-    let pairs = all.len() * mesh.points.len();
-    let step = pairs.div_ceil(RAYS).clamp(1, all.len() / 2);
+    let of = |power: &DVec3| power.abs().element_sum();
+    let whole: f64 = powers.iter().map(of).sum();
     let cells = mesh.cells.par_iter().enumerate();
     cells
         .map(|(k, cell)| {
@@ -99,6 +100,8 @@ fn escaped(mesh: &Mesh, powers: &[DVec3]) -> Vec<f32> {
             if points.is_empty() {
                 return 0.0;
             }
+            let own = RAYS as f64 * of(&powers[k]) / whole / points.len() as f64;
+            let step = all.len() / (own as usize).clamp(2, all.len());
             let bitangent = face.normal.cross(face.tangent);
             let (mut lost, mut count) = (0, 0);
             for (n, origin) in points.iter().enumerate() {

@@ -188,11 +188,12 @@ impl Stepped for Climb<'_> {
             }
             _ => texel.emission + texel.reflectance * outcome.irradiance[k],
         };
+        let radiosity: Vec<Vec3> = mesh.texels.iter().enumerate().map(radiosity).collect();
         Ok(Relit {
-            radiosity: mesh.texels.iter().enumerate().map(radiosity).collect(),
             before,
             emitters: surface.emitters.len(),
-            step: Step::new(sides, mesh, outcome),
+            step: Step::new(sides, mesh, outcome).shining(&radiosity),
+            radiosity,
         })
     }
 

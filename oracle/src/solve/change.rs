@@ -7,7 +7,7 @@ use crate::judge::diff::reflected::offsets;
 use common::scene::Scene;
 use glam::DVec3;
 
-/// What a step changed, of the RMS of B − E, in the worst channel.
+/// What a step changed of B, of the RMS of B − E, in the worst channel.
 pub struct Change {
     /// Of all.
     pub whole: f64,
@@ -35,14 +35,16 @@ impl Change {
             let side = before.sides[f].min(after.sides[f]);
             let side = asked(f).map_or(side, |texels| side.min(texels));
             let [a, b] = [(before, &firsts[0]), (after, &firsts[1])].map(|(step, first)| {
-                let own = &step.reflected[first[f]..first[f + 1]];
+                let own = &step.radiosity[first[f]..first[f + 1]];
                 averaged(own, face, step.sides[f], side)
             });
+            let light = &after.reflected[firsts[1][f]..firsts[1][f + 1]];
+            let light = averaged(light, face, after.sides[f], side);
             let area = face.area() / f64::from(side).powi(2);
             let changed = a.iter().zip(&b).map(|(a, b)| (b - a) * (b - a));
             squares.extend(changed);
             faces.push(area * squares[squares.len() - a.len()..].iter().sum::<DVec3>());
-            lights.push(area * b.iter().map(|b| *b * *b).sum::<DVec3>());
+            lights.push(area * light.iter().map(|b| *b * *b).sum::<DVec3>());
             sides.push(side);
         }
         let light: DVec3 = lights.iter().sum();

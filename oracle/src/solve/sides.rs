@@ -65,19 +65,24 @@ fn even(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
     scene.faces.iter().enumerate().map(side).collect()
 }
 
-/// The same, and more where a narrow gap would be lit by texels that reach out of it, if that is cheap.
+/// The same, and more where a narrow gap would be lit by texels that reach out of it, as far as that is cheap.
 fn in_gaps(scene: &Scene, sides: Vec<u32>, wanted: (f64, f64)) -> Vec<u32> {
-    let mut finer = sides.clone();
-    covered(&scene.faces, &sides, wanted, |f, width| {
-        let side = &mut finer[f];
-        while f64::from(*side) * width < width_of(&scene.faces[f]) && *side < FINEST {
-            *side *= 2;
+    let mut gaps = Vec::new();
+    covered(&scene.faces, &sides, wanted, |f, width| gaps.push((f, width)));
+    let most = CHEAP.max(2 * count(&sides));
+    let mut wider = 1.0;
+    loop {
+        let mut finer = sides.clone();
+        for (f, width) in &gaps {
+            let side = &mut finer[*f];
+            while f64::from(*side) * width * wider < width_of(&scene.faces[*f]) && *side < FINEST {
+                *side *= 2;
+            }
         }
-    });
-    if count(&finer) <= (4 * CHEAP).max(2 * count(&sides)) {
-        finer
-    } else {
-        sides
+        if count(&finer) <= most {
+            return finer;
+        }
+        wider *= 2.0;
     }
 }
 

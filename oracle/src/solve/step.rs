@@ -17,18 +17,31 @@ pub struct Step {
     pub outcome: Outcome,
     /// ρH of each texel, in face order.
     pub reflected: Vec<DVec3>,
+    /// And B.
+    pub radiosity: Vec<DVec3>,
 }
 
 impl Step {
-    /// Of `outcome` on `mesh`.
+    /// Of `outcome` on `mesh`: B = E + ρH.
     pub fn new(sides: Vec<u32>, mesh: Mesh, outcome: Outcome) -> Self {
         let reflected = |k: usize| (mesh.texels[k].reflectance * outcome.irradiance[k]).as_dvec3();
+        let order = mesh.in_face_order();
+        let radiosity = |k: &usize| mesh.texels[*k].emission.as_dvec3() + reflected(*k);
         Self {
-            reflected: mesh.in_face_order().into_iter().map(reflected).collect(),
+            radiosity: order.iter().map(radiosity).collect(),
+            reflected: order.into_iter().map(reflected).collect(),
             sides,
             mesh,
             outcome,
         }
+    }
+
+    /// The same with the B of each texel, in the mesh's order: of a captured wall E is what ρH leaves, and
+    /// may be much where it was little before.
+    pub fn shining(mut self, radiosity: &[Vec3]) -> Self {
+        let order = self.mesh.in_face_order().into_iter();
+        self.radiosity = order.map(|k| radiosity[k].as_dvec3()).collect();
+        self
     }
 
     /// How far its coarse light was off, over `goal`, on `to` texels a side of each face.
