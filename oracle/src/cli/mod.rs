@@ -42,7 +42,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Solve one scene; writes lightmap.exr and result.json
+    /// Solve one scene; writes preview.png, view.html, lightmap.exr and result.json
     Solve(solve::Arguments),
     /// Solve scenes on CPU and GPU and explain every difference; writes report.html
     Compare(compare::Arguments),

@@ -8,6 +8,8 @@ use super::tell::{self, say};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels};
+use crate::show::preview::Preview;
+use crate::show::viewer::Viewer;
 use crate::solve::moved::Moved;
 use crate::solve::solved::Dense;
 use crate::solve::solver::{Asked, LEAST, MOST, Solver};
@@ -22,6 +24,7 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Drawing, Meshing, Settings, Visibility};
 use common::shooting::Field;
+use common::solution::pending::Pending;
 use common::solution::{Seconds, Solution, prepare};
 use common::{Error, Result};
 use glam::Vec3;
@@ -29,7 +32,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// What a solve writes.
-pub const FILES: &str = "lightmap.exr and result.json";
+const FILES: &str = "preview.png, view.html, lightmap.exr and result.json";
 
 /// Arguments of `solve`.
 #[derive(Args)]
@@ -39,7 +42,7 @@ pub struct Arguments {
     /// Who solves [default: gpu where there is a hardware adapter, else cpu]
     #[arg(long, value_enum)]
     solver: Option<SolverOption>,
-    /// Where lightmap.exr and result.json go
+    /// Where preview.png, view.html, lightmap.exr and result.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Solve until the answer is P per cent off at most, 0.2 to 10 [default: 1, unless an option below asks for shooting]
@@ -153,6 +156,7 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     };
     let solution = answered.solution(&question, &notes, seconds);
     solution.write(&arguments.out)?;
+    show_all(&solution, &arguments.out)?;
     if arguments.maps {
         write_maps(&scene, solution.mesh, &solution.run.field, &arguments.out)?;
     }
@@ -216,6 +220,41 @@ fn fewer_cells(settings: &Settings) -> Option<String> {
             "{texels}×{texels} cells a face instead of {cells}×{cells}: each has a texel at least"
         )
     })
+}
+
+/// A picture of the scene, and the scene to look around in.
+fn show_all(solution: &Solution, out: &Path) -> Result<()> {
+    let (scene, mesh, field) = (solution.scene, solution.mesh, &solution.run.field);
+    let preview = Preview::new(scene, mesh, field);
+    let viewer = Viewer {
+        scene,
+        mesh,
+        layers: vec![(solution.solver, field)],
+        off: solution.off.as_deref(),
+        camera: preview.camera,
+        exposure: preview.exposure,
+    };
+    let mut files = Pending::default();
+    files.add(&out.join("preview.png"), &preview.picture.png())?;
+    let page = viewer.page(&told(solution));
+    files.add(&out.join("view.html"), page.as_bytes())?;
+    files.finish()
+}
+
+/// What was solved, by whom, and how well.
+fn told(solution: &Solution) -> String {
+    let certificate = solution.certificate.as_ref();
+    let off = certificate.and_then(|parts| parts["error"].as_f64());
+    format!(
+        "{} faces, {} texels, solved on {}{}",
+        solution.mesh.faces.len(),
+        solution.mesh.texels.len(),
+        solution.adapter.unwrap_or("the CPU"),
+        off.map_or(String::new(), |error| format!(
+            ", about {:.1} % off",
+            100.0 * error
+        )),
+    )
 }
 
 /// The radiance map of every face.

@@ -4,6 +4,8 @@ pub mod chart;
 pub(crate) mod number;
 pub mod page;
 pub mod picture;
+pub mod preview;
 pub mod report;
 pub mod tone;
 pub mod view;
+pub mod viewer;

@@ -76,6 +76,11 @@ fn head(text: &str) -> Markup {
     }
 }
 
+/// A scene's file without its folders.
+pub fn short(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
 /// A name and its value a row.
 pub fn list<K: maud::Render, V: maud::Render>(rows: impl IntoIterator<Item = (K, V)>) -> Markup {
     table(

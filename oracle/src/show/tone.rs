@@ -27,7 +27,7 @@ const WHITEST: f32 = 8.0;
 /// Middle grey.
 const GREY: f32 = 0.18;
 /// Uchimura's S = m + l₀: where the shoulder begins, with his m = 0.22 and l = 0.4.
-const SHOULDER: f32 = 0.532;
+pub(crate) const SHOULDER: f32 = 0.532;
 
 impl Curve {
     /// Light over white, as a linear display shows it, 0…1.

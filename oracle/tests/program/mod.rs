@@ -9,3 +9,4 @@ mod merge;
 mod relight;
 mod solve;
 mod stress;
+mod viewer;

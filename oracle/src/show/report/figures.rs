@@ -5,6 +5,7 @@ use crate::judge::comparison::{Comparison, ItemBufferPicture};
 use crate::show::picture::{
     Exposure, atlas, decode, diverging, face_colour, item_buffer, luminance, range, rms,
 };
+use crate::show::preview::exposure;
 use crate::show::view::camera::Camera;
 use crate::show::view::quality::Quality;
 use crate::show::view::render::{Hit, View};
@@ -67,7 +68,7 @@ impl Figures {
         let surface = Surface::new(&c.scene, &c.mesh);
         let view = View::new(&camera, &surface, &rays, VIEW);
         let cpu = surface.interpolate(&c.cpu.field.irradiance);
-        let exposure = exposure(c, &view, &cpu);
+        let exposure = exposure(&view, &cpu);
         let (differences, range, rms) = differences(c, &view, &surface);
         Self {
             views: [&cpu, &surface.interpolate(&c.gpu.field.irradiance)].map(|field| {
@@ -130,15 +131,6 @@ fn face_colours(hit: &Hit, shooter: u32) -> Vec3 {
     } else {
         decode(face_colour(hit.face))
     }
-}
-
-/// From the CPU's reflected radiosity where the camera sees it.
-fn exposure(c: &Comparison, view: &View, cpu: &Interpolant) -> Exposure {
-    Exposure::of(view.hits().step_by(STRIDE).filter_map(|hit| {
-        let texel = c.mesh.texels.get(hit.stencil.texel as usize)?;
-        let reflected = cpu.radiosity(&hit.stencil) - texel.emission;
-        (texel.emission == Vec3::ZERO).then_some((reflected.max_element(), 1.0))
-    }))
 }
 
 /// Signed difference of the reflected luminance through the camera, its range, and what 1 is.

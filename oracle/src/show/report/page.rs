@@ -1,14 +1,16 @@
 //! The page: what is compared, the verdicts, and a section per scene.
 
-use super::section::{error, section};
+use super::section::{Drawn, error};
 use super::tables::mark;
 use crate::judge::comparison::Judged;
 use crate::show::number::{count, number, percent};
-use crate::show::page::{self, Page, table, verdict};
+use crate::show::page::{self, Page, short, table, verdict};
+use crate::show::viewer;
 use maud::{Markup, html};
 
 /// The whole report; `notes` says what was left out and why.
 pub fn html(judged: &[Judged], notes: &[String]) -> String {
+    let scenes: Vec<Drawn> = judged.iter().map(Drawn::new).collect();
     Page {
         title: "Radiosity: CPU against GPU",
         bar: ("Scenes", links(judged)),
@@ -16,9 +18,11 @@ pub fn html(judged: &[Judged], notes: &[String]) -> String {
         style: "",
         body: html! {
             (page::notes(notes))
+            @for scene in &scenes { (scene.pictures()) }
             (overview(judged))
+            @for (k, scene) in scenes.iter().enumerate() { (scene.section(k)) }
             (explanation())
-            @for (k, scene) in judged.iter().enumerate() { (section(k, scene)) }
+            (viewer::once())
         },
     }
     .html()
@@ -29,7 +33,7 @@ fn links(judged: &[Judged]) -> Markup {
         a href="#top" { "Overview" }
         a href="#how" { "How it is compared" }
         @for (k, scene) in judged.iter().enumerate() {
-            a href={ "#scene-" (k + 1) } { (mark(scene.agree())) " " (scene.first.scene.name) }
+            a href={ "#scene-" (k + 1) } { (mark(scene.agree())) " " (short(&scene.first.scene.name)) }
         }
     }
 }
@@ -69,7 +73,7 @@ fn overview(judged: &[Judged]) -> Markup {
             @for (k, c) in rows {
                 tr.bad[!c.agree()] {
                     td { (mark(c.agree())) }
-                    td { a href={ "#scene-" (k + 1) } { (c.scene.name) } }
+                    td { a href={ "#scene-" (k + 1) } { (short(&c.scene.name)) } }
                     td { (c.way.name()) }
                     td.n { (both(&|i| error(c, i))) }
                     td.n { (both(&|i| count([c.mesh.faces.len(), c.mesh.texels.len()][i] as u64))) }

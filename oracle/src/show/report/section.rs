@@ -4,24 +4,79 @@ use super::figures::{Figures, singly};
 use super::tables;
 use crate::judge::comparison::{Comparison, Judged, Way};
 use crate::show::number::{count, number, percent};
-use crate::show::page::{chart, colour_bar, figure, verdict};
+use crate::show::page::{chart, colour_bar, figure, short, verdict};
+use crate::show::viewer::Viewer;
 use common::settings::Visibility;
 use maud::{Markup, html};
 
-/// The section of scene `k`: what users get comes first.
-pub fn section(k: usize, judged: &Judged) -> Markup {
-    let several = judged.as_solved.is_some();
-    html! {
-        section #{ "scene-" (k + 1) } {
-            h2 { (judged.first.scene.name) }
-            @for c in judged.ways() { (way(c, several)) }
+/// A scene, and its pictures as each way solves it.
+pub struct Drawn<'a> {
+    /// The scene.
+    pub judged: &'a Judged,
+    figures: Vec<Figures>,
+}
+
+impl<'a> Drawn<'a> {
+    /// Draws all of it.
+    pub fn new(judged: &'a Judged) -> Self {
+        Self {
+            judged,
+            figures: judged.ways().map(Figures::new).collect(),
+        }
+    }
+
+    fn ways(&self) -> impl Iterator<Item = (&Comparison, &Figures)> {
+        self.judged.ways().zip(&self.figures)
+    }
+
+    /// What is looked at before anything is read: each way's picture with its error, and the scene to look
+    /// around in.
+    pub fn pictures(&self) -> Markup {
+        html! {
+            section.pictures {
+                h2 { (short(&self.judged.first.scene.name)) }
+                div.grid {
+                    @for (c, f) in self.ways() {
+                        (figure("", &f.views[1], &format!("The scene, {}", c.way.name()), html! {
+                            b { (heading(c.way)) } ". "
+                            @if c.truth.is_some() {
+                                b.gpu { (error(c, 1)) " off" } " on the GPU, which this shows, and " b.cpu { (error(c, 0)) } " on the CPU."
+                            } @else { "How far it is off is not known." }
+                        }))
+                    }
+                }
+                @if let Some((c, f)) = self.ways().next() { (around(c, f)) }
+            }
+        }
+    }
+
+    /// The section of scene `k`: what users get comes first.
+    pub fn section(&self, k: usize) -> Markup {
+        let several = self.figures.len() > 1;
+        html! {
+            section #{ "scene-" (k + 1) } {
+                h2 { (self.judged.first.scene.name) }
+                @for (c, figures) in self.ways() { (way(c, figures, several)) }
+            }
         }
     }
 }
 
+/// Both answers, to look around in.
+fn around(c: &Comparison, f: &Figures) -> Markup {
+    let viewer = Viewer {
+        scene: &c.scene,
+        mesh: &c.mesh,
+        layers: vec![("CPU", &c.cpu.field), ("GPU", &c.gpu.field)],
+        off: c.off.as_deref(),
+        camera: f.camera,
+        exposure: f.exposure,
+    };
+    viewer.element()
+}
+
 /// One way of solving the scene.
-fn way(c: &Comparison, several: bool) -> Markup {
-    let figures = Figures::new(c);
+fn way(c: &Comparison, figures: &Figures, several: bool) -> Markup {
     html! {
         @if several { h3.way { (heading(c.way)) } }
         (agreement(c))
@@ -33,15 +88,15 @@ fn way(c: &Comparison, several: bool) -> Markup {
         }
         (notes(c))
         h3 { "What they see" }
-        (views(&figures, c))
+        (views(figures, c))
         h3 { "Conditions of the verdict" }
         (tables::gates(&c.gates))
         h3 { "How far apart" }
         p { "Reflected radiosity B − E per texel, area-weighted; the worst channel counts." }
         (tables::differences(c))
-        (visibility(c, &figures))
+        (visibility(c, figures))
         (links(c))
-        (certificate(c, &figures))
+        (certificate(c, figures))
         h3 { "Shaders against their twins" }
         p {
             "Each shader and its counterpart in plain Rust get the same input"
@@ -52,8 +107,8 @@ fn way(c: &Comparison, several: bool) -> Markup {
         h3 { "Where the power went" }
         (tables::energy_bars(&c.cpu_energy, &c.gpu_energy))
         (tables::energy(&[("CPU", &c.cpu_energy), ("GPU", &c.gpu_energy)]))
-        (convergence(&figures, c))
-        (textures(&figures))
+        (convergence(figures, c))
+        (textures(figures))
         h3 { "Settings in force" }
         (tables::settings(c))
     }
