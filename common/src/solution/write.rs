@@ -243,10 +243,9 @@ fn map(mesh: &Mesh, values: &[f32]) -> Result<Vec<u8>> {
 }
 
 /// Named planes of `size` (width, height) as lossless 32-bit float EXR.
-pub(crate) fn encode(
-    size: [usize; 2],
-    planes: Vec<(String, Vec<f32>)>,
-) -> std::io::Result<Vec<u8>> {
+///
+/// Errors: what the encoder has to say.
+pub fn encode(size: [usize; 2], planes: Vec<(String, Vec<f32>)>) -> std::io::Result<Vec<u8>> {
     let channel =
         |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
     let layer = Layer::new(

@@ -8,6 +8,7 @@ use super::tell::{self, say};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels};
+use crate::show::bake::{self, bake};
 use crate::show::preview::Preview;
 use crate::show::viewer::Viewer;
 use crate::solve::moved::Moved;
@@ -51,6 +52,9 @@ pub struct Arguments {
     /// Write each face's light as an HDR map as well, into DIR/maps: a room for relight
     #[arg(long)]
     pub maps: bool,
+    /// Write the scene with its light as a texture (TEXCOORD_1), and that light as FILE.exr
+    #[arg(long, value_name = "FILE.glb")]
+    gltf: Option<PathBuf>,
     /// Warnings are errors: exit code 1, after writing
     #[arg(long)]
     pub strict: bool,
@@ -67,6 +71,7 @@ pub fn on_cpu(scene: &Path, out: &Path, error: Option<f64>, common: &Common) -> 
         solver: Some(SolverOption::Cpu),
         out: out.to_path_buf(),
         maps: false,
+        gltf: None,
         strict: false,
         error,
         common: Common {
@@ -121,6 +126,7 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     };
     let (settings, changed) = fitting(common, &scene, solver)?;
     prepare(&arguments.out)?;
+    arguments.gltf.as_deref().map_or(Ok(()), bake::check)?;
     if let Some(changed) = &changed {
         say!("note: {changed}");
     }
@@ -156,7 +162,7 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     };
     let solution = answered.solution(&question, &notes, seconds);
     solution.write(&arguments.out)?;
-    show_all(&solution, &arguments.out)?;
+    show_all(&solution, arguments)?;
     if arguments.maps {
         write_maps(&scene, solution.mesh, &solution.run.field, &arguments.out)?;
     }
@@ -222,8 +228,8 @@ fn fewer_cells(settings: &Settings) -> Option<String> {
     })
 }
 
-/// A picture of the scene, and the scene to look around in.
-fn show_all(solution: &Solution, out: &Path) -> Result<()> {
+/// A picture of the scene, the scene to look around in, and, if asked for, to take elsewhere.
+fn show_all(solution: &Solution, arguments: &Arguments) -> Result<()> {
     let (scene, mesh, field) = (solution.scene, solution.mesh, &solution.run.field);
     let preview = Preview::new(scene, mesh, field);
     let viewer = Viewer {
@@ -234,10 +240,16 @@ fn show_all(solution: &Solution, out: &Path) -> Result<()> {
         camera: preview.camera,
         exposure: preview.exposure,
     };
+    let out = &arguments.out;
     let mut files = Pending::default();
     files.add(&out.join("preview.png"), &preview.picture.png())?;
     let page = viewer.page(&told(solution));
     files.add(&out.join("view.html"), page.as_bytes())?;
+    if let Some(path) = &arguments.gltf {
+        let baked = bake(scene, mesh, field, preview.exposure)?;
+        files.add(path, &baked.glb)?;
+        files.add(&path.with_extension("exr"), &baked.exr)?;
+    }
     files.finish()
 }
 

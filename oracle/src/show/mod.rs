@@ -1,5 +1,6 @@
 //! Pages, charts and pictures.
 
+pub mod bake;
 pub mod chart;
 pub(crate) mod number;
 pub mod page;

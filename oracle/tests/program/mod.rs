@@ -1,5 +1,6 @@
 //! The program as scripts use it.
 
+mod bake;
 mod chart;
 mod check;
 mod command;
