@@ -2,7 +2,7 @@
 
 mod chart;
 mod check;
-mod command;
+pub mod command;
 mod diff;
 mod error;
 mod merge;
