@@ -68,7 +68,9 @@ fn even(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
 /// The same, and more where a narrow gap would be lit by texels that reach out of it, as far as that is cheap.
 fn in_gaps(scene: &Scene, sides: Vec<u32>, wanted: (f64, f64)) -> Vec<u32> {
     let mut gaps = Vec::new();
-    covered(&scene.faces, &sides, wanted, |f, width| gaps.push((f, width)));
+    covered(&scene.faces, &sides, wanted, |f, width| {
+        gaps.push((f, width))
+    });
     let most = CHEAP.max(2 * count(&sides));
     let mut wider = 1.0;
     loop {
