@@ -7,5 +7,6 @@ mod diff;
 mod error;
 mod merge;
 mod relight;
+mod scripts;
 mod solve;
 mod stress;
