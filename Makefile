@@ -1,7 +1,7 @@
 # `make demo` sets everything up and compares the solvers on the bundled Cornell box; `make test`
 # sets everything up and runs the tests, `make atlas` those that take long.
 
-.PHONY: demo test atlas driver bench peers chart
+.PHONY: demo test atlas driver bench peers chart dist
 
 demo: driver
 	cargo run --release --locked
@@ -25,6 +25,11 @@ peers:
 # Speed against accuracy on the bundled scenes, out/chart.html; interrupted, it goes on next time.
 chart: driver
 	cargo run --release --locked -- chart
+
+# The program as it is handed out: target/dist/radiosity, and its size in bytes.
+dist:
+	cargo build --profile dist --locked -p radiosity
+	@wc -c target/dist/radiosity
 
 driver:
 	@sh scripts/driver.sh

@@ -3,6 +3,25 @@
 //! Data flows one way: [`import`] → [`scene`] → [`mesh`] (with [`texel`]) → [`shooting`] (with
 //! [`form_factor`], [`constants`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
 //! [`capture`] makes a scene with radiosity from a photographed room.
+//!
+//! ```
+//! use common::mesh::Mesh;
+//! use common::scene::{Face, Scene};
+//! use glam::{DVec3, Vec3};
+//!
+//! # fn main() -> common::Result<()> {
+//! let square = [DVec3::ZERO, DVec3::X, DVec3::ONE - DVec3::Z, DVec3::Y];
+//! let scene = Scene {
+//!     faces: vec![Face::quad("lamp", square, Vec3::ONE, Vec3::splat(0.5))],
+//!     ..Scene::default()
+//! };
+//! let mesh = Mesh::uniform(&scene, 8, 2)?;
+//! assert_eq!((mesh.texels.len(), mesh.cells.len()), (64, 4));
+//! let area: f32 = mesh.texels.iter().map(|texel| texel.area).sum();
+//! assert!((f64::from(area) * mesh.area_unit() - 1.0).abs() < 1e-6);
+//! # Ok(())
+//! # }
+//! ```
 
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 

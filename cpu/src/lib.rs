@@ -1,6 +1,38 @@
 //! The CPU solver: visibility by rays through a BVH, or by the scalar twin of the item buffer;
 //! deposit, power and escape are the twins of the shaders of the same names. The dense system over
 //! all texels is [`matrix`].
+//!
+//! ```
+//! use common::energy::Energy;
+//! use common::mesh::Mesh;
+//! use common::scene::{Face, Scene};
+//! use common::settings::{Schedule, Transport};
+//! use common::shooting::solve;
+//! use cpu::CpuSolver;
+//! use glam::{DVec3, Vec3};
+//! use std::ops::ControlFlow;
+//!
+//! # fn main() -> common::Result<()> {
+//! let square = [DVec3::ZERO, DVec3::X, DVec3::ONE - DVec3::Z, DVec3::Y];
+//! let lamp = Face::quad("lamp", square, Vec3::ONE, Vec3::ZERO);
+//! let above = square.map(|corner| corner + DVec3::Z);
+//! let wall = Face::quad("wall", above, Vec3::ZERO, Vec3::splat(0.5)).reversed();
+//! let scene = Scene {
+//!     faces: vec![lamp, wall],
+//!     ..Scene::default()
+//! };
+//! let mesh = Mesh::uniform(&scene, 8, 2)?;
+//! let mut engine = CpuSolver::new(&mesh, &Transport::default());
+//! let mut watch = |_: &_, _| ControlFlow::Continue(());
+//! let run = solve(&mut engine, &Schedule::default(), &mut watch)?;
+//! let energy = Energy::new(&mesh, &run.field, &run.shots);
+//! // Facing unit squares at distance 1 exchange 19.98 %: the wall absorbs half of what it gets, and the
+//! // black lamp its share of the other half.
+//! let absorbed = energy.share(energy.absorbed);
+//! assert!((absorbed - 0.1199).abs() < 0.001, "{absorbed}");
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod hierarchy;
 pub mod links;

@@ -1,6 +1,7 @@
 //! The program, and what lies behind its commands.
 
 mod bundled;
+mod examples;
 mod hostile;
 mod path_tracer;
 mod plan;

@@ -107,6 +107,44 @@ impl Stored {
         })
     }
 
+    /// The answer of another solver, in memory: `resolutions[k]` texels on face k of `scene` and the
+    /// radiosity of all of them, in the order above.
+    ///
+    /// Errors: [`Error::Usage`] of counts that do not fit or values that are not finite.
+    pub fn of(scene: Scene, resolutions: Vec<[u32; 2]>, radiosity: Vec<Vec3>) -> Result<Self> {
+        let usage = |message| Err(Error::Usage(format!("{}: {message}", scene.name)));
+        if resolutions.len() != scene.faces.len() {
+            return usage("one resolution is needed for each face");
+        }
+        let counts: Vec<usize> = resolutions
+            .iter()
+            .map(|r| texel::count(*r) as usize)
+            .collect();
+        let mut first = vec![0];
+        first.extend(counts.iter().scan(0, |end, count| {
+            *end += count;
+            Some(*end)
+        }));
+        if first.last() != Some(&radiosity.len()) {
+            return usage("one radiosity is needed for each texel");
+        }
+        if !radiosity.iter().all(|b| b.is_finite()) {
+            return usage("its radiosity is not finite");
+        }
+        let emission = scene.faces.iter().zip(counts);
+        Ok(Self {
+            dir: PathBuf::from(&scene.name),
+            emission: emission
+                .flat_map(|(face, n)| std::iter::repeat_n(face.emission, n))
+                .collect(),
+            scene,
+            resolutions,
+            radiosity,
+            others: BTreeMap::new(),
+            first,
+        })
+    }
+
     /// The entries of face `k`.
     pub fn texels(&self, k: usize) -> Range<usize> {
         self.first[k]..self.first[k + 1]

@@ -89,7 +89,9 @@ impl Solution<'_> {
             // An earlier solve's is not this one's.
             None => drop(fs::remove_file(dir.join("error.exr"))),
         }
-        let mut description = self.description(start.elapsed().as_secs_f64());
+        let mut description = self.summary();
+        description["seconds"]["write"] = start.elapsed().as_secs_f64().into();
+        description["faces"] = self.faces().into();
         description[CHECKSUM] = checksum(&image).into();
         files.add(
             &dir.join("result.json"),
@@ -98,7 +100,8 @@ impl Solution<'_> {
         files.finish()
     }
 
-    fn description(&self, write_seconds: f64) -> Value {
+    /// What `result.json` has but for the faces and what only its writing tells.
+    pub fn summary(&self) -> Value {
         let mut description = json!({
             "scene": self.scene.name,
             "solver": self.solver,
@@ -117,9 +120,7 @@ impl Solution<'_> {
                 "load": self.seconds.load,
                 "prepare": self.seconds.prepare,
                 "solve": self.seconds.solve,
-                "write": write_seconds,
             },
-            "faces": self.faces(),
         });
         if let Some(matrix) = &self.matrix {
             description["matrix"] = matrix.clone();

@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::options::percentage;
 use super::progress::{Progress, listen};
-use super::tell::say;
+use super::tell::{self, say};
 use crate::judge::diff::page;
 use crate::judge::diff::pictures::Pictures;
 use crate::solve::anew::{FLOOR, Judged, judge};
@@ -29,6 +29,9 @@ pub struct Arguments {
     /// End with exit code 1 when the error is above P per cent
     #[arg(long, value_name = "P%", value_parser = percentage, allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// What check.json has, as one line on stdout
+    #[arg(long)]
+    json: bool,
     /// No progress, no summary
     #[arg(long)]
     quiet: bool,
@@ -54,8 +57,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let found = (diff, judged.one_bounce, &judged.energy);
     let html = page::checked(&stored, found, &pictures, arguments.tolerance);
     write_file(&arguments.out.join("check.html"), html.as_bytes())?;
-    let json = format!("{:#}\n", described(&stored, &judged, &pictures));
-    write_file(&arguments.out.join("check.json"), json.as_bytes())?;
+    let json = described(&stored, &judged, &pictures);
+    let text = format!("{json:#}\n");
+    write_file(&arguments.out.join("check.json"), text.as_bytes())?;
+    if arguments.json {
+        tell::json(&json)?;
+    }
     if !arguments.quiet {
         say!(
             "{}: {:.2} % off; light gathered anew differs by {:.2} % (less than {:.1} % cannot be told from nothing); imbalance {:.1e}",

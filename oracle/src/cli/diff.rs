@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::options::percentage;
-use super::tell::say;
+use super::tell::{self, say};
 use crate::judge::diff::pictures::Pictures;
 use crate::judge::diff::{Diff, page};
 use clap::Args;
@@ -23,6 +23,9 @@ pub struct Arguments {
     /// End with exit code 1 when the relative RMS of a channel is above P per cent
     #[arg(long, value_name = "P%", value_parser = percentage, allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// What diff.json has, as one line on stdout
+    #[arg(long)]
+    json: bool,
     /// No summary
     #[arg(long)]
     quiet: bool,
@@ -40,8 +43,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let flip = pictures.flip.as_ref().map(|flip| flip.mean);
     let html = page::html([&a, &b], &diff, &pictures, arguments.tolerance);
     write_file(&arguments.out.join("diff.html"), html.as_bytes())?;
-    let json = format!("{:#}\n", diff.json(&a, &b, flip));
-    write_file(&arguments.out.join("diff.json"), json.as_bytes())?;
+    let json = diff.json(&a, &b, flip);
+    let text = format!("{json:#}\n");
+    write_file(&arguments.out.join("diff.json"), text.as_bytes())?;
+    if arguments.json {
+        tell::json(&json)?;
+    }
     if !arguments.quiet {
         summary(&diff, flip, arguments);
     }

@@ -1,18 +1,21 @@
 //! The command line: `solve`, `compare`, `relight`, `merge`, `table4`, `diff`, `check`, `converge`,
-//! `chart`, `stress`, `plan`, `adapters`; exit codes as in the README.
+//! `chart`, `stress`, `plan`, `adapters`, `completions`; exit codes as in the README.
 
 mod adapters;
 mod chart;
 mod check;
 mod compare;
+mod completions;
 mod converge;
 mod diff;
+mod help;
 mod merge;
 mod objects;
 mod options;
 mod plan;
 mod progress;
 mod relight;
+mod repeat;
 mod signals;
 mod solve;
 mod solver;
@@ -22,13 +25,9 @@ mod tell;
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use common::Error;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-const EXIT_CODES: &str = "\
-Exit codes: 0 done, in agreement; 1 the solvers disagree, a tolerance or a gate is broken, or a
-warning under --strict; 2 bad usage or input; 3 a GPU was required and none was found; 4 a result
-could not be written; 130 Ctrl-C before there was anything to write";
 
 /// Progressive radiosity solved by rays on the CPU and by a hemisphere item buffer on the GPU,
 /// and the difference explained. Without a command: `compare` on the bundled Cornell box,
@@ -65,7 +64,19 @@ enum Command {
     /// Estimate what a solve will take: texels, memory, shots, time
     Plan(plan::Arguments),
     /// List the GPU adapters found
-    Adapters,
+    Adapters(adapters::Arguments),
+    /// Print what a shell needs to complete our commands and options
+    Completions(completions::Arguments),
+}
+
+impl Command {
+    /// The result whose settings it takes.
+    fn settings(&self) -> Option<&Path> {
+        match self {
+            Self::Solve(arguments) => arguments.settings.as_deref(),
+            _ => None,
+        }
+    }
 }
 
 /// How a command ended.
@@ -96,7 +107,8 @@ pub fn main() -> ExitCode {
         Some(Command::Chart(arguments)) => chart::run(&arguments),
         Some(Command::Stress(arguments)) => stress::run(&arguments),
         Some(Command::Plan(arguments)) => plan::run(&arguments),
-        Some(Command::Adapters) => adapters::run(),
+        Some(Command::Adapters(arguments)) => adapters::run(&arguments),
+        Some(Command::Completions(arguments)) => completions::run(&arguments, program()),
         None => compare::demo(),
     };
     match outcome {
@@ -121,20 +133,45 @@ fn failed(error: &Error) -> ExitCode {
 
 /// The command line. Numbers may be negative everywhere: whether one may, its option knows better
 /// than clap, which takes them for options.
-fn parsed() -> std::result::Result<Arguments, clap::Error> {
+fn program() -> clap::Command {
     let negative = |arg: clap::Arg| {
         let takes = arg.get_action().takes_values();
         arg.allow_negative_numbers(takes)
     };
-    let mut command = Arguments::command()
-        .after_help(EXIT_CODES)
-        .mut_subcommands(|command| command.mut_args(negative).after_help(EXIT_CODES));
-    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    Arguments::command()
+        .after_help(help::below(""))
+        .mut_subcommands(|command| {
+            let below = help::below(command.get_name());
+            command.mut_args(negative).after_help(below)
+        })
+}
+
+/// What was asked for.
+fn parsed() -> std::result::Result<Arguments, clap::Error> {
+    let given: Vec<OsString> = std::env::args_os().collect();
+    let arguments = parse(program(), &given)?;
+    let settings = arguments.command.as_ref().and_then(Command::settings);
+    let Some(settings) = settings else {
+        return Ok(arguments);
+    };
+    // What is given beside it follows, and the last one counts.
+    let earlier = repeat::options(settings)?;
+    let (command, rest) = given.split_at(2);
+    let all = [command, &earlier, rest].concat();
+    let repeated = parse(program().args_override_self(true), &all);
+    repeated.map_err(|_| repeat::not_such(settings))
+}
+
+fn parse(
+    mut program: clap::Command,
+    given: &[OsString],
+) -> std::result::Result<Arguments, clap::Error> {
+    let matches = program.try_get_matches_from_mut(given)?;
     let quiet = |matches: &ArgMatches| matches!(matches.try_get_one("quiet"), Ok(Some(true)));
     if matches.subcommand().is_some_and(|(_, of)| quiet(of)) {
         tell::hush();
     }
-    Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+    Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))
 }
 
 /// A scene of ours: from the root of a checkout by its short name, from anywhere else by where it

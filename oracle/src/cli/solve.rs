@@ -58,6 +58,12 @@ pub struct Arguments {
     /// Warnings are errors: exit code 1, after writing
     #[arg(long)]
     pub strict: bool,
+    /// What result.json has but for its faces, as one line on stdout
+    #[arg(long)]
+    json: bool,
+    /// Solver and settings of an earlier result.json; options given beside it override
+    #[arg(long, value_name = "FILE")]
+    pub settings: Option<PathBuf>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -73,6 +79,8 @@ pub fn on_cpu(scene: &Path, out: &Path, error: Option<f64>, common: &Common) -> 
         maps: false,
         gltf: None,
         strict: false,
+        json: false,
+        settings: None,
         error,
         common: Common {
             require_gpu: false,
@@ -172,6 +180,9 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
             None => of_shots(&solution, answered.solved.moved.as_ref()),
         }
         wrote(&solution, FILES, &arguments.out);
+    }
+    if arguments.json {
+        tell::json(&solution.summary())?;
     }
     missing.map_or(Ok(judged(&solution, arguments.strict)), Err)
 }

@@ -3,6 +3,7 @@
 
 use common::text::plain;
 use common::{Error, Result};
+use serde_json::Value;
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write, stderr, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,6 +20,20 @@ pub fn hush() {
 /// Errors: [`Error::Write`]: a full disk behind it, for instance.
 pub fn print(line: Arguments) -> Result<()> {
     printed(writeln!(stdout().lock(), "{}", plain(&line.to_string())))
+}
+
+/// What a program reads, on stdout: one line of JSON.
+///
+/// Errors: as of [`print`].
+pub fn json(found: &Value) -> Result<()> {
+    print(format_args!("{found}"))
+}
+
+/// Text that is printed as it is: ours, without a word from any file.
+///
+/// Errors: as of [`print`].
+pub fn verbatim(text: &[u8]) -> Result<()> {
+    printed(stdout().lock().write_all(text))
 }
 
 /// What became of something that was printed on stdout.

@@ -3,11 +3,12 @@
 mod bake;
 mod chart;
 mod check;
-mod command;
+pub mod command;
 mod diff;
 mod error;
 mod merge;
 mod relight;
+mod scripts;
 mod solve;
 mod stress;
 mod viewer;

@@ -1,0 +1,65 @@
+//! The examples do what they say.
+
+use super::program::command::folder;
+use oracle::prelude::*;
+use std::path::Path;
+
+#[expect(dead_code, reason = "its main is for those who run it")]
+#[path = "../examples/own_solver_energy.rs"]
+mod own_solver_energy;
+#[expect(dead_code, reason = "its main is for those who run it")]
+#[path = "../examples/read_lightmap.rs"]
+mod read_lightmap;
+#[expect(dead_code, reason = "its main is for those who run it")]
+#[path = "../examples/solve_scene.rs"]
+mod solve_scene;
+
+const FURNACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/furnace.obj");
+
+/// In a furnace every face emits 1, reflects half and has B = 2: half of what is emitted twice is absorbed.
+#[test]
+fn a_solve_tells_energy_and_error() {
+    let said = solve_scene::solved(Path::new(FURNACE)).unwrap();
+    assert!(said.contains("absorbed 100.0"), "{said}");
+    let off = said.rsplit("about ").next().unwrap();
+    let off: f64 = off.split(' ').next().unwrap().parse().unwrap();
+    assert!(off <= 1.0, "{said}");
+}
+
+/// From point to point too much light crosses the furnace's edges, and its account says so.
+#[test]
+fn a_solver_of_ones_own_is_judged() {
+    let judged = own_solver_energy::judged(Path::new(FURNACE)).unwrap();
+    let (error, account) = (judged.diff.worst(), judged.energy);
+    assert!(0.005 < error && error < 0.1, "{error}");
+    assert!(0.0 < judged.one_bounce && judged.one_bounce < error);
+    assert!(account.imbalance < 1e-5, "{account:?}");
+    for radiosity in judged.truth.radiosity {
+        assert!((radiosity.x - 2.0).abs() < 0.03, "{radiosity}");
+    }
+}
+
+#[test]
+fn a_texel_of_a_lightmap_is_read() {
+    let out = folder("read-lightmap");
+    let scene = load(Path::new(FURNACE), &ImportOptions::default()).unwrap();
+    let asked = Asked {
+        error: 0.02,
+        texels: Some(4),
+    };
+    let question = Question {
+        task: &scene,
+        settings: &Settings::default(),
+        solver: Solver::Hierarchy(asked),
+    };
+    let answer = answer(&question, &unwatched()).unwrap();
+    let solution = answer.solution(&question, &[], Seconds::default());
+    solution.write(&out).unwrap();
+    let said = read_lightmap::texel_of(&out, [1, 3, 2]).unwrap();
+    let start = "ceiling, texel 3, 2 of 4×4: B = [";
+    let radiosity = said.strip_prefix(start).unwrap_or_else(|| panic!("{said}"));
+    let red: f64 = radiosity.split(',').next().unwrap().parse().unwrap();
+    assert!((red - 2.0).abs() < 0.04, "{said}");
+    assert!(read_lightmap::texel_of(&out, [1, 4, 0]).is_err());
+    assert!(read_lightmap::texel_of(&out, [6, 0, 0]).is_err());
+}
