@@ -144,8 +144,8 @@ fn library() {
 fn materials() {
     let faults = [
         (
-            "Kd 1 1 1\n",
-            "a.mtl: material m: reflectance Kd 1 1 1 must be at least 0 and below 1",
+            "Kd 1.1 1 1\n",
+            "a.mtl: material m: reflectance Kd 1.1 1 1 must be at least 0 and at most 1",
         ),
         (
             "Kd 0.5 0.5 -0.1\n",

@@ -13,6 +13,7 @@ mod options;
 mod plan;
 mod progress;
 mod relight;
+mod scene;
 mod signals;
 mod solve;
 mod solver;

@@ -606,6 +606,21 @@ const OPTIONS: &[Row] = &[
         "unexpected argument '-x' found (see",
     ),
     row(
+        "solve room.obj --reflectance .5,.5 --out out",
+        2,
+        "give 3 numbers separated by commas",
+    ),
+    row(
+        "solve room.obj --reflectance 1,1,1 --out out",
+        2,
+        "1,1,1 is not in 0 ≤ ρ < 1 (see",
+    ),
+    row(
+        "check out --reflectance .5,.5,.5 --out out",
+        2,
+        "--reflectance applies to --scene SCENE",
+    ),
+    row(
         "solve no\u{1b}[2Jroom.obj --out out",
         2,
         "no\\u{1b}[2Jroom.obj: cannot be read",
@@ -652,7 +667,7 @@ const DAMAGED: &[Row] = &[
         "2 exposures",
     ),
     row(
-        "solve fine.gltf --solver cpu --texels 2 --out out",
+        "solve fine.gltf --allow-dark --solver cpu --texels 2 --out out",
         0,
         "1 faces",
     ),

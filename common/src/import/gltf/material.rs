@@ -1,5 +1,6 @@
 //! glTF materials: baseColorFactor is reflectance, emissiveFactor × strength emitted radiance.
 
+use crate::import::builder::Builder;
 use crate::import::surface::Surface;
 use glam::DVec3;
 use gltf::json::Material;
@@ -7,7 +8,7 @@ use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
 
 /// Reflectance and emission, or what is wrong with them.
-pub fn surface(material: &Material) -> Result<Surface, String> {
+pub fn surface(material: &Material, name: &str, builder: &mut Builder) -> Result<Surface, String> {
     let pbr = &material.pbr_metallic_roughness;
     let base = pbr.base_color_factor.0.map(f64::from);
     let reflectance = DVec3::new(base[0], base[1], base[2]);
@@ -34,10 +35,10 @@ pub fn surface(material: &Material) -> Result<Surface, String> {
     let strength = extensions
         .and_then(|e| e.emissive_strength.as_ref())
         .map_or(1.0, |s| s.emissive_strength.0);
-    Surface::new(
-        reflectance,
-        emissive * f64::from(strength),
-        ["baseColorFactor (glTF's default is 1)", "emissiveFactor"],
+    builder.surface(
+        name,
+        [reflectance, emissive * f64::from(strength)],
+        ["baseColorFactor", "emissiveFactor"],
     )
 }
 

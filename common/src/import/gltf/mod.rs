@@ -193,8 +193,9 @@ impl Import<'_, '_> {
         let Some(material) = self.document.root.get(index) else {
             return self.fail(format!("material {index}"), "does not exist");
         };
-        let place = || format!("material {}", material::name(material, index.value()));
-        let surface = material::surface(material).or_else(|message| self.fail(place(), message))?;
+        let name = material::name(material, index.value());
+        let surface = material::surface(material, &name, self.builder)
+            .or_else(|message| self.fail(format!("material {name}"), message))?;
         self.surfaces.insert(index.value(), surface);
         Ok(surface)
     }

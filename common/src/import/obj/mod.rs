@@ -26,7 +26,7 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
         let surface = match model.mesh.material_id {
             Some(id) if surfaces[id].is_some() => surfaces[id],
             Some(id) => {
-                surfaces[id] = Some(source.materials[id].surface()?);
+                surfaces[id] = Some(source.materials[id].surface(builder)?);
                 surfaces[id]
             }
             None => None,

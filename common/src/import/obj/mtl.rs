@@ -2,6 +2,7 @@
 
 use super::text::{self, Lines};
 use crate::error::{Error, Result};
+use crate::import::builder::Builder;
 use crate::import::surface::Surface;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -58,7 +59,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Material>> {
 
 impl Material {
     /// Reflectance and emission.
-    pub fn surface(&self) -> Result<Surface> {
+    pub fn surface(&self, builder: &mut Builder) -> Result<Surface> {
         let fail =
             |message: String| Error::input(&self.file, format!("material {}", self.name), message);
         let emission_map = self.values.unknown_param.get("map_Ke");
@@ -73,12 +74,9 @@ impl Material {
             }
         }
         let colour = |value: Option<[f64; 3]>| value.map_or(DVec3::ZERO, DVec3::from);
-        Surface::new(
-            colour(self.values.diffuse),
-            colour(self.values.emissive),
-            ["Kd", "Ke"],
-        )
-        .map_err(fail)
+        let colours = [self.values.diffuse, self.values.emissive].map(colour);
+        let surface = builder.surface(&self.name, colours, ["Kd", "Ke"]);
+        surface.map_err(fail)
     }
 
     /// Whether it says neither what it reflects nor what it emits.
