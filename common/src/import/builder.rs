@@ -38,6 +38,8 @@ pub struct Builder<'a> {
     without_material: Faces,
     /// Materials that reflect more than [`WHITEST`].
     white: BTreeSet<String>,
+    /// Materials with textures.
+    textured: BTreeSet<String>,
     notes: Vec<String>,
 }
 
@@ -65,6 +67,7 @@ impl<'a> Builder<'a> {
             remarks: BTreeMap::new(),
             without_material: Faces::default(),
             white: BTreeSet::new(),
+            textured: BTreeSet::new(),
             notes: Vec::new(),
         }
     }
@@ -90,9 +93,24 @@ impl<'a> Builder<'a> {
         }
         let surface = Surface::new(reflectance, radiance, names)?;
         if reflectance.as_vec3().max_element() > WHITEST {
-            self.white.insert(material.into());
+            add(&mut self.white, material);
         }
         Ok(surface)
+    }
+
+    /// A material's texture was used.
+    pub fn textured(&mut self, material: &str) {
+        add(&mut self.textured, material);
+    }
+
+    /// Whether the file's reflectances are replaced.
+    pub fn replaces_reflectance(&self) -> bool {
+        self.reflectance.is_some()
+    }
+
+    /// The faces so far.
+    pub fn faces(&self) -> impl Iterator<Item = &Face> {
+        self.faces.iter().chain(&self.pieces)
     }
 
     /// The next input face; `place` says where in the file it is, for errors.
@@ -188,11 +206,14 @@ impl<'a> Builder<'a> {
             let without = format!("without material: {taken}no emission");
             self.notes.push(self.without_material.note(&without));
         }
-        if !self.white.is_empty() {
-            let names: Vec<String> = std::mem::take(&mut self.white).into_iter().collect();
+        if let Some(names) = listed(&self.textured) {
             self.note(format!(
-                "materials {} reflect all light, or nearly: taken as {WHITEST} (--reflectance R,G,B sets another)",
-                names.join(", ")
+                "textures are taken as their mean over each face: materials {names}"
+            ));
+        }
+        if let Some(names) = listed(&self.white) {
+            self.note(format!(
+                "materials {names} reflect all light, or nearly: taken as {WHITEST} (--reflectance R,G,B sets another)"
             ));
         }
         self.faces.append(&mut self.pieces);
@@ -202,6 +223,18 @@ impl<'a> Builder<'a> {
             notes: self.notes,
         })
     }
+}
+
+fn add(names: &mut BTreeSet<String>, name: &str) {
+    if !names.contains(name) {
+        names.insert(name.into());
+    }
+}
+
+/// None where there is none.
+fn listed(names: &BTreeSet<String>) -> Option<String> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 fn sentence(remark: Remark) -> &'static str {

@@ -5,7 +5,9 @@
 
 mod builder;
 mod gltf;
+mod material;
 mod obj;
+mod picture;
 mod polygon;
 mod surface;
 

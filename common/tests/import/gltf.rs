@@ -344,8 +344,11 @@ fn what_is_left_out_is_noted() {
         "morph targets",
     );
     expect(
-        square().set("/extensionsUsed", json!(["KHR_lights_punctual"])),
-        "punctual lights",
+        square().set(
+            "/materials/0/extensions",
+            json!({"KHR_materials_unlit": {}}),
+        ),
+        "unlit, taken as diffuse: grey",
     );
 }
 
