@@ -37,6 +37,7 @@ pub mod file;
 pub mod form_factor;
 pub mod import;
 pub mod intersect;
+pub mod jpeg;
 pub mod mesh;
 pub mod overlap;
 pub mod passes;

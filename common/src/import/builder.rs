@@ -1,12 +1,12 @@
 //! Collects input faces into a scene, splits those that have to be, and counts what is odd.
 
 use super::polygon::{self, Piece, Remark};
-use super::surface::{DEFAULT_REFLECTANCE, Surface};
+use super::surface::{DEFAULT_REFLECTANCE, Surface, WHITEST};
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene};
 use crate::text::plain;
 use glam::{DVec3, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// More faces than this are refused: a small glTF can name one mesh a million times.
@@ -28,12 +28,18 @@ pub struct Polygon<'p> {
 /// A scene in the making.
 pub struct Builder<'a> {
     path: &'a Path,
+    /// Of all faces, whatever the file says.
+    reflectance: Option<Vec3>,
     /// Entry k is input face k.
     faces: Vec<Face>,
     /// Further pieces of split faces.
     pieces: Vec<Face>,
     remarks: BTreeMap<Remark, Faces>,
     without_material: Faces,
+    /// Materials that reflect more than [`WHITEST`].
+    white: BTreeSet<String>,
+    /// Materials with textures.
+    textured: BTreeSet<String>,
     notes: Vec<String>,
 }
 
@@ -51,14 +57,17 @@ impl Polygon<'_> {
 }
 
 impl<'a> Builder<'a> {
-    /// A scene without faces.
-    pub fn new(path: &'a Path) -> Self {
+    /// A scene without faces; `reflectance` is that of all to come, whatever the file says.
+    pub fn new(path: &'a Path, reflectance: Option<Vec3>) -> Self {
         Self {
             path,
+            reflectance,
             faces: Vec::new(),
             pieces: Vec::new(),
             remarks: BTreeMap::new(),
             without_material: Faces::default(),
+            white: BTreeSet::new(),
+            textured: BTreeSet::new(),
             notes: Vec::new(),
         }
     }
@@ -66,6 +75,42 @@ impl<'a> Builder<'a> {
     /// Something worth saying about the file.
     pub fn note(&mut self, note: impl Into<String>) {
         self.notes.push(plain(&note.into()));
+    }
+
+    /// What a material is (see [`Surface::new`]).
+    pub fn surface(
+        &mut self,
+        material: &str,
+        [reflectance, radiance]: [DVec3; 2],
+        names: [&str; 2],
+    ) -> std::result::Result<Surface, String> {
+        if let Some(given) = self.reflectance {
+            let surface = Surface::new(DVec3::ZERO, radiance, names)?;
+            return Ok(Surface {
+                reflectance: given,
+                ..surface
+            });
+        }
+        let surface = Surface::new(reflectance, radiance, names)?;
+        if reflectance.as_vec3().max_element() > WHITEST {
+            add(&mut self.white, material);
+        }
+        Ok(surface)
+    }
+
+    /// A material's texture was used.
+    pub fn textured(&mut self, material: &str) {
+        add(&mut self.textured, material);
+    }
+
+    /// Whether the file's reflectances are replaced.
+    pub fn replaces_reflectance(&self) -> bool {
+        self.reflectance.is_some()
+    }
+
+    /// The faces so far.
+    pub fn faces(&self) -> impl Iterator<Item = &Face> {
+        self.faces.iter().chain(&self.pieces)
     }
 
     /// The next input face; `place` says where in the file it is, for errors.
@@ -102,7 +147,10 @@ impl<'a> Builder<'a> {
         let Surface {
             reflectance,
             emission,
-        } = surface.unwrap_or(Surface::DEFAULT);
+        } = surface.unwrap_or(Surface {
+            reflectance: self.reflectance.unwrap_or(Surface::DEFAULT.reflectance),
+            ..Surface::DEFAULT
+        });
         if surface.is_none() {
             self.without_material.add(k);
         }
@@ -151,9 +199,22 @@ impl<'a> Builder<'a> {
             self.notes.push(faces.note(sentence(*remark)));
         }
         if self.without_material.count > 0 {
-            self.notes.push(self.without_material.note(&format!(
-                "without material: reflectance {DEFAULT_REFLECTANCE}, no emission"
-            )));
+            let taken = match self.reflectance {
+                None => format!("reflectance {DEFAULT_REFLECTANCE}, "),
+                Some(_) => String::new(),
+            };
+            let without = format!("without material: {taken}no emission");
+            self.notes.push(self.without_material.note(&without));
+        }
+        if let Some(names) = listed(&self.textured) {
+            self.note(format!(
+                "textures are taken as their mean over each face: materials {names}"
+            ));
+        }
+        if let Some(names) = listed(&self.white) {
+            self.note(format!(
+                "materials {names} reflect all light, or nearly: taken as {WHITEST} (--reflectance R,G,B sets another)"
+            ));
         }
         self.faces.append(&mut self.pieces);
         Ok(Scene {
@@ -162,6 +223,18 @@ impl<'a> Builder<'a> {
             notes: self.notes,
         })
     }
+}
+
+fn add(names: &mut BTreeSet<String>, name: &str) {
+    if !names.contains(name) {
+        names.insert(name.into());
+    }
+}
+
+/// None where there is none.
+fn listed(names: &BTreeSet<String>) -> Option<String> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 fn sentence(remark: Remark) -> &'static str {

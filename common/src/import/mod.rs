@@ -5,7 +5,9 @@
 
 mod builder;
 mod gltf;
+mod material;
 mod obj;
+mod picture;
 mod polygon;
 mod surface;
 
@@ -14,23 +16,26 @@ use crate::file;
 use crate::mesh::bounds;
 use crate::scene::Scene;
 use builder::Builder;
+use glam::Vec3;
 use std::path::Path;
 
 /// What to make of a file beyond what it says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImportOptions {
     /// Two consecutive triangles of a glTF primitive that form a planar convex quad become one
     /// face. (An OBJ has quads of its own.)
     pub join_quads: bool,
     /// Every face gets a front on its other side.
     pub two_sided: bool,
+    /// ρ of all faces instead of the file's, 0 ≤ ρ < 1.
+    pub reflectance: Option<Vec3>,
 }
 
 /// Reads a scene; the type of file is told by content, and by extension where content leaves it
 /// open.
 pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let bytes = file::input(path, "")?;
-    let mut builder = Builder::new(path);
+    let mut builder = Builder::new(path, options.reflectance);
     match Format::of(path, &bytes)? {
         Format::Obj => obj::read(&mut builder, path, &bytes)?,
         Format::Gltf => gltf::read(&mut builder, path, &bytes, options.join_quads)?,

@@ -5,6 +5,10 @@ use glam::{DVec3, Vec3};
 /// Reflectance of a face without a material.
 pub const DEFAULT_REFLECTANCE: f32 = 0.7;
 
+/// What reflects more is taken as this: exporters write 1 where nobody chose a colour, and no light would
+/// ever be spent there.
+pub const WHITEST: f32 = 0.95;
+
 /// Emitted radiosities that are solved, W/m²: f32 holds the square of the power of a million such
 /// faces between walls that reflect it a million times, and the part of it that one texel of many
 /// receives. The sun's surface has 6e7.
@@ -26,15 +30,14 @@ impl Surface {
         emission: Vec3::ZERO,
     };
 
-    /// From a material's reflectance and radiance L; `names` is what the file calls them. The
-    /// error says which of them cannot be used.
+    /// From a material's reflectance, [`WHITEST`] at most, and radiance L; `names` is what the file calls
+    /// them. The error says which of them cannot be used.
     pub fn new(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) -> Result<Self, String> {
         let [reflectance_name, radiance_name] = names;
-        // Judged as f32: 0.999999999 rounds to 1 there.
         let rho = reflectance.as_vec3();
-        if !(rho.cmpge(Vec3::ZERO) & rho.cmplt(Vec3::ONE)).all() {
+        if !(rho.cmpge(Vec3::ZERO) & rho.cmple(Vec3::ONE)).all() {
             return Err(format!(
-                "reflectance {reflectance_name} {} must be at least 0 and below 1 in every channel: \
+                "reflectance {reflectance_name} {} must be at least 0 and at most 1 in every channel: \
                  scale it down, to 0.9 for instance",
                 triple(reflectance)
             ));
@@ -58,7 +61,7 @@ impl Surface {
             ));
         }
         Ok(Self {
-            reflectance: rho,
+            reflectance: rho.min(Vec3::splat(WHITEST)),
             emission,
         })
     }
@@ -87,9 +90,12 @@ mod tests {
     }
 
     #[test]
-    fn reflectance_stays_below_one() {
-        assert!(with(0.0, 0.0).is_ok() && with(0.999, 0.0).is_ok());
-        for rho in [1.0, 0.999_999_999, 1.5, -0.1, f64::NAN, f64::INFINITY] {
+    fn nothing_reflects_all_light() {
+        let taken = |rho| with(rho, 0.0).map(|surface| surface.reflectance.y);
+        for (rho, as_much) in [(0.0, 0.0), (0.95, 0.95), (0.951, 0.95), (1.0, 0.95)] {
+            assert_eq!(taken(rho), Ok(as_much), "{rho}");
+        }
+        for rho in [1.000_001, 1.5, -0.1, f64::NAN, f64::INFINITY] {
             assert!(with(rho, 0.0).is_err_and(|e| e.contains("Kd 0.5")), "{rho}");
         }
     }

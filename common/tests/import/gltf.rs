@@ -276,6 +276,19 @@ fn materials_are_reflectance_and_radiance() {
 }
 
 #[test]
+fn the_default_material_is_almost_white() {
+    for (pointer, name) in [
+        ("/materials/0", "0"),
+        ("/materials/0/pbrMetallicRoughness", "grey"),
+    ] {
+        let scene = scene(&square().set(pointer, json!({})));
+        assert_eq!(scene.faces[0].reflectance, Vec3::splat(0.95));
+        let note = format!("materials {name} reflect all light, or nearly: taken as 0.95");
+        assert_eq!(notes(&scene, &note).len(), 1, "{:?}", scene.notes);
+    }
+}
+
+#[test]
 fn without_material_a_face_is_grey() {
     let scene = scene(&square().remove("/meshes/0/primitives/0/material"));
     assert_eq!(scene.faces[0].reflectance, Vec3::splat(0.7));
@@ -331,8 +344,11 @@ fn what_is_left_out_is_noted() {
         "morph targets",
     );
     expect(
-        square().set("/extensionsUsed", json!(["KHR_lights_punctual"])),
-        "punctual lights",
+        square().set(
+            "/materials/0/extensions",
+            json!({"KHR_materials_unlit": {}}),
+        ),
+        "unlit, taken as diffuse: grey",
     );
 }
 

@@ -4,6 +4,8 @@ mod damage;
 mod data;
 mod files;
 mod gltf;
+mod gltf_extensions;
 mod gltf_faults;
 mod obj;
 mod obj_faults;
+mod textures;

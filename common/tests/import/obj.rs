@@ -73,6 +73,47 @@ fn materials_are_reflectance_and_radiance() {
 }
 
 #[test]
+fn white_is_almost_white_and_said_once() {
+    let text = format!(
+        "mtllib a.mtl\n{SQUARE}usemtl b\nf 1 2 3 4\nusemtl a\nf 4 3 2 1\nusemtl c\nf 1 2 3\nusemtl b\nf 1 2 4\n"
+    );
+    let materials =
+        "newmtl a\nKd 1 1 1\nnewmtl b\nKd 0.5 0.98 0\nnewmtl c\nKd 0.95\nnewmtl unused\nKd 1\n";
+    let scene = with_materials(&text, materials);
+    let found: Vec<Vec3> = scene.faces.iter().map(|f| f.reflectance).collect();
+    let [white, green] = [Vec3::splat(0.95), Vec3::new(0.5, 0.95, 0.0)];
+    assert_eq!(found, [green, white, white, green]);
+    assert_eq!(
+        scene.notes,
+        [
+            "materials a, b reflect all light, or nearly: taken as 0.95 (--reflectance R,G,B sets another)"
+        ]
+    );
+}
+
+#[test]
+fn a_given_reflectance_replaces_all() {
+    let text = format!("mtllib a.mtl\n{SQUARE}f 1 2 3\nusemtl lamp\nf 1 2 3 4\n");
+    let folder = Folder::new()
+        .with("a.obj", text)
+        .with("a.mtl", "newmtl lamp\nKd 1.5 1 1\nKe 1 2 3\n");
+    let given = Vec3::new(0.1, 0.99, 0.0);
+    let options = ImportOptions {
+        reflectance: Some(given),
+        two_sided: true,
+        ..Default::default()
+    };
+    let scene = load(&folder.path("a.obj"), &options).expect("a scene");
+    assert!(scene.faces.iter().all(|face| face.reflectance == given));
+    assert_eq!(scene.faces[1].emission, Vec3::new(1., 2., 3.) * PI);
+    assert_eq!(
+        scene.notes,
+        ["1 face without material: no emission (1)"],
+        "white is no matter where it is replaced"
+    );
+}
+
+#[test]
 fn without_material_a_face_is_grey() {
     let scene = scene(&format!("{SQUARE}f 1 2 3 4\n"));
     assert_eq!(

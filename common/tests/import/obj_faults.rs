@@ -144,8 +144,8 @@ fn library() {
 fn materials() {
     let faults = [
         (
-            "Kd 1 1 1\n",
-            "a.mtl: material m: reflectance Kd 1 1 1 must be at least 0 and below 1",
+            "Kd 1.1 1 1\n",
+            "a.mtl: material m: reflectance Kd 1.1 1 1 must be at least 0 and at most 1",
         ),
         (
             "Kd 0.5 0.5 -0.1\n",
@@ -165,11 +165,11 @@ fn materials() {
         ),
         (
             "Kd 0.5\nmap_Kd wood.png\n",
-            "a.mtl: material m: the texture map_Kd wood.png is not supported",
+            "a.mtl: material m: map_Kd wood.png cannot be read: there is no such file",
         ),
         (
-            "Kd 0.5\nmap_Ke sky.png\n",
-            "a.mtl: material m: the texture map_Ke sky.png is not supported",
+            "Kd 0.5\nKe 1\nmap_Ke sky.png\n",
+            "a.mtl: material m: map_Ke sky.png cannot be read: there is no such file",
         ),
         ("Kd\n", "a.mtl: line 2: Kd needs three numbers"),
         ("\nKe 1 2\n", "a.mtl: line 3: Ke needs three numbers"),

@@ -1,6 +1,7 @@
 //! `radiosity chart`.
 
 use super::progress::{Progress, interrupted, listen};
+use super::scene::Materials;
 use super::tell::say;
 use super::{Outcome, bundled};
 use crate::show::number::{number, percent};
@@ -79,6 +80,8 @@ pub struct Arguments {
     /// Fail with exit code 3 when there is no GPU
     #[arg(long)]
     require_gpu: bool,
+    #[command(flatten)]
+    materials: Materials,
     /// Make a front of each back
     #[arg(long)]
     two_sided: bool,
@@ -289,8 +292,10 @@ fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {
     let options = ImportOptions {
         join_quads: arguments.join_quads,
         two_sided: arguments.two_sided,
+        reflectance: None,
     };
-    paths.iter().map(|path| load(path, &options)).collect()
+    let lit = |path: &PathBuf| arguments.materials.lit(path, options);
+    paths.iter().map(lit).collect()
 }
 
 /// The result that `--truth` names, of the one scene.

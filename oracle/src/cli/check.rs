@@ -3,15 +3,16 @@
 use super::Outcome;
 use super::options::percentage;
 use super::progress::{Progress, listen};
+use super::scene::Materials;
 use super::tell::{self, say};
 use crate::judge::diff::page;
 use crate::judge::diff::pictures::Pictures;
 use crate::solve::anew::{FLOOR, Judged, judge};
 use crate::solve::watch::Watch;
 use clap::Args;
-use common::Result;
-use common::import::{ImportOptions, load};
+use common::import::ImportOptions;
 use common::solution::{Stored, prepare, write_file};
+use common::{Error, Result};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -23,6 +24,8 @@ pub struct Arguments {
     /// What its faces reflect and emit, where result.json does not say
     #[arg(long, value_name = "SCENE")]
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    materials: Materials,
     /// Where check.html and check.json go
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -39,9 +42,15 @@ pub struct Arguments {
 
 /// Judges and writes.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let materials = &arguments.materials;
+    if arguments.scene.is_none() && materials.any() {
+        return Err(Error::Usage(
+            "--reflectance applies to --scene SCENE: give that too, or leave it out".into(),
+        ));
+    }
     let stored = Stored::read(&arguments.dir)?;
-    let options = ImportOptions::default();
-    let scene = arguments.scene.as_ref().map(|path| load(path, &options));
+    let read = |path: &PathBuf| materials.load(path, ImportOptions::default());
+    let scene = arguments.scene.as_ref().map(read);
     let scene = scene.transpose()?;
     prepare(&arguments.out)?;
     listen();

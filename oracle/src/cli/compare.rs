@@ -2,6 +2,7 @@
 
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
+use super::scene::Materials;
 use super::tell::say;
 use super::{Outcome, solve};
 use crate::judge::compare::ways::{Ways, judge};
@@ -11,14 +12,12 @@ use crate::solve::solver::Asked;
 use crate::solve::watch::Watch;
 use clap::{Args, Parser};
 use common::form_factor::FormFactor;
-use common::import::load;
 use common::scene::Scene;
 use common::settings::{Drawing, Meshing, Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
-use glam::Vec3;
 use gpu::Gpu;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `compare`.
 #[derive(Args, Clone)]
@@ -32,6 +31,8 @@ pub struct Arguments {
     /// Judge solves until the answer is P per cent off at most, 0.2 to 10, and nothing else
     #[arg(long, value_name = "P%", value_parser = solve::error, allow_negative_numbers = true)]
     error: Option<f64>,
+    #[command(flatten)]
+    materials: Materials,
     #[command(flatten)]
     common: Common,
 }
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let scenes: Vec<Scene> = arguments
         .scenes
         .iter()
-        .map(|path| lit(path, load(path, &common.import())?))
+        .map(|path| arguments.materials.lit(path, common.import()))
         .collect::<Result<_>>()?;
     let ways: Vec<Ways> = scenes
         .iter()
@@ -104,18 +105,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         Outcome::Disagree
     })
-}
-
-/// A comparison of nothing is none.
-fn lit(path: &Path, scene: Scene) -> Result<Scene> {
-    if scene.faces.iter().any(|face| face.emission != Vec3::ZERO) {
-        return Ok(scene);
-    }
-    Err(Error::input(
-        path,
-        "",
-        "no face emits light: there is nothing to compare",
-    ))
 }
 
 /// With an option that says how to solve, that one way. Texels, ε and pixels are asked of any way.
@@ -177,7 +166,7 @@ fn cpu_only(arguments: &Arguments, error: Error) -> Error {
     for path in &arguments.scenes {
         let name = path.file_stem().unwrap_or(path.as_os_str());
         if let Err(failure) = solve::on_cpu(
-            path,
+            (path, &arguments.materials),
             &arguments.out.join(name),
             arguments.error,
             &arguments.common,

@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::progress::{Progress, interrupted, listen};
+use super::scene::Materials;
 use super::solver::open_or_twin;
 use super::tell::say;
 use crate::solve::watch::Watch;
@@ -11,7 +12,7 @@ use crate::study::converge::{MeasuredSweep, Study, item_buffer, json, page};
 use clap::Args;
 use common::cover::sampled;
 use common::form_factor::FormFactor;
-use common::import::{ImportOptions, load};
+use common::import::ImportOptions;
 use common::scene::Scene;
 use common::settings::Meshing;
 use common::solution::{Stored, prepare, write_file};
@@ -34,6 +35,8 @@ pub struct Arguments {
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    #[command(flatten)]
+    materials: Materials,
     /// Make a front of each back
     #[arg(long)]
     two_sided: bool,
@@ -143,8 +146,10 @@ fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {
     let options = ImportOptions {
         join_quads: arguments.join_quads,
         two_sided: arguments.two_sided,
+        reflectance: None,
     };
-    paths.iter().map(|path| load(path, &options)).collect()
+    let lit = |path: &PathBuf| arguments.materials.lit(path, options);
+    paths.iter().map(lit).collect()
 }
 
 fn write(arguments: &Arguments, studies: &[Study], seconds: f64) -> Result<()> {

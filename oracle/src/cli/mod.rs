@@ -16,6 +16,7 @@ mod plan;
 mod progress;
 mod relight;
 mod repeat;
+mod scene;
 mod signals;
 mod solve;
 mod solver;

@@ -33,10 +33,13 @@ pub struct Objects {
 impl Object {
     /// Reads it, in its place.
     pub fn load(&self, options: &ImportOptions) -> Result<Scene> {
-        let mut scene = load(&self.file, options)?;
+        let options = ImportOptions {
+            reflectance: self.reflectance,
+            ..*options
+        };
+        let mut scene = load(&self.file, &options)?;
         for face in &mut scene.faces {
             face.corners = face.corners.map(|p| p * self.scale + self.place);
-            face.reflectance = self.reflectance.unwrap_or(face.reflectance);
         }
         Ok(scene)
     }
@@ -185,7 +188,8 @@ fn scale(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-fn reflectance(text: &str) -> std::result::Result<Vec3, String> {
+/// R,G,B.
+pub fn reflectance(text: &str) -> std::result::Result<Vec3, String> {
     let value = triple(text)?.as_vec3();
     if value.cmpge(Vec3::ZERO).all() && value.cmplt(Vec3::ONE).all() {
         Ok(value)

@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::options::Common;
+use super::scene::{Dark, Materials};
 use super::solve::{error, settings, settings_for, to_error as solve_to_error, visibility};
 use super::solver::SolverOption;
 use super::tell::result;
@@ -17,7 +18,6 @@ use crate::solve::task::Task;
 use crate::solve::watch::unwatched;
 use clap::Args;
 use common::form_factor::FormFactor;
-use common::import::load;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings, Visibility};
 use common::{Error, Result};
@@ -46,6 +46,10 @@ pub struct Arguments {
     #[arg(long, value_name = "P%", value_parser = error, allow_negative_numbers = true)]
     error: Option<f64>,
     #[command(flatten)]
+    materials: Materials,
+    #[command(flatten)]
+    dark: Dark,
+    #[command(flatten)]
     common: Common,
 }
 
@@ -62,7 +66,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         let asked = visibility(common, arguments.solver != Some(SolverOption::Cpu));
         common.not_for_rays(asked)?;
     }
-    let scene = load(&arguments.scene, &common.import())?;
+    let (materials, path) = (&arguments.materials, &arguments.scene);
+    let scene = materials.lit_unless(&arguments.dark, path, common.import())?;
     if arguments.solver == Some(SolverOption::Matrix) {
         common.not_for_matrix()?;
         return matrix(&scene, &settings(common, false)?);

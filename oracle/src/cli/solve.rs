@@ -3,6 +3,7 @@
 use super::Outcome;
 use super::options::{Common, percentage};
 use super::progress::{Progress, listen};
+use super::scene::{Dark, Materials};
 use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
 use crate::plan::ahead::warning;
@@ -20,7 +21,6 @@ use clap::Args;
 use common::capture::maps;
 use common::energy::Energy;
 use common::form_factor::FormFactor;
-use common::import::load;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Drawing, Meshing, Settings, Visibility};
@@ -65,11 +65,20 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub settings: Option<PathBuf>,
     #[command(flatten)]
+    pub materials: Materials,
+    #[command(flatten)]
+    pub dark: Dark,
+    #[command(flatten)]
     pub common: Common,
 }
 
 /// The solve that a comparison without an adapter still does.
-pub fn on_cpu(scene: &Path, out: &Path, error: Option<f64>, common: &Common) -> Result<Outcome> {
+pub fn on_cpu(
+    (scene, materials): (&Path, &Materials),
+    out: &Path,
+    error: Option<f64>,
+    common: &Common,
+) -> Result<Outcome> {
     // Without one given, the CPU asks rays, which have no use for these.
     let twin = common.visibility.is_some();
     let arguments = Arguments {
@@ -82,6 +91,8 @@ pub fn on_cpu(scene: &Path, out: &Path, error: Option<f64>, common: &Common) -> 
         json: false,
         settings: None,
         error,
+        materials: materials.clone(),
+        dark: Dark::default(),
         common: Common {
             require_gpu: false,
             adapter: None,
@@ -115,7 +126,8 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
         _ => common.not_for_rays(visibility(common, chosen == SolverOption::Gpu))?,
     }
     let start = Instant::now();
-    let scene = load(&arguments.scene, &common.import())?;
+    let (materials, path) = (&arguments.materials, &arguments.scene);
+    let scene = materials.lit_unless(&arguments.dark, path, common.import())?;
     let load_seconds = start.elapsed().as_secs_f64();
     for note in &scene.notes {
         say!("note: {}: {note}", scene.name);

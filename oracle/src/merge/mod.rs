@@ -4,7 +4,6 @@
 pub mod brackets;
 mod chart;
 pub mod fisheye;
-mod jpeg;
 pub mod list;
 pub mod page;
 mod pictures;

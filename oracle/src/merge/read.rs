@@ -1,7 +1,7 @@
 //! Photographs from files: PNG and JPEG of 8 bits a channel.
 
 use crate::merge::brackets::{Brackets, Exposure, admit, check_seconds};
-use crate::merge::jpeg;
+use common::jpeg;
 use common::{Error, Result, file};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::io::Cursor;

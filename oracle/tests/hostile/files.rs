@@ -37,6 +37,16 @@ fn pipe(folder: &Path, name: &str) {
     assert!(made.unwrap().success(), "mkfifo {name}");
 }
 
+/// A triangle with this texture; its material goes into `t.mtl`.
+fn textured(picture: &str, folder: &Path) -> &'static str {
+    put(
+        folder,
+        "t.mtl",
+        format!("newmtl m\nKe 1\nmap_Kd {picture}\n"),
+    );
+    "mtllib t.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
+}
+
 /// Files that never end, or never begin.
 const ENDLESS: &[Row] = &[
     row("solve pipe.obj --out out", 2, "pipe.obj: cannot be read"),
@@ -44,6 +54,11 @@ const ENDLESS: &[Row] = &[
     row("solve huge.obj --out out", 2, "huge.obj: cannot be read"),
     row("solve library.obj --out out", 2, "pipe.obj cannot be read"),
     row("solve buffer.gltf --out out", 2, "pipe.obj cannot be read"),
+    row(
+        "solve texture.obj --out out",
+        2,
+        "t.mtl: material m: map_Kd pipe.obj cannot be read",
+    ),
     row("plan pipe.obj", 2, "pipe.obj: cannot be read"),
     row(
         "relight --room pipe.obj --out out",
@@ -136,6 +151,7 @@ fn what_never_ends_is_refused() {
     let huge = fs::File::create(folder.join("huge.obj")).unwrap();
     huge.set_len(1 << 42).unwrap();
     put(&folder, "library.obj", "mtllib pipe.obj\n");
+    put(&folder, "texture.obj", textured("pipe.obj", &folder));
     let buffer = r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"pipe.obj","byteLength":4}]}"#;
     put(&folder, "buffer.gltf", buffer);
     for dir in ["piped", "endless", "walls"] {
@@ -606,6 +622,21 @@ const OPTIONS: &[Row] = &[
         "unexpected argument '-x' found (see",
     ),
     row(
+        "solve room.obj --reflectance .5,.5 --out out",
+        2,
+        "give 3 numbers separated by commas",
+    ),
+    row(
+        "solve room.obj --reflectance 1,1,1 --out out",
+        2,
+        "1,1,1 is not in 0 ≤ ρ < 1 (see",
+    ),
+    row(
+        "check out --reflectance .5,.5,.5 --out out",
+        2,
+        "--reflectance applies to --scene SCENE",
+    ),
+    row(
         "solve no\u{1b}[2Jroom.obj --out out",
         2,
         "no\\u{1b}[2Jroom.obj: cannot be read",
@@ -652,9 +683,14 @@ const DAMAGED: &[Row] = &[
         "2 exposures",
     ),
     row(
-        "solve fine.gltf --solver cpu --texels 2 --out out",
+        "solve fine.gltf --allow-dark --solver cpu --texels 2 --out out",
         0,
         "1 faces",
+    ),
+    row(
+        "solve texture.obj --out out",
+        2,
+        "t.mtl: material m: map_Kd cut.jpg is cut off",
     ),
     row(
         "solve index.gltf --out out",
@@ -702,6 +738,7 @@ fn damaged_files_are_not_guessed_at() {
     put(&folder, "v1.gltf", triangle("1.0", 0));
     put(&folder, "v3.gltf", triangle("3.0", 0));
     put(&folder, "index.gltf", triangle("2.0", 1 << 32));
+    put(&folder, "texture.obj", textured("cut.jpg", &folder));
     put(&folder, "fine.gltf", triangle("2.0", 0));
     judge(&folder, DAMAGED);
     fs::remove_dir_all(folder).unwrap();

@@ -139,10 +139,31 @@ const NUMBERS: &[Row] = &[
     row(
         "compare dark.obj --out out",
         2,
-        "dark.obj: no face emits light: there is nothing to compare",
+        "dark.obj: no face emits light: give a material Ke",
     ),
     row(
         "solve dark.obj --solver cpu --out out",
+        2,
+        "dark.obj: no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF); --allow-dark",
+    ),
+    row("plan dark.obj", 2, "dark.obj: no face emits light"),
+    row(
+        "chart dark.obj --out out",
+        2,
+        "dark.obj: no face emits light",
+    ),
+    row(
+        "converge dark.obj --out out",
+        2,
+        "dark.obj: no face emits light",
+    ),
+    row(
+        "relight --room dark.obj --object dark.obj --scale 0.1 --solver cpu --out out",
+        2,
+        "dark.obj: no face emits light",
+    ),
+    row(
+        "solve dark.obj --allow-dark --solver cpu --out out",
         0,
         "note: no face emits light",
     ),
@@ -189,7 +210,10 @@ fn numbers_are_held_or_refused() {
         put(&folder, &format!("{name}.obj"), room.obj());
     }
     judge(&folder, NUMBERS);
-    run(&folder, &["solve", "dark.obj", "--solver", "cpu"]);
+    run(
+        &folder,
+        &["solve", "dark.obj", "--allow-dark", "--solver", "cpu"],
+    );
     assert!(result(&folder)["estimated_error"].is_null());
     fs::remove_dir_all(folder).unwrap();
 }

@@ -30,7 +30,12 @@ fn bad_input_is_one_line_and_code_2() {
             "newmtl m\nKd -.5 .5 .5\n",
             "m",
         ),
-        ("reflectance 1", QUAD.into(), "newmtl m\nKd 1 .5 .5\n", "m"),
+        (
+            "reflectance 1.1",
+            QUAD.into(),
+            "newmtl m\nKd 1.1 .5 .5\n",
+            "m",
+        ),
         (
             "missing vertex",
             QUAD.replace("f 1 2 3 4", "f 1 2 3 9"),
@@ -243,6 +248,33 @@ fn solve_writes_what_the_contract_says() {
         .map(|f| f.unwrap().file_name())
         .collect();
     assert_eq!(left.len(), 2, "{left:?}");
+}
+
+/// Of an object in the open, which sees only its own lamp.
+#[test]
+fn white_is_told_unless_a_reflectance_is_given() {
+    let folder = folder("white");
+    let path = scene(&folder, QUAD, "newmtl m\nKd 1 1 1\nKe 1 1 1\n");
+    let out = folder.join("out");
+    let out = out.to_str().unwrap();
+    let solve = ["solve", &path, "--solver", "cpu", "--out", out];
+    let given = ["--reflectance", "0.2,0.3,0.98"];
+    for (more, white, taken) in [
+        (&[][..], true, [0.95; 3]),
+        (&given[..], false, [0.2, 0.3, 0.98]),
+    ] {
+        let output = radiosity(&[&solve[..], more].concat());
+        assert_eq!(output.status.code(), Some(0));
+        let told = String::from_utf8_lossy(&output.stderr);
+        let note = "materials m reflect all light, or nearly: taken as 0.95";
+        assert_eq!(told.matches(note).count(), usize::from(white), "{told}");
+        let text = fs::read(Path::new(out).join("result.json")).unwrap();
+        let result: Value = serde_json::from_slice(&text).unwrap();
+        assert_eq!(result["notes"].to_string().contains(note), white);
+        let found = &result["faces"][0]["reflectance"];
+        let close = |k: usize| (found[k].as_f64().unwrap() - taken[k]).abs() < 1e-6;
+        assert!((0..3).all(close), "{found}");
+    }
 }
 
 #[test]

@@ -1,8 +1,8 @@
-//! What accessors hold: vertex positions and indices, every range checked before it is read.
+//! What accessors hold: positions, texture coordinates and indices of vertices, every range checked before it is read.
 
 use super::buffers::Document;
 use crate::import::builder::MAX_FACES;
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use gltf::json::Index;
 use gltf::json::accessor::sparse::Sparse;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
@@ -13,20 +13,29 @@ use gltf::json::validation::Checked;
 pub type Result<T> = std::result::Result<T, String>;
 
 impl Document {
-    /// Positions of vertices: three f32 each.
+    /// Positions or normals of vertices.
     pub fn positions(&self, index: Index<Accessor>) -> Result<Vec<Vec3>> {
-        self.values(
-            index,
-            "positions",
-            Type::Vec3,
-            |component| match component {
-                ComponentType::F32 => Ok((12, Vec3::ZERO, |b| {
-                    let word = |k: usize| f32::from_le_bytes([b[k], b[k + 1], b[k + 2], b[k + 3]]);
-                    Vec3::new(word(0), word(4), word(8))
-                })),
-                _ => Err("positions are not floats: export without quantisation".into()),
-            },
-        )
+        let values = self.values(index, "positions", Type::Vec3, floats::<3>)?;
+        Ok(values.into_iter().map(Vec3::from).collect())
+    }
+
+    /// Texture coordinates of vertices.
+    pub fn places(&self, index: Index<Accessor>) -> Result<Vec<DVec2>> {
+        let values = self.values(index, "texture coordinates", Type::Vec2, floats::<2>)?;
+        let place = |p: [f32; 2]| DVec2::from(p.map(f64::from));
+        Ok(values.into_iter().map(place).collect())
+    }
+
+    /// What an accessor of integers rounds each value by; 0 of floats.
+    pub fn step(&self, index: Index<Accessor>) -> f64 {
+        let of = |accessor: &Accessor| match accessor.component_type {
+            Checked::Valid(component) => {
+                let one = largest(component.0)?;
+                Some(if accessor.normalized { 0.5 / one } else { 0.5 })
+            }
+            Checked::Invalid => None,
+        };
+        self.root.get(index).and_then(of).unwrap_or(0.0)
     }
 
     /// Indices of vertices.
@@ -39,7 +48,7 @@ impl Document {
         index: Index<Accessor>,
         what: &str,
         wanted: Type,
-        decoder: impl Fn(ComponentType) -> Result<Decoder<T>>,
+        decoder: impl Fn(ComponentType, bool) -> Result<Decoder<T>>,
     ) -> Result<Vec<T>> {
         let wrong = |message: String| format!("accessor {index} ({what}) {message}");
         let accessor = self
@@ -54,13 +63,13 @@ impl Document {
         if kind != wanted {
             return Err(wrong(format!("is of type {kind:?} instead of {wanted:?}")));
         }
-        let (size, zero, decode) = decoder(component.0)?;
+        let (size, zero, decode) = decoder(component.0, accessor.normalized).map_err(wrong)?;
         let count = accessor.count.0;
         let mut values: Vec<T> = match accessor.buffer_view {
             Some(view) => self
                 .elements(view, accessor.byte_offset.map_or(0, |o| o.0), count, size)
                 .map_err(wrong)?
-                .map(decode)
+                .map(&decode)
                 .collect(),
             // Nothing in the file bounds this one.
             None if count > 3 * MAX_FACES as u64 => {
@@ -70,7 +79,7 @@ impl Document {
         };
         match &accessor.sparse {
             Some(sparse) => self
-                .replace(&mut values, sparse, (size, zero, decode))
+                .replace(&mut values, sparse, &(size, zero, decode))
                 .map_err(wrong)?,
             None if accessor.buffer_view.is_none() => {
                 return Err(wrong("has no buffer view".into()));
@@ -85,12 +94,12 @@ impl Document {
         &self,
         values: &mut [T],
         sparse: &Sparse,
-        (size, _, decode): Decoder<T>,
+        (size, _, decode): &Decoder<T>,
     ) -> Result<()> {
         let Checked::Valid(component) = sparse.indices.component_type else {
             return Err("has sparse indices of no known type".into());
         };
-        let (index_size, _, index) = unsigned(component.0)?;
+        let (index_size, _, index) = unsigned(component.0, false)?;
         let (indices, new) = (&sparse.indices, &sparse.values);
         let places = self.elements(
             indices.buffer_view,
@@ -98,13 +107,31 @@ impl Document {
             sparse.count.0,
             index_size,
         )?;
-        let new = self.elements(new.buffer_view, new.byte_offset.0, sparse.count.0, size)?;
+        let new = self.elements(new.buffer_view, new.byte_offset.0, sparse.count.0, *size)?;
         for (place, value) in places.map(index).zip(new.map(decode)) {
             *values
                 .get_mut(place as usize)
                 .ok_or("has a sparse index out of range")? = value;
         }
         Ok(())
+    }
+
+    /// A buffer view.
+    pub fn bytes(&self, view: Index<View>) -> Result<&[u8]> {
+        let beyond = || {
+            format!(
+                "uses buffer view {view}, which reaches beyond its buffer: is the file cut off?"
+            )
+        };
+        let data = self
+            .root
+            .get(view)
+            .ok_or_else(|| format!("uses buffer view {view}, which does not exist"))?;
+        let buffer = self.buffers.get(data.buffer.value());
+        let offset = data.byte_offset.map_or(0, |o| o.0);
+        buffer
+            .and_then(|buffer| slice(buffer, offset, data.byte_length.0))
+            .ok_or_else(beyond)
     }
 
     /// `count` elements of `size` bytes, from `offset` in a buffer view on.
@@ -120,10 +147,6 @@ impl Document {
             .root
             .get(view)
             .ok_or_else(|| format!("uses buffer view {view}, which does not exist"))?;
-        let buffer = self
-            .buffers
-            .get(view_data.buffer.value())
-            .ok_or_else(outside)?;
         let stride = view_data
             .byte_stride
             .map(|s| s.0)
@@ -134,16 +157,7 @@ impl Document {
                 "overlaps itself: buffer view {view} has stride {stride}"
             ));
         }
-        let bytes = slice(
-            buffer,
-            view_data.byte_offset.map_or(0, |o| o.0),
-            view_data.byte_length.0,
-        )
-        .ok_or_else(|| {
-            format!(
-                "uses buffer view {view}, which reaches beyond its buffer: is the file cut off?"
-            )
-        })?;
+        let bytes = self.bytes(view)?;
         let length = match count {
             0 => 0,
             _ => (count - 1)
@@ -157,14 +171,43 @@ impl Document {
 }
 
 /// Size in bytes, the value zero, and how to read one.
-type Decoder<T> = (usize, T, fn(&[u8]) -> T);
+type Decoder<T> = (usize, T, Box<dyn Fn(&[u8]) -> T>);
 
-fn unsigned(component: ComponentType) -> Result<Decoder<u32>> {
+fn unsigned(component: ComponentType, _: bool) -> Result<Decoder<u32>> {
+    let (size, read): (_, fn(&[u8]) -> u32) = match component {
+        ComponentType::U8 => (1, |b| u32::from(b[0])),
+        ComponentType::U16 => (2, |b| u32::from(u16::from_le_bytes([b[0], b[1]]))),
+        ComponentType::U32 => (4, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        _ => return Err("holds no unsigned integers".into()),
+    };
+    Ok((size, 0, Box::new(read)))
+}
+
+/// Vectors of floats, or of integers as KHR_mesh_quantization has them.
+fn floats<const N: usize>(component: ComponentType, normalized: bool) -> Result<Decoder<[f32; N]>> {
+    let (size, read): (usize, fn(&[u8]) -> f32) = match component {
+        ComponentType::F32 => (4, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        ComponentType::I8 => (1, |b| f32::from(b[0] as i8)),
+        ComponentType::U8 => (1, |b| f32::from(b[0])),
+        ComponentType::I16 => (2, |b| f32::from(i16::from_le_bytes([b[0], b[1]]))),
+        ComponentType::U16 => (2, |b| f32::from(u16::from_le_bytes([b[0], b[1]]))),
+        ComponentType::U32 => return Err("holds neither floats nor short integers".into()),
+    };
+    // −128 is −1 as well (glTF 2.0 §3.6.2.2).
+    let one = largest(component).filter(|_| normalized);
+    let value = move |b: &[u8]| one.map_or(read(b), |one| (read(b) / one as f32).max(-1.0));
+    let vector = move |b: &[u8]| std::array::from_fn(|k| value(&b[k * size..]));
+    Ok((N * size, [0.0; N], Box::new(vector)))
+}
+
+/// The integer that stands for 1.
+fn largest(component: ComponentType) -> Option<f64> {
     match component {
-        ComponentType::U8 => Ok((1, 0, |b| u32::from(b[0]))),
-        ComponentType::U16 => Ok((2, 0, |b| u32::from(u16::from_le_bytes([b[0], b[1]])))),
-        ComponentType::U32 => Ok((4, 0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
-        _ => Err("indices are not unsigned integers".into()),
+        ComponentType::I8 => Some(127.0),
+        ComponentType::U8 => Some(255.0),
+        ComponentType::I16 => Some(32767.0),
+        ComponentType::U16 => Some(65535.0),
+        ComponentType::U32 | ComponentType::F32 => None,
     }
 }
 

@@ -25,13 +25,14 @@ impl Document {
             false => bytes.strip_prefix(crate::import::BOM).unwrap_or(bytes),
         };
         let (root, blob) = parse(bytes).map_err(fail)?;
-        if let Some(name) = root
-            .extensions_required
+        let required = &root.extensions_required;
+        if let Some(name) = required
             .iter()
             .find(|name| !SUPPORTED.contains(&name.as_str()))
         {
             return Err(fail(format!(
-                "requires the extension {name}, which is not supported: export without it"
+                "requires the extension {name}, which is not supported: {}",
+                instead(name)
             )));
         }
         let mut blob = blob;
@@ -78,7 +79,29 @@ fn parse(bytes: &[u8]) -> std::result::Result<(Root, Option<Vec<u8>>), String> {
 }
 
 /// Extensions that a file may require.
-const SUPPORTED: [&str; 1] = ["KHR_materials_emissive_strength"];
+const SUPPORTED: [&str; 5] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// How to do without an extension.
+fn instead(extension: &str) -> &'static str {
+    match extension {
+        "KHR_draco_mesh_compression" => {
+            "export without Draco (Blender's glTF exporter: Compression off)"
+        }
+        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "export without meshopt (gltfpack: neither -c nor -cc)"
+        }
+        "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => {
+            "export with textures in PNG or JPEG"
+        }
+        _ => "export without it",
+    }
+}
 
 /// A GLB without what may follow it, its header checked (the crate subtracts unchecked).
 fn container(bytes: &[u8]) -> std::result::Result<&[u8], String> {
@@ -101,7 +124,8 @@ fn container(bytes: &[u8]) -> std::result::Result<&[u8], String> {
     }
 }
 
-fn fetch(scene: &Path, uri: &str) -> std::result::Result<Vec<u8>, String> {
+/// What a uri names: data in itself, or a file beside the scene.
+pub fn fetch(scene: &Path, uri: &str) -> std::result::Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, data) = data.split_once(',').ok_or("has a data URI without data")?;
         return match kind.ends_with(";base64") {

@@ -6,23 +6,28 @@
 mod accessor;
 mod buffers;
 mod indices;
+mod lights;
 mod material;
 mod primitive;
+mod texture;
 
 use super::builder::{Builder, Polygon};
+use super::material::{Corners, Material};
 use super::polygon;
 use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::precision::ROUNDOFF;
 use buffers::Document;
-use glam::{DMat4, DQuat, DVec3, Vec3};
+use glam::{DMat4, DQuat, DVec3};
 use gltf::json::mesh::Semantic;
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
-use gltf::json::{Index, Material, Mesh};
+use gltf::json::{self, Index, Mesh};
 use primitive::Triangle;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::rc::Rc;
+use texture::Pictures;
 
 /// Adds the faces of a glTF file.
 pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], join_quads: bool) -> Result<()> {
@@ -32,10 +37,13 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], join_quads: bool) 
         document: &document,
         builder,
         join_quads,
-        surfaces: BTreeMap::new(),
+        pictures: Pictures::new(path, &document),
+        materials: BTreeMap::new(),
+        lamps: Vec::new(),
         left_out: LeftOut::default(),
     };
     import.scene()?;
+    lights::add(import.builder, path, &document, &import.lamps)?;
     import.notes();
     Ok(())
 }
@@ -45,8 +53,11 @@ struct Import<'a, 'b> {
     document: &'a Document,
     builder: &'a mut Builder<'b>,
     join_quads: bool,
-    /// Of the materials used so far.
-    surfaces: BTreeMap<usize, Surface>,
+    pictures: Pictures<'a>,
+    /// Those used so far, and the sets of coordinates of their textures.
+    materials: BTreeMap<usize, (Rc<Material>, [Option<u32>; 2])>,
+    /// Lights without a surface, and where their nodes put them.
+    lamps: Vec<(usize, DMat4)>,
     left_out: LeftOut,
 }
 
@@ -86,6 +97,10 @@ impl Import<'_, '_> {
             if let Some(mesh) = node.mesh {
                 self.left_out.poses |= node.skin.is_some();
                 self.mesh(node, mesh, world)?;
+            }
+            let lights = node.extensions.as_ref();
+            if let Some(light) = lights.and_then(|e| e.khr_lights_punctual.as_ref()) {
+                self.lamps.push((light.light.value(), world));
             }
             let children = node.children.iter().flatten().rev();
             stack.extend(children.map(|child| (child.value(), world)));
@@ -133,7 +148,9 @@ impl Import<'_, '_> {
             let colour = Checked::Valid(Semantic::Colors(0));
             self.left_out.vertex_colours |= primitive.attributes.contains_key(&colour);
             let place = format!("mesh {index} primitive {k}");
-            let corners = match primitive::triangles(self.document, primitive) {
+            let material = primitive.material.map(|m| self.material(m)).transpose()?;
+            let sets = material.as_ref().map_or([None; 2], |(_, sets)| *sets);
+            let corners = match primitive::triangles(self.document, primitive, sets) {
                 Ok(Some(corners)) => corners,
                 Ok(None) => {
                     self.left_out.points_and_lines += 1;
@@ -141,13 +158,9 @@ impl Import<'_, '_> {
                 }
                 Err(message) => return self.fail(place, message),
             };
-            let surface = primitive.material.map(|m| self.surface(m)).transpose()?;
-            let roundings: Vec<f64> = corners
-                .iter()
-                .map(|t| rounding(&t.corners, world))
-                .collect();
+            let roundings: Vec<f64> = corners.iter().map(|t| rounding(t, world)).collect();
             let triangles = placed(corners, world);
-            self.faces(&name, &place, (&triangles, &roundings), surface)?;
+            self.faces(&name, &place, (&triangles, &roundings), material.as_ref())?;
         }
         Ok(())
     }
@@ -157,7 +170,7 @@ impl Import<'_, '_> {
         name: &str,
         place: &str,
         (triangles, roundings): (&[Triangle], &[f64]),
-        surface: Option<Surface>,
+        material: Option<&(Rc<Material>, [Option<u32>; 2])>,
     ) -> Result<()> {
         let mut rest = triangles;
         while let Some((first, after)) = rest.split_first() {
@@ -174,9 +187,13 @@ impl Import<'_, '_> {
             let corners = quad
                 .as_ref()
                 .map_or(first.corners.as_slice(), |q| q.as_slice());
+            let surface = material
+                .map(|(material, _)| self.surface(material, corners, &rest[..used]))
+                .transpose()?;
+            let normals = each(corners, &rest[..used], |t| t.normals);
             let polygon = Polygon {
                 corners,
-                normals: &normals(corners, &rest[..used]),
+                normals: &normals.unwrap_or_default(),
                 rounding,
             };
             self.builder
@@ -186,24 +203,46 @@ impl Import<'_, '_> {
         Ok(())
     }
 
-    fn surface(&mut self, index: Index<Material>) -> Result<Surface> {
-        if let Some(surface) = self.surfaces.get(&index.value()) {
-            return Ok(*surface);
+    /// What a face of a material is.
+    fn surface(
+        &mut self,
+        material: &Material,
+        corners: &[DVec3],
+        triangles: &[Triangle],
+    ) -> Result<Surface> {
+        let places = [0, 1].map(|k| each(corners, triangles, |t| t.places[k]));
+        let face = Corners {
+            corners,
+            places: places.each_ref().map(Option::as_deref),
+        };
+        let surface = material.surface(self.builder, &face);
+        surface.or_else(|message| self.fail(format!("material {}", material.name), message))
+    }
+
+    fn material(
+        &mut self,
+        index: Index<json::Material>,
+    ) -> Result<(Rc<Material>, [Option<u32>; 2])> {
+        if let Some(material) = self.materials.get(&index.value()) {
+            return Ok(material.clone());
         }
         let Some(material) = self.document.root.get(index) else {
             return self.fail(format!("material {index}"), "does not exist");
         };
-        let place = || format!("material {}", material::name(material, index.value()));
-        let surface = material::surface(material).or_else(|message| self.fail(place(), message))?;
-        self.surfaces.insert(index.value(), surface);
-        Ok(surface)
+        let name = material::name(material, index.value());
+        let replaced = self.builder.replaces_reflectance();
+        let (read, sets) = material::read(material, name.clone(), &mut self.pictures, replaced)
+            .or_else(|message| self.fail(format!("material {name}"), message))?;
+        let material = (Rc::new(read), sets);
+        self.materials.insert(index.value(), material.clone());
+        Ok(material)
     }
 
     fn notes(&mut self) {
         let root = &self.document.root;
         let mut materials: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for (k, material) in self
-            .surfaces
+            .materials
             .keys()
             .filter_map(|k| Some((*k, root.materials.get(*k)?)))
         {
@@ -235,27 +274,22 @@ impl Import<'_, '_> {
             self.builder
                 .note("skins and morph targets are not used: meshes are as modelled");
         }
-        if root
-            .extensions_used
-            .iter()
-            .any(|name| name == "KHR_lights_punctual")
-        {
-            self.builder
-                .note("punctual lights are not used: only surfaces emit");
-        }
     }
 }
 
-/// The normals at the corners of what `triangles` make up; none where one has none.
-fn normals(corners: &[DVec3], triangles: &[Triangle]) -> Vec<Vec3> {
-    let normal = |corner: &DVec3| {
+/// What the triangles that make up a face have at its corners; none where one has none.
+fn each<T: Copy>(
+    corners: &[DVec3],
+    triangles: &[Triangle],
+    of: impl Fn(&Triangle) -> Option<[T; 3]>,
+) -> Option<Vec<T>> {
+    let value = |corner: &DVec3| {
         triangles.iter().find_map(|triangle| {
             let k = triangle.corners.iter().position(|c| c == corner)?;
-            Some(triangle.normals?[k])
+            Some(of(triangle)?[k])
         })
     };
-    let all: Option<Vec<Vec3>> = corners.iter().map(normal).collect();
-    all.unwrap_or_default()
+    corners.iter().map(value).collect()
 }
 
 fn transform(node: &Node) -> DMat4 {
@@ -274,12 +308,16 @@ fn transform(node: &Node) -> DMat4 {
     )
 }
 
-/// What the file's f32 may have rounded a coordinate of the triangle by, in the world. Where a node
-/// puts its mesh is the same for all its corners.
-fn rounding(triangle: &[DVec3; 3], world: DMat4) -> f64 {
+/// What the file's f32 or integers may have rounded a coordinate of the triangle by, in the world. Where a
+/// node puts its mesh is the same for all its corners.
+fn rounding(triangle: &Triangle, world: DMat4) -> f64 {
     let [x, y, z] = [world.x_axis, world.y_axis, world.z_axis].map(|axis| axis.truncate().abs());
-    let off = |p: &DVec3| ROUNDOFF * (x * p.x.abs() + y * p.y.abs() + z * p.z.abs()).max_element();
-    triangle.iter().map(off).fold(0.0, f64::max)
+    let in_world = |p: DVec3| (x * p.x + y * p.y + z * p.z).max_element();
+    let off = |p: &DVec3| match triangle.step {
+        0.0 => ROUNDOFF * in_world(p.abs()),
+        step => in_world(DVec3::splat(step)),
+    };
+    triangle.corners.iter().map(off).fold(0.0, f64::max)
 }
 
 /// Triangles in the world; a mirroring node turns them round, so that fronts stay fronts. Normals stay as
@@ -290,6 +328,10 @@ fn placed(triangles: Vec<Triangle>, world: DMat4) -> Vec<Triangle> {
     let place = |triangle: Triangle| Triangle {
         corners: turned.map(|k| world.transform_point3(triangle.corners[k])),
         normals: triangle.normals.map(|normals| turned.map(|k| normals[k])),
+        places: triangle
+            .places
+            .map(|places| places.map(|places| turned.map(|k| places[k]))),
+        ..triangle
     };
     triangles.into_iter().map(place).collect()
 }

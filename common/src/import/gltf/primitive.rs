@@ -2,7 +2,7 @@
 
 use super::accessor::Result;
 use super::buffers::Document;
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
@@ -13,10 +13,19 @@ pub struct Triangle {
     pub corners: [DVec3; 3],
     /// The surface's normals there.
     pub normals: Option<[Vec3; 3]>,
+    /// The coordinates there of the textures of reflectance and of radiance.
+    pub places: [Option<[DVec2; 3]>; 2],
+    /// What each coordinate is rounded by where they are integers.
+    pub step: f64,
 }
 
-/// A primitive's triangles; none if it is of points or lines. Normals that cannot be read are none.
-pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Vec<Triangle>>> {
+/// A primitive's triangles, with these sets of texture coordinates; none if it is of points or lines. Normals
+/// that cannot be read are none.
+pub fn triangles(
+    document: &Document,
+    primitive: &Primitive,
+    sets: [Option<u32>; 2],
+) -> Result<Option<Vec<Triangle>>> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err("has an unknown mode".into());
     };
@@ -33,6 +42,9 @@ pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Ve
     let positions = document.positions(*accessor)?;
     let normals = primitive.attributes.get(&Checked::Valid(Semantic::Normals));
     let normals = normals.and_then(|accessor| document.positions(*accessor).ok());
+    let places = places(document, primitive, sets)?;
+    let place = |of: usize, k: u32| places[of].as_ref()?.get(k as usize).copied();
+    let step = document.step(*accessor);
     let normal = |k: u32| normals.as_ref()?.get(k as usize).copied();
     let indices = match primitive.indices {
         Some(accessor) => document.indices(accessor)?,
@@ -44,12 +56,18 @@ pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Ve
     };
     let triangle = |[a, b, c]: [u32; 3]| {
         let normals = [normal(a), normal(b), normal(c)];
+        let places = [0, 1].map(|of| match [a, b, c].map(|k| place(of, k)) {
+            [Some(a), Some(b), Some(c)] => Some([a, b, c]),
+            _ => None,
+        });
         Ok(Triangle {
             corners: [corner(a)?, corner(b)?, corner(c)?],
             normals: match normals {
                 [Some(a), Some(b), Some(c)] => Some([a, b, c]),
                 _ => None,
             },
+            places,
+            step,
         })
     };
     assembled(mode, &indices)?
@@ -57,6 +75,24 @@ pub fn triangles(document: &Document, primitive: &Primitive) -> Result<Option<Ve
         .map(triangle)
         .collect::<Result<_>>()
         .map(Some)
+}
+
+/// The texture coordinates of each set.
+fn places(
+    document: &Document,
+    primitive: &Primitive,
+    sets: [Option<u32>; 2],
+) -> Result<[Option<Vec<DVec2>>; 2]> {
+    let read = |set: Option<u32>| {
+        let accessor = set.and_then(|set| {
+            let semantic = Checked::Valid(Semantic::TexCoords(set));
+            primitive.attributes.get(&semantic)
+        });
+        accessor
+            .map(|accessor| document.places(*accessor))
+            .transpose()
+    };
+    Ok([read(sets[0])?, read(sets[1])?])
 }
 
 /// Vertex indices of each triangle (glTF 2.0 §3.7.2.1). In strips and fans a repeated index only

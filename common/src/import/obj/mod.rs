@@ -6,51 +6,75 @@
 mod digits;
 mod mtl;
 mod text;
+mod texture;
 
 use super::builder::{Builder, Polygon};
-use super::surface::Surface;
+use super::material::Corners;
 use crate::error::{Error, Result};
 use crate::file::MAX_BYTES;
 use digits::Digits;
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::path::Path;
 use text::Lines;
+use texture::Pictures;
 
 /// Adds the faces of an OBJ file.
 pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
     let source = Source::scan(path, text::utf8(path, bytes)?)?;
     let models = source.models(path)?;
-    let mut surfaces = vec![None; source.materials.len()];
-    let mut face_lines = source.face_lines.iter();
+    let mut pictures = Pictures::default();
+    let mut used = vec![None; source.materials.len()];
+    let mut lines = source.faces.iter();
     for model in &models {
-        let surface = match model.mesh.material_id {
-            Some(id) if surfaces[id].is_some() => surfaces[id],
+        let material = match model.mesh.material_id {
             Some(id) => {
-                surfaces[id] = Some(source.materials[id].surface()?);
-                surfaces[id]
+                if used[id].is_none() {
+                    let replaced = builder.replaces_reflectance();
+                    used[id] = Some(source.materials[id].read(&mut pictures, replaced)?);
+                }
+                used[id].as_ref().map(|read| (&source.materials[id], read))
             }
             None => None,
         };
         for corners in polygons(&model.mesh) {
-            let (line, normals) = face_lines
-                .next()
-                .map_or((0, [].as_slice()), |(line, own)| (*line, own));
+            let line = lines.next();
+            let number = line.map_or(0, |line| line.number);
+            let places = line.map(|line| line.places.as_slice());
+            let places = places.filter(|places| places.len() == corners.len());
+            let face = Corners {
+                corners: &corners,
+                places: [places; 2],
+            };
+            let surface = match material {
+                None => None,
+                Some((source, read)) => {
+                    let surface = read.surface(builder, &face);
+                    Some(surface.map_err(|message| source.fail(message))?)
+                }
+            };
             let coordinates = corners.iter().flat_map(DVec3::to_array);
             let rounding = coordinates.map(|x| source.digits.rounding(x));
-            let rounding = rounding.fold(0.0, f64::max);
             let polygon = Polygon {
                 corners: &corners,
-                normals,
-                rounding,
+                normals: line.map_or(&[], |line| &line.normals),
+                rounding: rounding.fold(0.0, f64::max),
             };
-            builder.add(&model.name, &polygon, surface, || format!("line {line}"))?;
+            builder.add(&model.name, &polygon, surface, || format!("line {number}"))?;
         }
     }
-    source
-        .notes(&surfaces)
-        .into_iter()
-        .for_each(|note| builder.note(note));
+    let used: Vec<bool> = used.iter().map(Option::is_some).collect();
+    let notes = source.notes(&used);
+    notes.into_iter().for_each(|note| builder.note(note));
     Ok(())
+}
+
+/// A place on a texture; one that is none is nowhere.
+fn place(words: &[&str]) -> DVec2 {
+    let number = |k: usize, default: f64| {
+        let word = words.get(k);
+        word.map_or(default, |word| word.parse().unwrap_or(f64::NAN))
+    };
+    DVec2::new(number(0, f64::NAN), number(1, 0.0))
 }
 
 /// A normal; one that is none says nothing.
@@ -84,15 +108,25 @@ fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = Vec<DVec3>> {
     })
 }
 
+/// What a face's line says beyond its corners.
+struct FaceLine {
+    number: usize,
+    /// At its corners, if there is one at each.
+    normals: Vec<Vec3>,
+    /// The texture coordinates there, if there are any at each.
+    places: Vec<DVec2>,
+}
+
 /// An OBJ file, its materials read.
 #[derive(Default)]
 struct Source {
     lines: Lines,
     materials: Vec<mtl::Material>,
-    /// The line of each face, and the normals at its corners if it has one at each.
-    face_lines: Vec<(usize, Vec<Vec3>)>,
+    faces: Vec<FaceLine>,
     /// All normals.
     normals: Vec<Vec3>,
+    /// All texture coordinates.
+    places: Vec<DVec2>,
     /// Of all vertices.
     digits: Digits,
     /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
@@ -130,10 +164,15 @@ impl Source {
             }
             "f" if words.len() < 3 => self.left_out += 1,
             "f" => {
-                self.face_lines.push((number, self.normals_of(&words)));
+                self.faces.push(FaceLine {
+                    number,
+                    normals: at_corners(&words, 2, &self.normals),
+                    places: at_corners(&words, 1, &self.places),
+                });
                 self.lines
                     .push(number, &format!("f {}", positions(&words).join(" ")));
             }
+            "vt" => self.places.push(place(&words)),
             "vn" => self.normals.push(normal(&words)),
             "l" | "p" => self.left_out += 1,
             "mtllib" if rest.is_empty() => return fail("mtllib names no file".into()),
@@ -148,18 +187,6 @@ impl Source {
             _ => {}
         }
         Ok(())
-    }
-
-    /// The normal at each corner of a face; none where not all have one.
-    fn normals_of(&self, corners: &[&str]) -> Vec<Vec3> {
-        let normal = |corner: &&str| {
-            let number: i64 = corner.split('/').nth(2)?.parse().ok()?;
-            let from_end = number + self.normals.len() as i64;
-            let k = if number < 0 { from_end } else { number - 1 };
-            self.normals.get(usize::try_from(k).ok()?).copied()
-        };
-        let all: Option<Vec<Vec3>> = corners.iter().map(normal).collect();
-        all.unwrap_or_default()
     }
 
     /// A library, or several parted by spaces if there is none of the whole name.
@@ -204,13 +231,13 @@ impl Source {
         Ok(models)
     }
 
-    fn notes(&self, surfaces: &[Option<Surface>]) -> Vec<String> {
+    fn notes(&self, used: &[bool]) -> Vec<String> {
         let named = |wanted: fn(&mtl::Material) -> bool| {
             let used = self
                 .materials
                 .iter()
-                .zip(surfaces)
-                .filter(|(m, s)| s.is_some() && wanted(m));
+                .zip(used)
+                .filter(|(m, used)| **used && wanted(m));
             used.map(|(m, _)| m.name.as_str())
                 .collect::<Vec<_>>()
                 .join(", ")
@@ -233,6 +260,18 @@ impl Source {
         }
         notes
     }
+}
+
+/// What the corners of a face have by their `part`-th number; nothing where not all have one.
+fn at_corners<T: Copy>(corners: &[&str], part: usize, all: &[T]) -> Vec<T> {
+    let value = |corner: &&str| {
+        let number: i64 = corner.split('/').nth(part)?.parse().ok()?;
+        let from_end = number.checked_add(all.len() as i64)?;
+        let k = if number < 0 { from_end } else { number - 1 };
+        all.get(usize::try_from(k).ok()?).copied()
+    };
+    let values: Option<Vec<T>> = corners.iter().map(value).collect();
+    values.unwrap_or_default()
 }
 
 /// Corners without texture coordinates and normals, unless there is nothing else.

@@ -1,8 +1,9 @@
-//! MTL: `Kd` is reflectance, `Ke` emitted radiance L.
+//! MTL: `Kd` × `map_Kd` is reflectance, `Ke` × `map_Ke` emitted radiance L.
 
 use super::text::{self, Lines};
+use super::texture::Pictures;
 use crate::error::{Error, Result};
-use crate::import::surface::Surface;
+use crate::import::material::{self as import, Colour};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -57,33 +58,55 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Material>> {
 }
 
 impl Material {
-    /// Reflectance and emission.
-    pub fn surface(&self) -> Result<Surface> {
-        let fail =
-            |message: String| Error::input(&self.file, format!("material {}", self.name), message);
-        let emission_map = self.values.unknown_param.get("map_Ke");
-        for (key, map) in [
-            ("map_Kd", &self.values.diffuse_texture),
-            ("map_Ke", &emission_map.cloned()),
-        ] {
-            if let Some(map) = map {
-                return Err(fail(format!(
-                    "the texture {key} {map} is not supported: remove it and set a colour"
-                )));
-            }
-        }
-        let colour = |value: Option<[f64; 3]>| value.map_or(DVec3::ZERO, DVec3::from);
-        Surface::new(
-            colour(self.values.diffuse),
-            colour(self.values.emissive),
-            ["Kd", "Ke"],
-        )
-        .map_err(fail)
+    /// What it gives to faces; the textures' pictures are read. Where the reflectance is replaced, its
+    /// texture is not.
+    pub fn read(&self, pictures: &mut Pictures, replaced: bool) -> Result<import::Material> {
+        let values = &self.values;
+        let map = values.diffuse_texture.as_deref().filter(|_| !replaced);
+        let reflectance = self.colour(values.diffuse, ("map_Kd", map), pictures)?;
+        let map = values.unknown_param.get("map_Ke").map(String::as_str);
+        let radiance = self.colour(values.emissive, ("map_Ke", map), pictures)?;
+        Ok(import::Material {
+            name: self.name.clone(),
+            colours: [reflectance, radiance],
+            names: ["Kd", "Ke"],
+        })
+    }
+
+    /// Without a colour a texture stands for itself; of a colour of 0 it leaves nothing.
+    fn colour(
+        &self,
+        factor: Option<[f64; 3]>,
+        (key, map): (&str, Option<&str>),
+        pictures: &mut Pictures,
+    ) -> Result<Colour> {
+        let alone = if map.is_some() {
+            DVec3::ONE
+        } else {
+            DVec3::ZERO
+        };
+        let factor = factor.map_or(alone, DVec3::from);
+        let Some(map) = map.filter(|_| factor != DVec3::ZERO) else {
+            return Ok(Colour::plain(factor));
+        };
+        let texture = pictures.texture(&self.file, map);
+        let texture = texture.map_err(|message| self.fail(format!("{key} {message}")))?;
+        Ok(Colour {
+            factor,
+            texture: Some(texture),
+        })
+    }
+
+    /// What is wrong with it.
+    pub fn fail(&self, message: String) -> Error {
+        Error::input(&self.file, format!("material {}", self.name), message)
     }
 
     /// Whether it says neither what it reflects nor what it emits.
     pub fn is_blank(&self) -> bool {
-        self.values.diffuse.is_none() && self.values.emissive.is_none()
+        let values = &self.values;
+        let maps = values.diffuse_texture.is_some() || values.unknown_param.contains_key("map_Ke");
+        values.diffuse.is_none() && values.emissive.is_none() && !maps
     }
 
     /// Whether it is more than diffuse: glossy, transparent or mirroring.

@@ -2,10 +2,12 @@
 
 use super::{Arguments, MapOption};
 use crate::cli::objects::Object;
+use crate::cli::scene::lit;
 use crate::relight::room::{Placement, read};
 use crate::relight::stage::Stage;
 use common::capture::Projection;
 use common::constants::CONTACT;
+use common::import::ImportOptions;
 use common::scene::{Face, Scene};
 use common::{Error, Result};
 use glam::DVec3;
@@ -36,20 +38,19 @@ pub fn stage(arguments: &Arguments, to_error: bool) -> Result<Stage> {
             MapOption::Angular => Projection::Angular,
         }),
     };
-    let mut captured = read(
+    let given = arguments.objects.room_reflectance;
+    let import = ImportOptions {
+        reflectance: given,
+        ..common.import()
+    };
+    let captured = read(
         &arguments.room,
         &placement,
         texels_asked,
         common.texels.is_some(),
-        &common.import(),
+        &import,
     )?;
-    let given = arguments.objects.room_reflectance;
     let solved = captured.values.is_none();
-    if let (true, Some(given)) = (solved, given) {
-        for face in &mut captured.scene.faces {
-            face.reflectance = given;
-        }
-    }
     let mut resolutions = captured.resolutions.clone();
     let mut scenes = vec![captured.scene.clone()];
     let mut outside = Vec::new();
@@ -66,6 +67,9 @@ pub fn stage(arguments: &Arguments, to_error: bool) -> Result<Stage> {
         scenes.push(scene);
     }
     let scene = Scene::joined(&scenes);
+    if solved {
+        lit(&arguments.room, &scene, "")?;
+    }
     let mut notes = scene.notes.clone();
     notes.extend(outside);
     notes.extend(captured.notes.iter().cloned());

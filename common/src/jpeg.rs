@@ -9,7 +9,7 @@ const SCAN: u8 = 0xda;
 ///
 /// Errors: what is missing.
 pub fn whole(bytes: &[u8]) -> Result<(), String> {
-    const CUT: &str = "is cut off: copy it again from the camera";
+    const CUT: &str = "is cut off: copy it again";
     // Behind the marker that begins the image.
     let mut at = 2;
     loop {

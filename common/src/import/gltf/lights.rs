@@ -1,0 +1,170 @@
+//! KHR_lights_punctual: a light without a surface becomes a small lamp of its power.
+
+use super::buffers::Document;
+use crate::error::{Error, Result};
+use crate::import::builder::{Builder, Polygon};
+use crate::scene::Face;
+use glam::{DMat4, DVec3};
+use gltf::json::Index;
+use gltf::json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
+use gltf::json::validation::Checked;
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+/// Half a lamp's size, as a share of the scene's: small beside what it lights.
+const RADIUS: f64 = 1.0 / 400.0;
+
+/// A light as a lamp: outlines of its faces, and the power that an intensity of 1 is.
+struct Lamp {
+    outlines: Vec<Vec<DVec3>>,
+    power: f64,
+}
+
+/// Adds a lamp for each light (its number and where its node puts it), and notes.
+pub fn add(
+    builder: &mut Builder,
+    path: &Path,
+    document: &Document,
+    lights: &[(usize, DMat4)],
+) -> Result<()> {
+    let radius = RADIUS * size(builder, lights);
+    let (mut names, mut spots) = (Vec::new(), Vec::new());
+    for (number, world) in lights {
+        let place = format!("light {number}");
+        let fail = |message: &str| Error::input(path, &place, message);
+        let light = document.root.get(Index::<Light>::new(*number as u32));
+        let light = light.ok_or_else(|| fail("does not exist"))?;
+        let lamp = lamp(light, *world, radius).map_err(fail)?;
+        let area: f64 = lamp.outlines.iter().map(|corners| area(corners)).sum();
+        let colour = DVec3::from(light.color.map(f64::from)) * f64::from(light.intensity);
+        let name = light.name.clone().unwrap_or_else(|| place.clone());
+        // Power is π L times the area.
+        let radiance = colour * lamp.power / (PI * area);
+        let surface = builder
+            .surface(&name, [DVec3::ZERO, radiance], ["", "of its intensity"])
+            .map_err(|message| fail(&message))?;
+        for corners in &lamp.outlines {
+            let polygon = Polygon {
+                corners,
+                normals: &[],
+                rounding: 0.0,
+            };
+            builder.add(&name, &polygon, Some(surface), || place.clone())?;
+        }
+        if matches!(light.type_, Checked::Valid(Type::Spot)) {
+            spots.push(name.clone());
+        }
+        names.push(name);
+    }
+    if !names.is_empty() {
+        let names = names.join(", ");
+        builder.note(format!(
+            "lights without a surface are lamps of radius {radius:.2e} and the same power, a candela taken as 1 W/sr: {names}"
+        ));
+    }
+    if !spots.is_empty() {
+        let names = spots.join(", ");
+        builder.note(format!(
+            "spots are squares that face their way, without a cone: {names}"
+        ));
+    }
+    Ok(())
+}
+
+fn lamp(light: &Light, world: DMat4, radius: f64) -> std::result::Result<Lamp, &'static str> {
+    let at = world.w_axis.truncate();
+    match light.type_ {
+        Checked::Valid(Type::Point) => Ok(Lamp {
+            outlines: octahedron(at, radius),
+            power: 4.0 * PI,
+        }),
+        Checked::Valid(Type::Spot) => Ok(Lamp {
+            outlines: vec![square(at, world.transform_vector3(-DVec3::Z), radius)],
+            power: light.spot.as_ref().map_or(0.0, cone),
+        }),
+        Checked::Valid(Type::Directional) => Err(
+            "is directional and comes from nowhere: give a point light, or a face with emissiveFactor",
+        ),
+        Checked::Invalid => Err("is of no known type"),
+    }
+}
+
+/// The extent of all there is.
+fn size(builder: &Builder, lights: &[(usize, DMat4)]) -> f64 {
+    let corners = builder.faces().flat_map(Face::outline).copied();
+    let points = corners.chain(lights.iter().map(|(_, world)| world.w_axis.truncate()));
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = points.fold(none, |[low, high], p| [low.min(p), high.max(p)]);
+    let size = (high - low).max_element();
+    if size > 0.0 { size } else { 1.0 }
+}
+
+/// Fronts outside.
+fn octahedron(at: DVec3, radius: f64) -> Vec<Vec<DVec3>> {
+    let side = |k: usize| {
+        let sign = |bit: usize| if k >> bit & 1 == 0 { radius } else { -radius };
+        let [x, y, z] = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+        // Each mirror turns the corners round.
+        let corners = if k.count_ones() % 2 == 0 {
+            [x, y, z]
+        } else {
+            [x, z, y]
+        };
+        corners.map(|corner| at + corner).to_vec()
+    };
+    (0..8).map(side).collect()
+}
+
+/// Its front looks along `way`.
+fn square(at: DVec3, way: DVec3, radius: f64) -> Vec<DVec3> {
+    let way = way.try_normalize().unwrap_or(-DVec3::Z);
+    let u = way.any_orthonormal_vector();
+    let v = way.cross(u);
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[a, b]| at + radius * (a * u + b * v))
+        .to_vec()
+}
+
+fn area(corners: &[DVec3]) -> f64 {
+    let twice = |w: &[DVec3]| (w[0] - corners[0]).cross(w[1] - corners[0]);
+    0.5 * corners.windows(2).map(twice).sum::<DVec3>().length()
+}
+
+/// A spot's power at intensity 1: whole within the inner angle, and falling off as the extension's square
+/// of a share of cosines.
+fn cone(spot: &Spot) -> f64 {
+    let [inner, outer] =
+        [spot.inner_cone_angle, spot.outer_cone_angle].map(|angle| f64::from(angle).cos());
+    TAU * (1.0 - inner + (inner - outer) / 3.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn octahedra_look_outwards() {
+        let at = DVec3::new(1.0, 2.0, 3.0);
+        let sides = octahedron(at, 0.5);
+        assert_eq!(sides.len(), 8);
+        for side in sides {
+            let normal = (side[1] - side[0]).cross(side[2] - side[0]);
+            assert!(normal.dot(side[0] - at) > 0.0, "{side:?}");
+        }
+    }
+
+    #[test]
+    fn spots_look_their_way_and_have_their_cone() {
+        let way = DVec3::new(1.0, -2.0, 0.5);
+        let corners = square(DVec3::ONE, way, 0.5);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        assert!(normal.dot(way) > 0.999 * normal.length() * way.length());
+        let spot = |inner, outer| Spot {
+            inner_cone_angle: inner,
+            outer_cone_angle: outer,
+        };
+        let half = std::f32::consts::FRAC_PI_2;
+        assert!((cone(&spot(half, half)) - TAU).abs() < 1e-6);
+        assert!((cone(&spot(0.0, half)) - TAU / 3.0).abs() < 1e-6);
+    }
+}

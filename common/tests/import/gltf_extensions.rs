@@ -1,0 +1,130 @@
+//! Extensions of glTF: what is read, and how the others are refused.
+
+use super::files::{Gltf, corners, notes, square};
+use common::scene::Scene;
+use glam::{DVec3, Vec3};
+use serde_json::json;
+use std::f64::consts::PI;
+
+fn scene(gltf: &Gltf) -> Scene {
+    gltf.load().expect("a scene")
+}
+
+/// The square with positions of integers, three to a vertex and a fourth that says nothing.
+fn quantized(bytes: &[u8], kind: u32, normalized: bool) -> Gltf {
+    let stride = bytes.len() / 4;
+    square()
+        .view(bytes)
+        .set("/bufferViews/2/byteStride", json!(stride))
+        .set(
+            "/accessors/0",
+            json!({"bufferView": 2, "componentType": kind, "count": 4, "type": "VEC3", "normalized": normalized}),
+        )
+        .set("/extensionsRequired", json!(["KHR_mesh_quantization"]))
+}
+
+#[test]
+fn quantized_positions() {
+    let expected = corners(&scene(&square()));
+    let quad = [[0_i16, 0], [1, 0], [1, 1], [0, 1]];
+    let bytes = |one: i16| -> Vec<u8> {
+        let vertex = |[x, y]: [i16; 2]| [x * one, y * one, 0, 99].map(|v| v as u8);
+        quad.into_iter().flat_map(vertex).collect()
+    };
+    let words = |one: i16| -> Vec<u8> {
+        let vertex = |[x, y]: [i16; 2]| [x * one, y * one, 0, 99].map(i16::to_le_bytes);
+        quad.into_iter().flat_map(vertex).flatten().collect()
+    };
+    for (bytes, kind, normalized) in [
+        (bytes(1), 5120, false),
+        (bytes(127), 5120, true),
+        (bytes(1), 5121, false),
+        (bytes(255), 5121, true),
+        (words(1), 5122, false),
+        (words(32767), 5122, true),
+        (words(1), 5123, false),
+        (words(-1), 5123, true),
+    ] {
+        let scene = scene(&quantized(&bytes, kind, normalized));
+        assert_eq!(corners(&scene), expected, "{kind} {normalized}");
+        let steps = match (kind, normalized) {
+            (_, false) => 1.0,
+            (5120, true) => 127.0,
+            (5121, true) => 255.0,
+            (5122, true) => 32767.0,
+            _ => 65535.0,
+        };
+        assert_eq!(scene.faces[0].rounding, 0.5 / steps, "{kind} {normalized}");
+    }
+    // −128 is no less than −1.
+    let low = [0x80_u8, 0, 0, 0, 127, 0, 0, 0, 127, 127, 0, 0, 0, 127, 0, 0];
+    let scene = scene(&quantized(&low, 5120, true));
+    assert_eq!(scene.faces[0].corners[0].x, -1.0);
+}
+
+/// The square under a light of its own node.
+fn under(light: serde_json::Value) -> Gltf {
+    square()
+        .set(
+            "/extensions",
+            json!({"KHR_lights_punctual": {"lights": [light]}}),
+        )
+        .set("/extensionsRequired", json!(["KHR_lights_punctual"]))
+        .set(
+            "/nodes/-",
+            json!({"translation": [0.5, 0.5, 1], "extensions": {"KHR_lights_punctual": {"light": 0}}}),
+        )
+        .set("/scenes/0/nodes", json!([0, 1]))
+}
+
+fn power(scene: &Scene) -> DVec3 {
+    let faces = scene.faces.iter();
+    faces.map(|f| f.emission.as_dvec3() * f.area()).sum()
+}
+
+#[test]
+fn points_and_spots_are_lamps_of_their_power() {
+    let point =
+        under(json!({"type": "point", "name": "bulb", "intensity": 2, "color": [1, 0.5, 0]}));
+    let lit = scene(&point);
+    assert_eq!(lit.faces.len(), 10);
+    let expected = 4.0 * PI * 2.0 * DVec3::new(1.0, 0.5, 0.0);
+    assert!((power(&lit) - expected).length() < 1e-5 * expected.length());
+    for lamp in &lit.faces[2..] {
+        assert_eq!((lamp.name.as_str(), lamp.reflectance), ("bulb", Vec3::ZERO));
+        let out = lamp.corners[0] - DVec3::new(0.5, 0.5, 1.0);
+        assert!(out.dot(lamp.vector_area()) > 0.0 && out.length() < 0.01);
+    }
+    assert_eq!(notes(&lit, "a candela taken as 1 W/sr: bulb").len(), 1);
+    let spot = under(
+        json!({"type": "spot", "spot": {"outerConeAngle": PI / 2.0, "innerConeAngle": PI / 2.0}}),
+    );
+    let lit = scene(&spot);
+    assert_eq!(lit.faces.len(), 3);
+    assert!((power(&lit) - DVec3::splat(2.0 * PI)).length() < 1e-5);
+    assert!(
+        lit.faces[2].vector_area().normalize().z < -0.999,
+        "it looks along −z"
+    );
+    assert_eq!(notes(&lit, "without a cone: light 0").len(), 1);
+}
+
+#[test]
+fn what_has_no_place_is_refused_by_name() {
+    let sun = under(json!({"type": "directional", "name": "sun"})).error();
+    assert!(sun.starts_with("a.glb: light 0: is directional"), "{sun}");
+    let missing = square().set(
+        "/nodes/0/extensions",
+        json!({"KHR_lights_punctual": {"light": 3}}),
+    );
+    assert_eq!(missing.error(), "a.glb: light 3: does not exist");
+    for (name, instead) in [
+        ("KHR_draco_mesh_compression", "Compression off"),
+        ("EXT_meshopt_compression", "export without meshopt"),
+        ("KHR_texture_basisu", "PNG or JPEG"),
+        ("KHR_something", "export without it"),
+    ] {
+        let error = square().set("/extensionsRequired", json!([name])).error();
+        assert!(error.contains(name) && error.contains(instead), "{error}");
+    }
+}

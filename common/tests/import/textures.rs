@@ -1,0 +1,181 @@
+//! Textures: what their mean over a face becomes, wherever their pictures lie.
+
+use super::files::{Folder, Gltf, base64, notes, square};
+use common::import::{ImportOptions, load};
+use common::scene::Scene;
+use glam::Vec3;
+use image::{ImageFormat, Rgb, RgbImage};
+use serde_json::{Value, json};
+use std::f32::consts::PI;
+use std::io::Cursor;
+
+/// Two by two pixels: red and green above, blue and black below.
+fn picture() -> Vec<u8> {
+    let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0]];
+    let image = RgbImage::from_fn(2, 2, |x, y| Rgb(colours[(x + 2 * y) as usize]));
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png).expect("a PNG");
+    bytes.into_inner()
+}
+
+/// The square with texture coordinates as set 1: its corners are those of the rectangle from `low` to `high`,
+/// corner 0 at the lower left of the picture as seen.
+fn textured(image: Value, [left, top]: [f32; 2], [right, bottom]: [f32; 2]) -> Gltf {
+    let places = [[left, bottom], [right, bottom], [right, top], [left, top]];
+    let bytes: Vec<u8> = places
+        .iter()
+        .flatten()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    square()
+        .view(&bytes)
+        .set(
+            "/accessors/-",
+            json!({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"}),
+        )
+        .set("/meshes/0/primitives/0/attributes/TEXCOORD_1", json!(2))
+        .set("/images", json!([image]))
+        .set("/textures", json!([{"source": 0}]))
+        .set(
+            "/materials/0/pbrMetallicRoughness/baseColorTexture",
+            json!({"index": 0, "texCoord": 1}),
+        )
+}
+
+fn embedded() -> Value {
+    json!({"uri": format!("data:image/png;base64,{}", base64(&picture()))})
+}
+
+fn close(found: Vec3, expected: [f32; 3]) {
+    assert!(
+        (found - Vec3::from(expected)).length() < 1e-6,
+        "{found} instead of {expected:?}"
+    );
+}
+
+fn scene(gltf: &Gltf) -> Scene {
+    gltf.load().expect("a scene")
+}
+
+#[test]
+fn a_face_has_the_mean_of_its_texture() {
+    // Below the diagonal lie half of red, all of black and half of blue: (½, 0, ½, 1) of two pixels.
+    let scene = scene(&textured(embedded(), [0., 0.], [1., 1.]));
+    let mean = |r: f32, g: f32, b: f32| [0.5 * r, 0.25 * g, 0.125 * b];
+    close(scene.faces[0].reflectance, mean(0.0, 0.25, 0.25));
+    close(scene.faces[1].reflectance, mean(0.5, 0.25, 0.25));
+    assert_eq!(
+        scene.notes,
+        ["textures are taken as their mean over each face: materials grey"]
+    );
+}
+
+#[test]
+fn pictures_may_lie_anywhere() {
+    let [low, high] = [[0., 0.], [0.5, 0.5]];
+    let red = [0.5, 0., 0.];
+    let within = textured(json!({"bufferView": 3, "mimeType": "image/png"}), low, high);
+    let within = within.view(&picture());
+    close(scene(&within).faces[0].reflectance, red);
+    let beside = textured(json!({"uri": "a%20b.png"}), low, high);
+    let folder = Folder::new()
+        .with("a.glb", beside.glb())
+        .with("a b.png", picture());
+    let scene = folder.load("a.glb").expect("a scene");
+    close(scene.faces[0].reflectance, red);
+}
+
+#[test]
+fn textures_are_moved_and_wrapped() {
+    let info = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions";
+    let with = |transform: Value| {
+        textured(embedded(), [0., 0.], [0.5, 0.5])
+            .set(info, json!({"KHR_texture_transform": transform}))
+    };
+    let first = |gltf: &Gltf| scene(gltf).faces[0].reflectance;
+    close(first(&with(json!({"offset": [0.5, 0]}))), [0., 0.25, 0.]);
+    close(
+        first(&with(json!({"scale": [1, 1], "offset": [1, 0.5]}))),
+        [0., 0., 0.125],
+    );
+    close(
+        first(&with(json!({"texCoord": 0}))),
+        [0.125, 0.0625, 0.031_25],
+    );
+    // A quarter turn, counter-clockwise as seen: (x, y) goes to (y, −x), above the picture.
+    let turned = with(json!({"rotation": PI / 2.0}));
+    close(first(&turned), [0., 0., 0.125]);
+    let clamped = turned
+        .set("/samplers", json!([{"wrapS": 33071, "wrapT": 33071}]))
+        .set("/textures/0/sampler", json!(0));
+    close(first(&clamped), [0.5, 0., 0.]);
+}
+
+#[test]
+fn light_may_have_a_texture() {
+    let gltf = textured(embedded(), [0.5, 0.], [1., 0.5])
+        .set("/materials/0/emissiveFactor", json!([1, 0.5, 1]))
+        .set(
+            "/materials/0/emissiveTexture",
+            json!({"index": 0, "texCoord": 1}),
+        );
+    close(scene(&gltf).faces[1].emission, [0., 0.5 * PI, 0.]);
+}
+
+#[test]
+fn a_picture_that_is_none_is_named() {
+    let beside = textured(json!({"uri": "a.png"}), [0., 0.], [1., 1.]).glb();
+    let folder = Folder::new().with("a.glb", &beside);
+    let told = |folder: &Folder| folder.error("a.glb");
+    let missing = "a.glb: material grey: image 0 a.png cannot be read: there is no such file";
+    assert_eq!(told(&folder), missing);
+    let bytes = picture();
+    for (bytes, what) in [
+        (&bytes[..bytes.len() - 20], "image a.png cannot be decoded"),
+        (&b"GIF89a"[..], "image a.png is neither PNG nor JPEG"),
+        (&b"\xff\xd8\xff\xe0"[..], "image a.png is cut off"),
+    ] {
+        folder.put("a.png", bytes);
+        let error = told(&folder);
+        assert!(
+            error.starts_with(&format!("a.glb: material grey: {what}")),
+            "{error}"
+        );
+    }
+    let outside = textured(json!({"bufferView": 9}), [0., 0.], [1., 1.]).error();
+    assert!(outside.contains("image 0 uses buffer view 9"), "{outside}");
+    let none = textured(embedded(), [0., 0.], [1., 1.])
+        .set("/textures/0", json!({}))
+        .error();
+    assert!(none.contains("a texture has no image"), "{none}");
+    // Where the reflectance is given, nobody asks for it.
+    let options = ImportOptions {
+        reflectance: Some(Vec3::splat(0.25)),
+        ..Default::default()
+    };
+    let given = load(&folder.path("a.glb"), &options).expect("a scene");
+    assert_eq!(given.faces[0].reflectance, Vec3::splat(0.25));
+}
+
+#[test]
+fn obj_has_them_upside_down() {
+    let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 0.5 0\nvt .5 .5\nvt 0 .5\n\
+        usemtl a\nf 1/1 2/2 3/3 4/4\nf 1/-4 2/-3 3/-2\nusemtl b\nf 1/1 2/2 3/3 4/4\nusemtl a\nf 1 2 3\n";
+    let materials = "newmtl a\nKd 0.5 0.5 0.5\nmap_Kd sub\\a b.png\n\
+        newmtl b\nmap_Kd -o 0.5 0.5 -s 1 1 1 sub/a b.png\nKe 2 2 2\nmap_Ke sub/a b.png\n";
+    let folder = Folder::new().with("a.obj", text).with("a.mtl", materials);
+    std::fs::create_dir(folder.path("sub")).expect("a folder");
+    folder.put("sub/a b.png", picture());
+    let scene = folder.load("a.obj").expect("a scene");
+    let found: Vec<_> = scene.faces.iter().map(|f| f.reflectance).collect();
+    close(found[0], [0., 0., 0.5]);
+    close(found[1], [0., 0., 0.5]);
+    close(found[2], [0., 0.95, 0.]);
+    close(found[3], [0.125; 3]);
+    close(scene.faces[2].emission / PI, [0., 0., 2.]);
+    assert_eq!(
+        notes(&scene, "mean over each face: materials a, b").len(),
+        1
+    );
+    assert_eq!(notes(&scene, "materials b reflect all light").len(), 1);
+}
