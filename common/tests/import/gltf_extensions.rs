@@ -87,7 +87,7 @@ fn points_and_spots_are_lamps_of_their_power() {
     let point =
         under(json!({"type": "point", "name": "bulb", "intensity": 2, "color": [1, 0.5, 0]}));
     let lit = scene(&point);
-    assert_eq!(lit.faces.len(), 10);
+    assert_eq!(lit.faces.len(), 22);
     let expected = 4.0 * PI * 2.0 * DVec3::new(1.0, 0.5, 0.0);
     assert!((power(&lit) - expected).length() < 1e-5 * expected.length());
     for lamp in &lit.faces[2..] {

@@ -14,6 +14,30 @@ use std::path::Path;
 /// Half a lamp's size, as a share of the scene's: small beside what it lights.
 const RADIUS: f64 = 1.0 / 400.0;
 
+/// Corners of an icosahedron's sides, counter-clockwise from outside.
+const SIDES: [[usize; 3]; 20] = [
+    [0, 4, 1],
+    [0, 1, 6],
+    [0, 8, 4],
+    [0, 6, 9],
+    [0, 9, 8],
+    [1, 4, 10],
+    [1, 11, 6],
+    [1, 10, 11],
+    [2, 3, 5],
+    [2, 7, 3],
+    [2, 5, 8],
+    [2, 9, 7],
+    [2, 8, 9],
+    [3, 10, 5],
+    [3, 7, 11],
+    [3, 11, 10],
+    [4, 8, 5],
+    [4, 5, 10],
+    [6, 7, 9],
+    [6, 11, 7],
+];
+
 /// A light as a lamp: outlines of its faces, and the power that an intensity of 1 is.
 struct Lamp {
     outlines: Vec<Vec<DVec3>>,
@@ -75,7 +99,7 @@ fn lamp(light: &Light, world: DMat4, radius: f64) -> std::result::Result<Lamp, &
     let at = world.w_axis.truncate();
     match light.type_ {
         Checked::Valid(Type::Point) => Ok(Lamp {
-            outlines: octahedron(at, radius),
+            outlines: icosahedron(at, radius),
             power: 4.0 * PI,
         }),
         Checked::Valid(Type::Spot) => Ok(Lamp {
@@ -99,20 +123,21 @@ fn size(builder: &Builder, lights: &[(usize, DMat4)]) -> f64 {
     if size > 0.0 { size } else { 1.0 }
 }
 
-/// Fronts outside.
-fn octahedron(at: DVec3, radius: f64) -> Vec<Vec<DVec3>> {
-    let side = |k: usize| {
-        let sign = |bit: usize| if k >> bit & 1 == 0 { radius } else { -radius };
-        let [x, y, z] = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
-        // Each mirror turns the corners round.
-        let corners = if k.count_ones() % 2 == 0 {
-            [x, y, z]
-        } else {
-            [x, z, y]
+/// Fronts outside. Seen from anywhere, it is within 5 % as large as on average; an octahedron is within 18 %.
+fn icosahedron(at: DVec3, radius: f64) -> Vec<Vec<DVec3>> {
+    let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
+    let scale = radius / DVec3::new(0.0, 1.0, golden).length();
+    let corner = |k: usize| {
+        let sign = |bit: usize| if k >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        let [one, other] = [sign(0), golden * sign(1)];
+        let corner = match k / 4 {
+            0 => DVec3::new(one, other, 0.0),
+            1 => DVec3::new(0.0, one, other),
+            _ => DVec3::new(other, 0.0, one),
         };
-        corners.map(|corner| at + corner).to_vec()
+        at + scale * corner
     };
-    (0..8).map(side).collect()
+    SIDES.map(|side| side.map(corner).to_vec()).to_vec()
 }
 
 /// Its front looks along `way`.
@@ -143,13 +168,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn octahedra_look_outwards() {
+    fn icosahedra_look_outwards_and_alike_from_anywhere() {
         let at = DVec3::new(1.0, 2.0, 3.0);
-        let sides = octahedron(at, 0.5);
-        assert_eq!(sides.len(), 8);
-        for side in sides {
-            let normal = (side[1] - side[0]).cross(side[2] - side[0]);
-            assert!(normal.dot(side[0] - at) > 0.0, "{side:?}");
+        let sides = icosahedron(at, 0.5);
+        let normal = |side: &Vec<DVec3>| (side[1] - side[0]).cross(side[2] - side[0]) * 0.5;
+        for side in &sides {
+            assert!(normal(side).dot(side[0] - at) > 0.0, "{side:?}");
+            assert!((side[0].distance(at) - 0.5).abs() < 1e-12);
+        }
+        let all: f64 = sides.iter().map(|side| area(side)).sum();
+        for way in [DVec3::X, DVec3::ONE, DVec3::new(0.3, -2.0, 1.0)] {
+            let way = way.normalize();
+            let seen: f64 = sides.iter().map(|s| normal(s).dot(way).max(0.0)).sum();
+            assert!(
+                (seen / (all / 4.0) - 1.0).abs() < 0.05,
+                "{way}: {seen} of {all}"
+            );
         }
     }
 
