@@ -36,7 +36,7 @@ pub struct Builder<'a> {
     pieces: Vec<Face>,
     remarks: BTreeMap<Remark, Faces>,
     without_material: Faces,
-    /// Materials that reflect more than [`WHITEST`].
+    /// Materials that reflect all of a channel.
     white: BTreeSet<String>,
     /// Materials with textures.
     textured: BTreeSet<String>,
@@ -92,7 +92,7 @@ impl<'a> Builder<'a> {
             });
         }
         let surface = Surface::new(reflectance, radiance, names)?;
-        if reflectance.as_vec3().max_element() > WHITEST {
+        if reflectance.as_vec3().max_element() == 1.0 {
             add(&mut self.white, material);
         }
         Ok(surface)
@@ -213,7 +213,7 @@ impl<'a> Builder<'a> {
         }
         if let Some(names) = listed(&self.white) {
             self.note(format!(
-                "materials {names} reflect all light, or nearly: taken as {WHITEST} (--reflectance R,G,B sets another)"
+                "materials {names} reflect all light: taken as {WHITEST} (--reflectance R,G,B sets another)"
             ));
         }
         self.faces.append(&mut self.pieces);

@@ -5,8 +5,8 @@ use glam::{DVec3, Vec3};
 /// Reflectance of a face without a material.
 pub const DEFAULT_REFLECTANCE: f32 = 0.7;
 
-/// What reflects more is taken as this: exporters write 1 where nobody chose a colour, and no light would
-/// ever be spent there.
+/// What reflects all light is taken as this: exporters write 1 where nobody chose a colour, and no light
+/// would ever be spent there. What is a little less was meant.
 pub const WHITEST: f32 = 0.95;
 
 /// Emitted radiosities that are solved, W/m²: f32 holds the square of the power of a million such
@@ -30,8 +30,8 @@ impl Surface {
         emission: Vec3::ZERO,
     };
 
-    /// From a material's reflectance, [`WHITEST`] at most, and radiance L; `names` is what the file calls
-    /// them. The error says which of them cannot be used.
+    /// From a material's reflectance, [`WHITEST`] in place of 1, and radiance L; `names` is what the file
+    /// calls them. The error says which of them cannot be used.
     pub fn new(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) -> Result<Self, String> {
         let [reflectance_name, radiance_name] = names;
         let rho = reflectance.as_vec3();
@@ -61,7 +61,7 @@ impl Surface {
             ));
         }
         Ok(Self {
-            reflectance: rho.min(Vec3::splat(WHITEST)),
+            reflectance: Vec3::select(rho.cmpeq(Vec3::ONE), Vec3::splat(WHITEST), rho),
             emission,
         })
     }
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn nothing_reflects_all_light() {
         let taken = |rho| with(rho, 0.0).map(|surface| surface.reflectance.y);
-        for (rho, as_much) in [(0.0, 0.0), (0.95, 0.95), (0.951, 0.95), (1.0, 0.95)] {
+        for (rho, as_much) in [(0.0, 0.0), (0.95, 0.95), (0.999, 0.999), (1.0, 0.95)] {
             assert_eq!(taken(rho), Ok(as_much), "{rho}");
         }
         for rho in [1.000_001, 1.5, -0.1, f64::NAN, f64::INFINITY] {

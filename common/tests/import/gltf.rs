@@ -283,7 +283,7 @@ fn the_default_material_is_almost_white() {
     ] {
         let scene = scene(&square().set(pointer, json!({})));
         assert_eq!(scene.faces[0].reflectance, Vec3::splat(0.95));
-        let note = format!("materials {name} reflect all light, or nearly: taken as 0.95");
+        let note = format!("materials {name} reflect all light: taken as 0.95");
         assert_eq!(notes(&scene, &note).len(), 1, "{:?}", scene.notes);
     }
 }

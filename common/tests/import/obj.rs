@@ -78,16 +78,14 @@ fn white_is_almost_white_and_said_once() {
         "mtllib a.mtl\n{SQUARE}usemtl b\nf 1 2 3 4\nusemtl a\nf 4 3 2 1\nusemtl c\nf 1 2 3\nusemtl b\nf 1 2 4\n"
     );
     let materials =
-        "newmtl a\nKd 1 1 1\nnewmtl b\nKd 0.5 0.98 0\nnewmtl c\nKd 0.95\nnewmtl unused\nKd 1\n";
+        "newmtl a\nKd 1 1 1\nnewmtl b\nKd 0.5 1 0\nnewmtl c\nKd 0.95\nnewmtl unused\nKd 1\n";
     let scene = with_materials(&text, materials);
     let found: Vec<Vec3> = scene.faces.iter().map(|f| f.reflectance).collect();
     let [white, green] = [Vec3::splat(0.95), Vec3::new(0.5, 0.95, 0.0)];
     assert_eq!(found, [green, white, white, green]);
     assert_eq!(
         scene.notes,
-        [
-            "materials a, b reflect all light, or nearly: taken as 0.95 (--reflectance R,G,B sets another)"
-        ]
+        ["materials a, b reflect all light: taken as 0.95 (--reflectance R,G,B sets another)"]
     );
 }
 

@@ -275,8 +275,12 @@ fn a_room_listed_again_is_as_bright_as_once() {
 #[test]
 fn white_walls_converge_and_say_what_rounding_adds() {
     let folder = with_materials("white");
-    let white = ["--reflectance", ".999999,.999999,.999999"];
-    let solve = ["solve", "room.obj", "--solver", "cpu", white[0], white[1]];
+    put(
+        &folder,
+        "m.mtl",
+        MATERIALS.replace(".5 .5 .5", ".999999 .999999 .999999"),
+    );
+    let solve = ["solve", "room.obj", "--solver", "cpu"];
     // Asked for an error, it says that there is none to be had.
     let ended = run(&folder, &solve);
     let what = told("white walls", &ended);
