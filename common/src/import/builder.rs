@@ -213,7 +213,7 @@ impl<'a> Builder<'a> {
         }
         if let Some(names) = listed(&self.white) {
             self.note(format!(
-                "materials {names} reflect all light: taken as {WHITEST} (--reflectance R,G,B sets another)"
+                "materials {names} reflect all light: taken as {WHITEST}"
             ));
         }
         self.faces.append(&mut self.pieces);

@@ -85,7 +85,7 @@ fn white_is_almost_white_and_said_once() {
     assert_eq!(found, [green, white, white, green]);
     assert_eq!(
         scene.notes,
-        ["materials a, b reflect all light: taken as 0.95 (--reflectance R,G,B sets another)"]
+        ["materials a, b reflect all light: taken as 0.95"]
     );
 }
 

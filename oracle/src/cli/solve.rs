@@ -11,6 +11,7 @@ use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels};
 use crate::show::bake::{self, bake};
 use crate::show::preview::Preview;
+use crate::show::shown::Shown;
 use crate::show::viewer::Viewer;
 use crate::solve::moved::Moved;
 use crate::solve::solved::Dense;
@@ -254,19 +255,28 @@ fn fewer_cells(settings: &Settings) -> Option<String> {
 /// A picture of the scene, the scene to look around in, and, if asked for, to take elsewhere.
 fn show_all(solution: &Solution, arguments: &Arguments) -> Result<()> {
     let (scene, mesh, field) = (solution.scene, solution.mesh, &solution.run.field);
-    let preview = Preview::new(scene, mesh, field);
+    let off = solution.off.as_deref();
+    let fewer = Shown::new(scene, mesh, field, off)?;
+    let (drawn, light, off) = match &fewer {
+        Some(shown) => (&shown.mesh, &shown.field, shown.off.as_deref()),
+        None => (mesh, field, off),
+    };
+    let preview = Preview::new(scene, drawn, light);
     let viewer = Viewer {
         scene,
-        mesh,
-        layers: vec![(solution.solver, field)],
-        off: solution.off.as_deref(),
+        mesh: drawn,
+        layers: vec![(solution.solver, light)],
+        off,
         camera: preview.camera,
         exposure: preview.exposure,
     };
     let out = &arguments.out;
     let mut files = Pending::default();
     files.add(&out.join("preview.png"), &preview.picture.png())?;
-    let page = viewer.page(&told(solution));
+    let page = viewer.page(&told(
+        solution,
+        fewer.as_ref().map_or(1, |shown| shown.over),
+    ));
     files.add(&out.join("view.html"), page.as_bytes())?;
     if let Some(path) = &arguments.gltf {
         let baked = bake(scene, mesh, field, preview.exposure)?;
@@ -276,19 +286,22 @@ fn show_all(solution: &Solution, arguments: &Arguments) -> Result<()> {
     files.finish()
 }
 
-/// What was solved, by whom, and how well.
-fn told(solution: &Solution) -> String {
+/// What was solved, by whom, and how well; `over` so many texels a side what is shown is a mean.
+fn told(solution: &Solution, over: u32) -> String {
     let certificate = solution.certificate.as_ref();
     let off = certificate.and_then(|parts| parts["error"].as_f64());
+    let off = off.map_or(String::new(), |error| {
+        format!(", about {:.1} % off", 100.0 * error)
+    });
+    let means = match over {
+        1 => String::new(),
+        _ => format!("; shown are means over {over}×{over} texels"),
+    };
     format!(
-        "{} faces, {} texels, solved on {}{}",
+        "{} faces, {} texels, solved on {}{off}{means}",
         solution.mesh.faces.len(),
         solution.mesh.texels.len(),
         solution.adapter.unwrap_or("the CPU"),
-        off.map_or(String::new(), |error| format!(
-            ", about {:.1} % off",
-            100.0 * error
-        )),
     )
 }
 

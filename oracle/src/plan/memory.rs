@@ -1,6 +1,7 @@
 //! Memory from the sizes of the records.
 
 use super::Counts;
+use crate::show::preview::BYTES;
 use common::mesh::{Cell, MeshFace, Point, Texel};
 use common::settings::Settings;
 use cpu::memory;
@@ -70,11 +71,13 @@ fn scene(counts: &Counts) -> u64 {
     counts.faces.saturating_mul(FACE).saturating_add(PROGRAM)
 }
 
-/// Three meshes are looked at, with cells of their own.
+/// Three meshes are looked at, with cells of their own; and there is the preview.
 fn look(counts: &Counts) -> u64 {
     let texels = counts.texels.saturating_mul(LOOK);
     let cells = 3 * (size_of::<Cell>() + size_of::<Point>() * counts.samples as usize) as u64;
-    texels.saturating_add(counts.cells.saturating_mul(cells))
+    texels
+        .saturating_add(counts.cells.saturating_mul(cells))
+        .saturating_add(BYTES)
 }
 
 fn mesh(counts: &Counts) -> u64 {

@@ -7,6 +7,7 @@ pub mod page;
 pub mod picture;
 pub mod preview;
 pub mod report;
+pub mod shown;
 pub mod tone;
 pub mod view;
 pub mod viewer;

@@ -13,6 +13,8 @@ use glam::Vec3;
 
 /// Pixels a side.
 const SIZE: u32 = 512;
+/// What its view rays hit, in memory.
+pub const BYTES: u64 = View::bytes(SIZE);
 /// Every how manieth sample decides the exposure.
 const STRIDE: usize = 5;
 

@@ -29,6 +29,12 @@ pub struct View {
 }
 
 impl View {
+    /// What one takes of `size` pixels a side.
+    pub const fn bytes(size: u32) -> u64 {
+        let samples = size as u64 * SUPERSAMPLING as u64;
+        samples * samples * size_of::<Option<Hit>>() as u64
+    }
+
     /// Looks through `camera` with `size` pixels a side.
     pub fn new(camera: &Camera, surface: &Surface, rays: &Rays, size: u32) -> Self {
         let samples = size * SUPERSAMPLING;
