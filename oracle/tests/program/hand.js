@@ -4,8 +4,7 @@
   const wait = () => new Promise((done) => setTimeout(done, 60));
   try {
     const element = document.querySelector(".viewer");
-    for (let k = 0; k < 100 && !element.viewer; k++) await wait();
-    const { viewer } = element;
+    const viewer = element.open();
     const canvas = element.querySelector("canvas");
     const { left, top, width, height } = canvas.getBoundingClientRect();
     const send = (type, x, y, more = {}) => canvas.dispatchEvent(new PointerEvent(type, {

@@ -575,8 +575,11 @@
     for (const { target, isIntersecting } of entries) {
       if (!isIntersecting) continue;
       watch.unobserve(target);
-      target.viewer = new Viewer(target);
+      target.open();
     }
   });
-  document.querySelectorAll(".viewer").forEach((element) => watch.observe(element));
+  document.querySelectorAll(".viewer").forEach((element) => {
+    element.open = () => (element.viewer ??= new Viewer(element));
+    watch.observe(element);
+  });
 })();
