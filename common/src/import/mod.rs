@@ -11,6 +11,8 @@ mod picture;
 mod polygon;
 mod surface;
 
+pub use picture::from_srgb;
+
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::bounds;

@@ -67,7 +67,7 @@ impl Picture {
         let picture = DynamicImage::from_decoder(decoder)
             .map_err(of)?
             .into_rgb32f();
-        let pixels = picture.pixels().map(|p| DVec3::from(p.0.map(linear)));
+        let pixels = picture.pixels().map(|p| DVec3::from(p.0.map(from_srgb)));
         Ok(Self::new(
             [width as usize, height as usize],
             pixels.collect(),
@@ -251,7 +251,7 @@ fn area(polygon: &[DVec2]) -> f64 {
 }
 
 /// sRGB decoded (IEC 61966-2-1).
-fn linear(x: f32) -> f64 {
+pub fn from_srgb(x: f32) -> f64 {
     let x = f64::from(x);
     if x <= 0.040_45 {
         x / 12.92

@@ -9,7 +9,7 @@ use super::tell::{self, say};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels};
-use crate::show::bake::{self, bake};
+use crate::show::bake::bake;
 use crate::show::preview::Preview;
 use crate::show::shown::Shown;
 use crate::show::viewer::Viewer;
@@ -147,7 +147,7 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     };
     let (settings, changed) = fitting(common, &scene, solver)?;
     prepare(&arguments.out)?;
-    arguments.gltf.as_deref().map_or(Ok(()), bake::check)?;
+    arguments.gltf.as_deref().map_or(Ok(()), takes_glb)?;
     if let Some(changed) = &changed {
         say!("note: {changed}");
     }
@@ -284,6 +284,16 @@ fn show_all(solution: &Solution, arguments: &Arguments) -> Result<()> {
         files.add(&path.with_extension("exr"), &baked.exr)?;
     }
     files.finish()
+}
+
+/// Whether a .glb may be written as `path`: what is not checked before a solve is found out after it.
+fn takes_glb(path: &Path) -> Result<()> {
+    if path.extension().is_none_or(|ending| ending != "glb") {
+        let text = format!("--gltf writes {}: a name that ends in .glb", path.display());
+        return Err(Error::Usage(text));
+    }
+    let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty());
+    prepare(folder.unwrap_or(Path::new(".")))
 }
 
 /// What was solved, by whom, and how well; `over` so many texels a side what is shown is a mean.

@@ -19,7 +19,6 @@ use gltf::binary::Header;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::borrow::Cow;
-use std::path::Path;
 
 /// A quad is drawn as two triangles if its sides are parallel but for this share of them.
 const PARALLEL: f64 = 1e-6;
@@ -34,7 +33,7 @@ pub struct Baked {
 
 /// Bakes `scene` as `field` has solved it on the texels of `mesh`.
 ///
-/// Errors: charts that are too many for one picture; [`Error::Write`].
+/// Errors: charts that are too many for one picture; [`Error::Fault`] of an encoder.
 pub fn bake(scene: &Scene, mesh: &Mesh, field: &Field, exposure: Exposure) -> Result<Baked> {
     let nodes: Vec<[u32; 2]> = mesh
         .faces
@@ -96,10 +95,7 @@ impl Image {
             }
         }
         let size = self.size.map(|n| n as usize);
-        openexr(size, planes).map_err(|source| Error::Write {
-            path: "lightmap.exr".into(),
-            source,
-        })
+        openexr(size, planes).map_err(|error| Error::Fault(error.to_string()))
     }
 }
 
@@ -300,19 +296,5 @@ impl File {
         told["count"] = count.into();
         self.accessors.push(told);
         self.accessors.len() - 1
-    }
-}
-
-/// Whether `path` may be written: what is not checked before a solve is found out after it.
-///
-/// Errors: another ending than .glb; [`Error::Write`].
-pub fn check(path: &Path) -> Result<()> {
-    if path.extension().is_none_or(|ending| ending != "glb") {
-        let text = format!("--gltf writes {}: a name that ends in .glb", path.display());
-        return Err(Error::Usage(text));
-    }
-    match path.parent().filter(|dir| !dir.as_os_str().is_empty()) {
-        Some(dir) => common::solution::prepare(dir),
-        None => common::solution::prepare(Path::new(".")),
     }
 }

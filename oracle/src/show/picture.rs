@@ -3,6 +3,7 @@
 use super::tone::Curve;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use common::import::from_srgb;
 use common::mesh::Mesh;
 use glam::{Vec3, Vec4};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -97,14 +98,7 @@ pub fn encode(linear: Vec3) -> [u8; 3] {
 
 /// The inverse of [`encode`].
 pub fn decode(srgb: [u8; 3]) -> Vec3 {
-    Vec3::from(srgb.map(|x| {
-        let y = f32::from(x) / 255.0;
-        if y <= 0.040_45 {
-            y / 12.92
-        } else {
-            ((y + 0.055) / 1.055).powf(2.4)
-        }
-    }))
+    Vec3::from(srgb.map(|x| from_srgb(f32::from(x) / 255.0) as f32))
 }
 
 /// √(ΣA x² / ΣA) of (x, A); 0 where there is nothing.

@@ -126,38 +126,33 @@ impl Viewer<'_> {
     /// The names, each once, and that of each face.
     fn names(&self) -> (Vec<&str>, Vec<u32>) {
         let (mut names, mut known) = (Vec::new(), HashMap::new());
-        let of = |face: &common::scene::Face| -> String { face.name.clone() };
         let mut own = Vec::with_capacity(self.scene.faces.len());
         for face in &self.scene.faces {
-            let number = *known.entry(of(face)).or_insert_with(|| {
-                names.push(face.name.as_str());
+            let name = face.name.as_str();
+            own.push(*known.entry(name).or_insert_with(|| {
+                names.push(name);
                 names.len() as u32 - 1
-            });
-            own.push(number);
+            }));
         }
         (names, own)
     }
 
     /// Whether each face's texels have one ρ and one E.
     fn alike(&self) -> bool {
-        let first: Vec<usize> = self.first();
-        let of = |k: usize| {
-            (
-                self.mesh.texels[k].emission,
-                self.mesh.texels[k].reflectance,
-            )
-        };
-        let texels = self.mesh.texels.iter().enumerate();
-        texels.fold(true, |alike, (k, texel)| {
-            alike && of(k) == of(first[texel.face as usize])
-        })
+        let first = self.first();
+        let of = |texel: &Texel| (texel.emission, texel.reflectance);
+        let mut texels = self.mesh.texels.iter();
+        texels.all(|texel| of(texel) == of(first[texel.face as usize]))
     }
 
     /// A texel of each face.
-    fn first(&self) -> Vec<usize> {
-        let mut first = vec![0; self.mesh.faces.len()];
-        for (k, texel) in self.mesh.texels.iter().enumerate() {
-            first[texel.face as usize] = k;
+    fn first(&self) -> Vec<&Texel> {
+        let Some(any) = self.mesh.texels.first() else {
+            return Vec::new();
+        };
+        let mut first = vec![any; self.mesh.faces.len()];
+        for texel in &self.mesh.texels {
+            first[texel.face as usize] = texel;
         }
         first
     }
@@ -165,42 +160,28 @@ impl Viewer<'_> {
     /// Corners; texels a side, kinds and names; E and ρ; by layer B and H; what may be off.
     fn bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let mut put = |v: Vec3| {
-            for x in v.to_array() {
-                bytes.extend(x.to_le_bytes());
-            }
-        };
-        for face in &self.mesh.faces {
-            face.corners.into_iter().for_each(&mut put);
+        for corner in self.mesh.faces.iter().flat_map(|face| face.corners) {
+            put(&mut bytes, corner);
         }
         let (_, names) = self.names();
-        let mut rest = Vec::new();
         for ((face, own), name) in self.mesh.faces.iter().zip(&self.scene.faces).zip(names) {
             let [w, h] = face.resolution;
             let info = [w, h, u32::from(own.shape == Shape::Quad), name];
-            rest.extend(info.into_iter().flat_map(u32::to_le_bytes));
+            bytes.extend(info.into_iter().flat_map(u32::to_le_bytes));
         }
-        bytes.extend(rest);
         let order = self.mesh.in_face_order();
-        let mut put = |v: Vec3| {
-            for x in v.to_array() {
-                bytes.extend(x.to_le_bytes());
-            }
+        let surfaces = match self.alike() {
+            true => self.first(),
+            false => order.iter().map(|k| &self.mesh.texels[*k]).collect(),
         };
-        let mut surface = |texel: &Texel| {
-            put(texel.emission);
-            put(texel.reflectance);
-        };
-        if self.alike() {
-            let first = self.first();
-            first.iter().for_each(|k| surface(&self.mesh.texels[*k]));
-        } else {
-            order.iter().for_each(|k| surface(&self.mesh.texels[*k]));
+        for texel in surfaces {
+            put(&mut bytes, texel.emission);
+            put(&mut bytes, texel.reflectance);
         }
         for (_, field) in &self.layers {
             for k in &order {
-                put(field.radiosity[*k].truncate());
-                put(field.irradiance[*k].truncate());
+                put(&mut bytes, field.radiosity[*k].truncate());
+                put(&mut bytes, field.irradiance[*k].truncate());
             }
         }
         if let Some(off) = self.off {
@@ -208,4 +189,8 @@ impl Viewer<'_> {
         }
         bytes
     }
+}
+
+fn put(bytes: &mut Vec<u8>, v: Vec3) {
+    bytes.extend(v.to_array().into_iter().flat_map(f32::to_le_bytes));
 }
