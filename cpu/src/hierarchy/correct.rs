@@ -11,7 +11,7 @@ use common::Result;
 use glam::Vec3;
 
 /// Rounds at most.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 12;
 /// A correction of so much of the error that is asked for need not be gathered.
 const LITTLE: f32 = 0.25;
 /// Nor one of so much of the light: then links make up more than walls absorb.

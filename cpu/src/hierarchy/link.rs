@@ -119,6 +119,12 @@ impl NullaryFnOnce for Bounds<'_> {
             let over = r < shooter.radius + block.radius;
             let most = if over { kernels[l] } else { factors[l] };
             within[l] = most.max(factors[l]) * size * size * 0.5;
+            // Of a node that is much wider than a gap the part before the spot sends all, not its centre.
+            let before = disc_before(shooter, normal, d, r);
+            kernels[l] = kernels[l].max(before);
+            if factors[l] > 0.0 {
+                factors[l] = factors[l].max(before);
+            }
         }
         let most = |part: &dyn Fn(usize) -> f32| (0..LANES).map(part).fold(0.0, f32::max);
         Bound {
@@ -135,6 +141,18 @@ impl NullaryFnOnce for Bounds<'_> {
 fn disc_at(area: f32, out: f32, up: f32, distance: f32) -> f32 {
     let [leaves, arrives] = [out, up].map(|height| (height / distance).clamp(0.0, 1.0));
     (area * leaves * arrives / (PI * distance * distance)).min(1.0)
+}
+
+/// F of a disc as large as the node, before a spot whose foot on the node's plane lies within it.
+#[inline(always)]
+fn disc_before(shooter: &Shooter, normal: Vec3, d: Vec3, r: f32) -> f32 {
+    let height = shooter.normal.dot(d);
+    let square = shooter.radius * shooter.radius;
+    let facing = -normal.dot(shooter.normal);
+    if height <= 0.0 || facing <= 0.0 || r * r - height * height >= square {
+        return 0.0;
+    }
+    facing * square / (square + height * height)
 }
 
 /// A height above a plane, if what only touches it has none.

@@ -19,6 +19,17 @@ fn disc_at(area: f32, out: f32, up: f32, distance: f32) -> f32 {
     return min(area * leaves * arrives / (PI * distance * distance), 1.0);
 }
 
+// F of a disc as large as the node, before a spot whose foot on the node's plane lies within it.
+fn disc_before(node: u32, normal: vec3f, d: vec3f, r: f32) -> f32 {
+    let height = dot(shots[node].normal, d);
+    let square = shots[node].radius * shots[node].radius;
+    let facing = -dot(normal, shots[node].normal);
+    if height <= 0.0 || facing <= 0.0 || r * r - height * height >= square {
+        return 0.0;
+    }
+    return facing * square / (square + height * height);
+}
+
 fn bound_of(node: u32, spot: u32, radius: f32) -> vec4f {
     let area = shots[node].area;
     let own = shots[node].radius;
@@ -46,7 +57,11 @@ fn bound_of(node: u32, spot: u32, radius: f32) -> vec4f {
     // Where the node is beside the spot's centre, but above a part of it, the centre tells nothing.
     let most = select(factor, kernel, r < own + radius);
     let within = max(most, factor) * size * size * 0.5;
-    return vec4f(factor, kernel * ratio, kernel * ratio * ratio, within);
+    // Of a node that is much wider than a gap the part before the spot sends all, not its centre.
+    let before = disc_before(node, normal, d, r);
+    let most_kernel = max(kernel, before);
+    let most_factor = select(0.0, max(factor, before), factor > 0.0);
+    return vec4f(most_factor, most_kernel * ratio, most_kernel * ratio * ratio, within);
 }
 
 @compute @workgroup_size(LANES)
