@@ -1,5 +1,6 @@
 //! Collects input faces into a scene, splits those that have to be, and counts what is odd.
 
+use super::input::Polygon;
 use super::material::Material;
 use super::polygon::{self, Piece, Remark};
 use super::surface::{DEFAULT_REFLECTANCE, Surface};
@@ -7,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::paint::WHITEST;
 use crate::scene::{Face, Scene};
 use crate::text::plain;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -17,22 +18,6 @@ pub const MAX_FACES: usize = 1 << 22;
 
 /// So many faces are named in a note.
 const NAMED: usize = 6;
-
-/// A face as a file has it.
-pub struct Polygon<'p> {
-    /// Its corners.
-    pub corners: &'p [DVec3],
-    /// And the surface's normals there; none: the file says nothing.
-    pub normals: &'p [Vec3],
-    /// What each coordinate is off by at most.
-    pub rounding: f64,
-    /// The corners' places on the textures of reflectance and of radiance; none: the file says nothing.
-    pub places: [Option<&'p [DVec2]>; 2],
-    /// The corners' colours, by which reflectance is multiplied.
-    pub colours: Option<&'p [DVec3]>,
-    /// Whether a quad was joined over the diagonal from corner 1 to corner 3.
-    pub odd: bool,
-}
 
 /// A scene in the making.
 pub struct Builder<'a> {
@@ -52,19 +37,6 @@ pub struct Builder<'a> {
     /// Materials with textures on faces without coordinates.
     lost: BTreeSet<String>,
     notes: Vec<String>,
-}
-
-impl Polygon<'_> {
-    /// The normals at a piece's corners, each of which is one of the whole; one without a direction says
-    /// nothing.
-    fn normals_of(&self, piece: &[DVec3; 4]) -> Option<[Vec3; 4]> {
-        let mut normals = [Vec3::ZERO; 4];
-        for (own, corner) in normals.iter_mut().zip(piece) {
-            let k = self.corners.iter().position(|c| c == corner)?;
-            *own = self.normals.get(k)?.try_normalize()?;
-        }
-        Some(normals)
-    }
 }
 
 impl<'a> Builder<'a> {

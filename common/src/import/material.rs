@@ -1,6 +1,6 @@
 //! What a file's material gives to a face: its colours, and what of them varies over it.
 
-use super::builder::Polygon;
+use super::input::Polygon;
 use crate::paint::{self, Coat, Corner, Paint, Picture, WHITEST, Wrap};
 use glam::{DAffine2, DVec2, DVec3};
 use std::path::PathBuf;

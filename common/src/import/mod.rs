@@ -5,6 +5,7 @@
 
 mod builder;
 mod gltf;
+mod input;
 mod material;
 mod obj;
 mod pictures;

@@ -250,7 +250,8 @@ mod tests {
     fn large_faces_see_a_coarser_copy() {
         let picture = ramp(3000, 30);
         let whole = rectangle(&picture, [0., 0.], [1., 1.], Wrap::Repeat);
-        close(whole, [1499.5, 14.5, 1.]);
+        // Copies are rounded to f32.
+        assert!((whole - picture.whole()).length() < 1e-6, "{whole}");
         let part = rectangle(&picture, [0.1, 0.], [0.9, 1.], Wrap::Repeat);
         assert!((part - whole).length() < 1e-3, "{part}");
         close(

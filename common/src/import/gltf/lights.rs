@@ -2,7 +2,8 @@
 
 use super::buffers::Document;
 use crate::error::{Error, Result};
-use crate::import::builder::{Builder, Polygon};
+use crate::import::builder::Builder;
+use crate::import::input::Polygon;
 use crate::import::material::{Colour, Material};
 use crate::import::surface::Surface;
 use crate::scene::Face;

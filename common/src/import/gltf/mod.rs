@@ -11,7 +11,8 @@ mod material;
 mod primitive;
 mod texture;
 
-use super::builder::{Builder, Polygon};
+use super::builder::Builder;
+use super::input::Polygon;
 use super::material::{Colour, Material};
 use super::polygon;
 use crate::error::{Error, Result};

@@ -8,7 +8,8 @@ mod mtl;
 mod text;
 mod texture;
 
-use super::builder::{Builder, Polygon};
+use super::builder::Builder;
+use super::input::Polygon;
 use super::pictures;
 use crate::error::{Error, Result};
 use crate::file::MAX_BYTES;
