@@ -40,6 +40,7 @@ pub mod intersect;
 pub mod jpeg;
 pub mod mesh;
 pub mod overlap;
+pub mod paint;
 pub mod passes;
 pub mod precision;
 pub mod rays;

@@ -15,6 +15,7 @@ use crate::scene::{Face, Scene, Shape};
 use crate::texel::{self, Cells};
 pub use crate::texel::{Texel, TexelKind};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -127,6 +128,9 @@ impl Mesh {
             mesh.faces.push(face);
             mesh.add_texels(scene, f, k, &local);
         }
+        if scene.is_painted() {
+            mesh.paint(scene);
+        }
         mesh.join_coincident();
         mesh.bury_overlapped();
         mesh.points = mesh
@@ -139,6 +143,19 @@ impl Mesh {
             })
             .collect();
         Ok(mesh)
+    }
+
+    /// Each texel's ρ and E where they vary: the means over it.
+    fn paint(&mut self, scene: &Scene) {
+        let faces = &self.faces;
+        self.texels.par_iter_mut().for_each(|texel| {
+            let face = &scene.faces[texel.face as usize];
+            if face.paint.is_some() {
+                let resolution = faces[texel.face as usize].resolution;
+                let outline = texel::outline(face, resolution, texel.index);
+                [texel.reflectance, texel.emission] = face.over(outline.corners());
+            }
+        });
     }
 
     /// Two faces with the same corners and opposite fronts are the two sides of one sheet, as a

@@ -4,7 +4,10 @@
 //! Rec. 709. Positions are f64 so that a scene far from its origin keeps its shape until
 //! [`crate::mesh::Mesh`] moves it to the origin.
 
+use crate::paint::{Paint, WHITEST};
 use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// A scene: faces in file order.
 #[derive(Clone, Debug, Default)]
@@ -36,9 +39,9 @@ pub struct Face {
     pub shape: Shape,
     /// Corners, counter-clockwise from the front; a triangle repeats its third.
     pub corners: [DVec3; 4],
-    /// Emitted radiosity E = πL, W/m².
+    /// Emitted radiosity E = πL, W/m², the mean over its area.
     pub emission: Vec3,
-    /// Diffuse reflectance ρ, 0 ≤ ρ < 1 per channel.
+    /// Diffuse reflectance ρ, 0 ≤ ρ < 1 per channel, the mean over its area.
     pub reflectance: Vec3,
     /// The input face of which this one is a piece or the other side.
     pub from: Option<u32>,
@@ -49,6 +52,8 @@ pub struct Face {
     /// The normals that the file has at the corners, as it has them: where two faces have the same at a
     /// corner, both approximate one curved surface. Light knows nothing of them.
     pub normals: Option<[Vec3; 4]>,
+    /// How ρ and E vary over it; none: they do not.
+    pub paint: Option<Arc<Paint>>,
 }
 
 impl Face {
@@ -64,6 +69,7 @@ impl Face {
             partner: None,
             rounding: 0.0,
             normals: None,
+            paint: None,
         }
     }
 
@@ -103,6 +109,31 @@ impl Face {
         }
     }
 
+    /// The means of ρ and E over a convex part of it.
+    pub fn over(&self, part: &[DVec3]) -> [Vec3; 2] {
+        match &self.paint {
+            Some(paint) => self.light(paint.over(self.outline(), part)),
+            None => [self.reflectance, self.emission],
+        }
+    }
+
+    /// ρ and E at a point of it.
+    pub fn at(&self, point: DVec3) -> [Vec3; 2] {
+        match &self.paint {
+            Some(paint) => self.light(paint.at(self.outline(), point)),
+            None => [self.reflectance, self.emission],
+        }
+    }
+
+    /// As ρ and E; its own where paint says nothing.
+    fn light(&self, [reflectance, radiance]: [Option<DVec3>; 2]) -> [Vec3; 2] {
+        let whitest = |rho: Vec3| Vec3::select(rho.cmpge(Vec3::ONE), Vec3::splat(WHITEST), rho);
+        [
+            reflectance.map_or(self.reflectance, |rho| whitest(rho.as_vec3())),
+            radiance.map_or(self.emission, |l| (l * PI).as_vec3()),
+        ]
+    }
+
     /// The same sheet seen from behind.
     pub fn reversed(&self) -> Self {
         let turned = match self.shape {
@@ -112,12 +143,18 @@ impl Face {
         Self {
             corners: turned.map(|k| self.corners[k]),
             normals: self.normals.map(|normals| turned.map(|k| -normals[k])),
+            paint: (self.paint.as_ref()).map(|paint| Arc::new(paint.turned(turned))),
             ..self.clone()
         }
     }
 }
 
 impl Scene {
+    /// Whether ρ or E vary within some face.
+    pub fn is_painted(&self) -> bool {
+        self.faces.iter().any(|face| face.paint.is_some())
+    }
+
     /// Several scenes as one, the first one's faces first.
     pub fn joined(scenes: &[Self]) -> Self {
         let mut all = Self {

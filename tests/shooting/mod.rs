@@ -4,5 +4,6 @@ mod energy;
 mod invariants;
 mod iterations;
 mod order;
+mod painted;
 mod passes;
 mod soft;

@@ -1,29 +1,23 @@
 //! Collects input faces into a scene, splits those that have to be, and counts what is odd.
 
+use super::input::Polygon;
+use super::material::Material;
 use super::polygon::{self, Piece, Remark};
-use super::surface::{DEFAULT_REFLECTANCE, Surface, WHITEST};
+use super::surface::{DEFAULT_REFLECTANCE, Surface};
 use crate::error::{Error, Result};
+use crate::paint::WHITEST;
 use crate::scene::{Face, Scene};
 use crate::text::plain;
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 /// More faces than this are refused: a small glTF can name one mesh a million times.
 pub const MAX_FACES: usize = 1 << 22;
 
 /// So many faces are named in a note.
 const NAMED: usize = 6;
-
-/// A face as a file has it.
-pub struct Polygon<'p> {
-    /// Its corners.
-    pub corners: &'p [DVec3],
-    /// And the surface's normals there; none: the file says nothing.
-    pub normals: &'p [Vec3],
-    /// What each coordinate is off by at most.
-    pub rounding: f64,
-}
 
 /// A scene in the making.
 pub struct Builder<'a> {
@@ -38,22 +32,11 @@ pub struct Builder<'a> {
     without_material: Faces,
     /// Materials that reflect all of a channel.
     white: BTreeSet<String>,
-    /// Materials with textures.
-    textured: BTreeSet<String>,
+    /// Materials of which textures would.
+    whitish: BTreeSet<String>,
+    /// Materials with textures on faces without coordinates.
+    lost: BTreeSet<String>,
     notes: Vec<String>,
-}
-
-impl Polygon<'_> {
-    /// The normals at a piece's corners, each of which is one of the whole; one without a direction says
-    /// nothing.
-    fn normals_of(&self, piece: &[DVec3; 4]) -> Option<[Vec3; 4]> {
-        let mut normals = [Vec3::ZERO; 4];
-        for (own, corner) in normals.iter_mut().zip(piece) {
-            let k = self.corners.iter().position(|c| c == corner)?;
-            *own = self.normals.get(k)?.try_normalize()?;
-        }
-        Some(normals)
-    }
 }
 
 impl<'a> Builder<'a> {
@@ -67,7 +50,8 @@ impl<'a> Builder<'a> {
             remarks: BTreeMap::new(),
             without_material: Faces::default(),
             white: BTreeSet::new(),
-            textured: BTreeSet::new(),
+            whitish: BTreeSet::new(),
+            lost: BTreeSet::new(),
             notes: Vec::new(),
         }
     }
@@ -75,32 +59,6 @@ impl<'a> Builder<'a> {
     /// Something worth saying about the file.
     pub fn note(&mut self, note: impl Into<String>) {
         self.notes.push(plain(&note.into()));
-    }
-
-    /// What a material is (see [`Surface::new`]).
-    pub fn surface(
-        &mut self,
-        material: &str,
-        [reflectance, radiance]: [DVec3; 2],
-        names: [&str; 2],
-    ) -> std::result::Result<Surface, String> {
-        if let Some(given) = self.reflectance {
-            let surface = Surface::new(DVec3::ZERO, radiance, names)?;
-            return Ok(Surface {
-                reflectance: given,
-                ..surface
-            });
-        }
-        let surface = Surface::new(reflectance, radiance, names)?;
-        if reflectance.as_vec3().max_element() == 1.0 {
-            add(&mut self.white, material);
-        }
-        Ok(surface)
-    }
-
-    /// A material's texture was used.
-    pub fn textured(&mut self, material: &str) {
-        add(&mut self.textured, material);
     }
 
     /// Whether the file's reflectances are replaced.
@@ -118,7 +76,7 @@ impl<'a> Builder<'a> {
         &mut self,
         name: &str,
         polygon: &Polygon,
-        surface: Option<Surface>,
+        material: Option<&Material>,
         place: impl Fn() -> String,
     ) -> Result<()> {
         let k = self.faces.len();
@@ -144,14 +102,7 @@ impl<'a> Builder<'a> {
                 "more than {MAX_FACES} faces cannot be solved: simplify the mesh"
             ));
         }
-        let Surface {
-            reflectance,
-            emission,
-        } = surface.unwrap_or(Surface {
-            reflectance: self.reflectance.unwrap_or(Surface::DEFAULT.reflectance),
-            ..Surface::DEFAULT
-        });
-        if surface.is_none() {
+        if material.is_none() {
             self.without_material.add(k);
         }
         let name = &plain(name);
@@ -162,9 +113,10 @@ impl<'a> Builder<'a> {
         let split = pieces.len() > 1;
         for (n, piece) in pieces.into_iter().enumerate() {
             let mut face = match piece {
-                Piece::Quad(c) => Face::quad(name, c, emission, reflectance),
-                Piece::Triangle(c) => Face::triangle(name, c, emission, reflectance),
+                Piece::Quad(c) => Face::quad(name, c, Vec3::ZERO, Vec3::ZERO),
+                Piece::Triangle(c) => Face::triangle(name, c, Vec3::ZERO, Vec3::ZERO),
             };
+            self.dress(&mut face, polygon, material)?;
             face.from = split.then_some(k as u32);
             face.rounding = polygon.rounding;
             face.normals = polygon.normals_of(&face.corners);
@@ -175,6 +127,68 @@ impl<'a> Builder<'a> {
             }
             .push(face);
         }
+        Ok(())
+    }
+
+    /// What a face reflects and emits.
+    fn dress(
+        &mut self,
+        face: &mut Face,
+        polygon: &Polygon,
+        material: Option<&Material>,
+    ) -> Result<()> {
+        let given = self.reflectance;
+        let Some(material) = material else {
+            face.reflectance = given.unwrap_or(Surface::DEFAULT.reflectance);
+            return Ok(());
+        };
+        let corner = |c: &DVec3| polygon.corners.iter().position(|p| p == c).unwrap_or(0);
+        let of: Vec<usize> = face.outline().iter().map(corner).collect();
+        let look = material.on(polygon, &of, given.is_some());
+        let mut means = look.plain;
+        if let Some(paint) = &look.paint {
+            let (over, whole) = (
+                paint.over(face.outline(), face.outline()),
+                paint.whole(of.len()),
+            );
+            let mean = |k: usize| over[k].or(whole[k]).unwrap_or(look.plain[k]);
+            means = [mean(0), mean(1)];
+        }
+        let radiance = (look.paint.as_ref()).and_then(|paint| paint.coats[1].as_ref());
+        let surface = || {
+            // Parts of a face shine no brighter than this.
+            radiance.map_or(Ok(Surface::DEFAULT), |coat| {
+                Surface::new(DVec3::ZERO, coat.factor, material.names)
+            })?;
+            let reflectance = if given.is_some() {
+                DVec3::ZERO
+            } else {
+                means[0]
+            };
+            Surface::new(reflectance, means[1], material.names)
+        };
+        let fail = |message| {
+            let place = format!("material {}", material.name);
+            Error::input(&material.file, place, message)
+        };
+        let surface = surface().map_err(fail)?;
+        if given.is_none() && means[0].as_vec3().max_element() == 1.0 {
+            add(&mut self.white, &material.name);
+        } else if given.is_none() && look.white {
+            add(&mut self.whitish, &material.name);
+        }
+        if look.lost {
+            add(&mut self.lost, &material.name);
+        }
+        face.reflectance = given.unwrap_or(surface.reflectance);
+        face.emission = surface.emission;
+        face.paint = look.paint.and_then(|mut paint| {
+            if face.emission == Vec3::ZERO {
+                paint.coats[1] = None;
+            }
+            let varies = paint.coats.iter().any(Option::is_some);
+            varies.then(|| Arc::new(paint))
+        });
         Ok(())
     }
 
@@ -206,14 +220,19 @@ impl<'a> Builder<'a> {
             let without = format!("without material: {taken}no emission");
             self.notes.push(self.without_material.note(&without));
         }
-        if let Some(names) = listed(&self.textured) {
+        if let Some(names) = listed(&self.lost) {
             self.note(format!(
-                "textures are taken as their mean over each face: materials {names}"
+                "textures on faces without coordinates are taken as their mean: materials {names}"
             ));
         }
         if let Some(names) = listed(&self.white) {
             self.note(format!(
                 "materials {names} reflect all light: taken as {WHITEST}"
+            ));
+        }
+        if let Some(names) = listed(&self.whitish) {
+            self.note(format!(
+                "materials {names} reflect all light in places: taken as {WHITEST} there"
             ));
         }
         self.faces.append(&mut self.pieces);

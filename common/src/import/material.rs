@@ -1,22 +1,19 @@
-//! What a file's material gives to a face: its colours, or the means of their textures there.
+//! What a file's material gives to a face: its colours, and what of them varies over it.
 
-use super::builder::Builder;
-use super::picture::{Picture, Wrap};
-use super::surface::Surface;
+use super::input::Polygon;
+use crate::paint::{self, Coat, Corner, Paint, Picture, WHITEST, Wrap};
 use glam::{DAffine2, DVec2, DVec3};
-use std::rc::Rc;
-
-/// Less than this of a texture's light is what rounding leaves of a pixel beside the face.
-const NOTHING: f64 = 1e-6;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A texture as a material uses it.
 #[derive(Clone)]
 pub struct Texture {
     /// Its picture.
-    pub picture: Rc<Picture>,
+    pub picture: Arc<Picture>,
     /// How it goes on, right and downwards.
     pub wrap: [Wrap; 2],
-    /// From the file's coordinates to the picture's (see [`Picture::mean`]).
+    /// From the file's coordinates to the picture's (see [`Corner::places`]).
     pub place: DAffine2,
 }
 
@@ -32,6 +29,8 @@ pub struct Colour {
 /// A material.
 #[derive(Clone)]
 pub struct Material {
+    /// The file that defines it.
+    pub file: PathBuf,
     /// In the file.
     pub name: String,
     /// Reflectance, and radiance L.
@@ -40,29 +39,16 @@ pub struct Material {
     pub names: [&'static str; 2],
 }
 
-/// A face's corners, and the coordinates there of each colour's texture; none where the file has none.
-pub struct Corners<'c> {
-    /// In space.
-    pub corners: &'c [DVec3],
-    /// On the textures.
-    pub places: [Option<&'c [DVec2]>; 2],
-}
-
-impl Material {
-    /// The surface of a face.
-    ///
-    /// Errors: what is wrong with the material.
-    pub fn surface(&self, builder: &mut Builder, face: &Corners) -> Result<Surface, String> {
-        let [reflectance, radiance] = &self.colours;
-        let colours = [
-            reflectance.over(face.corners, face.places[0]),
-            radiance.over(face.corners, face.places[1]),
-        ];
-        if self.colours.iter().any(|colour| colour.texture.is_some()) {
-            builder.textured(&self.name);
-        }
-        builder.surface(&self.name, colours, self.names)
-    }
+/// What it makes of a face.
+pub struct Look {
+    /// Reflectance and radiance where they do not vary.
+    pub plain: [DVec3; 2],
+    /// What varies.
+    pub paint: Option<Paint>,
+    /// Whether some of it would reflect all light.
+    pub white: bool,
+    /// Whether a texture has no coordinates there.
+    pub lost: bool,
 }
 
 impl Colour {
@@ -74,24 +60,90 @@ impl Colour {
         }
     }
 
-    fn over(&self, corners: &[DVec3], places: Option<&[DVec2]>) -> DVec3 {
-        let Some(texture) = &self.texture else {
-            return self.factor;
+    /// Of what lies at `places` of the file; none where it says nothing.
+    fn coat(&self, places: Option<&[DVec2]>) -> Coat {
+        let even = |factor: DVec3| Coat {
+            factor,
+            texture: None,
+            coloured: false,
         };
-        let mean = match places {
-            None => texture.picture.whole(),
-            Some(places) => {
-                let places: Vec<DVec2> = places
-                    .iter()
-                    .map(|p| texture.place.transform_point2(*p))
-                    .collect();
-                texture.picture.mean(corners, &places, texture.wrap)
-            }
+        let (Some(texture), Some(places)) = (&self.texture, places) else {
+            let whole = self.texture.as_ref().map(|t| t.picture.whole());
+            return even(self.factor * whole.unwrap_or(DVec3::ONE));
         };
-        if mean.max_element() < NOTHING {
-            DVec3::ZERO
-        } else {
-            self.factor * mean
+        if texture.picture.is_even(places) {
+            return even(self.factor * texture.picture.at(places[0], texture.wrap));
         }
+        let texture = paint::Texture {
+            picture: texture.picture.clone(),
+            wrap: texture.wrap,
+        };
+        Coat {
+            texture: Some(texture),
+            ..even(self.factor)
+        }
+    }
+}
+
+impl Material {
+    /// What it makes of the face whose corners are those `of` a polygon; its reflectance does not vary where
+    /// it is `replaced`.
+    pub fn on(&self, polygon: &Polygon, of: &[usize], replaced: bool) -> Look {
+        let mut corners = [Corner::PLAIN; 4];
+        let mut known = [false; 2];
+        for (k, colour) in self.colours.iter().enumerate() {
+            let (Some(texture), Some(places)) = (&colour.texture, polygon.places[k]) else {
+                continue;
+            };
+            known[k] = true;
+            for (corner, n) in corners.iter_mut().zip(of) {
+                corner.places[k] = texture.place.transform_point2(places[*n]);
+            }
+        }
+        let mut coats = [0, 1].map(|k| {
+            let places: Vec<DVec2> = corners[..of.len()].iter().map(|c| c.places[k]).collect();
+            self.colours[k].coat(known[k].then_some(&places))
+        });
+        let mut white = self.is_white(&coats[0]);
+        if let Some(colours) = polygon.colours.filter(|_| !replaced) {
+            let colours: Vec<DVec3> = of.iter().map(|n| colours[*n]).collect();
+            if colours.iter().all(|c| *c == colours[0]) {
+                coats[0].factor *= colours[0];
+            } else {
+                coats[0].coloured = true;
+                let all = coats[0].factor.cmpeq(DVec3::ONE);
+                for (corner, colour) in corners.iter_mut().zip(colours) {
+                    let full = all & colour.cmpeq(DVec3::ONE);
+                    let dimmed = DVec3::select(full, DVec3::splat(WHITEST.into()), colour);
+                    let dimmed = if coats[0].texture.is_none() {
+                        dimmed
+                    } else {
+                        colour
+                    };
+                    white |= dimmed != colour;
+                    corner.colour = dimmed;
+                }
+            }
+        }
+        let plain = coats.each_ref().map(|coat| coat.factor);
+        let vary = |coat: &Coat| coat.texture.is_some() || coat.coloured;
+        let coats = coats.map(|coat| (vary(&coat) && coat.factor != DVec3::ZERO).then_some(coat));
+        let lost = |k: usize| self.colours[k].texture.is_some() && !known[k];
+        Look {
+            plain,
+            paint: coats.iter().any(Option::is_some).then_some(Paint {
+                corners,
+                odd: polygon.odd,
+                coats,
+            }),
+            white,
+            lost: lost(0) || lost(1),
+        }
+    }
+
+    /// Whether some of its texture would reflect all light.
+    fn is_white(&self, coat: &Coat) -> bool {
+        let texture = self.colours[0].texture.as_ref();
+        texture.is_some_and(|t| t.picture.was_white()) && coat.factor != DVec3::ZERO
     }
 }

@@ -5,13 +5,14 @@
 
 mod builder;
 mod gltf;
+mod input;
 mod material;
 mod obj;
-mod picture;
+mod pictures;
 mod polygon;
 mod surface;
 
-pub use picture::from_srgb;
+pub use crate::paint::from_srgb;
 
 use crate::error::{Error, Result};
 use crate::file;

@@ -1,13 +1,10 @@
 //! What a material becomes: diffuse reflectance and emitted radiosity.
 
+use crate::paint::WHITEST;
 use glam::{DVec3, Vec3};
 
 /// Reflectance of a face without a material.
 pub const DEFAULT_REFLECTANCE: f32 = 0.7;
-
-/// What reflects all light is taken as this: exporters write 1 where nobody chose a colour, and no light
-/// would ever be spent there. What is a little less was meant.
-pub const WHITEST: f32 = 0.95;
 
 /// Emitted radiosities that are solved, W/m²: f32 holds the square of the power of a million such
 /// faces between walls that reflect it a million times, and the part of it that one texel of many

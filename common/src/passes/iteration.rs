@@ -73,6 +73,14 @@ impl State {
         state
     }
 
+    /// Goes on from here: cells have all this `light`, and have shot what they have.
+    pub fn start_again(&mut self, light: Vec<DVec3>) {
+        let left = light.iter().zip(&self.shot).map(|(all, shot)| *all - *shot);
+        self.residual = left.collect();
+        (self.last, self.stalled) = (None, 0);
+        self.least = self.unshot();
+    }
+
     /// Σ|r|A over the channels of cell `k`.
     pub fn power(&self, k: usize) -> f64 {
         self.residual[k].abs().element_sum() * self.areas[k]

@@ -11,7 +11,7 @@
 pub mod iteration;
 
 use crate::error::Result;
-use crate::mesh::Mesh;
+use crate::mesh::{Cell, Mesh};
 use crate::settings::{Iteration, Schedule};
 use crate::shooting::{self, Field, Restart, Run, Shot};
 use glam::{DVec3, Vec3};
@@ -87,8 +87,27 @@ pub fn solve(
     }
     let mut solve = Passes::new(engine, mesh, schedule);
     solve.run(watch)?;
-    solve.finish()
+    let mut field = solve.field()?;
+    if solve.varies() {
+        for _ in 0..ROUNDS {
+            let before = solve.passes;
+            solve.correct(&mut field);
+            solve.run(watch)?;
+            if solve.passes == before {
+                break;
+            }
+            field = solve.field()?;
+            if solve.stagnated {
+                break;
+            }
+        }
+        solve.correct(&mut field);
+    }
+    solve.finish(field)
 }
+
+/// Where ρ varies within cells, the texels tell so often what cells have left.
+const ROUNDS: u32 = 8;
 
 /// Passes of conjugate gradients without [`GAIN`] after which no more will bring any: links too far
 /// from reciprocal, or rounding, give back what a pass takes. What is unshot may rise before it
@@ -150,6 +169,8 @@ struct Passes<'a> {
     stagnated: bool,
     passes: u32,
     shooters: u64,
+    /// Whether someone had it end.
+    stopped: bool,
 }
 
 impl<'a> Passes<'a> {
@@ -165,6 +186,7 @@ impl<'a> Passes<'a> {
             stagnated: false,
             passes: 0,
             shooters: 0,
+            stopped: false,
         }
     }
 
@@ -175,7 +197,7 @@ impl<'a> Passes<'a> {
     fn run(&mut self, watch: Watch) -> Result<()> {
         let most = u64::from(self.schedule.max_shots);
         let mut best = Best::new(&self.state);
-        while self.state.unshot() > self.threshold() && self.shooters < most {
+        while !self.stopped && self.state.unshot() > self.threshold() && self.shooters < most {
             let mut direction = self.direction(most - self.shooters);
             let ended = self.link(&mut direction, watch)?.is_break();
             let shooters = direction.iter().filter(|d| **d != DVec3::ZERO).count();
@@ -191,11 +213,38 @@ impl<'a> Passes<'a> {
                 best.restore(&mut self.state);
                 break;
             }
-            if ended || watch(self.done()).is_break() {
-                break;
-            }
+            self.stopped = ended || watch(self.done()).is_break();
         }
         Ok(())
+    }
+
+    /// Whether the texels of some cell reflect unlike.
+    fn varies(&self) -> bool {
+        let texels = &self.mesh.texels;
+        self.mesh.cells.iter().any(|cell| {
+            let own = &texels[cell.texels()];
+            own.iter().any(|t| t.reflectance != own[0].reflectance)
+        })
+    }
+
+    /// What cells have left as their texels tell it: the mean of ρH is not that of ρ times that of H.
+    fn correct(&mut self, field: &mut Field) {
+        let mean = |cell: &Cell| {
+            let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+            for k in cell.texels() {
+                let texel = &self.mesh.texels[k];
+                let reflected = texel.reflectance * field.irradiance[k].truncate();
+                let own = f64::from(texel.area);
+                sum += own * (texel.emission * cell.open + reflected).as_dvec3();
+                area += own;
+            }
+            if area > 0.0 { sum / area } else { DVec3::ZERO }
+        };
+        let light: Vec<DVec3> = self.mesh.cells.iter().map(mean).collect();
+        self.state.start_again(light);
+        for (cell, left) in self.mesh.cells.iter().zip(&self.state.residual) {
+            field.residual[cell.texels()].fill(left.as_vec3().extend(0.0));
+        }
     }
 
     /// Of cells without links only those shoot that the threshold cannot do without.
@@ -262,10 +311,14 @@ impl<'a> Passes<'a> {
         linked.max(fallen).clamp(0.0, 1.0)
     }
 
-    fn finish(self) -> Result<Run> {
+    /// What the texels have of all that was shot.
+    fn field(&mut self) -> Result<Field> {
         let unshot: Vec<Vec3> = self.state.residual.iter().map(|r| r.as_vec3()).collect();
         let shot = self.scaled(&self.state.shot);
-        let field = self.engine.gather(&shot, &unshot)?;
+        self.engine.gather(&shot, &unshot)
+    }
+
+    fn finish(self, field: Field) -> Result<Run> {
         let left = self.state.unshot();
         Ok(Run {
             shots: self.shots(left as f32),

@@ -71,18 +71,23 @@ pub struct Solution<'a> {
     pub matrix: Option<Value>,
     /// The error that was asked for; a solve to an error chooses cells, samples and ε by itself.
     pub error: Option<f64>,
-    /// What a relight says of itself; then ρ and E vary by texel and are written as well.
+    /// What a relight says of itself; then ρ and E vary by texel.
     pub relit: Option<Value>,
     /// Phases.
     pub seconds: Seconds,
 }
 
 impl Solution<'_> {
+    /// Whether ρ and E vary by texel, and are written as well.
+    fn varies(&self) -> bool {
+        self.relit.is_some() || self.scene.is_painted()
+    }
+
     /// Writes its files into `dir`.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let start = Instant::now();
         let mut files = Pending::default();
-        let image = lightmap(self.mesh, &self.run.field, self.relit.is_some())?;
+        let image = lightmap(self.mesh, &self.run.field, self.varies())?;
         files.add(&dir.join("lightmap.exr"), &image)?;
         match &self.off {
             Some(off) => files.add(&dir.join("error.exr"), &map(self.mesh, off)?)?,
@@ -152,7 +157,7 @@ impl Solution<'_> {
     }
 
     fn faces(&self) -> Vec<Value> {
-        let means = self.relit.is_some().then(|| means(self.mesh));
+        let means = self.varies().then(|| means(self.mesh));
         self.scene
             .faces
             .iter()

@@ -336,10 +336,6 @@ fn what_is_left_out_is_noted() {
         "transparent, taken as opaque: grey",
     );
     expect(
-        square().set("/meshes/0/primitives/0/attributes/COLOR_0", json!(0)),
-        "vertex colours",
-    );
-    expect(
         square().set("/meshes/0/primitives/0/targets", json!([{"POSITION": 0}])),
         "morph targets",
     );

@@ -8,4 +8,5 @@ mod gltf_extensions;
 mod gltf_faults;
 mod obj;
 mod obj_faults;
+mod paint;
 mod textures;

@@ -13,6 +13,7 @@ use crate::solve::solver::Solver;
 use crate::solve::task::Task;
 use crate::solve::watch::unwatched;
 use common::Result;
+use common::paint::WHITEST;
 use common::scene::Scene;
 use common::settings::{Iteration, Meshing, Settings, Transport, Visibility};
 
@@ -90,7 +91,11 @@ fn scaled(
 }
 
 fn bound(scene: &Scene, settings: &Settings, counts: &Counts) -> Expected {
-    let largest = scene.faces.iter().map(|f| f.reflectance.max_element());
+    // A texel may reflect more than its face in the mean, and no more than what is white.
+    let largest = scene.faces.iter().map(|f| match f.paint {
+        Some(_) => f.reflectance.max_element().max(WHITEST),
+        None => f.reflectance.max_element(),
+    });
     // At ρ = 0 one pass is all; the formulas need a little.
     let rho = f64::from(largest.fold(0.0, f32::max)).clamp(1e-6, 0.9999);
     let (cells, fall) = (counts.cells as f64, (1.0 / settings.schedule.epsilon).ln());

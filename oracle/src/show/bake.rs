@@ -12,6 +12,7 @@ use common::mesh::Mesh;
 use common::scene::{Face, Scene, Shape};
 use common::shooting::Field;
 use common::solution::write::encode as openexr;
+use common::texel::triangle_index;
 use common::{Error, Result};
 use glam::{DVec3, Vec3};
 use gltf::Glb;
@@ -43,7 +44,8 @@ pub fn bake(scene: &Scene, mesh: &Mesh, field: &Field, exposure: Exposure) -> Re
     let charts = Mesh::new(scene, &nodes, 1)?;
     let surface = Surface::new(scene, mesh);
     let light = surface.interpolate(&field.irradiance);
-    let image = Image::new(&charts, &light);
+    let painted: Vec<bool> = scene.faces.iter().map(|f| f.paint.is_some()).collect();
+    let image = Image::new(&charts, &painted, &light);
     let white = Exposure::linear(exposure.white);
     let picture = Picture::from_pixels(image.size[0], image.size[1], |x, y| {
         let radiosity = image.radiosity[(y * image.size[0] + x) as usize];
@@ -65,7 +67,7 @@ struct Image {
 }
 
 impl Image {
-    fn new(charts: &Mesh, light: &Interpolant) -> Self {
+    fn new(charts: &Mesh, painted: &[bool], light: &Interpolant) -> Self {
         let size = charts.atlas;
         let count = size[0] as usize * size[1] as usize;
         let mut image = Self {
@@ -74,7 +76,8 @@ impl Image {
             irradiance: vec![Vec3::ZERO; count],
         };
         let faces = 0..charts.faces.len();
-        let own: Vec<Vec<[Vec3; 2]>> = faces.into_par_iter().map(|f| chart(f, light)).collect();
+        let chart = |f: usize| chart(f, painted[f], light);
+        let own: Vec<Vec<[Vec3; 2]>> = faces.into_par_iter().map(chart).collect();
         for (face, own) in charts.faces.iter().zip(own) {
             let [x, y, w, _] = face.rect;
             for (k, [radiosity, irradiance]) in (0..).zip(own) {
@@ -101,7 +104,7 @@ impl Image {
 
 /// B and H at the nodes of face `f`, row by row. Beyond a triangle's long side they go on as the plane through
 /// the three nodes before it, so that bilinear sampling is linear up to that side.
-fn chart(f: usize, light: &Interpolant) -> Vec<[Vec3; 2]> {
+fn chart(f: usize, painted: bool, light: &Interpolant) -> Vec<[Vec3; 2]> {
     let patch = &light.surface.patches[f];
     let [w, h] = patch.size;
     let row = w as usize + 1;
@@ -114,18 +117,64 @@ fn chart(f: usize, light: &Interpolant) -> Vec<[Vec3; 2]> {
                 let [a, b, c] = [k - 1, k - row, k - row - 1].map(|k| chart[k]);
                 [0, 1].map(|n| a[n] + b[n] - c[n])
             } else {
-                at(patch, f, light, [i, j])
+                at(patch, (f, painted), light, [i, j])
             });
         }
     }
     chart
 }
 
-fn at(patch: &Patch, f: usize, light: &Interpolant, [i, j]: [u32; 2]) -> [Vec3; 2] {
+fn at(
+    patch: &Patch,
+    (f, painted): (usize, bool),
+    light: &Interpolant,
+    [i, j]: [u32; 2],
+) -> [Vec3; 2] {
     let point = patch.position([2 * i, 2 * j]);
     let texel = light.surface.texel(f as u32, point);
     let stencil = light.surface.stencil(texel, point);
-    [light.radiosity(&stencil), light.value(&stencil).as_vec3()]
+    let irradiance = light.value(&stencil).as_vec3();
+    if !painted {
+        return [light.radiosity(&stencil), irradiance];
+    }
+    // A node is nobody's: it reflects and emits as the texels around it do in the mean.
+    let (mut emission, mut reflectance, mut count) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+    for index in around(patch, [i, j]) {
+        let texel = light.surface.texel_in(f as u32, index) as usize;
+        emission += light.surface.mesh.texels[texel].emission;
+        reflectance += light.surface.mesh.texels[texel].reflectance;
+        count += 1.0;
+    }
+    [(emission + reflectance * irradiance) / count, irradiance]
+}
+
+/// The texels that meet in a node.
+fn around(patch: &Patch, [i, j]: [u32; 2]) -> Vec<u32> {
+    let [w, h] = patch.size;
+    let below = |k: u32| k.checked_sub(1);
+    let corners = [
+        (Some(i), Some(j)),
+        (below(i), Some(j)),
+        (Some(i), below(j)),
+        (below(i), below(j)),
+    ];
+    let corners = corners.into_iter().enumerate();
+    let corners = corners.filter_map(|(n, (a, b))| Some((n, a?, b?)));
+    if patch.shape == Shape::Quad {
+        let inside = corners.filter(|(_, a, b)| *a < w && *b < h);
+        return inside.map(|(_, a, b)| b * w + a).collect();
+    }
+    let mut found = Vec::new();
+    for (n, a, b) in corners {
+        // An upright one has corners at (a, b), (a + 1, b) and (a, b + 1), an inverted one at all but (a, b).
+        if n < 3 && a + b < h {
+            found.push(triangle_index(h, a, b, true));
+        }
+        if n > 0 && a + b + 1 < h {
+            found.push(triangle_index(h, a, b, false));
+        }
+    }
+    found
 }
 
 /// The faces of one name.

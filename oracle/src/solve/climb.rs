@@ -174,8 +174,10 @@ fn finish(
         |values: &[Vec3]| narrowed(onto(&scene.faces, &step, &sides, &|k| values[k].as_dvec3()));
     let open = |k: usize| DVec3::splat(f64::from(step.outcome.open[k]));
     let open = narrowed(onto(&scene.faces, &step, &sides, &open));
+    let mut irradiance = light(&step.outcome.irradiance);
+    weigh(scene, &step, &mesh, &mut irradiance);
     let outcome = Outcome {
-        irradiance: light(&step.outcome.irradiance),
+        irradiance,
         residual: light(&step.outcome.residual),
         open: open.iter().map(|open| open.x).collect(),
         off: Vec::new(),
@@ -196,14 +198,48 @@ fn finish(
     })
 }
 
+/// Where ρ varies within the texels that are asked for, H is weighed by it: so B = E + ρH is the mean over the
+/// texel, with its mean ρ.
+fn weigh(scene: &Scene, step: &Step, mesh: &Mesh, irradiance: &mut [Vec3]) {
+    let (mut from, mut to) = (0, 0);
+    for (f, face) in scene.faces.iter().enumerate() {
+        let (many, few) = (step.sides[f], mesh.faces[f].resolution[0]);
+        let [first, next] = [from, to];
+        from += (many as usize).pow(2);
+        to += (few as usize).pow(2);
+        if face.paint.is_none() || many <= few || !many.is_multiple_of(few) {
+            continue;
+        }
+        let reflected = averaged(&step.reflected[first..from], face, many, few);
+        let texels = mesh.texels[next..to].iter();
+        for ((h, texel), all) in irradiance[next..to].iter_mut().zip(texels).zip(reflected) {
+            let rho = texel.reflectance;
+            *h = Vec3::select(rho.cmpgt(Vec3::ZERO), all.as_vec3() / rho, *h);
+        }
+    }
+}
+
 /// Texels so small that the light varies little within them. Half of its square within four texels that
 /// make up a larger one is taken for that within one of them: at a shadow's edge it is, of a slope less.
 fn filled(scene: &Scene, step: &Step, change: &Change, error: f64) -> Vec<u32> {
     let first = offsets(&squares(&step.sides));
+    let order = step.mesh.in_face_order();
     let mut within = Vec::with_capacity(scene.faces.len());
     for (f, face) in scene.faces.iter().enumerate() {
         let side = step.sides[f];
         let own = &step.reflected[first[f]..first[f + 1]];
+        // Of what is painted the light counts, not the paint.
+        let even: Vec<DVec3>;
+        let own = match face.paint {
+            Some(_) => {
+                let rho = face.reflectance.as_dvec3();
+                let texels = order[first[f]..first[f + 1]].iter();
+                let light = texels.map(|k| rho * step.outcome.irradiance[*k].as_dvec3());
+                even = light.collect();
+                &even
+            }
+            None => own,
+        };
         let mut sum = 0.0;
         if side.is_multiple_of(2) {
             let coarse = averaged(own, face, side, side / 2);

@@ -2,7 +2,7 @@
 
 use super::buffers::Document;
 use crate::import::builder::MAX_FACES;
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use gltf::json::Index;
 use gltf::json::accessor::sparse::Sparse;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
@@ -24,6 +24,20 @@ impl Document {
         let values = self.values(index, "texture coordinates", Type::Vec2, floats::<2>)?;
         let place = |p: [f32; 2]| DVec2::from(p.map(f64::from));
         Ok(values.into_iter().map(place).collect())
+    }
+
+    /// Colours of vertices, without their opacity; what is beyond 0 to 1 is taken as that.
+    pub fn colours(&self, index: Index<Accessor>) -> Result<Vec<DVec3>> {
+        let kind = self.root.get(index).map(|accessor| accessor.type_);
+        let values: Vec<[f32; 3]> = if matches!(kind, Some(Checked::Valid(Type::Vec4))) {
+            let values = self.values(index, "colours", Type::Vec4, floats::<4>)?;
+            values.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
+        } else {
+            self.values(index, "colours", Type::Vec3, floats::<3>)?
+        };
+        let light = |x: f32| f64::from(if x.is_nan() { 1.0 } else { x.clamp(0.0, 1.0) });
+        let colour = |p: [f32; 3]| DVec3::from(p.map(light));
+        Ok(values.into_iter().map(colour).collect())
     }
 
     /// What an accessor of integers rounds each value by; 0 of floats.

@@ -2,7 +2,10 @@
 
 use super::buffers::Document;
 use crate::error::{Error, Result};
-use crate::import::builder::{Builder, Polygon};
+use crate::import::builder::Builder;
+use crate::import::input::Polygon;
+use crate::import::material::{Colour, Material};
+use crate::import::surface::Surface;
 use crate::scene::Face;
 use glam::{DMat4, DVec3};
 use gltf::json::Index;
@@ -64,16 +67,24 @@ pub fn add(
         let name = light.name.clone().unwrap_or_else(|| place.clone());
         // Power is π L times the area.
         let radiance = colour * lamp.power / (PI * area);
-        let surface = builder
-            .surface(&name, [DVec3::ZERO, radiance], ["", "of its intensity"])
-            .map_err(|message| fail(&message))?;
+        let names_of = ["", "of its intensity"];
+        Surface::new(DVec3::ZERO, radiance, names_of).map_err(|message| fail(&message))?;
+        let material = Material {
+            file: path.to_owned(),
+            name: name.clone(),
+            colours: [DVec3::ZERO, radiance].map(Colour::plain),
+            names: names_of,
+        };
         for corners in &lamp.outlines {
             let polygon = Polygon {
                 corners,
                 normals: &[],
                 rounding: 0.0,
+                places: [None; 2],
+                colours: None,
+                odd: false,
             };
-            builder.add(&name, &polygon, Some(surface), || place.clone())?;
+            builder.add(&name, &polygon, Some(&material), || place.clone())?;
         }
         if matches!(light.type_, Checked::Valid(Type::Spot)) {
             spots.push(name.clone());

@@ -9,12 +9,13 @@ use gltf::json;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
+use std::path::Path;
 
 /// What it gives to faces, and the sets of coordinates of its textures; or what is wrong with it. Where the
 /// reflectance is replaced, its texture is not read.
 pub fn read(
     material: &json::Material,
-    name: String,
+    (file, name): (&Path, String),
     pictures: &mut Pictures,
     replaced: bool,
 ) -> Result<(Material, [Option<u32>; 2])> {
@@ -26,13 +27,15 @@ pub fn read(
         .map_or(1.0, |s| s.emissive_strength.0);
     let emissive = DVec3::from(material.emissive_factor.0.map(f64::from));
     let base = pbr.base_color_texture.as_ref().filter(|_| !replaced);
-    let (reflectance, first) = colour(DVec3::new(r, g, b), base, pictures)?;
+    let base_factor = DVec3::new(r, g, b);
+    let (reflectance, first) = colour(base_factor, (base, base_factor), pictures)?;
     let (radiance, second) = colour(
         emissive * f64::from(strength),
-        material.emissive_texture.as_ref(),
+        (material.emissive_texture.as_ref(), DVec3::ZERO),
         pictures,
     )?;
     let material = Material {
+        file: file.to_owned(),
         name,
         colours: [reflectance, radiance],
         names: ["baseColorFactor", "emissiveFactor"],
@@ -40,14 +43,14 @@ pub fn read(
     Ok((material, [first, second]))
 }
 
-/// A factor of 0 leaves nothing of its texture.
+/// A factor of 0 leaves nothing of its texture, and one of 1 all of it: `white` is what may not be reflected.
 fn colour(
     factor: DVec3,
-    texture: Option<&Info>,
+    (texture, white): (Option<&Info>, DVec3),
     pictures: &mut Pictures,
 ) -> Result<(Colour, Option<u32>)> {
     let used = texture.filter(|_| factor != DVec3::ZERO);
-    let Some((texture, set)) = used.map(|info| pictures.texture(info)).transpose()? else {
+    let Some((texture, set)) = used.map(|info| pictures.texture(info, white)).transpose()? else {
         return Ok((Colour::plain(factor), None));
     };
     let texture = Some(texture);

@@ -11,10 +11,10 @@ mod material;
 mod primitive;
 mod texture;
 
-use super::builder::{Builder, Polygon};
-use super::material::{Corners, Material};
+use super::builder::Builder;
+use super::input::Polygon;
+use super::material::{Colour, Material};
 use super::polygon;
-use super::surface::Surface;
 use crate::error::{Error, Result};
 use crate::precision::ROUNDOFF;
 use buffers::Document;
@@ -65,7 +65,6 @@ struct Import<'a, 'b> {
 #[derive(Default)]
 struct LeftOut {
     points_and_lines: usize,
-    vertex_colours: bool,
     poses: bool,
 }
 
@@ -146,11 +145,17 @@ impl Import<'_, '_> {
         for (k, primitive) in mesh.primitives.iter().enumerate() {
             self.left_out.poses |= primitive.targets.is_some();
             let colour = Checked::Valid(Semantic::Colors(0));
-            self.left_out.vertex_colours |= primitive.attributes.contains_key(&colour);
+            let coloured =
+                primitive.attributes.contains_key(&colour) && !self.builder.replaces_reflectance();
             let place = format!("mesh {index} primitive {k}");
-            let material = primitive.material.map(|m| self.material(m)).transpose()?;
+            let material = match primitive.material {
+                Some(material) => Some(self.material(material)?),
+                // glTF's default is white, so that the colours are those that are seen.
+                None => coloured.then(|| (Rc::new(self.white()), [None; 2])),
+            };
             let sets = material.as_ref().map_or([None; 2], |(_, sets)| *sets);
-            let corners = match primitive::triangles(self.document, primitive, sets) {
+            let asked = (sets, coloured);
+            let corners = match primitive::triangles(self.document, primitive, asked) {
                 Ok(Some(corners)) => corners,
                 Ok(None) => {
                     self.left_out.points_and_lines += 1;
@@ -176,7 +181,7 @@ impl Import<'_, '_> {
         while let Some((first, after)) = rest.split_first() {
             let quad = after
                 .first()
-                .filter(|_| self.join_quads)
+                .filter(|second| self.join_quads && first.goes_on(second))
                 .and_then(|second| polygon::join(first.corners, second.corners));
             let used = if quad.is_some() { 2 } else { 1 };
             let begin = triangles.len() - rest.len();
@@ -187,36 +192,36 @@ impl Import<'_, '_> {
             let corners = quad
                 .as_ref()
                 .map_or(first.corners.as_slice(), |q| q.as_slice());
-            let surface = material
-                .map(|(material, _)| self.surface(material, corners, &rest[..used]))
-                .transpose()?;
-            let normals = each(corners, &rest[..used], |t| t.normals);
+            let own = &rest[..used];
+            let normals = each(corners, own, |t| t.normals);
+            let places = [0, 1].map(|k| each(corners, own, |t| t.places[k]));
+            let colours = each(corners, own, |t| t.colours);
+            // A corner of both lies on the diagonal.
+            let odd = own.len() > 1 && own.iter().all(|t| t.corners.contains(&corners[1]));
             let polygon = Polygon {
                 corners,
                 normals: &normals.unwrap_or_default(),
                 rounding,
+                places: places.each_ref().map(Option::as_deref),
+                colours: colours.as_deref(),
+                odd,
             };
-            self.builder
-                .add(name, &polygon, surface, || format!("{place}, node {name}"))?;
+            let material = material.map(|(material, _)| material.as_ref());
+            let place = || format!("{place}, node {name}");
+            self.builder.add(name, &polygon, material, place)?;
             rest = &rest[used..];
         }
         Ok(())
     }
 
-    /// What a face of a material is.
-    fn surface(
-        &mut self,
-        material: &Material,
-        corners: &[DVec3],
-        triangles: &[Triangle],
-    ) -> Result<Surface> {
-        let places = [0, 1].map(|k| each(corners, triangles, |t| t.places[k]));
-        let face = Corners {
-            corners,
-            places: places.each_ref().map(Option::as_deref),
-        };
-        let surface = material.surface(self.builder, &face);
-        surface.or_else(|message| self.fail(format!("material {}", material.name), message))
+    /// What primitives without a material have.
+    fn white(&self) -> Material {
+        Material {
+            file: self.path.to_owned(),
+            name: "of vertex colours".into(),
+            colours: [DVec3::ONE, DVec3::ZERO].map(Colour::plain),
+            names: ["COLOR_0", ""],
+        }
     }
 
     fn material(
@@ -231,8 +236,13 @@ impl Import<'_, '_> {
         };
         let name = material::name(material, index.value());
         let replaced = self.builder.replaces_reflectance();
-        let (read, sets) = material::read(material, name.clone(), &mut self.pictures, replaced)
-            .or_else(|message| self.fail(format!("material {name}"), message))?;
+        let (read, sets) = material::read(
+            material,
+            (self.path, name.clone()),
+            &mut self.pictures,
+            replaced,
+        )
+        .or_else(|message| self.fail(format!("material {name}"), message))?;
         let material = (Rc::new(read), sets);
         self.materials.insert(index.value(), material.clone());
         Ok(material)
@@ -259,7 +269,6 @@ impl Import<'_, '_> {
         }
         let LeftOut {
             points_and_lines,
-            vertex_colours,
             poses,
         } = self.left_out;
         if points_and_lines > 0 {
@@ -267,8 +276,8 @@ impl Import<'_, '_> {
                 "{points_and_lines} primitives of points or lines left out"
             ));
         }
-        if vertex_colours {
-            self.builder.note("vertex colours are not used");
+        if let Some(note) = self.pictures.note() {
+            self.builder.note(note);
         }
         if poses {
             self.builder
@@ -331,6 +340,7 @@ fn placed(triangles: Vec<Triangle>, world: DMat4) -> Vec<Triangle> {
         places: triangle
             .places
             .map(|places| places.map(|places| turned.map(|k| places[k]))),
+        colours: triangle.colours.map(|colours| turned.map(|k| colours[k])),
         ..triangle
     };
     triangles.into_iter().map(place).collect()

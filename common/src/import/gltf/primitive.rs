@@ -15,16 +15,32 @@ pub struct Triangle {
     pub normals: Option<[Vec3; 3]>,
     /// The coordinates there of the textures of reflectance and of radiance.
     pub places: [Option<[DVec2; 3]>; 2],
+    /// Its corners' colours.
+    pub colours: Option<[DVec3; 3]>,
     /// What each coordinate is rounded by where they are integers.
     pub step: f64,
 }
 
-/// A primitive's triangles, with these sets of texture coordinates; none if it is of points or lines. Normals
-/// that cannot be read are none.
+impl Triangle {
+    /// Whether textures and colours go on from one to the other where they have corners in common.
+    pub fn goes_on(&self, other: &Self) -> bool {
+        let look = |t: &Self, k: usize| {
+            let places = t.places.map(|places| places.map(|places| places[k]));
+            (places, t.colours.map(|colours| colours[k]))
+        };
+        (0..3).all(|k| {
+            let there = other.corners.iter().position(|c| *c == self.corners[k]);
+            there.is_none_or(|n| look(self, k) == look(other, n))
+        })
+    }
+}
+
+/// A primitive's triangles, with these sets of texture coordinates, and the colours if they are asked for; none if
+/// it is of points or lines. Normals that cannot be read are none.
 pub fn triangles(
     document: &Document,
     primitive: &Primitive,
-    sets: [Option<u32>; 2],
+    (sets, coloured): ([Option<u32>; 2], bool),
 ) -> Result<Option<Vec<Triangle>>> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err("has an unknown mode".into());
@@ -44,6 +60,12 @@ pub fn triangles(
     let normals = normals.and_then(|accessor| document.positions(*accessor).ok());
     let places = places(document, primitive, sets)?;
     let place = |of: usize, k: u32| places[of].as_ref()?.get(k as usize).copied();
+    let colours = (primitive.attributes)
+        .get(&Checked::Valid(Semantic::Colors(0)))
+        .filter(|_| coloured)
+        .map(|accessor| document.colours(*accessor))
+        .transpose()?;
+    let colour = |k: u32| colours.as_ref()?.get(k as usize).copied();
     let step = document.step(*accessor);
     let normal = |k: u32| normals.as_ref()?.get(k as usize).copied();
     let indices = match primitive.indices {
@@ -67,6 +89,10 @@ pub fn triangles(
                 _ => None,
             },
             places,
+            colours: match [a, b, c].map(colour) {
+                [Some(a), Some(b), Some(c)] => Some([a, b, c]),
+                _ => None,
+            },
             step,
         })
     };

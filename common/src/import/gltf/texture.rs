@@ -3,20 +3,20 @@
 use super::accessor::Result;
 use super::buffers::{Document, fetch};
 use crate::import::material::Texture;
-use crate::import::picture::{Picture, Wrap};
-use glam::{DAffine2, DMat2, DVec2};
+use crate::import::pictures;
+use crate::paint::{Picture, Wrap};
+use glam::{DAffine2, DMat2, DVec2, DVec3};
 use gltf::json::texture::{Info, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{Image, Index};
-use std::collections::BTreeMap;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// The pictures of a file that were read so far.
 pub struct Pictures<'d> {
     path: &'d Path,
     document: &'d Document,
-    read: BTreeMap<usize, Rc<Picture>>,
+    read: pictures::Pictures<usize>,
 }
 
 impl<'d> Pictures<'d> {
@@ -25,12 +25,17 @@ impl<'d> Pictures<'d> {
         Self {
             path,
             document,
-            read: BTreeMap::new(),
+            read: pictures::Pictures::new(),
         }
     }
 
-    /// A texture, and the set of its coordinates.
-    pub fn texture(&mut self, info: &Info) -> Result<(Texture, u32)> {
+    /// What is to be said of them.
+    pub fn note(&self) -> Option<String> {
+        self.read.note()
+    }
+
+    /// A texture for a colour of a `factor`, and the set of its coordinates.
+    pub fn texture(&mut self, info: &Info, factor: DVec3) -> Result<(Texture, u32)> {
         let root = &self.document.root;
         let index = info.index;
         let texture = root
@@ -57,34 +62,32 @@ impl<'d> Pictures<'d> {
             .and_then(|t| t.tex_coord)
             .unwrap_or(info.tex_coord);
         let texture = Texture {
-            picture: self.picture(texture.source)?,
+            picture: self.picture(texture.source, factor)?,
             wrap,
             place,
         };
         Ok((texture, set))
     }
 
-    fn picture(&mut self, index: Index<Image>) -> Result<Rc<Picture>> {
-        if let Some(picture) = self.read.get(&index.value()) {
-            return Ok(picture.clone());
-        }
-        // A texture without a source has this one too.
-        let Some(image) = self.document.root.get(index) else {
-            return Err("a texture has no image: export with textures in PNG or JPEG".into());
-        };
-        let wrong = |message: String| format!("image {index} {message}");
-        let picture = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => Picture::decode(&fetch(self.path, uri).map_err(wrong)?),
-            (None, Some(view)) => Picture::decode(self.document.bytes(view).map_err(wrong)?),
-            (None, None) => Err("has neither a uri nor a buffer view".into()),
-        };
-        let name = match image.uri.as_deref() {
-            Some(uri) if !uri.starts_with("data:") => format!("image {uri}"),
-            _ => format!("image {index}"),
-        };
-        let picture = Rc::new(picture.map_err(|message| format!("{name} {message}"))?);
-        self.read.insert(index.value(), picture.clone());
-        Ok(picture)
+    fn picture(&mut self, index: Index<Image>, factor: DVec3) -> Result<Arc<Picture>> {
+        let (path, document) = (self.path, self.document);
+        self.read.get(index.value(), factor, |most| {
+            // A texture without a source has this one too.
+            let Some(image) = document.root.get(index) else {
+                return Err("a texture has no image: export with textures in PNG or JPEG".into());
+            };
+            let wrong = |message: String| format!("image {index} {message}");
+            let picture = match (&image.uri, image.buffer_view) {
+                (Some(uri), _) => Picture::decode(&fetch(path, uri).map_err(wrong)?, most),
+                (None, Some(view)) => Picture::decode(document.bytes(view).map_err(wrong)?, most),
+                (None, None) => Err("has neither a uri nor a buffer view".into()),
+            };
+            let name = match image.uri.as_deref() {
+                Some(uri) if !uri.starts_with("data:") => format!("image {uri}"),
+                _ => format!("image {index}"),
+            };
+            picture.map_err(|message| format!("{name} {message}"))
+        })
     }
 }
 

@@ -8,8 +8,9 @@ mod mtl;
 mod text;
 mod texture;
 
-use super::builder::{Builder, Polygon};
-use super::material::Corners;
+use super::builder::Builder;
+use super::input::Polygon;
+use super::pictures;
 use crate::error::{Error, Result};
 use crate::file::MAX_BYTES;
 use digits::Digits;
@@ -22,7 +23,7 @@ use texture::Pictures;
 pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
     let source = Source::scan(path, text::utf8(path, bytes)?)?;
     let models = source.models(path)?;
-    let mut pictures = Pictures::default();
+    let mut pictures = Pictures(pictures::Pictures::new());
     let mut used = vec![None; source.materials.len()];
     let mut lines = source.faces.iter();
     for model in &models {
@@ -32,7 +33,7 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
                     let replaced = builder.replaces_reflectance();
                     used[id] = Some(source.materials[id].read(&mut pictures, replaced)?);
                 }
-                used[id].as_ref().map(|read| (&source.materials[id], read))
+                used[id].as_ref()
             }
             None => None,
         };
@@ -41,30 +42,23 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
             let number = line.map_or(0, |line| line.number);
             let places = line.map(|line| line.places.as_slice());
             let places = places.filter(|places| places.len() == corners.len());
-            let face = Corners {
-                corners: &corners,
-                places: [places; 2],
-            };
-            let surface = match material {
-                None => None,
-                Some((source, read)) => {
-                    let surface = read.surface(builder, &face);
-                    Some(surface.map_err(|message| source.fail(message))?)
-                }
-            };
             let coordinates = corners.iter().flat_map(DVec3::to_array);
             let rounding = coordinates.map(|x| source.digits.rounding(x));
             let polygon = Polygon {
                 corners: &corners,
                 normals: line.map_or(&[], |line| &line.normals),
                 rounding: rounding.fold(0.0, f64::max),
+                places: [places; 2],
+                colours: None,
+                odd: false,
             };
-            builder.add(&model.name, &polygon, surface, || format!("line {number}"))?;
+            builder.add(&model.name, &polygon, material, || format!("line {number}"))?;
         }
     }
     let used: Vec<bool> = used.iter().map(Option::is_some).collect();
     let notes = source.notes(&used);
-    notes.into_iter().for_each(|note| builder.note(note));
+    let notes = notes.into_iter().chain(pictures.0.note());
+    notes.for_each(|note| builder.note(note));
     Ok(())
 }
 

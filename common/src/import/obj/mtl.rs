@@ -63,21 +63,24 @@ impl Material {
     pub fn read(&self, pictures: &mut Pictures, replaced: bool) -> Result<import::Material> {
         let values = &self.values;
         let map = values.diffuse_texture.as_deref().filter(|_| !replaced);
-        let reflectance = self.colour(values.diffuse, ("map_Kd", map), pictures)?;
+        let reflectance = self.colour(values.diffuse, ("map_Kd", map), true, pictures)?;
         let map = values.unknown_param.get("map_Ke").map(String::as_str);
-        let radiance = self.colour(values.emissive, ("map_Ke", map), pictures)?;
+        let radiance = self.colour(values.emissive, ("map_Ke", map), false, pictures)?;
         Ok(import::Material {
+            file: self.file.clone(),
             name: self.name.clone(),
             colours: [reflectance, radiance],
             names: ["Kd", "Ke"],
         })
     }
 
-    /// Without a colour a texture stands for itself; of a colour of 0 it leaves nothing.
+    /// Without a colour a texture stands for itself; of a colour of 0 it leaves nothing. What is `reflected`
+    /// is not all light.
     fn colour(
         &self,
         factor: Option<[f64; 3]>,
         (key, map): (&str, Option<&str>),
+        reflected: bool,
         pictures: &mut Pictures,
     ) -> Result<Colour> {
         let alone = if map.is_some() {
@@ -89,7 +92,8 @@ impl Material {
         let Some(map) = map.filter(|_| factor != DVec3::ZERO) else {
             return Ok(Colour::plain(factor));
         };
-        let texture = pictures.texture(&self.file, map);
+        let white = if reflected { factor } else { DVec3::ZERO };
+        let texture = pictures.texture(&self.file, map, white);
         let texture = texture.map_err(|message| self.fail(format!("{key} {message}")))?;
         Ok(Colour {
             factor,
@@ -98,7 +102,7 @@ impl Material {
     }
 
     /// What is wrong with it.
-    pub fn fail(&self, message: String) -> Error {
+    fn fail(&self, message: String) -> Error {
         Error::input(&self.file, format!("material {}", self.name), message)
     }
 

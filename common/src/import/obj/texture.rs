@@ -2,19 +2,22 @@
 
 use crate::file::{self, MAX_BYTES};
 use crate::import::material::Texture;
-use crate::import::picture::{Picture, Wrap};
-use glam::{DAffine2, DVec2};
-use std::collections::BTreeMap;
+use crate::import::pictures;
+use crate::paint::{Picture, Wrap};
+use glam::{DAffine2, DVec2, DVec3};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 
 /// Those that were read so far.
-#[derive(Default)]
-pub struct Pictures(BTreeMap<PathBuf, Rc<Picture>>);
+pub struct Pictures(pub pictures::Pictures<PathBuf>);
 
 impl Pictures {
-    /// The texture that a line of `library` names; the error follows its key.
-    pub fn texture(&mut self, library: &Path, line: &str) -> Result<Texture, String> {
+    /// The texture that a line of `library` names, for a colour of a `factor`; the error follows its key.
+    pub fn texture(
+        &mut self,
+        library: &Path,
+        line: &str,
+        factor: DVec3,
+    ) -> Result<Texture, String> {
         let Line {
             name,
             scale,
@@ -24,18 +27,11 @@ impl Pictures {
         // Written on Windows, it may part folders by backslashes.
         let folder = library.parent().unwrap_or(Path::new(""));
         let path = folder.join(name.replace('\\', "/"));
-        let picture = match self.0.get(&path) {
-            Some(picture) => picture.clone(),
-            None => {
-                let bytes = file::read(&path, MAX_BYTES)
-                    .map_err(|reason| format!("{name} cannot be read: {reason}"))?;
-                let picture =
-                    Picture::decode(&bytes).map_err(|reason| format!("{name} {reason}"))?;
-                let picture = Rc::new(picture);
-                self.0.insert(path, picture.clone());
-                picture
-            }
-        };
+        let picture = self.0.get(path.clone(), factor, |most| {
+            let bytes = file::read(&path, MAX_BYTES)
+                .map_err(|reason| format!("{name} cannot be read: {reason}"))?;
+            Picture::decode(&bytes, most).map_err(|reason| format!("{name} {reason}"))
+        })?;
         // MTL's v runs upwards from the lower edge, the picture's down from the upper one.
         let down = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
         Ok(Texture {

@@ -118,8 +118,9 @@ impl<'a> Doubt<'a> {
                 .into_par_iter()
                 .map(|c| {
                     let taken: DVec3 = (0..cells.len()).map(|i| now[i] * self.taken[i][c]).sum();
-                    let first = cells[c].first as usize;
-                    taken * self.mesh.texels[first].reflectance.as_dvec3()
+                    let texels = self.mesh.texels[cells[c].texels()].iter();
+                    let most = texels.fold(Vec3::ZERO, |most, t| most.max(t.reflectance));
+                    taken * most.as_dvec3()
                 })
                 .collect();
             let left: f64 = rest.iter().map(|f| f.element_sum()).sum();

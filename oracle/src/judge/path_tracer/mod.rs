@@ -182,18 +182,17 @@ impl Tracer<'_> {
     /// What one path from a point says of ρH there.
     fn path(&self, source: &mut Source<'_>, mut at: Hit) -> DVec3 {
         let mut found = DVec3::ZERO;
-        let mut weight = self.reflectance(at.face);
+        let [mut weight, _] = self.light(&at);
         loop {
             found += weight * self.lamplight(source, &at);
             let along = self.cosine(source, at.face);
             let Some(next) = self.solid.hit(&at, along) else {
                 return found;
             };
-            let emission = self.scene.faces[next.face].emission.as_dvec3();
+            let [reflectance, emission] = self.light(&next);
             let g = self.solid.kernel(&at, &next);
-            found += weight * emission * share(g, self.lamps.density(emission));
+            found += weight * emission * share(g, self.density(next.face));
             // Goes on as often as the face reflects.
-            let reflectance = self.reflectance(next.face);
             let survival = reflectance.max_element();
             if source.next() >= survival {
                 return found;
@@ -212,8 +211,8 @@ impl Tracer<'_> {
         if g <= 0.0 || self.solid.hides(at, &lamp) {
             return DVec3::ZERO;
         }
-        let emission = self.scene.faces[lamp.face].emission.as_dvec3();
-        let density = self.lamps.density(emission);
+        let [_, emission] = self.light(&lamp);
+        let density = self.density(lamp.face);
         emission * g / density * share(density, g)
     }
 
@@ -226,8 +225,15 @@ impl Tracer<'_> {
         x * (r * angle.cos()) + y * (r * angle.sin()) + normal * (1.0 - u).sqrt()
     }
 
-    fn reflectance(&self, face: usize) -> DVec3 {
-        self.scene.faces[face].reflectance.as_dvec3()
+    /// ρ and E there.
+    fn light(&self, hit: &Hit) -> [DVec3; 2] {
+        self.scene.faces[hit.face].at(hit.at).map(|v| v.as_dvec3())
+    }
+
+    /// How likely a point of a face is drawn as one of a lamp, per area: by the face's mean.
+    fn density(&self, face: usize) -> f64 {
+        let mean = self.scene.faces[face].emission.as_dvec3();
+        self.lamps.density(mean)
     }
 }
 

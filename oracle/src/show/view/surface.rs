@@ -68,6 +68,12 @@ impl<'a> Surface<'a> {
         self.texels[patch.first_texel + patch.texel(point) as usize]
     }
 
+    /// The mesh's texel in a place of a face, row-major in its rectangle.
+    pub fn texel_in(&self, face: u32, index: u32) -> u32 {
+        let patch = &self.patches[face as usize];
+        self.texels[patch.first_texel + index as usize]
+    }
+
     /// The knots around a texel, counter-clockwise: where they lie and which value they take.
     pub fn ring(&self, texel: u32, knots: &mut Vec<(DVec3, u32)>) {
         let texel = &self.mesh.texels[texel as usize];

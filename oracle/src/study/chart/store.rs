@@ -3,6 +3,7 @@
 use super::methods::Method;
 use super::{Measurement, Solver};
 use common::scene::Scene;
+use common::texel::outline;
 use common::{Error, Result, file};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -127,7 +128,14 @@ pub fn content(scene: &Scene) -> u64 {
     let bits = |v: glam::Vec3| v.to_array().map(f32::to_bits);
     let faces = scene.faces.iter().map(|face| {
         let corners = face.corners.map(|c| c.to_array().map(f64::to_bits));
-        let light = [bits(face.emission), bits(face.reflectance)];
+        // What varies is known by sixteen texels.
+        let parts = match face.paint {
+            Some(_) => 0..16,
+            None => 0..0,
+        };
+        let parts = parts.map(|k| face.over(outline(face, [4; 2], k).corners()).map(bits));
+        let parts: Vec<_> = parts.collect();
+        let light = ([bits(face.emission), bits(face.reflectance)], parts);
         (corners, face.outline().len(), light, face.partner)
     });
     digest(&faces.collect::<Vec<_>>())

@@ -1,0 +1,221 @@
+//! What varies over a face, texel by texel: textures, as they are moved, and the colours of vertices.
+
+use super::files::{Folder, Gltf, notes, square};
+use super::textures::{close, embedded, picture, textured};
+use common::import::{ImportOptions, load};
+use common::mesh::Mesh;
+use common::scene::{Scene, Shape};
+use glam::Vec3;
+use serde_json::json;
+use std::f32::consts::PI;
+
+const RED: [f32; 3] = [0.5, 0., 0.];
+const GREEN: [f32; 3] = [0., 0.25, 0.];
+const BLUE: [f32; 3] = [0., 0., 0.125];
+const BLACK: [f32; 3] = [0.; 3];
+
+/// The file with its triangles joined.
+fn joined(gltf: &Gltf, two_sided: bool) -> Scene {
+    let folder = Folder::new().with("a.glb", gltf.glb());
+    let options = ImportOptions {
+        join_quads: true,
+        two_sided,
+        reflectance: None,
+    };
+    load(&folder.path("a.glb"), &options).expect("a scene")
+}
+
+/// ρ of the texels of face `f`, n×n a face, in the face's order.
+fn texels(scene: &Scene, f: u32, n: u32) -> Vec<Vec3> {
+    let mesh = Mesh::uniform(scene, n, 1).expect("a mesh");
+    let own = mesh.texels.iter().filter(|texel| texel.face == f);
+    own.map(|texel| texel.reflectance).collect()
+}
+
+/// The square with a colour at each corner, four floats each.
+fn coloured(colours: [[f32; 4]; 4]) -> Gltf {
+    let bytes: Vec<u8> = (colours.iter().flatten())
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    square()
+        .view(&bytes)
+        .set(
+            "/accessors/-",
+            json!({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC4"}),
+        )
+        .set("/meshes/0/primitives/0/attributes/COLOR_0", json!(2))
+}
+
+#[test]
+fn texels_have_the_means_of_their_pixels() {
+    // Texel (0, 0) is at the lower left, and the picture has blue there.
+    let scene = joined(&textured(embedded(), [0., 0.], [1., 1.]), true);
+    let found = texels(&scene, 0, 2);
+    for (found, expected) in found.iter().zip([BLUE, BLACK, RED, GREEN]) {
+        close(*found, expected);
+    }
+    // Seen from behind, corner 1 is what corner 3 was.
+    for (found, expected) in texels(&scene, 1, 2).iter().zip([BLUE, RED, BLACK, GREEN]) {
+        close(*found, expected);
+    }
+    // A third of the way across lies between pixels: the middle one has a part of each.
+    let middle = texels(&scene, 0, 3)[4];
+    close(middle, [0.125, 0.0625, 0.031_25]);
+    close(texels(&scene, 0, 1)[0], scene.faces[0].reflectance.into());
+}
+
+#[test]
+fn a_texture_is_moved_before_it_is_cut() {
+    let info = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions";
+    let with = |transform| {
+        let gltf = textured(embedded(), [0., 0.], [1., 1.]);
+        let scene = joined(
+            &gltf.set(info, json!({"KHR_texture_transform": transform})),
+            false,
+        );
+        texels(&scene, 0, 2)
+    };
+    // Half a picture to the right: what was left is right.
+    let moved = with(json!({"offset": [0.5, 0]}));
+    for (found, expected) in moved.iter().zip([BLACK, BLUE, GREEN, RED]) {
+        close(*found, expected);
+    }
+    // Twice as often: every texel has all of it.
+    for found in with(json!({"scale": [2, 2]})) {
+        close(found, [0.125, 0.0625, 0.031_25]);
+    }
+    // (u, v) becomes (v, −u): the corners of texel (0, 0) come to lie at (½…1, −½…0).
+    let turned = with(json!({"rotation": PI / 2.0}));
+    for (found, expected) in turned.iter().zip([BLACK, GREEN, BLUE, RED].map(|c| c)) {
+        close(*found, expected);
+    }
+}
+
+#[test]
+fn light_varies_as_well() {
+    let gltf = textured(embedded(), [0., 0.], [1., 1.])
+        .set("/materials/0/emissiveFactor", json!([1, 0.5, 1]))
+        .set(
+            "/materials/0/emissiveTexture",
+            json!({"index": 0, "texCoord": 1}),
+        );
+    let scene = joined(&gltf, false);
+    let mesh = Mesh::uniform(&scene, 2, 1).expect("a mesh");
+    let found: Vec<Vec3> = mesh
+        .texels
+        .iter()
+        .map(|texel| texel.emission / PI)
+        .collect();
+    let expected = [[0., 0., 1.], [0.; 3], [1., 0., 0.], [0., 0.5, 0.]];
+    for (found, expected) in found.iter().zip(expected) {
+        close(*found, expected);
+    }
+    // What was replaced does not vary; the light still does.
+    let folder = Folder::new().with("a.glb", gltf.glb());
+    let options = ImportOptions {
+        join_quads: true,
+        reflectance: Some(Vec3::splat(0.25)),
+        ..Default::default()
+    };
+    let given = load(&folder.path("a.glb"), &options).expect("a scene");
+    let mesh = Mesh::uniform(&given, 2, 1).expect("a mesh");
+    assert!(
+        mesh.texels
+            .iter()
+            .all(|t| t.reflectance == Vec3::splat(0.25))
+    );
+    assert!(mesh.texels[0].emission != mesh.texels[1].emission);
+}
+
+#[test]
+fn colours_of_vertices_are_linear_between_them() {
+    let [r, g, b] = [[1., 0., 0., 1.], [0., 1., 0., 1.], [0., 0., 1., 0.5]];
+    let scene = coloured([r, g, b, b]).load().expect("a scene");
+    assert_eq!(notes(&scene, "colour"), [""; 0]);
+    // Each corner weighs a third of the first triangle.
+    close(
+        scene.faces[0].reflectance,
+        [0.5 / 3.0, 0.25 / 3.0, 0.125 / 3.0],
+    );
+    // Of its four parts, those at corners weigh these by ⅔, the middle one all three alike.
+    let found = texels(&scene, 0, 2);
+    let of = |[r, g, b]: [f32; 3]| [0.5 * r / 6.0, 0.25 * g / 6.0, 0.125 * b / 6.0];
+    let expected = [[4., 1., 1.], [2., 2., 2.], [1., 4., 1.], [1., 1., 4.]].map(of);
+    for (found, expected) in found.iter().zip(expected) {
+        close(*found, expected);
+    }
+}
+
+#[test]
+fn colours_do_without_a_material_and_stay_below_white() {
+    let [white, grey] = [[1.; 4], [0.5, 0.5, 0.5, 1.]];
+    let bare = |colours| coloured(colours).remove("/meshes/0/primitives/0/material");
+    let even = bare([white; 4]).load().expect("a scene");
+    assert_eq!(even.faces[0].reflectance, Vec3::splat(0.95));
+    assert!(!even.is_painted());
+    let scene = bare([white, grey, grey, grey]).load().expect("a scene");
+    close(scene.faces[0].reflectance, [(0.95 + 1.0) / 3.0; 3]);
+    assert_eq!(notes(&scene, "reflect all light in places").len(), 1);
+    // Beyond 1 is 1.
+    let beyond = bare([[7., 7., 7., 1.]; 4]).load().expect("a scene");
+    assert_eq!(beyond.faces[0].reflectance, Vec3::splat(0.95));
+    let odd = coloured([white; 4]).set("/accessors/2/type", json!("SCALAR"));
+    assert!(odd.error().contains("accessor 2 (colours) is of type"));
+}
+
+#[test]
+fn no_quad_is_joined_over_a_seam() {
+    // Six vertices: those of the second triangle that it shares with the first are black.
+    let on = |second: f32| {
+        let corners = [[0., 0.], [1., 0.], [1., 1.], [0., 0.], [1., 1.], [0., 1.]];
+        let place: Vec<f32> = corners.iter().flat_map(|[x, y]| [*x, *y, 0.]).collect();
+        let light = [1., 1., 1., second, second, second];
+        let light = light.iter().flat_map(|x: &f32| [*x, *x, *x]);
+        let bytes: Vec<u8> = (place.iter().copied().chain(light))
+            .flat_map(f32::to_le_bytes)
+            .collect();
+        let vectors = |offset: u32| json!({"bufferView": 2, "byteOffset": offset, "componentType": 5126, "count": 6, "type": "VEC3"});
+        let gltf = square()
+            .view(&bytes)
+            .set("/accessors/-", vectors(0))
+            .set("/accessors/-", vectors(72))
+            .remove("/meshes/0/primitives/0/indices")
+            .set("/meshes/0/primitives/0/attributes/POSITION", json!(2))
+            .set("/meshes/0/primitives/0/attributes/COLOR_0", json!(3));
+        joined(&gltf, false)
+    };
+    assert_eq!(on(1.0).faces[0].shape, Shape::Quad);
+    let seam = on(0.0);
+    let found: Vec<f32> = seam.faces.iter().map(|f| f.reflectance.x).collect();
+    assert_eq!(found, [0.5, 0.0]);
+}
+
+#[test]
+fn a_texture_of_an_obj_is_cut_as_well() {
+    // A quad, and a pentagon that becomes triangles: each of them has its own part.
+    let text = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 2 0\nv -1 1 0\n\
+        vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\nf 1/1 2/2 3/3 5/4 6/4\n";
+    let folder = Folder::new()
+        .with("a.obj", text)
+        .with("a.mtl", "newmtl a\nKd 0.5 0.25 0.125\nmap_Kd a.png\n")
+        .with("a.png", picture());
+    let scene = folder.load("a.obj").expect("a scene");
+    for (found, expected) in texels(&scene, 0, 2).iter().zip([BLUE, BLACK, RED, GREEN]) {
+        close(*found, expected);
+    }
+    let pieces: Vec<_> = scene.faces.iter().filter(|f| f.from == Some(1)).collect();
+    assert_eq!(pieces.len(), 3);
+    // The first lies below the picture's diagonal, the last on its upper left corner and left side.
+    close(pieces[0].reflectance, [0., 0.0625, 0.031_25]);
+    assert!(pieces[0].paint.is_some());
+    let other = |f: &&&common::scene::Face| f.reflectance != pieces[0].reflectance;
+    assert!(pieces.iter().any(|f| other(&f)));
+}
+
+#[test]
+fn one_pixel_is_no_paint() {
+    // Of a palette each face has one colour.
+    let scene = joined(&textured(embedded(), [0.1, 0.1], [0.4, 0.4]), false);
+    close(scene.faces[0].reflectance, RED);
+    assert!(!scene.is_painted());
+}
