@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for note in &diff.notes {
         say!("note: {note}");
     }
-    let pictures = Pictures::new(&stored, truth, diff)?;
+    let pictures = Pictures::new(&stored, truth, diff, ["A, the result", "B, gathered anew"])?;
     let found = (diff, judged.one_bounce, &judged.energy);
     let html = page::checked(&stored, found, &pictures, arguments.tolerance);
     write_file(&arguments.out.join("check.html"), html.as_bytes())?;

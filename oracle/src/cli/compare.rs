@@ -3,7 +3,7 @@
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
 use super::scene::Materials;
-use super::tell::say;
+use super::tell::{self, say};
 use super::{Outcome, solve};
 use crate::judge::compare::ways::{Ways, judge};
 use crate::judge::comparison::{Comparison, Judged};
@@ -31,6 +31,9 @@ pub struct Arguments {
     /// Judge solves until the answer is P per cent off at most, 0.2 to 10, and nothing else
     #[arg(long, value_name = "P%", value_parser = solve::error, allow_negative_numbers = true)]
     error: Option<f64>,
+    /// What report.json has, as one line on stdout
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     materials: Materials,
     #[command(flatten)]
@@ -84,6 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 "interrupted: the report holds the {} scenes compared by then",
                 comparisons.len()
             );
+            told(arguments, &comparisons)?;
             return Ok(Outcome::Disagree);
         }
         let judged = judged?;
@@ -100,6 +104,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             arguments.out.display()
         );
     }
+    told(arguments, &comparisons)?;
     Ok(if comparisons.iter().all(Judged::agree) {
         Outcome::Done
     } else {
@@ -158,6 +163,14 @@ fn write(arguments: &Arguments, comparisons: &[Judged]) -> Result<()> {
         &arguments.out.join("report.html"),
         report::html(comparisons, &[]).as_bytes(),
     )
+}
+
+/// On stdout, if asked for.
+fn told(arguments: &Arguments, comparisons: &[Judged]) -> Result<()> {
+    if arguments.json {
+        tell::json(&report::json(comparisons))?;
+    }
+    Ok(())
 }
 
 /// Without an adapter each scene is solved on the CPU, in a folder of its own.

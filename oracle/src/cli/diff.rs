@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         say!("note: {note}");
     }
     prepare(&arguments.out)?;
-    let pictures = Pictures::new(&a, &b, &diff)?;
+    let pictures = Pictures::new(&a, &b, &diff, ["A", "B"])?;
     let flip = pictures.flip.as_ref().map(|flip| flip.mean);
     let html = page::html([&a, &b], &diff, &pictures, arguments.tolerance);
     write_file(&arguments.out.join("diff.html"), html.as_bytes())?;

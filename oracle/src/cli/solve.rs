@@ -9,10 +9,9 @@ use super::tell::{self, say};
 use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels};
+use crate::show::around::{Around, Seen};
 use crate::show::bake::bake;
-use crate::show::preview::Preview;
-use crate::show::shown::Shown;
-use crate::show::viewer::Viewer;
+use crate::show::view::camera::Camera;
 use crate::solve::moved::Moved;
 use crate::solve::solved::Dense;
 use crate::solve::solver::{Asked, LEAST, MOST, Solver};
@@ -252,38 +251,39 @@ fn fewer_cells(settings: &Settings) -> Option<String> {
     })
 }
 
+/// What is seen of a solution.
+pub fn around<'a>(solution: &'a Solution, camera: Option<Camera>) -> Around<'a> {
+    let certificate = solution.certificate.as_ref();
+    Around {
+        scene: solution.scene,
+        mesh: solution.mesh,
+        field: &solution.run.field,
+        off: solution.off.as_deref(),
+        solver: solution.solver,
+        adapter: solution.adapter,
+        error: certificate.and_then(|parts| parts["error"].as_f64()),
+        camera,
+    }
+}
+
 /// A picture of the scene, the scene to look around in, and, if asked for, to take elsewhere.
 fn show_all(solution: &Solution, arguments: &Arguments) -> Result<()> {
-    let (scene, mesh, field) = (solution.scene, solution.mesh, &solution.run.field);
-    let off = solution.off.as_deref();
-    let fewer = Shown::new(scene, mesh, field, off)?;
-    let (drawn, light, off) = match &fewer {
-        Some(shown) => (&shown.mesh, &shown.field, shown.off.as_deref()),
-        None => (mesh, field, off),
-    };
-    let preview = Preview::new(scene, drawn, light);
-    let viewer = Viewer {
-        scene,
-        mesh: drawn,
-        layers: vec![(solution.solver, light)],
-        off,
-        camera: preview.camera,
-        exposure: preview.exposure,
-    };
-    let out = &arguments.out;
+    let seen = around(solution, None).seen()?;
     let mut files = Pending::default();
-    files.add(&out.join("preview.png"), &preview.picture.png())?;
-    let page = viewer.page(&told(
-        solution,
-        fewer.as_ref().map_or(1, |shown| shown.over),
-    ));
-    files.add(&out.join("view.html"), page.as_bytes())?;
+    pending(&seen, &arguments.out, &mut files)?;
     if let Some(path) = &arguments.gltf {
-        let baked = bake(scene, mesh, field, preview.exposure)?;
+        let (scene, mesh, field) = (solution.scene, solution.mesh, &solution.run.field);
+        let baked = bake(scene, mesh, field, seen.preview.exposure)?;
         files.add(path, &baked.glb)?;
         files.add(&path.with_extension("exr"), &baked.exr)?;
     }
     files.finish()
+}
+
+/// The two files of what is seen.
+pub fn pending(seen: &Seen, out: &Path, files: &mut Pending) -> Result<()> {
+    files.add(&out.join("preview.png"), &seen.preview.picture.png())?;
+    files.add(&out.join("view.html"), seen.page.as_bytes())
 }
 
 /// Whether a .glb may be written as `path`: what is not checked before a solve is found out after it.
@@ -294,25 +294,6 @@ fn takes_glb(path: &Path) -> Result<()> {
     }
     let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty());
     prepare(folder.unwrap_or(Path::new(".")))
-}
-
-/// What was solved, by whom, and how well; `over` so many texels a side what is shown is a mean.
-fn told(solution: &Solution, over: u32) -> String {
-    let certificate = solution.certificate.as_ref();
-    let off = certificate.and_then(|parts| parts["error"].as_f64());
-    let off = off.map_or(String::new(), |error| {
-        format!(", about {:.1} % off", 100.0 * error)
-    });
-    let means = match over {
-        1 => String::new(),
-        _ => format!("; shown are means over {over}×{over} texels"),
-    };
-    format!(
-        "{} faces, {} texels, solved on {}{off}{means}",
-        solution.mesh.faces.len(),
-        solution.mesh.texels.len(),
-        solution.adapter.unwrap_or("the CPU"),
-    )
 }
 
 /// The radiance map of every face.

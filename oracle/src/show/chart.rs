@@ -16,8 +16,22 @@ const INK: RGBColor = RGBColor(1, 2, 3);
 pub const CPU: &str = "#2b7bba";
 /// The GPU's.
 pub const GPU: &str = "#e07b00";
-/// Curves' colours, told apart on white and on black.
-pub const COLOURS: [&str; 6] = [CPU, GPU, "#2c9650", "#a05abe", "#cd3c3c", "#828282"];
+/// Curves' colours, told apart on white and on black, and the marks that go with them: no curve is told by
+/// its colour alone.
+pub const COLOURS: [&str; 8] = [
+    CPU, GPU, "#2c9650", "#a05abe", "#b8860b", "#e8459c", "#19a3a8", "#828282",
+];
+/// The marks, one a colour.
+pub const MARKS: [Shape; 8] = [
+    Shape::Circle,
+    Shape::Square,
+    Shape::Triangle,
+    Shape::Diamond,
+    Shape::Down,
+    Shape::Cross,
+    Shape::Ring,
+    Shape::Bar,
+];
 /// What every chart looks like, inside a page or alone.
 pub const STYLE: &str = ".mark:hover path,.mark:focus path{stroke:currentColor;stroke-width:2.5;fill-opacity:1}\
     .mark path{stroke-linejoin:round}.upon text{font:12.5px sans-serif;fill:currentColor}\

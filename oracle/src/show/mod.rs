@@ -1,6 +1,8 @@
 //! Pages, charts and pictures.
 
+pub mod around;
 pub mod bake;
+pub mod cards;
 pub mod chart;
 pub(crate) mod number;
 pub mod page;

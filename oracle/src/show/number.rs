@@ -50,6 +50,34 @@ pub fn percent(x: f64) -> String {
     }
 }
 
+/// A time as people tell it: 2.4 ms, 12.3 s, 3 min 20 s, 5 h 12 min, 2 d 7 h.
+pub fn duration(seconds: f64) -> String {
+    let short = |x: f64| {
+        let digits = (2 - x.log10().floor() as i32).clamp(0, 2) as usize;
+        let text = format!("{x:.digits$}");
+        match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        }
+    };
+    let two = |whole: u64, [many, part]: [&str; 2], of: u64| match whole % of {
+        0 => format!("{} {many}", whole / of),
+        rest => format!("{} {many} {rest} {part}", whole / of),
+    };
+    // Not a number fails as well.
+    if !(seconds.is_finite() && seconds > 0.0) {
+        return format!("{} s", number(seconds));
+    }
+    match seconds {
+        s if s < 1e-4 => format!("{} s", number(s)),
+        s if s < 0.0995 => format!("{} ms", short(1e3 * s)),
+        s if s < 59.5 => format!("{} s", short(s)),
+        s if s < 3570.0 => two(s.round() as u64, ["min", "s"], 60),
+        s if s < 85_500.0 => two((s / 60.0).round() as u64, ["h", "min"], 60),
+        s => two((s / 3600.0).round() as u64, ["d", "h"], 24),
+    }
+}
+
 /// A count, its thousands apart.
 pub fn count(n: u64) -> String {
     let digits = n.to_string();
@@ -66,6 +94,26 @@ pub fn count(n: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_told_as_people_tell_them() {
+        let all = [
+            0.0, 0.002409, 0.35, 1.0, 12.345, 59.7, 200.0, 3600.0, 18_720.0, 198_000.0,
+        ];
+        let expected = [
+            "0 s",
+            "2.41 ms",
+            "0.35 s",
+            "1 s",
+            "12.3 s",
+            "1 min",
+            "3 min 20 s",
+            "1 h",
+            "5 h 12 min",
+            "2 d 7 h",
+        ];
+        assert_eq!(all.map(duration), expected);
+    }
 
     #[test]
     fn numbers_are_short_and_true() {

@@ -1,5 +1,6 @@
 //! What all pages are made of: one file that opens offline, in one look.
 
+use super::cards::labelled;
 use super::chart;
 use super::number::percent;
 use super::picture::DIVERGING;
@@ -52,15 +53,22 @@ impl Page<'_> {
 pub fn scenes<'a>(names: impl Iterator<Item = &'a String>) -> Markup {
     html! {
         a href="#top" { "Overview" }
-        @for (k, name) in names.enumerate() { a href={ "#scene-" (k + 1) } { (name) } }
+        @for (k, name) in names.enumerate() { a href={ "#scene-" (k + 1) } { (short(name)) } }
     }
 }
 
-/// A table that scrolls by itself. A heading that begins with # stands over numbers; a line of it ends
+/// More columns than these are cards on a phone.
+const NARROW: usize = 4;
+
+/// A table that scrolls by itself, or on a phone becomes a card a row. A heading that begins with # stands over numbers; a line of it ends
 /// at |.
 pub fn table(class: &str, heads: &[&str], rows: Markup) -> Markup {
+    let cards = heads.len() > NARROW;
+    let rows = if cards { labelled(heads, &rows) } else { rows };
+    let classes = [class, if cards { "cards" } else { "" }].join(" ");
+    let classes = classes.trim();
     html! {
-        div.scroll { table class=[(!class.is_empty()).then_some(class)] {
+        div.scroll { table class=[(!classes.is_empty()).then_some(classes)] {
             @if !heads.is_empty() { thead { tr { @for text in heads { (head(text)) } } } }
             tbody { (rows) }
         } }
@@ -98,6 +106,11 @@ pub fn verdict(good: Option<bool>, word: &str, text: Markup) -> Markup {
         None => "verdict",
     };
     html! { p class=(class) { strong { (word) } " " (text) } }
+}
+
+/// The same for what is no failure and yet to be looked at.
+pub fn caution(word: &str, text: Markup) -> Markup {
+    html! { p class="verdict careful" { strong { (word) } " " (text) } }
 }
 
 /// ✓ or another sign, told apart without colour too.

@@ -29,10 +29,10 @@ pub struct Preview {
 }
 
 impl Preview {
-    /// Of `scene` as `field` has solved it on the texels of `mesh`.
-    pub fn new(scene: &Scene, mesh: &Mesh, field: &Field) -> Self {
+    /// Of `scene` as `field` has solved it on the texels of `mesh`, through `camera` or one of its own.
+    pub fn new(scene: &Scene, mesh: &Mesh, field: &Field, camera: Option<Camera>) -> Self {
         let rays = Rays::new(mesh);
-        let camera = Camera::automatic(mesh, &rays);
+        let camera = camera.unwrap_or_else(|| Camera::automatic(mesh, &rays));
         let surface = Surface::new(scene, mesh);
         let view = View::new(&camera, &surface, &rays, SIZE);
         let light = surface.interpolate(&field.irradiance);

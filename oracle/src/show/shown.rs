@@ -44,25 +44,33 @@ impl Shown {
         }
         let sides = mesh.faces.iter().map(|face| face.resolution);
         let fewer: Vec<[u32; 2]> = sides.map(|side| side.map(|n| (n / over).max(1))).collect();
-        let fewer = Mesh::new(scene, &fewer, 1)?;
+        let mut fewer = Mesh::new(scene, &fewer, 1)?;
         let onto = Onto {
             scene,
             from: mesh,
             to: &fewer,
         };
         let light = |values: &[Vec4]| onto.means(|k| values[k].truncate().as_dvec3());
+        let field = Field {
+            origin: field.origin.clone(),
+            radiosity: light(&field.radiosity),
+            residual: light(&field.residual),
+            irradiance: light(&field.irradiance),
+        };
+        let off = off.map(|off| {
+            let means = onto.means(|k| DVec3::splat(f64::from(off[k])));
+            means.iter().map(|mean| mean.x).collect()
+        });
+        // What was captured has a ρ and an E of its own in each texel.
+        let emission = onto.means(|k| mesh.texels[k].emission.as_dvec3());
+        let reflectance = onto.means(|k| mesh.texels[k].reflectance.as_dvec3());
+        for ((texel, e), rho) in fewer.texels.iter_mut().zip(emission).zip(reflectance) {
+            (texel.emission, texel.reflectance) = (e.truncate(), rho.truncate());
+        }
         Ok(Some(Self {
-            field: Field {
-                origin: field.origin.clone(),
-                radiosity: light(&field.radiosity),
-                residual: light(&field.residual),
-                irradiance: light(&field.irradiance),
-            },
-            off: off.map(|off| {
-                let means = onto.means(|k| DVec3::splat(f64::from(off[k])));
-                means.iter().map(|mean| mean.x).collect()
-            }),
             mesh: fewer,
+            field,
+            off,
             over,
         }))
     }

@@ -57,6 +57,113 @@ fn the_viewer_holds_what_the_files_hold() {
     fs::remove_dir_all(out).unwrap();
 }
 
+/// What the viewer of `page` holds of each texel, and where in the bytes its layers begin.
+fn held(page: &str) -> (Value, Vec<u8>, usize) {
+    let head: Value = serde_json::from_str(element(page, "head")).unwrap();
+    let bytes = STANDARD.decode(element(page, "data").trim()).unwrap();
+    let [faces, texels, sets] =
+        ["faces", "texels", "surfaces"].map(|of| head[of].as_u64().unwrap() as usize);
+    let each = match head["by_texel"].as_bool().unwrap() {
+        true => texels,
+        false => faces,
+    };
+    (head, bytes, faces * (12 + 4) + sets * 6 * each)
+}
+
+fn three(bytes: &[u8], k: usize) -> Vec3 {
+    let at = |k: usize| f32::from_le_bytes(bytes[4 * k..4 * k + 4].try_into().unwrap());
+    Vec3::new(at(k), at(k + 1), at(k + 2))
+}
+
+/// A captured room has its own ρ and E in each texel: hovering must show those.
+#[test]
+fn a_relit_room_is_looked_around_in() {
+    let (out, _) = solved("relit-room");
+    let relit = folder("relit");
+    let [from, to] = [out.to_str().unwrap(), relit.to_str().unwrap()];
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/paper_objects.obj");
+    let output = radiosity(&[
+        "relight",
+        "--room",
+        from,
+        "--object",
+        scene,
+        "--scale",
+        "100",
+        "--place",
+        "200,0,200",
+        "--solver",
+        "cpu",
+        "--cells",
+        "1",
+        "--samples",
+        "1",
+        "--json",
+        "--out",
+        to,
+    ]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["method"], "signed");
+    assert!(image::open(relit.join("preview.png")).is_ok());
+    let stored = Stored::read(&relit).unwrap();
+    for file in ["view.html", "report.html"] {
+        let page = fs::read_to_string(relit.join(file)).unwrap();
+        let (head, bytes, first) = held(&page);
+        assert_eq!(head["texels"], stored.radiosity.len(), "{file}");
+        for (k, b) in stored.radiosity.iter().enumerate() {
+            assert_eq!(three(&bytes, first + 6 * k), *b, "{file}: texel {k}");
+            if head["by_texel"] == true {
+                let own = 16 * head["faces"].as_u64().unwrap() as usize + 6 * k;
+                assert_eq!(three(&bytes, own), stored.emission[k], "{file}: texel {k}");
+                let rho = stored.others["reflectance"][k];
+                assert_eq!(three(&bytes, own + 3), rho, "{file}: texel {k}");
+            }
+        }
+    }
+    fs::remove_dir_all(out).unwrap();
+    fs::remove_dir_all(relit).unwrap();
+}
+
+#[test]
+fn diff_holds_both_and_their_difference() {
+    let (a, _) = solved("diff-a");
+    let b = folder("diff-b");
+    let out = folder("diff-out");
+    let [from, truth, to] = [&a, &b, &out].map(|dir| dir.to_str().unwrap());
+    let grid = ["--texels", "4", "--cells", "1", "--samples", "1"];
+    radiosity(
+        &[
+            &["solve", BOX, "--solver", "cpu", "--out", truth],
+            &grid[..],
+        ]
+        .concat(),
+    );
+    radiosity(&["diff", from, truth, "--out", to]);
+    let page = fs::read_to_string(out.join("diff.html")).unwrap();
+    let (head, bytes, first) = held(&page);
+    assert_eq!(head["layers"], serde_json::json!(["A", "B"]));
+    assert_eq!(head["difference"], serde_json::json!([0, 1]));
+    assert!(page.contains("data-what=\"difference\"") && page.contains("A − B"));
+    let texels = head["texels"].as_u64().unwrap() as usize;
+    let different = (0..texels)
+        .filter(|k| three(&bytes, first + 6 * k) != three(&bytes, first + 6 * (texels + k)));
+    assert!(different.count() > texels / 2);
+    // Where nothing differs there is no picture of it.
+    radiosity(&["diff", from, from, "--out", to]);
+    let page = fs::read_to_string(out.join("diff.html")).unwrap();
+    assert!(page.contains("No texel differs") && !page.contains("data-what=\"difference\""));
+    let (_, bytes, first) = held(&page);
+    let stored = Stored::read(&a).unwrap();
+    for (k, b) in stored.radiosity.iter().enumerate() {
+        assert_eq!(three(&bytes, first + 6 * k), *b, "texel {k}");
+    }
+    for dir in [a, b, out] {
+        fs::remove_dir_all(dir).unwrap();
+    }
+}
+
 #[test]
 fn the_preview_shows_the_scene() {
     let (out, _) = solved("preview");

@@ -3,8 +3,8 @@
 use super::{Arguments, MethodOption};
 use crate::cli::Outcome;
 use crate::cli::objects::Object;
-use crate::cli::solve::{judged, wrote};
-use crate::cli::tell::say;
+use crate::cli::solve::{around, judged, pending, wrote};
+use crate::cli::tell::{self, say};
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::page::{Report, html};
 use crate::relight::stage::Stage;
@@ -17,14 +17,14 @@ use crate::solve::watch::Watch;
 use crate::solve::{Answer, Question};
 use clap::ValueEnum;
 use common::energy::Energy;
-use common::solution::{Seconds, Solution, write_file};
+use common::solution::pending::Pending;
+use common::solution::{Seconds, Solution};
 use common::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 /// What a relight writes.
-const FILES: &str =
-    "composite.png, composite.exr, background.exr, lightmap.exr, result.json and report.html";
+const FILES: &str = "composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json";
 /// Pixels of the panorama in the report.
 const THUMBNAIL: u32 = 512;
 
@@ -72,6 +72,8 @@ pub fn write(
         solution.write(out)?;
         files::write(out, &picture, exposure)
     })?;
+    // Through the same camera as the composite: one that shows the objects.
+    let around = watch.of("view", || around(&solution, Some(camera)).seen())?;
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
     let phases = watch.phases();
@@ -92,10 +94,17 @@ pub fn write(
         warnings: &answered.warnings,
         notes: &notes,
         thumbnail: backdrop.map(|backdrop| thumbnail(backdrop, THUMBNAIL)),
+        around: &around.element,
     };
-    write_file(&out.join("report.html"), html(&report).as_bytes())?;
+    let mut files = Pending::default();
+    pending(&around, out, &mut files)?;
+    files.add(&out.join("report.html"), html(&report).as_bytes())?;
+    files.finish()?;
     if !arguments.common.quiet {
         summary(&solution, &phases, arguments);
+    }
+    if arguments.json {
+        tell::json(&solution.summary())?;
     }
     Ok(judged(&solution, arguments.strict))
 }

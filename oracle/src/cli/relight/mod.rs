@@ -131,6 +131,9 @@ pub struct Arguments {
     /// Warnings are errors: exit code 1, after writing
     #[arg(long)]
     strict: bool,
+    /// What result.json has but for its faces, as one line on stdout
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     common: Common,
 }

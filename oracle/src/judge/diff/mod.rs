@@ -4,6 +4,7 @@
 //! [`pictures`] draws both through one camera, [`flip`] asks what an eye would see of the
 //! difference, [`page`] tells.
 
+pub mod around;
 pub mod flip;
 pub mod page;
 pub mod pair;

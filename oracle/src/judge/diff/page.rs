@@ -4,6 +4,8 @@ use super::pictures::Pictures;
 use super::{Diff, FaceDiff};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, colour_bar, figure, notes, table, verdict};
+use crate::show::report::tables::energy as power;
+use crate::show::viewer;
 use common::energy::Energy;
 use common::solution::Stored;
 use maud::{Markup, html};
@@ -20,6 +22,7 @@ pub fn html(
 ) -> String {
     let links = html! {
         a href="#top" { "Figures" }
+        a href="#around" { "Look around" }
         a href="#views" { "What they see" }
         a href="#textures" { "All textures" }
         a href="#faces" { "Face by face" }
@@ -37,6 +40,7 @@ pub fn html(
         (views(pictures))
         (textures(pictures))
         (faces(diff))
+        (viewer::once())
     };
     Page {
         title: "Radiosity: two results compared",
@@ -59,17 +63,11 @@ pub fn checked(
     let links = html! {
         a href="#top" { "Figures" }
         a href="#energy" { "Energy" }
+        a href="#around" { "Look around" }
         a href="#views" { "What they see" }
         a href="#textures" { "All textures" }
         a href="#faces" { "Face by face" }
     };
-    let rows = [
-        ("Emitted", energy.emitted),
-        ("Absorbed", energy.absorbed),
-        ("Unshot", energy.unshot),
-        ("Escaped", energy.escaped),
-        ("Lost or made up", energy.closure),
-    ];
     let body = html! {
         p.facts {
             "A, the result: " code { (result.dir.display()) } " · "
@@ -87,17 +85,12 @@ pub fn checked(
         (figures(diff, pictures))
         section #energy {
             h2 { "Energy" }
-            p { "In the file's units of power; what is lost or made up is what remains." }
-            (table("", &["", "#R", "#G", "#B"], html! {
-                @for (name, parts) in rows {
-                    tr { td { (name) } @for part in parts { td.n { (number(part)) } } }
-                }
-                tr { td { "Imbalance" } td.n colspan="3" { (percent(energy.imbalance)) } }
-            }))
+            (power(&[("", energy)]))
         }
         (views(pictures))
         (textures(pictures))
         (faces(diff))
+        (viewer::once())
     };
     Page {
         title: "Radiosity: a result judged by its own light",
@@ -155,6 +148,11 @@ fn views(p: &Pictures) -> Markup {
         .map(|x| number(f64::from(x)))
         .join(", ");
     html! {
+        section #around {
+            h2 { "Look around" }
+            @if !p.differ { (same()) }
+            (p.around)
+        }
         section #views {
             h2 { "What they see" }
             div.grid {
@@ -163,16 +161,18 @@ fn views(p: &Pictures) -> Markup {
                         b { (name) } (what) " · radiosity. White is " (white) " W/m²; emitters clip."
                     }))
                 }
-                (figure("", &p.difference, "Difference in false colours", html! {
-                    b { "A − B" } " · luminance of reflected radiosity, relative to its rms in B ("
-                    (number(p.rms)) " W/m²); clipped beyond the range." (colour_bar(p.range))
-                }))
-                @if let Some(flip) = &p.flip {
-                    (figure("", &flip.picture.data_uri(), "HDR-FLIP error map", html! {
-                        b { "HDR-FLIP" } " · what an eye would see if the two views alternated, at the worst of "
-                        "the exposures that B asks for: black is nothing (0), pale yellow everything (1). Mean "
-                        (number(flip.mean)) ", largest " (number(flip.max)) "."
+                @if p.differ {
+                    (figure("", &p.difference, "Difference in false colours", html! {
+                        b { "A − B" } " · luminance of reflected radiosity, relative to its rms in B ("
+                        (number(p.rms)) " W/m²); clipped beyond the range." (colour_bar(p.range))
                     }))
+                    @if let Some(flip) = &p.flip {
+                        (figure("", &flip.picture.data_uri(), "HDR-FLIP error map", html! {
+                            b { "HDR-FLIP" } " · what an eye would see if the two views alternated, at the worst of "
+                            "the exposures that B asks for: black is nothing (0), pale yellow everything (1). Mean "
+                            (number(flip.mean)) ", largest " (number(flip.max)) "."
+                        }))
+                    }
                 }
             }
             p.small {
@@ -184,15 +184,20 @@ fn views(p: &Pictures) -> Markup {
     }
 }
 
+/// In the place of what would be white all over.
+fn same() -> Markup {
+    html! { p { "No texel differs: there is no difference to draw." } }
+}
+
 fn textures(p: &Pictures) -> Markup {
     html! {
         section #textures {
             h2 { "All textures" }
             div.grid {
-                (figure("pixels", &p.atlas_difference, "Atlas of the difference", html! {
+                @if p.differ { (figure("pixels", &p.atlas_difference, "Atlas of the difference", html! {
                     b { "A − B" } " · every common texel, all faces side by side in file order; colours as above."
                     (colour_bar(p.range))
-                }))
+                })) }
                 @for (name, source) in ["A", "B"].into_iter().zip(&p.atlases) {
                     (figure("pixels", source, &format!("Atlas of {name}"), html! {
                         b { (name) } " · radiosity of every texel, as it is stored."

@@ -1,6 +1,7 @@
 //! Both results and their difference, seen through one camera and texel by texel.
 
 use super::Diff;
+use super::around::around;
 use super::flip::{Flip, flip};
 use super::reflected::offsets;
 use crate::show::picture::{Exposure, atlas, atlas_of, decode, diverging, luminance, range, rms};
@@ -12,6 +13,7 @@ use common::mesh::Mesh;
 use common::rays::Rays;
 use common::solution::Stored;
 use glam::{Vec3, Vec4};
+use maud::Markup;
 
 /// Pixels a side of a rendered view.
 const VIEW: u32 = 560;
@@ -22,6 +24,10 @@ const STRIDE: usize = 5;
 pub struct Pictures {
     /// A and B through the camera.
     pub views: [String; 2],
+    /// A and B to look around in, and A − B.
+    pub around: Markup,
+    /// Whether any texel differs: where none does, there is nothing to draw of a difference.
+    pub differ: bool,
     /// A − B through the camera.
     pub difference: String,
     /// FLIP between the views; none when it cannot be had.
@@ -41,10 +47,10 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Draws everything; geometry is B's.
+    /// Draws everything; geometry is B's, and `names` are A's and B's in the viewer.
     ///
     /// Errors: the faces have no extent.
-    pub fn new(a: &Stored, b: &Stored, diff: &Diff) -> Result<Self> {
+    pub fn new(a: &Stored, b: &Stored, diff: &Diff, names: [&str; 2]) -> Result<Self> {
         // One cell a face: which texels shoot together does not matter here.
         let mesh = |resolutions: &[[u32; 2]]| Mesh::new(&b.scene, resolutions, 1);
         let (mesh_a, mesh_b) = (mesh(&a.resolutions)?, mesh(&b.resolutions)?);
@@ -59,6 +65,8 @@ impl Pictures {
         let (difference, range) = difference(b, diff, &common, &eye, rms);
         let sizes = order(&common, &diff.pair.resolutions);
         Ok(Self {
+            around: around([a, b], diff, names, (camera, exposure))?,
+            differ: diff.pair.a != diff.pair.b,
             difference,
             flip: flip(&seen_a.pixels, &seen_b.pixels, VIEW).ok(),
             atlas_difference: atlas_of(&common, |k| {

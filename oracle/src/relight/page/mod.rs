@@ -8,10 +8,11 @@ use crate::relight::composite::Composite;
 use crate::relight::pictures::Pictures;
 use crate::relight::thumbnail::{Thumbnail, marked};
 use crate::show::number::{count, number, percent};
-use crate::show::page::{Page, colour_bar, figure, verdict};
+use crate::show::page::{Page, caution, colour_bar, figure, notes, verdict};
 use crate::show::picture::Exposure;
 use crate::show::report::tables::energy as power;
 use crate::show::view::camera::Camera;
+use crate::show::viewer;
 use common::energy::Energy;
 use common::solution::Warning;
 use maud::{Markup, html};
@@ -50,6 +51,8 @@ pub struct Report<'a> {
     pub notes: &'a [String],
     /// The panorama, if there is one (see [`super::thumbnail::thumbnail`]).
     pub thumbnail: Option<Thumbnail>,
+    /// The relit scene to look around in.
+    pub around: &'a Markup,
 }
 
 /// The page.
@@ -57,6 +60,7 @@ pub fn html(report: &Report) -> String {
     let pictures = Pictures::new(report.relit, report.composite, report.exposure);
     let links = html! {
         a href="#top" { "Composite" }
+        a href="#around" { "Look around" }
         a href="#change" { "What the object changed" }
         @if report.thumbnail.is_some() { a href="#panorama" { "Panorama" } }
         a href="#textures" { "All textures" }
@@ -64,13 +68,12 @@ pub fn html(report: &Report) -> String {
     };
     let body = html! {
         (facts(report))
-        @if !report.warnings.is_empty() || !report.notes.is_empty() {
-            div.notes {
-                @for warning in report.warnings { p { b.fail { "Warning: " } (warning.message) } }
-                @for note in report.notes { p { (note) } }
-            }
-        }
+        (notes(report.notes))
         (views(report, &pictures))
+        section #around {
+            h2 { "Look around" }
+            (report.around)
+        }
         (change(report, &pictures))
         @if let Some(map) = &report.thumbnail { (panorama(report, map, &pictures)) }
         (textures(report, &pictures))
@@ -85,6 +88,7 @@ pub fn html(report: &Report) -> String {
             (tables::seconds(report.seconds))
             (tables::settings(report.settings))
         }
+        (viewer::once())
     };
     Page {
         title: "Radiosity: a relit room",
@@ -96,20 +100,42 @@ pub fn html(report: &Report) -> String {
     .html()
 }
 
+/// The verdict, and beside it whatever takes away from it.
 fn headline(report: &Report) -> Markup {
-    let below = count(report.negative_texels as u64);
-    match (report.converged, report.negative_texels) {
+    let (texels, pixels) = (report.negative_texels, report.composite.negative);
+    let said = match (report.converged, texels + pixels + report.warnings.len()) {
+        (false, _) => caution("Stopped", html! { "before ε was reached" }),
         (true, 0) => verdict(
             Some(true),
             "Relit",
-            html! { "shot down to ε, no texel below 0" },
+            html! { "down to what was asked for; nothing is below 0" },
         ),
-        (true, _) => verdict(
-            Some(false),
-            "Relit",
-            html! { "shot down to ε; " (below) " texels are below 0" },
-        ),
-        (false, _) => verdict(Some(false), "Stopped", html! { "before ε was reached" }),
+        (true, _) => caution("Relit", html! { "down to what was asked for, but" }),
+    };
+    let below = |n: usize, one: &str, many: &str| {
+        format!(
+            "{} {} below 0",
+            count(n as u64),
+            if n == 1 { one } else { many }
+        )
+    };
+    let confessed = [
+        (texels > 0).then(|| {
+            let what = below(texels, "texel is", "texels are");
+            format!("{what}: there the objects take more light than was captured.")
+        }),
+        (pixels > 0).then(|| {
+            let what = below(pixels, "pixel of the composite would be", "pixels of the composite would be");
+            format!(
+                "{what} and are shown black: there the background is darker than the room's model, and the shadow takes more than is there."
+            )
+        }),
+    ];
+    html! {
+        (said)
+        @for message in report.warnings.iter().map(|w| &w.message).chain(confessed.iter().flatten()) {
+            p.warning { b { "Warning: " } (message) }
+        }
     }
 }
 
@@ -156,11 +182,7 @@ fn views(report: &Report, p: &Pictures) -> Markup {
             (number(f64::from(report.camera.fov_degrees))) "°; backs are looked through. Unless "
             "it was moved, the exposure brings the 90th percentile of what both pictures show, lights left out, to "
             "80 % of white; the curve is " (p.exposure.curve.name()) ". Both pictures are in "
-            code { "composite.exr" } " and " code { "background.exr" } " as radiance (W/m²/sr), not clipped. "
-            @if c.negative > 0 {
-                b { (count(c.negative as u64)) " pixels" } " of the composite would be below 0 and are black: "
-                "there the background is darker than the room's model, and the shadow takes more than is there."
-            } @else { "No pixel of the composite is below 0." }
+            code { "composite.exr" } " and " code { "background.exr" } " as radiance (W/m²/sr), not clipped."
         }
         div.grid {
             (figure("", &p.objects[0], "The object alone", html! {

@@ -1,7 +1,7 @@
 //! The tables of a relight's report.
 
 use super::Report;
-use crate::show::number::{count, number};
+use crate::show::number::{count, duration};
 use crate::show::page::{list, table};
 use maud::{Markup, html};
 
@@ -31,7 +31,7 @@ pub fn seconds(phases: &[(&str, f64)]) -> Markup {
     };
     html! {
         @if !phases.is_empty() {
-            h3 { "Seconds" }
+            h3 { "Time" }
             @for (name, s) in phases {
                 div.energy {
                     span.phase { (name) }
@@ -39,7 +39,7 @@ pub fn seconds(phases: &[(&str, f64)]) -> Markup {
                         span.absorbed style=(format!("flex-grow:{:.5}", share(*s))) {}
                         span style=(format!("flex-grow:{:.5}", 1.0 - share(*s))) {}
                     }
-                    span.seconds { (number(*s)) }
+                    span.seconds { (duration(*s)) }
                 }
             }
         }

@@ -17,6 +17,10 @@ pub enum Shape {
     Down,
     /// ✖
     Cross,
+    /// ○, as a ring that is filled.
+    Ring,
+    /// ▬
+    Bar,
 }
 
 impl Shape {
@@ -31,6 +35,17 @@ impl Shape {
                 let (left, across) = (x - r, 2.0 * r);
                 format!("M{left:.1} {y:.1}a{r} {r} 0 1 0 {across} 0a{r} {r} 0 1 0 -{across} 0Z")
             }
+            Self::Ring => {
+                let ring = |r: f64, turn: u8| {
+                    let (left, across) = (x - r, 2.0 * r);
+                    format!(
+                        "M{left:.1} {y:.1}a{r} {r} 0 1 {turn} {across} 0a{r} {r} 0 1 {turn} -{across} 0Z"
+                    )
+                };
+                // The hole runs the other way round.
+                ring(1.1 * r, 0) + &ring(0.5 * r, 1)
+            }
+            Self::Bar => polygon(&[(-1.3, -0.5), (1.3, -0.5), (1.3, 0.5), (-1.3, 0.5)]),
             Self::Square => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
             Self::Triangle => polygon(&[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)]),
             Self::Diamond => polygon(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]),

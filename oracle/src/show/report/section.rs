@@ -5,7 +5,7 @@ use super::tables;
 use crate::judge::comparison::{Comparison, Judged, Way};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{chart, colour_bar, figure, short, verdict};
-use crate::show::viewer::Viewer;
+use crate::show::viewer::{Layer, Viewer};
 use common::settings::Visibility;
 use maud::{Markup, html};
 
@@ -64,10 +64,17 @@ impl<'a> Drawn<'a> {
 
 /// Both answers, to look around in.
 fn around(c: &Comparison, f: &Figures) -> Markup {
+    let layer = |name, field| Layer {
+        name,
+        mesh: &c.mesh,
+        field,
+    };
     let viewer = Viewer {
         scene: &c.scene,
-        mesh: &c.mesh,
-        layers: vec![("CPU", &c.cpu.field), ("GPU", &c.gpu.field)],
+        layers: vec![layer("CPU", &c.cpu.field), layer("GPU", &c.gpu.field)],
+        difference: [1, 0],
+        irradiance: true,
+        reflected: false,
         off: c.off.as_deref(),
         camera: f.camera,
         exposure: f.exposure,

@@ -2,7 +2,7 @@
 
 use super::json::in_force;
 use crate::judge::comparison::{Comparison, Gate, Pairs, Stage};
-use crate::show::number::{count, number, percent};
+use crate::show::number::{count, duration, number, percent};
 use crate::show::page::{self, table};
 use crate::solve::check::{Cause, Estimate};
 use common::energy::Energy;
@@ -228,34 +228,58 @@ pub fn differences(c: &Comparison) -> Markup {
     }
 }
 
-/// Where the emitted power went, by whom; one alone needs no name.
+/// Where the emitted power went, by whom, in shares: they do not depend on the file's unit of length. One
+/// alone needs no name.
 pub fn energy(whose: &[(&str, &Energy)]) -> Markup {
-    let parts = |e: &Energy| [e.emitted, e.absorbed, e.unshot, e.escaped, e.closure];
-    let names = ["Emitted", "Absorbed", "Unshot", "Escaped", "Closure"];
-    let named = whose.len() > 1;
+    let parts = |e: &Energy| [e.absorbed, e.unshot, e.escaped, e.closure];
+    let names = ["Absorbed", "Unshot", "Escaped", "Lost or made up"];
+    let channels = ["R", "G", "B", "all"];
+    let of_whom = whose.iter().flat_map(|(name, _)| {
+        channels.map(|channel| match name.is_empty() {
+            true => format!("#{channel}"),
+            false => format!("#{name}|{channel}"),
+        })
+    });
+    let heads: Vec<String> = ["Of what was emitted".to_owned()]
+        .into_iter()
+        .chain(of_whom)
+        .collect();
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    let share = |part: f64, whole: f64| match whole == 0.0 {
+        true => "–".into(),
+        false => percent(part / whole),
+    };
     html! {
-        div.scroll { table {
-            thead {
-                @if named { tr {
-                    th rowspan="2" { "W" }
-                    @for (name, _) in whose { th class=(name.to_lowercase()) colspan="4" { (name) } }
-                } }
-                tr {
-                    @if !named { th { "W" } }
-                    @for _ in whose { th.n { "R" } th.n { "G" } th.n { "B" } th.n { "share" } }
+        @if let Some((_, e)) = whose.first() { (emitted(e)) }
+        (table("", &heads, html! {
+            @for (k, name) in names.into_iter().enumerate() { tr {
+                td { (name) }
+                @for (_, e) in whose {
+                    @for c in 0..3 { td.n { (share(parts(e)[k][c], e.emitted[c])) } }
+                    td.n { (percent(e.share(parts(e)[k]))) }
                 }
-            }
-            tbody {
-                @for (k, name) in names.into_iter().enumerate() { tr {
-                    td { (name) }
-                    @for (_, e) in whose {
-                        @for x in parts(e)[k] { td.n { (number(x)) } }
-                        td.n { (percent(e.share(parts(e)[k]))) }
-                    }
-                } }
-                tr { td { "Imbalance" } @for (_, e) in whose { td.n colspan="4" { (percent(e.imbalance)) } } }
-            }
-        } }
+            } }
+            tr { td { "Imbalance" } @for (_, e) in whose { td.n colspan="4" { (percent(e.imbalance)) } } }
+        }))
+        p.small {
+            b { "Absorbed" } " by what it met; " b { "unshot" } ": still on its way when the solve ended; " b { "escaped" }
+            " into the open or behind a face; " b { "lost or made up" } " by the form factors; " b { "imbalance" }
+            ": what these leave unexplained."
+        }
+    }
+}
+
+/// The emitted power. A file does not say what its unit of length is.
+fn emitted(e: &Energy) -> Markup {
+    let watts = |unit: f64| {
+        let [r, g, b] = e.emitted.map(|power| number(power * unit * unit));
+        format!("R {r}, G {g}, B {b} W")
+    };
+    html! {
+        p {
+            "Emitted: " b { (watts(1.0)) } " if the file’s unit of length is the metre; " (watts(1e-3))
+            " if it is the millimetre."
+        }
     }
 }
 
@@ -307,7 +331,7 @@ pub fn settings(c: &Comparison) -> Markup {
                     tr { td { (name) } td { (text(&cpu[name])) } td { (text(&gpu[name])) } }
                 }
                 tr { td { "adapter" } td { "–" } td { (c.adapter) } }
-                tr { td { "seconds, free run" } @for s in c.seconds { td { (number(s)) } } }
+                tr { td { "time, free run" } @for s in c.seconds { td { (duration(s)) } } }
                 @if c.asked.is_none() { tr { td { "shots, free run" } @for run in runs {
                     td { (count(run.shots.len() as u64)) @if !run.converged { " (stopped)" } }
                 } } }

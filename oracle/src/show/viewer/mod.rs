@@ -27,16 +27,30 @@ const RISING: u32 = 9;
 pub struct Viewer<'a> {
     /// Faces and their names.
     pub scene: &'a Scene,
-    /// Their texels.
-    pub mesh: &'a Mesh,
-    /// Who solved it, and what came of it: one answer, or two to be compared.
-    pub layers: Vec<(&'a str, &'a Field)>,
+    /// One answer, or two to be compared: of the same texels.
+    pub layers: Vec<Layer<'a>>,
+    /// Which of two is subtracted from which: first the one that it is taken from.
+    pub difference: [usize; 2],
+    /// Whether H is known beside B.
+    pub irradiance: bool,
+    /// Whether B − E is interpolated in the place of H: where B = E + ρH need not hold.
+    pub reflected: bool,
     /// How far each texel may be off, W/m².
     pub off: Option<&'a [f32]>,
     /// Where one stands first.
     pub camera: Camera,
     /// What is white.
     pub exposure: Exposure,
+}
+
+/// An answer.
+pub struct Layer<'a> {
+    /// Whose.
+    pub name: &'a str,
+    /// Its texels: two answers may differ in ρ and E.
+    pub mesh: &'a Mesh,
+    /// Its light.
+    pub field: &'a Field,
 }
 
 /// What the page of a viewer needs once: its look and its program.
@@ -48,11 +62,17 @@ impl Viewer<'_> {
     /// The element.
     pub fn element(&self) -> Markup {
         let two = self.layers.len() > 1;
+        let name = |k: usize| self.layers.get(k).map_or("", |layer| layer.name);
+        let difference = format!(
+            "{} − {}",
+            name(self.difference[0]),
+            name(self.difference[1])
+        );
         let kinds = [
             ("radiosity", "radiosity B", true),
-            ("irradiance", "irradiance H", true),
+            ("irradiance", "irradiance H", self.irradiance),
             ("error", "error estimate", self.off.is_some()),
-            ("difference", "difference", two),
+            ("difference", &difference, self.differ()),
         ];
         // "<" would end the element that holds it.
         let head = self.head().to_string().replace('<', "\\u003c");
@@ -66,8 +86,8 @@ impl Viewer<'_> {
                         }
                     }
                     @if two { span.group role="group" aria-label="Whose answer" {
-                        @for (k, (name, _)) in self.layers.iter().enumerate() {
-                            button type="button" data-layer=(k) aria-pressed=(k == 0) { (name) }
+                        @for (k, layer) in self.layers.iter().enumerate() {
+                            button type="button" data-layer=(k) aria-pressed=(k == 0) { (layer.name) }
                         }
                     } }
                     span.group {
@@ -106,11 +126,15 @@ impl Viewer<'_> {
             linear([colour.0, colour.1, colour.2])
         });
         json!({
-            "faces": self.mesh.faces.len(),
-            "texels": self.mesh.texels.len(),
+            "faces": self.scene.faces.len(),
+            "texels": self.layers.first().map_or(0, |layer| layer.mesh.texels.len()),
             "names": self.names().0,
-            "layers": self.layers.iter().map(|(name, _)| name).collect::<Vec<_>>(),
-            "by_texel": !self.alike(),
+            "layers": self.layers.iter().map(|layer| layer.name).collect::<Vec<_>>(),
+            "surfaces": self.surfaces().len(),
+            "by_texel": !self.surfaces().iter().all(|mesh| alike(mesh)),
+            "irradiance": self.irradiance,
+            "reflected": self.reflected,
+            "difference": self.differ().then_some(self.difference),
             "off": self.off.is_some(),
             "eye": self.camera.eye.to_array(),
             "target": self.camera.target.to_array(),
@@ -137,51 +161,65 @@ impl Viewer<'_> {
         (names, own)
     }
 
-    /// Whether each face's texels have one ρ and one E.
-    fn alike(&self) -> bool {
-        let first = self.first();
-        let of = |texel: &Texel| (texel.emission, texel.reflectance);
-        let mut texels = self.mesh.texels.iter();
-        texels.all(|texel| of(texel) == of(first[texel.face as usize]))
-    }
-
-    /// A texel of each face.
-    fn first(&self) -> Vec<&Texel> {
-        let Some(any) = self.mesh.texels.first() else {
-            return Vec::new();
+    /// Whether two answers are two: not the same bits.
+    fn differ(&self) -> bool {
+        let bits = |layer: &Layer| -> Vec<[u32; 4]> {
+            let values = layer.field.radiosity.iter();
+            values.map(|b| b.to_array().map(f32::to_bits)).collect()
         };
-        let mut first = vec![any; self.mesh.faces.len()];
-        for texel in &self.mesh.texels {
-            first[texel.face as usize] = texel;
+        match self.layers.as_slice() {
+            [a, b] => bits(a) != bits(b),
+            _ => false,
         }
-        first
     }
 
-    /// Corners; texels a side, kinds and names; E and ρ; by layer B and H; what may be off.
+    /// The meshes with ρ and E: one where all layers have the same.
+    fn surfaces(&self) -> Vec<&Mesh> {
+        let mut meshes: Vec<&Mesh> = self.layers.iter().map(|layer| layer.mesh).collect();
+        let of = |mesh: &Mesh| -> Vec<(Vec3, Vec3)> {
+            let texels = mesh.texels.iter();
+            texels.map(|t| (t.emission, t.reflectance)).collect()
+        };
+        if let [a, b] = meshes.as_slice()
+            && (std::ptr::eq(*a, *b) || of(a) == of(b))
+        {
+            meshes.truncate(1);
+        }
+        meshes
+    }
+
+    /// Corners; texels a side, kinds and names; E and ρ of each surface; by layer B and H; what may be off.
     fn bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        for corner in self.mesh.faces.iter().flat_map(|face| face.corners) {
+        let Some(mesh) = self.layers.first().map(|layer| layer.mesh) else {
+            return bytes;
+        };
+        for corner in mesh.faces.iter().flat_map(|face| face.corners) {
             put(&mut bytes, corner);
         }
         let (_, names) = self.names();
-        for ((face, own), name) in self.mesh.faces.iter().zip(&self.scene.faces).zip(names) {
+        for ((face, own), name) in mesh.faces.iter().zip(&self.scene.faces).zip(names) {
             let [w, h] = face.resolution;
             let info = [w, h, u32::from(own.shape == Shape::Quad), name];
             bytes.extend(info.into_iter().flat_map(u32::to_le_bytes));
         }
-        let order = self.mesh.in_face_order();
-        let surfaces = match self.alike() {
-            true => self.first(),
-            false => order.iter().map(|k| &self.mesh.texels[*k]).collect(),
-        };
-        for texel in surfaces {
-            put(&mut bytes, texel.emission);
-            put(&mut bytes, texel.reflectance);
+        let order = mesh.in_face_order();
+        let surfaces = self.surfaces();
+        let plain = surfaces.iter().all(|mesh| alike(mesh));
+        for mesh in surfaces {
+            let texels = match plain {
+                true => first(mesh),
+                false => order.iter().map(|k| &mesh.texels[*k]).collect(),
+            };
+            for texel in texels {
+                put(&mut bytes, texel.emission);
+                put(&mut bytes, texel.reflectance);
+            }
         }
-        for (_, field) in &self.layers {
+        for layer in &self.layers {
             for k in &order {
-                put(&mut bytes, field.radiosity[*k].truncate());
-                put(&mut bytes, field.irradiance[*k].truncate());
+                put(&mut bytes, layer.field.radiosity[*k].truncate());
+                put(&mut bytes, layer.field.irradiance[*k].truncate());
             }
         }
         if let Some(off) = self.off {
@@ -189,6 +227,26 @@ impl Viewer<'_> {
         }
         bytes
     }
+}
+
+/// Whether each face's texels have one ρ and one E.
+fn alike(mesh: &Mesh) -> bool {
+    let first = first(mesh);
+    let of = |texel: &Texel| (texel.emission, texel.reflectance);
+    let mut texels = mesh.texels.iter();
+    texels.all(|texel| of(texel) == of(first[texel.face as usize]))
+}
+
+/// A texel of each face.
+fn first(mesh: &Mesh) -> Vec<&Texel> {
+    let Some(any) = mesh.texels.first() else {
+        return Vec::new();
+    };
+    let mut first = vec![any; mesh.faces.len()];
+    for texel in &mesh.texels {
+        first[texel.face as usize] = texel;
+    }
+    first
 }
 
 fn put(bytes: &mut Vec<u8>, v: Vec3) {

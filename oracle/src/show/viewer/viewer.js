@@ -65,7 +65,10 @@
     const scene = { ...head };
     scene.corners = take(Float32Array, 12 * head.faces);
     scene.info = take(Uint32Array, 4 * head.faces);
-    scene.surface = take(Float32Array, 6 * (head.by_texel ? head.texels : head.faces));
+    const surfaces = [];
+    for (let k = 0; k < head.surfaces; k++) surfaces.push(take(Float32Array, 6 * (head.by_texel ? head.texels : head.faces)));
+    // Layers that reflect and emit alike share one.
+    scene.surface = (layer) => surfaces[Math.min(layer, surfaces.length - 1)];
     scene.layers = head.layers.map((name) => ({ name, light: take(Float32Array, 6 * head.texels) }));
     scene.off = head.off ? take(Float32Array, head.texels) : null;
     return scene;
@@ -250,39 +253,45 @@
     texel(k, layer = this.layer) {
       const { light } = this.scene.layers[layer];
       const s = 6 * (this.scene.by_texel ? k : this.shape.face_of[k]);
+      const surface = this.scene.surface(layer);
       const three = (array, at) => Array.from(array.subarray(at, at + 3));
       return {
         radiosity: three(light, 6 * k), irradiance: three(light, 6 * k + 3),
-        emission: three(this.scene.surface, s), reflectance: three(this.scene.surface, s + 3),
+        emission: three(surface, s), reflectance: three(surface, s + 3),
         off: this.scene.off ? this.scene.off[k] : null,
       };
     }
 
-    // What each vertex shows: nodes take the weighed mean of H of the texels around them.
+    // What each vertex shows: nodes take the weighed mean of H of the texels around them, or of B − E where
+    // B = E + ρH need not hold.
     fill() {
       const { fan, shape, scene, light } = this;
-      const layers = this.what === "difference" ? [1, 0] : [this.layer];
+      const layers = this.what === "difference" ? scene.difference : [this.layer];
       const flat = this.what === "error";
       light.fill(0);
       layers.forEach((layer, l) => {
         const sign = l === 0 ? 1 : -1;
         const values = scene.layers[layer].light;
+        const surface = scene.surface(layer);
+        const at_texel = (k) => 6 * (scene.by_texel ? k : shape.face_of[k]);
+        const plain = scene.reflected && this.what !== "irradiance";
+        const carried = (k, c) => (plain ? values[6 * k + c] - surface[at_texel(k) + c] : values[6 * k + 3 + c]);
         const sums = new Float64Array(4 * (shape.positions.length / 3));
         if (!flat) for (let k = 0; k < scene.texels; k++) for (let r = 0; r < shape.count[k]; r++) {
           const at = 4 * shape.rings[4 * k + r];
           const share = fan.share[fan.start[k] + r];
-          for (let c = 0; c < 3; c++) sums[at + c] += share * values[6 * k + 3 + c];
+          for (let c = 0; c < 3; c++) sums[at + c] += share * carried(k, c);
           sums[at + 3] += share;
         }
         for (let k = 0; k < scene.texels; k++) {
-          const s = 6 * (scene.by_texel ? k : shape.face_of[k]);
+          const s = at_texel(k);
           for (let r = 0; r <= shape.count[k]; r++) {
             const v = 3 * (fan.start[k] + r);
             const at = 4 * shape.rings[4 * k + r];
             for (let c = 0; c < 3; c++) {
               if (flat) { light[v + c] = scene.off[k]; continue; }
-              const h = r === shape.count[k] ? values[6 * k + 3 + c] : sums[at + c] / sums[at + 3];
-              const [e, rho] = [scene.surface[s + c], scene.surface[s + 3 + c]];
+              const h = r === shape.count[k] ? carried(k, c) : sums[at + c] / sums[at + 3];
+              const [e, rho] = [surface[s + c], plain ? 1 : surface[s + 3 + c]];
               const own = r === shape.count[k];
               light[v + c] += sign * (this.what === "irradiance" ? h : own ? values[6 * k + c] : e + rho * h);
             }
@@ -432,10 +441,15 @@
       this.scene.layers.forEach(({ name }, layer) => {
         const of = this.scene.layers.length > 1 ? ` ${name}` : "";
         const light = this.texel(k, layer);
-        rows.push([`B${of}`, `${three(light.radiosity)}  W/m²`], [`H${of}`, `${three(light.irradiance)}  W/m²`]);
+        rows.push([`B${of}`, `${three(light.radiosity)}  W/m²`]);
+        if (this.scene.irradiance) rows.push([`H${of}`, `${three(light.irradiance)}  W/m²`]);
       });
       rows.push(["ρ", three(own.reflectance)]);
       if (own.emission.some((e) => e !== 0)) rows.push(["E", `${three(own.emission)}  W/m²`]);
+      if (this.scene.difference) {
+        const [a, b] = this.scene.difference.map((layer) => this.texel(k, layer).radiosity);
+        rows.push([this.scene.difference.map((layer) => this.scene.layers[layer].name).join(" − "), `${three(sub(a, b))}  W/m²`]);
+      }
       if (own.off !== null) rows.push(["error", `about ${number(own.off)} W/m²`]);
       this.told.dataset.texel = k;
       this.told.replaceChildren(...rows.map(([term, text]) => {
@@ -494,7 +508,8 @@
 
     select(what) {
       if (what === "error" && !this.scene.off) return;
-      if (what === "difference" && this.scene.layers.length < 2) return;
+      if (what === "irradiance" && !this.scene.irradiance) return;
+      if (what === "difference" && !this.scene.difference) return;
       this.what = what;
       this.show();
     }

@@ -13,18 +13,21 @@ pub type Family = (&'static str, &'static str);
 /// Other programs.
 pub const PEERS: Family = ("other programs", "#828282");
 
+/// What the others are judged by, on fewer texels: outlined, no series of its own.
+pub const MATRIX: Family = ("matrix, fewer texels", "currentColor");
+
 /// The families, in the legend's order.
 pub const FAMILIES: [Family; 11] = [
     ("CPU, rays", "#2b7bba"),
-    ("CPU, item buffer", "#5fb3c4"),
-    ("GPU, rays", "#cd3c3c"),
+    ("CPU, item buffer", "#19a3a8"),
+    ("GPU, rays", "#7a4fd0"),
     ("GPU, stereographic", "#e07b00"),
     ("GPU, hemisphere", "#c4a000"),
-    ("GPU, hemicube", "#a05abe"),
+    ("GPU, hemicube", "#b06ac8"),
     ("GPU, paper", "#9a6a4a"),
-    ("matrix", "#2c9650"),
+    MATRIX,
     ("CPU, to an error", "#e8459c"),
-    ("GPU, to an error", "#7f8f1f"),
+    ("GPU, to an error", "#5f9e2f"),
     PEERS,
 ];
 

@@ -5,12 +5,19 @@ use super::plot::svg;
 use super::study::{LONG, Point, Study};
 use super::{Measurement, Solver};
 use crate::plan::fits::size;
-use crate::show::number::{count, number, percent};
-use crate::show::page::{Page, chart, scenes, table};
+use crate::show::number::{count, duration, number, percent};
+use crate::show::page::{Page, chart, scenes, short, table};
 use maud::{Markup, html};
 
 /// Errors that the summary asks for.
 pub const LEVELS: [f64; 3] = [0.05, 0.02, 0.01];
+/// Of the summary: as many as there are levels.
+const HEADS: [&str; 4] = [
+    "Solver",
+    "Fastest to 5 %",
+    "Fastest to 2 %",
+    "Fastest to 1 %",
+];
 const STYLE: &str = "main{max-width:84rem}figure,figure.wide{max-width:none}.table td.o{min-width:15rem}tr.front td{font-weight:600}";
 
 impl Study {
@@ -61,7 +68,7 @@ fn section(k: usize, study: &Study) -> Markup {
     let n = study.texels;
     html! {
         section #{ "scene-" (k + 1) } {
-            h2 { (study.scene) }
+            h2 { (short(&study.scene)) }
             p.facts {
                 (count(study.faces as u64)) " faces, asked for " (n) "×" (n) " texels on each · truth: " (study.truth)
                 " · GPU: " (study.adapter.as_deref().unwrap_or("none"))
@@ -71,8 +78,9 @@ fn section(k: usize, study: &Study) -> Markup {
                 p.notes { (study.missing) " points were not measured: run it again with the same --out to continue." }
             }
             (chart(svg(study).as_deref(), "Nothing measured.", html! {
-                b { "Error against time" } " · a thin line through a mark: from its fastest to its slowest run; "
-                "above the dotted line: what failed, and after what time"
+                b { "Error against time" } " · down is more accurate, left is faster. A thin line through a mark goes from its "
+                "fastest to its slowest run; above the dotted line is what failed, and after what time. The thick line at the "
+                "foot is the truth that all are judged by."
             }))
             (wins(study))
             (points(study))
@@ -83,21 +91,20 @@ fn section(k: usize, study: &Study) -> Markup {
 fn wins(study: &Study) -> Markup {
     html! {
         h3 { "What wins" }
-        div.scroll { table {
-            thead { tr { th { "Solver" } @for level in LEVELS { th { "fastest to " (percent(level)) } } } }
-            tbody { @for solver in study.solvers() { tr {
+        (table("wins", &HEADS, html! {
+            @for solver in study.solvers() { tr {
                 td { (solver.name()) }
                 @for level in LEVELS { td {
                     @match winner(study, solver, level) {
                         Some(point) => {
-                            b { (number(point.seconds())) " s" } " " code { (point.method.options) }
+                            b { (duration(point.seconds())) } " " code { (point.method.options) }
                             " (" (percent(point.place().1)) ")"
                         }
                         None => "none",
                     }
                 } }
-            } } }
-        } }
+            } }
+        }))
     }
 }
 
@@ -113,10 +120,12 @@ fn points(study: &Study) -> Markup {
         h3 { "All points" }
         p.small {
             "Options are those that differ from the solver's base. Runs longer than " (number(LONG)) " s are not repeated. "
-            "Rays: at most, one per sample of each link. Memory: by the sizes of the records. Own: the error "
-            "on the solve's own texels, where they are coarser. ★ front of all, ☆ of its solver."
+            "Prepare: mesh and engine. Bias: how much too bright or too dark on the whole. Imbalance: emitted power that nothing "
+            "accounts for. Rays: at most, one per sample of each link. Memory: by the sizes of the records, where it is kept. Own: "
+            "the error on the solve's own texels, where they are coarser. ★ front of all: no other is both faster and more "
+            "accurate; ☆ front of its solver."
         }
-        (table("table", &["", "Solver", "Options", "#Seconds|least–most", "#Prepare|+ solve", "#Error",
+        (table("table", &["", "Solver", "Options", "#Time|least – most", "#Prepare|+ solve", "#Error",
             "#Bias", "#Energy|imbalance", "#Shots|in passes", "#Rays|pixels", "#Memory"], html! {
             @for point in points { (row(point)) }
         }))
@@ -126,7 +135,7 @@ fn points(study: &Study) -> Markup {
 
 fn row(point: &Point) -> Markup {
     let [median, least, most] = point.spread(Measurement::seconds);
-    let part = |what: fn(&Measurement) -> f64| number(point.spread(what)[0]);
+    let part = |what: fn(&Measurement) -> f64| duration(point.spread(what)[0]);
     html! { tr.front[point.on_front] {
         td {
             @if point.on_front { span title="front" { "★" } }
@@ -134,7 +143,7 @@ fn row(point: &Point) -> Markup {
         }
         td { (point.method.solver.name()) }
         td.o { code { (point.method.options) } }
-        td.n { (number(median)) @if point.runs.len() > 1 { br; span.facts { (number(least)) "–" (number(most)) } } }
+        td.n { (duration(median)) @if point.runs.len() > 1 { br; span.facts { (duration(least)) " – " (duration(most)) } } }
         @match (point.figures(), point.failure()) {
             (Some(f), _) => {
                 td.n { (part(|m| m.prepare)) br; "+ " (part(|m| m.solve)) }
@@ -149,7 +158,7 @@ fn row(point: &Point) -> Markup {
                     @if point.rays_at_most > 0 { "≤ " (count(point.rays_at_most)) " rays" }
                     @if point.pixels > 0 { (count(point.pixels)) " pixels" }
                 }
-                td.n { (size(point.bytes)) }
+                td.n { @if point.bytes > 0 { (size(point.bytes)) } @else { "–" } }
             }
             (None, failure) => { td colspan="7" { span.fail { "■ " } (failure.unwrap_or_default()) } }
         }
@@ -159,11 +168,11 @@ fn row(point: &Point) -> Markup {
 fn peers(study: &Study) -> Markup {
     html! {
         h3 { "Other programs" }
-        (table("", &["Program", "#Seconds", "#of them setup", "#Error"], html! {
+        (table("", &["Program", "#Time", "#of it setup", "#Error"], html! {
             @for peer in &study.peers { tr {
                 td { (peer.about()) }
-                td.n { (number(peer.waited())) }
-                td.n { (peer.setup_seconds.map_or("–".into(), number)) }
+                td.n { (duration(peer.waited())) }
+                td.n { (peer.setup_seconds.map_or("–".into(), duration)) }
                 td.n { (percent(peer.error)) }
             } }
         }))

@@ -1,7 +1,7 @@
 //! Error against seconds, both logarithmic.
 
 use super::labels::{along, place};
-use super::marks::{FAMILIES, Family, PEERS, SHAPES, family, shape};
+use super::marks::{FAMILIES, Family, MATRIX, PEERS, SHAPES, family, shape};
 use super::peers::Peer;
 use super::study::{Point, Study};
 use super::words::{about, short};
@@ -16,6 +16,8 @@ const SIZE: (u32, u32) = (1040, 640);
 const LEGEND: u32 = 190;
 /// The height of the strips for what failed and for the paper's times, as a share of the axis.
 const STRIP: f64 = 0.08;
+/// The height of the truth's name, pixels.
+const TRUTH: f64 = 18.0;
 /// The paper's Table 4, seconds: composites from … to …, and the references.
 const COMPOSITE: [f64; 2] = [11.0, 24.0];
 const REFERENCE: [f64; 2] = [34.0, 41.0];
@@ -113,7 +115,7 @@ pub fn svg(study: &Study) -> Option<String> {
             y: y.ends,
             errors,
         };
-        html! { (strips(&plot)) (fronts(&plot)) (marks(&plot)) (labels(&plot)) (legend(study)) }
+        html! { (strips(&plot)) (truth(&plot)) (fronts(&plot)) (marks(&plot)) (labels(&plot)) (legend(study)) }
     })
 }
 
@@ -153,6 +155,16 @@ fn strips(plot: &Plot) -> Markup {
     }
 }
 
+/// What all are judged by: its own error is 0, below any logarithmic axis, so it is the axis' foot.
+fn truth(plot: &Plot) -> Markup {
+    let Frame { left, right, .. } = *plot.frame;
+    let y = plot.frame.y(plot.errors[0]);
+    html! {
+        (line(&path([(left, y), (right, y)]), "currentColor", 3.0, 0.55, None))
+        text.over x=(left + 8.0) y=(px(y - TRUTH / 3.0)) { "▼ truth, error 0: " (plot.study.truth) }
+    }
+}
+
 /// Through the points of each solver's front, thin, and of all, thick.
 fn fronts(plot: &Plot) -> Markup {
     let solver = |of| plot.corners(|p| p.on_solver_front && p.method.solver == of);
@@ -178,8 +190,9 @@ fn marks(plot: &Plot) -> Markup {
             g.mark {
                 title { (about(point)) }
                 @if point.failure().is_none() { (whisker(point, plot)) }
-                path d=(shape(point).path(plot.place(point), size)) fill=(family(&point.method).1) fill-opacity=".85"
-                    stroke=[point.on_front.then_some("currentColor")] stroke-width="1.5" {}
+                @let (reference, colour) = (family(&point.method) == MATRIX, family(&point.method).1);
+                path d=(shape(point).path(plot.place(point), size)) fill=(colour) fill-opacity=(if reference { 0.0 } else { 0.85 })
+                    stroke=[(point.on_front || reference).then_some("currentColor")] stroke-width="1.5" {}
             }
         }
     }
@@ -209,7 +222,7 @@ fn labels(plot: &Plot) -> Markup {
     let Frame {
         left, top, right, ..
     } = *plot.frame;
-    let area = [left, top, right, plot.frame.y(plot.errors[0])];
+    let area = [left, top, right, plot.frame.y(plot.errors[0]) - TRUTH];
     html! {
         @for label in place(&wanted, area, &taken) { text x=(px(label.x)) y=(px(label.y)) { (label.text) } }
     }
@@ -230,7 +243,15 @@ fn legend(study: &Study) -> Markup {
     };
     let (ink, gap) = (("currentColor", ".6"), (html! {}, ""));
     let families = FAMILIES.iter().filter(|f| has(f));
-    let families = families.map(|(name, colour)| (dot(Shape::Circle, 6.0, (colour, "1")), *name));
+    let families = families.map(|family| {
+        let sample = match *family == MATRIX {
+            true => html! {
+                path d=(Shape::Circle.path((0.0, 0.0), 5.0)) fill="none" stroke="currentColor" stroke-width="1.5" {}
+            },
+            false => dot(Shape::Circle, 6.0, (family.1, "1")),
+        };
+        (sample, family.0)
+    });
     let shapes = SHAPES.iter().filter(|(shape, _)| used(shape));
     let shapes = shapes.map(|(shape, name)| (dot(*shape, 5.0, ink), *name));
     let rows = families.chain([gap.clone()]).chain(shapes).chain([

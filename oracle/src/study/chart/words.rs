@@ -3,7 +3,7 @@
 use super::Measurement;
 use super::study::Point;
 use crate::plan::fits::size;
-use crate::show::number::{count, number, percent};
+use crate::show::number::{count, duration, percent};
 
 /// Letters of a label at most.
 const LABEL: usize = 38;
@@ -26,12 +26,12 @@ pub fn short(point: &Point) -> String {
 fn seconds(point: &Point) -> String {
     let [median, least, most] = point.spread(Measurement::seconds);
     match point.runs.len() {
-        1 => format!("{} s", number(median)),
+        1 => duration(median),
         n => format!(
-            "{} s ({}–{}, {n} runs)",
-            number(median),
-            number(least),
-            number(most)
+            "{} ({} – {}, {n} runs)",
+            duration(median),
+            duration(least),
+            duration(most)
         ),
     }
 }

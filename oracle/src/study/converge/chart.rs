@@ -1,16 +1,31 @@
 //! A sweep's charts: error and seconds against the parameter, both axes logarithmic.
 
 use super::{MeasuredSweep, Point};
-use crate::show::chart::{Axis, COLOURS, Label, Shape, line, share, svg};
+use crate::show::chart::{Axis, COLOURS, Label, MARKS, line, share, svg};
 use crate::show::number::number;
-use maud::html;
+use maud::{Markup, html};
 
 /// CSS pixels; the page scales them.
 const SIZE: (u32, u32) = (520, 330);
 
 /// The colour of curve `k`.
-pub fn colour(k: usize) -> &'static str {
+fn colour(k: usize) -> &'static str {
     COLOURS[k % COLOURS.len()]
+}
+
+/// The mark of curve `k` about a pixel.
+fn mark(k: usize, at: (f64, f64), size: f64) -> Markup {
+    html! { path d=(MARKS[k % MARKS.len()].path(at, size)) fill=(colour(k)) {} }
+}
+
+/// Colour, mark and name of curve `k` beside its chart.
+pub fn key(k: usize, name: &str) -> Markup {
+    html! { span.key {
+        svg.inline viewBox="0 0 26 16" aria-hidden="true" {
+            (line("M0 8H26", colour(k), 2.0, 1.0, None)) (mark(k, (13.0, 8.0), 5.0))
+        }
+        (name)
+    } }
 }
 
 /// Error against the parameter; none when no error is above 0.
@@ -50,10 +65,9 @@ fn draw(
     svg(SIZE, 24, [&x, &y], |frame| {
         html! {
             @for (k, curve) in curves.iter().enumerate() {
-                (line(&frame.path(curve.iter().copied()), colour(k), 2.0, 1.0, None))
-                @for (x, y) in curve {
-                    path d=(Shape::Circle.path((frame.x(*x), frame.y(*y)), 4.0)) fill=(colour(k)) {}
-                }
+                // A curve without a point has no path either.
+                @if !curve.is_empty() { (line(&frame.path(curve.iter().copied()), colour(k), 2.0, 1.0, None)) }
+                @for (x, y) in curve { (mark(k, (frame.x(*x), frame.y(*y)), 4.5)) }
             }
         }
     })

@@ -1,10 +1,10 @@
 //! `converge.html`: a chart and a table per sweep, in one file that opens offline.
 
-use super::chart::{colour, errors, seconds};
+use super::chart::{errors, key, seconds};
 use super::item_buffer::Row;
 use super::{MeasuredSweep, Study};
-use crate::show::number::{count, number, percent};
-use crate::show::page::{self, Page, chart, scenes, table};
+use crate::show::number::{count, duration, number, percent};
+use crate::show::page::{self, Page, chart, scenes, short, table};
 use common::settings::{Drawing, Lookup};
 use maud::{Markup, html};
 
@@ -15,7 +15,7 @@ pub fn html(studies: &[Study]) -> String {
         (overview(studies))
         @for (k, study) in studies.iter().enumerate() {
             section #{ "scene-" (k + 1) } {
-                h2 { (study.scene) }
+                h2 { (short(&study.scene)) }
                 p.facts { (count(study.faces as u64)) " faces · item buffers by " (study.adapter) }
                 @for sweep in &study.sweeps { (section(sweep)) }
                 (item_buffers(study))
@@ -49,9 +49,12 @@ fn explanation() -> Markup {
     }
 }
 
-/// ✓ or –, and no colour alone.
+/// ✓, or that the error stops: at the rounding or at another parameter's error, which is no failure.
 fn mark(converges: bool) -> Markup {
-    page::mark(converges, ["falls to the end", "stops"], "■")
+    html! {
+        @if converges { (page::mark(true, ["falls to the end", ""], "")) }
+        @else { span.stops-here title="does not fall any further" { "– stops" } }
+    }
 }
 
 /// An order as the tables show it.
@@ -63,9 +66,9 @@ pub fn order(order: Option<f64>) -> String {
 
 fn overview(studies: &[Study]) -> Markup {
     html! {
-        (table("", &["Scene", "Parameter", "Curve", "#First error", "#Last error", "#Order", ""], html! {
+        (table("", &["Scene", "Parameter", "Curve", "#First error", "#Last error", "#Order", "Falls"], html! {
             @for study in studies { @for sweep in &study.sweeps { @for curve in &sweep.curves { tr {
-                td { (study.scene) }
+                td { (short(&study.scene)) }
                 td { (sweep.name) }
                 td { (curve.label) }
                 @for point in [curve.points.first(), curve.points.last()] {
@@ -161,13 +164,9 @@ fn base(sweep: &MeasuredSweep) -> String {
 fn legend(sweep: &MeasuredSweep) -> Markup {
     html! {
         @for (k, curve) in sweep.curves.iter().enumerate() {
-            (swatch(k, &curve.label)) " "
+            (key(k, &curve.label)) " "
         }
     }
-}
-
-fn swatch(k: usize, name: &str) -> Markup {
-    page::key(colour(k), html! { (name) })
 }
 
 fn points(sweep: &MeasuredSweep) -> Markup {
@@ -178,24 +177,31 @@ fn points(sweep: &MeasuredSweep) -> Markup {
         .max()
         .unwrap_or(0);
     let longest = sweep.curves.iter().find(|c| c.points.len() == most);
-    html! {
-        div.scroll { table {
-            thead { tr {
-                th { "Curve" }
-                @for point in longest.iter().flat_map(|c| &c.points) { th.n { (number(point.value)) } }
-                th.n { "Order" } th.n { "Beside the truth" }
-            } }
-            tbody { @for (k, curve) in sweep.curves.iter().enumerate() { tr {
-                td { (swatch(k, &curve.label)) }
+    let beside = sweep.curves.iter().any(|c| c.order_beside.is_some());
+    let values = longest.iter().flat_map(|c| &c.points);
+    let values = values.map(|point| format!("#{}", number(point.value)));
+    let mut heads: Vec<String> = vec!["Curve".into()];
+    heads.extend(values);
+    heads.push("#Order".into());
+    if beside {
+        heads.push("#Beside the truth".into());
+    }
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    table(
+        "",
+        &heads,
+        html! {
+            @for (k, curve) in sweep.curves.iter().enumerate() { tr {
+                td { (key(k, &curve.label)) }
                 @for j in 0..most { td.n {
                     @if let Some(point) = curve.points.get(j) {
                         (percent(point.error)) br;
-                        span.facts { (percent(point.bias)) " bias" br; (number(point.seconds)) " s" }
+                        span.facts { (percent(point.bias)) " bias" br; (duration(point.seconds)) }
                     }
                 } }
                 td.n { (order(curve.order)) }
-                td.n { (order(curve.order_beside)) }
-            } } }
-        } }
-    }
+                @if beside { td.n { (order(curve.order_beside)) } }
+            } }
+        },
+    )
 }
