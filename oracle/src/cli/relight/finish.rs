@@ -94,7 +94,7 @@ pub fn write(
         warnings: &answered.warnings,
         notes: &notes,
         thumbnail: backdrop.map(|backdrop| thumbnail(backdrop, THUMBNAIL)),
-        around: &around.element,
+        around: &around.element.0,
     };
     let mut files = Pending::default();
     pending(&around, out, &mut files)?;

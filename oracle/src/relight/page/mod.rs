@@ -15,7 +15,7 @@ use crate::show::view::camera::Camera;
 use crate::show::viewer;
 use common::energy::Energy;
 use common::solution::Warning;
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
 /// Everything that the page tells.
 pub struct Report<'a> {
@@ -51,8 +51,8 @@ pub struct Report<'a> {
     pub notes: &'a [String],
     /// The panorama, if there is one (see [`super::thumbnail::thumbnail`]).
     pub thumbnail: Option<Thumbnail>,
-    /// The relit scene to look around in.
-    pub around: &'a Markup,
+    /// The relit scene to look around in: an element, as text.
+    pub around: &'a str,
 }
 
 /// The page.
@@ -72,7 +72,7 @@ pub fn html(report: &Report) -> String {
         (views(report, &pictures))
         section #around {
             h2 { "Look around" }
-            (report.around)
+            (PreEscaped(report.around))
         }
         (change(report, &pictures))
         @if let Some(map) = &report.thumbnail { (panorama(report, map, &pictures)) }
