@@ -108,6 +108,12 @@ fn json_on_stdout_is_what_the_file_has() {
     let check = told(&["check", dir, "--json", "--out", out_dir]);
     assert_eq!(check, stored(&out.join("check.json")));
     let adapters = told(&["adapters", "--json"]);
+    if adapters.as_array().is_some_and(|found| !found.is_empty()) {
+        let crude = ["--texels", "2", "--cells", "1", "--samples", "1"];
+        let compare = ["compare", FURNACE, "--json", "--out", out_dir];
+        let compared = told(&[&compare[..], &crude].concat());
+        assert_eq!(compared, stored(&out.join("report.json")));
+    }
     let names = adapters.as_array().unwrap().iter();
     assert!(names.clone().all(|line| line["software"].is_boolean()));
     let lines = String::from_utf8(radiosity(&["adapters"]).stdout).unwrap();
