@@ -3,5 +3,6 @@
 mod asked;
 mod clusters;
 mod finders;
+mod gap;
 mod parts;
 mod tree;
