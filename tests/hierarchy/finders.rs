@@ -60,7 +60,7 @@ fn the_gpu_finds_what_the_cpu_finds_by_rays() {
 }
 
 /// One in each shader, or more.
-const FAULTS: [(&str, &str, &str); 22] = [
+const FAULTS: [(&str, &str, &str); 24] = [
     ("spots", "max(area, 1e-30)", "max(area, 1.0)"),
     (
         "spots",
@@ -69,6 +69,8 @@ const FAULTS: [(&str, &str, &str); 22] = [
     ),
     ("bounds", "0.5 * (own + radius)", "0.2 * (own + radius)"),
     ("bounds", "let up = own - dot", "let up = dot"),
+    ("bounds", "max(kernel, before)", "kernel"),
+    ("bounds", "max(factor, before)", "factor"),
     ("factors", "sum += edge(d, a, normal, false);", ""),
     ("factors", "= select(0.0, f, l <", "= select(f, 0.0, l <"),
     ("doubt", "return x * fourth", "return fourth"),

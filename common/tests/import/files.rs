@@ -158,6 +158,22 @@ impl Gltf {
             .set("/buffers/0/byteLength", json!(length))
     }
 
+    /// Gives the square's four corners an attribute of floats, `kind` of them each.
+    pub fn attribute(self, name: &str, kind: &str, values: &[f32]) -> Self {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let next = |list: &str| self.json[list].as_array().map_or(0, Vec::len);
+        let (view, accessor) = (next("bufferViews"), next("accessors"));
+        self.view(&bytes)
+            .set(
+                "/accessors/-",
+                json!({"bufferView": view, "componentType": 5126, "count": 4, "type": kind}),
+            )
+            .set(
+                &format!("/meshes/0/primitives/0/attributes/{name}"),
+                json!(accessor),
+            )
+    }
+
     pub fn glb(&self) -> Vec<u8> {
         let mut text = self.json.to_string().into_bytes();
         text.resize(text.len().next_multiple_of(4), b' ');

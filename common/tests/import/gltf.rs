@@ -380,13 +380,7 @@ fn a_deep_chain_of_nodes_is_no_trouble() {
 fn normals_are_kept_and_turn_with_a_mirror() {
     let bent = [0.0f32, 0.6, 0.8];
     let normals: Vec<f32> = [[0.0, 0.0, 1.0], bent, [0.0, 0.0, 1.0], bent].concat();
-    let smooth = square()
-        .view(&floats(&normals))
-        .set(
-            "/accessors/-",
-            json!({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC3"}),
-        )
-        .set("/meshes/0/primitives/0/attributes/NORMAL", json!(2));
+    let smooth = square().attribute("NORMAL", "VEC3", &normals);
     let bent = Vec3::from(bent);
     let found = scene(&smooth).faces[0].normals;
     assert_eq!(found, Some([Vec3::Z, bent, Vec3::Z, Vec3::Z]));

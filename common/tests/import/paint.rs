@@ -34,16 +34,7 @@ fn texels(scene: &Scene, f: u32, n: u32) -> Vec<Vec3> {
 
 /// The square with a colour at each corner, four floats each.
 fn coloured(colours: [[f32; 4]; 4]) -> Gltf {
-    let bytes: Vec<u8> = (colours.iter().flatten())
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
-    square()
-        .view(&bytes)
-        .set(
-            "/accessors/-",
-            json!({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC4"}),
-        )
-        .set("/meshes/0/primitives/0/attributes/COLOR_0", json!(2))
+    square().attribute("COLOR_0", "VEC4", colours.as_flattened())
 }
 
 #[test]

@@ -22,18 +22,8 @@ pub fn picture() -> Vec<u8> {
 /// corner 0 at the lower left of the picture as seen.
 pub fn textured(image: Value, [left, top]: [f32; 2], [right, bottom]: [f32; 2]) -> Gltf {
     let places = [[left, bottom], [right, bottom], [right, top], [left, top]];
-    let bytes: Vec<u8> = places
-        .iter()
-        .flatten()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
     square()
-        .view(&bytes)
-        .set(
-            "/accessors/-",
-            json!({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"}),
-        )
-        .set("/meshes/0/primitives/0/attributes/TEXCOORD_1", json!(2))
+        .attribute("TEXCOORD_1", "VEC2", places.as_flattened())
         .set("/images", json!([image]))
         .set("/textures", json!([{"source": 0}]))
         .set(

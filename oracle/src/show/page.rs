@@ -60,8 +60,8 @@ pub fn scenes<'a>(names: impl Iterator<Item = &'a String>) -> Markup {
 /// More columns than these are cards on a phone.
 const NARROW: usize = 4;
 
-/// A table that scrolls by itself, or on a phone becomes a card a row. A heading that begins with # stands over numbers; a line of it ends
-/// at |.
+/// A table that scrolls by itself, or on a phone becomes a card a row. A heading that begins with # stands over
+/// numbers; a line of it ends at |.
 pub fn table(class: &str, heads: &[&str], rows: Markup) -> Markup {
     let cards = heads.len() > NARROW;
     let rows = if cards { labelled(heads, &rows) } else { rows };

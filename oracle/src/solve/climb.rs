@@ -207,7 +207,7 @@ fn weigh(scene: &Scene, step: &Step, mesh: &Mesh, irradiance: &mut [Vec3]) {
         let [first, next] = [from, to];
         from += (many as usize).pow(2);
         to += (few as usize).pow(2);
-        if face.paint.is_none() || many <= few || !many.is_multiple_of(few) {
+        if face.paint.is_none() || many <= few {
             continue;
         }
         let reflected = averaged(&step.reflected[first..from], face, many, few);
