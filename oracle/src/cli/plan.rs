@@ -2,20 +2,20 @@
 
 use super::Outcome;
 use super::options::Common;
+use super::progress::Progress;
 use super::scene::{Dark, Materials};
 use super::solve::{error, settings, settings_for, to_error as solve_to_error, visibility};
 use super::solver::SolverOption;
-use super::tell::result;
+use super::tell::{json, print};
 use crate::plan::Counts;
-use crate::plan::ahead::ahead;
+use crate::plan::ahead::{ahead, long};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels, size};
 use crate::plan::memory::Memory;
 use crate::plan::passes::Expected;
-use crate::plan::trial::two;
 use crate::show::number::count;
 use crate::solve::solver::{Asked, Solver};
 use crate::solve::task::Task;
-use crate::solve::watch::unwatched;
+use crate::solve::watch::Watch;
 use clap::Args;
 use common::form_factor::FormFactor;
 use common::scene::Scene;
@@ -23,6 +23,8 @@ use common::settings::{Iteration, Settings, Visibility};
 use common::{Error, Result};
 use cpu::matrix::memory;
 use gpu::Gpu;
+use serde_json::{Value, json};
+use std::fmt;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -45,12 +47,27 @@ pub struct Arguments {
     /// A solve to this error, 0.2 to 10 % [default: 1, unless an option below asks for shooting]
     #[arg(long, value_name = "P%", value_parser = error, allow_negative_numbers = true)]
     error: Option<f64>,
+    /// The same as one line of JSON on stdout, times in seconds and memory in bytes
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     materials: Materials,
     #[command(flatten)]
     dark: Dark,
     #[command(flatten)]
     common: Common,
+}
+
+/// Who reads the plan: a person, line by line as it is found, or a program, all at once.
+struct Told {
+    json: bool,
+}
+
+impl Told {
+    /// A line for a person.
+    fn line(&self, line: fmt::Arguments) -> Result<()> {
+        if self.json { Ok(()) } else { print(line) }
+    }
 }
 
 /// Prints what a solve will take.
@@ -68,100 +85,163 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let (materials, path) = (&arguments.materials, &arguments.scene);
     let scene = materials.lit_unless(&arguments.dark, path, common.import())?;
+    let told = Told {
+        json: arguments.json,
+    };
+    let plans = plans(arguments, &scene, &told)?;
+    if arguments.json {
+        let name = &scene.name;
+        json(&json!({ "scene": name, "faces": scene.faces.len(), "plans": plans }))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// One for each solver that is asked for.
+fn plans(arguments: &Arguments, scene: &Scene, told: &Told) -> Result<Vec<Value>> {
+    let common = &arguments.common;
     if arguments.solver == Some(SolverOption::Matrix) {
         common.not_for_matrix()?;
-        return matrix(&scene, &settings(common, false)?);
+        return Ok(vec![matrix(scene, &settings(common, false)?, told)?]);
     }
     let error = arguments.error.or(common.error());
+    let mut plans = Vec::new();
     if arguments.solver != Some(SolverOption::Gpu) {
-        plan(&scene, common, error, None)?;
+        plans.push(plan(scene, common, error, None, told)?);
     }
     if arguments.solver != Some(SolverOption::Cpu) {
         match Gpu::open(common.adapter.as_deref()) {
-            Ok(gpu) => plan(&scene, common, error, Some(&gpu))?,
+            Ok(gpu) => plans.push(plan(scene, common, error, Some(&gpu), told)?),
             Err(Error::NoAdapter(_))
                 if arguments.solver.is_none()
                     && common.adapter.is_none()
                     && !common.require_gpu =>
             {
-                result!("")?;
-                result!("GPU: no adapter")?;
+                told.line(format_args!(""))?;
+                told.line(format_args!("GPU: no adapter"))?;
             }
             Err(error) => return Err(error),
         }
     }
-    Ok(Outcome::Done)
+    Ok(plans)
+}
+
+/// Who solves, as JSON has it.
+fn who(gpu: Option<&Gpu>) -> Value {
+    let solver = if gpu.is_some() { "gpu" } else { "cpu" };
+    json!({ "solver": solver, "adapter": gpu.map(|gpu| &gpu.line.name) })
+}
+
+/// `plan` with what else is known.
+fn with(mut plan: Value, more: Value) -> Value {
+    if let (Some(plan), Value::Object(more)) = (plan.as_object_mut(), more) {
+        plan.extend(more);
+    }
+    plan
 }
 
 /// What a solve to an error takes, from one to [`LOOK`].
-fn to_error(scene: &Scene, common: &Common, error: f64, gpu: Option<&Gpu>) -> Result<()> {
-    result!("")?;
-    result!("{}, {}, to {} %", scene.name, named(gpu), 100.0 * error)?;
+fn to_error(
+    scene: &Scene,
+    common: &Common,
+    error: f64,
+    gpu: Option<&Gpu>,
+    told: &Told,
+) -> Result<Value> {
+    let plan = with(who(gpu), json!({ "error": error, "texels": common.texels }));
+    told.line(format_args!(""))?;
+    let name = &scene.name;
+    told.line(format_args!(
+        "{name}, {}, to {} %",
+        named(gpu),
+        100.0 * error
+    ))?;
     let side = common
         .texels
         .map_or("as many texels as the light needs".into(), |n| {
             format!("{n}×{n} texels each")
         });
-    result!(
-        "  size    {} faces, {side}",
-        count(scene.faces.len() as u64)
-    )?;
+    let faces = count(scene.faces.len() as u64);
+    told.line(format_args!("  size    {faces} faces, {side}"))?;
     let limit = Limit::of_this_machine();
     if let Err(error) = check_texels(scene, common.texels.unwrap_or(1), limit) {
-        result!("  refused {error}")?;
-        return Ok(());
+        return refused(plan, &error, told);
     }
     let asked = Asked {
         error: LOOK,
         texels: common.texels,
     };
     let settings = common.settings(Visibility::Rays, FormFactor::Polygon)?;
+    let progress = Progress::new("plan", common.quiet);
+    let show = |phase: &str, done| progress.show(phase, done);
     let start = Instant::now();
-    let solved = scene.once(&settings, Solver::to_error(gpu, asked), &unwatched())?;
+    let solved = scene.once(&settings, Solver::to_error(gpu, asked), &Watch::new(&show))?;
+    progress.clear();
     let seconds = start.elapsed().as_secs_f64();
     let links = solved.moved.map_or(0, |moved| moved.links);
-    let times = (LOOK / error).powf(STEEP);
-    result!(
-        "  time    about {} s, between {} and {} s ({} links to {} % took {} s)",
-        two(seconds * times),
-        two(seconds * times / DOUBT),
-        two(seconds * times * DOUBT),
+    let expected = seconds * (LOOK / error).powf(STEEP);
+    let [least, most] = [expected / DOUBT, expected * DOUBT];
+    told.line(format_args!(
+        "  time    about {}, between {} and {} ({} links to {} % took {})",
+        long(expected),
+        long(least),
+        long(most),
         count(links),
         100.0 * LOOK,
-        two(seconds)
-    )
+        long(seconds)
+    ))?;
+    Ok(with(
+        plan,
+        json!({ "seconds": span(expected, least, most) }),
+    ))
+}
+
+/// A time as a program reads it.
+fn span(expected: f64, least: f64, most: f64) -> Value {
+    json!({ "expected": expected, "least": least, "most": most })
+}
+
+/// A plan that cannot be carried out, and why.
+fn refused(plan: Value, why: &Error, told: &Told) -> Result<Value> {
+    told.line(format_args!("  refused {why}"))?;
+    Ok(with(plan, json!({ "refused": why.to_string() })))
 }
 
 fn named(gpu: Option<&Gpu>) -> String {
     gpu.map_or("CPU".into(), |gpu| format!("GPU, {}", gpu.line.name))
 }
 
-fn plan(scene: &Scene, common: &Common, error: Option<f64>, gpu: Option<&Gpu>) -> Result<()> {
+fn plan(
+    scene: &Scene,
+    common: &Common,
+    error: Option<f64>,
+    gpu: Option<&Gpu>,
+    told: &Told,
+) -> Result<Value> {
     if let Some(error) = error {
-        return to_error(scene, common, error, gpu);
+        return to_error(scene, common, error, gpu, told);
     }
     let (settings, changed) = settings_for(common, scene, gpu.is_some())?;
     let settings = &settings;
     let counts = Counts::new(scene, &settings.meshing);
-    result!("")?;
-    result!("{}, {}", scene.name, named(gpu))?;
-    result!(
+    told.line(format_args!(""))?;
+    told.line(format_args!("{}, {}", scene.name, named(gpu)))?;
+    told.line(format_args!(
         "  size    {} faces, {} texels, {} cells; {} links of {} samples",
         count(counts.faces),
         count(counts.texels),
         count(counts.cells),
         count(counts.links()),
         settings.meshing.samples
-    )?;
-    if let Some(changed) = changed {
-        result!("  note    {changed}")?;
+    ))?;
+    if let Some(changed) = &changed {
+        told.line(format_args!("  note    {changed}"))?;
     }
     let memory = match gpu {
         None => Memory::cpu(&counts, settings),
         Some(gpu) => Memory::gpu(gpu, &counts, settings),
     };
     let limit = Limit::of_this_machine();
-    result!(
+    told.line(format_args!(
         "  memory  {}: scene {}, mesh {}, state {}, links {} at most, afterwards {} ({} {})",
         size(memory.bytes()),
         size(memory.scene),
@@ -171,29 +251,41 @@ fn plan(scene: &Scene, common: &Common, error: Option<f64>, gpu: Option<&Gpu>) -
         size(memory.look),
         size(limit.bytes),
         limit.source
-    )?;
+    ))?;
+    let found = json!({
+        "texels": counts.texels, "cells": counts.cells, "links": counts.links(),
+        "samples": settings.meshing.samples, "note": changed, "bytes": memory.bytes(),
+    });
+    let plan = with(who(gpu), found);
     if let Err(error) = check(scene, settings, gpu, limit) {
-        result!("  refused {error}")?;
-        return Ok(());
+        return refused(plan, &error, told);
     }
-    seconds(scene, settings, gpu)
+    Ok(with(plan, seconds(scene, settings, gpu, told)?))
 }
 
 /// Passes and time, from a short trial.
-fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>) -> Result<()> {
+fn seconds(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>, told: &Told) -> Result<Value> {
     let ahead = ahead(scene, settings, Solver::on(gpu))?;
-    result!("  passes  {}", passes(settings, &ahead.expected))?;
+    told.line(format_args!(
+        "  passes  {}",
+        passes(settings, &ahead.expected)
+    ))?;
     let (prepare, time) = (ahead.prepare, &ahead.time);
-    result!(
-        "  time    about {} s, between {} and {} s: prepare {}, links {}, passes {} s ({} cells tried)",
-        two(ahead.seconds()),
-        two(prepare + time.seconds() / time.factor),
-        two(prepare + time.seconds() * time.factor),
-        two(prepare),
-        two(time.links),
-        two(time.passes + time.gather),
+    let expected = ahead.seconds();
+    let least = prepare + time.seconds() / time.factor;
+    let most = prepare + time.seconds() * time.factor;
+    told.line(format_args!(
+        "  time    about {}, between {} and {}: prepare {}, links {}, passes {} ({} cells tried)",
+        long(expected),
+        long(least),
+        long(most),
+        long(prepare),
+        long(time.links),
+        long(time.passes + time.gather),
         time.tried
-    )
+    ))?;
+    let (passes, shots) = (ahead.expected.passes, ahead.expected.shots);
+    Ok(json!({ "passes": passes, "shots": shots, "seconds": span(expected, least, most) }))
 }
 
 fn passes(settings: &Settings, expected: &Expected) -> String {
@@ -212,23 +304,25 @@ fn passes(settings: &Settings, expected: &Expected) -> String {
     }
 }
 
-fn matrix(scene: &Scene, settings: &Settings) -> Result<Outcome> {
+fn matrix(scene: &Scene, settings: &Settings, told: &Told) -> Result<Value> {
     let counts = Counts::new(scene, &settings.meshing);
-    result!("")?;
-    result!("{}, matrix", scene.name)?;
-    result!(
+    told.line(format_args!(""))?;
+    told.line(format_args!("{}, matrix", scene.name))?;
+    told.line(format_args!(
         "  size    {} faces, {} texels, {} pairs",
         count(counts.faces),
         count(counts.texels),
         count(counts.texels.saturating_mul(counts.texels))
-    )?;
-    result!(
+    ))?;
+    let bytes = memory::bytes(counts.texels);
+    told.line(format_args!(
         "  memory  {} ({} are allowed)",
-        size(memory::bytes(counts.texels)),
+        size(bytes),
         size(memory::MEMORY)
-    )?;
-    if let Err(error) = check_matrix(scene, settings.meshing.texels) {
-        result!("  refused {error}")?;
+    ))?;
+    let plan = json!({ "solver": "matrix", "texels": counts.texels, "bytes": bytes });
+    match check_matrix(scene, settings.meshing.texels) {
+        Err(error) => refused(plan, &error, told),
+        Ok(()) => Ok(plan),
     }
-    Ok(Outcome::Done)
 }

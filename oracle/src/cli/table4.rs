@@ -119,11 +119,16 @@ fn real(path: &PathBuf) -> Result<Figure> {
         .map_err(|e| Error::input(path, "", format!("cannot be read ({e}): a PNG is needed")))?
         .to_rgb8();
     let (width, height) = image.dimensions();
+    // Its folders would stretch the page.
+    let name = path
+        .file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy();
     let colour = |x: u32, y: u32| Some(image.get_pixel(x, y).0);
     Ok(Figure {
         title: "Figure 10: a real map and an object".into(),
         pictures: vec![(
-            path.display().to_string(),
+            name.into_owned(),
             Picture::from_pixels(width, height, colour),
         )],
     })

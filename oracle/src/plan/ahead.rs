@@ -108,7 +108,7 @@ fn tenth(scene: &Scene, settings: &Settings) -> Option<String> {
 }
 
 /// Two digits, in a unit that people think in.
-fn long(seconds: f64) -> String {
+pub fn long(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 120.0 => (s, "seconds"),
         s if s < 7200.0 => (s / 60.0, "minutes"),

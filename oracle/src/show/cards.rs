@@ -22,7 +22,9 @@ pub fn labelled(heads: &[&str], rows: &Markup) -> Markup {
             text.push_str(tag);
             continue;
         }
-        let head = heads.get(columns.take(tag)).map_or("", |head| head);
+        let (own, wide) = columns.take(tag);
+        // What spans columns is of none of them.
+        let head = heads.get(own).filter(|_| wide == 1).map_or("", |head| head);
         let (name, attributes) = tag.split_at(3);
         text.push_str(name);
         if !head.is_empty() {
@@ -49,8 +51,8 @@ impl Columns {
         self.next = 0;
     }
 
-    /// The column of a cell that begins with `tag`.
-    fn take(&mut self, tag: &str) -> usize {
+    /// The first column of a cell that begins with `tag`, and how many it takes.
+    fn take(&mut self, tag: &str) -> (usize, usize) {
         while let Some(held) = self.held.get_mut(self.next).filter(|held| **held > 0) {
             *held -= 1;
             self.next += 1;
@@ -59,7 +61,7 @@ impl Columns {
         self.next += wide;
         self.held.resize(self.held.len().max(self.next), 0);
         self.held[own..self.next].fill(number(tag, "rowspan") - 1);
-        own
+        (own, wide)
     }
 }
 
@@ -89,7 +91,7 @@ mod tests {
             .map(|part| part.split('"').next().unwrap())
             .collect();
         let why = "Why &quot;so&quot;";
-        assert_eq!(heads, ["Name", "Of it", why, "Of it", "Name", "Of it", why]);
+        assert_eq!(heads, ["Name", "Of it", why, "Name", "Of it", why]);
         assert!(text.contains("2 &lt; 3") && text.contains("<table></table>"));
     }
 }

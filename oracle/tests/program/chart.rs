@@ -288,3 +288,37 @@ fn a_plan_tells_sizes_and_what_solve_refuses() {
         "{text}"
     );
 }
+
+#[test]
+fn a_plan_for_programs_says_what_the_one_for_people_does() {
+    let folder = folder("plan-json");
+    let scene = plates(&folder);
+    let told = |options: &[&str]| -> Value {
+        let output = radiosity(&[&["plan", &scene, "--json"], options].concat());
+        assert_eq!(output.status.code(), Some(0));
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(text.lines().count(), 1, "{text}");
+        serde_json::from_str(&text).unwrap()
+    };
+    let spans = |plan: &Value| {
+        let of = |name: &str| plan["seconds"][name].as_f64().unwrap();
+        assert!(0.0 < of("least") && of("least") <= of("expected") && of("expected") <= of("most"));
+    };
+    let shot = told(&["--texels", "10", "--cells", "2"]);
+    assert_eq!(shot["faces"], 2);
+    let solvers = shot["plans"].as_array().unwrap().iter();
+    let solvers: Vec<&Value> = solvers.map(|plan| &plan["solver"]).collect();
+    assert_eq!(solvers, ["cpu", "gpu"]);
+    let plan = &shot["plans"][0];
+    for (name, number) in [("texels", 200), ("cells", 8), ("links", 1600)] {
+        assert_eq!(plan[name], number, "{plan}");
+    }
+    assert!(plan["bytes"].as_u64().unwrap() > 1 << 20 && plan["refused"].is_null());
+    spans(plan);
+    let asked = told(&["--error", "2%", "--solver", "cpu"]);
+    assert_eq!(asked["plans"][0]["error"], 0.02);
+    spans(&asked["plans"][0]);
+    let huge = told(&["--texels", "8192", "--solver", "cpu"]);
+    let why = huge["plans"][0]["refused"].as_str().unwrap();
+    assert!(why.contains("would fit") && huge["plans"][0]["seconds"].is_null());
+}

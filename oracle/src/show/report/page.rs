@@ -3,7 +3,7 @@
 use super::section::{Drawn, error};
 use super::tables::mark;
 use crate::judge::comparison::Judged;
-use crate::show::number::{count, number, percent};
+use crate::show::number::{count, duration, percent};
 use crate::show::page::{self, Page, short, table, verdict};
 use crate::show::viewer;
 use maud::{Markup, html};
@@ -69,7 +69,7 @@ fn overview(judged: &[Judged]) -> Markup {
     html! {
         (table("overview", &["", "Scene", "Solved", "#Error of the answer|CPU · GPU", "#Faces · texels",
             "#Shots|CPU · GPU", "#GPU − CPU, RMS|lockstep · free", "#Pairs mismatched|· unexplained",
-            "#Energy imbalance|CPU · GPU", "#Seconds|CPU · GPU"], html! {
+            "#Energy imbalance|CPU · GPU", "#Time|CPU · GPU"], html! {
             @for (k, c) in rows {
                 tr.bad[!c.agree()] {
                     td { (mark(c.agree())) }
@@ -83,7 +83,7 @@ fn overview(judged: &[Judged]) -> Markup {
                     td.n { (both(&|i| percent([c.lockstep_difference, c.free_difference][i].relative_rms))) }
                     td.n { (both(&|i| count([c.pairs.mismatched, c.pairs.unexplained][i]))) }
                     td.n { (both(&|i| percent([c.cpu_energy, c.gpu_energy][i].imbalance))) }
-                    td.n { (both(&|i| number(c.seconds[i]))) }
+                    td.n { (both(&|i| duration(c.seconds[i]))) }
                 }
             }
         }))

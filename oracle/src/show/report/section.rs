@@ -9,6 +9,9 @@ use crate::show::viewer::{Layer, Viewer};
 use common::settings::Visibility;
 use maud::{Markup, html};
 
+/// Differences up to this are roundings of 32 bits, a few of 6·10⁻⁸ each.
+const ROUNDING: f64 = 1e-6;
+
 /// A scene, and its pictures as each way solves it.
 pub struct Drawn<'a> {
     /// The scene.
@@ -53,9 +56,11 @@ impl<'a> Drawn<'a> {
     /// The section of scene `k`: what users get comes first.
     pub fn section(&self, k: usize) -> Markup {
         let several = self.figures.len() > 1;
+        let name = &self.judged.first.scene.name;
         html! {
             section #{ "scene-" (k + 1) } {
-                h2 { (self.judged.first.scene.name) }
+                h2 { (short(name)) }
+                @if short(name) != name { p.facts { code { (name) } } }
                 @for (c, figures) in self.ways() { (way(c, figures, several)) }
             }
         }
@@ -227,15 +232,18 @@ fn views(f: &Figures, c: &Comparison) -> Markup {
                     " W/m²; emitters clip."
                 }))
             }
-            @for ((name, how), source) in differences.into_iter().zip(&f.differences) {
+            @for ((name, how), source) in differences.into_iter().zip(&f.differences).filter(|_| f.range > ROUNDING) {
                 (figure("", source, &format!("Difference of the {name} runs in false colours"), html! {
                     b { "GPU − CPU, " (name) } " · " (how) ". Luminance of reflected radiosity, relative to "
                     "its rms on the CPU (" (number(f.rms)) " W/m²); clipped beyond the range." (colour_bar(f.range))
                 }))
             }
         }
+        @if f.range <= ROUNDING {
+            p { "The two answers differ by rounding alone, or not at all: there is no difference to draw." }
+        }
         p.small {
-            "All four from one automatic camera (at " (eye) " in the mesh's unit; backs are looked through). Both "
+            "All from one automatic camera (at " (eye) " in the mesh's unit; backs are looked through). Both "
             "views share one exposure: the 90th percentile of what the CPU's surfaces reflect is at 80 % of white. "
             "Magenta would be “not a number”. Irradiance is interpolated between texels: the mean over a texel is "
             "off by " (percent(f.quality.relative_rms)) " RMS (shadow edges are drawn out over a texel), and where "

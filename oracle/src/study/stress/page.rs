@@ -9,7 +9,7 @@ use super::score::Counts;
 use super::section::section;
 use super::table::{anchor, key, table};
 use super::{LEAK, RELATIVE, Row, Study, indicators, limits};
-use crate::show::number::{number, percent};
+use crate::show::number::{duration, percent};
 use crate::show::page::{self, Page, verdict};
 use maud::{Markup, html};
 
@@ -31,11 +31,11 @@ pub fn page(studies: &[Study], told: &Told) -> String {
         (head(studies, told.gates))
         p.facts {
             (studies.len()) " cases · " (names(studies).len()) " methods · GPU: " (told.adapter.unwrap_or("none"))
-            " · " (number(told.seconds)) " s"
+            " · " (duration(told.seconds))
         }
         (gates(told.gates))
         (scores(studies, told))
-        h3 { "How far each method holds" }
+        h3 { "Where each method breaks first" }
         (key())
         @for group in &groups { (table(group)) }
         @for (k, study) in studies.iter().enumerate() {

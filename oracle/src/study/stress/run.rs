@@ -2,14 +2,18 @@
 
 use super::measure::{Seen, Tried, try_on};
 use super::methods::{self, DEFAULT, Method};
+use super::outcome::sides;
 use super::trial::{Case, Trial};
 use super::truth::Truths;
-use super::{Plate, Row, Side, Specimen, Study, Verdict};
+use super::{Plate, Row, Side, Specimen, Study, Verdict, limits};
 use crate::solve::watch::Watch;
 use common::Result;
 use common::texel::count;
 use glam::DVec3;
 use gpu::Gpu;
+
+/// So far beyond the limit of failing, an answer is as wrong as can be seen.
+const MOST: f64 = 10.0;
 
 /// Who asks, and on what.
 pub struct Run<'a> {
@@ -27,18 +31,16 @@ impl Run<'_> {
             rows: Vec::new(),
             specimen: None,
         };
-        let (mut broken, mut truths) = (0, Truths::default());
+        let (mut worst, mut truths) = (f64::NEG_INFINITY, Truths::default());
         for (done, value) in case.values.iter().enumerate() {
             // Whether to stop the methods ask themselves, more often.
             let _ = watch.count(case.about.parameter, done as u64, case.values.len() as u64);
             let Some((rows, specimen)) = self.value(case, *value, &mut truths)? else {
                 break;
             };
-            // Where most have just broken, and else where most do.
-            let most = rows.iter().filter(|r| r.verdict != Verdict::Safe).count();
-            let first = study.specimen.is_none();
-            if specimen.is_some() && (first || (most > broken && 2 * broken < rows.len())) {
-                (study.specimen, broken) = (specimen, most);
+            let here = failure(case.about.measure, &rows);
+            if specimen.is_some() && here > worst {
+                (study.specimen, worst) = (specimen, here);
             }
             study.rows.extend(rows);
         }
@@ -90,6 +92,27 @@ impl Run<'_> {
         let specimen = gallery.specimen(trial, value, truth, safe);
         Some((rows, specimen))
     }
+}
+
+/// How much of a failure there is to be seen at one value, so that this is what the pictures show: by how
+/// many factors e the answers are beyond the limit together. The default's count as much as all the others';
+/// a refusal has no picture.
+fn failure(measure: &str, rows: &[Row]) -> f64 {
+    let [safe, fails] = limits(measure);
+    let beyond = |side: &Side| match side.error {
+        Some(error) if error.is_finite() => (error / safe).clamp(1.0, MOST * fails / safe).ln(),
+        Some(_) => (MOST * fails / safe).ln(),
+        None => 0.0,
+    };
+    let of = |row: &Row| sides(row).map(|(_, side)| beyond(side)).sum::<f64>();
+    let own = |row: &Row| {
+        if row.method == DEFAULT {
+            rows.len() as f64
+        } else {
+            1.0
+        }
+    };
+    rows.iter().map(|row| own(row) * of(row)).sum()
 }
 
 /// Side by side, each judged by the measure of the case; the worse one speaks for both.
@@ -177,5 +200,36 @@ impl Gallery {
             face: face as u32,
             plates,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture::{row, side};
+    use super::super::{LEAK, RELATIVE};
+    use super::*;
+
+    fn others(default: f64, other: f64) -> f64 {
+        let mut rows = vec![row(1.0, side(Some(default), ""), None); 3];
+        for (row, error) in rows[1..].iter_mut().zip([other; 2]) {
+            row.method = "matrix";
+            row.cpu = side(Some(error), "");
+        }
+        failure(RELATIVE, &rows)
+    }
+
+    #[test]
+    fn the_worst_failure_is_shown_and_not_the_first() {
+        // Half of the methods break at once; what is to be seen comes later.
+        assert!(others(0.01, 0.5) > others(0.01, 0.03));
+        assert!(others(0.05, 0.5) > others(0.01, 0.5));
+        assert!(others(0.3, 0.01) > others(0.01, 0.3));
+        assert_eq!(others(0.01, 0.02), 0.0);
+        // As wrong as can be: no number is worse than another.
+        assert_eq!(others(0.01, f64::NAN), others(0.01, 1e9));
+        let refused = [row(1.0, side(None, ""), None)];
+        assert_eq!(failure(RELATIVE, &refused), 0.0);
+        let tight = [row(1.0, side(Some(0.0), ""), None)];
+        assert_eq!(failure(LEAK, &tight), 0.0);
     }
 }

@@ -3,8 +3,8 @@
 use super::groups::names;
 use super::outcome::{Half, Outcome, amount, error, outcome, value, values};
 use super::table::{anchor, face, swatch};
-use super::{Row, Side, Study, chart, limits, plates, specimen};
-use crate::show::number::number;
+use super::{Row, Side, Study, breaks, chart, limits, plates, specimen};
+use crate::show::number::duration;
 use crate::show::page;
 use maud::{Markup, html};
 
@@ -19,6 +19,7 @@ pub fn section(k: usize, study: &Study, all: &[&'static str]) -> Markup {
                 dt { "Swept" } dd { (about.parameter) ", " (extent(study)) }
                 dt { "Truth" } dd { (about.truth) }
                 dt { "Error" } dd { (about.measure) }
+                dt { "Breaks first" } dd { (first(study)) }
             }
             div.case {
                 (page::chart(chart::drawn(study, all).as_deref(), "Nothing was run.", caption(about.measure)))
@@ -42,6 +43,18 @@ fn extent(study: &Study) -> String {
         }
         (Some(only), _) => value(*only),
         _ => "no values".into(),
+    }
+}
+
+/// Who is no longer safe at which value, in the order of the sweep.
+fn first(study: &Study) -> Markup {
+    html! {
+        @for (at, who) in breaks::in_order(study) {
+            div {
+                @match at { Some(at) => { "at " b { (value(at)) } }, None => b { "nowhere" } }
+                ": " (who.join("; "))
+            }
+        }
     }
 }
 
@@ -76,14 +89,14 @@ fn figures(study: &Study, all: &[&'static str]) -> Markup {
                 thead { tr {
                     th.n { (study.about.parameter) } th { "Method" }
                     @for half in Half::BOTH { th.n { (half.name()) } }
-                    th.n { "Seconds" br; "CPU · GPU" } th { "Warnings, what was changed, why there is no answer" }
+                    th.n { "Time" br; "CPU · GPU" } th { "Warnings, what was changed, why there is no answer" }
                 } }
                 tbody { @for x in values(study) {
                     @for (k, row) in study.rows.iter().filter(|row| row.value == x).enumerate() { tr {
                         @if k == 0 { td.n rowspan=(count(x)) { b { (value(x)) } } }
                         td { (swatch(all.iter().position(|m| *m == row.method).unwrap_or(0))) (row.method) }
                         @for half in Half::BOTH { (shown(half.of(row), study.about.measure)) }
-                        td.n { (number(row.cpu.seconds)) " · " (row.gpu.as_ref().map_or("–".into(), |s| number(s.seconds))) }
+                        td.n { (duration(row.cpu.seconds)) " · " (row.gpu.as_ref().map_or("–".into(), |s| duration(s.seconds))) }
                         td.told { (told(row)) }
                     } }
                 } }

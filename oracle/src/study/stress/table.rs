@@ -1,4 +1,4 @@
-//! Cases down, methods across, CPU and GPU side by side: how far each method holds.
+//! Cases down, methods across, CPU and GPU side by side: where each method breaks first.
 
 use super::breaks::{self, Break};
 use super::chart::colour;
@@ -103,9 +103,9 @@ pub fn key() -> Markup {
                 @let (class, sign, name) = face(verdict);
                 span { span.box.(class) { (sign) " " (name) } " " (what) }
             }
-            span { "to " b { "0.1" } " safe up to there" }
-            span { b { "all" } " everywhere" }
-            span { b { "–" } " nowhere" }
+            span { "at " b { "0.1" } " the first value at which it is not safe" }
+            span { "at " b { "once" } " at the easiest already" }
+            span { b { "holds" } " safe everywhere" }
             span { b { "▲3" } " not safe at three values, and warned or refused" }
             span { span.missed { (MISSED) "2" } " not safe at two, unwarned" }
             span { b { "△1" } " warned once, but safe" }
@@ -113,12 +113,12 @@ pub fn key() -> Markup {
     }
 }
 
-/// How far the method holds, as text.
-fn reach(limit: &Break) -> Markup {
+/// Where the method breaks first, as text.
+fn first(limit: &Break) -> Markup {
     match (limit.safe.to, limit.safe.breaks_at) {
-        (_, None) => html! { "all" },
-        (Some(to), _) => html! { i { "to " } (value_short(to)) },
-        (None, _) => html! { "–" },
+        (_, None) => html! { "holds" },
+        (None, _) => html! { i { "at " } "once" },
+        (_, Some(at)) => html! { i { "at " } (value_short(at)) },
     }
 }
 
@@ -144,7 +144,7 @@ fn cell(study: &Study, breaks: &[Break], (method, half): (&str, Half), end: bool
     let counts = marks.map(|(_, n)| n);
     html! {
         td.(class).end[end] title=(about(study, limit, worst, counts)) {
-            b { (reach(limit)) }
+            b { (first(limit)) }
             small { (sign) @for (mark, n) in marks { @if n > 0 { " " span.missed[mark == MISSED] { (mark) (n) } } } }
         }
     }
@@ -190,12 +190,12 @@ mod tests {
     fn a_cell_says_where_it_breaks_and_who_said_so() {
         let silent = drawn(&[Some(0.001), Some(0.01), Some(0.05)], "");
         assert!(
-            silent.contains("degrades") && silent.contains("to </i>2<") && silent.contains("✖1")
+            silent.contains("degrades") && silent.contains("at </i>3<") && silent.contains("✖1")
         );
         let told = drawn(&[Some(0.5), None], "thin");
-        assert!(told.contains("fails") && told.contains("<b>–</b>") && told.contains("▲2"));
+        assert!(told.contains("fails") && told.contains("at </i>once<") && told.contains("▲2"));
         let safe = drawn(&[Some(0.001)], "");
-        assert!(safe.contains("<b>all</b>") && !safe.contains('✖') && !safe.contains('▲'));
+        assert!(safe.contains("<b>holds</b>") && !safe.contains('✖') && !safe.contains('▲'));
         assert!(drawn(&[Some(0.001)], "thin").contains("△1"));
         let rows = vec![row(1.0, side(Some(0.0), ""), None)];
         assert!(drawn_on(rows, Half::Gpu).contains("n/a"));

@@ -3,7 +3,7 @@
 use super::gates::limits;
 use super::ratio::{FLOOR, Ratios, ratio};
 use super::{CASE, Findings, Found, chart};
-use crate::show::number::{number, percent};
+use crate::show::number::{duration, number, percent};
 use crate::show::page::{self, Page, table};
 use crate::study::stress::json::Told;
 use crate::study::stress::outcome::{Half, Outcome, error, outcome, sides};
@@ -59,7 +59,7 @@ fn head(findings: &Findings, told: &Told) -> Markup {
         }
         (held(told.gates, !findings.all.is_empty()))
         p.facts {
-            (findings.all.len()) " scenes · GPU: " (told.adapter.unwrap_or("none")) " · " (number(told.seconds)) " s"
+            (findings.all.len()) " scenes · GPU: " (told.adapter.unwrap_or("none")) " · " (duration(told.seconds))
         }
     }
 }
@@ -111,7 +111,7 @@ fn line(found: &Found, half: Half, side: &Side) -> Markup {
         tr.bad[name == "missed"] {
             td.n { (found.seed) } td { (half.name()) } td { (name) }
             td.n { (error(side, RELATIVE)) } td.n { (shown(side.bias)) } td.n { (shown(side.estimate)) }
-            td.n { (ratio(side).map_or("–".to_owned(), number)) } td.n { (number(side.seconds)) }
+            td.n { (ratio(side).map_or("–".to_owned(), number)) } td.n { (duration(side.seconds)) }
             td { (told) } td.n { (found.texels) "²" } td { (found.told) }
         }
     }
