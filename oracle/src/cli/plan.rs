@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::options::Common;
-use super::progress::Progress;
+use super::progress::{Progress, reading};
 use super::scene::{Dark, Materials};
 use super::solve::{error, settings, settings_for, to_error as solve_to_error, visibility};
 use super::solver::SolverOption;
@@ -25,6 +25,7 @@ use cpu::matrix::memory;
 use gpu::Gpu;
 use serde_json::{Value, json};
 use std::fmt;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -35,6 +36,9 @@ const LOOK: f64 = 0.1;
 const STEEP: f64 = 1.0;
 /// For 2 % they took so many times less or more at most.
 const DOUBT: f64 = 3.0;
+
+/// Seconds after which that is given up: a plan that takes minutes is none.
+const PATIENCE: f64 = 20.0;
 
 /// Arguments of `plan`.
 #[derive(Args)]
@@ -84,7 +88,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         common.not_for_rays(asked)?;
     }
     let (materials, path) = (&arguments.materials, &arguments.scene);
-    let scene = materials.lit_unless(&arguments.dark, path, common.import())?;
+    let scene = reading(path, common.quiet, || {
+        materials.lit_unless(&arguments.dark, path, common.import())
+    })?;
     let told = Told {
         json: arguments.json,
     };
@@ -172,13 +178,26 @@ fn to_error(
     };
     let settings = common.settings(Visibility::Rays, FormFactor::Polygon)?;
     let progress = Progress::new("plan", common.quiet);
-    let show = |phase: &str, done| progress.show(phase, done);
+    let _ = progress.show("prepare", 0.0);
     let start = Instant::now();
-    let solved = scene.once(&settings, Solver::to_error(gpu, asked), &Watch::new(&show))?;
+    let show = |phase: &str, done| match start.elapsed().as_secs_f64() > PATIENCE {
+        true => ControlFlow::Break(()),
+        false => progress.show(phase, done),
+    };
+    let watch = Watch::new(&show);
+    let solved = scene.once(&settings, Solver::to_error(gpu, asked), &watch);
     progress.clear();
     let seconds = start.elapsed().as_secs_f64();
-    let links = solved.moved.map_or(0, |moved| moved.links);
     let expected = seconds * (LOOK / error).powf(STEEP);
+    if watch.stopped() {
+        let (least, spent) = (long(expected), long(seconds));
+        told.line(format_args!(
+            "  time    more than {least} (not done to {} % in {spent})",
+            100.0 * LOOK
+        ))?;
+        return Ok(with(plan, json!({ "seconds": { "least": expected } })));
+    }
+    let links = solved?.moved.map_or(0, |moved| moved.links);
     let [least, most] = [expected / DOUBT, expected * DOUBT];
     told.line(format_args!(
         "  time    about {}, between {} and {} ({} links to {} % took {})",

@@ -5,6 +5,7 @@ use common::text::plain;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -31,6 +32,15 @@ pub fn listen() {
 pub struct Progress {
     bar: ProgressBar,
     phase: RefCell<String>,
+}
+
+/// Reads what `path` names, and says so: a large file takes seconds.
+pub fn reading<T>(path: &Path, quiet: bool, read: impl FnOnce() -> T) -> T {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let progress = Progress::new(&name.to_string_lossy(), quiet);
+    // Nobody listens to Ctrl-C yet.
+    let _ = progress.show("reading", 0.0);
+    read()
 }
 
 /// Steps of a bar.

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::options::{Common, percentage};
-use super::progress::{Progress, listen};
+use super::progress::{Progress, listen, reading};
 use super::scene::{Dark, Materials};
 use super::solver::{SolverOption, choose, open};
 use super::tell::{self, say};
@@ -127,7 +127,9 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     }
     let start = Instant::now();
     let (materials, path) = (&arguments.materials, &arguments.scene);
-    let scene = materials.lit_unless(&arguments.dark, path, common.import())?;
+    let scene = reading(path, common.quiet, || {
+        materials.lit_unless(&arguments.dark, path, common.import())
+    })?;
     let load_seconds = start.elapsed().as_secs_f64();
     for note in &scene.notes {
         say!("note: {}: {note}", scene.name);
@@ -164,6 +166,8 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
         solver,
     };
     let progress = Progress::new(&scene.name, common.quiet);
+    // Of a large scene the first step takes seconds before it tells how far it is.
+    let _ = progress.show("prepare", 0.0);
     let show = |phase: &str, done| progress.show(phase, done);
     let watch = Watch::new(&show);
     let answered = answer(&question, &watch)?;

@@ -50,7 +50,7 @@ pub fn percent(x: f64) -> String {
     }
 }
 
-/// A time as people tell it: 2.4 ms, 12.3 s, 3 min 20 s, 5 h 12 min, 2 d 7 h.
+/// A time as people tell it: 78.5 µs, 2.4 ms, 12.3 s, 3 min 20 s, 5 h 12 min, 2 d 7 h.
 pub fn duration(seconds: f64) -> String {
     let short = |x: f64| {
         let digits = (2 - x.log10().floor() as i32).clamp(0, 2) as usize;
@@ -69,7 +69,8 @@ pub fn duration(seconds: f64) -> String {
         return format!("{} s", number(seconds));
     }
     match seconds {
-        s if s < 1e-4 => format!("{} s", number(s)),
+        s if s < 1e-7 => format!("{} s", number(s)),
+        s if s < 0.995e-4 => format!("{} µs", short(1e6 * s)),
         s if s < 0.0995 => format!("{} ms", short(1e3 * s)),
         s if s < 59.5 => format!("{} s", short(s)),
         s if s < 3570.0 => two(s.round() as u64, ["min", "s"], 60),
@@ -98,10 +99,11 @@ mod tests {
     #[test]
     fn times_are_told_as_people_tell_them() {
         let all = [
-            0.0, 0.002409, 0.35, 1.0, 12.345, 59.7, 200.0, 3600.0, 18_720.0, 198_000.0,
+            0.0, 7.85e-5, 0.002409, 0.35, 1.0, 12.345, 59.7, 200.0, 3600.0, 18_720.0, 198_000.0,
         ];
         let expected = [
             "0 s",
+            "78.5 µs",
             "2.41 ms",
             "0.35 s",
             "1 s",

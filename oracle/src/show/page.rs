@@ -57,15 +57,18 @@ pub fn scenes<'a>(names: impl Iterator<Item = &'a String>) -> Markup {
     }
 }
 
+/// The class of such tables.
+const CARDS: &str = "cards";
 /// More columns than these are cards on a phone.
 const NARROW: usize = 4;
 
-/// A table that scrolls by itself, or on a phone becomes a card a row. A heading that begins with # stands over
+/// A table that scrolls by itself, or on a phone becomes a card a row, if it is wide or of the class that asks
+/// for it. A heading that begins with # stands over
 /// numbers; a line of it ends at |.
 pub fn table(class: &str, heads: &[&str], rows: Markup) -> Markup {
-    let cards = heads.len() > NARROW;
+    let cards = class == CARDS || heads.len() > NARROW;
     let rows = if cards { labelled(heads, &rows) } else { rows };
-    let classes = [class, if cards { "cards" } else { "" }].join(" ");
+    let classes = [class, if cards && class != CARDS { CARDS } else { "" }].join(" ");
     let classes = classes.trim();
     html! {
         div.scroll { table class=[(!classes.is_empty()).then_some(classes)] {

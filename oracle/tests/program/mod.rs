@@ -1,12 +1,14 @@
 //! The program as scripts use it.
 
 mod bake;
+mod browser;
 mod chart;
 mod check;
 pub mod command;
 mod diff;
 mod error;
 mod merge;
+mod pages;
 mod relight;
 mod scripts;
 mod solve;

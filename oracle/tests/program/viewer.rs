@@ -1,5 +1,6 @@
 //! What one looks at: `preview.png`, and `view.html` to look around in.
 
+use super::browser::{looked_at, named};
 use super::command::{folder, radiosity};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -7,8 +8,7 @@ use common::solution::Stored;
 use glam::Vec3;
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 
 const BOX: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
 /// What a hand does, done by a script; what came of it stands in the page.
@@ -179,36 +179,9 @@ fn the_preview_shows_the_scene() {
     fs::remove_dir_all(out).unwrap();
 }
 
-/// The page as `browser` has it once the hand has done its work.
-fn looked_at(browser: &str, page: &Path) -> Value {
-    let shown = Command::new(browser)
-        .args(["--headless=new", "--no-sandbox", "--disable-gpu-sandbox"])
-        .args([
-            "--use-gl=angle",
-            "--use-angle=swiftshader",
-            "--enable-unsafe-swiftshader",
-        ])
-        .args(["--ignore-gpu-blocklist", "--window-size=1000,900"])
-        .args([
-            "--disable-background-networking",
-            "--virtual-time-budget=20000",
-            "--dump-dom",
-        ])
-        .arg(format!("file://{}", page.display()))
-        .output()
-        .unwrap();
-    let text = String::from_utf8_lossy(&shown.stdout).into_owned();
-    let Some(start) = text.find("<pre id=\"outcome\">") else {
-        panic!("the hand did nothing: {text}");
-    };
-    let outcome = &text[start + 18..];
-    serde_json::from_str(&outcome[..outcome.find("</pre>").unwrap()]).unwrap()
-}
-
 #[test]
 fn a_hand_can_look_around() {
-    let Some(browser) = std::env::var_os("RADIOSITY_BROWSER") else {
-        eprintln!("SKIPPED a_hand_can_look_around: RADIOSITY_BROWSER names no browser");
+    let Some(browser) = named("a_hand_can_look_around") else {
         return;
     };
     let (out, page) = solved("hand");
@@ -218,7 +191,7 @@ fn a_hand_can_look_around() {
         page.replace("</body>", &format!("<script>{HAND}</script></body>")),
     )
     .unwrap();
-    let did = looked_at(browser.to_str().unwrap(), &file);
+    let did = looked_at(&browser, &file);
     assert_eq!(did["failed"], Value::Null, "{did}");
 
     let stored = Stored::read(&out).unwrap();

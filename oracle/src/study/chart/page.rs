@@ -91,7 +91,7 @@ fn section(k: usize, study: &Study) -> Markup {
 fn wins(study: &Study) -> Markup {
     html! {
         h3 { "What wins" }
-        (table("wins", &HEADS, html! {
+        (table("cards", &HEADS, html! {
             @for solver in study.solvers() { tr {
                 td { (solver.name()) }
                 @for level in LEVELS { td {

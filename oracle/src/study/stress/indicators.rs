@@ -59,7 +59,7 @@ fn codes_table(found: &[Code]) -> Markup {
     };
     html! {
         @if found.is_empty() { p { "No warning was given." } } @else {
-            (table("", &["Code", "#Caught", "#False alarms", "caught, then false alarms (striped)"], html! {
+            (table("gates", &["Code", "#Caught", "#False alarms", "caught, then false alarms (striped)"], html! {
                 @for one in found { tr {
                     td { code { (one.code) } }
                     td.n { (one.caught) }

@@ -30,7 +30,7 @@ pub fn page(studies: &[Study], told: &Told) -> String {
     let body = html! {
         (head(studies, told.gates))
         p.facts {
-            (studies.len()) " cases · " (names(studies).len()) " methods · GPU: " (told.adapter.unwrap_or("none"))
+            (studies.len()) @if studies.len() == 1 { " case · " } @else { " cases · " } (names(studies).len()) " methods · GPU: " (told.adapter.unwrap_or("none"))
             " · " (duration(told.seconds))
         }
         (gates(told.gates))

@@ -33,8 +33,10 @@ pub fn page(findings: &Findings, ratios: &Ratios, told: &Told) -> String {
             @for specimen in &findings.worst {
                 h3 { "Seed " (specimen.value) }
                 @if let Some(found) = findings.all.iter().find(|f| f.seed as f64 == specimen.value) { p { (found.told) } }
-                div.case { (specimen::view(specimen, CASE.about.parameter)) }
-                (plates::plates(specimen))
+                div.case {
+                    (specimen::view(specimen, CASE.about.parameter))
+                    div { (plates::plates(specimen)) }
+                }
             }
         }
         section #all { h2 { "All scenes" } (scenes(findings)) }
@@ -91,7 +93,7 @@ fn scenes(findings: &Findings) -> Markup {
     let mut order: Vec<&Found> = findings.all.iter().collect();
     order.sort_by(|a, b| b.error().total_cmp(&a.error()));
     html! {
-        (table("", &["#Seed", "Solver", "Verdict", "#Error", "#Bias", "#Estimate", "#Over error", "#Seconds",
+        (table("", &["#Seed", "Solver", "Verdict", "#Error", "#Bias", "#Estimate", "#Over error", "#Time",
             "Warnings", "#Texels", "Scene"], html! {
             @for found in order { @for (half, side) in sides(&found.row) { (line(found, half, side)) } }
         }))
