@@ -49,19 +49,22 @@ pub fn covered(
     });
 }
 
-/// All pairs of faces, each both ways, whose boxes are less than a texel apart, and how far that is.
+/// All pairs of faces, each both ways, whose boxes are less than a texel of one of them apart, and how far that
+/// is.
 fn near(faces: &[Face], sides: &[u32], mut pair: impl FnMut(usize, usize, f64)) {
     let boxes: Vec<[DVec3; 2]> = faces.iter().map(bounds).collect();
+    let reach = |f: usize| width_of(&faces[f]) / f64::from(sides[f]);
+    let reach: Vec<f64> = (0..faces.len()).map(reach).collect();
+    // Each reaches as far as its own texels are wide: of a fine mesh in a coarse room few pairs are left.
+    let from = |f: usize| boxes[f][0].x - reach[f];
     let mut order: Vec<usize> = (0..faces.len()).collect();
-    order.sort_by(|a, b| boxes[*a][0].x.total_cmp(&boxes[*b][0].x));
-    let width = |f: usize| width_of(&faces[f]) / f64::from(sides[f]);
-    let widest = (0..faces.len()).map(width).fold(0.0, f64::max);
+    order.sort_by(|a, b| from(*a).total_cmp(&from(*b)));
     for (k, a) in order.iter().enumerate() {
-        let end = boxes[*a][1].x + widest;
+        let end = boxes[*a][1].x + reach[*a];
         let next = order[k + 1..].iter();
-        for b in next.take_while(|b| boxes[**b][0].x <= end) {
+        for b in next.take_while(|b| from(**b) <= end) {
             let apart = apart(&boxes[*a], &boxes[*b]);
-            if apart <= widest {
+            if apart <= reach[*a].max(reach[*b]) {
                 pair(*a, *b, apart);
                 pair(*b, *a, apart);
             }
@@ -116,4 +119,53 @@ fn see(f: &Face, g: &Face) -> bool {
             .any(|c| normal.dot(*c - f.corners[0]) > reach)
     };
     before(f, g) && before(g, f)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// A floor of 8 with a grid of plates upon it, and texels as wide as each.
+    fn plates(across: u32) -> Vec<Face> {
+        let square = |at: [f64; 3], side: f64| {
+            let [x, y, z] = at;
+            let corner = |i: f64, j: f64| DVec3::new(x + i * side, y, z + j * side);
+            let corners = [
+                corner(0.0, 0.0),
+                corner(0.0, 1.0),
+                corner(1.0, 1.0),
+                corner(1.0, 0.0),
+            ];
+            Face::quad("plate", corners, Vec3::ZERO, Vec3::ONE)
+        };
+        let side = 8.0 / f64::from(across);
+        let places = (0..across).flat_map(|i| (0..across).map(move |j| [i, j].map(f64::from)));
+        let plates = places.map(|[i, j]| square([i * side, 1.0, j * side], 0.5 * side));
+        std::iter::once(square([0.0; 3], 8.0))
+            .chain(plates)
+            .collect()
+    }
+
+    #[test]
+    fn whatever_is_within_a_texel_is_found_and_little_else() {
+        let faces = plates(20);
+        let sides = vec![4; faces.len()];
+        let mut found = Vec::new();
+        near(&faces, &sides, |f, g, apart| found.push((f, g, apart)));
+        let boxes: Vec<[DVec3; 2]> = faces.iter().map(bounds).collect();
+        let reach = |f: usize| width_of(&faces[f]) / 4.0;
+        let all = (0..faces.len()).flat_map(|f| (0..faces.len()).map(move |g| (f, g)));
+        let mut wanted: Vec<(usize, usize, f64)> = all
+            .filter(|(f, g)| f != g)
+            .map(|(f, g)| (f, g, apart(&boxes[f], &boxes[g])))
+            .filter(|(f, g, apart)| *apart <= reach(*f).max(reach(*g)))
+            .collect();
+        // The floor's texels are 2 wide and reach every plate; those of plates reach no other.
+        assert_eq!(wanted.len(), 2 * 400);
+        let key = |a: &(usize, usize, f64)| (a.0, a.1);
+        found.sort_by_key(key);
+        wanted.sort_by_key(key);
+        assert_eq!(found, wanted);
+    }
 }
