@@ -9,7 +9,7 @@ use crate::show::viewer::{Layer, Viewer};
 use common::settings::Visibility;
 use maud::{Markup, html};
 
-/// Differences up to this are roundings of 32 bits, a few of 6·10⁻⁸ each.
+/// Differences up to this, in the rms of what is reflected, are roundings of 32 bits, a few of 6·10⁻⁸ each.
 const ROUNDING: f64 = 1e-6;
 
 /// A scene, and its pictures as each way solves it.
@@ -218,6 +218,11 @@ fn views(f: &Figures, c: &Comparison) -> Markup {
             ("lockstep", "the same shooters"),
         ],
     };
+    // What is no number is not alike.
+    let apart = [&c.free_difference, &c.lockstep_difference];
+    let alike = apart
+        .iter()
+        .all(|difference| difference.max_relative <= ROUNDING);
     let eye = f
         .camera
         .eye
@@ -232,14 +237,14 @@ fn views(f: &Figures, c: &Comparison) -> Markup {
                     " W/m²; emitters clip."
                 }))
             }
-            @for ((name, how), source) in differences.into_iter().zip(&f.differences).filter(|_| f.range > ROUNDING) {
+            @for ((name, how), source) in differences.into_iter().zip(&f.differences).filter(|_| !alike) {
                 (figure("", source, &format!("Difference of the {name} runs in false colours"), html! {
                     b { "GPU − CPU, " (name) } " · " (how) ". Luminance of reflected radiosity, relative to "
                     "its rms on the CPU (" (number(f.rms)) " W/m²); clipped beyond the range." (colour_bar(f.range))
                 }))
             }
         }
-        @if f.range <= ROUNDING {
+        @if alike {
             p { "The two answers differ by rounding alone, or not at all: there is no difference to draw." }
         }
         p.small {
