@@ -269,6 +269,9 @@ pub fn energy(whose: &[(&str, &Energy)]) -> Markup {
     }
 }
 
+/// More than this in a scene of metres, and its unit is hardly the metre.
+const HARDLY: f64 = 1e4;
+
 /// The emitted power. A file does not say what its unit of length is.
 fn emitted(e: &Energy) -> Markup {
     let watts = |unit: f64| {
@@ -277,8 +280,10 @@ fn emitted(e: &Energy) -> Markup {
     };
     html! {
         p {
-            "Emitted: " b { (watts(1.0)) } " if the file’s unit of length is the metre; " (watts(1e-3))
-            " if it is the millimetre."
+            @if e.emitted.iter().sum::<f64>() > HARDLY {
+                "Emitted: " b { (watts(1e-3)) } " if the file’s unit of length is the millimetre; " (watts(1.0))
+                " if it is the metre."
+            } @else { "Emitted: " b { (watts(1.0)) } " if the file’s unit of length is the metre." }
         }
     }
 }

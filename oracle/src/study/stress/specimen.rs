@@ -52,7 +52,7 @@ pub fn view(specimen: &Specimen, parameter: &str) -> Markup {
                 b { "The specimen" } " at " (super::outcome::value(specimen.value)) " (" (parameter) "): "
                 (count(scene.faces.len() as u64)) @if scene.faces.len() == 1 { " face" } @else { " faces" }
                 ", white is " (number(f64::from(exposure.white))) " W/m²; backs are looked through."
-                @if let Some(name) = name { " The plates below are of “" (name) "”, outlined." }
+                @if let Some(name) = name { " The plates are of “" (name) "”, outlined." }
             }
         }
     }

@@ -61,7 +61,7 @@ fn head(findings: &Findings, told: &Told) -> Markup {
         }
         (held(told.gates, !findings.all.is_empty()))
         p.facts {
-            (findings.all.len()) " scenes · GPU: " (told.adapter.unwrap_or("none")) " · " (duration(told.seconds))
+            (findings.all.len()) @if findings.all.len() == 1 { " scene" } @else { " scenes" } " · GPU: " (told.adapter.unwrap_or("none")) " · " (duration(told.seconds))
         }
     }
 }
