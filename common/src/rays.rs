@@ -8,6 +8,9 @@ use glam::{Vec3, Vec3A};
 use obvhs::ray::{Ray, RayHit};
 use std::cell::Cell;
 
+/// No face.
+pub const NOBODY: u32 = u32::MAX;
+
 /// Faces that block.
 pub struct Rays {
     bvh: Bvh,
@@ -45,12 +48,17 @@ impl Rays {
         ends: [u32; 2],
     ) -> Option<(u32, f32)> {
         let k = self.bvh.faces[primitive];
+        self.meets(k, ray, points, ends).map(|t| (k, t))
+    }
+
+    /// Where on the ray face `k` blocks it.
+    fn meets(&self, k: u32, ray: &Ray, points: [Vec3; 2], ends: [u32; 2]) -> Option<f32> {
         let face = &self.faces[k as usize];
         if face.sheet == ends[0] || face.sheet == ends[1] {
             return None;
         }
         let hit = intersect(face, ray.origin.into(), ray.direction.into());
-        (hit.between(RAY_REACH) && !points.iter().any(|p| touches(face, *p))).then_some((k, hit.t))
+        (hit.between(RAY_REACH) && !points.iter().any(|p| touches(face, *p))).then_some(hit.t)
     }
 
     /// Whether nothing lies between `from` on face `ends[0]` and `to` on face `ends[1]`.
@@ -68,21 +76,39 @@ impl Rays {
     /// objects do not end where it is asked to go `through` them, so that nothing is seen now that
     /// was not seen before them.
     pub fn sight(&self, from: Vec3, to: Vec3, ends: [u32; 2], through: bool) -> Sight {
+        self.sight_past(from, to, ends, through, &Cell::new(NOBODY))
+    }
+
+    /// The same. The face that ended the `last` ray is asked first: it often ends its neighbours.
+    pub fn sight_past(
+        &self,
+        from: Vec3,
+        to: Vec3,
+        ends: [u32; 2],
+        through: bool,
+        last: &Cell<u32>,
+    ) -> Sight {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
+        let ray = segment(from, to);
+        let known = last.get();
+        let ends_it = known != NOBODY && (!through || known < self.room);
+        if ends_it && self.meets(known, &ray, [from, to], ends).is_some() {
+            return Sight::Blocked;
+        }
         let hidden = Cell::new(false);
-        let free = self
-            .bvh
-            .tree
-            .ray_traverse_miss(segment(from, to), |ray, primitive| {
-                match self.blocks(primitive, ray, [from, to], ends) {
-                    Some((k, t)) if !through || k < self.room => t,
-                    Some(_) => {
-                        hidden.set(true);
-                        MISS
-                    }
-                    None => MISS,
+        let free = self.bvh.tree.ray_traverse_miss(ray, |ray, primitive| {
+            match self.blocks(primitive, ray, [from, to], ends) {
+                Some((k, t)) if !through || k < self.room => {
+                    last.set(k);
+                    t
                 }
-            });
+                Some(_) => {
+                    hidden.set(true);
+                    MISS
+                }
+                None => MISS,
+            }
+        });
         match (free, hidden.get()) {
             (false, _) => Sight::Blocked,
             (true, true) => Sight::Hidden,

@@ -2,16 +2,18 @@
 
 use crate::hierarchy::asked::solved;
 use common::mesh::Mesh;
-use common::rays::{Rays, Sight};
+use common::rays::{NOBODY, Rays, Sight};
 use common::scene::{Face, Scene};
 use cpu::hierarchy::block::{Block, Spot};
 use cpu::hierarchy::cluster::{Clusters, Part};
 use cpu::hierarchy::cluster_link::Group;
 use cpu::hierarchy::light::pull;
+use cpu::hierarchy::link::nobody;
 use cpu::hierarchy::tree::Tree;
 use glam::{DVec3, Vec3};
 use radiosity_tests::answers::{error, truth_on};
 use radiosity_tests::lit_room;
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 /// A lit room with a ball of 4·`rings`·(`rings` − 1) triangles.
@@ -117,6 +119,7 @@ fn what_a_cluster_sends_is_what_its_faces_send() {
                 number: k,
                 block: &block,
                 passes: Sight::Clear,
+                ended: &nobody(),
             };
             let bound = group.bound();
             let own =
@@ -157,6 +160,34 @@ fn what_a_cluster_sends_is_what_its_faces_send() {
         }
     }
     assert!(linked > 1000, "{linked}");
+}
+
+#[test]
+fn a_face_that_ended_another_ray_changes_no_sight() {
+    let mut scene = ball(6);
+    scene.faces[4..6]
+        .iter_mut()
+        .for_each(|face| face.reflectance = Vec3::ZERO);
+    let mut mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+    // As in a relight: what is no room's face may be seen through.
+    mesh.room = 66;
+    let rays = Rays::new(&mesh);
+    let centre = |f: u32| mesh.cells[f as usize].shooter.centre;
+    let (mut blocked, mut ended) = (0, 0);
+    for (f, g) in (0..126).flat_map(|f| (f + 1..126).map(move |g| (f, g))) {
+        let ends = [f, g];
+        for through in [false, true] {
+            let sight = rays.sight(centre(f), centre(g), ends, through);
+            blocked += u32::from(sight == Sight::Blocked);
+            for other in [NOBODY, f, g, (7 * f + g) % 126, (f + 5 * g) % 126] {
+                let last = Cell::new(other);
+                let found = rays.sight_past(centre(f), centre(g), ends, through, &last);
+                assert_eq!(found, sight, "{f} to {g} past {other}");
+                ended += u32::from(last.get() != other);
+            }
+        }
+    }
+    assert!(blocked > 500 && ended > 1000, "{blocked} {ended}");
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub fn through(
     if !whole && (hides > 1.0 || needed > SAMPLES[2] as f32) {
         return Choice::Cut;
     }
-    let edge = shines * mixed(found.seen) > thresholds.source;
+    let edge = shines * mixed(found.seen) > thresholds.soft * thresholds.source;
     if needed > SAMPLES[1] as f32 {
         found = sampled(needed.ceil().min(SAMPLES[3] as f32) as u32);
     }

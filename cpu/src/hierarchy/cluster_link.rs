@@ -8,7 +8,7 @@
 
 use crate::hierarchy::block::Block;
 use crate::hierarchy::cluster::{Cluster, Clusters};
-use crate::hierarchy::link::{Bound, Found, Link};
+use crate::hierarchy::link::{Bound, Ended, Found, Link};
 use crate::hierarchy::tree::Tree;
 use crate::rows::lanes::{Lane, Points};
 use crate::rows::receivers::LANES;
@@ -37,6 +37,8 @@ pub struct Group<'a> {
     pub block: &'a Block,
     /// Which pairs of points count: clear ones, or those between which only objects are.
     pub passes: Sight,
+    /// The face that ended each lane's last ray.
+    pub ended: &'a Ended,
 }
 
 impl Group<'_> {
@@ -122,7 +124,8 @@ impl Group<'_> {
             let g = out * up / (square * square) * own * points.weight[l];
             all[l] += g;
             let ends = [face, block.faces[l]];
-            if self.rays.sight(q, p, ends, through) == self.passes {
+            let sight = self.rays.sight_past(q, p, ends, through, &self.ended[l]);
+            if sight == self.passes {
                 seen[l] += g;
             }
         }

@@ -4,6 +4,7 @@
 use crate::hierarchy::block::{Block, Spot};
 use crate::hierarchy::light::fit;
 use crate::hierarchy::tree::Tree;
+use crate::hierarchy::world::EVEN;
 use crate::matrix::open::Element;
 use crate::rows::lanes::Lane;
 use glam::{Vec2, Vec3};
@@ -12,8 +13,6 @@ use std::ops::Range;
 
 /// Nodes with which it begins are no larger (the mesh is two units wide at most).
 const FIRST: f32 = 0.18;
-/// Light is even where what was predicted of it is off by so many thresholds at most.
-const EVEN: f32 = 4.0;
 
 /// Where bodies stand: texels of which a part is covered, or all.
 pub struct Feet {

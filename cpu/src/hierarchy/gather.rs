@@ -3,10 +3,12 @@
 
 use crate::hierarchy::block::Block;
 use crate::hierarchy::choice::{Choice, places, through};
-use crate::hierarchy::cluster::Part;
+use crate::hierarchy::cluster::{Cluster, Part};
 use crate::hierarchy::cluster_link::Group;
 use crate::hierarchy::light::Glow;
-use crate::hierarchy::link::{Bounds, Factors, Known, Link, Open, Pair, Sampled, Stops};
+use crate::hierarchy::link::{
+    Bounds, Ended, Factors, Known, Link, Open, Pair, Sampled, Stops, nobody,
+};
 use crate::hierarchy::question::Question;
 use crate::hierarchy::tree::Node;
 use crate::hierarchy::world::{Thresholds, What, World};
@@ -38,6 +40,7 @@ pub struct Gather<'a> {
     scale: Vec<Vec3>,
     /// Where all lie on one face.
     own: Option<Own>,
+    ended: Ended,
 }
 
 /// The face of all blocks, as far as they cover it.
@@ -76,6 +79,7 @@ impl<'a> Gather<'a> {
             blocks,
             scale: blocks.iter().map(|b| question.scale_of(b)).collect(),
             own: Own::of(world.mesh, blocks),
+            ended: nobody(),
         }
     }
 
@@ -145,7 +149,7 @@ impl<'a> Gather<'a> {
             return;
         }
         // Exact factors and shadows of a few faces cost less than rays.
-        let few = self.own.is_some() && cluster.faces.len() < FACES;
+        let few = cluster.faces.len() < FACES && self.shafts_tell(cluster);
         let mut cut = Vec::new();
         for b in active.iter() {
             let choice = if wide || few {
@@ -173,6 +177,14 @@ impl<'a> Gather<'a> {
                 Part::Face(f) => self.visit_face(f, &cut, take),
             }
         }
+    }
+
+    /// Whether little enough is before a cluster that shafts tell of it: asked of its first face.
+    fn shafts_tell(&self, cluster: &Cluster) -> bool {
+        let first = self.world.clusters.order[cluster.faces.start as usize];
+        let root = &self.world.tree.nodes[self.world.tree.roots[first as usize] as usize];
+        let tells = || matches!(self.between(root, Between::Anything), Between::Faces(_));
+        self.own.is_some() && (root.shooter.area <= 0.0 || tells())
     }
 
     fn visit_face(&self, f: u32, active: &[u32], take: &mut impl FnMut(Made)) {
@@ -299,6 +311,7 @@ impl<'a> Gather<'a> {
             number: k,
             node,
             block,
+            ended: &self.ended,
         };
         let arch = self.world.arch;
         let mut bound = arch.dispatch(Bounds { pair: &pair });
@@ -376,6 +389,7 @@ impl<'a> Gather<'a> {
                 What::Light => Sight::Clear,
                 What::Taken(_) => Sight::Hidden,
             },
+            ended: &self.ended,
         };
         let bound = group.bound();
         if bound.factor <= 0.0 {

@@ -17,10 +17,11 @@ use common::constants::{CONTACT, LOW, PI, SAMPLES};
 use common::form_factor::{FormFactor, Shooter};
 use common::intersect::touches;
 use common::mesh::Mesh;
-use common::rays::{Rays, Sight};
+use common::rays::{NOBODY, Rays, Sight};
 use common::sampling::{cell_uv, outline_point};
 use glam::Vec3;
 use pulp::NullaryFnOnce;
+use std::cell::Cell;
 
 /// A node's links to a block.
 #[derive(Clone, Debug)]
@@ -67,6 +68,16 @@ pub struct Pair<'a> {
     pub node: &'a Node,
     /// The block.
     pub block: &'a Block,
+    /// The face that ended each lane's last ray.
+    pub ended: &'a Ended,
+}
+
+/// By lane, the face that ended its last ray: the next one's light comes from beside there.
+pub type Ended = [Cell<u32>; LANES];
+
+/// No ray has been asked yet.
+pub fn nobody() -> Ended {
+    std::array::from_fn(|_| Cell::new(NOBODY))
 }
 
 /// What a pair exchanges at most, roughly: where the nearest and best placed spot is.
@@ -377,7 +388,8 @@ impl Sampled<'_> {
         let through = passes == Sight::Hidden;
         for l in 0..self.pair.block.count {
             let ends = [self.pair.node.face, self.pair.block.faces[l]];
-            stopped[l] = g[l] > 0.0 && rays.sight(q, points.at(l), ends, through) != passes;
+            let sight = || rays.sight_past(q, points.at(l), ends, through, &self.pair.ended[l]);
+            stopped[l] = g[l] > 0.0 && sight() != passes;
         }
     }
 

@@ -76,7 +76,7 @@ fn change(mut solve: Solve, known: &Known, goal: Goal, watch: Watch) -> Result<O
     let room = 0..mesh.room as usize;
     let near = Receiving::on(room.clone()).near(0.5 * radius(mesh));
     let what = What::Taken(&objects);
-    let taken = solve.at_texels(what, &glow, &near, goal.direct, TAKEN, watch)?;
+    let taken = solve.at_texels(what, &glow, &near, goal.direct.softened(), TAKEN, watch)?;
     let own = Receiving::on(room.end..mesh.faces.len());
     let given = solve.at_texels(What::Light, &glow, &own, goal.direct, GIVEN, watch)?;
 

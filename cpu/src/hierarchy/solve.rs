@@ -40,6 +40,7 @@ impl Goal {
             source: source * error,
             visibility: visibility * error,
             near: NEAR * source * error,
+            soft: 1.0,
         };
         Self {
             direct: at(0.3, 0.1),
@@ -65,6 +66,7 @@ const LOOSE: Thresholds = Thresholds {
     source: 2e-2,
     visibility: 2e-2,
     near: 2e-2,
+    soft: 1.0,
 };
 
 /// What a solve came to.

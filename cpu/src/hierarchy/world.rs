@@ -37,6 +37,9 @@ pub enum What<'a> {
     Taken(&'a Occluders),
 }
 
+/// Light is even where what was predicted of it is off by so many thresholds at most.
+pub const EVEN: f32 = 4.0;
+
 /// What a link may leave out, of the RMS of the reflected light.
 #[derive(Clone, Copy, Debug)]
 pub struct Thresholds {
@@ -46,4 +49,13 @@ pub struct Thresholds {
     pub visibility: f32,
     /// By a spot's size.
     pub near: f32,
+    /// A shadow's edge changes more than so many times what sources may leave out.
+    pub soft: f32,
+}
+
+impl Thresholds {
+    /// For shadows of light from all sides: what their edges change is no more than what even light may be off.
+    pub fn softened(self) -> Self {
+        Self { soft: EVEN, ..self }
+    }
 }

@@ -25,6 +25,7 @@ use cpu::hierarchy::relight::{Known, irradiance, relight};
 use cpu::hierarchy::solve::{Goal, Outcome, solve_by};
 use cpu::hierarchy::state::open;
 use glam::{Vec3, Vec4};
+use std::f64::consts::SQRT_2;
 
 /// A change within a texel that is this share of the RMS of the reflected light can be seen.
 const VISIBLE: f64 = 0.02;
@@ -344,7 +345,8 @@ impl Climb<'_> {
             let long = long.map(|(k, c)| c.distance(face.corners[(k + 1) % 4]));
             let long = long.fold(0.0, f64::max);
             let mut side = step.sides[f];
-            while long / f64::from(side) > width && 2 * side <= SIDE {
+            // As near to that width as halves come.
+            while long / f64::from(side) > SQRT_2 * width && 2 * side <= SIDE {
                 let more = 3 * u64::from(side) * u64::from(side);
                 if all + more > ALL {
                     break;
