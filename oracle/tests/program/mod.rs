@@ -4,6 +4,7 @@ mod bake;
 mod chart;
 mod check;
 pub mod command;
+mod demo;
 mod diff;
 mod error;
 mod merge;
