@@ -276,6 +276,12 @@ impl Import<'_, '_> {
                 "{points_and_lines} primitives of points or lines left out"
             ));
         }
+        let unread = buffers::unread(root);
+        if !unread.is_empty() {
+            let names = unread.join(", ");
+            self.builder
+                .note(format!("extensions that are not read: {names}"));
+        }
         if let Some(note) = self.pictures.note() {
             self.builder.note(note);
         }
