@@ -2,6 +2,7 @@
 //! `chart`, `stress`, `plan`, `adapters`, `completions`; exit codes as in the README.
 
 mod adapters;
+mod bake;
 mod bundled;
 mod chart;
 mod check;

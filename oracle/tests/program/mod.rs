@@ -1,6 +1,7 @@
 //! The program as scripts use it.
 
 mod bake;
+mod bake_kept;
 mod chart;
 mod check;
 pub mod command;

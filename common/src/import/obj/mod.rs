@@ -51,6 +51,7 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
                 places: [places; 2],
                 colours: None,
                 odd: false,
+                chart: None,
             };
             builder.add(&model.name, &polygon, material, || format!("line {number}"))?;
         }
