@@ -126,6 +126,8 @@ struct Source {
     digits: Digits,
     /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
     left_out: usize,
+    /// Whether some vertex has a colour.
+    coloured: bool,
 }
 
 impl Source {
@@ -150,9 +152,11 @@ impl Source {
         }
         match key {
             // Six numbers are a position and a colour.
-            "v" if words.len() == 6 => self
-                .lines
-                .push(number, &format!("v {}", words[..3].join(" "))),
+            "v" if words.len() == 6 => {
+                self.coloured = true;
+                self.lines
+                    .push(number, &format!("v {}", words[..3].join(" ")));
+            }
             "v" | "o" | "g" => self.lines.push(number, line),
             "f" if words.len() < 3 && last => {
                 return fail("the last face has too few corners: is the file cut off?".into());
@@ -252,6 +256,9 @@ impl Source {
         }
         if self.left_out > 0 {
             notes.push(format!("{} points and lines left out", self.left_out));
+        }
+        if self.coloured {
+            notes.push("colours of vertices are not read: give them as a glTF".into());
         }
         notes
     }
