@@ -6,8 +6,9 @@ use common::scene::Face;
 use common::shooting::Field;
 use common::texel;
 use exr::prelude::{ReadChannels, ReadLayers, read};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use oracle::show::bake::bake;
+use oracle::show::bake::charts::Charts;
 use oracle::show::picture::Exposure;
 use std::io::Cursor;
 
@@ -191,5 +192,73 @@ fn charts_agree_along_the_edges_that_they_share() {
         }
         // The quad's diagonal is one within its chart.
         assert_eq!(shared, 4, "{sides:?}");
+    }
+}
+
+/// Light that rises evenly across a floor is a plane, within charts and along the edge where two of them meet, one
+/// turned against the other. Only at the floor's outline, where no texel follows, is it level.
+#[test]
+fn own_charts_go_on_beyond_their_edges() {
+    let p = |x: f64, z: f64| DVec3::new(x, 0., z);
+    let floor = [
+        (
+            [p(0., 0.), p(0., 2.), p(1., 2.)],
+            [[0.1, 0.1], [0.1, 0.5], [0.3, 0.5]],
+        ),
+        (
+            [p(0., 0.), p(1., 2.), p(1., 0.)],
+            [[0.1, 0.1], [0.3, 0.5], [0.3, 0.1]],
+        ),
+        (
+            [p(1., 0.), p(1., 2.), p(2., 2.)],
+            [[0.4, 0.3], [0.8, 0.3], [0.8, 0.1]],
+        ),
+        (
+            [p(1., 0.), p(2., 2.), p(2., 0.)],
+            [[0.4, 0.3], [0.8, 0.1], [0.4, 0.1]],
+        ),
+    ];
+    let face = |(corners, chart): ([DVec3; 3], [[f32; 2]; 3])| Face {
+        chart: Some(chart.map(Vec2::from)),
+        ..Face::triangle("floor", corners, Vec3::ZERO, Vec3::splat(0.5))
+    };
+    let scene = scene("floor", floor.map(face).to_vec());
+    let charts = Charts::new(&scene).unwrap();
+    assert_eq!(charts.islands, [0, 0, 2, 2]);
+    let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
+    // Of the scene, not of the mesh, whose origin is elsewhere.
+    let x = |k: usize| 5.0 + mesh.texels[k].position.x * mesh.unit as f32 + mesh.origin.x as f32;
+    let field = lit(&mesh, x);
+    let baked = bake(
+        &scene,
+        Some(&charts),
+        (&mesh, &field),
+        Exposure::linear(1.0),
+    )
+    .unwrap();
+    assert_eq!(baked.note, None);
+    let (light, [width, height]) = plane(&baked.exr, "irradiance.R");
+    let at = |uv: DVec2| {
+        let p = uv * DVec2::new(width as f64, height as f64) - 0.5;
+        let share = p - p.floor();
+        let pixel =
+            |x: usize, y: usize| f64::from(light[(p.y as usize + y) * width + p.x as usize + x]);
+        let row = |y: usize| pixel(0, y) * (1.0 - share.x) + pixel(1, y) * share.x;
+        row(0) * (1.0 - share.y) + row(1) * share.y
+    };
+    for (k, (corners, chart)) in floor.iter().enumerate() {
+        let chart = chart.map(|uv| Vec2::from(uv).as_dvec2());
+        for (i, j) in (0..=64).flat_map(|j| (0..=64 - j).map(move |i| (i, j))) {
+            let shares = [i, j, 64 - i - j].map(|n| f64::from(n) / 64.0);
+            let point: DVec3 = corners.iter().zip(shares).map(|(p, s)| *p * s).sum();
+            // Two texels from the outline.
+            if !(0.25..=1.75).contains(&point.x) || !(0.5..=1.5).contains(&point.z) {
+                continue;
+            }
+            let uv: DVec2 = chart.iter().zip(shares).map(|(uv, s)| *uv * s).sum();
+            let off = at(uv) - 5.0 - point.x;
+            // Light of about 6 in f32, and places of f32 on 128 pixels; a texel is 1/8 of light.
+            assert!(off.abs() < 1e-5, "{k} {point}: {off}");
+        }
     }
 }
