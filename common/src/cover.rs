@@ -22,6 +22,11 @@ const TRIED: usize = 1024;
 /// Points between two looks at whether to go on.
 const TASK: usize = 64;
 
+/// The directions that are asked.
+pub fn asked() -> Vec<Vec3> {
+    directions().into_iter().step_by(STEP).collect()
+}
+
 /// Asked now and then whether to stop.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
@@ -74,7 +79,7 @@ pub fn seconds(mesh: &Mesh) -> f64 {
         return 0.0;
     }
     let rays = Rays::new(mesh);
-    let directions: Vec<Vec3> = directions().into_iter().step_by(STEP).collect();
+    let directions = asked();
     let step = mesh.points.len().div_ceil(TRIED);
     let start = Instant::now();
     let tried: Vec<usize> = (0..mesh.points.len()).step_by(step).collect();
@@ -93,7 +98,7 @@ fn sample_until(mesh: &mut Mesh, samples: u32, stop: Stop) -> Result<()> {
         return Ok(());
     }
     let rays = Rays::new(mesh);
-    let directions: Vec<Vec3> = directions().into_iter().step_by(STEP).collect();
+    let directions = asked();
     let (room, all) = (mesh.room as usize, mesh.faces.len());
     let cover = |k: usize| {
         let cell = &mesh.cells[k / samples as usize];
@@ -123,8 +128,9 @@ fn sample_until(mesh: &mut Mesh, samples: u32, stop: Stop) -> Result<()> {
     Ok(())
 }
 
-/// Whether a point of `face` sees anything else than backs, of the first `faces` faces.
-fn open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
+/// Whether a point of `face` sees anything else than backs, of the first `faces` faces, in some of the
+/// [directions that are asked](asked).
+pub fn open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
     let bitangent = face.normal.cross(face.tangent);
     directions.iter().any(|d| {
         let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;

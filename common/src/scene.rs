@@ -5,7 +5,7 @@
 //! [`crate::mesh::Mesh`] moves it to the origin.
 
 use crate::paint::{Paint, WHITEST};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -54,6 +54,8 @@ pub struct Face {
     pub normals: Option<[Vec3; 4]>,
     /// How ρ and E vary over it; none: they do not.
     pub paint: Option<Arc<Paint>>,
+    /// Where the file puts a triangle's corners on a lightmap; none: it was not asked, or has no place for it.
+    pub chart: Option<[Vec2; 3]>,
 }
 
 impl Face {
@@ -70,6 +72,7 @@ impl Face {
             rounding: 0.0,
             normals: None,
             paint: None,
+            chart: None,
         }
     }
 
@@ -144,6 +147,7 @@ impl Face {
             corners: turned.map(|k| self.corners[k]),
             normals: self.normals.map(|normals| turned.map(|k| -normals[k])),
             paint: (self.paint.as_ref()).map(|paint| Arc::new(paint.turned(turned))),
+            chart: self.chart.map(|[a, b, c]| [a, c, b]),
             ..self.clone()
         }
     }

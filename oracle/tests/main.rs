@@ -1,8 +1,10 @@
 //! The program, and what lies behind its commands.
 
+mod baked;
 mod bundled;
 mod examples;
 mod hostile;
+mod painted;
 mod path_tracer;
 mod plan;
 mod program;

@@ -120,6 +120,7 @@ impl<'a> Builder<'a> {
             face.from = split.then_some(k as u32);
             face.rounding = polygon.rounding;
             face.normals = polygon.normals_of(&face.corners);
+            face.chart = polygon.chart;
             if n == 0 {
                 &mut self.faces
             } else {

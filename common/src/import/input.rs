@@ -1,6 +1,6 @@
 //! Faces as files have them.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// A face as a file has it.
 pub struct Polygon<'p> {
@@ -16,6 +16,8 @@ pub struct Polygon<'p> {
     pub colours: Option<&'p [DVec3]>,
     /// Whether a quad was joined over the diagonal from corner 1 to corner 3.
     pub odd: bool,
+    /// A triangle's place on the file's own lightmap.
+    pub chart: Option<[Vec2; 3]>,
 }
 
 impl Polygon<'_> {

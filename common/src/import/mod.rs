@@ -32,6 +32,9 @@ pub struct ImportOptions {
     pub two_sided: bool,
     /// ρ of all faces instead of the file's, 0 ≤ ρ < 1.
     pub reflectance: Option<Vec3>,
+    /// Every face keeps its place on the file's own lightmap, which a file without is an error. Quads are
+    /// not joined then.
+    pub charts: bool,
 }
 
 /// Reads a scene; the type of file is told by content, and by extension where content leaves it
@@ -40,8 +43,9 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let bytes = file::input(path, "")?;
     let mut builder = Builder::new(path, options.reflectance);
     match Format::of(path, &bytes)? {
+        Format::Obj if options.charts => return Err(Error::input(path, "", NO_CHARTS)),
         Format::Obj => obj::read(&mut builder, path, &bytes)?,
-        Format::Gltf => gltf::read(&mut builder, path, &bytes, options.join_quads)?,
+        Format::Gltf => gltf::read(&mut builder, path, &bytes, options)?,
     }
     let scene = builder.finish()?;
     bounds(&scene)?;
@@ -86,6 +90,9 @@ impl Format {
         }
     }
 }
+
+const NO_CHARTS: &str =
+    "an OBJ has one set of texture coordinates, and a lightmap wants a second one: export as glTF";
 
 /// The byte order mark that some editors put before UTF-8.
 const BOM: &[u8] = b"\xEF\xBB\xBF";

@@ -402,3 +402,34 @@ fn normals_are_kept_and_turn_with_a_mirror() {
     let broken = smooth.set("/accessors/2/count", json!(400));
     assert_eq!(scene(&broken).faces[0].normals, None);
 }
+
+#[test]
+fn charts_are_kept_on_request() {
+    let options = ImportOptions {
+        charts: true,
+        join_quads: true,
+        ..Default::default()
+    };
+    let places = [0., 0., 0.5, 0., 0.5, 0.25, 0., 0.25];
+    let charted = square().attribute("TEXCOORD_1", "VEC2", &places);
+    let kept = charted.load_with(&options).expect("a scene");
+    let of = |k: usize| kept.faces[k].chart.map(|chart| chart.map(|p| p.to_array()));
+    assert_eq!(of(0), Some([[0., 0.], [0.5, 0.], [0.5, 0.25]]));
+    assert_eq!(of(1), Some([[0., 0.], [0.5, 0.25], [0., 0.25]]));
+    // A mirror turns the triangle round, and its chart with it.
+    let mirrored = charted.clone().set("/nodes/0/scale", json!([-1, 1, 1]));
+    let turned = mirrored.load_with(&options).expect("a scene");
+    let chart = turned.faces[0]
+        .chart
+        .map(|chart| chart.map(|p| p.to_array()));
+    assert_eq!(chart, Some([[0., 0.], [0.5, 0.25], [0.5, 0.]]));
+
+    assert_eq!(scene(&charted).faces[0].chart, None, "nobody asked");
+    let first = square().attribute("TEXCOORD_0", "VEC2", &places);
+    let refused = first.load_with(&options).map(|scene| scene.faces.len());
+    let told = refused.map_err(|error| error.to_string());
+    assert!(
+        matches!(&told, Err(told) if told.contains("mesh 0 primitive 0: has no TEXCOORD_1")),
+        "{told:?}"
+    );
+}

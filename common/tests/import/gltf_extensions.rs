@@ -126,5 +126,10 @@ fn what_has_no_place_is_refused_by_name() {
     ] {
         let error = square().set("/extensionsRequired", json!([name])).error();
         assert!(error.contains(name) && error.contains(instead), "{error}");
+        // One that a file can do without is only told.
+        let used = json!([name, "KHR_materials_unlit"]);
+        let read = scene(&square().set("/extensionsUsed", used));
+        let told = format!("extensions that are not read: {name}");
+        assert_eq!(notes(&read, "extensions"), [told]);
     }
 }

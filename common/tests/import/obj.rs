@@ -379,3 +379,12 @@ fn pieces_of_a_polygon_have_its_normals() {
         }
     }
 }
+
+#[test]
+fn colours_of_vertices_are_told() {
+    let coloured = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n";
+    let told = ["colours of vertices are not read: give them as a glTF"];
+    assert_eq!(notes(&scene(coloured), "colours"), told);
+    let plain = scene(&format!("{SQUARE}f 1 2 3 4\n"));
+    assert_eq!(notes(&plain, "colours"), [""; 0]);
+}

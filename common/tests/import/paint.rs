@@ -20,7 +20,7 @@ fn joined(gltf: &Gltf, two_sided: bool) -> Scene {
     let options = ImportOptions {
         join_quads: true,
         two_sided,
-        reflectance: None,
+        ..Default::default()
     };
     load(&folder.path("a.glb"), &options).expect("a scene")
 }

@@ -2,20 +2,25 @@
 
 use crate::hierarchy::solve::Outcome;
 use crate::twin::escape::meets_front;
+use crate::twin::texel_point::point;
+use common::cover::{asked, open};
 use common::escape::directions;
-use common::mesh::{Cover, Mesh};
+use common::mesh::{Cell, Mesh};
 use common::rays::Rays;
 use common::shooting::{Field, Run, Shot};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// Rays of all faces that tell what escapes, where there are few: a tenth of a second's work. Each point
-/// of a face asks two directions at least.
+/// Rays of all faces that tell what escapes: a tenth of a second's work. Each face asks some.
 const RAYS: usize = 1 << 17;
+const FEWEST: usize = 32;
+/// Points of a texel on which a body stands that are looked at for one that is open.
+const TRIES: usize = 8;
 
 /// The run of `outcome` on `mesh`, each of whose faces is one cell, looked at in some points.
 pub fn run(mesh: &Mesh, outcome: &Outcome) -> Run {
     let mut powers = vec![DVec3::ZERO; mesh.cells.len()];
+    let mut sent = Vec::with_capacity(mesh.texels.len());
     let (mut emitted, mut unshot, mut received) = (0.0, 0.0, 0.0);
     let mut field = Field {
         origin: "hierarchy".into(),
@@ -35,6 +40,7 @@ pub fn run(mesh: &Mesh, outcome: &Outcome) -> Run {
             .radiosity
             .push((texel.emission + reflected).extend(0.0));
         let left = texel.emission * outcome.open[k] + reflected - r;
+        sent.push(left.as_dvec3() * area);
         powers[texel.face as usize] += left.as_dvec3() * area;
         emitted += sum(texel.emission) * area;
         unshot += sum(r.abs()) * area;
@@ -42,7 +48,7 @@ pub fn run(mesh: &Mesh, outcome: &Outcome) -> Run {
     }
     let shot: f64 = powers.iter().map(|p| p.element_sum()).sum();
     let taken = if shot > 0.0 { received / shot } else { 0.0 };
-    let escaped = escaped(mesh, &powers);
+    let escaped = escaped(mesh, &sent, &outcome.open);
     let cells = (0..mesh.cells.len()).filter(|k| powers[*k] != DVec3::ZERO);
     let shots: Vec<Shot> = cells
         .map(|k| Shot {
@@ -77,44 +83,76 @@ pub fn uncover(mesh: &mut Mesh, outcome: &Outcome) {
     }
 }
 
-/// The share of each shooter's cosine hemisphere that meets no front, from its open points. A face asks as
-/// many rays as its share of the power: of few large lamps among many small faces all hangs on these.
-fn escaped(mesh: &Mesh, powers: &[DVec3]) -> Vec<f32> {
-    let rays = Rays::new(mesh);
-    let all = directions();
-    let of = |power: &DVec3| power.abs().element_sum();
-    let whole: f64 = powers.iter().map(of).sum();
-    let cells = mesh.cells.par_iter().enumerate();
-    cells
-        .map(|(k, cell)| {
-            if powers[k] == DVec3::ZERO {
-                return 0.0;
-            }
-            let face = &mesh.faces[cell.face as usize];
-            let first = k * mesh.samples as usize;
-            let points: Vec<Vec3> = mesh.points[first..first + mesh.samples as usize]
-                .iter()
-                .filter(|point| point.cover == Cover::Open)
-                .map(|point| point.position)
-                .collect();
-            if points.is_empty() {
-                return 0.0;
-            }
-            let own = RAYS as f64 * of(&powers[k]) / whole / points.len() as f64;
-            let step = all.len() / (own as usize).clamp(2, all.len());
-            let bitangent = face.normal.cross(face.tangent);
-            let (mut lost, mut count) = (0, 0);
-            for (n, origin) in points.iter().enumerate() {
-                // Each point has strata of its own.
-                for d in all.iter().skip((n * 7 + k) % step).step_by(step) {
-                    let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-                    lost += usize::from(!meets_front(&rays, face.sheet, *origin, direction));
-                    count += 1;
-                }
-            }
-            lost as f32 / count as f32
-        })
-        .collect()
+/// The share of what each face sends that meets no front. Its texels send what they have left, which may be
+/// nothing just where the open is seen: above a lamp, or outside of a wall. A face asks as many rays as its
+/// share of the power: of few large lamps among many small faces all hangs on these.
+fn escaped(mesh: &Mesh, left: &[DVec3], shares: &[f32]) -> Vec<f32> {
+    let sky = Sky {
+        mesh,
+        rays: Rays::new(mesh),
+        asked: asked(),
+        shares,
+    };
+    let directions = directions();
+    let of = |left: &DVec3| left.abs().element_sum();
+    let all: f64 = left.iter().map(of).sum();
+    let lost = |cell: &Cell| {
+        let sums = cell.texels().scan(0.0, |sum, k| {
+            *sum += of(&left[k]);
+            Some(*sum)
+        });
+        let sums: Vec<f64> = sums.collect();
+        let power = sums.last().copied().unwrap_or(0.0);
+        if power == 0.0 {
+            return 0.0;
+        }
+        let count = ((RAYS as f64 * power / all) as usize).max(FEWEST);
+        let strata = count.min(directions.len());
+        let seen = (0..count).filter_map(|n| {
+            let drawn = power * sequence(n, 0.618_033_988_749_895);
+            let drawn = sums.partition_point(|sum| *sum <= drawn);
+            let k = cell.texels().start + drawn.min(sums.len() - 1);
+            // All strata in turn, or as many of them, evenly.
+            let along = directions[n % strata * directions.len() / strata];
+            sky.is_seen(k, n, along)
+        });
+        let seen: Vec<bool> = seen.collect();
+        seen.iter().filter(|seen| **seen).count() as f32 / seen.len().max(1) as f32
+    };
+    mesh.cells.par_iter().map(lost).collect()
+}
+
+/// Where no front is.
+struct Sky<'a> {
+    mesh: &'a Mesh,
+    rays: Rays,
+    asked: Vec<Vec3>,
+    /// The open share of each texel.
+    shares: &'a [f32],
+}
+
+impl Sky<'_> {
+    /// Whether it is seen from an open point of texel `k`, a new one for each `n`; none if a few tries find no
+    /// such point.
+    fn is_seen(&self, k: usize, n: usize, along: Vec3) -> Option<bool> {
+        let texel = &self.mesh.texels[k];
+        let face = &self.mesh.faces[texel.face as usize];
+        let mut places = (TRIES * n..TRIES * (n + 1)).map(|n| {
+            let uv = [0.754_877_666_246_693, 0.569_840_290_998_053];
+            let uv = uv.map(|alpha| sequence(n, alpha) as f32);
+            point(face, texel.kind, texel.place, texel.area, uv).truncate()
+        });
+        let faces = self.mesh.faces.len();
+        let origin = places
+            .find(|at| self.shares[k] == 1.0 || open(&self.rays, faces, face, *at, &self.asked))?;
+        let bitangent = face.normal.cross(face.tangent);
+        let direction = face.tangent * along.x + bitangent * along.y + face.normal * along.z;
+        Some(!meets_front(&self.rays, face.sheet, origin, direction))
+    }
+}
+
+fn sequence(k: usize, alpha: f64) -> f64 {
+    (0.5 + alpha * k as f64).fract()
 }
 
 fn sum(light: Vec3) -> f64 {

@@ -1,9 +1,10 @@
 //! `radiosity chart`.
 
+use super::Outcome;
+use super::bundled::{bundled, found};
 use super::progress::{Progress, interrupted, listen};
 use super::scene::Materials;
 use super::tell::say;
-use super::{Outcome, bundled};
 use crate::show::number::{number, percent};
 use crate::solve::watch::Watch;
 use crate::study::chart::measure::Bench;
@@ -111,9 +112,9 @@ impl Arguments {
 
 /// Measures scene after scene, and writes after each round.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let scenes = scenes(arguments)?;
     let others = others(arguments)?;
     let gpu = open(arguments)?;
+    let scenes = scenes(arguments)?;
     let given = given_truth(arguments, &scenes)?;
     prepare(&arguments.out)?;
     let mut store = Store::open(&arguments.out.join("chart.partial.jsonl"))?;
@@ -124,7 +125,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         );
     }
     listen();
-    let paper = load(&bundled(SCENES[1]), &ImportOptions::default()).map(|s| content(&s));
+    let paper = found(SCENES[1], &arguments.out);
+    let paper = paper.and_then(|path| load(&path, &ImportOptions::default()).ok());
+    let paper = paper.map(|scene| content(&scene));
     let mut studies = Vec::new();
     for scene in &scenes {
         let program = Program {
@@ -132,7 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             gpu: gpu.as_ref(),
             others: &others,
             given: given.as_ref(),
-            paper: paper.as_ref().ok() == Some(&content(scene)),
+            paper: paper == Some(content(scene)),
         };
         let study = match program.chart(scene, &mut store, &studies) {
             // Nothing of this scene, but the others are there.
@@ -282,17 +285,18 @@ impl Program<'_> {
 }
 
 fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {
-    let paths = match arguments.scenes.as_slice() {
-        [] => SCENES.map(bundled).to_vec(),
-        given => given.to_vec(),
-    };
-    if arguments.truth.is_some() && paths.len() != 1 {
+    if arguments.truth.is_some() && arguments.scenes.len() != 1 {
         return Err(Error::Usage("--truth belongs to one SCENE: name it".into()));
     }
+    let ours = |name| bundled(name, &arguments.out);
+    let paths = match arguments.scenes.as_slice() {
+        [] => SCENES.into_iter().map(ours).collect::<Result<_>>()?,
+        given => given.to_vec(),
+    };
     let options = ImportOptions {
         join_quads: arguments.join_quads,
         two_sided: arguments.two_sided,
-        reflectance: None,
+        ..ImportOptions::default()
     };
     let lit = |path: &PathBuf| arguments.materials.lit(path, options);
     paths.iter().map(lit).collect()

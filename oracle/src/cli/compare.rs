@@ -1,5 +1,6 @@
 //! `radiosity compare`, and the demo.
 
+use super::bundled::bundled;
 use super::options::Common;
 use super::progress::{Progress, interrupted, listen};
 use super::scene::Materials;
@@ -17,7 +18,7 @@ use common::settings::{Drawing, Meshing, Settings, Visibility};
 use common::solution::{prepare, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.
 #[derive(Args, Clone)]
@@ -52,8 +53,10 @@ struct Demo {
 
 /// `compare` on the bundled Cornell box.
 pub fn demo() -> Result<Outcome> {
-    let scene = super::bundled("cornell_box.obj");
-    run(&Demo::parse_from(["radiosity".into(), scene.into_os_string()]).arguments)
+    let demo = |scene: &Path| Demo::parse_from([Path::new("radiosity"), scene]).arguments;
+    let name = Path::new("cornell_box.obj");
+    let scene = bundled("cornell_box.obj", &demo(name).out)?;
+    run(&demo(&scene))
 }
 
 /// Compares and reports.

@@ -1,6 +1,7 @@
 //! `radiosity converge`.
 
 use super::Outcome;
+use super::bundled::bundled;
 use super::progress::{Progress, interrupted, listen};
 use super::scene::Materials;
 use super::solver::open_or_twin;
@@ -47,6 +48,9 @@ pub struct Arguments {
     #[arg(long)]
     quiet: bool,
 }
+
+/// The bundled scenes that are swept.
+const SCENES: [&str; 2] = ["cornell_box.obj", "furnace.obj"];
 
 /// Item buffer sizes of the table.
 const SIZES: [u32; 3] = [256, 512, 1024];
@@ -131,22 +135,18 @@ fn item_buffers(scene: &Scene, gpu: &Gpu, quiet: bool) -> Result<Vec<item_buffer
 }
 
 fn scenes(arguments: &Arguments) -> Result<Vec<Scene>> {
-    let bundled = || {
-        ["cornell_box.obj", "furnace.obj"]
-            .map(super::bundled)
-            .to_vec()
-    };
-    let paths = match arguments.scenes.as_slice() {
-        [] => bundled(),
-        given => given.to_vec(),
-    };
-    if arguments.truth.is_some() && paths.len() != 1 {
+    if arguments.truth.is_some() && arguments.scenes.len() != 1 {
         return Err(Error::Usage("--truth belongs to one SCENE: name it".into()));
     }
+    let ours = |name| bundled(name, &arguments.out);
+    let paths = match arguments.scenes.as_slice() {
+        [] => SCENES.into_iter().map(ours).collect::<Result<_>>()?,
+        given => given.to_vec(),
+    };
     let options = ImportOptions {
         join_quads: arguments.join_quads,
         two_sided: arguments.two_sided,
-        reflectance: None,
+        ..ImportOptions::default()
     };
     let lit = |path: &PathBuf| arguments.materials.lit(path, options);
     paths.iter().map(lit).collect()

@@ -10,6 +10,7 @@ EXAMPLES:
   radiosity solve room.obj                              to 1 %: view.html, lightmap.exr, … in out/
   radiosity solve room.glb --error 0.5% --texels 32     a lightmap of 32×32 texels a face
   radiosity solve room.obj --gltf baked.glb             the scene with its light, for other programs
+  radiosity solve room.glb --gltf baked.glb --uv keep   the same on its own lightmap's charts (TEXCOORD_1)
   radiosity solve room.obj --quality draft --json | jq .estimated_error
   radiosity solve room.obj --settings out/result.json   as that result was solved";
 

@@ -2,6 +2,8 @@
 //! `chart`, `stress`, `plan`, `adapters`, `completions`; exit codes as in the README.
 
 mod adapters;
+mod bake;
+mod bundled;
 mod chart;
 mod check;
 mod compare;
@@ -27,7 +29,7 @@ mod tell;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use common::Error;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Progressive radiosity solved by rays on the CPU and by a hemisphere item buffer on the GPU,
@@ -173,17 +175,6 @@ fn parse(
         tell::hush();
     }
     Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))
-}
-
-/// A scene of ours: from the root of a checkout by its short name, from anywhere else by where it
-/// was built.
-fn bundled(name: &str) -> PathBuf {
-    let local = Path::new("scenes").join(name);
-    if local.exists() {
-        local
-    } else {
-        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes")).join(name)
-    }
 }
 
 /// Help and version go out as they are; a usage error becomes one line.

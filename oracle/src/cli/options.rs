@@ -292,7 +292,7 @@ impl Common {
         ImportOptions {
             join_quads: self.join_quads,
             two_sided: self.two_sided,
-            reflectance: None,
+            ..ImportOptions::default()
         }
     }
 

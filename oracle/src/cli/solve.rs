@@ -1,6 +1,7 @@
 //! `radiosity solve`.
 
 use super::Outcome;
+use super::bake::Bake;
 use super::options::{Common, percentage};
 use super::progress::{Progress, listen, reading};
 use super::scene::{Dark, Materials};
@@ -10,7 +11,7 @@ use crate::plan::ahead::warning;
 use crate::plan::defaults::{Chosen, adapted};
 use crate::plan::fits::{Limit, check, check_matrix, check_texels};
 use crate::show::around::{Around, Seen};
-use crate::show::bake::bake;
+use crate::show::bake::charts::Charts;
 use crate::show::view::camera::Camera;
 use crate::solve::moved::Moved;
 use crate::solve::solved::Dense;
@@ -52,9 +53,8 @@ pub struct Arguments {
     /// Write each face's light as an HDR map as well, into DIR/maps: a room for relight
     #[arg(long)]
     pub maps: bool,
-    /// Write the scene with its light as a texture (TEXCOORD_1), and that light as FILE.exr
-    #[arg(long, value_name = "FILE.glb")]
-    gltf: Option<PathBuf>,
+    #[command(flatten)]
+    bake: Bake,
     /// Warnings are errors: exit code 1, after writing
     #[arg(long)]
     pub strict: bool,
@@ -86,7 +86,7 @@ pub fn on_cpu(
         solver: Some(SolverOption::Cpu),
         out: out.to_path_buf(),
         maps: false,
-        gltf: None,
+        bake: Bake::default(),
         strict: false,
         json: false,
         settings: None,
@@ -127,9 +127,14 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     }
     let start = Instant::now();
     let (materials, path) = (&arguments.materials, &arguments.scene);
+<<<<<<< HEAD
     let scene = reading(path, common.quiet, || {
         materials.lit_unless(&arguments.dark, path, common.import())
     })?;
+=======
+    let scene = materials.lit_unless(&arguments.dark, path, arguments.bake.import(common)?)?;
+    let charts = arguments.bake.charts(&scene)?;
+>>>>>>> w17a
     let load_seconds = start.elapsed().as_secs_f64();
     for note in &scene.notes {
         say!("note: {}: {note}", scene.name);
@@ -148,7 +153,7 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     };
     let (settings, changed) = fitting(common, &scene, solver)?;
     prepare(&arguments.out)?;
-    arguments.gltf.as_deref().map_or(Ok(()), takes_glb)?;
+    arguments.bake.check()?;
     if let Some(changed) = &changed {
         say!("note: {changed}");
     }
@@ -186,7 +191,7 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     };
     let solution = answered.solution(&question, &notes, seconds);
     solution.write(&arguments.out)?;
-    show_all(&solution, arguments)?;
+    show_all(&solution, arguments, charts.as_ref())?;
     if arguments.maps {
         write_maps(&scene, solution.mesh, &solution.run.field, &arguments.out)?;
     }
@@ -271,16 +276,11 @@ pub fn around<'a>(solution: &'a Solution, camera: Option<Camera>) -> Around<'a> 
 }
 
 /// A picture of the scene, the scene to look around in, and, if asked for, to take elsewhere.
-fn show_all(solution: &Solution, arguments: &Arguments) -> Result<()> {
+fn show_all(solution: &Solution, arguments: &Arguments, charts: Option<&Charts>) -> Result<()> {
     let seen = around(solution, None).seen()?;
     let mut files = Pending::default();
     pending(&seen, &arguments.out, &mut files)?;
-    if let Some(path) = &arguments.gltf {
-        let (scene, mesh, field) = (solution.scene, solution.mesh, &solution.run.field);
-        let baked = bake(scene, mesh, field, seen.preview.exposure)?;
-        files.add(path, &baked.glb)?;
-        files.add(&path.with_extension("exr"), &baked.exr)?;
-    }
+    arguments.bake.add(&mut files, (solution, charts), &seen)?;
     files.finish()
 }
 
@@ -288,16 +288,6 @@ fn show_all(solution: &Solution, arguments: &Arguments) -> Result<()> {
 pub fn pending(seen: &Seen, out: &Path, files: &mut Pending) -> Result<()> {
     files.add(&out.join("preview.png"), &seen.preview.picture.png())?;
     files.add(&out.join("view.html"), seen.page.as_bytes())
-}
-
-/// Whether a .glb may be written as `path`: what is not checked before a solve is found out after it.
-fn takes_glb(path: &Path) -> Result<()> {
-    if path.extension().is_none_or(|ending| ending != "glb") {
-        let text = format!("--gltf writes {}: a name that ends in .glb", path.display());
-        return Err(Error::Usage(text));
-    }
-    let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty());
-    prepare(folder.unwrap_or(Path::new(".")))
 }
 
 /// The radiance map of every face.

@@ -1,9 +1,10 @@
 //! `radiosity table4`.
 
+use super::Outcome;
+use super::bundled::bundled;
 use super::progress::{Progress, interrupted, listen};
 use super::solver::open_or_twin;
 use super::tell::{result, say};
-use super::{Outcome, bundled};
 use crate::relight::files;
 use crate::show::picture::Picture;
 use crate::show::view::camera::Camera;
@@ -46,13 +47,13 @@ pub struct Arguments {
 
 /// Measures, and writes after each cell of the grid.
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let part = |name| load(&bundled(name), &ImportOptions::default());
+    let figure10 = arguments.composite.as_ref().map(real).transpose()?;
+    let gpu = open_or_twin(arguments.adapter.as_deref())?;
+    let part = |name| load(&bundled(name, &arguments.out)?, &ImportOptions::default());
     let (room, objects) = (part("paper_room.obj")?, part("paper_objects.obj")?);
     let scene = Scene::joined(&[room.clone(), objects.clone()]);
-    let figure10 = arguments.composite.as_ref().map(real).transpose()?;
     prepare(&arguments.out)?;
     listen();
-    let gpu = open_or_twin(arguments.adapter.as_deref())?;
     let progress = Progress::new("table 4", arguments.quiet);
     let grid = Grid {
         scene: &scene,

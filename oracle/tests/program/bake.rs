@@ -18,14 +18,14 @@ const MATERIALS: &str =
     "newmtl white\nKd .7 .7 .7\nnewmtl red\nKd .8 .1 .1\nnewmtl lamp\nKd 0 0 0\nKe 3 3 3\n";
 
 /// Corners with their textures' places, part by part.
-struct Read {
-    corners: Vec<(Vec3, Vec2)>,
-    triangles: Vec<[usize; 3]>,
+pub struct Read {
+    pub corners: Vec<(Vec3, Vec2)>,
+    pub triangles: Vec<[usize; 3]>,
     picture: image::RgbaImage,
     white: f32,
 }
 
-fn read(path: &Path) -> Read {
+pub fn read(path: &Path) -> Read {
     let bytes = fs::read(path).unwrap();
     let document = gltf::Gltf::from_slice(&bytes).unwrap();
     let blob = document.blob.as_deref().unwrap();

@@ -1,10 +1,12 @@
 //! The program as scripts use it.
 
 mod bake;
+mod bake_kept;
 mod browser;
 mod chart;
 mod check;
 pub mod command;
+mod demo;
 mod diff;
 mod error;
 mod merge;

@@ -87,6 +87,12 @@ const SUPPORTED: [&str; 5] = [
     "KHR_texture_transform",
 ];
 
+/// What a file can do without and uses all the same, as far as it is not read.
+pub fn unread(root: &Root) -> Vec<&str> {
+    let used = root.extensions_used.iter().map(String::as_str);
+    used.filter(|name| !SUPPORTED.contains(name)).collect()
+}
+
 /// How to do without an extension.
 fn instead(extension: &str) -> &'static str {
     match extension {

@@ -83,6 +83,7 @@ pub fn add(
                 places: [None; 2],
                 colours: None,
                 odd: false,
+                chart: None,
             };
             builder.add(&name, &polygon, Some(&material), || place.clone())?;
         }

@@ -11,6 +11,7 @@ mod material;
 mod primitive;
 mod texture;
 
+use super::ImportOptions;
 use super::builder::Builder;
 use super::input::Polygon;
 use super::material::{Colour, Material};
@@ -23,20 +24,26 @@ use gltf::json::mesh::Semantic;
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Mesh};
-use primitive::Triangle;
+use primitive::{Asked, Triangle};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 use texture::Pictures;
 
 /// Adds the faces of a glTF file.
-pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], join_quads: bool) -> Result<()> {
+pub fn read(
+    builder: &mut Builder,
+    path: &Path,
+    bytes: &[u8],
+    options: &ImportOptions,
+) -> Result<()> {
     let document = Document::read(path, bytes)?;
     let mut import = Import {
         path,
         document: &document,
         builder,
-        join_quads,
+        join_quads: options.join_quads && !options.charts,
+        charts: options.charts,
         pictures: Pictures::new(path, &document),
         materials: BTreeMap::new(),
         lamps: Vec::new(),
@@ -53,6 +60,7 @@ struct Import<'a, 'b> {
     document: &'a Document,
     builder: &'a mut Builder<'b>,
     join_quads: bool,
+    charts: bool,
     pictures: Pictures<'a>,
     /// Those used so far, and the sets of coordinates of their textures.
     materials: BTreeMap<usize, (Rc<Material>, [Option<u32>; 2])>,
@@ -153,9 +161,12 @@ impl Import<'_, '_> {
                 // glTF's default is white, so that the colours are those that are seen.
                 None => coloured.then(|| (Rc::new(self.white()), [None; 2])),
             };
-            let sets = material.as_ref().map_or([None; 2], |(_, sets)| *sets);
-            let asked = (sets, coloured);
-            let corners = match primitive::triangles(self.document, primitive, asked) {
+            let asked = Asked {
+                sets: material.as_ref().map_or([None; 2], |(_, sets)| *sets),
+                colours: coloured,
+                charts: self.charts,
+            };
+            let corners = match primitive::triangles(self.document, primitive, &asked) {
                 Ok(Some(corners)) => corners,
                 Ok(None) => {
                     self.left_out.points_and_lines += 1;
@@ -205,6 +216,7 @@ impl Import<'_, '_> {
                 places: places.each_ref().map(Option::as_deref),
                 colours: colours.as_deref(),
                 odd,
+                chart: first.chart,
             };
             let material = material.map(|(material, _)| material.as_ref());
             let place = || format!("{place}, node {name}");
@@ -276,6 +288,12 @@ impl Import<'_, '_> {
                 "{points_and_lines} primitives of points or lines left out"
             ));
         }
+        let unread = buffers::unread(root);
+        if !unread.is_empty() {
+            let names = unread.join(", ");
+            self.builder
+                .note(format!("extensions that are not read: {names}"));
+        }
         if let Some(note) = self.pictures.note() {
             self.builder.note(note);
         }
@@ -341,6 +359,7 @@ fn placed(triangles: Vec<Triangle>, world: DMat4) -> Vec<Triangle> {
             .places
             .map(|places| places.map(|places| turned.map(|k| places[k]))),
         colours: triangle.colours.map(|colours| turned.map(|k| colours[k])),
+        chart: triangle.chart.map(|chart| turned.map(|k| chart[k])),
         ..triangle
     };
     triangles.into_iter().map(place).collect()

@@ -2,7 +2,7 @@
 
 use super::accessor::Result;
 use super::buffers::Document;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
@@ -17,9 +17,24 @@ pub struct Triangle {
     pub places: [Option<[DVec2; 3]>; 2],
     /// Its corners' colours.
     pub colours: Option<[DVec3; 3]>,
+    /// Its corners' places on a lightmap.
+    pub chart: Option<[Vec2; 3]>,
     /// What each coordinate is rounded by where they are integers.
     pub step: f64,
 }
+
+/// What is wanted of a primitive beside its corners.
+pub struct Asked {
+    /// The sets of coordinates of the textures of reflectance and of radiance.
+    pub sets: [Option<u32>; 2],
+    /// The colours of its corners.
+    pub colours: bool,
+    /// Its places on a lightmap.
+    pub charts: bool,
+}
+
+/// The set of coordinates that a lightmap has.
+const LIGHTMAP: u32 = 1;
 
 impl Triangle {
     /// Whether textures and colours go on from one to the other where they have corners in common.
@@ -35,12 +50,12 @@ impl Triangle {
     }
 }
 
-/// A primitive's triangles, with these sets of texture coordinates, and the colours if they are asked for; none if
-/// it is of points or lines. Normals that cannot be read are none.
+/// A primitive's triangles, with what is asked for; none if it is of points or lines. Normals that cannot be read
+/// are none.
 pub fn triangles(
     document: &Document,
     primitive: &Primitive,
-    (sets, coloured): ([Option<u32>; 2], bool),
+    asked: &Asked,
 ) -> Result<Option<Vec<Triangle>>> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err("has an unknown mode".into());
@@ -58,11 +73,17 @@ pub fn triangles(
     let positions = document.positions(*accessor)?;
     let normals = primitive.attributes.get(&Checked::Valid(Semantic::Normals));
     let normals = normals.and_then(|accessor| document.positions(*accessor).ok());
-    let places = places(document, primitive, sets)?;
+    let [first, second] = asked.sets;
+    let places = [
+        places(document, primitive, first)?,
+        places(document, primitive, second)?,
+    ];
     let place = |of: usize, k: u32| places[of].as_ref()?.get(k as usize).copied();
+    let charts = places_of_charts(document, primitive, asked.charts)?;
+    let chart = |k: u32| Some(charts.as_ref()?.get(k as usize)?.as_vec2());
     let colours = (primitive.attributes)
         .get(&Checked::Valid(Semantic::Colors(0)))
-        .filter(|_| coloured)
+        .filter(|_| asked.colours)
         .map(|accessor| document.colours(*accessor))
         .transpose()?;
     let colour = |k: u32| colours.as_ref()?.get(k as usize).copied();
@@ -93,6 +114,10 @@ pub fn triangles(
                 [Some(a), Some(b), Some(c)] => Some([a, b, c]),
                 _ => None,
             },
+            chart: match [a, b, c].map(chart) {
+                [Some(a), Some(b), Some(c)] => Some([a, b, c]),
+                _ => None,
+            },
             step,
         })
     };
@@ -103,22 +128,34 @@ pub fn triangles(
         .map(Some)
 }
 
-/// The texture coordinates of each set.
+/// The texture coordinates of a set; none where there are none.
 fn places(
     document: &Document,
     primitive: &Primitive,
-    sets: [Option<u32>; 2],
-) -> Result<[Option<Vec<DVec2>>; 2]> {
-    let read = |set: Option<u32>| {
-        let accessor = set.and_then(|set| {
-            let semantic = Checked::Valid(Semantic::TexCoords(set));
-            primitive.attributes.get(&semantic)
-        });
-        accessor
-            .map(|accessor| document.places(*accessor))
-            .transpose()
-    };
-    Ok([read(sets[0])?, read(sets[1])?])
+    set: Option<u32>,
+) -> Result<Option<Vec<DVec2>>> {
+    let accessor = set.and_then(|set| {
+        let semantic = Checked::Valid(Semantic::TexCoords(set));
+        primitive.attributes.get(&semantic)
+    });
+    accessor
+        .map(|accessor| document.places(*accessor))
+        .transpose()
+}
+
+/// Those of a lightmap, which must be there if they are asked for.
+fn places_of_charts(
+    document: &Document,
+    primitive: &Primitive,
+    asked: bool,
+) -> Result<Option<Vec<DVec2>>> {
+    let places = places(document, primitive, asked.then_some(LIGHTMAP))?;
+    if asked && places.is_none() {
+        return Err(format!(
+            "has no TEXCOORD_{LIGHTMAP}: export with a second UV map, in which no two faces overlap"
+        ));
+    }
+    Ok(places)
 }
 
 /// Vertex indices of each triangle (glTF 2.0 §3.7.2.1). In strips and fans a repeated index only

@@ -51,6 +51,7 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
                 places: [places; 2],
                 colours: None,
                 odd: false,
+                chart: None,
             };
             builder.add(&model.name, &polygon, material, || format!("line {number}"))?;
         }
@@ -125,6 +126,8 @@ struct Source {
     digits: Digits,
     /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
     left_out: usize,
+    /// Whether some vertex has a colour.
+    coloured: bool,
 }
 
 impl Source {
@@ -149,9 +152,11 @@ impl Source {
         }
         match key {
             // Six numbers are a position and a colour.
-            "v" if words.len() == 6 => self
-                .lines
-                .push(number, &format!("v {}", words[..3].join(" "))),
+            "v" if words.len() == 6 => {
+                self.coloured = true;
+                self.lines
+                    .push(number, &format!("v {}", words[..3].join(" ")));
+            }
             "v" | "o" | "g" => self.lines.push(number, line),
             "f" if words.len() < 3 && last => {
                 return fail("the last face has too few corners: is the file cut off?".into());
@@ -251,6 +256,9 @@ impl Source {
         }
         if self.left_out > 0 {
             notes.push(format!("{} points and lines left out", self.left_out));
+        }
+        if self.coloured {
+            notes.push("colours of vertices are not read: give them as a glTF".into());
         }
         notes
     }
