@@ -127,14 +127,11 @@ fn solve(arguments: &Arguments, chosen: SolverOption, error: Option<f64>) -> Res
     }
     let start = Instant::now();
     let (materials, path) = (&arguments.materials, &arguments.scene);
-<<<<<<< HEAD
+    let import = arguments.bake.import(common)?;
     let scene = reading(path, common.quiet, || {
-        materials.lit_unless(&arguments.dark, path, common.import())
+        materials.lit_unless(&arguments.dark, path, import)
     })?;
-=======
-    let scene = materials.lit_unless(&arguments.dark, path, arguments.bake.import(common)?)?;
     let charts = arguments.bake.charts(&scene)?;
->>>>>>> w17a
     let load_seconds = start.elapsed().as_secs_f64();
     for note in &scene.notes {
         say!("note: {}: {note}", scene.name);
