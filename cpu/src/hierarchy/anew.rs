@@ -2,7 +2,7 @@
 
 use crate::hierarchy::descent::Receiving;
 use crate::hierarchy::find::Way;
-use crate::hierarchy::solve::{CORRECTED, FINE, Goal};
+use crate::hierarchy::solve::{CORRECTED, FINE, Goal, sum};
 use crate::hierarchy::state::{Solve, prepared};
 use crate::hierarchy::world::{Watch, What};
 use common::Result;
@@ -45,13 +45,19 @@ fn follow(mut solve: Solve, reflected: &[Vec3], goal: Goal, watch: Watch) -> Res
         .collect();
     let received = solve.of_open(&received);
     let shone = solve.reflected(&received);
-    let emitted = shone.iter().zip(texels).map(|(r, t)| *r + t.emission);
-    let glow = solve.glow(&emitted.collect::<Vec<_>>());
-    solve.scale = solve.inverse_rms(&received);
+    let emission: Vec<Vec3> = texels.iter().map(|t| t.emission).collect();
+    let emitted = sum(&shone, &emission);
+    let glow = solve.glow(&emitted);
+    solve.first_look(&emitted, &glow, watch)?;
     let all = Receiving::on(0..solve.world.mesh.faces.len());
     let found = solve.at_texels(What::Light, &glow, &all, goal.fine, FINE, watch)?;
     let new = solve.of_open(&found);
     let delta: Vec<Vec3> = new.iter().zip(&received).map(|(n, h)| *n - *h).collect();
+    // Links are those of the light that there will be: a result may be dark where it should not.
+    let more = solve.ambient(&solve.reflected(&delta)).max(Vec3::ZERO);
+    let light: Vec<Vec3> = new.iter().map(|h| *h + more).collect();
+    solve.scale = solve.inverse_rms(&light);
+    let glow = solve.glow(&sum(&emission, &solve.reflected(&light)));
     let kept = solve.kept(&glow, goal.coarse, watch)?;
     let later = solve.spend(&kept, &solve.reflected(&delta), CORRECTED, watch)?;
     let over = later.received.iter().zip(&solve.open);

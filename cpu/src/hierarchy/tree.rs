@@ -156,16 +156,21 @@ fn by_face(mesh: &Mesh) -> Vec<Vec<u32>> {
     texels
 }
 
-/// Texels a side of each level: the odd part of N at once, then halves.
+/// Texels a side of each level: the largest prime factor of N first, halves last.
 fn sides(n: u32) -> Vec<u32> {
-    let odd = n >> n.trailing_zeros();
-    let mut sides = vec![1];
-    if odd > 1 {
-        sides.push(odd);
+    let (mut rest, mut sides) = (n, vec![n]);
+    let mut factor = 2;
+    while rest > 1 {
+        if rest.is_multiple_of(factor) {
+            rest /= factor;
+            sides.push(rest);
+        } else if factor * factor > rest {
+            factor = rest;
+        } else {
+            factor += 1;
+        }
     }
-    while sides[sides.len() - 1] < n {
-        sides.push(2 * sides[sides.len() - 1]);
-    }
+    sides.reverse();
     sides
 }
 

@@ -33,9 +33,25 @@ pub fn width(scene: &Scene) -> Result<f64> {
     Ok(width)
 }
 
+/// Texels a side on which a face is solved where `asked` are asked for: those, or where a tree of them would have
+/// nodes of many parts the next power of two, of which the answer has means.
+fn solved_on(asked: u32) -> u32 {
+    let mut rest = asked;
+    for factor in [2, 3, 5, 7] {
+        while rest > 1 && rest.is_multiple_of(factor) {
+            rest /= factor;
+        }
+    }
+    if rest == 1 {
+        asked
+    } else {
+        asked.next_power_of_two()
+    }
+}
+
 /// Texels a side of the first step: half as many as are asked for, and more where they would be wide.
 pub fn first(scene: &Scene, asked: Asked, width: f64) -> Vec<u32> {
-    let least = |f: usize| match asked(f) {
+    let least = |f: usize| match asked(f).map(solved_on) {
         Some(n) if n.is_multiple_of(2) => n / 2,
         Some(n) => n,
         None => 1,
@@ -45,7 +61,7 @@ pub fn first(scene: &Scene, asked: Asked, width: f64) -> Vec<u32> {
 
 /// Texels a side of the second: at least as many as are asked for, and more than of the first.
 pub fn second(scene: &Scene, asked: Asked, width: f64, first: &[u32]) -> Vec<u32> {
-    let least = |f: usize| match asked(f) {
+    let least = |f: usize| match asked(f).map(solved_on) {
         Some(n) if first[f] < n || (first[f] == n && n % 2 == 1 && n > 1) => 2 * first[f],
         _ => first[f],
     };
@@ -133,4 +149,19 @@ pub fn averaged(values: &[DVec3], face: &Face, from: u32, to: u32) -> Vec<DVec3>
         return values.to_vec();
     }
     average(values, &pieces(face, [from; 2], [to; 2]), [to; 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::solved_on;
+
+    #[test]
+    fn nodes_have_few_parts() {
+        for asked in [1, 7, 8, 10, 24, 90, 100, 512] {
+            assert_eq!(solved_on(asked), asked);
+        }
+        for (asked, solved) in [(11, 16), (29, 32), (58, 64), (1021, 1024)] {
+            assert_eq!(solved_on(asked), solved);
+        }
+    }
 }
