@@ -2,6 +2,7 @@
 
 use super::Counts;
 use super::memory::Memory;
+use crate::solve::sides::solved_on;
 use common::mesh::MAX_TEXELS;
 use common::scene::Scene;
 use common::settings::{Meshing, Settings};
@@ -128,7 +129,8 @@ fn reason(scene: &Scene, settings: &Settings, gpu: Option<&Gpu>, limit: Limit) -
 
 /// Refuses more texels than a solve to an error can hold.
 pub fn check_texels(scene: &Scene, side: u32, limit: Limit) -> Result<()> {
-    let texels = |side: u32| (scene.faces.len() as u64).saturating_mul(u64::from(side).pow(2));
+    let texels =
+        |side: u32| (scene.faces.len() as u64).saturating_mul(u64::from(solved_on(side)).pow(2));
     let bytes = |side: u32| texels(side).saturating_mul(TEXEL_BYTES);
     let fits = |side: u32| texels(side) <= MAX_TEXELS && bytes(side) <= limit.bytes;
     if fits(side) {
