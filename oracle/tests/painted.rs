@@ -1,5 +1,6 @@
 //! What varies within faces: on texels larger than those that were solved, and where paths are traced.
 
+use crate::path_tracer::block;
 use common::mesh::Mesh;
 use common::paint::{Coat, Corner, Paint, Picture, Texture, Wrap};
 use common::scene::{Face, Scene};
@@ -134,18 +135,10 @@ fn paths_and_matrix_see_the_same_paint() {
         (0..side * side).map(check).collect::<Vec<_>>(),
         (0..side * side).map(stripe).collect(),
     ];
-    let p = |x: usize, y: usize, z: usize| DVec3::new(x as f64, y as f64 * 0.5, z as f64);
-    let quads = [
-        [p(0, 0, 0), p(0, 0, 1), p(1, 0, 1), p(1, 0, 0)],
-        [p(0, 1, 0), p(1, 1, 0), p(1, 1, 1), p(0, 1, 1)],
-        [p(0, 0, 0), p(0, 1, 0), p(0, 1, 1), p(0, 0, 1)],
-        [p(1, 0, 0), p(1, 0, 1), p(1, 1, 1), p(1, 1, 0)],
-        [p(0, 0, 0), p(1, 0, 0), p(1, 1, 0), p(0, 1, 0)],
-        [p(0, 0, 1), p(0, 1, 1), p(1, 1, 1), p(1, 0, 1)],
-    ];
-    let mut faces = quads
-        .map(|corners| Face::quad("", corners, Vec3::ZERO, Vec3::splat(0.5)))
-        .to_vec();
+    let mut faces = block([0.0; 3], [1.0, 0.5, 1.0], true);
+    for face in &mut faces {
+        face.reflectance = Vec3::splat(0.5);
+    }
     faces[0] = painted(faces[0].clone(), [Some(coat([side; 2], &checks)), None]);
     faces[1] = painted(faces[1].clone(), [None, Some(coat([side; 2], &stripes))]);
     let scene = scene("paint", faces);

@@ -27,7 +27,7 @@ fn scene(faces: Vec<Face>) -> Scene {
 }
 
 /// Six quads, fronts inwards or outwards: floor, ceiling, then the walls.
-fn block(low: [f64; 3], high: [f64; 3], inward: bool) -> Vec<Face> {
+pub fn block(low: [f64; 3], high: [f64; 3], inward: bool) -> Vec<Face> {
     let p = |x: usize, y: usize, z: usize| {
         let ends = [low, high];
         DVec3::new(ends[x][0], ends[y][1], ends[z][2])
