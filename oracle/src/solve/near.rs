@@ -7,6 +7,9 @@ use glam::DVec3;
 /// It covers what it faces: the cosine between them is this at most.
 const FACING: f64 = -0.9;
 
+/// What is closer than this share of a width touches.
+const TOUCH: f64 = 1e-6;
+
 /// The longest side of a face.
 pub fn width_of(face: &Face) -> f64 {
     let c = &face.corners;
@@ -47,6 +50,89 @@ pub fn covered(
             tell(f, least.max(gap));
         }
     });
+}
+
+/// Tells of each face on which a sheet stands, within its outline, how wide its texels may be: so that `across`
+/// of them reach along the foot, but no less than `least`. A texel on both sides of it shines as the mean of the
+/// two, which may be light and shadow.
+pub fn parted(
+    faces: &[Face],
+    sides: &[u32],
+    (across, least): (f64, f64),
+    mut tell: impl FnMut(usize, f64),
+) {
+    let texel = |f: usize| width_of(&faces[f]) / f64::from(sides[f]);
+    let mut feet: Vec<(usize, usize, [DVec3; 2])> = Vec::new();
+    let mut joined: Vec<(usize, usize)> = Vec::new();
+    near(faces, sides, |f, g, apart| {
+        if apart <= texel(f)
+            && let Some(foot) = foot(&faces[f], &faces[g], texel(f))
+        {
+            feet.push((f, g, foot));
+        }
+        if meet(&faces[f], &faces[g]) {
+            joined.push((f, g));
+        }
+    });
+    joined.sort_unstable();
+    for (f, g, foot) in feet {
+        let width = least.max(foot[0].distance(foot[1]) / across);
+        let start = joined.partition_point(|pair| *pair < (g, 0));
+        let mut others = joined[start..].iter().take_while(|pair| pair.0 == g);
+        let alone = others.all(|(_, other)| !ends(&faces[*other], &faces[g], &faces[f], foot));
+        if width < texel(f) && alone {
+            tell(f, width);
+        }
+    }
+}
+
+/// The edge by which `g` stands on `f`, no higher than `reach` above its plane, some of it within its outline.
+fn foot(f: &Face, g: &Face, reach: f64) -> Option<[DVec3; 2]> {
+    let normal = f.vector_area().normalize_or_zero();
+    if normal.dot(g.vector_area().normalize_or_zero()).abs() > -FACING {
+        return None;
+    }
+    let (c, d) = (&f.corners, &g.corners);
+    let low = |at: &DVec3| (-TOUCH * reach..=reach).contains(&normal.dot(*at - c[0]));
+    let within = |[a, b]: &[DVec3; 2]| {
+        // What is left of it, from 0 to 1, beyond each of the outline's edges.
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for k in 0..c.len() {
+            let edge = c[(k + 1) % c.len()] - c[k];
+            let inside = |at: &DVec3| normal.dot(edge.cross(*at - c[k])) / edge.length_squared();
+            let (start, end) = (inside(a) - TOUCH, inside(b) - TOUCH);
+            if start.max(end) <= 0.0 {
+                return false;
+            }
+            let crossing = start / (start - end);
+            if start < 0.0 {
+                from = from.max(crossing);
+            } else if end < 0.0 {
+                to = to.min(crossing);
+            }
+        }
+        from + TOUCH < to
+    };
+    let edges = (0..d.len()).map(|k| [d[k], d[(k + 1) % d.len()]]);
+    let mut standing = edges.filter(|edge| edge.iter().all(low));
+    standing.find(within)
+}
+
+/// Whether `other`, in another plane than `g` and `f`, begins where the foot of `g` on `f` ends: then `g` is a
+/// side of a body.
+fn ends(other: &Face, g: &Face, f: &Face, foot: [DVec3; 2]) -> bool {
+    let normal = other.vector_area().normalize_or_zero();
+    let along = |face: &Face| normal.dot(face.vector_area().normalize_or_zero()).abs() > -FACING;
+    let close = TOUCH * foot[0].distance(foot[1]);
+    let at = |c: &DVec3| foot.iter().any(|end| end.distance(*c) <= close);
+    !along(g) && !along(f) && other.corners.iter().any(at)
+}
+
+/// Whether two faces have a corner in common.
+fn meet(f: &Face, g: &Face) -> bool {
+    let close = TOUCH * width_of(f).min(width_of(g));
+    let at = |c: &DVec3| g.corners.iter().any(|d| d.distance(*c) <= close);
+    f.corners.iter().any(at)
 }
 
 /// All pairs of faces, each both ways, whose boxes are less than a texel of one of them apart, and how far that
@@ -167,5 +253,34 @@ mod tests {
         found.sort_by_key(key);
         wanted.sort_by_key(key);
         assert_eq!(found, wanted);
+    }
+
+    #[test]
+    fn a_sheet_parts_what_it_stands_on_and_a_body_does_not() {
+        let upright = |a: [f64; 2], b: [f64; 2], low: f64| {
+            let at = |[x, z]: [f64; 2], y: f64| DVec3::new(x, y, z);
+            let top = low + 1.0;
+            let corners = [at(a, low), at(b, low), at(b, top), at(a, top)];
+            Face::quad("sheet", corners, Vec3::ZERO, Vec3::ONE)
+        };
+        let floor = &plates(1)[0];
+        let told = |things: &[Face]| {
+            let faces: Vec<Face> = [floor].into_iter().chain(things).cloned().collect();
+            let mut told = Vec::new();
+            let sides = vec![4; faces.len()];
+            parted(&faces, &sides, (4.0, 0.0), |f, width| told.push((f, width)));
+            told
+        };
+        let [a, b, c] = [[3.0, 2.0], [5.0, 2.0], [5.0, 4.0]];
+        // Of two sides or one, upon the floor or less than a texel above it; one end may be beyond the floor.
+        assert_eq!(told(&[upright(a, b, 0.0)]), [(0, 0.5)]);
+        let both = [upright(a, b, 0.5), upright(b, a, 0.5)];
+        assert_eq!(told(&both), [(0, 0.5); 2]);
+        assert_eq!(told(&[upright([5.0, 2.0], [9.0, 2.0], 0.0)]), [(0, 1.0)]);
+        // Not high above it, nor below, nor along its edge, nor as a side of a body.
+        assert!(told(&[upright(a, b, 2.5)]).is_empty());
+        assert!(told(&[upright(a, b, -3.0)]).is_empty());
+        assert!(told(&[upright([3.0, 0.0], [5.0, 0.0], 0.0)]).is_empty());
+        assert!(told(&[upright(a, b, 0.0), upright(b, c, 0.0)]).is_empty());
     }
 }

@@ -1,6 +1,6 @@
 //! Texels a side of each face, as the steps of a solve to an error have them.
 
-use super::near::{covered, width_of};
+use super::near::{covered, parted, width_of};
 use crate::judge::resample::{average, pieces};
 use common::Result;
 use common::mesh::Mesh;
@@ -10,7 +10,8 @@ use glam::DVec3;
 /// Texels of the first step are as wide as this, if that is cheap: the mesh is two units wide at most.
 /// Two steps on a few texels may agree by chance.
 const WIDTH: f64 = 0.25;
-/// So many of them reach across the smaller of two faces with a narrow gap between.
+/// So many of them reach across the smaller of two faces with a narrow gap between, and half as many along the
+/// foot of a sheet.
 const ACROSS: f64 = 8.0;
 /// But none is narrower for that than this share of the first step's width: of a mesh of many faces most have
 /// a neighbour before them.
@@ -83,12 +84,13 @@ fn even(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
     scene.faces.iter().enumerate().map(side).collect()
 }
 
-/// The same, and more where a narrow gap would be lit by texels that reach out of it, as far as that is cheap.
+/// The same, and more where a narrow gap would be lit by texels that reach out of it and where a sheet stands, as
+/// far as that is cheap.
 fn in_gaps(scene: &Scene, sides: Vec<u32>, wanted: (f64, f64)) -> Vec<u32> {
     let mut gaps = Vec::new();
-    covered(&scene.faces, &sides, wanted, |f, width| {
-        gaps.push((f, width))
-    });
+    let mut tell = |f, width| gaps.push((f, width));
+    covered(&scene.faces, &sides, wanted, &mut tell);
+    parted(&scene.faces, &sides, (0.5 * wanted.0, wanted.1), &mut tell);
     let most = CHEAP.max(2 * count(&sides));
     let mut wider = 1.0;
     loop {
