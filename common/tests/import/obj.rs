@@ -1,7 +1,8 @@
 //! What each feature of OBJ and MTL becomes.
 
 use super::files::{Folder, corners, notes, obj};
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, from_srgb, load};
+use common::paint::WHITEST;
 use common::scene::{Scene, Shape};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
@@ -381,10 +382,22 @@ fn pieces_of_a_polygon_have_its_normals() {
 }
 
 #[test]
-fn colours_of_vertices_are_told() {
-    let coloured = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n";
-    let told = ["colours of vertices are not read: give them as a glTF"];
-    assert_eq!(notes(&scene(coloured), "colours"), told);
+fn colours_of_vertices_are_reflectance() {
+    let told = ["colours of vertices are taken as sRGB, and multiply Kd"];
+    let (half, dark) = (from_srgb(0.5) as f32, from_srgb(0.25) as f32);
+    let even = "v 0 0 0 .5 0 .25\nv 1 0 0 .5 0 .25\nv 0 1 0 .5 0 .25\nf 1 2 3\n";
+    let even = scene(even);
+    assert_eq!(notes(&even, "colours"), told);
+    assert_eq!(notes(&even, "without material"), [""; 0]);
+    let colour = Vec3::new(half, 0.0, dark);
+    assert!(even.faces[0].reflectance.abs_diff_eq(colour, 1e-6));
+    assert!(even.faces[0].paint.is_none());
+    // A vertex without a colour is white, one that comes after the face changes nothing of it, and a mean is
+    // that of the corners.
+    let mixed = scene("v 0 0 0 .5 .5 .5\nv 1 0 0\nv 0 1 0 .5 .5 .5\nf -3 -2 -1\nv 9 9 9 0 0 0\n");
+    let mean = Vec3::splat((2.0 * half + WHITEST) / 3.0);
+    assert!(mixed.faces[0].reflectance.abs_diff_eq(mean, 1e-6));
+    assert!(mixed.faces[0].paint.is_some());
     let plain = scene(&format!("{SQUARE}f 1 2 3 4\n"));
     assert_eq!(notes(&plain, "colours"), [""; 0]);
 }

@@ -10,9 +10,11 @@ mod texture;
 
 use super::builder::Builder;
 use super::input::Polygon;
+use super::material::{Colour, Material};
 use super::pictures;
 use crate::error::{Error, Result};
 use crate::file::MAX_BYTES;
+use crate::paint::from_srgb;
 use digits::Digits;
 use glam::{DVec2, DVec3, Vec3};
 use std::path::Path;
@@ -25,6 +27,12 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
     let models = source.models(path)?;
     let mut pictures = Pictures(pictures::Pictures::new());
     let mut used = vec![None; source.materials.len()];
+    let bare = Material {
+        file: path.to_owned(),
+        name: "of its vertices".into(),
+        colours: [DVec3::ONE, DVec3::ZERO].map(Colour::plain),
+        names: ["colour", ""],
+    };
     let mut lines = source.faces.iter();
     for model in &models {
         let material = match model.mesh.material_id {
@@ -42,6 +50,9 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
             let number = line.map_or(0, |line| line.number);
             let places = line.map(|line| line.places.as_slice());
             let places = places.filter(|places| places.len() == corners.len());
+            let colours = line.map(|line| line.colours.as_slice());
+            let colours = colours.filter(|colours| colours.len() == corners.len());
+            let material = material.or(colours.is_some().then_some(&bare));
             let coordinates = corners.iter().flat_map(DVec3::to_array);
             let rounding = coordinates.map(|x| source.digits.rounding(x));
             let polygon = Polygon {
@@ -49,7 +60,7 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
                 normals: line.map_or(&[], |line| &line.normals),
                 rounding: rounding.fold(0.0, f64::max),
                 places: [places; 2],
-                colours: None,
+                colours,
                 odd: false,
                 chart: None,
             };
@@ -78,6 +89,16 @@ fn normal(words: &[&str]) -> Vec3 {
         [x, y, z, ..] => Vec3::from([x, y, z].map(|word| word.parse().unwrap_or(f32::NAN))),
         _ => Vec3::NAN,
     }
+}
+
+/// A vertex' colour, as Blender and MeshLab write it: sRGB. What is none is white.
+fn colour(words: &[&str]) -> DVec3 {
+    let light = |k: usize| {
+        let written: f32 = words[k].parse().unwrap_or(f32::NAN);
+        let known = if written.is_nan() { 1.0 } else { written };
+        from_srgb(known.clamp(0.0, 1.0))
+    };
+    DVec3::new(light(3), light(4), light(5))
 }
 
 /// Each face's corners.
@@ -110,6 +131,8 @@ struct FaceLine {
     normals: Vec<Vec3>,
     /// The texture coordinates there, if there are any at each.
     places: Vec<DVec2>,
+    /// Its corners' colours, if some vertex of the file has one.
+    colours: Vec<DVec3>,
 }
 
 /// An OBJ file, its materials read.
@@ -126,6 +149,8 @@ struct Source {
     digits: Digits,
     /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
     left_out: usize,
+    /// Of all vertices: white where there is none.
+    colours: Vec<DVec3>,
     /// Whether some vertex has a colour.
     coloured: bool,
 }
@@ -149,14 +174,16 @@ impl Source {
         let words: Vec<&str> = rest.split(' ').filter(|w| !w.is_empty()).collect();
         if key == "v" {
             words.iter().take(3).for_each(|word| self.digits.see(word));
+            // Six numbers are a position and a colour.
+            let coloured = words.len() == 6;
+            self.coloured |= coloured;
+            let own = if coloured { colour(&words) } else { DVec3::ONE };
+            self.colours.push(own);
         }
         match key {
-            // Six numbers are a position and a colour.
-            "v" if words.len() == 6 => {
-                self.coloured = true;
-                self.lines
-                    .push(number, &format!("v {}", words[..3].join(" ")));
-            }
+            "v" if words.len() == 6 => self
+                .lines
+                .push(number, &format!("v {}", words[..3].join(" "))),
             "v" | "o" | "g" => self.lines.push(number, line),
             "f" if words.len() < 3 && last => {
                 return fail("the last face has too few corners: is the file cut off?".into());
@@ -167,6 +194,11 @@ impl Source {
                     number,
                     normals: at_corners(&words, 2, &self.normals),
                     places: at_corners(&words, 1, &self.places),
+                    colours: if self.coloured {
+                        at_corners(&words, 0, &self.colours)
+                    } else {
+                        Vec::new()
+                    },
                 });
                 self.lines
                     .push(number, &format!("f {}", positions(&words).join(" ")));
@@ -258,7 +290,7 @@ impl Source {
             notes.push(format!("{} points and lines left out", self.left_out));
         }
         if self.coloured {
-            notes.push("colours of vertices are not read: give them as a glTF".into());
+            notes.push("colours of vertices are taken as sRGB, and multiply Kd".into());
         }
         notes
     }
