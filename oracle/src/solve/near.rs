@@ -3,12 +3,17 @@
 
 use common::scene::Face;
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// It covers what it faces: the cosine between them is this at most.
 const FACING: f64 = -0.9;
 
 /// What is closer than this share of a width touches.
 const TOUCH: f64 = 1e-6;
+
+fn normal_of(face: &Face) -> DVec3 {
+    face.vector_area().normalize_or_zero()
+}
 
 /// The longest side of a face.
 pub fn width_of(face: &Face) -> f64 {
@@ -31,9 +36,11 @@ pub fn beside(faces: &[Face], before: &[u32], finer: &mut [u32], may: impl Fn(us
     });
 }
 
-/// Tells of each face that another covers in part, closer than the width of a texel, how wide its texels
-/// may be: as the gap, or so that `across` of them reach across the smaller face; but no less than `least`.
-pub fn covered(
+/// Tells of each face how wide its texels may be where another is closer than one of them. If that covers it in
+/// part: as the gap, or so that `across` of them reach across the smaller face. If it is a sheet that stands on it:
+/// so that half as many reach along the foot; a texel on both sides of it shines as the mean of the two, which may
+/// be light and shadow. But no less than `least`.
+pub fn narrow(
     faces: &[Face],
     sides: &[u32],
     (across, least): (f64, f64),
@@ -41,55 +48,71 @@ pub fn covered(
 ) {
     let widths: Vec<f64> = faces.iter().map(width_of).collect();
     let texel = |f: usize| widths[f] / f64::from(sides[f]);
+    let normals: Vec<DVec3> = faces.iter().map(normal_of).collect();
+    let corners = Corners::of(faces, &normals);
     near(faces, sides, |f, g, apart| {
-        let least = least.max(widths[f].min(widths[g]) / across);
-        if least < texel(f)
-            && apart <= texel(f)
-            && let Some(gap) = gap(&faces[f], &faces[g], texel(f))
+        if apart > texel(f) {
+            return;
+        }
+        let both = [normals[f], normals[g]];
+        let least_here = least.max(widths[f].min(widths[g]) / across);
+        if least_here < texel(f)
+            && let Some(gap) = gap(&faces[f], &faces[g], both, texel(f))
         {
-            tell(f, least.max(gap));
+            tell(f, least_here.max(gap));
+        }
+        if let Some([a, b]) = foot(&faces[f], &faces[g], both, texel(f))
+            && !corners.of_body([a, b], both)
+        {
+            tell(f, least.max(2.0 * a.distance(b) / across));
         }
     });
 }
 
-/// Tells of each face on which a sheet stands, within its outline, how wide its texels may be: so that `across`
-/// of them reach along the foot, but no less than `least`. A texel on both sides of it shines as the mean of the
-/// two, which may be light and shadow.
-pub fn parted(
-    faces: &[Face],
-    sides: &[u32],
-    (across, least): (f64, f64),
-    mut tell: impl FnMut(usize, f64),
-) {
-    let texel = |f: usize| width_of(&faces[f]) / f64::from(sides[f]);
-    let mut feet: Vec<(usize, usize, [DVec3; 2])> = Vec::new();
-    let mut joined: Vec<(usize, usize)> = Vec::new();
-    near(faces, sides, |f, g, apart| {
-        if apart <= texel(f)
-            && let Some(foot) = foot(&faces[f], &faces[g], texel(f))
-        {
-            feet.push((f, g, foot));
+/// In which planes faces lie that have a corner somewhere.
+struct Corners(HashMap<[u64; 3], Vec<DVec3>>);
+
+impl Corners {
+    fn of(faces: &[Face], normals: &[DVec3]) -> Self {
+        let mut found: HashMap<_, Vec<DVec3>> = HashMap::new();
+        for (face, own) in faces.iter().zip(normals) {
+            for corner in &face.corners {
+                let there = found.entry(key(*corner)).or_default();
+                // Those that look alike count once: many faces may lie on each other.
+                if !there.iter().any(|other| is_parallel(*own, *other)) {
+                    there.push(*own);
+                }
+            }
         }
-        if meet(&faces[f], &faces[g]) {
-            joined.push((f, g));
-        }
-    });
-    joined.sort_unstable();
-    for (f, g, foot) in feet {
-        let width = least.max(foot[0].distance(foot[1]) / across);
-        let start = joined.partition_point(|pair| *pair < (g, 0));
-        let mut others = joined[start..].iter().take_while(|pair| pair.0 == g);
-        let alone = others.all(|(_, other)| !ends(&faces[*other], &faces[g], &faces[f], foot));
-        if width < texel(f) && alone {
-            tell(f, width);
-        }
+        Self(found)
+    }
+
+    /// Whether a face begins where a `foot` ends, in another plane than what stands there, and not along what it
+    /// stands on, with these normals: then that is a part of a body, which is dark within.
+    fn of_body(&self, foot: [DVec3; 2], [under, own]: [DVec3; 2]) -> bool {
+        let ends = foot.iter().filter_map(|end| self.0.get(&key(*end)));
+        let mut others = ends.flatten();
+        others.any(|other| !is_along(under, *other) && !is_parallel(own, *other))
     }
 }
 
+fn key(corner: DVec3) -> [u64; 3] {
+    // −0 is 0.
+    (corner + 0.0).to_array().map(f64::to_bits)
+}
+
+fn is_along(a: DVec3, b: DVec3) -> bool {
+    a.dot(b).abs() > -FACING
+}
+
+/// A body's faces may differ by little, a sheet's do not.
+fn is_parallel(a: DVec3, b: DVec3) -> bool {
+    a.cross(b).length() <= TOUCH
+}
+
 /// The edge by which `g` stands on `f`, no higher than `reach` above its plane, some of it within its outline.
-fn foot(f: &Face, g: &Face, reach: f64) -> Option<[DVec3; 2]> {
-    let normal = f.vector_area().normalize_or_zero();
-    if normal.dot(g.vector_area().normalize_or_zero()).abs() > -FACING {
+fn foot(f: &Face, g: &Face, [normal, own]: [DVec3; 2], reach: f64) -> Option<[DVec3; 2]> {
+    if is_along(normal, own) {
         return None;
     }
     let (c, d) = (&f.corners, &g.corners);
@@ -118,23 +141,6 @@ fn foot(f: &Face, g: &Face, reach: f64) -> Option<[DVec3; 2]> {
     standing.find(within)
 }
 
-/// Whether `other`, in another plane than `g` and `f`, begins where the foot of `g` on `f` ends: then `g` is a
-/// side of a body.
-fn ends(other: &Face, g: &Face, f: &Face, foot: [DVec3; 2]) -> bool {
-    let normal = other.vector_area().normalize_or_zero();
-    let along = |face: &Face| normal.dot(face.vector_area().normalize_or_zero()).abs() > -FACING;
-    let close = TOUCH * foot[0].distance(foot[1]);
-    let at = |c: &DVec3| foot.iter().any(|end| end.distance(*c) <= close);
-    !along(g) && !along(f) && other.corners.iter().any(at)
-}
-
-/// Whether two faces have a corner in common.
-fn meet(f: &Face, g: &Face) -> bool {
-    let close = TOUCH * width_of(f).min(width_of(g));
-    let at = |c: &DVec3| g.corners.iter().any(|d| d.distance(*c) <= close);
-    f.corners.iter().any(at)
-}
-
 /// All pairs of faces, each both ways, whose boxes are less than a texel of one of them apart, and how far that
 /// is.
 fn near(faces: &[Face], sides: &[u32], mut pair: impl FnMut(usize, usize, f64)) {
@@ -159,8 +165,7 @@ fn near(faces: &[Face], sides: &[u32], mut pair: impl FnMut(usize, usize, f64)) 
 }
 
 /// How far `g` is from `f`, which it faces from no farther than `reach`, above some of it.
-fn gap(f: &Face, g: &Face, reach: f64) -> Option<f64> {
-    let [n, m] = [f, g].map(|face| face.vector_area().normalize_or_zero());
+fn gap(f: &Face, g: &Face, [n, m]: [DVec3; 2], reach: f64) -> Option<f64> {
     if n.dot(m) > FACING {
         return None;
     }
@@ -172,7 +177,7 @@ fn gap(f: &Face, g: &Face, reach: f64) -> Option<f64> {
     let aside = middle(g) - middle(f);
     let aside = (aside - n * n.dot(aside)).length();
     let far = 0.5 * (diagonal(f) + diagonal(g));
-    (low <= reach && high > 1e-6 * width_of(g) && aside <= far).then_some(low.max(0.0))
+    (low <= reach && high > TOUCH * width_of(g) && aside <= far).then_some(low.max(0.0))
 }
 
 fn diagonal(face: &Face) -> f64 {
@@ -198,8 +203,8 @@ fn apart(a: &[DVec3; 2], b: &[DVec3; 2]) -> f64 {
 /// Whether some of each lies before the other.
 fn see(f: &Face, g: &Face) -> bool {
     let before = |f: &Face, g: &Face| {
-        let normal = f.vector_area().normalize_or_zero();
-        let reach = 1e-6 * width_of(g);
+        let normal = normal_of(f);
+        let reach = TOUCH * width_of(g);
         g.corners
             .iter()
             .any(|c| normal.dot(*c - f.corners[0]) > reach)
@@ -268,7 +273,7 @@ mod tests {
             let faces: Vec<Face> = [floor].into_iter().chain(things).cloned().collect();
             let mut told = Vec::new();
             let sides = vec![4; faces.len()];
-            parted(&faces, &sides, (4.0, 0.0), |f, width| told.push((f, width)));
+            narrow(&faces, &sides, (8.0, 0.0), |f, width| told.push((f, width)));
             told
         };
         let [a, b, c] = [[3.0, 2.0], [5.0, 2.0], [5.0, 4.0]];
@@ -282,5 +287,6 @@ mod tests {
         assert!(told(&[upright(a, b, -3.0)]).is_empty());
         assert!(told(&[upright([3.0, 0.0], [5.0, 0.0], 0.0)]).is_empty());
         assert!(told(&[upright(a, b, 0.0), upright(b, c, 0.0)]).is_empty());
+        assert!(told(&[upright(a, b, 0.0), upright(b, [7.0, 2.01], 0.0)]).is_empty());
     }
 }

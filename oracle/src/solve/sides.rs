@@ -1,6 +1,6 @@
 //! Texels a side of each face, as the steps of a solve to an error have them.
 
-use super::near::{covered, parted, width_of};
+use super::near::{narrow, width_of};
 use crate::judge::resample::{average, pieces};
 use common::Result;
 use common::mesh::Mesh;
@@ -87,17 +87,16 @@ fn even(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
 /// The same, and more where a narrow gap would be lit by texels that reach out of it and where a sheet stands, as
 /// far as that is cheap.
 fn in_gaps(scene: &Scene, sides: Vec<u32>, wanted: (f64, f64)) -> Vec<u32> {
-    let mut gaps = Vec::new();
-    let mut tell = |f, width| gaps.push((f, width));
-    covered(&scene.faces, &sides, wanted, &mut tell);
-    parted(&scene.faces, &sides, (0.5 * wanted.0, wanted.1), &mut tell);
+    let mut widths = vec![f64::INFINITY; sides.len()];
+    narrow(&scene.faces, &sides, wanted, |f, width| {
+        widths[f] = widths[f].min(width);
+    });
     let most = CHEAP.max(2 * count(&sides));
     let mut wider = 1.0;
     loop {
         let mut finer = sides.clone();
-        for (f, width) in &gaps {
-            let side = &mut finer[*f];
-            while f64::from(*side) * width * wider < width_of(&scene.faces[*f]) && *side < FINEST {
+        for ((face, side), width) in scene.faces.iter().zip(&mut finer).zip(&widths) {
+            while f64::from(*side) * width * wider < width_of(face) && *side < FINEST {
                 *side *= 2;
             }
         }
