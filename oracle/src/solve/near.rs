@@ -62,37 +62,49 @@ pub fn narrow(
             tell(f, least_here.max(gap));
         }
         if let Some([a, b]) = foot(&faces[f], &faces[g], both, texel(f))
-            && !corners.of_body([a, b], both)
+            && corners.is_sheet([a, b], both)
         {
             tell(f, least.max(2.0 * a.distance(b) / across));
         }
     });
 }
 
-/// In which planes faces lie that have a corner somewhere.
-struct Corners(HashMap<[u64; 3], Vec<DVec3>>);
+/// How faces lie that have a corner somewhere: their normals, and how many have each.
+struct Corners(HashMap<[u64; 3], Vec<(DVec3, usize)>>);
 
 impl Corners {
     fn of(faces: &[Face], normals: &[DVec3]) -> Self {
-        let mut found: HashMap<_, Vec<DVec3>> = HashMap::new();
+        let mut found: HashMap<_, Vec<(DVec3, usize)>> = HashMap::new();
         for (face, own) in faces.iter().zip(normals) {
             for corner in &face.corners {
                 let there = found.entry(key(*corner)).or_default();
-                // Those that look alike count once: many faces may lie on each other.
-                if !there.iter().any(|other| is_parallel(*own, *other)) {
-                    there.push(*own);
+                let alike = |(other, _): &&mut (DVec3, usize)| {
+                    is_parallel(*own, *other) && own.dot(*other) > 0.0
+                };
+                match there.iter_mut().find(alike) {
+                    Some((_, count)) => *count += 1,
+                    None => there.push((*own, 1)),
                 }
             }
         }
         Self(found)
     }
 
-    /// Whether a face begins where a `foot` ends, in another plane than what stands there, and not along what it
-    /// stands on, with these normals: then that is a part of a body, which is dark within.
-    fn of_body(&self, foot: [DVec3; 2], [under, own]: [DVec3; 2]) -> bool {
-        let ends = foot.iter().filter_map(|end| self.0.get(&key(*end)));
-        let mut others = ends.flatten();
-        others.any(|other| !is_along(under, *other) && !is_parallel(own, *other))
+    /// Whether what has this `foot` is a sheet, with the normals of what it stands on and its own. Of a body, which
+    /// is dark within, a face in another plane begins where the foot ends; or, where its side is cut into many, more
+    /// of that side at either end and no other side behind it.
+    fn is_sheet(&self, foot: [DVec3; 2], [under, own]: [DVec3; 2]) -> bool {
+        let at = foot.map(|end| self.0.get(&key(end)).map_or(&[][..], Vec::as_slice));
+        let mut all = at.iter().copied().flatten();
+        if all.any(|(other, _)| !is_along(under, *other) && !is_parallel(own, *other)) {
+            return false;
+        }
+        let has = |end: &[(DVec3, usize)], wanted: &dyn Fn(f64, usize) -> bool| {
+            end.iter()
+                .any(|(other, count)| is_parallel(own, *other) && wanted(own.dot(*other), *count))
+        };
+        at.iter().all(|end| has(end, &|along, _| along < 0.0))
+            || (at.iter()).any(|end| has(end, &|along, count| along > 0.0 && count == 1))
     }
 }
 
@@ -288,5 +300,19 @@ mod tests {
         assert!(told(&[upright([3.0, 0.0], [5.0, 0.0], 0.0)]).is_empty());
         assert!(told(&[upright(a, b, 0.0), upright(b, c, 0.0)]).is_empty());
         assert!(told(&[upright(a, b, 0.0), upright(b, [7.0, 2.01], 0.0)]).is_empty());
+        // A sheet of two sides may be cut; of one it may be the side of a body, but where it ends.
+        let d = [6.0, 2.0];
+        let cut = [
+            upright([1.0, 2.0], a, 0.0),
+            upright(a, b, 0.0),
+            upright(b, d, 0.0),
+        ];
+        assert_eq!(told(&cut), [(0, 0.5), (0, 0.25)]);
+        let behind = [
+            upright(a, [1.0, 2.0], 0.0),
+            upright(b, a, 0.0),
+            upright(d, b, 0.0),
+        ];
+        assert_eq!(told(&[cut, behind].concat()).len(), 6);
     }
 }
