@@ -51,6 +51,16 @@ pub struct Look {
     pub lost: bool,
 }
 
+/// What a file has for a channel of a vertex' colour: beyond 0 to 1 it is taken as that, and what is no number
+/// leaves all light.
+pub fn of_vertex(written: f32) -> f32 {
+    if written.is_nan() {
+        1.0
+    } else {
+        written.clamp(0.0, 1.0)
+    }
+}
+
 impl Colour {
     /// Without a texture.
     pub fn plain(factor: DVec3) -> Self {

@@ -119,30 +119,34 @@ fn pointers(value: &Value, at: String, places: &mut Vec<String>) {
     }
 }
 
-const OBJ: &str = "mtllib a.mtl\no room\nv 0 0 0\nv 1 0 0 1 0 0\nv 1 1 0 2\nv 0 1 0.5\nv -1e3 +.5 0\n\
+const OBJ: &str = "mtllib a.mtl\no room\nv 0 0 0\nv 1 0 0\nv 1 1 0 2\nv 0 1 0.5\nv -1e3 +.5 0\n\
     vt 0 0\nvn 0 0 1\nusemtl wall\nf 1/1/1 2/1/1 3/1/1 4/1/1\ng lamp\nusemtl lamp\nf -5 -4 -3 \\\n -2 -1\nf 1 2 3\nl 1 2\n";
+/// Where vertices have colours none has a weight.
+const COLOURED: &str = "v 0 0 0\nv 1 0 0 1 0 0.5\nv 1 1 0 -2 1e9 .1\nf 1 2 3\n";
 const MTL: &str = "# two\nnewmtl wall\nKd 0.5 0.5 0.5\nKs 0.1 0 0\nillum 2\nd 1\nnewmtl lamp\n  Kd 0.1\nKe 1 2 3\n";
 
 #[test]
 fn an_obj_cut_or_changed_anywhere() {
     let folder = Folder::new().with("a.mtl", MTL);
-    assert!(survives(&folder, "a.obj", OBJ.as_bytes()));
     let mut number = numbers();
-    for at in 0..OBJ.len() {
-        survives(&folder, "a.obj", &OBJ.as_bytes()[..at]);
-        for byte in [
-            b'-',
-            b'9',
-            b'\n',
-            b' ',
-            b'/',
-            b'\\',
-            b'#',
-            number(256) as u8,
-        ] {
-            let mut damaged = OBJ.as_bytes().to_vec();
-            damaged[at] = byte;
-            survives(&folder, "a.obj", &damaged);
+    for whole in [OBJ, COLOURED].map(str::as_bytes) {
+        assert!(survives(&folder, "a.obj", whole));
+        for at in 0..whole.len() {
+            survives(&folder, "a.obj", &whole[..at]);
+            for byte in [
+                b'-',
+                b'9',
+                b'\n',
+                b' ',
+                b'/',
+                b'\\',
+                b'#',
+                number(256) as u8,
+            ] {
+                let mut damaged = whole.to_vec();
+                damaged[at] = byte;
+                survives(&folder, "a.obj", &damaged);
+            }
         }
     }
 }

@@ -400,4 +400,6 @@ fn colours_of_vertices_are_reflectance() {
     assert!(mixed.faces[0].paint.is_some());
     let plain = scene(&format!("{SQUARE}f 1 2 3 4\n"));
     assert_eq!(notes(&plain, "colours"), [""; 0]);
+    let weighed = obj("v 0 0 0 1\nv 1 0 0 .5 .5 .5\nv 0 1 0\nf 1 2 3\n");
+    assert!(weighed.is_err_and(|error| error.to_string().contains("line 1: has a weight")));
 }

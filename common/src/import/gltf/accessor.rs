@@ -2,6 +2,7 @@
 
 use super::buffers::Document;
 use crate::import::builder::MAX_FACES;
+use crate::import::material::of_vertex;
 use glam::{DVec2, DVec3, Vec3};
 use gltf::json::Index;
 use gltf::json::accessor::sparse::Sparse;
@@ -26,7 +27,7 @@ impl Document {
         Ok(values.into_iter().map(place).collect())
     }
 
-    /// Colours of vertices, without their opacity; what is beyond 0 to 1 is taken as that.
+    /// Colours of vertices, without their opacity.
     pub fn colours(&self, index: Index<Accessor>) -> Result<Vec<DVec3>> {
         let kind = self.root.get(index).map(|accessor| accessor.type_);
         let values: Vec<[f32; 3]> = if matches!(kind, Some(Checked::Valid(Type::Vec4))) {
@@ -35,8 +36,7 @@ impl Document {
         } else {
             self.values(index, "colours", Type::Vec3, floats::<3>)?
         };
-        let light = |x: f32| f64::from(if x.is_nan() { 1.0 } else { x.clamp(0.0, 1.0) });
-        let colour = |p: [f32; 3]| DVec3::from(p.map(light));
+        let colour = |p: [f32; 3]| DVec3::from(p.map(|x| f64::from(of_vertex(x))));
         Ok(values.into_iter().map(colour).collect())
     }
 

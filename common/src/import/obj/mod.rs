@@ -1,7 +1,7 @@
 //! OBJ by tobj: faces in file order, with their groups and materials.
 //!
-//! tobj sees only what matters here: vertices without colour, corners without normals and texture
-//! coordinates, and all materials at once.
+//! tobj sees only what matters here: vertices of which all have a colour or none, corners without normals and
+//! texture coordinates, and all materials at once.
 
 mod digits;
 mod mtl;
@@ -10,7 +10,7 @@ mod texture;
 
 use super::builder::Builder;
 use super::input::Polygon;
-use super::material::{Colour, Material};
+use super::material::{Colour, Material, of_vertex};
 use super::pictures;
 use crate::error::{Error, Result};
 use crate::file::MAX_BYTES;
@@ -46,12 +46,11 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
             None => None,
         };
         for corners in polygons(&model.mesh) {
+            let Corners { corners, colours } = corners;
             let line = lines.next();
             let number = line.map_or(0, |line| line.number);
             let places = line.map(|line| line.places.as_slice());
             let places = places.filter(|places| places.len() == corners.len());
-            let colours = line.map(|line| line.colours.as_slice());
-            let colours = colours.filter(|colours| colours.len() == corners.len());
             let material = material.or(colours.is_some().then_some(&bare));
             let coordinates = corners.iter().flat_map(DVec3::to_array);
             let rounding = coordinates.map(|x| source.digits.rounding(x));
@@ -60,7 +59,7 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
                 normals: line.map_or(&[], |line| &line.normals),
                 rounding: rounding.fold(0.0, f64::max),
                 places: [places; 2],
-                colours,
+                colours: colours.as_deref(),
                 odd: false,
                 chart: None,
             };
@@ -91,23 +90,21 @@ fn normal(words: &[&str]) -> Vec3 {
     }
 }
 
-/// A vertex' colour, as Blender and MeshLab write it: sRGB. What is none is white.
-fn colour(words: &[&str]) -> DVec3 {
-    let light = |k: usize| {
-        let written: f32 = words[k].parse().unwrap_or(f32::NAN);
-        let known = if written.is_nan() { 1.0 } else { written };
-        from_srgb(known.clamp(0.0, 1.0))
-    };
-    DVec3::new(light(3), light(4), light(5))
+/// A face's corners, and their colours if the file has any.
+struct Corners {
+    corners: Vec<DVec3>,
+    colours: Option<Vec<DVec3>>,
 }
 
-/// Each face's corners.
-fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = Vec<DVec3>> {
-    let corner = |k: &u32| {
-        let at = 3 * *k as usize;
-        mesh.positions
-            .get(at..at + 3)
-            .map_or(DVec3::NAN, DVec3::from_slice)
+fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = Corners> {
+    let three = |all: &[f64], k: u32| {
+        let at = 3 * k as usize;
+        all.get(at..at + 3).map_or(DVec3::NAN, DVec3::from_slice)
+    };
+    // As Blender and MeshLab write them: sRGB.
+    let colour = move |k: &u32| {
+        let written = three(&mesh.vertex_color, *k).as_vec3();
+        DVec3::from(written.to_array().map(|x| from_srgb(of_vertex(x))))
     };
     // No arities at all: triangles only.
     let faces = if mesh.face_arities.is_empty() {
@@ -120,7 +117,11 @@ fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = Vec<DVec3>> {
         let arity = mesh.face_arities.get(f).map_or(3, |n| *n as usize);
         let (face, after) = rest.split_at(arity.min(rest.len()));
         rest = after;
-        face.iter().map(corner).collect()
+        let coloured = !mesh.vertex_color.is_empty();
+        Corners {
+            corners: face.iter().map(|k| three(&mesh.positions, *k)).collect(),
+            colours: coloured.then(|| face.iter().map(colour).collect()),
+        }
     })
 }
 
@@ -131,8 +132,6 @@ struct FaceLine {
     normals: Vec<Vec3>,
     /// The texture coordinates there, if there are any at each.
     places: Vec<DVec2>,
-    /// Its corners' colours, if some vertex of the file has one.
-    colours: Vec<DVec3>,
 }
 
 /// An OBJ file, its materials read.
@@ -149,8 +148,6 @@ struct Source {
     digits: Digits,
     /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
     left_out: usize,
-    /// Of all vertices: white where there is none.
-    colours: Vec<DVec3>,
     /// Whether some vertex has a colour.
     coloured: bool,
 }
@@ -160,6 +157,7 @@ impl Source {
         let mut source = Self::default();
         source.lines.push(0, "mtllib all");
         let lines = text::lines(text);
+        source.coloured = lines.iter().any(|(_, line)| is_coloured(line));
         let count = lines.len();
         for (k, (number, line)) in lines.into_iter().enumerate() {
             let cut_off = k + 1 == count && !text.ends_with('\n');
@@ -174,16 +172,17 @@ impl Source {
         let words: Vec<&str> = rest.split(' ').filter(|w| !w.is_empty()).collect();
         if key == "v" {
             words.iter().take(3).for_each(|word| self.digits.see(word));
-            // Six numbers are a position and a colour.
-            let coloured = words.len() == 6;
-            self.coloured |= coloured;
-            let own = if coloured { colour(&words) } else { DVec3::ONE };
-            self.colours.push(own);
         }
         match key {
-            "v" if words.len() == 6 => self
-                .lines
-                .push(number, &format!("v {}", words[..3].join(" "))),
+            // Among vertices with a colour one without is white.
+            "v" if self.coloured && words.len() == 3 => {
+                self.lines.push(number, &format!("{line} 1 1 1"));
+            }
+            "v" if self.coloured && words.len() == 4 => {
+                return fail(
+                    "has a weight, and other vertices have colours: remove one of them".into(),
+                );
+            }
             "v" | "o" | "g" => self.lines.push(number, line),
             "f" if words.len() < 3 && last => {
                 return fail("the last face has too few corners: is the file cut off?".into());
@@ -194,11 +193,6 @@ impl Source {
                     number,
                     normals: at_corners(&words, 2, &self.normals),
                     places: at_corners(&words, 1, &self.places),
-                    colours: if self.coloured {
-                        at_corners(&words, 0, &self.colours)
-                    } else {
-                        Vec::new()
-                    },
                 });
                 self.lines
                     .push(number, &format!("f {}", positions(&words).join(" ")));
@@ -294,6 +288,12 @@ impl Source {
         }
         notes
     }
+}
+
+/// Whether it is a vertex of six numbers: a position and a colour.
+fn is_coloured(line: &str) -> bool {
+    let mut words = line.split(' ');
+    words.next() == Some("v") && words.count() == 6
 }
 
 /// What the corners of a face have by their `part`-th number; nothing where not all have one.
