@@ -7,6 +7,7 @@ pub mod check;
 pub mod climb;
 pub mod dense;
 pub mod finder;
+mod foot;
 mod gap;
 pub mod interrupt;
 pub mod ladder;

@@ -1,16 +1,17 @@
 //! Which faces are beside each other: what changes on one may do so by what the texels of the other are too
 //! coarse for.
 
+use super::foot::{Corners, foot};
 use common::scene::Face;
 use glam::DVec3;
-use std::collections::HashMap;
 
 /// It covers what it faces: the cosine between them is this at most.
 const FACING: f64 = -0.9;
 
 /// What is closer than this share of a width touches.
-const TOUCH: f64 = 1e-6;
+pub const TOUCH: f64 = 1e-6;
 
+/// A face's normal; 0 without an area.
 fn normal_of(face: &Face) -> DVec3 {
     face.vector_area().normalize_or_zero()
 }
@@ -49,17 +50,17 @@ pub fn narrow(
     let widths: Vec<f64> = faces.iter().map(width_of).collect();
     let texel = |f: usize| widths[f] / f64::from(sides[f]);
     let normals: Vec<DVec3> = faces.iter().map(normal_of).collect();
-    let corners = Corners::of(faces, &normals);
+    let corners = Corners::new(faces, &normals);
     near(faces, sides, |f, g, apart| {
         if apart > texel(f) {
             return;
         }
         let both = [normals[f], normals[g]];
-        let least_here = least.max(widths[f].min(widths[g]) / across);
-        if least_here < texel(f)
+        let smaller = least.max(widths[f].min(widths[g]) / across);
+        if smaller < texel(f)
             && let Some(gap) = gap(&faces[f], &faces[g], both, texel(f))
         {
-            tell(f, least_here.max(gap));
+            tell(f, smaller.max(gap));
         }
         if let Some([a, b]) = foot(&faces[f], &faces[g], both, texel(f))
             && corners.is_sheet([a, b], both)
@@ -67,90 +68,6 @@ pub fn narrow(
             tell(f, least.max(2.0 * a.distance(b) / across));
         }
     });
-}
-
-/// How faces lie that have a corner somewhere: their normals, and how many have each.
-struct Corners(HashMap<[u64; 3], Vec<(DVec3, usize)>>);
-
-impl Corners {
-    fn of(faces: &[Face], normals: &[DVec3]) -> Self {
-        let mut found: HashMap<_, Vec<(DVec3, usize)>> = HashMap::new();
-        for (face, own) in faces.iter().zip(normals) {
-            for corner in &face.corners {
-                let there = found.entry(key(*corner)).or_default();
-                let alike = |(other, _): &&mut (DVec3, usize)| {
-                    is_parallel(*own, *other) && own.dot(*other) > 0.0
-                };
-                match there.iter_mut().find(alike) {
-                    Some((_, count)) => *count += 1,
-                    None => there.push((*own, 1)),
-                }
-            }
-        }
-        Self(found)
-    }
-
-    /// Whether what has this `foot` is a sheet, with the normals of what it stands on and its own. Of a body, which
-    /// is dark within, a face in another plane begins where the foot ends; or, where its side is cut into many, more
-    /// of that side at either end and no other side behind it.
-    fn is_sheet(&self, foot: [DVec3; 2], [under, own]: [DVec3; 2]) -> bool {
-        let at = foot.map(|end| self.0.get(&key(end)).map_or(&[][..], Vec::as_slice));
-        let mut all = at.iter().copied().flatten();
-        if all.any(|(other, _)| !is_along(under, *other) && !is_parallel(own, *other)) {
-            return false;
-        }
-        let has = |end: &[(DVec3, usize)], wanted: &dyn Fn(f64, usize) -> bool| {
-            end.iter()
-                .any(|(other, count)| is_parallel(own, *other) && wanted(own.dot(*other), *count))
-        };
-        at.iter().all(|end| has(end, &|along, _| along < 0.0))
-            || (at.iter()).any(|end| has(end, &|along, count| along > 0.0 && count == 1))
-    }
-}
-
-fn key(corner: DVec3) -> [u64; 3] {
-    // −0 is 0.
-    (corner + 0.0).to_array().map(f64::to_bits)
-}
-
-fn is_along(a: DVec3, b: DVec3) -> bool {
-    a.dot(b).abs() > -FACING
-}
-
-/// A body's faces may differ by little, a sheet's do not.
-fn is_parallel(a: DVec3, b: DVec3) -> bool {
-    a.cross(b).length() <= TOUCH
-}
-
-/// The edge by which `g` stands on `f`, no higher than `reach` above its plane, some of it within its outline.
-fn foot(f: &Face, g: &Face, [normal, own]: [DVec3; 2], reach: f64) -> Option<[DVec3; 2]> {
-    if is_along(normal, own) {
-        return None;
-    }
-    let (c, d) = (&f.corners, &g.corners);
-    let low = |at: &DVec3| (-TOUCH * reach..=reach).contains(&normal.dot(*at - c[0]));
-    let within = |[a, b]: &[DVec3; 2]| {
-        // What is left of it, from 0 to 1, beyond each of the outline's edges.
-        let (mut from, mut to) = (0.0_f64, 1.0_f64);
-        for k in 0..c.len() {
-            let edge = c[(k + 1) % c.len()] - c[k];
-            let inside = |at: &DVec3| normal.dot(edge.cross(*at - c[k])) / edge.length_squared();
-            let (start, end) = (inside(a) - TOUCH, inside(b) - TOUCH);
-            if start.max(end) <= 0.0 {
-                return false;
-            }
-            let crossing = start / (start - end);
-            if start < 0.0 {
-                from = from.max(crossing);
-            } else if end < 0.0 {
-                to = to.min(crossing);
-            }
-        }
-        from + TOUCH < to
-    };
-    let edges = (0..d.len()).map(|k| [d[k], d[(k + 1) % d.len()]]);
-    let mut standing = edges.filter(|edge| edge.iter().all(low));
-    standing.find(within)
 }
 
 /// All pairs of faces, each both ways, whose boxes are less than a texel of one of them apart, and how far that
@@ -270,49 +187,5 @@ mod tests {
         found.sort_by_key(key);
         wanted.sort_by_key(key);
         assert_eq!(found, wanted);
-    }
-
-    #[test]
-    fn a_sheet_parts_what_it_stands_on_and_a_body_does_not() {
-        let upright = |a: [f64; 2], b: [f64; 2], low: f64| {
-            let at = |[x, z]: [f64; 2], y: f64| DVec3::new(x, y, z);
-            let top = low + 1.0;
-            let corners = [at(a, low), at(b, low), at(b, top), at(a, top)];
-            Face::quad("sheet", corners, Vec3::ZERO, Vec3::ONE)
-        };
-        let floor = &plates(1)[0];
-        let told = |things: &[Face]| {
-            let faces: Vec<Face> = [floor].into_iter().chain(things).cloned().collect();
-            let mut told = Vec::new();
-            let sides = vec![4; faces.len()];
-            narrow(&faces, &sides, (8.0, 0.0), |f, width| told.push((f, width)));
-            told
-        };
-        let [a, b, c] = [[3.0, 2.0], [5.0, 2.0], [5.0, 4.0]];
-        // Of two sides or one, upon the floor or less than a texel above it; one end may be beyond the floor.
-        assert_eq!(told(&[upright(a, b, 0.0)]), [(0, 0.5)]);
-        let both = [upright(a, b, 0.5), upright(b, a, 0.5)];
-        assert_eq!(told(&both), [(0, 0.5); 2]);
-        assert_eq!(told(&[upright([5.0, 2.0], [9.0, 2.0], 0.0)]), [(0, 1.0)]);
-        // Not high above it, nor below, nor along its edge, nor as a side of a body.
-        assert!(told(&[upright(a, b, 2.5)]).is_empty());
-        assert!(told(&[upright(a, b, -3.0)]).is_empty());
-        assert!(told(&[upright([3.0, 0.0], [5.0, 0.0], 0.0)]).is_empty());
-        assert!(told(&[upright(a, b, 0.0), upright(b, c, 0.0)]).is_empty());
-        assert!(told(&[upright(a, b, 0.0), upright(b, [7.0, 2.01], 0.0)]).is_empty());
-        // A sheet of two sides may be cut; of one it may be the side of a body, but where it ends.
-        let d = [6.0, 2.0];
-        let cut = [
-            upright([1.0, 2.0], a, 0.0),
-            upright(a, b, 0.0),
-            upright(b, d, 0.0),
-        ];
-        assert_eq!(told(&cut), [(0, 0.5), (0, 0.25)]);
-        let behind = [
-            upright(a, [1.0, 2.0], 0.0),
-            upright(b, a, 0.0),
-            upright(d, b, 0.0),
-        ];
-        assert_eq!(told(&[cut, behind].concat()).len(), 6);
     }
 }
