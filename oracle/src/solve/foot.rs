@@ -17,7 +17,7 @@ impl Corners {
     pub fn new(faces: &[Face], normals: &[DVec3]) -> Self {
         let mut found: HashMap<_, Vec<(DVec3, usize)>> = HashMap::new();
         for (face, own) in faces.iter().zip(normals) {
-            for corner in &face.corners {
+            for corner in face.outline() {
                 let there = found.entry(key(*corner)).or_default();
                 // Counted, not listed: many faces may lie on each other.
                 let alike = |(other, _): &&mut (DVec3, usize)| {
@@ -70,7 +70,7 @@ pub fn foot(f: &Face, g: &Face, [normal, own]: [DVec3; 2], reach: f64) -> Option
     if is_along(normal, own) {
         return None;
     }
-    let (c, d) = (&f.corners, &g.corners);
+    let (c, d) = (f.outline(), g.outline());
     let low = |at: &DVec3| (-TOUCH * reach..=reach).contains(&normal.dot(*at - c[0]));
     let within = |edge: &[DVec3; 2]| {
         let left = (0..c.len()).fold(edge.to_vec(), |left, k| {
@@ -126,6 +126,13 @@ mod tests {
         assert!(told(&[upright([3.0, 0.0], [5.0, 0.0], 0.0)]).is_empty());
         assert!(told(&[upright(a, b, 0.0), upright(b, c, 0.0)]).is_empty());
         assert!(told(&[upright(a, b, 0.0), upright(b, [7.0, 2.01], 0.0)]).is_empty());
+        // A triangle has three corners, of which one at the floor is no foot.
+        let at = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+        let triangle = |corners| Face::triangle("sheet", corners, Vec3::ZERO, Vec3::ONE);
+        let standing = triangle([at(3.0, 3.0), at(3.0, 0.0), at(5.0, 0.0)]);
+        assert_eq!(told(&[standing]), [(0, 0.5)]);
+        let on_its_tip = triangle([at(5.0, 3.0), at(3.0, 3.0), at(4.0, 0.0)]);
+        assert!(told(&[on_its_tip]).is_empty());
         // A sheet of two sides may be cut; of one it may be the side of a body, but where it ends.
         let d = [6.0, 2.0];
         let cut = [
