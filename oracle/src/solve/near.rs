@@ -1,15 +1,12 @@
 //! Which faces are beside each other: what changes on one may do so by what the texels of the other are too
 //! coarse for.
 
-use super::foot::{Corners, foot};
+use super::foot::{Corners, TOUCH, foot};
 use common::scene::Face;
 use glam::DVec3;
 
 /// It covers what it faces: the cosine between them is this at most.
 const FACING: f64 = -0.9;
-
-/// What is closer than this share of a width touches.
-pub const TOUCH: f64 = 1e-6;
 
 /// A face's normal; 0 without an area.
 fn normal_of(face: &Face) -> DVec3 {
@@ -187,5 +184,63 @@ mod tests {
         found.sort_by_key(key);
         wanted.sort_by_key(key);
         assert_eq!(found, wanted);
+    }
+
+    #[test]
+    fn a_sheet_parts_what_it_stands_on_and_a_body_does_not() {
+        let upright = |a: [f64; 2], b: [f64; 2], low: f64| {
+            let at = |[x, z]: [f64; 2], y: f64| DVec3::new(x, y, z);
+            let top = low + 1.0;
+            let corners = [at(a, low), at(b, low), at(b, top), at(a, top)];
+            Face::quad("sheet", corners, Vec3::ZERO, Vec3::ONE)
+        };
+        let corner = |x, z| DVec3::new(x, 0.0, z);
+        let corners = [
+            corner(0.0, 0.0),
+            corner(0.0, 8.0),
+            corner(8.0, 8.0),
+            corner(8.0, 0.0),
+        ];
+        let floor = &Face::quad("floor", corners, Vec3::ZERO, Vec3::ONE);
+        let told = |things: &[Face]| {
+            let faces: Vec<Face> = [floor].into_iter().chain(things).cloned().collect();
+            let mut told = Vec::new();
+            let sides = vec![4; faces.len()];
+            narrow(&faces, &sides, (8.0, 0.0), |f, width| told.push((f, width)));
+            told
+        };
+        let [a, b, c] = [[3.0, 2.0], [5.0, 2.0], [5.0, 4.0]];
+        // Of two sides or one, upon the floor or less than a texel above it; one end may be beyond the floor.
+        assert_eq!(told(&[upright(a, b, 0.0)]), [(0, 0.5)]);
+        let both = [upright(a, b, 0.5), upright(b, a, 0.5)];
+        assert_eq!(told(&both), [(0, 0.5); 2]);
+        assert_eq!(told(&[upright([5.0, 2.0], [9.0, 2.0], 0.0)]), [(0, 1.0)]);
+        // Not high above it, nor below, nor along its edge, nor as a side of a body.
+        assert!(told(&[upright(a, b, 2.5)]).is_empty());
+        assert!(told(&[upright(a, b, -3.0)]).is_empty());
+        assert!(told(&[upright([3.0, 0.0], [5.0, 0.0], 0.0)]).is_empty());
+        assert!(told(&[upright(a, b, 0.0), upright(b, c, 0.0)]).is_empty());
+        assert!(told(&[upright(a, b, 0.0), upright(b, [7.0, 2.01], 0.0)]).is_empty());
+        // A triangle has three corners, of which one at the floor is no foot.
+        let at = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+        let triangle = |corners| Face::triangle("sheet", corners, Vec3::ZERO, Vec3::ONE);
+        let standing = triangle([at(3.0, 3.0), at(3.0, 0.0), at(5.0, 0.0)]);
+        assert_eq!(told(&[standing]), [(0, 0.5)]);
+        let on_its_tip = triangle([at(5.0, 3.0), at(3.0, 3.0), at(4.0, 0.0)]);
+        assert!(told(&[on_its_tip]).is_empty());
+        // A sheet of two sides may be cut; of one it may be the side of a body, but where it ends.
+        let d = [6.0, 2.0];
+        let cut = [
+            upright([1.0, 2.0], a, 0.0),
+            upright(a, b, 0.0),
+            upright(b, d, 0.0),
+        ];
+        assert_eq!(told(&cut), [(0, 0.5), (0, 0.25)]);
+        let behind = [
+            upright(a, [1.0, 2.0], 0.0),
+            upright(b, a, 0.0),
+            upright(d, b, 0.0),
+        ];
+        assert_eq!(told(&[cut, behind].concat()).len(), 6);
     }
 }
