@@ -136,6 +136,24 @@ fn nothing_is_lit_under_a_body_and_both_sides_of_a_sheet_are() {
     }
 }
 
+/// A body in a corner: two of its sides lie on walls that shine, its underside on the floor.
+#[test]
+fn no_light_comes_through_the_sides_of_a_body_that_lie_on_walls() {
+    let mut faces = all(cube(), 1.0, 0.6);
+    faces.extend(all(
+        block([0.5, 0.0, 0.5], [1.0, 0.5, 1.0], false),
+        0.0,
+        0.6,
+    ));
+    let scene = scene(faces);
+    let traced = trace(&scene, &mesh(&scene, 2), 400, 3);
+    // The floor's quarter in the corner, and the underside.
+    let texel = |face: usize, k: usize| traced.reflected.values[4 * face + k];
+    let dark: Vec<usize> = (0..4).filter(|k| texel(0, *k) == DVec3::ZERO).collect();
+    assert_eq!(dark, [3], "{:?}", &traced.reflected.values[..4]);
+    assert!((0..4).all(|k| texel(6, k) == DVec3::ZERO));
+}
+
 #[test]
 fn the_same_seed_is_the_same_answer() {
     let scene = random::scene(1, Options::default()).scene;

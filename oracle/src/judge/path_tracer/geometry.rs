@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use common::scene::{Face, Scene, Shape};
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// Rays begin this far in front of their face, of the scene's extent: within whatever stands there,
@@ -16,6 +16,15 @@ const SAME: f64 = 1e-10;
 pub struct Hit {
     pub face: usize,
     pub at: DVec3,
+}
+
+/// What a ray meets first.
+enum Met {
+    Front(Hit),
+    Back,
+    /// At one place: a sheet, or a body at a wall, seen from the room or from within the body.
+    Both(Hit),
+    Nothing,
 }
 
 /// Half a quad, or a triangle.
@@ -107,23 +116,59 @@ impl Solid {
 
     /// The front that a ray from `from` meets; none where it meets a back or nothing.
     pub fn hit(&self, from: &Hit, along: DVec3) -> Option<Hit> {
+        match self.meet(from, along) {
+            Met::Front(hit) | Met::Both(hit) => Some(hit),
+            Met::Back | Met::Nothing => None,
+        }
+    }
+
+    fn meet(&self, from: &Hit, along: DVec3) -> Met {
         let origin = self.start(from);
-        let (mut nearest, mut end) = (None, f64::INFINITY);
+        let same = SAME * self.extent;
+        let (mut front, mut back, mut end) = (None, f64::INFINITY, f64::INFINITY);
         self.tree.walk(origin, along, &mut end, |k, end| {
             let triangle = &self.triangles[k];
             let met = triangle.meet(origin, along).filter(|(t, _)| *t > 0.0);
-            if let Some((t, front)) = met.filter(|_| triangle.face != from.face) {
-                let back = if front { 0.0 } else { SAME * self.extent };
-                if t + back < *end {
-                    *end = t + back;
-                    nearest = front.then_some(triangle.face);
+            let Some((t, is_front)) = met.filter(|_| triangle.face != from.face) else {
+                return;
+            };
+            if !is_front {
+                back = t.min(back);
+            } else if front.is_none_or(|(_, other)| t < other) {
+                front = Some((triangle.face, t));
+            }
+            *end = end.min(t + same);
+        });
+        match front {
+            Some((face, t)) if t < back + same => {
+                let at = origin + along * t;
+                let hit = Hit { face, at };
+                if back < t + same {
+                    Met::Both(hit)
+                } else {
+                    Met::Front(hit)
                 }
             }
-        });
-        nearest.map(|face| Hit {
-            face,
-            at: origin + along * end,
-        })
+            _ if back.is_finite() => Met::Back,
+            _ => Met::Nothing,
+        }
+    }
+
+    /// Whether a point lies within a body of which a side lies on a wall, and would let light in: wall and side are
+    /// met as the two sides of a sheet are. Of these directions, z along the normal, some lead there, some to a back
+    /// alone, and none to a front alone or out.
+    pub fn is_within(&self, at: &Hit, directions: &[DVec3]) -> bool {
+        let (x, y) = self.normals[at.face].any_orthonormal_pair();
+        let frame = DMat3::from_cols(x, y, self.normals[at.face]);
+        let (mut backs, mut both) = (false, false);
+        for direction in directions {
+            match self.meet(at, frame * *direction) {
+                Met::Front(_) | Met::Nothing => return false,
+                Met::Back => backs = true,
+                Met::Both(_) => both = true,
+            }
+        }
+        backs && both
     }
 
     /// Whether anything lies between two points.

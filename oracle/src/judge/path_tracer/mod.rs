@@ -34,6 +34,8 @@ const PILOT: u32 = 8;
 /// Numbers of a path that are drawn evenly: the point, two bounces' lamps and directions. What follows
 /// is too little light to matter.
 const EVEN: u32 = 16;
+/// Directions that tell whether a point lies within a body; one is enough for most that do not.
+const AROUND: u32 = 32;
 
 /// What was found.
 pub struct Traced<'a> {
@@ -57,6 +59,7 @@ pub fn trace<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64) -> Traced
         scene,
         solid: Solid::new(scene),
         lamps: Lamps::new(scene),
+        around: around(),
     };
     let least = paths.div_ceil(PILOT * SETS).max(1);
     // Seeds are spread by SplitMix64.
@@ -147,6 +150,7 @@ struct Tracer<'a> {
     scene: &'a Scene,
     solid: Solid,
     lamps: Lamps,
+    around: Vec<DVec3>,
 }
 
 impl Tracer<'_> {
@@ -167,7 +171,10 @@ impl Tracer<'_> {
                 let mut source = Source::new(k, seed, seeds);
                 let first = source.next() * (areas[0] + areas[1]) < areas[0];
                 let at = halves[usize::from(!first)].point(source.square());
-                set += self.path(&mut source, Hit { face, at });
+                let at = Hit { face, at };
+                if !self.solid.is_within(&at, &self.around) {
+                    set += self.path(&mut source, at);
+                }
             }
             set /= f64::from(paths);
             sum += set;
@@ -219,10 +226,10 @@ impl Tracer<'_> {
     /// A direction from a face, as likely as its cosine (Malley).
     fn cosine(&self, source: &mut Source<'_>, face: usize) -> DVec3 {
         let [u, v] = source.square().to_array();
-        let (r, angle) = (u.sqrt(), TAU * v);
         let normal = self.solid.normals[face];
         let (x, y) = normal.any_orthonormal_pair();
-        x * (r * angle.cos()) + y * (r * angle.sin()) + normal * (1.0 - u).sqrt()
+        let along = by_cosine(u, v);
+        x * along.x + y * along.y + normal * along.z
     }
 
     /// ρ and E there.
@@ -235,6 +242,24 @@ impl Tracer<'_> {
         let mean = self.scene.faces[face].emission.as_dvec3();
         self.lamps.density(mean)
     }
+}
+
+/// A direction about z, by two numbers within 0…1.
+fn by_cosine(u: f64, v: f64) -> DVec3 {
+    let (r, angle) = (u.sqrt(), TAU * v);
+    DVec3::new(r * angle.cos(), r * angle.sin(), (1.0 - u).sqrt())
+}
+
+/// Directions about z, as many wherever the cosine is the same.
+fn around() -> Vec<DVec3> {
+    let golden = 5.0_f64.sqrt() / 2.0 - 0.5;
+    let at = |k: u32| {
+        by_cosine(
+            (f64::from(k) + 0.5) / f64::from(AROUND),
+            (f64::from(k) * golden).fract(),
+        )
+    };
+    (0..AROUND).map(at).collect()
 }
 
 /// The balance heuristic.
