@@ -49,6 +49,11 @@ pub fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// Writes a file into the folder.
+pub fn put(folder: &Path, name: &str, text: impl AsRef<[u8]>) {
+    fs::write(folder.join(name), text).unwrap();
+}
+
 /// Runs each row, prints what it said and took, and asks that it ended as it has to: in time, by
 /// its own exit code, with one `error:` line (none at code 0), without a panic, with nothing in the
 /// terminal's language, and with no file left behind; at code 2 with nothing written at all.

@@ -1,114 +1,19 @@
 //! No input ends in NaN, a hang or an abort: numbers that f32 cannot hold, faces on faces, more faces
-//! than there is time or memory for.
+//! than there is time for.
 
 #![allow(
     clippy::disallowed_methods,
     reason = "reads what the program and the system wrote"
 )]
 
-use super::kit::{Row, errors, folder, in_shell, judge, row, run, told, well_behaved};
-use common::sampling::hash;
-use oracle::plan::Counts;
-use oracle::plan::memory::Memory;
+use super::cube::{MATERIALS, ROOM, Room, result, soup, unit, with_materials};
+use super::kit::{Row, in_shell, judge, put, row, run, told};
 use serde_json::Value;
-use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-
-const MATERIALS: &str = "newmtl wall\nKd .5 .5 .5\nnewmtl lamp\nKd .5 .5 .5\nKe 1 1 1\n\
-    newmtl sun\nKd .5 .5 .5\nKe 1e38 1e38 1e38\n";
-/// The walls of a unit cube, their fronts inwards; the second is the ceiling.
-const WALLS: [[u32; 4]; 6] = [
-    [1, 2, 3, 4],
-    [8, 7, 6, 5],
-    [1, 5, 6, 2],
-    [4, 3, 7, 8],
-    [1, 4, 8, 5],
-    [2, 6, 7, 3],
-];
-
-/// A way to write a room down.
-#[derive(Clone, Copy)]
-struct Room {
-    side: f64,
-    lamp: &'static str,
-    /// How often it is listed, every second time in triangles if `mixed`.
-    times: u32,
-    mixed: bool,
-    inside_out: bool,
-}
-
-const ROOM: Room = Room {
-    side: 1.0,
-    lamp: "lamp",
-    times: 1,
-    mixed: false,
-    inside_out: false,
-};
-
-impl Room {
-    fn obj(self) -> String {
-        let mut text = "mtllib m.mtl\n".to_owned();
-        for z in [0.0, self.side] {
-            for [x, y] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-                writeln!(text, "v {:e} {:e} {z:e}", x * self.side, y * self.side).unwrap();
-            }
-        }
-        for time in 0..self.times {
-            for (k, mut wall) in WALLS.into_iter().enumerate() {
-                if self.inside_out {
-                    wall.reverse();
-                }
-                let material = if k == 1 { self.lamp } else { "wall" };
-                let [a, b, c, d] = wall;
-                writeln!(text, "usemtl {material}").unwrap();
-                if self.mixed && time % 2 == 1 {
-                    writeln!(text, "f {a} {b} {c}\nf {a} {c} {d}").unwrap();
-                } else {
-                    writeln!(text, "f {a} {b} {c} {d}").unwrap();
-                }
-            }
-        }
-        text
-    }
-}
-
-fn put(folder: &Path, name: &str, text: impl AsRef<[u8]>) {
-    fs::write(folder.join(name), text).unwrap();
-}
-
-fn with_materials(name: &str) -> std::path::PathBuf {
-    let folder = folder(name);
-    put(&folder, "m.mtl", MATERIALS);
-    put(&folder, "room.obj", ROOM.obj());
-    folder
-}
-
-/// A number of 0…1.
-fn unit(k: u32) -> f64 {
-    f64::from(hash(k)) / 2f64.powi(32)
-}
-
-/// A room with so many small triangles anywhere in it.
-fn soup(count: u32) -> String {
-    let mut text = ROOM.obj() + "usemtl wall\n";
-    for k in 0..count {
-        let at = [0, 1, 2].map(|c| 0.03 + 0.9 * unit(12 * k + c));
-        for corner in 1..4 {
-            let p = [0, 1, 2].map(|c| at[c as usize] + 0.03 * unit(12 * k + 3 * corner + c));
-            writeln!(text, "v {:.6} {:.6} {:.6}", p[0], p[1], p[2]).unwrap();
-        }
-        text += "f -3 -2 -1\n";
-    }
-    text
-}
-
-fn result(folder: &Path) -> Value {
-    serde_json::from_slice(&fs::read(folder.join("out/result.json")).unwrap()).unwrap()
-}
 
 const NUMBERS: &[Row] = &[
     row(
@@ -397,103 +302,6 @@ fn what_takes_long_says_so_before_it_starts() {
         line.contains("s: --texels ") && line.contains("a tenth"),
         "{line}"
     );
-    fs::remove_dir_all(folder).unwrap();
-}
-
-#[test]
-fn too_little_memory_is_refused() {
-    let folder = with_materials("memory");
-    let solve = "solve room.obj --solver cpu --texels 1024 --quality draft";
-    let words: Vec<&str> = solve.split(' ').collect();
-    let ended = in_shell(&folder, "ulimit -v 800000; exec \"$0\" \"$@\"", &words);
-    let what = told(solve, &ended);
-    println!("{what}");
-    assert_eq!(ended.code, Some(2), "{what}");
-    well_behaved(&folder, &ended, &what);
-    let line = errors(&ended)[0];
-    assert!(
-        line.contains("allowed by ulimit") && line.contains("would fit"),
-        "{line}"
-    );
-    // And what is said to fit does.
-    let found = line
-        .split("--texels ")
-        .nth(1)
-        .and_then(|rest| rest.split(' ').next());
-    let texels = found.unwrap_or_else(|| panic!("{line}"));
-    let fitting = [
-        "solve",
-        "room.obj",
-        "--solver",
-        "cpu",
-        "--quality",
-        "draft",
-        "--texels",
-        texels,
-    ];
-    let ended = in_shell(&folder, "ulimit -v 800000; exec \"$0\" \"$@\"", &fitting);
-    let what = told(texels, &ended);
-    println!("{what}");
-    assert_eq!(ended.code, Some(0), "{what}");
-    fs::remove_dir_all(folder).unwrap();
-}
-
-/// Runs the program until it ends; its greatest resident memory in bytes.
-fn peak(folder: &Path, arguments: &str) -> u64 {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_radiosity"))
-        .args(arguments.split(' '))
-        .current_dir(folder)
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let status = format!("/proc/{}/status", child.id());
-    let mut most = 0;
-    while child.try_wait().unwrap().is_none() {
-        let text = fs::read_to_string(&status).unwrap_or_default();
-        let line = text.lines().find(|line| line.starts_with("VmHWM:"));
-        let kib = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok());
-        most = most.max(kib.unwrap_or(0) << 10);
-        sleep(Duration::from_millis(2));
-    }
-    most
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn the_memory_of_a_plan_is_that_of_the_solve() {
-    let folder = with_materials("planned");
-    put(&folder, "soup.obj", soup(10_000));
-    // Texels, faces, links.
-    for (name, texels, cells, more) in [
-        ("room.obj", 512, 1, ""),
-        ("room.obj", 128, 8, ""),
-        ("soup.obj", 1, 1, " --max-shots 2"),
-    ] {
-        let arguments = format!(
-            "solve {name} --solver cpu --epsilon 0.1 --texels {texels} --cells {cells} --samples 1 --quiet{more}"
-        );
-        let found = peak(&folder, &arguments);
-        let scene = common::import::load(&folder.join(name), &Default::default()).unwrap();
-        let settings = common::settings::Settings {
-            meshing: common::settings::Meshing {
-                texels,
-                cells,
-                samples: 1,
-            },
-            ..Default::default()
-        };
-        let mut memory = Memory::cpu(&Counts::new(&scene, &settings.meshing), &settings);
-        if !more.is_empty() {
-            // Two shots make few of the links.
-            memory.links = 0;
-        }
-        let share = memory.bytes() as f64 / found as f64;
-        println!("{arguments}: {found} bytes, {share:.2} of them told");
-        assert!(
-            (1.0 / 1.3..1.3).contains(&share),
-            "{arguments}: {found}, {memory:?}"
-        );
-    }
     fs::remove_dir_all(folder).unwrap();
 }
 
