@@ -69,9 +69,9 @@ fn caption(measure: &str) -> Markup {
         )
     };
     html! {
-        (small(html! { path d="M0 9H30" stroke="currentColor" stroke-opacity=".4" stroke-width="6" {} circle cx="15" cy="9" r="6" fill="currentColor" {} }))
+        (small(html! { path d="M0 9H30" stroke="currentColor" stroke-opacity=".4" stroke-width="6" {} circle cx="15" cy="9" r="6" fill="currentColor" fill-opacity=".4" stroke="currentColor" stroke-width="1.5" {} }))
         " CPU · "
-        (small(html! { path d="M0 9H30" stroke="currentColor" stroke-width="2" stroke-dasharray="6 4" {} rect x="11" y="5" width="8" height="8" fill="currentColor" {} }))
+        (small(html! { path d="M0 9H30" stroke="currentColor" stroke-width="2" stroke-dasharray="6 4" {} circle cx="15" cy="9" r="3.5" fill="currentColor" {} }))
         " GPU · " (circle("none")) " hollow: it warned · " (circle("currentColor"))
         " filled beyond " (amount(measure, limits(measure)[0])) ": it failed in silence · "
         b { "✖" } " no answer. Point at a mark to read what it is."

@@ -1,7 +1,7 @@
 //! Cases down, methods across, CPU and GPU side by side: where each method breaks first.
 
 use super::breaks::{self, Break};
-use super::chart::colour;
+use super::chart::{colour, shape};
 use super::groups::Group;
 use super::outcome::{Half, Outcome, amount, outcome, value, value_short};
 use super::{Side, Study, Verdict, limits};
@@ -76,9 +76,11 @@ pub fn anchor(k: usize) -> String {
     format!("case-{}", k + 1)
 }
 
-/// A dot in the method's colour.
+/// The method's mark in its colour.
 pub fn swatch(k: usize) -> Markup {
-    html! { span.swatch style=(format!("background:{}", colour(k))) {} }
+    html! { svg.swatch viewBox="-7 -7 14 14" aria-hidden="true" {
+        path d=(shape(k).path((0.0, 0.0), 5.0)) fill=(colour(k)) {}
+    } }
 }
 
 /// A verdict's class, sign and name.

@@ -1,6 +1,6 @@
 //! The curves upon a case's axes: a line, marks and a name for each method and solver.
 
-use super::{Plot, colour};
+use super::{Plot, colour, shape};
 use crate::show::chart::{Shape, line, path, px};
 use crate::study::stress::outcome::{Half, error, value};
 use crate::study::stress::{Row, Side, Study};
@@ -33,6 +33,7 @@ struct Curve<'a> {
     method: &'static str,
     place: usize,
     colour: &'static str,
+    shape: Shape,
     half: Half,
     measure: &'static str,
     points: Vec<(&'a Row, &'a Side)>,
@@ -45,6 +46,7 @@ impl<'a> Curve<'a> {
             method,
             place: k,
             colour: colour(k),
+            shape: shape(k),
             half,
             measure: study.about.measure,
             points: rows.filter_map(|r| Some((r, half.of(r)?))).collect(),
@@ -73,22 +75,22 @@ fn way(curve: &Curve, plot: &Plot) -> Markup {
     html! { @if !data.is_empty() { (line(&data, curve.colour, width, opacity, dashes)) } }
 }
 
-/// A circle for the CPU, a small square for the GPU upon it; hollow where it warned.
+/// Large and pale for the CPU, small and dark for the GPU upon it; hollow where it warned.
 fn mark(curve: &Curve, (row, side): &(&Row, &Side), plot: &Plot) -> Markup {
-    let shape = match curve.half {
-        Half::Cpu => (Shape::Circle, 6.0),
-        Half::Gpu => (Shape::Square, 3.2),
+    let (size, pale) = match curve.half {
+        Half::Cpu => (6.0, 0.4),
+        Half::Gpu => (3.2, 1.0),
     };
-    let fill = if side.warned() {
-        "var(--card)"
+    let (fill, opacity) = if side.warned() {
+        ("var(--card)", 1.0)
     } else {
-        curve.colour
+        (curve.colour, pale)
     };
     html! {
         @if let Some(error) = side.error {
             g.mark {
                 title { (about(curve, row, side)) }
-                path d=(shape.0.path((plot.x(row.value), plot.y(error)), shape.1)) fill=(fill) stroke=(curve.colour) stroke-width="1.7" {}
+                path d=(curve.shape.path((plot.x(row.value), plot.y(error)), size)) fill=(fill) fill-opacity=(opacity) stroke=(curve.colour) stroke-width="1.5" {}
             }
         }
     }
@@ -154,7 +156,7 @@ fn names(curves: &[Curve], plot: &Plot) -> Markup {
         @for ((curve, (x, y)), at) in ends.iter().zip(lines) {
             @let leader = path([(x + 8.0, *y), (right + 6.0, at), (right + 14.0, at)]);
             (line(&leader, curve.colour, 1.0, 0.6, None))
-            path d=(Shape::Circle.path((right + 20.0, at), 5.0)) fill=(curve.colour) {}
+            path d=(curve.shape.path((right + 20.0, at), 5.0)) fill=(curve.colour) {}
             text x=(right + 29.0) y=(px(at + 4.0)) { (curve.method) }
         }
     }

@@ -2,7 +2,7 @@
 
 mod curves;
 
-use crate::show::chart::{Axis, Frame, line, path, px, share, svg, ticks};
+use crate::show::chart::{Axis, COLOURS, Frame, MARKS, Shape, line, path, px, share, svg, ticks};
 use crate::study::stress::outcome::{amount, values};
 use crate::study::stress::{LEAK, Side, Study, outcome};
 use curves::curves;
@@ -20,25 +20,17 @@ const ERRORS: [f64; 2] = [1e-5, 1e5];
 const AROUND: f64 = 3.0;
 /// Closest labels of the parameter's axis, as a share of it.
 const TICKS: f64 = 0.085;
-/// Okabe and Ito's colours without the yellow, then brown, grey, olive and violet; the first is the
-/// page's own.
-const COLOURS: [&str; 11] = [
-    "currentColor",
-    "#0072b2",
-    "#e69f00",
-    "#009e73",
-    "#d55e00",
-    "#cc79a7",
-    "#56b4e9",
-    "#9a6a4a",
-    "#8a8f98",
-    "#a39a00",
-    "#7b4fc9",
-];
-
-/// The colour of method `k`.
+/// The colour of method `k`; the first has the page's own.
 pub fn colour(k: usize) -> &'static str {
-    COLOURS[k % COLOURS.len()]
+    k.checked_sub(1)
+        .map_or("currentColor", |k| COLOURS[k % COLOURS.len()])
+}
+
+/// Its mark, which no other method of this colour has; a cross means that there is no answer.
+pub fn shape(k: usize) -> Shape {
+    let marks = MARKS.map(|mark| (mark != Shape::Cross).then_some(mark));
+    let marks: Vec<Shape> = marks.into_iter().flatten().collect();
+    marks[(k + k / (COLOURS.len() + 1)) % marks.len()]
 }
 
 /// Where everything lies.
@@ -202,6 +194,17 @@ mod tests {
     use super::super::fixture::{row, side, study};
     use super::*;
     use approx::abs_diff_eq;
+
+    #[test]
+    fn no_two_methods_look_alike() {
+        let looks: Vec<_> = (0..2 * COLOURS.len())
+            .map(|k| (colour(k), shape(k)))
+            .collect();
+        for (k, look) in looks.iter().enumerate() {
+            assert!(!looks[..k].contains(look), "{k}: {look:?}");
+            assert_ne!(look.1, Shape::Cross);
+        }
+    }
 
     #[test]
     fn harder_is_to_the_right_whichever_way_the_values_go() {
