@@ -178,26 +178,52 @@ fn to_error(
     };
     let settings = common.settings(Visibility::Rays, FormFactor::Polygon)?;
     let progress = Progress::new("plan", common.quiet);
+    let (seconds, links) = look(
+        scene,
+        &settings,
+        Solver::to_error(gpu, asked),
+        &progress,
+        PATIENCE,
+    )?;
+    progress.clear();
+    Ok(with(plan, from_a_look(error, seconds, links, told)?))
+}
+
+/// A solve to [`LOOK`]: its seconds and links; no links where it was given up after `patience` seconds.
+fn look(
+    scene: &Scene,
+    settings: &Settings,
+    solver: Solver,
+    progress: &Progress,
+    patience: f64,
+) -> Result<(f64, Option<u64>)> {
     let _ = progress.show("prepare", 0.0);
     let start = Instant::now();
-    let show = |phase: &str, done| match start.elapsed().as_secs_f64() > PATIENCE {
+    let show = |phase: &str, done| match start.elapsed().as_secs_f64() > patience {
         true => ControlFlow::Break(()),
         false => progress.show(phase, done),
     };
     let watch = Watch::new(&show);
-    let solved = scene.once(&settings, Solver::to_error(gpu, asked), &watch);
-    progress.clear();
+    let solved = scene.once(settings, solver, &watch);
     let seconds = start.elapsed().as_secs_f64();
-    let expected = seconds * (LOOK / error).powf(STEEP);
     if watch.stopped() {
+        return Ok((seconds, None));
+    }
+    let links = solved?.moved.map_or(0, |moved| moved.links);
+    Ok((seconds, Some(links)))
+}
+
+/// How long a solve to `error` takes where one to [`LOOK`] took so long.
+fn from_a_look(error: f64, seconds: f64, links: Option<u64>, told: &Told) -> Result<Value> {
+    let expected = seconds * (LOOK / error).powf(STEEP);
+    let Some(links) = links else {
         let (least, spent) = (long(expected), long(seconds));
         told.line(format_args!(
             "  time    more than {least} (not done to {} % in {spent})",
             100.0 * LOOK
         ))?;
-        return Ok(with(plan, json!({ "seconds": { "least": expected } })));
-    }
-    let links = solved?.moved.map_or(0, |moved| moved.links);
+        return Ok(json!({ "seconds": { "least": expected } }));
+    };
     let [least, most] = [expected / DOUBT, expected * DOUBT];
     told.line(format_args!(
         "  time    about {}, between {} and {} ({} links to {} % took {})",
@@ -208,10 +234,7 @@ fn to_error(
         100.0 * LOOK,
         long(seconds)
     ))?;
-    Ok(with(
-        plan,
-        json!({ "seconds": span(expected, least, most) }),
-    ))
+    Ok(json!({ "seconds": span(expected, least, most) }))
 }
 
 /// A time as a program reads it.
@@ -343,5 +366,49 @@ fn matrix(scene: &Scene, settings: &Settings, told: &Told) -> Result<Value> {
     match check_matrix(scene, settings.meshing.texels) {
         Err(error) => refused(plan, &error, told),
         Ok(()) => Ok(plan),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec3, Vec3};
+
+    #[test]
+    fn a_look_is_given_up_and_tells_at_least_how_long() {
+        let plate = |y: f64, emission: f32| {
+            let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
+            let mut corners = corners.map(|[x, z]| DVec3::new(x, y, z));
+            if y > 0.0 {
+                corners.reverse();
+            }
+            let emission = Vec3::splat(emission);
+            common::scene::Face::quad("plate", corners, emission, Vec3::splat(0.5))
+        };
+        let scene = Scene {
+            name: "plates".into(),
+            faces: vec![plate(0.0, 0.0), plate(1.0, 1.0)],
+            notes: Vec::new(),
+        };
+        let asked = Asked {
+            error: LOOK,
+            texels: None,
+        };
+        let look = |patience| {
+            let (settings, progress) = (Settings::default(), Progress::new("plan", true));
+            let solver = Solver::to_error(None, asked);
+            look(&scene, &settings, solver, &progress, patience).unwrap()
+        };
+        let told = Told { json: true };
+        let (seconds, links) = look(f64::INFINITY);
+        assert!(links.is_some_and(|links| links > 0), "{links:?}");
+        let told_of = |seconds, links| from_a_look(LOOK / 10.0, seconds, links, &told).unwrap();
+        let plan = told_of(seconds, links);
+        assert_eq!(plan["seconds"]["expected"], 10.0 * seconds);
+        assert!(plan["seconds"]["least"].as_f64() < Some(10.0 * seconds));
+        let (seconds, links) = look(0.0);
+        assert_eq!(links, None);
+        let plan = told_of(seconds, links);
+        assert_eq!(plan["seconds"], json!({ "least": 10.0 * seconds }));
     }
 }
