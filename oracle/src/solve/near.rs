@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    /// A floor of 8 with a grid of plates upon it, and texels as wide as each.
+    /// A floor of 8 with a grid of plates above it, and one beside it at either end.
     fn plates(across: u32) -> Vec<Face> {
         let square = |at: [f64; 3], side: f64| {
             let [x, y, z] = at;
@@ -159,8 +159,10 @@ mod tests {
         let side = 8.0 / f64::from(across);
         let places = (0..across).flat_map(|i| (0..across).map(move |j| [i, j].map(f64::from)));
         let plates = places.map(|[i, j]| square([i * side, 1.0, j * side], 0.5 * side));
+        let beside = [square([-3.5, 1.0, 0.0], 2.5), square([9.0, 1.0, 0.0], 0.5)];
         std::iter::once(square([0.0; 3], 8.0))
             .chain(plates)
+            .chain(beside)
             .collect()
     }
 
@@ -179,7 +181,7 @@ mod tests {
             .filter(|(f, g, apart)| *apart <= reach(*f).max(reach(*g)))
             .collect();
         // The floor's texels are 2 wide and reach every plate; those of plates reach no other.
-        assert_eq!(wanted.len(), 2 * 400);
+        assert_eq!(wanted.len(), 2 * 402);
         let key = |a: &(usize, usize, f64)| (a.0, a.1);
         found.sort_by_key(key);
         wanted.sort_by_key(key);

@@ -26,11 +26,11 @@ pub fn colour(k: usize) -> &'static str {
         .map_or("currentColor", |k| COLOURS[k % COLOURS.len()])
 }
 
-/// Its mark, which no other method of this colour has; a cross means that there is no answer.
+/// Its mark, which no other method of this colour has, since they are one fewer; a cross means that there is no answer.
 pub fn shape(k: usize) -> Shape {
-    let marks = MARKS.map(|mark| (mark != Shape::Cross).then_some(mark));
-    let marks: Vec<Shape> = marks.into_iter().flatten().collect();
-    marks[(k + k / (COLOURS.len() + 1)) % marks.len()]
+    let marks = MARKS.iter().filter(|mark| **mark != Shape::Cross);
+    let marks: Vec<Shape> = marks.copied().collect();
+    marks[k % marks.len()]
 }
 
 /// Where everything lies.
