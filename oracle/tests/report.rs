@@ -162,7 +162,12 @@ fn the_page_has_every_figure_and_loads_nothing() {
             ..compared(cornell(), 8, 64)
         }),
     };
-    let scenes = [both, alone(failing), alone(compared(patchwork(), 8, 128))];
+    // Which answers are the same but for rounding depends on the adapter.
+    let mut alike = compared(patchwork(), 8, 128);
+    for difference in [&mut alike.free_difference, &mut alike.lockstep_difference] {
+        difference.max_relative = 1e-7;
+    }
+    let scenes = [both, alone(failing), alone(alike)];
     let ways = scenes.iter().flat_map(Judged::ways).count();
     let page = html(&scenes, &["No GPU for <b>: left out".to_owned()]);
     std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/report.html"), &page).unwrap();
@@ -179,7 +184,7 @@ fn the_page_has_every_figure_and_loads_nothing() {
             .all(|difference| difference.max_relative <= 1e-6)
     };
     let same = scenes.iter().flat_map(Judged::ways).filter(same).count();
-    assert!(same < ways);
+    assert!((1..ways).contains(&same));
     assert_eq!(page.matches("no difference to draw").count(), same);
     // What is seen first; two views, two differences, two atlases, item buffer and its colours: 9 a way.
     assert_eq!(sources.len(), 9 * ways - 2 * same);
