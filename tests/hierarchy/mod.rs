@@ -3,6 +3,7 @@
 mod anew;
 mod asked;
 mod clusters;
+mod descent;
 mod finders;
 mod gap;
 mod parts;

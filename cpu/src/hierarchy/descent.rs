@@ -231,13 +231,16 @@ impl<'a> Descent<'a> {
         if node.level == 0 {
             return false;
         }
+        if !self.has(p) && parts.clone().all(|k| !self.has(k)) {
+            return true;
+        }
+        // Nor has a part whose neighbours are larger and did not receive, or lie in the dark: of itself alone it would
+        // be asked whether its four parts lie in a plane, and no more.
         let mut beside = self.tree.nodes[node.parent as usize].children.clone();
-        let known = beside.all(|k| self.has(k));
-        let slope = if known {
-            self.slope(node.parent)
-        } else {
-            self.slope(p)
-        };
+        if !beside.all(|k| self.has(k)) {
+            return false;
+        }
+        let slope = self.slope(node.parent);
         let scale = (self.scale)(node.face);
         let off = parts.map(|k| {
             let d = self.tree.nodes[k as usize].place - node.place;
@@ -247,7 +250,7 @@ impl<'a> Descent<'a> {
         off.fold(0.0, f32::max) <= EVEN * self.threshold
     }
 
-    /// Whether a node has received; in the dark nobody can tell, nor need.
+    /// Whether a node has received light.
     fn has(&self, k: u32) -> bool {
         self.value[k as usize] != Vec3::ZERO
     }
