@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use oracle::relight::camera::{camera_at, camera_for};
 use oracle::relight::composite::composite;
 use oracle::relight::page::{Report, html};
+use oracle::relight::pictures::Pictures;
 use oracle::relight::surfaces::{Renders, surface};
 use oracle::relight::thumbnail::thumbnail;
 use oracle::relight::{Backdrop, Relit, files};
@@ -101,7 +102,11 @@ fn light_passes_the_edges_of_a_ball_and_not_those_of_a_box() {
                 for share in [0.1, 0.3, 0.5, 0.8].into_iter().filter(|_| both) {
                     let point = from.lerp(to, share);
                     let at = |face: u32| {
-                        renders.radiance(&renders.stencil(&mut Ring::default(), face, point))
+                        renders.radiance(&renders.stencil(
+                            &mut Ring::default(),
+                            renders.texel(face, point),
+                            point,
+                        ))
                     };
                     largest = largest.max((at(a) - at(b)).abs().max_element());
                     edges += 1;
@@ -135,7 +140,8 @@ fn the_noise_of_single_facets_is_averaged() {
     let renders = Renders::new(&relit, &surface);
     let facets = &solved.mesh.texels[1..];
     let square = facets.iter().map(|t| {
-        let at = renders.stencil(&mut Ring::default(), t.face, t.position.as_dvec3());
+        let point = t.position.as_dvec3();
+        let at = renders.stencil(&mut Ring::default(), renders.texel(t.face, point), point);
         (renders.radiance(&at).x * PI - 1.0).powi(2)
     });
     let rms = (square.sum::<f32>() / facets.len() as f32).sqrt();
@@ -172,7 +178,8 @@ fn lamps_and_rugs_keep_their_borders() {
     let surface = surface(&relit);
     let renders = Renders::new(&relit, &surface);
     let at = |face: u32, x: f64| {
-        let at = renders.stencil(&mut Ring::default(), face, solved.mesh.local(p(x, 0.4)));
+        let point = solved.mesh.local(p(x, 0.4));
+        let at = renders.stencil(&mut Ring::default(), renders.texel(face, point), point);
         renders.radiance(&at).x * PI
     };
     let close = |a: f32, b: f32| assert!(abs_diff_eq!(a, b, epsilon = 1e-4), "{a} {b}");
@@ -298,7 +305,7 @@ fn the_files_hold_the_pictures_and_the_page_needs_nothing_else() {
             settings: &[("method".into(), "signed".into())],
             relit: &relit,
             composite: &c,
-            exposure: files::exposure(&c).opened(1.0, Curve::Filmic),
+            pictures: &Pictures::new(&relit, &c, files::exposure(&c).opened(1.0, Curve::Filmic)),
             camera,
             energy: None,
             map_shots: 24,

@@ -12,7 +12,11 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// View rays per side of a pixel: silhouettes have 17 steps.
-const SUPERSAMPLING: u32 = 4;
+const SUPERSAMPLING: usize = 4;
+/// All of a pixel.
+const SAMPLES: usize = SUPERSAMPLING * SUPERSAMPLING;
+/// One of each row and column: their mean is that of all where light is linear.
+pub const FEW: [usize; SUPERSAMPLING] = [1, 7, 8, 14];
 /// An object's front that lies in a wall's plane is in front of it (mesh units).
 const CONTACT: f32 = 1e-5;
 
@@ -66,10 +70,7 @@ pub fn composite(
         eye: relit.eye.map(|eye| relit.mesh.local(eye)),
         backdrop,
     };
-    let count = u64::from(size[0]) * u64::from(size[1]);
-    let pixels = (0..count).into_par_iter();
-    let pixels: Vec<Pixel> = pixels.map(|k| scene.pixel(&lens, size, k)).collect();
-    gather(size, &pixels)
+    gather(size, &scene.pixels(&lens, size))
 }
 
 /// The rays' faces; none if there are no faces with an area.
@@ -118,63 +119,133 @@ struct Pixel {
     dark: [u32; 2],
 }
 
+/// A face that a view ray meets.
+#[derive(Clone, Copy)]
+struct Met {
+    face: u32,
+    point: DVec3,
+    texel: u32,
+}
+
+/// What a view ray meets, of the room and of the objects before it.
+struct Look {
+    direction: Vec3,
+    met: [Option<Met>; 2],
+}
+
 impl Seen<'_> {
-    fn pixel(&self, lens: impl Fn(f32, f32) -> Vec3, [w, h]: [u32; 2], k: u64) -> Pixel {
-        let (x, y) = ((k % u64::from(w)) as f32, (k / u64::from(w)) as f32);
-        let (width, height) = (w as f32, h as f32);
-        let part = |s: u32| (s as f32 + 0.5) / SUPERSAMPLING as f32;
+    /// A few samples of each pixel, and all where these, or those of the pixels around, meet more than one face or a
+    /// lamp's border.
+    fn pixels(&self, lens: &(impl Fn(f32, f32) -> Vec3 + Sync), [w, h]: [u32; 2]) -> Vec<Pixel> {
+        let looks = |k: usize, samples: &[usize]| -> Vec<Look> {
+            let (x, y) = ((k % w as usize) as f32, (k / w as usize) as f32);
+            let part = |s: usize| (s as f32 + 0.5) / SUPERSAMPLING as f32;
+            let look = |s: &usize| {
+                let right = 2.0 * (x + part(s % SUPERSAMPLING)) - w as f32;
+                let down = 2.0 * (y + part(s / SUPERSAMPLING)) - h as f32;
+                self.look(lens(right / h as f32, -down / h as f32))
+            };
+            samples.iter().map(look).collect()
+        };
+        let all: [usize; SAMPLES] = std::array::from_fn(|s| s);
+        let count = w as usize * h as usize;
+        let few = (0..count).into_par_iter().map(|k| {
+            let looks = looks(k, &FEW);
+            let first = looks[0].met;
+            let even = looks.iter().all(|look| self.alike(look.met, first));
+            (even.then_some(first), self.pixel(&looks))
+        });
+        let few: Vec<(Option<[Option<Met>; 2]>, Pixel)> = few.collect();
+        let pixels = (0..count).into_par_iter().map(|k| {
+            let (met, pixel) = few[k];
+            let even = |met: [Option<Met>; 2]| {
+                around(k, [w as usize, h as usize])
+                    .all(|other| few[other].0.is_some_and(|other| self.alike(met, other)))
+            };
+            match met.is_some_and(even) {
+                true => pixel,
+                false => self.pixel(&looks(k, &all)),
+            }
+        });
+        pixels.collect()
+    }
+
+    /// Whether two rays meet the same faces, where these emit the same.
+    fn alike(&self, a: [Option<Met>; 2], b: [Option<Met>; 2]) -> bool {
+        a.iter().zip(b).all(|(a, b)| match (a, b) {
+            (Some(a), Some(b)) => a.face == b.face && self.renders.emit_alike(a.texel, b.texel),
+            (a, b) => a.is_none() && b.is_none(),
+        })
+    }
+
+    /// The samples stand for all.
+    fn pixel(&self, looks: &[Look]) -> Pixel {
         let (mut pixel, mut rings) = (Pixel::default(), [Ring::default(), Ring::default()]);
-        for s in 0..SUPERSAMPLING * SUPERSAMPLING {
-            let right = 2.0 * (x + part(s % SUPERSAMPLING)) - width;
-            let down = 2.0 * (y + part(s / SUPERSAMPLING)) - height;
-            self.sample(&mut pixel, &mut rings, lens(right / height, -down / height));
+        for look in looks {
+            self.add(&mut pixel, &mut rings, look, (SAMPLES / looks.len()) as u32);
         }
         pixel
     }
 
-    /// The `rings` are those of the room and of the objects.
-    fn sample(&self, pixel: &mut Pixel, rings: &mut [Ring; 2], direction: Vec3) {
+    fn look(&self, direction: Vec3) -> Look {
         let origin = self.camera;
         let front = |rays: &Option<Rays>| rays.as_ref().and_then(|r| r.front(origin, direction));
         let (wall, object) = (front(&self.room), front(&self.objects));
         let reach = wall.map_or(f32::INFINITY, |(_, t)| t + CONTACT);
         let object = object.filter(|(_, t)| *t <= reach);
-        let point = |t: f32| (origin + direction * t).as_dvec3();
-        let [of_room, of_objects] = rings;
-        let wall = wall.map(|(face, t)| {
-            let stencil = self.renders.stencil(of_room, face, point(t));
-            (stencil, point(t))
-        });
+        let met = |first: u32, (face, t): (u32, f32)| {
+            let (face, point) = (first + face, (origin + direction * t).as_dvec3());
+            Met {
+                face,
+                point,
+                texel: self.renders.texel(face, point),
+            }
+        };
+        Look {
+            direction,
+            met: [
+                wall.map(|hit| met(0, hit)),
+                object.map(|hit| met(self.first, hit)),
+            ],
+        }
+    }
 
+    /// Adds a sample that stands for `times`. The `rings` are those of the room and of the objects.
+    fn add(&self, pixel: &mut Pixel, rings: &mut [Ring; 2], look: &Look, times: u32) {
+        let ([of_room, of_objects], [wall, object]) = (rings, look.met);
+        let share = times as f32;
+        let wall = wall.map(|met| {
+            let stencil = self.renders.stencil(of_room, met.texel, met.point);
+            (stencil, met.point)
+        });
         let background = match (self.backdrop, &wall) {
             (Some(seen), wall) => {
                 let point = wall.as_ref().map(|(_, point)| *point);
-                Some(seen(self.towards(point, direction.as_dvec3())))
+                Some(seen(self.towards(point, look.direction.as_dvec3())))
             }
             (None, Some((stencil, _))) => Some(self.renders.radiance(stencil)),
             (None, None) => None,
         };
         let light = wall.as_ref().is_some_and(|(s, _)| self.renders.is_light(s));
+        let dark = |is_dark: bool| if is_dark { times } else { 0 };
         if let Some(background) = background {
-            pixel.background += background;
-            pixel.behind += 1;
-            pixel.dark[0] += u32::from(!light);
+            pixel.background += share * background;
+            pixel.behind += times;
+            pixel.dark[0] += dark(!light);
         }
-        if let Some((face, t)) = object {
-            let stencil = self
-                .renders
-                .stencil(of_objects, self.first + face, point(t));
-            pixel.objects += self.renders.radiance(&stencil);
-            pixel.hidden += 1;
-            pixel.dark[1] += u32::from(!self.renders.is_light(&stencil));
+        if let Some(met) = object {
+            let stencil = self.renders.stencil(of_objects, met.texel, met.point);
+            pixel.objects += share * self.renders.radiance(&stencil);
+            pixel.hidden += times;
+            pixel.dark[1] += dark(!self.renders.is_light(&stencil));
         } else {
-            pixel.open += background.unwrap_or_default();
-            pixel.dark[1] += u32::from(background.is_some() && !light);
+            pixel.open += share * background.unwrap_or_default();
+            pixel.dark[1] += dark(background.is_some() && !light);
             let seen = background.unwrap_or_default();
             let change = |(s, _): (Stencil, DVec3)| self.renders.change(&s, seen);
-            pixel.change += wall.map_or(Vec3::ZERO, change);
+            pixel.change += share * wall.map_or(Vec3::ZERO, change);
         }
-        pixel.any += u32::from(object.is_some() || background.is_some());
+        pixel.any += dark(object.is_some() || background.is_some());
     }
 
     /// The direction in which the eye saw a point of the room; the view ray's own without either.
@@ -186,8 +257,18 @@ impl Seen<'_> {
     }
 }
 
+/// The pixels around pixel `k`.
+fn around(k: usize, [w, h]: [usize; 2]) -> impl Iterator<Item = usize> {
+    let (x, y) = (k % w, k / w);
+    let (columns, rows) = (
+        x.saturating_sub(1)..(x + 2).min(w),
+        y.saturating_sub(1)..(y + 2).min(h),
+    );
+    rows.flat_map(move |y| columns.clone().map(move |x| y * w + x))
+}
+
 fn gather(size: [u32; 2], pixels: &[Pixel]) -> Composite {
-    let samples = (SUPERSAMPLING * SUPERSAMPLING) as f32;
+    let samples = SAMPLES as f32;
     let colours = |of: fn(&Pixel) -> Vec3| pixels.iter().map(|p| of(p) / samples).collect();
     let shares = |of: fn(&Pixel) -> u32| pixels.iter().map(|p| of(p) as f32 / samples).collect();
     // Without objects nothing but zeros is added: bit for bit the background.

@@ -9,6 +9,7 @@ use exr::prelude::{
     WritableImage,
 };
 use glam::Vec3;
+use rayon::prelude::*;
 use std::path::Path;
 
 /// What the EXR files say of themselves.
@@ -19,14 +20,18 @@ const COMMENT: &str = "R G B: radiance in W/m2/sr, linear Rec. 709";
 /// Errors: a file cannot be written.
 pub fn write(dir: &Path, composite: &Composite, exposure: Exposure) -> Result<()> {
     let [behind, any] = &composite.coverage;
-    for (name, colours, coverage) in [
+    let exrs = [
         ("background.exr", &composite.background, behind),
         ("composite.exr", &composite.composite, any),
-    ] {
-        let path = dir.join(name);
-        write_exr(&path, composite.size, colours, coverage, COMMENT)?;
-    }
-    let png = picture(composite.size, &composite.composite, any, exposure).png();
+    ];
+    let exrs = || {
+        exrs.par_iter().try_for_each(|(name, colours, coverage)| {
+            write_exr(&dir.join(name), composite.size, colours, coverage, COMMENT)
+        })
+    };
+    let png = || picture(composite.size, &composite.composite, any, exposure).png();
+    let (written, png) = rayon::join(exrs, png);
+    written?;
     write_file(&dir.join("composite.png"), &png)
 }
 

@@ -7,6 +7,7 @@ use crate::show::picture::{
     Exposure, Picture, atlas_of, decode, diverging, encode, luminance, range, rms,
 };
 use glam::Vec3;
+use rayon::prelude::*;
 use std::f32::consts::PI;
 
 /// Every how manieth pixel decides the range of the false colours.
@@ -41,11 +42,11 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Draws everything.
+    /// Draws everything, some at a time: most of it is packing.
     pub fn new(relit: &Relit, composite: &Composite, exposure: Exposure) -> Self {
         let [behind, any] = &composite.coverage;
-        let draw = |colours: &[Vec3], coverage: &[f32]| {
-            picture(composite.size, colours, coverage, exposure).data_uri()
+        let of = |colours: &[Vec3], coverage: &[f32]| {
+            picture(composite.size, colours, coverage, exposure)
         };
         let seen = composite.background.iter();
         let rms = match rms(seen.map(|colour| (f64::from(luminance(*colour)), 1.0))) {
@@ -54,39 +55,49 @@ impl Pictures {
         };
         let relative = |k: usize| f64::from(luminance(composite.change[k])) / rms;
         let range = range((0..composite.change.len()).step_by(STRIDE).map(relative));
+        let texels = &relit.mesh.texels;
+        let draw: [&(dyn Fn() -> Picture + Sync); 10] = [
+            &|| of(&composite.background, behind),
+            &|| of(&composite.composite, any),
+            &|| of(&composite.objects, &composite.mask),
+            &|| mask(composite),
+            &|| over_room(composite, |k| decode(diverging(relative(k) / range))),
+            &|| over_room(composite, |k| Vec3::splat(left(composite, k))),
+            &|| atlas(relit, exposure, |k| relit.captured(k)),
+            &|| atlas(relit, exposure, |k| relit.relit(k)),
+            &|| lights(relit, exposure),
+            &|| atlas_of(relit.mesh, |k| encode(texels[k].reflectance)),
+        ];
+        let drawn: Vec<String> = draw.par_iter().map(|draw| draw().data_uri()).collect();
+        let mut drawn = drawn.into_iter();
+        let mut next = || drawn.next().unwrap_or_default();
         Self {
-            views: [
-                draw(&composite.background, behind),
-                draw(&composite.composite, any),
-            ],
-            objects: [
-                draw(&composite.objects, &composite.mask),
-                mask(composite).data_uri(),
-            ],
-            change: over_room(composite, |k| decode(diverging(relative(k) / range))),
+            views: [next(), next()],
+            objects: [next(), next()],
+            change: next(),
             range,
             rms,
-            shadows: over_room(composite, |k| Vec3::splat(left(composite, k))),
-            atlases: atlases(relit, exposure),
-            lights: lights(relit, exposure),
-            reflectance: {
-                let texels = &relit.mesh.texels;
-                atlas_of(relit.mesh, |k| encode(texels[k].reflectance)).data_uri()
-            },
+            shadows: next(),
+            atlases: [next(), next()],
+            lights: (
+                next(),
+                (0..texels.len()).filter(|k| relit.is_light(*k)).count(),
+            ),
+            reflectance: next(),
             exposure,
         }
     }
 }
 
 /// A colour (linear) for each pixel, grey by as much as objects hide it.
-fn over_room(composite: &Composite, colour: impl Fn(usize) -> Vec3) -> String {
+fn over_room(composite: &Composite, colour: impl Fn(usize) -> Vec3) -> Picture {
     let [w, h] = composite.size;
     let pixel = |x: u32, y: u32| {
         let k = (y * w + x) as usize;
         let shown = composite.coverage[1][k] > 0.0;
         shown.then(|| encode(colour(k).lerp(HIDDEN, composite.mask[k])))
     };
-    Picture::from_pixels(w, h, pixel).data_uri()
+    Picture::from_pixels(w, h, pixel)
 }
 
 fn mask(composite: &Composite) -> Picture {
@@ -108,16 +119,14 @@ fn left(composite: &Composite, k: usize) -> f32 {
     }
 }
 
-fn atlases(relit: &Relit, exposure: Exposure) -> [String; 2] {
-    let draw = |value: &dyn Fn(usize) -> Vec3| {
-        let colour = |k: usize| encode(exposure.display(value(k) / PI));
-        atlas_of(relit.mesh, colour).data_uri()
-    };
-    [draw(&|k| relit.captured(k)), draw(&|k| relit.relit(k))]
+/// All texels' radiosity.
+fn atlas(relit: &Relit, exposure: Exposure, value: impl Fn(usize) -> Vec3) -> Picture {
+    let colour = |k: usize| encode(exposure.display(value(k) / PI));
+    atlas_of(relit.mesh, colour)
 }
 
 /// Lights stand out of a grey room.
-fn lights(relit: &Relit, exposure: Exposure) -> (String, usize) {
+fn lights(relit: &Relit, exposure: Exposure) -> Picture {
     let colour = |k: usize| {
         if relit.is_light(k) {
             return LIGHT;
@@ -125,8 +134,5 @@ fn lights(relit: &Relit, exposure: Exposure) -> (String, usize) {
         let grey = luminance(exposure.display(relit.captured(k) / PI));
         encode(Vec3::splat(0.6 * grey))
     };
-    let count = (0..relit.mesh.texels.len())
-        .filter(|k| relit.is_light(*k))
-        .count();
-    (atlas_of(relit.mesh, colour).data_uri(), count)
+    atlas_of(relit.mesh, colour)
 }

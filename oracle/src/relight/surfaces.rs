@@ -148,10 +148,20 @@ impl<'a> Renders<'a> {
         }
     }
 
-    /// Where a point of a face lies among its texels.
-    pub fn stencil(&self, ring: &mut Ring, face: u32, point: DVec3) -> Stencil {
-        let surface = self.reflected.surface;
-        surface.stencil_within(ring, surface.texel(face, point), point)
+    /// The texel at a point of a face.
+    pub fn texel(&self, face: u32, point: DVec3) -> u32 {
+        self.reflected.surface.texel(face, point)
+    }
+
+    /// Where a point of a texel lies among its neighbours.
+    pub fn stencil(&self, ring: &mut Ring, texel: u32, point: DVec3) -> Stencil {
+        self.reflected.surface.stencil_within(ring, texel, point)
+    }
+
+    /// Whether two texels emit the same: between them there is no step of the light.
+    pub fn emit_alike(&self, a: u32, b: u32) -> bool {
+        let [a, b] = [a, b].map(|k| self.relit.mesh.texels[k as usize].emission);
+        a == b
     }
 
     /// The captured room without objects, or an object relit.

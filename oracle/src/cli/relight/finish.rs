@@ -7,6 +7,7 @@ use crate::cli::solve::{around, judged, pending, wrote};
 use crate::cli::tell::{self, say};
 use crate::relight::camera::{camera_at, camera_for};
 use crate::relight::page::{Report, html};
+use crate::relight::pictures::Pictures;
 use crate::relight::stage::Stage;
 use crate::relight::thumbnail::thumbnail;
 use crate::relight::{Backdrop, Relit as Seen, SIZE, composite, files};
@@ -73,7 +74,13 @@ pub fn write(
         files::write(out, &picture, exposure)
     })?;
     // Through the same camera as the composite: one that shows the objects.
-    let around = watch.of("view", || around(&solution, Some(camera)).seen())?;
+    let (around, pictures) = watch.of("view", || {
+        rayon::join(
+            || around(&solution, Some(camera)).seen(),
+            || Pictures::new(&seen, &picture, exposure),
+        )
+    });
+    let around = around?;
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
     let phases = watch.phases();
@@ -83,7 +90,7 @@ pub fn write(
         settings: &listed(arguments, &solution),
         relit: &seen,
         composite: &picture,
-        exposure,
+        pictures: &pictures,
         camera,
         energy: Some(&energy),
         map_shots: relit.map_shots as u32,

@@ -9,7 +9,6 @@ use crate::relight::pictures::Pictures;
 use crate::relight::thumbnail::{Thumbnail, marked};
 use crate::show::number::{count, number, percent};
 use crate::show::page::{Page, caution, colour_bar, figure, notes, verdict};
-use crate::show::picture::Exposure;
 use crate::show::report::tables::energy as power;
 use crate::show::view::camera::Camera;
 use crate::show::viewer;
@@ -29,8 +28,8 @@ pub struct Report<'a> {
     pub relit: &'a Relit<'a>,
     /// What the camera saw.
     pub composite: &'a Composite,
-    /// How bright the pictures are.
-    pub exposure: Exposure,
+    /// Its pictures.
+    pub pictures: &'a Pictures,
     /// The camera, in the mesh's coordinates.
     pub camera: Camera,
     /// Where the power went; none where the method keeps no balance.
@@ -57,7 +56,7 @@ pub struct Report<'a> {
 
 /// The page.
 pub fn html(report: &Report) -> String {
-    let pictures = Pictures::new(report.relit, report.composite, report.exposure);
+    let pictures = report.pictures;
     let links = html! {
         a href="#top" { "Composite" }
         a href="#around" { "Look around" }
@@ -69,14 +68,14 @@ pub fn html(report: &Report) -> String {
     let body = html! {
         (facts(report))
         (notes(report.notes))
-        (views(report, &pictures))
+        (views(report, pictures))
         section #around {
             h2 { "Look around" }
             (PreEscaped(report.around))
         }
-        (change(report, &pictures))
-        @if let Some(map) = &report.thumbnail { (panorama(report, map, &pictures)) }
-        (textures(report, &pictures))
+        (change(report, pictures))
+        @if let Some(map) = &report.thumbnail { (panorama(report, map, pictures)) }
+        (textures(report, pictures))
         section #figures {
             h2 { "Figures" }
             (tables::shots(report))
