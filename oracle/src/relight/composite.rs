@@ -149,14 +149,15 @@ impl Seen<'_> {
         };
         let all: [usize; SAMPLES] = std::array::from_fn(|s| s);
         let count = w as usize * h as usize;
-        let few = (0..count).into_par_iter().map(|k| {
+        let rings = || [Ring::default(), Ring::default()];
+        let few = (0..count).into_par_iter().map_init(rings, |rings, k| {
             let looks = looks(k, &FEW);
             let first = looks[0].met;
             let even = looks.iter().all(|look| self.alike(look.met, first));
-            (even.then_some(first), self.pixel(&looks))
+            (even.then_some(first), self.pixel(rings, &looks))
         });
         let few: Vec<(Option<[Option<Met>; 2]>, Pixel)> = few.collect();
-        let pixels = (0..count).into_par_iter().map(|k| {
+        let pixels = (0..count).into_par_iter().map_init(rings, |rings, k| {
             let (met, pixel) = few[k];
             let even = |met: [Option<Met>; 2]| {
                 around(k, [w as usize, h as usize])
@@ -164,7 +165,7 @@ impl Seen<'_> {
             };
             match met.is_some_and(even) {
                 true => pixel,
-                false => self.pixel(&looks(k, &all)),
+                false => self.pixel(rings, &looks(k, &all)),
             }
         });
         pixels.collect()
@@ -178,11 +179,11 @@ impl Seen<'_> {
         })
     }
 
-    /// The samples stand for all.
-    fn pixel(&self, looks: &[Look]) -> Pixel {
-        let (mut pixel, mut rings) = (Pixel::default(), [Ring::default(), Ring::default()]);
+    /// The samples stand for all. The `rings` are those of the room and of the objects.
+    fn pixel(&self, rings: &mut [Ring; 2], looks: &[Look]) -> Pixel {
+        let mut pixel = Pixel::default();
         for look in looks {
-            self.add(&mut pixel, &mut rings, look, (SAMPLES / looks.len()) as u32);
+            self.add(&mut pixel, rings, look, (SAMPLES / looks.len()) as u32);
         }
         pixel
     }
@@ -210,7 +211,7 @@ impl Seen<'_> {
         }
     }
 
-    /// Adds a sample that stands for `times`. The `rings` are those of the room and of the objects.
+    /// Adds a sample that stands for `times`.
     fn add(&self, pixel: &mut Pixel, rings: &mut [Ring; 2], look: &Look, times: u32) {
         let ([of_room, of_objects], [wall, object]) = (rings, look.met);
         let share = times as f32;

@@ -5,7 +5,7 @@
 
 use crate::show::picture::{Picture, encode};
 use crate::show::view::camera::Camera;
-use crate::show::view::surface::{Stencil, Surface};
+use crate::show::view::surface::{Ring, Stencil, Surface};
 use common::rays::Rays;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -41,13 +41,14 @@ impl View {
         let at = |k: u32| (k as f32 + 0.5) / samples as f32 * 2.0 - 1.0;
         let hits = (0..samples * samples)
             .into_par_iter()
-            .map(|k| {
+            .map_init(Ring::default, |ring, k| {
                 let direction = camera.direction(at(k % samples), -at(k / samples));
                 let (face, t) = rays.front(camera.eye, direction)?;
                 let point = (camera.eye + direction * t).as_dvec3();
+                let texel = surface.texel(face, point);
                 Some(Hit {
                     face,
-                    stencil: surface.stencil(surface.texel(face, point), point),
+                    stencil: surface.stencil_within(ring, texel, point),
                 })
             })
             .collect();
