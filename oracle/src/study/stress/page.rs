@@ -193,7 +193,7 @@ mod tests {
         let all = names(&studies);
         for method in &all {
             let name = html! { (method) }.into_string();
-            assert!(page.contains(&format!("</span><br>{name}</th>")), "{name}");
+            assert!(page.contains(&format!("</svg><br>{name}</th>")), "{name}");
         }
         // A cell for each half of each method in each case (the matrix has one), all charts, most specimens.
         let cells = page.matches(" at worst; ").count() + page.matches("title=\"not run\"").count();
