@@ -20,6 +20,7 @@ const ERRORS: [f64; 2] = [1e-5, 1e5];
 const AROUND: f64 = 3.0;
 /// Closest labels of the parameter's axis, as a share of it.
 const TICKS: f64 = 0.085;
+
 /// The colour of method `k`; the first has the page's own.
 pub fn colour(k: usize) -> &'static str {
     k.checked_sub(1)
