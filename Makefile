@@ -19,7 +19,7 @@ bench: driver
 peers:
 	@sh scripts/embree.sh
 	cargo bench --locked -p radiosity-benches --bench embree
-	cargo run --release --locked -- solve scenes/cornell_box.obj --solver matrix --out target/peers/cornell_box --quiet
+	cargo run --release --locked -- solve scenes/cornell_box.obj --solver dense --out target/peers/cornell_box --quiet
 	@sh scripts/mitsuba.sh target/peers/cornell_box $${RADIOSITY_DATA:+"$$RADIOSITY_DATA/truth/cornell_32"}
 
 # Speed against accuracy on the bundled scenes, out/chart.html; interrupted, it goes on next time.

@@ -1,22 +1,22 @@
-//! What a solve to a given error takes: shots of plain Southwell, ε and time of the default solve.
-//! The truth is the converged solution of the same texels, form factors and rays.
+//! Effort of a solve to a given error: shots of plain Southwell, ε of the default iteration. The truth
+//! is the converged solution of the same texels, form factors and rays.
 
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::passes::solve;
+use common::passes::solve_by_schedule;
 use common::settings::{Iteration, Schedule, Settings};
-use common::shooting::{Field, Rule, Run, initial};
+use common::shooting::{DepositRule, RadiosityField, SolveRun, initial_field};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
 
-/// Unshot share at which a solution counts as converged.
-const CONVERGED: f64 = 1e-6;
-/// ε falls by this from one try to the next.
-const STEP: f64 = 0.9;
+/// Share of unshot power at which a solution counts as converged.
+const CONVERGED_EPSILON: f64 = 1e-6;
+/// Factor of ε from one try to the next.
+const EPSILON_STEP: f64 = 0.9;
 
-/// Plain Southwell: one shot after the other, most unshot power first.
-pub fn southwell(settings: &Settings) -> Settings {
+/// Returns the settings with plain Southwell: one shot at a time, most unshot power first.
+pub fn southwell_settings(settings: &Settings) -> Settings {
     Settings {
         schedule: Schedule {
             iteration: Iteration::Southwell,
@@ -26,22 +26,22 @@ pub fn southwell(settings: &Settings) -> Settings {
     }
 }
 
-/// A mesh, how it is solved, and where that must end.
+/// A mesh with the settings of its solve and its converged solution.
 #[derive(Clone)]
-pub struct Target {
-    /// The texels.
+pub struct AccuracyTarget {
+    /// Mesh of the scene.
     pub mesh: Mesh,
-    /// How it is solved, ε aside.
+    /// Settings of the solve, except ε.
     pub settings: Settings,
-    truth: Field,
+    truth: RadiosityField,
 }
 
-impl Target {
-    /// Solves until it has converged.
+impl AccuracyTarget {
+    /// Computes the converged solution. Panics if the solve does not converge.
     pub fn new(mesh: Mesh, settings: Settings) -> Self {
-        let mut settings_of_truth = southwell(&settings);
-        settings_of_truth.schedule.epsilon = CONVERGED;
-        let run = run(
+        let mut settings_of_truth = southwell_settings(&settings);
+        settings_of_truth.schedule.epsilon = CONVERGED_EPSILON;
+        let run = run_solve(
             &mut CpuSolver::new(&mesh, &settings_of_truth.transport),
             &mesh,
             &settings_of_truth,
@@ -54,8 +54,8 @@ impl Target {
         }
     }
 
-    /// √(ΣA(a−b)² / ΣA b²) of B − E, the worst channel.
-    pub fn error(&self, field: &Field) -> f64 {
+    /// Returns the relative RMS error √(ΣA(a−b)² / ΣA b²) of B − E, worst channel.
+    pub fn relative_rms(&self, field: &RadiosityField) -> f64 {
         let (mut difference, mut reflected) = (DVec3::ZERO, DVec3::ZERO);
         for (k, texel) in self.mesh.texels.iter().enumerate() {
             let truth = self.truth.radiosity[k].truncate().as_dvec3();
@@ -66,63 +66,56 @@ impl Target {
             reflected += area * own * own;
         }
         let share = difference / reflected;
-        share
-            .to_array()
-            .map(f64::sqrt)
-            .into_iter()
-            .fold(0.0, f64::max)
+        share.to_array().map(f64::sqrt).into_iter().fold(0.0, f64::max)
     }
 
-    /// The shooters of plain Southwell until the error is no larger than `bound`.
+    /// Returns the shooters of plain Southwell until the error is at most `bound`.
     pub fn southwell_shots(&self, bound: f64) -> Vec<u32> {
-        let mut settings = southwell(&self.settings);
+        let mut settings = southwell_settings(&self.settings);
         settings.schedule.epsilon = 0.0;
         settings.schedule.max_shots = 1;
         let mut engine = CpuSolver::new(&self.mesh, &settings.transport);
         let mut shots = Vec::new();
         loop {
-            let run = run(&mut engine, &self.mesh, &settings);
+            let run = run_solve(&mut engine, &self.mesh, &settings);
             assert!(!run.shots.is_empty(), "{bound} is never reached");
-            shots.extend(run.cells());
-            if self.error(&run.field) <= bound {
+            shots.extend(run.shooter_log());
+            if self.relative_rms(&run.field) <= bound {
                 return shots;
             }
         }
     }
 
-    /// Back to B = r = E; links stay.
-    pub fn restart(&self, engine: &mut dyn Engine) {
-        let start = initial(&self.mesh, "cpu");
+    /// Resets the engine to B = r = E; it keeps its links.
+    pub fn restart_engine(&self, engine: &mut dyn Engine) {
+        let start = initial_field(&self.mesh, "cpu");
         let reflectance: Vec<Vec3> = self.mesh.texels.iter().map(|t| t.reflectance).collect();
         engine
-            .restart(Rule::PLAIN, &reflectance, &start)
+            .restart_from(DepositRule::FULL_DEPOSIT, &reflectance, &start)
             .expect("the CPU solver restarts");
     }
 
-    /// The settings whose ε is the largest of a ladder with an error no larger than `bound`.
+    /// Returns the settings with the largest ε of a geometric sequence whose error is at most `bound`.
     pub fn settings_to(&self, bound: f64) -> Settings {
         let mut settings = self.settings;
         settings.schedule.epsilon = 0.5;
         let mut engine = CpuSolver::new(&self.mesh, &settings.transport);
         loop {
-            // Links stay, so that a try takes little.
-            self.restart(&mut engine);
-            if self.error(&run(&mut engine, &self.mesh, &settings).field) <= bound {
+            // The engine keeps its links, so that a try is fast.
+            self.restart_engine(&mut engine);
+            if self.relative_rms(&run_solve(&mut engine, &self.mesh, &settings).field) <= bound {
                 return settings;
             }
-            settings.schedule.epsilon *= STEP;
+            settings.schedule.epsilon *= EPSILON_STEP;
             assert!(
-                settings.schedule.epsilon > CONVERGED,
+                settings.schedule.epsilon > CONVERGED_EPSILON,
                 "{bound} is never reached"
             );
         }
     }
 }
 
-/// A solve to the end.
-pub fn run(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) -> Run {
-    solve(engine, mesh, &settings.schedule, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .expect("the CPU solves")
+/// Solves until converged.
+pub fn run_solve(engine: &mut dyn Engine, mesh: &Mesh, settings: &Settings) -> SolveRun {
+    solve_by_schedule(engine, mesh, &settings.schedule, &mut |_| ControlFlow::Continue(())).expect("the CPU solves")
 }

@@ -1,29 +1,28 @@
-//! Time and memory of a first shot as faces and texels grow: a room of N×N faces a wall around a
-//! box. Slopes are those of the logarithms.
+//! Growth of time and memory of a first shot with faces and texels: a room of N×N faces per wall
+//! around a box. Prints the slopes of the logarithms.
 
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::{Face, Scene};
 use common::settings::{Meshing, Settings};
-use common::shooting::Order;
+use common::shooting::ShotOrder;
 use common::texel;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver};
-use radiosity_tests::room;
+use radiosity_tests::box_faces;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Faces a side of a wall, and texels a side of a face: first the faces grow beside 10⁵ texels,
-/// then the texels on 10² faces.
-const FACES: [[u32; 2]; 4] = [[4, 32], [13, 10], [41, 3], [129, 1]];
-const TEXELS: [[u32; 2]; 4] = [[4, 10], [4, 32], [4, 100], [4, 316]];
-/// First shots that are timed.
-const SHOTS: usize = 4;
-/// A software adapter is asked for no more texels.
-const MOST: usize = 2_000_000;
+/// Faces per side of a wall and texels per side of a face: growing faces with 10⁵ texels.
+const FACE_SIZES: [[u32; 2]; 4] = [[4, 32], [13, 10], [41, 3], [129, 1]];
+const TEXEL_SIZES: [[u32; 2]; 4] = [[4, 10], [4, 32], [4, 100], [4, 316]];
+/// Timed first shots.
+const TIMED_SHOTS: usize = 4;
+/// Most texels on a GPU, for software adapters.
+const MAX_GPU_TEXELS: usize = 2_000_000;
 
-struct Point {
+struct GrowthPoint {
     size: f64,
     shot: f64,
     bytes: f64,
@@ -31,7 +30,7 @@ struct Point {
 
 fn main() {
     let gpu = Gpu::open(None).ok();
-    for (name, sizes) in [("faces", FACES), ("texels", TEXELS)] {
+    for (name, sizes) in [("faces", FACE_SIZES), ("texels", TEXEL_SIZES)] {
         for on_gpu in [false, true] {
             let adapter = gpu.as_ref().filter(|_| on_gpu);
             if on_gpu && adapter.is_none() {
@@ -39,9 +38,9 @@ fn main() {
                 continue;
             }
             println!("{name}, {}", adapter.map_or("CPU", |gpu| &gpu.line.name));
-            let points: Vec<Point> = sizes
+            let points: Vec<GrowthPoint> = sizes
                 .iter()
-                .filter_map(|size| measure(name, *size, adapter))
+                .filter_map(|size| measure_growth(name, *size, adapter))
                 .collect();
             for pair in points.windows(2) {
                 let slope = |a: f64, b: f64| (b / a).ln() / (pair[1].size / pair[0].size).ln();
@@ -57,17 +56,17 @@ fn main() {
     }
 }
 
-fn scene(side: u32) -> Scene {
+fn room_of_faces(side: u32) -> Scene {
     let grey = Vec3::splat(0.7);
     let mut faces = Vec::new();
-    for wall in &room(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, grey) {
+    for wall in &box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, grey) {
         for part in 0..side * side {
-            let corners = texel::outline(wall, [side, side], part).padded();
+            let corners = texel::texel_outline(wall, [side, side], part).padded_corners();
             faces.push(Face::quad(&wall.name, corners, Vec3::ONE, grey));
         }
     }
     let (low, high) = (DVec3::splat(0.3), DVec3::splat(0.6));
-    faces.extend(room(low, high, false, Vec3::ZERO, grey));
+    faces.extend(box_faces(low, high, false, Vec3::ZERO, grey));
     Scene {
         name: format!("{} faces", faces.len()),
         faces,
@@ -75,17 +74,17 @@ fn scene(side: u32) -> Scene {
     }
 }
 
-fn measure(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<Point> {
-    let before = resident();
+fn measure_growth(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<GrowthPoint> {
+    let before = resident_bytes();
     let start = Instant::now();
-    let mesh = Mesh::uniform(&scene(side), texels, 1).expect("the room is sound");
-    if gpu.is_some() && mesh.texels.len() > MOST {
+    let mesh = Mesh::uniform(&room_of_faces(side), texels, 1).expect("the room is sound");
+    if gpu.is_some() && mesh.texels.len() > MAX_GPU_TEXELS {
         return None;
     }
     let settings = Settings {
         meshing: Meshing {
             texels,
-            cells: 1,
+            patches: 1,
             ..Meshing::default()
         },
         ..Settings::default()
@@ -95,16 +94,16 @@ fn measure(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<Po
         None => Box::new(CpuSolver::new(&mesh, &settings.transport)),
     };
     let prepare = start.elapsed().as_secs_f64();
-    let every = mesh.cells.len() / SHOTS;
-    let log: Vec<u32> = (0..SHOTS).map(|k| (k * every) as u32).collect();
+    let every = mesh.patches.len() / TIMED_SHOTS;
+    let log: Vec<u32> = (0..TIMED_SHOTS).map(|k| (k * every) as u32).collect();
     let start = Instant::now();
     engine
-        .run(Order::Replay(&log), SHOTS as u32, &mut |_| {
+        .run(ShotOrder::Replay(&log), TIMED_SHOTS as u32, &mut |_| {
             ControlFlow::Continue(())
         })
         .expect("shots succeed");
-    let shot = start.elapsed().as_secs_f64() / SHOTS as f64;
-    let bytes = resident() - before;
+    let shot = start.elapsed().as_secs_f64() / TIMED_SHOTS as f64;
+    let bytes = resident_bytes() - before;
     println!(
         "  {:6} faces {:9} texels: prepared in {prepare:.3} s, a first shot {:.2} ms, {:.0} MB",
         mesh.faces.len(),
@@ -117,15 +116,15 @@ fn measure(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<Po
     } else {
         mesh.texels.len()
     };
-    Some(Point {
+    Some(GrowthPoint {
         size: size as f64,
         shot,
         bytes: bytes.max(1.0),
     })
 }
 
-/// Bytes that the process holds; 0 where the system does not say.
-fn resident() -> f64 {
+/// Returns the resident memory of the process, bytes; 0 if unknown.
+fn resident_bytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|line| line.starts_with("VmRSS:"));
     let kilobytes = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<f64>().ok());

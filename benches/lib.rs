@@ -1,16 +1,16 @@
-//! What is measured: three rooms, three engines.
+//! Rooms and engines of the benchmarks.
 
 pub mod accuracy;
 pub mod rays;
 
-use accuracy::{Target, run};
+use accuracy::{AccuracyTarget, run_solve};
 use common::form_factor::FormFactor;
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, load_scene};
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::Scene;
-use common::settings::{Drawing, Iteration, Meshing, Schedule, Settings, Transport, Visibility};
-use common::shooting::{Order, Run};
+use common::settings::{ItemBufferSettings, Iteration, Meshing, Schedule, Settings, Transport, Visibility};
+use common::shooting::{ShotOrder, SolveRun};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 use radiosity_tests::{furnace, paper_room};
@@ -18,35 +18,35 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The error of a solve: relative RMS of B − E.
-const BOUND: f64 = 0.1;
+/// Error of a timed solve: relative RMS of B − E.
+const ERROR_BOUND: f64 = 0.1;
 
-/// A room at a resolution.
-pub struct Room {
-    /// For the tables.
+/// A room on a given resolution.
+pub struct BenchRoom {
+    /// Name in the tables.
     pub name: String,
-    /// Its texels and where a solve must end.
-    pub target: Target,
-    /// How it is solved to 10 %.
+    /// Mesh and truth.
+    pub target: AccuracyTarget,
+    /// Settings of a solve to 10 %.
     settings: Settings,
 }
 
-/// Who computes.
+/// Engine under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Solver {
+pub enum BenchSolver {
     /// CPU, rays.
     Rays,
-    /// CPU, item buffer: the twin of the shaders.
+    /// CPU, scalar item buffer: the twin of the shaders.
     Twin,
     /// GPU, item buffer.
     Gpu,
 }
 
-impl Solver {
-    /// All three.
+impl BenchSolver {
+    /// All engines.
     pub const ALL: [Self; 3] = [Self::Rays, Self::Twin, Self::Gpu];
 
-    /// For the tables.
+    /// Returns the name in the tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rays => "CPU rays",
@@ -56,42 +56,42 @@ impl Solver {
     }
 }
 
-/// The bundled scene of this file name.
-pub fn bundled(name: &str) -> Scene {
+/// Loads the bundled scene of this file name.
+pub fn bundled_scene(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    load(&folder.join(name), &ImportOptions::default()).expect("bundled scenes are sound")
+    load_scene(&folder.join(name), &ImportOptions::default()).expect("bundled scenes are sound")
 }
 
-/// Three sizes of scene and texels a side: 1 536, 39 936 and 172 032 texels.
-pub fn sizes() -> [(Scene, u32); 3] {
+/// Returns three scenes and their texels per side: 1 536, 39 936 and 172 032 texels in all.
+pub fn bench_scenes() -> [(Scene, u32); 3] {
     [
         (furnace(0.7), 16),
         (paper_room(), 16),
-        (bundled("paper_room_objects.obj"), 32),
+        (bundled_scene("paper_room_objects.obj"), 32),
     ]
 }
 
-/// All sizes as rooms.
-pub fn rooms() -> Vec<Room> {
-    sizes().into_iter().map(room).collect()
+/// Returns the rooms of all scenes.
+pub fn bench_rooms() -> Vec<BenchRoom> {
+    bench_scenes().into_iter().map(make_room).collect()
 }
 
-fn room((scene, texels): (Scene, u32)) -> Room {
+fn make_room((scene, texels): (Scene, u32)) -> BenchRoom {
     let mesh = Mesh::uniform(&scene, texels, 1).expect("the rooms are sound");
-    let target = Target::new(mesh, whole_faces(texels));
-    Room {
+    let target = AccuracyTarget::new(mesh, whole_faces(texels));
+    BenchRoom {
         name: format!("{} faces {texels}²", scene.faces.len()),
-        settings: target.settings_to(BOUND),
+        settings: target.settings_to(ERROR_BOUND),
         target,
     }
 }
 
-/// The paper's way: whole faces, disc factors, centre to centre, rays.
+/// Returns the paper's settings: whole faces, disc factors between centres, rays.
 pub fn whole_faces(texels: u32) -> Settings {
     Settings {
         meshing: Meshing {
             texels,
-            cells: 1,
+            patches: 1,
             ..Meshing::default()
         },
         transport: Transport {
@@ -106,11 +106,11 @@ pub fn whole_faces(texels: u32) -> Settings {
     }
 }
 
-fn settings(room: &Room, solver: Solver) -> Settings {
-    let visibility = if solver == Solver::Rays {
+fn solver_settings(room: &BenchRoom, solver: BenchSolver) -> Settings {
+    let visibility = if solver == BenchSolver::Rays {
         Visibility::Rays
     } else {
-        Visibility::Drawn(Drawing::DEFAULT)
+        Visibility::ItemBuffer(ItemBufferSettings::DEFAULT)
     };
     Settings {
         transport: Transport {
@@ -121,35 +121,29 @@ fn settings(room: &Room, solver: Solver) -> Settings {
     }
 }
 
-fn engine<'a>(room: &'a Room, solver: Solver, gpu: &Gpu) -> Box<dyn Engine + 'a> {
-    let (mesh, settings) = (&room.target.mesh, settings(room, solver));
+fn make_engine<'a>(room: &'a BenchRoom, solver: BenchSolver, gpu: &Gpu) -> Box<dyn Engine + 'a> {
+    let (mesh, settings) = (&room.target.mesh, solver_settings(room, solver));
     match solver {
-        Solver::Gpu => {
-            Box::new(GpuSolver::new(gpu, mesh, &settings.transport).expect("the rooms fit any GPU"))
-        }
+        BenchSolver::Gpu => Box::new(GpuSolver::new(gpu, mesh, &settings.transport).expect("the rooms fit any GPU")),
         _ => Box::new(CpuSolver::new(mesh, &settings.transport)),
     }
 }
 
-/// The time of `count` shots in one run on a fresh engine.
-pub fn shots(room: &Room, solver: Solver, gpu: &Gpu, count: u32) -> Duration {
-    let mut engine = engine(room, solver, gpu);
-    let log: Vec<u32> = (0..count)
-        .map(|k| k % room.target.mesh.cells.len() as u32)
-        .collect();
+/// Times `count` shots in one run on a fresh engine.
+pub fn time_shots(room: &BenchRoom, solver: BenchSolver, gpu: &Gpu, count: u32) -> Duration {
+    let mut engine = make_engine(room, solver, gpu);
+    let log: Vec<u32> = (0..count).map(|k| k % room.target.mesh.patches.len() as u32).collect();
     let start = Instant::now();
     engine
-        .run(Order::Replay(&log), count, &mut |_| {
-            ControlFlow::Continue(())
-        })
+        .run(ShotOrder::Replay(&log), count, &mut |_| ControlFlow::Continue(()))
         .expect("shots succeed");
     start.elapsed()
 }
 
-/// The time of a solve to 10 % on a fresh engine, and the solve.
-pub fn whole(room: &Room, solver: Solver, gpu: &Gpu) -> (Duration, Run) {
-    let mut engine = engine(room, solver, gpu);
+/// Times a solve to 10 % on a fresh engine and returns it.
+pub fn time_solve(room: &BenchRoom, solver: BenchSolver, gpu: &Gpu) -> (Duration, SolveRun) {
+    let mut engine = make_engine(room, solver, gpu);
     let start = Instant::now();
-    let run = run(&mut *engine, &room.target.mesh, &settings(room, solver));
+    let run = run_solve(&mut *engine, &room.target.mesh, &solver_settings(room, solver));
     (start.elapsed(), run)
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 
 fn main() -> std::io::Result<()> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    for (name, text) in model::files() {
-        std::fs::write(folder.join(name), text)?;
+    for (name, bytes) in model::scene_files() {
+        std::fs::write(folder.join(name), bytes)?;
     }
     Ok(())
 }

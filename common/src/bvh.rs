@@ -1,6 +1,6 @@
-//! The one hierarchy of boxes over the faces, which the CPU and the GPU traverse alike.
+//! Bounding volume hierarchy over the faces, which the CPU and the GPU traverse.
 
-use crate::constants::OUTLINE;
+use crate::constants::OUTLINE_MARGIN;
 use crate::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -10,35 +10,28 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::ploc::PlocBuilder;
 
-/// Boxes over the faces that have an area.
+/// A compressed wide BVH (Ylitie et al. 2017) over the faces that have an area.
 pub struct Bvh {
-    /// The tree: eight quantised boxes a node.
+    /// The tree: eight quantised boxes per node.
     pub tree: CwBvh,
-    /// The face of each primitive of the tree.
+    /// Face of each primitive of the tree.
     pub faces: Vec<u32>,
 }
 
 impl Bvh {
-    /// Builds it.
+    /// Builds the BVH of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let index: Vec<u32> = (0..mesh.faces.len() as u32)
             .filter(|k| mesh.faces[*k as usize].normal != Vec3::ZERO)
             .collect();
-        let boxes: Vec<Aabb> = index
-            .iter()
-            .map(|k| bounds(&mesh.faces[*k as usize]))
-            .collect();
-        let tree = build(&boxes);
-        let faces = tree
-            .primitive_indices
-            .iter()
-            .map(|k| index[*k as usize])
-            .collect();
+        let boxes: Vec<Aabb> = index.iter().map(|k| padded_box(&mesh.faces[*k as usize])).collect();
+        let tree = build_tree(&boxes);
+        let faces = tree.primitive_indices.iter().map(|k| index[*k as usize]).collect();
         Self { tree, faces }
     }
 
-    /// Levels of nodes.
-    pub fn depth(&self) -> u32 {
+    /// Returns the number of levels of nodes.
+    pub fn tree_depth(&self) -> u32 {
         let mut level: Vec<u32> = if self.tree.nodes.is_empty() {
             Vec::new()
         } else {
@@ -57,9 +50,10 @@ impl Bvh {
     }
 }
 
-/// [`obvhs::cwbvh::builder::build_cwbvh`] without its check that the binary tree, which nobody
-/// traverses, is not deep: that of a star's triangles is, its boxes hold one another.
-fn build(boxes: &[Aabb]) -> CwBvh {
+/// Builds the tree as [`obvhs::cwbvh::builder::build_cwbvh`] does, without its check of the binary tree's
+/// depth. Nested boxes, as of a star's triangles, make the binary tree deep, but only the wide tree is
+/// traversed.
+fn build_tree(boxes: &[Aabb]) -> CwBvh {
     let parameters = BvhBuildParams::very_slow_build();
     let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
         parameters.ploc_search_distance,
@@ -73,13 +67,13 @@ fn build(boxes: &[Aabb]) -> CwBvh {
     bvh2_to_cwbvh(&binary, leaf, true, false)
 }
 
-fn bounds(face: &MeshFace) -> Aabb {
+fn padded_box(face: &MeshFace) -> Aabb {
     let mut aabb = Aabb::empty();
     for corner in face.corners {
         aabb.extend(corner.into());
     }
-    // The outline's margin, and room for the rounding of the nodes' quantised boxes.
-    let margin = Vec3A::splat(4.0 * OUTLINE);
+    // The outline's margin, and a margin for the rounding of the nodes' quantised boxes.
+    let margin = Vec3A::splat(4.0 * OUTLINE_MARGIN);
     aabb.min -= margin;
     aabb.max += margin;
     aabb
@@ -88,13 +82,13 @@ fn bounds(face: &MeshFace) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constants::RAY_STACK;
-    use crate::import::{ImportOptions, load};
+    use crate::constants::RAY_STACK_LEVELS;
+    use crate::import::{ImportOptions, load_scene};
     use std::fmt::Write;
 
     #[test]
-    fn boxes_that_hold_one_another_make_a_tree() {
-        // A star of a thousand corners, cut into triangles that reach ever farther round it.
+    fn nested_boxes_make_a_shallow_tree() {
+        // A star of a thousand corners, divided into a fan of triangles with nested boxes.
         let mut text = String::new();
         for k in 0..1000 {
             let (y, x) = (f64::from(k) * std::f64::consts::TAU / 1000.0).sin_cos();
@@ -105,9 +99,9 @@ mod tests {
         (1..=1000).for_each(|k| write!(text, " {k}").unwrap());
         let file = std::env::temp_dir().join(format!("star-{}.obj", std::process::id()));
         std::fs::write(&file, text + "\n").unwrap();
-        let scene = load(&file, &ImportOptions::default());
+        let scene = load_scene(&file, &ImportOptions::default());
         std::fs::remove_file(&file).unwrap();
         let bvh = Bvh::new(&Mesh::uniform(&scene.unwrap(), 1, 1).unwrap());
-        assert!(bvh.depth() < RAY_STACK, "{}", bvh.depth());
+        assert!(bvh.tree_depth() < RAY_STACK_LEVELS, "{}", bvh.tree_depth());
     }
 }

@@ -1,8 +1,8 @@
-//! Where a body stands on a face: such a point sees neither a front nor the open.
+//! Cover of sample points: a point is covered by a body if it sees neither a front nor open space.
 
-use crate::constants::{CONTACT, MISS, OUTLINE};
-use crate::escape::directions;
-use crate::intersect::intersect;
+use crate::constants::{CONTACT_DISTANCE, MISS_DISTANCE, OUTLINE_MARGIN};
+use crate::escape::escape_directions;
+use crate::intersect::intersect_face;
 use crate::mesh::{Cover, Mesh, MeshFace};
 use crate::rays::Rays;
 use crate::scene::Scene;
@@ -13,98 +13,103 @@ use rayon::prelude::*;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// One in so many of the escape directions is asked, 34 of 1024, in every column of their grid: a
-/// point is taken for covered only if all of them meet backs.
-const STEP: usize = 31;
+/// Stride over the escape directions: 34 of 1024 are tested, in every column of their grid. A point is
+/// covered only if all of them meet backs.
+const DIRECTION_STRIDE: usize = 31;
 
-/// Points by which the time is told.
-const TRIED: usize = 1024;
-/// Points between two looks at whether to go on.
-const TASK: usize = 64;
+/// Points by which the time is estimated.
+const TIMED_POINTS: usize = 1024;
+/// Points between two calls of the stop callback.
+const POINTS_PER_TASK: usize = 64;
 
-/// The directions that are asked.
-pub fn asked() -> Vec<Vec3> {
-    directions().into_iter().step_by(STEP).collect()
+/// Returns the directions in which cover is tested, in a face's frame.
+pub fn cover_directions() -> Vec<Vec3> {
+    escape_directions().into_iter().step_by(DIRECTION_STRIDE).collect()
 }
 
-/// Asked now and then whether to stop.
-pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+/// Callback that returns true to stop.
+pub type StopCheck<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// The mesh of a scene with the same texels and cells on each of its faces.
-pub fn sampled(scene: &Scene, meshing: &Meshing) -> Result<Mesh> {
-    sampled_until(scene, meshing, &|| false)
+/// Makes a mesh with the same numbers of texels, patches and samples on each face, and tests the cover of
+/// its sample points.
+pub fn sampled_mesh(scene: &Scene, meshing: &Meshing) -> Result<Mesh> {
+    sampled_mesh_until(scene, meshing, &|| false)
 }
 
-/// The same, unless it is stopped: then the error is [`Error::Interrupted`].
-pub fn sampled_until(scene: &Scene, meshing: &Meshing, stop: Stop) -> Result<Mesh> {
-    let mut mesh = Mesh::uniform(scene, meshing.texels, meshing.cells)?;
-    sample_until(&mut mesh, meshing.samples, stop)?;
+/// [`sampled_mesh`] with a stop callback.
+///
+/// Errors: as of [`Mesh::new`]; [`Error::Interrupted`] if it was stopped.
+pub fn sampled_mesh_until(scene: &Scene, meshing: &Meshing, stop: StopCheck) -> Result<Mesh> {
+    let mut mesh = Mesh::uniform(scene, meshing.texels, meshing.patches)?;
+    sample_covers_until(&mut mesh, meshing.samples, stop)?;
     Ok(mesh)
 }
 
-/// The mesh of a scene whose first `room` faces are a room and the others objects in it, with N×N
-/// texels on each of its faces as `resolutions` says, K×K cells and `samples` points on each.
-pub fn furnished(
+/// Makes the mesh of a scene whose first `room` faces are a room and whose other faces are objects in it,
+/// with `resolutions[k]` texels on face k, K×K patches per face and `samples` points per patch.
+pub fn furnished_mesh(
     scene: &Scene,
     room: usize,
     resolutions: &[[u32; 2]],
-    [cells, samples]: [u32; 2],
+    [patches, samples]: [u32; 2],
 ) -> Result<Mesh> {
-    furnished_until(scene, room, resolutions, [cells, samples], &|| false)
+    furnished_mesh_until(scene, room, resolutions, [patches, samples], &|| false)
 }
 
-/// The same, unless it is stopped.
-pub fn furnished_until(
+/// [`furnished_mesh`] with a stop callback.
+///
+/// Errors: as of [`Mesh::new`]; [`Error::Interrupted`] if it was stopped.
+pub fn furnished_mesh_until(
     scene: &Scene,
     room: usize,
     resolutions: &[[u32; 2]],
-    [cells, samples]: [u32; 2],
-    stop: Stop,
+    [patches, samples]: [u32; 2],
+    stop: StopCheck,
 ) -> Result<Mesh> {
-    let mut mesh = Mesh::new(scene, resolutions, cells)?;
-    mesh.room = room as u32;
-    sample_until(&mut mesh, samples, stop)?;
+    let mut mesh = Mesh::new(scene, resolutions, patches)?;
+    mesh.room_faces = room as u32;
+    sample_covers_until(&mut mesh, samples, stop)?;
     Ok(mesh)
 }
 
-/// Looks at each cell of `mesh` in `samples` points, and marks those on which a body stands.
-pub fn sample(mesh: &mut Mesh, samples: u32) {
+/// Places `samples` points on each patch of `mesh`, and tests which of them a body covers.
+pub fn sample_covers(mesh: &mut Mesh, samples: u32) {
     // Never stopped.
-    let _ = sample_until(mesh, samples, &|| false);
+    let _ = sample_covers_until(mesh, samples, &|| false);
 }
 
-/// Seconds that it will take to see what stands on the points of `mesh`, from a few of them.
-pub fn seconds(mesh: &Mesh) -> f64 {
+/// Estimates the seconds that the cover test of all points of `mesh` takes, from a few of them.
+pub fn estimate_seconds(mesh: &Mesh) -> f64 {
     if mesh.samples <= 1 {
         return 0.0;
     }
     let rays = Rays::new(mesh);
-    let directions = asked();
-    let step = mesh.points.len().div_ceil(TRIED);
+    let directions = cover_directions();
+    let step = mesh.patch_points.len().div_ceil(TIMED_POINTS);
     let start = Instant::now();
-    let tried: Vec<usize> = (0..mesh.points.len()).step_by(step).collect();
+    let tried: Vec<usize> = (0..mesh.patch_points.len()).step_by(step).collect();
     let open = tried.par_iter().filter(|k| {
-        let cell = &mesh.cells[**k / mesh.samples as usize];
-        let (face, point) = (&mesh.faces[cell.face as usize], mesh.points[**k].position);
-        open(&rays, mesh.faces.len(), face, point, &directions)
+        let patch = &mesh.patches[**k / mesh.samples as usize];
+        let (face, point) = (&mesh.faces[patch.face as usize], mesh.patch_points[**k].position);
+        is_open(&rays, mesh.faces.len(), face, point, &directions)
     });
     black_box(open.count());
     start.elapsed().as_secs_f64() * step as f64
 }
 
-fn sample_until(mesh: &mut Mesh, samples: u32, stop: Stop) -> Result<()> {
-    mesh.sample(samples);
+fn sample_covers_until(mesh: &mut Mesh, samples: u32, stop: StopCheck) -> Result<()> {
+    mesh.place_samples(samples);
     if samples <= 1 {
         return Ok(());
     }
     let rays = Rays::new(mesh);
-    let directions = asked();
-    let (room, all) = (mesh.room as usize, mesh.faces.len());
+    let directions = cover_directions();
+    let (room, all) = (mesh.room_faces as usize, mesh.faces.len());
     let cover = |k: usize| {
-        let cell = &mesh.cells[k / samples as usize];
-        let (face, point) = (&mesh.faces[cell.face as usize], mesh.points[k].position);
-        let open = |faces| open(&rays, faces, face, point, &directions);
-        if cell.shooter.area <= 0.0 || open(all) {
+        let patch = &mesh.patches[k / samples as usize];
+        let (face, point) = (&mesh.faces[patch.face as usize], mesh.patch_points[k].position);
+        let open = |faces| is_open(&rays, faces, face, point, &directions);
+        if patch.shooter.area <= 0.0 || open(all) {
             Cover::Open
         } else if room < all && open(room) {
             Cover::Object
@@ -112,48 +117,48 @@ fn sample_until(mesh: &mut Mesh, samples: u32, stop: Stop) -> Result<()> {
             Cover::Room
         }
     };
-    let mut covers = vec![Cover::Open; mesh.points.len()];
-    let tasks = covers.par_chunks_mut(TASK).enumerate();
+    let mut covers = vec![Cover::Open; mesh.patch_points.len()];
+    let tasks = covers.par_chunks_mut(POINTS_PER_TASK).enumerate();
     tasks.for_each(|(task, covers)| {
         if !stop() {
             for (k, own) in covers.iter_mut().enumerate() {
-                *own = cover(task * TASK + k);
+                *own = cover(task * POINTS_PER_TASK + k);
             }
         }
     });
     if stop() {
         return Err(Error::Interrupted);
     }
-    mesh.cover(&covers);
+    mesh.set_covers(&covers);
     Ok(())
 }
 
-/// Whether a point of `face` sees anything else than backs, of the first `faces` faces, in some of the
-/// [directions that are asked](asked).
-pub fn open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
+/// Returns whether a point of `face` is uncovered: among the first `faces` faces, in one of `directions`
+/// (see [`cover_directions`]), the ray does not end at a back.
+pub fn is_open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
     let bitangent = face.normal.cross(face.tangent);
     directions.iter().any(|d| {
         let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-        leaves(rays, faces, face.sheet, point, direction)
+        ray_leaves(rays, faces, face.sheet, point, direction)
     })
 }
 
-/// Whether the ray meets a front before a back, or nothing. A face that touches the point is passed
-/// over: it may be the other side of a thin wall; a body has more faces behind it.
-fn leaves(rays: &Rays, faces: usize, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
-    let mut front = MISS;
-    let mut back = MISS;
-    rays.along(origin, direction, |k, face| {
-        let hit = intersect(face, origin, direction);
-        let touches = (hit.t * hit.facing).abs() <= CONTACT;
+/// Returns whether the ray meets a front before a back, or nothing. A face that touches the point is
+/// skipped: it may be the other side of a thin wall; a body has more faces behind it.
+fn ray_leaves(rays: &Rays, faces: usize, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
+    let mut front = MISS_DISTANCE;
+    let mut back = MISS_DISTANCE;
+    rays.visit_faces_along(origin, direction, |k, face| {
+        let hit = intersect_face(face, origin, direction);
+        let touches = (hit.t * hit.facing).abs() <= CONTACT_DISTANCE;
         if k as usize >= faces || face.sheet == sheet || hit.t <= 0.0 || touches {
             return;
         }
-        if hit.facing < 0.0 && hit.inside >= -OUTLINE {
+        if hit.facing < 0.0 && hit.inside >= -OUTLINE_MARGIN {
             front = front.min(hit.t);
-        } else if hit.facing > 0.0 && hit.inside >= OUTLINE {
+        } else if hit.facing > 0.0 && hit.inside >= OUTLINE_MARGIN {
             back = back.min(hit.t);
         }
     });
-    back == MISS || front <= back
+    back == MISS_DISTANCE || front <= back
 }

@@ -1,18 +1,18 @@
-//! What can go wrong, told in one line that names the file and the place.
+//! Errors of the workspace. Each message is one line that names the file and the place.
 
 use std::path::{Path, PathBuf};
 
 /// Every failure of the workspace. The program maps each kind to its exit code.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The input cannot be used; `place` is a line, face, material or node, or empty.
+    /// Unusable input; `place` is a line, face, material or node, or empty.
     #[error("{}{}{place}: {message}", path.display(), if place.is_empty() { "" } else { ": " })]
     Input {
         /// The file that was read.
         path: PathBuf,
-        /// Where in it.
+        /// Place in the file.
         place: String,
-        /// What is wrong, and what to do.
+        /// The fault and its remedy.
         message: String,
     },
     /// Options that contradict each other or the scene.
@@ -29,24 +29,20 @@ pub enum Error {
     /// A GPU was asked for and there is none.
     #[error("{0}")]
     NoAdapter(String),
-    /// Ctrl-C, and nothing worth writing yet.
+    /// Ctrl-C before there was a result to write.
     #[error("interrupted: nothing was written")]
     Interrupted,
     /// The GPU failed, was lost, or is too small for the scene.
     #[error("{0}")]
     Device(String),
-    /// What this program promised itself did not hold.
+    /// A violated invariant of the program.
     #[error("a fault in this program: {0}")]
     Fault(String),
 }
 
 impl Error {
-    /// Bad input at `place` (may be empty) of `path`.
-    pub fn input(
-        path: impl AsRef<Path>,
-        place: impl Into<String>,
-        message: impl Into<String>,
-    ) -> Self {
+    /// Makes [`Error::Input`] at `place` (may be empty) of `path`.
+    pub fn bad_input(path: impl AsRef<Path>, place: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Input {
             path: path.as_ref().to_path_buf(),
             place: place.into(),

@@ -1,66 +1,63 @@
-//! Reading files: the one place where they are opened, since a pipe may never answer and a device
-//! may never end.
+//! Reading of files. All files are opened here: a pipe may never answer, and a device may never end.
 
 use crate::error::{Error, Result};
 use std::fs::{File, metadata};
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-/// Longer files are refused (2 GiB): nothing that can be solved needs them.
-pub const MAX_BYTES: u64 = 1 << 31;
+/// Maximum bytes of an input file (2 GiB).
+pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
-/// Opens an ordinary file of at most `most` bytes.
+/// Opens an ordinary file of at most `max_bytes`.
 ///
-/// Errors: why it cannot be read, in words that follow "cannot be read: ".
-pub fn open(path: &Path, most: u64) -> std::result::Result<File, String> {
-    // Asked before it is opened: opening a pipe waits for whoever writes into it.
-    let data = metadata(path).map_err(|e| reason(&e))?;
+/// Errors: the reason, in words that follow "cannot be read: ".
+pub fn open_file(path: &Path, max_bytes: u64) -> std::result::Result<File, String> {
+    // Checked before the file is opened: opening a pipe waits for its writer.
+    let data = metadata(path).map_err(|e| error_reason(&e))?;
     if data.is_dir() {
         return Err("it is a directory".into());
     }
     if !data.is_file() {
         return Err("it is not an ordinary file but a pipe or a device".into());
     }
-    if data.len() > most {
+    if data.len() > max_bytes {
         return Err(format!(
-            "it has {} bytes, more than the {most} that are read",
+            "it has {} bytes, more than the {max_bytes} that are read",
             data.len()
         ));
     }
-    #[allow(
-        clippy::disallowed_methods,
-        reason = "the place where files are opened"
-    )]
-    File::open(path).map_err(|e| reason(&e))
+    #[allow(clippy::disallowed_methods, reason = "the place where files are opened")]
+    File::open(path).map_err(|e| error_reason(&e))
 }
 
-/// The bytes of an ordinary file of at most `most` bytes.
+/// Reads an ordinary file of at most `max_bytes`.
 ///
-/// Errors: as of [`open`].
-pub fn read(path: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
-    let file = open(path, most)?;
+/// Errors: as of [`open_file`].
+pub fn read(path: &Path, max_bytes: u64) -> std::result::Result<Vec<u8>, String> {
+    let file = open_file(path, max_bytes)?;
     let mut bytes = Vec::new();
-    // The length that the system tells is no promise: it grows, and is 0 in /proc.
-    file.take(most + 1)
+    // The file may be longer than its metadata say: it may grow, and in /proc the length is 0.
+    file.take(max_bytes + 1)
         .read_to_end(&mut bytes)
-        .map_err(|e| reason(&e))?;
-    if bytes.len() as u64 > most {
-        return Err(format!("it has more than the {most} bytes that are read"));
+        .map_err(|e| error_reason(&e))?;
+    if bytes.len() as u64 > max_bytes {
+        return Err(format!("it has more than the {max_bytes} bytes that are read"));
     }
     Ok(bytes)
 }
 
-/// The same with [`MAX_BYTES`], and the error of an input file; `wanted` says what is needed
-/// instead, or is empty.
-pub fn input(path: &Path, wanted: &str) -> Result<Vec<u8>> {
-    read(path, MAX_BYTES).map_err(|reason| {
+/// Reads an input file of at most [`MAX_FILE_BYTES`].
+///
+/// Errors: [`Error::Input`]; its message ends with `wanted`, the file that is needed instead, unless empty.
+pub fn read_input(path: &Path, wanted: &str) -> Result<Vec<u8>> {
+    read(path, MAX_FILE_BYTES).map_err(|reason| {
         let end = if wanted.is_empty() { "" } else { "; " };
-        Error::input(path, "", format!("cannot be read: {reason}{end}{wanted}"))
+        Error::bad_input(path, "", format!("cannot be read: {reason}{end}{wanted}"))
     })
 }
 
-/// The system's reason without its number.
-fn reason(error: &std::io::Error) -> String {
+/// Returns the system's reason without its error number.
+fn error_reason(error: &std::io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "there is no such file".into(),
         ErrorKind::PermissionDenied => "permission denied".into(),
@@ -73,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_ordinary_file_or_too_long_is_refused() {
+    fn directory_device_and_long_file_are_errors() {
         let name = format!("radiosity-file-{}", std::process::id());
         let path = std::env::temp_dir().join(name);
         std::fs::write(&path, b"four").unwrap();
@@ -84,7 +81,7 @@ mod tests {
         assert!(read(&std::env::temp_dir(), 4).is_err_and(|e| e.contains("directory")));
         #[cfg(unix)]
         assert!(read(Path::new("/dev/zero"), 4).is_err_and(|e| e.contains("device")));
-        // Its length is told as 0.
+        // The length in its metadata is 0.
         #[cfg(target_os = "linux")]
         assert!(read(Path::new("/proc/self/status"), 4).is_err_and(|e| e.contains("more than")));
     }

@@ -1,4 +1,4 @@
-//! Form factor from a receiver's texel to a shooter: F = (light received per area) / B_shooter.
+//! Form factors between a receiver's texel and a shooter: F = (irradiance of the texel) / B_shooter.
 //!
 //! ```text
 //! ΔH_j = F_ji · B_i      F_ji = F_ij · A_i / A_j      (reciprocity)
@@ -6,7 +6,7 @@
 //! H in W/m², F dimensionless, 0 when either faces away. f32 throughout: every function here is
 //! the twin of the one of the same name in `gpu/src/shaders/form_factor.wgsl`.
 
-use crate::constants::{CONTACT, LOW, MISS, PI, POINT};
+use crate::constants::{CONTACT_DISTANCE, LOW_HEIGHT_RATIO, MISS_DISTANCE, PI, POINT_SOURCE_RADII};
 use glam::Vec3;
 
 /// The approximations of F that the solvers share.
@@ -14,15 +14,16 @@ use glam::Vec3;
 #[serde(rename_all = "lowercase")]
 pub enum FormFactor {
     /// Eq. 2 of the paper: a point shoots at a disc of the *texel's* area; the area ratio
-    /// A_i/Δj that its text leaves out is applied.
+    /// A_i/Δj, which is missing in its text, is applied.
     Paper,
     /// Wallace 1989: the shooter is a disc of its own area A_i.
     Disc,
-    /// Lambert: exact from the texel's centre to the shooter's polygon, a point where it is remote.
+    /// Lambert's contour sum: exact from the texel's centre to the shooter's polygon; a remote shooter is
+    /// a point.
     Polygon,
 }
 
-/// What shoots: a face or one of its cells. Lengths in the mesh's unit.
+/// Geometry of a shooter: a face or one of its patches. Lengths in the mesh's unit.
 #[derive(Clone, Copy, Debug)]
 pub struct Shooter {
     /// Centroid.
@@ -31,157 +32,182 @@ pub struct Shooter {
     pub normal: Vec3,
     /// Area.
     pub area: f32,
-    /// No point of it is farther from its centre.
+    /// Largest distance of its points from its centre.
     pub radius: f32,
     /// Outline, counter-clockwise from the front; a triangle repeats its third corner.
     pub corners: [Vec3; 4],
 }
 
-/// F from the texel at `position` with unit `normal` and area `texel_area` to `shooter`.
-pub fn form_factor(
-    kind: FormFactor,
-    shooter: &Shooter,
-    position: Vec3,
-    normal: Vec3,
-    texel_area: f32,
-) -> f32 {
+/// Returns F from the texel at `position` with unit `normal` and area `texel_area` to `shooter`.
+pub fn form_factor(kind: FormFactor, shooter: &Shooter, position: Vec3, normal: Vec3, texel_area: f32) -> f32 {
     let d = position - shooter.centre;
     let height = shooter.normal.dot(d);
-    if height <= CONTACT {
+    if height <= CONTACT_DISTANCE {
         return 0.0;
     }
     let r2 = d.dot(d);
     let r = r2.sqrt();
-    // Each cosine is clamped on its own: two negative ones would multiply to light.
+    // Each cosine is clamped separately: the product of two negative ones would be positive.
     let cos_i = height / r;
     let cos_j = (-normal.dot(d) / r).max(0.0);
     match kind {
-        FormFactor::Paper => disc(cos_i, cos_j, r2, shooter.area, texel_area),
-        FormFactor::Disc => disc(cos_i, cos_j, r2, shooter.area, shooter.area),
-        FormFactor::Polygon if remote(r2, shooter.radius) => {
-            disc(cos_i, cos_j, r2, shooter.area, 0.0)
-        }
-        FormFactor::Polygon => polygon(shooter, position, normal),
+        FormFactor::Paper => disc_factor(cos_i, cos_j, r2, shooter.area, texel_area),
+        FormFactor::Disc => disc_factor(cos_i, cos_j, r2, shooter.area, shooter.area),
+        FormFactor::Polygon if is_remote(r2, shooter.radius) => disc_factor(cos_i, cos_j, r2, shooter.area, 0.0),
+        FormFactor::Polygon => polygon_factor(shooter, position, normal),
     }
 }
 
-/// Whether a shooter is so far away that it is a point.
+/// Returns whether a shooter is so far away that it is a point source.
 #[inline(always)]
-pub fn remote(r2: f32, radius: f32) -> bool {
-    let reach = POINT * radius;
+pub fn is_remote(r2: f32, radius: f32) -> bool {
+    let reach = POINT_SOURCE_RADII * radius;
     r2 > reach * reach
 }
 
-/// Whether a texel is so far from a shooter that its centre stands for all of it: the mean of F
-/// over the texel differs by about (radius/distance)²/2 of F. `reach`: see [`crate::mesh::reach`].
+/// Returns whether a texel is so far from a shooter that F is evaluated at its centre only: the mean of F
+/// over the texel differs by about (radius/distance)²/2 of F. `reach`: see [`crate::mesh::far_distance`].
 #[inline(always)]
-pub fn far(position: Vec3, centre: Vec3, reach: f32) -> bool {
+pub fn is_far(position: Vec3, centre: Vec3, reach: f32) -> bool {
     let d = position - centre;
     d.dot(d) > reach * reach
 }
 
-/// The weight of one of the points in which a cell is looked at, here `shooter.centre`: the disc
-/// factor of `part`, its share of the cell's area. Never 0 where `f`, the whole cell's form
-/// factor, is not: the cell's only point may lie below the texel's horizon.
+/// Returns the weight of one of a patch's sample points, here `shooter.centre`: the disc factor of `part`,
+/// its share of the patch's area. Never 0 where `f`, the whole patch's form factor, is not: the patch's
+/// only point may lie below the texel's horizon.
 #[inline(always)]
-pub fn weight(shooter: &Shooter, position: Vec3, normal: Vec3, part: f32, f: f32) -> f32 {
+pub fn point_weight(shooter: &Shooter, position: Vec3, normal: Vec3, part: f32, f: f32) -> f32 {
     let d = position - shooter.centre;
     let r2 = d.dot(d);
     let r = r2.sqrt();
     let cos_i = (shooter.normal.dot(d) / r).max(0.0);
     let cos_j = (-normal.dot(d) / r).max(0.0);
-    disc(cos_i, cos_j, r2, part, part) + f * 1e-6
+    disc_factor(cos_i, cos_j, r2, part, part) + f * 1e-6
 }
 
-/// Equation 2 of the paper, times A_i/Δj: `disc_area` is the texel's there, the shooter's in Wallace.
+/// Returns the factor of equation 2 of the paper, times A_i/Δj. `disc_area` is the texel's in the paper,
+/// the shooter's in Wallace 1989.
 #[inline(always)]
-pub fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
+pub fn disc_factor(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
     shooter_area * cos_i * cos_j / (PI * r2 + disc_area)
 }
 
-/// Lambert's sum over the edges of the shooter's outline, clipped to the receiver's horizon where
-/// it goes below: F = −1/2π Σ Γ_k·n (counter-clockwise outlines, hence the sign).
-pub fn polygon(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
+/// The part of a shooter's outline above the receiver's horizon, corner by corner.
+#[derive(Clone, Copy)]
+pub struct ClippedOutline {
+    first: Vec3,
+    last: Vec3,
+    count: u32,
+    /// Σ Γ_k·n of the edges between the corners so far.
+    sum: f32,
+    low: bool,
+}
+
+/// Returns `outline` with one more corner, relative to the receiver's position.
+#[inline(always)]
+pub fn add_corner(outline: ClippedOutline, corner: Vec3, normal: Vec3) -> ClippedOutline {
+    if outline.count == 0 {
+        return ClippedOutline {
+            first: corner,
+            last: corner,
+            count: 1,
+            ..outline
+        };
+    }
+    let sum = outline.sum + edge_term(outline.last, corner, normal, outline.low);
+    ClippedOutline {
+        last: corner,
+        count: outline.count + 1,
+        sum,
+        ..outline
+    }
+}
+
+/// Returns Lambert's sum over the edges of the shooter's outline, clipped to the receiver's horizon:
+/// F = −1/2π Σ Γ_k·n (counter-clockwise outlines, hence the sign).
+pub fn polygon_factor(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
     let heights = shooter.corners.map(|corner| normal.dot(corner - position));
-    // What only touches the horizon shines into a texel by its rounding alone.
-    if heights.into_iter().all(|height| height <= CONTACT) {
+    // A shooter that only touches the horizon would shine by rounding alone.
+    if heights.into_iter().all(|height| height <= CONTACT_DISTANCE) {
         return 0.0;
     }
-    let low = is_low(shooter, position, heights.into_iter().fold(-MISS, f32::max));
-    if heights.into_iter().all(|height| height > -CONTACT) {
-        return polygon_above(&shooter.corners, position, normal, low);
+    let low = is_low(shooter, position, heights.into_iter().fold(-MISS_DISTANCE, f32::max));
+    if heights.into_iter().all(|height| height > -CONTACT_DISTANCE) {
+        return polygon_factor_above(&shooter.corners, position, normal, low);
     }
-    let mut clipped = [Vec3::ZERO; 5];
-    let mut count = 0;
+    let mut outline = ClippedOutline {
+        first: Vec3::ZERO,
+        last: Vec3::ZERO,
+        count: 0,
+        sum: 0.0,
+        low,
+    };
     let mut a = shooter.corners[3] - position;
     let mut height_a = normal.dot(a);
     for k in 0..4 {
         let b = shooter.corners[k] - position;
         let height_b = normal.dot(b);
         if (height_a > 0.0) != (height_b > 0.0) {
-            clipped[count] = a + (b - a) * (height_a / (height_a - height_b));
-            count += 1;
+            let crossing = a + (b - a) * (height_a / (height_a - height_b));
+            outline = add_corner(outline, crossing, normal);
         }
         if height_b > 0.0 {
-            clipped[count] = b;
-            count += 1;
+            outline = add_corner(outline, b, normal);
         }
         a = b;
         height_a = height_b;
     }
-    if count < 3 {
+    if outline.count < 3 {
         return 0.0;
     }
-    let mut sum = 0.0;
-    for k in 0..count {
-        let next = if k + 1 == count { 0 } else { k + 1 };
-        sum += edge(clipped[k], clipped[next], normal, low);
-    }
+    let sum = outline.sum + edge_term(outline.last, outline.first, normal, low);
     (-sum / (2.0 * PI)).max(0.0)
 }
 
-/// Whether nothing of a shooter rises more than [`LOW`] times its distance above the texel's
-/// horizon: `highest`, at least, is as far as its plane, and as its outer sphere.
+/// Returns whether no point of a shooter rises more than [`LOW_HEIGHT_RATIO`] times its distance above the texel's
+/// horizon. The distance of the `highest` point is at least that of the shooter's plane, and that of its
+/// bounding sphere.
 #[inline(always)]
 pub fn is_low(shooter: &Shooter, position: Vec3, highest: f32) -> bool {
     let d = position - shooter.centre;
     let beyond = d.dot(d).sqrt() - shooter.radius;
-    highest <= LOW * shooter.normal.dot(d).max(beyond)
+    highest <= LOW_HEIGHT_RATIO * shooter.normal.dot(d).max(beyond)
 }
 
-/// [`polygon`] of a shooter that lies above the receiver's horizon: the same sum, nothing to clip.
+/// Returns [`polygon_factor`] of a shooter above the receiver's horizon, without clipping.
 #[inline(always)]
-pub fn polygon_above(corners: &[Vec3; 4], position: Vec3, normal: Vec3, low: bool) -> f32 {
+pub fn polygon_factor_above(corners: &[Vec3; 4], position: Vec3, normal: Vec3, low: bool) -> f32 {
     let [a, b, c, d] = corners.map(|corner| corner - position);
     let mut sum = 0.0;
-    sum += edge(a, b, normal, low);
-    sum += edge(b, c, normal, low);
-    sum += edge(c, d, normal, low);
-    sum += edge(d, a, normal, low);
+    sum += edge_term(a, b, normal, low);
+    sum += edge_term(b, c, normal, low);
+    sum += edge_term(c, d, normal, low);
+    sum += edge_term(d, a, normal, low);
     (-sum / (2.0 * PI)).max(0.0)
 }
 
-/// Γ·n of one edge: the angle between its ends times the unit normal of their plane.
+/// Returns Γ·n of one edge: the angle between its ends times the unit normal of their plane.
 #[inline(always)]
-pub fn edge(a: Vec3, b: Vec3, normal: Vec3, low: bool) -> f32 {
+pub fn edge_term(a: Vec3, b: Vec3, normal: Vec3, low: bool) -> f32 {
     if low {
-        return low_edge(a, b, normal);
+        return low_edge_term(a, b, normal);
     }
     let c = a.cross(b);
     let s = c.dot(c).sqrt();
     if s == 0.0 {
         return 0.0;
     }
-    angle(s, a.dot(b)) / s * c.dot(normal)
+    vector_angle(s, a.dot(b)) / s * c.dot(normal)
 }
 
-/// Γ·n of an edge less that of its foot on the texel's plane, θ·x/s − θ₀. The foot of a low shooter
-/// does not go round the texel, so all θ₀ sum to 0; here nothing near 1 is left to cancel:
+/// Returns Γ·n of an edge less that of its projection onto the texel's plane, θ·x/s − θ₀. The projection
+/// of a low shooter does not enclose the texel, so all θ₀ sum to 0; no terms near 1 cancel here:
 ///
 /// ```text
 /// θ·x/s − θ₀ = (θ − θ₀)·x/s − θ₀·(s − x)/s      s² = x² + w²      s − x = w²/(s + x)
 /// ```
-pub fn low_edge(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
+pub fn low_edge_term(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
     let height_a = normal.dot(a);
     let height_b = normal.dot(b);
     let foot_a = a - normal * height_a;
@@ -199,21 +225,21 @@ pub fn low_edge(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
     let rise = height_a * height_b;
     let sine = c * less - rise * x;
     let cosine = c * (c + rise) + x * s;
-    let mut wider = angle(sine.abs(), cosine);
+    let mut wider = vector_angle(sine.abs(), cosine);
     if sine < 0.0 {
         wider = -wider;
     }
-    let difference = (wider * x - angle(x, c) * less) / s;
+    let difference = (wider * x - vector_angle(x, c) * less) / s;
     if turn < 0.0 { -difference } else { difference }
 }
 
-/// The angle in 0…π whose sine and cosine are proportional to `s` ≥ 0 and `c`. Written out
-/// because WGSL allows its own atan2 an error of 4096 ulp; here it is a few ulp on every adapter.
+/// Returns the angle in 0…π whose sine and cosine are proportional to `s` ≥ 0 and `c`, within a few ulp on
+/// every adapter: WGSL allows its own atan2 an error of 4096 ulp.
 #[inline(always)]
-pub fn angle(s: f32, c: f32) -> f32 {
+pub fn vector_angle(s: f32, c: f32) -> f32 {
     let x = c.abs();
     let q = s.min(x) / s.max(x);
-    let mut a = arctangent(q);
+    let mut a = arc_tangent(q);
     if s > x {
         a = PI / 2.0 - a;
     }
@@ -223,9 +249,9 @@ pub fn angle(s: f32, c: f32) -> f32 {
     a
 }
 
-/// atan on 0…1 within 3 ulp (Cephes `atanf`).
+/// Returns the arc tangent on 0…1 within 3 ulp (Cephes `atanf`).
 #[inline(always)]
-pub fn arctangent(q: f32) -> f32 {
+pub fn arc_tangent(q: f32) -> f32 {
     let mut x = q;
     let mut offset = 0.0;
     if q > 0.414_213_57 {

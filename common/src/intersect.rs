@@ -1,66 +1,66 @@
-//! A ray and a face: plane first, then its edges. Twin of `gpu/src/shaders/intersect.wgsl`.
+//! Intersection of a ray with a face: its plane, then its edges. Twin of `gpu/src/shaders/intersect.wgsl`.
 
-use crate::constants::{CONTACT, END, MISS, OUTLINE};
+use crate::constants::{CONTACT_DISTANCE, MISS_DISTANCE, OUTLINE_MARGIN, SEGMENT_END_FRACTION};
 use crate::mesh::MeshFace;
 use glam::{Vec3, Vec4};
 
-/// Where a ray meets a face's plane, and how far inside the outline (negative: outside).
+/// Intersection of a ray with a face's plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
-    /// Ray parameter; [`MISS`] for a ray along the plane.
+    /// Ray parameter; [`MISS_DISTANCE`] for a ray along the plane.
     pub t: f32,
-    /// Distance to the nearest edge, mesh units.
+    /// Distance to the nearest edge, mesh units; negative outside the outline.
     pub inside: f32,
     /// Normal · direction: negative when the ray meets the front.
     pub facing: f32,
 }
 
 impl Crossing {
-    /// Whether the face stops a ray that runs to `end`, in units of t.
+    /// Returns whether the face stops a ray that ends at `end`, in units of t.
     #[inline(always)]
-    pub fn between(&self, end: f32) -> bool {
-        // No branches: lanes ask together.
-        (self.t > 0.0) & (self.t < END * end) & (self.inside >= -OUTLINE)
+    pub fn stops_ray(&self, end: f32) -> bool {
+        // No branches, for SIMD.
+        (self.t > 0.0) & (self.t < SEGMENT_END_FRACTION * end) & (self.inside >= -OUTLINE_MARGIN)
     }
 }
 
-/// The crossing of the ray `origin` + t `direction` with the plane of `face`.
+/// Intersects the ray `origin` + t `direction` with the plane of `face`.
 #[inline]
-pub fn intersect(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
-    meet(face.plane, face.edges, origin, direction)
+pub fn intersect_face(face: &MeshFace, origin: Vec3, direction: Vec3) -> Crossing {
+    intersect_planes(face.plane, face.edges, origin, direction)
 }
 
-/// The same of a face's planes.
+/// Intersects a ray with a face that is given by its `plane` and `edges` planes.
 #[inline(always)]
-pub fn meet(plane: Vec4, edges: [Vec4; 4], origin: Vec3, direction: Vec3) -> Crossing {
+pub fn intersect_planes(plane: Vec4, edges: [Vec4; 4], origin: Vec3, direction: Vec3) -> Crossing {
     let normal = plane.truncate();
     let facing = normal.dot(direction);
     if facing == 0.0 {
         return Crossing {
-            t: MISS,
-            inside: -MISS,
+            t: MISS_DISTANCE,
+            inside: -MISS_DISTANCE,
             facing,
         };
     }
     let t = (plane.w - normal.dot(origin)) / facing;
     let p = origin + direction * t;
-    let one = within(edges[0], p).min(within(edges[1], p));
-    let other = within(edges[2], p).min(within(edges[3], p));
+    let one = inside_distance(edges[0], p).min(inside_distance(edges[1], p));
+    let other = inside_distance(edges[2], p).min(inside_distance(edges[3], p));
     let inside = one.min(other);
     Crossing { t, inside, facing }
 }
 
-/// Whether `point` lies on the plane of `face`: a ray that ends there cannot be cut by it.
+/// Returns whether `point` lies on the plane of `face`: the face cannot occlude a ray that ends there.
 #[inline]
-pub fn touches(face: &MeshFace, point: Vec3) -> bool {
-    (face.plane.truncate().dot(point) - face.plane.w).abs() <= CONTACT
+pub fn touches_plane(face: &MeshFace, point: Vec3) -> bool {
+    (face.plane.truncate().dot(point) - face.plane.w).abs() <= CONTACT_DISTANCE
 }
 
-/// The edge that a triangle lacks is (0, 0): it must not limit.
+/// Returns the distance of `p` inside an edge plane; [`MISS_DISTANCE`] for (0, 0), the edge that a triangle lacks.
 #[inline(always)]
-fn within(edge: Vec4, p: Vec3) -> f32 {
+pub fn inside_distance(edge: Vec4, p: Vec3) -> f32 {
     if edge.truncate() == Vec3::ZERO {
-        return MISS;
+        return MISS_DISTANCE;
     }
     edge.truncate().dot(p) - edge.w
 }

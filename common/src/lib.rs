@@ -1,8 +1,8 @@
-//! Scene, texels, form factors and the shooting loop: what every solver shares.
+//! Code that all solvers share: scenes, texels, form factors and the shooting loop.
 //!
-//! Data flows one way: [`import`] → [`scene`] → [`mesh`] (with [`texel`]) → [`shooting`] (with
-//! [`form_factor`], [`constants`], [`escape`], [`reduce`], [`settings`]) → [`energy`] → [`solution`].
-//! [`capture`] makes a scene with radiosity from a photographed room.
+//! Data flow in one direction: [`import`] → [`scene`] → [`mesh`] (with [`texel`]) → [`shooting`] or
+//! [`passes`] (with [`form_factor`], [`constants`], [`escape`], [`reduce`], [`settings`]) → [`energy`] →
+//! [`solution`]. [`capture`] makes a scene with radiosity from a photographed room.
 //!
 //! ```
 //! use common::mesh::Mesh;
@@ -16,7 +16,7 @@
 //!     ..Scene::default()
 //! };
 //! let mesh = Mesh::uniform(&scene, 8, 2)?;
-//! assert_eq!((mesh.texels.len(), mesh.cells.len()), (64, 4));
+//! assert_eq!((mesh.texels.len(), mesh.patches.len()), (64, 4));
 //! let area: f32 = mesh.texels.iter().map(|texel| texel.area).sum();
 //! assert!((f64::from(area) * mesh.area_unit() - 1.0).abs() < 1e-6);
 //! # Ok(())
@@ -29,6 +29,7 @@ pub mod bvh;
 pub mod capture;
 pub mod constants;
 pub mod cover;
+pub mod dispatch;
 pub mod energy;
 pub mod error;
 pub mod escape;
@@ -42,16 +43,19 @@ pub mod mesh;
 pub mod overlap;
 pub mod paint;
 pub mod passes;
+pub mod polygon;
 pub mod precision;
 pub mod rays;
 pub mod reduce;
 pub mod relight;
+pub mod resample;
 pub mod sampling;
 pub mod scene;
 pub mod settings;
 pub mod shooting;
 pub mod solution;
 pub mod texel;
+pub mod texel_point;
 pub mod text;
 
 pub use error::{Error, Result};

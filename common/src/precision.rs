@@ -1,62 +1,59 @@
-//! How much of a face's shape the rounding of its corners may have taken.
+//! Error of a face's shape by the rounding of its corners.
 //!
 //! ```text
 //! error = 2·max(|h|·r, |n|·r) / height
 //! ```
 //! h, n: directions of the face's smallest height and of its normal. Each coordinate of a corner is
 //! off by r (one for each axis) at most: by the file's rounding (f32 in a glTF, the digits of an OBJ's
-//! text) and by that of the mesh, to f32 about the scene's middle. Either side of the face may be off
-//! towards the other, or out of its plane; the smallest height feels it most.
+//! text) and by that of the mesh, to f32 about the scene's centre. Either side of the face may be off
+//! towards the other, or out of its plane; the relative error is largest along the smallest height.
 
 use crate::mesh::Mesh;
 use crate::scene::{Face, Scene, Shape};
 use glam::DVec3;
 
-/// Unit roundoff of f32: x is off by at most so much of itself.
-pub const ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
+/// Unit roundoff of f32: the largest relative error of a rounding.
+pub const UNIT_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
 
-/// A face that may have lost its shape.
+/// Error of a face's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loss {
+pub struct ShapeLoss {
     /// The face.
     pub face: u32,
-    /// What its smallest height may be off by, of itself.
+    /// Relative error of its smallest height, at most.
     pub error: f64,
-    /// The file's part of that; the rest is the mesh's.
-    pub of_file: f64,
+    /// The file's part of the error; the rest is the mesh's.
+    pub file_part: f64,
 }
 
-/// The faces that may be off by more than `least` of their smallest height, in the scene's order.
-/// Faces without area have nothing to lose.
-pub fn losses(scene: &Scene, mesh: &Mesh, least: f64) -> Vec<Loss> {
+/// Finds the faces whose smallest height may be off by more than `min_error` of itself, in the scene's order.
+/// Faces without area are skipped.
+pub fn find_shape_losses(scene: &Scene, mesh: &Mesh, min_error: f64) -> Vec<ShapeLoss> {
     let faces = scene.faces.iter().zip(0..);
     faces
-        .filter_map(|(face, k)| loss(face, k, mesh))
-        .filter(|loss| loss.error > least)
+        .filter_map(|(face, k)| shape_loss(face, k, mesh))
+        .filter(|loss| loss.error > min_error)
         .collect()
 }
 
-fn loss(face: &Face, k: u32, mesh: &Mesh) -> Option<Loss> {
+fn shape_loss(face: &Face, k: u32, mesh: &Mesh) -> Option<ShapeLoss> {
     let (height, directions) = smallest_height(face)?;
-    let local = face
-        .outline()
-        .iter()
-        .map(|corner| mesh.local(*corner).abs());
+    let local = face.outline().iter().map(|corner| mesh.local_point(*corner).abs());
     let farthest = local.fold(DVec3::ZERO, DVec3::max);
     let share = |rounding: DVec3| {
-        let off = directions.map(|direction| direction.abs().dot(rounding));
-        2.0 * off[0].max(off[1]) / height
+        let offsets = directions.map(|direction| direction.abs().dot(rounding));
+        2.0 * offsets[0].max(offsets[1]) / height
     };
     let of_file = DVec3::splat(face.rounding);
-    Some(Loss {
+    Some(ShapeLoss {
         face: k,
-        error: share(of_file + ROUNDOFF * mesh.unit * farthest),
-        of_file: share(of_file),
+        error: share(of_file + UNIT_ROUNDOFF * mesh.unit * farthest),
+        file_part: share(of_file),
     })
 }
 
-/// A triangle's on its longest edge, a parallelogram's between its longer edges; and its direction,
-/// with the face's normal.
+/// Returns a face's smallest height, with its direction and the face's normal: a triangle's height on its
+/// longest edge, a parallelogram's distance between its longer edges. None for a face without area.
 fn smallest_height(face: &Face) -> Option<(f64, [DVec3; 2])> {
     let outline = face.outline();
     let ends = outline.iter().zip(outline.iter().cycle().skip(1));
@@ -86,74 +83,63 @@ mod tests {
         }
     }
 
-    fn found(faces: Vec<Face>, least: f64) -> Vec<Loss> {
+    fn losses_of(faces: Vec<Face>, min_error: f64) -> Vec<ShapeLoss> {
         let scene = Scene {
             faces,
             ..Scene::default()
         };
-        losses(&scene, &Mesh::uniform(&scene, 1, 1).unwrap(), least)
+        find_shape_losses(&scene, &Mesh::uniform(&scene, 1, 1).unwrap(), min_error)
     }
 
     #[test]
-    fn slivers_lose_what_the_mesh_rounds() {
-        // At an end of a mesh from −1 to 1 both ways: r is the roundoff itself along the height. Alone
-        // in its mesh a sliver loses nothing: f32 is as fine as it is thin.
+    fn sliver_in_large_mesh_has_shape_error() {
+        // At an end of a mesh from −1 to 1 along both axes r is the roundoff itself along the height. Alone
+        // in its mesh a sliver has no error: the mesh's unit is as small as the sliver.
         let wide = rectangle(2.0, DVec3::ZERO, 0.0);
         for width in [1.0, 1e-3, 1e-5, 1e-6] {
             let sliver = rectangle(width, DVec3::ZERO, 0.0);
-            let all = found(vec![sliver.clone(), wide.clone()], 0.0);
-            let expected = 2.0 * ROUNDOFF / width;
-            assert!(
-                abs_diff_eq!(all[0].error / expected, 1.0, epsilon = 1e-12),
-                "{all:?}"
-            );
-            assert_eq!(all[0].of_file, 0.0);
-            let lost = found(vec![sliver.clone(), wide.clone()], 0.02);
+            let all = losses_of(vec![sliver.clone(), wide.clone()], 0.0);
+            let expected = 2.0 * UNIT_ROUNDOFF / width;
+            assert!(abs_diff_eq!(all[0].error / expected, 1.0, epsilon = 1e-12), "{all:?}");
+            assert_eq!(all[0].file_part, 0.0);
+            let lost = losses_of(vec![sliver.clone(), wide.clone()], 0.02);
             assert_eq!(lost.len(), usize::from(width < 6e-6), "{width}");
-            assert!(found(vec![sliver], 1e-6).is_empty(), "{width}");
+            assert!(losses_of(vec![sliver], 1e-6).is_empty(), "{width}");
         }
     }
 
     #[test]
-    fn a_strip_is_bent_out_of_its_plane() {
-        // Its height lies about the middle, its plane at an end.
+    fn thin_strip_far_from_centre_along_normal_has_shape_error() {
+        // Its height is centred, its plane lies at an end of the mesh.
         let width = 1e-6;
         let at = |z: f64| rectangle(width, DVec3::new(0.0, -0.5 * width, z), 0.0);
-        let lost = found(vec![at(1.0), at(-1.0)], 0.02);
+        let lost = losses_of(vec![at(1.0), at(-1.0)], 0.02);
         assert_eq!(lost.len(), 2);
         assert!(abs_diff_eq!(
-            lost[0].error / (2.0 * ROUNDOFF / width),
+            lost[0].error / (2.0 * UNIT_ROUNDOFF / width),
             1.0,
             epsilon = 1e-12
         ));
     }
 
     #[test]
-    fn a_place_far_away_loses_what_the_file_rounds_and_nothing_else() {
+    fn face_far_from_origin_has_only_the_file_rounding_error() {
         let far = DVec3::new(1e6, 0.0, 0.0);
-        let exact = found(vec![rectangle(1.0, far, 0.0)], 1e-6);
+        let exact = losses_of(vec![rectangle(1.0, far, 0.0)], 1e-6);
         assert!(exact.is_empty(), "{exact:?}");
-        let rounding = ROUNDOFF * 1e6;
-        let lost = found(vec![rectangle(1.0, far, rounding)], 0.02);
+        let rounding = UNIT_ROUNDOFF * 1e6;
+        let lost = losses_of(vec![rectangle(1.0, far, rounding)], 0.02);
         assert_eq!(lost.len(), 1);
-        assert!(abs_diff_eq!(
-            lost[0].of_file / (2.0 * rounding),
-            1.0,
-            epsilon = 1e-12
-        ));
+        assert!(abs_diff_eq!(lost[0].file_part / (2.0 * rounding), 1.0, epsilon = 1e-12));
     }
 
     #[test]
-    fn a_triangle_has_its_own_height_and_a_point_has_none() {
+    fn smallest_height_of_triangle_and_of_point() {
         let [a, b, c] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1e-3, 0.0]].map(DVec3::from);
         let triangle = Face::triangle("", [a, b, c], Vec3::ZERO, Vec3::ZERO);
         let (height, [along, normal]) = smallest_height(&triangle).unwrap();
         // The longest edge is b–c: 2A = 2e−3.
-        assert!(abs_diff_eq!(
-            height / (2e-3 / b.distance(c)),
-            1.0,
-            epsilon = 1e-12
-        ));
+        assert!(abs_diff_eq!(height / (2e-3 / b.distance(c)), 1.0, epsilon = 1e-12));
         assert!(along.dot(c - b).abs() < 1e-12 && normal == DVec3::Z);
         let point = Face::quad("", [a; 4], Vec3::ZERO, Vec3::ZERO);
         assert_eq!(smallest_height(&point), None);

@@ -1,31 +1,31 @@
-//! Visibility by rays from points of the shooter to points of the texel, through an obvhs BVH of faces.
+//! Visibility by rays between points of the shooter and points of the texel, through an obvhs BVH of faces.
 
 use crate::bvh::Bvh;
-use crate::constants::{CONTACT, END, MISS, OUTLINE, RAY_REACH};
-use crate::intersect::{intersect, touches};
+use crate::constants::{CONTACT_DISTANCE, MISS_DISTANCE, OUTLINE_MARGIN, RAY_REACH, SEGMENT_END_FRACTION};
+use crate::intersect::{intersect_face, touches_plane};
 use crate::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
 use obvhs::ray::{Ray, RayHit};
 use std::cell::Cell;
 
-/// No face.
-pub const NOBODY: u32 = u32::MAX;
+/// Index of no face.
+pub const NO_FACE: u32 = u32::MAX;
 
-/// Faces that block.
+/// Ray caster over the faces of a mesh.
 pub struct Rays {
     bvh: Bvh,
     faces: Vec<MeshFace>,
     room: u32,
 }
 
-/// What lies between two points. Twin of the constants in `gpu/src/shaders/types.wgsl`.
+/// Visibility between two points. Twin of the constants in `gpu/src/shaders/types.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Sight {
-    /// A face of the room: neither saw the other before the objects came.
+pub enum LineOfSight {
+    /// Occluded by a face of the room, also without the objects.
     Blocked,
-    /// Objects only.
-    Hidden,
-    /// Nothing.
+    /// Occluded by objects only.
+    HiddenByObject,
+    /// Not occluded.
     Clear,
 }
 
@@ -35,166 +35,156 @@ impl Rays {
         Self {
             bvh: Bvh::new(mesh),
             faces: mesh.faces.clone(),
-            room: mesh.room,
+            room: mesh.room_faces,
         }
     }
 
-    /// The sheets that a ray between two faces may touch: its ends.
-    fn blocks(
-        &self,
-        primitive: usize,
-        ray: &Ray,
-        points: [Vec3; 2],
-        ends: [u32; 2],
-    ) -> Option<(u32, f32)> {
+    /// Returns the face of a BVH primitive and its ray parameter, if it blocks a ray between `points` on
+    /// the sheets `ends`.
+    fn blocks_segment(&self, primitive: usize, ray: &Ray, points: [Vec3; 2], ends: [u32; 2]) -> Option<(u32, f32)> {
         let k = self.bvh.faces[primitive];
-        self.meets(k, ray, points, ends).map(|t| (k, t))
+        self.blocking_parameter(k, ray, points, ends).map(|t| (k, t))
     }
 
-    /// Where on the ray face `k` blocks it.
-    fn meets(&self, k: u32, ray: &Ray, points: [Vec3; 2], ends: [u32; 2]) -> Option<f32> {
+    /// Returns the ray parameter at which face `k` blocks a ray between `points` on the sheets `ends`.
+    fn blocking_parameter(&self, k: u32, ray: &Ray, points: [Vec3; 2], ends: [u32; 2]) -> Option<f32> {
         let face = &self.faces[k as usize];
         if face.sheet == ends[0] || face.sheet == ends[1] {
             return None;
         }
-        let hit = intersect(face, ray.origin.into(), ray.direction.into());
-        (hit.between(RAY_REACH) && !points.iter().any(|p| touches(face, *p))).then_some(hit.t)
+        let hit = intersect_face(face, ray.origin.into(), ray.direction.into());
+        (hit.stops_ray(RAY_REACH) && !points.iter().any(|p| touches_plane(face, *p))).then_some(hit.t)
     }
 
-    /// Whether nothing lies between `from` on face `ends[0]` and `to` on face `ends[1]`.
-    pub fn visible(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> bool {
+    /// Returns whether no face lies between `from` on face `ends[0]` and `to` on face `ends[1]`.
+    pub fn is_visible(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> bool {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
         self.bvh
             .tree
-            .ray_traverse_miss(segment(from, to), |ray, primitive| {
-                self.blocks(primitive, ray, [from, to], ends)
-                    .map_or(MISS, |(_, t)| t)
+            .ray_traverse_miss(segment_ray(from, to), |ray, primitive| {
+                self.blocks_segment(primitive, ray, [from, to], ends)
+                    .map_or(MISS_DISTANCE, |(_, t)| t)
             })
     }
 
-    /// What lies between `from` on face `ends[0]` and `to` on face `ends[1]`: one traversal that
-    /// objects do not end where it is asked to go `through` them, so that nothing is seen now that
-    /// was not seen before them.
-    pub fn sight(&self, from: Vec3, to: Vec3, ends: [u32; 2], through: bool) -> Sight {
-        self.sight_past(from, to, ends, through, &Cell::new(NOBODY))
+    /// Returns the visibility between `from` on face `ends[0]` and `to` on face `ends[1]`. With `through`
+    /// the traversal continues through objects and distinguishes them from faces of the room; without it,
+    /// every occluder is [`LineOfSight::Blocked`].
+    pub fn find_sight(&self, from: Vec3, to: Vec3, ends: [u32; 2], through: bool) -> LineOfSight {
+        self.find_sight_after(from, to, ends, through, &Cell::new(NO_FACE))
     }
 
-    /// The same. The face that ended the `last` ray is asked first: it often ends its neighbours.
-    pub fn sight_past(
+    /// Returns the same. The face that blocked the `last` ray is tested first: it often blocks the next.
+    pub fn find_sight_after(
         &self,
         from: Vec3,
         to: Vec3,
         ends: [u32; 2],
         through: bool,
         last: &Cell<u32>,
-    ) -> Sight {
+    ) -> LineOfSight {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
-        let ray = segment(from, to);
+        let ray = segment_ray(from, to);
         let known = last.get();
-        let ends_it = known != NOBODY && (!through || known < self.room);
-        if ends_it && self.meets(known, &ray, [from, to], ends).is_some() {
-            return Sight::Blocked;
+        let ends_it = known != NO_FACE && (!through || known < self.room);
+        if ends_it && self.blocking_parameter(known, &ray, [from, to], ends).is_some() {
+            return LineOfSight::Blocked;
         }
         let hidden = Cell::new(false);
         let free = self.bvh.tree.ray_traverse_miss(ray, |ray, primitive| {
-            match self.blocks(primitive, ray, [from, to], ends) {
+            match self.blocks_segment(primitive, ray, [from, to], ends) {
                 Some((k, t)) if !through || k < self.room => {
                     last.set(k);
                     t
                 }
                 Some(_) => {
                     hidden.set(true);
-                    MISS
+                    MISS_DISTANCE
                 }
-                None => MISS,
+                None => MISS_DISTANCE,
             }
         });
         match (free, hidden.get()) {
-            (false, _) => Sight::Blocked,
-            (true, true) => Sight::Hidden,
-            (true, false) => Sight::Clear,
+            (false, _) => LineOfSight::Blocked,
+            (true, true) => LineOfSight::HiddenByObject,
+            (true, false) => LineOfSight::Clear,
         }
     }
 
-    /// All faces that lie in between.
-    pub fn blockers(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> Vec<u32> {
+    /// Returns all faces between `from` on face `ends[0]` and `to` on face `ends[1]`.
+    pub fn find_blockers(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> Vec<u32> {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
-        let mut found = Vec::new();
+        let mut blockers = Vec::new();
         self.bvh
             .tree
-            .ray_traverse_anyhit(segment(from, to), |ray, primitive| {
-                let blocker = self.blocks(primitive, ray, [from, to], ends);
-                found.extend(blocker.map(|(k, _)| k));
+            .ray_traverse_anyhit(segment_ray(from, to), |ray, primitive| {
+                let blocker = self.blocks_segment(primitive, ray, [from, to], ends);
+                blockers.extend(blocker.map(|(k, _)| k));
             });
-        found
+        blockers
     }
 
-    /// Every face that the ray from `origin` along `direction`, or from just behind it, may meet.
-    pub fn along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(u32, &MeshFace)) {
-        let behind = origin - direction * (4.0 * CONTACT);
-        self.bvh.tree.ray_traverse_anyhit(
-            ray(behind, direction / RAY_REACH, f32::MAX),
-            |_, primitive| {
+    /// Visits every face that the ray from `origin`, or from just behind it, along `direction` may meet.
+    pub fn visit_faces_along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(u32, &MeshFace)) {
+        let behind = origin - direction * (4.0 * CONTACT_DISTANCE);
+        self.bvh
+            .tree
+            .ray_traverse_anyhit(make_ray(behind, direction / RAY_REACH, f32::MAX), |_, primitive| {
                 let k = self.bvh.faces[primitive];
                 visit(k, &self.faces[k as usize]);
-            },
-        );
+            });
     }
 
-    /// The nearest face along the ray from `origin`, a point of a face of `sheet`, and its distance; none where
-    /// nothing is met, or a back. What touches the origin is passed over: a body that stands there has more
-    /// faces behind it. Where a front and a back coincide the front is met: they are a sheet's two
-    /// sides, each cut its own way. Of fronts that coincide it is the first.
-    pub fn nearest(&self, origin: Vec3, direction: Vec3, sheet: u32) -> Option<(u32, f32)> {
+    /// Returns the nearest face along the ray from `origin`, a point of a face of `sheet`, and its ray
+    /// parameter; none if the ray meets nothing, or a back first. Faces that touch the origin are skipped: a
+    /// body that stands there has more faces behind them. Where a front and a back coincide the front is
+    /// met: they are a sheet's two sides, subdivided differently. Of coincident fronts the first is met.
+    pub fn nearest_face(&self, origin: Vec3, direction: Vec3, sheet: u32) -> Option<(u32, f32)> {
         let reach = 8.0 / RAY_REACH;
         let mut nearest = RayHit::none();
-        // The nearest front, where, and how steeply it is met; where the nearest back.
+        // The nearest front with its ray parameter and cosine; the ray parameter of the nearest back.
         let (mut lit, mut dark): (Option<(u32, f32, f32)>, _) = (None, f32::INFINITY);
         self.bvh.tree.ray_traverse(
-            ray(origin, direction * reach, RAY_REACH),
+            make_ray(origin, direction * reach, RAY_REACH),
             &mut nearest,
             |ray, primitive| {
                 let k = self.bvh.faces[primitive];
                 let face = &self.faces[k as usize];
-                let hit = intersect(face, ray.origin.into(), ray.direction.into());
-                let touches = (hit.t * hit.facing).abs() <= CONTACT;
+                let hit = intersect_face(face, ray.origin.into(), ray.direction.into());
+                let touches = (hit.t * hit.facing).abs() <= CONTACT_DISTANCE;
                 let front = hit.facing < 0.0;
-                // Of a sheet's two sides only the front is met.
+                // Of a sheet's two sides the ray meets only the front.
                 let passed = face.sheet == sheet || touches || (face.two_sided && !front);
-                if passed || hit.t <= 0.0 || hit.inside < -OUTLINE {
-                    return MISS;
+                if passed || hit.t <= 0.0 || hit.inside < -OUTLINE_MARGIN {
+                    return MISS_DISTANCE;
                 }
                 if !front {
                     dark = dark.min(hit.t);
                 } else if lit.is_none_or(|(other, t, _)| {
                     let ahead = (t - hit.t) * -hit.facing;
-                    ahead > CONTACT || (ahead >= -CONTACT && k < other)
+                    ahead > CONTACT_DISTANCE || (ahead >= -CONTACT_DISTANCE && k < other)
                 }) {
                     lit = Some((k, hit.t, -hit.facing));
                 }
-                // What coincides with it is asked as well.
-                hit.t + CONTACT / hit.facing.abs()
+                // The ray continues to faces that coincide with this one.
+                hit.t + CONTACT_DISTANCE / hit.facing.abs()
             },
         );
         let (k, t, steep) = lit?;
-        ((t - dark) * steep <= CONTACT).then_some((k, t * reach))
+        ((t - dark) * steep <= CONTACT_DISTANCE).then_some((k, t * reach))
     }
 
-    /// The nearest front along a view ray, and its distance; backs are looked through.
-    pub fn front(&self, origin: Vec3, direction: Vec3) -> Option<(u32, f32)> {
+    /// Returns the nearest front along a view ray, and its ray parameter; backs are transparent.
+    pub fn nearest_front(&self, origin: Vec3, direction: Vec3) -> Option<(u32, f32)> {
         let mut nearest: Option<(u32, f32)> = None;
         self.bvh
             .tree
-            .ray_traverse_anyhit(ray(origin, direction, f32::MAX), |ray, primitive| {
+            .ray_traverse_anyhit(make_ray(origin, direction, f32::MAX), |ray, primitive| {
                 let k = self.bvh.faces[primitive];
-                let hit = intersect(
-                    &self.faces[k as usize],
-                    ray.origin.into(),
-                    ray.direction.into(),
-                );
+                let hit = intersect_face(&self.faces[k as usize], ray.origin.into(), ray.direction.into());
                 if hit.facing < 0.0
                     && hit.t > 0.0
-                    && hit.inside >= -OUTLINE
+                    && hit.inside >= -OUTLINE_MARGIN
                     && nearest.is_none_or(|(_, best)| hit.t < best)
                 {
                     nearest = Some((k, hit.t));
@@ -204,27 +194,19 @@ impl Rays {
     }
 }
 
-fn segment(from: Vec3, to: Vec3) -> Ray {
-    ray(from, (to - from) / RAY_REACH, END * RAY_REACH)
+fn segment_ray(from: Vec3, to: Vec3) -> Ray {
+    make_ray(from, (to - from) / RAY_REACH, SEGMENT_END_FRACTION * RAY_REACH)
 }
 
-/// `Ray::new` clamps the inverse of a small component; here every component is small.
-fn ray(origin: Vec3, direction: Vec3, tmax: f32) -> Ray {
+/// Makes a ray. `Ray::new` clamps the inverses of small components; here every component is small.
+fn make_ray(origin: Vec3, direction: Vec3, tmax: f32) -> Ray {
     let inverse = |x: f32| {
-        if x.abs() < 1e-30 {
-            1e30f32.copysign(x)
-        } else {
-            1.0 / x
-        }
+        if x.abs() < 1e-30 { 1e30f32.copysign(x) } else { 1.0 / x }
     };
     Ray {
         origin: origin.into(),
         direction: direction.into(),
-        inv_direction: Vec3A::new(
-            inverse(direction.x),
-            inverse(direction.y),
-            inverse(direction.z),
-        ),
+        inv_direction: Vec3A::new(inverse(direction.x), inverse(direction.y), inverse(direction.z)),
         tmin: 0.0,
         tmax,
     }

@@ -1,32 +1,24 @@
-//! Sums in a fixed order, so that the CPU and every GPU add the same numbers the same way.
+//! Sums in a fixed order, so that the CPU and every GPU add the same numbers in the same order.
 //!
-//! The mip-map of the paper's §3.3 as a tree: N lanes add every Nth term each, then
-//! halve. Error ≤ (n/N + log₂N)·ε relative to Σ|term|. Twin of the loops over
-//! `stride` in `power.wgsl`, `received.wgsl`, `closure.wgsl` and `select.wgsl`.
+//! The mip-map of the paper's §3.3 as a tree: each of N lanes adds every Nth term, then half of the lanes
+//! are added to the other half, and so on. Error ≤ (n/N + log₂N)·ε relative to Σ|term|. Twin of the loops over
+//! `stride` in `unshot_power.wgsl`, `patch_transfer.wgsl`, `closure.wgsl` and `select.wgsl`.
 
 use std::ops::Add;
 
-/// Σ term(k) for k < count, in the order of a workgroup of `N` invocations.
+/// Returns Σ term(k) for k < count, in the order of a workgroup of `N` invocations.
 #[inline(always)]
-pub fn tree_sum<T: Copy + Add<Output = T>, const N: usize>(
-    zero: T,
-    count: usize,
-    term: impl Fn(usize) -> T,
-) -> T {
+pub fn tree_sum<T: Copy + Add<Output = T>, const N: usize>(zero: T, count: usize, term: impl Fn(usize) -> T) -> T {
     // Lanes without a term would add zeros.
     match count {
-        0..=4 => halved::<T, 4>(zero, count, term),
-        5..=16 => halved::<T, 16>(zero, count, term),
-        _ => halved::<T, N>(zero, count, term),
+        0..=4 => lane_sum::<T, 4>(zero, count, term),
+        5..=16 => lane_sum::<T, 16>(zero, count, term),
+        _ => lane_sum::<T, N>(zero, count, term),
     }
 }
 
 #[inline(always)]
-fn halved<T: Copy + Add<Output = T>, const N: usize>(
-    zero: T,
-    count: usize,
-    term: impl Fn(usize) -> T,
-) -> T {
+fn lane_sum<T: Copy + Add<Output = T>, const N: usize>(zero: T, count: usize, term: impl Fn(usize) -> T) -> T {
     let mut lane = [zero; N];
     for k in 0..count {
         lane[k % N] = lane[k % N] + term(k);

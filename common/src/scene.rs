@@ -1,10 +1,10 @@
-//! The scene as the file gives it: planar, one-sided faces that emit and reflect diffusely.
+//! Scenes in the file's units: planar, one-sided faces that emit and reflect diffusely.
 //!
 //! Lengths are in the file's own unit (it cancels), radiosities in W/m² per channel of linear
 //! Rec. 709. Positions are f64 so that a scene far from its origin keeps its shape until
 //! [`crate::mesh::Mesh`] moves it to the origin.
 
-use crate::paint::{Paint, WHITEST};
+use crate::paint::{MAX_WHITE_REFLECTANCE, Paint};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ pub struct Scene {
     /// Planar convex faces: input face k is entry k; further pieces of split faces follow, and
     /// backs last.
     pub faces: Vec<Face>,
-    /// What the import thinks worth saying (a split face, a default material).
+    /// Notes of the import (a split face, a default material).
     pub notes: Vec<String>,
 }
 
@@ -39,27 +39,28 @@ pub struct Face {
     pub shape: Shape,
     /// Corners, counter-clockwise from the front; a triangle repeats its third.
     pub corners: [DVec3; 4],
-    /// Emitted radiosity E = πL, W/m², the mean over its area.
+    /// Emitted radiosity E = πL, W/m²: the mean over its area.
     pub emission: Vec3,
-    /// Diffuse reflectance ρ, 0 ≤ ρ < 1 per channel, the mean over its area.
+    /// Diffuse reflectance ρ, 0 ≤ ρ < 1 per channel: the mean over its area.
     pub reflectance: Vec3,
-    /// The input face of which this one is a piece or the other side.
-    pub from: Option<u32>,
-    /// The face that is the other side of this sheet, if the sheet is two-sided.
+    /// Input face that this face is a piece or the other side of.
+    pub input_face: Option<u32>,
+    /// Face on the other side of this sheet, if the sheet is two-sided.
     pub partner: Option<u32>,
-    /// What the file may have rounded each coordinate by, in scene units (see [`crate::precision`]).
+    /// Upper bound on the rounding of each coordinate in the file, scene units (see [`crate::precision`]).
     pub rounding: f64,
-    /// The normals that the file has at the corners, as it has them: where two faces have the same at a
-    /// corner, both approximate one curved surface. Light knows nothing of them.
-    pub normals: Option<[Vec3; 4]>,
-    /// How ρ and E vary over it; none: they do not.
+    /// Normals at the corners, as in the file. Two faces with the same normal at a corner approximate one
+    /// curved surface. The solvers do not use them.
+    pub corner_normals: Option<[Vec3; 4]>,
+    /// Variation of ρ and E over the face, if they vary.
     pub paint: Option<Arc<Paint>>,
-    /// Where the file puts a triangle's corners on a lightmap; none: it was not asked, or has no place for it.
-    pub chart: Option<[Vec2; 3]>,
+    /// Positions of a triangle's corners on the file's lightmap; none if the import does not read them or
+    /// the file has none.
+    pub lightmap_corners: Option<[Vec2; 3]>,
 }
 
 impl Face {
-    /// A quad with the given corners.
+    /// Makes a quad with the given corners.
     pub fn quad(name: &str, corners: [DVec3; 4], emission: Vec3, reflectance: Vec3) -> Self {
         Self {
             name: name.to_owned(),
@@ -67,16 +68,16 @@ impl Face {
             corners,
             emission,
             reflectance,
-            from: None,
+            input_face: None,
             partner: None,
             rounding: 0.0,
-            normals: None,
+            corner_normals: None,
             paint: None,
-            chart: None,
+            lightmap_corners: None,
         }
     }
 
-    /// A triangle with the given corners.
+    /// Makes a triangle with the given corners.
     pub fn triangle(name: &str, c: [DVec3; 3], emission: Vec3, reflectance: Vec3) -> Self {
         Self {
             shape: Shape::Triangle,
@@ -84,7 +85,7 @@ impl Face {
         }
     }
 
-    /// The corners without a triangle's repetition: 4 or 3.
+    /// Returns the 4 or 3 corners, without a triangle's repeated one.
     pub fn outline(&self) -> &[DVec3] {
         match self.shape {
             Shape::Quad => &self.corners,
@@ -92,19 +93,19 @@ impl Face {
         }
     }
 
-    /// The vector area: along the front's normal, as long as the area (scene units squared).
+    /// Returns the vector area: the front's normal times the area (scene units squared).
     pub fn vector_area(&self) -> DVec3 {
         let [a, b, c, d] = self.corners;
         (c - a).cross(d - b) * 0.5
     }
 
-    /// Area in scene units squared.
+    /// Returns the area in scene units squared.
     pub fn area(&self) -> f64 {
         self.vector_area().length()
     }
 
-    /// The point at (u, v): bilinear on a quad; on a triangle u runs 0→1 and v 0→2.
-    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+    /// Returns the point at (u, v): bilinear on a quad; on a triangle u runs along edge 0→1, v along 0→2.
+    pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
         let [a, b, c, d] = self.corners;
         match self.shape {
             Shape::Quad => a.lerp(b, u).lerp(d.lerp(c, u), v),
@@ -112,32 +113,32 @@ impl Face {
         }
     }
 
-    /// The means of ρ and E over a convex part of it.
-    pub fn over(&self, part: &[DVec3]) -> [Vec3; 2] {
+    /// Returns the means of ρ and E over a convex part of the face.
+    pub fn mean_surface(&self, part: &[DVec3]) -> [Vec3; 2] {
         match &self.paint {
-            Some(paint) => self.light(paint.over(self.outline(), part)),
+            Some(paint) => self.surface_or_own(paint.mean_over(self.outline(), part)),
             None => [self.reflectance, self.emission],
         }
     }
 
-    /// ρ and E at a point of it.
-    pub fn at(&self, point: DVec3) -> [Vec3; 2] {
+    /// Returns ρ and E at a point of the face.
+    pub fn surface_at(&self, point: DVec3) -> [Vec3; 2] {
         match &self.paint {
-            Some(paint) => self.light(paint.at(self.outline(), point)),
+            Some(paint) => self.surface_or_own(paint.value_at(self.outline(), point)),
             None => [self.reflectance, self.emission],
         }
     }
 
-    /// As ρ and E; its own where paint says nothing.
-    fn light(&self, [reflectance, radiance]: [Option<DVec3>; 2]) -> [Vec3; 2] {
-        let whitest = |rho: Vec3| Vec3::select(rho.cmpge(Vec3::ONE), Vec3::splat(WHITEST), rho);
+    /// Converts paint to ρ and E; the face's own values where paint has none.
+    fn surface_or_own(&self, [reflectance, radiance]: [Option<DVec3>; 2]) -> [Vec3; 2] {
+        let whitest = |rho: Vec3| Vec3::select(rho.cmpge(Vec3::ONE), Vec3::splat(MAX_WHITE_REFLECTANCE), rho);
         [
             reflectance.map_or(self.reflectance, |rho| whitest(rho.as_vec3())),
             radiance.map_or(self.emission, |l| (l * PI).as_vec3()),
         ]
     }
 
-    /// The same sheet seen from behind.
+    /// Returns the face with its front on the other side.
     pub fn reversed(&self) -> Self {
         let turned = match self.shape {
             Shape::Quad => [0, 3, 2, 1],
@@ -145,22 +146,22 @@ impl Face {
         };
         Self {
             corners: turned.map(|k| self.corners[k]),
-            normals: self.normals.map(|normals| turned.map(|k| -normals[k])),
-            paint: (self.paint.as_ref()).map(|paint| Arc::new(paint.turned(turned))),
-            chart: self.chart.map(|[a, b, c]| [a, c, b]),
+            corner_normals: self.corner_normals.map(|normals| turned.map(|k| -normals[k])),
+            paint: (self.paint.as_ref()).map(|paint| Arc::new(paint.with_corner_order(turned))),
+            lightmap_corners: self.lightmap_corners.map(|[a, b, c]| [a, c, b]),
             ..self.clone()
         }
     }
 }
 
 impl Scene {
-    /// Whether ρ or E vary within some face.
+    /// Returns whether ρ or E vary within a face.
     pub fn is_painted(&self) -> bool {
         self.faces.iter().any(|face| face.paint.is_some())
     }
 
-    /// Several scenes as one, the first one's faces first.
-    pub fn joined(scenes: &[Self]) -> Self {
+    /// Joins scenes to one, in their order.
+    pub fn join_scenes(scenes: &[Self]) -> Self {
         let mut all = Self {
             name: scenes.first().map_or_else(String::new, |s| s.name.clone()),
             ..Self::default()
@@ -168,7 +169,7 @@ impl Scene {
         for scene in scenes {
             let first = all.faces.len() as u32;
             all.faces.extend(scene.faces.iter().map(|face| Face {
-                from: face.from.map(|k| k + first),
+                input_face: face.input_face.map(|k| k + first),
                 partner: face.partner.map(|k| k + first),
                 ..face.clone()
             }));
@@ -177,7 +178,7 @@ impl Scene {
         all
     }
 
-    /// Makes a front of each back (`--two-sided`): the backs follow all other faces, so that
+    /// Adds a face for the back of each face (`--two-sided`). The backs follow all other faces, so that
     /// entry k stays input face k.
     pub fn two_sided(mut self) -> Self {
         let count = self.faces.len() as u32;
@@ -186,7 +187,7 @@ impl Scene {
             .map(|(k, face)| {
                 face.partner = Some(count + k);
                 Face {
-                    from: Some(face.from.unwrap_or(k)),
+                    input_face: Some(face.input_face.unwrap_or(k)),
                     partner: Some(k),
                     ..face.reversed()
                 }
@@ -202,21 +203,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn backs_come_last_and_know_their_fronts() {
+    fn two_sided_appends_backs_with_their_fronts_as_partners() {
         let quad = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
         let mut faces = vec![
             Face::quad("a", quad, Vec3::ONE, Vec3::ZERO),
             Face::triangle("b", [quad[0], quad[1], quad[3]], Vec3::ZERO, Vec3::ONE),
             Face::triangle("b", [quad[1], quad[2], quad[3]], Vec3::ZERO, Vec3::ONE),
         ];
-        faces[1].from = Some(1);
-        faces[2].from = Some(1);
+        faces[1].input_face = Some(1);
+        faces[2].input_face = Some(1);
         let scene = Scene {
             faces: faces.clone(),
             ..Scene::default()
         }
         .two_sided();
-        let from: Vec<_> = scene.faces.iter().map(|f| f.from).collect();
+        let from: Vec<_> = scene.faces.iter().map(|f| f.input_face).collect();
         assert_eq!(from, [None, Some(1), Some(1), Some(0), Some(1), Some(1)]);
         let partners: Vec<_> = scene.faces.iter().map(|f| f.partner).collect();
         assert_eq!(partners, [3, 4, 5, 0, 1, 2].map(Some));
@@ -229,10 +230,10 @@ mod tests {
             assert_eq!(back.emission, front.emission);
             assert_eq!(back.reflectance, front.reflectance);
         }
-        let twice = Scene::joined(&[scene.clone(), scene.clone()]);
+        let twice = Scene::join_scenes(&[scene.clone(), scene.clone()]);
         assert_eq!(twice.faces.len(), 12);
         for (face, again) in twice.faces[..6].iter().zip(&twice.faces[6..]) {
-            assert_eq!(again.from, face.from.map(|k| k + 6));
+            assert_eq!(again.input_face, face.input_face.map(|k| k + 6));
             assert_eq!(again.partner, face.partner.map(|k| k + 6));
         }
     }

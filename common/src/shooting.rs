@@ -1,6 +1,6 @@
-//! The one loop: select → visibility → form factor → deposit (Cohen 1988; the paper's Table 1 with
-//! its two slips mended: the loop chooses its next shooter, and the shooter's residual is reset
-//! inside it). docs/paper.md leads from each line of the paper's tables to its function.
+//! The shooting loop of progressive radiosity: select → visibility → form factor → deposit (Cohen 1988; the
+//! paper's Table 1 with two corrections: the loop chooses its next shooter, and the shooter's residual is
+//! reset inside the loop). docs/paper.md maps each line of the paper's tables to its function.
 
 use crate::constants::SELECT_LANES;
 use crate::error::{Error, Result};
@@ -10,16 +10,16 @@ use crate::settings::{Iteration, Schedule};
 use glam::{Vec3, Vec4};
 use std::ops::ControlFlow;
 
-/// What one shot did.
+/// Record of one shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
-    /// The shooter.
-    pub cell: u32,
+    /// Index of the patch that shot.
+    pub patch: u32,
     /// Flux shot per channel, W in the mesh's unit: mean residual × area.
     pub power: [f32; 3],
-    /// ΣF: the share of it that the texels took.
+    /// ΣF: the share of the power that the texels received.
     pub form_factor_sum: f32,
-    /// The share of the shooter's cosine hemisphere that meets no front.
+    /// Share of the shooter's cosine-weighted hemisphere that meets no front.
     pub escaped: f32,
     /// Σ|r|A over texels and channels after the shot.
     pub unshot: f32,
@@ -28,8 +28,8 @@ pub struct Shot {
 /// Radiosity, residual and irradiance of every texel (W/m²; w of the irradiance is the form
 /// factor of the latest shot, w of the others is unused), in the mesh's texel order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Field {
-    /// Who computed it: a comparison refuses two fields of one origin.
+pub struct RadiosityField {
+    /// Name of the engine that computed it: a comparison refuses two fields of one origin.
     pub origin: String,
     /// B.
     pub radiosity: Vec<Vec4>,
@@ -39,150 +39,169 @@ pub struct Field {
     pub irradiance: Vec<Vec4>,
 }
 
-/// Who shoots next.
+/// Order of the shooters.
 #[derive(Clone, Copy, Debug)]
-pub enum Order<'a> {
-    /// Most unshot power first, until no more than `threshold` is unshot.
+pub enum ShotOrder<'a> {
+    /// Largest unshot power first, until no more than `threshold` is unshot.
     Greedy {
         /// Σ|r|A at which the solve has converged.
         threshold: f32,
     },
-    /// The cells of an earlier run's log, one after the other.
+    /// The patches of an earlier run's log, in its order.
     Replay(&'a [u32]),
 }
 
-/// How texels of the room take a shot, when objects have been put into it.
+/// Rule by which texels of the room receive a shot after objects have been put into it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rule {
-    /// Whether the shots carry the room's captured radiosity: then texels only note what they
-    /// receive, the change in `irradiance` and what they had of it before the objects came in
-    /// `radiosity`.
+pub struct DepositRule {
+    /// True if the shots carry the room's captured radiosity. Then texels only record irradiance: its
+    /// change in `irradiance`, and the irradiance without the objects in `radiosity`.
     pub captured: bool,
-    /// What a texel of the room had already of a captured shot, or of an object's.
-    pub subtracted: Subtracted,
-    /// Whether texels of the room shoot on what they gain and lose.
-    pub keep: bool,
+    /// Part of a captured shot, or of an object's, that a texel of the room had already received.
+    pub subtracted: SubtractedLink,
+    /// True if texels of the room shoot the change of their radiosity.
+    pub reshoot: bool,
 }
 
-impl Rule {
-    /// A solve: whoever sees a shot takes it, and shoots it on.
-    pub const PLAIN: Self = Self {
+impl DepositRule {
+    /// Rule of a solve: a texel receives every shot that it sees, and reflects it.
+    pub const FULL_DEPOSIT: Self = Self {
         captured: false,
-        subtracted: Subtracted::Nothing,
-        keep: true,
+        subtracted: SubtractedLink::Nothing,
+        reshoot: true,
     };
 
-    /// Whether links must be compared with what they were.
-    pub fn compares(self) -> bool {
-        self.captured || self.subtracted != Subtracted::Nothing
+    /// Returns whether links are compared with those without the objects.
+    pub fn compares_links(self) -> bool {
+        self.captured || self.subtracted != SubtractedLink::Nothing
     }
 
-    /// Refuses to compare links that are scaled to their closure: what they were had another.
-    pub fn with(self, conserve: bool) -> Result<Self> {
-        if conserve && self.compares() {
+    /// Checks the rule against `conserve`.
+    ///
+    /// Errors: [`Error::Usage`] of links that are compared and scaled to their closure, which differs
+    /// without the objects.
+    pub fn check_conserve(self, conserve: bool) -> Result<Self> {
+        if conserve && self.compares_links() {
             return Err(Error::Usage(
-                "links with and without objects are compared: they cannot be scaled".into(),
+                "links with and without objects are compared, so they cannot be scaled".into(),
             ));
         }
         Ok(self)
     }
 }
 
-/// What is subtracted from a link.
+/// Part that is subtracted from a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subtracted {
+pub enum SubtractedLink {
     /// Nothing.
     Nothing,
     /// The link without the objects.
     Before,
-    /// The form factor, whatever hides the texel (Table 2 as printed).
+    /// The form factor without visibility (Table 2 as printed).
     Unhidden,
-    /// The link itself: no change.
+    /// The link itself: its change is 0.
     All,
 }
 
-/// What shoots one cell after the other.
+/// An engine that shoots one patch at a time.
 pub trait Shoot {
-    /// Σ|r|A over the texels and channels of each cell.
-    fn cell_power(&mut self) -> Result<Vec<f32>>;
+    /// Returns Σ|r|A over the texels and channels of each patch.
+    fn patch_power(&mut self) -> Result<Vec<f32>>;
 
-    /// Shoots the mean residual of `cell` at every texel that sees it.
-    fn shoot(&mut self, cell: u32) -> Result<Shot>;
+    /// Shoots the mean residual of `patch` to every texel that sees it.
+    fn shoot(&mut self, patch: u32) -> Result<Shot>;
 
-    /// The texels' state.
-    fn field(&mut self) -> Result<Field>;
+    /// Returns the texels' state.
+    fn read_field(&mut self) -> Result<RadiosityField>;
 
-    /// Shoots until the order ends, `max_shots` are shot or `watch` breaks. A solver that can
-    /// choose its shooter by itself overrides this; the shots must be the same. One that works
-    /// in batches finishes those under way after a break, and shows them to `watch` too.
-    fn run(
-        &mut self,
-        order: Order,
-        max_shots: u32,
-        watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
-    ) -> Result<()> {
-        // Table 1: line 2, the choice it leaves out (Table 2, line 1), then lines 3 to 15 as a shot.
-        for k in 0..max_shots {
-            let next = match order {
-                Order::Greedy { threshold } => select(&self.cell_power()?, threshold),
-                Order::Replay(log) => log.get(k as usize).copied(),
-            };
-            let Some(cell) = next else { break };
-            let shot = self.shoot(cell)?;
-            if watch(&shot).is_break() {
+    /// Shoots until the order ends, after `max_shots`, or until `watch` breaks. A solver that chooses its
+    /// shooter itself overrides this function; the shots must be the same. A solver that works in batches
+    /// completes those under way after a break, and passes their shots to `watch` too.
+    fn run(&mut self, order: ShotOrder, max_shots: u32, watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>) -> Result<()> {
+        // Table 1: line 2, the missing choice of the shooter (Table 2, line 1), then lines 3 to 15 as a shot.
+        if max_shots == 0 {
+            return Ok(());
+        }
+        let mut next = select_first(self, order)?;
+        for done in 1..=max_shots {
+            let Some(patch) = next else { break };
+            let shot = self.shoot(patch)?;
+            if watch(&shot).is_break() || done == max_shots {
                 break;
             }
+            next = select_next(self, order, done)?;
         }
         Ok(())
     }
 }
 
-/// What can go on from any state, by any rule: relighting is made of that.
+/// An engine that continues from any state by any rule, as relighting needs.
 pub trait Restart: Shoot {
-    /// Goes on from `field` by `rule`, with the `reflectance` of every texel.
-    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()>;
+    /// Continues from `field` by `rule`, with the `reflectance` of every texel.
+    fn restart_from(&mut self, rule: DepositRule, reflectance: &[Vec3], field: &RadiosityField) -> Result<()>;
 }
 
-/// The cell with most unshot power, the lowest of equals; none when Σ ≤ threshold.
-pub fn select(power: &[f32], threshold: f32) -> Option<u32> {
-    if total(power) <= threshold {
-        return None;
-    }
+/// Returns the first shooter of `order`; none if there is none.
+pub fn select_first<E: Shoot + ?Sized>(engine: &mut E, order: ShotOrder) -> Result<Option<u32>> {
+    choose_shooter(order, 0, || engine.patch_power())
+}
+
+/// Returns the shooter of `order` after `done` shots; none at its end.
+pub fn select_next<E: Shoot + ?Sized>(engine: &mut E, order: ShotOrder, done: u32) -> Result<Option<u32>> {
+    choose_shooter(order, done, || engine.patch_power())
+}
+
+/// Returns the shooter of `order` after `done` shots; a greedy order chooses by `power`, a replay by its log.
+pub fn choose_shooter(order: ShotOrder, done: u32, power: impl FnOnce() -> Result<Vec<f32>>) -> Result<Option<u32>> {
+    Ok(match order {
+        ShotOrder::Greedy { threshold } => select_shooter(&power()?, threshold),
+        ShotOrder::Replay(log) => log.get(done as usize).copied(),
+    })
+}
+
+/// Returns the patch with the largest unshot power, the lowest of equals; none if Σ ≤ threshold.
+pub fn select_shooter(power: &[f32], threshold: f32) -> Option<u32> {
+    let (total, best) = reduce_power(power);
+    if total <= threshold { None } else { Some(best) }
+}
+
+/// Returns Σ|r|A over all patches, and the patch with the largest, the lowest of equals.
+pub fn reduce_power(power: &[f32]) -> (f32, u32) {
     let mut best = 0;
     for k in 1..power.len() {
         if power[k] > power[best] {
             best = k;
         }
     }
-    Some(best as u32)
+    (total_power(power), best as u32)
 }
 
-/// Σ|r|A over all cells, added as the GPU adds it.
-pub fn total(power: &[f32]) -> f32 {
+/// Returns Σ|r|A over all patches, summed in the GPU's order.
+pub fn total_power(power: &[f32]) -> f32 {
     tree_sum::<f32, SELECT_LANES>(0.0, power.len(), |k| power[k])
 }
 
-/// A finished or stopped solve.
+/// Outcome of a finished or stopped solve.
 #[derive(Clone, Debug)]
-pub struct Run {
-    /// The log; of passes, all that each cell has shot as one shot.
+pub struct SolveRun {
+    /// The log of shots; after passes, one shot per patch with all that it has shot.
     pub shots: Vec<Shot>,
     /// Σ|r|A before the first shot.
     pub emitted: f32,
-    /// Whether unshot ≤ ε × emitted.
+    /// True if unshot ≤ ε × emitted.
     pub converged: bool,
-    /// Whether it was given up because what is unshot no longer fell.
+    /// True if the solve ended because its unshot power no longer fell.
     pub stagnated: bool,
-    /// Passes over the cells; as many as shots where one shoots after the other.
+    /// Passes over the patches; the number of shots if one patch shoots at a time.
     pub passes: u32,
-    /// Shots: shooters, added over the passes.
+    /// Number of shots: shooters, summed over the passes.
     pub shooters: u64,
     /// The texels at the end.
-    pub field: Field,
+    pub field: RadiosityField,
 }
 
-impl Run {
-    /// Unshot over emitted power; 0 when nothing is emitted.
+impl SolveRun {
+    /// Returns unshot over emitted power; 0 if nothing is emitted.
     pub fn unshot_fraction(&self) -> f64 {
         let unshot = self.shots.last().map_or(self.emitted, |shot| shot.unshot);
         if self.emitted > 0.0 {
@@ -192,94 +211,87 @@ impl Run {
         }
     }
 
-    /// The shooters, in order.
-    pub fn cells(&self) -> Vec<u32> {
-        self.shots.iter().map(|shot| shot.cell).collect()
+    /// Returns the shooters in order.
+    pub fn shooter_log(&self) -> Vec<u32> {
+        self.shots.iter().map(|shot| shot.patch).collect()
     }
 }
 
-/// How far a solve has come, 0…1: unshot power falls roughly exponentially, so its logarithm is
-/// the scale.
-pub fn progress(shot: &Shot, emitted: f32, epsilon: f64) -> f64 {
+/// Returns the progress of a solve, 0…1, on the scale of the logarithm of unshot power, which falls roughly
+/// exponentially.
+pub fn solve_progress(shot: &Shot, emitted: f32, epsilon: f64) -> f64 {
     let done = (f64::from(emitted) / f64::from(shot.unshot)).ln() / (1.0 / epsilon).ln();
-    if done.is_finite() {
-        done.clamp(0.0, 1.0)
-    } else {
-        1.0
-    }
+    if done.is_finite() { done.clamp(0.0, 1.0) } else { 1.0 }
 }
 
-/// Shoots greedily until the schedule is met; `watch` sees every shot and the emitted power.
+/// Shoots the largest unshot power first until the schedule is met; `watch` receives every shot and the
+/// emitted power.
 ///
-/// Errors: the engine's; [`Error::Usage`] of an iteration over many cells at once.
-pub fn solve(
+/// Errors: the engine's; [`Error::Usage`] of an iteration over many patches at once.
+pub fn shoot_until_converged(
     engine: &mut dyn Shoot,
     schedule: &Schedule,
     watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
-) -> Result<Run> {
-    one_by_one(schedule)?;
-    let emitted = total(&engine.cell_power()?);
+) -> Result<SolveRun> {
+    require_southwell(schedule)?;
+    let emitted = total_power(&engine.patch_power()?);
     let threshold = (f64::from(emitted) * schedule.epsilon) as f32;
     let mut shots = Vec::new();
-    engine.run(
-        Order::Greedy { threshold },
-        schedule.max_shots,
-        &mut |shot| {
-            shots.push(*shot);
-            watch(shot, emitted)
-        },
-    )?;
+    engine.run(ShotOrder::Greedy { threshold }, schedule.max_shots, &mut |shot| {
+        shots.push(*shot);
+        watch(shot, emitted)
+    })?;
     let unshot = shots.last().map_or(emitted, |shot: &Shot| shot.unshot);
-    Ok(Run {
+    Ok(SolveRun {
         emitted,
         converged: unshot <= threshold,
         stagnated: false,
         passes: shots.len() as u32,
         shooters: shots.len() as u64,
         shots,
-        field: engine.field()?,
+        field: engine.read_field()?,
     })
 }
 
-/// Who shoots one cell after the other knows no other iteration.
-pub(crate) fn one_by_one(schedule: &Schedule) -> Result<()> {
+/// Checks that the schedule's iteration shoots one patch at a time.
+pub(crate) fn require_southwell(schedule: &Schedule) -> Result<()> {
     match schedule.iteration {
         Iteration::Southwell => Ok(()),
         other => Err(Error::Usage(format!(
-            "{other:?} shoots from many cells at once, and here one shoots after the other"
+            "{other:?} shoots from many patches at once, and this solve shoots from one at a time"
         ))),
     }
 }
 
-/// Repeats the shooters of `log` on a fresh engine.
-pub fn replay(engine: &mut dyn Shoot, log: &[u32]) -> Result<Run> {
-    let emitted = total(&engine.cell_power()?);
+/// Shoots the patches of `log`, in its order, on a fresh engine.
+pub fn replay_log(engine: &mut dyn Shoot, log: &[u32]) -> Result<SolveRun> {
+    let emitted = total_power(&engine.patch_power()?);
     let mut shots = Vec::new();
-    engine.run(Order::Replay(log), log.len() as u32, &mut |shot| {
+    engine.run(ShotOrder::Replay(log), log.len() as u32, &mut |shot| {
         shots.push(*shot);
         ControlFlow::Continue(())
     })?;
-    Ok(Run {
+    Ok(SolveRun {
         emitted,
         converged: false,
         stagnated: false,
         passes: shots.len() as u32,
         shooters: shots.len() as u64,
         shots,
-        field: engine.field()?,
+        field: engine.read_field()?,
     })
 }
 
-/// The state before the first shot (Table 1, line 1): B = E, H = 0, and r = E where no body buries it.
-pub fn initial(mesh: &Mesh, origin: &str) -> Field {
+/// Returns the state before the first shot (Table 1, line 1): B = E, H = 0, and r = E times the open share.
+pub fn initial_field(mesh: &Mesh, origin: &str) -> RadiosityField {
     let emission: Vec<Vec4> = mesh.texels.iter().map(|t| t.emission.extend(0.0)).collect();
     let mut residual = emission.clone();
-    for cell in mesh.cells.iter().filter(|cell| cell.open < 1.0) {
-        for k in cell.texels() {
-            residual[k] *= cell.open;
+    for patch in mesh.patches.iter().filter(|patch| patch.open_share < 1.0) {
+        for k in patch.texels() {
+            residual[k] *= patch.open_share;
         }
     }
-    Field {
+    RadiosityField {
         origin: origin.to_owned(),
         irradiance: vec![Vec4::ZERO; emission.len()],
         radiosity: emission,

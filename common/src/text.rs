@@ -1,8 +1,8 @@
-//! Text from files, made fit to be shown to people.
+//! Escaping of text from files for display.
 
-/// `text` with its control characters spelt out: a name must not move a terminal's cursor, and
-/// XML forbids most of them.
-pub fn plain(text: &str) -> String {
+/// Returns `text` with its control characters escaped: they would move a terminal's cursor, and XML
+/// forbids most of them.
+pub fn escape_control(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for letter in text.chars() {
         if letter.is_control() {
@@ -19,13 +19,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn control_characters_are_spelt_out() {
+    fn control_characters_are_escaped() {
+        assert_eq!(escape_control("a wall, größer <&> \\ 壁"), "a wall, größer <&> \\ 壁");
         assert_eq!(
-            plain("a wall, größer <&> \\ 壁"),
-            "a wall, größer <&> \\ 壁"
-        );
-        assert_eq!(
-            plain("\x1b[2J\n\t\u{7f}\u{9b}"),
+            escape_control("\x1b[2J\n\t\u{7f}\u{9b}"),
             "\\u{1b}[2J\\n\\t\\u{7f}\\u{9b}"
         );
     }

@@ -1,4 +1,4 @@
-//! What `common` reads and writes: imported files, the bundled scenes, stored results.
+//! Tests of the files that `common` reads and writes: imported files, bundled scenes, stored solutions.
 
 mod import;
 mod overlap;

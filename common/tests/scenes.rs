@@ -1,14 +1,19 @@
-//! The bundled scenes: the files are what the generator writes, and each is what it claims to be.
+//! Bundled scenes: the files equal the generator's output, and each scene has its stated faces. The bundled radiance map
+//! is a panorama.
 
 #[path = "../../scenes/model/mod.rs"]
 mod model;
 
 use approx::abs_diff_eq;
-use common::import::{ImportOptions, load};
+use common::capture::{MapProjection, Panorama, RepairCounts};
+use common::import::{ImportOptions, load_scene};
 use common::scene::{Face, Scene, Shape};
 use glam::{DVec3, Vec3};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// Triangles of the furnished room.
+const ROOM_FACES: usize = 313;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
@@ -16,44 +21,37 @@ fn folder() -> PathBuf {
 
 fn scene(name: &str) -> Scene {
     let path = folder().join(format!("{name}.obj"));
-    load(&path, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+    load_scene(&path, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn vector_area<'a>(faces: impl IntoIterator<Item = &'a Face>) -> DVec3 {
     faces.into_iter().map(Face::vector_area).sum()
 }
 
-/// Whether `centre` lies before the face's front.
+/// Returns whether `centre` lies in front of the face.
 fn faces_inwards(face: &Face, centre: DVec3) -> bool {
     face.vector_area().dot(centre - face.corners[0]) > 0.0
 }
 
 #[test]
-fn files_are_as_generated() {
-    let files = model::files();
-    for (name, text) in &files {
-        let written = std::fs::read_to_string(folder().join(name)).unwrap_or_default();
+fn scene_files_equal_generator_output() {
+    let files = model::scene_files();
+    for (name, bytes) in &files {
+        let written = std::fs::read(folder().join(name)).unwrap_or_default();
         assert!(
-            written == *text,
-            "{name} differs: run `cargo run -p common --example generate_scenes`"
+            written == *bytes,
+            "{name} differs: run `cargo run -p radiosity-common --example generate_scenes`"
         );
     }
-    let scenes = std::fs::read_dir(folder())
-        .expect("scenes")
-        .flatten()
-        .map(|e| e.path());
+    let scenes = std::fs::read_dir(folder()).expect("scenes").flatten().map(|e| e.path());
     let count = scenes
-        .filter(|p| p.extension().is_some_and(|e| e == "obj" || e == "mtl"))
+        .filter(|p| p.is_file() && p.extension().is_some_and(|e| e != "rs"))
         .count();
-    assert_eq!(
-        count,
-        files.len(),
-        "a scene that the generator does not write"
-    );
+    assert_eq!(count, files.len(), "a scene that the generator does not write");
 }
 
 #[test]
-fn every_scene_is_made_of_the_faces_it_claims() {
+fn scenes_have_expected_faces_and_area() {
     // Name, quads, triangles, area, and whether it is closed.
     let expected = [
         ("paper_room", 156, 0, 6.0 + 0.24, true),
@@ -66,16 +64,8 @@ fn every_scene_is_made_of_the_faces_it_claims() {
     ];
     for (name, quads, triangles, area, closed) in expected {
         let scene = scene(name);
-        let found = scene
-            .faces
-            .iter()
-            .filter(|f| f.shape == Shape::Quad)
-            .count();
-        assert_eq!(
-            (found, scene.faces.len() - found),
-            (quads, triangles),
-            "{name}"
-        );
+        let found = scene.faces.iter().filter(|f| f.shape == Shape::Quad).count();
+        assert_eq!((found, scene.faces.len() - found), (quads, triangles), "{name}");
         assert_eq!(scene.notes, [""; 0], "{name}");
         let total: f64 = scene.faces.iter().map(Face::area).sum();
         assert!(
@@ -83,11 +73,7 @@ fn every_scene_is_made_of_the_faces_it_claims() {
             "{name}: {total} instead of {area}"
         );
         assert_eq!(vector_area(&scene.faces).length() < 1e-9, closed, "{name}");
-        let emitted: Vec3 = scene
-            .faces
-            .iter()
-            .map(|f| f.emission * f.area() as f32)
-            .sum();
+        let emitted: Vec3 = scene.faces.iter().map(|f| f.emission * f.area() as f32).sum();
         assert!(emitted.min_element() > 0.0, "{name} is dark");
     }
 }
@@ -109,11 +95,7 @@ fn rooms_face_inwards_and_blocks_outwards() {
         let in_room = |c: &DVec3| c.min_element() >= 0.0 && c.max_element() <= 1.0;
         assert!(face.corners.iter().all(in_room));
     }
-    let lit: Vec<_> = scene
-        .faces
-        .iter()
-        .filter(|f| f.emission != Vec3::ZERO)
-        .collect();
+    let lit: Vec<_> = scene.faces.iter().filter(|f| f.emission != Vec3::ZERO).collect();
     assert_eq!(lit.len(), 1);
     assert!(
         (lit[0].vector_area() - DVec3::new(0.0, -0.09, 0.0)).length() < 1e-9,
@@ -122,7 +104,7 @@ fn rooms_face_inwards_and_blocks_outwards() {
 }
 
 #[test]
-fn the_blocks_stand_clear_of_each_other() {
+fn blocks_do_not_touch() {
     let scene = scene("paper_room_objects");
     let corners = |name: &'static str| {
         scene
@@ -132,59 +114,87 @@ fn the_blocks_stand_clear_of_each_other() {
             .flat_map(|f| f.corners)
     };
     // A vertical plane between the two: x + z = 1.01.
-    assert!(
-        corners("tall_block").all(|c| c.x + c.z < 1.0)
-            && corners("short_block").all(|c| c.x + c.z > 1.02)
-    );
-    assert!(
-        corners("tall_block")
-            .chain(corners("short_block"))
-            .all(|c| c.y > 0.009)
-    );
+    assert!(corners("tall_block").all(|c| c.x + c.z < 1.0) && corners("short_block").all(|c| c.x + c.z > 1.02));
+    assert!(corners("tall_block").chain(corners("short_block")).all(|c| c.y > 0.009));
 }
 
 #[test]
-fn the_furnace_emits_one() {
+fn furnace_emits_one_and_reflects_half() {
     for face in scene("furnace").faces {
-        assert_eq!(
-            (face.emission, face.reflectance),
-            (Vec3::ONE, Vec3::splat(0.5))
-        );
+        assert_eq!((face.emission, face.reflectance), (Vec3::ONE, Vec3::splat(0.5)));
         assert!(faces_inwards(&face, DVec3::splat(0.5)));
     }
 }
 
 #[test]
-fn slivers_are_thin() {
+fn slivers_have_expected_areas() {
     let scene = scene("slivers");
     let area = |shape: Shape| {
-        let areas = scene
-            .faces
-            .iter()
-            .filter(|f| f.shape == shape)
-            .map(Face::area);
+        let areas = scene.faces.iter().filter(|f| f.shape == shape).map(Face::area);
         areas.fold(f64::INFINITY, f64::min)
     };
     assert!(
         abs_diff_eq!(area(Shape::Quad), 1e-3, epsilon = 1e-9)
             && abs_diff_eq!(area(Shape::Triangle), 5e-4, epsilon = 1e-9)
     );
+    assert!(scene.faces.iter().all(|f| faces_inwards(f, DVec3::splat(0.5))));
+}
+
+#[test]
+fn furnished_room_has_one_lamp() {
+    let path = folder().join("room.glb");
+    let scene = load_scene(&path, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(scene.notes, [""; 0]);
+    assert_eq!(scene.faces.len(), ROOM_FACES);
+    let size = DVec3::new(4.2, 2.8, 4.0);
+    for face in &scene.faces {
+        let inside = |c: &DVec3| c.min_element() >= 0.0 && (*c - size).max_element() < 1e-6;
+        assert!(face.corners.iter().all(inside), "{}", face.name);
+        let is_wall = ["floor", "ceiling"].contains(&&*face.name) || face.name.ends_with("_wall");
+        assert!(!is_wall || faces_inwards(face, size / 2.0), "{}", face.name);
+        let radiance = if face.name == "lamp" {
+            Vec3::new(40.0, 32.0, 22.0)
+        } else {
+            Vec3::ZERO
+        };
+        let emission = radiance * std::f32::consts::PI;
+        assert!(
+            face.emission.abs_diff_eq(emission, 1e-4),
+            "{}: {}",
+            face.name,
+            face.emission
+        );
+    }
+    let lamp = || scene.faces.iter().filter(|face| face.name == "lamp");
+    assert_eq!(lamp().count(), 42);
+    assert!(vector_area(lamp()).length() < 1e-6, "the lamp is closed");
+    assert!(lamp().all(|face| !faces_inwards(face, DVec3::new(2.6, 2.0, 2.1))));
+}
+
+#[test]
+fn studio_is_a_panorama_with_lamp_and_window() {
+    let map = Panorama::read(&folder().join("studio.hdr"), None).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((map.size(), map.projection()), ([256, 128], MapProjection::LatLong));
+    assert_eq!((&map.counts, &map.notes[..]), (&RepairCounts::default(), &[][..]));
+    let close = |direction: [f64; 3], radiance: [f32; 3]| {
+        let seen = map.radiance(DVec3::from(direction));
+        assert!(seen.abs_diff_eq(radiance.into(), 0.2), "{seen} from {direction:?}");
+    };
+    // The room is 5 × 3 × 6 m about the eye: the lamp on the ceiling, the window on the left.
+    close([0.0, 1.5, -0.6], [8.0, 6.5, 4.5]);
+    close([2.5, 0.4, 1.7], [26.0, 27.0, 28.0]);
+    let [left, right] = [2.5, -2.5].map(|x| map.radiance(DVec3::new(x, -0.8, 0.0)));
     assert!(
-        scene
-            .faces
-            .iter()
-            .all(|f| faces_inwards(f, DVec3::splat(0.5)))
+        left.x > 1.5 * left.z && right.x < right.z,
+        "walls are {left} and {right}"
     );
 }
 
 #[test]
-fn the_cornell_box_is_as_measured() {
+fn cornell_box_equals_measured_data() {
     let scene = scene("cornell_box");
     assert_eq!(scene.faces.len(), 17);
-    assert_eq!(
-        scene.notes,
-        ["1 face not planar: split into two triangles (6)"]
-    );
+    assert_eq!(scene.notes, ["1 face not planar: split into two triangles (6)"]);
     let middle = |name: &str| match name {
         "short_block" => Some(DVec3::new(186.0, 80.0, 168.0)),
         "tall_block" => Some(DVec3::new(368.0, 160.0, 351.0)),
@@ -197,12 +207,12 @@ fn the_cornell_box_is_as_measured() {
         }
     }
     let Some(data) = std::env::var_os("RADIOSITY_DATA") else {
-        // Past the test runner, which keeps what a passing test prints to itself.
+        // Directly to stderr: the test runner captures the output of a passing test.
         let what = "skipped: the Cornell box against its measured data, RADIOSITY_DATA is not set";
         let _ = writeln!(std::io::stderr(), "{what}");
         return;
     };
-    let measured = load(
+    let measured = load_scene(
         &Path::new(&data).join("cornell/cornell_measured.obj"),
         &ImportOptions::default(),
     );
@@ -215,8 +225,7 @@ fn the_cornell_box_is_as_measured() {
     }
     let outline = |s: &Scene, k: usize| {
         let mut corners: Vec<[f64; 3]> = s.faces[k].outline().iter().map(DVec3::to_array).collect();
-        let least = (0..corners.len())
-            .min_by(|a, b| corners[*a].partial_cmp(&corners[*b]).expect("numbers"));
+        let least = (0..corners.len()).min_by(|a, b| corners[*a].partial_cmp(&corners[*b]).expect("numbers"));
         corners.rotate_left(least.unwrap_or(0));
         corners
     };

@@ -1,12 +1,12 @@
-//! What `result.json` says of the settings: every option in force, side by side, and no other.
+//! Settings in `result.json`: every option in force, at one level, and no other.
 
 use common::settings::{
-    Drawing, Lookup, Projection, Quality, Raster, Schedule, Settings, Visibility,
+    ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Schedule, Settings, SolveQuality, Visibility,
 };
 use serde_json::json;
 
-fn drawn(projection: Projection) -> serde_json::Value {
-    let visibility = Visibility::Drawn(Drawing {
+fn drawn(projection: ItemBufferProjection) -> serde_json::Value {
+    let visibility = Visibility::ItemBuffer(ItemBufferSettings {
         projection,
         size: 64,
         lookup: Lookup::Exact,
@@ -15,8 +15,8 @@ fn drawn(projection: Projection) -> serde_json::Value {
 }
 
 #[test]
-fn rays_have_no_item_buffer() {
-    let rays = serde_json::to_value(Settings::of(Quality::Reference)).unwrap();
+fn settings_with_rays_have_no_item_buffer_options() {
+    let rays = serde_json::to_value(Settings::with_quality(SolveQuality::Reference)).unwrap();
     let options = json!({
         "quality": "reference", "texels": 16, "cells": 8, "samples": 16, "visibility": "rays",
         "form-factor": "polygon", "conserve": false, "iteration": "southwell", "epsilon": 1e-4,
@@ -26,7 +26,7 @@ fn rays_have_no_item_buffer() {
 }
 
 #[test]
-fn an_item_buffer_lies_flat_among_the_other_options() {
+fn item_buffer_options_are_at_the_top_level() {
     let settings = Settings {
         schedule: Schedule {
             epsilon: 0.5,
@@ -40,32 +40,29 @@ fn an_item_buffer_lies_flat_among_the_other_options() {
         "visibility": "stereographic", "item-buffer": 1024, "raster": "pixel", "lookup": "3x3",
     });
     all.extend(drawing.as_object().unwrap().clone());
-    let drawn = settings.by(Visibility::Drawn(Drawing::DEFAULT));
+    let drawn = settings.with_visibility(Visibility::ItemBuffer(ItemBufferSettings::DEFAULT));
     assert_eq!(serde_json::to_value(drawn).unwrap(), json!(all));
 }
 
-/// The names of the command line, and the raster that is in force.
+/// Checks the names of the command line, and the raster in force.
 #[test]
-fn projections_have_the_rasters_that_they_can_have() {
-    use Projection::{Hemicube, Hemisphere, Paper, Stereographic};
+fn projections_accept_only_their_rasters() {
+    use ItemBufferProjection::{Hemicube, Hemisphere, Paper, Stereographic};
     use Raster::{Pixel, Tessellated};
     let options = |name, raster| json!({"visibility": name, "item-buffer": 64, "raster": raster, "lookup": "exact"});
     assert_eq!(drawn(Paper), options("paper", "tessellated"));
     assert_eq!(drawn(Hemicube), options("hemicube", "pixel"));
-    assert_eq!(
-        drawn(Hemisphere(Tessellated)),
-        options("hemisphere", "tessellated")
-    );
-    assert_eq!(
-        drawn(Stereographic(Pixel)),
-        options("stereographic", "pixel")
-    );
+    assert_eq!(drawn(Hemisphere(Tessellated)), options("hemisphere", "tessellated"));
+    assert_eq!(drawn(Stereographic(Pixel)), options("stereographic", "pixel"));
 
-    assert_eq!((Paper.by(Pixel), Hemicube.by(Tessellated)), (None, None));
-    assert_eq!(Paper.by(Tessellated), Some(Paper));
-    assert_eq!(Hemicube.by(Pixel), Some(Hemicube));
     assert_eq!(
-        Stereographic(Pixel).by(Tessellated),
+        (Paper.with_raster(Pixel), Hemicube.with_raster(Tessellated)),
+        (None, None)
+    );
+    assert_eq!(Paper.with_raster(Tessellated), Some(Paper));
+    assert_eq!(Hemicube.with_raster(Pixel), Some(Hemicube));
+    assert_eq!(
+        Stereographic(Pixel).with_raster(Tessellated),
         Some(Stereographic(Tessellated))
     );
 }

@@ -1,10 +1,10 @@
-//! What a solve writes is read back bit for bit, and nothing else is taken for it.
+//! Stored solutions: read back bit for bit, and errors of damaged files.
 
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use common::shooting::{Field, Run, initial};
-use common::solution::{Seconds, Solution, Stored};
+use common::shooting::{RadiosityField, SolveRun, initial_field};
+use common::solution::{PhaseSeconds, Solution, StoredSolution};
 use glam::{DVec3, Vec3, Vec4};
 use serde_json::{Value, json};
 use std::fs;
@@ -33,8 +33,8 @@ fn scene() -> Scene {
     scene.two_sided()
 }
 
-/// Values that no other texel or channel has, large, small and negative ones among them.
-fn field(mesh: &Mesh) -> Field {
+/// Makes a field of distinct values in all texels and channels: large, small and negative ones.
+fn field(mesh: &Mesh) -> RadiosityField {
     let value = |salt: f32| {
         let value = move |k: usize| {
             let x = (k as f32 + 1.0) * salt;
@@ -42,23 +42,23 @@ fn field(mesh: &Mesh) -> Field {
         };
         (0..mesh.texels.len()).map(value).collect()
     };
-    Field {
+    RadiosityField {
         radiosity: value(1.0),
         residual: value(7.0),
         irradiance: value(13.0),
-        ..initial(mesh, "by hand")
+        ..initial_field(mesh, "by hand")
     }
 }
 
-/// Writes the scene with 5×5 texels a face and returns mesh and field.
-fn write(dir: &Path) -> (Mesh, Field) {
+/// Writes the scene with 6×6 texels per face. Returns mesh and field.
+fn write(dir: &Path) -> (Mesh, RadiosityField) {
     write_with(dir, None)
 }
 
-/// The same; of a captured room face 1 is left with this E.
-fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
+/// Writes the scene; with `captured` it is a captured room, and face 1 has this E.
+fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, RadiosityField) {
     let scene = scene();
-    // Cells change the order of the mesh's texels, and must not change the file's.
+    // Patches change the order of the mesh's texels, and must not change the file's.
     let mut mesh = Mesh::uniform(&scene, 6, 3).unwrap();
     for texel in mesh.texels.iter_mut().filter(|texel| texel.face == 1) {
         texel.emission = captured.unwrap_or(texel.emission);
@@ -72,7 +72,7 @@ fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
         solver: "cpu",
         adapter: None,
         settings: &Settings::default(),
-        run: &Run {
+        run: &SolveRun {
             shots: Vec::new(),
             emitted: 1.0,
             converged: true,
@@ -81,22 +81,22 @@ fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, Field) {
             shooters: 0,
             field: field.clone(),
         },
-        off: None,
+        texel_error: None,
         certificate: None,
         error: None,
         warnings: &[],
         notes: &[],
-        seconds: Seconds::default(),
+        seconds: PhaseSeconds::default(),
     };
     solution.write(dir).unwrap();
     (mesh, field)
 }
 
 #[test]
-fn a_solve_is_read_back_bit_for_bit() {
+fn written_solution_is_read_back_bit_for_bit() {
     let dir = folder("exact");
     let (mesh, field) = write(&dir);
-    let stored = Stored::read(&dir).unwrap();
+    let stored = StoredSolution::read(&dir).unwrap();
     let scene = scene();
     assert_eq!(stored.scene.name, scene.name);
     assert_eq!(stored.scene.faces.len(), 4);
@@ -106,20 +106,14 @@ fn a_solve_is_read_back_bit_for_bit() {
         assert_eq!(read.corners, face.corners);
         assert_eq!(read.emission, face.emission);
         assert_eq!(read.reflectance, face.reflectance);
-        assert_eq!((read.from, read.partner), (face.from, face.partner));
+        assert_eq!((read.input_face, read.partner), (face.input_face, face.partner));
     }
     assert_eq!(stored.resolutions, vec![[6, 6]; 4]);
     let bits = |v: Vec3| v.to_array().map(f32::to_bits);
     for (k, texel) in mesh.texels.iter().enumerate() {
-        let at = stored.texels(texel.face as usize).start + texel.index as usize;
-        assert_eq!(
-            bits(stored.radiosity[at]),
-            bits(field.radiosity[k].truncate())
-        );
-        let others = [
-            ("residual", &field.residual),
-            ("irradiance", &field.irradiance),
-        ];
+        let at = stored.texel_range(texel.face as usize).start + texel.index as usize;
+        assert_eq!(bits(stored.radiosity[at]), bits(field.radiosity[k].truncate()));
+        let others = [("residual", &field.residual), ("irradiance", &field.irradiance)];
         for (name, values) in others {
             assert_eq!(bits(stored.others[name][at]), bits(values[k].truncate()));
         }
@@ -128,20 +122,20 @@ fn a_solve_is_read_back_bit_for_bit() {
     assert!(!stored.others.contains_key("error"));
 }
 
-/// Reads after one change of the description.
+/// Reads the solution after one change of the description. Returns the error.
 fn changed(dir: &Path, change: impl Fn(&mut Value)) -> String {
     let path = dir.join("result.json");
     let before = fs::read(&path).unwrap();
     let mut description: Value = serde_json::from_slice(&before).unwrap();
     change(&mut description);
     fs::write(&path, description.to_string()).unwrap();
-    let message = Stored::read(dir).map(|_| ()).unwrap_err().to_string();
+    let message = StoredSolution::read(dir).map(|_| ()).unwrap_err().to_string();
     fs::write(&path, before).unwrap();
     message
 }
 
 #[test]
-fn a_bad_description_names_the_file_and_the_face() {
+fn bad_description_error_names_file_and_face() {
     let dir = folder("bad");
     write(&dir);
     let cases: [(&str, &str, Value); 13] = [
@@ -153,11 +147,7 @@ fn a_bad_description_names_the_file_and_the_face() {
         ("/faces/1/texels", "face 1", json!([6, 5])),
         ("/faces/1/texels", "face 1", json!([7, 7])),
         ("/faces/0/rect", "face 0", json!([900, 0, 6, 6])),
-        (
-            "/faces/0/rect",
-            "face 0",
-            json!([4_294_967_295u32, 0, 6, 6]),
-        ),
+        ("/faces/0/rect", "face 0", json!([4_294_967_295u32, 0, 6, 6])),
         ("/faces/0/corners/3", "", json!([0, 0])),
         ("/faces/0/kind", "face 0", json!("triangle")),
         ("/faces/0/emission", "", json!([0, 1e99, 0])),
@@ -183,59 +173,54 @@ fn a_bad_description_names_the_file_and_the_face() {
     assert!(message.contains("too many texels"), "{message}");
     let message = changed(&dir, |d| *d = json!([1]));
     assert!(message.contains("result.json"), "{message}");
-    Stored::read(&dir).unwrap();
+    StoredSolution::read(&dir).unwrap();
 }
 
 #[test]
-fn what_a_capture_leaves_unexplained_may_be_negative() {
+fn captured_emission_by_texel_may_be_negative() {
     let dir = folder("captured");
     let left = Vec3::new(-0.25, 0.5, 0.0);
     write_with(&dir, Some(left));
-    let stored = Stored::read(&dir).unwrap();
-    assert!(stored.emission[stored.texels(1)].iter().all(|e| *e == left));
+    let stored = StoredSolution::read(&dir).unwrap();
+    assert!(stored.emission[stored.texel_range(1)].iter().all(|e| *e == left));
     assert!(stored.scene.faces[1].emission.x < 0.0);
-    // Without the texels' own it would be a lamp's.
-    let message = changed(&dir, |d| {
-        d["faces"][1]["reflectance"] = json!([0.5, 0.5, 1.0])
-    });
+    // Without emission by texel the face's emission is read, which must not be negative.
+    let message = changed(&dir, |d| d["faces"][1]["reflectance"] = json!([0.5, 0.5, 1.0]));
     assert!(message.contains("face 1"), "{message}");
 }
 
 #[test]
-fn what_others_wrote_is_read_with_a_note() {
+fn solution_without_checksum_is_read_with_a_note() {
     let dir = folder("foreign");
     write(&dir);
-    assert!(Stored::read(&dir).unwrap().scene.notes.is_empty());
+    assert!(StoredSolution::read(&dir).unwrap().scene.notes.is_empty());
     let path = dir.join("result.json");
     let mut description: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-    description
-        .as_object_mut()
-        .unwrap()
-        .remove("lightmap_crc32");
+    description.as_object_mut().unwrap().remove("lightmap_crc32");
     fs::write(&path, description.to_string()).unwrap();
-    let notes = Stored::read(&dir).unwrap().scene.notes;
+    let notes = StoredSolution::read(&dir).unwrap().scene.notes;
     assert!(notes[0].contains("has no lightmap_crc32"), "{notes:?}");
 }
 
 #[test]
-fn a_damaged_lightmap_is_an_error_at_every_length() {
+fn truncated_or_changed_lightmap_is_an_error() {
     let dir = folder("cut");
     write(&dir);
     let path = dir.join("lightmap.exr");
     let bytes = fs::read(&path).unwrap();
     for length in (0..bytes.len()).step_by(11).chain([bytes.len() - 1]) {
         fs::write(&path, &bytes[..length]).unwrap();
-        let message = Stored::read(&dir).map(|_| ()).unwrap_err().to_string();
+        let message = StoredSolution::read(&dir).map(|_| ()).unwrap_err().to_string();
         assert!(message.contains("lightmap.exr"), "{length}: {message}");
     }
-    // A changed byte that the decoder passes over is told by the checksum.
+    // The checksum detects a changed byte that the decoder ignores.
     for at in (0..bytes.len()).step_by(7) {
         let mut bytes = bytes.clone();
         bytes[at] ^= 0x55;
         fs::write(&path, &bytes).unwrap();
-        assert!(Stored::read(&dir).is_err(), "byte {at}");
+        assert!(StoredSolution::read(&dir).is_err(), "byte {at}");
     }
     fs::remove_file(&path).unwrap();
-    let message = Stored::read(&dir).map(|_| ()).unwrap_err().to_string();
+    let message = StoredSolution::read(&dir).map(|_| ()).unwrap_err().to_string();
     assert!(message.contains("cannot be read"), "{message}");
 }

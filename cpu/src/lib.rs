@@ -1,13 +1,12 @@
-//! The CPU solver: visibility by rays through a BVH, or by the scalar twin of the item buffer;
-//! deposit, power and escape are the twins of the shaders of the same names. The dense system over
-//! all texels is [`matrix`].
+//! Radiosity on the CPU: progressive refinement ([`solver`]), hierarchical radiosity ([`hierarchy`]) and the dense
+//! system over all texels ([`dense`]). Each shader of the GPU has a scalar twin in [`shader_twins`].
 //!
 //! ```
-//! use common::energy::Energy;
+//! use common::energy::EnergyBalance;
 //! use common::mesh::Mesh;
 //! use common::scene::{Face, Scene};
 //! use common::settings::{Schedule, Transport};
-//! use common::shooting::solve;
+//! use common::shooting::shoot_until_converged;
 //! use cpu::CpuSolver;
 //! use glam::{DVec3, Vec3};
 //! use std::ops::ControlFlow;
@@ -23,24 +22,24 @@
 //! };
 //! let mesh = Mesh::uniform(&scene, 8, 2)?;
 //! let mut engine = CpuSolver::new(&mesh, &Transport::default());
-//! let mut watch = |_: &_, _| ControlFlow::Continue(());
-//! let run = solve(&mut engine, &Schedule::default(), &mut watch)?;
-//! let energy = Energy::new(&mesh, &run.field, &run.shots);
+//! let mut report = |_: &_, _| ControlFlow::Continue(());
+//! let run = shoot_until_converged(&mut engine, &Schedule::default(), &mut report)?;
+//! let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
 //! // Facing unit squares at distance 1 exchange 19.98 %: the wall absorbs half of what it gets, and the
 //! // black lamp its share of the other half.
-//! let absorbed = energy.share(energy.absorbed);
+//! let absorbed = energy.share_of_emitted(energy.absorbed);
 //! assert!((absorbed - 0.1199).abs() < 0.001, "{absorbed}");
 //! # Ok(())
 //! # }
 //! ```
 
+pub mod dense;
 pub mod hierarchy;
 pub mod links;
-pub mod matrix;
 pub mod memory;
 pub mod occlusion;
 mod rows;
+pub mod shader_twins;
 pub mod solver;
-pub mod twin;
 
 pub use solver::CpuSolver;

@@ -1,125 +1,124 @@
-//! The links of the cells that have shot: they never change, so a second shot of a cell needs
-//! neither rays nor raster. Beyond a budget the latest of the cells that share a place stays.
+//! A cache of each patch's links to all texels, its row: links never change, so a patch that shoots again needs no new
+//! visibility. Beyond a memory budget patches share slots, and a newer row replaces an older one.
 
-use common::constants::LINK_BYTES;
+use common::constants::MAX_LINK_BYTES;
 use common::mesh::Mesh;
-use common::passes::Closure;
+use common::passes::PatchClosure;
 use common::{Error, Result};
 
-/// What is known of the row in a place.
+/// A row in a slot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeptRow {
-    /// The cell.
-    pub cell: u32,
-    /// ΣF and the escaped share.
-    pub closure: Closure,
+pub struct StoredRow {
+    /// Number of the patch.
+    pub patch: u32,
+    /// Sum of the form factors, and the share of the patch's hemisphere that meets no front.
+    pub closure: PatchClosure,
 }
 
-/// A cell's links to all texels.
+/// The links of a patch to all texels.
 #[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
-    /// ΣF and the escaped share.
-    pub closure: Closure,
-    /// w_ji of each texel.
+pub struct LinkRow<'a> {
+    /// Sum of the form factors, and the share of the patch's hemisphere that meets no front.
+    pub closure: PatchClosure,
+    /// w_ji of each texel j from the shooting patch i: share of the patch's radiosity that the texel receives.
     pub links: &'a [f32],
 }
 
-/// A place for a row that is to be made.
-pub struct Place<'a> {
-    /// For which cell.
-    pub cell: u32,
-    /// What is known of it afterwards.
-    pub kept: &'a mut Option<KeptRow>,
-    /// Its links.
+/// A slot for a row that is to be computed.
+pub struct RowSlot<'a> {
+    /// Number of the patch.
+    pub patch: u32,
+    /// Entry of the row: the caller sets it when the row is complete.
+    pub entry: &'a mut Option<StoredRow>,
+    /// Links of the row.
     pub links: &'a mut [f32],
-    /// What it brings to each cell, where that is kept.
-    pub taken: &'a mut [f32],
+    /// Share of the row's light that each patch receives; empty if exchanges are not stored.
+    pub exchanges: &'a mut [f32],
 }
 
-/// Places for rows.
-pub struct Links {
-    kept: Vec<Option<KeptRow>>,
-    /// Row after row; pages that no row has touched take no memory.
+/// All slots.
+pub struct LinkCache {
+    entries: Vec<Option<StoredRow>>,
+    /// Links, row after row; memory pages not yet written take no RAM.
     values: Vec<f32>,
     texels: usize,
-    /// T: what each cell takes of each one, cell after cell; empty until cells exchange.
-    taken: Vec<f32>,
-    cells: usize,
+    /// Exchange matrix T of the patches, row after row: shares of a patch's light that each patch receives. Empty until
+    /// exchanges are stored.
+    exchanges: Vec<f32>,
+    patches: usize,
 }
 
-impl Links {
-    /// As many empty places as the budget holds, at least one.
+impl LinkCache {
+    /// Makes as many slots as the budget holds, at least one.
     pub fn new(mesh: &Mesh) -> Self {
         let row = 4 * mesh.texels.len().max(1) as u64;
-        let places = (LINK_BYTES / row).clamp(1, mesh.cells.len().max(1) as u64) as usize;
+        let slots = (MAX_LINK_BYTES / row).clamp(1, mesh.patches.len().max(1) as u64) as usize;
         Self {
-            kept: vec![None; places],
-            values: vec![0.0; places * mesh.texels.len()],
+            entries: vec![None; slots],
+            values: vec![0.0; slots * mesh.texels.len()],
             texels: mesh.texels.len(),
-            taken: Vec::new(),
-            cells: mesh.cells.len(),
+            exchanges: Vec::new(),
+            patches: mesh.patches.len(),
         }
     }
 
-    /// Whether there is room for what all cells take of each other.
-    pub fn has_room(&self) -> bool {
-        4 * (self.cells as u64).pow(2) <= LINK_BYTES
+    /// Returns true if the exchange matrix fits into the budget.
+    pub fn exchanges_fit(&self) -> bool {
+        4 * (self.patches as u64).pow(2) <= MAX_LINK_BYTES
     }
 
-    /// From now on keeps what the cells take; rows made before are forgotten.
-    pub fn exchange(&mut self) {
-        if self.taken.is_empty() {
-            self.taken = vec![0.0; self.cells * self.cells];
-            self.kept.fill(None);
+    /// Stores exchanges from now on; earlier rows are dropped.
+    pub fn enable_exchanges(&mut self) {
+        if self.exchanges.is_empty() {
+            self.exchanges = vec![0.0; self.patches * self.patches];
+            self.entries.fill(None);
         }
     }
 
-    /// What the cells take of each one.
-    pub fn taken(&self) -> impl Iterator<Item = &[f32]> {
-        self.taken.chunks(self.cells.max(1))
+    /// Returns the rows of the exchange matrix.
+    pub fn exchange_rows(&self) -> impl Iterator<Item = &[f32]> {
+        self.exchanges.chunks(self.patches.max(1))
     }
 
-    /// How many rows can be kept at once.
-    pub fn places(&self) -> usize {
-        self.kept.len()
+    /// Returns the number of slots.
+    pub fn slot_count(&self) -> usize {
+        self.entries.len()
     }
 
-    /// The row of `cell`, if it is kept.
-    pub fn row(&self, cell: u32) -> Option<Row<'_>> {
-        let place = cell as usize % self.places();
-        let kept = self.kept[place].filter(|kept| kept.cell == cell)?;
-        Some(Row {
-            closure: kept.closure,
-            links: &self.values[place * self.texels..(place + 1) * self.texels],
+    /// Returns the row of `patch`, if it is stored.
+    pub fn stored_row(&self, patch: u32) -> Option<LinkRow<'_>> {
+        let slot = patch as usize % self.slot_count();
+        let entry = self.entries[slot].filter(|entry| entry.patch == patch)?;
+        Some(LinkRow {
+            closure: entry.closure,
+            links: &self.values[slot * self.texels..(slot + 1) * self.texels],
         })
     }
 
-    /// The row of `cell`, which has been made.
-    pub fn made(&self, cell: u32) -> Result<Row<'_>> {
-        let missing = || Error::Fault(format!("the links of cell {cell} were not made"));
-        self.row(cell).ok_or_else(missing)
+    /// Returns the row of `patch`.
+    ///
+    /// Errors: the row is not stored.
+    pub fn require_row(&self, patch: u32) -> Result<LinkRow<'_>> {
+        let missing = || Error::Fault(format!("the links of patch {patch} are not in the cache"));
+        self.stored_row(patch).ok_or_else(missing)
     }
 
-    /// The places of `cells`, in rising order and no more than there are places between the first
-    /// and the last.
-    pub fn places_of(&mut self, cells: &[u32]) -> Vec<Place<'_>> {
-        let count = self.places();
-        let rows = self
-            .kept
-            .iter_mut()
-            .zip(self.values.chunks_mut(self.texels.max(1)));
+    /// Returns the slots of `patches`, which must ascend; last − first must be below the number of slots.
+    pub fn slots_of(&mut self, patches: &[u32]) -> Vec<RowSlot<'_>> {
+        let count = self.slot_count();
+        let rows = self.entries.iter_mut().zip(self.values.chunks_mut(self.texels.max(1)));
         let mut rows: Vec<_> = rows.map(Some).collect();
-        let mut taken = self.taken.chunks_mut(self.cells.max(1)).enumerate();
-        cells
+        let mut exchanges = self.exchanges.chunks_mut(self.patches.max(1)).enumerate();
+        patches
             .iter()
-            .filter_map(|cell| {
-                let (kept, links) = rows[*cell as usize % count].take()?;
-                let own = taken.find(|(k, _)| *k == *cell as usize);
-                Some(Place {
-                    cell: *cell,
-                    kept,
+            .filter_map(|patch| {
+                let (entry, links) = rows[*patch as usize % count].take()?;
+                let own = exchanges.find(|(k, _)| *k == *patch as usize);
+                Some(RowSlot {
+                    patch: *patch,
+                    entry,
                     links,
-                    taken: own.map_or_else(Default::default, |(_, taken)| taken),
+                    exchanges: own.map_or_else(Default::default, |(_, exchanges)| exchanges),
                 })
             })
             .collect()

@@ -1,57 +1,59 @@
-//! The CPU engine of the shooting loop.
+//! Progressive radiosity on the CPU: the engine of the shooting loop.
 
-use crate::links::{KeptRow, Links, Place, Row};
+use crate::links::{LinkCache, LinkRow, RowSlot, StoredRow};
 use crate::occlusion::occluders::Occluders;
-use crate::rows::Rows;
-use crate::rows::candidates::{Between, candidates};
-use crate::rows::receivers::Receivers;
-use crate::twin::accumulate::{accumulate, settle};
-use crate::twin::closure::closure;
-use crate::twin::deposit::{ShotInFlight, deposit};
-use crate::twin::escape::escape;
-use crate::twin::link::{Baseline, Sums, factor, sample};
-use crate::twin::lookup::Buffers;
-use crate::twin::power::power;
-use crate::twin::received::received;
+use crate::rows::RowBuilder;
+use crate::rows::candidates::{OccluderCandidates, occluder_candidates};
+use crate::rows::receivers::TexelArrays;
+use crate::shader_twins::closure::sum_form_factors;
+use crate::shader_twins::deposit::deposit;
+use crate::shader_twins::escape::escaped_share;
+use crate::shader_twins::exchange::exchange_flux;
+use crate::shader_twins::gather::{gather_irradiance, update_radiosity};
+use crate::shader_twins::link::{Baseline, Sums, add_sample, link_texel, texel_form_factor};
+use crate::shader_twins::lookup::SampleItemBuffers;
+use crate::shader_twins::patch_transfer::patch_transfer;
+use crate::shader_twins::select::{load_shot, record_shot};
+use crate::shader_twins::unshot_power::unshot_power;
 use common::Result;
-use common::escape::directions;
+use common::escape::escape_directions;
 use common::mesh::Mesh;
-use common::passes::{Closure, Exchange};
+use common::passes::{Exchange, PatchClosure};
 use common::rays::Rays;
-use common::settings::{Drawing, Transport, Visibility};
-use common::shooting::{Field, Restart, Rule, Shoot, Shot, initial, total};
+use common::settings::{ItemBufferSettings, Transport, Visibility};
+use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, initial_field};
 use glam::{Vec3, Vec4};
 use pulp::Arch;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 
-/// Texels per task: long enough to hide the task, short enough to share.
-const TASK: usize = 1024;
+/// Texels per task: enough to hide the overhead, few enough to balance threads.
+const TEXELS_PER_TASK: usize = 1024;
 
-/// Cells of each thread whose links are made between two looks at the progress.
-const GROUP: usize = 8;
+/// Patches per thread whose rows are computed between two calls of the progress callback.
+const PATCHES_PER_THREAD: usize = 8;
 
-/// Progressive refinement on rayon; visibility by rays, or by the item buffer's twin.
+/// Progressive refinement in parallel; visibility by rays, or by the item buffer's twin.
 pub struct CpuSolver<'a> {
-    caster: Caster<'a>,
-    links: Links,
-    /// What the room had of the latest shot; empty where the rule does not ask.
+    builder: LinkBuilder<'a>,
+    links: LinkCache,
+    /// Baseline of the latest shot at each texel; empty if the rule does not compare.
     baseline: Vec<Baseline>,
-    /// What each cell has yet to shoot.
+    /// Unshot power of each patch.
     sums: Vec<Vec4>,
-    field: Field,
+    field: RadiosityField,
     reflectance: Vec<Vec3>,
-    rule: Rule,
+    rule: DepositRule,
 }
 
-/// What makes a cell's links.
-struct Caster<'a> {
+/// Computes the links of patches.
+struct LinkBuilder<'a> {
     mesh: &'a Mesh,
     transport: Transport,
     rays: Rays,
     occluders: Occluders,
-    receivers: Receivers,
+    receivers: TexelArrays,
     directions: Vec<Vec3>,
     arch: Arch,
 }
@@ -60,80 +62,80 @@ impl<'a> CpuSolver<'a> {
     /// A solver in its initial state: B = r = E.
     pub fn new(mesh: &'a Mesh, transport: &Transport) -> Self {
         let mut solver = Self {
-            caster: Caster {
+            builder: LinkBuilder {
                 mesh,
                 transport: *transport,
                 rays: Rays::new(mesh),
-                occluders: Occluders::rounded(mesh),
-                receivers: Receivers::new(mesh),
-                directions: directions(),
+                occluders: Occluders::from_mesh(mesh),
+                receivers: TexelArrays::new(mesh),
+                directions: escape_directions(),
                 arch: Arch::new(),
             },
-            links: Links::new(mesh),
+            links: LinkCache::new(mesh),
             baseline: Vec::new(),
             sums: Vec::new(),
-            field: initial(mesh, "cpu"),
+            field: initial_field(mesh, "cpu"),
             reflectance: mesh.texels.iter().map(|t| t.reflectance).collect(),
-            rule: Rule::PLAIN,
+            rule: DepositRule::FULL_DEPOSIT,
         };
-        solver.sum();
+        solver.sum_unshot();
         solver
     }
 
-    /// The rays that this solver asks.
+    /// Returns the solver's rays.
     pub fn rays(&self) -> &Rays {
-        &self.caster.rays
+        &self.builder.rays
     }
 
-    /// The links of a cell.
-    pub fn row(&mut self, cell: u32) -> Result<Row<'_>> {
-        self.make(&[cell]);
-        self.links.made(cell)
+    /// Returns the links of a patch to all texels.
+    pub fn link_row(&mut self, patch: u32) -> Result<LinkRow<'_>> {
+        self.make_rows(&[patch]);
+        self.links.require_row(patch)
     }
 
-    /// Makes the rows of `cells` that are not kept; the cells in rising order, and no more than
-    /// there are places from the first to the last.
-    fn make(&mut self, cells: &[u32]) {
-        let missing: Vec<u32> = (cells.iter().copied())
-            .filter(|cell| self.links.row(*cell).is_none())
+    /// Computes the rows of `patches` that are not stored. The patches rise and span no more numbers than there are
+    /// slots.
+    fn make_rows(&mut self, patches: &[u32]) {
+        let missing: Vec<u32> = (patches.iter().copied())
+            .filter(|patch| self.links.stored_row(*patch).is_none())
             .collect();
-        // A second shot touches no place but its own.
+        // A second shot changes no other slot.
         if !missing.is_empty() {
-            let caster = &self.caster;
-            caster.fill(self.links.places_of(&missing));
+            let builder = &self.builder;
+            builder.fill_slots(self.links.slots_of(&missing));
         }
     }
 
-    /// As many of the first of `cells` as have a place each.
-    fn group<'c>(&self, cells: &'c [u32], most: usize) -> &'c [u32] {
-        let Some(first) = cells.first() else {
-            return cells;
+    /// Returns as many of the first `patches` as have a slot each.
+    fn take_fitting<'c>(&self, patches: &'c [u32], most: usize) -> &'c [u32] {
+        let Some(first) = patches.first() else {
+            return patches;
         };
-        let end = u64::from(*first) + self.links.places() as u64;
-        let fitting = cells.iter().take(most);
-        let count = fitting.take_while(|cell| u64::from(**cell) < end).count();
-        &cells[..count]
+        let end = u64::from(*first) + self.links.slot_count() as u64;
+        let fitting = patches.iter().take(most);
+        let count = fitting.take_while(|patch| u64::from(**patch) < end).count();
+        &patches[..count]
     }
 
-    fn sum(&mut self) {
-        let (mesh, field) = (self.caster.mesh, &self.field);
+    fn sum_unshot(&mut self) {
+        let (mesh, field) = (self.builder.mesh, &self.field);
         self.sums = mesh
-            .cells
+            .patches
             .par_iter()
-            .map(|cell| power(mesh, field, cell))
+            .map(|patch| unshot_power(mesh, field, patch))
             .collect();
     }
 }
 
-impl Caster<'_> {
-    fn fill(&self, mut places: Vec<Place>) {
+impl LinkBuilder<'_> {
+    fn fill_slots(&self, mut slots: Vec<RowSlot>) {
         if self.transport.visibility != Visibility::Rays {
-            for place in &mut places {
-                self.weigh(place, &self.sums(place.cell, false));
+            for slot in &mut slots {
+                self.weight_links(slot, &self.sum_links(slot.patch, false));
             }
             return;
         }
-        let rows = Rows {
+        let rows = RowBuilder {
             mesh: self.mesh,
             kind: self.transport.form_factor,
             rays: &self.rays,
@@ -141,143 +143,134 @@ impl Caster<'_> {
             receivers: &self.receivers,
             arch: self.arch,
         };
-        let between = self.between(&places);
-        places.par_iter_mut().for_each(|place| {
-            let face = self.mesh.cells[place.cell as usize].face;
-            rows.fill(place.cell, &between[&face], place.links);
-            self.close(place);
+        let between = self.find_candidates(&slots);
+        slots.par_iter_mut().for_each(|slot| {
+            let face = self.mesh.patches[slot.patch as usize].face;
+            rows.fill_row(slot.patch, &between[&face], slot.links);
+            self.close_row(slot);
         });
     }
 
-    /// What may come between the faces of `places` and every other one.
-    fn between(&self, places: &[Place]) -> HashMap<u32, Vec<Between>> {
-        let mut cells: HashMap<u32, usize> = HashMap::new();
-        for place in places {
-            *cells
-                .entry(self.mesh.cells[place.cell as usize].face)
-                .or_default() += 1;
+    /// Returns the occluder candidates between the faces of `slots` and each other face.
+    fn find_candidates(&self, slots: &[RowSlot]) -> HashMap<u32, Vec<OccluderCandidates>> {
+        let mut patches: HashMap<u32, usize> = HashMap::new();
+        for slot in slots {
+            *patches.entry(self.mesh.patches[slot.patch as usize].face).or_default() += 1;
         }
         let samples = self.mesh.samples as usize;
-        cells
+        patches
             .into_par_iter()
             .map(|(face, count)| {
-                let questions = count * samples;
-                (
-                    face,
-                    candidates(self.mesh, &self.occluders, face, questions),
-                )
+                let tests = count * samples;
+                (face, occluder_candidates(self.mesh, &self.occluders, face, tests))
             })
             .collect()
     }
 
-    /// The links by `sums`.
-    fn weigh(&self, place: &mut Place, sums: &[Sums]) {
-        let open = self.mesh.cells[place.cell as usize].open;
-        for (link, sums) in place.links.iter_mut().zip(sums) {
-            *link = sums.link(open);
+    /// Computes the links of a slot from `sums`.
+    fn weight_links(&self, slot: &mut RowSlot, sums: &[Sums]) {
+        let open = self.mesh.patches[slot.patch as usize].open_share;
+        for (link, sums) in slot.links.iter_mut().zip(sums) {
+            *link = sums.link_weight(open);
         }
-        self.close(place);
+        self.close_row(slot);
     }
 
-    fn close(&self, place: &mut Place) {
+    fn close_row(&self, slot: &mut RowSlot) {
         let mesh = self.mesh;
-        let links = &*place.links;
+        let links = &*slot.links;
         let mut own = Vec::new();
-        let taken = if place.taken.is_empty() {
-            own.resize(mesh.cells.len(), 0.0);
+        let exchanges = if slot.exchanges.is_empty() {
+            own.resize(mesh.patches.len(), 0.0);
             &mut own[..]
         } else {
-            &mut *place.taken
+            &mut *slot.exchanges
         };
-        for (sum, cell) in taken.iter_mut().zip(&mesh.cells) {
-            *sum = received(mesh, links, cell);
+        for (sum, patch) in exchanges.iter_mut().zip(&mesh.patches) {
+            *sum = patch_transfer(mesh, links, patch);
         }
-        let area = mesh.cells[place.cell as usize].shooter.area;
-        *place.kept = Some(KeptRow {
-            cell: place.cell,
-            closure: Closure {
-                form_factor_sum: closure(taken, area),
-                escaped: escape(mesh, &self.rays, place.cell, &self.directions),
+        let area = mesh.patches[slot.patch as usize].shooter.area;
+        *slot.entry = Some(StoredRow {
+            patch: slot.patch,
+            closure: PatchClosure {
+                form_factor_sum: sum_form_factors(exchanges, area),
+                escaped: escaped_share(mesh, &self.rays, slot.patch, &self.directions),
             },
         });
     }
 
-    fn sums(&self, cell: u32, through: bool) -> Vec<Sums> {
+    fn sum_links(&self, patch: u32, through: bool) -> Vec<Sums> {
         let mesh = self.mesh;
         let mut sums = vec![Sums::default(); mesh.texels.len()];
         match self.transport.visibility {
-            Visibility::Rays => self.by_rays(cell, through, &mut sums),
-            Visibility::Drawn(drawing) => {
+            Visibility::Rays => self.sum_by_rays(patch, through, &mut sums),
+            Visibility::ItemBuffer(drawing) => {
                 let kind = self.transport.form_factor;
-                each(&mut sums, |k, sums| {
-                    sums.form_factor = factor(mesh, kind, cell, k);
+                for_each_texel(&mut sums, |k, sums| {
+                    sums.form_factor = texel_form_factor(mesh, kind, patch, k);
                 });
                 for s in 0..mesh.samples {
-                    self.by_item_buffer(&drawing, cell, s, &mut sums);
+                    self.sum_by_item_buffer(&drawing, patch, s, &mut sums);
                 }
             }
         }
         sums
     }
 
-    fn by_rays(&self, cell: u32, through: bool, sums: &mut [Sums]) {
+    fn sum_by_rays(&self, patch: u32, through: bool, sums: &mut [Sums]) {
         let (mesh, kind) = (self.mesh, self.transport.form_factor);
-        let shooter = mesh.cells[cell as usize].face;
-        each(sums, |k, sums| {
+        let shooter = mesh.patches[patch as usize].face;
+        for_each_texel(sums, |k, sums| {
             let ends = [shooter, mesh.texels[k as usize].face];
-            sums.form_factor = factor(mesh, kind, cell, k);
-            for s in 0..mesh.samples {
-                sample(mesh, cell, k, s, sums, |q, p| {
-                    self.rays
-                        .sight(q, p, ends, through && !mesh.is_object(ends[1]))
-                });
-            }
+            *sums = link_texel(mesh, kind, patch, k, |q, p| {
+                self.rays.find_sight(q, p, ends, through && !mesh.is_object(ends[1]))
+            });
         });
     }
 
-    fn by_item_buffer(&self, drawing: &Drawing, cell: u32, s: u32, sums: &mut [Sums]) {
+    fn sum_by_item_buffer(&self, drawing: &ItemBufferSettings, patch: u32, s: u32, sums: &mut [Sums]) {
         let mesh = self.mesh;
-        let buffers = Buffers::new(mesh, cell, s, drawing);
-        each(sums, |k, sums| {
+        let buffers = SampleItemBuffers::new(mesh, patch, s, drawing);
+        for_each_texel(sums, |k, sums| {
             let face = mesh.texels[k as usize].face;
-            sample(mesh, cell, k, s, sums, |_, p| buffers.sight(mesh, p, face));
+            add_sample(mesh, patch, k, s, sums, |_, p| buffers.find_sight(mesh, p, face));
         });
     }
 }
 
-fn each(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
-    sums.par_chunks_mut(TASK)
+fn for_each_texel(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
+    sums.par_chunks_mut(TEXELS_PER_TASK)
         .enumerate()
         .for_each(|(task, part)| {
             for (k, sums) in part.iter_mut().enumerate() {
-                add((task * TASK + k) as u32, sums);
+                add((task * TEXELS_PER_TASK + k) as u32, sums);
             }
         });
 }
 
 impl Exchange for CpuSolver<'_> {
     fn has_room(&self) -> bool {
-        self.links.has_room()
+        self.links.exchanges_fit()
     }
 
-    fn conserves(&self) -> bool {
-        self.caster.transport.conserve
+    fn conserves_energy(&self) -> bool {
+        self.builder.transport.conserve
     }
 
-    fn link(
+    fn make_links(
         &mut self,
-        cells: &[u32],
+        patches: &[u32],
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<Vec<Closure>> {
-        self.links.exchange();
+    ) -> Result<Vec<PatchClosure>> {
+        self.links.enable_exchanges();
         let mut closures = Vec::new();
         let mut flow = ControlFlow::Continue(());
-        while closures.len() < cells.len() && flow.is_continue() {
-            let most = GROUP * rayon::current_num_threads();
-            let group = self.group(&cells[closures.len()..], most);
-            self.make(group);
-            for cell in group {
-                closures.push(self.links.made(*cell)?.closure);
+        while closures.len() < patches.len() && flow.is_continue() {
+            let most = PATCHES_PER_THREAD * rayon::current_num_threads();
+            let group = self.take_fitting(&patches[closures.len()..], most);
+            self.make_rows(group);
+            for patch in group {
+                closures.push(self.links.require_row(*patch)?.closure);
                 if watch(closures.len()).is_break() {
                     flow = ControlFlow::Break(());
                 }
@@ -286,18 +279,13 @@ impl Exchange for CpuSolver<'_> {
         Ok(closures)
     }
 
-    fn exchange(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
-        let rows: Vec<(Vec3, &[f32])> = (radiosity.iter().zip(self.links.taken()))
-            .filter(|(shot, _)| **shot != Vec3::ZERO)
-            .map(|(shot, row)| (*shot, row))
-            .collect();
-        let mut sums = vec![Vec3::ZERO; radiosity.len()];
-        accumulate(self.caster.arch, &rows, &mut sums);
-        Ok(sums)
+    fn exchange_flux(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
+        let rows = self.links.exchange_rows();
+        Ok(exchange_flux(self.builder.arch, radiosity, rows))
     }
 
-    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<Field> {
-        let mesh = self.caster.mesh;
+    fn gather_field(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<RadiosityField> {
+        let mesh = self.builder.mesh;
         let shooters: Vec<u32> = (0..shot.len())
             .filter(|k| shot[*k] != Vec3::ZERO)
             .map(|k| k as u32)
@@ -305,103 +293,89 @@ impl Exchange for CpuSolver<'_> {
         let mut irradiance = vec![Vec3::ZERO; mesh.texels.len()];
         let mut rest = &shooters[..];
         while !rest.is_empty() {
-            let group = self.group(rest, usize::MAX);
-            self.make(group);
-            let rows = group.iter().map(|cell| {
-                let row = self.links.made(*cell)?;
-                Ok((shot[*cell as usize], row.links))
+            let group = self.take_fitting(rest, usize::MAX);
+            self.make_rows(group);
+            let rows = group.iter().map(|patch| {
+                let row = self.links.require_row(*patch)?;
+                Ok((shot[*patch as usize], row.links))
             });
             let rows: Vec<(Vec3, &[f32])> = rows.collect::<Result<_>>()?;
-            accumulate(self.caster.arch, &rows, &mut irradiance);
+            gather_irradiance(self.builder.arch, &rows, &mut irradiance);
             rest = &rest[group.len()..];
         }
         for (k, texel) in mesh.texels.iter().enumerate() {
-            let radiosity = settle(texel, self.reflectance[k], irradiance[k]);
+            let radiosity = update_radiosity(texel, self.reflectance[k], irradiance[k]);
             self.field.radiosity[k] = radiosity.extend(0.0);
             self.field.irradiance[k] = irradiance[k].extend(0.0);
         }
-        for (cell, unshot) in mesh.cells.iter().zip(unshot) {
-            self.field.residual[cell.texels()].fill(unshot.extend(0.0));
+        for (patch, unshot) in mesh.patches.iter().zip(unshot) {
+            self.field.residual[patch.texels()].fill(unshot.extend(0.0));
         }
-        self.sum();
-        self.field()
+        self.sum_unshot();
+        self.read_field()
     }
 }
 
 impl Shoot for CpuSolver<'_> {
-    fn cell_power(&mut self) -> Result<Vec<f32>> {
+    fn patch_power(&mut self) -> Result<Vec<f32>> {
         Ok(self.sums.iter().map(|sum| sum.w).collect())
     }
 
-    fn shoot(&mut self, cell: u32) -> Result<Shot> {
-        let (caster, rule) = (&self.caster, self.rule);
-        let shooter = &caster.mesh.cells[cell as usize];
-        if rule.compares() {
-            // The sums are those of this shot: its links are made anew.
-            let sums = caster.sums(cell, rule.captured);
-            let baseline =
-                |(k, sums): (usize, &Sums)| sums.baseline(caster.mesh, rule, shooter, k as u32);
+    fn shoot(&mut self, patch: u32) -> Result<Shot> {
+        let (builder, rule) = (&self.builder, self.rule);
+        let shooter = &builder.mesh.patches[patch as usize];
+        if rule.compares_links() {
+            // The baseline needs the sums of this shot, so its links are computed again.
+            let sums = builder.sum_links(patch, rule.captured);
+            let baseline = |(k, sums): (usize, &Sums)| sums.link_baseline(builder.mesh, rule, shooter, k as u32);
             self.baseline = sums.par_iter().enumerate().map(baseline).collect();
-            for place in &mut self.links.places_of(&[cell]) {
-                caster.weigh(place, &sums);
+            for slot in &mut self.links.slots_of(&[patch]) {
+                builder.weight_links(slot, &sums);
             }
         } else {
-            self.make(&[cell]);
+            self.make_rows(&[patch]);
         }
-        let caster = &self.caster;
-        let row = self.links.made(cell)?;
-        let flux = self.sums[cell as usize].truncate();
-        let in_flight = ShotInFlight {
-            mesh: caster.mesh,
-            cell: shooter,
-            radiosity: flux / shooter.shooter.area,
-            scale: row.closure.scale(caster.transport.conserve),
-            rule,
-            reflectance: &self.reflectance,
-        };
-        let form_factor_sum = row.closure.form_factor_sum * in_flight.scale;
-        let escaped = row.closure.escaped;
+        let builder = &self.builder;
+        let row = self.links.require_row(patch)?;
+        let flux = self.sums[patch as usize].truncate();
+        let closure = row.closure;
+        let scale = closure.link_scale(builder.transport.conserve);
+        let in_flight = load_shot(builder.mesh, patch, flux, scale, rule, &self.reflectance);
         let (field, baseline) = (&mut self.field, &self.baseline);
         field
             .radiosity
-            .par_chunks_mut(TASK)
-            .zip(field.residual.par_chunks_mut(TASK))
-            .zip(field.irradiance.par_chunks_mut(TASK))
-            .zip(row.links.par_chunks(TASK))
+            .par_chunks_mut(TEXELS_PER_TASK)
+            .zip(field.residual.par_chunks_mut(TEXELS_PER_TASK))
+            .zip(field.irradiance.par_chunks_mut(TEXELS_PER_TASK))
+            .zip(row.links.par_chunks(TEXELS_PER_TASK))
             .enumerate()
             .for_each(|(task, (((radiosity, residual), irradiance), links))| {
                 for k in 0..radiosity.len() {
                     let state = (&mut radiosity[k], &mut residual[k], &mut irradiance[k]);
-                    let texel = task * TASK + k;
+                    let texel = task * TEXELS_PER_TASK + k;
                     let baseline = baseline.get(texel).copied().unwrap_or_default();
                     deposit(&in_flight, texel as u32, links[k], baseline, state);
                 }
             });
-        self.sum();
-        Ok(Shot {
-            cell,
-            power: flux.into(),
-            form_factor_sum,
-            escaped,
-            unshot: total(&self.cell_power()?),
-        })
+        self.sum_unshot();
+        Ok(record_shot(patch, flux, scale, closure, &self.patch_power()?))
     }
 
-    fn field(&mut self) -> Result<Field> {
+    fn read_field(&mut self) -> Result<RadiosityField> {
         Ok(self.field.clone())
     }
 }
 
 impl Restart for CpuSolver<'_> {
-    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
-        self.rule = rule.with(self.caster.transport.conserve)?;
+    fn restart_from(&mut self, rule: DepositRule, reflectance: &[Vec3], field: &RadiosityField) -> Result<()> {
+        self.rule = rule.check_conserve(self.builder.transport.conserve)?;
         self.reflectance = reflectance.to_vec();
-        self.field = Field {
+        self.field = RadiosityField {
             origin: self.field.origin.clone(),
             ..field.clone()
         };
         self.baseline.clear();
-        self.sum();
+        self.sum_unshot();
         Ok(())
     }
 }

@@ -1,11 +1,11 @@
-//! The GPU solver: hemisphere item buffer, texel pass and choice of the next shooter on the
-//! device. No other crate of the workspace uses wgpu.
+//! Radiosity on the GPU (wgpu): item buffers, links, deposits and the selection of the next shooter run on
+//! the device. No other crate of the workspace uses wgpu.
 //!
 //! ```
 //! use common::mesh::Mesh;
 //! use common::scene::{Face, Scene};
 //! use common::settings::{Schedule, Transport};
-//! use common::shooting::solve;
+//! use common::shooting::shoot_until_converged;
 //! use glam::{DVec3, Vec3};
 //! use gpu::{Gpu, GpuSolver};
 //! use std::ops::ControlFlow;
@@ -25,40 +25,39 @@
 //! };
 //! let mesh = Mesh::uniform(&scene, 8, 2)?;
 //! let mut engine = GpuSolver::new(&gpu, &mesh, &Transport::default())?;
-//! let mut watch = |_: &_, _| ControlFlow::Continue(());
-//! let run = solve(&mut engine, &Schedule::default(), &mut watch)?;
+//! let mut report = |_: &_, _| ControlFlow::Continue(());
+//! let run = shoot_until_converged(&mut engine, &Schedule::default(), &mut report)?;
 //! // Facing unit squares at distance 1 exchange 19.98 %, and so do their quarters, on average.
-//! let taken = run.shots[0].form_factor_sum;
-//! assert!((taken - 0.1998).abs() < 0.002, "{taken}");
+//! let received = run.shots[0].form_factor_sum;
+//! assert!((received - 0.1998).abs() < 0.002, "{received}");
 //! # Ok(())
 //! # }
 //! ```
 
 pub mod adapter;
-mod batch;
-mod buffers;
-mod clock;
-mod compiled;
-mod context;
-mod dispatches;
-mod grids;
+mod compute_stage;
+mod device_queue;
+mod dispatch_arguments;
 pub mod hierarchy;
-mod host;
-mod inspect;
-pub mod linked;
-mod linker;
-mod memory;
-mod pace;
-mod passes;
-mod pipelines;
+mod link_recorder;
+pub mod link_records;
+mod memory_estimate;
+mod pass_stages;
+mod pipeline_cache;
 pub mod probe;
 pub mod profile;
 mod records;
 pub mod shaders;
-mod slots;
+mod shot_recorder;
+mod shot_slots;
+mod shot_stages;
 pub mod solver;
-mod stage;
+mod solver_buffers;
+mod solver_context;
+mod stage_readback;
+mod submission_pace;
+mod tessellation_grids;
 
-pub use adapter::{Gpu, adapters};
-pub use shaders::Fault;
+pub use adapter::{Gpu, list_adapters};
+pub use shaders::ShaderFault;
 pub use solver::GpuSolver;

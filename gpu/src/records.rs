@@ -1,16 +1,16 @@
-//! What the buffers hold, byte for byte: the Rust side of `shaders/types.wgsl`.
+//! Records of the device buffers, byte for byte as `shaders/types.wgsl` has them.
 
 use bytemuck::Zeroable;
 use common::form_factor::Shooter;
-use common::mesh::{Cell, Mesh, MeshFace, Point, Texel};
+use common::mesh::{Mesh, MeshFace, Patch, PatchPoint, Texel};
 #[cfg(doc)]
-use common::shooting::Subtracted;
-use common::shooting::{Rule, Shot};
+use common::shooting::SubtractedLink;
+use common::shooting::{DepositRule, Shot};
 use glam::Vec3;
 
-/// Where the members of a shader's struct lie.
+/// Offsets of the members of a shader's struct.
 #[derive(Clone, Debug)]
-pub struct Layout {
+pub struct RecordLayout {
     /// Its name in `types.wgsl`.
     pub name: &'static str,
     /// Bytes.
@@ -19,7 +19,7 @@ pub struct Layout {
     pub members: &'static [(&'static str, usize)],
 }
 
-/// A record, and the layout by which a test holds the shader's struct to it.
+/// Defines a record, and the layout with which a test compares the shader's struct.
 macro_rules! record {
     ($(#[$doc:meta])* pub struct $name:ident: $wgsl:literal {
         $($visible:vis $member:ident: $kind:ty,)*
@@ -32,7 +32,7 @@ macro_rules! record {
         }
 
         impl $name {
-            pub(crate) const LAYOUT: $crate::records::Layout = $crate::records::Layout {
+            pub(crate) const LAYOUT: $crate::records::RecordLayout = $crate::records::RecordLayout {
                 name: $wgsl,
                 size: size_of::<Self>(),
                 members: &[$((stringify!($member), std::mem::offset_of!(Self, $member)),)*],
@@ -43,15 +43,15 @@ macro_rules! record {
 pub(crate) use record;
 
 /// The layouts of all records.
-pub const LAYOUTS: [Layout; 8] = [
+pub const TRANSPORT_LAYOUTS: [RecordLayout; 8] = [
     FaceRecord::LAYOUT,
-    CellRecord::LAYOUT,
+    PatchRecord::LAYOUT,
     TexelRecord::LAYOUT,
     PointRecord::LAYOUT,
     RowRecord::LAYOUT,
     LogRecord::LAYOUT,
     ShotRecord::LAYOUT,
-    Params::LAYOUT,
+    ShaderParams::LAYOUT,
 ];
 
 record! {
@@ -82,8 +82,8 @@ impl From<&MeshFace> for FaceRecord {
 }
 
 record! {
-    /// `Cell`.
-    pub struct CellRecord: "Cell" {
+    /// `Patch`.
+    pub struct PatchRecord: "Patch" {
         centre: [f32; 3],
         area: f32,
         corners: [[f32; 4]; 4],
@@ -97,18 +97,18 @@ record! {
     }
 }
 
-impl From<&Cell> for CellRecord {
-    fn from(cell: &Cell) -> Self {
+impl From<&Patch> for PatchRecord {
+    fn from(patch: &Patch) -> Self {
         Self {
-            centre: cell.shooter.centre.into(),
-            area: cell.shooter.area,
-            corners: cell.shooter.corners.map(|c| c.extend(0.0).into()),
-            face: cell.face,
-            first: cell.first,
-            count: cell.count,
-            open: cell.open,
-            open_before: cell.open_before,
-            radius: cell.shooter.radius,
+            centre: patch.shooter.centre.into(),
+            area: patch.shooter.area,
+            corners: patch.shooter.corners.map(|c| c.extend(0.0).into()),
+            face: patch.face,
+            first: patch.first,
+            count: patch.count,
+            open: patch.open_share,
+            open_before: patch.open_share_before,
+            radius: patch.shooter.radius,
             pad: [0; 2],
         }
     }
@@ -134,7 +134,7 @@ impl From<&Texel> for TexelRecord {
             area: texel.area,
             reflectance: texel.reflectance.into(),
             face: texel.face,
-            place: texel.place,
+            place: texel.lattice_corner,
             kind: texel.kind as u32,
             pad: 0,
         }
@@ -151,8 +151,8 @@ record! {
     }
 }
 
-impl From<&Point> for PointRecord {
-    fn from(point: &Point) -> Self {
+impl From<&PatchPoint> for PointRecord {
+    fn from(point: &PatchPoint) -> Self {
         Self {
             position: point.position.into(),
             weight: point.weight,
@@ -162,23 +162,23 @@ impl From<&Point> for PointRecord {
     }
 }
 
-/// The bits of `params.rule` that say which [`Subtracted`] it is.
-pub const SUBTRACTED: u32 = 3;
-/// The bit of `params.rule` for captured shots.
-pub const CAPTURED: u32 = 4;
-/// The bit of `params.rule` for a room that shoots on what it gains.
-pub const KEEP: u32 = 8;
+/// Bits of `params.rule` for [`SubtractedLink`].
+pub const SUBTRACTED_BITS: u32 = 3;
+/// Bit of `params.rule` for captured shots.
+pub const CAPTURED_BIT: u32 = 4;
+/// Bit of `params.rule` for a room that reflects the light it gains.
+pub const KEEP_BIT: u32 = 8;
 
-/// `params.rule`.
-pub fn rule_bits(rule: Rule) -> u32 {
+/// Returns the bits of `params.rule`.
+pub fn rule_bits(rule: DepositRule) -> u32 {
     let bit = |set: bool, bit: u32| if set { bit } else { 0 };
-    rule.subtracted as u32 | bit(rule.captured, CAPTURED) | bit(rule.keep, KEEP)
+    rule.subtracted as u32 | bit(rule.captured, CAPTURED_BIT) | bit(rule.reshoot, KEEP_BIT)
 }
 
 record! {
-    /// `Row`, whose links a place keeps.
+    /// `Row`: the patch whose links a place keeps.
     pub struct RowRecord: "Row" {
-        cell: u32,
+        patch_index: u32,
         sum: f32,
     }
 }
@@ -187,7 +187,7 @@ record! {
     /// `Record`.
     pub struct LogRecord: "Record" {
         flux: [f32; 3],
-        cell: u32,
+        patch_index: u32,
         form_factor_sum: f32,
         escaped: f32,
         unshot: f32,
@@ -198,7 +198,7 @@ record! {
 impl From<&LogRecord> for Shot {
     fn from(record: &LogRecord) -> Self {
         Self {
-            cell: record.cell,
+            patch: record.patch_index,
             power: record.flux,
             form_factor_sum: record.form_factor_sum,
             escaped: record.escaped,
@@ -208,7 +208,7 @@ impl From<&LogRecord> for Shot {
 }
 
 record! {
-    /// `Shot`, as the host writes those whose links are to be made, and reads them back.
+    /// `Shot`: the host writes the shots whose links are to be made, and reads them back.
     pub struct ShotRecord: "Shot" {
         centre: [f32; 3],
         area: f32,
@@ -220,7 +220,7 @@ record! {
         face: u32,
         corners: [[f32; 4]; 4],
         radiosity: [f32; 3],
-        pub cell: u32,
+        pub patch_index: u32,
         flux: [f32; 3],
         first: u32,
         count: u32,
@@ -232,7 +232,7 @@ record! {
         open: f32,
         drawn: u32,
         open_before: f32,
-        pub taken: u32,
+        pub transfer_start: u32,
         pub sum: f32,
         pub escaped: f32,
         middle: [f32; 3],
@@ -241,33 +241,33 @@ record! {
 }
 
 impl ShotRecord {
-    /// A shot of nothing, for the sake of the cell's links, kept in one of `places`. The sums read
-    /// as NaN until they are made.
-    pub fn linking(mesh: &Mesh, index: u32, places: u32) -> Self {
-        let cell = &mesh.cells[index as usize];
+    /// Returns a shot without light, for which the links of patch `index` are made and kept in one of `places`.
+    /// The sums are NaN until they are made.
+    pub fn for_links(mesh: &Mesh, index: u32, places: u32) -> Self {
+        let patch = &mesh.patches[index as usize];
         Self {
-            area: cell.shooter.area,
+            area: patch.shooter.area,
             shooting: 1,
-            face: cell.face,
-            corners: cell.shooter.corners.map(|c| c.extend(0.0).into()),
-            cell: index,
-            first: cell.first,
-            count: cell.count,
+            face: patch.face,
+            corners: patch.shooter.corners.map(|c| c.extend(0.0).into()),
+            patch_index: index,
+            first: patch.first,
+            count: patch.count,
             fresh: 1,
             place: index % places,
-            open: cell.open,
-            open_before: cell.open_before,
-            taken: index * mesh.cells.len() as u32,
+            open: patch.open_share,
+            open_before: patch.open_share_before,
+            transfer_start: index * mesh.patches.len() as u32,
             sum: f32::NAN,
             escaped: f32::NAN,
-            middle: cell.shooter.centre.into(),
-            radius: cell.shooter.radius,
+            middle: patch.shooter.centre.into(),
+            radius: patch.shooter.radius,
             ..Self::zeroed()
         }
     }
 
-    /// A node of the hierarchical solve on `face`: its parts are `count` nodes, from `first`.
-    pub fn node(face: &MeshFace, number: u32, shooter: &Shooter, [first, count]: [u32; 2]) -> Self {
+    /// Returns a node of the hierarchical solve on `face`; its children are `count` nodes, from `first`.
+    pub fn for_node(face: &MeshFace, number: u32, shooter: &Shooter, [first, count]: [u32; 2]) -> Self {
         Self {
             area: shooter.area,
             normal: shooter.normal.into(),
@@ -284,9 +284,9 @@ impl ShotRecord {
         }
     }
 
-    /// From where the sample in hand looks.
-    pub fn aim(&self) -> Aim {
-        Aim {
+    /// Returns the frame of the current sample.
+    pub fn sample_view(&self) -> SampleView {
+        SampleView {
             centre: self.centre.into(),
             normal: self.normal.into(),
             tangent: self.tangent.into(),
@@ -295,16 +295,16 @@ impl ShotRecord {
         }
     }
 
-    /// What the links are multiplied by.
-    pub fn scale(&self) -> f32 {
+    /// Returns the factor that scales the links.
+    pub fn link_scale(&self) -> f32 {
         self.scale
     }
 }
 
-/// The frame of a shooter as `aim` leaves it.
+/// Frame of a shooter as `view.wgsl` sets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aim {
-    /// The sample's point on the cell.
+pub struct SampleView {
+    /// The sample's point on the patch.
     pub centre: Vec3,
     /// The face's normal.
     pub normal: Vec3,
@@ -325,9 +325,9 @@ pub const LOG_COUNT_BYTES: u64 = 16;
 
 record! {
     /// `Params`.
-    pub struct Params: "Params" {
+    pub struct ShaderParams: "Params" {
         pub texels: u32,
-        pub cells: u32,
+        pub patches: u32,
         pub faces: u32,
         pub replay: u32,
         pub threshold: f32,

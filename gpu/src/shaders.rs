@@ -1,43 +1,40 @@
-//! The WGSL that is compiled: constants from Rust, then the files of `shaders/`.
+//! Assembly of the WGSL modules: constants from Rust, then the files of `shaders/`.
 
-use crate::dispatches::{Counted, DISPATCH_WORDS};
-use crate::grids::{DRAW_INSTANCES, DRAW_WORDS};
-pub use crate::linked::LAYOUTS as HIERARCHY_LAYOUTS;
-use crate::linked::{SPOTS, State};
-use crate::records::{CAPTURED, KEEP, SUBTRACTED};
-pub use crate::records::{LAYOUTS, LOG_COUNT_BYTES, Layout};
+use crate::dispatch_arguments::{CountedStage, DISPATCH_WORDS};
+pub use crate::link_records::LINK_LAYOUTS as HIERARCHY_LAYOUTS;
+use crate::link_records::{BLOCK_SPOTS, PairState};
+use crate::records::{CAPTURED_BIT, KEEP_BIT, SUBTRACTED_BITS};
+pub use crate::records::{LOG_COUNT_BYTES, RecordLayout, TRANSPORT_LAYOUTS};
+use crate::tessellation_grids::{DRAW_INSTANCES, DRAW_WORDS};
 use common::constants::*;
-use common::escape::DIRECTIONS;
+use common::escape::ESCAPE_DIRECTION_COUNT;
 use common::form_factor::FormFactor;
 use common::mesh::{Cover, TexelKind};
-use common::rays::Sight;
-use common::sampling::{INSIDE, STEPS};
-use common::settings::{Drawing, Projection, Raster, Transport};
-use common::shooting::Subtracted;
+use common::rays::LineOfSight;
+use common::sampling::{RECURRENCE_STEPS, STEP_OFFSETS};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Raster, Transport};
+use common::shooting::SubtractedLink;
 use common::{Error, Result};
 
-/// Rounds of the loop in `measure.wgsl`, 32 operations each.
-pub const ROUNDS: u32 = 256;
-
 /// A planted fault: in shader file `file`, the one place that reads `from` reads `to` instead.
-/// The harness uses it to prove that it can fail.
+/// Tests use it to prove that a comparison can fail.
 #[derive(Clone, Copy, Debug)]
-pub struct Fault {
+pub struct ShaderFault {
     /// File name in `shaders/`, without ending.
     pub file: &'static str,
     /// Text that occurs exactly once.
     pub from: &'static str,
-    /// What replaces it.
+    /// Replacement.
     pub to: &'static str,
 }
 
-const FILES: [(&str, &str); 39] = [
+const SHADER_FILES: [(&str, &str); 39] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("frame", include_str!("shaders/frame.wgsl")),
     ("hemicube", include_str!("shaders/hemicube.wgsl")),
     ("projection", include_str!("shaders/projection.wgsl")),
-    ("bound", include_str!("shaders/bound.wgsl")),
+    ("image_bound", include_str!("shaders/image_bound.wgsl")),
     ("intersect", include_str!("shaders/intersect.wgsl")),
     ("tessellate", include_str!("shaders/tessellate.wgsl")),
     ("item_buffer", include_str!("shaders/item_buffer.wgsl")),
@@ -48,72 +45,65 @@ const FILES: [(&str, &str); 39] = [
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("sampling", include_str!("shaders/sampling.wgsl")),
     ("texel_point", include_str!("shaders/texel_point.wgsl")),
-    ("spread", include_str!("shaders/spread.wgsl")),
-    ("tree", include_str!("shaders/tree.wgsl")),
+    ("edge_subdivision", include_str!("shaders/edge_subdivision.wgsl")),
+    ("bvh", include_str!("shaders/bvh.wgsl")),
     ("rays", include_str!("shaders/rays.wgsl")),
-    ("aim", include_str!("shaders/aim.wgsl")),
+    ("view", include_str!("shaders/view.wgsl")),
     ("link", include_str!("shaders/link.wgsl")),
-    ("received", include_str!("shaders/received.wgsl")),
+    ("patch_transfer", include_str!("shaders/patch_transfer.wgsl")),
     ("closure", include_str!("shaders/closure.wgsl")),
     ("deposit", include_str!("shaders/deposit.wgsl")),
     ("escape", include_str!("shaders/escape.wgsl")),
-    ("power", include_str!("shaders/power.wgsl")),
+    ("unshot_power", include_str!("shaders/unshot_power.wgsl")),
     ("select", include_str!("shaders/select.wgsl")),
     ("exchange", include_str!("shaders/exchange.wgsl")),
-    ("collect", include_str!("shaders/collect.wgsl")),
-    ("measure", include_str!("shaders/measure.wgsl")),
-    ("hierarchy", include_str!("shaders/hierarchy.wgsl")),
-    ("spots", include_str!("shaders/spots.wgsl")),
-    ("bounds", include_str!("shaders/bounds.wgsl")),
-    ("factors", include_str!("shaders/factors.wgsl")),
-    ("reset", include_str!("shaders/reset.wgsl")),
-    ("doubt", include_str!("shaders/doubt.wgsl")),
-    ("choose", include_str!("shaders/choose.wgsl")),
-    ("sampled", include_str!("shaders/sampled.wgsl")),
-    ("scan", include_str!("shaders/scan.wgsl")),
-    ("parts", include_str!("shaders/parts.wgsl")),
-    ("add", include_str!("shaders/add.wgsl")),
-    ("pack", include_str!("shaders/pack.wgsl")),
+    ("gather", include_str!("shaders/gather.wgsl")),
+    ("benchmark", include_str!("shaders/benchmark.wgsl")),
+    ("hierarchy_types", include_str!("shaders/hierarchy_types.wgsl")),
+    ("surface_points", include_str!("shaders/surface_points.wgsl")),
+    ("link_bounds", include_str!("shaders/link_bounds.wgsl")),
+    ("link_factors", include_str!("shaders/link_factors.wgsl")),
+    ("clear_work_lists", include_str!("shaders/clear_work_lists.wgsl")),
+    ("visibility_samples", include_str!("shaders/visibility_samples.wgsl")),
+    ("refine", include_str!("shaders/refine.wgsl")),
+    ("sample_links", include_str!("shaders/sample_links.wgsl")),
+    ("prefix_sum", include_str!("shaders/prefix_sum.wgsl")),
+    ("subdivide_nodes", include_str!("shaders/subdivide_nodes.wgsl")),
+    ("add_links", include_str!("shaders/add_links.wgsl")),
+    ("store_links", include_str!("shaders/store_links.wgsl")),
 ];
 
-/// What draws item buffers.
-const DRAWS: [&str; 3] = ["tessellate", "item_buffer", "item_buffer_tessellated"];
+/// Shaders that draw item buffers.
+const DRAWING_SHADERS: [&str; 3] = ["tessellate", "item_buffer", "item_buffer_tessellated"];
 
-fn file(name: &str, faults: &[Fault]) -> Result<String> {
-    let (_, text) = FILES
+fn shader_text(name: &str, faults: &[ShaderFault]) -> Result<String> {
+    let (_, text) = SHADER_FILES
         .iter()
         .find(|(file, _)| *file == name)
         .ok_or_else(|| Error::Usage(format!("no shader is called {name}")))?;
     let mut text = (*text).to_owned();
     for fault in faults.iter().filter(|fault| fault.file == name) {
         if text.matches(fault.from).count() != 1 {
-            return Err(Error::Usage(format!(
-                "{name}: {:?} does not occur once",
-                fault.from
-            )));
+            return Err(Error::Usage(format!("{name}: {:?} does not occur once", fault.from)));
         }
         text = text.replace(fault.from, fault.to);
     }
     Ok(text)
 }
 
-/// The module of `name` with what it includes.
+/// Returns the module of shader `name`: constants, the files that it includes, and its own file.
 ///
-/// Errors: [`Error::Usage`] of what draws where rays are asked, of a shader or a fault that is none.
-pub fn source(name: &str, transport: &Transport, faults: &[Fault]) -> Result<String> {
-    let drawing = transport.visibility.drawing();
-    if drawing.is_none() && DRAWS.contains(&name) {
-        return Err(Error::Usage(format!("{name} draws, and rays are asked")));
+/// Errors: [`Error::Usage`] for a shader that draws where visibility is by rays, for an unknown shader, and
+/// for a fault whose text does not occur once.
+pub fn module_source(name: &str, transport: &Transport, faults: &[ShaderFault]) -> Result<String> {
+    let drawing = transport.visibility.item_buffer();
+    if drawing.is_none() && DRAWING_SHADERS.contains(&name) {
+        return Err(Error::Usage(format!(
+            "{name} draws item buffers, and visibility is by rays"
+        )));
     }
     let includes: &[&str] = match name {
-        "link" if drawing.is_none() => &[
-            "sampling",
-            "texel_point",
-            "form_factor",
-            "intersect",
-            "tree",
-            "rays",
-        ],
+        "link" if drawing.is_none() => &["sampling", "texel_point", "form_factor", "intersect", "bvh", "rays"],
         "link" => &[
             "sampling",
             "texel_point",
@@ -124,146 +114,148 @@ pub fn source(name: &str, transport: &Transport, faults: &[Fault]) -> Result<Str
             "intersect",
             "lookup",
         ],
-        "escape" => &["frame", "intersect", "tree"],
-        "tessellate" => &["frame", "hemicube", "projection", "bound"],
-        "item_buffer_tessellated" => &["frame", "hemicube", "projection", "spread"],
-        "item_buffer" => &["frame", "hemicube", "projection", "bound", "intersect"],
-        "factors" => &["hierarchy", "sampling", "spots", "form_factor"],
-        "sampled" => &[
-            "hierarchy",
+        "escape" => &["frame", "intersect", "bvh"],
+        "tessellate" => &["frame", "hemicube", "projection", "image_bound"],
+        "item_buffer_tessellated" => &["frame", "hemicube", "projection", "edge_subdivision"],
+        "item_buffer" => &["frame", "hemicube", "projection", "image_bound", "intersect"],
+        "link_factors" => &["hierarchy_types", "sampling", "surface_points", "form_factor"],
+        "sample_links" => &[
+            "hierarchy_types",
             "sampling",
-            "spots",
+            "surface_points",
             "form_factor",
             "intersect",
-            "tree",
+            "bvh",
             "rays",
         ],
-        "choose" => &["hierarchy", "doubt"],
-        "bounds" | "scan" | "parts" | "add" | "pack" => &["hierarchy"],
+        "refine" => &["hierarchy_types", "visibility_samples"],
+        "link_bounds" | "prefix_sum" | "subdivide_nodes" | "add_links" | "store_links" => &["hierarchy_types"],
         _ => &[],
     };
-    let mut text = constants(transport);
+    let mut text = constant_declarations(transport);
     for part in ["types"].iter().chain(includes).chain([&name]) {
-        text.push_str(&file(part, faults)?);
+        text.push_str(&shader_text(part, faults)?);
     }
     Ok(text)
 }
 
-fn constants(transport: &Transport) -> String {
+fn constant_declarations(transport: &Transport) -> String {
     let mut text = String::new();
-    let drawing = transport.visibility.drawing();
-    // Where rays are asked there is no image: it has no planes, and no other constant.
-    let sides = drawing.map_or(0, |drawing| drawing.projection.sides());
-    let chosen = [
-        ("SIDES", sides),
-        ("FORM_FACTOR", transport.form_factor as u32),
-    ];
-    let image = drawing.iter().flat_map(image);
-    for (name, value) in INTEGERS.into_iter().chain(CODES).chain(chosen).chain(image) {
+    let drawing = transport.visibility.item_buffer();
+    // With visibility by rays there is no image: no planes, and none of its constants.
+    let sides = drawing.map_or(0, |drawing| drawing.projection.plane_count());
+    let chosen = [("IMAGE_PLANES", sides), ("FORM_FACTOR", transport.form_factor as u32)];
+    let image = drawing.iter().flat_map(image_constants);
+    for (name, value) in INTEGER_CONSTANTS
+        .into_iter()
+        .chain(ENUM_CODES)
+        .chain(chosen)
+        .chain(image)
+    {
         text.push_str(&format!("const {name}: u32 = {value}u;\n"));
     }
     if let Some(drawing) = drawing {
-        let reach = drawing.lookup.reach();
-        text.push_str(&format!("const REACH: i32 = {reach};\n"));
+        let reach = drawing.lookup.reach_pixels();
+        text.push_str(&format!("const LOOKUP_REACH: i32 = {reach};\n"));
     }
-    for (name, value) in REALS {
+    for (name, value) in REAL_CONSTANTS {
         text.push_str(&format!("const {name}: f32 = {value:?}f;\n"));
     }
     text
 }
 
-/// Whole numbers of what is drawn.
-fn image(drawing: &Drawing) -> [(&'static str, u32); 2] {
+/// Integer constants of an item buffer.
+fn image_constants(drawing: &ItemBufferSettings) -> [(&'static str, u32); 2] {
     [
-        ("SIZE", drawing.size),
-        ("PROJECTION", drawing.projection.code()),
+        ("IMAGE_SIZE", drawing.size),
+        ("PROJECTION", drawing.projection.shader_code()),
     ]
 }
 
-/// Whole numbers that are the same in every solve.
-pub const INTEGERS: [(&str, u32); 20] = [
-    ("LANES", LANES as u32),
-    ("NEAR", NEAR),
+/// Integer constants that are the same in every solve.
+pub const INTEGER_CONSTANTS: [(&str, u32); 20] = [
+    ("PATCH_SUM_LANES", PATCH_SUM_LANES as u32),
+    ("NEAR_POINTS_PER_SIDE", NEAR_POINTS_PER_SIDE),
     ("SELECT_LANES", SELECT_LANES as u32),
-    ("LEVELS", LEVELS),
-    ("HIDDEN", HIDDEN),
-    ("DIRECTIONS", DIRECTIONS as u32),
-    ("STEP_U", STEPS[0]),
-    ("STEP_V", STEPS[1]),
-    ("STEP_CELL_U", STEPS[2]),
-    ("STEP_CELL_V", STEPS[3]),
-    ("SPOTS", SPOTS),
-    ("SAMPLES_FIRST", SAMPLES[0]),
-    ("SAMPLES_MORE", SAMPLES[1]),
-    ("SAMPLES_CUT", SAMPLES[2]),
-    ("SAMPLES_MOST", SAMPLES[3]),
-    ("RAY_STACK", RAY_STACK),
-    ("ROUNDS", ROUNDS),
+    ("TESSELLATION_LEVELS", TESSELLATION_LEVELS),
+    ("HIDDEN_LEVEL", HIDDEN_LEVEL),
+    ("ESCAPE_DIRECTION_COUNT", ESCAPE_DIRECTION_COUNT as u32),
+    ("STEP_U", RECURRENCE_STEPS[0]),
+    ("STEP_V", RECURRENCE_STEPS[1]),
+    ("STEP_PATCH_U", RECURRENCE_STEPS[2]),
+    ("STEP_PATCH_V", RECURRENCE_STEPS[3]),
+    ("BLOCK_SPOTS", BLOCK_SPOTS),
+    ("SAMPLES_FIRST", VISIBILITY_SAMPLE_COUNTS[0]),
+    ("SAMPLES_SECOND", VISIBILITY_SAMPLE_COUNTS[1]),
+    ("SAMPLES_SUBDIVIDE", VISIBILITY_SAMPLE_COUNTS[2]),
+    ("SAMPLES_MAX", VISIBILITY_SAMPLE_COUNTS[3]),
+    ("RAY_STACK_LEVELS", RAY_STACK_LEVELS),
+    ("MULTIPLY_ROUNDS", MULTIPLY_ROUNDS),
     ("DISPATCH_WORDS", DISPATCH_WORDS),
     ("DRAW_WORDS", DRAW_WORDS),
     ("DRAW_INSTANCES", DRAW_INSTANCES),
 ];
 
-/// Enums as numbers: by their order in Rust, projections by their code.
-pub const CODES: [(&str, u32); 29] = [
-    ("PROJECTION_PAPER", Projection::Paper.code()),
+/// Codes of enums: their order in Rust, of projections their code.
+pub const ENUM_CODES: [(&str, u32); 29] = [
+    ("PROJECTION_PAPER", ItemBufferProjection::Paper.shader_code()),
     (
         "PROJECTION_HEMISPHERE",
-        Projection::Hemisphere(Raster::Pixel).code(),
+        ItemBufferProjection::Hemisphere(Raster::Pixel).shader_code(),
     ),
     (
         "PROJECTION_STEREOGRAPHIC",
-        Projection::Stereographic(Raster::Pixel).code(),
+        ItemBufferProjection::Stereographic(Raster::Pixel).shader_code(),
     ),
-    ("PROJECTION_HEMICUBE", Projection::Hemicube.code()),
+    ("PROJECTION_HEMICUBE", ItemBufferProjection::Hemicube.shader_code()),
     ("FORM_FACTOR_PAPER", FormFactor::Paper as u32),
     ("FORM_FACTOR_DISC", FormFactor::Disc as u32),
-    ("QUAD", TexelKind::Quad as u32),
-    ("INVERTED", TexelKind::Inverted as u32),
+    ("TEXEL_QUAD", TexelKind::Quad as u32),
+    ("TEXEL_INVERTED", TexelKind::Inverted as u32),
     ("COVER_OPEN", Cover::Open as u32),
     ("COVER_ROOM", Cover::Room as u32),
-    ("BLOCKED", Sight::Blocked as u32),
-    ("HIDDEN_BY_OBJECT", Sight::Hidden as u32),
-    ("CLEAR", Sight::Clear as u32),
-    ("SUBTRACTED", SUBTRACTED),
-    ("SUBTRACTED_BEFORE", Subtracted::Before as u32),
-    ("SUBTRACTED_UNHIDDEN", Subtracted::Unhidden as u32),
-    ("SUBTRACTED_ALL", Subtracted::All as u32),
-    ("CAPTURED", CAPTURED),
-    ("KEEP", KEEP),
-    ("PAIR_NOTHING", State::Nothing as u32),
-    ("PAIR_CUT", State::Cut as u32),
-    ("PAIR_ASKED", State::Asked as u32),
-    ("PAIR_LINK", State::Link as u32),
-    ("PAIR_EDGE", State::Edge as u32),
-    ("COUNTED_DEPOSIT", Counted::Deposit as u32),
-    ("COUNTED_ESCAPE", Counted::Escape as u32),
-    ("COUNTED_POWER", Counted::Power as u32),
-    ("COUNTED_LINKS", Counted::Links as u32),
-    ("COUNTED_RECEIVED", Counted::Received as u32),
+    ("SIGHT_BLOCKED", LineOfSight::Blocked as u32),
+    ("SIGHT_HIDDEN_BY_OBJECT", LineOfSight::HiddenByObject as u32),
+    ("SIGHT_CLEAR", LineOfSight::Clear as u32),
+    ("SUBTRACTED_BITS", SUBTRACTED_BITS),
+    ("SUBTRACTED_BEFORE", SubtractedLink::Before as u32),
+    ("SUBTRACTED_UNHIDDEN", SubtractedLink::Unhidden as u32),
+    ("SUBTRACTED_ALL", SubtractedLink::All as u32),
+    ("CAPTURED_BIT", CAPTURED_BIT),
+    ("KEEP_BIT", KEEP_BIT),
+    ("PAIR_SKIP", PairState::Skip as u32),
+    ("PAIR_SUBDIVIDE", PairState::Subdivide as u32),
+    ("PAIR_PENDING", PairState::Pending as u32),
+    ("PAIR_LINK", PairState::Link as u32),
+    ("PAIR_EDGE", PairState::Edge as u32),
+    ("COUNTED_DEPOSIT", CountedStage::Deposit as u32),
+    ("COUNTED_ESCAPE", CountedStage::Escape as u32),
+    ("COUNTED_POWER", CountedStage::Power as u32),
+    ("COUNTED_LINKS", CountedStage::Links as u32),
+    ("COUNTED_TRANSFER", CountedStage::Transfer as u32),
 ];
 
-/// Reals.
-const REALS: [(&str, f32); 21] = [
+/// Floating-point constants.
+const REAL_CONSTANTS: [(&str, f32); 21] = [
     ("PI", PI),
-    ("CONTACT", CONTACT),
-    ("FAR", FAR),
-    ("NEAR_QUAD", NEAR_QUAD),
-    ("NEAR_TRIANGLE", NEAR_TRIANGLE),
-    ("POINT", POINT),
-    ("LITTLE", LITTLE),
-    ("EDGE", EDGE),
-    ("LOW", LOW),
-    ("OUTLINE", OUTLINE),
-    ("INSIDE_U", INSIDE[0]),
-    ("INSIDE_V", INSIDE[1]),
-    ("MISS", MISS),
-    ("END", END),
+    ("CONTACT_DISTANCE", CONTACT_DISTANCE),
+    ("FAR_DISTANCE_RADII", FAR_DISTANCE_RADII),
+    ("NEAR_OFFSET_QUAD", NEAR_OFFSET_QUAD),
+    ("NEAR_OFFSET_TRIANGLE", NEAR_OFFSET_TRIANGLE),
+    ("POINT_SOURCE_RADII", POINT_SOURCE_RADII),
+    ("ONE_SAMPLE_LIMIT", ONE_SAMPLE_LIMIT),
+    ("MAX_PEAK_TO_MEAN", MAX_PEAK_TO_MEAN),
+    ("LOW_HEIGHT_RATIO", LOW_HEIGHT_RATIO),
+    ("OUTLINE_MARGIN", OUTLINE_MARGIN),
+    ("STEP_OFFSET_U", STEP_OFFSETS[0]),
+    ("STEP_OFFSET_V", STEP_OFFSETS[1]),
+    ("MISS_DISTANCE", MISS_DISTANCE),
+    ("SEGMENT_END_FRACTION", SEGMENT_END_FRACTION),
     ("RAY_REACH", RAY_REACH),
     ("DEPTH_SCALE", DEPTH_SCALE),
-    ("DEPTH_MAX", DEPTH_MAX),
-    ("BELOW", BELOW),
-    ("GUTTER", GUTTER),
-    ("PAPER_NEAR", PAPER_NEAR),
-    ("PAPER_FAR", PAPER_FAR),
+    ("MAX_DEPTH", MAX_DEPTH),
+    ("MIN_ELEVATION_SINE", MIN_ELEVATION_SINE),
+    ("GUTTER_PIXELS", GUTTER_PIXELS),
+    ("PAPER_NEAR_PLANE", PAPER_NEAR_PLANE),
+    ("PAPER_FAR_PLANE", PAPER_FAR_PLANE),
 ];

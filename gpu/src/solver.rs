@@ -1,51 +1,51 @@
-//! The GPU engine of the shooting loop: batches of shots, each chosen on the device.
+//! The GPU engine of the shooting loop: batches of shots that the device selects itself.
 
 use crate::adapter::Gpu;
-use crate::batch::Recorder;
-use crate::buffers::{BATCH, Buffers, LOG_BYTES};
-use crate::context::Context;
-use crate::host::{Counts, Host, Pending};
-use crate::pace::{IN_FLIGHT, Pace};
-use crate::passes::{Passes, has_room};
-use crate::pipelines::Pipelines;
-use crate::probe::Probe;
-use crate::records::{LOG_COUNT_BYTES, LogRecord, Params, TexelRecord};
-use crate::shaders::Fault;
-use crate::slots::Slots;
-use crate::stage::PipelineMaker;
+use crate::compute_stage::PipelineMaker;
+use crate::device_queue::{DeviceQueue, PendingRead, QueueCounts};
+use crate::pass_stages::{PassStages, has_room};
+use crate::probe::LinkProbe;
+use crate::records::{LOG_COUNT_BYTES, LogRecord, ShaderParams, TexelRecord};
+use crate::shaders::ShaderFault;
+use crate::shot_recorder::ShotRecorder;
+use crate::shot_slots::ShotSlots;
+use crate::shot_stages::ShotStages;
+use crate::solver_buffers::{LOG_BYTES, MAX_BATCH_SHOTS, SolverBuffers};
+use crate::solver_context::SolverContext;
+use crate::submission_pace::{IN_FLIGHT, SubmissionPace};
 use bytemuck::pod_collect_to_vec;
 use common::Result;
-use common::constants::{LEVELS, LINK_BYTES};
+use common::constants::{MAX_LINK_BYTES, TESSELLATION_LEVELS};
 use common::mesh::{Mesh, Texel};
-use common::passes::{Closure, Exchange};
+use common::passes::{Exchange, PatchClosure};
 use common::settings::{Transport, Visibility};
-use common::shooting::{Field, Order, Restart, Rule, Shoot, Shot};
+use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, ShotOrder};
 use glam::{Vec3, Vec4};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Submissions of fewer shots than this pay only where a shot is slow.
-const FEWEST: u32 = 64;
+/// Fewest shots of a submission, unless a shot is slow.
+const MIN_BATCH_SHOTS: u32 = 64;
 
 /// Progressive refinement on a GPU.
 pub struct GpuSolver<'a> {
-    pub(crate) context: Context<'a>,
+    pub(crate) context: SolverContext<'a>,
     pub(crate) maker: PipelineMaker,
-    /// Those of the one shot that is chosen on the device.
-    slots: Slots,
-    pipelines: Pipelines,
-    rule: Rule,
-    pace: Pace,
-    /// What solves by passes need beside.
-    pub(crate) passes: Option<Passes>,
-    /// What checks of single stages need.
-    pub(crate) probe: Option<Probe>,
+    /// Slots of the one shot that the device selects.
+    slots: ShotSlots,
+    pipelines: ShotStages,
+    rule: DepositRule,
+    pace: SubmissionPace,
+    /// Stages of a solve by passes, made when the first one begins.
+    pub(crate) passes: Option<PassStages>,
+    /// Stages for checks, made when the first one begins.
+    pub(crate) probe: Option<LinkProbe>,
 }
 
 /// A batch that runs.
-struct Flight {
-    pending: Pending,
+struct BatchInFlight {
+    pending: PendingRead,
     shots: u32,
     start: Instant,
 }
@@ -56,32 +56,27 @@ impl<'a> GpuSolver<'a> {
         Self::with_faults(gpu, mesh, transport, &[])
     }
 
-    /// A solver whose shaders are wrong in stated places.
-    pub fn with_faults(
-        gpu: &Gpu,
-        mesh: &'a Mesh,
-        transport: &Transport,
-        faults: &[Fault],
-    ) -> Result<Self> {
-        Self::with_budget(gpu, mesh, transport, faults, LINK_BYTES)
+    /// A solver with `faults` planted in its shaders.
+    pub fn with_faults(gpu: &Gpu, mesh: &'a Mesh, transport: &Transport, faults: &[ShaderFault]) -> Result<Self> {
+        Self::with_budget(gpu, mesh, transport, faults, MAX_LINK_BYTES)
     }
 
-    /// A solver that keeps so many bytes of links, and of what cells exchange.
+    /// A solver that keeps at most `bytes` of links, and of transfers between patches.
     pub fn with_budget(
         gpu: &Gpu,
         mesh: &'a Mesh,
         transport: &Transport,
-        faults: &[Fault],
+        faults: &[ShaderFault],
         bytes: u64,
     ) -> Result<Self> {
-        let buffers = Buffers::new(gpu, mesh, transport, bytes)?;
-        let slots = Slots::new(gpu, mesh, transport, 1, 1);
+        let buffers = SolverBuffers::new(gpu, mesh, transport, bytes)?;
+        let slots = ShotSlots::new(gpu, mesh, transport, 1, 1);
         let maker = PipelineMaker::new(gpu, transport, faults);
-        let pipelines = Pipelines::new(&maker, transport, &buffers, &slots)?;
-        gpu.check()?;
+        let pipelines = ShotStages::new(&maker, transport, &buffers, &slots)?;
+        gpu.check_errors()?;
         let solver = Self {
-            context: Context {
-                host: Host::new(gpu),
+            context: SolverContext {
+                host: DeviceQueue::new(gpu),
                 mesh,
                 transport: *transport,
                 buffers,
@@ -89,8 +84,8 @@ impl<'a> GpuSolver<'a> {
             maker,
             slots,
             pipelines,
-            rule: Rule::PLAIN,
-            pace: Pace::new(FEWEST, BATCH, gpu.line.software),
+            rule: DepositRule::FULL_DEPOSIT,
+            pace: SubmissionPace::new(MIN_BATCH_SHOTS, MAX_BATCH_SHOTS, gpu.line.software),
             passes: None,
             probe: None,
         };
@@ -98,60 +93,58 @@ impl<'a> GpuSolver<'a> {
         Ok(solver)
     }
 
-    /// What is solved.
+    /// Returns the mesh.
     pub fn mesh(&self) -> &'a Mesh {
         self.context.mesh
     }
 
-    /// Submissions and mappings so far.
-    pub fn counts(&self) -> Counts {
+    /// Returns the submissions and mappings so far.
+    pub fn queue_counts(&self) -> QueueCounts {
         self.context.host.counts
     }
 
-    /// The item buffer of the latest shot: face IDs + 1, row-major, 0 where nothing was drawn; empty
-    /// where rays are asked.
-    pub fn item_buffer(&mut self) -> Result<Vec<u32>> {
+    /// Reads the item buffer of the latest shot: face IDs + 1, row-major, 0 where no face was drawn; empty with
+    /// visibility by rays.
+    pub fn read_item_buffer(&mut self) -> Result<Vec<u32>> {
         match self.context.transport.visibility {
             Visibility::Rays => Ok(Vec::new()),
-            Visibility::Drawn(drawing) => {
+            Visibility::ItemBuffer(drawing) => {
                 let size = drawing.size;
-                self.context.host.ids(&self.slots.item_buffer, size)
+                self.context.host.read_item_buffer(&self.slots.item_buffer, size)
             }
         }
     }
 
-    /// The irradiance of every texel; w is the form factor of the latest shot where it was seen.
-    pub fn irradiance(&mut self) -> Result<Vec<Vec4>> {
+    /// Reads the irradiance of every texel; w is its link to the latest shot.
+    pub fn read_irradiance(&mut self) -> Result<Vec<Vec4>> {
         let size = self.context.buffers.irradiance.size();
-        let staging = self.context.host.staging(size);
-        let mut encoder = self.context.host.encoder();
+        let staging = self.context.host.staging_buffer(size);
+        let mut encoder = self.context.host.command_encoder();
         encoder.copy_buffer_to_buffer(&self.context.buffers.irradiance, 0, &staging, 0, size);
-        Ok(pod_collect_to_vec(
-            &self.context.host.finish(encoder, staging)?,
-        ))
+        Ok(pod_collect_to_vec(&self.context.host.read_back(encoder, staging)?))
     }
 
     fn write_params(&self, threshold: f32, replay: bool) {
-        let params = Params {
+        let params = ShaderParams {
             threshold,
             replay: replay.into(),
-            ..self.context.params(&self.slots, self.rule)
+            ..self.context.shader_params(&self.slots, self.rule)
         };
         self.context.host.write(&self.slots.params, &[params]);
     }
 
-    /// What solves by passes need, made when the first one begins.
-    pub(crate) fn passes(&mut self) -> Result<(&mut Context<'a>, &mut Passes)> {
+    /// Returns the context and the stages of solves by passes; makes them when the first one begins.
+    pub(crate) fn prepare_passes(&mut self) -> Result<(&mut SolverContext<'a>, &mut PassStages)> {
         let (context, maker) = (&mut self.context, &self.maker);
         let passes = match self.passes.take() {
             Some(passes) => passes,
-            None => Passes::new(context, maker)?,
+            None => PassStages::new(context, maker)?,
         };
         Ok((context, self.passes.insert(passes)))
     }
 
-    fn recorder(&self) -> Recorder<'_> {
-        Recorder {
+    fn shot_recorder(&self) -> ShotRecorder<'_> {
+        ShotRecorder {
             buffers: &self.context.buffers,
             slots: &self.slots,
             pipelines: &self.pipelines,
@@ -159,46 +152,40 @@ impl<'a> GpuSolver<'a> {
         }
     }
 
-    /// Records and submits `shots` shots; the first batch of a run chooses its shooter itself.
-    fn launch(&mut self, order: Order, done: u32, shots: u32) -> Flight {
-        if let Order::Replay(log) = order {
+    /// Records and submits `shots` shots; the first batch of a run selects its first shooter as well.
+    fn launch_batch(&mut self, order: ShotOrder, done: u32, shots: u32) -> BatchInFlight {
+        if let ShotOrder::Replay(log) = order {
             let from = (done as usize).min(log.len());
             let mut script = log[from..log.len().min(from + shots as usize + 1)].to_vec();
             script.resize(shots as usize + 1, u32::MAX);
-            self.context
-                .host
-                .write(&self.context.buffers.script, &script);
+            self.context.host.write(&self.context.buffers.script, &script);
         }
-        let staging = self.context.host.staging(LOG_BYTES);
-        let mut encoder = self.context.host.encoder();
-        let recorder = self.recorder();
+        let staging = self.context.host.staging_buffer(LOG_BYTES);
+        let mut encoder = self.context.host.command_encoder();
+        let recorder = self.shot_recorder();
         recorder.clear_log(&mut encoder);
         if done == 0 {
-            recorder.power(&mut encoder, self.context.groups()[2]);
-            recorder.first(&mut encoder);
+            recorder.record_power(&mut encoder, self.context.workgroup_counts()[2]);
+            recorder.record_first_choice(&mut encoder);
         }
         for _ in 0..shots {
-            recorder.shot(&mut encoder);
+            recorder.record_shot(&mut encoder);
         }
         recorder.copy_log(&mut encoder, &staging);
         let start = Instant::now();
-        Flight {
-            pending: self.context.host.submit(encoder, staging),
+        BatchInFlight {
+            pending: self.context.host.submit_read(encoder, staging),
             shots,
             start,
         }
     }
 
-    fn land(&mut self, flight: Flight) -> Result<Vec<Shot>> {
-        let bytes = self.context.host.wait(flight.pending)?;
-        self.pace.landed(flight.start, flight.shots);
+    fn land_batch(&mut self, flight: BatchInFlight) -> Result<Vec<Shot>> {
+        let bytes = self.context.host.wait_for_bytes(flight.pending)?;
+        self.pace.record_landing(flight.start, flight.shots);
         let count = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
         if count > flight.shots {
-            return Err(self
-                .context
-                .host
-                .gpu
-                .fail("the log of the shots is damaged"));
+            return Err(self.context.host.gpu.device_error("the log of the shots is damaged"));
         }
         let records: Vec<LogRecord> = pod_collect_to_vec(&bytes[LOG_COUNT_BYTES as usize..]);
         Ok(records[..count as usize].iter().map(Shot::from).collect())
@@ -206,40 +193,38 @@ impl<'a> GpuSolver<'a> {
 }
 
 impl Shoot for GpuSolver<'_> {
-    fn cell_power(&mut self) -> Result<Vec<f32>> {
+    fn patch_power(&mut self) -> Result<Vec<f32>> {
         let size = self.context.buffers.sums.size();
-        let staging = self.context.host.staging(size);
-        let mut encoder = self.context.host.encoder();
-        self.recorder()
-            .power(&mut encoder, self.context.groups()[2]);
+        let staging = self.context.host.staging_buffer(size);
+        let mut encoder = self.context.host.command_encoder();
+        self.shot_recorder()
+            .record_power(&mut encoder, self.context.workgroup_counts()[2]);
         encoder.copy_buffer_to_buffer(&self.context.buffers.sums, 0, &staging, 0, size);
-        let sums: Vec<Vec4> = pod_collect_to_vec(&self.context.host.finish(encoder, staging)?);
+        let sums: Vec<Vec4> = pod_collect_to_vec(&self.context.host.read_back(encoder, staging)?);
         Ok(sums.iter().map(|sum| sum.w).collect())
     }
 
-    fn shoot(&mut self, cell: u32) -> Result<Shot> {
+    fn shoot(&mut self, patch: u32) -> Result<Shot> {
         let mut done = None;
-        self.run(Order::Replay(&[cell]), 1, &mut |shot| {
+        self.run(ShotOrder::Replay(&[patch]), 1, &mut |shot| {
             done = Some(*shot);
             ControlFlow::Continue(())
         })?;
-        done.ok_or_else(|| self.context.host.gpu.fail("a shot left no record"))
+        done.ok_or_else(|| self.context.host.gpu.device_error("a shot left no record"))
     }
 
-    fn field(&mut self) -> Result<Field> {
+    fn read_field(&mut self) -> Result<RadiosityField> {
         let size = self.context.buffers.radiosity.size();
-        let staging = self.context.host.staging(3 * size);
-        let mut encoder = self.context.host.encoder();
+        let staging = self.context.host.staging_buffer(3 * size);
+        let mut encoder = self.context.host.command_encoder();
         let b = &self.context.buffers;
         for (k, buffer) in (0..).zip([&b.radiosity, &b.residual, &b.irradiance]) {
             encoder.copy_buffer_to_buffer(buffer, 0, &staging, k * size, size);
         }
-        let values: Vec<Vec4> = pod_collect_to_vec(&self.context.host.finish(encoder, staging)?);
-        let part = |k: usize| {
-            values[k * self.context.mesh.texels.len()..(k + 1) * self.context.mesh.texels.len()]
-                .to_vec()
-        };
-        Ok(Field {
+        let values: Vec<Vec4> = pod_collect_to_vec(&self.context.host.read_back(encoder, staging)?);
+        let part =
+            |k: usize| values[k * self.context.mesh.texels.len()..(k + 1) * self.context.mesh.texels.len()].to_vec();
+        Ok(RadiosityField {
             origin: format!("gpu: {}", self.context.host.gpu.line.name),
             radiosity: part(0),
             residual: part(1),
@@ -247,37 +232,32 @@ impl Shoot for GpuSolver<'_> {
         })
     }
 
-    /// Two batches are always under way; the log of one is read while the next one runs.
-    fn run(
-        &mut self,
-        order: Order,
-        max_shots: u32,
-        watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
-    ) -> Result<()> {
+    /// Runs with two batches under way: the host reads the log of one while the next one runs.
+    fn run(&mut self, order: ShotOrder, max_shots: u32, watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>) -> Result<()> {
         let (threshold, max_shots) = match order {
-            Order::Greedy { threshold } => (threshold, max_shots),
-            Order::Replay(log) => (0.0, max_shots.min(log.len() as u32)),
+            ShotOrder::Greedy { threshold } => (threshold, max_shots),
+            ShotOrder::Replay(log) => (0.0, max_shots.min(log.len() as u32)),
         };
-        self.write_params(threshold, matches!(order, Order::Replay(_)));
+        self.write_params(threshold, matches!(order, ShotOrder::Replay(_)));
         let mut flights = VecDeque::new();
         let mut launched = 0;
         let mut ended = false;
-        self.pace.start();
+        self.pace.start_series();
         if let Some(passes) = &mut self.passes {
-            passes.forget();
+            passes.forget_rows();
         }
         loop {
             while !ended && flights.len() < IN_FLIGHT && launched < max_shots {
-                let shots = self.pace.shots(launched, max_shots - launched);
-                flights.push_back(self.launch(order, launched, shots));
+                let shots = self.pace.next_shots(launched, max_shots - launched);
+                flights.push_back(self.launch_batch(order, launched, shots));
                 launched += shots;
             }
             let Some(flight) = flights.pop_front() else {
                 return Ok(());
             };
-            let asked = flight.shots;
-            let shots = self.land(flight)?;
-            ended |= (shots.len() as u32) < asked;
+            let submitted = flight.shots;
+            let shots = self.land_batch(flight)?;
+            ended |= (shots.len() as u32) < submitted;
             for shot in &shots {
                 ended |= watch(shot).is_break();
             }
@@ -286,8 +266,8 @@ impl Shoot for GpuSolver<'_> {
 }
 
 impl Restart for GpuSolver<'_> {
-    fn restart(&mut self, rule: Rule, reflectance: &[Vec3], field: &Field) -> Result<()> {
-        self.rule = rule.with(self.context.transport.conserve)?;
+    fn restart_from(&mut self, rule: DepositRule, reflectance: &[Vec3], field: &RadiosityField) -> Result<()> {
+        self.rule = rule.check_conserve(self.context.transport.conserve)?;
         let texels: Vec<TexelRecord> = self
             .context
             .mesh
@@ -306,7 +286,7 @@ impl Restart for GpuSolver<'_> {
         host.write(&b.radiosity, &field.radiosity);
         host.write(&b.residual, &field.residual);
         host.write(&b.irradiance, &field.irradiance);
-        self.context.host.gpu.check()
+        self.context.host.gpu.check_errors()
     }
 }
 
@@ -315,30 +295,30 @@ impl Exchange for GpuSolver<'_> {
         has_room(&self.context)
     }
 
-    fn conserves(&self) -> bool {
+    fn conserves_energy(&self) -> bool {
         self.context.transport.conserve
     }
 
-    fn link(
+    fn make_links(
         &mut self,
-        cells: &[u32],
+        patches: &[u32],
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<Vec<Closure>> {
-        let (context, passes) = self.passes()?;
-        passes.link(context, cells, watch)
+    ) -> Result<Vec<PatchClosure>> {
+        let (context, passes) = self.prepare_passes()?;
+        passes.link_patches(context, patches, watch)
     }
 
-    fn exchange(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
-        let (context, passes) = self.passes()?;
-        passes.exchange(context, radiosity)
+    fn exchange_flux(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
+        let (context, passes) = self.prepare_passes()?;
+        passes.exchange_flux(context, radiosity)
     }
 
-    fn gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<Field> {
-        let (context, passes) = self.passes()?;
-        passes.gather(context, shot, unshot)?;
-        self.field()
+    fn gather_field(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<RadiosityField> {
+        let (context, passes) = self.prepare_passes()?;
+        passes.gather_light(context, shot, unshot)?;
+        self.read_field()
     }
 }
 
 // The draw arguments and the lists of instances are laid out for this many levels.
-const _: () = assert!(LEVELS == 8);
+const _: () = assert!(TESSELLATION_LEVELS == 8);

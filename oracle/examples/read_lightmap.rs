@@ -1,4 +1,4 @@
-//! Reads what `radiosity solve` wrote (result.json and lightmap.exr), and says the light of a texel.
+//! Reads the output of `radiosity solve` (result.json and lightmap.exr) and prints the light of a texel.
 //!
 //! `cargo run --release --example read_lightmap [DIR] [FACE] [I] [J]`
 
@@ -11,20 +11,20 @@ fn main() -> Result<()> {
     let dir = words.next().unwrap_or_else(|| "out".into());
     let mut number = || words.next().and_then(|word| word.parse().ok());
     let numbers = [number(), number(), number()].map(Option::unwrap_or_default);
-    println!("{}", texel_of(Path::new(&dir), numbers)?);
+    println!("{}", describe_texel(Path::new(&dir), numbers)?);
     Ok(())
 }
 
-/// Radiosity and radiance of texel i, j of a face of W×H texels.
-pub fn texel_of(dir: &Path, [face, i, j]: [usize; 3]) -> Result<String> {
-    let stored = Stored::read(dir)?;
+/// Describes the radiosity and radiance of texel i, j of a face of W×H texels.
+pub fn describe_texel(dir: &Path, [face, i, j]: [usize; 3]) -> Result<String> {
+    let stored = StoredSolution::read(dir)?;
     let none = || Error::Usage(format!("face {face} has no texel {i}, {j}"));
     let [w, h] = *stored.resolutions.get(face).ok_or_else(none)?;
     if i >= w as usize || j >= h as usize {
         return Err(none());
     }
     let name = &stored.scene.faces[face].name;
-    let b = stored.radiosity[stored.texels(face).start + j * w as usize + i];
+    let b = stored.radiosity[stored.texel_range(face).start + j * w as usize + i];
     Ok(format!(
         "{name}, texel {i}, {j} of {w}×{h}: B = {b:.4} W/m², L = {:.4} W/m²/sr",
         b / PI

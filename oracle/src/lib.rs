@@ -1,4 +1,5 @@
-//! Comparison, explanation of differences, exact answers, pictures and the report.
+//! The pipeline that solves a scene to an error, and the means to judge it: exact answers, a path tracer,
+//! the comparison of both solvers, the difference of two results.
 //!
 //! A scene is solved in a few lines; [`prelude`] has what that needs, and `examples` more:
 //!
@@ -15,21 +16,21 @@
 //!     faces: vec![lamp, wall],
 //!     ..Scene::default()
 //! };
-//! let asked = Asked {
+//! let target = ErrorTarget {
 //!     error: 0.01,
 //!     texels: Some(4),
 //! };
-//! let question = Question {
+//! let request = SolveRequest {
 //!     task: &scene,
 //!     settings: &Settings::default(),
-//!     solver: Solver::Hierarchy(asked),
+//!     solver: SolverChoice::Hierarchy(target),
 //! };
-//! let answer = answer(&question, &unwatched())?;
+//! let answer = solve_request(&request, &without_progress())?;
 //! let Solved { mesh, run, .. } = &answer.solved;
-//! let energy = Energy::new(mesh, &run.field, &run.shots);
+//! let energy = EnergyBalance::new(mesh, &run.field, &run.shots);
 //! // Facing unit squares at distance 1 exchange 19.98 %: the wall absorbs half of what it gets, and the
 //! // black lamp its share of the other half.
-//! let absorbed = energy.share(energy.absorbed);
+//! let absorbed = energy.share_of_emitted(energy.absorbed);
 //! assert!((absorbed - 0.1199).abs() < 0.001, "{absorbed}");
 //! # Ok(())
 //! # }
@@ -40,12 +41,10 @@
     deny(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
-pub mod cli;
-pub mod judge;
-pub mod merge;
-pub mod plan;
+pub mod compare;
+pub mod diff;
+pub mod exact;
+pub mod path_tracer;
 pub mod prelude;
 pub mod relight;
-pub mod show;
 pub mod solve;
-pub mod study;

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import mitsuba as mi
 
-# Three times as fast as scalar_rgb on the machine of docs/peers.md.
+# Three times as fast as scalar_rgb on the machine of docs/measurements.md.
 VARIANT = "llvm_ad_rgb"
 BOUNDS = [0.01, 0.003]
 

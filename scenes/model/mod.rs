@@ -1,28 +1,35 @@
-//! The bundled scenes as numbers, and as the text of their files.
+//! Models of the bundled scenes, and the text of their files.
 
 mod cornell;
+mod furnished;
+mod glb;
 mod plates;
 mod rooms;
+mod studio;
 
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Name and text of every file.
-pub fn files() -> Vec<(String, String)> {
-    [cornell::scenes(), rooms::scenes(), plates::scenes()]
+/// Returns the name and content of every file.
+pub fn scene_files() -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<(String, Vec<u8>)> = [cornell::scenes(), rooms::scenes(), plates::scenes()]
         .concat()
         .iter()
         .flat_map(|scene| {
             [
-                (format!("{}.obj", scene.name), scene.obj()),
-                (format!("{}.mtl", scene.name), scene.mtl()),
+                (format!("{}.obj", scene.name), scene.write_obj().into()),
+                (format!("{}.mtl", scene.name), scene.write_mtl().into()),
             ]
         })
-        .collect()
+        .collect();
+    let room = furnished::furnished_room();
+    files.push((format!("{}.glb", room.name), room.write_glb()));
+    files.push(("studio.hdr".into(), studio::write_studio()));
+    files
 }
 
-/// A scene and what its file says about it.
+/// A scene, with the comment in its file.
 #[derive(Clone)]
 struct Scene {
     name: &'static str,
@@ -47,7 +54,7 @@ struct Material {
 }
 
 impl Material {
-    const fn dull(name: &'static str, reflectance: [f64; 3]) -> Self {
+    const fn reflecting(name: &'static str, reflectance: [f64; 3]) -> Self {
         Self {
             name,
             reflectance,
@@ -57,15 +64,11 @@ impl Material {
 }
 
 fn part(name: &'static str, material: Material, faces: Vec<Vec<DVec3>>) -> Part {
-    Part {
-        name,
-        material,
-        faces,
-    }
+    Part { name, material, faces }
 }
 
 impl Scene {
-    fn obj(&self) -> String {
+    fn write_obj(&self) -> String {
         let mut text = format!(
             "# {}\n# Written by scenes/generate.rs.\nmtllib {}.mtl\n",
             self.about, self.name
@@ -77,7 +80,7 @@ impl Scene {
             for face in &part.faces {
                 faces.push('f');
                 for corner in face {
-                    let line = format!("v {}", triple(rounded(*corner).to_array()));
+                    let line = format!("v {}", format_triple(round_coordinates(*corner).to_array()));
                     let next = vertices.len() + 1;
                     let index = *vertices.entry(line.clone()).or_insert(next);
                     if index == next {
@@ -92,15 +95,10 @@ impl Scene {
         text
     }
 
-    fn mtl(&self) -> String {
+    fn write_mtl(&self) -> String {
         let mut text =
-            "# Kd is reflectance, Ke emitted radiance in W/m2/sr. Written by scenes/generate.rs.\n"
-                .to_owned();
-        let materials: BTreeMap<_, _> = self
-            .parts
-            .iter()
-            .map(|p| (p.material.name, p.material))
-            .collect();
+            "# Kd is reflectance, Ke emitted radiance in W/m2/sr. Written by scenes/generate.rs.\n".to_owned();
+        let materials: BTreeMap<_, _> = self.parts.iter().map(|p| (p.material.name, p.material)).collect();
         for material in materials.values() {
             let Material {
                 name,
@@ -110,59 +108,52 @@ impl Scene {
             let _ = writeln!(
                 text,
                 "\nnewmtl {name}\nKd {}\nKe {}",
-                triple(reflectance),
-                triple(radiance)
+                format_triple(reflectance),
+                format_triple(radiance)
             );
         }
         text
     }
 }
 
-fn triple([x, y, z]: [f64; 3]) -> String {
+fn format_triple([x, y, z]: [f64; 3]) -> String {
     format!("{x} {y} {z}")
 }
 
-/// Six decimals, so that no platform's sine shows.
-fn rounded(p: DVec3) -> DVec3 {
+/// Rounds to six decimals, so that the files do not depend on a platform's sine.
+fn round_coordinates(p: DVec3) -> DVec3 {
     (p * 1e6).round() / 1e6 + 0.0
 }
 
-/// The parallelogram at `origin` spanned by `u` and `v`; its front is that of u × v.
-fn quad(origin: DVec3, u: DVec3, v: DVec3) -> Vec<DVec3> {
+/// Returns the parallelogram at `origin` spanned by `u` and `v`; its front is on the side of u × v.
+fn parallelogram(origin: DVec3, u: DVec3, v: DVec3) -> Vec<DVec3> {
     vec![origin, origin + u, origin + u + v, origin + v]
 }
 
-/// The parallelogram as n × n of them.
-fn grid(origin: DVec3, u: DVec3, v: DVec3, n: u32) -> Vec<Vec<DVec3>> {
+/// Returns the parallelogram as n × n smaller ones.
+fn parallelogram_grid(origin: DVec3, u: DVec3, v: DVec3, n: u32) -> Vec<Vec<DVec3>> {
     let [u, v] = [u, v].map(|edge| edge / f64::from(n));
     let places = (0..n).flat_map(|j| (0..n).map(move |i| (f64::from(i), f64::from(j))));
     places
-        .map(|(i, j)| quad(origin + u * i + v * j, u, v))
+        .map(|(i, j)| parallelogram(origin + u * i + v * j, u, v))
         .collect()
 }
 
-/// Walls of the unit cube, fronts inwards: floor, ceiling, left (x = 0), right, back (z = 0),
+/// Returns the walls of the unit cube, fronts inwards: floor, ceiling, left (x = 0), right, back (z = 0),
 /// front.
 fn unit_room() -> [(DVec3, DVec3, DVec3); 6] {
     let (x, y, z, o) = (DVec3::X, DVec3::Y, DVec3::Z, DVec3::ZERO);
-    [
-        (o, z, x),
-        (y, x, z),
-        (o, y, z),
-        (x, z, y),
-        (o, x, y),
-        (z, y, x),
-    ]
+    [(o, z, x), (y, x, z), (o, y, z), (x, z, y), (o, x, y), (z, y, x)]
 }
 
-/// A closed box, fronts outwards: turned about its vertical axis, bottom face first.
-fn block(centre: DVec3, size: DVec3, degrees: f64) -> Vec<Vec<DVec3>> {
+/// Returns a closed box, fronts outwards, turned about its vertical axis, bottom face first.
+fn turned_box(centre: DVec3, size: DVec3, degrees: f64) -> Vec<Vec<DVec3>> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let corner = |p: DVec3| {
         let p = (p - 0.5) * size;
         centre + DVec3::new(cos * p.x + sin * p.z, p.y, cos * p.z - sin * p.x)
     };
     unit_room()
-        .map(|(origin, u, v)| quad(origin, v, u).into_iter().map(corner).collect())
+        .map(|(origin, u, v)| parallelogram(origin, v, u).into_iter().map(corner).collect())
         .into()
 }

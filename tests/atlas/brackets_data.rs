@@ -1,16 +1,16 @@
-//! A radiance map from the photographs of RADIOSITY_DATA.
+//! A radiance map merged from the photographs of RADIOSITY_DATA.
 
 use approx::abs_diff_eq;
 use common::capture::Panorama;
 use glam::Vec3;
-use oracle::merge::brackets::{Merged, Response};
-use oracle::merge::{list, read};
-use oracle::show::picture::luminance;
-use radiosity_tests::captured::data;
+use radiosity::merge::brackets::{CameraResponse, RadianceMap};
+use radiosity::merge::{exposure_list, photographs};
+use radiosity::report::picture::luminance;
+use radiosity_tests::radiance_files::data_folder;
 
-/// Percentiles 1…99 of log₂ luminance in the circle, without its outermost hundredth: there the
-/// lens's own rim begins, and the reference was warped.
-fn percentiles([w, h]: [usize; 2], pixels: &[Vec3]) -> Vec<f64> {
+/// Returns percentiles 1…99 of log₂ luminance in the circle, without its outermost hundredth, where the rim of the lens
+/// begins and the reference is warped.
+fn luminance_percentiles([w, h]: [usize; 2], pixels: &[Vec3]) -> Vec<f64> {
     let from_centre = |k: usize, n: usize| (2 * k + 1) as f64 / n as f64 - 1.0;
     let inside = |k: &usize| from_centre(k % w, w).hypot(from_centre(k / w, h)) < 0.99;
     let luminances = (0..w * h).filter(inside).map(|k| luminance(pixels[k]));
@@ -21,29 +21,29 @@ fn percentiles([w, h]: [usize; 2], pixels: &[Vec3]) -> Vec<f64> {
 }
 
 #[test]
-fn a_real_bracket_agrees_with_a_calibrated_map() {
-    let Some(data) = data() else { return };
+fn real_bracket_agrees_with_calibrated_map() {
+    let Some(data) = data_folder() else { return };
     let folder = data.join("brackets");
-    let exposures = list::read(&folder.join("office/exposures.csv"), None).unwrap();
-    let brackets = read::brackets(&exposures).unwrap();
-    let response = Response::recover(&brackets).unwrap();
+    let exposures = exposure_list::read_exposures(&folder.join("office/exposures.csv"), None).unwrap();
+    let brackets = photographs::read_brackets(&exposures).unwrap();
+    let response = CameraResponse::from_brackets(&brackets).unwrap();
     for c in 0..3 {
-        assert_eq!(response.falls(c), 0, "channel {c}");
+        assert_eq!(response.count_falls(c), 0, "channel {c}");
     }
-    let steps = brackets.steps(&response);
+    let steps = brackets.exposure_steps(&response);
     assert_eq!(steps.len(), 17);
     for (k, step) in steps.iter().enumerate() {
-        let seen = step.seen.unwrap();
-        println!("step {k}: said {:.3}, seen {seen:.3}", step.said);
+        let seen = step.measured.unwrap();
+        println!("step {k}: said {:.3}, seen {seen:.3}", step.nominal);
         // The shutter is not exact; the last picture is nearly black.
         let expected = if k < 16 { 0.93..1.04 } else { 0.5..0.67 };
         assert!(expected.contains(&seen), "{k}: {seen}");
     }
-    let merged = Merged::new(&brackets, &response);
-    let ours = percentiles(merged.size, &merged.radiance);
+    let merged = RadianceMap::new(&brackets, &response);
+    let ours = luminance_percentiles(merged.size, &merged.radiance);
     let reference = Panorama::read(&folder.join("office_reference_fisheye_1000.hdr"), None);
     let reference = reference.unwrap();
-    let theirs = percentiles(reference.size(), reference.pixels());
+    let theirs = luminance_percentiles(reference.size(), reference.pixels());
     let difference: Vec<f64> = ours.iter().zip(&theirs).map(|(a, b)| a - b).collect();
     let (low, high) = (
         difference.iter().copied().fold(f64::INFINITY, f64::min),

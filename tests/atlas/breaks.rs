@@ -1,72 +1,61 @@
-//! Break points and errors are figures that a test holds: `breaks.tsv` says, for each case and method of
-//! the atlas, the first value at which its error is beyond 2 % and beyond 10 % (of leaks 1e-6 and 1e-4),
-//! and the error at each value.
+//! Break points and errors of the atlas are unchanged: `breaks.tsv` has, for each case and method, the first value at
+//! which the error exceeds 2 % and 10 % (1e-6 and 1e-4 for leaks), and the error at each value.
 
 use approx::relative_eq;
 use gpu::Gpu;
-use oracle::solve::watch::unwatched;
-use oracle::study::stress::trial::Case;
-use oracle::study::stress::{Study, breaks, cases, gates, run::Run, score};
+use oracle::solve::progress::without_progress;
+use radiosity::studies::stress::trial::Case;
+use radiosity::studies::stress::{CaseStudy, breaks, cases, gates, run::AtlasRun, score};
 use std::path::{Path, PathBuf};
 
 /// Case, method, solver, beyond the first limit, beyond the second ("-": nowhere), the errors ("-": none).
 const KNOWN: &str = include_str!("breaks.tsv");
 
-/// Errors may differ by this share of themselves: they are written with three digits.
+/// Relative tolerance of errors, which are written with three digits.
 const DIGITS: f64 = 0.01;
-/// And by this: what f32 leaves of a solve (`tests/robustness/units.rs`), far below the least limit but that of
-/// leaks, which are 0 or not.
+/// Absolute tolerance of errors: rounding of a solve in f32 (`tests/robustness/units.rs`), far below the smallest limit
+/// except that of leaks.
 const ROUNDING: f64 = 1e-6;
 
-/// Cases in which an item buffer breaks for a reason of its own: a face without a pixel, one that
-/// crosses its horizon, a body on its eye. On a software adapter all of them would take half an hour.
+/// Cases in which item buffers break for reasons of their own: a face without a pixel, one that crosses the horizon, an
+/// object at the eye. All cases would take half an hour on a software adapter.
 const BUFFERS: [&str; 3] = ["vanishing-face", "horizon", "covered-lamp"];
 
-fn studies(gpu: Option<&Gpu>, cases: &[&Case]) -> Vec<Study> {
-    let run = Run {
-        gpu,
-        stop: &|| false,
-    };
-    let study = |case: &&Case| run.case(case, &unwatched()).unwrap();
+fn run_cases(gpu: Option<&Gpu>, cases: &[&Case]) -> Vec<CaseStudy> {
+    let run = AtlasRun { gpu, stop: &|| false };
+    let study = |case: &&Case| run.run_case(case, &without_progress()).unwrap();
     cases.iter().map(study).collect()
 }
 
-fn lines(studies: &[Study], solver: &str) -> Vec<String> {
+fn break_lines(studies: &[CaseStudy], solver: &str) -> Vec<String> {
     let at = |value: Option<f64>| value.map_or("-".to_owned(), |value| value.to_string());
-    let line = |study: &Study, b: &breaks::Break| {
+    let line = |study: &CaseStudy, b: &breaks::BreakPoint| {
         let [first, second] = [b.safe, b.degraded].map(|reach| at(reach.breaks_at));
-        let case = study.about.name;
-        let errors: Vec<String> = errors(study, b);
+        let case = study.info.name;
+        let errors: Vec<String> = error_texts(study, b);
         let errors = errors.join(" ");
-        format!(
-            "{case}\t{}\t{solver}\t{first}\t{second}\t{errors}",
-            b.method
-        )
+        format!("{case}\t{}\t{solver}\t{first}\t{second}\t{errors}", b.method)
     };
     let all = studies.iter().flat_map(|study| {
-        let own = breaks::of(study)
+        let own = breaks::find_breaks(study)
             .into_iter()
-            .filter(|b| b.solver.solver() == solver);
+            .filter(|b| b.solver.json_name() == solver);
         own.map(move |b| line(study, &b))
     });
     all.collect()
 }
 
-/// The errors of a method, value after value.
-fn errors(study: &Study, b: &breaks::Break) -> Vec<String> {
+/// Formats the errors of a method, value by value.
+fn error_texts(study: &CaseStudy, b: &breaks::BreakPoint) -> Vec<String> {
     let rows = study.rows.iter().filter(|row| row.method == b.method);
-    rows.filter_map(|row| b.solver.of(row))
-        .map(|side| {
-            side.error
-                .map_or("-".into(), |error| format!("{error:.2e}"))
-        })
+    rows.filter_map(|row| b.solver.side_of(row))
+        .map(|side| side.error.map_or("-".into(), |error| format!("{error:.2e}")))
         .collect()
 }
 
-/// Whether two lines say the same, but for the last digit of an error.
-fn same(known: &str, found: &str) -> bool {
-    let [(head, errors), (other_head, others)] =
-        [known, found].map(|line| line.rsplit_once('\t').unwrap());
+/// Returns true if two lines are equal within the tolerances of errors.
+fn is_same_line(known: &str, found: &str) -> bool {
+    let [(head, errors), (other_head, others)] = [known, found].map(|line| line.rsplit_once('\t').unwrap());
     let like = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
         (Ok(a), Ok(b)) => relative_eq!(a, b, epsilon = ROUNDING, max_relative = DIGITS),
         _ => a == b,
@@ -77,35 +66,30 @@ fn same(known: &str, found: &str) -> bool {
 }
 
 #[test]
-fn a_line_is_held_to_its_errors() {
+fn lines_with_other_errors_differ() {
     let line = "case\tdefault\tcpu\t1\t-\t1.00e-3 2.50e-2 -";
-    assert!(same(line, &line.replace("2.50", "2.51")));
-    for (from, to) in [
-        ("2.50", "2.60"),
-        ("\t1\t", "\t2\t"),
-        (" -", " 1.00e-3"),
-        (" -", ""),
-    ] {
-        assert!(!same(line, &line.replacen(from, to, 1)), "{from} {to}");
+    assert!(is_same_line(line, &line.replace("2.50", "2.51")));
+    for (from, to) in [("2.50", "2.60"), ("\t1\t", "\t2\t"), (" -", " 1.00e-3"), (" -", "")] {
+        assert!(!is_same_line(line, &line.replacen(from, to, 1)), "{from} {to}");
     }
 }
 
-/// What was found is left here, to be taken over when it is meant.
-fn file(solver: &str) -> PathBuf {
+/// Returns the file into which the lines found are written, to replace `breaks.tsv` after an intended change.
+fn output_file(solver: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("breaks-{solver}.tsv"))
 }
 
-/// What `breaks.tsv` has of these cases on this solver.
-fn hold(studies: &[Study], solver: &str) {
-    let found = lines(studies, solver);
-    let file = file(solver);
+/// Asserts that the lines of these cases on this solver are those of `breaks.tsv`.
+fn assert_unchanged(studies: &[CaseStudy], solver: &str) {
+    let found = break_lines(studies, solver);
+    let file = output_file(solver);
     let of = |line: &str| {
         let parts: Vec<&str> = line.split('\t').collect();
-        parts[2] == solver && studies.iter().any(|s| s.about.name == parts[0])
+        parts[2] == solver && studies.iter().any(|s| s.info.name == parts[0])
     };
     let known: Vec<&str> = KNOWN.lines().filter(|l| of(l)).collect();
     assert!(!found.is_empty());
-    let lacks = |lines: &[&str], line: &str| !lines.iter().any(|other| same(other, line));
+    let lacks = |lines: &[&str], line: &str| !lines.iter().any(|other| is_same_line(other, line));
     let found: Vec<&str> = found.iter().map(String::as_str).collect();
     let gone: Vec<_> = known.iter().filter(|line| lacks(&found, line)).collect();
     let new: Vec<_> = found.iter().filter(|line| lacks(&known, line)).collect();
@@ -117,22 +101,22 @@ fn hold(studies: &[Study], solver: &str) {
 }
 
 #[test]
-fn every_method_breaks_where_it_did() {
-    let studies = studies(None, &cases::all());
-    std::fs::write(file("cpu"), lines(&studies, "cpu").join("\n")).unwrap();
-    let score = score::of(&studies);
-    for gate in gates::of(&studies, &score) {
+fn break_points_of_cpu_methods_are_unchanged() {
+    let studies = run_cases(None, &cases::all_cases());
+    std::fs::write(output_file("cpu"), break_lines(&studies, "cpu").join("\n")).unwrap();
+    let score = score::score_warnings(&studies);
+    for gate in gates::evaluate_gates(&studies, &score) {
         assert!(gate.held, "{}: {:#?}", gate.name, gate.broken);
     }
-    hold(&studies, "cpu");
+    assert_unchanged(&studies, "cpu");
 }
 
 #[test]
-fn item_buffers_break_where_they_did() {
+fn break_points_of_item_buffers_are_unchanged() {
     let gpu = Gpu::open(None).unwrap();
-    let all = cases::all();
-    let of = |name| all.iter().copied().find(|c| c.about.name == name).unwrap();
-    let studies = studies(Some(&gpu), &BUFFERS.map(of));
-    std::fs::write(file("gpu"), lines(&studies, "gpu").join("\n")).unwrap();
-    hold(&studies, "gpu");
+    let all = cases::all_cases();
+    let of = |name| all.iter().copied().find(|c| c.info.name == name).unwrap();
+    let studies = run_cases(Some(&gpu), &BUFFERS.map(of));
+    std::fs::write(output_file("gpu"), break_lines(&studies, "gpu").join("\n")).unwrap();
+    assert_unchanged(&studies, "gpu");
 }

@@ -1,30 +1,28 @@
-//! Captured maps against the files of RADIOSITY_DATA: every encoding, broken files.
+//! Reading of radiance maps, on the files of RADIOSITY_DATA: every encoding, damaged files.
 
 use approx::abs_diff_eq;
 use common::Error;
-use common::capture::{Panorama, Projection};
-use common::solution::pixels::Planes;
+use common::capture::{MapProjection, Panorama};
+use common::solution::pixels::ImagePlanes;
 use glam::Vec3;
-use radiosity_tests::captured::{data, pfm};
+use radiosity_tests::processor::thread_processor_seconds;
+use radiosity_tests::radiance_files::{data_folder, read_pfm};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
+fn sorted_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = entries.filter(|path| path.is_file()).collect();
     files.sort();
     assert!(!files.is_empty());
     files
 }
 
-fn name(path: &Path) -> &str {
+fn file_name(path: &Path) -> &str {
     path.file_name().unwrap().to_str().unwrap()
 }
 
-fn worst(a: &[Vec3], b: &[Vec3]) -> f32 {
+fn largest_difference(a: &[Vec3], b: &[Vec3]) -> f32 {
     assert_eq!(a.len(), b.len());
     a.iter()
         .zip(b)
@@ -33,24 +31,24 @@ fn worst(a: &[Vec3], b: &[Vec3]) -> f32 {
 }
 
 #[test]
-fn every_variant_of_a_radiance_picture_is_its_truth() {
-    let Some(data) = data() else { return };
+fn radiance_variants_equal_reference_pixels() {
+    let Some(data) = data_folder() else { return };
     let folder = data.join("hdr/variants");
-    let truth = pfm(&folder.join("apartment_256_rgbe_truth.pfm"));
-    let others = ["oldrle", "width7"].map(|n| pfm(&folder.join(format!("{n}_truth.pfm"))));
-    for path in files(&folder)
+    let truth = read_pfm(&folder.join("apartment_256_rgbe_truth.pfm"));
+    let others = ["oldrle", "width7"].map(|n| read_pfm(&folder.join(format!("{n}_truth.pfm"))));
+    for path in sorted_files(&folder)
         .iter()
-        .filter(|path| name(path).ends_with(".hdr"))
+        .filter(|path| file_name(path).ends_with(".hdr"))
     {
-        let narrow = name(path).starts_with("width7");
-        let map = Panorama::read(path, narrow.then_some(Projection::LatLong)).unwrap();
-        let truth = match name(path) {
+        let narrow = file_name(path).starts_with("width7");
+        let map = Panorama::read(path, narrow.then_some(MapProjection::LatLong)).unwrap();
+        let truth = match file_name(path) {
             "oldrle.hdr" => &others[0],
             "width7_flat.hdr" => &others[1],
             _ => &truth,
         };
-        assert_eq!(map.size(), truth.0, "{}", name(path));
-        match name(path) {
+        assert_eq!(map.size(), truth.0, "{}", file_name(path));
+        match file_name(path) {
             "exposure2.hdr" => {
                 let scaled: Vec<Vec3> = map.pixels().iter().map(|p| *p * 4.0).collect();
                 assert!(scaled == truth.1);
@@ -62,40 +60,36 @@ fn every_variant_of_a_radiance_picture_is_its_truth() {
                     let bound = 5.3 * 1.1 / 128.0 * b.max_element();
                     assert!((*a - *b).abs().max_element() <= bound, "{a} {b}");
                 }
-                let bias = map.mean()
+                let bias = map.mean_radiance()
                     / Panorama::from_pixels(truth.0, truth.1.clone(), None)
                         .unwrap()
-                        .mean();
+                        .mean_radiance();
                 assert!((bias - 1.0).abs().max_element() < 0.01, "{bias}");
             }
             _ => assert!(
                 map.pixels() == truth.1,
                 "{}: {}",
-                name(path),
-                worst(map.pixels(), &truth.1)
+                file_name(path),
+                largest_difference(map.pixels(), &truth.1)
             ),
         }
     }
 }
 
 #[test]
-fn every_variant_of_an_openexr_file_is_its_truth() {
-    let Some(data) = data() else { return };
-    let half = pfm(&data.join("hdr/variants_exr/half_truth.pfm"));
-    let float = pfm(&data.join("hdr/variants/apartment_256_float_truth.pfm"));
-    for path in files(&data.join("hdr/variants_exr")) {
-        let name = name(&path).to_owned();
+fn openexr_variants_equal_reference_pixels() {
+    let Some(data) = data_folder() else { return };
+    let half = read_pfm(&data.join("hdr/variants_exr/half_truth.pfm"));
+    let float = read_pfm(&data.join("hdr/variants/apartment_256_float_truth.pfm"));
+    for path in sorted_files(&data.join("hdr/variants_exr")) {
+        let name = file_name(&path).to_owned();
         if name.ends_with(".pfm") {
             continue;
         }
         let map = Panorama::read(&path, None).unwrap();
-        let truth = if name.contains("float") {
-            &float
-        } else {
-            &half
-        };
+        let truth = if name.contains("float") { &float } else { &half };
         assert_eq!(map.size(), truth.0, "{name}");
-        let error = worst(map.pixels(), &truth.1);
+        let error = largest_difference(map.pixels(), &truth.1);
         // From data/README.md, which has them from OpenEXR and OpenImageIO.
         let bound = match () {
             () if name.contains("half_b44") => 0.8125,
@@ -123,13 +117,14 @@ fn every_variant_of_an_openexr_file_is_its_truth() {
 }
 
 #[test]
-fn every_bad_radiance_picture_is_refused_or_noted() {
-    let Some(data) = data() else { return };
-    for path in files(&data.join("hdr/bad")) {
-        let start = Instant::now();
+fn bad_radiance_pictures_are_refused_or_noted() {
+    let Some(data) = data_folder() else { return };
+    for path in sorted_files(&data.join("hdr/bad")) {
+        let start = thread_processor_seconds();
         let result = Panorama::read(&path, None);
-        assert!(start.elapsed().as_secs_f64() < 1.0, "{}", name(&path));
-        match (name(&path), result) {
+        let work = thread_processor_seconds() - start;
+        assert!(work < 1.0, "{}: {work} s of work", file_name(&path));
+        match (file_name(&path), result) {
             ("no_format_line.hdr" | "trailing_bytes.hdr", Ok(map)) => {
                 assert_eq!(map.notes.len(), 1, "{:?}", map.notes);
             }
@@ -144,24 +139,24 @@ fn every_bad_radiance_picture_is_refused_or_noted() {
 }
 
 #[test]
-fn no_damaged_openexr_file_does_harm() {
-    let Some(data) = data() else { return };
+fn damaged_openexr_files_are_read_or_refused() {
+    let Some(data) = data_folder() else { return };
     let (mut read, mut slowest) = (0, 0.0);
-    let files = files(&data.join("openexr-images/Damaged"));
+    let files = sorted_files(&data.join("openexr-images/Damaged"));
     for path in &files {
-        let start = Instant::now();
-        match Panorama::read(path, Some(Projection::LatLong)) {
+        let start = thread_processor_seconds();
+        match Panorama::read(path, Some(MapProjection::LatLong)) {
             Ok(_) => read += 1,
             Err(error @ Error::Input { .. }) => {
                 let text = error.to_string();
-                assert!(text.contains(name(path)) && !text.contains('\n'), "{text}");
+                assert!(text.contains(file_name(path)) && !text.contains('\n'), "{text}");
             }
             Err(error) => panic!("{error}"),
         }
-        // The reader of lightmaps meets the same files.
-        let _ = Planes::read(path, 1 << 20);
-        let seconds = start.elapsed().as_secs_f64();
-        assert!(seconds < 10.0, "{}: {seconds} s", name(path));
+        // The reader of lightmaps must survive the same files.
+        let _ = ImagePlanes::read(path, 1 << 20);
+        let seconds = thread_processor_seconds() - start;
+        assert!(seconds < 10.0, "{}: {seconds} s of work", file_name(path));
         slowest = f64::max(slowest, seconds);
     }
     println!(
@@ -179,14 +174,14 @@ fn no_damaged_openexr_file_does_harm() {
 }
 
 #[test]
-fn counted_is_what_no_radiance_can_be() {
-    let Some(data) = data() else { return };
+fn nan_infinite_and_negative_pixels_are_counted() {
+    let Some(data) = data_folder() else { return };
     let images = data.join("openexr-images/TestImages");
-    let any = Some(Projection::LatLong);
+    let any = Some(MapProjection::LatLong);
     let rings = Panorama::read(&images.join("BrightRingsNanInf.exr"), any).unwrap();
     // 18 values in 12 pixels.
-    let planes = Planes::read(&images.join("BrightRingsNanInf.exr"), 1 << 24).unwrap();
-    let values = planes.colours("").unwrap().concat();
+    let planes = ImagePlanes::read(&images.join("BrightRingsNanInf.exr"), 1 << 24).unwrap();
+    let values = planes.colour_planes("").unwrap().concat();
     assert_eq!(values.iter().filter(|v| !v.is_finite()).count(), 18);
     assert_eq!(rings.counts.nan + rings.counts.infinite, 12);
     let intact = Panorama::read(&images.join("BrightRings.exr"), any).unwrap();

@@ -1,22 +1,22 @@
-//! Real rooms of RADIOSITY_DATA: their light and their orientation, and that their walls keep it.
+//! Real panoramas of RADIOSITY_DATA: irradiance, orientation, and conservation of light on the walls of the room.
 
-use common::capture::room::{eye, room};
-use common::capture::{Panorama, Projection, texel_radiosity};
-use common::solution::pixels::Planes;
+use common::capture::room::{box_room, capture_point};
+use common::capture::{MapProjection, Panorama, texel_radiosity};
+use common::solution::pixels::ImagePlanes;
 use common::texel;
 use glam::{DVec2, DVec3, Vec3};
-use radiosity_tests::captured::data;
+use radiosity_tests::radiance_files::data_folder;
 use std::f64::consts::PI;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-fn name(path: &Path) -> &str {
+fn file_name(path: &Path) -> &str {
     path.file_name().unwrap().to_str().unwrap()
 }
 
-/// Rows of irradiance_reference.csv: file, mean, and the irradiance of six directions.
-fn references(data: &Path) -> Vec<(PathBuf, DVec3, [DVec3; 6])> {
+/// Reads irradiance_reference.csv: file, mean, and the irradiance in six directions.
+fn reference_rows(data: &Path) -> Vec<(PathBuf, DVec3, [DVec3; 6])> {
     let text = fs::read_to_string(data.join("hdr/irradiance_reference.csv")).unwrap();
     let rows = text.lines().skip(1).map(|line| {
         let words: Vec<&str> = line.split(',').collect();
@@ -32,51 +32,44 @@ fn references(data: &Path) -> Vec<(PathBuf, DVec3, [DVec3; 6])> {
     rows.collect()
 }
 
-/// The pixels as they are in the file.
-fn raw(path: &Path) -> Vec<Vec3> {
-    let planes = Planes::read(path, 1 << 24).unwrap();
-    let [r, g, b] = planes.colours("").unwrap();
+/// Reads the pixels as they are in the file.
+fn raw_pixels(path: &Path) -> Vec<Vec3> {
+    let planes = ImagePlanes::read(path, 1 << 24).unwrap();
+    let [r, g, b] = planes.colour_planes("").unwrap();
     (0..r.len()).map(|k| Vec3::new(r[k], g[k], b[k])).collect()
 }
 
 /// Up, down, forward, back, right, left.
-const SIX: [DVec3; 6] = [
-    DVec3::Y,
-    DVec3::NEG_Y,
-    DVec3::Z,
-    DVec3::NEG_Z,
-    DVec3::NEG_X,
-    DVec3::X,
-];
+const SIX: [DVec3; 6] = [DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z, DVec3::NEG_X, DVec3::X];
 
 #[test]
-fn real_rooms_have_the_light_of_the_reference() {
-    let Some(data) = data() else { return };
-    let scene = room(DVec3::new(4.0, 3.0, 5.0)).unwrap();
-    let eye = eye(DVec3::new(4.0, 3.0, 5.0), None).unwrap();
+fn real_panoramas_have_reference_irradiance() {
+    let Some(data) = data_folder() else { return };
+    let scene = box_room(DVec3::new(4.0, 3.0, 5.0)).unwrap();
+    let eye = capture_point(DVec3::new(4.0, 3.0, 5.0), None).unwrap();
     let resolutions = [[64, 64]; 6];
-    for (path, mean, irradiance) in references(&data) {
+    for (path, mean, irradiance) in reference_rows(&data) {
         let map = Panorama::read(&path, None).unwrap();
-        // The reference does not cut negative radiance off.
-        let raw = (map.counts.negative > 0).then(|| raw(&path));
+        // The reference keeps negative radiance.
+        let raw = (map.counts.negative > 0).then(|| raw_pixels(&path));
         let light = |weight: &dyn Fn(DVec3) -> f64| -> DVec3 {
             let [w, _] = map.size();
-            let pixels = map.lit().map(|([x, y], radiance, angle)| {
+            let pixels = map.lit_pixels().map(|([x, y], radiance, angle)| {
                 let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let direction = map.projection().direction(map.size(), at);
+                let direction = map.projection().direction_at(map.size(), at);
                 let radiance = raw.as_ref().map_or(radiance, |raw| raw[y * w + x]);
                 radiance.as_dvec3() * (angle * weight(direction))
             });
             pixels.sum()
         };
         let error = (light(&|_| 0.25 / PI) / mean - 1.0).abs().max_element();
-        assert!(error < 1e-5, "{}: {error}", name(&path));
+        assert!(error < 1e-5, "{}: {error}", file_name(&path));
         for (normal, truth) in SIX.into_iter().zip(irradiance) {
             let own = light(&|d: DVec3| d.dot(normal).max(0.0));
             let error = (own / truth - 1.0).abs().max_element();
-            assert!(error < 1e-4, "{} {normal}: {error}", name(&path));
+            assert!(error < 1e-4, "{} {normal}: {error}", file_name(&path));
             let cut = (map.irradiance(normal) / own - 1.0).max_element();
-            assert!((0.0..0.1).contains(&(cut + 1e-12)), "{} {cut}", name(&path));
+            assert!((0.0..0.1).contains(&(cut + 1e-12)), "{} {cut}", file_name(&path));
         }
         let start = Instant::now();
         let walls = texel_radiosity(&map, &scene, &resolutions, eye).unwrap();
@@ -85,11 +78,11 @@ fn real_rooms_have_the_light_of_the_reference() {
         let mut square = DVec3::ZERO;
         let mut rest = walls.iter();
         for (face, resolution) in scene.faces.iter().zip(resolutions) {
-            for k in 0..texel::count(resolution) {
-                let [a, b, c, d] = texel::outline(face, resolution, k)
-                    .padded()
+            for k in 0..texel::texel_count(resolution) {
+                let [a, b, c, d] = texel::texel_outline(face, resolution, k)
+                    .padded_corners()
                     .map(|p| (p - eye).normalize());
-                let angle = triangle(a, b, c) + triangle(a, c, d);
+                let angle = solid_angle(a, b, c) + solid_angle(a, c, d);
                 let flux = rest.next().unwrap().as_dvec3() / PI * angle;
                 whole += flux;
                 let middle = (a + b + c + d).normalize();
@@ -99,11 +92,11 @@ fn real_rooms_have_the_light_of_the_reference() {
                 square += (flux * 2.0 * (a - middle).length()).powf(2.0);
             }
         }
-        let error = (whole / (map.mean() * 4.0 * PI) - 1.0).abs().max_element();
-        println!("{}: {seconds:.2} s, sphere {error:.1e}", name(&path));
-        assert!(error < 1e-5, "{}: {error}", name(&path));
+        let error = (whole / (map.mean_radiance() * 4.0 * PI) - 1.0).abs().max_element();
+        println!("{}: {seconds:.2} s, sphere {error:.1e}", file_name(&path));
+        assert!(error < 1e-5, "{}: {error}", file_name(&path));
         for (received, normal) in received.into_iter().zip(SIX) {
-            // Each texel's cosθ is off by its half width at most; errors of texels are independent.
+            // The error of each texel's cosθ is at most its half width; errors of texels are independent.
             let error = (received - map.irradiance(normal)).abs();
             let bound = square.map(f64::sqrt);
             println!(
@@ -114,28 +107,28 @@ fn real_rooms_have_the_light_of_the_reference() {
             assert!(
                 error.cmple(bound).all(),
                 "{} {normal}: {error} {bound}",
-                name(&path)
+                file_name(&path)
             );
         }
     }
 }
 
-/// Solid angle of a triangle with corners of length 1.
-fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+/// Returns the solid angle of a triangle with corners of length 1.
+fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let volume = a.dot(b.cross(c)).abs();
     2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
 #[test]
-fn labels_point_the_same_way_in_openexrs_two_projections() {
-    let Some(data) = data() else { return };
+fn latlong_and_cube_maps_of_openexr_agree() {
+    let Some(data) = data_folder() else { return };
     let folder = data.join("openexr-images/MultiResolution");
     let compare = |lat_long: &str, cube: &str, turn: fn(DVec3) -> DVec3| -> f64 {
         let a = Panorama::read(&folder.join(lat_long), None).unwrap();
         let b = Panorama::read(&folder.join(cube), None).unwrap();
         assert_eq!(
             (a.projection(), b.projection()),
-            (Projection::LatLong, Projection::Cube)
+            (MapProjection::LatLong, MapProjection::Cube)
         );
         let (mut sum, mut scale) = (0.0, 0.0);
         let golden = PI * (3.0 - 5_f64.sqrt());
@@ -143,11 +136,8 @@ fn labels_point_the_same_way_in_openexrs_two_projections() {
             let y = 1.0 - (2.0 * f64::from(k) + 1.0) / 50_000.0;
             let (sin, cos) = (golden * f64::from(k)).sin_cos();
             let d = DVec3::new(sin * (1.0 - y * y).sqrt(), y, cos * (1.0 - y * y).sqrt());
-            // Film lights would decide alone.
-            let (a, b) = (
-                a.radiance(d).min(Vec3::ONE),
-                b.radiance(turn(d)).min(Vec3::ONE),
-            );
+            // Without the limit the film lights alone would decide.
+            let (a, b) = (a.radiance(d).min(Vec3::ONE), b.radiance(turn(d)).min(Vec3::ONE));
             sum += f64::from((a - b).abs().element_sum());
             scale += f64::from(a.element_sum());
         }
@@ -161,9 +151,7 @@ fn labels_point_the_same_way_in_openexrs_two_projections() {
         let turned = compare(lat_long, cube, |d| DVec3::new(d.z, d.y, -d.x));
         let mirrored = compare(lat_long, cube, |d| DVec3::new(-d.x, d.y, d.z));
         let tilted = compare(lat_long, cube, |d| DVec3::new(d.x, d.z, -d.y));
-        println!(
-            "{lat_long}: {same:.4}; turned {turned:.4}, mirrored {mirrored:.4}, tilted {tilted:.4}"
-        );
+        println!("{lat_long}: {same:.4}; turned {turned:.4}, mirrored {mirrored:.4}, tilted {tilted:.4}");
         for wrong in [turned, mirrored, tilted] {
             assert!(same < 0.5 * wrong, "{lat_long}: {same}, {wrong}");
         }
@@ -171,12 +159,14 @@ fn labels_point_the_same_way_in_openexrs_two_projections() {
 }
 
 #[test]
-fn the_angular_lobby_is_the_lobby() {
-    let Some(data) = data() else { return };
+fn angular_and_latlong_lobby_agree() {
+    let Some(data) = data_folder() else { return };
     let angular = Panorama::read(&data.join("hdr/lobby_angular_512.hdr"), None).unwrap();
-    assert_eq!(angular.projection(), Projection::Angular);
+    assert_eq!(angular.projection(), MapProjection::Angular);
     let lobby = Panorama::read(&data.join("hdr/lobby_1k.hdr"), None).unwrap();
-    let error = (angular.mean() / lobby.mean() - 1.0).abs().max_element();
+    let error = (angular.mean_radiance() / lobby.mean_radiance() - 1.0)
+        .abs()
+        .max_element();
     println!("mean {error}");
     assert!(error < 6e-3, "{error}");
     for normal in SIX {

@@ -1,81 +1,66 @@
-//! The verdict on scenes drawn at random: green on healthy code, red on planted faults.
+//! The verdict of `compare` on random scenes: agreement of healthy solvers, disagreement with planted faults.
 //!
-//! VERDICT_SCENES and VERDICT_SEED ask for other scenes than those of every run.
+//! VERDICT_SCENES and VERDICT_SEED select other scenes than the default ones.
 
 use common::form_factor::FormFactor;
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, load_scene};
 use common::settings::{
-    Iteration, Meshing, Projection, Quality, Raster, Schedule, Settings, Transport, Visibility,
+    ItemBufferProjection, Iteration, Meshing, Raster, Schedule, Settings, SolveQuality, Transport, Visibility,
 };
-use gpu::{Fault, Gpu};
-use oracle::judge::compare::ways::{Ways, judge};
-use oracle::judge::compare::{Request, compare};
-use oracle::judge::comparison::Comparison;
-use oracle::solve::solver::{Asked, USUAL};
-use oracle::solve::watch::unwatched;
-use oracle::study::random::{Drawn, Faces, Options, scene};
+use gpu::Gpu;
+use oracle::compare::comparison::Comparison;
+use oracle::compare::presets::{PresetSelection, compare_presets};
+use oracle::solve::progress::without_progress;
+use oracle::solve::solver::{DEFAULT_ERROR, ErrorTarget};
+use radiosity::studies::random::{FaceShapes, RandomScene, SceneOptions, draw_scene};
+use radiosity_tests::shader_faults::{
+    DEPOSIT_FAULTS, FORM_FACTOR_FAULTS, ITEM_BUFFER_FAULTS, NamedFault, compare_with_faults, failing_criteria,
+    paper_settings, shader_fault,
+};
 
-fn number(name: &str, default: u64) -> u64 {
+fn environment_number(name: &str, default: u64) -> u64 {
     let asked = std::env::var(name).ok();
     asked.map_or(default, |text| text.parse().expect("a number"))
 }
 
-/// Scenes of a run: quads, triangles and both in turn.
-fn drawn(default: u64) -> impl Iterator<Item = Drawn> {
-    let first = number("VERDICT_SEED", 1);
-    (first..first + number("VERDICT_SCENES", default)).map(|seed| {
+/// Draws the scenes of a run: quads, triangles and both in turn.
+fn random_scenes(default: u64) -> impl Iterator<Item = RandomScene> {
+    let first = environment_number("VERDICT_SEED", 1);
+    (first..first + environment_number("VERDICT_SCENES", default)).map(|seed| {
         let faces = match seed % 4 {
-            0 => Faces::Quads,
-            1 | 3 => Faces::Triangles,
-            _ => Faces::Mixed,
+            0 => FaceShapes::Quads,
+            1 | 3 => FaceShapes::Triangles,
+            _ => FaceShapes::Mixed,
         };
-        scene(
+        draw_scene(
             seed,
-            Options {
+            SceneOptions {
                 faces,
-                ..Options::default()
+                ..SceneOptions::default()
             },
         )
     })
 }
 
-fn gpu() -> Gpu {
+fn open_gpu() -> Gpu {
     Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh")
 }
 
-fn stereographic(size: u32) -> Visibility {
-    Visibility::drawn(Projection::Stereographic(Raster::Pixel), size)
+fn stereographic_buffer(size: u32) -> Visibility {
+    Visibility::with_item_buffer(ItemBufferProjection::Stereographic(Raster::Pixel), size)
 }
 
-/// Whole faces and single shots, as the paper; coarse pixels, so that many pairs are mistaken.
-fn paper() -> Settings {
-    Settings {
-        meshing: Meshing {
-            texels: 8,
-            cells: 1,
-            ..Meshing::default()
-        },
-        transport: Transport {
-            visibility: stereographic(256),
-            form_factor: FormFactor::Disc,
-            ..Transport::default()
-        },
-        schedule: Schedule {
-            epsilon: 0.01,
-            // A kept residual never ends.
-            max_shots: 400,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    }
+/// Returns settings like the paper's with coarse pixels, so that many pairs mismatch.
+fn coarse_paper_settings() -> Settings {
+    paper_settings(stereographic_buffer(256), 8, 0.01, 400)
 }
 
-/// As `solve` does before it mends itself.
-fn solve(visibility: Visibility) -> Settings {
+/// Returns coarse settings of a solve by conjugate gradients.
+fn pass_settings(visibility: Visibility) -> Settings {
     Settings {
         meshing: Meshing {
             texels: 4,
-            cells: 2,
+            patches: 2,
             samples: 2,
         },
         transport: Transport {
@@ -90,39 +75,25 @@ fn solve(visibility: Visibility) -> Settings {
     }
 }
 
-fn judged(drawn: &Drawn, gpu: &Gpu, settings: Settings, faults: &[Fault]) -> Option<Comparison> {
-    let request = Request {
-        settings,
-        gpu,
-        faults,
-    };
-    // What the host refuses is noticed as well.
-    compare(&drawn.scene, &request, &unwatched()).ok()
-}
-
-fn failing(comparison: &Comparison) -> Vec<String> {
-    let red = comparison.gates.iter().filter(|gate| !gate.pass);
-    red.map(|g| format!("{} {:.3e} > {:.3e}", g.name, g.value, g.bound))
-        .collect()
-}
-
-/// How near each bound that is not 0 was come to.
-fn nearest(comparison: &Comparison) -> (f64, String) {
-    let of = |g: &oracle::judge::comparison::Gate| (g.value / g.bound, g.name.clone());
-    let ratios = comparison.gates.iter().filter(|g| g.bound > 0.0).map(of);
-    ratios
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .unwrap_or_default()
+/// Returns the largest ratio of a gate's value to its bound, and the gate's name.
+fn nearest_gate(comparison: &Comparison) -> (f64, String) {
+    let of = |g: &oracle::compare::comparison::Criterion| (g.value / g.bound, g.name.clone());
+    let ratios = comparison.criteria.iter().filter(|g| g.bound > 0.0).map(of);
+    ratios.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
 }
 
 #[test]
-fn healthy_code_is_green_on_any_scene() {
-    let gpu = gpu();
+fn solvers_agree_on_random_scenes() {
+    let gpu = open_gpu();
     let mut red = Vec::new();
-    for drawn in drawn(4) {
-        let ways = [paper(), solve(stereographic(128)), solve(Visibility::Rays)];
+    for drawn in random_scenes(4) {
+        let ways = [
+            coarse_paper_settings(),
+            pass_settings(stereographic_buffer(128)),
+            pass_settings(Visibility::Rays),
+        ];
         for settings in ways {
-            let c = judged(&drawn, &gpu, settings, &[]).unwrap();
+            let c = compare_with_faults(&drawn.scene, settings, &gpu, &[]).unwrap();
             let share = c.pairs.mismatched as f64 / c.pairs.facing.max(1) as f64;
             println!(
                 "{} {} faces, {:?}: mismatched {:.2} %, {} unexplained {:?}, lockstep {:.3} %, nearest {:?}",
@@ -133,14 +104,14 @@ fn healthy_code_is_green_on_any_scene() {
                 c.pairs.unexplained,
                 c.pairs.examples,
                 100.0 * c.lockstep_difference.relative_rms,
-                nearest(&c),
+                nearest_gate(&c),
             );
-            if !c.agree() {
+            if !c.solvers_agree() {
                 red.push(format!(
                     "{} {:?}: {:?}",
                     c.scene.name,
                     c.gpu_settings,
-                    failing(&c)
+                    failing_criteria(&c)
                 ));
             }
         }
@@ -148,59 +119,27 @@ fn healthy_code_is_green_on_any_scene() {
     assert!(red.is_empty(), "{red:#?}");
 }
 
-/// Of every kind of fault one, of those that any scene with light can feel.
-const FAULTS: &[(&str, &str, &str)] = &[
-    (
-        "form_factor",
-        "return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
-        "return disc(cos_i, 1.0, r2, shots[slot].area, shots[slot].area);",
-    ),
-    (
-        "form_factor",
-        "return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
-        "return disc(cos_i, cos_j, r2, texel_area, texel_area);",
-    ),
-    (
-        "aim",
-        "shots[slot].normal = faces[face].plane.xyz;",
-        "shots[slot].normal = -faces[face].plane.xyz;",
-    ),
-    ("deposit", "texels[k].reflectance * received;", "received;"),
-    ("deposit", "residual[k] = vec4f(0.0);", ""),
-    (
-        "deposit",
-        "radiosity[k] += vec4f(reflected, 0.0);",
-        "radiosity[k] = vec4f(0.0);",
-    ),
-    (
-        "deposit",
-        "shot.radiosity * f;",
-        "shot.radiosity * (f / (f - f));",
-    ),
-    (
-        "lookup",
-        "clamp(i32(floor(p.x)), 0, last)",
-        "clamp(i32(floor(p.x)) + 1, 0, last)",
-    ),
-    (
-        "item_buffer",
-        "pixel_centre(pixel.x, ",
-        "pixel_centre(pixel.x + 1u, ",
-    ),
-    ("select", "if power > best {", "if power < best {"),
-];
+/// Returns one fault of each kind, among those that affect any scene with light.
+fn faults() -> impl Iterator<Item = NamedFault> {
+    let select = NamedFault {
+        name: "the patch of least power",
+        fault: shader_fault("select", "if power > best {", "if power < best {"),
+    };
+    let shared = [&FORM_FACTOR_FAULTS[..], &DEPOSIT_FAULTS, &ITEM_BUFFER_FAULTS];
+    shared.concat().into_iter().chain([select])
+}
 
 #[test]
-fn planted_faults_are_red_on_nearly_any_scene() {
-    let gpu = gpu();
+fn planted_faults_are_caught_on_random_scenes() {
+    let gpu = open_gpu();
     let (mut asked, mut missed) = (0, Vec::new());
-    for drawn in drawn(2) {
-        for (file, from, to) in FAULTS {
-            let fault = [Fault { file, from, to }];
-            let c = judged(&drawn, &gpu, paper(), &fault);
+    for drawn in random_scenes(2) {
+        for NamedFault { name, fault } in faults() {
+            // A fault that the host refuses counts as caught.
+            let c = compare_with_faults(&drawn.scene, coarse_paper_settings(), &gpu, &[fault]).ok();
             asked += 1;
-            if c.is_some_and(|c| c.agree()) {
-                missed.push(format!("{}: {file}, {to}", drawn.scene.name));
+            if c.is_some_and(|c| c.solvers_agree()) {
+                missed.push(format!("{}: {name}", drawn.scene.name));
             }
         }
     }
@@ -208,20 +147,19 @@ fn planted_faults_are_red_on_nearly_any_scene() {
     assert!(20 * missed.len() <= asked, "{missed:#?}");
 }
 
-/// With nothing asked for: what `solve` does, and the paper's way, each with its error.
+/// Without options `compare` judges the defaults of `solve` and the paper's settings, each with its error.
 #[test]
-fn two_ways_are_judged_and_their_errors_told() {
-    let file = std::env::var("VERDICT_FILE").unwrap_or_else(|_| {
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/facing_plates.obj").into()
-    });
-    let texels = number("VERDICT_TEXELS", 8) as u32;
-    let scene = load(file.as_ref(), &ImportOptions::default()).unwrap();
-    let pixels = number("VERDICT_PIXELS", 256) as u32;
-    let normal = Settings::of(Quality::Normal).by(stereographic(pixels));
+fn default_and_paper_preset_are_judged_with_their_errors() {
+    let file = std::env::var("VERDICT_FILE")
+        .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/facing_plates.obj").into());
+    let texels = environment_number("VERDICT_TEXELS", 8) as u32;
+    let scene = load_scene(file.as_ref(), &ImportOptions::default()).unwrap();
+    let pixels = environment_number("VERDICT_PIXELS", 256) as u32;
+    let normal = Settings::with_quality(SolveQuality::Normal).with_visibility(stereographic_buffer(pixels));
     let paper = Settings {
         meshing: Meshing {
             texels,
-            cells: 1,
+            patches: 1,
             samples: 1,
         },
         transport: Transport {
@@ -234,34 +172,34 @@ fn two_ways_are_judged_and_their_errors_told() {
         },
         ..normal
     };
-    let asked = Asked {
-        error: USUAL,
+    let asked = ErrorTarget {
+        error: DEFAULT_ERROR,
         texels: Some(texels),
     };
-    let ways = Ways::Both { paper, asked };
-    let judged = judge(&scene, &ways, &gpu(), &[], &unwatched()).unwrap();
-    for c in judged.ways() {
+    let ways = PresetSelection::PaperAndDefault { paper, target: asked };
+    let judged = compare_presets(&scene, &ways, &open_gpu(), &[], &without_progress()).unwrap();
+    for c in judged.iter_comparisons() {
         println!(
             "{} {:?} {:?} {:?} {:?}",
-            c.way.name(),
-            failing(c),
-            c.error,
+            c.preset.name(),
+            failing_criteria(c),
+            c.truth_error,
             c.truth,
             c.seconds
         );
         println!("{:?} {:?}", c.findings, c.notes);
     }
-    assert!(judged.agree());
-    let error = |c: &Comparison| c.error.map(|e| e.expect("a truth"));
-    let as_solved = error(judged.as_solved.as_ref().expect("both ways"));
+    assert!(judged.all_agree());
+    let error = |c: &Comparison| c.truth_error.map(|e| e.expect("a truth"));
+    let as_solved = error(judged.solve_default.as_ref().expect("both ways"));
     let paper = error(&judged.first);
-    // Whole faces are far off between plates as near as these: the verdict is green, the error says it.
+    // Whole faces are inaccurate between plates as near as these: the solvers agree, and the error is reported.
     assert!(paper.iter().all(|e| *e > 0.02), "{paper:?}");
     assert!(as_solved.iter().all(|e| *e < 0.02), "{as_solved:?}");
     if let Some(out) = std::env::var_os("VERDICT_OUT") {
-        let page = oracle::show::report::html(std::slice::from_ref(&judged), &[]);
+        let page = radiosity::report::comparison::render_report(std::slice::from_ref(&judged), &[]);
         std::fs::write(std::path::Path::new(&out).join("report.html"), page).unwrap();
-        let json = oracle::show::report::json(std::slice::from_ref(&judged)).to_string();
+        let json = radiosity::report::comparison::report_json(std::slice::from_ref(&judged)).to_string();
         std::fs::write(std::path::Path::new(&out).join("report.json"), json).unwrap();
     }
 }

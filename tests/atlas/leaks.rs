@@ -1,4 +1,4 @@
-//! No light behind a wall: two rooms that share a wall, one lit and one dark.
+//! No light leaks through a wall: two rooms that share a wall, one lit and one dark.
 
 use common::mesh::Mesh;
 use common::passes::Engine;
@@ -9,10 +9,10 @@ use common::cover;
 use cpu::CpuSolver;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
 use gpu::GpuSolver;
-use radiosity_tests::engines::{drawn, free, gpu};
-use radiosity_tests::{room, scene};
+use radiosity_tests::engines::{item_buffer, open_gpu, shoot_freely};
+use radiosity_tests::{box_faces, named_scene};
 
-/// The wall, of the lit room and of the dark one.
+/// The division of the wall in the lit room and in the dark one.
 #[derive(Clone, Copy, Debug)]
 enum Wall {
     /// One face of each.
@@ -27,48 +27,35 @@ enum Wall {
     Triangles,
 }
 
-const WALLS: [Wall; 5] = [
-    Wall::Whole,
-    Wall::Parts,
-    Wall::Mixed,
-    Wall::Single,
-    Wall::Triangles,
-];
+const WALLS: [Wall; 5] = [Wall::Whole, Wall::Parts, Wall::Mixed, Wall::Single, Wall::Triangles];
 
-/// `across`×`up` equal parts of a quad, each one quad or two triangles.
-fn parts(face: &Face, [across, up]: [u32; 2], triangles: bool) -> Vec<Face> {
+/// Splits a quad into `across`×`up` equal parts, each one quad or two triangles.
+fn split_quad(face: &Face, [across, up]: [u32; 2], triangles: bool) -> Vec<Face> {
     let mut parts = Vec::new();
     for k in 0..across * up {
         let corner = |i: u32, j: u32| {
             let (u, v) = (k % across + i, k / across + j);
-            face.point(
-                f64::from(u) / f64::from(across),
-                f64::from(v) / f64::from(up),
-            )
+            face.point_at(f64::from(u) / f64::from(across), f64::from(v) / f64::from(up))
         };
         let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
         let triangle = |c| Face::triangle("wall", c, face.emission, face.reflectance);
         if triangles {
             parts.extend([triangle([a, b, c]), triangle([a, c, d])]);
         } else {
-            parts.push(Face::quad(
-                "wall",
-                [a, b, c, d],
-                face.emission,
-                face.reflectance,
-            ));
+            parts.push(Face::quad("wall", [a, b, c, d], face.emission, face.reflectance));
         }
     }
     parts
 }
 
-/// The lit room's faces, and how many; then the dark one's. Nothing overlaps, all meets at edges.
+/// Makes the faces of the lit room, whose number is returned, then those of the dark one. Faces meet at edges and do not
+/// overlap.
 fn two_rooms(wall: Wall, thickness: f64, turned: bool) -> (Scene, u32) {
     let (near, far) = (thickness / 2.0, 1.0 + thickness / 2.0);
     let grey = Vec3::splat(0.7);
     let new = |low: f64, high: f64| {
         let (low, high) = (DVec3::new(low, 0.0, 0.0), DVec3::new(high, 1.0, 1.0));
-        room(low, high, true, Vec3::ZERO, grey)
+        box_faces(low, high, true, Vec3::ZERO, grey)
     };
     let (mut lit, mut dark) = (new(-far, -near), new(near, far));
     lit[1].emission = Vec3::ONE;
@@ -77,19 +64,19 @@ fn two_rooms(wall: Wall, thickness: f64, turned: bool) -> (Scene, u32) {
     match wall {
         Wall::Whole => (lit.push(left), dark.push(right)).0,
         Wall::Parts => {
-            lit.extend(parts(&left, [2, 1], false));
-            dark.extend(parts(&right, [1, 7], false));
+            lit.extend(split_quad(&left, [2, 1], false));
+            dark.extend(split_quad(&right, [1, 7], false));
         }
         Wall::Mixed => {
-            lit.extend(parts(&left, [7, 3], false));
-            dark.extend(parts(&right, [3, 2], true));
+            lit.extend(split_quad(&left, [7, 3], false));
+            dark.extend(split_quad(&right, [3, 2], true));
         }
         Wall::Single => {
-            let halves = parts(&left, [2, 1], false);
-            lit.extend(parts(&halves[0], [1, 2], false));
-            lit.extend(parts(&halves[1], [1, 7], false));
+            let halves = split_quad(&left, [2, 1], false);
+            lit.extend(split_quad(&halves[0], [1, 2], false));
+            lit.extend(split_quad(&halves[1], [1, 7], false));
         }
-        Wall::Triangles => lit.extend(parts(&left, [3, 5], true)),
+        Wall::Triangles => lit.extend(split_quad(&left, [3, 5], true)),
     }
     let count = lit.len() as u32;
     lit.extend(dark);
@@ -100,14 +87,14 @@ fn two_rooms(wall: Wall, thickness: f64, turned: bool) -> (Scene, u32) {
             face.corners = face.corners.map(|p| turn * p + shift);
         }
     }
-    (scene("two rooms", lit), count)
+    (named_scene("two rooms", lit), count)
 }
 
-fn settings([texels, cells, samples]: [u32; 3], visibility: Visibility) -> Settings {
+fn ray_settings([texels, patches, samples]: [u32; 3], visibility: Visibility) -> Settings {
     Settings {
         meshing: Meshing {
             texels,
-            cells,
+            patches,
             samples,
         },
         transport: Transport {
@@ -122,9 +109,9 @@ fn settings([texels, cells, samples]: [u32; 3], visibility: Visibility) -> Setti
     }
 }
 
-/// What the dark room receives of the emitted power, and what the lit one does.
-fn received(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Settings) -> [f64; 2] {
-    let run = free(engine, &settings.schedule);
+/// Returns the shares of the emitted power that the dark room and the lit room receive.
+fn received_shares(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Settings) -> [f64; 2] {
+    let run = shoot_freely(engine, &settings.schedule);
     let (mut sums, mut emitted) = ([0.0; 2], 0.0);
     for (texel, h) in mesh.texels.iter().zip(&run.field.irradiance) {
         sums[usize::from(texel.face < lit)] += f64::from(h.x * texel.area);
@@ -133,14 +120,14 @@ fn received(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Settings)
     sums.map(|sum| sum / emitted)
 }
 
-fn mesh(scene: &Scene, settings: &Settings) -> Mesh {
-    cover::sampled(scene, &settings.meshing).unwrap()
+fn sampled_mesh(scene: &Scene, settings: &Settings) -> Mesh {
+    cover::sampled_mesh(scene, &settings.meshing).unwrap()
 }
 
-/// Exactly nothing: a ray that crosses a wall meets one of its faces, and fronts in one plane
-/// exchange nothing.
+/// The dark room receives exactly 0: a ray through the wall hits one of its faces, and fronts in one plane exchange
+/// nothing.
 #[test]
-fn rays_let_no_light_through() {
+fn cpu_rays_leak_no_light_through_walls() {
     for wall in WALLS {
         for thickness in [0.0, 1e-6, 1e-5, 1e-3, 1e-1] {
             for (turned, counts) in [
@@ -151,15 +138,12 @@ fn rays_let_no_light_through() {
                 (true, [4, 4, 4]),
                 (true, [8, 4, 4]),
             ] {
-                let settings = settings(counts, Visibility::Rays);
+                let settings = ray_settings(counts, Visibility::Rays);
                 let (scene, lit) = two_rooms(wall, thickness, turned);
-                let mesh = mesh(&scene, &settings);
+                let mesh = sampled_mesh(&scene, &settings);
                 let engine = &mut CpuSolver::new(&mesh, &settings.transport);
-                let [dark, light] = received(&mesh, engine, lit, &settings);
-                assert!(
-                    light > 0.5,
-                    "{wall:?} {thickness:e} {turned} {counts:?}: {light}"
-                );
+                let [dark, light] = received_shares(&mesh, engine, lit, &settings);
+                assert!(light > 0.5, "{wall:?} {thickness:e} {turned} {counts:?}: {light}");
                 assert_eq!(dark, 0.0, "{wall:?} {thickness:e} {turned} {counts:?}");
             }
         }
@@ -167,32 +151,31 @@ fn rays_let_no_light_through() {
 }
 
 #[test]
-fn the_gpus_rays_let_no_light_through() {
-    let gpu = gpu();
+fn gpu_rays_leak_no_light_through_walls() {
+    let gpu = open_gpu();
     for wall in [Wall::Parts, Wall::Triangles] {
         for (thickness, counts) in [(0.0, [4, 1, 1]), (1e-6, [4, 4, 4]), (0.0, [8, 4, 4])] {
-            let settings = settings(counts, Visibility::Rays);
+            let settings = ray_settings(counts, Visibility::Rays);
             let (scene, lit) = two_rooms(wall, thickness, true);
-            let mesh = mesh(&scene, &settings);
+            let mesh = sampled_mesh(&scene, &settings);
             let engine = &mut GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
-            let [dark, light] = received(&mesh, engine, lit, &settings);
+            let [dark, light] = received_shares(&mesh, engine, lit, &settings);
             assert!(light > 0.5, "{wall:?} {thickness:e} {counts:?}: {light}");
             assert_eq!(dark, 0.0, "{wall:?} {thickness:e} {counts:?}");
         }
     }
 }
 
-/// Pixels ask rays of their own, so that only what they round is left: a thousandth of what the
-/// wall stops at least.
+/// Each pixel has its own ray, so that only rounding leaks: less than a thousandth.
 #[test]
-fn the_item_buffer_lets_next_to_nothing_through() {
-    let gpu = gpu();
+fn item_buffer_leaks_less_than_a_thousandth() {
+    let gpu = open_gpu();
     for (wall, thickness) in [(Wall::Parts, 1e-5), (Wall::Triangles, 0.0)] {
-        let settings = settings([4, 4, 1], drawn(512));
+        let settings = ray_settings([4, 4, 1], item_buffer(512));
         let (scene, lit) = two_rooms(wall, thickness, true);
-        let mesh = mesh(&scene, &settings);
+        let mesh = sampled_mesh(&scene, &settings);
         let engine = &mut GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
-        let [dark, light] = received(&mesh, engine, lit, &settings);
+        let [dark, light] = received_shares(&mesh, engine, lit, &settings);
         println!("{wall:?} {thickness:e}: {dark:.1e} of {light:.2}");
         assert!(dark < 1e-3, "{wall:?} {thickness:e}: {dark:e}");
     }

@@ -1,4 +1,4 @@
-//! What takes long or needs the files of RADIOSITY_DATA; `make atlas` runs it.
+//! Tests that take long or need the files of RADIOSITY_DATA; `make atlas` runs them.
 
 mod brackets_data;
 mod breaks;

@@ -1,38 +1,32 @@
-//! The matrix solver against a path tracer's radiosity of the Cornell box, area means per texel:
-//! RADIOSITY_DATA names the folder that holds `truth/`.
+//! The dense solver against a path tracer's radiosity of the Cornell box, area means per texel, in the folder `truth/`
+//! of RADIOSITY_DATA.
 
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, load_scene};
 use common::mesh::Mesh;
-use cpu::matrix::Matrix;
+use cpu::dense::Matrix;
 use exr::prelude::read_first_flat_layer_from_file;
 use glam::DVec3;
-use radiosity_tests::captured::data;
+use radiosity_tests::radiance_files::data_folder;
 use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-/// Reflected radiosity of our texel k in `truth`, and its standard error.
+/// Reflected radiosity of each texel by the path tracer, and its standard error.
 struct Truth {
     values: Vec<DVec3>,
     errors: Vec<DVec3>,
 }
 
-fn read(folder: &Path, mesh: &Mesh) -> Truth {
+fn read_truth(folder: &Path, mesh: &Mesh) -> Truth {
     let text = std::fs::read(folder.join("result.json")).unwrap();
     let result: Value = serde_json::from_slice(&text).unwrap();
     let layer = read_first_flat_layer_from_file(folder.join("lightmap.exr"))
         .unwrap()
         .layer_data;
     let channel = |name: &str| -> Vec<f64> {
-        let found = layer
-            .channel_data
-            .list
-            .iter()
-            .find(|c| c.name.to_string() == name);
-        let samples = &found
-            .unwrap_or_else(|| panic!("no channel {name}"))
-            .sample_data;
+        let found = layer.channel_data.list.iter().find(|c| c.name.to_string() == name);
+        let samples = &found.unwrap_or_else(|| panic!("no channel {name}")).sample_data;
         samples.values_as_f32().map(f64::from).collect()
     };
     let pick = |prefix: &str| -> Vec<DVec3> {
@@ -56,24 +50,19 @@ fn read(folder: &Path, mesh: &Mesh) -> Truth {
 }
 
 #[test]
-fn the_cornell_box_is_as_a_path_tracer_sees_it() {
-    let Some(data) = data() else {
+fn dense_cornell_box_agrees_with_path_tracer() {
+    let Some(data) = data_folder() else {
         return;
     };
     let folder = data.join("truth");
-    let scene = load(&folder.join("cornell.obj"), &ImportOptions::default()).unwrap();
+    let scene = load_scene(&folder.join("cornell.obj"), &ImportOptions::default()).unwrap();
     let mesh = Mesh::uniform(&scene, 16, 1).unwrap();
-    let truth = read(&folder.join("cornell_16"), &mesh);
+    let truth = read_truth(&folder.join("cornell_16"), &mesh);
     let start = Instant::now();
-    let (matrix, quality) =
-        Matrix::assemble(&scene, &mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    let (matrix, quality) = Matrix::assemble(&scene, &mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
     println!("{quality:?} in {:.1} s", start.elapsed().as_secs_f64());
     let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
-    let reflectance: Vec<DVec3> = mesh
-        .texels
-        .iter()
-        .map(|t| t.reflectance.as_dvec3())
-        .collect();
+    let reflectance: Vec<DVec3> = mesh.texels.iter().map(|t| t.reflectance.as_dvec3()).collect();
     let answer = matrix.solve(&emission, &reflectance).unwrap();
     let (mut square, mut scale, mut noise) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
     let (mut bias, mut sum) = (DVec3::ZERO, DVec3::ZERO);
@@ -91,10 +80,7 @@ fn the_cornell_box_is_as_a_path_tracer_sees_it() {
         (noise / scale).map(f64::sqrt),
         bias / sum,
     );
-    println!(
-        "RMS {} (noise of the truth {}), bias {}",
-        rms.0, rms.1, rms.2
-    );
+    println!("RMS {} (noise of the truth {}), bias {}", rms.0, rms.1, rms.2);
     assert!(rms.0.max_element() <= 5e-3, "{rms:?}");
     assert!(rms.2.abs().max_element() <= 2e-3, "{rms:?}");
 }

@@ -1,41 +1,41 @@
-//! A fixed dozen of the scenes that `stress random` draws, and how that is told.
+//! Twelve fixed scenes of `stress random`, solved and judged.
 
-use oracle::solve::watch::unwatched;
-use oracle::study::random::{Faces, Options};
-use oracle::study::stress::random::{Asked, Findings, gates};
-use oracle::study::stress::run::Run;
+use oracle::solve::progress::without_progress;
+use radiosity::studies::random::{FaceShapes, SceneOptions};
+use radiosity::studies::stress::random::{RandomFindings, RandomRequest, gates};
+use radiosity::studies::stress::run::AtlasRun;
 
-/// Some seconds a scene: the answers are so near to the truth that less would not tell how near.
+/// Paths per scene, some seconds: fewer would be too noisy to judge the small errors of the answers.
 const PATHS: u32 = 1 << 22;
 
-/// The CPU's answers on four scenes.
-fn findings(faces: Faces, seed: u64, texels: u32) -> Findings {
-    let run = Run {
+/// Solves four scenes on the CPU and judges them.
+fn solve_four_scenes(faces: FaceShapes, seed: u64, texels: u32) -> RandomFindings {
+    let run = AtlasRun {
         gpu: None,
         stop: &|| false,
     };
-    let asked = Asked {
-        options: Options {
+    let asked = RandomRequest {
+        options: SceneOptions {
             faces,
-            ..Options::default()
+            ..SceneOptions::default()
         },
         texels,
         paths: PATHS,
-        ..Asked::default()
+        ..RandomRequest::default()
     };
-    Findings::gather(&run, &asked, (seed, 4), &unwatched()).unwrap()
+    RandomFindings::run_scenes(&run, &asked, (seed, 4), &without_progress()).unwrap()
 }
 
-/// Solved, judged and asked for their own error, all of them: every gate holds.
+/// All scenes are solved, judged and have an error estimate, and every gate holds.
 #[test]
-fn a_fixed_dozen_drawn_at_random_is_answered() {
-    let mut all = Findings::default();
+fn twelve_fixed_random_scenes_pass_every_gate() {
+    let mut all = RandomFindings::default();
     for (faces, seed, texels) in [
-        (Faces::Quads, 1000, 6),
-        (Faces::Triangles, 2000, 4),
-        (Faces::Mixed, 3000, 5),
+        (FaceShapes::Quads, 1000, 6),
+        (FaceShapes::Triangles, 2000, 4),
+        (FaceShapes::Mixed, 3000, 5),
     ] {
-        let found = findings(faces, seed, texels);
+        let found = solve_four_scenes(faces, seed, texels);
         assert_eq!(found.all.len(), 4);
         assert!(!found.worst.is_empty() && found.worst.len() <= 4);
         all.all.extend(found.all);
@@ -45,17 +45,17 @@ fn a_fixed_dozen_drawn_at_random_is_answered() {
         let (error, bias, estimate) = (side.error.unwrap(), side.bias.unwrap(), side.estimate);
         println!(
             "{}: error {error:.4}, bias {bias:+.4}, estimate {estimate:.4?}, {:?}, {:.1} s: {}",
-            found.seed, side.warnings, side.seconds, found.told
+            found.seed, side.warnings, side.seconds, found.description
         );
         assert_eq!(found.row.value, found.seed as f64);
-        // Of the mean, the error is of the rms, less the truth's noise: neither bounds the other. No two
-        // answers to a scene have the same mean.
+        // The bias is of the mean, the error of the rms without the truth's noise: neither bounds the other. A bias of 0
+        // would mean that truth and answer are the same data.
         assert!(bias.is_finite() && bias != 0.0 && estimate.is_some());
-        // No other scene's answer: those are off by as much as there is.
-        assert!((0.0..0.25).contains(&error), "{}: {error}", found.told);
+        // The answer of another scene would be off by about 100 %.
+        assert!((0.0..0.25).contains(&error), "{}: {error}", found.description);
     }
-    let ratios = all.ratios();
-    let gates = gates::of(&all, &ratios);
+    let ratios = all.estimate_ratios();
+    let gates = gates::evaluate_gates(&all, &ratios);
     println!("{ratios:?}");
     for gate in &gates {
         println!("{}: {} {:?}", gate.name, gate.held, gate.broken);

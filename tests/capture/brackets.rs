@@ -1,19 +1,21 @@
-//! Radiance maps from exposures, of a scene and by a camera that are known.
+//! Radiance maps merged from exposures of a known scene by a known camera.
 
 use approx::abs_diff_eq;
 use common::Error;
-use oracle::merge::brackets::{Brackets, Exposure, MIDDLE, Merged, Response, Unseen, admit};
-use oracle::merge::doubts;
+use radiosity::merge::brackets::{
+    Brackets, CameraResponse, MIDDLE_CODE, Photograph, RadianceMap, UnseenPixels, check_photograph,
+};
+use radiosity::merge::merge_notes;
 use std::path::PathBuf;
 
 const SIZE: [usize; 2] = [160, 120];
-/// Stops from one exposure to the next: ten cover 18 stops and what one shows, about 8.
+/// Stops from one exposure to the next: ten exposures cover 18 stops, and each shows about 8.
 const STEP: i32 = 2;
 const COUNT: i32 = 10;
-/// Sensitivity of red, green and blue.
+/// Sensitivities of red, green and blue.
 const GAIN: [f64; 3] = [0.8, 1.0, 1.4];
 
-/// The camera: about a gamma of 2, with a toe and a shoulder that the channels have apart.
+/// Response of the camera: about a gamma of 2, with a toe and a shoulder that differ between channels.
 fn camera(exposure: f64, channel: usize) -> f64 {
     let x = exposure * GAIN[channel];
     let toe = x / (x + 0.002);
@@ -21,7 +23,7 @@ fn camera(exposure: f64, channel: usize) -> f64 {
     (260.0 * toe * shoulder).min(255.0)
 }
 
-/// The exposure that gives a code, by bisection.
+/// Exposure that gives a code, by bisection.
 fn exposure(code: f64, channel: usize) -> f64 {
     let (mut low, mut high) = (-30.0_f64, 30.0_f64);
     for _ in 0..80 {
@@ -35,7 +37,7 @@ fn exposure(code: f64, channel: usize) -> f64 {
     low.exp()
 }
 
-/// Five decades of radiance, in hills and valleys; colours differ by up to a half.
+/// A scene with five decades of radiance in hills and valleys; colours differ by up to a half.
 fn scene() -> Vec<[f64; 3]> {
     let pixel = |k: usize| {
         let (x, y) = ((k % SIZE[0]) as f64, (k / SIZE[0]) as f64);
@@ -50,12 +52,12 @@ fn seconds(k: i32) -> f64 {
     2_f64.powi(STEP * (COUNT / 2 - k) - 1)
 }
 
-/// The scene photographed, in whole codes; said to be exposed for `said` seconds.
-fn photographs(said: impl Fn(i32) -> f64) -> Vec<Exposure> {
+/// Photographs of the scene in whole codes, labelled with exposure times of `labels` seconds.
+fn photographs(labels: impl Fn(i32) -> f64) -> Vec<Photograph> {
     let scene = scene();
-    let photograph = |k: i32| Exposure {
+    let photograph = |k: i32| Photograph {
         path: PathBuf::from(format!("{k}.png")),
-        seconds: said(k),
+        seconds: labels(k),
         size: SIZE,
         pixels: scene
             .iter()
@@ -65,19 +67,19 @@ fn photographs(said: impl Fn(i32) -> f64) -> Vec<Exposure> {
     (0..COUNT).map(photograph).collect()
 }
 
-fn brackets(said: impl Fn(i32) -> f64) -> Brackets {
-    Brackets::new(photographs(said)).unwrap()
+fn brackets(labels: impl Fn(i32) -> f64) -> Brackets {
+    Brackets::new(photographs(labels)).unwrap()
 }
 
-/// RMS of ln(merged ÷ true) less its mean, and that mean, over all values for which a code of
-/// 32…223 is there; true is 1 where code 128 takes one second.
-fn error(brackets: &Brackets, merged: &Merged) -> (f64, f64) {
+/// RMS deviation of ln(merged ÷ true) from its mean, and that mean, over all values with a code of 32…223; true
+/// is 1 where code 128 takes one second.
+fn error(brackets: &Brackets, merged: &RadianceMap) -> (f64, f64) {
     let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
-    let unit: [f64; 3] = std::array::from_fn(|c| exposure(MIDDLE as f64, c));
+    let unit: [f64; 3] = std::array::from_fn(|c| exposure(MIDDLE_CODE as f64, c));
     for (k, truth) in scene().iter().enumerate() {
         for c in 0..3 {
-            let code = |e: &Exposure| (32..=223).contains(&e.pixels[k][c]);
-            if brackets.exposures().iter().any(code) {
+            let code = |e: &Photograph| (32..=223).contains(&e.pixels[k][c]);
+            if brackets.photographs().iter().any(code) {
                 let off = (f64::from(merged.radiance[k][c]) * unit[c] / truth[c]).ln();
                 sum += off;
                 square += off * off;
@@ -91,75 +93,75 @@ fn error(brackets: &Brackets, merged: &Merged) -> (f64, f64) {
 }
 
 #[test]
-fn a_known_response_is_recovered() {
-    let response = Response::recover(&brackets(seconds)).unwrap();
+fn known_camera_response_is_recovered() {
+    let response = CameraResponse::from_brackets(&brackets(seconds)).unwrap();
     let mut worst = 0.0_f64;
     for (c, curve) in response.curves.iter().enumerate() {
-        let unit = exposure(MIDDLE as f64, c);
-        assert_eq!(curve[MIDDLE], 0.0);
-        assert_eq!(response.falls(c), 0);
+        let unit = exposure(MIDDLE_CODE as f64, c);
+        assert_eq!(curve[MIDDLE_CODE], 0.0);
+        assert_eq!(response.count_falls(c), 0);
         assert!(response.samples[c] > 256, "{:?}", response.samples);
         for (z, g) in curve.iter().enumerate().take(248).skip(8) {
             let ln = |z: f64| (exposure(z, c) / unit).ln();
-            // A code is an interval of exposures, half a code to either side; so is code 128, from
-            // which all are counted.
+            // A code is an interval of exposures, half a code to either side. So is code 128, to which all are
+            // relative.
             let half = |z: usize| 0.5 * (ln(z as f64 + 0.5) - ln(z as f64 - 0.5));
-            let share = (g - ln(z as f64)).abs() / (half(z) + half(MIDDLE));
+            let share = (g - ln(z as f64)).abs() / (half(z) + half(MIDDLE_CODE));
             worst = worst.max(share);
             assert!(share <= 1.0, "channel {c}, code {z}: {share}");
         }
     }
-    println!("at most {worst:.2} of what rounding to whole codes leaves open");
+    println!("at most {worst:.2} of the uncertainty from rounding to whole codes");
 }
 
 #[test]
-fn the_radiance_of_a_known_scene_is_found_and_wrong_seconds_spoil_it() {
+fn known_radiance_is_merged_and_swapped_exposure_times_are_reported() {
     let right = brackets(seconds);
-    let response = Response::recover(&right).unwrap();
-    let merged = Merged::new(&right, &response);
+    let response = CameraResponse::from_brackets(&right).unwrap();
+    let merged = RadianceMap::new(&right, &response);
     let (rms, scale) = error(&right, &merged);
     println!("RMS {rms:.5}, scale {scale:.5}");
     assert!(rms < 0.02, "{rms}");
     assert!(scale.abs() < 0.01, "{scale}");
-    assert_eq!(merged.unseen, Unseen::default());
-    assert!(doubts(&right, &response, &right.steps(&response)).is_empty());
-    for step in right.steps(&response) {
+    assert_eq!(merged.unseen, UnseenPixels::default());
+    assert!(merge_notes(&right, &response, &right.exposure_steps(&response)).is_empty());
+    for step in right.exposure_steps(&response) {
         assert!(
-            abs_diff_eq!(step.seen.unwrap(), step.said, epsilon = 0.05),
+            abs_diff_eq!(step.measured.unwrap(), step.nominal, epsilon = 0.05),
             "{step:?}"
         );
     }
-    // The fifth and the sixth picture take each other's seconds.
+    // The fifth and the sixth picture have swapped seconds.
     let swapped = brackets(|k| seconds([0, 1, 2, 3, 5, 4, 6, 7, 8, 9][k as usize]));
-    let response = Response::recover(&swapped).unwrap();
-    let (wrong, _) = error(&swapped, &Merged::new(&swapped, &response));
+    let response = CameraResponse::from_brackets(&swapped).unwrap();
+    let (wrong, _) = error(&swapped, &RadianceMap::new(&swapped, &response));
     println!("with two seconds swapped {wrong:.3}");
     assert!(wrong > 10.0 * rms && wrong > 0.1, "{wrong}");
-    let notes = doubts(&swapped, &response, &swapped.steps(&response));
-    let said = |text: &str| notes.iter().any(|note| note.contains(text));
-    assert!(said("5.png to 4.png"), "{notes:?}");
+    let notes = merge_notes(&swapped, &response, &swapped.exposure_steps(&response));
+    let has_note = |text: &str| notes.iter().any(|note| note.contains(text));
+    assert!(has_note("5.png to 4.png"), "{notes:?}");
 }
 
 #[test]
-fn the_order_of_the_photographs_is_of_no_account() {
+fn order_of_photographs_does_not_matter() {
     let mut shuffled = photographs(seconds);
     shuffled.swap(0, 7);
     shuffled.rotate_left(3);
     let (a, b) = (brackets(seconds), Brackets::new(shuffled).unwrap());
     let (of_a, of_b) = (
-        Response::recover(&a).unwrap(),
-        Response::recover(&b).unwrap(),
+        CameraResponse::from_brackets(&a).unwrap(),
+        CameraResponse::from_brackets(&b).unwrap(),
     );
     assert_eq!(of_a, of_b);
     assert_eq!(
-        Merged::new(&a, &of_a).radiance,
-        Merged::new(&b, &of_b).radiance
+        RadianceMap::new(&a, &of_a).radiance,
+        RadianceMap::new(&b, &of_b).radiance
     );
 }
 
 #[test]
-fn what_no_photograph_shows_is_counted_and_bounded() {
-    let mut response = Response {
+fn saturated_and_black_pixels_are_counted_and_bounded() {
+    let mut response = CameraResponse {
         curves: [[0.0; 256]; 3],
         samples: [0; 3],
     };
@@ -168,7 +170,7 @@ fn what_no_photograph_shows_is_counted_and_bounded() {
             *g = (z as f64 - 128.0) / 64.0;
         }
     }
-    let exposure = |seconds: f64, codes: [u8; 4]| Exposure {
+    let exposure = |seconds: f64, codes: [u8; 4]| Photograph {
         path: PathBuf::from("x.png"),
         seconds,
         size: [4, 1],
@@ -180,17 +182,17 @@ fn what_no_photograph_shows_is_counted_and_bounded() {
         exposure(2.0, [255, 0, 255, 255]),
         exposure(4.0, [255, 0, 255, 255]),
     ];
-    let merged = Merged::new(&Brackets::new(list).unwrap(), &response);
+    let merged = RadianceMap::new(&Brackets::new(list).unwrap(), &response);
     assert_eq!(
         merged.unseen,
-        Unseen {
+        UnseenPixels {
             saturated: 1,
             black: 1,
             between: 1
         }
     );
     let expected = [
-        // 255 in an eighth of a second; nothing; between 255 in two and 0 in a quarter; 64 in it.
+        // 255 in an eighth of a second; 0; between 255 in two seconds and 0 in a quarter; 64 in a quarter.
         (127.0_f64 / 64.0).exp() / 0.125,
         0.0,
         (0.5 * ((127.0 / 64.0 - 2_f64.ln()) + (-2.0 - 0.25_f64.ln()))).exp(),
@@ -203,15 +205,15 @@ fn what_no_photograph_shows_is_counted_and_bounded() {
         );
         assert!(value.x == value.y && value.y == value.z, "grey stays grey");
     }
-    assert_eq!(merged.relied, [None, None, None, Some(2)]);
+    assert_eq!(merged.dominant, [None, None, None, Some(2)]);
 }
 
 #[test]
-fn bad_brackets_are_refused_by_name() {
-    let refused = |change: &dyn Fn(&mut Vec<Exposure>), says: [&str; 2]| {
+fn invalid_brackets_are_refused_with_file_name() {
+    let refused = |change: &dyn Fn(&mut Vec<Photograph>), says: [&str; 2]| {
         let mut list = photographs(seconds);
         change(&mut list);
-        let text = match Brackets::new(list).and_then(|b| Response::recover(&b)) {
+        let text = match Brackets::new(list).and_then(|b| CameraResponse::from_brackets(&b)) {
             Err(error @ (Error::Input { .. } | Error::Usage(_))) => error.to_string(),
             other => panic!("{other:?}"),
         };
@@ -223,37 +225,28 @@ fn bad_brackets_are_refused_by_name() {
     for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
         refused(&|list| list[3].seconds = wrong, ["3.png", "above 0"]);
     }
-    refused(
-        &|list| list[3].seconds = list[2].seconds,
-        ["3.png", "2.png"],
-    );
-    refused(
-        &|list| list[4].size = [120, 160],
-        ["4.png", "0.png has 160×120"],
-    );
-    refused(
-        &|list| list[4].pixels.truncate(7),
-        ["4.png", "number of pixels"],
-    );
+    refused(&|list| list[3].seconds = list[2].seconds, ["3.png", "2.png"]);
+    refused(&|list| list[4].size = [120, 160], ["4.png", "0.png has 160×120"]);
+    refused(&|list| list[4].pixels.truncate(7), ["4.png", "number of pixels"]);
     for (side, count) in [(0, 2), (1 << 14, 2), (1 << 13, 9)] {
-        let error = admit("big.png".as_ref(), [side; 2], None, count).unwrap_err();
+        let error = check_photograph("big.png".as_ref(), [side; 2], None, count).unwrap_err();
         assert!(error.to_string().contains("big.png"), "{error}");
     }
-    assert!(admit("big.png".as_ref(), [1 << 13; 2], None, 8).is_ok());
-    let black = |list: &mut Vec<Exposure>| {
+    assert!(check_photograph("big.png".as_ref(), [1 << 13; 2], None, 8).is_ok());
+    let black = |list: &mut Vec<Photograph>| {
         for exposure in list {
             exposure.pixels.fill([0; 3]);
         }
     };
     refused(&black, ["red channel", "well exposed"]);
-    let same = |list: &mut Vec<Exposure>| {
+    let same = |list: &mut Vec<Photograph>| {
         let pixels = list[4].pixels.clone();
         for exposure in list {
             exposure.pixels.clone_from(&pixels);
         }
     };
     refused(&same, ["red channel", "well exposed"]);
-    let backwards = |list: &mut Vec<Exposure>| {
+    let backwards = |list: &mut Vec<Photograph>| {
         for (k, exposure) in (0..).zip(list) {
             exposure.seconds = seconds(COUNT - 1 - k);
         }

@@ -1,40 +1,26 @@
-//! One radiance map per wall: written, painted on, and read back.
+//! Radiance maps of walls: written, painted on, and read back.
 
 use common::Error;
-use common::capture::maps::{Room, read, write};
+use common::capture::maps::{MappedRoom, read, write};
 use common::scene::{Face, Scene};
-use common::text::plain;
+use common::text::escape_control;
 use exr::prelude::*;
 use glam::{DVec3, Vec3};
-use radiosity_tests::captured::folder;
-use radiosity_tests::{room, scene};
+use radiosity_tests::radiance_files::empty_folder;
+use radiosity_tests::{box_faces, named_scene};
 use std::f32::consts::PI;
 use std::fs;
 use std::path::Path;
 
-/// A room of odd numbers, a two-sided triangle with a name no file may have.
+/// A room with irregular coordinates and a two-sided triangle whose name is not allowed for a file.
 fn lit() -> (Scene, Vec<[u32; 2]>, Vec<Vec3>) {
-    let (low, high) = (
-        DVec3::new(0.1, -1.0 / 3.0, 2.7e-3),
-        DVec3::new(3.3, 2.1, 4.7),
-    );
-    let mut faces = room(
-        low,
-        high,
-        true,
-        Vec3::new(0.1, 0.2, 0.0),
-        Vec3::new(0.7, 0.3, 0.1),
-    );
+    let (low, high) = (DVec3::new(0.1, -1.0 / 3.0, 2.7e-3), DVec3::new(3.3, 2.1, 4.7));
+    let mut faces = box_faces(low, high, true, Vec3::new(0.1, 0.2, 0.0), Vec3::new(0.7, 0.3, 0.1));
     let corners = [low, DVec3::new(1.0, 0.7, 0.3), high];
-    faces.push(Face::triangle(
-        "../ä/\n",
-        corners,
-        Vec3::ZERO,
-        Vec3::splat(0.5),
-    ));
+    faces.push(Face::triangle("../ä/\n", corners, Vec3::ZERO, Vec3::splat(0.5)));
     let scene = Scene {
         faces,
-        ..scene("odd", Vec::new())
+        ..named_scene("odd", Vec::new())
     };
     let scene = scene.two_sided();
     let resolution = |face: &Face| match face.outline().len() {
@@ -43,30 +29,27 @@ fn lit() -> (Scene, Vec<[u32; 2]>, Vec<Vec3>) {
     };
     let resolutions: Vec<[u32; 2]> = scene.faces.iter().map(resolution).collect();
     let count: u32 = resolutions.iter().map(|[w, h]| w * h).sum();
-    // All exponents: what π·(B/π) does to the last bit is not the same for all.
+    // All exponents, because the rounding of π·(B/π) differs between them.
     let value = |k: u32| f32::from_bits((k.wrapping_mul(2_654_435_761) >> 2) % 0x7e00_0000);
     let radiosity = (0..count).map(|k| Vec3::new(value(3 * k), value(3 * k + 1), value(3 * k + 2)));
     (scene, resolutions, radiosity.collect())
 }
 
 fn written(name: &str) -> (std::path::PathBuf, Scene, Vec<Vec3>) {
-    let folder = folder(name);
+    let folder = empty_folder(name);
     let (scene, resolutions, radiosity) = lit();
     write(&folder, &scene, &resolutions, &radiosity).unwrap();
     (folder, scene, radiosity)
 }
 
 fn bits(values: &[Vec3]) -> Vec<[u32; 3]> {
-    values
-        .iter()
-        .map(|v| v.to_array().map(f32::to_bits))
-        .collect()
+    values.iter().map(|v| v.to_array().map(f32::to_bits)).collect()
 }
 
 #[test]
-fn what_is_written_comes_back_bit_for_bit() {
+fn written_room_is_read_back_bit_for_bit() {
     let (folder, scene, radiosity) = written("round");
-    let Room {
+    let MappedRoom {
         scene: back,
         resolutions,
         radiosity: values,
@@ -77,13 +60,13 @@ fn what_is_written_comes_back_bit_for_bit() {
     assert_eq!(back.name, scene.name);
     assert_eq!(back.faces.len(), scene.faces.len());
     for (a, b) in back.faces.iter().zip(&scene.faces) {
-        // Names come back as they may be shown.
-        assert_eq!((&a.name, a.shape), (&plain(&b.name), b.shape));
+        // Names come back without control characters.
+        assert_eq!((&a.name, a.shape), (&escape_control(&b.name), b.shape));
         assert_eq!(a.corners, b.corners);
         assert_eq!((a.emission, a.reflectance), (b.emission, b.reflectance));
-        assert_eq!((a.from, a.partner), (b.from, b.partner));
+        assert_eq!((a.input_face, a.partner), (b.input_face, b.partner));
     }
-    // π·(B/π) would not do.
+    // π·(B/π) would change some bits.
     let rounded: Vec<Vec3> = radiosity.iter().map(|b| *b / PI * PI).collect();
     assert_ne!(rounded, radiosity);
     let mut names: Vec<String> = fs::read_dir(&folder)
@@ -100,14 +83,12 @@ fn what_is_written_comes_back_bit_for_bit() {
 /// A map's channels: name and values, row by row.
 fn planes(path: &Path) -> Vec<(String, Vec<f32>)> {
     let layer = read_first_flat_layer_from_file(path).unwrap().layer_data;
-    let plane =
-        |c: AnyChannel<FlatSamples>| (c.name.to_string(), c.sample_data.values_as_f32().collect());
+    let plane = |c: AnyChannel<FlatSamples>| (c.name.to_string(), c.sample_data.values_as_f32().collect());
     layer.channel_data.list.into_iter().map(plane).collect()
 }
 
 fn save(path: &Path, size: [usize; 2], planes: Vec<(String, Vec<f32>)>) {
-    let channel =
-        |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
+    let channel = |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
     let channels = AnyChannels::sort(planes.into_iter().map(channel).collect());
     let size = Vec2(size[0], size[1]);
     let encoding = Encoding::FAST_LOSSLESS;
@@ -116,7 +97,7 @@ fn save(path: &Path, size: [usize; 2], planes: Vec<(String, Vec<f32>)>) {
 }
 
 #[test]
-fn a_map_is_radiance_and_upright() {
+fn map_holds_upright_radiance() {
     let (folder, _, radiosity) = written("upright");
     // Seven columns and three rows, the last row of texels first.
     let wall = planes(&folder.join("000-floor.exr"));
@@ -127,11 +108,7 @@ fn a_map_is_radiance_and_upright() {
     }
     let first = 6 * 21;
     let triangle = planes(&folder.join("006-______.exr"));
-    let blue = &triangle
-        .iter()
-        .find(|(name, _)| name == "radiosity.B")
-        .unwrap()
-        .1;
+    let blue = &triangle.iter().find(|(name, _)| name == "radiosity.B").unwrap().1;
     let same = |(pixel, value): (usize, &f32)| *value == radiosity[first + pixel].z;
     assert!(blue.iter().enumerate().all(same));
     fs::remove_dir_all(folder).unwrap();
@@ -180,10 +157,7 @@ fn broken_folders_are_refused_by_file_and_face() {
             panic!("{what:?} was read");
         };
         let text = error.to_string();
-        assert!(
-            what.iter().all(|w| text.contains(w)) && !text.contains('\n'),
-            "{text}"
-        );
+        assert!(what.iter().all(|w| text.contains(w)) && !text.contains('\n'), "{text}");
     };
     let (folder, ..) = written("broken");
     let path = folder.join("003-right.exr");
@@ -193,15 +167,9 @@ fn broken_folders_are_refused_by_file_and_face() {
     fs::remove_file(&path).unwrap();
     refusal(&folder, &["003-right.exr", "cannot be read"]);
     let three = |value: f32, count: usize| -> Vec<(String, Vec<f32>)> {
-        ["R", "G", "B"]
-            .map(|name| (name.to_owned(), vec![value; count]))
-            .into()
+        ["R", "G", "B"].map(|name| (name.to_owned(), vec![value; count])).into()
     };
-    for (value, count, size) in [
-        (f32::NAN, 21, [7, 3]),
-        (-1.0, 21, [7, 3]),
-        (1.0, 24, [8, 3]),
-    ] {
+    for (value, count, size) in [(f32::NAN, 21, [7, 3]), (-1.0, 21, [7, 3]), (1.0, 24, [8, 3])] {
         save(&path, size, three(value, count));
         refusal(&folder, &["003-right.exr", "face 3"]);
     }

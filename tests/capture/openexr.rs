@@ -1,10 +1,10 @@
-//! OpenEXR maps of every layout, from files that the tests make themselves.
+//! Decoding of OpenEXR maps of every layout, from files made by the tests.
 
 use common::Error;
-use common::capture::{MAX_PIXELS, Projection};
+use common::capture::{MAX_PIXELS, MapProjection};
 use exr::prelude::*;
 use glam::Vec3;
-use radiosity_tests::captured::{read, refusal};
+use radiosity_tests::radiance_files::{read_panorama, refusal_of_bytes};
 use std::io::Cursor;
 
 /// An EXR file of one layer.
@@ -15,12 +15,7 @@ fn layer(
     channels: Vec<AnyChannel<FlatSamples>>,
 ) -> Vec<u8> {
     let channels = AnyChannels::sort(channels.into());
-    let image = Image::from_layer(Layer::new(
-        Vec2(size[0], size[1]),
-        attributes,
-        encoding,
-        channels,
-    ));
+    let image = Image::from_layer(Layer::new(Vec2(size[0], size[1]), attributes, encoding, channels));
     written(image)
 }
 
@@ -32,11 +27,7 @@ fn written(image: Image<Layer<AnyChannels<FlatSamples>>>) -> Vec<u8> {
 
 /// Channels of these names, each pixel (k + ½) × the channel's place, 1, 2, 3, ….
 fn channels(names: &[&str], count: usize) -> Vec<AnyChannel<FlatSamples>> {
-    let plane = |c: usize| {
-        (0..count)
-            .map(|k| (k as f32 + 0.5) * (c + 1) as f32)
-            .collect()
-    };
+    let plane = |c: usize| (0..count).map(|k| (k as f32 + 0.5) * (c + 1) as f32).collect();
     let channel = |(c, name): (usize, &&str)| AnyChannel::new(*name, FlatSamples::F32(plane(c)));
     names.iter().enumerate().map(channel).collect()
 }
@@ -53,11 +44,7 @@ fn openexr_layers_are_found_by_their_channels() {
         (&["R", "G", "B", "A", "Z"], &colours, 0),
         (&["diffuse.R", "diffuse.G", "diffuse.B", "Z"], &colours, 1),
         (&["Y"], &grey, 1),
-        (
-            &["R", "G", "B", "Y", "left.R", "left.G", "left.B"],
-            &colours,
-            0,
-        ),
+        (&["R", "G", "B", "Y", "left.R", "left.G", "left.B"], &colours, 0),
     ];
     let tiles = Encoding {
         compression: Compression::ZIP16,
@@ -66,33 +53,24 @@ fn openexr_layers_are_found_by_their_channels() {
     };
     for (names, truth, notes) in cases {
         for encoding in [Encoding::FAST_LOSSLESS, Encoding::UNCOMPRESSED, tiles] {
-            let map = read(
-                &layer(size, plain.clone(), encoding, channels(names, 128)),
-                None,
-            )
-            .unwrap();
+            let map = read_panorama(&layer(size, plain.clone(), encoding, channels(names, 128)), None).unwrap();
             assert!(map.pixels() == truth, "{names:?}");
             assert_eq!(map.notes.len(), notes, "{:?}", map.notes);
         }
     }
     for names in [&["R", "G"][..], &["Z"], &["Y", "RY", "BY"]] {
-        let bytes = layer(
-            size,
-            plain.clone(),
-            Encoding::UNCOMPRESSED,
-            channels(names, 128),
-        );
-        refusal(&bytes);
+        let bytes = layer(size, plain.clone(), Encoding::UNCOMPRESSED, channels(names, 128));
+        refusal_of_bytes(&bytes);
     }
     let mut half = channels(&["R", "G", "B"], 128);
     half[1].sample_data = FlatSamples::F16(grey.iter().map(|v| f16::from_f32(v.x)).collect());
     half[2].sample_data = FlatSamples::U32((0..128).collect());
-    let map = read(&layer(size, plain, Encoding::FAST_LOSSLESS, half), None).unwrap();
+    let map = read_panorama(&layer(size, plain, Encoding::FAST_LOSSLESS, half), None).unwrap();
     assert_eq!(map.pixels()[100], Vec3::new(100.5, 100.5, 100.0));
 }
 
 #[test]
-fn the_display_window_is_the_map() {
+fn map_covers_the_display_window() {
     let three = channels(&["R", "G", "B"], 4 * 3);
     let attributes = LayerAttributes {
         layer_position: Vec2(-1, 6),
@@ -104,7 +82,7 @@ fn the_display_window_is_the_map() {
         let display = IntegerBounds::new(Vec2(0, 0), Vec2(16, 8));
         written(Image::new(ImageAttributes::new(display), layer))
     };
-    let map = read(&bytes, None).unwrap();
+    let map = read_panorama(&bytes, None).unwrap();
     assert_eq!(map.size(), [16, 8]);
     assert_eq!(map.notes.len(), 1, "{:?}", map.notes);
     for (k, pixel) in map.pixels().iter().enumerate() {
@@ -115,7 +93,7 @@ fn the_display_window_is_the_map() {
 }
 
 #[test]
-fn primaries_are_converted_and_envmap_is_obeyed() {
+fn primaries_are_converted_and_envmap_sets_projection() {
     let channels = AnyChannels::sort(channels(&["R", "G", "B"], 24).into());
     let mut image = Image::from_layer(Layer::new(
         Vec2(2, 12),
@@ -133,12 +111,8 @@ fn primaries_are_converted_and_envmap_is_obeyed() {
         white: Vec2(0.3127, 0.3290),
     });
     let bytes = written(image);
-    let map = read(&bytes, None).unwrap();
-    assert_eq!(
-        map.projection(),
-        Projection::LatLong,
-        "the attribute, not 1:6"
-    );
+    let map = read_panorama(&bytes, None).unwrap();
+    assert_eq!(map.projection(), MapProjection::LatLong, "the attribute, not 1:6");
     // Red and green have changed places, and nothing else.
     let truth = Vec3::new(1.0, 0.5, 1.5);
     assert!(
@@ -146,23 +120,18 @@ fn primaries_are_converted_and_envmap_is_obeyed() {
         "{}",
         map.pixels()[0]
     );
-    let cube = read(&bytes, Some(Projection::Cube)).unwrap();
-    assert_eq!(cube.projection(), Projection::Cube);
+    let cube = read_panorama(&bytes, Some(MapProjection::Cube)).unwrap();
+    assert_eq!(cube.projection(), MapProjection::Cube);
     assert!(matches!(
-        read(&bytes, Some(Projection::Angular)),
+        read_panorama(&bytes, Some(MapProjection::Angular)),
         Err(Error::Input { .. })
     ));
 }
 
 #[test]
-fn an_openexr_header_that_promises_too_much_is_refused_at_once() {
+fn header_of_oversized_image_is_refused_before_allocation() {
     let three = channels(&["R", "G", "B"], 128);
-    let whole = layer(
-        [16, 8],
-        LayerAttributes::default(),
-        Encoding::UNCOMPRESSED,
-        three,
-    );
+    let whole = layer([16, 8], LayerAttributes::default(), Encoding::UNCOMPRESSED, three);
     let promising = |side: i32| {
         let mut bytes = whole.clone();
         let mut put = |name: &[u8], offset: usize, value: i32| {
@@ -175,8 +144,8 @@ fn an_openexr_header_that_promises_too_much_is_refused_at_once() {
             put(name, 12, side - 1);
         }
         put(b"chunkCount\0int\0", 0, side);
-        // The addresses of so many lines would take more bytes than there are.
-        let text = refusal(&bytes);
+        // The offset table of so many lines would be longer than the file.
+        let text = refusal_of_bytes(&bytes);
         assert!(text.contains("blocks") || text.contains("2^26"), "{text}");
     };
     promising(8192);
@@ -185,7 +154,7 @@ fn an_openexr_header_that_promises_too_much_is_refused_at_once() {
 }
 
 #[test]
-fn a_damaged_openexr_file_is_refused() {
+fn damaged_openexr_file_is_refused() {
     let three = || channels(&["R", "G", "B"], 128);
     for encoding in [
         Encoding::FAST_LOSSLESS,
@@ -194,13 +163,13 @@ fn a_damaged_openexr_file_is_refused() {
     ] {
         let whole = layer([16, 8], LayerAttributes::default(), encoding, three());
         for keep in (0..whole.len()).step_by(5) {
-            refusal(&whole[..keep]);
+            refusal_of_bytes(&whole[..keep]);
         }
-        // Wherever a byte is wrong: a message, or a map of a size that is allowed; never a panic.
+        // A wrong byte gives an error or a map of an allowed size, never a panic.
         for at in (0..whole.len()).step_by(3) {
             let mut bytes = whole.clone();
             bytes[at] ^= 0xff;
-            match read(&bytes, None) {
+            match read_panorama(&bytes, None) {
                 Ok(map) => assert!((map.size()[0] * map.size()[1]) as u64 <= MAX_PIXELS),
                 Err(Error::Input { .. }) => {}
                 Err(error) => panic!("byte {at}: {error}"),

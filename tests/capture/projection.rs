@@ -1,28 +1,24 @@
-//! Directions on a map: orientation, extent, and no seam anywhere.
+//! Map projections: orientation, solid angles and interpolation across seams.
 
-use common::capture::{Panorama, Projection};
+use common::capture::{MapProjection, Panorama};
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
-const MAPS: [(Projection, [usize; 2]); 4] = [
-    (Projection::LatLong, [64, 32]),
-    (Projection::LatLong, [33, 16]),
-    (Projection::Cube, [32, 192]),
-    (Projection::Angular, [64, 64]),
+const MAPS: [(MapProjection, [usize; 2]); 4] = [
+    (MapProjection::LatLong, [64, 32]),
+    (MapProjection::LatLong, [33, 16]),
+    (MapProjection::Cube, [32, 192]),
+    (MapProjection::Angular, [64, 64]),
 ];
 
-/// Directions all over the sphere, among them its six corners of axes and what lies beside them.
+/// Directions all over the sphere, including the six axes and their surroundings.
 fn directions() -> Vec<DVec3> {
     let mut directions = Vec::new();
     let golden = PI * (3.0 - 5_f64.sqrt());
     for k in 0..20_000 {
         let y = 1.0 - (2.0 * f64::from(k) + 1.0) / 20_000.0;
         let (sin, cos) = (golden * f64::from(k)).sin_cos();
-        directions.push(DVec3::new(
-            sin * (1.0 - y * y).sqrt(),
-            y,
-            cos * (1.0 - y * y).sqrt(),
-        ));
+        directions.push(DVec3::new(sin * (1.0 - y * y).sqrt(), y, cos * (1.0 - y * y).sqrt()));
     }
     for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
         for side in [axis, -axis] {
@@ -39,35 +35,34 @@ fn directions() -> Vec<DVec3> {
 fn position_and_direction_are_inverse() {
     for (projection, size) in MAPS {
         for d in directions() {
-            let at = projection.position(size, d);
+            let at = projection.position_of(size, d);
             let inside = DVec2::new(size[0] as f64, size[1] as f64);
             assert!(
                 at.cmpge(DVec2::ZERO).all() && at.cmple(inside).all(),
                 "{projection:?} {d} {at}"
             );
-            let back = projection.direction(size, at);
+            let back = projection.direction_at(size, at);
             assert!((back - d).length() < 1e-9, "{projection:?} {d} {at} {back}");
         }
     }
 }
 
 #[test]
-fn the_centre_looks_along_z_and_x_is_to_its_left() {
-    let at =
-        |projection: Projection, size, x: f64, y: f64| projection.direction(size, DVec2::new(x, y));
+fn map_centre_looks_along_z_with_x_to_its_left() {
+    let at = |projection: MapProjection, size, x: f64, y: f64| projection.direction_at(size, DVec2::new(x, y));
     let near = |a: DVec3, b: DVec3| assert!((a - b).length() < 1e-12, "{a} {b}");
-    let lat_long = |x, y| at(Projection::LatLong, [64, 32], x, y);
+    let lat_long = |x, y| at(MapProjection::LatLong, [64, 32], x, y);
     near(lat_long(32.0, 16.0), DVec3::Z);
     near(lat_long(16.0, 16.0), DVec3::X);
     near(lat_long(48.0, 16.0), DVec3::NEG_X);
     near(lat_long(5.0, 0.0), DVec3::Y);
     near(lat_long(0.0, 16.0), DVec3::NEG_Z);
-    let angular = |x, y| at(Projection::Angular, [64, 64], x, y);
+    let angular = |x, y| at(MapProjection::Angular, [64, 64], x, y);
     near(angular(32.0, 32.0), DVec3::Z);
     near(angular(48.0, 32.0), DVec3::NEG_X);
     near(angular(32.0, 16.0), DVec3::Y);
     near(angular(0.0, 32.0), DVec3::NEG_Z);
-    // OpenEXR's ImfEnvmap.h: of each square its middle, and what lies at its right and upper edge.
+    // OpenEXR's ImfEnvmap.h: each square's middle, and the directions at its right and upper edges.
     let squares = [
         (DVec3::X, DVec3::Z, DVec3::Y),
         (DVec3::NEG_X, DVec3::NEG_Z, DVec3::Y),
@@ -77,7 +72,7 @@ fn the_centre_looks_along_z_and_x_is_to_its_left() {
         (DVec3::NEG_Z, DVec3::X, DVec3::Y),
     ];
     for (k, (middle, right, up)) in squares.into_iter().enumerate() {
-        let cube = |x, y| at(Projection::Cube, [32, 192], x, 32.0 * k as f64 + y);
+        let cube = |x, y| at(MapProjection::Cube, [32, 192], x, 32.0 * k as f64 + y);
         near(cube(16.0, 16.0), middle);
         near(cube(32.0, 16.0), (middle + right).normalize());
         near(cube(16.0, 0.0), (middle + up).normalize());
@@ -95,17 +90,16 @@ fn solid_angles_are_exact() {
             // The polygon of the pixel's corners in eight parts a side, as triangles.
             let centre = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
             let half = size[0] as f64 / 2.0;
-            if projection == Projection::Angular && (centre - half).length() > half - 4.0 {
+            if projection == MapProjection::Angular && (centre - half).length() > half - 4.0 {
                 continue;
             }
             let measured: f64 = (0..64)
                 .map(|part| {
                     let low = DVec2::new((part % 8) as f64, (part / 8) as f64) / 8.0 + centre - 0.5;
                     let at = |x: f64, y: f64| {
-                        // Off the border, where a cube map's square would change.
-                        let inside =
-                            centre + (low + DVec2::new(x, y) / 8.0 - centre) * (1.0 - 1e-9);
-                        projection.direction(size, inside)
+                        // Slightly inside, because the square changes at the border of a cube map's square.
+                        let inside = centre + (low + DVec2::new(x, y) / 8.0 - centre) * (1.0 - 1e-9);
+                        projection.direction_at(size, inside)
                     };
                     let [a, b, c, d] = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
                     ((b - a).cross(c - a).length() + (c - a).cross(d - a).length()) / 2.0
@@ -117,9 +111,9 @@ fn solid_angles_are_exact() {
             let bound = 5e-4;
             assert!(error.abs() < bound, "{projection:?} {pixel:?} {error}");
         }
-        // Exact but for an angular map's rim, whose pixels are told apart by 8×8 points.
+        // Exact except at an angular map's rim, whose pixels are integrated by 8×8 points.
         let error = whole / (4.0 * PI) - 1.0;
-        let bound = if projection == Projection::Angular {
+        let bound = if projection == MapProjection::Angular {
             1e-4
         } else {
             1e-12
@@ -131,28 +125,24 @@ fn solid_angles_are_exact() {
 /// A smooth radiance, different in all directions.
 fn smooth(d: DVec3) -> Vec3 {
     let value = |a: f64, b: f64| 2.0 + a + a * b;
-    Vec3::new(
-        value(d.x, d.z) as f32,
-        value(d.y, d.x) as f32,
-        value(d.z, d.y) as f32,
-    )
+    Vec3::new(value(d.x, d.z) as f32, value(d.y, d.x) as f32, value(d.z, d.y) as f32)
 }
 
 /// The map whose pixels hold `radiance` at their centres; nothing outside an angular map's disc.
-fn paint(projection: Projection, size: [usize; 2], radiance: impl Fn(DVec3) -> Vec3) -> Panorama {
+fn paint(projection: MapProjection, size: [usize; 2], radiance: impl Fn(DVec3) -> Vec3) -> Panorama {
     let pixels = (0..size[0] * size[1]).map(|k| {
         let at = DVec2::new((k % size[0]) as f64 + 0.5, (k / size[0]) as f64 + 0.5);
         let half = size[0] as f64 / 2.0;
         match projection {
-            Projection::Angular if (at - half).length() >= half => Vec3::ZERO,
-            _ => radiance(projection.direction(size, at)),
+            MapProjection::Angular if (at - half).length() >= half => Vec3::ZERO,
+            _ => radiance(projection.direction_at(size, at)),
         }
     });
     Panorama::from_pixels(size, pixels.collect(), Some(projection)).unwrap()
 }
 
 #[test]
-fn between_pixels_nothing_jumps() {
+fn interpolated_radiance_is_continuous() {
     for (projection, size) in MAPS {
         let map = paint(projection, size, smooth);
         let mut worst = (0.0, DVec3::ZERO);
@@ -162,31 +152,24 @@ fn between_pixels_nothing_jumps() {
                 worst = (error, d);
             }
         }
-        // Bilinear: h²/8 × the second derivatives (4 and 4) along both axes. First order is an
-        // angular map's rim, beyond which no pixels are.
+        // Bilinear: h²/8 × the second derivatives (4 and 4) along both axes. At an angular map's rim, beyond which
+        // there are no pixels, the error is of first order.
         let h = match projection {
-            Projection::LatLong | Projection::Angular => 2.0 * PI / size[0] as f64,
-            Projection::Cube => 2.0 / size[0] as f64,
+            MapProjection::LatLong | MapProjection::Angular => 2.0 * PI / size[0] as f64,
+            MapProjection::Cube => 2.0 / size[0] as f64,
         };
-        let bound = if projection == Projection::LatLong {
-            h * h
-        } else {
-            h
-        };
+        let bound = if projection == MapProjection::LatLong { h * h } else { h };
         println!("{projection:?} {size:?}: {worst:?}, bound {bound}");
-        assert!(
-            f64::from(worst.0) < bound,
-            "{projection:?}: {worst:?}, {bound}"
-        );
+        assert!(f64::from(worst.0) < bound, "{projection:?}: {worst:?}, {bound}");
     }
 }
 
 #[test]
-fn the_same_light_is_the_same_in_every_projection() {
+fn mean_and_irradiance_agree_between_projections() {
     for (projection, size) in MAPS {
         let map = paint(projection, size, smooth);
         // ∫ of smooth: the mean is 2, since a and ab are odd; E(n) = π (2 + 2/3 n) + ∫ ab cos, 0.
-        let mean = map.mean() - 2.0;
+        let mean = map.mean_radiance() - 2.0;
         assert!(mean.abs().max_element() < 4e-3, "{projection:?} {mean}");
         for normal in [DVec3::X, DVec3::NEG_Y, DVec3::Z] {
             let exact = (DVec3::new(normal.x, normal.y, normal.z) * (2.0 / 3.0) + 2.0) * PI;

@@ -1,24 +1,24 @@
-//! The walls of a captured room: which light comes where, and how much.
+//! The walls of a captured room: orientation, and radiosity resampled from a panorama.
 
 use common::Error;
-use common::capture::room::{eye, room};
-use common::capture::{Panorama, Projection, texel_radiosity};
+use common::capture::room::{box_room, capture_point};
+use common::capture::{MapProjection, Panorama, texel_radiosity};
 use common::scene::Scene;
 use common::texel;
 use glam::{DVec2, DVec3, Vec3};
+use radiosity_tests::processor::thread_processor_seconds;
 use std::f64::consts::PI;
-use std::time::Instant;
 
 const SIZE: DVec3 = DVec3::new(4.0, 2.5, 6.0);
 const EYE: DVec3 = DVec3::new(0.7, 1.6, -1.9);
-const MAPS: [(Projection, [usize; 2]); 3] = [
-    (Projection::LatLong, [96, 48]),
-    (Projection::Cube, [24, 144]),
-    (Projection::Angular, [80, 80]),
+const MAPS: [(MapProjection, [usize; 2]); 3] = [
+    (MapProjection::LatLong, [96, 48]),
+    (MapProjection::Cube, [24, 144]),
+    (MapProjection::Angular, [80, 80]),
 ];
 
 /// Noise over four decades, black outside an angular map's disc.
-fn noise(projection: Projection, size: [usize; 2]) -> Panorama {
+fn noise(projection: MapProjection, size: [usize; 2]) -> Panorama {
     let mut state = 7_u32;
     let mut next = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -28,13 +28,13 @@ fn noise(projection: Projection, size: [usize; 2]) -> Panorama {
     let pixels = (0..size[0] * size[1]).map(|k| {
         let at = DVec2::new((k % size[0]) as f64 + 0.5, (k / size[0]) as f64 + 0.5);
         let value = Vec3::new(next(), next(), next());
-        let dark = projection == Projection::Angular && (at - half).length() >= half;
+        let dark = projection == MapProjection::Angular && (at - half).length() >= half;
         if dark { Vec3::ZERO } else { value }
     });
     Panorama::from_pixels(size, pixels.collect(), Some(projection)).unwrap()
 }
 
-fn uniform(radiance: Vec3, projection: Projection, size: [usize; 2]) -> Panorama {
+fn uniform(radiance: Vec3, projection: MapProjection, size: [usize; 2]) -> Panorama {
     Panorama::from_pixels(size, vec![radiance; size[0] * size[1]], Some(projection)).unwrap()
 }
 
@@ -46,15 +46,11 @@ fn triangle([a, b, c]: [DVec3; 3]) -> f64 {
     2.0 * volume.abs().atan2(below)
 }
 
-/// Of every texel its outline as seen from `eye`.
+/// Outline of every texel relative to `eye`.
 fn outlines(scene: &Scene, resolutions: &[[u32; 2]], eye: DVec3) -> Vec<[DVec3; 4]> {
-    let texels = scene
-        .faces
-        .iter()
-        .zip(resolutions)
-        .flat_map(|(face, resolution)| {
-            (0..texel::count(*resolution)).map(|k| texel::outline(face, *resolution, k).padded())
-        });
+    let texels = scene.faces.iter().zip(resolutions).flat_map(|(face, resolution)| {
+        (0..texel::texel_count(*resolution)).map(|k| texel::texel_outline(face, *resolution, k).padded_corners())
+    });
     texels.map(|corners| corners.map(|c| c - eye)).collect()
 }
 
@@ -63,29 +59,15 @@ fn solid_angle([a, b, c, d]: [DVec3; 4]) -> f64 {
 }
 
 #[test]
-fn the_room_is_as_its_documentation_says() {
-    let scene = room(SIZE).unwrap();
+fn box_room_has_documented_orientation() {
+    let scene = box_room(SIZE).unwrap();
     let names: Vec<&str> = scene.faces.iter().map(|f| f.name.as_str()).collect();
-    assert_eq!(
-        names,
-        ["floor", "ceiling", "left", "right", "front", "back"]
-    );
-    let outward = [
-        DVec3::NEG_Y,
-        DVec3::Y,
-        DVec3::X,
-        DVec3::NEG_X,
-        DVec3::Z,
-        DVec3::NEG_Z,
-    ];
-    let middle = eye(SIZE, None).unwrap();
+    assert_eq!(names, ["floor", "ceiling", "left", "right", "front", "back"]);
+    let outward = [DVec3::NEG_Y, DVec3::Y, DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z];
+    let middle = capture_point(SIZE, None).unwrap();
     assert_eq!(middle, DVec3::new(0.0, 1.25, 0.0));
     for (face, out) in scene.faces.iter().zip(outward) {
-        assert!(
-            face.vector_area().normalize().dot(-out) > 1.0 - 1e-12,
-            "{}",
-            face.name
-        );
+        assert!(face.vector_area().normalize().dot(-out) > 1.0 - 1e-12, "{}", face.name);
         let centre = face.corners.iter().sum::<DVec3>() / 4.0 - middle;
         assert!(
             (centre - out * (SIZE * 0.5).dot(out.abs())).length() < 1e-12,
@@ -109,31 +91,25 @@ fn the_room_is_as_its_documentation_says() {
 }
 
 #[test]
-fn a_uniform_map_makes_uniform_walls() {
-    let scene = room(SIZE).unwrap();
+fn uniform_map_gives_uniform_walls() {
+    let scene = box_room(SIZE).unwrap();
     let radiance = Vec3::new(0.3, 1.7, 250.0);
     let exact = (radiance.as_dvec3() * PI).as_vec3();
     for (projection, size) in MAPS {
         let map = uniform(radiance, projection, size);
         for resolution in [[1, 1], [7, 3], [64, 64]] {
             let walls = texel_radiosity(&map, &scene, &[resolution; 6], EYE).unwrap();
-            assert!(
-                walls.iter().all(|b| *b == exact),
-                "{projection:?} {resolution:?}"
-            );
+            assert!(walls.iter().all(|b| *b == exact), "{projection:?} {resolution:?}");
         }
         let received = map.irradiance(DVec3::Y) / (radiance.as_dvec3() * PI) - 1.0;
-        // The rows' centres stand for them: the midpoint rule, (π/48)²/24 and some.
-        assert!(
-            received.abs().max_element() < 2e-3,
-            "{projection:?} {received}"
-        );
+        // Error of the midpoint rule over rows: about (π/48)²/24.
+        assert!(received.abs().max_element() < 2e-3, "{projection:?} {received}");
     }
 }
 
 #[test]
-fn every_wall_shows_what_lies_behind_it() {
-    let scene = room(SIZE).unwrap();
+fn wall_texel_shows_the_pixel_behind_it() {
+    let scene = box_room(SIZE).unwrap();
     let resolutions = [[16, 24], [16, 24], [24, 10], [24, 10], [16, 10], [16, 10]];
     let outlines = outlines(&scene, &resolutions, EYE);
     for (projection, size) in MAPS {
@@ -141,35 +117,29 @@ fn every_wall_shows_what_lies_behind_it() {
             let [x, y] = [k % size[0], k / size[0]];
             let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let half = size[0] as f64 / 2.0;
-            if projection == Projection::Angular && (at - half).length() > half - 1.0 {
+            if projection == MapProjection::Angular && (at - half).length() > half - 1.0 {
                 continue;
             }
             let mut pixels = vec![Vec3::ZERO; size[0] * size[1]];
             pixels[k] = Vec3::ONE;
             let map = Panorama::from_pixels(size, pixels, Some(projection)).unwrap();
             let walls = texel_radiosity(&map, &scene, &resolutions, EYE).unwrap();
-            let direction = projection.direction(size, at);
+            let direction = projection.direction_at(size, at);
             let inside = |corners: &[DVec3; 4]| {
-                // Clockwise from without, so counter-clockwise from the eye.
+                // Counter-clockwise as seen from the eye.
                 (0..4).all(|i| corners[i].cross(corners[(i + 1) % 4]).dot(direction) <= 1e-12)
             };
             let texel = outlines.iter().position(inside).unwrap();
-            assert!(
-                walls[texel].x > 0.0,
-                "{projection:?} {x} {y}: texel {texel} is dark"
-            );
+            assert!(walls[texel].x > 0.0, "{projection:?} {x} {y}: texel {texel} is dark");
             let lit = |b: &&Vec3| b.x > 0.0;
-            assert!(
-                walls.iter().filter(lit).count() < 100,
-                "{projection:?} {x} {y}"
-            );
+            assert!(walls.iter().filter(lit).count() < 100, "{projection:?} {x} {y}");
         }
     }
 }
 
 #[test]
-fn the_eye_receives_what_it_received() {
-    let scene = room(SIZE).unwrap();
+fn irradiance_at_the_eye_is_preserved() {
+    let scene = box_room(SIZE).unwrap();
     for (projection, size) in MAPS {
         let map = noise(projection, size);
         for resolution in [[5, 8], [48, 32]] {
@@ -184,20 +154,17 @@ fn the_eye_receives_what_it_received() {
                 let ends = corners.map(DVec3::normalize);
                 let middle = ends.iter().sum::<DVec3>().normalize();
                 // Within a texel cos θ is off by its half width at most.
-                let width = ends
-                    .iter()
-                    .map(|e| (*e - middle).length())
-                    .fold(0.0, f64::max);
+                let width = ends.iter().map(|e| (*e - middle).length()).fold(0.0, f64::max);
                 for (k, normal) in normals.iter().enumerate() {
                     received[k] += radiance * middle.dot(*normal).max(0.0);
                 }
                 square += (radiance * 2.0 * width).powf(2.0);
             }
-            let exact = map.mean() * 4.0 * PI;
+            let exact = map.mean_radiance() * 4.0 * PI;
             // Parallels are cut as 512 chords: each is π/512 wide and 5e-6 high. An angular map's
             // rim is counted in 64ths of a pixel.
             let error = (whole / exact - 1.0).abs().max_element();
-            let limit = if projection == Projection::Angular {
+            let limit = if projection == MapProjection::Angular {
                 2e-4
             } else {
                 1e-5
@@ -209,46 +176,35 @@ fn the_eye_receives_what_it_received() {
                 // The map is noise, so the errors of texels are independent.
                 let bound = square.map(f64::sqrt);
                 println!("    irradiance {error}, bound {bound}");
-                assert!(
-                    error.cmple(bound).all(),
-                    "{projection:?} {normal} {error} {bound}"
-                );
+                assert!(error.cmple(bound).all(), "{projection:?} {normal} {error} {bound}");
             }
         }
     }
 }
 
 #[test]
-fn it_is_the_same_every_time_and_fast() {
-    let scene = room(SIZE).unwrap();
-    let map = noise(Projection::LatLong, [1024, 512]);
-    let start = Instant::now();
+fn resampling_is_deterministic_and_fast() {
+    let scene = box_room(SIZE).unwrap();
+    let map = noise(MapProjection::LatLong, [1024, 512]);
+    let start = thread_processor_seconds();
     let walls = texel_radiosity(&map, &scene, &[[32, 32]; 6], EYE).unwrap();
-    let seconds = start.elapsed().as_secs_f64();
-    println!("1024×512 pixels on 6×32² texels: {seconds:.2} s");
-    assert_eq!(
-        walls,
-        texel_radiosity(&map, &scene, &[[32, 32]; 6], EYE).unwrap()
-    );
+    let seconds = thread_processor_seconds() - start;
+    println!("1024×512 pixels on 6×32² texels: {seconds:.2} s of processor time");
+    assert_eq!(walls, texel_radiosity(&map, &scene, &[[32, 32]; 6], EYE).unwrap());
     // Built for release it takes a quarter of a second on one core.
     assert!(seconds < 20.0);
 }
 
 #[test]
-fn what_is_no_room_is_refused() {
+fn invalid_rooms_and_eyes_are_refused() {
     let usage = |result: Result<(), Error>| match result {
         Err(Error::Usage(message)) => assert!(!message.contains('\n'), "{message}"),
         other => panic!("{other:?}"),
     };
     let (n, i) = (f64::NAN, f64::INFINITY);
-    for size in [
-        [0.0, 1.0, 1.0],
-        [1.0, -1.0, 1.0],
-        [1.0, n, 1.0],
-        [1.0, 1.0, i],
-    ] {
-        usage(room(DVec3::from(size)).map(|_| ()));
-        usage(eye(DVec3::from(size), None).map(|_| ()));
+    for size in [[0.0, 1.0, 1.0], [1.0, -1.0, 1.0], [1.0, n, 1.0], [1.0, 1.0, i]] {
+        usage(box_room(DVec3::from(size)).map(|_| ()));
+        usage(capture_point(DVec3::from(size), None).map(|_| ()));
     }
     let outside = [
         [2.0, 1.0, 0.0],
@@ -258,14 +214,14 @@ fn what_is_no_room_is_refused() {
         [n, 1.0, 0.0],
     ];
     for at in outside {
-        usage(eye(SIZE, Some(DVec3::from(at))).map(|_| ()));
-        let map = uniform(Vec3::ONE, Projection::LatLong, [4, 2]);
-        let scene = room(SIZE).unwrap();
+        usage(capture_point(SIZE, Some(DVec3::from(at))).map(|_| ()));
+        let map = uniform(Vec3::ONE, MapProjection::LatLong, [4, 2]);
+        let scene = box_room(SIZE).unwrap();
         usage(texel_radiosity(&map, &scene, &[[2, 2]; 6], DVec3::from(at)).map(|_| ()));
     }
-    assert_eq!(eye(SIZE, Some(EYE)).unwrap(), EYE);
-    let map = uniform(Vec3::ONE, Projection::LatLong, [4, 2]);
-    let scene = room(SIZE).unwrap();
+    assert_eq!(capture_point(SIZE, Some(EYE)).unwrap(), EYE);
+    let map = uniform(Vec3::ONE, MapProjection::LatLong, [4, 2]);
+    let scene = box_room(SIZE).unwrap();
     usage(texel_radiosity(&map, &scene, &[[2, 2]; 5], EYE).map(|_| ()));
     usage(texel_radiosity(&map, &scene, &[[0, 2]; 6], EYE).map(|_| ()));
     let mut bent = scene.clone();

@@ -1,44 +1,44 @@
-//! The solvers' form factors, summed over cells and texels, against every closed form.
+//! The solvers' form factors, summed over patches and texels, against every closed form.
 //!
 //! ```text
-//! F_ij = Σ over cells c of i, texels t of j:  F_tc · A_t / A_i
+//! F_ij = Σ over patches c of i, texels t of j:  F_tc · A_t / A_i
 //! ```
 
 use approx::abs_diff_eq;
-use common::form_factor::{FormFactor, disc, form_factor};
-use common::mesh::{Cell, Mesh, Texel};
+use common::form_factor::{FormFactor, disc_factor, form_factor};
+use common::mesh::{Mesh, Patch, Texel};
 use common::scene::Face;
-use common::texel::{self, Cells, Outline};
+use common::texel::{self, GridOutline, PatchGrid};
 use glam::{DVec3, Vec3};
-use oracle::judge::exact;
+use oracle::exact;
 use radiosity_tests::bounds::{U, centroid_rule, disc_rounding, polygon_rounding};
+use radiosity_tests::factor_cases::{FactorCase, factor_cases};
 use radiosity_tests::furnace;
-use radiosity_tests::pairs::{Case, cases};
 use std::f64::consts::PI;
 
-/// Σ F_tc·A_t / A_i over the cells of face 0 and the texels of face 1.
-fn total(mesh: &Mesh, factor: impl Fn(&Cell, &Texel, Vec3) -> f32) -> f64 {
+/// Returns Σ F_tc·A_t / A_i over the patches of face 0 and the texels of face 1.
+fn total(mesh: &Mesh, factor: impl Fn(&Patch, &Texel, Vec3) -> f32) -> f64 {
     let (mut sum, mut area) = (0.0, 0.0);
-    for cell in mesh.cells.iter().filter(|cell| cell.face == 0) {
-        area += f64::from(cell.shooter.area);
+    for patch in mesh.patches.iter().filter(|patch| patch.face == 0) {
+        area += f64::from(patch.shooter.area);
         for texel in mesh.texels.iter().filter(|texel| texel.face == 1) {
             let normal = mesh.faces[1].normal;
-            sum += f64::from(factor(cell, texel, normal)) * f64::from(texel.area);
+            sum += f64::from(factor(patch, texel, normal)) * f64::from(texel.area);
         }
     }
     sum / area
 }
 
 fn computed(mesh: &Mesh, kind: FormFactor) -> f64 {
-    total(mesh, |cell, texel, normal| {
-        form_factor(kind, &cell.shooter, texel.position, normal, texel.area)
+    total(mesh, |patch, texel, normal| {
+        form_factor(kind, &patch.shooter, texel.position, normal, texel.area)
     })
 }
 
-/// The texels of `face`.
-fn outlines(face: &Face, texels: u32) -> Vec<Outline> {
+/// Returns the outlines of the texels of `face`.
+fn outlines(face: &Face, texels: u32) -> Vec<GridOutline> {
     (0..texels * texels)
-        .map(|k| texel::outline(face, [texels, texels], k))
+        .map(|k| texel::texel_outline(face, [texels, texels], k))
         .collect()
 }
 
@@ -46,8 +46,8 @@ fn normal(face: &Face) -> DVec3 {
     face.vector_area().normalize()
 }
 
-/// The receiver's grid: the centroid rule on Lambert's exact factor of each point.
-fn grid_bound(case: &Case, texels: u32) -> f64 {
+/// Returns the error bound of the receiver's grid: the centroid rule on Lambert's exact factor of each point.
+fn grid_bound(case: &FactorCase, texels: u32) -> f64 {
     let lambert = |p: DVec3| exact::point_to_polygon(p, normal(&case.to), case.from.outline());
     let sum: f64 = outlines(&case.to, texels)
         .iter()
@@ -56,34 +56,28 @@ fn grid_bound(case: &Case, texels: u32) -> f64 {
     sum / case.from.area()
 }
 
-/// f32: each pair's own rounding, and 3u for areas and their ratio.
-fn rounding(mesh: &Mesh, exact: f64, pair: impl Fn(&Cell, &Texel) -> f64) -> f64 {
-    3.0 * U * exact + total(mesh, |cell, texel, _| pair(cell, texel) as f32)
+/// Returns the rounding of f32: that of each pair, and 3u for areas and their ratio.
+fn rounding(mesh: &Mesh, exact: f64, pair: impl Fn(&Patch, &Texel) -> f64) -> f64 {
+    3.0 * U * exact + total(mesh, |patch, texel, _| pair(patch, texel) as f32)
 }
 
-fn polygon_bound(case: &Case, mesh: &Mesh, texels: u32) -> f64 {
+fn polygon_bound(case: &FactorCase, mesh: &Mesh, texels: u32) -> f64 {
     let corners = case.from.outline().len();
     grid_bound(case, texels)
-        + rounding(mesh, case.exact, |cell, texel| {
+        + rounding(mesh, case.exact, |patch, texel| {
             polygon_rounding(
                 texel.position.as_dvec3(),
-                &cell.shooter.corners.map(|c| c.as_dvec3())[..corners],
+                &patch.shooter.corners.map(|c| c.as_dvec3())[..corners],
             )
         })
 }
 
-/// Point factor of `cell` at `point`: the solvers' formula in f64, and its error bound.
+/// Returns the point factor of `patch` at `point` by the solvers' formula in f64, and its error bound.
 ///
-/// Without the disc's area in the denominator it is A × the kernel at the cell's centre: the
-/// centroid rule over the cell. The area lowers it by the share A_disc/(πr² + A_disc). Both are
-/// positive, so that they differ by no more than the larger.
-fn point_factor(
-    o: &Outline,
-    front: DVec3,
-    point: DVec3,
-    facing: DVec3,
-    disc_area: Option<f64>,
-) -> (f64, f64) {
+/// Without the disc's area in the denominator it is A × the kernel at the patch's centre: the
+/// centroid rule over the patch. The area lowers it by the share A_disc/(πr² + A_disc). Both errors are
+/// positive, so that their difference is no more than the larger one.
+fn point_factor(o: &GridOutline, front: DVec3, point: DVec3, facing: DVec3, disc_area: Option<f64>) -> (f64, f64) {
     let kernel = |p: DVec3| {
         let d = point - p;
         front.dot(d).max(0.0) * (-facing.dot(d)).max(0.0) / (PI * d.length_squared().powi(2))
@@ -97,21 +91,21 @@ fn point_factor(
     (value, expanded.min(value.max(exact)))
 }
 
-fn disc_bound(case: &Case, mesh: &Mesh, kind: FormFactor, cells: u32, texels: u32) -> f64 {
-    let layout = Cells::new(case.from.shape, [cells, cells], cells);
+fn disc_bound(case: &FactorCase, mesh: &Mesh, kind: FormFactor, patches: u32, texels: u32) -> f64 {
+    let layout = PatchGrid::new(case.from.shape, [patches, patches], patches);
     let (front, facing) = (normal(&case.from), normal(&case.to));
     let mut sum = 0.0;
     for t in outlines(&case.to, texels) {
         let disc_area = (kind == FormFactor::Paper).then(|| t.area());
-        for c in 0..layout.count() {
-            let o = layout.outline(&case.from, c);
+        for c in 0..layout.patch_count() {
+            let o = layout.patch_outline(&case.from, c);
             sum += point_factor(&o, front, t.centroid(), facing, disc_area).1 * t.area();
         }
     }
-    let rounded = rounding(mesh, case.exact, |cell, texel| {
-        let d = (texel.position - cell.shooter.centre).as_dvec3();
+    let rounded = rounding(mesh, case.exact, |patch, texel| {
+        let d = (texel.position - patch.shooter.centre).as_dvec3();
         let cosines = [front.dot(d), -facing.dot(d)].map(|h| h.max(0.0) / d.length());
-        let area = f64::from(cell.shooter.area);
+        let area = f64::from(patch.shooter.area);
         let disc = if kind == FormFactor::Paper {
             f64::from(texel.area)
         } else {
@@ -123,37 +117,32 @@ fn disc_bound(case: &Case, mesh: &Mesh, kind: FormFactor, cells: u32, texels: u3
 }
 
 #[test]
-fn polygon() {
-    for case in cases() {
-        for (cells, texels) in [(1, 8), (4, 8), (1, 16)] {
-            let mesh = case.mesh(cells, texels);
+fn polygon_factors_are_within_their_bounds() {
+    for case in factor_cases() {
+        for (patches, texels) in [(1, 8), (4, 8), (1, 16)] {
+            let mesh = case.pair_mesh(patches, texels);
             let value = computed(&mesh, FormFactor::Polygon);
             let bound = polygon_bound(&case, &mesh, texels);
             let error = (value - case.exact).abs();
-            assert!(
-                error <= bound,
-                "{}: {value} is not {} ± {bound}",
-                case.name,
-                case.exact
-            );
-            // A bound that allows anything proves nothing.
+            assert!(error <= bound, "{}: {value} is not {} ± {bound}", case.name, case.exact);
+            // The bound must be small, or the comparison proves nothing.
             assert!(bound < 0.15 * case.exact, "{}: {bound}", case.name);
         }
     }
 }
 
-/// Error of N×N texels over their area h²: the constant of a method of second order.
-fn scaled_error(case: &Case, texels: u32) -> f64 {
-    let value = computed(&case.mesh(1, texels), FormFactor::Polygon);
+/// Returns the error of N×N texels over their area h²: the constant of a method of second order.
+fn scaled_error(case: &FactorCase, texels: u32) -> f64 {
+    let value = computed(&case.pair_mesh(1, texels), FormFactor::Polygon);
     (value - case.exact) * f64::from(texels * texels)
 }
 
-/// Apart, the error is c·h² + O(h⁴). Where faces share an edge, Lambert's factor near the edge's
-/// ends depends on the direction only, f″ ~ 1/r², and ∫f″ from r = h on leaves h²(a·ln(1/h) + b):
+/// For separate faces the error is c·h² + O(h⁴). Where faces share an edge, Lambert's factor near the
+/// edge's ends depends on the direction only, f″ ~ 1/r², and ∫f″ from r = h on is h²(a·ln(1/h) + b):
 /// the constant grows by equal steps as h halves.
 #[test]
-fn the_error_of_the_texels_is_of_second_order() {
-    for case in cases() {
+fn texel_error_is_of_second_order() {
+    for case in factor_cases() {
         let [c8, c16, c32] = [8, 16, 32].map(|n| scaled_error(&case, n));
         let expected = if case.touching { c16 + (c16 - c8) } else { c16 };
         // The next order: (h/d)² ≤ (1.5/16/0.5)² = 0.035 apart, 1/16 of the last step's texels at
@@ -168,13 +157,13 @@ fn the_error_of_the_texels_is_of_second_order() {
 }
 
 #[test]
-fn disc_and_paper() {
-    for case in cases() {
+fn disc_and_paper_factors_are_within_their_bounds() {
+    for case in factor_cases() {
         for kind in [FormFactor::Disc, FormFactor::Paper] {
-            for (cells, texels) in [(4, 8), (8, 8), (8, 16)] {
-                let mesh = case.mesh(cells, texels);
+            for (patches, texels) in [(4, 8), (8, 8), (8, 16)] {
+                let mesh = case.pair_mesh(patches, texels);
                 let value = computed(&mesh, kind);
-                let bound = disc_bound(&case, &mesh, kind, cells, texels);
+                let bound = disc_bound(&case, &mesh, kind, patches, texels);
                 let error = (value - case.exact).abs();
                 assert!(
                     error <= bound,
@@ -183,41 +172,33 @@ fn disc_and_paper() {
                     case.exact
                 );
                 let useful = if case.touching { 0.75 } else { 0.25 };
-                assert!(
-                    bound < useful * case.exact,
-                    "{} {kind:?}: {bound}",
-                    case.name
-                );
+                assert!(bound < useful * case.exact, "{} {kind:?}: {bound}", case.name);
             }
         }
     }
 }
 
-/// Eq. 2 divides by a disc of the texel's area, Wallace by one of the shooter's; either taken for
-/// the shooter's own area in the numerator is off by their ratio, here 4.
+/// Eq. 2 divides by a disc of the texel's area, Wallace by one of the shooter's. With the areas swapped
+/// the factor is off by their ratio, here 4.
 #[test]
-fn swapped_areas_are_caught() {
-    for case in cases().iter().filter(|case| !case.touching) {
-        let mesh = case.mesh(4, 8);
-        let swapped = total(&mesh, |cell, texel, normal| {
-            let d = texel.position - cell.shooter.centre;
+fn swapped_areas_exceed_the_bound() {
+    for case in factor_cases().iter().filter(|case| !case.touching) {
+        let mesh = case.pair_mesh(4, 8);
+        let swapped = total(&mesh, |patch, texel, normal| {
+            let d = texel.position - patch.shooter.centre;
             let r = d.length();
-            let cosines = [cell.shooter.normal.dot(d) / r, -normal.dot(d) / r];
-            disc(cosines[0], cosines[1], r * r, texel.area, cell.shooter.area)
+            let cosines = [patch.shooter.normal.dot(d) / r, -normal.dot(d) / r];
+            disc_factor(cosines[0], cosines[1], r * r, texel.area, patch.shooter.area)
         });
         let bound = disc_bound(case, &mesh, FormFactor::Disc, 4, 8);
-        assert!(
-            (swapped - case.exact).abs() > bound,
-            "{}: {swapped}",
-            case.name
-        );
+        assert!((swapped - case.exact).abs() > bound, "{}: {swapped}", case.name);
     }
 }
 
-/// Two inscribed 32-gons lack 1 − sin(2π/32)/(2π/32) of their discs' areas; what is cut off takes
-/// or gives at most its own area, at either end.
+/// Two inscribed 32-gons lack 1 − sin(2π/32)/(2π/32) of their discs' areas; the missing part receives or
+/// shoots at most in proportion to its area, at either end.
 #[test]
-fn coaxial_discs() {
+fn polygon_factor_of_coaxial_discs_equals_closed_form() {
     const SIDES: u32 = 32;
     let corner = |k: u32, z: f64| {
         let (s, c) = (f64::from(k) * 2.0 * PI / f64::from(SIDES)).sin_cos();
@@ -233,14 +214,14 @@ fn coaxial_discs() {
     let (mut value, mut grid) = (0.0, 0.0);
     for from in &low {
         for to in &high {
-            let pair = Case {
+            let pair = FactorCase {
                 name: String::new(),
                 from: from.clone(),
                 to: to.clone(),
                 exact,
                 touching: false,
             };
-            value += computed(&pair.mesh(1, 2), FormFactor::Polygon) / f64::from(SIDES);
+            value += computed(&pair.pair_mesh(1, 2), FormFactor::Polygon) / f64::from(SIDES);
             grid += grid_bound(&pair, 2) / f64::from(SIDES);
         }
     }
@@ -252,31 +233,24 @@ fn coaxial_discs() {
     assert!(bound < 0.1 * exact, "{bound}");
 }
 
-/// Floor to the other five faces of the unit cube, 32² texels a wall: the total, the least and
-/// largest ratio of a texel's factor to Lambert's, and the mean difference weighted by flux.
-fn cube(kind: FormFactor, cells: u32) -> [f64; 4] {
+/// Computes the form factor from the floor to the other five faces of the unit cube, 32² texels per wall.
+/// Returns the total, the least and largest ratio of a texel's factor to Lambert's, and the mean difference
+/// weighted by flux.
+fn cube(kind: FormFactor, patches: u32) -> [f64; 4] {
     let cube = furnace(0.0);
     let mut resolutions = [[32; 2]; 6];
-    resolutions[0] = [cells; 2];
-    let mesh = Mesh::new(&cube, &resolutions, cells).unwrap();
+    resolutions[0] = [patches; 2];
+    let mesh = Mesh::new(&cube, &resolutions, patches).unwrap();
     let floor = cube.faces[0].outline();
     let (mut sum, mut least, mut largest, mut difference) = (0.0, f64::MAX, 0.0f64, 0.0);
     for texel in mesh.texels.iter().filter(|texel| texel.face > 0) {
         let face = texel.face as usize;
         let front = mesh.faces[face].normal;
-        let value: f64 = mesh.cells[..(cells * cells) as usize]
+        let value: f64 = mesh.patches[..(patches * patches) as usize]
             .iter()
-            .map(|c| {
-                f64::from(form_factor(
-                    kind,
-                    &c.shooter,
-                    texel.position,
-                    front,
-                    texel.area,
-                ))
-            })
+            .map(|c| f64::from(form_factor(kind, &c.shooter, texel.position, front, texel.area)))
             .sum();
-        let o = texel::outline(&cube.faces[face], [32; 2], texel.index);
+        let o = texel::texel_outline(&cube.faces[face], [32; 2], texel.index);
         let lambert = exact::point_to_polygon(o.centroid(), normal(&cube.faces[face]), floor);
         sum += value * o.area();
         difference += (value - lambert).abs() * o.area();
@@ -288,7 +262,7 @@ fn cube(kind: FormFactor, cells: u32) -> [f64; 4] {
 
 /// The numbers printed in the reference, each ± half of its last digit.
 #[test]
-fn floor_of_the_unit_cube() {
+fn floor_of_the_unit_cube_has_printed_form_factors() {
     let close = |value: f64, printed: f64, half: f64| {
         assert!(
             abs_diff_eq!(value, printed, epsilon = half),
@@ -306,14 +280,9 @@ fn floor_of_the_unit_cube() {
     close(sum, 0.9999, 5e-5);
     close(difference, 0.41, 5e-3);
     close(cube(FormFactor::Paper, 16)[2], 1.10, 5e-3);
-    // The polygons close but for the texels of the ceiling and of four walls.
+    // The polygons close, apart from the texels' error on the ceiling and four walls.
     let faces = furnace(0.0).faces;
-    let bound = |to: usize| {
-        grid_bound(
-            &Case::new("", faces[0].outline(), faces[to].outline(), 1.0),
-            32,
-        )
-    };
+    let bound = |to: usize| grid_bound(&FactorCase::new("", faces[0].outline(), faces[to].outline(), 1.0), 32);
     let grid: f64 = (1..6).map(bound).sum();
     close(cube(FormFactor::Polygon, 1)[0], 1.0, grid + 16.0 * U);
 }

@@ -1,4 +1,4 @@
-//! Form factors and answers that are known in closed form.
+//! Tests against form factors and solutions in closed form.
 
 mod form_factor_points;
 mod form_factors;

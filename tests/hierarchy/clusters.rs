@@ -1,23 +1,24 @@
-//! Faces that shoot as one: every face once, the flow of all, and a body of many faces in a room.
+//! Face clusters: each face is in one cluster, clusters send the sum of their faces' light, and a body of many faces is
+//! lit correctly.
 
-use crate::hierarchy::asked::solved;
+use crate::hierarchy::error_budget::solve_to_error;
 use common::mesh::Mesh;
-use common::rays::{NOBODY, Rays, Sight};
+use common::rays::{LineOfSight, NO_FACE, Rays};
 use common::scene::{Face, Scene};
-use cpu::hierarchy::block::{Block, Spot};
-use cpu::hierarchy::cluster::{Clusters, Part};
-use cpu::hierarchy::cluster_link::Group;
-use cpu::hierarchy::light::pull;
-use cpu::hierarchy::link::nobody;
-use cpu::hierarchy::tree::Tree;
+use cpu::hierarchy::block::{ReceiverBlock, Spot};
+use cpu::hierarchy::cluster::{ClusterPart, Clusters};
+use cpu::hierarchy::cluster_link::ClusterInteraction;
+use cpu::hierarchy::linear_radiosity::pull_radiosity;
+use cpu::hierarchy::link::no_last_blockers;
+use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
-use radiosity_tests::answers::{error, truth_on};
 use radiosity_tests::lit_room;
+use radiosity_tests::solutions::{dense_truth_on, error_against};
 use std::cell::Cell;
 use std::f64::consts::PI;
 
 /// A lit room with a ball of 4·`rings`·(`rings` − 1) triangles.
-fn ball(rings: u32) -> Scene {
+fn room_with_ball(rings: u32) -> Scene {
     let mut scene = lit_room();
     scene.faces.truncate(6);
     let at = |i: u32, j: u32| {
@@ -33,14 +34,10 @@ fn ball(rings: u32) -> Scene {
             let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
             let grey = Vec3::new(0.6, 0.5, 0.4);
             if i + 1 < rings {
-                scene
-                    .faces
-                    .push(Face::triangle("ball", [a, c, d], Vec3::ZERO, grey));
+                scene.faces.push(Face::triangle("ball", [a, c, d], Vec3::ZERO, grey));
             }
             if i > 0 {
-                scene
-                    .faces
-                    .push(Face::triangle("ball", [a, b, c], Vec3::ZERO, grey));
+                scene.faces.push(Face::triangle("ball", [a, b, c], Vec3::ZERO, grey));
             }
         }
     }
@@ -48,26 +45,26 @@ fn ball(rings: u32) -> Scene {
     scene
 }
 
-fn faces(clusters: &Clusters, part: Part, found: &mut Vec<u32>) {
+fn collect_faces(clusters: &Clusters, part: ClusterPart, found: &mut Vec<u32>) {
     match part {
-        Part::Face(f) => found.push(f),
-        Part::Cluster(k) => {
+        ClusterPart::Face(f) => found.push(f),
+        ClusterPart::Cluster(k) => {
             for part in clusters.all[k as usize].parts {
-                faces(clusters, part, found);
+                collect_faces(clusters, part, found);
             }
         }
     }
 }
 
 #[test]
-fn every_face_is_in_a_cluster_once_and_looks_its_way() {
-    let scene = ball(9);
+fn every_face_is_in_one_cluster_and_within_its_cone() {
+    let scene = room_with_ball(9);
     let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
-    let tree = Tree::new(&scene, &mesh).unwrap();
+    let tree = TexelTree::new(&scene, &mesh).unwrap();
     let clusters = Clusters::new(&mesh, &tree);
     for (k, cluster) in (0..).zip(&clusters.all) {
         let mut found = Vec::new();
-        faces(&clusters, Part::Cluster(k), &mut found);
+        collect_faces(&clusters, ClusterPart::Cluster(k), &mut found);
         let range = cluster.faces.start as usize..cluster.faces.end as usize;
         assert_eq!(found, clusters.order[range]);
         for f in found {
@@ -85,17 +82,17 @@ fn every_face_is_in_a_cluster_once_and_looks_its_way() {
 }
 
 #[test]
-fn what_a_cluster_sends_is_what_its_faces_send() {
-    let scene = ball(24);
+fn cluster_radiosity_equals_sum_of_faces() {
+    let scene = room_with_ball(24);
     let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
-    let tree = Tree::new(&scene, &mesh).unwrap();
+    let tree = TexelTree::new(&scene, &mesh).unwrap();
     let clusters = Clusters::new(&mesh, &tree);
     let area: Vec<f32> = mesh.texels.iter().map(|texel| texel.area).collect();
-    // Slopes a little, so that the middle and the mean are two things.
+    // The radiosity has a small slope, so that the value at the centre differs from the mean.
     let value = |k: usize| Vec3::new(1.0, 2.0, 3.0) * (1.0 + 0.2 * mesh.texels[k].position.x);
     let values: Vec<Vec3> = (0..mesh.texels.len()).map(value).collect();
-    let mut glows = pull(&tree, &area, &values);
-    clusters.pull(&tree, &mut glows);
+    let mut radiosity = pull_radiosity(&tree, &area, &values);
+    clusters.pull_radiosity(&tree, &mut radiosity);
     let rays = Rays::new(&mesh);
     let mut linked = 0;
     for f in 0..6 {
@@ -107,23 +104,22 @@ fn what_a_cluster_sends_is_what_its_faces_send() {
             corners: shooter.corners,
             centre: shooter.centre,
         };
-        let block = Block::new(&mesh, &[spot]);
+        let block = ReceiverBlock::new(&mesh, &[spot]);
         for (k, cluster) in (0..).zip(&clusters.all) {
             let d = shooter.centre - cluster.centre;
             let ratio = cluster.radius / d.length();
-            let group = Group {
+            let interaction = ClusterInteraction {
                 mesh: &mesh,
                 tree: &tree,
                 clusters: &clusters,
                 rays: &rays,
                 number: k,
                 block: &block,
-                passes: Sight::Clear,
-                ended: &nobody(),
+                counted: LineOfSight::Clear,
+                last_blockers: &no_last_blockers(),
             };
-            let bound = group.bound();
-            let own =
-                clusters.order[cluster.faces.start as usize..cluster.faces.end as usize].iter();
+            let bound = interaction.exchange_bound();
+            let own = clusters.order[cluster.faces.start as usize..cluster.faces.end as usize].iter();
             let (mut sum, mut turned) = (Vec3::ZERO, false);
             for f in own {
                 let root = tree.roots[*f as usize] as usize;
@@ -133,29 +129,25 @@ fn what_a_cluster_sends_is_what_its_faces_send() {
                 turned |= out <= 0.0 || up <= 0.0;
                 let square = d.length_squared();
                 let factor = part.area * out * up / (std::f32::consts::PI * square * square);
-                sum += glows[root].mean * factor.max(0.0);
+                sum += radiosity[root].mean * factor.max(0.0);
             }
             if turned || cluster.cone < 0.5 || ratio > 0.2 {
                 continue;
             }
             let mut received = [[0.0; 16]; 3];
-            let link = group.asked(1).sampled(64).link;
-            link.add(&glows[tree.nodes.len() + k as usize], &mut received);
+            let link = interaction.start_sampling(1).sample_link(64).link;
+            link.add_irradiance(&radiosity[tree.nodes.len() + k as usize], &mut received);
             let found = Vec3::from_array(received.map(|lane| lane[0]));
-            // What is hidden is not asked here: the room is empty but for the ball, which hides none of
-            // its own that look towards the receiver.
+            // Nothing is occluded: the room is empty except for the ball, which hides none of its faces that face the
+            // receiver.
             let off = (found - sum).abs().max_element();
-            // Light and kernel fall off to the first order each, together to the second: the kernel's part is
-            // h d⁻⁴, twice derived at most 20/(h d); then the disc's area, and the light's fifth of r.
+            // Radiosity and kernel vary to first order each, their product to second order: the kernel is h d⁻⁴, its
+            // second derivative at most 20/(h d); then the disc's area, and the radiosity's slope of 0.2.
             let height = -shooter.normal.dot(d);
             let square = cluster.radius * cluster.radius;
-            let allowed =
-                20.0 * square / (height * d.length()) + bound.factor + 0.8 * ratio * cluster.radius;
+            let allowed = 20.0 * square / (height * d.length()) + bound.factor + 0.8 * ratio * cluster.radius;
             assert!(off <= allowed, "face {f}, cluster {k}: {off} > {allowed}");
-            assert!(
-                sum.max_element() <= 3.9 * bound.factor,
-                "face {f}, cluster {k}"
-            );
+            assert!(sum.max_element() <= 3.9 * bound.factor, "face {f}, cluster {k}");
             linked += 1;
         }
     }
@@ -163,25 +155,25 @@ fn what_a_cluster_sends_is_what_its_faces_send() {
 }
 
 #[test]
-fn a_face_that_ended_another_ray_changes_no_sight() {
-    let mut scene = ball(6);
+fn last_blocker_does_not_change_visibility() {
+    let mut scene = room_with_ball(6);
     scene.faces[4..6]
         .iter_mut()
         .for_each(|face| face.reflectance = Vec3::ZERO);
     let mut mesh = Mesh::uniform(&scene, 1, 1).unwrap();
-    // As in a relight: what is no room's face may be seen through.
-    mesh.room = 66;
+    // As in a relight: rays may pass through objects, the faces beyond the room's.
+    mesh.room_faces = 66;
     let rays = Rays::new(&mesh);
-    let centre = |f: u32| mesh.cells[f as usize].shooter.centre;
+    let centre = |f: u32| mesh.patches[f as usize].shooter.centre;
     let (mut blocked, mut ended) = (0, 0);
     for (f, g) in (0..126).flat_map(|f| (f + 1..126).map(move |g| (f, g))) {
         let ends = [f, g];
         for through in [false, true] {
-            let sight = rays.sight(centre(f), centre(g), ends, through);
-            blocked += u32::from(sight == Sight::Blocked);
-            for other in [NOBODY, f, g, (7 * f + g) % 126, (f + 5 * g) % 126] {
+            let sight = rays.find_sight(centre(f), centre(g), ends, through);
+            blocked += u32::from(sight == LineOfSight::Blocked);
+            for other in [NO_FACE, f, g, (7 * f + g) % 126, (f + 5 * g) % 126] {
                 let last = Cell::new(other);
-                let found = rays.sight_past(centre(f), centre(g), ends, through, &last);
+                let found = rays.find_sight_after(centre(f), centre(g), ends, through, &last);
                 assert_eq!(found, sight, "{f} to {g} past {other}");
                 ended += u32::from(last.get() != other);
             }
@@ -191,11 +183,11 @@ fn a_face_that_ended_another_ray_changes_no_sight() {
 }
 
 #[test]
-fn a_body_of_many_faces_is_lit_as_the_matrix_has_it() {
-    let scene = ball(6);
-    let asked = 0.02;
-    let answer = solved(&scene, asked, 4);
-    let off = error(&scene, &answer, &truth_on(&scene, 4));
+fn body_of_many_faces_matches_dense_solution() {
+    let scene = room_with_ball(6);
+    let requested = 0.02;
+    let answer = solve_to_error(&scene, requested, 4);
+    let off = error_against(&scene, &answer, &dense_truth_on(&scene, 4));
     println!("{}: {off:.4} off, {:?}", scene.name, answer.estimate);
-    assert!(off <= asked, "{off}");
+    assert!(off <= requested, "{off}");
 }

@@ -1,10 +1,10 @@
-//! Solves to an error: the trees, the exact answers, and scenes that nobody tuned to.
+//! The hierarchical solver: its trees and links, exact solutions, and random scenes to which nothing was tuned.
 
-mod anew;
-mod asked;
 mod clusters;
-mod descent;
-mod finders;
-mod gap;
-mod parts;
+mod error_attribution;
+mod error_budget;
+mod final_gather;
+mod linkers;
+mod narrow_gap;
+mod residual;
 mod tree;

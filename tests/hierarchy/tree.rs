@@ -1,33 +1,33 @@
-//! Nodes tile their parents, texels are leaves once, and light that slopes is kept as it is.
+//! Trees of nodes: children tile their parents, each texel is one leaf, and linear radiosity is fitted exactly.
 
 use common::mesh::Mesh;
 use common::scene::Scene;
-use cpu::hierarchy::light::pull;
-use cpu::hierarchy::tree::Tree;
+use cpu::hierarchy::linear_radiosity::pull_radiosity;
+use cpu::hierarchy::tree::TexelTree;
 use glam::Vec3;
-use oracle::study::random::{Faces, Options, scene};
+use radiosity::studies::random::{FaceShapes, SceneOptions, draw_scene};
 
-fn scenes() -> Vec<Scene> {
+fn random_scenes() -> Vec<Scene> {
     let drawn = |seed, faces| {
-        let options = Options {
+        let options = SceneOptions {
             faces,
-            ..Options::default()
+            ..SceneOptions::default()
         };
-        scene(seed, options).scene
+        draw_scene(seed, options).scene
     };
     vec![
-        drawn(771_201, Faces::Quads),
-        drawn(771_202, Faces::Triangles),
-        drawn(771_203, Faces::Mixed),
+        drawn(771_201, FaceShapes::Quads),
+        drawn(771_202, FaceShapes::Triangles),
+        drawn(771_203, FaceShapes::Mixed),
     ]
 }
 
 #[test]
-fn parts_tile_their_node_and_texels_are_leaves_once() {
-    for scene in scenes() {
+fn children_tile_their_node_and_each_texel_is_one_leaf() {
+    for scene in random_scenes() {
         for n in [1, 2, 3, 6, 7, 8] {
             let mesh = Mesh::uniform(&scene, n, 1).unwrap();
-            let tree = Tree::new(&scene, &mesh).unwrap();
+            let tree = TexelTree::new(&scene, &mesh).unwrap();
             let mut seen = vec![0; mesh.texels.len()];
             for leaf in &tree.leaves {
                 let texel = &mesh.texels[leaf.texel as usize];
@@ -38,10 +38,7 @@ fn parts_tile_their_node_and_texels_are_leaves_once() {
             }
             assert!(seen.iter().all(|count| *count == 1), "{} {n}", scene.name);
             for node in tree.nodes.iter().filter(|node| !node.children.is_empty()) {
-                let parts = node
-                    .children
-                    .clone()
-                    .map(|k| &tree.nodes[k as usize].shooter);
+                let parts = node.children.clone().map(|k| &tree.nodes[k as usize].shooter);
                 let (mut area, mut moment, mut count) = (0.0, Vec3::ZERO, 0.0);
                 for part in parts {
                     area += part.area;
@@ -59,31 +56,31 @@ fn parts_tile_their_node_and_texels_are_leaves_once() {
     }
 }
 
-/// What slopes over a face has that slope at every node of it, and nothing is left.
+/// Radiosity that is linear over a face has the same slope at every node, and no deviation.
 #[test]
-fn a_slope_is_a_slope() {
-    for scene in scenes() {
+fn linear_radiosity_is_fitted_exactly() {
+    for scene in random_scenes() {
         let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
-        let tree = Tree::new(&scene, &mesh).unwrap();
+        let tree = TexelTree::new(&scene, &mesh).unwrap();
         let mut value = vec![Vec3::ZERO; mesh.texels.len()];
         for leaf in &tree.leaves {
-            let place = tree.nodes[leaf.node as usize].place;
-            value[leaf.texel as usize] = Vec3::splat(10.0 + place.x - 2.0 * place.y);
+            let position = tree.nodes[leaf.node as usize].face_position;
+            value[leaf.texel as usize] = Vec3::splat(10.0 + position.x - 2.0 * position.y);
         }
         let area: Vec<f32> = mesh.texels.iter().map(|t| t.area).collect();
-        let glow = pull(&tree, &area, &value);
-        for (node, glow) in tree.nodes.iter().zip(&glow) {
-            let expected = 10.0 + node.place.x - 2.0 * node.place.y;
+        let radiosity = pull_radiosity(&tree, &area, &value);
+        for (node, radiosity) in tree.nodes.iter().zip(&radiosity) {
+            let expected = 10.0 + node.face_position.x - 2.0 * node.face_position.y;
             // Values are of the order of ten, and rounded; a slope is their difference over a node's
             // width.
             let rounding = 32.0 * 16.0 * f32::EPSILON;
-            assert!((glow.mean.x - expected).abs() <= rounding);
+            assert!((radiosity.mean.x - expected).abs() <= rounding);
             let slope = rounding / node.shooter.radius.max(1e-6);
-            assert!((glow.slope[0].x - 1.0).abs() <= slope, "{glow:?}");
-            assert!((glow.slope[1].x + 2.0).abs() <= slope, "{glow:?}");
+            assert!((radiosity.slope[0].x - 1.0).abs() <= slope, "{radiosity:?}");
+            assert!((radiosity.slope[1].x + 2.0).abs() <= slope, "{radiosity:?}");
             if !node.children.is_empty() {
                 // The root of a difference of squares.
-                assert!(glow.rest.x <= 1e-3, "{glow:?}");
+                assert!(radiosity.deviation.x <= 1e-3, "{radiosity:?}");
             }
         }
     }

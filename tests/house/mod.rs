@@ -1,5 +1,6 @@
-//! What the documentation says of the code.
+//! Checks of the source text against the documentation.
 
 mod layout;
 mod paper;
+mod shader_twins;
 mod source;

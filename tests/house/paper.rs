@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// What the paper numbers.
+/// Equations, figures and tables of the paper.
 const NUMBERED: [(&str, u32); 3] = [("Equation", 2), ("Figure", 10), ("Table", 4)];
-/// Tables that are programs, and their lines.
+/// Tables that are programs, with their number of lines.
 const PROGRAMS: [(&str, u32); 3] = [("Table 1", 15), ("Table 2", 22), ("Table 3", 7)];
-/// What only its text says, and what its loop takes from others.
+/// Items without a number: sections, and methods of other papers.
 const UNNUMBERED: [&str; 12] = [
     "Section 3",
     "Section 3.1",
@@ -25,7 +25,7 @@ const UNNUMBERED: [&str; 12] = [
     "Coombe 2004: next shooter",
 ];
 
-fn items() -> BTreeSet<String> {
+fn paper_items() -> BTreeSet<String> {
     let numbered = NUMBERED
         .iter()
         .flat_map(|(kind, last)| (1..=*last).map(move |k| format!("{kind} {k}")))
@@ -37,8 +37,8 @@ fn items() -> BTreeSet<String> {
     numbered.chain(lines).chain(unnumbered).collect()
 }
 
-/// The items of a row: "Table 1, lines 4–5, 11–13" is five.
-fn items_of(cell: &str) -> Vec<String> {
+/// Returns the items of a row: "Table 1, lines 4–5, 11–13" is five.
+fn row_items(cell: &str) -> Vec<String> {
     let Some((program, lines)) = cell.split_once(", line") else {
         return vec![cell.to_owned()];
     };
@@ -51,8 +51,8 @@ fn items_of(cell: &str) -> Vec<String> {
     lines.map(|k: u32| format!("{program}, line {k}")).collect()
 }
 
-/// Pairs of file and name: `file` `name` `name`; `file` `name`.
-fn links(cell: &str) -> Vec<(String, String)> {
+/// Returns the pairs of file and name in `file` `name` `name`; `file` `name`.
+fn file_links(cell: &str) -> Vec<(String, String)> {
     let mut links = Vec::new();
     let mut file = String::new();
     for word in cell.split('`').skip(1).step_by(2) {
@@ -67,8 +67,8 @@ fn links(cell: &str) -> Vec<(String, String)> {
     links
 }
 
-/// Whether `text` defines `name`; as a test, right below `#[test]`.
-fn defines(text: &str, name: &str, test: bool) -> bool {
+/// Returns true if `text` defines `name`; as a test, right below `#[test]`.
+fn defines_name(text: &str, name: &str, test: bool) -> bool {
     let mut after_test = false;
     for line in text.lines().map(str::trim) {
         let defined = ["fn ", "struct ", "enum ", "trait "].iter().any(|kind| {
@@ -86,10 +86,10 @@ fn defines(text: &str, name: &str, test: bool) -> bool {
     false
 }
 
-/// What is wrong with a column of a row.
-fn faults_of(row: &str, column: &str, cell: &str) -> Vec<String> {
+/// Returns the faults in a column of a row.
+fn column_faults(row: &str, column: &str, cell: &str) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let links = links(cell);
+    let links = file_links(cell);
     let mut faults = Vec::new();
     if links.is_empty() && !(column == "WGSL" && cell == "—") {
         faults.push(format!("{row}: nothing under {column}"));
@@ -99,7 +99,7 @@ fn faults_of(row: &str, column: &str, cell: &str) -> Vec<String> {
         let text = fs::read_to_string(root.join(&file)).unwrap_or_default();
         if !file.ends_with(ending) || text.is_empty() {
             faults.push(format!("{row}: no file {file} of {column}"));
-        } else if !defines(&text, &name, column == "Test") {
+        } else if !defines_name(&text, &name, column == "Test") {
             faults.push(format!("{row}: {file} has no {name} of {column}"));
         }
     }
@@ -107,10 +107,10 @@ fn faults_of(row: &str, column: &str, cell: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_line_of_the_paper_leads_to_code_and_a_test() {
+fn every_item_of_the_paper_names_existing_code_and_test() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/paper.md");
     let page = fs::read_to_string(path).unwrap();
-    let mut missing = items();
+    let mut missing = paper_items();
     let mut faults = Vec::new();
     for line in page.lines().filter(|line| line.starts_with('|')) {
         let line = line.replace("\\|", "");
@@ -122,13 +122,13 @@ fn every_line_of_the_paper_leads_to_code_and_a_test() {
         if row == "Item" || row.starts_with('-') {
             continue;
         }
-        for item in items_of(row) {
+        for item in row_items(row) {
             if !missing.remove(&item) {
                 faults.push(format!("unknown, or there twice: {item}"));
             }
         }
         for (column, cell) in [("Rust", rust), ("WGSL", wgsl), ("Test", test)] {
-            faults.extend(faults_of(row, column, cell));
+            faults.extend(column_faults(row, column, cell));
         }
     }
     faults.extend(missing.iter().map(|item| format!("no row: {item}")));

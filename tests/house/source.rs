@@ -1,41 +1,38 @@
-//! Source files, taken apart as far as the layout needs: code, string literals, functions, paths.
+//! Source files, parsed as far as the checks need: code, string literals, functions, paths.
 
 use std::fs;
 use std::path::Path;
 
-/// A file without its comments and without what only its tests have.
+/// A file without comments and without its test module.
 pub struct Source {
     /// `common/src/scene/mod.rs`.
     pub file: String,
-    /// Lines of the file, tests not counted.
-    pub lines: usize,
-    /// Its text, each literal as `""`; the lines are still the file's.
+    /// The text with each literal as `""`; line numbers are the file's.
     pub code: String,
     /// String literals.
     pub literals: Vec<String>,
 }
 
 impl Source {
-    /// Of this text. Tests of a module are its last item.
+    /// Parses `text`. The tests of a module must be its last item.
     pub fn new(file: &str, text: &str) -> Self {
         let own = text.find("#[cfg(test)]\nmod tests {");
         let text = &text[..own.unwrap_or(text.len())];
-        let (code, literals) = apart(text);
+        let (code, literals) = separate_literals(text);
         Self {
             file: file.to_owned(),
-            lines: text.lines().count(),
             code,
             literals,
         }
     }
 
-    /// `common`.
-    pub fn package(&self) -> &str {
+    /// Returns the package: `common`.
+    pub fn package_name(&self) -> &str {
         self.file.split('/').next().unwrap()
     }
 
-    /// `["scene", "texel"]` of `common/src/scene/texel.rs`; empty for the crate's root.
-    pub fn module(&self) -> Vec<&str> {
+    /// Returns the module path: `["scene", "texel"]` of `common/src/scene/texel.rs`, empty for the crate's root.
+    pub fn module_path(&self) -> Vec<&str> {
         let inner = self.file.split_once("/src/").map_or("", |(_, path)| path);
         let mut path: Vec<&str> = inner.trim_end_matches(".rs").split('/').collect();
         if path.last() == Some(&"mod") || matches!(path[..], ["lib" | "main"]) {
@@ -44,37 +41,22 @@ impl Source {
         path
     }
 
-    /// Names of functions and how many lines each has.
-    pub fn functions(&self) -> Vec<(&str, usize)> {
-        let mut found = Vec::new();
-        for (at, _) in self.code.match_indices("fn ") {
-            let starts = !self.code[..at].ends_with(is_name);
-            let rest = &self.code[at + 3..];
-            let name = &rest[..rest.find(|c| !is_name(c)).unwrap_or(0)];
-            if starts && !name.is_empty() {
-                let length = self.code[at..at + 3 + item(rest)].lines().count();
-                found.push((name, length));
-            }
-        }
-        found
-    }
-
-    /// Modules of its own crate that it names, by `crate::` and `super::`, braces opened.
-    pub fn paths(&self) -> Vec<Vec<String>> {
+    /// Returns the modules of its own crate that it names by `crate::` and `super::`, braces expanded.
+    pub fn used_paths(&self) -> Vec<Vec<String>> {
         let mut found = Vec::new();
         for root in ["crate::", "super::"] {
             for (at, _) in self.code.match_indices(root) {
                 let before = &self.code[..at];
                 if !before.ends_with(is_name) && !before.ends_with("::") {
-                    self.open(&self.code[at..], &mut found);
+                    self.expand_path(&self.code[at..], &mut found);
                 }
             }
         }
         found
     }
 
-    fn open(&self, text: &str, found: &mut Vec<Vec<String>>) {
-        let mut base: Vec<String> = self.module().iter().map(ToString::to_string).collect();
+    fn expand_path(&self, text: &str, found: &mut Vec<Vec<String>>) {
+        let mut base: Vec<String> = self.module_path().iter().map(ToString::to_string).collect();
         let mut rest = text;
         if let Some(inner) = rest.strip_prefix("crate::") {
             (base, rest) = (Vec::new(), inner);
@@ -83,12 +65,12 @@ impl Source {
             base.pop();
             rest = inner;
         }
-        tree(&base, rest, found);
+        expand_use_tree(&base, rest, found);
     }
 }
 
-/// The paths of a use tree; returns how much of `text` it is.
-fn tree(base: &[String], text: &str, found: &mut Vec<Vec<String>>) -> usize {
+/// Collects the paths of a use tree; returns its length in `text`.
+fn expand_use_tree(base: &[String], text: &str, found: &mut Vec<Vec<String>>) -> usize {
     let mut path = base.to_vec();
     let mut at = 0;
     loop {
@@ -99,7 +81,7 @@ fn tree(base: &[String], text: &str, found: &mut Vec<Vec<String>>) -> usize {
                 let skip = text[at..].find(|c: char| is_name(c) || c == '{' || c == '}');
                 at += skip.unwrap_or(text.len() - at);
                 if !text[at..].starts_with('}') && at < text.len() {
-                    at += tree(&path, &text[at..], found).max(1);
+                    at += expand_use_tree(&path, &text[at..], found).max(1);
                 }
             }
             return (at + 1).min(text.len());
@@ -119,34 +101,16 @@ fn is_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// The length of an item that starts here: to its `;`, or to the end of its braces.
-fn item(code: &str) -> usize {
-    let (mut braces, mut inner) = (0, 0);
-    for (at, c) in code.char_indices() {
-        match c {
-            '(' | '[' => inner += 1,
-            ')' | ']' => inner -= 1,
-            '{' => braces += 1,
-            '}' => braces -= 1,
-            _ => {}
-        }
-        if c == '}' && braces == 0 || c == ';' && braces == 0 && inner == 0 {
-            return at + 1;
-        }
-    }
-    code.len()
-}
-
-/// Code without comments, and its string literals.
-fn apart(text: &str) -> (String, Vec<String>) {
+/// Separates code without comments from its string literals.
+fn separate_literals(text: &str) -> (String, Vec<String>) {
     let (mut code, mut literals) = (String::new(), Vec::new());
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
-        let raw = !code.ends_with(is_name) && is_raw(rest);
+        let raw = !code.ends_with(is_name) && is_raw_literal(rest);
         let length = if rest.starts_with("//") {
             rest.find('\n').unwrap_or(rest.len())
         } else if raw || c == '"' {
-            let (start, end) = literal(rest);
+            let (start, end) = literal_range(rest);
             literals.push(rest[start..end].to_owned());
             code.push_str("\"\"");
             let closing = start - rest[..start].find('"').unwrap();
@@ -155,7 +119,7 @@ fn apart(text: &str) -> (String, Vec<String>) {
             rest = &rest[length..];
             continue;
         } else if c == '\'' {
-            let length = character(rest);
+            let length = character_length(rest);
             code.push_str("' '");
             rest = &rest[length..];
             continue;
@@ -168,13 +132,13 @@ fn apart(text: &str) -> (String, Vec<String>) {
     (code, literals)
 }
 
-fn is_raw(text: &str) -> bool {
+fn is_raw_literal(text: &str) -> bool {
     let hashes = text.strip_prefix('r').map(|t| t.trim_start_matches('#'));
     hashes.is_some_and(|t| t.starts_with('"'))
 }
 
-/// Where the inside of the literal begins and ends.
-fn literal(text: &str) -> (usize, usize) {
+/// Returns start and end of the inside of the literal.
+fn literal_range(text: &str) -> (usize, usize) {
     let start = text.find('"').unwrap() + 1;
     if text.starts_with('r') {
         let close = format!("\"{}", "#".repeat(start - 2));
@@ -191,22 +155,18 @@ fn literal(text: &str) -> (usize, usize) {
     (start, text.len())
 }
 
-/// The length of a character, or of the quote of a lifetime.
-fn character(text: &str) -> usize {
+/// Returns the length of a character literal, or of the quote of a lifetime.
+fn character_length(text: &str) -> usize {
     let inner = &text[1..];
     if let Some(escape) = inner.strip_prefix('\\') {
         return 3 + escape[1..].find('\'').map_or(0, |at| at + 1);
     }
     let c = inner.chars().next().map_or(0, char::len_utf8);
-    if inner[c..].starts_with('\'') {
-        c + 2
-    } else {
-        1
-    }
+    if inner[c..].starts_with('\'') { c + 2 } else { 1 }
 }
 
-/// All files of this ending below a folder of the repository, by name.
-pub fn files(folder: &str, ending: &str) -> Vec<(String, String)> {
+/// Reads all files of this ending below a folder of the repository, sorted by name.
+pub fn files_below(folder: &str, ending: &str) -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let (mut found, mut folders) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = folders.pop() {

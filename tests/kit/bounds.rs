@@ -1,6 +1,6 @@
-//! What a discretised form factor may be off by: error bounds of the centroid rule and of f32.
+//! Error bounds of discretised form factors: the centroid rule, and rounding in f32.
 
-use common::energy::Energy;
+use common::energy::EnergyBalance;
 use common::shooting::Shot;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -10,24 +10,19 @@ pub const U: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// `common::form_factor::arctangent` on 0…1, whose larger branch is π/4 + atan((q − 1)/(q + 1)):
 /// three roundings of a quotient ≤ 0.415 (1.3u), π/4 (0.4u), the result (0.5u), the polynomial (0.3u).
-pub const ARCTANGENT: f64 = 2.5 * U;
+pub const ARCTANGENT_ROUNDING: f64 = 2.5 * U;
 
 /// `common::form_factor::angle` on 0…π: the quotient (0.5u), its arctangent, π/2 (0.8u) and the
 /// first difference (1u), π (1.5u) and the second (2u).
-pub const ANGLE: f64 = ARCTANGENT + 5.8 * U;
+pub const ANGLE_ROUNDING: f64 = ARCTANGENT_ROUNDING + 5.8 * U;
 
-/// Bound of |A·f(centroid) − ∫f| over a triangle or parallelogram with corners centroid + v_k.
+/// Returns a bound of |A·f(centroid) − ∫f| over a triangle or parallelogram with corners centroid + v_k.
 ///
 /// Both have Σ v_k v_kᵀ = 12 × the covariance of a uniform point, so Taylor's second-order term is
 /// (A/24) Σ f″(v_k, v_k); the largest f″ over the texel's centre, corners and mid-edges bounds it
 /// together with the remainder. Where f jumps (a texel at the end of a shared edge) the error is at
 /// most A × the range of f, which is then the smaller of the two.
-pub fn centroid_rule(
-    corners: &[DVec3],
-    centroid: DVec3,
-    area: f64,
-    f: &dyn Fn(DVec3) -> f64,
-) -> f64 {
+pub fn centroid_rule(corners: &[DVec3], centroid: DVec3, area: f64, f: &dyn Fn(DVec3) -> f64) -> f64 {
     // Just inside: f may be singular on the outline. The step's own error is 1e−6 of f″.
     const INSIDE: f64 = 0.99;
     const STEP: f64 = 1e-3;
@@ -45,24 +40,21 @@ pub fn centroid_rule(
         .iter()
         .map(|v| points.iter().map(|p| second(*p, *v)).fold(0.0, f64::max))
         .sum();
-    let range = points
-        .iter()
-        .map(|p| (f(*p) - f(centroid)).abs())
-        .fold(0.0, f64::max);
+    let range = points.iter().map(|p| (f(*p) - f(centroid)).abs()).fold(0.0, f64::max);
     area * (curvature / 24.0).min(range)
 }
 
-/// Error of a vector between two points of the mesh, relative to its length r: both ends are
+/// Returns the error of a vector between two points of the mesh, relative to its length r: both ends are
 /// rounded (|coordinates| ≤ 1, √3·u each), and so is the difference.
 fn vector_rounding(r: f64) -> f64 {
     U * (2.0 * 3f64.sqrt() / r + 1.0)
 }
 
-/// Rounding of `common::form_factor::polygon` at `point`, mesh units.
+/// Returns the rounding of `common::form_factor::polygon` at `point`, mesh units.
 ///
 /// An edge with ends a, b and angle θ gives θ·(a × b)·n/|a × b|. With η the relative error of
 /// a × b against |a||b| (both vectors, and 3u for its products and differences), its direction is
-/// off by η/sin θ, θ by √2·η and [`ANGLE`], and n, the quotient and the product by 2u·θ + 3u·θ;
+/// off by η/sin θ, θ by √2·η and [`ANGLE_ROUNDING`], and n, the quotient and the product by 2u·θ + 3u·θ;
 /// four additions of terms ≤ π add 4u·π.
 pub fn polygon_rounding(point: DVec3, polygon: &[DVec3]) -> f64 {
     let n = polygon.len();
@@ -70,12 +62,12 @@ pub fn polygon_rounding(point: DVec3, polygon: &[DVec3]) -> f64 {
         let (a, b) = (polygon[k] - point, polygon[(k + 1) % n] - point);
         let theta = a.angle_between(b);
         let eta = vector_rounding(a.length()) + vector_rounding(b.length()) + 3.0 * U;
-        eta * (theta / theta.sin() + 2f64.sqrt()) + ANGLE + U * 9.0 * PI
+        eta * (theta / theta.sin() + 2f64.sqrt()) + ANGLE_ROUNDING + U * 9.0 * PI
     });
     edges.sum::<f64>() / (2.0 * PI)
 }
 
-/// Rounding of the disc factors, mesh units: `d` from shooter to texel, `cosines` there.
+/// Returns the rounding of the disc factors, mesh units: `d` from shooter to texel, `cosines` there.
 ///
 /// Each cosine is off by the vector's error, the normal's 2u, 3u of the dot product and u of the
 /// quotient; r² by twice the vector's error and 3u; two areas, π, three products, the sum and the
@@ -88,13 +80,13 @@ pub fn disc_rounding(d: DVec3, cosines: [f64; 2], shooter_area: f64, disc_area: 
     share * ((i + j) * (vector + 6.0 * U) + i * j * (2.0 * vector + 11.0 * U))
 }
 
-/// What f32 rounding may leave of the balance, as a share of the emitted power (0/0 = 0).
+/// Returns a bound of the energy imbalance by f32 rounding, as a share of the emitted power (0/0 = 0).
 ///
 /// Each shot: the flux is a sum over ≤ 81 texels in 64 lanes (a product and 7 additions, 8u), ΣF one
-/// over texels and ≤ 512 cells (17u), F·B and ρ·F·B are a product each (2u); the two quotients are
+/// over texels and ≤ 512 patches (17u), F·B and ρ·F·B are a product each (2u); the two quotients are
 /// 1u each, 5u in WGSL: 40u of the power shot, and ΣF times it where the point factors exceed 1.
 /// Each addition to a texel rounds its H and its r: 2u of what they hold.
-pub fn energy_rounding(energy: &Energy, area_unit: f64, shots: &[Shot]) -> f64 {
+pub fn energy_rounding(energy: &EnergyBalance, area_unit: f64, shots: &[Shot]) -> f64 {
     let sum = |part: [f64; 3]| part.iter().sum::<f64>();
     let shot: f64 = shots
         .iter()

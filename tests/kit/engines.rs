@@ -1,93 +1,88 @@
-//! The same test of every engine.
+//! Every engine (CPU and GPU, rays and item buffer), made alike for tests that run on all of them.
 
-use common::cover::sampled;
+use common::cover::sampled_mesh;
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::Scene;
-use common::settings::{Meshing, Projection, Raster, Schedule, Settings, Visibility};
-use common::shooting::{Order, Run, Shot, solve};
+use common::settings::{ItemBufferProjection, Meshing, Raster, Schedule, Settings, Visibility};
+use common::shooting::{Shot, ShotOrder, SolveRun, shoot_until_converged};
 use cpu::CpuSolver;
-use gpu::{Fault, Gpu, GpuSolver};
+use gpu::{Gpu, GpuSolver, ShaderFault};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
-/// Small enough for a hundred runs.
-pub fn settings() -> Settings {
+/// Returns settings small enough for a hundred runs.
+pub fn engine_settings() -> Settings {
     Settings {
         meshing: Meshing {
             texels: 6,
-            cells: 2,
+            patches: 2,
             ..Meshing::default()
         },
         ..Settings::default()
     }
 }
 
-/// The same with the item buffer.
-pub fn gpu_settings() -> Settings {
-    settings().by(drawn(128))
+/// Returns the same settings with an item buffer.
+pub fn item_buffer_settings() -> Settings {
+    engine_settings().with_visibility(item_buffer(128))
 }
 
-/// By a stereographic item buffer of so many pixels a side.
-pub const fn drawn(size: u32) -> Visibility {
-    Visibility::drawn(Projection::Stereographic(Raster::Pixel), size)
+/// Returns visibility by a stereographic item buffer of `size` pixels per side.
+pub const fn item_buffer(size: u32) -> Visibility {
+    Visibility::with_item_buffer(ItemBufferProjection::Stereographic(Raster::Pixel), size)
 }
 
-/// The scene at these settings.
+/// Meshes a scene by [`engine_settings`].
 pub fn mesh_of(scene: &Scene) -> Mesh {
-    sampled(scene, &settings().meshing).unwrap()
+    sampled_mesh(scene, &engine_settings().meshing).unwrap()
 }
 
-/// The GPU; a machine without one fails the test, it does not skip it.
-pub fn gpu() -> Gpu {
+/// Opens the GPU; a machine without one fails the test.
+pub fn open_gpu() -> Gpu {
     Gpu::open(None).unwrap()
 }
 
-/// The one device of a program, for tests that make many solvers.
+/// Returns the process's shared device, for tests that make many engines.
 pub fn shared_gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(gpu)
+    GPU.get_or_init(open_gpu)
 }
 
-/// A solver of any kind.
+/// An engine of any kind.
 pub type AnyEngine<'m> = Box<dyn Engine + 'm>;
 
-/// Who solves, and how it sees.
+/// Device and visibility of an engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kind {
+pub struct EngineKind {
     /// For messages.
     pub name: &'static str,
-    /// Or on the CPU.
+    /// True on the GPU, false on the CPU.
     pub on_gpu: bool,
-    /// By rays, or by an item buffer.
+    /// Rays or an item buffer.
     pub visibility: Visibility,
 }
 
-/// Every engine. On the CPU an item buffer is drawn by its scalar twin.
-pub const KINDS: [Kind; 4] = [
-    kind("cpu rays", false, Visibility::Rays),
-    kind("cpu twin", false, drawn(128)),
-    kind("gpu item buffer", true, drawn(128)),
-    kind("gpu rays", true, Visibility::Rays),
+/// All engines. On the CPU an item buffer is drawn by its scalar twin.
+pub const ENGINE_KINDS: [EngineKind; 4] = [
+    engine_kind("cpu rays", false, Visibility::Rays),
+    engine_kind("cpu twin", false, item_buffer(128)),
+    engine_kind("gpu item buffer", true, item_buffer(128)),
+    engine_kind("gpu rays", true, Visibility::Rays),
 ];
 
-const fn kind(name: &'static str, on_gpu: bool, visibility: Visibility) -> Kind {
-    Kind {
+const fn engine_kind(name: &'static str, on_gpu: bool, visibility: Visibility) -> EngineKind {
+    EngineKind {
         name,
         on_gpu,
         visibility,
     }
 }
 
-impl Kind {
-    /// A fresh solver.
-    pub fn engine<'m>(
-        &self,
-        mesh: &'m Mesh,
-        settings: &Settings,
-        faults: &[Fault],
-    ) -> AnyEngine<'m> {
-        let transport = settings.by(self.visibility).transport;
+impl EngineKind {
+    /// Makes an engine.
+    pub fn fresh_engine<'m>(&self, mesh: &'m Mesh, settings: &Settings, faults: &[ShaderFault]) -> AnyEngine<'m> {
+        let transport = settings.with_visibility(self.visibility).transport;
         if self.on_gpu {
             Box::new(GpuSolver::with_faults(shared_gpu(), mesh, &transport, faults).unwrap())
         } else {
@@ -97,20 +92,20 @@ impl Kind {
     }
 }
 
-/// The same test of every engine, each a fresh one whenever `test` asks.
+/// Runs `test` with the name of every engine and a function that makes one.
 pub fn each_engine<'m>(mesh: &'m Mesh, test: impl Fn(&str, &mut dyn FnMut() -> AnyEngine<'m>)) {
-    for kind in KINDS {
-        test(kind.name, &mut || kind.engine(mesh, &settings(), &[]));
+    for kind in ENGINE_KINDS {
+        test(kind.name, &mut || kind.fresh_engine(mesh, &engine_settings(), &[]));
     }
 }
 
-/// A free run.
-pub fn free(engine: &mut dyn Engine, schedule: &Schedule) -> Run {
-    solve(engine, schedule, &mut |_, _| ControlFlow::Continue(())).unwrap()
+/// Shoots until the schedule ends.
+pub fn shoot_freely(engine: &mut dyn Engine, schedule: &Schedule) -> SolveRun {
+    shoot_until_converged(engine, schedule, &mut |_, _| ControlFlow::Continue(())).unwrap()
 }
 
-/// The shots of one call of `run`.
-pub fn run(engine: &mut dyn Engine, order: Order, max_shots: u32) -> Vec<Shot> {
+/// Returns the shots of one call of `run`.
+pub fn run_shots(engine: &mut dyn Engine, order: ShotOrder, max_shots: u32) -> Vec<Shot> {
     let mut shots = Vec::new();
     engine
         .run(order, max_shots, &mut |shot| {
@@ -121,5 +116,5 @@ pub fn run(engine: &mut dyn Engine, order: Order, max_shots: u32) -> Vec<Shot> {
     shots
 }
 
-/// Greedy to the last watt.
-pub const ALL: Order = Order::Greedy { threshold: 0.0 };
+/// Order by largest unshot power until nothing is unshot.
+pub const GREEDY_TO_ZERO: ShotOrder = ShotOrder::Greedy { threshold: 0.0 };

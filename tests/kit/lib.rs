@@ -1,23 +1,25 @@
-//! Scenes and helpers that several tests share.
+//! Scenes and helpers shared by tests.
 
 use common::scene::{Face, Scene, Shape};
 use common::texel;
 use glam::{DVec3, Vec3};
 use proptest::test_runner::{Config, RngSeed};
 
-pub mod answers;
 pub mod bounds;
-pub mod captured;
-pub mod cases;
+pub mod composites;
+pub mod dense;
 pub mod engines;
-pub mod matrices;
-pub mod pairs;
-pub mod random;
+pub mod factor_cases;
+pub mod known_scenes;
+pub mod processor;
+pub mod radiance_files;
+pub mod random_rooms;
 pub mod relighting;
-pub mod relit;
+pub mod shader_faults;
+pub mod solutions;
 
-/// An axis-aligned box of six quads from `low` to `high`; fronts point inward or outward.
-pub fn room(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflectance: Vec3) -> Vec<Face> {
+/// Makes an axis-aligned box of six quads from `low` to `high`; fronts point inward or outward.
+pub fn box_faces(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflectance: Vec3) -> Vec<Face> {
     let p = |x: usize, y: usize, z: usize| {
         let c = [low, high];
         DVec3::new(c[x].x, c[y].y, c[z].z)
@@ -39,8 +41,8 @@ pub fn room(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflectance: 
         .collect()
 }
 
-/// A scene of the given faces.
-pub fn scene(name: &str, faces: Vec<Face>) -> Scene {
+/// Makes a scene of the given faces.
+pub fn named_scene(name: &str, faces: Vec<Face>) -> Scene {
     Scene {
         name: name.to_owned(),
         faces,
@@ -48,55 +50,43 @@ pub fn scene(name: &str, faces: Vec<Face>) -> Scene {
     }
 }
 
-/// A closed room of six equal shooters (ties) around a grey box (silhouettes). No face is half a
-/// unit from a wall: there Table 3 clips, and rounding would decide.
+/// Makes a closed room of six equal shooters (ties) around a grey box (silhouettes). No face is half a unit from a
+/// wall: Table 3 clips there, and rounding would decide.
 pub fn box_in_room() -> Scene {
     let walls = Vec3::new(0.7, 0.5, 0.2);
-    let mut faces = room(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, walls);
+    let mut faces = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, walls);
     let (low, high) = (DVec3::new(0.2, 0.1, 0.3), DVec3::new(0.47, 0.4, 0.55));
-    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.4)));
-    scene("a box in a room", faces)
+    faces.extend(box_faces(low, high, false, Vec3::ZERO, Vec3::splat(0.4)));
+    named_scene("a box in a room", faces)
 }
 
-/// The closed unit cube in which every face emits 1 W/m² and reflects `reflectance`.
+/// Makes the closed unit cube in which every face emits 1 W/m² and reflects `reflectance`.
 pub fn furnace(reflectance: f32) -> Scene {
-    scene(
+    named_scene(
         "furnace",
-        room(
-            DVec3::ZERO,
-            DVec3::ONE,
-            true,
-            Vec3::ONE,
-            Vec3::splat(reflectance),
-        ),
+        box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, Vec3::splat(reflectance)),
     )
 }
 
-/// A closed room, 3 × 2 × 4, with a box of six faces that floats in it and a lamp, its ceiling; no
-/// two faces have the same power.
+/// Makes a closed room, 3 × 2 × 4, with a floating box of six faces; the ceiling is a lamp. No two faces have the same
+/// power.
 pub fn lit_room() -> Scene {
     let size = DVec3::new(3.0, 2.0, 4.0);
-    let mut faces = room(
-        DVec3::ZERO,
-        size,
-        true,
-        Vec3::ZERO,
-        Vec3::new(0.7, 0.6, 0.5),
-    );
+    let mut faces = box_faces(DVec3::ZERO, size, true, Vec3::ZERO, Vec3::new(0.7, 0.6, 0.5));
     faces[1].emission = Vec3::new(5.0, 4.0, 3.0);
     faces[2].reflectance = Vec3::new(0.8, 0.1, 0.1);
     faces[3].reflectance = Vec3::new(0.1, 0.8, 0.1);
     let (low, high) = (DVec3::new(0.5, 0.25, 0.75), DVec3::new(1.25, 1.5, 2.0));
-    faces.extend(room(low, high, false, Vec3::ZERO, Vec3::splat(0.3)));
-    scene("lit room", faces)
+    faces.extend(box_faces(low, high, false, Vec3::ZERO, Vec3::splat(0.3)));
+    named_scene("lit room", faces)
 }
 
-/// A room like the paper's without its objects: the unit cube, each wall 5×5 faces of ρ = .7, one
+/// Makes a room like the paper's without its objects: the unit cube, each wall 5×5 faces of ρ = .7, one
 /// wall red and one green, and a lamp box of six faces under the ceiling; 156 faces.
 pub fn paper_room() -> Scene {
     const SIDE: u32 = 5;
     let mut faces = Vec::new();
-    for (wall, colour) in room(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, Vec3::ZERO)
+    for (wall, colour) in box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, Vec3::ZERO)
         .into_iter()
         .zip([
             Vec3::splat(0.7),
@@ -108,21 +98,17 @@ pub fn paper_room() -> Scene {
         ])
     {
         for part in 0..SIDE * SIDE {
-            let corners = texel::outline(&wall, [SIDE, SIDE], part).padded();
+            let corners = texel::texel_outline(&wall, [SIDE, SIDE], part).padded_corners();
             faces.push(Face::quad(&wall.name, corners, Vec3::ZERO, colour));
         }
     }
-    let (low, high) = (
-        DVec3::new(0.375, 0.9375, 0.375),
-        DVec3::new(0.625, 0.96875, 0.625),
-    );
-    faces.extend(room(low, high, false, Vec3::splat(20.0), Vec3::splat(0.7)));
-    scene("paper room", faces)
+    let (low, high) = (DVec3::new(0.375, 0.9375, 0.375), DVec3::new(0.625, 0.96875, 0.625));
+    faces.extend(box_faces(low, high, false, Vec3::splat(20.0), Vec3::splat(0.7)));
+    named_scene("paper room", faces)
 }
 
-/// `count` random cases, the same in every run unless PROPTEST_RNG_SEED or PROPTEST_CASES say
-/// otherwise.
-pub fn cases(count: u32) -> Config {
+/// Configures `count` random cases, the same in every run unless PROPTEST_RNG_SEED or PROPTEST_CASES are set.
+pub fn random_cases(count: u32) -> Config {
     let mut config = Config {
         failure_persistence: None,
         ..Config::default()
@@ -137,8 +123,8 @@ pub fn cases(count: u32) -> Config {
     config
 }
 
-/// The triangle with another corner first: the same face.
-pub fn turned(face: &Face, by: usize) -> Face {
+/// Returns the triangle with another corner first: the same face.
+pub fn rotate_triangle(face: &Face, by: usize) -> Face {
     let [a, b, c, _] = face.corners;
     let corners = [[a, b, c], [b, c, a], [c, a, b]][by % 3];
     Face {
@@ -147,16 +133,16 @@ pub fn turned(face: &Face, by: usize) -> Face {
     }
 }
 
-/// Each quad as two triangles, other corners first in each.
-pub fn halved(scene: &Scene) -> Scene {
+/// Splits each quad into two triangles that begin at different corners.
+pub fn halve_quads(scene: &Scene) -> Scene {
     let mut faces = Vec::new();
     for (k, face) in scene.faces.iter().enumerate() {
         assert_eq!(face.shape, Shape::Quad);
         let [a, b, c, d] = face.corners;
         for (half, corners) in [[a, b, c], [a, c, d]].into_iter().enumerate() {
             let triangle = Face::triangle(&face.name, corners, face.emission, face.reflectance);
-            faces.push(turned(&triangle, k + half));
+            faces.push(rotate_triangle(&triangle, k + half));
         }
     }
-    crate::scene("halved", faces)
+    crate::named_scene("halved", faces)
 }

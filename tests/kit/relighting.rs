@@ -1,38 +1,38 @@
-//! Rooms and engines that the tests of relighting share.
+//! Rooms, engines and reference solutions for tests of relighting.
 
-use crate::engines::{drawn, free};
-use crate::{lit_room, room};
-use common::cover::furnished;
+use crate::engines::{item_buffer, shoot_freely};
+use crate::{box_faces, lit_room};
+use common::cover;
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::relight::{Method, Relit, Room, relight};
+use common::relight::{RelightMethod, RelitRoom, RoomRadiosity, relight_room};
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Projection, Raster, Schedule, Settings, Transport, Visibility};
-use common::shooting::Field;
+use common::settings::{ItemBufferProjection, Meshing, Raster, Schedule, Settings, Transport, Visibility};
+use common::shooting::RadiosityField;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
 use gpu::{Gpu, GpuSolver};
-use oracle::judge::compare::difference::difference;
+use oracle::diff::difference::compare_fields;
 use std::ops::ControlFlow;
 
-/// Every way to decide visibility.
-pub const ALL: [Visibility; 5] = [
+/// All kinds of visibility.
+pub const VISIBILITIES: [Visibility; 5] = [
     Visibility::Rays,
-    Visibility::drawn(Projection::Paper, 256),
-    Visibility::drawn(Projection::Hemisphere(Raster::Pixel), 256),
-    DRAWN,
-    Visibility::drawn(Projection::Hemicube, 256),
+    Visibility::with_item_buffer(ItemBufferProjection::Paper, 256),
+    Visibility::with_item_buffer(ItemBufferProjection::Hemisphere(Raster::Pixel), 256),
+    ITEM_BUFFER,
+    Visibility::with_item_buffer(ItemBufferProjection::Hemicube, 256),
 ];
 
-/// By the item buffer of the default, but small.
-pub const DRAWN: Visibility = drawn(256);
+/// The default item buffer, but small.
+pub const ITEM_BUFFER: Visibility = item_buffer(256);
 
-/// Small and quick; the samples and the cells that a body cuts are there.
-pub fn settings(visibility: Visibility) -> Settings {
+/// Returns small settings with several samples, and patches that an object cuts.
+pub fn relight_settings(visibility: Visibility) -> Settings {
     Settings {
         meshing: Meshing {
             texels: 4,
-            cells: 2,
+            patches: 2,
             samples: 2,
         },
         transport: Transport {
@@ -47,8 +47,7 @@ pub fn settings(visibility: Visibility) -> Settings {
     }
 }
 
-/// The lit room with its box as part of the room, and a second one as the object: it stands on the
-/// floor, half on a cell.
+/// Makes the lit room with `objects`; returns the number of faces of the room, its box included.
 pub fn furnished_room(objects: Vec<Face>) -> (Scene, usize) {
     let mut scene = lit_room();
     let count = scene.faces.len();
@@ -56,90 +55,89 @@ pub fn furnished_room(objects: Vec<Face>) -> (Scene, usize) {
     (scene, count)
 }
 
-/// A body without a bottom that stands on the floor.
-pub fn cube(emission: Vec3, reflectance: Vec3) -> Vec<Face> {
+/// Makes a box without a bottom that stands on the floor and covers half of a patch.
+pub fn bottomless_box(emission: Vec3, reflectance: Vec3) -> Vec<Face> {
     let (low, high) = (DVec3::new(1.7, 0.0, 1.6), DVec3::new(2.3, 0.8, 2.7));
-    let mut faces = room(low, high, false, emission, reflectance);
-    // A body without a bottom stands on the floor.
+    let mut faces = box_faces(low, high, false, emission, reflectance);
     faces.remove(0);
     faces
 }
 
-/// The scene, of which the first `count` faces are the room.
-pub fn mesh_of(scene: &Scene, count: usize, settings: &Settings) -> Mesh {
+/// Meshes a scene whose first `count` faces are the room.
+pub fn furnished_mesh(scene: &Scene, count: usize, settings: &Settings) -> Mesh {
     let Meshing {
         texels,
-        cells,
+        patches,
         samples,
     } = settings.meshing;
     let resolutions = vec![[texels; 2]; scene.faces.len()];
-    furnished(scene, count, &resolutions, [cells, samples]).unwrap()
+    cover::furnished_mesh(scene, count, &resolutions, [patches, samples]).unwrap()
 }
 
-/// Makes an engine.
-pub type Maker<'m> = dyn Fn(&'m Mesh, &Transport) -> Box<dyn Engine + 'm>;
+/// A function that makes an engine.
+pub type EngineMaker<'m> = dyn Fn(&'m Mesh, &Transport) -> Box<dyn Engine + 'm>;
 
-/// The CPU's.
-pub fn on_cpu<'m>(mesh: &'m Mesh, transport: &Transport) -> Box<dyn Engine + 'm> {
+/// Makes the CPU's engine.
+pub fn cpu_engine<'m>(mesh: &'m Mesh, transport: &Transport) -> Box<dyn Engine + 'm> {
     Box::new(CpuSolver::new(mesh, transport))
 }
 
-/// The GPU's.
-pub fn on_gpu<'m>(gpu: &Gpu) -> impl Fn(&'m Mesh, &Transport) -> Box<dyn Engine + 'm> {
+/// Returns a function that makes the GPU's engine.
+pub fn gpu_engine<'m>(gpu: &Gpu) -> impl Fn(&'m Mesh, &Transport) -> Box<dyn Engine + 'm> {
     let gpu = gpu.clone();
     move |mesh, transport| Box::new(GpuSolver::new(&gpu, mesh, transport).unwrap())
 }
 
-/// The empty room solved on the texels that `mesh` has of it.
-pub fn capture(scene: &Scene, mesh: &Mesh, settings: &Settings, epsilon: f64) -> Room {
+/// Solves the empty room on the texels that `mesh` has of it.
+pub fn capture_room(scene: &Scene, mesh: &Mesh, settings: &Settings, epsilon: f64) -> RoomRadiosity {
     let empty = Scene {
-        faces: scene.faces[..mesh.room as usize].to_vec(),
+        faces: scene.faces[..mesh.room_faces as usize].to_vec(),
         ..scene.clone()
     };
-    let room = mesh_of(&empty, empty.faces.len(), settings);
+    let room = furnished_mesh(&empty, empty.faces.len(), settings);
     let schedule = Schedule {
         epsilon,
         ..settings.schedule
     };
-    let field = free(&mut CpuSolver::new(&room, &settings.transport), &schedule).field;
+    let field = shoot_freely(&mut CpuSolver::new(&room, &settings.transport), &schedule).field;
     let fill = |values: &[Vec4]| -> Vec<Vec4> {
         let mut all = vec![Vec4::ZERO; mesh.texels.len()];
         all[..values.len()].copy_from_slice(values);
         all
     };
-    Room {
+    RoomRadiosity {
         radiosity: fill(&field.radiosity),
         residual: fill(&field.residual),
         reflectance: Some(mesh.texels.iter().map(|t| t.reflectance).collect()),
     }
 }
 
-/// A relight to its end.
-pub fn run(
+/// Relights until the schedule ends.
+pub fn run_relight(
     engine: &mut dyn Engine,
     mesh: &Mesh,
-    room: &Room,
-    method: Method,
+    room: &RoomRadiosity,
+    method: RelightMethod,
     schedule: &Schedule,
-) -> Relit {
-    relight(engine, mesh, room, method, schedule, &mut |_, _| {
+) -> RelitRoom {
+    relight_room(engine, mesh, room, method, schedule, &mut |_, _| {
         ControlFlow::Continue(())
     })
     .unwrap()
 }
 
-/// Relative RMS of B − E, the worst channel; NaN where a field is not complete and finite.
-pub fn error(mesh: &Mesh, a: &Field, b: &Field) -> f64 {
-    // Two runs of one solver are two results.
-    let [a, b] = [(a, "a"), (b, "b")].map(|(field, name)| Field {
+/// Returns the relative RMS difference of B − E, the worst channel; NaN if a field is incomplete or not finite.
+pub fn relative_error(mesh: &Mesh, a: &RadiosityField, b: &RadiosityField) -> f64 {
+    // Runs of one solver have the same origin and would be refused as the same result.
+    let [a, b] = [(a, "a"), (b, "b")].map(|(field, name)| RadiosityField {
         origin: name.to_owned(),
         ..field.clone()
     });
-    difference(mesh, &a, &b).relative_rms
+    compare_fields(mesh, &a, &b).relative_rms
 }
 
-/// The mesh as the relit room has it.
-pub fn with_surface(mesh: &Mesh, relit: &Relit) -> Mesh {
+/// Returns the mesh with the recovered reflectance and emission.
+pub fn with_surface(mesh: &Mesh, relit: &RelitRoom) -> Mesh {
     let mut mesh = mesh.clone();
     for (k, texel) in mesh.texels.iter_mut().enumerate() {
         texel.reflectance = relit.surface.reflectance[k];
@@ -148,9 +146,9 @@ pub fn with_surface(mesh: &Mesh, relit: &Relit) -> Mesh {
     mesh
 }
 
-/// Everything solved, by the CPU.
-pub fn full(mesh: &Mesh, transport: &Transport, schedule: &Schedule) -> Field {
+/// Solves room and objects together on the CPU.
+pub fn full_solution(mesh: &Mesh, transport: &Transport, schedule: &Schedule) -> RadiosityField {
     let mut mesh = mesh.clone();
-    mesh.room = mesh.faces.len() as u32;
-    free(&mut CpuSolver::new(&mesh, transport), schedule).field
+    mesh.room_faces = mesh.faces.len() as u32;
+    shoot_freely(&mut CpuSolver::new(&mesh, transport), schedule).field
 }

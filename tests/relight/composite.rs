@@ -1,78 +1,78 @@
-//! The picture of a relit room, pixel by pixel, against geometry and arithmetic.
+//! Composite pictures of a relit room, compared pixel by pixel with geometry and arithmetic.
 
 use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::Face;
 use glam::{DVec2, DVec3, Vec3, Vec4};
-use oracle::relight::camera::{camera_at, camera_for};
-use oracle::relight::composite::{FEW, composite};
-use oracle::relight::surfaces::surface;
-use oracle::relight::{Backdrop, Relit};
-use oracle::show::view::camera::Camera;
-use oracle::show::view::surface::Surface;
-use radiosity_tests::relit::{Solved, bits, by_hand, floor, from_above};
-use radiosity_tests::{lit_room, room, scene};
+use radiosity::relight::camera::{automatic_camera, camera_at};
+use radiosity::relight::composite::{SPARSE_SAMPLES, render_composite};
+use radiosity::relight::radiance::welded_surface;
+use radiosity::relight::{Backdrop, RelitScene};
+use radiosity::report::view::camera::Camera;
+use radiosity::report::view::interpolation::InterpolationSurface;
+use radiosity_tests::composites::{SolvedRoom, camera_from_above, pixel_bits, room_by_hand, square_floor};
+use radiosity_tests::{box_faces, lit_room, named_scene};
 use std::f32::consts::PI;
 
 #[test]
-fn a_null_object_leaves_the_background_bit_for_bit() {
+fn null_object_keeps_the_background_bit_for_bit() {
     let scene = lit_room();
     let count = scene.faces.len();
-    let mut solved = Solved::new(scene, count);
+    let mut solved = SolvedRoom::new(scene, count);
     solved.before = solved.after.radiosity.clone();
-    let camera = camera_for(&solved.relit());
+    let camera = automatic_camera(&solved.as_relit());
     let panorama = |d: DVec3| (d.as_vec3() + 1.5) * 0.37;
     for backdrop in [None, Some(&panorama as Backdrop)] {
-        let c = composite(&solved.relit(), &camera, [90, 60], backdrop);
-        assert_eq!(bits(&c.composite), bits(&c.background));
+        let c = render_composite(&solved.as_relit(), &camera, [90, 60], backdrop);
+        assert_eq!(pixel_bits(&c.composite), pixel_bits(&c.background));
         assert_eq!(c.negative, 0);
         assert!(c.mask.iter().all(|m| *m == 0.0) && c.background.iter().any(|v| *v != Vec3::ZERO));
     }
-    // The equality is no accident: the least change of one texel in view shows.
+    // The smallest change of a texel in view does change the composite.
     for value in &mut solved.after.radiosity {
         value.x += value.x * f32::EPSILON * 4.0;
     }
-    let c = composite(&solved.relit(), &camera, [90, 60], None);
-    assert_ne!(bits(&c.composite), bits(&c.background));
+    let c = render_composite(&solved.as_relit(), &camera, [90, 60], None);
+    assert_ne!(pixel_bits(&c.composite), pixel_bits(&c.background));
 }
 
 #[test]
-fn a_planted_shadow_darkens_its_pixels_by_what_was_taken() {
+fn planted_shadow_darkens_pixels_by_its_loss() {
     let dark = |p: DVec3| p.x > 0.0 && p.z > 0.25;
     let loss = Vec3::new(0.3, 0.2, 0.6);
-    let solved = by_hand(
-        scene("floor", vec![floor()]),
+    let solved = room_by_hand(
+        named_scene("floor", vec![square_floor()]),
         1,
         8,
         |_, _| Vec3::ONE,
         |_, p| if dark(p) { Vec3::ONE - loss } else { Vec3::ONE },
     );
     let (w, h, height) = (60u32, 40u32, 2.0);
-    let camera = from_above(&solved.mesh, height, 32.0);
-    let c = composite(&solved.relit(), &camera, [w, h], None);
-    let surface = Surface::new(&solved.scene, &solved.mesh);
-    let relit = solved.relit();
-    let change: Vec<Vec4> = (0..64).map(|k| relit.delta(k).extend(0.0)).collect();
+    let camera = camera_from_above(&solved.mesh, height, 32.0);
+    let c = render_composite(&solved.as_relit(), &camera, [w, h], None);
+    let surface = InterpolationSurface::new(&solved.scene, &solved.mesh);
+    let relit = solved.as_relit();
+    let change: Vec<Vec4> = (0..64).map(|k| relit.radiosity_change(k).extend(0.0)).collect();
     let field = surface.interpolate(&change);
-    // The picture's half height on the floor, and a sample's place there.
+    // Half the picture's height on the floor.
     let half = height * 16f64.to_radians().tan();
     let (mut touched, mut deep) = (0, 0);
     for k in 0..w * h {
         let (x, y) = (f64::from(k % w), f64::from(k / w));
-        // One face fills it: a few of the sixteen places tell.
+        // One face fills the picture: a few of the sixteen samples suffice.
         let sample = |s: usize| {
             let [a, b] = [s % 4, s / 4].map(|i| (i as f64 + 0.5) / 4.0);
             let right = (2.0 * (x + a) - f64::from(w)) / f64::from(h) * half;
             let down = (2.0 * (y + b) - f64::from(h)) / f64::from(h) * half;
-            let place = solved.mesh.local(DVec3::new(-right, 0.0, -down));
-            field.at(0, place)
+            let place = solved.mesh.local_point(DVec3::new(-right, 0.0, -down));
+            field.value_at(0, place)
         };
-        let expected = FEW.map(sample).iter().sum::<DVec3>().as_vec3() / 4.0 / PI;
+        let expected = SPARSE_SAMPLES.map(sample).iter().sum::<DVec3>().as_vec3() / 4.0 / PI;
         let k = k as usize;
         let got = c.composite[k] - c.background[k];
         assert!((got - expected).length() < 1e-6, "{k}: {got} {expected}");
         if expected == Vec3::ZERO {
-            assert_eq!(bits(&c.composite[k..=k]), bits(&c.background[k..=k]));
+            assert_eq!(pixel_bits(&c.composite[k..=k]), pixel_bits(&c.background[k..=k]));
         } else {
             touched += 1;
         }
@@ -80,80 +80,75 @@ fn a_planted_shadow_darkens_its_pixels_by_what_was_taken() {
     }
     assert!(touched > 200 && deep > 100, "{touched} {deep}");
     assert_eq!(c.negative, 0);
-    // More taken than there is, where B₀ tells nothing of it: counted, and black.
+    // A loss larger than the light, where B₀ is unknown: counted, and black.
     let mut below = solved;
     below.before.fill(Vec4::splat(0.1));
     below.after.radiosity.fill(Vec4::splat(0.1));
     below.before[9].x = 0.0;
     below.after.radiosity[9].x = -0.05;
     let backdrop = |_: DVec3| Vec3::splat(0.001);
-    let c = composite(&below.relit(), &camera, [w, h], Some(&backdrop));
+    let c = render_composite(&below.as_relit(), &camera, [w, h], Some(&backdrop));
     let taken = c.change.iter().zip(&c.background);
-    let under = taken
-        .filter(|(change, seen)| (**change + **seen).x < 0.0)
-        .count();
+    let under = taken.filter(|(change, seen)| (**change + **seen).x < 0.0).count();
     assert!(c.negative == under && under > 0, "{under} {}", c.negative);
     assert!(c.composite.iter().all(|v| v.min_element() >= 0.0));
 }
 
 #[test]
-fn a_photograph_is_multiplied_by_what_light_changes() {
-    // A grey floor as the model has it, a green one in the photograph: a shadow to the right, and in its
-    // far part a place of which B₀ tells nothing.
+fn photograph_is_multiplied_by_the_light_ratio() {
+    // The model's floor is grey, the photograph's green. There is a shadow on the right, and B₀ is unknown in the
+    // far part.
     let dark = |p: DVec3| p.x < 0.0;
     let unknown = |p: DVec3| p.z > 0.25;
-    let left = Vec3::new(0.3, 0.4, 0.5);
+    let shadow = Vec3::new(0.3, 0.4, 0.5);
     let gain = Vec3::new(0.2, 0.1, 0.0);
     let before = |_: u32, p: DVec3| if unknown(p) { Vec3::ZERO } else { Vec3::ONE };
     let after = |_: u32, p: DVec3| match (unknown(p), dark(p)) {
         (true, _) => gain,
-        (false, true) => left,
+        (false, true) => shadow,
         (false, false) => Vec3::ONE,
     };
-    let solved = by_hand(scene("floor", vec![floor()]), 1, 16, before, after);
+    let solved = room_by_hand(named_scene("floor", vec![square_floor()]), 1, 16, before, after);
     let green = Vec3::new(0.02, 0.5, 0.04);
     let backdrop = |_: DVec3| green;
     let (w, h, height) = (60u32, 40u32, 2.0);
-    let camera = from_above(&solved.mesh, height, 32.0);
-    let c = composite(&solved.relit(), &camera, [w, h], Some(&backdrop));
+    let camera = camera_from_above(&solved.mesh, height, 32.0);
+    let c = render_composite(&solved.as_relit(), &camera, [w, h], Some(&backdrop));
     let half = height * 16f64.to_radians().tan();
     let mut found = [0; 3];
     for (k, got) in c.composite.iter().enumerate() {
         let (x, y) = ((k % 60) as f64 + 0.5, (k / 60) as f64 + 0.5);
         let right = (2.0 * x - f64::from(w)) / f64::from(h) * half;
         let place = DVec3::new(-right, 0.0, -(2.0 * y - f64::from(h)) / f64::from(h) * half);
-        // A texel from the borders, where nothing is interpolated between the parts.
+        // Skips a texel at the borders, where values are interpolated between the parts.
         if place.x.abs() < 0.14 || (place.z - 0.25).abs() < 0.14 {
             continue;
         }
         let (part, expected) = match (unknown(place), dark(place)) {
             (true, _) => (0, green + gain / PI),
-            (false, true) => (1, green * left),
+            (false, true) => (1, green * shadow),
             (false, false) => (2, green),
         };
         found[part] += 1;
-        assert!(
-            (*got - expected).length() < 1e-6,
-            "{place}: {got} {expected}"
-        );
+        assert!((*got - expected).length() < 1e-6, "{place}: {got} {expected}");
     }
     assert!(found.iter().all(|count| *count > 100), "{found:?}");
     assert_eq!(c.negative, 0);
     assert!(c.composite.iter().all(|v| v.min_element() >= 0.0));
 }
 
-/// Corners of a picture's pixels from those of the scene, x right and y down.
+/// Projects a point of the scene to the picture's pixels, x right and y down.
 fn project(camera: &Camera, mesh: &Mesh, [w, h]: [u32; 2], point: DVec3) -> DVec2 {
     let forward = (camera.target - camera.eye).as_dvec3().normalize();
     let right = forward.cross(camera.up.as_dvec3()).normalize();
     let up = right.cross(forward);
-    let p = mesh.local(point) - camera.eye.as_dvec3();
+    let p = mesh.local_point(point) - camera.eye.as_dvec3();
     let extent = (f64::from(camera.fov_degrees).to_radians() / 2.0).tan();
     let scale = f64::from(h) / 2.0 / (extent * p.dot(forward));
     DVec2::new(f64::from(w), f64::from(h)) / 2.0 + DVec2::new(p.dot(right), -p.dot(up)) * scale
 }
 
-/// The convex hull, clockwise or not.
+/// Returns the convex hull, in either sense of rotation.
 fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let mut hull: Vec<DVec2> = Vec::new();
@@ -178,41 +173,25 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
 }
 
 #[test]
-fn the_mask_is_the_silhouette() {
+fn mask_equals_projected_silhouette() {
     let solved = {
-        let mut faces = room(
-            DVec3::ZERO,
-            DVec3::splat(4.0),
-            true,
-            Vec3::ZERO,
-            Vec3::ONE * 0.5,
-        );
+        let mut faces = box_faces(DVec3::ZERO, DVec3::splat(4.0), true, Vec3::ZERO, Vec3::ONE * 0.5);
         let (low, high) = (DVec3::new(1.3, 0.0, 1.6), DVec3::new(2.4, 1.7, 2.5));
-        faces.extend(room(low, high, false, Vec3::ZERO, Vec3::ONE * 0.5));
-        by_hand(
-            scene("box", faces),
-            6,
-            4,
-            |_, _| Vec3::ONE,
-            |_, _| Vec3::ONE,
-        )
+        faces.extend(box_faces(low, high, false, Vec3::ZERO, Vec3::ONE * 0.5));
+        room_by_hand(named_scene("box", faces), 6, 4, |_, _| Vec3::ONE, |_, _| Vec3::ONE)
     };
     let size = [150, 100];
     let target = DVec3::new(1.9, 0.9, 2.0);
     let camera = camera_at(&solved.mesh, DVec3::new(3.6, 2.9, 0.4), target, 60.0);
-    let c = composite(&solved.relit(), &camera, size, None);
+    let c = render_composite(&solved.as_relit(), &camera, size, None);
     let corners = solved.scene.faces[6..].iter().flat_map(|f| f.corners);
-    let outline = hull(
-        corners
-            .map(|p| project(&camera, &solved.mesh, size, p))
-            .collect(),
-    );
+    let outline = hull(corners.map(|p| project(&camera, &solved.mesh, size, p)).collect());
     assert_eq!(outline.len(), 6);
     let edges = || (0..outline.len()).map(|k| (outline[k], outline[(k + 1) % outline.len()]));
     let area: f64 = edges().map(|(a, b)| a.perp_dot(b) / 2.0).sum();
     let length: f64 = edges().map(|(a, b)| a.distance(b)).sum();
     let covered: f64 = c.mask.iter().map(|m| f64::from(*m)).sum();
-    // Each pixel on the silhouette may be wrong by a part of a sample row; they average out.
+    // Each pixel on the silhouette may be off by a part of a sample row; the errors average out.
     assert!(
         abs_diff_eq!(covered, area, epsilon = 0.05 * length),
         "{covered} {area} {length}"
@@ -228,18 +207,18 @@ fn the_mask_is_the_silhouette() {
 }
 
 #[test]
-fn a_constant_backdrop_stays_constant() {
-    let mut solved = Solved::new(lit_room(), 6);
+fn constant_backdrop_stays_constant() {
+    let mut solved = SolvedRoom::new(lit_room(), 6);
     solved.before = solved.after.radiosity.clone();
     let constant = Vec3::new(0.5, 1.25, 3.0);
     let backdrop = |_: DVec3| constant;
-    let camera = camera_for(&solved.relit());
+    let camera = automatic_camera(&solved.as_relit());
     for eye in [None, Some(DVec3::new(1.0, 1.0, 1.0))] {
-        let relit = Relit {
+        let relit = RelitScene {
             eye,
-            ..solved.relit()
+            ..solved.as_relit()
         };
-        let c = composite(&relit, &camera, [60, 40], Some(&backdrop));
+        let c = render_composite(&relit, &camera, [60, 40], Some(&backdrop));
         assert!(c.background.iter().all(|v| *v == constant));
         let open = c.composite.iter().zip(&c.mask).filter(|(_, m)| **m == 0.0);
         assert!(open.clone().count() > 100 && open.clone().all(|(v, _)| *v == constant));
@@ -247,7 +226,7 @@ fn a_constant_backdrop_stays_constant() {
     }
 }
 
-/// Which wall of the box from −half to half a ray from inside it ends at: axis, side.
+/// Returns axis and side of the wall of the box from −half to half at which a ray from inside ends.
 fn wall(half: DVec3, origin: DVec3, direction: DVec3) -> (usize, bool) {
     let exit = |k: usize| {
         let end = half[k].copysign(direction[k]);
@@ -258,36 +237,29 @@ fn wall(half: DVec3, origin: DVec3, direction: DVec3) -> (usize, bool) {
 }
 
 #[test]
-fn the_photograph_stays_on_the_walls_when_the_camera_leaves_the_eye() {
+fn photograph_stays_on_the_walls_for_other_cameras() {
     let half = DVec3::new(2.0, 1.5, 3.0);
-    let faces = room(-half, half, true, Vec3::ZERO, Vec3::ONE * 0.5);
-    let solved = by_hand(
-        scene("hall", faces),
-        6,
-        2,
-        |_, _| Vec3::ONE,
-        |_, _| Vec3::ONE,
-    );
+    let faces = box_faces(-half, half, true, Vec3::ZERO, Vec3::ONE * 0.5);
+    let solved = room_by_hand(named_scene("hall", faces), 6, 2, |_, _| Vec3::ONE, |_, _| Vec3::ONE);
     let eye = DVec3::new(0.3, -0.2, 0.5);
-    let colour =
-        |(axis, side): (usize, bool)| Vec3::splat((1 + 2 * axis + usize::from(side)) as f32);
+    let colour = |(axis, side): (usize, bool)| Vec3::splat((1 + 2 * axis + usize::from(side)) as f32);
     let photograph = |d: DVec3| colour(wall(half, eye, d));
-    let relit = Relit {
+    let relit = RelitScene {
         eye: Some(eye),
-        ..solved.relit()
+        ..solved.as_relit()
     };
     let size = [150, 100];
     let place = DVec3::new(-1.4, 0.9, -2.0);
     for place in [eye, place] {
         let camera = camera_at(&solved.mesh, place, DVec3::new(1.9, -1.0, 2.0), 85.0);
-        let c = composite(&relit, &camera, size, Some(&photograph));
-        assert_eq!(bits(&c.composite), bits(&c.background));
+        let c = render_composite(&relit, &camera, size, Some(&photograph));
+        assert_eq!(pixel_bits(&c.composite), pixel_bits(&c.background));
         let mut whole = 0;
         for (k, got) in c.background.iter().enumerate() {
             let corner = |dx: usize, dy: usize| {
                 let x = ((k % 150 + dx) as f32 * 2.0 - 150.0) / 100.0;
                 let y = 1.0 - (k / 150 + dy) as f32 * 2.0 / 100.0;
-                wall(half, place, camera.direction(x, y).as_dvec3())
+                wall(half, place, camera.ray_direction(x, y).as_dvec3())
             };
             let seen = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
             if seen.iter().all(|wall| *wall == seen[0]) {
@@ -300,8 +272,8 @@ fn the_photograph_stays_on_the_walls_when_the_camera_leaves_the_eye() {
 }
 
 #[test]
-fn a_pixel_on_an_edge_is_a_mix() {
-    // An upright edge of a square above the floor, a quarter of a pixel from a pixel's border.
+fn edge_pixel_is_mixed_by_coverage() {
+    // An edge of a square above the floor, a quarter of a pixel from a pixel's border.
     let (size, height) = ([40, 20], 2.0);
     let pixel = 2.0 * height * 20f64.to_radians().tan() / 20.0;
     let scene_with = |z: f64| {
@@ -310,66 +282,50 @@ fn a_pixel_on_an_edge_is_a_mix() {
         let p = |x: f64, z: f64| DVec3::new(x * near, y, z * near);
         let corners = [p(-0.2, z), p(-0.2, 0.3), p(0.2, 0.3), p(0.2, z)];
         let square = Face::quad("square", corners, Vec3::ZERO, Vec3::splat(0.5));
-        scene("square", vec![floor(), square])
+        named_scene("square", vec![square_floor(), square])
     };
     // Down in the picture is −z: the square's lower edge covers a quarter of row 12.
     let scene = scene_with(-2.25 * pixel);
     let value = |face: u32, _: DVec3| Vec3::splat([1.0, 5.0][face as usize]) * PI;
-    let solved = by_hand(scene, 1, 3, value, value);
-    let camera = from_above(&solved.mesh, height, 40.0);
-    let c = composite(&solved.relit(), &camera, size, None);
+    let solved = room_by_hand(scene, 1, 3, value, value);
+    let camera = camera_from_above(&solved.mesh, height, 40.0);
+    let c = render_composite(&solved.as_relit(), &camera, size, None);
     let column: Vec<f32> = (0..20).map(|row| c.mask[row * 40 + 20]).collect();
     assert_eq!(column[11..14], [1.0, 0.25, 0.0]);
     let value = c.composite[12 * 40 + 20];
-    assert!(
-        (value - Vec3::splat(0.25 * 5.0 + 0.75)).length() < 1e-5,
-        "{value}"
-    );
+    assert!((value - Vec3::splat(0.25 * 5.0 + 0.75)).length() < 1e-5, "{value}");
     assert!((c.background[12 * 40 + 20] - Vec3::ONE).length() < 1e-6);
-    // Beyond the floor there is nothing: transparent, and premultiplied.
+    // Beyond the floor the picture is transparent, with premultiplied alpha.
     assert_eq!(c.coverage[1][0], 0.0);
     assert_eq!(c.composite[0], Vec3::ZERO);
     let mut rim = 0;
-    for (k, share) in c.coverage[1]
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| c.mask[*k] == 0.0)
-    {
-        assert!(
-            (c.composite[k] - Vec3::splat(*share)).length() < 1e-5,
-            "{k} {share}"
-        );
+    for (k, share) in c.coverage[1].iter().enumerate().filter(|(k, _)| c.mask[*k] == 0.0) {
+        assert!((c.composite[k] - Vec3::splat(*share)).length() < 1e-5, "{k} {share}");
         rim += u32::from(*share > 0.0 && *share < 1.0);
     }
     assert!(rim >= 40, "{rim}");
 }
 
 #[test]
-fn normals_of_the_file_tell_which_edges_are_round() {
+fn file_normals_decide_smooth_edges() {
     let roof = |normals: [Option<[Vec3; 4]>; 2]| {
         let p = |x: f64, y: f64| [DVec3::new(x, y, -0.2), DVec3::new(x, y, 0.2)];
         let ([a, b], [c, d], [e, f]) = (p(-0.3, 0.1), p(0.0, 0.5), p(0.3, 0.1));
         let mut faces = vec![
-            floor(),
+            square_floor(),
             Face::quad("left", [a, b, d, c], Vec3::ZERO, Vec3::splat(0.5)),
             Face::quad("right", [c, d, f, e], Vec3::ZERO, Vec3::splat(0.5)),
         ];
         for (face, normals) in faces[1..].iter_mut().zip(normals) {
-            face.normals = normals;
+            face.corner_normals = normals;
         }
-        let solved = by_hand(
-            scene("roof", faces),
-            1,
-            1,
-            |_, _| Vec3::ONE,
-            |_, _| Vec3::ONE,
-        );
-        let pairs = surface(&solved.relit()).pairs.clone();
+        let solved = room_by_hand(named_scene("roof", faces), 1, 1, |_, _| Vec3::ONE, |_, _| Vec3::ONE);
+        let pairs = welded_surface(&solved.as_relit()).pairs.clone();
         pairs.contains(&(1, 2))
     };
     let (left, right) = (Vec3::new(-0.8, 0.6, 0.0), Vec3::new(0.8, 0.6, 0.0));
     let ridge = Vec3::Y;
-    // Sharp without normals and with those of the faces; round where both have the same at the ridge.
+    // The ridge is sharp without normals and with face normals, smooth if both faces have the same normal there.
     assert!(!roof([None, None]));
     assert!(!roof([Some([left; 4]), Some([right; 4])]));
     assert!(!roof([Some([left, left, ridge, ridge]), None]));

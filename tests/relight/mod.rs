@@ -1,6 +1,6 @@
 //! Relighting, and the picture of a relit room.
 
-mod asked;
+mod adaptive;
 mod composite;
 mod paper;
 mod scene;

@@ -1,31 +1,31 @@
-//! What belongs to the picture of a relit room: shading, cameras, odd input, files and report.
+//! Pictures of a relit room: shading, cameras, degenerate input, files and report.
 
 use approx::abs_diff_eq;
 use common::scene::Face;
-use common::solution::pixels::Planes;
+use common::solution::pixels::ImagePlanes;
 use glam::{DVec3, Vec3};
-use oracle::relight::camera::{camera_at, camera_for};
-use oracle::relight::composite::composite;
-use oracle::relight::page::{Report, html};
-use oracle::relight::pictures::Pictures;
-use oracle::relight::surfaces::{Renders, surface};
-use oracle::relight::thumbnail::thumbnail;
-use oracle::relight::{Backdrop, Relit, files};
-use oracle::show::tone::Curve;
-use oracle::show::view::surface::Ring;
-use radiosity_tests::relit::{Solved, bits, by_hand, finite, floor};
-use radiosity_tests::{lit_room, room, scene};
+use radiosity::relight::camera::{automatic_camera, camera_at};
+use radiosity::relight::composite::render_composite;
+use radiosity::relight::page::{RelightPage, render_report};
+use radiosity::relight::pictures::RelightPictures;
+use radiosity::relight::radiance::{RelitRadiance, welded_surface};
+use radiosity::relight::thumbnail::render_thumbnail;
+use radiosity::relight::{Backdrop, RelitScene, files};
+use radiosity::report::tone_mapping::ToneCurve;
+use radiosity::report::view::interpolation::KnotCache;
+use radiosity_tests::composites::{SolvedRoom, is_finite, pixel_bits, room_by_hand, square_floor};
+use radiosity_tests::{box_faces, lit_room, named_scene};
 use std::f32::consts::PI;
 
 #[test]
-fn the_composite_of_a_scene_is_its_full_render() {
-    let solved = Solved::new(lit_room(), 6);
-    let relit = solved.relit();
-    let camera = camera_for(&relit);
-    let c = composite(&relit, &camera, [90, 60], None);
-    // The same with nothing to add: the relit room itself is the background.
-    let full = composite(
-        &Relit {
+fn composite_of_a_scene_equals_its_full_render() {
+    let solved = SolvedRoom::new(lit_room(), 6);
+    let relit = solved.as_relit();
+    let camera = automatic_camera(&relit);
+    let c = render_composite(&relit, &camera, [90, 60], None);
+    // With the relit room itself as the background there is no change to add.
+    let full = render_composite(
+        &RelitScene {
             before: &solved.after.radiosity,
             ..relit
         },
@@ -39,15 +39,15 @@ fn the_composite_of_a_scene_is_its_full_render() {
     let share = c.mask.iter().sum::<f32>() / c.mask.len() as f32;
     assert!(share > 0.02 && share < 0.7, "{share}");
     assert!(c.change.iter().any(|v| v.x < 0.0));
-    assert!(finite(&c) && c.negative == 0);
-    // The lamp is in the picture, and white is not made for it.
+    assert!(is_finite(&c) && c.negative == 0);
+    // The lamp is in the picture, but does not set the white point.
     let lamp = solved.scene.faces[1].emission / PI;
     let shown = c.background.iter().zip(&c.dark[0]);
     let bright = shown.filter(|(v, _)| v.cmpgt(lamp).all());
     assert!(bright.clone().count() > 100 && bright.clone().all(|(_, dark)| *dark < 0.5));
     let mut blind = c.clone();
     blind.dark = c.coverage.clone();
-    assert!(files::exposure(&c).white < 0.8 * files::exposure(&blind).white);
+    assert!(files::choose_exposure(&c).white < 0.8 * files::choose_exposure(&blind).white);
 }
 
 /// A ball of 2·n·(n − 1) triangles, from south to north.
@@ -59,12 +59,7 @@ fn ball(centre: DVec3, radius: f64, n: u32) -> Vec<Face> {
     };
     let mut faces = Vec::new();
     let mut add = |corners: [DVec3; 3]| {
-        faces.push(Face::triangle(
-            "ball",
-            corners,
-            Vec3::ZERO,
-            Vec3::splat(0.6),
-        ));
+        faces.push(Face::triangle("ball", corners, Vec3::ZERO, Vec3::splat(0.6)));
     };
     for j in 0..n {
         for i in 0..n {
@@ -82,29 +77,29 @@ fn ball(centre: DVec3, radius: f64, n: u32) -> Vec<Face> {
 }
 
 #[test]
-fn light_passes_the_edges_of_a_ball_and_not_those_of_a_box() {
+fn light_is_continuous_over_edges_of_a_ball_but_not_of_a_box() {
     let step = |object: Vec<Face>| {
-        let mut faces = vec![floor()];
+        let mut faces = vec![square_floor()];
         faces.extend(object);
         let value = |face: u32, p: DVec3| Vec3::splat(1.0 + face as f32 * 0.01 + p.y as f32);
-        let solved = by_hand(scene("object", faces), 1, 1, value, value);
-        let relit = solved.relit();
-        let surface = surface(&relit);
-        let renders = Renders::new(&relit, &surface);
+        let solved = room_by_hand(named_scene("object", faces), 1, 1, value, value);
+        let relit = solved.as_relit();
+        let surface = welded_surface(&relit);
+        let renders = RelitRadiance::new(&relit, &surface);
         let (mut largest, mut edges) = (0f32, 0);
         for (a, b) in surface.pairs.iter().copied() {
-            for k in 0..surface.patches[a as usize].edges() {
-                let [from, to] = surface.patches[a as usize].edge(k);
-                let both = (0..surface.patches[b as usize].edges()).any(|l| {
-                    let [start, end] = surface.patches[b as usize].edge(l);
+            for k in 0..surface.face_grids[a as usize].edge_count() {
+                let [from, to] = surface.face_grids[a as usize].edge_ends(k);
+                let both = (0..surface.face_grids[b as usize].edge_count()).any(|l| {
+                    let [start, end] = surface.face_grids[b as usize].edge_ends(l);
                     start.distance(to) < 1e-6 && end.distance(from) < 1e-6
                 });
                 for share in [0.1, 0.3, 0.5, 0.8].into_iter().filter(|_| both) {
                     let point = from.lerp(to, share);
                     let at = |face: u32| {
-                        renders.radiance(&renders.stencil(
-                            &mut Ring::default(),
-                            renders.texel(face, point),
+                        renders.radiance_at(&renders.stencil_at(
+                            &mut KnotCache::default(),
+                            renders.texel_at(face, point),
                             point,
                         ))
                     };
@@ -117,89 +112,76 @@ fn light_passes_the_edges_of_a_ball_and_not_those_of_a_box() {
     };
     let (largest, edges) = step(ball(DVec3::Y * 0.5, 0.4, 16));
     assert!(edges > 1000 && largest < 1e-5, "{largest} {edges}");
-    let cube = room(
-        DVec3::ONE * 0.1,
-        DVec3::ONE * 0.4,
-        false,
-        Vec3::ZERO,
-        Vec3::ONE * 0.5,
-    );
+    let cube = box_faces(DVec3::ONE * 0.1, DVec3::ONE * 0.4, false, Vec3::ZERO, Vec3::ONE * 0.5);
     assert_eq!(step(cube).1, 0);
 }
 
 #[test]
-fn the_noise_of_single_facets_is_averaged() {
-    let mut faces = vec![floor()];
+fn noise_of_facets_is_averaged() {
+    let mut faces = vec![square_floor()];
     faces.extend(ball(DVec3::Y * 0.5, 0.4, 16));
-    // A tenth up or down, without pattern.
+    // Pseudo-random, a tenth up or down.
     let noise = |face: u32| (face.wrapping_mul(2_654_435_761) >> 16 & 1) as f32 * 0.2 - 0.1;
     let value = |face: u32, _: DVec3| Vec3::splat(1.0 + noise(face));
-    let solved = by_hand(scene("ball", faces), 1, 1, value, value);
-    let relit = solved.relit();
-    let surface = surface(&relit);
-    let renders = Renders::new(&relit, &surface);
+    let solved = room_by_hand(named_scene("ball", faces), 1, 1, value, value);
+    let relit = solved.as_relit();
+    let surface = welded_surface(&relit);
+    let renders = RelitRadiance::new(&relit, &surface);
     let facets = &solved.mesh.texels[1..];
     let square = facets.iter().map(|t| {
         let point = t.position.as_dvec3();
-        let at = renders.stencil(&mut Ring::default(), renders.texel(t.face, point), point);
-        (renders.radiance(&at).x * PI - 1.0).powi(2)
+        let at = renders.stencil_at(&mut KnotCache::default(), renders.texel_at(t.face, point), point);
+        (renders.radiance_at(&at).x * PI - 1.0).powi(2)
     });
     let rms = (square.sum::<f32>() / facets.len() as f32).sqrt();
-    // Three corners with six facets each, some of them shared: 0.1/√(12…18).
+    // Three corners with six facets each, some of them shared: RMS 0.1/√(12…18).
     assert!(rms < 0.035, "{rms}");
 }
 
 #[test]
-fn lamps_and_rugs_keep_their_borders() {
+fn borders_of_lamps_and_rugs_stay_sharp() {
     let p = |x: f64, z: f64| DVec3::new(x, 0.0, z);
     let strip = |from: f64, emission: f32, reflectance: f32| {
         let to = from + 1.0;
         let corners = [p(from, 0.), p(from, 1.), p(to, 1.), p(to, 0.)];
-        Face::quad(
-            "strip",
-            corners,
-            Vec3::splat(emission),
-            Vec3::splat(reflectance),
-        )
+        Face::quad("strip", corners, Vec3::splat(emission), Vec3::splat(reflectance))
     };
     // Lamp, floor, floor, rug.
     let strips = [(20.0, 0.5), (0.0, 0.5), (0.0, 0.5), (0.0, 0.1)];
-    let faces = (0..)
-        .zip(strips)
-        .map(|(k, (e, r))| strip(f64::from(k), e, r));
+    let faces = (0..).zip(strips).map(|(k, (e, r))| strip(f64::from(k), e, r));
     let radiosity = |face: u32, place: DVec3| {
         let (emission, reflectance) = strips[face as usize];
-        // Light varies up to the rug; no border of two faces may show in it.
+        // Light varies linearly up to the rug; the border between two floors must not show.
         let slope = if face < 3 { place.x as f32 } else { 0.0 };
         Vec3::splat(emission + 2.0 * reflectance + slope)
     };
-    let solved = by_hand(scene("strips", faces.collect()), 4, 4, radiosity, radiosity);
-    let relit = solved.relit();
-    let surface = surface(&relit);
-    let renders = Renders::new(&relit, &surface);
+    let solved = room_by_hand(named_scene("strips", faces.collect()), 4, 4, radiosity, radiosity);
+    let relit = solved.as_relit();
+    let surface = welded_surface(&relit);
+    let renders = RelitRadiance::new(&relit, &surface);
     let at = |face: u32, x: f64| {
-        let point = solved.mesh.local(p(x, 0.4));
-        let at = renders.stencil(&mut Ring::default(), renders.texel(face, point), point);
-        renders.radiance(&at).x * PI
+        let point = solved.mesh.local_point(p(x, 0.4));
+        let at = renders.stencil_at(&mut KnotCache::default(), renders.texel_at(face, point), point);
+        renders.radiance_at(&at).x * PI
     };
     let close = |a: f32, b: f32| assert!(abs_diff_eq!(a, b, epsilon = 1e-4), "{a} {b}");
     close(at(0, 0.999), 20.0 + 1.0 + 0.999);
     close(at(1, 1.001), 1.0 + 1.001);
     close(at(1, 2.0), 3.0);
     close(at(2, 2.0), 3.0);
-    // The outermost half texels are level: nothing is known beyond them.
+    // The outermost half texels are constant, because there are no values beyond them.
     close(at(2, 2.999), 1.0 + 2.875);
     close(at(3, 3.001), 0.2);
     assert!(relit.is_light(0) && !relit.is_light(20));
 }
 
 #[test]
-fn cameras_see_the_object() {
+fn automatic_camera_sees_the_object() {
     let half = DVec3::new(2.0, 1.5, 3.0);
     let hall = |centre: DVec3, size: f64, eye: Option<DVec3>| {
-        let mut faces = room(-half, half, true, Vec3::ZERO, Vec3::ONE * 0.5);
+        let mut faces = box_faces(-half, half, true, Vec3::ZERO, Vec3::ONE * 0.5);
         let reach = DVec3::splat(size / 2.0);
-        faces.extend(room(
+        faces.extend(box_faces(
             centre - reach,
             centre + reach,
             false,
@@ -207,13 +189,13 @@ fn cameras_see_the_object() {
             Vec3::ONE * 0.5,
         ));
         let value = |_: u32, _: DVec3| Vec3::ONE;
-        let solved = by_hand(scene("hall", faces), 6, 2, value, value);
-        let relit = Relit {
+        let solved = room_by_hand(named_scene("hall", faces), 6, 2, value, value);
+        let relit = RelitScene {
             eye,
-            ..solved.relit()
+            ..solved.as_relit()
         };
-        let camera = camera_for(&relit);
-        let c = composite(&relit, &camera, [60, 40], None);
+        let camera = automatic_camera(&relit);
+        let c = render_composite(&relit, &camera, [60, 40], None);
         let place = camera.eye.as_dvec3() * solved.mesh.unit + solved.mesh.origin;
         assert!((35.0..=90.0).contains(&camera.fov_degrees), "{camera:?}");
         (place, c.mask.iter().sum::<f32>() / 2400.0)
@@ -221,28 +203,22 @@ fn cameras_see_the_object() {
     let on_floor = DVec3::new(0.5, -1.2, 1.5);
     let (place, share) = hall(on_floor, 0.6, Some(DVec3::ZERO));
     assert!(place.length() < 1e-5 && share > 0.02, "{place} {share}");
-    // In the object, and just outside it: a step back, but not out of the room.
+    // An eye inside or just outside the object moves back, but not out of the room.
     for eye in [on_floor, on_floor + DVec3::X * 0.5] {
         let (place, share) = hall(on_floor, 0.6, Some(eye));
-        assert!(
-            place.abs().cmplt(half).all() && share > 0.02,
-            "{place} {share}"
-        );
+        assert!(place.abs().cmplt(half).all() && share > 0.02, "{place} {share}");
         assert!(place.distance(on_floor) > 1.0, "{place}");
     }
     assert!(hall(on_floor, 0.6, None).1 > 0.005);
     let (place, share) = hall(DVec3::ZERO, 2.5, Some(DVec3::ZERO));
-    assert!(
-        place.abs().cmplt(half).all() && share > 0.05,
-        "{place} {share}"
-    );
-    // Too small to be seen from the eye: nearer.
+    assert!(place.abs().cmplt(half).all() && share > 0.05, "{place} {share}");
+    // An object too small to be seen from the eye: the camera moves nearer.
     let (place, share) = hall(DVec3::new(0.0, -1.49, 0.0), 0.02, Some(DVec3::ZERO));
     assert!(place.length() > 1.0 && share > 0.02, "{place} {share}");
 }
 
 #[test]
-fn odd_input_is_drawn_without_a_panic() {
+fn degenerate_input_is_drawn_without_panic() {
     let value = |_: u32, _: DVec3| Vec3::ONE;
     let mut faces = lit_room().faces;
     // Faces without area: a point and a line.
@@ -251,19 +227,19 @@ fn odd_input_is_drawn_without_a_panic() {
         faces.push(Face::quad("flat", corners, Vec3::ZERO, Vec3::splat(0.5)));
     }
     for room in [0, 6, 12, 14, 99] {
-        let mut solved = by_hand(scene("odd", faces.clone()), room, 3, value, value);
+        let mut solved = room_by_hand(named_scene("odd", faces.clone()), room, 3, value, value);
         for short in [false, true] {
             if short {
                 solved.before.clear();
                 solved.after.radiosity.truncate(7);
             }
-            let relit = solved.relit();
+            let relit = solved.as_relit();
             let still = camera_at(&solved.mesh, DVec3::ONE, DVec3::ONE, 50.0);
-            for camera in [camera_for(&relit), still] {
-                let c = composite(&relit, &camera, [12, 8], None);
-                assert!(finite(&c));
-                assert!(files::exposure(&c).white > 0.0);
-                let none = composite(&relit, &camera, [0, 8], None);
+            for camera in [automatic_camera(&relit), still] {
+                let c = render_composite(&relit, &camera, [12, 8], None);
+                assert!(is_finite(&c));
+                assert!(files::choose_exposure(&c).white > 0.0);
+                let none = render_composite(&relit, &camera, [0, 8], None);
                 assert!(none.composite.is_empty());
             }
         }
@@ -271,41 +247,37 @@ fn odd_input_is_drawn_without_a_panic() {
 }
 
 #[test]
-fn the_files_hold_the_pictures_and_the_page_needs_nothing_else() {
-    let solved = Solved::new(lit_room(), 6);
+fn files_hold_the_pictures_and_the_page_is_self_contained() {
+    let solved = SolvedRoom::new(lit_room(), 6);
     let dir = std::env::temp_dir().join(format!("composite-{}", std::process::id()));
     std::fs::create_dir_all(&dir).unwrap();
     let panorama = |d: DVec3| (d.as_vec3() + 1.5) * 0.37;
     for backdrop in [None, Some(&panorama as Backdrop)] {
-        let relit = Relit {
+        let relit = RelitScene {
             eye: backdrop.map(|_| DVec3::new(1.5, 1.0, 3.0)),
-            ..solved.relit()
+            ..solved.as_relit()
         };
-        let camera = camera_for(&relit);
+        let camera = automatic_camera(&relit);
         let size = [90, 60];
-        let c = composite(&relit, &camera, size, backdrop);
-        files::write(&dir, &c, files::exposure(&c)).unwrap();
+        let c = render_composite(&relit, &camera, size, backdrop);
+        files::write_pictures(&dir, &c, files::choose_exposure(&c)).unwrap();
         for (name, colours) in [("composite", &c.composite), ("background", &c.background)] {
-            let planes = Planes::read(&dir.join(name).with_extension("exr"), 1 << 20).unwrap();
+            let planes = ImagePlanes::read(&dir.join(name).with_extension("exr"), 1 << 20).unwrap();
             assert_eq!([planes.width, planes.height], [90, 60]);
-            let [r, g, b] = planes.colours("").unwrap();
+            let [r, g, b] = planes.colour_planes("").unwrap();
             let read: Vec<Vec3> = (0..r.len()).map(|k| Vec3::new(r[k], g[k], b[k])).collect();
-            assert_eq!(bits(&read), bits(colours));
-            assert_eq!(
-                planes.channels.contains_key("A"),
-                backdrop.is_none(),
-                "{name}"
-            );
+            assert_eq!(pixel_bits(&read), pixel_bits(colours));
+            assert_eq!(planes.channels.contains_key("A"), backdrop.is_none(), "{name}");
         }
         let png = std::fs::read(dir.join("composite.png")).unwrap();
         assert!(png.starts_with(b"\x89PNG"));
-        let page = html(&Report {
+        let page = render_report(&RelightPage {
             room: "lit <room>",
             objects: &["box.obj".into()],
             settings: &[("method".into(), "signed".into())],
             relit: &relit,
             composite: &c,
-            pictures: &Pictures::new(&relit, &c, files::exposure(&c).opened(1.0, Curve::Filmic)),
+            pictures: &RelightPictures::new(&relit, &c, files::choose_exposure(&c).opened_by(1.0, ToneCurve::Filmic)),
             camera,
             energy: None,
             map_shots: 24,
@@ -315,21 +287,14 @@ fn the_files_hold_the_pictures_and_the_page_needs_nothing_else() {
             seconds: &[("load", 0.1), ("solve", 2.5)],
             warnings: &[],
             notes: &["a note".into()],
-            thumbnail: backdrop.map(|backdrop| thumbnail(backdrop, 64)),
-            around: "<div class=\"viewer\"></div>",
+            thumbnail: backdrop.map(|backdrop| render_thumbnail(backdrop, 64)),
+            viewer: "<div class=\"viewer\"></div>",
         });
-        for wanted in [
-            "lit &lt;room&gt;",
-            "box.obj",
-            "1\u{202f}234",
-            "a note",
-            "signed",
-            "−z",
-        ] {
+        for wanted in ["lit &lt;room&gt;", "box.obj", "1\u{202f}234", "a note", "signed", "−z"] {
             let panorama = wanted != "−z" || backdrop.is_some();
             assert_eq!(page.contains(wanted), panorama, "{wanted}");
         }
-        // Without the pictures: in their letters anything may stand.
+        // Without the encoded pictures, which may contain any text.
         let text = page.split("base64,").enumerate().map(|(k, part)| {
             let end = if k == 0 { 0 } else { part.find('"').unwrap() };
             &part[end..]

@@ -1,4 +1,4 @@
-//! Hard scenes, odd units, and what is said of an answer that cannot be trusted.
+//! Hard scenes, odd units, and the warnings and error estimates of answers that cannot be trusted.
 
 mod estimate;
 mod refused;

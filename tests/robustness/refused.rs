@@ -1,24 +1,24 @@
-//! Settings that would have no effect are refused, not ignored.
+//! Settings without effect are refused, not ignored.
 
 use common::Error;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::settings::{Iteration, Schedule, Settings, Transport, Visibility};
-use common::shooting::{Restart, Rule, Subtracted, initial, solve};
+use common::shooting::{DepositRule, Restart, SubtractedLink, initial_field, shoot_until_converged};
 use cpu::CpuSolver;
 use gpu::GpuSolver;
 use oracle::solve::dense;
-use oracle::solve::watch::unwatched;
-use radiosity_tests::engines::{drawn, gpu, mesh_of};
+use oracle::solve::progress::without_progress;
+use radiosity_tests::engines::{item_buffer, mesh_of, open_gpu};
 use radiosity_tests::furnace;
 use std::ops::ControlFlow;
 
-fn refused<T>(result: Result<T, Error>) -> bool {
+fn is_usage_error<T>(result: Result<T, Error>) -> bool {
     matches!(result, Err(Error::Usage(_)))
 }
 
 #[test]
-fn single_shots_have_no_other_iteration() {
+fn single_shots_refuse_other_iterations() {
     let mesh = mesh_of(&furnace(0.5));
     for iteration in [Iteration::Chebyshev, Iteration::Cg] {
         let schedule = Schedule {
@@ -26,25 +26,24 @@ fn single_shots_have_no_other_iteration() {
             ..Schedule::default()
         };
         let mut engine = CpuSolver::new(&mesh, &Transport::default());
-        let mut shoot = |schedule: &Schedule| {
-            solve(&mut engine, schedule, &mut |_, _| ControlFlow::Continue(()))
-        };
-        assert!(refused(shoot(&schedule)), "{iteration:?}");
-        assert!(shoot(&schedule.one_by_one()).is_ok());
+        let mut shoot =
+            |schedule: &Schedule| shoot_until_converged(&mut engine, schedule, &mut |_, _| ControlFlow::Continue(()));
+        assert!(is_usage_error(shoot(&schedule)), "{iteration:?}");
+        assert!(shoot(&schedule.with_southwell()).is_ok());
     }
 }
 
-/// What a link was had another closure than what it is.
+/// A link without objects has another closure than the same link with them, so both cannot be scaled alike.
 #[test]
-fn links_that_are_compared_are_not_scaled() {
+fn comparing_links_refuses_conserve() {
     let mesh = mesh_of(&furnace(0.5));
-    let field = initial(&mesh, "");
+    let field = initial_field(&mesh, "");
     let black = vec![glam::Vec3::ZERO; mesh.texels.len()];
-    let gpu = gpu();
-    let compared = Rule {
+    let gpu = open_gpu();
+    let compared = DepositRule {
         captured: true,
-        subtracted: Subtracted::Before,
-        keep: true,
+        subtracted: SubtractedLink::Before,
+        reshoot: true,
     };
     for conserve in [false, true] {
         let transport = Transport {
@@ -56,44 +55,50 @@ fn links_that_are_compared_are_not_scaled() {
             Box::new(GpuSolver::new(&gpu, &mesh, &transport).unwrap()),
         ];
         for mut engine in engines {
-            assert!(engine.restart(Rule::PLAIN, &black, &field).is_ok());
-            let restarted = engine.restart(compared, &black, &field);
-            assert_eq!(refused(restarted), conserve);
+            assert!(engine.restart_from(DepositRule::FULL_DEPOSIT, &black, &field).is_ok());
+            let restarted = engine.restart_from(compared, &black, &field);
+            assert_eq!(is_usage_error(restarted), conserve);
         }
     }
 }
 
 #[test]
-fn the_matrix_obeys_texels_alone() {
+fn dense_solver_refuses_settings_other_than_texels() {
     let scene = furnace(0.5);
-    let solve = |settings: &Settings| dense::solve(&scene, settings, &unwatched());
-    let obeyed = dense::settings(2);
+    let solve = |settings: &Settings| dense::solve_dense(&scene, settings, &without_progress());
+    let obeyed = dense::dense_settings(2);
     assert!(solve(&obeyed).is_ok());
-    let mut cells = obeyed;
-    cells.meshing.cells = 2;
+    let mut patches = obeyed;
+    patches.meshing.patches = 2;
     let mut samples = obeyed;
     samples.meshing.samples = 4;
     let mut disc = obeyed;
     disc.transport.form_factor = FormFactor::Disc;
     let mut conserved = obeyed;
     conserved.transport.conserve = true;
-    for settings in [cells, samples, disc, conserved, obeyed.by(drawn(64))] {
-        assert!(refused(solve(&settings)), "{settings:?}");
+    for settings in [
+        patches,
+        samples,
+        disc,
+        conserved,
+        obeyed.with_visibility(item_buffer(64)),
+    ] {
+        assert!(is_usage_error(solve(&settings)), "{settings:?}");
     }
 }
 
-/// Rays draw nothing: there are no pixels to be read.
+/// Rays draw no item buffer, so no pixels can be read.
 #[test]
-fn rays_leave_no_item_buffer() {
+fn item_buffer_is_empty_with_rays() {
     let mesh: Mesh = mesh_of(&furnace(0.5));
-    let gpu = gpu();
-    for (visibility, pixels) in [(Visibility::Rays, 0), (drawn(32), 32 * 32)] {
+    let gpu = open_gpu();
+    for (visibility, pixels) in [(Visibility::Rays, 0), (item_buffer(32), 32 * 32)] {
         let transport = Transport {
             visibility,
             ..Transport::default()
         };
         let mut engine = GpuSolver::new(&gpu, &mesh, &transport).unwrap();
         common::shooting::Shoot::shoot(&mut engine, 0).unwrap();
-        assert_eq!(engine.item_buffer().unwrap().len(), pixels);
+        assert_eq!(engine.read_item_buffer().unwrap().len(), pixels);
     }
 }

@@ -1,37 +1,34 @@
-//! What must not matter: the unit of light, the unit of length, the origin, dark and degenerate
-//! faces, and how finely each face is cut.
+//! Invariance of solutions under the unit of light, the unit of length, the origin, dark and degenerate faces, and
+//! the resolution of each face.
 
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Schedule;
-use common::shooting::{Field, Shoot, replay};
+use common::shooting::{RadiosityField, Shoot, replay_log};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
-use oracle::judge::exact;
+use oracle::exact;
 use radiosity_tests::bounds::U;
-use radiosity_tests::engines::{each_engine, free, mesh_of, settings};
+use radiosity_tests::engines::{each_engine, engine_settings, mesh_of, shoot_freely};
 use radiosity_tests::{furnace, lit_room};
 
-fn scaled(scene: &Scene, factor: f32) -> Scene {
+fn with_brightness(scene: &Scene, factor: f32) -> Scene {
     let mut scene = scene.clone();
-    scene
-        .faces
-        .iter_mut()
-        .for_each(|face| face.emission *= factor);
+    scene.faces.iter_mut().for_each(|face| face.emission *= factor);
     scene
 }
 
 /// Powers of two scale every number without rounding.
 #[test]
-fn brightness_by_powers_of_two_changes_no_shot() {
+fn power_of_two_brightness_keeps_shots_and_scales_radiosity() {
     let plain = lit_room();
     each_engine(&mesh_of(&plain), |name, fresh| {
-        let run = free(&mut *fresh(), &settings().schedule);
+        let run = shoot_freely(&mut *fresh(), &engine_settings().schedule);
         for factor in [(-20f32).exp2(), 20f32.exp2()] {
-            each_engine(&mesh_of(&scaled(&plain, factor)), |other, fresh| {
+            each_engine(&mesh_of(&with_brightness(&plain, factor)), |other, fresh| {
                 if other == name {
-                    let scaled = free(&mut *fresh(), &settings().schedule);
-                    assert_eq!(scaled.cells(), run.cells(), "{name}");
+                    let scaled = shoot_freely(&mut *fresh(), &engine_settings().schedule);
+                    assert_eq!(scaled.shooter_log(), run.shooter_log(), "{name}");
                     for (a, b) in scaled.field.radiosity.iter().zip(&run.field.radiosity) {
                         assert_eq!(*a, *b * factor, "{name}");
                     }
@@ -41,38 +38,35 @@ fn brightness_by_powers_of_two_changes_no_shot() {
     });
 }
 
-/// Other factors round E and all that follows: the choice is the same or one of equals.
+/// Other factors round E and all sums: the shooter is the same or one of equal power.
 #[test]
-fn brightness_changes_no_shooter_but_among_equals() {
+fn brightness_keeps_shooters_except_among_equals() {
     let plain = lit_room();
-    let meshes = [1.0, 1e-6, 1e6].map(|factor| mesh_of(&scaled(&plain, factor)));
+    let meshes = [1.0, 1e-6, 1e6].map(|factor| mesh_of(&with_brightness(&plain, factor)));
     let [reference, small, large] = &meshes;
-    let log = free(
-        &mut CpuSolver::new(reference, &settings().transport),
-        &settings().schedule,
+    let log = shoot_freely(
+        &mut CpuSolver::new(reference, &engine_settings().transport),
+        &engine_settings().schedule,
     );
     for mesh in [small, large] {
-        let own = free(
-            &mut CpuSolver::new(mesh, &settings().transport),
-            &settings().schedule,
+        let own = shoot_freely(
+            &mut CpuSolver::new(mesh, &engine_settings().transport),
+            &engine_settings().schedule,
         );
         assert_eq!(own.shots.len(), log.shots.len());
-        let mut engine = CpuSolver::new(mesh, &settings().transport);
-        for (k, cell) in log.cells().into_iter().enumerate() {
-            let power = engine.cell_power().unwrap();
+        let mut engine = CpuSolver::new(mesh, &engine_settings().transport);
+        for (k, patch) in log.shooter_log().into_iter().enumerate() {
+            let power = engine.patch_power().unwrap();
             let best = power.iter().copied().fold(0.0, f32::max);
-            // A cell's power is the sum of what k shots left: k + 40 roundings.
+            // The power of a patch is a sum after k shots: k + 40 roundings.
             let bound = 1.0 - (k as f64 + 40.0) * U;
-            assert!(
-                f64::from(power[cell as usize]) >= bound * f64::from(best),
-                "shot {k}"
-            );
-            engine.shoot(cell).unwrap();
+            assert!(f64::from(power[patch as usize]) >= bound * f64::from(best), "shot {k}");
+            engine.shoot(patch).unwrap();
         }
     }
 }
 
-fn moved(scene: &Scene, scale: f64, shift: DVec3) -> Scene {
+fn scaled_and_moved(scene: &Scene, scale: f64, shift: DVec3) -> Scene {
     let mut scene = scene.clone();
     for face in &mut scene.faces {
         face.corners = face.corners.map(|p| p * scale + shift);
@@ -80,27 +74,27 @@ fn moved(scene: &Scene, scale: f64, shift: DVec3) -> Scene {
     scene
 }
 
-fn same_bits(a: &Field, b: &Field) -> bool {
+fn same_bits(a: &RadiosityField, b: &RadiosityField) -> bool {
     a.radiosity == b.radiosity && a.residual == b.residual && a.irradiance == b.irradiance
 }
 
 /// lit_room has dyadic coordinates: powers of two and dyadic shifts are exact in f64.
 #[test]
-fn units_and_origin_change_no_bit() {
+fn dyadic_units_and_shifts_keep_every_bit() {
     let plain = lit_room();
     let run = |scene: &Scene| {
         let mesh = mesh_of(scene);
-        free(
-            &mut CpuSolver::new(&mesh, &settings().transport),
-            &settings().schedule,
+        shoot_freely(
+            &mut CpuSolver::new(&mesh, &engine_settings().transport),
+            &engine_settings().schedule,
         )
     };
     let expected = run(&plain);
     let shift = DVec3::new(1024.0, -0.125, 4096.5);
     for scene in [
-        moved(&plain, (-40f64).exp2(), DVec3::ZERO),
-        moved(&plain, 40f64.exp2(), DVec3::ZERO),
-        moved(&plain, 1.0, shift),
+        scaled_and_moved(&plain, (-40f64).exp2(), DVec3::ZERO),
+        scaled_and_moved(&plain, 40f64.exp2(), DVec3::ZERO),
+        scaled_and_moved(&plain, 1.0, shift),
     ] {
         let run = run(&scene);
         assert_eq!(run.shots, expected.shots);
@@ -117,48 +111,41 @@ fn other_units_and_origins_change_only_rounding() {
     const BOUND: f64 = 1000.0 * U;
     let plain = lit_room();
     let mesh = mesh_of(&plain);
-    let expected = free(
-        &mut CpuSolver::new(&mesh, &settings().transport),
-        &settings().schedule,
+    let expected = shoot_freely(
+        &mut CpuSolver::new(&mesh, &engine_settings().transport),
+        &engine_settings().schedule,
     );
     for (scale, shift) in [
         (1000.0, DVec3::ZERO),
         (0.3, DVec3::splat(0.1)),
         (1.0, DVec3::new(1e6, 0.1, -3e5)),
     ] {
-        let mesh = mesh_of(&moved(&plain, scale, shift));
+        let mesh = mesh_of(&scaled_and_moved(&plain, scale, shift));
         assert_eq!(mesh.unit.log2().fract(), 0.0, "the unit is a power of two");
-        let mut engine = CpuSolver::new(&mesh, &settings().transport);
-        let run = replay(&mut engine, &expected.cells()).unwrap();
+        let mut engine = CpuSolver::new(&mesh, &engine_settings().transport);
+        let run = replay_log(&mut engine, &expected.shooter_log()).unwrap();
         let pairs = run.field.radiosity.iter().zip(&expected.field.radiosity);
         let worst = pairs
             .map(|(a, b)| f64::from((a.x - b.x).abs() / b.x))
             .fold(0.0, f64::max);
-        assert!(
-            worst < BOUND,
-            "scale {scale}, shift {shift}: {} u",
-            worst / U
-        );
+        assert!(worst < BOUND, "scale {scale}, shift {shift}: {} u", worst / U);
     }
 }
 
 #[test]
-fn a_dark_scene_is_done_before_it_starts() {
-    let mesh = mesh_of(&scaled(&lit_room(), 0.0));
+fn dark_scene_converges_without_a_shot() {
+    let mesh = mesh_of(&with_brightness(&lit_room(), 0.0));
     each_engine(&mesh, |name, fresh| {
-        let run = free(&mut *fresh(), &settings().schedule);
+        let run = shoot_freely(&mut *fresh(), &engine_settings().schedule);
         assert!(run.shots.is_empty() && run.converged, "{name}");
         assert_eq!(run.unshot_fraction(), 0.0, "{name}");
-        assert!(
-            run.field.radiosity.iter().all(|b| *b == Vec4::ZERO),
-            "{name}"
-        );
+        assert!(run.field.radiosity.iter().all(|b| *b == Vec4::ZERO), "{name}");
     });
 }
 
 /// A point, a line and a folded quad among the faces, all of them bright.
 #[test]
-fn faces_without_area_do_no_harm() {
+fn faces_without_area_shoot_nothing_and_give_no_nan() {
     let mut scene = lit_room();
     let (p, q) = (DVec3::new(2.0, 1.0, 3.0), DVec3::new(2.25, 1.0, 3.5));
     for corners in [[p; 4], [p, q, q, p], [p, q, p, q]] {
@@ -168,33 +155,27 @@ fn faces_without_area_do_no_harm() {
     }
     let mesh = mesh_of(&scene);
     each_engine(&mesh, |name, fresh| {
-        let run = free(&mut *fresh(), &settings().schedule);
+        let run = shoot_freely(&mut *fresh(), &engine_settings().schedule);
         assert!(run.converged, "{name}");
-        let area = |cell: &u32| mesh.cells[*cell as usize].shooter.area;
-        assert!(run.cells().iter().all(|cell| area(cell) > 0.0), "{name}");
+        let area = |patch: &u32| mesh.patches[*patch as usize].shooter.area;
+        assert!(run.shooter_log().iter().all(|patch| area(patch) > 0.0), "{name}");
         let mut engine = fresh();
-        for cell in 0..mesh.cells.len() as u32 {
-            let shot = engine.shoot(cell).unwrap();
-            let finite = shot.form_factor_sum.is_finite()
-                && shot.escaped.is_finite()
-                && shot.unshot.is_finite();
+        for patch in 0..mesh.patches.len() as u32 {
+            let shot = engine.shoot(patch).unwrap();
+            let finite = shot.form_factor_sum.is_finite() && shot.escaped.is_finite() && shot.unshot.is_finite();
             assert!(finite, "{name}: {shot:?}");
         }
-        for field in [run.field, engine.field().unwrap()] {
-            let all = field
-                .radiosity
-                .iter()
-                .chain(&field.residual)
-                .chain(&field.irradiance);
+        for field in [run.field, engine.read_field().unwrap()] {
+            let all = field.radiosity.iter().chain(&field.residual).chain(&field.irradiance);
             assert!(all.into_iter().all(|v| v.is_finite()), "{name}");
         }
     });
 }
 
 /// In a furnace B = E/(1 − ρ) solves the discrete equations at any resolution: Lambert's factors
-/// from a texel's centre to all cells around it sum to 1, wherever it is and however large they are.
+/// from a texel's centre to all patches around it sum to 1, wherever it is and however large they are.
 #[test]
-fn faces_may_differ_in_resolution() {
+fn furnace_is_exact_with_faces_of_different_resolution() {
     const REFLECTANCE: f32 = 0.5;
     let resolutions: Vec<[u32; 2]> = (0..6).map(|k| [2 + k, 3 + 2 * k % 7]).collect();
     let mesh = Mesh::new(&furnace(REFLECTANCE), &resolutions, 2).unwrap();
@@ -203,25 +184,20 @@ fn faces_may_differ_in_resolution() {
         resolutions.iter().map(|[w, h]| w * h).sum::<u32>()
     );
     each_engine(&mesh, |name, fresh| {
-        let run = free(
+        let run = shoot_freely(
             &mut *fresh(),
             &Schedule {
                 epsilon: 1e-4,
-                ..settings().schedule
+                ..engine_settings().schedule
             },
         );
         assert!(run.converged, "{name}");
-        // What is unshot will yet be reflected again and again; additions round by u each, F by 100u.
-        let unshot = run
-            .field
-            .residual
-            .iter()
-            .map(|r| f64::from(r.x))
-            .fold(0.0, f64::max);
+        // Unshot power would be reflected again and again; additions round by u each, F by 100u.
+        let unshot = run.field.residual.iter().map(|r| f64::from(r.x)).fold(0.0, f64::max);
         let later = f64::from(REFLECTANCE / (1.0 - REFLECTANCE)) * unshot;
         let rounding = 2.0 * U * (run.shots.len() as f64 + 100.0);
         for b in &run.field.radiosity {
-            let missing = exact::furnace(1.0, f64::from(REFLECTANCE)) - f64::from(b.x);
+            let missing = exact::furnace_radiosity(1.0, f64::from(REFLECTANCE)) - f64::from(b.x);
             assert!(
                 (-rounding..=later + rounding).contains(&missing),
                 "{name}: {missing} of {later}"

@@ -1,36 +1,35 @@
-//! Units from a millionth to a million and places far from the origin, on every solver, through
-//! memory and through files.
+//! Units from a millionth to a million and places far from the origin, on every solver, in memory and through files.
 
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, load_scene};
 use common::mesh::Mesh;
-use common::precision::losses;
+use common::precision::find_shape_losses;
 use common::scene::{Face, Scene};
 use common::settings::Visibility;
-use common::shooting::replay;
+use common::shooting::replay_log;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
 use gpu::GpuSolver;
 use radiosity_tests::bounds::U;
-use radiosity_tests::engines::{free, gpu, mesh_of, settings};
+use radiosity_tests::dense::assemble_dense;
+use radiosity_tests::engines::{engine_settings, mesh_of, open_gpu, shoot_freely};
 use radiosity_tests::lit_room;
-use radiosity_tests::matrices::assemble;
 use serde_json::{Value, json};
 use std::f32::consts::PI;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Scene units per unit of `lit_room`, and how many of its lengths away it stands.
+/// Scene units per unit of `lit_room`, and its distance from the origin in multiples of its size.
 const PLACES: [(f64, f64); 5] = [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e3), (1e-6, 1e5), (1e6, 1e7)];
 
 /// The longest side of `lit_room`.
 const SIZE: f64 = 4.0;
 
-/// See `other_units_and_origins_change_only_rounding`: √3·u moves what is half a texel from an edge
-/// by 100u of its F, and B at each of a handful of reflections. 1e7 lengths away f64 leaves 1e−9 of a
-/// length, 2 % of u.
+/// Bound of relative differences, derived at `other_units_and_origins_change_only_rounding`: a shift of √3·u half a
+/// texel from an edge changes F by 100u, and B at each of a handful of reflections. At 1e7 lengths the precision of f64
+/// is 1e−9 of a length, 2 % of u.
 const BOUND: f64 = 1000.0 * U;
 
-fn moved(scale: f64, lengths: f64) -> Scene {
+fn room_moved_and_scaled(scale: f64, lengths: f64) -> Scene {
     let mut scene = lit_room();
     let shift = DVec3::new(1.0, -0.37, 0.61) * lengths * SIZE;
     for face in &mut scene.faces {
@@ -39,8 +38,8 @@ fn moved(scale: f64, lengths: f64) -> Scene {
     scene
 }
 
-/// The largest relative difference of B's first channel.
-fn worst(a: &[Vec4], b: &[Vec4]) -> f64 {
+/// Returns the largest relative difference of B in the first channel.
+fn largest_difference(a: &[Vec4], b: &[Vec4]) -> f64 {
     assert_eq!(a.len(), b.len());
     let pairs = a.iter().zip(b);
     pairs
@@ -48,29 +47,29 @@ fn worst(a: &[Vec4], b: &[Vec4]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn shot(mesh: &Mesh, log: &[u32]) -> Vec<Vec4> {
-    replay(&mut CpuSolver::new(mesh, &settings().transport), log)
+fn replayed_radiosity(mesh: &Mesh, log: &[u32]) -> Vec<Vec4> {
+    replay_log(&mut CpuSolver::new(mesh, &engine_settings().transport), log)
         .unwrap()
         .field
         .radiosity
 }
 
 #[test]
-fn neither_unit_nor_place_changes_an_answer() {
-    let (gpu, plain) = (gpu(), mesh_of(&lit_room()));
-    let run = free(
-        &mut CpuSolver::new(&plain, &settings().transport),
-        &settings().schedule,
+fn units_and_places_keep_radiosity_of_both_engines() {
+    let (gpu, plain) = (open_gpu(), mesh_of(&lit_room()));
+    let run = shoot_freely(
+        &mut CpuSolver::new(&plain, &engine_settings().transport),
+        &engine_settings().schedule,
     );
-    let log = run.cells();
+    let log = run.shooter_log();
     for (scale, lengths) in PLACES {
-        let mesh = mesh_of(&moved(scale, lengths));
-        let on_cpu = worst(&shot(&mesh, &log), &run.field.radiosity);
-        let mut rays = settings();
+        let mesh = mesh_of(&room_moved_and_scaled(scale, lengths));
+        let on_cpu = largest_difference(&replayed_radiosity(&mesh, &log), &run.field.radiosity);
+        let mut rays = engine_settings();
         rays.transport.visibility = Visibility::Rays;
         let mut device = GpuSolver::new(&gpu, &mesh, &rays.transport).unwrap();
-        let on_gpu = worst(
-            &replay(&mut device, &log).unwrap().field.radiosity,
+        let on_gpu = largest_difference(
+            &replay_log(&mut device, &log).unwrap().field.radiosity,
             &run.field.radiosity,
         );
         println!(
@@ -86,14 +85,11 @@ fn neither_unit_nor_place_changes_an_answer() {
 }
 
 #[test]
-fn nor_the_matrix() {
+fn units_and_places_keep_radiosity_of_dense_solver() {
     let solve = |scene: &Scene| -> Vec<f64> {
-        let (mesh, matrix, _) = assemble(scene, 3);
+        let (mesh, matrix, _) = assemble_dense(scene, 3);
         let values = |of: fn(&common::mesh::Texel) -> Vec3| -> Vec<DVec3> {
-            mesh.texels
-                .iter()
-                .map(|texel| of(texel).as_dvec3())
-                .collect()
+            mesh.texels.iter().map(|texel| of(texel).as_dvec3()).collect()
         };
         let answer = matrix
             .solve(&values(|t| t.emission), &values(|t| t.reflectance))
@@ -102,23 +98,22 @@ fn nor_the_matrix() {
     };
     let expected = solve(&lit_room());
     for (scale, lengths) in PLACES {
-        let pairs = solve(&moved(scale, lengths));
+        let pairs = solve(&room_moved_and_scaled(scale, lengths));
         let pairs = pairs.iter().zip(&expected);
         let worst = pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
         println!("{scale:e}, {lengths:e} lengths: {worst:.1e}");
-        // As above with the roundoff of f64, and that of coordinates so far away.
+        // The same bound for f64, plus the rounding of coordinates so far away.
         let bound = 100.0 * f64::EPSILON * (10.0 + lengths);
         assert!(worst < bound, "{scale:e}, {lengths:e}: {worst:e}");
     }
 }
 
-/// A folder that goes when the test ends.
+/// A folder that is removed at the end of the test.
 struct Folder(PathBuf);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("radiosity-units-{name}-{}", std::process::id()));
+        let path = std::env::temp_dir().join(format!("radiosity-units-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
@@ -130,7 +125,7 @@ impl Drop for Folder {
     }
 }
 
-fn obj(folder: &Path, scene: &Scene) -> PathBuf {
+fn write_obj(folder: &Path, scene: &Scene) -> PathBuf {
     let (mut text, mut materials) = (String::from("mtllib scene.mtl\n"), String::new());
     for (k, face) in scene.faces.iter().enumerate() {
         let (rho, light) = (face.reflectance, face.emission / PI);
@@ -146,11 +141,10 @@ fn obj(folder: &Path, scene: &Scene) -> PathBuf {
     folder.join("scene.obj")
 }
 
-/// One primitive a face, in a node that scales and then moves; quads as two triangles.
-fn glb(folder: &Path, faces: &[Face], scale: f64, shift: DVec3) -> PathBuf {
+/// Writes one primitive per face, in a node that scales and then moves; quads are two triangles.
+fn write_glb(folder: &Path, faces: &[Face], scale: f64, shift: DVec3) -> PathBuf {
     let mut bytes = Vec::new();
-    let (mut views, mut accessors, mut materials, mut primitives) =
-        (vec![], vec![], vec![], vec![]);
+    let (mut views, mut accessors, mut materials, mut primitives) = (vec![], vec![], vec![], vec![]);
     for (k, face) in faces.iter().enumerate() {
         let [a, b, c, d] = face.corners;
         views.push(json!({"buffer": 0, "byteOffset": bytes.len(), "byteLength": 72}));
@@ -178,82 +172,68 @@ fn glb(folder: &Path, faces: &[Face], scale: f64, shift: DVec3) -> PathBuf {
         "materials": materials, "accessors": accessors, "bufferViews": views,
         "buffers": [{"byteLength": bytes.len()}],
     });
-    std::fs::write(folder.join("scene.glb"), container(&document, &bytes)).unwrap();
+    std::fs::write(folder.join("scene.glb"), glb_container(&document, &bytes)).unwrap();
     folder.join("scene.glb")
 }
 
-fn container(document: &Value, bytes: &[u8]) -> Vec<u8> {
+fn glb_container(document: &Value, bytes: &[u8]) -> Vec<u8> {
     let mut text = document.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let word = |n: usize| (n as u32).to_le_bytes().to_vec();
-    let head = [
-        b"glTF".to_vec(),
-        word(2),
-        word(28 + text.len() + bytes.len()),
-    ]
-    .concat();
-    let chunk =
-        |name: &[u8], data: &[u8]| [word(data.len()), name.to_vec(), data.to_vec()].concat();
+    let head = [b"glTF".to_vec(), word(2), word(28 + text.len() + bytes.len())].concat();
+    let chunk = |name: &[u8], data: &[u8]| [word(data.len()), name.to_vec(), data.to_vec()].concat();
     [head, chunk(b"JSON", &text), chunk(b"BIN\0", bytes)].concat()
 }
 
-fn read(path: &Path) -> Scene {
+fn read_scene(path: &Path) -> Scene {
     let options = ImportOptions {
         join_quads: true,
         ..Default::default()
     };
-    load(path, &options).unwrap()
+    load_scene(path, &options).unwrap()
 }
 
 #[test]
-fn files_keep_unit_and_place() {
+fn files_in_any_unit_and_place_give_same_radiosity() {
     let folder = Folder::new("keep");
     let plain = mesh_of(&lit_room());
-    let run = free(
-        &mut CpuSolver::new(&plain, &settings().transport),
-        &settings().schedule,
+    let run = shoot_freely(
+        &mut CpuSolver::new(&plain, &engine_settings().transport),
+        &engine_settings().schedule,
     );
     for (scale, lengths) in PLACES {
         let shift = DVec3::new(1.0, -0.37, 0.61) * lengths * SIZE * scale;
         for path in [
-            obj(&folder.0, &moved(scale, lengths)),
-            glb(&folder.0, &lit_room().faces, scale, shift),
+            write_obj(&folder.0, &room_moved_and_scaled(scale, lengths)),
+            write_glb(&folder.0, &lit_room().faces, scale, shift),
         ] {
-            let scene = read(&path);
+            let scene = read_scene(&path);
             let mesh = mesh_of(&scene);
-            let found = worst(&shot(&mesh, &run.cells()), &run.field.radiosity);
-            println!(
-                "{} {scale:e}, {lengths:e}: {:.0} u",
-                path.display(),
-                found / U
-            );
-            assert!(
-                found < BOUND,
-                "{} {scale:e}, {lengths:e}: {found:e}",
-                path.display()
-            );
-            assert_eq!(losses(&scene, &mesh, 0.02), [], "{scale:e}, {lengths:e}");
+            let found = largest_difference(&replayed_radiosity(&mesh, &run.shooter_log()), &run.field.radiosity);
+            println!("{} {scale:e}, {lengths:e}: {:.0} u", path.display(), found / U);
+            assert!(found < BOUND, "{} {scale:e}, {lengths:e}: {found:e}", path.display());
+            assert_eq!(find_shape_losses(&scene, &mesh, 0.02), [], "{scale:e}, {lengths:e}");
         }
     }
 }
 
-/// Vertices that are themselves far away have lost their digits in the file, and that is told.
+/// Vertices far from the origin lose digits in the file, and this is reported.
 #[test]
-fn what_a_file_has_lost_is_told() {
+fn digits_lost_in_a_file_are_reported() {
     let folder = Folder::new("lost");
     for (lengths, lost) in [(0.0, false), (1e3, false), (1e5, true), (1e6, true)] {
-        let faces = moved(1.0, lengths).faces;
-        let scene = read(&glb(&folder.0, &faces, 1.0, DVec3::ZERO));
+        let faces = room_moved_and_scaled(1.0, lengths).faces;
+        let scene = read_scene(&write_glb(&folder.0, &faces, 1.0, DVec3::ZERO));
         let mesh = mesh_of(&scene);
-        let told = losses(&scene, &mesh, 0.02);
+        let told = find_shape_losses(&scene, &mesh, 0.02);
         println!("{lengths:e} lengths: {} faces", told.len());
         assert_eq!(!told.is_empty(), lost, "{lengths:e}");
-        assert!(told.iter().all(|loss| loss.of_file > 0.9 * loss.error));
+        assert!(told.iter().all(|loss| loss.file_part > 0.9 * loss.error));
     }
-    // Text that was rounded to six digits, a thousand metres away.
+    // A text file rounded to six digits, a thousand units away.
     let text = "v 1000.12 0 0\nv 1000.13 0 0\nv 1000.13 1.23457 0\nv 1000.12 1.23456 0\nv 1000.12 0 4.56789\nf 1 2 3 4\nf 1 4 5\n";
     std::fs::write(folder.0.join("scene.obj"), text).unwrap();
-    let scene = read(&folder.0.join("scene.obj"));
-    let told = losses(&scene, &mesh_of(&scene), 0.02);
+    let scene = read_scene(&folder.0.join("scene.obj"));
+    let told = find_shape_losses(&scene, &mesh_of(&scene), 0.02);
     assert_eq!(told.iter().map(|loss| loss.face).collect::<Vec<_>>(), [0]);
 }

@@ -1,36 +1,37 @@
-//! The ledger after every shot, on random scenes, CPU and GPU; and that it notices broken engines.
+//! Energy balance after every shot, on random scenes, CPU and GPU; and its detection of broken engines.
 
 use approx::abs_diff_eq;
-use common::energy::Energy;
+use common::energy::EnergyBalance;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::settings::{Meshing, Schedule, Settings, Transport, Visibility};
-use common::shooting::{Field, Order, Shoot, Shot, select};
+use common::shooting::{RadiosityField, Shoot, Shot, ShotOrder, select_shooter};
 use cpu::CpuSolver;
 use glam::{Vec3, Vec4};
-use gpu::{Fault, Gpu, GpuSolver};
-use oracle::judge::exact;
+use gpu::{Gpu, GpuSolver, ShaderFault};
+use oracle::exact;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use radiosity_tests::bounds::{U, energy_rounding};
-use radiosity_tests::engines::drawn;
-use radiosity_tests::random::{Sample, closed, open};
-use radiosity_tests::{cases, furnace, lit_room};
+use radiosity_tests::engines::item_buffer;
+use radiosity_tests::random_rooms::{RandomRoom, closed_room, open_room};
+use radiosity_tests::shader_faults::{assert_faults_noticed, shader_fault};
+use radiosity_tests::{furnace, lit_room, random_cases};
 use std::ops::ControlFlow;
 
-/// The contract's bounds on the imbalance.
+/// Bounds on the imbalance by the contract.
 const CPU_IMBALANCE: f64 = 1e-5;
 const GPU_IMBALANCE: f64 = 1e-4;
 
 /// Shots per case.
 const SHOTS: u32 = 48;
 
-fn settings(sample: &Sample, visibility: Visibility) -> Settings {
+fn settings(sample: &RandomRoom, visibility: Visibility) -> Settings {
     Settings {
         meshing: Meshing {
-            cells: sample.cells,
+            patches: sample.patches,
             ..Meshing::default()
         },
         transport: Transport {
@@ -46,18 +47,18 @@ fn settings(sample: &Sample, visibility: Visibility) -> Settings {
     }
 }
 
-/// What a scene and a solver are held to.
+/// Conditions on a scene and a solver.
 #[derive(Clone, Copy)]
 struct Rules {
-    /// Nothing escapes.
+    /// True if nothing may escape.
     closed: bool,
-    /// The contract's bound on the imbalance.
+    /// Bound on the imbalance.
     imbalance: f64,
 }
 
-/// Everything that must hold after any shot.
-fn check(mesh: &Mesh, field: &Field, shots: &[Shot], rules: Rules) -> Result<(), TestCaseError> {
-    let energy = Energy::new(mesh, field, shots);
+/// Checks the conditions that hold after any shot.
+fn check_state(mesh: &Mesh, field: &RadiosityField, shots: &[Shot], rules: Rules) -> Result<(), TestCaseError> {
+    let energy = EnergyBalance::new(mesh, field, shots);
     let bound = energy_rounding(&energy, mesh.area_unit(), shots).min(rules.imbalance);
     prop_assert!(
         energy.imbalance <= bound,
@@ -68,7 +69,7 @@ fn check(mesh: &Mesh, field: &Field, shots: &[Shot], rules: Rules) -> Result<(),
     let unshot = unit * energy.unshot.iter().sum::<f64>();
     if let Some(shot) = shots.last() {
         prop_assert!(shot.power.iter().all(|p| *p >= 0.0), "{shot:?}");
-        // Sums over the channels, the texels and the cells: 2u, 8u and 9u.
+        // Sums over the channels, the texels and the patches: 2u, 8u and 9u.
         prop_assert!(
             abs_diff_eq!(f64::from(shot.unshot), unshot, epsilon = 19.0 * U * unshot),
             "{shot:?} {unshot}"
@@ -77,8 +78,7 @@ fn check(mesh: &Mesh, field: &Field, shots: &[Shot], rules: Rules) -> Result<(),
     }
     let n = shots.len() as f64;
     for (k, texel) in mesh.texels.iter().enumerate() {
-        let [b, r, h] =
-            [&field.radiosity, &field.residual, &field.irradiance].map(|v| v[k].truncate());
+        let [b, r, h] = [&field.radiosity, &field.residual, &field.irradiance].map(|v| v[k].truncate());
         prop_assert!(
             b.is_finite()
                 && h.is_finite()
@@ -98,47 +98,46 @@ fn check(mesh: &Mesh, field: &Field, shots: &[Shot], rules: Rules) -> Result<(),
     Ok(())
 }
 
-/// Shoots one by one, the most powerful cell first, and checks after each.
-fn step(
+/// Shoots from one patch at a time, the most powerful first, and checks after each shot.
+fn shoot_with_checks(
     engine: &mut dyn Engine,
     mesh: &Mesh,
     settings: &Settings,
     rules: Rules,
 ) -> Result<Vec<Shot>, TestCaseError> {
     let mut shots = Vec::new();
-    check(mesh, &engine.field().unwrap(), &shots, rules)?;
-    let threshold =
-        settings.schedule.epsilon as f32 * engine.cell_power().unwrap().iter().sum::<f32>();
+    check_state(mesh, &engine.read_field().unwrap(), &shots, rules)?;
+    let threshold = settings.schedule.epsilon as f32 * engine.patch_power().unwrap().iter().sum::<f32>();
     while shots.len() < settings.schedule.max_shots as usize
-        && let Some(cell) = select(&engine.cell_power().unwrap(), threshold)
+        && let Some(patch) = select_shooter(&engine.patch_power().unwrap(), threshold)
     {
-        shots.push(engine.shoot(cell).unwrap());
-        check(mesh, &engine.field().unwrap(), &shots, rules)?;
+        shots.push(engine.shoot(patch).unwrap());
+        check_state(mesh, &engine.read_field().unwrap(), &shots, rules)?;
     }
     Ok(shots)
 }
 
 proptest! {
-    #![proptest_config(cases(96))]
+    #![proptest_config(random_cases(96))]
 
     #[test]
-    fn closed_rooms_balance(sample in closed()) {
-        let mesh = sample.mesh();
+    fn energy_balances_in_closed_rooms(sample in closed_room()) {
+        let mesh = sample.room_mesh();
         let settings = settings(&sample, Visibility::Rays);
-        step(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: true, imbalance: CPU_IMBALANCE })?;
+        shoot_with_checks(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: true, imbalance: CPU_IMBALANCE })?;
     }
 
     #[test]
-    fn open_rooms_balance(sample in open()) {
-        let mesh = sample.mesh();
+    fn energy_balances_in_open_rooms(sample in open_room()) {
+        let mesh = sample.room_mesh();
         let settings = settings(&sample, Visibility::Rays);
-        step(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: false, imbalance: CPU_IMBALANCE })?;
+        shoot_with_checks(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: false, imbalance: CPU_IMBALANCE })?;
     }
 }
 
 /// The share that escapes through a missing wall is Lambert's factor to that wall.
 #[test]
-fn escaped_is_what_leaves_through_the_opening() {
+fn escaped_share_equals_form_factor_of_opening() {
     // Four standard errors of 1024 stratified directions.
     const BOUND: f64 = 4.0 * 0.003;
     for missing in 0..6 {
@@ -146,75 +145,71 @@ fn escaped_is_what_leaves_through_the_opening() {
         let wall = cube.faces.remove(missing);
         let mesh = Mesh::uniform(&cube, 4, 2).unwrap();
         let mut engine = CpuSolver::new(&mesh, &Settings::default().transport);
-        for cell in 0..mesh.cells.len() as u32 {
-            let escaped = f64::from(engine.shoot(cell).unwrap().escaped);
-            let shooter = &mesh.cells[cell as usize].shooter;
+        for patch in 0..mesh.patches.len() as u32 {
+            let escaped = f64::from(engine.shoot(patch).unwrap().escaped);
+            let shooter = &mesh.patches[patch as usize].shooter;
             let centre = shooter.centre.as_dvec3() * mesh.unit + 0.5;
             let exact = exact::point_to_polygon(centre, shooter.normal.as_dvec3(), wall.outline());
             assert!(
                 abs_diff_eq!(escaped, exact, epsilon = BOUND),
-                "wall {missing}, cell {cell}: {escaped} is not {exact}"
+                "wall {missing}, patch {patch}: {escaped} is not {exact}"
             );
         }
     }
 }
 
-/// Six closed and six open rooms, always the same.
-fn dozen() -> Vec<(Sample, bool)> {
+/// Returns six closed and six open rooms, the same in every run.
+fn twelve_rooms() -> Vec<(RandomRoom, bool)> {
     let mut runner = TestRunner::deterministic();
-    let mut draw = |closed_room: bool| {
-        let strategy = if closed_room {
-            closed().boxed()
+    let mut draw = |is_closed: bool| {
+        let strategy = if is_closed {
+            closed_room().boxed()
         } else {
-            open().boxed()
+            open_room().boxed()
         };
-        (
-            strategy.new_tree(&mut runner).unwrap().current(),
-            closed_room,
-        )
+        (strategy.new_tree(&mut runner).unwrap().current(), is_closed)
     };
     (0..12).map(|k| draw(k % 2 == 0)).collect()
 }
 
 #[test]
-fn gpu_balances_and_chooses_as_the_host_does() {
+fn gpu_energy_balances_and_gpu_selects_like_host() {
     let gpu = Gpu::open(None).unwrap();
-    for (sample, closed) in dozen() {
-        let mesh = sample.mesh();
-        let settings = settings(&sample, drawn(256));
+    for (sample, closed) in twelve_rooms() {
+        let mesh = sample.room_mesh();
+        let settings = settings(&sample, item_buffer(256));
         let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
         let rules = Rules {
             closed,
             imbalance: GPU_IMBALANCE,
         };
-        let stepped = step(&mut engine, &mesh, &settings, rules).unwrap();
+        let stepped = shoot_with_checks(&mut engine, &mesh, &settings, rules).unwrap();
         let mut free = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
-        let threshold =
-            settings.schedule.epsilon as f32 * free.cell_power().unwrap().iter().sum::<f32>();
+        let threshold = settings.schedule.epsilon as f32 * free.patch_power().unwrap().iter().sum::<f32>();
         let mut shots = Vec::new();
-        free.run(Order::Greedy { threshold }, SHOTS, &mut |shot| {
+        free.run(ShotOrder::Greedy { threshold }, SHOTS, &mut |shot| {
             shots.push(*shot);
             ControlFlow::Continue(())
         })
         .unwrap();
         assert_eq!(shots, stepped);
-        assert_eq!(free.field().unwrap(), engine.field().unwrap());
+        assert_eq!(free.read_field().unwrap(), engine.read_field().unwrap());
     }
 }
 
-/// Changes what an engine says after its latest shot.
-type Lie = fn(&Mesh, &mut Field, &mut Vec<Shot>);
+/// Falsifies an engine's field and shots after its latest shot.
+type Falsification = fn(&Mesh, &mut RadiosityField, &mut Vec<Shot>);
 
-/// The imbalance after each of eight shots, told by a liar.
-fn imbalances(engine: &mut dyn Engine, mesh: &Mesh, lie: Lie) -> Vec<f64> {
+/// Returns the imbalance after each of eight shots, with the engine's report falsified by `falsify`.
+fn imbalances(engine: &mut dyn Engine, mesh: &Mesh, falsify: Falsification) -> Vec<f64> {
     let mut shots = Vec::new();
     (0..8)
         .map(|_| {
-            let cell = select(&engine.cell_power().unwrap(), 0.0).unwrap();
-            shots.push(engine.shoot(cell).unwrap());
-            let (mut field, mut told) = (engine.field().unwrap(), shots.clone());
-            lie(mesh, &mut field, &mut told);
-            Energy::new(mesh, &field, &told).imbalance
+            let patch = select_shooter(&engine.patch_power().unwrap(), 0.0).unwrap();
+            shots.push(engine.shoot(patch).unwrap());
+            let (mut field, mut reported) = (engine.read_field().unwrap(), shots.clone());
+            falsify(mesh, &mut field, &mut reported);
+            EnergyBalance::new(mesh, &field, &reported).imbalance
         })
         .collect()
 }
@@ -223,22 +218,22 @@ fn largest(imbalances: &[f64]) -> f64 {
     imbalances.iter().copied().fold(0.0, f64::max)
 }
 
-const HONEST: Lie = |_, _, _| ();
+const UNFALSIFIED: Falsification = |_, _, _| ();
 
 #[test]
-fn the_ledger_notices_a_broken_engine() {
-    let lies: [(&str, Lie); 5] = [
+fn energy_balance_detects_broken_engine() {
+    let falsifications: [(&str, Falsification); 5] = [
         ("the shooter keeps its residual", |mesh, field, shots| {
             let shot = shots[shots.len() - 1];
-            let cell = &mesh.cells[shot.cell as usize];
-            let radiosity = Vec3::from(shot.power) / cell.shooter.area;
-            for r in &mut field.residual[cell.first as usize..][..cell.count as usize] {
+            let patch = &mesh.patches[shot.patch as usize];
+            let radiosity = Vec3::from(shot.power) / patch.shooter.area;
+            for r in &mut field.residual[patch.first as usize..][..patch.count as usize] {
                 *r += radiosity.extend(0.0);
             }
         }),
         ("one texel takes its light twice", |mesh, field, shots| {
             let shot = shots[shots.len() - 1];
-            let radiosity = Vec3::from(shot.power) / mesh.cells[shot.cell as usize].shooter.area;
+            let radiosity = Vec3::from(shot.power) / mesh.patches[shot.patch as usize].shooter.area;
             let taken = field.irradiance.iter().position(|h| h.w > 0.0).unwrap();
             let irradiance = &mut field.irradiance[taken];
             *irradiance += (radiosity * irradiance.w).extend(0.0);
@@ -261,59 +256,52 @@ fn the_ledger_notices_a_broken_engine() {
         form_factor: FormFactor::Disc,
         ..Transport::default()
     };
-    let honest = imbalances(&mut CpuSolver::new(&mesh, &transport), &mesh, HONEST);
+    let honest = imbalances(&mut CpuSolver::new(&mesh, &transport), &mesh, UNFALSIFIED);
     assert!(largest(&honest) <= CPU_IMBALANCE, "{honest:?}");
-    for (name, lie) in lies {
-        let found = imbalances(&mut CpuSolver::new(&mesh, &transport), &mesh, lie);
+    for (name, falsify) in falsifications {
+        let found = imbalances(&mut CpuSolver::new(&mesh, &transport), &mesh, falsify);
         assert!(largest(&found) > CPU_IMBALANCE, "{name}: {found:?}");
     }
-    // An engine that forgets ρ: its texels are white, the ledger's are not.
+    // An engine that ignores ρ: its texels are white, those of the balance are not.
     let mut white = mesh.clone();
-    white
-        .texels
-        .iter_mut()
-        .for_each(|texel| texel.reflectance = Vec3::ONE);
-    let found = imbalances(&mut CpuSolver::new(&white, &transport), &mesh, HONEST);
+    white.texels.iter_mut().for_each(|texel| texel.reflectance = Vec3::ONE);
+    let found = imbalances(&mut CpuSolver::new(&white, &transport), &mesh, UNFALSIFIED);
     assert!(largest(&found) > CPU_IMBALANCE, "ρ: {found:?}");
 }
 
 #[test]
-fn the_ledger_notices_a_broken_shader() {
-    let fault = |file, from, to| Fault { file, from, to };
+fn energy_balance_detects_broken_shader() {
     let faults = [
-        fault("deposit", "texels[k].reflectance * received", "received"),
-        fault("deposit", "residual[k] = vec4f(0.0);", ""),
-        fault(
+        shader_fault("deposit", "texels[k].reflectance * received", "received"),
+        shader_fault("deposit", "residual[k] = vec4f(0.0);", ""),
+        shader_fault(
             "deposit",
             "irradiance[k].xyz + received",
             "irradiance[k].xyz + 2.0 * received",
         ),
-        fault(
+        shader_fault(
             "deposit",
             "residual[k] += vec4f(reflected, 0.0)",
             "residual[k] = vec4f(reflected, 0.0)",
         ),
-        fault("received", "* texels[texel].area", ""),
-        fault(
-            "closure",
-            "lane_taken[0] / shots[slot].area",
-            "lane_taken[0]",
-        ),
+        shader_fault("patch_transfer", "* texels[texel].area", ""),
+        shader_fault("closure", "lane_sums[0] / shots[slot].area", "lane_sums[0]"),
     ];
     let gpu = Gpu::open(None).unwrap();
     let mesh = Mesh::uniform(&lit_room(), 8, 2).unwrap();
     let transport = Transport {
-        visibility: drawn(256),
+        visibility: item_buffer(256),
         ..Transport::default()
     };
-    let run = |faults: &[Fault]| {
+    let run = |faults: &[ShaderFault]| {
         let mut engine = GpuSolver::with_faults(&gpu, &mesh, &transport, faults).unwrap();
-        imbalances(&mut engine, &mesh, HONEST)
+        imbalances(&mut engine, &mesh, UNFALSIFIED)
     };
     let honest = run(&[]);
     assert!(largest(&honest) <= GPU_IMBALANCE, "{honest:?}");
-    for fault in faults {
+    assert_faults_noticed(faults, |fault| {
         let found = run(&[fault]);
-        assert!(largest(&found) > GPU_IMBALANCE, "{fault:?}: {found:?}");
-    }
+        println!("{fault:?}: {found:?}");
+        largest(&found) > GPU_IMBALANCE
+    });
 }

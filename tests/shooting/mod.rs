@@ -1,4 +1,4 @@
-//! The loop, its passes and iterations, and its balance of energy.
+//! Tests of the shooting loop, of iterations by passes, and of the energy balance.
 
 mod energy;
 mod invariants;

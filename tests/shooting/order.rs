@@ -1,42 +1,43 @@
-//! The loop's promises: which cell shoots, when it stops, and that the host's way of asking changes
-//! nothing.
+//! Order of shots: choice of the shooter, end of the run, and equality of runs, single shots and replays.
 
 use common::mesh::Mesh;
 use common::settings::Schedule;
-use common::shooting::{Order, replay, select};
+use common::shooting::{ShotOrder, replay_log, select_shooter};
 use glam::Vec3;
 use gpu::GpuSolver;
-use radiosity_tests::engines::{ALL, each_engine, free, gpu, gpu_settings, mesh_of, run, settings};
+use radiosity_tests::engines::{
+    GREEDY_TO_ZERO, each_engine, engine_settings, item_buffer_settings, mesh_of, open_gpu, run_shots, shoot_freely,
+};
 use radiosity_tests::{furnace, lit_room};
 use std::ops::ControlFlow;
 
 #[test]
-fn a_run_is_its_single_shots() {
+fn run_equals_its_single_shots() {
     let mesh = mesh_of(&lit_room());
     each_engine(&mesh, |name, fresh| {
         let mut whole = fresh();
-        let shots = run(&mut *whole, ALL, 150);
+        let shots = run_shots(&mut *whole, GREEDY_TO_ZERO, 150);
         assert_eq!(shots.len(), 150);
         let mut single = fresh();
         for shot in &shots {
-            let cell = select(&single.cell_power().unwrap(), 0.0).unwrap();
-            assert_eq!(single.shoot(cell).unwrap(), *shot, "{name}");
+            let patch = select_shooter(&single.patch_power().unwrap(), 0.0).unwrap();
+            assert_eq!(single.shoot(patch).unwrap(), *shot, "{name}");
         }
-        assert_eq!(single.field().unwrap(), whole.field().unwrap(), "{name}");
-        // A run may go on where another stopped.
+        assert_eq!(single.read_field().unwrap(), whole.read_field().unwrap(), "{name}");
+        // A run continues from the end of another.
         let mut halves = fresh();
-        let mut log = run(&mut *halves, ALL, 70);
-        log.extend(run(&mut *halves, ALL, 80));
+        let mut log = run_shots(&mut *halves, GREEDY_TO_ZERO, 70);
+        log.extend(run_shots(&mut *halves, GREEDY_TO_ZERO, 80));
         assert_eq!(log, shots, "{name}");
-        assert_eq!(halves.field().unwrap(), whole.field().unwrap(), "{name}");
+        assert_eq!(halves.read_field().unwrap(), whole.read_field().unwrap(), "{name}");
     });
 }
 
 #[test]
-fn a_run_repeats_itself_bit_for_bit() {
+fn repeated_run_is_bit_identical() {
     let mesh = mesh_of(&lit_room());
     each_engine(&mesh, |name, fresh| {
-        let runs = [0, 1].map(|_| free(&mut *fresh(), &settings().schedule));
+        let runs = [0, 1].map(|_| shoot_freely(&mut *fresh(), &engine_settings().schedule));
         assert!(runs[0].converged && runs[0].shots.len() > 100, "{name}");
         assert_eq!(runs[0].shots, runs[1].shots, "{name}");
         assert_eq!(runs[0].field, runs[1].field, "{name}");
@@ -44,106 +45,89 @@ fn a_run_repeats_itself_bit_for_bit() {
 }
 
 #[test]
-fn a_replay_obeys_its_log() {
+fn replay_shoots_its_log_in_order() {
     let mesh = mesh_of(&lit_room());
-    let log: Vec<u32> = (0..100u32)
-        .map(|k| k * 7 % mesh.cells.len() as u32)
-        .collect();
+    let log: Vec<u32> = (0..100u32).map(|k| k * 7 % mesh.patches.len() as u32).collect();
     each_engine(&mesh, |name, fresh| {
         let mut engine = fresh();
-        let again = replay(&mut *engine, &log).unwrap();
-        assert_eq!(again.cells(), log, "{name}");
+        let again = replay_log(&mut *engine, &log).unwrap();
+        assert_eq!(again.shooter_log(), log, "{name}");
         let mut single = fresh();
-        for (cell, shot) in log.iter().zip(&again.shots) {
-            assert_eq!(single.shoot(*cell).unwrap(), *shot, "{name}");
+        for (patch, shot) in log.iter().zip(&again.shots) {
+            assert_eq!(single.shoot(*patch).unwrap(), *shot, "{name}");
         }
-        assert_eq!(single.field().unwrap(), again.field, "{name}");
-        assert_eq!(run(&mut *engine, Order::Replay(&log), 9).len(), 9, "{name}");
-        assert!(
-            run(&mut *engine, Order::Replay(&[]), 9).is_empty(),
-            "{name}"
-        );
+        assert_eq!(single.read_field().unwrap(), again.field, "{name}");
+        assert_eq!(run_shots(&mut *engine, ShotOrder::Replay(&log), 9).len(), 9, "{name}");
+        assert!(run_shots(&mut *engine, ShotOrder::Replay(&[]), 9).is_empty(), "{name}");
     });
 }
 
 #[test]
-fn max_shots_is_obeyed() {
+fn run_ends_after_max_shots() {
     let mesh = mesh_of(&lit_room());
     each_engine(&mesh, |name, fresh| {
         for most in [0, 1, 7, 65, 130] {
             let mut engine = fresh();
-            let limited = free(
+            let limited = shoot_freely(
                 &mut *engine,
                 &Schedule {
                     max_shots: most,
-                    ..settings().schedule
+                    ..engine_settings().schedule
                 },
             );
             assert_eq!(limited.shots.len(), most as usize, "{name}");
             assert!(!limited.converged, "{name}");
             let mut again = fresh();
-            for cell in limited.cells() {
-                again.shoot(cell).unwrap();
+            for patch in limited.shooter_log() {
+                again.shoot(patch).unwrap();
             }
-            assert_eq!(
-                again.field().unwrap(),
-                limited.field,
-                "{name}: after {most}"
-            );
+            assert_eq!(again.read_field().unwrap(), limited.field, "{name}: after {most}");
         }
     });
 }
 
-/// The GPU may have shots under way when `watch` breaks: two submissions at most. Each of them is
-/// still reported, so that the log and the textures agree.
+/// After a break the GPU may complete two submissions at most. It reports each of their shots, so that the
+/// log and the textures agree.
 #[test]
-fn a_break_stops_the_run() {
+fn break_stops_the_run() {
     const SUBMISSION: usize = 64;
     let mesh = mesh_of(&lit_room());
     each_engine(&mesh, |name, fresh| {
         let mut engine = fresh();
-        let mut cells = Vec::new();
+        let mut patches = Vec::new();
         engine
-            .run(ALL, 1000, &mut |shot| {
-                cells.push(shot.cell);
-                if cells.len() == 5 {
+            .run(GREEDY_TO_ZERO, 1000, &mut |shot| {
+                patches.push(shot.patch);
+                if patches.len() == 5 {
                     ControlFlow::Break(())
                 } else {
                     ControlFlow::Continue(())
                 }
             })
             .unwrap();
-        let most = if name.starts_with("cpu") {
-            5
-        } else {
-            2 * SUBMISSION
-        };
-        assert!(
-            (5..=most).contains(&cells.len()),
-            "{name}: {} shots",
-            cells.len()
-        );
+        let most = if name.starts_with("cpu") { 5 } else { 2 * SUBMISSION };
+        assert!((5..=most).contains(&patches.len()), "{name}: {} shots", patches.len());
         let mut again = fresh();
-        for cell in cells {
-            again.shoot(cell).unwrap();
+        for patch in patches {
+            again.shoot(patch).unwrap();
         }
-        assert_eq!(again.field().unwrap(), engine.field().unwrap(), "{name}");
+        assert_eq!(again.read_field().unwrap(), engine.read_field().unwrap(), "{name}");
     });
 }
 
 #[test]
-fn the_host_seldom_talks_to_the_device() {
+fn run_submits_and_reads_once_per_batch() {
     let mesh = mesh_of(&lit_room());
-    let settings = gpu_settings();
-    let mut solver = GpuSolver::new(&gpu(), &mesh, &settings.transport).unwrap();
-    let run = free(
+    let settings = item_buffer_settings();
+    let mut solver = GpuSolver::new(&open_gpu(), &mesh, &settings.transport).unwrap();
+    let run = shoot_freely(
         &mut solver,
         &Schedule {
             epsilon: 1e-5,
             ..settings.schedule
         },
     );
-    let (shots, counts) = (run.shots.len() as u32, solver.counts());
+    let (shots, counts) = (run.shots.len() as u32, solver.queue_counts());
     assert!(shots >= 300, "{shots}");
     // Submissions of 64 shots at least, two under way at the end, the first sums, the field.
     let most = shots / 64 + 8;
@@ -154,52 +138,47 @@ fn the_host_seldom_talks_to_the_device() {
 }
 
 #[test]
-fn ties_go_to_the_lowest_cell() {
-    assert_eq!(select(&[1.0, 2.0, 0.5, 2.0], 0.0), Some(1));
-    assert_eq!(select(&[2.0, 2.0], 4.0), None);
+fn equal_powers_select_the_lowest_patch() {
+    assert_eq!(select_shooter(&[1.0, 2.0, 0.5, 2.0], 0.0), Some(1));
+    assert_eq!(select_shooter(&[2.0, 2.0], 4.0), None);
     // The faces of a unit cube are equal to the last bit.
     let mesh = mesh_of(&furnace(0.5));
     each_engine(&mesh, |name, fresh| {
-        let power = fresh().cell_power().unwrap();
+        let power = fresh().patch_power().unwrap();
         assert!(power.iter().all(|p| *p == power[0]), "{name}: {power:?}");
-        let shots = run(&mut *fresh(), ALL, 3);
-        assert_eq!(shots[0].cell, 0, "{name}");
-        // The other faces have gained, the first one's cells have not.
+        let shots = run_shots(&mut *fresh(), GREEDY_TO_ZERO, 3);
+        assert_eq!(shots[0].patch, 0, "{name}");
+        // The other faces have received light, the patches of face 0 have not.
         assert!(
-            shots[1..]
-                .iter()
-                .all(|shot| mesh.cells[shot.cell as usize].face > 0),
+            shots[1..].iter().all(|shot| mesh.patches[shot.patch as usize].face > 0),
             "{name}"
         );
     });
-    // More cells than lanes: 192…319 are equal, and 256 is in the first lane.
+    // More patches than lanes: 192…319 are equal, and 256 is in the first lane.
     let mut bright = furnace(0.5);
     for k in [0, 1, 2, 5] {
         bright.faces[k].emission = Vec3::ZERO;
     }
     each_engine(&Mesh::uniform(&bright, 8, 8).unwrap(), |name, fresh| {
-        assert_eq!(run(&mut *fresh(), ALL, 1)[0].cell, 192, "{name}");
+        assert_eq!(run_shots(&mut *fresh(), GREEDY_TO_ZERO, 1)[0].patch, 192, "{name}");
     });
 }
 
 #[test]
-fn the_run_ends_at_the_threshold_and_not_before() {
+fn run_ends_at_the_threshold() {
     let mesh = mesh_of(&lit_room());
     each_engine(&mesh, |name, fresh| {
         for epsilon in [0.3, 0.03, 0.003] {
-            let run = free(
+            let run = shoot_freely(
                 &mut *fresh(),
                 &Schedule {
                     epsilon,
-                    ..settings().schedule
+                    ..engine_settings().schedule
                 },
             );
             assert!(run.converged && run.unshot_fraction() <= epsilon, "{name}");
             let before = &run.shots[run.shots.len() - 2];
-            assert!(
-                f64::from(before.unshot) > epsilon * f64::from(run.emitted),
-                "{name}"
-            );
+            assert!(f64::from(before.unshot) > epsilon * f64::from(run.emitted), "{name}");
         }
     });
 }

@@ -1,23 +1,23 @@
-//! A checked floor is the same as as many faces, whoever solves it; and no watt is lost on it.
+//! Painted faces: a checked floor equals separate faces on all solvers, and energy balances on it.
 
-use common::cover::sampled;
-use common::energy::Energy;
+use common::cover::sampled_mesh;
+use common::energy::EnergyBalance;
 use common::mesh::Mesh;
-use common::paint::{Coat, Corner, Paint, Picture, Texture, Wrap};
+use common::paint::{Coat, Paint, PaintCorner, TexturePicture, WrapMode, WrappedTexture};
 use common::passes;
 use common::scene::{Face, Scene};
 use common::settings::{Iteration, Schedule};
-use common::shooting::Run;
-use cpu::hierarchy::solve::{Goal, solve};
-use cpu::matrix::Matrix;
+use common::shooting::SolveRun;
+use cpu::dense::Matrix;
+use cpu::hierarchy::solver::{ErrorBudget, solve_scene};
 use glam::{DVec2, DVec3, Vec3};
 use oracle::solve::dense;
-use radiosity_tests::engines::{KINDS, Kind, settings};
-use radiosity_tests::{lit_room, scene};
+use radiosity_tests::engines::{ENGINE_KINDS, EngineKind, engine_settings};
+use radiosity_tests::{lit_room, named_scene};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// Checks a side.
+/// Checks per side.
 const CHECKS: u32 = 6;
 
 fn rho(i: u32, j: u32) -> Vec3 {
@@ -27,11 +27,11 @@ fn rho(i: u32, j: u32) -> Vec3 {
     }
 }
 
-/// The lit room with a checked floor, and a ceiling that shines in half of its checks.
+/// Returns the lit room with a checked floor, and a ceiling that emits in half of its checks.
 fn painted() -> Scene {
     let mut room = lit_room();
     let places = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(DVec2::from);
-    let corners = places.map(|place| Corner {
+    let corners = places.map(|place| PaintCorner {
         places: [place; 2],
         colour: DVec3::ONE,
     });
@@ -40,9 +40,9 @@ fn painted() -> Scene {
         let size = [CHECKS as usize; 2];
         Coat {
             factor: DVec3::ONE,
-            texture: Some(Texture {
-                picture: Arc::new(Picture::new(size, pixels.collect())),
-                wrap: [Wrap::Clamp; 2],
+            texture: Some(WrappedTexture {
+                picture: Arc::new(TexturePicture::new(size, pixels.collect())),
+                wrap: [WrapMode::Clamp; 2],
             }),
             coloured: false,
         }
@@ -55,14 +55,14 @@ fn painted() -> Scene {
             odd: false,
             coats,
         }));
-        let [reflectance, emission] = face.over(face.outline());
+        let [reflectance, emission] = face.mean_surface(face.outline());
         (face.reflectance, face.emission) = (reflectance, emission);
     }
     room.name = "checks".into();
     room
 }
 
-/// The same with a face for each check, and where each of its texels lies in the painted one's.
+/// Returns the scene with a separate face for each check, and the resolutions of its faces.
 fn split(whole: &Scene) -> (Scene, Vec<[u32; 2]>) {
     let (mut faces, mut resolutions) = (Vec::new(), Vec::new());
     for (f, face) in whole.faces.iter().enumerate() {
@@ -73,7 +73,7 @@ fn split(whole: &Scene) -> (Scene, Vec<[u32; 2]>) {
         }
         for k in 0..CHECKS * CHECKS {
             let (i, j) = (k % CHECKS, k / CHECKS);
-            let corners = common::texel::outline(face, [CHECKS; 2], k).padded();
+            let corners = common::texel::texel_outline(face, [CHECKS; 2], k).padded_corners();
             let light = std::f32::consts::PI * ((i + j) % 2) as f32;
             let [emission, reflectance] = match f {
                 0 => [Vec3::ZERO, rho(i, j)],
@@ -83,51 +83,48 @@ fn split(whole: &Scene) -> (Scene, Vec<[u32; 2]>) {
             resolutions.push([1; 2]);
         }
     }
-    (scene("split checks", faces), resolutions)
+    (named_scene("split checks", faces), resolutions)
 }
 
-/// B of each texel by the matrix, in face order.
+/// Returns B of each texel by the dense matrix, in face order.
 fn exact(scene: &Scene, mesh: &Mesh) -> Vec<Vec3> {
     let (matrix, _) = Matrix::assemble(scene, mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    let field = dense::by(mesh, &matrix).unwrap().0.field;
-    let order = mesh.in_face_order().into_iter();
+    let field = dense::solve_system(mesh, &matrix).unwrap().0.field;
+    let order = mesh.texels_in_face_order().into_iter();
     order.map(|k| field.radiosity[k].truncate()).collect()
 }
 
-fn run(scene: &Scene, kind: &Kind, epsilon: f64) -> (Mesh, Run) {
-    let settings = settings();
-    let mesh = sampled(scene, &settings.meshing).unwrap();
-    let mut engine = kind.engine(&mesh, &settings, &[]);
+fn run(scene: &Scene, kind: &EngineKind, epsilon: f64) -> (Mesh, SolveRun) {
+    let settings = engine_settings();
+    let mesh = sampled_mesh(scene, &settings.meshing).unwrap();
+    let mut engine = kind.fresh_engine(&mesh, &settings, &[]);
     let schedule = Schedule {
         epsilon,
         iteration: Iteration::Cg,
         ..settings.schedule
     };
     let go_on = &mut |_| ControlFlow::Continue(());
-    let run = passes::solve(engine.as_mut(), &mesh, &schedule, go_on).unwrap();
+    let run = passes::solve_by_schedule(engine.as_mut(), &mesh, &schedule, go_on).unwrap();
     drop(engine);
     (mesh, run)
 }
 
-/// RMS of the difference over that of b.
+/// Returns the RMS of the difference over the RMS of `b`.
 fn rms(a: impl Iterator<Item = Vec3>, b: &[Vec3]) -> f32 {
     let off: f32 = a.zip(b).map(|(a, b)| (a - *b).length_squared()).sum();
     (off / b.iter().map(|b| b.length_squared()).sum::<f32>()).sqrt()
 }
 
 #[test]
-fn checks_are_as_faces_of_their_own() {
+fn painted_checks_equal_separate_faces() {
     let whole = painted();
     let mesh = Mesh::uniform(&whole, CHECKS, 1).unwrap();
     let (parts, resolutions) = split(&whole);
     let other = Mesh::new(&parts, &resolutions, 1).unwrap();
-    let (a, b) = (mesh.in_face_order(), other.in_face_order());
+    let (a, b) = (mesh.texels_in_face_order(), other.texels_in_face_order());
     for (a, b) in a.iter().zip(&b) {
         let (a, b) = (&mesh.texels[*a], &other.texels[*b]);
-        assert!(
-            (a.reflectance - b.reflectance).length() < 1e-6,
-            "{a:?} {b:?}"
-        );
+        assert!((a.reflectance - b.reflectance).length() < 1e-6, "{a:?} {b:?}");
         assert!((a.emission - b.emission).length() < 1e-6, "{a:?} {b:?}");
     }
     let expected = exact(&parts, &other);
@@ -136,37 +133,35 @@ fn checks_are_as_faces_of_their_own() {
 }
 
 #[test]
-fn a_hierarchical_solve_sees_the_checks() {
+fn hierarchical_solve_of_painted_checks_equals_exact_solution() {
     let whole = painted();
     let mesh = Mesh::uniform(&whole, 2 * CHECKS, 1).unwrap();
     let go_on = &mut |_| ControlFlow::Continue(());
-    let outcome = solve(&whole, &mesh, &[], Goal::of(0.005), go_on).unwrap();
+    let outcome = solve_scene(&whole, &mesh, &[], ErrorBudget::for_error(0.005), go_on).unwrap();
     let texels = mesh.texels.iter().zip(&outcome.irradiance);
-    let found: Vec<Vec3> = texels
-        .map(|(t, h)| t.emission + t.reflectance * *h)
-        .collect();
-    let order = mesh.in_face_order();
+    let found: Vec<Vec3> = texels.map(|(t, h)| t.emission + t.reflectance * *h).collect();
+    let order = mesh.texels_in_face_order();
     let off = rms(order.iter().map(|k| found[*k]), &exact(&whole, &mesh));
     assert!(off < 0.01, "{off}");
 }
 
 #[test]
-fn no_watt_is_lost_where_cells_reflect_unevenly() {
+fn energy_balances_on_patches_of_uneven_reflectance() {
     let whole = painted();
-    for kind in KINDS {
+    for kind in ENGINE_KINDS {
         let (mesh, run) = run(&whole, &kind, 1e-4);
-        let energy = Energy::new(&mesh, &run.field, &run.shots);
+        let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
         assert!(run.converged, "{}", kind.name);
         assert!(energy.imbalance < 2e-6, "{}: {energy:?}", kind.name);
-        assert!(energy.share(energy.unshot).abs() < 1e-4, "{}", kind.name);
+        assert!(energy.share_of_emitted(energy.unshot).abs() < 1e-4, "{}", kind.name);
     }
 }
 
 #[test]
-fn both_solvers_see_the_same_paint() {
+fn cpu_and_gpu_agree_on_painted_faces() {
     let whole = painted();
-    let [cpu, gpu] = [KINDS[0], KINDS[3]].map(|kind| run(&whole, &kind, 1e-4).1.field);
-    let light = |field: &common::shooting::Field| -> Vec<Vec3> {
+    let [cpu, gpu] = [ENGINE_KINDS[0], ENGINE_KINDS[3]].map(|kind| run(&whole, &kind, 1e-4).1.field);
+    let light = |field: &common::shooting::RadiosityField| -> Vec<Vec3> {
         field.radiosity.iter().map(|b| b.truncate()).collect()
     };
     let off = rms(light(&cpu).into_iter(), &light(&gpu));

@@ -1,4 +1,4 @@
-//! WGSL, scalar twins, rays and item buffers held to each other; and that the verdict can fail.
+//! Comparisons of WGSL, twins, rays and item buffers with each other; planted faults make them fail.
 
 mod agree;
 mod explained;

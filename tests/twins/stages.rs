@@ -1,15 +1,16 @@
-//! Each stage has a check of its own: a fault planted in a WGSL function turns that stage red and no
-//! other, whatever the visibility and however many samples; without a fault none is red.
+//! Each stage has a check of its own: a fault planted in a WGSL function fails that stage and no other, for every
+//! visibility and number of samples; without a fault none fails.
 
-use common::cover::sampled;
+use common::cover::sampled_mesh;
 use common::form_factor::FormFactor;
 use common::rays::Rays;
-use common::settings::{Meshing, Projection, Raster, Settings, Transport, Visibility};
-use gpu::{Fault, Gpu, GpuSolver};
-use oracle::judge::compare::stages::stages;
+use common::settings::{ItemBufferProjection, Meshing, Raster, Settings, Transport, Visibility};
+use gpu::{Gpu, GpuSolver, ShaderFault};
+use oracle::compare::stages::check_stages;
 use radiosity_tests::box_in_room;
+use radiosity_tests::shader_faults::shader_fault;
 
-/// How links are made.
+/// Settings by which links are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum By {
     Rays,
@@ -21,27 +22,23 @@ enum By {
 }
 use By::{Hemicube, Paper, Pixels, Triangles};
 
-fn settings(by: By) -> Settings {
-    let drawn = |projection| Visibility::drawn(projection, 128);
+fn settings_for(by: By) -> Settings {
+    let drawn = |projection| Visibility::with_item_buffer(projection, 128);
     let visibility = match by {
         By::Rays => Visibility::Rays,
-        Pixels | Paper => drawn(Projection::Stereographic(Raster::Pixel)),
-        Triangles => drawn(Projection::Stereographic(Raster::Tessellated)),
-        Hemicube => drawn(Projection::Hemicube),
+        Pixels | Paper => drawn(ItemBufferProjection::Stereographic(Raster::Pixel)),
+        Triangles => drawn(ItemBufferProjection::Stereographic(Raster::Tessellated)),
+        Hemicube => drawn(ItemBufferProjection::Hemicube),
     };
     let whole = by == Paper;
     Settings {
         meshing: Meshing {
             texels: 6,
-            cells: if whole { 1 } else { 2 },
+            patches: if whole { 1 } else { 2 },
             samples: if whole { 1 } else { 3 },
         },
         transport: Transport {
-            form_factor: if whole {
-                FormFactor::Disc
-            } else {
-                FormFactor::Polygon
-            },
+            form_factor: if whole { FormFactor::Disc } else { FormFactor::Polygon },
             visibility,
             conserve: true,
         },
@@ -49,13 +46,12 @@ fn settings(by: By) -> Settings {
     }
 }
 
-/// The stages that are red.
-fn red(gpu: &Gpu, by: By, faults: &[Fault]) -> Vec<String> {
-    let settings = settings(by);
-    let mesh = sampled(&box_in_room(), &settings.meshing).unwrap();
+/// Returns the stages that fail.
+fn failing_stages(gpu: &Gpu, by: By, faults: &[ShaderFault]) -> Vec<String> {
+    let settings = settings_for(by);
+    let mesh = sampled_mesh(&box_in_room(), &settings.meshing).unwrap();
     let solver = GpuSolver::with_faults(gpu, &mesh, &settings.transport, faults);
-    let judged =
-        solver.and_then(|mut s| stages(&mesh, &settings.transport, &Rays::new(&mesh), &mut s));
+    let judged = solver.and_then(|mut s| check_stages(&mesh, &settings.transport, &Rays::new(&mesh), &mut s));
     let stages = match judged {
         Ok(stages) => stages,
         Err(error) => return vec![error.to_string()],
@@ -64,36 +60,24 @@ fn red(gpu: &Gpu, by: By, faults: &[Fault]) -> Vec<String> {
     red.map(|stage| stage.name).collect()
 }
 
-fn gpu() -> Gpu {
+fn open_gpu() -> Gpu {
     Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh")
 }
 
 #[test]
-fn without_a_fault_no_stage_is_red() {
-    let gpu = gpu();
+fn stages_without_fault_agree() {
+    let gpu = open_gpu();
     for by in [By::Rays, Pixels, Triangles, Hemicube, Paper] {
-        assert_eq!(red(&gpu, by, &[]), Vec::<String>::new(), "{by:?}");
+        assert_eq!(failing_stages(&gpu, by, &[]), Vec::<String>::new(), "{by:?}");
     }
 }
 
-/// (how, file, what it reads, what it reads instead, the stages that are red then).
-type Row = (
-    By,
-    &'static str,
-    &'static str,
-    &'static str,
-    &'static [&'static str],
-);
+/// (settings, file, text, replacement, the stages that fail).
+type Row = (By, &'static str, &'static str, &'static str, &'static [&'static str]);
 
-/// A fault in what raster and lookup, or rays and escape, share is seen by both.
+/// A fault in a function that raster and lookup, or rays and escape, share fails both.
 const FAULTS: &[Row] = &[
-    (
-        Pixels,
-        "select",
-        "if power > best {",
-        "if power < best {",
-        &["select"],
-    ),
+    (Pixels, "select", "if power > best {", "if power < best {", &["select"]),
     (
         Paper,
         "select",
@@ -115,10 +99,10 @@ const FAULTS: &[Row] = &[
         "shot.radiosity = shot.flux;",
         &["deposit"],
     ),
-    (Pixels, "aim", ".position;", ".position * 1.001;", &["aim"]),
+    (Pixels, "view", ".position;", ".position * 1.001;", &["aim"]),
     (
         Pixels,
-        "aim",
+        "view",
         "= faces[face].plane.xyz;",
         "= -faces[face].plane.xyz;",
         &["aim", "form factor", "lookup", "escape"],
@@ -133,20 +117,20 @@ const FAULTS: &[Row] = &[
     (
         Pixels,
         "item_buffer",
-        "min(hit.t * DEPTH_SCALE, DEPTH_MAX)",
-        "DEPTH_MAX - hit.t * DEPTH_SCALE",
+        "min(hit.t * DEPTH_SCALE, MAX_DEPTH)",
+        "MAX_DEPTH - hit.t * DEPTH_SCALE",
         &["item buffer"],
     ),
     (
         Hemicube,
         "item_buffer",
-        "index / 6u % SIDES",
-        "index / 6u % (SIDES - 1u)",
+        "index / 6u % IMAGE_PLANES",
+        "index / 6u % (IMAGE_PLANES - 1u)",
         &["item buffer"],
     ),
     (
         Hemicube,
-        "bound",
+        "image_bound",
         "limits.xy - pixel",
         "limits.xy + pixel",
         &["item buffer"],
@@ -159,32 +143,26 @@ const FAULTS: &[Row] = &[
         "return level / 2u;",
         &["item buffer"],
     ),
-    (
-        Pixels,
-        "form_factor",
-        "PI / 2.0 - a",
-        "PI / 2.0 + a",
-        &["form factor"],
-    ),
+    (Pixels, "form_factor", "PI / 2.0 - a", "PI / 2.0 + a", &["form factor"]),
     (
         Paper,
         "form_factor",
-        "return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
-        "return disc(cos_i, 1.0, r2, shots[slot].area, shots[slot].area);",
+        "return disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
+        "return disc_factor(cos_i, 1.0, r2, shots[slot].area, shots[slot].area);",
         &["form factor"],
     ),
     (
         Pixels,
         "link",
-        "return sum / f32(NEAR * NEAR);",
-        "return sum / f32(NEAR);",
+        "return sum / f32(NEAR_POINTS_PER_SIDE * NEAR_POINTS_PER_SIDE);",
+        "return sum / f32(NEAR_POINTS_PER_SIDE);",
         &["form factor"],
     ),
     (
         Pixels,
         "sampling",
-        "let first = hash(texel ^ hash(cell));",
-        "let first = hash(texel + hash(cell));",
+        "let first = pcg_hash(texel ^ pcg_hash(patch_index));",
+        "let first = pcg_hash(texel + pcg_hash(patch_index));",
         &["link"],
     ),
     (
@@ -202,13 +180,7 @@ const FAULTS: &[Row] = &[
         // Known: lookup is red as well.
         &["lookup", "link"],
     ),
-    (
-        Pixels,
-        "link",
-        "next.seen += g;",
-        "next.seen += 0.5 * g;",
-        &["link"],
-    ),
+    (Pixels, "link", "next.seen += g;", "next.seen += 0.5 * g;", &["link"]),
     (
         Pixels,
         "link",
@@ -226,43 +198,37 @@ const FAULTS: &[Row] = &[
     (
         Pixels,
         "lookup",
-        "let tile = vec2i(tile()) * i32(SIZE);",
+        "let tile = vec2i(tile_index()) * i32(IMAGE_SIZE);",
         "let tile = vec2i(1);",
         &["lookup"],
     ),
     (
         Paper,
         "intersect",
-        "hit.t < END * end",
-        "hit.t > END * end",
+        "hit.t < SEGMENT_END_FRACTION * end",
+        "hit.t > SEGMENT_END_FRACTION * end",
         &["lookup"],
     ),
     (
         By::Rays,
         "intersect",
-        "hit.t < END * end",
+        "hit.t < SEGMENT_END_FRACTION * end",
         "hit.t < 0.5 * end",
         &["rays"],
     ),
     (
         By::Rays,
         "escape",
-        "nearest.front <= nearest.back + CONTACT",
-        "nearest.front > nearest.back + CONTACT",
+        "nearest.front <= nearest.back + CONTACT_DISTANCE",
+        "nearest.front > nearest.back + CONTACT_DISTANCE",
         &["escape"],
     ),
-    (
-        By::Rays,
-        "received",
-        "* texels[texel].area;",
-        ";",
-        &["received"],
-    ),
+    (By::Rays, "patch_transfer", "* texels[texel].area;", ";", &["received"]),
     (
         By::Rays,
         "closure",
-        "sum += taken[",
-        "sum += 1.01 * taken[",
+        "sum += transfers[",
+        "sum += 1.01 * transfers[",
         &["closure"],
     ),
     (
@@ -279,13 +245,7 @@ const FAULTS: &[Row] = &[
         "received;",
         &["deposit"],
     ),
-    (
-        Pixels,
-        "deposit",
-        "residual[k] = vec4f(0.0);",
-        "",
-        &["deposit"],
-    ),
+    (Pixels, "deposit", "residual[k] = vec4f(0.0);", "", &["deposit"]),
     (
         Pixels,
         "deposit",
@@ -295,14 +255,14 @@ const FAULTS: &[Row] = &[
     ),
     (
         Pixels,
-        "power",
+        "unshot_power",
         "abs(r.z)) * area",
         "abs(r.y)) * area",
         &["power"],
     ),
     (
         Pixels,
-        "power",
+        "unshot_power",
         "vec4f(r * area,",
         "vec4f(r * area * 1.001,",
         &["power"],
@@ -310,20 +270,20 @@ const FAULTS: &[Row] = &[
     (
         Pixels,
         "exchange",
-        "sum += x * taken[",
-        "sum += 1.001 * x * taken[",
+        "sum += x * transfers[",
+        "sum += 1.001 * x * transfers[",
         &["exchange"],
     ),
     (
         Pixels,
-        "collect",
+        "gather",
         "sum += x * links[",
         "sum += x * x * links[",
         &["collect"],
     ),
     (
         Pixels,
-        "collect",
+        "gather",
         "texels[k].reflectance * irradiance[k].xyz;",
         "irradiance[k].xyz;",
         &["collect"],
@@ -331,11 +291,11 @@ const FAULTS: &[Row] = &[
 ];
 
 #[test]
-fn a_fault_turns_its_own_stage_red() {
-    let gpu = gpu();
+fn fault_fails_its_own_stage_only() {
+    let gpu = open_gpu();
     let mut wrong = Vec::new();
     for (by, file, from, to, expected) in FAULTS {
-        let red = red(&gpu, *by, &[Fault { file, from, to }]);
+        let red = failing_stages(&gpu, *by, &[shader_fault(file, from, to)]);
         println!("{file:12} {from:60} {red:?}");
         if red != *expected {
             wrong.push(format!("{file}: {from} → {to}: {red:?}, not {expected:?}"));

@@ -1,4 +1,4 @@
-//! From a file's own primaries to linear Rec. 709.
+//! Colour conversion from a file's own primaries to linear Rec. 709.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
@@ -6,16 +6,16 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Primaries(pub [DVec2; 4]);
 
-/// What the workspace computes in.
-pub(super) const REC709: Primaries = Primaries([
+/// The primaries of the workspace's own colours.
+pub(super) const REC709_PRIMARIES: Primaries = Primaries([
     DVec2::new(0.64, 0.33),
     DVec2::new(0.30, 0.60),
     DVec2::new(0.15, 0.06),
     DVec2::new(0.3127, 0.3290),
 ]);
 
-/// The colour space CIE XYZ itself.
-pub(super) const XYZ: Primaries = Primaries([
+/// CIE XYZ, written as primaries.
+pub(super) const XYZ_PRIMARIES: Primaries = Primaries([
     DVec2::new(1.0, 0.0),
     DVec2::new(0.0, 1.0),
     DVec2::new(0.0, 0.0),
@@ -23,7 +23,7 @@ pub(super) const XYZ: Primaries = Primaries([
 ]);
 
 impl Primaries {
-    /// The matrix to XYZ with Y = 1 for white; none if the four do not span a colour space.
+    /// Returns the matrix to XYZ with Y = 1 for white; `None` if the four points do not span a colour space.
     fn to_xyz(self) -> Option<DMat3> {
         let [r, g, b, w] = self.0;
         let column = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y);
@@ -36,18 +36,18 @@ impl Primaries {
         Some(primaries * DMat3::from_diagonal(scale))
     }
 
-    /// Whether these are Rec. 709's to the digits in which files write them.
+    /// Tests for Rec. 709, to the three digits in which files write primaries.
     pub(super) fn are_rec709(self) -> bool {
         self.0
             .iter()
-            .zip(REC709.0)
+            .zip(REC709_PRIMARIES.0)
             .all(|(a, b)| (*a - b).length() < 1e-3)
     }
 
-    /// Converts `pixels` in place, without adapting the white point: the light stays the same
-    /// light. False, and nothing is changed, if the primaries do not span a colour space.
-    pub(super) fn convert(self, pixels: &mut [Vec3]) -> bool {
-        let (Some(from), Some(to)) = (self.to_xyz(), REC709.to_xyz()) else {
+    /// Converts `pixels` in place without adapting the white point, so that the light itself does not
+    /// change. Returns false, and changes nothing, if the primaries do not span a colour space.
+    pub(super) fn convert_pixels(self, pixels: &mut [Vec3]) -> bool {
+        let (Some(from), Some(to)) = (self.to_xyz(), REC709_PRIMARIES.to_xyz()) else {
             return false;
         };
         let matrix = to.inverse() * from;
@@ -63,8 +63,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rec709_is_the_standards_matrix() {
-        let rows = REC709.to_xyz().map(|m| m.transpose()).unwrap_or_default();
+    fn rec709_matrix_equals_iec_61966_2_1() {
+        let rows = REC709_PRIMARIES.to_xyz().map(|m| m.transpose()).unwrap_or_default();
         // IEC 61966-2-1 prints four digits.
         let printed = DMat3::from_cols(
             DVec3::new(0.4124, 0.3576, 0.1805),
@@ -73,7 +73,8 @@ mod tests {
         );
         assert!(rows.abs_diff_eq(printed, 1e-4), "{rows}");
         assert!(
-            XYZ.to_xyz()
+            XYZ_PRIMARIES
+                .to_xyz()
                 .is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12))
         );
     }

@@ -1,24 +1,24 @@
-//! A room's lighting as one HDR radiance map per face, and back.
+//! Writes a room's lighting as one HDR radiance map per face, and reads it back.
 //!
-//! A folder holds `000-name.exr`, `001-name.exr`, … and `room.json`, which says of each face what
-//! `result.json` says, and its file. R, G, B are radiance L = B/π, W/m²/sr, for paint programs and
+//! A folder holds `000-name.exr`, `001-name.exr`, … and `room.json`. That file describes each face as
+//! `result.json` does, and names its map. R, G, B are radiance L = B/π, W/m²/sr, for paint programs and
 //! viewers; `radiosity.R/G/B` hold B itself, since π·(B/π) does not give back B's last bit. Both
 //! are 32-bit float. On a quad the image's first row is the last row of texels, at the edge from
 //! corner 3 to corner 2, so that a wall whose corner 0 is its lower left is upright. A triangle's
 //! N² texels are read as one line in an N×N image, as in `lightmap.exr`.
 //!
-//! Where R, G, B are no longer B/π bit for bit, or there is no `radiosity.*`, somebody has painted
-//! on the map: there B = πL.
+//! A pixel whose R, G, B differ from B/π in any bit, or that has no `radiosity.*`, was painted on in an
+//! image editor: its radiosity is B = πL.
 
 use crate::error::{Error, Result};
 use crate::mesh::MAX_TEXELS;
 use crate::scene::{Scene, Shape};
-use crate::solution::faces::{Entry, TOO_BRIGHT, describe, faces, label, too_bright};
-use crate::solution::pending::Pending;
-use crate::solution::pixels::Planes;
-use crate::solution::write::{encode, prepare};
+use crate::solution::faces::{FaceEntry, TOO_BRIGHT, build_faces, describe_face, face_label, first_too_bright};
+use crate::solution::pending::PendingFiles;
+use crate::solution::pixels::ImagePlanes;
+use crate::solution::write::{encode_exr, prepare_directory};
 use crate::texel;
-use crate::text::plain;
+use crate::text::escape_control;
 use glam::{BVec3, Vec3};
 use serde::Deserialize;
 use serde_json::json;
@@ -27,8 +27,8 @@ use std::path::{Component, Path};
 
 /// A room with its lighting.
 #[derive(Clone, Debug)]
-pub struct Room {
-    /// The faces; its notes say which maps were painted on.
+pub struct MappedRoom {
+    /// The faces; the notes list the maps that were painted on.
     pub scene: Scene,
     /// Texels W×H of each face (N×N on a triangle).
     pub resolutions: Vec<[u32; 2]>,
@@ -36,68 +36,63 @@ pub struct Room {
     pub radiosity: Vec<Vec3>,
 }
 
-/// Writes `scene` with its lighting into the folder `dir`, which is made if need be.
+/// Writes `scene` with its lighting into the folder `dir`, and creates the folder if needed.
 ///
-/// `radiosity` (W/m²) is that of all texels, face after face, of `resolutions` W×H each. Files
-/// get temporary names first; an old `room.json` goes first and the new one comes last, so that a
-/// folder that has it is whole.
+/// `radiosity` (W/m²) lists all texels face after face, each face of `resolutions` W×H texels. Files are
+/// written under temporary names. An old `room.json` is removed first and the new one is added last, so
+/// a folder with a `room.json` is complete.
 ///
 /// Errors: [`Error::Write`] with the file; [`Error::Usage`] if the lengths do not match.
-pub fn write(
-    dir: &Path,
-    scene: &Scene,
-    resolutions: &[[u32; 2]],
-    radiosity: &[Vec3],
-) -> Result<()> {
-    let count: usize = resolutions.iter().map(|r| texel::count(*r) as usize).sum();
+pub fn write(dir: &Path, scene: &Scene, resolutions: &[[u32; 2]], radiosity: &[Vec3]) -> Result<()> {
+    let count: usize = resolutions.iter().map(|r| texel::texel_count(*r) as usize).sum();
     if resolutions.len() != scene.faces.len() || radiosity.len() != count {
         return Err(Error::Usage(
             "a map needs a radiosity for every texel of every face".into(),
         ));
     }
-    prepare(dir)?;
-    let mut files = Pending::default();
+    prepare_directory(dir)?;
+    let mut files = PendingFiles::default();
     let mut rest = radiosity;
     let mut entries = Vec::new();
     for (k, (face, resolution)) in scene.faces.iter().zip(resolutions).enumerate() {
-        let (own, others) = rest.split_at(texel::count(*resolution) as usize);
+        let (own, others) = rest.split_at(texel::texel_count(*resolution) as usize);
         rest = others;
-        let file = format!("{k:03}-{}.exr", safe(&face.name));
+        let file = format!("{k:03}-{}.exr", safe_file_name(&face.name));
         let path = dir.join(&file);
-        let rows = rows(face.shape, *resolution);
-        let image = image(*resolution, &rows, own).map_err(|source| Error::Write {
+        let rows = pixel_order(face.shape, *resolution);
+        let image = encode_map(*resolution, &rows, own).map_err(|source| Error::Write {
             path: path.clone(),
             source,
         })?;
         files.add(&path, &image)?;
-        let mut entry = describe(face, *resolution);
+        let mut entry = describe_face(face, *resolution);
         entry["file"] = file.into();
         entries.push(entry);
     }
     let text = format!("{:#}\n", json!({ "scene": scene.name, "faces": entries }));
     let description = dir.join("room.json");
     files.add(&description, text.as_bytes())?;
-    // Between two renames there must not be new maps beside an old description.
+    // Removed first: new maps must never stand beside an old description.
     match std::fs::remove_file(&description) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write {
             path: description,
             source,
         }),
-        _ => files.finish(),
+        _ => files.rename_files(),
     }
 }
 
-/// Reads what [`write()`] wrote, also after somebody has changed the maps.
+/// Reads a folder written by [`write()`], including maps edited since.
 ///
 /// Errors ([`Error::Input`], with file and face): a file that is missing, damaged or of another
 /// size, a missing channel, a radiance that is not finite, or painted and negative.
-pub fn read(dir: &Path) -> Result<Room> {
+pub fn read(dir: &Path) -> Result<MappedRoom> {
     let path = dir.join("room.json");
-    let description = description(&path)?;
+    let description = read_description(&path)?;
     let entries = &description.faces;
-    let mut room = Room {
+    let mut room = MappedRoom {
         scene: Scene {
-            name: plain(&description.scene),
+            name: escape_control(&description.scene),
             ..Scene::default()
         },
         resolutions: entries.iter().map(|e| e.texels).collect(),
@@ -105,9 +100,9 @@ pub fn read(dir: &Path) -> Result<Room> {
     };
     let mut total = 0;
     for (k, entry) in entries.iter().enumerate() {
-        let refuse = |message: String| Error::input(&path, label(k), message);
+        let refuse = |message: String| Error::bad_input(&path, face_label(k), message);
         entry
-            .check()
+            .check_entry()
             .and_then(|()| entry.check_emission())
             .map_err(refuse)?;
         total += u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
@@ -115,21 +110,21 @@ pub fn read(dir: &Path) -> Result<Room> {
             return Err(refuse("too many texels in all faces".into()));
         }
     }
-    room.scene.faces = faces(entries);
+    room.scene.faces = build_faces(entries);
     for (k, entry) in entries.iter().enumerate() {
-        let file = file(entry).map_err(|message| Error::input(&path, label(k), message))?;
+        let file = map_file_name(entry).map_err(|message| Error::bad_input(&path, face_label(k), message))?;
         let shape = room.scene.faces[k].shape;
-        let (values, painted) = radiosity(&dir.join(file), k, shape, entry.texels)?;
+        let (values, painted) = read_radiosity(&dir.join(file), k, shape, entry.texels)?;
         room.radiosity.extend(values);
         if painted > 0 {
-            let texels = texel::count(entry.texels);
+            let texels = texel::texel_count(entry.texels);
             room.scene.notes.push(format!(
                 "{file}: {painted} of {texels} texels have no radiosity.R/G/B that belongs to R, G, B: π × radiance was taken"
             ));
         }
     }
-    match too_bright(&room.radiosity, &room.resolutions) {
-        Some(k) => Err(Error::input(&path, label(k), TOO_BRIGHT)),
+    match first_too_bright(&room.radiosity, &room.resolutions) {
+        Some(k) => Err(Error::bad_input(&path, face_label(k), TOO_BRIGHT)),
         None => Ok(room),
     }
 }
@@ -138,22 +133,22 @@ pub fn read(dir: &Path) -> Result<Room> {
 struct Description {
     #[serde(default)]
     scene: String,
-    faces: Vec<Entry>,
+    faces: Vec<FaceEntry>,
 }
 
-fn description(path: &Path) -> Result<Description> {
-    let refuse = |message: String| Error::input(path, "", message);
-    let text = crate::file::input(path, "a folder of maps is needed")?;
-    let description: Description = serde_json::from_slice(&text)
-        .map_err(|e| refuse(format!("does not describe a room: {e}")))?;
+fn read_description(path: &Path) -> Result<Description> {
+    let refuse = |message: String| Error::bad_input(path, "", message);
+    let text = crate::file::read_input(path, "a folder of maps is needed")?;
+    let description: Description =
+        serde_json::from_slice(&text).map_err(|e| refuse(format!("does not describe a room: {e}")))?;
     if description.faces.is_empty() {
         return Err(refuse("has no faces".into()));
     }
     Ok(description)
 }
 
-/// The face's file, which must lie in the folder itself.
-fn file(entry: &Entry) -> std::result::Result<&str, String> {
+/// Returns the name of the face's map, which must lie in the folder itself.
+fn map_file_name(entry: &FaceEntry) -> std::result::Result<&str, String> {
     let name = entry.file.as_deref().ok_or("names no file")?;
     let mut parts = Path::new(name).components();
     match (parts.next(), parts.next()) {
@@ -162,21 +157,17 @@ fn file(entry: &Entry) -> std::result::Result<&str, String> {
     }
 }
 
-/// Letters, digits, `-` and `_` of a name, the rest replaced; at most 40, at least one.
-fn safe(name: &str) -> String {
+/// Makes a file name of 1 to 40 characters: ASCII letters, digits and `-` are kept, others become `_`.
+fn safe_file_name(name: &str) -> String {
     let keep = |c: char| {
-        if c.is_ascii_alphanumeric() || c == '-' {
-            c
-        } else {
-            '_'
-        }
+        if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }
     };
     let name: String = name.chars().take(40).map(keep).collect();
     if name.is_empty() { "face".into() } else { name }
 }
 
-/// The texels' indices in the order of the image's pixels.
-fn rows(shape: Shape, [w, h]: [u32; 2]) -> Vec<usize> {
+/// Returns the texels' indices in the order of the image's pixels.
+fn pixel_order(shape: Shape, [w, h]: [u32; 2]) -> Vec<usize> {
     let [w, h] = [w as usize, h as usize];
     match shape {
         Shape::Quad => (0..h).rev().flat_map(|j| j * w..(j + 1) * w).collect(),
@@ -184,41 +175,42 @@ fn rows(shape: Shape, [w, h]: [u32; 2]) -> Vec<usize> {
     }
 }
 
-fn image(size: [u32; 2], rows: &[usize], radiosity: &[Vec3]) -> std::io::Result<Vec<u8>> {
+fn encode_map(size: [u32; 2], rows: &[usize], radiosity: &[Vec3]) -> std::io::Result<Vec<u8>> {
     let mut planes = Vec::new();
     for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
         let exact: Vec<f32> = rows.iter().map(|at| radiosity[*at][c]).collect();
         planes.push((letter.into(), exact.iter().map(|b| b / PI).collect()));
         planes.push((format!("radiosity.{letter}"), exact));
     }
-    encode(size.map(|n| n as usize), planes)
+    encode_exr(size.map(|n| n as usize), planes)
 }
 
-/// A face's radiosity in the order of its texels, and of how many it is π × radiance.
-fn radiosity(path: &Path, k: usize, shape: Shape, size: [u32; 2]) -> Result<(Vec<Vec3>, usize)> {
-    let refuse = |message: String| Error::input(path, label(k), message);
+/// Reads a face's radiosity in the order of its texels. Also returns the number of texels whose value is
+/// π × radiance, because they were painted on.
+fn read_radiosity(path: &Path, k: usize, shape: Shape, size: [u32; 2]) -> Result<(Vec<Vec3>, usize)> {
+    let refuse = |message: String| Error::bad_input(path, face_label(k), message);
     let [w, h] = size.map(|n| n as usize);
-    // A little more than its own size, for the message below to tell of another size.
-    let planes = Planes::read(path, 4 * (w * h) as u64 + (1 << 16))?;
+    // A little more than its own size, so that the message below can state another size.
+    let planes = ImagePlanes::read(path, 4 * (w * h) as u64 + (1 << 16))?;
     if [planes.width, planes.height] != [w, h] {
         return Err(refuse(format!(
             "has {}×{} pixels instead of {w}×{h}: keep a map's size",
             planes.width, planes.height
         )));
     }
-    let Some(radiance) = planes.colours("") else {
+    let Some(radiance) = planes.colour_planes("") else {
         return Err(refuse("lacks a channel of R, G and B (radiance)".into()));
     };
-    let exact = planes.colours("radiosity.");
+    let exact = planes.colour_planes("radiosity.");
     let mut values = vec![Vec3::ZERO; w * h];
     let mut painted = 0;
-    for (pixel, at) in rows(shape, size).into_iter().enumerate() {
+    for (pixel, at) in pixel_order(shape, size).into_iter().enumerate() {
         let colour = |planes: [&[f32]; 3]| Vec3::from(planes.map(|plane| plane[pixel]));
         let radiance = colour(radiance);
         let kept = exact.map(colour).filter(|b| same_bits(*b / PI, radiance));
         painted += usize::from(kept.is_none());
         let value = kept.unwrap_or(radiance * PI);
-        // A solver may leave −1e-9 behind, and gets it back; nobody paints less than black.
+        // A solver's own −1e-9 is kept; a painted value below black is an error.
         if !value.is_finite() || (kept.is_none() && value.min_element() < 0.0) {
             return Err(refuse(format!(
                 "its radiance at pixel {}, {} is negative or not finite",

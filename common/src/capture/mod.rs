@@ -1,4 +1,4 @@
-//! Captured rooms: an HDR radiance map of a real place becomes the radiosity of a box room's walls.
+//! Captured rooms: converts an HDR radiance map of a real place to the radiosity of a box room's walls.
 //!
 //! ```text
 //! file ─ panorama (radiance, openexr, colour, repair) ─ projection ─┐
@@ -21,36 +21,36 @@ mod scanline;
 mod sphere;
 
 pub use panorama::Panorama;
-pub use projection::Projection;
-pub use repair::Counts;
+pub use projection::MapProjection;
+pub use repair::RepairCounts;
 pub use resample::texel_radiosity;
 
 use glam::Vec3;
 
-/// More pixels than this are refused: 8192 × 8192, or 0.8 GB as three 32-bit floats.
+/// Largest accepted number of pixels: 8192 × 8192, or 0.8 GB as three 32-bit floats.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// A decoded file, before its projection is known and its pixels are repaired.
 #[derive(Debug, Default)]
-struct Decoded {
+struct DecodedMap {
     /// Width and height in pixels.
     size: [usize; 2],
     /// Radiance, row by row from the upper left.
     pixels: Vec<Vec3>,
-    /// What the file says its projection is.
-    projection: Option<Projection>,
-    /// What is worth saying about the file.
+    /// The projection that the file states.
+    projection: Option<MapProjection>,
+    /// Remarks about the file for the user.
     notes: Vec<String>,
 }
 
-/// Why a file cannot be decoded: the place in it (may be empty) and the reason.
+/// The reason for which a file cannot be decoded, and its place in the file (may be empty).
 #[derive(Debug)]
-struct Failure {
+struct DecodeFailure {
     place: String,
     message: String,
 }
 
-impl From<String> for Failure {
+impl From<String> for DecodeFailure {
     fn from(message: String) -> Self {
         Self {
             place: String::new(),
@@ -59,18 +59,18 @@ impl From<String> for Failure {
     }
 }
 
-impl From<&str> for Failure {
+impl From<&str> for DecodeFailure {
     fn from(message: &str) -> Self {
         message.to_owned().into()
     }
 }
 
-/// Refuses sizes that are empty or beyond [`MAX_PIXELS`], with the end of a sentence about the file.
+/// Checks that a map has at least one pixel and at most [`MAX_PIXELS`].
+///
+/// Errors: the end of a sentence that begins with the file's name.
 pub fn check_size(width: u64, height: u64) -> Result<(), String> {
     if width == 0 || height == 0 {
-        return Err(format!(
-            "has {width}×{height} pixels: a map needs at least one"
-        ));
+        return Err(format!("has {width}×{height} pixels: a map needs at least one"));
     }
     if width.saturating_mul(height) > MAX_PIXELS {
         return Err(format!(

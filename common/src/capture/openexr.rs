@@ -1,13 +1,13 @@
-//! OpenEXR maps, decoded by the crate `exr`: all its compressions, scanlines and tiles.
+//! Decodes OpenEXR maps with the crate `exr`: all its compressions, scanlines and tiles.
 //!
-//! Rules: the map is the display window, and 0 where the data window does not reach; the largest
+//! Rules: the map is the display window, with 0 outside the data window; the largest
 //! level of a mip map; the first layer with R, G and B, or with `name.R`, `name.G` and `name.B`,
 //! else the first with Y alone (grey). Deep pixels and subsampled chroma are refused. Other
 //! primaries than Rec. 709 are converted. The header is checked against the file's length before
-//! memory is allocated for what it promises.
+//! memory is allocated for the sizes that it states.
 
 use super::colour::Primaries;
-use super::{Decoded, Failure, Projection, check_size};
+use super::{DecodeFailure, DecodedMap, MapProjection, check_size};
 use exr::meta::MetaData;
 use exr::meta::attribute::EnvironmentMap;
 use exr::meta::header::Header;
@@ -16,25 +16,25 @@ use glam::{DVec2, Vec3};
 use std::io::Cursor;
 use std::panic::catch_unwind;
 
-/// Whether `bytes` begin like an OpenEXR file.
-pub(super) fn is(bytes: &[u8]) -> bool {
+/// Tests for OpenEXR's magic number at the start of `bytes`.
+pub(super) fn is_openexr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
 /// Decodes a whole file.
-pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Failure> {
-    // The decoder indexes by what a damaged file says; whatever it does, it is the file's fault.
+pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, DecodeFailure> {
+    // The decoder uses indices of a damaged file unchecked; its panics are reported as damage.
     catch_unwind(|| {
-        let plan = Plan::new(bytes)?;
-        let mut pixels = plan.pixels(bytes)?;
+        let plan = LayerPlan::new(bytes)?;
+        let mut pixels = plan.decode_pixels(bytes)?;
         let mut notes = plan.notes;
         if let Some(primaries) = plan.primaries {
-            notes.push(match primaries.convert(&mut pixels) {
+            notes.push(match primaries.convert_pixels(&mut pixels) {
                 true => "its primaries were converted to Rec. 709".into(),
                 false => "its primaries make no colour space: Rec. 709 is assumed".into(),
             });
         }
-        Ok(Decoded {
+        Ok(DecodedMap {
             size: plan.frame.size,
             pixels,
             projection: plan.projection,
@@ -44,7 +44,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Failure> {
     .unwrap_or_else(|_| Err("is damaged: write or copy it again".into()))
 }
 
-/// Where the data window lies in the display window.
+/// Position of the data window in the display window.
 #[derive(Clone, Copy)]
 struct Frame {
     /// The display window's width and height.
@@ -54,7 +54,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// The index of the data window's pixel, if it is displayed.
+    /// Returns the map's index of a pixel of the data window, if it lies in the display window.
     fn index(self, at: Vec2<usize>) -> Option<usize> {
         let place = |at: usize, axis: usize| {
             let place = usize::try_from(at as i64 + self.offset[axis]).ok()?;
@@ -64,19 +64,19 @@ impl Frame {
     }
 }
 
-/// What is to be read.
-struct Plan {
+/// The part of a file to read: a layer's channels and their place in the map.
+struct LayerPlan {
     frame: Frame,
-    /// Three channels' names, or one's.
+    /// Names of three channels (R, G, B) or of one (luminance).
     channels: Vec<String>,
-    projection: Option<Projection>,
-    /// If they are not Rec. 709.
+    projection: Option<MapProjection>,
+    /// The file's primaries; `None` for Rec. 709.
     primaries: Option<Primaries>,
     notes: Vec<String>,
 }
 
-impl Plan {
-    fn new(bytes: &[u8]) -> Result<Self, Failure> {
+impl LayerPlan {
+    fn new(bytes: &[u8]) -> Result<Self, DecodeFailure> {
         let meta = MetaData::read_from_buffered(bytes, true)
             .map_err(|error| format!("has no header that can be read ({error})"))?;
         // Each chunk has an entry of 8 bytes in the offset table.
@@ -85,16 +85,14 @@ impl Plan {
         if chunks.saturating_mul(8) > bytes.len() as u64 {
             return Err(format!(
                 "promises {chunks} blocks of pixels and is too short for their addresses: write or copy it again"
-            ).into());
+            )
+            .into());
         }
-        let (header, channels) = choose(&meta)?;
-        let frame = frame(header)?;
+        let (header, channels) = choose_layer(&meta)?;
+        let frame = frame_of_header(header)?;
         let mut notes = Vec::new();
         if channels.len() == 1 {
-            notes.push(format!(
-                "has luminance only (channel {}): grey",
-                channels[0]
-            ));
+            notes.push(format!("has luminance only (channel {}): grey", channels[0]));
         } else if channels[0] != "R" {
             notes.push(format!("its channels {} were read", channels.join(", ")));
         }
@@ -114,19 +112,19 @@ impl Plan {
             frame,
             channels,
             projection: header.own_attributes.environment_map.map(|map| match map {
-                EnvironmentMap::LatitudeLongitude => Projection::LatLong,
-                EnvironmentMap::Cube => Projection::Cube,
+                EnvironmentMap::LatitudeLongitude => MapProjection::LatLong,
+                EnvironmentMap::Cube => MapProjection::Cube,
             }),
             primaries: primaries.filter(|p| !p.are_rec709()),
             notes,
         })
     }
 
-    /// The pixels of the display window.
+    /// Decodes the pixels of the display window.
     ///
-    /// Decoded on this thread: in the decoder's own pool a panic over a damaged block would end
-    /// the program. Pedantic: a file that was cut short is an error, not a map with a black part.
-    fn pixels(&self, bytes: &[u8]) -> Result<Vec<Vec3>, Failure> {
+    /// Decoding runs on this thread: in the decoder's own pool a panic over a damaged block would end
+    /// the program. It is pedantic: a file that was cut short is an error, not a map with a black part.
+    fn decode_pixels(&self, bytes: &[u8]) -> Result<Vec<Vec3>, DecodeFailure> {
         let frame = self.frame;
         let length = frame.size[0] * frame.size[1];
         let put = move |pixels: &mut Vec<[f32; 3]>, at: Vec2<usize>, value: [f32; 3]| {
@@ -166,19 +164,18 @@ impl Plan {
                 .map(|image| image.layer_data.channel_data.pixels),
             [] => return Err("has no channels".into()),
         };
-        let pixels = pixels
-            .map_err(|error| format!("cannot be decoded ({error}): write or copy it again"))?;
+        let pixels = pixels.map_err(|error| format!("cannot be decoded ({error}): write or copy it again"))?;
         Ok(pixels.into_iter().map(Vec3::from).collect())
     }
 }
 
-/// The first layer with colours, or else the first with luminance, and the channels' names.
-fn choose(meta: &MetaData) -> Result<(&Header, Vec<String>), String> {
+/// Chooses the first layer with colours, or else the first with luminance; returns its channels' names too.
+fn choose_layer(meta: &MetaData) -> Result<(&Header, Vec<String>), String> {
     let flat = || meta.headers.iter().filter(|header| !header.deep);
-    let found = flat()
-        .find_map(|header| Some((header, colours(header)?)))
-        .or_else(|| flat().find_map(|header| Some((header, vec![luminance(header)?]))));
-    let Some((header, channels)) = found else {
+    let layer = flat()
+        .find_map(|header| Some((header, colour_channels(header)?)))
+        .or_else(|| flat().find_map(|header| Some((header, vec![luminance_channel(header)?]))));
+    let Some((header, channels)) = layer else {
         return Err(match meta.headers.iter().any(|header| header.deep) {
             true => "holds deep pixels: flatten it".into(),
             false => "has neither channels R, G, B nor Y: a radiance map is needed".into(),
@@ -198,14 +195,9 @@ fn choose(meta: &MetaData) -> Result<(&Header, Vec<String>), String> {
     Ok((header, channels))
 }
 
-/// R, G and B, or the first three that have these behind the same prefix.
-fn colours(header: &Header) -> Option<Vec<String>> {
-    let names: Vec<String> = header
-        .channels
-        .list
-        .iter()
-        .map(|c| c.name.to_string())
-        .collect();
+/// Returns the names R, G and B, or the first three such names with a common prefix.
+fn colour_channels(header: &Header) -> Option<Vec<String>> {
+    let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
     let prefixes = names
         .iter()
         .filter_map(|name| name.strip_suffix(".R").map(|p| format!("{p}.")));
@@ -216,14 +208,12 @@ fn colours(header: &Header) -> Option<Vec<String>> {
         .map(|three| three.to_vec())
 }
 
-fn luminance(header: &Header) -> Option<String> {
+fn luminance_channel(header: &Header) -> Option<String> {
     let names = header.channels.list.iter().map(|c| c.name.to_string());
-    names
-        .into_iter()
-        .find(|name| name == "Y" || name.ends_with(".Y"))
+    names.into_iter().find(|name| name == "Y" || name.ends_with(".Y"))
 }
 
-fn frame(header: &Header) -> Result<Frame, String> {
+fn frame_of_header(header: &Header) -> Result<Frame, String> {
     let Vec2(w, h) = header.layer_size;
     check_size(w as u64, h as u64)?;
     let display = header.shared_attributes.display_window;

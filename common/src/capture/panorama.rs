@@ -1,10 +1,10 @@
-//! A radiance map of all directions, as a camera in a room captured it.
+//! A radiance map of all directions, captured by a camera in a room.
 
-use super::projection::Projection;
-use super::repair::{Counts, repair};
-use super::{Decoded, Failure, check_size, openexr, radiance};
+use super::projection::MapProjection;
+use super::repair::{RepairCounts, repair_pixels};
+use super::{DecodeFailure, DecodedMap, check_size, openexr, radiance};
 use crate::error::{Error, Result};
-use crate::file::{MAX_BYTES, open};
+use crate::file::{MAX_FILE_BYTES, open_file};
 use glam::{DVec2, DVec3, Vec3};
 use std::f32::consts::PI;
 use std::io::Read;
@@ -17,73 +17,67 @@ use std::path::Path;
 pub struct Panorama {
     size: [usize; 2],
     pixels: Vec<Vec3>,
-    projection: Projection,
-    /// Pixels that were mended, see [`Counts`].
-    pub counts: Counts,
-    /// What is worth saying: mended pixels, doubtful formats, a guessed projection.
+    projection: MapProjection,
+    /// Numbers of repaired pixels, see [`RepairCounts`].
+    pub counts: RepairCounts,
+    /// Remarks for the user: repaired pixels, doubtful formats, a guessed projection.
     pub notes: Vec<String>,
 }
 
 impl Panorama {
-    /// Reads a Radiance picture or an OpenEXR file, told apart by their first bytes.
+    /// Reads a Radiance picture or an OpenEXR file, recognised by their first bytes.
     ///
-    /// `projection` overrides what the file's `envmap` attribute or its aspect says (2:1 lat-long,
-    /// 1:6 cube, 1:1 angular).
+    /// `projection` overrides the file's `envmap` attribute and its aspect (2:1 lat-long, 1:6 cube,
+    /// 1:1 angular).
     ///
     /// Errors: [`Error::Input`] with the file and, where known, scanline and byte: not readable,
     /// neither format, damaged, cut short, more than [`MAX_PIXELS`](super::MAX_PIXELS) pixels or 2 GiB, or of a shape
     /// that fits no projection.
-    pub fn read(path: &Path, projection: Option<Projection>) -> Result<Self> {
-        let refuse = |failure: Failure| {
-            // Decoders repeat names that a damaged file gives.
+    pub fn read(path: &Path, projection: Option<MapProjection>) -> Result<Self> {
+        let refuse = |failure: DecodeFailure| {
+            // A decoder's message may hold names from a damaged file.
             let message = failure.message.replace(char::is_control, " ");
-            Error::input(path, failure.place, message)
+            Error::bad_input(path, failure.place, message)
         };
-        let decoded = decode(path).map_err(refuse)?;
+        let decoded = decode_file(path).map_err(refuse)?;
         Self::new(decoded, projection).map_err(refuse)
     }
 
-    /// A map from its pixels, row by row from the upper left; `size` is width and height. Bad
-    /// pixels are mended as in a file.
+    /// Makes a map from its pixels, row by row from the upper left; `size` is width and height. Bad
+    /// pixels are repaired as in a file.
     ///
     /// Errors ([`Error::Usage`]): sizes that do not match, or fit no projection; radiance too large.
-    pub fn from_pixels(
-        size: [usize; 2],
-        pixels: Vec<Vec3>,
-        projection: Option<Projection>,
-    ) -> Result<Self> {
-        let fail = |failure: Failure| Error::Usage(format!("the map {}", failure.message));
+    pub fn from_pixels(size: [usize; 2], pixels: Vec<Vec3>, projection: Option<MapProjection>) -> Result<Self> {
+        let fail = |failure: DecodeFailure| Error::Usage(format!("the map {}", failure.message));
         check_size(size[0] as u64, size[1] as u64).map_err(|e| fail(e.into()))?;
         if pixels.len() != size[0] * size[1] {
-            return Err(fail(
-                "has another number of pixels than its size says".into(),
-            ));
+            return Err(fail("has another number of pixels than its size says".into()));
         }
-        let decoded = Decoded {
+        let decoded = DecodedMap {
             size,
             pixels,
-            ..Decoded::default()
+            ..DecodedMap::default()
         };
         Self::new(decoded, projection).map_err(fail)
     }
 
-    fn new(decoded: Decoded, wanted: Option<Projection>) -> std::result::Result<Self, Failure> {
-        let Decoded {
+    fn new(decoded: DecodedMap, wanted: Option<MapProjection>) -> std::result::Result<Self, DecodeFailure> {
+        let DecodedMap {
             size,
             mut pixels,
-            projection: told,
+            projection: stated,
             mut notes,
         } = decoded;
         let [w, h] = size;
-        let Some(projection) = wanted.or(told).or_else(|| Projection::of_size(size)) else {
+        let Some(projection) = wanted.or(stated).or_else(|| MapProjection::guess_from_size(size)) else {
             let message = format!(
                 "has {w}×{h} pixels, which is neither lat-long (2:1), cube (1:6) nor angular (1:1): say which it is"
             );
             return Err(message.into());
         };
-        if !projection.fits(size) {
+        if !projection.fits_size(size) {
             let needs = match projection {
-                Projection::Cube => "six squares one below the other (1:6, +x −x +y −y +z −z)",
+                MapProjection::Cube => "six squares one below the other (1:6, +x −x +y −y +z −z)",
                 _ => "a square",
             };
             let message = format!(
@@ -92,9 +86,9 @@ impl Panorama {
             );
             return Err(message.into());
         }
-        let counts = repair(size, &mut pixels, &mut notes);
+        let counts = repair_pixels(size, &mut pixels, &mut notes);
         if let Some(at) = pixels.iter().position(|p| !(*p * PI).is_finite()) {
-            return Err(Failure {
+            return Err(DecodeFailure {
                 place: format!("pixel {}, {}", at % w, at / w),
                 message: "its radiance is too large for 32-bit floats: scale the map down".into(),
             });
@@ -118,19 +112,19 @@ impl Panorama {
         &self.pixels
     }
 
-    /// How the map shows the sphere.
-    pub fn projection(&self) -> Projection {
+    /// The map's projection of the sphere.
+    pub fn projection(&self) -> MapProjection {
         self.projection
     }
 
-    /// Every pixel's x and y, its radiance and its solid angle (sr); of those without extent (an
-    /// angular map's corners) none.
-    pub fn lit(&self) -> impl Iterator<Item = ([usize; 2], Vec3, f64)> {
+    /// Iterates over x and y, radiance and solid angle (sr) of every pixel with extent; an angular map's
+    /// corners have none.
+    pub fn lit_pixels(&self) -> impl Iterator<Item = ([usize; 2], Vec3, f64)> {
         let [w, h] = self.size;
         (0..h).flat_map(move |y| {
             // The same for the whole row.
-            let row = (self.projection == Projection::LatLong)
-                .then(|| self.projection.solid_angle(self.size, [0, y]));
+            let row =
+                (self.projection == MapProjection::LatLong).then(|| self.projection.solid_angle(self.size, [0, y]));
             (0..w).filter_map(move |x| {
                 let exact = || self.projection.solid_angle(self.size, [x, y]);
                 let solid_angle = row.unwrap_or_else(exact);
@@ -140,21 +134,21 @@ impl Panorama {
     }
 
     /// Mean radiance over all directions, W/m²/sr.
-    pub fn mean(&self) -> DVec3 {
+    pub fn mean_radiance(&self) -> DVec3 {
         let sum = |(sum, whole): (DVec3, f64), (_, radiance, angle): (_, Vec3, f64)| {
             (sum + radiance.as_dvec3() * angle, whole + angle)
         };
-        let (sum, whole) = self.lit().fold((DVec3::ZERO, 0.0), sum);
+        let (sum, whole) = self.lit_pixels().fold((DVec3::ZERO, 0.0), sum);
         sum / whole
     }
 
-    /// What a surface with this unit normal receives at the eye, W/m²: Σ L cosθ Δω over pixels in
-    /// front of it, each taken at its centre.
+    /// Irradiance at the eye on a surface with this unit normal, W/m²: Σ L cosθ Δω over the pixels in
+    /// front of it, with cosθ at each pixel's centre.
     pub fn irradiance(&self, normal: DVec3) -> DVec3 {
-        self.lit()
+        self.lit_pixels()
             .map(|([x, y], radiance, angle)| {
                 let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let cos = self.projection.direction(self.size, at).dot(normal);
+                let cos = self.projection.direction_at(self.size, at).dot(normal);
                 radiance.as_dvec3() * (angle * cos.max(0.0))
             })
             .sum()
@@ -163,65 +157,70 @@ impl Panorama {
     /// Radiance from `direction` (any length above 0), W/m²/sr: bilinear between pixel centres,
     /// across the seam, over the poles and over the borders of a cube map's squares.
     pub fn radiance(&self, direction: DVec3) -> Vec3 {
-        let at = self.projection.position(self.size, direction);
+        let at = self.projection.position_of(self.size, direction);
         let square = ((at.y / self.size[0] as f64) as i64).clamp(0, 5);
-        bilinear(at - 0.5, |x, y| self.pixel(x, y, square))
-            .unwrap_or_else(|| self.at(self.holds(at)))
+        interpolate_bilinear(at - 0.5, |x, y| self.pixel_or_neighbour(x, y, square))
+            .unwrap_or_else(|| self.pixel_radiance(self.pixel_containing(at)))
     }
 
-    /// The pixel at column x and row y, which may lie one beyond the map or the square; none in an
-    /// angular map's corners, where nothing was captured.
-    fn pixel(&self, x: i64, y: i64, square: i64) -> Option<Vec3> {
+    /// Returns the radiance of the pixel at column x and row y, which may lie one beyond the map or the
+    /// square; `None` in an angular map's corners, where nothing was captured.
+    fn pixel_or_neighbour(&self, x: i64, y: i64, square: i64) -> Option<Vec3> {
         let [w, h] = self.size.map(|n| n as i64);
         let beyond = || {
             let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-            let direction = self.projection.direction_on(self.size, square as usize, at);
-            self.projection.position(self.size, direction)
+            let direction = self.projection.direction_on_square(self.size, square as usize, at);
+            self.projection.position_of(self.size, direction)
         };
         match self.projection {
-            Projection::LatLong => {
-                // Over a pole the map goes on half a turn further.
+            MapProjection::LatLong => {
+                // Beyond a pole the map continues half a turn further.
                 let over = y.clamp(-1 - y, 2 * h - 1 - y);
                 let turn = if over == y { 0 } else { w / 2 };
-                Some(self.at([(x + turn).rem_euclid(w), over.clamp(0, h - 1)]))
+                Some(self.pixel_radiance([(x + turn).rem_euclid(w), over.clamp(0, h - 1)]))
             }
-            Projection::Cube if (0..w).contains(&x) && y.div_euclid(w) == square => {
-                Some(self.at([x, y]))
+            MapProjection::Cube if (0..w).contains(&x) && y.div_euclid(w) == square => {
+                Some(self.pixel_radiance([x, y]))
             }
-            Projection::Cube => {
+            MapProjection::Cube => {
                 // In the next square, whose rows and columns lie otherwise.
                 let at = beyond();
                 let first = (at.y as i64).clamp(0, h - 1) / w * w;
                 let within = |x: i64, y: i64| [x.clamp(0, w - 1), y.clamp(first, first + w - 1)];
-                bilinear(at - 0.5, |x, y| Some(self.at(within(x, y))))
+                interpolate_bilinear(at - 0.5, |x, y| Some(self.pixel_radiance(within(x, y))))
             }
-            Projection::Angular => {
+            MapProjection::Angular => {
                 let inside = (0..w).contains(&x) && (0..h).contains(&y);
-                let pixel = if inside { [x, y] } else { self.holds(beyond()) };
-                self.captured(pixel).then(|| self.at(pixel))
+                let pixel = if inside {
+                    [x, y]
+                } else {
+                    self.pixel_containing(beyond())
+                };
+                self.is_captured(pixel).then(|| self.pixel_radiance(pixel))
             }
         }
     }
 
-    /// Whether a pixel's centre lies in an angular map's disc.
-    fn captured(&self, pixel: [i64; 2]) -> bool {
+    /// Tests if a pixel's centre lies in an angular map's disc.
+    fn is_captured(&self, pixel: [i64; 2]) -> bool {
         let [x, y] = pixel.map(|k| (2 * k + 1) as f64 / self.size[0] as f64 - 1.0);
         x.hypot(y) < 1.0
     }
 
-    /// The pixel that holds a position.
-    fn holds(&self, at: DVec2) -> [i64; 2] {
+    /// Returns the pixel that contains a position.
+    fn pixel_containing(&self, at: DVec2) -> [i64; 2] {
         let within = |k: f64, n: usize| (k.floor() as i64).clamp(0, n as i64 - 1);
         [within(at.x, self.size[0]), within(at.y, self.size[1])]
     }
 
-    fn at(&self, [x, y]: [i64; 2]) -> Vec3 {
+    fn pixel_radiance(&self, [x, y]: [i64; 2]) -> Vec3 {
         self.pixels[y as usize * self.size[0] + x as usize]
     }
 }
 
-/// The mean of the four pixels around `at` (in pixels, whole at their centres), of those there are.
-fn bilinear(at: DVec2, pixel: impl Fn(i64, i64) -> Option<Vec3>) -> Option<Vec3> {
+/// Interpolates between the four pixels around `at` (in pixels, whole numbers at their centres). Missing
+/// pixels get no weight; `None` if all four are missing.
+fn interpolate_bilinear(at: DVec2, pixel: impl Fn(i64, i64) -> Option<Vec3>) -> Option<Vec3> {
     let low = at.floor();
     let part = at - low;
     let (mut sum, mut whole) = (DVec3::ZERO, 0.0);
@@ -236,29 +235,21 @@ fn bilinear(at: DVec2, pixel: impl Fn(i64, i64) -> Option<Vec3>) -> Option<Vec3>
     (whole > 0.0).then(|| (sum / whole).as_vec3())
 }
 
-fn decode(path: &Path) -> std::result::Result<Decoded, Failure> {
+fn decode_file(path: &Path) -> std::result::Result<DecodedMap, DecodeFailure> {
     let unreadable = |e: std::io::Error| format!("cannot be read: {e}");
-    let mut file = open(path, MAX_BYTES).map_err(|reason| format!("cannot be read: {reason}"))?;
+    let mut file = open_file(path, MAX_FILE_BYTES).map_err(|reason| format!("cannot be read: {reason}"))?;
     let mut bytes = Vec::new();
-    // The first bytes decide before the rest, which may be long, is read.
-    file.by_ref()
-        .take(4)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
+    // The first bytes decide the format before the rest is read.
+    file.by_ref().take(4).read_to_end(&mut bytes).map_err(unreadable)?;
     let decoder = match () {
-        () if openexr::is(&bytes) => openexr::decode,
-        () if radiance::is(&bytes) => radiance::decode,
+        () if openexr::is_openexr(&bytes) => openexr::decode_bytes,
+        () if radiance::is_radiance(&bytes) => radiance::decode_bytes,
         () => {
-            return Err(
-                "is neither a Radiance picture (.hdr) nor an OpenEXR file: a radiance map is needed".into(),
-            );
+            return Err("is neither a Radiance picture (.hdr) nor an OpenEXR file: a radiance map is needed".into());
         }
     };
-    let read = file
-        .take(MAX_BYTES)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
-    if read as u64 == MAX_BYTES {
+    let read = file.take(MAX_FILE_BYTES).read_to_end(&mut bytes).map_err(unreadable)?;
+    if read as u64 == MAX_FILE_BYTES {
         return Err("grows while it is read, beyond 2 GiB".into());
     }
     decoder(&bytes)

@@ -1,61 +1,64 @@
-//! Radiance pictures (.hdr, .pic): `#?RADIANCE`, header lines, an empty line, the resolution line,
+//! Decodes Radiance pictures (.hdr, .pic): `#?RADIANCE`, header lines, an empty line, the resolution line,
 //! scanlines.
 //!
-//! The scanlines are decoded by [`super::scanline`]; the rest, of which the crate `image` knows
-//! one orientation, one FORMAT and one EXPOSURE, is read here.
+//! The scanlines are decoded by [`super::scanline`]. The header is read here, because the crate `image`
+//! supports only one orientation, one FORMAT and one EXPOSURE.
 //!
 //! Rules: radiance = pixel / product of all EXPOSURE lines (and of COLORCORR, per channel);
-//! Rec. 709 is assumed whatever PRIMARIES says, as nearly every program that writes it does;
-//! without a FORMAT line it is rgbe; what follows the last scanline is ignored. The last two are noted.
+//! Rec. 709 is assumed and PRIMARIES ignored, as by nearly every program that writes it;
+//! without a FORMAT line the format is rgbe; bytes after the last scanline are ignored. Notes report the
+//! last two.
 
-use super::colour::XYZ;
-use super::scanline::scanline;
-use super::{Decoded, Failure, check_size};
+use super::colour::XYZ_PRIMARIES;
+use super::scanline::decode_scanline;
+use super::{DecodeFailure, DecodedMap, check_size};
 use glam::Vec3;
 
-/// A header longer than this is none.
-const MAX_HEADER: usize = 1 << 16;
+/// Longest accepted header, bytes.
+const MAX_HEADER_BYTES: usize = 1 << 16;
 
-/// What stands before the scanlines.
+/// The header of a picture.
 struct Header {
     exposure: Vec3,
     xyz: bool,
     resolution: Resolution,
     notes: Vec<String>,
-    /// Where the scanlines begin.
+    /// Byte at which the scanlines begin.
     end: usize,
 }
 
-/// The resolution line: scanlines run along the second axis, and follow one another along the first.
+/// The resolution line. Scanlines run along the second axis and follow one another along the first.
 #[derive(Clone, Copy)]
 struct Resolution {
-    /// Scanlines are columns.
+    /// True if scanlines are columns.
     by_columns: bool,
-    /// Scanlines, and pixels in each.
+    /// Number of scanlines.
     scanlines: usize,
+    /// Pixels per scanline.
     length: usize,
-    /// Whether row 0, and column 0, of the map comes last.
+    /// True if the map's column 0 comes last.
     flip_x: bool,
+    /// True if the map's row 0 comes last.
     flip_y: bool,
 }
 
-/// Whether `bytes` begin like a Radiance picture.
-pub(super) fn is(bytes: &[u8]) -> bool {
+/// Tests for a Radiance picture's first two bytes.
+pub(super) fn is_radiance(bytes: &[u8]) -> bool {
     bytes.starts_with(b"#?")
 }
 
 /// Decodes a whole file.
-pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Failure> {
+pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, DecodeFailure> {
     let header = Header::parse(bytes)?;
     let resolution = header.resolution;
     let mut lines: Vec<Vec3> = Vec::new();
     let mut at = header.end;
     for line in 0..resolution.scanlines {
-        let failure = |(offset, message): (usize, String)| Failure {
+        let failure = |(offset, message): (usize, String)| DecodeFailure {
             place: format!("scanline {line}, byte {}", at + offset),
             message: format!("{message}: write or copy it again"),
         };
-        let taken = scanline(&bytes[at..], resolution.length, &mut lines).map_err(failure)?;
+        let taken = decode_scanline(&bytes[at..], resolution.length, &mut lines).map_err(failure)?;
         at += taken;
     }
     let mut notes = header.notes;
@@ -65,15 +68,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Failure> {
             bytes.len() - at
         ));
     }
-    let (size, mut pixels) = resolution.upright(lines);
+    let (size, mut pixels) = resolution.turn_upright(lines);
     for pixel in &mut pixels {
         *pixel /= header.exposure;
     }
     if header.xyz {
-        XYZ.convert(&mut pixels);
+        XYZ_PRIMARIES.convert_pixels(&mut pixels);
         notes.push("CIE XYZ was converted to Rec. 709; colours outside it turn negative".into());
     }
-    Ok(Decoded {
+    Ok(DecodedMap {
         size,
         pixels,
         projection: None,
@@ -82,7 +85,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, Failure> {
 }
 
 impl Header {
-    fn parse(bytes: &[u8]) -> Result<Self, Failure> {
+    fn parse(bytes: &[u8]) -> Result<Self, DecodeFailure> {
         let mut lines = Lines { bytes, at: 0 };
         let (mut exposure, mut format) = (Vec3::ONE, None);
         let mut notes = Vec::new();
@@ -93,9 +96,9 @@ impl Header {
             }
             let (key, value) = line.split_once('=').unwrap_or((&line, ""));
             match key.trim() {
-                "EXPOSURE" | "COLORCORR" => match factor(value) {
+                "EXPOSURE" | "COLORCORR" => match parse_factor(value) {
                     Some(factor) => exposure *= factor,
-                    None => notes.push(format!("`{}` is not understood: ignored", brief(&line))),
+                    None => notes.push(format!("`{}` is not understood: ignored", shorten_text(&line))),
                 },
                 "FORMAT" => format = Some(value.trim().to_owned()),
                 _ => {}
@@ -107,7 +110,7 @@ impl Header {
             Some(other) => {
                 let message = format!(
                     "has the format `{}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed",
-                    brief(other)
+                    shorten_text(other)
                 );
                 return Err(message.into());
             }
@@ -130,13 +133,9 @@ impl Header {
     }
 }
 
-/// One number above 0 for all channels, or one for each.
-fn factor(text: &str) -> Option<Vec3> {
-    let number = |word: &str| {
-        word.parse()
-            .ok()
-            .filter(|n: &f32| n.is_finite() && *n > 0.0)
-    };
+/// Parses one number above 0 for all channels, or three, one per channel.
+fn parse_factor(text: &str) -> Option<Vec3> {
+    let number = |word: &str| word.parse().ok().filter(|n: &f32| n.is_finite() && *n > 0.0);
     let numbers: Option<Vec<f32>> = text.split_whitespace().map(number).collect();
     match numbers?[..] {
         [all] => Some(Vec3::splat(all)),
@@ -145,8 +144,8 @@ fn factor(text: &str) -> Option<Vec3> {
     }
 }
 
-/// As much of a file's own text as goes into a message of one line.
-fn brief(text: &str) -> String {
+/// Shortens a file's own text to fit into a message of one line.
+fn shorten_text(text: &str) -> String {
     text.chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
@@ -157,11 +156,11 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    fn next(&mut self) -> Result<String, Failure> {
-        let end = self.bytes.len().min(MAX_HEADER);
+    fn next(&mut self) -> Result<String, DecodeFailure> {
+        let end = self.bytes.len().min(MAX_HEADER_BYTES);
         let rest = self.bytes.get(self.at..end).unwrap_or_default();
         let Some(length) = rest.iter().position(|b| *b == b'\n') else {
-            return Err(Failure {
+            return Err(DecodeFailure {
                 place: format!("byte {}", self.at + rest.len()),
                 message: "ends within its header: write or copy it again".into(),
             });
@@ -173,10 +172,10 @@ impl Lines<'_> {
 }
 
 impl Resolution {
-    fn parse(line: &str) -> Result<Self, Failure> {
+    fn parse(line: &str) -> Result<Self, DecodeFailure> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let refuse = || {
-            let line = brief(line);
+            let line = shorten_text(line);
             format!("its resolution line `{line}` should read like `-Y 512 +X 1024`")
         };
         let [first, scanlines, second, length] = words[..] else {
@@ -200,8 +199,8 @@ impl Resolution {
         })
     }
 
-    /// Width and height, and the pixels row by row from the upper left.
-    fn upright(&self, lines: Vec<Vec3>) -> ([usize; 2], Vec<Vec3>) {
+    /// Reorders scanlines; returns width and height, and the pixels row by row from the upper left.
+    fn turn_upright(&self, lines: Vec<Vec3>) -> ([usize; 2], Vec<Vec3>) {
         let size = match self.by_columns {
             true => [self.scanlines, self.length],
             false => [self.length, self.scanlines],

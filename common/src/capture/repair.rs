@@ -1,25 +1,25 @@
-//! What becomes of pixels that no radiance can have.
+//! Repairs pixels whose value no radiance can have.
 //!
 //! Negative channels become 0. A pixel with a channel that is NaN or infinite becomes the mean of
-//! its neighbours (of eight, those in the map whose channels are all finite, after their negative
-//! channels became 0), or 0 if it has none. Each is counted, in pixels, and told in a note.
+//! those of its eight neighbours that lie in the map and are finite (with their negative channels already
+//! 0), or 0 if there are none. The repaired pixels are counted and reported in a note.
 
 use glam::{DVec3, Vec3};
 
-/// Pixels that were mended; a pixel counts once, for the first that applies.
+/// Numbers of repaired pixels; a pixel counts once, for the first reason that applies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// With a channel that is not a number.
+pub struct RepairCounts {
+    /// Pixels with a channel that is NaN.
     pub nan: usize,
-    /// With a channel that is infinite.
+    /// Pixels with an infinite channel.
     pub infinite: usize,
-    /// With a channel below 0.
+    /// Pixels with a channel below 0.
     pub negative: usize,
 }
 
-/// Mends `pixels` (row by row, `size` = width, height) by the rule above.
-pub(super) fn repair(size: [usize; 2], pixels: &mut [Vec3], notes: &mut Vec<String>) -> Counts {
-    let mut counts = Counts::default();
+/// Repairs `pixels` (row by row, `size` = width, height) by the rule above.
+pub(super) fn repair_pixels(size: [usize; 2], pixels: &mut [Vec3], notes: &mut Vec<String>) -> RepairCounts {
+    let mut counts = RepairCounts::default();
     let mut broken = Vec::new();
     for (index, pixel) in pixels.iter_mut().enumerate() {
         if pixel.is_nan() {
@@ -33,8 +33,8 @@ pub(super) fn repair(size: [usize; 2], pixels: &mut [Vec3], notes: &mut Vec<Stri
             *pixel = pixel.max(Vec3::ZERO);
         }
     }
-    // All from the pixels as they are: what is mended first must not feed the next.
-    let means: Vec<Vec3> = broken.iter().map(|at| mean(size, pixels, *at)).collect();
+    // All means come from the unrepaired pixels: no repaired pixel feeds another.
+    let means: Vec<Vec3> = broken.iter().map(|at| mean_of_neighbours(size, pixels, *at)).collect();
     for (at, mean) in broken.iter().zip(means) {
         pixels[*at] = mean;
     }
@@ -43,14 +43,14 @@ pub(super) fn repair(size: [usize; 2], pixels: &mut [Vec3], notes: &mut Vec<Stri
             notes.push(format!("{count} of {} pixels {what}", pixels.len()));
         }
     };
-    let mended = "and became the mean of their finite neighbours";
-    note(counts.nan, &format!("are not numbers {mended}"));
-    note(counts.infinite, &format!("are infinite {mended}"));
+    let repaired = "and became the mean of their finite neighbours";
+    note(counts.nan, &format!("are not numbers {repaired}"));
+    note(counts.infinite, &format!("are infinite {repaired}"));
     note(counts.negative, "have a negative channel, which became 0");
     counts
 }
 
-fn mean([w, h]: [usize; 2], pixels: &[Vec3], at: usize) -> Vec3 {
+fn mean_of_neighbours([w, h]: [usize; 2], pixels: &[Vec3], at: usize) -> Vec3 {
     let (x, y) = (at % w, at / w);
     let (mut sum, mut count) = (DVec3::ZERO, 0.0);
     for row in y.saturating_sub(1)..(y + 2).min(h) {

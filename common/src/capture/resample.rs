@@ -1,43 +1,38 @@
-//! From a panorama's pixels to the texels of the walls around its eye.
+//! Resamples a panorama's pixels to the texels of the walls around its eye.
 //!
 //! A pixel is a spherical polygon. It is cut along the lines of the texel grid, which are great
 //! circles as seen from the eye, and its exact solid angle is shared among the texels in
 //! proportion to the pieces. A texel's radiance is L = Σ L Δω / Σ Δω, weighted by solid angle *as
-//! seen from the eye*: what the eye receives from the texel is then what it received from the
-//! pixels that the texel covers, so the sphere's total is kept, and the irradiance at the eye up
-//! to the change of cos θ within a texel. Weighting by area on the wall would favour the parts
-//! that are far away or seen at a grazing angle, where few pixels cover much wall.
+//! seen from the eye*. A texel thus sends the eye the same light as the pixels that it covers. The
+//! sphere's total is kept, and the irradiance at the eye up to the change of cos θ within a texel.
+//! Weighting by area on the wall would favour the parts that are far away or seen at a grazing angle,
+//! where few pixels cover much wall.
 //!
-//! No sampling, so no noise; pixels in a fixed order on one thread, so the same bits every time.
-//! Memory is 40 bytes per texel.
+//! There is no sampling and no noise. Pixels are processed in a fixed order on one thread, so the result
+//! is bitwise reproducible. Memory is 40 bytes per texel.
 
 use super::panorama::Panorama;
-use super::projection::Projection;
-use super::sphere::Polygon;
+use super::projection::MapProjection;
+use super::sphere::SphericalPolygon;
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene, Shape};
 use crate::texel;
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// Pixels of a lat-long or angular map are cut into parts until there are this many a row: then
-/// the arcs that bound the parts are straight to 1e-5 rad (a cube map's are great circles anyway).
-const FINE: usize = 512;
+/// Parts per row into which the pixels of a lat-long or angular map are cut, at least. The arcs that bound
+/// the parts are then straight to 1e-5 rad (a cube map's are great circles anyway).
+const MIN_PARTS_PER_ROW: usize = 512;
 
-/// The radiosity B = πL (W/m²) of every texel of `scene` as `panorama` shows it from `eye`.
+/// Computes the radiosity B = πL (W/m²) of every texel of `scene` as `panorama` shows it from `eye`.
 ///
 /// `scene` is a closed convex room of parallelograms whose fronts face the eye, such as
-/// [`super::room::room`] makes; `resolutions` are its faces' texels W×H. Returned are the texels face
-/// after face, within a face row-major in its rectangle as in [`crate::solution::Stored`].
+/// [`super::room::box_room`] makes; `resolutions` are its faces' texels W×H. The result lists the texels face
+/// after face, within a face row-major in its rectangle as in [`crate::solution::StoredSolution`].
 ///
 /// Errors ([`Error::Usage`]): another number of resolutions than of faces, a face without texels or
 /// that is no parallelogram, an eye outside the room or on a wall.
-pub fn texel_radiosity(
-    panorama: &Panorama,
-    scene: &Scene,
-    resolutions: &[[u32; 2]],
-    eye: DVec3,
-) -> Result<Vec<Vec3>> {
+pub fn texel_radiosity(panorama: &Panorama, scene: &Scene, resolutions: &[[u32; 2]], eye: DVec3) -> Result<Vec<Vec3>> {
     if scene.faces.len() != resolutions.len() {
         return Err(Error::Usage("each face needs its number of texels".into()));
     }
@@ -45,13 +40,13 @@ pub fn texel_radiosity(
     let mut count = 0;
     for (face, resolution) in scene.faces.iter().zip(resolutions) {
         walls.push(Wall::new(face, *resolution, eye, count)?);
-        count += texel::count(*resolution) as usize;
+        count += texel::texel_count(*resolution) as usize;
     }
     let mut sums = vec![(DVec3::ZERO, 0.0); count];
     let mut shares = Vec::new();
-    for (pixel, radiance, solid_angle) in panorama.lit() {
+    for (pixel, radiance, solid_angle) in panorama.lit_pixels() {
         shares.clear();
-        share(panorama, pixel, &walls, &mut shares);
+        distribute_pixel(panorama, pixel, &walls, &mut shares);
         let whole: f64 = shares.iter().map(|(_, part)| part).sum();
         if whole <= 0.0 {
             continue;
@@ -70,9 +65,8 @@ pub fn texel_radiosity(
             let radiance = if weights > 0.0 {
                 sum / weights
             } else {
-                // Too small, or too flat to the eye, for any part of a pixel to be found on it.
-                let centre =
-                    texel::outline(face, wall.size.map(|n| n as u32), index as u32).centroid();
+                // The texel is too small, or seen too flat, for any part of a pixel to lie on it.
+                let centre = texel::texel_outline(face, wall.size.map(|n| n as u32), index as u32).centroid();
                 panorama.radiance(centre - eye).as_dvec3()
             };
             radiosity.push((radiance * PI).as_vec3());
@@ -83,10 +77,12 @@ pub fn texel_radiosity(
 
 /// A face as seen from the eye.
 struct Wall {
-    /// The index of its first texel.
+    /// Index of the face's first texel.
     first: usize,
+    /// Texels W×H.
     size: [usize; 2],
-    /// For a direction d: depth·d > 0 in front of the eye, and u = along·d / depth·d, so v.
+    /// For a direction d, depth·d > 0 in front of the eye, u = along[0]·d / depth·d and
+    /// v = along[1]·d / depth·d.
     depth: DVec3,
     along: [DVec3; 2],
 }
@@ -98,8 +94,7 @@ impl Wall {
         let (s, t) = (b - a, d - a);
         let normal = s.cross(t);
         let size = s.length() + t.length();
-        if face.shape != Shape::Quad || (c - b - t).length() > 1e-9 * size || normal == DVec3::ZERO
-        {
+        if face.shape != Shape::Quad || (c - b - t).length() > 1e-9 * size || normal == DVec3::ZERO {
             return Err(fail("a captured room has parallelograms only"));
         }
         if w == 0 || h == 0 {
@@ -123,74 +118,72 @@ impl Wall {
         })
     }
 
-    /// Coordinates in texels of the point in direction `d`, which must have a depth above 0.
-    fn at(&self, d: DVec3) -> DVec2 {
+    /// Returns coordinates in texels of the point in direction `d`, which must have a depth above 0.
+    fn texel_coordinates(&self, d: DVec3) -> DVec2 {
         let depth = self.depth.dot(d);
         let [w, h] = self.size.map(|n| n as f64);
-        DVec2::new(
-            self.along[0].dot(d) / depth * w,
-            self.along[1].dot(d) / depth * h,
-        )
+        DVec2::new(self.along[0].dot(d) / depth * w, self.along[1].dot(d) / depth * h)
     }
 
-    /// The plane through the eye and the line k of the grid, facing towards larger coordinates.
-    fn line(&self, axis: usize, k: usize) -> DVec3 {
+    /// Returns the normal of the plane through the eye and line `k` of the grid, towards larger coordinates.
+    fn grid_plane(&self, axis: usize, k: usize) -> DVec3 {
         self.along[axis] - self.depth * (k as f64 / self.size[axis] as f64)
     }
 
-    /// The column and row that hold `d`, if the wall does.
-    fn holds(&self, d: DVec3) -> Option<[usize; 2]> {
+    /// Returns the column and row hit by direction `d`, if it hits the wall.
+    fn texel_in_direction(&self, d: DVec3) -> Option<[usize; 2]> {
         if self.depth.dot(d) <= 0.0 {
             return None;
         }
-        let at = self.at(d);
+        let at = self.texel_coordinates(d);
         let [w, h] = self.size.map(|n| n as f64);
-        (at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h)
-            .then_some([at.x as usize, at.y as usize])
+        (at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h).then_some([at.x as usize, at.y as usize])
     }
 
-    /// The part of `polygon` on columns (or rows) `from`..`to`.
-    fn strip(&self, polygon: &Polygon, axis: usize, from: usize, to: usize) -> Polygon {
-        polygon.cut(self.line(axis, from)).cut(-self.line(axis, to))
+    /// Returns the part of `polygon` on columns (or rows) `from`..`to`.
+    fn cut_strip(&self, polygon: &SphericalPolygon, axis: usize, from: usize, to: usize) -> SphericalPolygon {
+        polygon
+            .cut_by_plane(self.grid_plane(axis, from))
+            .cut_by_plane(-self.grid_plane(axis, to))
     }
 
-    /// The columns (or rows) that a polygon within the wall touches.
-    fn span(&self, polygon: &Polygon, axis: usize) -> std::ops::RangeInclusive<usize> {
+    /// Returns the columns (or rows) touched by a polygon within the wall.
+    fn touched_range(&self, polygon: &SphericalPolygon, axis: usize) -> std::ops::RangeInclusive<usize> {
         let last = self.size[axis] - 1;
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for corner in polygon.corners() {
-            let at = self.at(*corner)[axis];
+            let at = self.texel_coordinates(*corner)[axis];
             (low, high) = (low.min(at), high.max(at));
         }
-        // Casts saturate: what rounding put before 0 is 0.
+        // Casts saturate: a value rounded to below 0 becomes 0.
         (low as usize).min(last)..=(high as usize).min(last)
     }
 
-    /// Appends the texels that `polygon` covers, and how much of each (sr).
-    fn cover(&self, polygon: &Polygon, shares: &mut Vec<(usize, f64)>) {
-        // Wholly beyond one of the wall's edges, as most are of most walls.
+    /// Appends the texels covered by `polygon`, each with the solid angle (sr) of its part.
+    fn add_covered_texels(&self, polygon: &SphericalPolygon, shares: &mut Vec<(usize, f64)>) {
+        // Most polygons lie wholly beyond one of the wall's edges.
         let [w, h] = self.size;
         let edges = [
-            self.line(0, 0),
-            -self.line(0, w),
-            self.line(1, 0),
-            -self.line(1, h),
+            self.grid_plane(0, 0),
+            -self.grid_plane(0, w),
+            self.grid_plane(1, 0),
+            -self.grid_plane(1, h),
         ];
         let outside = |edge: &DVec3| polygon.corners().iter().all(|c| c.dot(*edge) < 0.0);
         if edges.iter().any(outside) {
             return;
         }
-        let part = edges.iter().fold(*polygon, |part, edge| part.cut(*edge));
+        let part = edges.iter().fold(*polygon, |part, edge| part.cut_by_plane(*edge));
         if part.is_empty() {
             return;
         }
-        for i in self.span(&part, 0) {
-            let column = self.strip(&part, 0, i, i + 1);
+        for i in self.touched_range(&part, 0) {
+            let column = self.cut_strip(&part, 0, i, i + 1);
             if column.is_empty() {
                 continue;
             }
-            for j in self.span(&column, 1) {
-                let piece = self.strip(&column, 1, j, j + 1);
+            for j in self.touched_range(&column, 1) {
+                let piece = self.cut_strip(&column, 1, j, j + 1);
                 let solid_angle = piece.solid_angle();
                 if solid_angle > 0.0 {
                     shares.push((self.first + j * w + i, solid_angle));
@@ -200,44 +193,39 @@ impl Wall {
     }
 }
 
-/// Appends the texels that a pixel covers, and how much of each.
-fn share(panorama: &Panorama, [x, y]: [usize; 2], walls: &[Wall], shares: &mut Vec<(usize, f64)>) {
+/// Appends the texels covered by a pixel, each with the solid angle (sr) of its part.
+fn distribute_pixel(panorama: &Panorama, [x, y]: [usize; 2], walls: &[Wall], shares: &mut Vec<(usize, f64)>) {
     let (projection, size) = (panorama.projection(), panorama.size());
     let parts = match projection {
-        Projection::Cube => 1,
-        Projection::LatLong | Projection::Angular => FINE.div_ceil(size[0]),
+        MapProjection::Cube => 1,
+        MapProjection::LatLong | MapProjection::Angular => MIN_PARTS_PER_ROW.div_ceil(size[0]),
     };
     let corner = |i: usize, j: usize| {
         let within = |k: usize, i: usize| k as f64 + i as f64 / parts as f64;
         let mut at = DVec2::new(within(x, i), within(y, j));
-        if projection == Projection::Angular {
-            // What a pixel has outside the disc is drawn in to its rim.
+        if projection == MapProjection::Angular {
+            // Points of a pixel outside the disc are moved to its rim.
             let half = size[0] as f64 / 2.0;
             at = DVec2::splat(half) + (at - half).clamp_length_max(half);
         }
-        projection.direction_on(size, y / size[0], at)
+        projection.direction_on_square(size, y / size[0], at)
     };
     for (i, j) in (0..parts).flat_map(|j| (0..parts).map(move |i| (i, j))) {
-        let corners = [
-            corner(i, j),
-            corner(i + 1, j),
-            corner(i + 1, j + 1),
-            corner(i, j + 1),
-        ];
-        let polygon = Polygon::quad(corners);
-        // Texels are convex: a pixel with all corners in one lies in it.
+        let corners = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        let polygon = SphericalPolygon::from_quad(corners);
+        // Texels are convex: a part with all corners in one texel lies in it.
         let inside = walls
             .iter()
-            .find_map(|wall| Some((wall, wall.holds(corners[0])?)));
+            .find_map(|wall| Some((wall, wall.texel_in_direction(corners[0])?)));
         if let Some((wall, [i, j])) = inside
-            && corners[1..].iter().all(|c| wall.holds(*c) == Some([i, j]))
+            && corners[1..].iter().all(|c| wall.texel_in_direction(*c) == Some([i, j]))
         {
             let solid_angle = polygon.solid_angle();
             shares.push((wall.first + j * wall.size[0] + i, solid_angle));
             continue;
         }
         for wall in walls {
-            wall.cover(&polygon, shares);
+            wall.add_covered_texels(&polygon, shares);
         }
     }
 }

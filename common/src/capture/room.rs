@@ -1,4 +1,4 @@
-//! The box room that a panorama is captured in.
+//! The box room in which a panorama is captured.
 //!
 //! x ∈ [−X/2, X/2], y ∈ [0, Y] (up), z ∈ [−Z/2, Z/2]; fronts face inward. In the order of the
 //! faces: floor (y = 0), ceiling (y = Y), left (+x, a quarter left of the map's centre), right
@@ -10,18 +10,18 @@ use crate::error::{Error, Result};
 use crate::scene::{Face, Scene};
 use glam::{DVec3, Vec3};
 
-/// A box room of `size` X, Y, Z (scene units), dark and black: six quads, see the module.
+/// Makes a box room of `size` X, Y, Z (scene units), dark and black: six quads, see the module.
 ///
 /// Errors ([`Error::Usage`]): a side that is not above 0 or not finite.
-pub fn room(size: DVec3) -> Result<Scene> {
-    check(size)?;
-    // Which side of the room a corner is on: left (+x), top (+y), front (+z).
+pub fn box_room(size: DVec3) -> Result<Scene> {
+    check_room_size(size)?;
+    // A corner by its side of the room: left (+x) or right, top (+y) or bottom, front (+z) or back.
     let p = |left: bool, top: bool, front: bool| {
         let half = |side: bool, length: f64| if side { length / 2.0 } else { -length / 2.0 };
         let y = if top { size.y } else { 0.0 };
         DVec3::new(half(left, size.x), y, half(front, size.z))
     };
-    // Each from its lower left on, counter-clockwise as seen from within.
+    // Each quad starts at its lower left and runs counter-clockwise as seen from within.
     let (l, r, t, u, f, b) = (true, false, true, false, true, false);
     let quads = [
         ("floor", [p(l, u, b), p(r, u, b), p(r, u, f), p(l, u, f)]),
@@ -39,14 +39,14 @@ pub fn room(size: DVec3) -> Result<Scene> {
     })
 }
 
-/// Where the panorama was captured: `given`, or the middle of the room of `size`.
+/// Returns the capture point of the panorama: `given`, or the middle of the room of `size`.
 ///
 /// Errors ([`Error::Usage`]): a room without extent; an eye outside it or on a wall.
-pub fn eye(size: DVec3, given: Option<DVec3>) -> Result<DVec3> {
-    check(size)?;
+pub fn capture_point(size: DVec3, given: Option<DVec3>) -> Result<DVec3> {
+    check_room_size(size)?;
     let middle = DVec3::new(0.0, size.y / 2.0, 0.0);
     let eye = given.unwrap_or(middle);
-    // Not NaN either: it is less than nothing.
+    // NaN fails this test too.
     if (eye - middle).abs().cmplt(size / 2.0).all() {
         return Ok(eye);
     }
@@ -57,7 +57,7 @@ pub fn eye(size: DVec3, given: Option<DVec3>) -> Result<DVec3> {
     )))
 }
 
-fn check(size: DVec3) -> Result<()> {
+fn check_room_size(size: DVec3) -> Result<()> {
     if size.is_finite() && size.min_element() > 0.0 {
         return Ok(());
     }

@@ -1,9 +1,9 @@
-//! The scanlines of a Radiance picture: flat, or in the old or new run lengths.
+//! Decodes the scanlines of a Radiance picture: flat, or with the old or new run-length encoding.
 //!
-//! The crate `image` decodes them, one at a time: it gets a canonical header for a picture of one
-//! scanline and the bytes from there on. So a fault has a scanline and a byte, memory grows with
-//! what has been decoded, and what `image` does not check (the width in a scanline's own header,
-//! runs of zero, widths that the new run lengths cannot have) is checked here.
+//! The crate `image` decodes them one at a time, each behind a canonical header for a picture of one
+//! scanline. So an error has a scanline and a byte, and memory grows only with the decoded part. Checks
+//! that `image` lacks are made here: the width in a scanline's own header, runs of length zero, and widths
+//! outside the new encoding's range.
 
 use glam::Vec3;
 use image::ImageDecoder;
@@ -11,35 +11,33 @@ use image::codecs::hdr::HdrDecoder;
 use std::io::{Cursor, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// New run lengths exist for these widths only.
+/// Widths for which the new run-length encoding is defined.
 const NEW_RLE: std::ops::RangeInclusive<usize> = 8..=0x7fff;
 
-/// Appends one scanline; returns how many bytes it took, or where it fails and why.
-pub(super) fn scanline(
-    bytes: &[u8],
-    length: usize,
-    lines: &mut Vec<Vec3>,
-) -> Result<usize, (usize, String)> {
+/// Decodes one scanline and appends it to `lines`. Returns its length in bytes.
+///
+/// Errors: the byte of the error and a message.
+pub(super) fn decode_scanline(bytes: &[u8], length: usize, lines: &mut Vec<Vec3>) -> Result<usize, (usize, String)> {
     let looks_new = matches!(bytes, [2, 2, high, _, ..] if *high < 128);
     if NEW_RLE.contains(&length) {
         if looks_new {
             check_runs(bytes, length)?;
         }
-        return by_image(bytes, length, &[], lines);
+        return decode_with_image(bytes, length, &[], lines);
     }
-    // A pixel in front keeps `image` from taking such a scanline for the new encoding; it would
-    // also be what a run at the start repeats.
+    // A pixel put in front keeps `image` from taking such a scanline for the new encoding. A run at the
+    // start would repeat that pixel, so such a run is refused first.
     if bytes.starts_with(&[1, 1, 1]) {
         return Err((0, "begins with a run of nothing".into()));
     }
-    by_image(bytes, length, &[0; 4], lines)
+    decode_with_image(bytes, length, &[0; 4], lines)
 }
 
-/// Walks the four components of a scanline in the new encoding.
+/// Checks the run lengths of the four components of a scanline in the new encoding.
 fn check_runs(bytes: &[u8], length: usize) -> Result<(), (usize, String)> {
-    let own = usize::from(bytes[2]) << 8 | usize::from(bytes[3]);
-    if own != length {
-        let message = format!("says that it has {own} pixels and the resolution line {length}");
+    let stated = usize::from(bytes[2]) << 8 | usize::from(bytes[3]);
+    if stated != length {
+        let message = format!("says that it has {stated} pixels and the resolution line {length}");
         return Err((2, message));
     }
     let mut at = 4;
@@ -63,8 +61,8 @@ fn check_runs(bytes: &[u8], length: usize) -> Result<(), (usize, String)> {
     Ok(())
 }
 
-/// Hands `first` and then `bytes` to the library as a picture of one scanline.
-fn by_image(
+/// Decodes `first` followed by `bytes` with `image`, as a picture of one scanline.
+fn decode_with_image(
     bytes: &[u8],
     length: usize,
     first: &[u8],
@@ -75,7 +73,7 @@ fn by_image(
     let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X {width}\n");
     let mut rest = Cursor::new(bytes);
     let mut pixels = vec![[0_f32; 3]; width];
-    // The library counts what repeated run markers say without asking for overflow.
+    // The library may overflow when it multiplies repeated run markers; such a panic is an error.
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         HdrDecoder::new(header.as_bytes().chain(first).chain(&mut rest))?
             .read_image(bytemuck::cast_slice_mut(&mut pixels))

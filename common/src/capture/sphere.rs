@@ -1,22 +1,22 @@
-//! Convex polygons on the sphere of directions: cut by planes through the eye, and measured.
+//! Convex polygons on the sphere of directions: cutting by planes through the eye, and solid angles.
 
 use glam::DVec3;
 
-/// Corners that a polygon can have: four, and one more for each of nine cuts.
-const MOST: usize = 16;
+/// Largest number of corners: four, one more for each of nine cuts, and some to spare.
+const MAX_CORNERS: usize = 16;
 
-/// A convex spherical polygon; corners are directions of any length, in either sense of rotation.
+/// A convex spherical polygon. Its corners are directions of any length, in either sense of rotation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Polygon {
-    corners: [DVec3; MOST],
+pub(super) struct SphericalPolygon {
+    corners: [DVec3; MAX_CORNERS],
     count: usize,
 }
 
-impl Polygon {
-    /// A polygon of four corners; some may coincide.
-    pub(super) fn quad(corners: [DVec3; 4]) -> Self {
+impl SphericalPolygon {
+    /// Makes a polygon of four corners, some of which may coincide.
+    pub(super) fn from_quad(corners: [DVec3; 4]) -> Self {
         let mut polygon = Self {
-            corners: [DVec3::ZERO; MOST],
+            corners: [DVec3::ZERO; MAX_CORNERS],
             count: 4,
         };
         polygon.corners[..4].copy_from_slice(&corners);
@@ -28,15 +28,15 @@ impl Polygon {
         &self.corners[..self.count]
     }
 
-    /// Whether nothing is left.
+    /// Tests if the polygon has no area.
     pub(super) fn is_empty(&self) -> bool {
         self.count < 3
     }
 
-    /// The part on the side of a plane through the eye to which `normal` points.
-    pub(super) fn cut(&self, normal: DVec3) -> Self {
+    /// Returns the part on the side of a plane through the eye to which `normal` points.
+    pub(super) fn cut_by_plane(&self, normal: DVec3) -> Self {
         let mut part = Self {
-            corners: [DVec3::ZERO; MOST],
+            corners: [DVec3::ZERO; MAX_CORNERS],
             count: 0,
         };
         let corners = self.corners();
@@ -58,7 +58,7 @@ impl Polygon {
     }
 
     fn push(&mut self, corner: DVec3) {
-        // A convex polygon gains one corner a cut; rounding may add none beyond the array's end.
+        // A convex polygon gains one corner per cut; rounding adds none beyond the array's end.
         if let Some(place) = self.corners.get_mut(self.count) {
             *place = corner;
             self.count += 1;
@@ -73,7 +73,7 @@ impl Polygon {
         let a = first.normalize();
         let fan = rest.windows(2).map(|pair| {
             let (b, c) = (pair[0].normalize(), pair[1].normalize());
-            // a × (b − a), not a × b: the corners of a small triangle are nearly parallel.
+            // Differences, not a × b: the corners of a small triangle are nearly parallel.
             let volume = a.dot((b - a).cross(c - a));
             2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
         });
@@ -88,21 +88,14 @@ mod tests {
     use std::f64::consts::PI;
 
     #[test]
-    fn a_cubes_side_is_a_sixth_and_its_parts_add_up() {
+    fn cube_side_has_a_sixth_of_the_sphere_and_cut_parts_sum_to_the_whole() {
         let p = |x: f64, y: f64| DVec3::new(x, y, 1.0);
-        let side = Polygon::quad([p(-1.0, -1.0), p(1.0, -1.0), p(1.0, 1.0), p(-1.0, 1.0)]);
-        assert!(abs_diff_eq!(
-            side.solid_angle(),
-            4.0 * PI / 6.0,
-            epsilon = 1e-14
-        ));
+        let side = SphericalPolygon::from_quad([p(-1.0, -1.0), p(1.0, -1.0), p(1.0, 1.0), p(-1.0, 1.0)]);
+        assert!(abs_diff_eq!(side.solid_angle(), 4.0 * PI / 6.0, epsilon = 1e-14));
         for normal in [p(0.3, 0.2), DVec3::new(1.0, 0.1, -0.2), DVec3::X] {
-            let parts = side.cut(normal).solid_angle() + side.cut(-normal).solid_angle();
-            assert!(
-                abs_diff_eq!(parts, side.solid_angle(), epsilon = 1e-14),
-                "{normal}"
-            );
+            let parts = side.cut_by_plane(normal).solid_angle() + side.cut_by_plane(-normal).solid_angle();
+            assert!(abs_diff_eq!(parts, side.solid_angle(), epsilon = 1e-14), "{normal}");
         }
-        assert!(side.cut(DVec3::NEG_Z).is_empty());
+        assert!(side.cut_by_plane(DVec3::NEG_Z).is_empty());
     }
 }

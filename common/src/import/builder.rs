@@ -1,46 +1,46 @@
-//! Collects input faces into a scene, splits those that have to be, and counts what is odd.
+//! Builds a scene from input polygons: splits them where necessary, applies materials and notes irregular
+//! faces.
 
-use super::input::Polygon;
-use super::material::Material;
-use super::polygon::{self, Piece, Remark};
-use super::surface::{DEFAULT_REFLECTANCE, Surface};
+use super::material::{ImportedMaterial, InputPolygon};
+use super::polygon::{self, ConvexPiece, PolygonRemark};
+use super::surface::{DEFAULT_REFLECTANCE, DiffuseSurface};
 use crate::error::{Error, Result};
-use crate::paint::WHITEST;
+use crate::paint::MAX_WHITE_REFLECTANCE;
 use crate::scene::{Face, Scene};
-use crate::text::plain;
+use crate::text::escape_control;
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
-/// More faces than this are refused: a small glTF can name one mesh a million times.
+/// Largest number of faces of a scene: a small glTF can name one mesh a million times.
 pub const MAX_FACES: usize = 1 << 22;
 
-/// So many faces are named in a note.
-const NAMED: usize = 6;
+/// Largest number of faces that a note names.
+const MAX_NAMED_FACES: usize = 6;
 
-/// A scene in the making.
+/// Builder of a scene.
 pub struct Builder<'a> {
     path: &'a Path,
-    /// Of all faces, whatever the file says.
+    /// Reflectance of all faces in place of the file's.
     reflectance: Option<Vec3>,
-    /// Entry k is input face k.
+    /// First piece of each input face.
     faces: Vec<Face>,
     /// Further pieces of split faces.
     pieces: Vec<Face>,
-    remarks: BTreeMap<Remark, Faces>,
-    without_material: Faces,
-    /// Materials that reflect all of a channel.
-    white: BTreeSet<String>,
-    /// Materials of which textures would.
-    whitish: BTreeSet<String>,
-    /// Materials with textures on faces without coordinates.
-    lost: BTreeSet<String>,
+    remarks: BTreeMap<PolygonRemark, FaceTally>,
+    without_material: FaceTally,
+    /// Materials with reflectance 1 in a channel.
+    white_materials: BTreeSet<String>,
+    /// Materials with reflectance 1 in some pixel of their texture.
+    partly_white_materials: BTreeSet<String>,
+    /// Materials with a texture, on faces without texture coordinates.
+    materials_without_coordinates: BTreeSet<String>,
     notes: Vec<String>,
 }
 
 impl<'a> Builder<'a> {
-    /// A scene without faces; `reflectance` is that of all to come, whatever the file says.
+    /// Creates a builder without faces; `reflectance` replaces that of the file.
     pub fn new(path: &'a Path, reflectance: Option<Vec3>) -> Self {
         Self {
             path,
@@ -48,45 +48,44 @@ impl<'a> Builder<'a> {
             faces: Vec::new(),
             pieces: Vec::new(),
             remarks: BTreeMap::new(),
-            without_material: Faces::default(),
-            white: BTreeSet::new(),
-            whitish: BTreeSet::new(),
-            lost: BTreeSet::new(),
+            without_material: FaceTally::default(),
+            white_materials: BTreeSet::new(),
+            partly_white_materials: BTreeSet::new(),
+            materials_without_coordinates: BTreeSet::new(),
             notes: Vec::new(),
         }
     }
 
-    /// Something worth saying about the file.
-    pub fn note(&mut self, note: impl Into<String>) {
-        self.notes.push(plain(&note.into()));
+    /// Adds a note for the user.
+    pub fn add_note(&mut self, note: impl Into<String>) {
+        self.notes.push(escape_control(&note.into()));
     }
 
-    /// Whether the file's reflectances are replaced.
+    /// True if the options replace the file's reflectances.
     pub fn replaces_reflectance(&self) -> bool {
         self.reflectance.is_some()
     }
 
-    /// The faces so far.
-    pub fn faces(&self) -> impl Iterator<Item = &Face> {
+    /// Iterates over the faces so far.
+    pub fn all_faces(&self) -> impl Iterator<Item = &Face> {
         self.faces.iter().chain(&self.pieces)
     }
 
-    /// The next input face; `place` says where in the file it is, for errors.
-    pub fn add(
+    /// Adds an input face; `place` is its position in the file, for messages.
+    ///
+    /// Errors: a corner is not finite, the polygon or the scene is too large, or the material is invalid.
+    pub fn add_face(
         &mut self,
         name: &str,
-        polygon: &Polygon,
-        material: Option<&Material>,
+        polygon: &InputPolygon,
+        material: Option<&ImportedMaterial>,
         place: impl Fn() -> String,
     ) -> Result<()> {
         let k = self.faces.len();
         let corners = polygon.corners;
         let fail = |message: String| {
-            Err(Error::input(
-                self.path,
-                format!("face {} ({})", k + 1, place()),
-                message,
-            ))
+            let place = format!("face {} ({})", k + 1, place());
+            Err(Error::bad_input(self.path, place, message))
         };
         if corners.is_empty() || !corners.iter().all(|p| p.is_finite()) {
             return fail("a corner is not a finite number".into());
@@ -103,83 +102,73 @@ impl<'a> Builder<'a> {
             ));
         }
         if material.is_none() {
-            self.without_material.add(k);
+            self.without_material.count_face(k);
         }
-        let name = &plain(name);
-        let (pieces, remarks) = polygon::split(corners);
+        let name = &escape_control(name);
+        let (pieces, remarks) = polygon::split_polygon(corners);
         for remark in remarks {
-            self.remarks.entry(remark).or_default().add(k);
+            self.remarks.entry(remark).or_default().count_face(k);
         }
         let split = pieces.len() > 1;
         for (n, piece) in pieces.into_iter().enumerate() {
             let mut face = match piece {
-                Piece::Quad(c) => Face::quad(name, c, Vec3::ZERO, Vec3::ZERO),
-                Piece::Triangle(c) => Face::triangle(name, c, Vec3::ZERO, Vec3::ZERO),
+                ConvexPiece::Quad(c) => Face::quad(name, c, Vec3::ZERO, Vec3::ZERO),
+                ConvexPiece::Triangle(c) => Face::triangle(name, c, Vec3::ZERO, Vec3::ZERO),
             };
-            self.dress(&mut face, polygon, material)?;
-            face.from = split.then_some(k as u32);
+            self.apply_material(&mut face, polygon, material)?;
+            face.input_face = split.then_some(k as u32);
             face.rounding = polygon.rounding;
-            face.normals = polygon.normals_of(&face.corners);
-            face.chart = polygon.chart;
-            if n == 0 {
-                &mut self.faces
-            } else {
-                &mut self.pieces
-            }
-            .push(face);
+            face.corner_normals = polygon.normals_of(&face.corners);
+            face.lightmap_corners = polygon.chart;
+            let list = if n == 0 { &mut self.faces } else { &mut self.pieces };
+            list.push(face);
         }
         Ok(())
     }
 
-    /// What a face reflects and emits.
-    fn dress(
+    /// Sets reflectance, emission and paint of a face by its material.
+    fn apply_material(
         &mut self,
         face: &mut Face,
-        polygon: &Polygon,
-        material: Option<&Material>,
+        polygon: &InputPolygon,
+        material: Option<&ImportedMaterial>,
     ) -> Result<()> {
         let given = self.reflectance;
         let Some(material) = material else {
-            face.reflectance = given.unwrap_or(Surface::DEFAULT.reflectance);
+            face.reflectance = given.unwrap_or(DiffuseSurface::DEFAULT.reflectance);
             return Ok(());
         };
         let corner = |c: &DVec3| polygon.corners.iter().position(|p| p == c).unwrap_or(0);
         let of: Vec<usize> = face.outline().iter().map(corner).collect();
-        let look = material.on(polygon, &of, given.is_some());
-        let mut means = look.plain;
+        let look = material.appearance_on(polygon, &of, given.is_some());
+        let mut means = look.factors;
         if let Some(paint) = &look.paint {
-            let (over, whole) = (
-                paint.over(face.outline(), face.outline()),
-                paint.whole(of.len()),
-            );
-            let mean = |k: usize| over[k].or(whole[k]).unwrap_or(look.plain[k]);
+            let over = paint.mean_over(face.outline(), face.outline());
+            let whole = paint.overall_mean(of.len());
+            let mean = |k: usize| over[k].or(whole[k]).unwrap_or(look.factors[k]);
             means = [mean(0), mean(1)];
         }
         let radiance = (look.paint.as_ref()).and_then(|paint| paint.coats[1].as_ref());
         let surface = || {
-            // Parts of a face shine no brighter than this.
-            radiance.map_or(Ok(Surface::DEFAULT), |coat| {
-                Surface::new(DVec3::ZERO, coat.factor, material.names)
+            // No texel of the face emits more than the factor of its texture.
+            radiance.map_or(Ok(DiffuseSurface::DEFAULT), |coat| {
+                DiffuseSurface::new(DVec3::ZERO, coat.factor, material.names)
             })?;
-            let reflectance = if given.is_some() {
-                DVec3::ZERO
-            } else {
-                means[0]
-            };
-            Surface::new(reflectance, means[1], material.names)
+            let reflectance = given.map_or(means[0], |_| DVec3::ZERO);
+            DiffuseSurface::new(reflectance, means[1], material.names)
         };
         let fail = |message| {
             let place = format!("material {}", material.name);
-            Error::input(&material.file, place, message)
+            Error::bad_input(&material.file, place, message)
         };
         let surface = surface().map_err(fail)?;
         if given.is_none() && means[0].as_vec3().max_element() == 1.0 {
-            add(&mut self.white, &material.name);
-        } else if given.is_none() && look.white {
-            add(&mut self.whitish, &material.name);
+            insert_name(&mut self.white_materials, &material.name);
+        } else if given.is_none() && look.was_white {
+            insert_name(&mut self.partly_white_materials, &material.name);
         }
-        if look.lost {
-            add(&mut self.lost, &material.name);
+        if look.lacks_coordinates {
+            insert_name(&mut self.materials_without_coordinates, &material.name);
         }
         face.reflectance = given.unwrap_or(surface.reflectance);
         face.emission = surface.emission;
@@ -193,98 +182,97 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// The scene, if it can be lit at all.
-    pub fn finish(mut self) -> Result<Scene> {
+    /// Returns the scene with its notes.
+    ///
+    /// Errors: it has no faces, or none with an area.
+    pub fn into_scene(mut self) -> Result<Scene> {
         let count = self.faces.len();
+        let fail = |message: String| Err(Error::bad_input(self.path, "", message));
         if count == 0 {
-            return Err(Error::input(self.path, "", "has no faces"));
+            return fail("has no faces".into());
         }
-        if self
-            .remarks
-            .get(&Remark::NoArea)
-            .is_some_and(|f| f.count == count)
-        {
-            return Err(Error::input(
-                self.path,
-                "",
-                format!("none of its {count} faces has an area"),
-            ));
+        let flat = self.remarks.get(&PolygonRemark::NoArea);
+        if flat.is_some_and(|faces| faces.count == count) {
+            return fail(format!("none of its {count} faces has an area"));
         }
         for (remark, faces) in &self.remarks {
-            self.notes.push(faces.note(sentence(*remark)));
+            let note = faces.describe_faces(describe_remark(*remark));
+            self.notes.push(note);
         }
         if self.without_material.count > 0 {
-            let taken = match self.reflectance {
+            let reflectance = match self.reflectance {
                 None => format!("reflectance {DEFAULT_REFLECTANCE}, "),
                 Some(_) => String::new(),
             };
-            let without = format!("without material: {taken}no emission");
-            self.notes.push(self.without_material.note(&without));
+            let without = format!("without material: {reflectance}no emission");
+            let note = self.without_material.describe_faces(&without);
+            self.notes.push(note);
         }
-        if let Some(names) = listed(&self.lost) {
-            self.note(format!(
+        if let Some(names) = join_names(&self.materials_without_coordinates) {
+            self.add_note(format!(
                 "textures on faces without coordinates are taken as their mean: materials {names}"
             ));
         }
-        if let Some(names) = listed(&self.white) {
-            self.note(format!(
-                "materials {names} reflect all light: taken as {WHITEST}"
+        if let Some(names) = join_names(&self.white_materials) {
+            self.add_note(format!(
+                "materials {names} reflect all light: taken as {MAX_WHITE_REFLECTANCE}"
             ));
         }
-        if let Some(names) = listed(&self.whitish) {
-            self.note(format!(
-                "materials {names} reflect all light in places: taken as {WHITEST} there"
+        if let Some(names) = join_names(&self.partly_white_materials) {
+            self.add_note(format!(
+                "materials {names} reflect all light in places: taken as {MAX_WHITE_REFLECTANCE} there"
             ));
         }
         self.faces.append(&mut self.pieces);
         Ok(Scene {
-            name: plain(&self.path.display().to_string()),
+            name: escape_control(&self.path.display().to_string()),
             faces: self.faces,
             notes: self.notes,
         })
     }
 }
 
-fn add(names: &mut BTreeSet<String>, name: &str) {
+fn insert_name(names: &mut BTreeSet<String>, name: &str) {
     if !names.contains(name) {
         names.insert(name.into());
     }
 }
 
-/// None where there is none.
-fn listed(names: &BTreeSet<String>) -> Option<String> {
+/// Joins names by commas; none for an empty set.
+fn join_names(names: &BTreeSet<String>) -> Option<String> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     (!names.is_empty()).then(|| names.join(", "))
 }
 
-fn sentence(remark: Remark) -> &'static str {
+fn describe_remark(remark: PolygonRemark) -> &'static str {
     match remark {
-        Remark::NoArea => "without area: neither lit nor lighting",
-        Remark::Repeated => "with a repeated corner, which counts once",
-        Remark::NonPlanar => "not planar: split into two triangles",
-        Remark::NonConvex => "not convex: split into two triangles",
-        Remark::Polygon => "with more than four corners: split into triangles",
+        PolygonRemark::NoArea => "without area: neither lit nor lighting",
+        PolygonRemark::Repeated => "with a repeated corner, which counts once",
+        PolygonRemark::NonPlanar => "not planar: split into two triangles",
+        PolygonRemark::NonConvex => "not convex: split into two triangles",
+        PolygonRemark::Polygon => "with more than four corners: split into triangles",
     }
 }
 
-/// How many input faces share an oddity, and the first of them.
+/// Number of input faces with a property, and the first of them.
 #[derive(Default)]
-struct Faces {
+struct FaceTally {
     count: usize,
     first: Vec<usize>,
 }
 
-impl Faces {
-    fn add(&mut self, k: usize) {
+impl FaceTally {
+    fn count_face(&mut self, k: usize) {
         self.count += 1;
-        if self.first.len() < NAMED {
+        if self.first.len() < MAX_NAMED_FACES {
             self.first.push(k);
         }
     }
 
-    fn note(&self, what: &str) -> String {
+    fn describe_faces(&self, what: &str) -> String {
         let names: Vec<String> = self.first.iter().map(|k| (k + 1).to_string()).collect();
-        let more = if self.count > NAMED { ", …" } else { "" };
+        let is_longer = self.count > MAX_NAMED_FACES;
+        let more = if is_longer { ", …" } else { "" };
         let s = if self.count == 1 { "" } else { "s" };
         format!("{} face{s} {what} ({}{more})", self.count, names.join(", "))
     }

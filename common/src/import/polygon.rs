@@ -1,94 +1,97 @@
-//! An input polygon → planar convex faces: a quad stays a quad if it can, the rest becomes
-//! triangles.
+//! Splits input polygons into planar convex faces: a planar convex quad stays a quad, other polygons are cut
+//! into triangles by ear clipping.
 
 use glam::DVec3;
 
-/// A polygon with more corners than this is refused: cutting ears takes n³ steps at worst.
+/// Largest number of corners of a polygon: ear clipping takes n³ steps at worst.
 pub const MAX_CORNERS: usize = 1024;
 
-/// Rounding to six significant digits, as most writers do, moves a coordinate x by up to
-/// 5e-6·|x|: corners of a planar quad may lie this share of their coordinates apart.
-const DIGITS: f64 = 1e-5;
+/// Distance between the diagonals of a planar quad, as a share of its largest coordinate. Most writers
+/// round to six significant digits, which moves a coordinate x by up to 5e-6·|x|.
+const PLANARITY_TOLERANCE: f64 = 1e-5;
 
-/// Far from the origin the above would pass any bend: at most this share of the diagonal.
-const BEND: f64 = 1e-4;
+/// Largest distance between the diagonals of a planar quad, as a share of its longer diagonal. It limits the
+/// tolerance above far from the origin.
+const MAX_RELATIVE_BEND: f64 = 1e-4;
 
-/// Sine of a corner that counts as straight: rounding of f64 coordinates, not of their text.
-const STRAIGHT: f64 = 1e-9;
+/// Sine of the turn at a corner that counts as straight: rounding of f64 coordinates, not of their text.
+const STRAIGHT_CORNER_SINE: f64 = 1e-9;
 
-/// Twice the area of a corner's triangle that counts as none, per square of the polygon's size.
-const FLAT: f64 = 1e-12;
+/// Twice the area of a corner's triangle that counts as zero, per square of the polygon's size.
+const MIN_RELATIVE_AREA: f64 = 1e-12;
 
-/// What a polygon becomes.
+/// A planar convex piece of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Piece {
-    /// Planar and convex.
+pub enum ConvexPiece {
+    /// Planar convex quad.
     Quad([DVec3; 4]),
-    /// Any three corners, on a line or not.
+    /// Triangle, with or without area.
     Triangle([DVec3; 3]),
 }
 
-/// What was odd about a polygon.
+/// Irregularity of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Remark {
-    /// All corners lie on a line.
+pub enum PolygonRemark {
+    /// All corners are collinear.
     NoArea,
     /// A corner equals the one before it.
     Repeated,
-    /// A quad whose diagonals do not meet.
+    /// The diagonals of a quad do not meet.
     NonPlanar,
-    /// A quad with a corner pointing inwards.
+    /// A quad has a reflex corner.
     NonConvex,
-    /// Five corners or more.
+    /// The polygon has five corners or more.
     Polygon,
 }
 
-/// The faces of a polygon of at most [`MAX_CORNERS`] finite corners, one at least.
-pub fn split(corners: &[DVec3]) -> (Vec<Piece>, Vec<Remark>) {
+/// Splits a polygon of at most [`MAX_CORNERS`] finite corners into one or more pieces, and lists its
+/// irregularities.
+pub fn split_polygon(corners: &[DVec3]) -> (Vec<ConvexPiece>, Vec<PolygonRemark>) {
     let distinct = without_repeats(corners);
     let mut remarks = Vec::new();
     if distinct.len() < corners.len() && corners.len() > 3 {
-        remarks.push(Remark::Repeated);
+        remarks.push(PolygonRemark::Repeated);
     }
-    let no_area = on_a_line(&distinct);
+    let no_area = is_collinear(&distinct);
     if no_area {
-        remarks.push(Remark::NoArea);
+        remarks.push(PolygonRemark::NoArea);
     }
     let pieces = match *distinct.as_slice() {
-        _ if corners.len() == 3 => vec![Piece::Triangle([corners[0], corners[1], corners[2]])],
+        _ if corners.len() == 3 => {
+            vec![ConvexPiece::Triangle([corners[0], corners[1], corners[2]])]
+        }
         [] => Vec::new(),
-        [a] => vec![Piece::Triangle([a, a, a])],
-        [a, b] => vec![Piece::Triangle([a, b, b])],
-        [a, b, c] => vec![Piece::Triangle([a, b, c])],
-        [a, b, c, d] if no_area => vec![Piece::Quad([a, b, c, d])],
+        [a] => vec![ConvexPiece::Triangle([a, a, a])],
+        [a, b] => vec![ConvexPiece::Triangle([a, b, b])],
+        [a, b, c] => vec![ConvexPiece::Triangle([a, b, c])],
+        [a, b, c, d] if no_area => vec![ConvexPiece::Quad([a, b, c, d])],
         [a, b, c, d] => {
             let quad = [a, b, c, d];
             if !is_planar(&quad) {
-                remarks.push(Remark::NonPlanar);
-            } else if smallest_turn(&quad) < -STRAIGHT {
-                remarks.push(Remark::NonConvex);
+                remarks.push(PolygonRemark::NonPlanar);
+            } else if smallest_turn(&quad) < -STRAIGHT_CORNER_SINE {
+                remarks.push(PolygonRemark::NonConvex);
             } else {
-                return (vec![Piece::Quad(quad)], remarks);
+                return (vec![ConvexPiece::Quad(quad)], remarks);
             }
-            triangles(&distinct)
+            clip_ears(&distinct)
         }
-        [a, b, .., z] if no_area => vec![Piece::Triangle([a, b, z])],
+        [a, b, .., z] if no_area => vec![ConvexPiece::Triangle([a, b, z])],
         _ => {
-            remarks.push(Remark::Polygon);
-            triangles(&distinct)
+            remarks.push(PolygonRemark::Polygon);
+            clip_ears(&distinct)
         }
     };
     (pieces, remarks)
 }
 
-/// The planar, strictly convex quad that two triangles form over a common edge. Its first corner
-/// is the first triangle's.
-pub fn join(first: [DVec3; 3], second: [DVec3; 3]) -> Option<[DVec3; 4]> {
+/// Joins two triangles with a common edge into a planar, strictly convex quad; none if they form none. The
+/// first corner of the quad is the first triangle's.
+pub fn join_triangles(first: [DVec3; 3], second: [DVec3; 3]) -> Option<[DVec3; 4]> {
     let shared = |k: usize| {
         let edge = (first[(k + 1) % 3], first[k]);
-        (0..3)
-            .find(|m| (second[*m], second[(m + 1) % 3]) == edge)
-            .map(|m| second[(m + 2) % 3])
+        let m = (0..3).find(|m| (second[*m], second[(m + 1) % 3]) == edge)?;
+        Some(second[(m + 2) % 3])
     };
     let (after, apex) = (0..3).find_map(|k| Some((k, shared(k)?)))?;
     let [a, b, c] = first;
@@ -97,11 +100,11 @@ pub fn join(first: [DVec3; 3], second: [DVec3; 3]) -> Option<[DVec3; 4]> {
         1 => [a, b, apex, c],
         _ => [a, b, c, apex],
     };
-    // A corner of 180° would make the quad a triangle with a vertex too many.
+    // A corner of 180° would make the quad a triangle with a superfluous vertex.
     (is_planar(&quad) && smallest_turn(&quad) > 1e-6).then_some(quad)
 }
 
-/// Of equal neighbours the first stays; a corner between equal ones is a spike and goes.
+/// Removes repeated corners (the first of equal neighbours stays) and spikes (a corner between equal ones).
 fn without_repeats(corners: &[DVec3]) -> Vec<DVec3> {
     let mut distinct: Vec<DVec3> = Vec::with_capacity(corners.len());
     for corner in corners {
@@ -113,129 +116,116 @@ fn without_repeats(corners: &[DVec3]) -> Vec<DVec3> {
             _ => distinct.push(*corner),
         }
     }
-    // The same where the end meets the beginning.
+    // The same for the last and the first corners.
     loop {
         match distinct.as_slice() {
             [first, .., last] if first == last => distinct.pop(),
             [first, _, .., before, _] if first == before => distinct.pop(),
-            [_, second, .., last] if second == last && distinct.len() > 2 => {
-                Some(distinct.remove(0))
-            }
+            [_, second, .., last] if second == last && distinct.len() > 2 => Some(distinct.remove(0)),
             _ => return distinct,
         };
     }
 }
 
-/// Whether rounding of the coordinates alone could explain the polygon's area.
-fn on_a_line(corners: &[DVec3]) -> bool {
+/// True if the area of the polygon is within the rounding of its coordinates.
+fn is_collinear(corners: &[DVec3]) -> bool {
     let Some(origin) = corners.first() else {
         return true;
     };
-    let magnitude = magnitude(corners);
-    let longest = corners
-        .iter()
-        .map(|p| p.distance(*origin))
-        .fold(0.0, f64::max);
-    let largest = corners
-        .windows(2)
-        .map(|w| (w[0] - *origin).cross(w[1] - *origin).length())
-        .fold(0.0, f64::max);
+    let magnitude = largest_coordinate(corners);
+    let distances = corners.iter().map(|p| p.distance(*origin));
+    let areas = double_areas(corners).map(DVec3::length);
+    let [longest, largest] = [distances.fold(0.0, f64::max), areas.fold(0.0, f64::max)];
     largest <= 8.0 * f64::EPSILON * magnitude * longest
 }
 
-fn magnitude(corners: &[DVec3]) -> f64 {
-    corners
-        .iter()
-        .map(|p| p.abs().max_element())
-        .fold(0.0, f64::max)
+fn largest_coordinate(corners: &[DVec3]) -> f64 {
+    let largest = corners.iter().map(|p| p.abs().max_element());
+    largest.fold(0.0, f64::max)
 }
 
-/// Whether the diagonals pass each other within the rounding of the corners.
+/// True if the distance between the diagonals is within the rounding of the corners.
 fn is_planar(quad: &[DVec3; 4]) -> bool {
     let [a, b, c, d] = *quad;
     let diagonal = a.distance(c).max(b.distance(d));
-    let tolerance = (DIGITS * magnitude(quad)).clamp(DIGITS * diagonal, BEND * diagonal);
+    let tolerance = (PLANARITY_TOLERANCE * largest_coordinate(quad))
+        .clamp(PLANARITY_TOLERANCE * diagonal, MAX_RELATIVE_BEND * diagonal);
     vector_area(quad).normalize_or_zero().dot(b - a).abs() <= tolerance
 }
 
-/// Sine of the turn at the corner that turns least to the left (inwards: negative).
+/// Returns the smallest sine of the left turn at a corner (negative at a reflex corner).
 fn smallest_turn(quad: &[DVec3; 4]) -> f64 {
-    // A quad that crosses itself evenly has no front.
+    // A quad that crosses itself with equal areas has no front.
     let Some(normal) = vector_area(quad).try_normalize() else {
         return f64::NEG_INFINITY;
     };
-    (0..4)
-        .map(|k| {
-            let (before, after) = (quad[k] - quad[(k + 3) % 4], quad[(k + 1) % 4] - quad[k]);
-            before.cross(after).dot(normal) / (before.length() * after.length())
-        })
-        .fold(f64::INFINITY, f64::min)
+    let turn = |k: usize| {
+        let (before, after) = (quad[k] - quad[(k + 3) % 4], quad[(k + 1) % 4] - quad[k]);
+        before.cross(after).dot(normal) / (before.length() * after.length())
+    };
+    (0..4).map(turn).fold(f64::INFINITY, f64::min)
 }
 
-/// Newell: the sum of the triangles about the first corner.
-fn vector_area(corners: &[DVec3]) -> DVec3 {
-    corners
-        .windows(2)
-        .map(|w| (w[0] - corners[0]).cross(w[1] - corners[0]))
-        .sum::<DVec3>()
-        * 0.5
+/// Returns the vector area (Newell): the sum of the triangles about the first corner.
+pub fn vector_area(corners: &[DVec3]) -> DVec3 {
+    double_areas(corners).sum::<DVec3>() * 0.5
 }
 
-/// Cuts ears, beginning with corner 1: a convex polygon becomes the fan about corner 0. Triangles
-/// without area are dropped; a polygon that crosses itself still loses a corner a step.
-fn triangles(corners: &[DVec3]) -> Vec<Piece> {
-    let normals = corners
-        .windows(2)
-        .map(|w| (w[0] - corners[0]).cross(w[1] - corners[0]));
-    let normal = std::iter::once(vector_area(corners))
-        .chain(normals)
-        .find_map(DVec3::try_normalize)
-        .unwrap_or(DVec3::ZERO);
+/// Iterates over twice the vector areas of the triangles about the first corner.
+fn double_areas(corners: &[DVec3]) -> impl Iterator<Item = DVec3> {
+    let edges = corners.windows(2);
+    edges.map(|w| (w[0] - corners[0]).cross(w[1] - corners[0]))
+}
+
+/// Cuts a polygon into triangles by ear clipping, beginning with corner 1: a convex polygon becomes the fan
+/// about corner 0. Drops triangles without area. A polygon that crosses itself loses a corner at each step too.
+fn clip_ears(corners: &[DVec3]) -> Vec<ConvexPiece> {
+    let mut normals = std::iter::once(vector_area(corners)).chain(double_areas(corners));
+    let normal = normals.find_map(DVec3::try_normalize).unwrap_or(DVec3::ZERO);
     let reach = corners.iter().map(|p| p.distance_squared(corners[0]));
-    let flat = FLAT * reach.fold(0.0, f64::max);
-    let mut left = corners.to_vec();
+    let flat = MIN_RELATIVE_AREA * reach.fold(0.0, f64::max);
+    let mut remaining = corners.to_vec();
     let mut cut = Vec::with_capacity(corners.len() - 2);
     let mut at = 1;
-    while left.len() > 3 {
-        let n = left.len();
+    while remaining.len() > 3 {
+        let n = remaining.len();
         let candidates = || (0..n).map(|k| (at + k) % n);
-        let ear = candidates().find(|k| is_ear(&left, *k, normal, flat));
-        let k = ear
-            .or_else(|| candidates().find(|k| turn(&left, *k, normal).abs() <= flat))
-            .unwrap_or(at % n);
-        cut.push([left[(k + n - 1) % n], left[k], left[(k + 1) % n]]);
-        left.remove(k);
+        let is_flat = |k: &usize| double_area(ear_at(&remaining, *k), normal).abs() <= flat;
+        let ear = candidates().find(|k| is_ear(&remaining, *k, normal, flat));
+        let k = ear.or_else(|| candidates().find(is_flat));
+        let k = k.unwrap_or(at % n);
+        cut.push(ear_at(&remaining, k));
+        remaining.remove(k);
         at = k;
     }
-    cut.push([left[0], left[1], left[2]]);
-    let has_area = |[a, b, c]: &[DVec3; 3]| side(*a, *b, *c, normal).abs() > flat;
+    cut.push([remaining[0], remaining[1], remaining[2]]);
+    let has_area = |triangle: &[DVec3; 3]| double_area(*triangle, normal).abs() > flat;
     if cut.iter().any(has_area) {
         cut.retain(has_area);
     }
-    cut.into_iter().map(Piece::Triangle).collect()
+    cut.into_iter().map(ConvexPiece::Triangle).collect()
 }
 
-/// Twice the area of corner k's triangle, negative if it points inwards.
-fn turn(left: &[DVec3], k: usize, normal: DVec3) -> f64 {
-    let n = left.len();
-    side(left[(k + n - 1) % n], left[k], left[(k + 1) % n], normal)
+/// Returns corner k's triangle.
+fn ear_at(remaining: &[DVec3], k: usize) -> [DVec3; 3] {
+    let n = remaining.len();
+    [k + n - 1, k, k + 1].map(|k| remaining[k % n])
 }
 
-fn side(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
+/// Returns twice the area of a triangle, negative at a reflex corner.
+fn double_area([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
     (b - a).cross(c - a).dot(normal)
 }
 
-/// Whether corner k's triangle lies inside the polygon: it has area and holds no other corner.
-fn is_ear(left: &[DVec3], k: usize, normal: DVec3, flat: f64) -> bool {
-    let n = left.len();
-    let [a, b, c] = [left[(k + n - 1) % n], left[k], left[(k + 1) % n]];
+/// True if corner k's triangle lies inside the polygon: it has an area and contains no other corner.
+fn is_ear(remaining: &[DVec3], k: usize, normal: DVec3, flat: f64) -> bool {
+    let [a, b, c] = ear_at(remaining, k);
     let inside = |p: DVec3| {
-        side(a, b, p, normal) >= 0.0 && side(b, c, p, normal) >= 0.0 && side(c, a, p, normal) >= 0.0
+        let parts = [[a, b, p], [b, c, p], [c, a, p]];
+        parts.into_iter().all(|part| double_area(part, normal) >= 0.0)
     };
-    turn(left, k, normal) > flat
-        && !left
-            .iter()
-            .any(|p| *p != a && *p != b && *p != c && inside(*p))
+    let mut others = remaining.iter().filter(|p| ![a, b, c].contains(p));
+    double_area([a, b, c], normal) > flat && !others.any(|p| inside(*p))
 }
 
 #[cfg(test)]

@@ -1,79 +1,79 @@
-//! What of a face is not the same all over it: textures and the colours of its corners.
+//! Reflectance and radiance that vary over a face: textures and vertex colours.
 //!
-//! A face is one triangle or two, and on each of them places on a texture, as well as colours, are linear. So
-//! the part of a triangle within a texel is a polygon on the picture, and the mean over it is exact.
+//! A face is one triangle or two. Texture coordinates and colours are linear on each triangle. So the part
+//! of a triangle within a texel is a polygon on the picture, and the mean over it is exact.
 
 mod level;
 mod picture;
 mod polygon;
 
-pub use level::Wrap;
-pub use picture::{Picture, from_srgb};
+pub use level::WrapMode;
+pub use picture::{TexturePicture, from_srgb};
 
 use glam::{DMat2, DVec2, DVec3};
-use polygon::Polygon;
+use polygon::PlanePolygon;
 use std::sync::Arc;
 
-/// What reflects all light is taken as this: exporters write 1 where nobody chose a colour, and no light
-/// would ever be spent there. What is a little less was meant.
-pub const WHITEST: f32 = 0.95;
+/// Reflectance that replaces 1 on import. Exporters write 1 for an unset colour, and a surface with it would
+/// absorb no light. A value slightly below 1 is kept as intended.
+pub const MAX_WHITE_REFLECTANCE: f32 = 0.95;
 
-/// Less than this of a texture's light is what rounding leaves of a pixel beside the texel.
-const NOTHING: f64 = 1e-6;
+/// A texture's mean below this value is rounding from a pixel beside the texel, and becomes 0.
+const MIN_TEXTURE_MEAN: f64 = 1e-6;
 
-/// A triangle on a picture is a line if its area is less than this, per square of its size.
-const LINE: f64 = 1e-9;
+/// A triangle on a picture counts as a line below this area, per square of its size.
+const MIN_TRIANGLE_AREA: f64 = 1e-9;
 
-/// The triangles of a quad cut from corner 0 to corner 2, and from 1 to 3; the first corner of each lies off
-/// the cut.
-const HALVES: [[[usize; 3]; 2]; 2] = [[[1, 2, 0], [3, 0, 2]], [[0, 1, 3], [2, 3, 1]]];
+/// Triangles of a quad with the diagonal from corner 0 to corner 2, and from 1 to 3. The first corner of
+/// each triangle lies off the diagonal.
+const QUAD_TRIANGLES: [[[usize; 3]; 2]; 2] = [[[1, 2, 0], [3, 0, 2]], [[0, 1, 3], [2, 3, 1]]];
 
-/// A texture.
+/// A picture with its continuation beyond the edges.
 #[derive(Clone)]
-pub struct Texture {
-    /// Its picture.
-    pub picture: Arc<Picture>,
-    /// How it goes on, right and downwards.
-    pub wrap: [Wrap; 2],
+pub struct WrappedTexture {
+    /// The picture.
+    pub picture: Arc<TexturePicture>,
+    /// Continuation to the right and downwards.
+    pub wrap: [WrapMode; 2],
 }
 
-/// A factor, times a texture, times the corners' colours, as far as there are any.
+/// A varying quantity: a factor, times a texture and the corners' colours if present.
 #[derive(Clone)]
 pub struct Coat {
-    /// Linear Rec. 709.
+    /// Factor, linear Rec. 709.
     pub factor: DVec3,
-    /// None: 1.
-    pub texture: Option<Texture>,
-    /// Whether the corners' colours count.
+    /// Texture; `None` stands for 1.
+    pub texture: Option<WrappedTexture>,
+    /// True if the corners' colours are factors too.
     pub coloured: bool,
 }
 
-/// What a corner of a face has.
+/// Texture coordinates and colour of a face's corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
-    /// Its places on the textures of reflectance and of radiance; (0, 0) is a picture's upper left corner,
+pub struct PaintCorner {
+    /// Coordinates on the textures of reflectance and of radiance; (0, 0) is a picture's upper left corner,
     /// (1, 1) its lower right one.
     pub places: [DVec2; 2],
-    /// Its colour, linear Rec. 709.
+    /// Colour, linear Rec. 709.
     pub colour: DVec3,
 }
 
-impl Corner {
-    /// White, and nowhere in particular.
-    pub const PLAIN: Self = Self {
+impl PaintCorner {
+    /// A white corner at texture coordinates (0, 0).
+    pub const PLAIN_WHITE: Self = Self {
         places: [DVec2::ZERO; 2],
         colour: DVec3::ONE,
     };
 }
 
-/// How reflectance and radiance vary over a face.
+/// Variation of reflectance and radiance over a face.
 #[derive(Clone)]
 pub struct Paint {
-    /// The face's corners; of a triangle the fourth says nothing.
-    pub corners: [Corner; 4],
-    /// Whether a quad is cut from corner 1 to corner 3.
+    /// The face's corners; the fourth of a triangle is ignored.
+    pub corners: [PaintCorner; 4],
+    /// True if a quad's diagonal runs from corner 1 to corner 3, false from 0 to 2.
     pub odd: bool,
-    /// Of reflectance and of radiance; none: it does not vary.
+    /// Coats of reflectance and of radiance; `None`: constant over the face.
     pub coats: [Option<Coat>; 2],
 }
 
@@ -86,19 +86,19 @@ impl std::fmt::Debug for Paint {
 }
 
 impl Paint {
-    /// Means of reflectance and radiance over a convex part of a face; none of what does not vary, nor of a
+    /// Means of reflectance and radiance over a convex part of a face; `None` for a constant one, and for a
     /// face without area.
-    pub fn over(&self, face: &[DVec3], part: &[DVec3]) -> [Option<DVec3>; 2] {
+    pub fn mean_over(&self, face: &[DVec3], part: &[DVec3]) -> [Option<DVec3>; 2] {
         let (mut sums, mut all) = ([DVec3::ZERO; 2], 0.0);
-        for half in self.halves(face) {
-            let mut polygon = Polygon::new(part.iter().map(|p| half.place(*p)));
+        for half in self.face_triangles(face) {
+            let mut polygon = PlanePolygon::new(part.iter().map(|p| half.local_coordinates(*p)));
             if face.len() > 3 {
-                polygon = polygon.cut(|p| 1.0 - p.x - p.y);
+                polygon = polygon.clip_by(|p| 1.0 - p.x - p.y);
             }
-            let area = polygon.middle().0 * half.area;
+            let area = polygon.area_and_centroid().0 * half.area;
             if area > 0.0 {
                 for (k, sum) in sums.iter_mut().enumerate() {
-                    *sum += area * self.mean(k, half.corners, &polygon);
+                    *sum += area * self.coat_mean(k, half.corners, &polygon);
                 }
                 all += area;
             }
@@ -106,14 +106,16 @@ impl Paint {
         let mean = |k: usize| {
             let coat = self.coats[k].as_ref()?;
             let mean = sums[k] / all;
-            (all > 0.0).then(|| coat.factor * whole_or_nothing(mean))
+            (all > 0.0).then(|| coat.factor * zero_if_rounding(mean))
         };
         [mean(0), mean(1)]
     }
 
-    /// Reflectance and radiance at a point of a face; none of what does not vary.
-    pub fn at(&self, face: &[DVec3], point: DVec3) -> [Option<DVec3>; 2] {
-        let halves = self.halves(face).map(|half| (half.place(point), half));
+    /// Reflectance and radiance at a point of a face; `None` for a constant one.
+    pub fn value_at(&self, face: &[DVec3], point: DVec3) -> [Option<DVec3>; 2] {
+        let halves = self
+            .face_triangles(face)
+            .map(|half| (half.local_coordinates(point), half));
         let nearest = |a: &(DVec2, _), b: &(DVec2, _)| {
             let outside = |p: DVec2| p.element_sum();
             outside(a.0).total_cmp(&outside(b.0))
@@ -123,65 +125,65 @@ impl Paint {
         };
         [0, 1].map(|k| {
             let coat = self.coats[k].as_ref()?;
-            let [places, _] = self.mapped(k, half.corners);
-            let colour = self.colour(coat, half.corners, place);
+            let [places, _] = self.picture_maps(k, half.corners);
+            let colour = self.corner_colour(coat, half.corners, place);
             let texture = coat.texture.as_ref();
-            let light = texture.map(|t| t.picture.at(places.at(place), t.wrap));
+            let light = texture.map(|t| t.picture.colour_at(places.map_point(place), t.wrap));
             Some(coat.factor * colour * light.unwrap_or(DVec3::ONE))
         })
     }
 
-    /// The same of a face without area: what there is of each in the mean.
-    pub fn whole(&self, corners: usize) -> [Option<DVec3>; 2] {
+    /// Reflectance and radiance of a face without area: means over the whole texture and all corners.
+    pub fn overall_mean(&self, corners: usize) -> [Option<DVec3>; 2] {
         let colours = self.corners[..corners.min(4)].iter().map(|c| c.colour);
         let colour = colours.sum::<DVec3>() / corners.clamp(1, 4) as f64;
         self.coats.each_ref().map(|coat| {
             let coat = coat.as_ref()?;
-            let light = coat.texture.as_ref().map(|t| t.picture.whole());
+            let light = coat.texture.as_ref().map(|t| t.picture.mean_colour());
             let colour = if coat.coloured { colour } else { DVec3::ONE };
             Some(coat.factor * colour * light.unwrap_or(DVec3::ONE))
         })
     }
 
-    /// Of the same face seen from behind: corner k is now what `turned[k]` was.
-    pub fn turned(&self, turned: [usize; 4]) -> Self {
+    /// Returns the paint with reordered corners, for the face's back: corner `k` was corner `turned[k]`.
+    pub fn with_corner_order(&self, turned: [usize; 4]) -> Self {
         Self {
             corners: turned.map(|k| self.corners[k]),
             ..self.clone()
         }
     }
 
-    /// The triangles of a face that have an area.
-    fn halves<'f>(&self, face: &'f [DVec3]) -> impl Iterator<Item = Half> + use<'f> {
+    /// Returns the triangles of a face that have an area.
+    fn face_triangles<'f>(&self, face: &'f [DVec3]) -> impl Iterator<Item = FaceTriangle> + use<'f> {
         let all: &[[usize; 3]] = if face.len() > 3 {
-            &HALVES[usize::from(self.odd)]
+            &QUAD_TRIANGLES[usize::from(self.odd)]
         } else {
             &[[0, 1, 2]]
         };
-        all.iter().filter_map(|corners| Half::new(face, *corners))
+        all.iter().filter_map(|corners| FaceTriangle::new(face, *corners))
     }
 
-    /// The mean of coat `k` over a polygon in the plane of a half, but for its factor.
-    fn mean(&self, k: usize, corners: [usize; 3], polygon: &Polygon) -> DVec3 {
+    /// Mean of coat `k` over a polygon in a triangle's coordinates, without the coat's factor.
+    fn coat_mean(&self, k: usize, corners: [usize; 3], polygon: &PlanePolygon) -> DVec3 {
         let Some(coat) = &self.coats[k] else {
             return DVec3::ZERO;
         };
-        let colour = self.colour(coat, corners, polygon.middle().1);
-        let Some(Texture { picture, wrap }) = &coat.texture else {
+        let colour = self.corner_colour(coat, corners, polygon.area_and_centroid().1);
+        let Some(WrappedTexture { picture, wrap }) = &coat.texture else {
             return colour;
         };
-        let [places, back] = self.mapped(k, corners);
-        let on_picture = polygon.map(|p| places.at(p));
+        let [places, back] = self.picture_maps(k, corners);
+        let on_picture = polygon.map_corners(|p| places.map_point(p));
         let [a, b, c] = corners.map(|k| self.corners[k].colour);
         if !coat.coloured || (a == b && b == c) || !places.is_sound() {
-            return colour * picture.mean(&on_picture, *wrap, None);
+            return colour * picture.mean_over(&on_picture, *wrap, None);
         }
-        let shade = |p: DVec2| self.colour(coat, corners, back.at(p));
-        picture.mean(&on_picture, *wrap, Some(&shade))
+        let shade = |p: DVec2| self.corner_colour(coat, corners, back.map_point(p));
+        picture.mean_over(&on_picture, *wrap, Some(&shade))
     }
 
-    /// The colour at a place in the plane of a half.
-    fn colour(&self, coat: &Coat, corners: [usize; 3], place: DVec2) -> DVec3 {
+    /// Interpolated corner colour at a point in a triangle's coordinates.
+    fn corner_colour(&self, coat: &Coat, corners: [usize; 3], place: DVec2) -> DVec3 {
         if !coat.coloured {
             return DVec3::ONE;
         }
@@ -189,18 +191,18 @@ impl Paint {
         a + (b - a) * place.x + (c - a) * place.y
     }
 
-    /// From the plane of a half to the picture of coat `k`, and back.
-    fn mapped(&self, k: usize, corners: [usize; 3]) -> [Map; 2] {
+    /// Returns the map from a triangle's coordinates to the picture of coat `k`, and its inverse.
+    fn picture_maps(&self, k: usize, corners: [usize; 3]) -> [AffineMap; 2] {
         let [a, b, c] = corners.map(|corner| self.corners[corner].places[k]);
-        let there = DMat2::from_cols(b - a, c - a);
-        let back = there.inverse();
+        let matrix = DMat2::from_cols(b - a, c - a);
+        let back = matrix.inverse();
         [
-            Map {
-                matrix: there,
+            AffineMap {
+                matrix,
                 from: DVec2::ZERO,
                 to: a,
             },
-            Map {
+            AffineMap {
                 matrix: back,
                 from: a,
                 to: DVec2::ZERO,
@@ -209,44 +211,44 @@ impl Paint {
     }
 }
 
-/// Rounding leaves a little of what is not there.
-fn whole_or_nothing(light: DVec3) -> DVec3 {
-    if light.max_element() < NOTHING {
+/// Returns 0 for a value below [`MIN_TEXTURE_MEAN`].
+fn zero_if_rounding(light: DVec3) -> DVec3 {
+    if light.max_element() < MIN_TEXTURE_MEAN {
         DVec3::ZERO
     } else {
         light
     }
 }
 
-/// A linear map of the plane.
-struct Map {
+/// An affine map of the plane.
+struct AffineMap {
     matrix: DMat2,
     from: DVec2,
     to: DVec2,
 }
 
-impl Map {
-    fn at(&self, p: DVec2) -> DVec2 {
+impl AffineMap {
+    fn map_point(&self, p: DVec2) -> DVec2 {
         self.matrix * (p - self.from) + self.to
     }
 
-    /// Whether it leaves triangles triangles.
+    /// Tests if the images of triangles have an area.
     fn is_sound(&self) -> bool {
         let [a, b] = [self.matrix.x_axis, self.matrix.y_axis];
         let size = a.length_squared().max(b.length_squared());
-        self.matrix.determinant().abs() > LINE * size
+        self.matrix.determinant().abs() > MIN_TRIANGLE_AREA * size
     }
 }
 
-/// A triangle of a face. In its plane corner 0 is the origin, the others are (1, 0) and (0, 1).
-struct Half {
+/// A triangle of a face. Its coordinates are (0, 0) at corner 0, and (1, 0) and (0, 1) at the others.
+struct FaceTriangle {
     corners: [usize; 3],
     area: f64,
     origin: DVec3,
     axes: [DVec3; 2],
 }
 
-impl Half {
+impl FaceTriangle {
     fn new(face: &[DVec3], corners: [usize; 3]) -> Option<Self> {
         let [a, b, c] = corners.map(|k| face[k]);
         let normal = (b - a).cross(c - a);
@@ -260,7 +262,7 @@ impl Half {
         })
     }
 
-    fn place(&self, point: DVec3) -> DVec2 {
+    fn local_coordinates(&self, point: DVec3) -> DVec2 {
         let [x, y] = self.axes;
         DVec2::new(x.dot(point - self.origin), y.dot(point - self.origin))
     }
@@ -270,14 +272,14 @@ impl Half {
 mod tests {
     use super::*;
 
-    fn corner(colour: [f64; 3]) -> Corner {
-        Corner {
+    fn corner(colour: [f64; 3]) -> PaintCorner {
+        PaintCorner {
             places: [DVec2::ZERO; 2],
             colour: DVec3::from(colour),
         }
     }
 
-    fn coloured(corners: [Corner; 4], odd: bool) -> Paint {
+    fn coloured(corners: [PaintCorner; 4], odd: bool) -> Paint {
         let coat = Coat {
             factor: DVec3::splat(0.5),
             texture: None,
@@ -296,34 +298,28 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_linear_in_a_triangle() {
+    fn corner_colours_are_interpolated_linearly_in_a_triangle() {
         let face = [[1., 1., 0.], [3., 1., 0.], [1., 4., 0.]].map(DVec3::from);
         let [r, g, b] = [[1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(corner);
         let paint = coloured([r, g, b, b], false);
-        close(paint.over(&face, &face)[0], [1. / 6.; 3]);
-        assert_eq!(paint.over(&face, &face)[1], None);
+        close(paint.mean_over(&face, &face)[0], [1. / 6.; 3]);
+        assert_eq!(paint.mean_over(&face, &face)[1], None);
         // The quarter at corner 0: its centroid has (2/3, 1/6, 1/6) of the corners.
         let quarter = [[1., 1., 0.], [2., 1., 0.], [1., 2.5, 0.]].map(DVec3::from);
-        close(
-            paint.over(&face, &quarter)[0],
-            [1. / 3., 1. / 12., 1. / 12.],
-        );
-        close(
-            paint.at(&face, DVec3::new(2., 1., 0.))[0],
-            [0.25, 0.25, 0.0],
-        );
-        close(paint.whole(3)[0], [1. / 6.; 3]);
+        close(paint.mean_over(&face, &quarter)[0], [1. / 3., 1. / 12., 1. / 12.]);
+        close(paint.value_at(&face, DVec3::new(2., 1., 0.))[0], [0.25, 0.25, 0.0]);
+        close(paint.overall_mean(3)[0], [1. / 6.; 3]);
     }
 
     #[test]
-    fn a_quad_is_cut_as_it_was_joined() {
-        // One corner of four is white: along the cut from 0 to 2 it has a half to itself.
+    fn quad_colours_follow_the_chosen_diagonal() {
+        // One corner of four is white. With the diagonal from 0 to 2 it belongs to one triangle only.
         let face = [[0., 0., 0.], [2., 0., 0.], [2., 1., 0.], [0., 1., 0.]].map(DVec3::from);
         let mut corners = [corner([0.; 3]); 4];
         corners[1] = corner([1.; 3]);
         let [even, odd] = [false, true].map(|odd| coloured(corners, odd));
-        close(even.over(&face, &face)[0], [0.5 / 6.; 3]);
-        close(odd.over(&face, &face)[0], [0.5 / 3.; 3]);
+        close(even.mean_over(&face, &face)[0], [0.5 / 6.; 3]);
+        close(odd.mean_over(&face, &face)[0], [0.5 / 3.; 3]);
         let [low, high] = [[0.2, 0.], [0.3, 0.1]];
         let texel = [
             [low[0], low[1], 0.],
@@ -332,26 +328,26 @@ mod tests {
             [low[0], high[1], 0.],
         ]
         .map(DVec3::from);
-        // White is x/2 − y there, in both; the texel lies below the cut.
-        close(even.over(&face, &texel)[0], [0.5 * (0.125 - 0.05); 3]);
-        // Of the other cut it is x/2 − 0, as far as the triangle 0 1 3 goes.
-        close(odd.over(&face, &texel)[0], [0.5 * 0.125; 3]);
-        let behind = even.turned([0, 3, 2, 1]);
+        // White is x/2 − y there; the texel lies below the diagonal.
+        close(even.mean_over(&face, &texel)[0], [0.5 * (0.125 - 0.05); 3]);
+        // With the other diagonal it is x/2 within triangle 0 1 3.
+        close(odd.mean_over(&face, &texel)[0], [0.5 * 0.125; 3]);
+        let behind = even.with_corner_order([0, 3, 2, 1]);
         let turned = [0, 3, 2, 1].map(|k| face[k]);
-        close(behind.over(&turned, &texel)[0], [0.5 * (0.125 - 0.05); 3]);
+        close(behind.mean_over(&turned, &texel)[0], [0.5 * (0.125 - 0.05); 3]);
     }
 
     #[test]
-    fn a_texture_and_colours_are_multiplied_pixel_by_pixel() {
+    fn texture_and_corner_colours_are_multiplied_pixel_by_pixel() {
         // Two pixels, 0 and 1; red grows from 0 to 1 along them: ∫ from ½ to 1 of x.
-        let picture = Picture::new([2, 1], vec![[0.0; 3], [1.0; 3]]);
-        let place = |x: f64, y: f64| Corner {
+        let picture = TexturePicture::new([2, 1], vec![[0.0; 3], [1.0; 3]]);
+        let place = |x: f64, y: f64| PaintCorner {
             places: [DVec2::new(x, y); 2],
             colour: DVec3::new(x, 1.0, 1.0),
         };
-        let texture = Texture {
+        let texture = WrappedTexture {
             picture: Arc::new(picture),
-            wrap: [Wrap::Clamp; 2],
+            wrap: [WrapMode::Clamp; 2],
         };
         let coat = |coloured| Coat {
             factor: DVec3::ONE,
@@ -364,10 +360,10 @@ mod tests {
             coats: [Some(coat(true)), Some(coat(false))],
         };
         let face = [[0., 0., 5.], [3., 0., 5.], [3., 2., 5.], [0., 2., 5.]].map(DVec3::from);
-        let [both, texture] = paint.over(&face, &face);
+        let [both, texture] = paint.mean_over(&face, &face);
         close(both, [0.375, 0.5, 0.5]);
         close(texture, [0.5; 3]);
-        let [both, texture] = paint.at(&face, DVec3::new(2.25, 1., 5.));
+        let [both, texture] = paint.value_at(&face, DVec3::new(2.25, 1., 5.));
         close(both, [0.75, 1.0, 1.0]);
         close(texture, [1.0; 3]);
     }

@@ -1,109 +1,111 @@
-//! Which cells shoot how much in a pass. All are choices of d in r ← r − α(d − ρ T d/A): whatever
-//! d is, r stays what is unshot, so the choice decides the time and not the answer.
+//! Choice of the radiosity d that each patch shoots in a pass r ← r − α(d − ρ T d/A): Southwell, Chebyshev
+//! or conjugate gradients. For every d, r is the unshot radiosity, so the choice changes the time and not
+//! the solution.
 
 use crate::mesh::Mesh;
 use crate::settings::Iteration;
 use glam::{DVec3, Vec3};
 
-/// Above this reflectance steps and guesses stop following.
-const LARGEST: f64 = 0.9999;
-/// Above this one Chebyshev's polynomial does: 16 roundings of f32, in which links are known, below 1.
-const WHITEST: f64 = 1.0 - 8.0 * f32::EPSILON as f64;
-/// Passes without progress after which an iteration starts anew.
-const PATIENCE: u32 = 4;
+/// Reflectance above which the step length of conjugate gradients is 1.
+const MAX_STEP_REFLECTANCE: f64 = 0.9999;
+/// Largest reflectance in the Chebyshev polynomial: 16 roundings of f32, the precision of links, below 1.
+const MAX_CHEBYSHEV_REFLECTANCE: f64 = 1.0 - 8.0 * f32::EPSILON as f64;
+/// Maximum passes without progress before an iteration restarts.
+const MAX_STALLED_PASSES: u32 = 4;
 
-/// What the cells have and have shot; r, S and d in W/m², by channel.
-pub struct State {
+/// Unshot and shot radiosity of the patches; r, S and d in W/m², by channel.
+pub struct PassState {
     /// Unshot: r.
     pub residual: Vec<DVec3>,
     /// Shot so far: S.
     pub shot: Vec<DVec3>,
-    /// Area of each cell.
+    /// Area of each patch.
     pub areas: Vec<f64>,
     reflectance: Vec<DVec3>,
-    last: Option<Last>,
-    /// The least that was unshot after a pass, and the passes since.
-    least: f64,
-    stalled: u32,
+    last: Option<LatestPass>,
+    /// Least unshot power after a pass, and the passes since.
+    least_unshot: f64,
+    stalled_passes: u32,
 }
 
 /// The latest pass.
-struct Last {
+struct LatestPass {
     direction: Vec<DVec3>,
-    /// Before it.
+    /// Residual before it.
     residual: Vec<DVec3>,
-    /// Σ r² A/ρ of those that took part.
+    /// Σ r² A/ρ over the patches that took part.
     energy: DVec3,
-    /// The factor of Chebyshev's recurrence.
+    /// Factor of the Chebyshev recurrence.
     chebyshev: DVec3,
     /// Passes before it.
     passes: u32,
 }
 
-impl State {
-    /// Before the first pass: r = E where no body buries it.
+impl PassState {
+    /// Makes the state before the first pass: r = E times the open share.
     pub fn new(mesh: &Mesh) -> Self {
         let mean = |value: &dyn Fn(usize) -> Vec3| -> Vec<DVec3> {
-            let cells = mesh.cells.iter().map(|cell| {
+            let patches = mesh.patches.iter().map(|patch| {
                 let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-                for k in cell.texels() {
+                for k in patch.texels() {
                     let a = f64::from(mesh.texels[k].area);
                     sum += value(k).as_dvec3() * a;
                     area += a;
                 }
                 if area > 0.0 { sum / area } else { DVec3::ZERO }
             });
-            cells.collect()
+            patches.collect()
         };
         let mut residual = mean(&|k| mesh.texels[k].emission);
-        for (r, cell) in residual.iter_mut().zip(&mesh.cells) {
-            *r *= f64::from(cell.open);
+        for (r, patch) in residual.iter_mut().zip(&mesh.patches) {
+            *r *= f64::from(patch.open_share);
         }
-        let areas = mesh.cells.iter().map(|c| f64::from(c.shooter.area));
+        let areas = mesh.patches.iter().map(|c| f64::from(c.shooter.area));
         let mut state = Self {
             shot: vec![DVec3::ZERO; residual.len()],
             areas: areas.collect(),
             reflectance: mean(&|k| mesh.texels[k].reflectance),
             residual,
             last: None,
-            least: f64::INFINITY,
-            stalled: 0,
+            least_unshot: f64::INFINITY,
+            stalled_passes: 0,
         };
-        state.least = state.unshot();
+        state.least_unshot = state.unshot_power();
         state
     }
 
-    /// Goes on from here: cells have all this `light`, and have shot what they have.
-    pub fn start_again(&mut self, light: Vec<DVec3>) {
-        let left = light.iter().zip(&self.shot).map(|(all, shot)| *all - *shot);
-        self.residual = left.collect();
-        (self.last, self.stalled) = (None, 0);
-        self.least = self.unshot();
+    /// Restarts the iteration with the patches' total radiosity `light`: r is `light` less the radiosity
+    /// that was shot.
+    pub fn restart_from_light(&mut self, light: Vec<DVec3>) {
+        let unshot = light.iter().zip(&self.shot).map(|(all, shot)| *all - *shot);
+        self.residual = unshot.collect();
+        (self.last, self.stalled_passes) = (None, 0);
+        self.least_unshot = self.unshot_power();
     }
 
-    /// Σ|r|A over the channels of cell `k`.
-    pub fn power(&self, k: usize) -> f64 {
+    /// Returns Σ|r|A over the channels of patch `k`.
+    pub fn patch_power(&self, k: usize) -> f64 {
         self.residual[k].abs().element_sum() * self.areas[k]
     }
 
-    /// Σ|r|A over all cells.
-    pub fn unshot(&self) -> f64 {
-        (0..self.areas.len()).map(|k| self.power(k)).sum()
+    /// Returns Σ|r|A over all patches.
+    pub fn unshot_power(&self) -> f64 {
+        (0..self.areas.len()).map(|k| self.patch_power(k)).sum()
     }
 
-    /// What every cell shoots next; nothing from those that do not take part.
-    pub fn direction(&mut self, iteration: Iteration, taking_part: &[bool]) -> Vec<DVec3> {
+    /// Returns the radiosity that each patch shoots next; 0 for patches that do not take part.
+    pub fn next_direction(&mut self, iteration: Iteration, taking_part: &[bool]) -> Vec<DVec3> {
         let mut direction: Vec<DVec3> = (self.residual.iter().zip(taking_part))
             .map(|(r, part)| if *part { *r } else { DVec3::ZERO })
             .collect();
-        let energy = self.energy(&direction, &self.residual);
+        let energy = self.energy_product(&direction, &self.residual);
         let mut chebyshev = DVec3::ZERO;
         match iteration {
-            Iteration::Southwell => strongest(&mut direction, &self.areas, 1),
-            Iteration::Chebyshev => chebyshev = self.chebyshev(&mut direction),
-            Iteration::Cg => self.conjugate(&mut direction),
+            Iteration::Southwell => keep_strongest(&mut direction, &self.areas, 1),
+            Iteration::Chebyshev => chebyshev = self.chebyshev_direction(&mut direction),
+            Iteration::Cg => self.conjugate_direction(&mut direction),
         }
-        self.last = Some(Last {
+        self.last = Some(LatestPass {
             direction: direction.clone(),
             residual: self.residual.clone(),
             energy,
@@ -113,30 +115,30 @@ impl State {
         direction
     }
 
-    /// Takes the flux per cell that `direction` sent.
-    pub fn shoot(&mut self, iteration: Iteration, direction: &[DVec3], received: &[Vec3]) {
+    /// Updates the state by the flux per patch that was `received` from `direction`.
+    pub fn apply_pass(&mut self, iteration: Iteration, direction: &[DVec3], received: &[Vec3]) {
         let net: Vec<DVec3> = (0..direction.len())
-            .map(|k| direction[k] - self.reflected(k, received[k]))
+            .map(|k| direction[k] - self.reflected_radiosity(k, received[k]))
             .collect();
         let step = match (&self.last, iteration) {
-            (Some(last), Iteration::Cg) if last.passes > 0 => self.step(direction, &net),
+            (Some(last), Iteration::Cg) if last.passes > 0 => self.step_length(direction, &net),
             _ => DVec3::ONE,
         };
         for (k, (d, q)) in direction.iter().zip(&net).enumerate() {
             self.shot[k] += *d * step;
             self.residual[k] -= *q * step;
         }
-        let unshot = self.unshot();
-        self.stalled += 1;
-        if unshot < self.least {
-            (self.least, self.stalled) = (unshot, 0);
-        } else if self.stalled > PATIENCE {
-            // Links too far from reciprocal: from here anew, with what every cell has.
-            (self.last, self.stalled) = (None, 0);
+        let unshot = self.unshot_power();
+        self.stalled_passes += 1;
+        if unshot < self.least_unshot {
+            (self.least_unshot, self.stalled_passes) = (unshot, 0);
+        } else if self.stalled_passes > MAX_STALLED_PASSES {
+            // The links are too far from reciprocal: restart from the present residual.
+            (self.last, self.stalled_passes) = (None, 0);
         }
     }
 
-    fn reflected(&self, k: usize, received: Vec3) -> DVec3 {
+    fn reflected_radiosity(&self, k: usize, received: Vec3) -> DVec3 {
         if self.areas[k] > 0.0 {
             self.reflectance[k] * received.as_dvec3() / self.areas[k]
         } else {
@@ -144,11 +146,11 @@ impl State {
         }
     }
 
-    /// Chebyshev's semi-iteration for eigenvalues of ρF in −ρ…ρ (Saad 2003, algorithm 12.1 with
-    /// θ = 1, δ = ρ). The factor of its recurrence.
-    fn chebyshev(&self, direction: &mut [DVec3]) -> DVec3 {
-        let largest = (self.reflectance.iter()).fold(DVec3::ZERO, |most, r| most.max(*r));
-        let delta = largest.clamp(DVec3::splat(1e-3), DVec3::splat(WHITEST));
+    /// Applies the Chebyshev semi-iteration for eigenvalues of ρF in −ρ…ρ (Saad 2003, algorithm 12.1 with
+    /// θ = 1, δ = ρ) to `direction`. Returns the factor of its recurrence.
+    fn chebyshev_direction(&self, direction: &mut [DVec3]) -> DVec3 {
+        let largest = (self.reflectance.iter()).fold(DVec3::ZERO, |largest, r| largest.max(*r));
+        let delta = largest.clamp(DVec3::splat(1e-3), DVec3::splat(MAX_CHEBYSHEV_REFLECTANCE));
         let Some(last) = &self.last else { return delta };
         let next = (2.0 / delta - last.chebyshev).recip();
         for (d, before) in direction.iter_mut().zip(&last.direction) {
@@ -157,39 +159,39 @@ impl State {
         next
     }
 
-    /// Conjugate gradients in the product Σ a b A/ρ, in which ρF is symmetric by reciprocity;
-    /// Polak and Ribière's β forgives links that are not quite. The first pass shoots r itself,
-    /// so that cells that reflect nothing are done with.
-    fn conjugate(&self, direction: &mut [DVec3]) {
+    /// Makes `direction` conjugate in the product Σ a b A/ρ, in which ρF is symmetric by reciprocity.
+    /// The β of Polak & Ribière (1969) tolerates links that are not quite reciprocal. The first pass shoots
+    /// r itself, so that patches that reflect nothing have nothing unshot after it.
+    fn conjugate_direction(&self, direction: &mut [DVec3]) {
         let Some(last) = self.last.as_ref().filter(|last| last.passes > 0) else {
             return;
         };
         let change: Vec<DVec3> = (self.residual.iter().zip(&last.residual))
             .map(|(r, before)| *r - *before)
             .collect();
-        let beta = quotient(self.energy(direction, &change), last.energy).max(DVec3::ZERO);
+        let beta = quotient_or_zero(self.energy_product(direction, &change), last.energy).max(DVec3::ZERO);
         for (d, before) in direction.iter_mut().zip(&last.direction) {
             *d += beta * *before;
         }
     }
 
-    /// How far along `direction` the error is least.
-    fn step(&self, direction: &[DVec3], net: &[DVec3]) -> DVec3 {
+    /// Returns the step along `direction` that minimises the error.
+    fn step_length(&self, direction: &[DVec3], net: &[DVec3]) -> DVec3 {
         let (along, curvature) = (
-            self.energy(direction, &self.residual),
-            self.energy(direction, net),
+            self.energy_product(direction, &self.residual),
+            self.energy_product(direction, net),
         );
-        let step = quotient(along, curvature);
-        // Nothing that reflects shoots in this channel, or the links have no minimum there.
+        let step = quotient_or_zero(along, curvature);
+        // Without a step: no patch that reflects shoots in this channel, or the error has no minimum.
         DVec3::select(
-            step.cmpgt(DVec3::ZERO) & step.cmplt(DVec3::splat(1.0 / (1.0 - LARGEST))),
+            step.cmpgt(DVec3::ZERO) & step.cmplt(DVec3::splat(1.0 / (1.0 - MAX_STEP_REFLECTANCE))),
             step,
             DVec3::ONE,
         )
     }
 
-    /// Σ a b A/ρ by channel, over the cells that reflect it.
-    fn energy(&self, a: &[DVec3], b: &[DVec3]) -> DVec3 {
+    /// Returns Σ a b A/ρ by channel, over the patches with ρ > 0.
+    fn energy_product(&self, a: &[DVec3], b: &[DVec3]) -> DVec3 {
         let terms = (0..a.len()).map(|k| {
             let rho = self.reflectance[k];
             let term = a[k] * b[k] * self.areas[k] / rho;
@@ -199,24 +201,20 @@ impl State {
     }
 }
 
-fn quotient(a: DVec3, b: DVec3) -> DVec3 {
+fn quotient_or_zero(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::select(b.cmpgt(DVec3::ZERO), a / b, DVec3::ZERO)
 }
 
-/// Leaves the `most` entries with most power, the first of equals, and makes the others nothing.
-pub fn strongest(direction: &mut [DVec3], areas: &[f64], most: u64) {
+/// Keeps the `count` entries with the most power, the first of equals, and sets the others to 0.
+pub fn keep_strongest(direction: &mut [DVec3], areas: &[f64], count: u64) {
     let power = |k: usize, d: &[DVec3]| d[k].abs().element_sum() * areas[k];
-    let mut order: Vec<usize> = (0..direction.len())
-        .filter(|k| direction[*k] != DVec3::ZERO)
-        .collect();
-    if order.len() as u64 <= most {
+    let mut order: Vec<usize> = (0..direction.len()).filter(|k| direction[*k] != DVec3::ZERO).collect();
+    if order.len() as u64 <= count {
         return;
     }
-    let by_power = |a: &usize, b: &usize| {
-        (power(*b, direction).total_cmp(&power(*a, direction))).then(a.cmp(b))
-    };
-    order.select_nth_unstable_by(most as usize, by_power);
-    for k in order.split_off(most as usize) {
+    let by_power = |a: &usize, b: &usize| (power(*b, direction).total_cmp(&power(*a, direction))).then(a.cmp(b));
+    order.select_nth_unstable_by(count as usize, by_power);
+    for k in order.split_off(count as usize) {
         direction[k] = DVec3::ZERO;
     }
 }

@@ -1,66 +1,69 @@
-//! Relighting: objects are put into a room whose radiosity B₀ was captured.
+//! Relighting of a room, whose radiosity B₀ was captured, with objects in it.
 //!
 //! ```text
 //! δ = B − B₀ on the room, B on objects      δ = Kδ + s
 //! s = (K − K₀)B₀ on the room,  K B₀ + E on objects
 //! ```
-//! K₀ and K are transport without and with the objects. [`relight`] runs the one loop twice on the
-//! same engine: first every cell of the room shoots what was captured, and texels note what they
-//! lose or gain by it and what they had; from that [`surface`] finds what the walls reflect and
-//! emit; then δ is shot on, of both signs, until it is spent (George, Sillion & Greenberg 1990).
-//! Table 2 of the paper is the same with some of it left out: [`Mended`].
+//! K₀ and K are transport without and with the objects. [`relight_room`] runs the shooting loop twice on one
+//! engine. First every patch of the room shoots the captured radiosity, and texels record their irradiance
+//! without the objects and its change. From these, [`surface`] recovers the walls' reflectance and
+//! emission. Then δ, of both signs, is shot until it converges (George, Sillion & Greenberg 1990).
+//! Table 2 of the paper is this method without some of its steps: [`MendedFlaws`].
 
 pub mod surface;
 
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::settings::Schedule;
-use crate::shooting::{Field, Order, Restart, Rule, Run, Shot, Subtracted, one_by_one, total};
+use crate::shooting::{
+    DepositRule, RadiosityField, Restart, Shot, ShotOrder, SolveRun, SubtractedLink, require_southwell, total_power,
+};
 use glam::{Vec3, Vec4};
 use serde::Serialize;
 use std::ops::ControlFlow;
-use surface::Surface;
+use surface::TexelSurfaces;
 
-/// A captured room, in the order of the mesh's texels; what objects have here is not read.
+/// Radiosity of a captured room, in the order of the mesh's texels; the objects' entries are not read.
 #[derive(Clone, Debug)]
-pub struct Room {
+pub struct RoomRadiosity {
     /// B₀, W/m².
     pub radiosity: Vec<Vec4>,
-    /// The part of it that the capture had not shot yet; 0 where that is not known.
+    /// Unshot part of it; 0 where it is not known.
     pub residual: Vec<Vec4>,
     /// ρ, where it is known.
     pub reflectance: Option<Vec<Vec3>>,
 }
 
-/// How the room takes what objects do to it.
+/// Method of relighting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// Both signs, two visibilities, shot on: the limit is the full solution.
+pub enum RelightMethod {
+    /// Signed changes, visibility with and without the objects, further bounces: converges to the full
+    /// solution.
     Signed,
-    /// Table 2 with its slips in loop and formula mended, and these of its flaws.
-    Paper(Mended),
+    /// Table 2 with its errors in loop and formula corrected, and these of its flaws mended.
+    Paper(MendedFlaws),
 }
 
-/// Which flaws of Table 2 are mended; all of them make it [`Method::Signed`].
+/// Flaws of Table 2 that are mended; with all of them it is [`RelightMethod::Signed`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub struct Mended {
-    /// A texel that was hidden in the empty room already loses nothing.
+pub struct MendedFlaws {
+    /// A texel that was occluded in the empty room loses no light.
     pub empty_room: bool,
-    /// Objects take no light away from the room that they never gave.
+    /// Objects subtract no light from the room that they did not give.
     pub object_shadows: bool,
-    /// Objects give light to the room (and then take none away).
+    /// Objects shoot light to the room (and then subtract none).
     pub bleeding: bool,
-    /// What the room gains and loses is shot on.
+    /// The room shoots the change of its radiosity.
     pub shadows: bool,
 }
 
-impl Method {
-    /// How captured shots are taken, and how those after them.
-    fn rules(self) -> [Rule; 2] {
+impl RelightMethod {
+    /// Returns the rules of the captured shots and of the shots after them.
+    fn deposit_rules(self) -> [DepositRule; 2] {
         let mended = match self {
-            Self::Signed => Mended {
+            Self::Signed => MendedFlaws {
                 empty_room: true,
                 object_shadows: true,
                 bleeding: true,
@@ -69,75 +72,75 @@ impl Method {
             Self::Paper(mended) => mended,
         };
         let captured = if mended.empty_room {
-            Subtracted::Before
+            SubtractedLink::Before
         } else {
-            Subtracted::Unhidden
+            SubtractedLink::Unhidden
         };
         let later = if mended.bleeding {
-            Subtracted::Nothing
+            SubtractedLink::Nothing
         } else if mended.object_shadows {
-            Subtracted::All
+            SubtractedLink::All
         } else {
-            Subtracted::Unhidden
+            SubtractedLink::Unhidden
         };
-        let rule = |captured, subtracted| Rule {
+        let rule = |captured, subtracted| DepositRule {
             captured,
             subtracted,
-            keep: mended.shadows,
+            reshoot: mended.shadows,
         };
-        // Table 2 as printed is all false: lines 6 to 9 take a hidden texel's light, whoever shoots.
+        // Table 2 as printed has all flaws: lines 6 to 9 subtract an occluded texel's light, whichever patch shoots.
         [rule(true, captured), rule(false, later)]
     }
 }
 
-/// The room with the objects in it.
+/// Outcome of relighting: the room with the objects in it.
 #[derive(Clone, Debug)]
-pub struct Relit {
+pub struct RelitRoom {
     /// ρ and E of every texel.
-    pub surface: Surface,
+    pub surface: TexelSurfaces,
     /// δ, its unshot part, and the change of H.
-    pub change: Field,
-    /// All shots and B, r, H; `emitted` is the power that ε is a share of: what the captured shots
-    /// deposited, or more where the capture left more unshot.
-    pub run: Run,
-    /// Whether all that was captured was shot: else H₀, ρ and E are those of a part of the light.
+    pub change: RadiosityField,
+    /// All shots and B, r, H. `emitted` is the power that ε is a share of: the power that the captured
+    /// shots deposited, or more if the capture has more unshot power.
+    pub run: SolveRun,
+    /// True if all captured radiosity was shot; otherwise H₀, ρ and E are those of a part of the light.
     pub complete: bool,
-    /// Shots of the room's cells.
+    /// Shots from the room's patches.
     pub map_shots: usize,
-    /// Shots of the objects' cells.
+    /// Shots from the objects' patches.
     pub object_shots: usize,
 }
 
-/// Relights by `method`; `watch` sees every shot and the power that its loop began with.
+/// Relights a room by `method`; `watch` receives every shot and the power at the start of its loop.
 ///
-/// Errors: the engine's; a usage error of an iteration over many cells at once.
-pub fn relight(
+/// Errors: the engine's; a usage error of an iteration over many patches at once.
+pub fn relight_room(
     engine: &mut dyn Restart,
     mesh: &Mesh,
-    room: &Room,
-    method: Method,
+    room: &RoomRadiosity,
+    method: RelightMethod,
     schedule: &Schedule,
     watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
-) -> Result<Relit> {
-    one_by_one(schedule)?;
-    let [captured, later] = method.rules();
+) -> Result<RelitRoom> {
+    require_southwell(schedule)?;
+    let [captured, later] = method.deposit_rules();
     let nothing = vec![Vec4::ZERO; mesh.texels.len()];
-    let start = Field {
+    let start = RadiosityField {
         origin: String::new(),
         radiosity: nothing.clone(),
-        residual: to_shoot(mesh, room),
+        residual: captured_residual(mesh, room),
         irradiance: nothing,
     };
-    engine.restart(captured, &reflectances(mesh), &start)?;
+    engine.restart_from(captured, &texel_reflectances(mesh), &start)?;
     let mut shots = Vec::new();
     let mut stopped = false;
     let mut phase = |engine: &mut dyn Restart, threshold, shots: &mut Vec<Shot>| -> Result<()> {
-        let power = total(&engine.cell_power()?);
-        let left = schedule.max_shots - (shots.len() as u32).min(schedule.max_shots);
+        let power = total_power(&engine.patch_power()?);
+        let remaining_shots = schedule.max_shots - (shots.len() as u32).min(schedule.max_shots);
         if stopped || power <= threshold {
             return Ok(());
         }
-        engine.run(Order::Greedy { threshold }, left, &mut |shot| {
+        engine.run(ShotOrder::Greedy { threshold }, remaining_shots, &mut |shot| {
             shots.push(*shot);
             let flow = watch(shot, power);
             stopped |= flow.is_break();
@@ -146,31 +149,31 @@ pub fn relight(
     };
     // Table 2, line 1, for every face of the map.
     phase(engine, 0.0, &mut shots)?;
-    let noted = engine.field()?;
-    let surface = Surface::of(mesh, room, &noted.radiosity);
-    let (change, deposited) = first_change(mesh, room, &surface, &noted, later.keep);
-    engine.restart(later, &surface.reflectance, &change)?;
-    // What the capture left unshot is owed no better than the captured power.
-    let captured = power_of(mesh, &start.residual);
-    let left = power_of(mesh, &room.residual).min(schedule.epsilon * captured);
+    let recorded = engine.read_field()?;
+    let surface = TexelSurfaces::recover_surfaces(mesh, room, &recorded.radiosity);
+    let (change, deposited) = first_change(mesh, room, &surface, &recorded, later.reshoot);
+    engine.restart_from(later, &surface.reflectance, &change)?;
+    // The capture's unshot power counts up to ε of the captured power.
+    let captured = residual_power(mesh, &start.residual);
+    let captured_unshot = residual_power(mesh, &room.residual).min(schedule.epsilon * captured);
     let basis = if deposited > 0.0 {
-        deposited.max(left / schedule.epsilon)
+        deposited.max(captured_unshot / schedule.epsilon)
     } else {
         0.0
     };
     let threshold = (schedule.epsilon * basis) as f32;
-    // Lines 16 and 17: objects shoot on what they received; mended, so does the room.
+    // Lines 16 and 17: objects reflect the light that they received; mended, the room does too.
     if deposited > 0.0 {
         phase(engine, threshold, &mut shots)?;
     }
-    let unshot = total(&engine.cell_power()?);
-    let change = engine.field()?;
-    let field = whole(room, &change, &noted.radiosity, mesh);
-    let (map_shots, object_shots) = count(mesh, &shots);
-    Ok(Relit {
+    let unshot = total_power(&engine.patch_power()?);
+    let change = engine.read_field()?;
+    let field = whole_field(room, &change, &recorded.radiosity, mesh);
+    let (map_shots, object_shots) = count_shots(mesh, &shots);
+    Ok(RelitRoom {
         surface,
         change,
-        run: Run {
+        run: SolveRun {
             converged: unshot <= threshold || deposited == 0.0,
             stagnated: false,
             passes: shots.len() as u32,
@@ -179,69 +182,69 @@ pub fn relight(
             emitted: basis as f32,
             field,
         },
-        complete: noted.residual.iter().all(|r| r.truncate() == Vec3::ZERO),
+        complete: recorded.residual.iter().all(|r| r.truncate() == Vec3::ZERO),
         map_shots,
         object_shots,
     })
 }
 
-/// What the captured shots carry: B₀ but for what had not been shot, and what a body of the room
-/// buries.
-fn to_shoot(mesh: &Mesh, room: &Room) -> Vec<Vec4> {
+/// Returns the radiosity of the captured shots: B₀ less its unshot part and the emission under bodies of
+/// the room.
+fn captured_residual(mesh: &Mesh, room: &RoomRadiosity) -> Vec<Vec4> {
     let mut values = vec![Vec4::ZERO; mesh.texels.len()];
-    for cell in mesh.cells.iter().filter(|c| !mesh.is_object(c.face)) {
-        for k in cell.texels() {
-            let buried = mesh.texels[k].emission * (1.0 - cell.open_before);
-            values[k] = room.radiosity[k] - room.residual[k] - buried.extend(0.0);
+    for patch in mesh.patches.iter().filter(|c| !mesh.is_object(c.face)) {
+        for k in patch.texels() {
+            let covered_emission = mesh.texels[k].emission * (1.0 - patch.open_share_before);
+            values[k] = room.radiosity[k] - room.residual[k] - covered_emission.extend(0.0);
         }
     }
     values
 }
 
-/// δ and r after the captured shots, and the power Σ|r|A that they deposited. `noted` has the change
-/// of H, and H as it was.
+/// Returns δ and r after the captured shots, and the power Σ|r|A that they deposited. `recorded` holds the
+/// change of H, and H without the objects.
 fn first_change(
     mesh: &Mesh,
-    room: &Room,
-    surface: &Surface,
-    noted: &Field,
+    room: &RoomRadiosity,
+    surface: &TexelSurfaces,
+    recorded: &RadiosityField,
     keep: bool,
-) -> (Field, f64) {
-    let mut change = Field {
+) -> (RadiosityField, f64) {
+    let mut change = RadiosityField {
         radiosity: vec![Vec4::ZERO; mesh.texels.len()],
-        ..noted.clone()
+        ..recorded.clone()
     };
     let mut residual = vec![Vec4::ZERO; mesh.texels.len()];
-    for cell in &mesh.cells {
-        let object = mesh.is_object(cell.face);
-        for k in cell.texels() {
-            let gained = surface.reflectance[k] * noted.irradiance[k].truncate();
+    for patch in &mesh.patches {
+        let object = mesh.is_object(patch.face);
+        for k in patch.texels() {
+            let gained = surface.reflectance[k] * recorded.irradiance[k].truncate();
             let emission = mesh.texels[k].emission;
             let (radiosity, unshot) = if object {
-                (emission + gained, emission * cell.open + gained)
+                (emission + gained, emission * patch.open_share + gained)
             } else {
-                let buried = surface.emission[k] * (cell.open_before - cell.open);
-                (gained, if keep { gained - buried } else { Vec3::ZERO })
+                let covered_emission = surface.emission[k] * (patch.open_share_before - patch.open_share);
+                (gained, if keep { gained - covered_emission } else { Vec3::ZERO })
             };
             change.radiosity[k] = radiosity.extend(0.0);
             residual[k] = unshot.extend(0.0);
         }
     }
-    let deposited = power_of(mesh, &residual);
+    let deposited = residual_power(mesh, &residual);
     for (k, texel) in mesh.texels.iter().enumerate() {
-        let owed = if mesh.is_object(texel.face) {
+        let room_residual = if mesh.is_object(texel.face) {
             Vec4::ZERO
         } else {
             room.residual[k]
         };
-        // Captured power is left only where the run was stopped.
-        change.residual[k] = residual[k] + owed + noted.residual[k];
+        // Captured power remains only if the run was stopped.
+        change.residual[k] = residual[k] + room_residual + recorded.residual[k];
     }
     (change, deposited)
 }
 
-/// Σ|r|A over texels and channels, in the mesh's unit.
-fn power_of(mesh: &Mesh, residual: &[Vec4]) -> f64 {
+/// Returns Σ|r|A over texels and channels, in the mesh's unit.
+fn residual_power(mesh: &Mesh, residual: &[Vec4]) -> f64 {
     mesh.texels
         .iter()
         .zip(residual)
@@ -249,12 +252,12 @@ fn power_of(mesh: &Mesh, residual: &[Vec4]) -> f64 {
         .sum()
 }
 
-fn reflectances(mesh: &Mesh) -> Vec<Vec3> {
+fn texel_reflectances(mesh: &Mesh) -> Vec<Vec3> {
     mesh.texels.iter().map(|t| t.reflectance).collect()
 }
 
-/// B, r and H of everything.
-fn whole(room: &Room, change: &Field, before: &[Vec4], mesh: &Mesh) -> Field {
+/// Returns B, r and H of room and objects.
+fn whole_field(room: &RoomRadiosity, change: &RadiosityField, before: &[Vec4], mesh: &Mesh) -> RadiosityField {
     let mut field = change.clone();
     for (k, texel) in mesh.texels.iter().enumerate() {
         if !mesh.is_object(texel.face) {
@@ -265,9 +268,9 @@ fn whole(room: &Room, change: &Field, before: &[Vec4], mesh: &Mesh) -> Field {
     field
 }
 
-/// Shots of the room's cells, and of the objects'.
-fn count(mesh: &Mesh, shots: &[Shot]) -> (usize, usize) {
-    let of_objects = |shot: &&Shot| mesh.is_object(mesh.cells[shot.cell as usize].face);
+/// Counts the shots from the room's patches and from the objects' patches.
+fn count_shots(mesh: &Mesh, shots: &[Shot]) -> (usize, usize) {
+    let of_objects = |shot: &&Shot| mesh.is_object(mesh.patches[shot.patch as usize].face);
     let objects = shots.iter().filter(of_objects).count();
     (shots.len() - objects, objects)
 }

@@ -1,47 +1,47 @@
-//! What a captured wall reflects and what it emits: both are in its radiosity.
+//! Recovery of a captured wall's reflectance and emission from its radiosity.
 //!
 //! ```text
 //! B₀ = E + ρH₀
 //! ```
-//! H₀ is gathered from the map itself. A texel is explained by reflection alone, ρ = B₀/H₀ and
-//! E = 0, unless that takes more than [`MOST`] in some channel: then it is an emitter, has the mean
-//! ρ of its face's other texels, and E is the rest. So the equation holds by construction.
+//! H₀ is gathered from the captured radiosity. A texel reflects only, ρ = B₀/H₀ and E = 0, unless this ρ
+//! is above [`MAX_WALL_REFLECTANCE`] in some channel: then it is an emitter with the mean ρ of its face's other texels, and
+//! E is the difference. The equation holds by construction.
 
 use crate::mesh::Mesh;
-use crate::relight::Room;
+use crate::relight::RoomRadiosity;
 use glam::{DVec3, Vec3, Vec4};
 
-/// No wall is whiter: fresh snow.
-pub const MOST: f32 = 0.9;
+/// Largest reflectance of a wall: fresh snow.
+pub const MAX_WALL_REFLECTANCE: f32 = 0.9;
 
-/// What the sum of some hundred shots may round off B₀: within it the walls' own E, where it is known,
-/// is theirs.
-const ROUNDING: f32 = 1e-5;
+/// Rounding of the sum of some hundred shots, as a share of B₀: within it of a wall's known emission, the
+/// known emission is taken.
+const ROUNDING_SHARE: f32 = 1e-5;
 
-/// Where H₀ is less than this share of the room's mean, B₀/H₀ says nothing.
-const TINY: f64 = 1e-3;
+/// Share of the room's mean H₀ below which B₀/H₀ is not used.
+const MIN_IRRADIANCE_SHARE: f64 = 1e-3;
 
-/// ρ of a room in which nothing can be told: a middling wall.
-const UNKNOWN: Vec3 = Vec3::splat(0.5);
+/// ρ of a room without any texel of known ρ.
+const DEFAULT_REFLECTANCE: Vec3 = Vec3::splat(0.5);
 
 /// ρ and E of every texel, objects too, in the mesh's order.
 #[derive(Clone, Debug)]
-pub struct Surface {
+pub struct TexelSurfaces {
     /// ρ.
     pub reflectance: Vec<Vec3>,
-    /// E = B₀ − ρH₀, W/m²; where H₀ says nothing it may be negative.
+    /// E = B₀ − ρH₀, W/m²; it may be negative where H₀ is too small.
     pub emission: Vec<Vec3>,
-    /// The room's texels that were found to emit; none where ρ was known.
+    /// The room's texels that emit; empty if ρ was known.
     pub emitters: Vec<u32>,
 }
 
-impl Surface {
-    /// From B₀ and the irradiance `before` the objects.
-    pub fn of(mesh: &Mesh, room: &Room, before: &[Vec4]) -> Self {
+impl TexelSurfaces {
+    /// Recovers ρ and E from B₀ and the irradiance `before` the objects.
+    pub fn recover_surfaces(mesh: &Mesh, room: &RoomRadiosity, before: &[Vec4]) -> Self {
         let mut emitters = Vec::new();
         let reflectance = match &room.reflectance {
             Some(known) => known.clone(),
-            None => recover(mesh, room, before, &mut emitters),
+            None => recover_reflectance(mesh, room, before, &mut emitters),
         };
         let emission_of = |(k, texel): (usize, &crate::mesh::Texel)| {
             if mesh.is_object(texel.face) {
@@ -49,11 +49,11 @@ impl Surface {
             }
             let (b, h) = (room.radiosity[k].truncate(), before[k].truncate());
             if room.reflectance.is_none() && h != Vec3::ZERO && reflectance[k] == b / h {
-                // ρH₀ may round away from B₀; what was explained does not emit.
+                // ρH₀ may differ from B₀ by rounding; a texel that reflects only does not emit.
                 return Vec3::ZERO;
             }
             let rest = b - reflectance[k] * h;
-            let rounding = (rest - texel.emission).abs().cmple(b * ROUNDING);
+            let rounding = (rest - texel.emission).abs().cmple(b * ROUNDING_SHARE);
             if rounding.all() { texel.emission } else { rest }
         };
         let emission = mesh.texels.iter().enumerate().map(emission_of).collect();
@@ -65,15 +65,15 @@ impl Surface {
     }
 }
 
-fn recover(mesh: &Mesh, room: &Room, before: &[Vec4], emitters: &mut Vec<u32>) -> Vec<Vec3> {
+fn recover_reflectance(mesh: &Mesh, room: &RoomRadiosity, before: &[Vec4], emitters: &mut Vec<u32>) -> Vec<Vec3> {
     let mean = mean_irradiance(mesh, before);
     let explained: Vec<Option<Vec3>> = (0..mesh.texels.len())
         .map(|k| {
             let (b, h) = (room.radiosity[k].truncate(), before[k].truncate());
-            let told = h.as_dvec3().cmpgt(mean * TINY).all();
-            // A solver may leave −1e-9 of B₀ behind: that is no reflectance, and becomes E.
+            let is_lit = h.as_dvec3().cmpgt(mean * MIN_IRRADIANCE_SHARE).all();
+            // A solver may leave −1e-9 of B₀: this is no reflectance, and becomes E.
             let ratio = (b / h).max(Vec3::ZERO);
-            (told && ratio.max_element() <= MOST).then_some(ratio)
+            (is_lit && ratio.max_element() <= MAX_WALL_REFLECTANCE).then_some(ratio)
         })
         .collect();
     let of_faces = face_means(mesh, &explained);
@@ -93,7 +93,7 @@ fn recover(mesh: &Mesh, room: &Room, before: &[Vec4], emitters: &mut Vec<u32>) -
     mesh.texels.iter().enumerate().map(choose).collect()
 }
 
-/// The area's mean of H₀ over the room.
+/// Returns the area-weighted mean of H₀ over the room.
 fn mean_irradiance(mesh: &Mesh, before: &[Vec4]) -> DVec3 {
     let (mut sum, mut area) = (DVec3::ZERO, 0.0);
     for (texel, h) in mesh.texels.iter().zip(before) {
@@ -105,7 +105,7 @@ fn mean_irradiance(mesh: &Mesh, before: &[Vec4]) -> DVec3 {
     if area > 0.0 { sum / area } else { DVec3::ZERO }
 }
 
-/// The mean ρ of each face's explained texels; of all of them where a face has none.
+/// Returns the mean ρ of each face's explained texels; for a face without any, the mean of all.
 fn face_means(mesh: &Mesh, explained: &[Option<Vec3>]) -> Vec<Vec3> {
     let mut sums = vec![(DVec3::ZERO, 0.0); mesh.faces.len()];
     for (texel, reflectance) in mesh.texels.iter().zip(explained) {
@@ -115,16 +115,10 @@ fn face_means(mesh: &Mesh, explained: &[Option<Vec3>]) -> Vec<Vec3> {
             sum.1 += f64::from(texel.area);
         }
     }
-    let all = sums
-        .iter()
-        .fold((DVec3::ZERO, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let all = sums.iter().fold((DVec3::ZERO, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
     let mean = |(sum, area): (DVec3, f64), other: Vec3| {
-        if area > 0.0 {
-            (sum / area).as_vec3()
-        } else {
-            other
-        }
+        if area > 0.0 { (sum / area).as_vec3() } else { other }
     };
-    let room = mean(all, UNKNOWN);
+    let room = mean(all, DEFAULT_REFLECTANCE);
     sums.into_iter().map(|sum| mean(sum, room)).collect()
 }

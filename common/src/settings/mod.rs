@@ -1,54 +1,55 @@
-//! The options that a solve obeys, by who takes them; each that is in force is written to
+//! Options of a solve, grouped by the stage that reads them. Those in force are written to
 //! `result.json`.
 
 mod visibility;
 
-pub use visibility::{Drawing, Lookup, Projection, Raster, Visibility};
+pub use visibility::{ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Visibility};
 
 use crate::form_factor::FormFactor;
 use serde::Serialize;
 
-/// Which cells shoot next, and how much.
+/// Choice of the next shooters, and of their share of the residual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Iteration {
-    /// The one with most unshot power, to every texel (Cohen 1988, the paper).
+    /// The patch with the most unshot power shoots to every texel (Southwell relaxation; Cohen 1988, the
+    /// paper).
     Southwell,
-    /// All of them, by Chebyshev's polynomials of the largest reflectance.
+    /// All patches shoot: Chebyshev semi-iteration by the largest reflectance.
     Chebyshev,
-    /// All of them, along conjugate directions.
+    /// All patches shoot, along conjugate directions (conjugate gradients).
     Cg,
 }
 
-/// How finely it is shot: texels, cells, samples and ε together.
+/// Preset of texels, patches, samples and ε.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Quality {
-    /// A first look: 8×8 texels, 2×2 cells, centre to centre, ε = 1 %.
+pub enum SolveQuality {
+    /// Preview: 8×8 texels, 2×2 patches, centre to centre, ε = 1 %.
     Draft,
-    /// 16×16 texels, 4×4 cells, 4 samples, ε = 0.1 %.
+    /// 16×16 texels, 4×4 patches, 4 samples, ε = 0.1 %.
     #[default]
     Normal,
-    /// 16×16 texels, 8×8 cells, 16 samples, ε = 0.01 %.
+    /// 16×16 texels, 8×8 patches, 16 samples, ε = 0.01 %.
     Reference,
 }
 
-impl Quality {
-    /// Texels a side, cells a side and samples.
+impl SolveQuality {
+    /// Texels per side, patches per side and samples of the preset.
     pub const fn meshing(self) -> Meshing {
-        let (texels, cells, samples) = match self {
+        let (texels, patches, samples) = match self {
             Self::Draft => (8, 2, 1),
             Self::Normal => (16, 4, 4),
             Self::Reference => (16, 8, 16),
         };
         Meshing {
             texels,
-            cells,
+            patches,
             samples,
         }
     }
 
-    /// ε.
+    /// Share of the emitted power that may stay unshot, ε, of the preset.
     pub const fn epsilon(self) -> f64 {
         match self {
             Self::Draft => 1e-2,
@@ -58,31 +59,31 @@ impl Quality {
     }
 }
 
-/// The settings of a solve; in files all options lie side by side.
+/// Settings of a solve; files hold all options at one level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Settings {
-    /// What the options below that were not given are taken from.
-    pub quality: Quality,
-    /// How the mesh is made.
+    /// Preset of the options that were not given.
+    pub quality: SolveQuality,
+    /// Resolution of the mesh.
     #[serde(flatten)]
     pub meshing: Meshing,
-    /// How light goes from cells to texels.
+    /// Light transport from patches to texels.
     #[serde(flatten)]
     pub transport: Transport,
-    /// Who shoots, and until when.
+    /// Choice of shooters, and the end of the solve.
     #[serde(flatten)]
     pub schedule: Schedule,
 }
 
 impl Settings {
-    /// The same by another visibility.
-    pub fn by(mut self, visibility: Visibility) -> Self {
+    /// Returns the settings with another visibility.
+    pub fn with_visibility(mut self, visibility: Visibility) -> Self {
         self.transport.visibility = visibility;
         self
     }
 
-    /// What a quality asks for, all else by default.
-    pub fn of(quality: Quality) -> Self {
+    /// Returns the settings of a preset, all else by default.
+    pub fn with_quality(quality: SolveQuality) -> Self {
         Self {
             quality,
             meshing: quality.meshing(),
@@ -95,15 +96,16 @@ impl Settings {
     }
 }
 
-/// How a mesh is made: for [`crate::cover::sampled`] and its like.
+/// Resolution of a mesh (see [`crate::cover::sampled_mesh`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Meshing {
     /// Texels per side of a face.
     pub texels: u32,
-    /// Each face shoots as K×K cells.
-    pub cells: u32,
-    /// Pairs of points by which a texel sees a cell; 1: centre to centre.
+    /// Patches per side of a face.
+    #[serde(rename = "cells")]
+    pub patches: u32,
+    /// Visibility samples between a texel and a patch; 1: centre to centre.
     pub samples: u32,
 }
 
@@ -111,13 +113,13 @@ impl Default for Meshing {
     fn default() -> Self {
         Self {
             texels: 16,
-            cells: 4,
+            patches: 4,
             samples: 1,
         }
     }
 }
 
-/// How light goes from cells to texels: for engines, which make links.
+/// Light transport from patches to texels; the engines read it to make links.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Transport {
@@ -126,7 +128,7 @@ pub struct Transport {
     pub visibility: Visibility,
     /// Form factor.
     pub form_factor: FormFactor,
-    /// Whether each shot's form factors are scaled to the exact closure.
+    /// Scales each shot's form factors to the exact closure.
     pub conserve: bool,
 }
 
@@ -140,15 +142,15 @@ impl Default for Transport {
     }
 }
 
-/// Who shoots next, and when that ends: for the loops.
+/// Choice of shooters, and the end of the solve; the solve loops read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Schedule {
-    /// Who shoots next.
+    /// Choice of the next shooters.
     pub iteration: Iteration,
-    /// Stop when unshot power ≤ ε × emitted power.
+    /// Stops when unshot power ≤ ε × emitted power.
     pub epsilon: f64,
-    /// Stop after this many shots.
+    /// Stops after this many shots.
     pub max_shots: u32,
 }
 
@@ -163,8 +165,8 @@ impl Default for Schedule {
 }
 
 impl Schedule {
-    /// The same, one cell after the other.
-    pub fn one_by_one(self) -> Self {
+    /// Returns the schedule with Southwell relaxation: one patch shoots at a time.
+    pub fn with_southwell(self) -> Self {
         Self {
             iteration: Iteration::Southwell,
             ..self

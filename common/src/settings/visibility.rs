@@ -1,92 +1,93 @@
-//! How it is decided whether a texel sees a shooter. What an option would not change is not there:
-//! rays have no pixels, and only two projections leave a choice of raster.
+//! Visibility between a texel and a shooter. Each method has only the options that it reads: rays have no
+//! pixels, and only two projections have a choice of raster.
 
 use serde::{Serialize, Serializer};
 
-/// How it is decided whether a texel sees a shooter.
+/// Method of the visibility test between a texel and a shooter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Visibility {
     /// Rays between points of the shooter and points of the texel.
     #[default]
     Rays,
     /// An item buffer drawn from points of the shooter.
-    Drawn(Drawing),
+    ItemBuffer(ItemBufferSettings),
 }
 
 impl Visibility {
-    /// An item buffer of `size`² pixels, all else by default.
-    pub const fn drawn(projection: Projection, size: u32) -> Self {
-        Self::Drawn(Drawing {
+    /// Returns an item buffer of `size`² pixels, all else by default.
+    pub const fn with_item_buffer(projection: ItemBufferProjection, size: u32) -> Self {
+        Self::ItemBuffer(ItemBufferSettings {
             projection,
             size,
-            ..Drawing::DEFAULT
+            ..ItemBufferSettings::DEFAULT
         })
     }
 
-    /// The item buffer, where there is one.
-    pub const fn drawing(self) -> Option<Drawing> {
+    /// Returns the item buffer's settings, if the method is an item buffer.
+    pub const fn item_buffer(self) -> Option<ItemBufferSettings> {
         match self {
             Self::Rays => None,
-            Self::Drawn(drawing) => Some(drawing),
+            Self::ItemBuffer(drawing) => Some(drawing),
         }
     }
 
-    /// `rays`, or what the projection is called.
+    /// Returns `rays`, or the projection's name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rays => "rays",
-            Self::Drawn(drawing) => drawing.projection.name(),
+            Self::ItemBuffer(drawing) => drawing.projection.name(),
         }
     }
 }
 
-/// How an item buffer is drawn, and how it is read.
+/// Settings by which an item buffer is drawn and read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Drawing {
-    /// The shooter's hemisphere on the square, and how faces get there.
-    pub projection: Projection,
-    /// Pixels a side.
+pub struct ItemBufferSettings {
+    /// Projection of the shooter's hemisphere onto the square, and rasterisation.
+    pub projection: ItemBufferProjection,
+    /// Pixels per side.
     pub size: u32,
-    /// Pixels that a texel asks.
+    /// Pixels that a texel reads.
     pub lookup: Lookup,
 }
 
-impl Drawing {
-    /// Stereographic by pixels, 1024 of them a side, nine asked.
+impl ItemBufferSettings {
+    /// Stereographic projection, rasterised per pixel, 1024 pixels per side, 3×3 lookup.
     pub const DEFAULT: Self = Self {
-        projection: Projection::Stereographic(Raster::Pixel),
+        projection: ItemBufferProjection::Stereographic(Raster::Pixel),
         size: 1024,
         lookup: Lookup::Neighbours,
     };
 
-    /// Pixels of one item buffer; they are counted again for each plane of its image.
-    pub fn pixels(&self) -> u64 {
+    /// Returns the pixels of one plane of the item buffer.
+    pub fn pixel_count(&self) -> u64 {
         u64::from(self.size).pow(2)
     }
 }
 
-impl Default for Drawing {
+impl Default for ItemBufferSettings {
     fn default() -> Self {
         Self::DEFAULT
     }
 }
 
-/// The shooter's hemisphere on the square of the item buffer; the raster where it leaves a choice.
+/// Projection of the shooter's hemisphere onto the square of the item buffer, with the raster where there
+/// is a choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Projection {
+pub enum ItemBufferProjection {
     /// Table 3 as printed (vertices only, planar depth, half a unit deep): tessellated.
     Paper,
     /// Orthographic hemisphere, corrected.
     Hemisphere(Raster),
     /// Stereographic hemisphere.
     Stereographic(Raster),
-    /// The five sides of a half cube, by pixels.
+    /// The five sides of a half cube, rasterised per pixel (Cohen & Greenberg 1985).
     Hemicube,
 }
 
-impl Projection {
-    /// How faces get into the item buffer.
-    pub const fn raster(self) -> Raster {
+impl ItemBufferProjection {
+    /// Returns the rasterisation of faces into the item buffer.
+    pub const fn raster_method(self) -> Raster {
         match self {
             Self::Paper => Raster::Tessellated,
             Self::Hemisphere(raster) | Self::Stereographic(raster) => raster,
@@ -94,26 +95,26 @@ impl Projection {
         }
     }
 
-    /// The same by `raster`; none where it leaves no choice and that is another.
-    pub fn by(self, raster: Raster) -> Option<Self> {
+    /// Returns the projection with `raster`, or `None` if it cannot have this raster.
+    pub fn with_raster(self, raster: Raster) -> Option<Self> {
         let drawn = match self {
             Self::Hemisphere(_) => Self::Hemisphere(raster),
             Self::Stereographic(_) => Self::Stereographic(raster),
             Self::Paper | Self::Hemicube => self,
         };
-        (drawn.raster() == raster).then_some(drawn)
+        (drawn.raster_method() == raster).then_some(drawn)
     }
 
-    /// Planes of the image: the hemicube's sides, or the one of a disc.
-    pub const fn sides(self) -> u32 {
+    /// Returns the number of image planes: the hemicube's five sides, or one disc.
+    pub const fn plane_count(self) -> u32 {
         match self {
             Self::Hemicube => 5,
             Self::Paper | Self::Hemisphere(_) | Self::Stereographic(_) => 1,
         }
     }
 
-    /// Its number in the shaders, whatever the raster.
-    pub const fn code(self) -> u32 {
+    /// Returns the projection's number in the shaders, whatever the raster.
+    pub const fn shader_code(self) -> u32 {
         match self {
             Self::Paper => 0,
             Self::Hemisphere(_) => 1,
@@ -122,7 +123,7 @@ impl Projection {
         }
     }
 
-    /// In files and in messages.
+    /// Returns the projection's name in files and messages.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -133,30 +134,30 @@ impl Projection {
     }
 }
 
-/// How faces get into the item buffer.
+/// Rasterisation of faces into the item buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Raster {
-    /// Every pixel's own ray is intersected with the faces whose image may lie there.
+    /// Each pixel's ray is intersected with the faces whose image may lie there.
     Pixel,
-    /// Faces are cut into triangles, whose projected corners are drawn.
+    /// Faces are divided into triangles, whose projected corners are drawn.
     Tessellated,
 }
 
-/// Which item buffer pixels a texel asks for its ID.
+/// Item buffer pixels in which a texel looks for its face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Lookup {
     /// The pixel that holds its projection.
     Exact,
-    /// That pixel or any of its eight neighbours, unless a face seen there hides the texel.
+    /// This pixel or any of its eight neighbours, unless a face seen there hides the texel.
     #[serde(rename = "3x3")]
     Neighbours,
 }
 
 impl Lookup {
-    /// How many pixels to each side of its own.
-    pub fn reach(self) -> i32 {
+    /// Returns the number of pixels to each side of the texel's own.
+    pub fn reach_pixels(self) -> i32 {
         match self {
             Self::Exact => 0,
             Self::Neighbours => 1,
@@ -164,18 +165,18 @@ impl Lookup {
     }
 }
 
-/// The options in force, side by side: rays have one.
+/// Options in force, as they are written to files; rays have one.
 #[derive(Serialize)]
 #[serde(rename_all = "kebab-case")]
-struct Options {
+struct VisibilityOptions {
     visibility: &'static str,
     #[serde(flatten)]
-    drawn: Option<DrawnOptions>,
+    drawn: Option<ItemBufferOptions>,
 }
 
 #[derive(Serialize)]
 #[serde(rename_all = "kebab-case")]
-struct DrawnOptions {
+struct ItemBufferOptions {
     item_buffer: u32,
     raster: Raster,
     lookup: Lookup,
@@ -183,12 +184,12 @@ struct DrawnOptions {
 
 impl Serialize for Visibility {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let drawn = self.drawing().map(|drawing| DrawnOptions {
+        let drawn = self.item_buffer().map(|drawing| ItemBufferOptions {
             item_buffer: drawing.size,
-            raster: drawing.projection.raster(),
+            raster: drawing.projection.raster_method(),
             lookup: drawing.lookup,
         });
         let visibility = self.name();
-        Options { visibility, drawn }.serialize(serializer)
+        VisibilityOptions { visibility, drawn }.serialize(serializer)
     }
 }

@@ -1,19 +1,19 @@
-//! A face as the descriptions (`result.json`, `room.json`) tell it.
+//! Faces in the description files `result.json` and `room.json`.
 
 use crate::scene::{Face, Shape};
 use crate::texel;
-use crate::text::plain;
+use crate::text::escape_control;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::HashMap;
 
-/// A face with its texels, and where these are stored.
+/// Entry of a face: its geometry and the place of its texels.
 #[derive(Deserialize)]
-pub(crate) struct Entry {
+pub(crate) struct FaceEntry {
     #[serde(default)]
     pub name: String,
-    pub kind: Kind,
+    pub kind: FaceKind,
     pub corners: Vec<[f64; 3]>,
     pub texels: [u32; 2],
     /// In `result.json`: its rectangle x, y, w, h in the atlas.
@@ -31,36 +31,40 @@ pub(crate) struct Entry {
 
 #[derive(Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Kind {
+pub(crate) enum FaceKind {
     Quad,
     Triangle,
 }
 
-impl Entry {
-    /// Whether the face has the corners and texels that its kind asks for.
-    pub(crate) fn check(&self) -> Result<(), String> {
-        let wanted = if self.kind == Kind::Quad { 4 } else { 3 };
-        if self.corners.len() != wanted {
+impl FaceEntry {
+    /// Checks that the face's corners and texels fit its kind, and that its values are in range.
+    ///
+    /// Errors: a message that follows the face's label.
+    pub(crate) fn check_entry(&self) -> Result<(), String> {
+        let expected = if self.kind == FaceKind::Quad { 4 } else { 3 };
+        if self.corners.len() != expected {
             let count = self.corners.len();
-            return Err(format!("has {count} corners instead of {wanted}"));
+            return Err(format!("has {count} corners instead of {expected}"));
         }
         if !self.emission.iter().all(|e| e.is_finite()) {
             return Err("its emission is out of range".into());
         }
-        if !reflects(self.reflectance.into()) {
+        if !is_reflectance(self.reflectance.into()) {
             return Err(format!(
                 "its reflectance {:?} is not at least 0 and below 1 in every channel",
                 self.reflectance
             ));
         }
         let [w, h] = self.texels;
-        if w == 0 || h == 0 || (self.kind == Kind::Triangle && w != h) {
+        if w == 0 || h == 0 || (self.kind == FaceKind::Triangle && w != h) {
             return Err(format!("{w}×{h} texels do not fit its kind"));
         }
         Ok(())
     }
 
-    /// Whether the face gives light, if anything.
+    /// Checks that the face's emission is not negative.
+    ///
+    /// Errors: a message that follows the face's label.
     pub(crate) fn check_emission(&self) -> Result<(), String> {
         if self.emission.iter().all(|e| *e >= 0.0) {
             return Ok(());
@@ -71,31 +75,31 @@ impl Entry {
         ))
     }
 
-    /// The face; `check` must have counted the corners.
-    pub(crate) fn face(&self) -> Face {
+    /// Converts the entry to a face; its corners must have been checked.
+    pub(crate) fn to_face(&self) -> Face {
         let c: Vec<DVec3> = self.corners.iter().map(|p| DVec3::from(*p)).collect();
-        let name = plain(&self.name);
+        let name = escape_control(&self.name);
         let (emission, reflectance) = (self.emission.into(), self.reflectance.into());
         let face = match self.kind {
-            Kind::Quad => Face::quad(&name, [c[0], c[1], c[2], c[3]], emission, reflectance),
-            Kind::Triangle => Face::triangle(&name, [c[0], c[1], c[2]], emission, reflectance),
+            FaceKind::Quad => Face::quad(&name, [c[0], c[1], c[2], c[3]], emission, reflectance),
+            FaceKind::Triangle => Face::triangle(&name, [c[0], c[1], c[2]], emission, reflectance),
         };
         Face {
-            from: self.from,
+            input_face: self.from,
             ..face
         }
     }
 }
 
-/// All faces, the two sides of each sheet joined.
-pub(crate) fn faces(entries: &[Entry]) -> Vec<Face> {
-    let mut faces: Vec<Face> = entries.iter().map(Entry::face).collect();
+/// Converts entries to faces, with the two sides of each sheet joined.
+pub(crate) fn build_faces(entries: &[FaceEntry]) -> Vec<Face> {
+    let mut faces: Vec<Face> = entries.iter().map(FaceEntry::to_face).collect();
     join_sheets(&mut faces);
     faces
 }
 
-/// What a description says of a face, but for where its texels are stored.
-pub(crate) fn describe(face: &Face, resolution: [u32; 2]) -> Value {
+/// Returns the description of a face, without the place of its texels.
+pub(crate) fn describe_face(face: &Face, resolution: [u32; 2]) -> Value {
     let mut entry = json!({
         "name": face.name,
         "kind": match face.shape { Shape::Quad => "quad", Shape::Triangle => "triangle" },
@@ -105,48 +109,45 @@ pub(crate) fn describe(face: &Face, resolution: [u32; 2]) -> Value {
         "emission": face.emission.to_array(),
         "reflectance": face.reflectance.to_array(),
     });
-    if let Some(from) = face.from {
+    if let Some(from) = face.input_face {
         entry["from"] = from.into();
     }
     entry
 }
 
-/// Whether a surface reflects less than it receives, and nothing negative.
-pub(crate) fn reflects(reflectance: Vec3) -> bool {
+/// Returns whether a reflectance is at least 0 and below 1 in every channel.
+pub(crate) fn is_reflectance(reflectance: Vec3) -> bool {
     (reflectance.cmpge(Vec3::ZERO) & reflectance.cmplt(Vec3::ONE)).all()
 }
 
-/// The first face by which radiosity (in face order, `resolutions` W×H each), summed over texels and
-/// channels as power is, leaves the range of 32-bit floats.
-pub(crate) fn too_bright(radiosity: &[Vec3], resolutions: &[[u32; 2]]) -> Option<usize> {
+/// Returns the first face with which the sum of radiosity over texels and channels exceeds the range of
+/// 32-bit floats, as the sum of power would. `radiosity` is in face order, `resolutions` are W×H.
+pub(crate) fn first_too_bright(radiosity: &[Vec3], resolutions: &[[u32; 2]]) -> Option<usize> {
     let mut rest = radiosity;
     let mut sum = 0.0;
     resolutions.iter().position(|resolution| {
-        let (own, others) = rest.split_at(texel::count(*resolution) as usize);
+        let (own, others) = rest.split_at(texel::texel_count(*resolution) as usize);
         rest = others;
-        sum += own
-            .iter()
-            .map(|b| b.as_dvec3().abs().element_sum())
-            .sum::<f64>();
+        sum += own.iter().map(|b| b.as_dvec3().abs().element_sum()).sum::<f64>();
         sum > f64::from(f32::MAX)
     })
 }
 
-/// What is said of it.
-pub(crate) const TOO_BRIGHT: &str =
-    "its radiosity is too large to be summed in 32-bit floats: scale the light down";
+/// Message about such a face.
+pub(crate) const TOO_BRIGHT: &str = "its radiosity is too large to be summed in 32-bit floats: reduce the light";
 
-/// How messages name face `k`.
-pub(crate) fn label(k: usize) -> String {
+/// Returns the label of face `k` in messages.
+pub(crate) fn face_label(k: usize) -> String {
     format!("face {k}")
 }
 
-/// A face that says from which other it is, and has that one's corners reversed, is its back.
+/// Joins each face with a `from` entry to the face whose corners it has in reverse: it is the back of this
+/// face.
 fn join_sheets(faces: &mut [Face]) {
     let key = |face: &Face| face.corners.map(|c| c.to_array().map(f64::to_bits));
     let fronts: HashMap<_, usize> = faces.iter().enumerate().map(|(k, f)| (key(f), k)).collect();
     for back in 0..faces.len() {
-        if faces[back].from.is_none() || faces[back].partner.is_some() {
+        if faces[back].input_face.is_none() || faces[back].partner.is_some() {
             continue;
         }
         let Some(&front) = fronts.get(&key(&faces[back].reversed())) else {

@@ -1,6 +1,6 @@
-//! A solve's files: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`,
-//! written by [`mod@write`] (all files or none: [`pending`]) and read back by [`read`], which decodes
-//! the pixels by [`pixels`]. The description holds a checksum of the lightmap.
+//! Files of a solve: `lightmap.exr` (radiosity, residual, irradiance, W/m²) and `result.json`.
+//! [`mod@write`] writes them (all files or none: [`pending`]), [`read`] reads them back and decodes the
+//! pixels by [`pixels`]. The description holds a checksum of the lightmap.
 
 pub(crate) mod faces;
 pub mod pending;
@@ -9,6 +9,6 @@ pub mod read;
 pub mod warning;
 pub mod write;
 
-pub use read::Stored;
-pub use warning::{Code, Warning};
-pub use write::{Seconds, Solution, atlas_channel, lightmap, prepare, write_file};
+pub use read::StoredSolution;
+pub use warning::{Warning, WarningCode};
+pub use write::{PhaseSeconds, Solution, atlas_channel, encode_lightmap, prepare_directory, write_file};

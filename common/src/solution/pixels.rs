@@ -1,4 +1,4 @@
-//! The pixels of an EXR file as named planes of 32-bit floats.
+//! Decoding of EXR files to named planes of 32-bit floats.
 
 use crate::error::{Error, Result};
 use crate::file;
@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::path::Path;
 
-/// More values than this are refused before anything is allocated for them: 4 GB.
+/// Maximum number of values in a file (4 GB), checked before they are allocated.
 const MAX_VALUES: u64 = 1 << 30;
 
-/// One image: all planes have `width × height` values, row by row from the upper left.
+/// Planes of an image, of `width × height` values each, row by row from the upper left.
 #[derive(Clone, Debug, Default)]
-pub struct Planes {
-    /// Pixels a row.
+pub struct ImagePlanes {
+    /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
@@ -22,41 +22,35 @@ pub struct Planes {
     pub channels: BTreeMap<String, Vec<f32>>,
 }
 
-impl Planes {
+impl ImagePlanes {
     /// Reads the first layer of the EXR file at `path`; half floats and integers are converted.
     ///
     /// Errors: not an EXR, damaged, cut short, deep, subsampled, or of more than `max_pixels`.
     pub fn read(path: &Path, max_pixels: u64) -> Result<Self> {
-        Self::decode(path, &file::input(path, "")?, max_pixels)
+        Self::decode(path, &file::read_input(path, "")?, max_pixels)
     }
 
-    /// The same of the `bytes` that the file at `path` held.
+    /// Decodes the `bytes` of the file at `path`.
+    ///
+    /// Errors: as of [`ImagePlanes::read`].
     pub fn decode(path: &Path, bytes: &[u8], max_pixels: u64) -> Result<Self> {
-        let refuse = |message: String| Error::input(path, "", message);
-        check(bytes, max_pixels).map_err(refuse)?;
-        // The decoder indexes by what a damaged file says; whatever it does, it is the file's fault.
-        catch_unwind(|| decode(bytes))
+        let refuse = |message: String| Error::bad_input(path, "", message);
+        check_header(bytes, max_pixels).map_err(refuse)?;
+        // The decoder may panic on a damaged file; the error is the file's.
+        catch_unwind(|| decode_planes(bytes))
             .unwrap_or_else(|_| Err("damaged".into()))
-            .map_err(|message| {
-                refuse(format!(
-                    "cannot be decoded ({message}): write or copy it again"
-                ))
-            })
+            .map_err(|message| refuse(format!("cannot be decoded ({message}): write or copy it again")))
     }
 
-    /// The planes `prefix`R, G and B, if all three are there.
-    pub fn colours(&self, prefix: &str) -> Option<[&[f32]; 3]> {
-        let plane = |letter| {
-            self.channels
-                .get(&format!("{prefix}{letter}"))
-                .map(Vec::as_slice)
-        };
+    /// Returns the planes `prefix`R, G and B, if all three exist.
+    pub fn colour_planes(&self, prefix: &str) -> Option<[&[f32]; 3]> {
+        let plane = |letter| self.channels.get(&format!("{prefix}{letter}")).map(Vec::as_slice);
         Some([plane("R")?, plane("G")?, plane("B")?])
     }
 }
 
-/// What the header promises, before memory is taken for it.
-fn check(bytes: &[u8], max_pixels: u64) -> std::result::Result<(), String> {
+/// Checks the header before memory is allocated for the pixels.
+fn check_header(bytes: &[u8], max_pixels: u64) -> std::result::Result<(), String> {
     let meta = MetaData::read_from_buffered(bytes, true)
         .map_err(|error| format!("is not an EXR file that can be read ({error})"))?;
     let header = meta.headers.first().ok_or("has no layer")?;
@@ -79,9 +73,9 @@ fn check(bytes: &[u8], max_pixels: u64) -> std::result::Result<(), String> {
     }
 }
 
-fn decode(bytes: &[u8]) -> std::result::Result<Planes, String> {
-    // Pedantic: a file that was cut short is an error, not a picture with a black part. On this
-    // thread: in the decoder's own pool a panic over a damaged block would end the program.
+fn decode_planes(bytes: &[u8]) -> std::result::Result<ImagePlanes, String> {
+    // Pedantic: a truncated file is an error, not a picture with a black part. On this thread: in the
+    // decoder's own pool a panic over a damaged block would end the program.
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -94,7 +88,7 @@ fn decode(bytes: &[u8]) -> std::result::Result<Planes, String> {
         .map_err(|error| error.to_string())?;
     let layer = image.layer_data;
     let channels = layer.channel_data.list.into_iter();
-    Ok(Planes {
+    Ok(ImagePlanes {
         width: layer.size.0,
         height: layer.size.1,
         channels: channels

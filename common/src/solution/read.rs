@@ -1,31 +1,31 @@
-//! Reads back what a solve wrote, or a file of the same layout from elsewhere: the faces of
-//! `result.json` and the texels of `lightmap.exr`, and nothing of how they came about.
+//! Reading of stored solutions: the faces of `result.json` and the texels of `lightmap.exr`, written by a
+//! solve or, in the same layout, by another program.
 
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::MAX_TEXELS;
 use crate::scene::Scene;
-use crate::solution::faces::{Entry, TOO_BRIGHT, faces, label, reflects, too_bright};
-use crate::solution::pixels::Planes;
-use crate::solution::write::checksum;
+use crate::solution::faces::{FaceEntry, TOO_BRIGHT, build_faces, face_label, first_too_bright, is_reflectance};
+use crate::solution::pixels::ImagePlanes;
+use crate::solution::write::file_checksum;
 use crate::texel;
-use crate::text::plain;
+use crate::text::escape_control;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Channels that are kept when all three colours of them are there.
-const KEPT: [&str; 5] = ["residual", "irradiance", "reflectance", "emission", "error"];
+/// Channels that are read if all three of their colours exist.
+const KEPT_CHANNELS: [&str; 5] = ["residual", "irradiance", "reflectance", "emission", "error"];
 
-/// Faces with texels, as stored in a directory.
+/// A solution that was read from a directory: faces with texels.
 ///
-/// Texels are counted face after face, within a face row-major in its rectangle: texel `i` of
-/// face `k` is entry `texels(k).start + i`. All values are finite.
+/// Texels are in face order, within a face row-major in its rectangle: texel `i` of face `k` is entry
+/// `texels(k).start + i`. All values are finite.
 #[derive(Clone, Debug)]
-pub struct Stored {
-    /// Where it was read.
+pub struct StoredSolution {
+    /// Directory that it was read from.
     pub dir: PathBuf,
     /// The faces; reflectance is 0 where the file has none.
     pub scene: Scene,
@@ -35,7 +35,7 @@ pub struct Stored {
     pub radiosity: Vec<Vec3>,
     /// E, W/m²: the channels `emission.*`, or else the face's.
     pub emission: Vec<Vec3>,
-    /// What else there is of `residual`, `irradiance`, `reflectance` and `error`.
+    /// Other channels, of `residual`, `irradiance`, `reflectance` and `error`.
     pub others: BTreeMap<&'static str, Vec<Vec3>>,
     first: Vec<usize>,
 }
@@ -43,63 +43,55 @@ pub struct Stored {
 #[derive(Deserialize)]
 struct Description {
     scene: Option<String>,
-    /// Of the lightmap; results of other origin have none.
+    /// Checksum of the lightmap; results of other programs have none.
     lightmap_crc32: Option<String>,
-    faces: Vec<Entry>,
+    faces: Vec<FaceEntry>,
 }
 
-impl Stored {
+impl StoredSolution {
     /// Reads `dir`/result.json and `dir`/lightmap.exr.
     ///
-    /// Errors: a file that is missing, damaged or cut short, a face without geometry or with a
-    /// rectangle outside the image, a missing channel, a value that is not finite; each names
+    /// Errors: a file that is missing, damaged or truncated, a face without geometry or with a
+    /// rectangle outside the image, a missing channel, a value that is not finite; each message names
     /// the file and the face.
     pub fn read(dir: &Path) -> Result<Self> {
         let path = dir.join("result.json");
-        let description = describe(&path)?;
+        let description = read_description(&path)?;
         let mut first = vec![0];
         for (k, entry) in description.faces.iter().enumerate() {
-            check(entry).map_err(|message| Error::input(&path, label(k), message))?;
+            check_rectangle(entry).map_err(|message| Error::bad_input(&path, face_label(k), message))?;
             let texels = u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
             let end = first[k] as u64 + texels;
             if end > MAX_TEXELS {
-                return Err(Error::input(
-                    &path,
-                    label(k),
-                    "too many texels in all faces",
-                ));
+                return Err(Error::bad_input(&path, face_label(k), "too many texels in all faces"));
             }
             first.push(end as usize);
         }
         let lightmap = Lightmap::read(dir, &description)?;
         let mut others = BTreeMap::new();
-        for name in KEPT {
-            if let Some(values) = lightmap.values(&format!("{name}."))? {
+        for name in KEPT_CHANNELS {
+            if let Some(values) = lightmap.channel_values(&format!("{name}."))? {
                 others.insert(name, values);
             }
         }
-        let radiosity = lightmap.values("")?.ok_or_else(|| {
-            Error::input(
-                &lightmap.path,
-                "",
-                "lacks a channel of R, G and B (radiosity)",
-            )
-        })?;
+        let radiosity = lightmap
+            .channel_values("")?
+            .ok_or_else(|| Error::bad_input(&lightmap.path, "", "lacks a channel of R, G and B (radiosity)"))?;
         let resolutions: Vec<[u32; 2]> = description.faces.iter().map(|e| e.texels).collect();
-        if let Some(k) = too_bright(&radiosity, &resolutions) {
-            return Err(Error::input(&lightmap.path, label(k), TOO_BRIGHT));
+        if let Some(k) = first_too_bright(&radiosity, &resolutions) {
+            return Err(Error::bad_input(&lightmap.path, face_label(k), TOO_BRIGHT));
         }
         if let Some(reflectance) = others.get("reflectance") {
             lightmap.check_reflectance(reflectance)?;
         }
         let emission = match others.remove("emission") {
             Some(emission) => emission,
-            None => of_faces(&path, &description.faces)?,
+            None => face_emission(&path, &description.faces)?,
         };
         Ok(Self {
             dir: dir.to_path_buf(),
             resolutions,
-            scene: scene(dir, description),
+            scene: described_scene(dir, description),
             radiosity,
             emission,
             others,
@@ -107,19 +99,16 @@ impl Stored {
         })
     }
 
-    /// The answer of another solver, in memory: `resolutions[k]` texels on face k of `scene` and the
-    /// radiosity of all of them, in the order above.
+    /// Makes a solution from another solver's answer in memory: `resolutions[k]` texels on face k of
+    /// `scene` and the radiosity of all texels, in the order above.
     ///
     /// Errors: [`Error::Usage`] of counts that do not fit or values that are not finite.
-    pub fn of(scene: Scene, resolutions: Vec<[u32; 2]>, radiosity: Vec<Vec3>) -> Result<Self> {
+    pub fn from_radiosity(scene: Scene, resolutions: Vec<[u32; 2]>, radiosity: Vec<Vec3>) -> Result<Self> {
         let usage = |message| Err(Error::Usage(format!("{}: {message}", scene.name)));
         if resolutions.len() != scene.faces.len() {
             return usage("one resolution is needed for each face");
         }
-        let counts: Vec<usize> = resolutions
-            .iter()
-            .map(|r| texel::count(*r) as usize)
-            .collect();
+        let counts: Vec<usize> = resolutions.iter().map(|r| texel::texel_count(*r) as usize).collect();
         let mut first = vec![0];
         first.extend(counts.iter().scan(0, |end, count| {
             *end += count;
@@ -145,13 +134,13 @@ impl Stored {
         })
     }
 
-    /// The entries of face `k`.
-    pub fn texels(&self, k: usize) -> Range<usize> {
+    /// Returns the entries of face `k`.
+    pub fn texel_range(&self, k: usize) -> Range<usize> {
         self.first[k]..self.first[k + 1]
     }
 
-    /// B − E of every texel in f64.
-    pub fn reflected(&self) -> Vec<DVec3> {
+    /// Returns B − E of every texel in f64.
+    pub fn reflected_radiosity(&self) -> Vec<DVec3> {
         self.radiosity
             .iter()
             .zip(&self.emission)
@@ -160,34 +149,34 @@ impl Stored {
     }
 }
 
-/// The emission of each face on all its texels. It is a lamp's: only what a capture leaves
-/// unexplained, texel by texel, may be negative.
-fn of_faces(path: &Path, faces: &[Entry]) -> Result<Vec<Vec3>> {
+/// Returns the emission of every texel from its face. A face's emission must not be negative; only the
+/// emission by texel, which a capture writes, may be.
+fn face_emission(path: &Path, faces: &[FaceEntry]) -> Result<Vec<Vec3>> {
     let mut emission = Vec::new();
     for (k, entry) in faces.iter().enumerate() {
         entry
             .check_emission()
-            .map_err(|message| Error::input(path, label(k), message))?;
-        let texels = texel::count(entry.texels) as usize;
+            .map_err(|message| Error::bad_input(path, face_label(k), message))?;
+        let texels = texel::texel_count(entry.texels) as usize;
         emission.extend(std::iter::repeat_n(Vec3::from(entry.emission), texels));
     }
     Ok(emission)
 }
 
-fn describe(path: &Path) -> Result<Description> {
-    let text = file::input(path, "a directory written by solve is needed")?;
+fn read_description(path: &Path) -> Result<Description> {
+    let text = file::read_input(path, "a directory written by solve is needed")?;
     let description: Description = serde_json::from_slice(&text)
-        .map_err(|e| Error::input(path, "", format!("does not describe a solve: {e}")))?;
+        .map_err(|e| Error::bad_input(path, "", format!("does not describe a solve: {e}")))?;
     if description.faces.is_empty() {
-        return Err(Error::input(path, "", "has no faces"));
+        return Err(Error::bad_input(path, "", "has no faces"));
     }
     Ok(description)
 }
 
-/// Whether a face is whole, and its rectangle in the image as large as its texels ask for.
-fn check(entry: &Entry) -> std::result::Result<(), String> {
-    entry.check()?;
-    let [_, _, width, height] = rect(entry);
+/// Checks a face's entry, and that its rectangle in the image fits its texels.
+fn check_rectangle(entry: &FaceEntry) -> std::result::Result<(), String> {
+    entry.check_entry()?;
+    let [_, _, width, height] = face_rectangle(entry);
     let [w, h] = entry.texels;
     if [w, h] != [width, height] {
         return Err(format!(
@@ -197,37 +186,34 @@ fn check(entry: &Entry) -> std::result::Result<(), String> {
     Ok(())
 }
 
-/// The face's rectangle; empty where the description has none.
-fn rect(entry: &Entry) -> [u32; 4] {
+/// Returns the face's rectangle; empty if the description has none.
+fn face_rectangle(entry: &FaceEntry) -> [u32; 4] {
     entry.rect.unwrap_or_default()
 }
 
-/// The image, and where each face's texels lie in it.
+/// The lightmap's image, and the faces with their rectangles in it.
 struct Lightmap<'a> {
     path: PathBuf,
-    planes: Planes,
-    faces: &'a [Entry],
+    planes: ImagePlanes,
+    faces: &'a [FaceEntry],
 }
 
 impl<'a> Lightmap<'a> {
     fn read(dir: &Path, description: &'a Description) -> Result<Self> {
         let faces = description.faces.as_slice();
         let path = dir.join("lightmap.exr");
-        let bytes = file::input(&path, "")?;
-        // A packed atlas is nearly full; a much larger image has nothing to do with these faces.
-        let texels: u64 = faces
-            .iter()
-            .map(|e| u64::from(texel::count(e.texels)))
-            .sum();
-        let planes = Planes::decode(&path, &bytes, 64 * texels + (1 << 16))?;
+        let bytes = file::read_input(&path, "")?;
+        // A packed atlas is nearly full; a much larger image does not belong to these faces.
+        let texels: u64 = faces.iter().map(|e| u64::from(texel::texel_count(e.texels))).sum();
+        let planes = ImagePlanes::decode(&path, &bytes, 64 * texels + (1 << 16))?;
         if let Some(wanted) = &description.lightmap_crc32
-            && *wanted != checksum(&bytes)
+            && *wanted != file_checksum(&bytes)
         {
             let message = "this and result.json are not of one solve (its lightmap_crc32 is another file's): solve again, or remove that entry if the lightmap was changed on purpose";
-            return Err(Error::input(&path, "", message));
+            return Err(Error::bad_input(&path, "", message));
         }
         for (k, entry) in faces.iter().enumerate() {
-            let [x, y, w, h] = rect(entry).map(u64::from);
+            let [x, y, w, h] = face_rectangle(entry).map(u64::from);
             if x + w > planes.width as u64 || y + h > planes.height as u64 {
                 let message = format!(
                     "its rectangle ends at {}, {}, the image at {}, {}",
@@ -236,41 +222,35 @@ impl<'a> Lightmap<'a> {
                     planes.width,
                     planes.height
                 );
-                return Err(Error::input(&path, label(k), message));
+                return Err(Error::bad_input(&path, face_label(k), message));
             }
         }
-        Ok(Self {
-            path,
-            planes,
-            faces,
-        })
+        Ok(Self { path, planes, faces })
     }
 
-    /// Whether every texel of the face order reflects less than it receives.
+    /// Checks that every texel's reflectance is at least 0 and below 1; `values` are in face order.
     fn check_reflectance(&self, values: &[Vec3]) -> Result<()> {
-        let counts = self.faces.iter().map(|e| texel::count(e.texels) as usize);
-        let faces = counts
-            .enumerate()
-            .flat_map(|(k, n)| std::iter::repeat_n(k, n));
-        match faces.zip(values).find(|(_, rho)| !reflects(**rho)) {
+        let counts = self.faces.iter().map(|e| texel::texel_count(e.texels) as usize);
+        let faces = counts.enumerate().flat_map(|(k, n)| std::iter::repeat_n(k, n));
+        match faces.zip(values).find(|(_, rho)| !is_reflectance(**rho)) {
             None => Ok(()),
             Some((k, rho)) => {
-                let message = format!(
-                    "the channels reflectance.R, G, B hold {rho}, not at least 0 and below 1"
-                );
-                Err(Error::input(&self.path, label(k), message))
+                let message = format!("the channels reflectance.R, G, B hold {rho}, not at least 0 and below 1");
+                Err(Error::bad_input(&self.path, face_label(k), message))
             }
         }
     }
 
-    /// One colour per texel, or none when a channel is missing.
-    fn values(&self, prefix: &str) -> Result<Option<Vec<Vec3>>> {
-        let Some([r, g, b]) = self.planes.colours(prefix) else {
+    /// Returns one colour per texel, or none if a channel is missing.
+    ///
+    /// Errors: a value that is not finite.
+    fn channel_values(&self, prefix: &str) -> Result<Option<Vec<Vec3>>> {
+        let Some([r, g, b]) = self.planes.colour_planes(prefix) else {
             return Ok(None);
         };
         let mut values = Vec::new();
         for (k, entry) in self.faces.iter().enumerate() {
-            let [x, y, w, h] = rect(entry).map(|n| n as usize);
+            let [x, y, w, h] = face_rectangle(entry).map(|n| n as usize);
             for pixel in (0..h).flat_map(|j| (0..w).map(move |i| (x + i, y + j))) {
                 let at = pixel.1 * self.planes.width + pixel.0;
                 let value = Vec3::new(r[at], g[at], b[at]);
@@ -279,7 +259,7 @@ impl<'a> Lightmap<'a> {
                         "the channels {prefix}R, G, B are not finite at pixel {}, {}",
                         pixel.0, pixel.1
                     );
-                    return Err(Error::input(&self.path, label(k), message));
+                    return Err(Error::bad_input(&self.path, face_label(k), message));
                 }
                 values.push(value);
             }
@@ -288,21 +268,17 @@ impl<'a> Lightmap<'a> {
     }
 }
 
-fn scene(dir: &Path, description: Description) -> Scene {
+fn described_scene(dir: &Path, description: Description) -> Scene {
     let mut notes = Vec::new();
     if description.lightmap_crc32.is_none() {
         notes.push(format!(
-            "{} has no lightmap_crc32: whether lightmap.exr belongs to it is not known",
+            "{} has no lightmap_crc32: it is not known whether lightmap.exr belongs to it",
             dir.join("result.json").display()
         ));
     }
     Scene {
-        name: plain(
-            &description
-                .scene
-                .unwrap_or_else(|| dir.display().to_string()),
-        ),
-        faces: faces(&description.faces),
+        name: escape_control(&description.scene.unwrap_or_else(|| dir.display().to_string())),
+        faces: build_faces(&description.faces),
         notes,
     }
 }

@@ -1,14 +1,14 @@
-//! What may put an answer more than 2 % off: the codes that scripts know, each with what happened.
+//! Warnings about causes that may change a solution by more than 2 %: codes for scripts, and their meaning.
 
 use serde::{Serialize, Serializer};
 
-/// What kind of thing went wrong.
+/// Cause of a warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "`Code::ALL` says what each means")]
-pub enum Code {
+#[allow(missing_docs, reason = "`Code::ALL` has the meaning of each")]
+pub enum WarningCode {
     Visibility,
     FormFactor,
-    Cells,
+    Patches,
     Texels,
     Closure,
     Unshot,
@@ -20,35 +20,19 @@ pub enum Code {
     Energy,
 }
 
-impl Code {
-    /// Every code as `result.json` has it, and what happened; in the order of the variants.
-    pub const ALL: [(Self, &'static str, &'static str); 12] = [
-        (
-            Self::Visibility,
-            "visibility",
-            "the item buffer is too coarse",
-        ),
-        (
-            Self::FormFactor,
-            "form-factor",
-            "the disc form factor is too crude",
-        ),
-        (Self::Cells, "cells", "light or shadow varies within cells"),
-        (
-            Self::Texels,
-            "texels",
-            "light or shadow varies within texels",
-        ),
-        (
-            Self::Closure,
-            "closure",
-            "form-factor error: light was lost or made up",
-        ),
+impl WarningCode {
+    /// Every code, its text in `result.json` and its meaning, in the order of the variants.
+    pub const ALL_CODES: [(Self, &'static str, &'static str); 12] = [
+        (Self::Visibility, "visibility", "the item buffer is too coarse"),
+        (Self::FormFactor, "form-factor", "the disc form factor is too crude"),
+        (Self::Patches, "cells", "light or shadow varies within patches"),
+        (Self::Texels, "texels", "light or shadow varies within texels"),
+        (Self::Closure, "closure", "form-factor error: light was lost or created"),
         (Self::Unshot, "unshot", "the solve was stopped early"),
         (
             Self::Overlap,
             "overlap",
-            "fronts lie on each other: only the first in the file is lit",
+            "fronts overlap: only the first in the file is lit",
         ),
         (
             Self::Gap,
@@ -58,7 +42,7 @@ impl Code {
         (
             Self::Unlit,
             "unlit",
-            "no light was found on any face that reflects: it may come through a chink that no sample meets",
+            "no light was found on any face that reflects: it may come through an opening that no sample meets",
         ),
         (
             Self::Covered,
@@ -68,35 +52,31 @@ impl Code {
         (
             Self::Precision,
             "precision",
-            "rounding of coordinates, in the file or to f32, has bent faces that carry light",
+            "rounding of coordinates, in the file or to f32, has changed the shape of faces that carry light",
         ),
-        (
-            Self::Energy,
-            "energy",
-            "relighting by Table 2 makes up or loses power",
-        ),
+        (Self::Energy, "energy", "relighting by Table 2 creates or loses power"),
     ];
 
-    /// Its name for scripts.
-    pub fn text(self) -> &'static str {
-        Self::ALL[self as usize].1
+    /// Returns the code's text in `result.json`.
+    pub fn as_str(self) -> &'static str {
+        Self::ALL_CODES[self as usize].1
     }
 }
 
-impl Serialize for Code {
+impl Serialize for WarningCode {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.text())
+        serializer.serialize_str(self.as_str())
     }
 }
 
-/// Something that may put the answer more than 2 % off.
+/// Warning about a cause that may change the solution by more than 2 %.
 #[derive(Clone, Debug, Serialize)]
 pub struct Warning {
-    /// A short name for scripts.
-    pub code: Code,
-    /// The faces concerned.
+    /// Cause.
+    pub code: WarningCode,
+    /// Faces concerned.
     pub faces: Vec<u32>,
-    /// What happened and which option mends it.
+    /// The cause in words, and the option that removes it.
     pub message: String,
 }
 
@@ -105,14 +85,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_readme_lists_every_code_with_what_it_means() {
+    fn readme_lists_every_code_with_its_meaning() {
         let readme = include_str!("../../../README.md");
         let (_, table) = readme.split_once("| Warning | What happened |\n").unwrap();
-        let rows: Vec<&str> = table.lines().skip(1).take(Code::ALL.len() + 1).collect();
-        for (k, (code, text, meaning)) in Code::ALL.into_iter().enumerate() {
+        let rows: Vec<&str> = table.lines().skip(1).take(WarningCode::ALL_CODES.len() + 1).collect();
+        for (k, (code, text, meaning)) in WarningCode::ALL_CODES.into_iter().enumerate() {
             assert_eq!(code as usize, k);
             assert_eq!(rows[k], format!("| `{text}` | {meaning} |"));
         }
-        assert_eq!(rows[Code::ALL.len()], "");
+        assert_eq!(rows[WarningCode::ALL_CODES.len()], "");
     }
 }

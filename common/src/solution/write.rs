@@ -1,18 +1,17 @@
-//! Writes a solve: both files go to a temporary name first and are renamed when both are complete,
-//! the description last; it holds the lightmap's checksum, so that a kill in between is seen.
+//! Writing of a solution. The files have temporary names first and are renamed when all are complete, the
+//! description last. It holds the lightmap's checksum, so that an interruption in between is detected.
 
-use crate::energy::Energy;
+use crate::energy::EnergyBalance;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshFace, Texel};
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::shooting::{Field, Run};
-use crate::solution::faces::describe;
-use crate::solution::pending::{Pending, temporary};
+use crate::shooting::{RadiosityField, SolveRun};
+use crate::solution::faces::describe_face;
+use crate::solution::pending::{PendingFiles, temporary_path};
 use crate::solution::warning::Warning;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
-    WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2, WritableImage,
 };
 use glam::{DVec3, Vec3, Vec4};
 use serde_json::{Value, json};
@@ -20,22 +19,22 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-/// The options that the matrix solver obeys.
+/// Options that the dense matrix solver reads.
 const MATRIX_SETTINGS: [&str; 3] = ["texels", "visibility", "form-factor"];
-/// Those that a solve to an error obeys beside it.
+/// Options that a solve to an error reads, besides the error.
 const ERROR_SETTINGS: [&str; 3] = MATRIX_SETTINGS;
 
-/// The entry of `result.json` that ties it to its lightmap.
-pub(crate) const CHECKSUM: &str = "lightmap_crc32";
+/// Entry of `result.json` with the checksum of its lightmap.
+pub(crate) const CHECKSUM_KEY: &str = "lightmap_crc32";
 
-/// CRC-32 (ISO 3309) of a file, eight hexadecimal digits.
-pub(crate) fn checksum(bytes: &[u8]) -> String {
+/// Returns the CRC-32 (ISO 3309) of a file in eight hexadecimal digits.
+pub(crate) fn file_checksum(bytes: &[u8]) -> String {
     format!("{:08x}", crc32fast::hash(bytes))
 }
 
 /// Wall-clock seconds of the phases before writing.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Seconds {
+pub struct PhaseSeconds {
     /// Reading the scene.
     pub load: f64,
     /// Texels, BVH or device.
@@ -44,69 +43,67 @@ pub struct Seconds {
     pub solve: f64,
 }
 
-/// Everything that `result.json` tells.
+/// Content of `result.json` and of the files beside it.
 pub struct Solution<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its texels.
+    /// Its mesh.
     pub mesh: &'a Mesh,
-    /// "cpu", "gpu" or "matrix".
+    /// "cpu", "gpu" or "dense".
     pub solver: &'a str,
     /// The GPU's name.
     pub adapter: Option<&'a str>,
     /// The options in force.
     pub settings: &'a Settings,
     /// The solve.
-    pub run: &'a Run,
-    /// How far it may be off from the truth, as far as that can be told: `error`, the relative RMS of
-    /// B − E, and its parts; none: not looked at.
+    pub run: &'a SolveRun,
+    /// Error estimate: `error`, the relative RMS error of B − E, and its parts; none if not estimated.
     pub certificate: Option<Value>,
-    /// How far each texel may be off, W/m², written as `error.exr`; none: not known by texel.
-    pub off: Option<Vec<f32>>,
-    /// What may be wrong with the answer.
+    /// Error estimate of each texel, W/m², written as `error.exr`; none if not known by texel.
+    pub texel_error: Option<Vec<f32>>,
+    /// Warnings about the solution.
     pub warnings: &'a [Warning],
-    /// Everything else worth saying.
+    /// Other notes.
     pub notes: &'a [String],
-    /// What the matrix solver says of its accuracy; it has no shots and obeys none of their options.
+    /// Accuracy report of the dense matrix solver, which has no shots and none of their options.
     pub matrix: Option<Value>,
-    /// The error that was asked for; a solve to an error chooses cells, samples and ε by itself.
+    /// Requested error; a solve to an error chooses patches, samples and ε itself.
     pub error: Option<f64>,
-    /// What a relight says of itself; then ρ and E vary by texel.
+    /// Report of a relighting; with it ρ and E vary by texel.
     pub relit: Option<Value>,
-    /// Phases.
-    pub seconds: Seconds,
+    /// Seconds of the phases.
+    pub seconds: PhaseSeconds,
 }
 
 impl Solution<'_> {
-    /// Whether ρ and E vary by texel, and are written as well.
-    fn varies(&self) -> bool {
+    /// Returns whether ρ and E vary by texel, and are written too.
+    fn has_texel_surfaces(&self) -> bool {
         self.relit.is_some() || self.scene.is_painted()
     }
 
-    /// Writes its files into `dir`.
+    /// Writes the files into `dir`.
+    ///
+    /// Errors: [`Error::Write`] with the file.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let start = Instant::now();
-        let mut files = Pending::default();
-        let image = lightmap(self.mesh, &self.run.field, self.varies())?;
+        let mut files = PendingFiles::default();
+        let image = encode_lightmap(self.mesh, &self.run.field, self.has_texel_surfaces())?;
         files.add(&dir.join("lightmap.exr"), &image)?;
-        match &self.off {
-            Some(off) => files.add(&dir.join("error.exr"), &map(self.mesh, off)?)?,
-            // An earlier solve's is not this one's.
+        match &self.texel_error {
+            Some(off) => files.add(&dir.join("error.exr"), &encode_error_map(self.mesh, off)?)?,
+            // The file of an earlier solve does not belong to this one.
             None => drop(fs::remove_file(dir.join("error.exr"))),
         }
-        let mut description = self.summary();
+        let mut description = self.summarise_run();
         description["seconds"]["write"] = start.elapsed().as_secs_f64().into();
-        description["faces"] = self.faces().into();
-        description[CHECKSUM] = checksum(&image).into();
-        files.add(
-            &dir.join("result.json"),
-            format!("{description:#}\n").as_bytes(),
-        )?;
-        files.finish()
+        description["faces"] = self.describe_faces().into();
+        description[CHECKSUM_KEY] = file_checksum(&image).into();
+        files.add(&dir.join("result.json"), format!("{description:#}\n").as_bytes())?;
+        files.rename_files()
     }
 
-    /// What `result.json` has but for the faces and what only its writing tells.
-    pub fn summary(&self) -> Value {
+    /// Returns `result.json` without the faces and the entries that are known after writing.
+    pub fn summarise_run(&self) -> Value {
         let mut description = json!({
             "scene": self.scene.name,
             "solver": self.solver,
@@ -116,7 +113,7 @@ impl Solution<'_> {
             "passes": self.run.passes,
             "converged": self.run.converged,
             "unshot_fraction": self.run.unshot_fraction(),
-            "energy": Energy::new(self.mesh, &self.run.field, &self.run.shots),
+            "energy": EnergyBalance::new(self.mesh, &self.run.field, &self.run.shots),
             "estimated_error": self.certificate.as_ref().map(|parts| &parts["error"]),
             "certificate": self.certificate,
             "warnings": self.warnings,
@@ -135,8 +132,7 @@ impl Solution<'_> {
                 settings.retain(|name, _| MATRIX_SETTINGS.contains(&name.as_str()));
             }
         }
-        if let (Some(error), Some(settings)) = (self.error, description["settings"].as_object_mut())
-        {
+        if let (Some(error), Some(settings)) = (self.error, description["settings"].as_object_mut()) {
             settings.retain(|name, _| ERROR_SETTINGS.contains(&name.as_str()));
             settings.insert("error".into(), error.into());
         }
@@ -145,26 +141,24 @@ impl Solution<'_> {
             self.mesh.faces.iter().all(alike),
             description["settings"].as_object_mut(),
         ) {
-            // Each face says its own.
+            // Each face has its own entry.
             settings.remove("texels");
         }
-        if let (Some(Value::Object(relit)), Some(all)) =
-            (self.relit.clone(), description.as_object_mut())
-        {
+        if let (Some(Value::Object(relit)), Some(all)) = (self.relit.clone(), description.as_object_mut()) {
             all.extend(relit);
         }
         description
     }
 
-    fn faces(&self) -> Vec<Value> {
-        let means = self.varies().then(|| means(self.mesh));
+    fn describe_faces(&self) -> Vec<Value> {
+        let means = self.has_texel_surfaces().then(|| face_means(self.mesh));
         self.scene
             .faces
             .iter()
             .zip(&self.mesh.faces)
             .enumerate()
             .map(|(k, (face, mesh))| {
-                let mut entry = describe(face, mesh.resolution);
+                let mut entry = describe_face(face, mesh.resolution);
                 entry["rect"] = json!(mesh.rect);
                 if let Some([emission, reflectance]) = means.as_ref().map(|means| means[k]) {
                     entry["emission"] = json!(emission);
@@ -176,8 +170,8 @@ impl Solution<'_> {
     }
 }
 
-/// Mean E and ρ of each face's texels.
-fn means(mesh: &Mesh) -> Vec<[[f32; 3]; 2]> {
+/// Returns the mean E and ρ of each face's texels.
+fn face_means(mesh: &Mesh) -> Vec<[[f32; 3]; 2]> {
     let mut sums = vec![(DVec3::ZERO, DVec3::ZERO, 0.0f64); mesh.faces.len()];
     for texel in &mesh.texels {
         let (sum, area) = (&mut sums[texel.face as usize], f64::from(texel.area));
@@ -191,33 +185,33 @@ fn means(mesh: &Mesh) -> Vec<[[f32; 3]; 2]> {
         .collect()
 }
 
-/// Makes sure that `dir` exists and takes files, before any long work.
-pub fn prepare(dir: &Path) -> Result<()> {
+/// Creates `dir` if needed and checks that files can be written to it, before any long work.
+///
+/// Errors: [`Error::Write`] with the directory.
+pub fn prepare_directory(dir: &Path) -> Result<()> {
     let fail = |source| Error::Write {
         path: dir.to_path_buf(),
         source,
     };
     fs::create_dir_all(dir).map_err(fail)?;
-    let probe = temporary(&dir.join(".radiosity-probe"));
+    let probe = temporary_path(&dir.join(".radiosity-probe"));
     fs::write(&probe, b"").map_err(fail)?;
     fs::remove_file(&probe).map_err(fail)
 }
 
-/// Writes `bytes` under a temporary name and renames it to `path`.
+/// Writes `bytes` to `path`, by way of a temporary name.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut file = Pending::default();
+    let mut file = PendingFiles::default();
     file.add(path, bytes)?;
-    file.finish()
+    file.rename_files()
 }
 
-/// The atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is asked for;
-/// pixels that belong to no face are 0.
-pub fn lightmap(mesh: &Mesh, field: &Field, surface: bool) -> Result<Vec<u8>> {
+/// Encodes the atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is true; pixels
+/// outside all faces are 0.
+pub fn encode_lightmap(mesh: &Mesh, field: &RadiosityField, surface: bool) -> Result<Vec<u8>> {
     let [w, h] = mesh.atlas.map(|n| n as usize);
     let mut channels = Vec::new();
-    let of = |value: fn(&Texel) -> Vec3| -> Vec<Vec4> {
-        mesh.texels.iter().map(|t| value(t).extend(0.0)).collect()
-    };
+    let of = |value: fn(&Texel) -> Vec3| -> Vec<Vec4> { mesh.texels.iter().map(|t| value(t).extend(0.0)).collect() };
     let (reflectance, emission) = (of(|t| t.reflectance), of(|t| t.emission));
     let planes = [
         ("", &field.radiosity),
@@ -231,29 +225,28 @@ pub fn lightmap(mesh: &Mesh, field: &Field, surface: bool) -> Result<Vec<u8>> {
             channels.push((format!("{prefix}{letter}"), atlas_channel(mesh, values, c)));
         }
     }
-    encode([w, h], channels).map_err(|source| Error::Write {
+    encode_exr([w, h], channels).map_err(|source| Error::Write {
         path: "lightmap.exr".into(),
         source,
     })
 }
 
-/// A value of each texel on the atlas, as EXR of one channel; pixels that belong to no face are 0.
-fn map(mesh: &Mesh, values: &[f32]) -> Result<Vec<u8>> {
+/// Encodes one value per texel on the atlas as EXR of one channel; pixels outside all faces are 0.
+fn encode_error_map(mesh: &Mesh, values: &[f32]) -> Result<Vec<u8>> {
     let values: Vec<Vec4> = values.iter().map(|v| Vec4::splat(*v)).collect();
     let size = mesh.atlas.map(|n| n as usize);
     let plane = ("Y".to_owned(), atlas_channel(mesh, &values, 0));
-    encode(size, vec![plane]).map_err(|source| Error::Write {
+    encode_exr(size, vec![plane]).map_err(|source| Error::Write {
         path: "error.exr".into(),
         source,
     })
 }
 
-/// Named planes of `size` (width, height) as lossless 32-bit float EXR.
+/// Encodes named planes of `size` (width, height) as lossless 32-bit float EXR.
 ///
-/// Errors: what the encoder has to say.
-pub fn encode(size: [usize; 2], planes: Vec<(String, Vec<f32>)>) -> std::io::Result<Vec<u8>> {
-    let channel =
-        |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
+/// Errors: the encoder's.
+pub fn encode_exr(size: [usize; 2], planes: Vec<(String, Vec<f32>)>) -> std::io::Result<Vec<u8>> {
+    let channel = |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
     let layer = Layer::new(
         Vec2(size[0], size[1]),
         LayerAttributes::default(),
@@ -268,7 +261,7 @@ pub fn encode(size: [usize; 2], planes: Vec<(String, Vec<f32>)>) -> std::io::Res
     Ok(bytes.into_inner())
 }
 
-/// One channel of `values` on the atlas, row-major.
+/// Returns one channel of `values` on the atlas, row-major.
 pub fn atlas_channel(mesh: &Mesh, values: &[Vec4], channel: usize) -> Vec<f32> {
     let mut pixels = vec![0.0; (mesh.atlas[0] * mesh.atlas[1]) as usize];
     for (texel, value) in mesh.texels.iter().zip(values) {

@@ -1,20 +1,14 @@
-//! No damaged file panics, hangs or takes memory without end; each is a scene or one clear line.
+//! Damaged files neither panic nor hang nor exhaust memory: each gives a scene or a one-line error.
 
 use super::files::{Folder, square};
 use serde_json::{Value, json};
 
-/// Loads `bytes`: whatever comes of it, an error is one line that names the file.
-fn survives(folder: &Folder, name: &str, bytes: &[u8]) -> bool {
+/// Loads `bytes`; returns true on success, and checks that an error is one line with the file name.
+fn load_damaged(folder: &Folder, name: &str, bytes: &[u8]) -> bool {
     folder.put(name, bytes);
     match folder.load(name) {
         Ok(scene) => {
-            assert!(
-                !scene.faces.is_empty()
-                    && scene
-                        .faces
-                        .iter()
-                        .all(|f| f.corners.iter().all(|c| c.is_finite()))
-            );
+            assert!(!scene.faces.is_empty() && scene.faces.iter().all(|f| f.corners.iter().all(|c| c.is_finite())));
             true
         }
         Err(error) => {
@@ -25,8 +19,8 @@ fn survives(folder: &Folder, name: &str, bytes: &[u8]) -> bool {
     }
 }
 
-/// Numbers from a fixed seed (Knuth's MMIX generator, upper bits).
-fn numbers() -> impl FnMut(usize) -> usize {
+/// Returns a generator with a fixed seed (Knuth's MMIX generator, upper bits).
+fn pseudo_random_numbers() -> impl FnMut(usize) -> usize {
     let mut state = 1u64;
     move |below| {
         state = state
@@ -37,12 +31,12 @@ fn numbers() -> impl FnMut(usize) -> usize {
 }
 
 #[test]
-fn a_glb_cut_anywhere_is_refused() {
+fn truncated_glb_is_refused() {
     let folder = Folder::new();
     let glb = square().glb();
     for length in 0..glb.len() {
         assert!(
-            !survives(&folder, "a.glb", &glb[..length]),
+            !load_damaged(&folder, "a.glb", &glb[..length]),
             "{length} bytes of {} were accepted",
             glb.len()
         );
@@ -50,21 +44,21 @@ fn a_glb_cut_anywhere_is_refused() {
 }
 
 #[test]
-fn a_glb_with_any_byte_changed() {
+fn glb_with_changed_byte_does_not_panic() {
     let folder = Folder::new();
     let glb = square().glb();
-    let mut number = numbers();
+    let mut number = pseudo_random_numbers();
     for at in 0..glb.len() {
         for byte in [0, 255, b'9', glb[at] ^ (1 << number(8))] {
             let mut damaged = glb.clone();
             damaged[at] = byte;
-            survives(&folder, "a.glb", &damaged);
+            load_damaged(&folder, "a.glb", &damaged);
         }
     }
 }
 
 #[test]
-fn a_document_with_any_value_changed() {
+fn gltf_with_changed_value_does_not_panic() {
     let folder = Folder::new();
     let gltf = square()
         .view(&[1, 3])
@@ -74,7 +68,7 @@ fn a_document_with_any_value_changed() {
         .set("/nodes/0/children", json!([1]))
         .set("/nodes/-", json!({"mesh": 0, "scale": [1, 1, 1], "rotation": [0, 0, 0, 1], "translation": [0, 0, 0]}));
     let mut places = Vec::new();
-    pointers(&gltf.json, String::new(), &mut places);
+    collect_pointers(&gltf.json, String::new(), &mut places);
     assert!(places.len() > 70, "{}", places.len());
     let values = [
         json!(0),
@@ -93,67 +87,51 @@ fn a_document_with_any_value_changed() {
     ];
     for place in &places {
         for value in &values {
-            survives(
-                &folder,
-                "a.glb",
-                &gltf.clone().set(place, value.clone()).glb(),
-            );
+            load_damaged(&folder, "a.glb", &gltf.clone().set(place, value.clone()).glb());
         }
     }
 }
 
-fn pointers(value: &Value, at: String, places: &mut Vec<String>) {
+fn collect_pointers(value: &Value, at: String, places: &mut Vec<String>) {
     let children: Vec<(String, &Value)> = match value {
-        Value::Array(list) => list
-            .iter()
-            .enumerate()
-            .map(|(k, v)| (k.to_string(), v))
-            .collect(),
+        Value::Array(list) => list.iter().enumerate().map(|(k, v)| (k.to_string(), v)).collect(),
         Value::Object(map) => map.iter().map(|(k, v)| (k.clone(), v)).collect(),
         _ => Vec::new(),
     };
     for (key, child) in children {
         let place = format!("{at}/{key}");
         places.push(place.clone());
-        pointers(child, place, places);
+        collect_pointers(child, place, places);
     }
 }
 
-const OBJ: &str = "mtllib a.mtl\no room\nv 0 0 0\nv 1 0 0\nv 1 1 0 2\nv 0 1 0.5\nv -1e3 +.5 0\n\
+const OBJ_TEXT: &str = "mtllib a.mtl\no room\nv 0 0 0\nv 1 0 0\nv 1 1 0 2\nv 0 1 0.5\nv -1e3 +.5 0\n\
     vt 0 0\nvn 0 0 1\nusemtl wall\nf 1/1/1 2/1/1 3/1/1 4/1/1\ng lamp\nusemtl lamp\nf -5 -4 -3 \\\n -2 -1\nf 1 2 3\nl 1 2\n";
-/// Where vertices have colours none has a weight.
-const COLOURED: &str = "v 0 0 0\nv 1 0 0 1 0 0.5\nv 1 1 0 -2 1e9 .1\nf 1 2 3\n";
-const MTL: &str = "# two\nnewmtl wall\nKd 0.5 0.5 0.5\nKs 0.1 0 0\nillum 2\nd 1\nnewmtl lamp\n  Kd 0.1\nKe 1 2 3\n";
+/// A file with vertex colours has no weights.
+const COLOURED_OBJ: &str = "v 0 0 0\nv 1 0 0 1 0 0.5\nv 1 1 0 -2 1e9 .1\nf 1 2 3\n";
+const MTL_TEXT: &str =
+    "# two\nnewmtl wall\nKd 0.5 0.5 0.5\nKs 0.1 0 0\nillum 2\nd 1\nnewmtl lamp\n  Kd 0.1\nKe 1 2 3\n";
 
 #[test]
-fn an_obj_cut_or_changed_anywhere() {
-    let folder = Folder::new().with("a.mtl", MTL);
-    let mut number = numbers();
-    for whole in [OBJ, COLOURED].map(str::as_bytes) {
-        assert!(survives(&folder, "a.obj", whole));
+fn truncated_or_changed_obj_does_not_panic() {
+    let folder = Folder::new().with("a.mtl", MTL_TEXT);
+    let mut number = pseudo_random_numbers();
+    for whole in [OBJ_TEXT, COLOURED_OBJ].map(str::as_bytes) {
+        assert!(load_damaged(&folder, "a.obj", whole));
         for at in 0..whole.len() {
-            survives(&folder, "a.obj", &whole[..at]);
-            for byte in [
-                b'-',
-                b'9',
-                b'\n',
-                b' ',
-                b'/',
-                b'\\',
-                b'#',
-                number(256) as u8,
-            ] {
+            load_damaged(&folder, "a.obj", &whole[..at]);
+            for byte in [b'-', b'9', b'\n', b' ', b'/', b'\\', b'#', number(256) as u8] {
                 let mut damaged = whole.to_vec();
                 damaged[at] = byte;
-                survives(&folder, "a.obj", &damaged);
+                load_damaged(&folder, "a.obj", &damaged);
             }
         }
     }
 }
 
 #[test]
-fn an_mtl_cut_or_changed_anywhere() {
-    let folder = Folder::new().with("a.obj", OBJ);
+fn truncated_or_changed_mtl_does_not_panic() {
+    let folder = Folder::new().with("a.obj", OBJ_TEXT);
     let load = |bytes: &[u8]| {
         folder.put("a.mtl", bytes);
         if let Err(error) = folder.load("a.obj") {
@@ -164,11 +142,11 @@ fn an_mtl_cut_or_changed_anywhere() {
             );
         }
     };
-    let mut number = numbers();
-    for at in 0..MTL.len() {
-        load(&MTL.as_bytes()[..at]);
+    let mut number = pseudo_random_numbers();
+    for at in 0..MTL_TEXT.len() {
+        load(&MTL_TEXT.as_bytes()[..at]);
         for byte in [b'-', b'9', b'\n', b' ', b'#', number(256) as u8] {
-            let mut damaged = MTL.as_bytes().to_vec();
+            let mut damaged = MTL_TEXT.as_bytes().to_vec();
             damaged[at] = byte;
             load(&damaged);
         }
@@ -176,7 +154,7 @@ fn an_mtl_cut_or_changed_anywhere() {
 }
 
 #[test]
-fn lines_of_any_words() {
+fn obj_of_random_words_does_not_panic() {
     let folder = Folder::new();
     let words = [
         "v",
@@ -208,13 +186,13 @@ fn lines_of_any_words() {
         "é",
         "\t",
     ];
-    let mut number = numbers();
+    let mut number = pseudo_random_numbers();
     for _ in 0..3000 {
         let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
         for _ in 0..number(40) {
             text.push_str(words[number(words.len())]);
             text.push(if number(4) == 0 { '\n' } else { ' ' });
         }
-        survives(&folder, "a.obj", text.as_bytes());
+        load_damaged(&folder, "a.obj", text.as_bytes());
     }
 }

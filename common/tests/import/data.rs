@@ -1,38 +1,35 @@
-//! Real files, of which none may be in the repository: RADIOSITY_DATA names their folder.
+//! Real files outside the repository, in the folder that RADIOSITY_DATA names.
 
 use approx::abs_diff_eq;
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, load_scene};
 use common::scene::{Scene, Shape};
 use glam::{DVec3, Vec3};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// The folder of meshes; says so aloud where there is none.
+/// Returns the folder of meshes; prints a line on stderr if it is not set.
 fn folder() -> Option<PathBuf> {
     let folder = env::var_os("RADIOSITY_DATA").map(|data| Path::new(&data).join("meshes"));
     if folder.is_none() {
-        // Past the test runner, which keeps what a passing test prints to itself.
+        // Bypasses the test runner, which hides the output of passing tests.
         let thread = std::thread::current();
         let test = thread.name().unwrap_or("a test");
-        let _ = writeln!(
-            std::io::stderr(),
-            "skipped {test}: RADIOSITY_DATA is not set"
-        );
+        let _ = writeln!(std::io::stderr(), "skipped {test}: RADIOSITY_DATA is not set");
     }
     folder
 }
 
 fn scene(folder: &Path, name: &str) -> Scene {
-    load(&folder.join(name), &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+    load_scene(&folder.join(name), &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn joined(folder: &Path, name: &str) -> Scene {
+fn load_joined(folder: &Path, name: &str) -> Scene {
     let options = ImportOptions {
         join_quads: true,
         ..Default::default()
     };
-    load(&folder.join(name), &options).unwrap_or_else(|error| panic!("{error}"))
+    load_scene(&folder.join(name), &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn bounds(scene: &Scene) -> (DVec3, DVec3) {
@@ -43,33 +40,24 @@ fn bounds(scene: &Scene) -> (DVec3, DVec3) {
     )
 }
 
-/// Quads and triangles.
-fn shapes(scene: &Scene) -> (usize, usize) {
-    let quads = scene
-        .faces
-        .iter()
-        .filter(|f| f.shape == Shape::Quad)
-        .count();
+/// Counts quads and triangles.
+fn count_quads_and_triangles(scene: &Scene) -> (usize, usize) {
+    let quads = scene.faces.iter().filter(|f| f.shape == Shape::Quad).count();
     (quads, scene.faces.len() - quads)
 }
 
-/// Volume that a closed mesh encloses, its fronts outwards.
-fn volume(scene: &Scene) -> f64 {
-    let cone = |c: &[DVec3]| {
-        c.windows(2)
-            .map(|w| c[0].dot(w[0].cross(w[1])))
-            .sum::<f64>()
-            / 6.0
-    };
+/// Returns the volume of a closed mesh with fronts outwards.
+fn enclosed_volume(scene: &Scene) -> f64 {
+    let cone = |c: &[DVec3]| c.windows(2).map(|w| c[0].dot(w[0].cross(w[1]))).sum::<f64>() / 6.0;
     scene.faces.iter().map(|f| cone(f.outline())).sum()
 }
 
 #[test]
-fn the_cornell_box_of_mcguire() {
+fn mcguire_cornell_box_has_known_bounds_lamp_and_colours() {
     let Some(folder) = folder() else { return };
     let obj = scene(&folder, "cornell-mcguire/CornellBox-Original.obj");
     let glb = scene(&folder, "cornell-mcguire/CornellBox-Original.glb");
-    let (quads, triangles) = shapes(&obj);
+    let (quads, triangles) = count_quads_and_triangles(&obj);
     assert_eq!((2 * quads + triangles, glb.faces.len()), (36, 36));
     for scene in [&obj, &glb] {
         let (low, high) = bounds(scene);
@@ -81,29 +69,14 @@ fn the_cornell_box_of_mcguire() {
             (high - DVec3::new(1.0, 1.99, 0.99)).abs().max_element() < 1e-6,
             "{high}"
         );
-        let light: Vec<_> = scene
-            .faces
-            .iter()
-            .filter(|f| f.emission != Vec3::ZERO)
-            .collect();
+        let light: Vec<_> = scene.faces.iter().filter(|f| f.emission != Vec3::ZERO).collect();
         let expected = Vec3::new(17.0, 12.0, 4.0) * std::f32::consts::PI;
-        assert!(
-            light
-                .iter()
-                .all(|f| (f.emission - expected).abs().max_element() < 1e-4)
-        );
+        assert!(light.iter().all(|f| (f.emission - expected).abs().max_element() < 1e-4));
         let area = light.iter().map(|f| f.vector_area()).sum::<DVec3>();
-        assert!(
-            (area - DVec3::new(0.0, -0.47 * 0.38, 0.0)).length() < 1e-6,
-            "{area}"
-        );
+        assert!((area - DVec3::new(0.0, -0.47 * 0.38, 0.0)).length() < 1e-6, "{area}");
     }
     let area = |s: &Scene| s.faces.iter().map(|f| f.area()).sum::<f64>();
-    assert!(abs_diff_eq!(
-        area(&obj),
-        area(&glb),
-        epsilon = 1e-5 * area(&obj)
-    ));
+    assert!(abs_diff_eq!(area(&obj), area(&glb), epsilon = 1e-5 * area(&obj)));
     let [green, red] = ["rightWall", "leftWall"].map(|name| {
         let face = obj.faces.iter().find(|f| f.name == name);
         face.map(|f| f.reflectance).unwrap_or_default()
@@ -115,28 +88,23 @@ fn the_cornell_box_of_mcguire() {
 }
 
 #[test]
-fn the_measured_cornell_box() {
+fn measured_cornell_box_has_known_shapes() {
     let Some(folder) = folder() else { return };
     for name in ["../cornell/cornell_measured.obj", "../truth/cornell.obj"] {
         let scene = scene(&folder, name);
-        let split = scene.faces.iter().filter(|f| f.from.is_some()).count();
+        let split = scene.faces.iter().filter(|f| f.input_face.is_some()).count();
         let expected = if name.contains("measured") {
             (15, 2, 2)
         } else {
             (19, 0, 0)
         };
-        let (quads, triangles) = shapes(&scene);
-        assert_eq!(
-            (quads, triangles, split),
-            expected,
-            "{name}: {:?}",
-            scene.notes
-        );
+        let (quads, triangles) = count_quads_and_triangles(&scene);
+        assert_eq!((quads, triangles, split), expected, "{name}: {:?}", scene.notes);
     }
 }
 
 #[test]
-fn meshes_of_every_kind() {
+fn known_meshes_have_expected_triangles_and_orientation() {
     let Some(folder) = folder() else { return };
     // Name, triangles as the data's README counts them, whether closed.
     let expected = [
@@ -152,29 +120,24 @@ fn meshes_of_every_kind() {
     ];
     for (name, count, closed) in expected {
         let scene = scene(&folder, name);
-        let (quads, triangles) = shapes(&scene);
+        let (quads, triangles) = count_quads_and_triangles(&scene);
         assert_eq!(2 * quads + triangles, count, "{name}");
-        let open = scene
-            .faces
-            .iter()
-            .map(|f| f.vector_area())
-            .sum::<DVec3>()
-            .length();
+        let open = scene.faces.iter().map(|f| f.vector_area()).sum::<DVec3>().length();
         let area = scene.faces.iter().map(|f| f.area()).sum::<f64>();
         assert_eq!(
             open < 1e-6 * area,
             closed,
             "{name}: fronts do not sum up to nothing: {open} of {area}"
         );
-        assert!(!closed || volume(&scene) > 0.0, "{name} is inside out");
+        assert!(!closed || enclosed_volume(&scene) > 0.0, "{name} is inside out");
     }
 }
 
 #[test]
-fn quads_of_a_curved_mesh_are_split() {
+fn non_planar_quads_are_split() {
     let Some(folder) = folder() else { return };
     let scene = scene(&folder, "spot_quads.obj");
-    let pieces = scene.faces.iter().filter(|f| f.from.is_some()).count();
+    let pieces = scene.faces.iter().filter(|f| f.input_face.is_some()).count();
     assert_eq!(
         scene.faces.len() - pieces / 2,
         2928,
@@ -182,29 +145,33 @@ fn quads_of_a_curved_mesh_are_split() {
     );
     for (k, face) in scene.faces.iter().enumerate() {
         assert!(if k < 2928 {
-            face.from.is_none_or(|from| from as usize == k)
+            face.input_face.is_none_or(|from| from as usize == k)
         } else {
-            face.from.is_some()
+            face.input_face.is_some()
         });
     }
 }
 
 #[test]
-fn quads_are_joined() {
+fn triangles_of_boxes_are_joined_to_quads() {
     let Some(folder) = folder() else { return };
-    assert_eq!(shapes(&joined(&folder, "Box_embedded.gltf")), (6, 0));
     assert_eq!(
-        shapes(&joined(&folder, "trimesh/BoxInterleaved.glb")),
+        count_quads_and_triangles(&load_joined(&folder, "Box_embedded.gltf")),
+        (6, 0)
+    );
+    assert_eq!(
+        count_quads_and_triangles(&load_joined(&folder, "trimesh/BoxInterleaved.glb")),
         (6, 0)
     );
     // Of 18 quads the left wall and two more of the original box are bent.
-    let (quads, triangles) = shapes(&joined(&folder, "cornell-mcguire/CornellBox-Original.glb"));
+    let (quads, triangles) =
+        count_quads_and_triangles(&load_joined(&folder, "cornell-mcguire/CornellBox-Original.glb"));
     assert_eq!(2 * quads + triangles, 36);
     assert!(quads >= 15, "{quads}");
 }
 
-/// What becomes of each odd file: its faces, or a part of its error.
-const ODD: [(&str, Result<usize, &str>); 25] = [
+/// Irregular files with their number of faces, or a part of their error.
+const IRREGULAR_FILES: [(&str, Result<usize, &str>); 25] = [
     ("trimesh/BoxInterleaved.glb", Ok(12)),
     ("trimesh/BoxTextured.glb", Ok(12)),
     ("trimesh/boolean.glb", Ok(3936)),
@@ -216,10 +183,7 @@ const ODD: [(&str, Result<usize, &str>); 25] = [
     ),
     ("trimesh/odd-obj/cubevt.obj", Ok(12)),
     ("trimesh/odd-obj/empty.obj", Err("has no faces")),
-    (
-        "trimesh/odd-obj/face_in_group_name.obj",
-        Err("has no faces"),
-    ),
+    ("trimesh/odd-obj/face_in_group_name.obj", Err("has no faces")),
     ("trimesh/odd-obj/face_in_group_name_mid_file.obj", Ok(2)),
     ("trimesh/odd-obj/joined_tetrahedra.obj", Ok(8)),
     ("trimesh/odd-obj/nancolor.obj", Ok(12)),
@@ -244,20 +208,17 @@ const ODD: [(&str, Result<usize, &str>); 25] = [
     ),
     ("trimesh/odd-obj/textured_tetrahedron.obj", Ok(4)),
     ("trimesh/odd-obj/two_objects.obj", Ok(16)),
-    (
-        "odd-gltf/TestScene.gltf",
-        Err("buffer 0: TestScene.bin cannot be read"),
-    ),
+    ("odd-gltf/TestScene.gltf", Err("buffer 0: TestScene.bin cannot be read")),
     ("odd-gltf/box_sparse.glb", Ok(12)),
     ("odd-gltf/empty_nodes.glb", Err("has no faces")),
     ("odd-gltf/mode5.gltf", Ok(2786)),
 ];
 
 #[test]
-fn odd_files() {
+fn irregular_files_load_or_fail_as_expected() {
     let Some(folder) = folder() else { return };
-    for (name, expected) in ODD {
-        let found = load(&folder.join(name), &ImportOptions::default())
+    for (name, expected) in IRREGULAR_FILES {
+        let found = load_scene(&folder.join(name), &ImportOptions::default())
             .map(|s| s.faces.len())
             .map_err(|e| e.to_string());
         match (&found, expected) {
@@ -274,31 +235,27 @@ fn odd_files() {
         let entries = fs::read_dir(folder.join(sub)).expect("a folder of the data");
         entries.flatten().filter(|e| is_scene(&e.path())).count()
     };
-    let count: usize = ["trimesh", "trimesh/odd-obj", "odd-gltf"]
-        .map(files)
-        .iter()
-        .sum();
-    assert_eq!(count, ODD.len(), "a file is missing from the table");
+    let count: usize = ["trimesh", "trimesh/odd-obj", "odd-gltf"].map(files).iter().sum();
+    assert_eq!(count, IRREGULAR_FILES.len(), "a file is missing from the table");
 }
 
-/// Two of the odd files without the references that lead nowhere.
+/// Loads two irregular files without their dangling references.
 #[test]
-fn odd_faces_without_their_materials() {
+fn irregular_files_load_without_material_lines() {
     let Some(folder) = folder() else { return };
     let bare = |name: &str| {
         let text = fs::read_to_string(folder.join(name)).expect(name);
         let kept = text
             .lines()
             .filter(|l| !l.starts_with("mtllib") && !l.starts_with("usemtl"));
-        super::files::obj(&kept.collect::<Vec<_>>().join("\n"))
-            .unwrap_or_else(|e| panic!("{name}: {e}"))
+        super::files::obj(&kept.collect::<Vec<_>>().join("\n")).unwrap_or_else(|e| panic!("{name}: {e}"))
     };
     assert_eq!(bare("trimesh/odd-obj/notenoughindices.obj").faces.len(), 1);
     // Walls with holes cut into their outlines: 13 faces of 92 corners.
     let walls = bare("trimesh/wallhole.obj");
-    assert_eq!(shapes(&walls), (0, 92 - 2 * 13));
+    assert_eq!(count_quads_and_triangles(&walls), (0, 92 - 2 * 13));
     let normal = |k: Option<u32>| -> DVec3 {
-        let pieces = walls.faces.iter().filter(|f| f.from == k);
+        let pieces = walls.faces.iter().filter(|f| f.input_face == k);
         pieces.map(|f| f.vector_area()).sum()
     };
     assert!((0..13).map(|k| normal(Some(k))).sum::<DVec3>().length() < 1e-9);
@@ -306,7 +263,7 @@ fn odd_faces_without_their_materials() {
         walls
             .faces
             .iter()
-            .all(|f| f.vector_area().dot(normal(f.from)) > 0.0),
+            .all(|f| f.vector_area().dot(normal(f.input_face)) > 0.0),
         "a piece faces backwards"
     );
 }

@@ -1,7 +1,7 @@
-//! Small files in a folder of their own, and a glTF document to vary.
+//! Temporary folders for small files, and a glTF document to vary.
 
 use common::Result;
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, load_scene};
 use common::scene::Scene;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, fs, process};
 
-/// Removed with all it holds when dropped.
+/// Temporary folder, removed with its contents when dropped.
 pub struct Folder(PathBuf);
 
 impl Folder {
@@ -39,10 +39,10 @@ impl Folder {
     }
 
     pub fn load(&self, name: &str) -> Result<Scene> {
-        load(&self.path(name), &ImportOptions::default())
+        load_scene(&self.path(name), &ImportOptions::default())
     }
 
-    /// The one line that says why `name` cannot be loaded, without the folder.
+    /// Returns the one-line error of loading `name`, without the folder.
     pub fn error(&self, name: &str) -> String {
         let error = match self.load(name) {
             Ok(scene) => panic!(
@@ -63,12 +63,12 @@ impl Drop for Folder {
     }
 }
 
-/// A scene from an OBJ without materials.
+/// Loads an OBJ without materials.
 pub fn obj(text: &str) -> Result<Scene> {
     Folder::new().with("a.obj", text).load("a.obj")
 }
 
-/// The notes that contain `words`.
+/// Returns the notes that contain `words`.
 pub fn notes<'a>(scene: &'a Scene, words: &str) -> Vec<&'a str> {
     scene
         .notes
@@ -78,7 +78,7 @@ pub fn notes<'a>(scene: &'a Scene, words: &str) -> Vec<&'a str> {
         .collect()
 }
 
-/// Corners as the file has them, a triangle's three.
+/// Returns the outline corners of each face.
 pub fn corners(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
     scene
         .faces
@@ -94,14 +94,10 @@ pub struct Gltf {
     pub bytes: Vec<u8>,
 }
 
-/// The unit square in z = 0 as two triangles, grey, front to +z. Bytes: 4 positions, 6 u16.
+/// Returns the unit square in z = 0 as two triangles, grey, front to +z. Bytes: 4 positions, 6 u16.
 pub fn square() -> Gltf {
     let positions: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
-    let mut bytes: Vec<u8> = positions
-        .iter()
-        .flatten()
-        .flat_map(|v| v.to_le_bytes())
-        .collect();
+    let mut bytes: Vec<u8> = positions.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     bytes.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|v| v.to_le_bytes()));
     let json = json!({
         "asset": { "version": "2.0" },
@@ -148,10 +144,9 @@ impl Gltf {
         self
     }
 
-    /// More bytes at the end of the buffer, in a buffer view of their own.
+    /// Appends bytes to the buffer, in a new buffer view.
     pub fn view(mut self, bytes: &[u8]) -> Self {
-        let view =
-            json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
+        let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
         self.bytes.extend(bytes);
         let length = self.bytes.len();
         self.set("/bufferViews/-", view)
@@ -168,10 +163,7 @@ impl Gltf {
                 "/accessors/-",
                 json!({"bufferView": view, "componentType": 5126, "count": 4, "type": kind}),
             )
-            .set(
-                &format!("/meshes/0/primitives/0/attributes/{name}"),
-                json!(accessor),
-            )
+            .set(&format!("/meshes/0/primitives/0/attributes/{name}"), json!(accessor))
     }
 
     pub fn glb(&self) -> Vec<u8> {
@@ -200,7 +192,7 @@ impl Gltf {
 
     pub fn load_with(&self, options: &ImportOptions) -> Result<Scene> {
         let folder = Folder::new().with("a.glb", self.glb());
-        load(&folder.path("a.glb"), options)
+        load_scene(&folder.path("a.glb"), options)
     }
 
     pub fn error(&self) -> String {
@@ -216,8 +208,7 @@ pub fn base64(bytes: &[u8]) -> String {
             .iter()
             .enumerate()
             .fold(0u32, |bits, (k, b)| bits | u32::from(*b) << (16 - 8 * k));
-        (0..=chunk.len())
-            .for_each(|k| text.push(LETTERS[(bits >> (18 - 6 * k)) as usize & 63] as char));
+        (0..=chunk.len()).for_each(|k| text.push(LETTERS[(bits >> (18 - 6 * k)) as usize & 63] as char));
         (chunk.len()..3).for_each(|_| text.push('='));
     }
     text

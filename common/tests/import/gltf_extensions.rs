@@ -1,4 +1,4 @@
-//! Extensions of glTF: what is read, and how the others are refused.
+//! glTF extensions: supported and refused ones.
 
 use super::files::{Gltf, corners, notes, square};
 use common::scene::Scene;
@@ -10,8 +10,8 @@ fn scene(gltf: &Gltf) -> Scene {
     gltf.load().expect("a scene")
 }
 
-/// The square with positions of integers, three to a vertex and a fourth that says nothing.
-fn quantized(bytes: &[u8], kind: u32, normalized: bool) -> Gltf {
+/// Returns the square with integer positions, padded to four components.
+fn quantized_square(bytes: &[u8], kind: u32, normalized: bool) -> Gltf {
     let stride = bytes.len() / 4;
     square()
         .view(bytes)
@@ -24,7 +24,7 @@ fn quantized(bytes: &[u8], kind: u32, normalized: bool) -> Gltf {
 }
 
 #[test]
-fn quantized_positions() {
+fn quantized_positions_are_decoded() {
     let expected = corners(&scene(&square()));
     let quad = [[0_i16, 0], [1, 0], [1, 1], [0, 1]];
     let bytes = |one: i16| -> Vec<u8> {
@@ -45,7 +45,7 @@ fn quantized_positions() {
         (words(1), 5123, false),
         (words(-1), 5123, true),
     ] {
-        let scene = scene(&quantized(&bytes, kind, normalized));
+        let scene = scene(&quantized_square(&bytes, kind, normalized));
         assert_eq!(corners(&scene), expected, "{kind} {normalized}");
         let steps = match (kind, normalized) {
             (_, false) => 1.0,
@@ -58,17 +58,14 @@ fn quantized_positions() {
     }
     // −128 is no less than −1.
     let low = [0x80_u8, 0, 0, 0, 127, 0, 0, 0, 127, 127, 0, 0, 0, 127, 0, 0];
-    let scene = scene(&quantized(&low, 5120, true));
+    let scene = scene(&quantized_square(&low, 5120, true));
     assert_eq!(scene.faces[0].corners[0].x, -1.0);
 }
 
-/// The square under a light of its own node.
-fn under(light: serde_json::Value) -> Gltf {
+/// The square square_under_light a light of its own node.
+fn square_under_light(light: serde_json::Value) -> Gltf {
     square()
-        .set(
-            "/extensions",
-            json!({"KHR_lights_punctual": {"lights": [light]}}),
-        )
+        .set("/extensions", json!({"KHR_lights_punctual": {"lights": [light]}}))
         .set("/extensionsRequired", json!(["KHR_lights_punctual"]))
         .set(
             "/nodes/-",
@@ -77,46 +74,38 @@ fn under(light: serde_json::Value) -> Gltf {
         .set("/scenes/0/nodes", json!([0, 1]))
 }
 
-fn power(scene: &Scene) -> DVec3 {
+fn emitted_power(scene: &Scene) -> DVec3 {
     let faces = scene.faces.iter();
     faces.map(|f| f.emission.as_dvec3() * f.area()).sum()
 }
 
 #[test]
-fn points_and_spots_are_lamps_of_their_power() {
-    let point =
-        under(json!({"type": "point", "name": "bulb", "intensity": 2, "color": [1, 0.5, 0]}));
+fn point_and_spot_lights_become_lamps_of_equal_power() {
+    let point = square_under_light(json!({"type": "point", "name": "bulb", "intensity": 2, "color": [1, 0.5, 0]}));
     let lit = scene(&point);
     assert_eq!(lit.faces.len(), 22);
     let expected = 4.0 * PI * 2.0 * DVec3::new(1.0, 0.5, 0.0);
-    assert!((power(&lit) - expected).length() < 1e-5 * expected.length());
+    assert!((emitted_power(&lit) - expected).length() < 1e-5 * expected.length());
     for lamp in &lit.faces[2..] {
         assert_eq!((lamp.name.as_str(), lamp.reflectance), ("bulb", Vec3::ZERO));
         let out = lamp.corners[0] - DVec3::new(0.5, 0.5, 1.0);
         assert!(out.dot(lamp.vector_area()) > 0.0 && out.length() < 0.01);
     }
     assert_eq!(notes(&lit, "a candela taken as 1 W/sr: bulb").len(), 1);
-    let spot = under(
-        json!({"type": "spot", "spot": {"outerConeAngle": PI / 2.0, "innerConeAngle": PI / 2.0}}),
-    );
+    let spot =
+        square_under_light(json!({"type": "spot", "spot": {"outerConeAngle": PI / 2.0, "innerConeAngle": PI / 2.0}}));
     let lit = scene(&spot);
     assert_eq!(lit.faces.len(), 3);
-    assert!((power(&lit) - DVec3::splat(2.0 * PI)).length() < 1e-5);
-    assert!(
-        lit.faces[2].vector_area().normalize().z < -0.999,
-        "it looks along −z"
-    );
+    assert!((emitted_power(&lit) - DVec3::splat(2.0 * PI)).length() < 1e-5);
+    assert!(lit.faces[2].vector_area().normalize().z < -0.999, "it looks along −z");
     assert_eq!(notes(&lit, "without a cone: light 0").len(), 1);
 }
 
 #[test]
-fn what_has_no_place_is_refused_by_name() {
-    let sun = under(json!({"type": "directional", "name": "sun"})).error();
+fn unsupported_lights_and_extensions_are_refused() {
+    let sun = square_under_light(json!({"type": "directional", "name": "sun"})).error();
     assert!(sun.starts_with("a.glb: light 0: is directional"), "{sun}");
-    let missing = square().set(
-        "/nodes/0/extensions",
-        json!({"KHR_lights_punctual": {"light": 3}}),
-    );
+    let missing = square().set("/nodes/0/extensions", json!({"KHR_lights_punctual": {"light": 3}}));
     assert_eq!(missing.error(), "a.glb: light 3: does not exist");
     for (name, instead) in [
         ("KHR_draco_mesh_compression", "Compression off"),
@@ -126,10 +115,10 @@ fn what_has_no_place_is_refused_by_name() {
     ] {
         let error = square().set("/extensionsRequired", json!([name])).error();
         assert!(error.contains(name) && error.contains(instead), "{error}");
-        // One that a file can do without is only told.
+        // An optional extension only leads to a note.
         let used = json!([name, "KHR_materials_unlit"]);
         let read = scene(&square().set("/extensionsUsed", used));
-        let told = format!("extensions that are not read: {name}");
-        assert_eq!(notes(&read, "extensions"), [told]);
+        let expected = format!("extensions that are not read: {name}");
+        assert_eq!(notes(&read, "extensions"), [expected]);
     }
 }

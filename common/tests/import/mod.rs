@@ -1,4 +1,4 @@
-//! Import of OBJ, MTL, glTF and GLB: what each feature becomes, and what each fault is told as.
+//! Import of OBJ, MTL, glTF and GLB: features and messages for faults.
 
 mod damage;
 mod data;

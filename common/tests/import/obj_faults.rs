@@ -1,25 +1,25 @@
-//! What each fault of an OBJ or MTL file is told as.
+//! Messages for faults of OBJ and MTL files.
 
 use super::files::Folder;
 use std::fs;
 
-const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+const SQUARE_VERTICES: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// The error of an OBJ with this text.
+/// Returns the error of an OBJ with this text.
 fn error(text: impl AsRef<[u8]>) -> String {
     Folder::new().with("a.obj", text).error("a.obj")
 }
 
-/// The error of a face whose material has these lines.
+/// Returns the error of a face whose material has these lines.
 fn material_error(lines: &str) -> String {
-    let text = format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1 2 3 4\n");
+    let text = format!("mtllib a.mtl\n{SQUARE_VERTICES}usemtl m\nf 1 2 3 4\n");
     Folder::new()
         .with("a.obj", text)
         .with("a.mtl", format!("newmtl m\n{lines}"))
         .error("a.obj")
 }
 
-fn begins(error: String, expected: &str) {
+fn assert_begins(error: String, expected: &str) {
     assert!(
         error.starts_with(expected),
         "`{error}` does not begin with `{expected}`"
@@ -27,22 +27,16 @@ fn begins(error: String, expected: &str) {
 }
 
 #[test]
-fn geometry() {
+fn invalid_geometry_is_refused() {
     let faults = [
         ("", "a.obj: is empty"),
         (" \n\n", "a.obj: is empty"),
         ("# nothing\n", "a.obj: has no faces"),
         ("v 0 0 0\nl 1 1\n", "a.obj: has no faces"),
         ("v 0 0\n", "a.obj: line 1: a vertex needs three numbers"),
-        (
-            "\n\nv 0 0 x\n",
-            "a.obj: line 3: a vertex needs three numbers",
-        ),
+        ("\n\nv 0 0 x\n", "a.obj: line 3: a vertex needs three numbers"),
         ("v 1 1 1 0\n", "a.obj: line 1: a vertex has the weight 0"),
-        (
-            "v 1 1 1 0 0 0 0\n",
-            "a.obj: line 1: a vertex has too many numbers",
-        ),
+        ("v 1 1 1 0 0 0 0\n", "a.obj: line 1: a vertex has too many numbers"),
         (
             "Sg one\nf 1 2 5\ng two\nv 0 0 9\nf 1 2 3\n",
             "a.obj: line 6: a corner of this face is a vertex that does not",
@@ -83,65 +77,59 @@ fn geometry() {
             "Sv 0 1e999 0\nf 1 2 5\n",
             "a.obj: face 1 (line 6): a corner is not a finite number",
         ),
-        (
-            "Sf 1 1 2\nf 3 3 3 3\n",
-            "a.obj: none of its 2 faces has an area",
-        ),
+        ("Sf 1 1 2\nf 3 3 3 3\n", "a.obj: none of its 2 faces has an area"),
     ];
     for (text, expected) in faults {
-        begins(error(text.replacen('S', SQUARE, 1)), expected);
+        assert_begins(error(text.replacen('S', SQUARE_VERTICES, 1)), expected);
     }
 }
 
 #[test]
-fn too_many_corners() {
+fn too_many_corners_are_refused() {
     let corners: String = (0..2000).map(|k| format!(" {}", k % 4 + 1)).collect();
-    begins(
-        error(format!("{SQUARE}f{corners}\n")),
+    assert_begins(
+        error(format!("{SQUARE_VERTICES}f{corners}\n")),
         "a.obj: face 1 (line 5): has 2000 corners",
     );
 }
 
 #[test]
-fn text() {
-    begins(
-        error(b"v 0 0 0\n# caf\xe9\n"),
-        "a.obj: line 2: is not UTF-8",
-    );
-    begins(error(b"v 0 0 0\n\x7fELF\0\0\0"), "a.obj: line 2: is binary");
+fn binary_and_non_utf8_files_are_refused() {
+    assert_begins(error(b"v 0 0 0\n# caf\xe9\n"), "a.obj: line 2: is not UTF-8");
+    assert_begins(error(b"v 0 0 0\n\x7fELF\0\0\0"), "a.obj: line 2: is binary");
 }
 
 #[test]
-fn library() {
-    begins(
+fn invalid_library_lines_are_refused() {
+    assert_begins(
         error("\nmtllib b.mtl\n"),
         "a.obj: line 2: the material file b.mtl cannot be read: there is no such file; put it",
     );
-    begins(error("mtllib\n"), "a.obj: line 1: mtllib names no file");
-    begins(
+    assert_begins(error("mtllib\n"), "a.obj: line 1: mtllib names no file");
+    assert_begins(
         error("mtllib .\n"),
         "a.obj: line 1: the material file . cannot be read: it is a directory",
     );
-    begins(error("usemtl\n"), "a.obj: line 1: usemtl names no material");
-    begins(
+    assert_begins(error("usemtl\n"), "a.obj: line 1: usemtl names no material");
+    assert_begins(
         error("usemtl white\n"),
         "a.obj: line 1: material white is not defined before this line",
     );
     let late = Folder::new()
         .with("a.obj", "usemtl a\nmtllib a.mtl\n")
         .with("a.mtl", "newmtl a\nKd 0.5\n");
-    begins(
+    assert_begins(
         late.error("a.obj"),
         "a.obj: line 1: material a is not defined before this line",
     );
     let binary = Folder::new()
         .with("a.obj", "mtllib a.mtl\n")
         .with("a.mtl", "newmtl a\n\0");
-    begins(binary.error("a.obj"), "a.mtl: line 2: is binary");
+    assert_begins(binary.error("a.obj"), "a.mtl: line 2: is binary");
 }
 
 #[test]
-fn materials() {
+fn invalid_materials_are_refused() {
     let faults = [
         (
             "Kd 1.1 1 1\n",
@@ -151,18 +139,9 @@ fn materials() {
             "Kd 0.5 0.5 -0.1\n",
             "a.mtl: material m: reflectance Kd 0.5 0.5 -0.1 must be",
         ),
-        (
-            "Kd nan 0 0\n",
-            "a.mtl: material m: reflectance Kd NaN 0 0 must be",
-        ),
-        (
-            "Ke 0 -1 0\n",
-            "a.mtl: material m: emitted radiance Ke 0 -1 0 must be",
-        ),
-        (
-            "Ke inf 0 0\n",
-            "a.mtl: material m: emitted radiance Ke inf 0 0 must be",
-        ),
+        ("Kd nan 0 0\n", "a.mtl: material m: reflectance Kd NaN 0 0 must be"),
+        ("Ke 0 -1 0\n", "a.mtl: material m: emitted radiance Ke 0 -1 0 must be"),
+        ("Ke inf 0 0\n", "a.mtl: material m: emitted radiance Ke inf 0 0 must be"),
         (
             "Kd 0.5\nmap_Kd wood.png\n",
             "a.mtl: material m: map_Kd wood.png cannot be read: there is no such file",
@@ -175,44 +154,31 @@ fn materials() {
         ("\nKe 1 2\n", "a.mtl: line 3: Ke needs three numbers"),
         ("Kd red\n", "a.mtl: line 2: cannot be understood"),
         ("Kd 0.5 0.5 half\n", "a.mtl: line 2: cannot be understood"),
-        (
-            "Kd spectral paint.rfl\n",
-            "a.mtl: line 2: Kd needs three numbers",
-        ),
-        (
-            "Kd xyz 0.5 0.5 0.5\n",
-            "a.mtl: line 2: Kd can only be given as RGB",
-        ),
+        ("Kd spectral paint.rfl\n", "a.mtl: line 2: Kd needs three numbers"),
+        ("Kd xyz 0.5 0.5 0.5\n", "a.mtl: line 2: Kd can only be given as RGB"),
         ("Kd 0.5\nnewmtl\n", "a.mtl: line 3: a material needs a name"),
     ];
     for (lines, expected) in faults {
-        begins(material_error(lines), expected);
+        assert_begins(material_error(lines), expected);
     }
 }
 
 #[test]
-fn files() {
+fn unreadable_files_are_refused() {
     let folder = Folder::new();
-    begins(
-        folder.error("a.obj"),
-        "a.obj: cannot be read: there is no such file",
-    );
+    assert_begins(folder.error("a.obj"), "a.obj: cannot be read: there is no such file");
     fs::create_dir(folder.path("b.obj")).expect("a folder");
-    begins(
-        folder.error("b.obj"),
-        "b.obj: cannot be read: it is a directory",
-    );
+    assert_begins(folder.error("b.obj"), "b.obj: cannot be read: it is a directory");
     folder.put("c.txt", "v 0 0 0\n");
-    begins(
+    assert_begins(
         folder.error("c.txt"),
         "c.txt: is of no known type: give an .obj, a .gltf or a .glb",
     );
     folder.put("d.glb", "v 0 0 0\n");
-    begins(folder.error("d.glb"), "d.glb: does not begin as glTF does");
+    assert_begins(folder.error("d.glb"), "d.glb: does not begin as glTF does");
     #[cfg(unix)]
-    if let Err(error) = common::import::load(std::path::Path::new("/dev/zero"), &Default::default())
-    {
-        begins(
+    if let Err(error) = common::import::load_scene(std::path::Path::new("/dev/zero"), &Default::default()) {
+        assert_begins(
             error.to_string(),
             "/dev/zero: cannot be read: it is not an ordinary file",
         );

@@ -1,8 +1,8 @@
-//! What varies over a face, texel by texel: textures, as they are moved, and the colours of vertices.
+//! Variation over a face, texel by texel: textures with their transforms, and vertex colours.
 
 use super::files::{Folder, Gltf, notes, square};
-use super::textures::{close, embedded, picture, textured};
-use common::import::{ImportOptions, load};
+use super::textures::{assert_close, embedded_image, picture_bytes, textured_square};
+use common::import::{ImportOptions, load_scene};
 use common::mesh::Mesh;
 use common::scene::{Scene, Shape};
 use glam::Vec3;
@@ -14,92 +14,82 @@ const GREEN: [f32; 3] = [0., 0.25, 0.];
 const BLUE: [f32; 3] = [0., 0., 0.125];
 const BLACK: [f32; 3] = [0.; 3];
 
-/// The file with its triangles joined.
-fn joined(gltf: &Gltf, two_sided: bool) -> Scene {
+/// Loads the file with its triangles joined.
+fn load_joined(gltf: &Gltf, two_sided: bool) -> Scene {
     let folder = Folder::new().with("a.glb", gltf.glb());
     let options = ImportOptions {
         join_quads: true,
         two_sided,
         ..Default::default()
     };
-    load(&folder.path("a.glb"), &options).expect("a scene")
+    load_scene(&folder.path("a.glb"), &options).expect("a scene")
 }
 
-/// ρ of the texels of face `f`, n×n a face, in the face's order.
-fn texels(scene: &Scene, f: u32, n: u32) -> Vec<Vec3> {
+/// Returns the reflectance of the texels of face `f`, n×n per face, in texel order.
+fn texel_reflectances(scene: &Scene, f: u32, n: u32) -> Vec<Vec3> {
     let mesh = Mesh::uniform(scene, n, 1).expect("a mesh");
     let own = mesh.texels.iter().filter(|texel| texel.face == f);
     own.map(|texel| texel.reflectance).collect()
 }
 
-/// The square with a colour at each corner, four floats each.
-fn coloured(colours: [[f32; 4]; 4]) -> Gltf {
+/// Returns the square with an RGBA colour at each corner.
+fn coloured_square(colours: [[f32; 4]; 4]) -> Gltf {
     square().attribute("COLOR_0", "VEC4", colours.as_flattened())
 }
 
 #[test]
-fn texels_have_the_means_of_their_pixels() {
+fn texel_reflectance_is_mean_of_its_pixels() {
     // Texel (0, 0) is at the lower left, and the picture has blue there.
-    let scene = joined(&textured(embedded(), [0., 0.], [1., 1.]), true);
-    let found = texels(&scene, 0, 2);
+    let scene = load_joined(&textured_square(embedded_image(), [0., 0.], [1., 1.]), true);
+    let found = texel_reflectances(&scene, 0, 2);
     for (found, expected) in found.iter().zip([BLUE, BLACK, RED, GREEN]) {
-        close(*found, expected);
+        assert_close(*found, expected);
     }
     // Seen from behind, corner 1 is what corner 3 was.
-    for (found, expected) in texels(&scene, 1, 2).iter().zip([BLUE, RED, BLACK, GREEN]) {
-        close(*found, expected);
+    for (found, expected) in texel_reflectances(&scene, 1, 2).iter().zip([BLUE, RED, BLACK, GREEN]) {
+        assert_close(*found, expected);
     }
     // A third of the way across lies between pixels: the middle one has a part of each.
-    let middle = texels(&scene, 0, 3)[4];
-    close(middle, [0.125, 0.0625, 0.031_25]);
-    close(texels(&scene, 0, 1)[0], scene.faces[0].reflectance.into());
+    let middle = texel_reflectances(&scene, 0, 3)[4];
+    assert_close(middle, [0.125, 0.0625, 0.031_25]);
+    assert_close(texel_reflectances(&scene, 0, 1)[0], scene.faces[0].reflectance.into());
 }
 
 #[test]
-fn a_texture_is_moved_before_it_is_cut() {
+fn texture_transform_applies_to_texels() {
     let info = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions";
     let with = |transform| {
-        let gltf = textured(embedded(), [0., 0.], [1., 1.]);
-        let scene = joined(
-            &gltf.set(info, json!({"KHR_texture_transform": transform})),
-            false,
-        );
-        texels(&scene, 0, 2)
+        let gltf = textured_square(embedded_image(), [0., 0.], [1., 1.]);
+        let scene = load_joined(&gltf.set(info, json!({"KHR_texture_transform": transform})), false);
+        texel_reflectances(&scene, 0, 2)
     };
-    // Half a picture to the right: what was left is right.
+    // Shifted by half a picture: texels of the left half now show the right half.
     let moved = with(json!({"offset": [0.5, 0]}));
     for (found, expected) in moved.iter().zip([BLACK, BLUE, GREEN, RED]) {
-        close(*found, expected);
+        assert_close(*found, expected);
     }
     // Twice as often: every texel has all of it.
     for found in with(json!({"scale": [2, 2]})) {
-        close(found, [0.125, 0.0625, 0.031_25]);
+        assert_close(found, [0.125, 0.0625, 0.031_25]);
     }
     // (u, v) becomes (v, −u): the corners of texel (0, 0) come to lie at (½…1, −½…0).
     let turned = with(json!({"rotation": PI / 2.0}));
     for (found, expected) in turned.iter().zip([BLACK, GREEN, BLUE, RED].map(|c| c)) {
-        close(*found, expected);
+        assert_close(*found, expected);
     }
 }
 
 #[test]
-fn light_varies_as_well() {
-    let gltf = textured(embedded(), [0., 0.], [1., 1.])
+fn emission_texture_varies_over_texels() {
+    let gltf = textured_square(embedded_image(), [0., 0.], [1., 1.])
         .set("/materials/0/emissiveFactor", json!([1, 0.5, 1]))
-        .set(
-            "/materials/0/emissiveTexture",
-            json!({"index": 0, "texCoord": 1}),
-        );
-    let scene = joined(&gltf, false);
+        .set("/materials/0/emissiveTexture", json!({"index": 0, "texCoord": 1}));
+    let scene = load_joined(&gltf, false);
     let mesh = Mesh::uniform(&scene, 2, 1).expect("a mesh");
-    let found: Vec<Vec3> = mesh
-        .texels
-        .iter()
-        .map(|texel| texel.emission / PI)
-        .collect();
+    let found: Vec<Vec3> = mesh.texels.iter().map(|texel| texel.emission / PI).collect();
     let expected = [[0., 0., 1.], [0.; 3], [1., 0., 0.], [0., 0.5, 0.]];
     for (found, expected) in found.iter().zip(expected) {
-        close(*found, expected);
+        assert_close(*found, expected);
     }
     // What was replaced does not vary; the light still does.
     let folder = Folder::new().with("a.glb", gltf.glb());
@@ -108,54 +98,47 @@ fn light_varies_as_well() {
         reflectance: Some(Vec3::splat(0.25)),
         ..Default::default()
     };
-    let given = load(&folder.path("a.glb"), &options).expect("a scene");
+    let given = load_scene(&folder.path("a.glb"), &options).expect("a scene");
     let mesh = Mesh::uniform(&given, 2, 1).expect("a mesh");
-    assert!(
-        mesh.texels
-            .iter()
-            .all(|t| t.reflectance == Vec3::splat(0.25))
-    );
+    assert!(mesh.texels.iter().all(|t| t.reflectance == Vec3::splat(0.25)));
     assert!(mesh.texels[0].emission != mesh.texels[1].emission);
 }
 
 #[test]
-fn colours_of_vertices_are_linear_between_them() {
+fn vertex_colours_interpolate_linearly() {
     let [r, g, b] = [[1., 0., 0., 1.], [0., 1., 0., 1.], [0., 0., 1., 0.5]];
-    let scene = coloured([r, g, b, b]).load().expect("a scene");
+    let scene = coloured_square([r, g, b, b]).load().expect("a scene");
     assert_eq!(notes(&scene, "colour"), [""; 0]);
     // Each corner weighs a third of the first triangle.
-    close(
-        scene.faces[0].reflectance,
-        [0.5 / 3.0, 0.25 / 3.0, 0.125 / 3.0],
-    );
+    assert_close(scene.faces[0].reflectance, [0.5 / 3.0, 0.25 / 3.0, 0.125 / 3.0]);
     // Of its four parts, those at corners weigh these by ⅔, the middle one all three alike.
-    let found = texels(&scene, 0, 2);
+    let found = texel_reflectances(&scene, 0, 2);
     let of = |[r, g, b]: [f32; 3]| [0.5 * r / 6.0, 0.25 * g / 6.0, 0.125 * b / 6.0];
     let expected = [[4., 1., 1.], [2., 2., 2.], [1., 4., 1.], [1., 1., 4.]].map(of);
     for (found, expected) in found.iter().zip(expected) {
-        close(*found, expected);
+        assert_close(*found, expected);
     }
 }
 
 #[test]
-fn colours_do_without_a_material_and_stay_below_white() {
+fn vertex_colours_without_material_stay_below_white() {
     let [white, grey] = [[1.; 4], [0.5, 0.5, 0.5, 1.]];
-    let bare = |colours| coloured(colours).remove("/meshes/0/primitives/0/material");
+    let bare = |colours| coloured_square(colours).remove("/meshes/0/primitives/0/material");
     let even = bare([white; 4]).load().expect("a scene");
     assert_eq!(even.faces[0].reflectance, Vec3::splat(0.95));
     assert!(!even.is_painted());
     let scene = bare([white, grey, grey, grey]).load().expect("a scene");
-    close(scene.faces[0].reflectance, [(0.95 + 1.0) / 3.0; 3]);
+    assert_close(scene.faces[0].reflectance, [(0.95 + 1.0) / 3.0; 3]);
     assert_eq!(notes(&scene, "reflect all light in places").len(), 1);
     // Beyond 1 is 1.
     let beyond = bare([[7., 7., 7., 1.]; 4]).load().expect("a scene");
     assert_eq!(beyond.faces[0].reflectance, Vec3::splat(0.95));
-    let odd = coloured([white; 4]).set("/accessors/2/type", json!("SCALAR"));
+    let odd = coloured_square([white; 4]).set("/accessors/2/type", json!("SCALAR"));
     assert!(odd.error().contains("accessor 2 (colours) is of type"));
 }
 
 #[test]
-fn no_quad_is_joined_over_a_seam() {
+fn triangles_are_not_joined_over_a_seam() {
     // Six vertices: those of the second triangle that it shares with the first are black.
     let on = |second: f32| {
         let corners = [[0., 0.], [1., 0.], [1., 1.], [0., 0.], [1., 1.], [0., 1.]];
@@ -173,7 +156,7 @@ fn no_quad_is_joined_over_a_seam() {
             .remove("/meshes/0/primitives/0/indices")
             .set("/meshes/0/primitives/0/attributes/POSITION", json!(2))
             .set("/meshes/0/primitives/0/attributes/COLOR_0", json!(3));
-        joined(&gltf, false)
+        load_joined(&gltf, false)
     };
     assert_eq!(on(1.0).faces[0].shape, Shape::Quad);
     let seam = on(0.0);
@@ -182,31 +165,31 @@ fn no_quad_is_joined_over_a_seam() {
 }
 
 #[test]
-fn a_texture_of_an_obj_is_cut_as_well() {
+fn obj_texture_varies_over_texels() {
     // A quad, and a pentagon that becomes triangles: each of them has its own part.
     let text = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 2 0\nv -1 1 0\n\
         vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\nf 1/1 2/2 3/3 5/4 6/4\n";
     let folder = Folder::new()
         .with("a.obj", text)
         .with("a.mtl", "newmtl a\nKd 0.5 0.25 0.125\nmap_Kd a.png\n")
-        .with("a.png", picture());
+        .with("a.png", picture_bytes());
     let scene = folder.load("a.obj").expect("a scene");
-    for (found, expected) in texels(&scene, 0, 2).iter().zip([BLUE, BLACK, RED, GREEN]) {
-        close(*found, expected);
+    for (found, expected) in texel_reflectances(&scene, 0, 2).iter().zip([BLUE, BLACK, RED, GREEN]) {
+        assert_close(*found, expected);
     }
-    let pieces: Vec<_> = scene.faces.iter().filter(|f| f.from == Some(1)).collect();
+    let pieces: Vec<_> = scene.faces.iter().filter(|f| f.input_face == Some(1)).collect();
     assert_eq!(pieces.len(), 3);
     // The first lies below the picture's diagonal, the last on its upper left corner and left side.
-    close(pieces[0].reflectance, [0., 0.0625, 0.031_25]);
+    assert_close(pieces[0].reflectance, [0., 0.0625, 0.031_25]);
     assert!(pieces[0].paint.is_some());
     let other = |f: &&&common::scene::Face| f.reflectance != pieces[0].reflectance;
     assert!(pieces.iter().any(|f| other(&f)));
 }
 
 #[test]
-fn one_pixel_is_no_paint() {
+fn even_texture_gives_no_paint() {
     // Of a palette each face has one colour.
-    let scene = joined(&textured(embedded(), [0.1, 0.1], [0.4, 0.4]), false);
-    close(scene.faces[0].reflectance, RED);
+    let scene = load_joined(&textured_square(embedded_image(), [0.1, 0.1], [0.4, 0.4]), false);
+    assert_close(scene.faces[0].reflectance, RED);
     assert!(!scene.is_painted());
 }

@@ -1,7 +1,7 @@
-//! Textures: what their means over faces and texels become, wherever their pictures lie.
+//! Textures of constant faces: means, transforms, wrap modes and locations of pictures.
 
 use super::files::{Folder, Gltf, base64, notes, square};
-use common::import::{ImportOptions, load};
+use common::import::{ImportOptions, load_scene};
 use common::scene::Scene;
 use glam::Vec3;
 use image::{ImageFormat, Rgb, RgbImage};
@@ -10,7 +10,7 @@ use std::f32::consts::PI;
 use std::io::Cursor;
 
 /// Two by two pixels: red and green above, blue and black below.
-pub fn picture() -> Vec<u8> {
+pub fn picture_bytes() -> Vec<u8> {
     let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0]];
     let image = RgbImage::from_fn(2, 2, |x, y| Rgb(colours[(x + 2 * y) as usize]));
     let mut bytes = Cursor::new(Vec::new());
@@ -18,9 +18,9 @@ pub fn picture() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// The square with texture coordinates as set 1: its corners are those of the rectangle from `low` to `high`,
+/// Returns the square with texture coordinates as set 1: its corners are those of the rectangle from `low` to `high`,
 /// corner 0 at the lower left of the picture as seen.
-pub fn textured(image: Value, [left, top]: [f32; 2], [right, bottom]: [f32; 2]) -> Gltf {
+pub fn textured_square(image: Value, [left, top]: [f32; 2], [right, bottom]: [f32; 2]) -> Gltf {
     let places = [[left, bottom], [right, bottom], [right, top], [left, top]];
     square()
         .attribute("TEXCOORD_1", "VEC2", places.as_flattened())
@@ -32,11 +32,11 @@ pub fn textured(image: Value, [left, top]: [f32; 2], [right, bottom]: [f32; 2]) 
         )
 }
 
-pub fn embedded() -> Value {
-    json!({"uri": format!("data:image/png;base64,{}", base64(&picture()))})
+pub fn embedded_image() -> Value {
+    json!({"uri": format!("data:image/png;base64,{}", base64(&picture_bytes()))})
 }
 
-pub fn close(found: Vec3, expected: [f32; 3]) {
+pub fn assert_close(found: Vec3, expected: [f32; 3]) {
     assert!(
         (found - Vec3::from(expected)).length() < 1e-6,
         "{found} instead of {expected:?}"
@@ -48,75 +48,68 @@ fn scene(gltf: &Gltf) -> Scene {
 }
 
 #[test]
-fn a_face_has_the_mean_of_its_texture() {
+fn face_reflectance_is_mean_of_its_texture() {
     // Below the diagonal lie half of red, all of black and half of blue: (½, 0, ½, 1) of two pixels.
-    let scene = scene(&textured(embedded(), [0., 0.], [1., 1.]));
+    let scene = scene(&textured_square(embedded_image(), [0., 0.], [1., 1.]));
     let mean = |r: f32, g: f32, b: f32| [0.5 * r, 0.25 * g, 0.125 * b];
-    close(scene.faces[0].reflectance, mean(0.0, 0.25, 0.25));
-    close(scene.faces[1].reflectance, mean(0.5, 0.25, 0.25));
+    assert_close(scene.faces[0].reflectance, mean(0.0, 0.25, 0.25));
+    assert_close(scene.faces[1].reflectance, mean(0.5, 0.25, 0.25));
     assert!(scene.notes.is_empty() && scene.is_painted());
 }
 
 #[test]
-fn pictures_may_lie_anywhere() {
+fn pictures_are_read_from_buffers_and_files() {
     let [low, high] = [[0., 0.], [0.5, 0.5]];
     let red = [0.5, 0., 0.];
-    let within = textured(json!({"bufferView": 3, "mimeType": "image/png"}), low, high);
-    let within = within.view(&picture());
-    close(scene(&within).faces[0].reflectance, red);
-    let beside = textured(json!({"uri": "a%20b.png"}), low, high);
+    let within = textured_square(json!({"bufferView": 3, "mimeType": "image/png"}), low, high);
+    let within = within.view(&picture_bytes());
+    assert_close(scene(&within).faces[0].reflectance, red);
+    let beside = textured_square(json!({"uri": "a%20b.png"}), low, high);
     let folder = Folder::new()
         .with("a.glb", beside.glb())
-        .with("a b.png", picture());
+        .with("a b.png", picture_bytes());
     let scene = folder.load("a.glb").expect("a scene");
-    close(scene.faces[0].reflectance, red);
+    assert_close(scene.faces[0].reflectance, red);
 }
 
 #[test]
-fn textures_are_moved_and_wrapped() {
+fn texture_transform_and_wrap_modes_apply() {
     let info = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions";
     let with = |transform: Value| {
-        textured(embedded(), [0., 0.], [0.5, 0.5])
-            .set(info, json!({"KHR_texture_transform": transform}))
+        textured_square(embedded_image(), [0., 0.], [0.5, 0.5]).set(info, json!({"KHR_texture_transform": transform}))
     };
     let first = |gltf: &Gltf| scene(gltf).faces[0].reflectance;
-    close(first(&with(json!({"offset": [0.5, 0]}))), [0., 0.25, 0.]);
-    close(
+    assert_close(first(&with(json!({"offset": [0.5, 0]}))), [0., 0.25, 0.]);
+    assert_close(
         first(&with(json!({"scale": [1, 1], "offset": [1, 0.5]}))),
         [0., 0., 0.125],
     );
-    close(
-        first(&with(json!({"texCoord": 0}))),
-        [0.125, 0.0625, 0.031_25],
-    );
+    assert_close(first(&with(json!({"texCoord": 0}))), [0.125, 0.0625, 0.031_25]);
     // A quarter turn, counter-clockwise as seen: (x, y) goes to (y, −x), above the picture.
     let turned = with(json!({"rotation": PI / 2.0}));
-    close(first(&turned), [0., 0., 0.125]);
+    assert_close(first(&turned), [0., 0., 0.125]);
     let clamped = turned
         .set("/samplers", json!([{"wrapS": 33071, "wrapT": 33071}]))
         .set("/textures/0/sampler", json!(0));
-    close(first(&clamped), [0.5, 0., 0.]);
+    assert_close(first(&clamped), [0.5, 0., 0.]);
 }
 
 #[test]
-fn light_may_have_a_texture() {
-    let gltf = textured(embedded(), [0.5, 0.], [1., 0.5])
+fn emission_may_have_a_texture() {
+    let gltf = textured_square(embedded_image(), [0.5, 0.], [1., 0.5])
         .set("/materials/0/emissiveFactor", json!([1, 0.5, 1]))
-        .set(
-            "/materials/0/emissiveTexture",
-            json!({"index": 0, "texCoord": 1}),
-        );
-    close(scene(&gltf).faces[1].emission, [0., 0.5 * PI, 0.]);
+        .set("/materials/0/emissiveTexture", json!({"index": 0, "texCoord": 1}));
+    assert_close(scene(&gltf).faces[1].emission, [0., 0.5 * PI, 0.]);
 }
 
 #[test]
-fn a_picture_that_is_none_is_named() {
-    let beside = textured(json!({"uri": "a.png"}), [0., 0.], [1., 1.]).glb();
+fn unreadable_picture_is_named() {
+    let beside = textured_square(json!({"uri": "a.png"}), [0., 0.], [1., 1.]).glb();
     let folder = Folder::new().with("a.glb", &beside);
     let told = |folder: &Folder| folder.error("a.glb");
     let missing = "a.glb: material grey: image 0 a.png cannot be read: there is no such file";
     assert_eq!(told(&folder), missing);
-    let bytes = picture();
+    let bytes = picture_bytes();
     for (bytes, what) in [
         (&bytes[..bytes.len() - 20], "image a.png cannot be decoded"),
         (&b"GIF89a"[..], "image a.png is neither PNG nor JPEG"),
@@ -124,42 +117,39 @@ fn a_picture_that_is_none_is_named() {
     ] {
         folder.put("a.png", bytes);
         let error = told(&folder);
-        assert!(
-            error.starts_with(&format!("a.glb: material grey: {what}")),
-            "{error}"
-        );
+        assert!(error.starts_with(&format!("a.glb: material grey: {what}")), "{error}");
     }
-    let outside = textured(json!({"bufferView": 9}), [0., 0.], [1., 1.]).error();
+    let outside = textured_square(json!({"bufferView": 9}), [0., 0.], [1., 1.]).error();
     assert!(outside.contains("image 0 uses buffer view 9"), "{outside}");
-    let none = textured(embedded(), [0., 0.], [1., 1.])
+    let none = textured_square(embedded_image(), [0., 0.], [1., 1.])
         .set("/textures/0", json!({}))
         .error();
     assert!(none.contains("a texture has no image"), "{none}");
-    // Where the reflectance is given, nobody asks for it.
+    // A replaced reflectance needs no texture.
     let options = ImportOptions {
         reflectance: Some(Vec3::splat(0.25)),
         ..Default::default()
     };
-    let given = load(&folder.path("a.glb"), &options).expect("a scene");
+    let given = load_scene(&folder.path("a.glb"), &options).expect("a scene");
     assert_eq!(given.faces[0].reflectance, Vec3::splat(0.25));
 }
 
 #[test]
-fn obj_has_them_upside_down() {
+fn obj_texture_v_runs_upwards() {
     let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 0.5 0\nvt .5 .5\nvt 0 .5\n\
         usemtl a\nf 1/1 2/2 3/3 4/4\nf 1/-4 2/-3 3/-2\nusemtl b\nf 1/1 2/2 3/3 4/4\nusemtl a\nf 1 2 3\n";
     let materials = "newmtl a\nKd 0.5 0.5 0.5\nmap_Kd sub\\a b.png\n\
         newmtl b\nmap_Kd -o 0.5 0.5 -s 1 1 1 sub/a b.png\nKe 2 2 2\nmap_Ke sub/a b.png\n";
     let folder = Folder::new().with("a.obj", text).with("a.mtl", materials);
     std::fs::create_dir(folder.path("sub")).expect("a folder");
-    folder.put("sub/a b.png", picture());
+    folder.put("sub/a b.png", picture_bytes());
     let scene = folder.load("a.obj").expect("a scene");
     let found: Vec<_> = scene.faces.iter().map(|f| f.reflectance).collect();
-    close(found[0], [0., 0., 0.5]);
-    close(found[1], [0., 0., 0.5]);
-    close(found[2], [0., 0.95, 0.]);
-    close(found[3], [0.125; 3]);
-    close(scene.faces[2].emission / PI, [0., 0., 2.]);
+    assert_close(found[0], [0., 0., 0.5]);
+    assert_close(found[1], [0., 0., 0.5]);
+    assert_close(found[2], [0., 0.95, 0.]);
+    assert_close(found[3], [0.125; 3]);
+    assert_close(scene.faces[2].emission / PI, [0., 0., 2.]);
     let lost = "textures on faces without coordinates are taken as their mean: materials a";
     assert_eq!(notes(&scene, lost), [lost]);
     assert_eq!(notes(&scene, "materials b reflect all light").len(), 1);

@@ -1,85 +1,85 @@
-//! Sixteen neighbours which receive together: texels, coarser nodes, or open parts of texels. Most lie on
-//! one face; where faces are small, on several that are near each other.
+//! Blocks of sixteen receiver spots, one per lane: texels, coarser nodes, or open parts of texels. Most blocks lie on
+//! one face; small faces that are near each other share blocks.
 
-use crate::rows::lanes::{Lane, Points};
-use crate::rows::receivers::{Frame, LANES};
+use crate::rows::lanes::{LanePoints, LaneValues};
+use crate::rows::receivers::{FaceFrame, LANE_COUNT};
 use common::mesh::Mesh;
-use common::sampling::{coordinate, fold, hash};
+use common::sampling::{fold_triangle, pcg_hash, sample_coordinate};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Blocks of a task: they share what lies between their face and a node.
-const TASK: usize = 32;
-/// The same of blocks on several faces, which share nothing.
-const MIXED: usize = 4;
-/// A face with fewer spots shares its block with its neighbours: for so few no shaft pays.
-const FEW: usize = LANES;
+/// Blocks of a task on one face: they share the occluders between their face and a node.
+const BLOCKS_PER_TASK: usize = 32;
+/// Blocks of a task on several faces, which share nothing.
+const MIXED_BLOCKS_PER_TASK: usize = 4;
+/// A face with fewer spots shares its block with other faces: a shaft costs more than it saves.
+const MIN_FACE_SPOTS: usize = LANE_COUNT;
 
-/// What one lane of a block receives on.
+/// A receiver of one lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
-    /// Its face.
+    /// Number of the face.
     pub face: u32,
-    /// Where the light goes.
+    /// Number of the node whose irradiance this is.
     pub target: u32,
-    /// What of it counts there: the share of a texel's area.
+    /// Share of the node's area.
     pub share: f32,
     /// Outline; a triangle repeats its third corner.
     pub corners: [Vec3; 4],
-    /// Its centre.
+    /// Centre.
     pub centre: Vec3,
 }
 
-/// At most `LANES` spots.
+/// Up to `LANE_COUNT` spots as arrays over lanes.
 #[derive(Clone, Debug)]
-pub struct Block {
-    /// The face of each.
-    pub faces: [u32; LANES],
-    /// How many.
+pub struct ReceiverBlock {
+    /// Face of each spot.
+    pub faces: [u32; LANE_COUNT],
+    /// Number of spots.
     pub count: usize,
-    /// What each lights.
-    pub target: [u32; LANES],
-    /// What of it counts.
-    pub share: [f32; LANES],
-    corners: [[Lane; 3]; 4],
-    centre: [Lane; 3],
-    normal: [Lane; 3],
-    triangles: [bool; LANES],
-    /// No point of a spot is farther from its centre.
+    /// Node of each spot.
+    pub target: [u32; LANE_COUNT],
+    /// Share of that node's area.
+    pub share: [f32; LANE_COUNT],
+    corners: [[LaneValues; 3]; 4],
+    centre: [LaneValues; 3],
+    normal: [LaneValues; 3],
+    triangles: [bool; LANE_COUNT],
+    /// Largest distance of a spot's corner from the spot's centre.
     pub radius: f32,
-    /// The middle of all.
-    pub middle: Vec3,
-    /// No spot reaches farther from it.
+    /// Mean of the centres.
+    pub mean_centre: Vec3,
+    /// Largest distance of a corner from `mean_centre`.
     pub reach: f32,
-    /// The rectangle around them in the frame of the first one's face.
+    /// Lower corner of the rectangle around all spots, in the frame of the first spot's face.
     pub low: Vec2,
-    /// Its other corner.
+    /// Upper corner of that rectangle.
     pub high: Vec2,
 }
 
-impl Block {
-    /// Of 1 to 16 spots.
+impl ReceiverBlock {
+    /// Makes a block of 1 to 16 spots.
     pub fn new(mesh: &Mesh, spots: &[Spot]) -> Self {
-        let frame = Frame::new(&mesh.faces[spots[0].face as usize]);
-        let count = spots.len().min(LANES);
+        let frame = FaceFrame::new(&mesh.faces[spots[0].face as usize]);
+        let count = spots.len().min(LANE_COUNT);
         let mut block = Self {
-            faces: [0; LANES],
+            faces: [0; LANE_COUNT],
             count,
-            target: [0; LANES],
-            share: [0.0; LANES],
-            corners: [[[0.0; LANES]; 3]; 4],
-            centre: [[0.0; LANES]; 3],
-            normal: [[0.0; LANES]; 3],
-            triangles: [false; LANES],
+            target: [0; LANE_COUNT],
+            share: [0.0; LANE_COUNT],
+            corners: [[[0.0; LANE_COUNT]; 3]; 4],
+            centre: [[0.0; LANE_COUNT]; 3],
+            normal: [[0.0; LANE_COUNT]; 3],
+            triangles: [false; LANE_COUNT],
             radius: 0.0,
-            middle: Vec3::ZERO,
+            mean_centre: Vec3::ZERO,
             reach: 0.0,
             low: Vec2::INFINITY,
             high: Vec2::NEG_INFINITY,
         };
-        for l in 0..LANES {
-            // The last one again where there are fewer.
+        for l in 0..LANE_COUNT {
+            // The last spot fills the remaining lanes.
             let spot = &spots[l.min(count - 1)];
             block.faces[l] = spot.face;
             block.target[l] = spot.target;
@@ -94,64 +94,64 @@ impl Block {
             }
             for corner in spot.corners {
                 block.radius = block.radius.max(corner.distance(spot.centre));
-                block.low = block.low.min(frame.of(corner));
-                block.high = block.high.max(frame.of(corner));
+                block.low = block.low.min(frame.project_point(corner));
+                block.high = block.high.max(frame.project_point(corner));
             }
         }
-        block.middle = spots[..count].iter().map(|s| s.centre).sum::<Vec3>() / count as f32;
-        let from = |p: &Vec3| p.distance(block.middle);
+        block.mean_centre = spots[..count].iter().map(|s| s.centre).sum::<Vec3>() / count as f32;
+        let from = |p: &Vec3| p.distance(block.mean_centre);
         let corners = spots[..count].iter().flat_map(|s| s.corners);
         block.reach = corners.map(|c| from(&c)).fold(0.0, f32::max);
         block
     }
 
-    /// The face on which all lie.
-    pub fn face(&self) -> Option<u32> {
+    /// Returns the face of all spots, if they lie on one.
+    pub fn single_face(&self) -> Option<u32> {
         let alike = self.faces.iter().all(|face| *face == self.faces[0]);
         alike.then_some(self.faces[0])
     }
 
-    /// Of lane `l`.
+    /// Returns the normal of lane `l`.
     #[inline(always)]
-    pub fn normal(&self, l: usize) -> Vec3 {
+    pub fn lane_normal(&self, l: usize) -> Vec3 {
         Vec3::new(self.normal[0][l], self.normal[1][l], self.normal[2][l])
     }
 
-    /// Corner `k` of lane `l`.
+    /// Returns corner `k` of lane `l`.
     #[inline(always)]
-    pub fn corner(&self, k: usize, l: usize) -> Vec3 {
+    pub fn lane_corner(&self, k: usize, l: usize) -> Vec3 {
         let [x, y, z] = &self.corners[k];
         Vec3::new(x[l], y[l], z[l])
     }
 
-    /// The centres.
+    /// Returns the centres.
     #[inline(always)]
-    pub fn centres(&self) -> Points {
-        Points::new(self.centre, [1.0; LANES])
+    pub fn centre_points(&self) -> LanePoints {
+        LanePoints::new(self.centre, [1.0; LANE_COUNT])
     }
 
-    /// Place `k` of n×n on each spot.
+    /// Returns point `k` of an n×n grid on each spot.
     #[inline(always)]
-    pub fn placed(&self, k: u32, n: u32) -> Points {
-        self.points(|_, triangle| place_uv(k, n, triangle))
+    pub fn grid_points(&self, k: u32, n: u32) -> LanePoints {
+        self.map_points(|_, triangle| grid_uv(k, n, triangle))
     }
 
-    /// Point `s` of each spot as node `node` sees it.
+    /// Returns sample point `s` of each spot against node `node`.
     #[inline(always)]
-    pub fn sampled(&self, s: u32, node: u32) -> Points {
-        let seed = hash(node);
-        self.points(|l, _| {
-            let first = hash(self.target[l] ^ seed);
-            let second = hash(first);
-            [coordinate(s, 0, first), coordinate(s, 1, second)]
+    pub fn sample_points(&self, s: u32, node: u32) -> LanePoints {
+        let seed = pcg_hash(node);
+        self.map_points(|l, _| {
+            let first = pcg_hash(self.target[l] ^ seed);
+            let second = pcg_hash(first);
+            [sample_coordinate(s, 0, first), sample_coordinate(s, 1, second)]
         })
     }
 
     #[inline(always)]
-    fn points(&self, uv: impl Fn(usize, bool) -> [f32; 2]) -> Points {
-        let (mut at, mut weight) = ([[0.0; LANES]; 3], [1.0; LANES]);
-        for l in 0..LANES {
-            let corners = [0, 1, 2, 3].map(|k| self.corner(k, l));
+    fn map_points(&self, uv: impl Fn(usize, bool) -> [f32; 2]) -> LanePoints {
+        let (mut at, mut weight) = ([[0.0; LANE_COUNT]; 3], [1.0; LANE_COUNT]);
+        for l in 0..LANE_COUNT {
+            let corners = [0, 1, 2, 3].map(|k| self.lane_corner(k, l));
             let triangle = self.triangles[l];
             let (p, own) = spot_point(corners, triangle, uv(l, triangle));
             for axis in 0..3 {
@@ -159,15 +159,15 @@ impl Block {
             }
             weight[l] = own;
         }
-        Points::new(at, weight)
+        LanePoints::new(at, weight)
     }
 }
 
-/// The point (u, v) of a spot, and the area that it stands for over the mean. No branches: lanes ask
-/// together.
+/// Returns the point (u, v) of a spot and the area that it represents, over the mean. Without branches, because
+/// lanes are computed together.
 #[inline(always)]
-fn spot_point([a, b, c, d]: [Vec3; 4], triangle: bool, [u, v]: [f32; 2]) -> (Vec3, f32) {
-    let (fu, fv) = fold(u, v);
+pub fn spot_point([a, b, c, d]: [Vec3; 4], triangle: bool, [u, v]: [f32; 2]) -> (Vec3, f32) {
+    let (fu, fv) = fold_triangle(u, v);
     let low = a * (1.0 - u) + b * u;
     let high = d * (1.0 - u) + c * u;
     let along_u = (b - a) * (1.0 - v) + (c - d) * v;
@@ -179,35 +179,33 @@ fn spot_point([a, b, c, d]: [Vec3; 4], triangle: bool, [u, v]: [f32; 2]) -> (Vec
     if triangle { (folded, 1.0) } else { (quad, own) }
 }
 
-fn is_triangle(spot: &Spot) -> bool {
+/// Returns whether a spot repeats its third corner.
+pub fn is_triangle(spot: &Spot) -> bool {
     spot.corners[2] == spot.corners[3]
 }
 
-/// Place `k` of n×n on a spot.
+/// Returns the (u, v) of point `k` of an n×n grid on a spot.
 #[inline(always)]
-fn place_uv(k: u32, n: u32, triangle: bool) -> [f32; 2] {
+pub fn grid_uv(k: u32, n: u32, triangle: bool) -> [f32; 2] {
     let inset = if triangle { 1.0 / 3.0 } else { 0.5 };
-    [
-        ((k % n) as f32 + inset) / n as f32,
-        ((k / n) as f32 + inset) / n as f32,
-    ]
+    [((k % n) as f32 + inset) / n as f32, ((k / n) as f32 + inset) / n as f32]
 }
 
 /// All blocks of a scene.
-pub struct Receivers {
-    /// The blocks.
-    pub blocks: Vec<Block>,
-    /// Some that follow each other: what one thread does at a time. On one face, or each block on several.
+pub struct ReceiverBlocks {
+    /// All blocks.
+    pub blocks: Vec<ReceiverBlock>,
+    /// Contiguous blocks that a thread processes at a time: on one face, or each block on several.
     pub tasks: Vec<Range<usize>>,
 }
 
-impl Receivers {
-    /// Blocks of the `spots` on each face; in `order` neighbours follow each other.
+impl ReceiverBlocks {
+    /// Makes the blocks of the `spots` on each face, in an `order` of faces in which neighbours are contiguous.
     pub fn new(mesh: &Mesh, order: &[u32], spots: impl Fn(usize) -> Vec<Spot> + Sync) -> Self {
         let by_face: Vec<Vec<Spot>> = (0..mesh.faces.len()).into_par_iter().map(&spots).collect();
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for spots in order.iter().map(|f| &by_face[*f as usize]) {
-            if spots.len() < FEW {
+            if spots.len() < MIN_FACE_SPOTS {
                 shared.extend_from_slice(spots);
             } else {
                 own.push(spots.as_slice());
@@ -218,17 +216,17 @@ impl Receivers {
             tasks: Vec::new(),
         };
         for spots in own {
-            receivers.add(mesh, spots, TASK);
+            receivers.add_spots(mesh, spots, BLOCKS_PER_TASK);
         }
-        receivers.add(mesh, &shared, MIXED);
+        receivers.add_spots(mesh, &shared, MIXED_BLOCKS_PER_TASK);
         receivers
     }
 
-    fn add(&mut self, mesh: &Mesh, spots: &[Spot], task: usize) {
-        let chunks = spots.par_chunks(LANES);
+    fn add_spots(&mut self, mesh: &Mesh, spots: &[Spot], task: usize) {
+        let chunks = spots.par_chunks(LANE_COUNT);
         let first = self.blocks.len();
         self.blocks
-            .par_extend(chunks.map(|spots| Block::new(mesh, spots)));
+            .par_extend(chunks.map(|spots| ReceiverBlock::new(mesh, spots)));
         let end = self.blocks.len();
         let tasks = (first..end).step_by(task);
         self.tasks.extend(tasks.map(|k| k..(k + task).min(end)));

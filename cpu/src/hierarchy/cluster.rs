@@ -1,45 +1,45 @@
-//! Faces that are near each other and look the same way shoot as one (face clusters: Willmott, Heckbert
-//! & Garland 1999): seen from afar, where all look towards the receiver, only ∫ B n dA of them counts.
+//! Face clusters (Willmott, Heckbert & Garland 1999): faces that are near each other and have similar normals are one
+//! source. From afar, where all face the receiver, their irradiance depends on ∫ B n dA only.
 
-use crate::hierarchy::light::Glow;
-use crate::hierarchy::tree::{Node, Tree};
+use crate::hierarchy::linear_radiosity::LinearRadiosity;
+use crate::hierarchy::tree::{TexelTree, TreeNode};
 use common::mesh::Mesh;
-use common::sampling::{coordinate, hash, outline_point};
+use common::sampling::{outline_point, pcg_hash, sample_coordinate};
 use glam::Vec3;
 use std::ops::Range;
 
-/// What one unit of the normals' spread counts beside one of the places', in the mesh's unit: a cluster
-/// as large as the room is cut as soon as one that looks everywhere.
-const NORMAL: f32 = 0.5;
-/// Of a cluster's faces one half has this share at least.
-const SMALLEST: usize = 16;
+/// Weight of the normals' extent against the centres' extent (mesh units): a cluster as large as the room is split as
+/// soon as one with normals in all directions.
+const NORMAL_WEIGHT: f32 = 0.5;
+/// A cluster's smaller half holds at least one in this many of its faces.
+const MAX_SPLIT_RATIO: usize = 16;
 
-/// Faces that shoot as one.
+/// Faces that are one source.
 #[derive(Clone, Debug)]
 pub struct Cluster {
-    /// Their middle, weighed with areas.
+    /// Centroid.
     pub centre: Vec3,
-    /// No corner is farther from it, along the axes and at all.
+    /// Largest distance of a corner from the centre along each axis.
     pub half: Vec3,
-    /// See `half`.
+    /// Largest distance of a corner from the centre.
     pub radius: f32,
-    /// All.
+    /// Area of all faces.
     pub area: f32,
     /// Mean of x², y², z², xy, yz and zx over the area, about the centre.
-    pub spread: [f32; 6],
-    /// Where they look on the whole.
+    pub second_moments: [f32; 6],
+    /// Mean normal, a unit vector.
     pub axis: Vec3,
-    /// Cosine of the largest angle between their normals and the axis.
+    /// Cosine of the largest angle between a normal and the axis.
     pub cone: f32,
-    /// Two parts.
-    pub parts: [Part; 2],
-    /// Its faces in [`Clusters::order`].
+    /// The two halves.
+    pub parts: [ClusterPart; 2],
+    /// The faces in [`Clusters::order`].
     pub faces: Range<u32>,
 }
 
 /// A part of a cluster.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Part {
+pub enum ClusterPart {
     /// One face.
     Face(u32),
     /// A smaller cluster, of a higher number.
@@ -48,99 +48,96 @@ pub enum Part {
 
 /// All clusters of a scene.
 pub struct Clusters {
-    /// The first holds all faces.
+    /// All clusters; the first holds all faces.
     pub all: Vec<Cluster>,
-    /// All faces: neighbours follow each other.
+    /// All faces; the faces of a cluster are contiguous.
     pub order: Vec<u32>,
-    /// Area up to each place in the order, and of all.
+    /// Cumulative area in that order, from 0 to all.
     areas: Vec<f64>,
 }
 
 impl Clusters {
-    /// Of the roots of `tree`.
-    pub fn new(mesh: &Mesh, tree: &Tree) -> Self {
+    /// Builds the clusters of the roots of `tree`.
+    pub fn new(mesh: &Mesh, tree: &TexelTree) -> Self {
         let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
         let mut all = Vec::new();
-        let making = Making { tree };
+        let builder = ClusterBuilder { tree };
         if order.len() > 1 {
-            making.cluster(&mut order, 0, &mut all);
+            builder.build_cluster(&mut order, 0, &mut all);
         }
         let mut areas = vec![0.0; order.len() + 1];
         for (k, f) in order.iter().enumerate() {
-            areas[k + 1] = areas[k] + f64::from(making.root(*f).shooter.area);
+            areas[k + 1] = areas[k] + f64::from(builder.root_node(*f).shooter.area);
         }
         Self { all, order, areas }
     }
 
-    /// Point `s` of cluster `k`, evenly over its faces: face, place, and the area for which it stands over
-    /// the mean.
-    pub fn sampled(&self, tree: &Tree, k: u32, s: u32) -> (u32, Vec3, f32) {
+    /// Returns sample point `s` of cluster `k`, uniform over its faces: the face, the position, and the area that the
+    /// point represents over the mean.
+    pub fn sample_point(&self, tree: &TexelTree, k: u32, s: u32) -> (u32, Vec3, f32) {
         let range = &self.all[k as usize].faces;
         let [first, end] = [range.start as usize, range.end as usize];
-        let seeds = [0, 1, 2].map(|n| hash(hash(k) ^ n));
-        let share = f64::from(coordinate(s, 2, seeds[0]));
+        let seeds = [0, 1, 2].map(|n| pcg_hash(pcg_hash(k) ^ n));
+        let share = f64::from(sample_coordinate(s, 2, seeds[0]));
         let area = self.areas[first] + share * (self.areas[end] - self.areas[first]);
         let upto = &self.areas[first + 1..end];
         let f = self.order[first + upto.partition_point(|a| *a <= area)];
-        let uv = [coordinate(s, 3, seeds[1]), coordinate(s, 0, seeds[2])];
+        let uv = [sample_coordinate(s, 3, seeds[1]), sample_coordinate(s, 0, seeds[2])];
         let root = &tree.nodes[tree.roots[f as usize] as usize];
         let at = outline_point(&root.shooter.corners, uv);
         (f, at.truncate(), at.w)
     }
 
-    /// The glow of each cluster from those of the nodes, behind which it is put. Mean and slopes are
-    /// the x, y and z of ∫ B n dA over the area; `rest` is how the faces differ.
-    pub fn pull(&self, tree: &Tree, glows: &mut Vec<Glow>) {
+    /// Appends the radiosity of each cluster to that of the nodes. Mean and slopes hold the x, y and z of ∫ B n dA
+    /// over the area; `deviation` is the deviation between faces.
+    pub fn pull_radiosity(&self, tree: &TexelTree, radiosity: &mut Vec<LinearRadiosity>) {
         let first = tree.nodes.len();
-        glows.resize(first + self.all.len(), Glow::default());
-        let mut sums = vec![Sums::default(); self.all.len()];
+        radiosity.resize(first + self.all.len(), LinearRadiosity::default());
+        let mut sums = vec![FlowSums::default(); self.all.len()];
         for (k, cluster) in self.all.iter().enumerate().rev() {
-            let mut own = Sums::default();
+            let mut own = FlowSums::default();
             for part in cluster.parts {
                 match part {
-                    Part::Cluster(c) => own.add(&sums[c as usize]),
-                    Part::Face(f) => {
+                    ClusterPart::Cluster(c) => own.add_part(&sums[c as usize]),
+                    ClusterPart::Face(f) => {
                         let root = tree.roots[f as usize] as usize;
-                        own.add(&Sums::of(&tree.nodes[root], &glows[root]));
+                        own.add_part(&FlowSums::of_root(&tree.nodes[root], &radiosity[root]));
                     }
                 }
             }
-            glows[first + k] = own.glow();
+            radiosity[first + k] = own.fit_radiosity();
             sums[k] = own;
         }
     }
 }
 
-/// Over a cluster's faces.
+/// Sums over a cluster's faces.
 #[derive(Clone, Copy, Default)]
-struct Sums {
+struct FlowSums {
     area: f32,
-    /// ∫ B n dA: its x, y and z.
+    /// ∫ B n dA by axis.
     flow: [Vec3; 3],
-    /// ∫ B dA, ∫ B² dA.
+    /// ∫ B dA.
     light: Vec3,
+    /// ∫ B² dA.
     square: Vec3,
 }
 
-impl Sums {
-    fn of(root: &Node, glow: &Glow) -> Self {
+impl FlowSums {
+    fn of_root(root: &TreeNode, source: &LinearRadiosity) -> Self {
         let area = root.shooter.area;
-        let [xx, yy, xy] = root.spread;
-        let [x, y] = glow.slope;
-        let varies = glow.rest * glow.rest + x * x * xx + y * y * yy + x * y * (2.0 * xy);
+        let [xx, yy, xy] = root.second_moments;
+        let [x, y] = source.slope;
+        let varies = source.deviation * source.deviation + x * x * xx + y * y * yy + x * y * (2.0 * xy);
         Self {
             area,
-            flow: root
-                .shooter
-                .normal
-                .to_array()
-                .map(|n| glow.mean * (area * n)),
-            light: glow.mean * area,
-            square: (glow.mean * glow.mean + varies) * area,
+            flow: root.shooter.normal.to_array().map(|n| source.mean * (area * n)),
+            light: source.mean * area,
+            square: (source.mean * source.mean + varies) * area,
         }
     }
 
-    fn add(&mut self, part: &Self) {
+    fn add_part(&mut self, part: &Self) {
         self.area += part.area;
         for (own, part) in self.flow.iter_mut().zip(part.flow) {
             *own += part;
@@ -149,59 +146,61 @@ impl Sums {
         self.square += part.square;
     }
 
-    fn glow(&self) -> Glow {
+    fn fit_radiosity(&self) -> LinearRadiosity {
         if self.area <= 0.0 {
-            return Glow::default();
+            return LinearRadiosity::default();
         }
         let [x, y, z] = self.flow.map(|flow| flow / self.area);
         let mean = self.light / self.area;
         let rest = (self.square / self.area - mean * mean).max(Vec3::ZERO);
-        Glow {
+        LinearRadiosity {
             mean: x,
             slope: [y, z],
-            rest: rest.map(f32::sqrt),
+            deviation: rest.map(f32::sqrt),
         }
     }
 }
 
-struct Making<'a> {
-    tree: &'a Tree,
+/// Builds the binary tree of clusters.
+struct ClusterBuilder<'a> {
+    tree: &'a TexelTree,
 }
 
-impl Making<'_> {
-    fn root(&self, f: u32) -> &Node {
+impl ClusterBuilder<'_> {
+    fn root_node(&self, f: u32) -> &TreeNode {
         &self.tree.nodes[self.tree.roots[f as usize] as usize]
     }
 
-    /// The cluster of `faces`, which stand at `first` in the order; they are put in order.
-    fn cluster(&self, faces: &mut [u32], first: u32, all: &mut Vec<Cluster>) -> Part {
+    /// Builds the cluster of `faces`, which start at `first` in the order, and sorts them.
+    fn build_cluster(&self, faces: &mut [u32], first: u32, all: &mut Vec<Cluster>) -> ClusterPart {
         if let [face] = faces {
-            return Part::Face(*face);
+            return ClusterPart::Face(*face);
         }
         let k = all.len();
-        all.push(self.around(faces, first));
-        let middle = self.parted(faces);
+        all.push(self.enclose_faces(faces, first));
+        let middle = self.partition_faces(faces);
         let (low, high) = faces.split_at_mut(middle);
-        let low = self.cluster(low, first, all);
-        let high = self.cluster(high, first + middle as u32, all);
+        let low = self.build_cluster(low, first, all);
+        let high = self.build_cluster(high, first + middle as u32, all);
         all[k].parts = [low, high];
-        Part::Cluster(k as u32)
+        ClusterPart::Cluster(k as u32)
     }
 
-    fn around(&self, faces: &[u32], first: u32) -> Cluster {
-        let shooters = || faces.iter().map(|f| &self.root(*f).shooter);
+    /// Returns the cluster around `faces`, without its parts.
+    fn enclose_faces(&self, faces: &[u32], first: u32) -> Cluster {
+        let shooters = || faces.iter().map(|f| &self.root_node(*f).shooter);
         let (mut area, mut centre, mut axis) = (0.0, Vec3::ZERO, Vec3::ZERO);
         for shooter in shooters() {
-            // What is without area has a place all the same.
+            // A face without area still has a position.
             let own = shooter.area.max(1e-12);
             area += own;
             centre += shooter.centre * own;
             axis += shooter.normal * own;
         }
         let (centre, axis) = (centre / area, axis.normalize_or_zero());
-        let mut spread = [0.0; 6];
+        let mut second_moments = [0.0; 6];
         for shooter in shooters() {
-            // A triangle's own spread in its plane is about a sixth of its radius' square.
+            // The second moment of a triangle in its plane is about a sixth of its squared radius.
             let (d, own) = (shooter.centre - centre, shooter.area / area);
             let within = shooter.radius * shooter.radius / 6.0;
             let parts = [
@@ -212,7 +211,7 @@ impl Making<'_> {
                 d.y * d.z,
                 d.z * d.x,
             ];
-            for (sum, part) in spread.iter_mut().zip(parts) {
+            for (sum, part) in second_moments.iter_mut().zip(parts) {
                 *sum += own * part;
             }
         }
@@ -223,22 +222,22 @@ impl Making<'_> {
             half: corners().fold(Vec3::ZERO, |half, d| half.max(d.abs())),
             radius: corners().map(Vec3::length).fold(0.0, f32::max),
             area,
-            spread,
+            second_moments,
             axis,
             cone: cone.fold(1.0, f32::min),
-            parts: [Part::Face(0); 2],
+            parts: [ClusterPart::Face(0); 2],
             faces: first..first + faces.len() as u32,
         }
     }
 
-    /// Puts those first that lie before the middle of what is longest, of places or normals.
-    fn parted(&self, faces: &mut [u32]) -> usize {
+    /// Sorts `faces` along the longest extent, of centres or normals, and returns the number before its middle.
+    fn partition_faces(&self, faces: &mut [u32]) -> usize {
         let place = |f: u32, axis: usize| {
-            let shooter = &self.root(f).shooter;
+            let shooter = &self.root_node(f).shooter;
             if axis < 3 {
                 shooter.centre[axis]
             } else {
-                NORMAL * shooter.normal[axis - 3]
+                NORMAL_WEIGHT * shooter.normal[axis - 3]
             }
         };
         let (mut axis, mut longest, mut middle) = (0, -1.0, 0.0);
@@ -253,7 +252,7 @@ impl Making<'_> {
         }
         faces.sort_by(|a, b| place(*a, axis).total_cmp(&place(*b, axis)));
         let count = faces.partition_point(|f| place(*f, axis) < middle);
-        let least = (faces.len() / SMALLEST).max(1);
+        let least = (faces.len() / MAX_SPLIT_RATIO).max(1);
         count.clamp(least, faces.len() - least)
     }
 }

@@ -1,32 +1,33 @@
-//! A link from a cluster to the spots of a block. With d from the cluster's centre, n and θ the receiver's,
+//! The link from a cluster to the spots of a block. With d from the cluster's centre and θ at the receiver,
 //!
 //! ```text
 //! H = κ V cos θ/(π d²) · (d/|d|)·∫ B n dA
 //! ```
-//! κ from the cluster's spread, V by pairs of points, weighed with their kernels. The three products with x, y and z stand where a node's
-//! link has those with mean and slope: light goes over both alike.
+//! κ corrects for the cluster's extent; V is the mean visibility of point pairs, weighted with their kernels. The
+//! factors of x, y and z take the places of a node link's factors of mean and slope, so that both links are applied
+//! alike.
 
-use crate::hierarchy::block::Block;
+use crate::hierarchy::block::ReceiverBlock;
 use crate::hierarchy::cluster::{Cluster, Clusters};
-use crate::hierarchy::link::{Bound, Ended, Found, Link};
-use crate::hierarchy::tree::Tree;
-use crate::rows::lanes::{Lane, Points};
-use crate::rows::receivers::LANES;
-use common::constants::{CONTACT, PI};
+use crate::hierarchy::link::{BlockLink, ExchangeBound, LastBlockers, SampledLink};
+use crate::hierarchy::tree::TexelTree;
+use crate::rows::lanes::{LanePoints, LaneValues};
+use crate::rows::receivers::LANE_COUNT;
+use common::constants::{CONTACT_DISTANCE, PI};
 use common::mesh::Mesh;
-use common::rays::{Rays, Sight};
+use common::rays::{LineOfSight, Rays};
 use glam::Vec3;
 
-/// What turns away from the receiver, or lies below its horizon, is half of what may do so at most, of
-/// normals and places that are spread evenly.
-const TURNED: f32 = 0.5;
+/// Share of the faces that may turn away from the receiver or lie below its horizon that does so, for normals and
+/// positions that are uniform.
+const TURNED_SHARE: f32 = 0.5;
 
-/// A cluster and a block that it shines on.
-pub struct Group<'a> {
+/// A cluster and a receiver block.
+pub struct ClusterInteraction<'a> {
     /// Faces.
     pub mesh: &'a Mesh,
     /// Their nodes.
-    pub tree: &'a Tree,
+    pub tree: &'a TexelTree,
     /// All clusters.
     pub clusters: &'a Clusters,
     /// All faces, for rays.
@@ -34,31 +35,31 @@ pub struct Group<'a> {
     /// The cluster's number.
     pub number: u32,
     /// The block.
-    pub block: &'a Block,
-    /// Which pairs of points count: clear ones, or those between which only objects are.
-    pub passes: Sight,
-    /// The face that ended each lane's last ray.
-    pub ended: &'a Ended,
+    pub block: &'a ReceiverBlock,
+    /// Sight of the point pairs that count as visible: clear, or hidden by objects alone.
+    pub counted: LineOfSight,
+    /// The face that blocked each lane's last ray.
+    pub last_blockers: &'a LastBlockers,
 }
 
-impl Group<'_> {
-    fn cluster(&self) -> &Cluster {
+impl ClusterInteraction<'_> {
+    fn source_cluster(&self) -> &Cluster {
         &self.clusters.all[self.number as usize]
     }
 
-    /// What is exchanged at most, as [`crate::hierarchy::link::Bounds`] has it of a node; what looks away
-    /// or lies below a horizon counts as light that slopes.
-    pub fn bound(&self) -> Bound {
-        let cluster = self.cluster();
+    /// Returns bounds of the exchange as [`crate::hierarchy::link::BoundTask`] does for a node. Faces that turn away or
+    /// lie below a horizon count as a slope.
+    pub fn exchange_bound(&self) -> ExchangeBound {
+        let cluster = self.source_cluster();
         let block = self.block;
         let sine = (1.0 - cluster.cone * cluster.cone).max(0.0).sqrt();
-        let points = block.centres();
-        let mut most = Bound::default();
+        let points = block.centre_points();
+        let mut most = ExchangeBound::default();
         for l in 0..block.count {
-            let normal = block.normal(l);
+            let normal = block.lane_normal(l);
             let d = points.at(l) - cluster.centre;
             let r = d.length().max(1e-6);
-            // How far above its own plane a face's light may leave.
+            // Bound of the cosine at a face whose normal is the axis.
             let flat = cluster.half.dot(cluster.axis.abs());
             let along = cluster.axis.dot(d);
             let wide = (cluster.radius + block.radius) / r;
@@ -77,14 +78,14 @@ impl Group<'_> {
             let turned = (aside + own - cluster.cone * cosine).clamp(0.0, leaves);
             let height = -normal.dot(d);
             let thick = cluster.half.dot(normal.abs());
-            if height + thick <= CONTACT {
+            if height + thick <= CONTACT_DISTANCE {
                 continue;
             }
             let arrives = ((height + thick) / r).clamp(0.0, 1.0);
             let sunk = ((thick - height) / r).clamp(0.0, arrives);
             let kernel = cluster.area / (PI * r * r);
             let factor = (kernel * leaves * arrives).min(1.0);
-            let lost = (kernel * TURNED * (turned * arrives).max(leaves * sunk)).min(1.0);
+            let lost = (kernel * TURNED_SHARE * (turned * arrives).max(leaves * sunk)).min(1.0);
             let ratio = (cluster.radius / r).min(1.0);
             let size = block.radius / (r - cluster.radius).max(block.radius);
             most.factor = most.factor.max(factor);
@@ -95,56 +96,56 @@ impl Group<'_> {
         most
     }
 
-    /// Asks, with what arrives at `places`² of each spot.
-    pub fn asked(&self, places: u32) -> Asked<'_> {
-        Asked {
+    /// Starts a link whose kernel is the mean over `places`² points of each spot.
+    pub fn start_sampling(&self, places: u32) -> ClusterSampler<'_> {
+        ClusterSampler {
             group: self,
-            flow: self.flow(places),
-            seen: [0.0; LANES],
-            all: [0.0; LANES],
+            flow: self.mean_kernel(places),
+            seen: [0.0; LANE_COUNT],
+            all: [0.0; LANE_COUNT],
             count: 0,
         }
     }
 
-    /// What pair `s` of points adds to what is seen, and to all.
-    fn ask(&self, s: u32, seen: &mut Lane, all: &mut Lane) {
+    /// Adds the kernel of point pair `s` to `all`, and to `seen` where the points see each other.
+    fn sample_pair(&self, s: u32, seen: &mut LaneValues, all: &mut LaneValues) {
         let block = self.block;
-        let through = self.passes == Sight::Hidden;
-        let (face, q, own) = self.clusters.sampled(self.tree, self.number, s);
-        let points = block.sampled(s, self.number);
+        let through = self.counted == LineOfSight::HiddenByObject;
+        let (face, q, own) = self.clusters.sample_point(self.tree, self.number, s);
+        let points = block.sample_points(s, self.number);
         let source = self.mesh.faces[face as usize].normal;
         for l in 0..block.count {
             let p = points.at(l);
             let d = p - q;
-            let (out, up) = (source.dot(d), -block.normal(l).dot(d));
-            if out <= CONTACT || up <= CONTACT {
+            let (out, up) = (source.dot(d), -block.lane_normal(l).dot(d));
+            if out <= CONTACT_DISTANCE || up <= CONTACT_DISTANCE {
                 continue;
             }
             let square = d.length_squared();
             let g = out * up / (square * square) * own * points.weight[l];
             all[l] += g;
             let ends = [face, block.faces[l]];
-            let sight = self.rays.sight_past(q, p, ends, through, &self.ended[l]);
-            if sight == self.passes {
+            let sight = self.rays.find_sight_after(q, p, ends, through, &self.last_blockers[l]);
+            if sight == self.counted {
                 seen[l] += g;
             }
         }
     }
 
-    /// A cos θ/(π d²)·(d/|d|), the mean over the cluster to the second order: its x, y and z.
-    fn flow(&self, places: u32) -> [Lane; 3] {
-        let cluster = self.cluster();
-        let mut sum = [[0.0; LANES]; 3];
-        let mut add = |points: &Points| {
+    /// Returns A cos θ/(π d²)·(d/|d|) by axis, the mean over the cluster to second order.
+    fn mean_kernel(&self, places: u32) -> [LaneValues; 3] {
+        let cluster = self.source_cluster();
+        let mut sum = [[0.0; LANE_COUNT]; 3];
+        let mut add = |points: &LanePoints| {
             for l in 0..self.block.count {
                 let d = points.at(l) - cluster.centre;
-                let normal = -self.block.normal(l);
+                let normal = -self.block.lane_normal(l);
                 let up = normal.dot(d).max(0.0);
                 let square = d.length_squared().max(1e-12);
                 let out = cluster.axis.dot(d).max(0.0);
-                let bent = bent(cluster, normal, d);
-                let own = cluster.area * up / (PI * square * square) * bent;
-                // However near, no more than all arrives.
+                let correction = kernel_correction(cluster, normal, d);
+                let own = cluster.area * up / (PI * square * square) * correction;
+                // At any distance the form factor is at most 1.
                 let most = 1.0 / out.max(1e-12);
                 let own: Vec3 = d * (own.min(most) * points.weight[l]);
                 for (sum, own) in sum.iter_mut().zip(own.to_array()) {
@@ -153,35 +154,35 @@ impl Group<'_> {
             }
         };
         if places == 1 {
-            add(&self.block.centres());
+            add(&self.block.centre_points());
             return sum;
         }
         for place in 0..places * places {
-            add(&self.block.placed(place, places));
+            add(&self.block.grid_points(place, places));
         }
         sum.map(|lane| lane.map(|v| v / (places * places) as f32))
     }
 }
 
-/// A link in the making: more pairs of points go on where fewer ended.
-pub struct Asked<'a> {
-    group: &'a Group<'a>,
-    flow: [Lane; 3],
-    seen: Lane,
-    all: Lane,
+/// A link whose visibility is being sampled: more point pairs continue the sequence.
+pub struct ClusterSampler<'a> {
+    group: &'a ClusterInteraction<'a>,
+    flow: [LaneValues; 3],
+    seen: LaneValues,
+    all: LaneValues,
     count: u32,
 }
 
-impl Asked<'_> {
-    /// The link from so many pairs of points a spot, no fewer than before.
-    pub fn sampled(&mut self, samples: u32) -> Found {
+impl ClusterSampler<'_> {
+    /// Returns the link from `samples` point pairs per spot, no fewer than before.
+    pub fn sample_link(&mut self, samples: u32) -> SampledLink {
         for s in self.count..samples {
-            self.group.ask(s, &mut self.seen, &mut self.all);
+            self.group.sample_pair(s, &mut self.seen, &mut self.all);
         }
         self.count = samples;
-        let mut link = Link {
-            weight: [0.0; LANES],
-            along: [[0.0; LANES]; 2],
+        let mut link = BlockLink {
+            weight: [0.0; LANE_COUNT],
+            along: [[0.0; LANE_COUNT]; 2],
         };
         let (mut of_seen, mut of_all) = (0.0, 0.0);
         for l in 0..self.group.block.count {
@@ -195,17 +196,17 @@ impl Asked<'_> {
             of_seen += self.seen[l];
             of_all += self.all[l];
         }
-        Found {
+        SampledLink {
             link,
             seen: if of_all > 0.0 { of_seen / of_all } else { 0.0 },
         }
     }
 }
 
-/// The mean of the kernel f = (a·d)(n·d)/d⁴ over a cluster, over its value at the centre: 1 + ½ ⟨C, ∇∇f⟩/f, where
-/// C is the cluster's spread. All that is far would lose or gain the same share.
-fn bent(cluster: &Cluster, n: Vec3, d: Vec3) -> f32 {
-    let [xx, yy, zz, xy, yz, zx] = cluster.spread;
+/// Returns the mean of the kernel f = (a·d)(n·d)/d⁴ over a cluster divided by its value at the centre:
+/// 1 + ½ ⟨C, ∇∇f⟩/f, C the cluster's second moments. Without it all far receivers would have the same bias.
+fn kernel_correction(cluster: &Cluster, n: Vec3, d: Vec3) -> f32 {
+    let [xx, yy, zz, xy, yz, zx] = cluster.second_moments;
     let along = |v: Vec3| {
         Vec3::new(
             xx * v.x + xy * v.y + zx * v.z,

@@ -1,69 +1,70 @@
-//! Coarse receivers with links that are kept: over them light goes round until it is spent.
+//! Coarse nodes: the receivers of stored links, and sources of all further bounces.
 
-use crate::hierarchy::block::{Receivers, Spot};
+use crate::hierarchy::block::{ReceiverBlocks, Spot};
 use crate::hierarchy::cluster::Clusters;
-use crate::hierarchy::light::{Glow, pull_up};
-use crate::hierarchy::link::Link;
-use crate::hierarchy::tree::Tree;
-use crate::rows::lanes::Lane;
-use crate::rows::receivers::LANES;
+use crate::hierarchy::linear_radiosity::{LinearRadiosity, pull_nodes};
+use crate::hierarchy::link::BlockLink;
+use crate::hierarchy::tree::TexelTree;
+use crate::rows::lanes::LaneValues;
+use crate::rows::receivers::LANE_COUNT;
 use common::mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// A node less open than this receives as if it were so.
-const LEAST_OPEN: f32 = 0.05;
-/// No coarse node.
-const NONE: u32 = u32::MAX;
+/// Least open share by which a node's irradiance is divided.
+const MIN_OPEN_SHARE: f32 = 0.05;
+/// Index of a node that is not coarse.
+const NO_COARSE_NODE: u32 = u32::MAX;
 
 /// A node's link to a block.
-pub struct Kept {
-    /// The node.
+pub struct StoredLink {
+    /// Number of the node; clusters follow the nodes.
     pub node: u32,
     /// The link.
-    pub link: Link,
+    pub link: BlockLink,
 }
 
 /// A coarse node.
-struct Place {
+struct CoarseNode {
     node: u32,
-    /// Its open area, and the share of its area that this is.
+    /// Open area.
     area: f32,
+    /// Open share of the node's area.
     open: f32,
     reflectance: Vec3,
 }
 
-/// Coarse nodes, as receivers and as sources.
-pub struct Coarse {
-    /// What receives: nodes of the tree.
-    pub receivers: Receivers,
-    /// In the order of the blocks' lanes.
-    places: Vec<Place>,
-    /// Where each node of the tree is among them.
+/// Coarse nodes as receivers and as sources.
+pub struct CoarseNodes {
+    /// The nodes as receivers.
+    pub receivers: ReceiverBlocks,
+    /// The nodes in the order of the blocks' lanes.
+    nodes: Vec<CoarseNode>,
+    /// Index of each node of the tree in `nodes`.
     index: Vec<u32>,
-    /// They and all of which they are parts, these after their parts; and where each is.
+    /// The coarse nodes and their ancestors; ancestors follow their descendants.
     above: Vec<u32>,
+    /// Index of each node of the tree in `above`.
     slot: Vec<u32>,
-    /// Nodes beneath them whose glow is asked for.
+    /// Descendants of coarse nodes that are sources of links.
     beneath: Vec<u32>,
-    /// What is left of each one's light so that no more arrives than is sent.
+    /// Factor of each node's irradiance that keeps K from gaining energy.
     cap: Vec<f32>,
-    /// Whether nodes shine evenly. Where two faces see little but each other, slopes, which reach beyond
-    /// what they are drawn through, may send more than there is.
-    pub flat: bool,
+    /// Sources have no slope. Between two faces that see little but each other, extrapolated slopes may gain energy.
+    pub constant_radiosity: bool,
 }
 
-impl Coarse {
-    /// Nodes that are `whole`; `area` is the open area of each texel.
+impl CoarseNodes {
+    /// Selects the largest nodes that are `coarse`; `area` is the open area of each texel.
     pub fn new(
         mesh: &Mesh,
-        tree: &Tree,
+        tree: &TexelTree,
         clusters: &Clusters,
-        whole: impl Fn(u32) -> bool + Sync,
+        coarse: impl Fn(u32) -> bool + Sync,
         area: &[f32],
     ) -> Self {
-        let receivers = Receivers::new(mesh, &clusters.order, |f| {
-            let nodes = tree.whole(f, &whole).into_iter();
+        let receivers = ReceiverBlocks::new(mesh, &clusters.order, |f| {
+            let nodes = tree.largest_nodes(f, &coarse).into_iter();
             nodes
                 .map(|k| {
                     let shooter = &tree.nodes[k as usize].shooter;
@@ -79,14 +80,14 @@ impl Coarse {
         });
         let lanes = receivers.blocks.iter();
         let nodes = lanes.flat_map(|block| block.target[..block.count].to_vec());
-        let places: Vec<Place> = nodes.map(|k| Place::new(mesh, tree, k, area)).collect();
-        let mut index = vec![NONE; tree.nodes.len()];
+        let nodes: Vec<CoarseNode> = nodes.map(|k| CoarseNode::new(mesh, tree, k, area)).collect();
+        let mut index = vec![NO_COARSE_NODE; tree.nodes.len()];
         let mut above = Vec::new();
-        let mut slot = vec![NONE; tree.nodes.len()];
-        for (n, place) in (0..).zip(&places) {
-            index[place.node as usize] = n;
-            let mut k = place.node;
-            while slot[k as usize] == NONE {
+        let mut slot = vec![NO_COARSE_NODE; tree.nodes.len()];
+        for (n, coarse) in (0..).zip(&nodes) {
+            index[coarse.node as usize] = n;
+            let mut k = coarse.node;
+            while slot[k as usize] == NO_COARSE_NODE {
                 slot[k as usize] = 0;
                 above.push(k);
                 k = tree.nodes[k as usize].parent;
@@ -98,10 +99,10 @@ impl Coarse {
             slot[*k as usize] = n;
         }
         Self {
-            cap: vec![1.0; places.len()],
-            flat: false,
+            cap: vec![1.0; nodes.len()],
+            constant_radiosity: false,
             receivers,
-            places,
+            nodes,
             index,
             above,
             slot,
@@ -109,101 +110,98 @@ impl Coarse {
         }
     }
 
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.places.len()
+    /// Returns the number of coarse nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
     }
 
-    /// From now on the glow of whatever `kept` links come from is asked for.
-    pub fn serve(&mut self, kept: &[Vec<Kept>]) {
-        let nodes = kept.iter().flatten().map(|kept| kept.node);
-        let beneath = |k: &u32| self.slot.get(*k as usize) == Some(&NONE);
+    /// Prepares the sources of `links`, so that [`Self::fit_sources`] sets their radiosity.
+    pub fn prepare_sources(&mut self, links: &[Vec<StoredLink>]) {
+        let nodes = links.iter().flatten().map(|stored| stored.node);
+        let beneath = |k: &u32| self.slot.get(*k as usize) == Some(&NO_COARSE_NODE);
         self.beneath = nodes.filter(beneath).collect();
         self.beneath.sort_unstable();
         self.beneath.dedup();
     }
 
-    /// `sums` are what arrives where everything shines 1 W/m²: no more than that is let in.
-    pub fn close(&mut self, sums: &[[Lane; 3]]) {
-        let received = self.received(sums);
+    /// Limits each node's irradiance so that a uniform radiosity of 1 W/m², which gives `sums`, causes 1 W/m² at most.
+    pub fn limit_gain(&mut self, sums: &[[LaneValues; 3]]) {
+        let received = self.received_irradiance(sums);
         for (cap, received) in self.cap.iter_mut().zip(received) {
             *cap = 1.0 / received.max_element().max(1.0);
         }
     }
 
-    /// What the nodes receive where they are open, as `sums` of the blocks' lanes have it.
-    pub fn received(&self, sums: &[[Lane; 3]]) -> Vec<Vec3> {
+    /// Returns H of the nodes' open parts from the `sums` of the blocks' lanes.
+    pub fn received_irradiance(&self, sums: &[[LaneValues; 3]]) -> Vec<Vec3> {
         let blocks = self.receivers.blocks.iter().zip(sums);
-        let lanes = blocks.flat_map(|(block, sums)| {
-            (0..block.count).map(|l| Vec3::new(sums[0][l], sums[1][l], sums[2][l]))
-        });
-        let places = self.places.iter().zip(&self.cap);
-        let share =
-            |(h, (place, cap)): (Vec3, (&Place, &f32))| h * *cap / place.open.max(LEAST_OPEN);
-        lanes.zip(places).map(share).collect()
+        let lanes =
+            blocks.flat_map(|(block, sums)| (0..block.count).map(|l| Vec3::new(sums[0][l], sums[1][l], sums[2][l])));
+        let nodes = self.nodes.iter().zip(&self.cap);
+        let share = |(h, (coarse, cap)): (Vec3, (&CoarseNode, &f32))| h * *cap / coarse.open.max(MIN_OPEN_SHARE);
+        lanes.zip(nodes).map(share).collect()
     }
 
-    /// What the nodes reflect of what they receive.
-    pub fn reflected(&self, received: &[Vec3]) -> Vec<Vec3> {
-        let places = received.iter().zip(&self.places);
-        places.map(|(h, place)| *h * place.reflectance).collect()
+    /// Returns ρH of each node.
+    pub fn reflected_radiosity(&self, received: &[Vec3]) -> Vec<Vec3> {
+        let nodes = received.iter().zip(&self.nodes);
+        nodes.map(|(h, coarse)| *h * coarse.reflectance).collect()
     }
 
-    /// Σ |v| A over the nodes' open area, of the channel that has most.
-    pub fn power(&self, values: &[Vec3]) -> f64 {
-        let places = values.iter().zip(&self.places);
-        let parts = places.map(|(v, place)| v.abs().as_dvec3() * f64::from(place.area));
+    /// Returns Σ |v| A over the nodes' open area, of the largest channel.
+    pub fn total_power(&self, values: &[Vec3]) -> f64 {
+        let nodes = values.iter().zip(&self.nodes);
+        let parts = nodes.map(|(v, coarse)| v.abs().as_dvec3() * f64::from(coarse.area));
         parts.sum::<glam::DVec3>().max_element()
     }
 
-    /// The glow of all nodes that are served, from `values` at the coarse ones: these slope as the nodes
-    /// do of which they are parts, and so does what is beneath them.
-    pub fn glow(&self, tree: &Tree, values: &[Vec3], glows: &mut [Glow]) {
+    /// Sets the radiosity of all prepared sources from `values` of the coarse nodes (pull, then push). Coarse nodes
+    /// and their descendants have the slope of the coarse node's parent.
+    pub fn fit_sources(&self, tree: &TexelTree, values: &[Vec3], sources: &mut [LinearRadiosity]) {
         let part = |k: u32| {
             let n = self.index[k as usize];
-            (n != NONE).then(|| (self.places[n as usize].area, values[n as usize]))
+            (n != NO_COARSE_NODE).then(|| (self.nodes[n as usize].area, values[n as usize]))
         };
         let slot = |k: u32| self.slot[k as usize] as usize;
-        pull_up(tree, &self.above, slot, part, glows);
-        for place in &self.places {
-            let parent = tree.nodes[place.node as usize].parent;
-            glows[place.node as usize].slope = glows[parent as usize].slope;
+        pull_nodes(tree, &self.above, slot, part, sources);
+        for coarse in &self.nodes {
+            let parent = tree.nodes[coarse.node as usize].parent;
+            sources[coarse.node as usize].slope = sources[parent as usize].slope;
         }
-        if self.flat {
+        if self.constant_radiosity {
             for k in &self.above {
-                glows[*k as usize].slope = [Vec3::ZERO; 2];
+                sources[*k as usize].slope = [Vec3::ZERO; 2];
             }
         }
         for k in &self.beneath {
             let node = &tree.nodes[*k as usize];
             let mut over = node.parent;
-            while self.index[over as usize] == NONE {
+            while self.index[over as usize] == NO_COARSE_NODE {
                 over = tree.nodes[over as usize].parent;
             }
-            let d = node.place - tree.nodes[over as usize].place;
-            let own = glows[over as usize];
+            let d = node.face_position - tree.nodes[over as usize].face_position;
+            let own = sources[over as usize];
             let [x, y] = own.slope;
-            glows[*k as usize] = Glow {
+            sources[*k as usize] = LinearRadiosity {
                 mean: own.mean + x * d.x + y * d.y,
                 ..own
             };
         }
     }
 
-    /// What the nodes' texels have where they are open: at a node's centre its own, elsewhere along the
-    /// slope of the node of which it is a part.
-    pub fn spread(&self, tree: &Tree, values: &[Vec3], texels: usize) -> Vec<Vec3> {
-        let mut glows = vec![Glow::default(); tree.nodes.len()];
-        self.glow(tree, values, &mut glows);
+    /// Interpolates `values` of the nodes at their texels, with the slope of each node's parent.
+    pub fn spread_to_texels(&self, tree: &TexelTree, values: &[Vec3], texels: usize) -> Vec<Vec3> {
+        let mut sources = vec![LinearRadiosity::default(); tree.nodes.len()];
+        self.fit_sources(tree, values, &mut sources);
         let mut spread = vec![Vec3::ZERO; texels];
-        for (place, value) in self.places.iter().zip(values) {
-            let centre = tree.nodes[place.node as usize].place;
-            let [x, y] = glows[place.node as usize].slope;
-            // Half as much to each side at most: what falls to nothing is not extrapolated.
+        for (coarse, value) in self.nodes.iter().zip(values) {
+            let centre = tree.nodes[coarse.node as usize].face_position;
+            let [x, y] = sources[coarse.node as usize].slope;
+            // The change is limited to half of the value, so that extrapolation cannot change its sign.
             let [a, b] = [*value * 0.5, *value * 1.5];
             let (low, high) = (a.min(b), a.max(b));
-            for leaf in tree.leaves(place.node) {
-                let d = tree.nodes[leaf.node as usize].place - centre;
+            for leaf in tree.leaves_of(coarse.node) {
+                let d = tree.nodes[leaf.node as usize].face_position - centre;
                 let sloped = *value + x * d.x + y * d.y;
                 spread[leaf.texel as usize] = sloped.clamp(low, high);
             }
@@ -212,31 +210,28 @@ impl Coarse {
     }
 }
 
-impl Place {
-    fn new(mesh: &Mesh, tree: &Tree, node: u32, area: &[f32]) -> Self {
-        let leaves = tree.leaves(node).iter();
+impl CoarseNode {
+    fn new(mesh: &Mesh, tree: &TexelTree, node: u32, area: &[f32]) -> Self {
+        let leaves = tree.leaves_of(node).iter();
         let open: f32 = leaves.map(|leaf| area[leaf.texel as usize]).sum();
         let all = tree.nodes[node as usize].shooter.area;
         Self {
             node,
-            reflectance: tree.reflectance(mesh, node),
+            reflectance: tree.mean_reflectance(mesh, node),
             area: open,
-            open: if all > 0.0 {
-                (open / all).min(1.0)
-            } else {
-                1.0
-            },
+            open: if all > 0.0 { (open / all).min(1.0) } else { 1.0 },
         }
     }
 }
 
-/// What all blocks receive of `glow`.
-pub fn exchange(kept: &[Vec<Kept>], glow: &[Glow]) -> Vec<[Lane; 3]> {
-    kept.par_iter()
+/// Gathers the `radiosity` of the sources over `links` at each block.
+pub fn gather_over_links(links: &[Vec<StoredLink>], radiosity: &[LinearRadiosity]) -> Vec<[LaneValues; 3]> {
+    links
+        .par_iter()
         .map(|links| {
-            let mut sums = [[0.0; LANES]; 3];
-            for kept in links {
-                kept.link.add(&glow[kept.node as usize], &mut sums);
+            let mut sums = [[0.0; LANE_COUNT]; 3];
+            for stored in links {
+                stored.link.add_irradiance(&radiosity[stored.node as usize], &mut sums);
             }
             sums
         })

@@ -1,43 +1,42 @@
-//! A link from a node to the spots of a block: what arrives of a glow that varies over the node.
+//! The link from a node to the spots of a block (linear sources: Zatz 1993, Gortler et al. 1993):
 //!
 //! ```text
 //! H = w (B̄ + g·o)      w = F·V      o = Σ K V (q − c) / Σ K V
 //! ```
-//! F exact (Lambert), V the part of the node that is seen, by pairs of points weighed with the kernel
-//! K = cosᵢ cosⱼ/πr², o where on the node, from its centre c, the light that arrives comes from: that
-//! takes the slope g of its glow to the spot (linear sources: Zatz 1993, Gortler et al. 1993). Where
-//! nothing is between, o is the node's spread times the gradient of ln K.
+//! B̄ and g are the mean and the slope of the node's radiosity. F is exact (Lambert); V is the visible share, from
+//! point pairs weighted with the kernel K = cosᵢ cosⱼ/πr². o is the kernel-weighted mean of the visible points q,
+//! from the node's centre c; without occluders it is the node's second moments times the gradient of ln K.
 
-use crate::hierarchy::block::Block;
-use crate::hierarchy::light::Glow;
-use crate::hierarchy::tree::Node;
-use crate::rows::lanes::{Lane, Points, below, form_factors, stop, weights};
-use crate::rows::receivers::LANES;
-use common::constants::{CONTACT, LOW, PI, SAMPLES};
+use crate::hierarchy::block::ReceiverBlock;
+use crate::hierarchy::linear_radiosity::LinearRadiosity;
+use crate::hierarchy::tree::TreeNode;
+use crate::rows::lanes::{LanePoints, LaneValues, lane_form_factors, mark_below_horizon, mark_blocked, pair_weights};
+use crate::rows::receivers::LANE_COUNT;
+use common::constants::{CONTACT_DISTANCE, LOW_HEIGHT_RATIO, PI, VISIBILITY_SAMPLE_COUNTS};
 use common::form_factor::{FormFactor, Shooter};
-use common::intersect::touches;
+use common::intersect::touches_plane;
 use common::mesh::Mesh;
-use common::rays::{NOBODY, Rays, Sight};
-use common::sampling::{cell_uv, outline_point};
+use common::rays::{LineOfSight, NO_FACE, Rays};
+use common::sampling::{outline_point, patch_uv};
 use glam::Vec3;
 use pulp::NullaryFnOnce;
 use std::cell::Cell;
 
-/// A node's links to a block.
+/// The links of a node to the lanes of a block.
 #[derive(Clone, Debug)]
-pub struct Link {
-    /// w.
-    pub weight: Lane,
-    /// w·o, along tangent and bitangent of the node's face.
-    pub along: [Lane; 2],
+pub struct BlockLink {
+    /// w of each lane.
+    pub weight: LaneValues,
+    /// w·o of each lane, along tangent and bitangent of the node's face.
+    pub along: [LaneValues; 2],
 }
 
-impl Link {
-    /// Adds what `glow` sends to the lanes.
+impl BlockLink {
+    /// Adds the irradiance from a source of this `radiosity`.
     #[inline(always)]
-    pub fn add(&self, glow: &Glow, received: &mut [Lane; 3]) {
+    pub fn add_irradiance(&self, radiosity: &LinearRadiosity, received: &mut [LaneValues; 3]) {
         for (c, received) in received.iter_mut().enumerate() {
-            let (mean, x, y) = (glow.mean[c], glow.slope[0][c], glow.slope[1][c]);
+            let (mean, x, y) = (radiosity.mean[c], radiosity.slope[0][c], radiosity.slope[1][c]);
             for (l, received) in received.iter_mut().enumerate() {
                 *received += self.weight[l] * mean + self.along[0][l] * x + self.along[1][l] * y;
             }
@@ -45,118 +44,87 @@ impl Link {
     }
 }
 
-/// What may be between.
+/// The search for occluders between a node and a block.
 #[derive(Clone, Copy)]
-pub enum Stops<'a> {
-    /// These faces, perhaps none.
+pub enum OccluderQuery<'a> {
+    /// Tests these faces.
     Faces(&'a [u32]),
-    /// Whatever a ray finds.
-    Any(&'a Rays),
-    /// All but what objects take, of these faces: the link is of what the room alone would see, and they hide.
-    Kept(&'a [u32]),
-    /// The same, of whatever a ray finds.
-    Left(&'a Rays),
+    /// Traces rays.
+    Rays(&'a Rays),
+    /// Tests these faces; pairs count that objects hide and the room does not.
+    ObjectFaces(&'a [u32]),
+    /// Traces rays; pairs count that objects hide and the room does not.
+    ObjectRays(&'a Rays),
 }
 
-/// A node and a block that it shines on.
-pub struct Pair<'a> {
+/// A node and a receiver block.
+pub struct Interaction<'a> {
     /// Faces.
     pub mesh: &'a Mesh,
-    /// The node's number.
+    /// Number of the node.
     pub number: u32,
     /// The node.
-    pub node: &'a Node,
+    pub node: &'a TreeNode,
     /// The block.
-    pub block: &'a Block,
-    /// The face that ended each lane's last ray.
-    pub ended: &'a Ended,
+    pub block: &'a ReceiverBlock,
+    /// The face that blocked each lane's last ray.
+    pub last_blockers: &'a LastBlockers,
 }
 
-/// By lane, the face that ended its last ray: the next one's light comes from beside there.
-pub type Ended = [Cell<u32>; LANES];
+/// The face that blocked the last ray of each lane; it is tested first for the next ray.
+pub type LastBlockers = [Cell<u32>; LANE_COUNT];
 
-/// No ray has been asked yet.
-pub fn nobody() -> Ended {
-    std::array::from_fn(|_| Cell::new(NOBODY))
+/// Returns the state before any ray.
+pub fn no_last_blockers() -> LastBlockers {
+    std::array::from_fn(|_| Cell::new(NO_FACE))
 }
 
-/// What a pair exchanges at most, roughly: where the nearest and best placed spot is.
-pub struct Bounds<'a> {
-    /// The pair.
-    pub pair: &'a Pair<'a>,
+/// Computes approximate bounds of the exchange of a pair.
+pub struct BoundTask<'a> {
+    /// Node and block.
+    pub pair: &'a Interaction<'a>,
 }
 
-/// The largest of each over the spots; r, s: the radii of node and spot, d their distance.
+/// Bounds over all spots of a block; r and s are the radii of node and spot, d their distance.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Bound {
+pub struct ExchangeBound {
     /// F.
     pub factor: f32,
-    /// F·r/d: of light that varies over the node at random.
+    /// F·r/d, for radiosity that varies over the node at random.
     pub uneven: f32,
-    /// F·(r/d)²: of light that slopes.
+    /// F·(r/d)², for radiosity with a slope.
     pub sloped: f32,
-    /// F·(s/d)²/2: what a spot's centre leaves out of its mean.
+    /// F·(s/d)²/2, the difference of F at a spot's centre from its mean.
     pub within: f32,
 }
 
-impl NullaryFnOnce for Bounds<'_> {
-    type Output = Bound;
+impl NullaryFnOnce for BoundTask<'_> {
+    type Output = ExchangeBound;
 
     #[inline(always)]
-    fn call(self) -> Bound {
-        let (shooter, block) = (&self.pair.node.shooter, self.pair.block);
-        let points = block.centres();
-        let [mut factors, mut kernels, mut ratios, mut within] = [[0.0; LANES]; 4];
-        for l in 0..LANES {
-            let d = points.at(l) - shooter.centre;
-            let r = d.dot(d).sqrt().max(1e-6);
-            let normal = block.normal(l);
-            // Of neighbours that are nearly coplanar radii would tell nothing: the highest corners do.
-            let corners = (0..4).map(|k| shooter.normal.dot(block.corner(k, l) - shooter.centre));
-            let out = corners.fold(0.0, f32::max);
-            let corners = shooter.corners.map(|c| normal.dot(c - points.at(l)));
-            let up = corners.into_iter().fold(0.0, f32::max);
-            let nearest = (r - 0.5 * (shooter.radius + block.radius)).max(0.5 * r);
-            factors[l] = disc_at(shooter.area, above(out), above(up), nearest);
-            // But how light varies is told by where the cosines may be.
-            let out = shooter.normal.dot(d) + block.radius;
-            let up = shooter.radius - normal.dot(d);
-            kernels[l] = disc_at(shooter.area, out, up, r);
-            let ratio = (shooter.radius / r).min(1.0);
-            let gap = (r - shooter.radius).max(block.radius);
-            let size = block.radius / gap;
-            ratios[l] = ratio;
-            // Where the node is beside the spot's centre, but above a part of it, the centre tells nothing.
-            let over = r < shooter.radius + block.radius;
-            let most = if over { kernels[l] } else { factors[l] };
-            within[l] = most.max(factors[l]) * size * size * 0.5;
-            // Of a node that is much wider than a gap the part before the spot sends all, not its centre.
-            let before = disc_before(shooter, normal, d, r);
-            kernels[l] = kernels[l].max(before);
-            if factors[l] > 0.0 {
-                factors[l] = factors[l].max(before);
-            }
-        }
-        let most = |part: &dyn Fn(usize) -> f32| (0..LANES).map(part).fold(0.0, f32::max);
-        Bound {
-            factor: most(&|l| factors[l]),
-            uneven: most(&|l| kernels[l] * ratios[l]),
-            sloped: most(&|l| kernels[l] * ratios[l] * ratios[l]),
-            within: most(&|l| within[l]),
-        }
+    fn call(self) -> ExchangeBound {
+        bound_links(self.pair)
     }
 }
 
-/// F at a distance, of what leaves and arrives so high above the planes.
+/// Returns a height above a plane, or 0 within the contact distance.
 #[inline(always)]
-fn disc_at(area: f32, out: f32, up: f32, distance: f32) -> f32 {
+pub fn height_above(height: f32) -> f32 {
+    if height > CONTACT_DISTANCE { height } else { 0.0 }
+}
+
+/// Returns the disc form factor at a distance, from the heights `out` and `up` above the planes of source and
+/// receiver.
+#[inline(always)]
+pub fn disc_factor_at(area: f32, out: f32, up: f32, distance: f32) -> f32 {
     let [leaves, arrives] = [out, up].map(|height| (height / distance).clamp(0.0, 1.0));
     (area * leaves * arrives / (PI * distance * distance)).min(1.0)
 }
 
-/// F of a disc as large as the node, before a spot whose foot on the node's plane lies within it.
+/// Returns the form factor of a disc as large as the node, which the spot faces; 0 where the spot's projection
+/// lies outside the disc.
 #[inline(always)]
-fn disc_before(shooter: &Shooter, normal: Vec3, d: Vec3, r: f32) -> f32 {
+pub fn facing_disc_factor(shooter: &Shooter, normal: Vec3, d: Vec3, r: f32) -> f32 {
     let height = shooter.normal.dot(d);
     let square = shooter.radius * shooter.radius;
     let facing = -normal.dot(shooter.normal);
@@ -166,99 +134,173 @@ fn disc_before(shooter: &Shooter, normal: Vec3, d: Vec3, r: f32) -> f32 {
     facing * square / (square + height * height)
 }
 
-/// A height above a plane, if what only touches it has none.
+/// Returns the bounds of a node and the spot of lane `l` at `centre`.
 #[inline(always)]
-fn above(height: f32) -> f32 {
-    if height > CONTACT { height } else { 0.0 }
+pub fn bound_link(shooter: &Shooter, block: &ReceiverBlock, centre: Vec3, l: usize) -> ExchangeBound {
+    let d = centre - shooter.centre;
+    let r = d.dot(d).sqrt().max(1e-6);
+    let normal = block.lane_normal(l);
+    // The highest corners bound the cosines of nearly coplanar neighbours better than radii.
+    let corners = (0..4).map(|k| shooter.normal.dot(block.lane_corner(k, l) - shooter.centre));
+    let out = corners.fold(0.0, f32::max);
+    let corners = shooter.corners.map(|c| normal.dot(c - centre));
+    let up = corners.into_iter().fold(0.0, f32::max);
+    let nearest = (r - 0.5 * (shooter.radius + block.radius)).max(0.5 * r);
+    let mut factor = disc_factor_at(shooter.area, height_above(out), height_above(up), nearest);
+    // The variation is bounded by the cosines at any point of node and spot.
+    let out = shooter.normal.dot(d) + block.radius;
+    let up = shooter.radius - normal.dot(d);
+    let mut kernel = disc_factor_at(shooter.area, out, up, r);
+    let ratio = (shooter.radius / r).min(1.0);
+    let gap = (r - shooter.radius).max(block.radius);
+    let size = block.radius / gap;
+    // A node beside the spot's centre may be above another part of the spot.
+    let over = r < shooter.radius + block.radius;
+    let most = if over { kernel } else { factor };
+    let within = most.max(factor) * size * size * 0.5;
+    // The part of a wide node that faces the spot across a narrow gap dominates, not the node's centre.
+    let facing = facing_disc_factor(shooter, normal, d, r);
+    kernel = kernel.max(facing);
+    if factor > 0.0 {
+        factor = factor.max(facing);
+    }
+    ExchangeBound {
+        factor,
+        uneven: kernel * ratio,
+        sloped: kernel * ratio * ratio,
+        within,
+    }
 }
 
-/// F of a pair.
-pub struct Factors<'a> {
-    /// The pair.
-    pub pair: &'a Pair<'a>,
-    /// Places a side, of which each spot's factor is the mean; 1: its centre.
+/// Returns the largest bounds over the spots of a block.
+#[inline(always)]
+pub fn bound_links(pair: &Interaction) -> ExchangeBound {
+    let (shooter, block) = (&pair.node.shooter, pair.block);
+    let points = block.centre_points();
+    let [mut factor, mut uneven, mut sloped, mut within] = [[0.0; LANE_COUNT]; 4];
+    for l in 0..LANE_COUNT {
+        let bound = bound_link(shooter, block, points.at(l), l);
+        factor[l] = bound.factor;
+        uneven[l] = bound.uneven;
+        sloped[l] = bound.sloped;
+        within[l] = bound.within;
+    }
+    let most = |lanes: [f32; LANE_COUNT]| lanes.into_iter().fold(0.0, f32::max);
+    ExchangeBound {
+        factor: most(factor),
+        uneven: most(uneven),
+        sloped: most(sloped),
+        within: most(within),
+    }
+}
+
+/// Computes F of a pair.
+pub struct FactorTask<'a> {
+    /// Node and block.
+    pub pair: &'a Interaction<'a>,
+    /// Points per side over which each spot's factor is averaged; 1 means the centre.
     pub places: u32,
 }
 
-impl NullaryFnOnce for Factors<'_> {
-    type Output = Lane;
+impl NullaryFnOnce for FactorTask<'_> {
+    type Output = LaneValues;
 
     #[inline(always)]
-    fn call(self) -> Lane {
-        let pair = self.pair;
-        let above = pair.is_above();
-        if self.places == 1 {
-            return pair.factors(&pair.block.centres(), above);
+    fn call(self) -> LaneValues {
+        match is_above_horizon(self.pair) {
+            true => unclipped_factors(self.pair, self.places),
+            false => clipped_factors(self.pair, self.places),
         }
-        let mut sum = [0.0; LANES];
-        for place in 0..self.places * self.places {
-            let points = pair.block.placed(place, self.places);
-            let f = pair.factors(&points, above);
-            for l in 0..LANES {
-                sum[l] += f[l] * points.weight[l];
-            }
-        }
-        sum.map(|sum| sum / (self.places * self.places) as f32)
     }
 }
 
-impl Pair<'_> {
-    /// Whether the node lies above the horizon of every spot, well enough to sum it plainly.
-    fn is_above(&self) -> bool {
-        let Some(face) = self.block.face() else {
-            return false;
-        };
-        let plane = self.mesh.faces[face as usize].plane;
-        let shooter = &self.node.shooter;
-        let heights = shooter.corners.map(|c| plane.truncate().dot(c) - plane.w);
-        let lowest = heights.into_iter().fold(f32::INFINITY, f32::min);
-        let highest = heights.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        let farthest = shooter.centre.distance(self.block.middle) + self.block.reach;
-        lowest > -CONTACT / 2.0
-            && highest > 1.5 * CONTACT
-            && highest - CONTACT > 1.01 * LOW * farthest
-    }
+/// Returns whether the node lies above the horizon of every spot by so much that nothing is to be clipped.
+pub fn is_above_horizon(pair: &Interaction) -> bool {
+    let Some(face) = pair.block.single_face() else {
+        return false;
+    };
+    let plane = pair.mesh.faces[face as usize].plane;
+    let shooter = &pair.node.shooter;
+    let heights = shooter.corners.map(|c| plane.truncate().dot(c) - plane.w);
+    let lowest = heights.into_iter().fold(f32::INFINITY, f32::min);
+    let highest = heights.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    let farthest = shooter.centre.distance(pair.block.mean_centre) + pair.block.reach;
+    lowest > -CONTACT_DISTANCE / 2.0
+        && highest > 1.5 * CONTACT_DISTANCE
+        && highest - CONTACT_DISTANCE > 1.01 * LOW_HEIGHT_RATIO * farthest
+}
 
+/// Returns the mean form factor of each spot over `places`² points, or at its centre.
+#[inline(always)]
+pub fn mean_factor(pair: &Interaction, places: u32, above: bool) -> LaneValues {
+    if places == 1 {
+        return pair.polygon_factors(&pair.block.centre_points(), above);
+    }
+    let mut sum = [0.0; LANE_COUNT];
+    for place in 0..places * places {
+        let points = pair.block.grid_points(place, places);
+        let f = pair.polygon_factors(&points, above);
+        for l in 0..LANE_COUNT {
+            sum[l] += f[l] * points.weight[l];
+        }
+    }
+    sum.map(|sum| sum / (places * places) as f32)
+}
+
+/// Returns the form factors of a pair whose node lies above the horizon of every spot.
+#[inline(always)]
+pub fn unclipped_factors(pair: &Interaction, places: u32) -> LaneValues {
+    mean_factor(pair, places, true)
+}
+
+/// Returns the form factors of a pair whose node may have to be clipped.
+#[inline(always)]
+pub fn clipped_factors(pair: &Interaction, places: u32) -> LaneValues {
+    mean_factor(pair, places, false)
+}
+
+impl Interaction<'_> {
+    /// Returns the form factor of each lane.
     #[inline(always)]
-    fn factors(&self, points: &Points, above: bool) -> Lane {
-        let area = [0.0; LANES];
-        form_factors(
+    pub(crate) fn polygon_factors(&self, points: &LanePoints, above: bool) -> LaneValues {
+        let area = [0.0; LANE_COUNT];
+        lane_form_factors(
             FormFactor::Polygon,
             &self.node.shooter,
             above,
             points,
-            |l| self.block.normal(l),
+            |l| self.block.lane_normal(l),
             &area,
         )
     }
 }
 
-/// The link where nothing is between.
-pub struct Open<'a> {
-    /// The pair.
-    pub pair: &'a Pair<'a>,
-    /// Its F.
-    pub factors: Lane,
+/// Computes the link of an unoccluded pair.
+pub struct UnoccludedLinkTask<'a> {
+    /// Node and block.
+    pub pair: &'a Interaction<'a>,
+    /// F of each lane.
+    pub factors: LaneValues,
 }
 
-impl NullaryFnOnce for Open<'_> {
-    type Output = Link;
+impl NullaryFnOnce for UnoccludedLinkTask<'_> {
+    type Output = BlockLink;
 
     #[inline(always)]
-    fn call(self) -> Link {
+    fn call(self) -> BlockLink {
         let (pair, node) = (self.pair, self.pair.node);
         let source = &pair.mesh.faces[node.face as usize];
         let (tangent, bitangent) = (source.tangent, source.normal.cross(source.tangent));
-        let points = pair.block.centres();
-        let [xx, yy, xy] = node.spread;
+        let points = pair.block.centre_points();
+        let [xx, yy, xy] = node.second_moments;
         let most = 0.5 * node.shooter.radius;
-        let mut link = Link {
+        let mut link = BlockLink {
             weight: self.factors,
-            along: [[0.0; LANES]; 2],
+            along: [[0.0; LANE_COUNT]; 2],
         };
-        for l in 0..LANES {
+        for l in 0..LANE_COUNT {
             let d = points.at(l) - node.shooter.centre;
-            let normal = pair.block.normal(l);
+            let normal = pair.block.lane_normal(l);
             let height = (-normal.dot(d)).max(1e-6);
             let gradient = normal / height + d * (4.0 / d.dot(d).max(1e-12));
             let (gx, gy) = (gradient.dot(tangent), gradient.dot(bitangent));
@@ -271,159 +313,175 @@ impl NullaryFnOnce for Open<'_> {
     }
 }
 
-/// The link through `stops`, from so many pairs of points a spot.
-pub struct Sampled<'a> {
-    /// The pair.
-    pub pair: &'a Pair<'a>,
-    /// Its F.
-    pub factors: Lane,
-    /// What may be between.
-    pub stops: Stops<'a>,
-    /// Pairs of points a spot.
+/// Computes the link of a pair that may be occluded, from point pairs.
+pub struct SampledLinkTask<'a> {
+    /// Node and block.
+    pub pair: &'a Interaction<'a>,
+    /// F of each lane.
+    pub factors: LaneValues,
+    /// Search for occluders.
+    pub query: OccluderQuery<'a>,
+    /// Point pairs per spot.
     pub samples: u32,
-    /// Which of them are known to be stopped: the first ones are the same however many there are.
-    pub known: &'a mut Known,
+    /// Results of an earlier task: the first point pairs are the same for any number of samples.
+    pub known: &'a mut BlockedSamples,
 }
 
-/// Pairs of points at most.
-const MOST_SAMPLES: usize = SAMPLES[3] as usize;
+/// Maximum number of point pairs.
+const MAX_SAMPLES: usize = VISIBILITY_SAMPLE_COUNTS[3] as usize;
 
-/// Which lanes are stopped, for each of the first pairs of points.
+/// Blocked lanes of the first point pairs.
 #[derive(Clone, Copy)]
-pub struct Known {
-    stopped: [[bool; LANES]; MOST_SAMPLES],
+pub struct BlockedSamples {
+    blocked: [[bool; LANE_COUNT]; MAX_SAMPLES],
     count: u32,
 }
 
-impl Default for Known {
+impl Default for BlockedSamples {
     fn default() -> Self {
         Self {
-            stopped: [[false; LANES]; MOST_SAMPLES],
+            blocked: [[false; LANE_COUNT]; MAX_SAMPLES],
             count: 0,
         }
     }
 }
 
-/// A link from samples.
-pub struct Found {
+/// A link with its sampled visibility.
+pub struct SampledLink {
     /// The link.
-    pub link: Link,
-    /// The share of the pairs that see each other.
+    pub link: BlockLink,
+    /// Visible share of all spots, weighted with F.
     pub seen: f32,
 }
 
-impl NullaryFnOnce for Sampled<'_> {
-    type Output = Found;
+impl NullaryFnOnce for SampledLinkTask<'_> {
+    type Output = SampledLink;
 
     #[inline(always)]
-    fn call(self) -> Found {
-        let (pair, node) = (self.pair, self.pair.node);
-        let source = &pair.mesh.faces[node.face as usize];
-        let (tangent, bitangent) = (source.tangent, source.normal.cross(source.tangent));
-        let normal = |l| pair.block.normal(l);
-        let part = node.shooter.area / self.samples as f32;
-        let (mut seen, mut all) = ([0.0; LANES], [0.0; LANES]);
-        let mut along = [[0.0; LANES]; 2];
-        for s in 0..self.samples {
-            let at = outline_point(&node.shooter.corners, cell_uv(s, pair.number));
-            let (q, own) = (at.truncate(), at.w);
-            let shooter = Shooter {
-                centre: q,
-                ..node.shooter
-            };
-            let points = pair.block.sampled(s, pair.number);
-            let g = weights(&shooter, &points, normal, (part, own), &self.factors);
-            if s >= self.known.count {
-                let mut stopped = self.stopped(q, &points, &g);
-                below(&points, normal, q, &mut stopped);
-                self.known.stopped[s as usize] = stopped;
-                self.known.count = s + 1;
-            }
-            let stopped = self.known.stopped[s as usize];
-            let offset = q - node.shooter.centre;
-            let (x, y) = (offset.dot(tangent), offset.dot(bitangent));
-            for l in 0..LANES {
-                all[l] += g[l];
-                let g = if stopped[l] { 0.0 } else { g[l] };
-                seen[l] += g;
-                along[0][l] += g * x;
-                along[1][l] += g * y;
-            }
-        }
-        let mut link = Link {
-            weight: [0.0; LANES],
-            along: [[0.0; LANES]; 2],
-        };
-        let (mut of_seen, mut of_all) = (0.0, 0.0);
-        for l in 0..pair.block.count {
-            if all[l] <= 0.0 {
-                continue;
-            }
-            let f = self.factors[l] / all[l];
-            link.weight[l] = f * seen[l];
-            link.along[0][l] = f * along[0][l];
-            link.along[1][l] = f * along[1][l];
-            of_seen += link.weight[l];
-            of_all += self.factors[l];
-        }
-        Found {
-            link,
-            seen: if of_all > 0.0 { of_seen / of_all } else { 0.0 },
-        }
+    fn call(self) -> SampledLink {
+        sample_links(self)
     }
 }
 
-impl Sampled<'_> {
-    /// Stopped is what rays find to be another sight than `passes`.
+impl SampledLinkTask<'_> {
+    /// Returns the lanes that the light from `q` does not reach.
     #[inline(always)]
-    fn asked(
-        &self,
-        rays: &Rays,
-        passes: Sight,
-        q: Vec3,
-        points: &Points,
-        g: &Lane,
-        stopped: &mut [bool; LANES],
-    ) {
-        let through = passes == Sight::Hidden;
-        for l in 0..self.pair.block.count {
-            let ends = [self.pair.node.face, self.pair.block.faces[l]];
-            let sight = || rays.sight_past(q, points.at(l), ends, through, &self.pair.ended[l]);
-            stopped[l] = g[l] > 0.0 && sight() != passes;
-        }
-    }
-
-    #[inline(always)]
-    fn stopped(&self, q: Vec3, points: &Points, g: &Lane) -> [bool; LANES] {
-        let mut stopped = [false; LANES];
-        match self.stops {
-            Stops::Faces(faces) => {
+    pub fn test_occlusion(&self, q: Vec3, points: &LanePoints, g: &LaneValues) -> [bool; LANE_COUNT] {
+        let mut blocked = [false; LANE_COUNT];
+        match self.query {
+            OccluderQuery::Faces(faces) => {
                 for k in faces {
                     let face = &self.pair.mesh.faces[*k as usize];
-                    if !touches(face, q) {
-                        stop(face, q, points, &mut stopped);
+                    if !touches_plane(face, q) {
+                        mark_blocked(face, q, points, &mut blocked);
                     }
                 }
             }
-            Stops::Any(rays) => self.asked(rays, Sight::Clear, q, points, g, &mut stopped),
-            Stops::Left(rays) => self.asked(rays, Sight::Hidden, q, points, g, &mut stopped),
-            Stops::Kept(faces) => {
-                let (mut room, mut objects) = ([false; LANES], [false; LANES]);
+            OccluderQuery::Rays(rays) => self.trace_rays(rays, LineOfSight::Clear, q, points, g, &mut blocked),
+            OccluderQuery::ObjectRays(rays) => {
+                self.trace_rays(rays, LineOfSight::HiddenByObject, q, points, g, &mut blocked)
+            }
+            OccluderQuery::ObjectFaces(faces) => {
+                let (mut room, mut objects) = ([false; LANE_COUNT], [false; LANE_COUNT]);
                 for k in faces {
                     let face = &self.pair.mesh.faces[*k as usize];
                     let own = match self.pair.mesh.is_object(*k) {
                         true => &mut objects,
                         false => &mut room,
                     };
-                    if !touches(face, q) {
-                        stop(face, q, points, own);
+                    if !touches_plane(face, q) {
+                        mark_blocked(face, q, points, own);
                     }
                 }
-                for l in 0..LANES {
-                    stopped[l] = room[l] || !objects[l];
+                for l in 0..LANE_COUNT {
+                    blocked[l] = room[l] || !objects[l];
                 }
             }
         }
-        stopped
+        blocked
     }
+
+    /// Traces rays and marks the lanes whose sight is not `counted`.
+    #[inline(always)]
+    fn trace_rays(
+        &self,
+        rays: &Rays,
+        counted: LineOfSight,
+        q: Vec3,
+        points: &LanePoints,
+        g: &LaneValues,
+        blocked: &mut [bool; LANE_COUNT],
+    ) {
+        let through = counted == LineOfSight::HiddenByObject;
+        for l in 0..self.pair.block.count {
+            let ends = [self.pair.node.face, self.pair.block.faces[l]];
+            let sight = || rays.find_sight_after(q, points.at(l), ends, through, &self.pair.last_blockers[l]);
+            blocked[l] = g[l] > 0.0 && sight() != counted;
+        }
+    }
+}
+
+/// Returns the link of each lane of a block from `task.samples` pairs of points, and its visible fraction.
+#[inline(always)]
+pub fn sample_links(task: SampledLinkTask) -> SampledLink {
+    let (pair, node) = (task.pair, task.pair.node);
+    let source = &pair.mesh.faces[node.face as usize];
+    let (tangent, bitangent) = (source.tangent, source.normal.cross(source.tangent));
+    let normal = |l| pair.block.lane_normal(l);
+    let part = node.shooter.area / task.samples as f32;
+    let (mut seen, mut all) = ([0.0; LANE_COUNT], [0.0; LANE_COUNT]);
+    let mut along = [[0.0; LANE_COUNT]; 2];
+    for s in 0..task.samples {
+        let at = outline_point(&node.shooter.corners, patch_uv(s, pair.number));
+        let (q, own) = (at.truncate(), at.w);
+        let shooter = Shooter {
+            centre: q,
+            ..node.shooter
+        };
+        let points = pair.block.sample_points(s, pair.number);
+        let g = pair_weights(&shooter, &points, normal, (part, own), &task.factors);
+        if s >= task.known.count {
+            let mut blocked = task.test_occlusion(q, &points, &g);
+            mark_below_horizon(&points, normal, q, &mut blocked);
+            task.known.blocked[s as usize] = blocked;
+            task.known.count = s + 1;
+        }
+        let blocked = task.known.blocked[s as usize];
+        let offset = q - node.shooter.centre;
+        let (x, y) = (offset.dot(tangent), offset.dot(bitangent));
+        for l in 0..LANE_COUNT {
+            all[l] += g[l];
+            let g = if blocked[l] { 0.0 } else { g[l] };
+            seen[l] += g;
+            along[0][l] += g * x;
+            along[1][l] += g * y;
+        }
+    }
+    let mut link = BlockLink {
+        weight: [0.0; LANE_COUNT],
+        along: [[0.0; LANE_COUNT]; 2],
+    };
+    let mut sampled = [0.0; LANE_COUNT];
+    for l in 0..pair.block.count {
+        if all[l] <= 0.0 {
+            continue;
+        }
+        let f = task.factors[l] / all[l];
+        link.weight[l] = f * seen[l];
+        link.along[0][l] = f * along[0][l];
+        link.along[1][l] = f * along[1][l];
+        sampled[l] = task.factors[l];
+    }
+    let seen = visible_fraction(&link.weight, &sampled);
+    SampledLink { link, seen }
+}
+
+/// Returns the visible fraction of a pair, from the sums of its lanes.
+pub fn visible_fraction(seen: &LaneValues, all: &LaneValues) -> f32 {
+    let (mut of_seen, mut of_all) = (0.0, 0.0);
+    for (seen, all) in seen.iter().zip(all) {
+        of_seen += seen;
+        of_all += all;
+    }
+    if of_all > 0.0 { of_seen / of_all } else { 0.0 }
 }

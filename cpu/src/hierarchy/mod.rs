@@ -1,23 +1,29 @@
-//! The hierarchical solve: what shoots is as large, and what is asked as little, as an error allows.
+//! Hierarchical radiosity (Hanrahan, Salzman & Aupperle 1991): light travels over links between nodes that are as
+//! large as the requested error allows.
+//!
+//! Data passes the modules in this order: [`tree`] and [`cluster`] (sources), [`block`] (receivers),
+//! [`linear_radiosity`] (radiosity of sources), [`link`] and [`cluster_link`] (links), [`refine`] (decisions),
+//! [`linker`] and [`cpu_linker`] (all links of a request), [`coarse`] and [`iterate`] (bounces),
+//! [`final_gather`] (texels), [`solver`] (the whole solve), [`shot_log`] (the result as a run). [`relight`],
+//! [`residual`] and [`error_attribution`] solve related problems with the same parts.
 
-pub mod account;
-pub mod again;
-pub mod anew;
 pub mod block;
-pub mod choice;
 pub mod cluster;
 pub mod cluster_link;
 pub mod coarse;
-mod correct;
-pub mod descent;
-pub mod find;
-pub mod gather;
-pub mod light;
+pub mod cpu_linker;
+mod defect_correction;
+pub mod error_attribution;
+pub mod final_gather;
+pub mod iterate;
+pub mod level;
+pub mod linear_radiosity;
 pub mod link;
-pub mod question;
+pub mod linker;
+pub mod refine;
+pub mod refinement_steps;
 pub mod relight;
-pub mod solve;
-pub mod spend;
-pub mod state;
+pub mod residual;
+pub mod shot_log;
+pub mod solver;
 pub mod tree;
-pub mod world;

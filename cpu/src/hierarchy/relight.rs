@@ -1,89 +1,104 @@
-//! Objects put into a room whose light is known, B₀ and H₀: only what they change is solved.
+//! Relighting: objects are put into a room with known B₀ and H₀, and only the change is solved.
 //!
 //! ```text
-//! taken     T = (K₀ − K) B₀             on the room, where objects stand between
-//! given     G = K B₀                    on the objects
+//! occluded  T = (K₀ − K) B₀             on the room, where objects stand between
+//! objects   G = K B₀                    on the objects
 //! change    δ = e + ρKδ                 e = −ρT on the room, E + ρG on the objects
 //! ```
-//! K₀ and K are transport without and with the objects. Where no object stands between nothing is asked,
-//! and nothing changes.
+//! K₀ and K are transport without and with the objects. Receivers whose view no object occludes are skipped.
 
-use crate::hierarchy::descent::Receiving;
-use crate::hierarchy::find::Way;
-use crate::hierarchy::light::pull;
-use crate::hierarchy::solve::{Goal, Outcome};
-use crate::hierarchy::state::{Solve, prepared};
-use crate::hierarchy::world::{Watch, What};
+use crate::hierarchy::final_gather::ReceiverSelection;
+use crate::hierarchy::linear_radiosity::pull_radiosity;
+use crate::hierarchy::linker::{LinkMethod, RequestedLight};
+use crate::hierarchy::solver::{ErrorBudget, HierarchicalSolution, HierarchicalSolver, with_solver};
 use crate::occlusion::occluders::Occluders;
 use common::mesh::Mesh;
+use common::passes::ProgressCallback;
 use common::scene::Scene;
 use common::{Error, Result};
 use glam::Vec3;
 use std::ops::{ControlFlow, Range};
 
-/// How much of the work each part takes, roughly.
-const TAKEN: Range<f64> = 0.0..0.3;
-/// See [`TAKEN`].
-const GIVEN: Range<f64> = 0.3..0.5;
-/// See [`TAKEN`].
-const CHANGE: f64 = 0.5;
+/// Approximate progress of each step.
+const OCCLUDED_PROGRESS: Range<f64> = 0.0..0.3;
+/// See [`OCCLUDED_PROGRESS`].
+const OBJECTS_PROGRESS: Range<f64> = 0.3..0.5;
+/// See [`OCCLUDED_PROGRESS`].
+const CHANGE_PROGRESS_START: f64 = 0.5;
 
-/// A room's light on the texels of a mesh whose first faces are the room's; of objects nothing is read.
-pub struct Known<'a> {
+/// A room's light on the texels of a mesh whose first faces are the room's; values on objects are not read.
+pub struct RoomLight<'a> {
     /// B₀ of each texel's open part, W/m².
     pub radiosity: &'a [Vec3],
-    /// H₀ of it.
+    /// H₀ of each texel's open part.
     pub irradiance: &'a [Vec3],
-    /// The share of the texel's area that was open without objects.
+    /// Open share of each texel without objects.
     pub open: &'a [f32],
 }
 
-/// What the objects of `mesh`, which are dark but for their E, change of H, the mean over each texel's
-/// area; on themselves all that they receive. E and ρ are the texels'. What objects take is found by shafts,
-/// whatever the `way`.
+/// Solves for the change of H, the mean over each texel's area, that the objects of `mesh` cause; on the objects
+/// themselves for all H. E and ρ are the texels'. Shafts find the occluded light whatever the `method`.
 ///
-/// Errors: those of [`crate::hierarchy::solve::solve`].
+/// Errors: those of [`crate::hierarchy::solver::solve_scene`].
 pub fn relight(
     scene: &Scene,
     mesh: &Mesh,
-    known: &Known,
-    off: &[f32],
-    (goal, way): (Goal, Way),
-    watch: Watch,
-) -> Result<Outcome> {
-    prepared(scene, mesh, off, way, |solve| {
-        change(solve, known, goal, watch)
+    known: &RoomLight,
+    coarse_error: &[f32],
+    (budget, method): (ErrorBudget, LinkMethod),
+    watch: ProgressCallback,
+) -> Result<HierarchicalSolution> {
+    with_solver(scene, mesh, coarse_error, method, |solver| {
+        solve_change(solver, known, budget, watch)
     })
 }
 
-fn change(mut solve: Solve, known: &Known, goal: Goal, watch: Watch) -> Result<Outcome> {
-    let mesh = solve.world.mesh;
+fn solve_change(
+    mut solver: HierarchicalSolver,
+    known: &RoomLight,
+    budget: ErrorBudget,
+    watch: ProgressCallback,
+) -> Result<HierarchicalSolution> {
+    let mesh = solver.scene.mesh;
     let of_room = |k: usize| !mesh.is_object(mesh.texels[k].face);
     let on_room = |values: &[Vec3]| -> Vec<Vec3> {
         let value = |k: usize| if of_room(k) { values[k] } else { Vec3::ZERO };
         (0..values.len()).map(value).collect()
     };
     let texels = || 0..mesh.texels.len();
-    solve.known = on_room(known.irradiance);
-    solve.scale = solve.inverse_rms(&vec![Vec3::ZERO; mesh.texels.len()]);
-    let area: Vec<f32> = texels()
-        .map(|k| mesh.texels[k].area * known.open[k])
-        .collect();
-    let mut glow = pull(solve.world.tree, &area, &on_room(known.radiosity));
-    solve.world.clusters.pull(solve.world.tree, &mut glow);
+    solver.known = on_room(known.irradiance);
+    solver.scale = solver.inverse_rms(&vec![Vec3::ZERO; mesh.texels.len()]);
+    let area: Vec<f32> = texels().map(|k| mesh.texels[k].area * known.open[k]).collect();
+    let tree = solver.scene.tree;
+    let mut sources = pull_radiosity(tree, &area, &on_room(known.radiosity));
+    solver.scene.clusters.pull_radiosity(tree, &mut sources);
 
-    let objects = Occluders::objects(mesh);
-    let room = 0..mesh.room as usize;
-    let near = Receiving::on(room.clone()).near(0.5 * radius(mesh));
-    let what = What::Taken(&objects);
-    let taken = solve.at_texels(what, &glow, &near, goal.direct.softened(), TAKEN, watch)?;
-    let own = Receiving::on(room.end..mesh.faces.len());
-    let given = solve.at_texels(What::Light, &glow, &own, goal.direct, GIVEN, watch)?;
+    let objects = Occluders::from_objects(mesh);
+    let room = 0..mesh.room_faces as usize;
+    let on_room_faces = ReceiverSelection::on_faces(room.clone());
+    let on_room_faces = on_room_faces.limit_radius(0.5 * object_radius(mesh));
+    let occluded = solver.gather_at_texels(
+        RequestedLight::OccludedBy(&objects),
+        &sources,
+        &on_room_faces,
+        budget.direct.with_soft_edges(),
+        OCCLUDED_PROGRESS,
+        watch,
+    )?;
+    let on_objects = ReceiverSelection::on_faces(room.end..mesh.faces.len());
+    let received = solver.gather_at_texels(
+        RequestedLight::Arriving,
+        &sources,
+        &on_objects,
+        budget.direct,
+        OBJECTS_PROGRESS,
+        watch,
+    )?;
 
-    let once: Vec<Vec3> = texels()
-        .map(|k| if of_room(k) { -taken[k] } else { given[k] })
+    let direct: Vec<Vec3> = texels()
+        .map(|k| if of_room(k) { -occluded[k] } else { received[k] })
         .collect();
-    let reflected = solve.reflected(&solve.of_open(&once));
+    let reflected = solver.reflected_radiosity(&solver.open_part_mean(&direct));
     let emission: Vec<Vec3> = texels()
         .map(|k| match of_room(k) {
             true => reflected[k],
@@ -93,25 +108,26 @@ fn change(mut solve: Solve, known: &Known, goal: Goal, watch: Watch) -> Result<O
     if emission.iter().any(|e| !e.is_finite()) {
         return Err(Error::Fault("captured light is not finite".into()));
     }
-    let ambient = solve.ambient(&emission);
-    let mut told = |done: f64| -> ControlFlow<()> { watch(CHANGE + (1.0 - CHANGE) * done) };
-    let light = solve.of_open(&once);
-    let later = solve.bounced(&emission, &light, ambient, goal, &mut told)?;
-    // What objects cover has lost all that it had.
+    let ambient = solver.ambient_irradiance(&emission);
+    let mut change_watch =
+        |done: f64| -> ControlFlow<()> { watch(CHANGE_PROGRESS_START + (1.0 - CHANGE_PROGRESS_START) * done) };
+    let light = solver.open_part_mean(&direct);
+    let later = solver.solve_indirect(&emission, &light, ambient, budget, &mut change_watch)?;
+    // A part that objects cover loses all its light.
     let covered = |k: usize| match of_room(k) {
         true => (known.open[k] - later.open[k]).max(0.0) * known.irradiance[k],
         false => Vec3::ZERO,
     };
-    let irradiance = texels().map(|k| once[k] + later.irradiance[k] - covered(k));
-    Ok(Outcome {
+    let irradiance = texels().map(|k| direct[k] + later.irradiance[k] - covered(k));
+    Ok(HierarchicalSolution {
         irradiance: irradiance.collect(),
         ..later
     })
 }
 
-/// Of a ball around a typical object: half of the diagonal of all of them at most.
-fn radius(mesh: &Mesh) -> f32 {
-    let objects = mesh.faces.iter().skip(mesh.room as usize);
+/// Returns half of the longest side of the box around all objects, an estimate of one object's size.
+fn object_radius(mesh: &Mesh) -> f32 {
+    let objects = mesh.faces.iter().skip(mesh.room_faces as usize);
     let corners = objects.flat_map(|face| face.corners);
     let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), c| {
         (low.min(c), high.max(c))
@@ -122,20 +138,21 @@ fn radius(mesh: &Mesh) -> f32 {
     }
 }
 
-/// H of each texel, the mean over its area, as `radiosity` of the texels' open parts sends it.
+/// Gathers H of each texel, the mean over its area, from the given `radiosity` of the texels' open parts.
 ///
-/// Errors: those of [`crate::hierarchy::solve::solve`].
-pub fn irradiance(
+/// Errors: those of [`crate::hierarchy::solver::solve_scene`].
+pub fn gather_irradiance(
     scene: &Scene,
     mesh: &Mesh,
     radiosity: &[Vec3],
-    (goal, way): (Goal, Way),
-    watch: Watch,
+    (budget, method): (ErrorBudget, LinkMethod),
+    watch: ProgressCallback,
 ) -> Result<Vec<Vec3>> {
-    prepared(scene, mesh, &[], way, |mut solve| {
-        let glow = solve.glow(radiosity);
-        solve.first_look(radiosity, &glow, watch)?;
-        let all = Receiving::on(0..mesh.faces.len());
-        solve.at_texels(What::Light, &glow, &all, goal.direct, 0.0..1.0, watch)
+    with_solver(scene, mesh, &[], method, |mut solver| {
+        let sources = solver.fit_sources(radiosity);
+        solver.estimate_direct(radiosity, &sources, watch)?;
+        let all = ReceiverSelection::on_faces(0..mesh.faces.len());
+        let light = RequestedLight::Arriving;
+        solver.gather_at_texels(light, &sources, &all, budget.direct, 0.0..1.0, watch)
     })
 }

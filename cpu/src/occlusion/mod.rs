@@ -1,4 +1,4 @@
-//! What may stand between two faces, or on one.
+//! Occlusion between faces: convex polygons, shafts, and the occluders that enter a shaft.
 
 pub mod occluders;
 pub mod polygon;

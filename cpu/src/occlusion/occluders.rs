@@ -1,8 +1,7 @@
-//! The faces that may block, and those of them that enter a shaft: an obvhs BVH2 of faces, walked
-//! with the shaft's planes.
+//! All possible occluders of a scene in an obvhs BVH2, which is traversed with the planes of a shaft.
 
-use crate::occlusion::polygon::{Plane, Polygon};
-use crate::occlusion::shaft::{Shaft, TOUCH, WIDER};
+use crate::occlusion::polygon::{ConvexPolygon, OrientedPlane};
+use crate::occlusion::shaft::{OCCLUDER_MARGIN, Shaft, TOUCH_DISTANCE};
 use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::{DVec3, Vec3, Vec3A};
@@ -17,16 +16,16 @@ use std::cell::{Cell, RefCell};
 /// A face, one-sided for light, opaque from both sides.
 pub struct Occluder {
     /// Outline.
-    pub polygon: Polygon,
+    pub polygon: ConvexPolygon,
     /// Front plane, unit normal; zero on a face without area.
-    pub plane: Plane,
+    pub plane: OrientedPlane,
     /// Its sheet (see [`common::mesh::MeshFace::sheet`]).
     pub sheet: u32,
 }
 
-/// All faces of a scene, in the mesh's unit.
+/// All faces of a scene, in mesh units.
 pub struct Occluders {
-    /// In the scene's order.
+    /// Faces in the scene's order.
     pub faces: Vec<Occluder>,
     bvh: Bvh2,
     /// The face of each primitive of the BVH.
@@ -34,21 +33,20 @@ pub struct Occluders {
 }
 
 impl Occluders {
-    /// The faces of `scene`, which `mesh` holds in f32.
+    /// Takes the faces of `scene` in f64; `mesh` holds them in f32.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
-        Self::of(
+        Self::from_faces(
             mesh,
             scene
                 .faces
                 .iter()
                 .zip(&mesh.faces)
                 .map(|(face, small)| {
-                    let corners: Vec<DVec3> =
-                        face.outline().iter().map(|p| mesh.local(*p)).collect();
+                    let corners: Vec<DVec3> = face.outline().iter().map(|p| mesh.local_point(*p)).collect();
                     let normal = face.vector_area().normalize_or_zero();
                     Occluder {
-                        polygon: Polygon::new(&corners),
-                        plane: Plane::through(corners[0], normal),
+                        polygon: ConvexPolygon::new(&corners),
+                        plane: OrientedPlane::through_point(corners[0], normal),
                         sheet: small.sheet,
                     }
                 })
@@ -57,31 +55,27 @@ impl Occluders {
         )
     }
 
-    /// The faces as the solvers have them.
-    pub fn rounded(mesh: &Mesh) -> Self {
-        Self::some(mesh, |_| true)
+    /// Takes the faces of `mesh`, rounded to f32.
+    pub fn from_mesh(mesh: &Mesh) -> Self {
+        Self::from_filtered(mesh, |_| true)
     }
 
-    /// The same of what was put into a room.
-    pub fn objects(mesh: &Mesh) -> Self {
-        Self::some(mesh, |k| mesh.is_object(k))
+    /// Takes the faces of `mesh`; only objects occlude.
+    pub fn from_objects(mesh: &Mesh) -> Self {
+        Self::from_filtered(mesh, |k| mesh.is_object(k))
     }
 
-    fn some(mesh: &Mesh, blocks: impl Fn(u32) -> bool) -> Self {
-        Self::of(
+    fn from_filtered(mesh: &Mesh, blocks: impl Fn(u32) -> bool) -> Self {
+        Self::from_faces(
             mesh,
             mesh.faces
                 .iter()
                 .map(|face| {
                     let corners = face.corners.map(|c| c.as_dvec3());
-                    let count = if face.corners[2] == face.corners[3] {
-                        3
-                    } else {
-                        4
-                    };
+                    let count = if face.corners[2] == face.corners[3] { 3 } else { 4 };
                     Occluder {
-                        polygon: Polygon::new(&corners[..count]),
-                        plane: Plane {
+                        polygon: ConvexPolygon::new(&corners[..count]),
+                        plane: OrientedPlane {
                             normal: face.plane.truncate().as_dvec3(),
                             offset: f64::from(face.plane.w),
                         },
@@ -93,84 +87,82 @@ impl Occluders {
         )
     }
 
-    /// What lies under another front as a whole blocks nothing that this one does not.
-    fn of(mesh: &Mesh, faces: Vec<Occluder>, which: impl Fn(u32) -> bool) -> Self {
+    /// Builds the BVH of the faces that fulfil `which`. A face that lies wholly under another front is left out.
+    fn from_faces(mesh: &Mesh, faces: Vec<Occluder>, which: impl Fn(u32) -> bool) -> Self {
         let blocks = |k: usize| faces[k].plane.normal != DVec3::ZERO && !mesh.faces[k].is_buried();
         let index: Vec<u32> = (0..faces.len() as u32)
             .filter(|k| which(*k) && blocks(*k as usize))
             .collect();
-        let boxes: Vec<Aabb> = index
-            .iter()
-            .map(|k| bounds(&faces[*k as usize].polygon))
-            .collect();
+        let boxes: Vec<Aabb> = index.iter().map(|k| polygon_box(&faces[*k as usize].polygon)).collect();
         Self {
-            bvh: build(&boxes),
+            bvh: build_bvh(&boxes),
             faces,
             index,
         }
     }
 
-    /// Appends the faces that enter `shaft`, but for the sheets of its ends.
-    pub fn entering(&self, shaft: &Shaft, ends: [u32; 2], found: &mut Vec<u32>) {
-        let outside = |aabb: &Aabb| shaft.misses_box(wide(aabb.min), wide(aabb.max), TOUCH);
-        self.visit(outside, |k| {
+    /// Appends the faces that enter `shaft`, except the sheets of its ends.
+    pub fn faces_entering(&self, shaft: &Shaft, ends: [u32; 2], found: &mut Vec<u32>) {
+        let outside = |aabb: &Aabb| shaft.misses_box(widen_to_f64(aabb.min), widen_to_f64(aabb.max), TOUCH_DISTANCE);
+        self.visit_faces(outside, |k| {
             let face = &self.faces[k as usize];
-            if !ends.contains(&face.sheet) && !shaft.misses(&face.polygon, &face.plane) {
+            if !ends.contains(&face.sheet) && !shaft.misses_polygon(&face.polygon, &face.plane) {
                 found.push(k);
             }
         });
-        // The tree's order is no property of the scene.
+        // The result must not depend on the order of the BVH.
         found.sort_unstable();
     }
 
-    /// The faces that may stop a ray in `shaft`, but for the sheets of its ends; none where they are more than
+    /// Returns the faces that may block a ray in `shaft`, except the sheets of its ends; none if there are more than
     /// `most`.
-    pub fn stopping(&self, shaft: &Shaft, ends: [u32; 2], most: usize) -> Option<Vec<u32>> {
+    pub fn faces_blocking_rays(&self, shaft: &Shaft, ends: [u32; 2], most: usize) -> Option<Vec<u32>> {
         let found = RefCell::new(Vec::new());
         let outside = |aabb: &Aabb| {
-            found.borrow().len() > most || shaft.misses_box(wide(aabb.min), wide(aabb.max), -WIDER)
+            found.borrow().len() > most
+                || shaft.misses_box(widen_to_f64(aabb.min), widen_to_f64(aabb.max), -OCCLUDER_MARGIN)
         };
-        self.visit(outside, |k| {
+        self.visit_faces(outside, |k| {
             let face = &self.faces[k as usize];
-            if !ends.contains(&face.sheet) && !shaft.clears(&face.polygon, &face.plane) {
+            if !ends.contains(&face.sheet) && !shaft.blocks_no_ray(&face.polygon, &face.plane) {
                 found.borrow_mut().push(k);
             }
         });
         let mut found = found.into_inner();
-        // The tree's order is no property of the scene.
+        // The result must not depend on the order of the BVH.
         found.sort_unstable();
         (found.len() <= most).then_some(found)
     }
 
-    /// The faces whose boxes meet that of `polygon`, by number.
-    pub fn beside(&self, polygon: &Polygon) -> Vec<u32> {
-        let own = bounds(polygon);
+    /// Returns the faces whose boxes overlap that of `polygon`, in rising order.
+    pub fn faces_near(&self, polygon: &ConvexPolygon) -> Vec<u32> {
+        let own = polygon_box(polygon);
         let apart = |aabb: &Aabb| aabb.min.cmpgt(own.max).any() || aabb.max.cmplt(own.min).any();
         let mut found = Vec::new();
-        self.visit(apart, |k| {
-            if !apart(&bounds(&self.faces[k as usize].polygon)) {
+        self.visit_faces(apart, |k| {
+            if !apart(&polygon_box(&self.faces[k as usize].polygon)) {
                 found.push(k);
             }
         });
-        // The tree's order is no property of the scene.
+        // The result must not depend on the order of the BVH.
         found.sort_unstable();
         found
     }
 
-    /// Whether a face may lie between two balls, given by centre and radius.
-    pub fn between(&self, from: (Vec3, f32), to: (Vec3, f32)) -> bool {
+    /// Returns true if a face may lie between two balls, given by centre and radius.
+    pub fn any_between(&self, from: (Vec3, f32), to: (Vec3, f32)) -> bool {
         let found = Cell::new(false);
         let outside = |aabb: &Aabb| {
             let centre = (aabb.min + aabb.max) * 0.5;
             let radius = (aabb.max - aabb.min).length() * 0.5;
-            found.get() || beside(from, to, centre.into()) > radius
+            found.get() || distance_to_hull(from, to, centre.into()) > radius
         };
-        self.visit(outside, |_| found.set(true));
+        self.visit_faces(outside, |_| found.set(true));
         found.get()
     }
 
-    /// Every face whose boxes do not lie `outside`, and perhaps more.
-    fn visit(&self, outside: impl Fn(&Aabb) -> bool, mut found: impl FnMut(u32)) {
+    /// Visits every face whose boxes are not `outside`, and possibly more.
+    fn visit_faces(&self, outside: impl Fn(&Aabb) -> bool, mut found: impl FnMut(u32)) {
         if self.index.is_empty() {
             return;
         }
@@ -190,7 +182,7 @@ impl Occluders {
         }
     }
 
-    /// Whether one of `faces` alone hides the shaft's ends from each other.
+    /// Returns true if one of `faces` alone hides the shaft's ends from each other.
     pub fn one_hides(&self, shaft: &Shaft, faces: &[u32]) -> bool {
         faces.iter().any(|k| {
             let face = &self.faces[*k as usize];
@@ -199,11 +191,11 @@ impl Occluders {
     }
 }
 
-/// How far `p` lies outside the hull of two balls.
-fn beside((a, r): (Vec3, f32), (b, s): (Vec3, f32), p: Vec3) -> f32 {
+/// Returns the distance of `p` from the hull of two balls; negative inside.
+fn distance_to_hull((a, r): (Vec3, f32), (b, s): (Vec3, f32), p: Vec3) -> f32 {
     let (way, to) = (b - a, p - a);
     let length = way.length();
-    // The least of |p − a − t·way/length| − radius(t), which is convex.
+    // The minimum of |p − a − t·way/length| − radius(t), which is convex.
     let growth = (s - r) / length.max(1e-12);
     let at = if growth.abs() < 1.0 {
         let along = to.dot(way) / length;
@@ -218,8 +210,8 @@ fn beside((a, r): (Vec3, f32), (b, s): (Vec3, f32), p: Vec3) -> f32 {
     p.distance(a + way * t) - (r + (s - r) * t)
 }
 
-/// [`obvhs::bvh2::builder::build_bvh2`] of any depth: `walk` has a stack that grows.
-fn build(boxes: &[Aabb]) -> Bvh2 {
+/// [`obvhs::bvh2::builder::build_bvh2`] of any depth: the traversal's stack grows.
+fn build_bvh(boxes: &[Aabb]) -> Bvh2 {
     let parameters = BvhBuildParams::medium_build();
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
         parameters.ploc_search_distance,
@@ -238,18 +230,18 @@ fn build(boxes: &[Aabb]) -> Bvh2 {
     bvh
 }
 
-fn bounds(polygon: &Polygon) -> Aabb {
+fn polygon_box(polygon: &ConvexPolygon) -> Aabb {
     let mut aabb = Aabb::empty();
     for corner in polygon.corners() {
         aabb.extend(corner.as_vec3().into());
     }
-    // Room for the rounding to f32.
+    // Allows for the rounding to f32.
     let margin = Vec3A::splat(4.0 * f32::EPSILON);
     aabb.min -= margin;
     aabb.max += margin;
     aabb
 }
 
-fn wide(p: Vec3A) -> DVec3 {
+fn widen_to_f64(p: Vec3A) -> DVec3 {
     DVec3::new(f64::from(p.x), f64::from(p.y), f64::from(p.z))
 }

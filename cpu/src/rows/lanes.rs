@@ -1,83 +1,77 @@
-//! [`crate::twin::link::sample`] for a block of texels at once: the same operations in the same order,
-//! lane by lane, so that the same bits come out. Written as plain loops over arrays, which the
-//! compiler turns into the widest registers that the caller's [`pulp::Arch`] found.
+//! [`crate::rows::texel_link::add_sample`] for a block of texels at once: the same operations in the same order,
+//! lane by lane, with the same bits. Plain loops over arrays, which the compiler vectorises for the registers of the
+//! caller's [`pulp::Arch`].
 
-use crate::rows::receivers::{Block, LANES, Receivers};
-use crate::twin::texel_point::point;
-use common::constants::{CONTACT, DEPTH_SCALE, MISS, POINT, RAY_REACH};
+use crate::rows::receivers::{LANE_COUNT, TexelArrays, TexelBlock};
+use common::constants::{CONTACT_DISTANCE, DEPTH_SCALE, MISS_DISTANCE, POINT_SOURCE_RADII, RAY_REACH};
 use common::form_factor::{
-    FormFactor, Shooter, disc, far, is_low, polygon, polygon_above, remote, weight,
+    FormFactor, Shooter, disc_factor, is_far, is_low, is_remote, point_weight, polygon_factor, polygon_factor_above,
 };
-use common::intersect::{meet, touches};
+use common::intersect::{intersect_planes, touches_plane};
 use common::mesh::{MeshFace, TexelKind};
-use common::sampling::{near_uv, texel_uv};
+use common::sampling::{near_point_uv, texel_uv};
+use common::texel_point::point_on_texel;
 use glam::Vec3;
 
-/// A number of each lane.
-pub type Lane = [f32; LANES];
+/// One value per lane.
+pub type LaneValues = [f32; LANE_COUNT];
 
-/// Points of a block's texels.
+/// One point per lane.
 #[derive(Clone, Copy)]
-pub struct Points {
-    x: Lane,
-    y: Lane,
-    z: Lane,
-    /// The area that each stands for over the mean.
-    pub weight: Lane,
+pub struct LanePoints {
+    x: LaneValues,
+    y: LaneValues,
+    z: LaneValues,
+    /// Area that each point represents over the mean.
+    pub weight: LaneValues,
 }
 
-impl Points {
-    /// Of coordinates.
+impl LanePoints {
+    /// Makes points of coordinates.
     #[inline(always)]
-    pub fn new([x, y, z]: [Lane; 3], weight: Lane) -> Self {
+    pub fn new([x, y, z]: [LaneValues; 3], weight: LaneValues) -> Self {
         Self { x, y, z, weight }
     }
 
-    /// Of lane `l`.
+    /// Returns the point of lane `l`.
     #[inline(always)]
     pub fn at(&self, l: usize) -> Vec3 {
         Vec3::new(self.x[l], self.y[l], self.z[l])
     }
 
-    /// The texels' centres.
+    /// Returns the texels' centres.
     #[inline(always)]
-    pub fn centres(receivers: &Receivers, first: usize) -> Self {
-        let lane = |axis: usize| -> Lane {
-            let mut lane = [0.0; LANES];
-            lane.copy_from_slice(&receivers.centre[axis][first..first + LANES]);
+    pub fn texel_centres(receivers: &TexelArrays, first: usize) -> Self {
+        let lane = |axis: usize| -> LaneValues {
+            let mut lane = [0.0; LANE_COUNT];
+            lane.copy_from_slice(&receivers.centre[axis][first..first + LANE_COUNT]);
             lane
         };
         Self {
             x: lane(0),
             y: lane(1),
             z: lane(2),
-            weight: [1.0; LANES],
+            weight: [1.0; LANE_COUNT],
         }
     }
 
-    /// Point `s` of each texel as `cell` sees it.
+    /// Returns sample point `s` of each texel against patch `patch`.
     #[inline(always)]
-    pub fn sampled(
-        receivers: &Receivers,
-        face: &MeshFace,
-        block: &Block,
-        cell: u32,
-        s: u32,
-    ) -> Self {
-        Self::of_quads_or_not(receivers, face, block, |k, _| texel_uv(s, k as u32, cell))
+    pub fn texel_samples(receivers: &TexelArrays, face: &MeshFace, block: &TexelBlock, patch: u32, s: u32) -> Self {
+        Self::of_quads_or_not(receivers, face, block, |k, _| texel_uv(s, k as u32, patch))
     }
 
-    /// Place `place` of the grid on each texel.
+    /// Returns point `place` of the grid on each texel.
     #[inline(always)]
-    pub fn placed(receivers: &Receivers, face: &MeshFace, block: &Block, place: u32) -> Self {
-        Self::of_quads_or_not(receivers, face, block, |_, kind| near_uv(place, kind))
+    pub fn grid_points(receivers: &TexelArrays, face: &MeshFace, block: &TexelBlock, place: u32) -> Self {
+        Self::of_quads_or_not(receivers, face, block, |_, kind| near_point_uv(place, kind))
     }
 
     #[inline(always)]
     fn of_quads_or_not(
-        receivers: &Receivers,
+        receivers: &TexelArrays,
         face: &MeshFace,
-        block: &Block,
+        block: &TexelBlock,
         uv: impl Fn(usize, TexelKind) -> [f32; 2],
     ) -> Self {
         if receivers.kind[block.first] == TexelKind::Quad {
@@ -89,79 +83,80 @@ impl Points {
 
     #[inline(always)]
     fn of_kind(
-        receivers: &Receivers,
+        receivers: &TexelArrays,
         face: &MeshFace,
-        block: &Block,
+        block: &TexelBlock,
         uv: impl Fn(usize, TexelKind) -> [f32; 2],
         kind: impl Fn(usize) -> TexelKind,
     ) -> Self {
         let mut points = Self {
-            x: [0.0; LANES],
-            y: [0.0; LANES],
-            z: [0.0; LANES],
-            weight: [1.0; LANES],
+            x: [0.0; LANE_COUNT],
+            y: [0.0; LANE_COUNT],
+            z: [0.0; LANE_COUNT],
+            weight: [1.0; LANE_COUNT],
         };
         let first = block.first;
-        let [i, j] = [0, 1].map(|axis| &receivers.place[axis][first..first + LANES]);
-        let area = &receivers.area[first..first + LANES];
-        for l in 0..LANES {
+        let [i, j] = [0, 1].map(|axis| &receivers.place[axis][first..first + LANE_COUNT]);
+        let area = &receivers.area[first..first + LANE_COUNT];
+        for l in 0..LANE_COUNT {
             let kind = kind(first + l);
-            let p = point(face, kind, [i[l], j[l]], area[l], uv(first + l, kind));
+            let p = point_on_texel(face, kind, [i[l], j[l]], area[l], uv(first + l, kind));
             (points.x[l], points.y[l], points.z[l], points.weight[l]) = (p.x, p.y, p.z, p.w);
         }
         points
     }
 }
 
-/// [`common::form_factor::form_factor`] of each lane, whose `normal` is asked for. `above`: no corner of the shooter's lies
-/// below the receiver's horizon, and one well above it.
+/// [`common::form_factor::form_factor`] of each lane. `above`: no corner of the shooter lies below the
+/// receiver's horizon, and one lies well above it.
 #[inline(always)]
-pub fn form_factors(
+pub fn lane_form_factors(
     kind: FormFactor,
     shooter: &Shooter,
     above: bool,
-    points: &Points,
+    points: &LanePoints,
     normal: impl Fn(usize) -> Vec3 + Copy,
     area: &[f32],
-) -> Lane {
-    let mut f = [0.0; LANES];
+) -> LaneValues {
+    let mut f = [0.0; LANE_COUNT];
     match kind {
-        FormFactor::Polygon => f = lambert(shooter, above, points, normal),
+        FormFactor::Polygon => f = lambert_factor(shooter, above, points, normal),
         FormFactor::Disc => {
             for (l, f) in f.iter_mut().enumerate() {
                 *f = point_to_disc(shooter, points.at(l), normal(l), shooter.area);
             }
         }
         FormFactor::Paper => {
-            for l in 0..LANES {
+            for l in 0..LANE_COUNT {
                 f[l] = point_to_disc(shooter, points.at(l), normal(l), area[l]);
             }
         }
     }
     for (l, f) in f.iter_mut().enumerate() {
         let height = shooter.normal.dot(points.at(l) - shooter.centre);
-        *f = if height <= CONTACT { 0.0 } else { *f };
+        *f = if height <= CONTACT_DISTANCE { 0.0 } else { *f };
     }
     f
 }
 
-/// Lambert's sum, and a point where the shooter is remote.
+/// Returns Lambert's form factor of each lane, of a point source where the shooter is remote. `above`: the
+/// shooter lies above the horizon of every lane.
 #[inline(always)]
-fn lambert(
+pub fn lambert_factor(
     shooter: &Shooter,
     above: bool,
-    points: &Points,
+    points: &LanePoints,
     normal: impl Fn(usize) -> Vec3 + Copy,
-) -> Lane {
-    let mut f = [0.0; LANES];
-    // Most shooters are nowhere remote: nothing is farther than the mesh's diagonal.
-    let remote = if POINT * shooter.radius * DEPTH_SCALE < 1.0 {
+) -> LaneValues {
+    let mut f = [0.0; LANE_COUNT];
+    // Most shooters are remote from no point: the mesh's diagonal is the largest distance.
+    let remote = if POINT_SOURCE_RADII * shooter.radius * DEPTH_SCALE < 1.0 {
         are_remote(shooter, points)
     } else {
-        [false; LANES]
+        [false; LANE_COUNT]
     };
     if remote.contains(&false) {
-        f = sum(shooter, above, points, normal);
+        f = lambert_sums(shooter, above, points, normal);
     }
     if remote.contains(&true) {
         for (l, f) in f.iter_mut().enumerate() {
@@ -172,35 +167,36 @@ fn lambert(
     f
 }
 
+/// Returns Lambert's sums over the edges of the shooter, clipped to the horizon of each lane.
 #[inline(always)]
-fn sum(shooter: &Shooter, above: bool, points: &Points, normal: impl Fn(usize) -> Vec3) -> Lane {
-    let mut f = [0.0; LANES];
+pub fn lambert_sums(shooter: &Shooter, above: bool, points: &LanePoints, normal: impl Fn(usize) -> Vec3) -> LaneValues {
+    let mut f = [0.0; LANE_COUNT];
     if above {
         for (l, f) in f.iter_mut().enumerate() {
-            *f = polygon_above(&shooter.corners, points.at(l), normal(l), false);
+            *f = polygon_factor_above(&shooter.corners, points.at(l), normal(l), false);
         }
         return f;
     }
-    let (mut whole, mut some) = ([false; LANES], [false; LANES]);
-    for l in 0..LANES {
+    let (mut whole, mut visible) = ([false; LANE_COUNT], [false; LANE_COUNT]);
+    for l in 0..LANE_COUNT {
         let (point, normal) = (points.at(l), normal(l));
         let heights = shooter.corners.map(|corner| normal.dot(corner - point));
-        let lowest = heights.into_iter().fold(MISS, f32::min);
-        let highest = heights.into_iter().fold(-MISS, f32::max);
-        let front = shooter.normal.dot(point - shooter.centre) > CONTACT;
-        some[l] = front && highest > CONTACT;
-        whole[l] = some[l] && lowest > -CONTACT && !is_low(shooter, point, highest);
+        let lowest = heights.into_iter().fold(MISS_DISTANCE, f32::min);
+        let highest = heights.into_iter().fold(-MISS_DISTANCE, f32::max);
+        let front = shooter.normal.dot(point - shooter.centre) > CONTACT_DISTANCE;
+        visible[l] = front && highest > CONTACT_DISTANCE;
+        whole[l] = visible[l] && lowest > -CONTACT_DISTANCE && !is_low(shooter, point, highest);
     }
     if whole.contains(&true) {
         for (l, f) in f.iter_mut().enumerate() {
-            *f = polygon_above(&shooter.corners, points.at(l), normal(l), false);
+            *f = polygon_factor_above(&shooter.corners, points.at(l), normal(l), false);
         }
     }
-    // The few that are to be clipped, one by one.
+    // The few lanes that need clipping, one by one.
     for (l, f) in f.iter_mut().enumerate() {
         if !whole[l] {
-            *f = match some[l] {
-                true => polygon(shooter, points.at(l), normal(l)),
+            *f = match visible[l] {
+                true => polygon_factor(shooter, points.at(l), normal(l)),
                 false => 0.0,
             };
         }
@@ -208,76 +204,77 @@ fn sum(shooter: &Shooter, above: bool, points: &Points, normal: impl Fn(usize) -
     f
 }
 
+/// Returns the lanes from which the shooter is remote.
 #[inline(always)]
-fn are_remote(shooter: &Shooter, points: &Points) -> [bool; LANES] {
-    let mut result = [false; LANES];
+pub fn are_remote(shooter: &Shooter, points: &LanePoints) -> [bool; LANE_COUNT] {
+    let mut result = [false; LANE_COUNT];
     for (l, far_off) in result.iter_mut().enumerate() {
         let d = points.at(l) - shooter.centre;
-        *far_off = remote(d.dot(d), shooter.radius);
+        *far_off = is_remote(d.dot(d), shooter.radius);
     }
     result
 }
 
+/// Returns the form factor of a disc of `disc_area`.
 #[inline(always)]
-fn point_to_disc(shooter: &Shooter, position: Vec3, normal: Vec3, disc_area: f32) -> f32 {
+pub fn point_to_disc(shooter: &Shooter, position: Vec3, normal: Vec3, disc_area: f32) -> f32 {
     let d = position - shooter.centre;
     let r2 = d.dot(d);
     let r = r2.sqrt();
     let cos_i = shooter.normal.dot(d) / r;
     let cos_j = (-normal.dot(d) / r).max(0.0);
-    disc(cos_i, cos_j, r2, shooter.area, disc_area)
+    disc_factor(cos_i, cos_j, r2, shooter.area, disc_area)
 }
 
-/// Whether each texel is far from the cell at `centre`.
+/// Marks the texels that are far from the patch at `centre`.
 #[inline(always)]
-pub fn are_far(receivers: &Receivers, first: usize, centre: Vec3, reach: f32) -> [bool; LANES] {
-    let points = Points::centres(receivers, first);
-    let mut result = [false; LANES];
+pub fn are_far(receivers: &TexelArrays, first: usize, centre: Vec3, reach: f32) -> [bool; LANE_COUNT] {
+    let points = LanePoints::texel_centres(receivers, first);
+    let mut result = [false; LANE_COUNT];
     for (l, far_off) in result.iter_mut().enumerate() {
-        *far_off = far(points.at(l), centre, reach);
+        *far_off = is_far(points.at(l), centre, reach);
     }
     result
 }
 
-/// The weight of each pair of points; nothing where no light arrives.
+/// Returns the weight of each point pair; 0 where no light arrives.
 #[inline(always)]
-pub fn weights(
+pub fn pair_weights(
     shooter: &Shooter,
-    points: &Points,
+    points: &LanePoints,
     normal: impl Fn(usize) -> Vec3,
-    (part, point_weight): (f32, f32),
-    f: &Lane,
-) -> Lane {
-    let mut g = [0.0; LANES];
-    for l in 0..LANES {
-        let weight = weight(shooter, points.at(l), normal(l), part, f[l])
-            * (points.weight[l] * point_weight);
+    (part, area_weight): (f32, f32),
+    f: &LaneValues,
+) -> LaneValues {
+    let mut g = [0.0; LANE_COUNT];
+    for l in 0..LANE_COUNT {
+        let weight = point_weight(shooter, points.at(l), normal(l), part, f[l]) * (points.weight[l] * area_weight);
         let height = shooter.normal.dot(points.at(l) - shooter.centre);
-        let dark = (f[l] <= 0.0) | (height <= CONTACT);
+        let dark = (f[l] <= 0.0) | (height <= CONTACT_DISTANCE);
         g[l] = if dark { 0.0 } else { weight };
     }
     g
 }
 
-/// Marks the lanes below whose horizon `q` lies.
+/// Marks the lanes whose horizon `q` lies below.
 #[inline(always)]
-pub fn below(
-    points: &Points,
+pub fn mark_below_horizon(
+    points: &LanePoints,
     normal: impl Fn(usize) -> Vec3,
     q: Vec3,
-    stopped: &mut [bool; LANES],
+    blocked: &mut [bool; LANE_COUNT],
 ) {
-    for (l, stopped) in stopped.iter_mut().enumerate() {
-        *stopped |= normal(l).dot(points.at(l) - q) >= CONTACT;
+    for (l, blocked) in blocked.iter_mut().enumerate() {
+        *blocked |= normal(l).dot(points.at(l) - q) >= CONTACT_DISTANCE;
     }
 }
 
-/// Marks the lanes whose ray from `q` the `face` stops: [`common::rays::Rays::visible`] of one face.
+/// Marks the lanes whose ray from `q` the `face` blocks: [`common::rays::Rays::is_visible`] of one face.
 #[inline(always)]
-pub fn stop(face: &MeshFace, q: Vec3, points: &Points, stopped: &mut [bool; LANES]) {
-    for (l, stopped) in stopped.iter_mut().enumerate() {
+pub fn mark_blocked(face: &MeshFace, q: Vec3, points: &LanePoints, blocked: &mut [bool; LANE_COUNT]) {
+    for (l, blocked) in blocked.iter_mut().enumerate() {
         let p = points.at(l);
-        let hit = meet(face.plane, face.edges, q, (p - q) / RAY_REACH);
-        *stopped |= hit.between(RAY_REACH) & !touches(face, p);
+        let hit = intersect_planes(face.plane, face.edges, q, (p - q) / RAY_REACH);
+        *blocked |= hit.stops_ray(RAY_REACH) & !touches_plane(face, p);
     }
 }

@@ -1,63 +1,63 @@
-//! The texels as a shot's inner loops read them: an array for each coordinate, in blocks of a few
-//! neighbours on one face, each with the rectangle that it covers there.
+//! The texels as arrays, one per coordinate, for the inner loops of a shot. Neighbours on a face form blocks, each
+//! with its rectangle on that face.
 
 use common::mesh::{Mesh, MeshFace, TexelKind};
 use glam::{Vec2, Vec3};
 use std::ops::Range;
 
-/// Texels of a block: a register of 16 f32, or two or four narrower ones.
-pub const LANES: usize = 16;
+/// Texels per block: a register of 16 f32, or two or four narrower ones.
+pub const LANE_COUNT: usize = 16;
 
-/// All texels, in the mesh's order, and then as many without area as a block may read beyond.
-pub struct Receivers {
+/// All texels in the mesh's order, padded by one block of texels without area.
+pub struct TexelArrays {
     /// Centres.
     pub centre: [Vec<f32>; 3],
     /// Areas.
     pub area: Vec<f32>,
-    /// Lower corners on the faces' lattices.
+    /// Grid positions on the faces.
     pub place: [Vec<u32>; 2],
-    /// Outlines.
+    /// Kinds of outline.
     pub kind: Vec<TexelKind>,
-    /// By face.
-    pub faces: Vec<Receiver>,
+    /// The texels of each face.
+    pub faces: Vec<ReceiverFace>,
 }
 
 /// The texels of a face.
-pub struct Receiver {
-    /// In the mesh.
+pub struct ReceiverFace {
+    /// Numbers of the texels in the mesh.
     pub texels: Range<usize>,
-    /// All of them.
-    pub blocks: Vec<Block>,
-    /// The rectangle around them.
+    /// Their blocks.
+    pub blocks: Vec<TexelBlock>,
+    /// Lower corner of the rectangle around them.
     pub low: Vec2,
-    /// Its other corner.
+    /// Upper corner of that rectangle.
     pub high: Vec2,
-    /// Where its plane's coordinates are measured from, and along what.
-    pub frame: Frame,
+    /// Coordinates on the face.
+    pub frame: FaceFrame,
 }
 
-/// At most [`LANES`] texels that follow each other.
+/// At most [`LANE_COUNT`] contiguous texels.
 #[derive(Clone, Copy, Debug)]
-pub struct Block {
-    /// The first.
+pub struct TexelBlock {
+    /// Number of the first texel.
     pub first: usize,
-    /// How many.
+    /// Number of texels.
     pub count: usize,
-    /// The rectangle around them, in the face's frame.
+    /// Lower corner of the rectangle around them, in the face's frame.
     pub low: Vec2,
-    /// Its other corner.
+    /// Upper corner of that rectangle.
     pub high: Vec2,
 }
 
 /// Coordinates on a face's plane.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame {
+pub struct FaceFrame {
     origin: Vec3,
     axes: [Vec3; 2],
 }
 
-impl Frame {
-    /// Of a face's plane.
+impl FaceFrame {
+    /// Makes the frame of a face's plane.
     pub fn new(face: &MeshFace) -> Self {
         Self {
             origin: face.corners[0],
@@ -65,24 +65,24 @@ impl Frame {
         }
     }
 
-    /// Of a point.
-    pub fn of(&self, point: Vec3) -> Vec2 {
+    /// Returns the plane coordinates of a point.
+    pub fn project_point(&self, point: Vec3) -> Vec2 {
         let d = point - self.origin;
         Vec2::new(self.axes[0].dot(d), self.axes[1].dot(d))
     }
 }
 
-impl Receivers {
-    /// The texels of `mesh`.
+impl TexelArrays {
+    /// Copies the texels of `mesh`.
     pub fn new(mesh: &Mesh) -> Self {
-        let padding = || std::iter::repeat_n(0.0, LANES);
+        let padding = || std::iter::repeat_n(0.0, LANE_COUNT);
         let coordinate = |axis: usize| {
             let own = mesh.texels.iter().map(|t| t.position[axis]);
             own.chain(padding()).collect()
         };
         let place = |axis: usize| {
-            let own = mesh.texels.iter().map(|t| t.place[axis]);
-            own.chain(std::iter::repeat_n(0, LANES)).collect()
+            let own = mesh.texels.iter().map(|t| t.lattice_corner[axis]);
+            own.chain(std::iter::repeat_n(0, LANE_COUNT)).collect()
         };
         let kinds = mesh.texels.iter().map(|t| t.kind);
         let mut faces = Vec::with_capacity(mesh.faces.len());
@@ -90,42 +90,35 @@ impl Receivers {
         for (f, face) in (0..).zip(&mesh.faces) {
             let rest = &mesh.texels[first..];
             let count = rest.iter().take_while(|t| t.face == f).count();
-            faces.push(Receiver::new(mesh, face, first..first + count));
+            faces.push(ReceiverFace::new(mesh, face, first..first + count));
             first += count;
         }
         Self {
             centre: [0, 1, 2].map(coordinate),
-            area: mesh
-                .texels
-                .iter()
-                .map(|t| t.area)
-                .chain(padding())
-                .collect(),
+            area: mesh.texels.iter().map(|t| t.area).chain(padding()).collect(),
             place: [0, 1].map(place),
-            kind: kinds
-                .chain(std::iter::repeat_n(TexelKind::Quad, LANES))
-                .collect(),
+            kind: kinds.chain(std::iter::repeat_n(TexelKind::Quad, LANE_COUNT)).collect(),
             faces,
         }
     }
 }
 
-impl Receiver {
+impl ReceiverFace {
     fn new(mesh: &Mesh, face: &MeshFace, texels: Range<usize>) -> Self {
-        let frame = Frame::new(face);
-        let blocks: Vec<Block> = texels
+        let frame = FaceFrame::new(face);
+        let blocks: Vec<TexelBlock> = texels
             .clone()
-            .step_by(LANES)
+            .step_by(LANE_COUNT)
             .map(|first| {
-                let count = LANES.min(texels.end - first);
+                let count = LANE_COUNT.min(texels.end - first);
                 let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
                 for texel in &mesh.texels[first..first + count] {
-                    for point in corners(face, texel.kind, texel.place) {
-                        low = low.min(frame.of(point));
-                        high = high.max(frame.of(point));
+                    for point in grid_square_corners(face, texel.kind, texel.lattice_corner) {
+                        low = low.min(frame.project_point(point));
+                        high = high.max(frame.project_point(point));
                     }
                 }
-                Block {
+                TexelBlock {
                     first,
                     count,
                     low,
@@ -145,8 +138,8 @@ impl Receiver {
     }
 }
 
-/// The corners of the lattice's place, which hold a texel of either kind.
-fn corners(face: &MeshFace, kind: TexelKind, [i, j]: [u32; 2]) -> [Vec3; 4] {
+/// Returns the corners of a grid square, which contains a texel of either kind.
+fn grid_square_corners(face: &MeshFace, kind: TexelKind, [i, j]: [u32; 2]) -> [Vec3; 4] {
     let [a, b, c, d] = face.corners;
     [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(di, dj)| {
         let u = (i + di) as f32 / face.resolution[0] as f32;

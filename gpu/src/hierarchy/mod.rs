@@ -1,6 +1,6 @@
-//! The links of a hierarchical solve, found level by level: pairs of blocks and nodes come to nothing, to
-//! links, or to pairs with the node's parts.
+//! Links of the hierarchical solve, refined level by level (Hanrahan, Salzman & Aupperle 1991): each pair of
+//! a block and a node is skipped, linked, or replaced by pairs with the node's children.
 
-mod buffers;
-pub mod finder;
-mod stages;
+pub mod gpu_linker;
+mod level_stages;
+mod link_buffers;

@@ -1,4 +1,4 @@
-// One texel under the shot: ΔH = (w − subtracted)·B_shooter, ΔB = Δr = ρ·ΔH. Twin: cpu/src/twin/deposit.rs.
+// Deposits the shot on one texel: ΔH = (w − subtracted)·B_shooter, ΔB = Δr = ρ·ΔH.
 
 @group(0) @binding(0) var<storage, read> shot: Shot;
 @group(0) @binding(1) var<uniform> params: Params;
@@ -9,19 +9,19 @@
 @group(0) @binding(6) var<storage, read_write> irradiance: array<vec4f>;
 @group(0) @binding(7) var<storage, read> sums: array<vec4f>;         // subtracted, before
 
-@compute @workgroup_size(LANES)
+@compute @workgroup_size(PATCH_SUM_LANES)
 fn deposit(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let k = flat(group, groups) * LANES + lane;
+    let k = flat_index(group, groups) * PATCH_SUM_LANES + lane;
     if k >= params.texels {
         return;
     }
-    let captured = (params.rule & CAPTURED) != 0u;
+    let captured = (params.rule & CAPTURED_BIT) != 0u;
     var baseline = vec2f(0.0);
-    if captured || (params.rule & SUBTRACTED) != 0u {
+    if captured || (params.rule & SUBTRACTED_BITS) != 0u {
         baseline = sums[k].xy;
     }
     let f = links[shot.place * params.texels + k] * shot.scale - baseline.x;
@@ -45,7 +45,7 @@ fn deposit(
     // Table 1, lines 8 to 10; Table 2, lines 8 and 9 (f < 0) and 15 to 17.
     let reflected = texels[k].reflectance * received;
     radiosity[k] += vec4f(reflected, 0.0);
-    if (params.rule & KEEP) != 0u || texels[k].face >= params.room {
+    if (params.rule & KEEP_BIT) != 0u || texels[k].face >= params.room {
         residual[k] += vec4f(reflected, 0.0);
     }
 }

@@ -1,9 +1,9 @@
-// Form factor from a texel to the shot's cell. Twin: common/src/form_factor.rs.
+// Form factor from a texel to the shooting patch.
 
 fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -> f32 {
     let d = position - centre;
     let height = dot(shots[slot].normal, d);
-    if height <= CONTACT {
+    if height <= CONTACT_DISTANCE {
         return 0.0;
     }
     let r2 = dot(d, d);
@@ -12,44 +12,44 @@ fn form_factor(centre: vec3f, position: vec3f, normal: vec3f, texel_area: f32) -
     let cos_i = height / r;
     let cos_j = max(-dot(normal, d) / r, 0.0);
     if FORM_FACTOR == FORM_FACTOR_PAPER {
-        return disc(cos_i, cos_j, r2, shots[slot].area, texel_area);
+        return disc_factor(cos_i, cos_j, r2, shots[slot].area, texel_area);
     }
     if FORM_FACTOR == FORM_FACTOR_DISC {
-        return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);
+        return disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);
     }
-    if remote(r2, shots[slot].radius) {
-        return disc(cos_i, cos_j, r2, shots[slot].area, 0.0);
+    if is_remote(r2, shots[slot].radius) {
+        return disc_factor(cos_i, cos_j, r2, shots[slot].area, 0.0);
     }
-    return polygon(position, normal);
+    return polygon_factor(position, normal);
 }
 
-fn remote(r2: f32, radius: f32) -> bool {
-    let reach = POINT * radius;
+fn is_remote(r2: f32, radius: f32) -> bool {
+    let reach = POINT_SOURCE_RADII * radius;
     return r2 > reach * reach;
 }
 
-// The weight of one point of the cell; never 0 where `f` is not.
-fn weight(centre: vec3f, position: vec3f, normal: vec3f, part: f32, f: f32) -> f32 {
+fn is_far(position: vec3f, centre: vec3f, reach: f32) -> bool {
+    let d = position - centre;
+    return dot(d, d) > reach * reach;
+}
+
+// The weight of one point of the patch; never 0 where `f` is not.
+fn point_weight(centre: vec3f, position: vec3f, normal: vec3f, part: f32, f: f32) -> f32 {
     let d = position - centre;
     let r2 = dot(d, d);
     let r = sqrt(r2);
     let cos_i = max(dot(shots[slot].normal, d) / r, 0.0);
     let cos_j = max(-dot(normal, d) / r, 0.0);
-    return disc(cos_i, cos_j, r2, part, part) + f * 1e-6;
+    return disc_factor(cos_i, cos_j, r2, part, part) + f * 1e-6;
 }
 
 // Equation 2 of the paper: `disc_area` is the texel's there, the shooter's in Wallace.
-fn disc(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
+fn disc_factor(cos_i: f32, cos_j: f32, r2: f32, shooter_area: f32, disc_area: f32) -> f32 {
     return shooter_area * cos_i * cos_j / (PI * r2 + disc_area);
 }
 
-fn far(position: vec3f, centre: vec3f, reach: f32) -> bool {
-    let d = position - centre;
-    return dot(d, d) > reach * reach;
-}
-
-// The part of the cell above the texel's plane, corner by corner: no list of corners, which a GPU
-// would keep in memory. The twin keeps one; the terms and their order are the same.
+// The part of the patch above the texel's plane, corner by corner: no list of corners, which a GPU would keep
+// in memory.
 struct Outline {
     first: vec3f,
     last: vec3f,
@@ -58,29 +58,29 @@ struct Outline {
     low: bool,
 }
 
-fn to_corner(outline: Outline, corner: vec3f, normal: vec3f) -> Outline {
+fn add_corner(outline: Outline, corner: vec3f, normal: vec3f) -> Outline {
     if outline.count == 0u {
         return Outline(corner, corner, 1u, 0.0, outline.low);
     }
-    let sum = outline.sum + edge(outline.last, corner, normal, outline.low);
+    let sum = outline.sum + edge_term(outline.last, corner, normal, outline.low);
     return Outline(outline.first, corner, outline.count + 1u, sum, outline.low);
 }
 
-fn polygon(position: vec3f, normal: vec3f) -> f32 {
-    var lowest = MISS;
-    var highest = -MISS;
+fn polygon_factor(position: vec3f, normal: vec3f) -> f32 {
+    var lowest = MISS_DISTANCE;
+    var highest = -MISS_DISTANCE;
     for (var k = 0u; k < 4u; k++) {
         let height = dot(normal, shots[slot].corners[k].xyz - position);
         lowest = min(lowest, height);
         highest = max(highest, height);
     }
     // What only touches the horizon shines into a texel by its rounding alone.
-    if highest <= CONTACT {
+    if highest <= CONTACT_DISTANCE {
         return 0.0;
     }
     let low = is_low(position, highest);
     // Nothing to clip: all corners count.
-    let whole = lowest > -CONTACT;
+    let whole = lowest > -CONTACT_DISTANCE;
     var outline = Outline(vec3f(0.0), vec3f(0.0), 0u, 0.0, low);
     var a = shots[slot].corners[3].xyz - position;
     var height_a = dot(normal, a);
@@ -89,10 +89,10 @@ fn polygon(position: vec3f, normal: vec3f) -> f32 {
         let height_b = dot(normal, b);
         if !whole && (height_a > 0.0) != (height_b > 0.0) {
             let crossing = a + (b - a) * (height_a / (height_a - height_b));
-            outline = to_corner(outline, crossing, normal);
+            outline = add_corner(outline, crossing, normal);
         }
         if whole || height_b > 0.0 {
-            outline = to_corner(outline, b, normal);
+            outline = add_corner(outline, b, normal);
         }
         a = b;
         height_a = height_b;
@@ -100,29 +100,29 @@ fn polygon(position: vec3f, normal: vec3f) -> f32 {
     if outline.count < 3u {
         return 0.0;
     }
-    let sum = outline.sum + edge(outline.last, outline.first, normal, low);
+    let sum = outline.sum + edge_term(outline.last, outline.first, normal, low);
     return max(-sum / (2.0 * PI), 0.0);
 }
 
 fn is_low(position: vec3f, highest: f32) -> bool {
     let d = position - shots[slot].middle;
     let beyond = sqrt(dot(d, d)) - shots[slot].radius;
-    return highest <= LOW * max(dot(shots[slot].normal, d), beyond);
+    return highest <= LOW_HEIGHT_RATIO * max(dot(shots[slot].normal, d), beyond);
 }
 
-fn edge(a: vec3f, b: vec3f, normal: vec3f, low: bool) -> f32 {
+fn edge_term(a: vec3f, b: vec3f, normal: vec3f, low: bool) -> f32 {
     if low {
-        return low_edge(a, b, normal);
+        return low_edge_term(a, b, normal);
     }
     let c = cross(a, b);
     let s = sqrt(dot(c, c));
     if s == 0.0 {
         return 0.0;
     }
-    return angle(s, dot(a, b)) / s * dot(c, normal);
+    return vector_angle(s, dot(a, b)) / s * dot(c, normal);
 }
 
-fn low_edge(a: vec3f, b: vec3f, normal: vec3f) -> f32 {
+fn low_edge_term(a: vec3f, b: vec3f, normal: vec3f) -> f32 {
     let height_a = dot(normal, a);
     let height_b = dot(normal, b);
     let foot_a = a - normal * height_a;
@@ -140,19 +140,19 @@ fn low_edge(a: vec3f, b: vec3f, normal: vec3f) -> f32 {
     let rise = height_a * height_b;
     let sine = c * less - rise * x;
     let cosine = c * (c + rise) + x * s;
-    var wider = angle(abs(sine), cosine);
+    var wider = vector_angle(abs(sine), cosine);
     if sine < 0.0 {
         wider = -wider;
     }
-    let difference = (wider * x - angle(x, c) * less) / s;
+    let difference = (wider * x - vector_angle(x, c) * less) / s;
     return select(difference, -difference, turn < 0.0);
 }
 
 // WGSL allows its own atan2 an error of 4096 ulp.
-fn angle(s: f32, c: f32) -> f32 {
+fn vector_angle(s: f32, c: f32) -> f32 {
     let x = abs(c);
     let q = min(s, x) / max(s, x);
-    var a = arctangent(q);
+    var a = arc_tangent(q);
     if s > x {
         a = PI / 2.0 - a;
     }
@@ -162,7 +162,7 @@ fn angle(s: f32, c: f32) -> f32 {
     return a;
 }
 
-fn arctangent(q: f32) -> f32 {
+fn arc_tangent(q: f32) -> f32 {
     var x = q;
     var offset = 0.0;
     if q > 0.41421357 {

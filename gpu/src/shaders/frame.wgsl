@@ -1,4 +1,4 @@
-// Where the shooter stands and how it looks; `look` before anything is turned. Twin: cpu/src/twin/frame.rs.
+// The shooter's frame: origin at its point, z along its normal.
 
 struct Frame {
     centre: vec3f,
@@ -9,15 +9,16 @@ struct Frame {
 
 var<private> frame: Frame;
 
-fn look() {
-    frame = Frame(shots[slot].centre, shots[slot].tangent, shots[slot].bitangent, shots[slot].normal);
+// Frame of the shot in `slot`, of which `frame` is the copy that the others use.
+fn shooter_frame() -> Frame {
+    return Frame(shots[slot].centre, shots[slot].tangent, shots[slot].bitangent, shots[slot].normal);
 }
 
 fn to_local(point: vec3f) -> vec3f {
-    return turn(point - frame.centre);
+    return rotate_to_local(point - frame.centre);
 }
 
-fn turn(d: vec3f) -> vec3f {
+fn rotate_to_local(d: vec3f) -> vec3f {
     return vec3f(dot(frame.tangent, d), dot(frame.bitangent, d), dot(frame.normal, d));
 }
 

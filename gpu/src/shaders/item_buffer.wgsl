@@ -1,6 +1,6 @@
-// The ID of the nearest face in every pixel (Table 1, line 3), by the pixel's own ray: a rectangle
-// that holds the image of the face is drawn, and each pixel in it asks whether its ray meets the
-// face. Depth is the distance along that ray. Twin: cpu/src/twin/item_buffer.rs.
+// Draws the item buffer (Table 1, line 3): the ID of the nearest face in every pixel. A rectangle that
+// holds the image of the face is drawn, and each of its pixels intersects its own ray with the face.
+// Depth is the distance along that ray.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;
@@ -24,24 +24,20 @@ struct Vertex {
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot: u32) -> Vertex {
     slot = shot;
-    look();
-    let face = index / 6u / SIDES;
-    let side = index / 6u % SIDES;
-    let limits = bound(face, side);
-    if any(limits.xy >= limits.zw) {
-        return seen(face, vec2f(2.0));
-    }
+    frame = shooter_frame();
+    let face = index / 6u / IMAGE_PLANES;
+    let side = index / 6u % IMAGE_PLANES;
+    let limits = image_bound(face, side);
     // Lower left 0, lower right 1, upper left 2, upper right 3: corners 0 1 2 and 2 1 3, as bits.
     let right = (0x32u >> (index % 6u) & 1u) == 1u;
     let upper = (0x2cu >> (index % 6u) & 1u) == 1u;
     let p = vec2f(select(limits.x, limits.z, right), select(limits.y, limits.w, upper));
-    return seen(face, place(side, p));
-}
-
-// Planes and frame are handed on: reading them from the buffer in each pixel is slower.
-fn seen(face: u32, p: vec2f) -> Vertex {
+    // An empty rectangle lies outside the square.
+    let empty = any(limits.xy >= limits.zw);
+    let corner = select(unfold_side(side, p), vec2f(2.0), empty);
+    // Planes and frame are handed on: reading them from the buffer in each pixel is slower.
     return Vertex(
-        vec4f(p, 0.5, 1.0),
+        vec4f(corner, 0.5, 1.0),
         vec2u(face, slot),
         faces[face].plane,
         faces[face].edges[0],
@@ -64,16 +60,16 @@ struct Fragment {
 fn fragment(vertex: Vertex) -> Fragment {
     slot = vertex.face.y;
     frame = Frame(vertex.centre, vertex.tangent, vertex.bitangent, vertex.normal);
-    let pixel = vec2u(vertex.position.xy) - tile() * SIZE;
+    let pixel = vec2u(vertex.position.xy) - tile_index() * IMAGE_SIZE;
     let p = pixel_centre(pixel.x, pixel.y);
-    if !covered(p) {
+    if !is_covered(p) {
         discard;
     }
-    let ray = to_world(unproject(p));
+    let ray = to_world(unproject_point(p));
     let v = vertex;
-    let hit = meet(v.plane, v.edge0, v.edge1, v.edge2, v.edge3, frame.centre, ray);
-    if hit.t <= 0.0 || hit.inside < -OUTLINE {
+    let hit = intersect_planes(v.plane, v.edge0, v.edge1, v.edge2, v.edge3, frame.centre, ray);
+    if hit.t <= 0.0 || hit.inside < -OUTLINE_MARGIN {
         discard;
     }
-    return Fragment(vertex.face.x + 1u, min(hit.t * DEPTH_SCALE, DEPTH_MAX));
+    return Fragment(vertex.face.x + 1u, min(hit.t * DEPTH_SCALE, MAX_DEPTH));
 }

@@ -1,5 +1,5 @@
-// What each texel takes of a shot's cell: form factor × part seen from pairs of points on the two. A
-// dispatch adds `step` samples, the last one writes the link. Twin: cpu/src/twin/link.rs.
+// Links a shooting patch to the texels: form factor × the part of the patch that is visible, from pairs of
+// points on the two. A dispatch adds `step` samples, the last one writes the link.
 
 @group(0) @binding(0) var<storage, read> faces: array<Face>;
 @group(0) @binding(1) var<storage, read> shots: array<Shot>;
@@ -17,118 +17,118 @@ struct Sums {
     before: f32,
 }
 
-fn link(sums: Sums) -> f32 {
-    return share(sums, sums.seen, shots[slot].open);
+fn link_weight(sums: Sums) -> f32 {
+    return visible_factor(sums, sums.seen, shots[slot].open);
 }
 
-fn share(sums: Sums, seen: f32, open: f32) -> f32 {
+fn visible_factor(sums: Sums, seen: f32, open: f32) -> f32 {
     if seen <= 0.0 {
         return 0.0;
     }
     return sums.form_factor * (seen / (sums.all * open));
 }
 
-// What texel k had of the shot (Table 2, line 6): what is subtracted from its link, and the link
-// without the objects; nothing where one of them is an object's.
-fn baseline(sums: Sums, k: u32) -> vec2f {
+// Baseline of texel k (Table 2, line 6): the part that is subtracted from its link, and the link without the
+// objects; 0 where texel or patch is an object's.
+fn link_baseline(sums: Sums, k: u32) -> vec2f {
     if texels[k].face >= params.room {
         return vec2f(0.0);
     }
     let object = shots[slot].face >= params.room;
     var before = 0.0;
     if !object {
-        before = share(sums, sums.before, shots[slot].open_before);
+        before = visible_factor(sums, sums.before, shots[slot].open_before);
     }
     var subtracted = 0.0;
-    if (params.rule & CAPTURED) != 0u || object {
-        switch params.rule & SUBTRACTED {
+    if (params.rule & CAPTURED_BIT) != 0u || object {
+        switch params.rule & SUBTRACTED_BITS {
             case SUBTRACTED_BEFORE: { subtracted = before; }
             case SUBTRACTED_UNHIDDEN: { subtracted = sums.form_factor; }
-            case SUBTRACTED_ALL: { subtracted = link(sums); }
+            case SUBTRACTED_ALL: { subtracted = link_weight(sums); }
             default: {}
         }
     }
     return vec2f(subtracted, before);
 }
 
-// F of texel k (Table 1, line 7): from its centre, and where the cell is near and looked at in
-// several points, the mean over NEAR × NEAR places of the texel.
-fn factor(k: u32) -> f32 {
+// F of texel k (Table 1, line 7): at its centre, or where the patch is near and has several sample points the
+// mean over NEAR_POINTS_PER_SIDE × NEAR_POINTS_PER_SIDE points of the texel.
+fn texel_form_factor(k: u32) -> f32 {
     let face = texels[k].face;
     if face == shots[slot].face {
         return 0.0;
     }
     let normal = faces[face].plane.xyz;
     let middle = shots[slot].middle;
-    let reach = shots[slot].radius + FAR * faces[face].tangent.w;
-    if params.samples == 1u || far(texels[k].position, middle, reach) {
+    let reach = shots[slot].radius + FAR_DISTANCE_RADII * faces[face].tangent.w;
+    if params.samples == 1u || is_far(texels[k].position, middle, reach) {
         return form_factor(middle, texels[k].position, normal, texels[k].area);
     }
     var sum = 0.0;
-    for (var place = 0u; place < NEAR * NEAR; place++) {
-        let p = point(k, near_uv(place, texels[k].kind));
+    for (var place = 0u; place < NEAR_POINTS_PER_SIDE * NEAR_POINTS_PER_SIDE; place++) {
+        let p = point_on_texel(k, near_point_uv(place, texels[k].kind));
         sum += form_factor(middle, p.xyz, normal, texels[k].area) * p.w;
     }
-    return sum / f32(NEAR * NEAR);
+    return sum / f32(NEAR_POINTS_PER_SIDE * NEAR_POINTS_PER_SIDE);
 }
 
-fn sample(k: u32, s: u32, sums: Sums) -> Sums {
+fn add_sample(k: u32, s: u32, sums: Sums) -> Sums {
     if sums.form_factor <= 0.0 {
         return sums;
     }
     let face = texels[k].face;
-    let q = points[shots[slot].cell * params.samples + s];
-    let p = texel_point(k, shots[slot].cell, s);
+    let q = points[shots[slot].patch_index * params.samples + s];
+    let p = texel_point(k, shots[slot].patch_index, s);
     let normal = faces[face].plane.xyz;
-    // The texel reaches behind the cell.
-    if dot(shots[slot].normal, p.xyz - q.position) <= CONTACT {
+    // The texel reaches behind the patch.
+    if dot(shots[slot].normal, p.xyz - q.position) <= CONTACT_DISTANCE {
         return sums;
     }
     let part = shots[slot].area / f32(params.samples);
-    let g = weight(q.position, p.xyz, normal, part, sums.form_factor) * (p.w * q.weight);
+    let g = point_weight(q.position, p.xyz, normal, part, sums.form_factor) * (p.w * q.weight);
     var next = Sums(sums.form_factor, sums.seen, sums.all + g, sums.before);
     // From below the texel's horizon a ray would come through the texel's own face.
-    let below = dot(normal, p.xyz - q.position) >= CONTACT;
+    let below = dot(normal, p.xyz - q.position) >= CONTACT_DISTANCE;
     if q.cover == COVER_ROOM || (below && params.samples > 1u) {
         return next;
     }
-    let sight = sight(q.position, p.xyz, face);
-    if sight != BLOCKED {
+    let sight = find_sight(q.position, p.xyz, face);
+    if sight != SIGHT_BLOCKED {
         next.before += g;
     }
-    if sight == CLEAR && q.cover == COVER_OPEN {
+    if sight == SIGHT_CLEAR && q.cover == COVER_OPEN {
         next.seen += g;
     }
     return next;
 }
 
-@compute @workgroup_size(LANES)
-fn links_of(
+@compute @workgroup_size(PATCH_SUM_LANES)
+fn link_texel(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
     slot = group.z;
-    let k = flat(group, groups) * LANES + lane;
+    let k = flat_index(group, groups) * PATCH_SUM_LANES + lane;
     if k >= params.texels {
         return;
     }
     let at = slot * params.texels + k;
     var sum = Sums(0.0, 0.0, 0.0, 0.0);
     if shots[slot].sample == 0u {
-        sum.form_factor = factor(k);
+        sum.form_factor = texel_form_factor(k);
     } else {
         sum = Sums(sums[at].x, sums[at].y, sums[at].z, sums[at].w);
     }
     for (var s = shots[slot].sample; s < shots[slot].next; s++) {
-        sum = sample(k, s, sum);
+        sum = add_sample(k, s, sum);
     }
     if shots[slot].next < params.samples {
         sums[at] = vec4f(sum.form_factor, sum.seen, sum.all, sum.before);
         return;
     }
-    links[shots[slot].place * params.texels + k] = link(sum);
-    if (params.rule & (CAPTURED | SUBTRACTED)) != 0u {
-        sums[at] = vec4f(baseline(sum, k), 0.0, 0.0);
+    links[shots[slot].place * params.texels + k] = link_weight(sum);
+    if (params.rule & (CAPTURED_BIT | SUBTRACTED_BITS)) != 0u {
+        sums[at] = vec4f(link_baseline(sum, k), 0.0, 0.0);
     }
 }

@@ -1,15 +1,15 @@
-// The shooter's hemisphere on the square of the item buffer, and back. Twin: cpu/src/twin/projection.rs.
+// Projection of the shooter's hemisphere to the square of the item buffer, and back.
 
-// Item buffers of several shots lie side by side.
-fn tile() -> vec2u {
+// Column and row of the shot's item buffer: those of several shots lie side by side in one texture.
+fn tile_index() -> vec2u {
     return vec2u(slot % params.tiles, slot / params.tiles);
 }
 
 // For PROJECTION_PAPER, Table 3, lines 4 to 6.
-fn project(v: vec3f) -> vec2f {
+fn project_direction(v: vec3f) -> vec2f {
     if PROJECTION == PROJECTION_HEMICUBE {
-        let side = select(side_of(v.xy), 0u, v.z >= max(abs(v.x), abs(v.y)));
-        return place(side, on_side(side, v, height(side, v)));
+        let side = select(facing_side(v.xy), 0u, v.z >= max(abs(v.x), abs(v.y)));
+        return unfold_side(side, project_to_side(side, v, side_height(side, v)));
     }
     let u = v / sqrt(dot(v, v));
     if PROJECTION == PROJECTION_STEREOGRAPHIC {
@@ -29,15 +29,15 @@ fn project(v: vec3f) -> vec2f {
 }
 
 // A direction, not always of length 1.
-fn unproject(p: vec2f) -> vec3f {
+fn unproject_point(p: vec2f) -> vec3f {
     let q = p.x * p.x + p.y * p.y;
     if PROJECTION == PROJECTION_HEMICUBE {
         if max(abs(p.x), abs(p.y)) <= 0.5 {
             return vec3f(p * 2.0, 1.0);
         }
-        let e = axis(side_of(p));
-        let side = turned(e, p);
-        return vec3f(back(e, vec2f(1.0, 2.0 * side.y)), 2.0 - 2.0 * side.x);
+        let e = side_axis(facing_side(p));
+        let side = rotate_to_axis(e, p);
+        return vec3f(rotate_from_axis(e, vec2f(1.0, 2.0 * side.y)), 2.0 - 2.0 * side.x);
     }
     if PROJECTION == PROJECTION_STEREOGRAPHIC {
         let z = (1.0 - q) / (1.0 + q);
@@ -48,19 +48,19 @@ fn unproject(p: vec2f) -> vec3f {
 
 // Whether a point of the square shows anything. The hemicube's sides go on a little beyond their
 // folds, so that a lookup finds all neighbours of its pixel.
-fn covered(p: vec2f) -> bool {
+fn is_covered(p: vec2f) -> bool {
     if PROJECTION == PROJECTION_HEMICUBE {
-        return min(abs(p.x), abs(p.y)) <= 0.5 + 2.0 * GUTTER / f32(SIZE);
+        return min(abs(p.x), abs(p.y)) <= 0.5 + 2.0 * GUTTER_PIXELS / f32(IMAGE_SIZE);
     }
     return p.x * p.x + p.y * p.y <= 1.0;
 }
 
-fn pixels(p: vec2f) -> vec2f {
-    let n = f32(SIZE);
+fn pixel_position(p: vec2f) -> vec2f {
+    let n = f32(IMAGE_SIZE);
     return vec2f((p.x * 0.5 + 0.5) * n, (0.5 - p.y * 0.5) * n);
 }
 
 fn pixel_centre(x: u32, y: u32) -> vec2f {
-    let n = f32(SIZE);
+    let n = f32(IMAGE_SIZE);
     return vec2f((f32(x) + 0.5) / n * 2.0 - 1.0, 1.0 - (f32(y) + 0.5) / n * 2.0);
 }

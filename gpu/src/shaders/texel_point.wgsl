@@ -1,15 +1,15 @@
-// The points of a texel. Twin: cpu/src/twin/texel_point.rs.
+// Points of a texel.
 
-// Point `s` of texel `k` as `cell` sees it; w is the area that it stands for over the mean.
-fn texel_point(k: u32, cell: u32, s: u32) -> vec4f {
+// Point `s` of texel `k` for the shooting patch; w is the area that it represents, over the mean.
+fn texel_point(k: u32, patch_index: u32, s: u32) -> vec4f {
     if params.samples == 1u {
         return vec4f(texels[k].position, 1.0);
     }
-    return point(k, texel_uv(s, k, cell));
+    return point_on_texel(k, texel_uv(s, k, patch_index));
 }
 
 // Point `at` of texel `k`.
-fn point(k: u32, at: vec2f) -> vec4f {
+fn point_on_texel(k: u32, at: vec2f) -> vec4f {
     let face = texels[k].face;
     let a = faces[face].corners[0].xyz;
     let b = faces[face].corners[1].xyz;
@@ -18,9 +18,9 @@ fn point(k: u32, at: vec2f) -> vec4f {
     var uv = at;
     let place = vec2f(texels[k].place);
     let size = vec2f(faces[face].resolution);
-    if texels[k].kind != QUAD {
-        uv = fold(uv.x, uv.y);
-        if texels[k].kind == INVERTED {
+    if texels[k].kind != TEXEL_QUAD {
+        uv = fold_triangle(uv.x, uv.y);
+        if texels[k].kind == TEXEL_INVERTED {
             uv = vec2f(1.0 - uv.x, 1.0 - uv.y);
         }
         let u = (place.x + uv.x) / size.x;

@@ -1,32 +1,32 @@
-//! What is relit: a room and the objects in it.
+//! The input of a relight: a room and the objects in it.
 
-use super::room::Captured;
+use super::captured_room::CapturedRoom;
 use common::scene::Scene;
 use glam::Vec3;
 
-/// What is relit, read and put together.
-pub struct Stage {
+/// A room with objects, read and assembled.
+pub struct RelightStage {
     /// The room.
-    pub captured: Captured,
+    pub captured: CapturedRoom,
     /// The room's faces first, then the objects'.
     pub scene: Scene,
-    /// Faces of the room.
-    pub room: usize,
-    /// Texels of every face.
+    /// Number of the room's faces.
+    pub room_faces: usize,
+    /// Texels W×H of every face.
     pub resolutions: Vec<[u32; 2]>,
-    /// ρ of a captured room, if it was given.
+    /// Given ρ of a captured room.
     pub reflectance: Option<Vec3>,
-    /// What is worth saying.
+    /// Remarks for the user.
     pub notes: Vec<String>,
 }
 
-impl Stage {
-    /// The first `room` faces of a scene are a room, not captured yet, the others objects in it; N×N
-    /// texels on every face.
+impl RelightStage {
+    /// Makes a stage from a scene whose first `room` faces are a room, still to be captured, and whose others are
+    /// objects in it; N×N texels on every face.
     pub fn new(scene: &Scene, room: usize, texels: u32) -> Self {
         let resolutions = vec![[texels; 2]; scene.faces.len()];
         Self {
-            captured: Captured {
+            captured: CapturedRoom {
                 scene: Scene {
                     faces: scene.faces[..room].to_vec(),
                     ..scene.clone()
@@ -37,7 +37,7 @@ impl Stage {
                 notes: Vec::new(),
             },
             scene: scene.clone(),
-            room,
+            room_faces: room,
             resolutions,
             reflectance: None,
             notes: Vec::new(),

@@ -1,21 +1,22 @@
-//! The matrix's answer, as a converged run with nothing unshot.
+//! Solves a scene with the dense matrix, and converts the solution to a converged run with nothing unshot.
 
-use super::solved::{Dense, Solved};
-use super::watch::Watch;
+use super::progress::ProgressMonitor;
+use super::solved::{DenseReport, Solved};
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::{Meshing, Settings};
-use common::shooting::{Field, Run};
-use common::solution::{Code, Warning};
+use common::shooting::{RadiosityField, SolveRun};
+use common::solution::{Warning, WarningCode};
 use common::{Error, Result};
-use cpu::matrix::{self, Matrix, ledger};
+use cpu::dense::{self, Matrix, shot_log};
 use glam::{DVec3, Vec4};
 
-/// All that the matrix obeys: every texel shoots, from its centre, and light goes as exactly as it can.
-pub fn settings(texels: u32) -> Settings {
+/// Returns the settings that the dense matrix supports: every texel is a patch with one sample, and transport
+/// is as exact as possible.
+pub fn dense_settings(texels: u32) -> Settings {
     let meshing = Meshing {
         texels,
-        cells: 1,
+        patches: 1,
         samples: 1,
     };
     Settings {
@@ -24,56 +25,55 @@ pub fn settings(texels: u32) -> Settings {
     }
 }
 
-/// Every texel shoots and receives.
+/// Solves the dense system in which every texel shoots and receives.
 ///
-/// Errors: the matrix's; [`Error::Usage`] of a mesh or a transport that are not [`settings`].
-pub fn solve(scene: &Scene, settings: &Settings, watch: &Watch) -> Result<Solved> {
-    let obeyed = self::settings(settings.meshing.texels);
+/// Errors: those of the matrix; [`Error::Usage`] if mesh or transport differ from [`dense_settings`].
+pub fn solve_dense(scene: &Scene, settings: &Settings, progress: &ProgressMonitor) -> Result<Solved> {
+    let obeyed = self::dense_settings(settings.meshing.texels);
     if (settings.meshing, settings.transport) != (obeyed.meshing, obeyed.transport) {
         return Err(Error::Usage(
-            "the matrix has no cells, no samples, no item buffer and one form factor".into(),
+            "the dense matrix has no patches, no samples, no item buffer and only one form factor".into(),
         ));
     }
-    let mesh = watch.of("prepare", || {
-        Mesh::uniform(scene, settings.meshing.texels, 1)
+    let mesh = progress.time_phase("prepare", || Mesh::uniform(scene, settings.meshing.texels, 1))?;
+    let (matrix, quality) = progress.time_phase("prepare", || {
+        let mut callback = |done, all| progress.report_count("form factors", done, all);
+        Matrix::assemble(scene, &mesh, &mut callback)
     })?;
-    let (matrix, quality) = watch.of("prepare", || {
-        let mut told = |done, all| watch.count("form factors", done, all);
-        Matrix::assemble(scene, &mesh, &mut told)
-    })?;
-    let (run, answer) = watch.of("solve", || by(&mesh, &matrix))?;
+    let (run, answer) = progress.time_phase("solve", || solve_system(&mesh, &matrix))?;
     Ok(Solved {
         settings: *settings,
         mesh,
         run,
         one_by_one: false,
-        matrix: Some(Dense { quality, answer }),
-        moved: None,
-        relit: None,
+        dense: Some(DenseReport {
+            quality,
+            solution: answer,
+        }),
+        history: None,
+        relight: None,
     })
 }
 
-/// What `matrix` makes of what the texels of `mesh` emit.
-pub fn by(mesh: &Mesh, matrix: &Matrix) -> Result<(Run, matrix::Answer)> {
+/// Solves `matrix` for the emission of the texels of `mesh`.
+pub fn solve_system(mesh: &Mesh, matrix: &Matrix) -> Result<(SolveRun, dense::DenseSolution)> {
     let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
     let reflectance = mesh.texels.iter().map(|t| t.reflectance.as_dvec3());
     let answer = matrix.solve(&emission, &reflectance.collect::<Vec<_>>())?;
-    Ok((finished(mesh, matrix, &emission, &answer), answer))
+    Ok((converged_run(mesh, matrix, &emission, &answer), answer))
 }
 
-fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &matrix::Answer) -> Run {
-    let single = |values: &[DVec3]| -> Vec<Vec4> {
-        values.iter().map(|v| v.as_vec3().extend(0.0)).collect()
-    };
+fn converged_run(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &dense::DenseSolution) -> SolveRun {
+    let single = |values: &[DVec3]| -> Vec<Vec4> { values.iter().map(|v| v.as_vec3().extend(0.0)).collect() };
     let power = |(e, a): (&DVec3, &f64)| e.element_sum() * a;
-    Run {
-        shots: ledger::shots(mesh, matrix, emission, answer),
+    SolveRun {
+        shots: shot_log::texel_shots(mesh, matrix, emission, answer),
         emitted: emission.iter().zip(&matrix.areas).map(power).sum::<f64>() as f32,
         converged: true,
         stagnated: false,
         passes: 0,
         shooters: 0,
-        field: Field {
+        field: RadiosityField {
             origin: "matrix".to_owned(),
             radiosity: single(&answer.radiosity),
             residual: vec![Vec4::ZERO; mesh.texels.len()],
@@ -82,9 +82,9 @@ fn finished(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &matrix::A
     }
 }
 
-/// The advice for shots does not help here.
-pub fn advised(mut warnings: Vec<Warning>) -> Vec<Warning> {
-    for warning in warnings.iter_mut().filter(|w| w.code == Code::Closure) {
+/// Replaces the warnings' advice for shooting by advice for the matrix.
+pub fn adapt_advice(mut warnings: Vec<Warning>) -> Vec<Warning> {
+    for warning in warnings.iter_mut().filter(|w| w.code == WarningCode::Closure) {
         warning.message = "form factors and visibility leave more than 2 % of the power unexplained: use more --texels, and look for faces that pass through each other".into();
     }
     warnings

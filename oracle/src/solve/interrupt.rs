@@ -1,15 +1,15 @@
-//! Whether Ctrl-C was pressed: preparing asks on all threads.
+//! The interrupt flag that Ctrl-C sets; long work on any thread tests it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// From now on it was. Whether it was before.
-pub fn interrupt() -> bool {
+/// Sets the flag. Returns true if it was already set.
+pub fn request_interrupt() -> bool {
     INTERRUPTED.swap(true, Ordering::SeqCst)
 }
 
-/// Whether it was.
-pub fn interrupted() -> bool {
+/// Tests the flag.
+pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }

@@ -1,123 +1,117 @@
-//! The pipeline: mesh → engine → run → estimate → warn, and what is written of it. Everything that
-//! solves goes this way: `solve`, `relight`, `compare`, the studies and `plan`.
+//! The solve pipeline: mesh → engine → run → error estimate → warnings → stored solution. The commands
+//! `solve`, `relight`, `compare`, the studies and `plan` all use it.
 
-pub mod anew;
-pub mod change;
-pub mod check;
-pub mod climb;
+pub mod adaptive;
+mod adjacency;
 pub mod dense;
-pub mod finder;
-mod foot;
-mod gap;
+pub mod error_estimate;
+pub mod gpu_linker;
 pub mod interrupt;
-pub mod ladder;
-pub mod left;
-pub mod light;
-pub mod moved;
-pub mod near;
-pub mod sides;
+pub mod plausibility;
+pub mod progress;
+pub mod regather;
+pub mod residual;
+pub mod resolution;
 pub mod solved;
 pub mod solver;
 pub mod step;
 pub mod task;
 pub mod warnings;
-pub mod watch;
 
-use check::Estimate;
 use common::Result;
 use common::scene::Scene;
 use common::settings::Settings;
-use common::solution::{Seconds, Solution, Warning};
-use light::finite;
-use solved::{Dense, Solved};
-use solver::Solver;
-use task::Task;
-use watch::Watch;
+use common::solution::{PhaseSeconds, Solution, Warning};
+use plausibility::check_finite;
+use progress::ProgressMonitor;
+use regather::ErrorEstimate;
+use solved::{DenseReport, Solved};
+use solver::SolverChoice;
+use task::SolveTask;
 
-/// What is asked.
+/// A solve to be done.
 #[derive(Clone, Copy)]
-pub struct Question<'a> {
-    /// What is to be solved.
-    pub task: &'a dyn Task,
+pub struct SolveRequest<'a> {
+    /// The scene or relight to solve.
+    pub task: &'a dyn SolveTask,
     /// The options in force.
     pub settings: &'a Settings,
-    /// Who solves it.
-    pub solver: Solver<'a>,
+    /// The solver to use.
+    pub solver: SolverChoice<'a>,
 }
 
-/// What is answered.
-pub struct Answer {
-    /// The solve, on the texels that were asked for.
+/// A finished solve with its error estimate and warnings.
+pub struct SolveAnswer {
+    /// The solve, on the requested texels.
     pub solved: Solved,
-    /// What may be more than 2 % off.
+    /// Reasons for which the result may be more than 2 % off.
     pub warnings: Vec<Warning>,
-    /// How far it may be off; none where that was not looked at.
-    pub estimate: Option<Estimate>,
-    /// What was chosen and why, a line each.
+    /// Estimate of the error; `None` if it was not estimated.
+    pub estimate: Option<ErrorEstimate>,
+    /// Choices and their reasons, one line each.
     pub notes: Vec<String>,
 }
 
-impl Answer {
-    /// How far each texel may be off, where that is known.
-    pub fn off(&self, scene: &Scene) -> Option<Vec<f32>> {
-        let moved = self.solved.moved.as_ref()?;
-        moved.map(&scene.faces, &self.solved.mesh)
+impl SolveAnswer {
+    /// Estimated error of each texel, W/m², where it is known.
+    pub fn error_map(&self, scene: &Scene) -> Option<Vec<f32>> {
+        let history = self.solved.history.as_ref()?;
+        history.error_map(&scene.faces, &self.solved.mesh)
     }
 
-    /// As it is written.
-    pub fn solution<'a>(
+    /// Converts the answer to the form in which it is stored.
+    pub fn to_solution<'a>(
         &'a self,
-        question: &Question<'a>,
+        request: &SolveRequest<'a>,
         notes: &'a [String],
-        seconds: Seconds,
+        seconds: PhaseSeconds,
     ) -> Solution<'a> {
         Solution {
-            scene: question.task.scene(),
+            scene: request.task.scene(),
             mesh: &self.solved.mesh,
-            solver: question.solver.name(),
-            adapter: question.solver.adapter(),
+            solver: request.solver.name(),
+            adapter: request.solver.adapter_name(),
             settings: &self.solved.settings,
             run: &self.solved.run,
-            certificate: self.estimate.as_ref().map(Estimate::certificate),
-            off: self.off(question.task.scene()),
+            certificate: self.estimate.as_ref().map(ErrorEstimate::to_json),
+            texel_error: self.error_map(request.task.scene()),
             warnings: &self.warnings,
             notes,
-            matrix: self.solved.matrix.as_ref().map(Dense::described),
+            matrix: self.solved.dense.as_ref().map(DenseReport::to_json),
             relit: None,
-            error: question.solver.asked().map(|asked| asked.error),
+            error: request.solver.error_target().map(|target| target.error),
             seconds,
         }
     }
 }
 
-/// Solves, and looks at the answer. Stopped, the answer is what there was.
-pub fn answer(question: &Question, watch: &Watch) -> Result<Answer> {
-    let Question {
-        task,
-        settings,
-        solver,
-    } = *question;
-    let solved = task.once(settings, solver, watch)?;
-    let mut estimate = watch.of("check", || task.estimate(&solved))?;
-    finite(task.scene(), &solved.run)?;
+/// Solves a task and estimates the error of the result. After an interruption the answer holds the part that
+/// was done.
+///
+/// Errors: those of the task and its solver.
+pub fn solve_request(request: &SolveRequest, progress: &ProgressMonitor) -> Result<SolveAnswer> {
+    let SolveRequest { task, settings, solver } = *request;
+    let solved = task.solve_once(settings, solver, progress)?;
+    let mut estimate = progress.time_phase("check", || task.estimate_error(&solved))?;
+    check_finite(task.scene(), &solved.run)?;
     let mut notes = Vec::new();
-    if let Some(dark) = task.dark(&solved) {
+    if let Some(dark) = task.explain_darkness(&solved) {
         estimate = None;
         notes.push(dark);
     }
-    if let (Some(asked), Some(moved)) = (solver.asked(), &solved.moved) {
-        notes.extend(moved.short_of(asked.error, estimate.as_ref()));
-        notes.extend(estimate.as_ref().and_then(Estimate::worse));
+    if let (Some(target), Some(history)) = (solver.error_target(), &solved.history) {
+        notes.extend(history.describe_unmet_target(target.error, estimate.as_ref()));
+        notes.extend(estimate.as_ref().and_then(ErrorEstimate::describe_worst_faces));
     }
-    if watch.stopped() {
+    if progress.is_stopped() {
         notes.push(if solved.run.converged {
             "interrupted: the last whole solve was kept".into()
         } else {
             "interrupted: the result holds what had been shot by then".into()
         });
     }
-    let warnings = task.warnings(&solved, estimate.as_ref());
-    Ok(Answer {
+    let warnings = task.collect_warnings(&solved, estimate.as_ref());
+    Ok(SolveAnswer {
         solved,
         warnings,
         estimate,

@@ -1,43 +1,43 @@
-//! A task, solved once.
+//! The result of one solve.
 
-use super::moved::Moved;
+use super::error_estimate::ErrorHistory;
 use common::mesh::Mesh;
 use common::settings::Settings;
-use common::shooting::Run;
-use cpu::matrix::{self, Quality};
+use common::shooting::SolveRun;
+use cpu::dense::{self, AssemblyQuality};
 use glam::Vec4;
 use serde_json::{Value, json};
 
-/// What one solve came to.
+/// The result of one solve.
 pub struct Solved {
-    /// With which options.
+    /// The options in force.
     pub settings: Settings,
-    /// Its texels.
+    /// The texels.
     pub mesh: Mesh,
-    /// The solve.
-    pub run: Run,
-    /// Whether single shots took the place of the passes that were asked for, for want of room.
+    /// The solution and its shots.
+    pub run: SolveRun,
+    /// True if single shots replaced the requested passes, for lack of memory.
     pub one_by_one: bool,
-    /// What the matrix says beside it.
-    pub matrix: Option<Dense>,
-    /// What a solve to an error says beside it.
-    pub moved: Option<Moved>,
-    /// What a relight knows beside it.
-    pub relit: Option<Recovered>,
+    /// Details of a dense solve.
+    pub dense: Option<DenseReport>,
+    /// Steps of an adaptive solve.
+    pub history: Option<ErrorHistory>,
+    /// Details of a relight.
+    pub relight: Option<RelightReport>,
 }
 
-/// What the matrix says beside its run.
-pub struct Dense {
-    /// Of the form factors.
-    pub quality: Quality,
-    /// In f64.
-    pub answer: matrix::Answer,
+/// Details of a dense solve beside its run.
+pub struct DenseReport {
+    /// Quality of the form factors.
+    pub quality: AssemblyQuality,
+    /// The solution in f64.
+    pub solution: dense::DenseSolution,
 }
 
-impl Dense {
-    /// For `result.json`.
-    pub fn described(&self) -> Value {
-        let Quality {
+impl DenseReport {
+    /// Converts the details for `result.json`.
+    pub fn to_json(&self) -> Value {
+        let AssemblyQuality {
             closure_max,
             closure_mean,
             reciprocity,
@@ -51,7 +51,7 @@ impl Dense {
             "closure": { "max": closure_max, "mean": closure_mean },
             "reciprocity": reciprocity,
             "visibility": visibility,
-            "residual": self.answer.residual,
+            "residual": self.solution.residual,
             "exact_pairs": exact_pairs,
             "hidden_pairs": hidden_pairs,
             "sampled_pairs": sampled_pairs,
@@ -60,24 +60,24 @@ impl Dense {
     }
 }
 
-/// What a relight knows beside its solve.
-pub struct Recovered {
-    /// B₀.
+/// Details of a relight beside its run.
+pub struct RelightReport {
+    /// Captured radiosity B₀ of each texel, in the mesh's order.
     pub before: Vec<Vec4>,
-    /// Texels of the room that were found to emit.
+    /// Number of the room's texels that were recognised as emitters.
     pub emitters: usize,
-    /// Whether all that was captured was shot.
+    /// True if all captured light was shot.
     pub complete: bool,
-    /// Shots of the room's cells.
+    /// Shots from the room's patches.
     pub map_shots: usize,
-    /// Shots of the objects'.
+    /// Shots from the objects' patches.
     pub object_shots: usize,
 }
 
-impl Recovered {
-    /// Texels with B below 0 in some channel, by more than the rounding of B₀ + δ: half an ulp of
-    /// what the texel had a shot.
-    pub fn negative_texels(&self, run: &Run) -> usize {
+impl RelightReport {
+    /// Number of texels with B below 0 in some channel by more than the rounding of B₀ + δ: half an ulp of
+    /// the texel's value per shot.
+    pub fn negative_texels(&self, run: &SolveRun) -> usize {
         let roundings = run.shots.len() as f32 * f32::EPSILON;
         let negative = |(b, before): &(&Vec4, &Vec4)| {
             let bound = before.truncate() * roundings;

@@ -1,4 +1,4 @@
-//! Who solves: the one place where an engine is chosen.
+//! The choice of a solver; the only place where an engine is created.
 
 use common::mesh::Mesh;
 use common::passes::Engine;
@@ -7,105 +7,104 @@ use common::{Error, Result};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 
-/// What is asked of an answer.
+/// A requested error and the texels on which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Asked {
-    /// A share.
+pub struct ErrorTarget {
+    /// Relative RMS error.
     pub error: f64,
-    /// Texels a side of each face; none: they follow from the light.
+    /// Texels per side of each face; `None`: they follow from the light.
     pub texels: Option<u32>,
 }
 
-/// The errors of three qualities: of a first look, of an answer of which nothing is asked, and of one that
-/// others are judged by.
-pub const DRAFT: f64 = 0.05;
-/// See [`DRAFT`].
-pub const USUAL: f64 = 0.01;
-/// See [`DRAFT`].
-pub const REFERENCE: f64 = 0.003;
+/// Requested error at draft quality.
+pub const DRAFT_ERROR: f64 = 0.05;
+/// Requested error by default.
+pub const DEFAULT_ERROR: f64 = 0.01;
+/// Requested error at reference quality, to which other results are compared.
+pub const REFERENCE_ERROR: f64 = 0.003;
 
-/// Errors that can be asked for.
-pub const LEAST: f64 = 0.002;
-/// See [`LEAST`].
-pub const MOST: f64 = 0.1;
+/// Smallest error that can be requested.
+pub const MIN_ERROR: f64 = 0.002;
+/// Largest error that can be requested.
+pub const MAX_ERROR: f64 = 0.1;
 
-/// Who solves.
+/// A solver with its device and its error target.
 #[derive(Clone, Copy)]
-pub enum Solver<'a> {
-    /// Rays, or the twin of the item buffer.
+pub enum SolverChoice<'a> {
+    /// Shooting on the CPU, with rays or the twin of the item buffer.
     Cpu,
-    /// Item buffer, or rays.
+    /// Shooting on the GPU, with an item buffer or rays.
     Gpu(&'a Gpu),
-    /// The dense linear system: it does not shoot.
-    Matrix,
-    /// The CPU, hierarchically, to an error: nor does it.
-    Hierarchy(Asked),
-    /// The same with links that the GPU finds.
-    Linking(&'a Gpu, Asked),
+    /// The dense linear system, without shooting.
+    Dense,
+    /// Hierarchical radiosity on the CPU to an error, without shooting.
+    Hierarchy(ErrorTarget),
+    /// Hierarchical radiosity with links found on the GPU.
+    GpuHierarchy(&'a Gpu, ErrorTarget),
 }
 
-impl<'a> Solver<'a> {
-    /// The GPU, if there is one.
-    pub fn on(gpu: Option<&'a Gpu>) -> Self {
+impl<'a> SolverChoice<'a> {
+    /// Chooses shooting on the GPU if there is one, else on the CPU.
+    pub fn shooting_on(gpu: Option<&'a Gpu>) -> Self {
         gpu.map_or(Self::Cpu, Self::Gpu)
     }
 
-    /// To an error, with links that the GPU finds, if there is one.
-    pub fn to_error(gpu: Option<&'a Gpu>, asked: Asked) -> Self {
-        gpu.map_or(Self::Hierarchy(asked), |gpu| Self::Linking(gpu, asked))
+    /// Chooses hierarchical radiosity, with links found on the GPU if there is one.
+    pub fn to_error(gpu: Option<&'a Gpu>, target: ErrorTarget) -> Self {
+        gpu.map_or(Self::Hierarchy(target), |gpu| Self::GpuHierarchy(gpu, target))
     }
 
-    /// The GPU, if there is one, where an item buffer is drawn; the CPU where rays are asked.
-    pub fn drawing(gpu: Option<&'a Gpu>, transport: &Transport) -> Self {
-        Self::on(gpu.filter(|_| transport.visibility != Visibility::Rays))
+    /// Chooses shooting on the GPU, if there is one, for an item buffer; on the CPU for rays.
+    pub fn for_transport(gpu: Option<&'a Gpu>, transport: &Transport) -> Self {
+        Self::shooting_on(gpu.filter(|_| transport.visibility != Visibility::Rays))
     }
 
-    /// In `result.json`.
+    /// Name of the solver in `result.json`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu | Self::Hierarchy(_) => "cpu",
-            Self::Gpu(_) | Self::Linking(..) => "gpu",
-            Self::Matrix => "matrix",
+            Self::Gpu(_) | Self::GpuHierarchy(..) => "gpu",
+            Self::Dense => "dense",
         }
     }
 
-    /// Whether cells shoot.
-    pub fn shoots(self) -> bool {
+    /// True for the solvers that shoot.
+    pub fn is_shooting(self) -> bool {
         matches!(self, Self::Cpu | Self::Gpu(_))
     }
 
-    /// What is asked of the answer.
-    pub fn asked(self) -> Option<Asked> {
+    /// Error target of a hierarchical solver.
+    pub fn error_target(self) -> Option<ErrorTarget> {
         match self {
-            Self::Hierarchy(asked) | Self::Linking(_, asked) => Some(asked),
+            Self::Hierarchy(target) | Self::GpuHierarchy(_, target) => Some(target),
             _ => None,
         }
     }
 
-    /// The device.
+    /// GPU of the solver, if it uses one.
     pub fn gpu(self) -> Option<&'a Gpu> {
         match self {
-            Self::Gpu(gpu) | Self::Linking(gpu, _) => Some(gpu),
-            Self::Cpu | Self::Matrix | Self::Hierarchy(_) => None,
+            Self::Gpu(gpu) | Self::GpuHierarchy(gpu, _) => Some(gpu),
+            Self::Cpu | Self::Dense | Self::Hierarchy(_) => None,
         }
     }
 
-    /// Its name.
-    pub fn adapter(self) -> Option<&'a str> {
+    /// Name of the GPU.
+    pub fn adapter_name(self) -> Option<&'a str> {
         self.gpu().map(|gpu| gpu.line.name.as_str())
     }
 
-    /// What shoots on `mesh`.
+    /// Creates the engine that shoots on `mesh`.
     ///
-    /// Errors: [`Error::Device`]; [`Error::Usage`] of those that do not shoot.
-    pub fn engine<'m>(self, mesh: &'m Mesh, transport: &Transport) -> Result<Box<dyn Engine + 'm>>
+    /// Errors: [`Error::Device`]; [`Error::Usage`] for solvers that do not shoot.
+    pub fn create_engine<'m>(self, mesh: &'m Mesh, transport: &Transport) -> Result<Box<dyn Engine + 'm>>
     where
         'a: 'm,
     {
         Ok(match self {
             Self::Cpu => Box::new(CpuSolver::new(mesh, transport)),
             Self::Gpu(gpu) => Box::new(GpuSolver::new(gpu, mesh, transport)?),
-            Self::Matrix | Self::Hierarchy(_) | Self::Linking(..) => {
+            Self::Dense | Self::Hierarchy(_) | Self::GpuHierarchy(..) => {
                 return Err(Error::Usage(format!("{} does not shoot", self.name())));
             }
         })

@@ -1,67 +1,71 @@
-//! What can be solved: a scene, or objects put into a captured room ([`crate::relight::work`]).
+//! Tasks of the pipeline: a scene, or objects in a captured room ([`crate::relight::task`]).
 
-use super::check::Estimate;
-use super::finder::OnGpu;
-use super::interrupt::interrupted;
-use super::left::made_up;
-use super::light::missing;
+use super::error_estimate::closure_error;
+use super::gpu_linker::LinkerOnGpu;
+use super::interrupt::is_interrupted;
+use super::plausibility::explain_darkness;
+use super::progress::ProgressMonitor;
+use super::regather::ErrorEstimate;
 use super::solved::Solved;
-use super::solver::Solver;
+use super::solver::SolverChoice;
 use super::warnings;
-use super::watch::Watch;
-use super::{check, climb, dense};
+use super::{adaptive, dense, regather};
 use common::Result;
-use common::cover::sampled_until;
+use common::cover::sampled_mesh_until;
 use common::passes;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
 use common::solution::Warning;
-use cpu::hierarchy::find::Way;
+use cpu::hierarchy::linker::LinkMethod;
 
 /// A task of the pipeline.
-pub trait Task {
-    /// All its faces.
+pub trait SolveTask {
+    /// The scene with all faces.
     fn scene(&self) -> &Scene;
 
-    /// Solved once, at these settings.
-    fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved>;
+    /// Solves the task with these settings.
+    ///
+    /// Errors: those of the solver; [`common::Error::Interrupted`].
+    fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved>;
 
-    /// How far the answer may be off; none where nobody can tell.
-    fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>>;
+    /// Estimates the error of the result; `None` where that is impossible.
+    ///
+    /// Errors: those of the estimate's own linear system.
+    fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>>;
 
-    /// What may be more than 2 % off.
-    fn warnings(&self, solved: &Solved, estimate: Option<&Estimate>) -> Vec<Warning>;
+    /// Collects the reasons for which the result may be more than 2 % off.
+    fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning>;
 
-    /// Why all is dark, if it is: there is nothing to estimate then.
-    fn dark(&self, solved: &Solved) -> Option<String>;
+    /// Returns the reason if everything is dark; then there is no error to estimate.
+    fn explain_darkness(&self, solved: &Solved) -> Option<String>;
 }
 
-impl Task for Scene {
+impl SolveTask for Scene {
     fn scene(&self) -> &Scene {
         self
     }
 
-    fn once(&self, settings: &Settings, solver: Solver, watch: &Watch) -> Result<Solved> {
+    fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved> {
         match solver {
-            Solver::Matrix => return dense::solve(self, settings, watch),
-            Solver::Hierarchy(asked) => {
-                return climb::climb(self, settings, asked, Way::Shafts, watch);
+            SolverChoice::Dense => return dense::solve_dense(self, settings, progress),
+            SolverChoice::Hierarchy(target) => {
+                return adaptive::solve_adaptively(self, settings, target, LinkMethod::Shafts, progress);
             }
-            Solver::Linking(gpu, asked) => {
-                let maker = OnGpu::maker(gpu, &[]);
-                return climb::climb(self, settings, asked, Way::By(&maker), watch);
+            SolverChoice::GpuHierarchy(gpu, target) => {
+                let maker = LinkerOnGpu::factory_on(gpu, &[]);
+                return adaptive::solve_adaptively(self, settings, target, LinkMethod::Custom(&maker), progress);
             }
-            Solver::Cpu | Solver::Gpu(_) => {}
+            SolverChoice::Cpu | SolverChoice::Gpu(_) => {}
         }
-        let mesh = watch.of("prepare", || {
-            sampled_until(self, &settings.meshing, &interrupted)
+        let mesh = progress.time_phase("prepare", || {
+            sampled_mesh_until(self, &settings.meshing, &is_interrupted)
         });
-        let mesh = mesh.inspect_err(|_| watch.stop())?;
-        let mut engine = watch.of("prepare", || solver.engine(&mesh, &settings.transport))?;
+        let mesh = mesh.inspect_err(|_| progress.stop())?;
+        let mut engine = progress.time_phase("prepare", || solver.create_engine(&mesh, &settings.transport))?;
         let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.has_room();
-        let run = watch.of("solve", || {
-            let mut told = |done| watch.tell("shooting", done);
-            passes::solve(engine.as_mut(), &mesh, &settings.schedule, &mut told)
+        let run = progress.time_phase("solve", || {
+            let mut callback = |done| progress.report_share("shooting", done);
+            passes::solve_by_schedule(engine.as_mut(), &mesh, &settings.schedule, &mut callback)
         })?;
         drop(engine);
         Ok(Solved {
@@ -69,39 +73,36 @@ impl Task for Scene {
             mesh,
             run,
             one_by_one,
-            matrix: None,
-            moved: None,
-            relit: None,
+            dense: None,
+            history: None,
+            relight: None,
         })
     }
 
-    fn estimate(&self, solved: &Solved) -> Result<Option<Estimate>> {
-        if solved.matrix.is_some() {
+    fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {
+        if solved.dense.is_some() {
             return Ok(None);
         }
-        if let Some(moved) = &solved.moved {
+        if let Some(history) = &solved.history {
             let (mesh, run) = (&solved.mesh, &solved.run);
-            return Ok(moved.estimate(mesh, run, made_up(mesh, run)));
+            return Ok(history.estimate_error(mesh, run, closure_error(mesh, run)));
         }
         let Solved {
-            settings,
-            mesh,
-            run,
-            ..
+            settings, mesh, run, ..
         } = solved;
-        check::estimate(self, settings, mesh, &run.field).map(Some)
+        regather::estimate_by_regathering(self, settings, mesh, &run.field).map(Some)
     }
 
-    fn warnings(&self, solved: &Solved, estimate: Option<&Estimate>) -> Vec<Warning> {
-        let warnings = warnings::of(self, &solved.mesh, &solved.run, estimate);
-        match solved.matrix {
-            Some(_) => dense::advised(warnings),
-            None if solved.moved.is_some() => climb::advised(warnings),
+    fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
+        let warnings = warnings::collect_warnings(self, &solved.mesh, &solved.run, estimate);
+        match solved.dense {
+            Some(_) => dense::adapt_advice(warnings),
+            None if solved.history.is_some() => adaptive::adapt_advice(warnings),
             None => warnings,
         }
     }
 
-    fn dark(&self, solved: &Solved) -> Option<String> {
-        missing(&solved.mesh, &solved.run)
+    fn explain_darkness(&self, solved: &Solved) -> Option<String> {
+        explain_darkness(&solved.mesh, &solved.run)
     }
 }

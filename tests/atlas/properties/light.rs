@@ -1,48 +1,52 @@
-//! Light: its balance, superposition, monotony, and one answer of two solvers.
+//! Solutions: energy balance, superposition, monotonicity, and agreement of the two engines.
 
-use super::kit::{ITERATIONS, Way, all, apart, every_engine, every_way, gain, left, unshot};
-use super::scenes::{Cut, any_scene};
-use common::energy::Energy;
+use super::scenes::{MeshedScene, any_scene};
+use super::setups::{
+    ITERATIONS, SolverSetup, all_patches, check_every_engine, check_every_iteration, radiosity_distance,
+    reflection_gain, remaining_error, unshot_power,
+};
+use common::energy::EnergyBalance;
 use common::mesh::Mesh;
 use common::settings::Iteration;
-use common::shooting::{Field, Run, Shot, select};
+use common::shooting::{RadiosityField, Shot, SolveRun, select_shooter};
 use glam::Vec3;
 use proptest::prelude::*;
 use radiosity_tests::bounds::{U, energy_rounding};
 use radiosity_tests::engines::shared_gpu;
 
-/// What rounding leaves of the balance of a solve by passes: as many roundings as cells in H, and as
-/// 64 lanes and a few products in the sums, of all that was shot, up and down the balance.
-fn passes_rounding(mesh: &Mesh, energy: &Energy, shots: &[Shot]) -> f64 {
+/// Returns a bound of the imbalance of a solve by passes: as many roundings of the shot power as patches in H, and as 64
+/// lanes and a few products in the sums, on both sides of the balance.
+fn passes_rounding(mesh: &Mesh, energy: &EnergyBalance, shots: &[Shot]) -> f64 {
     let shot: f64 = shots
         .iter()
         .map(|s| f64::from(Vec3::from(s.power).abs().element_sum() * s.form_factor_sum.max(1.0)))
         .sum();
     let emitted: f64 = energy.emitted.iter().sum();
-    4.0 * (mesh.cells.len() + 64) as f64 * U * shot * mesh.area_unit() / emitted
+    4.0 * (mesh.patches.len() + 64) as f64 * U * shot * mesh.area_unit() / emitted
 }
 
-/// B = E + ρH, each side rounded at each of `additions`, and thrice in each product.
-fn settled(mesh: &Mesh, field: &Field, additions: usize) -> Result<(), TestCaseError> {
+/// Asserts B = E + ρH, each side rounded at each of `additions` and three times in each product.
+fn assert_radiosity_equals_emission_plus_reflection(
+    mesh: &Mesh,
+    field: &RadiosityField,
+    additions: usize,
+) -> Result<(), TestCaseError> {
     for (k, texel) in mesh.texels.iter().enumerate() {
         let [b, h] = [&field.radiosity, &field.irradiance].map(|v| v[k].truncate().as_dvec3());
         let reflected = texel.reflectance.as_dvec3() * h;
         let difference = (b - texel.emission.as_dvec3() - reflected).abs();
         let bound = (b.abs() + reflected.abs()) * (2.0 * additions as f64 + 6.0) * U;
-        prop_assert!(
-            difference.cmple(bound).all(),
-            "texel {k}: {difference} > {bound}"
-        );
+        prop_assert!(difference.cmple(bound).all(), "texel {k}: {difference} > {bound}");
     }
     Ok(())
 }
 
 #[test]
-fn what_is_emitted_is_absorbed_unshot_escaped_or_lost() {
-    every_way(3, &any_scene(), |way, cut| {
-        let mesh = cut.mesh(way.samples);
-        let run = way.solve(&mesh);
-        let energy = Energy::new(&mesh, &run.field, &run.shots);
+fn energy_of_a_solve_balances() {
+    check_every_iteration(3, &any_scene(), |way, cut| {
+        let mesh = cut.build_mesh(way.samples);
+        let run = way.solve_mesh(&mesh);
+        let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
         let single = way.iteration == Iteration::Southwell;
         let bound = if single {
             energy_rounding(&energy, mesh.area_unit(), &run.shots)
@@ -50,41 +54,33 @@ fn what_is_emitted_is_absorbed_unshot_escaped_or_lost() {
             passes_rounding(&mesh, &energy, &run.shots)
         };
         prop_assert!(run.converged && !run.stagnated);
-        prop_assert!(
-            energy.imbalance <= bound,
-            "{} > {bound}: {energy:?}",
-            energy.imbalance
-        );
-        settled(&mesh, &run.field, if single { run.shots.len() } else { 1 })
+        prop_assert!(energy.imbalance <= bound, "{} > {bound}: {energy:?}", energy.imbalance);
+        assert_radiosity_equals_emission_plus_reflection(&mesh, &run.field, if single { run.shots.len() } else { 1 })
     });
 }
 
 #[test]
-fn every_shot_balances() {
-    every_engine(3, &any_scene(), |way, cut| {
-        let mesh = cut.mesh(way.samples);
-        let mut engine = way.engine(&mesh);
+fn energy_balances_after_every_shot() {
+    check_every_engine(3, &any_scene(), |way, cut| {
+        let mesh = cut.build_mesh(way.samples);
+        let mut engine = way.fresh_engine(&mesh);
         let mut shots = Vec::new();
         while shots.len() < 12
-            && let Some(cell) = select(&engine.cell_power().unwrap(), 0.0)
+            && let Some(patch) = select_shooter(&engine.patch_power().unwrap(), 0.0)
         {
-            shots.push(engine.shoot(cell).unwrap());
-            let field = engine.field().unwrap();
-            let energy = Energy::new(&mesh, &field, &shots);
+            shots.push(engine.shoot(patch).unwrap());
+            let field = engine.read_field().unwrap();
+            let energy = EnergyBalance::new(&mesh, &field, &shots);
             let bound = energy_rounding(&energy, mesh.area_unit(), &shots);
-            prop_assert!(
-                energy.imbalance <= bound,
-                "{} > {bound}: {energy:?}",
-                energy.imbalance
-            );
-            settled(&mesh, &field, shots.len())?;
+            prop_assert!(energy.imbalance <= bound, "{} > {bound}: {energy:?}", energy.imbalance);
+            assert_radiosity_equals_emission_plus_reflection(&mesh, &field, shots.len())?;
         }
         Ok(())
     });
 }
 
-/// The scene with each face's light changed.
-fn relit(cut: &Cut, light: impl Fn(usize) -> Vec3) -> Cut {
+/// Returns the scene with other emission.
+fn with_emission(cut: &MeshedScene, light: impl Fn(usize) -> Vec3) -> MeshedScene {
     let mut cut = cut.clone();
     for (k, face) in cut.scene.faces.iter_mut().enumerate() {
         face.emission = light(k);
@@ -92,19 +88,19 @@ fn relit(cut: &Cut, light: impl Fn(usize) -> Vec3) -> Cut {
     cut
 }
 
-/// Each face's light, each other face's, and the sum of the two.
-fn lights(cut: &Cut) -> [Cut; 3] {
+/// Returns the scene with its emission, with that of the next face, and with the sum of the two.
+fn two_lights_and_their_sum(cut: &MeshedScene) -> [MeshedScene; 3] {
     let faces = &cut.scene.faces;
     let first = |k: usize| faces[k].emission;
     let second = |k: usize| faces[(k + 1) % faces.len()].emission * 0.75;
     [
-        relit(cut, first),
-        relit(cut, second),
-        relit(cut, |k| first(k) + second(k)),
+        with_emission(cut, first),
+        with_emission(cut, second),
+        with_emission(cut, |k| first(k) + second(k)),
     ]
 }
 
-fn sum(a: &Field, b: &Field) -> Field {
+fn add_radiosities(a: &RadiosityField, b: &RadiosityField) -> RadiosityField {
     let mut sum = a.clone();
     for (value, other) in sum.radiosity.iter_mut().zip(&b.radiosity) {
         *value += *other;
@@ -112,46 +108,41 @@ fn sum(a: &Field, b: &Field) -> Field {
     sum
 }
 
-/// The same shots, all of them sums of positive numbers: each rounds what it adds 14 times (a flux of
-/// up to 64 texels 8, three products, two quotients, the addition), and light may have come through
-/// all of the shots.
+/// The same shots are sums of positive numbers. Each rounds what it adds 14 times (a flux of up to 64 texels 8, three
+/// products, two quotients, the addition), and light may pass through all of the shots.
 #[test]
-fn the_same_shots_of_two_lights_are_those_of_their_sum() {
-    every_engine(4, &any_scene(), |way, cut| {
-        let [first, second, both] = lights(&cut).map(|cut| cut.mesh(way.samples));
-        let log: Vec<u32> = all(&both).into_iter().chain(all(&both)).collect();
-        let [first, second, together] =
-            [&first, &second, &both].map(|mesh| way.replay(mesh, &log).field);
+fn replayed_shots_superpose() {
+    check_every_engine(4, &any_scene(), |way, cut| {
+        let [first, second, both] = two_lights_and_their_sum(&cut).map(|cut| cut.build_mesh(way.samples));
+        let log: Vec<u32> = all_patches(&both).into_iter().chain(all_patches(&both)).collect();
+        let [first, second, together] = [&first, &second, &both].map(|mesh| way.replay_log(mesh, &log).field);
         let bound = 2.0 * (14 * log.len() + 2) as f64 * U;
-        let sum = sum(&first, &second);
+        let sum = add_radiosities(&first, &second);
         for (k, (a, b)) in together.radiosity.iter().zip(&sum.radiosity).enumerate() {
             let (a, b) = (a.truncate().as_dvec3(), b.truncate().as_dvec3());
-            prop_assert!(
-                (a - b).abs().cmple(bound * a).all(),
-                "texel {k}: {a} is not {b}"
-            );
+            prop_assert!((a - b).abs().cmple(bound * a).all(), "texel {k}: {a} is not {b}");
         }
         Ok(())
     });
 }
 
 #[test]
-fn the_light_of_two_is_the_sum_of_their_lights() {
-    every_way(2, &any_scene(), |way, cut| {
-        let [first, second, both] = lights(&cut).map(|cut| cut.mesh(way.samples));
-        let gain = gain(&both, &way.links(&both));
+fn solutions_superpose() {
+    check_every_iteration(2, &any_scene(), |way, cut| {
+        let [first, second, both] = two_lights_and_their_sum(&cut).map(|cut| cut.build_mesh(way.samples));
+        let gain = reflection_gain(&both, &way.link_rows(&both));
         prop_assume!(gain < 100.0);
-        let runs = [&first, &second, &both].map(|mesh| way.solve(mesh));
-        let sum = sum(&runs[0].field, &runs[1].field);
-        let found = apart(&both, &sum, &runs[2].field, |k| k);
-        let bound = left(&both, gain, &[&runs[0], &runs[1], &runs[2]]);
+        let runs = [&first, &second, &both].map(|mesh| way.solve_mesh(mesh));
+        let sum = add_radiosities(&runs[0].field, &runs[1].field);
+        let found = radiosity_distance(&both, &sum, &runs[2].field, |k| k);
+        let bound = remaining_error(&both, gain, &[&runs[0], &runs[1], &runs[2]]);
         prop_assert!(found <= bound, "{found:e} > {bound:e}");
         Ok(())
     });
 }
 
-/// One face emits more, another reflects more.
-fn brighter(cut: &Cut, at: usize) -> Cut {
+/// Returns the scene with more emission of one face and more reflectance of another.
+fn brighten_scene(cut: &MeshedScene, at: usize) -> MeshedScene {
     let mut cut = cut.clone();
     let n = cut.scene.faces.len();
     let most = cut
@@ -165,30 +156,23 @@ fn brighter(cut: &Cut, at: usize) -> Cut {
     cut
 }
 
-/// Sums, products and quotients by the same numbers are monotone also when they are rounded: not one
-/// texel may be darker by one bit.
+/// Sums, products and quotients by the same numbers are monotone when rounded, too: no texel may be darker by one bit.
 #[test]
-fn the_same_shots_of_more_light_darken_nothing() {
-    every_engine(4, &(any_scene(), any::<usize>()), |way, (cut, at)| {
-        let [less, more] = [cut.clone(), brighter(&cut, at)].map(|cut| cut.mesh(way.samples));
-        let log: Vec<u32> = all(&less).into_iter().chain(all(&less)).collect();
-        let [less, more] = [&less, &more].map(|mesh| way.replay(mesh, &log).field);
+fn replayed_shots_of_brighter_scene_darken_nothing() {
+    check_every_engine(4, &(any_scene(), any::<usize>()), |way, (cut, at)| {
+        let [less, more] = [cut.clone(), brighten_scene(&cut, at)].map(|cut| cut.build_mesh(way.samples));
+        let log: Vec<u32> = all_patches(&less).into_iter().chain(all_patches(&less)).collect();
+        let [less, more] = [&less, &more].map(|mesh| way.replay_log(mesh, &log).field);
         for k in 0..less.radiosity.len() {
-            prop_assert!(
-                more.radiosity[k].cmpge(less.radiosity[k]).all(),
-                "B of texel {k}"
-            );
-            prop_assert!(
-                more.irradiance[k].cmpge(less.irradiance[k]).all(),
-                "H of texel {k}"
-            );
+            prop_assert!(more.radiosity[k].cmpge(less.radiosity[k]).all(), "B of texel {k}");
+            prop_assert!(more.irradiance[k].cmpge(less.irradiance[k]).all(), "H of texel {k}");
         }
         Ok(())
     });
 }
 
-/// ΣA·max(0, less − more).
-fn darkened(mesh: &Mesh, less: &Run, more: &Run) -> f64 {
+/// Returns ΣA·max(0, less − more).
+fn darkened_power(mesh: &Mesh, less: &SolveRun, more: &SolveRun) -> f64 {
     let pairs = less.field.radiosity.iter().zip(&more.field.radiosity);
     let each = mesh.texels.iter().zip(pairs).map(|(texel, (less, more))| {
         let lost = (less.truncate() - more.truncate()).max(Vec3::ZERO);
@@ -198,36 +182,36 @@ fn darkened(mesh: &Mesh, less: &Run, more: &Run) -> f64 {
 }
 
 #[test]
-fn more_light_darkens_nothing() {
-    every_way(2, &(any_scene(), any::<usize>()), |way, (cut, at)| {
-        let [less, more] = [cut.clone(), brighter(&cut, at)].map(|cut| cut.mesh(way.samples));
-        let gain = gain(&more, &way.links(&more));
+fn solution_of_brighter_scene_darkens_nothing() {
+    check_every_iteration(2, &(any_scene(), any::<usize>()), |way, (cut, at)| {
+        let [less, more] = [cut.clone(), brighten_scene(&cut, at)].map(|cut| cut.build_mesh(way.samples));
+        let gain = reflection_gain(&more, &way.link_rows(&more));
         prop_assume!(gain < 100.0);
-        let runs = [&less, &more].map(|mesh| way.solve(mesh));
-        let found = darkened(&more, &runs[0], &runs[1]);
-        let bound = left(&more, gain, &[&runs[0], &runs[1]]);
+        let runs = [&less, &more].map(|mesh| way.solve_mesh(mesh));
+        let found = darkened_power(&more, &runs[0], &runs[1]);
+        let bound = remaining_error(&more, gain, &[&runs[0], &runs[1]]);
         prop_assert!(found <= bound, "{found:e} > {bound:e}");
         Ok(())
     });
 }
 
-/// Links by rays are the same bits on a software adapter, and so is all that follows; others may fuse
-/// products and sums, and then choose other shooters.
+/// On a software adapter links by rays, and all that follows, are bit-identical. Hardware may fuse products and sums and
+/// then select other shooters.
 #[test]
-fn both_solvers_have_one_answer() {
-    every_engine(2, &any_scene(), |way, cut| {
+fn both_engines_give_the_same_solution() {
+    check_every_engine(2, &any_scene(), |way, cut| {
         if way.on_gpu {
             return Ok(());
         }
-        let mesh = cut.mesh(way.samples);
+        let mesh = cut.build_mesh(way.samples);
         for iteration in ITERATIONS {
             let [cpu, device] = [false, true].map(|on_gpu| {
-                let way = Way {
+                let way = SolverSetup {
                     on_gpu,
                     iteration,
                     ..way
                 };
-                way.solve(&mesh)
+                way.solve_mesh(&mesh)
             });
             if shared_gpu().line.software {
                 prop_assert_eq!(&cpu.shots, &device.shots, "{:?}", iteration);
@@ -237,8 +221,8 @@ fn both_solvers_have_one_answer() {
                     prop_assert_eq!(a.truncate(), b.truncate());
                 }
             } else {
-                let bound = 10.0 * (unshot(&mesh, &cpu.field) + unshot(&mesh, &device.field));
-                let found = apart(&mesh, &cpu.field, &device.field, |k| k);
+                let bound = 10.0 * (unshot_power(&mesh, &cpu.field) + unshot_power(&mesh, &device.field));
+                let found = radiosity_distance(&mesh, &cpu.field, &device.field, |k| k);
                 prop_assert!(found <= bound, "{iteration:?}: {found:e} > {bound:e}");
             }
         }

@@ -1,24 +1,25 @@
-//! Links: closure seen from texels and from cells, reciprocity, convergence; and that a wrong form
-//! factor shows in them, not in the balance.
+//! Links: closure of texels and of patches, reciprocity, convergence. A wrong form factor shows in them and not in the
+//! energy balance.
 
-use super::kit::{Way, all, every_engine, outline};
-use super::places::{factor_rounding, grid, is_near, mean_factor, places};
-use super::scenes::{Cut, convex, furnished};
-use common::energy::Energy;
-use common::mesh::{Cell, Mesh};
+use super::pairing::{factor_rounding, is_near, mean_factor, receiver_points, texel_grid};
+use super::scenes::{MeshedScene, convex_room, furnished_room};
+use super::setups::{SolverSetup, all_patches, check_every_engine, patch_outline};
+use common::energy::EnergyBalance;
+use common::mesh::{Mesh, Patch};
 use common::settings::Iteration;
 use common::texel;
-use cpu::matrix::pair;
+use cpu::dense::exchange_area;
 use glam::{DVec3, Vec3};
-use gpu::Fault;
-use oracle::judge::exact::point_to_polygon;
+use gpu::ShaderFault;
+use oracle::exact::point_to_polygon;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use radiosity_tests::bounds::{U, centroid_rule};
+use radiosity_tests::shader_faults::shader_fault;
 use std::ops::ControlFlow;
 
-/// ΣF and the escaped share of each cell, and what all cells take of each: `taken[i][c]`, mesh units.
+/// ΣF and escaped share of each patch, and the power that patch c receives from patch i: `taken[i][c]`, mesh units.
 struct Taken {
     sums: Vec<f64>,
     escaped: Vec<f64>,
@@ -26,29 +27,27 @@ struct Taken {
 }
 
 impl Taken {
-    fn new(way: Way, mesh: &Mesh) -> Self {
-        let mut engine = way.engine(mesh);
+    fn new(way: SolverSetup, mesh: &Mesh) -> Self {
+        let mut engine = way.fresh_engine(mesh);
         let closures = engine
-            .link(&all(mesh), &mut |_| ControlFlow::Continue(()))
+            .make_links(&all_patches(mesh), &mut |_| ControlFlow::Continue(()))
             .unwrap();
         let mut row = |i: usize| -> Vec<f64> {
-            let mut one = vec![Vec3::ZERO; mesh.cells.len()];
+            let mut one = vec![Vec3::ZERO; mesh.patches.len()];
             one[i] = Vec3::ONE;
-            let flux = engine.exchange(&one).unwrap();
+            let flux = engine.exchange_flux(&one).unwrap();
             flux.iter().map(|f| f64::from(f.x)).collect()
         };
         Self {
-            taken: (0..mesh.cells.len()).map(&mut row).collect(),
-            sums: (closures.iter())
-                .map(|c| f64::from(c.form_factor_sum))
-                .collect(),
+            taken: (0..mesh.patches.len()).map(&mut row).collect(),
+            sums: (closures.iter()).map(|c| f64::from(c.form_factor_sum)).collect(),
             escaped: closures.iter().map(|c| f64::from(c.escaped)).collect(),
         }
     }
 }
 
-/// A parallelogram or triangle as four equal ones.
-fn quarters(corners: &[DVec3]) -> Vec<Vec<DVec3>> {
+/// Splits a parallelogram or triangle into four equal ones.
+fn split_in_quarters(corners: &[DVec3]) -> Vec<Vec<DVec3>> {
     let n = corners.len();
     let middle = |k: usize| 0.5 * (corners[k % n] + corners[(k + 1) % n]);
     let mut parts: Vec<Vec<DVec3>> = (0..n)
@@ -66,99 +65,90 @@ fn quarters(corners: &[DVec3]) -> Vec<Vec<DVec3>> {
     parts
 }
 
-/// What a texel's A·F of cell `i` may be off by from the integral: what it differs by from the
-/// centroid rule on its quarters, and the error of that; and rounding.
-fn texel_bound(cut: &Cut, mesh: &Mesh, i: usize, k: usize) -> f64 {
-    let (texel, polygon) = (&mesh.texels[k], outline(mesh, i));
+/// Returns a bound of the error of a texel's A·F of patch `i` against the integral: its difference from the centroid rule
+/// on quarters of the texel, the error of that rule, and rounding.
+fn texel_bound(cut: &MeshedScene, mesh: &Mesh, i: usize, k: usize) -> f64 {
+    let (texel, polygon) = (&mesh.texels[k], patch_outline(mesh, i));
     let face = &mesh.faces[texel.face as usize];
     let normal = face.normal.as_dvec3();
     let f = |p: DVec3| point_to_polygon(p, normal, &polygon);
     let input = &cut.scene.faces[texel.face as usize];
-    let corners: Vec<DVec3> = texel::outline(input, face.resolution, texel.index)
+    let corners: Vec<DVec3> = texel::texel_outline(input, face.resolution, texel.index)
         .corners()
         .iter()
-        .map(|p| mesh.local(*p))
+        .map(|p| mesh.local_point(*p))
         .collect();
     let area = f64::from(texel.area);
     let (mut finer, mut bound) = (0.0, 0.0);
-    for part in quarters(&corners) {
+    for part in split_in_quarters(&corners) {
         let centre = part.iter().sum::<DVec3>() / part.len() as f64;
         finer += f(centre) / 4.0;
         bound += centroid_rule(&part, centre, area / 4.0, &f);
     }
-    let mean = mean_factor(mesh, i, k, &places(mesh, i, k));
+    let mean = mean_factor(mesh, i, k, &receiver_points(mesh, i, k));
     bound + area * ((mean - finer).abs() + factor_rounding(mesh, i, k))
 }
 
-/// What Σ A_j F(x_j → i) over the texels of each cell may be off by from A_i F_ic where nothing is in
-/// between.
-fn quadrature(cut: &Cut, mesh: &Mesh, i: usize) -> Vec<f64> {
-    let own = mesh.cells[i].face;
-    let bound = |cell: &Cell| -> f64 {
-        let others = cell.texels().filter(|_| cell.face != own);
+/// Returns bounds of the error of Σ A_j F(x_j → i) over the texels of each patch against A_i F_ic, without occluders.
+fn quadrature_bounds(cut: &MeshedScene, mesh: &Mesh, i: usize) -> Vec<f64> {
+    let own = mesh.patches[i].face;
+    let bound = |patch: &Patch| -> f64 {
+        let others = patch.texels().filter(|_| patch.face != own);
         others.map(|k| texel_bound(cut, mesh, i, k)).sum()
     };
-    mesh.cells.iter().map(bound).collect()
+    mesh.patches.iter().map(bound).collect()
 }
 
-/// What a texel's links to all cells sum to: Lambert's factors from a point to all that surrounds it
-/// are 1, wherever it lies and however large they are. Far cells are looked at from the centre alone,
-/// also where near ones are from the texel's grid.
-fn hemisphere(mesh: &Mesh, k: usize) -> f64 {
-    let others = |i: &usize| mesh.cells[*i].face != mesh.texels[k].face;
-    let cells: Vec<usize> = (0..mesh.cells.len()).filter(others).collect();
-    if cells.iter().all(|i| !is_near(mesh, *i, k)) {
+/// Returns the expected sum of a texel's links to all patches. Lambert's factors from a point to a closed surrounding sum
+/// to 1; the sum differs where near patches use the texel's grid and far ones its centre.
+fn expected_link_sum(mesh: &Mesh, k: usize) -> f64 {
+    let others = |i: &usize| mesh.patches[*i].face != mesh.texels[k].face;
+    let patches: Vec<usize> = (0..mesh.patches.len()).filter(others).collect();
+    if patches.iter().all(|i| !is_near(mesh, *i, k)) {
         return 1.0;
     }
-    let (centre, grid) = ([mesh.texels[k].position.as_dvec3()], grid(mesh, k));
-    let far = cells.iter().filter(|i| !is_near(mesh, **i, k));
+    let (centre, grid) = ([mesh.texels[k].position.as_dvec3()], texel_grid(mesh, k));
+    let far = patches.iter().filter(|i| !is_near(mesh, **i, k));
     let apart = far.map(|i| mean_factor(mesh, *i, k, &centre) - mean_factor(mesh, *i, k, &grid));
     1.0 + apart.sum::<f64>()
 }
 
-/// The most by which a texel's links differ from that, over what rounding allows.
-fn hemispheres(way: Way, mesh: &Mesh) -> f64 {
-    let mut engine = way.engine(mesh);
+/// Returns the largest difference of a texel's sum of links from that, divided by its rounding bound.
+fn largest_link_sum_error(way: SolverSetup, mesh: &Mesh) -> f64 {
+    let mut engine = way.fresh_engine(mesh);
     engine
-        .link(&all(mesh), &mut |_| ControlFlow::Continue(()))
+        .make_links(&all_patches(mesh), &mut |_| ControlFlow::Continue(()))
         .unwrap();
-    let n = mesh.cells.len();
-    engine
-        .gather(&vec![Vec3::ONE; n], &vec![Vec3::ZERO; n])
-        .unwrap();
-    let field = engine.field().unwrap();
+    let n = mesh.patches.len();
+    engine.gather_field(&vec![Vec3::ONE; n], &vec![Vec3::ZERO; n]).unwrap();
+    let field = engine.read_field().unwrap();
     let off = field.irradiance.iter().enumerate().map(|(k, h)| {
-        let others = (0..n).filter(|i| mesh.cells[*i].face != mesh.texels[k].face);
+        let others = (0..n).filter(|i| mesh.patches[*i].face != mesh.texels[k].face);
         let rounding: f64 = others.map(|i| factor_rounding(mesh, i, k)).sum();
         let bound = rounding + n as f64 * U;
-        let expected = hemisphere(mesh, k) as f32;
+        let expected = expected_link_sum(mesh, k) as f32;
         f64::from((h.truncate() - Vec3::splat(expected)).abs().max_element()) / bound
     });
     off.fold(0.0, f64::max)
 }
 
-/// The most by which two cells take differently of each other, and by which either takes what the
-/// contour integral does not give it, over what the quadrature allows; then the same of ΣF against
-/// 1 − escaped.
-fn pairs(way: Way, cut: &Cut, mesh: &Mesh) -> [f64; 3] {
-    let Taken {
-        sums,
-        escaped,
-        taken,
-    } = Taken::new(way, mesh);
-    let bounds: Vec<Vec<f64>> = (0..mesh.cells.len())
-        .map(|i| quadrature(cut, mesh, i))
+/// Returns the largest errors of reciprocity, of exchange against the contour integral, and of ΣF against 1 − escaped,
+/// each divided by the quadrature bound.
+fn largest_pair_errors(way: SolverSetup, cut: &MeshedScene, mesh: &Mesh) -> [f64; 3] {
+    let Taken { sums, escaped, taken } = Taken::new(way, mesh);
+    let bounds: Vec<Vec<f64>> = (0..mesh.patches.len())
+        .map(|i| quadrature_bounds(cut, mesh, i))
         .collect();
     let [mut reciprocity, mut exchange, mut closure] = [0f64; 3];
-    for (i, cell) in mesh.cells.iter().enumerate() {
-        let area = f64::from(cell.shooter.area);
-        for (c, other) in mesh.cells.iter().enumerate().skip(i + 1) {
-            if other.face == cell.face {
+    for (i, patch) in mesh.patches.iter().enumerate() {
+        let area = f64::from(patch.shooter.area);
+        for (c, other) in mesh.patches.iter().enumerate().skip(i + 1) {
+            if other.face == patch.face {
                 continue;
             }
             let difference = (taken[i][c] - taken[c][i]).abs();
             reciprocity = reciprocity.max(difference / (bounds[i][c] + bounds[c][i]));
-            let exact = area * pair::form_factor(&outline(mesh, i), &outline(mesh, c));
+            let exact = area * exchange_area::form_factor(&patch_outline(mesh, i), &patch_outline(mesh, c));
             exchange = exchange.max((taken[i][c] - exact).abs() / bounds[i][c]);
         }
         let lost = area * (1.0 - sums[i] - escaped[i]);
@@ -168,19 +158,19 @@ fn pairs(way: Way, cut: &Cut, mesh: &Mesh) -> [f64; 3] {
 }
 
 #[test]
-fn the_links_of_a_texel_close() {
-    every_engine(8, &convex(), |way, cut| {
-        let off = hemispheres(way, &cut.mesh(way.samples));
+fn links_of_a_texel_sum_to_one() {
+    check_every_engine(8, &convex_room(), |way, cut| {
+        let off = largest_link_sum_error(way, &cut.build_mesh(way.samples));
         prop_assert!(off <= 1.0, "{off} of what rounding allows");
         Ok(())
     });
 }
 
 #[test]
-fn cells_give_each_other_what_they_take_and_close() {
-    every_engine(4, &convex(), |way, cut| {
-        let mesh = cut.mesh(way.samples);
-        let [reciprocity, exchange, closure] = pairs(way, &cut, &mesh);
+fn patches_are_reciprocal_and_closed() {
+    check_every_engine(4, &convex_room(), |way, cut| {
+        let mesh = cut.build_mesh(way.samples);
+        let [reciprocity, exchange, closure] = largest_pair_errors(way, &cut, &mesh);
         prop_assert!(reciprocity <= 1.0, "reciprocity: {reciprocity}");
         prop_assert!(exchange <= 1.0, "against the contour integral: {exchange}");
         prop_assert!(closure <= 1.0, "closure: {closure}");
@@ -188,37 +178,33 @@ fn cells_give_each_other_what_they_take_and_close() {
     });
 }
 
-/// Whatever stands in a closed room, nothing leaves it.
+/// The escaped share of a closed room is 0, whatever stands in it.
 #[test]
 fn nothing_escapes_from_a_closed_room() {
-    let rooms = furnished().prop_filter("closed", |cut| cut.closed);
-    every_engine(8, &rooms, |way, cut| {
-        let mesh = cut.mesh(way.samples);
-        let closures = (way.engine(&mesh))
-            .link(&all(&mesh), &mut |_| ControlFlow::Continue(()))
+    let rooms = furnished_room().prop_filter("closed", |cut| cut.closed);
+    check_every_engine(8, &rooms, |way, cut| {
+        let mesh = cut.build_mesh(way.samples);
+        let closures = (way.fresh_engine(&mesh))
+            .make_links(&all_patches(&mesh), &mut |_| ControlFlow::Continue(()))
             .unwrap();
         let lost = closures.iter().position(|closure| closure.escaped != 0.0);
-        prop_assert!(
-            lost.is_none(),
-            "cell {lost:?}: {:?}",
-            closures[lost.unwrap()]
-        );
+        prop_assert!(lost.is_none(), "patch {lost:?}: {:?}", closures[lost.unwrap()]);
         Ok(())
     });
 }
 
-/// Σ|A_i F_ij taken − exact| over all pairs of faces, over the area of all.
-fn face_error(way: Way, cut: &Cut, side: u32) -> f64 {
-    let cut = Cut {
+/// Returns Σ|A_i F_ij − exact| over all pairs of faces, divided by the area of all.
+fn face_error(way: SolverSetup, cut: &MeshedScene, side: u32) -> f64 {
+    let cut = MeshedScene {
         resolutions: vec![[side; 2]; cut.scene.faces.len()],
         ..cut.clone()
     };
-    let mesh = cut.mesh(way.samples);
+    let mesh = cut.build_mesh(way.samples);
     let taken = Taken::new(way, &mesh).taken;
     let n = cut.scene.faces.len();
     let mut flux = vec![vec![0.0; n]; n];
-    for (from, row) in mesh.cells.iter().zip(&taken) {
-        for (to, taken) in mesh.cells.iter().zip(row) {
+    for (from, row) in mesh.patches.iter().zip(&taken) {
+        for (to, taken) in mesh.patches.iter().zip(row) {
             flux[from.face as usize][to.face as usize] += taken * mesh.area_unit();
         }
     }
@@ -226,18 +212,18 @@ fn face_error(way: Way, cut: &Cut, side: u32) -> f64 {
     for (from, row) in cut.scene.faces.iter().zip(&flux) {
         area += from.area();
         for (to, flux) in cut.scene.faces.iter().zip(row) {
-            let exact = from.area() * pair::form_factor(from.outline(), to.outline());
+            let exact = from.area() * exchange_area::form_factor(from.outline(), to.outline());
             off += (flux - exact).abs();
         }
     }
     off / area
 }
 
-/// The centroid rule is of second order but at the ends of shared edges, where F jumps: there whole
-/// texels are wrong, whose area falls by 4 with each halving. Each halving must bring 2 at least.
+/// The centroid rule is of second order except at the ends of shared edges, where F jumps: there whole texels are wrong,
+/// whose area falls by 4 with each halving. Each halving must reduce the error at least by 2.
 #[test]
-fn finer_texels_are_nearer_to_the_truth() {
-    every_engine(3, &convex(), |way, cut| {
+fn finer_texels_halve_the_form_factor_error() {
+    check_every_engine(3, &convex_room(), |way, cut| {
         let errors = [2, 4, 8].map(|side| face_error(way, &cut, side));
         let falls = errors.windows(2).all(|pair| pair[1] < pair[0] / 2.0);
         prop_assert!(falls && errors[0] > 0.0, "{errors:?}");
@@ -245,58 +231,51 @@ fn finer_texels_are_nearer_to_the_truth() {
     });
 }
 
-/// A wrong form factor is not lost light to the balance, which counts by the same factors: closure
-/// sees it, and reciprocity where it is not wrong both ways alike.
+/// The energy balance uses the same form factors and does not notice a wrong one. Closure does, and reciprocity if the
+/// two directions are not wrong alike.
 #[test]
 fn a_wrong_form_factor_shows_in_closure_and_reciprocity_alone() {
-    const FACTOR: &str = "return polygon(position, normal);";
-    const FAULTS: [(&str, [Fault; 1]); 3] = [
+    const FACTOR: &str = "return polygon_factor(position, normal);";
+    const FAULTS: [(&str, [ShaderFault; 1]); 3] = [
         (
             "a tenth too much",
-            [fault("return 1.1 * polygon(position, normal);")],
+            [fault("return 1.1 * polygon_factor(position, normal);")],
         ),
         (
             "a disc",
             [fault(
-                "return disc(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
+                "return disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);",
             )],
         ),
         (
             "a cosine too many",
-            [fault("return cos_j * polygon(position, normal);")],
+            [fault("return cos_j * polygon_factor(position, normal);")],
         ),
     ];
-    const fn fault(to: &'static str) -> Fault {
-        Fault {
-            file: "form_factor",
-            from: FACTOR,
-            to,
-        }
+    const fn fault(to: &'static str) -> ShaderFault {
+        shader_fault("form_factor", FACTOR, to)
     }
     let mut runner = TestRunner::deterministic();
-    let cut = convex().new_tree(&mut runner).unwrap().current();
+    let cut = convex_room().new_tree(&mut runner).unwrap().current();
     for samples in [1, 4] {
-        let mesh = cut.mesh(samples);
+        let mesh = cut.build_mesh(samples);
         for (name, faults) in &FAULTS {
-            let way = Way {
+            let way = SolverSetup {
                 on_gpu: true,
                 samples,
                 iteration: Iteration::Cg,
                 faults,
             };
-            let run = way.solve(&mesh);
-            let energy = Energy::new(&mesh, &run.field, &run.shots);
-            let hemispheres = hemispheres(way, &mesh);
-            let [reciprocity, exchange, closure] = pairs(way, &cut, &mesh);
+            let run = way.solve_mesh(&mesh);
+            let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
+            let hemispheres = largest_link_sum_error(way, &mesh);
+            let [reciprocity, exchange, closure] = largest_pair_errors(way, &cut, &mesh);
             println!(
-                "{name}, {samples}: imbalance {:.1e}; of what is allowed: closure of texels {hemispheres:.1}, of cells {closure:.2}, exchange {exchange:.1}, reciprocity {reciprocity:.1}",
+                "{name}, {samples}: imbalance {:.1e}; of what is allowed: closure of texels {hemispheres:.1}, of patches {closure:.2}, exchange {exchange:.1}, reciprocity {reciprocity:.1}",
                 energy.imbalance
             );
             assert!(energy.imbalance < 1e-5, "{name}: {energy:?}");
-            assert!(
-                hemispheres > 10.0 && exchange > 1.0 && closure > 1.0,
-                "{name}"
-            );
+            assert!(hemispheres > 10.0 && exchange > 1.0 && closure > 1.0, "{name}");
             // A tenth too much is wrong both ways alike.
             assert!(reciprocity > 1.0 || *name == FAULTS[0].0, "{name}");
         }

@@ -1,11 +1,11 @@
-//! What must hold of any scene, whatever its answer: properties, held on scenes drawn at random, by
-//! the CPU and by the GPU, by one sample and by many, by every iteration, of quads and of triangles.
+//! Properties of any solution, checked on random scenes of quads and triangles: on the CPU and on the GPU, with one
+//! sample and many, by every iteration.
 
-mod kit;
+mod equivalence;
 mod light;
 mod links;
 mod objects;
-mod places;
-mod same;
+mod pairing;
 mod scenes;
+mod setups;
 mod symmetry;

@@ -1,33 +1,33 @@
-//! The scenes, small enough for hundreds of solves.
+//! Random scenes, small enough for hundreds of solves.
 
 use common::cover;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use glam::{DMat3, DVec3, Vec3};
-use oracle::study::random::{self, Faces, Kind, Options};
 use proptest::prelude::*;
-use radiosity_tests::random::{Sample, closed, empty, open};
+use radiosity::studies::random::{self, FaceShapes, SceneKind, SceneOptions};
+use radiosity_tests::random_rooms::{RandomRoom, closed_room, empty_room, open_room};
 
-/// A scene and how it is cut.
+/// A scene with its texels and patches.
 #[derive(Clone, Debug)]
-pub struct Cut {
+pub struct MeshedScene {
     pub scene: Scene,
     pub resolutions: Vec<[u32; 2]>,
-    pub cells: u32,
-    /// Nothing escapes.
+    pub patches: u32,
+    /// True if no power escapes.
     pub closed: bool,
 }
 
-impl Cut {
-    /// Its mesh, looked at in `samples` points.
-    pub fn mesh(&self, samples: u32) -> Mesh {
-        let mut mesh = Mesh::new(&self.scene, &self.resolutions, self.cells).unwrap();
-        cover::sample(&mut mesh, samples);
+impl MeshedScene {
+    /// Meshes the scene with `samples` points per patch.
+    pub fn build_mesh(&self, samples: u32) -> Mesh {
+        let mut mesh = Mesh::new(&self.scene, &self.resolutions, self.patches).unwrap();
+        cover::sample_covers(&mut mesh, samples);
         mesh
     }
 
-    /// The same faces, moved.
-    pub fn moved(&self, to: impl Fn(DVec3) -> DVec3) -> Self {
+    /// Maps all corners by `to`.
+    pub fn map_corners(&self, to: impl Fn(DVec3) -> DVec3) -> Self {
         let mut cut = self.clone();
         for face in &mut cut.scene.faces {
             face.corners = face.corners.map(&to);
@@ -36,19 +36,18 @@ impl Cut {
     }
 }
 
-/// Sides of at most `most` texels, 2×2 cells, and light that is not lost in rounding: reflectances
-/// of 0.8 at most, so that errors are not made a hundred times as large.
-fn cut(sample: Sample, most: u32, closed: bool) -> Cut {
+/// Sets sides of at most `most` texels, 2×2 patches, and reflectances of at most 0.8, so that errors are not amplified a
+/// hundred times. Some face emits.
+fn mesh_room(sample: RandomRoom, most: u32, closed: bool) -> MeshedScene {
     let mut scene = sample.scene;
     for face in &mut scene.faces {
         face.reflectance = face.reflectance.min(Vec3::splat(0.8));
     }
-    // Some light is better than none.
     if scene.faces.iter().all(|face| face.emission == Vec3::ZERO) {
         scene.faces[0].emission = Vec3::new(1.0, 2.0, 0.5);
     }
     let side = |n: &u32| if *n > 4 { most } else { 2 };
-    Cut {
+    MeshedScene {
         resolutions: (sample.resolutions.iter())
             .zip(&scene.faces)
             .map(|([w, h], face)| match face.outline().len() {
@@ -57,61 +56,61 @@ fn cut(sample: Sample, most: u32, closed: bool) -> Cut {
             })
             .collect(),
         scene,
-        cells: 2,
+        patches: 2,
         closed,
     }
 }
 
-/// A closed room with nothing in it, sheared so that hardly two of its walls are at right angles;
-/// walls are parallelograms, or two triangles each.
-pub fn convex() -> impl Strategy<Value = Cut> {
-    (empty(), prop::array::uniform3(-0.4f64..0.4)).prop_map(|(sample, [a, b, c])| {
+/// Draws a closed room without objects, sheared so that hardly two of its walls are at right angles; walls are
+/// parallelograms, or two triangles each.
+pub fn convex_room() -> impl Strategy<Value = MeshedScene> {
+    (empty_room(), prop::array::uniform3(-0.4f64..0.4)).prop_map(|(sample, [a, b, c])| {
         let shear = DMat3::from_cols(DVec3::X, DVec3::new(a, 1.0, 0.0), DVec3::new(b, c, 1.0));
-        cut(sample, 4, true).moved(|p| shear * p)
+        mesh_room(sample, 4, true).map_corners(|p| shear * p)
     })
 }
 
-/// A room with floating boxes; closed, or without some of its walls.
-pub fn furnished() -> impl Strategy<Value = Cut> {
+/// Draws a room with floating boxes; closed, or without some of its walls.
+pub fn furnished_room() -> impl Strategy<Value = MeshedScene> {
     prop_oneof![
-        closed().prop_map(|sample| cut(sample, 4, true)),
-        open().prop_map(|sample| cut(sample, 4, false)),
+        closed_room().prop_map(|sample| mesh_room(sample, 4, true)),
+        open_room().prop_map(|sample| mesh_room(sample, 4, false)),
     ]
 }
 
-/// Anything: rooms convex and not, closed and open, with bodies, sheets and lamps, of quads,
+/// Draws any scene of `studies::random`: rooms convex and not, closed and open, with boxes, sheets and lamps, of quads,
 /// triangles or both.
-pub fn drawn() -> impl Strategy<Value = Cut> {
+pub fn random_scene() -> impl Strategy<Value = MeshedScene> {
     let faces = prop_oneof![
-        Just(Faces::Quads),
-        Just(Faces::Triangles),
-        Just(Faces::Mixed)
+        Just(FaceShapes::Quads),
+        Just(FaceShapes::Triangles),
+        Just(FaceShapes::Mixed)
     ];
     (any::<u64>(), faces).prop_map(|(seed, faces)| {
-        let drawn = random::scene(
+        let drawn = random::draw_scene(
             seed,
-            Options {
-                kind: Kind::Any,
+            SceneOptions {
+                kind: SceneKind::Any,
                 faces,
             },
         );
         let count = drawn.scene.faces.len();
-        Cut {
+        MeshedScene {
             resolutions: vec![[2, 2]; count],
             scene: drawn.scene,
-            cells: 1,
+            patches: 1,
             closed: drawn.closed,
         }
     })
 }
 
-/// Both kinds.
-pub fn any_scene() -> impl Strategy<Value = Cut> {
-    prop_oneof![2 => furnished(), 1 => drawn()]
+/// Draws a furnished room or any random scene.
+pub fn any_scene() -> impl Strategy<Value = MeshedScene> {
+    prop_oneof![2 => furnished_room(), 1 => random_scene()]
 }
 
-/// The face with its corners named from another one on, and its texels turned with it.
-pub fn turned(face: &Face, [w, h]: [u32; 2], by: usize) -> (Face, [u32; 2]) {
+/// Returns the face with another first corner, and its texels rotated with it.
+pub fn rotate_corners(face: &Face, [w, h]: [u32; 2], by: usize) -> (Face, [u32; 2]) {
     let n = face.outline().len();
     let mut corners = face.outline().to_vec();
     corners.rotate_left(by % n);
@@ -119,10 +118,6 @@ pub fn turned(face: &Face, [w, h]: [u32; 2], by: usize) -> (Face, [u32; 2]) {
         corners: [corners[0], corners[1], corners[2], corners[n - 1]],
         ..face.clone()
     };
-    let resolution = if by.is_multiple_of(2) || n == 3 {
-        [w, h]
-    } else {
-        [h, w]
-    };
+    let resolution = if by.is_multiple_of(2) || n == 3 { [w, h] } else { [h, w] };
     (face, resolution)
 }

@@ -1,221 +1,176 @@
-//! What accessors hold: positions, texture coordinates and indices of vertices, every range checked before it is read.
+//! Reads accessors: positions, texture coordinates, colours and indices of vertices.
+//!
+//! The crate `gltf` decodes the numbers. Its readers of whole accessors do not serve: they know no positions in
+//! integers (KHR_mesh_quantization), and they overflow where an accessor leaves its buffer view.
 
-use super::buffers::Document;
+use super::document::{GltfDocument, GltfResult};
 use crate::import::builder::MAX_FACES;
-use crate::import::material::of_vertex;
+use crate::import::material::clamp_vertex_colour;
 use glam::{DVec2, DVec3, Vec3};
+use gltf::accessor::Item;
 use gltf::json::Index;
-use gltf::json::accessor::sparse::Sparse;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::buffer::View;
 use gltf::json::validation::Checked;
 
-/// What is wrong with an accessor.
-pub type Result<T> = std::result::Result<T, String>;
-
-impl Document {
-    /// Positions or normals of vertices.
-    pub fn positions(&self, index: Index<Accessor>) -> Result<Vec<Vec3>> {
-        let values = self.values(index, "positions", Type::Vec3, floats::<3>)?;
-        Ok(values.into_iter().map(Vec3::from).collect())
+impl GltfDocument {
+    /// Reads positions or normals of vertices.
+    ///
+    /// Errors: the accessor is missing, of another type or out of range (so below).
+    pub fn read_vectors(&self, index: Index<Accessor>) -> GltfResult<Vec<Vec3>> {
+        let vector = |p: [f64; 3]| Vec3::from(p.map(|x| x as f32));
+        self.read_values(index, "positions", Type::Vec3, vector)
     }
 
-    /// Texture coordinates of vertices.
-    pub fn places(&self, index: Index<Accessor>) -> Result<Vec<DVec2>> {
-        let values = self.values(index, "texture coordinates", Type::Vec2, floats::<2>)?;
-        let place = |p: [f32; 2]| DVec2::from(p.map(f64::from));
-        Ok(values.into_iter().map(place).collect())
+    /// Reads texture coordinates of vertices.
+    pub fn read_texture_coordinates(&self, index: Index<Accessor>) -> GltfResult<Vec<DVec2>> {
+        self.read_values(index, "texture coordinates", Type::Vec2, DVec2::from_array)
     }
 
-    /// Colours of vertices, without their opacity.
-    pub fn colours(&self, index: Index<Accessor>) -> Result<Vec<DVec3>> {
+    /// Reads colours of vertices, without their opacity.
+    pub fn read_colours(&self, index: Index<Accessor>) -> GltfResult<Vec<DVec3>> {
+        let colour = |c: [f64; 3]| DVec3::from(c.map(|x| clamp_vertex_colour(x as f32).into()));
         let kind = self.root.get(index).map(|accessor| accessor.type_);
-        let values: Vec<[f32; 3]> = if matches!(kind, Some(Checked::Valid(Type::Vec4))) {
-            let values = self.values(index, "colours", Type::Vec4, floats::<4>)?;
-            values.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
+        if matches!(kind, Some(Checked::Valid(Type::Vec4))) {
+            let opaque = |[r, g, b, _]: [f64; 4]| colour([r, g, b]);
+            self.read_values(index, "colours", Type::Vec4, opaque)
         } else {
-            self.values(index, "colours", Type::Vec3, floats::<3>)?
-        };
-        let colour = |p: [f32; 3]| DVec3::from(p.map(|x| f64::from(of_vertex(x))));
-        Ok(values.into_iter().map(colour).collect())
+            self.read_values(index, "colours", Type::Vec3, colour)
+        }
     }
 
-    /// What an accessor of integers rounds each value by; 0 of floats.
-    pub fn step(&self, index: Index<Accessor>) -> f64 {
-        let of = |accessor: &Accessor| match accessor.component_type {
-            Checked::Valid(component) => {
-                let one = largest(component.0)?;
-                Some(if accessor.normalized { 0.5 / one } else { 0.5 })
-            }
-            Checked::Invalid => None,
-        };
-        self.root.get(index).and_then(of).unwrap_or(0.0)
+    /// Reads indices of vertices.
+    pub fn read_indices(&self, index: Index<Accessor>) -> GltfResult<Vec<u32>> {
+        self.read_values(index, "indices", Type::Scalar, |[k]| k as u32)
     }
 
-    /// Indices of vertices.
-    pub fn indices(&self, index: Index<Accessor>) -> Result<Vec<u32>> {
-        self.values(index, "indices", Type::Scalar, unsigned)
+    /// Returns the rounding error of an accessor of integers, and 0 for floats.
+    pub fn rounding_step(&self, index: Index<Accessor>) -> f64 {
+        let one = self.root.get(index).and_then(|accessor| {
+            let Checked::Valid(component) = accessor.component_type else {
+                return None;
+            };
+            let one = largest_integer(component.0)?;
+            Some(if accessor.normalized { one } else { 1.0 })
+        });
+        one.map_or(0.0, |one| 0.5 / one)
     }
 
-    fn values<T: Copy>(
+    fn read_values<T, const N: usize>(
         &self,
         index: Index<Accessor>,
         what: &str,
         wanted: Type,
-        decoder: impl Fn(ComponentType, bool) -> Result<Decoder<T>>,
-    ) -> Result<Vec<T>> {
-        let wrong = |message: String| format!("accessor {index} ({what}) {message}");
-        let accessor = self
-            .root
-            .get(index)
-            .ok_or_else(|| wrong("does not exist".into()))?;
-        let (Checked::Valid(component), Checked::Valid(kind)) =
-            (accessor.component_type, accessor.type_)
-        else {
-            return Err(wrong("is of no known type".into()));
+        convert: impl Fn([f64; N]) -> T,
+    ) -> GltfResult<Vec<T>> {
+        let accessor = self.root.get(index).ok_or_else(|| "does not exist".into());
+        let values = accessor.and_then(|accessor| self.decode_accessor(accessor, wanted));
+        let values = values.map_err(|message| format!("accessor {index} ({what}) {message}"))?;
+        Ok(values.into_iter().map(convert).collect())
+    }
+
+    fn decode_accessor<const N: usize>(&self, accessor: &Accessor, wanted: Type) -> GltfResult<Vec<[f64; N]>> {
+        let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
+            return Err("is of no known type".into());
         };
+        let component = component.0;
         if kind != wanted {
-            return Err(wrong(format!("is of type {kind:?} instead of {wanted:?}")));
+            return Err(format!("is of type {kind:?} instead of {wanted:?}"));
         }
-        let (size, zero, decode) = decoder(component.0, accessor.normalized).map_err(wrong)?;
-        let count = accessor.count.0;
-        let mut values: Vec<T> = match accessor.buffer_view {
-            Some(view) => self
-                .elements(view, accessor.byte_offset.map_or(0, |o| o.0), count, size)
-                .map_err(wrong)?
-                .map(&decode)
-                .collect(),
-            // Nothing in the file bounds this one.
-            None if count > 3 * MAX_FACES as u64 => {
-                return Err(wrong(format!("has {count} elements: too many")));
-            }
-            None => vec![zero; count as usize],
+        let unsigned = matches!(component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
+        let is_index = wanted == Type::Scalar;
+        if is_index && !unsigned {
+            return Err("holds no unsigned integers".into());
+        } else if !is_index && component == ComponentType::U32 {
+            return Err("holds neither floats nor short integers".into());
+        }
+        let one = largest_integer(component).filter(|_| accessor.normalized && !is_index);
+        let number = |bytes: &[u8]| match (decode_number(component, bytes), one) {
+            (x, None) => x,
+            // −128 also means −1 (glTF 2.0 §3.6.2.2).
+            (x, Some(one)) => f64::from((x as f32 / one as f32).max(-1.0)),
         };
-        match &accessor.sparse {
-            Some(sparse) => self
-                .replace(&mut values, sparse, &(size, zero, decode))
-                .map_err(wrong)?,
-            None if accessor.buffer_view.is_none() => {
-                return Err(wrong("has no buffer view".into()));
+        let size = component.size();
+        let element = |bytes: &[u8]| std::array::from_fn(|k| number(&bytes[k * size..]));
+        let count = accessor.count.0;
+        let mut values: Vec<[f64; N]> = match accessor.buffer_view {
+            Some(view) => {
+                let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
+                let elements = self.view_elements(view, offset, count, N * size)?;
+                elements.map(element).collect()
             }
-            None => {}
+            None if accessor.sparse.is_none() => return Err("has no buffer view".into()),
+            // The size of the file does not limit this count.
+            None if count > 3 * MAX_FACES as u64 => {
+                return Err(format!("has {count} elements: too many"));
+            }
+            None => vec![[0.0; N]; count as usize],
+        };
+        let Some(sparse) = &accessor.sparse else {
+            return Ok(values);
+        };
+        let (at, new) = (&sparse.indices, &sparse.values);
+        let Checked::Valid(component) = at.component_type else {
+            return Err("has sparse indices of no known type".into());
+        };
+        let (component, count) = (component.0, sparse.count.0);
+        let places = self.view_elements(at.buffer_view, at.byte_offset.0, count, component.size())?;
+        let new = self.view_elements(new.buffer_view, new.byte_offset.0, count, N * size)?;
+        for (place, bytes) in places.zip(new) {
+            let value = values.get_mut(decode_number(component, place) as usize);
+            *value.ok_or("has a sparse index out of range")? = element(bytes);
         }
         Ok(values)
     }
 
-    /// Puts a sparse accessor's values in their places.
-    fn replace<T: Copy>(
-        &self,
-        values: &mut [T],
-        sparse: &Sparse,
-        (size, _, decode): &Decoder<T>,
-    ) -> Result<()> {
-        let Checked::Valid(component) = sparse.indices.component_type else {
-            return Err("has sparse indices of no known type".into());
-        };
-        let (index_size, _, index) = unsigned(component.0, false)?;
-        let (indices, new) = (&sparse.indices, &sparse.values);
-        let places = self.elements(
-            indices.buffer_view,
-            indices.byte_offset.0,
-            sparse.count.0,
-            index_size,
-        )?;
-        let new = self.elements(new.buffer_view, new.byte_offset.0, sparse.count.0, *size)?;
-        for (place, value) in places.map(index).zip(new.map(decode)) {
-            *values
-                .get_mut(place as usize)
-                .ok_or("has a sparse index out of range")? = value;
-        }
-        Ok(())
+    /// Returns the bytes of a buffer view.
+    ///
+    /// Errors: it does not exist, or reaches beyond its buffer.
+    pub fn view_bytes(&self, view: Index<View>) -> GltfResult<&[u8]> {
+        let missing = || format!("uses buffer view {view}, which does not exist");
+        let range = self.root.get(view).ok_or_else(missing)?;
+        let buffer = self.buffers.get(range.buffer.value());
+        let offset = range.byte_offset.map_or(0, |offset| offset.0);
+        let bytes = buffer.and_then(|b| checked_slice(b, offset, range.byte_length.0));
+        bytes.ok_or_else(|| format!("uses buffer view {view}, which reaches beyond its buffer: is the file cut off?"))
     }
 
-    /// A buffer view.
-    pub fn bytes(&self, view: Index<View>) -> Result<&[u8]> {
-        let beyond = || {
-            format!(
-                "uses buffer view {view}, which reaches beyond its buffer: is the file cut off?"
-            )
-        };
-        let data = self
-            .root
-            .get(view)
-            .ok_or_else(|| format!("uses buffer view {view}, which does not exist"))?;
-        let buffer = self.buffers.get(data.buffer.value());
-        let offset = data.byte_offset.map_or(0, |o| o.0);
-        buffer
-            .and_then(|buffer| slice(buffer, offset, data.byte_length.0))
-            .ok_or_else(beyond)
-    }
-
-    /// `count` elements of `size` bytes, from `offset` in a buffer view on.
-    fn elements(
+    /// Iterates over `count` elements of `size` bytes from `offset` in a buffer view.
+    fn view_elements(
         &self,
         view: Index<View>,
         offset: u64,
         count: u64,
         size: usize,
-    ) -> Result<impl Iterator<Item = &[u8]>> {
-        let outside = || format!("reaches beyond buffer view {view}: is the file cut off?");
-        let view_data = self
-            .root
-            .get(view)
-            .ok_or_else(|| format!("uses buffer view {view}, which does not exist"))?;
-        let stride = view_data
-            .byte_stride
-            .map(|s| s.0)
-            .filter(|s| *s != 0)
-            .unwrap_or(size);
+    ) -> GltfResult<impl Iterator<Item = &[u8]>> {
+        let bytes = self.view_bytes(view)?;
+        let stride = self.root.get(view).and_then(|view| view.byte_stride);
+        let stride = stride.map_or(size, |s| if s.0 == 0 { size } else { s.0 });
         if stride < size {
-            return Err(format!(
-                "overlaps itself: buffer view {view} has stride {stride}"
-            ));
+            return Err(format!("overlaps itself: buffer view {view} has stride {stride}"));
         }
-        let bytes = self.bytes(view)?;
-        let length = match count {
-            0 => 0,
-            _ => (count - 1)
-                .checked_mul(stride as u64)
-                .and_then(|l| l.checked_add(size as u64))
-                .ok_or_else(outside)?,
-        };
-        let bytes = slice(bytes, offset, length).ok_or_else(outside)?;
+        let before_last = count.saturating_sub(1).saturating_mul(stride as u64);
+        let length = before_last.saturating_add(count.min(1) * size as u64);
+        let bytes = checked_slice(bytes, offset, length)
+            .ok_or_else(|| format!("reaches beyond buffer view {view}: is the file cut off?"))?;
         Ok(bytes.chunks(stride).map(move |chunk| &chunk[..size]))
     }
 }
 
-/// Size in bytes, the value zero, and how to read one.
-type Decoder<T> = (usize, T, Box<dyn Fn(&[u8]) -> T>);
-
-fn unsigned(component: ComponentType, _: bool) -> Result<Decoder<u32>> {
-    let (size, read): (_, fn(&[u8]) -> u32) = match component {
-        ComponentType::U8 => (1, |b| u32::from(b[0])),
-        ComponentType::U16 => (2, |b| u32::from(u16::from_le_bytes([b[0], b[1]]))),
-        ComponentType::U32 => (4, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-        _ => return Err("holds no unsigned integers".into()),
-    };
-    Ok((size, 0, Box::new(read)))
+/// Decodes the number at the beginning of `bytes`.
+fn decode_number(component: ComponentType, bytes: &[u8]) -> f64 {
+    match component {
+        ComponentType::I8 => i8::from_slice(bytes).into(),
+        ComponentType::U8 => u8::from_slice(bytes).into(),
+        ComponentType::I16 => i16::from_slice(bytes).into(),
+        ComponentType::U16 => u16::from_slice(bytes).into(),
+        ComponentType::U32 => u32::from_slice(bytes).into(),
+        ComponentType::F32 => f32::from_slice(bytes).into(),
+    }
 }
 
-/// Vectors of floats, or of integers as KHR_mesh_quantization has them.
-fn floats<const N: usize>(component: ComponentType, normalized: bool) -> Result<Decoder<[f32; N]>> {
-    let (size, read): (usize, fn(&[u8]) -> f32) = match component {
-        ComponentType::F32 => (4, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-        ComponentType::I8 => (1, |b| f32::from(b[0] as i8)),
-        ComponentType::U8 => (1, |b| f32::from(b[0])),
-        ComponentType::I16 => (2, |b| f32::from(i16::from_le_bytes([b[0], b[1]]))),
-        ComponentType::U16 => (2, |b| f32::from(u16::from_le_bytes([b[0], b[1]]))),
-        ComponentType::U32 => return Err("holds neither floats nor short integers".into()),
-    };
-    // −128 is −1 as well (glTF 2.0 §3.6.2.2).
-    let one = largest(component).filter(|_| normalized);
-    let value = move |b: &[u8]| one.map_or(read(b), |one| (read(b) / one as f32).max(-1.0));
-    let vector = move |b: &[u8]| std::array::from_fn(|k| value(&b[k * size..]));
-    Ok((N * size, [0.0; N], Box::new(vector)))
-}
-
-/// The integer that stands for 1.
-fn largest(component: ComponentType) -> Option<f64> {
+/// Returns the integer that a normalized component maps to 1.
+fn largest_integer(component: ComponentType) -> Option<f64> {
     match component {
         ComponentType::I8 => Some(127.0),
         ComponentType::U8 => Some(255.0),
@@ -225,7 +180,7 @@ fn largest(component: ComponentType) -> Option<f64> {
     }
 }
 
-fn slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
+fn checked_slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
     let start = usize::try_from(offset).ok()?;
     bytes.get(start..start.checked_add(usize::try_from(length).ok()?)?)
 }

@@ -1,11 +1,11 @@
-//! KHR_lights_punctual: a light without a surface becomes a small lamp of its power.
+//! KHR_lights_punctual: a light without a surface becomes a small lamp of the same power.
 
-use super::buffers::Document;
+use super::document::GltfDocument;
 use crate::error::{Error, Result};
 use crate::import::builder::Builder;
-use crate::import::input::Polygon;
-use crate::import::material::{Colour, Material};
-use crate::import::surface::Surface;
+use crate::import::material::{ImportedMaterial, InputPolygon};
+use crate::import::polygon::vector_area;
+use crate::import::surface::DiffuseSurface;
 use crate::scene::Face;
 use glam::{DMat4, DVec3};
 use gltf::json::Index;
@@ -14,120 +14,90 @@ use gltf::json::validation::Checked;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
-/// Half a lamp's size, as a share of the scene's: small beside what it lights.
-const RADIUS: f64 = 1.0 / 400.0;
+/// Radius of a lamp, as a share of the scene's extent.
+const LAMP_RADIUS_SHARE: f64 = 1.0 / 400.0;
 
-/// Corners of an icosahedron's sides, counter-clockwise from outside.
-const SIDES: [[usize; 3]; 20] = [
-    [0, 4, 1],
-    [0, 1, 6],
-    [0, 8, 4],
-    [0, 6, 9],
-    [0, 9, 8],
-    [1, 4, 10],
-    [1, 11, 6],
-    [1, 10, 11],
-    [2, 3, 5],
-    [2, 7, 3],
-    [2, 5, 8],
-    [2, 9, 7],
-    [2, 8, 9],
-    [3, 10, 5],
-    [3, 7, 11],
-    [3, 11, 10],
-    [4, 8, 5],
-    [4, 5, 10],
-    [6, 7, 9],
-    [6, 11, 7],
+/// Corner indices of an icosahedron's faces, three each, counter-clockwise as seen from outside.
+const ICOSAHEDRON_CORNERS: [usize; 60] = [
+    0, 4, 1, 0, 1, 6, 0, 8, 4, 0, 6, 9, 0, 9, 8, 1, 4, 10, 1, 11, 6, 1, 10, 11, 2, 3, 5, 2, 7, 3, 2, 5, 8, 2, 9, 7, 2,
+    8, 9, 3, 10, 5, 3, 7, 11, 3, 11, 10, 4, 8, 5, 4, 5, 10, 6, 7, 9, 6, 11, 7,
 ];
 
-/// A light as a lamp: outlines of its faces, and the power that an intensity of 1 is.
-struct Lamp {
+/// Geometry of a lamp: outlines of its faces, and its power at intensity 1.
+struct LampShape {
     outlines: Vec<Vec<DVec3>>,
     power: f64,
 }
 
-/// Adds a lamp for each light (its number and where its node puts it), and notes.
-pub fn add(
-    builder: &mut Builder,
-    path: &Path,
-    document: &Document,
-    lights: &[(usize, DMat4)],
-) -> Result<()> {
-    let radius = RADIUS * size(builder, lights);
+/// Adds a lamp for each light (its index and its node's transform), and notes.
+///
+/// Errors: a light does not exist, is directional, or is too bright.
+pub fn add_lamps(builder: &mut Builder, path: &Path, document: &GltfDocument, lights: &[(usize, DMat4)]) -> Result<()> {
+    let radius = LAMP_RADIUS_SHARE * scene_size(builder, lights);
     let (mut names, mut spots) = (Vec::new(), Vec::new());
     for (number, world) in lights {
         let place = format!("light {number}");
-        let fail = |message: &str| Error::input(path, &place, message);
+        let fail = |message: &str| Error::bad_input(path, &place, message);
         let light = document.root.get(Index::<Light>::new(*number as u32));
         let light = light.ok_or_else(|| fail("does not exist"))?;
-        let lamp = lamp(light, *world, radius).map_err(fail)?;
-        let area: f64 = lamp.outlines.iter().map(|corners| area(corners)).sum();
+        let lamp = build_lamp(light, *world, radius).map_err(fail)?;
+        let sides = lamp.outlines.iter();
+        let area: f64 = sides.map(|side| vector_area(side).length()).sum();
         let colour = DVec3::from(light.color.map(f64::from)) * f64::from(light.intensity);
         let name = light.name.clone().unwrap_or_else(|| place.clone());
         // Power is π L times the area.
         let radiance = colour * lamp.power / (PI * area);
         let names_of = ["", "of its intensity"];
-        Surface::new(DVec3::ZERO, radiance, names_of).map_err(|message| fail(&message))?;
-        let material = Material {
-            file: path.to_owned(),
-            name: name.clone(),
-            colours: [DVec3::ZERO, radiance].map(Colour::plain),
-            names: names_of,
-        };
+        DiffuseSurface::new(DVec3::ZERO, radiance, names_of).map_err(|message| fail(&message))?;
+        let factors = [DVec3::ZERO, radiance];
+        let material = ImportedMaterial::from_factors(path, &name, factors, names_of);
         for corners in &lamp.outlines {
-            let polygon = Polygon {
+            let polygon = InputPolygon {
                 corners,
-                normals: &[],
-                rounding: 0.0,
-                places: [None; 2],
-                colours: None,
-                odd: false,
-                chart: None,
+                ..InputPolygon::default()
             };
-            builder.add(&name, &polygon, Some(&material), || place.clone())?;
+            builder.add_face(&name, &polygon, Some(&material), || place.clone())?;
         }
         if matches!(light.type_, Checked::Valid(Type::Spot)) {
             spots.push(name.clone());
         }
         names.push(name);
     }
+    let (names, spots) = (names.join(", "), spots.join(", "));
     if !names.is_empty() {
-        let names = names.join(", ");
-        builder.note(format!(
+        builder.add_note(format!(
             "lights without a surface are lamps of radius {radius:.2e} and the same power, a candela taken as 1 W/sr: {names}"
         ));
     }
     if !spots.is_empty() {
-        let names = spots.join(", ");
-        builder.note(format!(
-            "spots are squares that face their way, without a cone: {names}"
+        builder.add_note(format!(
+            "spots are squares that face their way, without a cone: {spots}"
         ));
     }
     Ok(())
 }
 
-fn lamp(light: &Light, world: DMat4, radius: f64) -> std::result::Result<Lamp, &'static str> {
-    let at = world.w_axis.truncate();
+fn build_lamp(light: &Light, world: DMat4, radius: f64) -> std::result::Result<LampShape, &'static str> {
+    let (at, forward) = (world.w_axis.truncate(), world.transform_vector3(-DVec3::Z));
     match light.type_ {
-        Checked::Valid(Type::Point) => Ok(Lamp {
-            outlines: icosahedron(at, radius),
+        Checked::Valid(Type::Point) => Ok(LampShape {
+            outlines: icosahedron_faces(at, radius),
             power: 4.0 * PI,
         }),
-        Checked::Valid(Type::Spot) => Ok(Lamp {
-            outlines: vec![square(at, world.transform_vector3(-DVec3::Z), radius)],
-            power: light.spot.as_ref().map_or(0.0, cone),
+        Checked::Valid(Type::Spot) => Ok(LampShape {
+            outlines: vec![square_outline(at, forward, radius)],
+            power: light.spot.as_ref().map_or(0.0, spot_power),
         }),
-        Checked::Valid(Type::Directional) => Err(
-            "is directional and comes from nowhere: give a point light, or a face with emissiveFactor",
-        ),
+        Checked::Valid(Type::Directional) => {
+            Err("is directional and comes from nowhere: give a point light, or a face with emissiveFactor")
+        }
         Checked::Invalid => Err("is of no known type"),
     }
 }
 
-/// The extent of all there is.
-fn size(builder: &Builder, lights: &[(usize, DMat4)]) -> f64 {
-    let corners = builder.faces().flat_map(Face::outline).copied();
+/// Returns the largest extent of the faces and lights along an axis; 1 if it is 0.
+fn scene_size(builder: &Builder, lights: &[(usize, DMat4)]) -> f64 {
+    let corners = builder.all_faces().flat_map(Face::outline).copied();
     let points = corners.chain(lights.iter().map(|(_, world)| world.w_axis.truncate()));
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let [low, high] = points.fold(none, |[low, high], p| [low.min(p), high.max(p)]);
@@ -135,8 +105,9 @@ fn size(builder: &Builder, lights: &[(usize, DMat4)]) -> f64 {
     if size > 0.0 { size } else { 1.0 }
 }
 
-/// Fronts outside. Seen from anywhere, it is within 5 % as large as on average; an octahedron is within 18 %.
-fn icosahedron(at: DVec3, radius: f64) -> Vec<Vec<DVec3>> {
+/// Returns the faces of an icosahedron, fronts outside. Its projected area differs by at most 5 % from its mean
+/// over all directions; that of an octahedron differs by 18 %.
+fn icosahedron_faces(at: DVec3, radius: f64) -> Vec<Vec<DVec3>> {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let scale = radius / DVec3::new(0.0, 1.0, golden).length();
     let corner = |k: usize| {
@@ -149,11 +120,12 @@ fn icosahedron(at: DVec3, radius: f64) -> Vec<Vec<DVec3>> {
         };
         at + scale * corner
     };
-    SIDES.map(|side| side.map(corner).to_vec()).to_vec()
+    let (sides, _) = ICOSAHEDRON_CORNERS.as_chunks::<3>();
+    sides.iter().map(|side| side.map(corner).to_vec()).collect()
 }
 
-/// Its front looks along `way`.
-fn square(at: DVec3, way: DVec3, radius: f64) -> Vec<DVec3> {
+/// Returns a square whose front faces along `way`.
+fn square_outline(at: DVec3, way: DVec3, radius: f64) -> Vec<DVec3> {
     let way = way.try_normalize().unwrap_or(-DVec3::Z);
     let u = way.any_orthonormal_vector();
     let v = way.cross(u);
@@ -162,16 +134,10 @@ fn square(at: DVec3, way: DVec3, radius: f64) -> Vec<DVec3> {
         .to_vec()
 }
 
-fn area(corners: &[DVec3]) -> f64 {
-    let twice = |w: &[DVec3]| (w[0] - corners[0]).cross(w[1] - corners[0]);
-    0.5 * corners.windows(2).map(twice).sum::<DVec3>().length()
-}
-
-/// A spot's power at intensity 1: whole within the inner angle, and falling off as the extension's square
-/// of a share of cosines.
-fn cone(spot: &Spot) -> f64 {
-    let [inner, outer] =
-        [spot.inner_cone_angle, spot.outer_cone_angle].map(|angle| f64::from(angle).cos());
+/// Returns a spot's power at intensity 1: full intensity within the inner angle, and between the angles the
+/// square of the extension's linear falloff over the cosine.
+fn spot_power(spot: &Spot) -> f64 {
+    let [inner, outer] = [spot.inner_cone_angle, spot.outer_cone_angle].map(|angle| f64::from(angle).cos());
     TAU * (1.0 - inner + (inner - outer) / 3.0)
 }
 
@@ -180,29 +146,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn icosahedra_look_outwards_and_alike_from_anywhere() {
+    fn icosahedra_face_outwards_with_even_projected_area() {
         let at = DVec3::new(1.0, 2.0, 3.0);
-        let sides = icosahedron(at, 0.5);
+        let sides = icosahedron_faces(at, 0.5);
         let normal = |side: &Vec<DVec3>| (side[1] - side[0]).cross(side[2] - side[0]) * 0.5;
         for side in &sides {
             assert!(normal(side).dot(side[0] - at) > 0.0, "{side:?}");
             assert!((side[0].distance(at) - 0.5).abs() < 1e-12);
         }
-        let all: f64 = sides.iter().map(|side| area(side)).sum();
+        let all: f64 = sides.iter().map(|side| vector_area(side).length()).sum();
         for way in [DVec3::X, DVec3::ONE, DVec3::new(0.3, -2.0, 1.0)] {
             let way = way.normalize();
             let seen: f64 = sides.iter().map(|s| normal(s).dot(way).max(0.0)).sum();
-            assert!(
-                (seen / (all / 4.0) - 1.0).abs() < 0.05,
-                "{way}: {seen} of {all}"
-            );
+            assert!((seen / (all / 4.0) - 1.0).abs() < 0.05, "{way}: {seen} of {all}");
         }
     }
 
     #[test]
-    fn spots_look_their_way_and_have_their_cone() {
+    fn spots_face_along_their_axis_and_have_the_power_of_their_cone() {
         let way = DVec3::new(1.0, -2.0, 0.5);
-        let corners = square(DVec3::ONE, way, 0.5);
+        let corners = square_outline(DVec3::ONE, way, 0.5);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         assert!(normal.dot(way) > 0.999 * normal.length() * way.length());
         let spot = |inner, outer| Spot {
@@ -210,7 +173,7 @@ mod tests {
             outer_cone_angle: outer,
         };
         let half = std::f32::consts::FRAC_PI_2;
-        assert!((cone(&spot(half, half)) - TAU).abs() < 1e-6);
-        assert!((cone(&spot(0.0, half)) - TAU / 3.0).abs() < 1e-6);
+        assert!((spot_power(&spot(half, half)) - TAU).abs() < 1e-6);
+        assert!((spot_power(&spot(0.0, half)) - TAU / 3.0).abs() < 1e-6);
     }
 }

@@ -1,9 +1,9 @@
-//! glTF materials: baseColorFactor × baseColorTexture is reflectance, emissiveFactor × strength ×
+//! Reads glTF materials: baseColorFactor × baseColorTexture is reflectance, emissiveFactor × strength ×
 //! emissiveTexture emitted radiance.
 
-use super::accessor::Result;
-use super::texture::Pictures;
-use crate::import::material::{Colour, Material};
+use super::document::GltfResult;
+use super::texture::GltfTextures;
+use crate::import::material::{ImportedMaterial, TexturedColour};
 use glam::DVec3;
 use gltf::json;
 use gltf::json::material::AlphaMode;
@@ -11,14 +11,16 @@ use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
 use std::path::Path;
 
-/// What it gives to faces, and the sets of coordinates of its textures; or what is wrong with it. Where the
-/// reflectance is replaced, its texture is not read.
-pub fn read(
+/// Reads a material, and the sets of texture coordinates of its textures. A `replaced` reflectance needs no
+/// texture.
+///
+/// Errors: a texture cannot be read.
+pub fn read_material(
     material: &json::Material,
     (file, name): (&Path, String),
-    pictures: &mut Pictures,
+    textures: &mut GltfTextures,
     replaced: bool,
-) -> Result<(Material, [Option<u32>; 2])> {
+) -> GltfResult<(ImportedMaterial, [Option<u32>; 2])> {
     let pbr = &material.pbr_metallic_roughness;
     let [r, g, b, _] = pbr.base_color_factor.0.map(f64::from);
     let extensions = material.extensions.as_ref();
@@ -28,13 +30,13 @@ pub fn read(
     let emissive = DVec3::from(material.emissive_factor.0.map(f64::from));
     let base = pbr.base_color_texture.as_ref().filter(|_| !replaced);
     let base_factor = DVec3::new(r, g, b);
-    let (reflectance, first) = colour(base_factor, (base, base_factor), pictures)?;
-    let (radiance, second) = colour(
+    let (reflectance, first) = read_colour(base_factor, (base, base_factor), textures)?;
+    let (radiance, second) = read_colour(
         emissive * f64::from(strength),
         (material.emissive_texture.as_ref(), DVec3::ZERO),
-        pictures,
+        textures,
     )?;
-    let material = Material {
+    let material = ImportedMaterial {
         file: file.to_owned(),
         name,
         colours: [reflectance, radiance],
@@ -43,27 +45,28 @@ pub fn read(
     Ok((material, [first, second]))
 }
 
-/// A factor of 0 leaves nothing of its texture, and one of 1 all of it: `white` is what may not be reflected.
-fn colour(
+/// Combines a factor with its texture; a factor of 0 needs no texture. Pixels stay below 1 in channels in which
+/// `white` is 1 or more.
+fn read_colour(
     factor: DVec3,
     (texture, white): (Option<&Info>, DVec3),
-    pictures: &mut Pictures,
-) -> Result<(Colour, Option<u32>)> {
+    textures: &mut GltfTextures,
+) -> GltfResult<(TexturedColour, Option<u32>)> {
     let used = texture.filter(|_| factor != DVec3::ZERO);
-    let Some((texture, set)) = used.map(|info| pictures.texture(info, white)).transpose()? else {
-        return Ok((Colour::plain(factor), None));
+    let Some((texture, set)) = used.map(|info| textures.read_texture(info, white)).transpose()? else {
+        return Ok((TexturedColour::from_factor(factor), None));
     };
     let texture = Some(texture);
-    Ok((Colour { factor, texture }, Some(set)))
+    Ok((TexturedColour { factor, texture }, Some(set)))
 }
 
-/// Its name, or its number.
-pub fn name(material: &json::Material, index: usize) -> String {
+/// Returns the material's name, or its index.
+pub fn material_name(material: &json::Material, index: usize) -> String {
     material.name.clone().unwrap_or_else(|| index.to_string())
 }
 
-/// What of the material is not imported, in a few words.
-pub fn left_out(material: &json::Material) -> Vec<&'static str> {
+/// Describes the features of the material that are not imported, for a note.
+pub fn unsupported_features(material: &json::Material) -> Vec<&'static str> {
     let pbr = &material.pbr_metallic_roughness;
     let opaque = matches!(material.alpha_mode, Checked::Valid(AlphaMode::Opaque));
     let extensions = material.extensions.as_ref();

@@ -1,85 +1,76 @@
-//! Textures of glTF: pictures within the file or beside it, and how they lie on faces.
+//! Reads glTF textures: pictures inside or relative to the file, wrap modes and coordinate transforms.
 
-use super::accessor::Result;
-use super::buffers::{Document, fetch};
-use crate::import::material::Texture;
-use crate::import::pictures;
-use crate::paint::{Picture, Wrap};
+use super::document::{GltfDocument, GltfResult, read_uri};
+use crate::import::material::MaterialTexture;
+use crate::import::picture_cache::PictureCache;
+use crate::paint::{TexturePicture, WrapMode};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
-use gltf::json::texture::{Info, WrappingMode};
+use gltf::json::texture::{Info, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{Image, Index};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The pictures of a file that were read so far.
-pub struct Pictures<'d> {
+/// Textures of a file, with a cache of its pictures.
+pub struct GltfTextures<'d> {
     path: &'d Path,
-    document: &'d Document,
-    read: pictures::Pictures<usize>,
+    document: &'d GltfDocument,
+    /// Pictures read so far.
+    pub pictures: PictureCache<usize>,
 }
 
-impl<'d> Pictures<'d> {
-    /// None yet.
-    pub fn new(path: &'d Path, document: &'d Document) -> Self {
+impl<'d> GltfTextures<'d> {
+    /// Creates an empty cache.
+    pub fn new(path: &'d Path, document: &'d GltfDocument) -> Self {
         Self {
             path,
             document,
-            read: pictures::Pictures::new(),
+            pictures: PictureCache::new(),
         }
     }
 
-    /// What is to be said of them.
-    pub fn note(&self) -> Option<String> {
-        self.read.note()
-    }
-
-    /// A texture for a colour of a `factor`, and the set of its coordinates.
-    pub fn texture(&mut self, info: &Info, factor: DVec3) -> Result<(Texture, u32)> {
+    /// Reads a texture for a colour of this `factor`; returns it with its set of texture coordinates.
+    ///
+    /// Errors: the texture, its sampler or its picture is missing or cannot be read.
+    pub fn read_texture(&mut self, info: &Info, factor: DVec3) -> GltfResult<(MaterialTexture, u32)> {
         let root = &self.document.root;
         let index = info.index;
-        let texture = root
-            .get(index)
-            .ok_or_else(|| format!("texture {index} does not exist"))?;
-        let wrap = match texture.sampler {
-            None => [Wrap::Repeat; 2],
-            Some(sampler) => {
-                let sampler = root
-                    .get(sampler)
-                    .ok_or_else(|| format!("sampler {sampler} does not exist"))?;
-                [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)]
-            }
-        };
+        let texture = root.get(index);
+        let texture = texture.ok_or_else(|| format!("texture {index} does not exist"))?;
+        let repeating = Sampler::default();
+        let sampler = texture.sampler.map_or(Ok(&repeating), |index| {
+            let missing = || format!("sampler {index} does not exist");
+            root.get(index).ok_or_else(missing)
+        })?;
         let extensions = info.extensions.as_ref();
         let transform = extensions.and_then(|e| e.texture_transform.as_ref());
         let place = transform.map_or(DAffine2::IDENTITY, |t| {
             let [offset, scale] = [t.offset.0, t.scale.0].map(|v| DVec2::from(v.map(f64::from)));
-            // Counter-clockwise as seen, that is with v downwards.
+            // Counter-clockwise as seen with v downwards.
             let turn = DMat2::from_angle(-f64::from(t.rotation.0));
             DAffine2::from_mat2_translation(turn * DMat2::from_diagonal(scale), offset)
         });
-        let set = transform
-            .and_then(|t| t.tex_coord)
-            .unwrap_or(info.tex_coord);
-        let texture = Texture {
-            picture: self.picture(texture.source, factor)?,
-            wrap,
-            place,
+        let set = transform.and_then(|t| t.tex_coord);
+        let texture = MaterialTexture {
+            picture: self.read_picture(texture.source, factor)?,
+            wrap: [&sampler.wrap_s, &sampler.wrap_t].map(convert_wrap_mode),
+            transform: place,
         };
-        Ok((texture, set))
+        Ok((texture, set.unwrap_or(info.tex_coord)))
     }
 
-    fn picture(&mut self, index: Index<Image>, factor: DVec3) -> Result<Arc<Picture>> {
+    fn read_picture(&mut self, index: Index<Image>, factor: DVec3) -> GltfResult<Arc<TexturePicture>> {
         let (path, document) = (self.path, self.document);
-        self.read.get(index.value(), factor, |most| {
-            // A texture without a source has this one too.
+        self.pictures.get(index.value(), factor, |most| {
+            // The crate `gltf` gives a texture without a source this index too.
             let Some(image) = document.root.get(index) else {
                 return Err("a texture has no image: export with textures in PNG or JPEG".into());
             };
             let wrong = |message: String| format!("image {index} {message}");
+            let decode = |bytes: &[u8]| TexturePicture::decode_image(bytes, most);
             let picture = match (&image.uri, image.buffer_view) {
-                (Some(uri), _) => Picture::decode(&fetch(path, uri).map_err(wrong)?, most),
-                (None, Some(view)) => Picture::decode(document.bytes(view).map_err(wrong)?, most),
+                (Some(uri), _) => decode(&read_uri(path, uri).map_err(wrong)?),
+                (None, Some(view)) => decode(document.view_bytes(view).map_err(wrong)?),
                 (None, None) => Err("has neither a uri nor a buffer view".into()),
             };
             let name = match image.uri.as_deref() {
@@ -91,10 +82,10 @@ impl<'d> Pictures<'d> {
     }
 }
 
-fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
+fn convert_wrap_mode(mode: &Checked<WrappingMode>) -> WrapMode {
     match mode {
-        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
-        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
-        _ => Wrap::Repeat,
+        Checked::Valid(WrappingMode::ClampToEdge) => WrapMode::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => WrapMode::Mirror,
+        _ => WrapMode::Repeat,
     }
 }

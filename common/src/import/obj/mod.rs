@@ -1,187 +1,151 @@
-//! OBJ by tobj: faces in file order, with their groups and materials.
+//! Reads OBJ files with tobj: faces in file order, with their groups and materials.
 //!
-//! tobj sees only what matters here: vertices of which all have a colour or none, corners without normals and
-//! texture coordinates, and all materials at once.
+//! tobj receives a simplified text: vertices of which all or none have a colour, and one library with all
+//! materials. Normals and texture coordinates are read here, since tobj gives a corner without one that of the
+//! corner before, and refuses a file with an invalid one.
 
-mod digits;
 mod mtl;
+mod number_precision;
 mod text;
 mod texture;
 
 use super::builder::Builder;
-use super::input::Polygon;
-use super::material::{Colour, Material, of_vertex};
-use super::pictures;
+use super::material::{ImportedMaterial, InputPolygon, clamp_vertex_colour};
+use super::picture_cache::PictureCache;
 use crate::error::{Error, Result};
-use crate::file::MAX_BYTES;
+use crate::file::MAX_FILE_BYTES;
 use crate::paint::from_srgb;
-use digits::Digits;
 use glam::{DVec2, DVec3, Vec3};
+use number_precision::NumberPrecision;
 use std::path::Path;
-use text::Lines;
-use texture::Pictures;
+use std::str::FromStr;
+use text::NumberedLines;
 
-/// Adds the faces of an OBJ file.
+/// Adds the faces of an OBJ file to `builder`.
+///
+/// Errors: the text is invalid, or a material file or a texture cannot be read.
 pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
-    let source = Source::scan(path, text::utf8(path, bytes)?)?;
-    let models = source.models(path)?;
-    let mut pictures = Pictures(pictures::Pictures::new());
+    let source = ObjSource::from_text(path, text::decode_text(path, bytes)?)?;
+    let models = source.parse_models(path)?;
+    let mut pictures = PictureCache::new();
     let mut used = vec![None; source.materials.len()];
-    let bare = Material {
-        file: path.to_owned(),
-        name: "of its vertices".into(),
-        colours: [DVec3::ONE, DVec3::ZERO].map(Colour::plain),
-        names: ["colour", ""],
-    };
+    let (white, names) = ([DVec3::ONE, DVec3::ZERO], ["colour", ""]);
+    let bare = ImportedMaterial::from_factors(path, "of its vertices", white, names);
     let mut lines = source.faces.iter();
     for model in &models {
-        let material = match model.mesh.material_id {
-            Some(id) => {
-                if used[id].is_none() {
-                    let replaced = builder.replaces_reflectance();
-                    used[id] = Some(source.materials[id].read(&mut pictures, replaced)?);
-                }
-                used[id].as_ref()
-            }
-            None => None,
-        };
-        for corners in polygons(&model.mesh) {
-            let Corners { corners, colours } = corners;
-            let line = lines.next();
-            let number = line.map_or(0, |line| line.number);
-            let places = line.map(|line| line.places.as_slice());
-            let places = places.filter(|places| places.len() == corners.len());
-            let material = material.or(colours.is_some().then_some(&bare));
-            let coordinates = corners.iter().flat_map(DVec3::to_array);
-            let rounding = coordinates.map(|x| source.digits.rounding(x));
-            let polygon = Polygon {
-                corners: &corners,
-                normals: line.map_or(&[], |line| &line.normals),
-                rounding: rounding.fold(0.0, f64::max),
-                places: [places; 2],
-                colours: colours.as_deref(),
-                odd: false,
-                chart: None,
+        let mesh = &model.mesh;
+        if let Some(id) = mesh.material_id.filter(|id| used[*id].is_none()) {
+            let replaced = builder.replaces_reflectance();
+            used[id] = Some(source.materials[id].read_textures(&mut pictures, replaced)?);
+        }
+        let material = mesh.material_id.and_then(|id| used[id].as_ref());
+        let coloured = !mesh.vertex_color.is_empty();
+        let material = material.or(coloured.then_some(&bare));
+        let mut indices = mesh.indices.as_slice();
+        // tobj keeps the faces in file order and does not triangulate them.
+        while !indices.is_empty()
+            && let Some(line) = lines.next()
+        {
+            let (face, rest) = indices.split_at(line.corner_count.min(indices.len()));
+            indices = rest;
+            let corners: Vec<DVec3> = face.iter().map(|k| vector(&mesh.positions, *k)).collect();
+            // Blender and MeshLab write sRGB.
+            let colour = |k: &u32| {
+                let written = vector(&mesh.vertex_color, *k).as_vec3().to_array();
+                DVec3::from(written.map(|x| from_srgb(clamp_vertex_colour(x))))
             };
-            builder.add(&model.name, &polygon, material, || format!("line {number}"))?;
+            let colours: Option<Vec<DVec3>> = coloured.then(|| face.iter().map(colour).collect());
+            let coordinates = corners.iter().flat_map(DVec3::to_array);
+            let rounding = coordinates.map(|x| source.precision.rounding_error(x));
+            let places = (line.places.len() == corners.len()).then_some(line.places.as_slice());
+            let polygon = InputPolygon {
+                corners: &corners,
+                normals: &line.normals,
+                rounding: rounding.fold(0.0, f64::max),
+                texture_coordinates: [places; 2],
+                colours: colours.as_deref(),
+                ..InputPolygon::default()
+            };
+            let place = || format!("line {}", line.number);
+            builder.add_face(&model.name, &polygon, material, place)?;
         }
     }
     let used: Vec<bool> = used.iter().map(Option::is_some).collect();
-    let notes = source.notes(&used);
-    let notes = notes.into_iter().chain(pictures.0.note());
-    notes.for_each(|note| builder.note(note));
+    let notes = source.collect_notes(&used);
+    let notes = notes.into_iter().chain(pictures.resolution_note());
+    notes.for_each(|note| builder.add_note(note));
     Ok(())
 }
 
-/// A place on a texture; one that is none is nowhere.
-fn place(words: &[&str]) -> DVec2 {
-    let number = |k: usize, default: f64| {
-        let word = words.get(k);
-        word.map_or(default, |word| word.parse().unwrap_or(f64::NAN))
-    };
-    DVec2::new(number(0, f64::NAN), number(1, 0.0))
+/// Parses numbers: an absent one is that of `absent`, an invalid one is `invalid`.
+fn parse_numbers<T: Copy + FromStr, const N: usize>(words: &[&str], absent: [T; N], invalid: T) -> [T; N] {
+    let number = |word: &&str| word.parse().unwrap_or(invalid);
+    std::array::from_fn(|k| words.get(k).map_or(absent[k], number))
 }
 
-/// A normal; one that is none says nothing.
-fn normal(words: &[&str]) -> Vec3 {
-    match words {
-        [x, y, z, ..] => Vec3::from([x, y, z].map(|word| word.parse().unwrap_or(f32::NAN))),
-        _ => Vec3::NAN,
-    }
+/// Returns vector k of a list of tobj.
+fn vector(all: &[f64], k: u32) -> DVec3 {
+    let values = all.get(3 * k as usize..).filter(|rest| rest.len() >= 3);
+    values.map_or(DVec3::NAN, DVec3::from_slice)
 }
 
-/// A face's corners, and their colours if the file has any.
-struct Corners {
-    corners: Vec<DVec3>,
-    colours: Option<Vec<DVec3>>,
-}
-
-fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = Corners> {
-    let three = |all: &[f64], k: u32| {
-        let at = 3 * k as usize;
-        all.get(at..at + 3).map_or(DVec3::NAN, DVec3::from_slice)
-    };
-    // As Blender and MeshLab write them: sRGB.
-    let colour = move |k: &u32| {
-        let written = three(&mesh.vertex_color, *k).as_vec3();
-        DVec3::from(written.to_array().map(|x| from_srgb(of_vertex(x))))
-    };
-    // No arities at all: triangles only.
-    let faces = if mesh.face_arities.is_empty() {
-        mesh.indices.len() / 3
-    } else {
-        mesh.face_arities.len()
-    };
-    let mut rest = mesh.indices.as_slice();
-    (0..faces).map(move |f| {
-        let arity = mesh.face_arities.get(f).map_or(3, |n| *n as usize);
-        let (face, after) = rest.split_at(arity.min(rest.len()));
-        rest = after;
-        let coloured = !mesh.vertex_color.is_empty();
-        Corners {
-            corners: face.iter().map(|k| three(&mesh.positions, *k)).collect(),
-            colours: coloured.then(|| face.iter().map(colour).collect()),
-        }
-    })
-}
-
-/// What a face's line says beyond its corners.
+/// Attributes of a face's line beside its positions.
 struct FaceLine {
     number: usize,
-    /// At its corners, if there is one at each.
+    corner_count: usize,
+    /// Normals of the corners; empty unless each has one.
     normals: Vec<Vec3>,
-    /// The texture coordinates there, if there are any at each.
+    /// Texture coordinates of the corners; empty unless each has some.
     places: Vec<DVec2>,
 }
 
-/// An OBJ file, its materials read.
+/// An OBJ file after its first pass, with its materials.
 #[derive(Default)]
-struct Source {
-    lines: Lines,
-    materials: Vec<mtl::Material>,
+struct ObjSource {
+    lines: NumberedLines,
+    materials: Vec<mtl::MtlMaterial>,
     faces: Vec<FaceLine>,
-    /// All normals.
+    /// Normals of the file.
     normals: Vec<Vec3>,
-    /// All texture coordinates.
+    /// Texture coordinates of the file.
     places: Vec<DVec2>,
-    /// Of all vertices.
-    digits: Digits,
-    /// Lines and points: `l`, `p`, and `f` with fewer than three corners.
+    /// Precision of all vertices.
+    precision: NumberPrecision,
+    /// Number of lines and points: `l`, `p`, and `f` with fewer than three corners.
     left_out: usize,
-    /// Whether some vertex has a colour.
+    /// True if any vertex has a colour.
     coloured: bool,
 }
 
-impl Source {
-    fn scan(path: &Path, text: &str) -> Result<Self> {
+impl ObjSource {
+    fn from_text(path: &Path, text: &str) -> Result<Self> {
         let mut source = Self::default();
         source.lines.push(0, "mtllib all");
-        let lines = text::lines(text);
-        source.coloured = lines.iter().any(|(_, line)| is_coloured(line));
-        let count = lines.len();
-        for (k, (number, line)) in lines.into_iter().enumerate() {
-            let cut_off = k + 1 == count && !text.ends_with('\n');
-            source.line(path, number, &line, cut_off)?;
+        source.coloured = text::logical_lines(text).any(|(_, line)| is_coloured(&line));
+        let mut lines = text::logical_lines(text).peekable();
+        while let Some((number, line)) = lines.next() {
+            let cut_off = lines.peek().is_none() && !text.ends_with('\n');
+            source.parse_line(path, number, &line, cut_off)?;
         }
         Ok(source)
     }
 
-    fn line(&mut self, path: &Path, number: usize, line: &str, last: bool) -> Result<()> {
-        let fail = |message: String| Err(Error::input(path, format!("line {number}"), message));
+    fn parse_line(&mut self, path: &Path, number: usize, line: &str, last: bool) -> Result<()> {
+        let fail = |message: String| Err(Error::bad_input(path, format!("line {number}"), message));
         let (key, rest) = line.split_once(' ').unwrap_or((line, ""));
         let words: Vec<&str> = rest.split(' ').filter(|w| !w.is_empty()).collect();
         if key == "v" {
-            words.iter().take(3).for_each(|word| self.digits.see(word));
+            let numbers = words.iter().take(3);
+            numbers.for_each(|word| self.precision.record_number(word));
         }
         match key {
-            // Among vertices with a colour one without is white.
+            // In a file with vertex colours, a vertex without one is white.
             "v" if self.coloured && words.len() == 3 => {
                 self.lines.push(number, &format!("{line} 1 1 1"));
             }
             "v" if self.coloured && words.len() == 4 => {
-                return fail(
-                    "has a weight, and other vertices have colours: remove one of them".into(),
-                );
+                let message = "has a weight, and other vertices have colours: remove one of them";
+                return fail(message.into());
             }
             "v" | "o" | "g" => self.lines.push(number, line),
             "f" if words.len() < 3 && last => {
@@ -191,17 +155,23 @@ impl Source {
             "f" => {
                 self.faces.push(FaceLine {
                     number,
-                    normals: at_corners(&words, 2, &self.normals),
-                    places: at_corners(&words, 1, &self.places),
+                    corner_count: words.len(),
+                    normals: values_at_corners(&words, 2, &self.normals),
+                    places: values_at_corners(&words, 1, &self.places),
                 });
-                self.lines
-                    .push(number, &format!("f {}", positions(&words).join(" ")));
+                self.lines.push(number, line);
             }
-            "vt" => self.places.push(place(&words)),
-            "vn" => self.normals.push(normal(&words)),
+            "vt" => {
+                let place = parse_numbers(&words, [f64::NAN, 0.0], f64::NAN);
+                self.places.push(place.into());
+            }
+            "vn" => {
+                let normal = parse_numbers(&words, [f32::NAN; 3], f32::NAN);
+                self.normals.push(normal.into());
+            }
             "l" | "p" => self.left_out += 1,
             "mtllib" if rest.is_empty() => return fail("mtllib names no file".into()),
-            "mtllib" => self.library(path, number, rest)?,
+            "mtllib" => self.read_libraries(path, number, rest)?,
             "usemtl" if rest.is_empty() => return fail("usemtl names no material".into()),
             "usemtl" if !self.materials.iter().any(|m| m.name == rest) => {
                 return fail(format!(
@@ -214,63 +184,42 @@ impl Source {
         Ok(())
     }
 
-    /// A library, or several parted by spaces if there is none of the whole name.
-    fn library(&mut self, path: &Path, number: usize, names: &str) -> Result<()> {
+    /// Reads a material library, or several separated by spaces if no file has the whole name.
+    fn read_libraries(&mut self, path: &Path, number: usize, names: &str) -> Result<()> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let whole = folder.join(names).is_file() || !names.contains(' ');
-        let names: Vec<&str> = if whole {
-            vec![names]
-        } else {
-            names.split(' ').collect()
-        };
-        for name in names {
+        let is_one = folder.join(names).is_file();
+        for name in names.splitn(if is_one { 1 } else { usize::MAX }, ' ') {
             let file = folder.join(name);
-            let bytes = crate::file::read(&file, MAX_BYTES).map_err(|reason| {
+            let bytes = crate::file::read(&file, MAX_FILE_BYTES).map_err(|reason| {
                 let message = format!(
                     "the material file {name} cannot be read: {reason}; put it beside the scene, or remove the mtllib and usemtl lines"
                 );
-                Error::input(path, format!("line {number}"), message)
+                Error::bad_input(path, format!("line {number}"), message)
             })?;
-            self.materials.extend(mtl::read(&file, &bytes)?);
+            self.materials.extend(mtl::read_materials(&file, &bytes)?);
         }
         Ok(())
     }
 
-    fn models(&self, path: &Path) -> Result<Vec<tobj::Model>> {
-        // Of two materials of one name the later counts.
-        let names = || {
-            self.materials
-                .iter()
-                .enumerate()
-                .map(|(k, m)| (m.name.clone(), k))
-                .collect()
-        };
-        let options = tobj::LoadOptions {
-            ignore_points: true,
-            ignore_lines: true,
-            ..Default::default()
-        };
+    fn parse_models(&self, path: &Path) -> Result<Vec<tobj::Model>> {
+        // The later of two materials with the same name counts.
+        let indices = || (0..).zip(&self.materials).map(|(k, m)| (m.name.clone(), k));
+        let options = tobj::LoadOptions::default();
         let (models, _) = self.lines.parse(path, |text| {
-            tobj::load_obj_buf(text, &options, |_| Ok((Vec::new(), names())))
+            tobj::load_obj_buf(text, &options, |_| Ok((Vec::new(), indices().collect())))
         })?;
         Ok(models)
     }
 
-    fn notes(&self, used: &[bool]) -> Vec<String> {
-        let named = |wanted: fn(&mtl::Material) -> bool| {
-            let used = self
-                .materials
-                .iter()
-                .zip(used)
-                .filter(|(m, used)| **used && wanted(m));
-            used.map(|(m, _)| m.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
+    fn collect_notes(&self, used: &[bool]) -> Vec<String> {
+        let named = |wanted: fn(&mtl::MtlMaterial) -> bool| {
+            let used = self.materials.iter().zip(used).filter(|(_, used)| **used);
+            let wanted = used.filter(|(material, _)| wanted(material));
+            let names: Vec<&str> = wanted.map(|(material, _)| material.name.as_str()).collect();
+            names.join(", ")
         };
-        let (blank, glossy) = (
-            named(mtl::Material::is_blank),
-            named(mtl::Material::is_more_than_diffuse),
-        );
+        let blank = named(mtl::MtlMaterial::is_blank);
+        let glossy = named(mtl::MtlMaterial::is_more_than_diffuse);
         let mut notes = Vec::new();
         if !blank.is_empty() {
             notes.push(format!("materials without Kd and Ke are black: {blank}"));
@@ -290,14 +239,15 @@ impl Source {
     }
 }
 
-/// Whether it is a vertex of six numbers: a position and a colour.
+/// True for a vertex of six numbers: a position and a colour.
 fn is_coloured(line: &str) -> bool {
     let mut words = line.split(' ');
     words.next() == Some("v") && words.count() == 6
 }
 
-/// What the corners of a face have by their `part`-th number; nothing where not all have one.
-fn at_corners<T: Copy>(corners: &[&str], part: usize, all: &[T]) -> Vec<T> {
+/// Looks up an attribute at the corners of a face by their `part`-th index (1-based; negative: from the end).
+/// Returns an empty list unless every corner has one.
+fn values_at_corners<T: Copy>(corners: &[&str], part: usize, all: &[T]) -> Vec<T> {
     let value = |corner: &&str| {
         let number: i64 = corner.split('/').nth(part)?.parse().ok()?;
         let from_end = number.checked_add(all.len() as i64)?;
@@ -306,17 +256,4 @@ fn at_corners<T: Copy>(corners: &[&str], part: usize, all: &[T]) -> Vec<T> {
     };
     let values: Option<Vec<T>> = corners.iter().map(value).collect();
     values.unwrap_or_default()
-}
-
-/// Corners without texture coordinates and normals, unless there is nothing else.
-fn positions<'a>(words: &[&'a str]) -> Vec<&'a str> {
-    words
-        .iter()
-        .map(|word| {
-            word.split('/')
-                .next()
-                .filter(|v| !v.is_empty())
-                .unwrap_or(word)
-        })
-        .collect()
 }

@@ -1,83 +1,59 @@
-//! OBJ and MTL as lines: tabs, comments and continued lines undone, since tobj knows few of them.
+//! Prepares OBJ and MTL texts for tobj, which knows neither continued lines, nor comments behind values, nor tabs
+//! before names, and whose errors name no line.
 
 use crate::error::{Error, Result};
-use crate::import::BOM;
+use crate::import::BYTE_ORDER_MARK;
 use std::path::Path;
 use tobj::LoadError;
 
-/// The text of a file.
-pub fn utf8<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str> {
-    let bytes = bytes.strip_prefix(BOM).unwrap_or(bytes);
-    let place = |at: usize| {
-        format!(
-            "line {}",
-            1 + bytes[..at].iter().filter(|b| **b == b'\n').count()
-        )
+/// Decodes a file as UTF-8 text.
+///
+/// Errors: the file is binary or not UTF-8, with the line.
+pub fn decode_text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str> {
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let fail = |at: usize, message: &str| {
+        let number = 1 + bytes[..at].iter().filter(|b| **b == b'\n').count();
+        Error::bad_input(path, format!("line {number}"), message)
     };
     if let Some(at) = bytes.iter().position(|b| *b == 0) {
-        return Err(Error::input(path, place(at), "is binary, not text"));
+        return Err(fail(at, "is binary, not text"));
     }
-    std::str::from_utf8(bytes).map_err(|e| {
-        Error::input(
-            path,
-            place(e.valid_up_to()),
-            "is not UTF-8 text: convert it, or remove the letter",
-        )
-    })
+    let advice = "is not UTF-8 text: convert it, or remove the letter";
+    std::str::from_utf8(bytes).map_err(|e| fail(e.valid_up_to(), advice))
 }
 
-/// The lines that say something, each with the number of its first line in the file and its words
-/// parted by one space. Names keep a `#`; elsewhere it begins a comment.
-pub fn lines(text: &str) -> Vec<(usize, String)> {
-    let mut result = Vec::new();
-    let mut rest = text.lines().enumerate();
-    while let Some((number, line)) = rest.next() {
+/// Iterates over the non-empty logical lines: continued lines joined and comments removed, each with the number of its
+/// first line in the file and its words separated by one space. A `#` is part of a name; elsewhere it begins a comment.
+pub fn logical_lines(text: &str) -> impl Iterator<Item = (usize, String)> {
+    let mut lines = text.lines().zip(1..);
+    let logical = std::iter::from_fn(move || {
+        let (line, number) = lines.next()?;
+        let is_comment = line.trim_start().starts_with('#');
+        let mut line = line.to_owned();
+        while !is_comment && let Some(length) = line.trim_end().strip_suffix('\\').map(str::len) {
+            line.truncate(length);
+            line.push(' ');
+            line.push_str(lines.next().map_or("", |(next, _)| next));
+        }
         let mut words: Vec<&str> = line.split_whitespace().collect();
-        let is_comment = words.first().is_none_or(|w| w.starts_with('#'));
-        while !is_comment && continues(&mut words) {
-            words.extend(
-                rest.next()
-                    .map(|(_, line)| line.split_whitespace())
-                    .into_iter()
-                    .flatten(),
-            );
+        if !matches!(words.first(), Some(&("o" | "g" | "usemtl" | "newmtl" | "mtllib"))) {
+            let comment = words.iter().position(|word| word.starts_with('#'));
+            words.truncate(comment.unwrap_or(words.len()));
         }
-        if !matches!(
-            words.first(),
-            Some(&("o" | "g" | "usemtl" | "newmtl" | "mtllib"))
-        ) {
-            let comment = words
-                .iter()
-                .position(|w| w.starts_with('#'))
-                .unwrap_or(words.len());
-            words.truncate(comment);
-        }
-        if !words.is_empty() {
-            result.push((number + 1, words.join(" ")));
-        }
-    }
-    result
+        Some((number, words.join(" ")))
+    });
+    logical.filter(|(_, line)| !line.is_empty())
 }
 
-/// Takes a final backslash off.
-fn continues(words: &mut Vec<&str>) -> bool {
-    let Some(last) = words.pop() else {
-        return false;
-    };
-    let stripped = last.strip_suffix('\\');
-    words.extend(Some(stripped.unwrap_or(last)).filter(|w| !w.is_empty()));
-    stripped.is_some()
-}
-
-/// Text for tobj, and the line of the file from which each of its lines comes.
+/// Text for tobj, with the line number in the file of each line.
 #[derive(Default)]
-pub struct Lines {
+pub struct NumberedLines {
     text: String,
-    /// Where each line ends in `text`, and its number in the file.
+    /// End of each line in `text`, and its number in the file.
     ends: Vec<(usize, usize)>,
 }
 
-impl Lines {
+impl NumberedLines {
     /// Appends a line.
     pub fn push(&mut self, number: usize, line: &str) {
         self.text.push_str(line);
@@ -85,89 +61,77 @@ impl Lines {
         self.ends.push((self.text.len(), number));
     }
 
-    /// What `parser` makes of the whole. tobj's errors name no line: the culprit is the last line
-    /// of the shortest beginning that fails, found by halving.
-    pub fn parse<T>(
-        &self,
-        path: &Path,
-        parser: impl Fn(&mut &[u8]) -> std::result::Result<T, LoadError>,
-    ) -> Result<T> {
+    /// Parses the whole text. tobj's errors name no line: the faulty line is the last line of the shortest
+    /// beginning that fails, found by bisection.
+    ///
+    /// Errors: `parser` fails, with the faulty line.
+    pub fn parse<T>(&self, path: &Path, parser: impl Fn(&mut &[u8]) -> std::result::Result<T, LoadError>) -> Result<T> {
         let parse = |end: usize| parser(&mut &self.text.as_bytes()[..end]);
         parse(self.text.len()).map_err(|whole| {
             let k = self.ends.partition_point(|(end, _)| parse(*end).is_ok());
-            let Some((end, number)) = self.ends.get(k) else {
-                return Error::input(path, "", message(whole));
-            };
-            let error = parse(*end).err().unwrap_or(whole);
-            Error::input(path, format!("line {number}"), message(error))
+            let (end, number) = self.ends.get(k).copied().unwrap_or_default();
+            let message = describe_error(&parse(end).err().unwrap_or(whole));
+            Error::bad_input(path, format!("line {number}"), message)
         })
     }
 }
 
-fn message(error: LoadError) -> String {
-    match error {
-        LoadError::PositionParseError => {
-            "a vertex needs three numbers: is the file cut off?".into()
-        }
-        LoadError::ScalingByZeroError => "a vertex has the weight 0".into(),
-        LoadError::ColorParseError => "a vertex has too many numbers".into(),
-        LoadError::FaceParseError => "a corner of this face is not the number of a vertex".into(),
-        LoadError::FaceVertexOutOfBounds => {
-            "a corner of this face is a vertex that does not exist".into()
-        }
-        LoadError::InvalidObjectName => "a material needs a name".into(),
-        LoadError::MaterialParseError => "cannot be understood: is a number missing?".into(),
-        other => other.to_string(),
-    }
+fn describe_error(error: &LoadError) -> String {
+    let message = match error {
+        LoadError::PositionParseError => "a vertex needs three numbers: is the file cut off?",
+        LoadError::ScalingByZeroError => "a vertex has the weight 0",
+        LoadError::ColorParseError => "a vertex has too many numbers",
+        LoadError::FaceParseError => "a corner of this face is not the number of a vertex",
+        LoadError::FaceVertexOutOfBounds => "a corner of this face is a vertex that does not exist",
+        LoadError::InvalidObjectName => "a material needs a name",
+        LoadError::MaterialParseError => "cannot be understood: is a number missing?",
+        other => return other.to_string(),
+    };
+    message.into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> Vec<(usize, String)> {
-        lines(text)
+    fn assert_lines(text: &str, expected: &[(usize, &str)]) {
+        let lines: Vec<_> = logical_lines(text).collect();
+        let lines: Vec<_> = lines.iter().map(|(n, line)| (*n, line.as_str())).collect();
+        assert_eq!(lines, expected);
     }
 
     #[test]
-    fn lines_are_joined_and_tidied() {
-        let expected =
-            [(1, "f 1 2 3 4"), (4, "g a #1"), (6, "v 1 2 3")].map(|(n, l)| (n, l.to_owned()));
-        assert_eq!(
-            told("f 1\t2 \\\r\n 3\\\n4 # end\n  g  a #1\n# c \\\nv 1 2 3 #\n"),
-            expected
-        );
+    fn continued_lines_are_joined_and_comments_removed() {
+        let text = "f 1\t2 \\\r\n 3\\\n4 # end\n  g  a #1\n# c \\\nv 1 2 3 #\n";
+        assert_lines(text, &[(1, "f 1 2 3 4"), (4, "g a #1"), (6, "v 1 2 3")]);
     }
 
     #[test]
-    fn a_last_line_may_end_in_a_backslash() {
-        assert_eq!(told("f 1 \\"), [(1, "f 1".to_owned())]);
-        assert_eq!(told("\\\n\\"), []);
+    fn last_line_may_end_in_a_backslash() {
+        assert_lines("f 1 \\", &[(1, "f 1")]);
+        assert_lines("\\\n\\", &[]);
     }
 
     #[test]
-    fn the_first_bad_line_is_named() {
+    fn first_faulty_line_is_named() {
         let parser = |text: &mut &[u8]| match text.windows(2).any(|w| w == b"b\n") {
             true => Err(LoadError::FaceParseError),
             false => Ok(()),
         };
         for at in 0..9 {
-            let mut text = Lines::default();
+            let mut text = NumberedLines::default();
             (0..9).for_each(|k| text.push(10 * k, if k >= at { "b" } else { "a" }));
-            let error = text
-                .parse(Path::new("x.obj"), parser)
-                .map_err(|e| e.to_string());
-            assert!(error.is_err_and(|e| e.starts_with(&format!("x.obj: line {}: ", 10 * at))));
+            let error = text.parse(Path::new("x.obj"), parser).unwrap_err();
+            let place = format!("x.obj: line {}: ", 10 * at);
+            assert!(error.to_string().starts_with(&place), "{error}");
         }
     }
 
     #[test]
-    fn text_is_utf8() {
+    fn binary_and_non_utf8_texts_are_refused() {
         let error = |bytes: &[u8]| {
-            utf8(Path::new("x"), bytes)
-                .map_err(|e| e.to_string())
-                .err()
-                .unwrap_or_default()
+            let text = decode_text(Path::new("x"), bytes);
+            text.err().map_or(String::new(), |e| e.to_string())
         };
         assert_eq!(error(b"\xEF\xBB\xBFv"), "");
         assert!(error(b"v\n\nv\0").starts_with("x: line 3: is binary"));

@@ -1,86 +1,81 @@
-//! Textures of an MTL file: pictures beside it.
+//! Textures of MTL files: pictures in files relative to the MTL file.
 
-use crate::file::{self, MAX_BYTES};
-use crate::import::material::Texture;
-use crate::import::pictures;
-use crate::paint::{Picture, Wrap};
+use crate::file::{self, MAX_FILE_BYTES};
+use crate::import::material::MaterialTexture;
+use crate::import::picture_cache::PictureCache;
+use crate::paint::{TexturePicture, WrapMode};
 use glam::{DAffine2, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
-/// Those that were read so far.
-pub struct Pictures(pub pictures::Pictures<PathBuf>);
-
-impl Pictures {
-    /// The texture that a line of `library` names, for a colour of a `factor`; the error follows its key.
-    pub fn texture(
-        &mut self,
-        library: &Path,
-        line: &str,
-        factor: DVec3,
-    ) -> Result<Texture, String> {
-        let Line {
-            name,
-            scale,
-            offset,
-            clamp,
-        } = Line::of(line)?;
-        // Written on Windows, it may part folders by backslashes.
-        let folder = library.parent().unwrap_or(Path::new(""));
-        let path = folder.join(name.replace('\\', "/"));
-        let picture = self.0.get(path.clone(), factor, |most| {
-            let bytes = file::read(&path, MAX_BYTES)
-                .map_err(|reason| format!("{name} cannot be read: {reason}"))?;
-            Picture::decode(&bytes, most).map_err(|reason| format!("{name} {reason}"))
-        })?;
-        // MTL's v runs upwards from the lower edge, the picture's down from the upper one.
-        let down = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
-        Ok(Texture {
-            picture,
-            wrap: [if clamp { Wrap::Clamp } else { Wrap::Repeat }; 2],
-            place: down * DAffine2::from_scale_angle_translation(scale, 0.0, offset),
-        })
-    }
+/// Reads the texture named by a line of `library`, for a colour of this `factor`.
+///
+/// Errors: an option is not supported, or the picture cannot be read; the message follows the line's key.
+pub fn read_texture(
+    pictures: &mut PictureCache<PathBuf>,
+    library: &Path,
+    line: &str,
+    factor: DVec3,
+) -> Result<MaterialTexture, String> {
+    let line = TextureLine::parse(line)?;
+    let name = line.name;
+    // Files from Windows separate folders by backslashes.
+    let folder = library.parent().unwrap_or(Path::new(""));
+    let path = folder.join(name.replace('\\', "/"));
+    let picture = pictures.get(path.clone(), factor, |most| {
+        let bytes = file::read(&path, MAX_FILE_BYTES).map_err(|reason| format!("{name} cannot be read: {reason}"))?;
+        TexturePicture::decode_image(&bytes, most).map_err(|reason| format!("{name} {reason}"))
+    })?;
+    let wrap = if line.clamp { WrapMode::Clamp } else { WrapMode::Repeat };
+    // MTL's v runs upwards from the lower edge, the picture's downwards from the upper edge.
+    let down = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
+    let place = DAffine2::from_scale_angle_translation(line.scale, 0.0, line.offset);
+    Ok(MaterialTexture {
+        picture,
+        wrap: [wrap; 2],
+        transform: down * place,
+    })
 }
 
-/// What a line says after its key: options, and the name of a file.
-struct Line<'l> {
+/// Options and file name of a texture's line.
+#[derive(Debug, PartialEq)]
+struct TextureLine<'l> {
     name: &'l str,
     scale: DVec2,
     offset: DVec2,
     clamp: bool,
 }
 
-impl<'l> Line<'l> {
-    fn of(line: &'l str) -> Result<Self, String> {
-        let mut found = Self {
+impl<'l> TextureLine<'l> {
+    fn parse(line: &'l str) -> Result<Self, String> {
+        let mut parsed = Self {
             name: line.trim(),
             scale: DVec2::ONE,
             offset: DVec2::ZERO,
             clamp: false,
         };
-        while found.name.starts_with('-') {
-            let (option, rest) = found.name.split_once(' ').unwrap_or((found.name, ""));
+        while parsed.name.starts_with('-') {
+            let (option, rest) = parsed.name.split_once(' ').unwrap_or((parsed.name, ""));
             let (value, rest) = rest.split_once(' ').unwrap_or((rest, ""));
-            found.name = rest;
+            parsed.name = rest;
             match option {
-                "-clamp" => found.clamp = value == "on",
+                "-clamp" => parsed.clamp = value == "on",
                 "-blendu" | "-blendv" | "-cc" | "-bm" | "-imfchan" => {}
-                "-s" => found.scale = found.vector(option, value, 1.0)?,
-                "-o" => found.offset = found.vector(option, value, 0.0)?,
+                "-s" => parsed.scale = parsed.parse_vector(option, value, 1.0)?,
+                "-o" => parsed.offset = parsed.parse_vector(option, value, 0.0)?,
                 _ => return Err(format!("has the option {option}, which is not supported")),
             }
         }
-        if found.name.is_empty() {
+        if parsed.name.is_empty() {
             return Err("names no file".into());
         }
-        Ok(found)
+        Ok(parsed)
     }
 
-    /// One to three numbers, the first of which is `first`; the third says nothing of a picture.
-    fn vector(&mut self, option: &str, first: &str, other: f64) -> Result<DVec2, String> {
+    /// Parses one to three numbers, beginning with `first`; a picture does not use the third.
+    fn parse_vector(&mut self, option: &str, first: &str, other: f64) -> Result<DVec2, String> {
         let number = |word: &str| word.parse().ok().filter(|x: &f64| x.is_finite());
-        let wrong = || format!("has an option {option} without numbers");
-        let mut vector = DVec2::new(number(first).ok_or_else(wrong)?, other);
+        let missing_numbers = || format!("has an option {option} without numbers");
+        let mut vector = DVec2::new(number(first).ok_or_else(missing_numbers)?, other);
         for k in 1..3 {
             let (word, rest) = self.name.split_once(' ').unwrap_or((self.name, ""));
             let Some(x) = number(word) else { break };
@@ -99,23 +94,23 @@ mod tests {
 
     #[test]
     fn options_come_before_the_name() {
-        let line = |text| {
-            Line::of(text).map(|l| {
-                (
-                    l.name.to_owned(),
-                    l.scale.to_array(),
-                    l.offset.to_array(),
-                    l.clamp,
-                )
-            })
+        let plain = |name| TextureLine {
+            name,
+            scale: DVec2::ONE,
+            offset: DVec2::ZERO,
+            clamp: false,
         };
-        let plain = |name: &str| Ok((name.to_owned(), [1., 1.], [0., 0.], false));
-        assert_eq!(line("my wood.png"), plain("my wood.png"));
-        assert_eq!(line("-bm 0.5 -blendu on a.png"), plain("a.png"));
-        assert_eq!(
-            line("-s 2 3 1 -o 0.5 -clamp on a b.png"),
-            Ok(("a b.png".into(), [2., 3.], [0.5, 0.], true))
-        );
+        let line = TextureLine::parse;
+        assert_eq!(line("my wood.png"), Ok(plain("my wood.png")));
+        assert_eq!(line("-bm 0.5 -blendu on a.png"), Ok(plain("a.png")));
+        let optional = TextureLine {
+            scale: DVec2::new(2.0, 3.0),
+            offset: DVec2::new(0.5, 0.0),
+            clamp: true,
+            ..plain("a b.png")
+        };
+        let text = "-s 2 3 1 -o 0.5 -clamp on a b.png";
+        assert_eq!(line(text), Ok(optional));
         for bad in ["", "-s", "-s x a.png", "-mm 0 1 a.png", "-clamp on"] {
             assert!(line(bad).is_err(), "{bad}");
         }

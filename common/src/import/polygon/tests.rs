@@ -1,177 +1,123 @@
-//! Every piece faces as its polygon does, and together they cover it once.
+//! Pieces face as their polygon does, and together cover it once.
 
 use super::*;
-use approx::abs_diff_eq;
+use PolygonRemark::{NoArea, NonConvex, NonPlanar, Polygon, Repeated};
+use approx::assert_abs_diff_eq;
 
-fn at(points: &[(f64, f64)]) -> Vec<DVec3> {
-    points
-        .iter()
-        .map(|(x, y)| DVec3::new(*x, *y, 3.0))
-        .collect()
+/// Returns points in the plane z = 3 from x and y of each.
+fn points_in_plane(points: &[f64]) -> Vec<DVec3> {
+    let points = points.as_chunks().0.iter();
+    points.map(|[x, y]| DVec3::new(*x, *y, 3.0)).collect()
 }
 
-/// Signed area about +z of every piece.
-fn areas(pieces: &[Piece]) -> Vec<f64> {
-    pieces
-        .iter()
-        .map(|piece| match piece {
-            Piece::Quad(c) => vector_area(c).z,
-            Piece::Triangle(c) => vector_area(c).z,
-        })
-        .collect()
-}
-
-fn covers(points: &[(f64, f64)]) -> (usize, Vec<Remark>) {
-    let corners = at(points);
-    let (pieces, remarks) = split(&corners);
-    let areas = areas(&pieces);
-    assert!(
-        areas.iter().all(|a| *a > 0.0),
-        "a piece faces backwards: {areas:?}"
-    );
+/// Checks the number of pieces, that they face +z and cover the area once, and the remarks.
+fn assert_cover(points: &[f64], count: usize, remarks: &[PolygonRemark]) {
+    let corners = points_in_plane(points);
+    let (pieces, found) = split_polygon(&corners);
+    let area = |piece: &ConvexPiece| match piece {
+        ConvexPiece::Quad(c) => vector_area(c).z,
+        ConvexPiece::Triangle(c) => vector_area(c).z,
+    };
+    let areas: Vec<f64> = pieces.iter().map(area).collect();
+    assert!(areas.iter().all(|a| *a > 0.0), "backwards: {areas:?}");
     let total: f64 = areas.iter().sum();
-    assert!(
-        abs_diff_eq!(total, vector_area(&corners).z, epsilon = 1e-12),
-        "area {total} of {}",
-        vector_area(&corners).z
-    );
-    (pieces.len(), remarks)
+    assert_abs_diff_eq!(total, vector_area(&corners).z, epsilon = 1e-12);
+    assert_eq!((pieces.len(), found.as_slice()), (count, remarks));
 }
 
 #[test]
-fn convex_quads_stay() {
-    assert_eq!(
-        covers(&[(0., 0.), (2., 0.), (2., 1.), (0., 1.)]),
-        (1, vec![])
-    );
+fn convex_quads_stay_quads() {
+    assert_cover(&[0., 0., 2., 0., 2., 1., 0., 1.], 1, &[]);
     // A straight corner is convex, and so is one that rounding bends inwards by 1e-16.
-    assert_eq!(
-        covers(&[(0., 0.), (0.1, 0.1), (0.3, 0.3), (0., 1.)]),
-        (1, vec![])
-    );
+    assert_cover(&[0., 0., 0.1, 0.1, 0.3, 0.3, 0., 1.], 1, &[]);
 }
 
 #[test]
-fn darts_are_cut_inside_wherever_they_begin() {
-    let dart = [(0., 0.), (2., 0.), (0.5, 0.5), (0., 2.)];
-    for first in 0..4 {
-        let mut turned = dart;
-        turned.rotate_left(first);
-        assert_eq!(covers(&turned), (2, vec![Remark::NonConvex]));
+fn darts_are_cut_at_the_reflex_corner_from_any_first_corner() {
+    let mut dart = [0., 0., 2., 0., 0.5, 0.5, 0., 2.];
+    for _ in 0..4 {
+        dart.rotate_left(2);
+        assert_cover(&dart, 2, &[NonConvex]);
     }
 }
 
 #[test]
 fn concave_polygons_are_covered_once() {
-    let l = [(0., 0.), (2., 0.), (2., 1.), (1., 1.), (1., 2.), (0., 2.)];
-    assert_eq!(covers(&l), (4, vec![Remark::Polygon]));
-    let comb = [
-        (0., 0.),
-        (5., 0.),
-        (5., 2.),
-        (4., 1.),
-        (3., 2.),
-        (2., 1.),
-        (1., 2.),
-        (0.5, 0.2),
-        (0., 2.),
-    ];
-    assert_eq!(covers(&comb), (7, vec![Remark::Polygon]));
+    let l = [0., 0., 2., 0., 2., 1., 1., 1., 1., 2., 0., 2.];
+    assert_cover(&l, 4, &[Polygon]);
+    let comb = [0., 0., 5., 0., 5., 2., 4., 1., 3., 2., 2., 1., 1., 2., 0.5, 0.2, 0., 2.];
+    assert_cover(&comb, 7, &[Polygon]);
     // A square hole joined to the outline by a bridge that is walked twice.
     let keyhole = [
-        (0., 0.),
-        (3., 0.),
-        (3., 3.),
-        (0., 3.),
-        (0., 0.),
-        (1., 1.),
-        (1., 2.),
-        (2., 2.),
-        (2., 1.),
-        (1., 1.),
+        0., 0., 3., 0., 3., 3., 0., 3., 0., 0., 1., 1., 1., 2., 2., 2., 2., 1., 1., 1.,
     ];
-    assert_eq!(covers(&keyhole).1, vec![Remark::Polygon]);
+    assert_cover(&keyhole, 8, &[Polygon]);
 }
 
 #[test]
-fn straight_corners_make_no_empty_triangle() {
-    let pentagon = [(0., 0.), (1., 0.), (2., 0.), (2., 2.), (0., 2.)];
-    assert_eq!(covers(&pentagon), (3, vec![Remark::Polygon]));
+fn straight_corners_give_no_empty_triangle() {
+    assert_cover(&[0., 0., 1., 0., 2., 0., 2., 2., 0., 2.], 3, &[Polygon]);
 }
 
 #[test]
-fn a_spike_is_dropped() {
-    let spiked = [(0., 0.), (2., 0.), (2., 2.), (3., 2.), (2., 2.), (0., 2.)];
-    for first in 0..6 {
-        let mut turned = spiked;
-        turned.rotate_left(first);
-        assert_eq!(covers(&turned), (1, vec![Remark::Repeated]), "from {first}");
+fn spike_is_dropped() {
+    let mut spiked = [0., 0., 2., 0., 2., 2., 3., 2., 2., 2., 0., 2.];
+    for _ in 0..6 {
+        spiked.rotate_left(2);
+        assert_cover(&spiked, 1, &[Repeated]);
     }
 }
 
 #[test]
-fn a_bow_tie_ends() {
-    let (pieces, remarks) = split(&at(&[(0., 0.), (1., 1.), (1., 0.), (0., 1.)]));
-    assert_eq!((pieces.len(), remarks), (2, vec![Remark::NonConvex]));
+fn bow_tie_becomes_two_triangles() {
+    let (pieces, remarks) = split_polygon(&points_in_plane(&[0., 0., 1., 1., 1., 0., 0., 1.]));
+    assert_eq!((pieces.len(), remarks), (2, vec![NonConvex]));
 }
 
 #[test]
-fn planar_within_six_digits_of_the_coordinates() {
+fn quad_is_planar_within_six_digits_of_its_coordinates() {
     let bent = |by: f64, offset: f64| {
-        let mut quad =
-            [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, by), DVec3::Y].map(|p| p + offset);
+        let mut quad = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, by), DVec3::Y].map(|p| p + offset);
         quad.rotate_left(1);
-        split(&quad).1
+        split_polygon(&quad).1
     };
     assert_eq!(bent(5e-6, 0.0), vec![]);
-    assert_eq!(bent(5e-5, 0.0), vec![Remark::NonPlanar]);
+    assert_eq!(bent(5e-5, 0.0), vec![NonPlanar]);
     // At 10 the sixth digit is worth 1e-4, …
     assert_eq!(bent(5e-5, 9.0), vec![]);
     // … but a visible bend is a bend at any distance.
-    assert_eq!(bent(1e-3, 1e4), vec![Remark::NonPlanar]);
+    assert_eq!(bent(1e-3, 1e4), vec![NonPlanar]);
 }
 
 #[test]
 fn repeated_corners_count_once() {
-    assert_eq!(
-        covers(&[(0., 0.), (1., 0.), (1., 0.), (0., 1.)]),
-        (1, vec![Remark::Repeated])
-    );
-    assert_eq!(
-        covers(&[(0., 0.), (1., 0.), (0., 1.), (0., 0.)]),
-        (1, vec![Remark::Repeated])
-    );
-    let (pieces, remarks) = split(&at(&[(1., 1.); 4]));
-    assert_eq!(
-        (pieces.len(), remarks),
-        (1, vec![Remark::Repeated, Remark::NoArea])
-    );
+    assert_cover(&[0., 0., 1., 0., 1., 0., 0., 1.], 1, &[Repeated]);
+    assert_cover(&[0., 0., 1., 0., 0., 1., 0., 0.], 1, &[Repeated]);
+    let (pieces, remarks) = split_polygon(&points_in_plane(&[1.; 8]));
+    assert_eq!((pieces.len(), remarks), (1, vec![Repeated, NoArea]));
 }
 
 #[test]
-fn lines_have_no_area_and_slivers_do() {
+fn collinear_corners_have_no_area_and_slivers_have() {
     // Decimals on a line: in binary they are not.
-    let line = |lift: f64| split(&at(&[(0.1, 0.11), (0.2, 0.22), (0.3, 0.33 + lift)])).1;
-    assert_eq!(line(0.0), vec![Remark::NoArea]);
+    let line = |lift: f64| split_polygon(&points_in_plane(&[0.1, 0.11, 0.2, 0.22, 0.3, 0.33 + lift])).1;
+    assert_eq!(line(0.0), vec![NoArea]);
     assert_eq!(line(1e-9), vec![]);
 }
 
 #[test]
 fn joined_triangles_keep_the_first_corner() {
     let [a, b, c, d] = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
-    assert_eq!(join([a, b, c], [a, c, d]), Some([a, b, c, d]));
-    assert_eq!(join([b, c, a], [c, d, a]), Some([b, c, d, a]));
-    assert_eq!(join([c, a, b], [d, a, c]), Some([c, d, a, b]));
-    assert_eq!(join([a, b, c], [a, d, c]), None, "opposite windings");
-    assert_eq!(join([a, b, c], [a, c, d + DVec3::Z]), None, "not planar");
-    assert_eq!(
-        join([a, b, c], [a, c, DVec3::new(-1.0, -0.5, 0.0)]),
-        None,
-        "not convex"
-    );
-    assert_eq!(
-        join([a, b, d], [b, DVec3::new(2.0, 0.0, 0.0), d]),
-        None,
-        "a straight corner"
-    );
+    assert_eq!(join_triangles([a, b, c], [a, c, d]), Some([a, b, c, d]));
+    assert_eq!(join_triangles([b, c, a], [c, d, a]), Some([b, c, d, a]));
+    assert_eq!(join_triangles([c, a, b], [d, a, c]), Some([c, d, a, b]));
+    let [reflex, straight] = [DVec3::new(-1.0, -0.5, 0.0), DVec3::new(2.0, 0.0, 0.0)];
+    for (first, second, reason) in [
+        ([a, b, c], [a, d, c], "opposite windings"),
+        ([a, b, c], [a, c, d + DVec3::Z], "not planar"),
+        ([a, b, c], [a, c, reflex], "not convex"),
+        ([a, b, d], [b, straight, d], "a straight corner"),
+    ] {
+        assert_eq!(join_triangles(first, second), None, "{reason}");
+    }
 }

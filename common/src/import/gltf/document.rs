@@ -1,0 +1,246 @@
+//! Reads the JSON and the buffers of a glTF file: GLB chunks, `data:` URIs and files relative to it.
+
+use crate::error::{Error, Result};
+use crate::file::{self, MAX_FILE_BYTES};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD_NO_PAD;
+use gltf::binary::Glb;
+use gltf::json::{Root, deserialize};
+use serde_json::Value;
+use std::path::Path;
+
+/// Result whose error is a message about the file or one of its parts.
+pub type GltfResult<T> = std::result::Result<T, String>;
+
+/// A glTF document and its buffers.
+pub struct GltfDocument {
+    /// JSON as parsed, its references not yet checked.
+    pub root: Root,
+    /// Buffers, at least as long as the document states.
+    pub buffers: Vec<Vec<u8>>,
+}
+
+impl GltfDocument {
+    /// Parses the JSON and reads the buffers.
+    ///
+    /// Errors: the file is not glTF 2.0, requires an unsupported extension, or lacks a buffer.
+    pub fn read(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let fail = |message: String| Error::bad_input(path, "", message);
+        let (root, mut blob) = parse(bytes).map_err(fail)?;
+        let is_supported = |name: &String| SUPPORTED_EXTENSIONS.contains(&name.as_str());
+        if let Some(name) = root.extensions_required.iter().find(|n| !is_supported(n)) {
+            let advice = export_advice(name);
+            return Err(fail(format!(
+                "requires the extension {name}, which is not supported: {advice}"
+            )));
+        }
+        let mut buffers = Vec::with_capacity(root.buffers.len());
+        for (k, buffer) in root.buffers.iter().enumerate() {
+            let fail = |message| Error::bad_input(path, format!("buffer {k}"), message);
+            let bytes = match buffer.uri.as_deref() {
+                Some(uri) => read_uri(path, uri),
+                None if k == 0 => blob.take().ok_or_else(|| "has no binary chunk".into()),
+                None => Err("has no uri".into()),
+            };
+            let bytes = bytes.map_err(fail)?;
+            let (length, wanted) = (bytes.len(), buffer.byte_length.0);
+            if (length as u64) < wanted {
+                return Err(fail(format!(
+                    "has {length} of its {wanted} bytes: is the file cut off?"
+                )));
+            }
+            buffers.push(bytes);
+        }
+        Ok(Self { root, buffers })
+    }
+}
+
+/// Parses the JSON; returns it with the binary chunk.
+fn parse(bytes: &[u8]) -> GltfResult<(Root, Option<Vec<u8>>)> {
+    let invalid = |e: &dyn std::fmt::Display| format!("is not valid glTF 2.0: {e}");
+    let (text, blob) = if bytes.starts_with(b"glTF") {
+        let chunks = Glb::from_slice(glb_container(bytes)?).map_err(|e| invalid(&e))?;
+        (chunks.json, chunks.bin)
+    } else {
+        let text = bytes.strip_prefix(crate::import::BYTE_ORDER_MARK);
+        (text.unwrap_or(bytes).into(), None)
+    };
+    let document: Value = serde_json::from_slice(&text).map_err(|e| invalid(&e))?;
+    check_version(&document)?;
+    check_indices("", &document)?;
+    // The validation of the crate `gltf` panics on some indices; here each access is checked.
+    let root: Root = deserialize::from_slice(&text).map_err(|e| invalid(&e))?;
+    Ok((root, blob.map(Into::into)))
+}
+
+/// Checks that the document is glTF 2.0, or a later 2.x that a reader of 2.0 may read: the crate `gltf` ignores
+/// the version.
+///
+/// Errors: it is of another version or states none.
+fn check_version(document: &Value) -> GltfResult<()> {
+    let of = |name: &str| document["asset"][name].as_str();
+    let version = of("version").ok_or("is not valid glTF 2.0: it has no asset.version")?;
+    if version.split('.').next() != Some("2") {
+        return Err(format!("is glTF version {version}: export it as version 2"));
+    }
+    match of("minVersion") {
+        None | Some("2.0") => Ok(()),
+        Some(least) => Err(format!("needs a reader of glTF {least}: export it as version 2.0")),
+    }
+}
+
+/// Names of JSON values that are indices: numbers, lists of numbers, or (`attributes`) numbers by name.
+const INDEX_NAMES: [&str; 9] = [
+    "scene",
+    "nodes",
+    "children",
+    "mesh",
+    "material",
+    "attributes",
+    "indices",
+    "bufferView",
+    "buffer",
+];
+
+/// Checks that every index in a value of this name fits in 32 bits: the crate `gltf` reads 2³² as 0. The parser
+/// limits the depth of the recursion.
+///
+/// Errors: an index is larger.
+fn check_indices(name: &str, value: &Value) -> GltfResult<()> {
+    match value {
+        Value::Number(number) if INDEX_NAMES.contains(&name) && number.as_u64() > Some(u32::MAX.into()) => {
+            Err(format!("has the index {number} in `{name}`: it is damaged"))
+        }
+        Value::Array(values) => values.iter().try_for_each(|v| check_indices(name, v)),
+        Value::Object(entries) => entries
+            .iter()
+            .try_for_each(|(key, value)| check_indices(if name == "attributes" { name } else { key }, value)),
+        _ => Ok(()),
+    }
+}
+
+/// Extensions that a file may require.
+const SUPPORTED_EXTENSIONS: [&str; 5] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Lists the optional extensions of a file that are not supported.
+pub fn unsupported_extensions(root: &Root) -> Vec<&str> {
+    let used = root.extensions_used.iter().map(String::as_str);
+    used.filter(|name| !SUPPORTED_EXTENSIONS.contains(name)).collect()
+}
+
+/// Returns advice on how to export without an extension.
+fn export_advice(extension: &str) -> &'static str {
+    match extension {
+        "KHR_draco_mesh_compression" => "export without Draco (Blender's glTF exporter: Compression off)",
+        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "export without meshopt (gltfpack: neither -c nor -cc)"
+        }
+        "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => "export with textures in PNG or JPEG",
+        _ => "export without it",
+    }
+}
+
+/// Returns a GLB up to its stated length, its header checked (the crate `gltf` subtracts unchecked).
+fn glb_container(bytes: &[u8]) -> GltfResult<&[u8]> {
+    let [_, version, length, ..] = bytes.as_chunks().0 else {
+        return Err("is cut off within its header".into());
+    };
+    let [version, length] = [version, length].map(|word| u32::from_le_bytes(*word));
+    if version != 2 {
+        return Err(format!("is glTF version {version}: export it as version 2"));
+    }
+    if length < 12 {
+        return Err(format!("says that it is {length} bytes long: it is damaged"));
+    }
+    let count = bytes.len();
+    let cut_off = || format!("has {count} of its {length} bytes: it is cut off");
+    bytes.get(..length as usize).ok_or_else(cut_off)
+}
+
+/// Reads the bytes of a URI: a `data:` URI, or a file relative to the scene.
+///
+/// Errors: the URI is invalid or remote, or the file cannot be read.
+pub fn read_uri(scene: &Path, uri: &str) -> GltfResult<Vec<u8>> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (kind, data) = data.split_once(',').ok_or("has a data URI without data")?;
+        let base64 = kind.ends_with(";base64").then_some(data.trim_end_matches('='));
+        let bytes = base64.and_then(|text| STANDARD_NO_PAD.decode(text).ok());
+        return bytes.ok_or_else(|| "has a data URI that is not base64".into());
+    }
+    if uri.contains("://") {
+        return Err(format!("is at {uri}: only files beside the scene are read"));
+    }
+    let name = decode_percent(uri).ok_or_else(|| format!("has an invalid uri {uri}"))?;
+    let path = scene.parent().unwrap_or(Path::new("")).join(&name);
+    file::read(&path, MAX_FILE_BYTES).map_err(|reason| format!("{name} cannot be read: {reason}"))
+}
+
+/// Decodes percent-encoding (RFC 3986 §2.1).
+fn decode_percent(uri: &str) -> Option<String> {
+    let mut parts = uri.split('%');
+    let mut bytes = parts.next()?.as_bytes().to_vec();
+    for part in parts {
+        bytes.push(u8::from_str_radix(part.get(..2)?, 16).ok()?);
+        bytes.extend_from_slice(&part.as_bytes()[2..]);
+    }
+    String::from_utf8(bytes).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn percent_encoding_is_decoded() {
+        let decoded = decode_percent("a%20b%C3%A9.bin");
+        assert_eq!(decoded.as_deref(), Some("a bé.bin"));
+        for bad in ["%2", "%zz", "%ff"] {
+            assert_eq!(decode_percent(bad), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn only_readable_versions_are_accepted() {
+        let asset = |asset: Value| check_version(&json!({ "asset": asset }));
+        for good in [
+            json!({"version": "2.0"}),
+            json!({"version": "2.1"}),
+            json!({"version": "2.1", "minVersion": "2.0"}),
+        ] {
+            assert_eq!(asset(good), Ok(()));
+        }
+        for bad in [
+            json!({}),
+            json!({"version": 2}),
+            json!({"version": "1.0"}),
+            json!({"version": "20.0"}),
+            json!({"version": "3.0"}),
+            json!({"version": "2.1", "minVersion": "2.1"}),
+        ] {
+            assert!(asset(bad.clone()).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn indices_beyond_32_bits_are_refused_and_other_numbers_are_not() {
+        let beyond = 1_u64 << 32;
+        for bad in [
+            json!({"scene": beyond}),
+            json!({"scenes": [{"nodes": [0, beyond]}]}),
+            json!({"meshes": [{"primitives": [{"attributes": {"POSITION": beyond}}]}]}),
+            json!({"accessors": [{"sparse": {"indices": {"bufferView": beyond}}}]}),
+        ] {
+            assert!(check_indices("", &bad).is_err(), "{bad}");
+        }
+        let good = json!({"nodes": [{"mesh": 4_294_967_295_u64, "translation": [beyond, 0, 0]}],
+            "accessors": [{"max": [beyond], "indices": {"byteOffset": beyond}}]});
+        assert_eq!(check_indices("", &good), Ok(()));
+    }
+}

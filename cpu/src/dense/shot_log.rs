@@ -1,0 +1,115 @@
+//! The log of shots of a dense solution, for the energy balance: each texel shoots once, with all power that leaves it.
+//!
+//! The open part of a texel shoots A(o∘E + ρ∘H); of that ΣF arrives, and the share of its cosine
+//! hemisphere that meets no front escapes. The emission of its covered part is lost behind the body that
+//! stands on it.
+
+use super::open_area::Element;
+use super::{DenseSolution, Matrix};
+use common::escape::meets_front;
+use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
+use common::mesh::Mesh;
+use common::rays::Rays;
+use common::shooting::Shot;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+
+/// Returns the escaped share of each element's open part: one ray in each of the fixed directions, rotated by an angle
+/// per element so that errors of neighbours are not correlated, from points all over the open part.
+pub fn escaped_shares(mesh: &Mesh, rays: &Rays, elements: &[Element]) -> Vec<f64> {
+    let directions = escape_directions();
+    elements
+        .par_iter()
+        .enumerate()
+        .map(|(k, element)| {
+            if element.pieces.is_empty() {
+                return 0.0;
+            }
+            let face = &mesh.faces[element.face as usize];
+            let (s, c) = (weyl_sequence(k, 0.618_033_988_749_895) as f32 * TAU).sin_cos();
+            let tangent = face.tangent * c + face.normal.cross(face.tangent) * s;
+            let bitangent = face.normal.cross(tangent);
+            let lost = directions
+                .iter()
+                .enumerate()
+                .filter(|(n, d)| {
+                    let (u, v) = (
+                        weyl_sequence(k + n, 0.754_877_666_246_693),
+                        weyl_sequence(k + n, 0.569_840_290_998_053),
+                    );
+                    let origin = open_point(element, u, v).as_vec3();
+                    let direction = tangent * d.x + bitangent * d.y + face.normal * d.z;
+                    !meets_front(rays, face.sheet, origin, direction)
+                })
+                .count();
+            lost as f64 / ESCAPE_DIRECTION_COUNT as f64
+        })
+        .collect()
+}
+
+/// Returns element `k` of the Weyl sequence of `alpha`, in [0, 1).
+fn weyl_sequence(k: usize, alpha: f64) -> f64 {
+    (0.5 + alpha * k as f64).fract()
+}
+
+/// Maps (u, v) of the unit square to the open part; equal areas map to equal areas.
+fn open_point(element: &Element, u: f64, v: f64) -> DVec3 {
+    let open: f64 = element.pieces.iter().map(|piece| piece.area).sum();
+    let mut left = u * open;
+    let mut last = element.pieces[0].centre;
+    for piece in &element.pieces {
+        let c = piece.polygon.corners();
+        for k in 1..c.len().saturating_sub(1) {
+            let (along, across) = (c[k] - c[0], c[k + 1] - c[0]);
+            let area = 0.5 * along.cross(across).length();
+            if left < area {
+                // A triangle from the unit square: the root makes its rows equally dense.
+                let root = (left / area).sqrt();
+                return c[0] + (along * (1.0 - v) + across * v) * root;
+            }
+            left -= area;
+            last = piece.centre;
+        }
+    }
+    last
+}
+
+/// Returns the shots of all texels.
+pub fn texel_shots(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &DenseSolution) -> Vec<Shot> {
+    let sums = matrix.form_factor_sums();
+    let mut shots = Vec::new();
+    for (patch, owner) in mesh.patches.iter().enumerate() {
+        for k in owner.first as usize..(owner.first + owner.count) as usize {
+            let (area, open) = (matrix.areas[k], matrix.open[k]);
+            let lost = emission[k] * (1.0 - open);
+            let shot = |radiosity: DVec3, form_factor_sum: f64, escaped: f64| Shot {
+                patch: patch as u32,
+                power: (radiosity * area).as_vec3().into(),
+                form_factor_sum: form_factor_sum as f32,
+                escaped: escaped as f32,
+                unshot: 0.0,
+            };
+            shots.push(shot(answer.radiosity[k] - lost, sums[k], matrix.escaped[k]));
+            if lost != DVec3::ZERO {
+                shots.push(shot(lost, 0.0, 1.0));
+            }
+        }
+    }
+    shots
+}
+
+/// Returns the greatest and the area-weighted mean |1 − ΣF − escaped| of the open parts.
+pub fn closure_defects(matrix: &Matrix) -> [f64; 2] {
+    let (mut worst, mut sum, mut weight) = (0.0f64, 0.0, 0.0);
+    for (k, taken) in matrix.form_factor_sums().iter().enumerate() {
+        let open = matrix.areas[k] * matrix.open[k];
+        if open > 0.0 {
+            let defect = (1.0 - taken - matrix.escaped[k]).abs();
+            worst = worst.max(defect);
+            sum += defect * open;
+            weight += open;
+        }
+    }
+    [worst, if weight > 0.0 { sum / weight } else { 0.0 }]
+}

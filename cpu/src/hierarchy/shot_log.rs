@@ -1,0 +1,158 @@
+//! The log of shots of a hierarchical solution: each face shoots once, with all power that leaves it.
+
+use crate::hierarchy::solver::HierarchicalSolution;
+use common::cover::{cover_directions, is_open};
+use common::escape::escape_directions;
+use common::escape::meets_front;
+use common::mesh::{Mesh, Patch};
+use common::rays::Rays;
+use common::shooting::{RadiosityField, Shot, SolveRun};
+use common::texel_point::point_on_texel;
+use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Rays of all faces that measure the escaped light: a tenth of a second's work.
+const ESCAPE_RAY_COUNT: usize = 1 << 17;
+/// Rays of each face at least.
+const MIN_FACE_RAYS: usize = 32;
+/// Points of a partly covered texel that are tried before one counts as open.
+const MAX_POINT_TRIES: usize = 8;
+
+/// Returns `solution` as a run on `mesh`, of which each face is one patch.
+pub fn record_run(mesh: &Mesh, solution: &HierarchicalSolution) -> SolveRun {
+    let mut powers = vec![DVec3::ZERO; mesh.patches.len()];
+    let mut sent = Vec::with_capacity(mesh.texels.len());
+    let (mut emitted, mut unshot, mut received) = (0.0, 0.0, 0.0);
+    let mut field = RadiosityField {
+        origin: "hierarchy".into(),
+        radiosity: Vec::with_capacity(mesh.texels.len()),
+        residual: solution.residual.iter().map(|r| r.extend(0.0)).collect(),
+        irradiance: solution.irradiance.iter().map(|h| h.extend(0.0)).collect::<Vec<Vec4>>(),
+    };
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let area = f64::from(texel.area);
+        let (h, r) = (solution.irradiance[k], solution.residual[k]);
+        let reflected = texel.reflectance * h;
+        field.radiosity.push((texel.emission + reflected).extend(0.0));
+        let leaving = texel.emission * solution.open[k] + reflected - r;
+        sent.push(leaving.as_dvec3() * area);
+        powers[texel.face as usize] += leaving.as_dvec3() * area;
+        emitted += channel_sum(texel.emission) * area;
+        unshot += channel_sum(r.abs()) * area;
+        received += channel_sum(h) * area;
+    }
+    let shot: f64 = powers.iter().map(|p| p.element_sum()).sum();
+    let form_factor_sum = if shot > 0.0 { received / shot } else { 0.0 };
+    let escaped = escaped_shares(mesh, &sent, &solution.open);
+    let patches = (0..mesh.patches.len()).filter(|k| powers[*k] != DVec3::ZERO);
+    let shots: Vec<Shot> = patches
+        .map(|k| Shot {
+            patch: k as u32,
+            power: powers[k].as_vec3().into(),
+            form_factor_sum: form_factor_sum as f32,
+            escaped: escaped[k],
+            unshot: unshot as f32,
+        })
+        .collect();
+    SolveRun {
+        emitted: emitted as f32,
+        converged: solution.converged,
+        stagnated: false,
+        passes: solution.passes,
+        shooters: shots.len() as u64,
+        shots,
+        field,
+    }
+}
+
+/// Sets the open share of each patch of `mesh` to the mean of its texels' open shares.
+pub fn set_open_shares(mesh: &mut Mesh, solution: &HierarchicalSolution) {
+    let mut open = vec![[0.0; 2]; mesh.patches.len()];
+    for (texel, share) in mesh.texels.iter().zip(&solution.open) {
+        let area = f64::from(texel.area);
+        open[texel.face as usize][0] += area;
+        open[texel.face as usize][1] += area * f64::from(*share);
+    }
+    for (patch, [all, open]) in mesh.patches.iter_mut().zip(open) {
+        patch.open_share = if all > 0.0 { (open / all) as f32 } else { 0.0 };
+    }
+}
+
+/// Returns the share of each patch's power that meets no front. Origins are drawn in proportion to the power
+/// `sent` by each texel, which may be small just where the sky is visible: above a lamp, or outside a wall. The
+/// number of rays of a patch is in proportion to its power: few large lamps among many small faces decide the sum.
+fn escaped_shares(mesh: &Mesh, sent: &[DVec3], shares: &[f32]) -> Vec<f32> {
+    let sky = SkyVisibility {
+        mesh,
+        rays: Rays::new(mesh),
+        cover_directions: cover_directions(),
+        shares,
+    };
+    let directions = escape_directions();
+    let power_of = |sent: &DVec3| sent.abs().element_sum();
+    let all: f64 = sent.iter().map(power_of).sum();
+    let escaped_share = |patch: &Patch| {
+        let sums = patch.texels().scan(0.0, |sum, k| {
+            *sum += power_of(&sent[k]);
+            Some(*sum)
+        });
+        let sums: Vec<f64> = sums.collect();
+        let power = sums.last().copied().unwrap_or(0.0);
+        if power == 0.0 {
+            return 0.0;
+        }
+        let count = ((ESCAPE_RAY_COUNT as f64 * power / all) as usize).max(MIN_FACE_RAYS);
+        let strata = count.min(directions.len());
+        let seen = (0..count).filter_map(|n| {
+            let drawn = power * weyl_sequence(n, 0.618_033_988_749_895);
+            let drawn = sums.partition_point(|sum| *sum <= drawn);
+            let k = patch.texels().start + drawn.min(sums.len() - 1);
+            // All strata in turn, or as many of them, evenly.
+            let along = directions[n % strata * directions.len() / strata];
+            sky.sees_sky(k, n, along)
+        });
+        let seen: Vec<bool> = seen.collect();
+        seen.iter().filter(|seen| **seen).count() as f32 / seen.len().max(1) as f32
+    };
+    mesh.patches.par_iter().map(escaped_share).collect()
+}
+
+/// Tests whether rays leave the scene.
+struct SkyVisibility<'a> {
+    mesh: &'a Mesh,
+    rays: Rays,
+    /// Directions that decide whether a point is covered.
+    cover_directions: Vec<Vec3>,
+    /// Open share of each texel.
+    shares: &'a [f32],
+}
+
+impl SkyVisibility<'_> {
+    /// Returns true if a ray from an open point of texel `k`, a new one for each `n`, meets no front; none if no
+    /// open point is found.
+    fn sees_sky(&self, k: usize, n: usize, along: Vec3) -> Option<bool> {
+        let texel = &self.mesh.texels[k];
+        let face = &self.mesh.faces[texel.face as usize];
+        let mut places = (MAX_POINT_TRIES * n..MAX_POINT_TRIES * (n + 1)).map(|n| {
+            let uv = [0.754_877_666_246_693, 0.569_840_290_998_053];
+            let uv = uv.map(|alpha| weyl_sequence(n, alpha) as f32);
+            point_on_texel(face, texel.kind, texel.lattice_corner, texel.area, uv).truncate()
+        });
+        let faces = self.mesh.faces.len();
+        let is_open =
+            |at: &Vec3| self.shares[k] == 1.0 || is_open(&self.rays, faces, face, *at, &self.cover_directions);
+        let origin = places.find(is_open)?;
+        let bitangent = face.normal.cross(face.tangent);
+        let direction = face.tangent * along.x + bitangent * along.y + face.normal * along.z;
+        Some(!meets_front(&self.rays, face.sheet, origin, direction))
+    }
+}
+
+/// Returns element `k` of the Weyl sequence of `alpha`, in [0, 1).
+fn weyl_sequence(k: usize, alpha: f64) -> f64 {
+    (0.5 + alpha * k as f64).fract()
+}
+
+fn channel_sum(light: Vec3) -> f64 {
+    light.as_dvec3().element_sum()
+}

@@ -1,0 +1,152 @@
+//! The host's end of the queue: submissions and read-backs.
+
+use crate::adapter::Gpu;
+use bytemuck::{Pod, cast_slice, pod_collect_to_vec};
+use common::Result;
+use std::sync::mpsc::{Receiver, channel};
+
+/// Counts of submissions and read-backs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct QueueCounts {
+    /// Queue submissions.
+    pub submissions: u32,
+    /// `map_async` calls.
+    pub maps: u32,
+}
+
+/// The queue of a device.
+pub struct DeviceQueue {
+    pub gpu: Gpu,
+    pub counts: QueueCounts,
+}
+
+/// A read-back of a submission under way.
+pub struct PendingRead {
+    staging: wgpu::Buffer,
+    mapped: Receiver<std::result::Result<(), wgpu::BufferAsyncError>>,
+    submission: wgpu::SubmissionIndex,
+}
+
+impl DeviceQueue {
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            gpu: gpu.clone(),
+            counts: QueueCounts::default(),
+        }
+    }
+
+    pub fn command_encoder(&self) -> wgpu::CommandEncoder {
+        self.gpu.device.create_command_encoder(&Default::default())
+    }
+
+    /// Creates a buffer to read back, filled with NaN: bytes that no copy writes are noticed.
+    pub fn staging_buffer(&self, size: u64) -> wgpu::Buffer {
+        let staging = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("staging"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: true,
+        });
+        if let Ok(mut range) = staging.get_mapped_range_mut(..) {
+            range.slice(..).fill(0xff);
+        }
+        staging.unmap();
+        staging
+    }
+
+    /// Splits `count` workgroups over two dimensions where one does not hold them.
+    pub fn split_workgroups(&self, count: usize) -> [u32; 4] {
+        let limits = self.gpu.device.limits();
+        let x = (count as u32).min(limits.max_compute_workgroups_per_dimension);
+        [x, (count as u32).div_ceil(x.max(1)), 1, 0]
+    }
+
+    /// Writes to a buffer before the next submission.
+    pub fn write<T: Pod>(&self, buffer: &wgpu::Buffer, data: &[T]) {
+        self.write_at(buffer, 0, data);
+    }
+
+    /// Writes to a buffer from byte `at` on.
+    pub fn write_at<T: Pod>(&self, buffer: &wgpu::Buffer, at: u64, data: &[T]) {
+        self.gpu.queue.write_buffer(buffer, at, cast_slice(data));
+    }
+
+    /// Submits work without a read-back.
+    pub fn submit_work(&mut self, encoder: wgpu::CommandEncoder) -> wgpu::SubmissionIndex {
+        self.counts.submissions += 1;
+        self.gpu.queue.submit([encoder.finish()])
+    }
+
+    /// Submits work that writes `staging`.
+    pub fn submit_read(&mut self, encoder: wgpu::CommandEncoder, staging: wgpu::Buffer) -> PendingRead {
+        let submission = self.submit_work(encoder);
+        let (sender, mapped) = channel();
+        staging.map_async(wgpu::MapMode::Read, .., move |result| {
+            // The receiver is gone only when the run was abandoned.
+            let _ = sender.send(result);
+        });
+        self.counts.maps += 1;
+        PendingRead {
+            staging,
+            mapped,
+            submission,
+        }
+    }
+
+    /// Waits for a read-back and returns its bytes.
+    pub fn wait_for_bytes(&self, pending: PendingRead) -> Result<Vec<u8>> {
+        self.wait_for_submission(pending.submission)?;
+        let lost = || self.gpu.device_error("the result could not be read back");
+        // Another thread that waits for the same device may run the callback.
+        pending.mapped.recv().map_err(|_| lost())?.map_err(|_| lost())?;
+        let bytes = pending.staging.get_mapped_range(..).map_err(|_| lost())?;
+        Ok(bytes.to_vec())
+    }
+
+    /// Waits for a submission to end.
+    pub fn wait_for_submission(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: None,
+        };
+        let polled = self.gpu.device.poll(wait);
+        self.gpu.check_errors()?;
+        polled.map_err(|error| self.gpu.device_error(&error.to_string()))?;
+        Ok(())
+    }
+
+    /// Submits work that writes `staging`, waits, and returns its bytes.
+    pub fn read_back(&mut self, encoder: wgpu::CommandEncoder, staging: wgpu::Buffer) -> Result<Vec<u8>> {
+        let pending = self.submit_read(encoder, staging);
+        self.wait_for_bytes(pending)
+    }
+
+    /// Reads the first `size`² pixels of a texture of IDs, row-major.
+    pub fn read_item_buffer(&mut self, texture: &wgpu::Texture, size: u32) -> Result<Vec<u32>> {
+        // Rows of a texture copy are aligned to 256 bytes.
+        let row = (size * 4).next_multiple_of(256);
+        let staging = self.staging_buffer(u64::from(row) * u64::from(size));
+        let mut encoder = self.command_encoder();
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row),
+                    rows_per_image: None,
+                },
+            },
+            wgpu::Extent3d {
+                width: size,
+                height: size,
+                depth_or_array_layers: 1,
+            },
+        );
+        let bytes = self.read_back(encoder, staging)?;
+        Ok(bytes
+            .chunks(row as usize)
+            .flat_map(|line| pod_collect_to_vec::<u8, u32>(&line[..size as usize * 4]))
+            .collect())
+    }
+}

@@ -1,0 +1,10 @@
+//! Cache of the pipelines that a device has compiled.
+
+use std::collections::HashMap;
+
+/// Compiled pipelines of a device, by the text of the shader: a second solve compiles none.
+#[derive(Default)]
+pub struct CompiledPipelines {
+    pub computes: HashMap<(&'static str, String), (wgpu::ComputePipeline, wgpu::BindGroupLayout)>,
+    pub rasters: HashMap<String, (wgpu::RenderPipeline, wgpu::BindGroupLayout)>,
+}

@@ -1,0 +1,230 @@
+//! Results of a comparison of one scene: plain data that [`crate::compare`] fills in and the report shows.
+
+use crate::diff::difference::Difference;
+use crate::solve::regather::ErrorEstimate;
+use crate::solve::solver::ErrorTarget;
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::settings::Settings;
+use common::shooting::SolveRun;
+use serde::Serialize;
+
+/// Comparison of one shader stage with its CPU twin on the same input.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageCheck {
+    /// Name of the stage.
+    pub name: String,
+    /// Values compared.
+    pub values: u64,
+    /// Values that differ at all.
+    pub differing: u64,
+    /// Largest difference, in the unit that `reason` names.
+    pub worst: f64,
+    /// Largest difference allowed.
+    pub bound: f64,
+    /// Unit and reason of the bound.
+    pub reason: String,
+    /// True if `worst` is within `bound`.
+    pub agree: bool,
+}
+
+/// Comparison of visibility by item buffer with visibility by rays, over all (shooter, texel) pairs.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct VisibilityStatistics {
+    /// Shooters × texels.
+    pub pairs: u64,
+    /// Pairs of points (one per sample) with a positive form factor: their fronts face each other.
+    pub facing: u64,
+    /// Facing pairs on which rays and item buffer disagree.
+    pub mismatched: u64,
+    /// Mismatches within the derived bound of an ID boundary.
+    pub explained: u64,
+    /// Explained mismatches whose true outline is too thin to appear in the buffer.
+    pub vanished: u64,
+    /// Mismatches without an explanation.
+    pub unexplained: u64,
+    /// Facing pairs within that bound of an ID boundary, and all explained ones.
+    pub explainable: u64,
+    /// Σ F·A of the mismatched over Σ F·A of the facing pairs.
+    pub weighted_mismatch: f64,
+    /// Σ F·A of the explainable over Σ F·A of the facing pairs: the largest share that silhouettes can change.
+    pub weighted_explainable: f64,
+    /// Mismatches by distance to the boundary in pixels: bin k is [k/2, (k+1)/2).
+    pub histogram: Vec<u64>,
+    /// Up to a dozen unexplained pairs (patch, texel), for the report.
+    pub examples: Vec<(u32, u32)>,
+}
+
+/// One condition of the verdict.
+#[derive(Clone, Debug, Serialize)]
+pub struct Criterion {
+    /// Name of the criterion.
+    pub name: String,
+    /// Measured value.
+    pub value: f64,
+    /// Largest value allowed.
+    pub bound: f64,
+    /// Reason of the bound.
+    pub reason: String,
+    /// True if value ≤ bound; false for NaN.
+    pub pass: bool,
+}
+
+impl Criterion {
+    /// Creates the criterion value ≤ bound; NaN fails.
+    pub fn at_most(name: &str, value: f64, bound: f64, reason: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            value,
+            bound,
+            reason: reason.to_owned(),
+            pass: value <= bound,
+        }
+    }
+}
+
+/// The item buffer of one shot, for the report.
+#[derive(Clone, Debug)]
+pub struct ItemBufferPicture {
+    /// Shooting patch.
+    pub patch: u32,
+    /// Pixels per side.
+    pub size: u32,
+    /// Face IDs + 1, row-major, 0 where nothing was drawn.
+    pub ids: Vec<u32>,
+}
+
+/// Error of the method itself: neither a fault of the code nor a criterion of agreement.
+#[derive(Clone, Debug, Serialize)]
+pub struct MethodFinding {
+    /// Name of the error.
+    pub name: String,
+    /// Size of the error.
+    pub value: f64,
+    /// Cause of the error, and the option that reduces it.
+    pub message: String,
+}
+
+/// Preset of the settings with which a scene is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// Whole faces, discs, one sample, an item buffer, one shot after the other.
+    Paper,
+    /// Defaults of `solve`: to an error.
+    #[serde(rename = "solve")]
+    SolveDefault,
+    /// Settings of the command's options.
+    #[serde(rename = "asked")]
+    Requested,
+}
+
+impl Preset {
+    /// Returns a description.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "the paper's settings",
+            Self::SolveDefault => "the defaults of solve",
+            Self::Requested => "the requested settings",
+        }
+    }
+}
+
+/// A scene solved by CPU and GPU with one preset, and all differences.
+pub struct Comparison {
+    /// Compared scene.
+    pub scene: Scene,
+    /// Preset of the settings.
+    pub preset: Preset,
+    /// Requested error of a hierarchical solve; none for progressive shooting.
+    pub error_target: Option<ErrorTarget>,
+    /// Patches and texels.
+    pub mesh: Mesh,
+    /// Settings of the CPU (rays); the GPU's differ in `visibility` only.
+    pub settings: Settings,
+    /// Settings of the GPU.
+    pub gpu_settings: Settings,
+    /// Name of the GPU.
+    pub adapter: String,
+    /// Free run on the CPU.
+    pub cpu: SolveRun,
+    /// Free run on the GPU.
+    pub gpu: SolveRun,
+    /// The CPU's shooters replayed on the GPU; in a hierarchical solve, the CPU with the GPU's refinement by rays.
+    pub lockstep: SolveRun,
+    /// Energy balance of the CPU's free run.
+    pub cpu_energy: EnergyBalance,
+    /// Energy balance of the GPU's free run.
+    pub gpu_energy: EnergyBalance,
+    /// Seconds of the free runs: CPU, GPU.
+    pub seconds: [f64; 2],
+    /// Shader stages against their twins.
+    pub stages: Vec<StageCheck>,
+    /// Visibility by item buffer against rays.
+    pub pairs: VisibilityStatistics,
+    /// GPU against CPU with the same shooters, or the same refinement.
+    pub lockstep_difference: Difference,
+    /// GPU against CPU, each with its own choices.
+    pub free_difference: Difference,
+    /// Error estimates: CPU, GPU.
+    pub estimates: [Option<ErrorEstimate>; 2],
+    /// Estimated error of the CPU by texel, W/m².
+    pub error_map: Option<Vec<f32>>,
+    /// Error against the truth: CPU, GPU.
+    pub truth_error: [Option<f64>; 2],
+    /// Description of the truth.
+    pub truth: Option<TruthInfo>,
+    /// Item buffer of a shot; none for hierarchical solves.
+    pub item_buffer: Option<ItemBufferPicture>,
+    /// Criteria; the solvers agree if all pass.
+    pub criteria: Vec<Criterion>,
+    /// Errors of the method.
+    pub findings: Vec<MethodFinding>,
+    /// Notes about choices and their reasons, one line each.
+    pub notes: Vec<String>,
+}
+
+impl Comparison {
+    /// Returns the estimated error of the CPU (side 0) or the GPU (side 1).
+    pub fn estimated_error(&self, side: usize) -> Option<f64> {
+        self.estimates[side].as_ref().map(|estimate| estimate.error)
+    }
+
+    /// True if all criteria pass; false if there are none.
+    pub fn solvers_agree(&self) -> bool {
+        !self.criteria.is_empty() && self.criteria.iter().all(|gate| gate.pass)
+    }
+}
+
+/// Comparisons of one scene with all requested presets.
+pub struct SceneComparison {
+    /// Comparison with the paper's or the requested settings.
+    pub first: Comparison,
+    /// Comparison with the defaults of `solve`; none if settings were requested.
+    pub solve_default: Option<Comparison>,
+}
+
+impl SceneComparison {
+    /// Iterates over the comparisons, the defaults of `solve` first.
+    pub fn iter_comparisons(&self) -> impl Iterator<Item = &Comparison> {
+        self.solve_default.iter().chain([&self.first])
+    }
+
+    /// True if the solvers agree in all comparisons.
+    pub fn all_agree(&self) -> bool {
+        self.iter_comparisons().all(Comparison::solvers_agree)
+    }
+}
+
+/// Description of the truth, with its own error.
+#[derive(Clone, Debug, Serialize)]
+pub struct TruthInfo {
+    /// Description.
+    pub name: String,
+    /// Texels per side of a face.
+    pub texels: u32,
+    /// Relative RMS of the matrix solution with half as many texels per side against it. Its own error is
+    /// smaller, since the error of texels is proportional to their size or its square.
+    pub own_error: f64,
+}

@@ -1,0 +1,256 @@
+//! Criteria under which the two solvers agree. On any scene only a fault in the code violates one, never the
+//! finite resolution of pixels. Each bound stands here once, with its reason; errors of the method are
+//! [`item_buffer_findings`].
+
+use super::stages::form_factor_roundings;
+use crate::compare::comparison::{Criterion, MethodFinding, StageCheck, VisibilityStatistics};
+use crate::diff::difference::Difference;
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::settings::{ItemBufferProjection, Iteration, Settings, Visibility};
+use common::shooting::{Shot, SolveRun};
+use glam::Vec3;
+
+/// Unit roundoff of f32.
+const UNIT_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
+/// Roundings of one reflection: a shot's flux, link and deposit, with the weaker divisions and roots that WGSL
+/// allows.
+const ROUNDINGS_PER_REFLECTION: f64 = 64.0;
+/// Factor λ of the error λ√n·u of a sum of n terms, which holds for all but one sum in 10⁷ (Higham & Mary 2019:
+/// probability 2·exp(−λ²/2)).
+const SUM_ROUNDING_FACTOR: f64 = 6.0;
+/// Largest side of an item buffer that the program accepts, pixels.
+const MAX_ITEM_BUFFER_PIXELS: u32 = 8192;
+
+/// Measurements that the criteria evaluate.
+pub struct ComparisonEvidence<'a> {
+    /// Solved patches and texels.
+    pub mesh: &'a Mesh,
+    /// Settings of the GPU.
+    pub settings: &'a Settings,
+    /// Shader stages against their twins, and links against links.
+    pub stages: &'a [StageCheck],
+    /// Visibility by item buffer against rays.
+    pub pairs: &'a VisibilityStatistics,
+    /// Differences between GPU and CPU: in lockstep, and of the free runs.
+    pub differences: [&'a Difference; 2],
+    /// Bounds of these differences by silhouettes and unshot light.
+    pub possible_differences: [Difference; 2],
+    /// Differences between GPU and the twin on the GPU's links: in lockstep, and of the free run.
+    pub twin_differences: [Difference; 2],
+    /// Largest (strongest − chosen) / strongest power of the GPU's shots; none for passes.
+    pub shortfall: Option<f64>,
+    /// Free runs: CPU, GPU.
+    pub runs: [&'a SolveRun; 2],
+    /// Energy balances of the free runs.
+    pub energy: [&'a EnergyBalance; 2],
+}
+
+/// Evaluates all criteria.
+pub fn agreement_criteria(e: &ComparisonEvidence) -> Vec<Criterion> {
+    let mut criteria = stage_criteria(e.stages);
+    criteria.extend(visibility_criteria(e.pairs));
+    criteria.extend(radiosity_criteria(e));
+    criteria.extend(run_criteria(e));
+    criteria
+}
+
+/// Returns the criteria of shader stages.
+pub fn stage_criteria(stages: &[StageCheck]) -> Vec<Criterion> {
+    let of_stage = |stage: &StageCheck| Criterion {
+        name: format!("WGSL = twin: {}", stage.name),
+        value: stage.worst,
+        bound: stage.bound,
+        reason: stage.reason.clone(),
+        pass: stage.agree,
+    };
+    stages.iter().map(of_stage).collect()
+}
+
+fn pair_share(part: u64, pairs: &VisibilityStatistics) -> f64 {
+    if pairs.facing == 0 {
+        0.0
+    } else {
+        part as f64 / pairs.facing as f64
+    }
+}
+
+fn visibility_criteria(pairs: &VisibilityStatistics) -> Vec<Criterion> {
+    vec![
+        Criterion::at_most(
+            "visibility: unexplained",
+            pairs.unexplained as f64,
+            0.0,
+            "a mismatch away from every silhouette is a bug",
+        ),
+        Criterion::at_most(
+            "visibility: mismatched share",
+            pair_share(pairs.mismatched, pairs),
+            pair_share(pairs.explainable, pairs),
+            "share of this scene's pairs within two pixels of a silhouette",
+        ),
+        Criterion::at_most(
+            "visibility: weighted share",
+            pairs.weighted_mismatch,
+            pairs.weighted_explainable,
+            "the same, by form factor × area",
+        ),
+    ]
+}
+
+/// Returns the largest relative difference by rounding between two solves on the same links: light reflected g
+/// times accumulates the roundings of g reflections, and every texel adds n terms.
+fn rounding_bound(e: &ComparisonEvidence, shots: usize) -> f64 {
+    let patches = e.mesh.patches.len().max(1);
+    let generations = shots.div_ceil(patches) as f64 + 1.0;
+    let each = ROUNDINGS_PER_REFLECTION + 2.0 * form_factor_roundings(e.settings.transport.form_factor);
+    UNIT_ROUNDOFF * (each * generations + SUM_ROUNDING_FACTOR * (shots.max(patches) as f64).sqrt())
+}
+
+fn radiosity_criteria(e: &ComparisonEvidence) -> Vec<Criterion> {
+    let mut criteria = Vec::new();
+    let names = ["lockstep", "free"];
+    let shots = e.runs.map(|run| run.shots.len());
+    let reasons = [
+        "bound of all pairs near silhouettes together, and rounding",
+        "the same, and the unshot light of each run",
+    ];
+    for k in 0..2 {
+        let rounding = rounding_bound(e, shots[k]);
+        let name = names[k];
+        criteria.push(Criterion::at_most(
+            &format!("{name}: relative RMS"),
+            e.differences[k].relative_rms,
+            e.possible_differences[k].relative_rms + rounding,
+            reasons[k],
+        ));
+        criteria.push(Criterion::at_most(
+            &format!("{name}: |bias|"),
+            e.differences[k].bias.abs(),
+            e.possible_differences[k].bias + rounding,
+            "the same",
+        ));
+        criteria.push(Criterion::at_most(
+            &format!("{name}: GPU = twin on its links"),
+            e.twin_differences[k].relative_rms,
+            rounding,
+            "roundings of each reflection, and of a sum over the shots",
+        ));
+    }
+    criteria
+}
+
+fn run_criteria(e: &ComparisonEvidence) -> Vec<Criterion> {
+    let mut criteria = Vec::new();
+    if let Some(shortfall) = e.shortfall {
+        criteria.push(Criterion::at_most(
+            "free: strongest patches shoot",
+            shortfall,
+            2.0 * rounding_bound(e, e.runs[1].shots.len()),
+            "powers within rounding of each other may swap ranks",
+        ));
+    }
+    for (name, run, energy) in [("CPU", e.runs[0], e.energy[0]), ("GPU", e.runs[1], e.energy[1])] {
+        criteria.push(Criterion::at_most(
+            &format!("energy imbalance, {name}"),
+            energy.imbalance,
+            imbalance_bound(e.mesh, run, energy, pass_factor(e.settings, run)),
+            "roundings of each shot, and of the power that texels hold",
+        ));
+        criteria.push(Criterion::at_most(
+            &format!("unshot power as logged, {name}"),
+            unlogged_power(e.mesh, run),
+            rounding_bound(e, run.shots.len()),
+            "Σ|r|A of the texels against the log, as a share of the emitted power",
+        ));
+        let met = run.unshot_fraction() <= e.settings.schedule.epsilon * (1.0 + 4.0 * UNIT_ROUNDOFF);
+        criteria.push(Criterion::at_most(
+            &format!("stopped at ε, {name}"),
+            f64::from(u8::from(met != run.converged)),
+            0.0,
+            "a run has converged if and only if its unshot power is at most ε",
+        ));
+    }
+    criteria
+}
+
+/// Returns |Σ|r|A − the logged unshot power| over the emitted power (0/0 = 0).
+fn unlogged_power(mesh: &Mesh, run: &SolveRun) -> f64 {
+    let of = |(texel, r): (&common::mesh::Texel, &glam::Vec4)| {
+        f64::from(r.truncate().abs().element_sum()) * f64::from(texel.area)
+    };
+    let unshot: f64 = mesh.texels.iter().zip(&run.field.residual).map(of).sum();
+    let logged = run.shots.last().map_or(run.emitted, |shot| shot.unshot);
+    let difference = (unshot - f64::from(logged)).abs();
+    if difference == 0.0 {
+        0.0
+    } else {
+        difference / f64::from(run.emitted)
+    }
+}
+
+/// Returns the largest energy imbalance by f32 rounding, as a share of the emitted power (0/0 = 0).
+///
+/// A shot's flux is a sum over texels, ΣF one over texels and patches, followed by two products and two quotients:
+/// `ROUNDINGS_PER_REFLECTION` roundings of the shot power (times ΣF if that exceeds 1). The absorbed and unshot power of a texel
+/// is a sum of one term per shot. `pass_factor` multiplies the shot power for solves by passes.
+pub fn imbalance_bound(mesh: &Mesh, run: &SolveRun, energy: &EnergyBalance, pass_factor: f64) -> f64 {
+    let sum = |part: [f64; 3]| part.iter().sum::<f64>();
+    let power = |s: &Shot| {
+        let power = f64::from(Vec3::from(s.power).abs().element_sum());
+        power * f64::from(s.form_factor_sum.max(1.0))
+    };
+    let shot: f64 = run.shots.iter().map(power).sum::<f64>() * mesh.area_unit();
+    let terms = run.shots.len().max(mesh.patches.len()) as f64;
+    let held = sum(energy.absorbed) + sum(energy.unshot);
+    let emitted = sum(energy.emitted);
+    if emitted > 0.0 {
+        UNIT_ROUNDOFF * (ROUNDINGS_PER_REFLECTION + SUM_ROUNDING_FACTOR * terms.sqrt()) * (shot * pass_factor + held)
+            / emitted
+    } else {
+        0.0
+    }
+}
+
+/// Returns the factor of the rounding of a solve by passes, each of which adds over all patches again.
+fn pass_factor(settings: &Settings, run: &SolveRun) -> f64 {
+    if settings.schedule.iteration == Iteration::Southwell {
+        1.0
+    } else {
+        f64::from(run.passes).sqrt()
+    }
+}
+
+/// Returns the errors of the item buffer, with the option that reduces them.
+pub fn item_buffer_findings(e: &ComparisonEvidence) -> Vec<MethodFinding> {
+    let Visibility::ItemBuffer(drawing) = e.settings.transport.visibility else {
+        return Vec::new();
+    };
+    if e.pairs.mismatched == 0 {
+        return Vec::new();
+    }
+    let (pairs, pixels) = (e.pairs, drawing.size);
+    let printed = drawing.projection == ItemBufferProjection::Paper;
+    let error = e.differences[0].relative_rms;
+    let cause = if printed {
+        "Table 3 as printed clips and bends faces, and"
+    } else {
+        "Beside silhouettes"
+    };
+    let finer = match pixels * 2 {
+        n if n <= MAX_ITEM_BUFFER_PIXELS && !printed => {
+            format!(", and --item-buffer {n} has about half of it")
+        }
+        _ => String::new(),
+    };
+    vec![MethodFinding {
+        name: "item buffer: error in radiosity".into(),
+        value: error,
+        message: format!(
+            "{cause} {pixels}×{pixels} pixels differ from rays on {} of {} pairs of points: {:.2} % of the reflected radiosity (RMS). This is no fault of the code; --visibility rays avoids it{finer}",
+            pairs.mismatched,
+            pairs.facing,
+            100.0 * error,
+        ),
+    }]
+}

@@ -1,0 +1,110 @@
+//! Compares the pixels of the GPU's item buffer with those of the CPU twin.
+
+use super::statistics::ErrorTally;
+use common::constants::{DEPTH_SCALE, OUTLINE_MARGIN};
+use common::intersect::intersect_face;
+use common::mesh::Mesh;
+use common::settings::Raster;
+use cpu::shader_twins::item_buffer::ItemBuffer;
+use cpu::shader_twins::projection::{is_covered, pixel_centre, unproject_point};
+use cpu::shader_twins::view::ShooterView;
+use glam::Vec2;
+use rayon::prelude::*;
+
+/// Largest number of boundary pixels that are checked in a view.
+const MAX_PIXELS_PER_VIEW: usize = 64;
+/// Roundings by which an adapter's arithmetic may move a ray or a depth: three dot products, a quotient and a
+/// root, each up to 5 ulp in WGSL.
+const MAX_RAY_ROUNDINGS: f32 = 32.0;
+
+/// Largest share of boundary pixels that may differ in a tessellated item buffer. Rasterisers may snap vertices to
+/// 1/256 pixel, and the rounding of a vertex is smaller: 2 of 256 pixel centres on a boundary lie that close to an
+/// edge. Doubled, because a boundary pixel has edges on two sides.
+pub const PIXEL_SHARE: f64 = 4.0 / 256.0;
+
+/// Checks all pixels of a view. A pixel raster counts 1 for each different pixel that rounding does not decide;
+/// a tessellated one gives the number of different pixels over the number of boundary pixels.
+pub fn check_all_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) -> ErrorTally {
+    let twin = ItemBuffer::draw_faces(mesh, view, mesh.room_faces);
+    if buffer.ids.len() != twin.ids.len() {
+        return [f64::NAN].into_iter().collect();
+    }
+    let differing: Vec<usize> = (0..twin.ids.len()).filter(|k| twin.ids[*k] != buffer.ids[*k]).collect();
+    let mut tally = ErrorTally::default();
+    match view.projection.raster_method() {
+        Raster::Tessellated => {
+            let boundary = boundary_pixels(&twin).count().max(1);
+            tally.add(differing.len() as f64 / boundary as f64);
+        }
+        Raster::Pixel => {
+            tally.add_equal((twin.ids.len() - differing.len()) as u64);
+            for k in differing {
+                tally.add_equality(decided_by_rounding(mesh, view, k as u32, buffer.ids[k]));
+            }
+        }
+    }
+    tally
+}
+
+/// Checks some boundary pixels of a view, where errors are most likely; pixel rasters only.
+pub fn check_boundary_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) -> ErrorTally {
+    if view.projection.raster_method() == Raster::Tessellated {
+        return ErrorTally::default();
+    }
+    let all: Vec<usize> = boundary_pixels(buffer).collect();
+    let step = all.len().div_ceil(MAX_PIXELS_PER_VIEW).max(1);
+    let checked: Vec<usize> = all.into_iter().step_by(step).collect();
+    let of = |k: &usize| {
+        let id = buffer.ids[*k];
+        let wrong = !decided_by_rounding(mesh, view, *k as u32, id);
+        f64::from(u8::from(wrong))
+    };
+    checked.par_iter().map(of).collect::<Vec<_>>().into_iter().collect()
+}
+
+/// Iterates over the pixels whose right or lower neighbour has another ID.
+pub fn boundary_pixels(buffer: &ItemBuffer) -> impl Iterator<Item = usize> {
+    let n = buffer.size as usize;
+    let ids = &buffer.ids;
+    (0..ids.len())
+        .filter(move |k| (k % n + 1 < n && ids[*k] != ids[k + 1]) || (k + n < ids.len() && ids[*k] != ids[k + n]))
+}
+
+/// True if a ray through pixel `k`, moved within rounding, meets `id`.
+fn decided_by_rounding(mesh: &Mesh, view: &ShooterView, k: u32, id: u32) -> bool {
+    let d = MAX_RAY_ROUNDINGS * f32::EPSILON;
+    let moves = [Vec2::ZERO, Vec2::X, -Vec2::X, Vec2::Y, -Vec2::Y];
+    moves.into_iter().any(|step| twin_shows(mesh, view, k, step * d, id))
+}
+
+/// True if the ray through pixel `k`, moved by `step` on the square −1…1, may meet `id`.
+fn twin_shows(mesh: &Mesh, view: &ShooterView, k: u32, step: Vec2, id: u32) -> bool {
+    let p = pixel_centre(k % view.size, k / view.size, view.size) + step;
+    if !is_covered(view.projection, p, view.size) {
+        return id == 0;
+    }
+    let direction = view.frame.to_world(unproject_point(view.projection, p));
+    let slack = MAX_RAY_ROUNDINGS * f32::EPSILON;
+    let (mut nearest, mut own_depth) = (f32::INFINITY, None);
+    for (face, number) in mesh.faces.iter().zip(1..) {
+        if cpu::shader_twins::image_bound::is_hidden_face(view, face) {
+            continue;
+        }
+        let hit = intersect_face(face, view.frame.centre, direction);
+        // Within rounding of the outline the face may be there or not.
+        if hit.t <= 0.0 || hit.inside < -OUTLINE_MARGIN - slack {
+            continue;
+        }
+        let depth = hit.t * DEPTH_SCALE;
+        if number == id {
+            own_depth = Some(depth);
+        }
+        if hit.inside >= -OUTLINE_MARGIN + slack {
+            nearest = nearest.min(depth);
+        }
+    }
+    match own_depth {
+        Some(depth) => depth <= nearest * (1.0 + slack),
+        None => id == 0 && nearest == f32::INFINITY,
+    }
+}

@@ -1,0 +1,313 @@
+//! Compares CPU and GPU on one scene: measures every difference and evaluates criteria of agreement.
+//!
+//! There are three comparisons, because a direct comparison of rays with an item buffer would mix bugs with
+//! discretisation errors:
+//! WGSL ↔ scalar twin on the same input ([`stages`]); item buffer ↔ rays, pair by pair
+//! ([`visibility`]); the whole GPU ↔ the twin on the GPU's own links ([`replay`]). Only a fault
+//! in the code can break one of these. The finite resolution of pixels is an error of the method: it is reported,
+//! and its bound follows from the scene's silhouettes ([`visibility_bound`]).
+
+pub mod comparison;
+pub mod criteria;
+pub mod hierarchical;
+mod item_buffer;
+pub mod link_diff;
+pub mod presets;
+pub mod replay;
+pub mod stages;
+pub mod statistics;
+pub mod truth;
+pub mod visibility;
+pub mod visibility_bound;
+
+use crate::compare::comparison::{Comparison, Criterion, ItemBufferPicture, MethodFinding, Preset, StageCheck};
+use crate::diff::difference::Difference;
+use crate::diff::difference::{NOT_COMPARABLE, compare_fields};
+use crate::solve::progress::ProgressMonitor;
+use common::constants::MAX_LINK_BYTES;
+use common::cover::sampled_mesh;
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::passes;
+use common::passes::{Engine, Exchange};
+use common::scene::Scene;
+use common::settings::{ItemBufferSettings, Iteration, Settings, Visibility};
+use common::shooting::{Shoot, SolveRun, replay_log};
+use common::{Error, Result};
+use cpu::CpuSolver;
+use cpu::shader_twins::item_buffer::ItemBuffer;
+use cpu::shader_twins::view::ShooterView;
+use glam::Vec3;
+use gpu::{Gpu, GpuSolver, ShaderFault};
+use replay::{LinkRows, LinkedReplay};
+use std::ops::ControlFlow;
+use std::time::Instant;
+use visibility::VisibilityCheck;
+use visibility_bound::{VisibilityBound, shot_radiosity};
+
+/// Inputs of a comparison beside the scene.
+pub struct ComparisonRequest<'a> {
+    /// Settings; `visibility` is the GPU's, the CPU uses rays.
+    pub settings: Settings,
+    /// GPU device.
+    pub gpu: &'a Gpu,
+    /// Faults planted in the shaders, to test that the comparison detects them.
+    pub faults: &'a [ShaderFault],
+}
+
+/// Solves `scene` by progressive shooting on both sides and evaluates all differences, without a truth.
+///
+/// Errors: the scene is invalid or too large, a solver fails, or `watch` interrupts.
+pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &ProgressMonitor) -> Result<Comparison> {
+    let requested = &request.settings;
+    let mesh = sampled_mesh(scene, &requested.meshing)?;
+    check_memory(scene, &mesh)?;
+    let mut cpu_solver = CpuSolver::new(&mesh, &requested.with_visibility(Visibility::Rays).transport);
+    let mut gpu_solver = GpuSolver::with_faults(request.gpu, &mesh, &requested.transport, request.faults)?;
+    let mut gpu_settings = *requested;
+    if !(cpu_solver.has_room() && gpu_solver.has_room()) {
+        // A solve without memory for passes falls back to Southwell too.
+        gpu_settings.schedule.iteration = Iteration::Southwell;
+    }
+    let settings = gpu_settings.with_visibility(Visibility::Rays);
+    let new_gpu_solver = || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings.transport, request.faults);
+    let (cpu, cpu_seconds) = solve_timed(&mut cpu_solver, &mesh, &settings, ("CPU", watch))?;
+    let (gpu, gpu_seconds) = solve_timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", watch))?;
+    watch.begin_phase("lockstep")?;
+    let single = gpu_settings.schedule.iteration == Iteration::Southwell;
+    let lockstep = if single {
+        replay_log(&mut new_gpu_solver()?, &cpu.shooter_log())?
+    } else {
+        replay_passes(&mut gpu_solver, &mesh, &cpu)?
+    };
+    watch.begin_phase("WGSL against twin")?;
+    let mut stages = stages::check_stages(
+        &mesh,
+        &gpu_settings.transport,
+        cpu_solver.rays(),
+        &mut new_gpu_solver()?,
+    )?;
+    let item_buffer = item_buffer_picture(&mesh, &gpu_settings, &cpu, &mut gpu_solver)?;
+    let (mut done, all) = (0, mesh.patches.len() as u64);
+    let mut visibility_check = visibility::check_visibility(
+        &mesh,
+        &gpu_settings.transport,
+        &mut cpu_solver,
+        &mut gpu_solver,
+        &mut || {
+            done += 1;
+            watch.report_count("visibility of all pairs", done, all)
+        },
+    )?;
+    stages.append(&mut visibility_check.stages);
+    watch.begin_phase("verdict")?;
+    let energy = [&cpu, &gpu].map(|run| EnergyBalance::new(&mesh, &run.field, &run.shots));
+    let differences = [&lockstep, &gpu].map(|run| compare_fields(&mesh, &run.field, &cpu.field));
+    let solved = SolvedPair {
+        mesh: &mesh,
+        settings: &gpu_settings,
+        runs: [&cpu, &gpu],
+        lockstep: &lockstep,
+        energy: [&energy[0], &energy[1]],
+        differences: [&differences[0], &differences[1]],
+    };
+    let (criteria, findings) = solved.evaluate_criteria(&stages, &mut visibility_check)?;
+    let [cpu_energy, gpu_energy] = energy;
+    Ok(Comparison {
+        scene: scene.clone(),
+        preset: Preset::Requested,
+        error_target: None,
+        settings,
+        gpu_settings,
+        adapter: request.gpu.line.name.clone(),
+        cpu_energy,
+        gpu_energy,
+        seconds: [cpu_seconds, gpu_seconds],
+        stages,
+        pairs: visibility_check.statistics,
+        lockstep_difference: differences[0],
+        free_difference: differences[1],
+        estimates: [None, None],
+        error_map: None,
+        truth_error: [None, None],
+        truth: None,
+        item_buffer: Some(item_buffer),
+        criteria,
+        findings,
+        notes: Vec::new(),
+        mesh,
+        cpu,
+        gpu,
+        lockstep,
+    })
+}
+
+/// Solutions of both sides with their balances and differences.
+struct SolvedPair<'a> {
+    mesh: &'a Mesh,
+    settings: &'a Settings,
+    runs: [&'a SolveRun; 2],
+    lockstep: &'a SolveRun,
+    energy: [&'a EnergyBalance; 2],
+    differences: [&'a Difference; 2],
+}
+
+impl SolvedPair<'_> {
+    fn evaluate_criteria(
+        &self,
+        stages: &[StageCheck],
+        visibility_check: &mut VisibilityCheck,
+    ) -> Result<(Vec<Criterion>, Vec<MethodFinding>)> {
+        let (mesh, settings) = (self.mesh, self.settings);
+        let (twin, shortfall) = replay_on_links(mesh, settings, &visibility_check.gpu, self.runs, self.lockstep)?;
+        let rows = std::mem::take(&mut visibility_check.link_bounds);
+        let bound = VisibilityBound::new(mesh, &visibility_check.cpu, rows, settings.transport.conserve);
+        let evidence = criteria::ComparisonEvidence {
+            mesh,
+            settings,
+            stages,
+            pairs: &visibility_check.statistics,
+            differences: self.differences,
+            possible_differences: possible_differences(self, &bound),
+            twin_differences: twin,
+            shortfall,
+            runs: self.runs,
+            energy: self.energy,
+        };
+        Ok((
+            criteria::agreement_criteria(&evidence),
+            criteria::item_buffer_findings(&evidence),
+        ))
+    }
+}
+
+/// Checks that the links of all patches fit in memory, the CPU's beside the GPU's.
+///
+/// Errors: they do not.
+fn check_memory(scene: &Scene, mesh: &Mesh) -> Result<()> {
+    let bytes = 4 * mesh.patches.len() as u64 * mesh.texels.len() as u64;
+    if bytes > MAX_LINK_BYTES {
+        return Err(Error::Usage(format!(
+            "{}: comparing needs all {} × {} links at once, {} MiB of at most {}: lower --texels or --patches",
+            scene.name,
+            mesh.patches.len(),
+            mesh.texels.len(),
+            bytes >> 20,
+            MAX_LINK_BYTES >> 20,
+        )));
+    }
+    Ok(())
+}
+
+fn solve_timed(
+    engine: &mut dyn Engine,
+    mesh: &Mesh,
+    settings: &Settings,
+    (phase, watch): (&str, &ProgressMonitor),
+) -> Result<(SolveRun, f64)> {
+    let start = Instant::now();
+    let run = passes::solve_by_schedule(engine, mesh, &settings.schedule, &mut |done| {
+        watch.report_share(phase, done)
+    })?;
+    Ok((run, start.elapsed().as_secs_f64()))
+}
+
+/// Gathers the CPU's total shots of all patches at once on the GPU, which has the links.
+fn replay_passes(solver: &mut GpuSolver, mesh: &Mesh, cpu: &SolveRun) -> Result<SolveRun> {
+    let patches: Vec<u32> = (0..mesh.patches.len() as u32).collect();
+    let closures = solver.make_links(&patches, &mut |_| ControlFlow::Continue(()))?;
+    let conserves = solver.conserves_energy();
+    let scale = |(x, k): (Vec3, usize)| x * closures[k].link_scale(conserves);
+    let shot: Vec<Vec3> = all_shot_radiosity(mesh, cpu).into_iter().zip(0..).map(scale).collect();
+    solver.gather_field(&shot, &unshot_radiosity(mesh, cpu))?;
+    Ok(SolveRun {
+        field: solver.read_field()?,
+        ..cpu.clone()
+    })
+}
+
+fn all_shot_radiosity(mesh: &Mesh, run: &SolveRun) -> Vec<Vec3> {
+    shot_radiosity(mesh, run).into_iter().map(|x| x.as_vec3()).collect()
+}
+
+/// Returns the unshot radiosity of each patch; after passes it is constant over the patch.
+fn unshot_radiosity(mesh: &Mesh, run: &SolveRun) -> Vec<Vec3> {
+    let of = |patch: &common::mesh::Patch| run.field.residual[patch.first as usize].truncate();
+    mesh.patches.iter().map(of).collect()
+}
+
+/// Compares the GPU with the twin on the GPU's links, by the CPU's shots and by the GPU's. Also returns the power
+/// shortfall of the GPU's shots.
+fn replay_on_links(
+    mesh: &Mesh,
+    settings: &Settings,
+    links: &LinkRows,
+    [cpu, gpu]: [&SolveRun; 2],
+    lockstep: &SolveRun,
+) -> Result<([Difference; 2], Option<f64>)> {
+    let patches = mesh.patches.len();
+    if gpu.shots.iter().any(|shot| shot.patch as usize >= patches) {
+        // A log with an invalid patch is not comparable.
+        return Ok(([NOT_COMPARABLE; 2], Some(f64::NAN)));
+    }
+    let single = settings.schedule.iteration == Iteration::Southwell;
+    let mut shortfall = None;
+    let mut both = Vec::new();
+    for (shots_of, run) in [(cpu, lockstep), (gpu, gpu)] {
+        let mut twin = LinkedReplay::new(mesh, links, settings.transport.conserve);
+        if single {
+            for patch in shots_of.shooter_log() {
+                twin.shoot(patch)?;
+            }
+            shortfall = Some(twin.power_shortfall());
+        } else {
+            twin.gather_all(&all_shot_radiosity(mesh, shots_of), &unshot_radiosity(mesh, shots_of));
+        }
+        both.push(compare_fields(mesh, &run.field, &twin.into_field()));
+    }
+    Ok(([both[0], both[1]], shortfall))
+}
+
+/// Returns the bounds of the differences: by silhouettes in lockstep, and by silhouettes and unshot light for free
+/// runs.
+fn possible_differences(solved: &SolvedPair, bound: &VisibilityBound) -> [Difference; 2] {
+    let (mesh, [cpu, gpu]) = (solved.mesh, solved.runs);
+    let fixed = solved.settings.schedule.iteration != Iteration::Southwell;
+    let lockstep = [bound.bound_of_links(cpu, fixed)];
+    let free = [
+        bound.bound_of_links(cpu, false),
+        bound.bound_of_unshot(&cpu.field),
+        bound.bound_of_unshot(&gpu.field),
+    ];
+    [
+        visibility_bound::bound_difference(mesh, &lockstep, &cpu.field),
+        visibility_bound::bound_difference(mesh, &free, &cpu.field),
+    ]
+}
+
+/// Returns the item buffer of the first shooter. For rays, the twin draws one for the report.
+fn item_buffer_picture(
+    mesh: &Mesh,
+    settings: &Settings,
+    cpu: &SolveRun,
+    solver: &mut GpuSolver,
+) -> Result<ItemBufferPicture> {
+    let patch = cpu.shots.first().map_or(0, |shot| shot.patch);
+    let mut ids = Vec::new();
+    let size = match settings.transport.visibility {
+        Visibility::Rays => {
+            let view = ShooterView::new(mesh, patch, 0, &ItemBufferSettings::DEFAULT);
+            ids = ItemBuffer::draw_faces(mesh, &view, mesh.room_faces).ids;
+            ItemBufferSettings::DEFAULT.size
+        }
+        Visibility::ItemBuffer(drawing) => {
+            solver.probe_links(patch, &mut |sample| {
+                if ids.is_empty() {
+                    ids = sample.ids;
+                }
+            })?;
+            drawing.size
+        }
+    };
+    Ok(ItemBufferPicture { patch, size, ids })
+}

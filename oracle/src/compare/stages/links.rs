@@ -1,0 +1,296 @@
+//! Checks the stages that make a patch's links: aim, item buffer, form factor, lookup or rays, link, escape,
+//! received, closure.
+
+use super::{DISC_ROUNDINGS, StageInputs, Tallies};
+use crate::compare::item_buffer;
+use crate::compare::statistics::{ErrorTally, ulp_distance};
+use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
+use common::form_factor::FormFactor;
+use common::mesh::{Mesh, Patch};
+use common::passes::PatchClosure;
+use common::rays::LineOfSight;
+use common::settings::Lookup;
+use common::{Error, Result};
+use cpu::shader_twins::closure::sum_form_factors;
+use cpu::shader_twins::escape::escaped_share;
+use cpu::shader_twins::frame::Frame;
+use cpu::shader_twins::item_buffer::ItemBuffer;
+use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
+use cpu::shader_twins::lookup::is_visible;
+use cpu::shader_twins::patch_transfer::patch_transfer;
+use cpu::shader_twins::view::{self, ShooterView};
+use glam::{Vec3, Vec4};
+use gpu::GpuSolver;
+use gpu::probe::{ProbedRow, ProbedSample, SampleView};
+use rayon::prelude::*;
+use std::cell::Cell as Slot;
+use std::f32::consts::PI;
+
+/// Largest number of roundings by which an adapter's arithmetic may move the end of a ray or its projection.
+const MAX_END_ROUNDINGS: f32 = 32.0;
+
+/// Largest relative difference of two weights of the same points; weights of other points differ more.
+const MAX_WEIGHT_DIFFERENCE: f32 = 0.01;
+
+/// Makes the links of `patch` on the GPU and checks each stage on the output of the one before it.
+///
+/// Errors: the device fails.
+pub fn check_links(
+    inputs: &StageInputs,
+    patch: u32,
+    solver: &mut GpuSolver,
+    tallies: &mut Tallies,
+) -> Result<ProbedRow> {
+    let mesh = inputs.mesh;
+    let mut texels: Vec<TexelSums> = vec![TexelSums::default(); mesh.texels.len()];
+    let mut complete = true;
+    let mut s = 0;
+    let row = solver.probe_links(patch, &mut |probed| {
+        complete &= probed.sums.len() == texels.len();
+        if complete {
+            inputs.check_sample(patch, s, &probed, &mut texels, tallies);
+        }
+        s += 1;
+    })?;
+    if !complete || row.links.len() != texels.len() || row.transfers.len() != mesh.patches.len() {
+        return Err(Error::Device("the GPU's links are incomplete".into()));
+    }
+    let open = mesh.patches[patch as usize].open_share;
+    for (texel, w) in texels.iter().zip(&row.links) {
+        tallies.link.add(texel.link_error(open, *w));
+    }
+    inputs.check_sums(patch, &row, tallies);
+    Ok(row)
+}
+
+/// Sums of a texel over the samples: the GPU's, the twin's on the GPU's F and visibility, and the size of the
+/// twin's terms, to which rounding is relative.
+#[derive(Clone, Copy, Default)]
+struct TexelSums {
+    gpu: Vec4,
+    twin: Sums,
+    size: f32,
+}
+
+impl TexelSums {
+    /// Returns the error of the link `w`, in ulp.
+    fn link_error(&self, open: f32, w: f32) -> f64 {
+        let twin = self.twin.link_weight(open);
+        let spread = self.twin.form_factor * (self.size / (self.twin.all * open));
+        let size = if spread.is_finite() { spread } else { twin };
+        ulp_distance(w, twin, size)
+    }
+}
+
+/// An item buffer that the GPU drew, with its view and lookup.
+struct DrawnView {
+    view: ShooterView,
+    buffer: ItemBuffer,
+    lookup: Lookup,
+}
+
+impl StageInputs<'_> {
+    fn check_sample(&self, patch: u32, s: u32, probed: &ProbedSample, texels: &mut [TexelSums], tallies: &mut Tallies) {
+        tallies
+            .aim
+            .merge(aim_errors(&probed.aim, view::view_sample(self.mesh, patch, s)));
+        let drawn = self.transport.visibility.item_buffer().map(|drawing| DrawnView {
+            view: with_gpu_frame(ShooterView::new(self.mesh, patch, s, &drawing), &probed.aim),
+            buffer: ItemBuffer {
+                size: drawing.size,
+                ids: probed.ids.clone(),
+            },
+            lookup: drawing.lookup,
+        });
+        if let Some(DrawnView { view, buffer, .. }) = &drawn {
+            // Whole buffers are slow to check: only those of the first and the last sample.
+            let whole = s == 0 || s + 1 == self.mesh.samples;
+            let check = if whole {
+                item_buffer::check_all_pixels
+            } else {
+                item_buffer::check_boundary_pixels
+            };
+            tallies.item_buffer.merge(check(self.mesh, view, buffer));
+        }
+        let errors: Vec<[ErrorTally; 3]> = texels
+            .par_iter_mut()
+            .enumerate()
+            .map(|(k, texel)| self.check_texel((patch, s, k as u32), drawn.as_ref(), probed.sums[k], texel))
+            .collect();
+        for [form_factor, sight, link] in errors {
+            tallies.form_factor.merge(form_factor);
+            tallies.sight.merge(sight);
+            tallies.link.merge(link);
+        }
+    }
+
+    /// Checks form factor, visibility and sums of one texel after one sample.
+    fn check_texel(
+        &self,
+        (patch, s, k): (u32, u32, u32),
+        drawn: Option<&DrawnView>,
+        gpu_sums: Vec4,
+        texel: &mut TexelSums,
+    ) -> [ErrorTally; 3] {
+        let mesh = self.mesh;
+        let mut tallies = [ErrorTally::default(); 3];
+        if s == 0 {
+            let twin = texel_form_factor(mesh, self.transport.form_factor, patch, k);
+            let size = cosine_free_factor(
+                self.transport.form_factor,
+                &mesh.patches[patch as usize],
+                mesh.texels[k as usize].position,
+            );
+            tallies[0].add(ulp_distance(
+                gpu_sums.x,
+                twin,
+                if twin > 0.0 || gpu_sums.x > 0.0 { size } else { 0.0 },
+            ));
+            texel.twin.form_factor = gpu_sums.x;
+        }
+        let face = mesh.texels[k as usize].face;
+        let gpu_sees = gpu_sums.y > texel.gpu.y;
+        let points = Slot::new(None);
+        let all = texel.twin.all;
+        add_sample(mesh, patch, k, s, &mut texel.twin, |q, p| {
+            points.set(Some((q, p)));
+            if gpu_sees {
+                LineOfSight::Clear
+            } else {
+                LineOfSight::Blocked
+            }
+        });
+        let g = texel.twin.all - all;
+        if let Some((q, p)) = points.get() {
+            let part = mesh.patches[patch as usize].shooter.area / mesh.samples as f32;
+            texel.size += part / (PI * q.distance_squared(p) + part) + g;
+            let size = texel.size;
+            let weight_error = ulp_distance(gpu_sums.z, texel.twin.all, size);
+            tallies[2].add(weight_error);
+            tallies[2].add(ulp_distance(gpu_sums.y, texel.twin.seen, size));
+            // Visibility is checked only if both used the same points and the weight changes the sums.
+            let rounding = DISC_ROUNDINGS + f64::from(mesh.samples);
+            let same_points =
+                weight_error <= rounding && (gpu_sums.z - texel.gpu.z - g).abs() <= MAX_WEIGHT_DIFFERENCE * g;
+            if same_points && texel.gpu.y + g > texel.gpu.y {
+                let visible = |q, p| self.is_visible(patch, (q, p), drawn, face);
+                tallies[1].add_equality(visible(q, p) == gpu_sees || decided_by_rounding(&visible, q, p));
+            }
+        } else {
+            tallies[2].add(ulp_distance(gpu_sums.z, texel.twin.all, texel.size));
+            tallies[2].add(ulp_distance(gpu_sums.y, texel.twin.seen, texel.size));
+        }
+        texel.gpu = gpu_sums;
+        tallies
+    }
+
+    fn is_visible(&self, patch: u32, (q, p): (Vec3, Vec3), drawn: Option<&DrawnView>, face: u32) -> bool {
+        match drawn {
+            Some(DrawnView { view, buffer, lookup }) => is_visible(self.mesh, buffer, view, *lookup, p, face),
+            None => {
+                let from = self.mesh.patches[patch as usize].face;
+                self.rays.is_visible(q, p, [from, face])
+            }
+        }
+    }
+
+    /// Checks escape, received and closure, each on the GPU's input.
+    fn check_sums(&self, patch: u32, row: &ProbedRow, tallies: &mut Tallies) {
+        let mesh = self.mesh;
+        let directions = escape_directions();
+        let twin = escaped_share(mesh, self.rays, patch, &directions);
+        let difference = f64::from((twin - row.escaped).abs()) * ESCAPE_DIRECTION_COUNT as f64;
+        let edge = if difference > 0.0 {
+            undecided_directions(self, patch, &directions)
+        } else {
+            0.0
+        };
+        tallies.escape.add(if difference.is_nan() {
+            difference
+        } else {
+            (difference - edge).max(0.0)
+        });
+        for (c, taken) in mesh.patches.iter().zip(&row.transfers) {
+            let twin = patch_transfer(mesh, &row.links, c);
+            tallies.received.add(ulp_distance(*taken, twin, 0.0));
+        }
+        let sum = sum_form_factors(&row.transfers, mesh.patches[patch as usize].shooter.area);
+        tallies.closure.add(ulp_distance(row.sum, sum, 0.0));
+        let closure = PatchClosure {
+            form_factor_sum: row.sum,
+            escaped: row.escaped,
+        };
+        let scale = closure.link_scale(self.transport.conserve);
+        tallies.closure.add(ulp_distance(row.scale, scale, 0.0));
+    }
+}
+
+/// Returns the number of directions of which rounding decides whether they meet a front.
+fn undecided_directions(inputs: &StageInputs, patch: u32, directions: &[Vec3]) -> f64 {
+    let step = MAX_END_ROUNDINGS * f32::EPSILON;
+    let of = |move_by: Vec3| {
+        let moved: Vec<Vec3> = directions.iter().map(|d| *d + move_by * step).collect();
+        escaped_share(inputs.mesh, inputs.rays, patch, &moved)
+    };
+    let shares = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y].map(of);
+    let largest = shares.iter().fold(0.0f32, |a, b| a.max(*b));
+    let smallest = shares.iter().fold(1.0f32, |a, b| a.min(*b));
+    f64::from(largest - smallest) * ESCAPE_DIRECTION_COUNT as f64
+}
+
+/// True if moving an end of the ray within rounding changes its visibility.
+fn decided_by_rounding(visible: &impl Fn(Vec3, Vec3) -> bool, q: Vec3, p: Vec3) -> bool {
+    let step = MAX_END_ROUNDINGS * f32::EPSILON * p.distance(q).max(1e-3);
+    let unmoved = visible(q, p);
+    [Vec3::X, Vec3::Y, Vec3::Z]
+        .into_iter()
+        .flat_map(|axis| [axis * step, axis * -step])
+        .any(|by| visible(q, p + by) != unmoved || visible(q + by, p) != unmoved)
+}
+
+/// Returns the view with the GPU's frame, for the checks that follow.
+fn with_gpu_frame(view: ShooterView, aim: &SampleView) -> ShooterView {
+    let frame = Frame {
+        centre: aim.centre,
+        tangent: aim.tangent,
+        bitangent: aim.bitangent,
+        normal: aim.normal,
+    };
+    ShooterView {
+        frame,
+        sheet: aim.sheet,
+        ..view
+    }
+}
+
+fn aim_errors(aim: &SampleView, (frame, sheet): (Frame, u32)) -> ErrorTally {
+    let pairs = [
+        (aim.centre, frame.centre),
+        (aim.normal, frame.normal),
+        (aim.tangent, frame.tangent),
+        (aim.bitangent, frame.bitangent),
+    ];
+    let axes = pairs
+        .into_iter()
+        .flat_map(|(a, b)| (0..3).map(move |k| ulp_distance(a[k], b[k], 1.0)));
+    let sheet = f64::from(aim.sheet.abs_diff(sheet)) * 1e9;
+    axes.chain([sheet]).collect()
+}
+
+/// Returns F without its cosines, the scale of its rounding error (a rounding of a cosine is absolute). For a
+/// polygon: the angle that its outline spans over 2π, as for a circle of its radius.
+pub fn cosine_free_factor(kind: FormFactor, patch: &Patch, position: Vec3) -> f32 {
+    let (area, radius) = (patch.shooter.area, patch.shooter.radius);
+    let distance = position.distance(patch.shooter.centre);
+    match kind {
+        FormFactor::Polygon => (4.0 * radius / (distance - radius).max(1e-30)).min(1.0),
+        _ => area / (PI * distance * distance + area),
+    }
+}
+
+/// Returns the scale of the rounding error of F for each texel.
+pub fn factor_scales(mesh: &Mesh, kind: FormFactor, patch: u32) -> Vec<f32> {
+    let patch = &mesh.patches[patch as usize];
+    let of = |texel: &common::mesh::Texel| cosine_free_factor(kind, patch, texel.position);
+    mesh.texels.iter().map(of).collect()
+}

@@ -1,0 +1,243 @@
+//! Compares each WGSL stage with its Rust twin on the input that the GPU had at that stage, so that an error of
+//! one stage does not reach the next check. Only rounding may differ.
+//!
+//! On an adapter without fused multiply-add all differences are 0. Elsewhere the bound of a stage is k roundings of
+//! the terms that it adds, k counted from its operations.
+
+mod links;
+mod passes;
+mod shots;
+
+pub use links::factor_scales;
+
+use super::item_buffer::PIXEL_SHARE;
+use super::statistics::ErrorTally;
+use crate::compare::comparison::StageCheck;
+use common::Result;
+use common::constants::{PATCH_SUM_LANES, SELECT_LANES};
+use common::form_factor::FormFactor;
+use common::mesh::Mesh;
+use common::rays::Rays;
+use common::settings::{Raster, Transport, Visibility};
+use common::shooting::ShotOrder;
+use gpu::GpuSolver;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::ops::ControlFlow;
+
+/// Number of greedy shots that are checked, and of further shots by patches spread over the scene.
+const CHECKED_SHOTS: usize = 4;
+/// Roundings of a disc form factor and a deposit: 3 dot products of 5, division, square root,
+/// 8 products, each up to 3 ulp in WGSL's weaker divisions and roots.
+const DISC_ROUNDINGS: f64 = 32.0;
+/// The same for a polygon: 5 edges of a cross product, a root, an angle and a division.
+const POLYGON_ROUNDINGS: f64 = 128.0;
+
+/// Errors of each stage.
+#[derive(Default)]
+struct Tallies {
+    aim: ErrorTally,
+    item_buffer: ErrorTally,
+    form_factor: ErrorTally,
+    sight: ErrorTally,
+    link: ErrorTally,
+    escape: ErrorTally,
+    received: ErrorTally,
+    closure: ErrorTally,
+    select: ErrorTally,
+    unshot: ErrorTally,
+    deposit: ErrorTally,
+    power: ErrorTally,
+    exchange: ErrorTally,
+    collect: ErrorTally,
+}
+
+/// Checks all stages on a fresh `solver`.
+///
+/// Errors: the device fails.
+pub fn check_stages(
+    mesh: &Mesh,
+    transport: &Transport,
+    rays: &Rays,
+    solver: &mut GpuSolver,
+) -> Result<Vec<StageCheck>> {
+    let mut tallies = Tallies::default();
+    let mut rows = BTreeMap::new();
+    let inputs = StageInputs { mesh, transport, rays };
+    let spread = (0..CHECKED_SHOTS).map(|k| ((2 * k + 1) * mesh.patches.len() / (2 * CHECKED_SHOTS)) as u32);
+    let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
+    for order in greedy.chain(spread.map(Some)) {
+        let before = shots::ShotState::read_from(solver)?;
+        let Some(shot) = shots::shoot_next(solver, order)? else {
+            continue;
+        };
+        if order.is_none() {
+            shots::check_selection(&before, &shot, &mut tallies);
+        }
+        if shot.patch as usize >= mesh.patches.len() {
+            tallies.select.add_equality(false);
+            continue;
+        }
+        // The links of a patch are made at its first shot and kept.
+        if let Entry::Vacant(place) = rows.entry(shot.patch) {
+            place.insert(links::check_links(&inputs, shot.patch, solver, &mut tallies)?);
+        }
+        let after = shots::ShotState::read_from(solver)?;
+        inputs.check_shot(&before, &shot, &rows[&shot.patch], &after, &mut tallies);
+    }
+    if rows.is_empty() {
+        // Without emission, no patch shoots; its links are checked nevertheless.
+        for patch in 0..mesh.patches.len().min(CHECKED_SHOTS) as u32 {
+            rows.insert(patch, links::check_links(&inputs, patch, solver, &mut tallies)?);
+        }
+    }
+    let exchanged = passes::check_passes(&inputs, &rows, solver, &mut tallies)?;
+    Ok(tallies.stage_checks(mesh, transport, exchanged))
+}
+
+/// Inputs of all checks.
+struct StageInputs<'a> {
+    mesh: &'a Mesh,
+    transport: &'a Transport,
+    rays: &'a Rays,
+}
+
+impl Tallies {
+    fn stage_checks(&self, mesh: &Mesh, transport: &Transport, exchanged: bool) -> Vec<StageCheck> {
+        let mut stages = self.visibility_stages(mesh, transport);
+        stages.extend(self.summing_stages(mesh));
+        if exchanged {
+            stages.extend(self.exchange_stages());
+        }
+        stages
+    }
+
+    /// Returns the checks of the stages that make a patch's links.
+    fn visibility_stages(&self, mesh: &Mesh, transport: &Transport) -> Vec<StageCheck> {
+        let samples = f64::from(mesh.samples);
+        let factor = form_factor_roundings(transport.form_factor);
+        let mut stages =
+            vec![
+                self.aim
+                    .stage_check("aim", 2.0, "ulp of the frame at a sample's point: one cross product"),
+            ];
+        if let Some(drawing) = transport.visibility.item_buffer() {
+            let (bound, reason) = match drawing.projection.raster_method() {
+                Raster::Tessellated => (
+                    PIXEL_SHARE,
+                    "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
+                ),
+                Raster::Pixel => (
+                    0.0,
+                    "pixels that show a different face from the one that their ray meets, with no edge within rounding",
+                ),
+            };
+            stages.push(self.item_buffer.stage_check("item buffer", bound, reason));
+        }
+        stages.extend([
+            self.form_factor.stage_check(
+                "form factor",
+                factor,
+                "ulp of F, or of F without its cosines, whose roundings are absolute",
+            ),
+            self.sight.stage_check(
+                match transport.visibility {
+                    Visibility::Rays => "rays",
+                    Visibility::ItemBuffer(_) => "lookup",
+                },
+                0.0,
+                "samples of different visibility from the same points, though no rounding decides them",
+            ),
+            self.link.stage_check(
+                "link",
+                DISC_ROUNDINGS + samples,
+                "ulp of Σg, Σg·V and w on the same visibility: disc weights, one addition per sample",
+            ),
+            self.escape
+                .stage_check("escape", 0.0, "directions that differ, beyond those through an edge"),
+        ]);
+        stages
+    }
+
+    /// Returns the checks of the stages that sum, select and deposit.
+    fn summing_stages(&self, mesh: &Mesh) -> Vec<StageCheck> {
+        let texels = mesh.patches.iter().map(|c| c.count as usize).max().unwrap_or(0);
+        let in_patch = (texels.div_ceil(PATCH_SUM_LANES) + 6 + 4) as f64;
+        let over_patches = (mesh.patches.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
+        let mut stages = vec![
+            self.received.stage_check(
+                "received",
+                in_patch,
+                "ulp of a patch's Σ w·A of the same links: additions in one lane + tree + products",
+            ),
+            self.closure.stage_check(
+                "closure",
+                over_patches,
+                "ulp of ΣF and of the scale, of the same sums: additions in one lane + tree + division",
+            ),
+        ];
+        if self.deposit.values() > 0 {
+            stages.extend([
+                self.select
+                    .stage_check("select", 0.0, "different shooters selected from the same powers"),
+                self.unshot.stage_check(
+                    "select: unshot",
+                    over_patches,
+                    "ulp of Σ|r|A over the patches: additions in one lane + tree",
+                ),
+                self.deposit.stage_check(
+                    "deposit",
+                    DISC_ROUNDINGS,
+                    "ulp of B, r and H after a shot by the same links: 3 products and a sum",
+                ),
+                self.power.stage_check(
+                    "power",
+                    in_patch,
+                    "ulp of a patch's Σ r·A and Σ|r|·A of the same residual",
+                ),
+            ]);
+        }
+        stages
+    }
+
+    /// Returns the checks of the stages of a solve by passes.
+    fn exchange_stages(&self) -> [StageCheck; 2] {
+        let terms = 2.0 * CHECKED_SHOTS as f64 + 4.0;
+        [
+            self.exchange.stage_check(
+                "exchange",
+                terms,
+                "ulp of the flux that a patch receives from all shots: a product and a sum per shot",
+            ),
+            self.collect.stage_check(
+                "collect",
+                terms,
+                "ulp of H, B and r after all shots by the same links: a product and a sum per shot",
+            ),
+        ]
+    }
+}
+
+/// Returns the number of roundings of a form factor.
+pub fn form_factor_roundings(kind: FormFactor) -> f64 {
+    match kind {
+        FormFactor::Polygon => POLYGON_ROUNDINGS,
+        _ => DISC_ROUNDINGS,
+    }
+}
+
+/// Runs one shot of the strongest patch or of `patch`; none if no power remains.
+fn run_one_shot(solver: &mut GpuSolver, patch: Option<u32>) -> Result<Option<common::shooting::Shot>> {
+    use common::shooting::Shoot;
+    let mut done = None;
+    let script = patch.map(|patch| [patch]);
+    let order = match &script {
+        None => ShotOrder::Greedy { threshold: 0.0 },
+        Some(script) => ShotOrder::Replay(script),
+    };
+    solver.run(order, 1, &mut |shot| {
+        done = Some(*shot);
+        ControlFlow::Continue(())
+    })?;
+    Ok(done)
+}

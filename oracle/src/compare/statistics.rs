@@ -1,0 +1,172 @@
+//! Counts errors of stages ([`ErrorTally`]) and mismatches of pairs of points ([`PairTally`]).
+
+use crate::compare::comparison::{StageCheck, VisibilityStatistics};
+
+/// Number of histogram bins of half a pixel.
+const HISTOGRAM_BINS: usize = 8;
+/// Largest number of unexplained pairs that are listed.
+const MAX_EXAMPLES: usize = 12;
+
+/// Number of compared values, and their largest error.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ErrorTally {
+    values: u64,
+    differing: u64,
+    largest: f64,
+}
+
+impl ErrorTally {
+    /// Adds a value with this error.
+    pub fn add(&mut self, error: f64) {
+        self.merge(Self {
+            values: 1,
+            differing: u64::from(error != 0.0),
+            largest: error,
+        });
+    }
+
+    /// Adds equal values.
+    pub fn add_equal(&mut self, values: u64) {
+        self.values += values;
+    }
+
+    /// Adds a comparison of two values that must be equal.
+    pub fn add_equality(&mut self, equal: bool) {
+        self.add(f64::from(u8::from(!equal)));
+    }
+
+    /// Adds the counts of another tally.
+    pub fn merge(&mut self, other: Self) {
+        self.values += other.values;
+        self.differing += other.differing;
+        // A NaN must stay: f64::max would drop it.
+        if other.largest > self.largest || other.largest.is_nan() {
+            self.largest = other.largest;
+        }
+    }
+
+    /// Returns the number of compared values.
+    pub fn values(&self) -> u64 {
+        self.values
+    }
+
+    /// Returns the check of the stage; without values it does not pass.
+    pub fn stage_check(&self, name: &str, bound: f64, reason: &str) -> StageCheck {
+        StageCheck {
+            name: name.to_owned(),
+            values: self.values,
+            differing: self.differing,
+            worst: self.largest,
+            bound,
+            reason: reason.to_owned(),
+            agree: self.values > 0 && self.largest <= bound,
+        }
+    }
+}
+
+impl FromIterator<f64> for ErrorTally {
+    fn from_iter<I: IntoIterator<Item = f64>>(errors: I) -> Self {
+        let mut tally = Self::default();
+        for error in errors {
+            tally.add(error);
+        }
+        tally
+    }
+}
+
+/// Returns |a − b| in units in the last place of the largest of |a|, |b| and `size`.
+pub fn ulp_distance(a: f32, b: f32, size: f32) -> f64 {
+    let largest = f64::from(a.abs().max(b.abs()).max(size));
+    if a == b {
+        0.0
+    } else {
+        (f64::from(a) - f64::from(b)).abs() / (largest * f64::from(f32::EPSILON))
+    }
+}
+
+/// Counts of pairs; the weighted ones are sums until [`PairTally::into_statistics`].
+pub struct PairTally {
+    counts: VisibilityStatistics,
+    weight: f64,
+}
+
+impl Default for PairTally {
+    fn default() -> Self {
+        Self {
+            counts: VisibilityStatistics {
+                histogram: vec![0; HISTOGRAM_BINS],
+                ..VisibilityStatistics::default()
+            },
+            weight: 0.0,
+        }
+    }
+}
+
+impl PairTally {
+    /// Adds a pair on which rays and GPU disagree, with the distance to its explanation.
+    pub fn add_mismatch(&mut self, pair: (u32, u32), weight: f64, distance: Option<f32>) {
+        self.counts.mismatched += 1;
+        self.counts.weighted_mismatch += weight;
+        match distance {
+            Some(distance) => {
+                self.counts.explained += 1;
+                self.add_explainable(weight);
+                self.counts.histogram[((distance * 2.0) as usize).min(HISTOGRAM_BINS - 1)] += 1;
+            }
+            None => self.add_examples([pair]),
+        }
+    }
+
+    /// Adds a facing pair.
+    pub fn add_facing(&mut self, weight: f64) {
+        self.counts.facing += 1;
+        self.weight += weight;
+    }
+
+    /// Adds a pair near a silhouette, where pixels may be wrong.
+    pub fn add_explainable(&mut self, weight: f64) {
+        self.counts.explainable += 1;
+        self.counts.weighted_explainable += weight;
+    }
+
+    /// Counts the last mismatch as explained by an outline too thin for the buffer.
+    pub fn add_vanished(&mut self) {
+        self.counts.vanished += 1;
+    }
+
+    fn add_examples(&mut self, pairs: impl IntoIterator<Item = (u32, u32)>) {
+        self.counts.examples.extend(pairs);
+        self.counts.examples.sort_unstable();
+        self.counts.examples.truncate(MAX_EXAMPLES);
+    }
+
+    /// Adds the counts of another tally.
+    pub fn merge(&mut self, other: Self) {
+        let (found, more) = (&mut self.counts, other.counts);
+        found.facing += more.facing;
+        found.explainable += more.explainable;
+        found.mismatched += more.mismatched;
+        found.explained += more.explained;
+        found.vanished += more.vanished;
+        found.weighted_mismatch += more.weighted_mismatch;
+        found.weighted_explainable += more.weighted_explainable;
+        for (a, b) in found.histogram.iter_mut().zip(more.histogram) {
+            *a += b;
+        }
+        self.weight += other.weight;
+        self.add_examples(more.examples);
+    }
+
+    /// Returns the statistics; `pairs` is the number of all pairs.
+    pub fn into_statistics(self, pairs: u64) -> VisibilityStatistics {
+        let weight = self.weight;
+        let share = |part: f64| if weight > 0.0 { part / weight } else { 0.0 };
+        VisibilityStatistics {
+            pairs,
+            unexplained: self.counts.mismatched - self.counts.explained,
+            weighted_mismatch: share(self.counts.weighted_mismatch),
+            weighted_explainable: share(self.counts.weighted_explainable),
+            ..self.counts
+        }
+    }
+}

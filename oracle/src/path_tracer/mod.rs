@@ -1,0 +1,301 @@
+//! Path tracer: a Monte Carlo estimate of the radiosity of every texel from the scene's faces alone.
+//!
+//! ```text
+//! B − E = ρH,  H(x) = ∫ (E + ρH)(y) G(x, y) dy,  G = cosθx cosθy V / (π |x − y|²)
+//! ```
+//! It shares neither form factors nor rays with the solvers, and does not assume constant radiosity over a texel:
+//! its only error is noise, which it estimates. At each vertex of a path it samples a point y of the lamps by power
+//! (density p) and a direction by the cosine (density G), and combines both by multiple importance sampling with
+//! the balance heuristic p/(p + G), G/(p + G) (Veach & Guibas 1995), so that no sample contributes more than E,
+//! however near a lamp is. Backs are black and opaque.
+//!
+//! The paths of a texel form [`PATH_SETS`] independent sets, each drawn from an Owen-scrambled Sobol sequence (Burley
+//! 2020); the standard error is that of the mean of the sets.
+
+mod geometry;
+mod tree;
+
+use crate::diff::pair::GridPair;
+use crate::diff::reflected::ReflectedField;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::texel::{texel_count, texel_outline};
+use geometry::{LampSampler, RayTriangle, SceneGeometry, SurfacePoint};
+use glam::{DVec2, DVec3};
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Number of independent sets of paths per texel.
+pub const PATH_SETS: u32 = 16;
+/// Inverse share of the pilot paths, from which the distribution of the other paths follows.
+const PILOT_FRACTION: u32 = 8;
+/// Dimensions of a path that use the Sobol sequence: the point, and lamps and directions of two bounces. Later bounces
+/// carry too little light to matter.
+const SOBOL_DIMENSIONS: u32 = 16;
+/// Number of directions that decide whether a point lies inside a body; most points outside need one.
+const PROBE_DIRECTIONS: u32 = 32;
+
+/// Result of the path tracer.
+pub struct TracedRadiosity<'a> {
+    /// Mean of B − E over each texel.
+    pub reflected: ReflectedField<'a>,
+    /// Standard error of each texel.
+    pub error: Vec<DVec3>,
+}
+
+/// Traces `paths` paths per texel on average; equal seeds give equal bits. An eighth of them are pilot paths, which
+/// determine the distribution of the others and do not enter the result, so that it stays unbiased.
+pub fn trace_radiosity<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64) -> TracedRadiosity<'a> {
+    let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
+    let texels: Vec<TracedTexel> = resolutions
+        .iter()
+        .enumerate()
+        .flat_map(|(face, resolution)| (0..texel_count(*resolution)).map(move |k| (face, k)))
+        .map(|(face, k)| TracedTexel::new(scene, resolutions[face], face, k))
+        .collect();
+    let tracer = Tracer {
+        scene,
+        geometry: SceneGeometry::new(scene),
+        lamps: LampSampler::new(scene),
+        probe_directions: probe_directions(),
+    };
+    let pilot_paths = paths.div_ceil(PILOT_FRACTION * PATH_SETS).max(1);
+    // Seeds are spread by SplitMix64.
+    let seeds = |k: usize| Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add(k as u64));
+    let needs = texels.par_iter().enumerate().map(|(k, texel)| {
+        let (_, error) = tracer.estimate_texel(&mut seeds(k), texel, pilot_paths);
+        // Σ A²s⁴ with s² = v/n is minimal for n proportional to (A v)^⅔.
+        (texel.area() * error.length_squared()).powf(2.0 / 3.0)
+    });
+    let weights: Vec<f64> = needs.collect();
+    let total_weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let remaining_paths = f64::from(paths / PATH_SETS) * (1.0 - 2.0 / f64::from(PILOT_FRACTION)) * texels.len() as f64;
+    let (values, error) = (texels.par_iter().zip(&weights).enumerate())
+        .map(|(k, (texel, weight))| {
+            let paths = pilot_paths + (weight / total_weight * remaining_paths) as u32;
+            tracer.estimate_texel(&mut seeds(texels.len() + k), texel, paths)
+        })
+        .unzip();
+    TracedRadiosity {
+        reflected: ReflectedField {
+            scene,
+            resolutions,
+            values,
+        },
+        error,
+    }
+}
+
+/// Returns the relative RMS of `pair.a` against a traced `pair.b` without the noise of b, and its standard error; the
+/// worst channel.
+///
+/// ```text
+/// q = ΣA(d² − s²) / ΣA(b² − s²),  var ΣA (d² − s²) = ΣA²(4(d² − s²)s² + 2(1 + 1/(n − 1))s⁴),  rms = √q
+/// ```
+/// d = a − b; s is the standard error of b from n sets, normally distributed for many paths.
+pub fn debiased_pair_rms(pair: &GridPair) -> [f64; 2] {
+    let none = Vec::new();
+    let error = pair.error.as_ref().unwrap_or(&none);
+    debiased_rms(&pair.areas, &pair.a, &pair.b, error)
+}
+
+/// Returns the same for means a against traced b, texel by texel.
+pub fn debiased_rms(areas: &[f64], a: &[DVec3], b: &[DVec3], error: &[DVec3]) -> [f64; 2] {
+    // Factor of the variance of s² from few sets.
+    let variance_factor = 2.0 * (1.0 + 1.0 / f64::from(PATH_SETS - 1));
+    let channel = |c: usize| {
+        let (mut square, mut variance, mut truth) = (0.0, 0.0, 0.0);
+        for (k, error) in error.iter().enumerate() {
+            let (area, noise) = (areas[k], error[c] * error[c]);
+            let signal = (a[k][c] - b[k][c]).powi(2) - noise;
+            square += area * signal;
+            variance += area * area * (4.0 * signal.max(0.0) + variance_factor * noise) * noise;
+            truth += area * (b[k][c].powi(2) - noise);
+        }
+        let rms = (square.max(0.0) / truth).sqrt();
+        // At q = 0 the root has no finite slope: the error is then √ of the standard error of q.
+        let error = variance.sqrt() / truth;
+        [rms, error / (2.0 * rms).max(error.sqrt())]
+    };
+    (0..3).map(channel).fold([0.0; 2], |worst, next| {
+        if next[0] + next[1] > worst[0] + worst[1] {
+            next
+        } else {
+            worst
+        }
+    })
+}
+
+/// A texel, as two triangles.
+struct TracedTexel {
+    face: usize,
+    halves: [RayTriangle; 2],
+}
+
+impl TracedTexel {
+    fn new(scene: &Scene, resolution: [u32; 2], face: usize, k: u32) -> Self {
+        let [a, b, c, d] = texel_outline(&scene.faces[face], resolution, k).padded_corners();
+        let halves = [[a, b, c], [a, c, d]].map(|corners| RayTriangle::new(face, corners));
+        Self { face, halves }
+    }
+
+    fn area(&self) -> f64 {
+        self.halves.iter().map(RayTriangle::area).sum()
+    }
+}
+
+struct Tracer<'a> {
+    scene: &'a Scene,
+    geometry: SceneGeometry,
+    lamps: LampSampler,
+    probe_directions: Vec<DVec3>,
+}
+
+impl Tracer<'_> {
+    /// Returns mean and standard error of the sets, with `paths` paths in each.
+    fn estimate_texel(
+        &self,
+        seeds: &mut Xoshiro256PlusPlus,
+        TracedTexel { face, halves }: &TracedTexel,
+        paths: u32,
+    ) -> (DVec3, DVec3) {
+        let face = *face;
+        let areas = halves.map(|half| half.area());
+        let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
+        for _ in 0..PATH_SETS {
+            let seed = seeds.random();
+            let mut set = DVec3::ZERO;
+            for k in 0..paths {
+                let mut source = PathSampler::new(k, seed, seeds);
+                let first = source.next_number() * (areas[0] + areas[1]) < areas[0];
+                let at = halves[usize::from(!first)].point_at(source.next_pair());
+                let at = SurfacePoint { face, position: at };
+                if !self.geometry.is_within(&at, &self.probe_directions) {
+                    set += self.trace_path(&mut source, at);
+                }
+            }
+            set /= f64::from(paths);
+            sum += set;
+            squares += set * set;
+        }
+        let n = f64::from(PATH_SETS);
+        let mean = sum / n;
+        let variance = (squares / n - mean * mean).max(DVec3::ZERO) / (n - 1.0);
+        (mean, variance.map(f64::sqrt))
+    }
+
+    /// Returns the estimate of ρH at a point from one path.
+    fn trace_path(&self, source: &mut PathSampler<'_>, mut at: SurfacePoint) -> DVec3 {
+        let mut radiosity = DVec3::ZERO;
+        let [mut weight, _] = self.reflectance_and_emission(&at);
+        loop {
+            radiosity += weight * self.sample_lamps(source, &at);
+            let along = self.sample_direction(source, at.face);
+            let Some(next) = self.geometry.trace_front(&at, along) else {
+                return radiosity;
+            };
+            let [reflectance, emission] = self.reflectance_and_emission(&next);
+            let g = self.geometry.geometry_kernel(&at, &next);
+            radiosity += weight * emission * balance_heuristic(g, self.lamp_density(next.face));
+            // Russian roulette: the path survives with the probability of the reflectance.
+            let survival = reflectance.max_element();
+            if source.next_number() >= survival {
+                return radiosity;
+            }
+            weight *= reflectance / survival;
+            at = next;
+        }
+    }
+
+    /// Returns the direct light of a sampled point of a lamp.
+    fn sample_lamps(&self, source: &mut PathSampler<'_>, at: &SurfacePoint) -> DVec3 {
+        let Some(lamp) = self.lamps.sample_point(source.next_number(), source.next_pair()) else {
+            return DVec3::ZERO;
+        };
+        let g = self.geometry.geometry_kernel(at, &lamp);
+        if g <= 0.0 || self.geometry.is_occluded(at, &lamp) {
+            return DVec3::ZERO;
+        }
+        let [_, emission] = self.reflectance_and_emission(&lamp);
+        let density = self.lamp_density(lamp.face);
+        emission * g / density * balance_heuristic(density, g)
+    }
+
+    /// Samples a direction from a face with a density proportional to the cosine (Malley's method).
+    fn sample_direction(&self, source: &mut PathSampler<'_>, face: usize) -> DVec3 {
+        let [u, v] = source.next_pair().to_array();
+        let normal = self.geometry.normals[face];
+        let (x, y) = normal.any_orthonormal_pair();
+        let along = cosine_direction(u, v);
+        x * along.x + y * along.y + normal * along.z
+    }
+
+    /// Returns ρ and E at a point.
+    fn reflectance_and_emission(&self, hit: &SurfacePoint) -> [DVec3; 2] {
+        self.scene.faces[hit.face]
+            .surface_at(hit.position)
+            .map(|v| v.as_dvec3())
+    }
+
+    /// Returns the density per area with which lamp sampling draws a point of a face, by the face's mean emission.
+    fn lamp_density(&self, face: usize) -> f64 {
+        let mean = self.scene.faces[face].emission.as_dvec3();
+        self.lamps.area_density(mean)
+    }
+}
+
+/// Maps two numbers within 0…1 to a cosine-distributed direction about z.
+fn cosine_direction(u: f64, v: f64) -> DVec3 {
+    let (r, angle) = (u.sqrt(), TAU * v);
+    DVec3::new(r * angle.cos(), r * angle.sin(), (1.0 - u).sqrt())
+}
+
+/// Returns cosine-distributed directions about z.
+fn probe_directions() -> Vec<DVec3> {
+    let golden = 5.0_f64.sqrt() / 2.0 - 0.5;
+    let at = |k: u32| {
+        cosine_direction(
+            (f64::from(k) + 0.5) / f64::from(PROBE_DIRECTIONS),
+            (f64::from(k) * golden).fract(),
+        )
+    };
+    (0..PROBE_DIRECTIONS).map(at).collect()
+}
+
+/// Returns the weight of the balance heuristic.
+fn balance_heuristic(own: f64, other: f64) -> f64 {
+    if own > 0.0 { own / (own + other) } else { 0.0 }
+}
+
+/// Source of the numbers of one path, 0 ≤ x < 1: Sobol dimensions first, then a pseudo-random generator.
+struct PathSampler<'a> {
+    path: u32,
+    seed: u32,
+    used: u32,
+    generator: &'a mut Xoshiro256PlusPlus,
+}
+
+impl<'a> PathSampler<'a> {
+    fn new(path: u32, seed: u32, generator: &'a mut Xoshiro256PlusPlus) -> Self {
+        Self {
+            path,
+            seed,
+            used: 0,
+            generator,
+        }
+    }
+
+    fn next_number(&mut self) -> f64 {
+        if self.used >= SOBOL_DIMENSIONS {
+            return self.generator.random();
+        }
+        self.used += 1;
+        f64::from(sobol_burley::sample(self.path, self.used - 1, self.seed))
+    }
+
+    fn next_pair(&mut self) -> DVec2 {
+        DVec2::new(self.next_number(), self.next_number())
+    }
+}

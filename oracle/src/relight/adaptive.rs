@@ -1,0 +1,410 @@
+//! Relights to a requested error: solves the change that the objects make in successive steps, and the room too
+//! where it is a scene. The room's texels are as small as needed for the objects' shadows where these are visible.
+
+use super::captured_room::CapturedValues;
+use super::stage::RelightStage;
+use crate::solve::adaptive::ESCAPE_POINTS;
+use crate::solve::adaptive::{AdaptiveProblem, refine_until_converged, step_progress};
+use crate::solve::error_estimate::StepChange;
+use crate::solve::progress::ProgressMonitor;
+use crate::solve::resolution::{
+    choose_first, choose_second, count_texels, first_texel_width, resample_face, square_resolutions,
+};
+use crate::solve::solved::{RelightReport, Solved};
+use crate::solve::solver::ErrorTarget;
+use crate::solve::step::{SolveStep, narrow_to_f32, resample_step};
+use common::cover::sample_covers;
+use common::mesh::Mesh;
+use common::relight::surface::TexelSurfaces;
+use common::scene::{Face, Scene};
+use common::settings::Settings;
+use common::texel;
+use common::texel::first_texels;
+use common::{Error, Result};
+use cpu::hierarchy::linker::LinkMethod;
+use cpu::hierarchy::relight::{RoomLight, gather_irradiance, relight};
+use cpu::hierarchy::shot_log;
+use cpu::hierarchy::solver::open_shares;
+use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution, solve_with_links};
+use glam::{Vec3, Vec4};
+use std::f64::consts::SQRT_2;
+
+/// Visible change of a texel, as a share of the RMS of the reflected light.
+const VISIBLE_CHANGE: f64 = 0.02;
+/// Extent of the objects over the width of the texels that show their shadows.
+const TEXELS_PER_OBJECT: f64 = 50.0;
+/// Largest number of texels per side of a face.
+const MAX_TEXELS_PER_SIDE: u32 = 512;
+/// Largest number of texels of the scene after refinement at shadows.
+const MAX_SHADOW_TEXELS: u64 = 1 << 19;
+
+/// The result of a step.
+pub struct RelightStep {
+    step: SolveStep,
+    /// B₀ of each texel.
+    before: Vec<Vec3>,
+    radiosity: Vec<Vec3>,
+    /// Number of texels that were recognised as emitters.
+    emitters: usize,
+}
+
+impl AsRef<SolveStep> for RelightStep {
+    fn as_ref(&self) -> &SolveStep {
+        &self.step
+    }
+}
+
+/// A relight to be solved in steps.
+struct AdaptiveRelight<'a> {
+    stage: &'a RelightStage,
+    solve_everything: bool,
+    requested_texels: Option<u32>,
+    /// Method that finds links.
+    method: LinkMethod<'a>,
+    progress: &'a ProgressMonitor<'a>,
+}
+
+/// The captured room on the texels of a step.
+struct CapturedTexels {
+    values: CapturedValues,
+    /// H₀, the mean over each texel's area.
+    irradiance: Vec<Vec3>,
+    open: Vec<f32>,
+}
+
+/// Relights `stage` with links found by `method`, until two successive solutions differ by less than the error
+/// of `target`. With `solve_everything` the whole scene is solved instead of the change.
+///
+/// Errors: a captured face of W×H texels; [`Error::Interrupted`] before the first step is done.
+pub fn relight_adaptively(
+    stage: &RelightStage,
+    solve_everything: bool,
+    settings: &Settings,
+    target: ErrorTarget,
+    method: LinkMethod,
+    progress: &ProgressMonitor,
+) -> Result<Solved> {
+    if let Some([w, h]) = stage.resolutions.iter().find(|[w, h]| w != h) {
+        return Err(Error::Usage(format!(
+            "the room was captured on {w}×{h} texels a face, and N×N are solved to an error: give an option of shooting, --epsilon 0.001"
+        )));
+    }
+    let problem = AdaptiveRelight {
+        stage,
+        solve_everything,
+        requested_texels: target.texels,
+        method,
+        progress,
+    };
+    let (relit, history) = refine_until_converged(&problem, target.error)?;
+    let RelightStep {
+        step,
+        before,
+        radiosity,
+        emitters,
+    } = problem.resample_to_request(relit)?;
+    let mut mesh = step.mesh;
+    sample_covers(&mut mesh, ESCAPE_POINTS);
+    shot_log::set_open_shares(&mut mesh, &step.outcome);
+    let mut run = shot_log::record_run(&mesh, &step.outcome);
+    // B₀ + ρΔH, not E + ρH: unchanged texels keep their bits.
+    run.field.radiosity = extend_to_vec4(&radiosity);
+    let of_objects = |patch: u32| mesh.is_object(mesh.patches[patch as usize].face);
+    let object_shots = run.shots.iter().filter(|s| of_objects(s.patch)).count();
+    let report = RelightReport {
+        before: extend_to_vec4(&before),
+        emitters,
+        complete: true,
+        map_shots: run.shots.len() - object_shots,
+        object_shots,
+    };
+    Ok(Solved {
+        settings: *settings,
+        mesh,
+        run,
+        one_by_one: false,
+        dense: None,
+        history: Some(history),
+        relight: Some(report),
+    })
+}
+
+impl AdaptiveProblem for AdaptiveRelight<'_> {
+    type StepResult = RelightStep;
+
+    fn scene(&self) -> &Scene {
+        &self.stage.scene
+    }
+
+    fn solve_step(&self, sides: Vec<u32>, goal: f64, last: Option<&SolveStep>) -> Result<RelightStep> {
+        let faces = &self.stage.scene.faces;
+        let off = last.map_or(Vec::new(), |last| last.coarse_error(faces, &sides, goal));
+        let phase = format!("relighting to {:.2} %", 100.0 * goal);
+        let goal = ErrorBudget::for_error(goal as f32);
+        let captured = self
+            .progress
+            .time_phase("capture", || self.capture_room(&sides, goal))?;
+        let stage = self.stage;
+        let mut mesh = Mesh::new(&stage.scene, &square_resolutions(&sides), 1)?;
+        mesh.room_faces = stage.room_faces as u32;
+        let room = captured.values.apply_to_mesh(&mut mesh, stage.reflectance);
+        let irradiance = pad_with_zeros(&captured.irradiance, mesh.texels.len());
+        let surface = TexelSurfaces::recover_surfaces(&mesh, &room, &extend_to_vec4(&irradiance));
+        for (k, texel) in mesh.texels.iter_mut().enumerate() {
+            texel.reflectance = surface.reflectance[k];
+            texel.emission = surface.emission[k];
+        }
+        let before: Vec<Vec3> = room.radiosity.iter().map(|b| b.truncate()).collect();
+        let (outcome, change) = self.progress.time_phase("relight", || {
+            let mut callback = step_progress(self.progress, &phase);
+            if self.solve_everything {
+                let outcome = solve_with_links(&stage.scene, &mesh, &off, goal, self.method, &mut callback)?;
+                return Ok::<_, Error>((outcome, None));
+            }
+            let mut share = captured.open.clone();
+            share.resize(mesh.texels.len(), 1.0);
+            let open_only = |h: &Vec3, open: &f32| if *open > 0.0 { *h / *open } else { Vec3::ZERO };
+            let received: Vec<Vec3> = irradiance
+                .iter()
+                .zip(&share)
+                .map(|(h, open)| open_only(h, open))
+                .collect();
+            let open_radiosity: Vec<Vec3> = (0..mesh.texels.len())
+                .map(|k| surface.emission[k] + surface.reflectance[k] * received[k])
+                .collect();
+            let known = RoomLight {
+                radiosity: &open_radiosity,
+                irradiance: &received,
+                open: &share,
+            };
+            let budget = (goal, self.method);
+            let found = relight(&stage.scene, &mesh, &known, &off, budget, &mut callback)?;
+            let whole = irradiance.iter().zip(&found.irradiance);
+            let outcome = HierarchicalSolution {
+                irradiance: whole.map(|(h, change)| *h + *change).collect(),
+                ..found
+            };
+            Ok((outcome, Some(found.irradiance)))
+        })?;
+        let radiosity = |(k, texel): (usize, &common::mesh::Texel)| match &change {
+            Some(change) if !mesh.is_object(texel.face) => before[k] + texel.reflectance * change[k],
+            _ => texel.emission + texel.reflectance * outcome.irradiance[k],
+        };
+        let radiosity: Vec<Vec3> = mesh.texels.iter().enumerate().map(radiosity).collect();
+        Ok(RelightStep {
+            before,
+            emitters: surface.emitters.len(),
+            step: SolveStep::new(sides, mesh, outcome).with_radiosity(&radiosity),
+            radiosity,
+        })
+    }
+
+    fn requested_texels(&self, face: usize) -> Option<u32> {
+        self.requested_texels.map(|_| self.stage.resolutions[face][0])
+    }
+
+    fn first_resolution(&self) -> Result<Vec<u32>> {
+        let (stage, whole) = (self.stage, &self.stage.scene);
+        let mut sides = choose_first(whole, &|f| self.requested_texels(f), first_texel_width(whole)?);
+        if stage.captured.values.is_some() {
+            for (side, captured) in sides.iter_mut().zip(&stage.captured.resolutions) {
+                *side = captured[0];
+            }
+        }
+        Ok(sides)
+    }
+
+    fn second_resolution(&self, first: &RelightStep) -> Result<Vec<u32>> {
+        let whole = &self.stage.scene;
+        let mut sides = choose_second(
+            whole,
+            &|f| self.requested_texels(f),
+            first_texel_width(whole)?,
+            &first.step.sides,
+        );
+        for (f, side) in sides.iter_mut().enumerate() {
+            if !self.may_refine(f) {
+                *side = first.step.sides[f];
+            }
+        }
+        if self.requested_texels.is_none() {
+            for (side, foot) in sides.iter_mut().zip(self.shadow_resolution(first)) {
+                *side = (*side).max(foot);
+            }
+        }
+        Ok(sides)
+    }
+
+    /// Captured faces keep their texels.
+    fn may_refine(&self, face: usize) -> bool {
+        face >= self.stage.room_faces || self.stage.captured.values.is_none()
+    }
+
+    fn result_resolution(&self, _: &RelightStep, _: &StepChange, _: f64) -> Option<Vec<u32>> {
+        None
+    }
+}
+
+impl AdaptiveRelight<'_> {
+    /// Resamples the result to the requested texels: means over their areas.
+    fn resample_to_request(&self, relit: RelightStep) -> Result<RelightStep> {
+        let (faces, step) = (&self.stage.scene.faces, &relit.step);
+        let sides: Vec<u32> = (0..faces.len())
+            .map(|f| self.requested_texels(f).unwrap_or(step.sides[f]))
+            .collect();
+        if sides == step.sides {
+            return Ok(relit);
+        }
+        let mean =
+            |of: &dyn Fn(usize) -> Vec3| narrow_to_f32(resample_step(faces, step, &sides, &|k| of(k).as_dvec3()));
+        let mut mesh = Mesh::new(&self.stage.scene, &square_resolutions(&sides), 1)?;
+        mesh.room_faces = self.stage.room_faces as u32;
+        let reflectance = mean(&|k| step.mesh.texels[k].reflectance);
+        let emission = mean(&|k| step.mesh.texels[k].emission);
+        for (k, texel) in mesh.texels.iter_mut().enumerate() {
+            (texel.reflectance, texel.emission) = (reflectance[k], emission[k]);
+        }
+        let open = mean(&|k| Vec3::splat(step.outcome.open[k]));
+        let outcome = HierarchicalSolution {
+            irradiance: mean(&|k| step.outcome.irradiance[k]),
+            residual: mean(&|k| step.outcome.residual[k]),
+            open: open.iter().map(|open| open.x).collect(),
+            coarse_error: Vec::new(),
+            ..step.outcome
+        };
+        Ok(RelightStep {
+            before: mean(&|k| relit.before[k]),
+            radiosity: mean(&|k| relit.radiosity[k]),
+            emitters: relit.emitters,
+            step: SolveStep::new(sides, mesh, outcome),
+        })
+    }
+
+    /// Captures the room on `sides` texels per side of each face.
+    fn capture_room(&self, sides: &[u32], goal: ErrorBudget) -> Result<CapturedTexels> {
+        let stage = self.stage;
+        let scene = &stage.captured.scene;
+        let sides = &sides[..stage.room_faces];
+        let mesh = Mesh::new(scene, &square_resolutions(sides), 1)?;
+        let mut callback = step_progress(self.progress, "capture");
+        let Some(values) = &stage.captured.values else {
+            let found = solve_with_links(scene, &mesh, &[], goal, self.method, &mut callback)?;
+            let texels = mesh.texels.iter().zip(&found.irradiance);
+            return Ok(CapturedTexels {
+                values: CapturedValues {
+                    radiosity: texels.map(|(t, h)| t.emission + t.reflectance * *h).collect(),
+                    residual: None,
+                    reflectance: Some(mesh.texels.iter().map(|t| t.reflectance).collect()),
+                    emission: Some(mesh.texels.iter().map(|t| t.emission).collect()),
+                },
+                irradiance: found.irradiance,
+                open: found.open,
+            });
+        };
+        let values = values.resample_to(&scene.faces, &stage.captured.resolutions, sides);
+        let known = (&values.reflectance, &values.emission, stage.reflectance);
+        let (open, irradiance) = match known {
+            (Some(rho), Some(emission), None) => {
+                let received = |k: usize| {
+                    let reflected = values.radiosity[k] - emission[k];
+                    Vec3::select(rho[k].cmpgt(Vec3::ZERO), reflected / rho[k], Vec3::ZERO)
+                };
+                let received = (0..rho.len()).map(received).collect();
+                (open_shares(scene, &mesh), received)
+            }
+            _ => {
+                let found = gather_irradiance(scene, &mesh, &values.radiosity, (goal, self.method), &mut callback)?;
+                (open_shares(scene, &mesh), found)
+            }
+        };
+        Ok(CapturedTexels {
+            values,
+            irradiance,
+            open,
+        })
+    }
+
+    /// Texels per side of the room's faces for the objects' shadows: as small as [`TEXELS_PER_OBJECT`] demands
+    /// where the change is visible; 0 elsewhere.
+    fn shadow_resolution(&self, first: &RelightStep) -> Vec<u32> {
+        let (stage, step) = (self.stage, &first.step);
+        let starts = first_texels(&square_resolutions(&step.sides));
+        let (mut square, mut area) = (0.0, 0.0);
+        for (texel, light) in step.mesh.texels.iter().zip(&step.reflected) {
+            square += f64::from(texel.area) * light.max_element().powi(2);
+            area += f64::from(texel.area);
+        }
+        let visible = VISIBLE_CHANGE * (square / area).sqrt();
+        let width = largest_extent(&stage.scene.faces[stage.room_faces..]) / TEXELS_PER_OBJECT;
+        let mut sides = vec![0; step.sides.len()];
+        let mut all = count_texels(&step.sides);
+        for (f, face) in stage.scene.faces.iter().enumerate().take(stage.room_faces) {
+            let own = starts[f]..starts[f + 1];
+            let changes = own.map(|k| (first.radiosity[k] - first.before[k]).abs().max_element());
+            if f64::from(changes.fold(0.0, f32::max)) < visible {
+                continue;
+            }
+            let long = face.corners.iter().enumerate();
+            let long = long.map(|(k, c)| c.distance(face.corners[(k + 1) % 4]));
+            let long = long.fold(0.0, f64::max);
+            let mut side = step.sides[f];
+            // As near to that width as halving allows.
+            while long / f64::from(side) > SQRT_2 * width && 2 * side <= MAX_TEXELS_PER_SIDE {
+                let more = 3 * u64::from(side) * u64::from(side);
+                if all + more > MAX_SHADOW_TEXELS {
+                    break;
+                }
+                all += more;
+                side *= 2;
+            }
+            sides[f] = side;
+        }
+        sides
+    }
+}
+
+impl CapturedValues {
+    /// Resamples the values to other texels, which are parts of these.
+    fn resample_to(&self, faces: &[Face], from: &[[u32; 2]], to: &[u32]) -> Self {
+        let starts: Vec<usize> = from
+            .iter()
+            .scan(0, |sum, r| {
+                let own = *sum;
+                *sum += texel::texel_count(*r) as usize;
+                Some(own)
+            })
+            .collect();
+        let spread = |values: &Vec<Vec3>| -> Vec<Vec3> {
+            let each = faces.iter().enumerate().flat_map(|(f, face)| {
+                let own = &values[starts[f]..starts[f] + texel::texel_count(from[f]) as usize];
+                let wide: Vec<_> = own.iter().map(|v| v.as_dvec3()).collect();
+                resample_face(&wide, face, from[f][0], to[f])
+            });
+            each.map(|v| v.as_vec3()).collect()
+        };
+        Self {
+            radiosity: spread(&self.radiosity),
+            residual: None,
+            reflectance: self.reflectance.as_ref().map(spread),
+            emission: self.emission.as_ref().map(spread),
+        }
+    }
+}
+
+/// Longest side of the box around faces.
+fn largest_extent(faces: &[Face]) -> f64 {
+    let corners = || faces.iter().flat_map(Face::outline);
+    let high = corners().fold(glam::DVec3::NEG_INFINITY, |high, c| high.max(*c));
+    let low = corners().fold(glam::DVec3::INFINITY, |low, c| low.min(*c));
+    (high - low).max_element()
+}
+
+fn pad_with_zeros(values: &[Vec3], count: usize) -> Vec<Vec3> {
+    let mut all = values.to_vec();
+    all.resize(count, Vec3::ZERO);
+    all
+}
+
+fn extend_to_vec4(values: &[Vec3]) -> Vec<Vec4> {
+    values.iter().map(|v| v.extend(0.0)).collect()
+}

@@ -1,0 +1,263 @@
+//! A relight as a task of the pipeline: captures the room if it is a scene, then relights by one of the methods.
+
+use super::adaptive::relight_adaptively;
+use super::captured_room::CapturedValues;
+use super::stage::RelightStage;
+use super::warnings;
+use crate::solve::adaptive::adapt_advice;
+use crate::solve::gpu_linker::LinkerOnGpu;
+use crate::solve::interrupt::is_interrupted;
+use crate::solve::progress::ProgressMonitor;
+use crate::solve::regather::ErrorEstimate;
+use crate::solve::solved::{RelightReport, Solved};
+use crate::solve::solver::SolverChoice;
+use crate::solve::task::SolveTask;
+use common::cover::furnished_mesh_until;
+use common::mesh::{Mesh, Texel};
+use common::passes;
+use common::relight::surface::TexelSurfaces;
+use common::relight::{RelightMethod, RoomRadiosity, relight_room};
+use common::scene::Scene;
+use common::settings::Settings;
+use common::shooting::{Shot, SolveRun, shoot_until_converged, solve_progress};
+use common::solution::Warning;
+use common::{Error, Result, relight as loops};
+use cpu::hierarchy::linker::LinkMethod;
+use glam::{Vec3, Vec4};
+
+/// A stage with the method of relighting.
+pub struct RelightTask<'a> {
+    /// The room and its objects.
+    pub stage: &'a RelightStage,
+    /// The method; `None`: everything is solved again.
+    pub method: Option<RelightMethod>,
+}
+
+impl SolveTask for RelightTask<'_> {
+    fn scene(&self) -> &Scene {
+        &self.stage.scene
+    }
+
+    fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved> {
+        if let Some(target) = solver.error_target() {
+            let solve_everything = match self.method {
+                None => true,
+                Some(RelightMethod::Signed) => false,
+                Some(RelightMethod::Paper(_)) => {
+                    return Err(Error::Usage(
+                        "--method paper shoots: it cannot be solved to an error".into(),
+                    ));
+                }
+            };
+            let relight = |method| relight_adaptively(self.stage, solve_everything, settings, target, method, progress);
+            return match solver.gpu() {
+                Some(gpu) => relight(LinkMethod::Custom(&LinkerOnGpu::factory_on(gpu, &[]))),
+                None => relight(LinkMethod::Shafts),
+            };
+        }
+        let relight = ShootingRelight {
+            stage: self.stage,
+            settings,
+            solver,
+            progress,
+        };
+        relight.relight_by_shooting(self.method)
+    }
+
+    fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {
+        if let Some(history) = &solved.history {
+            // A captured room need not be closed.
+            return Ok(history.estimate_error(&solved.mesh, &solved.run, 0.0));
+        }
+        warnings::estimate_error(self.stage, solved)
+    }
+
+    fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
+        let paper = matches!(self.method, Some(RelightMethod::Paper(_)));
+        let warnings = warnings::collect_warnings(self.stage, solved, paper, estimate);
+        match solved.history {
+            Some(_) => adapt_advice(warnings),
+            None => warnings,
+        }
+    }
+
+    /// Never reported: light that the capture does not show may fall on a captured wall.
+    fn explain_darkness(&self, _: &Solved) -> Option<String> {
+        None
+    }
+}
+
+/// Solves the empty room of a scene and returns its values as the capture.
+pub fn capture_empty_room(
+    stage: &RelightStage,
+    settings: &Settings,
+    solver: SolverChoice,
+    progress: &ProgressMonitor,
+) -> Result<CapturedValues> {
+    let scene = &stage.captured.scene;
+    let (resolutions, meshing) = (&stage.captured.resolutions, settings.meshing);
+    let mesh = furnished_mesh_until(
+        scene,
+        stage.room_faces,
+        resolutions,
+        [meshing.patches, meshing.samples],
+        &is_interrupted,
+    )?;
+    let mut engine = solver.create_engine(&mesh, &settings.transport)?;
+    let run = passes::solve_by_schedule(engine.as_mut(), &mesh, &settings.schedule, &mut |done| {
+        progress.report_share("capture", done)
+    })?;
+    if progress.is_stopped() {
+        return Err(Error::Interrupted);
+    }
+    let order = mesh.texels_in_face_order();
+    let ordered = |values: &[Vec4]| order.iter().map(|k| values[*k].truncate()).collect();
+    let of = |value: fn(&Texel) -> Vec3| -> Vec<Vec3> { order.iter().map(|k| value(&mesh.texels[*k])).collect() };
+    Ok(CapturedValues {
+        radiosity: ordered(&run.field.radiosity),
+        residual: Some(ordered(&run.field.residual)),
+        reflectance: Some(of(|t| t.reflectance)),
+        emission: Some(of(|t| t.emission)),
+    })
+}
+
+/// A relight by shooting.
+struct ShootingRelight<'a> {
+    stage: &'a RelightStage,
+    settings: &'a Settings,
+    solver: SolverChoice<'a>,
+    progress: &'a ProgressMonitor<'a>,
+}
+
+impl ShootingRelight<'_> {
+    fn relight_by_shooting(&self, method: Option<RelightMethod>) -> Result<Solved> {
+        let (stage, progress) = (self.stage, self.progress);
+        let solved;
+        let values = match &stage.captured.values {
+            Some(values) => values,
+            None => {
+                solved = progress.time_phase("capture", || {
+                    capture_empty_room(stage, self.settings, self.solver, progress)
+                })?;
+                &solved
+            }
+        };
+        let mut mesh = progress.time_phase("prepare", || self.build_mesh())?;
+        let room = values.apply_to_mesh(&mut mesh, stage.reflectance);
+        // Emission is known if the room is a scene or a solve.
+        let known = stage.reflectance.is_none() && values.emission.is_some();
+        let Some(method) = method else {
+            let surface = match known {
+                true => None,
+                false => Some(progress.time_phase("recover", || self.recover_surface(&mesh, &room))?),
+            };
+            return progress.time_phase("relight", || self.solve_everything(mesh, room, surface));
+        };
+        let relit = progress.time_phase("relight", || self.run_method(&mesh, &room, method, self.settings))?;
+        set_surface(&mut mesh, &relit.surface);
+        let report = RelightReport {
+            before: room.radiosity,
+            emitters: relit.surface.emitters.len(),
+            complete: relit.complete,
+            map_shots: relit.map_shots,
+            object_shots: relit.object_shots,
+        };
+        Ok(self.wrap_result(mesh, relit.run, report))
+    }
+
+    fn build_mesh(&self) -> Result<Mesh> {
+        let RelightStage {
+            scene,
+            room_faces: room,
+            resolutions,
+            ..
+        } = self.stage;
+        let meshing = self.settings.meshing;
+        furnished_mesh_until(
+            scene,
+            *room,
+            resolutions,
+            [meshing.patches, meshing.samples],
+            &is_interrupted,
+        )
+    }
+
+    fn run_method(
+        &self,
+        mesh: &Mesh,
+        room: &RoomRadiosity,
+        method: RelightMethod,
+        settings: &Settings,
+    ) -> Result<loops::RelitRoom> {
+        let mut engine = self.solver.create_engine(mesh, &settings.transport)?;
+        // Captured shots come first, then their consequences.
+        let schedule = settings.schedule.with_southwell();
+        let mut callback = |shot: &Shot, emitted| {
+            let done = solve_progress(shot, emitted, settings.schedule.epsilon);
+            self.progress.report_share("relight", done)
+        };
+        let relit = relight_room(engine.as_mut(), mesh, room, method, &schedule, &mut callback)?;
+        if self.progress.is_stopped() && !relit.complete {
+            return Err(Error::Interrupted);
+        }
+        Ok(relit)
+    }
+
+    /// Recovers ρ and E of a captured room from its own light.
+    fn recover_surface(&self, mesh: &Mesh, room: &RoomRadiosity) -> Result<TexelSurfaces> {
+        let mut settings = *self.settings;
+        settings.schedule.epsilon = 1.0;
+        let relit = self.run_method(mesh, room, RelightMethod::Signed, &settings)?;
+        if self.progress.is_stopped() {
+            return Err(Error::Interrupted);
+        }
+        Ok(relit.surface)
+    }
+
+    /// Solves everything again, without B₀ and links of the empty room.
+    fn solve_everything(&self, mut mesh: Mesh, room: RoomRadiosity, surface: Option<TexelSurfaces>) -> Result<Solved> {
+        if let Some(surface) = &surface {
+            set_surface(&mut mesh, surface);
+        }
+        let count = mesh.room_faces;
+        mesh.room_faces = mesh.faces.len() as u32;
+        let mut engine = self.solver.create_engine(&mesh, &self.settings.transport)?;
+        // The same schedule as relighting, so that the two can be compared.
+        let schedule = self.settings.schedule.with_southwell();
+        let run = shoot_until_converged(engine.as_mut(), &schedule, &mut |shot, emitted| {
+            let done = solve_progress(shot, emitted, self.settings.schedule.epsilon);
+            self.progress.report_share("full", done)
+        })?;
+        drop(engine);
+        mesh.room_faces = count;
+        let of_objects = |patch: u32| mesh.is_object(mesh.patches[patch as usize].face);
+        let object_shots = run.shots.iter().filter(|s| of_objects(s.patch)).count();
+        let report = RelightReport {
+            before: room.radiosity,
+            emitters: surface.map_or(0, |s| s.emitters.len()),
+            complete: true,
+            map_shots: run.shots.len() - object_shots,
+            object_shots,
+        };
+        Ok(self.wrap_result(mesh, run, report))
+    }
+
+    fn wrap_result(&self, mesh: Mesh, run: SolveRun, relit: RelightReport) -> Solved {
+        Solved {
+            settings: *self.settings,
+            mesh,
+            run,
+            one_by_one: false,
+            dense: None,
+            history: None,
+            relight: Some(relit),
+        }
+    }
+}
+
+fn set_surface(mesh: &mut Mesh, surface: &TexelSurfaces) {
+    for (k, texel) in mesh.texels.iter_mut().enumerate() {
+        texel.reflectance = surface.reflectance[k];
+        texel.emission = surface.emission[k];
+    }
+}

@@ -1,0 +1,282 @@
+//! Error estimate of an adaptive solve: the difference of its last two steps, unshot light, missing closure of
+//! the links, and rounding.
+
+use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError, MAX_NAMED_FACES};
+use super::resolution::{RequestedTexels, descending_order, resample_face, square_resolutions};
+use super::step::SolveStep;
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::precision::UNIT_ROUNDOFF;
+use common::scene::{Face, Scene};
+use common::shooting::SolveRun;
+use common::texel::first_texels;
+use cpu::hierarchy::error_attribution::ErrorAttribution;
+use glam::DVec3;
+
+/// Largest ratio of successive changes used for extrapolation.
+const MAX_CHANGE_RATIO: f64 = 0.75;
+/// A face is reported if its relative error is this many times that of the whole scene.
+const REPORTED_ERROR_RATIO: f64 = 10.0;
+/// Smallest absorbed share of the area; it bounds the light between white walls.
+const MIN_ABSORBED_SHARE: f64 = 1e-9;
+
+/// Changes from step to step of an adaptive solve.
+#[derive(Default)]
+pub struct ErrorHistory {
+    /// Change of each step, relative to the RMS of B − E.
+    pub changes: Vec<f64>,
+    /// Details of the last change.
+    pub last_change: Option<StepChange>,
+    /// Attribution of the remaining error to its causes, from texels gathered again.
+    pub attribution: ErrorAttribution,
+    /// Goal of the last step.
+    pub goal: f64,
+    /// Number of links of the last step.
+    pub links: u64,
+    /// Reason for an end before the requested error was reached.
+    pub stop_reason: Option<String>,
+}
+
+impl ErrorHistory {
+    /// Estimated remaining error after the last change d: d, or d·q/(1 − q) where changes fall slowly, with
+    /// ratio q > ½. `None` after a single step.
+    pub fn remaining_error(&self) -> Option<f64> {
+        Some(self.changes.last()? * self.extrapolation_factor())
+    }
+
+    /// Remaining error as a multiple of the last change.
+    fn extrapolation_factor(&self) -> f64 {
+        let mut last = self.changes.iter().rev();
+        let (Some(last), Some(before)) = (last.next(), last.next()) else {
+            return 1.0;
+        };
+        let fall = (last / before).min(MAX_CHANGE_RATIO);
+        (fall / (1.0 - fall)).max(1.0)
+    }
+
+    /// Estimates the error of `run` with all its causes; `made_up` is the error from the links' closure.
+    pub fn estimate_error(&self, mesh: &Mesh, run: &SolveRun, made_up: f64) -> Option<ErrorEstimate> {
+        let refinement = self.remaining_error()?;
+        let faces = self
+            .last_change
+            .as_ref()
+            .map(StepChange::most_changed_faces)
+            .unwrap_or_default();
+        let part = |cause: ErrorCause, error: f64, faces: Vec<u32>| ErrorPart { cause, error, faces };
+        let mut parts: Vec<ErrorPart> = self
+            .cause_shares()
+            .iter()
+            .map(|(cause, share)| part(*cause, refinement * share, faces.clone()))
+            .collect();
+        parts.extend([
+            part(ErrorCause::Iteration, unshot_error(mesh, run), Vec::new()),
+            part(ErrorCause::Closure, made_up, Vec::new()),
+            part(ErrorCause::Rounding, rounding_error(mesh, run), Vec::new()),
+        ]);
+        let square: f64 = parts.iter().map(|part| part.error.powi(2)).sum();
+        let error = square.sqrt();
+        Some(ErrorEstimate {
+            error,
+            upper: error,
+            evidence: EstimateBasis::SuccessiveSteps {
+                changes: self.changes.clone(),
+                worse: self.worst_faces(error),
+            },
+            parts,
+        })
+    }
+
+    /// Splits the refinement's error by cause; the squares of the shares sum to 1.
+    fn cause_shares(&self) -> Vec<(ErrorCause, f64)> {
+        let channel = self.last_change.as_ref().map_or(0, |change| change.channel);
+        let attribution = &self.attribution;
+        let causes = [
+            (ErrorCause::Sources, attribution.sources),
+            (ErrorCause::Visibility, attribution.visibility),
+            (ErrorCause::Receivers, attribution.receivers),
+            (ErrorCause::Propagation, attribution.propagation),
+            (ErrorCause::Texels, attribution.texels),
+        ];
+        let all: f64 = causes.iter().map(|(_, square)| square[channel]).sum();
+        if all > 0.0 {
+            let share = |(cause, square): (ErrorCause, DVec3)| (cause, (square[channel] / all).sqrt());
+            causes.map(share).to_vec()
+        } else {
+            vec![(ErrorCause::Refinement, 1.0)]
+        }
+    }
+
+    /// Returns the faces with a relative error above [`REPORTED_ERROR_RATIO`] times `error`, each relative to its own light, in
+    /// the order of their share in the change.
+    fn worst_faces(&self, error: f64) -> Vec<FaceError> {
+        let Some(change) = &self.last_change else {
+            return Vec::new();
+        };
+        let of = |face: u32| FaceError {
+            face,
+            error: self.extrapolation_factor() * change.relative_change(face),
+        };
+        let faces = descending_order(&change.by_face).into_iter().map(of);
+        let worse = faces.filter(|own| own.error > REPORTED_ERROR_RATIO * error);
+        worse.take(MAX_NAMED_FACES).collect()
+    }
+
+    /// Estimated refinement error of each texel of `mesh`, W/m²; `None` after a single step.
+    pub fn error_map(&self, faces: &[Face], mesh: &Mesh) -> Option<Vec<f32>> {
+        let change = self.last_change.as_ref()?;
+        let grown = self.extrapolation_factor();
+        let mut map = vec![0.0; mesh.texels.len()];
+        let mut order = mesh.texels_in_face_order().into_iter();
+        let mut first = 0;
+        for ((face, side), to) in faces.iter().zip(&change.sides).zip(&mesh.faces) {
+            let end = first + (*side as usize).pow(2);
+            let own = resample_face(&change.texel_squares[first..end], face, *side, to.resolution[0]);
+            for (d, k) in own.iter().zip(&mut order) {
+                map[k] = (grown * d.max_element().sqrt()) as f32;
+            }
+            first = end;
+        }
+        Some(map)
+    }
+
+    /// Returns a note if the estimated error is above the requested one, with the reason.
+    pub fn describe_unmet_target(&self, target: f64, estimate: Option<&ErrorEstimate>) -> Option<String> {
+        let reached = estimate.map(|estimate| estimate.error);
+        if reached.is_some_and(|error| error <= target) {
+            return None;
+        }
+        let reached = reached.map_or("an unknown error".into(), |error| {
+            format!("about {:.2} %", 100.0 * error)
+        });
+        let reason = self.stop_reason.as_deref().unwrap_or(match self.remaining_error() {
+            Some(remaining) if remaining <= target => "the rest is unshot light, missing closure of links, or rounding",
+            _ => "the largest number of steps was done",
+        });
+        Some(format!(
+            "an error of {:.2} % was requested, and {reached} was reached: {reason}",
+            100.0 * target
+        ))
+    }
+}
+
+/// Change of B in a step, relative to the RMS of B − E, in the worst channel.
+pub struct StepChange {
+    /// Change of the whole scene.
+    pub total: f64,
+    /// Squared change of each face; they sum to the square of the whole.
+    pub by_face: Vec<f64>,
+    /// The worst channel.
+    pub channel: usize,
+    /// 1/∫ (B − E)² dA in that channel.
+    pub scale: f64,
+    /// ∫ (B − E)² dA of each face in that channel.
+    pub reflected_squares: Vec<f64>,
+    /// Texels per side of each face on which the two steps were compared.
+    pub sides: Vec<u32>,
+    /// Squared change of B on each such texel, by channel.
+    pub texel_squares: Vec<DVec3>,
+}
+
+impl StepChange {
+    /// Compares `before` with `after`. Differences within requested texels do not count.
+    pub fn new(scene: &Scene, before: &SolveStep, after: &SolveStep, requested: RequestedTexels) -> Self {
+        let firsts = [before, after].map(|step| first_texels(&square_resolutions(&step.sides)));
+        let (mut faces, mut lights) = (Vec::new(), Vec::new());
+        let (mut sides, mut squares) = (Vec::new(), Vec::new());
+        for (f, face) in scene.faces.iter().enumerate() {
+            let side = before.sides[f].min(after.sides[f]);
+            let side = requested(f).map_or(side, |texels| side.min(texels));
+            let [a, b] = [(before, &firsts[0]), (after, &firsts[1])].map(|(step, first)| {
+                let own = &step.radiosity[first[f]..first[f + 1]];
+                resample_face(own, face, step.sides[f], side)
+            });
+            let light = &after.reflected[firsts[1][f]..firsts[1][f + 1]];
+            let light = resample_face(light, face, after.sides[f], side);
+            let area = face.area() / f64::from(side).powi(2);
+            let changed = a.iter().zip(&b).map(|(a, b)| (b - a) * (b - a));
+            squares.extend(changed);
+            faces.push(area * squares[squares.len() - a.len()..].iter().sum::<DVec3>());
+            lights.push(area * light.iter().map(|b| *b * *b).sum::<DVec3>());
+            sides.push(side);
+        }
+        let light: DVec3 = lights.iter().sum();
+        let share = |c: usize| {
+            let all: f64 = faces.iter().map(|own: &DVec3| own[c]).sum();
+            if all == 0.0 { 0.0 } else { all / light[c] }
+        };
+        let worst = (0..3).max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(0);
+        let scale = if light[worst] > 0.0 { 1.0 / light[worst] } else { 0.0 };
+        Self {
+            total: share(worst).sqrt(),
+            by_face: faces.iter().map(|own| own[worst] * scale).collect(),
+            channel: worst,
+            scale,
+            reflected_squares: lights.iter().map(|own: &DVec3| own[worst]).collect(),
+            sides,
+            texel_squares: squares,
+        }
+    }
+
+    /// Change of face `f`, relative to the RMS of its own light.
+    pub fn relative_change(&self, f: u32) -> f64 {
+        let all = self.reflected_squares[f as usize] * self.scale;
+        let own = self.by_face[f as usize];
+        if all > 0.0 { (own / all).sqrt() } else { 0.0 }
+    }
+
+    /// Returns the faces that changed most.
+    pub fn most_changed_faces(&self) -> Vec<u32> {
+        let mut order = descending_order(&self.by_face);
+        order.retain(|f| self.by_face[*f as usize] > 0.0);
+        order.truncate(MAX_NAMED_FACES);
+        order
+    }
+}
+
+/// Error from unshot light, relative to the RMS of B − E, if it spread evenly: H = Σ|r|A/ΣA(1 − ρ̄), the
+/// ambient term of Cohen et al. 1988. Escaping light makes it less.
+pub fn unshot_error(mesh: &Mesh, run: &SolveRun) -> f64 {
+    let (mut area, mut unshot, mut grey, mut light, mut square) =
+        (0.0, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let (own, reflectance) = (f64::from(texel.area), texel.reflectance.as_dvec3());
+        let reflected = (run.field.radiosity[k].truncate() - texel.emission).as_dvec3();
+        area += own;
+        unshot += own * run.field.residual[k].truncate().as_dvec3().abs();
+        grey += own * reflectance;
+        square += own * reflectance * reflectance;
+        light += own * reflected * reflected;
+    }
+    let even = unshot / (area - grey).max(DVec3::splat(MIN_ABSORBED_SHARE * area.max(f64::MIN_POSITIVE)));
+    let off = even * (square / light).map(f64::sqrt);
+    // A channel without light has no relative error.
+    DVec3::select(light.cmpgt(DVec3::ZERO), off, DVec3::ZERO).max_element()
+}
+
+/// Error from the links' closure defect, relative to all light; it accumulates from bounce to bounce. It is
+/// known without the noise of rays only where no light escapes, and is 0 elsewhere.
+pub fn closure_error(mesh: &Mesh, run: &SolveRun) -> f64 {
+    let energy = EnergyBalance::new(mesh, &run.field, &run.shots);
+    let [off, kept] = [energy.closure, energy.absorbed].map(|part| energy.share_of_emitted(part).abs());
+    if energy.escaped == [0.0; 3] && off > 0.0 {
+        off / kept.min(1.0)
+    } else {
+        0.0
+    }
+}
+
+/// Mean number of reflections before light is absorbed: G = ΣAB/ΣAE.
+pub fn mean_reflections(mesh: &Mesh, run: &SolveRun) -> f64 {
+    let (mut all, mut emitted) = (0.0f64, 0.0f64);
+    for (texel, b) in mesh.texels.iter().zip(&run.field.radiosity) {
+        all += f64::from(texel.area * b.truncate().abs().element_sum());
+        emitted += f64::from(texel.area * texel.emission.element_sum());
+    }
+    if emitted > 0.0 { all / emitted } else { 0.0 }
+}
+
+/// Rounding error accumulated over reflections: links in f32 gain or lose u = 6e−8 at each reflection; the
+/// deposit and the sum over the patches as much again.
+pub fn rounding_error(mesh: &Mesh, run: &SolveRun) -> f64 {
+    2.0 * UNIT_ROUNDOFF * mean_reflections(mesh, run)
+}

@@ -1,0 +1,140 @@
+//! Finds links on the GPU for the CPU's hierarchical solve; converts its requests and results to plain records.
+
+use common::Result;
+use common::passes::ProgressCallback;
+use cpu::hierarchy::block::ReceiverBlock;
+use cpu::hierarchy::coarse::StoredLink;
+use cpu::hierarchy::link::BlockLink;
+use cpu::hierarchy::linker::{BlockIrradiance, LinkRequest, Linker, LinkerScene};
+use cpu::hierarchy::tree;
+use glam::Vec4;
+use gpu::hierarchy::gpu_linker;
+use gpu::link_records::{
+    BLOCK_SPOTS, BlockReceiver, BlockRecord, DeviceThresholds, LinkNode, RadiosityRecord, SpotIrradiance, SpotRecord,
+};
+use gpu::{Gpu, ShaderFault};
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+
+/// The GPU as a linker of the CPU's hierarchical solve.
+pub struct LinkerOnGpu {
+    linker: RefCell<gpu_linker::GpuLinker>,
+    nodes: usize,
+    /// Plane of each face.
+    planes: Vec<Vec4>,
+}
+
+impl LinkerOnGpu {
+    /// Uploads the scene and tree of `scene`. `faults` are planted into the shaders, for tests.
+    ///
+    /// Errors: [`common::Error::Device`].
+    pub fn new(gpu: &Gpu, scene: &LinkerScene, faults: &[ShaderFault]) -> Result<Self> {
+        let nodes: Vec<LinkNode> = scene.tree.nodes.iter().map(node_record).collect();
+        let linker = gpu_linker::GpuLinker::new(gpu, scene.mesh, &nodes, &scene.tree.roots, faults)?;
+        Ok(Self {
+            linker: RefCell::new(linker),
+            nodes: nodes.len(),
+            planes: scene.mesh.faces.iter().map(|face| face.plane).collect(),
+        })
+    }
+
+    /// Returns a factory that makes the linker for a scene.
+    pub fn factory_on<'m>(
+        gpu: &'m Gpu,
+        faults: &'m [ShaderFault],
+    ) -> impl for<'w> Fn(&LinkerScene<'w>) -> Result<Box<dyn Linker + 'w>> + 'm {
+        move |scene| Ok(Box::new(Self::new(gpu, scene, faults)?))
+    }
+
+    /// Uploads the nodes' radiosity and the thresholds; returns the receivers' records.
+    fn upload_request(&self, request: &LinkRequest) -> Vec<BlockReceiver> {
+        let nodes = request.radiosity[..self.nodes].iter();
+        let light: Vec<RadiosityRecord> = nodes
+            .map(|node| RadiosityRecord::new(node.mean, node.slope, node.deviation))
+            .collect();
+        let thresholds = DeviceThresholds {
+            source: request.thresholds.source,
+            visibility: request.thresholds.visibility,
+            near: request.thresholds.near,
+        };
+        self.linker.borrow_mut().set_light(&light, thresholds);
+        let blocks = request.receivers.blocks.iter();
+        blocks
+            .map(|block| receiver_record(request, block, &self.planes))
+            .collect()
+    }
+}
+
+impl Linker for LinkerOnGpu {
+    fn gather_irradiance(&self, request: &LinkRequest, progress: ProgressCallback) -> Result<Vec<BlockIrradiance>> {
+        let blocks = self.upload_request(request);
+        let mut callback = block_progress(request, blocks.len(), progress);
+        let light = self.linker.borrow_mut().gather_light(&blocks, &mut callback)?;
+        Ok(light.iter().map(block_irradiance).collect())
+    }
+
+    fn create_links(&self, request: &LinkRequest, progress: ProgressCallback) -> Result<Vec<Vec<StoredLink>>> {
+        let blocks = self.upload_request(request);
+        let mut callback = block_progress(request, blocks.len(), progress);
+        let links = self.linker.borrow_mut().make_links(&blocks, &mut callback)?;
+        let of_block = |links: &Vec<gpu::link_records::DeviceLink>| links.iter().map(stored_link).collect();
+        Ok(links.iter().map(of_block).collect())
+    }
+}
+
+fn node_record(node: &tree::TreeNode) -> LinkNode {
+    LinkNode {
+        shooter: node.shooter,
+        face: node.face,
+        children: node.children.clone(),
+    }
+}
+
+fn receiver_record(request: &LinkRequest, block: &ReceiverBlock, planes: &[Vec4]) -> BlockReceiver {
+    let centres = block.centre_points();
+    let spot = |l: usize| {
+        let corners = [0, 1, 2, 3].map(|k| block.lane_corner(k, l));
+        let ends = [block.faces[l], block.target[l]];
+        SpotRecord::new(corners, centres.at(l), ends, block.lane_normal(l))
+    };
+    let scale = request.block_scale(block);
+    let plane = block.single_face().map(|face| planes[face as usize]);
+    let (count, plane) = (block.count as u32, plane.unwrap_or_default());
+    let bounding_ball = (block.mean_centre, block.reach);
+    BlockReceiver {
+        spots: std::array::from_fn(spot),
+        block: BlockRecord::new(scale, block.radius, count, plane, bounding_ball),
+    }
+}
+
+/// Returns a callback that converts finished blocks of `all` to the solve's progress.
+fn block_progress<'w>(
+    request: &LinkRequest,
+    all: usize,
+    progress: ProgressCallback<'w>,
+) -> impl FnMut(usize) -> ControlFlow<()> + 'w {
+    let part = request.progress.clone();
+    move |done| {
+        let share = done as f64 / all.max(1) as f64;
+        progress(part.start + share * (part.end - part.start))
+    }
+}
+
+fn block_irradiance(received: &SpotIrradiance) -> BlockIrradiance {
+    let lane = |c: usize| received.sums.map(|sum| sum[c]);
+    BlockIrradiance {
+        sums: [0, 1, 2].map(lane),
+        crosses_shadow_edge: received.edge,
+    }
+}
+
+fn stored_link(link: &gpu::link_records::DeviceLink) -> StoredLink {
+    let lane = |part: usize| -> [f32; BLOCK_SPOTS as usize] { link.spots.map(|spot| spot[part]) };
+    StoredLink {
+        node: link.node,
+        link: BlockLink {
+            weight: lane(0),
+            along: [lane(1), lane(2)],
+        },
+    }
+}

@@ -1,0 +1,184 @@
+//! Error estimates: the error, its basis and its causes.
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// Largest number of faces that an estimate or a warning names.
+pub const MAX_NAMED_FACES: usize = 8;
+
+/// A cause of error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ErrorCause {
+    /// Visibility of the item buffer instead of rays, or visibility samples of links.
+    Visibility,
+    /// The disc form factor instead of Lambert's polygon.
+    FormFactor,
+    /// Variation of light within patches, and the noise of few samples.
+    #[serde(rename = "cells")]
+    Patches,
+    /// Variation of light within texels.
+    Texels,
+    /// Change of the last refinement step, without attribution.
+    Refinement,
+    /// Radiosity within source nodes beyond a mean and a slope.
+    Sources,
+    /// Irradiance interpolated from neighbours instead of gathered.
+    Receivers,
+    /// Error of earlier bounces, correlated between texels.
+    Propagation,
+    /// Unshot light.
+    Iteration,
+    /// Closure defect of the links, accumulated over bounces.
+    Closure,
+    /// Rounding accumulated over reflections.
+    Rounding,
+}
+
+impl ErrorCause {
+    /// Short name of the cause.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Visibility => "visibility",
+            Self::FormFactor => "form factor",
+            Self::Patches => "patches",
+            Self::Texels => "texels",
+            Self::Refinement => "refinement",
+            Self::Sources => "sources",
+            Self::Receivers => "receivers",
+            Self::Propagation => "propagation",
+            Self::Iteration => "iteration",
+            Self::Closure => "closure",
+            Self::Rounding => "rounding",
+        }
+    }
+
+    /// Explanation of the cause in one phrase.
+    pub fn describe_cause(self) -> &'static str {
+        match self {
+            Self::Visibility => "visibility: item buffers, or few rays at shadow edges",
+            Self::FormFactor => "disc form factors instead of Lambert's polygons",
+            Self::Patches => "light varies within patches",
+            Self::Texels => "light varies within texels",
+            Self::Refinement => "change of the last refinement step",
+            Self::Sources => "radiosity varies within sources beyond a mean and a slope",
+            Self::Receivers => "irradiance interpolated from neighbouring texels",
+            Self::Propagation => "error of earlier bounces, correlated between texels",
+            Self::Iteration => "unshot light",
+            Self::Closure => "links add or lose light at each bounce",
+            Self::Rounding => "32-bit rounding, accumulated over reflections",
+        }
+    }
+
+    /// True for the causes that finer steps of an adaptive solve reduce.
+    pub fn is_refinement(self) -> bool {
+        use ErrorCause::{Propagation, Receivers, Refinement, Sources, Texels, Visibility};
+        let all = [Refinement, Sources, Visibility, Receivers, Propagation, Texels];
+        all.contains(&self)
+    }
+}
+
+/// The part of the error with one cause.
+#[derive(Clone, Debug, Serialize)]
+pub struct ErrorPart {
+    /// The cause.
+    pub cause: ErrorCause,
+    /// Relative RMS error from this cause.
+    pub error: f64,
+    /// The most affected faces, the worst first.
+    pub faces: Vec<u32>,
+}
+
+/// An error estimate. All errors are relative to the RMS of B − E, in the worst channel.
+#[derive(Clone, Debug, Serialize)]
+pub struct ErrorEstimate {
+    /// The estimated error.
+    pub error: f64,
+    /// Upper bound: the error with two standard errors of its square on top.
+    pub upper: f64,
+    /// Method of the estimate.
+    #[serde(flatten)]
+    pub evidence: EstimateBasis,
+    /// Parts of the error by cause.
+    #[serde(rename = "causes")]
+    pub parts: Vec<ErrorPart>,
+}
+
+/// A face with a large relative error.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FaceError {
+    /// Number of the face.
+    pub face: u32,
+    /// Error relative to the RMS of the face's own light.
+    pub error: f64,
+}
+
+/// Method of an estimate, with its details.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum EstimateBasis {
+    /// A sample of texels was gathered again. The upper bound is wide because a few texels at shadow edges make
+    /// most of the error, and not all of them are in the sample.
+    Regathered {
+        /// Error of one bounce.
+        one_bounce: f64,
+        /// Error from the propagation through later bounces.
+        later_bounces: f64,
+        /// Standard error of the squared error, as a root; no smaller error is reported.
+        floor: f64,
+        /// Number of texels gathered again.
+        looks: usize,
+        /// Number of rays.
+        rays: u64,
+    },
+    /// The scene was solved in successive steps, each finer than the one before.
+    SuccessiveSteps {
+        /// Change of each step.
+        changes: Vec<f64>,
+        /// Faces whose error, relative to their own light, is more than ten times that of the scene.
+        worse: Vec<FaceError>,
+    },
+}
+
+impl ErrorEstimate {
+    /// Root of the standard error of the squared error; 0 for successive steps.
+    pub fn standard_error(&self) -> f64 {
+        match self.evidence {
+            EstimateBasis::Regathered { floor, .. } => floor,
+            EstimateBasis::SuccessiveSteps { .. } => 0.0,
+        }
+    }
+
+    /// Lower bound: the error with two standard errors of its square subtracted.
+    pub fn lower_bound(&self) -> f64 {
+        let square = self.error * self.error - 2.0 * self.standard_error().powi(2);
+        square.max(0.0).sqrt()
+    }
+
+    /// Cautious upper bound: the error with three standard errors of its square added. A small early sample
+    /// needs more than two: texels that it missed are in neither its error nor its standard error.
+    pub fn upper_bound(&self) -> f64 {
+        let square = self.error * self.error + 3.0 * self.standard_error().powi(2);
+        square.sqrt()
+    }
+
+    /// Returns a note that lists the faces with errors far above the scene's.
+    pub fn describe_worst_faces(&self) -> Option<String> {
+        let EstimateBasis::SuccessiveSteps { worse, .. } = &self.evidence else {
+            return None;
+        };
+        let each = |worse: &FaceError| format!("{} ({:.0} %)", worse.face, 100.0 * worse.error);
+        let all: Vec<String> = worse.iter().map(each).collect();
+        (!all.is_empty()).then(|| {
+            format!(
+                "errors of more than ten times that of the scene, relative to the face's own light: face {}",
+                all.join(", ")
+            )
+        })
+    }
+
+    /// Converts the estimate for `result.json`.
+    pub fn to_json(&self) -> Value {
+        json!(self)
+    }
+}

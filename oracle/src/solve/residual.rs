@@ -1,0 +1,157 @@
+//! Judges a stored result of any origin by its residual: its own light is gathered again at every texel, and
+//! the residual r is propagated through all later bounces to an error e.
+//!
+//! ```text
+//! r = E + ρKB − B      e = r + ρKr + (ρK)²r + …      B + e solves the equation
+//! ```
+
+use super::interrupt::is_interrupted;
+use super::progress::ProgressMonitor;
+use crate::diff::Diff;
+use common::cover::sample_covers;
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::solution::StoredSolution;
+use common::{Error, Result};
+use cpu::hierarchy::residual::{GatheredResidual, gather_residual};
+use cpu::hierarchy::shot_log;
+use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution};
+use glam::{DVec3, Vec3};
+use std::ops::ControlFlow;
+
+/// Relative error of the gathered light; a smaller residual cannot be distinguished from 0.
+pub const GATHER_ERROR: f32 = 0.005;
+/// Sample points per face for the escaping share of its light.
+const ESCAPE_POINTS: u32 = 16;
+
+/// A stored result, its corrected solution and the difference.
+pub struct JudgedResult {
+    /// B + e, in the result's layout.
+    pub truth: StoredSolution,
+    /// Difference of the result from `truth`.
+    pub diff: Diff,
+    /// RMS of r over that of B − E, in the worst channel.
+    pub one_bounce: f64,
+    /// Energy balance of the result.
+    pub energy: EnergyBalance,
+}
+
+/// Judges `stored`. If `scene` is given, reflectance and emission of the faces are taken from it.
+///
+/// Errors: faces of W×H texels, missing reflectances, [`Error::Interrupted`].
+pub fn judge_result(stored: &StoredSolution, scene: Option<Scene>, progress: &ProgressMonitor) -> Result<JudgedResult> {
+    let mut truth = stored.clone();
+    truth.dir = "its own light, gathered anew".into();
+    truth.scene.notes.clear();
+    // The corrected solution has no error estimate.
+    truth.others.remove("error");
+    if let Some(scene) = scene {
+        if scene.faces.len() != stored.scene.faces.len() {
+            return Err(Error::Usage(format!(
+                "{} has {} faces, {} has {}: a result is judged with the scene it was solved from",
+                scene.name,
+                scene.faces.len(),
+                stored.dir.display(),
+                stored.scene.faces.len()
+            )));
+        }
+        truth.scene = scene;
+        truth.others.remove("reflectance");
+    }
+    let mut mesh = progress.time_phase("prepare", || mesh_of_result(&truth))?;
+    let order = mesh.texels_in_face_order();
+    if mesh.texels.iter().all(|t| t.reflectance == Vec3::ZERO) {
+        return Err(Error::Usage(format!(
+            "{} has no reflectances: give --scene",
+            stored.dir.display()
+        )));
+    }
+    let mut reflected = vec![Vec3::ZERO; mesh.texels.len()];
+    for (k, value) in order.iter().zip(stored.reflected_radiosity()) {
+        reflected[*k] = value.as_vec3();
+    }
+    let gathered = progress.time_phase("solve", || {
+        let mut callback = |done| {
+            if is_interrupted() {
+                return ControlFlow::Break(());
+            }
+            progress.report_share("gathering", done)
+        };
+        gather_residual(
+            &truth.scene,
+            &mesh,
+            &reflected,
+            ErrorBudget::for_error(GATHER_ERROR),
+            &mut callback,
+        )
+    })?;
+    let (mut squares, mut light) = (DVec3::ZERO, DVec3::ZERO);
+    for (n, k) in order.iter().enumerate() {
+        let texel = &mesh.texels[*k];
+        let once = texel.reflectance * gathered.irradiance[*k];
+        truth.radiosity[n] = truth.emission[n] + once + texel.reflectance * gathered.later[*k];
+        let area = f64::from(texel.area);
+        squares += area * (once - reflected[*k]).as_dvec3().powf(2.0);
+        light += area * reflected[*k].as_dvec3().powf(2.0);
+    }
+    let share = |c: usize| {
+        if squares[c] == 0.0 {
+            0.0
+        } else {
+            (squares[c] / light[c]).sqrt()
+        }
+    };
+    Ok(JudgedResult {
+        one_bounce: (0..3).map(share).fold(0.0, f64::max),
+        diff: Diff::new(stored, &truth)?,
+        energy: energy_balance(stored, &mut mesh, &reflected, &gathered),
+        truth,
+    })
+}
+
+/// Makes a mesh with the texels, reflectances and emissions of a result.
+fn mesh_of_result(stored: &StoredSolution) -> Result<Mesh> {
+    let mut mesh = Mesh::new(&stored.scene, &stored.resolutions, 1)?;
+    let order = mesh.texels_in_face_order();
+    for (n, k) in order.into_iter().enumerate() {
+        let texel = &mut mesh.texels[k];
+        texel.emission = stored.emission[n];
+        if let Some(reflectance) = stored.others.get("reflectance") {
+            texel.reflectance = reflectance[n];
+        }
+    }
+    sample_covers(&mut mesh, ESCAPE_POINTS);
+    Ok(mesh)
+}
+
+/// Computes the energy balance of the result's own light. Missing irradiance is derived as (B − E)/ρ; for a
+/// texel with ρ = 0 it is the gathered irradiance.
+fn energy_balance(
+    stored: &StoredSolution,
+    mesh: &mut Mesh,
+    reflected: &[Vec3],
+    gathered: &GatheredResidual,
+) -> EnergyBalance {
+    let mut irradiance = gathered.irradiance.clone();
+    let mut residual = vec![Vec3::ZERO; mesh.texels.len()];
+    for (n, k) in mesh.texels_in_face_order().into_iter().enumerate() {
+        let rho = mesh.texels[k].reflectance;
+        let own = Vec3::select(rho.cmpgt(Vec3::ZERO), reflected[k] / rho, irradiance[k]);
+        let of = |name: &str| stored.others.get(name).map(|values| values[n]);
+        irradiance[k] = of("irradiance").unwrap_or(own);
+        residual[k] = of("residual").unwrap_or_default();
+    }
+    let outcome = HierarchicalSolution {
+        irradiance,
+        residual,
+        open: gathered.open.clone(),
+        coarse_error: Vec::new(),
+        links: 0,
+        passes: 0,
+        converged: true,
+    };
+    shot_log::set_open_shares(mesh, &outcome);
+    let run = shot_log::record_run(mesh, &outcome);
+    EnergyBalance::new(mesh, &run.field, &run.shots)
+}

@@ -1,0 +1,60 @@
+//! The scenes compiled into the program.
+
+use common::Result;
+use common::solution::pending::PendingFiles;
+use common::solution::prepare_directory;
+use std::path::{Path, PathBuf};
+
+/// Name and text of a scene's two files.
+macro_rules! scene {
+    ($name:literal) => {
+        [
+            (
+                concat!($name, ".obj"),
+                include_str!(concat!("../../scenes/", $name, ".obj")),
+            ),
+            (
+                concat!($name, ".mtl"),
+                include_str!(concat!("../../scenes/", $name, ".mtl")),
+            ),
+        ]
+    };
+}
+
+const BUNDLED_SCENES: [[(&str, &str); 2]; 5] = [
+    scene!("cornell_box"),
+    scene!("furnace"),
+    scene!("paper_room"),
+    scene!("paper_objects"),
+    scene!("paper_room_objects"),
+];
+
+/// Returns the path of a bundled scene: `scenes/NAME` in the root of a checkout; elsewhere its files are written
+/// to `out`/scenes, where the user can read and change them.
+///
+/// Errors: the files cannot be written.
+pub fn bundled_scene(name: &str, out: &Path) -> Result<PathBuf> {
+    let folder = out.join("scenes");
+    if let [checkout, _] = candidate_paths(name, out)
+        && checkout.exists()
+    {
+        return Ok(checkout);
+    }
+    prepare_directory(&folder)?;
+    let mut files = PendingFiles::default();
+    for (file, text) in BUNDLED_SCENES.iter().filter(|[(obj, _), _]| *obj == name).flatten() {
+        files.add(&folder.join(file), text.as_bytes())?;
+    }
+    files.rename_files()?;
+    Ok(folder.join(name))
+}
+
+/// Returns the path of a bundled scene that already exists on disk.
+pub fn find_bundled(name: &str, out: &Path) -> Option<PathBuf> {
+    candidate_paths(name, out).into_iter().find(|path| path.exists())
+}
+
+/// Paths in a checkout and in the output folder.
+fn candidate_paths(name: &str, out: &Path) -> [PathBuf; 2] {
+    [Path::new("scenes").join(name), out.join("scenes").join(name)]
+}

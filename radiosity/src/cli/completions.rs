@@ -1,0 +1,22 @@
+//! `radiosity completions`.
+
+use super::{Outcome, console};
+use clap::{Args, Command};
+use clap_complete::{Shell, generate};
+use common::Result;
+
+/// Arguments of `completions`.
+#[derive(Args)]
+pub struct CompletionsArguments {
+    /// The shell to complete for
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Prints the completion script.
+pub fn run(arguments: &CompletionsArguments, mut program: Command) -> Result<Outcome> {
+    let mut script = Vec::new();
+    generate(arguments.shell, &mut program, "radiosity", &mut script);
+    console::print_verbatim(&script)?;
+    Ok(Outcome::Done)
+}

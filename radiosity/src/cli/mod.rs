@@ -1,0 +1,222 @@
+//! The command line: one module per command (`solve`, `shoot`, `compare`, `relight`, `merge`, `table4`, `diff`,
+//! `check`, `chart`, `stress`, `plan`, `adapters`, `completions`), and the options, output
+//! and progress that they share. The README lists the exit codes.
+
+mod adapters;
+mod bake;
+mod bundled;
+mod chart;
+mod check;
+mod compare;
+mod completions;
+mod console;
+mod diff;
+mod help;
+mod merge;
+mod objects;
+mod options;
+mod plan;
+mod progress;
+mod relight;
+mod scene;
+mod signals;
+mod solve;
+mod solver;
+mod stored_settings;
+mod stress;
+mod table4;
+
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use common::Error;
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Progressive radiosity, solved by rays on the CPU and by a hemisphere item buffer on the GPU, with every
+/// difference between the two explained. Without a command: `compare` on the bundled Cornell box, report in out/.
+#[derive(Parser)]
+#[command(name = "radiosity", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Solve a scene to an error; writes preview.png, view.html, lightmap.exr and result.json
+    Solve(Box<solve::SolveArguments>),
+    /// Solve a scene by progressive refinement with the settings given; writes the same files
+    Shoot(Box<solve::ShootArguments>),
+    /// Solve scenes on CPU and GPU and explain every difference; writes report.html
+    Compare(compare::CompareArguments),
+    /// Put objects into a captured room; writes composite.png, report.html and what solve writes
+    Relight(Box<relight::RelightArguments>),
+    /// Merge bracketed photographs of one view into a radiance map; writes radiance.exr, merge.html
+    Merge(merge::MergeArguments),
+    /// Repeat the paper's Table 4, its columns beside ours; writes table4.html
+    Table4(table4::Table4Arguments),
+    /// Compare two results (directories of solve), the second taken as the truth; writes diff.html
+    Diff(diff::DiffArguments),
+    /// Judge a result of any origin: its light is gathered again and compared; writes check.html
+    Check(check::CheckArguments),
+    /// Plot speed against accuracy of every method, or error against one option; writes chart.html
+    Chart(chart::ChartArguments),
+    /// Run the failure atlas: scenes built to break each method; writes stress.html
+    Stress(stress::StressArguments),
+    /// Measure error and time against each option: `chart --vary all` now
+    #[command(hide = true)]
+    Converge(chart::ChartInputs),
+    /// Estimate texels, memory, shots and time of a solve: `solve --dry-run` now
+    #[command(hide = true)]
+    Plan(plan::PlanArguments),
+    /// List the GPU adapters found
+    Adapters(adapters::AdaptersArguments),
+    /// Print a shell's completion script
+    Completions(completions::CompletionsArguments),
+}
+
+impl Command {
+    /// Returns the `--settings` file, whose options come before those given.
+    fn settings_file(&self) -> Option<&Path> {
+        match self {
+            Self::Solve(arguments) => arguments.settings_file(),
+            Self::Shoot(arguments) => arguments.settings_file(),
+            _ => None,
+        }
+    }
+}
+
+/// The end of a command that wrote its results.
+pub enum Outcome {
+    /// Done, in agreement: exit code 0.
+    Done,
+    /// Done, and the solvers disagree, a tolerance is exceeded or `--strict` makes a warning an error:
+    /// exit code 1.
+    Disagree,
+}
+
+/// Runs the program; errors are one `error:` line on stderr.
+pub fn main() -> ExitCode {
+    signals::survive_file_limit();
+    let arguments = match parse_command_line() {
+        Ok(arguments) => arguments,
+        Err(error) => return report_usage_error(&error),
+    };
+    let outcome = match arguments.command {
+        Some(Command::Solve(arguments)) => solve::run_solve(&arguments),
+        Some(Command::Shoot(arguments)) => solve::run_shoot(&arguments),
+        Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Relight(arguments)) => relight::run(&arguments),
+        Some(Command::Merge(arguments)) => merge::run(&arguments),
+        Some(Command::Table4(arguments)) => table4::run(&arguments),
+        Some(Command::Diff(arguments)) => diff::run(&arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
+        Some(Command::Converge(inputs)) => chart::vary::run_converge(&inputs),
+        Some(Command::Chart(arguments)) => chart::run(&arguments),
+        Some(Command::Stress(arguments)) => stress::run(&arguments),
+        Some(Command::Plan(arguments)) => plan::run(&arguments),
+        Some(Command::Adapters(arguments)) => adapters::run(&arguments),
+        Some(Command::Completions(arguments)) => completions::run(&arguments, build_parser()),
+        None => compare::run_demo(),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Disagree) => ExitCode::from(1),
+        Err(error) => report_error(&error),
+    }
+}
+
+/// Prints an error and returns its exit code.
+fn report_error(error: &Error) -> ExitCode {
+    console::print_error(&error.to_string());
+    ExitCode::from(match error {
+        Error::Input { .. } | Error::Usage(_) => 2,
+        Error::NoAdapter(_) | Error::Device(_) => 3,
+        Error::Write { .. } => 4,
+        Error::Fault(_) => 1,
+        // The code by which a shell reports a program that Ctrl-C ended.
+        Error::Interrupted => 130,
+    })
+}
+
+/// Builds the parser of the command line. Every value may begin with a minus sign: clap would read it as an
+/// option, and each option's own parser refuses negative numbers with a better message.
+fn build_parser() -> clap::Command {
+    let negative = |arg: clap::Arg| {
+        let takes = arg.get_action().takes_values();
+        arg.allow_negative_numbers(takes)
+    };
+    Arguments::command()
+        .after_help(help::help_footer(""))
+        .mut_subcommands(|command| {
+            let below = help::help_footer(command.get_name());
+            let name = command.get_name().to_owned();
+            let hide = move |arg: clap::Arg| {
+                let hidden = arg.is_hide_set() || help::is_unlisted(&name, &arg);
+                arg.hide(hidden)
+            };
+            command.mut_args(negative).mut_args(hide).after_help(below)
+        })
+}
+
+/// Parses the command line, with the options of the `--settings` file before those given.
+fn parse_command_line() -> std::result::Result<Arguments, clap::Error> {
+    let given: Vec<OsString> = std::env::args_os().collect();
+    let arguments = parse_arguments(build_parser(), &given)?;
+    note_earlier_spellings(&given);
+    let settings = arguments.command.as_ref().and_then(Command::settings_file);
+    let Some(settings) = settings else {
+        return Ok(arguments);
+    };
+    // The options given follow those of the file: the last of an option counts.
+    let earlier = stored_settings::stored_options(settings)?;
+    let (command, rest) = given.split_at(2);
+    let all = [command, &earlier, rest].concat();
+    let repeated = parse_arguments(build_parser().args_override_self(true), &all);
+    repeated.map_err(|_| stored_settings::not_a_result(settings))
+}
+
+/// Prints a note for each option that is spelled as in earlier versions.
+fn note_earlier_spellings(given: &[OsString]) {
+    let text: Vec<_> = given.iter().map(|argument| argument.to_string_lossy()).collect();
+    if text
+        .iter()
+        .any(|argument| argument.split('=').next() == Some("--cells"))
+    {
+        console::message!("note: --cells is --patches now");
+    }
+    let dense = text.contains(&"--solver=matrix".into()) || text.windows(2).any(|pair| pair == ["--solver", "matrix"]);
+    if dense && text.get(1).is_some_and(|command| command == "solve") {
+        console::message!("note: --solver matrix is --solver dense now");
+    }
+}
+
+/// Parses `given` and silences notes if `--quiet` is among it.
+fn parse_arguments(mut program: clap::Command, given: &[OsString]) -> std::result::Result<Arguments, clap::Error> {
+    let matches = program.try_get_matches_from_mut(given)?;
+    let quiet = |matches: &ArgMatches| matches!(matches.try_get_one("quiet"), Ok(Some(true)));
+    if matches.subcommand().is_some_and(|(_, of)| quiet(of)) {
+        console::silence_notes();
+    }
+    Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))
+}
+
+/// Prints help and version unchanged, a usage error as one line; returns the exit code.
+fn report_usage_error(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        return match console::check_stdout(error.print()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => report_error(&error),
+        };
+    }
+    let text = error.to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text);
+    let ends = ["\nUsage:", "\nFor more information"];
+    let end = ends.iter().filter_map(|end| text.find(end)).min();
+    let lines = text[..end.unwrap_or(text.len())].lines();
+    // clap's tip `-- -x` would make a mistyped option a scene.
+    let wanted = lines.filter(|line| !line.trim_start().starts_with("tip: to pass"));
+    let message = wanted.collect::<Vec<_>>().join(" ");
+    console::print_error(&format!("{message} (see radiosity --help)"));
+    ExitCode::from(2)
+}

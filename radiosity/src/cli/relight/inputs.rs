@@ -1,0 +1,142 @@
+//! Reads the room and the objects of `relight`.
+
+use super::{MapOption, RelightArguments};
+use crate::cli::objects::PlacedObject;
+use crate::cli::scene::require_light;
+use common::capture::MapProjection;
+use common::constants::CONTACT_DISTANCE;
+use common::import::ImportOptions;
+use common::scene::{Face, Scene};
+use common::{Error, Result};
+use glam::DVec3;
+use oracle::relight::captured_room::{PanoramaPlacement, read};
+use oracle::relight::stage::RelightStage;
+
+/// Objects of more faces have one texel a face by default.
+const MAX_MESHED_FACES: usize = 1000;
+/// Smallest share of the room in the extent of room and objects: the contact distance, within which fronts exchange
+/// nothing, is then at most a thousandth of the room.
+const MIN_ROOM_SHARE: f64 = 1e3 * CONTACT_DISTANCE as f64;
+
+/// Texels per side of a panorama's wall in a solve to an error, where hierarchy nodes shoot instead of texels.
+const PANORAMA_WALL_TEXELS: u32 = 64;
+
+/// Reads room and objects and joins them; `to_error` selects the finer default texels of a solve to an error.
+pub fn load_stage(arguments: &RelightArguments, to_error: bool) -> Result<RelightStage> {
+    let common = &arguments.common;
+    let usual = match to_error {
+        true => PANORAMA_WALL_TEXELS,
+        false => common.quality_or_default().meshing().texels,
+    };
+    let texels_asked = common.texels.unwrap_or(usual);
+    let placement = PanoramaPlacement {
+        size: arguments.room_size,
+        eye: arguments.eye,
+        projection: arguments.map.map(|map| match map {
+            MapOption::Latlong => MapProjection::LatLong,
+            MapOption::Cube => MapProjection::Cube,
+            MapOption::Angular => MapProjection::Angular,
+        }),
+    };
+    let given = arguments.objects.room_reflectance;
+    let import = ImportOptions {
+        reflectance: given,
+        ..common.import_options()
+    };
+    let captured = read(
+        &arguments.room,
+        &placement,
+        texels_asked,
+        common.texels.is_some(),
+        &import,
+    )?;
+    let solved = captured.values.is_none();
+    let mut resolutions = captured.resolutions.clone();
+    let mut scenes = vec![captured.scene.clone()];
+    let mut outside = Vec::new();
+    for object in &arguments.objects.objects {
+        let scene = object.load_scene(&common.import_options())?;
+        let side = match arguments.object_texels {
+            Some(side) => side,
+            None if scene.faces.len() > MAX_MESHED_FACES => 1,
+            None => texels_asked,
+        };
+        resolutions.extend(vec![[side; 2]; scene.faces.len()]);
+        check_object_extent(&captured.scene, &scene, object)?;
+        outside.extend(note_object_outside(&captured.scene, &scene, object));
+        scenes.push(scene);
+    }
+    let scene = Scene::join_scenes(&scenes);
+    if solved {
+        require_light(&arguments.room, &scene, "")?;
+    }
+    let mut notes = scene.notes.clone();
+    notes.extend(outside);
+    notes.extend(captured.notes.iter().cloned());
+    Ok(RelightStage {
+        room_faces: captured.scene.faces.len(),
+        captured,
+        scene,
+        resolutions,
+        reflectance: given.filter(|_| !solved),
+        notes,
+    })
+}
+
+/// Refuses an object so large or so far away that the room would be lost in rounding.
+fn check_object_extent(room: &Scene, scene: &Scene, object: &PlacedObject) -> Result<()> {
+    let (low, high) = scene_extent(room);
+    let (from, to) = scene_extent(scene);
+    let size = (high - low).max_element();
+    let all = (high.max(to) - low.min(from)).max_element();
+    // Written so that NaN fails, too.
+    if size >= MIN_ROOM_SHARE * all {
+        return Ok(());
+    }
+    Err(Error::bad_input(
+        &object.file,
+        "",
+        format!(
+            "reaches from {} to {}, too far outside a room of size {size:.3}: see --scale and --place",
+            format_point(from),
+            format_point(to)
+        ),
+    ))
+}
+
+/// Returns a note on an object that reaches out of the room's box: it probably has another unit.
+fn note_object_outside(room: &Scene, scene: &Scene, object: &PlacedObject) -> Option<String> {
+    let (low, high) = scene_extent(room);
+    let (from, to) = scene_extent(scene);
+    let margin = (high - low).max_element() * 1e-6;
+    let inside = from.cmpge(low - margin).all() && to.cmple(high + margin).all();
+    (!inside).then(|| {
+        format!(
+            "{} reaches from {} to {}, the room only from {} to {}: see --scale and --place",
+            object.file.display(),
+            format_point(from),
+            format_point(to),
+            format_point(low),
+            format_point(high)
+        )
+    })
+}
+
+fn scene_extent(scene: &Scene) -> (DVec3, DVec3) {
+    let corners = || scene.faces.iter().flat_map(Face::outline);
+    (
+        corners().copied().fold(DVec3::INFINITY, DVec3::min),
+        corners().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
+    )
+}
+
+fn format_point(p: DVec3) -> String {
+    let one = |x: f64| {
+        if x.abs() < 1e6 {
+            format!("{x:.3}")
+        } else {
+            format!("{x:.3e}")
+        }
+    };
+    p.to_array().map(one).join(",")
+}

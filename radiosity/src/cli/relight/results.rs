@@ -1,0 +1,239 @@
+//! Files and messages of `relight`.
+
+use super::{MethodOption, RelightArguments};
+use crate::cli::Outcome;
+use crate::cli::console::{self, message};
+use crate::cli::objects::PlacedObject;
+use crate::cli::solve::{add_view_files, print_warnings_and_files, strict_outcome, view_inputs};
+use crate::relight::camera::{automatic_camera, camera_at};
+use crate::relight::page::{RelightPage, render_report};
+use crate::relight::pictures::RelightPictures;
+use crate::relight::thumbnail::render_thumbnail;
+use crate::relight::{Backdrop, COMPOSITE_SIZE, RelitScene, composite, files};
+use crate::report::picture::Exposure;
+use crate::report::view::camera::Camera;
+use clap::ValueEnum;
+use common::energy::EnergyBalance;
+use common::solution::pending::PendingFiles;
+use common::solution::{PhaseSeconds, Solution};
+use common::{Error, Result};
+use glam::{DVec3, Vec3};
+use oracle::relight::stage::RelightStage;
+use oracle::solve::progress::ProgressMonitor;
+use oracle::solve::solved::{RelightReport, Solved};
+use oracle::solve::{SolveAnswer, SolveRequest};
+use serde_json::{Value, json};
+
+/// Names of the files that a relight writes.
+const OUTPUT_FILES: &str =
+    "composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json";
+/// Width in pixels of the panorama's thumbnail in the report.
+const THUMBNAIL_WIDTH: u32 = 512;
+
+/// Writes pictures, report and result, and prints the summary.
+pub fn write_results(
+    arguments: &RelightArguments,
+    stage: &RelightStage,
+    question: &SolveRequest,
+    answered: &SolveAnswer,
+    watch: &ProgressMonitor,
+) -> Result<Outcome> {
+    let (done, out) = (&answered.solved, &arguments.out);
+    let relit = done.relight.as_ref();
+    let relit = relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))?;
+    let seen = relit_scene(stage, done, relit);
+    let radiance = |d: DVec3| match &stage.captured.panorama {
+        Some((panorama, _)) => panorama.radiance(d),
+        None => Vec3::ZERO,
+    };
+    let backdrop: Option<Backdrop> = stage.captured.panorama.is_some().then_some(&radiance);
+    let camera = choose_camera(arguments, &seen);
+    let picture = watch.time_phase("composite", || {
+        composite::render_composite(&seen, &camera, COMPOSITE_SIZE, backdrop)
+    });
+    let exposure = files::choose_exposure(&picture).opened_by(arguments.exposure, arguments.curve.into());
+    let energy = EnergyBalance::new(&done.mesh, &done.run.field, &done.run.shots);
+    let mut notes = stage.notes.clone();
+    notes.extend(capture_notes(stage, done, relit));
+    for note in &answered.notes {
+        message!("note: {note}");
+        notes.push(note.clone());
+    }
+    let seconds = PhaseSeconds {
+        load: watch.phase_seconds(&["load"]),
+        prepare: watch.phase_seconds(&["capture", "prepare", "recover"]),
+        solve: watch.phase_seconds(&["relight"]),
+    };
+    let solution = Solution {
+        relit: Some(describe_relight(arguments, stage, done, relit, &picture, exposure)),
+        ..answered.to_solution(question, &notes, seconds)
+    };
+    watch.time_phase("write", || -> Result<()> {
+        solution.write(out)?;
+        files::write_pictures(out, &picture, exposure)
+    })?;
+    // The view starts at the composite's camera, which shows the objects.
+    let (around, pictures) = watch.time_phase("view", || {
+        rayon::join(
+            || view_inputs(&solution, Some(camera)).render_view(),
+            || RelightPictures::new(&seen, &picture, exposure),
+        )
+    });
+    let around = around?;
+    let files_of = arguments.objects.objects.iter();
+    let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
+    let phases = watch.timed_phases();
+    let report = RelightPage {
+        room: &arguments.room.display().to_string(),
+        objects: &objects,
+        settings: &list_settings(arguments, &solution),
+        relit: &seen,
+        composite: &picture,
+        pictures: &pictures,
+        camera,
+        energy: Some(&energy),
+        map_shots: relit.map_shots as u32,
+        object_shots: relit.object_shots as u32,
+        converged: done.run.converged,
+        negative_texels: relit.negative_texels(&done.run),
+        seconds: &phases,
+        warnings: &answered.warnings,
+        notes: &notes,
+        thumbnail: backdrop.map(|backdrop| render_thumbnail(backdrop, THUMBNAIL_WIDTH)),
+        viewer: &around.element.0,
+    };
+    let mut files = PendingFiles::default();
+    add_view_files(&around, out, &mut files)?;
+    files.add(&out.join("report.html"), render_report(&report).as_bytes())?;
+    files.rename_files()?;
+    if !arguments.common.quiet {
+        print_summary(&solution, &phases, arguments);
+    }
+    if arguments.json {
+        console::print_json(&solution.summarise_run())?;
+    }
+    Ok(strict_outcome(&solution, arguments.strict))
+}
+
+fn relit_scene<'a>(stage: &'a RelightStage, done: &'a Solved, relit: &'a RelightReport) -> RelitScene<'a> {
+    RelitScene {
+        scene: &stage.scene,
+        mesh: &done.mesh,
+        room: stage.room_faces,
+        before: &relit.before,
+        after: &done.run.field,
+        eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
+    }
+}
+
+fn choose_camera(arguments: &RelightArguments, seen: &RelitScene) -> Camera {
+    match &arguments.camera {
+        Some([ex, ey, ez, tx, ty, tz, fov]) => {
+            camera_at(seen.mesh, DVec3::new(*ex, *ey, *ez), DVec3::new(*tx, *ty, *tz), *fov)
+        }
+        None => automatic_camera(seen),
+    }
+}
+
+/// Describes the entries that result.json has in addition to those of a solve.
+fn describe_relight(
+    arguments: &RelightArguments,
+    stage: &RelightStage,
+    done: &Solved,
+    relit: &RelightReport,
+    picture: &composite::Composite,
+    exposure: Exposure,
+) -> Value {
+    let mended = arguments.mend.iter().filter_map(|f| f.to_possible_value());
+    json!({
+        "method": method_name(arguments.method),
+        "mended": mended.map(|v| v.get_name().to_owned()).collect::<Vec<_>>(),
+        "map_shots": relit.map_shots,
+        "object_shots": relit.object_shots,
+        "negative_texels": relit.negative_texels(&done.run),
+        "negative_pixels": picture.negative,
+        "emitting_texels": relit.emitters,
+        "room": arguments.room.display().to_string(),
+        "room_faces": stage.room_faces,
+        "objects": arguments.objects.objects.iter().map(describe_object).collect::<Vec<_>>(),
+        "eye": stage.captured.panorama.as_ref().map(|(_, eye)| eye.to_array()),
+        "camera": arguments.camera,
+        "exposure": {
+            "stops": arguments.exposure,
+            "white": exposure.white,
+            "curve": exposure.curve.name(),
+        },
+    })
+}
+
+/// Describes an object and its placement.
+fn describe_object(object: &PlacedObject) -> Value {
+    json!({
+        "file": object.file.display().to_string(),
+        "scale": object.scale,
+        "place": object.place.to_array(),
+        "reflectance": object.reflectance.map(|r| r.to_array()),
+    })
+}
+
+/// Lists the options in force for the report.
+fn list_settings(arguments: &RelightArguments, solution: &Solution) -> Vec<(String, String)> {
+    let mut all = vec![
+        ("method".to_owned(), method_name(arguments.method)),
+        ("solver".to_owned(), solution.adapter.unwrap_or("CPU").to_owned()),
+    ];
+    let settings = serde_json::to_value(solution.settings).unwrap_or_default();
+    for (name, value) in settings.as_object().into_iter().flatten() {
+        let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        all.push((name.clone(), text));
+    }
+    all
+}
+
+fn method_name(method: MethodOption) -> String {
+    let name = method.to_possible_value();
+    name.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// Returns notes on the captured room.
+fn capture_notes(stage: &RelightStage, done: &Solved, relit: &RelightReport) -> Vec<String> {
+    let mut notes = Vec::new();
+    if relit.emitters > 0 {
+        let room = |t: &&common::mesh::Texel| (t.face as usize) < stage.room_faces;
+        let all = done.mesh.texels.iter().filter(room).count();
+        notes.push(format!(
+            "{} of {all} texels of the room emit: they are brighter than what they can reflect",
+            relit.emitters
+        ));
+    }
+    if !relit.complete {
+        notes.push(
+            "stopped before all captured light was shot: raise --max-shots; reflectance and emission of the walls are recovered from a part of it"
+                .into(),
+        );
+    }
+    if stage.captured.panorama.is_some() {
+        notes.push("the centre of the map looks along +z, +x is a quarter turn to its left, y is up".into());
+    }
+    notes
+}
+
+fn print_summary(solution: &Solution, phases: &[(&str, f64)], arguments: &RelightArguments) {
+    let energy = EnergyBalance::new(solution.mesh, &solution.run.field, &solution.run.shots);
+    let phases: Vec<String> = phases
+        .iter()
+        .map(|(phase, seconds)| format!("{phase} {seconds:.2} s"))
+        .collect();
+    message!(
+        "{}: {} faces, {} texels, {} shots on {}, {:.3} % unshot, imbalance {:.1e}; {}",
+        solution.scene.name,
+        solution.mesh.faces.len(),
+        solution.mesh.texels.len(),
+        solution.run.shots.len(),
+        solution.adapter.unwrap_or("the CPU"),
+        100.0 * solution.run.unshot_fraction(),
+        energy.imbalance,
+        phases.join(", "),
+    );
+    print_warnings_and_files(solution, OUTPUT_FILES, &arguments.out);
+}

@@ -1,0 +1,74 @@
+//! Merges bracketed photographs of one view into a radiance map: `radiance.exr` and `merge.html`.
+//! [`brackets`] holds the mathematics.
+
+pub mod brackets;
+mod chart;
+pub mod exposure_list;
+pub mod fisheye;
+pub mod page;
+pub mod photographs;
+mod pictures;
+
+use crate::report::picture::luminance;
+use brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
+
+/// Maximum difference between measured and nominal exposure step without a note, in stops. Cameras label 1/64 s as
+/// 1/60 s (0.09 stops), and shutters deviate by a few hundredths.
+const MAX_STEP_DEVIATION: f64 = 0.25;
+
+/// Range of the luminances of most pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LuminanceRange {
+    /// 1st percentile of luminance over the pixels above 0.
+    pub low: f32,
+    /// 99th percentile.
+    pub high: f32,
+}
+
+impl LuminanceRange {
+    /// Measures a radiance map; none if all pixels are black.
+    pub fn from_map(merged: &RadianceMap) -> Option<Self> {
+        let mut values: Vec<f32> = merged.radiance.iter().map(|v| luminance(*v)).collect();
+        values.retain(|value| *value > 0.0);
+        values.sort_by(f32::total_cmp);
+        let at = |share: f64| values.get((share * values.len() as f64) as usize).copied();
+        Some(Self {
+            low: at(0.01)?,
+            high: at(0.99)?,
+        })
+    }
+
+    /// Returns the ratio of both luminances in stops.
+    pub fn stop_count(&self) -> f64 {
+        f64::from(self.high / self.low).log2()
+    }
+}
+
+/// Returns notes on implausible steps, missing exposures and falling response curves.
+pub fn merge_notes(brackets: &Brackets, response: &CameraResponse, steps: &[ExposureStep]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let pairs = brackets.photographs().windows(2);
+    for (pair, step) in pairs.zip(steps) {
+        let names = [&pair[0].path, &pair[1].path].map(|path| path.display().to_string());
+        match step.measured {
+            Some(seen) if (seen - step.nominal).abs() > MAX_STEP_DEVIATION => notes.push(format!(
+                "from {} to {} the pictures show a step of {seen:.2} stops and their seconds say {:.2}: are the seconds right?",
+                names[0], names[1], step.nominal
+            )),
+            None => notes.push(format!(
+                "no pixel is well exposed in both {} and {}: an exposure is missing in between",
+                names[0], names[1]
+            )),
+            Some(_) => {}
+        }
+    }
+    for (channel, name) in ["red", "green", "blue"].into_iter().enumerate() {
+        let falls = response.count_falls(channel);
+        if falls > 0 {
+            notes.push(format!(
+                "the response of {name} does not rise at {falls} codes: did the camera or the scene move?"
+            ));
+        }
+    }
+    notes
+}

@@ -1,0 +1,74 @@
+//! Builds `report.json`: the contract's fields and further ones for scripts.
+
+use crate::report::view::interpolation::InterpolationSurface;
+use crate::report::view::quality::InterpolationQuality;
+use common::settings::Settings;
+use oracle::compare::comparison::{Comparison, Criterion, SceneComparison, StageCheck};
+use oracle::solve::solver::ErrorTarget;
+use serde_json::{Map, Value, json};
+
+/// Converts all scenes, in the given order; NaN becomes null.
+pub fn report_json(judged: &[SceneComparison]) -> Value {
+    json!({ "scenes": judged.iter().map(scene_json).collect::<Vec<_>>() })
+}
+
+/// Converts a scene: the fields of its first comparison, the verdict on all, and the comparison of `solve`'s default.
+fn scene_json(judged: &SceneComparison) -> Value {
+    let mut value = comparison_json(&judged.first);
+    value["agree"] = json!(judged.all_agree());
+    if let Some(as_solved) = &judged.solve_default {
+        value["as_solved"] = comparison_json(as_solved);
+    }
+    value
+}
+
+fn comparison_json(c: &Comparison) -> Value {
+    let surface = InterpolationSurface::new(&c.scene, &c.mesh);
+    json!({
+        "scene": c.scene.name,
+        "way": c.preset,
+        "agree": c.solvers_agree(),
+        "shots": { "cpu": c.cpu.shooters, "gpu": c.gpu.shooters },
+        "passes": { "cpu": c.cpu.passes, "gpu": c.gpu.passes },
+        "converged": { "cpu": c.cpu.converged, "gpu": c.gpu.converged },
+        "unshot_fraction": { "cpu": c.cpu.unshot_fraction(), "gpu": c.gpu.unshot_fraction() },
+        "radiosity": c.lockstep_difference,
+        "free": c.free_difference,
+        "error": { "cpu": c.truth_error[0], "gpu": c.truth_error[1] },
+        "truth": c.truth,
+        "visibility": c.pairs,
+        "energy": { "cpu": c.cpu_energy, "gpu": c.gpu_energy },
+        "bounds": gates_by_name(&c.criteria),
+        "gates": c.criteria,
+        "findings": c.findings,
+        "stages": stages_by_name(&c.stages),
+        "interpolation": InterpolationQuality::new(&surface.interpolate(&c.cpu.field.irradiance)),
+        "estimated_error": { "cpu": c.estimated_error(0), "gpu": c.estimated_error(1) },
+        "certificate": { "cpu": c.estimates[0], "gpu": c.estimates[1] },
+        "settings": { "cpu": settings_in_force(c, &c.settings), "gpu": settings_in_force(c, &c.gpu_settings) },
+        "adapter": c.adapter,
+        "seconds": { "cpu": c.seconds[0], "gpu": c.seconds[1] },
+        "faces": c.mesh.faces.len(),
+        "cells": c.mesh.patches.len(),
+        "texels": c.mesh.texels.len(),
+        "notes": c.scene.notes.iter().chain(&c.notes).collect::<Vec<_>>(),
+    })
+}
+
+/// Returns the options in force.
+pub fn settings_in_force(c: &Comparison, shooting: &Settings) -> Value {
+    match c.error_target {
+        Some(ErrorTarget { error, texels }) => json!({ "error": error, "texels": texels }),
+        None => json!(shooting),
+    }
+}
+
+/// Returns the stages by name.
+fn stages_by_name(stages: &[StageCheck]) -> Map<String, Value> {
+    stages.iter().map(|stage| (stage.name.clone(), json!(stage))).collect()
+}
+
+/// Returns the gates by name; the array `gates` keeps their order.
+fn gates_by_name(gates: &[Criterion]) -> Map<String, Value> {
+    gates.iter().map(|gate| (gate.name.clone(), json!(gate))).collect()
+}

@@ -1,0 +1,222 @@
+//! The path tracer against closed forms, and the dense solver against the path tracer.
+//!
+//! The mean of 16 sets is distributed about the truth like Student's t of 15 degrees. Bounds are 7 standard errors, which
+//! are exceeded by chance once in 230 000.
+
+use approx::abs_diff_eq;
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use cpu::dense::Matrix;
+use glam::{DVec3, Vec3};
+use oracle::diff::pair::GridPair;
+use oracle::diff::reflected::ReflectedField;
+use oracle::exact::{furnace_radiosity, parallel_rectangles, perpendicular_rectangles};
+use oracle::path_tracer::{TracedRadiosity, debiased_pair_rms, trace_radiosity};
+use oracle::solve::dense;
+use radiosity::studies::random::{self, FaceShapes, LampKind, SceneKind, SceneOptions};
+use std::ops::ControlFlow;
+
+const SIGMAS: f64 = 7.0;
+
+fn made_scene(faces: Vec<Face>) -> Scene {
+    Scene {
+        name: "made".into(),
+        faces,
+        notes: Vec::new(),
+    }
+}
+
+/// Makes six quads, fronts inwards or outwards: floor, ceiling, then the walls.
+pub fn box_faces(low: [f64; 3], high: [f64; 3], inward: bool) -> Vec<Face> {
+    let p = |x: usize, y: usize, z: usize| {
+        let ends = [low, high];
+        DVec3::new(ends[x][0], ends[y][1], ends[z][2])
+    };
+    let quads = [
+        [p(0, 0, 0), p(0, 0, 1), p(1, 0, 1), p(1, 0, 0)],
+        [p(0, 1, 0), p(1, 1, 0), p(1, 1, 1), p(0, 1, 1)],
+        [p(0, 0, 0), p(0, 1, 0), p(0, 1, 1), p(0, 0, 1)],
+        [p(1, 0, 0), p(1, 0, 1), p(1, 1, 1), p(1, 1, 0)],
+        [p(0, 0, 0), p(1, 0, 0), p(1, 1, 0), p(0, 1, 0)],
+        [p(0, 0, 1), p(0, 1, 1), p(1, 1, 1), p(1, 0, 1)],
+    ];
+    let face = |corners| Face::quad("", corners, Vec3::ZERO, Vec3::ZERO);
+    let faces = quads.into_iter().map(face);
+    faces.map(|face| if inward { face } else { face.reversed() }).collect()
+}
+
+fn unit_cube() -> Vec<Face> {
+    box_faces([0.0; 3], [1.0; 3], true)
+}
+
+fn with_material(mut faces: Vec<Face>, emission: f32, reflectance: f32) -> Vec<Face> {
+    for face in &mut faces {
+        face.emission = Vec3::splat(emission);
+        face.reflectance = Vec3::splat(reflectance);
+    }
+    faces
+}
+
+fn uniform_mesh(scene: &Scene, texels: u32) -> Mesh {
+    Mesh::uniform(scene, texels, 1).unwrap()
+}
+
+/// Asserts the mean of a texel's first channel.
+fn assert_within_error(traced: &TracedRadiosity, k: usize, expected: f64) {
+    let (found, error) = (traced.reflected.values[k].x, traced.error[k].x);
+    let off = (found - expected) / error.max(1e-12);
+    assert!(
+        off.abs() < SIGMAS,
+        "texel {k}: {found} ± {error} instead of {expected}: {off:.1} standard errors"
+    );
+}
+
+#[test]
+fn traced_furnace_is_uniform() {
+    for reflectance in [0.5, 0.9] {
+        let scene = made_scene(with_material(unit_cube(), 2.0, reflectance));
+        let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 2), 16_000, 1);
+        let rho = f64::from(reflectance);
+        for k in 0..24 {
+            assert_within_error(&traced, k, furnace_radiosity(2.0, rho) - 2.0);
+            assert!(traced.error[k].x < 0.02 * furnace_radiosity(2.0, rho));
+        }
+    }
+}
+
+#[test]
+fn traced_direct_light_equals_form_factor() {
+    // The ceiling emits, one wall reflects, the rest is black.
+    for (wall, factor) in [
+        (0, parallel_rectangles(1.0, 1.0, 1.0)),
+        (2, perpendicular_rectangles(1.0, 1.0, 1.0)),
+    ] {
+        let mut faces = unit_cube();
+        faces[1].emission = Vec3::new(3.0, 1.0, 0.0);
+        faces[wall].reflectance = Vec3::splat(0.9);
+        let scene = made_scene(faces);
+        let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 1), 40_000, 2);
+        assert_within_error(&traced, wall, 0.9f32 as f64 * 3.0 * factor);
+        let [red, green, blue] = traced.reflected.values[wall].to_array();
+        // All channels have the same paths, and these f32 colours are exact.
+        assert!(abs_diff_eq!(red / green, 3.0, epsilon = 1e-12) && blue == 0.0);
+        let others = (0..6).filter(|k| *k != wall);
+        assert!(others.into_iter().all(|k| traced.reflected.values[k] == DVec3::ZERO));
+    }
+}
+
+/// A furnace with a box on its floor and a floating sheet: B = E/(1 − ρ) on all lit texels. Under the box, and on its
+/// underside, there is no light.
+#[test]
+fn texels_under_box_are_dark_and_both_sides_of_sheet_are_lit() {
+    let mut faces = unit_cube();
+    faces.extend(box_faces([0.25, 0.0, 0.25], [0.75, 0.5, 0.75], false));
+    let p = |x, z| DVec3::new(x, 0.75, z);
+    let up = Face::quad(
+        "",
+        [p(0.2, 0.2), p(0.2, 0.8), p(0.8, 0.8), p(0.8, 0.2)],
+        Vec3::ZERO,
+        Vec3::ZERO,
+    );
+    faces.extend([up.reversed(), up]);
+    let scene = made_scene(with_material(faces, 1.0, 0.6));
+    let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 4), 2000, 3);
+    let lit = furnace_radiosity(1.0, f64::from(0.6f32)) - 1.0;
+    for k in 0..14 * 16 {
+        let (face, i, j) = (k / 16, k % 4, k / 4 % 4);
+        let covered = face == 6 || (face == 0 && (1..3).contains(&i) && (1..3).contains(&j));
+        assert_within_error(&traced, k, if covered { 0.0 } else { lit });
+        assert_eq!(traced.error[k].x == 0.0, covered);
+    }
+}
+
+/// A box in a corner: two of its sides lie on emitting walls, its underside on the floor.
+#[test]
+fn box_in_corner_blocks_light_of_walls_behind_it() {
+    let mut faces = with_material(unit_cube(), 1.0, 0.6);
+    faces.extend(with_material(
+        box_faces([0.5, 0.0, 0.5], [1.0, 0.5, 1.0], false),
+        0.0,
+        0.6,
+    ));
+    let scene = made_scene(faces);
+    let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 2), 400, 3);
+    // The quarter of the floor in the corner, and the underside, are dark.
+    let texel = |face: usize, k: usize| traced.reflected.values[4 * face + k];
+    let dark: Vec<usize> = (0..4).filter(|k| texel(0, *k) == DVec3::ZERO).collect();
+    assert_eq!(dark, [3], "{:?}", &traced.reflected.values[..4]);
+    assert!((0..4).all(|k| texel(6, k) == DVec3::ZERO));
+}
+
+#[test]
+fn same_seed_gives_same_result() {
+    let scene = random::draw_scene(1, SceneOptions::default()).scene;
+    let [a, b, other] = [4, 4, 5].map(|seed| trace_radiosity(&scene, &uniform_mesh(&scene, 2), 50, seed));
+    assert_eq!(a.reflected.values, b.reflected.values);
+    assert_eq!(a.error, b.error);
+    assert_ne!(a.reflected.values, other.reflected.values);
+}
+
+fn random_scene(seed: u64, kind: SceneKind, faces: FaceShapes) -> random::RandomScene {
+    random::draw_scene(seed, SceneOptions { kind, faces })
+}
+
+/// Σ A(1 − ρ)H = Σ AE in closed rooms: no light is lost in a body or through a seam. All lamps are boxes: the black back
+/// of a panel absorbs light, and so does a body on an emitting wall.
+#[test]
+fn closed_rooms_absorb_emitted_power() {
+    let closed = (0..).map(|seed| random_scene(seed, SceneKind::Any, FaceShapes::Triangles));
+    for drawn in closed
+        .filter(|d| d.closed && d.lamps.iter().all(|l| *l == LampKind::Box))
+        .take(4)
+    {
+        let scene = &drawn.scene;
+        let traced = trace_radiosity(scene, &uniform_mesh(scene, 1), 3000, 4);
+        let (mut absorbed, mut variance, mut emitted) = (0.0, 0.0, 0.0);
+        for (k, face) in scene.faces.iter().enumerate() {
+            let [area, rho] = [face.area(), f64::from(face.reflectance.x)];
+            let gain = area * (1.0 - rho) / rho;
+            absorbed += gain * traced.reflected.values[k].x;
+            variance += (gain * traced.error[k].x).powi(2);
+            emitted += area * f64::from(face.emission.x);
+        }
+        let off = (absorbed - emitted) / variance.sqrt();
+        println!(
+            "{drawn}: absorbed {:.4} ± {:.4}",
+            absorbed / emitted,
+            variance.sqrt() / emitted
+        );
+        assert!(off.abs() < SIGMAS, "{drawn}: {off:.1} standard errors");
+    }
+}
+
+fn solve_dense(scene: &Scene, texels: u32) -> (Mesh, common::shooting::RadiosityField) {
+    let mesh = uniform_mesh(scene, texels);
+    let (matrix, _) = Matrix::assemble(scene, &mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    let field = dense::solve_system(&mesh, &matrix).unwrap().0.field;
+    (mesh, field)
+}
+
+/// The error of the dense solver on texels half as wide is at most the change by halving them.
+#[test]
+fn dense_solver_agrees_with_paths_on_random_triangles() {
+    for (seed, kind) in [(1, SceneKind::Room), (11, SceneKind::Any), (12, SceneKind::Any)] {
+        let drawn = random_scene(seed, kind, FaceShapes::Triangles);
+        let scene = &drawn.scene;
+        let [(rough_mesh, rough), (fine_mesh, fine)] = [2, 4].map(|texels| solve_dense(scene, texels));
+        let rough = ReflectedField::from_field(scene, &rough_mesh, &rough);
+        let fine = ReflectedField::from_field(scene, &fine_mesh, &fine);
+        let traced = trace_radiosity(scene, &rough_mesh, 6000, 5);
+        let of = |a| GridPair::new(a, &traced.reflected, Some(&traced.error)).unwrap();
+        let [of_rough, of_fine] = [&rough, &fine].map(|a| debiased_pair_rms(&of(a)));
+        let changed = GridPair::new(&rough, &fine, None).unwrap().worst_channel().0;
+        let [error, noise] = of_fine;
+        println!("{drawn}: 2² {of_rough:?}, 4² {of_fine:?}, halving changed {changed:.4}");
+        assert!(
+            error <= changed + SIGMAS * noise,
+            "{drawn}: {error} ± {noise}, {changed}"
+        );
+        // With more noise the test would prove nothing.
+        assert!(SIGMAS * noise < 0.05, "{drawn}: {noise}");
+    }
+}

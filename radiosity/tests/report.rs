@@ -1,0 +1,282 @@
+//! The report of `compare`: complete, offline, with the fields of the contract, for any data.
+
+use super::scenes::{cornell_like_box, paper_room, patchwork_floor, shoot_freely};
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::scene::Scene;
+use common::settings::{ItemBufferSettings, Meshing, Schedule, Settings, Visibility};
+use common::shooting::replay_log;
+use cpu::CpuSolver;
+use cpu::shader_twins::item_buffer::ItemBuffer;
+use cpu::shader_twins::view::ShooterView;
+use glam::Vec4;
+use oracle::compare::comparison::TruthInfo;
+use oracle::compare::comparison::{
+    Comparison, Criterion, ItemBufferPicture, MethodFinding, Preset, SceneComparison, StageCheck, VisibilityStatistics,
+};
+use oracle::diff::difference::Difference;
+use radiosity::report::comparison::{render_report, report_json};
+
+/// Makes a comparison of rays with the item buffer's CPU twin, in place of the GPU.
+fn made_comparison(scene: Scene, texels: u32, item_buffer: u32) -> Comparison {
+    let settings = Settings {
+        meshing: Meshing {
+            texels,
+            patches: 1,
+            ..Meshing::default()
+        },
+        schedule: Schedule {
+            epsilon: 0.05,
+            ..Schedule::default()
+        },
+        ..Settings::default()
+    };
+    let drawing = ItemBufferSettings {
+        size: item_buffer,
+        ..ItemBufferSettings::DEFAULT
+    };
+    let gpu_settings = settings.with_visibility(Visibility::ItemBuffer(drawing));
+    let mesh = Mesh::uniform(&scene, texels, 1).unwrap();
+    let cpu = shoot_freely(&mesh, &settings);
+    let gpu = shoot_freely(&mesh, &gpu_settings);
+    let lockstep = replay_log(&mut CpuSolver::new(&mesh, &gpu_settings.transport), &cpu.shooter_log()).unwrap();
+    let difference = Difference {
+        relative_rms: 0.0123,
+        max_relative: 0.4,
+        bias: -0.001,
+    };
+    let patch = cpu.shots[0].patch;
+    let view = ShooterView::new(&mesh, patch, 0, &drawing);
+    Comparison {
+        cpu_energy: EnergyBalance::new(&mesh, &cpu.field, &cpu.shots),
+        gpu_energy: EnergyBalance::new(&mesh, &gpu.field, &gpu.shots),
+        item_buffer: Some(ItemBufferPicture {
+            patch,
+            size: item_buffer,
+            ids: ItemBuffer::draw_faces(&mesh, &view, mesh.room_faces).ids,
+        }),
+        error_target: None,
+        estimates: [None, None],
+        error_map: None,
+        settings,
+        gpu_settings,
+        adapter: "twin (stands in for <a GPU>)".into(),
+        seconds: [1.234, 0.5],
+        stages: vec![
+            made_stage("item_buffer.wgsl", 3.0, 0.0),
+            made_stage("deposit.wgsl", 1.0, 4.0),
+        ],
+        pairs: VisibilityStatistics {
+            pairs: 1_234_567,
+            facing: 800_000,
+            mismatched: 1200,
+            explained: 1199,
+            vanished: 17,
+            unexplained: 1,
+            explainable: 30_000,
+            weighted_mismatch: 0.0014,
+            weighted_explainable: 0.03,
+            histogram: vec![900, 250, 40, 0, 9, 0, 0, 1],
+            examples: vec![(0, 5)],
+        },
+        lockstep_difference: difference,
+        free_difference: difference,
+        criteria: vec![
+            Criterion::at_most("lockstep RMS", 0.0123, 0.02, "one pixel of silhouette per texel"),
+            Criterion::at_most("energy imbalance, CPU", 3e-7, 1e-5, "f32 sums over the shots"),
+        ],
+        preset: Preset::Paper,
+        truth_error: [Some(0.32), Some(0.33)],
+        truth: Some(TruthInfo {
+            name: "the matrix on <few> texels".into(),
+            texels: 8,
+            own_error: 0.004,
+        }),
+        findings: vec![MethodFinding {
+            name: "item buffer".into(),
+            value: 0.02,
+            message: "silhouettes; --visibility rays has none of it".into(),
+        }],
+        notes: vec!["CPU: solved as often as is done".into()],
+        scene,
+        mesh,
+        cpu,
+        gpu,
+        lockstep,
+    }
+}
+
+fn without_second_preset(first: Comparison) -> SceneComparison {
+    SceneComparison {
+        first,
+        solve_default: None,
+    }
+}
+
+fn made_stage(name: &str, worst: f64, bound: f64) -> StageCheck {
+    StageCheck {
+        name: name.into(),
+        values: 516_096,
+        differing: 12,
+        worst,
+        bound,
+        reason: "products are added left to right in both".into(),
+        agree: worst <= bound,
+    }
+}
+
+/// Returns the texts between each pair of marks.
+fn texts_between<'a>(text: &'a str, open: &str, close: &str) -> Vec<&'a str> {
+    text.split(open)
+        .skip(1)
+        .filter_map(|rest| rest.split(close).next())
+        .collect()
+}
+
+#[test]
+fn report_has_every_figure_and_loads_nothing() {
+    let mut failing = made_comparison(paper_room(), 4, 128);
+    failing
+        .criteria
+        .push(Criterion::at_most("unexplained pairs", 1.0, 0.0, "each would be a bug"));
+    let both = SceneComparison {
+        first: made_comparison(cornell_like_box(), 16, 256),
+        solve_default: Some(Comparison {
+            preset: Preset::SolveDefault,
+            ..made_comparison(cornell_like_box(), 8, 64)
+        }),
+    };
+    // A comparison whose solutions are equal up to rounding.
+    let mut alike = made_comparison(patchwork_floor(), 8, 128);
+    for difference in [&mut alike.free_difference, &mut alike.lockstep_difference] {
+        difference.max_relative = 1e-7;
+    }
+    let scenes = [both, without_second_preset(failing), without_second_preset(alike)];
+    let ways = scenes.iter().flat_map(SceneComparison::iter_comparisons).count();
+    let page = render_report(&scenes, &["No GPU for <b>: left out".to_owned()]);
+    std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/report.html"), &page).unwrap();
+
+    assert!(!page.contains("http:") && !page.contains("https:"));
+    // Each scene's viewer has two elements of data, and one script serves all.
+    assert_eq!(page.matches("<script").count(), 2 * scenes.len() + 1);
+    assert!(!page.contains("url(") && !page.contains("@import") && !page.contains("<link"));
+    let sources = texts_between(&page, "src=\"", "\"");
+    // Solutions that are equal up to rounding have no pictures of their difference, others have two.
+    let same = |c: &&Comparison| {
+        let both = [&c.free_difference, &c.lockstep_difference];
+        both.iter().all(|difference| difference.max_relative <= 1e-6)
+    };
+    let same = scenes
+        .iter()
+        .flat_map(SceneComparison::iter_comparisons)
+        .filter(same)
+        .count();
+    assert!((1..ways).contains(&same));
+    assert_eq!(page.matches("no difference to draw").count(), same);
+    // Preview, two views, two differences, two atlases, item buffer and its colours: 9 per comparison.
+    assert_eq!(sources.len(), 9 * ways - 2 * same);
+    assert!(
+        sources
+            .iter()
+            .all(|source| source.starts_with("data:image/png;base64,iVBOR"))
+    );
+    assert_eq!(page.matches("<svg").count(), 2 * ways);
+    assert_eq!(page.matches("<figcaption>").count(), 11 * ways - 2 * same);
+    assert!(
+        texts_between(&page, "<figcaption>", "</figcaption>")
+            .iter()
+            .all(|text| text.len() > 20)
+    );
+    for text in [
+        "No GPU for &lt;b&gt;: left out",
+        "Agree",
+        "Disagree",
+        "conditions fail: unexplained pairs",
+        "off on the CPU and",
+        "--visibility rays has none of it",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    assert!(page.contains("stands in for &lt;a GPU&gt;"));
+    for tag in ["table", "tr", "td", "figure", "section", "div", "svg", "details"] {
+        let open = page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();
+        assert_eq!(open, page.matches(&format!("</{tag}>")).count(), "{tag}");
+    }
+}
+
+#[test]
+fn report_json_has_fields_of_contract() {
+    let scenes = [SceneComparison {
+        first: made_comparison(cornell_like_box(), 4, 64),
+        solve_default: Some(made_comparison(cornell_like_box(), 4, 64)),
+    }];
+    let value = report_json(&scenes);
+    let scene = &value["scenes"][0];
+    assert_eq!(scene["scene"], "cornell-like");
+    assert_eq!(scene["agree"], true);
+    for (object, keys) in [
+        ("shots", &["cpu", "gpu"][..]),
+        ("radiosity", &["relative_rms", "max_relative", "bias"]),
+        ("free", &["relative_rms", "max_relative", "bias"]),
+        (
+            "visibility",
+            &[
+                "pairs",
+                "mismatched",
+                "explained",
+                "unexplained",
+                "facing",
+                "explainable",
+                "weighted_mismatch",
+                "histogram",
+            ],
+        ),
+        ("energy", &["cpu", "gpu"]),
+        ("bounds", &["lockstep RMS"]),
+        ("error", &["cpu", "gpu"]),
+        ("stages", &["deposit.wgsl"]),
+        ("settings", &["cpu", "gpu"]),
+        ("interpolation", &["relative_rms", "max_step"]),
+    ] {
+        for key in keys {
+            assert!(!scene[object][key].is_null(), "{object}.{key}");
+        }
+    }
+    for part in ["emitted", "absorbed", "unshot", "escaped", "closure"] {
+        assert_eq!(scene["energy"]["gpu"][part].as_array().map(Vec::len), Some(3));
+    }
+    assert_eq!(scene["bounds"]["lockstep RMS"]["bound"], 0.02);
+    assert!(scene["gates"].is_array() && scene["findings"].is_array() && scene["adapter"].is_string());
+}
+
+#[test]
+fn nan_and_missing_data_still_give_a_report() {
+    let mut c = made_comparison(patchwork_floor(), 2, 16);
+    c.gpu.field.irradiance[3] = Vec4::NAN;
+    c.gpu.field.radiosity[3] = Vec4::INFINITY;
+    c.lockstep.field.irradiance.clear();
+    c.cpu.shots.clear();
+    c.gpu.shots[0].unshot = f32::NAN;
+    c.gpu.emitted = 0.0;
+    c.settings.schedule.epsilon = f64::NAN;
+    let shot = c.item_buffer.as_mut().unwrap();
+    shot.ids.truncate(7);
+    shot.patch = u32::MAX;
+    c.pairs = VisibilityStatistics {
+        examples: vec![(u32::MAX, u32::MAX)],
+        ..VisibilityStatistics::default()
+    };
+    c.criteria = vec![Criterion::at_most("nothing", f64::NAN, 1.0, "")];
+    c.stages.clear();
+    c.free_difference.bias = f64::INFINITY;
+    c.truth = None;
+    c.truth_error = [None, Some(f64::NAN)];
+    assert!(!c.solvers_agree());
+    let judged = [without_second_preset(c)];
+    let page = render_report(&judged, &[]);
+    assert!(
+        page.contains("not a number") && page.contains("Nothing was shot.") && page.contains("No mismatch at all.")
+    );
+    assert!(report_json(&judged)["scenes"][0]["bounds"]["nothing"]["value"].is_null());
+    assert!(render_report(&[], &[]).contains("Nothing compared"));
+}

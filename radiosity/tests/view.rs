@@ -1,0 +1,236 @@
+//! The view: interpolation without seams, the automatic camera, degenerate scenes and NaN.
+
+use super::scenes::{cornell_like_box, paper_room, patchwork_floor, quad_grid, shoot_freely};
+use common::mesh::Mesh;
+use common::rays::Rays;
+use common::scene::{Face, Scene};
+use common::settings::{Meshing, Schedule, Settings};
+use glam::{DVec3, Vec3, Vec4};
+use radiosity::report::picture::encode_srgb;
+use radiosity::report::view::camera::Camera;
+use radiosity::report::view::interpolation::InterpolationSurface;
+use radiosity::report::view::quality::InterpolationQuality;
+use radiosity::report::view::render::ViewHits;
+
+/// Bound of rounding: values and positions are f32 of order 1, and gradients divide by texel sides ≥ 1/40.
+const ROUNDING: f64 = 1e-5;
+
+fn draft_settings() -> Settings {
+    Settings {
+        meshing: Meshing {
+            texels: 16,
+            patches: 1,
+            ..Meshing::default()
+        },
+        schedule: Schedule {
+            epsilon: 0.03,
+            ..Schedule::default()
+        },
+        ..Settings::default()
+    }
+}
+
+#[test]
+fn linear_field_is_exact_at_centroids_and_without_steps() {
+    for n in [1, 2, 5, 16] {
+        let scene = patchwork_floor();
+        let mesh = Mesh::uniform(&scene, n, 1).unwrap();
+        let surface = InterpolationSurface::new(&scene, &mesh);
+        let field = surface.interpolate(&linear_field(&mesh));
+        for texel in &mesh.texels {
+            let value = field.value_at(texel.face, texel.position.as_dvec3());
+            assert!(
+                (value - linear_value(texel.position).as_dvec3()).length() < ROUNDING,
+                "{n} {value}"
+            );
+        }
+        let quality = InterpolationQuality::new(&field);
+        assert!(quality.max_step < ROUNDING, "{n} {quality:?}");
+        assert!(quality.border_samples > 100);
+        let apart = InterpolationSurface::without_welding(&scene, &mesh);
+        let quality = InterpolationQuality::new(&apart.interpolate(&linear_field(&mesh)));
+        assert!(quality.max_step > 1e-2, "{n} {quality:?}");
+    }
+}
+
+#[test]
+fn faces_of_different_resolution_meet_without_step() {
+    let scene = patchwork_floor();
+    let sides = [[7, 4], [3, 8], [1, 1], [5, 5], [2, 2], [9, 9], [6, 13], [1, 2]];
+    let mesh = Mesh::new(&scene, &sides, 1).unwrap();
+    let surface = InterpolationSurface::new(&scene, &mesh);
+    let noise = |k: usize| Vec4::splat((k as f32 * 0.618).fract());
+    let values: Vec<Vec4> = (0..mesh.texels.len()).map(noise).collect();
+    let quality = InterpolationQuality::new(&surface.interpolate(&values));
+    assert!(quality.max_step < ROUNDING, "{quality:?}");
+    let apart = InterpolationSurface::without_welding(&scene, &mesh);
+    assert!(InterpolationQuality::new(&apart.interpolate(&values)).max_step > 0.5);
+}
+
+#[test]
+fn linear_field_is_exact_except_at_outer_border() {
+    let e = [DVec3::Z * 3.0, DVec3::X * 2.0];
+    let mut faces = quad_grid("floor", DVec3::ZERO, e, [3, 2], [Vec3::ZERO, Vec3::ONE * 0.5]);
+    let Face {
+        corners: [a, b, c, d], ..
+    } = faces.remove(0);
+    faces.push(Face::triangle("floor", [a, b, c], Vec3::ZERO, Vec3::ZERO));
+    faces.push(Face::triangle("floor", [c, d, a], Vec3::ZERO, Vec3::ZERO));
+    let scene = Scene {
+        name: "floor".into(),
+        faces,
+        notes: Vec::new(),
+    };
+    let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
+    let surface = InterpolationSurface::new(&scene, &mesh);
+    let field = surface.interpolate(&linear_field(&mesh));
+    let mut checked = 0;
+    for k in 0..10_000 {
+        let (x, z) = (f64::from(k % 100) / 50.0 + 0.003, f64::from(k / 100) / 33.34 + 0.002);
+        // Within half a texel of the outer border values are extrapolated. Corner nodes between quads and
+        // triangles are asymmetric, so the borders of those faces are left out as well.
+        let inner = |x: f64, size: f64| x > 0.25 && x < size - 0.25;
+        if !inner(x, 2.0) || !inner(z, 3.0) || (x < 1.25 && z < 1.25) {
+            continue;
+        }
+        let point = (DVec3::new(x, 0.0, z) - DVec3::new(1.0, 0.0, 1.5)) / mesh.unit;
+        let face = mesh
+            .faces
+            .iter()
+            .position(|face| face.edges.iter().all(|e| e.truncate().dot(point.as_vec3()) >= e.w));
+        let value = field.value_at(face.unwrap() as u32, point);
+        let error = (value - linear_value(point.as_vec3()).as_dvec3()).length();
+        assert!(error < ROUNDING, "{x} {z} {error}");
+        checked += 1;
+    }
+    assert!(checked > 3000);
+}
+
+#[test]
+fn solved_rooms_are_shown_without_seams() {
+    for scene in [cornell_like_box(), paper_room(), patchwork_floor()] {
+        let texels = if scene.faces.len() > 100 { 8 } else { 16 };
+        let mesh = Mesh::uniform(&scene, texels, 1).unwrap();
+        let run = shoot_freely(
+            &mesh,
+            &Settings {
+                meshing: Meshing {
+                    texels,
+                    ..draft_settings().meshing
+                },
+                ..draft_settings()
+            },
+        );
+        let quality =
+            |surface: &InterpolationSurface| InterpolationQuality::new(&surface.interpolate(&run.field.irradiance));
+        let joined = quality(&InterpolationSurface::new(&scene, &mesh));
+        let apart = quality(&InterpolationSurface::without_welding(&scene, &mesh));
+        println!("{} {texels}²: joined {joined:?} apart {apart:?}", scene.name);
+        assert!(joined.max_step < 1e-4, "{joined:?}");
+        assert!(apart.max_step > 0.05, "{apart:?}");
+        assert!(joined.relative_rms < 0.05, "{joined:?}");
+    }
+}
+
+#[test]
+fn automatic_camera_looks_through_open_front_or_wall_back() {
+    let scene = cornell_like_box();
+    let mesh = Mesh::uniform(&scene, 2, 1).unwrap();
+    let rays = Rays::new(&mesh);
+    let camera = Camera::automatic_view(&mesh, &rays);
+    assert!(camera.eye.z < -1.5 && camera.eye.x.abs() < 0.1, "{camera:?}");
+    let surface = InterpolationSurface::new(&scene, &mesh);
+    let view = ViewHits::new(&camera, &surface, &rays, 64);
+    let mut seen = vec![false; mesh.faces.len()];
+    view.iter_hits().for_each(|hit| seen[hit.face as usize] = true);
+    let names = |wanted: &str| scene.faces.iter().zip(&seen).any(|(f, seen)| f.name == wanted && *seen);
+    for name in ["floor", "back", "left", "right", "ceiling", "light", "tall", "short"] {
+        assert!(names(name), "{name}");
+    }
+    // x points to the left, as in the Cornell box: the red wall is at x = 1.
+    let picture = view.shade_hits(|hit| mesh.texels[hit.stencil.texel as usize].reflectance);
+    let pixel = |x: u32, y: u32| &picture.rgba[((y * 64 + x) * 4) as usize..][..4];
+    assert!(pixel(6, 32)[0] > pixel(6, 32)[1] && pixel(57, 32)[1] > pixel(57, 32)[0]);
+    // The scene fills the frame.
+    let covered = picture.rgba.chunks(4).filter(|p| p[3] > 0).count();
+    assert!(covered > 64 * 64 * 8 / 10, "{covered}");
+
+    let mesh = Mesh::uniform(&paper_room(), 1, 1).unwrap();
+    let camera = Camera::automatic_view(&mesh, &Rays::new(&mesh));
+    assert!(camera.eye.z < -1.0, "{camera:?}");
+}
+
+#[test]
+fn automatic_camera_sees_front_of_single_face() {
+    for (a, b) in [
+        (DVec3::X, DVec3::Z),
+        (DVec3::Z, DVec3::X),
+        (DVec3::Y, DVec3::X),
+        (DVec3::X, DVec3::Y),
+    ] {
+        let faces = quad_grid("f", DVec3::ONE * 7.0, [a, b], [1, 1], [Vec3::ONE, Vec3::ZERO]);
+        let scene = Scene {
+            name: "one".into(),
+            faces,
+            notes: Vec::new(),
+        };
+        let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+        let rays = Rays::new(&mesh);
+        let surface = InterpolationSurface::new(&scene, &mesh);
+        let view = ViewHits::new(&Camera::automatic_view(&mesh, &rays), &surface, &rays, 16);
+        assert!(view.iter_hits().count() > 20);
+    }
+}
+
+#[test]
+fn degenerate_scenes_and_nan_do_not_panic() {
+    let p = DVec3::splat(1.0);
+    let q = DVec3::new(2.0, 1.0, 1.0);
+    let flat = Face::quad("line", [p, q, q, p], Vec3::ONE, Vec3::ONE * 0.5);
+    let point = Face::triangle("point", [p, p, p], Vec3::ONE, Vec3::ONE * 0.5);
+    let only_flat = Scene {
+        name: "flat".into(),
+        faces: vec![flat.clone(), point.clone()],
+        notes: Vec::new(),
+    };
+    let mut mixed = cornell_like_box();
+    mixed.faces.extend([flat, point]);
+    for scene in [only_flat, mixed] {
+        let mesh = Mesh::uniform(&scene, 3, 1).unwrap();
+        let rays = Rays::new(&mesh);
+        let surface = InterpolationSurface::new(&scene, &mesh);
+        let mut values = linear_field(&mesh);
+        values[0] = Vec4::NAN;
+        values.pop();
+        let field = surface.interpolate(&values);
+        let quality = InterpolationQuality::new(&field);
+        assert!(quality.relative_rms.is_nan());
+        for camera in [
+            Camera::automatic_view(&mesh, &rays),
+            Camera::new(Vec3::ZERO, Vec3::ZERO, f32::NAN),
+        ] {
+            let view = ViewHits::new(&camera, &surface, &rays, 24);
+            let picture = view.shade_hits(|hit| field.radiosity_at(&hit.stencil));
+            assert_eq!(picture.rgba.len(), 24 * 24 * 4);
+        }
+        for texel in 0..mesh.texels.len() as u32 {
+            let position = mesh.texels[texel as usize].position.as_dvec3();
+            let value = field.stencil_value(&surface.stencil_at(texel, position));
+            assert!(value.is_nan() || value.length() < 10.0);
+        }
+    }
+    assert_eq!(encode_srgb(Vec3::NAN), radiosity::report::picture::NOT_A_NUMBER);
+}
+
+/// Makes a field that is linear in position.
+fn linear_field(mesh: &Mesh) -> Vec<Vec4> {
+    mesh.texels
+        .iter()
+        .map(|texel| linear_value(texel.position).extend(0.0))
+        .collect()
+}
+
+/// Returns the value of [`linear_field`] at a position.
+fn linear_value(p: Vec3) -> Vec3 {
+    Vec3::splat(2.0) + Vec3::new(1.0, -0.5, 0.2) * p.x + Vec3::new(0.3, 0.6, -0.9) * p.z + p.y
+}

@@ -1,0 +1,222 @@
+//! Solver setups that properties are checked on, and bounds of the difference between solutions.
+
+use common::mesh::Mesh;
+use common::passes;
+use common::settings::{Iteration, Meshing, Schedule, Settings, Transport, Visibility};
+use common::shooting::{RadiosityField, SolveRun, replay_log};
+use glam::{DVec3, Vec3};
+use gpu::ShaderFault;
+use proptest::prelude::*;
+use proptest::test_runner::{RngSeed, TestError, TestRunner};
+use radiosity_tests::bounds::U;
+use radiosity_tests::engines::{AnyEngine, ENGINE_KINDS, EngineKind};
+use radiosity_tests::random_cases;
+use std::ops::ControlFlow;
+
+/// All iterations.
+pub const ITERATIONS: [Iteration; 3] = [Iteration::Southwell, Iteration::Chebyshev, Iteration::Cg];
+
+/// An iteration of few passes that adds positive numbers only.
+const POSITIVE_SUMS: [Iteration; 1] = [Iteration::Chebyshev];
+
+/// Device, samples, iteration and planted faults of a solve.
+#[derive(Clone, Copy, Debug)]
+pub struct SolverSetup {
+    pub on_gpu: bool,
+    pub samples: u32,
+    pub iteration: Iteration,
+    pub faults: &'static [ShaderFault],
+}
+
+/// Returns setups of both engines, with one sample and four, by each of these iterations.
+fn solver_setups(iterations: &[Iteration]) -> Vec<SolverSetup> {
+    let mut all = Vec::new();
+    for on_gpu in [false, true] {
+        for samples in [1, 4] {
+            all.extend(iterations.iter().map(|iteration| SolverSetup {
+                on_gpu,
+                samples,
+                iteration: *iteration,
+                faults: &[],
+            }));
+        }
+    }
+    all
+}
+
+impl SolverSetup {
+    /// Returns the settings.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            meshing: Meshing {
+                samples: self.samples,
+                ..Meshing::default()
+            },
+            transport: Transport {
+                visibility: Visibility::Rays,
+                ..Transport::default()
+            },
+            schedule: Schedule {
+                iteration: self.iteration,
+                epsilon: self.unshot_limit(),
+                ..Schedule::default()
+            },
+            ..Settings::default()
+        }
+    }
+
+    /// Returns ε. Bounds include the unshot power, so that single shots may stop early.
+    fn unshot_limit(&self) -> f64 {
+        match self.iteration {
+            Iteration::Southwell => 1e-3,
+            _ => 1e-5,
+        }
+    }
+
+    /// Makes an engine.
+    pub fn fresh_engine<'m>(&self, mesh: &'m Mesh) -> AnyEngine<'m> {
+        let by_rays = |kind: &&EngineKind| kind.on_gpu == self.on_gpu && kind.visibility == Visibility::Rays;
+        let kind = ENGINE_KINDS.iter().find(by_rays).unwrap();
+        kind.fresh_engine(mesh, &self.settings(), self.faults)
+    }
+
+    /// Solves until the unshot power is below ε.
+    pub fn solve_mesh(&self, mesh: &Mesh) -> SolveRun {
+        let settings = self.settings();
+        passes::solve_by_schedule(self.fresh_engine(mesh).as_mut(), mesh, &settings.schedule, &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .unwrap()
+    }
+
+    /// Replays shots of these patches, one after the other.
+    pub fn replay_log(&self, mesh: &Mesh, log: &[u32]) -> SolveRun {
+        replay_log(self.fresh_engine(mesh).as_mut(), log).unwrap()
+    }
+
+    /// Returns the links of all patches: a row of all texels for each.
+    pub fn link_rows(&self, mesh: &Mesh) -> Vec<Vec<f32>> {
+        let mut engine = self.fresh_engine(mesh);
+        let row = |patch| {
+            engine.shoot(patch).unwrap();
+            let field = engine.read_field().unwrap();
+            field.irradiance.iter().map(|h| h.w).collect()
+        };
+        (0..mesh.patches.len() as u32).map(row).collect()
+    }
+}
+
+/// Checks `property` on `count` draws of `strategy`, other ones for each setup.
+fn check_setups<S: Strategy>(
+    ways: &[SolverSetup],
+    count: u32,
+    strategy: &S,
+    property: impl Fn(SolverSetup, S::Value) -> Result<(), TestCaseError>,
+) {
+    for (k, way) in (0..).zip(ways) {
+        let mut config = random_cases(count);
+        if let RngSeed::Fixed(seed) = config.rng_seed {
+            config.rng_seed = RngSeed::Fixed(seed + k);
+        }
+        // The drawn scene is more useful than a shrunken one.
+        config.max_shrink_iters = 0;
+        let mut runner = TestRunner::new(config);
+        match runner.run(strategy, |scene| property(*way, scene)) {
+            Ok(()) => {}
+            Err(TestError::Fail(reason, scene)) => panic!("{way:?}: {reason}\n{scene:?}"),
+            Err(error) => panic!("{way:?}: {error}"),
+        }
+    }
+}
+
+/// Checks `property` on both engines, with one sample and four, by every iteration.
+pub fn check_every_iteration<S: Strategy>(
+    count: u32,
+    strategy: &S,
+    property: impl Fn(SolverSetup, S::Value) -> Result<(), TestCaseError>,
+) {
+    check_setups(&solver_setups(&ITERATIONS), count, strategy, property);
+}
+
+/// Checks `property` on both engines, with one sample and four, by one iteration.
+pub fn check_every_engine<S: Strategy>(
+    count: u32,
+    strategy: &S,
+    property: impl Fn(SolverSetup, S::Value) -> Result<(), TestCaseError>,
+) {
+    check_setups(&solver_setups(&POSITIVE_SUMS), count, strategy, property);
+}
+
+/// Returns the indices of all patches.
+pub fn all_patches(mesh: &Mesh) -> Vec<u32> {
+    (0..mesh.patches.len() as u32).collect()
+}
+
+/// Returns ΣA|a − b| over texels and channels, scene units; texel k of `a` is texel `pairs(k)` of `b`.
+pub fn radiosity_distance(mesh: &Mesh, a: &RadiosityField, b: &RadiosityField, pairs: impl Fn(usize) -> usize) -> f64 {
+    let texels = mesh.texels.iter().zip(&a.radiosity).enumerate();
+    let each = texels.map(|(k, (texel, value))| {
+        let other = b.radiosity[pairs(k)].truncate().as_dvec3();
+        f64::from(texel.area) * (value.truncate().as_dvec3() - other).abs().element_sum()
+    });
+    each.sum::<f64>() * mesh.area_unit()
+}
+
+/// Returns ΣA|r|, scene units.
+pub fn unshot_power(mesh: &Mesh, field: &RadiosityField) -> f64 {
+    let texels = mesh.texels.iter().zip(&field.residual);
+    let each = texels.map(|(texel, r)| f64::from(texel.area) * channel_sum(r.truncate().abs()));
+    each.sum::<f64>() * mesh.area_unit()
+}
+
+/// Returns the sum over the channels.
+pub fn channel_sum(v: Vec3) -> f64 {
+    v.as_dvec3().element_sum()
+}
+
+/// Returns a bound of the gain of an error by all later reflections: 1/(1 − ρc) with the largest reflectance ρ and the
+/// largest sum c of a patch's links; infinite if ρc ≥ 1.
+pub fn reflection_gain(mesh: &Mesh, links: &[Vec<f32>]) -> f64 {
+    let rho = largest_reflectance(mesh);
+    let closure = mesh.patches.iter().zip(links).map(|(patch, row)| {
+        let taken = mesh.texels.iter().zip(row);
+        let sum: f64 = taken.map(|(t, w)| f64::from(t.area) * f64::from(*w)).sum();
+        sum / f64::from(patch.shooter.area)
+    });
+    let product = rho * closure.fold(0.0, f64::max);
+    if product < 1.0 {
+        1.0 / (1.0 - product)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Returns the largest reflectance of all texels and channels.
+pub fn largest_reflectance(mesh: &Mesh) -> f64 {
+    let each = mesh.texels.iter().map(|t| t.reflectance.max_element());
+    f64::from(each.fold(0.0, f32::max))
+}
+
+/// Returns a bound of ΣA|B − B'| of solves of the same equations: their unshot power and all its reflections, and a
+/// rounding of 4u at each shot, or pass of all patches.
+pub fn remaining_error(mesh: &Mesh, gain: f64, runs: &[&SolveRun]) -> f64 {
+    let each = runs.iter().map(|run| {
+        let rounding = 4.0 * U * (run.shots.len() + mesh.patches.len()) as f64;
+        unshot_power(mesh, &run.field) + rounding * total_power(mesh, &run.field)
+    });
+    gain * each.sum::<f64>()
+}
+
+/// Returns ΣA|B|, scene units.
+pub fn total_power(mesh: &Mesh, field: &RadiosityField) -> f64 {
+    let texels = mesh.texels.iter().zip(&field.radiosity);
+    let each = texels.map(|(texel, b)| f64::from(texel.area) * channel_sum(b.truncate().abs()));
+    each.sum::<f64>() * mesh.area_unit()
+}
+
+/// Returns the outline of a patch, mesh units; that of a triangle has three corners.
+pub fn patch_outline(mesh: &Mesh, patch: usize) -> Vec<DVec3> {
+    let c = mesh.patches[patch].shooter.corners.map(|c| c.as_dvec3());
+    let count = if c[2] == c[3] { 3 } else { 4 };
+    c[..count].to_vec()
+}

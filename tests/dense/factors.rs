@@ -1,0 +1,181 @@
+//! The dense solver's unoccluded form factors against closed forms, and its two independent methods against each other:
+//! contour integral and product rule.
+
+use approx::abs_diff_eq;
+use cpu::dense::contour_integral::contour_integral;
+use cpu::dense::exchange_area::{SurfacePiece, exchange_area, facing_parts, form_factor};
+use glam::{DMat3, DVec3};
+use oracle::exact::{coaxial_discs, parallel_rectangles, perpendicular_rectangles, polygon_to_polygon};
+use proptest::prelude::*;
+use radiosity_tests::random_cases;
+use std::f64::consts::PI;
+
+/// Required accuracy for every closed form.
+const EXACT: f64 = 1e-8;
+
+fn assert_close(name: &str, value: f64, expected: f64, tolerance: f64) {
+    println!("{name}: {value:.12}, off by {:.1e}", value - expected);
+    assert!(
+        abs_diff_eq!(value, expected, epsilon = tolerance),
+        "{name}: {value} is not {expected} ± {tolerance}"
+    );
+}
+
+/// A rectangle from `corner` along `u` and `v`; its front is u × v.
+fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Vec<DVec3> {
+    let [c, u, v] = [corner, u, v].map(DVec3::from);
+    vec![c, c + u, c + u + v, c + v]
+}
+
+fn floor() -> Vec<DVec3> {
+    rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+}
+
+/// Checks F of the outlines, and of triangles cut from either.
+fn assert_printed(name: &str, a: &[DVec3], b: &[DVec3], expected: f64) {
+    assert_close(name, form_factor(a, b), expected, EXACT);
+    for (from, to) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let mut sum = 0.0;
+        for part in fan_triangles(a, from) {
+            for other in fan_triangles(b, to) {
+                sum += form_factor(&part, &other) * SurfacePiece::from_outline(&part).area;
+            }
+        }
+        let name = format!("{name}, triangles, diagonals {from} and {to}");
+        assert_close(&name, sum / SurfacePiece::from_outline(a).area, expected, EXACT);
+    }
+}
+
+/// Cuts an outline into triangles from its corner `first`.
+fn fan_triangles(corners: &[DVec3], first: usize) -> Vec<[DVec3; 3]> {
+    let n = corners.len();
+    let corner = |k: usize| corners[(first + k) % n];
+    (1..n - 1).map(|k| [corner(0), corner(k), corner(k + 1)]).collect()
+}
+
+#[test]
+fn printed_form_factors_are_reproduced() {
+    for (degrees, expected) in [
+        (30.0f64, 0.6190283231),
+        (45.0, 0.4833476955),
+        (60.0, 0.3709053212),
+        (90.0, 0.2000437761),
+        (120.0, 0.0866150011),
+        (135.0, 0.0483094478),
+        (150.0, 0.0213453254),
+    ] {
+        let (s, c) = degrees.to_radians().sin_cos();
+        let leaf = rectangle([0.0; 3], [0.0, 1.0, 0.0], [c, 0.0, s]);
+        assert_printed(&format!("hinge {degrees}°"), &floor(), &leaf, expected);
+    }
+    let above = |x: f64, z: f64| rectangle([x, 0.0, z], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+    assert_printed("facing", &floor(), &above(0.0, 1.0), 0.1998248957);
+    assert_printed("offset", &floor(), &above(2.0, 1.0), 0.0152754501);
+    let far = rectangle([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let high = rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    assert_printed("floor to wall", &far, &high, 0.0329381623);
+    let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from);
+    let [a, b, c] = triangle.map(|p| p + DVec3::Z);
+    assert_printed("triangles", &triangle, &[a, c, b], 0.1150492281);
+}
+
+#[test]
+fn rectangles_match_closed_forms_at_all_distances() {
+    for (a, b, c) in [
+        (1.0, 1.5, 0.5),
+        (0.1, 0.1, 0.05),
+        (3.0, 0.2, 1.0),
+        (1.0, 0.001, 0.3),
+        (0.1, 0.1, 5.0),
+        (0.3, 0.2, 2.0),
+        (1.0, 1.0, 1e-2),
+        (1.0, 1.0, 1e-3),
+        (1.0, 1.0, 1e-4),
+        (1.0, 1.0, 1e-5),
+    ] {
+        let low = rectangle([0.0; 3], [a, 0.0, 0.0], [0.0, b, 0.0]);
+        let high = rectangle([0.0, 0.0, c], [0.0, b, 0.0], [a, 0.0, 0.0]);
+        let name = format!("{a} × {b} at {c}");
+        assert_close(&name, form_factor(&low, &high), parallel_rectangles(a, b, c), EXACT);
+        let wall = rectangle([0.0; 3], [0.0, b, 0.0], [0.0, 0.0, c]);
+        let name = format!("{a} × {b} and a wall {c} high");
+        let exact = perpendicular_rectangles(b, a, c);
+        assert_close(&name, form_factor(&low, &wall), exact, EXACT);
+    }
+}
+
+#[test]
+fn touching_and_averted_faces_exchange_nothing() {
+    let down = rectangle([0.25, 0.25, 0.0], [0.0, 0.5, 0.0], [0.5, 0.0, 0.0]);
+    assert_eq!(form_factor(&floor(), &down), 0.0);
+    let up = rectangle([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    assert_eq!(form_factor(&floor(), &up), 0.0);
+    // The half of a wall below the floor's plane does not count.
+    let wall = rectangle([0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]);
+    let upper = perpendicular_rectangles(1.0, 1.0, 1.0);
+    assert_close("cut wall", form_factor(&floor(), &wall), upper, EXACT);
+}
+
+#[test]
+fn polygonal_discs_match_coaxial_discs() {
+    let disc = |radius: f64, z: f64| -> Vec<DVec3> {
+        (0..16)
+            .map(|k| f64::from(k) * PI / 8.0 * if z > 0.0 { -1.0 } else { 1.0 })
+            .map(|phi| DVec3::new(radius * phi.cos(), radius * phi.sin(), z))
+            .collect()
+    };
+    for (r1, r2) in [(1.0, 1.0), (1.0, 2.0), (1.5, 0.5)] {
+        let (a, b) = (disc(r1, 0.0), disc(r2, 1.0));
+        let value = form_factor(&a, &b);
+        let name = format!("16 corners, radii {r1} and {r2}");
+        assert_close(&name, value, polygon_to_polygon(&a, &b), 1e-11);
+        // An inscribed polygon of m sides lacks (2π/m)²/6 of its disc, see oracle::exact.
+        let missing = (PI / 8.0).powi(2) / 6.0 * (1.0 + (r2 / r1) * (r2 / r1));
+        assert_close(&name, value, coaxial_discs(r1, r2, 1.0), missing);
+    }
+}
+
+/// Generates convex quads and triangles of size ≤ 1 around the origin, rotated at random.
+fn any_convex_quad() -> impl Strategy<Value = [DVec3; 4]> {
+    let shape = (0.1..1.0, 0.1..1.0, -0.3..0.3, 0.0..0.5, any::<bool>());
+    let turn = (-PI..PI, -PI..PI, -PI..PI);
+    (shape, turn).prop_map(|((w, h, skew, taper, triangle), (x, y, z))| {
+        let turn = DMat3::from_euler(glam::EulerRot::XYZ, x, y, z);
+        let top = if triangle { 0.0 } else { 1.0 - taper };
+        [(0.0, 0.0), (w, 0.0), (w * top + skew, h), (skew, h)]
+            .map(|(u, v)| turn * DVec3::new(u - w / 2.0, v - h / 2.0, 0.0))
+    })
+}
+
+/// Makes a piece whose front faces `towards` a direction.
+fn piece_facing(corners: &[DVec3; 4], towards: DVec3) -> SurfacePiece {
+    let count = if corners[2] == corners[3] { 3 } else { 4 };
+    let mut corners = corners[..count].to_vec();
+    if SurfacePiece::from_outline(&corners).plane.normal.dot(towards) < 0.0 {
+        corners.reverse();
+    }
+    SurfacePiece::from_outline(&corners)
+}
+
+proptest! {
+    #![proptest_config(random_cases(2000))]
+
+    /// Both methods agree wherever the product rule is used, and both are symmetric.
+    #[test]
+    fn product_rule_and_contour_integral_agree(
+        a in any_convex_quad(),
+        b in any_convex_quad(),
+        direction in (-1.0..1.0, -1.0..1.0, -1.0..1.0),
+        distance in 0.5f64..12.0,
+    ) {
+        let shift = DVec3::from(direction).normalize_or(DVec3::Z) * distance;
+        let pair = facing_parts(&piece_facing(&a, shift), &piece_facing(&b.map(|p| p + shift), -shift));
+        let Some((a, b)) = pair else { return Ok(()) };
+        let (value, exact) = (exchange_area(&a, &b), contour_integral(&a.polygon, &b.polygon));
+        let gap = (a.centre.distance(b.centre) - a.radius - b.radius).max(1e-3);
+        // The rule's own tolerance, and what the contour integral loses to cancellation.
+        let bound = 4e-9 * a.area * b.area / (PI * gap * gap) + 1e-13;
+        prop_assert!(abs_diff_eq!(value, exact, epsilon = bound), "{value} {exact} {bound}");
+        prop_assert!(abs_diff_eq!(value, exchange_area(&b, &a), epsilon = bound));
+    }
+}

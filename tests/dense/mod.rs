@@ -1,0 +1,6 @@
+//! The dense solver, the reference of the others.
+
+mod factors;
+mod printed;
+mod solve;
+mod visibility;

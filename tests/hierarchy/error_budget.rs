@@ -1,0 +1,125 @@
+//! Error budgets: a requested error is met, against exact solutions and the dense solver. The energy balance closes, and
+//! the bits do not depend on the number of threads.
+
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use common::shooting::RadiosityField;
+use cpu::dense::Matrix;
+use glam::{DVec3, Vec3};
+use oracle::solve::dense;
+use oracle::solve::progress::without_progress;
+use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
+use radiosity::studies::random::{FaceShapes, SceneOptions, draw_scene};
+use radiosity_tests::solutions::{self, dense_truth, error_against};
+use radiosity_tests::{furnace, lit_room};
+use std::ops::ControlFlow;
+
+pub fn solve_to_error(scene: &Scene, error: f64, texels: u32) -> SolveAnswer {
+    let mut settings = solutions::solve_settings();
+    settings.meshing.texels = texels;
+    let question = SolveRequest {
+        task: scene,
+        settings: &settings,
+        solver: SolverChoice::Hierarchy(ErrorTarget {
+            error,
+            texels: Some(texels),
+        }),
+    };
+    solve_request(&question, &without_progress()).unwrap()
+}
+
+fn energy_balance(answer: &SolveAnswer) -> EnergyBalance {
+    let run = &answer.solved.run;
+    EnergyBalance::new(&answer.solved.mesh, &run.field, &run.shots)
+}
+
+#[test]
+fn furnace_radiosity_is_exact() {
+    for reflectance in [0.5, 0.9] {
+        let scene = furnace(reflectance);
+        let answer = solve_to_error(&scene, 0.005, 8);
+        let exact = 1.0 / (1.0 - reflectance);
+        let texels = &answer.solved.run.field.radiosity;
+        let squares = texels.iter().map(|b| (b.x / exact - 1.0).powi(2));
+        let rms = (squares.sum::<f32>() / texels.len() as f32).sqrt();
+        let energy = energy_balance(&answer);
+        println!("ρ {reflectance}: {rms:e} off, {:?}", answer.estimate);
+        assert!(rms <= 0.005, "{rms}");
+        assert_eq!(energy.escaped, [0.0; 3]);
+    }
+}
+
+#[test]
+fn random_scenes_meet_requested_error() {
+    for (seed, faces) in [
+        (771_311, FaceShapes::Quads),
+        (771_312, FaceShapes::Triangles),
+        (771_313, FaceShapes::Mixed),
+    ] {
+        // Few faces, so that the dense solution on texels half as large is the reference.
+        let mut drawn = (seed..).step_by(100).map(|seed| {
+            let options = SceneOptions {
+                faces,
+                ..SceneOptions::default()
+            };
+            draw_scene(seed, options)
+        });
+        let few = drawn.find(|drawn| drawn.scene.faces.len() <= 26);
+        let scene = few.unwrap().scene;
+        let requested = 0.02;
+        let answer = solve_to_error(&scene, requested, 8);
+        let off = error_against(&scene, &answer, &dense_truth(&scene));
+        let estimate = answer.estimate.as_ref().unwrap().error;
+        println!("{}: {off:.4} off, {estimate:.4} told", scene.name);
+        assert!(off <= requested, "{}: {off}", scene.name);
+        assert!(estimate <= requested, "{}: {estimate}", scene.name);
+        // Sums of f32 over the texels, in f64.
+        let imbalance = energy_balance(&answer).imbalance;
+        assert!(imbalance <= 16.0 * f64::from(f32::EPSILON), "{imbalance:e}");
+    }
+}
+
+/// A panel hangs under the ceiling, which sees its black back: there it is dark and sends nothing.
+#[test]
+fn escaped_light_equals_dense_solution() {
+    let mut room = lit_room();
+    room.faces[1].emission = Vec3::ZERO;
+    let panel = [[1., 1.], [2., 1.], [2., 2.5], [1., 2.5]].map(|[x, z]| DVec3::new(x, 1.9, z));
+    room.faces.push(Face::quad("panel", panel, Vec3::ONE, Vec3::ZERO));
+    let answer = solve_to_error(&room, 0.005, 16);
+    let mesh = Mesh::uniform(&room, 12, 1).unwrap();
+    let go_on = &mut |_, _| ControlFlow::Continue(());
+    let (matrix, _) = Matrix::assemble(&room, &mesh, go_on).unwrap();
+    let run = dense::solve_system(&mesh, &matrix).unwrap().0;
+    let exact = EnergyBalance::new(&mesh, &run.field, &run.shots);
+    let found = energy_balance(&answer);
+    let [escaped, exactly] = [&found, &exact].map(|energy| energy.share_of_emitted(energy.escaped));
+    let closure = found.share_of_emitted(found.closure);
+    println!("escaped {escaped:.4} and {exactly:.4}, closure {closure:.4}");
+    // From 131 072 rays and from a thousand per texel: 0.03 % each; the requested error adds up to seven times that.
+    assert!((escaped - exactly).abs() < 0.0025, "{escaped} {exactly}");
+    assert!(exactly > 0.004 && closure.abs() < 0.005, "{exactly} {closure}");
+}
+
+fn radiosity_bits(field: &RadiosityField) -> Vec<[u32; 3]> {
+    let bits = |b: &glam::Vec4| b.truncate().to_array().map(f32::to_bits);
+    field.radiosity.iter().map(bits).collect()
+}
+
+#[test]
+fn thread_count_changes_no_bit() {
+    let scene = solutions::room_with_standing_box();
+    let by = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| solve_to_error(&scene, 0.02, 8))
+    };
+    let [one, three] = [1, 3].map(by);
+    let lit = one.solved.run.field.irradiance.iter().filter(|h| h.x > 0.0);
+    assert!(lit.count() > 100);
+    assert_eq!(
+        radiosity_bits(&one.solved.run.field),
+        radiosity_bits(&three.solved.run.field)
+    );
+}

@@ -1,0 +1,144 @@
+//! Small radiance maps and their files, for tests of captured rooms.
+
+use common::Error;
+use common::capture::{MapProjection, Panorama};
+use glam::Vec3;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Returns the folder RADIOSITY_DATA; without it prints that the test is skipped.
+pub fn data_folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("RADIOSITY_DATA").map(PathBuf::from);
+    if folder.is_none() {
+        // Written to stderr directly: the test runner hides the output of passing tests.
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a test");
+        let _ = writeln!(std::io::stderr(), "skipped {test}: RADIOSITY_DATA is not set");
+    }
+    folder
+}
+
+/// Makes an empty folder of this process.
+pub fn empty_folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("capture-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Reads `bytes` from a file without an extension.
+pub fn read_panorama(bytes: &[u8], projection: Option<MapProjection>) -> Result<Panorama, Error> {
+    // Tests run in parallel threads of one process.
+    let thread = format!("{:?}", std::thread::current().id());
+    let folder = empty_folder(&format!("read-{}", thread.replace(['(', ')'], "")));
+    let path = folder.join("map");
+    fs::write(&path, bytes).unwrap();
+    let panorama = Panorama::read(&path, projection);
+    fs::remove_dir_all(folder).unwrap();
+    panorama
+}
+
+/// Reads `bytes`, which must be refused in one line that names the file; returns the reason.
+pub fn refusal_of_bytes(bytes: &[u8]) -> String {
+    match read_panorama(bytes, None) {
+        Err(error @ Error::Input { .. }) => {
+            let text = error.to_string();
+            assert!(!text.contains('\n') && text.contains("map"), "{text}");
+            text.split_once("map: ").unwrap().1.to_owned()
+        }
+        Err(error) => panic!("{error}"),
+        Ok(map) => panic!("loaded: {:?}", map.notes),
+    }
+}
+
+/// Reads a little-endian PFM: width and height, and the pixels row by row from the upper left.
+pub fn read_pfm(path: &Path) -> ([usize; 2], Vec<Vec3>) {
+    let bytes = fs::read(path).unwrap();
+    let mut at = 0;
+    let mut line = || {
+        let end = at + bytes[at..].iter().position(|b| *b == b'\n').unwrap();
+        let line = String::from_utf8(bytes[at..end].to_vec()).unwrap();
+        at = end + 1;
+        line
+    };
+    assert_eq!(line(), "PF");
+    let size: Vec<usize> = line().split(' ').map(|n| n.parse().unwrap()).collect();
+    assert!(line().starts_with('-'), "little-endian");
+    let value = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    let pixel = |b: &[u8]| Vec3::new(value(b), value(&b[4..]), value(&b[8..]));
+    let rows = bytes[at..].chunks_exact(12 * size[0]).rev();
+    let pixels: Vec<Vec3> = rows.flat_map(|row| row.chunks_exact(12)).map(pixel).collect();
+    assert_eq!(pixels.len(), size[0] * size[1]);
+    ([size[0], size[1]], pixels)
+}
+
+/// Decodes a pixel of a Radiance picture by the format's definition.
+pub fn decode_rgbe(p: [u8; 4]) -> Vec3 {
+    let scale = 2_f64.powi(i32::from(p[3]) - 136);
+    let value = |c: u8| {
+        if p[3] == 0 { 0.0 } else { (f64::from(c) * scale) as f32 }
+    };
+    Vec3::new(value(p[0]), value(p[1]), value(p[2]))
+}
+
+/// Makes irregular pixels with some runs; none is a run marker or the start of a scanline.
+pub fn irregular_pixels(count: usize) -> Vec<[u8; 4]> {
+    let mut state = 12345_u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let mut pixels: Vec<[u8; 4]> = Vec::new();
+    while pixels.len() < count {
+        let run = if next() < 64 { usize::from(next()) } else { 1 };
+        let pixel = [next() | 4, next(), next(), 120 + next() % 16];
+        pixels.extend(std::iter::repeat_n(pixel, run.clamp(1, count - pixels.len())));
+    }
+    pixels
+}
+
+/// Joins a Radiance picture: header lines, an empty line, the resolution line, and `body`.
+pub fn radiance_picture(header: &[&str], resolution: &str, body: &[u8]) -> Vec<u8> {
+    let mut bytes = header.join("\n").into_bytes();
+    bytes.extend(format!("\n\n{resolution}\n").into_bytes());
+    bytes.extend(body);
+    bytes
+}
+
+/// Encodes a scanline in the new run-length encoding: each component as runs and literals.
+pub fn encode_new_rle(line: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = vec![2, 2, (line.len() >> 8) as u8, line.len() as u8];
+    for c in 0..4 {
+        let mut at = 0;
+        while at < line.len() {
+            let same = line[at..].iter().take_while(|p| p[c] == line[at][c]);
+            let run = same.count().min(127);
+            if run >= 3 {
+                bytes.extend([128 + run as u8, line[at][c]]);
+                at += run;
+            } else {
+                bytes.extend([1, line[at][c]]);
+                at += 1;
+            }
+        }
+    }
+    bytes
+}
+
+/// Encodes a scanline in the old run-length encoding: a pixel, then its number of repetitions in base 256.
+pub fn encode_old_rle(line: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut at = 0;
+    while at < line.len() {
+        bytes.extend(line[at]);
+        let same = line[at..].iter().take_while(|p| **p == line[at]).count();
+        let mut rest = same - 1;
+        while rest > 0 {
+            bytes.extend([1, 1, 1, (rest % 256) as u8]);
+            rest /= 256;
+        }
+        at += same;
+    }
+    bytes
+}
