@@ -149,7 +149,7 @@ pub struct ShootingOptions {
     /// Stop after N shots [default: 1000000]
     #[arg(long, value_name = "N")]
     pub max_shots: Option<u32>,
-    /// Iteration: the patches that shoot next [default: cg for solve, southwell otherwise]
+    /// Iteration: the patches that shoot next [default: cg for shoot, southwell otherwise]
     #[arg(long, value_enum)]
     pub iteration: Option<IterationOption>,
     /// Visibility between a texel and a shooter [default: rays on the CPU, stereographic on the GPU]

@@ -9,9 +9,9 @@ use gpu::{Gpu, list_adapters};
 /// `--solver`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SolverOption {
-    /// Rays, or the scalar twin of the item buffer
+    /// The CPU: links by rays; when shooting, rays or the twin of the item buffer
     Cpu,
-    /// Item buffer
+    /// The GPU: links by rays; when shooting, the item buffer or rays
     Gpu,
     /// The dense linear system of all texels, up to about 10 000 texels
     #[value(alias = "matrix")]
