@@ -1,7 +1,7 @@
 # `make demo` sets everything up and compares the solvers on the bundled Cornell box; `make test`
 # sets everything up and runs the tests, `make atlas` those that take long.
 
-.PHONY: demo test atlas driver bench peers chart dist
+.PHONY: demo test atlas driver bench peers chart dist pictures
 
 demo: driver
 	cargo run --release --locked
@@ -25,6 +25,20 @@ peers:
 # Speed against accuracy on the bundled scenes, out/chart.html; interrupted, it goes on next time.
 chart: driver
 	cargo run --release --locked -- chart
+
+# The pictures of README.md and GUIDE.md; `make peers` before it puts Mitsuba into the chart.
+pictures: driver
+	cargo build --release --locked
+	target/release/radiosity solve scenes/cornell_box.obj --solver cpu --out target/pictures/cornell --quiet
+	cp target/pictures/cornell/preview.png docs/cornell.png
+	target/release/radiosity relight --room scenes/paper_room.obj --object scenes/paper_objects.obj \
+	    --solver cpu --out target/pictures/relit --quiet
+	cp target/pictures/relit/composite.png docs/relit.png
+	mkdir -p target/pictures/chart
+	if [ -f out/peers.json ]; then cp out/peers.json target/pictures/chart; fi
+	target/release/radiosity chart scenes/cornell_box.obj --solver cpu --out target/pictures/chart
+	chromium --headless --no-sandbox --hide-scrollbars --window-size=1050,680 \
+	    --screenshot=docs/chart.png "file://$(CURDIR)/target/pictures/chart/chart.svg"
 
 # The program as it is handed out: target/dist/radiosity, and its size in bytes.
 dist:

@@ -3,13 +3,13 @@
 
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::scene::{Face, Scene};
+use common::scene::Scene;
 use common::settings::{Meshing, Settings};
 use common::shooting::ShotOrder;
-use common::texel;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver};
+use radiosity_benches::divided_cube;
 use radiosity_tests::box_faces;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -22,12 +22,6 @@ const TIMED_SHOTS: usize = 4;
 /// Most texels on a GPU, for software adapters.
 const MAX_GPU_TEXELS: usize = 2_000_000;
 
-struct GrowthPoint {
-    size: f64,
-    shot: f64,
-    bytes: f64,
-}
-
 fn main() {
     let gpu = Gpu::open(None).ok();
     for (name, sizes) in [("faces", FACE_SIZES), ("texels", TEXEL_SIZES)] {
@@ -38,18 +32,17 @@ fn main() {
                 continue;
             }
             println!("{name}, {}", adapter.map_or("CPU", |gpu| &gpu.line.name));
-            let points: Vec<GrowthPoint> = sizes
-                .iter()
-                .filter_map(|size| measure_growth(name, *size, adapter))
-                .collect();
+            let points = sizes.iter().filter_map(|size| measure_growth(name, *size, adapter));
+            let points: Vec<[f64; 3]> = points.collect();
             for pair in points.windows(2) {
-                let slope = |a: f64, b: f64| (b / a).ln() / (pair[1].size / pair[0].size).ln();
+                let [from, to] = [pair[0], pair[1]];
+                let slope = |k: usize| (to[k] / from[k]).ln() / (to[0] / from[0]).ln();
                 println!(
                     "  {:.0} to {:.0} {name}: slope {:.2} of time, {:.2} of memory",
-                    pair[0].size,
-                    pair[1].size,
-                    slope(pair[0].shot, pair[1].shot),
-                    slope(pair[0].bytes, pair[1].bytes),
+                    from[0],
+                    to[0],
+                    slope(1),
+                    slope(2),
                 );
             }
         }
@@ -58,23 +51,17 @@ fn main() {
 
 fn room_of_faces(side: u32) -> Scene {
     let grey = Vec3::splat(0.7);
-    let mut faces = Vec::new();
-    for wall in &box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, grey) {
-        for part in 0..side * side {
-            let corners = texel::texel_outline(wall, [side, side], part).padded_corners();
-            faces.push(Face::quad(&wall.name, corners, Vec3::ONE, grey));
-        }
-    }
+    let mut faces = divided_cube(side, Vec3::ONE, grey);
     let (low, high) = (DVec3::splat(0.3), DVec3::splat(0.6));
     faces.extend(box_faces(low, high, false, Vec3::ZERO, grey));
     Scene {
-        name: format!("{} faces", faces.len()),
         faces,
-        notes: Vec::new(),
+        ..Scene::default()
     }
 }
 
-fn measure_growth(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<GrowthPoint> {
+/// Returns the number of faces or texels, the seconds of a first shot, and the bytes.
+fn measure_growth(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Option<[f64; 3]> {
     let before = resident_bytes();
     let start = Instant::now();
     let mesh = Mesh::uniform(&room_of_faces(side), texels, 1).expect("the room is sound");
@@ -97,11 +84,10 @@ fn measure_growth(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Op
     let every = mesh.patches.len() / TIMED_SHOTS;
     let log: Vec<u32> = (0..TIMED_SHOTS).map(|k| (k * every) as u32).collect();
     let start = Instant::now();
-    engine
-        .run(ShotOrder::Replay(&log), TIMED_SHOTS as u32, &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .expect("shots succeed");
+    let shots = engine.run(ShotOrder::Replay(&log), TIMED_SHOTS as u32, &mut |_| {
+        ControlFlow::Continue(())
+    });
+    shots.expect("shots succeed");
     let shot = start.elapsed().as_secs_f64() / TIMED_SHOTS as f64;
     let bytes = resident_bytes() - before;
     println!(
@@ -111,16 +97,9 @@ fn measure_growth(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Op
         shot * 1e3,
         bytes / 1e6
     );
-    let size = if name == "faces" {
-        mesh.faces.len()
-    } else {
-        mesh.texels.len()
-    };
-    Some(GrowthPoint {
-        size: size as f64,
-        shot,
-        bytes: bytes.max(1.0),
-    })
+    let (faces, texels) = (mesh.faces.len(), mesh.texels.len());
+    let size = if name == "faces" { faces } else { texels };
+    Some([size as f64, shot, bytes.max(1.0)])
 }
 
 /// Returns the resident memory of the process, bytes; 0 if unknown.

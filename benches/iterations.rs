@@ -3,15 +3,13 @@
 
 use common::mesh::Mesh;
 use common::passes::Exchange;
-use common::scene::{Face, Scene};
+use common::scene::Scene;
 use common::settings::{Iteration, Schedule, Settings};
 use common::shooting::SolveRun;
-use common::texel;
 use cpu::CpuSolver;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use radiosity_benches::accuracy::{AccuracyTarget, run_solve};
-use radiosity_benches::whole_faces;
-use radiosity_tests::box_faces;
+use radiosity_benches::{divided_cube, median_and_range, whole_faces};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -28,27 +26,14 @@ fn main() {
     }
 }
 
-/// Returns the cube.
-fn cube_scene(reflectance: f32) -> Scene {
-    let grey = Vec3::splat(reflectance);
-    let walls = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, grey);
-    let mut faces = Vec::new();
-    for wall in &walls {
-        for part in 0..PATCHES_PER_SIDE * PATCHES_PER_SIDE {
-            let corners = texel::texel_outline(wall, [PATCHES_PER_SIDE, PATCHES_PER_SIDE], part).padded_corners();
-            faces.push(Face::quad(&wall.name, corners, Vec3::ZERO, grey));
-        }
-    }
-    faces[(PATCHES_PER_SIDE * PATCHES_PER_SIDE / 2) as usize].emission = Vec3::ONE;
-    Scene {
-        name: format!("cube, reflectance {reflectance}"),
-        faces,
-        notes: Vec::new(),
-    }
-}
-
 fn measure_iterations(texels: u32, reflectance: f32) {
-    let mesh = Mesh::uniform(&cube_scene(reflectance), texels, 1).expect("the cube is sound");
+    let mut faces = divided_cube(PATCHES_PER_SIDE, Vec3::ZERO, Vec3::splat(reflectance));
+    faces[(PATCHES_PER_SIDE * PATCHES_PER_SIDE / 2) as usize].emission = Vec3::ONE;
+    let scene = Scene {
+        faces,
+        ..Scene::default()
+    };
+    let mesh = Mesh::uniform(&scene, texels, 1).expect("the cube is sound");
     let target = AccuracyTarget::new(mesh, whole_faces(texels));
     let settings = ALL_ITERATIONS.map(|iteration| match iteration {
         Iteration::Southwell => Settings {
@@ -82,18 +67,14 @@ fn measure_iterations(texels: u32, reflectance: f32) {
         .collect();
     println!("reflectance {reflectance}, {texels}×{texels} texels a patch, to 1 %");
     for (k, iteration) in ALL_ITERATIONS.iter().enumerate() {
-        let mut ratios: Vec<f64> = rounds.iter().map(|round| round[k].0 / round[0].0).collect();
-        ratios.sort_by(f64::total_cmp);
+        let [median, least, largest] = median_and_range(rounds.iter().map(|round| round[k].0 / round[0].0));
         let (seconds, run) = &rounds[TIMED_ROUNDS - 1][k];
         println!(
-            "  {:<10} {:5} passes {:6} shots {:9.3} ms, over Southwell's {:.4} ({:.4}, {:.4}), error {:.2} %",
+            "  {:<10} {:5} passes {:6} shots {:9.3} ms, over Southwell's {median:.4} ({least:.4}, {largest:.4}), error {:.2} %",
             format!("{iteration:?}"),
             run.passes,
             run.shooters,
             seconds * 1e3,
-            ratios[TIMED_ROUNDS / 2],
-            ratios[0],
-            ratios[TIMED_ROUNDS - 1],
             100.0 * target.relative_rms(&run.field),
         );
     }

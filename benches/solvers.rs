@@ -1,99 +1,95 @@
-//! Times one shot, and one solve to an error of 10 %, by CPU rays, CPU twin and GPU. Prints
-//! Criterion's figures, then the ratio to CPU rays, measured in rounds so that other load affects all
-//! three alike, and the error of each.
+//! Times one shot, and one solve to an error of 10 %, by CPU rays, CPU twin and GPU, each on a fresh engine, in rounds so
+//! that other load affects all three alike. Prints the times, their ratios to CPU rays, and the error of each.
 
-use criterion::{BenchmarkGroup, Criterion, SamplingMode, measurement::WallTime};
-use gpu::Gpu;
-use radiosity_benches::{BenchRoom, BenchSolver, bench_rooms, time_shots, time_solve};
-use std::time::{Duration, Instant};
+use common::mesh::Mesh;
+use common::passes::Engine;
+use common::settings::{ItemBufferSettings, Settings, Transport, Visibility};
+use common::shooting::{ShotOrder, SolveRun};
+use cpu::CpuSolver;
+use gpu::{Gpu, GpuSolver};
+use radiosity_benches::accuracy::{AccuracyTarget, run_solve};
+use radiosity_benches::{bundled_scene, median_and_range, whole_faces};
+use radiosity_tests::{furnace, paper_room};
+use std::ops::ControlFlow;
+use std::time::Instant;
 
+/// Error of a timed solve: relative RMS of B − E.
+const ERROR_BOUND: f64 = 0.1;
 /// Shots per run; a single one would mostly time the transfer to the device.
 const TIMED_SHOTS: u32 = 4;
-/// Rounds in which the ratios are measured.
-const RATIO_ROUNDS: usize = 3;
+const TIMED_ROUNDS: usize = 5;
 
-/// Solvers that take longer are measured in the rounds only.
-const MAX_SAMPLING_TIME: Duration = Duration::from_secs(10);
-
-/// A measurement on a fresh engine.
-type TimeFunction = fn(&BenchRoom, BenchSolver, &Gpu) -> Duration;
-
-const TIMED_RUNS: [(&str, TimeFunction); 2] = [
-    ("one shot", |room, solver, gpu| {
-        time_shots(room, solver, gpu, TIMED_SHOTS) / TIMED_SHOTS
-    }),
-    ("one solve", |room, solver, gpu| time_solve(room, solver, gpu).0),
+/// Name, whether visibility is by rays (else by item buffer), and whether it runs on the GPU.
+const SOLVERS: [(&str, bool, bool); 3] = [
+    ("CPU rays", true, false),
+    ("CPU twin", false, false),
+    ("GPU", false, true),
 ];
 
 fn main() {
     let gpu = Gpu::open(None).expect("the bench compares with a GPU, a software one at least");
-    let rooms = bench_rooms();
-    let mut criterion = Criterion::default().without_plots().configure_from_args();
-    for room in &rooms {
-        for (name, time) in TIMED_RUNS {
-            measure_solvers(
-                &mut criterion.benchmark_group(format!("{}, {name}", room.name)),
-                room,
-                &gpu,
-                time,
-            );
-        }
-    }
-    criterion.final_summary();
     println!(
-        "\nTime over that of CPU rays, median of {RATIO_ROUNDS} rounds (least, largest); GPU: {}",
+        "Seconds, and the ratio to CPU rays, median of {TIMED_ROUNDS} rounds (least, largest); GPU: {}",
         gpu.line.name
     );
-    for room in &rooms {
-        print_ratios(room, &gpu);
+    // 1 536, 39 936 and 172 032 texels.
+    let scenes = [
+        (furnace(0.7), 16),
+        (paper_room(), 16),
+        (bundled_scene("paper_room_objects.obj"), 32),
+    ];
+    for (scene, texels) in scenes {
+        let mesh = Mesh::uniform(&scene, texels, 1).expect("the rooms are sound");
+        let target = AccuracyTarget::new(mesh, whole_faces(texels));
+        println!("{} faces {texels}²", scene.faces.len());
+        measure_room(&target, &gpu);
     }
 }
 
-fn measure_solvers(group: &mut BenchmarkGroup<WallTime>, room: &BenchRoom, gpu: &Gpu, time: TimeFunction) {
-    // Engines differ by a factor of a hundred, and a sample may take a second: use the fewest
-    // samples that Criterion allows, and one iteration in each of a slow engine.
-    const SAMPLES: u32 = 10;
-    group
-        .sample_size(SAMPLES as usize)
-        .sampling_mode(SamplingMode::Flat)
-        .warm_up_time(Duration::from_millis(100));
-    for solver in BenchSolver::ALL {
-        let start = Instant::now();
-        time(room, solver, gpu);
-        let samples = start.elapsed() * SAMPLES;
-        if samples > MAX_SAMPLING_TIME {
-            continue;
-        }
-        group.measurement_time(Duration::from_millis(500).max(samples * 3 / 2));
-        group.bench_function(solver.name(), |bencher| {
-            bencher.iter_custom(|count| (0..count).map(|_| time(room, solver, gpu)).sum());
-        });
-    }
-}
-
-fn print_ratios(room: &BenchRoom, gpu: &Gpu) {
-    let rounds = [(); RATIO_ROUNDS].map(|()| {
-        BenchSolver::ALL.map(|solver| {
-            let shot = time_shots(room, solver, gpu, TIMED_SHOTS);
-            let (solve, run) = time_solve(room, solver, gpu);
-            ([shot, solve].map(|time| time.as_secs_f64()), run)
+fn measure_room(target: &AccuracyTarget, gpu: &Gpu) {
+    let settings = target.settings_to(ERROR_BOUND);
+    let rounds = [(); TIMED_ROUNDS].map(|()| {
+        SOLVERS.map(|(_, by_rays, on_gpu)| {
+            let visibility = match by_rays {
+                true => Visibility::Rays,
+                false => Visibility::ItemBuffer(ItemBufferSettings::DEFAULT),
+            };
+            let transport = Transport {
+                visibility,
+                ..settings.transport
+            };
+            time_solver(&target.mesh, &Settings { transport, ..settings }, on_gpu.then_some(gpu))
         })
     });
-    for (what, name) in ["one shot", "one solve"].iter().enumerate() {
-        let ratio = |k: usize| {
-            let mut ratios = rounds.each_ref().map(|r| r[k].0[what] / r[0].0[what]);
-            ratios.sort_by(f64::total_cmp);
-            let [least, median, largest] = [ratios[0], ratios[RATIO_ROUNDS / 2], ratios[RATIO_ROUNDS - 1]];
-            let solver = BenchSolver::ALL[k].name();
-            format!("{solver} {median:8.2} ({least:.2}, {largest:.2})")
-        };
-        println!("{:<16} {name:<10} {}   {}", room.name, ratio(1), ratio(2));
-    }
-    let errors = [0, 1, 2].map(|k| {
+    for (k, (name, ..)) in SOLVERS.iter().enumerate() {
+        for (what, words) in ["one shot", "one solve"].iter().enumerate() {
+            let [seconds, ..] = median_and_range(rounds.iter().map(|round| round[k].0[what]));
+            let ratios = rounds.iter().map(|round| round[k].0[what] / round[0].0[what]);
+            let [median, least, largest] = median_and_range(ratios);
+            println!("  {name:<9} {words:<10} {seconds:9.4} s {median:8.2} ({least:.2}, {largest:.2})");
+        }
         let run = &rounds[0][k].1;
-        let error = room.target.relative_rms(&run.field) * 100.0;
-        let solver = BenchSolver::ALL[k].name();
-        format!("{solver} {error:.2} % ({} shots)", run.shots.len())
-    });
-    println!("{:<16} error      {}", room.name, errors.join("   "));
+        let error = target.relative_rms(&run.field) * 100.0;
+        println!("  {name:<9} error {error:.2} % ({} shots)", run.shots.len());
+    }
+}
+
+/// Returns the seconds of one shot and of one solve, and the solve.
+fn time_solver(mesh: &Mesh, settings: &Settings, gpu: Option<&Gpu>) -> ([f64; 2], SolveRun) {
+    let make_engine = || -> Box<dyn Engine> {
+        match gpu {
+            Some(gpu) => Box::new(GpuSolver::new(gpu, mesh, &settings.transport).expect("the rooms fit any GPU")),
+            None => Box::new(CpuSolver::new(mesh, &settings.transport)),
+        }
+    };
+    let log: Vec<u32> = (0..TIMED_SHOTS).map(|k| k % mesh.patches.len() as u32).collect();
+    let mut engine = make_engine();
+    let start = Instant::now();
+    let shots = engine.run(ShotOrder::Replay(&log), TIMED_SHOTS, &mut |_| ControlFlow::Continue(()));
+    shots.expect("shots succeed");
+    let shot = start.elapsed().as_secs_f64() / f64::from(TIMED_SHOTS);
+    let mut engine = make_engine();
+    let start = Instant::now();
+    let run = run_solve(&mut *engine, mesh, settings);
+    ([shot, start.elapsed().as_secs_f64()], run)
 }

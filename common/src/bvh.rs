@@ -21,9 +21,8 @@ pub struct Bvh {
 impl Bvh {
     /// Builds the BVH of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let index: Vec<u32> = (0..mesh.faces.len() as u32)
-            .filter(|k| mesh.faces[*k as usize].normal != Vec3::ZERO)
-            .collect();
+        let has_area = |k: &u32| mesh.faces[*k as usize].normal != Vec3::ZERO;
+        let index: Vec<u32> = (0..mesh.faces.len() as u32).filter(has_area).collect();
         let boxes: Vec<Aabb> = index.iter().map(|k| padded_box(&mesh.faces[*k as usize])).collect();
         let tree = build_tree(&boxes);
         let faces = tree.primitive_indices.iter().map(|k| index[*k as usize]).collect();
@@ -32,27 +31,20 @@ impl Bvh {
 
     /// Returns the number of levels of nodes.
     pub fn tree_depth(&self) -> u32 {
-        let mut level: Vec<u32> = if self.tree.nodes.is_empty() {
-            Vec::new()
-        } else {
-            vec![0]
-        };
+        let mut level: Vec<u32> = (0..self.tree.nodes.len().min(1) as u32).collect();
         let mut depth = 0;
         while !level.is_empty() {
             depth += 1;
-            level = level
-                .iter()
-                .map(|k| &self.tree.nodes[*k as usize])
-                .flat_map(|node| (0..node.imask.count_ones()).map(|i| node.child_base_idx + i))
-                .collect();
+            let nodes = level.iter().map(|k| &self.tree.nodes[*k as usize]);
+            let children = nodes.flat_map(|node| (0..node.imask.count_ones()).map(|i| node.child_base_idx + i));
+            level = children.collect();
         }
         depth
     }
 }
 
-/// Builds the tree as [`obvhs::cwbvh::builder::build_cwbvh`] does, without its check of the binary tree's
-/// depth. Nested boxes, as of a star's triangles, make the binary tree deep, but only the wide tree is
-/// traversed.
+/// Builds the tree as [`obvhs::cwbvh::builder::build_cwbvh`] does, without its check of the binary tree's depth.
+/// Nested boxes, as of a star's triangles, make the binary tree deep, but only the wide tree is traversed.
 fn build_tree(boxes: &[Aabb]) -> CwBvh {
     let parameters = BvhBuildParams::very_slow_build();
     let mut binary = PlocBuilder::with_capacity(boxes.len()).build(

@@ -76,8 +76,7 @@ pub const SELECT_LANES: usize = 256;
 /// more takes the last level.
 pub const TESSELLATION_LEVELS: u32 = 8;
 
-/// Level of a face that is not drawn: below the horizon, the shooter itself, or the far side
-/// of a two-sided sheet.
+/// Level of a face that is not drawn: below the horizon, the shooter itself, or the far side of a two-sided sheet.
 pub const HIDDEN_LEVEL: u32 = TESSELLATION_LEVELS;
 
 /// Depth per distance: the mesh's diagonal is below 4.
@@ -99,6 +98,3 @@ pub const PAPER_NEAR_PLANE: f32 = 0.01;
 
 /// Far plane of the paper's Table 3, scene units.
 pub const PAPER_FAR_PLANE: f32 = 100.0;
-
-/// Rounds of the loop that measures multiplications and additions, 32 operations each.
-pub const MULTIPLY_ROUNDS: u32 = 256;

@@ -10,15 +10,11 @@ use crate::settings::Meshing;
 use crate::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
-use std::hint::black_box;
-use std::time::Instant;
 
 /// Stride over the escape directions: 34 of 1024 are tested, in every column of their grid. A point is
 /// covered only if all of them meet backs.
 const DIRECTION_STRIDE: usize = 31;
 
-/// Points by which the time is estimated.
-const TIMED_POINTS: usize = 1024;
 /// Points between two calls of the stop callback.
 const POINTS_PER_TASK: usize = 64;
 
@@ -40,26 +36,16 @@ pub fn sampled_mesh(scene: &Scene, meshing: &Meshing) -> Result<Mesh> {
 ///
 /// Errors: as of [`Mesh::new`]; [`Error::Interrupted`] if it was stopped.
 pub fn sampled_mesh_until(scene: &Scene, meshing: &Meshing, stop: StopCheck) -> Result<Mesh> {
-    let mut mesh = Mesh::uniform(scene, meshing.texels, meshing.patches)?;
-    sample_covers_until(&mut mesh, meshing.samples, stop)?;
-    Ok(mesh)
+    let resolutions = vec![[meshing.texels; 2]; scene.faces.len()];
+    let points = [meshing.patches, meshing.samples];
+    furnished_mesh(scene, scene.faces.len(), &resolutions, points, stop)
 }
 
 /// Makes the mesh of a scene whose first `room` faces are a room and whose other faces are objects in it,
 /// with `resolutions[k]` texels on face k, K×K patches per face and `samples` points per patch.
-pub fn furnished_mesh(
-    scene: &Scene,
-    room: usize,
-    resolutions: &[[u32; 2]],
-    [patches, samples]: [u32; 2],
-) -> Result<Mesh> {
-    furnished_mesh_until(scene, room, resolutions, [patches, samples], &|| false)
-}
-
-/// [`furnished_mesh`] with a stop callback.
 ///
-/// Errors: as of [`Mesh::new`]; [`Error::Interrupted`] if it was stopped.
-pub fn furnished_mesh_until(
+/// Errors: as of [`sampled_mesh_until`].
+pub fn furnished_mesh(
     scene: &Scene,
     room: usize,
     resolutions: &[[u32; 2]],
@@ -76,25 +62,6 @@ pub fn furnished_mesh_until(
 pub fn sample_covers(mesh: &mut Mesh, samples: u32) {
     // Never stopped.
     let _ = sample_covers_until(mesh, samples, &|| false);
-}
-
-/// Estimates the seconds that the cover test of all points of `mesh` takes, from a few of them.
-pub fn estimate_seconds(mesh: &Mesh) -> f64 {
-    if mesh.samples <= 1 {
-        return 0.0;
-    }
-    let rays = Rays::new(mesh);
-    let directions = cover_directions();
-    let step = mesh.patch_points.len().div_ceil(TIMED_POINTS);
-    let start = Instant::now();
-    let tried: Vec<usize> = (0..mesh.patch_points.len()).step_by(step).collect();
-    let open = tried.par_iter().filter(|k| {
-        let patch = &mesh.patches[**k / mesh.samples as usize];
-        let (face, point) = (&mesh.faces[patch.face as usize], mesh.patch_points[**k].position);
-        is_open(&rays, mesh.faces.len(), face, point, &directions)
-    });
-    black_box(open.count());
-    start.elapsed().as_secs_f64() * step as f64
 }
 
 fn sample_covers_until(mesh: &mut Mesh, samples: u32, stop: StopCheck) -> Result<()> {
@@ -134,31 +101,25 @@ fn sample_covers_until(mesh: &mut Mesh, samples: u32, stop: StopCheck) -> Result
 }
 
 /// Returns whether a point of `face` is uncovered: among the first `faces` faces, in one of `directions`
-/// (see [`cover_directions`]), the ray does not end at a back.
+/// (see [`cover_directions`]), the ray meets a front before a back, or nothing.
 pub fn is_open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
     let bitangent = face.normal.cross(face.tangent);
     directions.iter().any(|d| {
         let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-        ray_leaves(rays, faces, face.sheet, point, direction)
+        let (mut front, mut back) = (MISS_DISTANCE, MISS_DISTANCE);
+        rays.visit_faces_along(point, direction, |k, other| {
+            let hit = intersect_face(other, point, direction);
+            // A face that touches the point may be the other side of a thin wall; a body has more faces behind it.
+            let touches = (hit.t * hit.facing).abs() <= CONTACT_DISTANCE;
+            if k as usize >= faces || other.sheet == face.sheet || hit.t <= 0.0 || touches {
+                return;
+            }
+            if hit.facing < 0.0 && hit.inside >= -OUTLINE_MARGIN {
+                front = front.min(hit.t);
+            } else if hit.facing > 0.0 && hit.inside >= OUTLINE_MARGIN {
+                back = back.min(hit.t);
+            }
+        });
+        back == MISS_DISTANCE || front <= back
     })
-}
-
-/// Returns whether the ray meets a front before a back, or nothing. A face that touches the point is
-/// skipped: it may be the other side of a thin wall; a body has more faces behind it.
-fn ray_leaves(rays: &Rays, faces: usize, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
-    let mut front = MISS_DISTANCE;
-    let mut back = MISS_DISTANCE;
-    rays.visit_faces_along(origin, direction, |k, face| {
-        let hit = intersect_face(face, origin, direction);
-        let touches = (hit.t * hit.facing).abs() <= CONTACT_DISTANCE;
-        if k as usize >= faces || face.sheet == sheet || hit.t <= 0.0 || touches {
-            return;
-        }
-        if hit.facing < 0.0 && hit.inside >= -OUTLINE_MARGIN {
-            front = front.min(hit.t);
-        } else if hit.facing > 0.0 && hit.inside >= OUTLINE_MARGIN {
-            back = back.min(hit.t);
-        }
-    });
-    back == MISS_DISTANCE || front <= back
 }

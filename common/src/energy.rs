@@ -3,28 +3,14 @@
 //! ```text
 //! ΣA·E = ΣA(1−ρ)H + ΣA·r + escaped + closure
 //! ```
-//! Absorbed and unshot are summed from the textures; escaped = Σ shot power × the share of the
-//! shooter's hemisphere that meets no front, plus the emission under bodies; closure = Σ shot power ×
-//! (1 − ΣF − this share) is the form-factor error. No term is computed as a remainder, so lost or created
-//! power appears in `imbalance`.
+//! Absorbed and unshot are summed from the textures; escaped = Σ shot power × the share of the shooter's hemisphere
+//! that meets no front, plus the emission under bodies; closure = Σ shot power × (1 − ΣF − this share) is the
+//! form-factor error. No term is computed as a remainder, so lost or created power appears in `imbalance`.
 
 use crate::mesh::Mesh;
 use crate::shooting::{RadiosityField, Shot};
 use glam::DVec3;
 use serde::Serialize;
-
-/// Returns the power that emitters shine into the bodies that cover them.
-fn buried_emission(mesh: &Mesh) -> DVec3 {
-    let mut sum = DVec3::ZERO;
-    for patch in mesh.patches.iter().filter(|patch| patch.open_share < 1.0) {
-        for k in patch.texels() {
-            let texel = &mesh.texels[k];
-            let share = f64::from(1.0 - patch.open_share) * f64::from(texel.area);
-            sum += texel.emission.as_dvec3() * share;
-        }
-    }
-    sum
-}
 
 /// The energy balance, W per channel in scene units.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -46,9 +32,7 @@ pub struct EnergyBalance {
 impl EnergyBalance {
     /// Computes the balance of `field` after `shots`.
     pub fn new(mesh: &Mesh, field: &RadiosityField, shots: &[Shot]) -> Self {
-        let mut emitted = DVec3::ZERO;
-        let mut absorbed = DVec3::ZERO;
-        let mut unshot = DVec3::ZERO;
+        let [mut emitted, mut absorbed, mut unshot] = [DVec3::ZERO; 3];
         for (k, texel) in mesh.texels.iter().enumerate() {
             let area = f64::from(texel.area);
             let irradiance = field.irradiance[k].truncate().as_dvec3();
@@ -56,7 +40,14 @@ impl EnergyBalance {
             absorbed += (DVec3::ONE - texel.reflectance.as_dvec3()) * irradiance * area;
             unshot += field.residual[k].truncate().as_dvec3() * area;
         }
-        let mut escaped = buried_emission(mesh);
+        // The power that emitters shine into the bodies that cover them.
+        let mut escaped = DVec3::ZERO;
+        for patch in mesh.patches.iter().filter(|patch| patch.open_share < 1.0) {
+            for texel in &mesh.texels[patch.texels()] {
+                let share = f64::from(1.0 - patch.open_share) * f64::from(texel.area);
+                escaped += texel.emission.as_dvec3() * share;
+            }
+        }
         let mut closure = DVec3::ZERO;
         for shot in shots {
             let power = DVec3::from(shot.power.map(f64::from));

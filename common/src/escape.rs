@@ -17,19 +17,17 @@ pub const ESCAPE_DIRECTION_COUNT: usize = 1024;
 /// Returns one direction in each of 32×32 equal strata of the projected hemisphere.
 pub fn escape_directions() -> Vec<Vec3> {
     let side = ESCAPE_DIRECTION_COUNT.isqrt();
-    (0..ESCAPE_DIRECTION_COUNT)
-        .map(|k| {
-            // R2 sequence inside the strata: aligned rays would run along edges of aligned rooms.
-            let jitter = |alpha: f64| (0.5 + alpha * (k + 1) as f64).fract();
-            let x = ((k % side) as f64 + jitter(0.754_877_666_246_693)) / side as f64;
-            let y = ((k / side) as f64 + jitter(0.569_840_290_998_053)) / side as f64;
-            concentric_direction(2.0 * x - 1.0, 2.0 * y - 1.0)
-        })
-        .collect()
+    let direction = |k: usize| {
+        // R2 sequence inside the strata: aligned rays would run along edges of aligned rooms.
+        let jitter = |alpha: f64| (0.5 + alpha * (k + 1) as f64).fract();
+        let x = ((k % side) as f64 + jitter(0.754_877_666_246_693)) / side as f64;
+        let y = ((k / side) as f64 + jitter(0.569_840_290_998_053)) / side as f64;
+        concentric_direction(2.0 * x - 1.0, 2.0 * y - 1.0)
+    };
+    (0..ESCAPE_DIRECTION_COUNT).map(direction).collect()
 }
 
-/// Maps the square to the disc with equal areas (concentric map, Shirley & Chiu 1997), then to the
-/// hemisphere.
+/// Maps the square to the disc with equal areas (concentric map, Shirley & Chiu 1997), then to the hemisphere.
 fn concentric_direction(x: f64, y: f64) -> Vec3 {
     use std::f64::consts::FRAC_PI_4;
     let (r, phi) = if x.abs() > y.abs() {
@@ -59,15 +57,11 @@ pub fn escaped_share(mesh: &Mesh, rays: &Rays, patch: u32, directions: &[Vec3]) 
     let first = (patch * mesh.samples) as usize;
     let points = &mesh.patch_points[first..first + mesh.samples as usize];
     let bitangent = face.normal.cross(face.tangent);
-    let lost = directions
-        .par_iter()
-        .enumerate()
-        .filter(|(k, d)| {
-            let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-            !meets_front(rays, face.sheet, ray_origin(points, *k), direction)
-        })
-        .count();
-    lost as f32 / ESCAPE_DIRECTION_COUNT as f32
+    let escapes = |(k, d): &(usize, &Vec3)| {
+        let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
+        !meets_front(rays, face.sheet, ray_origin(points, *k), direction)
+    };
+    directions.par_iter().enumerate().filter(escapes).count() as f32 / ESCAPE_DIRECTION_COUNT as f32
 }
 
 /// Returns the origin of direction `k`: the open points take turns.

@@ -35,16 +35,14 @@ impl MeshFace {
     pub(crate) fn new(face: &Face, index: u32, corners: [Vec3; 4], resolution: [u32; 2], rect: [u32; 4]) -> Self {
         let normal = face.vector_area().normalize_or_zero();
         let along = longest_edge(face.outline());
+        let upwards = normal.try_normalize().unwrap_or(DVec3::Z);
         Self {
             corners,
             normal: normal.as_vec3(),
             plane: plane_through(normal, corners[0]),
             edges: edge_planes(&corners, normal),
             sheet: face.partner.map_or(index, |partner| partner.min(index)),
-            tangent: along
-                .reject_from(normal.try_normalize().unwrap_or(DVec3::Z))
-                .normalize_or_zero()
-                .as_vec3(),
+            tangent: along.reject_from(upwards).normalize_or_zero().as_vec3(),
             two_sided: face.partner.is_some(),
             resolution,
             texel_radius: texel_radius(&corners, resolution),
@@ -89,11 +87,9 @@ impl MeshFace {
 
 /// Returns the longest edge: a frame along a short first edge would be imprecise.
 fn longest_edge(outline: &[DVec3]) -> DVec3 {
-    let n = outline.len();
-    (0..n)
-        .map(|k| outline[(k + 1) % n] - outline[k])
-        .reduce(|a, b| if b.length_squared() > a.length_squared() { b } else { a })
-        .unwrap_or(DVec3::X)
+    let edges = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| *b - *a);
+    let longest = edges.reduce(|a, b| if b.length_squared() > a.length_squared() { b } else { a });
+    longest.unwrap_or(DVec3::X)
 }
 
 fn plane_through(normal: DVec3, point: Vec3) -> Vec4 {

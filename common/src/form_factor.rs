@@ -18,8 +18,7 @@ pub enum FormFactor {
     Paper,
     /// Wallace 1989: the shooter is a disc of its own area A_i.
     Disc,
-    /// Lambert's contour sum: exact from the texel's centre to the shooter's polygon; a remote shooter is
-    /// a point.
+    /// Lambert's contour sum: exact from the texel's centre to the shooter's polygon; a remote shooter is a point.
     Polygon,
 }
 

@@ -1,5 +1,4 @@
-//! Completeness of JPEG files: decoders fill the missing part of a truncated file with grey, without an
-//! error.
+//! Completeness of JPEG files: decoders fill the missing part of a truncated file with grey, without an error.
 
 /// Markers (ITU-T T.81, table B.1): end of image, start of scan.
 const END_OF_IMAGE: u8 = 0xd9;

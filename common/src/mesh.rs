@@ -137,15 +137,12 @@ impl Mesh {
         }
         mesh.join_coincident_sheets();
         mesh.remove_overlapped();
-        mesh.patch_points = mesh
-            .patches
-            .iter()
-            .map(|patch| PatchPoint {
-                position: patch.shooter.centre,
-                weight: 1.0,
-                cover: Cover::Open,
-            })
-            .collect();
+        let centre = |patch: &Patch| PatchPoint {
+            position: patch.shooter.centre,
+            weight: 1.0,
+            cover: Cover::Open,
+        };
+        mesh.patch_points = mesh.patches.iter().map(centre).collect();
         Ok(mesh)
     }
 
@@ -184,7 +181,9 @@ impl Mesh {
     /// Removes the area of patches that lie wholly under earlier fronts, so that they neither shoot nor
     /// receive. A face of no other patches loses its area too.
     fn remove_overlapped(&mut self) {
-        let ranges = self.face_texels();
+        let resolutions: Vec<[u32; 2]> = self.faces.iter().map(|face| face.resolution).collect();
+        let first = texel::first_texels(&resolutions);
+        let ranges: Vec<Range<usize>> = first.windows(2).map(|ends| ends[0]..ends[1]).collect();
         let Overlaps { pairs, covered } = find_overlaps(&self.faces, &self.texels, &ranges);
         self.overlaps = pairs;
         if self.overlaps.is_empty() {
@@ -205,19 +204,6 @@ impl Mesh {
                 face.remove_area();
             }
         }
-    }
-
-    /// Returns the range of each face's texels.
-    fn face_texels(&self) -> Vec<Range<usize>> {
-        let mut ranges = vec![0..0; self.faces.len()];
-        for (k, texel) in self.texels.iter().enumerate() {
-            let range = &mut ranges[texel.face as usize];
-            if range.end == 0 {
-                range.start = k;
-            }
-            range.end = k + 1;
-        }
-        ranges
     }
 
     fn add_texels(&mut self, scene: &Scene, f: usize, k: u32, local: &dyn Fn(DVec3) -> Vec3) {
@@ -273,23 +259,21 @@ impl Mesh {
         if self.samples == 1 {
             return;
         }
-        let mut points = Vec::with_capacity(self.patches.len() * self.samples as usize);
-        for (k, patch) in (0..).zip(&self.patches) {
-            for s in 0..self.samples {
-                let uv = sampling::patch_uv(s, k);
-                let point = sampling::outline_point(&patch.shooter.corners, uv);
-                points.push(PatchPoint {
+        let samples = self.samples;
+        let points = (0..).zip(&self.patches).flat_map(|(k, patch)| {
+            (0..samples).map(move |s| {
+                let point = sampling::outline_point(&patch.shooter.corners, sampling::patch_uv(s, k));
+                PatchPoint {
                     position: point.truncate(),
                     weight: point.w,
                     cover: Cover::Open,
-                });
-            }
-        }
-        self.patch_points = points;
+                }
+            })
+        });
+        self.patch_points = points.collect();
     }
 
-    /// Sets the cover of each sample point, and each patch's open shares: a patch shoots from its open
-    /// points only.
+    /// Sets the cover of each sample point, and each patch's open shares: a patch shoots from its open points only.
     pub fn set_covers(&mut self, covers: &[Cover]) {
         for (point, cover) in self.patch_points.iter_mut().zip(covers) {
             point.cover = *cover;
@@ -340,12 +324,14 @@ fn texel_place(shape: Shape, [w, h]: [u32; 2], index: u32) -> ([u32; 2], TexelKi
         Shape::Quad => ([index % w, index / w], TexelKind::Quad),
         Shape::Triangle => {
             let (i, j, upright) = texel::triangle_position(h, index);
-            let kind = if upright {
-                TexelKind::Upright
-            } else {
-                TexelKind::Inverted
-            };
-            ([i, j], kind)
+            (
+                [i, j],
+                if upright {
+                    TexelKind::Upright
+                } else {
+                    TexelKind::Inverted
+                },
+            )
         }
     }
 }
@@ -383,24 +369,16 @@ fn check_resolutions(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
 ///
 /// Errors: an extent that cannot be solved.
 pub(crate) fn scene_bounds(scene: &Scene) -> Result<(DVec3, f64)> {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    for corner in scene.faces.iter().flat_map(Face::outline) {
-        low = low.min(*corner);
-        high = high.max(*corner);
-    }
+    let corners = || scene.faces.iter().flat_map(Face::outline).copied();
+    let low = corners().fold(DVec3::INFINITY, DVec3::min);
+    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
     let half = (high - low).max_element() / 2.0;
     if !(half.is_normal() && SOLVABLE_EXTENTS.contains(&half)) {
-        return Err(Error::bad_input(
-            &scene.name,
-            "",
-            format!(
-                "extends over {:e}, which cannot be solved ({:e} to {:e} can): use another unit of length",
-                2.0 * half,
-                SOLVABLE_EXTENTS.start,
-                SOLVABLE_EXTENTS.end
-            ),
-        ));
+        let (extent, Range { start, end }) = (2.0 * half, SOLVABLE_EXTENTS);
+        let message = format!(
+            "extends over {extent:e}, which cannot be solved ({start:e} to {end:e} can): use another unit of length"
+        );
+        return Err(Error::bad_input(&scene.name, "", message));
     }
     Ok(((low + high) / 2.0, half.log2().ceil().exp2()))
 }

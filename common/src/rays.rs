@@ -39,15 +39,8 @@ impl Rays {
         }
     }
 
-    /// Returns the face of a BVH primitive and its ray parameter, if it blocks a ray between `points` on
-    /// the sheets `ends`.
-    fn blocks_segment(&self, primitive: usize, ray: &Ray, points: [Vec3; 2], ends: [u32; 2]) -> Option<(u32, f32)> {
-        let k = self.bvh.faces[primitive];
-        self.blocking_parameter(k, ray, points, ends).map(|t| (k, t))
-    }
-
     /// Returns the ray parameter at which face `k` blocks a ray between `points` on the sheets `ends`.
-    fn blocking_parameter(&self, k: u32, ray: &Ray, points: [Vec3; 2], ends: [u32; 2]) -> Option<f32> {
+    fn blocks_segment(&self, k: u32, ray: &Ray, points: [Vec3; 2], ends: [u32; 2]) -> Option<f32> {
         let face = &self.faces[k as usize];
         if face.sheet == ends[0] || face.sheet == ends[1] {
             return None;
@@ -59,12 +52,11 @@ impl Rays {
     /// Returns whether no face lies between `from` on face `ends[0]` and `to` on face `ends[1]`.
     pub fn is_visible(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> bool {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
-        self.bvh
-            .tree
-            .ray_traverse_miss(segment_ray(from, to), |ray, primitive| {
-                self.blocks_segment(primitive, ray, [from, to], ends)
-                    .map_or(MISS_DISTANCE, |(_, t)| t)
-            })
+        let tree = &self.bvh.tree;
+        tree.ray_traverse_miss(segment_ray(from, to), |ray, primitive| {
+            let blocked = self.blocks_segment(self.bvh.faces[primitive], ray, [from, to], ends);
+            blocked.unwrap_or(MISS_DISTANCE)
+        })
     }
 
     /// Returns the visibility between `from` on face `ends[0]` and `to` on face `ends[1]`. With `through`
@@ -87,13 +79,14 @@ impl Rays {
         let ray = segment_ray(from, to);
         let known = last.get();
         let ends_it = known != NO_FACE && (!through || known < self.room);
-        if ends_it && self.blocking_parameter(known, &ray, [from, to], ends).is_some() {
+        if ends_it && self.blocks_segment(known, &ray, [from, to], ends).is_some() {
             return LineOfSight::Blocked;
         }
         let hidden = Cell::new(false);
         let free = self.bvh.tree.ray_traverse_miss(ray, |ray, primitive| {
-            match self.blocks_segment(primitive, ray, [from, to], ends) {
-                Some((k, t)) if !through || k < self.room => {
+            let k = self.bvh.faces[primitive];
+            match self.blocks_segment(k, ray, [from, to], ends) {
+                Some(t) if !through || k < self.room => {
                     last.set(k);
                     t
                 }
@@ -115,24 +108,23 @@ impl Rays {
     pub fn find_blockers(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> Vec<u32> {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
         let mut blockers = Vec::new();
-        self.bvh
-            .tree
-            .ray_traverse_anyhit(segment_ray(from, to), |ray, primitive| {
-                let blocker = self.blocks_segment(primitive, ray, [from, to], ends);
-                blockers.extend(blocker.map(|(k, _)| k));
-            });
+        let tree = &self.bvh.tree;
+        tree.ray_traverse_anyhit(segment_ray(from, to), |ray, primitive| {
+            let k = self.bvh.faces[primitive];
+            let blocked = self.blocks_segment(k, ray, [from, to], ends);
+            blockers.extend(blocked.map(|_| k));
+        });
         blockers
     }
 
     /// Visits every face that the ray from `origin`, or from just behind it, along `direction` may meet.
     pub fn visit_faces_along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(u32, &MeshFace)) {
         let behind = origin - direction * (4.0 * CONTACT_DISTANCE);
-        self.bvh
-            .tree
-            .ray_traverse_anyhit(make_ray(behind, direction / RAY_REACH, f32::MAX), |_, primitive| {
-                let k = self.bvh.faces[primitive];
-                visit(k, &self.faces[k as usize]);
-            });
+        let ray = make_ray(behind, direction / RAY_REACH, f32::MAX);
+        self.bvh.tree.ray_traverse_anyhit(ray, |_, primitive| {
+            let k = self.bvh.faces[primitive];
+            visit(k, &self.faces[k as usize]);
+        });
     }
 
     /// Returns the nearest face along the ray from `origin`, a point of a face of `sheet`, and its ray
@@ -144,32 +136,29 @@ impl Rays {
         let mut nearest = RayHit::none();
         // The nearest front with its ray parameter and cosine; the ray parameter of the nearest back.
         let (mut lit, mut dark): (Option<(u32, f32, f32)>, _) = (None, f32::INFINITY);
-        self.bvh.tree.ray_traverse(
-            make_ray(origin, direction * reach, RAY_REACH),
-            &mut nearest,
-            |ray, primitive| {
-                let k = self.bvh.faces[primitive];
-                let face = &self.faces[k as usize];
-                let hit = intersect_face(face, ray.origin.into(), ray.direction.into());
-                let touches = (hit.t * hit.facing).abs() <= CONTACT_DISTANCE;
-                let front = hit.facing < 0.0;
-                // Of a sheet's two sides the ray meets only the front.
-                let passed = face.sheet == sheet || touches || (face.two_sided && !front);
-                if passed || hit.t <= 0.0 || hit.inside < -OUTLINE_MARGIN {
-                    return MISS_DISTANCE;
-                }
-                if !front {
-                    dark = dark.min(hit.t);
-                } else if lit.is_none_or(|(other, t, _)| {
-                    let ahead = (t - hit.t) * -hit.facing;
-                    ahead > CONTACT_DISTANCE || (ahead >= -CONTACT_DISTANCE && k < other)
-                }) {
-                    lit = Some((k, hit.t, -hit.facing));
-                }
-                // The ray continues to faces that coincide with this one.
-                hit.t + CONTACT_DISTANCE / hit.facing.abs()
-            },
-        );
+        let ray = make_ray(origin, direction * reach, RAY_REACH);
+        self.bvh.tree.ray_traverse(ray, &mut nearest, |ray, primitive| {
+            let k = self.bvh.faces[primitive];
+            let face = &self.faces[k as usize];
+            let hit = intersect_face(face, ray.origin.into(), ray.direction.into());
+            let touches = (hit.t * hit.facing).abs() <= CONTACT_DISTANCE;
+            let front = hit.facing < 0.0;
+            // Of a sheet's two sides the ray meets only the front.
+            let passed = face.sheet == sheet || touches || (face.two_sided && !front);
+            if passed || hit.t <= 0.0 || hit.inside < -OUTLINE_MARGIN {
+                return MISS_DISTANCE;
+            }
+            if !front {
+                dark = dark.min(hit.t);
+            } else if lit.is_none_or(|(other, t, _)| {
+                let ahead = (t - hit.t) * -hit.facing;
+                ahead > CONTACT_DISTANCE || (ahead >= -CONTACT_DISTANCE && k < other)
+            }) {
+                lit = Some((k, hit.t, -hit.facing));
+            }
+            // The ray continues to faces that coincide with this one.
+            hit.t + CONTACT_DISTANCE / hit.facing.abs()
+        });
         let (k, t, steep) = lit?;
         ((t - dark) * steep <= CONTACT_DISTANCE).then_some((k, t * reach))
     }
@@ -177,19 +166,15 @@ impl Rays {
     /// Returns the nearest front along a view ray, and its ray parameter; backs are transparent.
     pub fn nearest_front(&self, origin: Vec3, direction: Vec3) -> Option<(u32, f32)> {
         let mut nearest: Option<(u32, f32)> = None;
-        self.bvh
-            .tree
-            .ray_traverse_anyhit(make_ray(origin, direction, f32::MAX), |ray, primitive| {
-                let k = self.bvh.faces[primitive];
-                let hit = intersect_face(&self.faces[k as usize], ray.origin.into(), ray.direction.into());
-                if hit.facing < 0.0
-                    && hit.t > 0.0
-                    && hit.inside >= -OUTLINE_MARGIN
-                    && nearest.is_none_or(|(_, best)| hit.t < best)
-                {
-                    nearest = Some((k, hit.t));
-                }
-            });
+        let ray = make_ray(origin, direction, f32::MAX);
+        self.bvh.tree.ray_traverse_anyhit(ray, |ray, primitive| {
+            let k = self.bvh.faces[primitive];
+            let hit = intersect_face(&self.faces[k as usize], ray.origin.into(), ray.direction.into());
+            let is_met = hit.facing < 0.0 && hit.t > 0.0 && hit.inside >= -OUTLINE_MARGIN;
+            if is_met && nearest.is_none_or(|(_, best)| hit.t < best) {
+                nearest = Some((k, hit.t));
+            }
+        });
         nearest
     }
 }

@@ -8,7 +8,7 @@
 //! and the piece is bounded by intervals of u, v and u + v in whole numbers.
 
 use crate::scene::{Face, Shape};
-use crate::texel::{texel_count, triangle_position};
+use crate::texel::{texel_count, triangle_index, triangle_position};
 use glam::DVec3;
 
 /// Area that a texel of one grid shares with a texel of another.
@@ -78,10 +78,8 @@ pub fn average_standard_error(errors: &[DVec3], pieces: &[SharedPiece], to: [u32
 
 /// Divides sums by areas; a texel without area has 0.
 fn divide_by_area(sums: Vec<DVec3>, areas: &[f64]) -> Vec<DVec3> {
-    sums.into_iter()
-        .zip(areas)
-        .map(|(sum, area)| if *area > 0.0 { sum / *area } else { DVec3::ZERO })
-        .collect()
+    let mean = |(sum, area): (DVec3, &f64)| if *area > 0.0 { sum / *area } else { DVec3::ZERO };
+    sums.into_iter().zip(areas).map(mean).collect()
 }
 
 /// Returns the segments into which both divisions of a side, by `a` and by `b`, divide it: (part of `a`,
@@ -151,19 +149,13 @@ fn triangle_bounds(side: u32, index: u32, step: i64) -> Bounds {
 
 /// Returns the sub-triangles of the other grid (`side` rows, `step` units wide) that may share area.
 fn candidate_triangles(first: &Bounds, side: u32, step: i64) -> Vec<u32> {
-    let [columns, rows] = [0, 1].map(|k| first[k][0] / step..=(first[k][1] - 1) / step);
-    let side = i64::from(side);
-    let mut triangles = Vec::new();
-    for j in rows {
-        for i in columns.clone() {
-            for inverted in 0..2 {
-                if i + j + inverted < side {
-                    triangles.push((j * (2 * side - j) + 2 * i + inverted) as u32);
-                }
-            }
-        }
-    }
-    triangles
+    let [columns, rows] = [0, 1].map(|k| (first[k][0] / step) as u32..=((first[k][1] - 1) / step) as u32);
+    let lattice = rows.flat_map(|j| columns.clone().map(move |i| (i, j)));
+    let triangles = lattice.flat_map(|(i, j)| [(i, j, true), (i, j, false)]);
+    let inside = triangles.filter(|(i, j, upright)| i + j + u32::from(!upright) < side);
+    inside
+        .map(|(i, j, upright)| triangle_index(side, i, j, upright))
+        .collect()
 }
 
 /// Returns the area within both bounds: the box in u, v between two parallel lines.

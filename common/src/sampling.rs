@@ -1,5 +1,4 @@
-//! Visibility samples between a texel and a patch: S pairs of points, distributed evenly over both areas
-//! at once.
+//! Visibility samples between a texel and a patch: S pairs of points, distributed evenly over both areas at once.
 //!
 //! Sample s is the s-th point of a four-dimensional additive recurrence (Roberts 2018: the generalised
 //! golden ratio φ⁵ = φ + 1), shifted on the torus by a hash of the pair, so that neighbours' errors are

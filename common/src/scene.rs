@@ -14,8 +14,7 @@ use std::sync::Arc;
 pub struct Scene {
     /// The file's name, for messages and `result.json`.
     pub name: String,
-    /// Planar convex faces: input face k is entry k; further pieces of split faces follow, and
-    /// backs last.
+    /// Planar convex faces: input face k is entry k; further pieces of split faces follow, and backs last.
     pub faces: Vec<Face>,
     /// Notes of the import (a split face, a default material).
     pub notes: Vec<String>,
@@ -182,17 +181,15 @@ impl Scene {
     /// entry k stays input face k.
     pub fn two_sided(mut self) -> Self {
         let count = self.faces.len() as u32;
-        let backs: Vec<Face> = (0..count)
-            .zip(&mut self.faces)
-            .map(|(k, face)| {
-                face.partner = Some(count + k);
-                Face {
-                    input_face: Some(face.input_face.unwrap_or(k)),
-                    partner: Some(k),
-                    ..face.reversed()
-                }
-            })
-            .collect();
+        let back = |(k, face): (u32, &mut Face)| {
+            face.partner = Some(count + k);
+            Face {
+                input_face: Some(face.input_face.unwrap_or(k)),
+                partner: Some(k),
+                ..face.reversed()
+            }
+        };
+        let backs: Vec<Face> = (0..count).zip(&mut self.faces).map(back).collect();
         self.faces.extend(backs);
         self
     }

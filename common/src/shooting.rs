@@ -236,20 +236,9 @@ pub fn shoot_until_converged(
     require_southwell(schedule)?;
     let emitted = total_power(&engine.patch_power()?);
     let threshold = (f64::from(emitted) * schedule.epsilon) as f32;
-    let mut shots = Vec::new();
-    engine.run(ShotOrder::Greedy { threshold }, schedule.max_shots, &mut |shot| {
-        shots.push(*shot);
+    let order = ShotOrder::Greedy { threshold };
+    shoot_in_order(engine, order, schedule.max_shots, emitted, &mut |shot| {
         watch(shot, emitted)
-    })?;
-    let unshot = shots.last().map_or(emitted, |shot: &Shot| shot.unshot);
-    Ok(SolveRun {
-        emitted,
-        converged: unshot <= threshold,
-        stagnated: false,
-        passes: shots.len() as u32,
-        shooters: shots.len() as u64,
-        shots,
-        field: engine.read_field()?,
     })
 }
 
@@ -266,14 +255,28 @@ pub(crate) fn require_southwell(schedule: &Schedule) -> Result<()> {
 /// Shoots the patches of `log`, in its order, on a fresh engine.
 pub fn replay_log(engine: &mut dyn Shoot, log: &[u32]) -> Result<SolveRun> {
     let emitted = total_power(&engine.patch_power()?);
-    let mut shots = Vec::new();
-    engine.run(ShotOrder::Replay(log), log.len() as u32, &mut |shot| {
-        shots.push(*shot);
+    let order = ShotOrder::Replay(log);
+    shoot_in_order(engine, order, log.len() as u32, emitted, &mut |_| {
         ControlFlow::Continue(())
+    })
+}
+
+fn shoot_in_order(
+    engine: &mut dyn Shoot,
+    order: ShotOrder,
+    max_shots: u32,
+    emitted: f32,
+    watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
+) -> Result<SolveRun> {
+    let mut shots: Vec<Shot> = Vec::new();
+    engine.run(order, max_shots, &mut |shot| {
+        shots.push(*shot);
+        watch(shot)
     })?;
+    let unshot = shots.last().map_or(emitted, |shot| shot.unshot);
     Ok(SolveRun {
         emitted,
-        converged: false,
+        converged: matches!(order, ShotOrder::Greedy { threshold } if unshot <= threshold),
         stagnated: false,
         passes: shots.len() as u32,
         shooters: shots.len() as u64,

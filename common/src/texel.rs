@@ -41,17 +41,17 @@ pub enum TexelKind {
     Inverted,
 }
 
-/// Outline of a texel or a patch on its face: 4 or 3 corners, counter-clockwise from the front.
+/// Outline of a texel or a patch on its face, counter-clockwise from the front; a triangle repeats its third corner.
 #[derive(Clone, Copy, Debug)]
 pub struct GridOutline {
     corners: [DVec3; 4],
-    count: usize,
 }
 
 impl GridOutline {
     /// Returns the 4 or 3 corners.
     pub fn corners(&self) -> &[DVec3] {
-        &self.corners[..self.count]
+        let is_triangle = self.corners[2] == self.corners[3];
+        &self.corners[..if is_triangle { 3 } else { 4 }]
     }
 
     /// Returns four corners; a triangle repeats its third.
@@ -88,16 +88,9 @@ pub fn texel_outline(face: &Face, resolution: [u32; 2], index: u32) -> GridOutli
         Shape::Quad => block_outline(face, resolution, [index % w, index / w], [1, 1]),
         Shape::Triangle => {
             let (i, j, upright) = triangle_position(h, index);
-            let at = |i: u32, j: u32| face.point_at(f64::from(i) / f64::from(w), f64::from(j) / f64::from(h));
-            let c = if upright {
-                [at(i, j), at(i + 1, j), at(i, j + 1)]
-            } else {
-                [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]
-            };
-            GridOutline {
-                corners: [c[0], c[1], c[2], c[2]],
-                count: 3,
-            }
+            let [a, b, c, d] = block_outline(face, resolution, [i, j], [1, 1]).corners;
+            let corners = if upright { [a, b, d, d] } else { [b, c, d, d] };
+            GridOutline { corners }
         }
     }
 }
@@ -108,7 +101,6 @@ fn block_outline(face: &Face, [w, h]: [u32; 2], first: [u32; 2], size: [u32; 2])
     let ([i, j], [m, n]) = (first, size);
     GridOutline {
         corners: [at(i, j), at(i + m, j), at(i + m, j + n), at(i, j + n)],
-        count: 4,
     }
 }
 
@@ -198,7 +190,6 @@ impl PatchGrid {
                 let mut outline = block_outline(face, self.resolution, first, size);
                 if a + b + 1 == kx {
                     outline.corners[2] = outline.corners[3];
-                    outline.count = 3;
                 }
                 outline
             }

@@ -20,8 +20,11 @@ fn folder() -> PathBuf {
 }
 
 fn scene(name: &str) -> Scene {
-    let path = folder().join(format!("{name}.obj"));
-    load_scene(&path, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+    scene_at(&folder().join(name))
+}
+
+fn scene_at(path: &Path) -> Scene {
+    load_scene(path, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn vector_area<'a>(faces: impl IntoIterator<Item = &'a Face>) -> DVec3 {
@@ -31,6 +34,12 @@ fn vector_area<'a>(faces: impl IntoIterator<Item = &'a Face>) -> DVec3 {
 /// Returns whether `centre` lies in front of the face.
 fn faces_inwards(face: &Face, centre: DVec3) -> bool {
     face.vector_area().dot(centre - face.corners[0]) > 0.0
+}
+
+/// Asserts that a face of a block is seen from outside the block, and another one from the room's centre.
+fn assert_sided(face: &Face, block: Option<DVec3>, room: DVec3) {
+    let inwards = faces_inwards(face, block.unwrap_or(room));
+    assert_eq!(inwards, block.is_none(), "{}", face.name);
 }
 
 #[test]
@@ -44,9 +53,8 @@ fn scene_files_equal_generator_output() {
         );
     }
     let scenes = std::fs::read_dir(folder()).expect("scenes").flatten().map(|e| e.path());
-    let count = scenes
-        .filter(|p| p.is_file() && p.extension().is_some_and(|e| e != "rs"))
-        .count();
+    let is_scene = |p: &PathBuf| p.is_file() && p.extension().is_some_and(|e| e != "rs");
+    let count = scenes.filter(is_scene).count();
     assert_eq!(count, files.len(), "a scene that the generator does not write");
 }
 
@@ -63,7 +71,7 @@ fn scenes_have_expected_faces_and_area() {
         ("slivers", 5, 6, 6.0, true),
     ];
     for (name, quads, triangles, area, closed) in expected {
-        let scene = scene(name);
+        let scene = scene(&format!("{name}.obj"));
         let found = scene.faces.iter().filter(|f| f.shape == Shape::Quad).count();
         assert_eq!((found, scene.faces.len() - found), (quads, triangles), "{name}");
         assert_eq!(scene.notes, [""; 0], "{name}");
@@ -80,7 +88,7 @@ fn scenes_have_expected_faces_and_area() {
 
 #[test]
 fn rooms_face_inwards_and_blocks_outwards() {
-    let scene = scene("paper_room_objects");
+    let scene = scene("paper_room_objects.obj");
     let centre = |name: &str| match name {
         "tall_block" => Some(DVec3::new(0.34, 0.31, 0.36)),
         "short_block" => Some(DVec3::new(0.66, 0.16, 0.66)),
@@ -88,30 +96,22 @@ fn rooms_face_inwards_and_blocks_outwards() {
         _ => None,
     };
     for face in &scene.faces {
-        match centre(&face.name) {
-            Some(inside) => assert!(!faces_inwards(face, inside), "{}", face.name),
-            None => assert!(faces_inwards(face, DVec3::splat(0.5)), "{}", face.name),
-        }
+        assert_sided(face, centre(&face.name), DVec3::splat(0.5));
         let in_room = |c: &DVec3| c.min_element() >= 0.0 && c.max_element() <= 1.0;
         assert!(face.corners.iter().all(in_room));
     }
     let lit: Vec<_> = scene.faces.iter().filter(|f| f.emission != Vec3::ZERO).collect();
     assert_eq!(lit.len(), 1);
-    assert!(
-        (lit[0].vector_area() - DVec3::new(0.0, -0.09, 0.0)).length() < 1e-9,
-        "the lamp shines downwards"
-    );
+    let downwards = lit[0].vector_area() - DVec3::new(0.0, -0.09, 0.0);
+    assert!(downwards.length() < 1e-9, "the lamp shines downwards");
 }
 
 #[test]
 fn blocks_do_not_touch() {
-    let scene = scene("paper_room_objects");
+    let scene = scene("paper_room_objects.obj");
     let corners = |name: &'static str| {
-        scene
-            .faces
-            .iter()
-            .filter(move |f| f.name == name)
-            .flat_map(|f| f.corners)
+        let block = scene.faces.iter().filter(move |f| f.name == name);
+        block.flat_map(|f| f.corners)
     };
     // A vertical plane between the two: x + z = 1.01.
     assert!(corners("tall_block").all(|c| c.x + c.z < 1.0) && corners("short_block").all(|c| c.x + c.z > 1.02));
@@ -120,7 +120,7 @@ fn blocks_do_not_touch() {
 
 #[test]
 fn furnace_emits_one_and_reflects_half() {
-    for face in scene("furnace").faces {
+    for face in scene("furnace.obj").faces {
         assert_eq!((face.emission, face.reflectance), (Vec3::ONE, Vec3::splat(0.5)));
         assert!(faces_inwards(&face, DVec3::splat(0.5)));
     }
@@ -128,22 +128,19 @@ fn furnace_emits_one_and_reflects_half() {
 
 #[test]
 fn slivers_have_expected_areas() {
-    let scene = scene("slivers");
+    let scene = scene("slivers.obj");
     let area = |shape: Shape| {
         let areas = scene.faces.iter().filter(|f| f.shape == shape).map(Face::area);
         areas.fold(f64::INFINITY, f64::min)
     };
-    assert!(
-        abs_diff_eq!(area(Shape::Quad), 1e-3, epsilon = 1e-9)
-            && abs_diff_eq!(area(Shape::Triangle), 5e-4, epsilon = 1e-9)
-    );
+    assert!(abs_diff_eq!(area(Shape::Quad), 1e-3, epsilon = 1e-9));
+    assert!(abs_diff_eq!(area(Shape::Triangle), 5e-4, epsilon = 1e-9));
     assert!(scene.faces.iter().all(|f| faces_inwards(f, DVec3::splat(0.5))));
 }
 
 #[test]
 fn furnished_room_has_one_lamp() {
-    let path = folder().join("room.glb");
-    let scene = load_scene(&path, &ImportOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    let scene = scene("room.glb");
     assert_eq!(scene.notes, [""; 0]);
     assert_eq!(scene.faces.len(), ROOM_FACES);
     let size = DVec3::new(4.2, 2.8, 4.0);
@@ -152,10 +149,9 @@ fn furnished_room_has_one_lamp() {
         assert!(face.corners.iter().all(inside), "{}", face.name);
         let is_wall = ["floor", "ceiling"].contains(&&*face.name) || face.name.ends_with("_wall");
         assert!(!is_wall || faces_inwards(face, size / 2.0), "{}", face.name);
-        let radiance = if face.name == "lamp" {
-            Vec3::new(40.0, 32.0, 22.0)
-        } else {
-            Vec3::ZERO
+        let radiance = match face.name.as_str() {
+            "lamp" => Vec3::new(40.0, 32.0, 22.0),
+            _ => Vec3::ZERO,
         };
         let emission = radiance * std::f32::consts::PI;
         assert!(
@@ -192,7 +188,7 @@ fn studio_is_a_panorama_with_lamp_and_window() {
 
 #[test]
 fn cornell_box_equals_measured_data() {
-    let scene = scene("cornell_box");
+    let scene = scene("cornell_box.obj");
     assert_eq!(scene.faces.len(), 17);
     assert_eq!(scene.notes, ["1 face not planar: split into two triangles (6)"]);
     let middle = |name: &str| match name {
@@ -201,10 +197,7 @@ fn cornell_box_equals_measured_data() {
         _ => None,
     };
     for face in &scene.faces {
-        match middle(&face.name) {
-            Some(inside) => assert!(!faces_inwards(face, inside), "{}", face.name),
-            None => assert!(faces_inwards(face, DVec3::splat(278.0)), "{}", face.name),
-        }
+        assert_sided(face, middle(&face.name), DVec3::splat(278.0));
     }
     let Some(data) = std::env::var_os("RADIOSITY_DATA") else {
         // Directly to stderr: the test runner captures the output of a passing test.
@@ -212,16 +205,11 @@ fn cornell_box_equals_measured_data() {
         let _ = writeln!(std::io::stderr(), "{what}");
         return;
     };
-    let measured = load_scene(
-        &Path::new(&data).join("cornell/cornell_measured.obj"),
-        &ImportOptions::default(),
-    );
-    let measured = measured.unwrap_or_else(|error| panic!("{error}"));
+    let measured = Path::new(&data).join("cornell/cornell_measured.obj");
+    let measured = scene_at(&measured);
     for (ours, theirs) in scene.faces.iter().zip(&measured.faces) {
-        assert_eq!(
-            (&ours.name, ours.reflectance, ours.emission),
-            (&theirs.name, theirs.reflectance, theirs.emission)
-        );
+        assert_eq!((&ours.name, ours.reflectance), (&theirs.name, theirs.reflectance));
+        assert_eq!(ours.emission, theirs.emission);
     }
     let outline = |s: &Scene, k: usize| {
         let mut corners: Vec<[f64; 3]> = s.faces[k].outline().iter().map(DVec3::to_array).collect();

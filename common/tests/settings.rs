@@ -1,8 +1,6 @@
 //! Settings in `result.json`: every option in force, at one level, and no other.
 
-use common::settings::{
-    ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Schedule, Settings, SolveQuality, Visibility,
-};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Settings, SolveQuality, Visibility};
 use serde_json::json;
 
 fn drawn(projection: ItemBufferProjection) -> serde_json::Value {
@@ -27,13 +25,8 @@ fn settings_with_rays_have_no_item_buffer_options() {
 
 #[test]
 fn item_buffer_options_are_at_the_top_level() {
-    let settings = Settings {
-        schedule: Schedule {
-            epsilon: 0.5,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.schedule.epsilon = 0.5;
     let rays = serde_json::to_value(settings).unwrap();
     let mut all = rays.as_object().unwrap().clone();
     let drawing = json!({

@@ -1,5 +1,6 @@
 //! Stored solutions: read back bit for bit, and errors of damaged files.
 
+use crate::import::files::Folder;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
@@ -8,14 +9,7 @@ use common::solution::{PhaseSeconds, Solution, StoredSolution};
 use glam::{DVec3, Vec3, Vec4};
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
-
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("stored-{}-{name}", std::process::id()));
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
+use std::path::Path;
 
 fn scene() -> Scene {
     let p = |x: f64, y: f64| DVec3::new(x, y, 1.0 / 3.0);
@@ -50,13 +44,8 @@ fn field(mesh: &Mesh) -> RadiosityField {
     }
 }
 
-/// Writes the scene with 6×6 texels per face. Returns mesh and field.
-fn write(dir: &Path) -> (Mesh, RadiosityField) {
-    write_with(dir, None)
-}
-
-/// Writes the scene; with `captured` it is a captured room, and face 1 has this E.
-fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, RadiosityField) {
+/// Writes the scene with 6×6 texels per face; with `captured` it is a captured room, and face 1 has this E.
+fn write(dir: &Path, captured: Option<Vec3>) -> (Mesh, RadiosityField) {
     let scene = scene();
     // Patches change the order of the mesh's texels, and must not change the file's.
     let mut mesh = Mesh::uniform(&scene, 6, 3).unwrap();
@@ -94,15 +83,15 @@ fn write_with(dir: &Path, captured: Option<Vec3>) -> (Mesh, RadiosityField) {
 
 #[test]
 fn written_solution_is_read_back_bit_for_bit() {
-    let dir = folder("exact");
-    let (mesh, field) = write(&dir);
+    let folder = Folder::new();
+    let dir = folder.path("");
+    let (mesh, field) = write(&dir, None);
     let stored = StoredSolution::read(&dir).unwrap();
     let scene = scene();
     assert_eq!(stored.scene.name, scene.name);
     assert_eq!(stored.scene.faces.len(), 4);
     for (read, face) in stored.scene.faces.iter().zip(&scene.faces) {
-        assert_eq!(read.name, face.name);
-        assert_eq!(read.shape, face.shape);
+        assert_eq!((&read.name, read.shape), (&face.name, face.shape));
         assert_eq!(read.corners, face.corners);
         assert_eq!(read.emission, face.emission);
         assert_eq!(read.reflectance, face.reflectance);
@@ -122,48 +111,51 @@ fn written_solution_is_read_back_bit_for_bit() {
     assert!(!stored.others.contains_key("error"));
 }
 
-/// Reads the solution after one change of the description. Returns the error.
-fn changed(dir: &Path, change: impl Fn(&mut Value)) -> String {
+/// Returns the error of reading a solution.
+fn error(dir: &Path) -> String {
+    StoredSolution::read(dir).map(drop).unwrap_err().to_string()
+}
+
+/// Changes the description; returns the bytes of the file before.
+fn change(dir: &Path, change: impl Fn(&mut Value)) -> Vec<u8> {
     let path = dir.join("result.json");
     let before = fs::read(&path).unwrap();
     let mut description: Value = serde_json::from_slice(&before).unwrap();
     change(&mut description);
     fs::write(&path, description.to_string()).unwrap();
-    let message = StoredSolution::read(dir).map(|_| ()).unwrap_err().to_string();
-    fs::write(&path, before).unwrap();
+    before
+}
+
+/// Returns the error of reading the solution after one change of the description, which is undone.
+fn changed(dir: &Path, by: impl Fn(&mut Value)) -> String {
+    let before = change(dir, by);
+    let message = error(dir);
+    fs::write(dir.join("result.json"), before).unwrap();
     message
 }
 
 #[test]
 fn bad_description_error_names_file_and_face() {
-    let dir = folder("bad");
-    write(&dir);
-    let cases: [(&str, &str, Value); 13] = [
-        ("/faces/1/reflectance/1", "face 1", json!(1)),
-        ("/faces/1/reflectance/1", "face 1", json!(-0.1)),
-        ("/faces/1/reflectance", "", json!([0.5, null, 0.5])),
-        ("/faces/0/emission/2", "face 0", json!(-1e-9)),
-        ("/lightmap_crc32", "not of one solve", json!("00000000")),
-        ("/faces/1/texels", "face 1", json!([6, 5])),
-        ("/faces/1/texels", "face 1", json!([7, 7])),
-        ("/faces/0/rect", "face 0", json!([900, 0, 6, 6])),
-        ("/faces/0/rect", "face 0", json!([4_294_967_295u32, 0, 6, 6])),
-        ("/faces/0/corners/3", "", json!([0, 0])),
-        ("/faces/0/kind", "face 0", json!("triangle")),
-        ("/faces/0/emission", "", json!([0, 1e99, 0])),
+    let folder = Folder::new();
+    let dir = folder.path("");
+    write(&dir, None);
+    for (pointer, part, value) in [
+        ("/faces/1/reflectance/1", "result.json: face 1", json!(1)),
+        ("/faces/1/reflectance/1", "result.json: face 1", json!(-0.1)),
+        ("/faces/1/reflectance", "result.json", json!([0.5, null, 0.5])),
+        ("/faces/0/emission/2", "result.json: face 0", json!(-1e-9)),
+        ("/lightmap_crc32", "are not of one solve", json!("00000000")),
+        ("/faces/1/texels", "result.json: face 1", json!([6, 5])),
+        ("/faces/1/texels", "result.json: face 1", json!([7, 7])),
+        ("/faces/0/rect", "lightmap.exr: face 0", json!([900, 0, 6, 6])),
+        ("/faces/0/rect", "lightmap.exr: face 0", json!([u32::MAX, 0, 6, 6])),
+        ("/faces/0/corners/3", "result.json", json!([0, 0])),
+        ("/faces/0/kind", "result.json: face 0", json!("triangle")),
+        ("/faces/0/emission", "result.json", json!([0, 1e99, 0])),
         ("/faces", "faces", json!([])),
-    ];
-    for (pointer, place, value) in cases {
+    ] {
         let message = changed(&dir, |d| *d.pointer_mut(pointer).unwrap() = value.clone());
-        let file = if pointer.ends_with("rect") || pointer.ends_with("crc32") {
-            "lightmap.exr"
-        } else {
-            "result.json"
-        };
-        assert!(
-            message.contains(file) && message.contains(place),
-            "{pointer}: {message}"
-        );
+        assert!(message.contains(part), "{pointer}: {message}");
     }
     let many = json!([4_000_000_000u32, 4_000_000_000u32]);
     let message = changed(&dir, |d| {
@@ -178,9 +170,10 @@ fn bad_description_error_names_file_and_face() {
 
 #[test]
 fn captured_emission_by_texel_may_be_negative() {
-    let dir = folder("captured");
+    let folder = Folder::new();
+    let dir = folder.path("");
     let left = Vec3::new(-0.25, 0.5, 0.0);
-    write_with(&dir, Some(left));
+    write(&dir, Some(left));
     let stored = StoredSolution::read(&dir).unwrap();
     assert!(stored.emission[stored.texel_range(1)].iter().all(|e| *e == left));
     assert!(stored.scene.faces[1].emission.x < 0.0);
@@ -191,26 +184,25 @@ fn captured_emission_by_texel_may_be_negative() {
 
 #[test]
 fn solution_without_checksum_is_read_with_a_note() {
-    let dir = folder("foreign");
-    write(&dir);
+    let folder = Folder::new();
+    let dir = folder.path("");
+    write(&dir, None);
     assert!(StoredSolution::read(&dir).unwrap().scene.notes.is_empty());
-    let path = dir.join("result.json");
-    let mut description: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-    description.as_object_mut().unwrap().remove("lightmap_crc32");
-    fs::write(&path, description.to_string()).unwrap();
+    change(&dir, |d| drop(d.as_object_mut().unwrap().remove("lightmap_crc32")));
     let notes = StoredSolution::read(&dir).unwrap().scene.notes;
     assert!(notes[0].contains("has no lightmap_crc32"), "{notes:?}");
 }
 
 #[test]
 fn truncated_or_changed_lightmap_is_an_error() {
-    let dir = folder("cut");
-    write(&dir);
+    let folder = Folder::new();
+    let dir = folder.path("");
+    write(&dir, None);
     let path = dir.join("lightmap.exr");
     let bytes = fs::read(&path).unwrap();
     for length in (0..bytes.len()).step_by(11).chain([bytes.len() - 1]) {
         fs::write(&path, &bytes[..length]).unwrap();
-        let message = StoredSolution::read(&dir).map(|_| ()).unwrap_err().to_string();
+        let message = error(&dir);
         assert!(message.contains("lightmap.exr"), "{length}: {message}");
     }
     // The checksum detects a changed byte that the decoder ignores.
@@ -221,6 +213,6 @@ fn truncated_or_changed_lightmap_is_an_error() {
         assert!(StoredSolution::read(&dir).is_err(), "byte {at}");
     }
     fs::remove_file(&path).unwrap();
-    let message = StoredSolution::read(&dir).map(|_| ()).unwrap_err().to_string();
+    let message = error(&dir);
     assert!(message.contains("cannot be read"), "{message}");
 }

@@ -82,6 +82,21 @@ impl<'a> CpuSolver<'a> {
         solver
     }
 
+    /// A solver on given links: a row and its closure for each patch, as far as its cache holds them.
+    pub fn with_links(mesh: &'a Mesh, transport: &Transport, rows: &[Vec<f32>], closures: &[PatchClosure]) -> Self {
+        let mut solver = Self::new(mesh, transport);
+        let kept: Vec<u32> = (0..solver.links.slot_count().min(rows.len()) as u32).collect();
+        for slot in solver.links.slots_of(&kept) {
+            let patch = slot.patch;
+            slot.links.copy_from_slice(&rows[patch as usize]);
+            *slot.entry = Some(StoredRow {
+                patch,
+                closure: closures[patch as usize],
+            });
+        }
+        solver
+    }
+
     /// Returns the solver's rays.
     pub fn rays(&self) -> &Rays {
         &self.builder.rays

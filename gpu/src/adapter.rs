@@ -4,10 +4,6 @@ use crate::pipeline_cache::CompiledPipelines;
 use common::{Error, Result};
 use std::sync::{Arc, Mutex};
 
-/// Features that timestamps between passes need.
-pub const TIMESTAMP_FEATURES: wgpu::Features =
-    wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
-
 /// An adapter, as `radiosity adapters` lists it.
 #[derive(Clone, Debug)]
 pub struct AdapterLine {
@@ -78,18 +74,6 @@ impl Gpu {
     ///
     /// Errors: [`Error::NoAdapter`], [`Error::Device`].
     pub fn open(name: Option<&str>) -> Result<Self> {
-        Self::open_with(name, wgpu::Features::empty())
-    }
-
-    /// Opens an adapter with the device's clock, where it has one. Software adapters do without: on lavapipe
-    /// timestamps corrupt memory.
-    ///
-    /// Errors: those of [`Self::open`].
-    pub fn open_timed(name: Option<&str>) -> Result<Self> {
-        Self::open_with(name, TIMESTAMP_FEATURES)
-    }
-
-    fn open_with(name: Option<&str>, wanted: wgpu::Features) -> Result<Self> {
         let adapter = usable_adapters()
             .into_iter()
             .find(|adapter| {
@@ -105,15 +89,8 @@ impl Gpu {
             max_texture_dimension_2d: has.max_texture_dimension_2d,
             ..wgpu::Limits::default()
         };
-        let line = describe_adapter(&adapter);
-        let required_features = if line.software || !adapter.features().contains(wanted) {
-            wgpu::Features::empty()
-        } else {
-            wanted
-        };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("radiosity"),
-            required_features,
             required_limits,
             ..Default::default()
         };
@@ -122,7 +99,7 @@ impl Gpu {
         let gpu = Self {
             device,
             queue,
-            line,
+            line: describe_adapter(&adapter),
             compiled: Arc::default(),
             failure: Arc::default(),
         };

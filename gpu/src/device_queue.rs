@@ -20,6 +20,9 @@ pub struct DeviceQueue {
     pub counts: QueueCounts,
 }
 
+/// A part of a buffer: its first byte and the number of bytes.
+pub type BufferRange<'a> = (&'a wgpu::Buffer, u64, u64);
+
 /// A read-back of a submission under way.
 pub struct PendingRead {
     staging: wgpu::Buffer,
@@ -39,36 +42,16 @@ impl DeviceQueue {
         self.gpu.device.create_command_encoder(&Default::default())
     }
 
-    /// Creates a buffer to read back, filled with NaN: bytes that no copy writes are noticed.
-    pub fn staging_buffer(&self, size: u64) -> wgpu::Buffer {
-        let staging = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("staging"),
-            size,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: true,
-        });
-        if let Ok(mut range) = staging.get_mapped_range_mut(..) {
-            range.slice(..).fill(0xff);
-        }
-        staging.unmap();
-        staging
-    }
-
     /// Splits `count` workgroups over two dimensions where one does not hold them.
-    pub fn split_workgroups(&self, count: usize) -> [u32; 4] {
+    pub fn split_workgroups(&self, count: usize) -> [u32; 3] {
         let limits = self.gpu.device.limits();
         let x = (count as u32).min(limits.max_compute_workgroups_per_dimension);
-        [x, (count as u32).div_ceil(x.max(1)), 1, 0]
+        [x, (count as u32).div_ceil(x.max(1)), 1]
     }
 
     /// Writes to a buffer before the next submission.
     pub fn write<T: Pod>(&self, buffer: &wgpu::Buffer, data: &[T]) {
-        self.write_at(buffer, 0, data);
-    }
-
-    /// Writes to a buffer from byte `at` on.
-    pub fn write_at<T: Pod>(&self, buffer: &wgpu::Buffer, at: u64, data: &[T]) {
-        self.gpu.queue.write_buffer(buffer, at, cast_slice(data));
+        self.gpu.queue.write_buffer(buffer, 0, cast_slice(data));
     }
 
     /// Submits work without a read-back.
@@ -77,8 +60,18 @@ impl DeviceQueue {
         self.gpu.queue.submit([encoder.finish()])
     }
 
-    /// Submits work that writes `staging`.
-    pub fn submit_read(&mut self, encoder: wgpu::CommandEncoder, staging: wgpu::Buffer) -> PendingRead {
+    /// Submits work, and then the read-back of these ranges of buffers.
+    pub fn submit_read(&mut self, mut encoder: wgpu::CommandEncoder, ranges: &[BufferRange]) -> PendingRead {
+        let staging = self.staging_buffer(ranges.iter().map(|(_, _, bytes)| bytes).sum());
+        let mut at = 0;
+        for (buffer, from, bytes) in ranges {
+            encoder.copy_buffer_to_buffer(buffer, *from, &staging, at, *bytes);
+            at += bytes;
+        }
+        self.submit_mapping(encoder, staging)
+    }
+
+    fn submit_mapping(&mut self, encoder: wgpu::CommandEncoder, staging: wgpu::Buffer) -> PendingRead {
         let submission = self.submit_work(encoder);
         let (sender, mapped) = channel();
         staging.map_async(wgpu::MapMode::Read, .., move |result| {
@@ -91,6 +84,21 @@ impl DeviceQueue {
             mapped,
             submission,
         }
+    }
+
+    /// Creates a buffer to read back, filled with NaN: bytes that no copy writes are noticed.
+    fn staging_buffer(&self, size: u64) -> wgpu::Buffer {
+        let staging = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("staging"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: true,
+        });
+        if let Ok(mut range) = staging.get_mapped_range_mut(..) {
+            range.slice(..).fill(0xff);
+        }
+        staging.unmap();
+        staging
     }
 
     /// Waits for a read-back and returns its bytes.
@@ -115,10 +123,10 @@ impl DeviceQueue {
         Ok(())
     }
 
-    /// Submits work that writes `staging`, waits, and returns its bytes.
-    pub fn read_back(&mut self, encoder: wgpu::CommandEncoder, staging: wgpu::Buffer) -> Result<Vec<u8>> {
-        let pending = self.submit_read(encoder, staging);
-        self.wait_for_bytes(pending)
+    /// Submits work, waits, and returns the values in these ranges of buffers.
+    pub fn read_back<T: Pod>(&mut self, encoder: wgpu::CommandEncoder, ranges: &[BufferRange]) -> Result<Vec<T>> {
+        let pending = self.submit_read(encoder, ranges);
+        Ok(pod_collect_to_vec(&self.wait_for_bytes(pending)?))
     }
 
     /// Reads the first `size`² pixels of a texture of IDs, row-major.
@@ -143,8 +151,9 @@ impl DeviceQueue {
                 depth_or_array_layers: 1,
             },
         );
-        let bytes = self.read_back(encoder, staging)?;
-        Ok(bytes
+        let pending = self.submit_mapping(encoder, staging);
+        Ok(self
+            .wait_for_bytes(pending)?
             .chunks(row as usize)
             .flat_map(|line| pod_collect_to_vec::<u8, u32>(&line[..size as usize * 4]))
             .collect())

@@ -35,6 +35,7 @@
 //! ```
 
 pub mod adapter;
+mod bindings;
 mod compute_stage;
 mod device_queue;
 mod dispatch_arguments;
@@ -45,10 +46,8 @@ mod memory_estimate;
 mod pass_stages;
 mod pipeline_cache;
 pub mod probe;
-pub mod profile;
 mod records;
 pub mod shaders;
-mod shot_recorder;
 mod shot_slots;
 mod shot_stages;
 pub mod solver;

@@ -30,7 +30,7 @@ pub enum ShotSelection<'a> {
     /// The shot in flight, if its links are not kept.
     Chosen,
     /// Shots of these patches, one a slot; workgroups over texels, directions and patches.
-    These(&'a [u32], [[u32; 4]; 3]),
+    These(&'a [u32], [[u32; 3]; 3]),
 }
 
 /// Recorder of the steps that make links.
@@ -52,43 +52,45 @@ impl LinkRecorder<'_> {
     }
 
     pub fn record_step(&self, encoder: &mut wgpu::CommandEncoder, step: LinkStep) {
+        let stages = self.stages;
         match step {
             LinkStep::Draw => self.draw_item_buffers(encoder),
-            LinkStep::Links => self.dispatch_stages(encoder, &[(&self.stages.links, 0, CountedStage::Links)]),
-            LinkStep::Escape => self.dispatch_stages(encoder, &[(&self.stages.escape, 1, CountedStage::Escape)]),
+            LinkStep::Links => self.dispatch_stage(encoder, &stages.links, 0, CountedStage::Links),
+            LinkStep::Escape => self.dispatch_stage(encoder, &stages.escape, 1, CountedStage::Escape),
             LinkStep::Sums => {
-                self.dispatch_stages(encoder, &[(&self.stages.received, 2, CountedStage::Transfer)]);
-                self.dispatch_per_shot(encoder, &self.stages.closure);
+                self.dispatch_stage(encoder, &stages.received, 2, CountedStage::Transfer);
+                self.dispatch_per_shot(encoder, &stages.closure);
             }
         }
     }
 
-    /// Dispatches stages with workgroups over texels, directions or patches.
-    fn dispatch_stages(&self, encoder: &mut wgpu::CommandEncoder, stages: &[(&ComputeStage, usize, CountedStage)]) {
+    /// Dispatches workgroups over texels (0), directions (1) or patches (2).
+    fn dispatch_stage(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stage: &ComputeStage,
+        over: usize,
+        counted: CountedStage,
+    ) {
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for (stage, groups, counted) in stages {
-            bind_stage(&mut pass, stage);
-            match self.shots {
-                ShotSelection::Chosen => {
-                    pass.dispatch_workgroups_indirect(&self.buffers.dispatches, counted.byte_offset());
-                }
-                ShotSelection::These(patches, counts) => {
-                    let [x, y, ..] = counts[*groups];
-                    pass.dispatch_workgroups(x, y, patches.len() as u32);
-                }
+        match self.shots {
+            ShotSelection::Chosen => {
+                stage.dispatch_counted(&mut pass, &self.buffers.table["dispatches"], counted.byte_offset());
+            }
+            ShotSelection::These(patches, counts) => {
+                let [x, y, _] = counts[over];
+                stage.dispatch_groups(&mut pass, [x, y, patches.len() as u32]);
             }
         }
     }
 
     /// Dispatches one workgroup a shot.
     fn dispatch_per_shot(&self, encoder: &mut wgpu::CommandEncoder, stage: &ComputeStage) {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        bind_stage(&mut pass, stage);
         let slots = match self.shots {
             ShotSelection::Chosen => 1,
             ShotSelection::These(patches, _) => patches.len() as u32,
         };
-        pass.dispatch_workgroups(1, 1, slots);
+        stage.dispatch_groups(&mut encoder.begin_compute_pass(&Default::default()), [1, 1, slots]);
     }
 
     fn draw_item_buffers(&self, encoder: &mut wgpu::CommandEncoder) {
@@ -124,7 +126,7 @@ impl LinkRecorder<'_> {
         match (stages.kind, self.shots) {
             (Raster::Tessellated, _) => self.draw_tessellated(&mut pass),
             // Two triangles for each side of each face; none where links are kept.
-            (Raster::Pixel, ShotSelection::Chosen) => pass.draw_indirect(&self.slots.rectangles, 0),
+            (Raster::Pixel, ShotSelection::Chosen) => pass.draw_indirect(&self.slots.table["rectangles"], 0),
             (Raster::Pixel, ShotSelection::These(patches, _)) => self.draw_tiles(&mut pass, patches, faces),
         }
     }
@@ -145,12 +147,12 @@ impl LinkRecorder<'_> {
     }
 
     fn draw_tessellated(&self, pass: &mut wgpu::RenderPass) {
-        pass.set_index_buffer(self.buffers.indices.slice(..), wgpu::IndexFormat::Uint32);
-        let (bytes, s) = (level_bytes(self.mesh), self.slots);
+        pass.set_index_buffer(self.buffers.table["indices"].slice(..), wgpu::IndexFormat::Uint32);
+        let (bytes, s) = (level_bytes(self.mesh), &self.slots.table);
         // There is one tile: the viewport is the whole texture.
         for level in 0..u64::from(TESSELLATION_LEVELS) {
-            pass.set_vertex_buffer(0, s.instances.slice(level * bytes..(level + 1) * bytes));
-            pass.draw_indexed_indirect(&s.draws, 4 * u64::from(DRAW_WORDS) * level);
+            pass.set_vertex_buffer(0, s["instances"].slice(level * bytes..(level + 1) * bytes));
+            pass.draw_indexed_indirect(&s["draws"], 4 * u64::from(DRAW_WORDS) * level);
         }
     }
 }
@@ -180,16 +182,4 @@ fn begin_raster_pass<'e>(
         }),
         ..Default::default()
     })
-}
-
-/// Sets `stage` for the next dispatches.
-pub fn bind_stage(pass: &mut wgpu::ComputePass, stage: &ComputeStage) {
-    pass.set_pipeline(&stage.pipeline);
-    pass.set_bind_group(0, &stage.group, &[]);
-}
-
-/// Dispatches one workgroup of `stage`.
-pub fn dispatch_once(pass: &mut wgpu::ComputePass, stage: &ComputeStage) {
-    bind_stage(pass, stage);
-    pass.dispatch_workgroups(1, 1, 1);
 }

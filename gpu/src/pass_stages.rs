@@ -1,14 +1,13 @@
 //! [`common::passes`] on the GPU: links of many patches side by side, the exchange between patches, and the
 //! final gather at the texels. Only a few numbers a patch cross the bus.
 
-use crate::compute_stage::BindingSlot::{Read, Uniform, Write};
+use crate::bindings::{BindingTable, STORAGE};
 use crate::compute_stage::{ComputeStage, PipelineMaker};
 use crate::device_queue::PendingRead;
-use crate::link_recorder::{LinkRecorder, ShotSelection, bind_stage};
+use crate::link_recorder::{LinkRecorder, ShotSelection};
 use crate::records::{SHOT_BYTES, ShaderParams, ShotRecord};
 use crate::shot_slots::{ShotSlots, max_slots};
 use crate::shot_stages::LinkStages;
-use crate::solver_buffers::zeroed_buffer;
 use crate::solver_context::SolverContext;
 use crate::submission_pace::{IN_FLIGHT, SubmissionPace};
 use bytemuck::pod_collect_to_vec;
@@ -18,9 +17,8 @@ use common::passes::PatchClosure;
 use common::shooting::DepositRule;
 use glam::{Vec3, Vec4};
 use std::collections::{HashSet, VecDeque};
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 use std::time::Instant;
-use wgpu::BufferUsages as Usage;
 
 /// Most links that one submission gathers: a gigabyte of them, some milliseconds on hardware.
 const MAX_GATHERED_LINKS: u64 = 1 << 28;
@@ -28,10 +26,9 @@ const MAX_GATHERED_LINKS: u64 = 1 << 28;
 /// Slots and stages of a solve by passes.
 pub struct PassStages {
     pub slots: ShotSlots,
-    pub stages: LinkStages,
-    /// Radiosity that each patch shoots, or its residual.
-    pub shot: wgpu::Buffer,
-    flux: wgpu::Buffer,
+    stages: LinkStages,
+    /// `shot`: the radiosity that each patch shoots, or its residual; `flux`: the flux that it receives.
+    table: BindingTable,
     exchange: ComputeStage,
     gather: ComputeStage,
     update_radiosity: ComputeStage,
@@ -63,32 +60,16 @@ impl PassStages {
         let patches = mesh.patches.len() as u32;
         let count = max_slots(gpu, mesh, transport, b);
         let slots = ShotSlots::new(gpu, mesh, transport, count, patches);
-        let storage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
-        let per_patch = |label| zeroed_buffer(&gpu.device, label, 16 * u64::from(patches), storage);
-        let (shot, flux) = (per_patch("shot"), per_patch("flux"));
-        let exchanged = [
-            Uniform(&slots.params),
-            Read(&shot),
-            Read(&slots.transfers),
-            Write(&flux),
-        ];
-        let collected = [
-            Uniform(&slots.params),
-            Read(&b.patches),
-            Read(&b.texels),
-            Read(&shot),
-            Read(&b.links),
-            Write(&b.irradiance),
-            Write(&b.radiosity),
-            Write(&b.residual),
-        ];
+        let per_patch = 16 * u64::from(patches);
+        let zeroed = [("shot", per_patch, STORAGE), ("flux", per_patch, STORAGE)];
+        let own = BindingTable::zeroed(&gpu.device, zeroed);
+        let table = b.table.joined_with(&slots.table).joined_with(&own);
         let passes = Self {
-            stages: LinkStages::new(maker, transport, b, &slots)?,
-            exchange: maker.make_stage("exchange", "exchange_flux", &exchanged)?,
-            gather: maker.make_stage("gather", "gather_irradiance", &collected)?,
-            update_radiosity: maker.make_stage("gather", "update_radiosity", &collected)?,
-            shot,
-            flux,
+            stages: LinkStages::new(maker, b, &slots)?,
+            exchange: maker.make_stage("exchange", "exchange_flux", &table)?,
+            gather: maker.make_stage("gather", "gather_irradiance", &table)?,
+            update_radiosity: maker.make_stage("gather", "update_radiosity", &table)?,
+            table: own,
             kept_patches: vec![0; b.places as usize],
             pace: SubmissionPace::new(1, slots.count, gpu.line.software),
             slots,
@@ -134,52 +115,40 @@ impl PassStages {
     }
 
     /// Writes the parameters of the next submissions, which gather the shots of patches `first` to `end`.
-    pub fn write_params(&self, context: &SolverContext, [first, end]: [u32; 2]) {
+    fn write_params(&self, context: &SolverContext, [first, end]: [u32; 2]) {
         let params = ShaderParams {
             first,
             end,
             ..context.shader_params(&self.slots, DepositRule::FULL_DEPOSIT)
         };
-        context.host.write(&self.slots.params, &[params]);
-    }
-
-    /// Writes the shots whose links are to be made, one a slot.
-    pub fn write_shots(&mut self, context: &SolverContext, patches: &[u32]) {
-        let places = context.buffers.places;
-        let records: Vec<ShotRecord> = patches
-            .iter()
-            .map(|k| ShotRecord::for_links(context.mesh, *k, places))
-            .collect();
-        for patch in patches {
-            self.kept_patches[(patch % places) as usize] = patch + 1;
-        }
-        context.host.write(&self.slots.shots, &records);
+        context.host.write(&self.slots.table["params"], &[params]);
     }
 
     fn launch_links(&mut self, context: &mut SolverContext, patches: &[u32]) -> LinksInFlight {
-        self.write_shots(context, patches);
+        let places = context.buffers.places;
+        let shot = |k: &u32| ShotRecord::for_links(context.mesh, *k, places);
+        let records: Vec<ShotRecord> = patches.iter().map(shot).collect();
+        for patch in patches {
+            self.kept_patches[(patch % places) as usize] = patch + 1;
+        }
+        let shots = &self.slots.table["shots"];
+        context.host.write(shots, &records);
         let mut encoder = context.host.command_encoder();
-        let linker = self.link_recorder(context, patches);
-        for step in linker.link_steps() {
-            linker.record_step(&mut encoder, step);
-        }
-        let bytes = SHOT_BYTES * patches.len() as u64;
-        let staging = context.host.staging_buffer(bytes);
-        encoder.copy_buffer_to_buffer(&self.slots.shots, 0, &staging, 0, bytes);
-        LinksInFlight {
-            start: Instant::now(),
-            pending: context.host.submit_read(encoder, staging),
-            patches: patches.to_vec(),
-        }
-    }
-
-    pub fn link_recorder<'l>(&'l self, context: &'l SolverContext, patches: &'l [u32]) -> LinkRecorder<'l> {
-        LinkRecorder {
+        let linker = LinkRecorder {
             mesh: context.mesh,
             buffers: &context.buffers,
             slots: &self.slots,
             stages: &self.stages,
             shots: ShotSelection::These(patches, context.workgroup_counts()),
+        };
+        for step in linker.link_steps() {
+            linker.record_step(&mut encoder, step);
+        }
+        let made = (shots, 0, SHOT_BYTES * patches.len() as u64);
+        LinksInFlight {
+            start: Instant::now(),
+            pending: context.host.submit_read(encoder, &[made]),
+            patches: patches.to_vec(),
         }
     }
 
@@ -203,25 +172,18 @@ impl PassStages {
     /// Exchanges flux between patches: one dispatch over the receivers, one read-back.
     pub fn exchange_flux(&mut self, context: &mut SolverContext, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
         let host = &mut context.host;
-        host.write(&self.shot, &per_patch(radiosity));
-        let bytes = self.flux.size();
-        let staging = host.staging_buffer(bytes);
+        host.write(&self.table["shot"], &pad_colours(radiosity));
+        let flux = &self.table["flux"];
         let mut encoder = host.command_encoder();
-        self.record_exchange(
-            &mut encoder,
-            host.split_workgroups(radiosity.len().div_ceil(PATCH_SUM_LANES)),
-        );
-        encoder.copy_buffer_to_buffer(&self.flux, 0, &staging, 0, bytes);
-        let flux: Vec<Vec4> = pod_collect_to_vec(&host.read_back(encoder, staging)?);
+        encoder.clear_buffer(flux, 0, None);
+        let groups = host.split_workgroups(radiosity.len().div_ceil(PATCH_SUM_LANES));
+        self.exchange
+            .dispatch_groups(&mut encoder.begin_compute_pass(&Default::default()), groups);
+        let flux: Vec<Vec4> = host.read_back(encoder, &[(flux, 0, flux.size())])?;
         if flux.iter().any(|flux| flux.w != 1.0) {
             return Err(host.gpu.device_error("the exchange between patches was not made"));
         }
         Ok(flux.iter().map(|flux| flux.truncate()).collect())
-    }
-
-    pub fn record_exchange(&self, encoder: &mut wgpu::CommandEncoder, groups: [u32; 4]) {
-        encoder.clear_buffer(&self.flux, 0, None);
-        dispatch_stage(encoder, &self.exchange, groups);
     }
 
     /// Gathers all shots at the texels, one range of patches after the other; links that are no longer kept are
@@ -229,26 +191,24 @@ impl PassStages {
     pub fn gather_light(&mut self, context: &mut SolverContext, shot: &[Vec3], unshot: &[Vec3]) -> Result<()> {
         let (b, texels) = (&context.buffers, &context.mesh.texels);
         let emission: Vec<Vec4> = texels.iter().map(|t| t.emission.extend(0.0)).collect();
-        context.host.write(&b.radiosity, &emission);
+        context.host.write(&b.table["radiosity"], &emission);
         let mut encoder = context.host.command_encoder();
-        encoder.clear_buffer(&b.irradiance, 0, None);
+        encoder.clear_buffer(&b.table["irradiance"], 0, None);
         context.host.submit_work(encoder);
         let step = (MAX_GATHERED_LINKS / texels.len().max(1) as u64).clamp(1, u64::from(b.places));
         let groups = context.workgroup_counts();
         for first in (0..shot.len()).step_by(step as usize) {
             let end = (first + step as usize).min(shot.len());
-            self.remake_rows(context, first..end, shot)?;
+            let shooters: Vec<u32> = (first..end)
+                .filter(|k| shot[*k] != Vec3::ZERO)
+                .map(|k| k as u32)
+                .collect();
+            self.make_rows(context, &shooters)?;
             self.write_params(context, [first as u32, end as u32]);
             self.dispatch_over_texels(context, shot, &self.gather, groups[0]);
         }
         let last = self.dispatch_over_texels(context, unshot, &self.update_radiosity, groups[2]);
         context.host.wait_for_submission(last)
-    }
-
-    /// Makes the links of the shooters in a range that are not kept.
-    fn remake_rows(&mut self, context: &mut SolverContext, patches: Range<usize>, shot: &[Vec3]) -> Result<()> {
-        let shooters: Vec<u32> = patches.filter(|k| shot[*k] != Vec3::ZERO).map(|k| k as u32).collect();
-        self.make_rows(context, &shooters)
     }
 
     /// Makes the links of these patches that are not kept.
@@ -269,11 +229,11 @@ impl PassStages {
         context: &mut SolverContext,
         colours: &[Vec3],
         stage: &ComputeStage,
-        groups: [u32; 4],
+        groups: [u32; 3],
     ) -> wgpu::SubmissionIndex {
-        context.host.write(&self.shot, &per_patch(colours));
+        context.host.write(&self.table["shot"], &pad_colours(colours));
         let mut encoder = context.host.command_encoder();
-        dispatch_stage(&mut encoder, stage, groups);
+        stage.dispatch_groups(&mut encoder.begin_compute_pass(&Default::default()), groups);
         context.host.submit_work(encoder)
     }
 }
@@ -285,13 +245,6 @@ fn distinct_places(patches: &[u32], places: u32) -> &[u32] {
     &patches[..clash.unwrap_or(patches.len())]
 }
 
-fn per_patch(colours: &[Vec3]) -> Vec<Vec4> {
+fn pad_colours(colours: &[Vec3]) -> Vec<Vec4> {
     colours.iter().map(|colour| colour.extend(0.0)).collect()
-}
-
-/// Records one dispatch of a stage.
-pub fn dispatch_stage(encoder: &mut wgpu::CommandEncoder, stage: &ComputeStage, groups: [u32; 4]) {
-    let mut pass = encoder.begin_compute_pass(&Default::default());
-    bind_stage(&mut pass, stage);
-    pass.dispatch_workgroups(groups[0], groups[1], 1);
 }

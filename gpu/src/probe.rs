@@ -62,7 +62,7 @@ impl LinkProbe {
             ..ShotSlots::new(gpu, context.mesh, transport, 1, 1)
         };
         let maker = PipelineMaker::new(gpu, transport, &[&[SUMS_PROBE], faults].concat());
-        let stages = LinkStages::new(&maker, transport, &context.buffers, &slots)?;
+        let stages = LinkStages::new(&maker, &context.buffers, &slots)?;
         gpu.check_errors()?;
         Ok(Self { slots, stages })
     }
@@ -74,56 +74,47 @@ impl LinkProbe {
         patch: u32,
         each: &mut dyn FnMut(ProbedSample),
     ) -> Result<ProbedRow> {
-        let (mesh, groups) = (context.mesh, context.workgroup_counts());
+        let mesh = context.mesh;
         let params: ShaderParams = context.shader_params(&self.slots, DepositRule::FULL_DEPOSIT);
-        context.host.write(&self.slots.params, &[params]);
+        context.host.write(&self.slots.table["params"], &[params]);
         let mut record = ShotRecord::for_links(mesh, patch, context.buffers.places);
         record.transfer_start = 0;
-        context.host.write(&self.slots.shots, &[record]);
-        let patches = [patch];
+        context.host.write(&self.slots.table["shots"], &[record]);
         for _ in 0..mesh.samples {
-            each(self.probe_sample(context, &patches, groups)?);
+            each(self.probe_sample(context, patch)?);
         }
-        self.probe_row(context, &patches, groups)
+        self.probe_row(context, patch)
     }
 
-    fn link_recorder<'l>(
-        &'l self,
-        context: &'l SolverContext,
-        patches: &'l [u32; 1],
-        groups: [[u32; 4]; 3],
-    ) -> LinkRecorder<'l> {
-        LinkRecorder {
+    /// Returns the recorded `steps` of the links of a patch.
+    fn record_steps(&self, context: &SolverContext, patch: u32, steps: [LinkStep; 2]) -> wgpu::CommandEncoder {
+        let mut encoder = context.host.command_encoder();
+        let linker = LinkRecorder {
             mesh: context.mesh,
             buffers: &context.buffers,
             slots: &self.slots,
             stages: &self.stages,
-            shots: ShotSelection::These(patches, groups),
+            shots: ShotSelection::These(&[patch], context.workgroup_counts()),
+        };
+        for step in steps {
+            linker.record_step(&mut encoder, step);
         }
+        encoder
     }
 
-    fn probe_sample(
-        &self,
-        context: &mut SolverContext,
-        patches: &[u32; 1],
-        groups: [[u32; 4]; 3],
-    ) -> Result<ProbedSample> {
-        let mut encoder = context.host.command_encoder();
-        let linker = self.link_recorder(context, patches, groups);
-        linker.record_step(&mut encoder, LinkStep::Draw);
-        linker.record_step(&mut encoder, LinkStep::Links);
+    fn probe_sample(&self, context: &mut SolverContext, patch: u32) -> Result<ProbedSample> {
+        let encoder = self.record_steps(context, patch, [LinkStep::Draw, LinkStep::Links]);
+        let table = &self.slots.table;
         let texels = 16 * context.mesh.texels.len() as u64;
-        let staging = context.host.staging_buffer(SHOT_BYTES + texels);
-        encoder.copy_buffer_to_buffer(&self.slots.shots, 0, &staging, 0, SHOT_BYTES);
-        encoder.copy_buffer_to_buffer(&self.slots.samples, 0, &staging, SHOT_BYTES, texels);
-        let bytes = context.host.read_back(encoder, staging)?;
+        let ranges = [(&table["shots"], 0, SHOT_BYTES), (&table["sums"], 0, texels)];
+        let bytes: Vec<u8> = context.host.read_back(encoder, &ranges)?;
         let (shot, sums) = bytes.split_at(SHOT_BYTES as usize);
-        let ids = if context.transport.visibility == Visibility::Rays {
-            Vec::new()
-        } else {
-            context
-                .host
-                .read_item_buffer(&self.slots.item_buffer, self.slots.size)?
+        let ids = match context.transport.visibility {
+            Visibility::Rays => Vec::new(),
+            Visibility::ItemBuffer(drawing) => {
+                let texture = &self.slots.item_buffer;
+                context.host.read_item_buffer(texture, drawing.size)?
+            }
         };
         Ok(ProbedSample {
             aim: pod_collect_to_vec::<u8, ShotRecord>(shot)[0].sample_view(),
@@ -132,27 +123,24 @@ impl LinkProbe {
         })
     }
 
-    fn probe_row(&self, context: &mut SolverContext, patches: &[u32; 1], groups: [[u32; 4]; 3]) -> Result<ProbedRow> {
-        let mut encoder = context.host.command_encoder();
-        let linker = self.link_recorder(context, patches, groups);
-        linker.record_step(&mut encoder, LinkStep::Escape);
-        linker.record_step(&mut encoder, LinkStep::Sums);
-        let (texels, takers) = (
-            4 * context.mesh.texels.len() as u64,
-            4 * context.mesh.patches.len() as u64,
-        );
-        let place = u64::from(patches[0] % context.buffers.places);
-        let staging = context.host.staging_buffer(SHOT_BYTES + texels + takers);
-        encoder.copy_buffer_to_buffer(&self.slots.shots, 0, &staging, 0, SHOT_BYTES);
-        let links = &context.buffers.links;
-        encoder.copy_buffer_to_buffer(links, place * texels, &staging, SHOT_BYTES, texels);
-        let end = SHOT_BYTES + texels;
-        encoder.copy_buffer_to_buffer(&self.slots.transfers, 0, &staging, end, takers);
-        let bytes = context.host.read_back(encoder, staging)?;
-        let record = pod_collect_to_vec::<u8, ShotRecord>(&bytes[..SHOT_BYTES as usize])[0];
+    fn probe_row(&self, context: &mut SolverContext, patch: u32) -> Result<ProbedRow> {
+        let encoder = self.record_steps(context, patch, [LinkStep::Escape, LinkStep::Sums]);
+        let mesh = context.mesh;
+        let [texels, takers] = [mesh.texels.len(), mesh.patches.len()].map(|count| 4 * count as u64);
+        let place = u64::from(patch % context.buffers.places);
+        let table = &self.slots.table;
+        let ranges = [
+            (&table["shots"], 0, SHOT_BYTES),
+            (&context.buffers.table["links"], place * texels, texels),
+            (&table["transfers"], 0, takers),
+        ];
+        let bytes: Vec<u8> = context.host.read_back(encoder, &ranges)?;
+        let (shot, rest) = bytes.split_at(SHOT_BYTES as usize);
+        let (links, transfers) = rest.split_at(texels as usize);
+        let record = pod_collect_to_vec::<u8, ShotRecord>(shot)[0];
         Ok(ProbedRow {
-            links: pod_collect_to_vec(&bytes[SHOT_BYTES as usize..end as usize]),
-            transfers: pod_collect_to_vec(&bytes[end as usize..]),
+            links: pod_collect_to_vec(links),
+            transfers: pod_collect_to_vec(transfers),
             sum: record.sum,
             escaped: record.escaped,
             scale: record.link_scale(),

@@ -28,7 +28,7 @@ pub struct ShaderFault {
     pub to: &'static str,
 }
 
-const SHADER_FILES: [(&str, &str); 39] = [
+const SHADER_FILES: [(&str, &str); 38] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("frame", include_str!("shaders/frame.wgsl")),
@@ -58,7 +58,6 @@ const SHADER_FILES: [(&str, &str); 39] = [
     ("select", include_str!("shaders/select.wgsl")),
     ("exchange", include_str!("shaders/exchange.wgsl")),
     ("gather", include_str!("shaders/gather.wgsl")),
-    ("benchmark", include_str!("shaders/benchmark.wgsl")),
     ("hierarchy_types", include_str!("shaders/hierarchy_types.wgsl")),
     ("surface_points", include_str!("shaders/surface_points.wgsl")),
     ("link_bounds", include_str!("shaders/link_bounds.wgsl")),
@@ -173,7 +172,7 @@ fn image_constants(drawing: &ItemBufferSettings) -> [(&'static str, u32); 2] {
 }
 
 /// Integer constants that are the same in every solve.
-pub const INTEGER_CONSTANTS: [(&str, u32); 20] = [
+pub const INTEGER_CONSTANTS: [(&str, u32); 19] = [
     ("PATCH_SUM_LANES", PATCH_SUM_LANES as u32),
     ("NEAR_POINTS_PER_SIDE", NEAR_POINTS_PER_SIDE),
     ("SELECT_LANES", SELECT_LANES as u32),
@@ -190,7 +189,6 @@ pub const INTEGER_CONSTANTS: [(&str, u32); 20] = [
     ("SAMPLES_SUBDIVIDE", VISIBILITY_SAMPLE_COUNTS[2]),
     ("SAMPLES_MAX", VISIBILITY_SAMPLE_COUNTS[3]),
     ("RAY_STACK_LEVELS", RAY_STACK_LEVELS),
-    ("MULTIPLY_ROUNDS", MULTIPLY_ROUNDS),
     ("DISPATCH_WORDS", DISPATCH_WORDS),
     ("DRAW_WORDS", DRAW_WORDS),
     ("DRAW_INSTANCES", DRAW_INSTANCES),

@@ -1,12 +1,13 @@
 //! Buffers and textures for making links: of the one shot that the device selects, or of many side by side.
 
 use crate::adapter::Gpu;
+use crate::bindings::{BindingTable, STORAGE, UNIFORM};
 use crate::records::{SHOT_BYTES, ShaderParams};
-use crate::solver_buffers::{SolverBuffers, filled_buffer, max_binding_bytes, render_target, zeroed_buffer};
+use crate::solver_buffers::{SolverBuffers, max_binding_bytes, render_target};
 use crate::tessellation_grids::{draw_arguments, level_bytes};
 use common::constants::TESSELLATION_LEVELS;
 use common::mesh::Mesh;
-use common::settings::{ItemBufferSettings, Raster, Transport, Visibility};
+use common::settings::{Raster, Transport, Visibility};
 use wgpu::BufferUsages as Usage;
 
 /// Most rays of a dispatch: some ten milliseconds on hardware, far below the time limit of drivers.
@@ -22,15 +23,9 @@ const PIXEL_BYTES: u64 = 12;
 
 /// Buffers and textures of `count` shots.
 pub struct ShotSlots {
-    pub params: wgpu::Buffer,
-    pub shots: wgpu::Buffer,
-    /// Slots × texels.
-    pub samples: wgpu::Buffer,
-    /// Transfers to each patch: of one shot, or of every patch.
-    pub transfers: wgpu::Buffer,
-    pub rectangles: wgpu::Buffer,
-    pub instances: wgpu::Buffer,
-    pub draws: wgpu::Buffer,
+    /// The buffers and item buffers by the shaders' names: `sums` over samples of slots × texels, `transfers` to each
+    /// patch of one shot or of every patch.
+    pub table: BindingTable,
     pub item_buffer: wgpu::Texture,
     pub view: wgpu::TextureView,
     /// Item buffer of the room without objects; none where there are no objects.
@@ -50,80 +45,51 @@ impl ShotSlots {
     /// Creates `count` slots, and room for the transfers of `rows` patches.
     pub fn new(gpu: &Gpu, mesh: &Mesh, transport: &Transport, count: u32, rows: u32) -> Self {
         let device = &gpu.device;
-        let storage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
-        let empty = |label, size: u64, usage| zeroed_buffer(device, label, size, usage);
         let (slots, texels) = (u64::from(count), mesh.texels.len() as u64);
         let patches = mesh.patches.len() as u64;
-        let image = match transport.visibility {
-            Visibility::Rays => SlotImages::no_images(mesh, count),
-            Visibility::ItemBuffer(drawing) => SlotImages::drawn_images(&drawing, count),
+        let drawing = transport.visibility.item_buffer();
+        let size = drawing.map_or(0, |drawing| drawing.size);
+        let links = texels * slots;
+        let (step, tiles, pixels) = if drawing.is_some() {
+            // Every sample draws its own item buffer; together they are a square, or a row less.
+            let tiles = count.saturating_sub(1).isqrt() + 1;
+            (1, tiles, [tiles, count.div_ceil(tiles)].map(|n| n * size))
+        } else {
+            let step = (MAX_DISPATCH_RAYS / links.max(1)).clamp(1, u64::from(mesh.samples));
+            // A texture has at least a pixel.
+            (step as u32, 1, [1, 1])
         };
-        let SlotImages {
-            step,
-            tiles,
-            pixels,
-            size,
-            sides,
-        } = image;
         let ids = |label| render_target(device, label, pixels, wgpu::TextureFormat::R32Uint);
         let item_buffer = ids("item buffer");
         let depth = render_target(device, "depth", pixels, wgpu::TextureFormat::Depth32Float);
         let relit = mesh.room_faces < mesh.faces.len() as u32;
-        let uniform = Usage::UNIFORM | Usage::COPY_DST;
+        let room_buffer = relit.then(|| ids("room buffer").create_view(&Default::default()));
+        let view = item_buffer.create_view(&Default::default());
         let lists = u64::from(TESSELLATION_LEVELS) * level_bytes(mesh);
+        let zeroed = [
+            ("params", size_of::<ShaderParams>() as u64, UNIFORM),
+            ("shots", SHOT_BYTES * slots, STORAGE),
+            ("sums", 16 * links, STORAGE),
+            ("transfers", 4 * patches * u64::from(rows), STORAGE),
+            ("rectangles", 16, STORAGE | Usage::INDIRECT),
+            ("instances", lists, STORAGE | Usage::VERTEX),
+        ];
+        let mut table = BindingTable::zeroed(device, zeroed);
+        table.add_filled(device, "draws", &draw_arguments(), STORAGE | Usage::INDIRECT);
+        table.add_texture("with_objects", view.clone());
+        // Without objects both bindings are the same texture.
+        table.add_texture("without_objects", room_buffer.clone().unwrap_or_else(|| view.clone()));
         Self {
-            params: empty("params", size_of::<ShaderParams>() as u64, uniform),
-            shots: empty("shots", SHOT_BYTES * slots, storage),
-            samples: empty("samples", 16 * texels * slots, storage),
-            transfers: empty("transfers", 4 * patches * u64::from(rows), storage),
-            rectangles: empty("rectangles", 16, storage | Usage::INDIRECT),
-            instances: empty("instances", lists, storage | Usage::VERTEX),
-            draws: filled_buffer(device, "draws", &draw_arguments(), storage | Usage::INDIRECT),
-            view: item_buffer.create_view(&Default::default()),
-            room_buffer: relit.then(|| ids("room buffer").create_view(&Default::default())),
+            table,
+            view,
+            room_buffer,
             depth: depth.create_view(&Default::default()),
             item_buffer,
             count,
             tiles,
             size,
-            sides,
+            sides: drawing.map_or(0, |drawing| drawing.projection.plane_count()),
             step,
-        }
-    }
-}
-
-/// Sizes of the item buffers of some slots.
-struct SlotImages {
-    step: u32,
-    tiles: u32,
-    pixels: [u32; 2],
-    size: u32,
-    sides: u32,
-}
-
-impl SlotImages {
-    fn drawn_images(drawing: &ItemBufferSettings, count: u32) -> Self {
-        // A square, or a row less.
-        let tiles = count.saturating_sub(1).isqrt() + 1;
-        Self {
-            // Every sample draws its own item buffer.
-            step: 1,
-            tiles,
-            pixels: [tiles, count.div_ceil(tiles)].map(|n| n * drawing.size),
-            size: drawing.size,
-            sides: drawing.projection.plane_count(),
-        }
-    }
-
-    /// Returns the sizes with visibility by rays: a texture has at least a pixel.
-    fn no_images(mesh: &Mesh, count: u32) -> Self {
-        let links = mesh.texels.len() as u64 * u64::from(count);
-        Self {
-            step: (MAX_DISPATCH_RAYS / links.max(1)).clamp(1, u64::from(mesh.samples)) as u32,
-            tiles: 1,
-            pixels: [1, 1],
-            size: 0,
-            sides: 0,
         }
     }
 }

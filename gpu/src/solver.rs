@@ -3,11 +3,12 @@
 use crate::adapter::Gpu;
 use crate::compute_stage::PipelineMaker;
 use crate::device_queue::{DeviceQueue, PendingRead, QueueCounts};
+use crate::dispatch_arguments::CountedStage;
+use crate::link_recorder::{LinkRecorder, ShotSelection};
 use crate::pass_stages::{PassStages, has_room};
 use crate::probe::LinkProbe;
 use crate::records::{LOG_COUNT_BYTES, LogRecord, ShaderParams, TexelRecord};
 use crate::shaders::ShaderFault;
-use crate::shot_recorder::ShotRecorder;
 use crate::shot_slots::ShotSlots;
 use crate::shot_stages::ShotStages;
 use crate::solver_buffers::{LOG_BYTES, MAX_BATCH_SHOTS, SolverBuffers};
@@ -72,7 +73,7 @@ impl<'a> GpuSolver<'a> {
         let buffers = SolverBuffers::new(gpu, mesh, transport, bytes)?;
         let slots = ShotSlots::new(gpu, mesh, transport, 1, 1);
         let maker = PipelineMaker::new(gpu, transport, faults);
-        let pipelines = ShotStages::new(&maker, transport, &buffers, &slots)?;
+        let pipelines = ShotStages::new(&maker, &buffers, &slots)?;
         gpu.check_errors()?;
         let solver = Self {
             context: SolverContext {
@@ -117,11 +118,9 @@ impl<'a> GpuSolver<'a> {
 
     /// Reads the irradiance of every texel; w is its link to the latest shot.
     pub fn read_irradiance(&mut self) -> Result<Vec<Vec4>> {
-        let size = self.context.buffers.irradiance.size();
-        let staging = self.context.host.staging_buffer(size);
-        let mut encoder = self.context.host.command_encoder();
-        encoder.copy_buffer_to_buffer(&self.context.buffers.irradiance, 0, &staging, 0, size);
-        Ok(pod_collect_to_vec(&self.context.host.read_back(encoder, staging)?))
+        let irradiance = &self.context.buffers.table["irradiance"];
+        let host = &mut self.context.host;
+        host.read_back(host.command_encoder(), &[(irradiance, 0, irradiance.size())])
     }
 
     fn write_params(&self, threshold: f32, replay: bool) {
@@ -130,7 +129,7 @@ impl<'a> GpuSolver<'a> {
             replay: replay.into(),
             ..self.context.shader_params(&self.slots, self.rule)
         };
-        self.context.host.write(&self.slots.params, &[params]);
+        self.context.host.write(&self.slots.table["params"], &[params]);
     }
 
     /// Returns the context and the stages of solves by passes; makes them when the first one begins.
@@ -143,38 +142,60 @@ impl<'a> GpuSolver<'a> {
         Ok((context, self.passes.insert(passes)))
     }
 
-    fn shot_recorder(&self) -> ShotRecorder<'_> {
-        ShotRecorder {
+    /// Records the unshot power of all patches, with workgroups from the host.
+    fn record_power(&self, encoder: &mut wgpu::CommandEncoder) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let groups = self.context.workgroup_counts()[2];
+        self.pipelines.power.dispatch_groups(&mut pass, groups);
+    }
+
+    /// Records one shot, and the selection of the next shooter. Once the order has ended it does nothing.
+    fn record_shot(&self, encoder: &mut wgpu::CommandEncoder) {
+        let stages = &self.pipelines;
+        let linker = LinkRecorder {
+            mesh: self.context.mesh,
             buffers: &self.context.buffers,
             slots: &self.slots,
-            pipelines: &self.pipelines,
-            mesh: self.context.mesh,
+            stages: &stages.link,
+            shots: ShotSelection::Chosen,
+        };
+        for step in linker.link_steps() {
+            linker.record_step(encoder, step);
         }
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let counts = &self.context.buffers.table["dispatches"];
+        for (stage, counted) in [
+            (&stages.deposit, CountedStage::Deposit),
+            (&stages.power, CountedStage::Power),
+        ] {
+            stage.dispatch_counted(&mut pass, counts, counted.byte_offset());
+        }
+        stages.next.dispatch_groups(&mut pass, [1, 1, 1]);
     }
 
     /// Records and submits `shots` shots; the first batch of a run selects its first shooter as well.
     fn launch_batch(&mut self, order: ShotOrder, done: u32, shots: u32) -> BatchInFlight {
+        let table = &self.context.buffers.table;
         if let ShotOrder::Replay(log) = order {
             let from = (done as usize).min(log.len());
             let mut script = log[from..log.len().min(from + shots as usize + 1)].to_vec();
             script.resize(shots as usize + 1, u32::MAX);
-            self.context.host.write(&self.context.buffers.script, &script);
+            self.context.host.write(&table["script"], &script);
         }
-        let staging = self.context.host.staging_buffer(LOG_BYTES);
         let mut encoder = self.context.host.command_encoder();
-        let recorder = self.shot_recorder();
-        recorder.clear_log(&mut encoder);
+        // The number of records in the log of the previous submission.
+        encoder.clear_buffer(&table["log"], 0, Some(4));
         if done == 0 {
-            recorder.record_power(&mut encoder, self.context.workgroup_counts()[2]);
-            recorder.record_first_choice(&mut encoder);
+            self.record_power(&mut encoder);
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            self.pipelines.first.dispatch_groups(&mut pass, [1, 1, 1]);
         }
         for _ in 0..shots {
-            recorder.record_shot(&mut encoder);
+            self.record_shot(&mut encoder);
         }
-        recorder.copy_log(&mut encoder, &staging);
         let start = Instant::now();
         BatchInFlight {
-            pending: self.context.host.submit_read(encoder, staging),
+            pending: self.context.host.submit_read(encoder, &[(&table["log"], 0, LOG_BYTES)]),
             shots,
             start,
         }
@@ -194,13 +215,10 @@ impl<'a> GpuSolver<'a> {
 
 impl Shoot for GpuSolver<'_> {
     fn patch_power(&mut self) -> Result<Vec<f32>> {
-        let size = self.context.buffers.sums.size();
-        let staging = self.context.host.staging_buffer(size);
+        let sums = &self.context.buffers.table["sums"];
         let mut encoder = self.context.host.command_encoder();
-        self.shot_recorder()
-            .record_power(&mut encoder, self.context.workgroup_counts()[2]);
-        encoder.copy_buffer_to_buffer(&self.context.buffers.sums, 0, &staging, 0, size);
-        let sums: Vec<Vec4> = pod_collect_to_vec(&self.context.host.read_back(encoder, staging)?);
+        self.record_power(&mut encoder);
+        let sums: Vec<Vec4> = self.context.host.read_back(encoder, &[(sums, 0, sums.size())])?;
         Ok(sums.iter().map(|sum| sum.w).collect())
     }
 
@@ -214,16 +232,11 @@ impl Shoot for GpuSolver<'_> {
     }
 
     fn read_field(&mut self) -> Result<RadiosityField> {
-        let size = self.context.buffers.radiosity.size();
-        let staging = self.context.host.staging_buffer(3 * size);
-        let mut encoder = self.context.host.command_encoder();
-        let b = &self.context.buffers;
-        for (k, buffer) in (0..).zip([&b.radiosity, &b.residual, &b.irradiance]) {
-            encoder.copy_buffer_to_buffer(buffer, 0, &staging, k * size, size);
-        }
-        let values: Vec<Vec4> = pod_collect_to_vec(&self.context.host.read_back(encoder, staging)?);
-        let part =
-            |k: usize| values[k * self.context.mesh.texels.len()..(k + 1) * self.context.mesh.texels.len()].to_vec();
+        let (host, table) = (&mut self.context.host, &self.context.buffers.table);
+        let texels = self.context.mesh.texels.len();
+        let ranges = ["radiosity", "residual", "irradiance"].map(|name| (&table[name], 0, table[name].size()));
+        let values: Vec<Vec4> = host.read_back(host.command_encoder(), &ranges)?;
+        let part = |k: usize| values[k * texels..(k + 1) * texels].to_vec();
         Ok(RadiosityField {
             origin: format!("gpu: {}", self.context.host.gpu.line.name),
             radiosity: part(0),
@@ -282,10 +295,10 @@ impl Restart for GpuSolver<'_> {
             })
             .collect();
         let (host, b) = (&self.context.host, &self.context.buffers);
-        host.write(&b.texels, &texels);
-        host.write(&b.radiosity, &field.radiosity);
-        host.write(&b.residual, &field.residual);
-        host.write(&b.irradiance, &field.irradiance);
+        host.write(&b.table["texels"], &texels);
+        host.write(&b.table["radiosity"], &field.radiosity);
+        host.write(&b.table["residual"], &field.residual);
+        host.write(&b.table["irradiance"], &field.irradiance);
         self.context.host.gpu.check_errors()
     }
 }

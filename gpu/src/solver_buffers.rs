@@ -1,10 +1,11 @@
 //! Device buffers of a solve: the scene, the texels' state and the links; allocated once.
 
 use crate::adapter::Gpu;
+use crate::bindings::{BindingTable, STORAGE};
 use crate::dispatch_arguments::DISPATCH_BYTES;
 use crate::records::{FaceRecord, LOG_COUNT_BYTES, LogRecord, PatchRecord, PointRecord, ROW_BYTES, TexelRecord};
 use crate::tessellation_grids::{grid_indices, level_bytes};
-use bytemuck::{Pod, cast, cast_slice};
+use bytemuck::cast;
 use common::bvh::Bvh;
 use common::constants::{RAY_STACK_LEVELS, TESSELLATION_LEVELS};
 use common::escape::escape_directions;
@@ -13,32 +14,14 @@ use common::settings::Transport;
 use common::shooting::initial_field;
 use common::{Error, Result};
 use wgpu::BufferUsages as Usage;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Most shots of a submission: its log holds no more.
 pub const MAX_BATCH_SHOTS: u32 = 1024;
 
 /// Buffers of one solve.
 pub struct SolverBuffers {
-    pub faces: wgpu::Buffer,
-    pub patches: wgpu::Buffer,
-    pub texels: wgpu::Buffer,
-    pub directions: wgpu::Buffer,
-    pub indices: wgpu::Buffer,
-    pub dispatches: wgpu::Buffer,
-    pub script: wgpu::Buffer,
-    pub log: wgpu::Buffer,
-    pub lost: wgpu::Buffer,
-    pub sums: wgpu::Buffer,
-    /// Places × texels.
-    pub links: wgpu::Buffer,
-    pub rows: wgpu::Buffer,
-    pub points: wgpu::Buffer,
-    pub nodes: wgpu::Buffer,
-    pub primitives: wgpu::Buffer,
-    pub radiosity: wgpu::Buffer,
-    pub residual: wgpu::Buffer,
-    pub irradiance: wgpu::Buffer,
+    /// The buffers by the shaders' names; `links` holds places × texels.
+    pub table: BindingTable,
     /// Rows of links that are kept.
     pub places: u32,
     /// Most bytes of links, and of transfers between patches.
@@ -53,40 +36,34 @@ impl SolverBuffers {
     pub fn new(gpu: &Gpu, mesh: &Mesh, transport: &Transport, budget: u64) -> Result<Self> {
         check_limits(gpu, mesh, transport)?;
         let device = &gpu.device;
-        let storage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
-        let empty = |label, size: u64, usage| zeroed_buffer(device, label, size, usage);
-        let state = initial_field(mesh, "");
-        let faces: Vec<FaceRecord> = mesh.faces.iter().map(Into::into).collect();
+        let (texels, patches) = (mesh.texels.len() as u64, mesh.patches.len() as u64);
+        let budget = budget.min(max_binding_bytes(gpu));
+        let places = row_places(mesh, budget);
+        let zeroed = [
+            ("dispatches", DISPATCH_BYTES, STORAGE | Usage::INDIRECT),
+            ("script", 4 * (u64::from(MAX_BATCH_SHOTS) + 1), STORAGE),
+            ("log", LOG_BYTES, STORAGE),
+            ("escape_counts", 4 * patches, STORAGE),
+            ("sums", 16 * patches, STORAGE),
+            ("links", 4 * texels * u64::from(places), STORAGE),
+            ("rows", ROW_BYTES * u64::from(places), STORAGE),
+        ];
+        let mut table = BindingTable::zeroed(device, zeroed);
         let patches: Vec<PatchRecord> = mesh.patches.iter().map(Into::into).collect();
         let texels: Vec<TexelRecord> = mesh.texels.iter().map(Into::into).collect();
         let points: Vec<PointRecord> = mesh.patch_points.iter().map(Into::into).collect();
         let directions: Vec<[f32; 4]> = escape_directions().iter().map(|d| d.extend(0.0).into()).collect();
-        let texel_count = mesh.texels.len() as u64;
-        let budget = budget.min(max_binding_bytes(gpu));
-        let places = row_places(mesh, budget);
-        let (nodes, primitives) = bvh_words(gpu, mesh)?;
-        Ok(Self {
-            faces: filled_buffer(device, "faces", &faces, storage),
-            patches: filled_buffer(device, "patches", &patches, storage),
-            texels: filled_buffer(device, "texels", &texels, storage),
-            directions: filled_buffer(device, "directions", &directions, storage),
-            indices: filled_buffer(device, "indices", &grid_indices(), Usage::INDEX),
-            dispatches: empty("dispatches", DISPATCH_BYTES, storage | Usage::INDIRECT),
-            script: empty("script", 4 * (u64::from(MAX_BATCH_SHOTS) + 1), storage),
-            log: empty("log", LOG_BYTES, storage),
-            lost: empty("lost", 4 * mesh.patches.len() as u64, storage),
-            sums: empty("sums", 16 * mesh.patches.len() as u64, storage),
-            links: empty("links", 4 * texel_count * u64::from(places), storage),
-            rows: empty("rows", ROW_BYTES * u64::from(places), storage),
-            points: filled_buffer(device, "points", &points, storage),
-            nodes: filled_buffer(device, "nodes", &nodes, storage),
-            primitives: filled_buffer(device, "primitives", &primitives, storage),
-            places,
-            budget,
-            radiosity: filled_buffer(device, "radiosity", &state.radiosity, storage),
-            residual: filled_buffer(device, "residual", &state.residual, storage),
-            irradiance: filled_buffer(device, "irradiance", &state.irradiance, storage),
-        })
+        let state = initial_field(mesh, "");
+        table.add_filled(device, "patches", &patches, STORAGE);
+        table.add_filled(device, "texels", &texels, STORAGE);
+        table.add_filled(device, "points", &points, STORAGE);
+        table.add_filled(device, "directions", &directions, STORAGE);
+        table.add_filled(device, "indices", &grid_indices(), Usage::INDEX);
+        table.add_filled(device, "radiosity", &state.radiosity, STORAGE);
+        table.add_filled(device, "residual", &state.residual, STORAGE);
+        table.add_filled(device, "irradiance", &state.irradiance, STORAGE);
+        add_geometry(&mut table, gpu, mesh)?;
+        Ok(Self { table, places, budget })
     }
 }
 
@@ -102,8 +79,8 @@ pub fn max_binding_bytes(gpu: &Gpu) -> u64 {
     limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
 }
 
-/// Returns the nodes of the BVH, 20 words each, and the face of each primitive.
-pub fn bvh_words(gpu: &Gpu, mesh: &Mesh) -> Result<(Vec<[u32; 20]>, Vec<u32>)> {
+/// Adds the faces, the nodes of their BVH and the face of each primitive.
+pub fn add_geometry(table: &mut BindingTable, gpu: &Gpu, mesh: &Mesh) -> Result<()> {
     let bvh = Bvh::new(mesh);
     if bvh.tree_depth() > RAY_STACK_LEVELS {
         return Err(Error::Device(format!(
@@ -112,6 +89,7 @@ pub fn bvh_words(gpu: &Gpu, mesh: &Mesh) -> Result<(Vec<[u32; 20]>, Vec<u32>)> {
             bvh.tree_depth(),
         )));
     }
+    let faces: Vec<FaceRecord> = mesh.faces.iter().map(Into::into).collect();
     let mut nodes: Vec<[u32; 20]> = bvh.tree.nodes.iter().map(|node| cast(*node)).collect();
     let mut primitives = bvh.faces;
     if nodes.is_empty() {
@@ -120,26 +98,10 @@ pub fn bvh_words(gpu: &Gpu, mesh: &Mesh) -> Result<(Vec<[u32; 20]>, Vec<u32>)> {
     if primitives.is_empty() {
         primitives.push(0);
     }
-    Ok((nodes, primitives))
-}
-
-/// Creates a buffer of zeros.
-pub fn zeroed_buffer(device: &wgpu::Device, label: &str, size: u64, usage: Usage) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size,
-        usage,
-        mapped_at_creation: false,
-    })
-}
-
-/// Creates a buffer of `data`.
-pub fn filled_buffer<T: Pod>(device: &wgpu::Device, label: &str, data: &[T], usage: Usage) -> wgpu::Buffer {
-    device.create_buffer_init(&BufferInitDescriptor {
-        label: Some(label),
-        contents: cast_slice(data),
-        usage,
-    })
+    table.add_filled(&gpu.device, "faces", &faces, STORAGE);
+    table.add_filled(&gpu.device, "nodes", &nodes, STORAGE);
+    table.add_filled(&gpu.device, "primitives", &primitives, STORAGE);
+    Ok(())
 }
 
 /// Creates a texture to draw into.

@@ -33,20 +33,17 @@ impl SolverContext<'_> {
             conserve: self.transport.conserve.into(),
             room: self.mesh.room_faces,
             rule: rule_bits(rule),
-            groups: self.workgroup_counts(),
+            groups: self.workgroup_counts().map(|[x, y, z]| [x, y, z, 0]),
             tiles: slots.tiles,
             ..ShaderParams::zeroed()
         }
     }
 
     /// Returns workgroups over texels, directions and patches.
-    pub fn workgroup_counts(&self) -> [[u32; 4]; 3] {
-        [
-            self.host
-                .split_workgroups(self.mesh.texels.len().div_ceil(PATCH_SUM_LANES)),
-            self.host
-                .split_workgroups(ESCAPE_DIRECTION_COUNT.div_ceil(PATCH_SUM_LANES)),
-            self.host.split_workgroups(self.mesh.patches.len()),
-        ]
+    pub fn workgroup_counts(&self) -> [[u32; 3]; 3] {
+        let (texels, patches) = (self.mesh.texels.len(), self.mesh.patches.len());
+        let lanes = PATCH_SUM_LANES;
+        [texels.div_ceil(lanes), ESCAPE_DIRECTION_COUNT.div_ceil(lanes), patches]
+            .map(|count| self.host.split_workgroups(count))
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::probe::{LinkProbe, ProbedRow, ProbedSample};
 use crate::solver::GpuSolver;
-use bytemuck::pod_collect_to_vec;
 use common::Result;
 
 impl GpuSolver<'_> {
@@ -10,7 +9,7 @@ impl GpuSolver<'_> {
     pub fn probe_links(&mut self, patch: u32, each: &mut dyn FnMut(ProbedSample)) -> Result<ProbedRow> {
         let probe = match self.probe.take() {
             Some(probe) => probe,
-            None => LinkProbe::new(&self.context, self.maker.planted_faults())?,
+            None => LinkProbe::new(&self.context, &self.maker.faults)?,
         };
         if let Some(passes) = &mut self.passes {
             passes.forget_rows();
@@ -27,11 +26,8 @@ impl GpuSolver<'_> {
         let bytes = 4 * context.mesh.patches.len() as u64;
         let mut rows = Vec::with_capacity(patches.len());
         for patch in patches {
-            let staging = context.host.staging_buffer(bytes);
-            let mut encoder = context.host.command_encoder();
-            let from = u64::from(*patch) * bytes;
-            encoder.copy_buffer_to_buffer(&passes.slots.transfers, from, &staging, 0, bytes);
-            rows.push(pod_collect_to_vec(&context.host.read_back(encoder, staging)?));
+            let row = (&passes.slots.table["transfers"], u64::from(*patch) * bytes, bytes);
+            rows.push(context.host.read_back(context.host.command_encoder(), &[row])?);
         }
         Ok(rows)
     }
@@ -44,10 +40,8 @@ impl GpuSolver<'_> {
         for patch in patches {
             passes.make_rows(context, &[*patch])?;
             let place = u64::from(patch % context.buffers.places);
-            let staging = context.host.staging_buffer(bytes);
-            let mut encoder = context.host.command_encoder();
-            encoder.copy_buffer_to_buffer(&context.buffers.links, place * bytes, &staging, 0, bytes);
-            rows.push(pod_collect_to_vec(&context.host.read_back(encoder, staging)?));
+            let row = (&context.buffers.table["links"], place * bytes, bytes);
+            rows.push(context.host.read_back(context.host.command_encoder(), &[row])?);
         }
         Ok(rows)
     }

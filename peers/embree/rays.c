@@ -1,5 +1,5 @@
 // Embree on the occlusion rays of a progressive radiosity solve, every shooter's centre to every
-// texel's: the yardstick for the CPU solver. Reads what `dump_rays` wrote (benches/rays.rs says
+// texel's: the yardstick for the CPU solver. Reads what `dump_rays` wrote (benches/embree.rs says
 // how), prints JSON. Usage: embree_rays FILE [THREADS]
 
 #include <embree3/rtcore.h>

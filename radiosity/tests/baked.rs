@@ -1,16 +1,16 @@
 //! Light in the pixels of baked charts.
 
 use super::painted::{made_scene, paint_face, picture_coat};
+use super::program::bake::FLOOR;
 use common::mesh::Mesh;
 use common::scene::Face;
 use common::shooting::RadiosityField;
+use common::solution::pixels::ImagePlanes;
 use common::texel;
-use exr::prelude::{ReadChannels, ReadLayers, read};
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use radiosity::report::gltf_export::export_lightmap;
 use radiosity::report::gltf_export::uv_charts::UvCharts;
 use radiosity::report::picture::Exposure;
-use std::io::Cursor;
 
 fn field_of_light(mesh: &Mesh, light: impl Fn(usize) -> f32) -> RadiosityField {
     let light = (0..mesh.texels.len()).map(|k| Vec3::splat(light(k)).extend(0.0));
@@ -23,17 +23,77 @@ fn field_of_light(mesh: &Mesh, light: impl Fn(usize) -> f32) -> RadiosityField {
     }
 }
 
-/// Reads a channel of an OpenEXR file, and its size.
-fn exr_channel(bytes: &[u8], name: &str) -> (Vec<f32>, [usize; 2]) {
-    let read = read().no_deep_data().largest_resolution_level().all_channels();
-    let image = read
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes));
-    let layer = image.unwrap().layer_data;
-    let found = layer.channel_data.list.iter().find(|channel| channel.name.eq(name));
-    let values = found.unwrap().sample_data.values_as_f32().collect();
-    (values, [layer.size.0, layer.size.1])
+/// The triangles of a baked scene: corners with their lightmap coordinates.
+pub struct BakedScene {
+    pub triangles: Vec<[(Vec3, Vec2); 3]>,
+    /// The PNG file of the lightmap.
+    pub picture: Vec<u8>,
+}
+
+impl BakedScene {
+    pub fn new(glb: &[u8]) -> Self {
+        let document = gltf::Gltf::from_slice(glb).unwrap();
+        let blob = document.blob.as_deref().unwrap();
+        let mut triangles = Vec::new();
+        for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
+            let reader = primitive.reader(|_| Some(blob));
+            let places = reader.read_positions().unwrap().map(Vec3::from);
+            let uvs = reader.read_tex_coords(1).unwrap().into_f32();
+            let corners: Vec<_> = places.zip(uvs.map(Vec2::from)).collect();
+            let index: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+            let chunks = index.as_chunks::<3>().0.iter();
+            triangles.extend(chunks.map(|triangle| triangle.map(|k| corners[k as usize])));
+        }
+        let gltf::image::Source::View { view, .. } = document.images().next().unwrap().source() else {
+            panic!("the picture is not in the file");
+        };
+        let picture = blob[view.offset()..view.offset() + view.length()].to_vec();
+        Self { triangles, picture }
+    }
+
+    /// Returns the lightmap coordinates of a point of triangle `k`.
+    pub fn place_on_chart(&self, k: usize, point: Vec3) -> Vec2 {
+        let [(a, at_a), (b, at_b), (c, at_c)] = self.triangles[k];
+        let normal = (b - a).cross(c - a);
+        let share = |p: Vec3, q: Vec3| normal.dot((q - p).cross(point - p)) / normal.length_squared();
+        at_a * share(b, c) + at_b * share(c, a) + at_c * share(a, b)
+    }
+}
+
+/// A lightmap's colours, sampled as by other programs.
+pub struct LightPicture {
+    /// Pixels in x and y.
+    pub size: Vec2,
+    pixels: Vec<Vec3>,
+}
+
+impl LightPicture {
+    /// Reads the channels `prefix`R, G and B of an OpenEXR file.
+    pub fn new(exr: &[u8], prefix: &str) -> Self {
+        let planes = ImagePlanes::decode("light.exr".as_ref(), exr, 1 << 26).unwrap();
+        let [r, g, b] = planes.colour_planes(prefix).unwrap();
+        Self {
+            size: Vec2::new(planes.width as f32, planes.height as f32),
+            pixels: (0..r.len()).map(|k| Vec3::new(r[k], g[k], b[k])).collect(),
+        }
+    }
+
+    /// Returns the colour of a pixel, clamped to the picture.
+    pub fn pixel(&self, at: Vec2) -> Vec3 {
+        let at = at.clamp(Vec2::ZERO, self.size - 1.0);
+        self.pixels[(at.y * self.size.x + at.x) as usize]
+    }
+
+    /// Interpolates between pixels.
+    pub fn at(&self, uv: Vec2) -> Vec3 {
+        let p = uv * self.size - 0.5;
+        let (corner, share) = (p.floor(), p - p.floor());
+        let row = |y: f32| {
+            let [left, right] = [0., 1.].map(|x| self.pixel(corner + Vec2::new(x, y)));
+            left.lerp(right, share.x)
+        };
+        row(0.).lerp(row(1.), share.y)
+    }
 }
 
 /// Under uniform irradiance a node has the mean ρ and E of the texels of which it is a corner.
@@ -62,7 +122,7 @@ fn baked_node_has_mean_material_of_adjacent_texels() {
     let light = 2.0;
     let field = field_of_light(&mesh, |_| light);
     let baked = export_lightmap(&scene, None, (&mesh, &field), Exposure::with_white(1.0)).unwrap();
-    let [red, blue] = ["R", "B"].map(|name| exr_channel(&baked.exr, name).0);
+    let picture = LightPicture::new(&baked.exr, "");
 
     let charts = Mesh::new(&scene, &[[sides + 1; 2]; 2], 1).unwrap();
     let (mut inner, mut outer) = (0, 0);
@@ -85,19 +145,10 @@ fn baked_node_has_mean_material_of_adjacent_texels() {
                 }
             }
             *if count > 2.0 { &mut inner } else { &mut outer } += 1;
-            let at = ((y + j) * charts.atlas[0] + x + i) as usize;
-            let expected = (emission + rho * light) / count;
-            assert!(
-                (red[at] - expected).abs() < 1e-5 * expected,
-                "{f} {i} {j}: {} {expected}",
-                red[at]
-            );
-            let expected = 1.0 + rho * light / count;
-            assert!(
-                (blue[at] - expected).abs() < 1e-5 * expected,
-                "{f} {i} {j}: {} {expected}",
-                blue[at]
-            );
+            let found = picture.pixel(Vec2::new((x + i) as f32, (y + j) as f32));
+            let expected = Vec3::new(emission + rho * light, rho * light, count + rho * light) / count;
+            let off = (found - expected).abs();
+            assert!(off.cmple(1e-5 * expected).all(), "{f} {i} {j}: {found} {expected}");
         }
     }
     // 12 nodes of the quad lie on its outline and have one or two texels. All nodes of the triangle but three have
@@ -130,49 +181,19 @@ fn charts_agree_along_shared_edges() {
         let mesh = Mesh::new(&scene, &sides.map(|n| [n; 2]), 1).unwrap();
         let field = field_of_light(&mesh, |k| ((7 * k + 3) % 19) as f32);
         let baked = export_lightmap(&scene, None, (&mesh, &field), Exposure::with_white(1.0)).unwrap();
-        let (light, [width, height]) = exr_channel(&baked.exr, "irradiance.R");
-        let glb = gltf::Gltf::from_slice(&baked.glb).unwrap();
-        let blob = glb.blob.as_deref().unwrap();
-        let primitive = glb.meshes().next().unwrap().primitives().next().unwrap();
-        let reader = primitive.reader(|_| Some(blob));
-        let places: Vec<DVec3> = reader
-            .read_positions()
-            .unwrap()
-            .map(|p| Vec3::from(p).as_dvec3())
-            .collect();
-        let uvs = reader.read_tex_coords(1).unwrap().into_f32();
-        let uvs: Vec<DVec2> = uvs.map(|uv| DVec2::new(uv[0].into(), uv[1].into())).collect();
-        let at = |uv: DVec2| {
-            let p = (uv * DVec2::new(width as f64, height as f64) - 0.5).max(DVec2::ZERO);
-            let share = p - p.floor();
-            let pixel = |x: usize, y: usize| {
-                let (x, y) = ((p.x as usize + x).min(width - 1), (p.y as usize + y).min(height - 1));
-                f64::from(light[y * width + x])
-            };
-            let row = |y: usize| pixel(0, y) * (1.0 - share.x) + pixel(1, y) * share.x;
-            row(0) * (1.0 - share.y) + row(1) * share.y
-        };
-        let index: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
-        let triangles: Vec<[u32; 3]> = index.as_chunks().0.to_vec();
+        let light = LightPicture::new(&baked.exr, "irradiance.");
+        let triangles = BakedScene::new(&baked.glb).triangles;
         let edges = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
-        let edges: Vec<[usize; 2]> = edges.map(|edge| edge.map(|k| k as usize)).collect();
+        let edges: Vec<_> = edges.collect();
         let mut shared = 0;
         for (n, [a, b]) in edges.iter().enumerate() {
-            for [c, d] in &edges[n + 1..] {
-                if places[*a] != places[*d] || places[*b] != places[*c] {
-                    continue;
-                }
+            for [c, d] in edges[n + 1..].iter().filter(|[c, d]| (a.0, b.0) == (d.0, c.0)) {
                 shared += 1;
-                for k in 0..=100 {
-                    let t = f64::from(k) / 100.0;
-                    let [one, other] = [uvs[*a].lerp(uvs[*b], t), uvs[*d].lerp(uvs[*c], t)].map(at);
+                for t in (0..=100).map(|k| k as f32 / 100.0) {
+                    let [one, other] = [a.1.lerp(b.1, t), d.1.lerp(c.1, t)].map(|uv| light.at(uv).x);
                     // Positions are f32 on a picture of many pixels, and the light changes by up to 19 from pixel to pixel.
-                    assert!(
-                        (one - other).abs() < 19.0 * 1e-4,
-                        "{sides:?} {:?} {:?} {t}: {one} {other}",
-                        places[*a],
-                        places[*b]
-                    );
+                    let step = (one - other).abs();
+                    assert!(step < 19.0 * 1e-4, "{sides:?} {} {} {t}: {one} {other}", a.0, b.0);
                 }
             }
         }
@@ -185,18 +206,14 @@ fn charts_agree_along_shared_edges() {
 /// the other. Only at the outline of the floor, where no texel follows, it is constant.
 #[test]
 fn kept_charts_are_continued_beyond_their_edges() {
-    let p = |x: f64, z: f64| DVec3::new(x, 0., z);
-    let floor = [
-        ([p(0., 0.), p(0., 2.), p(1., 2.)], [[0.1, 0.1], [0.1, 0.5], [0.3, 0.5]]),
-        ([p(0., 0.), p(1., 2.), p(1., 0.)], [[0.1, 0.1], [0.3, 0.5], [0.3, 0.1]]),
-        ([p(1., 0.), p(1., 2.), p(2., 2.)], [[0.4, 0.3], [0.8, 0.3], [0.8, 0.1]]),
-        ([p(1., 0.), p(2., 2.), p(2., 0.)], [[0.4, 0.3], [0.8, 0.1], [0.4, 0.1]]),
-    ];
-    let face = |(corners, chart): ([DVec3; 3], [[f32; 2]; 3])| Face {
-        lightmap_corners: Some(chart.map(Vec2::from)),
-        ..Face::triangle("floor", corners, Vec3::ZERO, Vec3::splat(0.5))
+    let face = |triangle: [[f32; 4]; 3]| {
+        let corners = triangle.map(|[x, z, ..]| DVec3::new(x.into(), 0., z.into()));
+        Face {
+            lightmap_corners: Some(triangle.map(|[.., u, v]| Vec2::new(u, v))),
+            ..Face::triangle("floor", corners, Vec3::ZERO, Vec3::splat(0.5))
+        }
     };
-    let scene = made_scene("floor", floor.map(face).to_vec());
+    let scene = made_scene("floor", FLOOR.map(face).to_vec());
     let charts = UvCharts::new(&scene).unwrap();
     assert_eq!(charts.islands, [0, 0, 2, 2]);
     let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
@@ -205,25 +222,18 @@ fn kept_charts_are_continued_beyond_their_edges() {
     let field = field_of_light(&mesh, x);
     let baked = export_lightmap(&scene, Some(&charts), (&mesh, &field), Exposure::with_white(1.0)).unwrap();
     assert_eq!(baked.note, None);
-    let (light, [width, height]) = exr_channel(&baked.exr, "irradiance.R");
-    let at = |uv: DVec2| {
-        let p = uv * DVec2::new(width as f64, height as f64) - 0.5;
-        let share = p - p.floor();
-        let pixel = |x: usize, y: usize| f64::from(light[(p.y as usize + y) * width + p.x as usize + x]);
-        let row = |y: usize| pixel(0, y) * (1.0 - share.x) + pixel(1, y) * share.x;
-        row(0) * (1.0 - share.y) + row(1) * share.y
-    };
-    for (k, (corners, chart)) in floor.iter().enumerate() {
-        let chart = chart.map(|uv| Vec2::from(uv).as_dvec2());
+    let light = LightPicture::new(&baked.exr, "irradiance.");
+    let triangles = BakedScene::new(&baked.glb).triangles;
+    for (k, triangle) in triangles.iter().enumerate() {
         for (i, j) in (0..=64).flat_map(|j| (0..=64 - j).map(move |i| (i, j))) {
-            let shares = [i, j, 64 - i - j].map(|n| f64::from(n) / 64.0);
-            let point: DVec3 = corners.iter().zip(shares).map(|(p, s)| *p * s).sum();
+            let shares = [i, j, 64 - i - j].map(|n| n as f32 / 64.0);
+            let point: Vec3 = triangle.iter().zip(shares).map(|((p, _), s)| *p * s).sum();
             // At least two texels from the outline.
             if !(0.25..=1.75).contains(&point.x) || !(0.5..=1.5).contains(&point.z) {
                 continue;
             }
-            let uv: DVec2 = chart.iter().zip(shares).map(|(uv, s)| *uv * s).sum();
-            let off = at(uv) - 5.0 - point.x;
+            let uv: Vec2 = triangle.iter().zip(shares).map(|((_, uv), s)| *uv * s).sum();
+            let off = light.at(uv).x - 5.0 - point.x;
             // Light of about 6 in f32, positions in f32 on 128 pixels; from texel to texel the light changes by 1/8.
             assert!(off.abs() < 1e-5, "{k} {point}: {off}");
         }

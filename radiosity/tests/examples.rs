@@ -1,6 +1,6 @@
 //! The examples of the library give the documented results.
 
-use super::program::command::empty_folder;
+use super::program::command::TestFolder;
 use oracle::prelude::*;
 use std::path::Path;
 
@@ -41,7 +41,8 @@ fn own_solver_example_is_judged() {
 
 #[test]
 fn lightmap_example_reads_texel() {
-    let out = empty_folder("read-lightmap");
+    let folder = TestFolder::new();
+    let out = folder.path("");
     let scene = load_scene(Path::new(FURNACE), &ImportOptions::default()).unwrap();
     let asked = ErrorTarget {
         error: 0.02,

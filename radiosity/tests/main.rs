@@ -11,7 +11,6 @@ mod program;
 mod random;
 mod report;
 mod scenes;
-mod speed;
 mod study;
 mod table4;
 mod view;

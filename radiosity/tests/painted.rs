@@ -1,6 +1,5 @@
 //! Painted faces: texels larger than the solved ones, and agreement with the path tracer.
 
-use crate::path_tracer::box_faces;
 use common::mesh::Mesh;
 use common::paint::{Coat, Paint, PaintCorner, TexturePicture, WrapMode, WrappedTexture};
 use common::scene::{Face, Scene};
@@ -14,6 +13,7 @@ use oracle::path_tracer::{debiased_pair_rms, trace_radiosity};
 use oracle::solve::progress::without_progress;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::{SolveRequest, dense, solve_request};
+use radiosity::studies::stress::cases::shapes::box_faces;
 use std::f32::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -129,10 +129,7 @@ fn path_tracer_and_dense_solver_agree_on_painted_faces() {
         (0..side * side).map(check).collect::<Vec<_>>(),
         (0..side * side).map(stripe).collect(),
     ];
-    let mut faces = box_faces([0.0; 3], [1.0, 0.5, 1.0], true);
-    for face in &mut faces {
-        face.reflectance = Vec3::splat(0.5);
-    }
+    let mut faces = box_faces([0.0; 3], [1.0, 1.0, 0.5], true, 0.5);
     faces[0] = paint_face(faces[0].clone(), [Some(picture_coat([side; 2], &checks)), None]);
     faces[1] = paint_face(faces[1].clone(), [None, Some(picture_coat([side; 2], &stripes))]);
     let scene = made_scene("paint", faces);

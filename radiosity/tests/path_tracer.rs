@@ -13,41 +13,11 @@ use oracle::diff::reflected::ReflectedField;
 use oracle::exact::{furnace_radiosity, parallel_rectangles, perpendicular_rectangles};
 use oracle::path_tracer::{TracedRadiosity, debiased_pair_rms, trace_radiosity};
 use oracle::solve::dense;
-use radiosity::studies::random::{self, FaceShapes, LampKind, SceneKind, SceneOptions};
+use radiosity::studies::random::{FaceShapes, LampKind, SceneKind, SceneOptions, draw_scene};
+use radiosity::studies::stress::cases::shapes::{box_faces, plate_at, scene_of, unit_room};
 use std::ops::ControlFlow;
 
 const SIGMAS: f64 = 7.0;
-
-fn made_scene(faces: Vec<Face>) -> Scene {
-    Scene {
-        name: "made".into(),
-        faces,
-        notes: Vec::new(),
-    }
-}
-
-/// Makes six quads, fronts inwards or outwards: floor, ceiling, then the walls.
-pub fn box_faces(low: [f64; 3], high: [f64; 3], inward: bool) -> Vec<Face> {
-    let p = |x: usize, y: usize, z: usize| {
-        let ends = [low, high];
-        DVec3::new(ends[x][0], ends[y][1], ends[z][2])
-    };
-    let quads = [
-        [p(0, 0, 0), p(0, 0, 1), p(1, 0, 1), p(1, 0, 0)],
-        [p(0, 1, 0), p(1, 1, 0), p(1, 1, 1), p(0, 1, 1)],
-        [p(0, 0, 0), p(0, 1, 0), p(0, 1, 1), p(0, 0, 1)],
-        [p(1, 0, 0), p(1, 0, 1), p(1, 1, 1), p(1, 1, 0)],
-        [p(0, 0, 0), p(1, 0, 0), p(1, 1, 0), p(0, 1, 0)],
-        [p(0, 0, 1), p(0, 1, 1), p(1, 1, 1), p(1, 0, 1)],
-    ];
-    let face = |corners| Face::quad("", corners, Vec3::ZERO, Vec3::ZERO);
-    let faces = quads.into_iter().map(face);
-    faces.map(|face| if inward { face } else { face.reversed() }).collect()
-}
-
-fn unit_cube() -> Vec<Face> {
-    box_faces([0.0; 3], [1.0; 3], true)
-}
 
 fn with_material(mut faces: Vec<Face>, emission: f32, reflectance: f32) -> Vec<Face> {
     for face in &mut faces {
@@ -74,7 +44,7 @@ fn assert_within_error(traced: &TracedRadiosity, k: usize, expected: f64) {
 #[test]
 fn traced_furnace_is_uniform() {
     for reflectance in [0.5, 0.9] {
-        let scene = made_scene(with_material(unit_cube(), 2.0, reflectance));
+        let scene = scene_of(with_material(unit_room(0.0), 2.0, reflectance));
         let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 2), 16_000, 1);
         let rho = f64::from(reflectance);
         for k in 0..24 {
@@ -91,10 +61,10 @@ fn traced_direct_light_equals_form_factor() {
         (0, parallel_rectangles(1.0, 1.0, 1.0)),
         (2, perpendicular_rectangles(1.0, 1.0, 1.0)),
     ] {
-        let mut faces = unit_cube();
+        let mut faces = unit_room(0.0);
         faces[1].emission = Vec3::new(3.0, 1.0, 0.0);
         faces[wall].reflectance = Vec3::splat(0.9);
-        let scene = made_scene(faces);
+        let scene = scene_of(faces);
         let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 1), 40_000, 2);
         assert_within_error(&traced, wall, 0.9f32 as f64 * 3.0 * factor);
         let [red, green, blue] = traced.reflected.values[wall].to_array();
@@ -109,17 +79,11 @@ fn traced_direct_light_equals_form_factor() {
 /// underside, there is no light.
 #[test]
 fn texels_under_box_are_dark_and_both_sides_of_sheet_are_lit() {
-    let mut faces = unit_cube();
-    faces.extend(box_faces([0.25, 0.0, 0.25], [0.75, 0.5, 0.75], false));
-    let p = |x, z| DVec3::new(x, 0.75, z);
-    let up = Face::quad(
-        "",
-        [p(0.2, 0.2), p(0.2, 0.8), p(0.8, 0.8), p(0.8, 0.2)],
-        Vec3::ZERO,
-        Vec3::ZERO,
-    );
+    let mut faces = unit_room(0.0);
+    faces.extend(box_faces([0.25, 0.25, 0.0], [0.75, 0.75, 0.5], false, 0.0));
+    let up = plate_at([0.5, 0.5, 0.75], [0.6; 2], 0.0);
     faces.extend([up.reversed(), up]);
-    let scene = made_scene(with_material(faces, 1.0, 0.6));
+    let scene = scene_of(with_material(faces, 1.0, 0.6));
     let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 4), 2000, 3);
     let lit = furnace_radiosity(1.0, f64::from(0.6f32)) - 1.0;
     for k in 0..14 * 16 {
@@ -133,13 +97,13 @@ fn texels_under_box_are_dark_and_both_sides_of_sheet_are_lit() {
 /// A box in a corner: two of its sides lie on emitting walls, its underside on the floor.
 #[test]
 fn box_in_corner_blocks_light_of_walls_behind_it() {
-    let mut faces = with_material(unit_cube(), 1.0, 0.6);
+    let mut faces = with_material(unit_room(0.0), 1.0, 0.6);
     faces.extend(with_material(
-        box_faces([0.5, 0.0, 0.5], [1.0, 0.5, 1.0], false),
+        box_faces([0.5, 0.5, 0.0], [1.0, 1.0, 0.5], false, 0.0),
         0.0,
         0.6,
     ));
-    let scene = made_scene(faces);
+    let scene = scene_of(faces);
     let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 2), 400, 3);
     // The quarter of the floor in the corner, and the underside, are dark.
     let texel = |face: usize, k: usize| traced.reflected.values[4 * face + k];
@@ -150,22 +114,22 @@ fn box_in_corner_blocks_light_of_walls_behind_it() {
 
 #[test]
 fn same_seed_gives_same_result() {
-    let scene = random::draw_scene(1, SceneOptions::default()).scene;
+    let scene = draw_scene(1, SceneOptions::default()).scene;
     let [a, b, other] = [4, 4, 5].map(|seed| trace_radiosity(&scene, &uniform_mesh(&scene, 2), 50, seed));
     assert_eq!(a.reflected.values, b.reflected.values);
     assert_eq!(a.error, b.error);
     assert_ne!(a.reflected.values, other.reflected.values);
 }
 
-fn random_scene(seed: u64, kind: SceneKind, faces: FaceShapes) -> random::RandomScene {
-    random::draw_scene(seed, SceneOptions { kind, faces })
-}
-
 /// Σ A(1 − ρ)H = Σ AE in closed rooms: no light is lost in a body or through a seam. All lamps are boxes: the black back
 /// of a panel absorbs light, and so does a body on an emitting wall.
 #[test]
 fn closed_rooms_absorb_emitted_power() {
-    let closed = (0..).map(|seed| random_scene(seed, SceneKind::Any, FaceShapes::Triangles));
+    let options = SceneOptions {
+        faces: FaceShapes::Triangles,
+        ..SceneOptions::default()
+    };
+    let closed = (0..).map(|seed| draw_scene(seed, options));
     for drawn in closed
         .filter(|d| d.closed && d.lamps.iter().all(|l| *l == LampKind::Box))
         .take(4)
@@ -201,7 +165,8 @@ fn solve_dense(scene: &Scene, texels: u32) -> (Mesh, common::shooting::Radiosity
 #[test]
 fn dense_solver_agrees_with_paths_on_random_triangles() {
     for (seed, kind) in [(1, SceneKind::Room), (11, SceneKind::Any), (12, SceneKind::Any)] {
-        let drawn = random_scene(seed, kind, FaceShapes::Triangles);
+        let faces = FaceShapes::Triangles;
+        let drawn = draw_scene(seed, SceneOptions { kind, faces });
         let scene = &drawn.scene;
         let [(rough_mesh, rough), (fine_mesh, fine)] = [2, 4].map(|texels| solve_dense(scene, texels));
         let rough = ReflectedField::from_field(scene, &rough_mesh, &rough);

@@ -1,19 +1,195 @@
-//! The study of convergence: theoretical orders, and the parameter that sets an error floor.
+//! Measurements of `chart`: errors, orders of convergence, failures with their reasons, resuming after an interrupt.
 
+use super::bundled::bundled_scene;
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Settings};
-use common::shooting::shoot_until_converged;
-use common::solution::{PhaseSeconds, Solution};
-use cpu::CpuSolver;
+use common::settings::{Settings, SolveQuality};
+use common::solution::StoredSolution;
 use glam::{DVec3, Vec3};
-use oracle::solve::progress::{ProgressMonitor, without_progress};
-use radiosity::studies::chart::store::MeasurementStore;
-use radiosity::studies::chart::truth::ChartTruth;
-use radiosity::studies::chart::vary::measure::SweepSetup;
-use radiosity::studies::chart::vary::sweeps::{EPSILON_SWEEP, PATCH_SWEEP, Sweep, SweepCurve, SweepTruth, TEXEL_SWEEP};
-use radiosity::studies::chart::vary::{ConvergenceStudy, MeasuredSweep, convergence_json, page};
-use serde_json::to_value;
+use oracle::solve::dense;
+use radiosity::studies::chart::bench::ChartBench;
+use radiosity::studies::chart::json::chart_json;
+use radiosity::studies::chart::methods::{SolveMethod, SolverKind, base_settings};
+use radiosity::studies::chart::page::{render_page, titled_plots};
+use radiosity::studies::chart::points::SceneChart;
+use radiosity::studies::chart::store::{Measurement, MeasurementContext, MeasurementStore, SolveFigures, hash_scene};
+use radiosity::studies::chart::sweeps::{EPSILON_SWEEP, PATCH_SWEEP, Sweep, SweepTruth, TEXEL_SWEEP};
+use std::cell::Cell;
 use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+const TEXELS: u32 = 4;
+
+fn empty_folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("study-{}-{name}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// A bench on the CPU, which errs on N×N texels if they are given, and its folder's store.
+struct Trial<'a> {
+    scene: &'a Scene,
+    dir: &'a Path,
+    texels: Option<u32>,
+    time_limit: f64,
+}
+
+impl<'a> Trial<'a> {
+    fn new(scene: &'a Scene, dir: &'a Path, texels: Option<u32>) -> Self {
+        Self {
+            scene,
+            dir,
+            texels,
+            time_limit: 60.0,
+        }
+    }
+
+    /// Measures what `add` adds to a bench.
+    fn measure(
+        &self,
+        rounds: usize,
+        add: impl FnOnce(&mut ChartBench),
+        show: &dyn Fn(&str, f64) -> ControlFlow<()>,
+    ) -> SceneChart {
+        let mut store = MeasurementStore::open(&self.dir.join("store.jsonl")).unwrap();
+        let context = MeasurementContext {
+            scene: hash_scene(self.scene),
+            program: 1,
+            texels: self.texels,
+            time_limit: self.time_limit,
+            adapter: None,
+        };
+        let mut bench = ChartBench::new(self.scene, None, &mut store, context, self.dir);
+        add(&mut bench);
+        bench.measure_rounds(rounds, show, &mut |_| Ok(())).unwrap()
+    }
+
+    /// Measures one method once.
+    fn measure_method(&self, method: &SolveMethod) -> Measurement {
+        let add = |bench: &mut ChartBench| bench.add_methods(vec![method.clone()], TEXELS);
+        self.measure(1, add, &proceed).points[0].runs[0].clone()
+    }
+}
+
+fn proceed(_: &str, _: f64) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn stop(_: &str, _: f64) -> ControlFlow<()> {
+    ControlFlow::Break(())
+}
+
+fn draft_method(scene: &Scene, options: &str, change: impl Fn(&mut Settings)) -> SolveMethod {
+    let mut settings = base_settings(scene, SolverKind::Cpu, SolveQuality::Draft, TEXELS);
+    change(&mut settings);
+    SolveMethod::new(SolverKind::Cpu, options, settings)
+}
+
+#[test]
+fn finer_patches_err_less_and_coarse_texels_are_judged_on_fine_ones() {
+    let (scene, dir) = (bundled_scene("cornell_box.obj"), empty_folder("finer"));
+    let figures = |texels, change: fn(&mut Settings)| -> SolveFigures {
+        let measured = Trial::new(&scene, &dir, texels).measure_method(&draft_method(&scene, "", change));
+        assert!(measured.total_seconds() > 0.0 && measured.is_sound());
+        measured.result.unwrap()
+    };
+    let base = figures(Some(TEXELS), |_| ());
+    let finer = figures(Some(TEXELS), |s| {
+        (s.meshing.patches, s.meshing.samples, s.schedule.epsilon) = (4, 16, 1e-4);
+    });
+    assert!(finer.error < 0.5 * base.error, "{finer:?} {base:?}");
+    assert!(base.imbalance < 1e-3);
+    // On its own texels it is accurate to a few per cent; detail that its texels do not resolve counts as error, too.
+    let coarse: fn(&mut Settings) = |s| (s.meshing.texels, s.meshing.patches, s.meshing.samples) = (1, 1, 64);
+    let [fine_error, own_error] = [Some(TEXELS), None].map(|texels| figures(texels, coarse).error);
+    assert!(fine_error > 2.0 * own_error, "{fine_error} {own_error}");
+}
+
+#[test]
+fn failed_measurements_have_a_reason() {
+    let (scene, dir) = (bundled_scene("furnace.obj"), empty_folder("failures"));
+    let draft = |change: fn(&mut Settings)| draft_method(&scene, "", change);
+    let nobody = SolveMethod {
+        solver: SolverKind::Gpu,
+        ..draft(|_| ())
+    };
+    let itself = SolveMethod::new(SolverKind::Dense, "", dense::dense_settings(TEXELS));
+    let cases = [
+        (draft(|s| s.schedule.max_shots = 2), 60.0, "not converged"),
+        (itself, 60.0, "bit for bit"),
+        (nobody, 60.0, "no adapter"),
+        (draft(|s| s.meshing.texels = 8000), 60.0, "would fit"),
+        (draft(|_| ()), 1e-9, "took longer"),
+    ];
+    for (method, time_limit, reason) in cases {
+        let trial = Trial {
+            time_limit,
+            ..Trial::new(&scene, &dir, Some(TEXELS))
+        };
+        let measured = trial.measure_method(&method);
+        assert!(measured.is_sound());
+        let failure = measured.result.unwrap_err();
+        assert!(failure.contains(reason), "{failure}");
+    }
+    // A solve that takes too long stops and does not run on in the background.
+    let trial = Trial {
+        time_limit: 2e-9,
+        ..Trial::new(&scene, &dir, Some(TEXELS))
+    };
+    let calls = Cell::new(0);
+    let count = |phase: &str, _| {
+        calls.set(calls.get() + u32::from(phase != "truth"));
+        ControlFlow::Continue(())
+    };
+    let base = draft(|_| ());
+    trial.measure(1, |bench| bench.add_methods(vec![base], TEXELS), &count);
+    assert!(calls.get() <= 2, "{}", calls.get());
+}
+
+#[test]
+fn interrupted_rounds_resume_and_failures_are_not_repeated() {
+    let (scene, dir) = (bundled_scene("furnace.obj"), empty_folder("rounds"));
+    let trial = Trial::new(&scene, &dir, Some(TEXELS));
+    let add = |bench: &mut ChartBench| {
+        let methods = [
+            draft_method(&scene, "base", |_| ()),
+            draft_method(&scene, "--max-shots 2", |s| s.schedule.max_shots = 2),
+            draft_method(&scene, "--samples 4", |s| s.meshing.samples = 4),
+        ];
+        bench.add_methods(methods.to_vec(), TEXELS);
+    };
+    // Interrupted in the second method: the measurement of the first is kept.
+    let third = 1.0 / 3.0;
+    let in_second = |phase: &str, done| match phase != "truth" && done > third {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    let chart = trial.measure(3, add, &in_second);
+    assert_eq!((chart.points.len(), chart.missing), (1, 2));
+    // Another process measures only the other methods, and then a second round; the truth is kept, too.
+    let first = Cell::new(f64::INFINITY);
+    let least = |phase: &str, done: f64| {
+        assert!(phase.starts_with("round"), "{phase}");
+        first.set(first.get().min(done));
+        ControlFlow::Continue(())
+    };
+    trial.measure(1, add, &least);
+    assert!(first.get() >= third, "the first was measured again");
+    let mut chart = trial.measure(2, add, &least);
+    let runs: Vec<usize> = chart.points.iter().map(|p| p.runs.len()).collect();
+    assert_eq!(runs, [2, 1, 2], "a failure is not repeated");
+    assert!(chart.points[1].first_result().is_err() && !chart.points[1].on_front);
+    assert!(chart.points[0].on_front || chart.points[2].on_front);
+    chart.scene = "a <b> & c".into();
+    let told = chart_json(std::slice::from_ref(&chart));
+    assert_eq!(told["points"].as_array().unwrap().len(), 3);
+    assert!(told["points"][1]["error"].is_null());
+    assert!(told["points"][1]["failure"].as_str().unwrap().contains("not converged"));
+    let page = render_page(std::slice::from_ref(&chart));
+    assert!(page.contains("not converged") && page.contains("a &lt;b&gt; &amp; c"));
+    let svg = titled_plots(&[chart])[0].1.render_svg().unwrap();
+    assert_eq!(svg.matches("<title>").count(), 3);
+}
 
 /// Makes a parallelogram about `centre`, spanned by 2`x` and 2`y`, front x × y.
 fn square_face(name: &str, centre: DVec3, x: DVec3, y: DVec3, light: [f32; 2]) -> Face {
@@ -41,120 +217,44 @@ fn lamp_over_floor(screened: bool) -> Scene {
     }
 }
 
-fn empty_store(name: &str) -> MeasurementStore {
-    let name = format!("study-{}-{name}.jsonl", std::process::id());
-    let path = std::env::temp_dir().join(name);
-    let _ = std::fs::remove_file(&path);
-    MeasurementStore::open(&path).unwrap()
-}
-
-fn measure_sweep((name, scene): (&str, &Scene), sweep: &Sweep, truth: Option<&ChartTruth>) -> MeasuredSweep {
-    let mut store = empty_store(name);
-    let mut setup = SweepSetup::new(scene, None, truth, &mut store);
-    let measured = setup.measure_sweep(sweep, &without_progress()).unwrap();
-    measured.unwrap()
-}
-
-const REFINED: Sweep = Sweep {
-    truth: SweepTruth::Finer(128.0),
-    // The unshot power must be negligible beside the error of the texels.
-    base: |settings| settings.schedule.epsilon = 1e-6,
-    ..TEXEL_SWEEP
-};
-
 #[test]
-fn texel_centres_without_shadows_converge_at_second_order() {
-    // The mean of a smooth H over a texel is H(centroid) + h²/24 ∇²H + …
-    let measured = measure_sweep(("open", &lamp_over_floor(false)), &REFINED, None);
-    let curve = &measured.curves[0];
-    let order = curve.order.unwrap();
-    // Patches as large as texels at N = 4, and the truth's own error of 1/1024, blur the order.
-    assert!((1.8..2.3).contains(&order), "{order} {:?}", curve.points);
-    assert!(curve.converges, "{}", curve.finding);
-}
-
-#[test]
-fn texels_with_shadows_converge_at_order_one_half_at_least() {
-    // A shadow's edge crosses O(1/h) of O(1/h²) texels, each with an error of O(1): the RMS is O(√h).
-    let measured = measure_sweep(("screened", &lamp_over_floor(true)), &REFINED, None);
-    let order = measured.curves[0].order.unwrap();
-    // The position of the edge among the centres is random: a tenth either way over four points.
-    assert!((0.4..1.2).contains(&order), "{order} {:?}", measured.curves[0].points);
-}
-
-#[test]
-fn error_is_about_linear_in_epsilon() {
-    // The unshot power is missing: about ε of the light, and up to 1/(1 − ρ) times that.
-    let mut bright = lamp_over_floor(false);
-    for face in &mut bright.faces {
-        face.reflectance = Vec3::splat(0.9);
-        let sides = face.corners;
-        face.corners = sides.map(|c| DVec3::new(3.0 * c.x, c.y, 3.0 * c.z));
-    }
-    let sweep = Sweep {
+fn errors_converge_at_the_orders_of_theory() {
+    let texels = Sweep {
+        truth: SweepTruth::Finer(128.0),
+        // The unshot power must be negligible beside the error of the texels.
+        base: |settings| settings.schedule.epsilon = 1e-6,
+        curves: &TEXEL_SWEEP.curves[..1],
+        ..TEXEL_SWEEP
+    };
+    let epsilon = Sweep {
         values: &[0.1, 0.03, 0.01, 0.003],
         base: |settings| settings.meshing.texels = 8,
         ..EPSILON_SWEEP
     };
-    let measured = measure_sweep(("bright", &bright), &sweep, None);
-    let order = measured.curves[0].order.unwrap();
-    assert!((0.7..1.3).contains(&order), "{order} {:?}", measured.curves[0].points);
-}
-
-#[test]
-fn error_floor_is_traced_to_its_parameter() {
-    // The truth has 8×8 patches; points with one patch a face stop at the error of that patch.
-    let scene = lamp_over_floor(true);
-    let dir = std::env::temp_dir().join(format!("study-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
-    let settings = Settings {
-        meshing: Meshing {
-            texels: 32,
-            patches: 8,
-            samples: 64,
-        },
-        ..Settings::default()
-    };
-    let mesh = common::cover::sampled_mesh(&scene, &settings.meshing).unwrap();
-    let mut solver = CpuSolver::new(&mesh, &settings.transport);
-    let run = shoot_until_converged(&mut solver, &settings.schedule, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    let solution = Solution {
-        matrix: None,
-        relit: None,
-        scene: &scene,
-        mesh: &mesh,
-        solver: "cpu",
-        adapter: None,
-        settings: &settings,
-        run: &run,
-        texel_error: None,
-        certificate: None,
-        error: None,
-        warnings: &[],
-        notes: &[],
-        seconds: PhaseSeconds::default(),
-    };
-    solution.write(&dir).unwrap();
-    let truth = ChartTruth::read_result(&dir, "fine".into()).unwrap();
-    std::fs::remove_dir_all(&dir).unwrap();
-    let sweep = Sweep {
-        values: &[8.0, 16.0, 32.0],
-        base: |settings| settings.meshing.patches = 1,
-        curves: &[SweepCurve {
-            label: "128 samples",
-            change: |settings| settings.meshing.samples = 128,
-        }],
-        ..TEXEL_SWEEP
-    };
-    let measured = measure_sweep(("floor", &scene), &sweep, Some(&truth));
-    let curve = &measured.curves[0];
-    assert!(!curve.converges, "{}", curve.finding);
-    assert!(
-        curve.finding.contains("set by another parameter: patches 1 → 2"),
-        "{}",
-        curve.finding
-    );
-    assert_eq!(curve.order_beside, None);
+    let mut bright = lamp_over_floor(false);
+    for face in &mut bright.faces {
+        face.reflectance = Vec3::splat(0.9);
+        face.corners = face.corners.map(|c| DVec3::new(3.0 * c.x, c.y, 3.0 * c.z));
+    }
+    let cases = [
+        // The mean of a smooth H over a texel is H(centroid) + h²/24 ∇²H + …; patches as large as texels at N = 4, and
+        // the truth's own error of 1/1024, blur the order.
+        ("open", lamp_over_floor(false), texels, 1.8..2.3),
+        // A shadow's edge crosses O(1/h) of O(1/h²) texels, each with an error of O(1): the RMS is O(√h). The position of
+        // the edge among the centres is random: a tenth either way over four points.
+        ("screened", lamp_over_floor(true), texels, 0.4..1.2),
+        // The unshot power is missing: about ε of the light, and up to 1/(1 − ρ) times that.
+        ("bright", bright, epsilon, 0.7..1.3),
+    ];
+    for (name, scene, sweep, expected) in cases {
+        let dir = empty_folder(name);
+        let chart = Trial::new(&scene, &dir, None).measure(1, |bench| bench.add_sweep(&sweep), &proceed);
+        let order = chart.curves[0].order.unwrap();
+        assert!(expected.contains(&order), "{name}: {order} {:?}", chart.points);
+        if name == "open" {
+            assert!(chart.curves[0].last_order.unwrap() > 1.0);
+        }
+    }
 }
 
 /// A sweep that takes milliseconds.
@@ -166,62 +266,75 @@ const SMALL_SWEEP: Sweep = Sweep {
 };
 
 #[test]
-fn points_measured_before_interrupt_are_reported() {
-    let scene = lamp_over_floor(false);
-    let mut store = empty_store("interrupted");
-    let mut setup = SweepSetup::new(&scene, None, None, &mut store);
-    let until = |name: &str, _| {
-        if name.contains("--patches 3") {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+fn curve_stops_falling_at_the_error_of_another_parameter() {
+    // The truth has 4×4 patches; points with one patch a face stop at the error of that patch.
+    let (scene, dir) = (lamp_over_floor(true), empty_folder("floor"));
+    let trial = Trial::new(&scene, &dir, None);
+    trial.measure(1, |bench| bench.add_sweep(&SMALL_SWEEP), &proceed);
+    let truths = std::fs::read_dir(&dir).unwrap().map(|entry| entry.unwrap().path());
+    let truth = truths.filter(|path| path.is_dir()).collect::<Vec<_>>();
+    let stored = StoredSolution::read(&truth[0]).unwrap();
+    let sweep = Sweep {
+        base: |settings| (settings.meshing.texels, settings.meshing.patches) = (4, 1),
+        values: &[0.01, 0.001, 0.0001],
+        ..EPSILON_SWEEP
     };
-    let measured = setup
-        .measure_sweep(&SMALL_SWEEP, &ProgressMonitor::new(&until))
-        .unwrap()
-        .unwrap();
-    assert_eq!(measured.curves.len(), 1);
-    assert_eq!(measured.curves[0].points.len(), 2);
-    let study = ConvergenceStudy {
-        scene: "s".into(),
-        faces: 2,
-        adapter: "none".into(),
-        sweeps: vec![measured],
-        item_buffers: Vec::new(),
-    };
-    let page = page::render_page(std::slice::from_ref(&study));
-    for wanted in ["<svg", "--patches", "polygon"] {
-        assert!(page.contains(wanted), "{wanted}");
+    let chart = trial.measure(
+        1,
+        |bench| {
+            bench.use_given_truth("given", &stored);
+            bench.add_sweep(&sweep);
+        },
+        &proceed,
+    );
+    let curve = &chart.curves[0];
+    assert_eq!(curve.truth, "given");
+    assert!(curve.last_order.unwrap().abs() < 0.1, "{curve:?} {:?}", chart.points);
+    assert!(chart.points[2].time_and_error()[1] > 0.005, "{:?}", chart.points);
+    for (truth, fits) in [(lamp_over_floor(true), true), (lamp_over_floor(false), false)] {
+        assert_eq!(ChartBench::check_truth(&truth, &stored).is_ok(), fits);
     }
-    assert!(!page.contains("http"), "the page needs the network");
-    let json = convergence_json(&[study], 1.0);
-    let points = &json["scenes"][0]["sweeps"][0]["curves"][0]["points"];
-    assert_eq!(points.as_array().unwrap().len(), 2);
-    assert!(points[0]["error"].as_f64().unwrap() > 0.0);
-    let mut store = empty_store("broken");
-    let mut setup = SweepSetup::new(&scene, None, None, &mut store);
-    let broken = ProgressMonitor::new(&|_, _| ControlFlow::Break(()));
-    assert!(setup.measure_sweep(&SMALL_SWEEP, &broken).unwrap().is_none());
 }
 
 #[test]
-fn stored_points_are_not_solved_again() {
-    let scene = lamp_over_floor(false);
-    let mut store = empty_store("stored");
-    let mut setup = SweepSetup::new(&scene, None, None, &mut store);
-    let measured = setup.measure_sweep(&SMALL_SWEEP, &without_progress()).unwrap().unwrap();
-    // A monitor that stops every solve.
-    let broken = ProgressMonitor::new(&|_, _| ControlFlow::Break(()));
-    let stored = setup.measure_sweep(&SMALL_SWEEP, &broken).unwrap().unwrap();
-    assert_eq!(to_value(&stored).unwrap(), to_value(&measured).unwrap());
+fn stored_points_of_a_curve_are_reported_and_not_solved_again() {
+    let (scene, dir) = (lamp_over_floor(false), empty_folder("curves"));
+    let trial = Trial::new(&scene, &dir, None);
+    let add = |bench: &mut ChartBench| bench.add_sweep(&SMALL_SWEEP);
+    // Interrupted after two of six points.
+    let until = |phase: &str, done| match phase != "truth" && done > 2.0 / 6.0 {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    assert!(trial.measure(1, add, &stop).points.is_empty());
+    let chart = trial.measure(1, add, &until);
+    assert_eq!((chart.points.len(), chart.missing, chart.curves.len()), (2, 4, 2));
+    let page = render_page(std::slice::from_ref(&chart));
+    for wanted in ["<svg", "--patches", "polygon", "4 points were not measured"] {
+        assert!(page.contains(wanted), "{wanted}");
+    }
+    assert!(!page.contains("http"), "the page needs the network");
+    let measured = chart_json(&[trial.measure(1, add, &proceed)]);
+    assert_eq!(measured["points"].as_array().unwrap().len(), 6);
+    assert!(measured["points"][0]["error"].as_f64().unwrap() > 0.0);
+    // Every solve would be stopped.
+    assert_eq!(chart_json(&[trial.measure(1, add, &stop)]), measured);
     // Against another truth, or in another scene, no stored point counts.
     let coarser = Sweep {
         truth: SweepTruth::Finer(3.0),
         ..SMALL_SWEEP
     };
-    assert!(setup.measure_sweep(&coarser, &broken).unwrap().is_none());
+    assert!(
+        trial
+            .measure(1, |bench| bench.add_sweep(&coarser), &stop)
+            .points
+            .is_empty()
+    );
     let screened = lamp_over_floor(true);
-    let mut setup = SweepSetup::new(&screened, None, None, &mut store);
-    assert!(setup.measure_sweep(&SMALL_SWEEP, &broken).unwrap().is_none());
+    assert!(
+        Trial::new(&screened, &dir, None)
+            .measure(1, add, &stop)
+            .points
+            .is_empty()
+    );
 }

@@ -4,7 +4,7 @@ use super::scenes::{cornell_like_box, paper_room, patchwork_floor, quad_grid, sh
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Schedule, Settings};
+use common::settings::Settings;
 use glam::{DVec3, Vec3, Vec4};
 use radiosity::report::picture::encode_srgb;
 use radiosity::report::view::camera::Camera;
@@ -15,21 +15,6 @@ use radiosity::report::view::render::ViewHits;
 /// Bound of rounding: values and positions are f32 of order 1, and gradients divide by texel sides ≥ 1/40.
 const ROUNDING: f64 = 1e-5;
 
-fn draft_settings() -> Settings {
-    Settings {
-        meshing: Meshing {
-            texels: 16,
-            patches: 1,
-            ..Meshing::default()
-        },
-        schedule: Schedule {
-            epsilon: 0.03,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    }
-}
-
 #[test]
 fn linear_field_is_exact_at_centroids_and_without_steps() {
     for n in [1, 2, 5, 16] {
@@ -39,10 +24,8 @@ fn linear_field_is_exact_at_centroids_and_without_steps() {
         let field = surface.interpolate(&linear_field(&mesh));
         for texel in &mesh.texels {
             let value = field.value_at(texel.face, texel.position.as_dvec3());
-            assert!(
-                (value - linear_value(texel.position).as_dvec3()).length() < ROUNDING,
-                "{n} {value}"
-            );
+            let off = value - linear_value(texel.position).as_dvec3();
+            assert!(off.length() < ROUNDING, "{n} {value}");
         }
         let quality = InterpolationQuality::new(&field);
         assert!(quality.max_step < ROUNDING, "{n} {quality:?}");
@@ -111,16 +94,10 @@ fn solved_rooms_are_shown_without_seams() {
     for scene in [cornell_like_box(), paper_room(), patchwork_floor()] {
         let texels = if scene.faces.len() > 100 { 8 } else { 16 };
         let mesh = Mesh::uniform(&scene, texels, 1).unwrap();
-        let run = shoot_freely(
-            &mesh,
-            &Settings {
-                meshing: Meshing {
-                    texels,
-                    ..draft_settings().meshing
-                },
-                ..draft_settings()
-            },
-        );
+        let mut settings = Settings::default();
+        (settings.meshing.texels, settings.meshing.patches) = (texels, 1);
+        settings.schedule.epsilon = 0.03;
+        let run = shoot_freely(&mesh, &settings);
         let quality =
             |surface: &InterpolationSurface| InterpolationQuality::new(&surface.interpolate(&run.field.irradiance));
         let joined = quality(&InterpolationSurface::new(&scene, &mesh));
@@ -162,12 +139,8 @@ fn automatic_camera_looks_through_open_front_or_wall_back() {
 
 #[test]
 fn automatic_camera_sees_front_of_single_face() {
-    for (a, b) in [
-        (DVec3::X, DVec3::Z),
-        (DVec3::Z, DVec3::X),
-        (DVec3::Y, DVec3::X),
-        (DVec3::X, DVec3::Y),
-    ] {
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    for (a, b) in [(x, z), (z, x), (y, x), (x, y)] {
         let faces = quad_grid("f", DVec3::ONE * 7.0, [a, b], [1, 1], [Vec3::ONE, Vec3::ZERO]);
         let scene = Scene {
             name: "one".into(),

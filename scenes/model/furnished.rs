@@ -17,11 +17,7 @@ const MUSTARD: Material = Material::reflecting("mustard", [0.8, 0.54, 0.1]);
 const RUST: Material = Material::reflecting("rust", [0.66, 0.2, 0.1]);
 const LEAF: Material = Material::reflecting("leaf", [0.16, 0.42, 0.14]);
 const CHINA: Material = Material::reflecting("china", [0.82, 0.82, 0.84]);
-const PAPER_LAMP: Material = Material {
-    name: "paper_lamp",
-    reflectance: [0.7, 0.7, 0.7],
-    radiance: [40.0, 32.0, 22.0],
-};
+const PAPER_LAMP: Material = Material::emitting("paper_lamp", [0.7; 3], [40.0, 32.0, 22.0]);
 
 /// Faces of a box in the order of [`turned_box`].
 const BOTTOM: usize = 0;
@@ -47,14 +43,11 @@ fn walls() -> Vec<Part> {
         ("front_wall", PLASTER),
         ("back_wall", PLASTER),
     ];
-    surfaces
-        .into_iter()
-        .zip(unit_room())
-        .map(|((name, material), corners)| {
-            let [origin, u, v] = <[DVec3; 3]>::from(corners).map(|p| p * ROOM_SIZE);
-            part(name, material, vec![parallelogram(origin, u, v)])
-        })
-        .collect()
+    let wall = |((name, material), corners): ((_, _), (DVec3, DVec3, DVec3))| {
+        let [origin, u, v] = <[DVec3; 3]>::from(corners).map(|p| p * ROOM_SIZE);
+        part(name, material, vec![parallelogram(origin, u, v)])
+    };
+    surfaces.into_iter().zip(unit_room()).map(wall).collect()
 }
 
 fn seating() -> Vec<Part> {
@@ -122,11 +115,10 @@ fn decoration() -> Vec<Part> {
 /// Returns a box without the faces `omitted`, which lie on another surface.
 fn open_box(low: [f64; 3], high: [f64; 3], omitted: &[usize]) -> Vec<Vec<DVec3>> {
     let [low, high] = [low, high].map(DVec3::from_array);
-    let faces = turned_box((low + high) / 2.0, high - low, 0.0);
-    let kept = faces.into_iter().enumerate();
-    kept.filter(|(k, _)| !omitted.contains(k))
-        .map(|(_, face)| face)
-        .collect()
+    let mut faces = turned_box((low + high) / 2.0, high - low, 0.0);
+    let mut places = 0..;
+    faces.retain(|_| places.next().is_some_and(|k| !omitted.contains(&k)));
+    faces
 }
 
 /// Returns the surface that a profile of (radius, height), from below upwards, makes about a vertical axis: a ring of
@@ -136,23 +128,16 @@ fn turned_body(base: [f64; 3], profile: &[(f64, f64)], sides: u32) -> Vec<Vec<DV
         let (sin, cos) = (TAU * f64::from(k) / f64::from(sides)).sin_cos();
         DVec3::from_array(base) + DVec3::new(radius * sin, height, radius * cos)
     };
-    let rings = profile.iter().zip(&profile[1..]);
-    rings
-        .flat_map(|(low, high)| {
-            (0..sides).map(move |k| {
-                let mut face = vec![
-                    corner(*low, k),
-                    corner(*low, k + 1),
-                    corner(*high, k + 1),
-                    corner(*high, k),
-                ];
-                if high.0 == 0.0 {
-                    face.remove(2);
-                } else if low.0 == 0.0 {
-                    face.remove(1);
-                }
-                face
-            })
-        })
-        .collect()
+    let mut faces = Vec::new();
+    for (ring, k) in profile.windows(2).flat_map(|ring| (0..sides).map(move |k| (ring, k))) {
+        let [low, high] = [ring[0], ring[1]];
+        let mut face = vec![corner(low, k), corner(low, k + 1), corner(high, k + 1), corner(high, k)];
+        if high.0 == 0.0 {
+            face.remove(2);
+        } else if low.0 == 0.0 {
+            face.remove(1);
+        }
+        faces.push(face);
+    }
+    faces
 }

@@ -20,25 +20,15 @@ impl Scene {
         let (mut accessors, mut meshes, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
         let mut materials: Vec<Material> = Vec::new();
         for (k, part) in self.parts.iter().enumerate() {
-            let material = materials
-                .iter()
-                .position(|m| m.name == part.material.name)
-                .unwrap_or_else(|| {
-                    materials.push(part.material);
-                    materials.len() - 1
-                });
+            let material = index_of(&mut materials, part.material, |m| m.name == part.material.name);
             let mut corners: Vec<[f32; 3]> = Vec::new();
             let mut triangles: Vec<u16> = Vec::new();
             for face in &part.faces {
-                let vertex = |corner: &DVec3| {
+                let mut vertex = |corner: &DVec3| {
                     let corner = round_coordinates(*corner).as_vec3().to_array();
-                    let known = corners.iter().position(|c| *c == corner);
-                    known.unwrap_or_else(|| {
-                        corners.push(corner);
-                        corners.len() - 1
-                    }) as u16
+                    index_of(&mut corners, corner, |c| *c == corner) as u16
                 };
-                let vertices: Vec<u16> = face.iter().map(vertex).collect();
+                let vertices: Vec<u16> = face.iter().map(&mut vertex).collect();
                 let fan = vertices[1..].windows(2);
                 triangles.extend(fan.flat_map(|pair| [vertices[0], pair[0], pair[1]]));
             }
@@ -46,22 +36,12 @@ impl Scene {
                 let all = corners.iter().copied();
                 all.reduce(|a, b| std::array::from_fn(|axis| choose(a[axis], b[axis])))
             };
-            accessors.push(json!({
-                "bufferView": 0,
-                "byteOffset": positions.len(),
-                "componentType": F32_COMPONENT,
-                "count": corners.len(),
-                "max": extreme(f32::max),
-                "min": extreme(f32::min),
-                "type": "VEC3",
-            }));
-            accessors.push(json!({
-                "bufferView": 1,
-                "byteOffset": indices.len(),
-                "componentType": U16_COMPONENT,
-                "count": triangles.len(),
-                "type": "SCALAR",
-            }));
+            let accessor = |view: u32, offset: usize, component: u32, count: usize, kind: &str| json!({ "bufferView": view, "byteOffset": offset, "componentType": component, "count": count, "type": kind });
+            let mut vertices = accessor(0, positions.len(), F32_COMPONENT, corners.len(), "VEC3");
+            vertices["max"] = json!(extreme(f32::max));
+            vertices["min"] = json!(extreme(f32::min));
+            accessors.push(vertices);
+            accessors.push(accessor(1, indices.len(), U16_COMPONENT, triangles.len(), "SCALAR"));
             positions.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
             indices.extend(triangles.iter().flat_map(|k| k.to_le_bytes()));
             let primitive = json!({
@@ -89,6 +69,14 @@ impl Scene {
         });
         join_chunks(document.to_string().into(), [positions, indices].concat())
     }
+}
+
+/// Returns the index of the first value that is alike, or of `new` at the end of the list.
+fn index_of<T>(values: &mut Vec<T>, new: T, is_alike: impl Fn(&T) -> bool) -> usize {
+    values.iter().position(is_alike).unwrap_or_else(|| {
+        values.push(new);
+        values.len() - 1
+    })
 }
 
 /// Reflectance becomes the base colour; radiance becomes a colour of at most 1 and a strength.

@@ -55,10 +55,14 @@ struct Material {
 
 impl Material {
     const fn reflecting(name: &'static str, reflectance: [f64; 3]) -> Self {
+        Self::emitting(name, reflectance, [0.0; 3])
+    }
+
+    const fn emitting(name: &'static str, reflectance: [f64; 3], radiance: [f64; 3]) -> Self {
         Self {
             name,
             reflectance,
-            radiance: [0.0; 3],
+            radiance,
         }
     }
 }
@@ -69,10 +73,8 @@ fn part(name: &'static str, material: Material, faces: Vec<Vec<DVec3>>) -> Part 
 
 impl Scene {
     fn write_obj(&self) -> String {
-        let mut text = format!(
-            "# {}\n# Written by scenes/generate.rs.\nmtllib {}.mtl\n",
-            self.about, self.name
-        );
+        let (about, name) = (self.about, self.name);
+        let mut text = format!("# {about}\n# Written by scenes/generate.rs.\nmtllib {name}.mtl\n");
         let mut vertices = BTreeMap::new();
         for part in &self.parts {
             let mut faces = String::new();
@@ -100,17 +102,8 @@ impl Scene {
             "# Kd is reflectance, Ke emitted radiance in W/m2/sr. Written by scenes/generate.rs.\n".to_owned();
         let materials: BTreeMap<_, _> = self.parts.iter().map(|p| (p.material.name, p.material)).collect();
         for material in materials.values() {
-            let Material {
-                name,
-                reflectance,
-                radiance,
-            } = *material;
-            let _ = writeln!(
-                text,
-                "\nnewmtl {name}\nKd {}\nKe {}",
-                format_triple(reflectance),
-                format_triple(radiance)
-            );
+            let [kd, ke] = [material.reflectance, material.radiance].map(format_triple);
+            let _ = writeln!(text, "\nnewmtl {}\nKd {kd}\nKe {ke}", material.name);
         }
         text
     }
@@ -139,8 +132,7 @@ fn parallelogram_grid(origin: DVec3, u: DVec3, v: DVec3, n: u32) -> Vec<Vec<DVec
         .collect()
 }
 
-/// Returns the walls of the unit cube, fronts inwards: floor, ceiling, left (x = 0), right, back (z = 0),
-/// front.
+/// Returns the walls of the unit cube, fronts inwards: floor, ceiling, left (x = 0), right, back (z = 0), front.
 fn unit_room() -> [(DVec3, DVec3, DVec3); 6] {
     let (x, y, z, o) = (DVec3::X, DVec3::Y, DVec3::Z, DVec3::ZERO);
     [(o, z, x), (y, x, z), (o, y, z), (x, z, y), (o, x, y), (z, y, x)]

@@ -6,11 +6,7 @@ use std::f64::consts::FRAC_1_PI;
 
 const GREY: Material = Material::reflecting("grey", [0.5; 3]);
 /// Emits 1 W/m².
-const LIGHT: Material = Material {
-    name: "light",
-    reflectance: [0.5; 3],
-    radiance: [FRAC_1_PI; 3],
-};
+const LIGHT: Material = Material::emitting("light", [0.5; 3], [FRAC_1_PI; 3]);
 
 /// Height of a sliver over its length.
 const SLIVER_HEIGHT: f64 = 1e-3;

@@ -42,35 +42,30 @@ struct Panel {
     radiance: DVec3,
 }
 
-const LAMP: Panel = Panel {
-    wall: CEILING,
-    low: [0.3, 0.3],
-    high: [0.7, 0.5],
-    reflectance: DVec3::ZERO,
-    radiance: DVec3::new(8.0, 6.5, 4.5),
-};
-const WINDOW: Panel = Panel {
-    wall: LEFT_WALL,
-    low: [0.68, 0.42],
-    high: [0.88, 0.86],
-    reflectance: DVec3::ZERO,
-    radiance: DVec3::new(26.0, 27.0, 28.0),
-};
-const DOOR: Panel = Panel {
-    wall: BACK_WALL,
-    low: [0.2, 0.0],
-    high: [0.4, 0.7],
-    reflectance: DVec3::new(0.25, 0.14, 0.08),
-    radiance: DVec3::ZERO,
-};
-const PICTURE: Panel = Panel {
-    wall: FRONT_WALL,
-    low: [0.28, 0.15],
-    high: [0.54, 0.42],
-    reflectance: DVec3::new(0.1, 0.16, 0.32),
-    radiance: DVec3::ZERO,
-};
-const PANELS: [Panel; 4] = [LAMP, WINDOW, DOOR, PICTURE];
+/// A lamp, a window, a door and a picture.
+const PANELS: [Panel; 4] = [
+    lit_panel(CEILING, [0.3, 0.3], [0.7, 0.5], [8.0, 6.5, 4.5]),
+    lit_panel(LEFT_WALL, [0.68, 0.42], [0.88, 0.86], [26.0, 27.0, 28.0]),
+    dark_panel(BACK_WALL, [0.2, 0.0], [0.4, 0.7], [0.25, 0.14, 0.08]),
+    dark_panel(FRONT_WALL, [0.28, 0.15], [0.54, 0.42], [0.1, 0.16, 0.32]),
+];
+
+const fn lit_panel(wall: usize, low: [f64; 2], high: [f64; 2], radiance: [f64; 3]) -> Panel {
+    Panel {
+        wall,
+        low,
+        high,
+        reflectance: DVec3::ZERO,
+        radiance: DVec3::from_array(radiance),
+    }
+}
+
+const fn dark_panel(wall: usize, low: [f64; 2], high: [f64; 2], reflectance: [f64; 3]) -> Panel {
+    Panel {
+        reflectance: DVec3::from_array(reflectance),
+        ..lit_panel(wall, low, high, [0.0; 3])
+    }
+}
 
 /// A wall; its front is on the side of u × v. The origin of coordinates is the room's centre.
 #[derive(Clone, Copy)]

@@ -24,7 +24,7 @@ fn luminance_percentiles([w, h]: [usize; 2], pixels: &[Vec3]) -> Vec<f64> {
 fn real_bracket_agrees_with_calibrated_map() {
     let Some(data) = data_folder() else { return };
     let folder = data.join("brackets");
-    let exposures = exposure_list::read_exposures(&folder.join("office/exposures.csv"), None).unwrap();
+    let exposures = exposure_list::read_exposures(&folder.join("office/exposures.csv")).unwrap();
     let brackets = photographs::read_brackets(&exposures).unwrap();
     let response = CameraResponse::from_brackets(&brackets).unwrap();
     for c in 0..3 {

@@ -4,9 +4,11 @@
 use approx::relative_eq;
 use gpu::Gpu;
 use oracle::solve::progress::without_progress;
-use radiosity::studies::stress::trial::Case;
-use radiosity::studies::stress::{CaseStudy, breaks, cases, gates, run::AtlasRun, score};
-use std::path::{Path, PathBuf};
+use radiosity::studies::stress::cases::{CASES, Case};
+use radiosity::studies::stress::run::AtlasRun;
+use radiosity::studies::stress::summary::{Atlas, BreakPoint, find_breaks};
+use radiosity::studies::stress::{CaseStudy, Processor};
+use std::path::Path;
 
 /// Case, method, solver, beyond the first limit, beyond the second ("-": nowhere), the errors ("-": none).
 const KNOWN: &str = include_str!("breaks.tsv");
@@ -21,36 +23,36 @@ const ROUNDING: f64 = 1e-6;
 /// object at the eye. All cases would take half an hour on a software adapter.
 const BUFFERS: [&str; 3] = ["vanishing-face", "horizon", "covered-lamp"];
 
-fn run_cases(gpu: Option<&Gpu>, cases: &[&Case]) -> Vec<CaseStudy> {
+fn run_cases<'a>(gpu: Option<&Gpu>, cases: impl IntoIterator<Item = &'a Case>) -> Vec<CaseStudy> {
     let run = AtlasRun { gpu, stop: &|| false };
-    let study = |case: &&Case| run.run_case(case, &without_progress()).unwrap();
-    cases.iter().map(study).collect()
+    let study = |case: &Case| run.run_case(case, &without_progress()).unwrap();
+    cases.into_iter().map(study).collect()
 }
 
-fn break_lines(studies: &[CaseStudy], solver: &str) -> Vec<String> {
-    let at = |value: Option<f64>| value.map_or("-".to_owned(), |value| value.to_string());
-    let line = |study: &CaseStudy, b: &breaks::BreakPoint| {
-        let [first, second] = [b.safe, b.degraded].map(|reach| at(reach.breaks_at));
-        let case = study.info.name;
-        let errors: Vec<String> = error_texts(study, b);
-        let errors = errors.join(" ");
-        format!("{case}\t{}\t{solver}\t{first}\t{second}\t{errors}", b.method)
+fn break_lines(studies: &[CaseStudy], solver: Processor) -> Vec<String> {
+    let line = |study: &CaseStudy, point: &BreakPoint| {
+        let at = |value: Option<f64>| value.map_or("-".to_owned(), |value| value.to_string());
+        let rows = study.rows.iter().filter(|row| row.method == point.method);
+        let errors = rows.filter_map(|row| row.side_on(solver));
+        let errors: Vec<String> = errors
+            .map(|side| side.error.map_or("-".into(), |error| format!("{error:.2e}")))
+            .collect();
+        let name = solver.name().to_lowercase();
+        [
+            study.case.name,
+            point.method,
+            &name,
+            &at(point.degrades_at),
+            &at(point.fails_at),
+            &errors.join(" "),
+        ]
+        .join("\t")
     };
     let all = studies.iter().flat_map(|study| {
-        let own = breaks::find_breaks(study)
-            .into_iter()
-            .filter(|b| b.solver.json_name() == solver);
-        own.map(move |b| line(study, &b))
+        let own = find_breaks(study).into_iter().filter(|point| point.solver == solver);
+        own.map(move |point| line(study, &point))
     });
     all.collect()
-}
-
-/// Formats the errors of a method, value by value.
-fn error_texts(study: &CaseStudy, b: &breaks::BreakPoint) -> Vec<String> {
-    let rows = study.rows.iter().filter(|row| row.method == b.method);
-    rows.filter_map(|row| b.solver.side_of(row))
-        .map(|side| side.error.map_or("-".into(), |error| format!("{error:.2e}")))
-        .collect()
 }
 
 /// Returns true if two lines are equal within the tolerances of errors.
@@ -74,49 +76,39 @@ fn lines_with_other_errors_differ() {
     }
 }
 
-/// Returns the file into which the lines found are written, to replace `breaks.tsv` after an intended change.
-fn output_file(solver: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("breaks-{solver}.tsv"))
-}
-
-/// Asserts that the lines of these cases on this solver are those of `breaks.tsv`.
-fn assert_unchanged(studies: &[CaseStudy], solver: &str) {
+/// Asserts that the lines of these cases on this solver are those of `breaks.tsv`. All lines found are written to a file,
+/// to replace `breaks.tsv` after an intended change.
+fn assert_unchanged(studies: &[CaseStudy], solver: Processor) {
     let found = break_lines(studies, solver);
-    let file = output_file(solver);
-    let of = |line: &str| {
+    let name = solver.name().to_lowercase();
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("breaks-{name}.tsv"));
+    std::fs::write(&file, found.join("\n")).unwrap();
+    let is_of_studies = |line: &&str| {
         let parts: Vec<&str> = line.split('\t').collect();
-        parts[2] == solver && studies.iter().any(|s| s.info.name == parts[0])
+        parts[2] == name && studies.iter().any(|study| study.case.name == parts[0])
     };
-    let known: Vec<&str> = KNOWN.lines().filter(|l| of(l)).collect();
+    let known: Vec<&str> = KNOWN.lines().filter(is_of_studies).collect();
     assert!(!found.is_empty());
     let lacks = |lines: &[&str], line: &str| !lines.iter().any(|other| is_same_line(other, line));
     let found: Vec<&str> = found.iter().map(String::as_str).collect();
     let gone: Vec<_> = known.iter().filter(|line| lacks(&found, line)).collect();
     let new: Vec<_> = found.iter().filter(|line| lacks(&known, line)).collect();
-    assert!(
-        gone.is_empty() && new.is_empty(),
-        "was {gone:#?}, is {new:#?}, all in {}",
-        file.display()
-    );
+    let is_same = gone.is_empty() && new.is_empty();
+    assert!(is_same, "was {gone:#?}, is {new:#?}, all in {}", file.display());
 }
 
 #[test]
 fn break_points_of_cpu_methods_are_unchanged() {
-    let studies = run_cases(None, &cases::all_cases());
-    std::fs::write(output_file("cpu"), break_lines(&studies, "cpu").join("\n")).unwrap();
-    let score = score::score_warnings(&studies);
-    for gate in gates::evaluate_gates(&studies, &score) {
+    let studies = run_cases(None, CASES);
+    assert_unchanged(&studies, Processor::Cpu);
+    for gate in Atlas::new(studies, None, 0.0).gates {
         assert!(gate.held, "{}: {:#?}", gate.name, gate.broken);
     }
-    assert_unchanged(&studies, "cpu");
 }
 
 #[test]
 fn break_points_of_item_buffers_are_unchanged() {
     let gpu = Gpu::open(None).unwrap();
-    let all = cases::all_cases();
-    let of = |name| all.iter().copied().find(|c| c.info.name == name).unwrap();
-    let studies = run_cases(Some(&gpu), &BUFFERS.map(of));
-    std::fs::write(output_file("gpu"), break_lines(&studies, "gpu").join("\n")).unwrap();
-    assert_unchanged(&studies, "gpu");
+    let cases = CASES.iter().filter(|case| BUFFERS.contains(&case.name));
+    assert_unchanged(&run_cases(Some(&gpu), cases), Processor::Gpu);
 }

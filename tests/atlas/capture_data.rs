@@ -129,7 +129,6 @@ fn bad_radiance_pictures_are_refused_or_noted() {
                 assert_eq!(map.notes.len(), 1, "{:?}", map.notes);
             }
             (name, Err(error @ Error::Input { .. })) => {
-                println!("{error}");
                 assert!(error.to_string().contains(name) && !error.to_string().contains('\n'));
                 assert!(!matches!(name, "no_format_line.hdr" | "trailing_bytes.hdr"));
             }
@@ -141,36 +140,21 @@ fn bad_radiance_pictures_are_refused_or_noted() {
 #[test]
 fn damaged_openexr_files_are_read_or_refused() {
     let Some(data) = data_folder() else { return };
-    let (mut read, mut slowest) = (0, 0.0);
-    let files = sorted_files(&data.join("openexr-images/Damaged"));
-    for path in &files {
+    for path in sorted_files(&data.join("openexr-images/Damaged")) {
         let start = thread_processor_seconds();
-        match Panorama::read(path, Some(MapProjection::LatLong)) {
-            Ok(_) => read += 1,
+        match Panorama::read(&path, Some(MapProjection::LatLong)) {
+            Ok(_) => {}
             Err(error @ Error::Input { .. }) => {
                 let text = error.to_string();
-                assert!(text.contains(file_name(path)) && !text.contains('\n'), "{text}");
+                assert!(text.contains(file_name(&path)) && !text.contains('\n'), "{text}");
             }
             Err(error) => panic!("{error}"),
         }
         // The reader of lightmaps must survive the same files.
-        let _ = ImagePlanes::read(path, 1 << 20);
+        let _ = ImagePlanes::read(&path, 1 << 20);
         let seconds = thread_processor_seconds() - start;
-        assert!(seconds < 10.0, "{}: {seconds} s of work", file_name(path));
-        slowest = f64::max(slowest, seconds);
+        assert!(seconds < 10.0, "{}: {seconds} s of work", file_name(&path));
     }
-    println!(
-        "{} damaged files, {read} of them read, the slowest in {slowest:.2} s",
-        files.len()
-    );
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    println!(
-        "{}",
-        status
-            .lines()
-            .find(|l| l.starts_with("VmHWM"))
-            .unwrap_or("memory unknown")
-    );
 }
 
 #[test]
@@ -188,7 +172,6 @@ fn nan_infinite_and_negative_pixels_are_counted() {
     assert_eq!((intact.counts.nan, intact.counts.infinite), (0, 0));
     // Every half there is: 2 × 1023 mantissas of NaN and the two infinities, each in all channels.
     let halves = Panorama::read(&images.join("AllHalfValues.exr"), any).unwrap();
-    println!("{:?}", halves.counts);
     assert_eq!((halves.counts.nan, halves.counts.infinite), (2046, 2));
     let interior = Panorama::read(&data.join("hdr/interior_1k_dwab.exr"), None).unwrap();
     assert_eq!(interior.counts.negative, 5053);

@@ -4,7 +4,7 @@ use common::form_factor::FormFactor;
 use common::settings::{ItemBufferProjection, Visibility};
 use oracle::solve::regather::ErrorCause;
 use radiosity_tests::solutions::{
-    dense_truth, error_against, room_with_standing_box, slit_room, solve_on_cpu, solve_settings,
+    dense_truth_on, error_against, room_with_standing_box, slit_room, solve_on_cpu, solve_settings,
 };
 use radiosity_tests::{furnace, lit_room};
 
@@ -13,7 +13,7 @@ use radiosity_tests::{furnace, lit_room};
 #[test]
 fn estimate_is_within_factor_two_of_error() {
     for scene in [lit_room(), room_with_standing_box(), slit_room(), furnace(0.5)] {
-        let truth = dense_truth(&scene);
+        let truth = dense_truth_on(&scene, 16);
         for (patches, samples, form_factor) in [
             (1, 1, FormFactor::Polygon),
             (4, 1, FormFactor::Disc),
@@ -53,7 +53,7 @@ fn largest_cause_of_error_is_warned() {
     whole.meshing.patches = 1;
     for (settings, cause, code) in [
         (printed, ErrorCause::Visibility, "visibility"),
-        (disc, ErrorCause::FormFactor, "form-factor"),
+        (disc, ErrorCause::FormFactor, "closure"),
         (whole, ErrorCause::Patches, "cells"),
     ] {
         let answer = solve_on_cpu(&scene, &settings);

@@ -1,15 +1,9 @@
 //! No light leaks through a wall: two rooms that share a wall, one lit and one dark.
 
-use common::mesh::Mesh;
-use common::passes::Engine;
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Schedule, Settings, Transport, Visibility};
-
-use common::cover;
-use cpu::CpuSolver;
+use common::settings::Visibility;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
-use gpu::GpuSolver;
-use radiosity_tests::engines::{item_buffer, open_gpu, shoot_freely};
+use radiosity_tests::engines::{gpu_solver, item_buffer, mesh_scene, settings_of, shoot_freely, shoot_on_cpu};
 use radiosity_tests::{box_faces, named_scene};
 
 /// The division of the wall in the lit room and in the dark one.
@@ -90,28 +84,22 @@ fn two_rooms(wall: Wall, thickness: f64, turned: bool) -> (Scene, u32) {
     (named_scene("two rooms", lit), count)
 }
 
-fn ray_settings([texels, patches, samples]: [u32; 3], visibility: Visibility) -> Settings {
-    Settings {
-        meshing: Meshing {
-            texels,
-            patches,
-            samples,
-        },
-        transport: Transport {
-            visibility,
-            ..Transport::default()
-        },
-        schedule: Schedule {
-            epsilon: 1e-2,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    }
-}
-
 /// Returns the shares of the emitted power that the dark room and the lit room receive.
-fn received_shares(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Settings) -> [f64; 2] {
-    let run = shoot_freely(engine, &settings.schedule);
+fn received_shares(
+    (wall, thickness, turned): (Wall, f64, bool),
+    counts: [u32; 3],
+    visibility: Visibility,
+    on_gpu: bool,
+) -> [f64; 2] {
+    let settings = settings_of(counts, visibility, 1e-2);
+    let (scene, lit) = two_rooms(wall, thickness, turned);
+    let mesh = mesh_scene(&scene, &settings);
+    let run = if on_gpu {
+        let mut engine = gpu_solver(&mesh, &settings.transport, &[]);
+        shoot_freely(&mut engine, &settings.schedule)
+    } else {
+        shoot_on_cpu(&mesh, &settings)
+    };
     let (mut sums, mut emitted) = ([0.0; 2], 0.0);
     for (texel, h) in mesh.texels.iter().zip(&run.field.irradiance) {
         sums[usize::from(texel.face < lit)] += f64::from(h.x * texel.area);
@@ -120,31 +108,23 @@ fn received_shares(mesh: &Mesh, engine: &mut dyn Engine, lit: u32, settings: &Se
     sums.map(|sum| sum / emitted)
 }
 
-fn sampled_mesh(scene: &Scene, settings: &Settings) -> Mesh {
-    cover::sampled_mesh(scene, &settings.meshing).unwrap()
-}
-
 /// The dark room receives exactly 0: a ray through the wall hits one of its faces, and fronts in one plane exchange
 /// nothing.
+fn assert_no_leak(rooms: (Wall, f64, bool), counts: [u32; 3], on_gpu: bool) {
+    let [dark, light] = received_shares(rooms, counts, Visibility::Rays, on_gpu);
+    assert!(light > 0.5, "{rooms:?} {counts:?}: {light}");
+    assert_eq!(dark, 0.0, "{rooms:?} {counts:?}");
+}
+
 #[test]
 fn cpu_rays_leak_no_light_through_walls() {
     for wall in WALLS {
         for thickness in [0.0, 1e-6, 1e-5, 1e-3, 1e-1] {
-            for (turned, counts) in [
-                (false, [4, 1, 1]),
-                (false, [8, 4, 4]),
-                (true, [4, 1, 1]),
-                (true, [8, 4, 1]),
-                (true, [4, 4, 4]),
-                (true, [8, 4, 4]),
-            ] {
-                let settings = ray_settings(counts, Visibility::Rays);
-                let (scene, lit) = two_rooms(wall, thickness, turned);
-                let mesh = sampled_mesh(&scene, &settings);
-                let engine = &mut CpuSolver::new(&mesh, &settings.transport);
-                let [dark, light] = received_shares(&mesh, engine, lit, &settings);
-                assert!(light > 0.5, "{wall:?} {thickness:e} {turned} {counts:?}: {light}");
-                assert_eq!(dark, 0.0, "{wall:?} {thickness:e} {turned} {counts:?}");
+            for counts in [[4, 1, 1], [8, 4, 4]] {
+                assert_no_leak((wall, thickness, false), counts, false);
+            }
+            for counts in [[4, 1, 1], [8, 4, 1], [4, 4, 4], [8, 4, 4]] {
+                assert_no_leak((wall, thickness, true), counts, false);
             }
         }
     }
@@ -152,16 +132,9 @@ fn cpu_rays_leak_no_light_through_walls() {
 
 #[test]
 fn gpu_rays_leak_no_light_through_walls() {
-    let gpu = open_gpu();
     for wall in [Wall::Parts, Wall::Triangles] {
         for (thickness, counts) in [(0.0, [4, 1, 1]), (1e-6, [4, 4, 4]), (0.0, [8, 4, 4])] {
-            let settings = ray_settings(counts, Visibility::Rays);
-            let (scene, lit) = two_rooms(wall, thickness, true);
-            let mesh = sampled_mesh(&scene, &settings);
-            let engine = &mut GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
-            let [dark, light] = received_shares(&mesh, engine, lit, &settings);
-            assert!(light > 0.5, "{wall:?} {thickness:e} {counts:?}: {light}");
-            assert_eq!(dark, 0.0, "{wall:?} {thickness:e} {counts:?}");
+            assert_no_leak((wall, thickness, true), counts, true);
         }
     }
 }
@@ -169,14 +142,8 @@ fn gpu_rays_leak_no_light_through_walls() {
 /// Each pixel has its own ray, so that only rounding leaks: less than a thousandth.
 #[test]
 fn item_buffer_leaks_less_than_a_thousandth() {
-    let gpu = open_gpu();
     for (wall, thickness) in [(Wall::Parts, 1e-5), (Wall::Triangles, 0.0)] {
-        let settings = ray_settings([4, 4, 1], item_buffer(512));
-        let (scene, lit) = two_rooms(wall, thickness, true);
-        let mesh = sampled_mesh(&scene, &settings);
-        let engine = &mut GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
-        let [dark, light] = received_shares(&mesh, engine, lit, &settings);
-        println!("{wall:?} {thickness:e}: {dark:.1e} of {light:.2}");
+        let [dark, _] = received_shares((wall, thickness, true), [4, 4, 1], item_buffer(512), true);
         assert!(dark < 1e-3, "{wall:?} {thickness:e}: {dark:e}");
     }
 }

@@ -1,14 +1,14 @@
 //! Sampled visibility against the dense solver, which shares neither form factors nor visibility with it. Every texel
 //! shoots in both, so that they differ only by the error of the samples.
 
-use common::cover::sampled_mesh;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Schedule, Settings};
-use cpu::CpuSolver;
+use common::settings::Visibility;
 use glam::{DVec3, Vec3};
-use radiosity_tests::dense::assemble_dense;
-use radiosity_tests::engines::shoot_freely;
+use radiosity_tests::dense::{assemble_dense, solve_matrix};
+use radiosity_tests::engines::{mesh_scene, settings_of, shoot_on_cpu};
+use radiosity_tests::factor_cases::rectangle;
+use radiosity_tests::solutions::{room_with_standing_box, slit_room};
 use radiosity_tests::{box_faces, lit_room, named_scene};
 
 /// Bound of the RMS error. 16 binary samples of a penumbra have an error of 16^(−3/4) = 12 %. A texel's light comes from
@@ -19,45 +19,28 @@ const RMS: f64 = 0.02;
 const BIAS: f64 = 0.003;
 const WHITE: Vec3 = Vec3::new(0.7, 0.6, 0.5);
 
-/// Makes a closed room with a lit ceiling and thin horizontal faces at heights y, given by their ranges of x and z.
-fn room_with_sheets(name: &str, faces: &[(f64, [f64; 4])]) -> Scene {
-    let mut all = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, WHITE);
-    all[1].emission = Vec3::splat(3.0);
-    for (y, [x0, x1, z0, z1]) in faces {
-        let p = |x, z| DVec3::new(x, *y, z);
-        let up = Face::quad(
-            "hung",
-            [p(*x0, *z0), p(*x0, *z1), p(*x1, *z1), p(*x1, *z0)],
-            Vec3::ZERO,
-            WHITE,
-        );
+/// Makes a closed room with a lit ceiling and thin horizontal plates at heights y, given by their ranges of x and z.
+fn room_with_plates(name: &str, plates: &[(f64, [f64; 4])]) -> Scene {
+    let mut faces = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, WHITE);
+    faces[1].emission = Vec3::splat(3.0);
+    for (y, [x0, x1, z0, z1]) in plates {
+        let corners = rectangle([*x0, *y, *z0], [0.0, 0.0, z1 - z0], [x1 - x0, 0.0, 0.0]);
+        let up = Face::quad("plate", corners, Vec3::ZERO, WHITE);
         // Two quads back to back make a thin wall.
-        all.push(up.reversed());
-        all.push(up);
+        faces.extend([up.reversed(), up]);
     }
-    named_scene(name, all)
+    named_scene(name, faces)
 }
 
 fn shadowed_scenes() -> Vec<Scene> {
-    let slats: Vec<(f64, [f64; 4])> = (0..5)
-        .map(|k| (0.6, [0.2 * f64::from(k), 0.2 * f64::from(k) + 0.1, 0.0, 1.0]))
-        .collect();
-    let mut standing = lit_room();
-    standing.name = "a box on the floor".into();
-    for face in &mut standing.faces[6..] {
-        for corner in &mut face.corners {
-            corner.y -= 0.25;
-        }
-    }
+    let slat = |k: i32| (0.6, [0.2 * f64::from(k), 0.2 * f64::from(k) + 0.1, 0.0, 1.0]);
+    let near = [(0.3, [0.2, 0.8, 0.2, 0.8]), (0.31, [0.25, 0.75, 0.25, 0.75])];
     vec![
         lit_room(),
-        standing,
-        room_with_sheets("blinds", &slats),
-        room_with_sheets("a slit", &[(0.5, [0.0, 0.45, 0.0, 1.0]), (0.5, [0.55, 1.0, 0.0, 1.0])]),
-        room_with_sheets(
-            "plates",
-            &[(0.3, [0.2, 0.8, 0.2, 0.8]), (0.31, [0.25, 0.75, 0.25, 0.75])],
-        ),
+        room_with_standing_box(),
+        room_with_plates("blinds", &[0, 1, 2, 3, 4].map(slat)),
+        slit_room(),
+        room_with_plates("plates", &near),
     ]
 }
 
@@ -76,38 +59,18 @@ fn rms_and_bias(mesh: &Mesh, b: impl Fn(usize) -> DVec3, truth: impl Fn(usize) -
     (rms, (sum / all).abs().max_element())
 }
 
-/// Solves a scene by the dense solver on N×N texels a face.
-fn dense_radiosity(scene: &Scene, texels: u32) -> (Mesh, Vec<DVec3>) {
-    let (mesh, matrix, _) = assemble_dense(scene, texels);
-    let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
-    let reflectance: Vec<DVec3> = mesh.texels.iter().map(|t| t.reflectance.as_dvec3()).collect();
-    let radiosity = matrix.solve(&emission, &reflectance).unwrap().radiosity;
-    (mesh, radiosity)
-}
-
 #[test]
 fn sampled_visibility_agrees_with_dense_solver() {
     for scene in shadowed_scenes() {
-        let settings = Settings {
-            meshing: Meshing {
-                texels: 8,
-                patches: 8,
-                samples: 16,
-            },
-            schedule: Schedule {
-                epsilon: 1e-4,
-                ..Schedule::default()
-            },
-            ..Settings::default()
-        };
-        let mesh = sampled_mesh(&scene, &settings.meshing).unwrap();
-        let run = shoot_freely(&mut CpuSolver::new(&mesh, &settings.transport), &settings.schedule);
-        let (_, truth) = dense_radiosity(&scene, 8);
+        let settings = settings_of([8, 8, 16], Visibility::Rays, 1e-4);
+        let mesh = mesh_scene(&scene, &settings);
+        let run = shoot_on_cpu(&mesh, &settings);
+        let (dense_mesh, matrix, _) = assemble_dense(&scene, 8);
+        let truth = solve_matrix(&dense_mesh, &matrix).radiosity;
         // The texels of `mesh` are ordered by patches, those of the dense solver face by face.
         let at = |k: usize| mesh.texels[k].face as usize * 64 + mesh.texels[k].index as usize;
         let b = |k: usize| run.field.radiosity[k].truncate().as_dvec3();
         let (rms, bias) = rms_and_bias(&mesh, b, |k| truth[at(k)]);
-        println!("{}: RMS {:.2} %, bias {:.2} %", scene.name, 100.0 * rms, 100.0 * bias);
         assert!(rms <= RMS, "{}: {rms}", scene.name);
         assert!(bias <= BIAS, "{}: {bias}", scene.name);
     }

@@ -120,7 +120,6 @@ fn known_radiance_is_merged_and_swapped_exposure_times_are_reported() {
     let response = CameraResponse::from_brackets(&right).unwrap();
     let merged = RadianceMap::new(&right, &response);
     let (rms, scale) = error(&right, &merged);
-    println!("RMS {rms:.5}, scale {scale:.5}");
     assert!(rms < 0.02, "{rms}");
     assert!(scale.abs() < 0.01, "{scale}");
     assert_eq!(merged.unseen, UnseenPixels::default());
@@ -135,7 +134,6 @@ fn known_radiance_is_merged_and_swapped_exposure_times_are_reported() {
     let swapped = brackets(|k| seconds([0, 1, 2, 3, 5, 4, 6, 7, 8, 9][k as usize]));
     let response = CameraResponse::from_brackets(&swapped).unwrap();
     let (wrong, _) = error(&swapped, &RadianceMap::new(&swapped, &response));
-    println!("with two seconds swapped {wrong:.3}");
     assert!(wrong > 10.0 * rms && wrong > 0.1, "{wrong}");
     let notes = merge_notes(&swapped, &response, &swapped.exposure_steps(&response));
     let has_note = |text: &str| notes.iter().any(|note| note.contains(text));

@@ -1,7 +1,6 @@
 //! Captured rooms: radiance maps, and the walls that they light.
 
 mod brackets;
-mod fisheye;
 mod maps;
 mod openexr;
 mod projection;

@@ -159,7 +159,6 @@ fn interpolated_radiance_is_continuous() {
             MapProjection::Cube => 2.0 / size[0] as f64,
         };
         let bound = if projection == MapProjection::LatLong { h * h } else { h };
-        println!("{projection:?} {size:?}: {worst:?}, bound {bound}");
         assert!(f64::from(worst.0) < bound, "{projection:?}: {worst:?}, {bound}");
     }
 }

@@ -3,10 +3,9 @@
 use common::Error;
 use common::capture::room::{box_room, capture_point};
 use common::capture::{MapProjection, Panorama, texel_radiosity};
-use common::scene::Scene;
-use common::texel;
 use glam::{DVec2, DVec3, Vec3};
 use radiosity_tests::processor::thread_processor_seconds;
+use radiosity_tests::radiance_files::{light_at_eye, texel_outlines};
 use std::f64::consts::PI;
 
 const SIZE: DVec3 = DVec3::new(4.0, 2.5, 6.0);
@@ -36,26 +35,6 @@ fn noise(projection: MapProjection, size: [usize; 2]) -> Panorama {
 
 fn uniform(radiance: Vec3, projection: MapProjection, size: [usize; 2]) -> Panorama {
     Panorama::from_pixels(size, vec![radiance; size[0] * size[1]], Some(projection)).unwrap()
-}
-
-/// Solid angle (sr) of a triangle as seen from the origin.
-fn triangle([a, b, c]: [DVec3; 3]) -> f64 {
-    let volume = a.dot(b.cross(c));
-    let (la, lb, lc) = (a.length(), b.length(), c.length());
-    let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * volume.abs().atan2(below)
-}
-
-/// Outline of every texel relative to `eye`.
-fn outlines(scene: &Scene, resolutions: &[[u32; 2]], eye: DVec3) -> Vec<[DVec3; 4]> {
-    let texels = scene.faces.iter().zip(resolutions).flat_map(|(face, resolution)| {
-        (0..texel::texel_count(*resolution)).map(|k| texel::texel_outline(face, *resolution, k).padded_corners())
-    });
-    texels.map(|corners| corners.map(|c| c - eye)).collect()
-}
-
-fn solid_angle([a, b, c, d]: [DVec3; 4]) -> f64 {
-    triangle([a, b, c]) + triangle([a, c, d])
 }
 
 #[test]
@@ -111,7 +90,7 @@ fn uniform_map_gives_uniform_walls() {
 fn wall_texel_shows_the_pixel_behind_it() {
     let scene = box_room(SIZE).unwrap();
     let resolutions = [[16, 24], [16, 24], [24, 10], [24, 10], [16, 10], [16, 10]];
-    let outlines = outlines(&scene, &resolutions, EYE);
+    let outlines = texel_outlines(&scene, &resolutions, EYE);
     for (projection, size) in MAPS {
         for k in (0..size[0] * size[1]).step_by(331) {
             let [x, y] = [k % size[0], k / size[0]];
@@ -145,38 +124,23 @@ fn irradiance_at_the_eye_is_preserved() {
         for resolution in [[5, 8], [48, 32]] {
             let resolutions = [resolution; 6];
             let walls = texel_radiosity(&map, &scene, &resolutions, EYE).unwrap();
-            let mut whole = DVec3::ZERO;
             let normals = [DVec3::X, DVec3::NEG_Y, DVec3::new(0.48, 0.6, -0.64)];
-            let (mut received, mut square) = ([DVec3::ZERO; 3], DVec3::ZERO);
-            for (b, corners) in walls.iter().zip(outlines(&scene, &resolutions, EYE)) {
-                let radiance = b.as_dvec3() / PI * solid_angle(corners);
-                whole += radiance;
-                let ends = corners.map(DVec3::normalize);
-                let middle = ends.iter().sum::<DVec3>().normalize();
-                // Within a texel cos θ is off by its half width at most.
-                let width = ends.iter().map(|e| (*e - middle).length()).fold(0.0, f64::max);
-                for (k, normal) in normals.iter().enumerate() {
-                    received[k] += radiance * middle.dot(*normal).max(0.0);
-                }
-                square += (radiance * 2.0 * width).powf(2.0);
-            }
+            let found = light_at_eye(&walls, &texel_outlines(&scene, &resolutions, EYE), &normals);
             let exact = map.mean_radiance() * 4.0 * PI;
             // Parallels are cut as 512 chords: each is π/512 wide and 5e-6 high. An angular map's
             // rim is counted in 64ths of a pixel.
-            let error = (whole / exact - 1.0).abs().max_element();
+            let error = (found.sphere / exact - 1.0).abs().max_element();
             let limit = if projection == MapProjection::Angular {
                 2e-4
             } else {
                 1e-5
             };
-            println!("{projection:?} {resolution:?}: sphere {error:.1e}");
             assert!(error < limit, "{projection:?} {resolution:?} {error}");
-            for (k, normal) in normals.iter().enumerate() {
-                let error = (received[k] - map.irradiance(*normal)).abs();
+            for (normal, irradiance) in normals.into_iter().zip(found.irradiance) {
                 // The map is noise, so the errors of texels are independent.
-                let bound = square.map(f64::sqrt);
-                println!("    irradiance {error}, bound {bound}");
-                assert!(error.cmple(bound).all(), "{projection:?} {normal} {error} {bound}");
+                let error = (irradiance - map.irradiance(normal)).abs();
+                let within = error.cmple(found.bound).all();
+                assert!(within, "{projection:?} {normal} {error} {}", found.bound);
             }
         }
     }
@@ -189,7 +153,6 @@ fn resampling_is_deterministic_and_fast() {
     let start = thread_processor_seconds();
     let walls = texel_radiosity(&map, &scene, &[[32, 32]; 6], EYE).unwrap();
     let seconds = thread_processor_seconds() - start;
-    println!("1024×512 pixels on 6×32² texels: {seconds:.2} s of processor time");
     assert_eq!(walls, texel_radiosity(&map, &scene, &[[32, 32]; 6], EYE).unwrap());
     // Built for release it takes a quarter of a second on one core.
     assert!(seconds < 20.0);

@@ -1,33 +1,20 @@
 //! The dense solver against exact solutions, on covered texels, and against the shooting solver with the same form
 //! factors.
 
-use approx::abs_diff_eq;
 use common::energy::EnergyBalance;
 use common::form_factor::form_factor;
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Schedule, Settings};
-use common::shooting::{RadiosityField, shoot_until_converged};
-use cpu::CpuSolver;
+use common::settings::{Settings, Visibility};
+use common::shooting::RadiosityField;
 use cpu::dense::{DenseSolution, Matrix, shot_log};
 use glam::{DVec3, Vec3, Vec4};
 use oracle::exact;
-use radiosity_tests::dense::assemble_dense;
+use radiosity_tests::bounds::assert_near;
+use radiosity_tests::dense::{assemble_dense, solve_matrix, texel_values};
+use radiosity_tests::engines::{settings_of, shoot_on_cpu};
 use radiosity_tests::{box_faces, box_in_room, furnace, lit_room, named_scene};
-use std::ops::ControlFlow;
-
-fn solve_dense(mesh: &Mesh, matrix: &Matrix) -> DenseSolution {
-    let emission = texel_values(mesh, |texel| texel.emission);
-    let reflectance = texel_values(mesh, |texel| texel.reflectance);
-    let answer = matrix.solve(&emission, &reflectance).unwrap();
-    assert!(answer.residual < 1e-12, "{}", answer.residual);
-    answer
-}
-
-fn texel_values(mesh: &Mesh, of: impl Fn(&common::mesh::Texel) -> Vec3) -> Vec<DVec3> {
-    mesh.texels.iter().map(|texel| of(texel).as_dvec3()).collect()
-}
 
 /// Returns the energy balance as `solve` reports it.
 fn energy_balance(mesh: &Mesh, matrix: &Matrix, answer: &DenseSolution) -> EnergyBalance {
@@ -50,7 +37,7 @@ fn the_cube_solved_by_hand() {
             face.emission = if face.name == "ceiling" { Vec3::ONE } else { Vec3::ZERO };
         }
         let (mesh, matrix, _) = assemble_dense(&cube, 1);
-        let answer = solve_dense(&mesh, &matrix);
+        let answer = solve_matrix(&mesh, &matrix);
         let [top, bottom, side] = exact::cube_radiosities(f64::from(reflectance));
         for (face, b) in cube.faces.iter().zip(&answer.radiosity) {
             let expected = match face.name.as_str() {
@@ -58,13 +45,8 @@ fn the_cube_solved_by_hand() {
                 "floor" => bottom,
                 _ => side,
             };
-            println!("ρ {reflectance} {}: {:.10} ({expected:.10})", face.name, b.x);
             // ΣF within 1e−8, amplified by 1/(1−ρ) twice.
-            assert!(
-                abs_diff_eq!(b.x, expected, epsilon = 1e-6),
-                "{} {b} {expected}",
-                face.name
-            );
+            assert_near(&face.name, b.x, expected, 1e-6);
         }
     }
 }
@@ -107,17 +89,12 @@ fn closed_convex_rooms_have_unit_row_sums_and_even_furnace() {
             .iter()
             .map(|s| (s - 1.0).abs())
             .fold(0.0, f64::max);
-        println!("rows off by {worst:.1e}");
         assert!(worst <= 1e-7, "{}: {worst}", scene.name);
         assert!(quality.closure_max <= 1e-7 && quality.sampled_pairs == 0, "{quality:?}");
         assert!(quality.reciprocity <= 1e-7, "{quality:?}");
-        let answer = solve_dense(&mesh, &matrix);
+        let answer = solve_matrix(&mesh, &matrix);
         for b in &answer.radiosity {
-            assert!(
-                abs_diff_eq!(b.x, exact::furnace_radiosity(1.0, 0.5), epsilon = 1e-6),
-                "{}: {b}",
-                scene.name
-            );
+            assert_near(&scene.name, b.x, exact::furnace_radiosity(1.0, 0.5), 1e-6);
         }
         assert!(energy_balance(&mesh, &matrix, &answer).imbalance < 1e-6);
     }
@@ -137,7 +114,7 @@ fn body_on_texel_covers_its_light_and_its_emission() {
     const N: u32 = 4;
     for bottom in [false, true] {
         let (mesh, matrix, quality) = assemble_dense(&furnace_with_box(bottom), N);
-        let answer = solve_dense(&mesh, &matrix);
+        let answer = solve_matrix(&mesh, &matrix);
         let side = 1.0 / f64::from(N);
         let overlap = |k: u32, low: f64, high: f64| {
             let from = f64::from(k) * side;
@@ -151,22 +128,17 @@ fn body_on_texel_covers_its_light_and_its_emission() {
                 f if bottom && f == 6 => 0.0,
                 _ => 1.0,
             };
-            assert!(
-                abs_diff_eq!(matrix.open[k], open, epsilon = 1e-6),
-                "{k}: {} {open}",
-                matrix.open[k]
-            );
+            assert_near(k, matrix.open[k], open, 1e-6);
             // u = E/(1−ρ) = 2 where it is open, B = E where it is covered.
             let (b, expected) = (answer.radiosity[k].x, 1.0 + open);
-            assert!(abs_diff_eq!(b, expected, epsilon = 5e-3), "{k}: {b} {expected}");
+            assert_near(k, b, expected, 5e-3);
         }
         assert!(quality.closure_mean < 1e-3 && quality.closure_max < 1e-2, "{quality:?}");
         let energy = energy_balance(&mesh, &matrix, &answer);
-        println!("{energy:?}");
         assert!(energy.imbalance < 1e-6);
         // Only the emission under the box is lost.
         let lost = 0.3 * 0.4 * if bottom { 2.0 } else { 1.0 };
-        assert!(abs_diff_eq!(energy.escaped[0], lost, epsilon = 1e-6), "{energy:?}");
+        assert_near("escaped", energy.escaped[0], lost, 1e-6);
     }
 }
 
@@ -184,11 +156,11 @@ fn sheet_with_different_sides_is_open_on_both() {
         faces.push(Face::triangle("sheet", corners, grey.0, grey.1));
     }
     let (mesh, matrix, _) = assemble_dense(&named_scene("a sheet in a furnace", faces), 4);
-    let answer = solve_dense(&mesh, &matrix);
+    let answer = solve_matrix(&mesh, &matrix);
     for (k, texel) in mesh.texels.iter().enumerate() {
         assert_eq!(matrix.open[k], 1.0, "{texel:?}");
         let b = answer.radiosity[k].x;
-        assert!(abs_diff_eq!(b, 2.0, epsilon = 5e-3), "{texel:?}: {b}");
+        assert_near(k, b, 2.0, 5e-3);
     }
 }
 
@@ -197,10 +169,10 @@ fn coincident_fronts_give_finite_solution() {
     let mut faces = furnace(0.9).faces;
     faces.push(faces[0].clone());
     let (mesh, matrix, quality) = assemble_dense(&named_scene("twice the same floor", faces), 2);
-    let answer = solve_dense(&mesh, &matrix);
+    let answer = solve_matrix(&mesh, &matrix);
     assert!(quality.closure_max < 1e-7, "{quality:?}");
     // The first of the two is lit.
-    assert!(abs_diff_eq!(answer.radiosity[0].x, 10.0, epsilon = 1e-5));
+    assert_near("the first floor", answer.radiosity[0].x, 10.0, 1e-5);
     assert_eq!(answer.radiosity[mesh.texels.len() - 1].x, 1.0);
 }
 
@@ -238,24 +210,10 @@ fn shooting_weights(mesh: &Mesh, settings: &Settings) -> Matrix {
 #[test]
 fn shooting_converges_to_dense_solution_of_its_form_factors() {
     for (scene, texels, cells) in [(box_in_room(), 4, 4), (box_in_room(), 4, 1), (lit_room(), 6, 2)] {
-        let settings = Settings {
-            meshing: Meshing {
-                texels,
-                patches: cells,
-                ..Meshing::default()
-            },
-            schedule: Schedule {
-                epsilon: 1e-6,
-                ..Schedule::default()
-            },
-            ..Settings::default()
-        };
+        let settings = settings_of([texels, cells, 1], Visibility::Rays, 1e-6);
         let mesh = Mesh::uniform(&scene, texels, cells).unwrap();
-        let matrix = shooting_weights(&mesh, &settings);
-        let answer = solve_dense(&mesh, &matrix);
-        let mut engine = CpuSolver::new(&mesh, &settings.transport);
-        let run =
-            shoot_until_converged(&mut engine, &settings.schedule, &mut |_, _| ControlFlow::Continue(())).unwrap();
+        let answer = solve_matrix(&mesh, &shooting_weights(&mesh, &settings));
+        let run = shoot_on_cpu(&mesh, &settings);
         let mut worst = 0.0f64;
         for (exact, shot) in answer.radiosity.iter().zip(&run.field.radiosity) {
             let shot = shot.truncate().as_dvec3();
@@ -265,7 +223,6 @@ fn shooting_converges_to_dense_solution_of_its_form_factors() {
                 }
             }
         }
-        println!("{}: {} shots, off by {worst:.1e}", scene.name, run.shots.len());
         assert!(run.converged);
         assert!(worst < 1e-5, "{}: {worst}", scene.name);
     }

@@ -8,7 +8,8 @@ use common::scene::Face;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
 use oracle::exact;
 use proptest::prelude::*;
-use radiosity_tests::bounds::{ANGLE_ROUNDING, ARCTANGENT_ROUNDING, U, polygon_rounding};
+use radiosity_tests::bounds::{ANGLE_ROUNDING, ARCTANGENT_ROUNDING, U, assert_near, polygon_rounding};
+use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::named_scene;
 
 const KINDS: [FormFactor; 3] = [FormFactor::Paper, FormFactor::Disc, FormFactor::Polygon];
@@ -55,13 +56,13 @@ fn coplanar_and_touching_fronts_have_zero_form_factor() {
     }
     // The shooter fills the hemisphere there: the share beside it is 2h/√(¼ − 0.01)… < 1e−5.
     let near = polygon_factor(&shooter, Vec3::new(0.1, 0.0, 2.0 * CONTACT_DISTANCE), Vec3::NEG_Z);
-    assert!(abs_diff_eq!(near, 1.0, epsilon = 1e-5), "{near}");
+    assert_near("near", f64::from(near), 1.0, 1e-5);
     // The same through a mesh: a sheet lies on the floor, and beside it.
-    let p = |x: f64, y: f64| DVec3::new(x, y, 0.3);
-    let quad = |c: [DVec3; 4]| Face::quad("", c, Vec3::ONE, Vec3::ZERO);
-    let floor = quad([p(0.0, 0.0), p(3.0, 0.0), p(3.0, 1.0), p(0.0, 1.0)]);
-    let sheet = quad([p(1.0, 0.0), p(2.0, 0.0), p(2.0, 1.0), p(1.0, 1.0)]).reversed();
-    let beside = quad([p(3.0, 0.0), p(4.0, 0.0), p(4.0, 1.0), p(3.0, 1.0)]);
+    let quad = |x: f64, width: f64| {
+        let corners = rectangle([x, 0.0, 0.3], [width, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        Face::quad("", corners, Vec3::ONE, Vec3::ZERO)
+    };
+    let (floor, sheet, beside) = (quad(0.0, 3.0), quad(1.0, 1.0).reversed(), quad(3.0, 1.0));
     let mesh = Mesh::uniform(&named_scene("contact", vec![floor, sheet, beside]), 5, 2).unwrap();
     for kind in KINDS {
         for patch in &mesh.patches {
@@ -85,20 +86,13 @@ fn near_point_source_has_printed_error() {
         let exact = exact::point_to_polygon(point.as_dvec3(), DVec3::NEG_Z, &corners);
         let excess = |f: f32| 100.0 * (f64::from(f) / exact - 1.0);
         let source = disc_factor(1.0, 1.0, h * h, 1.0, 0.0);
-        assert!(
-            abs_diff_eq!(excess(source), percent, epsilon = half),
-            "h = {h}: {} %",
-            excess(source)
-        );
+        assert_near(h, excess(source), percent, half);
         // Wallace's disc of the source's area has 1/(πh² + 1), too dark by the next order.
         let wallace = form_factor(FormFactor::Disc, &shooter, point, Vec3::NEG_Z, 0.01);
         assert_eq!(wallace, disc_factor(1.0, 1.0, h * h, 1.0, 1.0));
         let lambert = polygon_factor(&shooter, point, Vec3::NEG_Z);
         let bound = polygon_rounding(point.as_dvec3(), &corners);
-        assert!(
-            abs_diff_eq!(f64::from(lambert), exact, epsilon = bound),
-            "h = {h}: {lambert} {exact}"
-        );
+        assert_near(h, f64::from(lambert), exact, bound);
     }
 }
 
@@ -106,18 +100,12 @@ fn near_point_source_has_printed_error() {
 /// rounding of a term, u, is all of F. The engines use a point source for such a shooter.
 #[test]
 fn small_shooter_form_factor_is_precise() {
-    let wall = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-    let wall = wall.map(|[x, y]| DVec3::new(x, y, -1.0));
+    let wall = rectangle([-1.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
     let turn = DQuat::from_euler(EulerRot::XYZ, 2.9, 0.3, 0.7);
     for exponent in 2..13 {
         let side = 10f64.powf(-0.5 * f64::from(exponent));
-        let corner = |x: f64, y: f64| DVec3::new(0.31, -0.17, 0.43) + turn * DVec3::new(x, y, 0.0);
-        let square = [
-            corner(0.0, 0.0),
-            corner(side, 0.0),
-            corner(side, side),
-            corner(0.0, side),
-        ];
+        let square = rectangle([0.0; 3], [side, 0.0, 0.0], [0.0, side, 0.0]);
+        let square = square.map(|p| DVec3::new(0.31, -0.17, 0.43) + turn * p);
         let faces = [wall, square].map(|c| Face::quad("", c, Vec3::ONE, Vec3::ZERO));
         let mesh = Mesh::uniform(&named_scene("small", faces.into()), 8, 1).unwrap();
         let shooter = &mesh.patches[1].shooter;
@@ -138,10 +126,7 @@ fn small_shooter_form_factor_is_precise() {
             } else {
                 polygon_rounding(p.as_dvec3(), &outline)
             };
-            assert!(
-                abs_diff_eq!(f64::from(f), exact, epsilon = bound),
-                "{side:e}: {f} {exact} {bound:e}"
-            );
+            assert_near(side, f64::from(f), exact, bound);
             worst = worst.max((f64::from(f) - exact).abs() / facing);
         }
         println!("{side:.1e}: off by {worst:.1e}");
@@ -173,10 +158,7 @@ fn low_shooter_form_factor_is_precise() {
             let slope = f64::from(position.length() / height);
             let cancelled = if slope > 96.0 { 0.0 } else { 4.0 * slope * slope };
             let bound = (100.0 + cancelled) * U * truth + 4.0 * f64::EPSILON;
-            assert!(
-                abs_diff_eq!(found, truth, epsilon = bound),
-                "{height} at {position}: {found:e}, exact {truth:e}"
-            );
+            assert_near(format_args!("{height} at {position}"), found, truth, bound);
         }
     }
 }

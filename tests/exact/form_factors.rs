@@ -4,14 +4,13 @@
 //! F_ij = Σ over patches c of i, texels t of j:  F_tc · A_t / A_i
 //! ```
 
-use approx::abs_diff_eq;
 use common::form_factor::{FormFactor, disc_factor, form_factor};
 use common::mesh::{Mesh, Patch, Texel};
 use common::scene::Face;
 use common::texel::{self, GridOutline, PatchGrid};
 use glam::{DVec3, Vec3};
 use oracle::exact;
-use radiosity_tests::bounds::{U, centroid_rule, disc_rounding, polygon_rounding};
+use radiosity_tests::bounds::{U, assert_near, centroid_rule, disc_rounding, polygon_rounding};
 use radiosity_tests::factor_cases::{FactorCase, factor_cases};
 use radiosity_tests::furnace;
 use std::f64::consts::PI;
@@ -148,11 +147,7 @@ fn texel_error_is_of_second_order() {
         // The next order: (h/d)² ≤ (1.5/16/0.5)² = 0.035 apart, 1/16 of the last step's texels at
         // an edge's ends; and the rounding of 32² texels' sum.
         let tolerance = 0.07 * c8.abs().max(c16.abs()) + 1024.0 * 16.0 * U * case.exact;
-        assert!(
-            abs_diff_eq!(c32, expected, epsilon = tolerance),
-            "{}: {c8} {c16} {c32}",
-            case.name
-        );
+        assert_near(&case.name, c32, expected, tolerance);
     }
 }
 
@@ -195,44 +190,6 @@ fn swapped_areas_exceed_the_bound() {
     }
 }
 
-/// Two inscribed 32-gons lack 1 − sin(2π/32)/(2π/32) of their discs' areas; the missing part receives or
-/// shoots at most in proportion to its area, at either end.
-#[test]
-fn polygon_factor_of_coaxial_discs_equals_closed_form() {
-    const SIDES: u32 = 32;
-    let corner = |k: u32, z: f64| {
-        let (s, c) = (f64::from(k) * 2.0 * PI / f64::from(SIDES)).sin_cos();
-        DVec3::new(c, s, z)
-    };
-    let triangle = |c: [DVec3; 3]| Face::triangle("", c, Vec3::ZERO, Vec3::ZERO);
-    let low = (0..SIDES).map(|k| triangle([DVec3::ZERO, corner(k, 0.0), corner(k + 1, 0.0)]));
-    let high = (0..SIDES).map(|k| triangle([DVec3::Z, corner(k + 1, 1.0), corner(k, 1.0)]));
-    let (low, high): (Vec<Face>, Vec<Face>) = (low.collect(), high.collect());
-    let exact = exact::coaxial_discs(1.0, 1.0, 1.0);
-    let step = 2.0 * PI / f64::from(SIDES);
-    let missing = 1.0 - step.sin() / step;
-    let (mut value, mut grid) = (0.0, 0.0);
-    for from in &low {
-        for to in &high {
-            let pair = FactorCase {
-                name: String::new(),
-                from: from.clone(),
-                to: to.clone(),
-                exact,
-                touching: false,
-            };
-            value += computed(&pair.pair_mesh(1, 2), FormFactor::Polygon) / f64::from(SIDES);
-            grid += grid_bound(&pair, 2) / f64::from(SIDES);
-        }
-    }
-    let bound = 2.0 * missing + grid;
-    assert!(
-        abs_diff_eq!(value, exact, epsilon = bound),
-        "{value} is not {exact} ± {bound}"
-    );
-    assert!(bound < 0.1 * exact, "{bound}");
-}
-
 /// Computes the form factor from the floor to the other five faces of the unit cube, 32² texels per wall.
 /// Returns the total, the least and largest ratio of a texel's factor to Lambert's, and the mean difference
 /// weighted by flux.
@@ -263,12 +220,7 @@ fn cube(kind: FormFactor, patches: u32) -> [f64; 4] {
 /// The numbers printed in the reference, each ± half of its last digit.
 #[test]
 fn floor_of_the_unit_cube_has_printed_form_factors() {
-    let close = |value: f64, printed: f64, half: f64| {
-        assert!(
-            abs_diff_eq!(value, printed, epsilon = half),
-            "{value} is not {printed} ± {half}"
-        );
-    };
+    let close = |value, printed, half| assert_near("the floor of the cube", value, printed, half);
     let [sum, least, largest, _] = cube(FormFactor::Disc, 1);
     close(sum, 0.661, 5e-4);
     close(least, 0.016, 5e-4);

@@ -2,5 +2,4 @@
 
 mod form_factor_points;
 mod form_factors;
-mod furnace;
 mod triangles;

@@ -4,7 +4,7 @@
 use crate::hierarchy::error_budget::solve_to_error;
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, NO_FACE, Rays};
-use common::scene::{Face, Scene};
+use common::scene::Scene;
 use cpu::hierarchy::block::{ReceiverBlock, Spot};
 use cpu::hierarchy::cluster::{ClusterPart, Clusters};
 use cpu::hierarchy::cluster_link::ClusterInteraction;
@@ -12,35 +12,16 @@ use cpu::hierarchy::linear_radiosity::pull_radiosity;
 use cpu::hierarchy::link::no_last_blockers;
 use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
-use radiosity_tests::lit_room;
 use radiosity_tests::solutions::{dense_truth_on, error_against};
+use radiosity_tests::{ball, lit_room};
 use std::cell::Cell;
-use std::f64::consts::PI;
 
 /// A lit room with a ball of 4·`rings`·(`rings` − 1) triangles.
 fn room_with_ball(rings: u32) -> Scene {
     let mut scene = lit_room();
     scene.faces.truncate(6);
-    let at = |i: u32, j: u32| {
-        let (up, round) = (
-            PI * f64::from(i) / f64::from(rings),
-            PI * f64::from(j) / f64::from(rings),
-        );
-        let d = DVec3::new(up.sin() * round.cos(), up.cos(), up.sin() * round.sin());
-        DVec3::new(1.4, 0.9, 1.9) + d * 0.6
-    };
-    for i in 0..rings {
-        for j in 0..2 * rings {
-            let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
-            let grey = Vec3::new(0.6, 0.5, 0.4);
-            if i + 1 < rings {
-                scene.faces.push(Face::triangle("ball", [a, c, d], Vec3::ZERO, grey));
-            }
-            if i > 0 {
-                scene.faces.push(Face::triangle("ball", [a, b, c], Vec3::ZERO, grey));
-            }
-        }
-    }
+    let body = ball(DVec3::new(1.4, 0.9, 1.9), 0.6, [rings, 2 * rings]);
+    scene.faces.extend(body);
     scene.name = format!("a ball of {} faces", 4 * rings * (rings - 1));
     scene
 }
@@ -188,6 +169,5 @@ fn body_of_many_faces_matches_dense_solution() {
     let requested = 0.02;
     let answer = solve_to_error(&scene, requested, 4);
     let off = error_against(&scene, &answer, &dense_truth_on(&scene, 4));
-    println!("{}: {off:.4} off, {:?}", scene.name, answer.estimate);
     assert!(off <= requested, "{off}");
 }

@@ -3,7 +3,9 @@
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use cpu::hierarchy::solver::{ErrorBudget, solve_scene};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
+use radiosity_tests::factor_cases::rectangle;
+use radiosity_tests::named_scene;
 use std::ops::ControlFlow;
 
 const EMITTED: f32 = 4.0;
@@ -13,20 +15,13 @@ const N: u32 = 32;
 
 /// The plate covers 4×16 texels of the wall's 32×32, far from its centre.
 fn wall_and_plate() -> Scene {
-    let wall = [[0., 0.], [96., 0.], [96., 24.], [0., 24.]];
-    let plate = [[12., 6.], [12., 18.], [24., 18.], [24., 6.]];
-    let face = |name, corners: [[f64; 2]; 4], z, emission, reflectance| {
-        let corners = corners.map(|[x, y]| DVec3::new(x, y, z));
-        Face::quad(name, corners, Vec3::splat(emission), Vec3::splat(reflectance))
+    let face = |corner, u, v, emission, reflectance| {
+        let corners = rectangle(corner, u, v);
+        Face::quad("", corners, Vec3::splat(emission), Vec3::splat(reflectance))
     };
-    Scene {
-        name: "gap".into(),
-        faces: vec![
-            face("wall", wall, 0.0, EMITTED, RHO[0]),
-            face("plate", plate, GAP, 0.0, RHO[1]),
-        ],
-        notes: Vec::new(),
-    }
+    let wall = face([0.0; 3], [96., 0., 0.], [0., 24., 0.], EMITTED, RHO[0]);
+    let plate = face([12., 6., GAP], [0., 12., 0.], [12., 0., 0.], 0.0, RHO[1]);
+    named_scene("gap", vec![wall, plate])
 }
 
 #[test]
@@ -49,10 +44,6 @@ fn gap_narrower_than_nodes_is_lit_as_infinite_planes() {
     for k in texels {
         let h = found.irradiance[k].x;
         let off = (h / expected - 1.0).abs();
-        assert!(
-            off < 0.02,
-            "{h} instead of {expected} at {:?}",
-            mesh.texels[k].lattice_corner
-        );
+        assert!(off < 0.02, "{h} instead of {expected}: {:?}", mesh.texels[k]);
     }
 }

@@ -24,7 +24,6 @@ fn residual_of_dark_solution_is_all_reflected_light() {
         later += texel.area * gathered.later[k].length_squared();
     }
     let [off, later] = [off / all, later / all].map(f32::sqrt);
-    println!("{off:.4} off, later bounces {later:.3}");
     // Further bounces use coarse links, whose error is 2 % at most, without correction.
     assert!(later > 0.2 && off <= 0.02 * later, "{off} of {later}");
 }

@@ -5,21 +5,11 @@ use common::scene::Scene;
 use cpu::hierarchy::linear_radiosity::pull_radiosity;
 use cpu::hierarchy::tree::TexelTree;
 use glam::Vec3;
-use radiosity::studies::random::{FaceShapes, SceneOptions, draw_scene};
+use radiosity_tests::solutions::{FACE_SHAPES, drawn_scene};
 
-fn random_scenes() -> Vec<Scene> {
-    let drawn = |seed, faces| {
-        let options = SceneOptions {
-            faces,
-            ..SceneOptions::default()
-        };
-        draw_scene(seed, options).scene
-    };
-    vec![
-        drawn(771_201, FaceShapes::Quads),
-        drawn(771_202, FaceShapes::Triangles),
-        drawn(771_203, FaceShapes::Mixed),
-    ]
+fn random_scenes() -> impl Iterator<Item = Scene> {
+    let seeds = (771_201..).zip(FACE_SHAPES);
+    seeds.map(|(seed, faces)| drawn_scene(seed, faces))
 }
 
 #[test]

@@ -1,10 +1,8 @@
 //! The layout that docs/architecture.md promises: packages depend in one direction, modules form no
 //! circles, and libraries name no option of the program's command line.
 
-use super::source::{Source, files_below};
+use super::source::{Source, files_below, read_file};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::path::Path;
 
 /// Packages that a package must not depend on: `common ← cpu, gpu ← oracle ← radiosity`, and only `gpu` uses wgpu.
 const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 7] = [
@@ -128,10 +126,9 @@ fn named_options(source: &Source) -> Vec<String> {
 
 #[test]
 fn packages_depend_in_one_direction() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut faults = Vec::new();
     for (package, _) in FORBIDDEN_DEPENDENCIES {
-        let manifest = fs::read_to_string(root.join(package).join("Cargo.toml")).unwrap();
+        let manifest = read_file(&format!("{package}/Cargo.toml")).unwrap();
         assert!(dependency_names(&manifest).len() > 3, "{package}");
         faults.extend(forbidden_dependencies(package, &manifest));
     }

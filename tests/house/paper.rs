@@ -1,9 +1,8 @@
 //! docs/paper.md has a row for each equation, table line and figure of the paper, and every file and
 //! function that it names exists.
 
+use super::source::read_file;
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
 
 /// Equations, figures and tables of the paper.
 const NUMBERED: [(&str, u32); 3] = [("Equation", 2), ("Figure", 10), ("Table", 4)];
@@ -88,7 +87,6 @@ fn defines_name(text: &str, name: &str, test: bool) -> bool {
 
 /// Returns the faults in a column of a row.
 fn column_faults(row: &str, column: &str, cell: &str) -> Vec<String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let links = file_links(cell);
     let mut faults = Vec::new();
     if links.is_empty() && !(column == "WGSL" && cell == "—") {
@@ -96,7 +94,7 @@ fn column_faults(row: &str, column: &str, cell: &str) -> Vec<String> {
     }
     for (file, name) in links {
         let ending = if column == "WGSL" { ".wgsl" } else { ".rs" };
-        let text = fs::read_to_string(root.join(&file)).unwrap_or_default();
+        let text = read_file(&file).unwrap_or_default();
         if !file.ends_with(ending) || text.is_empty() {
             faults.push(format!("{row}: no file {file} of {column}"));
         } else if !defines_name(&text, &name, column == "Test") {
@@ -108,8 +106,7 @@ fn column_faults(row: &str, column: &str, cell: &str) -> Vec<String> {
 
 #[test]
 fn every_item_of_the_paper_names_existing_code_and_test() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/paper.md");
-    let page = fs::read_to_string(path).unwrap();
+    let page = read_file("docs/paper.md").unwrap();
     let mut missing = paper_items();
     let mut faults = Vec::new();
     for line in page.lines().filter(|line| line.starts_with('|')) {

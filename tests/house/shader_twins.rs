@@ -1,30 +1,14 @@
 //! Every shader has a twin: `cpu/src/shader_twins/NAME.rs` for `gpu/src/shaders/NAME.wgsl`, with functions of the
 //! same names in the same order. A function that the twin re-exports from another module counts as its own.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use super::source::{files_below, read_file};
+use std::collections::BTreeMap;
 
-fn repository_root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-fn read_text(file: &Path) -> String {
-    fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
-}
-
-/// Returns the names of the files with this ending in a folder and the folders in it.
-fn file_names(folder: &Path, ending: &str) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    for file in fs::read_dir(folder).unwrap() {
-        let path = file.unwrap().path();
-        if path.is_dir() {
-            names.extend(file_names(&path, ending));
-        } else if path.extension().is_some_and(|found| found == ending) {
-            names.insert(path.file_stem().unwrap().to_str().unwrap().to_owned());
-        }
-    }
-    names
+/// Returns the texts of the files with this ending in a folder and the folders in it, by their names.
+fn texts_by_name(folder: &str, ending: &str) -> BTreeMap<String, String> {
+    let name = |file: &str| file.rsplit('/').next().unwrap().trim_end_matches(ending).to_owned();
+    let files = files_below(folder, ending).into_iter();
+    files.map(|(file, text)| (name(&file), text)).collect()
 }
 
 /// Returns the first word of `text`.
@@ -94,17 +78,9 @@ fn rust_functions(text: &str, resolve: &dyn Fn(&str) -> String) -> Vec<RustFunct
 
 /// Returns the functions, and methods of types, that `pub use PATH` names, in the order of their module.
 fn reexported_functions(path: &str, resolve: &dyn Fn(&str) -> String) -> Vec<RustFunction> {
-    let path = path.trim_end_matches(';');
-    let (module, names) = path
-        .rsplit_once("::")
-        .filter(|_| !path.contains('{'))
-        .unwrap_or_else(|| {
-            let (module, names) = path.split_once("::{").expect("a path of a module");
-            (module, names)
-        });
-    let names: Vec<&str> = (names.split(|c: char| "{}, ".contains(c)))
-        .filter(|name| !name.is_empty())
-        .collect();
+    let separator = if path.contains('{') { "::{" } else { "::" };
+    let (module, names) = path.rsplit_once(separator).expect("a path of a module");
+    let names: Vec<&str> = names.split(|c: char| "{}, ;".contains(c)).collect();
     // What that module re-exports itself does not count.
     let functions = rust_functions(&resolve(module), &|_| String::new());
     let is_named = |function: &RustFunction| {
@@ -117,17 +93,14 @@ fn reexported_functions(path: &str, resolve: &dyn Fn(&str) -> String) -> Vec<Rus
 /// Returns the text of module `common::…` or `crate::…` of the CPU's crate.
 fn module_text(path: &str) -> String {
     let (package, module) = path.split_once("::").expect("a path of a module");
-    let package = match package {
-        "crate" => "cpu",
-        other => other,
-    };
-    let file = repository_root()
-        .join(package)
-        .join("src")
-        .join(module.replace("::", "/"));
-    let candidates = [file.with_extension("rs"), file.join("mod.rs")];
-    let found = candidates.iter().find(|file| file.exists());
-    read_text(found.unwrap_or_else(|| panic!("no file of {path}")))
+    let package = if package == "crate" { "cpu" } else { package };
+    let module = format!("{package}/src/{}", module.replace("::", "/"));
+    let files = [".rs", "/mod.rs"].map(|ending| read_file(&format!("{module}{ending}")));
+    files
+        .into_iter()
+        .flatten()
+        .next()
+        .unwrap_or_else(|| panic!("no file of {path}"))
 }
 
 /// Compares the functions of a shader with those of its twin, which may have more.
@@ -147,28 +120,23 @@ fn compare_functions(shader: &[String], twin: &[RustFunction]) -> Result<(), Str
 }
 
 #[test]
-fn every_shader_has_a_twin_file() {
-    let shaders = file_names(&repository_root().join("gpu/src/shaders"), "wgsl");
-    let mut twins = file_names(&repository_root().join("cpu/src/shader_twins"), "rs");
-    twins.remove("mod");
-    assert!(shaders.len() > 30, "{shaders:?}");
-    assert_eq!(shaders, twins);
-}
-
-#[test]
 fn twins_have_the_functions_of_their_shader_in_its_order() {
-    let shaders = repository_root().join("gpu/src/shaders");
-    let mut wrong = Vec::new();
-    for name in file_names(&shaders, "wgsl") {
-        let shader = shader_functions(&read_text(&shaders.join(format!("{name}.wgsl"))));
-        let file = repository_root()
-            .join("cpu/src/shader_twins")
-            .join(format!("{name}.rs"));
-        let twin = rust_functions(&read_text(&file), &module_text);
-        if let Err(text) = compare_functions(&shader, &twin) {
-            wrong.push(format!("{name}.rs: {text}"));
-        }
-    }
+    let shaders = texts_by_name("gpu/src/shaders", ".wgsl");
+    let mut twins = texts_by_name("cpu/src/shader_twins", ".rs");
+    twins.remove("mod");
+    assert!(shaders.len() > 30, "{:?}", shaders.keys());
+    assert!(
+        shaders.keys().eq(twins.keys()),
+        "{:?} {:?}",
+        shaders.keys(),
+        twins.keys()
+    );
+    let wrong = shaders.iter().filter_map(|(name, shader)| {
+        let twin = rust_functions(&twins[name], &module_text);
+        let compared = compare_functions(&shader_functions(shader), &twin);
+        compared.err().map(|text| format!("{name}.rs: {text}"))
+    });
+    let wrong: Vec<String> = wrong.collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
@@ -176,37 +144,42 @@ const SHADER: &str = "fn first(x: f32) -> f32 {\n    return x;\n}\n\n@compute\nf
 
 const MODULE: &str = "pub fn third() {}\n\npub fn first() {}\n\nimpl Thing<'_> {\n    fn second(&self) {}\n}\n";
 
-fn compare_texts(twin: &str) -> Result<(), String> {
-    let functions = rust_functions(twin, &|_| MODULE.to_owned());
-    compare_functions(&shader_functions(SHADER), &functions)
-}
+/// Twins of [`SHADER`], which may re-export what [`MODULE`] has, and what is wrong with them.
+const TWINS: [(&str, Result<(), &str>); 7] = [
+    // It may have more functions.
+    (
+        "fn first() {}\n\nimpl Thing {\n    fn helper() {}\n\n    pub fn second() {}\n}\n\npub fn third() {}\n",
+        Ok(()),
+    ),
+    ("fn first() {}\n\nfn third() {}\n", Err("second is missing")),
+    (
+        "fn first() {}\nfn second() {}\n#[cfg(test)]\nmod tests {\n    fn third() {}\n}\n",
+        Err("third is missing"),
+    ),
+    (
+        "fn second() {}\n\nfn first() {}\n\nfn third() {}\n",
+        Err("second is out of order"),
+    ),
+    // Re-exports stand in the order of their module.
+    (
+        "pub use common::module::{\n    first, Thing,\n};\n\nfn third() {}\n",
+        Ok(()),
+    ),
+    (
+        "pub use common::module::{Thing, first, third};\n",
+        Err("third is out of order"),
+    ),
+    (
+        "pub use common::module::first;\n\nfn third() {}\n",
+        Err("second is missing"),
+    ),
+];
 
 #[test]
-fn a_twin_with_more_functions_is_accepted() {
-    let twin = "fn first() {}\n\nimpl Thing {\n    fn helper() {}\n\n    pub fn second() {}\n}\n\npub fn third() {}\n";
-    assert_eq!(compare_texts(twin), Ok(()));
-}
-
-#[test]
-fn a_missing_function_is_noticed() {
-    let twin = "fn first() {}\n\nfn third() {}\n";
-    assert_eq!(compare_texts(twin), Err("second is missing".into()));
-    let in_a_test = "fn first() {}\nfn second() {}\n#[cfg(test)]\nmod tests {\n    fn third() {}\n}\n";
-    assert_eq!(compare_texts(in_a_test), Err("third is missing".into()));
-}
-
-#[test]
-fn swapped_functions_are_noticed() {
-    let twin = "fn second() {}\n\nfn first() {}\n\nfn third() {}\n";
-    assert_eq!(compare_texts(twin), Err("second is out of order".into()));
-}
-
-#[test]
-fn reexports_stand_in_the_order_of_their_module() {
-    let twin = "pub use common::module::{\n    first, Thing,\n};\n\nfn third() {}\n";
-    assert_eq!(compare_texts(twin), Ok(()));
-    let swapped = "pub use common::module::{Thing, first, third};\n";
-    assert_eq!(compare_texts(swapped), Err("third is out of order".into()));
-    let without = "pub use common::module::first;\n\nfn third() {}\n";
-    assert_eq!(compare_texts(without), Err("second is missing".into()));
+fn missing_and_swapped_functions_are_noticed() {
+    for (twin, expected) in TWINS {
+        let functions = rust_functions(twin, &|_| MODULE.to_owned());
+        let found = compare_functions(&shader_functions(SHADER), &functions);
+        assert_eq!(found, expected.map_err(str::to_owned), "{twin}");
+    }
 }

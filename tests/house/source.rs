@@ -1,7 +1,7 @@
 //! Source files, parsed as far as the checks need: code, string literals, functions, paths.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A file without comments and without its test module.
 pub struct Source {
@@ -110,19 +110,14 @@ fn separate_literals(text: &str) -> (String, Vec<String>) {
         let length = if rest.starts_with("//") {
             rest.find('\n').unwrap_or(rest.len())
         } else if raw || c == '"' {
-            let (start, end) = literal_range(rest);
-            literals.push(rest[start..end].to_owned());
+            let (literal, length) = first_literal(rest);
+            literals.push(literal.to_owned());
             code.push_str("\"\"");
-            let closing = start - rest[..start].find('"').unwrap();
-            let length = end + closing + rest[..start].matches('#').count();
             code.extend(rest[..length].chars().filter(|c| *c == '\n'));
-            rest = &rest[length..];
-            continue;
+            length
         } else if c == '\'' {
-            let length = character_length(rest);
             code.push_str("' '");
-            rest = &rest[length..];
-            continue;
+            character_length(rest)
         } else {
             code.push(c);
             c.len_utf8()
@@ -137,22 +132,18 @@ fn is_raw_literal(text: &str) -> bool {
     hashes.is_some_and(|t| t.starts_with('"'))
 }
 
-/// Returns start and end of the inside of the literal.
-fn literal_range(text: &str) -> (usize, usize) {
-    let start = text.find('"').unwrap() + 1;
-    if text.starts_with('r') {
-        let close = format!("\"{}", "#".repeat(start - 2));
-        let end = text[start..].find(&close).unwrap_or(text.len() - start);
-        return (start, start + end);
-    }
-    let mut escaped = false;
-    for (at, c) in text[start..].char_indices() {
-        if c == '"' && !escaped {
-            return (start, start + at);
-        }
-        escaped = c == '\\' && !escaped;
-    }
-    (start, text.len())
+/// Returns the inside of the literal at the start of `text`, and the literal's whole length.
+fn first_literal(text: &str) -> (&str, usize) {
+    let (opening, inside) = text.split_once('"').unwrap();
+    let closing = format!("\"{}", opening.trim_start_matches('r'));
+    let is_end = |at: &usize| {
+        let escapes = inside[..*at].bytes().rev().take_while(|b| *b == b'\\').count();
+        opening.starts_with('r') || escapes % 2 == 0
+    };
+    let mut ends = inside.match_indices(&closing).map(|(at, _)| at);
+    let end = ends.find(is_end).unwrap_or(inside.len());
+    let length = opening.len() + 1 + end + closing.len();
+    (&inside[..end], length.min(text.len()))
 }
 
 /// Returns the length of a character literal, or of the quote of a lifetime.
@@ -165,18 +156,27 @@ fn character_length(text: &str) -> usize {
     if inner[c..].starts_with('\'') { c + 2 } else { 1 }
 }
 
+/// Returns the path of a file of the repository.
+fn repository_path(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(file)
+}
+
+/// Reads a file of the repository.
+pub fn read_file(file: &str) -> Option<String> {
+    fs::read_to_string(repository_path(file)).ok()
+}
+
 /// Reads all files of this ending below a folder of the repository, sorted by name.
 pub fn files_below(folder: &str, ending: &str) -> Vec<(String, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let (mut found, mut folders) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(root.join(&folder)).unwrap() {
+        for entry in fs::read_dir(repository_path(&folder)).unwrap() {
             let entry = entry.unwrap();
             let name = format!("{folder}/{}", entry.file_name().to_str().unwrap());
             if entry.file_type().unwrap().is_dir() {
                 folders.push(name);
             } else if name.ends_with(ending) {
-                found.push((name, fs::read_to_string(entry.path()).unwrap()));
+                found.push((name.clone(), read_file(&name).unwrap()));
             }
         }
     }

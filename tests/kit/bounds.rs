@@ -4,6 +4,7 @@ use common::energy::EnergyBalance;
 use common::shooting::Shot;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::fmt::Display;
 
 /// Unit roundoff of f32.
 pub const U: f64 = 1.0 / (1u64 << 24) as f64;
@@ -15,6 +16,12 @@ pub const ARCTANGENT_ROUNDING: f64 = 2.5 * U;
 /// `common::form_factor::angle` on 0…π: the quotient (0.5u), its arctangent, π/2 (0.8u) and the
 /// first difference (1u), π (1.5u) and the second (2u).
 pub const ANGLE_ROUNDING: f64 = ARCTANGENT_ROUNDING + 5.8 * U;
+
+/// Asserts that a value is what is expected, within a bound.
+pub fn assert_near(what: impl Display, value: f64, expected: f64, bound: f64) {
+    let off = (value - expected).abs();
+    assert!(off <= bound, "{what}: {value} is not {expected} ± {bound:e}");
+}
 
 /// Returns a bound of |A·f(centroid) − ∫f| over a triangle or parallelogram with corners centroid + v_k.
 ///

@@ -1,12 +1,11 @@
 //! Relit rooms for tests of the composite.
 
-use crate::engines::shoot_freely;
-use common::cover::sampled_mesh;
+use crate::engines::{mesh_scene, settings_of, shoot_on_cpu};
+use crate::factor_cases::rectangle;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::{Meshing, Settings};
+use common::settings::Visibility;
 use common::shooting::{RadiosityField, initial_field};
-use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
 use radiosity::relight::RelitScene;
 use radiosity::relight::camera::camera_at;
@@ -30,23 +29,14 @@ pub struct SolvedRoom {
 impl SolvedRoom {
     /// Solves `scene`, whose first faces are the room's, with and without the others.
     pub fn new(scene: Scene, room: usize) -> Self {
-        let settings = Settings {
-            meshing: Meshing {
-                texels: 8,
-                patches: 2,
-                ..Meshing::default()
-            },
-            ..Settings::default()
-        };
+        let settings = settings_of([8, 2, 1], Visibility::Rays, 1e-3);
         let field = |scene: &Scene| {
-            let mesh = sampled_mesh(scene, &settings.meshing).unwrap();
-            let run = shoot_freely(&mut CpuSolver::new(&mesh, &settings.transport), &settings.schedule);
-            (mesh, run.field)
+            let mesh = mesh_scene(scene, &settings);
+            let field = shoot_on_cpu(&mesh, &settings).field;
+            (mesh, field)
         };
-        let empty = Scene {
-            faces: scene.faces[..room].to_vec(),
-            ..scene.clone()
-        };
+        let mut empty = scene.clone();
+        empty.faces.truncate(room);
         let mut before = field(&empty).1.radiosity;
         let (mesh, after) = field(&scene);
         before.resize(mesh.texels.len(), Vec4::ZERO);
@@ -104,8 +94,7 @@ pub fn room_by_hand(
 
 /// Makes a floor of 2×2 in the plane y = 0, its front up.
 pub fn square_floor() -> Face {
-    let p = |x: f64, z: f64| DVec3::new(x, 0.0, z);
-    let corners = [p(-1., -1.), p(-1., 1.), p(1., 1.), p(1., -1.)];
+    let corners = rectangle([-1.0, 0.0, -1.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0]);
     Face::quad("floor", corners, Vec3::ZERO, Vec3::splat(0.5))
 }
 

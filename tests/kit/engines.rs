@@ -1,31 +1,31 @@
-//! Every engine (CPU and GPU, rays and item buffer), made alike for tests that run on all of them.
+//! Settings, and engines (CPU and GPU, rays and item buffer) made alike for tests that run on all of them.
 
 use common::cover::sampled_mesh;
 use common::mesh::Mesh;
-use common::passes::Engine;
+use common::passes::{self, Engine, PatchClosure};
 use common::scene::Scene;
-use common::settings::{ItemBufferProjection, Meshing, Raster, Schedule, Settings, Visibility};
+use common::settings::{ItemBufferProjection, Meshing, Raster, Schedule, Settings, Transport, Visibility};
 use common::shooting::{Shot, ShotOrder, SolveRun, shoot_until_converged};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver, ShaderFault};
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
-/// Returns settings small enough for a hundred runs.
-pub fn engine_settings() -> Settings {
-    Settings {
-        meshing: Meshing {
-            texels: 6,
-            patches: 2,
-            ..Meshing::default()
-        },
-        ..Settings::default()
-    }
+/// Returns settings of so many texels and patches per side and samples, with ε.
+pub fn settings_of([texels, patches, samples]: [u32; 3], visibility: Visibility, epsilon: f64) -> Settings {
+    let mut settings = Settings::default().with_visibility(visibility);
+    settings.meshing = Meshing {
+        texels,
+        patches,
+        samples,
+    };
+    settings.schedule.epsilon = epsilon;
+    settings
 }
 
-/// Returns the same settings with an item buffer.
-pub fn item_buffer_settings() -> Settings {
-    engine_settings().with_visibility(item_buffer(128))
+/// Returns settings small enough for a hundred runs.
+pub fn engine_settings() -> Settings {
+    settings_of([6, 2, 1], Visibility::Rays, Schedule::default().epsilon)
 }
 
 /// Returns visibility by a stereographic item buffer of `size` pixels per side.
@@ -33,24 +33,42 @@ pub const fn item_buffer(size: u32) -> Visibility {
     Visibility::with_item_buffer(ItemBufferProjection::Stereographic(Raster::Pixel), size)
 }
 
+/// Returns visibility by a hemicube of `size` pixels per side.
+pub const fn hemicube(size: u32) -> Visibility {
+    Visibility::with_item_buffer(ItemBufferProjection::Hemicube, size)
+}
+
+/// Meshes a scene by these settings.
+pub fn mesh_scene(scene: &Scene, settings: &Settings) -> Mesh {
+    sampled_mesh(scene, &settings.meshing).unwrap()
+}
+
 /// Meshes a scene by [`engine_settings`].
 pub fn mesh_of(scene: &Scene) -> Mesh {
-    sampled_mesh(scene, &engine_settings().meshing).unwrap()
+    mesh_scene(scene, &engine_settings())
 }
 
-/// Opens the GPU; a machine without one fails the test.
-pub fn open_gpu() -> Gpu {
-    Gpu::open(None).unwrap()
-}
-
-/// Returns the process's shared device, for tests that make many engines.
+/// Returns the process's GPU; a machine without one fails the test.
 pub fn shared_gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(open_gpu)
+    GPU.get_or_init(|| Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh"))
+}
+
+/// Makes a solver on the GPU, with faults planted in its shaders.
+pub fn gpu_solver<'m>(mesh: &'m Mesh, transport: &Transport, faults: &[ShaderFault]) -> GpuSolver<'m> {
+    GpuSolver::with_faults(shared_gpu(), mesh, transport, faults).unwrap()
 }
 
 /// An engine of any kind.
 pub type AnyEngine<'m> = Box<dyn Engine + 'm>;
+
+/// Makes the CPU's engine and the GPU's.
+pub fn both_engines<'m>(mesh: &'m Mesh, transport: &Transport) -> [AnyEngine<'m>; 2] {
+    [
+        Box::new(CpuSolver::new(mesh, transport)),
+        Box::new(gpu_solver(mesh, transport, &[])),
+    ]
+}
 
 /// Device and visibility of an engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +102,7 @@ impl EngineKind {
     pub fn fresh_engine<'m>(&self, mesh: &'m Mesh, settings: &Settings, faults: &[ShaderFault]) -> AnyEngine<'m> {
         let transport = settings.with_visibility(self.visibility).transport;
         if self.on_gpu {
-            Box::new(GpuSolver::with_faults(shared_gpu(), mesh, &transport, faults).unwrap())
+            Box::new(gpu_solver(mesh, &transport, faults))
         } else {
             assert!(faults.is_empty(), "faults are planted in shaders");
             Box::new(CpuSolver::new(mesh, &transport))
@@ -104,17 +122,36 @@ pub fn shoot_freely(engine: &mut dyn Engine, schedule: &Schedule) -> SolveRun {
     shoot_until_converged(engine, schedule, &mut |_, _| ControlFlow::Continue(())).unwrap()
 }
 
+/// Shoots on the CPU until the schedule ends.
+pub fn shoot_on_cpu(mesh: &Mesh, settings: &Settings) -> SolveRun {
+    shoot_freely(&mut CpuSolver::new(mesh, &settings.transport), &settings.schedule)
+}
+
+/// Solves by the schedule's iteration until it ends.
+pub fn solve_by_schedule(engine: &mut dyn Engine, mesh: &Mesh, schedule: &Schedule) -> SolveRun {
+    passes::solve_by_schedule(engine, mesh, schedule, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
 /// Returns the shots of one call of `run`.
 pub fn run_shots(engine: &mut dyn Engine, order: ShotOrder, max_shots: u32) -> Vec<Shot> {
     let mut shots = Vec::new();
-    engine
-        .run(order, max_shots, &mut |shot| {
-            shots.push(*shot);
-            ControlFlow::Continue(())
-        })
-        .unwrap();
+    let mut keep_shot = |shot: &Shot| {
+        shots.push(*shot);
+        ControlFlow::Continue(())
+    };
+    engine.run(order, max_shots, &mut keep_shot).unwrap();
     shots
 }
 
 /// Order by largest unshot power until nothing is unshot.
 pub const GREEDY_TO_ZERO: ShotOrder = ShotOrder::Greedy { threshold: 0.0 };
+
+/// Returns the indices of all patches.
+pub fn all_patches(mesh: &Mesh) -> Vec<u32> {
+    (0..mesh.patches.len() as u32).collect()
+}
+
+/// Makes the links of these patches.
+pub fn make_links(engine: &mut dyn Engine, patches: &[u32]) -> Vec<PatchClosure> {
+    engine.make_links(patches, &mut |_| ControlFlow::Continue(())).unwrap()
+}

@@ -64,57 +64,45 @@ pub fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> [DVec3; 4] {
 
 /// Returns every closed form of the reference, in both directions.
 pub fn factor_cases() -> Vec<FactorCase> {
+    let mut cases = Vec::new();
+    let mut add = |name: &str, from: &[DVec3], to: &[DVec3], exact| {
+        let case = FactorCase::new(name, from, to, exact);
+        cases.extend([case.reverse_pair(), case]);
+    };
     let floor = rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let above = |x: f64| rectangle([x, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
-    let mut cases = vec![
-        FactorCase::new("facing unit squares", &floor, &above(0.0), 0.1998248957),
-        FactorCase::new("2 sideways", &floor, &above(2.0), 0.0152754501),
-        FactorCase::new(
-            "floor x in 1..2, wall z in 1..2",
-            &rectangle([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
-            &rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
-            0.0329381623,
-        ),
-    ];
-    let legs = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from);
+    add("facing unit squares", &floor, &above(0.0), 0.1998248957);
+    add("2 sideways", &floor, &above(2.0), 0.0152754501);
+    let far = rectangle([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let high = rectangle([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    add("floor x in 1..2, wall z in 1..2", &far, &high, 0.0329381623);
+    let legs = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let [a, b, c] = legs.map(|p| p + DVec3::Z);
-    cases.push(FactorCase::new("facing triangles", &legs, &[a, c, b], 0.1150492281));
+    add("facing triangles", &legs, &[a, c, b], 0.1150492281);
     // The first two are printed in the reference, to four digits; the others are chosen here.
     for (a, b, c) in [(1.0, 1.5, 0.5), (0.1, 0.1, 0.05), (3.0, 0.5, 2.0), (40.0, 30.0, 50.0)] {
         let low = rectangle([0.0; 3], [a, 0.0, 0.0], [0.0, b, 0.0]);
         let high = rectangle([0.0, 0.0, c], [0.0, b, 0.0], [a, 0.0, 0.0]);
-        cases.push(FactorCase::new(
-            &format!("{a}×{b} at {c}"),
-            &low,
-            &high,
-            exact::parallel_rectangles(a, b, c),
-        ));
+        let exact = exact::parallel_rectangles(a, b, c);
+        add(&format!("{a}×{b} at {c}"), &low, &high, exact);
     }
     for (l, w, h) in [(1.0, 1.0, 1.0), (1.0, 2.0, 0.5), (5.0, 4.0, 3.0)] {
         let low = rectangle([0.0; 3], [w, 0.0, 0.0], [0.0, l, 0.0]);
         let wall = rectangle([0.0; 3], [0.0, l, 0.0], [0.0, 0.0, h]);
         let exact = exact::perpendicular_rectangles(l, w, h);
-        cases.push(FactorCase::new(
-            &format!("perpendicular {w} and {h}, edge {l}"),
-            &low,
-            &wall,
-            exact,
-        ));
+        add(&format!("perpendicular {w} and {h}, edge {l}"), &low, &wall, exact);
     }
-    let hinges = [
+    for (degrees, exact) in [
         (30.0, 0.6190283231),
         (45.0, 0.4833476955),
         (60.0, 0.3709053212),
         (120.0, 0.0866150011),
         (135.0, 0.0483094478),
         (150.0, 0.0213453254),
-    ];
-    for (degrees, exact) in hinges {
+    ] {
         let (s, c) = f64::to_radians(degrees).sin_cos();
         let leaf = rectangle([0.0; 3], [0.0, 1.0, 0.0], [c, 0.0, s]);
-        cases.push(FactorCase::new(&format!("hinge {degrees}°"), &floor, &leaf, exact));
+        add(&format!("hinge {degrees}°"), &floor, &leaf, exact);
     }
-    let reversed: Vec<FactorCase> = cases.iter().map(FactorCase::reverse_pair).collect();
-    cases.extend(reversed);
     cases
 }

@@ -1,16 +1,18 @@
 //! Scenes and helpers shared by tests.
 
+use common::import::{ImportOptions, load_scene};
 use common::scene::{Face, Scene, Shape};
 use common::texel;
 use glam::{DVec3, Vec3};
 use proptest::test_runner::{Config, RngSeed};
+use std::f64::consts::PI;
+use std::path::Path;
 
 pub mod bounds;
 pub mod composites;
 pub mod dense;
 pub mod engines;
 pub mod factor_cases;
-pub mod known_scenes;
 pub mod processor;
 pub mod radiance_files;
 pub mod random_rooms;
@@ -41,6 +43,27 @@ pub fn box_faces(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflecta
         .collect()
 }
 
+/// Makes a ball of 2·(`rows` − 1)·`around` triangles.
+pub fn ball(centre: DVec3, radius: f64, [rows, around]: [u32; 2]) -> Vec<Face> {
+    let at = |i: u32, j: u32| {
+        let (sin, cos) = (PI * f64::from(i) / f64::from(rows)).sin_cos();
+        let (z, x) = (2.0 * PI * f64::from(j % around) / f64::from(around)).sin_cos();
+        centre + DVec3::new(sin * x, cos, sin * z) * radius
+    };
+    let triangle = |corners| Face::triangle("ball", corners, Vec3::ZERO, Vec3::new(0.6, 0.5, 0.4));
+    let mut faces = Vec::new();
+    for (i, j) in (0..rows).flat_map(|i| (0..around).map(move |j| (i, j))) {
+        let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+        if i + 1 < rows {
+            faces.push(triangle([a, c, d]));
+        }
+        if i > 0 {
+            faces.push(triangle([a, b, c]));
+        }
+    }
+    faces
+}
+
 /// Makes a scene of the given faces.
 pub fn named_scene(name: &str, faces: Vec<Face>) -> Scene {
     Scene {
@@ -48,6 +71,12 @@ pub fn named_scene(name: &str, faces: Vec<Face>) -> Scene {
         faces,
         notes: Vec::new(),
     }
+}
+
+/// Loads a scene of the folder `scenes`.
+pub fn bundled_scene(file: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(file);
+    load_scene(&path, &ImportOptions::default()).unwrap()
 }
 
 /// Makes a closed room of six equal shooters (ties) around a grey box (silhouettes). No face is half a unit from a

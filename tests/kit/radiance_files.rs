@@ -2,7 +2,10 @@
 
 use common::Error;
 use common::capture::{MapProjection, Panorama};
-use glam::Vec3;
+use common::scene::Scene;
+use common::texel;
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -141,4 +144,50 @@ pub fn encode_old_rle(line: &[[u8; 4]]) -> Vec<u8> {
         at += same;
     }
     bytes
+}
+
+/// Returns the outline of every texel relative to `eye`.
+pub fn texel_outlines(scene: &Scene, resolutions: &[[u32; 2]], eye: DVec3) -> Vec<[DVec3; 4]> {
+    let texels = scene.faces.iter().zip(resolutions).flat_map(|(face, resolution)| {
+        (0..texel::texel_count(*resolution)).map(|k| texel::texel_outline(face, *resolution, k).padded_corners())
+    });
+    texels.map(|corners| corners.map(|corner| corner - eye)).collect()
+}
+
+/// Light that walls send to a point.
+pub struct LightAtEye {
+    /// Radiance, integrated over the sphere.
+    pub sphere: DVec3,
+    /// Irradiance in each direction.
+    pub irradiance: Vec<DVec3>,
+    /// Bound of its error: a texel's cosine is off by half its width at most, errors of texels are independent.
+    pub bound: DVec3,
+}
+
+/// Integrates the light of texels of these radiosities, with their outlines relative to the point.
+pub fn light_at_eye(radiosity: &[Vec3], outlines: &[[DVec3; 4]], normals: &[DVec3]) -> LightAtEye {
+    let mut found = LightAtEye {
+        sphere: DVec3::ZERO,
+        irradiance: vec![DVec3::ZERO; normals.len()],
+        bound: DVec3::ZERO,
+    };
+    for (b, outline) in radiosity.iter().zip(outlines) {
+        let ends @ [p, q, r, s] = outline.map(DVec3::normalize);
+        let flux = b.as_dvec3() / PI * (solid_angle([p, q, r]) + solid_angle([p, r, s]));
+        let middle = ends.iter().sum::<DVec3>().normalize();
+        let width = ends.iter().map(|end| end.distance(middle)).fold(0.0, f64::max);
+        found.sphere += flux;
+        for (sum, normal) in found.irradiance.iter_mut().zip(normals) {
+            *sum += flux * middle.dot(*normal).max(0.0);
+        }
+        found.bound += (flux * 2.0 * width).powf(2.0);
+    }
+    found.bound = found.bound.map(f64::sqrt);
+    found
+}
+
+/// Returns the solid angle of a triangle with corners of length 1.
+fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    let volume = a.dot(b.cross(c)).abs();
+    2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }

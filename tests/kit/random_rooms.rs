@@ -3,7 +3,7 @@
 use crate::{box_faces, named_scene};
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
-use common::scene::{Face, Scene, Shape};
+use common::scene::{Face, Scene};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -25,17 +25,24 @@ impl RandomRoom {
     pub fn room_mesh(&self) -> Mesh {
         Mesh::new(&self.scene, &self.resolutions, self.patches).unwrap()
     }
+
+    fn add_face(&mut self, corners: [DVec3; 4], (reflectance, emission, [w, h], split): FaceLook) {
+        let [a, b, c, d] = corners;
+        let triangle = |corners| (Face::triangle("triangle", corners, emission, reflectance), [w, w]);
+        let pieces = if split {
+            vec![triangle([a, b, c]), triangle([a, c, d])]
+        } else {
+            vec![(Face::quad("quad", corners, emission, reflectance), [w, h])]
+        };
+        for (face, resolution) in pieces {
+            self.scene.faces.push(face);
+            self.resolutions.push(resolution);
+        }
+    }
 }
 
-/// Material and texels of a face.
-#[derive(Clone, Copy, Debug)]
-struct FaceLook {
-    reflectance: Vec3,
-    emission: Vec3,
-    texels: [u32; 2],
-    /// Two triangles instead of a quad.
-    split: bool,
-}
+/// Reflectance, emission and texels of a face, and true if two triangles take its place.
+type FaceLook = (Vec3, Vec3, [u32; 2], bool);
 
 fn any_look() -> impl Strategy<Value = FaceLook> {
     let reflectance = prop_oneof![
@@ -47,49 +54,14 @@ fn any_look() -> impl Strategy<Value = FaceLook> {
         2 => Just(Vec3::ZERO),
         1 => prop::array::uniform3(-3.0f32..3.0).prop_map(|e| Vec3::from(e.map(|e| 10f32.powf(e)))),
     ];
-    (
-        reflectance,
-        emission,
-        prop::array::uniform2(1u32..=9),
-        prop::bool::weighted(0.3),
-    )
-        .prop_map(|(reflectance, emission, texels, split)| FaceLook {
-            reflectance,
-            emission,
-            texels,
-            split,
-        })
+    let texels = prop::array::uniform2(1u32..=9);
+    (reflectance, emission, texels, prop::bool::weighted(0.3))
 }
 
 fn any_rotation() -> impl Strategy<Value = DMat3> {
     prop::array::uniform4(-1.0f64..1.0)
         .prop_filter("has a direction", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01)
         .prop_map(|q| DMat3::from_quat(DQuat::from_array(q).normalize()))
-}
-
-/// A box that stays in |x| ≤ 1 under any rotation.
-#[derive(Clone, Debug)]
-struct Body {
-    half: DVec3,
-    turn: DMat3,
-}
-
-fn any_body() -> impl Strategy<Value = Body> {
-    let side = prop::array::uniform3(0.05f64..0.57);
-    (side, any_rotation()).prop_map(|(half, turn)| Body {
-        half: half.into(),
-        turn,
-    })
-}
-
-fn move_faces(faces: Vec<Face>, move_point: &dyn Fn(DVec3) -> DVec3) -> Vec<Face> {
-    faces
-        .into_iter()
-        .map(|face| Face {
-            corners: face.corners.map(move_point),
-            ..face
-        })
-        .collect()
 }
 
 /// Draws a room without its walls in `missing`, with up to `most` boxes.
@@ -99,61 +71,40 @@ fn any_room(missing: impl Strategy<Value = [bool; 6]>, most: usize) -> impl Stra
         Just(FormFactor::Disc),
         Just(FormFactor::Polygon)
     ];
+    // Half of a box's sides: it stays in |x| ≤ 1 under any rotation.
+    let body = (prop::array::uniform3(0.05f64..0.57), any_rotation());
     (
         (prop::array::uniform3(0.5f64..3.0), any_rotation(), missing),
-        prop::collection::vec(any_body(), 0..=most),
+        prop::collection::vec(body, 0..=most),
         prop::collection::vec(any_look(), 18),
         (1u32..=4, kind),
     )
         .prop_map(|((size, turn, missing), bodies, looks, (patches, form_factor))| {
             let size = DVec3::from(size);
-            let walls = box_faces(DVec3::ZERO, size, true, Vec3::ZERO, Vec3::ZERO);
-            let mut faces: Vec<Face> = walls
-                .into_iter()
-                .zip(missing)
-                .filter_map(|(face, missing)| (!missing).then_some(face))
-                .collect();
+            let mut faces = box_faces(DVec3::ZERO, size, true, Vec3::ZERO, Vec3::ZERO);
+            let mut missing = missing.into_iter();
+            faces.retain(|_| missing.next() == Some(false));
             // Each box floats in its own half: one that stood on a wall would absorb the light emitted under it.
-            for (k, body) in bodies.iter().enumerate() {
+            for (k, (half, body_turn)) in bodies.into_iter().enumerate() {
                 let centre = size * DVec3::new(0.25 + 0.5 * k as f64, 0.5, 0.5);
                 let reach = (size * DVec3::new(0.24, 0.48, 0.48)).min_element();
-                let place = |p: DVec3| centre + body.turn * p * reach;
-                faces.extend(move_faces(
-                    box_faces(-body.half, body.half, false, Vec3::ZERO, Vec3::ZERO),
-                    &place,
-                ));
+                let half = DVec3::from(half);
+                for mut face in box_faces(-half, half, false, Vec3::ZERO, Vec3::ZERO) {
+                    face.corners = face.corners.map(|p| centre + body_turn * p * reach);
+                    faces.push(face);
+                }
             }
-            assemble_room(move_faces(faces, &|p| turn * p), &looks, patches, form_factor)
+            let mut room = RandomRoom {
+                scene: named_scene("random", Vec::new()),
+                resolutions: Vec::new(),
+                patches,
+                form_factor,
+            };
+            for (face, look) in faces.into_iter().zip(looks) {
+                room.add_face(face.corners.map(|p| turn * p), look);
+            }
+            room
         })
-}
-
-fn assemble_room(faces: Vec<Face>, looks: &[FaceLook], patches: u32, form_factor: FormFactor) -> RandomRoom {
-    let (mut done, mut resolutions) = (Vec::new(), Vec::new());
-    for (face, look) in faces.into_iter().zip(looks) {
-        let face = Face {
-            emission: look.emission,
-            reflectance: look.reflectance,
-            ..face
-        };
-        let [a, b, c, d] = face.corners;
-        let pieces = if look.split {
-            let half = |c| Face::triangle(&face.name, c, face.emission, face.reflectance);
-            vec![half([a, b, c]), half([a, c, d])]
-        } else {
-            vec![face]
-        };
-        for piece in pieces {
-            let [w, h] = look.texels;
-            resolutions.push(if piece.shape == Shape::Triangle { [w, w] } else { [w, h] });
-            done.push(piece);
-        }
-    }
-    RandomRoom {
-        scene: named_scene("random", done),
-        resolutions,
-        patches,
-        form_factor,
-    }
 }
 
 /// Draws a closed room.

@@ -1,10 +1,12 @@
 //! Solutions of small scenes by the CPU and by the dense solver.
 
 use crate::dense::assemble_dense;
+use crate::engines::settings_of;
+use crate::factor_cases::rectangle;
 use crate::{box_faces, lit_room, named_scene};
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use common::settings::{Iteration, Meshing, Schedule, Settings};
+use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::RadiosityField;
 use glam::{DVec3, Vec3};
 use oracle::diff::pair::GridPair;
@@ -13,23 +15,27 @@ use oracle::solve::dense;
 use oracle::solve::progress::without_progress;
 use oracle::solve::solver::SolverChoice;
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
+use radiosity::studies::random::{FaceShapes, SceneOptions, draw_scene};
 
 const GREY: Vec3 = Vec3::splat(0.7);
 
 /// Returns settings of 8×8 texels and 4 samples.
 pub fn solve_settings() -> Settings {
-    Settings {
-        meshing: Meshing {
-            texels: 8,
-            samples: 4,
-            ..Meshing::default()
-        },
-        schedule: Schedule {
-            iteration: Iteration::Cg,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    }
+    let mut settings = settings_of([8, 4, 4], Visibility::Rays, 1e-3);
+    settings.schedule.iteration = Iteration::Cg;
+    settings
+}
+
+/// All shapes of random scenes' faces.
+pub const FACE_SHAPES: [FaceShapes; 3] = [FaceShapes::Quads, FaceShapes::Triangles, FaceShapes::Mixed];
+
+/// Draws a random scene of such faces.
+pub fn drawn_scene(seed: u64, faces: FaceShapes) -> Scene {
+    let options = SceneOptions {
+        faces,
+        ..SceneOptions::default()
+    };
+    draw_scene(seed, options).scene
 }
 
 /// Solves a scene by shooting on the CPU.
@@ -46,12 +52,10 @@ pub fn solve_on_cpu(scene: &Scene, settings: &Settings) -> SolveAnswer {
 pub fn slit_room() -> Scene {
     let mut all = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, GREY);
     all[1].emission = Vec3::splat(3.0);
-    for [x0, x1] in [[0.0, 0.45], [0.55, 1.0]] {
-        let p = |x, z| DVec3::new(x, 0.5, z);
-        let corners = [p(x0, 0.0), p(x0, 1.0), p(x1, 1.0), p(x1, 0.0)];
+    for x in [0.0, 0.55] {
+        let corners = rectangle([x, 0.5, 0.0], [0.0, 0.0, 1.0], [0.45, 0.0, 0.0]);
         let up = Face::quad("wall", corners, Vec3::ZERO, GREY);
-        all.push(up.reversed());
-        all.push(up);
+        all.extend([up.reversed(), up]);
     }
     named_scene("a slit", all)
 }
@@ -73,11 +77,6 @@ pub fn error_against(scene: &Scene, answer: &SolveAnswer, truth: &(Mesh, Radiosi
     let ours = ReflectedField::from_field(scene, &answer.solved.mesh, &answer.solved.run.field);
     let theirs = ReflectedField::from_field(scene, &truth.0, &truth.1);
     GridPair::new(&ours, &theirs, None).unwrap().worst_channel().0
-}
-
-/// Solves a scene by the dense solver on 16×16 texels.
-pub fn dense_truth(scene: &Scene) -> (Mesh, RadiosityField) {
-    dense_truth_on(scene, 16)
 }
 
 /// Solves a scene by the dense solver on `side`×`side` texels.

@@ -2,6 +2,7 @@
 
 use common::relight::RelightMethod;
 use common::scene::{Face, Scene};
+use common::settings::Settings;
 use cpu::hierarchy::linker::LinkMethod;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::diff::pair::GridPair;
@@ -14,14 +15,27 @@ use oracle::solve::solved::Solved;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
-use radiosity::studies::random::{self, FaceShapes, SceneOptions};
-use radiosity_tests::box_faces;
 use radiosity_tests::engines::shared_gpu;
-use radiosity_tests::relighting::{bottomless_box, furnished_room};
-use radiosity_tests::solutions::solve_settings;
+use radiosity_tests::relighting::bottomless_box;
+use radiosity_tests::solutions::{self, FACE_SHAPES, drawn_scene};
+use radiosity_tests::{box_faces, lit_room};
 
 /// Requested error.
 const REQUESTED_ERROR: f64 = 0.03;
+
+fn solve_settings() -> Settings {
+    let mut settings = solutions::solve_settings();
+    settings.meshing.texels = 4;
+    settings
+}
+
+/// Makes the lit room with `objects`; returns the number of faces of the room, its box included.
+fn furnished_room(objects: Vec<Face>) -> (Scene, usize) {
+    let mut scene = lit_room();
+    let count = scene.faces.len();
+    scene.faces.extend(objects);
+    (scene, count)
+}
 
 /// The first `count` faces are the room; without a method everything is solved again.
 fn relit(scene: &Scene, count: usize, method: Option<RelightMethod>, error: f64) -> SolveAnswer {
@@ -38,23 +52,11 @@ fn relit(scene: &Scene, count: usize, method: Option<RelightMethod>, error: f64)
 
 #[test]
 fn signed_equals_full_within_both_estimates() {
-    for (seed, faces) in [
-        (52_001, FaceShapes::Quads),
-        (52_002, FaceShapes::Triangles),
-        (52_003, FaceShapes::Mixed),
-    ] {
-        let options = SceneOptions {
-            faces,
-            ..SceneOptions::default()
-        };
-        let body = |face: &Face| face.name.starts_with("body");
-        let mut drawn = (seed..).step_by(100).map(|k| random::draw_scene(k, options));
-        let (scene, count) = drawn
-            .find_map(|drawn| {
-                let first = drawn.scene.faces.iter().position(body)?;
-                Some((drawn.scene, first))
-            })
-            .unwrap();
+    let body = |face: &Face| face.name.starts_with("body");
+    for (k, faces) in FACE_SHAPES.into_iter().enumerate() {
+        let mut drawn = (52_001 + k as u64..).step_by(100).map(|seed| drawn_scene(seed, faces));
+        let scene = drawn.find(|scene| scene.faces.iter().any(body)).unwrap();
+        let count = scene.faces.iter().position(body).unwrap();
         let [signed, full] =
             [Some(RelightMethod::Signed), None].map(|method| relit(&scene, count, method, REQUESTED_ERROR));
         let [ours, theirs] = [&signed, &full]

@@ -4,37 +4,15 @@ use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::Face;
 use glam::{DVec2, DVec3, Vec3, Vec4};
-use radiosity::relight::camera::{automatic_camera, camera_at};
+use radiosity::relight::RelitScene;
+use radiosity::relight::camera::camera_at;
 use radiosity::relight::composite::{SPARSE_SAMPLES, render_composite};
 use radiosity::relight::radiance::welded_surface;
-use radiosity::relight::{Backdrop, RelitScene};
 use radiosity::report::view::camera::Camera;
 use radiosity::report::view::interpolation::InterpolationSurface;
-use radiosity_tests::composites::{SolvedRoom, camera_from_above, pixel_bits, room_by_hand, square_floor};
-use radiosity_tests::{box_faces, lit_room, named_scene};
+use radiosity_tests::composites::{camera_from_above, pixel_bits, room_by_hand, square_floor};
+use radiosity_tests::{box_faces, named_scene};
 use std::f32::consts::PI;
-
-#[test]
-fn null_object_keeps_the_background_bit_for_bit() {
-    let scene = lit_room();
-    let count = scene.faces.len();
-    let mut solved = SolvedRoom::new(scene, count);
-    solved.before = solved.after.radiosity.clone();
-    let camera = automatic_camera(&solved.as_relit());
-    let panorama = |d: DVec3| (d.as_vec3() + 1.5) * 0.37;
-    for backdrop in [None, Some(&panorama as Backdrop)] {
-        let c = render_composite(&solved.as_relit(), &camera, [90, 60], backdrop);
-        assert_eq!(pixel_bits(&c.composite), pixel_bits(&c.background));
-        assert_eq!(c.negative, 0);
-        assert!(c.mask.iter().all(|m| *m == 0.0) && c.background.iter().any(|v| *v != Vec3::ZERO));
-    }
-    // The smallest change of a texel in view does change the composite.
-    for value in &mut solved.after.radiosity {
-        value.x += value.x * f32::EPSILON * 4.0;
-    }
-    let c = render_composite(&solved.as_relit(), &camera, [90, 60], None);
-    assert_ne!(pixel_bits(&c.composite), pixel_bits(&c.background));
-}
 
 #[test]
 fn planted_shadow_darkens_pixels_by_its_loss() {
@@ -203,26 +181,6 @@ fn mask_equals_projected_silhouette() {
         if depth.abs() > 0.71 {
             assert_eq!(*mask, if depth > 0.0 { 1.0 } else { 0.0 }, "{k} {depth}");
         }
-    }
-}
-
-#[test]
-fn constant_backdrop_stays_constant() {
-    let mut solved = SolvedRoom::new(lit_room(), 6);
-    solved.before = solved.after.radiosity.clone();
-    let constant = Vec3::new(0.5, 1.25, 3.0);
-    let backdrop = |_: DVec3| constant;
-    let camera = automatic_camera(&solved.as_relit());
-    for eye in [None, Some(DVec3::new(1.0, 1.0, 1.0))] {
-        let relit = RelitScene {
-            eye,
-            ..solved.as_relit()
-        };
-        let c = render_composite(&relit, &camera, [60, 40], Some(&backdrop));
-        assert!(c.background.iter().all(|v| *v == constant));
-        let open = c.composite.iter().zip(&c.mask).filter(|(_, m)| **m == 0.0);
-        assert!(open.clone().count() > 100 && open.clone().all(|(v, _)| *v == constant));
-        assert!(c.coverage.iter().flatten().all(|share| *share == 1.0));
     }
 }
 

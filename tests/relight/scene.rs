@@ -9,12 +9,12 @@ use radiosity::relight::composite::render_composite;
 use radiosity::relight::page::{RelightPage, render_report};
 use radiosity::relight::pictures::RelightPictures;
 use radiosity::relight::radiance::{RelitRadiance, welded_surface};
-use radiosity::relight::thumbnail::render_thumbnail;
+use radiosity::relight::thumbnail::panorama_figure;
 use radiosity::relight::{Backdrop, RelitScene, files};
 use radiosity::report::tone_mapping::ToneCurve;
 use radiosity::report::view::interpolation::KnotCache;
 use radiosity_tests::composites::{SolvedRoom, is_finite, pixel_bits, room_by_hand, square_floor};
-use radiosity_tests::{box_faces, lit_room, named_scene};
+use radiosity_tests::{ball, box_faces, lit_room, named_scene};
 use std::f32::consts::PI;
 
 #[test]
@@ -48,32 +48,6 @@ fn composite_of_a_scene_equals_its_full_render() {
     let mut blind = c.clone();
     blind.dark = c.coverage.clone();
     assert!(files::choose_exposure(&c).white < 0.8 * files::choose_exposure(&blind).white);
-}
-
-/// A ball of 2·n·(n − 1) triangles, from south to north.
-fn ball(centre: DVec3, radius: f64, n: u32) -> Vec<Face> {
-    let at = |i: u32, j: u32| {
-        let (s, c) = (std::f64::consts::PI * f64::from(j) / f64::from(n)).sin_cos();
-        let (x, z) = (std::f64::consts::TAU * f64::from(i % n) / f64::from(n)).sin_cos();
-        centre + DVec3::new(s * x, -c, s * z) * radius
-    };
-    let mut faces = Vec::new();
-    let mut add = |corners: [DVec3; 3]| {
-        faces.push(Face::triangle("ball", corners, Vec3::ZERO, Vec3::splat(0.6)));
-    };
-    for j in 0..n {
-        for i in 0..n {
-            if j > 0 {
-                add([at(i, j), at(i + 1, j), at(i, j + 1)]);
-            }
-            if j > 0 && j + 1 < n {
-                add([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
-            } else if j == 0 {
-                add([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
-            }
-        }
-    }
-    faces
 }
 
 #[test]
@@ -110,7 +84,7 @@ fn light_is_continuous_over_edges_of_a_ball_but_not_of_a_box() {
         }
         (largest, edges)
     };
-    let (largest, edges) = step(ball(DVec3::Y * 0.5, 0.4, 16));
+    let (largest, edges) = step(ball(DVec3::Y * 0.5, 0.4, [16, 16]));
     assert!(edges > 1000 && largest < 1e-5, "{largest} {edges}");
     let cube = box_faces(DVec3::ONE * 0.1, DVec3::ONE * 0.4, false, Vec3::ZERO, Vec3::ONE * 0.5);
     assert_eq!(step(cube).1, 0);
@@ -119,7 +93,7 @@ fn light_is_continuous_over_edges_of_a_ball_but_not_of_a_box() {
 #[test]
 fn noise_of_facets_is_averaged() {
     let mut faces = vec![square_floor()];
-    faces.extend(ball(DVec3::Y * 0.5, 0.4, 16));
+    faces.extend(ball(DVec3::Y * 0.5, 0.4, [16, 16]));
     // Pseudo-random, a tenth up or down.
     let noise = |face: u32| (face.wrapping_mul(2_654_435_761) >> 16 & 1) as f32 * 0.2 - 0.1;
     let value = |face: u32, _: DVec3| Vec3::splat(1.0 + noise(face));
@@ -271,13 +245,14 @@ fn files_hold_the_pictures_and_the_page_is_self_contained() {
         }
         let png = std::fs::read(dir.join("composite.png")).unwrap();
         assert!(png.starts_with(b"\x89PNG"));
+        let exposure = files::choose_exposure(&c).opened_by(1.0, ToneCurve::Filmic);
         let page = render_report(&RelightPage {
             room: "lit <room>",
             objects: &["box.obj".into()],
             settings: &[("method".into(), "signed".into())],
             relit: &relit,
             composite: &c,
-            pictures: &RelightPictures::new(&relit, &c, files::choose_exposure(&c).opened_by(1.0, ToneCurve::Filmic)),
+            pictures: &RelightPictures::new(&relit, &c, exposure),
             camera,
             energy: None,
             map_shots: 24,
@@ -287,7 +262,7 @@ fn files_hold_the_pictures_and_the_page_is_self_contained() {
             seconds: &[("load", 0.1), ("solve", 2.5)],
             warnings: &[],
             notes: &["a note".into()],
-            thumbnail: backdrop.map(|backdrop| render_thumbnail(backdrop, 64)),
+            panorama: backdrop.map(|backdrop| panorama_figure(&relit, backdrop, exposure)),
             viewer: "<div class=\"viewer\"></div>",
         });
         for wanted in ["lit &lt;room&gt;", "box.obj", "1\u{202f}234", "a note", "signed", "−z"] {

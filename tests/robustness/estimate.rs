@@ -43,7 +43,6 @@ fn uniform_error_is_estimated_with_later_bounces() {
             field.radiosity[k] = (texel.emission + reflected).extend(0.0);
         }
         let found = estimate_error(&scene, &solve_settings(), &answer, &field);
-        println!("ρ = {reflectance}: {found:?}");
         // Near patches, a tenth of those hit, are sampled point by point and count among the later bounces as well: a
         // tenth of one bounce's error, which is at most half of all. The noise of the estimate is relative to the
         // emitted light: two times a quarter of a million samples, each within a quarter of its mean, have an error of
@@ -64,7 +63,6 @@ fn furnace_with_white_walls_is_warned() {
     let b: f64 = answer.solved.run.field.radiosity.iter().map(|b| f64::from(b.x)).sum();
     let error = (b / answer.solved.run.field.radiosity.len() as f64 / exact - 1.0).abs();
     let found = answer.estimate.as_ref().unwrap();
-    println!("{error:.3} off, {found:?}");
     assert!(found.error >= 0.5 * error, "{error}: {found:?}");
     assert!(error < 0.02 || !answer.warnings.is_empty());
 }

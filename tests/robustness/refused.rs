@@ -2,14 +2,12 @@
 
 use common::Error;
 use common::form_factor::FormFactor;
-use common::mesh::Mesh;
 use common::settings::{Iteration, Schedule, Settings, Transport, Visibility};
-use common::shooting::{DepositRule, Restart, SubtractedLink, initial_field, shoot_until_converged};
+use common::shooting::{DepositRule, Shoot, SubtractedLink, initial_field, shoot_until_converged};
 use cpu::CpuSolver;
-use gpu::GpuSolver;
 use oracle::solve::dense;
 use oracle::solve::progress::without_progress;
-use radiosity_tests::engines::{item_buffer, mesh_of, open_gpu};
+use radiosity_tests::engines::{both_engines, gpu_solver, item_buffer, mesh_of};
 use radiosity_tests::furnace;
 use std::ops::ControlFlow;
 
@@ -39,7 +37,6 @@ fn comparing_links_refuses_conserve() {
     let mesh = mesh_of(&furnace(0.5));
     let field = initial_field(&mesh, "");
     let black = vec![glam::Vec3::ZERO; mesh.texels.len()];
-    let gpu = open_gpu();
     let compared = DepositRule {
         captured: true,
         subtracted: SubtractedLink::Before,
@@ -50,11 +47,7 @@ fn comparing_links_refuses_conserve() {
             conserve,
             ..Transport::default()
         };
-        let engines: [Box<dyn Restart>; 2] = [
-            Box::new(CpuSolver::new(&mesh, &transport)),
-            Box::new(GpuSolver::new(&gpu, &mesh, &transport).unwrap()),
-        ];
-        for mut engine in engines {
+        for mut engine in both_engines(&mesh, &transport) {
             assert!(engine.restart_from(DepositRule::FULL_DEPOSIT, &black, &field).is_ok());
             let restarted = engine.restart_from(compared, &black, &field);
             assert_eq!(is_usage_error(restarted), conserve);
@@ -68,21 +61,16 @@ fn dense_solver_refuses_settings_other_than_texels() {
     let solve = |settings: &Settings| dense::solve_dense(&scene, settings, &without_progress());
     let obeyed = dense::dense_settings(2);
     assert!(solve(&obeyed).is_ok());
-    let mut patches = obeyed;
-    patches.meshing.patches = 2;
-    let mut samples = obeyed;
-    samples.meshing.samples = 4;
-    let mut disc = obeyed;
-    disc.transport.form_factor = FormFactor::Disc;
-    let mut conserved = obeyed;
-    conserved.transport.conserve = true;
-    for settings in [
-        patches,
-        samples,
-        disc,
-        conserved,
-        obeyed.with_visibility(item_buffer(64)),
-    ] {
+    let changes: [fn(&mut Settings); 5] = [
+        |settings| settings.meshing.patches = 2,
+        |settings| settings.meshing.samples = 4,
+        |settings| settings.transport.form_factor = FormFactor::Disc,
+        |settings| settings.transport.conserve = true,
+        |settings| settings.transport.visibility = item_buffer(64),
+    ];
+    for change in changes {
+        let mut settings = obeyed;
+        change(&mut settings);
         assert!(is_usage_error(solve(&settings)), "{settings:?}");
     }
 }
@@ -90,15 +78,11 @@ fn dense_solver_refuses_settings_other_than_texels() {
 /// Rays draw no item buffer, so no pixels can be read.
 #[test]
 fn item_buffer_is_empty_with_rays() {
-    let mesh: Mesh = mesh_of(&furnace(0.5));
-    let gpu = open_gpu();
+    let mesh = mesh_of(&furnace(0.5));
     for (visibility, pixels) in [(Visibility::Rays, 0), (item_buffer(32), 32 * 32)] {
-        let transport = Transport {
-            visibility,
-            ..Transport::default()
-        };
-        let mut engine = GpuSolver::new(&gpu, &mesh, &transport).unwrap();
-        common::shooting::Shoot::shoot(&mut engine, 0).unwrap();
+        let transport = Settings::default().with_visibility(visibility).transport;
+        let mut engine = gpu_solver(&mesh, &transport, &[]);
+        engine.shoot(0).unwrap();
         assert_eq!(engine.read_item_buffer().unwrap().len(), pixels);
     }
 }

@@ -1,32 +1,39 @@
 //! Units from a millionth to a million and places far from the origin, on every solver, in memory and through files.
 
 use common::import::{ImportOptions, load_scene};
-use common::mesh::Mesh;
+use common::passes::Engine;
 use common::precision::find_shape_losses;
 use common::scene::{Face, Scene};
-use common::settings::Visibility;
 use common::shooting::replay_log;
 use cpu::CpuSolver;
-use glam::{DVec3, Vec3, Vec4};
-use gpu::GpuSolver;
+use glam::{DVec3, Vec4};
 use radiosity_tests::bounds::U;
-use radiosity_tests::dense::assemble_dense;
-use radiosity_tests::engines::{engine_settings, mesh_of, open_gpu, shoot_freely};
+use radiosity_tests::dense::{assemble_dense, solve_matrix};
+use radiosity_tests::engines::{both_engines, engine_settings, mesh_of, shoot_on_cpu};
 use radiosity_tests::lit_room;
+use radiosity_tests::radiance_files::empty_folder;
 use serde_json::{Value, json};
 use std::f32::consts::PI;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Scene units per unit of `lit_room`, and its distance from the origin in multiples of its size.
-const PLACES: [(f64, f64); 5] = [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e3), (1e-6, 1e5), (1e6, 1e7)];
+const PLACES: [(f64, f64); 7] = [
+    (1e-6, 0.0),
+    (0.3, 0.1),
+    (1000.0, 0.0),
+    (1e6, 0.0),
+    (1.0, 1e3),
+    (1e-6, 1e5),
+    (1e6, 1e7),
+];
 
 /// The longest side of `lit_room`.
 const SIZE: f64 = 4.0;
 
-/// Bound of relative differences, derived at `other_units_and_origins_change_only_rounding`: a shift of √3·u half a
-/// texel from an edge changes F by 100u, and B at each of a handful of reflections. At 1e7 lengths the precision of f64
-/// is 1e−9 of a length, 2 % of u.
+/// Bound of relative differences. Each texel and corner of the mesh moves by √3·u, which near an edge (half a texel,
+/// h = ⅙ of 1/4, away) changes F by √3·u/(h/2) of itself, here 100u, and B by that at each of a handful of reflections.
+/// At 1e7 lengths the precision of f64 is 1e−9 of a length, 2 % of u.
 const BOUND: f64 = 1000.0 * U;
 
 fn room_moved_and_scaled(scale: f64, lengths: f64) -> Scene {
@@ -47,39 +54,23 @@ fn largest_difference(a: &[Vec4], b: &[Vec4]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn replayed_radiosity(mesh: &Mesh, log: &[u32]) -> Vec<Vec4> {
-    replay_log(&mut CpuSolver::new(mesh, &engine_settings().transport), log)
-        .unwrap()
-        .field
-        .radiosity
+fn replayed_radiosity(engine: &mut dyn Engine, log: &[u32]) -> Vec<Vec4> {
+    replay_log(engine, log).unwrap().field.radiosity
 }
 
 #[test]
 fn units_and_places_keep_radiosity_of_both_engines() {
-    let (gpu, plain) = (open_gpu(), mesh_of(&lit_room()));
-    let run = shoot_freely(
-        &mut CpuSolver::new(&plain, &engine_settings().transport),
-        &engine_settings().schedule,
-    );
-    let log = run.shooter_log();
+    let run = shoot_on_cpu(&mesh_of(&lit_room()), &engine_settings());
     for (scale, lengths) in PLACES {
         let mesh = mesh_of(&room_moved_and_scaled(scale, lengths));
-        let on_cpu = largest_difference(&replayed_radiosity(&mesh, &log), &run.field.radiosity);
-        let mut rays = engine_settings();
-        rays.transport.visibility = Visibility::Rays;
-        let mut device = GpuSolver::new(&gpu, &mesh, &rays.transport).unwrap();
-        let on_gpu = largest_difference(
-            &replay_log(&mut device, &log).unwrap().field.radiosity,
-            &run.field.radiosity,
-        );
-        println!(
-            "{scale:e}, {lengths:e} lengths: {:.0} u, {:.0} u",
-            on_cpu / U,
-            on_gpu / U
-        );
+        assert_eq!(mesh.unit.log2().fract(), 0.0, "the unit is a power of two");
+        let found = both_engines(&mesh, &engine_settings().transport).map(|mut engine| {
+            let radiosity = replayed_radiosity(&mut *engine, &run.shooter_log());
+            largest_difference(&radiosity, &run.field.radiosity)
+        });
         assert!(
-            on_cpu.max(on_gpu) < BOUND,
-            "{scale:e}, {lengths:e}: {on_cpu:e} {on_gpu:e}"
+            found.iter().all(|off| *off < BOUND),
+            "{scale:e}, {lengths:e}: {found:?}"
         );
     }
 }
@@ -88,40 +79,16 @@ fn units_and_places_keep_radiosity_of_both_engines() {
 fn units_and_places_keep_radiosity_of_dense_solver() {
     let solve = |scene: &Scene| -> Vec<f64> {
         let (mesh, matrix, _) = assemble_dense(scene, 3);
-        let values = |of: fn(&common::mesh::Texel) -> Vec3| -> Vec<DVec3> {
-            mesh.texels.iter().map(|texel| of(texel).as_dvec3()).collect()
-        };
-        let answer = matrix
-            .solve(&values(|t| t.emission), &values(|t| t.reflectance))
-            .unwrap();
-        answer.radiosity.iter().map(|b| b.x).collect()
+        solve_matrix(&mesh, &matrix).radiosity.iter().map(|b| b.x).collect()
     };
     let expected = solve(&lit_room());
     for (scale, lengths) in PLACES {
         let pairs = solve(&room_moved_and_scaled(scale, lengths));
         let pairs = pairs.iter().zip(&expected);
         let worst = pairs.map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
-        println!("{scale:e}, {lengths:e} lengths: {worst:.1e}");
         // The same bound for f64, plus the rounding of coordinates so far away.
         let bound = 100.0 * f64::EPSILON * (10.0 + lengths);
         assert!(worst < bound, "{scale:e}, {lengths:e}: {worst:e}");
-    }
-}
-
-/// A folder that is removed at the end of the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("radiosity-units-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -195,22 +162,19 @@ fn read_scene(path: &Path) -> Scene {
 
 #[test]
 fn files_in_any_unit_and_place_give_same_radiosity() {
-    let folder = Folder::new("keep");
-    let plain = mesh_of(&lit_room());
-    let run = shoot_freely(
-        &mut CpuSolver::new(&plain, &engine_settings().transport),
-        &engine_settings().schedule,
-    );
+    let folder = empty_folder("units");
+    let run = shoot_on_cpu(&mesh_of(&lit_room()), &engine_settings());
     for (scale, lengths) in PLACES {
         let shift = DVec3::new(1.0, -0.37, 0.61) * lengths * SIZE * scale;
         for path in [
-            write_obj(&folder.0, &room_moved_and_scaled(scale, lengths)),
-            write_glb(&folder.0, &lit_room().faces, scale, shift),
+            write_obj(&folder, &room_moved_and_scaled(scale, lengths)),
+            write_glb(&folder, &lit_room().faces, scale, shift),
         ] {
             let scene = read_scene(&path);
             let mesh = mesh_of(&scene);
-            let found = largest_difference(&replayed_radiosity(&mesh, &run.shooter_log()), &run.field.radiosity);
-            println!("{} {scale:e}, {lengths:e}: {:.0} u", path.display(), found / U);
+            let mut engine = CpuSolver::new(&mesh, &engine_settings().transport);
+            let radiosity = replayed_radiosity(&mut engine, &run.shooter_log());
+            let found = largest_difference(&radiosity, &run.field.radiosity);
             assert!(found < BOUND, "{} {scale:e}, {lengths:e}: {found:e}", path.display());
             assert_eq!(find_shape_losses(&scene, &mesh, 0.02), [], "{scale:e}, {lengths:e}");
         }
@@ -220,20 +184,19 @@ fn files_in_any_unit_and_place_give_same_radiosity() {
 /// Vertices far from the origin lose digits in the file, and this is reported.
 #[test]
 fn digits_lost_in_a_file_are_reported() {
-    let folder = Folder::new("lost");
+    let folder = empty_folder("lost");
     for (lengths, lost) in [(0.0, false), (1e3, false), (1e5, true), (1e6, true)] {
         let faces = room_moved_and_scaled(1.0, lengths).faces;
-        let scene = read_scene(&write_glb(&folder.0, &faces, 1.0, DVec3::ZERO));
+        let scene = read_scene(&write_glb(&folder, &faces, 1.0, DVec3::ZERO));
         let mesh = mesh_of(&scene);
         let told = find_shape_losses(&scene, &mesh, 0.02);
-        println!("{lengths:e} lengths: {} faces", told.len());
         assert_eq!(!told.is_empty(), lost, "{lengths:e}");
         assert!(told.iter().all(|loss| loss.file_part > 0.9 * loss.error));
     }
     // A text file rounded to six digits, a thousand units away.
     let text = "v 1000.12 0 0\nv 1000.13 0 0\nv 1000.13 1.23457 0\nv 1000.12 1.23456 0\nv 1000.12 0 4.56789\nf 1 2 3 4\nf 1 4 5\n";
-    std::fs::write(folder.0.join("scene.obj"), text).unwrap();
-    let scene = read_scene(&folder.0.join("scene.obj"));
+    std::fs::write(folder.join("scene.obj"), text).unwrap();
+    let scene = read_scene(&folder.join("scene.obj"));
     let told = find_shape_losses(&scene, &mesh_of(&scene), 0.02);
     assert_eq!(told.iter().map(|loss| loss.face).collect::<Vec<_>>(), [0]);
 }

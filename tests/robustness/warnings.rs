@@ -1,9 +1,10 @@
 //! Warnings that do not come from the estimate: each is given where it applies and not in a similar scene.
 
 use common::scene::Face;
-use common::settings::{Iteration, Meshing, Settings};
+use common::settings::{Iteration, Settings};
 use glam::{DVec3, Vec3};
 use oracle::solve::SolveAnswer;
+use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::solutions::{solve_on_cpu, solve_settings};
 use radiosity_tests::{box_faces, furnace, lit_room, named_scene};
 
@@ -11,9 +12,12 @@ const GREY: Vec3 = Vec3::splat(0.5);
 
 /// Makes a parallelogram with its front along u × v.
 fn square_face(corner: [f64; 3], u: [f64; 3], v: [f64; 3], emission: f32, reflectance: f32) -> Face {
-    let [c, u, v] = [corner, u, v].map(DVec3::from);
-    let corners = [c, c + u, c + u + v, c + v];
-    Face::quad("square", corners, Vec3::splat(emission), Vec3::splat(reflectance))
+    Face::quad(
+        "square",
+        rectangle(corner, u, v),
+        Vec3::splat(emission),
+        Vec3::splat(reflectance),
+    )
 }
 
 /// Makes a floor of one by one.
@@ -27,15 +31,16 @@ fn lamp(height: f64) -> Face {
     square_face(corner, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], 1.0, 0.0)
 }
 
-/// Returns the faces that a warning names; none if it was not given.
-fn warned_faces(answer: &SolveAnswer, code: &str) -> Option<Vec<u32>> {
-    let found = answer.warnings.iter().find(|w| w.code.as_str() == code)?;
+/// Returns the faces that a warning of `code` names whose message has `words`; none if it was not given.
+fn warned_faces(answer: &SolveAnswer, code: &str, words: &str) -> Option<Vec<u32>> {
+    let mut warnings = answer.warnings.iter();
+    let found = warnings.find(|w| w.code.as_str() == code && w.message.contains(words))?;
     Some(found.faces.clone())
 }
 
-fn warned_faces_of_solve(faces: Vec<Face>, code: &str) -> Option<Vec<u32>> {
+fn warned_faces_of_solve(faces: Vec<Face>, code: &str, words: &str) -> Option<Vec<u32>> {
     let answer = solve_on_cpu(&named_scene(code, faces), &solve_settings());
-    warned_faces(&answer, code)
+    warned_faces(&answer, code, words)
 }
 
 #[test]
@@ -45,8 +50,8 @@ fn coinciding_fronts_are_warned() {
         square_face(corner, [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], 0.0, 0.5)
     };
     let faces = |height: f64| vec![lamp(1.0), unit_floor(), patch(height)];
-    assert_eq!(warned_faces_of_solve(faces(0.0), "overlap"), Some(vec![1, 2]));
-    assert_eq!(warned_faces_of_solve(faces(0.1), "overlap"), None);
+    assert_eq!(warned_faces_of_solve(faces(0.0), "overlap", ""), Some(vec![1, 2]));
+    assert_eq!(warned_faces_of_solve(faces(0.1), "overlap", ""), None);
 }
 
 #[test]
@@ -57,13 +62,16 @@ fn narrow_gap_is_warned_except_below_a_lamp() {
         let block = box_faces(low, high, false, Vec3::ZERO, GREY);
         [vec![lamp(1.0), unit_floor()], block].concat()
     };
-    let faces = warned_faces_of_solve(block(1e-3), "gap").unwrap();
+    let faces = warned_faces_of_solve(block(1e-3), "texels", "into gaps").unwrap();
     assert_eq!(faces[0], 1, "the floor first: {faces:?}");
-    assert_eq!(warned_faces_of_solve(block(0.3), "gap"), None);
+    assert_eq!(warned_faces_of_solve(block(0.3), "texels", "into gaps"), None);
     // A lamp that meets the floor at 3 degrees is as close, but lights it there.
     let (s, c) = 3f64.to_radians().sin_cos();
     let wedge = square_face([0.0; 3], [0.0, 1.0, 0.0], [c, 0.0, s], 1.0, 0.0);
-    assert_eq!(warned_faces_of_solve(vec![unit_floor(), wedge], "gap"), None);
+    assert_eq!(
+        warned_faces_of_solve(vec![unit_floor(), wedge], "texels", "into gaps"),
+        None
+    );
 }
 
 #[test]
@@ -76,8 +84,14 @@ fn lamp_covered_at_all_samples_is_warned() {
         let body = box_faces(low, high, false, Vec3::ZERO, Vec3::ZERO);
         [vec![above, below], body].concat()
     };
-    assert_eq!(warned_faces_of_solve(faces(0.999), "covered"), Some(vec![1]));
-    assert_eq!(warned_faces_of_solve(faces(0.7), "covered"), None);
+    assert_eq!(
+        warned_faces_of_solve(faces(0.999), "unlit", "every lamp lies under"),
+        Some(vec![1])
+    );
+    assert_eq!(
+        warned_faces_of_solve(faces(0.7), "unlit", "every lamp lies under"),
+        None
+    );
 }
 
 #[test]
@@ -91,14 +105,21 @@ fn floor_behind_thin_chink_is_warned_as_unlit() {
         let backs = [left.clone().reversed(), right.clone().reversed()];
         [vec![lamp(1.0), unit_floor(), left, right], backs.into(), walls].concat()
     };
-    assert_eq!(warned_faces_of_solve(faces(1e-6), "unlit"), Some(Vec::new()));
-    assert_eq!(warned_faces_of_solve(faces(0.3), "unlit"), None);
+    assert_eq!(warned_faces_of_solve(faces(1e-6), "unlit", ""), Some(Vec::new()));
+    assert_eq!(warned_faces_of_solve(faces(0.3), "unlit", ""), None);
     // No reflecting face is in front of these lamps.
-    assert_eq!(warned_faces_of_solve(vec![lamp(1.0)], "unlit"), None);
+    assert_eq!(warned_faces_of_solve(vec![lamp(1.0)], "unlit", ""), None);
     assert_eq!(
-        warned_faces_of_solve(vec![lamp(1.0).reversed(), unit_floor()], "unlit"),
+        warned_faces_of_solve(vec![lamp(1.0).reversed(), unit_floor()], "unlit", ""),
         None
     );
+}
+
+#[test]
+fn scene_without_lamp_is_noted_and_has_no_estimate() {
+    let answer = solve_on_cpu(&named_scene("dark", vec![unit_floor()]), &solve_settings());
+    assert!(answer.estimate.is_none() && answer.warnings.is_empty());
+    assert!(answer.notes[0].starts_with("no face emits light"), "{:?}", answer.notes);
 }
 
 #[test]
@@ -108,11 +129,11 @@ fn sliver_bent_by_rounding_is_warned_if_it_carries_light() {
         square_face(corner, [0.0, width, 0.0], [1.0, 0.0, 0.0], emission, 0.0)
     };
     let alone = |width: f64| vec![unit_floor(), lamp(width, 1.0)];
-    assert_eq!(warned_faces_of_solve(alone(1e-7), "precision"), Some(vec![1]));
-    assert_eq!(warned_faces_of_solve(alone(1e-3), "precision"), None);
+    assert_eq!(warned_faces_of_solve(alone(1e-7), "precision", ""), Some(vec![1]));
+    assert_eq!(warned_faces_of_solve(alone(1e-3), "precision", ""), None);
     // The same sliver beside a much brighter lamp.
     let beside = [alone(1e-7), vec![lamp(0.1, 1.0)]].concat();
-    assert_eq!(warned_faces_of_solve(beside, "precision"), None);
+    assert_eq!(warned_faces_of_solve(beside, "precision", ""), None);
 }
 
 #[test]
@@ -120,7 +141,7 @@ fn unshot_light_is_warned() {
     let mut few = solve_settings();
     few.schedule.max_shots = 1;
     few.schedule.iteration = Iteration::Southwell;
-    let unshot = |settings: &Settings| warned_faces(&solve_on_cpu(&lit_room(), settings), "unshot").is_some();
+    let unshot = |settings: &Settings| warned_faces(&solve_on_cpu(&lit_room(), settings), "unshot", "").is_some();
     assert!(unshot(&few));
     assert!(!unshot(&solve_settings()));
 }
@@ -129,15 +150,11 @@ fn unshot_light_is_warned() {
 /// light.
 #[test]
 fn closure_is_warned_between_white_walls() {
-    let fine = Settings {
-        meshing: Meshing {
-            texels: 6,
-            patches: 6,
-            samples: 16,
-        },
-        ..solve_settings()
-    };
-    let closure = |reflectance: f32| warned_faces(&solve_on_cpu(&furnace(reflectance), &fine), "closure").is_some();
+    let mut fine = solve_settings();
+    fine.meshing.patches = 6;
+    fine.meshing.texels = 6;
+    fine.meshing.samples = 16;
+    let closure = |reflectance: f32| warned_faces(&solve_on_cpu(&furnace(reflectance), &fine), "closure", "").is_some();
     assert!(closure(0.999));
     assert!(!closure(0.5));
 }

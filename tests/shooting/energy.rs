@@ -1,65 +1,37 @@
-//! Energy balance after every shot, on random scenes, CPU and GPU; and its detection of broken engines.
+//! Energy balance after every shot, on every engine; and its detection of broken engines.
 
 use approx::abs_diff_eq;
 use common::energy::EnergyBalance;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::settings::{Meshing, Schedule, Settings, Transport, Visibility};
-use common::shooting::{RadiosityField, Shoot, Shot, ShotOrder, select_shooter};
+use common::scene::Scene;
+use common::settings::{Settings, Transport, Visibility};
+use common::shooting::{RadiosityField, Shoot, Shot, select_shooter};
 use cpu::CpuSolver;
 use glam::{Vec3, Vec4};
-use gpu::{Gpu, GpuSolver, ShaderFault};
 use oracle::exact;
 use proptest::prelude::*;
-use proptest::strategy::ValueTree;
-use proptest::test_runner::TestRunner;
 use radiosity_tests::bounds::{U, energy_rounding};
-use radiosity_tests::engines::item_buffer;
+use radiosity_tests::engines::{ENGINE_KINDS, EngineKind, gpu_solver, item_buffer, mesh_scene, settings_of};
 use radiosity_tests::random_rooms::{RandomRoom, closed_room, open_room};
-use radiosity_tests::shader_faults::{assert_faults_noticed, shader_fault};
-use radiosity_tests::{furnace, lit_room, random_cases};
-use std::ops::ControlFlow;
+use radiosity_tests::shader_faults::assert_faults_noticed;
+use radiosity_tests::solutions::{room_with_standing_box, slit_room};
+use radiosity_tests::{box_in_room, furnace, halve_quads, lit_room, random_cases};
 
 /// Bounds on the imbalance by the contract.
 const CPU_IMBALANCE: f64 = 1e-5;
 const GPU_IMBALANCE: f64 = 1e-4;
 
-/// Shots per case.
-const SHOTS: u32 = 48;
-
-fn settings(sample: &RandomRoom, visibility: Visibility) -> Settings {
-    Settings {
-        meshing: Meshing {
-            patches: sample.patches,
-            ..Meshing::default()
-        },
-        transport: Transport {
-            form_factor: sample.form_factor,
-            visibility,
-            ..Transport::default()
-        },
-        schedule: Schedule {
-            max_shots: SHOTS,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    }
-}
-
-/// Conditions on a scene and a solver.
-#[derive(Clone, Copy)]
-struct Rules {
-    /// True if nothing may escape.
-    closed: bool,
-    /// Bound on the imbalance.
-    imbalance: f64,
-}
-
-/// Checks the conditions that hold after any shot.
-fn check_state(mesh: &Mesh, field: &RadiosityField, shots: &[Shot], rules: Rules) -> Result<(), TestCaseError> {
+/// Checks the conditions that hold after any shot; from a closed scene nothing may escape.
+fn check_state(
+    mesh: &Mesh,
+    field: &RadiosityField,
+    shots: &[Shot],
+    (closed, imbalance): (bool, f64),
+) -> Result<(), TestCaseError> {
     let energy = EnergyBalance::new(mesh, field, shots);
-    let bound = energy_rounding(&energy, mesh.area_unit(), shots).min(rules.imbalance);
+    let bound = energy_rounding(&energy, mesh.area_unit(), shots).min(imbalance);
     prop_assert!(
         energy.imbalance <= bound,
         "imbalance {} > {bound}: {energy:?}",
@@ -74,7 +46,7 @@ fn check_state(mesh: &Mesh, field: &RadiosityField, shots: &[Shot], rules: Rules
             abs_diff_eq!(f64::from(shot.unshot), unshot, epsilon = 19.0 * U * unshot),
             "{shot:?} {unshot}"
         );
-        prop_assert!(!rules.closed || shot.escaped == 0.0, "{shot:?}");
+        prop_assert!(!closed || shot.escaped == 0.0, "{shot:?}");
     }
     let n = shots.len() as f64;
     for (k, texel) in mesh.texels.iter().enumerate() {
@@ -99,12 +71,9 @@ fn check_state(mesh: &Mesh, field: &RadiosityField, shots: &[Shot], rules: Rules
 }
 
 /// Shoots from one patch at a time, the most powerful first, and checks after each shot.
-fn shoot_with_checks(
-    engine: &mut dyn Engine,
-    mesh: &Mesh,
-    settings: &Settings,
-    rules: Rules,
-) -> Result<Vec<Shot>, TestCaseError> {
+fn shoot_with_checks(kind: &EngineKind, mesh: &Mesh, settings: &Settings, closed: bool) -> Result<(), TestCaseError> {
+    let mut engine = kind.fresh_engine(mesh, settings, &[]);
+    let rules = (closed, if kind.on_gpu { GPU_IMBALANCE } else { CPU_IMBALANCE });
     let mut shots = Vec::new();
     check_state(mesh, &engine.read_field().unwrap(), &shots, rules)?;
     let threshold = settings.schedule.epsilon as f32 * engine.patch_power().unwrap().iter().sum::<f32>();
@@ -114,7 +83,14 @@ fn shoot_with_checks(
         shots.push(engine.shoot(patch).unwrap());
         check_state(mesh, &engine.read_field().unwrap(), &shots, rules)?;
     }
-    Ok(shots)
+    Ok(())
+}
+
+fn shoot_in_random_room(kind: &EngineKind, sample: &RandomRoom, closed: bool) -> Result<(), TestCaseError> {
+    let mut settings = Settings::default();
+    settings.transport.form_factor = sample.form_factor;
+    settings.schedule.max_shots = 48;
+    shoot_with_checks(kind, &sample.room_mesh(), &settings, closed)
 }
 
 proptest! {
@@ -122,16 +98,56 @@ proptest! {
 
     #[test]
     fn energy_balances_in_closed_rooms(sample in closed_room()) {
-        let mesh = sample.room_mesh();
-        let settings = settings(&sample, Visibility::Rays);
-        shoot_with_checks(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: true, imbalance: CPU_IMBALANCE })?;
+        shoot_in_random_room(&ENGINE_KINDS[0], &sample, true)?;
     }
 
     #[test]
     fn energy_balances_in_open_rooms(sample in open_room()) {
-        let mesh = sample.room_mesh();
-        let settings = settings(&sample, Visibility::Rays);
-        shoot_with_checks(&mut CpuSolver::new(&mesh, &settings.transport), &mesh, &settings, Rules { closed: false, imbalance: CPU_IMBALANCE })?;
+        shoot_in_random_room(&ENGINE_KINDS[0], &sample, false)?;
+    }
+}
+
+proptest! {
+    #![proptest_config(random_cases(6))]
+
+    #[test]
+    fn energy_balances_on_the_gpu(closed in closed_room(), open in open_room()) {
+        for kind in ENGINE_KINDS.iter().filter(|kind| kind.on_gpu) {
+            shoot_in_random_room(kind, &closed, true)?;
+            shoot_in_random_room(kind, &open, false)?;
+        }
+    }
+}
+
+/// Makes the lit room without two of its walls.
+fn room_without_two_walls() -> Scene {
+    let mut scene = lit_room();
+    scene.name = "an open room".into();
+    scene.faces.drain(3..5);
+    scene
+}
+
+/// Whole faces like the paper, parts of faces, and many points of each.
+#[test]
+fn energy_balances_on_every_engine() {
+    for scene in [
+        halve_quads(&furnace(0.5)),
+        box_in_room(),
+        room_with_standing_box(),
+        slit_room(),
+        room_without_two_walls(),
+    ] {
+        for [patches, samples] in [[1, 1], [2, 1], [2, 4]] {
+            let mut settings = settings_of([6, patches, samples], Visibility::Rays, 1e-3);
+            settings.schedule.max_shots = 12;
+            let mesh = mesh_scene(&scene, &settings);
+            for kind in ENGINE_KINDS {
+                let closed = scene.name != "an open room";
+                let checked = shoot_with_checks(&kind, &mesh, &settings, closed);
+                let name = format!("{}, {patches} patches, {samples} samples, {}", scene.name, kind.name);
+                checked.unwrap_or_else(|fault| panic!("{name}: {fault}"));
+            }
+        }
     }
 }
 
@@ -155,45 +171,6 @@ fn escaped_share_equals_form_factor_of_opening() {
                 "wall {missing}, patch {patch}: {escaped} is not {exact}"
             );
         }
-    }
-}
-
-/// Returns six closed and six open rooms, the same in every run.
-fn twelve_rooms() -> Vec<(RandomRoom, bool)> {
-    let mut runner = TestRunner::deterministic();
-    let mut draw = |is_closed: bool| {
-        let strategy = if is_closed {
-            closed_room().boxed()
-        } else {
-            open_room().boxed()
-        };
-        (strategy.new_tree(&mut runner).unwrap().current(), is_closed)
-    };
-    (0..12).map(|k| draw(k % 2 == 0)).collect()
-}
-
-#[test]
-fn gpu_energy_balances_and_gpu_selects_like_host() {
-    let gpu = Gpu::open(None).unwrap();
-    for (sample, closed) in twelve_rooms() {
-        let mesh = sample.room_mesh();
-        let settings = settings(&sample, item_buffer(256));
-        let mut engine = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
-        let rules = Rules {
-            closed,
-            imbalance: GPU_IMBALANCE,
-        };
-        let stepped = shoot_with_checks(&mut engine, &mesh, &settings, rules).unwrap();
-        let mut free = GpuSolver::new(&gpu, &mesh, &settings.transport).unwrap();
-        let threshold = settings.schedule.epsilon as f32 * free.patch_power().unwrap().iter().sum::<f32>();
-        let mut shots = Vec::new();
-        free.run(ShotOrder::Greedy { threshold }, SHOTS, &mut |shot| {
-            shots.push(*shot);
-            ControlFlow::Continue(())
-        })
-        .unwrap();
-        assert_eq!(shots, stepped);
-        assert_eq!(free.read_field().unwrap(), engine.read_field().unwrap());
     }
 }
 
@@ -271,37 +248,11 @@ fn energy_balance_detects_broken_engine() {
 
 #[test]
 fn energy_balance_detects_broken_shader() {
-    let faults = [
-        shader_fault("deposit", "texels[k].reflectance * received", "received"),
-        shader_fault("deposit", "residual[k] = vec4f(0.0);", ""),
-        shader_fault(
-            "deposit",
-            "irradiance[k].xyz + received",
-            "irradiance[k].xyz + 2.0 * received",
-        ),
-        shader_fault(
-            "deposit",
-            "residual[k] += vec4f(reflected, 0.0)",
-            "residual[k] = vec4f(reflected, 0.0)",
-        ),
-        shader_fault("patch_transfer", "* texels[texel].area", ""),
-        shader_fault("closure", "lane_sums[0] / shots[slot].area", "lane_sums[0]"),
-    ];
-    let gpu = Gpu::open(None).unwrap();
     let mesh = Mesh::uniform(&lit_room(), 8, 2).unwrap();
-    let transport = Transport {
-        visibility: item_buffer(256),
-        ..Transport::default()
-    };
-    let run = |faults: &[ShaderFault]| {
-        let mut engine = GpuSolver::with_faults(&gpu, &mesh, &transport, faults).unwrap();
-        imbalances(&mut engine, &mesh, UNFALSIFIED)
-    };
-    let honest = run(&[]);
-    assert!(largest(&honest) <= GPU_IMBALANCE, "{honest:?}");
-    assert_faults_noticed(faults, |fault| {
-        let found = run(&[fault]);
-        println!("{fault:?}: {found:?}");
-        largest(&found) > GPU_IMBALANCE
+    let transport = Settings::default().with_visibility(item_buffer(256)).transport;
+    assert_faults_noticed("energy", |faults| {
+        let found = imbalances(&mut gpu_solver(&mesh, &transport, faults), &mesh, UNFALSIFIED);
+        let noticed = largest(&found) > GPU_IMBALANCE;
+        Vec::from_iter(noticed.then(|| format!("imbalance {found:?}")))
     });
 }

@@ -1,7 +1,6 @@
 //! Tests of the shooting loop, of iterations by passes, and of the energy balance.
 
 mod energy;
-mod invariants;
 mod iterations;
 mod order;
 mod painted;

@@ -1,12 +1,12 @@
 //! Order of shots: choice of the shooter, end of the run, and equality of runs, single shots and replays.
 
 use common::mesh::Mesh;
-use common::settings::Schedule;
+use common::settings::{Iteration, Schedule};
 use common::shooting::{ShotOrder, replay_log, select_shooter};
 use glam::Vec3;
-use gpu::GpuSolver;
 use radiosity_tests::engines::{
-    GREEDY_TO_ZERO, each_engine, engine_settings, item_buffer_settings, mesh_of, open_gpu, run_shots, shoot_freely,
+    GREEDY_TO_ZERO, each_engine, engine_settings, gpu_solver, item_buffer, mesh_of, run_shots, shoot_freely,
+    solve_by_schedule,
 };
 use radiosity_tests::{furnace, lit_room};
 use std::ops::ControlFlow;
@@ -41,6 +41,12 @@ fn repeated_run_is_bit_identical() {
         assert!(runs[0].converged && runs[0].shots.len() > 100, "{name}");
         assert_eq!(runs[0].shots, runs[1].shots, "{name}");
         assert_eq!(runs[0].field, runs[1].field, "{name}");
+        let by_passes = Schedule {
+            iteration: Iteration::Cg,
+            ..engine_settings().schedule
+        };
+        let runs = [0, 1].map(|_| solve_by_schedule(&mut *fresh(), &mesh, &by_passes));
+        assert_eq!(runs[0].field, runs[1].field, "{name} by passes");
     });
 }
 
@@ -68,20 +74,15 @@ fn run_ends_after_max_shots() {
     each_engine(&mesh, |name, fresh| {
         for most in [0, 1, 7, 65, 130] {
             let mut engine = fresh();
-            let limited = shoot_freely(
-                &mut *engine,
-                &Schedule {
-                    max_shots: most,
-                    ..engine_settings().schedule
-                },
-            );
+            let schedule = Schedule {
+                max_shots: most,
+                ..engine_settings().schedule
+            };
+            let limited = shoot_freely(&mut *engine, &schedule);
             assert_eq!(limited.shots.len(), most as usize, "{name}");
             assert!(!limited.converged, "{name}");
-            let mut again = fresh();
-            for patch in limited.shooter_log() {
-                again.shoot(patch).unwrap();
-            }
-            assert_eq!(again.read_field().unwrap(), limited.field, "{name}: after {most}");
+            let again = replay_log(&mut *fresh(), &limited.shooter_log()).unwrap();
+            assert_eq!(again.field, limited.field, "{name}: after {most}");
         }
     });
 }
@@ -107,19 +108,16 @@ fn break_stops_the_run() {
             .unwrap();
         let most = if name.starts_with("cpu") { 5 } else { 2 * SUBMISSION };
         assert!((5..=most).contains(&patches.len()), "{name}: {} shots", patches.len());
-        let mut again = fresh();
-        for patch in patches {
-            again.shoot(patch).unwrap();
-        }
-        assert_eq!(again.read_field().unwrap(), engine.read_field().unwrap(), "{name}");
+        let again = replay_log(&mut *fresh(), &patches).unwrap();
+        assert_eq!(again.field, engine.read_field().unwrap(), "{name}");
     });
 }
 
 #[test]
 fn run_submits_and_reads_once_per_batch() {
     let mesh = mesh_of(&lit_room());
-    let settings = item_buffer_settings();
-    let mut solver = GpuSolver::new(&open_gpu(), &mesh, &settings.transport).unwrap();
+    let settings = engine_settings().with_visibility(item_buffer(128));
+    let mut solver = gpu_solver(&mesh, &settings.transport, &[]);
     let run = shoot_freely(
         &mut solver,
         &Schedule {

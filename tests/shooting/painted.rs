@@ -1,18 +1,16 @@
 //! Painted faces: a checked floor equals separate faces on all solvers, and energy balances on it.
 
-use common::cover::sampled_mesh;
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
 use common::paint::{Coat, Paint, PaintCorner, TexturePicture, WrapMode, WrappedTexture};
-use common::passes;
 use common::scene::{Face, Scene};
-use common::settings::{Iteration, Schedule};
+use common::settings::Iteration;
 use common::shooting::SolveRun;
 use cpu::dense::Matrix;
 use cpu::hierarchy::solver::{ErrorBudget, solve_scene};
 use glam::{DVec2, DVec3, Vec3};
-use oracle::solve::dense;
-use radiosity_tests::engines::{ENGINE_KINDS, EngineKind, engine_settings};
+use radiosity_tests::dense::solve_matrix;
+use radiosity_tests::engines::{ENGINE_KINDS, EngineKind, engine_settings, mesh_of, solve_by_schedule};
 use radiosity_tests::{lit_room, named_scene};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -89,23 +87,21 @@ fn split(whole: &Scene) -> (Scene, Vec<[u32; 2]>) {
 /// Returns B of each texel by the dense matrix, in face order.
 fn exact(scene: &Scene, mesh: &Mesh) -> Vec<Vec3> {
     let (matrix, _) = Matrix::assemble(scene, mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    let field = dense::solve_system(mesh, &matrix).unwrap().0.field;
+    let radiosity = solve_matrix(mesh, &matrix).radiosity;
     let order = mesh.texels_in_face_order().into_iter();
-    order.map(|k| field.radiosity[k].truncate()).collect()
+    order.map(|k| radiosity[k].as_vec3()).collect()
 }
 
 fn run(scene: &Scene, kind: &EngineKind, epsilon: f64) -> (Mesh, SolveRun) {
-    let settings = engine_settings();
-    let mesh = sampled_mesh(scene, &settings.meshing).unwrap();
-    let mut engine = kind.fresh_engine(&mesh, &settings, &[]);
-    let schedule = Schedule {
-        epsilon,
-        iteration: Iteration::Cg,
-        ..settings.schedule
-    };
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let run = passes::solve_by_schedule(engine.as_mut(), &mesh, &schedule, go_on).unwrap();
-    drop(engine);
+    let mut settings = engine_settings();
+    settings.schedule.epsilon = epsilon;
+    settings.schedule.iteration = Iteration::Cg;
+    let mesh = mesh_of(scene);
+    let run = solve_by_schedule(
+        &mut *kind.fresh_engine(&mesh, &settings, &[]),
+        &mesh,
+        &settings.schedule,
+    );
     (mesh, run)
 }
 
@@ -145,25 +141,19 @@ fn hierarchical_solve_of_painted_checks_equals_exact_solution() {
     assert!(off < 0.01, "{off}");
 }
 
+/// On every engine the energy balances, and by rays CPU and GPU agree.
 #[test]
-fn energy_balances_on_patches_of_uneven_reflectance() {
+fn engines_agree_on_patches_of_uneven_reflectance() {
     let whole = painted();
-    for kind in ENGINE_KINDS {
+    let fields = ENGINE_KINDS.map(|kind| {
         let (mesh, run) = run(&whole, &kind, 1e-4);
         let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
         assert!(run.converged, "{}", kind.name);
         assert!(energy.imbalance < 2e-6, "{}: {energy:?}", kind.name);
         assert!(energy.share_of_emitted(energy.unshot).abs() < 1e-4, "{}", kind.name);
-    }
-}
-
-#[test]
-fn cpu_and_gpu_agree_on_painted_faces() {
-    let whole = painted();
-    let [cpu, gpu] = [ENGINE_KINDS[0], ENGINE_KINDS[3]].map(|kind| run(&whole, &kind, 1e-4).1.field);
-    let light = |field: &common::shooting::RadiosityField| -> Vec<Vec3> {
-        field.radiosity.iter().map(|b| b.truncate()).collect()
-    };
-    let off = rms(light(&cpu).into_iter(), &light(&gpu));
+        run.field
+    });
+    let [cpu, _, _, gpu] = fields.map(|field| Vec::from_iter(field.radiosity.iter().map(|b| b.truncate())));
+    let off = rms(cpu.into_iter(), &gpu);
     assert!(off < 1e-5, "{off}");
 }

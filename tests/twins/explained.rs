@@ -2,16 +2,16 @@
 
 use common::mesh::Mesh;
 use common::scene::Face;
-use common::settings::{ItemBufferProjection, Raster, Transport, Visibility};
+use common::settings::{ItemBufferProjection, Raster, Settings, Visibility};
 use cpu::CpuSolver;
 use glam::Vec3;
-use gpu::{Gpu, GpuSolver, ShaderFault};
+use gpu::ShaderFault;
 use oracle::compare::comparison::VisibilityStatistics;
 use oracle::compare::visibility::check_visibility;
-use radiosity_tests::engines::item_buffer;
+use radiosity_tests::engines::{gpu_solver, hemicube, item_buffer};
 use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::named_scene;
-use radiosity_tests::shader_faults::shader_fault;
+use radiosity_tests::shader_faults::assert_faults_noticed;
 use std::ops::ControlFlow;
 
 /// A small shooter, a screen that ends just above its horizon, and a wall behind the gap that goes
@@ -22,29 +22,20 @@ fn gap_statistics(visibility: Visibility, faults: &[ShaderFault]) -> VisibilityS
     let screen = rectangle([1.0, -2.0, 0.02], [0.0, 0.0, 1.0], [0.0, 4.0, 0.0]);
     let wall = rectangle([1.5, -2.0, -2.0], [0.0, 0.0, 4.0], [0.0, 4.0, 0.0]);
     let scene = named_scene("gap", [floor, screen, wall].map(quad).to_vec());
-    let transport = Transport {
-        visibility,
-        ..Transport::default()
-    };
-    let gpu = Gpu::open(None).expect("the tests need an adapter: see scripts/driver.sh");
+    let transport = Settings::default().with_visibility(visibility).transport;
     let mut mesh = Mesh::new(&scene, &[[1, 1], [8, 8], [256, 256]], 1).unwrap();
     mesh.patches.truncate(1);
-    let mut solver = GpuSolver::with_faults(&gpu, &mesh, &transport, faults).unwrap();
-    let mut cpu = CpuSolver::new(&mesh, &transport);
-    check_visibility(&mesh, &transport, &mut cpu, &mut solver, &mut || {
-        ControlFlow::Continue(())
-    })
-    .unwrap()
-    .statistics
+    let (mut cpu, mut gpu) = (CpuSolver::new(&mesh, &transport), gpu_solver(&mesh, &transport, faults));
+    let go_on = &mut || ControlFlow::Continue(());
+    let check = check_visibility(&mesh, &transport, &mut cpu, &mut gpu, go_on).unwrap();
+    check.statistics
 }
 
 #[test]
 fn gap_narrower_than_pixel_is_explained() {
     // The stereographic rim is fine enough to show this gap.
-    for visibility in [
-        Visibility::with_item_buffer(ItemBufferProjection::Hemisphere(Raster::Pixel), 64),
-        Visibility::with_item_buffer(ItemBufferProjection::Hemicube, 64),
-    ] {
+    let hemisphere = ItemBufferProjection::Hemisphere(Raster::Pixel);
+    for visibility in [Visibility::with_item_buffer(hemisphere, 64), hemicube(64)] {
         let pairs = gap_statistics(visibility, &[]);
         assert!(pairs.vanished > 0, "{visibility:?}: {pairs:?}");
         assert_eq!(pairs.unexplained, 0, "{visibility:?}: {pairs:?}");
@@ -54,17 +45,11 @@ fn gap_narrower_than_pixel_is_explained() {
 
 #[test]
 fn missing_screen_is_not_explained() {
-    let fault = shader_fault(
-        "item_buffer",
-        "let empty = any(limits.xy >= limits.zw);",
-        "let empty = face == 1u || any(limits.xy >= limits.zw);",
-    );
-    assert!(
-        gap_statistics(
-            Visibility::with_item_buffer(ItemBufferProjection::Hemicube, 64),
-            &[fault]
-        )
-        .unexplained
-            > 0
-    );
+    assert_faults_noticed("gap", |faults| {
+        let unexplained = gap_statistics(hemicube(64), faults).unexplained;
+        (unexplained > 0)
+            .then(|| "unexplained".to_owned())
+            .into_iter()
+            .collect()
+    });
 }

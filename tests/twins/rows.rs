@@ -3,7 +3,6 @@
 
 use common::cover;
 use common::form_factor::FormFactor;
-use common::import::{ImportOptions, load_scene};
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Transport;
@@ -11,8 +10,7 @@ use cpu::CpuSolver;
 use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
-use radiosity_tests::{box_in_room, lit_room, named_scene, paper_room, random_cases};
-use std::path::Path;
+use radiosity_tests::{box_in_room, bundled_scene, lit_room, named_scene, random_cases};
 
 fn cut_mesh(scene: &Scene, texels: u32, cells: u32, samples: u32) -> Mesh {
     let mut mesh = Mesh::uniform(scene, texels, cells).unwrap();
@@ -59,57 +57,38 @@ fn compare_rows(mesh: &Mesh, kind: FormFactor, every: usize) -> [usize; 3] {
     [differing, hidden, all]
 }
 
-fn load_bundled_scene(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name);
-    load_scene(&path, &ImportOptions::default()).unwrap()
+/// A face that reaches behind another: all sample points of a texel may lie behind a patch.
+fn crossing_faces() -> [Scene; 3] {
+    let quad = |c: [[f64; 3]; 4]| Face::quad("", c.map(DVec3::from), Vec3::ONE, Vec3::ZERO);
+    let flat = quad([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
+    let slanted = quad([[0.03, -1.0, -0.6], [0.2, -1.0, 0.7], [0.2, 1.0, 0.7], [0.03, 1.0, -0.6]]);
+    [
+        [flat.clone(), slanted.clone()],
+        [flat.reversed(), slanted.clone()],
+        [flat, slanted.reversed()],
+    ]
+    .map(|faces| named_scene("crossing", faces.into()))
 }
 
 #[test]
 fn rows_equal_rows_of_all_rays() {
-    let scenes = [
-        box_in_room(),
-        lit_room(),
-        paper_room(),
-        load_bundled_scene("cornell_box.obj"),
-        load_bundled_scene("paper_room_objects.obj"),
-        load_bundled_scene("slivers.obj"),
-        load_bundled_scene("occluded_plates.obj"),
-    ];
-    for scene in &scenes {
-        let many = scene.faces.len() > 100;
-        for (texels, cells, samples) in [(8, 1, 1), (8, 2, 3), (6, 3, 4), (5, 5, 1)] {
-            let mesh = cut_mesh(scene, texels, cells, samples);
+    let bundled = ["paper_room_objects.obj", "slivers.obj", "occluded_plates.obj"].map(bundled_scene);
+    let occluded = [box_in_room(), lit_room()].into_iter().chain(bundled);
+    for scene in occluded.chain(crossing_faces()) {
+        for (texels, cells, samples) in [(8, 1, 1), (8, 2, 3), (6, 2, 2), (6, 3, 4), (5, 5, 1)] {
+            let mesh = cut_mesh(&scene, texels, cells, samples);
+            let every = match scene.faces.len() {
+                0..10 => 1,
+                10..100 => 7,
+                _ => 61,
+            };
             for kind in [FormFactor::Polygon, FormFactor::Disc, FormFactor::Paper] {
-                let every = if many { 61 } else { 7 };
                 let [differing, hidden, all] = compare_rows(&mesh, kind, every);
-                assert_eq!(
-                    differing, 0,
-                    "{}, {texels} texels, {cells} cells, {samples} samples: {differing} of {all}",
-                    scene.name
-                );
-                let open = ["slivers"].iter().any(|name| scene.name.contains(name));
-                assert!(open || hidden > 0, "{}: nothing is hidden", scene.name);
+                let name = format!("{}, {texels} texels, {cells} cells, {samples} samples", scene.name);
+                assert_eq!(differing, 0, "{name}: of {all}");
+                let open = ["slivers", "crossing"].iter().any(|open| scene.name.contains(open));
+                assert!(open || hidden > 0, "{name}: nothing is hidden");
             }
-        }
-    }
-}
-
-/// All sample points of a texel that reaches behind a patch may lie behind it.
-#[test]
-fn rows_of_crossing_faces_equal_rows_of_all_rays() {
-    let quad = |c: [[f64; 3]; 4]| Face::quad("", c.map(DVec3::from), Vec3::ONE, Vec3::ZERO);
-    let flat = quad([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
-    let slanted = quad([[0.03, -1.0, -0.6], [0.2, -1.0, 0.7], [0.2, 1.0, 0.7], [0.03, 1.0, -0.6]]);
-    for faces in [
-        [flat.clone(), slanted.clone()],
-        [flat.reversed(), slanted.clone()],
-        [flat, slanted.reversed()],
-    ] {
-        let scene = named_scene("crossing", faces.into());
-        for samples in 1..5 {
-            let mesh = cut_mesh(&scene, 6, 2, samples);
-            let [differing, _, all] = compare_rows(&mesh, FormFactor::Polygon, 1);
-            assert_eq!(differing, 0, "{samples} samples: {differing} of {all}");
         }
     }
 }

@@ -3,59 +3,47 @@
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
 /// Chromaticities (x, y) of red, green, blue and white.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Primaries(pub [DVec2; 4]);
+pub(super) type Primaries = [DVec2; 4];
 
 /// The primaries of the workspace's own colours.
-pub(super) const REC709_PRIMARIES: Primaries = Primaries([
+pub(super) const REC709_PRIMARIES: Primaries = [
     DVec2::new(0.64, 0.33),
     DVec2::new(0.30, 0.60),
     DVec2::new(0.15, 0.06),
     DVec2::new(0.3127, 0.3290),
-]);
+];
 
 /// CIE XYZ, written as primaries.
-pub(super) const XYZ_PRIMARIES: Primaries = Primaries([
+pub(super) const XYZ_PRIMARIES: Primaries = [
     DVec2::new(1.0, 0.0),
     DVec2::new(0.0, 1.0),
     DVec2::new(0.0, 0.0),
     DVec2::new(1.0 / 3.0, 1.0 / 3.0),
-]);
+];
 
-impl Primaries {
-    /// Returns the matrix to XYZ with Y = 1 for white; `None` if the four points do not span a colour space.
-    fn to_xyz(self) -> Option<DMat3> {
-        let [r, g, b, w] = self.0;
-        let column = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y);
-        let primaries = DMat3::from_cols(column(r), column(g), column(b));
-        let spanned = primaries.determinant().abs() > 1e-9;
-        if w.y.is_nan() || w.y <= 0.0 || !spanned {
-            return None;
-        }
-        let scale = primaries.inverse() * (column(w) / w.y);
-        Some(primaries * DMat3::from_diagonal(scale))
+/// Returns the matrix to XYZ with Y = 1 for white; `None` if the four points do not span a colour space.
+fn matrix_to_xyz([r, g, b, w]: Primaries) -> Option<DMat3> {
+    let column = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y);
+    let primaries = DMat3::from_cols(column(r), column(g), column(b));
+    let spanned = primaries.determinant().abs() > 1e-9;
+    if w.y.is_nan() || w.y <= 0.0 || !spanned {
+        return None;
     }
+    let scale = primaries.inverse() * (column(w) / w.y);
+    Some(primaries * DMat3::from_diagonal(scale))
+}
 
-    /// Tests for Rec. 709, to the three digits in which files write primaries.
-    pub(super) fn are_rec709(self) -> bool {
-        self.0
-            .iter()
-            .zip(REC709_PRIMARIES.0)
-            .all(|(a, b)| (*a - b).length() < 1e-3)
+/// Converts `pixels` in place without adapting the white point, so that the light itself does not
+/// change. Returns false, and changes nothing, if the primaries do not span a colour space.
+pub(super) fn convert_pixels(primaries: Primaries, pixels: &mut [Vec3]) -> bool {
+    let (Some(from), Some(to)) = (matrix_to_xyz(primaries), matrix_to_xyz(REC709_PRIMARIES)) else {
+        return false;
+    };
+    let matrix = to.inverse() * from;
+    for pixel in pixels {
+        *pixel = (matrix * pixel.as_dvec3()).as_vec3();
     }
-
-    /// Converts `pixels` in place without adapting the white point, so that the light itself does not
-    /// change. Returns false, and changes nothing, if the primaries do not span a colour space.
-    pub(super) fn convert_pixels(self, pixels: &mut [Vec3]) -> bool {
-        let (Some(from), Some(to)) = (self.to_xyz(), REC709_PRIMARIES.to_xyz()) else {
-            return false;
-        };
-        let matrix = to.inverse() * from;
-        for pixel in pixels {
-            *pixel = (matrix * pixel.as_dvec3()).as_vec3();
-        }
-        true
-    }
+    true
 }
 
 #[cfg(test)]
@@ -64,7 +52,9 @@ mod tests {
 
     #[test]
     fn rec709_matrix_equals_iec_61966_2_1() {
-        let rows = REC709_PRIMARIES.to_xyz().map(|m| m.transpose()).unwrap_or_default();
+        let rows = matrix_to_xyz(REC709_PRIMARIES)
+            .map(|m| m.transpose())
+            .unwrap_or_default();
         // IEC 61966-2-1 prints four digits.
         let printed = DMat3::from_cols(
             DVec3::new(0.4124, 0.3576, 0.1805),
@@ -72,10 +62,6 @@ mod tests {
             DVec3::new(0.0193, 0.1192, 0.9505),
         );
         assert!(rows.abs_diff_eq(printed, 1e-4), "{rows}");
-        assert!(
-            XYZ_PRIMARIES
-                .to_xyz()
-                .is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12))
-        );
+        assert!(matrix_to_xyz(XYZ_PRIMARIES).is_some_and(|m| m.abs_diff_eq(DMat3::IDENTITY, 1e-12)));
     }
 }

@@ -1,26 +1,25 @@
 //! Writes a room's lighting as one HDR radiance map per face, and reads it back.
 //!
-//! A folder holds `000-name.exr`, `001-name.exr`, … and `room.json`. That file describes each face as
-//! `result.json` does, and names its map. R, G, B are radiance L = B/π, W/m²/sr, for paint programs and
-//! viewers; `radiosity.R/G/B` hold B itself, since π·(B/π) does not give back B's last bit. Both
-//! are 32-bit float. On a quad the image's first row is the last row of texels, at the edge from
-//! corner 3 to corner 2, so that a wall whose corner 0 is its lower left is upright. A triangle's
-//! N² texels are read as one line in an N×N image, as in `lightmap.exr`.
+//! A folder holds `000-name.exr`, `001-name.exr`, … and `room.json`. That file describes each face as `result.json`
+//! does, and names its map. R, G, B are radiance L = B/π, W/m²/sr, for paint programs and viewers; `radiosity.R/G/B`
+//! hold B itself, since π·(B/π) does not give back B's last bit. Both are 32-bit float. On a quad the image's first
+//! row is the last row of texels, at the edge from corner 3 to corner 2, so that a wall whose corner 0 is its lower
+//! left is upright. A triangle's N² texels are read as one line in an N×N image, as in `lightmap.exr`.
 //!
 //! A pixel whose R, G, B differ from B/π in any bit, or that has no `radiosity.*`, was painted on in an
 //! image editor: its radiosity is B = πL.
 
 use crate::error::{Error, Result};
-use crate::mesh::MAX_TEXELS;
 use crate::scene::{Scene, Shape};
-use crate::solution::faces::{FaceEntry, TOO_BRIGHT, build_faces, describe_face, face_label, first_too_bright};
+use crate::solution::faces::{
+    Description, FaceEntry, TOO_BRIGHT, build_faces, describe_face, face_label, first_too_bright,
+};
 use crate::solution::pending::PendingFiles;
 use crate::solution::pixels::ImagePlanes;
 use crate::solution::write::{encode_exr, prepare_directory};
 use crate::texel;
 use crate::text::escape_control;
-use glam::{BVec3, Vec3};
-use serde::Deserialize;
+use glam::Vec3;
 use serde_json::json;
 use std::f32::consts::PI;
 use std::path::{Component, Path};
@@ -44,27 +43,20 @@ pub struct MappedRoom {
 ///
 /// Errors: [`Error::Write`] with the file; [`Error::Usage`] if the lengths do not match.
 pub fn write(dir: &Path, scene: &Scene, resolutions: &[[u32; 2]], radiosity: &[Vec3]) -> Result<()> {
-    let count: usize = resolutions.iter().map(|r| texel::texel_count(*r) as usize).sum();
-    if resolutions.len() != scene.faces.len() || radiosity.len() != count {
+    let first = texel::first_texels(resolutions);
+    if resolutions.len() != scene.faces.len() || radiosity.len() != first[resolutions.len()] {
         return Err(Error::Usage(
             "a map needs a radiosity for every texel of every face".into(),
         ));
     }
     prepare_directory(dir)?;
     let mut files = PendingFiles::default();
-    let mut rest = radiosity;
     let mut entries = Vec::new();
     for (k, (face, resolution)) in scene.faces.iter().zip(resolutions).enumerate() {
-        let (own, others) = rest.split_at(texel::texel_count(*resolution) as usize);
-        rest = others;
         let file = format!("{k:03}-{}.exr", safe_file_name(&face.name));
-        let path = dir.join(&file);
         let rows = pixel_order(face.shape, *resolution);
-        let image = encode_map(*resolution, &rows, own).map_err(|source| Error::Write {
-            path: path.clone(),
-            source,
-        })?;
-        files.add(&path, &image)?;
+        let image = encode_map(*resolution, &rows, &radiosity[first[k]..first[k + 1]])?;
+        files.add(&dir.join(&file), &image)?;
         let mut entry = describe_face(face, *resolution);
         entry["file"] = file.into();
         entries.push(entry);
@@ -88,29 +80,21 @@ pub fn write(dir: &Path, scene: &Scene, resolutions: &[[u32; 2]], radiosity: &[V
 /// size, a missing channel, a radiance that is not finite, or painted and negative.
 pub fn read(dir: &Path) -> Result<MappedRoom> {
     let path = dir.join("room.json");
-    let description = read_description(&path)?;
+    let description = Description::read(&path, "room", "a folder of maps is needed")?;
     let entries = &description.faces;
+    for (k, entry) in entries.iter().enumerate() {
+        let refuse = |message| Error::bad_input(&path, face_label(k), message);
+        entry.check_emission().map_err(refuse)?;
+    }
     let mut room = MappedRoom {
         scene: Scene {
-            name: escape_control(&description.scene),
-            ..Scene::default()
+            name: escape_control(description.scene.as_deref().unwrap_or_default()),
+            faces: build_faces(entries),
+            notes: Vec::new(),
         },
         resolutions: entries.iter().map(|e| e.texels).collect(),
         radiosity: Vec::new(),
     };
-    let mut total = 0;
-    for (k, entry) in entries.iter().enumerate() {
-        let refuse = |message: String| Error::bad_input(&path, face_label(k), message);
-        entry
-            .check_entry()
-            .and_then(|()| entry.check_emission())
-            .map_err(refuse)?;
-        total += u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
-        if total > MAX_TEXELS {
-            return Err(refuse("too many texels in all faces".into()));
-        }
-    }
-    room.scene.faces = build_faces(entries);
     for (k, entry) in entries.iter().enumerate() {
         let file = map_file_name(entry).map_err(|message| Error::bad_input(&path, face_label(k), message))?;
         let shape = room.scene.faces[k].shape;
@@ -127,24 +111,6 @@ pub fn read(dir: &Path) -> Result<MappedRoom> {
         Some(k) => Err(Error::bad_input(&path, face_label(k), TOO_BRIGHT)),
         None => Ok(room),
     }
-}
-
-#[derive(Deserialize)]
-struct Description {
-    #[serde(default)]
-    scene: String,
-    faces: Vec<FaceEntry>,
-}
-
-fn read_description(path: &Path) -> Result<Description> {
-    let refuse = |message: String| Error::bad_input(path, "", message);
-    let text = crate::file::read_input(path, "a folder of maps is needed")?;
-    let description: Description =
-        serde_json::from_slice(&text).map_err(|e| refuse(format!("does not describe a room: {e}")))?;
-    if description.faces.is_empty() {
-        return Err(refuse("has no faces".into()));
-    }
-    Ok(description)
 }
 
 /// Returns the name of the face's map, which must lie in the folder itself.
@@ -175,14 +141,14 @@ fn pixel_order(shape: Shape, [w, h]: [u32; 2]) -> Vec<usize> {
     }
 }
 
-fn encode_map(size: [u32; 2], rows: &[usize], radiosity: &[Vec3]) -> std::io::Result<Vec<u8>> {
+fn encode_map(size: [u32; 2], rows: &[usize], radiosity: &[Vec3]) -> Result<Vec<u8>> {
     let mut planes = Vec::new();
     for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
         let exact: Vec<f32> = rows.iter().map(|at| radiosity[*at][c]).collect();
         planes.push((letter.into(), exact.iter().map(|b| b / PI).collect()));
         planes.push((format!("radiosity.{letter}"), exact));
     }
-    encode_exr(size.map(|n| n as usize), planes)
+    encode_exr(size, planes)
 }
 
 /// Reads a face's radiosity in the order of its texels. Also returns the number of texels whose value is
@@ -207,7 +173,8 @@ fn read_radiosity(path: &Path, k: usize, shape: Shape, size: [u32; 2]) -> Result
     for (pixel, at) in pixel_order(shape, size).into_iter().enumerate() {
         let colour = |planes: [&[f32]; 3]| Vec3::from(planes.map(|plane| plane[pixel]));
         let radiance = colour(radiance);
-        let kept = exact.map(colour).filter(|b| same_bits(*b / PI, radiance));
+        let bits = |value: Vec3| value.to_array().map(f32::to_bits);
+        let kept = exact.map(colour).filter(|b| bits(*b / PI) == bits(radiance));
         painted += usize::from(kept.is_none());
         let value = kept.unwrap_or(radiance * PI);
         // A solver's own −1e-9 is kept; a painted value below black is an error.
@@ -221,9 +188,4 @@ fn read_radiosity(path: &Path, k: usize, shape: Shape, size: [u32; 2]) -> Result
         values[at] = value;
     }
     Ok((values, painted))
-}
-
-fn same_bits(a: Vec3, b: Vec3) -> bool {
-    let same = |c: usize| a[c].to_bits() == b[c].to_bits();
-    BVec3::new(same(0), same(1), same(2)).all()
 }

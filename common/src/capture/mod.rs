@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! file ─ panorama (radiance, openexr, colour, repair) ─ projection ─┐
-//!                       room (six quads, an eye) ─ resample (sphere) ┴─ B per texel ─ maps (one EXR per face)
+//!                       room (six quads, an eye) ─ resample ┴─ B per texel ─ maps (one EXR per face)
 //! ```
 //!
 //! Radiance L is in W/m²/sr, radiosity B = πL in W/m², both in linear Rec. 709. `docs/architecture.md`,
@@ -17,8 +17,6 @@ mod radiance;
 mod repair;
 mod resample;
 pub mod room;
-mod scanline;
-mod sphere;
 
 pub use panorama::Panorama;
 pub use projection::MapProjection;

@@ -4,10 +4,10 @@ use super::projection::MapProjection;
 use super::repair::{RepairCounts, repair_pixels};
 use super::{DecodeFailure, DecodedMap, check_size, openexr, radiance};
 use crate::error::{Error, Result};
-use crate::file::{MAX_FILE_BYTES, open_file};
+use crate::file::{self, MAX_FILE_BYTES};
 use glam::{DVec2, DVec3, Vec3};
 use std::f32::consts::PI;
-use std::io::Read;
+use std::panic::catch_unwind;
 use std::path::Path;
 
 /// Radiance L (W/m²/sr, linear Rec. 709) over the sphere of directions.
@@ -27,8 +27,7 @@ pub struct Panorama {
 impl Panorama {
     /// Reads a Radiance picture or an OpenEXR file, recognised by their first bytes.
     ///
-    /// `projection` overrides the file's `envmap` attribute and its aspect (2:1 lat-long, 1:6 cube,
-    /// 1:1 angular).
+    /// `projection` overrides the file's `envmap` attribute and its aspect (2:1 lat-long, 1:6 cube, 1:1 angular).
     ///
     /// Errors: [`Error::Input`] with the file and, where known, scanline and byte: not readable,
     /// neither format, damaged, cut short, more than [`MAX_PIXELS`](super::MAX_PIXELS) pixels or 2 GiB, or of a shape
@@ -163,42 +162,21 @@ impl Panorama {
             .unwrap_or_else(|| self.pixel_radiance(self.pixel_containing(at)))
     }
 
-    /// Returns the radiance of the pixel at column x and row y, which may lie one beyond the map or the
+    /// Returns the radiance of the pixel at column x and row y; of the nearest one if it lies beyond the map or the
     /// square; `None` in an angular map's corners, where nothing was captured.
     fn pixel_or_neighbour(&self, x: i64, y: i64, square: i64) -> Option<Vec3> {
         let [w, h] = self.size.map(|n| n as i64);
-        let beyond = || {
+        let is_cube = self.projection == MapProjection::Cube;
+        let rows = if is_cube { square * w..(square + 1) * w } else { 0..h };
+        let pixel = if (0..w).contains(&x) && rows.contains(&y) {
+            [x, y]
+        } else {
             let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let direction = self.projection.direction_on_square(self.size, square as usize, at);
-            self.projection.position_of(self.size, direction)
+            self.pixel_containing(self.projection.position_of(self.size, direction))
         };
-        match self.projection {
-            MapProjection::LatLong => {
-                // Beyond a pole the map continues half a turn further.
-                let over = y.clamp(-1 - y, 2 * h - 1 - y);
-                let turn = if over == y { 0 } else { w / 2 };
-                Some(self.pixel_radiance([(x + turn).rem_euclid(w), over.clamp(0, h - 1)]))
-            }
-            MapProjection::Cube if (0..w).contains(&x) && y.div_euclid(w) == square => {
-                Some(self.pixel_radiance([x, y]))
-            }
-            MapProjection::Cube => {
-                // In the next square, whose rows and columns lie otherwise.
-                let at = beyond();
-                let first = (at.y as i64).clamp(0, h - 1) / w * w;
-                let within = |x: i64, y: i64| [x.clamp(0, w - 1), y.clamp(first, first + w - 1)];
-                interpolate_bilinear(at - 0.5, |x, y| Some(self.pixel_radiance(within(x, y))))
-            }
-            MapProjection::Angular => {
-                let inside = (0..w).contains(&x) && (0..h).contains(&y);
-                let pixel = if inside {
-                    [x, y]
-                } else {
-                    self.pixel_containing(beyond())
-                };
-                self.is_captured(pixel).then(|| self.pixel_radiance(pixel))
-            }
-        }
+        let is_captured = self.projection != MapProjection::Angular || self.is_captured(pixel);
+        is_captured.then(|| self.pixel_radiance(pixel))
     }
 
     /// Tests if a pixel's centre lies in an angular map's disc.
@@ -236,21 +214,14 @@ fn interpolate_bilinear(at: DVec2, pixel: impl Fn(i64, i64) -> Option<Vec3>) -> 
 }
 
 fn decode_file(path: &Path) -> std::result::Result<DecodedMap, DecodeFailure> {
-    let unreadable = |e: std::io::Error| format!("cannot be read: {e}");
-    let mut file = open_file(path, MAX_FILE_BYTES).map_err(|reason| format!("cannot be read: {reason}"))?;
-    let mut bytes = Vec::new();
-    // The first bytes decide the format before the rest is read.
-    file.by_ref().take(4).read_to_end(&mut bytes).map_err(unreadable)?;
-    let decoder = match () {
-        () if openexr::is_openexr(&bytes) => openexr::decode_bytes,
-        () if radiance::is_radiance(&bytes) => radiance::decode_bytes,
-        () => {
+    let bytes = file::read(path, MAX_FILE_BYTES).map_err(|reason| format!("cannot be read: {reason}"))?;
+    let decoder = match bytes[..] {
+        [0x76, 0x2f, 0x31, 0x01, ..] => openexr::decode_bytes,
+        [b'#', b'?', ..] => radiance::decode_bytes,
+        _ => {
             return Err("is neither a Radiance picture (.hdr) nor an OpenEXR file: a radiance map is needed".into());
         }
     };
-    let read = file.take(MAX_FILE_BYTES).read_to_end(&mut bytes).map_err(unreadable)?;
-    if read as u64 == MAX_FILE_BYTES {
-        return Err("grows while it is read, beyond 2 GiB".into());
-    }
-    decoder(&bytes)
+    // The decoder of OpenEXR uses indices of a damaged file unchecked; its panics are reported as damage.
+    catch_unwind(|| decoder(&bytes)).unwrap_or_else(|_| Err("is damaged: write or copy it again".into()))
 }

@@ -1,19 +1,17 @@
 //! Resamples a panorama's pixels to the texels of the walls around its eye.
 //!
-//! A pixel is a spherical polygon. It is cut along the lines of the texel grid, which are great
-//! circles as seen from the eye, and its exact solid angle is shared among the texels in
-//! proportion to the pieces. A texel's radiance is L = Σ L Δω / Σ Δω, weighted by solid angle *as
-//! seen from the eye*. A texel thus sends the eye the same light as the pixels that it covers. The
-//! sphere's total is kept, and the irradiance at the eye up to the change of cos θ within a texel.
-//! Weighting by area on the wall would favour the parts that are far away or seen at a grazing angle,
-//! where few pixels cover much wall.
+//! A pixel is a spherical polygon. It is cut along the lines of the texel grid, which are great circles as seen from
+//! the eye, and its exact solid angle is shared among the texels in proportion to the pieces. A texel's radiance is L
+//! = Σ L Δω / Σ Δω, weighted by solid angle *as seen from the eye*. A texel thus sends the eye the same light as the
+//! pixels that it covers. The sphere's total is kept, and the irradiance at the eye up to the change of cos θ within
+//! a texel. Weighting by area on the wall would favour the parts that are far away or seen at a grazing angle, where
+//! few pixels cover much wall.
 //!
 //! There is no sampling and no noise. Pixels are processed in a fixed order on one thread, so the result
 //! is bitwise reproducible. Memory is 40 bytes per texel.
 
 use super::panorama::Panorama;
 use super::projection::MapProjection;
-use super::sphere::SphericalPolygon;
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene, Shape};
 use crate::texel;
@@ -81,8 +79,7 @@ struct Wall {
     first: usize,
     /// Texels W×H.
     size: [usize; 2],
-    /// For a direction d, depth·d > 0 in front of the eye, u = along[0]·d / depth·d and
-    /// v = along[1]·d / depth·d.
+    /// For a direction d, depth·d > 0 in front of the eye, u = along[0]·d / depth·d and v = along[1]·d / depth·d.
     depth: DVec3,
     along: [DVec3; 2],
 }
@@ -140,18 +137,17 @@ impl Wall {
         (at.x >= 0.0 && at.y >= 0.0 && at.x < w && at.y < h).then_some([at.x as usize, at.y as usize])
     }
 
-    /// Returns the part of `polygon` on columns (or rows) `from`..`to`.
-    fn cut_strip(&self, polygon: &SphericalPolygon, axis: usize, from: usize, to: usize) -> SphericalPolygon {
-        polygon
-            .cut_by_plane(self.grid_plane(axis, from))
-            .cut_by_plane(-self.grid_plane(axis, to))
+    /// Returns the part of `polygon` on column (or row) `k`.
+    fn cut_strip(&self, polygon: &[DVec3], axis: usize, k: usize) -> Vec<DVec3> {
+        let above = cut_by_plane(polygon, self.grid_plane(axis, k));
+        cut_by_plane(&above, -self.grid_plane(axis, k + 1))
     }
 
     /// Returns the columns (or rows) touched by a polygon within the wall.
-    fn touched_range(&self, polygon: &SphericalPolygon, axis: usize) -> std::ops::RangeInclusive<usize> {
+    fn touched_range(&self, polygon: &[DVec3], axis: usize) -> std::ops::RangeInclusive<usize> {
         let last = self.size[axis] - 1;
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for corner in polygon.corners() {
+        for corner in polygon {
             let at = self.texel_coordinates(*corner)[axis];
             (low, high) = (low.min(at), high.max(at));
         }
@@ -160,7 +156,7 @@ impl Wall {
     }
 
     /// Appends the texels covered by `polygon`, each with the solid angle (sr) of its part.
-    fn add_covered_texels(&self, polygon: &SphericalPolygon, shares: &mut Vec<(usize, f64)>) {
+    fn add_covered_texels(&self, polygon: &[DVec3], shares: &mut Vec<(usize, f64)>) {
         // Most polygons lie wholly beyond one of the wall's edges.
         let [w, h] = self.size;
         let edges = [
@@ -169,22 +165,23 @@ impl Wall {
             self.grid_plane(1, 0),
             -self.grid_plane(1, h),
         ];
-        let outside = |edge: &DVec3| polygon.corners().iter().all(|c| c.dot(*edge) < 0.0);
+        let outside = |edge: &DVec3| polygon.iter().all(|c| c.dot(*edge) < 0.0);
         if edges.iter().any(outside) {
             return;
         }
-        let part = edges.iter().fold(*polygon, |part, edge| part.cut_by_plane(*edge));
-        if part.is_empty() {
+        let part = edges
+            .iter()
+            .fold(polygon.to_vec(), |part, edge| cut_by_plane(&part, *edge));
+        if part.len() < 3 {
             return;
         }
         for i in self.touched_range(&part, 0) {
-            let column = self.cut_strip(&part, 0, i, i + 1);
-            if column.is_empty() {
+            let column = self.cut_strip(&part, 0, i);
+            if column.len() < 3 {
                 continue;
             }
             for j in self.touched_range(&column, 1) {
-                let piece = self.cut_strip(&column, 1, j, j + 1);
-                let solid_angle = piece.solid_angle();
+                let solid_angle = polygon_solid_angle(&self.cut_strip(&column, 1, j));
                 if solid_angle > 0.0 {
                     shares.push((self.first + j * w + i, solid_angle));
                 }
@@ -212,7 +209,6 @@ fn distribute_pixel(panorama: &Panorama, [x, y]: [usize; 2], walls: &[Wall], sha
     };
     for (i, j) in (0..parts).flat_map(|j| (0..parts).map(move |i| (i, j))) {
         let corners = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-        let polygon = SphericalPolygon::from_quad(corners);
         // Texels are convex: a part with all corners in one texel lies in it.
         let inside = walls
             .iter()
@@ -220,12 +216,72 @@ fn distribute_pixel(panorama: &Panorama, [x, y]: [usize; 2], walls: &[Wall], sha
         if let Some((wall, [i, j])) = inside
             && corners[1..].iter().all(|c| wall.texel_in_direction(*c) == Some([i, j]))
         {
-            let solid_angle = polygon.solid_angle();
-            shares.push((wall.first + j * wall.size[0] + i, solid_angle));
+            shares.push((wall.first + j * wall.size[0] + i, polygon_solid_angle(&corners)));
             continue;
         }
         for wall in walls {
-            wall.add_covered_texels(&polygon, shares);
+            wall.add_covered_texels(&corners, shares);
         }
+    }
+}
+
+/// Returns the part of a convex spherical polygon on the side of a plane through the eye to which `normal` points. Its
+/// corners are directions of any length, in either sense of rotation.
+fn cut_by_plane(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    let mut part = Vec::with_capacity(polygon.len() + 1);
+    let ends = polygon
+        .iter()
+        .cycle()
+        .skip(polygon.len().saturating_sub(1))
+        .zip(polygon);
+    for (last, corner) in ends {
+        let [from, to] = [last, corner].map(|c| c.dot(normal));
+        if (from < 0.0) != (to < 0.0) {
+            part.push(last.lerp(*corner, from / (from - to)));
+        }
+        if to >= 0.0 {
+            part.push(*corner);
+        }
+    }
+    part
+}
+
+/// Returns the solid angle in sr: a fan of triangles (Van Oosterom and Strackee 1983).
+fn polygon_solid_angle(polygon: &[DVec3]) -> f64 {
+    let Some((first, rest)) = polygon.split_first() else {
+        return 0.0;
+    };
+    let a = first.normalize();
+    let fan = rest.windows(2).map(|pair| {
+        let (b, c) = (pair[0].normalize(), pair[1].normalize());
+        // Differences, not a × b: the corners of a small triangle are nearly parallel.
+        let volume = a.dot((b - a).cross(c - a));
+        2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+    });
+    fan.sum::<f64>().abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::abs_diff_eq;
+
+    #[test]
+    fn cube_side_has_a_sixth_of_the_sphere_and_cut_parts_sum_to_the_whole() {
+        let p = |x: f64, y: f64| DVec3::new(x, y, 1.0);
+        let side = [p(-1.0, -1.0), p(1.0, -1.0), p(1.0, 1.0), p(-1.0, 1.0)];
+        assert!(abs_diff_eq!(
+            polygon_solid_angle(&side),
+            4.0 * PI / 6.0,
+            epsilon = 1e-14
+        ));
+        for normal in [p(0.3, 0.2), DVec3::new(1.0, 0.1, -0.2), DVec3::X] {
+            let parts = [normal, -normal].map(|normal| polygon_solid_angle(&cut_by_plane(&side, normal)));
+            assert!(
+                abs_diff_eq!(parts[0] + parts[1], 4.0 * PI / 6.0, epsilon = 1e-14),
+                "{normal}"
+            );
+        }
+        assert!(cut_by_plane(&side, DVec3::NEG_Z).is_empty());
     }
 }

@@ -1,10 +1,9 @@
 //! The box room in which a panorama is captured.
 //!
-//! x ∈ [−X/2, X/2], y ∈ [0, Y] (up), z ∈ [−Z/2, Z/2]; fronts face inward. In the order of the
-//! faces: floor (y = 0), ceiling (y = Y), left (+x, a quarter left of the map's centre), right
-//! (−x), front (+z, which the map's centre shows) and back (−z). As seen from within, corner 0 is
-//! a wall's lower left and corner 1 its lower right; the floor's lower edge is at the back wall,
-//! the ceiling's at the front wall, so that right stays right.
+//! x ∈ [−X/2, X/2], y ∈ [0, Y] (up), z ∈ [−Z/2, Z/2]; fronts face inward. In the order of the faces: floor (y = 0),
+//! ceiling (y = Y), left (+x, a quarter left of the map's centre), right (−x), front (+z, which the map's centre
+//! shows) and back (−z). As seen from within, corner 0 is a wall's lower left and corner 1 its lower right; the
+//! floor's lower edge is at the back wall, the ceiling's at the front wall, so that right stays right.
 
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene};

@@ -1,11 +1,9 @@
-//! Builds a scene from input polygons: splits them where necessary, applies materials and notes irregular
-//! faces.
+//! Builds a scene from input polygons: splits them where necessary, applies materials and notes irregular faces.
 
 use super::material::{ImportedMaterial, InputPolygon};
-use super::polygon::{self, ConvexPiece, PolygonRemark};
-use super::surface::{DEFAULT_REFLECTANCE, DiffuseSurface};
+use super::polygon::{self, ConvexPiece};
+use super::surface::{DEFAULT_REFLECTANCE, diffuse_surface};
 use crate::error::{Error, Result};
-use crate::paint::MAX_WHITE_REFLECTANCE;
 use crate::scene::{Face, Scene};
 use crate::text::escape_control;
 use glam::{DVec3, Vec3};
@@ -19,23 +17,27 @@ pub const MAX_FACES: usize = 1 << 22;
 /// Largest number of faces that a note names.
 const MAX_NAMED_FACES: usize = 6;
 
+/// Notes about materials: the words before and after their names. White is [`crate::paint::MAX_WHITE_REFLECTANCE`].
+const WHITE_MATERIALS: [&str; 2] = ["materials ", " reflect all light: taken as 0.95"];
+const PARTLY_WHITE_MATERIALS: [&str; 2] = ["materials ", " reflect all light in places: taken as 0.95 there"];
+const NO_COORDINATES: [&str; 2] = [
+    "textures on faces without coordinates are taken as their mean: materials ",
+    "",
+];
+
 /// Builder of a scene.
 pub struct Builder<'a> {
     path: &'a Path,
     /// Reflectance of all faces in place of the file's.
-    reflectance: Option<Vec3>,
+    pub reflectance: Option<Vec3>,
     /// First piece of each input face.
-    faces: Vec<Face>,
+    pub faces: Vec<Face>,
     /// Further pieces of split faces.
-    pieces: Vec<Face>,
-    remarks: BTreeMap<PolygonRemark, FaceTally>,
+    pub pieces: Vec<Face>,
+    remarks: BTreeMap<&'static str, FaceTally>,
     without_material: FaceTally,
-    /// Materials with reflectance 1 in a channel.
-    white_materials: BTreeSet<String>,
-    /// Materials with reflectance 1 in some pixel of their texture.
-    partly_white_materials: BTreeSet<String>,
-    /// Materials with a texture, on faces without texture coordinates.
-    materials_without_coordinates: BTreeSet<String>,
+    /// Names of materials, by the words before and after them in a note.
+    materials: BTreeMap<[&'static str; 2], BTreeSet<String>>,
     notes: Vec<String>,
 }
 
@@ -49,9 +51,7 @@ impl<'a> Builder<'a> {
             pieces: Vec::new(),
             remarks: BTreeMap::new(),
             without_material: FaceTally::default(),
-            white_materials: BTreeSet::new(),
-            partly_white_materials: BTreeSet::new(),
-            materials_without_coordinates: BTreeSet::new(),
+            materials: BTreeMap::new(),
             notes: Vec::new(),
         }
     }
@@ -59,16 +59,6 @@ impl<'a> Builder<'a> {
     /// Adds a note for the user.
     pub fn add_note(&mut self, note: impl Into<String>) {
         self.notes.push(escape_control(&note.into()));
-    }
-
-    /// True if the options replace the file's reflectances.
-    pub fn replaces_reflectance(&self) -> bool {
-        self.reflectance.is_some()
-    }
-
-    /// Iterates over the faces so far.
-    pub fn all_faces(&self) -> impl Iterator<Item = &Face> {
-        self.faces.iter().chain(&self.pieces)
     }
 
     /// Adds an input face; `place` is its position in the file, for messages.
@@ -135,7 +125,7 @@ impl<'a> Builder<'a> {
     ) -> Result<()> {
         let given = self.reflectance;
         let Some(material) = material else {
-            face.reflectance = given.unwrap_or(DiffuseSurface::DEFAULT.reflectance);
+            face.reflectance = given.unwrap_or(Vec3::splat(DEFAULT_REFLECTANCE));
             return Ok(());
         };
         let corner = |c: &DVec3| polygon.corners.iter().position(|p| p == c).unwrap_or(0);
@@ -148,30 +138,27 @@ impl<'a> Builder<'a> {
             let mean = |k: usize| over[k].or(whole[k]).unwrap_or(look.factors[k]);
             means = [mean(0), mean(1)];
         }
-        let radiance = (look.paint.as_ref()).and_then(|paint| paint.coats[1].as_ref());
-        let surface = || {
-            // No texel of the face emits more than the factor of its texture.
-            radiance.map_or(Ok(DiffuseSurface::DEFAULT), |coat| {
-                DiffuseSurface::new(DVec3::ZERO, coat.factor, material.names)
-            })?;
-            let reflectance = given.map_or(means[0], |_| DVec3::ZERO);
-            DiffuseSurface::new(reflectance, means[1], material.names)
-        };
-        let fail = |message| {
+        // No texel of the face emits more than the factor of its texture.
+        let brightest = (look.paint.as_ref()).and_then(|paint| Some(paint.coats[1].as_ref()?.factor));
+        let rho = given.map_or(means[0], |_| DVec3::ZERO);
+        let surface = diffuse_surface(DVec3::ZERO, brightest.unwrap_or(DVec3::ZERO), material.names)
+            .and_then(|_| diffuse_surface(rho, means[1], material.names));
+        let [reflectance, emission] = surface.map_err(|message| {
             let place = format!("material {}", material.name);
             Error::bad_input(&material.file, place, message)
-        };
-        let surface = surface().map_err(fail)?;
-        if given.is_none() && means[0].as_vec3().max_element() == 1.0 {
-            insert_name(&mut self.white_materials, &material.name);
-        } else if given.is_none() && look.was_white {
-            insert_name(&mut self.partly_white_materials, &material.name);
+        })?;
+        let is_white = means[0].as_vec3().max_element() == 1.0;
+        let is_partly_white = !is_white && look.was_white;
+        let remarks = [
+            (NO_COORDINATES, look.lacks_coordinates),
+            (WHITE_MATERIALS, given.is_none() && is_white),
+            (PARTLY_WHITE_MATERIALS, given.is_none() && is_partly_white),
+        ];
+        for (remark, _) in remarks.into_iter().filter(|(_, applies)| *applies) {
+            self.materials.entry(remark).or_default().insert(material.name.clone());
         }
-        if look.lacks_coordinates {
-            insert_name(&mut self.materials_without_coordinates, &material.name);
-        }
-        face.reflectance = given.unwrap_or(surface.reflectance);
-        face.emission = surface.emission;
+        face.reflectance = given.unwrap_or(reflectance);
+        face.emission = emission;
         face.paint = look.paint.and_then(|mut paint| {
             if face.emission == Vec3::ZERO {
                 paint.coats[1] = None;
@@ -191,13 +178,12 @@ impl<'a> Builder<'a> {
         if count == 0 {
             return fail("has no faces".into());
         }
-        let flat = self.remarks.get(&PolygonRemark::NoArea);
+        let flat = self.remarks.get(polygon::NO_AREA);
         if flat.is_some_and(|faces| faces.count == count) {
             return fail(format!("none of its {count} faces has an area"));
         }
         for (remark, faces) in &self.remarks {
-            let note = faces.describe_faces(describe_remark(*remark));
-            self.notes.push(note);
+            self.notes.push(faces.describe_faces(remark));
         }
         if self.without_material.count > 0 {
             let reflectance = match self.reflectance {
@@ -205,23 +191,11 @@ impl<'a> Builder<'a> {
                 Some(_) => String::new(),
             };
             let without = format!("without material: {reflectance}no emission");
-            let note = self.without_material.describe_faces(&without);
-            self.notes.push(note);
+            self.notes.push(self.without_material.describe_faces(&without));
         }
-        if let Some(names) = join_names(&self.materials_without_coordinates) {
-            self.add_note(format!(
-                "textures on faces without coordinates are taken as their mean: materials {names}"
-            ));
-        }
-        if let Some(names) = join_names(&self.white_materials) {
-            self.add_note(format!(
-                "materials {names} reflect all light: taken as {MAX_WHITE_REFLECTANCE}"
-            ));
-        }
-        if let Some(names) = join_names(&self.partly_white_materials) {
-            self.add_note(format!(
-                "materials {names} reflect all light in places: taken as {MAX_WHITE_REFLECTANCE} there"
-            ));
+        for ([before, after], names) in std::mem::take(&mut self.materials) {
+            let names = names.into_iter().collect::<Vec<_>>().join(", ");
+            self.add_note(format!("{before}{names}{after}"));
         }
         self.faces.append(&mut self.pieces);
         Ok(Scene {
@@ -229,28 +203,6 @@ impl<'a> Builder<'a> {
             faces: self.faces,
             notes: self.notes,
         })
-    }
-}
-
-fn insert_name(names: &mut BTreeSet<String>, name: &str) {
-    if !names.contains(name) {
-        names.insert(name.into());
-    }
-}
-
-/// Joins names by commas; none for an empty set.
-fn join_names(names: &BTreeSet<String>) -> Option<String> {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    (!names.is_empty()).then(|| names.join(", "))
-}
-
-fn describe_remark(remark: PolygonRemark) -> &'static str {
-    match remark {
-        PolygonRemark::NoArea => "without area: neither lit nor lighting",
-        PolygonRemark::Repeated => "with a repeated corner, which counts once",
-        PolygonRemark::NonPlanar => "not planar: split into two triangles",
-        PolygonRemark::NonConvex => "not convex: split into two triangles",
-        PolygonRemark::Polygon => "with more than four corners: split into triangles",
     }
 }
 

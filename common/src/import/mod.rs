@@ -31,8 +31,7 @@ pub struct ImportOptions {
     pub two_sided: bool,
     /// Reflectance of all faces in place of the file's, 0 ≤ ρ < 1.
     pub reflectance: Option<Vec3>,
-    /// Keeps the lightmap coordinates of every face; a file without them is an error. Disables
-    /// `join_quads`.
+    /// Keeps the lightmap coordinates of every face; a file without them is an error. Disables `join_quads`.
     pub charts: bool,
 }
 
@@ -42,44 +41,38 @@ pub struct ImportOptions {
 pub fn load_scene(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let bytes = file::read_input(path, "")?;
     let mut builder = Builder::new(path, options.reflectance);
-    match Format::from_content(path, &bytes)? {
-        Format::Obj if options.charts => {
-            return Err(Error::bad_input(path, "", NO_LIGHTMAP_IN_OBJ));
-        }
-        Format::Obj => obj::read(&mut builder, path, &bytes)?,
-        Format::Gltf => gltf::read(&mut builder, path, &bytes, options)?,
+    if is_gltf(path, &bytes)? {
+        gltf::read(&mut builder, path, &bytes, options)?;
+    } else if options.charts {
+        let message = "an OBJ has one set of texture coordinates, and a lightmap wants a second one: export as glTF";
+        return Err(Error::bad_input(path, "", message));
+    } else {
+        obj::read(&mut builder, path, &bytes)?;
     }
     let scene = builder.into_scene()?;
     scene_bounds(&scene)?;
     Ok(if options.two_sided { scene.two_sided() } else { scene })
 }
 
-enum Format {
-    Obj,
-    Gltf,
-}
-
-impl Format {
-    fn from_content(path: &Path, bytes: &[u8]) -> Result<Self> {
-        let fail = |message| Err(Error::bad_input(path, "", message));
-        let extension = path.extension().unwrap_or_default();
-        let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-        let first = text.iter().find(|b| !b.is_ascii_whitespace());
-        match (first, &*extension.to_string_lossy().to_lowercase()) {
-            (None, _) => fail("is empty"),
-            (Some(b'{'), _) => Ok(Self::Gltf),
-            _ if bytes.starts_with(b"glTF") => Ok(Self::Gltf),
-            (_, "obj") => Ok(Self::Obj),
-            (_, "gltf" | "glb") => {
-                fail("does not begin as glTF does (`{` or the letters glTF): is it damaged, or another type of file?")
-            }
-            _ => fail("is of no known type: give an .obj, a .gltf or a .glb"),
+/// Returns whether a file is a glTF, and not an OBJ.
+///
+/// Errors: it is neither.
+fn is_gltf(path: &Path, bytes: &[u8]) -> Result<bool> {
+    let fail = |message| Err(Error::bad_input(path, "", message));
+    let extension = path.extension().unwrap_or_default();
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let first = text.iter().find(|b| !b.is_ascii_whitespace());
+    match (first, &*extension.to_string_lossy().to_lowercase()) {
+        (None, _) => fail("is empty"),
+        (Some(b'{'), _) => Ok(true),
+        _ if bytes.starts_with(b"glTF") => Ok(true),
+        (_, "obj") => Ok(false),
+        (_, "gltf" | "glb") => {
+            fail("does not begin as glTF does (`{` or the letters glTF): is it damaged, or another type of file?")
         }
+        _ => fail("is of no known type: give an .obj, a .gltf or a .glb"),
     }
 }
-
-const NO_LIGHTMAP_IN_OBJ: &str =
-    "an OBJ has one set of texture coordinates, and a lightmap wants a second one: export as glTF";
 
 /// Byte order mark of UTF-8, which some editors write.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";

@@ -47,11 +47,10 @@ impl<K: Ord> PictureCache<K> {
 
     /// Returns a note if pictures were reduced.
     pub fn resolution_note(&self) -> Option<String> {
-        (self.reduced_count > 0).then(|| {
+        let (reduced, all) = (self.reduced_count, self.pictures.len());
+        (reduced > 0).then(|| {
             format!(
-                "textures have more than {MAX_TOTAL_PIXELS} pixels together: {} of {} pictures are taken at a lower resolution",
-                self.reduced_count,
-                self.pictures.len()
+                "textures have more than {MAX_TOTAL_PIXELS} pixels together: {reduced} of {all} pictures are taken at a lower resolution"
             )
         })
     }

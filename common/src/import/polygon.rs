@@ -29,60 +29,43 @@ pub enum ConvexPiece {
     Triangle([DVec3; 3]),
 }
 
-/// Irregularity of a polygon.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PolygonRemark {
-    /// All corners are collinear.
-    NoArea,
-    /// A corner equals the one before it.
-    Repeated,
-    /// The diagonals of a quad do not meet.
-    NonPlanar,
-    /// A quad has a reflex corner.
-    NonConvex,
-    /// The polygon has five corners or more.
-    Polygon,
-}
+/// Remarks about irregular polygons, which follow the words "1 face" in a note.
+pub const NO_AREA: &str = "without area: neither lit nor lighting";
+const REPEATED_CORNER: &str = "with a repeated corner, which counts once";
+const NON_PLANAR: &str = "not planar: split into two triangles";
+const NON_CONVEX: &str = "not convex: split into two triangles";
+const MANY_CORNERS: &str = "with more than four corners: split into triangles";
 
-/// Splits a polygon of at most [`MAX_CORNERS`] finite corners into one or more pieces, and lists its
-/// irregularities.
-pub fn split_polygon(corners: &[DVec3]) -> (Vec<ConvexPiece>, Vec<PolygonRemark>) {
+/// Splits a polygon of at most [`MAX_CORNERS`] finite corners into one or more pieces, with
+/// remarks about its irregularities.
+pub fn split_polygon(corners: &[DVec3]) -> (Vec<ConvexPiece>, Vec<&'static str>) {
     let distinct = without_repeats(corners);
     let mut remarks = Vec::new();
     if distinct.len() < corners.len() && corners.len() > 3 {
-        remarks.push(PolygonRemark::Repeated);
+        remarks.push(REPEATED_CORNER);
     }
     let no_area = is_collinear(&distinct);
     if no_area {
-        remarks.push(PolygonRemark::NoArea);
+        remarks.push(NO_AREA);
     }
-    let pieces = match *distinct.as_slice() {
-        _ if corners.len() == 3 => {
-            vec![ConvexPiece::Triangle([corners[0], corners[1], corners[2]])]
+    let piece = match (corners, distinct.as_slice()) {
+        (&[a, b, c], _) | (_, &[a, b, c]) => ConvexPiece::Triangle([a, b, c]),
+        (_, []) => return (Vec::new(), remarks),
+        (_, &[a]) => ConvexPiece::Triangle([a, a, a]),
+        (_, &[a, b]) => ConvexPiece::Triangle([a, b, b]),
+        (_, &[a, b, c, d]) if no_area => ConvexPiece::Quad([a, b, c, d]),
+        (_, &[a, b, .., z]) if no_area => ConvexPiece::Triangle([a, b, z]),
+        (_, &[a, b, c, d]) if !is_planar(&[a, b, c, d]) => {
+            remarks.push(NON_PLANAR);
+            return (clip_ears(&distinct), remarks);
         }
-        [] => Vec::new(),
-        [a] => vec![ConvexPiece::Triangle([a, a, a])],
-        [a, b] => vec![ConvexPiece::Triangle([a, b, b])],
-        [a, b, c] => vec![ConvexPiece::Triangle([a, b, c])],
-        [a, b, c, d] if no_area => vec![ConvexPiece::Quad([a, b, c, d])],
-        [a, b, c, d] => {
-            let quad = [a, b, c, d];
-            if !is_planar(&quad) {
-                remarks.push(PolygonRemark::NonPlanar);
-            } else if smallest_turn(&quad) < -STRAIGHT_CORNER_SINE {
-                remarks.push(PolygonRemark::NonConvex);
-            } else {
-                return (vec![ConvexPiece::Quad(quad)], remarks);
-            }
-            clip_ears(&distinct)
-        }
-        [a, b, .., z] if no_area => vec![ConvexPiece::Triangle([a, b, z])],
-        _ => {
-            remarks.push(PolygonRemark::Polygon);
-            clip_ears(&distinct)
+        (_, &[a, b, c, d]) if smallest_turn(&[a, b, c, d]) >= -STRAIGHT_CORNER_SINE => ConvexPiece::Quad([a, b, c, d]),
+        (_, all) => {
+            remarks.push(if all.len() == 4 { NON_CONVEX } else { MANY_CORNERS });
+            return (clip_ears(&distinct), remarks);
         }
     };
-    (pieces, remarks)
+    (vec![piece], remarks)
 }
 
 /// Joins two triangles with a common edge into a planar, strictly convex quad; none if they form none. The

@@ -11,60 +11,40 @@ pub const DEFAULT_REFLECTANCE: f32 = 0.7;
 /// texel receives. The sun's surface emits 6e7.
 const EMISSION_RANGE: [f32; 2] = [1e-12, 1e12];
 
-/// Reflectance ρ and emitted radiosity E = πL, W/m², per channel of linear Rec. 709.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiffuseSurface {
-    /// 0 ≤ ρ < 1.
-    pub reflectance: Vec3,
-    /// 0 ≤ E < ∞.
-    pub emission: Vec3,
-}
-
-impl DiffuseSurface {
-    /// Surface of a face without a material.
-    pub const DEFAULT: Self = Self {
-        reflectance: Vec3::splat(DEFAULT_REFLECTANCE),
-        emission: Vec3::ZERO,
-    };
-
-    /// Creates a surface from a material's reflectance ([`MAX_WHITE_REFLECTANCE`] replaces 1) and radiance L. `names` are
-    /// the file's names of both, for messages.
-    ///
-    /// Errors: a value is negative, not finite or out of range.
-    pub fn new(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) -> Result<Self, String> {
-        let [reflectance_name, radiance_name] = names;
-        let rho = reflectance.as_vec3();
-        if !(rho.cmpge(Vec3::ZERO) & rho.cmple(Vec3::ONE)).all() {
-            return Err(format!(
-                "reflectance {reflectance_name} {} must be at least 0 and at most 1 in every channel: \
-                 scale it down, to 0.9 for instance",
-                format_triple(reflectance)
-            ));
-        }
-        let emission = (radiance * std::f64::consts::PI).as_vec3();
-        if !(emission.cmpge(Vec3::ZERO).all() && emission.is_finite()) {
-            return Err(format!(
-                "emitted radiance {radiance_name} {} must be at least 0 and finite in every channel",
-                format_triple(radiance)
-            ));
-        }
-        let [min_emission, max_emission] = EMISSION_RANGE;
-        let largest = emission.max_element();
-        if largest > max_emission || (largest > 0.0 && largest < min_emission) {
-            return Err(format!(
-                "emitted radiance {radiance_name} {} cannot be solved: its largest channel must be 0 \
-                 or between {:.0e} and {:.0e}; use another unit",
-                format_triple(radiance),
-                min_emission / std::f32::consts::PI,
-                max_emission / std::f32::consts::PI,
-            ));
-        }
-        let white = Vec3::splat(MAX_WHITE_REFLECTANCE);
-        Ok(Self {
-            reflectance: Vec3::select(rho.cmpeq(Vec3::ONE), white, rho),
-            emission,
-        })
+/// Returns the reflectance ρ of a material ([`MAX_WHITE_REFLECTANCE`] replaces 1), 0 ≤ ρ < 1, and its emitted radiosity
+/// E = πL, W/m², from its radiance L. `names` are the file's names of both, for messages.
+///
+/// Errors: a value is negative, not finite or out of range.
+pub fn diffuse_surface(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) -> Result<[Vec3; 2], String> {
+    let [reflectance_name, radiance_name] = names;
+    let rho = reflectance.as_vec3();
+    if !(rho.cmpge(Vec3::ZERO) & rho.cmple(Vec3::ONE)).all() {
+        return Err(format!(
+            "reflectance {reflectance_name} {} must be at least 0 and at most 1 in every channel: \
+             scale it down, to 0.9 for instance",
+            format_triple(reflectance)
+        ));
     }
+    let emission = (radiance * std::f64::consts::PI).as_vec3();
+    if !(emission.cmpge(Vec3::ZERO).all() && emission.is_finite()) {
+        return Err(format!(
+            "emitted radiance {radiance_name} {} must be at least 0 and finite in every channel",
+            format_triple(radiance)
+        ));
+    }
+    let [min_emission, max_emission] = EMISSION_RANGE;
+    let largest = emission.max_element();
+    if largest > max_emission || (largest > 0.0 && largest < min_emission) {
+        return Err(format!(
+            "emitted radiance {radiance_name} {} cannot be solved: its largest channel must be 0 \
+             or between {:.0e} and {:.0e}; use another unit",
+            format_triple(radiance),
+            min_emission / std::f32::consts::PI,
+            max_emission / std::f32::consts::PI,
+        ));
+    }
+    let white = Vec3::splat(MAX_WHITE_REFLECTANCE);
+    Ok([Vec3::select(rho.cmpeq(Vec3::ONE), white, rho), emission])
 }
 
 fn format_triple(v: DVec3) -> String {
@@ -75,46 +55,37 @@ fn format_triple(v: DVec3) -> String {
 mod tests {
     use super::*;
 
-    fn grey_surface(rho: f64, radiance: f64) -> Result<DiffuseSurface, String> {
+    fn grey_surface(rho: f64, radiance: f64) -> Result<[Vec3; 2], String> {
         let [rho, radiance] = [DVec3::new(0.5, rho, 0.5), DVec3::new(0.0, radiance, 0.0)];
-        DiffuseSurface::new(rho, radiance, ["Kd", "Ke"])
+        diffuse_surface(rho, radiance, ["Kd", "Ke"])
     }
 
     #[test]
-    fn emission_is_pi_times_radiance() {
-        let emission = grey_surface(0.5, 1.0).map(|s| s.emission);
-        assert_eq!(emission, Ok(Vec3::new(0.0, std::f32::consts::PI, 0.0)));
-    }
-
-    #[test]
-    fn reflectance_of_one_becomes_the_whitest() {
-        let taken = |rho| grey_surface(rho, 0.0).map(|surface| surface.reflectance.y);
+    fn values_in_range_are_taken_and_others_refused() {
+        let taken = |rho, radiance| grey_surface(rho, radiance).map(|[rho, emission]| [rho.y, emission.y]);
         for (rho, as_much) in [(0.0, 0.0), (0.95, 0.95), (0.999, 0.999), (1.0, 0.95)] {
-            assert_eq!(taken(rho), Ok(as_much), "{rho}");
-        }
-        for rho in [1.000_001, 1.5, -0.1, f64::NAN, f64::INFINITY] {
-            let message = grey_surface(rho, 0.0).unwrap_err();
-            assert!(message.contains("Kd 0.5"), "{message}");
-        }
-    }
-
-    #[test]
-    fn emission_out_of_range_is_refused() {
-        for radiance in [1e38, 1e12, 1e-13, 1e-40] {
-            let message = grey_surface(0.5, radiance).unwrap_err();
-            let is_clear = message.contains("Ke 0") && message.contains("unit");
-            assert!(is_clear, "{message}");
+            assert_eq!(taken(rho, 1.0), Ok([as_much, std::f32::consts::PI]), "{rho}");
         }
         for radiance in [0.0, 1e-11, 1e11] {
-            assert!(grey_surface(0.5, radiance).is_ok(), "{radiance}");
+            assert!(taken(0.5, radiance).is_ok(), "{radiance}");
         }
-    }
-
-    #[test]
-    fn emission_must_be_finite_and_positive() {
+        for rho in [1.000_001, 1.5, -0.1, f64::NAN, f64::INFINITY] {
+            assert!(
+                taken(rho, 0.0).is_err_and(|message| message.contains("Kd 0.5")),
+                "{rho}"
+            );
+        }
         for radiance in [-1.0, f64::NAN, f64::INFINITY, 1e39] {
-            let message = grey_surface(0.5, radiance).unwrap_err();
-            assert!(message.contains("Ke 0"), "{message}");
+            assert!(
+                taken(0.5, radiance).is_err_and(|message| message.contains("Ke 0")),
+                "{radiance}"
+            );
+        }
+        for radiance in [1e38, 1e12, 1e-13, 1e-40] {
+            assert!(
+                taken(0.5, radiance).is_err_and(|message| message.contains("another unit")),
+                "{radiance}"
+            );
         }
     }
 }

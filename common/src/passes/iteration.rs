@@ -1,8 +1,7 @@
-//! Choice of the radiosity d that each patch shoots in a pass r ← r − α(d − ρ T d/A): Southwell, Chebyshev
-//! or conjugate gradients. For every d, r is the unshot radiosity, so the choice changes the time and not
-//! the solution.
+//! Choice of the radiosity d that each patch shoots in a pass r ← r − α(d − ρ T d/A): Southwell, Chebyshev or
+//! conjugate gradients. For every d, r is the unshot radiosity, so the choice changes the time and not the solution.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Patch};
 use crate::settings::Iteration;
 use glam::{DVec3, Vec3};
 
@@ -44,19 +43,7 @@ struct LatestPass {
 impl PassState {
     /// Makes the state before the first pass: r = E times the open share.
     pub fn new(mesh: &Mesh) -> Self {
-        let mean = |value: &dyn Fn(usize) -> Vec3| -> Vec<DVec3> {
-            let patches = mesh.patches.iter().map(|patch| {
-                let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-                for k in patch.texels() {
-                    let a = f64::from(mesh.texels[k].area);
-                    sum += value(k).as_dvec3() * a;
-                    area += a;
-                }
-                if area > 0.0 { sum / area } else { DVec3::ZERO }
-            });
-            patches.collect()
-        };
-        let mut residual = mean(&|k| mesh.texels[k].emission);
+        let mut residual = patch_means(mesh, |_, texel| mesh.texels[texel].emission);
         for (r, patch) in residual.iter_mut().zip(&mesh.patches) {
             *r *= f64::from(patch.open_share);
         }
@@ -64,7 +51,7 @@ impl PassState {
         let mut state = Self {
             shot: vec![DVec3::ZERO; residual.len()],
             areas: areas.collect(),
-            reflectance: mean(&|k| mesh.texels[k].reflectance),
+            reflectance: patch_means(mesh, |_, texel| mesh.texels[texel].reflectance),
             residual,
             last: None,
             least_unshot: f64::INFINITY,
@@ -117,9 +104,11 @@ impl PassState {
 
     /// Updates the state by the flux per patch that was `received` from `direction`.
     pub fn apply_pass(&mut self, iteration: Iteration, direction: &[DVec3], received: &[Vec3]) {
-        let net: Vec<DVec3> = (0..direction.len())
-            .map(|k| direction[k] - self.reflected_radiosity(k, received[k]))
-            .collect();
+        let reflected = |k: usize| match self.areas[k] {
+            area if area > 0.0 => self.reflectance[k] * received[k].as_dvec3() / area,
+            _ => DVec3::ZERO,
+        };
+        let net: Vec<DVec3> = (0..direction.len()).map(|k| direction[k] - reflected(k)).collect();
         let step = match (&self.last, iteration) {
             (Some(last), Iteration::Cg) if last.passes > 0 => self.step_length(direction, &net),
             _ => DVec3::ONE,
@@ -135,14 +124,6 @@ impl PassState {
         } else if self.stalled_passes > MAX_STALLED_PASSES {
             // The links are too far from reciprocal: restart from the present residual.
             (self.last, self.stalled_passes) = (None, 0);
-        }
-    }
-
-    fn reflected_radiosity(&self, k: usize, received: Vec3) -> DVec3 {
-        if self.areas[k] > 0.0 {
-            self.reflectance[k] * received.as_dvec3() / self.areas[k]
-        } else {
-            DVec3::ZERO
         }
     }
 
@@ -166,9 +147,8 @@ impl PassState {
         let Some(last) = self.last.as_ref().filter(|last| last.passes > 0) else {
             return;
         };
-        let change: Vec<DVec3> = (self.residual.iter().zip(&last.residual))
-            .map(|(r, before)| *r - *before)
-            .collect();
+        let residuals = self.residual.iter().zip(&last.residual);
+        let change: Vec<DVec3> = residuals.map(|(r, before)| *r - *before).collect();
         let beta = quotient_or_zero(self.energy_product(direction, &change), last.energy).max(DVec3::ZERO);
         for (d, before) in direction.iter_mut().zip(&last.direction) {
             *d += beta * *before;
@@ -177,11 +157,8 @@ impl PassState {
 
     /// Returns the step along `direction` that minimises the error.
     fn step_length(&self, direction: &[DVec3], net: &[DVec3]) -> DVec3 {
-        let (along, curvature) = (
-            self.energy_product(direction, &self.residual),
-            self.energy_product(direction, net),
-        );
-        let step = quotient_or_zero(along, curvature);
+        let along = self.energy_product(direction, &self.residual);
+        let step = quotient_or_zero(along, self.energy_product(direction, net));
         // Without a step: no patch that reflects shoots in this channel, or the error has no minimum.
         DVec3::select(
             step.cmpgt(DVec3::ZERO) & step.cmplt(DVec3::splat(1.0 / (1.0 - MAX_STEP_REFLECTANCE))),
@@ -199,6 +176,20 @@ impl PassState {
         });
         terms.sum()
     }
+}
+
+/// Returns the area-weighted mean over each patch's texels of a value of patch and texel.
+pub fn patch_means(mesh: &Mesh, value: impl Fn(&Patch, usize) -> Vec3) -> Vec<DVec3> {
+    let mean = |patch: &Patch| {
+        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+        for k in patch.texels() {
+            let a = f64::from(mesh.texels[k].area);
+            sum += value(patch, k).as_dvec3() * a;
+            area += a;
+        }
+        if area > 0.0 { sum / area } else { DVec3::ZERO }
+    };
+    mesh.patches.iter().map(mean).collect()
 }
 
 fn quotient_or_zero(a: DVec3, b: DVec3) -> DVec3 {

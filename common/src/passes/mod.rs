@@ -11,7 +11,7 @@
 pub mod iteration;
 
 use crate::error::Result;
-use crate::mesh::{Mesh, Patch};
+use crate::mesh::Mesh;
 use crate::settings::{Iteration, Schedule};
 use crate::shooting::{self, RadiosityField, Restart, Shot, SolveRun};
 use glam::{DVec3, Vec3};
@@ -102,11 +102,10 @@ pub fn solve_by_schedule(
         }
         solve.correct_from_texels(&mut field);
     }
-    solve.finish_run(field)
+    Ok(solve.finish_run(field))
 }
 
-/// Maximum rounds in which the patches' residuals are recomputed from their texels, where ρ varies within
-/// patches.
+/// Maximum rounds in which the patches' residuals are recomputed from their texels, where ρ varies within patches.
 const MAX_TEXEL_CORRECTIONS: u32 = 8;
 
 /// Passes of conjugate gradients without a gain ([`GAIN_RATIO`]) after which the solve ends: links too far from
@@ -151,10 +150,6 @@ impl BestPass {
         if unshot < GAIN_RATIO * self.gain_reference {
             (self.gain_reference, self.passes_without_gain) = (unshot, 0);
         }
-    }
-
-    fn restore_state(self, state: &mut PassState) {
-        (state.residual, state.shot) = (self.residual, self.shot);
     }
 }
 
@@ -204,14 +199,16 @@ impl<'a> PassSolver<'a> {
             if shooters == 0 {
                 break;
             }
-            self.shoot_direction(&direction)?;
+            let radiosity = self.scale_by_links(&direction);
+            let received = self.engine.exchange_flux(&radiosity)?;
+            self.state.apply_pass(self.schedule.iteration, &direction, &received);
             self.shooters += shooters as u64;
             self.passes += 1;
             best.record_pass(&self.state);
-            self.stagnated =
-                self.schedule.iteration == Iteration::Cg && best.passes_without_gain >= MAX_PASSES_WITHOUT_GAIN;
+            let is_cg = self.schedule.iteration == Iteration::Cg;
+            self.stagnated = is_cg && best.passes_without_gain >= MAX_PASSES_WITHOUT_GAIN;
             if self.stagnated {
-                best.restore_state(&mut self.state);
+                (self.state.residual, self.state.shot) = (best.residual, best.shot);
                 break;
             }
             self.stopped = ended || watch(self.share_done()).is_break();
@@ -221,29 +218,19 @@ impl<'a> PassSolver<'a> {
 
     /// Returns whether reflectance varies within a patch.
     fn has_uneven_patches(&self) -> bool {
-        let texels = &self.mesh.texels;
         self.mesh.patches.iter().any(|patch| {
-            let patch_texels = &texels[patch.texels()];
-            patch_texels
-                .iter()
-                .any(|t| t.reflectance != patch_texels[0].reflectance)
+            let texels = &self.mesh.texels[patch.texels()];
+            texels.iter().any(|t| t.reflectance != texels[0].reflectance)
         })
     }
 
     /// Recomputes the patches' residuals from their texels: the mean of ρH is not the product of the means.
     fn correct_from_texels(&mut self, field: &mut RadiosityField) {
-        let mean = |patch: &Patch| {
-            let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-            for k in patch.texels() {
-                let texel = &self.mesh.texels[k];
-                let reflected = texel.reflectance * field.irradiance[k].truncate();
-                let texel_area = f64::from(texel.area);
-                sum += texel_area * (texel.emission * patch.open_share + reflected).as_dvec3();
-                area += texel_area;
-            }
-            if area > 0.0 { sum / area } else { DVec3::ZERO }
-        };
-        let light: Vec<DVec3> = self.mesh.patches.iter().map(mean).collect();
+        let texels = &self.mesh.texels;
+        let light = iteration::patch_means(self.mesh, |patch, k| {
+            let reflected = texels[k].reflectance * field.irradiance[k].truncate();
+            texels[k].emission * patch.open_share + reflected
+        });
         self.state.restart_from_light(light);
         for (patch, unshot) in self.mesh.patches.iter().zip(&self.state.residual) {
             field.residual[patch.texels()].fill(unshot.as_vec3().extend(0.0));
@@ -254,9 +241,8 @@ impl<'a> PassSolver<'a> {
     /// links shoot only if the threshold cannot be reached without them.
     fn choose_direction(&mut self, max_shooters: u64) -> Vec<DVec3> {
         let share = 0.5 * self.unshot_threshold() / self.mesh.patches.len() as f64;
-        let taking_part: Vec<bool> = (0..self.mesh.patches.len())
-            .map(|k| self.closures[k].is_some() || self.state.patch_power(k) > share)
-            .collect();
+        let takes_part = |k: usize| self.closures[k].is_some() || self.state.patch_power(k) > share;
+        let taking_part: Vec<bool> = (0..self.mesh.patches.len()).map(takes_part).collect();
         let mut direction = self.state.next_direction(self.schedule.iteration, &taking_part);
         iteration::keep_strongest(&mut direction, &self.state.areas, max_shooters);
         direction
@@ -264,15 +250,12 @@ impl<'a> PassSolver<'a> {
 
     /// Makes the links that are missing; a patch without links after a break does not shoot.
     fn make_missing_links(&mut self, direction: &mut [DVec3], watch: ProgressCallback) -> Result<ControlFlow<()>> {
-        let missing: Vec<u32> = (0..direction.len())
-            .filter(|k| direction[*k] != DVec3::ZERO && self.closures[*k].is_none())
-            .map(|k| k as u32)
-            .collect();
+        let is_missing = |k: &u32| direction[*k as usize] != DVec3::ZERO && self.closures[*k as usize].is_none();
+        let missing: Vec<u32> = (0..direction.len() as u32).filter(is_missing).collect();
         if missing.is_empty() {
             return Ok(ControlFlow::Continue(()));
         }
-        let all = direction.len() as f64;
-        let known = self.closures.iter().flatten().count();
+        let (all, known) = (direction.len() as f64, self.closures.iter().flatten().count());
         let mut flow = ControlFlow::Continue(());
         let closures = self.engine.make_links(&missing, &mut |made| {
             // A break persists: engines may report patches that were under way.
@@ -290,19 +273,17 @@ impl<'a> PassSolver<'a> {
         Ok(flow)
     }
 
-    fn shoot_direction(&mut self, direction: &[DVec3]) -> Result<()> {
-        let radiosity = self.scale_by_links(direction);
-        let received = self.engine.exchange_flux(&radiosity)?;
-        self.state.apply_pass(self.schedule.iteration, direction, &received);
-        Ok(())
-    }
-
     /// Returns `radiosity` times the factor of each patch's links.
     fn scale_by_links(&self, radiosity: &[DVec3]) -> Vec<Vec3> {
-        let scale =
-            |k: usize| self.closures[k].map_or(0.0, |closure| closure.link_scale(self.engine.conserves_energy()));
-        (0..radiosity.len())
-            .map(|k| radiosity[k].as_vec3() * scale(k))
+        let conserve = self.engine.conserves_energy();
+        let scales = self
+            .closures
+            .iter()
+            .map(|c| c.map_or(0.0, |closure| closure.link_scale(conserve)));
+        radiosity
+            .iter()
+            .zip(scales)
+            .map(|(b, scale)| b.as_vec3() * scale)
             .collect()
     }
 
@@ -319,31 +300,30 @@ impl<'a> PassSolver<'a> {
         self.engine.gather_field(&shot, &unshot)
     }
 
-    fn finish_run(self, field: RadiosityField) -> Result<SolveRun> {
+    /// Returns the run, with one shot per patch for all that it has shot.
+    fn finish_run(self, field: RadiosityField) -> SolveRun {
         let unshot = self.state.unshot_power();
-        Ok(SolveRun {
-            shots: self.patch_shots(unshot as f32),
+        let conserve = self.engine.conserves_energy();
+        let linked = self
+            .closures
+            .iter()
+            .enumerate()
+            .filter_map(|(k, closure)| Some((k, (*closure)?)));
+        let shots = linked.map(|(k, closure)| Shot {
+            patch: k as u32,
+            power: (self.state.shot[k] * self.state.areas[k]).as_vec3().into(),
+            form_factor_sum: closure.form_factor_sum * closure.link_scale(conserve),
+            escaped: closure.escaped,
+            unshot: unshot as f32,
+        });
+        SolveRun {
+            shots: shots.collect(),
             emitted: self.emitted as f32,
             converged: unshot <= self.unshot_threshold(),
             stagnated: self.stagnated,
             passes: self.passes,
             shooters: self.shooters,
             field,
-        })
-    }
-
-    /// Returns one shot per patch with all that it has shot.
-    fn patch_shots(&self, unshot: f32) -> Vec<Shot> {
-        let conserve = self.engine.conserves_energy();
-        (0..self.closures.len())
-            .filter_map(|k| Some((k, self.closures[k]?)))
-            .map(|(k, closure)| Shot {
-                patch: k as u32,
-                power: (self.state.shot[k] * self.state.areas[k]).as_vec3().into(),
-                form_factor_sum: closure.form_factor_sum * closure.link_scale(conserve),
-                escaped: closure.escaped,
-                unshot,
-            })
-            .collect()
+        }
     }
 }

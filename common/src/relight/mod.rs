@@ -38,8 +38,7 @@ pub struct RoomRadiosity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RelightMethod {
-    /// Signed changes, visibility with and without the objects, further bounces: converges to the full
-    /// solution.
+    /// Signed changes, visibility with and without the objects, further bounces: converges to the full solution.
     Signed,
     /// Table 2 with its errors in loop and formula corrected, and these of its flaws mended.
     Paper(MendedFlaws),
@@ -71,25 +70,21 @@ impl RelightMethod {
             },
             Self::Paper(mended) => mended,
         };
-        let captured = if mended.empty_room {
-            SubtractedLink::Before
-        } else {
-            SubtractedLink::Unhidden
+        // Table 2 as printed has all flaws: lines 6 to 9 subtract an occluded texel's light, whichever patch shoots.
+        let captured = match mended.empty_room {
+            true => SubtractedLink::Before,
+            false => SubtractedLink::Unhidden,
         };
-        let later = if mended.bleeding {
-            SubtractedLink::Nothing
-        } else if mended.object_shadows {
-            SubtractedLink::All
-        } else {
-            SubtractedLink::Unhidden
+        let later = match (mended.bleeding, mended.object_shadows) {
+            (true, _) => SubtractedLink::Nothing,
+            (false, true) => SubtractedLink::All,
+            (false, false) => SubtractedLink::Unhidden,
         };
-        let rule = |captured, subtracted| DepositRule {
+        [(true, captured), (false, later)].map(|(captured, subtracted)| DepositRule {
             captured,
             subtracted,
             reshoot: mended.shadows,
-        };
-        // Table 2 as printed has all flaws: lines 6 to 9 subtract an occluded texel's light, whichever patch shoots.
-        [rule(true, captured), rule(false, later)]
+        })
     }
 }
 
@@ -131,7 +126,8 @@ pub fn relight_room(
         residual: captured_residual(mesh, room),
         irradiance: nothing,
     };
-    engine.restart_from(captured, &texel_reflectances(mesh), &start)?;
+    let reflectances: Vec<Vec3> = mesh.texels.iter().map(|t| t.reflectance).collect();
+    engine.restart_from(captured, &reflectances, &start)?;
     let mut shots = Vec::new();
     let mut stopped = false;
     let mut phase = |engine: &mut dyn Restart, threshold, shots: &mut Vec<Shot>| -> Result<()> {
@@ -168,8 +164,20 @@ pub fn relight_room(
     }
     let unshot = total_power(&engine.patch_power()?);
     let change = engine.read_field()?;
-    let field = whole_field(room, &change, &recorded.radiosity, mesh);
-    let (map_shots, object_shots) = count_shots(mesh, &shots);
+    // B, r and H of room and objects.
+    let mut field = change.clone();
+    for (k, _) in mesh
+        .texels
+        .iter()
+        .enumerate()
+        .filter(|(_, texel)| !mesh.is_object(texel.face))
+    {
+        field.radiosity[k] += room.radiosity[k];
+        field.irradiance[k] += recorded.radiosity[k].truncate().extend(0.0);
+    }
+    let of_objects = |shot: &&Shot| mesh.is_object(mesh.patches[shot.patch as usize].face);
+    let object_shots = shots.iter().filter(of_objects).count();
+    let map_shots = shots.len() - object_shots;
     Ok(RelitRoom {
         surface,
         change,
@@ -188,8 +196,7 @@ pub fn relight_room(
     })
 }
 
-/// Returns the radiosity of the captured shots: B₀ less its unshot part and the emission under bodies of
-/// the room.
+/// Returns the radiosity of the captured shots: B₀ less its unshot part and the emission under bodies of the room.
 fn captured_residual(mesh: &Mesh, room: &RoomRadiosity) -> Vec<Vec4> {
     let mut values = vec![Vec4::ZERO; mesh.texels.len()];
     for patch in mesh.patches.iter().filter(|c| !mesh.is_object(c.face)) {
@@ -245,32 +252,8 @@ fn first_change(
 
 /// Returns Σ|r|A over texels and channels, in the mesh's unit.
 fn residual_power(mesh: &Mesh, residual: &[Vec4]) -> f64 {
-    mesh.texels
-        .iter()
-        .zip(residual)
+    let texels = mesh.texels.iter().zip(residual);
+    texels
         .map(|(texel, r)| f64::from(r.truncate().abs().element_sum()) * f64::from(texel.area))
         .sum()
-}
-
-fn texel_reflectances(mesh: &Mesh) -> Vec<Vec3> {
-    mesh.texels.iter().map(|t| t.reflectance).collect()
-}
-
-/// Returns B, r and H of room and objects.
-fn whole_field(room: &RoomRadiosity, change: &RadiosityField, before: &[Vec4], mesh: &Mesh) -> RadiosityField {
-    let mut field = change.clone();
-    for (k, texel) in mesh.texels.iter().enumerate() {
-        if !mesh.is_object(texel.face) {
-            field.radiosity[k] += room.radiosity[k];
-            field.irradiance[k] += before[k].truncate().extend(0.0);
-        }
-    }
-    field
-}
-
-/// Counts the shots from the room's patches and from the objects' patches.
-fn count_shots(mesh: &Mesh, shots: &[Shot]) -> (usize, usize) {
-    let of_objects = |shot: &&Shot| mesh.is_object(mesh.patches[shot.patch as usize].face);
-    let objects = shots.iter().filter(of_objects).count();
-    (shots.len() - objects, objects)
 }

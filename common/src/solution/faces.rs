@@ -1,5 +1,8 @@
 //! Faces in the description files `result.json` and `room.json`.
 
+use crate::error::{Error, Result};
+use crate::file;
+use crate::mesh::MAX_TEXELS;
 use crate::scene::{Face, Shape};
 use crate::texel;
 use crate::text::escape_control;
@@ -7,6 +10,44 @@ use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::HashMap;
+use std::path::Path;
+
+/// A description file.
+#[derive(Deserialize)]
+pub(crate) struct Description {
+    pub scene: Option<String>,
+    /// Checksum of the lightmap; results of other programs have none.
+    pub lightmap_crc32: Option<String>,
+    pub faces: Vec<FaceEntry>,
+}
+
+impl Description {
+    /// Reads the description of a `subject` at `path`; `wanted` is the folder that is needed instead.
+    ///
+    /// Errors: the file is missing or damaged, has no faces or too many texels, or a face is out of range.
+    pub(crate) fn read(path: &Path, subject: &str, wanted: &str) -> Result<Self> {
+        let refuse = |place: String, message: String| Err(Error::bad_input(path, place, message));
+        let text = file::read_input(path, wanted)?;
+        let description: Self = match serde_json::from_slice(&text) {
+            Ok(description) => description,
+            Err(e) => return refuse(String::new(), format!("does not describe a {subject}: {e}")),
+        };
+        if description.faces.is_empty() {
+            return refuse(String::new(), "has no faces".into());
+        }
+        let mut texels = 0;
+        for (k, entry) in description.faces.iter().enumerate() {
+            if let Err(message) = entry.check_entry() {
+                return refuse(face_label(k), message);
+            }
+            texels += u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
+            if texels > MAX_TEXELS {
+                return refuse(face_label(k), "too many texels in all faces".into());
+            }
+        }
+        Ok(description)
+    }
+}
 
 /// Entry of a face: its geometry and the place of its texels.
 #[derive(Deserialize)]
@@ -40,7 +81,7 @@ impl FaceEntry {
     /// Checks that the face's corners and texels fit its kind, and that its values are in range.
     ///
     /// Errors: a message that follows the face's label.
-    pub(crate) fn check_entry(&self) -> Result<(), String> {
+    fn check_entry(&self) -> std::result::Result<(), String> {
         let expected = if self.kind == FaceKind::Quad { 4 } else { 3 };
         if self.corners.len() != expected {
             let count = self.corners.len();
@@ -65,18 +106,15 @@ impl FaceEntry {
     /// Checks that the face's emission is not negative.
     ///
     /// Errors: a message that follows the face's label.
-    pub(crate) fn check_emission(&self) -> Result<(), String> {
-        if self.emission.iter().all(|e| *e >= 0.0) {
-            return Ok(());
+    pub(crate) fn check_emission(&self) -> std::result::Result<(), String> {
+        match self.emission {
+            [r, g, b] if r.min(g).min(b) >= 0.0 => Ok(()),
+            other => Err(format!("its emission {other:?} is not at least 0 in every channel")),
         }
-        Err(format!(
-            "its emission {:?} is not at least 0 in every channel",
-            self.emission
-        ))
     }
 
     /// Converts the entry to a face; its corners must have been checked.
-    pub(crate) fn to_face(&self) -> Face {
+    fn to_face(&self) -> Face {
         let c: Vec<DVec3> = self.corners.iter().map(|p| DVec3::from(*p)).collect();
         let name = escape_control(&self.name);
         let (emission, reflectance) = (self.emission.into(), self.reflectance.into());
@@ -141,8 +179,7 @@ pub(crate) fn face_label(k: usize) -> String {
     format!("face {k}")
 }
 
-/// Joins each face with a `from` entry to the face whose corners it has in reverse: it is the back of this
-/// face.
+/// Joins each face with a `from` entry to the face whose corners it has in reverse: it is the back of this face.
 fn join_sheets(faces: &mut [Face]) {
     let key = |face: &Face| face.corners.map(|c| c.to_array().map(f64::to_bits));
     let fronts: HashMap<_, usize> = faces.iter().enumerate().map(|(k, f)| (key(f), k)).collect();

@@ -3,15 +3,15 @@
 
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::MAX_TEXELS;
 use crate::scene::Scene;
-use crate::solution::faces::{FaceEntry, TOO_BRIGHT, build_faces, face_label, first_too_bright, is_reflectance};
+use crate::solution::faces::{
+    Description, FaceEntry, TOO_BRIGHT, build_faces, face_label, first_too_bright, is_reflectance,
+};
 use crate::solution::pixels::ImagePlanes;
 use crate::solution::write::file_checksum;
 use crate::texel;
 use crate::text::escape_control;
 use glam::{DVec3, Vec3};
-use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -40,34 +40,16 @@ pub struct StoredSolution {
     first: Vec<usize>,
 }
 
-#[derive(Deserialize)]
-struct Description {
-    scene: Option<String>,
-    /// Checksum of the lightmap; results of other programs have none.
-    lightmap_crc32: Option<String>,
-    faces: Vec<FaceEntry>,
-}
-
 impl StoredSolution {
     /// Reads `dir`/result.json and `dir`/lightmap.exr.
     ///
-    /// Errors: a file that is missing, damaged or truncated, a face without geometry or with a
-    /// rectangle outside the image, a missing channel, a value that is not finite; each message names
-    /// the file and the face.
+    /// Errors: a file that is missing, damaged or truncated, a face without geometry or with a rectangle outside the
+    /// image, a missing channel, a value that is not finite; each message names the file and the face.
     pub fn read(dir: &Path) -> Result<Self> {
         let path = dir.join("result.json");
-        let description = read_description(&path)?;
-        let mut first = vec![0];
-        for (k, entry) in description.faces.iter().enumerate() {
-            check_rectangle(entry).map_err(|message| Error::bad_input(&path, face_label(k), message))?;
-            let texels = u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
-            let end = first[k] as u64 + texels;
-            if end > MAX_TEXELS {
-                return Err(Error::bad_input(&path, face_label(k), "too many texels in all faces"));
-            }
-            first.push(end as usize);
-        }
-        let lightmap = Lightmap::read(dir, &description)?;
+        let description = Description::read(&path, "solve", "a directory written by solve is needed")?;
+        let faces = &description.faces;
+        let lightmap = Lightmap::read(&path, &description)?;
         let mut others = BTreeMap::new();
         for name in KEPT_CHANNELS {
             if let Some(values) = lightmap.channel_values(&format!("{name}."))? {
@@ -77,21 +59,39 @@ impl StoredSolution {
         let radiosity = lightmap
             .channel_values("")?
             .ok_or_else(|| Error::bad_input(&lightmap.path, "", "lacks a channel of R, G and B (radiosity)"))?;
-        let resolutions: Vec<[u32; 2]> = description.faces.iter().map(|e| e.texels).collect();
+        let resolutions: Vec<[u32; 2]> = faces.iter().map(|e| e.texels).collect();
+        let first = texel::first_texels(&resolutions);
         if let Some(k) = first_too_bright(&radiosity, &resolutions) {
             return Err(Error::bad_input(&lightmap.path, face_label(k), TOO_BRIGHT));
         }
-        if let Some(reflectance) = others.get("reflectance") {
-            lightmap.check_reflectance(reflectance)?;
+        let reflectances = others.get("reflectance").into_iter().flatten().enumerate();
+        if let Some((texel, rho)) = { reflectances }.find(|(_, rho)| !is_reflectance(**rho)) {
+            let face = first.partition_point(|start| *start <= texel) - 1;
+            let message = format!("the channels reflectance.R, G, B hold {rho}, not at least 0 and below 1");
+            return Err(Error::bad_input(&lightmap.path, face_label(face), message));
         }
         let emission = match others.remove("emission") {
             Some(emission) => emission,
-            None => face_emission(&path, &description.faces)?,
+            None => face_emission(&path, faces)?,
+        };
+        let unknown = format!(
+            "{} has no lightmap_crc32: it is not known whether lightmap.exr belongs to it",
+            path.display()
+        );
+        let scene = Scene {
+            faces: build_faces(faces),
+            notes: description
+                .lightmap_crc32
+                .is_none()
+                .then_some(unknown)
+                .into_iter()
+                .collect(),
+            name: escape_control(&description.scene.unwrap_or_else(|| dir.display().to_string())),
         };
         Ok(Self {
             dir: dir.to_path_buf(),
             resolutions,
-            scene: described_scene(dir, description),
+            scene,
             radiosity,
             emission,
             others,
@@ -108,24 +108,17 @@ impl StoredSolution {
         if resolutions.len() != scene.faces.len() {
             return usage("one resolution is needed for each face");
         }
-        let counts: Vec<usize> = resolutions.iter().map(|r| texel::texel_count(*r) as usize).collect();
-        let mut first = vec![0];
-        first.extend(counts.iter().scan(0, |end, count| {
-            *end += count;
-            Some(*end)
-        }));
+        let first = texel::first_texels(&resolutions);
         if first.last() != Some(&radiosity.len()) {
             return usage("one radiosity is needed for each texel");
         }
         if !radiosity.iter().all(|b| b.is_finite()) {
             return usage("its radiosity is not finite");
         }
-        let emission = scene.faces.iter().zip(counts);
+        let texels = |k: usize| std::iter::repeat_n(scene.faces[k].emission, first[k + 1] - first[k]);
         Ok(Self {
             dir: PathBuf::from(&scene.name),
-            emission: emission
-                .flat_map(|(face, n)| std::iter::repeat_n(face.emission, n))
-                .collect(),
+            emission: (0..resolutions.len()).flat_map(texels).collect(),
             scene,
             resolutions,
             radiosity,
@@ -141,11 +134,8 @@ impl StoredSolution {
 
     /// Returns B − E of every texel in f64.
     pub fn reflected_radiosity(&self) -> Vec<DVec3> {
-        self.radiosity
-            .iter()
-            .zip(&self.emission)
-            .map(|(b, e)| b.as_dvec3() - e.as_dvec3())
-            .collect()
+        let texels = self.radiosity.iter().zip(&self.emission);
+        texels.map(|(b, e)| b.as_dvec3() - e.as_dvec3()).collect()
     }
 }
 
@@ -163,34 +153,6 @@ fn face_emission(path: &Path, faces: &[FaceEntry]) -> Result<Vec<Vec3>> {
     Ok(emission)
 }
 
-fn read_description(path: &Path) -> Result<Description> {
-    let text = file::read_input(path, "a directory written by solve is needed")?;
-    let description: Description = serde_json::from_slice(&text)
-        .map_err(|e| Error::bad_input(path, "", format!("does not describe a solve: {e}")))?;
-    if description.faces.is_empty() {
-        return Err(Error::bad_input(path, "", "has no faces"));
-    }
-    Ok(description)
-}
-
-/// Checks a face's entry, and that its rectangle in the image fits its texels.
-fn check_rectangle(entry: &FaceEntry) -> std::result::Result<(), String> {
-    entry.check_entry()?;
-    let [_, _, width, height] = face_rectangle(entry);
-    let [w, h] = entry.texels;
-    if [w, h] != [width, height] {
-        return Err(format!(
-            "{w}×{h} texels do not fit its rectangle of {width}×{height} pixels"
-        ));
-    }
-    Ok(())
-}
-
-/// Returns the face's rectangle; empty if the description has none.
-fn face_rectangle(entry: &FaceEntry) -> [u32; 4] {
-    entry.rect.unwrap_or_default()
-}
-
 /// The lightmap's image, and the faces with their rectangles in it.
 struct Lightmap<'a> {
     path: PathBuf,
@@ -199,9 +161,17 @@ struct Lightmap<'a> {
 }
 
 impl<'a> Lightmap<'a> {
-    fn read(dir: &Path, description: &'a Description) -> Result<Self> {
+    /// Reads the lightmap beside the description at `beside`, and checks the faces' rectangles.
+    fn read(beside: &Path, description: &'a Description) -> Result<Self> {
         let faces = description.faces.as_slice();
-        let path = dir.join("lightmap.exr");
+        for (k, entry) in faces.iter().enumerate() {
+            let ([w, h], [_, _, width, height]) = (entry.texels, entry.rect.unwrap_or_default());
+            if [w, h] != [width, height] {
+                let message = format!("{w}×{h} texels do not fit its rectangle of {width}×{height} pixels");
+                return Err(Error::bad_input(beside, face_label(k), message));
+            }
+        }
+        let path = beside.with_file_name("lightmap.exr");
         let bytes = file::read_input(&path, "")?;
         // A packed atlas is nearly full; a much larger image does not belong to these faces.
         let texels: u64 = faces.iter().map(|e| u64::from(texel::texel_count(e.texels))).sum();
@@ -213,32 +183,15 @@ impl<'a> Lightmap<'a> {
             return Err(Error::bad_input(&path, "", message));
         }
         for (k, entry) in faces.iter().enumerate() {
-            let [x, y, w, h] = face_rectangle(entry).map(u64::from);
-            if x + w > planes.width as u64 || y + h > planes.height as u64 {
-                let message = format!(
-                    "its rectangle ends at {}, {}, the image at {}, {}",
-                    x + w,
-                    y + h,
-                    planes.width,
-                    planes.height
-                );
+            let [x, y, w, h] = entry.rect.unwrap_or_default().map(u64::from);
+            let (right, bottom) = (x + w, y + h);
+            let (width, height) = (planes.width, planes.height);
+            if right > width as u64 || bottom > height as u64 {
+                let message = format!("its rectangle ends at {right}, {bottom}, the image at {width}, {height}");
                 return Err(Error::bad_input(&path, face_label(k), message));
             }
         }
         Ok(Self { path, planes, faces })
-    }
-
-    /// Checks that every texel's reflectance is at least 0 and below 1; `values` are in face order.
-    fn check_reflectance(&self, values: &[Vec3]) -> Result<()> {
-        let counts = self.faces.iter().map(|e| texel::texel_count(e.texels) as usize);
-        let faces = counts.enumerate().flat_map(|(k, n)| std::iter::repeat_n(k, n));
-        match faces.zip(values).find(|(_, rho)| !is_reflectance(**rho)) {
-            None => Ok(()),
-            Some((k, rho)) => {
-                let message = format!("the channels reflectance.R, G, B hold {rho}, not at least 0 and below 1");
-                Err(Error::bad_input(&self.path, face_label(k), message))
-            }
-        }
     }
 
     /// Returns one colour per texel, or none if a channel is missing.
@@ -250,35 +203,17 @@ impl<'a> Lightmap<'a> {
         };
         let mut values = Vec::new();
         for (k, entry) in self.faces.iter().enumerate() {
-            let [x, y, w, h] = face_rectangle(entry).map(|n| n as usize);
-            for pixel in (0..h).flat_map(|j| (0..w).map(move |i| (x + i, y + j))) {
-                let at = pixel.1 * self.planes.width + pixel.0;
+            let [x, y, w, h] = entry.rect.unwrap_or_default().map(|n| n as usize);
+            for (x, y) in (y..y + h).flat_map(|y| (x..x + w).map(move |x| (x, y))) {
+                let at = y * self.planes.width + x;
                 let value = Vec3::new(r[at], g[at], b[at]);
                 if !value.is_finite() {
-                    let message = format!(
-                        "the channels {prefix}R, G, B are not finite at pixel {}, {}",
-                        pixel.0, pixel.1
-                    );
+                    let message = format!("the channels {prefix}R, G, B are not finite at pixel {x}, {y}");
                     return Err(Error::bad_input(&self.path, face_label(k), message));
                 }
                 values.push(value);
             }
         }
         Ok(Some(values))
-    }
-}
-
-fn described_scene(dir: &Path, description: Description) -> Scene {
-    let mut notes = Vec::new();
-    if description.lightmap_crc32.is_none() {
-        notes.push(format!(
-            "{} has no lightmap_crc32: it is not known whether lightmap.exr belongs to it",
-            dir.join("result.json").display()
-        ));
-    }
-    Scene {
-        name: escape_control(&description.scene.unwrap_or_else(|| dir.display().to_string())),
-        faces: build_faces(&description.faces),
-        notes,
     }
 }

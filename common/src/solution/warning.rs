@@ -7,26 +7,26 @@ use serde::{Serialize, Serializer};
 #[allow(missing_docs, reason = "`Code::ALL` has the meaning of each")]
 pub enum WarningCode {
     Visibility,
-    FormFactor,
     Patches,
     Texels,
     Closure,
     Unshot,
     Overlap,
-    Gap,
     Unlit,
-    Covered,
     Precision,
     Energy,
 }
 
 impl WarningCode {
     /// Every code, its text in `result.json` and its meaning, in the order of the variants.
-    pub const ALL_CODES: [(Self, &'static str, &'static str); 12] = [
+    pub const ALL_CODES: [(Self, &'static str, &'static str); 9] = [
         (Self::Visibility, "visibility", "the item buffer is too coarse"),
-        (Self::FormFactor, "form-factor", "the disc form factor is too crude"),
         (Self::Patches, "cells", "light or shadow varies within patches"),
-        (Self::Texels, "texels", "light or shadow varies within texels"),
+        (
+            Self::Texels,
+            "texels",
+            "light or shadow varies within texels, or falls into gaps narrower than a tenth of one",
+        ),
         (Self::Closure, "closure", "form-factor error: light was lost or created"),
         (Self::Unshot, "unshot", "the solve was stopped early"),
         (
@@ -35,19 +35,9 @@ impl WarningCode {
             "fronts overlap: only the first in the file is lit",
         ),
         (
-            Self::Gap,
-            "gap",
-            "light is shot into gaps narrower than a tenth of a texel",
-        ),
-        (
             Self::Unlit,
             "unlit",
-            "no light was found on any face that reflects: it may come through an opening that no sample meets",
-        ),
-        (
-            Self::Covered,
-            "covered",
-            "every lamp lies under other faces at all of its samples: nothing is shot",
+            "no light was found on any face that reflects: samples see no lamp, or miss the opening that it shines through",
         ),
         (
             Self::Precision,

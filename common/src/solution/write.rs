@@ -4,7 +4,7 @@
 use crate::energy::EnergyBalance;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshFace, Texel};
-use crate::scene::Scene;
+use crate::scene::{Face, Scene};
 use crate::settings::Settings;
 use crate::shooting::{RadiosityField, SolveRun};
 use crate::solution::faces::describe_face;
@@ -19,13 +19,8 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-/// Options that the dense matrix solver reads.
+/// Options that the dense matrix solver reads, and a solve to an error besides the error.
 const MATRIX_SETTINGS: [&str; 3] = ["texels", "visibility", "form-factor"];
-/// Options that a solve to an error reads, besides the error.
-const ERROR_SETTINGS: [&str; 3] = MATRIX_SETTINGS;
-
-/// Entry of `result.json` with the checksum of its lightmap.
-pub(crate) const CHECKSUM_KEY: &str = "lightmap_crc32";
 
 /// Returns the CRC-32 (ISO 3309) of a file in eight hexadecimal digits.
 pub(crate) fn file_checksum(bytes: &[u8]) -> String {
@@ -90,14 +85,18 @@ impl Solution<'_> {
         let image = encode_lightmap(self.mesh, &self.run.field, self.has_texel_surfaces())?;
         files.add(&dir.join("lightmap.exr"), &image)?;
         match &self.texel_error {
-            Some(off) => files.add(&dir.join("error.exr"), &encode_error_map(self.mesh, off)?)?,
+            Some(off) => {
+                let values: Vec<Vec4> = off.iter().map(|v| Vec4::splat(*v)).collect();
+                let plane = ("Y".to_owned(), atlas_channel(self.mesh, &values, 0));
+                files.add(&dir.join("error.exr"), &encode_exr(self.mesh.atlas, vec![plane])?)?;
+            }
             // The file of an earlier solve does not belong to this one.
             None => drop(fs::remove_file(dir.join("error.exr"))),
         }
         let mut description = self.summarise_run();
         description["seconds"]["write"] = start.elapsed().as_secs_f64().into();
         description["faces"] = self.describe_faces().into();
-        description[CHECKSUM_KEY] = file_checksum(&image).into();
+        description["lightmap_crc32"] = file_checksum(&image).into();
         files.add(&dir.join("result.json"), format!("{description:#}\n").as_bytes())?;
         files.rename_files()
     }
@@ -108,7 +107,6 @@ impl Solution<'_> {
             "scene": self.scene.name,
             "solver": self.solver,
             "adapter": self.adapter,
-            "settings": self.settings,
             "shots": self.run.shooters,
             "passes": self.run.passes,
             "converged": self.run.converged,
@@ -124,25 +122,25 @@ impl Solution<'_> {
                 "solve": self.seconds.solve,
             },
         });
+        let mut settings = json!(self.settings);
+        if let Some(all) = settings.as_object_mut() {
+            if self.matrix.is_some() || self.error.is_some() {
+                all.retain(|name, _| MATRIX_SETTINGS.contains(&name.as_str()));
+            }
+            if let Some(error) = self.error {
+                all.insert("error".into(), error.into());
+            }
+            let texels = [self.settings.meshing.texels; 2];
+            if self.mesh.faces.iter().any(|f| f.resolution != texels) {
+                // Each face has its own entry.
+                all.remove("texels");
+            }
+        }
+        description["settings"] = settings;
         if let Some(matrix) = &self.matrix {
             description["matrix"] = matrix.clone();
             description["shots"] = 0.into();
             description["passes"] = 0.into();
-            if let Some(settings) = description["settings"].as_object_mut() {
-                settings.retain(|name, _| MATRIX_SETTINGS.contains(&name.as_str()));
-            }
-        }
-        if let (Some(error), Some(settings)) = (self.error, description["settings"].as_object_mut()) {
-            settings.retain(|name, _| ERROR_SETTINGS.contains(&name.as_str()));
-            settings.insert("error".into(), error.into());
-        }
-        let alike = |f: &MeshFace| f.resolution == [self.settings.meshing.texels; 2];
-        if let (false, Some(settings)) = (
-            self.mesh.faces.iter().all(alike),
-            description["settings"].as_object_mut(),
-        ) {
-            // Each face has its own entry.
-            settings.remove("texels");
         }
         if let (Some(Value::Object(relit)), Some(all)) = (self.relit.clone(), description.as_object_mut()) {
             all.extend(relit);
@@ -152,21 +150,17 @@ impl Solution<'_> {
 
     fn describe_faces(&self) -> Vec<Value> {
         let means = self.has_texel_surfaces().then(|| face_means(self.mesh));
-        self.scene
-            .faces
-            .iter()
-            .zip(&self.mesh.faces)
-            .enumerate()
-            .map(|(k, (face, mesh))| {
-                let mut entry = describe_face(face, mesh.resolution);
-                entry["rect"] = json!(mesh.rect);
-                if let Some([emission, reflectance]) = means.as_ref().map(|means| means[k]) {
-                    entry["emission"] = json!(emission);
-                    entry["reflectance"] = json!(reflectance);
-                }
-                entry
-            })
-            .collect()
+        let faces = self.scene.faces.iter().zip(&self.mesh.faces).enumerate();
+        let describe = |(k, (face, mesh)): (usize, (&Face, &MeshFace))| {
+            let mut entry = describe_face(face, mesh.resolution);
+            entry["rect"] = json!(mesh.rect);
+            if let Some([emission, reflectance]) = means.as_ref().map(|means| means[k]) {
+                entry["emission"] = json!(emission);
+                entry["reflectance"] = json!(reflectance);
+            }
+            entry
+        };
+        faces.map(describe).collect()
     }
 }
 
@@ -209,7 +203,6 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Encodes the atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is true; pixels
 /// outside all faces are 0.
 pub fn encode_lightmap(mesh: &Mesh, field: &RadiosityField, surface: bool) -> Result<Vec<u8>> {
-    let [w, h] = mesh.atlas.map(|n| n as usize);
     let mut channels = Vec::new();
     let of = |value: fn(&Texel) -> Vec3| -> Vec<Vec4> { mesh.texels.iter().map(|t| value(t).extend(0.0)).collect() };
     let (reflectance, emission) = (of(|t| t.reflectance), of(|t| t.emission));
@@ -225,39 +218,23 @@ pub fn encode_lightmap(mesh: &Mesh, field: &RadiosityField, surface: bool) -> Re
             channels.push((format!("{prefix}{letter}"), atlas_channel(mesh, values, c)));
         }
     }
-    encode_exr([w, h], channels).map_err(|source| Error::Write {
-        path: "lightmap.exr".into(),
-        source,
-    })
-}
-
-/// Encodes one value per texel on the atlas as EXR of one channel; pixels outside all faces are 0.
-fn encode_error_map(mesh: &Mesh, values: &[f32]) -> Result<Vec<u8>> {
-    let values: Vec<Vec4> = values.iter().map(|v| Vec4::splat(*v)).collect();
-    let size = mesh.atlas.map(|n| n as usize);
-    let plane = ("Y".to_owned(), atlas_channel(mesh, &values, 0));
-    encode_exr(size, vec![plane]).map_err(|source| Error::Write {
-        path: "error.exr".into(),
-        source,
-    })
+    encode_exr(mesh.atlas, channels)
 }
 
 /// Encodes named planes of `size` (width, height) as lossless 32-bit float EXR.
 ///
-/// Errors: the encoder's.
-pub fn encode_exr(size: [usize; 2], planes: Vec<(String, Vec<f32>)>) -> std::io::Result<Vec<u8>> {
+/// Errors: [`Error::Fault`] if their lengths are not that of the size.
+pub fn encode_exr(size: [u32; 2], planes: Vec<(String, Vec<f32>)>) -> Result<Vec<u8>> {
     let channel = |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
     let layer = Layer::new(
-        Vec2(size[0], size[1]),
+        Vec2(size[0] as usize, size[1] as usize),
         LayerAttributes::default(),
         Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(planes.into_iter().map(channel).collect()),
     );
     let mut bytes = std::io::Cursor::new(Vec::new());
-    Image::from_layer(layer)
-        .write()
-        .to_buffered(&mut bytes)
-        .map_err(|error| std::io::Error::other(error.to_string()))?;
+    let written = Image::from_layer(layer).write().to_buffered(&mut bytes);
+    written.map_err(|error| Error::Fault(format!("an EXR cannot be encoded: {error}")))?;
     Ok(bytes.into_inner())
 }
 

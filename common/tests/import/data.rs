@@ -1,8 +1,9 @@
 //! Real files outside the repository, in the folder that RADIOSITY_DATA names.
 
+use super::files::{Folder, join_quads};
 use approx::abs_diff_eq;
 use common::import::{ImportOptions, load_scene};
-use common::scene::{Scene, Shape};
+use common::scene::{Face, Scene, Shape};
 use glam::{DVec3, Vec3};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -25,11 +26,7 @@ fn scene(folder: &Path, name: &str) -> Scene {
 }
 
 fn load_joined(folder: &Path, name: &str) -> Scene {
-    let options = ImportOptions {
-        join_quads: true,
-        ..Default::default()
-    };
-    load_scene(&folder.join(name), &options).unwrap_or_else(|error| panic!("{error}"))
+    load_scene(&folder.join(name), &join_quads()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn bounds(scene: &Scene) -> (DVec3, DVec3) {
@@ -61,43 +58,30 @@ fn mcguire_cornell_box_has_known_bounds_lamp_and_colours() {
     assert_eq!((2 * quads + triangles, glb.faces.len()), (36, 36));
     for scene in [&obj, &glb] {
         let (low, high) = bounds(scene);
-        assert!(
-            (low - DVec3::new(-1.02, 0.0, -1.04)).abs().max_element() < 1e-6,
-            "{low}"
-        );
-        assert!(
-            (high - DVec3::new(1.0, 1.99, 0.99)).abs().max_element() < 1e-6,
-            "{high}"
-        );
+        assert!(low.abs_diff_eq(DVec3::new(-1.02, 0.0, -1.04), 1e-6), "{low}");
+        assert!(high.abs_diff_eq(DVec3::new(1.0, 1.99, 0.99), 1e-6), "{high}");
         let light: Vec<_> = scene.faces.iter().filter(|f| f.emission != Vec3::ZERO).collect();
         let expected = Vec3::new(17.0, 12.0, 4.0) * std::f32::consts::PI;
-        assert!(light.iter().all(|f| (f.emission - expected).abs().max_element() < 1e-4));
+        assert!(light.iter().all(|f| f.emission.abs_diff_eq(expected, 1e-4)));
         let area = light.iter().map(|f| f.vector_area()).sum::<DVec3>();
         assert!((area - DVec3::new(0.0, -0.47 * 0.38, 0.0)).length() < 1e-6, "{area}");
     }
     let area = |s: &Scene| s.faces.iter().map(|f| f.area()).sum::<f64>();
     assert!(abs_diff_eq!(area(&obj), area(&glb), epsilon = 1e-5 * area(&obj)));
-    let [green, red] = ["rightWall", "leftWall"].map(|name| {
-        let face = obj.faces.iter().find(|f| f.name == name);
-        face.map(|f| f.reflectance).unwrap_or_default()
-    });
-    assert_eq!(
-        (green, red),
-        (Vec3::new(0.14, 0.45, 0.091), Vec3::new(0.63, 0.065, 0.05))
-    );
+    let reflectance = |name: &str| obj.faces.iter().find(|f| f.name == name).map(|f| f.reflectance);
+    assert_eq!(reflectance("rightWall"), Some(Vec3::new(0.14, 0.45, 0.091)));
+    assert_eq!(reflectance("leftWall"), Some(Vec3::new(0.63, 0.065, 0.05)));
 }
 
 #[test]
 fn measured_cornell_box_has_known_shapes() {
     let Some(folder) = folder() else { return };
-    for name in ["../cornell/cornell_measured.obj", "../truth/cornell.obj"] {
+    for (name, expected) in [
+        ("../cornell/cornell_measured.obj", (15, 2, 2)),
+        ("../truth/cornell.obj", (19, 0, 0)),
+    ] {
         let scene = scene(&folder, name);
         let split = scene.faces.iter().filter(|f| f.input_face.is_some()).count();
-        let expected = if name.contains("measured") {
-            (15, 2, 2)
-        } else {
-            (19, 0, 0)
-        };
         let (quads, triangles) = count_quads_and_triangles(&scene);
         assert_eq!((quads, triangles, split), expected, "{name}: {:?}", scene.notes);
     }
@@ -124,11 +108,7 @@ fn known_meshes_have_expected_triangles_and_orientation() {
         assert_eq!(2 * quads + triangles, count, "{name}");
         let open = scene.faces.iter().map(|f| f.vector_area()).sum::<DVec3>().length();
         let area = scene.faces.iter().map(|f| f.area()).sum::<f64>();
-        assert_eq!(
-            open < 1e-6 * area,
-            closed,
-            "{name}: fronts do not sum up to nothing: {open} of {area}"
-        );
+        assert_eq!(open < 1e-6 * area, closed, "{name}: open by {open} of {area}");
         assert!(!closed || enclosed_volume(&scene) > 0.0, "{name} is inside out");
     }
 }
@@ -138,93 +118,68 @@ fn non_planar_quads_are_split() {
     let Some(folder) = folder() else { return };
     let scene = scene(&folder, "spot_quads.obj");
     let pieces = scene.faces.iter().filter(|f| f.input_face.is_some()).count();
-    assert_eq!(
-        scene.faces.len() - pieces / 2,
-        2928,
-        "one entry each, and one more for each split quad"
-    );
+    // One entry for each quad, and one more for each that is split.
+    assert_eq!(scene.faces.len() - pieces / 2, 2928);
     for (k, face) in scene.faces.iter().enumerate() {
-        assert!(if k < 2928 {
-            face.input_face.is_none_or(|from| from as usize == k)
-        } else {
-            face.input_face.is_some()
-        });
+        let own = face.input_face.is_none_or(|from| from as usize == k);
+        assert!(if k < 2928 { own } else { face.input_face.is_some() });
     }
 }
 
 #[test]
 fn triangles_of_boxes_are_joined_to_quads() {
     let Some(folder) = folder() else { return };
-    assert_eq!(
-        count_quads_and_triangles(&load_joined(&folder, "Box_embedded.gltf")),
-        (6, 0)
-    );
-    assert_eq!(
-        count_quads_and_triangles(&load_joined(&folder, "trimesh/BoxInterleaved.glb")),
-        (6, 0)
-    );
+    let count = |name: &str| count_quads_and_triangles(&load_joined(&folder, name));
+    assert_eq!(count("Box_embedded.gltf"), (6, 0));
+    assert_eq!(count("trimesh/BoxInterleaved.glb"), (6, 0));
     // Of 18 quads the left wall and two more of the original box are bent.
-    let (quads, triangles) =
-        count_quads_and_triangles(&load_joined(&folder, "cornell-mcguire/CornellBox-Original.glb"));
+    let (quads, triangles) = count("cornell-mcguire/CornellBox-Original.glb");
     assert_eq!(2 * quads + triangles, 36);
     assert!(quads >= 15, "{quads}");
 }
 
 /// Irregular files with their number of faces, or a part of their error.
-const IRREGULAR_FILES: [(&str, Result<usize, &str>); 25] = [
-    ("trimesh/BoxInterleaved.glb", Ok(12)),
-    ("trimesh/BoxTextured.glb", Ok(12)),
-    ("trimesh/boolean.glb", Ok(3936)),
-    ("trimesh/nested.glb", Ok(36)),
-    ("trimesh/no_indices_3storybuilding.glb", Ok(72)),
-    (
-        "trimesh/wallhole.obj",
-        Err("line 3: the material file 00.mtl cannot be read"),
-    ),
-    ("trimesh/odd-obj/cubevt.obj", Ok(12)),
-    ("trimesh/odd-obj/empty.obj", Err("has no faces")),
-    ("trimesh/odd-obj/face_in_group_name.obj", Err("has no faces")),
-    ("trimesh/odd-obj/face_in_group_name_mid_file.obj", Ok(2)),
-    ("trimesh/odd-obj/joined_tetrahedra.obj", Ok(8)),
-    ("trimesh/odd-obj/nancolor.obj", Ok(12)),
-    ("trimesh/odd-obj/negative_indices.obj", Ok(6)),
-    (
-        "trimesh/odd-obj/notenoughindices.obj",
-        Err("line 1: the material file surface.mtl cannot be read"),
-    ),
-    ("trimesh/odd-obj/obj_points.obj", Err("has no faces")),
-    ("trimesh/odd-obj/obj_wireframe.obj", Err("has no faces")),
-    (
-        "trimesh/odd-obj/obj_with_no_face_in_chunk.obj",
-        Err("line 8: material mat-1 is not defined"),
-    ),
-    (
-        "trimesh/odd-obj/polygonfaces.obj",
-        Err("line 1: the material file surface.mtl cannot be read"),
-    ),
-    (
-        "trimesh/odd-obj/singlevn.obj",
-        Err("line 1: the material file surface.mtl cannot be read"),
-    ),
-    ("trimesh/odd-obj/textured_tetrahedron.obj", Ok(4)),
-    ("trimesh/odd-obj/two_objects.obj", Ok(16)),
-    ("odd-gltf/TestScene.gltf", Err("buffer 0: TestScene.bin cannot be read")),
-    ("odd-gltf/box_sparse.glb", Ok(12)),
-    ("odd-gltf/empty_nodes.glb", Err("has no faces")),
-    ("odd-gltf/mode5.gltf", Ok(2786)),
-];
+const IRREGULAR_FILES: &str = "
+trimesh/BoxInterleaved.glb => 12
+trimesh/BoxTextured.glb => 12
+trimesh/boolean.glb => 3936
+trimesh/nested.glb => 36
+trimesh/no_indices_3storybuilding.glb => 72
+trimesh/wallhole.obj => line 3: the material file 00.mtl cannot be read
+trimesh/odd-obj/cubevt.obj => 12
+trimesh/odd-obj/empty.obj => has no faces
+trimesh/odd-obj/face_in_group_name.obj => has no faces
+trimesh/odd-obj/face_in_group_name_mid_file.obj => 2
+trimesh/odd-obj/joined_tetrahedra.obj => 8
+trimesh/odd-obj/nancolor.obj => 12
+trimesh/odd-obj/negative_indices.obj => 6
+trimesh/odd-obj/notenoughindices.obj => line 1: the material file surface.mtl cannot be read
+trimesh/odd-obj/obj_points.obj => has no faces
+trimesh/odd-obj/obj_wireframe.obj => has no faces
+trimesh/odd-obj/obj_with_no_face_in_chunk.obj => line 8: material mat-1 is not defined
+trimesh/odd-obj/polygonfaces.obj => line 1: the material file surface.mtl cannot be read
+trimesh/odd-obj/singlevn.obj => line 1: the material file surface.mtl cannot be read
+trimesh/odd-obj/textured_tetrahedron.obj => 4
+trimesh/odd-obj/two_objects.obj => 16
+odd-gltf/TestScene.gltf => buffer 0: TestScene.bin cannot be read
+odd-gltf/box_sparse.glb => 12
+odd-gltf/empty_nodes.glb => has no faces
+odd-gltf/mode5.gltf => 2786
+";
 
 #[test]
 fn irregular_files_load_or_fail_as_expected() {
     let Some(folder) = folder() else { return };
-    for (name, expected) in IRREGULAR_FILES {
-        let found = load_scene(&folder.join(name), &ImportOptions::default())
-            .map(|s| s.faces.len())
-            .map_err(|e| e.to_string());
-        match (&found, expected) {
-            (Ok(faces), Ok(count)) => assert_eq!(*faces, count, "{name}"),
-            (Err(error), Err(part)) => assert!(error.contains(part), "{name}: {error}"),
-            _ => panic!("{name}: {found:?} instead of {expected:?}"),
+    let rows: Vec<_> = IRREGULAR_FILES
+        .lines()
+        .filter_map(|row| row.split_once(" => "))
+        .collect();
+    for (name, expected) in &rows {
+        let found = load_scene(&folder.join(name), &ImportOptions::default());
+        match (found.map(|scene| scene.faces.len()), expected.parse::<usize>()) {
+            (Ok(faces), Ok(count)) => assert_eq!(faces, count, "{name}"),
+            (Err(error), Err(_)) => assert!(error.to_string().contains(expected), "{name}: {error}"),
+            (found, _) => panic!("{name}: {found:?} instead of {expected}"),
         }
     }
     let is_scene = |path: &Path| {
@@ -236,7 +191,7 @@ fn irregular_files_load_or_fail_as_expected() {
         entries.flatten().filter(|e| is_scene(&e.path())).count()
     };
     let count: usize = ["trimesh", "trimesh/odd-obj", "odd-gltf"].map(files).iter().sum();
-    assert_eq!(count, IRREGULAR_FILES.len(), "a file is missing from the table");
+    assert_eq!(count, rows.len(), "a file is missing from the table");
 }
 
 /// Loads two irregular files without their dangling references.
@@ -248,22 +203,18 @@ fn irregular_files_load_without_material_lines() {
         let kept = text
             .lines()
             .filter(|l| !l.starts_with("mtllib") && !l.starts_with("usemtl"));
-        super::files::obj(&kept.collect::<Vec<_>>().join("\n")).unwrap_or_else(|e| panic!("{name}: {e}"))
+        Folder::new()
+            .with("a.obj", kept.collect::<Vec<_>>().join("\n"))
+            .load("a.obj")
+            .unwrap_or_else(|e| panic!("{name}: {e}"))
     };
     assert_eq!(bare("trimesh/odd-obj/notenoughindices.obj").faces.len(), 1);
     // Walls with holes cut into their outlines: 13 faces of 92 corners.
     let walls = bare("trimesh/wallhole.obj");
     assert_eq!(count_quads_and_triangles(&walls), (0, 92 - 2 * 13));
-    let normal = |k: Option<u32>| -> DVec3 {
-        let pieces = walls.faces.iter().filter(|f| f.input_face == k);
-        pieces.map(|f| f.vector_area()).sum()
-    };
+    let pieces = |k: Option<u32>| walls.faces.iter().filter(move |f| f.input_face == k);
+    let normal = |k: Option<u32>| pieces(k).map(|f| f.vector_area()).sum::<DVec3>();
     assert!((0..13).map(|k| normal(Some(k))).sum::<DVec3>().length() < 1e-9);
-    assert!(
-        walls
-            .faces
-            .iter()
-            .all(|f| f.vector_area().dot(normal(f.input_face)) > 0.0),
-        "a piece faces backwards"
-    );
+    let forwards = |f: &Face| f.vector_area().dot(normal(f.input_face)) > 0.0;
+    assert!(walls.faces.iter().all(forwards), "a piece faces backwards");
 }

@@ -9,18 +9,20 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, fs, process};
 
+/// Returns the lines of an OBJ that stand in one: `;` ends a line, and `S` stands for the vertices of the unit square.
+pub fn text_lines(text: &str) -> String {
+    let square = "v 0 0 0; v 1 0 0; v 1 1 0; v 0 1 0; ";
+    text.replace("S ", square).replace("; ", "\n").replace(';', "\n")
+}
+
 /// Temporary folder, removed with its contents when dropped.
 pub struct Folder(PathBuf);
 
 impl Folder {
     pub fn new() -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let name = format!(
-            "radiosity-import-{}-{}",
-            process::id(),
-            COUNT.fetch_add(1, Ordering::Relaxed)
-        );
-        let path = env::temp_dir().join(name);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = env::temp_dir().join(format!("radiosity-common-{}-{number}", process::id()));
         fs::create_dir_all(&path).expect("a temporary folder");
         Self(path)
     }
@@ -44,14 +46,8 @@ impl Folder {
 
     /// Returns the one-line error of loading `name`, without the folder.
     pub fn error(&self, name: &str) -> String {
-        let error = match self.load(name) {
-            Ok(scene) => panic!(
-                "{name} was loaded: {} faces, notes {:?}",
-                scene.faces.len(),
-                scene.notes
-            ),
-            Err(error) => error.to_string(),
-        };
+        let loaded = self.load(name).map(|scene| scene.notes);
+        let error = loaded.expect_err(name).to_string();
         assert!(!error.contains('\n'), "more than a line: {error}");
         error.replace(&format!("{}/", self.0.display()), "")
     }
@@ -63,28 +59,39 @@ impl Drop for Folder {
     }
 }
 
-/// Loads an OBJ without materials.
+pub fn join_quads() -> ImportOptions {
+    ImportOptions {
+        join_quads: true,
+        ..Default::default()
+    }
+}
+
+/// Loads an OBJ of [`text_lines`] without materials.
 pub fn obj(text: &str) -> Result<Scene> {
-    Folder::new().with("a.obj", text).load("a.obj")
+    Folder::new().with("a.obj", text_lines(text)).load("a.obj")
+}
+
+pub fn assert_begins(error: &str, expected: &str) {
+    assert!(
+        error.starts_with(expected),
+        "`{error}` does not begin with `{expected}`"
+    );
 }
 
 /// Returns the notes that contain `words`.
 pub fn notes<'a>(scene: &'a Scene, words: &str) -> Vec<&'a str> {
-    scene
-        .notes
-        .iter()
-        .map(String::as_str)
-        .filter(|note| note.contains(words))
-        .collect()
+    let notes = scene.notes.iter().map(String::as_str);
+    notes.filter(|note| note.contains(words)).collect()
 }
 
 /// Returns the outline corners of each face.
 pub fn corners(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
-    scene
-        .faces
-        .iter()
-        .map(|face| face.outline().iter().map(DVec3::to_array).collect())
-        .collect()
+    let outlines = scene.faces.iter().map(|face| face.outline().iter());
+    outlines.map(|outline| outline.map(DVec3::to_array).collect()).collect()
+}
+
+pub fn float_bytes(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
 /// The glTF file under variation: a JSON document and the bytes of buffer 0.
@@ -96,8 +103,7 @@ pub struct Gltf {
 
 /// Returns the unit square in z = 0 as two triangles, grey, front to +z. Bytes: 4 positions, 6 u16.
 pub fn square() -> Gltf {
-    let positions: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
-    let mut bytes: Vec<u8> = positions.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+    let mut bytes = float_bytes(&[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.]);
     bytes.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|v| v.to_le_bytes()));
     let json = json!({
         "asset": { "version": "2.0" },
@@ -123,11 +129,7 @@ impl Gltf {
     /// Sets the value at a JSON pointer; a last part that is missing is added.
     pub fn set(mut self, pointer: &str, value: Value) -> Self {
         let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
-        let parent = self
-            .json
-            .pointer_mut(parent)
-            .unwrap_or_else(|| panic!("no parent of {pointer}"));
-        match parent {
+        match self.json.pointer_mut(parent).expect(pointer) {
             Value::Array(list) if key == "-" => list.push(value),
             Value::Array(list) => list[key.parse::<usize>().expect("an index")] = value,
             object => object[key] = value,
@@ -138,9 +140,7 @@ impl Gltf {
     pub fn remove(mut self, pointer: &str) -> Self {
         let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
         let parent = self.json.pointer_mut(parent).and_then(Value::as_object_mut);
-        parent
-            .and_then(|p| p.remove(key))
-            .unwrap_or_else(|| panic!("no {pointer}"));
+        parent.and_then(|parent| parent.remove(key)).expect(pointer);
         self
     }
 
@@ -155,39 +155,26 @@ impl Gltf {
 
     /// Gives the square's four corners an attribute of floats, `kind` of them each.
     pub fn attribute(self, name: &str, kind: &str, values: &[f32]) -> Self {
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         let next = |list: &str| self.json[list].as_array().map_or(0, Vec::len);
         let (view, accessor) = (next("bufferViews"), next("accessors"));
-        self.view(&bytes)
-            .set(
-                "/accessors/-",
-                json!({"bufferView": view, "componentType": 5126, "count": 4, "type": kind}),
-            )
+        let floats = json!({"bufferView": view, "componentType": 5126, "count": 4, "type": kind});
+        self.view(&float_bytes(values))
+            .set("/accessors/-", floats)
             .set(&format!("/meshes/0/primitives/0/attributes/{name}"), json!(accessor))
     }
 
     pub fn glb(&self) -> Vec<u8> {
-        let mut text = self.json.to_string().into_bytes();
-        text.resize(text.len().next_multiple_of(4), b' ');
-        let mut bytes = self.bytes.clone();
-        bytes.resize(bytes.len().next_multiple_of(4), 0);
-        let word = |n: usize| (n as u32).to_le_bytes();
-        [
-            b"glTF".as_slice(),
-            &word(2),
-            &word(28 + text.len() + bytes.len()),
-            &word(text.len()),
-            b"JSON",
-            &text,
-            &word(bytes.len()),
-            b"BIN\0",
-            &bytes,
-        ]
-        .concat()
-    }
-
-    pub fn load(&self) -> Result<Scene> {
-        self.load_with(&ImportOptions::default())
+        let header = gltf::binary::Header {
+            magic: *b"glTF",
+            version: 2,
+            length: 0,
+        };
+        let glb = gltf::Glb {
+            header,
+            json: self.json.to_string().into_bytes().into(),
+            bin: Some((&self.bytes).into()),
+        };
+        glb.to_vec().expect("a GLB")
     }
 
     pub fn load_with(&self, options: &ImportOptions) -> Result<Scene> {
@@ -195,21 +182,12 @@ impl Gltf {
         load_scene(&folder.path("a.glb"), options)
     }
 
+    /// Loads a valid file.
+    pub fn scene(&self) -> Scene {
+        self.load_with(&ImportOptions::default()).expect("a scene")
+    }
+
     pub fn error(&self) -> String {
         Folder::new().with("a.glb", self.glb()).error("a.glb")
     }
-}
-
-pub fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for chunk in bytes.chunks(3) {
-        let bits = chunk
-            .iter()
-            .enumerate()
-            .fold(0u32, |bits, (k, b)| bits | u32::from(*b) << (16 - 8 * k));
-        (0..=chunk.len()).for_each(|k| text.push(LETTERS[(bits >> (18 - 6 * k)) as usize & 63] as char));
-        (chunk.len()..3).for_each(|_| text.push('='));
-    }
-    text
 }

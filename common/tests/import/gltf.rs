@@ -1,15 +1,13 @@
 //! Import of each glTF feature.
 
-use super::files::{Folder, Gltf, base64, corners, notes, square};
+use super::files::{Folder, Gltf, corners, float_bytes, join_quads, square};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use common::import::ImportOptions;
-use common::scene::{Scene, Shape};
+use common::scene::Shape;
 use glam::{DVec3, Vec3};
 use serde_json::json;
 use std::f32::consts::PI;
-
-fn scene(gltf: &Gltf) -> Scene {
-    gltf.load().expect("a scene")
-}
 
 /// Returns the square's triangles.
 fn square_triangles() -> Vec<Vec<[f64; 3]>> {
@@ -19,23 +17,15 @@ fn square_triangles() -> Vec<Vec<[f64; 3]>> {
     ]
 }
 
-fn float_bytes(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|v| v.to_le_bytes()).collect()
-}
-
 #[test]
 fn indexed_mesh_becomes_triangles() {
-    let scene = scene(&square());
+    let scene = square().scene();
     assert_eq!(corners(&scene), square_triangles());
     for face in &scene.faces {
-        assert_eq!(
-            (face.name.as_str(), face.shape, face.input_face),
-            ("square", Shape::Triangle, None)
-        );
-        assert_eq!(
-            (face.reflectance, face.emission),
-            (Vec3::new(0.5, 0.25, 0.125), Vec3::ZERO)
-        );
+        assert_eq!((face.name.as_str(), face.shape), ("square", Shape::Triangle));
+        assert_eq!(face.input_face, None);
+        assert_eq!(face.reflectance, Vec3::new(0.5, 0.25, 0.125));
+        assert_eq!(face.emission, Vec3::ZERO);
         assert_eq!(face.vector_area(), DVec3::Z * 0.5);
     }
     assert_eq!(scene.notes, [""; 0]);
@@ -43,27 +33,28 @@ fn indexed_mesh_becomes_triangles() {
 
 #[test]
 fn quads_are_joined_on_request() {
-    let options = ImportOptions {
-        join_quads: true,
-        ..Default::default()
-    };
-    let joined = square().load_with(&options).expect("a scene");
-    assert_eq!(
-        corners(&joined),
-        [[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]]
-    );
+    let joined = square().load_with(&join_quads()).expect("a scene");
+    let quad = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+    assert_eq!(corners(&joined), [quad]);
     assert_eq!(joined.faces[0].input_face, None);
     let apart = square()
         .view(&float_bytes(&[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.1]))
         .set("/accessors/0/bufferView", json!(2));
-    assert_eq!(apart.load_with(&options).expect("a scene").faces.len(), 2, "not planar");
+    assert_eq!(
+        apart.load_with(&join_quads()).expect("a scene").faces.len(),
+        2,
+        "not planar"
+    );
 }
 
 #[test]
 fn buffers_are_read_from_uri_file_and_glb() {
     let gltf = square();
     let uri = |uri: String| gltf.clone().set("/buffers/0/uri", json!(uri)).json.to_string();
-    let data = uri(format!("data:application/octet-stream;base64,{}", base64(&gltf.bytes)));
+    let data = uri(format!(
+        "data:application/octet-stream;base64,{}",
+        STANDARD.encode(&gltf.bytes)
+    ));
     let folder = Folder::new()
         .with("a.gltf", format!("\u{feff}\n{data}"))
         .with("b.gltf", uri("the%20bytes.bin".into()))
@@ -75,90 +66,76 @@ fn buffers_are_read_from_uri_file_and_glb() {
     }
 }
 
+/// Returns the square with an accessor that lies in a new buffer view, its fields replaced.
+fn with_accessor(accessor: usize, bytes: &[u8], fields: serde_json::Value) -> Gltf {
+    let mut gltf = square().view(bytes);
+    gltf.json["accessors"][accessor]["bufferView"] = json!(2);
+    for (name, value) in fields.as_object().expect("fields") {
+        gltf.json["accessors"][accessor][name] = value.clone();
+    }
+    gltf
+}
+
 #[test]
-fn indices_of_8_and_32_bits_and_no_indices_are_read() {
+fn same_square_is_read_in_other_layouts() {
     let indices: [u8; 6] = [0, 1, 2, 0, 2, 3];
     let wide: Vec<u8> = indices.iter().flat_map(|k| u32::from(*k).to_le_bytes()).collect();
-    for (bytes, kind) in [(indices.to_vec(), 5121), (wide, 5125)] {
-        let gltf = square()
-            .view(&bytes)
-            .set("/accessors/1/bufferView", json!(2))
-            .set("/accessors/1/componentType", json!(kind));
-        assert_eq!(corners(&scene(&gltf)), square_triangles());
+    // Normal and position alternate.
+    let place = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+    let interleaved = float_bytes(place.map(|[x, y, z]| [0., 0., 1., x, y, z]).as_flattened());
+    let fan = with_accessor(1, &[0, 1, 2, 3], json!({"componentType": 5121, "count": 4}));
+    let primitive = "/meshes/0/primitives/0";
+    for gltf in [
+        with_accessor(1, &indices, json!({"componentType": 5121})),
+        with_accessor(1, &wide, json!({"componentType": 5125})),
+        with_accessor(0, &interleaved, json!({"byteOffset": 12})).set("/bufferViews/2/byteStride", json!(24)),
+        fan.set(&format!("{primitive}/mode"), json!(6)),
+        // Parts that are invalid, but not used.
+        square()
+            .set(&format!("{primitive}/attributes/_CUSTOM"), json!(99))
+            .set(&format!("{primitive}/attributes/NORMAL"), json!(99))
+            .set("/materials/-", json!({"name": "unused, default white"}))
+            .remove("/accessors/0/min"),
+    ] {
+        assert_eq!(corners(&gltf.scene()), square_triangles(), "{}", gltf.json);
     }
     let unindexed = square()
         .remove("/meshes/0/primitives/0/indices")
         .set("/accessors/0/count", json!(3));
-    assert_eq!(corners(&scene(&unindexed)), square_triangles()[..1]);
-}
-
-#[test]
-fn strips_and_fans_become_triangles() {
-    let with = |mode: u32, order: [u16; 4]| {
-        let bytes: Vec<u8> = order.iter().flat_map(|k| k.to_le_bytes()).collect();
-        let gltf = square().view(&bytes).set(
-            "/accessors/1",
-            json!({"bufferView": 2, "componentType": 5123, "count": 4, "type": "SCALAR"}),
-        );
-        scene(&gltf.set("/meshes/0/primitives/0/mode", json!(mode)))
-    };
-    assert_eq!(corners(&with(6, [0, 1, 2, 3])), square_triangles());
-    let strip = with(5, [0, 1, 3, 2]);
+    assert_eq!(corners(&unindexed.scene()), square_triangles()[..1]);
+    let strip = with_accessor(1, &[0, 1, 3, 2], json!({"componentType": 5121, "count": 4}));
+    let strip = strip.set("/meshes/0/primitives/0/mode", json!(5)).scene();
     assert_eq!(strip.faces.len(), 2);
-    assert!(
-        strip.faces.iter().all(|f| f.vector_area() == DVec3::Z * 0.5),
-        "{:?}",
-        corners(&strip)
-    );
-}
-
-#[test]
-fn interleaved_vertices_are_read() {
-    // Normal and position alternate.
-    let mut bytes = Vec::new();
-    for p in [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]] {
-        bytes.extend(float_bytes(&[0., 0., 1.]));
-        bytes.extend(float_bytes(&p));
-    }
-    let gltf = square().view(&bytes).set("/bufferViews/2/byteStride", json!(24));
-    let gltf = gltf
-        .set("/accessors/0/bufferView", json!(2))
-        .set("/accessors/0/byteOffset", json!(12));
-    assert_eq!(corners(&scene(&gltf)), square_triangles());
+    assert!(strip.faces.iter().all(|f| f.vector_area() == DVec3::Z * 0.5));
 }
 
 #[test]
 fn sparse_accessor_replaces_vertices() {
     // Vertices 1 and 3 are replaced.
+    let sparse = json!({
+        "count": 2, "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 3},
+    });
     let gltf = square()
         .view(&[1, 3])
         .view(&float_bytes(&[2., 0., 0., 0., 2., 0.]))
-        .set(
-            "/accessors/0/sparse",
-            json!({"count": 2, "indices": {"bufferView": 2, "componentType": 5121}, "values": {"bufferView": 3}}),
-        );
+        .set("/accessors/0/sparse", sparse);
     let expected = [
         [[0., 0., 0.], [2., 0., 0.], [1., 1., 0.]],
         [[0., 0., 0.], [1., 1., 0.], [0., 2., 0.]],
     ];
-    assert_eq!(corners(&scene(&gltf)), expected);
+    assert_eq!(corners(&gltf.scene()), expected);
     let zero_based = gltf.remove("/accessors/0/bufferView");
     let expected = [
         [[0., 0., 0.], [2., 0., 0.], [0., 0., 0.]],
         [[0., 0., 0.], [0., 0., 0.], [0., 2., 0.]],
     ];
-    let on_lines = zero_based.clone().load().map_err(|e| e.to_string());
-    assert!(on_lines.is_err_and(|e| e.ends_with("none of its 2 faces has an area")));
+    assert!(zero_based.error().ends_with("none of its 2 faces has an area"));
+    let positions = json!({"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"});
+    let primitive = json!({"attributes": {"POSITION": 2}, "indices": 1, "material": 0});
     let with_square = zero_based
-        .set(
-            "/accessors/-",
-            json!({"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}),
-        )
-        .set(
-            "/meshes/0/primitives/-",
-            json!({"attributes": {"POSITION": 2}, "indices": 1, "material": 0}),
-        );
-    assert_eq!(corners(&scene(&with_square))[..2], expected);
+        .set("/accessors/-", positions)
+        .set("/meshes/0/primitives/-", primitive);
+    assert_eq!(corners(&with_square.scene())[..2], expected);
 }
 
 #[test]
@@ -174,33 +151,24 @@ fn node_transforms_apply_to_children() {
             json!({"children": [1], "rotation": [0, 0, half, half], "translation": [10, 0, 0]}),
         )
         .set("/scenes/0/nodes", json!([2]));
-    let scene = scene(&gltf);
+    let scene = gltf.scene();
     let expected = [DVec3::new(10., 0., 4.), DVec3::new(10., 2., 4.), DVec3::new(7., 2., 4.)];
     for (found, expected) in scene.faces[0].outline().iter().zip(expected) {
         assert!(found.distance(expected) < 1e-14, "{found} instead of {expected}");
     }
     assert_eq!(scene.faces[0].name, "leaf");
-    let matrix = square().set(
-        "/nodes/0/matrix",
-        json!([0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 10, 0, 4, 1]),
-    );
-    let found = corners(&super::gltf::scene(&matrix));
+    let matrix = json!([0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 10, 0, 4, 1]);
+    let found = corners(&square().set("/nodes/0/matrix", matrix).scene());
     assert_eq!(found[0], [[10., 0., 4.], [10., 2., 4.], [7., 2., 4.]]);
 }
 
 #[test]
 fn mirroring_transform_keeps_fronts() {
-    let mirrored = scene(&square().set("/nodes/0/scale", json!([-1, 1, 1])));
-    assert!(
-        mirrored.faces.iter().all(|f| f.vector_area() == DVec3::Z * 0.5),
-        "{:?}",
-        corners(&mirrored)
-    );
-    let turned = scene(&square().set("/nodes/0/scale", json!([-1, 1, -1])));
-    assert!(
-        turned.faces.iter().all(|f| f.vector_area() == DVec3::NEG_Z * 0.5),
-        "a half turn is no mirror"
-    );
+    // A half turn is no mirror.
+    for (scale, normal) in [([-1, 1, 1], DVec3::Z), ([-1, 1, -1], DVec3::NEG_Z)] {
+        let scene = square().set("/nodes/0/scale", json!(scale)).scene();
+        assert!(scene.faces.iter().all(|f| f.vector_area() == normal * 0.5), "{scale:?}");
+    }
 }
 
 #[test]
@@ -208,7 +176,7 @@ fn default_scene_is_imported() {
     let two = square()
         .set("/nodes/-", json!({"mesh": 0, "translation": [5, 0, 0]}))
         .set("/scenes/-", json!({"nodes": [1]}));
-    let first_x = |gltf: &Gltf| scene(gltf).faces.iter().map(|f| f.corners[0].x).collect::<Vec<_>>();
+    let first_x = |gltf: &Gltf| gltf.scene().faces.iter().map(|f| f.corners[0].x).collect::<Vec<_>>();
     assert_eq!(first_x(&two), [0., 0.]);
     assert_eq!(first_x(&two.clone().set("/scene", json!(1))), [5., 5.]);
     assert_eq!(first_x(&two.clone().remove("/scene")), [0., 0.], "the first scene");
@@ -222,87 +190,58 @@ fn default_scene_is_imported() {
 #[test]
 fn factors_become_reflectance_and_emission() {
     let gltf = square().set("/materials/0/emissiveFactor", json!([1, 0.5, 0]));
-    assert_eq!(scene(&gltf).faces[1].emission, Vec3::new(1., 0.5, 0.) * PI);
+    assert_eq!(gltf.scene().faces[1].emission, Vec3::new(1., 0.5, 0.) * PI);
     let strength = json!({"KHR_materials_emissive_strength": {"emissiveStrength": 4}});
     let strong = gltf
         .set("/materials/0/extensions", strength)
         .set("/extensionsRequired", json!(["KHR_materials_emissive_strength"]));
-    assert_eq!(scene(&strong).faces[1].emission, Vec3::new(4., 2., 0.) * PI);
+    assert_eq!(strong.scene().faces[1].emission, Vec3::new(4., 2., 0.) * PI);
 }
 
-#[test]
-fn default_material_is_lowered_to_095() {
-    for (pointer, name) in [("/materials/0", "0"), ("/materials/0/pbrMetallicRoughness", "grey")] {
-        let scene = scene(&square().set(pointer, json!({})));
-        assert_eq!(scene.faces[0].reflectance, Vec3::splat(0.95));
-        let note = format!("materials {name} reflect all light: taken as 0.95");
-        assert_eq!(notes(&scene, &note).len(), 1, "{:?}", scene.notes);
-    }
-}
-
-#[test]
-fn face_without_material_is_grey() {
-    let scene = scene(&square().remove("/meshes/0/primitives/0/material"));
-    assert_eq!(scene.faces[0].reflectance, Vec3::splat(0.7));
-    assert_eq!(
-        scene.notes,
-        ["2 faces without material: reflectance 0.7, no emission (1, 2)"]
-    );
-}
-
-#[test]
-fn texture_times_zero_factor_is_not_read() {
-    let gltf = square().set("/materials/0/emissiveTexture", json!({"index": 0}));
-    assert_eq!(scene(&gltf).faces[0].emission, Vec3::ZERO);
-}
+/// A value that is set in the square's JSON, and the only note of its import.
+const NOTES: &str = "
+/meshes/0/primitives/- = {\"attributes\": {\"POSITION\": 0}, \"mode\": 0} => 1 primitives of points or lines left out
+/meshes/0/primitives/- = {\"attributes\": {\"POSITION\": 0}, \"mode\": 1} => 1 primitives of points or lines left out
+/meshes/0/primitives/- = {\"attributes\": {\"POSITION\": 0}, \"mode\": 2} => 1 primitives of points or lines left out
+/meshes/0/primitives/- = {\"attributes\": {\"POSITION\": 0}, \"mode\": 3} => 1 primitives of points or lines left out
+/meshes/0/primitives/0/targets = [{\"POSITION\": 0}] => morph targets
+/meshes/0/primitives/0 = {\"attributes\": {\"POSITION\": 0}, \"indices\": 1} => \
+    2 faces without material: reflectance 0.7, no emission (1, 2)
+/materials/0/doubleSided = true => double-sided, but its backs are black: import it two-sided: grey
+/materials/0/extensions = {\"KHR_materials_unlit\": {}} => unlit, taken as diffuse: grey
+/materials/0 = {} => materials 0 reflect all light: taken as 0.95
+/materials/0/pbrMetallicRoughness = {} => materials grey reflect all light: taken as 0.95
+";
 
 #[test]
 fn unsupported_features_are_noted() {
-    let expect = |gltf: Gltf, words: &str| {
-        let scene = scene(&gltf);
-        assert_eq!(
-            (scene.faces.len(), notes(&scene, words).len()),
-            (2, 1),
+    let assert_noted = |gltf: Gltf, words: &str| {
+        let scene = gltf.scene();
+        assert_eq!(scene.faces.len(), 2, "{words}");
+        assert!(
+            matches!(&scene.notes[..], [note] if note.contains(words)),
             "{words}: {:?}",
             scene.notes
         );
+        scene.faces[0].reflectance
     };
-    let primitive = |mode: u32| json!({"attributes": {"POSITION": 0}, "mode": mode});
-    for mode in 0..4 {
-        expect(
-            square().set("/meshes/0/primitives/-", primitive(mode)),
-            "1 primitives of points or lines left out",
-        );
+    for (change, words) in NOTES.lines().filter_map(|row| row.split_once(" => ")) {
+        let (pointer, value) = change.split_once(" = ").expect("a value");
+        let reflectance = assert_noted(square().set(pointer, serde_json::from_str(value).expect(change)), words);
+        for told in [0.95, 0.7] {
+            let grey = words.contains(&told.to_string());
+            assert!(!grey || reflectance == Vec3::splat(told), "{words}: {reflectance}");
+        }
     }
-    expect(
-        square().set("/materials/0/doubleSided", json!(true)),
-        "double-sided, but its backs are black: import it two-sided: grey",
-    );
     let see_through = square().set("/materials/0/alphaMode", json!("BLEND"));
-    assert_eq!(scene(&see_through).notes, [""; 0], "opaque in fact");
-    expect(
-        see_through.set("/materials/0/pbrMetallicRoughness/baseColorFactor/3", json!(0.5)),
-        "transparent, taken as opaque: grey",
-    );
-    expect(
-        square().set("/meshes/0/primitives/0/targets", json!([{"POSITION": 0}])),
-        "morph targets",
-    );
-    expect(
-        square().set("/materials/0/extensions", json!({"KHR_materials_unlit": {}})),
-        "unlit, taken as diffuse: grey",
-    );
-}
-
-#[test]
-fn unused_invalid_parts_are_ignored() {
-    let primitive = "/meshes/0/primitives/0";
-    let odd = square()
-        .set(&format!("{primitive}/attributes/_CUSTOM"), json!(99))
-        .set(&format!("{primitive}/attributes/NORMAL"), json!(99))
-        .set("/materials/-", json!({"name": "unused, default white"}))
-        .remove("/accessors/0/min");
-    assert_eq!(corners(&scene(&odd)), square_triangles());
+    assert_eq!(see_through.scene().notes, [""; 0], "opaque in fact");
+    let alpha = "/materials/0/pbrMetallicRoughness/baseColorFactor/3";
+    assert_noted(see_through.set(alpha, json!(0.5)), "transparent, taken as opaque: grey");
+    // A texture times zero is not read.
+    let black = square()
+        .set("/materials/0/emissiveTexture", json!({"index": 0}))
+        .scene();
+    assert_eq!(black.faces[0].emission, Vec3::ZERO);
 }
 
 #[test]
@@ -311,7 +250,7 @@ fn deeply_nested_nodes_are_imported() {
     let mut gltf = square();
     let nodes: Vec<_> = (1..depth).map(|k| json!({"children": [k - 1]})).collect();
     gltf.json["nodes"].as_array_mut().expect("nodes").extend(nodes);
-    assert_eq!(scene(&gltf.set("/scenes/0/nodes", json!([depth - 1]))).faces.len(), 2);
+    assert_eq!(gltf.set("/scenes/0/nodes", json!([depth - 1])).scene().faces.len(), 2);
 }
 
 #[test]
@@ -320,48 +259,38 @@ fn normals_are_kept_and_reordered_under_mirroring() {
     let normals: Vec<f32> = [[0.0, 0.0, 1.0], bent, [0.0, 0.0, 1.0], bent].concat();
     let smooth = square().attribute("NORMAL", "VEC3", &normals);
     let bent = Vec3::from(bent);
-    let found = scene(&smooth).faces[0].corner_normals;
+    let found = smooth.scene().faces[0].corner_normals;
     assert_eq!(found, Some([Vec3::Z, bent, Vec3::Z, Vec3::Z]));
-    let mirrored = scene(&smooth.clone().set("/nodes/0/scale", json!([-1, 1, 1])));
+    let mirrored = smooth.clone().set("/nodes/0/scale", json!([-1, 1, 1])).scene();
     assert_eq!(mirrored.faces[0].corner_normals, Some([Vec3::Z, Vec3::Z, bent, bent]));
-    let options = ImportOptions {
-        join_quads: true,
-        ..Default::default()
-    };
-    let joined = smooth.load_with(&options).expect("a scene");
+    let joined = smooth.load_with(&join_quads()).expect("a scene");
     assert_eq!(joined.faces[0].corner_normals, Some([Vec3::Z, bent, Vec3::Z, bent]));
     // Unreadable normals count as missing; the faces are imported.
     let broken = smooth.set("/accessors/2/count", json!(400));
-    assert_eq!(scene(&broken).faces[0].corner_normals, None);
+    assert_eq!(broken.scene().faces[0].corner_normals, None);
 }
 
 #[test]
 fn lightmap_coordinates_are_kept_on_request() {
     let options = ImportOptions {
         charts: true,
-        join_quads: true,
-        ..Default::default()
+        ..join_quads()
     };
     let places = [0., 0., 0.5, 0., 0.5, 0.25, 0., 0.25];
     let charted = square().attribute("TEXCOORD_1", "VEC2", &places);
-    let kept = charted.load_with(&options).expect("a scene");
-    let of = |k: usize| kept.faces[k].lightmap_corners.map(|chart| chart.map(|p| p.to_array()));
-    assert_eq!(of(0), Some([[0., 0.], [0.5, 0.], [0.5, 0.25]]));
-    assert_eq!(of(1), Some([[0., 0.], [0.5, 0.25], [0., 0.25]]));
+    let charts = |gltf: &Gltf| {
+        let scene = gltf.load_with(&options).expect("a scene");
+        let charts = scene.faces.iter().map(|face| face.lightmap_corners.expect("a chart"));
+        charts.map(|chart| chart.map(|p| p.to_array())).collect::<Vec<_>>()
+    };
+    let [a, b, c, d] = [[0., 0.], [0.5, 0.], [0.5, 0.25], [0., 0.25]];
+    assert_eq!(charts(&charted), [[a, b, c], [a, c, d]]);
     // Mirroring reverses the triangle and its lightmap coordinates.
     let mirrored = charted.clone().set("/nodes/0/scale", json!([-1, 1, 1]));
-    let turned = mirrored.load_with(&options).expect("a scene");
-    let chart = turned.faces[0]
-        .lightmap_corners
-        .map(|chart| chart.map(|p| p.to_array()));
-    assert_eq!(chart, Some([[0., 0.], [0.5, 0.25], [0.5, 0.]]));
+    assert_eq!(charts(&mirrored)[0], [a, c, b]);
 
-    assert_eq!(scene(&charted).faces[0].lightmap_corners, None, "not requested");
-    let first = square().attribute("TEXCOORD_0", "VEC2", &places);
-    let refused = first.load_with(&options).map(|scene| scene.faces.len());
-    let told = refused.map_err(|error| error.to_string());
-    assert!(
-        matches!(&told, Err(told) if told.contains("mesh 0 primitive 0: has no TEXCOORD_1")),
-        "{told:?}"
-    );
+    assert_eq!(charted.scene().faces[0].lightmap_corners, None, "not requested");
+    let refused = square().attribute("TEXCOORD_0", "VEC2", &places).load_with(&options);
+    let told = refused.expect_err("no charts").to_string();
+    assert!(told.contains("mesh 0 primitive 0: has no TEXCOORD_1"), "{told}");
 }

@@ -6,10 +6,6 @@ use glam::{DVec3, Vec3};
 use serde_json::json;
 use std::f64::consts::PI;
 
-fn scene(gltf: &Gltf) -> Scene {
-    gltf.load().expect("a scene")
-}
-
 /// Returns the square with integer positions, padded to four components.
 fn quantized_square(bytes: &[u8], kind: u32, normalized: bool) -> Gltf {
     let stride = bytes.len() / 4;
@@ -25,44 +21,37 @@ fn quantized_square(bytes: &[u8], kind: u32, normalized: bool) -> Gltf {
 
 #[test]
 fn quantized_positions_are_decoded() {
-    let expected = corners(&scene(&square()));
-    let quad = [[0_i16, 0], [1, 0], [1, 1], [0, 1]];
-    let bytes = |one: i16| -> Vec<u8> {
-        let vertex = |[x, y]: [i16; 2]| [x * one, y * one, 0, 99].map(|v| v as u8);
-        quad.into_iter().flat_map(vertex).collect()
+    let expected = corners(&square().scene());
+    let corner = |one: i16| [[0, 0], [one, 0], [one, one], [0, one]].map(|[x, y]| [x, y, 0, 99]);
+    let bytes = |one: i16| corner(one).as_flattened().iter().map(|v| *v as u8).collect::<Vec<_>>();
+    let words = |one: i16| {
+        corner(one)
+            .as_flattened()
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect()
     };
-    let words = |one: i16| -> Vec<u8> {
-        let vertex = |[x, y]: [i16; 2]| [x * one, y * one, 0, 99].map(i16::to_le_bytes);
-        quad.into_iter().flat_map(vertex).flatten().collect()
-    };
-    for (bytes, kind, normalized) in [
-        (bytes(1), 5120, false),
-        (bytes(127), 5120, true),
-        (bytes(1), 5121, false),
-        (bytes(255), 5121, true),
-        (words(1), 5122, false),
-        (words(32767), 5122, true),
-        (words(1), 5123, false),
-        (words(-1), 5123, true),
+    for (bytes, kind, normalized, steps) in [
+        (bytes(1), 5120, false, 1.0),
+        (bytes(127), 5120, true, 127.0),
+        (bytes(1), 5121, false, 1.0),
+        (bytes(255), 5121, true, 255.0),
+        (words(1), 5122, false, 1.0),
+        (words(32767), 5122, true, 32767.0),
+        (words(1), 5123, false, 1.0),
+        (words(-1), 5123, true, 65535.0),
     ] {
-        let scene = scene(&quantized_square(&bytes, kind, normalized));
+        let scene = quantized_square(&bytes, kind, normalized).scene();
         assert_eq!(corners(&scene), expected, "{kind} {normalized}");
-        let steps = match (kind, normalized) {
-            (_, false) => 1.0,
-            (5120, true) => 127.0,
-            (5121, true) => 255.0,
-            (5122, true) => 32767.0,
-            _ => 65535.0,
-        };
         assert_eq!(scene.faces[0].rounding, 0.5 / steps, "{kind} {normalized}");
     }
     // −128 is no less than −1.
     let low = [0x80_u8, 0, 0, 0, 127, 0, 0, 0, 127, 127, 0, 0, 0, 127, 0, 0];
-    let scene = scene(&quantized_square(&low, 5120, true));
-    assert_eq!(scene.faces[0].corners[0].x, -1.0);
+    let low = quantized_square(&low, 5120, true).scene();
+    assert_eq!(low.faces[0].corners[0].x, -1.0);
 }
 
-/// The square square_under_light a light of its own node.
+/// Returns the square with a light of its own node above it.
 fn square_under_light(light: serde_json::Value) -> Gltf {
     square()
         .set("/extensions", json!({"KHR_lights_punctual": {"lights": [light]}}))
@@ -82,7 +71,7 @@ fn emitted_power(scene: &Scene) -> DVec3 {
 #[test]
 fn point_and_spot_lights_become_lamps_of_equal_power() {
     let point = square_under_light(json!({"type": "point", "name": "bulb", "intensity": 2, "color": [1, 0.5, 0]}));
-    let lit = scene(&point);
+    let lit = point.scene();
     assert_eq!(lit.faces.len(), 22);
     let expected = 4.0 * PI * 2.0 * DVec3::new(1.0, 0.5, 0.0);
     assert!((emitted_power(&lit) - expected).length() < 1e-5 * expected.length());
@@ -94,7 +83,7 @@ fn point_and_spot_lights_become_lamps_of_equal_power() {
     assert_eq!(notes(&lit, "a candela taken as 1 W/sr: bulb").len(), 1);
     let spot =
         square_under_light(json!({"type": "spot", "spot": {"outerConeAngle": PI / 2.0, "innerConeAngle": PI / 2.0}}));
-    let lit = scene(&spot);
+    let lit = spot.scene();
     assert_eq!(lit.faces.len(), 3);
     assert!((emitted_power(&lit) - DVec3::splat(2.0 * PI)).length() < 1e-5);
     assert!(lit.faces[2].vector_area().normalize().z < -0.999, "it looks along −z");
@@ -105,8 +94,6 @@ fn point_and_spot_lights_become_lamps_of_equal_power() {
 fn unsupported_lights_and_extensions_are_refused() {
     let sun = square_under_light(json!({"type": "directional", "name": "sun"})).error();
     assert!(sun.starts_with("a.glb: light 0: is directional"), "{sun}");
-    let missing = square().set("/nodes/0/extensions", json!({"KHR_lights_punctual": {"light": 3}}));
-    assert_eq!(missing.error(), "a.glb: light 3: does not exist");
     for (name, instead) in [
         ("KHR_draco_mesh_compression", "Compression off"),
         ("EXT_meshopt_compression", "export without meshopt"),
@@ -117,7 +104,7 @@ fn unsupported_lights_and_extensions_are_refused() {
         assert!(error.contains(name) && error.contains(instead), "{error}");
         // An optional extension only leads to a note.
         let used = json!([name, "KHR_materials_unlit"]);
-        let read = scene(&square().set("/extensionsUsed", used));
+        let read = square().set("/extensionsUsed", used).scene();
         let expected = format!("extensions that are not read: {name}");
         assert_eq!(notes(&read, "extensions"), [expected]);
     }

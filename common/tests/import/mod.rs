@@ -2,7 +2,7 @@
 
 mod damage;
 mod data;
-mod files;
+pub mod files;
 mod gltf;
 mod gltf_extensions;
 mod gltf_faults;

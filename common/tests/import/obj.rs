@@ -1,65 +1,47 @@
 //! Import of each OBJ and MTL feature.
 
-use super::files::{Folder, corners, notes, obj};
+use super::files::{Folder, corners, notes, obj, text_lines};
 use common::import::{ImportOptions, from_srgb, load_scene};
 use common::paint::MAX_WHITE_REFLECTANCE;
 use common::scene::{Scene, Shape};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
-const SQUARE_VERTICES: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
-
 fn scene(text: &str) -> Scene {
     obj(text).expect("a scene")
 }
 
-fn with_materials(text: &str, materials: &str) -> Scene {
-    Folder::new()
-        .with("a.obj", text)
-        .with("a.mtl", materials)
-        .load("a.obj")
-        .expect("a scene")
+/// Loads an OBJ, and its materials from the lines of `a.mtl`.
+fn with_materials(text: &str, materials: &str, options: &ImportOptions) -> Scene {
+    let text = format!("mtllib a.mtl\n{}", text_lines(text));
+    let folder = Folder::new().with("a.obj", text).with("a.mtl", text_lines(materials));
+    load_scene(&folder.path("a.obj"), options).expect("a scene")
+}
+
+fn reflectances(scene: &Scene) -> Vec<Vec3> {
+    scene.faces.iter().map(|f| f.reflectance).collect()
 }
 
 #[test]
 fn quads_and_triangles_keep_corners_and_names() {
-    let scene = scene(&format!("{SQUARE_VERTICES}o first\nf 1 2 3 4\ng second\nf 4 3 1\n"));
-    assert_eq!(
-        corners(&scene),
-        [
-            vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]],
-            vec![[0., 1., 0.], [1., 1., 0.], [0., 0., 0.]],
-        ]
-    );
-    assert_eq!(
-        scene.faces.iter().map(|f| f.name.as_str()).collect::<Vec<_>>(),
-        ["first", "second"]
-    );
-    assert_eq!(
-        scene.faces.iter().map(|f| f.input_face).collect::<Vec<_>>(),
-        [None, None]
-    );
+    let scene = scene("S o first; f 1 2 3 4; g second; f 4 3 1;");
+    let [a, b, c, d] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+    assert_eq!(corners(&scene), [vec![a, b, c, d], vec![d, c, a]]);
+    let names: Vec<_> = scene.faces.iter().map(|f| (f.name.as_str(), f.input_face)).collect();
+    assert_eq!(names, [("first", None), ("second", None)]);
     assert_eq!(scene.faces[0].vector_area(), DVec3::Z);
-    assert_eq!(
-        scene.faces[1].corners[3], scene.faces[1].corners[2],
-        "a triangle repeats its third corner"
-    );
+    let [.., third, fourth] = scene.faces[1].corners;
+    assert_eq!(third, fourth, "a triangle repeats its third corner");
     assert!(scene.name.ends_with("a.obj"));
 }
 
 #[test]
 fn kd_and_ke_become_reflectance_and_emission() {
-    let text = format!(
-        "mtllib a.mtl\n{SQUARE_VERTICES}usemtl lamp\nf 1 2 3 4\nusemtl wall\nf 4 3 2 1\nusemtl lamp\nf 1 2 3\n"
-    );
-    let scene = with_materials(
-        &text,
-        "newmtl wall\nKd 0.1 0.2 0.3\nnewmtl lamp\n\tKd 0.5 # grey\n  Ke 1 2 3\n",
-    );
-    let [lamp, wall] = [
-        (Vec3::splat(0.5), Vec3::new(1., 2., 3.) * PI),
-        (Vec3::new(0.1, 0.2, 0.3), Vec3::ZERO),
-    ];
+    let faces = "S usemtl lamp; f 1 2 3 4; usemtl wall; f 4 3 2 1; usemtl lamp; f 1 2 3;";
+    let materials = "newmtl wall; Kd 0.1 0.2 0.3; newmtl lamp; \tKd 0.5 # grey;   Ke 1 2 3;";
+    let scene = with_materials(faces, materials, &ImportOptions::default());
+    let lamp = (Vec3::splat(0.5), Vec3::new(1., 2., 3.) * PI);
+    let wall = (Vec3::new(0.1, 0.2, 0.3), Vec3::ZERO);
     let found: Vec<_> = scene.faces.iter().map(|f| (f.reflectance, f.emission)).collect();
     assert_eq!(found, [lamp, wall, lamp]);
     assert_eq!(scene.notes, [""; 0]);
@@ -67,269 +49,180 @@ fn kd_and_ke_become_reflectance_and_emission() {
 
 #[test]
 fn reflectance_of_one_is_lowered_with_one_note() {
-    let text = format!(
-        "mtllib a.mtl\n{SQUARE_VERTICES}usemtl b\nf 1 2 3 4\nusemtl a\nf 4 3 2 1\nusemtl c\nf 1 2 3\nusemtl b\nf 1 2 4\n"
-    );
-    let materials = "newmtl a\nKd 1 1 1\nnewmtl b\nKd 0.5 1 0\nnewmtl c\nKd 0.95\nnewmtl unused\nKd 1\n";
-    let scene = with_materials(&text, materials);
-    let found: Vec<Vec3> = scene.faces.iter().map(|f| f.reflectance).collect();
+    let faces = "S usemtl b; f 1 2 3 4; usemtl a; f 4 3 2 1; usemtl c; f 1 2 3; usemtl b; f 1 2 4;";
+    let materials = "newmtl a; Kd 1 1 1; newmtl b; Kd 0.5 1 0; newmtl c; Kd 0.95; newmtl unused; Kd 1;";
+    let scene = with_materials(faces, materials, &ImportOptions::default());
     let [white, green] = [Vec3::splat(0.95), Vec3::new(0.5, 0.95, 0.0)];
-    assert_eq!(found, [green, white, white, green]);
+    assert_eq!(reflectances(&scene), [green, white, white, green]);
     assert_eq!(scene.notes, ["materials a, b reflect all light: taken as 0.95"]);
 }
 
 #[test]
 fn reflectance_option_replaces_materials() {
-    let text = format!("mtllib a.mtl\n{SQUARE_VERTICES}f 1 2 3\nusemtl lamp\nf 1 2 3 4\n");
-    let folder = Folder::new()
-        .with("a.obj", text)
-        .with("a.mtl", "newmtl lamp\nKd 1.5 1 1\nKe 1 2 3\n");
     let given = Vec3::new(0.1, 0.99, 0.0);
     let options = ImportOptions {
         reflectance: Some(given),
         two_sided: true,
         ..Default::default()
     };
-    let scene = load_scene(&folder.path("a.obj"), &options).expect("a scene");
-    assert!(scene.faces.iter().all(|face| face.reflectance == given));
+    let white = "newmtl lamp; Kd 1.5 1 1; Ke 1 2 3;";
+    let scene = with_materials("S f 1 2 3; usemtl lamp; f 1 2 3 4;", white, &options);
+    assert_eq!(reflectances(&scene), [given; 4]);
     assert_eq!(scene.faces[1].emission, Vec3::new(1., 2., 3.) * PI);
-    assert_eq!(
-        scene.notes,
-        ["1 face without material: no emission (1)"],
-        "white is no matter where it is replaced"
-    );
+    // White is no matter where it is replaced.
+    assert_eq!(scene.notes, ["1 face without material: no emission (1)"]);
 }
 
-#[test]
-fn face_without_material_is_grey() {
-    let scene = scene(&format!("{SQUARE_VERTICES}f 1 2 3 4\n"));
-    assert_eq!(
-        (scene.faces[0].reflectance, scene.faces[0].emission),
-        (Vec3::splat(0.7), Vec3::ZERO)
-    );
-    assert_eq!(
-        scene.notes,
-        ["1 face without material: reflectance 0.7, no emission (1)"]
-    );
-}
+/// The same square: other indices, slashes, a continued line, comments, no last newline, order, colours and weights.
+const SAME_SQUARE: &str = "
+S f -4 -3 -2 -1;
+S vt 0 0; vn 0 0 1; f 1/1/1 2/1/1 3//1 4/1;
+S f 1// 2// 3// 4//;
+S f 1//7 2//8 3//9 4//9;
+S f 1 2 \\; 3 4;
+# a; S f 1 2 3 4 # last;
+S f 1 2 3 4
+f 1 2 3 4; S ;
+\u{feff}S f 1 2 3 4;
+v 0 0 0 1 0 0; v 1 0 0; v 1 1 0 nan nan nan; v 0 1 0; f 1 2 3 4;
+v 0 0 0 1; v 2 0 0 2; v 1 1 0; v 0 3 0 3; f 1 2 3 4;
+";
 
 #[test]
-fn variants_of_vertex_lines_give_equal_corners() {
-    let plain = corners(&scene(&format!("{SQUARE_VERTICES}f 1 2 3 4\n")));
-    let others = [
-        ("negative indices", format!("{SQUARE_VERTICES}f -4 -3 -2 -1\n")),
-        (
-            "texture coordinates and normals",
-            format!("{SQUARE_VERTICES}vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3//1 4/1\n"),
-        ),
-        ("only slashes", format!("{SQUARE_VERTICES}f 1// 2// 3// 4//\n")),
-        ("missing normals", format!("{SQUARE_VERTICES}f 1//7 2//8 3//9 4//9\n")),
-        ("a continued line", format!("{SQUARE_VERTICES}f 1 2 \\\n3 4\n")),
-        (
-            "carriage returns",
-            format!("{SQUARE_VERTICES}f 1 2 3 4\n").replace('\n', "\r\n"),
-        ),
-        (
-            "tabs and spaces",
-            format!("{SQUARE_VERTICES}\tf\t1  2 3\t4 \n").replace("v ", " v\t"),
-        ),
-        ("comments", format!("# a\n{SQUARE_VERTICES}f 1 2 3 4 # last\n")),
-        ("no last newline", format!("{SQUARE_VERTICES}f 1 2 3 4")),
-        ("a byte order mark", format!("\u{feff}{SQUARE_VERTICES}f 1 2 3 4\n")),
-        ("vertices after the face", format!("f 1 2 3 4\n{SQUARE_VERTICES}")),
-        (
-            "colours",
-            "v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 nan nan nan\nv 0 1 0\nf 1 2 3 4\n".into(),
-        ),
-        (
-            "weights",
-            "v 0 0 0 1\nv 2 0 0 2\nv 1 1 0\nv 0 3 0 3\nf 1 2 3 4\n".into(),
-        ),
-    ];
-    for (what, text) in others {
-        assert_eq!(corners(&scene(&text)), plain, "{what}");
+fn variants_of_lines_give_equal_corners() {
+    let plain = text_lines("S f 1 2 3 4;");
+    let expected = corners(&scene(&plain));
+    for text in SAME_SQUARE.lines().filter(|text| !text.is_empty()) {
+        assert_eq!(corners(&scene(text)), expected, "{text}");
+    }
+    let tabs = plain.replace("v ", " v\t").replace("f 1 2", "\tf\t1  2");
+    for text in [plain.replace('\n', "\r\n"), tabs] {
+        assert_eq!(corners(&scene(&text)), expected, "{text}");
     }
 }
 
 #[test]
 fn names_may_contain_spaces_and_hashes() {
-    let text = format!("mtllib my room.mtl\n{SQUARE_VERTICES}g part #1\nusemtl matt  white #2\nf 1 2 3 4\n");
+    let text = text_lines("mtllib my room.mtl; S g part #1; usemtl matt  white #2; f 1 2 3 4;");
     let folder = Folder::new()
         .with("a.obj", text)
         .with("my room.mtl", "newmtl matt white #2\nKd .5 .5 .5\n");
-    let scene = folder.load("a.obj").expect("a scene");
-    assert_eq!(
-        (scene.faces[0].name.as_str(), scene.faces[0].reflectance.x),
-        ("part #1", 0.5)
-    );
+    let face = &folder.load("a.obj").expect("a scene").faces[0];
+    assert_eq!((face.name.as_str(), face.reflectance.x), ("part #1", 0.5));
 }
 
 #[test]
 fn several_libraries_on_one_line_are_read() {
-    let text = format!("mtllib a.mtl b.mtl\n{SQUARE_VERTICES}usemtl b\nf 1 2 3 4\nusemtl a\nf 1 2 3\n");
+    let text = text_lines("mtllib a.mtl b.mtl; S usemtl b; f 1 2 3 4; usemtl a; f 1 2 3;");
     let folder = Folder::new()
         .with("a.obj", text)
         .with("a.mtl", "newmtl a\nKd 0.1\n")
         .with("b.mtl", "newmtl b\nKd 0.2\n");
-    let scene = folder.load("a.obj").expect("a scene");
-    assert_eq!(
-        scene.faces.iter().map(|f| f.reflectance.x).collect::<Vec<_>>(),
-        [0.2, 0.1]
-    );
+    let found = reflectances(&folder.load("a.obj").expect("a scene"));
+    assert_eq!(found, [Vec3::splat(0.2), Vec3::splat(0.1)]);
 }
 
 #[test]
 fn split_face_keeps_its_index() {
-    let pentagon = "v 0 0 1\nv 2 0 1\nv 2 1 1\nv 1 2 1\nv 0 1 1\n";
-    let bent = "v 0 0 5\nv 1 0 5\nv 1 1 5.1\nv 0 1 5\n";
-    let scene = scene(&format!(
-        "{pentagon}{SQUARE_VERTICES}{bent}f 1 2 3 4 5\nf 6 7 8 9\nf 10 11 12 13\nf 6 7 8\n"
-    ));
+    let pentagon = "v 0 0 1; v 2 0 1; v 2 1 1; v 1 2 1; v 0 1 1;";
+    let bent = "v 0 0 5; v 1 0 5; v 1 1 5.1; v 0 1 5;";
+    let faces = "f 1 2 3 4 5; f 6 7 8 9; f 10 11 12 13; f 6 7 8;";
+    let scene = scene(&format!("{pentagon}S {bent}{faces}"));
     let from: Vec<_> = scene.faces.iter().map(|f| f.input_face).collect();
     assert_eq!(from, [Some(0), None, Some(2), None, Some(0), Some(0), Some(2)]);
     let shapes: Vec<_> = scene.faces.iter().map(|f| f.shape == Shape::Quad).collect();
     assert_eq!(shapes, [false, true, false, false, false, false, false]);
-    let area = |k: u32| {
-        scene
-            .faces
-            .iter()
-            .filter(|f| f.input_face == Some(k))
-            .map(|f| f.vector_area().z)
-            .sum::<f64>()
-    };
+    let pieces = |k: u32| scene.faces.iter().filter(move |f| f.input_face == Some(k));
+    let area = |k: u32| pieces(k).map(|f| f.vector_area().z).sum::<f64>();
     assert_eq!((area(0), area(2)), (3.0, 1.0));
-    assert_eq!(
-        notes(&scene, "split"),
-        [
-            "1 face not planar: split into two triangles (3)",
-            "1 face with more than four corners: split into triangles (1)"
-        ]
-    );
-}
-
-#[test]
-fn concave_quad_is_cut_at_its_reflex_corner() {
-    let scene = scene("v 0 0 0\nv 2 0 0\nv 0.5 0.5 0\nv 0 2 0\nf 1 2 3 4\n");
-    assert_eq!(scene.faces.len(), 2);
-    assert!(
-        scene.faces.iter().all(|f| f.vector_area().z > 0.4),
-        "{:?}",
-        corners(&scene)
-    );
-    assert_eq!(notes(&scene, "not convex").len(), 1);
+    let told = [
+        "1 face not planar: split into two triangles (3)",
+        "1 face with more than four corners: split into triangles (1)",
+    ];
+    assert_eq!(notes(&scene, "split"), told);
 }
 
 #[test]
 fn backs_follow_all_faces() {
-    let folder = Folder::new().with("a.obj", "v 0 0 0\nv 2 0 0\nv 0.5 0.5 0\nv 0 2 0\nf 1 2 3 4\nf 1 2 4\n");
     let options = ImportOptions {
         two_sided: true,
         ..Default::default()
     };
-    let scene = load_scene(&folder.path("a.obj"), &options).expect("a scene");
+    let dart = "v 0 0 0; v 2 0 0; v 0.5 0.5 0; v 0 2 0; f 1 2 3 4; f 1 2 4;";
+    let scene = with_materials(dart, "", &options);
+    // A concave quad is cut at its reflex corner.
+    assert_eq!(notes(&scene, "not convex").len(), 1);
+    assert!(scene.faces[..3].iter().all(|f| f.vector_area().z > 0.4));
     let from: Vec<_> = scene.faces.iter().map(|f| f.input_face).collect();
     assert_eq!(from, [Some(0), None, Some(0), Some(0), Some(1), Some(0)]);
     for (front, back) in scene.faces.iter().zip(&scene.faces[3..]) {
         assert_eq!(back.vector_area(), -front.vector_area());
-        assert_eq!(
-            back.partner.map(|k| &scene.faces[k as usize].corners),
-            Some(&front.corners)
-        );
+        let partner = back.partner.map(|k| &scene.faces[k as usize].corners);
+        assert_eq!(partner, Some(&front.corners));
+    }
+}
+
+/// Lines after a first face, the number of faces that they make, and a note on them.
+const NOTES: [(&str, usize, &str); 5] = [
+    ("", 0, "1 face without material: reflectance 0.7, no emission (1)"),
+    ("p 1; l 1 2 3 4; f 1 2; f;", 0, "4 points and lines left out"),
+    (
+        "v 1 1 0; f 1 2 3 5;",
+        1,
+        "1 face with a repeated corner, which counts once (2)",
+    ),
+    ("f 1 2 2; f 3 3 3 3; f 1 2 1 2;", 3, "3 faces without area: L (2, 3, 4)"),
+    ("DDDDDDD", 7, "7 faces without area: L (2, 3, 4, 5, 6, 7, …)"),
+];
+
+#[test]
+fn odd_faces_are_noted() {
+    for (lines, count, note) in NOTES {
+        let scene = scene(&format!("S f 1 2 3 4; {}", lines.replace('D', "f 1 1 2; ")));
+        let note = note.replace('L', "neither lit nor lighting");
+        assert!(scene.notes.contains(&note), "{note}: {:?}", scene.notes);
+        let first = &scene.faces[0];
+        assert_eq!((first.reflectance, first.emission), (Vec3::splat(0.7), Vec3::ZERO));
+        let areas: Vec<f64> = scene.faces.iter().map(|f| f.area()).collect();
+        let area = if note.contains("repeated") { 0.5 } else { 0.0 };
+        assert_eq!((areas[0], &areas[1..]), (1.0, &vec![area; count][..]), "{note}");
     }
 }
 
 #[test]
-fn faces_without_area_keep_their_index() {
-    let scene = scene(&format!("{SQUARE_VERTICES}f 1 2 2\nf 1 2 3 4\nf 3 3 3 3\nf 1 2 1 2\n"));
-    assert_eq!(
-        scene.faces.iter().map(|f| f.area()).collect::<Vec<_>>(),
-        [0., 1., 0., 0.]
-    );
-    assert_eq!(
-        notes(&scene, "without area"),
-        ["3 faces without area: neither lit nor lighting (1, 3, 4)"]
-    );
-}
-
-#[test]
-fn notes_name_the_first_six_faces() {
-    let scene = scene(&format!("{SQUARE_VERTICES}f 1 2 3\n{}", "f 1 1 2\n".repeat(9)));
-    assert_eq!(
-        notes(&scene, "without area"),
-        ["9 faces without area: neither lit nor lighting (2, 3, 4, 5, 6, 7, …)"]
-    );
-}
-
-#[test]
-fn repeated_corner_counts_once() {
-    let scene = scene(&format!("{SQUARE_VERTICES}v 1 1 0\nf 1 2 3 5\n"));
-    assert_eq!(corners(&scene), [[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.]]]);
-    assert_eq!(notes(&scene, "repeated corner").len(), 1);
-}
-
-#[test]
-fn points_and_lines_are_skipped_with_a_note() {
-    let scene = scene(&format!("{SQUARE_VERTICES}p 1\nl 1 2 3 4\nf 1 2\nf\nf 1 2 3 4\n"));
+fn glossy_and_black_materials_are_noted() {
+    let faces = "S usemtl a; f 1 2 3 4; usemtl b; f 1 2 3; usemtl c; f 1 2 3; usemtl d; f 1 2 3;";
+    let materials = "newmtl a; Kd 0.5; Ks 0 0 0; illum 2; d 1; newmtl b; Kd 0.5; Ks 0 0.1 0; \
+        newmtl c; Kd 0.5; illum 5; newmtl d; Kd 0.5; d 0.5; Ns many; newmtl unused; illum 9;";
+    let glossy = "materials of which only Kd and Ke are used, not Ks, illum or d: b, c, d";
+    let options = ImportOptions::default();
+    assert_eq!(with_materials(faces, materials, &options).notes, [glossy]);
+    let black = with_materials("S usemtl a; f 1 2 3 4;", "newmtl a; Ka 1 1 1;", &options);
+    assert_eq!(black.faces[0].reflectance, Vec3::ZERO);
+    assert_eq!(notes(&black, "black").len(), 1);
+    // Unused materials and vertices may be invalid.
+    let unused = "newmtl a; Kd 0.5; newmtl mirror; Kd 1; map_Kd x.png;";
+    let scene = with_materials("S v nan inf 0; usemtl a; f 1 2 3 4;", unused, &options);
     assert_eq!(scene.faces.len(), 1);
-    assert_eq!(notes(&scene, "points and lines"), ["4 points and lines left out"]);
-}
-
-#[test]
-fn glossy_materials_are_noted_once() {
-    let text = format!(
-        "mtllib a.mtl\n{SQUARE_VERTICES}usemtl a\nf 1 2 3 4\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\nusemtl d\nf 1 2 3\n"
-    );
-    let materials = "newmtl a\nKd 0.5\nKs 0 0 0\nillum 2\nd 1\nnewmtl b\nKd 0.5\nKs 0 0.1 0\nnewmtl c\nKd 0.5\nillum 5\n\
-        newmtl d\nKd 0.5\nd 0.5\nNs many\nnewmtl unused\nillum 9\n";
-    let scene = with_materials(&text, materials);
-    assert_eq!(
-        scene.notes,
-        ["materials of which only Kd and Ke are used, not Ks, illum or d: b, c, d"]
-    );
-}
-
-#[test]
-fn material_without_colours_is_black() {
-    let text = format!("mtllib a.mtl\n{SQUARE_VERTICES}usemtl a\nf 1 2 3 4\n");
-    let scene = with_materials(&text, "newmtl a\nKa 1 1 1\n");
-    assert_eq!(scene.faces[0].reflectance, Vec3::ZERO);
-    assert_eq!(notes(&scene, "black").len(), 1);
-}
-
-#[test]
-fn unused_materials_and_vertices_are_ignored() {
-    let text = format!("mtllib a.mtl\n{SQUARE_VERTICES}v nan inf 0\nusemtl a\nf 1 2 3 4\n");
-    let scene = with_materials(&text, "newmtl a\nKd 0.5\nnewmtl mirror\nKd 1\nmap_Kd x.png\n");
-    assert_eq!(scene.faces.len(), 1);
-}
-
-#[test]
-fn quad_far_from_origin_stays_a_quad() {
-    let scene = scene("v 1000000.25 0 0\nv 1000001.25 0 0\nv 1000001.25 1 0\nv 1000000.25 1 0\nf 1 2 3 4\n");
-    assert_eq!((scene.faces[0].shape, scene.faces[0].area()), (Shape::Quad, 1.0));
 }
 
 #[test]
 fn normals_are_kept_if_every_corner_has_one() {
-    let text = "vn 0 0 2\nvn 0 0.6 0.8\nvn 0 0 0\nvn 0 x 1\n";
-    let faces = "f 1//1 2//1 3/9/2 4//-3\nf 1//1 2//1 3\nf 1//1 2//1 3//5\nf 1//1 2//1 3//3\n\
-        f 1//1 2//1 3//4\nf 1//1 2//1 3//-9\nf 1//1 2//1 3//0\n";
-    let scene = scene(&format!("{SQUARE_VERTICES}{text}{faces}"));
+    // Behind the first face, missing, nonexistent, zero and non-numeric normals.
+    let scene = scene(
+        "S vn 0 0 2; vn 0 0.6 0.8; vn 0 0 0; vn 0 x 1; f 1//1 2//1 3/9/2 4//-3; f 1//1 2//1 3; f 1//1 2//1 3//5; \
+         f 1//1 2//1 3//3; f 1//1 2//1 3//4; f 1//1 2//1 3//-9; f 1//1 2//1 3//0;",
+    );
     let [up, bent] = [Vec3::Z, Vec3::new(0.0, 0.6, 0.8)];
     assert_eq!(scene.faces[0].corner_normals, Some([up, up, bent, bent]));
-    // Missing, nonexistent, zero and non-numeric normals.
-    for face in &scene.faces[1..] {
-        assert_eq!(face.corner_normals, None);
-    }
+    assert!(scene.faces[1..].iter().all(|face| face.corner_normals.is_none()));
     let turned = scene.faces[0].reversed();
     assert_eq!(turned.corner_normals, Some([-up, -bent, -bent, -up]));
 }
 
 #[test]
 fn polygon_pieces_have_its_normals() {
-    let scene = scene(&format!(
-        "{SQUARE_VERTICES}v -1 0.5 0\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1 4//1 5//2\n"
-    ));
+    let scene = scene("S v -1 0.5 0; vn 0 0 1; vn 1 0 0; f 1//1 2//1 3//1 4//1 5//2;");
     assert_eq!(scene.faces.len(), 3);
     for face in &scene.faces {
         let normals = face.corner_normals.expect("normals");
@@ -344,8 +237,7 @@ fn polygon_pieces_have_its_normals() {
 fn vertex_colours_become_reflectance() {
     let told = ["colours of vertices are taken as sRGB, and multiply Kd"];
     let (half, dark) = (from_srgb(0.5) as f32, from_srgb(0.25) as f32);
-    let even = "v 0 0 0 .5 0 .25\nv 1 0 0 .5 0 .25\nv 0 1 0 .5 0 .25\nf 1 2 3\n";
-    let even = scene(even);
+    let even = scene("v 0 0 0 .5 0 .25; v 1 0 0 .5 0 .25; v 0 1 0 .5 0 .25; f 1 2 3;");
     assert_eq!(notes(&even, "colours"), told);
     assert_eq!(notes(&even, "without material"), [""; 0]);
     let colour = Vec3::new(half, 0.0, dark);
@@ -353,12 +245,11 @@ fn vertex_colours_become_reflectance() {
     assert!(even.faces[0].paint.is_none());
     // A vertex without a colour is white, one that comes after the face changes nothing of it, and a mean is
     // that of the corners.
-    let mixed = scene("v 0 0 0 .5 .5 .5\nv 1 0 0\nv 0 1 0 .5 .5 .5\nf -3 -2 -1\nv 9 9 9 0 0 0\n");
+    let mixed = scene("v 0 0 0 .5 .5 .5; v 1 0 0; v 0 1 0 .5 .5 .5; f -3 -2 -1; v 9 9 9 0 0 0;");
     let mean = Vec3::splat((2.0 * half + MAX_WHITE_REFLECTANCE) / 3.0);
     assert!(mixed.faces[0].reflectance.abs_diff_eq(mean, 1e-6));
     assert!(mixed.faces[0].paint.is_some());
-    let plain = scene(&format!("{SQUARE_VERTICES}f 1 2 3 4\n"));
-    assert_eq!(notes(&plain, "colours"), [""; 0]);
-    let weighed = obj("v 0 0 0 1\nv 1 0 0 .5 .5 .5\nv 0 1 0\nf 1 2 3\n");
+    assert_eq!(notes(&scene("S f 1 2 3 4;"), "colours"), [""; 0]);
+    let weighed = obj("v 0 0 0 1; v 1 0 0 .5 .5 .5; v 0 1 0; f 1 2 3;");
     assert!(weighed.is_err_and(|error| error.to_string().contains("line 1: has a weight")));
 }

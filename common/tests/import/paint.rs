@@ -1,8 +1,8 @@
 //! Variation over a face, texel by texel: textures with their transforms, and vertex colours.
 
-use super::files::{Folder, Gltf, notes, square};
+use super::files::{Folder, Gltf, float_bytes, join_quads, notes, square};
 use super::textures::{assert_close, embedded_image, picture_bytes, textured_square};
-use common::import::{ImportOptions, load_scene};
+use common::import::ImportOptions;
 use common::mesh::Mesh;
 use common::scene::{Scene, Shape};
 use glam::Vec3;
@@ -16,13 +16,18 @@ const BLACK: [f32; 3] = [0.; 3];
 
 /// Loads the file with its triangles joined.
 fn load_joined(gltf: &Gltf, two_sided: bool) -> Scene {
-    let folder = Folder::new().with("a.glb", gltf.glb());
     let options = ImportOptions {
-        join_quads: true,
         two_sided,
-        ..Default::default()
+        ..join_quads()
     };
-    load_scene(&folder.path("a.glb"), &options).expect("a scene")
+    gltf.load_with(&options).expect("a scene")
+}
+
+fn assert_all_close(found: &[Vec3], expected: &[[f32; 3]]) {
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(expected) {
+        assert_close(*found, *expected);
+    }
 }
 
 /// Returns the reflectance of the texels of face `f`, n×n per face, in texel order.
@@ -42,41 +47,13 @@ fn texel_reflectance_is_mean_of_its_pixels() {
     // Texel (0, 0) is at the lower left, and the picture has blue there.
     let scene = load_joined(&textured_square(embedded_image(), [0., 0.], [1., 1.]), true);
     let found = texel_reflectances(&scene, 0, 2);
-    for (found, expected) in found.iter().zip([BLUE, BLACK, RED, GREEN]) {
-        assert_close(*found, expected);
-    }
+    assert_all_close(&found, &[BLUE, BLACK, RED, GREEN]);
     // Seen from behind, corner 1 is what corner 3 was.
-    for (found, expected) in texel_reflectances(&scene, 1, 2).iter().zip([BLUE, RED, BLACK, GREEN]) {
-        assert_close(*found, expected);
-    }
+    assert_all_close(&texel_reflectances(&scene, 1, 2), &[BLUE, RED, BLACK, GREEN]);
     // A third of the way across lies between pixels: the middle one has a part of each.
     let middle = texel_reflectances(&scene, 0, 3)[4];
     assert_close(middle, [0.125, 0.0625, 0.031_25]);
     assert_close(texel_reflectances(&scene, 0, 1)[0], scene.faces[0].reflectance.into());
-}
-
-#[test]
-fn texture_transform_applies_to_texels() {
-    let info = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions";
-    let with = |transform| {
-        let gltf = textured_square(embedded_image(), [0., 0.], [1., 1.]);
-        let scene = load_joined(&gltf.set(info, json!({"KHR_texture_transform": transform})), false);
-        texel_reflectances(&scene, 0, 2)
-    };
-    // Shifted by half a picture: texels of the left half now show the right half.
-    let moved = with(json!({"offset": [0.5, 0]}));
-    for (found, expected) in moved.iter().zip([BLACK, BLUE, GREEN, RED]) {
-        assert_close(*found, expected);
-    }
-    // Twice as often: every texel has all of it.
-    for found in with(json!({"scale": [2, 2]})) {
-        assert_close(found, [0.125, 0.0625, 0.031_25]);
-    }
-    // (u, v) becomes (v, −u): the corners of texel (0, 0) come to lie at (½…1, −½…0).
-    let turned = with(json!({"rotation": PI / 2.0}));
-    for (found, expected) in turned.iter().zip([BLACK, GREEN, BLUE, RED].map(|c| c)) {
-        assert_close(*found, expected);
-    }
 }
 
 #[test]
@@ -88,17 +65,13 @@ fn emission_texture_varies_over_texels() {
     let mesh = Mesh::uniform(&scene, 2, 1).expect("a mesh");
     let found: Vec<Vec3> = mesh.texels.iter().map(|texel| texel.emission / PI).collect();
     let expected = [[0., 0., 1.], [0.; 3], [1., 0., 0.], [0., 0.5, 0.]];
-    for (found, expected) in found.iter().zip(expected) {
-        assert_close(*found, expected);
-    }
+    assert_all_close(&found, &expected);
     // What was replaced does not vary; the light still does.
-    let folder = Folder::new().with("a.glb", gltf.glb());
     let options = ImportOptions {
-        join_quads: true,
         reflectance: Some(Vec3::splat(0.25)),
-        ..Default::default()
+        ..join_quads()
     };
-    let given = load_scene(&folder.path("a.glb"), &options).expect("a scene");
+    let given = gltf.load_with(&options).expect("a scene");
     let mesh = Mesh::uniform(&given, 2, 1).expect("a mesh");
     assert!(mesh.texels.iter().all(|t| t.reflectance == Vec3::splat(0.25)));
     assert!(mesh.texels[0].emission != mesh.texels[1].emission);
@@ -107,7 +80,7 @@ fn emission_texture_varies_over_texels() {
 #[test]
 fn vertex_colours_interpolate_linearly() {
     let [r, g, b] = [[1., 0., 0., 1.], [0., 1., 0., 1.], [0., 0., 1., 0.5]];
-    let scene = coloured_square([r, g, b, b]).load().expect("a scene");
+    let scene = coloured_square([r, g, b, b]).scene();
     assert_eq!(notes(&scene, "colour"), [""; 0]);
     // Each corner weighs a third of the first triangle.
     assert_close(scene.faces[0].reflectance, [0.5 / 3.0, 0.25 / 3.0, 0.125 / 3.0]);
@@ -115,23 +88,21 @@ fn vertex_colours_interpolate_linearly() {
     let found = texel_reflectances(&scene, 0, 2);
     let of = |[r, g, b]: [f32; 3]| [0.5 * r / 6.0, 0.25 * g / 6.0, 0.125 * b / 6.0];
     let expected = [[4., 1., 1.], [2., 2., 2.], [1., 4., 1.], [1., 1., 4.]].map(of);
-    for (found, expected) in found.iter().zip(expected) {
-        assert_close(*found, expected);
-    }
+    assert_all_close(&found, &expected);
 }
 
 #[test]
 fn vertex_colours_without_material_stay_below_white() {
     let [white, grey] = [[1.; 4], [0.5, 0.5, 0.5, 1.]];
     let bare = |colours| coloured_square(colours).remove("/meshes/0/primitives/0/material");
-    let even = bare([white; 4]).load().expect("a scene");
+    let even = bare([white; 4]).scene();
     assert_eq!(even.faces[0].reflectance, Vec3::splat(0.95));
     assert!(!even.is_painted());
-    let scene = bare([white, grey, grey, grey]).load().expect("a scene");
+    let scene = bare([white, grey, grey, grey]).scene();
     assert_close(scene.faces[0].reflectance, [(0.95 + 1.0) / 3.0; 3]);
     assert_eq!(notes(&scene, "reflect all light in places").len(), 1);
     // Beyond 1 is 1.
-    let beyond = bare([[7., 7., 7., 1.]; 4]).load().expect("a scene");
+    let beyond = bare([[7., 7., 7., 1.]; 4]).scene();
     assert_eq!(beyond.faces[0].reflectance, Vec3::splat(0.95));
     let odd = coloured_square([white; 4]).set("/accessors/2/type", json!("SCALAR"));
     assert!(odd.error().contains("accessor 2 (colours) is of type"));
@@ -142,12 +113,9 @@ fn triangles_are_not_joined_over_a_seam() {
     // Six vertices: those of the second triangle that it shares with the first are black.
     let on = |second: f32| {
         let corners = [[0., 0.], [1., 0.], [1., 1.], [0., 0.], [1., 1.], [0., 1.]];
-        let place: Vec<f32> = corners.iter().flat_map(|[x, y]| [*x, *y, 0.]).collect();
-        let light = [1., 1., 1., second, second, second];
-        let light = light.iter().flat_map(|x: &f32| [*x, *x, *x]);
-        let bytes: Vec<u8> = (place.iter().copied().chain(light))
-            .flat_map(f32::to_le_bytes)
-            .collect();
+        let place = corners.map(|[x, y]| [x, y, 0.]);
+        let light = [1., 1., 1., second, second, second].map(|x| [x; 3]);
+        let bytes = float_bytes([place, light].as_flattened().as_flattened());
         let vectors = |offset: u32| json!({"bufferView": 2, "byteOffset": offset, "componentType": 5126, "count": 6, "type": "VEC3"});
         let gltf = square()
             .view(&bytes)
@@ -174,9 +142,7 @@ fn obj_texture_varies_over_texels() {
         .with("a.mtl", "newmtl a\nKd 0.5 0.25 0.125\nmap_Kd a.png\n")
         .with("a.png", picture_bytes());
     let scene = folder.load("a.obj").expect("a scene");
-    for (found, expected) in texel_reflectances(&scene, 0, 2).iter().zip([BLUE, BLACK, RED, GREEN]) {
-        assert_close(*found, expected);
-    }
+    assert_all_close(&texel_reflectances(&scene, 0, 2), &[BLUE, BLACK, RED, GREEN]);
     let pieces: Vec<_> = scene.faces.iter().filter(|f| f.input_face == Some(1)).collect();
     assert_eq!(pieces.len(), 3);
     // The first lies below the picture's diagonal, the last on its upper left corner and left side.

@@ -56,11 +56,8 @@ struct SharedFace {
     receiver: ReceiverFace,
 }
 
-/// Possible occluders between a node and the blocks.
-enum NodeOccluders {
-    Faces(Vec<u32>),
-    Unknown,
-}
+/// Faces that may occlude between a node and the blocks; none where rays have to find them.
+type NodeOccluders = Option<Vec<u32>>;
 
 /// A link that was created.
 pub struct CreatedLink<'a> {
@@ -127,7 +124,7 @@ impl<'a> Refiner<'a> {
         if node.shooter.area <= 0.0 || is_dark(&self.radiosity[k as usize]) {
             return Refinement::Skip;
         }
-        self.refine_interaction(k, node, number, &NodeOccluders::Unknown, &[])
+        self.refine_interaction(k, node, number, &None, &[])
     }
 
     /// Returns those of the `active` blocks at which objects may occlude a source within `ball`.
@@ -153,27 +150,13 @@ impl<'a> Refiner<'a> {
         }
         // Exact factors and shadows of a few faces cost less than rays.
         let few = cluster.faces.len() < MIN_CLUSTER_FACES && self.has_few_occluders(cluster);
-        let mut subdivided = Vec::new();
-        for b in active.iter() {
-            let refinement = if wide || few {
+        let subdivided = self.refine_at_blocks(number, &active, take, |b| {
+            if wide || few {
                 Refinement::Subdivide
             } else {
-                self.refine_cluster_interaction(k, *b)
-            };
-            match refinement {
-                Refinement::Skip => {}
-                Refinement::Subdivide => subdivided.push(*b),
-                Refinement::Link {
-                    link,
-                    crosses_shadow_edge,
-                } => take(CreatedLink {
-                    block: *b as usize,
-                    node: number,
-                    link: &link,
-                    crosses_shadow_edge,
-                }),
+                self.refine_cluster_interaction(k, b)
             }
-        }
+        });
         if subdivided.is_empty() {
             return;
         }
@@ -185,17 +168,38 @@ impl<'a> Refiner<'a> {
         }
     }
 
+    /// Passes the links of source `node` to `take`, and returns the blocks at which it is to be subdivided.
+    fn refine_at_blocks(
+        &self,
+        node: u32,
+        active: &[u32],
+        take: &mut impl FnMut(CreatedLink),
+        decide: impl Fn(u32) -> Refinement,
+    ) -> Vec<u32> {
+        let mut subdivided = Vec::new();
+        for b in active {
+            match decide(*b) {
+                Refinement::Skip => {}
+                Refinement::Subdivide => subdivided.push(*b),
+                Refinement::Link {
+                    link,
+                    crosses_shadow_edge,
+                } => take(CreatedLink {
+                    block: *b as usize,
+                    node,
+                    link: &link,
+                    crosses_shadow_edge,
+                }),
+            }
+        }
+        subdivided
+    }
+
     /// Returns true if a shaft finds few occluders before a cluster, judged by its first face.
     fn has_few_occluders(&self, cluster: &Cluster) -> bool {
         let first = self.scene.clusters.order[cluster.faces.start as usize];
         let root = &self.scene.tree.nodes[self.scene.tree.roots[first as usize] as usize];
-        let are_few = || {
-            matches!(
-                self.find_occluders(root, NodeOccluders::Unknown),
-                NodeOccluders::Faces(_)
-            )
-        };
-        self.shared_face.is_some() && (root.shooter.area <= 0.0 || are_few())
+        self.shared_face.is_some() && (root.shooter.area <= 0.0 || self.find_occluders(root, None).is_some())
     }
 
     fn refine_face(&self, f: u32, active: &[u32], take: &mut impl FnMut(CreatedLink)) {
@@ -206,7 +210,7 @@ impl<'a> Refiner<'a> {
             return;
         }
         let root = self.scene.tree.roots[f as usize];
-        self.refine_node(root, active, NodeOccluders::Unknown, take);
+        self.refine_node(root, active, None, take);
     }
 
     fn refine_node(&self, k: u32, active: &[u32], known: NodeOccluders, take: &mut impl FnMut(CreatedLink)) {
@@ -221,31 +225,15 @@ impl<'a> Refiner<'a> {
             return;
         }
         let shadows = self.find_shadows(node, &occluders);
-        let mut subdivided = Vec::new();
-        for b in active.iter() {
-            match self.refine_interaction(k, node, *b, &occluders, &shadows) {
-                Refinement::Skip => {}
-                Refinement::Subdivide => subdivided.push(*b),
-                Refinement::Link {
-                    link,
-                    crosses_shadow_edge,
-                } => take(CreatedLink {
-                    block: *b as usize,
-                    node: k,
-                    link: &link,
-                    crosses_shadow_edge,
-                }),
-            }
-        }
+        let subdivided = self.refine_at_blocks(k, &active, take, |b| {
+            self.refine_interaction(k, node, b, &occluders, &shadows)
+        });
         if subdivided.is_empty() {
             return;
         }
         let shadowing: Vec<u32> = shadows.iter().map(|(k, _)| *k).collect();
         for child in node.children.clone() {
-            let known = match occluders {
-                NodeOccluders::Faces(_) => NodeOccluders::Faces(shadowing.clone()),
-                NodeOccluders::Unknown => NodeOccluders::Unknown,
-            };
+            let known = occluders.is_some().then(|| shadowing.clone());
             self.refine_node(child, &subdivided, known, take);
         }
     }
@@ -264,22 +252,16 @@ impl<'a> Refiner<'a> {
 
     /// Returns true if only light that objects occlude is gathered and no object lies between.
     fn occludes_nothing(&self, occluders: &NodeOccluders) -> bool {
-        match (self.light, occluders) {
-            (RequestedLight::OccludedBy(_), NodeOccluders::Faces(faces)) => {
-                !faces.iter().any(|k| self.scene.mesh.is_object(*k))
-            }
-            _ => false,
-        }
+        let is_object = |k: &u32| self.scene.mesh.is_object(*k);
+        let occluded = matches!(self.light, RequestedLight::OccludedBy(_));
+        occluded && occluders.as_ref().is_some_and(|faces| !faces.iter().any(is_object))
     }
 
     /// Returns the `known` occluders, or those that enter the shaft between the node and the blocks' face.
     fn find_occluders(&self, node: &TreeNode, known: NodeOccluders) -> NodeOccluders {
-        let Some(receiver) = &self.shared_face else {
+        let Some(receiver) = self.shared_face.as_ref().filter(|_| known.is_none()) else {
             return known;
         };
-        if matches!(known, NodeOccluders::Faces(_)) {
-            return known;
-        }
         let [own, other] = [receiver.face, node.face].map(|k| &self.scene.occluders.faces[k as usize]);
         let corners = node.shooter.corners.map(|c| c.as_dvec3());
         let count = if node.shooter.corners[2] == node.shooter.corners[3] {
@@ -290,13 +272,12 @@ impl<'a> Refiner<'a> {
         let polygon = ConvexPolygon::new(&corners[..count]);
         let shaft = Shaft::for_rays(&polygon, &other.plane, &own.polygon, &own.plane);
         let ends = [own.sheet, other.sheet];
-        let faces = self.scene.occluders.faces_blocking_rays(&shaft, ends, MAX_CANDIDATES);
-        faces.map_or(NodeOccluders::Unknown, NodeOccluders::Faces)
+        self.scene.occluders.faces_blocking_rays(&shaft, ends, MAX_CANDIDATES)
     }
 
     /// Returns the occluders whose shadows may fall on the blocks' face.
     fn find_shadows(&self, node: &TreeNode, occluders: &NodeOccluders) -> Vec<(u32, ShadowRegion)> {
-        let (NodeOccluders::Faces(faces), Some(own)) = (occluders, &self.shared_face) else {
+        let (Some(faces), Some(own)) = (occluders, &self.shared_face) else {
             return Vec::new();
         };
         let plane = &self.scene.occluders.faces[own.face as usize].plane;
@@ -338,24 +319,18 @@ impl<'a> Refiner<'a> {
             SourceRefinement::Subdivide => return Refinement::Subdivide,
             SourceRefinement::Pending { light, points_per_side } => (light, points_per_side),
         };
-        let mut shadowing = [0u32; MAX_CANDIDATES];
-        let mut count = 0;
-        for (k, shadow) in shadows {
-            if shadow.may_overlap(block.low, block.high) {
-                shadowing[count] = *k;
-                count += 1;
-            }
-        }
+        let overlaps = |(_, shadow): &&(u32, ShadowRegion)| shadow.may_overlap(block.low, block.high);
+        let shadowing: Vec<u32> = shadows.iter().filter(overlaps).map(|(k, _)| *k).collect();
         let factors = arch.dispatch(FactorTask { pair: &pair, places });
         if start_sampling(&mut bound, &factors[..block.count]).is_none() {
             return Refinement::Skip;
         }
-        let shadowing = &shadowing[..count];
+        let shadowing = &shadowing[..];
         let query = match (occluders, self.light) {
-            (NodeOccluders::Faces(_), RequestedLight::Arriving) => OccluderQuery::Faces(shadowing),
-            (NodeOccluders::Unknown, RequestedLight::Arriving) => OccluderQuery::Rays(self.scene.rays),
-            (NodeOccluders::Faces(_), RequestedLight::OccludedBy(_)) => OccluderQuery::ObjectFaces(shadowing),
-            (NodeOccluders::Unknown, RequestedLight::OccludedBy(_)) => OccluderQuery::ObjectRays(self.scene.rays),
+            (Some(_), RequestedLight::Arriving) => OccluderQuery::Faces(shadowing),
+            (None, RequestedLight::Arriving) => OccluderQuery::Rays(self.scene.rays),
+            (Some(_), RequestedLight::OccludedBy(_)) => OccluderQuery::ObjectFaces(shadowing),
+            (None, RequestedLight::OccludedBy(_)) => OccluderQuery::ObjectRays(self.scene.rays),
         };
         if let OccluderQuery::ObjectFaces(faces) = query
             && !faces.iter().any(|k| self.scene.mesh.is_object(*k))

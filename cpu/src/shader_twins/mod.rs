@@ -4,7 +4,6 @@
 //! GPU computes in one invocation each.
 
 pub mod add_links;
-pub mod benchmark;
 pub mod bvh;
 pub mod clear_work_lists;
 pub mod closure;

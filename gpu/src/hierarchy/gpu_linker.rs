@@ -75,7 +75,7 @@ impl GpuLinker {
 
     /// Sets the radiosity of the nodes, and the thresholds of refinement.
     pub fn set_light(&mut self, radiosity: &[RadiosityRecord], thresholds: DeviceThresholds) {
-        self.host.write(&self.buffers.radiosity, radiosity);
+        self.host.write(&self.buffers.table["radiosity"], radiosity);
         self.thresholds = thresholds;
     }
 
@@ -174,27 +174,17 @@ impl GpuLinker {
     }
 
     fn write_blocks(&self, blocks: &[BlockReceiver]) {
-        let (host, b) = (&self.host, &self.buffers);
+        let (host, table) = (&self.host, &self.buffers.table);
         let spots: Vec<SpotRecord> = blocks.iter().flat_map(|block| block.spots).collect();
         let records: Vec<BlockRecord> = blocks.iter().map(|block| block.block).collect();
-        host.write(&b.spots, &spots);
-        host.write(&b.blocks, &records);
-        host.write(&b.sums, &vec![[0.0f32; 4]; spots.len()]);
-        let request = RequestRecord {
-            source: self.thresholds.source,
-            visibility: self.thresholds.visibility,
-            near: self.thresholds.near,
-            blocks: blocks.len() as u32,
-            pairs: MAX_LEVEL_PAIRS,
-            links: 0,
-            pad: [0; 2],
-        };
-        host.write(&b.request, &[request]);
+        host.write(&table["spots"], &spots);
+        host.write(&table["blocks"], &records);
+        host.write(&table["sums"], &vec![[0.0f32; 4]; spots.len()]);
     }
 
     /// Refines all levels below `roots`.
     fn process_roots(&mut self, blocks: usize, roots: &[u32], keep: bool) -> Result<BatchResult> {
-        let b = &self.buffers;
+        let (table, first) = (&self.buffers.table, &self.buffers.levels[0]);
         let pairs: Vec<PairRecord> = (0..blocks as u32)
             .flat_map(|block| roots.iter().map(move |node| PairRecord::new(block, *node)))
             .collect();
@@ -202,14 +192,22 @@ impl GpuLinker {
         let of = roots.len() as u32;
         let ranges: Vec<[u32; 2]> = (0..blocks as u32).map(|k| [k * of, (k + 1) * of]).collect();
         let groups = |threads: u32| threads.div_ceil(PATCH_SUM_LANES as u32);
-        let links = if keep { MAX_BATCH_LINKS } else { u32::MAX };
-        self.host.write(&b.pairs[0], &pairs);
-        self.host.write(&b.ranges[0], &ranges);
-        self.host.write(&b.counts[0], &[count, 0, 0, 0]);
-        self.host.write(&b.totals, &[0, 0, count, 0]);
+        let request = RequestRecord {
+            source: self.thresholds.source,
+            visibility: self.thresholds.visibility,
+            near: self.thresholds.near,
+            blocks: blocks as u32,
+            pairs: MAX_LEVEL_PAIRS,
+            links: if keep { MAX_BATCH_LINKS } else { u32::MAX },
+            pad: [0; 2],
+        };
+        self.host.write(&table["request"], &[request]);
+        self.host.write(&table["totals"], &[0, 0, count, 0]);
+        self.host.write(&first["pairs"], &pairs);
+        self.host.write(&first["ranges"], &ranges);
+        self.host.write(&first["counts"], &[count, 0, 0, 0]);
         let arguments = [groups(count * BLOCK_SPOTS), 1, 1, groups(count), 1, 1, 0, 0];
-        self.host.write(&b.dispatches[0], &arguments);
-        self.host.write_at(&b.request, 20, &[links]);
+        self.host.write(&first["dispatches"], &arguments);
         let spots = (!keep).then(|| self.host.split_workgroups(groups(blocks as u32 * BLOCK_SPOTS) as usize));
         let mut encoder = self.host.command_encoder();
         let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -217,17 +215,11 @@ impl GpuLinker {
             self.stages[level as usize % 2].record_level(&mut pass, spots);
         }
         drop(pass);
-        let sums = if keep {
-            0
-        } else {
-            16 * u64::from(BLOCK_SPOTS) * blocks as u64
-        };
-        let staging = self.host.staging_buffer(TOTALS_BYTES + sums);
-        encoder.copy_buffer_to_buffer(&b.totals, 0, &staging, 0, TOTALS_BYTES);
-        if sums > 0 {
-            encoder.copy_buffer_to_buffer(&b.sums, 0, &staging, TOTALS_BYTES, sums);
+        let mut ranges = vec![(&table["totals"], 0, TOTALS_BYTES)];
+        if !keep {
+            ranges.push((&table["sums"], 0, 16 * u64::from(BLOCK_SPOTS) * blocks as u64));
         }
-        let mut bytes = self.host.read_back(encoder, staging)?;
+        let mut bytes = self.host.read_back(encoder, &ranges)?;
         let rest = bytes.split_off(TOTALS_BYTES as usize);
         let totals: Vec<u32> = pod_collect_to_vec(&bytes);
         Ok(BatchResult {
@@ -242,12 +234,10 @@ impl GpuLinker {
         if count == 0 {
             return Ok(Vec::new());
         }
-        let (ends, links) = (8 * u64::from(count), 16 * u64::from(BLOCK_SPOTS * count));
-        let staging = self.host.staging_buffer(ends + links);
-        let mut encoder = self.host.command_encoder();
-        encoder.copy_buffer_to_buffer(&self.buffers.ends, 0, &staging, 0, ends);
-        encoder.copy_buffer_to_buffer(&self.buffers.links, 0, &staging, ends, links);
-        self.host.read_back(encoder, staging)
+        let table = &self.buffers.table;
+        let ends = (&table["ends"], 0, 8 * u64::from(count));
+        let links = (&table["links"], 0, 16 * u64::from(BLOCK_SPOTS * count));
+        self.host.read_back(self.host.command_encoder(), &[ends, links])
     }
 }
 

@@ -3,7 +3,7 @@
 //! There are three comparisons, because a direct comparison of rays with an item buffer would mix bugs with
 //! discretisation errors:
 //! WGSL ↔ scalar twin on the same input ([`stages`]); item buffer ↔ rays, pair by pair
-//! ([`visibility`]); the whole GPU ↔ the twin on the GPU's own links ([`replay`]). Only a fault
+//! ([`visibility`]); the whole GPU ↔ the CPU's solver on the GPU's own links. Only a fault
 //! in the code can break one of these. The finite resolution of pixels is an error of the method: it is reported,
 //! and its bound follows from the scene's silhouettes ([`visibility_bound`]).
 
@@ -13,7 +13,6 @@ pub mod hierarchical;
 mod item_buffer;
 pub mod link_diff;
 pub mod presets;
-pub mod replay;
 pub mod stages;
 pub mod statistics;
 pub mod truth;
@@ -27,22 +26,21 @@ use crate::solve::progress::ProgressMonitor;
 use common::constants::MAX_LINK_BYTES;
 use common::cover::sampled_mesh;
 use common::energy::EnergyBalance;
-use common::mesh::Mesh;
+use common::mesh::{Mesh, Patch};
 use common::passes;
-use common::passes::{Engine, Exchange};
+use common::passes::{Engine, Exchange, PatchClosure};
 use common::scene::Scene;
 use common::settings::{ItemBufferSettings, Iteration, Settings, Visibility};
-use common::shooting::{Shoot, SolveRun, replay_log};
+use common::shooting::{RadiosityField, Shoot, SolveRun, replay_log};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::shader_twins::item_buffer::ItemBuffer;
 use cpu::shader_twins::view::ShooterView;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver, ShaderFault};
-use replay::{LinkRows, LinkedReplay};
 use std::ops::ControlFlow;
 use std::time::Instant;
-use visibility::VisibilityCheck;
+use visibility::{LinkRows, VisibilityCheck};
 use visibility_bound::{VisibilityBound, shot_radiosity};
 
 /// Inputs of a comparison beside the scene.
@@ -216,28 +214,30 @@ fn solve_timed(
 fn replay_passes(solver: &mut GpuSolver, mesh: &Mesh, cpu: &SolveRun) -> Result<SolveRun> {
     let patches: Vec<u32> = (0..mesh.patches.len() as u32).collect();
     let closures = solver.make_links(&patches, &mut |_| ControlFlow::Continue(()))?;
-    let conserves = solver.conserves_energy();
-    let scale = |(x, k): (Vec3, usize)| x * closures[k].link_scale(conserves);
-    let shot: Vec<Vec3> = all_shot_radiosity(mesh, cpu).into_iter().zip(0..).map(scale).collect();
-    solver.gather_field(&shot, &unshot_radiosity(mesh, cpu))?;
     Ok(SolveRun {
-        field: solver.read_field()?,
+        field: gather_shots(solver, &closures, mesh, cpu)?,
         ..cpu.clone()
     })
 }
 
-fn all_shot_radiosity(mesh: &Mesh, run: &SolveRun) -> Vec<Vec3> {
-    shot_radiosity(mesh, run).into_iter().map(|x| x.as_vec3()).collect()
+/// Gathers all shots of `run` at once, on links with these closures; after passes the unshot radiosity is constant over
+/// each patch.
+fn gather_shots(
+    engine: &mut dyn Engine,
+    closures: &[PatchClosure],
+    mesh: &Mesh,
+    run: &SolveRun,
+) -> Result<RadiosityField> {
+    let conserves = engine.conserves_energy();
+    let scale = |(x, closure): (DVec3, &PatchClosure)| x.as_vec3() * closure.link_scale(conserves);
+    let shot: Vec<Vec3> = shot_radiosity(mesh, run).into_iter().zip(closures).map(scale).collect();
+    let unshot = |patch: &Patch| run.field.residual[patch.first as usize].truncate();
+    let unshot: Vec<Vec3> = mesh.patches.iter().map(unshot).collect();
+    engine.gather_field(&shot, &unshot)
 }
 
-/// Returns the unshot radiosity of each patch; after passes it is constant over the patch.
-fn unshot_radiosity(mesh: &Mesh, run: &SolveRun) -> Vec<Vec3> {
-    let of = |patch: &common::mesh::Patch| run.field.residual[patch.first as usize].truncate();
-    mesh.patches.iter().map(of).collect()
-}
-
-/// Compares the GPU with the twin on the GPU's links, by the CPU's shots and by the GPU's. Also returns the power
-/// shortfall of the GPU's shots.
+/// Compares the GPU with the CPU's solver on the GPU's links, by the CPU's shots and by the GPU's. Also returns the
+/// largest (strongest − chosen) / strongest power of the GPU's shots; none for passes.
 fn replay_on_links(
     mesh: &Mesh,
     settings: &Settings,
@@ -252,20 +252,32 @@ fn replay_on_links(
     }
     let single = settings.schedule.iteration == Iteration::Southwell;
     let mut shortfall = None;
-    let mut both = Vec::new();
-    for (shots_of, run) in [(cpu, lockstep), (gpu, gpu)] {
-        let mut twin = LinkedReplay::new(mesh, links, settings.transport.conserve);
+    let mut both = [NOT_COMPARABLE; 2];
+    for (difference, (shots_of, run)) in both.iter_mut().zip([(cpu, lockstep), (gpu, gpu)]) {
+        let mut twin = CpuSolver::with_links(mesh, &settings.transport, &links.rows, &links.closures);
         if single {
-            for patch in shots_of.shooter_log() {
-                twin.shoot(patch)?;
-            }
-            shortfall = Some(twin.power_shortfall());
+            shortfall = Some(replay_shots(&mut twin, &shots_of.shooter_log())?);
         } else {
-            twin.gather_all(&all_shot_radiosity(mesh, shots_of), &unshot_radiosity(mesh, shots_of));
+            gather_shots(&mut twin, &links.closures, mesh, shots_of)?;
         }
-        both.push(compare_fields(mesh, &run.field, &twin.into_field()));
+        *difference = compare_fields(mesh, &run.field, &twin.read_field()?);
     }
-    Ok(([both[0], both[1]], shortfall))
+    Ok((both, shortfall))
+}
+
+/// Lets these patches shoot; returns the largest (strongest − chosen) / strongest power.
+fn replay_shots(engine: &mut dyn Engine, log: &[u32]) -> Result<f64> {
+    let mut shortfall = 0.0f64;
+    for patch in log {
+        let power = engine.patch_power()?;
+        let strongest = power.iter().copied().fold(0.0, f32::max);
+        if strongest > 0.0 {
+            let missing = strongest - power[*patch as usize];
+            shortfall = shortfall.max(f64::from(missing) / f64::from(strongest));
+        }
+        engine.shoot(*patch)?;
+    }
+    Ok(shortfall)
 }
 
 /// Returns the bounds of the differences: by silhouettes in lockstep, and by silhouettes and unshot light for free

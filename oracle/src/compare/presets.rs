@@ -50,33 +50,20 @@ pub fn compare_presets(
     let to_error =
         |target: &ErrorTarget| hierarchical::compare_hierarchical(scene, *target, settings, (gpu, faults), watch);
     let truth = MatrixTruth::new(scene, settings.meshing.texels, watch)?;
-    let truth = truth.as_ref();
-    Ok(match selection {
-        PresetSelection::Shooting(settings) => {
-            single_comparison(compare_to_truth(shooting(settings)?, truth, Preset::Requested))
-        }
-        PresetSelection::ToError(target, _) => {
-            single_comparison(compare_to_truth(to_error(target)?, truth, Preset::Requested))
-        }
-        PresetSelection::PaperAndDefault { paper, target } => SceneComparison {
-            solve_default: Some(compare_to_truth(to_error(target)?, truth, Preset::SolveDefault)),
-            first: compare_to_truth(shooting(paper)?, truth, Preset::Paper),
-        },
-    })
-}
-
-fn single_comparison(first: Comparison) -> SceneComparison {
-    SceneComparison {
-        first,
-        solve_default: None,
-    }
-}
-
-/// Sets the preset of the comparison and the errors of its runs against the truth.
-fn compare_to_truth(mut comparison: Comparison, truth: Option<&MatrixTruth>, preset: Preset) -> Comparison {
-    comparison.preset = preset;
-    comparison.truth = truth.map(|truth| truth.info.clone());
-    comparison.truth_error = [&comparison.cpu, &comparison.gpu]
-        .map(|run| truth.map(|truth| truth.relative_error(&comparison.mesh, &run.field)));
-    comparison
+    let judge = |comparison: Comparison, preset| Comparison {
+        preset,
+        truth: truth.as_ref().map(|truth| truth.info.clone()),
+        truth_error: [&comparison.cpu, &comparison.gpu]
+            .map(|run| Some(truth.as_ref()?.relative_error(&comparison.mesh, &run.field))),
+        ..comparison
+    };
+    let (solve_default, first) = match selection {
+        PresetSelection::Shooting(settings) => (None, judge(shooting(settings)?, Preset::Requested)),
+        PresetSelection::ToError(target, _) => (None, judge(to_error(target)?, Preset::Requested)),
+        PresetSelection::PaperAndDefault { paper, target } => (
+            Some(judge(to_error(target)?, Preset::SolveDefault)),
+            judge(shooting(paper)?, Preset::Paper),
+        ),
+    };
+    Ok(SceneComparison { first, solve_default })
 }

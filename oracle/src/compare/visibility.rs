@@ -11,7 +11,6 @@
 
 use super::comparison::{StageCheck, VisibilityStatistics};
 use super::item_buffer::check_boundary_pixels;
-use super::replay::LinkRows;
 use super::stages::{factor_scales, form_factor_roundings};
 use super::statistics::{ErrorTally, PairTally, ulp_distance};
 use common::constants::{HIDDEN_LEVEL, OUTLINE_MARGIN, TESSELLATION_LEVELS};
@@ -32,6 +31,7 @@ use cpu::shader_twins::tessellate::{edge_sagitta, tessellation_level};
 use cpu::shader_twins::view::ShooterView;
 use glam::{Vec2, Vec3, Vec4};
 use gpu::GpuSolver;
+use gpu::probe::ProbedRow;
 use rayon::prelude::*;
 use std::cell::Cell as Slot;
 use std::ops::ControlFlow;
@@ -41,7 +41,27 @@ pub const MIN_FORM_FACTOR: f32 = 1e-7;
 /// Texels per task.
 const TEXELS_PER_TASK: usize = 4096;
 
+/// Links of every patch with their sums.
+#[derive(Default)]
+pub struct LinkRows {
+    /// Weight w of each texel, one row per patch.
+    pub rows: Vec<Vec<f32>>,
+    /// ΣF and the escaped share of each patch.
+    pub closures: Vec<PatchClosure>,
+}
+
+impl LinkRows {
+    fn push_row(&mut self, row: ProbedRow) {
+        self.rows.push(row.links);
+        self.closures.push(PatchClosure {
+            form_factor_sum: row.sum,
+            escaped: row.escaped,
+        });
+    }
+}
+
 /// Links of both sides and their differences.
+#[derive(Default)]
 pub struct VisibilityCheck {
     /// Visibility of the pairs of points.
     pub statistics: VisibilityStatistics,
@@ -73,13 +93,7 @@ pub fn check_visibility(
         escapes: ErrorTally::default(),
         pixels: ErrorTally::default(),
     };
-    let mut check = VisibilityCheck {
-        statistics: VisibilityStatistics::default(),
-        gpu: empty_links(),
-        cpu: empty_links(),
-        link_bounds: Vec::new(),
-        stages: Vec::new(),
-    };
+    let mut check = VisibilityCheck::default();
     let patches: Vec<u32> = (0..mesh.patches.len() as u32).collect();
     let rays = transport.visibility == Visibility::Rays && solver.has_room();
     if rays {
@@ -93,7 +107,7 @@ pub fn check_visibility(
         let bounds = match &transport.visibility {
             Visibility::Rays => {
                 if !rays {
-                    push_row(&mut check.gpu, solver.probe_links(patch, &mut |_| ())?);
+                    check.gpu.push_row(solver.probe_links(patch, &mut |_| ())?);
                 }
                 checker.check_by_rays(patch, &check)
             }
@@ -130,21 +144,6 @@ pub fn check_visibility(
         ));
     }
     Ok(check)
-}
-
-fn empty_links() -> LinkRows {
-    LinkRows {
-        rows: Vec::new(),
-        closures: Vec::new(),
-    }
-}
-
-fn push_row(links: &mut LinkRows, row: gpu::probe::ProbedRow) {
-    links.rows.push(row.links);
-    links.closures.push(PatchClosure {
-        form_factor_sum: row.sum,
-        escaped: row.escaped,
-    });
 }
 
 struct VisibilityChecker<'a> {
@@ -220,7 +219,7 @@ impl VisibilityChecker<'_> {
         for k in (0..cpu_row.len()).filter(|k| pairs.sees_alike(*k)) {
             self.links.add(ulp_distance(row.links[k], cpu_row[k], sizes[k]));
         }
-        push_row(&mut check.gpu, row);
+        check.gpu.push_row(row);
         Ok(pairs.link_bounds(mesh.patches[patch as usize].open_share))
     }
 

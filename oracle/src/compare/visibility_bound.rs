@@ -9,7 +9,7 @@
 //! element by element, since all terms are non-negative. The unshot radiosity r of a run can still add
 //! (I − ρT)⁻¹ρ T r. The bound has no adjustable constants.
 
-use super::replay::LinkRows;
+use super::visibility::LinkRows;
 use crate::diff::difference::Difference;
 use crate::diff::difference::{channel_differences, reflected_radiosity, worst_channel};
 use common::mesh::{Mesh, Texel};

@@ -5,11 +5,8 @@ use super::captured_room::CapturedValues;
 use super::stage::RelightStage;
 use crate::solve::adaptive::ESCAPE_POINTS;
 use crate::solve::adaptive::{AdaptiveProblem, refine_until_converged, step_progress};
-use crate::solve::error_estimate::StepChange;
 use crate::solve::progress::ProgressMonitor;
-use crate::solve::resolution::{
-    choose_first, choose_second, count_texels, first_texel_width, resample_face, square_resolutions,
-};
+use crate::solve::resolution::{count_texels, resample_face, square_resolutions};
 use crate::solve::solved::{RelightReport, Solved};
 use crate::solve::solver::ErrorTarget;
 use crate::solve::step::{SolveStep, narrow_to_f32, resample_step};
@@ -18,7 +15,6 @@ use common::mesh::Mesh;
 use common::relight::surface::TexelSurfaces;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use common::texel;
 use common::texel::first_texels;
 use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
@@ -109,23 +105,11 @@ pub fn relight_adaptively(
     let mut run = shot_log::record_run(&mesh, &step.outcome);
     // B₀ + ρΔH, not E + ρH: unchanged texels keep their bits.
     run.field.radiosity = extend_to_vec4(&radiosity);
-    let of_objects = |patch: u32| mesh.is_object(mesh.patches[patch as usize].face);
-    let object_shots = run.shots.iter().filter(|s| of_objects(s.patch)).count();
-    let report = RelightReport {
-        before: extend_to_vec4(&before),
-        emitters,
-        complete: true,
-        map_shots: run.shots.len() - object_shots,
-        object_shots,
-    };
+    let report = RelightReport::new(extend_to_vec4(&before), emitters, &mesh, &run);
     Ok(Solved {
-        settings: *settings,
-        mesh,
-        run,
-        one_by_one: false,
-        dense: None,
         history: Some(history),
         relight: Some(report),
+        ..Solved::new(settings, mesh, run)
     })
 }
 
@@ -148,7 +132,8 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
         let mut mesh = Mesh::new(&stage.scene, &square_resolutions(&sides), 1)?;
         mesh.room_faces = stage.room_faces as u32;
         let room = captured.values.apply_to_mesh(&mut mesh, stage.reflectance);
-        let irradiance = pad_with_zeros(&captured.irradiance, mesh.texels.len());
+        let mut irradiance = captured.irradiance;
+        irradiance.resize(mesh.texels.len(), Vec3::ZERO);
         let surface = TexelSurfaces::recover_surfaces(&mesh, &room, &extend_to_vec4(&irradiance));
         for (k, texel) in mesh.texels.iter_mut().enumerate() {
             texel.reflectance = surface.reflectance[k];
@@ -161,14 +146,10 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
                 let outcome = solve_with_links(&stage.scene, &mesh, &off, goal, self.method, &mut callback)?;
                 return Ok::<_, Error>((outcome, None));
             }
-            let mut share = captured.open.clone();
+            let mut share = captured.open;
             share.resize(mesh.texels.len(), 1.0);
-            let open_only = |h: &Vec3, open: &f32| if *open > 0.0 { *h / *open } else { Vec3::ZERO };
-            let received: Vec<Vec3> = irradiance
-                .iter()
-                .zip(&share)
-                .map(|(h, open)| open_only(h, open))
-                .collect();
+            let open_only = |(h, open): (&Vec3, &f32)| if *open > 0.0 { *h / *open } else { Vec3::ZERO };
+            let received: Vec<Vec3> = irradiance.iter().zip(&share).map(open_only).collect();
             let open_radiosity: Vec<Vec3> = (0..mesh.texels.len())
                 .map(|k| surface.emission[k] + surface.reflectance[k] * received[k])
                 .collect();
@@ -203,45 +184,18 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
         self.requested_texels.map(|_| self.stage.resolutions[face][0])
     }
 
-    fn first_resolution(&self) -> Result<Vec<u32>> {
-        let (stage, whole) = (self.stage, &self.stage.scene);
-        let mut sides = choose_first(whole, &|f| self.requested_texels(f), first_texel_width(whole)?);
-        if stage.captured.values.is_some() {
-            for (side, captured) in sides.iter_mut().zip(&stage.captured.resolutions) {
-                *side = captured[0];
-            }
-        }
-        Ok(sides)
-    }
-
-    fn second_resolution(&self, first: &RelightStep) -> Result<Vec<u32>> {
-        let whole = &self.stage.scene;
-        let mut sides = choose_second(
-            whole,
-            &|f| self.requested_texels(f),
-            first_texel_width(whole)?,
-            &first.step.sides,
-        );
-        for (f, side) in sides.iter_mut().enumerate() {
-            if !self.may_refine(f) {
-                *side = first.step.sides[f];
-            }
-        }
-        if self.requested_texels.is_none() {
-            for (side, foot) in sides.iter_mut().zip(self.shadow_resolution(first)) {
-                *side = (*side).max(foot);
-            }
-        }
-        Ok(sides)
-    }
-
     /// Captured faces keep their texels.
-    fn may_refine(&self, face: usize) -> bool {
-        face >= self.stage.room_faces || self.stage.captured.values.is_none()
+    fn fixed_texels(&self, face: usize) -> Option<u32> {
+        let captured = &self.stage.captured;
+        let fixed = captured.values.is_some() && face < self.stage.room_faces;
+        fixed.then(|| captured.resolutions[face][0])
     }
 
-    fn result_resolution(&self, _: &RelightStep, _: &StepChange, _: f64) -> Option<Vec<u32>> {
-        None
+    fn least_resolution(&self, first: &RelightStep) -> Vec<u32> {
+        match self.requested_texels {
+            Some(_) => Vec::new(),
+            None => self.shadow_resolution(first),
+        }
     }
 }
 
@@ -303,24 +257,20 @@ impl AdaptiveRelight<'_> {
         };
         let values = values.resample_to(&scene.faces, &stage.captured.resolutions, sides);
         let known = (&values.reflectance, &values.emission, stage.reflectance);
-        let (open, irradiance) = match known {
+        let irradiance = match known {
             (Some(rho), Some(emission), None) => {
                 let received = |k: usize| {
                     let reflected = values.radiosity[k] - emission[k];
                     Vec3::select(rho[k].cmpgt(Vec3::ZERO), reflected / rho[k], Vec3::ZERO)
                 };
-                let received = (0..rho.len()).map(received).collect();
-                (open_shares(scene, &mesh), received)
+                (0..rho.len()).map(received).collect()
             }
-            _ => {
-                let found = gather_irradiance(scene, &mesh, &values.radiosity, (goal, self.method), &mut callback)?;
-                (open_shares(scene, &mesh), found)
-            }
+            _ => gather_irradiance(scene, &mesh, &values.radiosity, (goal, self.method), &mut callback)?,
         };
         Ok(CapturedTexels {
+            open: open_shares(scene, &mesh),
             values,
             irradiance,
-            open,
         })
     }
 
@@ -366,17 +316,10 @@ impl AdaptiveRelight<'_> {
 impl CapturedValues {
     /// Resamples the values to other texels, which are parts of these.
     fn resample_to(&self, faces: &[Face], from: &[[u32; 2]], to: &[u32]) -> Self {
-        let starts: Vec<usize> = from
-            .iter()
-            .scan(0, |sum, r| {
-                let own = *sum;
-                *sum += texel::texel_count(*r) as usize;
-                Some(own)
-            })
-            .collect();
+        let starts = first_texels(from);
         let spread = |values: &Vec<Vec3>| -> Vec<Vec3> {
             let each = faces.iter().enumerate().flat_map(|(f, face)| {
-                let own = &values[starts[f]..starts[f] + texel::texel_count(from[f]) as usize];
+                let own = &values[starts[f]..starts[f + 1]];
                 let wide: Vec<_> = own.iter().map(|v| v.as_dvec3()).collect();
                 resample_face(&wide, face, from[f][0], to[f])
             });
@@ -397,12 +340,6 @@ fn largest_extent(faces: &[Face]) -> f64 {
     let high = corners().fold(glam::DVec3::NEG_INFINITY, |high, c| high.max(*c));
     let low = corners().fold(glam::DVec3::INFINITY, |low, c| low.min(*c));
     (high - low).max_element()
-}
-
-fn pad_with_zeros(values: &[Vec3], count: usize) -> Vec<Vec3> {
-    let mut all = values.to_vec();
-    all.resize(count, Vec3::ZERO);
-    all
 }
 
 fn extend_to_vec4(values: &[Vec3]) -> Vec<Vec4> {

@@ -40,7 +40,21 @@ pub struct CapturedRoom {
     pub notes: Vec<String>,
 }
 
+impl CapturedRoom {
+    /// Makes a room without panorama and remarks.
+    pub fn new(scene: Scene, resolutions: Vec<[u32; 2]>, values: Option<CapturedValues>) -> Self {
+        Self {
+            scene,
+            resolutions,
+            values,
+            panorama: None,
+            notes: Vec::new(),
+        }
+    }
+}
+
 /// Captured values of every texel.
+#[derive(Default)]
 pub struct CapturedValues {
     /// B₀, W/m².
     pub radiosity: Vec<Vec3>,
@@ -75,13 +89,8 @@ pub fn read(
         return from_panorama(path, placement, texels);
     } else {
         let scene = load_scene(path, import)?;
-        return Ok(CapturedRoom {
-            resolutions: vec![[texels; 2]; scene.faces.len()],
-            scene,
-            values: None,
-            panorama: None,
-            notes: Vec::new(),
-        });
+        let resolutions = vec![[texels; 2]; scene.faces.len()];
+        return Ok(CapturedRoom::new(scene, resolutions, None));
     };
     let differs = |r: &[u32; 2]| *r != [texels; 2];
     if texels_requested && captured.resolutions.iter().any(differs) {
@@ -148,18 +157,14 @@ fn from_panorama(path: &Path, placement: &PanoramaPlacement, texels: u32) -> Res
     let eye = name_option("--eye", room::capture_point(size, placement.eye))?;
     let panorama = Panorama::read(path, placement.projection).map_err(suggest_map_option)?;
     let resolutions = vec![[texels; 2]; scene.faces.len()];
-    let radiosity = texel_radiosity(&panorama, &scene, &resolutions, eye)?;
+    let values = CapturedValues {
+        radiosity: texel_radiosity(&panorama, &scene, &resolutions, eye)?,
+        ..CapturedValues::default()
+    };
     Ok(CapturedRoom {
-        scene,
-        resolutions,
-        values: Some(CapturedValues {
-            radiosity,
-            residual: None,
-            reflectance: None,
-            emission: None,
-        }),
         notes: panorama.notes.clone(),
         panorama: Some((panorama, eye)),
+        ..CapturedRoom::new(scene, resolutions, Some(values))
     })
 }
 
@@ -169,34 +174,23 @@ fn from_solve(path: &Path) -> Result<CapturedRoom> {
         .others
         .remove("reflectance")
         .or_else(|| reflectance_of_faces(&stored.scene, &stored.resolutions));
-    Ok(CapturedRoom {
-        resolutions: stored.resolutions,
-        values: Some(CapturedValues {
-            residual: stored.others.remove("residual"),
-            emission: reflectance.is_some().then_some(stored.emission),
-            radiosity: stored.radiosity,
-            reflectance,
-        }),
-        scene: stored.scene,
-        panorama: None,
-        notes: Vec::new(),
-    })
+    let values = CapturedValues {
+        residual: stored.others.remove("residual"),
+        emission: reflectance.is_some().then_some(stored.emission),
+        radiosity: stored.radiosity,
+        reflectance,
+    };
+    Ok(CapturedRoom::new(stored.scene, stored.resolutions, Some(values)))
 }
 
 fn from_maps(path: &Path) -> Result<CapturedRoom> {
     let room = maps::read(path)?;
-    Ok(CapturedRoom {
-        values: Some(CapturedValues {
-            radiosity: room.radiosity,
-            residual: None,
-            reflectance: reflectance_of_faces(&room.scene, &room.resolutions),
-            emission: None,
-        }),
-        scene: room.scene,
-        resolutions: room.resolutions,
-        panorama: None,
-        notes: Vec::new(),
-    })
+    let values = CapturedValues {
+        radiosity: room.radiosity,
+        reflectance: reflectance_of_faces(&room.scene, &room.resolutions),
+        ..CapturedValues::default()
+    };
+    Ok(CapturedRoom::new(room.scene, room.resolutions, Some(values)))
 }
 
 /// Returns the faces' reflectance for all their texels; `None` if no face has any.
@@ -227,7 +221,7 @@ impl CapturedValues {
             None => vec![Vec4::ZERO; mesh.texels.len()],
         };
         for texel in &mut mesh.texels {
-            let Some(k) = (texel.face < room).then(|| first[texel.face as usize] + texel.index as usize) else {
+            let Some(k) = place(texel) else {
                 continue;
             };
             texel.reflectance = given

@@ -5,4 +5,3 @@ pub mod adaptive;
 pub mod captured_room;
 pub mod stage;
 pub mod task;
-pub mod warnings;

@@ -24,18 +24,13 @@ impl RelightStage {
     /// Makes a stage from a scene whose first `room` faces are a room, still to be captured, and whose others are
     /// objects in it; N×N texels on every face.
     pub fn new(scene: &Scene, room: usize, texels: u32) -> Self {
+        let empty = Scene {
+            faces: scene.faces[..room].to_vec(),
+            ..scene.clone()
+        };
         let resolutions = vec![[texels; 2]; scene.faces.len()];
         Self {
-            captured: CapturedRoom {
-                scene: Scene {
-                    faces: scene.faces[..room].to_vec(),
-                    ..scene.clone()
-                },
-                resolutions: resolutions[..room].to_vec(),
-                values: None,
-                panorama: None,
-                notes: Vec::new(),
-            },
+            captured: CapturedRoom::new(empty, resolutions[..room].to_vec(), None),
             scene: scene.clone(),
             room_faces: room,
             resolutions,

@@ -3,16 +3,17 @@
 use super::adaptive::relight_adaptively;
 use super::captured_room::CapturedValues;
 use super::stage::RelightStage;
-use super::warnings;
 use crate::solve::adaptive::adapt_advice;
 use crate::solve::gpu_linker::LinkerOnGpu;
 use crate::solve::interrupt::is_interrupted;
 use crate::solve::progress::ProgressMonitor;
-use crate::solve::regather::ErrorEstimate;
+use crate::solve::regather::{ErrorEstimate, estimate_by_regathering};
 use crate::solve::solved::{RelightReport, Solved};
 use crate::solve::solver::SolverChoice;
 use crate::solve::task::SolveTask;
-use common::cover::furnished_mesh_until;
+use crate::solve::warnings;
+use common::cover::furnished_mesh;
+use common::energy::EnergyBalance;
 use common::mesh::{Mesh, Texel};
 use common::passes;
 use common::relight::surface::TexelSurfaces;
@@ -20,10 +21,13 @@ use common::relight::{RelightMethod, RoomRadiosity, relight_room};
 use common::scene::Scene;
 use common::settings::Settings;
 use common::shooting::{Shot, SolveRun, shoot_until_converged, solve_progress};
-use common::solution::Warning;
+use common::solution::{Warning, WarningCode};
 use common::{Error, Result, relight as loops};
 use cpu::hierarchy::linker::LinkMethod;
 use glam::{Vec3, Vec4};
+
+/// Share of the emitted power above which a broken energy balance causes a warning.
+const MAX_IMBALANCE: f64 = 0.02;
 
 /// A stage with the method of relighting.
 pub struct RelightTask<'a> {
@@ -55,13 +59,14 @@ impl SolveTask for RelightTask<'_> {
                 None => relight(LinkMethod::Shafts),
             };
         }
-        let relight = ShootingRelight {
-            stage: self.stage,
+        let stage = self.stage;
+        ShootingRelight {
+            stage,
             settings,
             solver,
             progress,
-        };
-        relight.relight_by_shooting(self.method)
+        }
+        .relight_by_shooting(self.method)
     }
 
     fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {
@@ -69,12 +74,29 @@ impl SolveTask for RelightTask<'_> {
             // A captured room need not be closed.
             return Ok(history.estimate_error(&solved.mesh, &solved.run, 0.0));
         }
-        warnings::estimate_error(self.stage, solved)
+        let values = self.stage.captured.values.as_ref();
+        // An E recovered from a picture compensates any error of the links, and re-gathering would report that.
+        if values.is_some_and(|values| values.emission.is_none()) || self.stage.reflectance.is_some() {
+            return Ok(None);
+        }
+        let scene = &self.stage.scene;
+        estimate_by_regathering(scene, &solved.settings, &solved.mesh, &solved.run.field).map(Some)
     }
 
     fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
-        let paper = matches!(self.method, Some(RelightMethod::Paper(_)));
-        let warnings = warnings::collect_warnings(self.stage, solved, paper, estimate);
+        let (mesh, run) = (&solved.mesh, &solved.run);
+        let mut warnings = warnings::collect_warnings(&self.stage.scene, mesh, run, estimate);
+        let imbalance = EnergyBalance::new(mesh, &run.field, &run.shots).imbalance;
+        if imbalance > MAX_IMBALANCE && matches!(self.method, Some(RelightMethod::Paper(_))) {
+            warnings.push(Warning {
+                code: WarningCode::Energy,
+                faces: Vec::new(),
+                message: format!(
+                    "Table 2 adds or loses {:.1} % of the emitted power: use --method signed",
+                    100.0 * imbalance
+                ),
+            });
+        }
         match solved.history {
             Some(_) => adapt_advice(warnings),
             None => warnings,
@@ -96,7 +118,7 @@ pub fn capture_empty_room(
 ) -> Result<CapturedValues> {
     let scene = &stage.captured.scene;
     let (resolutions, meshing) = (&stage.captured.resolutions, settings.meshing);
-    let mesh = furnished_mesh_until(
+    let mesh = furnished_mesh(
         scene,
         stage.room_faces,
         resolutions,
@@ -173,7 +195,7 @@ impl ShootingRelight<'_> {
             ..
         } = self.stage;
         let meshing = self.settings.meshing;
-        furnished_mesh_until(
+        furnished_mesh(
             scene,
             *room,
             resolutions,
@@ -230,27 +252,15 @@ impl ShootingRelight<'_> {
         })?;
         drop(engine);
         mesh.room_faces = count;
-        let of_objects = |patch: u32| mesh.is_object(mesh.patches[patch as usize].face);
-        let object_shots = run.shots.iter().filter(|s| of_objects(s.patch)).count();
-        let report = RelightReport {
-            before: room.radiosity,
-            emitters: surface.map_or(0, |s| s.emitters.len()),
-            complete: true,
-            map_shots: run.shots.len() - object_shots,
-            object_shots,
-        };
+        let emitters = surface.map_or(0, |s| s.emitters.len());
+        let report = RelightReport::new(room.radiosity, emitters, &mesh, &run);
         Ok(self.wrap_result(mesh, run, report))
     }
 
     fn wrap_result(&self, mesh: Mesh, run: SolveRun, relit: RelightReport) -> Solved {
         Solved {
-            settings: *self.settings,
-            mesh,
-            run,
-            one_by_one: false,
-            dense: None,
-            history: None,
             relight: Some(relit),
+            ..Solved::new(self.settings, mesh, run)
         }
     }
 }

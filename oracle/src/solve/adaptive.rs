@@ -110,28 +110,6 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
         self.requested_texels
     }
 
-    fn first_resolution(&self) -> Result<Vec<u32>> {
-        Ok(choose_first(
-            self.scene,
-            &|f| self.requested_texels(f),
-            first_texel_width(self.scene)?,
-        ))
-    }
-
-    fn second_resolution(&self, first: &SolveStep) -> Result<Vec<u32>> {
-        let width = first_texel_width(self.scene)?;
-        Ok(choose_second(
-            self.scene,
-            &|f| self.requested_texels(f),
-            width,
-            &first.sides,
-        ))
-    }
-
-    fn may_refine(&self, _: usize) -> bool {
-        true
-    }
-
     fn result_resolution(&self, last: &SolveStep, change: &StepChange, error: f64) -> Option<Vec<u32>> {
         if self.requested_texels.is_some() {
             return None;
@@ -213,13 +191,8 @@ fn resample_result(
     shot_log::set_open_shares(&mut mesh, &outcome);
     let run = shot_log::record_run(&mesh, &outcome);
     Ok(Solved {
-        settings: *settings,
-        mesh,
-        run,
-        one_by_one: false,
-        dense: None,
         history: Some(history),
-        relight: None,
+        ..Solved::new(settings, mesh, run)
     })
 }
 
@@ -295,17 +268,20 @@ pub trait AdaptiveProblem {
     /// Requested texels per side of a face; `None`: they follow from the light.
     fn requested_texels(&self, face: usize) -> Option<u32>;
 
-    /// Texels per side of each face in the first step.
-    fn first_resolution(&self) -> Result<Vec<u32>>;
+    /// Texels per side of a face that keeps its texels in all steps.
+    fn fixed_texels(&self, _face: usize) -> Option<u32> {
+        None
+    }
 
-    /// Texels per side of each face in the second step.
-    fn second_resolution(&self, first: &Self::StepResult) -> Result<Vec<u32>>;
-
-    /// True if the texels of a face may be halved.
-    fn may_refine(&self, face: usize) -> bool;
+    /// Least texels per side of each face in the second step, or nothing.
+    fn least_resolution(&self, _first: &Self::StepResult) -> Vec<u32> {
+        Vec::new()
+    }
 
     /// Texels per side for the final result, if they differ from those of the last step.
-    fn result_resolution(&self, last: &Self::StepResult, change: &StepChange, error: f64) -> Option<Vec<u32>>;
+    fn result_resolution(&self, _last: &Self::StepResult, _change: &StepChange, _error: f64) -> Option<Vec<u32>> {
+        None
+    }
 }
 
 /// Solves until two successive solutions differ by less than `error`. After an interruption it returns the
@@ -314,10 +290,24 @@ pub trait AdaptiveProblem {
 /// Errors: [`Error::Interrupted`] before the first step is done.
 pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Result<(S::StepResult, ErrorHistory)> {
     let scene = problem.scene();
+    let width = first_texel_width(scene)?;
+    let requested = |f: usize| problem.requested_texels(f);
+    let keep_fixed = |sides: &mut [u32]| {
+        for (f, side) in sides.iter_mut().enumerate() {
+            *side = problem.fixed_texels(f).unwrap_or(*side);
+        }
+    };
     let mut history = ErrorHistory::default();
     let mut goal = error;
-    let mut last = problem.solve_step(problem.first_resolution()?, goal, None)?;
-    let mut sides = problem.second_resolution(&last)?;
+    let mut sides = choose_first(scene, &requested, width);
+    keep_fixed(&mut sides);
+    let mut last = problem.solve_step(sides, goal, None)?;
+    sides = choose_second(scene, &requested, width, &last.as_ref().sides);
+    keep_fixed(&mut sides);
+    for (side, least) in sides.iter_mut().zip(problem.least_resolution(&last)) {
+        *side = (*side).max(least);
+    }
+    let may_refine = |f: usize| problem.fixed_texels(f).is_none();
     for k in 1..MAX_STEPS {
         let texels_now = count_texels(&sides);
         let limit = MAX_STEP_TEXELS.max(2 * last.as_ref().mesh.texels.len() as u64);
@@ -333,17 +323,14 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
             }
             next => next?,
         };
-        let requested = |f: usize| problem.requested_texels(f);
         let change = StepChange::new(scene, last.as_ref(), next.as_ref(), &requested);
         last = next;
         history.changes.push(change.total);
         let converged = history.remaining_error().is_some_and(|remaining| remaining <= error);
         let unrefined = UNREFINED_SHARE * error * error;
-        sides = halve_largest(&last.as_ref().sides, &change.by_face, unrefined, |f, _| {
-            problem.may_refine(f)
-        });
         let before = &last.as_ref().sides;
-        refine_neighbours(&scene.faces, before, &mut sides, |f| problem.may_refine(f));
+        sides = halve_largest(before, &change.by_face, unrefined, |f, _| may_refine(f));
+        refine_neighbours(&scene.faces, before, &mut sides, may_refine);
         if converged && let Some(shown) = problem.result_resolution(&last, &change, error) {
             last = problem.solve_step(shown, goal, Some(last.as_ref()))?;
         }

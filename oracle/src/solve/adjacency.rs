@@ -6,6 +6,7 @@
 //! from all of it; only more texels show this, not more patches. Under a lamp the gap is not dark: a surface that
 //! close has the irradiance E° that the lamp emits.
 
+use super::regather::estimate::largest_faces;
 use common::mesh::{Cover, Mesh, PatchPoint};
 use common::polygon::clip_by_plane;
 use common::rays::Rays;
@@ -250,10 +251,7 @@ pub fn light_in_gaps(mesh: &Mesh, run: &SolveRun) -> (f64, Vec<u32>) {
         }
     }
     let lost: f64 = faces.iter().sum();
-    let mut order: Vec<u32> = (0..faces.len() as u32).collect();
-    order.retain(|k| faces[*k as usize] > 0.0);
-    order.sort_by(|a, b| faces[*b as usize].total_cmp(&faces[*a as usize]));
-    (if lost > 0.0 { lost / all } else { 0.0 }, order)
+    (if lost > 0.0 { lost / all } else { 0.0 }, largest_faces(&faces))
 }
 
 /// Mean emission of each face, sum of channels.

@@ -42,16 +42,11 @@ pub fn solve_dense(scene: &Scene, settings: &Settings, progress: &ProgressMonito
     })?;
     let (run, answer) = progress.time_phase("solve", || solve_system(&mesh, &matrix))?;
     Ok(Solved {
-        settings: *settings,
-        mesh,
-        run,
-        one_by_one: false,
         dense: Some(DenseReport {
             quality,
             solution: answer,
         }),
-        history: None,
-        relight: None,
+        ..Solved::new(settings, mesh, run)
     })
 }
 

@@ -1,8 +1,9 @@
 //! Error estimate of an adaptive solve: the difference of its last two steps, unshot light, missing closure of
 //! the links, and rounding.
 
-use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError, MAX_NAMED_FACES};
-use super::resolution::{RequestedTexels, descending_order, resample_face, square_resolutions};
+use super::regather::estimate::{MAX_NAMED_FACES, descending_order, largest_faces};
+use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError};
+use super::resolution::{RequestedTexels, resample_face, square_resolutions};
 use super::step::SolveStep;
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
@@ -57,11 +58,8 @@ impl ErrorHistory {
     /// Estimates the error of `run` with all its causes; `made_up` is the error from the links' closure.
     pub fn estimate_error(&self, mesh: &Mesh, run: &SolveRun, made_up: f64) -> Option<ErrorEstimate> {
         let refinement = self.remaining_error()?;
-        let faces = self
-            .last_change
-            .as_ref()
-            .map(StepChange::most_changed_faces)
-            .unwrap_or_default();
+        let change = self.last_change.as_ref();
+        let faces = change.map_or(Vec::new(), |change| largest_faces(&change.by_face));
         let part = |cause: ErrorCause, error: f64, faces: Vec<u32>| ErrorPart { cause, error, faces };
         let mut parts: Vec<ErrorPart> = self
             .cause_shares()
@@ -222,14 +220,6 @@ impl StepChange {
         let all = self.reflected_squares[f as usize] * self.scale;
         let own = self.by_face[f as usize];
         if all > 0.0 { (own / all).sqrt() } else { 0.0 }
-    }
-
-    /// Returns the faces that changed most.
-    pub fn most_changed_faces(&self) -> Vec<u32> {
-        let mut order = descending_order(&self.by_face);
-        order.retain(|f| self.by_face[*f as usize] > 0.0);
-        order.truncate(MAX_NAMED_FACES);
-        order
     }
 }
 

@@ -63,7 +63,7 @@ pub fn judge_result(stored: &StoredSolution, scene: Option<Scene>, progress: &Pr
     let order = mesh.texels_in_face_order();
     if mesh.texels.iter().all(|t| t.reflectance == Vec3::ZERO) {
         return Err(Error::Usage(format!(
-            "{} has no reflectances: give --scene",
+            "{} has no reflectances: give the scene, too",
             stored.dir.display()
         )));
     }

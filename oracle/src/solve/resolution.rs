@@ -1,6 +1,7 @@
 //! Resolutions of the steps of an adaptive solve: texels per side of each face.
 
 use super::adjacency::{limit_texel_widths, longest_side};
+use super::regather::estimate::descending_order;
 use common::Result;
 use common::mesh::Mesh;
 use common::resample::{area_average, shared_pieces};
@@ -137,13 +138,6 @@ pub fn halve_largest(
         rest -= squares[f as usize];
     }
     sides
-}
-
-/// Returns the faces in descending order of `squares`.
-pub fn descending_order(squares: &[f64]) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..squares.len() as u32).collect();
-    order.sort_by(|a, b| squares[*b as usize].total_cmp(&squares[*a as usize]));
-    order
 }
 
 /// Returns N×N for each N, the form that a mesh takes.

@@ -3,7 +3,7 @@
 use super::error_estimate::ErrorHistory;
 use common::mesh::Mesh;
 use common::settings::Settings;
-use common::shooting::SolveRun;
+use common::shooting::{Shot, SolveRun};
 use cpu::dense::{self, AssemblyQuality};
 use glam::Vec4;
 use serde_json::{Value, json};
@@ -24,6 +24,21 @@ pub struct Solved {
     pub history: Option<ErrorHistory>,
     /// Details of a relight.
     pub relight: Option<RelightReport>,
+}
+
+impl Solved {
+    /// Makes the result of a solve by shooting.
+    pub fn new(settings: &Settings, mesh: Mesh, run: SolveRun) -> Self {
+        Self {
+            settings: *settings,
+            mesh,
+            run,
+            one_by_one: false,
+            dense: None,
+            history: None,
+            relight: None,
+        }
+    }
 }
 
 /// Details of a dense solve beside its run.
@@ -75,6 +90,19 @@ pub struct RelightReport {
 }
 
 impl RelightReport {
+    /// Makes the report of a complete relight; counts the shots of room and objects.
+    pub fn new(before: Vec<Vec4>, emitters: usize, mesh: &Mesh, run: &SolveRun) -> Self {
+        let of_objects = |shot: &&Shot| mesh.is_object(mesh.patches[shot.patch as usize].face);
+        let object_shots = run.shots.iter().filter(of_objects).count();
+        Self {
+            before,
+            emitters,
+            complete: true,
+            map_shots: run.shots.len() - object_shots,
+            object_shots,
+        }
+    }
+
     /// Number of texels with B below 0 in some channel by more than the rounding of B₀ + δ: half an ulp of
     /// the texel's value per shot.
     pub fn negative_texels(&self, run: &SolveRun) -> usize {

@@ -69,13 +69,8 @@ impl SolveTask for Scene {
         })?;
         drop(engine);
         Ok(Solved {
-            settings: *settings,
-            mesh,
-            run,
             one_by_one,
-            dense: None,
-            history: None,
-            relight: None,
+            ..Solved::new(settings, mesh, run)
         })
     }
 
@@ -87,10 +82,7 @@ impl SolveTask for Scene {
             let (mesh, run) = (&solved.mesh, &solved.run);
             return Ok(history.estimate_error(mesh, run, closure_error(mesh, run)));
         }
-        let Solved {
-            settings, mesh, run, ..
-        } = solved;
-        regather::estimate_by_regathering(self, settings, mesh, &run.field).map(Some)
+        regather::estimate_by_regathering(self, &solved.settings, &solved.mesh, &solved.run.field).map(Some)
     }
 
     fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {

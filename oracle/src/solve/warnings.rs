@@ -3,7 +3,8 @@
 use super::adjacency::light_in_gaps;
 use super::error_estimate::{mean_reflections, rounding_error};
 use super::plausibility::could_reflect;
-use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, MAX_NAMED_FACES, WARNING_LIMIT};
+use super::regather::estimate::{MAX_NAMED_FACES, largest_faces};
+use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, WARNING_LIMIT};
 use common::energy::EnergyBalance;
 use common::mesh::{Mesh, Patch, Texel};
 use common::precision::{ShapeLoss, find_shape_losses};
@@ -22,8 +23,9 @@ const GAP_WARNING_SHARE: f64 = 0.25 * WARNING_SHARE;
 pub fn collect_warnings(scene: &Scene, mesh: &Mesh, run: &SolveRun, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = estimate.and_then(warn_of_estimate).into_iter().collect();
     warnings.extend(warn_of_bent_faces(scene, mesh, run));
+    let warned = warnings.iter().any(|warning| warning.code == WarningCode::Closure);
     let closure = unexplained_closure(mesh, run, estimate);
-    if closure.abs() > WARNING_SHARE {
+    if closure.abs() > WARNING_SHARE && !warned {
         warnings.push(Warning {
             code: WarningCode::Closure,
             faces: worst_closure(mesh, run),
@@ -39,8 +41,7 @@ pub fn collect_warnings(scene: &Scene, mesh: &Mesh, run: &SolveRun, estimate: Op
     if !estimate.is_some_and(is_from_steps) {
         warnings.extend(warn_of_gaps(mesh, run));
     }
-    warnings.extend(warn_of_covered_lamps(mesh));
-    warnings.extend(warn_of_no_light(mesh, run));
+    warnings.extend(warn_of_covered_lamps(mesh).or_else(|| warn_of_no_light(mesh, run)));
     if run.unshot_fraction() > WARNING_SHARE {
         warnings.push(Warning {
             code: WarningCode::Unshot,
@@ -107,7 +108,7 @@ fn warn_of_estimate(estimate: &ErrorEstimate) -> Option<Warning> {
             "the item buffer is too coarse: use --visibility rays",
         ),
         ErrorCause::FormFactor => (
-            WarningCode::FormFactor,
+            WarningCode::Closure,
             "the disc form factor is too crude: use --form-factor polygon",
         ),
         ErrorCause::Patches => (
@@ -161,10 +162,9 @@ fn warn_of_rounding(mesh: &Mesh, run: &SolveRun) -> Option<Warning> {
 
 /// Warns of gaps for which the texels are too coarse.
 fn warn_of_gaps(mesh: &Mesh, run: &SolveRun) -> Option<Warning> {
-    let (lost, mut faces) = light_in_gaps(mesh, run);
-    faces.truncate(MAX_NAMED_FACES);
+    let (lost, faces) = light_in_gaps(mesh, run);
     (lost > GAP_WARNING_SHARE).then(|| Warning {
-        code: WarningCode::Gap,
+        code: WarningCode::Texels,
         faces,
         message: format!(
             "{:.1} % of the reflected light is shot into gaps narrower than a tenth of a texel, which should be dark: use more --texels",
@@ -189,7 +189,7 @@ fn warn_of_covered_lamps(mesh: &Mesh) -> Option<Warning> {
         }
     }
     Some(Warning {
-        code: WarningCode::Covered,
+        code: WarningCode::Unlit,
         faces,
         message: format!(
             "every lamp lies under other faces at all of its {} samples per patch: move it, or use more --samples",
@@ -247,8 +247,5 @@ fn worst_closure(mesh: &Mesh, run: &SolveRun) -> Vec<u32> {
         let defect = 1.0 - shot.form_factor_sum - shot.escaped;
         lost[mesh.patches[shot.patch as usize].face as usize] += f64::from((power * defect).abs());
     }
-    let mut order: Vec<u32> = (0..lost.len() as u32).filter(|k| lost[*k as usize] > 0.0).collect();
-    order.sort_by(|a, b| lost[*b as usize].total_cmp(&lost[*a as usize]));
-    order.truncate(MAX_NAMED_FACES);
-    order
+    largest_faces(&lost)
 }

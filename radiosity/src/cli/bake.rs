@@ -7,18 +7,17 @@ use crate::report::gltf_export::uv_charts::UvCharts;
 use crate::report::solution_view::RenderedView;
 use clap::{Args, ValueEnum};
 use common::import::ImportOptions;
-use common::scene::Scene;
+use common::solution::Solution;
 use common::solution::pending::PendingFiles;
-use common::solution::{Solution, prepare_directory};
 use common::{Error, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Options of baking.
 #[derive(Args, Default)]
 pub struct BakeOptions {
     /// Write the scene with its light as a texture (TEXCOORD_1), and that light as FILE.exr
     #[arg(long, value_name = "FILE.glb")]
-    gltf: Option<PathBuf>,
+    pub gltf: Option<PathBuf>,
     /// Charts of that texture: packed newly, or the scene's own TEXCOORD_1 kept [default: pack]
     #[arg(
         long,
@@ -37,49 +36,32 @@ enum UvOption {
 }
 
 impl BakeOptions {
-    fn keeps_charts(&self) -> bool {
-        self.uv == Some(UvOption::Keep)
-    }
-
     /// Returns the import options of a scene to be baked.
     ///
-    /// Errors: an option of `common` contradicts `--uv keep`.
+    /// Errors: the name does not end in .glb; an option of `common` contradicts `--uv keep`.
     pub fn import_options(&self, common: &CommonOptions) -> Result<ImportOptions> {
+        if let Some(path) = &self.gltf
+            && path.extension().is_none_or(|ending| ending != "glb")
+        {
+            let text = format!("--gltf writes {}: a name that ends in .glb", path.display());
+            return Err(Error::Usage(text));
+        }
+        let charts = self.uv == Some(UvOption::Keep);
         let given = [(common.join_quads, "--join-quads"), (common.two_sided, "--two-sided")];
-        if let Some((_, option)) = given.iter().find(|(given, _)| *given && self.keeps_charts()) {
+        if let Some((_, option)) = given.iter().find(|(given, _)| *given && charts) {
             let text =
                 format!("--uv keep lays light on the file's own triangles, one side of each: leave {option} out");
             return Err(Error::Usage(text));
         }
         Ok(ImportOptions {
-            charts: self.keeps_charts(),
+            charts,
             ..common.import_options()
         })
     }
 
-    /// Returns the scene's own charts if they are kept.
-    ///
-    /// Errors: the scene has none, or they cannot hold its light.
-    pub fn kept_charts(&self, scene: &Scene) -> Result<Option<UvCharts>> {
-        self.keeps_charts().then(|| UvCharts::new(scene)).transpose()
-    }
-
-    /// Checks the name of the output file and makes its folder, before a long solve.
-    ///
-    /// Errors: the name does not end in .glb, or the folder cannot be written.
-    pub fn check_output_path(&self) -> Result<()> {
-        let Some(path) = &self.gltf else {
-            return Ok(());
-        };
-        if path.extension().is_none_or(|ending| ending != "glb") {
-            let text = format!("--gltf writes {}: a name that ends in .glb", path.display());
-            return Err(Error::Usage(text));
-        }
-        let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty());
-        prepare_directory(folder.unwrap_or(Path::new(".")))
-    }
-
     /// Adds the baked scene and its EXR to `files` if `--gltf` is given.
+    ///
+    /// Errors: those of [`export_lightmap`]; a file cannot be written.
     pub fn add_files(
         &self,
         files: &mut PendingFiles,

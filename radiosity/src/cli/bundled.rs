@@ -34,12 +34,11 @@ const BUNDLED_SCENES: [[(&str, &str); 2]; 5] = [
 ///
 /// Errors: the files cannot be written.
 pub fn bundled_scene(name: &str, out: &Path) -> Result<PathBuf> {
-    let folder = out.join("scenes");
-    if let [checkout, _] = candidate_paths(name, out)
-        && checkout.exists()
-    {
+    let checkout = Path::new("scenes").join(name);
+    if checkout.exists() {
         return Ok(checkout);
     }
+    let folder = out.join("scenes");
     prepare_directory(&folder)?;
     let mut files = PendingFiles::default();
     for (file, text) in BUNDLED_SCENES.iter().filter(|[(obj, _), _]| *obj == name).flatten() {
@@ -47,14 +46,4 @@ pub fn bundled_scene(name: &str, out: &Path) -> Result<PathBuf> {
     }
     files.rename_files()?;
     Ok(folder.join(name))
-}
-
-/// Returns the path of a bundled scene that already exists on disk.
-pub fn find_bundled(name: &str, out: &Path) -> Option<PathBuf> {
-    candidate_paths(name, out).into_iter().find(|path| path.exists())
-}
-
-/// Paths in a checkout and in the output folder.
-fn candidate_paths(name: &str, out: &Path) -> [PathBuf; 2] {
-    [Path::new("scenes").join(name), out.join("scenes").join(name)]
 }

@@ -1,16 +1,15 @@
-//! `radiosity compare`, and the demo.
+//! `radiosity compare`.
 
-use super::bundled::bundled_scene;
-use super::console::{self, message};
-use super::options::{CommonOptions, ShootingOptions, parse_error, scene_settings, visibility_in_force};
+use super::Outcome;
+use super::console::message;
+use super::options::{CommonOptions, PassOptions, ShootingOptions, load_lit_scene, parse_error};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
-use super::scene::MaterialOptions;
-use super::{Outcome, solve};
+use super::solve::{scene_settings, solve_on_cpu};
 use crate::report::comparison as report;
-use clap::{Args, Parser};
+use clap::Args;
 use common::form_factor::FormFactor;
 use common::scene::Scene;
-use common::settings::{ItemBufferSettings, Meshing, Settings, Visibility};
+use common::settings::{Meshing, Settings};
 use common::solution::{prepare_directory, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
@@ -18,10 +17,13 @@ use oracle::compare::comparison::{Comparison, SceneComparison};
 use oracle::compare::presets::{PresetSelection, compare_presets};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solver::ErrorTarget;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+/// Smallest error contribution of a method that the summary prints.
+const MIN_PRINTED_FINDING: f64 = 1e-3;
 
 /// Arguments of `compare`.
-#[derive(Args, Clone)]
+#[derive(Args)]
 pub struct CompareArguments {
     /// .obj, .gltf or .glb files
     #[arg(required = true)]
@@ -30,49 +32,27 @@ pub struct CompareArguments {
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// Compare only solves to this error, 0.2 to 10 %
-    #[arg(long, value_name = "P%", value_parser = parse_error, allow_negative_numbers = true)]
+    #[arg(long, value_name = "P%", value_parser = parse_error,
+        conflicts_with_all = ["quality", "ShootingOptions", "PassOptions"])]
     error: Option<f64>,
-    /// Also print report.json as one line on stdout
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
-    materials: MaterialOptions,
+    shooting: ShootingOptions,
+    #[command(flatten)]
+    passes: PassOptions,
     #[command(flatten)]
     common: CommonOptions,
 }
 
-/// Smallest error contribution of a method that the summary prints.
-const MIN_PRINTED_FINDING: f64 = 1e-3;
-
-/// A parser of the arguments alone, for the demo's defaults.
-#[derive(Parser)]
-struct DemoArguments {
-    #[command(flatten)]
-    arguments: CompareArguments,
-}
-
-/// Runs `compare` on the bundled Cornell box.
-pub fn run_demo() -> Result<Outcome> {
-    let demo = |scene: &Path| DemoArguments::parse_from([Path::new("radiosity"), scene]).arguments;
-    let name = Path::new("cornell_box.obj");
-    let scene = bundled_scene("cornell_box.obj", &demo(name).out)?;
-    run(&demo(&scene))
-}
-
 /// Compares the solvers on each scene and writes the report.
 pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
-    let common = &arguments.common;
-    common.refuse_item_buffer_options(visibility_in_force(common, true))?;
-    let scenes: Vec<Scene> = arguments
-        .scenes
-        .iter()
-        .map(|path| arguments.materials.load_lit_scene(path, common.import_options()))
-        .collect::<Result<_>>()?;
-    let selections: Vec<PresetSelection> = scenes
-        .iter()
-        .map(|scene| select_presets(arguments, scene))
-        .collect::<Result<_>>()?;
-    prepare_directory(&arguments.out)?;
+    let CompareArguments { common, out, .. } = arguments;
+    arguments.shooting.visibility_in_force(true)?;
+    let import = common.import_options();
+    let scenes = arguments.scenes.iter().map(|path| load_lit_scene(path, &import));
+    let scenes: Vec<Scene> = scenes.collect::<Result<_>>()?;
+    let selections = scenes.iter().map(|scene| select_presets(arguments, scene));
+    let selections: Vec<PresetSelection> = selections.collect::<Result<_>>()?;
+    prepare_directory(out)?;
     handle_interrupts();
     let gpu = match Gpu::open(common.adapter.as_deref()) {
         Ok(gpu) => gpu,
@@ -90,7 +70,6 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
                 "interrupted: the report holds the {} scenes compared by then",
                 comparisons.len()
             );
-            print_report_json(arguments, &comparisons)?;
             return Ok(Outcome::Disagree);
         }
         let judged = judged?;
@@ -99,12 +78,14 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         }
         comparisons.push(judged);
         // Written after every scene, so that an interrupted run keeps the scenes that are done.
-        write_report(arguments, &comparisons)?;
+        let json = format!("{:#}\n", report::report_json(&comparisons));
+        write_file(&out.join("report.json"), json.as_bytes())?;
+        let html = report::render_report(&comparisons, &[]);
+        write_file(&out.join("report.html"), html.as_bytes())?;
     }
     if !common.quiet {
-        message!("wrote {0}/report.html and {0}/report.json", arguments.out.display());
+        message!("wrote {0}/report.html and {0}/report.json", out.display());
     }
-    print_report_json(arguments, &comparisons)?;
     Ok(if comparisons.iter().all(SceneComparison::all_agree) {
         Outcome::Done
     } else {
@@ -112,82 +93,69 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     })
 }
 
+/// Returns true if an option selects a method of shooting; texels, ε, shots and pixels apply to any.
+fn selects_shooting(arguments: &CompareArguments) -> bool {
+    let of_method = ShootingOptions {
+        epsilon: None,
+        max_shots: None,
+        item_buffer: None,
+        ..arguments.shooting.clone()
+    };
+    of_method != ShootingOptions::default() || arguments.passes != PassOptions::default()
+}
+
 /// Returns the settings to compare: one preset if an option selects the method, else the paper's and the default.
-/// Texels, ε and pixels apply to either and select none.
 fn select_presets(arguments: &CompareArguments, scene: &Scene) -> Result<PresetSelection> {
-    let common = &arguments.common;
-    if arguments.error.is_some() {
-        common.refuse_shooting_options()?;
-    }
+    let CompareArguments {
+        common,
+        shooting,
+        passes,
+        ..
+    } = arguments;
     // Scenes of many faces have coarser defaults in either preset.
-    let (solve, note) = scene_settings(common, scene, true)?;
+    let (solve, note) = scene_settings(scene, common, shooting, passes, true)?;
     if let Some(note) = note {
         message!("note: {}: {note}", scene.name);
     }
-    let target = |error| ErrorTarget {
-        error,
+    let target = ErrorTarget {
+        error: arguments.error.unwrap_or(common.quality_error()),
         texels: Some(solve.meshing.texels),
     };
-    // A quality stands for an error unless an option of shooting is given.
-    let error = arguments.error.or(common.quality_error());
-    if let (Some(error), true) = (error, arguments.error.is_some() || common.quality.is_some()) {
-        return Ok(PresetSelection::ToError(target(error), solve));
+    let shoots = *shooting != ShootingOptions::default() || *passes != PassOptions::default();
+    if arguments.error.is_some() || (common.quality.is_some() && !shoots) {
+        return Ok(PresetSelection::ToError(target, solve));
     }
-    // ε, the number of shots and the size of the item buffer apply to the paper's preset as well.
-    let either = CommonOptions {
-        shooting: ShootingOptions {
-            epsilon: None,
-            max_shots: None,
-            item_buffer: None,
-            ..common.shooting.clone()
-        },
-        ..common.clone()
-    };
-    let Some(error) = either.quality_error().filter(|_| common.quality.is_none()) else {
+    if common.quality.is_some() || selects_shooting(arguments) {
         return Ok(PresetSelection::Shooting(solve));
-    };
-    let paper = Settings {
+    }
+    let mut paper = Settings {
         meshing: Meshing {
             texels: solve.meshing.texels,
             patches: 1,
             samples: 1,
         },
-        ..common.shot_settings(Visibility::ItemBuffer(ItemBufferSettings::DEFAULT), FormFactor::Disc)?
+        ..solve
     };
-    Ok(PresetSelection::PaperAndDefault {
-        paper,
-        target: target(error),
-    })
-}
-
-fn write_report(arguments: &CompareArguments, comparisons: &[SceneComparison]) -> Result<()> {
-    let json = format!("{:#}\n", report::report_json(comparisons));
-    write_file(&arguments.out.join("report.json"), json.as_bytes())?;
-    write_file(
-        &arguments.out.join("report.html"),
-        report::render_report(comparisons, &[]).as_bytes(),
-    )
-}
-
-/// Prints the report's JSON on stdout under `--json`.
-fn print_report_json(arguments: &CompareArguments, comparisons: &[SceneComparison]) -> Result<()> {
-    if arguments.json {
-        console::print_json(&report::report_json(comparisons))?;
-    }
-    Ok(())
+    paper.schedule = paper.schedule.with_southwell();
+    paper.transport.form_factor = FormFactor::Disc;
+    Ok(PresetSelection::PaperAndDefault { paper, target })
 }
 
 /// Solves each scene on the CPU into a folder of its own, for want of an adapter. Returns the command's error.
 fn solve_without_adapter(arguments: &CompareArguments, error: Error) -> Error {
     message!("note: {error}; each scene is only solved, on the CPU");
+    let common = CommonOptions {
+        require_gpu: false,
+        adapter: None,
+        ..arguments.common.clone()
+    };
+    let shooting = arguments.shooting.without_gpu();
+    let shoots = shooting != ShootingOptions::default() || arguments.passes != PassOptions::default();
+    let shooting = shoots.then_some((&shooting, &arguments.passes));
+    let target = arguments.error.unwrap_or(common.quality_error());
     for path in &arguments.scenes {
         let name = path.file_stem().unwrap_or(path.as_os_str());
-        if let Err(failure) = solve::solve_on_cpu(
-            (path, &arguments.materials),
-            &arguments.out.join(name),
-            arguments.error,
-            &arguments.common,
-        ) {
+        if let Err(failure) = solve_on_cpu(path, &arguments.out.join(name), target, shooting, &common) {
             return failure;
         }
     }

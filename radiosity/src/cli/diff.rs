@@ -1,7 +1,7 @@
-//! `radiosity diff`.
+//! `radiosity diff`, and what it shares with `check`.
 
 use super::Outcome;
-use super::console::{self, message};
+use super::console::message;
 use super::options::parse_percentage;
 use crate::diff::page;
 use crate::diff::pictures::DiffPictures;
@@ -9,6 +9,7 @@ use clap::Args;
 use common::Result;
 use common::solution::{StoredSolution, prepare_directory, write_file};
 use oracle::diff::Diff;
+use serde_json::Value;
 use std::path::PathBuf;
 
 /// Arguments of `diff`.
@@ -18,18 +19,49 @@ pub struct DiffArguments {
     a: PathBuf,
     /// Another of the same scene, taken as the truth
     b: PathBuf,
-    /// Folder for diff.html and diff.json
+    #[command(flatten)]
+    judgement: JudgementOptions,
+}
+
+/// Options of the commands that judge a result.
+#[derive(Args)]
+pub struct JudgementOptions {
+    /// Folder for the page and its JSON
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// End with exit code 1 when the relative RMS of a channel is above P per cent
-    #[arg(long, value_name = "P%", value_parser = parse_percentage, allow_negative_numbers = true)]
-    tolerance: Option<f64>,
-    /// Also print diff.json as one line on stdout
+    /// End with exit code 1 when the relative RMS error of a channel is above P per cent
+    #[arg(long, value_name = "P%", value_parser = parse_percentage)]
+    pub tolerance: Option<f64>,
+    /// No progress, no summary
     #[arg(long)]
-    json: bool,
-    /// No summary
-    #[arg(long)]
-    quiet: bool,
+    pub quiet: bool,
+}
+
+impl JudgementOptions {
+    /// Writes NAME.html and NAME.json, prints `summary` and compares the error with the tolerance.
+    ///
+    /// Errors: the files cannot be written.
+    pub fn write_results(
+        &self,
+        name: &str,
+        (html, json): (&str, &Value),
+        summary: &str,
+        error: f64,
+    ) -> Result<Outcome> {
+        let out = &self.out;
+        prepare_directory(out)?;
+        write_file(&out.join(format!("{name}.html")), html.as_bytes())?;
+        write_file(&out.join(format!("{name}.json")), format!("{json:#}\n").as_bytes())?;
+        let exceeded = self.tolerance.filter(|most| error > *most);
+        if !self.quiet {
+            message!("{summary}");
+            if let Some(most) = exceeded {
+                message!("beyond the tolerance: {:.3} % > {:.3} %", 100.0 * error, 100.0 * most);
+            }
+            message!("wrote {name}.html and {name}.json in {}", out.display());
+        }
+        Ok(exceeded.map_or(Outcome::Done, |_| Outcome::Disagree))
+    }
 }
 
 /// Compares two results and writes the page and its JSON.
@@ -39,44 +71,22 @@ pub fn run(arguments: &DiffArguments) -> Result<Outcome> {
     for note in &diff.notes {
         message!("note: {note}");
     }
-    prepare_directory(&arguments.out)?;
     let pictures = DiffPictures::new(&a, &b, &diff, ["A", "B"])?;
     let flip = pictures.flip.as_ref().map(|flip| flip.mean);
-    let html = page::render_page([&a, &b], &diff, &pictures, arguments.tolerance);
-    write_file(&arguments.out.join("diff.html"), html.as_bytes())?;
-    let json = diff.to_json(&a, &b, flip);
-    let text = format!("{json:#}\n");
-    write_file(&arguments.out.join("diff.json"), text.as_bytes())?;
-    if arguments.json {
-        console::print_json(&json)?;
-    }
-    if !arguments.quiet {
-        print_summary(&diff, flip, arguments);
-    }
-    Ok(match arguments.tolerance {
-        Some(most) if diff.worst_rms() > most => Outcome::Disagree,
-        _ => Outcome::Done,
-    })
-}
-
-fn print_summary(diff: &Diff, flip: Option<f64>, arguments: &DiffArguments) {
+    let judgement = &arguments.judgement;
+    let html = page::render_page([&a, &b], &diff, pictures, judgement.tolerance);
     let percent = |channels: [f64; 3]| channels.map(|x| format!("{:.3}", 100.0 * x)).join(" / ");
-    message!(
-        "relative RMS {} %, bias {} %, largest difference {:.1} % of the rms, FLIP {}",
+    let noise = diff.standard_error.map(percent);
+    let summary = format!(
+        "relative RMS {} %, bias {} %, largest difference {:.1} % of the rms, FLIP {}{}",
         percent(diff.relative_rms),
         percent(diff.bias),
         100.0 * diff.max_relative,
         flip.map_or("–".into(), |flip| format!("{flip:.4}")),
+        noise.map_or(String::new(), |error| format!(
+            ", standard error of the truth {error} %"
+        )),
     );
-    if let Some(error) = diff.standard_error {
-        message!("standard error of the truth {} %", percent(error));
-    }
-    if let Some(most) = arguments.tolerance.filter(|most| diff.worst_rms() > *most) {
-        message!(
-            "beyond the tolerance: {:.3} % > {:.3} %",
-            100.0 * diff.worst_rms(),
-            100.0 * most
-        );
-    }
-    message!("wrote {0}/diff.html and {0}/diff.json", arguments.out.display());
+    let json = diff.to_json(&a, &b, flip);
+    judgement.write_results("diff", (&html, &json), &summary, diff.worst_rms())
 }

@@ -1,11 +1,9 @@
-//! `--help`: the options that it leaves out, and the text below them: examples and exit codes.
-
-use super::options::is_shooting_option;
+//! The text below the options in `--help`: examples and exit codes.
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done, in agreement; 1 the solvers disagree, a tolerance or a gate is broken, or a
-warning under --strict; 2 bad usage or input; 3 a GPU was required and none was found; 4 a result
-could not be written; 130 Ctrl-C before anything could be written";
+Exit codes: 0 done, in agreement; 1 the solvers disagree, or a tolerance or a gate is broken; 2 bad
+usage or input; 3 a GPU was required and none was found; 4 a result could not be written; 130 Ctrl-C
+before anything could be written";
 
 const SOLVE_EXAMPLES: &str = "\
 EXAMPLES:
@@ -14,8 +12,7 @@ EXAMPLES:
   radiosity solve room.obj --gltf baked.glb             the scene with its light, for other programs
   radiosity solve room.glb --gltf baked.glb --uv keep   the same, on the scene's own charts (TEXCOORD_1)
   radiosity solve room.obj --quality draft --json | jq .estimated_error
-  radiosity solve room.glb --dry-run                    texels, memory and time, nothing solved
-  radiosity solve room.obj --settings out/result.json   with the settings of that result";
+  radiosity solve room.glb --dry-run                    texels, memory and time, nothing solved";
 
 const SHOOT_EXAMPLES: &str = "\
 EXAMPLES:
@@ -37,12 +34,12 @@ EXAMPLES:
 const DIFF_EXAMPLES: &str = "\
 EXAMPLES:
   radiosity diff out/draft out/reference
-  radiosity diff mine truth --tolerance 1% --json | jq .relative_rms";
+  radiosity diff mine truth --tolerance 1%             exit code 1 beyond it";
 
 const CHECK_EXAMPLES: &str = "\
 EXAMPLES:
   radiosity check out
-  radiosity check baked --scene room.obj --tolerance 2%    another program's lightmap";
+  radiosity check baked room.obj --tolerance 2%    another program's lightmap";
 
 /// Returns the text below the options of `command`; an empty name is the program itself.
 pub fn help_footer(command: &str) -> String {
@@ -56,78 +53,4 @@ pub fn help_footer(command: &str) -> String {
         _ => return EXIT_CODES.into(),
     };
     format!("{examples}\n\n{EXIT_CODES}")
-}
-
-/// Options that commands accept but do not list: few users need them, and a shorter list is read. GUIDE.md has them.
-const UNLISTED_OPTIONS: [(&str, &[&str]); 10] = [
-    ("solve", &["join-quads"]),
-    (
-        "shoot",
-        &[
-            "allow-dark",
-            "gltf",
-            "join-quads",
-            "maps",
-            "quality",
-            "reflectance",
-            "require-gpu",
-            "settings",
-            "strict",
-            "uv",
-        ],
-    ),
-    (
-        "compare",
-        &[
-            "conserve",
-            "iteration",
-            "join-quads",
-            "lookup",
-            "max-shots",
-            "quality",
-            "raster",
-            "reflectance",
-            "require-gpu",
-            "two-sided",
-        ],
-    ),
-    (
-        "relight",
-        &[
-            "curve",
-            "join-quads",
-            "object-texels",
-            "quality",
-            "require-gpu",
-            "strict",
-            "two-sided",
-        ],
-    ),
-    ("merge", &["column"]),
-    ("table4", &["composite"]),
-    ("check", &["reflectance"]),
-    (
-        "chart",
-        &[
-            "join-quads",
-            "limit",
-            "peers",
-            "reflectance",
-            "repeats",
-            "require-gpu",
-            "two-sided",
-        ],
-    ),
-    ("stress", &["adapter", "faces", "kind", "quality", "texels"]),
-    ("adapters", &["json"]),
-];
-
-/// Returns true for an option that `command` accepts but does not list; `solve` and `relight` list none of shooting.
-pub fn is_unlisted(command: &str, arg: &clap::Arg) -> bool {
-    let Some(option) = arg.get_long() else {
-        return false;
-    };
-    let unlisted = |(name, options): &(&str, &[&str])| *name == command && options.contains(&option);
-    let shooting = matches!(command, "solve" | "relight") && is_shooting_option(arg.get_id().as_str());
-    shooting || UNLISTED_OPTIONS.iter().any(unlisted)
 }

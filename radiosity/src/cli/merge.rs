@@ -3,8 +3,7 @@
 use super::Outcome;
 use super::console::message;
 use crate::merge::brackets::{CameraResponse, ExposureStep, RadianceMap};
-use crate::merge::fisheye::to_angular_map;
-use crate::merge::{LuminanceRange, exposure_list, merge_notes, page, photographs};
+use crate::merge::{exposure_list, luminance_stops, merge_notes, page, photographs};
 use crate::relight::files::write_exr;
 use clap::Args;
 use common::solution::{prepare_directory, write_file};
@@ -17,21 +16,12 @@ const EXR_COMMENT: &str = "R G B: relative radiance, linear, in the camera's pri
 /// Arguments of `merge`.
 #[derive(Args)]
 pub struct MergeArguments {
-    /// Photographs of one view, PNG or JPEG, aligned and of one size
-    #[arg(value_name = "IMAGE", required_unless_present = "exposures")]
+    /// Photographs of one view, PNG or JPEG, aligned and of one size; or a .csv with columns `file` and `seconds`
+    #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
     /// Exposure times, in the same order: 0.5 or 1/2
-    #[arg(long, value_name = "S,S,…", value_delimiter = ',', value_parser = parse_exposure_time, required_unless_present = "exposures")]
+    #[arg(long, value_name = "S,S,…", value_delimiter = ',', value_parser = parse_exposure_time)]
     seconds: Vec<f64>,
-    /// The same as a table: a column `file` (paths relative to the table) and one of seconds
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["images", "seconds"])]
-    exposures: Option<PathBuf>,
-    /// The table's column of seconds [default: the first of seconds_third_stop_exact, seconds, seconds_nominal]
-    #[arg(long, value_name = "NAME", requires = "exposures")]
-    column: Option<String>,
-    /// The photographs are equidistant circular fisheyes of this field of view: write an angular map
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
-    fisheye: Option<f64>,
     /// Folder for radiance.exr and merge.html
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -54,25 +44,12 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
     for note in merge_notes(&brackets, &response, &steps) {
         message!("note: {note}");
     }
-    let framed = arguments
-        .fisheye
-        .map(|degrees| to_angular_map(merged.size, &merged.radiance, degrees))
-        .transpose()?;
-    let (size, radiance) = match &framed {
-        Some((side, map)) => ([*side; 2], map),
-        None => (merged.size, &merged.radiance),
-    };
-    prepare_directory(&arguments.out)?;
-    let field = arguments.fisheye.map(|degrees| (degrees, size[0]));
-    let html = page::render_page(&brackets, &response, &merged, &steps, field);
-    write_exr(
-        &arguments.out.join("radiance.exr"),
-        size.map(|n| n as u32),
-        radiance,
-        &[],
-        EXR_COMMENT,
-    )?;
-    write_file(&arguments.out.join("merge.html"), html.as_bytes())?;
+    let out = &arguments.out;
+    prepare_directory(out)?;
+    let html = page::render_page(&brackets, &response, &merged, &steps);
+    let size = merged.size.map(|n| n as u32);
+    write_exr(&out.join("radiance.exr"), size, &merged.radiance, &[], EXR_COMMENT)?;
+    write_file(&out.join("merge.html"), html.as_bytes())?;
     if !arguments.quiet {
         print_summary(&merged, &steps, arguments);
     }
@@ -81,10 +58,10 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
 
 /// Returns files and exposure times, from the command line or the table.
 fn list_exposures(arguments: &MergeArguments) -> Result<Vec<(PathBuf, f64)>> {
-    if let Some(path) = &arguments.exposures {
-        return exposure_list::read_exposures(path, arguments.column.as_deref());
-    }
     let (images, seconds) = (&arguments.images, &arguments.seconds);
+    if let ([table], true) = (&images[..], seconds.is_empty()) {
+        return exposure_list::read_exposures(table);
+    }
     if images.len() != seconds.len() {
         return Err(Error::Usage(format!(
             "{} images and {} --seconds: give one for each image, in the same order",
@@ -102,7 +79,7 @@ fn print_summary(merged: &RadianceMap, steps: &[ExposureStep], arguments: &Merge
         steps.len() + 1,
         merged.size[0],
         merged.size[1],
-        LuminanceRange::from_map(merged).map_or(0.0, |range| range.stop_count()),
+        luminance_stops(merged).unwrap_or(0.0),
         unseen.saturated,
         unseen.black,
         unseen.between,

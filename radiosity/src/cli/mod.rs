@@ -1,6 +1,6 @@
 //! The command line: one module per command (`solve`, `shoot`, `compare`, `relight`, `merge`, `table4`, `diff`,
-//! `check`, `chart`, `stress`, `plan`, `adapters`, `completions`), and the options, output
-//! and progress that they share. The README lists the exit codes.
+//! `check`, `chart`, `stress`, `adapters`, `completions`), and the options, output and progress that they share.
+//! The README lists the exit codes.
 
 mod adapters;
 mod bake;
@@ -18,16 +18,15 @@ mod options;
 mod plan;
 mod progress;
 mod relight;
-mod scene;
 mod signals;
 mod solve;
 mod solver;
-mod stored_settings;
+mod spelling;
 mod stress;
 mod table4;
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use common::Error;
+use common::{Error, Result};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
@@ -48,7 +47,7 @@ enum Command {
     /// Solve a scene by progressive refinement with the settings given; writes the same files
     Shoot(Box<solve::ShootArguments>),
     /// Solve scenes on CPU and GPU and explain every difference; writes report.html
-    Compare(compare::CompareArguments),
+    Compare(Box<compare::CompareArguments>),
     /// Put objects into a captured room; writes composite.png, report.html and what solve writes
     Relight(Box<relight::RelightArguments>),
     /// Merge bracketed photographs of one view into a radiance map; writes radiance.exr, merge.html
@@ -63,46 +62,36 @@ enum Command {
     Chart(chart::ChartArguments),
     /// Run the failure atlas: scenes built to break each method; writes stress.html
     Stress(stress::StressArguments),
-    /// Measure error and time against each option: `chart --vary all` now
-    #[command(hide = true)]
-    Converge(chart::ChartInputs),
-    /// Estimate texels, memory, shots and time of a solve: `solve --dry-run` now
-    #[command(hide = true)]
-    Plan(plan::PlanArguments),
     /// List the GPU adapters found
-    Adapters(adapters::AdaptersArguments),
+    Adapters,
     /// Print a shell's completion script
     Completions(completions::CompletionsArguments),
-}
-
-impl Command {
-    /// Returns the `--settings` file, whose options come before those given.
-    fn settings_file(&self) -> Option<&Path> {
-        match self {
-            Self::Solve(arguments) => arguments.settings_file(),
-            Self::Shoot(arguments) => arguments.settings_file(),
-            _ => None,
-        }
-    }
 }
 
 /// The end of a command that wrote its results.
 pub enum Outcome {
     /// Done, in agreement: exit code 0.
     Done,
-    /// Done, and the solvers disagree, a tolerance is exceeded or `--strict` makes a warning an error:
-    /// exit code 1.
+    /// Done, and the solvers disagree or a tolerance is exceeded: exit code 1.
     Disagree,
 }
 
 /// Runs the program; errors are one `error:` line on stderr.
 pub fn main() -> ExitCode {
     signals::survive_file_limit();
-    let arguments = match parse_command_line() {
-        Ok(arguments) => arguments,
+    let outcome = match parse_command_line(std::env::args_os().collect()) {
+        Ok(arguments) => run_command(arguments),
         Err(error) => return report_usage_error(&error),
     };
-    let outcome = match arguments.command {
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Disagree) => ExitCode::from(1),
+        Err(error) => report_error(&error),
+    }
+}
+
+fn run_command(arguments: Arguments) -> Result<Outcome> {
+    match arguments.command {
         Some(Command::Solve(arguments)) => solve::run_solve(&arguments),
         Some(Command::Shoot(arguments)) => solve::run_shoot(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
@@ -111,18 +100,15 @@ pub fn main() -> ExitCode {
         Some(Command::Table4(arguments)) => table4::run(&arguments),
         Some(Command::Diff(arguments)) => diff::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
-        Some(Command::Converge(inputs)) => chart::vary::run_converge(&inputs),
         Some(Command::Chart(arguments)) => chart::run(&arguments),
         Some(Command::Stress(arguments)) => stress::run(&arguments),
-        Some(Command::Plan(arguments)) => plan::run(&arguments),
-        Some(Command::Adapters(arguments)) => adapters::run(&arguments),
+        Some(Command::Adapters) => adapters::run(),
         Some(Command::Completions(arguments)) => completions::run(&arguments, build_parser()),
-        None => compare::run_demo(),
-    };
-    match outcome {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Disagree) => ExitCode::from(1),
-        Err(error) => report_error(&error),
+        None => {
+            let scene = bundled::bundled_scene("cornell_box.obj", Path::new("out"))?;
+            let demo = Arguments::try_parse_from(["radiosity".as_ref(), "compare".as_ref(), scene.as_os_str()]);
+            run_command(demo.map_err(|error| Error::Fault(error.to_string()))?)
+        }
     }
 }
 
@@ -150,53 +136,21 @@ fn build_parser() -> clap::Command {
         .after_help(help::help_footer(""))
         .mut_subcommands(|command| {
             let below = help::help_footer(command.get_name());
-            let name = command.get_name().to_owned();
-            let hide = move |arg: clap::Arg| {
-                let hidden = arg.is_hide_set() || help::is_unlisted(&name, &arg);
-                arg.hide(hidden)
-            };
-            command.mut_args(negative).mut_args(hide).after_help(below)
+            command.mut_args(negative).after_help(below)
         })
 }
 
-/// Parses the command line, with the options of the `--settings` file before those given.
-fn parse_command_line() -> std::result::Result<Arguments, clap::Error> {
-    let given: Vec<OsString> = std::env::args_os().collect();
-    let arguments = parse_arguments(build_parser(), &given)?;
-    note_earlier_spellings(&given);
-    let settings = arguments.command.as_ref().and_then(Command::settings_file);
-    let Some(settings) = settings else {
-        return Ok(arguments);
-    };
-    // The options given follow those of the file: the last of an option counts.
-    let earlier = stored_settings::stored_options(settings)?;
-    let (command, rest) = given.split_at(2);
-    let all = [command, &earlier, rest].concat();
-    let repeated = parse_arguments(build_parser().args_override_self(true), &all);
-    repeated.map_err(|_| stored_settings::not_a_result(settings))
-}
-
-/// Prints a note for each option that is spelled as in earlier versions.
-fn note_earlier_spellings(given: &[OsString]) {
-    let text: Vec<_> = given.iter().map(|argument| argument.to_string_lossy()).collect();
-    if text
-        .iter()
-        .any(|argument| argument.split('=').next() == Some("--cells"))
-    {
-        console::message!("note: --cells is --patches now");
-    }
-    let dense = text.contains(&"--solver=matrix".into()) || text.windows(2).any(|pair| pair == ["--solver", "matrix"]);
-    if dense && text.get(1).is_some_and(|command| command == "solve") {
-        console::message!("note: --solver matrix is --solver dense now");
-    }
-}
-
-/// Parses `given` and silences notes if `--quiet` is among it.
-fn parse_arguments(mut program: clap::Command, given: &[OsString]) -> std::result::Result<Arguments, clap::Error> {
+/// Parses the command line, in which earlier spellings are replaced; prints a note on each of them.
+fn parse_command_line(mut given: Vec<OsString>) -> std::result::Result<Arguments, clap::Error> {
+    let notes = spelling::replace_earlier_spellings(&mut given);
+    let mut program = build_parser();
     let matches = program.try_get_matches_from_mut(given)?;
     let quiet = |matches: &ArgMatches| matches!(matches.try_get_one("quiet"), Ok(Some(true)));
     if matches.subcommand().is_some_and(|(_, of)| quiet(of)) {
         console::silence_notes();
+    }
+    for note in notes {
+        console::message!("note: {note}");
     }
     Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))
 }

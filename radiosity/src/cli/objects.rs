@@ -48,40 +48,18 @@ impl PlacedObject {
 impl clap::Args for ObjectOptions {
     fn augment_args(command: Command) -> Command {
         let option = |name: &'static str, value: &'static str, help: &'static str| {
-            Arg::new(name)
-                .long(name)
-                .value_name(value)
-                .help(help)
-                .action(ArgAction::Append)
-                .allow_hyphen_values(true)
+            let arg = Arg::new(name).long(name).value_name(value).help(help);
+            arg.action(ArgAction::Append).allow_hyphen_values(name != "object")
         };
+        let file = "An .obj, .gltf or .glb put into the room; may be repeated";
+        let scale = "Multiplies the lengths of the object before it [default: 1]";
+        let place = "Moves the object before it [default: 0,0,0]";
+        let reflectance = "Reflectance of the object before it; before the first object, of the room";
         command
-            .arg(
-                option(
-                    "object",
-                    "FILE",
-                    "An .obj, .gltf or .glb put into the room; may be repeated",
-                )
-                .allow_hyphen_values(false)
-                .value_parser(clap::value_parser!(PathBuf)),
-            )
-            .arg(
-                option(
-                    "scale",
-                    "S",
-                    "Multiplies the lengths of the object before it [default: 1]",
-                )
-                .value_parser(parse_scale),
-            )
-            .arg(option("place", "X,Y,Z", "Moves the object before it [default: 0,0,0]").value_parser(parse_point))
-            .arg(
-                option(
-                    "reflectance",
-                    "R,G,B",
-                    "Reflectance of the object before it; before the first object, of the room",
-                )
-                .value_parser(parse_reflectance),
-            )
+            .arg(option("object", "FILE", file).value_parser(clap::value_parser!(PathBuf)))
+            .arg(option("scale", "S", scale).value_parser(parse_scale))
+            .arg(option("place", "X,Y,Z", place).value_parser(parse_point))
+            .arg(option("reflectance", "R,G,B", reflectance).value_parser(parse_reflectance))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -138,14 +116,10 @@ fn indexed_values<T: Clone + Send + Sync + 'static>(matches: &ArgMatches, name: 
 
 /// Parses N finite numbers separated by commas.
 fn parse_numbers<const N: usize>(text: &str) -> std::result::Result<[f64; N], String> {
-    let parts: Vec<f64> = text
-        .split(',')
-        .map(|part| part.trim().parse::<f64>())
-        .collect::<std::result::Result<_, _>>()
-        .map_err(|_| format!("{text}: give {N} numbers separated by commas"))?;
-    let all: [f64; N] = parts
-        .try_into()
-        .map_err(|_| format!("{text}: give {N} numbers separated by commas"))?;
+    let parts = text.split(',').map(|part| part.trim().parse::<f64>().ok());
+    let parts: Option<Vec<f64>> = parts.collect();
+    let all = parts.and_then(|parts| <[f64; N]>::try_from(parts).ok());
+    let all = all.ok_or_else(|| format!("{text}: give {N} numbers separated by commas"))?;
     if all.iter().all(|x| x.is_finite()) {
         Ok(all)
     } else {
@@ -178,7 +152,7 @@ fn parse_scale(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// Parses R,G,B, each in 0 ≤ ρ < 1.
-pub fn parse_reflectance(text: &str) -> std::result::Result<Vec3, String> {
+fn parse_reflectance(text: &str) -> std::result::Result<Vec3, String> {
     let value = parse_point(text)?.as_vec3();
     if value.cmpge(Vec3::ZERO).all() && value.cmplt(Vec3::ONE).all() {
         Ok(value)

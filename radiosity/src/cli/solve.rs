@@ -2,91 +2,73 @@
 
 use super::bake::BakeOptions;
 use super::console::{self, message};
-use super::options::{CommonOptions, ShootingOptions, parse_error, scene_settings, visibility_in_force};
+use super::options::{CommonOptions, PassOptions, ShootingOptions, choice_parser, load_lit_scene, parse_error};
 use super::progress::{Progress, handle_interrupts, read_with_progress};
-use super::scene::{DarkOption, MaterialOptions};
-use super::solver::{SolverOption, choose_solver, choose_solver_for_error, open_gpu};
+use super::solver::{SHOOTING_SOLVERS, SOLVERS, SolverOption, choose_solver, open_gpu};
 use super::{Outcome, plan};
-use crate::plan::forecast::announce_long_solve;
-use crate::plan::memory_limit::{MemoryLimit, check_dense_memory, check_memory, check_texels};
+use crate::plan::coarser_defaults::coarsen_meshing;
+use crate::plan::memory::{MemoryLimit, check_memory};
 use crate::report::gltf_export::uv_charts::UvCharts;
 use crate::report::solution_view::{RenderedView, SolutionView};
 use crate::report::view::camera::Camera;
-use clap::{Args, ValueEnum};
-use common::Result;
+use clap::Args;
 use common::capture::maps;
 use common::energy::EnergyBalance;
-use common::form_factor::FormFactor;
-use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::{Meshing, Settings, Visibility};
-use common::shooting::RadiosityField;
+use common::settings::{Meshing, Settings};
 use common::solution::pending::PendingFiles;
 use common::solution::{PhaseSeconds, Solution, prepare_directory};
+use common::{Error, Result};
 use glam::Vec3;
-use oracle::solve::error_estimate::ErrorHistory;
+use gpu::Gpu;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::DenseReport;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
-use oracle::solve::{SolveRequest, dense, solve_request};
+use oracle::solve::{SolveAnswer, SolveRequest, dense, solve_request};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Names of the files that a solve writes.
 const OUTPUT_FILES: &str = "preview.png, view.html, lightmap.exr and result.json";
 
-/// Arguments of `solve`. The options of shooting are hidden in it: `shoot` has them, and `solve` still accepts them.
+/// Arguments of `solve`.
 #[derive(Args)]
 pub struct SolveArguments {
     /// An .obj (with its .mtl), a .gltf or a .glb
-    pub scene: PathBuf,
-    /// Solver [default: gpu where there is a hardware adapter, else cpu]
-    #[arg(long, value_enum)]
+    scene: PathBuf,
+    /// Solver [default: gpu where there is a hardware adapter, else cpu; cpu with --error]
+    #[arg(long, value_parser = choice_parser(&SOLVERS))]
     solver: Option<SolverOption>,
     /// Refine until the estimated error is at most P per cent, 0.2 to 10 [default: 1]
-    #[arg(long, value_name = "P%", value_parser = parse_error, allow_negative_numbers = true)]
-    pub error: Option<f64>,
+    #[arg(long, value_name = "P%", value_parser = parse_error, conflicts_with = "quality")]
+    error: Option<f64>,
     #[command(flatten)]
-    run: RunOptions,
+    output: OutputOptions,
     #[command(flatten)]
-    pub common: CommonOptions,
+    common: CommonOptions,
 }
 
 /// Arguments of `shoot`.
 #[derive(Args)]
 pub struct ShootArguments {
     /// An .obj (with its .mtl), a .gltf or a .glb
-    pub scene: PathBuf,
+    scene: PathBuf,
     /// Solver [default: gpu where there is a hardware adapter, else cpu]
-    #[arg(long, value_enum)]
-    solver: Option<ShootingSolver>,
+    #[arg(long, value_parser = choice_parser(&SHOOTING_SOLVERS))]
+    solver: Option<SolverOption>,
     #[command(flatten)]
-    run: RunOptions,
+    shooting: ShootingOptions,
     #[command(flatten)]
-    pub common: CommonOptions,
+    passes: PassOptions,
+    #[command(flatten)]
+    output: OutputOptions,
+    #[command(flatten)]
+    common: CommonOptions,
 }
 
-/// `--solver` of `shoot`.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ShootingSolver {
-    /// Rays, or the scalar twin of the item buffer
-    Cpu,
-    /// Item buffer, or rays
-    Gpu,
-}
-
-impl From<ShootingSolver> for SolverOption {
-    fn from(option: ShootingSolver) -> Self {
-        match option {
-            ShootingSolver::Cpu => Self::Cpu,
-            ShootingSolver::Gpu => Self::Gpu,
-        }
-    }
-}
-
-/// Options of `solve` and `shoot` about what is read and written.
+/// Options of `solve` and `shoot` about what is written.
 #[derive(Args, Default)]
-struct RunOptions {
+struct OutputOptions {
     /// Folder for preview.png, view.html, lightmap.exr and result.json
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -98,100 +80,40 @@ struct RunOptions {
     maps: bool,
     #[command(flatten)]
     bake: BakeOptions,
-    /// Treat warnings as errors: exit code 1, after writing
-    #[arg(long)]
-    strict: bool,
     /// Also print result.json without its faces (or the estimates) as one line on stdout
     #[arg(long)]
     json: bool,
-    /// Use solver and settings of an earlier result.json; options given override them
-    #[arg(long, value_name = "FILE")]
-    settings: Option<PathBuf>,
-    #[command(flatten)]
-    materials: MaterialOptions,
-    #[command(flatten)]
-    dark: DarkOption,
 }
 
-impl SolveArguments {
-    /// Returns the `--settings` file.
-    pub fn settings_file(&self) -> Option<&Path> {
-        self.run.settings.as_deref()
-    }
-}
-
-impl ShootArguments {
-    /// Returns the `--settings` file.
-    pub fn settings_file(&self) -> Option<&Path> {
-        self.run.settings.as_deref()
-    }
-}
-
-/// A scene to solve, by a solver and to an error; without an error it shoots, or solves the dense system.
+/// A scene to solve: by shooting, to an error, or by the dense system.
 struct SceneJob<'a> {
     scene: &'a Path,
     solver: SolverOption,
-    error: Option<f64>,
-    run: &'a RunOptions,
+    error: f64,
+    shooting: Option<(&'a ShootingOptions, &'a PassOptions)>,
+    output: &'a OutputOptions,
     common: &'a CommonOptions,
 }
 
-/// Solves a scene on the CPU, for a comparison without an adapter.
-pub fn solve_on_cpu(
-    (scene, materials): (&Path, &MaterialOptions),
-    out: &Path,
-    error: Option<f64>,
-    common: &CommonOptions,
-) -> Result<Outcome> {
-    // Without --visibility the CPU uses rays, to which these do not apply.
-    let twin = common.shooting.visibility.is_some();
-    let common = CommonOptions {
-        require_gpu: false,
-        adapter: None,
-        shooting: ShootingOptions {
-            item_buffer: common.shooting.item_buffer.filter(|_| twin),
-            raster: common.shooting.raster.filter(|_| twin),
-            lookup: common.shooting.lookup.filter(|_| twin),
-            ..common.shooting.clone()
-        },
-        ..common.clone()
-    };
-    let run = RunOptions {
-        out: out.to_path_buf(),
-        materials: materials.clone(),
-        ..RunOptions::default()
-    };
-    solve_scene(&SceneJob {
-        scene,
-        solver: SolverOption::Cpu,
-        error: error.or(common.quality_error()),
-        run: &run,
-        common: &common,
-    })
-}
-
 /// Solves a scene to an error, or exactly by the dense system, and writes the result.
-///
-/// With an option of shooting it does what `shoot` does, and says so.
 pub fn run_solve(arguments: &SolveArguments) -> Result<Outcome> {
-    let common = &arguments.common;
-    let (solver, error) = if arguments.error.is_some() {
-        let solver = choose_solver_for_error(arguments.solver, common)?;
-        common.refuse_shooting_options()?;
-        (solver, arguments.error)
-    } else {
-        let solver = choose_solver(arguments.solver, common)?;
-        let error = common.quality_error();
-        if let (Some(option), true) = (common.shooting.first_given(), solver != SolverOption::Dense) {
-            message!("note: {option} is an option of `radiosity shoot` now; this run shoots, as `shoot` does");
+    let SolveArguments { error, common, .. } = arguments;
+    if arguments.solver == Some(SolverOption::Dense) {
+        let quality = common.quality.map(|_| "--quality");
+        let unused = error.map(|_| "--error").or(quality).or(common.gpu_option());
+        if let Some(option) = unused {
+            return Err(Error::Usage(format!(
+                "{option} does not go with --solver dense, which solves all texels exactly on the CPU: leave it out"
+            )));
         }
-        (solver, error.filter(|_| solver != SolverOption::Dense))
-    };
+    }
+    let asked = arguments.solver.or(error.map(|_| SolverOption::Cpu));
     solve_scene(&SceneJob {
         scene: &arguments.scene,
-        solver,
-        error,
-        run: &arguments.run,
+        solver: choose_solver(asked, common)?,
+        error: error.unwrap_or(common.quality_error()),
+        shooting: None,
+        output: &arguments.output,
         common,
     })
 }
@@ -199,126 +121,151 @@ pub fn run_solve(arguments: &SolveArguments) -> Result<Outcome> {
 /// Solves a scene by progressive refinement with the settings given, and writes the result.
 pub fn run_shoot(arguments: &ShootArguments) -> Result<Outcome> {
     let common = &arguments.common;
+    let solver = choose_solver(arguments.solver, common)?;
+    arguments.shooting.visibility_in_force(solver == SolverOption::Gpu)?;
     solve_scene(&SceneJob {
         scene: &arguments.scene,
-        solver: choose_solver(arguments.solver.map(Into::into), common)?,
-        error: None,
-        run: &arguments.run,
+        solver,
+        error: 0.0,
+        shooting: Some((&arguments.shooting, &arguments.passes)),
+        output: &arguments.output,
+        common,
+    })
+}
+
+/// Solves a scene on the CPU into `out`, for a comparison without an adapter.
+pub fn solve_on_cpu(
+    scene: &Path,
+    out: &Path,
+    error: f64,
+    shooting: Option<(&ShootingOptions, &PassOptions)>,
+    common: &CommonOptions,
+) -> Result<Outcome> {
+    let output = OutputOptions {
+        out: out.to_path_buf(),
+        ..OutputOptions::default()
+    };
+    solve_scene(&SceneJob {
+        scene,
+        solver: SolverOption::Cpu,
+        error,
+        shooting,
+        output: &output,
         common,
     })
 }
 
 fn solve_scene(job: &SceneJob) -> Result<Outcome> {
-    let SceneJob {
-        solver: chosen,
-        error,
-        run,
-        common,
-        ..
-    } = *job;
-    match chosen {
-        SolverOption::Dense => common.refuse_dense_conflicts()?,
-        _ => common.refuse_item_buffer_options(visibility_in_force(common, chosen == SolverOption::Gpu))?,
-    }
+    let SceneJob { output, common, .. } = *job;
+    let (out, quiet) = (&output.out, common.quiet);
     let start = Instant::now();
-    let import = run.bake.import_options(common)?;
-    let scene = read_with_progress(job.scene, common.quiet, || {
-        run.materials.load_scene_unless_dark(&run.dark, job.scene, import)
-    })?;
-    if run.dry_run {
-        return plan::print_plan(&scene, Some(chosen), error, common, run.json);
+    let import = output.bake.import_options(common)?;
+    let scene = read_with_progress(job.scene, quiet, || load_lit_scene(job.scene, &import))?;
+    let (device, missing) = open_gpu(job.solver, common)?;
+    let (settings, solver, changed) = job.choose_settings(&scene, device.as_ref())?;
+    if output.dry_run {
+        plan::print_plan(&scene, &settings, solver, changed.as_deref(), [output.json, quiet])?;
+        return missing.map_or(Ok(Outcome::Done), Err);
     }
-    let charts = run.bake.kept_charts(&scene)?;
-    let load_seconds = start.elapsed().as_secs_f64();
-    for note in &scene.notes {
-        message!("note: {}: {note}", scene.name);
-    }
-    let (device, missing) = open_gpu(chosen, common)?;
-    let solver = match (error, chosen) {
-        (Some(error), _) => {
-            let asked = ErrorTarget {
-                error,
-                texels: common.texels,
-            };
-            SolverChoice::to_error(device.as_ref(), asked)
-        }
-        (None, SolverOption::Dense) => SolverChoice::Dense,
-        (None, _) => SolverChoice::shooting_on(device.as_ref()),
-    };
-    let (settings, changed) = fitting_settings(common, &scene, solver)?;
-    prepare_directory(&run.out)?;
-    run.bake.check_output_path()?;
-    if let Some(changed) = &changed {
-        message!("note: {changed}");
-    }
-    if !common.quiet
-        && solver.is_shooting()
-        && let Some(warning) = announce_long_solve(&scene, &settings, solver)?
-    {
-        message!("note: {warning}");
+    check_memory(&scene, &settings, solver, MemoryLimit::of_this_machine())?;
+    let charts = import.charts.then(|| UvCharts::new(&scene)).transpose()?;
+    let load = start.elapsed().as_secs_f64();
+    prepare_directory(out)?;
+    if let Some(folder) = output.bake.gltf.as_ref().and_then(|path| path.parent()) {
+        prepare_directory(&Path::new(".").join(folder))?;
     }
     handle_interrupts();
-
+    let early: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
+    for note in &early {
+        message!("note: {}: {note}", scene.name);
+    }
     let question = SolveRequest {
         task: &scene,
         settings: &settings,
         solver,
     };
-    let progress = Progress::new(&scene.name, common.quiet);
+    let progress = Progress::new(&scene.name, quiet);
     // The first step of a large scene takes seconds before it reports progress.
     let _ = progress.show_phase("prepare", 0.0);
     let show = |phase: &str, done| progress.show_phase(phase, done);
     let watch = ProgressMonitor::new(&show);
     let answered = solve_request(&question, &watch)?;
     progress.clear();
-    let mut notes = scene.notes.clone();
-    notes.extend(changed);
     let fewer = fewer_patches_note(&settings).filter(|_| solver.is_shooting());
-    for note in answered.notes.iter().chain(&fewer) {
+    let mut notes = early;
+    for note in answered.notes.iter().cloned().chain(fewer) {
         message!("note: {note}");
-        notes.push(note.clone());
+        notes.push(note);
     }
     let seconds = PhaseSeconds {
-        load: load_seconds,
+        load,
         prepare: watch.phase_seconds(&["prepare"]),
         solve: watch.phase_seconds(&["solve"]),
     };
     let solution = answered.to_solution(&question, &notes, seconds);
-    solution.write(&run.out)?;
-    write_views(&solution, run, charts.as_ref())?;
-    if run.maps {
-        write_maps(&scene, solution.mesh, &solution.run.field, &run.out)?;
+    solution.write(out)?;
+    let seen = view_inputs(&solution, None).render_view()?;
+    let mut files = PendingFiles::default();
+    add_view_files(&seen, out, &mut files)?;
+    output.bake.add_files(&mut files, (&solution, charts.as_ref()), &seen)?;
+    files.rename_files()?;
+    if output.maps {
+        write_maps(&solution, out)?;
     }
-    if !common.quiet {
-        match &answered.solved.dense {
-            Some(dense) => print_dense_summary(&solution, dense),
-            None => print_summary(&solution, answered.solved.history.as_ref()),
-        }
-        print_warnings_and_files(&solution, OUTPUT_FILES, &run.out);
+    if !quiet {
+        print_summary(&solution, &answered);
+        print_warnings_and_files(&solution, OUTPUT_FILES, out);
     }
-    if run.json {
+    if output.json {
         console::print_json(&solution.summarise_run())?;
     }
-    missing.map_or(Ok(strict_outcome(&solution, run.strict)), Err)
+    missing.map_or(Ok(Outcome::Done), Err)
 }
 
-/// Returns the settings in force and a note if the scene's size changed them.
+impl SceneJob<'_> {
+    /// Returns settings and solver, and a note if the scene's many faces changed the settings.
+    fn choose_settings<'g>(
+        &self,
+        scene: &Scene,
+        gpu: Option<&'g Gpu>,
+    ) -> Result<(Settings, SolverChoice<'g>, Option<String>)> {
+        let common = self.common;
+        let Some((shooting, passes)) = self.shooting else {
+            let (shooting, passes) = (ShootingOptions::default(), PassOptions::default());
+            let mut settings = common.shooting_settings(&shooting, &passes, false)?;
+            settings.schedule = settings.schedule.with_southwell();
+            if self.solver == SolverOption::Dense {
+                let settings = dense::dense_settings(settings.meshing.texels);
+                return Ok((settings, SolverChoice::Dense, None));
+            }
+            let target = ErrorTarget {
+                error: self.error,
+                texels: common.texels,
+            };
+            return Ok((settings, SolverChoice::to_error(gpu, target), None));
+        };
+        let without = shooting.without_gpu();
+        let shooting = if gpu.is_some() { shooting } else { &without };
+        let (settings, changed) = scene_settings(scene, common, shooting, passes, gpu.is_some())?;
+        Ok((settings, SolverChoice::shooting_on(gpu), changed))
+    }
+}
+
+/// Returns the settings of a solve by shooting, and a note if the scene's many faces make the defaults coarser.
 ///
-/// Errors: there is not enough memory.
-fn fitting_settings(common: &CommonOptions, scene: &Scene, solver: SolverChoice) -> Result<(Settings, Option<String>)> {
-    if let Some(asked) = solver.error_target() {
-        let settings = common.shot_settings(Visibility::Rays, FormFactor::Polygon)?;
-        check_texels(scene, asked.texels.unwrap_or(1), MemoryLimit::of_this_machine())?;
-        return Ok((settings, None));
-    }
-    if let SolverChoice::Dense = solver {
-        let shooting = common.shot_settings(Visibility::Rays, FormFactor::Polygon)?;
-        let settings = dense::dense_settings(shooting.meshing.texels);
-        check_dense_memory(scene, settings.meshing.texels)?;
-        return Ok((settings, None));
-    }
-    let (settings, changed) = scene_settings(common, scene, solver.gpu().is_some())?;
-    check_memory(scene, &settings, solver.gpu(), MemoryLimit::of_this_machine())?;
+/// Errors: options contradict each other.
+pub fn scene_settings(
+    scene: &Scene,
+    common: &CommonOptions,
+    shooting: &ShootingOptions,
+    passes: &PassOptions,
+    on_gpu: bool,
+) -> Result<(Settings, Option<String>)> {
+    let mut settings = common.shooting_settings(shooting, passes, on_gpu)?;
+    let given = [common.texels, shooting.patches, shooting.samples];
+    let given = given.map(|option| option.is_some() || common.quality.is_some());
+    let (meshing, changed) = coarsen_meshing(scene, &settings.meshing, given);
+    settings.meshing = meshing;
     Ok((settings, changed))
 }
 
@@ -332,7 +279,6 @@ fn fewer_patches_note(settings: &Settings) -> Option<String> {
 
 /// Returns what picture and view need of a solution.
 pub fn view_inputs<'a>(solution: &'a Solution, camera: Option<Camera>) -> SolutionView<'a> {
-    let certificate = solution.certificate.as_ref();
     SolutionView {
         scene: solution.scene,
         mesh: solution.mesh,
@@ -340,102 +286,78 @@ pub fn view_inputs<'a>(solution: &'a Solution, camera: Option<Camera>) -> Soluti
         texel_errors: solution.texel_error.as_deref(),
         solver: solution.solver,
         adapter: solution.adapter,
-        error: certificate.and_then(|parts| parts["error"].as_f64()),
+        error: estimated_error(solution),
         camera,
     }
 }
 
-/// Writes the preview, the view and, under `--gltf`, the baked scene.
-fn write_views(solution: &Solution, run: &RunOptions, charts: Option<&UvCharts>) -> Result<()> {
-    let seen = view_inputs(solution, None).render_view()?;
-    let mut files = PendingFiles::default();
-    add_view_files(&seen, &run.out, &mut files)?;
-    run.bake.add_files(&mut files, (solution, charts), &seen)?;
-    files.rename_files()
+fn estimated_error(solution: &Solution) -> Option<f64> {
+    solution.certificate.as_ref().and_then(|parts| parts["error"].as_f64())
 }
 
 /// Adds preview.png and view.html to `files`.
+///
+/// Errors: they cannot be written.
 pub fn add_view_files(seen: &RenderedView, out: &Path, files: &mut PendingFiles) -> Result<()> {
     files.add(&out.join("preview.png"), &seen.preview.picture.encode_png())?;
     files.add(&out.join("view.html"), seen.page.as_bytes())
 }
 
 /// Writes the radiance map of every face.
-pub fn write_maps(scene: &Scene, mesh: &Mesh, field: &RadiosityField, out: &Path) -> Result<()> {
-    let radiosity: Vec<Vec3> = mesh
-        .texels_in_face_order()
-        .into_iter()
-        .map(|k| field.radiosity[k].truncate())
-        .collect();
+fn write_maps(solution: &Solution, out: &Path) -> Result<()> {
+    let (mesh, field) = (solution.mesh, &solution.run.field);
+    let texels = mesh.texels_in_face_order().into_iter();
+    let radiosity: Vec<Vec3> = texels.map(|k| field.radiosity[k].truncate()).collect();
     let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
-    maps::write(&out.join("maps"), scene, &resolutions, &radiosity)
+    maps::write(&out.join("maps"), solution.scene, &resolutions, &radiosity)
 }
 
-fn print_summary(solution: &Solution, moved: Option<&ErrorHistory>) {
+/// Prints what was solved, how, and how well.
+fn print_summary(solution: &Solution, answered: &SolveAnswer) {
     let energy = EnergyBalance::new(solution.mesh, &solution.run.field, &solution.run.shots);
-    let certificate = solution.certificate.as_ref();
-    let off = certificate.and_then(|parts| parts["error"].as_f64());
+    let share = |power| 100.0 * energy.share_of_emitted(power);
+    let run = solution.run;
+    let work = match (&answered.solved.dense, &answered.solved.history) {
+        (Some(dense), _) => describe_dense(dense, solution),
+        (None, history) => format!(
+            "{} in {} passes on {} in {:.2} s, {:.3} % unshot",
+            match history {
+                Some(history) => format!("{} links", history.links),
+                None => format!("{} shots", run.shooters),
+            },
+            run.passes,
+            solution.adapter.unwrap_or("the CPU"),
+            solution.seconds.solve,
+            100.0 * run.unshot_fraction(),
+        ),
+    };
+    let error = estimated_error(solution);
     message!(
-        "{}: {} faces, {} texels, {} in {} passes on {} in {:.2} s, {:.3} % unshot, imbalance {:.1e}, escaped {:.2} %, form-factor error {:.2} %{}",
+        "{}: {} faces, {} texels, {work}, imbalance {:.1e}, escaped {:.2} %, form-factor error {:.2} %{}",
         solution.scene.name,
         solution.mesh.faces.len(),
         solution.mesh.texels.len(),
-        moved.map_or_else(
-            || format!("{} shots", solution.run.shooters),
-            |moved| format!("{} links", moved.links)
-        ),
-        solution.run.passes,
-        solution.adapter.unwrap_or("the CPU"),
-        solution.seconds.solve,
-        100.0 * solution.run.unshot_fraction(),
         energy.imbalance,
-        100.0 * energy.share_of_emitted(energy.escaped),
-        100.0 * energy.share_of_emitted(energy.closure),
-        off.map_or(String::new(), |error| format!(", about {:.1} % off", 100.0 * error)),
+        share(energy.escaped),
+        share(energy.closure),
+        error.map_or(String::new(), |error| format!(", about {:.1} % off", 100.0 * error)),
     );
 }
 
-fn print_dense_summary(
-    solution: &Solution,
-    DenseReport {
-        quality,
-        solution: answer,
-    }: &DenseReport,
-) {
-    let energy = EnergyBalance::new(solution.mesh, &solution.run.field, &solution.run.shots);
-    message!(
-        "{}: {} faces, {} texels, dense system of {:.0} MB in {:.2} s, solved in {:.2} s to {:.1e}; {} pairs exact, {} sampled, reciprocity {:.1e}, rows' closure ≤ {:.1e} (mean {:.1e}); imbalance {:.1e}, escaped {:.2} %, closure {:.2} %",
-        solution.scene.name,
-        solution.mesh.faces.len(),
-        solution.mesh.texels.len(),
+fn describe_dense(dense: &DenseReport, solution: &Solution) -> String {
+    let quality = &dense.quality;
+    format!(
+        "dense system of {:.0} MB in {:.2} s, solved in {:.2} s to {:.1e}; {} pairs exact, {} sampled, reciprocity {:.1e}, rows' closure ≤ {:.1e} (mean {:.1e})",
         quality.bytes as f64 / 1e6,
         solution.seconds.prepare,
         solution.seconds.solve,
-        answer.residual,
+        dense.solution.residual,
         quality.exact_pairs,
         quality.sampled_pairs,
         quality.reciprocity,
         quality.closure_max,
         quality.closure_mean,
-        energy.imbalance,
-        100.0 * energy.share_of_emitted(energy.escaped),
-        100.0 * energy.share_of_emitted(energy.closure),
-    );
-}
-
-/// Returns the outcome of a solution: under `--strict` a warning is an error.
-pub fn strict_outcome(solution: &Solution, strict: bool) -> Outcome {
-    match solution.warnings {
-        [first, rest @ ..] if strict => {
-            let more = match rest.len() {
-                0 => String::new(),
-                n => format!(" (and {n} more)"),
-            };
-            console::print_error(&format!("{}: {}{more}", solution.scene.name, first.message));
-            Outcome::Disagree
-        }
-        _ => Outcome::Done,
-    }
+    )
 }
 
 /// Prints the warnings and the folder of the files.

@@ -1,52 +1,54 @@
 //! `--solver`, and the GPU adapter.
 
 use super::console::message;
-use super::options::CommonOptions;
-use clap::ValueEnum;
+use super::options::{Choice, CommonOptions};
 use common::{Error, Result};
 use gpu::{Gpu, list_adapters};
 
 /// `--solver`.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum SolverOption {
-    /// The CPU: links by rays; when shooting, rays or the twin of the item buffer
+    /// The CPU.
     Cpu,
-    /// The GPU: links by rays; when shooting, the item buffer or rays
+    /// The GPU.
     Gpu,
-    /// The dense linear system of all texels, up to about 10 000 texels
-    #[value(alias = "matrix")]
+    /// The dense linear system.
     Dense,
 }
 
+/// Values of `--solver` in a solve to an error.
+pub const SOLVERS: [Choice<SolverOption>; 3] = [
+    ("cpu", "The CPU: links by rays", SolverOption::Cpu),
+    ("gpu", "The GPU: links by rays", SolverOption::Gpu),
+    (
+        "dense",
+        "The dense linear system of all texels, up to about 10 000 texels",
+        SolverOption::Dense,
+    ),
+];
+
+/// Values of `--solver` in a solve by shooting.
+pub const SHOOTING_SOLVERS: [Choice<SolverOption>; 2] = [
+    ("cpu", "Rays, or the scalar twin of the item buffer", SolverOption::Cpu),
+    ("gpu", "Item buffer, or rays", SolverOption::Gpu),
+];
+
 /// Returns the solver given, or the GPU where this machine has a hardware adapter, else the CPU.
+///
+/// Errors: the solver is the CPU, and an option of the GPU is given.
 pub fn choose_solver(asked: Option<SolverOption>, common: &CommonOptions) -> Result<SolverOption> {
+    let gpu_option = common.gpu_option();
     let solver = match asked {
         Some(solver) => solver,
         // An adapter given by name is to be used, even a software one.
-        None if common.require_gpu || common.adapter.is_some() || list_adapters().iter().any(|line| !line.software) => {
-            SolverOption::Gpu
-        }
+        None if gpu_option.is_some() || list_adapters().iter().any(|line| !line.software) => SolverOption::Gpu,
         None => SolverOption::Cpu,
     };
-    if solver == SolverOption::Cpu {
-        common.refuse_gpu_options()?;
-    }
-    Ok(solver)
-}
-
-/// Returns the solver for `--error`.
-///
-/// Errors: an option contradicts it.
-pub fn choose_solver_for_error(asked: Option<SolverOption>, common: &CommonOptions) -> Result<SolverOption> {
-    match asked {
-        None | Some(SolverOption::Cpu) => {
-            common.refuse_gpu_options()?;
-            Ok(SolverOption::Cpu)
-        }
-        Some(SolverOption::Gpu) => Ok(SolverOption::Gpu),
-        Some(SolverOption::Dense) => Err(Error::Usage(
-            "--solver dense solves as exactly as its texels allow: leave --error out".into(),
-        )),
+    match gpu_option {
+        Some(option) if solver == SolverOption::Cpu => Err(Error::Usage(format!(
+            "{option} contradicts --solver cpu: leave one of them out"
+        ))),
+        _ => Ok(solver),
     }
 }
 

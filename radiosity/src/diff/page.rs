@@ -1,14 +1,12 @@
-//! Renders `diff.html`: figures, pictures and a table of faces of one difference.
+//! Composes `diff.html` and `check.html`: figures, pictures and a table of faces of one difference.
 
 use super::pictures::DiffPictures;
-use crate::report::comparison::tables::energy_table;
-use crate::report::format::{format_count, format_number, format_percent};
-use crate::report::page::{Page, render_colour_bar, render_figure, render_notes, render_verdict};
-use crate::report::table::{TableRow, number_cell, render_table, text_cell};
+use crate::report::document::{Blocks, Cell, Document, Row, Table, VerdictTone, bold_text, code_text, plain_text};
+use crate::report::energy::add_energy_balances;
+use crate::report::format::{count_noun, format_count, format_number, format_percent};
 use crate::report::viewer;
 use common::energy::EnergyBalance;
 use common::solution::StoredSolution;
-use maud::{Markup, html};
 use oracle::diff::{Diff, FaceDiff};
 
 /// Maximum number of faces in the table.
@@ -18,39 +16,21 @@ const MAX_LISTED_FACES: usize = 200;
 pub fn render_page(
     [a, b]: [&StoredSolution; 2],
     diff: &Diff,
-    pictures: &DiffPictures,
+    pictures: DiffPictures,
     tolerance: Option<f64>,
 ) -> String {
-    let links = html! {
-        a href="#top" { "Figures" }
-        a href="#around" { "Look around" }
-        a href="#views" { "Views" }
-        a href="#textures" { "All textures" }
-        a href="#faces" { "Face by face" }
-    };
-    let body = html! {
-        p.facts {
-            "A: " code { (a.dir.display()) } " · " (format_count(a.radiosity.len() as u64)) " texels" br;
-            "B (the reference): " code { (b.dir.display()) } " · "
-            (format_count(b.radiosity.len() as u64)) " texels · "
-            (format_count(diff.faces.len() as u64)) " faces · compared on "
-            (format_count(diff.pair.areas.len() as u64)) " texels"
-        }
-        (render_notes(&diff.notes))
-        (render_figures(diff, pictures))
-        (render_views(pictures))
-        (render_textures(pictures))
-        (face_table(diff))
-        (viewer::page_assets())
-    };
-    Page {
-        title: "Radiosity: two results compared",
-        bar: ("Parts", links),
-        verdict: tolerance_verdict(diff, tolerance),
-        style: "",
-        body,
+    let mut opening = Blocks::default();
+    add_verdict(&mut opening, diff, tolerance);
+    for (name, stored) in [("A: ", a), ("B (the reference): ", b)] {
+        let texels = count_noun(stored.radiosity.len(), "texel", "texels");
+        opening.add_remark(plain_text(name) + code_text(stored.dir.display()) + format!(" · {texels}"));
     }
-    .to_html()
+    opening.add_remark(format!(
+        "{} · compared on {}",
+        count_noun(diff.faces.len(), "face", "faces"),
+        count_noun(diff.pair.areas.len(), "texel", "texels")
+    ));
+    render_parts("Radiosity: two results compared", opening, None, diff, pictures)
 }
 
 /// Renders the page of a result against the radiosity gathered from its own light, which differs by `one_bounce`
@@ -58,180 +38,142 @@ pub fn render_page(
 pub fn render_check_page(
     result: &StoredSolution,
     (diff, one_bounce, energy): (&Diff, f64, &EnergyBalance),
-    pictures: &DiffPictures,
+    pictures: DiffPictures,
     tolerance: Option<f64>,
 ) -> String {
-    let links = html! {
-        a href="#top" { "Figures" }
-        a href="#energy" { "Energy" }
-        a href="#around" { "Look around" }
-        a href="#views" { "Views" }
-        a href="#textures" { "All textures" }
-        a href="#faces" { "Face by face" }
-    };
-    let body = html! {
-        p.facts {
-            "A, the result: " code { (result.dir.display()) } " · "
-            (format_count(result.radiosity.len() as u64)) " texels · "
-            (format_count(diff.faces.len() as u64)) " faces" br;
-            "B: its own light gathered again at every texel, " code { "E + ρKB" } ", and the correction propagated "
-            "until convergence"
-        }
-        p {
-            "The first gathering differs by " b { (format_percent(one_bounce)) } ", with all later bounces by "
-            b { (format_percent(diff.worst_rms())) } ". A result that solves the radiosity equation has difference 0; its own "
-            "emission and reflectances are taken as exact."
-        }
-        (render_notes(&diff.notes))
-        (render_figures(diff, pictures))
-        section #energy {
-            h2 { "Energy" }
-            (energy_table(&[("", energy)]))
-        }
-        (render_views(pictures))
-        (render_textures(pictures))
-        (face_table(diff))
-        (viewer::page_assets())
-    };
-    Page {
-        title: "Radiosity: a result judged by its own light",
-        bar: ("Parts", links),
-        verdict: tolerance_verdict(diff, tolerance),
-        style: "",
-        body,
-    }
-    .to_html()
+    let mut opening = Blocks::default();
+    add_verdict(&mut opening, diff, tolerance);
+    let texels = count_noun(result.radiosity.len(), "texel", "texels");
+    let faces = count_noun(diff.faces.len(), "face", "faces");
+    opening
+        .add_remark(plain_text("A, the result: ") + code_text(result.dir.display()) + format!(" · {texels} · {faces}"))
+        .add_remark(
+            plain_text("B: its own light gathered again at every texel, ")
+                + code_text("E + ρKB")
+                + ", and the correction propagated until convergence",
+        )
+        .add_paragraph(
+            plain_text("The first gathering differs by ")
+                + bold_text(format_percent(one_bounce))
+                + ", with all later bounces by "
+                + bold_text(format_percent(diff.worst_rms()))
+                + ". A result that solves the radiosity equation has difference 0; its own emission and reflectances \
+                   are taken as exact.",
+        );
+    let title = "Radiosity: a result judged by its own light";
+    render_parts(title, opening, Some(energy), diff, pictures)
 }
 
-fn tolerance_verdict(diff: &Diff, tolerance: Option<f64>) -> Markup {
+fn add_verdict(opening: &mut Blocks, diff: &Diff, tolerance: Option<f64>) {
     let worst = format_percent(diff.worst_rms());
-    let text = |sign: &str, most| html! { "relative RMS " (worst) " " (sign) " " (format_percent(most)) };
+    let text = |sign: &str, most| format!("relative RMS {worst} {sign} {}", format_percent(most));
     match tolerance {
-        Some(most) if diff.worst_rms() <= most => render_verdict(Some(true), "Within", text("≤", most)),
-        Some(most) => render_verdict(Some(false), "Beyond", text(">", most)),
-        None => render_verdict(None, &worst, html! { "relative RMS, the worst channel" }),
-    }
+        Some(most) if diff.worst_rms() <= most => opening.add_verdict(VerdictTone::Good, "Within", text("≤", most)),
+        Some(most) => opening.add_verdict(VerdictTone::Bad, "Beyond", text(">", most)),
+        None => opening.add_verdict(VerdictTone::Neutral, &worst, "relative RMS, the worst channel"),
+    };
 }
 
-fn render_figures(diff: &Diff, pictures: &DiffPictures) -> Markup {
-    let per_channel = |name: &str, values: [f64; 3]| {
-        let values = values.map(|x| number_cell(format_percent(x)));
-        TableRow::new([text_cell(name)].into_iter().chain(values))
+/// Adds what both pages have to the opening and renders the page.
+fn render_parts(
+    title: &str,
+    mut opening: Blocks,
+    energy: Option<&EnergyBalance>,
+    diff: &Diff,
+    pictures: DiffPictures,
+) -> String {
+    opening
+        .add_notes(&diff.notes)
+        .add_paragraph(
+            "Reflected radiosity B − E, area-weighted, A against B. Where texels differ in number, both are averaged \
+             over common ones, by area and exactly.",
+        )
+        .add_table(difference_table(diff, &pictures));
+    let mut around = Blocks::default();
+    if !pictures.differ {
+        around.add_paragraph("No texel differs: there is no difference to draw.");
+    }
+    around.add_element(pictures.viewer);
+    let mut views = Blocks::default();
+    views.add_figures(&pictures.views).add_remark(pictures.remark);
+    let mut textures = Blocks::default();
+    textures.add_figures(&pictures.atlases);
+    let mut faces = Blocks::default();
+    add_faces(&mut faces, diff);
+    faces.add_element(viewer::page_assets());
+    let mut sections = vec![
+        around.into_section("around", "Look around"),
+        views.into_section("views", "Views"),
+        textures.into_section("textures", "All textures"),
+        faces.into_section("faces", "Face by face"),
+    ];
+    if let Some(energy) = energy {
+        let mut body = Blocks::default();
+        add_energy_balances(&mut body, &[("", energy)]);
+        sections.insert(0, body.into_section("energy", "Energy"));
+    }
+    let page = Document {
+        title,
+        opening,
+        sections,
+        style: "",
     };
-    let overall = |name: &str, value: String| TableRow::new([text_cell(name), number_cell(value).with_column_span(3)]);
-    let flip = pictures.flip.as_ref();
-    let mut rows = vec![
+    page.to_html()
+}
+
+fn difference_table(diff: &Diff, pictures: &DiffPictures) -> Table {
+    let per_channel = |name: &str, values: [f64; 3]| {
+        let values = values.map(format_percent);
+        Row::new([name.to_owned()].into_iter().chain(values))
+    };
+    let overall = |name: &str, value: String| {
+        let value = Cell {
+            columns: 3,
+            class: "n",
+            ..value.into()
+        };
+        Row::new([name.into(), value])
+    };
+    let standard_error = diff.standard_error;
+    let standard_error = standard_error.map(|error| per_channel("Standard error of the reference", error));
+    let flip = pictures
+        .flip
+        .as_ref()
+        .map_or("–".into(), |flip| format_number(flip.mean));
+    let rows = [
         per_channel("Relative RMS", diff.relative_rms),
         per_channel("Bias", diff.bias),
     ];
-    rows.extend(
-        diff.standard_error
-            .map(|error| per_channel("Standard error of the reference", error)),
-    );
-    rows.push(overall("Largest difference ÷ rms", format_percent(diff.max_relative)));
-    rows.push(overall(
-        "HDR-FLIP, mean over the view",
-        flip.map_or("–".into(), |flip| format_number(flip.mean)),
-    ));
-    html! {
-        p {
-            "Reflected radiosity B − E, area-weighted, A against B. Where texels differ in number, both are "
-            "averaged over common ones, by area and exactly."
-        }
-        (render_table("", &["", "#R", "#G", "#B"], rows))
-    }
+    let rows = rows.into_iter().chain(standard_error).chain([
+        overall("Largest difference ÷ rms", format_percent(diff.max_relative)),
+        overall("HDR-FLIP, mean over the view", flip),
+    ]);
+    Table::new(&["", "#R", "#G", "#B"], rows)
 }
 
-fn render_views(p: &DiffPictures) -> Markup {
-    let white = format_number(f64::from(p.exposure.white));
-    let eye = p.camera.eye.to_array().map(|x| format_number(f64::from(x))).join(", ");
-    html! {
-        section #around {
-            h2 { "Look around" }
-            @if !p.differ { (no_difference_note()) }
-            (p.viewer)
-        }
-        section #views {
-            h2 { "Views" }
-            div.grid {
-                @for ((name, what), source) in [("A", ""), ("B", ", the reference")].into_iter().zip(&p.views) {
-                    (render_figure("", source, &format!("The scene as {name} has it"), html! {
-                        b { (name) } (what) " · radiosity. White is " (white) " W/m²; emitters clip."
-                    }))
-                }
-                @if p.differ {
-                    (render_figure("", &p.difference, "Difference in false colours", html! {
-                        b { "A − B" } " · luminance of reflected radiosity, relative to its rms in B ("
-                        (format_number(p.rms)) " W/m²); clipped beyond the range." (render_colour_bar(p.range))
-                    }))
-                    @if let Some(flip) = &p.flip {
-                        (render_figure("", &flip.picture.data_uri(), "HDR-FLIP error map", html! {
-                            b { "HDR-FLIP" } " · the visible difference between the alternating views, maximum over "
-                            "the exposures determined by B: black is none (0), pale yellow maximal (1). Mean "
-                            (format_number(flip.mean)) ", largest " (format_number(flip.max)) "."
-                        }))
-                    }
-                }
-            }
-            p.small {
-                "All from one automatic camera (at " (eye) " in the mesh's unit; back faces are transparent). Both views "
-                "share one exposure: the 90th percentile of B's reflected radiosity is at 80 % of white. "
-                "Reflected radiosity is interpolated between texels."
-            }
-        }
-    }
-}
-
-/// Renders the note that replaces an empty difference.
-fn no_difference_note() -> Markup {
-    html! { p { "No texel differs: there is no difference to draw." } }
-}
-
-fn render_textures(p: &DiffPictures) -> Markup {
-    html! {
-        section #textures {
-            h2 { "All textures" }
-            div.grid {
-                @if p.differ { (render_figure("pixels", &p.atlas_difference, "Atlas of the difference", html! {
-                    b { "A − B" } " · every common texel, all faces side by side in file order; colours as above."
-                    (render_colour_bar(p.range))
-                })) }
-                @for (name, source) in ["A", "B"].into_iter().zip(&p.atlases) {
-                    (render_figure("pixels", source, &format!("Atlas of {name}"), html! {
-                        b { (name) } " · radiosity of every texel, as it is stored."
-                    }))
-                }
-            }
-        }
-    }
-}
-
-fn face_table(diff: &Diff) -> Markup {
+fn add_faces(body: &mut Blocks, diff: &Diff) {
     let mut order: Vec<&FaceDiff> = diff.faces.iter().collect();
     order.sort_by(|x, y| y.share.total_cmp(&x.share));
     let area: f64 = diff.faces.iter().map(|f| f.area).sum();
-    let row = |part: &FaceDiff| {
-        TableRow::new([
-            number_cell(part.face),
-            text_cell(&part.name),
-            number_cell(format_percent(part.share)),
-            number_cell(format_percent(part.area / area)),
-            number_cell(format_percent(part.relative_rms)),
-            number_cell(format_percent(part.bias)),
-        ])
-    };
-    let rows = order.iter().take(MAX_LISTED_FACES).map(|part| row(part));
-    html! {
-        section #faces {
-            h2 { "Face by face" }
-            p {
-                "Sorted by the share of the squared error. RMS and bias are relative to the face's own reflected "
-                "radiosity, maximum over channels."
-            }
-            (render_table("", &["#Face", "Name", "#Of the error", "#Of the area", "#Relative RMS", "#Bias"], rows))
-            @if order.len() > MAX_LISTED_FACES {
-                p.small { "The other " (format_count((order.len() - MAX_LISTED_FACES) as u64)) " faces are in diff.json." }
-            }
-        }
+    let rows = order.iter().take(MAX_LISTED_FACES).map(|part| {
+        let shares = [part.share, part.area / area, part.relative_rms, part.bias].map(format_percent);
+        Row::new([part.face.to_string(), part.name.clone()].into_iter().chain(shares))
+    });
+    body.add_paragraph(
+        "Sorted by the share of the squared error. RMS and bias are relative to the face's own reflected radiosity, \
+         maximum over channels.",
+    );
+    let heads = [
+        "#Face",
+        "Name",
+        "#Of the error",
+        "#Of the area",
+        "#Relative RMS",
+        "#Bias",
+    ];
+    body.add_table(Table::new(&heads, rows));
+    if order.len() > MAX_LISTED_FACES {
+        let others = format_count((order.len() - MAX_LISTED_FACES) as u64);
+        body.add_remark(format!("The other {others} faces are in diff.json."));
     }
 }

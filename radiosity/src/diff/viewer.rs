@@ -61,16 +61,12 @@ impl CommonGridResult {
         let sizes = &diff.pair.resolutions;
         let mut mesh = Mesh::new(&b.scene, sizes, 1)?;
         let mut field = initial_field(&mesh, "");
-        let on_common = |values: &[Vec3]| average_onto(stored, sizes, values);
-        let radiosity = on_common(&stored.radiosity);
-        let emission = on_common(&stored.emission);
-        let irradiance = stored.others.get("irradiance").map(|h| on_common(h));
-        let reflectance = stored.others.get("reflectance").map(|r| on_common(r));
-        let order = mesh.texels_in_face_order();
-        for (k, texel) in order.into_iter().enumerate() {
+        let average = |values: &Vec<Vec3>| average_onto(stored, sizes, values);
+        let [radiosity, emission] = [&stored.radiosity, &stored.emission].map(average);
+        let [irradiance, reflectance] = ["irradiance", "reflectance"].map(|name| stored.others.get(name).map(average));
+        for (k, texel) in mesh.texels_in_face_order().into_iter().enumerate() {
             field.radiosity[texel] = radiosity[k].extend(0.0);
-            let h = irradiance.as_ref().map_or(Vec3::ZERO, |h| h[k]);
-            field.irradiance[texel] = h.extend(0.0);
+            field.irradiance[texel] = irradiance.as_ref().map_or(Vec3::ZERO, |h| h[k]).extend(0.0);
             let own = &mut mesh.texels[texel];
             own.emission = emission[k];
             let of_face = stored.scene.faces[own.face as usize].reflectance;
@@ -83,12 +79,10 @@ impl CommonGridResult {
 /// Averages `values` over the common texels, in face order.
 fn average_onto(stored: &StoredSolution, sizes: &[[u32; 2]], values: &[Vec3]) -> Vec<Vec3> {
     let first = first_texels(&stored.resolutions);
-    let mut all = Vec::new();
-    for (k, face) in stored.scene.faces.iter().enumerate() {
+    let faces = stored.scene.faces.iter().enumerate();
+    let means = faces.flat_map(|(k, face)| {
         let own: Vec<DVec3> = values[first[k]..first[k + 1]].iter().map(|v| v.as_dvec3()).collect();
-        let pieces = shared_pieces(face, stored.resolutions[k], sizes[k]);
-        let means = area_average(&own, &pieces, sizes[k]);
-        all.extend(means.into_iter().map(|mean| mean.as_vec3()));
-    }
-    all
+        area_average(&own, &shared_pieces(face, stored.resolutions[k], sizes[k]), sizes[k])
+    });
+    means.map(|mean| mean.as_vec3()).collect()
 }

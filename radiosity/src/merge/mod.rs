@@ -2,12 +2,9 @@
 //! [`brackets`] holds the mathematics.
 
 pub mod brackets;
-mod chart;
 pub mod exposure_list;
-pub mod fisheye;
 pub mod page;
 pub mod photographs;
-mod pictures;
 
 use crate::report::picture::luminance;
 use brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
@@ -16,32 +13,14 @@ use brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
 /// 1/60 s (0.09 stops), and shutters deviate by a few hundredths.
 const MAX_STEP_DEVIATION: f64 = 0.25;
 
-/// Range of the luminances of most pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LuminanceRange {
-    /// 1st percentile of luminance over the pixels above 0.
-    pub low: f32,
-    /// 99th percentile.
-    pub high: f32,
-}
-
-impl LuminanceRange {
-    /// Measures a radiance map; none if all pixels are black.
-    pub fn from_map(merged: &RadianceMap) -> Option<Self> {
-        let mut values: Vec<f32> = merged.radiance.iter().map(|v| luminance(*v)).collect();
-        values.retain(|value| *value > 0.0);
-        values.sort_by(f32::total_cmp);
-        let at = |share: f64| values.get((share * values.len() as f64) as usize).copied();
-        Some(Self {
-            low: at(0.01)?,
-            high: at(0.99)?,
-        })
-    }
-
-    /// Returns the ratio of both luminances in stops.
-    pub fn stop_count(&self) -> f64 {
-        f64::from(self.high / self.low).log2()
-    }
+/// Returns the ratio of the 99th to the 1st percentile of luminance over the pixels above 0, in stops; none if all
+/// pixels are black.
+pub fn luminance_stops(merged: &RadianceMap) -> Option<f64> {
+    let mut values: Vec<f32> = merged.radiance.iter().map(|v| luminance(*v)).collect();
+    values.retain(|value| *value > 0.0);
+    values.sort_by(f32::total_cmp);
+    let at = |share: f64| values.get((share * values.len() as f64) as usize);
+    Some(f64::from(at(0.99)? / at(0.01)?).log2())
 }
 
 /// Returns notes on implausible steps, missing exposures and falling response curves.

@@ -1,131 +1,207 @@
-//! Renders `merge.html`: pictures, camera response and exposures of a merge.
+//! Composes `merge.html`: pictures, camera response and exposures of a merge.
 
-use super::chart::{CHANNEL_COLOURS, render_response_chart};
-use super::pictures::{MergePictures, exposure_colour};
-use super::{LuminanceRange, merge_notes};
-use crate::merge::brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
+use super::brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
+use super::{luminance_stops, merge_notes};
+use crate::report::document::{
+    Blocks, Cell, Document, Figure, Row, Table, bold_text, code_text, colour_key, css_colour, plain_text,
+};
 use crate::report::format::{format_count, format_number, format_percent};
-use crate::report::page::{Page, css_colour, render_chart, render_colour_key, render_figure, render_notes};
-use crate::report::picture::NOT_A_NUMBER;
-use crate::report::table::{TableRow, number_cell, render_table, text_cell};
-use maud::{Markup, html};
-use std::path::Path;
+use crate::report::picture::{Exposure, NOT_A_NUMBER, RgbaPicture, encode_srgb};
+use crate::report::plot::{Axis, CPU_COLOUR, Legend, LineStyle, Plot, Series};
+use plotters::prelude::{ColorMap, ViridisRGB};
+use std::f64::consts::LN_2;
 
-/// Renders the page; `framed` is field of view and side if the file holds an angular map.
+/// Width and height of the response's plot in CSS pixels; the page scales it.
+const PLOT_SIZE: [u32; 2] = [720, 380];
+/// Approximate maximum pixels per side of a picture; larger ones are subsampled.
+const MAX_PICTURE_SIDE: usize = 640;
+/// Pictures: name, share of the pixels that it shows no brighter than [`PERCENTILE_DISPLAY_VALUE`], and what that is.
+const PICTURE_PERCENTILES: [(&str, f64, &str); 3] = [
+    ("Dark parts", 0.5, "half of the pixels are brighter than 80 % of white"),
+    ("Most of it", 0.9, "the 90th percentile is at 80 % of white"),
+    (
+        "Bright parts",
+        0.995,
+        "all but one pixel in 200 are below 80 % of white",
+    ),
+];
+/// Display value of those percentiles, relative to linear white.
+const PERCENTILE_DISPLAY_VALUE: f32 = 0.8;
+
+/// Renders the page.
 pub fn render_page(
     brackets: &Brackets,
     response: &CameraResponse,
     merged: &RadianceMap,
     steps: &[ExposureStep],
-    framed: Option<(f64, usize)>,
 ) -> String {
-    let links = html! {
-        a href="#top" { "Pictures" }
-        a href="#response" { "Response" }
-        a href="#exposures" { "Exposures" }
-    };
-    let body = html! {
-        (render_facts(brackets, merged, framed))
-        (render_notes(&merge_notes(brackets, response, steps)))
-        (render_views(&MergePictures::new(brackets, merged)))
-        (render_response(response))
-        (exposure_table(brackets, merged, steps))
-    };
-    Page {
-        title: "Radiosity: a radiance map from exposures",
-        bar: ("Parts", links),
-        verdict: html! {},
-        style: "",
-        body,
-    }
-    .to_html()
-}
-
-fn render_facts(brackets: &Brackets, merged: &RadianceMap, framed: Option<(f64, usize)>) -> Markup {
+    let mut opening = Blocks::default();
     let [w, h] = merged.size;
-    let unseen = merged.unseen;
-    let row = |name: &str, pixels: usize, gets: &str| {
-        let share = pixels as f64 / merged.radiance.len() as f64;
-        let [pixels, share] = [format_count(pixels as u64), format_percent(share)].map(number_cell);
-        TableRow::new([text_cell(name), pixels, share, text_cell(gets)])
-    };
-    html! {
-        p.facts {
-            (format_count(brackets.photographs().len() as u64)) " exposures · " (w) "×" (h) " pixels"
-            @if let Some(range) = LuminanceRange::from_map(merged) {
-                " · " (format_number(range.stop_count())) " stops of luminance from the 1st to the 99th percentile"
-            }
-        }
-        @if let Some((degrees, side)) = framed {
-            p {
-                code { "radiance.exr" } " holds the picture's circle, a field of view of " (format_number(degrees))
-                "°, as an angular map of " (side) "×" (side) " pixels: 0 outside the circle."
-            }
-        }
-        p {
-            "Relative radiance: 1 gives code 128 in one second, in each channel. A pixel is the mean of its exposures, "
-            "weighted by code with a hat function that is largest at mid-scale and 0 at 0 and 255 (Debevec and Malik "
-            "1997, eq. 6)."
-        }
-        (render_table("", &["Pixels with a channel that is", "#Pixels", "#Of all", "Value of the channel"], [
-            row("saturated in all exposures", unseen.saturated,
-                "that of code 255 in the shortest exposure, a lower bound"),
-            row("black in all exposures", unseen.black, "0"),
-            row("saturated in the longer, black in the shorter ones", unseen.between,
-                "the geometric mean of both bounds: an exposure is missing in between"),
-        ]))
-    }
-}
+    let stops = luminance_stops(merged).map_or(String::new(), |stops| {
+        let stops = format_number(stops);
+        format!(" · {stops} stops of luminance from the 1st to the 99th percentile")
+    });
+    opening.add_remark(format!(
+        "{} exposures · {w}×{h} pixels{stops}",
+        brackets.photographs().len()
+    ));
+    opening.add_paragraph(
+        "Relative radiance: 1 gives code 128 in one second, in each channel. A pixel is the mean of its exposures, \
+         weighted by code with a hat function that is largest at mid-scale and 0 at 0 and 255 (Debevec and Malik \
+         1997, eq. 6).",
+    );
+    opening.add_table(unseen_table(merged));
+    opening.add_notes(merge_notes(brackets, response, steps));
+    opening.add_figures(&draw_pictures(brackets, merged));
 
-fn render_views(pictures: &MergePictures) -> Markup {
-    let says = [
-        ("Dark parts", "half of the pixels are brighter than 80 % of white"),
-        ("Most of it", "the 90th percentile is at 80 % of white"),
-        ("Bright parts", "all but one pixel in 200 are below 80 % of white"),
-    ];
-    let first = f64::from(pictures.merged[0].0.white);
-    html! {
-        div.grid {
-            @for ((name, what), (exposure, source)) in says.into_iter().zip(&pictures.merged) {
-                @let white = f64::from(exposure.white);
-                (render_figure("", source, &format!("The merged picture: {name}"), html! {
-                    b { (name) } " · " (what) ". White is " (format_number(white))
-                    @if white > first { ", " (format_number((white / first).log2())) " stops above the first" }
-                    "."
-                }))
-            }
-            (render_figure("", &pictures.dominant, "The dominant exposure of each pixel", html! {
-                b { "Dominant exposure" } " · the exposure with the largest weight in a pixel, from the longest "
-                "(violet) to the shortest (yellow); magenta: none. The table below has the colours."
-            }))
-        }
-    }
-}
-
-fn render_response(response: &CameraResponse) -> Markup {
+    let mut curves = Blocks::default();
     let [r, g, b] = response.samples.map(|n| format_count(n as u64));
-    let names = ["red", "green", "blue"];
-    html! {
-        section #response {
-            h2 { "Response of the camera" }
-            (render_chart(render_response_chart(response).as_deref(), "There is no curve to draw.", html! {
-                @for (name, colour) in names.into_iter().zip(CHANNEL_COLOURS) {
-                    (render_colour_key(colour, html! { (name) })) " "
-                }
-                "· code against exposure, by least squares over " (r) ", " (g) " and " (b) " pixels (eq. 3). Code 128 "
-                "is the same exposure in each channel, so that grey stays grey. The curves are extrapolated linearly to "
-                "0 and 255."
-            }))
-        }
-    }
+    let caption = format!(
+        "Code against exposure, by least squares over {r}, {g} and {b} pixels (eq. 3). Code 128 is the same exposure \
+         in each channel, so that grey stays grey. The curves are extrapolated linearly to 0 and 255."
+    );
+    let plot = response_plot(response);
+    curves.add_figure(&Figure::from_plot(Some(&plot), "There is no curve to draw.", caption));
+    let mut exposures = Blocks::default();
+    exposures.add_paragraph(
+        "A step is the ratio of one exposure to the next, in stops: nominal by exposure times, and measured by common \
+         pixels through the response.",
+    );
+    exposures.add_table(exposure_table(brackets, merged, steps));
+    let page = Document {
+        title: "Radiosity: a radiance map from exposures",
+        opening,
+        sections: vec![
+            curves.into_section("response", "Response of the camera"),
+            exposures.into_section("exposures", "Exposures"),
+        ],
+        style: "",
+    };
+    page.to_html()
 }
 
-/// Returns the last part of a path.
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
+/// Returns the share of the pixels in per cent.
+fn format_share_of(merged: &RadianceMap, pixels: usize) -> String {
+    format_percent(pixels as f64 / merged.radiance.len() as f64)
+}
+
+fn unseen_table(merged: &RadianceMap) -> Table {
+    let unseen = merged.unseen;
+    let rows = [
+        (
+            "saturated in all exposures",
+            unseen.saturated,
+            "that of code 255 in the shortest exposure, a lower bound",
+        ),
+        ("black in all exposures", unseen.black, "0"),
+        (
+            "saturated in the longer, black in the shorter ones",
+            unseen.between,
+            "the geometric mean of both bounds: an exposure is missing in between",
+        ),
+    ];
+    let rows = rows.map(|(name, pixels, value)| {
+        let (count, share) = (format_count(pixels as u64), format_share_of(merged, pixels));
+        Row::new([name, &count, &share, value])
+    });
+    Table::new(
+        &[
+            "Pixels with a channel that is",
+            "#Pixels",
+            "#Of all",
+            "Value of the channel",
+        ],
+        rows,
+    )
+}
+
+/// Draws the map exposed for the dark half, for most pixels, and for all but the brightest, and the photograph with
+/// the largest weight in each pixel.
+fn draw_pictures(brackets: &Brackets, merged: &RadianceMap) -> Vec<Figure> {
+    let mut values: Vec<f32> = merged.radiance.iter().map(|v| v.max_element()).collect();
+    values.retain(|value| *value > 0.0);
+    values.sort_by(f32::total_cmp);
+    let mut first_white = None;
+    let mut figures: Vec<Figure> = PICTURE_PERCENTILES
+        .into_iter()
+        .map(|(name, share, what)| {
+            let value = values.get((share * values.len() as f64) as usize);
+            let white = value.map_or(1.0, |value| (value / PERCENTILE_DISPLAY_VALUE).max(f32::MIN_POSITIVE));
+            let exposure = Exposure::with_white(white);
+            let source = draw_thinned(merged.size, |k| encode_srgb(exposure.display_light(merged.radiance[k])));
+            let white = f64::from(white);
+            let stops = (white / *first_white.get_or_insert(white)).log2();
+            let above = match stops > 0.0 {
+                true => format!(", {} stops above the first", format_number(stops)),
+                false => String::new(),
+            };
+            let says = format!(" · {what}. White is {}{above}.", format_number(white));
+            Figure::from_picture(&source, &format!("The merged picture: {name}"), bold_text(name) + says)
+        })
+        .collect();
+    let count = brackets.photographs().len();
+    let dominant = draw_thinned(merged.size, |k| {
+        merged.dominant[k].map_or(NOT_A_NUMBER, |k| exposure_colour(k as usize, count))
+    });
+    figures.push(Figure::from_picture(
+        &dominant,
+        "The dominant exposure of each pixel",
+        bold_text("Dominant exposure")
+            + " · the exposure with the largest weight in a pixel, from the longest (violet) to the shortest (yellow); \
+               magenta: none. The table below has the colours.",
+    ));
+    figures
+}
+
+/// Returns the colour of photograph `k` of `count`, from the longest exposure (violet) to the shortest (yellow).
+fn exposure_colour(k: usize, count: usize) -> [u8; 3] {
+    let last = count.saturating_sub(1).max(1);
+    let colour = ViridisRGB.get_color(k as f32 / last as f32);
+    [colour.0, colour.1, colour.2]
+}
+
+/// Draws a subsampled picture as a data URI.
+fn draw_thinned([w, h]: [usize; 2], colour: impl Fn(usize) -> [u8; 3]) -> String {
+    let step = w.max(h).div_ceil(MAX_PICTURE_SIDE).max(1);
+    let pixels = |n: usize| n.div_ceil(step) as u32;
+    let at = |x: u32, y: u32| Some(colour(y as usize * step * w + x as usize * step));
+    RgbaPicture::from_pixels(pixels(w), pixels(h), at).data_uri()
+}
+
+/// Plots code against exposure (stops from that of code 128), as in Debevec and Malik 1997.
+fn response_plot(response: &CameraResponse) -> Plot {
+    let curve = |(name, colour, curve): (&str, &'static str, &[f64; 256])| {
+        let points = curve.iter().zip(0..=255).map(|(g, code)| [g / LN_2, f64::from(code)]);
+        Series {
+            name: name.into(),
+            ..Series::through_points(colour, LineStyle::with_width(2.0), points)
+        }
+    };
+    let [red, green, blue] = &response.curves;
+    let stops = || response.curves.iter().flatten().map(|g| g / LN_2);
+    let ends = [
+        stops().fold(f64::INFINITY, f64::min),
+        stops().fold(f64::NEG_INFINITY, f64::max),
+    ];
+    let whole = |x: f64| format!("{x:.0}").replace('-', "−");
+    let title = "exposure E Δt, stops from that of code 128";
+    Plot {
+        size: PLOT_SIZE,
+        axes: [
+            Axis::linear_scale(title, [ends[0].floor(), ends[1].ceil()], whole),
+            Axis::linear_scale("code", [0.0, 256.0], whole),
+        ],
+        areas: Vec::new(),
+        series: [
+            ("red", "#cd3c3c", red),
+            ("green", "#2c9650", green),
+            ("blue", CPU_COLOUR, blue),
+        ]
+        .map(curve)
+        .into(),
+        notes: Vec::new(),
+        legend: Legend::Beside(90),
+    }
 }
 
 /// Formats an exposure time like cameras do.
@@ -137,46 +213,45 @@ fn format_seconds(seconds: f64) -> String {
     }
 }
 
-fn exposure_table(brackets: &Brackets, merged: &RadianceMap, steps: &[ExposureStep]) -> Markup {
+fn exposure_table(brackets: &Brackets, merged: &RadianceMap, steps: &[ExposureStep]) -> Table {
     let all = brackets.photographs();
-    let mut relied = vec![0_usize; all.len()];
-    for k in merged.dominant.iter().flatten() {
-        relied[*k as usize] += 1;
-    }
-    let none = merged.dominant.iter().filter(|k| k.is_none()).count();
-    let share = |n: usize| format_percent(n as f64 / merged.radiance.len() as f64);
-    let has = |k: usize, code: u8| {
-        let pixels = all[k].pixels.iter();
-        share(pixels.filter(|p| p.contains(&code)).count())
-    };
-    let row = |k: usize| {
+    let count_dominant = |photograph: Option<u32>| merged.dominant.iter().filter(|k| **k == photograph).count();
+    let rows = all.iter().enumerate().map(|(k, photograph)| {
         let step = k.checked_sub(1).map(|before| steps[before]);
-        let nominal = step.map(|step| format!("{:.2}", step.nominal));
         let measured = step.map(|step| match step.measured {
             Some(stops) => format!("{stops:.2}").replace('-', "−"),
             None => "–".into(),
         });
-        let colour = css_colour(exposure_colour(k, all.len()));
-        let key = render_colour_key(&colour, html! { code { (file_name(&all[k].path)) } });
-        TableRow::new([
-            text_cell(key).with_title(all[k].path.display()),
-            number_cell(format_seconds(all[k].seconds)),
-            number_cell(nominal.unwrap_or_default()),
-            number_cell(measured.unwrap_or_default()),
-            number_cell(has(k, 255)),
-            number_cell(has(k, 0)),
-            number_cell(share(relied[k])),
-        ])
-    };
-    let none_row = (none > 0).then(|| {
-        let key = render_colour_key(&css_colour(NOT_A_NUMBER), html! { "none" });
-        TableRow::new([
-            text_cell(key),
-            text_cell("").with_column_span(5),
-            number_cell(share(none)),
-        ])
+        let has = |code: u8| {
+            let pixels = photograph.pixels.iter().filter(|p| p.contains(&code));
+            format_share_of(merged, pixels.count())
+        };
+        let path = &photograph.path;
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let key = colour_key(css_colour(exposure_colour(k, all.len())), code_text(file));
+        let values = [
+            format_seconds(photograph.seconds),
+            step.map_or(String::new(), |step| format!("{:.2}", step.nominal)),
+            measured.unwrap_or_default(),
+            has(255),
+            has(0),
+            format_share_of(merged, count_dominant(Some(k as u32))),
+        ];
+        let key = Cell {
+            title: path.display().to_string(),
+            ..key.into()
+        };
+        Row::new([key].into_iter().chain(values.map(Cell::from)))
     });
-    let rows = (0..all.len()).map(row).chain(none_row);
+    let none = count_dominant(None);
+    let none = (none > 0).then(|| {
+        let nothing = Cell {
+            columns: 5,
+            ..plain_text("").into()
+        };
+        let key = colour_key(css_colour(NOT_A_NUMBER), "none").into();
+        Row::new([key, nothing, format_share_of(merged, none).into()])
+    });
     let heads = [
         "Picture",
         "#Seconds",
@@ -186,14 +261,5 @@ fn exposure_table(brackets: &Brackets, merged: &RadianceMap, steps: &[ExposureSt
         "#With code 0",
         "#Dominant",
     ];
-    html! {
-        section #exposures {
-            h2 { "Exposures" }
-            p {
-                "A step is the ratio of one exposure to the next, in stops: nominal by exposure times, and measured by "
-                "common pixels through the response."
-            }
-            (render_table("", &heads, rows))
-        }
-    }
+    Table::new(&heads, rows.chain(none))
 }

@@ -1,16 +1,10 @@
-//! Estimates the cost of a solve before it starts.
-//!
-//! [`counts`] counts texels, patches and links from scene and settings, [`coarser_defaults`] coarsens the defaults of scenes
-//! of many faces, [`memory`] estimates bytes, [`memory_limit`] refuses a solve that does not fit into memory, [`passes`] and
-//! [`trial`] estimate passes and time, [`forecast`] announces a long solve.
+//! The cost of a solve before it starts: [`counts`] of texels, patches and links, [`coarser_defaults`] for scenes of many
+//! faces, the [`memory`] it needs, and a [`forecast`] of its time.
 
 pub mod coarser_defaults;
 pub mod counts;
 pub mod forecast;
-pub mod memory;
 #[allow(clippy::disallowed_methods, reason = "reads the system's own /proc/meminfo")]
-pub mod memory_limit;
-pub mod passes;
-pub mod trial;
+pub mod memory;
 
 pub use counts::SceneCounts;

@@ -4,51 +4,29 @@
 //! is up.
 
 use super::{Backdrop, RelitScene};
+use crate::report::document::{Annotation, Figure};
 use crate::report::picture::{Exposure, RgbaPicture, encode_srgb};
-use glam::{DVec2, DVec3, Vec3};
-use maud::{Markup, html};
+use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 
+/// Width of the sampled panorama in pixels.
+const THUMBNAIL_WIDTH: u32 = 512;
+/// Size in which it is shown and annotated.
+const SHOWN_SIZE: [u32; 2] = [1000, 500];
 /// Line segments per drawn edge.
 const SEGMENTS_PER_EDGE: u32 = 48;
 /// Maximum number of room faces that are outlined.
 const MAX_OUTLINED_FACES: usize = 64;
 
-/// Radiance of all directions, W/m²/sr: width, height, pixels row-major from the upper left.
-pub type Thumbnail = (u32, u32, Vec<Vec3>);
-
-/// Samples the backdrop in latitude and longitude, `width` pixels wide.
-pub fn render_thumbnail(backdrop: Backdrop, width: u32) -> Thumbnail {
-    let (w, h) = (width, width / 2);
+/// Renders the panorama with axes and room edges.
+pub fn panorama_figure(relit: &RelitScene, backdrop: Backdrop, exposure: Exposure) -> Figure {
+    let (w, h) = (THUMBNAIL_WIDTH, THUMBNAIL_WIDTH / 2);
     let at = |x: u32, n: u32| (f64::from(x) + 0.5) / f64::from(n);
-    let pixels = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
-    let colours = pixels.map(|(x, y)| backdrop(map_direction(DVec2::new(at(x, w), at(y, h)))));
-    (w, h, colours.collect())
-}
-
-/// Returns the direction at (x right, y down), 0…1.
-pub fn map_direction(at: DVec2) -> DVec3 {
-    let (longitude, polar) = ((0.5 - at.x) * TAU, at.y * PI);
-    let (x, z) = longitude.sin_cos();
-    DVec3::new(x * polar.sin(), polar.cos(), z * polar.sin())
-}
-
-/// Returns the position of a unit direction; the inverse of [`map_direction`].
-pub fn map_position(direction: DVec3) -> DVec2 {
-    DVec2::new(
-        0.5 - direction.x.atan2(direction.z) / TAU,
-        direction.y.clamp(-1.0, 1.0).acos() / PI,
-    )
-}
-
-/// Renders the picture with axes and room edges as an SVG element.
-pub fn render_marked_map(relit: &RelitScene, (w, h, pixels): &Thumbnail, exposure: Exposure) -> Markup {
-    let colour = |x: u32, y: u32| {
-        let pixel = pixels.get((y * w + x) as usize)?;
-        Some(encode_srgb(exposure.display_light(*pixel)))
-    };
-    let source = RgbaPicture::from_pixels(*w, *h, colour).data_uri();
+    let picture = RgbaPicture::from_pixels(w, h, |x, y| {
+        let radiance = backdrop(map_direction(DVec2::new(at(x, w), at(y, h))));
+        Some(encode_srgb(exposure.display_light(radiance)))
+    });
     let axes = [
         (DVec3::Z, "+z"),
         (DVec3::X, "+x"),
@@ -57,19 +35,34 @@ pub fn render_marked_map(relit: &RelitScene, (w, h, pixels): &Thumbnail, exposur
         (DVec3::NEG_Y, "−y"),
         (DVec3::NEG_Z, "−z"),
     ];
-    html! {
-        svg.map viewBox="0 0 1000 500" role="img" aria-label="The panorama with the six axes marked" {
-            image href=(source) width="1000" height="500" preserveAspectRatio="none" {}
-            path d=(room_outlines(relit)) {}
-            @for (axis, name) in axes {
-                // A pole is a whole row, and −z is at both rims: marked where the label fits.
-                @let at = map_position(axis) * DVec2::new(1000.0, 500.0);
-                @let (x, y) = (at.x.clamp(24.0, 976.0), at.y.clamp(20.0, 480.0));
-                circle cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r="17" {}
-                text x=(format!("{x:.1}")) y=(format!("{:.1}", y + 6.0)) { (name) }
-            }
-        }
-    }
+    // A pole is a whole row, and −z is at both rims: marked where the label fits.
+    let labels = axes.map(|(axis, name)| {
+        let at = map_position(axis) * DVec2::from(SHOWN_SIZE.map(f64::from));
+        Annotation::Label([at.x.clamp(24.0, 976.0), at.y.clamp(20.0, 480.0)], name.into())
+    });
+    let outlines = Annotation::Path("edges", room_outlines(relit));
+    let annotations: Vec<Annotation> = [outlines].into_iter().chain(labels).collect();
+    let caption = "The map's centre is +z, +x is to the left, y is up (latitude and longitude, whatever the map's own \
+                   layout; +y and −y are the whole upper and lower rim, −z the left and right rims). The lines are the \
+                   room's edges projected from the eye: where they deviate from the photograph's corners, the room's \
+                   size or the eye is wrong.";
+    let alt = "The panorama with the six axes marked";
+    Figure::from_annotated(&picture.data_uri(), alt, SHOWN_SIZE, &annotations, caption)
+}
+
+/// Returns the direction at (x right, y down), 0…1.
+fn map_direction(at: DVec2) -> DVec3 {
+    let (longitude, polar) = ((0.5 - at.x) * TAU, at.y * PI);
+    let (x, z) = longitude.sin_cos();
+    DVec3::new(x * polar.sin(), polar.cos(), z * polar.sin())
+}
+
+/// Returns the position of a unit direction; the inverse of [`map_direction`].
+fn map_position(direction: DVec3) -> DVec2 {
+    DVec2::new(
+        0.5 - direction.x.atan2(direction.z) / TAU,
+        direction.y.clamp(-1.0, 1.0).acos() / PI,
+    )
 }
 
 /// Returns the outlines of the room's faces, projected from the eye, as SVG path data.

@@ -40,12 +40,8 @@ impl CoarseSolution {
         let sides = mesh.faces.iter().map(|face| face.resolution);
         let coarse: Vec<[u32; 2]> = sides.map(|side| side.map(|n| (n / over).max(1))).collect();
         let mut coarse = Mesh::new(scene, &coarse, 1)?;
-        let onto = TexelAverages {
-            scene,
-            from: mesh,
-            to: &coarse,
-        };
-        let light = |values: &[Vec4]| onto.average_texels(|k| values[k].truncate().as_dvec3());
+        let average = |value: &dyn Fn(usize) -> DVec3| average_texels(scene, [mesh, &coarse], value);
+        let light = |values: &[Vec4]| average(&|k| values[k].truncate().as_dvec3());
         let field = RadiosityField {
             origin: field.origin.clone(),
             radiosity: light(&field.radiosity),
@@ -53,12 +49,12 @@ impl CoarseSolution {
             irradiance: light(&field.irradiance),
         };
         let off = off.map(|off| {
-            let means = onto.average_texels(|k| DVec3::splat(f64::from(off[k])));
+            let means = average(&|k| DVec3::splat(f64::from(off[k])));
             means.iter().map(|mean| mean.x).collect()
         });
         // A captured room's ρ and E vary per texel.
-        let emission = onto.average_texels(|k| mesh.texels[k].emission.as_dvec3());
-        let reflectance = onto.average_texels(|k| mesh.texels[k].reflectance.as_dvec3());
+        let emission = average(&|k| mesh.texels[k].emission.as_dvec3());
+        let reflectance = average(&|k| mesh.texels[k].reflectance.as_dvec3());
         for ((texel, e), rho) in coarse.texels.iter_mut().zip(emission).zip(reflectance) {
             (texel.emission, texel.reflectance) = (e.truncate(), rho.truncate());
         }
@@ -71,31 +67,18 @@ impl CoarseSolution {
     }
 }
 
-/// Pair of meshes of one scene, from the finer to the coarser.
-struct TexelAverages<'a> {
-    scene: &'a Scene,
-    from: &'a Mesh,
-    to: &'a Mesh,
-}
-
-impl TexelAverages<'_> {
-    /// Averages `value` over the texels of `from`; one mean per texel of `to`.
-    fn average_texels(&self, value: impl Fn(usize) -> DVec3) -> Vec<Vec4> {
-        let mut means = vec![Vec4::ZERO; self.to.texels.len()];
-        let mut from = self.from.texels_in_face_order().into_iter();
-        let mut to = self.to.texels_in_face_order().into_iter();
-        for (f, face) in self.scene.faces.iter().enumerate() {
-            let [fine_size, coarse_size] = [self.from, self.to].map(|mesh| mesh.faces[f].resolution);
-            let own: Vec<DVec3> = from
-                .by_ref()
-                .take(texel_count(fine_size) as usize)
-                .map(&value)
-                .collect();
-            let averages = area_average(&own, &shared_pieces(face, fine_size, coarse_size), coarse_size);
-            for (mean, k) in averages.into_iter().zip(&mut to) {
-                means[k] = mean.as_vec3().extend(0.0);
-            }
+/// Averages `value` over the texels of a mesh; one mean per texel of a coarser one of the same scene.
+fn average_texels(scene: &Scene, [from, to]: [&Mesh; 2], value: &dyn Fn(usize) -> DVec3) -> Vec<Vec4> {
+    let mut means = vec![Vec4::ZERO; to.texels.len()];
+    let [mut fine, mut coarse] = [from, to].map(|mesh| mesh.texels_in_face_order().into_iter());
+    for (f, face) in scene.faces.iter().enumerate() {
+        let [fine_size, coarse_size] = [from, to].map(|mesh| mesh.faces[f].resolution);
+        let own = fine.by_ref().take(texel_count(fine_size) as usize);
+        let own: Vec<DVec3> = own.map(value).collect();
+        let averages = area_average(&own, &shared_pieces(face, fine_size, coarse_size), coarse_size);
+        for (mean, k) in averages.into_iter().zip(&mut coarse) {
+            means[k] = mean.as_vec3().extend(0.0);
         }
-        means
     }
+    means
 }

@@ -88,6 +88,16 @@ pub fn format_count(n: u64) -> String {
     text
 }
 
+/// Formats each part of a list as `one` or, for another count, `many`: 1 face, 2 faces.
+pub fn count_noun(n: usize, one: &str, many: &str) -> String {
+    format!("{} {}", format_count(n as u64), if n == 1 { one } else { many })
+}
+
+/// Returns a path without its folders.
+pub fn file_name(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,63 +1,14 @@
-//! `solve --error`: the options it refuses, the result it writes.
+//! `solve --error`: the result it writes.
 
-use super::command::{empty_folder, exit_code_and_error, run_radiosity};
-use exr::prelude::read_first_flat_layer_from_file;
+use super::command::TestFolder;
 use serde_json::{Value, json};
-use std::fs;
-use std::path::Path;
-
-const BOX: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
-
-#[test]
-fn options_of_shooting_contradict_error_option() {
-    let folder = empty_folder("error-usage");
-    let out = folder.join("out");
-    let out = out.to_str().unwrap();
-    let solve = ["solve", BOX, "--error", "1%", "--out", out];
-    for option in [
-        &["--quality", "normal"][..],
-        &["--epsilon", "0.1"],
-        &["--max-shots", "9"],
-        &["--iteration", "cg"],
-        &["--patches", "4"],
-        &["--samples", "4"],
-        &["--conserve"],
-        &["--item-buffer", "512"],
-        &["--lookup", "3x3"],
-        &["--raster", "pixel"],
-        &["--visibility", "hemicube"],
-        &["--form-factor", "disc"],
-        &["--solver", "dense"],
-        &["--adapter", "any"],
-        &["--require-gpu"],
-    ] {
-        let (code, line) = exit_code_and_error(&[&solve[..], option].concat());
-        assert_eq!(code, 2, "{option:?}: {line}");
-        assert!(line.contains(option[0]), "{option:?}: {line}");
-    }
-    for error in ["0", "-1", "0.1%", "11%", "nan", "one"] {
-        let (code, line) = exit_code_and_error(&["solve", BOX, "--error", error, "--out", out]);
-        assert_eq!(code, 2, "{error}: {line}");
-    }
-    let (code, line) = exit_code_and_error(&["compare", BOX, "--error", "1%", "--patches", "2"]);
-    assert!(code == 2 && line.contains("--patches"), "{line}");
-    // 19 faces of 8192² texels.
-    let (code, line) = exit_code_and_error(&[&solve[..], &["--texels", "8192"]].concat());
-    assert_eq!(code, 2, "{line}");
-    assert!(line.contains("would fit"), "{line}");
-    assert!(!Path::new(out).exists(), "a refused solve wrote something");
-}
 
 #[test]
 fn result_has_requested_and_estimated_error() {
-    let folder = empty_folder("error");
-    let out = folder.join("out");
-    let arguments = ["solve", BOX, "--error", "2 %", "--texels", "8", "--out"];
-    let output = run_radiosity(&[&arguments[..], &[out.to_str().unwrap()]].concat());
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{text}");
-    let file = fs::read(out.join("result.json")).unwrap();
-    let result: Value = serde_json::from_slice(&file).unwrap();
+    let folder = TestFolder::new();
+    let solve = ["solve", "scenes/cornell_box.obj", "--error", "2 %", "--texels", "8"];
+    assert_eq!(folder.run_words(&solve).code, Some(0));
+    let result = folder.read_json("out/result.json");
     assert_eq!(result["solver"], "cpu");
     let settings = json!({"error": 0.02, "texels": 8, "visibility": "rays", "form-factor": "polygon"});
     assert_eq!(result["settings"], settings);
@@ -77,7 +28,7 @@ fn result_has_requested_and_estimated_error() {
     let change = changes.last().unwrap().as_f64().unwrap();
     let refined: f64 = squares[..refined.len()].iter().sum();
     assert!((refined.sqrt() / change - 1.0).abs() < 1e-12);
-    assert_error_map_matches(change, &out, &result);
+    assert_error_map_matches(change, &folder, &result);
     assert_eq!(result["converged"], true);
     assert!(result["shots"].as_u64().unwrap() > 0);
     // The energy balances; a twentieth of the light escapes through the open side.
@@ -95,29 +46,22 @@ fn result_has_requested_and_estimated_error() {
 
 /// Asserts that the error map, the worst channel of each texel, has at least the error of the worst channel of all, and
 /// little more.
-fn assert_error_map_matches(error: f64, out: &Path, result: &Value) {
-    let plane = |file: &str, name: &str| {
-        let image = read_first_flat_layer_from_file(out.join(file)).unwrap();
-        let width = image.layer_data.size.width();
-        let mut channels = image.layer_data.channel_data.list.into_iter();
-        let channel = channels.find(|channel| channel.name.eq(name)).unwrap();
-        let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-        move |x: usize, y: usize| f64::from(values[y * width + x])
-    };
-    let map = plane("error.exr", "Y");
+fn assert_error_map_matches(error: f64, folder: &TestFolder, result: &Value) {
+    let map = folder.read_planes("out/error.exr");
+    let lightmap = folder.read_planes("out/lightmap.exr");
+    let radiosity = lightmap.colour_planes("").unwrap();
     let (mut off, mut light) = (0.0, [0.0; 3]);
     for face in result["faces"].as_array().unwrap() {
         let [x, y, w, h] = [0, 1, 2, 3].map(|k| face["rect"][k].as_u64().unwrap() as usize);
         let area = face["area"].as_f64().unwrap() / (w * h) as f64;
         for (i, j) in (0..w).flat_map(|i| (0..h).map(move |j| (x + i, y + j))) {
-            assert!(map(i, j) >= 0.0);
-            off += area * map(i, j).powi(2);
-        }
-        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
-            let radiosity = plane("lightmap.exr", name);
-            let emission = face["emission"][c].as_f64().unwrap();
-            for (i, j) in (0..w).flat_map(|i| (0..h).map(move |j| (x + i, y + j))) {
-                light[c] += area * (radiosity(i, j) - emission).powi(2);
+            let own = f64::from(map.channels["Y"][j * map.width + i]);
+            assert!(own >= 0.0);
+            off += area * own.powi(2);
+            for (c, light) in light.iter_mut().enumerate() {
+                let emission = face["emission"][c].as_f64().unwrap();
+                let reflected = f64::from(radiosity[c][j * lightmap.width + i]) - emission;
+                *light += area * reflected.powi(2);
             }
         }
     }
@@ -129,14 +73,9 @@ fn assert_error_map_matches(error: f64, out: &Path, result: &Value) {
 
 #[test]
 fn gpu_solves_to_error() {
-    let out = empty_folder("error-gpu").join("out");
-    let solve = ["solve", BOX, "--solver", "gpu", "--error", "5%"];
-    let rest = ["--texels", "4", "--out", out.to_str().unwrap()];
-    let output = run_radiosity(&[&solve[..], &rest].concat());
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{text}");
-    let file = fs::read(out.join("result.json")).unwrap();
-    let result: Value = serde_json::from_slice(&file).unwrap();
+    let folder = TestFolder::new();
+    folder.succeed("solve scenes/cornell_box.obj --solver gpu --error 5% --texels 4");
+    let result = folder.read_json("out/result.json");
     assert_eq!(result["solver"], "gpu");
     assert!(result["adapter"].is_string(), "{}", result["adapter"]);
     assert_eq!(result["settings"]["error"], 0.05);
@@ -144,47 +83,27 @@ fn gpu_solves_to_error() {
     assert!(error > 0.0 && error <= 0.05, "{error}");
 }
 
-#[test]
-fn error_map_of_earlier_solve_is_removed() {
-    let out = empty_folder("error-stale").join("out");
-    let quality = ["--solver", "cpu", "--texels", "4", "--out"];
-    for (command, options, is_there) in [("solve", &[][..], true), ("shoot", &["--patches", "2"], false)] {
-        let run = [&[command, BOX], &quality[..], &[out.to_str().unwrap()]].concat();
-        let output = run_radiosity(&[&run[..], options].concat());
-        assert_eq!(output.status.code(), Some(0));
-        assert_eq!(out.join("error.exr").exists(), is_there);
-    }
-}
-
-/// Runs `solve` or `shoot` on the box with these options; returns its settings and the texels of its faces.
-fn solved_settings(command: &str, name: &str, options: &[&str]) -> (Value, Vec<u64>) {
-    let out = empty_folder(name).join("out");
-    let solve = [command, BOX, "--solver", "cpu", "--out"];
-    let output = run_radiosity(&[&solve[..], &[out.to_str().unwrap()], options].concat());
-    assert_eq!(output.status.code(), Some(0), "{options:?}");
-    let file = fs::read(out.join("result.json")).unwrap();
-    let result: Value = serde_json::from_slice(&file).unwrap();
-    let faces = result["faces"].as_array().unwrap().iter();
-    let sides = faces.map(|face| face["texels"][0].as_u64().unwrap());
-    (result["settings"].clone(), sides.collect())
-}
+/// Commands, the error in their settings, and whether the solve chooses the texels.
+const SETTINGS: [(&str, Option<f64>, bool); 4] = [
+    ("solve", Some(0.01), true),
+    ("solve --quality draft", Some(0.05), true),
+    ("solve --texels 4", Some(0.01), false),
+    ("shoot --patches 2 --texels 4", None, false),
+];
 
 #[test]
-fn solve_solves_to_error_and_shoot_shoots() {
-    for (name, options, error) in [
-        ("error-default", &[][..], 0.01),
-        ("error-draft", &["--quality", "draft"], 0.05),
-        ("error-texels", &["--texels", "4"], 0.01),
-    ] {
-        let (settings, sides) = solved_settings("solve", name, options);
-        assert_eq!(settings["error"], error, "{options:?}");
-        // Without --texels the solve chooses the texels.
-        let asked = options.contains(&"--texels");
-        let alike = sides.iter().all(|side| *side == sides[0]);
-        assert_eq!(alike, asked, "{sides:?}");
-        assert_eq!(settings["texels"].is_null(), !asked, "{settings}");
+fn solve_solves_to_error_and_shoot_removes_its_error_map() {
+    let folder = TestFolder::new();
+    for (command, error, chosen) in SETTINGS {
+        folder.succeed(&format!("{command} scenes/cornell_box.obj --solver cpu"));
+        let result = folder.read_json("out/result.json");
+        let settings = &result["settings"];
+        assert_eq!(settings["error"], json!(error), "{command}");
+        let faces = result["faces"].as_array().unwrap();
+        let alike = faces.iter().all(|face| face["texels"][0] == faces[0]["texels"][0]);
+        assert_eq!(alike, !chosen, "{command}");
+        assert_eq!(settings["texels"].is_null(), chosen, "{settings}");
+        assert_eq!(folder.has("out/error.exr"), error.is_some(), "{command}");
     }
-    let shot = ["--patches", "2", "--texels", "4"];
-    let (settings, _) = solved_settings("shoot", "error-patches", &shot);
-    assert!(settings["error"].is_null() && settings["cells"] == 2);
+    assert_eq!(folder.read_json("out/result.json")["settings"]["cells"], 2);
 }

@@ -1,17 +1,17 @@
 //! The commands, run as a program.
 
-mod bake;
-mod bake_kept;
+pub mod bake;
 mod browser;
 mod chart;
 mod check;
 pub mod command;
-mod demo;
-mod diff;
+pub mod diff;
 mod error;
 mod merge;
 mod pages;
+mod refused_options;
 mod relight;
+pub mod room;
 mod scripts;
 mod shoot;
 mod solve;

@@ -1,172 +1,139 @@
 //! `preview.png` and the viewer of `view.html`.
 
 use super::browser::{browser_for, page_outcome};
-use super::command::{empty_folder, run_radiosity};
+use super::command::TestFolder;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::solution::StoredSolution;
 use glam::Vec3;
-use serde_json::Value;
-use std::fs;
-use std::path::PathBuf;
+use serde_json::{Value, json};
 
-const BOX: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/cornell_box.obj");
 /// A script that moves the pointer and presses keys, and writes the outcome into the page.
 const HAND: &str = include_str!("hand.js");
 /// Relative tolerance: the viewer prints five digits.
 const TOLD: f32 = 1e-4;
 
-fn solve_box(name: &str) -> (PathBuf, String) {
-    let out = empty_folder(name);
-    let path = out.to_str().unwrap();
-    let output = run_radiosity(&["solve", BOX, "--solver", "cpu", "--out", path]);
-    assert_eq!(output.status.code(), Some(0));
-    let page = fs::read_to_string(out.join("view.html")).unwrap();
-    (out, page)
+/// Makes a folder with the Cornell box, solved, in `box`.
+fn folder_with_box() -> TestFolder {
+    let folder = TestFolder::new();
+    folder.succeed("solve scenes/cornell_box.obj --solver cpu --error 5% --out box");
+    folder
 }
 
-/// Returns the text of the element of a class in the page.
-fn page_element<'a>(page: &'a str, class: &str) -> &'a str {
-    let start = page.find(&format!("<script class=\"{class}\"")).unwrap();
-    let text = &page[start..];
-    let text = &text[text.find('>').unwrap() + 1..];
-    &text[..text.find("</script>").unwrap()]
+/// The data of a page's viewer.
+struct ViewerData {
+    head: Value,
+    bytes: Vec<u8>,
+    /// Place of the layers in the floats, behind the faces and their materials.
+    layers: usize,
+}
+
+impl ViewerData {
+    fn new(page: &str) -> Self {
+        let element = |class: &str| {
+            let start = page.find(&format!("<script class=\"{class}\"")).unwrap();
+            let text = &page[start..];
+            let text = &text[text.find('>').unwrap() + 1..];
+            &text[..text.find("</script>").unwrap()]
+        };
+        let head: Value = serde_json::from_str(element("head")).unwrap();
+        let bytes = STANDARD.decode(element("data").trim()).unwrap();
+        let of = |name: &str| head[name].as_u64().unwrap() as usize;
+        let each = if head["by_texel"] == true { "texels" } else { "faces" };
+        let layers = of("faces") * (12 + 4) + of("surfaces") * 6 * of(each);
+        Self { head, bytes, layers }
+    }
+
+    fn count(&self, name: &str) -> usize {
+        self.head[name].as_u64().unwrap() as usize
+    }
+
+    /// Returns the vector at the `k`th float.
+    fn vector(&self, k: usize) -> Vec3 {
+        let at = |k: usize| f32::from_le_bytes(self.bytes[4 * k..4 * k + 4].try_into().unwrap());
+        Vec3::new(at(k), at(k + 1), at(k + 2))
+    }
+
+    /// Returns the radiosity of texel `k` of the first layer.
+    fn radiosity(&self, k: usize) -> Vec3 {
+        self.vector(self.layers + 6 * k)
+    }
 }
 
 #[test]
 fn viewer_data_equal_result_files() {
-    let (out, page) = solve_box("viewer");
-    let head: Value = serde_json::from_str(page_element(&page, "head")).unwrap();
-    let bytes = STANDARD.decode(page_element(&page, "data").trim()).unwrap();
-    let [faces, texels] = ["faces", "texels"].map(|of| head[of].as_u64().unwrap() as usize);
-    let stored = StoredSolution::read(&out).unwrap();
+    let folder = folder_with_box();
+    let page = folder.read_text("box/view.html");
+    let data = ViewerData::new(&page);
+    let (faces, texels) = (data.count("faces"), data.count("texels"));
+    let stored = StoredSolution::read(&folder.path("box")).unwrap();
     assert_eq!((faces, texels), (17, stored.radiosity.len()));
-    assert_eq!(head["off"], true);
-    assert_eq!(bytes.len(), 4 * (faces * (12 + 4 + 6) + texels * (6 + 1)));
-
-    let at = |k: usize| f32::from_le_bytes(bytes[4 * k..4 * k + 4].try_into().unwrap());
-    let three = |k: usize| Vec3::new(at(k), at(k + 1), at(k + 2));
-    let first = faces * (12 + 4 + 6);
+    assert_eq!(data.head["off"], true);
+    assert_eq!(data.bytes.len(), 4 * (faces * (12 + 4 + 6) + texels * (6 + 1)));
     let irradiance = &stored.others["irradiance"];
     for (k, (b, h)) in stored.radiosity.iter().zip(irradiance).enumerate() {
-        assert_eq!(three(first + 6 * k), *b, "texel {k}");
-        assert_eq!(three(first + 6 * k + 3), *h, "texel {k}");
+        assert_eq!(data.radiosity(k), *b, "texel {k}");
+        assert_eq!(data.vector(data.layers + 6 * k + 3), *h, "texel {k}");
     }
     assert!(stored.radiosity.iter().any(|b| *b != stored.radiosity[0]));
     assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("src="));
-    fs::remove_dir_all(out).unwrap();
-}
 
-/// Returns header and bytes of the viewer's data in `page`, and the offset of its layers.
-fn viewer_data(page: &str) -> (Value, Vec<u8>, usize) {
-    let head: Value = serde_json::from_str(page_element(page, "head")).unwrap();
-    let bytes = STANDARD.decode(page_element(page, "data").trim()).unwrap();
-    let [faces, texels, sets] = ["faces", "texels", "surfaces"].map(|of| head[of].as_u64().unwrap() as usize);
-    let each = match head["by_texel"].as_bool().unwrap() {
-        true => texels,
-        false => faces,
-    };
-    (head, bytes, faces * (12 + 4) + sets * 6 * each)
-}
-
-fn read_vec3(bytes: &[u8], k: usize) -> Vec3 {
-    let at = |k: usize| f32::from_le_bytes(bytes[4 * k..4 * k + 4].try_into().unwrap());
-    Vec3::new(at(k), at(k + 1), at(k + 2))
-}
-
-/// A captured room has its own ρ and E in each texel, which the viewer must show.
-#[test]
-fn viewer_of_relit_room_has_materials_of_each_texel() {
-    let (out, _) = solve_box("relit-room");
-    let relit = empty_folder("relit");
-    let [from, to] = [out.to_str().unwrap(), relit.to_str().unwrap()];
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/paper_objects.obj");
-    let output = run_radiosity(&[
-        "relight",
-        "--room",
-        from,
-        "--object",
-        scene,
-        "--scale",
-        "100",
-        "--place",
-        "200,0,200",
-        "--solver",
-        "cpu",
-        "--patches",
-        "1",
-        "--samples",
-        "1",
-        "--json",
-        "--out",
-        to,
-    ]);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{errors}");
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(told["method"], "signed");
-    assert!(image::open(relit.join("preview.png")).is_ok());
-    let stored = StoredSolution::read(&relit).unwrap();
-    for file in ["view.html", "report.html"] {
-        let page = fs::read_to_string(relit.join(file)).unwrap();
-        let (head, bytes, first) = viewer_data(&page);
-        assert_eq!(head["texels"], stored.radiosity.len(), "{file}");
-        assert_eq!(head["by_texel"], true, "{file}");
-        for (k, b) in stored.radiosity.iter().enumerate() {
-            assert_eq!(read_vec3(&bytes, first + 6 * k), *b, "{file}: texel {k}");
-            let own = 16 * head["faces"].as_u64().unwrap() as usize + 6 * k;
-            assert_eq!(read_vec3(&bytes, own), stored.emission[k], "{file}: texel {k}");
-            let rho = stored.others["reflectance"][k];
-            assert_eq!(read_vec3(&bytes, own + 3), rho, "{file}: texel {k}");
-        }
-    }
-    fs::remove_dir_all(out).unwrap();
-    fs::remove_dir_all(relit).unwrap();
-}
-
-#[test]
-fn diff_viewer_has_both_results_and_their_difference() {
-    let (a, _) = solve_box("diff-a");
-    let b = empty_folder("diff-b");
-    let out = empty_folder("diff-out");
-    let [from, truth, to] = [&a, &b, &out].map(|dir| dir.to_str().unwrap());
-    let grid = ["--texels", "4", "--patches", "1", "--samples", "1"];
-    run_radiosity(&[&["shoot", BOX, "--solver", "cpu", "--out", truth], &grid[..]].concat());
-    run_radiosity(&["diff", from, truth, "--out", to]);
-    let page = fs::read_to_string(out.join("diff.html")).unwrap();
-    let (head, bytes, first) = viewer_data(&page);
-    assert_eq!(head["layers"], serde_json::json!(["A", "B"]));
-    assert_eq!(head["difference"], serde_json::json!([0, 1]));
-    assert!(page.contains("data-what=\"difference\"") && page.contains("A − B"));
-    let texels = head["texels"].as_u64().unwrap() as usize;
-    let different =
-        (0..texels).filter(|k| read_vec3(&bytes, first + 6 * k) != read_vec3(&bytes, first + 6 * (texels + k)));
-    assert!(different.count() > texels / 2);
-    // Without a difference there is no picture of it.
-    run_radiosity(&["diff", from, from, "--out", to]);
-    let page = fs::read_to_string(out.join("diff.html")).unwrap();
-    assert!(page.contains("No texel differs") && !page.contains("data-what=\"difference\""));
-    let (_, bytes, first) = viewer_data(&page);
-    let stored = StoredSolution::read(&a).unwrap();
-    for (k, b) in stored.radiosity.iter().enumerate() {
-        assert_eq!(read_vec3(&bytes, first + 6 * k), *b, "texel {k}");
-    }
-    for dir in [a, b, out] {
-        fs::remove_dir_all(dir).unwrap();
-    }
-}
-
-#[test]
-fn preview_shows_walls_and_lamp() {
-    let (out, _) = solve_box("preview");
-    let picture = image::open(out.join("preview.png")).unwrap().into_rgba8();
+    let picture = image::open(folder.path("box/preview.png")).unwrap().into_rgba8();
     assert_eq!(picture.dimensions(), (512, 512));
     // The red wall is left, the green one right; only the lamp is clipped.
     let [left, right] = [40, 472].map(|x| picture.get_pixel(x, 230).0);
     assert!(left[0] > 2 * left[1] && right[1] > right[0], "{left:?} {right:?}");
     let white = picture.pixels().filter(|p| p.0[..3] == [255; 3]).count();
     assert!((500..5000).contains(&white), "{white}");
-    fs::remove_dir_all(out).unwrap();
+}
+
+/// A captured room has its own ρ and E in each texel, which the viewer must show.
+#[test]
+fn viewer_of_relit_room_has_materials_of_each_texel() {
+    let folder = folder_with_box();
+    let object = "--object scenes/paper_objects.obj --scale 100 --place 200,0,200";
+    let relight = format!("relight --room box {object} --solver cpu --patches 1 --samples 1");
+    folder.succeed(&relight);
+    assert_eq!(folder.read_json("out/result.json")["method"], "signed");
+    assert!(image::open(folder.path("out/preview.png")).is_ok());
+    let stored = StoredSolution::read(&folder.path("out")).unwrap();
+    for file in ["out/view.html", "out/report.html"] {
+        let data = ViewerData::new(&folder.read_text(file));
+        assert_eq!(data.head["texels"], stored.radiosity.len(), "{file}");
+        assert_eq!(data.head["by_texel"], true, "{file}");
+        for (k, b) in stored.radiosity.iter().enumerate() {
+            assert_eq!(data.radiosity(k), *b, "{file}: texel {k}");
+            let own = 16 * data.count("faces") + 6 * k;
+            assert_eq!(data.vector(own), stored.emission[k], "{file}: texel {k}");
+            let rho = stored.others["reflectance"][k];
+            assert_eq!(data.vector(own + 3), rho, "{file}: texel {k}");
+        }
+    }
+}
+
+#[test]
+fn diff_viewer_has_both_results_and_their_difference() {
+    let folder = folder_with_box();
+    let shoot = "shoot scenes/cornell_box.obj --solver cpu --texels 4 --patches 1 --samples 1 --out rough";
+    folder.succeed(shoot);
+    folder.succeed("diff box rough");
+    let page = folder.read_text("out/diff.html");
+    let data = ViewerData::new(&page);
+    assert_eq!(data.head["layers"], json!(["A", "B"]));
+    assert_eq!(data.head["difference"], json!([0, 1]));
+    assert!(page.contains("data-what=\"difference\"") && page.contains("A − B"));
+    let texels = data.count("texels");
+    let different = (0..texels).filter(|k| data.radiosity(*k) != data.radiosity(texels + k));
+    assert!(different.count() > texels / 2);
+    // Without a difference there is no picture of it.
+    folder.succeed("diff box box");
+    let page = folder.read_text("out/diff.html");
+    assert!(page.contains("No texel differs") && !page.contains("data-what=\"difference\""));
+    let data = ViewerData::new(&page);
+    let stored = StoredSolution::read(&folder.path("box")).unwrap();
+    for (k, b) in stored.radiosity.iter().enumerate() {
+        assert_eq!(data.radiosity(k), *b, "texel {k}");
+    }
 }
 
 #[test]
@@ -174,26 +141,19 @@ fn viewer_reacts_to_pointer_and_keys() {
     let Some(browser) = browser_for("viewer_reacts_to_pointer_and_keys") else {
         return;
     };
-    let (out, page) = solve_box("hand");
-    let file = out.join("hand.html");
-    fs::write(
-        &file,
-        page.replace("</body>", &format!("<script>{HAND}</script></body>")),
-    )
-    .unwrap();
-    let did = page_outcome(&browser, &file);
+    let folder = folder_with_box();
+    let page = folder.read_text("box/view.html");
+    let script = format!("<script>{HAND}</script></body>");
+    folder.write("hand.html", page.replace("</body>", &script));
+    let did = page_outcome(&browser, &folder.path("hand.html"));
     assert_eq!(did["failed"], Value::Null, "{did}");
 
-    let stored = StoredSolution::read(&out).unwrap();
+    let stored = StoredSolution::read(&folder.path("box")).unwrap();
     let hovered = did["hovered"].as_array().unwrap();
     let mut seen = 0;
     for own in hovered.iter().filter(|own| own["texel"].is_u64()) {
-        let told: Vec<f32> = own["told"]
-            .as_str()
-            .unwrap()
-            .split_whitespace()
-            .map(|x| x.parse().unwrap())
-            .collect();
+        let told = own["told"].as_str().unwrap().split_whitespace();
+        let told: Vec<f32> = told.map(|x| x.parse().unwrap()).collect();
         let known = stored.radiosity[own["texel"].as_u64().unwrap() as usize];
         let off = (Vec3::from_slice(&told) - known).abs();
         assert!(off.cmple(known.abs() * TOLD).all(), "{own} {known}");
@@ -206,5 +166,4 @@ fn viewer_reacts_to_pointer_and_keys() {
     pictures.dedup();
     // Every action changed the picture.
     assert_eq!(pictures.len(), drawn.len(), "{did}");
-    fs::remove_dir_all(out).unwrap();
 }

@@ -7,13 +7,14 @@ use super::setups::{
 };
 use common::cover::furnished_mesh;
 use common::mesh::Mesh;
-use common::relight::{RelightMethod, RelitRoom, RoomRadiosity};
+use common::passes::Engine;
+use common::relight::{RelightMethod, RelitRoom, RoomRadiosity, relight_room};
 use common::scene::Face;
 use common::settings::Schedule;
 use glam::{DQuat, DVec3, EulerRot, Vec3, Vec4};
 use proptest::prelude::*;
 use radiosity_tests::box_faces;
-use radiosity_tests::relighting::run_relight;
+use std::ops::ControlFlow;
 
 /// Returns the schedule of a relight: single shots, whatever iteration solved the room.
 fn single_shot_schedule(way: SolverSetup) -> Schedule {
@@ -30,7 +31,7 @@ fn mesh_with_objects(cut: &MeshedScene, objects: &[Face], samples: u32) -> Mesh 
     let mut resolutions = cut.resolutions.clone();
     resolutions.resize(scene.faces.len(), [2, 2]);
     let points = [cut.patches, samples];
-    furnished_mesh(&scene, cut.scene.faces.len(), &resolutions, points).unwrap()
+    furnished_mesh(&scene, cut.scene.faces.len(), &resolutions, points, &|| false).unwrap()
 }
 
 /// Makes the captured room of a solution, extended to a mesh with objects.
@@ -47,16 +48,13 @@ fn captured_room(radiosity: &[Vec4], residual: &[Vec4], mesh: &Mesh) -> RoomRadi
     }
 }
 
-/// Relights until the schedule ends, by a new engine.
-fn relight_room(way: SolverSetup, mesh: &Mesh, room: &RoomRadiosity) -> RelitRoom {
-    let mut engine = way.fresh_engine(mesh);
-    run_relight(
-        engine.as_mut(),
-        mesh,
-        room,
-        RelightMethod::Signed,
-        &single_shot_schedule(way),
-    )
+/// Relights until the schedule ends.
+fn relight(way: SolverSetup, engine: &mut dyn Engine, mesh: &Mesh, room: &RoomRadiosity) -> RelitRoom {
+    let schedule = single_shot_schedule(way);
+    relight_room(engine, mesh, room, RelightMethod::Signed, &schedule, &mut |_, _| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
 }
 
 /// Solves the room of `cut` empty and relights it with `objects`.
@@ -64,7 +62,7 @@ fn solve_and_relight(way: SolverSetup, cut: &MeshedScene, objects: &[Face]) -> (
     let empty = way.solve_mesh(&cut.build_mesh(way.samples)).field;
     let mesh = mesh_with_objects(cut, objects, way.samples);
     let room = captured_room(&empty.radiosity, &empty.residual, &mesh);
-    let relit = relight_room(way, &mesh, &room);
+    let relit = relight(way, way.fresh_engine(&mesh).as_mut(), &mesh, &room);
     (mesh, room, relit)
 }
 
@@ -77,19 +75,6 @@ fn assert_room_unchanged(mesh: &Mesh, room: &RoomRadiosity, relit: &RelitRoom) -
         }
     }
     Ok(())
-}
-
-#[test]
-fn relight_without_objects_changes_nothing() {
-    check_every_iteration(1, &(any_scene(), any::<bool>()), |way, (cut, nothing)| {
-        // No object, or one without area.
-        let point = cut.scene.faces[0].point_at(0.25, 0.25);
-        let flat = Face::quad("flat", [point; 4], Vec3::ONE, Vec3::splat(0.5));
-        let objects = if nothing { vec![] } else { vec![flat] };
-        let (mesh, room, relit) = solve_and_relight(way, &cut, &objects);
-        prop_assert!(relit.map_shots > 0 && relit.object_shots == 0);
-        assert_room_unchanged(&mesh, &room, &relit)
-    });
 }
 
 /// Draws a rotated box in one half of the ball of diameter 1 about (½, ½, ½).
@@ -130,17 +115,23 @@ fn place_in_room(cut: &MeshedScene, objects: &[Face]) -> Vec<Face> {
     objects.iter().map(place).collect()
 }
 
-/// Backs of walls are black: an object behind them changes nothing in the room.
+/// No object, one without area, and one behind a wall, whose back is black: nothing changes in the room.
 #[test]
-fn object_outside_the_room_changes_nothing() {
-    check_every_engine(2, &(convex_room(), any_small_box(0)), |way, (cut, object)| {
-        let mut object = place_in_room(&cut, &object);
+fn unseen_object_changes_nothing() {
+    let drawn = (convex_room(), any_scene(), any_small_box(0), 0..3usize);
+    check_every_iteration(1, &drawn, |way, (convex, any, object, kind)| {
+        let cut = if kind == 0 { convex } else { any };
+        let mut objects = place_in_room(&cut, &object);
         let shift = cut.scene.faces[0].vector_area().normalize() * -20.0;
-        for face in &mut object {
+        for face in &mut objects {
             face.corners = face.corners.map(|p| p + shift);
             face.emission = Vec3::ZERO;
         }
-        let (mesh, room, relit) = solve_and_relight(way, &cut, &object);
+        let point = cut.scene.faces[0].point_at(0.25, 0.25);
+        let flat = Face::quad("flat", [point; 4], Vec3::ONE, Vec3::splat(0.5));
+        let objects = [objects, vec![], vec![flat]].into_iter().nth(kind).unwrap();
+        let (mesh, room, relit) = solve_and_relight(way, &cut, &objects);
+        prop_assert!(relit.map_shots > 0 && (kind == 0 || relit.object_shots == 0));
         assert_room_unchanged(&mesh, &room, &relit)
     });
 }
@@ -155,15 +146,7 @@ fn second_relight_by_same_engine_is_identical() {
         let mesh = mesh_with_objects(&cut, &object, way.samples);
         let room = captured_room(&empty.radiosity, &empty.residual, &mesh);
         let mut engine = way.fresh_engine(&mesh);
-        let [first, second] = [(); 2].map(|()| {
-            run_relight(
-                engine.as_mut(),
-                &mesh,
-                &room,
-                RelightMethod::Signed,
-                &single_shot_schedule(way),
-            )
-        });
+        let [first, second] = [(); 2].map(|()| relight(way, engine.as_mut(), &mesh, &room));
         prop_assert_eq!(&first.run.shots, &second.run.shots);
         prop_assert_eq!(&first.run.field, &second.run.field);
         prop_assert!(first.change.radiosity.iter().any(|d| d.truncate() != Vec3::ZERO));
@@ -183,7 +166,7 @@ fn relight_in_order(way: SolverSetup, cut: &MeshedScene, first: &[Face], second:
     let mesh = mesh_with_objects(&furnished, second, way.samples);
     let field = &one.run.field;
     let room = captured_room(&field.radiosity, &field.residual, &mesh);
-    let relit = relight_room(way, &mesh, &room);
+    let relit = relight(way, way.fresh_engine(&mesh).as_mut(), &mesh, &room);
     (mesh, relit)
 }
 

@@ -1,17 +1,15 @@
 //! Solver setups that properties are checked on, and bounds of the difference between solutions.
 
 use common::mesh::Mesh;
-use common::passes;
-use common::settings::{Iteration, Meshing, Schedule, Settings, Transport, Visibility};
+use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{RadiosityField, SolveRun, replay_log};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec4};
 use gpu::ShaderFault;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestError, TestRunner};
 use radiosity_tests::bounds::U;
-use radiosity_tests::engines::{AnyEngine, ENGINE_KINDS, EngineKind};
+use radiosity_tests::engines::{AnyEngine, ENGINE_KINDS, settings_of, solve_by_schedule};
 use radiosity_tests::random_cases;
-use std::ops::ControlFlow;
 
 /// All iterations.
 pub const ITERATIONS: [Iteration; 3] = [Iteration::Southwell, Iteration::Chebyshev, Iteration::Cg];
@@ -19,13 +17,13 @@ pub const ITERATIONS: [Iteration; 3] = [Iteration::Southwell, Iteration::Chebysh
 /// An iteration of few passes that adds positive numbers only.
 const POSITIVE_SUMS: [Iteration; 1] = [Iteration::Chebyshev];
 
-/// Device, samples, iteration and planted faults of a solve.
+/// Device, samples, iteration and planted fault of a solve.
 #[derive(Clone, Copy, Debug)]
 pub struct SolverSetup {
     pub on_gpu: bool,
     pub samples: u32,
     pub iteration: Iteration,
-    pub faults: &'static [ShaderFault],
+    pub fault: Option<ShaderFault>,
 }
 
 /// Returns setups of both engines, with one sample and four, by each of these iterations.
@@ -37,7 +35,7 @@ fn solver_setups(iterations: &[Iteration]) -> Vec<SolverSetup> {
                 on_gpu,
                 samples,
                 iteration: *iteration,
-                faults: &[],
+                fault: None,
             }));
         }
     }
@@ -45,24 +43,11 @@ fn solver_setups(iterations: &[Iteration]) -> Vec<SolverSetup> {
 }
 
 impl SolverSetup {
-    /// Returns the settings.
+    /// Returns the settings; texels and patches are the scene's own.
     pub fn settings(&self) -> Settings {
-        Settings {
-            meshing: Meshing {
-                samples: self.samples,
-                ..Meshing::default()
-            },
-            transport: Transport {
-                visibility: Visibility::Rays,
-                ..Transport::default()
-            },
-            schedule: Schedule {
-                iteration: self.iteration,
-                epsilon: self.unshot_limit(),
-                ..Schedule::default()
-            },
-            ..Settings::default()
-        }
+        let mut settings = settings_of([1, 1, self.samples], Visibility::Rays, self.unshot_limit());
+        settings.schedule.iteration = self.iteration;
+        settings
     }
 
     /// Returns ε. Bounds include the unshot power, so that single shots may stop early.
@@ -75,18 +60,14 @@ impl SolverSetup {
 
     /// Makes an engine.
     pub fn fresh_engine<'m>(&self, mesh: &'m Mesh) -> AnyEngine<'m> {
-        let by_rays = |kind: &&EngineKind| kind.on_gpu == self.on_gpu && kind.visibility == Visibility::Rays;
-        let kind = ENGINE_KINDS.iter().find(by_rays).unwrap();
-        kind.fresh_engine(mesh, &self.settings(), self.faults)
+        let [cpu_rays, _, _, gpu_rays] = ENGINE_KINDS;
+        let kind = if self.on_gpu { gpu_rays } else { cpu_rays };
+        kind.fresh_engine(mesh, &self.settings(), self.fault.as_slice())
     }
 
     /// Solves until the unshot power is below ε.
     pub fn solve_mesh(&self, mesh: &Mesh) -> SolveRun {
-        let settings = self.settings();
-        passes::solve_by_schedule(self.fresh_engine(mesh).as_mut(), mesh, &settings.schedule, &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap()
+        solve_by_schedule(self.fresh_engine(mesh).as_mut(), mesh, &self.settings().schedule)
     }
 
     /// Replays shots of these patches, one after the other.
@@ -147,11 +128,6 @@ pub fn check_every_engine<S: Strategy>(
     check_setups(&solver_setups(&POSITIVE_SUMS), count, strategy, property);
 }
 
-/// Returns the indices of all patches.
-pub fn all_patches(mesh: &Mesh) -> Vec<u32> {
-    (0..mesh.patches.len() as u32).collect()
-}
-
 /// Returns ΣA|a − b| over texels and channels, scene units; texel k of `a` is texel `pairs(k)` of `b`.
 pub fn radiosity_distance(mesh: &Mesh, a: &RadiosityField, b: &RadiosityField, pairs: impl Fn(usize) -> usize) -> f64 {
     let texels = mesh.texels.iter().zip(&a.radiosity).enumerate();
@@ -162,22 +138,20 @@ pub fn radiosity_distance(mesh: &Mesh, a: &RadiosityField, b: &RadiosityField, p
     each.sum::<f64>() * mesh.area_unit()
 }
 
-/// Returns ΣA|r|, scene units.
-pub fn unshot_power(mesh: &Mesh, field: &RadiosityField) -> f64 {
-    let texels = mesh.texels.iter().zip(&field.residual);
-    let each = texels.map(|(texel, r)| f64::from(texel.area) * channel_sum(r.truncate().abs()));
+/// Returns ΣA|v| over texels and channels, scene units.
+pub fn power_of(mesh: &Mesh, values: &[Vec4]) -> f64 {
+    let each = mesh.texels.iter().zip(values).map(|(texel, value)| {
+        let sum = value.truncate().abs().as_dvec3().element_sum();
+        f64::from(texel.area) * sum
+    });
     each.sum::<f64>() * mesh.area_unit()
-}
-
-/// Returns the sum over the channels.
-pub fn channel_sum(v: Vec3) -> f64 {
-    v.as_dvec3().element_sum()
 }
 
 /// Returns a bound of the gain of an error by all later reflections: 1/(1 − ρc) with the largest reflectance ρ and the
 /// largest sum c of a patch's links; infinite if ρc ≥ 1.
 pub fn reflection_gain(mesh: &Mesh, links: &[Vec<f32>]) -> f64 {
-    let rho = largest_reflectance(mesh);
+    let reflectances = mesh.texels.iter().map(|t| t.reflectance.max_element());
+    let rho = f64::from(reflectances.fold(0.0, f32::max));
     let closure = mesh.patches.iter().zip(links).map(|(patch, row)| {
         let taken = mesh.texels.iter().zip(row);
         let sum: f64 = taken.map(|(t, w)| f64::from(t.area) * f64::from(*w)).sum();
@@ -191,27 +165,14 @@ pub fn reflection_gain(mesh: &Mesh, links: &[Vec<f32>]) -> f64 {
     }
 }
 
-/// Returns the largest reflectance of all texels and channels.
-pub fn largest_reflectance(mesh: &Mesh) -> f64 {
-    let each = mesh.texels.iter().map(|t| t.reflectance.max_element());
-    f64::from(each.fold(0.0, f32::max))
-}
-
 /// Returns a bound of ΣA|B − B'| of solves of the same equations: their unshot power and all its reflections, and a
 /// rounding of 4u at each shot, or pass of all patches.
 pub fn remaining_error(mesh: &Mesh, gain: f64, runs: &[&SolveRun]) -> f64 {
     let each = runs.iter().map(|run| {
         let rounding = 4.0 * U * (run.shots.len() + mesh.patches.len()) as f64;
-        unshot_power(mesh, &run.field) + rounding * total_power(mesh, &run.field)
+        power_of(mesh, &run.field.residual) + rounding * power_of(mesh, &run.field.radiosity)
     });
     gain * each.sum::<f64>()
-}
-
-/// Returns ΣA|B|, scene units.
-pub fn total_power(mesh: &Mesh, field: &RadiosityField) -> f64 {
-    let texels = mesh.texels.iter().zip(&field.radiosity);
-    let each = texels.map(|(texel, b)| f64::from(texel.area) * channel_sum(b.truncate().abs()));
-    each.sum::<f64>() * mesh.area_unit()
 }
 
 /// Returns the outline of a patch, mesh units; that of a triangle has three corners.

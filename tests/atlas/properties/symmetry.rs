@@ -4,10 +4,11 @@
 use super::equivalence::assert_same_light;
 use super::pairing::Pairing;
 use super::scenes::{MeshedScene, any_scene, convex_room, furnished_room, rotate_corners};
-use super::setups::{SolverSetup, all_patches, check_every_engine, check_every_iteration};
+use super::setups::{SolverSetup, check_every_engine, check_every_iteration};
 use common::mesh::Mesh;
 use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
+use radiosity_tests::engines::all_patches;
 
 fn any_rotation() -> impl Strategy<Value = DMat3> {
     (-3.0f64..3.0, -3.0f64..3.0, -3.0f64..3.0)
@@ -63,8 +64,8 @@ fn any_axis() -> impl Strategy<Value = DVec3> {
 
 #[test]
 fn mirrored_scene_has_mirrored_light() {
-    check_every_iteration(
-        1,
+    check_every_engine(
+        2,
         &(convex_room(), furnished_room(), any_axis()),
         |way, (empty, full, axis)| {
             let cut = scene_for_setup(way, empty, full);
@@ -143,8 +144,8 @@ fn rotate_first_corners(cut: &MeshedScene, by: &[u32], corners: &[usize]) -> Mes
 /// The patches of a triangle depend on its first corner: there only links are compared.
 #[test]
 fn order_of_faces_and_corners_changes_only_rounding() {
-    check_every_iteration(
-        1,
+    check_every_engine(
+        2,
         &(convex_room(), furnished_room(), random_keys()),
         |way, (empty, full, keys)| {
             let cut = scene_for_setup(way, empty, full);
@@ -196,7 +197,7 @@ fn split_face(cut: &MeshedScene, at: usize) -> [MeshedScene; 2] {
 /// Equal texels have equal links; if the patches are equal, too, like those of quads, so is the solution.
 #[test]
 fn split_face_keeps_light() {
-    check_every_iteration(
+    check_every_engine(
         2,
         &(convex_room(), furnished_room(), any::<usize>()),
         |way, (empty, full, at)| {
@@ -205,63 +206,4 @@ fn split_face_keeps_light() {
             assert_same_light(way, &a, &b, &Pairing::new(&a, &b, |p| p), 1.0)
         },
     );
-}
-
-/// Returns Σ A|Δw| over all links, divided by ΣA·w.
-fn link_difference(
-    way: SolverSetup,
-    a: &Mesh,
-    links: &[Vec<f32>],
-    other: &MeshedScene,
-    to: impl Fn(DVec3) -> DVec3,
-) -> f64 {
-    let b = other.build_mesh(way.samples);
-    let (pairs, others) = (Pairing::new(a, &b, to), way.link_rows(&b));
-    let (mut apart, mut all) = (0.0, 0.0);
-    for (row, other) in links.iter().zip(&pairs.patches) {
-        let other = &others[other.expect("each patch has its own")];
-        for ((texel, w), k) in a.texels.iter().zip(row).zip(&pairs.texels) {
-            apart += f64::from(texel.area) * f64::from((w - other[*k]).abs());
-            all += f64::from(texel.area) * f64::from(*w);
-        }
-    }
-    apart / all
-}
-
-/// With several samples and occluders renumbering moves the sample points. Three other orders of the faces measure the
-/// change; a mirror image and other first corners of quads may change about as much. Each change is a sum over some
-/// hundred partly visible links, so that twice the largest of three is exceeded only if something else is wrong. More
-/// points change less.
-#[test]
-fn renumbering_changes_links_within_sampling_error() {
-    let scene = furnished_room().prop_filter("something is between", |cut| cut.scene.faces.len() > 12);
-    check_every_engine(2, &(scene, random_keys(), any_axis()), |way, (cut, keys, axis)| {
-        let way = SolverSetup {
-            samples: 4 * way.samples,
-            ..way
-        };
-        let a = cut.build_mesh(way.samples);
-        let links = way.link_rows(&a);
-        let order = |by: u32| {
-            let keys: Vec<u32> = keys.iter().map(|key| key.rotate_left(by)).collect();
-            reorder_faces(&cut, &order(cut.scene.faces.len(), &keys))
-        };
-        let chance = [1, 9, 17].map(|by| link_difference(way, &a, &links, &order(by), |p| p));
-        let most = chance.into_iter().fold(0.0, f64::max);
-        let (image, to) = mirror_scene(&cut, axis);
-        let found = [
-            link_difference(way, &a, &links, &image, to),
-            link_difference(way, &a, &links, &rotate_first_corners(&cut, &keys, &[4]), |p| p),
-        ];
-        for found in found {
-            prop_assert!(found <= 2.0 * most, "{found:e}, by chance {chance:?}");
-        }
-        if way.samples == 4 {
-            let more = SolverSetup { samples: 16, ..way };
-            let finer = cut.build_mesh(16);
-            let less = link_difference(more, &finer, &more.link_rows(&finer), &order(1), |p| p);
-            prop_assert!(less < most, "{less:e} of 16 points, {most:e} of 4");
-        }
-        Ok(())
-    });
 }

@@ -5,8 +5,6 @@
 
 use super::document::{GltfDocument, GltfResult};
 use crate::import::builder::MAX_FACES;
-use crate::import::material::clamp_vertex_colour;
-use glam::{DVec2, DVec3, Vec3};
 use gltf::accessor::Item;
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
@@ -14,49 +12,25 @@ use gltf::json::buffer::View;
 use gltf::json::validation::Checked;
 
 impl GltfDocument {
-    /// Reads positions or normals of vertices.
-    ///
-    /// Errors: the accessor is missing, of another type or out of range (so below).
-    pub fn read_vectors(&self, index: Index<Accessor>) -> GltfResult<Vec<Vec3>> {
-        let vector = |p: [f64; 3]| Vec3::from(p.map(|x| x as f32));
-        self.read_values(index, "positions", Type::Vec3, vector)
-    }
-
-    /// Reads texture coordinates of vertices.
-    pub fn read_texture_coordinates(&self, index: Index<Accessor>) -> GltfResult<Vec<DVec2>> {
-        self.read_values(index, "texture coordinates", Type::Vec2, DVec2::from_array)
-    }
-
-    /// Reads colours of vertices, without their opacity.
-    pub fn read_colours(&self, index: Index<Accessor>) -> GltfResult<Vec<DVec3>> {
-        let colour = |c: [f64; 3]| DVec3::from(c.map(|x| clamp_vertex_colour(x as f32).into()));
-        let kind = self.root.get(index).map(|accessor| accessor.type_);
-        if matches!(kind, Some(Checked::Valid(Type::Vec4))) {
-            let opaque = |[r, g, b, _]: [f64; 4]| colour([r, g, b]);
-            self.read_values(index, "colours", Type::Vec4, opaque)
-        } else {
-            self.read_values(index, "colours", Type::Vec3, colour)
+    /// Returns the rounding error of an accessor of integers, and 0 for floats.
+    pub fn rounding_step(&self, index: Index<Accessor>) -> f64 {
+        match self.root.get(index) {
+            Some(Accessor {
+                component_type: Checked::Valid(component),
+                normalized,
+                ..
+            }) => {
+                let one = largest_integer(component.0);
+                one.map_or(0.0, |one| if *normalized { 0.5 / one } else { 0.5 })
+            }
+            _ => 0.0,
         }
     }
 
-    /// Reads indices of vertices.
-    pub fn read_indices(&self, index: Index<Accessor>) -> GltfResult<Vec<u32>> {
-        self.read_values(index, "indices", Type::Scalar, |[k]| k as u32)
-    }
-
-    /// Returns the rounding error of an accessor of integers, and 0 for floats.
-    pub fn rounding_step(&self, index: Index<Accessor>) -> f64 {
-        let one = self.root.get(index).and_then(|accessor| {
-            let Checked::Valid(component) = accessor.component_type else {
-                return None;
-            };
-            let one = largest_integer(component.0)?;
-            Some(if accessor.normalized { one } else { 1.0 })
-        });
-        one.map_or(0.0, |one| 0.5 / one)
-    }
-
-    fn read_values<T, const N: usize>(
+    /// Reads a vector of `N` numbers per element.
+    ///
+    /// Errors: the accessor is missing, of another type than `wanted` or out of range; the message says `what` it holds.
+    pub fn read_values<T, const N: usize>(
         &self,
         index: Index<Accessor>,
         what: &str,

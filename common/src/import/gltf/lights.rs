@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::import::builder::Builder;
 use crate::import::material::{ImportedMaterial, InputPolygon};
 use crate::import::polygon::vector_area;
-use crate::import::surface::DiffuseSurface;
+use crate::import::surface::diffuse_surface;
 use crate::scene::Face;
 use glam::{DMat4, DVec3};
 use gltf::json::Index;
@@ -23,12 +23,6 @@ const ICOSAHEDRON_CORNERS: [usize; 60] = [
     8, 9, 3, 10, 5, 3, 7, 11, 3, 11, 10, 4, 8, 5, 4, 5, 10, 6, 7, 9, 6, 11, 7,
 ];
 
-/// Geometry of a lamp: outlines of its faces, and its power at intensity 1.
-struct LampShape {
-    outlines: Vec<Vec<DVec3>>,
-    power: f64,
-}
-
 /// Adds a lamp for each light (its index and its node's transform), and notes.
 ///
 /// Errors: a light does not exist, is directional, or is too bright.
@@ -40,18 +34,17 @@ pub fn add_lamps(builder: &mut Builder, path: &Path, document: &GltfDocument, li
         let fail = |message: &str| Error::bad_input(path, &place, message);
         let light = document.root.get(Index::<Light>::new(*number as u32));
         let light = light.ok_or_else(|| fail("does not exist"))?;
-        let lamp = build_lamp(light, *world, radius).map_err(fail)?;
-        let sides = lamp.outlines.iter();
-        let area: f64 = sides.map(|side| vector_area(side).length()).sum();
+        let (outlines, power) = build_lamp(light, *world, radius).map_err(fail)?;
+        let area: f64 = outlines.iter().map(|side| vector_area(side).length()).sum();
         let colour = DVec3::from(light.color.map(f64::from)) * f64::from(light.intensity);
         let name = light.name.clone().unwrap_or_else(|| place.clone());
         // Power is π L times the area.
-        let radiance = colour * lamp.power / (PI * area);
+        let radiance = colour * power / (PI * area);
         let names_of = ["", "of its intensity"];
-        DiffuseSurface::new(DVec3::ZERO, radiance, names_of).map_err(|message| fail(&message))?;
+        diffuse_surface(DVec3::ZERO, radiance, names_of).map_err(|message| fail(&message))?;
         let factors = [DVec3::ZERO, radiance];
         let material = ImportedMaterial::from_factors(path, &name, factors, names_of);
-        for corners in &lamp.outlines {
+        for corners in &outlines {
             let polygon = InputPolygon {
                 corners,
                 ..InputPolygon::default()
@@ -77,17 +70,15 @@ pub fn add_lamps(builder: &mut Builder, path: &Path, document: &GltfDocument, li
     Ok(())
 }
 
-fn build_lamp(light: &Light, world: DMat4, radius: f64) -> std::result::Result<LampShape, &'static str> {
+/// Returns the outlines of a lamp's faces, and its power at intensity 1.
+fn build_lamp(light: &Light, world: DMat4, radius: f64) -> std::result::Result<(Vec<Vec<DVec3>>, f64), &'static str> {
     let (at, forward) = (world.w_axis.truncate(), world.transform_vector3(-DVec3::Z));
     match light.type_ {
-        Checked::Valid(Type::Point) => Ok(LampShape {
-            outlines: icosahedron_faces(at, radius),
-            power: 4.0 * PI,
-        }),
-        Checked::Valid(Type::Spot) => Ok(LampShape {
-            outlines: vec![square_outline(at, forward, radius)],
-            power: light.spot.as_ref().map_or(0.0, spot_power),
-        }),
+        Checked::Valid(Type::Point) => Ok((icosahedron_faces(at, radius), 4.0 * PI)),
+        Checked::Valid(Type::Spot) => {
+            let power = light.spot.as_ref().map_or(0.0, spot_power);
+            Ok((vec![square_outline(at, forward, radius)], power))
+        }
         Checked::Valid(Type::Directional) => {
             Err("is directional and comes from nowhere: give a point light, or a face with emissiveFactor")
         }
@@ -97,7 +88,8 @@ fn build_lamp(light: &Light, world: DMat4, radius: f64) -> std::result::Result<L
 
 /// Returns the largest extent of the faces and lights along an axis; 1 if it is 0.
 fn scene_size(builder: &Builder, lights: &[(usize, DMat4)]) -> f64 {
-    let corners = builder.all_faces().flat_map(Face::outline).copied();
+    let faces = builder.faces.iter().chain(&builder.pieces);
+    let corners = faces.flat_map(Face::outline).copied();
     let points = corners.chain(lights.iter().map(|(_, world)| world.w_axis.truncate()));
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let [low, high] = points.fold(none, |[low, high], p| [low.min(p), high.max(p)]);

@@ -8,24 +8,24 @@ mod document;
 mod lights;
 mod material;
 mod primitive;
-mod texture;
 
 use super::ImportOptions;
 use super::builder::Builder;
 use super::material::{ImportedMaterial, InputPolygon};
+use super::picture_cache::PictureCache;
 use super::polygon;
 use crate::error::{Error, Result};
 use document::GltfDocument;
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DQuat, DVec2, DVec3, Vec2, Vec3};
 use gltf::json::mesh::Semantic;
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Mesh};
-use primitive::{PrimitiveRequest, PrimitiveTriangle};
+use material::MaterialReader;
+use primitive::{PrimitiveRequest, PrimitiveVertex};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
-use texture::GltfTextures;
 
 /// Adds the faces of a glTF file to `builder`.
 ///
@@ -40,11 +40,16 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], options: &ImportOp
         builder,
         join_quads: options.join_quads && !options.charts,
         charts: options.charts,
-        textures: GltfTextures::new(path, &document),
+        reader: MaterialReader {
+            path,
+            document: &document,
+            pictures: PictureCache::new(),
+        },
         vertex_material: Rc::new(white),
         materials: BTreeMap::new(),
         lamps: Vec::new(),
-        omissions: Omissions::default(),
+        points_and_lines: 0,
+        has_poses: false,
     };
     import.import_scene()?;
     lights::add_lamps(import.builder, path, &document, &import.lamps)?;
@@ -58,25 +63,21 @@ struct GltfImport<'a, 'b> {
     builder: &'a mut Builder<'b>,
     join_quads: bool,
     charts: bool,
-    textures: GltfTextures<'a>,
+    reader: MaterialReader<'a>,
     /// Material of primitives with vertex colours alone.
     vertex_material: Rc<ImportedMaterial>,
     /// Materials used so far.
     materials: BTreeMap<usize, GltfMaterial>,
     /// Lights without a surface, and their nodes' transforms.
     lamps: Vec<(usize, DMat4)>,
-    omissions: Omissions,
+    /// Number of primitives of points or lines.
+    points_and_lines: usize,
+    /// True if a mesh has a skin or morph targets.
+    has_poses: bool,
 }
 
 /// A material, and the sets of texture coordinates of its textures.
 type GltfMaterial = (Rc<ImportedMaterial>, [Option<u32>; 2]);
-
-/// Features of the file that are not imported.
-#[derive(Default)]
-struct Omissions {
-    points_and_lines: usize,
-    poses: bool,
-}
 
 impl GltfImport<'_, '_> {
     fn fail_at<T>(&self, place: impl Into<String>, message: impl Into<String>) -> Result<T> {
@@ -100,7 +101,7 @@ impl GltfImport<'_, '_> {
             }
             let world = parent * node_transform(node);
             if let Some(mesh) = node.mesh {
-                self.omissions.poses |= node.skin.is_some();
+                self.has_poses |= node.skin.is_some();
                 self.import_mesh(node, mesh, world)?;
             }
             let lights = node.extensions.as_ref();
@@ -142,9 +143,9 @@ impl GltfImport<'_, '_> {
         let name = node.name.as_ref().or(mesh.name.as_ref()).cloned();
         let name = name.unwrap_or_else(|| format!("mesh {index}"));
         for (k, primitive) in mesh.primitives.iter().enumerate() {
-            self.omissions.poses |= primitive.targets.is_some();
+            self.has_poses |= primitive.targets.is_some();
             let colour = Checked::Valid(Semantic::Colors(0));
-            let replaced = self.builder.replaces_reflectance();
+            let replaced = self.builder.reflectance.is_some();
             let coloured = primitive.attributes.contains_key(&colour) && !replaced;
             let place = format!("mesh {index} primitive {k}");
             let material = match primitive.material {
@@ -160,7 +161,7 @@ impl GltfImport<'_, '_> {
             };
             match primitive::read_triangles(self.document, primitive, &request) {
                 Ok(Some(faces)) => self.import_faces(&name, &place, &faces, material.as_ref())?,
-                Ok(None) => self.omissions.points_and_lines += 1,
+                Ok(None) => self.points_and_lines += 1,
                 Err(message) => return self.fail_at(place, message),
             }
         }
@@ -171,29 +172,38 @@ impl GltfImport<'_, '_> {
         &mut self,
         name: &str,
         place: &str,
-        triangles: &[PrimitiveTriangle],
+        triangles: &[[PrimitiveVertex; 3]],
         material: Option<&GltfMaterial>,
     ) -> Result<()> {
+        let outline = |triangle: &[PrimitiveVertex; 3]| triangle.map(|vertex| vertex.position);
         let mut rest = triangles;
         while let Some((first, after)) = rest.split_first() {
-            let second = after.first().filter(|_| self.join_quads);
-            let second = second.filter(|second| first.is_continuous_with(second));
-            let quad = second.and_then(|t| polygon::join_triangles(first.corners, t.corners));
+            let second = after
+                .first()
+                .filter(|second| self.join_quads && are_continuous(first, second));
+            let quad = second.and_then(|second| polygon::join_triangles(outline(first), outline(second)));
             let (parts, after) = rest.split_at(if quad.is_some() { 2 } else { 1 });
-            let corners = quad.as_ref().map_or(&first.corners[..], |quad| quad);
-            let normals = corner_values(corners, parts, |t| t.normals);
-            let places = [0, 1].map(|k| corner_values(corners, parts, |t| t.texture_coordinates[k]));
-            let colours = corner_values(corners, parts, |t| t.colours);
-            // A corner that both triangles have lies on the diagonal.
-            let odd = parts.len() > 1 && parts.iter().all(|t| t.corners.contains(&corners[1]));
+            let vertices: Vec<&PrimitiveVertex> = match &quad {
+                Some(quad) => {
+                    let vertex = |corner: &DVec3| parts.as_flattened().iter().find(|v| v.position == *corner);
+                    quad.iter().filter_map(vertex).collect()
+                }
+                None => first.iter().collect(),
+            };
+            let corners: Vec<DVec3> = vertices.iter().map(|v| v.position).collect();
+            let normals: Option<Vec<Vec3>> = vertices.iter().map(|v| v.normal).collect();
+            let colours: Option<Vec<DVec3>> = vertices.iter().map(|v| v.colour).collect();
+            let places = [0, 1].map(|k| vertices.iter().map(|v| v.places[k]).collect::<Option<Vec<DVec2>>>());
+            let chart: Option<Vec<Vec2>> = first.iter().map(|v| v.chart).collect();
             let polygon = InputPolygon {
-                corners,
+                corners: &corners,
                 normals: &normals.unwrap_or_default(),
-                rounding: parts.iter().map(|t| t.rounding).fold(0.0, f64::max),
+                rounding: parts.as_flattened().iter().map(|v| v.rounding).fold(0.0, f64::max),
                 texture_coordinates: places.each_ref().map(Option::as_deref),
                 colours: colours.as_deref(),
-                odd_diagonal: odd,
-                chart: first.chart,
+                // A corner that both triangles have lies on the diagonal.
+                odd_diagonal: quad.is_some() && parts.iter().all(|t| outline(t).contains(&corners[1])),
+                chart: chart.and_then(|chart| chart.try_into().ok()),
             };
             let material = material.map(|(material, _)| material.as_ref());
             let place = || format!("{place}, node {name}");
@@ -210,10 +220,9 @@ impl GltfImport<'_, '_> {
         let Some(material) = self.document.root.get(index) else {
             return self.fail_at(format!("material {index}"), "does not exist");
         };
-        let name = material::material_name(material, index.value());
-        let replaced = self.builder.replaces_reflectance();
-        let place = (self.path, name.clone());
-        let read = material::read_material(material, place, &mut self.textures, replaced);
+        let name = material.name.clone().unwrap_or_else(|| index.to_string());
+        let replaced = self.builder.reflectance.is_some();
+        let read = self.reader.read_material(material, name.clone(), replaced);
         let (read, sets) = read.or_else(|message| self.fail_at(format!("material {name}"), message))?;
         let material = (Rc::new(read), sets);
         self.materials.insert(index.value(), material.clone());
@@ -222,46 +231,32 @@ impl GltfImport<'_, '_> {
 
     fn add_notes(&mut self) {
         let root = &self.document.root;
-        let mut notes = Vec::new();
         let mut materials: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for (k, (material, _)) in &self.materials {
-            for word in material::unsupported_features(&root.materials[*k]) {
-                materials.entry(word).or_default().push(&material.name);
+            for words in material::unsupported_features(&root.materials[*k]) {
+                materials.entry(words).or_default().push(&material.name);
             }
         }
-        for (word, names) in materials {
-            let names = names.join(", ");
-            notes.push(format!("materials that are {word}: {names}"));
-        }
-        let left_out = self.omissions.points_and_lines;
-        if left_out > 0 {
-            notes.push(format!("{left_out} primitives of points or lines left out"));
-        }
-        let unread = document::unsupported_extensions(root).join(", ");
-        if !unread.is_empty() {
-            notes.push(format!("extensions that are not read: {unread}"));
-        }
-        notes.extend(self.textures.pictures.resolution_note());
-        if self.omissions.poses {
-            notes.push("skins and morph targets are not used: meshes are as modelled".into());
-        }
+        let materials = materials.into_iter();
+        let mut notes: Vec<String> = materials
+            .map(|(words, names)| format!("materials that are {words}: {}", names.join(", ")))
+            .collect();
+        let (left_out, unread) = (self.points_and_lines, document::unsupported_extensions(root).join(", "));
+        notes.extend((left_out > 0).then(|| format!("{left_out} primitives of points or lines left out")));
+        notes.extend((!unread.is_empty()).then(|| format!("extensions that are not read: {unread}")));
+        notes.extend(self.reader.pictures.resolution_note());
+        let poses = "skins and morph targets are not used: meshes are as modelled";
+        notes.extend(self.has_poses.then(|| poses.into()));
         notes.into_iter().for_each(|note| self.builder.add_note(note));
     }
 }
 
-/// Collects an attribute at the corners of a face from the triangles that make it up; none if a corner lacks it.
-fn corner_values<T: Copy>(
-    corners: &[DVec3],
-    triangles: &[PrimitiveTriangle],
-    of: impl Fn(&PrimitiveTriangle) -> Option<[T; 3]>,
-) -> Option<Vec<T>> {
-    let value = |corner: &DVec3| {
-        triangles.iter().find_map(|triangle| {
-            let k = triangle.corners.iter().position(|c| c == corner)?;
-            Some(of(triangle)?[k])
-        })
-    };
-    corners.iter().map(value).collect()
+/// Returns whether texture coordinates and colours of two triangles agree at their common corners.
+fn are_continuous(first: &[PrimitiveVertex; 3], second: &[PrimitiveVertex; 3]) -> bool {
+    first.iter().all(|a| {
+        let there = second.iter().find(|b| b.position == a.position);
+        there.is_none_or(|b| (a.places, a.colour) == (b.places, b.colour))
+    })
 }
 
 fn node_transform(node: &Node) -> DMat4 {

@@ -1,26 +1,28 @@
 //! Reads the triangles of a mesh's primitive: lists, strips and fans, with or without indices.
 
 use super::document::{GltfDocument, GltfResult};
+use crate::import::material::clamp_vertex_colour;
 use crate::precision::UNIT_ROUNDOFF;
 use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
+use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-/// A triangle of a primitive in world space, with its attributes.
+/// A vertex of a primitive in world space, with the attributes that it has.
 #[derive(Clone, Copy)]
-pub struct PrimitiveTriangle {
-    /// Corners.
-    pub corners: [DVec3; 3],
-    /// Shading normals at the corners, untransformed: they are only compared for equality.
-    pub normals: Option<[Vec3; 3]>,
-    /// Texture coordinates of the corners, for the reflectance and the radiance texture.
-    pub texture_coordinates: [Option<[DVec2; 3]>; 2],
-    /// Vertex colours.
-    pub colours: Option<[DVec3; 3]>,
-    /// Lightmap coordinates of the corners.
-    pub chart: Option<[Vec2; 3]>,
+pub struct PrimitiveVertex {
+    /// Position.
+    pub position: DVec3,
+    /// Shading normal, untransformed: normals are only compared for equality.
+    pub normal: Option<Vec3>,
+    /// Texture coordinates for the reflectance and the radiance texture.
+    pub places: [Option<DVec2>; 2],
+    /// Vertex colour.
+    pub colour: Option<DVec3>,
+    /// Lightmap coordinates.
+    pub chart: Option<Vec2>,
     /// Largest rounding error of a coordinate, from the file's f32 or integers. The rounding of the node's
-    /// transform moves all corners alike and does not count.
+    /// transform moves all vertices alike and does not count.
     pub rounding: f64,
 }
 
@@ -39,20 +41,6 @@ pub struct PrimitiveRequest {
 /// Set of texture coordinates that holds lightmap coordinates.
 const LIGHTMAP_SET: u32 = 1;
 
-impl PrimitiveTriangle {
-    /// True if texture coordinates and colours of two triangles agree at their common corners.
-    pub fn is_continuous_with(&self, other: &Self) -> bool {
-        let look = |t: &Self, k: usize| {
-            let places = t.texture_coordinates.map(|places| places.map(|p| p[k]));
-            (places, t.colours.map(|colours| colours[k]))
-        };
-        (0..3).all(|k| {
-            let there = other.corners.iter().position(|c| *c == self.corners[k]);
-            there.is_none_or(|n| look(self, k) == look(other, n))
-        })
-    }
-}
-
 /// Reads a primitive's triangles with the requested attributes; none if it consists of points or lines. Normals
 /// that cannot be read count as missing.
 ///
@@ -61,78 +49,79 @@ pub fn read_triangles(
     document: &GltfDocument,
     primitive: &Primitive,
     request: &PrimitiveRequest,
-) -> GltfResult<Option<Vec<PrimitiveTriangle>>> {
+) -> GltfResult<Option<Vec<[PrimitiveVertex; 3]>>> {
     use Mode::{LineLoop, LineStrip, Lines, Points};
-    let Checked::Valid(mode) = primitive.mode else {
-        return Err("has an unknown mode".into());
+    let mode = match primitive.mode {
+        Checked::Valid(Points | Lines | LineLoop | LineStrip) => return Ok(None),
+        Checked::Valid(mode) => mode,
+        Checked::Invalid => return Err("has an unknown mode".into()),
     };
-    if matches!(mode, Points | Lines | LineLoop | LineStrip) {
-        return Ok(None);
-    }
     let attribute = |of| primitive.attributes.get(&Checked::Valid(of)).copied();
     let coordinates = |set: Option<u32>| {
         let accessor = set.and_then(|set| attribute(Semantic::TexCoords(set)));
-        let places = accessor.map(|accessor| document.read_texture_coordinates(accessor));
+        let places = accessor.map(|k| document.read_values(k, "texture coordinates", Type::Vec2, DVec2::from_array));
         places.transpose()
     };
+    let vector = |p: [f64; 3]| Vec3::from(p.map(|x| x as f32));
     let accessor = attribute(Semantic::Positions).ok_or("has no POSITION")?;
-    let positions = document.read_vectors(accessor)?;
+    let positions = document.read_values(accessor, "positions", Type::Vec3, vector)?;
     let step = document.rounding_step(accessor);
     let normals = attribute(Semantic::Normals);
-    let normals = normals.and_then(|accessor| document.read_vectors(accessor).ok());
-    let [first, second] = request.sets;
-    let places = [coordinates(first)?, coordinates(second)?];
+    let normals = normals.and_then(|k| document.read_values(k, "normals", Type::Vec3, vector).ok());
+    let places = [coordinates(request.sets[0])?, coordinates(request.sets[1])?];
     let charts = coordinates(request.charts.then_some(LIGHTMAP_SET))?;
     if request.charts && charts.is_none() {
         return Err(format!(
             "has no TEXCOORD_{LIGHTMAP_SET}: export with a second UV map, in which no two faces overlap"
         ));
     }
+    let colour = |c: [f64; 3]| DVec3::from(c.map(|x| clamp_vertex_colour(x as f32).into()));
+    let opaque = |[r, g, b, _]: [f64; 4]| colour([r, g, b]);
     let colours = attribute(Semantic::Colors(0)).filter(|_| request.colours);
-    let colours = colours.map(|accessor| document.read_colours(accessor));
+    let colours = colours.map(|k| match document.root.get(k).map(|accessor| accessor.type_) {
+        Some(Checked::Valid(Type::Vec4)) => document.read_values(k, "colours", Type::Vec4, opaque),
+        _ => document.read_values(k, "colours", Type::Vec3, colour),
+    });
     let colours = colours.transpose()?;
     let indices = match primitive.indices {
-        Some(accessor) => document.read_indices(accessor)?,
+        Some(accessor) => document.read_values(accessor, "indices", Type::Scalar, |[k]| k as u32)?,
         None => (0..positions.len() as u32).collect(),
     };
-    let mirrored = request.world.determinant() < 0.0;
-    let triangle = |[a, b, c]: [u32; 3]| {
-        let at = if mirrored { [a, c, b] } else { [a, b, c] };
-        let count = positions.len();
-        if let Some(index) = [a, b, c].into_iter().find(|k| *k as usize >= count) {
-            return Err(format!("has index {index} but only {count} vertices"));
-        }
-        let corners = at.map(|k| positions[k as usize].as_dvec3());
-        Ok(PrimitiveTriangle {
-            corners: corners.map(|corner| request.world.transform_point3(corner)),
-            normals: values_at(normals.as_ref(), at),
-            texture_coordinates: places.each_ref().map(|places| values_at(places.as_ref(), at)),
-            colours: values_at(colours.as_ref(), at),
-            chart: values_at(charts.as_ref(), at).map(|chart| chart.map(|p: DVec2| p.as_vec2())),
-            rounding: coordinate_rounding(&corners, step, request.world),
+    let vertex = |index: u32| -> GltfResult<PrimitiveVertex> {
+        let k = index as usize;
+        let position = positions.get(k);
+        let position = position.ok_or_else(|| format!("has index {index} but only {} vertices", positions.len()))?;
+        let position = position.as_dvec3();
+        Ok(PrimitiveVertex {
+            position: request.world.transform_point3(position),
+            normal: values_at(&normals, k),
+            places: [values_at(&places[0], k), values_at(&places[1], k)],
+            colour: values_at(&colours, k),
+            chart: values_at(&charts, k).map(|p| p.as_vec2()),
+            rounding: coordinate_rounding(position, step, request.world),
         })
     };
-    let triangles = assemble_triangles(mode, &indices)?;
-    let triangles = triangles.into_iter().map(triangle).collect::<GltfResult<_>>();
-    triangles.map(Some)
+    let mirrored = request.world.determinant() < 0.0;
+    let triangle = |[a, b, c]: [u32; 3]| -> GltfResult<[PrimitiveVertex; 3]> {
+        let [a, b, c] = [vertex(a)?, vertex(b)?, vertex(c)?];
+        Ok(if mirrored { [a, c, b] } else { [a, b, c] })
+    };
+    let triangles = assemble_triangles(mode, &indices)?.into_iter().map(triangle);
+    triangles.collect::<GltfResult<_>>().map(Some)
 }
 
-/// Looks up an attribute at a triangle's corners; none if a corner lacks it.
-fn values_at<T: Copy>(values: Option<&Vec<T>>, corners: [u32; 3]) -> Option<[T; 3]> {
-    let values = values?;
-    let [a, b, c] = corners.map(|k| values.get(k as usize).copied());
-    Some([a?, b?, c?])
+fn values_at<T: Copy>(values: &Option<Vec<T>>, k: usize) -> Option<T> {
+    values.as_ref()?.get(k).copied()
 }
 
 /// Returns the largest rounding error of a coordinate in world space; `step` is that of integers, 0 for floats.
-fn coordinate_rounding(corners: &[DVec3; 3], step: f64, world: DMat4) -> f64 {
+fn coordinate_rounding(p: DVec3, step: f64, world: DMat4) -> f64 {
     let [x, y, z] = [world.x_axis, world.y_axis, world.z_axis].map(|axis| axis.truncate().abs());
     let in_world = |p: DVec3| (x * p.x + y * p.y + z * p.z).max_element();
-    let off = |p: &DVec3| match step {
+    match step {
         0.0 => UNIT_ROUNDOFF * in_world(p.abs()),
         step => in_world(DVec3::splat(step)),
-    };
-    corners.iter().map(off).fold(0.0, f64::max)
+    }
 }
 
 /// Returns the vertex indices of each triangle (glTF 2.0 §3.7.2.1). In strips and fans, triangles with a repeated

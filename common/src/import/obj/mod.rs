@@ -1,187 +1,184 @@
-//! Reads OBJ files with tobj: faces in file order, with their groups and materials.
-//!
-//! tobj receives a simplified text: vertices of which all or none have a colour, and one library with all
-//! materials. Normals and texture coordinates are read here, since tobj gives a corner without one that of the
-//! corner before, and refuses a file with an invalid one.
+//! Reads OBJ files: faces in file order, with their groups and materials.
 
 mod mtl;
 mod number_precision;
 mod text;
-mod texture;
 
 use super::builder::Builder;
 use super::material::{ImportedMaterial, InputPolygon, clamp_vertex_colour};
 use super::picture_cache::PictureCache;
 use crate::error::{Error, Result};
-use crate::file::MAX_FILE_BYTES;
+use crate::file::{self, MAX_FILE_BYTES};
 use crate::paint::from_srgb;
 use glam::{DVec2, DVec3, Vec3};
+use mtl::MtlMaterial;
 use number_precision::NumberPrecision;
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::str::FromStr;
-use text::NumberedLines;
+use std::rc::Rc;
 
 /// Adds the faces of an OBJ file to `builder`.
 ///
 /// Errors: the text is invalid, or a material file or a texture cannot be read.
 pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8]) -> Result<()> {
-    let source = ObjSource::from_text(path, text::decode_text(path, bytes)?)?;
-    let models = source.parse_models(path)?;
-    let mut pictures = PictureCache::new();
-    let mut used = vec![None; source.materials.len()];
-    let (white, names) = ([DVec3::ONE, DVec3::ZERO], ["colour", ""]);
-    let bare = ImportedMaterial::from_factors(path, "of its vertices", white, names);
-    let mut lines = source.faces.iter();
-    for model in &models {
-        let mesh = &model.mesh;
-        if let Some(id) = mesh.material_id.filter(|id| used[*id].is_none()) {
-            let replaced = builder.replaces_reflectance();
-            used[id] = Some(source.materials[id].read_textures(&mut pictures, replaced)?);
-        }
-        let material = mesh.material_id.and_then(|id| used[id].as_ref());
-        let coloured = !mesh.vertex_color.is_empty();
-        let material = material.or(coloured.then_some(&bare));
-        let mut indices = mesh.indices.as_slice();
-        // tobj keeps the faces in file order and does not triangulate them.
-        while !indices.is_empty()
-            && let Some(line) = lines.next()
-        {
-            let (face, rest) = indices.split_at(line.corner_count.min(indices.len()));
-            indices = rest;
-            let corners: Vec<DVec3> = face.iter().map(|k| vector(&mesh.positions, *k)).collect();
-            // Blender and MeshLab write sRGB.
-            let colour = |k: &u32| {
-                let written = vector(&mesh.vertex_color, *k).as_vec3().to_array();
-                DVec3::from(written.map(|x| from_srgb(clamp_vertex_colour(x))))
-            };
-            let colours: Option<Vec<DVec3>> = coloured.then(|| face.iter().map(colour).collect());
-            let coordinates = corners.iter().flat_map(DVec3::to_array);
-            let rounding = coordinates.map(|x| source.precision.rounding_error(x));
-            let places = (line.places.len() == corners.len()).then_some(line.places.as_slice());
-            let polygon = InputPolygon {
-                corners: &corners,
-                normals: &line.normals,
-                rounding: rounding.fold(0.0, f64::max),
-                texture_coordinates: [places; 2],
-                colours: colours.as_deref(),
-                ..InputPolygon::default()
-            };
-            let place = || format!("line {}", line.number);
-            builder.add_face(&model.name, &polygon, material, place)?;
-        }
+    let text = text::decode_text(path, bytes)?;
+    let mut document = ObjDocument {
+        group: "unnamed_object".into(),
+        ..ObjDocument::default()
+    };
+    let mut lines = text::logical_lines(text).peekable();
+    while let Some((number, line)) = lines.next() {
+        let is_cut_off = lines.peek().is_none() && !text.ends_with('\n');
+        document.read_line(path, number, &line, is_cut_off)?;
     }
-    let used: Vec<bool> = used.iter().map(Option::is_some).collect();
-    let notes = source.collect_notes(&used);
-    let notes = notes.into_iter().chain(pictures.resolution_note());
-    notes.for_each(|note| builder.add_note(note));
-    Ok(())
+    document.add_faces(builder, path)
 }
 
-/// Parses numbers: an absent one is that of `absent`, an invalid one is `invalid`.
-fn parse_numbers<T: Copy + FromStr, const N: usize>(words: &[&str], absent: [T; N], invalid: T) -> [T; N] {
-    let number = |word: &&str| word.parse().unwrap_or(invalid);
-    std::array::from_fn(|k| words.get(k).map_or(absent[k], number))
-}
-
-/// Returns vector k of a list of tobj.
-fn vector(all: &[f64], k: u32) -> DVec3 {
-    let values = all.get(3 * k as usize..).filter(|rest| rest.len() >= 3);
-    values.map_or(DVec3::NAN, DVec3::from_slice)
-}
-
-/// Attributes of a face's line beside its positions.
-struct FaceLine {
-    number: usize,
-    corner_count: usize,
+/// A face; its vertices may follow it in the file.
+struct ObjFace {
+    line: usize,
+    group: Rc<str>,
+    material: Option<usize>,
+    /// Indices from 0; out of range for an index that is missing or 0.
+    vertices: Vec<usize>,
     /// Normals of the corners; empty unless each has one.
     normals: Vec<Vec3>,
     /// Texture coordinates of the corners; empty unless each has some.
     places: Vec<DVec2>,
 }
 
-/// An OBJ file after its first pass, with its materials.
+/// Content of an OBJ file so far.
 #[derive(Default)]
-struct ObjSource {
-    lines: NumberedLines,
-    materials: Vec<mtl::MtlMaterial>,
-    faces: Vec<FaceLine>,
-    /// Normals of the file.
-    normals: Vec<Vec3>,
-    /// Texture coordinates of the file.
-    places: Vec<DVec2>,
-    /// Precision of all vertices.
-    precision: NumberPrecision,
-    /// Number of lines and points: `l`, `p`, and `f` with fewer than three corners.
-    left_out: usize,
+struct ObjDocument {
+    vertices: Vec<DVec3>,
+    /// Colours of the vertices, linear; white where a line has none.
+    colours: Vec<DVec3>,
     /// True if any vertex has a colour.
     coloured: bool,
+    /// First line that gives a vertex a weight.
+    weight_line: Option<usize>,
+    normals: Vec<Vec3>,
+    places: Vec<DVec2>,
+    precision: NumberPrecision,
+    faces: Vec<ObjFace>,
+    /// Group and material of the next face.
+    group: Rc<str>,
+    material: Option<usize>,
+    materials: Vec<MtlMaterial>,
+    /// Number of lines and points: `l`, `p`, and `f` with fewer than three corners.
+    left_out: usize,
 }
 
-impl ObjSource {
-    fn from_text(path: &Path, text: &str) -> Result<Self> {
-        let mut source = Self::default();
-        source.lines.push(0, "mtllib all");
-        source.coloured = text::logical_lines(text).any(|(_, line)| is_coloured(&line));
-        let mut lines = text::logical_lines(text).peekable();
-        while let Some((number, line)) = lines.next() {
-            let cut_off = lines.peek().is_none() && !text.ends_with('\n');
-            source.parse_line(path, number, &line, cut_off)?;
-        }
-        Ok(source)
-    }
-
-    fn parse_line(&mut self, path: &Path, number: usize, line: &str, last: bool) -> Result<()> {
-        let fail = |message: String| Err(Error::bad_input(path, format!("line {number}"), message));
+impl ObjDocument {
+    fn read_line(&mut self, path: &Path, number: usize, line: &str, is_cut_off: bool) -> Result<()> {
+        let fail = |message: String| Error::bad_input(path, format!("line {number}"), message);
         let (key, rest) = line.split_once(' ').unwrap_or((line, ""));
         let words: Vec<&str> = rest.split(' ').filter(|w| !w.is_empty()).collect();
-        if key == "v" {
-            let numbers = words.iter().take(3);
-            numbers.for_each(|word| self.precision.record_number(word));
-        }
         match key {
-            // In a file with vertex colours, a vertex without one is white.
-            "v" if self.coloured && words.len() == 3 => {
-                self.lines.push(number, &format!("{line} 1 1 1"));
-            }
-            "v" if self.coloured && words.len() == 4 => {
-                let message = "has a weight, and other vertices have colours: remove one of them";
-                return fail(message.into());
-            }
-            "v" | "o" | "g" => self.lines.push(number, line),
-            "f" if words.len() < 3 && last => {
-                return fail("the last face has too few corners: is the file cut off?".into());
-            }
-            "f" if words.len() < 3 => self.left_out += 1,
-            "f" => {
-                self.faces.push(FaceLine {
-                    number,
-                    corner_count: words.len(),
-                    normals: values_at_corners(&words, 2, &self.normals),
-                    places: values_at_corners(&words, 1, &self.places),
-                });
-                self.lines.push(number, line);
-            }
+            "v" => self
+                .read_vertex(number, &words)
+                .map_err(|message| fail(message.into()))?,
             "vt" => {
-                let place = parse_numbers(&words, [f64::NAN, 0.0], f64::NAN);
+                let place = [
+                    parse_or_nan(words.first()),
+                    words.get(1).map_or(0.0, |w| parse_or_nan(Some(w))),
+                ];
                 self.places.push(place.into());
             }
             "vn" => {
-                let normal = parse_numbers(&words, [f32::NAN; 3], f32::NAN);
+                let normal = [0, 1, 2].map(|k| parse_or_nan(words.get(k)) as f32);
                 self.normals.push(normal.into());
             }
-            "l" | "p" => self.left_out += 1,
-            "mtllib" if rest.is_empty() => return fail("mtllib names no file".into()),
-            "mtllib" => self.read_libraries(path, number, rest)?,
-            "usemtl" if rest.is_empty() => return fail("usemtl names no material".into()),
-            "usemtl" if !self.materials.iter().any(|m| m.name == rest) => {
-                return fail(format!(
-                    "material {rest} is not defined before this line: give its .mtl with mtllib, or remove usemtl"
-                ));
+            "f" if words.len() < 3 && is_cut_off => {
+                return Err(fail("the last face has too few corners: is the file cut off?".into()));
             }
-            "usemtl" => self.lines.push(number, line),
+            "f" if words.len() >= 3 => {
+                let face = self.parse_face(number, &words);
+                let message = "a corner of this face is not the number of a vertex";
+                self.faces.push(face.ok_or_else(|| fail(message.into()))?);
+            }
+            "f" | "l" | "p" => self.left_out += 1,
+            "o" | "g" => self.group = if rest.is_empty() { "unnamed_object" } else { rest }.into(),
+            "mtllib" if rest.is_empty() => return Err(fail("mtllib names no file".into())),
+            "mtllib" => self.read_libraries(path, number, rest)?,
+            "usemtl" if rest.is_empty() => return Err(fail("usemtl names no material".into())),
+            "usemtl" => {
+                // The later of two materials with the same name counts.
+                self.material = self.materials.iter().rposition(|m| m.name == rest);
+                self.material.ok_or_else(|| {
+                    fail(format!(
+                        "material {rest} is not defined before this line: give its .mtl with mtllib, or remove usemtl"
+                    ))
+                })?;
+            }
             _ => {}
         }
         Ok(())
+    }
+
+    /// Reads a vertex of three numbers, which a weight or a colour may follow.
+    fn read_vertex(&mut self, line: usize, words: &[&str]) -> std::result::Result<(), &'static str> {
+        const CUT_OFF: &str = "a vertex needs three numbers: is the file cut off?";
+        let number = |word: &&str| word.parse::<f64>().map_err(|_| CUT_OFF);
+        let [x, y, z, rest @ ..] = words else {
+            return Err(CUT_OFF);
+        };
+        [x, y, z].iter().for_each(|word| self.precision.record_number(word));
+        let mut vertex = DVec3::new(number(x)?, number(y)?, number(z)?);
+        let mut colour = DVec3::ONE;
+        match rest {
+            [] => {}
+            [weight] => {
+                let weight = number(weight)?;
+                if weight == 0.0 {
+                    return Err("a vertex has the weight 0");
+                }
+                vertex /= weight;
+                self.weight_line.get_or_insert(line);
+            }
+            [r, g, b] => {
+                // Blender and MeshLab write sRGB.
+                let channel = |word: &&str| from_srgb(clamp_vertex_colour(parse_or_nan(Some(word)) as f32));
+                colour = [r, g, b].map(channel).into();
+                self.coloured = true;
+            }
+            _ => return Err("a vertex has too many numbers"),
+        }
+        self.vertices.push(vertex);
+        self.colours.push(colour);
+        Ok(())
+    }
+
+    /// Parses the corners of a face, `vertex/place/normal`; none if a part is not a number.
+    fn parse_face(&self, line: usize, words: &[&str]) -> Option<ObjFace> {
+        let counts = [self.vertices.len(), self.places.len(), self.normals.len()];
+        let mut indices = Vec::with_capacity(words.len());
+        for word in words {
+            let mut corner = [usize::MAX; 3];
+            for (k, part) in word.split('/').enumerate().filter(|(_, part)| !part.is_empty()) {
+                let number: i64 = part.parse().ok()?;
+                // A negative index counts from the latest value.
+                let first = if number < 0 { *counts.get(k)? as i64 } else { -1 };
+                *corner.get_mut(k)? = usize::try_from(first.checked_add(number)?).unwrap_or(usize::MAX);
+            }
+            indices.push(corner);
+        }
+        let places: Option<Vec<DVec2>> = indices
+            .iter()
+            .map(|corner| self.places.get(corner[1]).copied())
+            .collect();
+        let normals: Option<Vec<Vec3>> = indices
+            .iter()
+            .map(|corner| self.normals.get(corner[2]).copied())
+            .collect();
+        Some(ObjFace {
+            line,
+            group: self.group.clone(),
+            material: self.material,
+            vertices: indices.iter().map(|corner| corner[0]).collect(),
+            normals: normals.unwrap_or_default(),
+            places: places.unwrap_or_default(),
+        })
     }
 
     /// Reads a material library, or several separated by spaces if no file has the whole name.
@@ -189,71 +186,78 @@ impl ObjSource {
         let folder = path.parent().unwrap_or(Path::new(""));
         let is_one = folder.join(names).is_file();
         for name in names.splitn(if is_one { 1 } else { usize::MAX }, ' ') {
-            let file = folder.join(name);
-            let bytes = crate::file::read(&file, MAX_FILE_BYTES).map_err(|reason| {
+            let library = folder.join(name);
+            let bytes = file::read(&library, MAX_FILE_BYTES).map_err(|reason| {
                 let message = format!(
                     "the material file {name} cannot be read: {reason}; put it beside the scene, or remove the mtllib and usemtl lines"
                 );
                 Error::bad_input(path, format!("line {number}"), message)
             })?;
-            self.materials.extend(mtl::read_materials(&file, &bytes)?);
+            self.materials.extend(mtl::read_materials(&library, &bytes)?);
         }
         Ok(())
     }
 
-    fn parse_models(&self, path: &Path) -> Result<Vec<tobj::Model>> {
-        // The later of two materials with the same name counts.
-        let indices = || (0..).zip(&self.materials).map(|(k, m)| (m.name.clone(), k));
-        let options = tobj::LoadOptions::default();
-        let (models, _) = self.lines.parse(path, |text| {
-            tobj::load_obj_buf(text, &options, |_| Ok((Vec::new(), indices().collect())))
-        })?;
-        Ok(models)
-    }
-
-    fn collect_notes(&self, used: &[bool]) -> Vec<String> {
-        let named = |wanted: fn(&mtl::MtlMaterial) -> bool| {
-            let used = self.materials.iter().zip(used).filter(|(_, used)| **used);
-            let wanted = used.filter(|(material, _)| wanted(material));
-            let names: Vec<&str> = wanted.map(|(material, _)| material.name.as_str()).collect();
-            names.join(", ")
+    fn add_faces(&self, builder: &mut Builder, path: &Path) -> Result<()> {
+        if let Some(line) = self.weight_line.filter(|_| self.coloured) {
+            let message = "has a weight, and other vertices have colours: remove one of them";
+            return Err(Error::bad_input(path, format!("line {line}"), message));
+        }
+        let mut pictures = PictureCache::new();
+        let mut used: BTreeMap<usize, ImportedMaterial> = BTreeMap::new();
+        let (white, names) = ([DVec3::ONE, DVec3::ZERO], ["colour", ""]);
+        let bare = ImportedMaterial::from_factors(path, "of its vertices", white, names);
+        for face in &self.faces {
+            let place = || format!("line {}", face.line);
+            let [corners, colours] = [&self.vertices, &self.colours].map(|values| -> Option<Vec<DVec3>> {
+                face.vertices.iter().map(|k| values.get(*k).copied()).collect()
+            });
+            let missing = || Error::bad_input(path, place(), "a corner of this face is a vertex that does not exist");
+            let corners = corners.ok_or_else(missing)?;
+            if let Some(id) = face.material.filter(|id| !used.contains_key(id)) {
+                let replaced = builder.reflectance.is_some();
+                used.insert(id, self.materials[id].read_textures(&mut pictures, replaced)?);
+            }
+            let material = face.material.and_then(|id| used.get(&id));
+            let coordinates = corners.iter().flat_map(DVec3::to_array);
+            let rounding = coordinates.map(|x| self.precision.rounding_error(x));
+            let places = (!face.places.is_empty()).then_some(face.places.as_slice());
+            let polygon = InputPolygon {
+                corners: &corners,
+                normals: &face.normals,
+                rounding: rounding.fold(0.0, f64::max),
+                texture_coordinates: [places; 2],
+                colours: colours.as_deref().filter(|_| self.coloured),
+                ..InputPolygon::default()
+            };
+            builder.add_face(
+                &face.group,
+                &polygon,
+                material.or(self.coloured.then_some(&bare)),
+                place,
+            )?;
+        }
+        let names_of = |wanted: fn(&MtlMaterial) -> bool| {
+            let materials = used.keys().map(|id| &self.materials[*id]);
+            let names = materials.filter(|m| wanted(m)).map(|m| m.name.as_str());
+            names.collect::<Vec<_>>().join(", ")
         };
-        let blank = named(mtl::MtlMaterial::is_blank);
-        let glossy = named(mtl::MtlMaterial::is_more_than_diffuse);
-        let mut notes = Vec::new();
-        if !blank.is_empty() {
-            notes.push(format!("materials without Kd and Ke are black: {blank}"));
-        }
-        if !glossy.is_empty() {
-            notes.push(format!(
-                "materials of which only Kd and Ke are used, not Ks, illum or d: {glossy}"
-            ));
-        }
-        if self.left_out > 0 {
-            notes.push(format!("{} points and lines left out", self.left_out));
-        }
-        if self.coloured {
-            notes.push("colours of vertices are taken as sRGB, and multiply Kd".into());
-        }
-        notes
+        let (blank, glossy) = (names_of(MtlMaterial::is_blank), names_of(|m| m.is_more_than_diffuse));
+        let notes = [
+            (!blank.is_empty()).then(|| format!("materials without Kd and Ke are black: {blank}")),
+            (!glossy.is_empty())
+                .then(|| format!("materials of which only Kd and Ke are used, not Ks, illum or d: {glossy}")),
+            (self.left_out > 0).then(|| format!("{} points and lines left out", self.left_out)),
+            self.coloured
+                .then(|| "colours of vertices are taken as sRGB, and multiply Kd".into()),
+            pictures.resolution_note(),
+        ];
+        notes.into_iter().flatten().for_each(|note| builder.add_note(note));
+        Ok(())
     }
 }
 
-/// True for a vertex of six numbers: a position and a colour.
-fn is_coloured(line: &str) -> bool {
-    let mut words = line.split(' ');
-    words.next() == Some("v") && words.count() == 6
-}
-
-/// Looks up an attribute at the corners of a face by their `part`-th index (1-based; negative: from the end).
-/// Returns an empty list unless every corner has one.
-fn values_at_corners<T: Copy>(corners: &[&str], part: usize, all: &[T]) -> Vec<T> {
-    let value = |corner: &&str| {
-        let number: i64 = corner.split('/').nth(part)?.parse().ok()?;
-        let from_end = number.checked_add(all.len() as i64)?;
-        let k = if number < 0 { from_end } else { number - 1 };
-        all.get(usize::try_from(k).ok()?).copied()
-    };
-    let values: Option<Vec<T>> = corners.iter().map(value).collect();
-    values.unwrap_or_default()
+/// Parses a number; NaN if it is missing or invalid.
+fn parse_or_nan(word: Option<&&str>) -> f64 {
+    word.and_then(|word| word.parse().ok()).unwrap_or(f64::NAN)
 }

@@ -1,52 +1,74 @@
 //! Reads MTL files: `Kd` × `map_Kd` is reflectance, `Ke` × `map_Ke` emitted radiance L.
 
-use super::text::{self, NumberedLines};
-use super::texture::read_texture;
+use super::text;
 use crate::error::{Error, Result};
+use crate::file::{self, MAX_FILE_BYTES};
 use crate::import::material::{ImportedMaterial, TexturedColour};
 use crate::import::picture_cache::PictureCache;
-use glam::DVec3;
+use crate::paint::{TexturePicture, WrapMode, WrappedTexture};
+use glam::{DAffine2, DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
 /// A material of an MTL file, its textures not yet read.
+#[derive(Default)]
 pub struct MtlMaterial {
     /// Name after `newmtl`.
     pub name: String,
     file: PathBuf,
-    values: tobj::Material,
+    /// `Kd` and `Ke`.
+    factors: [Option<DVec3>; 2],
+    /// Options and file names of `map_Kd` and `map_Ke`.
+    maps: [Option<String>; 2],
+    /// True if the material is glossy, transparent or mirroring.
+    pub is_more_than_diffuse: bool,
 }
 
 /// Reads all materials of a file.
 ///
-/// Errors: a colour is not given as one or three RGB numbers, or tobj refuses a line.
+/// Errors: a colour is not given as one or three RGB numbers, or a material has no name.
 pub fn read_materials(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>> {
-    let mut lines = NumberedLines::default();
+    let mut materials: Vec<MtlMaterial> = Vec::new();
+    // Takes what comes before the first `newmtl`.
+    let mut nameless = MtlMaterial::default();
     for (number, line) in text::logical_lines(text::decode_text(path, bytes)?) {
-        let (key, values) = line.split_once(' ').unwrap_or((&line, ""));
-        let colour: Vec<&str> = values.split(' ').filter(|w| !w.is_empty()).collect();
-        let fail = |message| Err(Error::bad_input(path, format!("line {number}"), message));
-        match (key, colour.as_slice()) {
-            // One number stands for all three channels; tobj requires all three.
-            ("Kd" | "Ke", [grey]) => lines.push(number, &format!("{key} {grey} {grey} {grey}")),
-            ("Kd" | "Ke", [] | [_, _]) => return fail(format!("{key} needs three numbers")),
-            ("Kd" | "Ke", ["spectral" | "xyz", ..]) => {
-                return fail(format!("{key} can only be given as RGB"));
-            }
-            ("Kd" | "Ke" | "newmtl" | "map_Kd" | "map_Ke", _) => lines.push(number, &line),
-            // These values only lead to notes: invalid ones are skipped.
-            ("Ks", [r, g, b]) if [r, g, b].iter().all(|w| w.parse::<f64>().is_ok()) => lines.push(number, &line),
-            ("illum", [model]) if model.parse::<u8>().is_ok() => lines.push(number, &line),
-            ("d", [opacity]) if opacity.parse::<f64>().is_ok() => lines.push(number, &line),
+        let fail = |message: String| Error::bad_input(path, format!("line {number}"), message);
+        let (key, rest) = line.split_once(' ').unwrap_or((&line, ""));
+        let words: Vec<&str> = rest.split(' ').filter(|w| !w.is_empty()).collect();
+        let number = |word: &&str| word.parse::<f64>();
+        let material = materials.last_mut().unwrap_or(&mut nameless);
+        match (key, words.as_slice()) {
+            ("newmtl", []) => return Err(fail("a material needs a name".into())),
+            ("newmtl", _) => materials.push(MtlMaterial {
+                name: rest.into(),
+                file: path.to_owned(),
+                ..MtlMaterial::default()
+            }),
+            ("Kd", words) => material.factors[0] = Some(parse_colour(key, words).map_err(fail)?),
+            ("Ke", words) => material.factors[1] = Some(parse_colour(key, words).map_err(fail)?),
+            ("map_Kd", _) => material.maps[0] = Some(rest.into()),
+            ("map_Ke", _) => material.maps[1] = Some(rest.into()),
+            // These values only lead to a note: invalid ones are skipped.
+            ("Ks", words) => material.is_more_than_diffuse |= words.iter().any(|w| number(w).is_ok_and(|x| x != 0.0)),
+            ("illum", [model]) => material.is_more_than_diffuse |= number(model).is_ok_and(|model| model > 2.0),
+            ("d", [opacity]) => material.is_more_than_diffuse |= number(opacity).is_ok_and(|d| d < 1.0),
             _ => {}
         }
     }
-    let (materials, _) = lines.parse(path, |text| tobj::load_mtl_buf(text))?;
-    let with_file = |values: tobj::Material| MtlMaterial {
-        name: values.name.clone(),
-        file: path.to_owned(),
-        values,
+    Ok(materials)
+}
+
+/// Parses three numbers, or one that stands for all of them.
+fn parse_colour(key: &str, words: &[&str]) -> std::result::Result<DVec3, String> {
+    let words = match words {
+        [grey] => [*grey; 3],
+        [] | [_, _] => return Err(format!("{key} needs three numbers")),
+        ["spectral" | "xyz", ..] => return Err(format!("{key} can only be given as RGB")),
+        [r, g, b, ..] => [*r, *g, *b],
     };
-    Ok(materials.into_iter().map(with_file).collect())
+    match words.map(str::parse) {
+        [Ok(r), Ok(g), Ok(b)] => Ok(DVec3::new(r, g, b)),
+        _ => Err("cannot be understood: is a number missing?".into()),
+    }
 }
 
 impl MtlMaterial {
@@ -54,56 +76,152 @@ impl MtlMaterial {
     ///
     /// Errors: a texture cannot be read.
     pub fn read_textures(&self, pictures: &mut PictureCache<PathBuf>, replaced: bool) -> Result<ImportedMaterial> {
-        let values = &self.values;
-        let map = values.diffuse_texture.as_deref().filter(|_| !replaced);
-        let reflectance = self.read_colour(values.diffuse, ("map_Kd", map), true, pictures)?;
-        let map = values.unknown_param.get("map_Ke").map(String::as_str);
-        let radiance = self.read_colour(values.emissive, ("map_Ke", map), false, pictures)?;
         Ok(ImportedMaterial {
             file: self.file.clone(),
             name: self.name.clone(),
-            colours: [reflectance, radiance],
+            colours: [
+                self.read_colour(0, replaced, pictures)?,
+                self.read_colour(1, false, pictures)?,
+            ],
             names: ["Kd", "Ke"],
         })
     }
 
-    /// Combines a colour with its texture. A missing colour counts as 1 beside a texture and as 0 without one;
-    /// a colour of 0 needs no texture. Pixels of a `reflected` colour stay below 1.
-    fn read_colour(
-        &self,
-        factor: Option<[f64; 3]>,
-        (key, map): (&str, Option<&str>),
-        reflected: bool,
-        pictures: &mut PictureCache<PathBuf>,
-    ) -> Result<TexturedColour> {
+    /// Combines colour `k` with its texture. A missing colour counts as 1 beside a texture and as 0 without one;
+    /// a colour of 0 needs no texture. Pixels of a reflectance stay below 1.
+    fn read_colour(&self, k: usize, replaced: bool, pictures: &mut PictureCache<PathBuf>) -> Result<TexturedColour> {
+        let map = self.maps[k].as_deref().filter(|_| !replaced);
         let alone = if map.is_some() { DVec3::ONE } else { DVec3::ZERO };
-        let factor = factor.map_or(alone, DVec3::from);
-        let Some(map) = map.filter(|_| factor != DVec3::ZERO) else {
-            return Ok(TexturedColour::from_factor(factor));
+        let factor = self.factors[k].unwrap_or(alone);
+        let white = if k == 0 { factor } else { DVec3::ZERO };
+        let read = |map| {
+            read_texture(pictures, &self.file, map, white).map_err(|message| {
+                let key = ["map_Kd", "map_Ke"][k];
+                Error::bad_input(
+                    &self.file,
+                    format!("material {}", self.name),
+                    format!("{key} {message}"),
+                )
+            })
         };
-        let white = if reflected { factor } else { DVec3::ZERO };
-        let texture = read_texture(pictures, &self.file, map, white).map_err(|message| {
-            let place = format!("material {}", self.name);
-            Error::bad_input(&self.file, place, format!("{key} {message}"))
-        })?;
-        Ok(TexturedColour {
-            factor,
-            texture: Some(texture),
-        })
+        let texture = map.filter(|_| factor != DVec3::ZERO).map(read).transpose()?;
+        Ok(TexturedColour { factor, texture })
     }
 
-    /// True if the material has neither `Kd` nor `Ke`, nor a texture for one of them.
+    /// Returns whether the material has neither `Kd` nor `Ke`, nor a texture for one of them.
     pub fn is_blank(&self) -> bool {
-        let values = &self.values;
-        let maps = values.diffuse_texture.is_some() || values.unknown_param.contains_key("map_Ke");
-        values.diffuse.is_none() && values.emissive.is_none() && !maps
+        self.factors == [None; 2] && self.maps.iter().all(Option::is_none)
+    }
+}
+
+/// Reads the texture named by a line of `library`, for a colour of this `factor`. Also returns the transform from the
+/// file's texture coordinates to the picture's.
+///
+/// Errors: an option is not supported, or the picture cannot be read; the message follows the line's key.
+fn read_texture(
+    pictures: &mut PictureCache<PathBuf>,
+    library: &Path,
+    line: &str,
+    factor: DVec3,
+) -> std::result::Result<(WrappedTexture, DAffine2), String> {
+    let line = TextureLine::parse(line)?;
+    let name = line.name;
+    // Files from Windows separate folders by backslashes.
+    let path = library.with_file_name(name.replace('\\', "/"));
+    let picture = pictures.get(path.clone(), factor, |most| {
+        let bytes = file::read(&path, MAX_FILE_BYTES).map_err(|reason| format!("{name} cannot be read: {reason}"))?;
+        TexturePicture::decode_image(&bytes, most).map_err(|reason| format!("{name} {reason}"))
+    })?;
+    let wrap = if line.clamp { WrapMode::Clamp } else { WrapMode::Repeat };
+    // MTL's v runs upwards from the lower edge, the picture's downwards from the upper edge.
+    let down = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
+    let place = DAffine2::from_scale_angle_translation(line.scale, 0.0, line.offset);
+    Ok((
+        WrappedTexture {
+            picture,
+            wrap: [wrap; 2],
+        },
+        down * place,
+    ))
+}
+
+/// Options and file name of a texture's line.
+#[derive(Debug, PartialEq)]
+struct TextureLine<'l> {
+    name: &'l str,
+    scale: DVec2,
+    offset: DVec2,
+    clamp: bool,
+}
+
+impl<'l> TextureLine<'l> {
+    fn parse(line: &'l str) -> std::result::Result<Self, String> {
+        let mut parsed = Self {
+            name: line.trim(),
+            scale: DVec2::ONE,
+            offset: DVec2::ZERO,
+            clamp: false,
+        };
+        while parsed.name.starts_with('-') {
+            let (option, rest) = parsed.name.split_once(' ').unwrap_or((parsed.name, ""));
+            let (value, rest) = rest.split_once(' ').unwrap_or((rest, ""));
+            parsed.name = rest;
+            match option {
+                "-clamp" => parsed.clamp = value == "on",
+                "-blendu" | "-blendv" | "-cc" | "-bm" | "-imfchan" => {}
+                "-s" => parsed.scale = parsed.parse_vector(option, value, 1.0)?,
+                "-o" => parsed.offset = parsed.parse_vector(option, value, 0.0)?,
+                _ => return Err(format!("has the option {option}, which is not supported")),
+            }
+        }
+        if parsed.name.is_empty() {
+            return Err("names no file".into());
+        }
+        Ok(parsed)
     }
 
-    /// True if the material is glossy, transparent or mirroring.
-    pub fn is_more_than_diffuse(&self) -> bool {
-        let values = &self.values;
-        values.specular.is_some_and(|ks| ks != [0.0; 3])
-            || values.illumination_model.is_some_and(|model| model > 2)
-            || values.dissolve.is_some_and(|d| d < 1.0)
+    /// Parses one to three numbers, beginning with `first`; a picture does not use the third.
+    fn parse_vector(&mut self, option: &str, first: &str, other: f64) -> std::result::Result<DVec2, String> {
+        let number = |word: &str| word.parse().ok().filter(|x: &f64| x.is_finite());
+        let missing_numbers = || format!("has an option {option} without numbers");
+        let mut vector = DVec2::new(number(first).ok_or_else(missing_numbers)?, other);
+        for k in 1..3 {
+            let (word, rest) = self.name.split_once(' ').unwrap_or((self.name, ""));
+            let Some(x) = number(word) else { break };
+            if k == 1 {
+                vector.y = x;
+            }
+            self.name = rest;
+        }
+        Ok(vector)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_come_before_the_name() {
+        let plain = |name| TextureLine {
+            name,
+            scale: DVec2::ONE,
+            offset: DVec2::ZERO,
+            clamp: false,
+        };
+        let line = TextureLine::parse;
+        assert_eq!(line("my wood.png"), Ok(plain("my wood.png")));
+        assert_eq!(line("-bm 0.5 -blendu on a.png"), Ok(plain("a.png")));
+        let optional = TextureLine {
+            scale: DVec2::new(2.0, 3.0),
+            offset: DVec2::new(0.5, 0.0),
+            clamp: true,
+            ..plain("a b.png")
+        };
+        let text = "-s 2 3 1 -o 0.5 -clamp on a b.png";
+        assert_eq!(line(text), Ok(optional));
+        for bad in ["", "-s", "-s x a.png", "-mm 0 1 a.png", "-clamp on"] {
+            assert!(line(bad).is_err(), "{bad}");
+        }
     }
 }

@@ -1,6 +1,5 @@
 //! Estimates the rounding of numbers in a text file. A program writes all of them with the same number of
-//! decimals, or with the same number of significant digits. tobj keeps the values only, in which final zeros and
-//! with them the number of decimals are lost.
+//! decimals, or with the same number of significant digits.
 
 /// Fewest significant digits of a rounded number; shorter numbers count as exact (552.8 mm).
 const MIN_ROUNDED_DIGITS: i32 = 6;

@@ -1,10 +1,8 @@
-//! Prepares OBJ and MTL texts for tobj, which knows neither continued lines, nor comments behind values, nor tabs
-//! before names, and whose errors name no line.
+//! Lines of OBJ and MTL texts.
 
 use crate::error::{Error, Result};
 use crate::import::BYTE_ORDER_MARK;
 use std::path::Path;
-use tobj::LoadError;
 
 /// Decodes a file as UTF-8 text.
 ///
@@ -45,51 +43,6 @@ pub fn logical_lines(text: &str) -> impl Iterator<Item = (usize, String)> {
     logical.filter(|(_, line)| !line.is_empty())
 }
 
-/// Text for tobj, with the line number in the file of each line.
-#[derive(Default)]
-pub struct NumberedLines {
-    text: String,
-    /// End of each line in `text`, and its number in the file.
-    ends: Vec<(usize, usize)>,
-}
-
-impl NumberedLines {
-    /// Appends a line.
-    pub fn push(&mut self, number: usize, line: &str) {
-        self.text.push_str(line);
-        self.text.push('\n');
-        self.ends.push((self.text.len(), number));
-    }
-
-    /// Parses the whole text. tobj's errors name no line: the faulty line is the last line of the shortest
-    /// beginning that fails, found by bisection.
-    ///
-    /// Errors: `parser` fails, with the faulty line.
-    pub fn parse<T>(&self, path: &Path, parser: impl Fn(&mut &[u8]) -> std::result::Result<T, LoadError>) -> Result<T> {
-        let parse = |end: usize| parser(&mut &self.text.as_bytes()[..end]);
-        parse(self.text.len()).map_err(|whole| {
-            let k = self.ends.partition_point(|(end, _)| parse(*end).is_ok());
-            let (end, number) = self.ends.get(k).copied().unwrap_or_default();
-            let message = describe_error(&parse(end).err().unwrap_or(whole));
-            Error::bad_input(path, format!("line {number}"), message)
-        })
-    }
-}
-
-fn describe_error(error: &LoadError) -> String {
-    let message = match error {
-        LoadError::PositionParseError => "a vertex needs three numbers: is the file cut off?",
-        LoadError::ScalingByZeroError => "a vertex has the weight 0",
-        LoadError::ColorParseError => "a vertex has too many numbers",
-        LoadError::FaceParseError => "a corner of this face is not the number of a vertex",
-        LoadError::FaceVertexOutOfBounds => "a corner of this face is a vertex that does not exist",
-        LoadError::InvalidObjectName => "a material needs a name",
-        LoadError::MaterialParseError => "cannot be understood: is a number missing?",
-        other => return other.to_string(),
-    };
-    message.into()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,21 +63,6 @@ mod tests {
     fn last_line_may_end_in_a_backslash() {
         assert_lines("f 1 \\", &[(1, "f 1")]);
         assert_lines("\\\n\\", &[]);
-    }
-
-    #[test]
-    fn first_faulty_line_is_named() {
-        let parser = |text: &mut &[u8]| match text.windows(2).any(|w| w == b"b\n") {
-            true => Err(LoadError::FaceParseError),
-            false => Ok(()),
-        };
-        for at in 0..9 {
-            let mut text = NumberedLines::default();
-            (0..9).for_each(|k| text.push(10 * k, if k >= at { "b" } else { "a" }));
-            let error = text.parse(Path::new("x.obj"), parser).unwrap_err();
-            let place = format!("x.obj: line {}: ", 10 * at);
-            assert!(error.to_string().starts_with(&place), "{error}");
-        }
     }
 
     #[test]

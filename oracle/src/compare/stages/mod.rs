@@ -18,12 +18,10 @@ use common::constants::{PATCH_SUM_LANES, SELECT_LANES};
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::Rays;
-use common::settings::{Raster, Transport, Visibility};
-use common::shooting::ShotOrder;
+use common::settings::{Raster, Transport};
 use gpu::GpuSolver;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::ops::ControlFlow;
 
 /// Number of greedy shots that are checked, and of further shots by patches spread over the scene.
 const CHECKED_SHOTS: usize = 4;
@@ -103,118 +101,61 @@ struct StageInputs<'a> {
 }
 
 impl Tallies {
+    /// Returns the checks of all stages that ran, each with its bound and the reason.
     fn stage_checks(&self, mesh: &Mesh, transport: &Transport, exchanged: bool) -> Vec<StageCheck> {
-        let mut stages = self.visibility_stages(mesh, transport);
-        stages.extend(self.summing_stages(mesh));
-        if exchanged {
-            stages.extend(self.exchange_stages());
-        }
-        stages
-    }
-
-    /// Returns the checks of the stages that make a patch's links.
-    fn visibility_stages(&self, mesh: &Mesh, transport: &Transport) -> Vec<StageCheck> {
         let samples = f64::from(mesh.samples);
         let factor = form_factor_roundings(transport.form_factor);
-        let mut stages =
-            vec![
-                self.aim
-                    .stage_check("aim", 2.0, "ulp of the frame at a sample's point: one cross product"),
-            ];
-        if let Some(drawing) = transport.visibility.item_buffer() {
-            let (bound, reason) = match drawing.projection.raster_method() {
-                Raster::Tessellated => (
-                    PIXEL_SHARE,
-                    "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
-                ),
-                Raster::Pixel => (
-                    0.0,
-                    "pixels that show a different face from the one that their ray meets, with no edge within rounding",
-                ),
-            };
-            stages.push(self.item_buffer.stage_check("item buffer", bound, reason));
-        }
-        stages.extend([
-            self.form_factor.stage_check(
-                "form factor",
-                factor,
-                "ulp of F, or of F without its cosines, whose roundings are absolute",
-            ),
-            self.sight.stage_check(
-                match transport.visibility {
-                    Visibility::Rays => "rays",
-                    Visibility::ItemBuffer(_) => "lookup",
-                },
-                0.0,
-                "samples of different visibility from the same points, though no rounding decides them",
-            ),
-            self.link.stage_check(
-                "link",
-                DISC_ROUNDINGS + samples,
-                "ulp of Σg, Σg·V and w on the same visibility: disc weights, one addition per sample",
-            ),
-            self.escape
-                .stage_check("escape", 0.0, "directions that differ, beyond those through an edge"),
-        ]);
-        stages
-    }
-
-    /// Returns the checks of the stages that sum, select and deposit.
-    fn summing_stages(&self, mesh: &Mesh) -> Vec<StageCheck> {
         let texels = mesh.patches.iter().map(|c| c.count as usize).max().unwrap_or(0);
         let in_patch = (texels.div_ceil(PATCH_SUM_LANES) + 6 + 4) as f64;
         let over_patches = (mesh.patches.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
-        let mut stages = vec![
-            self.received.stage_check(
-                "received",
-                in_patch,
-                "ulp of a patch's Σ w·A of the same links: additions in one lane + tree + products",
+        let per_shot = 2.0 * CHECKED_SHOTS as f64 + 4.0;
+        let raster = transport
+            .visibility
+            .item_buffer()
+            .map(|drawing| drawing.projection.raster_method());
+        let (drawn, shot) = (raster.is_some(), self.deposit.values() > 0);
+        let (pixels, pixel_reason) = match raster {
+            Some(Raster::Tessellated) => (
+                PIXEL_SHARE,
+                "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
             ),
-            self.closure.stage_check(
-                "closure",
-                over_patches,
-                "ulp of ΣF and of the scale, of the same sums: additions in one lane + tree + division",
+            _ => (
+                0.0,
+                "pixels that show a different face from the one that their ray meets, with no edge within rounding",
             ),
+        };
+        let frame = "ulp of the frame at a sample's point: one cross product";
+        let factor_reason = "ulp of F, or of F without its cosines, whose roundings are absolute";
+        let sight = "samples of different visibility from the same points, though no rounding decides them";
+        let link = "ulp of Σg, Σg·V and w on the same visibility: disc weights, one addition per sample";
+        let escape = "directions that differ, beyond those through an edge";
+        let received = "ulp of a patch's Σ w·A of the same links: additions in one lane + tree + products";
+        let closure = "ulp of ΣF and of the scale, of the same sums: additions in one lane + tree + division";
+        let select = "different shooters selected from the same powers";
+        let unshot = "ulp of Σ|r|A over the patches: additions in one lane + tree";
+        let deposit = "ulp of B, r and H after a shot by the same links: 3 products and a sum";
+        let power = "ulp of a patch's Σ r·A and Σ|r|·A of the same residual";
+        let exchange = "ulp of the flux that a patch receives from all shots: a product and a sum per shot";
+        let collect = "ulp of H, B and r after all shots by the same links: a product and a sum per shot";
+        let table = [
+            (true, &self.aim, "aim", 2.0, frame),
+            (drawn, &self.item_buffer, "item buffer", pixels, pixel_reason),
+            (true, &self.form_factor, "form factor", factor, factor_reason),
+            (true, &self.sight, if drawn { "lookup" } else { "rays" }, 0.0, sight),
+            (true, &self.link, "link", DISC_ROUNDINGS + samples, link),
+            (true, &self.escape, "escape", 0.0, escape),
+            (true, &self.received, "received", in_patch, received),
+            (true, &self.closure, "closure", over_patches, closure),
+            (shot, &self.select, "select", 0.0, select),
+            (shot, &self.unshot, "select: unshot", over_patches, unshot),
+            (shot, &self.deposit, "deposit", DISC_ROUNDINGS, deposit),
+            (shot, &self.power, "power", in_patch, power),
+            (exchanged, &self.exchange, "exchange", per_shot, exchange),
+            (exchanged, &self.collect, "collect", per_shot, collect),
         ];
-        if self.deposit.values() > 0 {
-            stages.extend([
-                self.select
-                    .stage_check("select", 0.0, "different shooters selected from the same powers"),
-                self.unshot.stage_check(
-                    "select: unshot",
-                    over_patches,
-                    "ulp of Σ|r|A over the patches: additions in one lane + tree",
-                ),
-                self.deposit.stage_check(
-                    "deposit",
-                    DISC_ROUNDINGS,
-                    "ulp of B, r and H after a shot by the same links: 3 products and a sum",
-                ),
-                self.power.stage_check(
-                    "power",
-                    in_patch,
-                    "ulp of a patch's Σ r·A and Σ|r|·A of the same residual",
-                ),
-            ]);
-        }
-        stages
-    }
-
-    /// Returns the checks of the stages of a solve by passes.
-    fn exchange_stages(&self) -> [StageCheck; 2] {
-        let terms = 2.0 * CHECKED_SHOTS as f64 + 4.0;
-        [
-            self.exchange.stage_check(
-                "exchange",
-                terms,
-                "ulp of the flux that a patch receives from all shots: a product and a sum per shot",
-            ),
-            self.collect.stage_check(
-                "collect",
-                terms,
-                "ulp of H, B and r after all shots by the same links: a product and a sum per shot",
-            ),
-        ]
+        let ran = table.into_iter().filter(|(ran, ..)| *ran);
+        ran.map(|(_, tally, name, bound, reason)| tally.stage_check(name, bound, reason))
+            .collect()
     }
 }
 
@@ -224,20 +165,4 @@ pub fn form_factor_roundings(kind: FormFactor) -> f64 {
         FormFactor::Polygon => POLYGON_ROUNDINGS,
         _ => DISC_ROUNDINGS,
     }
-}
-
-/// Runs one shot of the strongest patch or of `patch`; none if no power remains.
-fn run_one_shot(solver: &mut GpuSolver, patch: Option<u32>) -> Result<Option<common::shooting::Shot>> {
-    use common::shooting::Shoot;
-    let mut done = None;
-    let script = patch.map(|patch| [patch]);
-    let order = match &script {
-        None => ShotOrder::Greedy { threshold: 0.0 },
-        Some(script) => ShotOrder::Replay(script),
-    };
-    solver.run(order, 1, &mut |shot| {
-        done = Some(*shot);
-        ControlFlow::Continue(())
-    })?;
-    Ok(done)
 }

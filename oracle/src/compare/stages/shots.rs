@@ -1,16 +1,18 @@
 //! Checks the stages of a shot on given links: select, deposit, power.
 
-use super::{StageInputs, Tallies, run_one_shot};
+use super::{StageInputs, Tallies};
 use crate::compare::statistics::ulp_distance;
 use common::Result;
-use common::shooting::{DepositRule, RadiosityField, Shoot, Shot, select_shooter as choose, total_power};
+use common::shooting::{DepositRule, RadiosityField, Shoot, Shot, ShotOrder, select_shooter, total_power};
 use cpu::shader_twins::deposit::{ShotInFlight, deposit};
 use cpu::shader_twins::link::Baseline;
+use cpu::shader_twins::select::load_shot;
 use cpu::shader_twins::unshot_power;
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
 use gpu::probe::ProbedRow;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 /// State of a solve between two shots.
 pub struct ShotState {
@@ -34,14 +36,24 @@ impl ShotState {
 ///
 /// Errors: the device fails.
 pub fn shoot_next(solver: &mut GpuSolver, patch: Option<u32>) -> Result<Option<Shot>> {
-    Ok(run_one_shot(solver, patch)?.filter(|shot| shot.power.iter().any(|p| *p != 0.0)))
+    let script = patch.map(|patch| [patch]);
+    let order = match &script {
+        None => ShotOrder::Greedy { threshold: 0.0 },
+        Some(script) => ShotOrder::Replay(script),
+    };
+    let mut done = None;
+    solver.run(order, 1, &mut |shot| {
+        done = Some(*shot);
+        ControlFlow::Continue(())
+    })?;
+    Ok(done.filter(|shot| shot.power.iter().any(|p| *p != 0.0)))
 }
 
 /// Checks the selection among the powers that the GPU had.
 pub fn check_selection(before: &ShotState, shot: &Shot, tallies: &mut Tallies) {
     tallies
         .select
-        .add_equality(choose(&before.power, 0.0) == Some(shot.patch));
+        .add_equality(select_shooter(&before.power, 0.0) == Some(shot.patch));
 }
 
 impl StageInputs<'_> {
@@ -75,14 +87,8 @@ impl StageInputs<'_> {
             .closure
             .add(ulp_distance(shot.form_factor_sum, row.sum * row.scale, 0.0));
         let reflectance: Vec<Vec3> = mesh.texels.iter().map(|t| t.reflectance).collect();
-        let in_flight = ShotInFlight {
-            mesh,
-            patch,
-            radiosity: flux / patch.shooter.area,
-            scale: row.scale,
-            rule: DepositRule::FULL_DEPOSIT,
-            reflectance: &reflectance,
-        };
+        let rule = DepositRule::FULL_DEPOSIT;
+        let in_flight = load_shot(mesh, shot.patch, flux, row.scale, rule, &reflectance);
         let of = |k: usize| deposit_errors(&in_flight, k, row.links[k], &before.field, &after.field);
         let errors: Vec<[f64; 3]> = (0..mesh.texels.len()).into_par_iter().map(of).collect();
         for error in errors.into_iter().flatten() {

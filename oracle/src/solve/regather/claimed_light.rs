@@ -1,7 +1,6 @@
 //! The radiosity that a solution claims at every point of the scene, and sampling of points in proportion to
 //! it.
 
-use super::slope::TexelSlope;
 use common::mesh::{Mesh, MeshFace, Texel};
 use common::rays::Rays;
 use common::scene::{Scene, Shape};
@@ -9,7 +8,7 @@ use common::shooting::RadiosityField;
 use common::texel::{self, triangle_index};
 use cpu::dense::open_area::open_shares;
 use cpu::occlusion::occluders::Occluders;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 
 /// Newton steps from a point of a quad to its u, v; each step squares the error, which starts at ½ at most.
 const NEWTON_STEPS: usize = 5;
@@ -35,8 +34,6 @@ pub struct ClaimedLight<'a> {
     radiosity: Vec<Vec3>,
     /// Sampling density of each texel, not normalised.
     density: Vec<f32>,
-    /// Slope of the radiosity within each texel.
-    slopes: Vec<TexelSlope>,
     outlines: Vec<SampledOutline>,
     /// Mean reflected radiosity ū, the control variate of gathering: in a white room it removes nearly all
     /// noise.
@@ -76,20 +73,6 @@ impl<'a> ClaimedLight<'a> {
         for (place, k) in order.iter().enumerate().rev() {
             first[mesh.texels[*k].face as usize] = place;
         }
-        // A texel without irradiance lies under a body or in a gap; it must not affect others' slopes.
-        let lit = |k: usize| field.irradiance[k].truncate() != Vec3::ZERO && open[k] == 1.0;
-        let slope = |(k, texel): (usize, &Texel)| {
-            let face = texel.face as usize;
-            let own = radiosity[k];
-            if !lit(k) {
-                return TexelSlope::default();
-            }
-            TexelSlope::new(texel, mesh.faces[face].resolution, own, |index| {
-                let other = order[first[face] + index as usize];
-                lit(other).then(|| radiosity[other])
-            })
-        };
-        let slopes = mesh.texels.iter().enumerate().map(slope).collect();
         let outline = |texel: &Texel| {
             let face = texel.face as usize;
             let resolution = mesh.faces[face].resolution;
@@ -105,7 +88,6 @@ impl<'a> ClaimedLight<'a> {
             partly_covered: open.iter().map(|share| *share < 1.0).collect(),
             radiosity,
             density,
-            slopes,
             outlines,
             mean_reflected: mean_reflected(mesh, field),
             cumulative_power: passed,
@@ -132,17 +114,11 @@ impl<'a> ClaimedLight<'a> {
         self.partly_covered[texel]
     }
 
-    /// Returns the texel that contains a point of a face, and the slope's part of u there.
-    pub fn locate_point(&self, face: u32, point: Vec3) -> (usize, Vec3) {
-        let own = &self.mesh.faces[face as usize];
-        let (index, place) = locate_texel(own, self.face_shape(face), point);
-        let k = self.order[self.first[face as usize] + index as usize];
-        let kind = self.mesh.texels[k].kind;
-        (k, self.slopes[k].offset_at(kind, place))
-    }
-
-    fn face_shape(&self, face: u32) -> Shape {
-        self.scene.faces[face as usize].shape
+    /// Returns the texel that contains a point of a face.
+    pub fn locate_point(&self, face: u32, point: Vec3) -> usize {
+        let shape = self.scene.faces[face as usize].shape;
+        let index = locate_texel(&self.mesh.faces[face as usize], shape, point);
+        self.order[self.first[face as usize] + index as usize]
     }
 
     /// Maps u, v in 0…1 to a point of a texel; the map keeps ratios of areas.
@@ -195,9 +171,8 @@ impl SampledOutline {
     }
 }
 
-/// Returns the index of the texel that contains a point of the face, and the point's lattice coordinates from
-/// the texel's lower corner.
-fn locate_texel(face: &MeshFace, shape: Shape, point: Vec3) -> (u32, Vec2) {
+/// Returns the index of the texel that contains a point of the face.
+fn locate_texel(face: &MeshFace, shape: Shape, point: Vec3) -> u32 {
     let [w, h] = face.resolution;
     let [a, b, c, d] = face.corners;
     let step = |x: f32, n: u32| ((x.max(0.0) * n as f32) as u32).min(n - 1);
@@ -214,17 +189,14 @@ fn locate_texel(face: &MeshFace, shape: Shape, point: Vec3) -> (u32, Vec2) {
         let (du, dv) = least_squares_coordinates(along + skew * v, across + skew * u, off);
         (u, v) = (u + du, v + dv);
     }
+    let (i, j) = (step(u, w), step(v, h));
     if shape == Shape::Quad {
-        let (i, j) = (step(u, w), step(v, h));
-        let place = Vec2::new(u * w as f32 - i as f32, v * h as f32 - j as f32);
-        return (j * w + i, place);
+        return j * w + i;
     }
-    let (i, mut j) = (step(u, w), step(v, h));
     // Rounding may put a point outside.
-    j = j.min(w - 1 - i);
-    let (x, y) = (u * w as f32 - i as f32, v * h as f32 - j as f32);
-    let upright = x + y < 1.0 || i + j + 1 >= w;
-    (triangle_index(h, i, j, upright), Vec2::new(x, y))
+    let j = j.min(w - 1 - i);
+    let upright = u * w as f32 - i as f32 + (v * h as f32 - j as f32) < 1.0 || i + j + 1 >= w;
+    triangle_index(h, i, j, upright)
 }
 
 /// Solves `off` = x·p + y·q for x and y in the sense of least squares.
@@ -293,7 +265,7 @@ mod tests {
                 let uv = [(s / 4) as f32 / POINT_ROWS as f32, (s % 4) as f32 / 4.0];
                 let uv = [uv[0] + 0.5 / POINT_ROWS as f32, uv[1] + 0.125];
                 let p = corners.point_at(uv);
-                assert_eq!(locate_texel(own, of.shape, p).0, texel.index, "{face} {uv:?}");
+                assert_eq!(locate_texel(own, of.shape, p), texel.index, "{face} {uv:?}");
                 mean += p / (4 * POINT_ROWS) as f32;
             }
             // Half a row may fall into the wrong one of the two triangles, whose centroids are at most 4/3

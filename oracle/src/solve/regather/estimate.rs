@@ -6,6 +6,21 @@ use serde_json::{Value, json};
 /// Largest number of faces that an estimate or a warning names.
 pub const MAX_NAMED_FACES: usize = 8;
 
+/// Returns the faces in descending order of `squares`.
+pub fn descending_order(squares: &[f64]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..squares.len() as u32).collect();
+    order.sort_by(|a, b| squares[*b as usize].total_cmp(&squares[*a as usize]));
+    order
+}
+
+/// Returns the faces with the largest values above 0, at most [`MAX_NAMED_FACES`].
+pub fn largest_faces(values: &[f64]) -> Vec<u32> {
+    let mut order = descending_order(values);
+    order.retain(|f| values[*f as usize] > 0.0);
+    order.truncate(MAX_NAMED_FACES);
+    order
+}
+
 /// A cause of error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

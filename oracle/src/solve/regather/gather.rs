@@ -58,8 +58,6 @@ struct SurfacePoint {
 struct RayHit {
     texel: usize,
     point: SurfacePoint,
-    /// The part of u from the slope within the texel.
-    slope: Vec3,
     /// Weight p/(p + q) of u − ū.
     weight: f32,
     /// True if the texel is wider than its distance.
@@ -163,14 +161,13 @@ impl RayGatherer<'_> {
 
     /// Makes a hit with its weight p/(p + q).
     fn weigh_hit(&self, at: SurfacePoint, cosine: f32, facing: f32, square: f32) -> RayHit {
-        let (texel, slope) = self.light.locate_point(at.face, at.position);
+        let texel = self.light.locate_point(at.face, at.position);
         let p = cosine / PI * facing;
         let all = p + self.light.sampling_density(texel) * square;
         let position = self.light.inset_point(texel, at.position);
         RayHit {
             texel,
             point: SurfacePoint { position, ..at },
-            slope,
             weight: if all > 0.0 { p / all } else { 0.0 },
             is_near: square < self.mesh.texels[texel].area,
         }
@@ -178,13 +175,13 @@ impl RayGatherer<'_> {
 
     /// Contribution (u − ū)·p/(p + q) of a hit.
     fn hit_radiance(&self, seen: &RayHit) -> Vec3 {
-        (self.light.mean_radiosity(seen.texel) + seen.slope - self.light.mean_reflected) * seen.weight
+        (self.light.mean_radiosity(seen.texel) - self.light.mean_reflected) * seen.weight
     }
 
-    /// Estimates the deviation of u at a hit from the texel's mean and slope:
+    /// Estimates the deviation of u at a hit from the texel's mean:
     ///
     /// ```text
-    /// δ = ρ(h(y) − h(y')) − g·(y − c)
+    /// δ = ρ(h(y) − h(y'))
     /// ```
     /// h is gathered with one ray of each kind, y' is a random point of the texel. The rays of y and y' use the
     /// same random numbers, so their noise cancels where both see the same. A texel that is partly covered by a
@@ -206,7 +203,7 @@ impl RayGatherer<'_> {
             here - reflected(other)
         };
         *draws = RandomNumbers(pcg_hash(draws.0));
-        off - seen.slope
+        off
     }
 
     /// Gathers h with one ray of each kind. In narrow gaps, where light changes at every bounce, it follows
@@ -222,7 +219,7 @@ impl RayGatherer<'_> {
                 let texel = &self.mesh.texels[seen.texel];
                 let gathered = self.gather_once(seen.point, RandomNumbers(pcg_hash(draws.0 ^ kind)), depth - 1);
                 let off = texel.emission + texel.reflectance * gathered;
-                sum += seen.weight * (off - self.light.mean_radiosity(seen.texel) - seen.slope);
+                sum += seen.weight * (off - self.light.mean_radiosity(seen.texel));
             }
         }
         sum

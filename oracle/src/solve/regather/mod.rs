@@ -16,7 +16,6 @@ pub mod estimate;
 mod gather;
 mod patch_gather;
 mod propagation;
-mod slope;
 mod texel_sample;
 
 use claimed_light::{ClaimedLight, claimed_reflection};
@@ -27,7 +26,8 @@ use common::rays::Rays;
 use common::scene::Scene;
 use common::settings::{Settings, SolveQuality, Visibility};
 use common::shooting::RadiosityField;
-pub use estimate::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError, MAX_NAMED_FACES};
+use estimate::largest_faces;
+pub use estimate::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError};
 use gather::RayGatherer;
 use glam::DVec3;
 use patch_gather::PatchGatherer;
@@ -343,22 +343,16 @@ fn error_part(
     light: DVec3,
 ) -> ErrorPart {
     let mut sum = DVec3::ZERO;
-    let mut faces: Vec<(u32, f64)> = Vec::new();
+    let mut faces = vec![0.0; sampled.iter().map(|sample| sample.face + 1).max().unwrap_or(0) as usize];
     for (n, k) in used.iter().enumerate() {
         let sample = &sampled[*k];
         let own = sample.area * square(n);
         sum += own;
-        match faces.iter_mut().find(|(face, _)| *face == sample.face) {
-            Some((_, sum)) => *sum += own.element_sum(),
-            None => faces.push((sample.face, own.element_sum())),
-        }
+        faces[sample.face as usize] += own.element_sum();
     }
-    faces.retain(|(_, sum)| *sum > 0.0);
-    faces.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-    faces.truncate(MAX_NAMED_FACES);
     ErrorPart {
         cause,
         error: divide_or_zero(sum, light).max_element().max(0.0).sqrt(),
-        faces: faces.into_iter().map(|(face, _)| face).collect(),
+        faces: largest_faces(&faces),
     }
 }

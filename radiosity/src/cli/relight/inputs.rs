@@ -1,9 +1,8 @@
 //! Reads the room and the objects of `relight`.
 
-use super::{MapOption, RelightArguments};
+use super::RelightArguments;
 use crate::cli::objects::PlacedObject;
-use crate::cli::scene::require_light;
-use common::capture::MapProjection;
+use crate::cli::options::require_light;
 use common::constants::CONTACT_DISTANCE;
 use common::import::ImportOptions;
 use common::scene::{Face, Scene};
@@ -26,17 +25,13 @@ pub fn load_stage(arguments: &RelightArguments, to_error: bool) -> Result<Religh
     let common = &arguments.common;
     let usual = match to_error {
         true => PANORAMA_WALL_TEXELS,
-        false => common.quality_or_default().meshing().texels,
+        false => common.quality.unwrap_or_default().meshing().texels,
     };
     let texels_asked = common.texels.unwrap_or(usual);
     let placement = PanoramaPlacement {
         size: arguments.room_size,
         eye: arguments.eye,
-        projection: arguments.map.map(|map| match map {
-            MapOption::Latlong => MapProjection::LatLong,
-            MapOption::Cube => MapProjection::Cube,
-            MapOption::Angular => MapProjection::Angular,
-        }),
+        projection: arguments.map,
     };
     let given = arguments.objects.room_reflectance;
     let import = ImportOptions {
@@ -62,13 +57,12 @@ pub fn load_stage(arguments: &RelightArguments, to_error: bool) -> Result<Religh
             None => texels_asked,
         };
         resolutions.extend(vec![[side; 2]; scene.faces.len()]);
-        check_object_extent(&captured.scene, &scene, object)?;
-        outside.extend(note_object_outside(&captured.scene, &scene, object));
+        outside.extend(check_object_extent(&captured.scene, &scene, object)?);
         scenes.push(scene);
     }
     let scene = Scene::join_scenes(&scenes);
     if solved {
-        require_light(&arguments.room, &scene, "")?;
+        require_light(&arguments.room, &scene)?;
     }
     let mut notes = scene.notes.clone();
     notes.extend(outside);
@@ -83,43 +77,30 @@ pub fn load_stage(arguments: &RelightArguments, to_error: bool) -> Result<Religh
     })
 }
 
-/// Refuses an object so large or so far away that the room would be lost in rounding.
-fn check_object_extent(room: &Scene, scene: &Scene, object: &PlacedObject) -> Result<()> {
-    let (low, high) = scene_extent(room);
-    let (from, to) = scene_extent(scene);
+/// Returns a note on an object that reaches out of the room's box: it probably has another unit.
+///
+/// Errors: it is so large or so far away that the room would be lost in rounding.
+fn check_object_extent(room: &Scene, scene: &Scene, object: &PlacedObject) -> Result<Option<String>> {
+    let [(low, high), (from, to)] = [room, scene].map(scene_extent);
     let size = (high - low).max_element();
     let all = (high.max(to) - low.min(from)).max_element();
-    // Written so that NaN fails, too.
-    if size >= MIN_ROOM_SHARE * all {
-        return Ok(());
+    let [low_text, high_text, from_text, to_text] = [low, high, from, to].map(format_point);
+    // False for NaN, too.
+    let visible = size >= MIN_ROOM_SHARE * all;
+    if !visible {
+        let message = format!(
+            "reaches from {from_text} to {to_text}, too far outside a room of size {size:.3}: see --scale and --place"
+        );
+        return Err(Error::bad_input(&object.file, "", message));
     }
-    Err(Error::bad_input(
-        &object.file,
-        "",
-        format!(
-            "reaches from {} to {}, too far outside a room of size {size:.3}: see --scale and --place",
-            format_point(from),
-            format_point(to)
-        ),
-    ))
-}
-
-/// Returns a note on an object that reaches out of the room's box: it probably has another unit.
-fn note_object_outside(room: &Scene, scene: &Scene, object: &PlacedObject) -> Option<String> {
-    let (low, high) = scene_extent(room);
-    let (from, to) = scene_extent(scene);
-    let margin = (high - low).max_element() * 1e-6;
+    let margin = size * 1e-6;
     let inside = from.cmpge(low - margin).all() && to.cmple(high + margin).all();
-    (!inside).then(|| {
+    Ok((!inside).then(|| {
+        let file = object.file.display();
         format!(
-            "{} reaches from {} to {}, the room only from {} to {}: see --scale and --place",
-            object.file.display(),
-            format_point(from),
-            format_point(to),
-            format_point(low),
-            format_point(high)
+            "{file} reaches from {from_text} to {to_text}, the room only from {low_text} to {high_text}: see --scale and --place"
         )
-    })
+    }))
 }
 
 fn scene_extent(scene: &Scene) -> (DVec3, DVec3) {
@@ -131,12 +112,9 @@ fn scene_extent(scene: &Scene) -> (DVec3, DVec3) {
 }
 
 fn format_point(p: DVec3) -> String {
-    let one = |x: f64| {
-        if x.abs() < 1e6 {
-            format!("{x:.3}")
-        } else {
-            format!("{x:.3e}")
-        }
+    let coordinate = |x: f64| match x.abs() < 1e6 {
+        true => format!("{x:.3}"),
+        false => format!("{x:.3e}"),
     };
-    p.to_array().map(one).join(",")
+    p.to_array().map(coordinate).join(",")
 }

@@ -1,16 +1,15 @@
 //! Files and messages of `relight`.
 
 use super::{MethodOption, RelightArguments};
-use crate::cli::Outcome;
-use crate::cli::console::{self, message};
+use crate::cli::console::message;
 use crate::cli::objects::PlacedObject;
-use crate::cli::solve::{add_view_files, print_warnings_and_files, strict_outcome, view_inputs};
+use crate::cli::solve::{add_view_files, print_warnings_and_files, view_inputs};
 use crate::relight::camera::{automatic_camera, camera_at};
 use crate::relight::page::{RelightPage, render_report};
 use crate::relight::pictures::RelightPictures;
-use crate::relight::thumbnail::render_thumbnail;
+use crate::relight::thumbnail::panorama_figure;
 use crate::relight::{Backdrop, COMPOSITE_SIZE, RelitScene, composite, files};
-use crate::report::picture::Exposure;
+use crate::report::tone_mapping::ToneCurve;
 use crate::report::view::camera::Camera;
 use clap::ValueEnum;
 use common::energy::EnergyBalance;
@@ -27,8 +26,6 @@ use serde_json::{Value, json};
 /// Names of the files that a relight writes.
 const OUTPUT_FILES: &str =
     "composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json";
-/// Width in pixels of the panorama's thumbnail in the report.
-const THUMBNAIL_WIDTH: u32 = 512;
 
 /// Writes pictures, report and result, and prints the summary.
 pub fn write_results(
@@ -37,7 +34,7 @@ pub fn write_results(
     question: &SolveRequest,
     answered: &SolveAnswer,
     watch: &ProgressMonitor,
-) -> Result<Outcome> {
+) -> Result<()> {
     let (done, out) = (&answered.solved, &arguments.out);
     let relit = done.relight.as_ref();
     let relit = relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))?;
@@ -51,7 +48,7 @@ pub fn write_results(
     let picture = watch.time_phase("composite", || {
         composite::render_composite(&seen, &camera, COMPOSITE_SIZE, backdrop)
     });
-    let exposure = files::choose_exposure(&picture).opened_by(arguments.exposure, arguments.curve.into());
+    let exposure = files::choose_exposure(&picture).opened_by(0.0, ToneCurve::Filmic);
     let energy = EnergyBalance::new(&done.mesh, &done.run.field, &done.run.shots);
     let mut notes = stage.notes.clone();
     notes.extend(capture_notes(stage, done, relit));
@@ -65,7 +62,7 @@ pub fn write_results(
         solve: watch.phase_seconds(&["relight"]),
     };
     let solution = Solution {
-        relit: Some(describe_relight(arguments, stage, done, relit, &picture, exposure)),
+        relit: Some(describe_relight(arguments, stage, done, relit)),
         ..answered.to_solution(question, &notes, seconds)
     };
     watch.time_phase("write", || -> Result<()> {
@@ -99,7 +96,7 @@ pub fn write_results(
         seconds: &phases,
         warnings: &answered.warnings,
         notes: &notes,
-        thumbnail: backdrop.map(|backdrop| render_thumbnail(backdrop, THUMBNAIL_WIDTH)),
+        panorama: backdrop.map(|backdrop| panorama_figure(&seen, backdrop, exposure)),
         viewer: &around.element.0,
     };
     let mut files = PendingFiles::default();
@@ -109,10 +106,7 @@ pub fn write_results(
     if !arguments.common.quiet {
         print_summary(&solution, &phases, arguments);
     }
-    if arguments.json {
-        console::print_json(&solution.summarise_run())?;
-    }
-    Ok(strict_outcome(&solution, arguments.strict))
+    Ok(())
 }
 
 fn relit_scene<'a>(stage: &'a RelightStage, done: &'a Solved, relit: &'a RelightReport) -> RelitScene<'a> {
@@ -136,43 +130,23 @@ fn choose_camera(arguments: &RelightArguments, seen: &RelitScene) -> Camera {
 }
 
 /// Describes the entries that result.json has in addition to those of a solve.
-fn describe_relight(
-    arguments: &RelightArguments,
-    stage: &RelightStage,
-    done: &Solved,
-    relit: &RelightReport,
-    picture: &composite::Composite,
-    exposure: Exposure,
-) -> Value {
-    let mended = arguments.mend.iter().filter_map(|f| f.to_possible_value());
+fn describe_relight(arguments: &RelightArguments, stage: &RelightStage, done: &Solved, relit: &RelightReport) -> Value {
+    let describe_object = |object: &PlacedObject| {
+        json!({
+            "file": object.file.display().to_string(),
+            "scale": object.scale,
+            "place": object.place.to_array(),
+            "reflectance": object.reflectance.map(|r| r.to_array()),
+        })
+    };
     json!({
         "method": method_name(arguments.method),
-        "mended": mended.map(|v| v.get_name().to_owned()).collect::<Vec<_>>(),
         "map_shots": relit.map_shots,
         "object_shots": relit.object_shots,
         "negative_texels": relit.negative_texels(&done.run),
-        "negative_pixels": picture.negative,
-        "emitting_texels": relit.emitters,
         "room": arguments.room.display().to_string(),
         "room_faces": stage.room_faces,
         "objects": arguments.objects.objects.iter().map(describe_object).collect::<Vec<_>>(),
-        "eye": stage.captured.panorama.as_ref().map(|(_, eye)| eye.to_array()),
-        "camera": arguments.camera,
-        "exposure": {
-            "stops": arguments.exposure,
-            "white": exposure.white,
-            "curve": exposure.curve.name(),
-        },
-    })
-}
-
-/// Describes an object and its placement.
-fn describe_object(object: &PlacedObject) -> Value {
-    json!({
-        "file": object.file.display().to_string(),
-        "scale": object.scale,
-        "place": object.place.to_array(),
-        "reflectance": object.reflectance.map(|r| r.to_array()),
     })
 }
 

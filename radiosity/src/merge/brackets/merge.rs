@@ -27,15 +27,6 @@ pub struct RadianceMap {
     pub unseen: UnseenPixels,
 }
 
-/// Merged value of one channel of a pixel.
-enum ChannelValue {
-    /// ln E.
-    Seen(f64),
-    Saturated(f64),
-    Black,
-    Between(f64),
-}
-
 impl RadianceMap {
     /// Merges the photographs with a known response.
     pub fn new(brackets: &Brackets, response: &CameraResponse) -> Self {
@@ -58,30 +49,17 @@ impl RadianceMap {
 
     /// Merges and appends a pixel.
     fn merge_pixel(&mut self, codes: &[[u8; 3]], ln_seconds: &[f64], response: &CameraResponse) {
-        let mut kinds = [false; 3];
+        let mut unseen = UnseenPixels::default();
         let mut radiance = Vec3::ZERO;
         for (c, curve) in response.curves.iter().enumerate() {
-            let ln = match merge_channel(codes, ln_seconds, c, curve) {
-                ChannelValue::Seen(ln) => ln,
-                ChannelValue::Saturated(ln) => {
-                    kinds[0] = true;
-                    ln
-                }
-                ChannelValue::Black => {
-                    kinds[1] = true;
-                    continue;
-                }
-                ChannelValue::Between(ln) => {
-                    kinds[2] = true;
-                    ln
-                }
-            };
-            radiance[c] = ln.exp().min(f64::from(f32::MAX)) as f32;
+            if let Some(ln) = merge_channel(codes, ln_seconds, c, curve, &mut unseen) {
+                radiance[c] = ln.exp().min(f64::from(f32::MAX)) as f32;
+            }
         }
         self.radiance.push(radiance);
-        self.unseen.saturated += usize::from(kinds[0]);
-        self.unseen.black += usize::from(kinds[1]);
-        self.unseen.between += usize::from(kinds[2]);
+        self.unseen.saturated += unseen.saturated.min(1);
+        self.unseen.black += unseen.black.min(1);
+        self.unseen.between += unseen.between.min(1);
         let sure = |codes: &[u8; 3]| codes.iter().map(|z| code_weight(*z)).sum::<f64>() as u32;
         let weights = codes.iter().map(sure);
         let best = weights.zip(0_u32..).max_by_key(|(weight, k)| (*weight, u32::MAX - k));
@@ -90,8 +68,14 @@ impl RadianceMap {
     }
 }
 
-/// Merges one channel of a pixel.
-fn merge_channel(codes: &[[u8; 3]], ln_seconds: &[f64], channel: usize, curve: &[f64; 256]) -> ChannelValue {
+/// Returns ln E of one channel of a pixel, none where it is black; counts a channel that no photograph exposes well.
+fn merge_channel(
+    codes: &[[u8; 3]],
+    ln_seconds: &[f64],
+    channel: usize,
+    curve: &[f64; 256],
+    unseen: &mut UnseenPixels,
+) -> Option<f64> {
     let (mut sum, mut whole) = (0.0, 0.0);
     // ln E by the shortest saturated and by the longest black exposure: its bounds.
     let (mut above, mut below) = (None, None);
@@ -108,11 +92,12 @@ fn merge_channel(codes: &[[u8; 3]], ln_seconds: &[f64], channel: usize, curve: &
         }
     }
     if whole > 0.0 {
-        return ChannelValue::Seen(sum / whole);
+        return Some(sum / whole);
     }
     match (above, below) {
-        (Some(above), None) => ChannelValue::Saturated(above),
-        (Some(above), Some(below)) => ChannelValue::Between(0.5 * (above + below)),
-        (None, _) => ChannelValue::Black,
+        (Some(_), None) => unseen.saturated += 1,
+        (Some(_), Some(_)) => unseen.between += 1,
+        (None, _) => unseen.black += 1,
     }
+    above.map(|above| below.map_or(above, |below| 0.5 * (above + below)))
 }

@@ -1,6 +1,6 @@
 //! Encodes a binary glTF file: meshes with lightmap coordinates and the lightmap picture.
 
-use crate::report::page::file_name;
+use crate::report::format::file_name;
 use common::scene::Scene;
 use glam::Vec3;
 use gltf::Glb;

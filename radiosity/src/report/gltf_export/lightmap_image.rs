@@ -1,7 +1,7 @@
 //! Lightmap picture: radiosity and irradiance per pixel.
 
+use common::Result;
 use common::solution::write::encode_exr as openexr;
-use common::{Error, Result};
 use glam::Vec3;
 
 /// Radiosity B and irradiance H per pixel, W/m².
@@ -43,7 +43,6 @@ impl LightmapImage {
                 planes.push((format!("{prefix}{letter}"), plane));
             }
         }
-        let size = self.size.map(|n| n as usize);
-        openexr(size, planes).map_err(|error| Error::Fault(error.to_string()))
+        openexr(self.size, planes)
     }
 }

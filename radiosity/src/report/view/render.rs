@@ -1,6 +1,6 @@
 //! Renders pictures of the scene: view rays are traced once, then their hits are shaded by any field.
 
-use crate::report::picture::{RgbaPicture, encode_srgb};
+use crate::report::picture::{RgbaPicture, decode_srgb, diverging_colour, encode_srgb, false_colour_range};
 use crate::report::view::camera::Camera;
 use crate::report::view::interpolation::{InterpolationStencil, InterpolationSurface, KnotCache};
 use common::rays::Rays;
@@ -9,6 +9,8 @@ use rayon::prelude::*;
 
 /// Samples per side of a pixel.
 const SAMPLES_PER_SIDE: u32 = 2;
+/// Every `STRIDE`th hit enters the choice of a false-colour range.
+const RANGE_SAMPLE_STRIDE: usize = 5;
 
 /// Hit point of a view ray.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +76,16 @@ impl ViewHits {
             height: self.size,
             rgba,
         }
+    }
+
+    /// Chooses the false-colour range of a value of the hits.
+    pub fn false_colour_range(&self, value: impl Fn(&ViewHit) -> f64) -> f64 {
+        false_colour_range(self.iter_hits().step_by(RANGE_SAMPLE_STRIDE).map(value))
+    }
+
+    /// Draws a value of the hits in false colours from −range to +range.
+    pub fn draw_false_colours(&self, range: f64, value: impl Fn(&ViewHit) -> f64 + Sync) -> RgbaPicture {
+        self.shade_hits(|hit| decode_srgb(diverging_colour(value(hit) / range)))
     }
 
     /// Returns the mean value of each pixel's hits, row-major from the upper left; none without a hit.

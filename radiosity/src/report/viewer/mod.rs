@@ -3,7 +3,8 @@
 //! The browser gets the texels in face order and interpolates like [`crate::report::view::interpolation`]; a texel's
 //! reading equals its value in `lightmap.exr`.
 
-use super::page::{Page, file_name};
+use super::document::{Blocks, Document};
+use super::format::file_name;
 use super::picture::{DIVERGING_COLOURS, Exposure};
 use super::tone_mapping::SHOULDER_START;
 use super::view::camera::Camera;
@@ -104,13 +105,16 @@ impl SceneViewer<'_> {
 
     /// Renders a page with this viewer alone; `description` describes the solution.
     pub fn render_page(&self, description: &str) -> String {
-        let title = file_name(&self.scene.name);
-        let page = Page {
-            title,
-            bar: ("Scene", html! { a href="#top" { (title) } }),
-            verdict: html! { p.facts { (description) } },
+        let mut opening = Blocks::default();
+        opening
+            .add_remark(description)
+            .add_element(self.render_element())
+            .add_element(page_assets());
+        let page = Document {
+            title: file_name(&self.scene.name),
+            opening,
+            sections: Vec::new(),
             style: "",
-            body: html! { (self.render_element()) (page_assets()) },
         };
         page.to_html()
     }

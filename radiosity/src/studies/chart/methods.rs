@@ -1,7 +1,6 @@
 //! The methods of a chart: a base per solver, one parameter varied at a time, some combinations.
 
-use self::SolverFilter::{Both, Cpu, Gpu};
-use super::SolverKind;
+use self::SolverKind::{Cpu, Dense, Gpu};
 use crate::plan::SceneCounts;
 use crate::studies::{PIXEL_HEMISPHERE, PIXEL_STEREOGRAPHIC};
 use common::form_factor::FormFactor;
@@ -11,6 +10,7 @@ use common::settings::{
 };
 use cpu::dense::memory::{MAX_MATRIX_BYTES, matrix_bytes};
 use oracle::solve::dense;
+use serde::Serialize;
 use serde_json::Value;
 use std::collections::HashMap;
 
@@ -22,19 +22,62 @@ const MAX_TRUTH_TEXELS: u64 = 6000;
 const TWIN_PIXELS: u32 = 256;
 const DEFAULT_PIXELS: u32 = ItemBufferSettings::DEFAULT.size;
 
+/// Solver of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SolverKind {
+    /// CPU: rays or the scalar item buffer.
+    Cpu,
+    /// GPU: item buffer or rays.
+    Gpu,
+    /// Dense linear system.
+    Dense,
+}
+
+impl SolverKind {
+    /// Returns the name shown on the page.
+    pub fn name(self) -> &'static str {
+        ["CPU", "GPU", "dense"][self as usize]
+    }
+}
+
 /// One way to solve a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolveMethod {
     /// The solver.
     pub solver: SolverKind,
-    /// The varied option's name, or "base" or "combination".
-    pub sweep: &'static str,
     /// Differences from the base as command-line options.
     pub options: String,
     /// Settings of progressive refinement.
     pub settings: Settings,
     /// Requested error of an adaptive solve; none for progressive refinement.
     pub target_error: Option<f64>,
+    /// Curve and value of the varied option.
+    pub varied: Option<(usize, f64)>,
+    /// Index of its truth.
+    pub truth: usize,
+}
+
+impl SolveMethod {
+    /// Makes a method of progressive refinement, or of the dense solver, that is on no curve.
+    pub fn new(solver: SolverKind, options: impl Into<String>, settings: Settings) -> Self {
+        Self {
+            solver,
+            options: options.into(),
+            settings,
+            target_error: None,
+            varied: None,
+            truth: 0,
+        }
+    }
+
+    /// Makes an adaptive method.
+    pub fn to_error(solver: SolverKind, error: f64, settings: Settings) -> Self {
+        Self {
+            target_error: Some(error),
+            ..Self::new(solver, format!("--error {}%", 100.0 * error), settings)
+        }
+    }
 }
 
 /// Requested errors, and whether the short table has them too.
@@ -48,106 +91,78 @@ const TARGET_ERRORS: [(f64, bool); 7] = [
     (0.002, false),
 ];
 
-/// Solvers that a row of the table applies to.
-#[derive(Clone, Copy, PartialEq)]
-enum SolverFilter {
-    Both,
-    Cpu,
-    Gpu,
-}
+const BOTH: &[SolverKind] = &[Cpu, Gpu];
 
-/// Solvers, swept option, whether the short table has the row too, change to the base.
-type MethodRow = (SolverFilter, &'static str, bool, fn(&mut Settings));
+/// Solvers, whether the short table has the row too, change to the base.
+type MethodRow = (&'static [SolverKind], bool, fn(&mut Settings));
 
-/// Table of the progressive methods.
+/// Table of the progressive methods; the first row is the base.
 const METHOD_ROWS: &[MethodRow] = &[
-    (Both, "base", true, |_| ()),
-    (Both, "texels", true, |s| s.meshing.texels /= 2),
-    (Both, "texels", false, |s| s.meshing.texels *= 2),
-    (Both, "cells", false, |s| s.meshing.patches /= 4),
-    (Both, "cells", true, |s| s.meshing.patches /= 2),
-    (Both, "cells", true, |s| s.meshing.patches *= 2),
-    (Both, "samples", true, |s| s.meshing.samples = 1),
-    (Cpu, "samples", false, |s| s.meshing.samples = 2),
-    (Both, "samples", true, |s| s.meshing.samples *= 4),
-    (Both, "form-factor", true, |s| {
-        s.transport.form_factor = FormFactor::Disc;
+    (BOTH, true, |_| ()),
+    (BOTH, true, |s| s.meshing.texels /= 2),
+    (BOTH, false, |s| s.meshing.texels *= 2),
+    (BOTH, false, |s| s.meshing.patches /= 4),
+    (BOTH, true, |s| s.meshing.patches /= 2),
+    (BOTH, true, |s| s.meshing.patches *= 2),
+    (BOTH, true, |s| s.meshing.samples = 1),
+    (&[Cpu], false, |s| s.meshing.samples = 2),
+    (BOTH, true, |s| s.meshing.samples *= 4),
+    (BOTH, true, |s| s.transport.form_factor = FormFactor::Disc),
+    (BOTH, false, |s| s.transport.form_factor = FormFactor::Paper),
+    (BOTH, true, |s| s.schedule.iteration = Iteration::Southwell),
+    (BOTH, false, |s| s.schedule.iteration = Iteration::Chebyshev),
+    (&[Cpu], false, |s| s.schedule.epsilon = 0.1),
+    (BOTH, true, |s| s.schedule.epsilon = 0.01),
+    (BOTH, false, |s| s.schedule.epsilon = 1e-4),
+    (&[Cpu], true, |s| draw_with(s, PIXEL_STEREOGRAPHIC, TWIN_PIXELS)),
+    (&[Cpu], false, |s| draw_with(s, PIXEL_HEMISPHERE, TWIN_PIXELS)),
+    (&[Cpu], false, |s| {
+        draw_with(s, ItemBufferProjection::Hemicube, TWIN_PIXELS)
     }),
-    (Both, "form-factor", false, |s| {
-        s.transport.form_factor = FormFactor::Paper;
+    (&[Cpu], false, |s| {
+        draw_with(s, ItemBufferProjection::Paper, TWIN_PIXELS)
     }),
-    (Both, "iteration", true, |s| {
-        s.schedule.iteration = Iteration::Southwell;
+    (&[Gpu], true, |s| s.transport.visibility = Visibility::Rays),
+    (&[Gpu], false, |s| draw_with(s, PIXEL_HEMISPHERE, DEFAULT_PIXELS)),
+    (&[Gpu], false, |s| {
+        draw_with(s, ItemBufferProjection::Hemicube, DEFAULT_PIXELS)
     }),
-    (Both, "iteration", false, |s| {
-        s.schedule.iteration = Iteration::Chebyshev;
+    (&[Gpu], true, |s| {
+        draw_with(s, ItemBufferProjection::Paper, DEFAULT_PIXELS)
     }),
-    (Cpu, "epsilon", false, |s| s.schedule.epsilon = 0.1),
-    (Both, "epsilon", true, |s| s.schedule.epsilon = 0.01),
-    (Both, "epsilon", false, |s| s.schedule.epsilon = 1e-4),
-    (Cpu, "visibility", true, |s| {
-        set_item_buffer(s, PIXEL_STEREOGRAPHIC, TWIN_PIXELS);
-    }),
-    (Cpu, "visibility", false, |s| {
-        set_item_buffer(s, PIXEL_HEMISPHERE, TWIN_PIXELS);
-    }),
-    (Cpu, "visibility", false, |s| {
-        set_item_buffer(s, ItemBufferProjection::Hemicube, TWIN_PIXELS);
-    }),
-    (Cpu, "visibility", false, |s| {
-        set_item_buffer(s, ItemBufferProjection::Paper, TWIN_PIXELS);
-    }),
-    (Gpu, "visibility", true, |s| {
-        s.transport.visibility = Visibility::Rays;
-    }),
-    (Gpu, "visibility", false, |s| {
-        set_item_buffer(s, PIXEL_HEMISPHERE, DEFAULT_PIXELS);
-    }),
-    (Gpu, "visibility", false, |s| {
-        set_item_buffer(s, ItemBufferProjection::Hemicube, DEFAULT_PIXELS);
-    }),
-    (Gpu, "visibility", true, |s| {
-        set_item_buffer(s, ItemBufferProjection::Paper, DEFAULT_PIXELS);
-    }),
-    (Gpu, "item-buffer", true, |s| {
-        set_item_buffer(s, PIXEL_STEREOGRAPHIC, 256);
-    }),
-    (Gpu, "item-buffer", false, |s| {
-        set_item_buffer(s, PIXEL_STEREOGRAPHIC, 512);
-    }),
-    (Gpu, "item-buffer", false, |s| {
-        set_item_buffer(s, PIXEL_STEREOGRAPHIC, 2048);
-    }),
-    (Gpu, "lookup", false, |s| {
+    (&[Gpu], true, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 256)),
+    (&[Gpu], false, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 512)),
+    (&[Gpu], false, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 2048)),
+    (&[Gpu], false, |s| {
         s.transport.visibility = Visibility::ItemBuffer(ItemBufferSettings {
             lookup: Lookup::Exact,
             ..ItemBufferSettings::DEFAULT
         });
     }),
-    (Both, "combination", true, set_draft),
-    (Both, "combination", false, |s| {
+    (BOTH, true, set_draft),
+    (BOTH, false, |s| {
         let texels = s.meshing.texels;
         set_draft(s);
         s.meshing.texels = texels;
     }),
-    (Both, "combination", true, set_paper_method),
-    (Both, "combination", false, |s| {
+    (BOTH, true, set_paper_method),
+    (BOTH, false, |s| {
         set_paper_method(s);
         s.transport.conserve = true;
     }),
-    (Both, "combination", false, |s| {
+    (BOTH, false, |s| {
         s.transport.form_factor = FormFactor::Disc;
         s.transport.conserve = true;
     }),
-    (Both, "combination", false, |s| refine_patches(s, 1, 1)),
-    (Both, "combination", true, |s| refine_patches(s, 2, 1)),
-    (Gpu, "combination", false, |s| refine_patches(s, 1, 4)),
-    (Both, "combination", true, |s| refine_patches(s, 2, 4)),
-    (Cpu, "combination", false, |s| refine_patches(s, 4, 1)),
-    (Cpu, "combination", false, |s| refine_patches(s, 4, 4)),
+    (BOTH, false, |s| refine_patches(s, 1, 1)),
+    (BOTH, true, |s| refine_patches(s, 2, 1)),
+    (&[Gpu], false, |s| refine_patches(s, 1, 4)),
+    (BOTH, true, |s| refine_patches(s, 2, 4)),
+    (&[Cpu], false, |s| refine_patches(s, 4, 1)),
+    (&[Cpu], false, |s| refine_patches(s, 4, 4)),
 ];
 
-fn set_item_buffer(s: &mut Settings, projection: ItemBufferProjection, pixels: u32) {
+fn draw_with(s: &mut Settings, projection: ItemBufferProjection, pixels: u32) {
     s.transport.visibility = Visibility::with_item_buffer(projection, pixels);
 }
 
@@ -182,13 +197,12 @@ pub fn base_settings(scene: &Scene, solver: SolverKind, quality: SolveQuality, t
     let mut settings = Settings::with_quality(quality);
     settings.meshing.texels = texels;
     settings.schedule.iteration = Iteration::Cg;
-    if solver == SolverKind::Gpu {
+    if solver == Gpu {
         settings.transport.visibility = Visibility::ItemBuffer(ItemBufferSettings::DEFAULT);
     }
     let samples = |s: &Settings| {
-        SceneCounts::new(scene, &s.meshing)
-            .link_count()
-            .saturating_mul(s.meshing.samples.into())
+        let links = SceneCounts::new(scene, &s.meshing).link_count();
+        links.saturating_mul(s.meshing.samples.into())
     };
     while settings.meshing.patches > 1 && samples(&settings) > MAX_BASE_SAMPLES {
         settings.meshing.patches /= 2;
@@ -205,78 +219,62 @@ pub fn truth_texels(scene: &Scene, quality: SolveQuality) -> u32 {
     sides.into_iter().find(fits).unwrap_or(requested)
 }
 
+/// Returns whether the dense solver's system for N×N texels per face fits in memory.
+pub fn has_dense_truth(scene: &Scene, texels: u32) -> bool {
+    texels > 0 && matrix_bytes(scene.faces.len() as u64 * u64::from(texels).pow(2)) <= MAX_MATRIX_BYTES
+}
+
 /// Returns all methods of `solver`, without duplicates.
 pub fn list_methods(scene: &Scene, solver: SolverKind, quality: SolveQuality, texels: u32) -> Vec<SolveMethod> {
+    if solver == Dense {
+        let sides = [texels / 4, texels / 2, texels].into_iter();
+        let fitting = sides.filter(|texels| has_dense_truth(scene, *texels));
+        let method = |n| SolveMethod::new(Dense, format!("--texels {n}"), dense::dense_settings(n));
+        return fitting.map(method).collect();
+    }
     let base = base_settings(scene, solver, quality, texels);
     let mut methods: Vec<SolveMethod> = Vec::new();
-    let own_filter = match solver {
-        SolverKind::Cpu => SolverFilter::Cpu,
-        SolverKind::Gpu => SolverFilter::Gpu,
-        SolverKind::Matrix => return dense_methods(scene, texels),
-    };
-    let rows = METHOD_ROWS.iter().filter(|(solvers, _, short, _)| {
-        (*solvers == SolverFilter::Both || *solvers == own_filter) && (*short || quality != SolveQuality::Draft)
-    });
-    for (_, sweep, _, change) in rows {
+    let is_listed = |short: bool| short || quality != SolveQuality::Draft;
+    for (solvers, short, change) in METHOD_ROWS {
         let mut settings = base;
         change(&mut settings);
         settings.meshing.texels = settings.meshing.texels.max(1);
         settings.meshing.patches = settings.meshing.patches.clamp(1, settings.meshing.texels);
-        if methods.iter().all(|m| m.settings != settings) {
-            methods.push(SolveMethod {
-                solver,
-                sweep,
-                options: format_options(&base, &settings),
-                settings,
-                target_error: None,
-            });
+        let is_new = methods.iter().all(|m| m.settings != settings);
+        if solvers.contains(&solver) && is_listed(*short) && is_new {
+            methods.push(SolveMethod::new(solver, format_options(&base, &settings), settings));
         }
     }
-    let errors = TARGET_ERRORS
-        .iter()
-        .filter(|(_, short)| *short || quality != SolveQuality::Draft);
-    methods.extend(errors.map(|(error, _)| SolveMethod {
-        solver,
-        sweep: "error",
-        options: format!("--error {}%", 100.0 * error),
-        settings: base,
-        target_error: Some(*error),
-    }));
+    let errors = TARGET_ERRORS.iter().filter(|(_, short)| is_listed(*short));
+    methods.extend(errors.map(|(error, _)| SolveMethod::to_error(solver, *error, base)));
     methods
 }
 
-/// Returns the dense solver's methods on the resolutions that fit in memory.
-fn dense_methods(scene: &Scene, texels: u32) -> Vec<SolveMethod> {
-    let fits = |n: &u32| *n > 0 && matrix_bytes(scene.faces.len() as u64 * u64::from(*n).pow(2)) <= MAX_MATRIX_BYTES;
-    let sides = [texels / 4, texels / 2, texels];
-    let method = |texels| SolveMethod {
-        solver: SolverKind::Matrix,
-        sweep: "texels",
-        options: format!("--texels {texels}"),
-        settings: dense::dense_settings(texels),
-        target_error: None,
-    };
-    sides.into_iter().filter(fits).map(method).collect()
-}
-
 /// Returns each setting in result.json as on the command line: name and value.
-pub fn option_values(settings: &Value) -> impl Iterator<Item = (&str, String)> {
-    let all = settings.as_object().into_iter().flatten();
-    all.map(|(key, value)| {
-        let name = if key == "cells" { "patches" } else { key };
+fn option_values(settings: &Settings) -> Vec<(String, String)> {
+    let Ok(Value::Object(all)) = serde_json::to_value(settings) else {
+        return Vec::new();
+    };
+    let option = |(name, value): (String, Value)| {
+        let name = if name == "cells" { "patches".into() } else { name };
         (name, value.to_string().trim_matches('"').to_owned())
-    })
+    };
+    all.into_iter().map(option).collect()
 }
 
 /// Formats the differences from the base as options, or "base" if there are none. An item buffer
 /// that the base lacks is compared with the default one.
 fn format_options(base: &Settings, settings: &Settings) -> String {
-    let drawn = Visibility::ItemBuffer(ItemBufferSettings::DEFAULT);
-    let drawn = serde_json::to_value(drawn).unwrap_or_default();
-    let [old, new] = [base, settings].map(|s| serde_json::to_value(s).unwrap_or_default());
-    let before: HashMap<&str, String> = option_values(&drawn).chain(option_values(&old)).collect();
-    let changed = option_values(&new).filter(|(name, value)| before.get(name) != Some(value));
-    let text = |(name, value): (&str, String)| match value.as_str() {
+    let mut drawn = *base;
+    drawn.transport.visibility = Visibility::ItemBuffer(ItemBufferSettings::DEFAULT);
+    let before: HashMap<String, String> = [option_values(&drawn), option_values(base)]
+        .concat()
+        .into_iter()
+        .collect();
+    let changed = option_values(settings)
+        .into_iter()
+        .filter(|(name, value)| before.get(name) != Some(value));
+    let text = |(name, value): (String, String)| match value.as_str() {
         "true" | "false" => format!("--{name}"),
         _ => format!("--{name} {value}"),
     };
@@ -304,53 +302,42 @@ mod tests {
 
     #[test]
     fn methods_differ_and_name_their_options() {
-        for (faces, quality) in [
-            (19, SolveQuality::Normal),
-            (168, SolveQuality::Normal),
-            (1, SolveQuality::Draft),
+        for (faces, quality, expected) in [
+            (19, SolveQuality::Normal, 54..95),
+            (168, SolveQuality::Normal, 54..95),
+            (1, SolveQuality::Draft, 20..55),
         ] {
             let scene = scene(faces);
             let n = truth_texels(&scene, quality);
             let mut all = 0;
-            for solver in [SolverKind::Cpu, SolverKind::Gpu] {
+            for solver in [Cpu, Gpu] {
                 let methods = list_methods(&scene, solver, quality, n);
                 all += methods.len();
                 assert_eq!(methods[0].options, "base");
                 for (k, method) in methods.iter().enumerate() {
-                    let s = &method.settings;
-                    assert!(s.meshing.patches >= 1 && s.meshing.patches <= s.meshing.texels && s.meshing.samples >= 1);
-                    let twins = methods[..k].iter().filter(|m| m.options == method.options);
-                    assert_eq!(twins.count(), 0, "{}", method.options);
+                    let Meshing {
+                        texels,
+                        patches,
+                        samples,
+                    } = method.settings.meshing;
+                    assert!((1..=texels).contains(&patches) && samples >= 1);
+                    let is_twin = |m: &SolveMethod| m.options == method.options;
+                    assert!(!methods[..k].iter().any(is_twin), "{}", method.options);
                 }
             }
-            let expected = if quality == SolveQuality::Draft { 20..55 } else { 54..95 };
             assert!(expected.contains(&all), "{faces} faces: {all} points");
         }
     }
 
     #[test]
     fn large_scenes_get_fewer_texels_and_patches() {
-        assert_eq!(truth_texels(&scene(19), SolveQuality::Normal), 16);
-        assert_eq!(truth_texels(&scene(168), SolveQuality::Normal), 4);
-        assert_eq!(
-            base_settings(&scene(19), SolverKind::Cpu, SolveQuality::Normal, 16)
-                .meshing
-                .patches,
-            4
-        );
-        assert_eq!(
-            base_settings(&scene(168), SolverKind::Cpu, SolveQuality::Normal, 8)
-                .meshing
-                .patches,
-            1
-        );
-        assert_eq!(
-            base_settings(&scene(168), SolverKind::Cpu, SolveQuality::Normal, 4)
-                .meshing
-                .patches,
-            2
-        );
-        // Too many faces for the dense solver at any of the resolutions.
-        assert_eq!(truth_texels(&scene(5000), SolveQuality::Normal), 16);
+        // The dense solver has too many texels with 5000 faces at any resolution.
+        for (faces, texels) in [(19, 16), (168, 4), (5000, 16)] {
+            assert_eq!(truth_texels(&scene(faces), SolveQuality::Normal), texels);
+        }
+        for (faces, texels, patches) in [(19, 16, 4), (168, 8, 1), (168, 4, 2)] {
+            let settings = base_settings(&scene(faces), Cpu, SolveQuality::Normal, texels);
+            assert_eq!(settings.meshing.patches, patches);
+        }
     }
 }

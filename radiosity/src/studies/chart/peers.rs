@@ -16,8 +16,6 @@ pub struct Peer {
     pub sampler: Option<String>,
     /// File of the scene.
     pub scene: String,
-    /// Texels per side of a face.
-    pub texels: Option<u32>,
     /// Samples used.
     pub samples: Option<u64>,
     /// Seconds of the solve.
@@ -31,30 +29,23 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Returns setup and solve together, seconds.
-    pub fn total_seconds(&self) -> f64 {
-        self.seconds + self.setup_seconds.unwrap_or(0.0)
+    /// Returns seconds of setup and solve together, and the error.
+    pub fn time_and_error(&self) -> [f64; 2] {
+        [self.seconds + self.setup_seconds.unwrap_or(0.0), self.error]
     }
 
     /// Returns program, variant, sampler and counts as one line.
     pub fn describe_peer(&self) -> String {
-        let mut text = self.peer.clone();
-        for part in [&self.variant, &self.sampler].into_iter().flatten() {
-            text = format!("{text} {part}");
-        }
-        let counts = [("samples", self.samples), ("threads", self.threads.map(u64::from))];
-        for (name, count) in counts {
-            if let Some(count) = count {
-                text = format!("{text}, {count} {name}");
-            }
-        }
-        text
+        let names = [Some(&self.peer), self.variant.as_ref(), self.sampler.as_ref()];
+        let names: Vec<&str> = names.into_iter().flatten().map(String::as_str).collect();
+        let samples = self.samples.map(|n| format!(", {n} samples"));
+        let threads = self.threads.map(|n| format!(", {n} threads"));
+        escape_control(&(names.join(" ") + &samples.unwrap_or_default() + &threads.unwrap_or_default()))
     }
 
     /// Returns whether it solved the scene of this file.
     pub fn solved_scene(&self, scene: &str) -> bool {
-        let stem = |name: &str| Path::new(name).file_stem().map(ToOwned::to_owned);
-        stem(&self.scene) == stem(scene)
+        Path::new(&self.scene).file_stem() == Path::new(scene).file_stem()
     }
 }
 
@@ -66,20 +57,15 @@ struct File {
 
 /// Reads the measurements in a file. Errors: it cannot be read, or an entry has no seconds or error.
 pub fn read_peers(path: &Path) -> Result<Vec<Peer>> {
-    let failed = |e: &dyn std::fmt::Display| {
-        let message = format!("is not a list of other programs' solves: {e}");
+    let failed = |reason: String| {
+        let message = format!("is not a list of other programs' solves: {reason}");
         Error::bad_input(path, "", message)
     };
     let text = file::read_input(path, "a list of other programs' solves is needed")?;
-    let File { points: mut peers } = serde_json::from_slice(&text).map_err(|e| failed(&e))?;
-    let sound = |p: &Peer| p.seconds.is_finite() && p.seconds >= 0.0 && p.error >= 0.0;
-    for peer in &mut peers {
-        for text in [Some(&mut peer.peer), peer.variant.as_mut(), peer.sampler.as_mut()] {
-            text.into_iter().for_each(|text| *text = escape_control(text));
-        }
-    }
-    match peers.iter().position(|p| !sound(p)) {
-        Some(k) => Err(failed(&format!("entry {k} has no seconds or no error"))),
+    let File { points: peers } = serde_json::from_slice(&text).map_err(|e| failed(e.to_string()))?;
+    let is_bad = |p: &Peer| !(p.time_and_error()[0] >= 0.0 && p.time_and_error()[0].is_finite() && p.error >= 0.0);
+    match peers.iter().position(is_bad) {
+        Some(k) => Err(failed(format!("entry {k} has no seconds or no error"))),
         None => Ok(peers),
     }
 }

@@ -1,216 +1,224 @@
-//! All points of a scene, measured in rounds. Each round runs every method once, so that other load
-//! on the machine affects all methods alike.
+//! The measured points of a scene, their Pareto front and the curves that they lie on.
 
-use super::measure::MeasurementSetup;
 use super::methods::SolveMethod;
-use super::pareto::pareto_front;
 use super::peers::Peer;
-use super::store::{MeasurementContext, MeasurementStore};
-use super::{Measurement, SolveFigures, SolverKind};
-use crate::plan::SceneCounts;
-use crate::plan::memory::SolveMemory;
-use common::Result;
-use cpu::dense::memory;
-use oracle::solve::progress::ProgressMonitor;
-use std::ops::ControlFlow;
+use super::store::{Measurement, SolveFigures};
+use serde::Serialize;
+use std::ops::Range;
 
-/// A method that took longer is not repeated, seconds.
-pub const MAX_REPEATED_SECONDS: f64 = 20.0;
+/// Errors below this are rounding of 32-bit sums over thousands of shots.
+const ROUNDING_ERROR: f64 = 1e-5;
 
-/// One method with its measurements.
+/// One method with its measurements, at least one.
 #[derive(Clone, Debug)]
 pub struct ChartPoint {
     /// The method.
     pub method: SolveMethod,
     /// Its runs.
     pub runs: Vec<Measurement>,
-    /// Upper bound of the rays traced: one per sample of each link.
-    pub rays_at_most: u64,
-    /// Item-buffer pixels drawn.
-    pub pixels: u64,
-    /// Memory computed from the sizes of the records, bytes.
-    pub bytes: u64,
-    /// True if no other point dominates it.
+    /// True if no other point with the same truth dominates it.
     pub on_front: bool,
-    /// True if no other point of its solver dominates it.
-    pub on_solver_front: bool,
 }
 
-impl ChartPoint {
-    /// Returns the first failure of its runs, if any.
-    pub fn first_failure(&self) -> Option<&str> {
-        let failed = |m: &'_ Measurement| m.result.is_err();
-        let run = self.runs.iter().find(|m| failed(m))?;
-        run.result.as_ref().err().map(String::as_str)
-    }
-
-    /// Returns the figures of its first run, if no run failed; all runs have the same.
-    pub fn first_figures(&self) -> Option<&SolveFigures> {
-        if self.first_failure().is_some() {
-            return None;
-        }
-        self.runs.first()?.result.as_ref().ok()
-    }
-
-    /// Returns median, minimum and maximum of `what` over the runs.
-    pub fn median_and_range(&self, what: impl Fn(&Measurement) -> f64) -> [f64; 3] {
-        let mut all: Vec<f64> = self.runs.iter().map(what).collect();
-        all.sort_by(f64::total_cmp);
-        let n = all.len();
-        if n == 0 {
-            return [f64::NAN; 3];
-        }
-        let median = (all[(n - 1) / 2] + all[n / 2]) / 2.0;
-        [median, all[0], all[n - 1]]
-    }
-
-    /// Returns the median of the total seconds.
-    pub fn median_seconds(&self) -> f64 {
-        self.median_and_range(Measurement::total_seconds)[0]
-    }
-
-    /// Returns (seconds, error); the error of a failed point is NaN.
-    pub fn time_and_error(&self) -> (f64, f64) {
-        let error = self.first_figures().map_or(f64::NAN, |figures| figures.error);
-        (self.median_seconds(), error)
-    }
+/// One curve of an option's error, coarse to fine.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeasuredCurve {
+    /// Name of the option in headings.
+    pub name: &'static str,
+    /// Command-line option.
+    pub option: &'static str,
+    /// Name in the legend.
+    pub label: String,
+    /// Description of the truth.
+    pub truth: String,
+    /// Fitted order of the whole curve.
+    pub order: Option<f64>,
+    /// Order of the last two points: about 0 where another parameter sets a floor.
+    pub last_order: Option<f64>,
 }
 
-/// All points of one scene.
-#[derive(Clone, Debug)]
+/// All measurements of one scene.
+#[derive(Clone, Debug, Default)]
 pub struct SceneChart {
     /// Name of the scene.
     pub scene: String,
     /// Number of faces.
     pub faces: usize,
-    /// Requested texels per side.
-    pub texels: u32,
-    /// Description of the truth.
+    /// Texels per side on which errors are measured; none: the common ones of method and truth.
+    pub texels: Option<u32>,
+    /// Description of the truth; each curve has its own.
     pub truth: String,
     /// Name of the GPU.
     pub adapter: Option<String>,
-    /// True if the GPU is a software adapter.
-    pub software: bool,
-    /// True if the scene is the paper's room with its objects.
-    pub is_paper_room: bool,
     /// The measured points.
     pub points: Vec<ChartPoint>,
     /// Number of points missing after an interruption.
     pub missing: usize,
+    /// Curves of the varied options; their index is in the points' methods.
+    pub curves: Vec<MeasuredCurve>,
     /// Measurements of other programs.
     pub peers: Vec<Peer>,
 }
 
-/// A store of measurements and the context of their keys.
-pub struct KeyedStore<'a> {
-    /// The store.
-    pub store: &'a mut MeasurementStore,
-    /// The context of the keys.
-    pub context: &'a MeasurementContext,
-}
-
-impl KeyedStore<'_> {
-    fn key_of(&self, method: &SolveMethod) -> String {
-        (self.context).measurement_key(method.solver, &method.settings, method.target_error)
-    }
-
-    /// Returns the measurements of `method` in chronological order.
-    pub fn runs_of(&self, method: &SolveMethod) -> &[Measurement] {
-        self.store.runs_of(&self.key_of(method))
-    }
-}
-
-/// Runs round number `round`: measures every method that has at most `round` runs and should be
-/// repeated. Returns `Break` if `watch` asked to stop. Errors: the store cannot be written.
-pub fn run_round(
-    setup: &MeasurementSetup,
-    methods: &[SolveMethod],
-    keyed: &mut KeyedStore,
-    round: usize,
-    watch: &ProgressMonitor,
-) -> Result<ControlFlow<()>> {
-    let all = methods.len() as f64;
-    for (k, method) in methods.iter().enumerate() {
-        if !needs_run(keyed.runs_of(method), round) {
-            continue;
+impl ChartPoint {
+    /// Returns the figures of its first run, which all runs share, or the first failure of a run.
+    pub fn first_result(&self) -> Result<&SolveFigures, &str> {
+        let failed = self.runs.iter().find(|run| run.result.is_err());
+        match failed.or(self.runs.first()).map(|run| &run.result) {
+            Some(Ok(figures)) => Ok(figures),
+            Some(Err(reason)) => Err(reason),
+            None => Err("not measured"),
         }
-        let name = format!("round {}, {}", round + 1, method.solver.name());
-        let progress = |_: &str, share: f64| watch.report_share(&name, (k as f64 + share.clamp(0.0, 1.0)) / all);
-        let Some(measurement) = setup.measure_method(method, &ProgressMonitor::new(&progress)) else {
-            return Ok(ControlFlow::Break(()));
+    }
+
+    /// Returns median, minimum and maximum of `quantity` over the runs.
+    pub fn median_and_range(&self, quantity: fn(&Measurement) -> f64) -> [f64; 3] {
+        let mut all: Vec<f64> = self.runs.iter().map(quantity).collect();
+        all.sort_by(f64::total_cmp);
+        let n = all.len();
+        if n == 0 {
+            return [f64::NAN; 3];
+        }
+        [(all[(n - 1) / 2] + all[n / 2]) / 2.0, all[0], all[n - 1]]
+    }
+
+    /// Returns (seconds, error): the median of the total time, and the error, NaN of a failed point.
+    pub fn time_and_error(&self) -> [f64; 2] {
+        let error = self.first_result().map_or(f64::NAN, |figures| figures.error);
+        [self.median_and_range(Measurement::total_seconds)[0], error]
+    }
+}
+
+impl SceneChart {
+    /// Sets `on_front` of each point, among the points with the same truth.
+    pub fn mark_fronts(&mut self) {
+        let places: Vec<_> = self
+            .points
+            .iter()
+            .map(|p| (p.method.truth, p.time_and_error()))
+            .collect();
+        for point in &mut self.points {
+            let rivals = places.iter().filter(|(truth, _)| *truth == point.method.truth);
+            point.on_front = is_on_front(point.time_and_error(), rivals.map(|(_, place)| *place));
+        }
+    }
+
+    /// Returns the points of a curve, coarse to fine.
+    pub fn curve_points(&self, curve: usize) -> impl Iterator<Item = &ChartPoint> {
+        self.points
+            .iter()
+            .filter(move |p| p.method.varied.is_some_and(|(k, _)| k == curve))
+    }
+
+    /// Returns the curves of each varied option.
+    pub fn sweep_curves(&self) -> Vec<Range<usize>> {
+        let mut start = 0;
+        let sweeps = self.curves.chunk_by(|a, b| a.option == b.option).map(|curves| {
+            start += curves.len();
+            start - curves.len()..start
+        });
+        sweeps.collect()
+    }
+}
+
+/// Returns whether no rival is better than a (seconds, error) in both. Equal points are both on the Pareto front; a
+/// point with a value that is not finite is not, and beats none.
+pub fn is_on_front(point: [f64; 2], rivals: impl IntoIterator<Item = [f64; 2]>) -> bool {
+    let is_finite = |p: &[f64; 2]| p.iter().all(|x| x.is_finite());
+    let is_beaten_by = |q: [f64; 2]| q[0] <= point[0] && q[1] <= point[1] && q != point;
+    is_finite(&point) && !rivals.into_iter().filter(is_finite).any(is_beaten_by)
+}
+
+/// Returns the order p of an error e ≈ C hᵖ, the least-squares slope of ln e over ln h, or none with fewer than two
+/// (h, e) above the rounding.
+pub fn fit_order(steps: &[[f64; 2]]) -> Option<f64> {
+    let usable = steps
+        .iter()
+        .filter(|[h, e]| *h > 0.0 && *e > ROUNDING_ERROR && e.is_finite());
+    let logarithms: Vec<[f64; 2]> = usable.map(|step| step.map(f64::ln)).collect();
+    let n = logarithms.len() as f64;
+    let [x, y] = [0, 1].map(|k| logarithms.iter().map(|p| p[k]).sum::<f64>() / n);
+    let square: f64 = logarithms.iter().map(|p| (p[0] - x).powi(2)).sum();
+    let product: f64 = logarithms.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
+    (logarithms.len() >= 2 && square > 0.0).then(|| product / square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::studies::chart::methods::SolverKind;
+    use approx::abs_diff_eq;
+    use common::settings::Settings;
+
+    #[test]
+    fn front_has_the_points_that_no_other_beats() {
+        let (nan, infinite) = (f64::NAN, f64::INFINITY);
+        let cases: [(&[[f64; 2]], &[bool]); 3] = [
+            (
+                &[[1.0, 0.5], [2.0, 0.5], [1.0, 0.6], [2.0, 0.4], [3.0, 0.1]],
+                &[true, false, false, true, true],
+            ),
+            (&[[1.0, 0.5], [1.0, 0.5], [0.5, 0.5]], &[false, false, true]),
+            (
+                &[
+                    [nan, 0.1],
+                    [1.0, nan],
+                    [-infinite, 0.0],
+                    [0.5, infinite],
+                    [2.0, 0.2],
+                    [2.0, 0.2],
+                ],
+                &[false, false, false, false, true, true],
+            ),
+        ];
+        for (points, expected) in cases {
+            let found: Vec<bool> = points.iter().map(|p| is_on_front(*p, points.iter().copied())).collect();
+            assert_eq!(found, expected, "{points:?}");
+        }
+    }
+
+    #[test]
+    fn points_are_rivals_of_those_with_the_same_truth() {
+        let point = |truth: usize, seconds: f64| ChartPoint {
+            method: SolveMethod {
+                truth,
+                ..SolveMethod::new(SolverKind::Cpu, "", Settings::default())
+            },
+            runs: vec![Measurement {
+                prepare: 0.0,
+                solve: seconds,
+                result: Ok(SolveFigures {
+                    error: 0.5,
+                    bias: 0.0,
+                    imbalance: 0.0,
+                    shots: 1,
+                    passes: 1,
+                }),
+            }],
+            on_front: false,
         };
-        let description = format!("{} {} {}", setup.scene.name, method.solver.name(), method.options);
-        let key = keyed.key_of(method);
-        keyed.store.append_run(&key, &description, measurement)?;
+        let mut chart = SceneChart {
+            points: vec![point(0, 2.0), point(1, 3.0), point(0, 1.0)],
+            ..SceneChart::default()
+        };
+        chart.mark_fronts();
+        let front: Vec<bool> = chart.points.iter().map(|p| p.on_front).collect();
+        assert_eq!(front, [false, true, true]);
     }
-    Ok(ControlFlow::Continue(()))
-}
 
-/// Returns whether another run is needed. Long and failed runs are not repeated.
-fn needs_run(runs: &[Measurement], round: usize) -> bool {
-    let settled = |m: &Measurement| m.result.is_err() || m.total_seconds() > MAX_REPEATED_SECONDS;
-    runs.len() <= round && !runs.iter().any(settled)
-}
-
-/// Returns the measured points of `methods` with at most `max_runs` runs each and marks the fronts.
-pub fn collect_points(
-    setup: &MeasurementSetup,
-    methods: &[SolveMethod],
-    keyed: &KeyedStore,
-    max_runs: usize,
-) -> Vec<ChartPoint> {
-    let measured = methods.iter().filter_map(|method| {
-        let runs = keyed.runs_of(method);
-        let runs = runs[..runs.len().min(max_runs)].to_vec();
-        (!runs.is_empty()).then(|| make_point(setup, method, runs))
-    });
-    let mut points: Vec<ChartPoint> = measured.collect();
-    mark_fronts(&mut points);
-    points
-}
-
-/// Sets `on_front` and `on_solver_front`.
-pub fn mark_fronts(points: &mut [ChartPoint]) {
-    let places: Vec<(f64, f64)> = points.iter().map(ChartPoint::time_and_error).collect();
-    for (point, on) in points.iter_mut().zip(pareto_front(&places)) {
-        point.on_front = on;
-    }
-    for solver in [SolverKind::Cpu, SolverKind::Gpu, SolverKind::Matrix] {
-        let has_solver = |k: &usize| points[*k].method.solver == solver;
-        let indices: Vec<usize> = (0..points.len()).filter(has_solver).collect();
-        let places: Vec<(f64, f64)> = indices.iter().map(|k| places[*k]).collect();
-        for (k, on) in indices.into_iter().zip(pareto_front(&places)) {
-            points[k].on_solver_front = on;
+    #[test]
+    fn order_of_a_power_law_is_recovered() {
+        for p in [0.5, 1.0, 2.0] {
+            let steps = [0.25, 0.125, 0.0625].map(|h: f64| [h, 7.0 * h.powf(p)]);
+            assert!(abs_diff_eq!(fit_order(&steps).unwrap(), p, epsilon = 1e-12));
         }
-    }
-}
-
-fn make_point(setup: &MeasurementSetup, method: &SolveMethod, runs: Vec<Measurement>) -> ChartPoint {
-    let settings = &method.settings;
-    let counts = SceneCounts::new(setup.scene, &settings.meshing);
-    let first = runs.first().and_then(|m| m.result.as_ref().ok());
-    let linked = first.map_or(0, |figures| figures.linked);
-    let shoots = method.solver != SolverKind::Matrix && method.target_error.is_none();
-    ChartPoint {
-        rays_at_most: if shoots {
-            counts.max_rays(linked, settings.transport.visibility)
-        } else {
-            0
-        },
-        pixels: if shoots {
-            counts.item_buffer_pixels(linked, settings.transport.visibility)
-        } else {
-            0
-        },
-        bytes: match (method.solver, setup.gpu) {
-            _ if method.target_error.is_some() => 0,
-            (SolverKind::Matrix, _) => memory::matrix_bytes(counts.texels),
-            (SolverKind::Gpu, Some(gpu)) => SolveMemory::on_gpu(gpu, &counts, settings).peak_bytes(),
-            _ => SolveMemory::on_cpu(&counts, settings).peak_bytes(),
-        },
-        method: method.clone(),
-        runs,
-        on_front: false,
-        on_solver_front: false,
+        for steps in [
+            &[][..],
+            &[[0.5, 1.0]],
+            &[[0.5, 1.0], [0.25, 0.0]],
+            &[[0.5, 1.0], [0.25, f64::NAN]],
+        ] {
+            assert_eq!(fit_order(steps), None);
+        }
     }
 }

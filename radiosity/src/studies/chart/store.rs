@@ -1,17 +1,57 @@
 //! File of measurements, one JSON line each, so that an interrupted chart can be continued.
 
-use super::{Measurement, SolverKind};
+use super::methods::{SolveMethod, SolverKind};
 use common::scene::Scene;
-use common::settings::Settings;
 use common::texel::texel_outline;
 use common::{Error, Result, file};
-use gpu::Gpu;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// Time and error of one solve.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measurement {
+    /// Seconds to build mesh and engine.
+    pub prepare: f64,
+    /// Seconds of the solve itself.
+    pub solve: f64,
+    /// The figures, or the reason that there are none.
+    pub result: std::result::Result<SolveFigures, String>,
+}
+
+/// Error and effort of one solve.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SolveFigures {
+    /// Relative RMS error on the texels of the chart, worst channel.
+    pub error: f64,
+    /// Bias of the channel with the largest one.
+    pub bias: f64,
+    /// Imbalance of the energy.
+    pub imbalance: f64,
+    /// Shots, summed over the passes.
+    pub shots: u64,
+    /// Passes of the iteration.
+    pub passes: u32,
+}
+
+impl Measurement {
+    /// Returns the total wall-clock seconds.
+    pub fn total_seconds(&self) -> f64 {
+        self.prepare + self.solve
+    }
+
+    /// Returns whether all numbers are finite and in range; a damaged record may hold anything.
+    pub fn is_sound(&self) -> bool {
+        let in_range = |x: &f64| x.is_finite() && *x >= 0.0;
+        let figures = self.result.as_ref().map_or(true, |f| {
+            in_range(&f.error) && f.bias.is_finite() && f.imbalance.is_finite()
+        });
+        [self.prepare, self.solve].iter().all(in_range) && figures
+    }
+}
 
 /// One line of the file.
 #[derive(Serialize, Deserialize)]
@@ -39,29 +79,33 @@ impl MeasurementStore {
             path: path.to_path_buf(),
             source,
         };
-        let text = if path.exists() {
-            String::from_utf8_lossy(&file::read_input(path, "remove it to start again")?).into_owned()
-        } else {
-            String::new()
+        let text = match path.exists() {
+            true => String::from_utf8_lossy(&file::read_input(path, "remove it to start again")?).into_owned(),
+            false => String::new(),
         };
-        let file = OpenOptions::new().create(true).append(true).open(path);
-        let mut store = Self {
-            path: path.to_path_buf(),
-            file: file.map_err(failed)?,
-            runs: HashMap::new(),
-            damaged: 0,
-        };
+        let mut file = OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(path)
+            .map_err(failed)?;
+        // Terminates an incomplete last line before appending.
+        if !text.is_empty() && !text.ends_with('\n') {
+            file.write_all(b"\n").map_err(failed)?;
+        }
+        let mut runs: HashMap<String, Vec<Measurement>> = HashMap::new();
+        let mut damaged = 0;
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
             match serde_json::from_str::<StoredLine>(line) {
-                Ok(line) if line.measurement.is_sound() => store.insert_run(line.key, line.measurement),
-                _ => store.damaged += 1,
+                Ok(line) if line.measurement.is_sound() => runs.entry(line.key).or_default().push(line.measurement),
+                _ => damaged += 1,
             }
         }
-        // Terminate an incomplete last line before appending.
-        if !text.is_empty() && !text.ends_with('\n') {
-            store.file.write_all(b"\n").map_err(failed)?;
-        }
-        Ok(store)
+        Ok(Self {
+            path: path.to_path_buf(),
+            file,
+            runs,
+            damaged,
+        })
     }
 
     /// Returns the measurements of `key` in chronological order.
@@ -70,10 +114,10 @@ impl MeasurementStore {
     }
 
     /// Appends a measurement to the file, then to memory. Errors: the file cannot be written.
-    pub fn append_run(&mut self, key: &str, about: &str, measurement: Measurement) -> Result<()> {
+    pub fn append_run(&mut self, key: String, about: String, measurement: Measurement) -> Result<()> {
         let line = StoredLine {
-            key: key.to_owned(),
-            about: about.to_owned(),
+            key,
+            about,
             measurement,
         };
         let text = serde_json::to_string(&line).map_err(|e| e.into());
@@ -82,50 +126,37 @@ impl MeasurementStore {
             path: self.path.clone(),
             source,
         })?;
-        self.insert_run(line.key, line.measurement);
+        self.runs.entry(line.key).or_default().push(line.measurement);
         Ok(())
-    }
-
-    fn insert_run(&mut self, key: String, measurement: Measurement) {
-        self.runs.entry(key).or_default().push(measurement);
     }
 }
 
-/// Everything but the method that identifies a measurement.
-#[derive(Clone)]
+/// Everything but the method and its truth that identifies a measurement.
+#[derive(Clone, Debug)]
 pub struct MeasurementContext {
     /// Hash of the scene.
     pub scene: u64,
-    /// Hash of the truth's values.
-    pub truth: u64,
     /// Hash of the program.
     pub program: u64,
-    /// Requested texels per side, and time limit of a solve in seconds.
-    pub texels_and_limit: (u32, f64),
+    /// Texels per side of a face on which errors are measured; none: the common ones of method and truth.
+    pub texels: Option<u32>,
+    /// Time limit of a solve, seconds.
+    pub time_limit: f64,
     /// Name of the GPU.
-    pub adapter: String,
+    pub adapter: Option<String>,
 }
 
 impl MeasurementContext {
-    /// Returns the context of this program's measurements of `scene`; the truth's hash is still 0.
-    pub fn new(scene: &Scene, gpu: Option<&Gpu>, texels_and_limit: (u32, f64)) -> Self {
-        Self {
-            scene: hash_scene(scene),
-            truth: 0,
-            program: hash_program(),
-            texels_and_limit,
-            adapter: gpu.map_or(String::new(), |gpu| gpu.line.name.clone()),
-        }
-    }
-
-    /// Returns the key of a method's measurements.
-    pub fn measurement_key(&self, solver: SolverKind, settings: &Settings, target_error: Option<f64>) -> String {
-        let settings = serde_json::to_string(settings).unwrap_or_default();
-        let adapter = (solver == SolverKind::Gpu).then_some(&self.adapter);
-        let texels_and_limit = (self.texels_and_limit.0, self.texels_and_limit.1.to_bits());
-        let method = (solver, settings, target_error.map(f64::to_bits), adapter);
-        let context = (self.scene, self.truth, self.program, texels_and_limit);
-        format!("{:016x}", hash_value(&(context, method)))
+    /// Returns the key of the measurements of `method` against the truth with this hash.
+    pub fn measurement_key(&self, method: &SolveMethod, truth: u64) -> u64 {
+        let context = Self {
+            adapter: self.adapter.clone().filter(|_| method.solver == SolverKind::Gpu),
+            ..self.clone()
+        };
+        hash_value(&format!(
+            "{context:?} {truth} {:?} {:?} {:?}",
+            method.solver, method.settings, method.target_error
+        ))
     }
 }
 
@@ -136,22 +167,16 @@ pub fn hash_value(value: &impl Hash) -> u64 {
     hasher.finish()
 }
 
-/// Returns a hash of everything in a scene that affects a solve; names do not.
+/// Returns a hash of the faces; a painted face is identified by its means over sixteen texels.
 pub fn hash_scene(scene: &Scene) -> u64 {
-    let bits = |v: glam::Vec3| v.to_array().map(f32::to_bits);
-    let faces = scene.faces.iter().map(|face| {
-        let corners = face.corners.map(|c| c.to_array().map(f64::to_bits));
-        // A painted face is identified by its means over sixteen texels.
-        let parts = match face.paint {
-            Some(_) => 0..16,
-            None => 0..0,
-        };
-        let parts = parts.map(|k| face.mean_surface(texel_outline(face, [4; 2], k).corners()).map(bits));
-        let parts: Vec<_> = parts.collect();
-        let light = ([bits(face.emission), bits(face.reflectance)], parts);
-        (corners, face.outline().len(), light, face.partner)
-    });
-    hash_value(&faces.collect::<Vec<_>>())
+    let mut text = format!("{:?}", scene.faces);
+    for face in scene.faces.iter().filter(|face| face.paint.is_some()) {
+        for k in 0..16 {
+            let means = face.mean_surface(texel_outline(face, [4; 2], k).corners());
+            text += &format!("{means:?}");
+        }
+    }
+    hash_value(&text)
 }
 
 /// Returns a hash of this program: its version and its executable file.
@@ -164,108 +189,84 @@ pub fn hash_program() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studies::chart::SolveFigures;
+    use common::settings::Settings;
+    use std::collections::HashSet;
 
-    fn temporary_path(name: &str) -> PathBuf {
-        let name = format!("store-{}-{name}.jsonl", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let _ = std::fs::remove_file(&path);
-        path
-    }
-
-    fn measurement(solve: f64) -> Measurement {
+    fn measurement(solve: f64, result: std::result::Result<f64, String>) -> Measurement {
         Measurement {
             prepare: 0.25,
             solve,
-            result: Ok(SolveFigures {
-                error: 0.1,
-                own_error: 0.05,
+            result: result.map(|error| SolveFigures {
+                error,
                 bias: -0.01,
                 imbalance: 1e-7,
-                unshot: 1e-3,
                 shots: 1 << 40,
                 passes: 6,
-                linked: 12,
-                one_by_one: false,
             }),
         }
     }
 
     #[test]
-    fn measurements_are_read_back() {
-        let path = temporary_path("taken");
-        let mut store = MeasurementStore::open(&path).unwrap();
-        let failed = Measurement {
-            result: Err("took “too” long".into()),
-            ..measurement(60.0)
+    fn measurements_are_read_back_and_damaged_lines_are_skipped() {
+        let path = std::env::temp_dir().join(format!("store-{}.jsonl", std::process::id()));
+        let _ = std::fs::remove_file(&path);
+        let append = |key: &str, run: &Measurement| {
+            let mut store = MeasurementStore::open(&path).unwrap();
+            store.append_run(key.into(), "about".into(), run.clone()).unwrap();
         };
-        store.append_run("a", "first", measurement(1.5)).unwrap();
-        store.append_run("b", "second", failed.clone()).unwrap();
-        store.append_run("a", "third", measurement(1.0 / 3.0)).unwrap();
-        let again = MeasurementStore::open(&path).unwrap();
-        assert_eq!(again.damaged, 0);
-        assert_eq!(again.runs_of("a"), [measurement(1.5), measurement(1.0 / 3.0)]);
-        assert_eq!(again.runs_of("b"), [failed]);
-        assert!(again.runs_of("c").is_empty());
-    }
-
-    #[test]
-    fn damaged_lines_are_skipped_and_later_lines_are_read() {
-        let path = temporary_path("damaged");
-        let mut store = MeasurementStore::open(&path).unwrap();
-        store.append_run("a", "whole", measurement(1.5)).unwrap();
-        drop(store);
+        let first = measurement(1.5, Ok(0.1));
+        append("a", &first);
         let whole = std::fs::read_to_string(&path).unwrap();
         let negative = whole.replace("1.5", "-1.5");
         let nothing = whole.replace("0.1", "null");
         let cut = &whole[..whole.len() / 2];
         std::fs::write(&path, format!("{negative}no JSON\n{nothing}{whole}{cut}")).unwrap();
-        let mut store = MeasurementStore::open(&path).unwrap();
-        assert_eq!(store.damaged, 4);
-        assert_eq!(store.runs_of("a"), [measurement(1.5)]);
-        // The new line must not be appended to the incomplete one.
-        store.append_run("a", "next", measurement(2.0)).unwrap();
+        // A new line must not be appended to the incomplete one.
+        let others = [
+            measurement(1.0 / 3.0, Ok(0.2)),
+            measurement(60.0, Err("took “too” long".into())),
+        ];
+        append("a", &others[0]);
+        append("b", &others[1]);
         let store = MeasurementStore::open(&path).unwrap();
-        assert_eq!(store.runs_of("a"), [measurement(1.5), measurement(2.0)]);
+        assert_eq!(store.damaged, 4);
+        assert_eq!(store.runs_of("a"), [first, others[0].clone()]);
+        assert_eq!(store.runs_of("b"), &others[1..]);
+        assert!(store.runs_of("c").is_empty());
     }
 
     #[test]
-    fn every_part_of_the_context_changes_the_key() {
-        let context = |scene, truth, program, asked, adapter: &str| MeasurementContext {
-            scene,
-            truth,
-            program,
-            texels_and_limit: asked,
-            adapter: adapter.into(),
+    fn every_part_of_context_and_method_changes_the_key() {
+        let key_of = |change: fn(&mut MeasurementContext, &mut SolveMethod)| {
+            let mut context = MeasurementContext {
+                scene: 1,
+                program: 3,
+                texels: Some(16),
+                time_limit: 60.0,
+                adapter: Some("x".into()),
+            };
+            let mut method = SolveMethod::new(SolverKind::Gpu, "", Settings::default());
+            change(&mut context, &mut method);
+            context.measurement_key(&method, method.truth as u64)
         };
-        let key_of = |context: &MeasurementContext, solver, samples| {
-            let mut settings = Settings::default();
-            settings.meshing.samples = samples;
-            context.measurement_key(solver, &settings, None)
-        };
-        let base = context(1, 2, 3, (16, 60.0), "x");
-        let key = key_of(&base, SolverKind::Gpu, 4);
-        let others = [
-            context(9, 2, 3, (16, 60.0), "x"),
-            context(1, 9, 3, (16, 60.0), "x"),
-            context(1, 2, 9, (16, 60.0), "x"),
-            context(1, 2, 3, (8, 60.0), "x"),
-            context(1, 2, 3, (16, 30.0), "x"),
-            context(1, 2, 3, (16, 60.0), "y"),
+        let changes: [fn(&mut MeasurementContext, &mut SolveMethod); 10] = [
+            |_, _| (),
+            |context, _| context.scene = 9,
+            |context, _| context.program = 9,
+            |context, _| context.texels = Some(8),
+            |context, _| context.time_limit = 30.0,
+            |context, _| context.adapter = Some("y".into()),
+            |_, method| method.solver = SolverKind::Cpu,
+            |_, method| method.settings.meshing.samples = 5,
+            |_, method| method.target_error = Some(0.01),
+            |_, method| method.truth = 9,
         ];
-        for other in &others {
-            assert_ne!(key_of(other, SolverKind::Gpu, 4), key);
-        }
-        assert_ne!(key_of(&base, SolverKind::Cpu, 4), key);
-        assert_ne!(key_of(&base, SolverKind::Gpu, 5), key);
-        let to_error = |error| {
-            let settings = Settings::default();
-            base.measurement_key(SolverKind::Gpu, &settings, error)
-        };
-        assert_ne!(to_error(Some(0.01)), to_error(None));
-        assert_eq!(key_of(&base, SolverKind::Gpu, 4), key);
-        // The GPU's name is no part of a CPU key.
-        let cpu_key = |context| key_of(context, SolverKind::Cpu, 4);
-        assert_eq!(cpu_key(&others[5]), cpu_key(&base));
+        let keys: HashSet<u64> = changes.into_iter().map(key_of).collect();
+        assert_eq!(keys.len(), changes.len());
+        // The GPU's name is no part of a CPU key, and words are of none.
+        let on_cpu = key_of(|context, method| {
+            (context.adapter, method.solver, method.options) = (None, SolverKind::Cpu, "words".into());
+        });
+        assert!(keys.contains(&on_cpu));
     }
 }

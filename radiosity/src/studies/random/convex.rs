@@ -13,6 +13,13 @@ pub struct BoundingPlane {
 }
 
 impl BoundingPlane {
+    fn through(at: DVec3, normal: DVec3) -> Self {
+        Self {
+            normal,
+            offset: normal.dot(at),
+        }
+    }
+
     /// Returns the signed distance of a point above the plane.
     pub fn height_above(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
@@ -32,29 +39,23 @@ impl ConvexBody {
     /// The planes are in the order bottom, top, walls.
     pub fn from_prism(bottom: &[DVec3], top: &[DVec3]) -> Self {
         let n = bottom.len();
-        let middle = bottom.iter().chain(top).sum::<DVec3>() / (2 * n) as f64;
-        let mut edges = Vec::new();
-        let mut normals = vec![];
+        let corners = [bottom, top].concat();
+        let middle = corners.iter().sum::<DVec3>() / (2 * n) as f64;
         let up = double_area(bottom);
-        normals.extend([(-up, bottom[0]), (up, top[0])]);
+        let (mut edges, mut sides) = (Vec::new(), vec![(-up, bottom[0]), (up, top[0])]);
         for k in 0..n {
-            let next = (k + 1) % n;
-            edges.extend([bottom[next] - bottom[k], top[k] - bottom[k]]);
-            let wall = (bottom[next] - bottom[k]).cross(top[k] - bottom[k]);
-            normals.push((wall, bottom[k]));
+            let along = [bottom[(k + 1) % n] - bottom[k], top[k] - bottom[k]];
+            edges.extend(along);
+            sides.push((along[0].cross(along[1]), bottom[k]));
         }
         let outwards = |(normal, at): (DVec3, DVec3)| {
             let normal = normal.normalize();
-            let side = normal.dot(at - middle).signum();
-            let normal = if side < 0.0 { -normal } else { normal };
-            BoundingPlane {
-                normal,
-                offset: normal.dot(at),
-            }
+            let inwards = normal.dot(at - middle) < 0.0;
+            BoundingPlane::through(at, if inwards { -normal } else { normal })
         };
         Self {
-            corners: bottom.iter().chain(top).copied().collect(),
-            planes: normals.into_iter().map(outwards).collect(),
+            corners,
+            planes: sides.into_iter().map(outwards).collect(),
             edges,
         }
     }
@@ -63,17 +64,13 @@ impl ConvexBody {
     pub fn from_outline(outline: &[DVec3]) -> Self {
         let n = outline.len();
         let normal = double_area(outline).normalize();
-        let edge = |k: usize| outline[(k + 1) % n] - outline[k];
-        let plane = |normal: DVec3, at: DVec3| BoundingPlane {
-            normal,
-            offset: normal.dot(at),
-        };
-        let mut planes = vec![plane(normal, outline[0]), plane(-normal, outline[0])];
-        planes.extend((0..n).map(|k| plane(edge(k).cross(normal).normalize(), outline[k])));
+        let edges: Vec<DVec3> = (0..n).map(|k| outline[(k + 1) % n] - outline[k]).collect();
+        let sides = [normal, -normal].map(|normal| BoundingPlane::through(outline[0], normal));
+        let rims = (0..n).map(|k| BoundingPlane::through(outline[k], edges[k].cross(normal).normalize()));
         Self {
             corners: outline.to_vec(),
-            edges: (0..n).map(edge).collect(),
-            planes,
+            planes: sides.into_iter().chain(rims).collect(),
+            edges,
         }
     }
 
@@ -103,14 +100,17 @@ impl ConvexBody {
             [low.min(x), high.max(x)]
         })
     }
+
+    /// Returns the signed distance of its highest corner above a plane.
+    pub fn max_height_above(&self, plane: &BoundingPlane) -> f64 {
+        let above = self.corners.iter().map(|c| plane.height_above(*c));
+        above.fold(f64::NEG_INFINITY, f64::max)
+    }
 }
 
 fn double_area(outline: &[DVec3]) -> DVec3 {
-    let fan = (1..outline.len() - 1).map(|k| {
-        let [a, b] = [k, k + 1].map(|k| outline[k] - outline[0]);
-        a.cross(b)
-    });
-    fan.sum()
+    let arms = outline.iter().map(|corner| corner - outline[0]).collect::<Vec<_>>();
+    arms[1..].windows(2).map(|pair| pair[0].cross(pair[1])).sum()
 }
 
 #[cfg(test)]
@@ -118,26 +118,27 @@ mod tests {
     use super::*;
     use approx::abs_diff_eq;
 
-    fn cube_body(at: DVec3, side: f64) -> ConvexBody {
-        let p = |x: f64, y: f64, z: f64| at + DVec3::new(x, y, z) * side;
-        let level = |y: f64| [p(0., y, 0.), p(0., y, 1.), p(1., y, 1.), p(1., y, 0.)];
-        ConvexBody::from_prism(&level(0.0), &level(1.0))
-    }
-
     #[test]
     fn gap_of_cubes_is_measured_along_any_axis() {
-        let one = cube_body(DVec3::ZERO, 1.0);
+        let cube_body = |at: DVec3| {
+            let p = |x: f64, y: f64, z: f64| at + DVec3::new(x, y, z);
+            let level = |y: f64| [p(0., y, 0.), p(0., y, 1.), p(1., y, 1.), p(1., y, 0.)];
+            ConvexBody::from_prism(&level(0.0), &level(1.0))
+        };
+        let one = cube_body(DVec3::ZERO);
+        assert!(
+            one.planes
+                .iter()
+                .all(|plane| plane.height_above(DVec3::splat(0.5)) < 0.0)
+        );
         for axis in [DVec3::X, DVec3::NEG_Y, DVec3::Z] {
             for gap in [0.5, 1e-4, 0.0, -0.25] {
-                let other = cube_body(axis * (1.0 + gap), 1.0);
-                assert!(
-                    abs_diff_eq!(one.separation(&other), gap, epsilon = 1e-12),
-                    "{axis} {gap}"
-                );
+                let found = one.separation(&cube_body(axis * (1.0 + gap)));
+                assert!(abs_diff_eq!(found, gap, epsilon = 1e-12), "{axis} {gap}");
             }
         }
         // Corner to corner: the true distance is √3·0.1; the face normals give 0.1.
-        let corner = cube_body(DVec3::splat(1.1), 1.0);
+        let corner = cube_body(DVec3::splat(1.1));
         assert!(abs_diff_eq!(one.separation(&corner), 0.1, epsilon = 1e-12));
     }
 
@@ -150,12 +151,5 @@ mod tests {
         assert!(abs_diff_eq!(one.separation(&other), 0.1, epsilon = 1e-12));
         let inside = flat(DVec3::X - DVec3::Y, DVec3::Z, DVec3::new(0.0, 1.0, 0.5));
         assert!(one.separation(&inside) < 0.0);
-    }
-
-    #[test]
-    fn planes_point_outwards() {
-        for plane in cube_body(DVec3::splat(3.0), 2.0).planes {
-            assert!(plane.height_above(DVec3::splat(4.0)) < 0.0);
-        }
     }
 }

@@ -7,7 +7,6 @@ use super::{RandomSource, SceneKind, draw_log_uniform, draw_reflectance};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use rand::RngExt;
 use std::f64::consts::TAU;
-use std::fmt;
 
 /// Kind of a lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,16 +17,6 @@ pub enum LampKind {
     Box,
     /// A part of the room itself.
     Wall,
-}
-
-impl fmt::Display for LampKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Panel => "panel",
-            Self::Box => "box",
-            Self::Wall => "wall",
-        })
-    }
 }
 
 /// Height of the free space below a lamp panel, as a share of the room's height.
@@ -112,8 +101,8 @@ fn place_lamp_box(source: &mut RandomSource, space: &mut OccupiedRoom) -> Option
         let up = source.random_range(0.5..0.9) * height;
         let at = space.draw_floor_point(source) + DVec3::Y * up;
         let [body, zone] = [0.0, 0.05 * height].map(|grown| body(grown).rotate_by(turn).move_by(at));
-        let shape = body.convex_parts().remove(0);
-        let around = zone.convex_parts().remove(0);
+        let shape = body.convex_hull();
+        let around = zone.convex_hull();
         if space.fits_body(&around, AllowedContacts::default()) {
             space.bodies.push(shape);
             space.free_zones.push(around);

@@ -2,11 +2,10 @@
 //! planes. The walls are planar for any scale and shift of the upper outline.
 
 use super::convex::ConvexBody;
-use super::{RandomSource, draw_reflectance};
+use super::{FaceShapes, RandomSource, draw_reflectance};
 use common::scene::Face;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use rand::RngExt;
-use std::fmt;
 
 /// Representation of the two sides of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,15 +14,6 @@ pub enum SheetSides {
     Partners,
     /// Two independent faces that coincide.
     Coinciding,
-}
-
-impl fmt::Display for SheetSides {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Partners => "two-sided",
-            Self::Coinciding => "of two faces",
-        })
-    }
 }
 
 /// A planar convex quad that is not yet converted to faces.
@@ -50,10 +40,58 @@ impl Panel {
         }
     }
 
-    /// Returns the quad as a face.
-    pub fn to_face(&self) -> Face {
-        Face::quad(&self.name, self.corners, self.emission, self.reflectance)
+    /// Returns the quad as one face, or as two triangles.
+    fn to_faces(&self, source: &mut RandomSource, shapes: FaceShapes) -> Vec<Face> {
+        let split = match shapes {
+            FaceShapes::Quads => false,
+            FaceShapes::Triangles => true,
+            FaceShapes::Mixed => source.random_bool(0.5),
+        };
+        if !split {
+            return vec![Face::quad(&self.name, self.corners, self.emission, self.reflectance)];
+        }
+        let [a, b, c, d] = self.corners;
+        let halves = if source.random_bool(0.5) {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[a, b, d], [b, c, d]]
+        };
+        let half = |mut corners: [DVec3; 3]| {
+            corners.rotate_left(source.random_range(0..3));
+            Face::triangle(&self.name, corners, self.emission, self.reflectance)
+        };
+        halves.map(half).into()
     }
+}
+
+/// Returns the faces of all panels, the backs of two-sided sheets last, as an import does.
+pub fn faces_of_panels(source: &mut RandomSource, panels: &[Panel], shapes: FaceShapes) -> Vec<Face> {
+    let (mut all, mut fronts) = (Vec::new(), Vec::new());
+    for panel in panels {
+        let first = all.len();
+        all.extend(panel.to_faces(source, shapes));
+        match panel.two_sided {
+            Some(SheetSides::Partners) => fronts.extend(first..all.len()),
+            Some(SheetSides::Coinciding) => {
+                let [a, b, c, d] = panel.corners;
+                let back = Panel {
+                    corners: [a, d, c, b],
+                    ..panel.clone()
+                };
+                all.extend(back.to_faces(source, shapes));
+            }
+            None => {}
+        }
+    }
+    for front in fronts {
+        all[front].partner = Some(all.len() as u32);
+        all.push(Face {
+            input_face: Some(front as u32),
+            partner: Some(front as u32),
+            ..all[front].reversed()
+        });
+    }
+    all
 }
 
 /// Draws one reflectance for all panels, or one for each.
@@ -170,6 +208,16 @@ impl Loft {
             Panel::new(name, [a, d, c, b])
         };
         all.map(turned).collect()
+    }
+
+    /// Returns the least and the greatest y.
+    pub fn height_range(&self) -> [f64; 2] {
+        self.convex_hull().extent_along(DVec3::Y)
+    }
+
+    /// Returns the body of a convex outline.
+    pub fn convex_hull(&self) -> ConvexBody {
+        ConvexBody::from_prism(&self.bottom, &self.top)
     }
 
     /// Returns the convex parts.

@@ -6,20 +6,24 @@
 //! plane, and bodies never intersect each other or a wall.
 
 mod convex;
-mod faces;
-mod furnishing;
 mod lamp;
 mod loft;
 mod placement;
 mod pose;
 mod room;
 
+use clap::ValueEnum;
 use common::scene::Scene;
-use furnishing::RoomContents;
+use convex::ConvexBody;
 use glam::{DMat3, DQuat, DVec3, Vec3};
-use loft::Panel;
+use lamp::{make_wall_emit, place_lamp};
+use loft::{Panel, faces_of_panels, paint_panels};
+use placement::{AllowedContacts, OccupiedRoom};
+use pose::place_body;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
+use room::RandomRoom;
+use std::f64::consts::TAU;
 use std::fmt;
 use std::ops::Range;
 
@@ -30,26 +34,30 @@ pub use pose::Pose;
 /// Random number generator, fixed by name so that seeds keep their scenes.
 type RandomSource = Xoshiro256PlusPlus;
 
+/// Most quads of a scene, so that the dense solver takes seconds.
+const MAX_QUADS: usize = 30;
+/// Placement attempts per sheet.
+const MAX_TRIES: usize = 200;
+
 /// Shape of a scene's faces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum FaceShapes {
-    /// Only quads.
+    /// Quads
     #[default]
     Quads,
-    /// Only triangles: each quad is split along either diagonal, each triangle begins at any corner.
+    /// Each quad as two triangles, each beginning at a random corner
     Triangles,
-    /// Quads and triangles.
+    /// Quads and triangles
     Mixed,
 }
 
 /// Family of scenes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
 pub enum SceneKind {
-    /// Any room, pose, lamp, sheet, unit and motion.
+    /// Rooms of every kind
     #[default]
     Any,
-    /// Upright boxes, two of three closed, with turned boxes that stand and hang and one lamp below the
-    /// ceiling.
+    /// Boxes that hold rotated boxes, standing and hanging; two of three are closed
     Room,
 }
 
@@ -93,41 +101,35 @@ pub struct RandomScene {
 pub fn draw_scene(seed: u64, options: SceneOptions) -> RandomScene {
     let mut source = RandomSource::seed_from_u64(seed);
     let room = room::draw_room(&mut source, options.kind, !seed.is_multiple_of(3));
-    let RoomContents {
-        panels: things,
-        poses,
-        gaps,
-        sheets,
-        lamps,
-    } = furnishing::furnish_room(&mut source, options.kind, &room);
-    let mut panels = room.panels;
-    for _ in lamps.iter().filter(|lamp| **lamp == LampKind::Wall) {
-        lamp::make_wall_emit(&mut source, &mut panels);
-    }
-    panels.extend(things);
-    let unit = match options.kind {
-        SceneKind::Any => move_panels(&mut source, &mut panels, &room.bounds),
-        SceneKind::Room => 1.0,
-    };
-    // A generator of its own, so that the faces' shape does not change the scene.
-    let mut cuts = RandomSource::seed_from_u64(!seed);
-    RandomScene {
+    let mut drawn = RandomScene {
         seed,
         options,
         scene: Scene {
             name: format!("random-{seed}"),
-            faces: faces::faces_of_panels(&mut cuts, &panels, options.faces),
-            notes: Vec::new(),
+            ..Scene::default()
         },
         closed: room.closed,
         walls: room.walls,
-        convex: room.convex,
-        poses,
-        gaps,
-        sheets,
-        lamps,
-        unit,
+        convex: room.parts.len() == 1,
+        poses: Vec::new(),
+        gaps: Vec::new(),
+        sheets: Vec::new(),
+        lamps: Vec::new(),
+        unit: 1.0,
+    };
+    let things = furnish_room(&mut source, &room, &mut drawn);
+    let mut panels = room.panels;
+    for _ in drawn.lamps.iter().filter(|lamp| **lamp == LampKind::Wall) {
+        make_wall_emit(&mut source, &mut panels);
     }
+    panels.extend(things);
+    if options.kind == SceneKind::Any {
+        drawn.unit = move_panels(&mut source, &mut panels, &room.bounds);
+    }
+    // A generator of its own, so that the faces' shape does not change the scene.
+    let mut cuts = RandomSource::seed_from_u64(!seed);
+    drawn.scene.faces = faces_of_panels(&mut cuts, &panels, options.faces);
+    drawn
 }
 
 impl fmt::Display for RandomScene {
@@ -135,18 +137,117 @@ impl fmt::Display for RandomScene {
         let open = if self.closed { "closed" } else { "open" };
         let shape = if self.convex { "convex" } else { "not convex" };
         write!(f, "{open}, {shape}, {} walls", self.walls)?;
-        let mut list = |what: &str, each: Vec<String>| {
-            if each.is_empty() {
-                return Ok(());
+        for (what, kinds) in [
+            ("bodies", format!("{:?}", self.poses)),
+            ("sheets", format!("{:?}", self.sheets)),
+            ("lamps", format!("{:?}", self.lamps)),
+        ] {
+            let kinds = kinds.trim_matches(['[', ']']).to_lowercase();
+            if !kinds.is_empty() {
+                write!(f, "; {what} {kinds}")?;
             }
-            write!(f, "; {what} {}", each.join(", "))
-        };
-        let names = |each: &dyn Fn(usize) -> String, n: usize| (0..n).map(each).collect();
-        list("bodies", names(&|k| self.poses[k].to_string(), self.poses.len()))?;
-        list("sheets", names(&|k| self.sheets[k].to_string(), self.sheets.len()))?;
-        list("lamps", names(&|k| self.lamps[k].to_string(), self.lamps.len()))?;
+        }
         write!(f, "; {} faces, unit {:.1e}", self.scene.faces.len(), self.unit)
     }
+}
+
+/// Furnishes a room: lamps first, since they need free space, then bodies and sheets. Returns the panels and
+/// describes them in `drawn`.
+fn furnish_room(source: &mut RandomSource, room: &RandomRoom, drawn: &mut RandomScene) -> Vec<Panel> {
+    let kind = drawn.options.kind;
+    let mut space = OccupiedRoom {
+        room,
+        bodies: Vec::new(),
+        free_zones: Vec::new(),
+    };
+    let mut panels = Vec::new();
+    let lamps = match kind {
+        SceneKind::Any => [1, 1, 2, 3][source.random_range(0..4)],
+        SceneKind::Room => 1,
+    };
+    for _ in 0..lamps {
+        if let Some((lamp, mut parts)) = place_lamp(source, &mut space, kind) {
+            drawn.lamps.push(lamp);
+            for part in &mut parts {
+                part.name = format!("lamp {}", drawn.lamps.len());
+            }
+            panels.extend(parts);
+        }
+    }
+    if drawn.lamps.is_empty() {
+        drawn.lamps.push(LampKind::Wall);
+    }
+    let first_body = space.bodies.len();
+    let bodies = match kind {
+        SceneKind::Any => source.random_range(1..=3),
+        SceneKind::Room => source.random_range(2..=3),
+    };
+    for k in 0..bodies {
+        let pose = match kind {
+            SceneKind::Any => Pose::ALL[source.random_range(0..Pose::ALL.len())],
+            SceneKind::Room => [Pose::Standing, Pose::Hanging][k % 2],
+        };
+        if room.panels.len() + panels.len() + 6 <= MAX_QUADS
+            && let Some((loft, gap)) = place_body(source, kind, &mut space, pose, first_body)
+        {
+            let mut sides = loft.outward_panels(&format!("body {}", k + 1));
+            paint_panels(source, &mut sides);
+            panels.extend(sides);
+            drawn.poses.push(pose);
+            drawn.gaps.extend((gap > 0.0).then_some(gap / room.height));
+        }
+    }
+    let sheets = match kind {
+        SceneKind::Any => source.random_range(0..=1),
+        SceneKind::Room => 0,
+    };
+    for _ in 0..sheets {
+        if let Some((sheet, panel)) = place_sheet(source, &mut space) {
+            panels.push(panel);
+            drawn.sheets.push(sheet);
+        }
+    }
+    panels
+}
+
+/// Places a sheet that floats or stands on an edge; none if no attempt fits.
+fn place_sheet(source: &mut RandomSource, space: &mut OccupiedRoom) -> Option<(SheetSides, Panel)> {
+    let extent = space.room.bounds.end - space.room.bounds.start;
+    let size = extent.min_element();
+    let sheet = [SheetSides::Partners, SheetSides::Coinciding][source.random_range(0..2)];
+    let stands = source.random_bool(0.5);
+    let rests = AllowedContacts {
+        floor: stands,
+        ..AllowedContacts::default()
+    };
+    for _ in 0..MAX_TRIES {
+        let [x, y] = std::array::from_fn(|_| source.random_range(0.2..0.7) * size);
+        let turn = if stands {
+            let lean = DMat3::from_rotation_x(source.random_range(-0.5..0.5));
+            DMat3::from_rotation_y(source.random_range(0.0..TAU)) * lean
+        } else {
+            draw_rotation(source)
+        };
+        let up = if stands {
+            0.0
+        } else {
+            source.random_range(0.0..space.room.height)
+        };
+        let at = space.draw_floor_point(source) + DVec3::Y * up;
+        let corners = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]];
+        let corners = corners.map(|[x, y]| at + turn * DVec3::new(x, y, 0.0));
+        let shape = ConvexBody::from_outline(&corners);
+        if space.fits_body(&shape, rests) {
+            space.bodies.push(shape);
+            let panel = Panel {
+                reflectance: draw_reflectance(source),
+                two_sided: Some(sheet),
+                ..Panel::new("sheet", corners)
+            };
+            return Some((sheet, panel));
+        }
+    }
+    None
 }
 
 /// Applies a random rigid motion and unit; the room lies up to ten of its extents from the origin.

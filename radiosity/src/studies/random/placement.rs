@@ -1,7 +1,7 @@
 //! Collision tests for placing bodies in a room.
 
 use super::RandomSource;
-use super::convex::{BoundingPlane, ConvexBody};
+use super::convex::ConvexBody;
 use super::room::RandomRoom;
 use glam::DVec3;
 use rand::RngExt;
@@ -31,24 +31,13 @@ pub struct OccupiedRoom<'a> {
     pub free_zones: Vec<ConvexBody>,
 }
 
-impl<'a> OccupiedRoom<'a> {
-    /// Makes an empty room.
-    pub fn new(room: &'a RandomRoom) -> Self {
-        Self {
-            room,
-            bodies: Vec::new(),
-            free_zones: Vec::new(),
-        }
-    }
-
+impl OccupiedRoom<'_> {
     /// Returns whether `body` keeps the margin from everything but the allowed contacts.
     pub fn fits_body(&self, body: &ConvexBody, rests: AllowedContacts) -> bool {
+        let is_clear = |(k, other): (usize, &ConvexBody)| other.separation(body) >= self.min_gap(rests.body == Some(k));
         self.lies_within(body, rests)
             && self.free_zones.iter().all(|zone| zone.separation(body) >= 0.0)
-            && self.bodies.iter().enumerate().all(|(k, other)| {
-                let least = self.min_gap(rests.body == Some(k));
-                other.separation(body) >= least
-            })
+            && self.bodies.iter().enumerate().all(is_clear)
     }
 
     fn min_gap(&self, rests: bool) -> f64 {
@@ -63,13 +52,9 @@ impl<'a> OccupiedRoom<'a> {
     fn lies_within(&self, body: &ConvexBody, rests: AllowedContacts) -> bool {
         let [low, high] = body.extent_along(DVec3::Y);
         let inside = |(k, part): (usize, &ConvexBody)| {
-            let walls = part.planes.iter().enumerate().skip(2);
-            let chosen = rests.wall.is_none_or(|(part, _)| part == k);
-            chosen
-                && walls.into_iter().all(|(j, plane)| {
-                    let least = self.min_gap(rests.wall == Some((k, j)));
-                    max_height_above(plane, body) <= -least
-                })
+            let mut walls = part.planes.iter().enumerate().skip(2);
+            rests.wall.is_none_or(|(part, _)| part == k)
+                && walls.all(|(j, plane)| body.max_height_above(plane) <= -self.min_gap(rests.wall == Some((k, j))))
         };
         low >= self.min_gap(rests.floor)
             && self.room.height - high >= self.min_gap(rests.ceiling)
@@ -82,10 +67,4 @@ impl<'a> OccupiedRoom<'a> {
         let mut along = |k: usize| source.random_range(bounds.start[k]..bounds.end[k]);
         DVec3::new(along(0), 0.0, along(2))
     }
-}
-
-/// Returns the signed distance of the highest corner above a plane.
-pub fn max_height_above(plane: &BoundingPlane, body: &ConvexBody) -> f64 {
-    let above = body.corners.iter().map(|c| plane.height_above(*c));
-    above.fold(f64::NEG_INFINITY, f64::max)
 }

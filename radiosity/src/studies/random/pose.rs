@@ -2,12 +2,11 @@
 
 use super::convex::{BoundingPlane, ConvexBody};
 use super::loft::{Footprint, Loft};
-use super::placement::{AllowedContacts, OccupiedRoom, max_height_above};
+use super::placement::{AllowedContacts, OccupiedRoom};
 use super::{RandomSource, SceneKind, draw_log_uniform, draw_rotation};
 use glam::{DMat3, DVec2, DVec3};
 use rand::RngExt;
 use std::f64::consts::TAU;
-use std::fmt;
 
 /// Pose of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,20 +40,6 @@ impl Pose {
     ];
 }
 
-impl fmt::Display for Pose {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Standing => "standing",
-            Self::Hanging => "hanging",
-            Self::Floating => "floating",
-            Self::Leaning => "leaning",
-            Self::Against => "at a wall",
-            Self::Stacked => "on another",
-            Self::Beside => "beside another",
-        })
-    }
-}
-
 /// Placement attempts per body.
 const MAX_TRIES: usize = 200;
 
@@ -77,7 +62,7 @@ pub fn place_body(
         let Some((loft, rests)) = pose_loft(source, kind, space, (pose, gap), lamps) else {
             continue;
         };
-        let shape = loft.convex_parts().remove(0);
+        let shape = loft.convex_hull();
         if space.fits_body(&shape, rests) {
             space.bodies.push(shape);
             return Some((loft, gap));
@@ -102,8 +87,6 @@ fn draw_box(source: &mut RandomSource, space: &OccupiedRoom, straight: bool) -> 
     Loft::new(Footprint::rectangle(x, z), height, scale, shift)
 }
 
-type PosedLoft = (Loft, AllowedContacts);
-
 /// Draws a body in a pose with its allowed contacts, without a collision test.
 fn pose_loft(
     source: &mut RandomSource,
@@ -111,7 +94,7 @@ fn pose_loft(
     space: &OccupiedRoom,
     (pose, gap): (Pose, f64),
     lamps: usize,
-) -> Option<PosedLoft> {
+) -> Option<(Loft, AllowedContacts)> {
     let straight = kind == SceneKind::Room || pose == Pose::Beside;
     let loft = draw_box(source, space, straight);
     let yaw = DMat3::from_rotation_y(source.random_range(0.0..TAU));
@@ -124,8 +107,9 @@ fn pose_loft(
         }
         Pose::Hanging => {
             rests.ceiling = true;
-            let top = space.room.height - gap;
-            lower_to(loft.rotate_by(yaw).move_by(at), top)
+            let loft = loft.rotate_by(yaw).move_by(at);
+            let [_, top] = loft.height_range();
+            loft.move_by(DVec3::Y * (space.room.height - gap - top))
         }
         Pose::Floating => {
             let up = source.random_range(0.0..space.room.height);
@@ -134,7 +118,9 @@ fn pose_loft(
         Pose::Leaning => {
             rests.floor = true;
             let tilt = DMat3::from_rotation_x(source.random_range(0.15..0.7));
-            raise_to(loft.rotate_by(yaw * tilt).move_by(at), gap)
+            let loft = loft.rotate_by(yaw * tilt).move_by(at);
+            let [low, _] = loft.height_range();
+            loft.move_by(DVec3::Y * (gap - low))
         }
         Pose::Against => {
             rests.floor = true;
@@ -164,18 +150,6 @@ fn draw_host(source: &mut RandomSource, space: &OccupiedRoom, lamps: usize) -> O
     (space.bodies.len() > lamps).then(|| source.random_range(lamps..space.bodies.len()))
 }
 
-/// Moves the lowest corner to y = `low`.
-fn raise_to(loft: Loft, low: f64) -> Loft {
-    let lowest = loft.corner_points().map(|p| p.y).fold(f64::INFINITY, f64::min);
-    loft.move_by(DVec3::Y * (low - lowest))
-}
-
-/// Moves the highest corner to y = `high`.
-fn lower_to(loft: Loft, high: f64) -> Loft {
-    let highest = loft.corner_points().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
-    loft.move_by(DVec3::Y * (high - highest))
-}
-
 /// Rotates it towards a horizontal direction.
 fn face_along(loft: Loft, along: DVec3) -> Loft {
     loft.rotate_by(DMat3::from_rotation_y((-along.z).atan2(along.x)))
@@ -185,8 +159,8 @@ fn face_along(loft: Loft, along: DVec3) -> Loft {
 fn push_to_wall(loft: Loft, at: DVec3, wall: &BoundingPlane, gap: f64) -> Option<Loft> {
     let along = DVec3::new(wall.normal.x, 0.0, wall.normal.z).try_normalize()?;
     let loft = face_along(loft, along).move_by(at);
-    let shape = loft.convex_parts().remove(0);
-    let step = (-gap - max_height_above(wall, &shape)) / wall.normal.dot(along);
+    let shape = loft.convex_hull();
+    let step = (-gap - shape.max_height_above(wall)) / wall.normal.dot(along);
     Some(loft.move_by(along * step))
 }
 
@@ -212,7 +186,7 @@ fn place_beside(source: &mut RandomSource, loft: Loft, host: &ConvexBody, gap: f
     let [a, b] = host.extent_along(across);
     let at = across * source.random_range(a..b);
     let loft = face_along(loft, wall.normal).move_by(at);
-    let shape = loft.convex_parts().remove(0);
+    let shape = loft.convex_hull();
     let [near, _] = shape.extent_along(wall.normal);
     Some(loft.move_by(wall.normal * (wall.offset + gap - near)))
 }

@@ -16,7 +16,6 @@ pub struct RandomRoom {
     pub parts: Vec<ConvexBody>,
     pub height: f64,
     pub closed: bool,
-    pub convex: bool,
     pub walls: usize,
     pub bounds: Range<DVec3>,
 }
@@ -52,18 +51,15 @@ pub fn draw_room(source: &mut RandomSource, kind: SceneKind, closed: bool) -> Ra
         sides.shuffle(source);
         sides.truncate(sides.len() - missing);
     }
-    let mut panels: Vec<Panel> = Vec::new();
     let floor_colour = draw_reflectance(source);
-    panels.extend(floor.into_iter().map(|panel| Panel {
-        reflectance: floor_colour,
-        ..panel
-    }));
-    panels.extend(ceiling.into_iter().chain(sides));
-    for panel in panels.iter_mut().filter(|p| p.name != "floor") {
-        panel.reflectance = draw_reflectance(source);
+    let mut panels: Vec<Panel> = [floor, ceiling, sides].concat();
+    for panel in &mut panels {
+        panel.reflectance = match &*panel.name {
+            "floor" => floor_colour,
+            _ => draw_reflectance(source),
+        };
     }
     RandomRoom {
-        convex: parts.len() == 1,
         panels,
         parts,
         height,

@@ -9,8 +9,7 @@
 use super::trial::{Trial, TrialTruth};
 use common::texel::{texel_count, texel_outline};
 use glam::DVec3;
-use oracle::diff::difference::Difference;
-use oracle::diff::difference::{channel_differences, worst_channel};
+use oracle::diff::difference::{Difference, channel_differences, worst_channel};
 use oracle::path_tracer::debiased_rms;
 
 /// Returns the error and its standard error, which is 0 unless the truth is traced. Errors: the
@@ -22,27 +21,20 @@ pub fn error_and_noise(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Resu
     if !answer.iter().chain(truth).all(|v| v.is_finite()) {
         return Err("some texels are not finite".into());
     }
-    let lit = |values: &[DVec3]| values.iter().any(|v| *v != DVec3::ZERO);
+    let lit = truth.iter().any(|v| *v != DVec3::ZERO);
     // Only a constant truth may be met exactly; otherwise the answer is the truth itself.
-    let known = matches!(trial.truth, TrialTruth::Constant(_));
-    if lit(truth) && !known && answer == truth {
+    if lit && !matches!(trial.truth, TrialTruth::Constant(_)) && answer == truth {
         return Err("the truth itself, bit for bit".into());
     }
-    if matches!(trial.truth, TrialTruth::Dark) {
-        return Ok((leaked_share(trial, answer), 0.0));
-    }
-    if let TrialTruth::Traced(_, error) = &trial.truth {
-        let [rms, noise] = debiased_rms(&judged_areas(trial), answer, truth, error);
-        let known = rms.is_finite() && noise.is_finite();
-        return known
-            .then_some((rms, noise))
-            .ok_or_else(|| "the truth is all noise".into());
-    }
-    let worst = worst_difference(trial, answer, truth).relative_rms;
-    if worst.is_finite() {
-        Ok((worst, 0.0))
-    } else {
-        Err("lit, but the truth is all black".into())
+    let (error, noise) = match &trial.truth {
+        TrialTruth::Dark => (leaked_share(trial, answer), 0.0),
+        TrialTruth::Traced(_, error) => debiased_rms(&judged_areas(trial), answer, truth, error).into(),
+        _ => (worst_difference(trial, answer, truth).relative_rms, 0.0),
+    };
+    match (error.is_finite() && noise.is_finite(), &trial.truth) {
+        (true, _) => Ok((error, noise)),
+        (false, TrialTruth::Traced(..)) => Err("the truth is all noise".into()),
+        (false, _) => Err("lit, but the truth is all black".into()),
     }
 }
 
@@ -60,19 +52,20 @@ fn worst_difference(trial: &Trial, answer: &[DVec3], truth: &[DVec3]) -> Differe
 }
 
 /// Returns the area of each texel, 0 if it is not judged.
-pub fn judged_areas(trial: &Trial) -> Vec<f64> {
+fn judged_areas(trial: &Trial) -> Vec<f64> {
     let resolution = [trial.texels; 2];
-    let of = |(k, face)| {
-        let judged = trial.is_judged(k);
-        (0..texel_count(resolution)).map(move |t| {
+    let texels = |(k, face)| {
+        let judged = trial.judged.contains(&k);
+        let area = move |t| {
             if judged {
                 texel_outline(face, resolution, t).area()
             } else {
                 0.0
             }
-        })
+        };
+        (0..texel_count(resolution)).map(area)
     };
-    trial.scene.faces.iter().enumerate().flat_map(of).collect()
+    trial.scene.faces.iter().enumerate().flat_map(texels).collect()
 }
 
 fn leaked_share(trial: &Trial, answer: &[DVec3]) -> f64 {

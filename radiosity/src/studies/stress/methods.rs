@@ -1,15 +1,12 @@
 //! The methods under test: the default of `solve`, the paper's method, and one method per choice
 //! between them.
 
-use super::trial::MethodSuite;
 use crate::studies::{PIXEL_HEMISPHERE, PIXEL_STEREOGRAPHIC};
 use common::form_factor::FormFactor;
-use common::relight::{MendedFlaws, RelightMethod as Relighting};
+use common::relight::{MendedFlaws, RelightMethod};
 use common::settings::{ItemBufferProjection, Iteration, Settings, SolveQuality, Visibility};
 use oracle::solve::dense;
-
-/// Name of the method that `solve` runs without options.
-pub const DEFAULT_METHOD: &str = "default";
+use oracle::solve::solver::{DEFAULT_ERROR, REFERENCE_ERROR};
 
 /// Pixels per side of all item buffers, few because the CPU rasteriser and software GPUs are slow.
 pub const ITEM_BUFFER_PIXELS: u32 = 512;
@@ -19,96 +16,103 @@ pub const ITEM_BUFFER_PIXELS: u32 = 512;
 pub struct AtlasMethod {
     /// Name of the method.
     pub name: &'static str,
-    /// Way of solving.
-    pub kind: MethodKind,
+    /// Solver that it runs.
+    pub solver: MethodSolver,
+    /// Method of the relight cases; without one they solve the whole scene.
+    pub relighting: Option<RelightMethod>,
+    /// Change to the settings of `solve`, not of the dense solver.
+    pub change: fn(&mut Settings),
 }
 
-/// Way of solving of a method.
-#[derive(Clone, Copy)]
-pub enum MethodKind {
-    /// `solve` without options.
-    Default,
-    /// `solve --quality reference`.
-    Reference,
-    /// Progressive refinement with this change to its default options.
-    Shooting(fn(&mut Settings)),
+/// Solver of a method.
+#[derive(Clone, Copy, PartialEq)]
+pub enum MethodSolver {
+    /// `solve --error`, to this share.
+    ToError(f64),
+    /// Progressive refinement.
+    Shooting,
     /// Dense linear system.
-    Matrix,
-    /// `relight` of an object in a room with this change of options; without a method the whole scene is
-    /// solved.
-    Relight(Option<Relighting>, fn(&mut Settings)),
+    Dense,
 }
 
-/// Methods of the solve cases.
-const SOLVE_METHODS: &[AtlasMethod] = &[
-    method_of(DEFAULT_METHOD, MethodKind::Default),
-    method_of(
-        "fine",
-        MethodKind::Shooting(|s| (s.meshing.patches, s.meshing.samples) = (8, 16)),
-    ),
-    method_of("polygon", MethodKind::Shooting(set_whole_faces)),
-    method_of(
-        "disc",
-        MethodKind::Shooting(|s| {
-            set_whole_faces(s);
-            s.transport.form_factor = FormFactor::Disc;
-        }),
-    ),
-    method_of(
-        "stereographic",
-        MethodKind::Shooting(|s| set_item_buffer(s, PIXEL_STEREOGRAPHIC)),
-    ),
-    method_of(
-        "hemicube",
-        MethodKind::Shooting(|s| set_item_buffer(s, ItemBufferProjection::Hemicube)),
-    ),
-    method_of(
-        "hemisphere",
-        MethodKind::Shooting(|s| set_item_buffer(s, PIXEL_HEMISPHERE)),
-    ),
-    method_of(
-        "paper",
-        MethodKind::Shooting(|s| {
-            set_item_buffer(s, ItemBufferProjection::Paper);
-            s.transport.form_factor = FormFactor::Disc;
-        }),
-    ),
-    method_of("matrix", MethodKind::Matrix),
+/// `solve`, or `relight`, without options.
+pub const DEFAULT: AtlasMethod = AtlasMethod {
+    name: "default",
+    solver: MethodSolver::ToError(DEFAULT_ERROR),
+    relighting: Some(RelightMethod::Signed),
+    change: |_| (),
+};
+/// `solve --quality reference`.
+pub const REFERENCE: AtlasMethod = AtlasMethod {
+    name: "reference",
+    solver: MethodSolver::ToError(REFERENCE_ERROR),
+    ..DEFAULT
+};
+/// Dense linear system.
+pub const DENSE: AtlasMethod = AtlasMethod {
+    name: "dense",
+    solver: MethodSolver::Dense,
+    ..DEFAULT
+};
+/// Many patches and samples.
+pub const FINE: AtlasMethod = shooting("fine", |s| {
+    s.transport.visibility = Visibility::Rays;
+    (s.meshing.patches, s.meshing.samples) = (8, 16);
+});
+/// One ray from centre to centre of whole faces.
+pub const POLYGON: AtlasMethod = shooting("polygon", set_whole_faces);
+/// `polygon` with the disc's form factor.
+pub const DISC: AtlasMethod = shooting("disc", |s| {
+    set_whole_faces(s);
+    s.transport.form_factor = FormFactor::Disc;
+});
+/// Stereographic item buffer.
+pub const STEREOGRAPHIC: AtlasMethod = shooting("stereographic", |s| set_item_buffer(s, PIXEL_STEREOGRAPHIC));
+/// Hemicube.
+pub const HEMICUBE: AtlasMethod = shooting("hemicube", |s| set_item_buffer(s, ItemBufferProjection::Hemicube));
+const HEMISPHERE: AtlasMethod = shooting("hemisphere", |s| set_item_buffer(s, PIXEL_HEMISPHERE));
+const PAPER: AtlasMethod = shooting("paper", |s| {
+    set_item_buffer(s, ItemBufferProjection::Paper);
+    s.transport.form_factor = FormFactor::Disc;
+});
+/// `polygon` whose shots conserve power.
+pub const CONSERVED: AtlasMethod = shooting("conserved", |s| {
+    set_whole_faces(s);
+    s.transport.conserve = true;
+});
+/// `polygon` by Southwell's iteration.
+pub const SOUTHWELL: AtlasMethod = shooting("southwell", |s| {
+    set_whole_faces(s);
+    s.schedule.iteration = Iteration::Southwell;
+});
+
+/// Methods of a case that is solved.
+pub const SOLVE_METHODS: &[AtlasMethod] = &[
+    DEFAULT,
+    FINE,
+    POLYGON,
+    DISC,
+    STEREOGRAPHIC,
+    HEMICUBE,
+    HEMISPHERE,
+    PAPER,
+    DENSE,
 ];
 
-/// Methods that only some cases use.
-const OPTIONAL_METHODS: &[AtlasMethod] = &[
-    method_of("reference", MethodKind::Reference),
-    method_of(
-        "conserved",
-        MethodKind::Shooting(|s| {
-            set_whole_faces(s);
-            s.transport.conserve = true;
-        }),
-    ),
-    method_of(
-        "southwell",
-        MethodKind::Shooting(|s| {
-            set_whole_faces(s);
-            s.schedule.iteration = Iteration::Southwell;
-        }),
-    ),
-];
-
-/// Methods of the relight cases.
-const RELIGHT_METHODS: &[AtlasMethod] = &[
-    method_of(DEFAULT_METHOD, MethodKind::Relight(Some(Relighting::Signed), |_| ())),
-    method_of(
-        "signed",
-        MethodKind::Relight(Some(Relighting::Signed), |s| {
+/// Methods of a case that is relit.
+pub const RELIGHT_METHODS: &[AtlasMethod] = &[
+    DEFAULT,
+    AtlasMethod {
+        relighting: Some(RelightMethod::Signed),
+        ..shooting("signed", |s| {
             (s.transport.visibility, s.meshing.patches, s.meshing.samples) = (Visibility::Rays, 4, 16);
-        }),
-    ),
-    method_of("full", MethodKind::Relight(None, |s| s.meshing.patches = 2)),
-    method_of(
-        "paper",
-        MethodKind::Relight(Some(Relighting::Paper(AS_PRINTED)), |s| s.meshing.patches = 2),
-    ),
+        })
+    },
+    shooting("full", |s| s.meshing.patches = 2),
+    AtlasMethod {
+        relighting: Some(RelightMethod::Paper(AS_PRINTED)),
+        ..shooting("paper", |s| s.meshing.patches = 2)
+    },
 ];
 
 const AS_PRINTED: MendedFlaws = MendedFlaws {
@@ -118,12 +122,19 @@ const AS_PRINTED: MendedFlaws = MendedFlaws {
     shadows: false,
 };
 
-const fn method_of(name: &'static str, way: MethodKind) -> AtlasMethod {
-    AtlasMethod { name, kind: way }
+/// Makes a method of progressive refinement, of the whole scene.
+const fn shooting(name: &'static str, change: fn(&mut Settings)) -> AtlasMethod {
+    AtlasMethod {
+        name,
+        solver: MethodSolver::Shooting,
+        relighting: None,
+        change,
+    }
 }
 
-/// Sets whole faces as patches and one sample per link, centre to centre.
+/// Sets whole faces as patches and one ray per link, centre to centre.
 fn set_whole_faces(settings: &mut Settings) {
+    settings.transport.visibility = Visibility::Rays;
     (settings.meshing.patches, settings.meshing.samples) = (1, 1);
 }
 
@@ -132,47 +143,19 @@ fn set_item_buffer(settings: &mut Settings, projection: ItemBufferProjection) {
     settings.transport.visibility = Visibility::with_item_buffer(projection, ITEM_BUFFER_PIXELS);
 }
 
-/// Returns the methods of a suite.
-pub fn methods_of(suite: MethodSuite) -> Vec<AtlasMethod> {
-    match suite {
-        MethodSuite::All => SOLVE_METHODS.to_vec(),
-        MethodSuite::Relight(_) => RELIGHT_METHODS.to_vec(),
-        MethodSuite::Only(names) => {
-            let all = SOLVE_METHODS.iter().chain(OPTIONAL_METHODS);
-            all.filter(|m| names.contains(&m.name)).copied().collect()
-        }
-    }
-}
-
 impl AtlasMethod {
-    /// Returns whether the method also runs on the GPU.
-    pub fn runs_on_gpu(&self) -> bool {
-        !matches!(self.kind, MethodKind::Matrix)
-    }
-
-    /// Returns its settings on N×N texels.
+    /// Returns its settings on N×N texels: `solve --texels N --iteration cg --item-buffer 512` with its change.
     pub fn settings_on(&self, texels: u32, on_gpu: bool) -> Settings {
-        let mut settings = default_settings(texels, on_gpu);
-        match self.kind {
-            MethodKind::Default | MethodKind::Reference => {}
-            MethodKind::Matrix => settings = dense::dense_settings(texels),
-            MethodKind::Shooting(change) => {
-                settings.transport.visibility = Visibility::Rays;
-                change(&mut settings);
-            }
-            MethodKind::Relight(_, change) => change(&mut settings),
+        if self.solver == MethodSolver::Dense {
+            return dense::dense_settings(texels);
         }
+        let mut settings = Settings::with_quality(SolveQuality::Normal);
+        settings.meshing.texels = texels;
+        settings.schedule.iteration = Iteration::Cg;
+        if on_gpu {
+            settings.transport.visibility = Visibility::with_item_buffer(PIXEL_STEREOGRAPHIC, ITEM_BUFFER_PIXELS);
+        }
+        (self.change)(&mut settings);
         settings
     }
-}
-
-/// Returns the settings of `solve --texels N --iteration cg --item-buffer 512`.
-fn default_settings(texels: u32, on_gpu: bool) -> Settings {
-    let mut settings = Settings::with_quality(SolveQuality::Normal);
-    settings.meshing.texels = texels;
-    settings.schedule.iteration = Iteration::Cg;
-    if on_gpu {
-        settings.transport.visibility = Visibility::with_item_buffer(PIXEL_STEREOGRAPHIC, ITEM_BUFFER_PIXELS);
-    }
-    settings
 }

@@ -1,17 +1,36 @@
 //! Runs a case: every value, every method, CPU and GPU.
 
-use super::measure::{TrialAnswer, TrialResult, run_method};
-use super::methods::{self, AtlasMethod, DEFAULT_METHOD};
-use super::outcome::solver_sides;
-use super::trial::{Case, Trial};
+use super::accuracy;
+use super::cases::Case;
+use super::methods::{AtlasMethod, MethodSolver};
+use super::trial::Trial;
 use super::truth::TruthCache;
-use super::{AtlasRow, CaseStudy, Plate, SolverSide, Specimen, Verdict, error_limits};
+use super::{AtlasRow, CaseStudy, NOT_COMPARABLE, Plate, Processor, SolverSide, Specimen};
 use common::Result;
+use common::mesh::Mesh;
+use common::shooting::RadiosityField;
 use common::texel::texel_count;
 use glam::DVec3;
 use gpu::Gpu;
+use oracle::diff::reflected::ReflectedField;
+use oracle::relight::stage::RelightStage;
+use oracle::relight::task::RelightTask;
 use oracle::solve::progress::ProgressMonitor;
+use oracle::solve::solved::Solved;
+use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
+use std::any::Any;
+use std::cell::Cell;
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
 
+/// An answer with the name of its method and processor.
+type LabelledAnswer = (String, TrialAnswer);
+
+/// Time limit of a solve, seconds: ten times the longest solve, so that load on the machine does not
+/// change a verdict.
+const MAX_SOLVE_SECONDS: f64 = 200.0;
 /// Multiple of the failing limit beyond which errors look alike.
 const MAX_VISIBLE_FAILURE: f64 = 10.0;
 
@@ -23,208 +42,239 @@ pub struct AtlasRun<'a> {
     pub stop: &'a dyn Fn() -> bool,
 }
 
+/// A solution, kept for the pictures.
+pub struct TrialAnswer {
+    mesh: Mesh,
+    field: RadiosityField,
+    /// B − E of each texel in face order, W/m².
+    values: Vec<DVec3>,
+}
+
 impl AtlasRun<'_> {
     /// Runs a case. After a stop, rows of later values are missing. Errors: a scene or a truth fails.
     pub fn run_case(&self, case: &Case, watch: &ProgressMonitor) -> Result<CaseStudy> {
-        let mut study = CaseStudy {
-            info: case.info,
-            rows: Vec::new(),
-            specimen: None,
-        };
-        let (mut worst, mut truths) = (f64::NEG_INFINITY, TruthCache::default());
-        for (done, value) in case.values.iter().enumerate() {
+        self.run_values(case, case.values, case.build, 1, watch)
+    }
+
+    /// Runs a case at these values of scenes from `build`, and keeps at most `max_specimens`.
+    pub fn run_values(
+        &self,
+        case: &Case,
+        values: &[f64],
+        build: impl Fn(f64) -> Result<Trial>,
+        max_specimens: usize,
+        watch: &ProgressMonitor,
+    ) -> Result<CaseStudy> {
+        let (mut rows, mut specimens) = (Vec::new(), Vec::new());
+        let mut truths = TruthCache::default();
+        for (done, value) in values.iter().enumerate() {
             // The methods poll `stop` themselves.
-            let _ = watch.report_count(case.info.parameter, done as u64, case.values.len() as u64);
-            let Some((rows, specimen)) = self.run_value(case, *value, &mut truths)? else {
+            let _ = watch.report_count(case.parameter, done as u64, values.len() as u64);
+            if (self.stop)() {
+                break;
+            }
+            let trial = build(*value)?;
+            let truth = truths.truth_of(&trial)?;
+            let Some((found, answers)) = self.run_methods(case, *value, &trial, &truth) else {
                 break;
             };
-            let here = failure_visibility(case.info.measure, &rows);
-            if specimen.is_some() && here > worst {
-                (study.specimen, worst) = (specimen, here);
-            }
-            study.rows.extend(rows);
+            let visible = failure_visibility(case, &found);
+            specimens.extend(make_specimen(trial, *value, &truth, answers).map(|specimen| (visible, specimen)));
+            specimens.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+            specimens.truncate(max_specimens);
+            rows.extend(found);
         }
-        Ok(study)
-    }
-
-    /// Runs all methods at one value; none after a stop.
-    fn run_value(
-        &self,
-        case: &Case,
-        value: f64,
-        truths: &mut TruthCache,
-    ) -> Result<Option<(Vec<AtlasRow>, Option<Specimen>)>> {
-        let trial = (case.build)(value)?;
-        let empty = trial.scene.faces.is_empty();
-        let truth = if empty { Vec::new() } else { truths.truth_of(&trial)? };
-        Ok(self.run_trial(case, value, trial, &truth))
-    }
-
-    /// Runs all methods on one trial with a known truth; none after a stop.
-    pub fn run_trial(
-        &self,
-        case: &Case,
-        value: f64,
-        trial: Trial,
-        truth: &[DVec3],
-    ) -> Option<(Vec<AtlasRow>, Option<Specimen>)> {
-        let mut rows = Vec::new();
-        let mut gallery = Gallery::default();
-        for method in methods::methods_of(trial.suite) {
-            let cpu = run_method(&trial, &method, None, truth, self.stop)?;
-            let gpu = match self.gpu.filter(|_| method.runs_on_gpu()) {
-                None => None,
-                gpu => Some(run_method(&trial, &method, gpu, truth, self.stop)?),
-            };
-            let sides = (cpu.side.clone(), gpu.as_ref().map(|t| t.side.clone()));
-            rows.push(make_row(case, value, &method, sides));
-            gallery.keep_answer(&method, "CPU", cpu);
-            if let Some(gpu) = gpu {
-                gallery.keep_answer(&method, "GPU", gpu);
-            }
-        }
-        let is_safe = |row: &AtlasRow| row.method != DEFAULT_METHOD || row.verdict == Verdict::Safe;
-        let safe = rows.iter().all(is_safe);
-        let specimen = gallery.make_specimen(trial, value, truth, safe);
-        Some((rows, specimen))
-    }
-}
-
-/// Returns how visible the failures are at one value: the sum of ln(error / safe limit) over the
-/// answers. The default's weighs as much as all others together; a refusal has no picture. The value
-/// with the greatest sum becomes the specimen.
-fn failure_visibility(measure: &str, rows: &[AtlasRow]) -> f64 {
-    let [safe, fails] = error_limits(measure);
-    let beyond = |side: &SolverSide| match side.error {
-        Some(error) if error.is_finite() => (error / safe).clamp(1.0, MAX_VISIBLE_FAILURE * fails / safe).ln(),
-        Some(_) => (MAX_VISIBLE_FAILURE * fails / safe).ln(),
-        None => 0.0,
-    };
-    let row_visibility = |row: &AtlasRow| solver_sides(row).map(|(_, side)| beyond(side)).sum::<f64>();
-    let weight = |row: &AtlasRow| {
-        if row.method == DEFAULT_METHOD {
-            rows.len() as f64
-        } else {
-            1.0
-        }
-    };
-    rows.iter().map(|row| weight(row) * row_visibility(row)).sum()
-}
-
-/// Makes a row from both solvers' results; the worse one sets error, warning and verdict.
-pub fn make_row(
-    case: &Case,
-    value: f64,
-    method: &AtlasMethod,
-    (cpu, gpu): (SolverSide, Option<SolverSide>),
-) -> AtlasRow {
-    let judged = |side: SolverSide| SolverSide {
-        verdict: Verdict::of_error(case.info.measure, side.error),
-        ..side
-    };
-    let (cpu, gpu) = (judged(cpu), gpu.map(judged));
-    let rank = |side: &SolverSide| side.error.unwrap_or(f64::INFINITY);
-    let worse = gpu.as_ref().filter(|g| rank(g) > rank(&cpu)).unwrap_or(&cpu);
-    AtlasRow {
-        case: case.info.name,
-        parameter: case.info.parameter,
-        value,
-        method: method.name,
-        error: worse.error,
-        warned: worse.is_warned(),
-        verdict: worse.verdict,
-        cpu,
-        gpu,
-    }
-}
-
-/// The answers at one value, by method and solver.
-#[derive(Default)]
-struct Gallery {
-    answers: Vec<(String, TrialAnswer)>,
-}
-
-impl Gallery {
-    fn keep_answer(&mut self, method: &AtlasMethod, solver: &str, tried: TrialResult) {
-        if let Some(answer) = tried.answer {
-            self.answers.push((format!("{} {solver}", method.name), answer));
-        }
-    }
-
-    /// Makes the specimen of the face with the greatest error: the default's error, or that of all
-    /// answers together if the default is safe.
-    fn make_specimen(self, trial: Trial, value: f64, truth: &[DVec3], safe: bool) -> Option<Specimen> {
-        let shown = self
-            .answers
-            .iter()
-            .find(|(label, _)| label.starts_with(DEFAULT_METHOD))
-            .or(self.answers.first())?;
-        let per_face = texel_count([trial.texels; 2]) as usize;
-        let part = |values: &[DVec3], face: usize| -> Vec<DVec3> {
-            let range = face * per_face..(face + 1) * per_face;
-            values.get(range).unwrap_or_default().to_vec()
-        };
-        let squared_error = |seen: &TrialAnswer, face: usize| -> f64 {
-            let pairs = part(&seen.values, face).into_iter();
-            let error = pairs.zip(part(truth, face));
-            let square: f64 = error.map(|(a, b)| (a - b).length_squared()).sum();
-            square * trial.scene.faces[face].area()
-        };
-        let judged: Vec<usize> = (0..trial.scene.faces.len()).filter(|k| trial.is_judged(*k)).collect();
-        let rank: Vec<f64> = if safe {
-            let all = |k: &usize| self.answers.iter().map(|(_, seen)| squared_error(seen, *k)).sum();
-            judged.iter().map(all).collect()
-        } else {
-            judged.iter().map(|k| squared_error(&shown.1, *k)).collect()
-        };
-        let worst = (0..judged.len()).max_by(|a, b| rank[*a].total_cmp(&rank[*b]))?;
-        let face = judged[worst];
-        let plate = |label: &str, values: &[DVec3]| Plate {
-            label: label.to_owned(),
-            resolution: [trial.texels; 2],
-            values: part(values, face),
-        };
-        let mut plates = vec![plate("truth", truth)];
-        plates.extend(self.answers.iter().map(|(l, seen)| plate(l, &seen.values)));
-        let (mesh, field) = (shown.1.mesh.clone(), shown.1.field.clone());
-        Some(Specimen {
-            value,
-            scene: trial.scene,
-            mesh,
-            field,
-            face: face as u32,
-            plates,
+        Ok(CaseStudy {
+            case: *case,
+            rows,
+            specimens: specimens.into_iter().map(|(_, specimen)| specimen).collect(),
         })
     }
+
+    /// Runs all methods on one trial and returns rows and labelled answers; none after a stop.
+    fn run_methods(
+        &self,
+        case: &Case,
+        value: f64,
+        trial: &Trial,
+        truth: &[DVec3],
+    ) -> Option<(Vec<AtlasRow>, Vec<LabelledAnswer>)> {
+        let (mut rows, mut answers) = (Vec::new(), Vec::new());
+        for method in case.methods {
+            let mut run = |processor: Processor, gpu| {
+                let (side, answer) = run_method(trial, method, gpu, truth, self.stop)?;
+                answers.extend(answer.map(|answer| (format!("{} {}", method.name, processor.name()), answer)));
+                Some(side)
+            };
+            let cpu = run(Processor::Cpu, None)?;
+            let gpu = match self.gpu.filter(|_| method.solver != MethodSolver::Dense) {
+                None => None,
+                gpu => Some(run(Processor::Gpu, gpu)?),
+            };
+            rows.push(AtlasRow {
+                scene: trial.description.clone(),
+                ..AtlasRow::new(case, value, method.name, cpu, gpu)
+            });
+        }
+        Some((rows, answers))
+    }
+}
+
+/// Returns how visible the failures are at one value: the sum of all errors in units of the failing limit.
+/// The default's, of the first row, weighs as much as all others together; a refusal has no picture.
+fn failure_visibility(case: &Case, rows: &[AtlasRow]) -> f64 {
+    let [_, fails] = case.measure.limits();
+    let beyond = |side: &SolverSide| match side.error {
+        Some(error) if error.is_nan() => MAX_VISIBLE_FAILURE,
+        Some(error) => (error / fails).min(MAX_VISIBLE_FAILURE),
+        None => 0.0,
+    };
+    let weight = |k: usize| if k == 0 { rows.len() as f64 } else { 1.0 };
+    let visible = |(k, row): (usize, &AtlasRow)| weight(k) * row.sides().map(|(_, side)| beyond(side)).sum::<f64>();
+    rows.iter().enumerate().map(visible).sum()
+}
+
+/// Makes the specimen of the judged face with the greatest error of the first answer, the default's, and of
+/// all others, together of equal weight.
+fn make_specimen(trial: Trial, value: f64, truth: &[DVec3], answers: Vec<(String, TrialAnswer)>) -> Option<Specimen> {
+    let per_face = texel_count([trial.texels; 2]) as usize;
+    let part = |values: &[DVec3], face: usize| -> Vec<DVec3> {
+        let range = face * per_face..(face + 1) * per_face;
+        values.get(range).unwrap_or_default().to_vec()
+    };
+    let rank = |face: usize| -> f64 {
+        let squared_error = |(k, (_, answer)): (usize, &(String, TrialAnswer))| -> f64 {
+            let pairs = part(&answer.values, face).into_iter().zip(part(truth, face));
+            let sum: f64 = pairs.map(|(a, b)| (a - b).length_squared()).sum();
+            if k == 0 { sum * answers.len() as f64 } else { sum }
+        };
+        trial.scene.faces[face].area() * answers.iter().enumerate().map(squared_error).sum::<f64>()
+    };
+    let face = trial.judged.clone().max_by(|a, b| rank(*a).total_cmp(&rank(*b)))?;
+    let plate = |label: &str, values: &[DVec3]| Plate {
+        label: label.to_owned(),
+        values: part(values, face),
+    };
+    let shown = answers.iter().map(|(label, answer)| plate(label, &answer.values));
+    let plates = [plate("truth", truth)].into_iter().chain(shown).collect();
+    let (_, shown) = answers.into_iter().next()?;
+    Some(Specimen {
+        value,
+        description: trial.description,
+        scene: trial.scene,
+        mesh: shown.mesh,
+        field: shown.field,
+        face: face as u32,
+        texels: trial.texels,
+        plates,
+    })
+}
+
+/// Runs a method on a trial and returns its part of the row, unjudged, with the solution, if there is one;
+/// none if `stop` returned true.
+pub fn run_method(
+    trial: &Trial,
+    method: &AtlasMethod,
+    gpu: Option<&Gpu>,
+    truth: &[DVec3],
+    stop: &dyn Fn() -> bool,
+) -> Option<(SolverSide, Option<TrialAnswer>)> {
+    let start = Instant::now();
+    let late = Cell::new(false);
+    let progress = |_: &str, _| {
+        late.set(late.get() || start.elapsed().as_secs_f64() > MAX_SOLVE_SECONDS);
+        match late.get() || stop() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    };
+    let watch = ProgressMonitor::new(&progress);
+    let solved = catch_panic(|| solve_trial(trial, method, gpu, &watch));
+    let mut side = SolverSide {
+        seconds: start.elapsed().as_secs_f64(),
+        ..SolverSide::default()
+    };
+    if stop() {
+        return None;
+    }
+    let answer = match solved {
+        _ if late.get() => Err(format!("took longer than {MAX_SOLVE_SECONDS} s")),
+        other => other,
+    };
+    let answer = match answer {
+        Ok(answer) => answer,
+        Err(message) => {
+            side.message = Some(message);
+            return Some((side, None));
+        }
+    };
+    side.warnings = answer.warnings.iter().map(|w| w.code.as_str().into()).collect();
+    side.notes = answer.notes;
+    side.estimate = answer.estimate.map(|estimate| estimate.error);
+    let Solved { mesh, run, .. } = answer.solved;
+    let values = ReflectedField::from_field(&trial.scene, &mesh, &run.field).values;
+    match accuracy::error_and_noise(trial, &values, truth) {
+        Ok((error, noise)) => {
+            (side.error, side.noise) = (Some(error), noise);
+            side.bias = accuracy::worst_bias(trial, &values, truth);
+        }
+        Err(message) => side.message = Some(format!("{NOT_COMPARABLE}: {message}")),
+    }
+    let field = run.field;
+    Some((side, Some(TrialAnswer { mesh, field, values })))
+}
+
+/// Solves and returns a panic as an error, so that the atlas continues.
+fn catch_panic(solve: impl FnOnce() -> Result<SolveAnswer>) -> std::result::Result<SolveAnswer, String> {
+    match catch_unwind(AssertUnwindSafe(solve)) {
+        Ok(result) => result.map_err(|error| error.to_string()),
+        Err(payload) => Err(format!("panic: {}", panic_text(payload.as_ref()))),
+    }
+}
+
+fn panic_text(payload: &(dyn Any + Send)) -> &str {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| payload.downcast_ref::<&str>().copied())
+        .unwrap_or("without a message")
+}
+
+fn solve_trial(trial: &Trial, method: &AtlasMethod, gpu: Option<&Gpu>, watch: &ProgressMonitor) -> Result<SolveAnswer> {
+    let settings = &method.settings_on(trial.texels, gpu.is_some());
+    let texels = Some(trial.texels);
+    let solver = match method.solver {
+        MethodSolver::ToError(error) => SolverChoice::to_error(gpu, ErrorTarget { error, texels }),
+        MethodSolver::Shooting => SolverChoice::shooting_on(gpu),
+        MethodSolver::Dense => SolverChoice::Dense,
+    };
+    if trial.room == 0 {
+        let task = &trial.scene;
+        return solve_request(&SolveRequest { task, settings, solver }, watch);
+    }
+    let stage = &RelightStage::new(&trial.scene, trial.room, trial.texels);
+    let method = method.relighting;
+    let task = &RelightTask { stage, method };
+    solve_request(&SolveRequest { task, settings, solver }, watch)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::fixture::{make_row, make_side};
-    use super::super::{LEAK_MEASURE, RELATIVE_RMS};
+    use super::super::fixture::{TEST_CASE, make_row, make_side};
     use super::*;
 
-    fn failure_of(default: f64, other: f64) -> f64 {
-        let mut rows = vec![make_row(1.0, make_side(Some(default), ""), None); 3];
-        for (row, error) in rows[1..].iter_mut().zip([other; 2]) {
-            row.method = "matrix";
-            row.cpu = make_side(Some(error), "");
-        }
-        failure_visibility(RELATIVE_RMS, &rows)
+    fn visibility_of(default: Option<f64>, other: Option<f64>) -> f64 {
+        let rows = [default, other, other].map(|error| make_row(1.0, make_side(error, ""), None));
+        failure_visibility(&TEST_CASE, &rows)
     }
 
     #[test]
     fn most_visible_failure_ranks_first() {
+        let of = |default, other| visibility_of(Some(default), Some(other));
         // Half of the methods break early, but the visible failure comes later.
-        assert!(failure_of(0.01, 0.5) > failure_of(0.01, 0.03));
-        assert!(failure_of(0.05, 0.5) > failure_of(0.01, 0.5));
-        assert!(failure_of(0.3, 0.01) > failure_of(0.01, 0.3));
-        assert_eq!(failure_of(0.01, 0.02), 0.0);
+        assert!(of(0.01, 0.5) > of(0.01, 0.03));
+        assert!(of(0.05, 0.5) > of(0.01, 0.5));
+        assert!(of(0.3, 0.01) > of(0.01, 0.3));
         // NaN ranks like the greatest error.
-        assert_eq!(failure_of(0.01, f64::NAN), failure_of(0.01, 1e9));
-        let refused = [make_row(1.0, make_side(None, ""), None)];
-        assert_eq!(failure_visibility(RELATIVE_RMS, &refused), 0.0);
-        let tight = [make_row(1.0, make_side(Some(0.0), ""), None)];
-        assert_eq!(failure_visibility(LEAK_MEASURE, &tight), 0.0);
+        assert_eq!(of(0.01, f64::NAN), of(0.01, 1e9));
+        assert_eq!(visibility_of(None, None), 0.0);
     }
 }

@@ -1,26 +1,11 @@
-//! Cases and trials. A case generates scenes from one parameter; a trial is its scene at one value,
-//! with resolution, truth and methods.
+//! A trial: the scene of a case at one value, with resolution, truth and judged faces.
 
-use super::CaseInfo;
-use common::Result;
+use super::ErrorMeasure;
 use common::scene::Scene;
 use glam::DVec3;
+use std::ops::Range;
 
-/// Function that builds the trial of a value.
-pub type BuildTrial = fn(f64) -> Result<Trial>;
-
-/// A family of scenes with one parameter, built to break a method.
-#[derive(Clone, Copy)]
-pub struct Case {
-    /// Description.
-    pub info: CaseInfo,
-    /// Values of the parameter, easy to hard.
-    pub values: &'static [f64],
-    /// Builds the trial at a value.
-    pub build: BuildTrial,
-}
-
-/// A scene with resolution, truth and methods.
+/// A scene with resolution and truth.
 pub struct Trial {
     /// The scene.
     pub scene: Scene,
@@ -28,79 +13,46 @@ pub struct Trial {
     pub texels: u32,
     /// Source of the truth.
     pub truth: TrialTruth,
-    /// Judged faces; if empty, all.
-    pub judged: Vec<usize>,
-    /// Methods to run.
-    pub suite: MethodSuite,
+    /// Judged faces.
+    pub judged: Range<usize>,
+    /// Number of the first faces that are the room of a relight, the others being the objects; 0 for a solve.
+    pub room: usize,
+    /// Description of a random scene.
+    pub description: Option<String>,
 }
 
 /// Source of a trial's truth, which shares no code with the solvers under test.
 pub enum TrialTruth {
-    /// Direct light without occlusion: exact mean form factors of the texels.
-    Direct,
-    /// Direct light occluded by these faces.
-    Shadowed(Vec<usize>),
+    /// Exact mean form factors of the texels to what these occluders leave of the lamps.
+    Direct(Range<usize>),
     /// B − E of every texel, W/m².
     Constant(DVec3),
-    /// The dense solver's answer on texels finer by this factor, averaged.
-    Matrix(u32),
-    /// The dense solver's answer for an equivalent scene, on texels finer by this factor.
-    Alike(Scene, u32),
+    /// The dense solver's answer for a scene that has the same solution, on texels twice as fine, averaged.
+    Dense(Scene),
     /// B − E of each texel by path tracing, and its standard error, W/m².
     Traced(Vec<DVec3>, Vec<DVec3>),
     /// No light on the judged faces.
     Dark,
 }
 
-/// Methods that run on a trial.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum MethodSuite {
-    /// All methods of the solve cases.
-    All,
-    /// Only these methods, where others take minutes or show nothing.
-    Only(&'static [&'static str]),
-    /// Relighting methods; the first faces, of this number, are the room, the others the objects.
-    Relight(usize),
-}
-
 impl Trial {
-    /// Makes a trial of every method that judges all faces.
+    /// Makes a solve that judges all faces.
     pub fn new(scene: Scene, texels: u32, truth: TrialTruth) -> Self {
         Self {
+            judged: 0..scene.faces.len(),
             scene,
             texels,
             truth,
-            judged: Vec::new(),
-            suite: MethodSuite::All,
+            room: 0,
+            description: None,
         }
     }
 
-    /// Restricts the judged faces.
-    pub fn with_judged(self, judged: impl IntoIterator<Item = usize>) -> Self {
-        Self {
-            judged: judged.into_iter().collect(),
-            ..self
+    /// Returns the measure of its error.
+    pub fn measure(&self) -> ErrorMeasure {
+        match self.truth {
+            TrialTruth::Dark => ErrorMeasure::Leak,
+            _ => ErrorMeasure::RelativeRms,
         }
-    }
-
-    /// Restricts the methods.
-    pub fn with_methods(self, methods: &'static [&'static str]) -> Self {
-        Self {
-            suite: MethodSuite::Only(methods),
-            ..self
-        }
-    }
-
-    /// Makes it a relight: the first `room` faces are the room, the others the objects.
-    pub fn into_relight(self, room: usize) -> Self {
-        Self {
-            suite: MethodSuite::Relight(room),
-            ..self
-        }
-    }
-
-    /// Returns whether a face is judged.
-    pub fn is_judged(&self, face: usize) -> bool {
-        self.judged.is_empty() || self.judged.contains(&face)
     }
 }

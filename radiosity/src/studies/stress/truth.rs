@@ -12,48 +12,38 @@ use oracle::solve::progress::without_progress;
 use oracle::solve::solver::SolverChoice;
 use oracle::solve::task::SolveTask;
 
-/// Computes truths and keeps the last one of [`TrialTruth::Alike`], which all values of a sweep share.
+/// Computes truths and keeps the dense solver's last one, which several values of a case may share.
 #[derive(Default)]
 pub struct TruthCache {
-    last: Option<(String, Vec<DVec3>)>,
+    dense: Option<(String, Vec<DVec3>)>,
 }
 
 impl TruthCache {
     /// Computes the truth of a trial. Errors: the dense solver fails.
     pub fn truth_of(&mut self, trial: &Trial) -> Result<Vec<DVec3>> {
-        let (scene, texels) = (&trial.scene, trial.texels);
-        let all = scene.faces.len() * texel_count([texels, texels]) as usize;
+        let all = trial.scene.faces.len() * texel_count([trial.texels; 2]) as usize;
         Ok(match &trial.truth {
-            TrialTruth::Direct => direct_light::reflected_direct(scene, texels, &[]),
-            TrialTruth::Shadowed(occluders) => direct_light::reflected_direct(scene, texels, occluders),
+            _ if all == 0 => Vec::new(),
+            TrialTruth::Direct(occluders) => direct_light::reflected_direct(&trial.scene, trial.texels, occluders),
             TrialTruth::Constant(value) => vec![*value; all],
             TrialTruth::Dark => vec![DVec3::ZERO; all],
             TrialTruth::Traced(values, _) => values.clone(),
-            TrialTruth::Matrix(finer) => dense_truth(scene, texels, *finer)?,
-            TrialTruth::Alike(other, finer) => {
-                let mut values = self.truth_of_equivalent(other, texels, *finer)?;
+            TrialTruth::Dense(scene) => {
+                let key = format!("{} {scene:?}", trial.texels);
+                if self.dense.as_ref().is_none_or(|(known, _)| *known != key) {
+                    self.dense = Some((key, dense_truth(scene, trial.texels, 2)?));
+                }
+                let mut values = self
+                    .dense
+                    .iter()
+                    .flat_map(|(_, values)| values)
+                    .copied()
+                    .collect::<Vec<_>>();
                 values.resize(all, DVec3::ZERO);
                 values
             }
         })
     }
-
-    fn truth_of_equivalent(&mut self, scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>> {
-        let key = format!("{texels} {finer} {scene:?}");
-        if let Some((last, values)) = &self.last
-            && *last == key
-        {
-            return Ok(values.clone());
-        }
-        let values = dense_truth(scene, texels, finer)?;
-        self.last = Some((key, values.clone()));
-        Ok(values)
-    }
-}
-
-/// Computes the truth of a single trial. Errors: the dense solver fails.
-pub fn single_truth(trial: &Trial) -> Result<Vec<DVec3>> {
-    TruthCache::default().truth_of(trial)
 }
 
 /// Solves by the dense solver on texels `finer` times as fine and averages. Errors: the solve fails.
@@ -64,13 +54,9 @@ pub fn dense_truth(scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>>
         &without_progress(),
     )?;
     let (mesh, dense) = (&solved.mesh, solved.dense.as_ref());
-    let dense = dense.ok_or_else(|| Error::Fault("the matrix has no answer".into()))?;
-    let irradiance = &dense.solution.irradiance;
-    let reflected: Vec<DVec3> = mesh
-        .texels_in_face_order()
-        .into_iter()
-        .map(|k| mesh.texels[k].reflectance.as_dvec3() * irradiance[k])
-        .collect();
+    let dense = dense.ok_or_else(|| Error::Fault("the dense solver has no answer".into()))?;
+    let texel = |k: usize| mesh.texels[k].reflectance.as_dvec3() * dense.solution.irradiance[k];
+    let reflected: Vec<DVec3> = mesh.texels_in_face_order().into_iter().map(texel).collect();
     if finer == 1 {
         return Ok(reflected);
     }

@@ -3,18 +3,48 @@
 //!
 //! Settings as in the paper: whole faces shoot from one point each, orthographic item buffer, one
 //! pixel per texel. Shooting stops at 5 % unshot power, where the reference takes the paper's 320 to
-//! 330 shots.
+//! 330 shots. [`page`] writes the results.
 
-pub mod grid;
 pub mod page;
 
+use crate::relight::composite::render_composite;
+use crate::relight::{RelitScene, files};
 use crate::report::picture::RgbaPicture;
+use crate::report::view::camera::Camera;
+use crate::studies::PIXEL_HEMISPHERE;
+use common::energy::EnergyBalance;
+use common::form_factor::FormFactor;
+use common::rays::Rays;
 use common::relight::{MendedFlaws, RelightMethod};
+use common::scene::Scene;
+use common::settings::{ItemBufferSettings, Lookup, Meshing, Schedule, Settings, Transport, Visibility};
+use common::shooting::RadiosityField;
+use common::{Error, Result};
+use glam::DVec3;
+use gpu::Gpu;
+use oracle::diff::difference::compare_fields;
+use oracle::relight::stage::RelightStage;
+use oracle::relight::task::{RelightTask, capture_empty_room};
+use oracle::solve::progress::{PhaseCallback, ProgressMonitor};
+use oracle::solve::solved::{RelightReport, Solved};
+use oracle::solve::solver::SolverChoice;
+use oracle::solve::task::SolveTask;
 use serde::Serialize;
+
+/// Share of unshot power at which the paper may have stopped.
+const PAPER_EPSILON: f64 = 0.05;
+/// Unshot share of truth and captured room: a hundredth of the smallest error in the table.
+const EXACT_EPSILON: f64 = 1e-4;
+/// Width and height of a picture, pixels.
+const PICTURE_SIZE: [u32; 2] = [400, 400];
+/// Texels per side of Figure 8's faces.
+const SHADOW_TEXELS: [u32; 3] = [8, 16, 32];
+/// Eye and target of Figure 8: the floor between the blocks.
+const SHADOW_CAMERA: [DVec3; 2] = [DVec3::new(0.5, 0.75, 0.06), DVec3::new(0.6, 0.0, 0.62)];
 
 /// Method of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum TableImage {
     /// Whole scene by progressive refinement.
     Reference,
@@ -23,7 +53,6 @@ pub enum TableImage {
     /// Table 2, darkening only by the light that the objects hide (V₀ − V).
     Mended,
     /// Signed residuals, stopped after 1.1 times the shots of Table 2.
-    #[serde(rename = "signed-early")]
     SignedEarly,
     /// Signed residuals.
     Signed,
@@ -41,17 +70,11 @@ impl TableImage {
 
     /// Returns the name on the page.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Reference => "reference",
-            Self::Paper => "paper",
-            Self::Mended => "paper, V₀ − V",
-            Self::SignedEarly => "signed, early",
-            Self::Signed => "signed",
-        }
+        ["reference", "paper", "paper, V₀ − V", "signed, early", "signed"][self as usize]
     }
 
     /// Returns the relighting method; none: the whole scene is solved.
-    pub fn relight_method(self) -> Option<RelightMethod> {
+    fn relight_method(self) -> Option<RelightMethod> {
         let mended = |empty_room| {
             RelightMethod::Paper(MendedFlaws {
                 empty_room,
@@ -95,48 +118,195 @@ pub struct Table4Row {
     pub negative_texels: usize,
     /// The paper's seconds (2006) and shots.
     pub paper: Option<(f64, u32)>,
-}
-
-/// Returns seconds and shots of this row in the paper's Table 4.
-pub fn printed_figures(image: TableImage, texels: u32, item_buffer: u32) -> Option<(f64, u32)> {
-    match (image, texels, item_buffer) {
-        (TableImage::Reference, 16, 1024) => Some((34.0, 322)),
-        (TableImage::Reference, 32, 1024) => Some((41.0, 334)),
-        (TableImage::Paper, 16, 256) => Some((11.0, 182)),
-        (TableImage::Paper, 16, 512) => Some((13.0, 182)),
-        (TableImage::Paper, 32, 512) => Some((18.0, 185)),
-        (TableImage::Paper, 32, 1024) => Some((24.0, 185)),
-        _ => None,
-    }
-}
-
-/// Picture of a row.
-pub struct RowPicture {
-    /// Index of the row in the table.
-    pub row: usize,
-    /// The picture.
+    /// The relit room.
+    #[serde(skip)]
     pub picture: RgbaPicture,
 }
 
-/// A repeated figure of the paper.
-pub struct PaperFigure {
-    /// Number and title.
-    pub title: String,
-    /// Captions and pictures.
-    pub pictures: Vec<(String, RgbaPicture)>,
+/// Rows of the paper's Table 4: image, texels, item buffer, seconds, shots.
+const PRINTED_ROWS: [(TableImage, u32, u32, f64, u32); 6] = [
+    (TableImage::Reference, 16, 1024, 34.0, 322),
+    (TableImage::Reference, 32, 1024, 41.0, 334),
+    (TableImage::Paper, 16, 256, 11.0, 182),
+    (TableImage::Paper, 16, 512, 13.0, 182),
+    (TableImage::Paper, 32, 512, 18.0, 185),
+    (TableImage::Paper, 32, 1024, 24.0, 185),
+];
+
+/// Returns seconds and shots of this row in the paper's Table 4.
+pub fn printed_figures(image: TableImage, texels: u32, item_buffer: u32) -> Option<(f64, u32)> {
+    let asked = (image, texels, item_buffer);
+    let row = PRINTED_ROWS.iter().find(|row| (row.0, row.1, row.2) == asked)?;
+    Some((row.3, row.4))
 }
 
 /// All measurements and pictures.
-#[derive(Default)]
+#[derive(Default, Serialize)]
 pub struct Table4 {
-    /// Rows of the table.
-    pub rows: Vec<Table4Row>,
-    /// Pictures of the rows.
-    pub shown: Vec<RowPicture>,
-    /// Figures 8 and 10.
-    pub figures: Vec<PaperFigure>,
     /// Name of the adapter.
     pub adapter: String,
-    /// Number of faces, and of the objects' faces.
-    pub faces: [usize; 2],
+    /// Number of faces.
+    pub faces: usize,
+    /// Number of the objects' faces.
+    pub object_faces: usize,
+    /// Rows of the table.
+    pub rows: Vec<Table4Row>,
+    /// Captions and pictures of Figure 8.
+    #[serde(skip)]
+    pub shadows: Vec<(String, RgbaPicture)>,
+}
+
+/// Scene, device and progress callback of the measurements.
+pub struct Table4Grid<'a> {
+    /// The scene, the room's faces first.
+    pub scene: &'a Scene,
+    /// Number of the room's faces.
+    pub room: usize,
+    /// GPU; none: the CPU's scalar item buffer.
+    pub gpu: Option<&'a Gpu>,
+    /// Progress callback, which may stop the work.
+    pub show: PhaseCallback<'a>,
+}
+
+/// Returns the paper's settings, with a corrected orthographic item buffer and one-pixel lookup; none: by rays.
+fn paper_settings(texels: u32, item_buffer: Option<u32>, epsilon: f64) -> Settings {
+    let drawn = item_buffer.map(|size| {
+        Visibility::ItemBuffer(ItemBufferSettings {
+            projection: PIXEL_HEMISPHERE,
+            size,
+            lookup: Lookup::Exact,
+        })
+    });
+    Settings {
+        meshing: Meshing {
+            texels,
+            patches: 1,
+            samples: 1,
+        },
+        transport: Transport {
+            visibility: drawn.unwrap_or(Visibility::Rays),
+            form_factor: FormFactor::Disc,
+            ..Transport::default()
+        },
+        schedule: Schedule {
+            epsilon,
+            ..Schedule::default()
+        },
+        ..Settings::default()
+    }
+}
+
+impl Table4Grid<'_> {
+    /// Relights as `image` does, or solves the whole scene.
+    fn relight_stage(&self, stage: &RelightStage, image: TableImage, settings: &Settings) -> Result<(Solved, f64)> {
+        let monitor = ProgressMonitor::new(self.show);
+        let solver = SolverChoice::for_transport(self.gpu, &settings.transport);
+        let method = image.relight_method();
+        let done = RelightTask { stage, method }.solve_once(settings, solver, &monitor)?;
+        match monitor.is_stopped() {
+            true => Err(Error::Interrupted),
+            false => Ok((done, monitor.phase_seconds(&["relight"]))),
+        }
+    }
+
+    /// Returns the scene with its room captured by `settings`.
+    fn capture_room(&self, settings: &Settings) -> Result<RelightStage> {
+        let mut stage = RelightStage::new(self.scene, self.room, settings.meshing.texels);
+        let solver = SolverChoice::for_transport(self.gpu, &settings.transport);
+        let monitor = ProgressMonitor::new(self.show);
+        stage.captured.values = Some(capture_empty_room(&stage, settings, solver, &monitor)?);
+        Ok(stage)
+    }
+
+    /// Solves the whole scene by rays on N×N texels. Errors: the solve fails or is stopped.
+    pub fn solve_by_rays(&self, texels: u32) -> Result<RadiosityField> {
+        let settings = paper_settings(texels, None, EXACT_EPSILON);
+        let stage = self.capture_room(&settings)?;
+        let (done, _) = self.relight_stage(&stage, TableImage::Reference, &settings)?;
+        Ok(renamed_field(&done, "rays"))
+    }
+
+    /// Measures every image on these texels and item buffer. Errors: a solve fails or is stopped.
+    pub fn measure_images(&self, texels: u32, item_buffer: u32, rays: &RadiosityField) -> Result<Vec<Table4Row>> {
+        let exact = paper_settings(texels, Some(item_buffer), EXACT_EPSILON);
+        let stage = self.capture_room(&exact)?;
+        let (full, _) = self.relight_stage(&stage, TableImage::Reference, &exact)?;
+        let truth = renamed_field(&full, "full");
+        let mut rows: Vec<Table4Row> = Vec::new();
+        for image in TableImage::ALL {
+            let mut settings = paper_settings(texels, Some(item_buffer), PAPER_EPSILON);
+            if image == TableImage::SignedEarly {
+                let printed = rows.iter().find(|row| row.image == TableImage::Paper);
+                let shots = printed.map_or(0, |row| row.shots as u32);
+                settings.schedule.max_shots = shots + shots / 10;
+            }
+            let (done, seconds) = self.relight_stage(&stage, image, &settings)?;
+            let relit = relight_report(&done)?;
+            let field = renamed_field(&done, image.name());
+            rows.push(Table4Row {
+                image,
+                texels,
+                item_buffer,
+                seconds,
+                shots: done.run.shots.len(),
+                map_shots: relit.map_shots,
+                object_shots: relit.object_shots,
+                error: compare_fields(&done.mesh, &field, &truth).relative_rms,
+                error_rays: compare_fields(&done.mesh, &field, rays).relative_rms,
+                imbalance: EnergyBalance::new(&done.mesh, &done.run.field, &done.run.shots).imbalance,
+                negative_texels: relit.negative_texels(&done.run),
+                paper: printed_figures(image, texels, item_buffer),
+                picture: draw_room(&stage, &done, None)?,
+            });
+        }
+        Ok(rows)
+    }
+
+    /// Draws Figure 8: shadows against texel resolution. Errors: a solve fails or is stopped.
+    pub fn draw_shadows(&self) -> Result<Vec<(String, RgbaPicture)>> {
+        let draw = |texels| {
+            let stage = self.capture_room(&paper_settings(texels, Some(1024), 1e-2))?;
+            let settings = paper_settings(texels, Some(1024), PAPER_EPSILON);
+            let (done, _) = self.relight_stage(&stage, TableImage::Signed, &settings)?;
+            let [eye, target] = SHADOW_CAMERA.map(|p| done.mesh.local_point(p).as_vec3());
+            let caption = format!("{texels}² texels per face, {} in all", done.mesh.texels.len());
+            Ok((caption, draw_room(&stage, &done, Some(Camera::new(eye, target, 50.0)))?))
+        };
+        SHADOW_TEXELS.into_iter().map(draw).collect()
+    }
+}
+
+fn relight_report(done: &Solved) -> Result<&RelightReport> {
+    let relit = done.relight.as_ref();
+    relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))
+}
+
+/// Returns the field with `name` as its origin, since a comparison refuses two of one origin.
+fn renamed_field(done: &Solved, name: &str) -> RadiosityField {
+    RadiosityField {
+        origin: name.to_owned(),
+        ..done.run.field.clone()
+    }
+}
+
+/// Draws the relit room from `camera`, or from an automatic one, at an exposure of its own: one for the whole grid
+/// would be too dark for some.
+fn draw_room(stage: &RelightStage, done: &Solved, camera: Option<Camera>) -> Result<RgbaPicture> {
+    let relit = RelitScene {
+        scene: &stage.scene,
+        mesh: &done.mesh,
+        room: stage.room_faces,
+        before: &relight_report(done)?.before,
+        after: &done.run.field,
+        eye: None,
+    };
+    let camera = camera.unwrap_or_else(|| Camera::automatic_view(&done.mesh, &Rays::new(&done.mesh)));
+    let seen = render_composite(&relit, &camera, PICTURE_SIZE, None);
+    let exposure = files::choose_exposure(&seen);
+    Ok(files::tone_map_picture(
+        PICTURE_SIZE,
+        &seen.composite,
+        &seen.coverage[1],
+        exposure,
+    ))
 }

@@ -1,0 +1,266 @@
+//! `radiosity chart`.
+
+use super::Outcome;
+use super::bundled::bundled_scene;
+use super::console::message;
+use super::options::load_lit_scene;
+use super::progress::{Progress, handle_interrupts, is_interrupted};
+use crate::report::plot::svg_file;
+use crate::studies::chart::bench::ChartBench;
+use crate::studies::chart::json::chart_json;
+use crate::studies::chart::methods::{SolveMethod, SolverKind, list_methods, truth_texels};
+use crate::studies::chart::page::{render_page, titled_plots};
+use crate::studies::chart::peers::{Peer, read_peers};
+use crate::studies::chart::points::SceneChart;
+use crate::studies::chart::store::{MeasurementContext, MeasurementStore, hash_program, hash_scene};
+use crate::studies::chart::sweeps::{SWEEPS, Sweep};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
+use common::import::ImportOptions;
+use common::scene::Scene;
+use common::settings::SolveQuality;
+use common::solution::{prepare_directory, write_file};
+use common::{Error, Result};
+use gpu::Gpu;
+use std::path::{Path, PathBuf};
+
+/// The bundled scenes charted by default; the last without `--vary` only: the truths have 64×64 texels on each of its
+/// 168 faces.
+const CHARTED_SCENES: [&str; 3] = ["cornell_box.obj", "furnace.obj", "paper_room_objects.obj"];
+
+/// `--quality` of a chart.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum QualityOption {
+    /// Fewer points around a coarse base
+    Draft,
+    /// About 70 points per scene
+    Normal,
+}
+
+/// `--solver` of a chart.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ChartSolver {
+    /// Only the CPU and the dense solver
+    Cpu,
+    /// Only the GPU
+    Gpu,
+}
+
+/// Runs of each point, interleaved; a draft has one.
+const REPEATS: usize = 3;
+/// Seconds after which a solve is given up.
+const MAX_SOLVE_SECONDS: f64 = 60.0;
+
+/// Arguments of `chart`.
+#[derive(Args)]
+pub struct ChartArguments {
+    /// .obj, .gltf or .glb files [default: the bundled Cornell box, furnace and, without --vary, paper's room]
+    scenes: Vec<PathBuf>,
+    /// Folder for chart.html, chart.svg and chart.json; measurements already there are reused, and its peers.json is drawn
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Chart the error against this option, all others at their defaults
+    #[arg(long, value_name = "OPTION", value_parser = sweeps_parser(),
+        conflicts_with_all = ["quality", "texels", "solver"])]
+    vary: Option<&'static [Sweep]>,
+    /// Number of points and of their runs, and fineness of their base [default: normal]
+    #[arg(long, value_enum)]
+    quality: Option<QualityOption>,
+    /// Texels per side of a face [default: 16, fewer where the dense solver can then be the truth; draft 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    texels: Option<u32>,
+    /// Only these methods [default: all]
+    #[arg(long, value_enum)]
+    solver: Option<ChartSolver>,
+    /// The GPU adapter whose name contains NAME
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// No progress, no summary
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Returns the parser of `--vary`: the name of an option, or all.
+fn sweeps_parser() -> impl TypedValueParser<Value = &'static [Sweep]> {
+    let names = SWEEPS
+        .iter()
+        .map(|sweep| sweep.option.trim_start_matches('-'))
+        .chain(["all"]);
+    let values = names.map(|name| match name {
+        "patches" => PossibleValue::new(name).alias("cells"),
+        _ => PossibleValue::new(name),
+    });
+    PossibleValuesParser::new(values).map(|name| {
+        let is_named = |sweep: &Sweep| sweep.option[2..] == name || sweep.option == "--patches" && name == "cells";
+        match SWEEPS.iter().position(is_named) {
+            Some(k) => &SWEEPS[k..=k],
+            None => &SWEEPS[..],
+        }
+    })
+}
+
+/// Measures the scenes one by one and writes the chart every few seconds.
+pub fn run(arguments: &ChartArguments) -> Result<Outcome> {
+    let peers = find_peers(arguments)?;
+    let gpu = open_gpu(arguments)?;
+    let scenes = load_scenes(arguments)?;
+    prepare_directory(&arguments.out)?;
+    let mut store = MeasurementStore::open(&arguments.out.join("chart.partial.jsonl"))?;
+    if store.damaged > 0 {
+        message!(
+            "note: {} damaged lines of chart.partial.jsonl are skipped",
+            store.damaged
+        );
+    }
+    handle_interrupts();
+    let mut charts: Vec<SceneChart> = Vec::new();
+    for scene in &scenes {
+        let progress = Progress::new(&scene.name, arguments.quiet);
+        let mut bench = prepare_bench(arguments, scene, gpu.as_ref(), &mut store);
+        let stored = bench.stored_runs();
+        if stored > 0 {
+            let name = &scene.name;
+            message!("note: {name}: continues after {stored} measurements in chart.partial.jsonl");
+        }
+        let with_peers = |chart: SceneChart| SceneChart {
+            peers: peers
+                .iter()
+                .filter(|peer| peer.solved_scene(&scene.name))
+                .cloned()
+                .collect(),
+            ..chart
+        };
+        let rounds = match arguments.vary {
+            Some(_) => 1,
+            None if arguments.quality == Some(QualityOption::Draft) => 1,
+            None => REPEATS,
+        };
+        let show = |phase: &str, done| progress.show_phase(phase, done);
+        let chart = bench.measure_rounds(rounds, &show, &mut |chart| {
+            let so_far: Vec<SceneChart> = charts.iter().cloned().chain([with_peers(chart)]).collect();
+            write_files(&arguments.out, &so_far)
+        })?;
+        charts.push(with_peers(chart));
+        if is_interrupted() {
+            break;
+        }
+    }
+    if charts.iter().all(|chart| chart.points.is_empty()) && is_interrupted() {
+        return Err(Error::Interrupted);
+    }
+    write_files(&arguments.out, &charts)?;
+    if is_interrupted() {
+        message!("interrupted: the chart holds what was measured by then; the same command continues it");
+    }
+    charts.iter().for_each(print_summary);
+    message!(
+        "wrote {0}/chart.html, {0}/chart.svg and {0}/chart.json",
+        arguments.out.display()
+    );
+    Ok(Outcome::Done)
+}
+
+fn find_peers(arguments: &ChartArguments) -> Result<Vec<Peer>> {
+    let path = arguments.out.join("peers.json");
+    match path.exists() && arguments.vary.is_none() {
+        true => read_peers(&path),
+        false => Ok(Vec::new()),
+    }
+}
+
+/// Opens the adapter. Without one the chart has no points of the GPU, and the CPU's twin draws item buffers.
+///
+/// Errors: there is no adapter and the GPU is required, or an option contradicts `--solver cpu`.
+fn open_gpu(arguments: &ChartArguments) -> Result<Option<Gpu>> {
+    let adapter = arguments.adapter.as_deref();
+    if arguments.solver == Some(ChartSolver::Cpu) {
+        return match adapter {
+            Some(_) => Err(Error::Usage(
+                "--adapter contradicts --solver cpu: leave one of them out".into(),
+            )),
+            None => Ok(None),
+        };
+    }
+    match Gpu::open(adapter) {
+        Err(error @ Error::NoAdapter(_)) if adapter.is_none() && arguments.solver.is_none() => {
+            message!("note: {error}; the chart has no GPU");
+            Ok(None)
+        }
+        opened => opened.map(Some),
+    }
+}
+
+/// Reads the scenes, by default the bundled ones. Errors: one cannot be read or is dark.
+fn load_scenes(arguments: &ChartArguments) -> Result<Vec<Scene>> {
+    let bundled = &CHARTED_SCENES[..if arguments.vary.is_some() { 2 } else { 3 }];
+    let paths = match arguments.scenes.as_slice() {
+        [] => bundled
+            .iter()
+            .map(|name| bundled_scene(name, &arguments.out))
+            .collect::<Result<_>>()?,
+        given => given.to_vec(),
+    };
+    let lit = |path: &PathBuf| load_lit_scene(path, &ImportOptions::default());
+    paths.iter().map(lit).collect()
+}
+
+/// Makes the bench of a scene with all that is to be measured on it.
+fn prepare_bench<'a>(
+    arguments: &ChartArguments,
+    scene: &'a Scene,
+    gpu: Option<&'a Gpu>,
+    store: &'a mut MeasurementStore,
+) -> ChartBench<'a> {
+    let quality = match arguments.quality {
+        Some(QualityOption::Draft) => SolveQuality::Draft,
+        Some(QualityOption::Normal) | None => SolveQuality::Normal,
+    };
+    let texels = arguments.texels.unwrap_or_else(|| truth_texels(scene, quality));
+    let context = MeasurementContext {
+        scene: hash_scene(scene),
+        program: hash_program(),
+        texels: arguments.vary.is_none().then_some(texels),
+        time_limit: match arguments.vary {
+            Some(_) => f64::INFINITY,
+            None => MAX_SOLVE_SECONDS,
+        },
+        adapter: gpu.map(|gpu| gpu.line.name.clone()),
+    };
+    let mut bench = ChartBench::new(scene, gpu, store, context, &arguments.out);
+    let Some(sweeps) = arguments.vary else {
+        let solvers: &[SolverKind] = match (arguments.solver, gpu) {
+            (Some(ChartSolver::Gpu), _) => &[SolverKind::Gpu],
+            (Some(ChartSolver::Cpu), _) | (None, None) => &[SolverKind::Cpu, SolverKind::Dense],
+            (None, Some(_)) => &[SolverKind::Cpu, SolverKind::Dense, SolverKind::Gpu],
+        };
+        let methods = solvers
+            .iter()
+            .flat_map(|solver| list_methods(scene, *solver, quality, texels));
+        // The dense solver on the texels of its own truth would be that truth.
+        let is_truth = |m: &SolveMethod| m.solver == SolverKind::Dense && m.settings.meshing.texels == texels;
+        bench.add_methods(methods.filter(|m| !is_truth(m)).collect(), texels);
+        return bench;
+    };
+    sweeps.iter().for_each(|sweep| bench.add_sweep(sweep));
+    bench
+}
+
+fn write_files(out: &Path, charts: &[SceneChart]) -> Result<()> {
+    let json = format!("{:#}\n", chart_json(charts));
+    let svg = svg_file(&titled_plots(charts));
+    for (ending, text) in [("json", json), ("svg", svg), ("html", render_page(charts))] {
+        write_file(&out.join(format!("chart.{ending}")), text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn print_summary(chart: &SceneChart) {
+    let scene = &chart.scene;
+    let (points, missing, truth) = (chart.points.len(), chart.missing, &chart.truth);
+    let failed = chart.points.iter().filter(|p| p.first_result().is_err()).count();
+    message!("{scene}: {points} points, {failed} failed, {missing} not measured; truth: {truth}");
+    for curve in &chart.curves {
+        let order = curve.order.map_or("–".into(), |order| format!("{order:.2}"));
+        message!("{scene}: {}, {}: order {order}", curve.option, curve.label);
+    }
+}

@@ -1,0 +1,576 @@
+//! Pages as data: text, tables, figures and plots, rendered to one HTML file that opens offline and fits any screen.
+
+use super::format::format_percent;
+use super::picture::DIVERGING_COLOURS;
+use super::plot::{PLOT_STYLE, Plot, Series};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
+use std::fmt::Display;
+use std::ops::Add;
+
+const PAGE_STYLE: &str = include_str!("style.css");
+/// Maximum columns of a table that stays a table on a narrow screen.
+const MAX_NARROW_COLUMNS: usize = 4;
+/// Least share of a bar that has room for its own text.
+const MIN_LABELLED_SHARE: f64 = 0.12;
+
+/// Page: heading, navigation bar, opening and sections.
+pub struct Document<'a> {
+    /// Heading.
+    pub title: &'a str,
+    /// Content before the first section.
+    pub opening: Blocks,
+    /// Sections, each linked from the navigation bar.
+    pub sections: Vec<Section>,
+    /// Style sheet in addition to the common one.
+    pub style: &'a str,
+}
+
+/// Section of a page.
+pub struct Section {
+    /// Anchor.
+    pub id: String,
+    /// Heading.
+    pub title: Text,
+    /// Content.
+    pub body: Blocks,
+}
+
+impl Document<'_> {
+    /// Renders the page as one self-contained file.
+    pub fn to_html(&self) -> String {
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    title { (self.title) }
+                    style { (PreEscaped(PAGE_STYLE)) (PreEscaped(PLOT_STYLE)) (PreEscaped(self.style)) }
+                }
+                body {
+                    nav aria-label="Sections" {
+                        a href="#top" { "Overview" }
+                        @for section in &self.sections { a href={ "#" (section.id) } { (section.title) } }
+                    }
+                    main {
+                        header #top { h1 { (self.title) } }
+                        (self.opening)
+                        @for section in &self.sections {
+                            section id=(section.id) { h2 { (section.title) } (section.body) }
+                        }
+                    }
+                }
+            }
+        };
+        page.into_string()
+    }
+}
+
+/// Text of a line, escaped when it is made.
+#[derive(Clone)]
+pub struct Text(Markup);
+
+impl<T: Display> From<T> for Text {
+    fn from(text: T) -> Self {
+        Self(html! { (text.to_string()) })
+    }
+}
+
+impl<T: Into<Text>> Add<T> for Text {
+    type Output = Self;
+
+    fn add(mut self, more: T) -> Self {
+        self.0.0 += &more.into().0.0;
+        self
+    }
+}
+
+impl Render for Text {
+    fn render(&self) -> Markup {
+        self.0.clone()
+    }
+}
+
+/// Returns text as it is, to begin a line.
+pub fn plain_text(text: impl Into<Text>) -> Text {
+    text.into()
+}
+
+/// Returns bold text.
+pub fn bold_text(text: impl Into<Text>) -> Text {
+    Text(html! { b { (text.into()) } })
+}
+
+/// Returns text in the type of commands and file names.
+pub fn code_text(text: impl Into<Text>) -> Text {
+    Text(html! { code { (text.into()) } })
+}
+
+/// Returns text of a class of the style sheet: cpu, gpu, pass, fail, facts, ….
+pub fn styled_text(class: &str, text: impl Into<Text>) -> Text {
+    Text(html! { span class=(class) { (text.into()) } })
+}
+
+/// Returns text of a class with a tooltip.
+pub fn titled_text(class: &str, title: impl Display, text: impl Into<Text>) -> Text {
+    Text(html! { span class=(class) title=(title.to_string()) { (text.into()) } })
+}
+
+/// Returns a link to the anchor `id`.
+pub fn link_text(id: impl Display, text: impl Into<Text>) -> Text {
+    Text(html! { a href=(format!("#{id}")) { (text.into()) } })
+}
+
+/// Returns a line break.
+pub fn line_break() -> Text {
+    Text(html! { br; })
+}
+
+/// Returns ✓ or ✗.
+pub fn pass_mark(pass: bool) -> Text {
+    match pass {
+        true => titled_text("pass", "holds", "✓"),
+        false => titled_text("fail", "does not hold", "✗"),
+    }
+}
+
+/// Returns a swatch of a CSS colour and its meaning.
+pub fn colour_key(colour: impl Display, name: impl Into<Text>) -> Text {
+    Text(html! { span.key { span style=(format!("background:{colour}")) {} (name.into()) } })
+}
+
+/// Returns line and mark of a series, and its name.
+pub fn series_key(series: &Series) -> Text {
+    Text(html! { span.key {
+        svg.inline viewBox="-13 -8 26 16" aria-hidden="true" { (series.draw_sample()) } (series.name)
+    } })
+}
+
+/// Returns the diverging colour scale from −range to +range.
+pub fn colour_bar(range: f64) -> Text {
+    let stops: Vec<String> = DIVERGING_COLOURS.iter().map(|c| css_colour(*c)).collect();
+    Text(html! { span.scale {
+        span { "−" (format_percent(range)) }
+        span.ramp style=(format!("background:linear-gradient(to right,{})", stops.join(","))) {}
+        span { "+" (format_percent(range)) }
+    } })
+}
+
+/// Returns a bar of parts (CSS colour, share, name), each as long as its share; those not above 0 are left out.
+pub fn stacked_bar<'a>(parts: impl IntoIterator<Item = (&'a str, f64, String)>) -> Text {
+    let parts = parts.into_iter().filter(|(_, share, _)| *share > 0.0);
+    Text(html! { span.bar { @for (colour, share, name) in parts {
+        span style=(format!("flex-grow:{share:.5};background:{colour}")) title=(name) {
+            @if share > MIN_LABELLED_SHARE { (name) }
+        }
+    } } })
+}
+
+/// Formats a colour for CSS.
+pub fn css_colour([r, g, b]: [u8; 3]) -> String {
+    format!("rgb({r} {g} {b})")
+}
+
+/// Sequence of paragraphs, tables and figures.
+#[derive(Default)]
+pub struct Blocks(Vec<Markup>);
+
+impl Render for Blocks {
+    fn render(&self) -> Markup {
+        html! { @for block in &self.0 { (block) } }
+    }
+}
+
+/// Mood of a verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VerdictTone {
+    /// All is well.
+    Good,
+    /// A failure.
+    Bad,
+    /// No failure, but it needs attention.
+    Careful,
+    /// No judgement.
+    Neutral,
+}
+
+impl Blocks {
+    /// Ends a section with these blocks.
+    pub fn into_section(self, id: impl Into<String>, title: impl Into<Text>) -> Section {
+        Section {
+            id: id.into(),
+            title: title.into(),
+            body: self,
+        }
+    }
+
+    /// Adds an element made elsewhere, such as a viewer.
+    pub fn add_element(&mut self, element: Markup) -> &mut Self {
+        self.0.push(element);
+        self
+    }
+
+    /// Adds a heading below that of the section.
+    pub fn add_heading(&mut self, text: impl Into<Text>) -> &mut Self {
+        self.add_element(html! { h3 { (text.into()) } })
+    }
+
+    /// Adds a paragraph.
+    pub fn add_paragraph(&mut self, text: impl Into<Text>) -> &mut Self {
+        self.add_element(html! { p { (text.into()) } })
+    }
+
+    /// Adds a paragraph in small, grey type.
+    pub fn add_remark(&mut self, text: impl Into<Text>) -> &mut Self {
+        self.add_element(html! { p.small { (text.into()) } })
+    }
+
+    /// Adds a paragraph that calls for attention.
+    pub fn add_warning(&mut self, text: impl Into<Text>) -> &mut Self {
+        self.add_element(html! { p.warning { (text.into()) } })
+    }
+
+    /// Adds a verdict: a word in large type and what it says.
+    pub fn add_verdict(&mut self, tone: VerdictTone, word: &str, text: impl Into<Text>) -> &mut Self {
+        let class = match tone {
+            VerdictTone::Good => "verdict agree",
+            VerdictTone::Bad => "verdict disagree",
+            VerdictTone::Careful => "verdict careful",
+            VerdictTone::Neutral => "verdict",
+        };
+        self.add_element(html! { p class=(class) { strong { (word) } " " (text.into()) } })
+    }
+
+    /// Adds framed notes, one per line; nothing without notes.
+    pub fn add_notes(&mut self, lines: impl IntoIterator<Item = impl Into<Text>>) -> &mut Self {
+        let mut lines = lines.into_iter().peekable();
+        match lines.peek() {
+            Some(_) => self.add_element(html! { div.notes { @for line in lines { p { (line.into()) } } } }),
+            None => self,
+        }
+    }
+
+    /// Adds a list.
+    pub fn add_list(&mut self, lines: impl IntoIterator<Item = impl Into<Text>>) -> &mut Self {
+        self.add_element(html! { ul { @for line in lines { li { (line.into()) } } } })
+    }
+
+    /// Adds blocks that the reader unfolds.
+    pub fn add_details(&mut self, summary: impl Into<Text>, is_open: bool, body: Blocks) -> &mut Self {
+        self.add_element(html! { details open[is_open] { summary { (summary.into()) } (body) } })
+    }
+
+    /// Adds a table.
+    pub fn add_table(&mut self, table: Table) -> &mut Self {
+        self.add_element(table.render())
+    }
+
+    /// Adds a figure of the page's width.
+    pub fn add_figure(&mut self, figure: &Figure) -> &mut Self {
+        self.add_element(figure.render_with_class("wide"))
+    }
+
+    /// Adds figures side by side, as many in a row as fit.
+    pub fn add_figures(&mut self, figures: &[Figure]) -> &mut Self {
+        self.add_element(html! { div.grid { @for figure in figures { (figure) } } })
+    }
+
+    /// Adds figures in one row, on a narrow screen below each other.
+    pub fn add_figure_row(&mut self, figures: &[Figure]) -> &mut Self {
+        let columns = format!("--columns:{}", figures.len());
+        self.add_element(html! { div.row style=(columns) { @for figure in figures { (figure) } } })
+    }
+
+    /// Adds cells side by side in a grid of a class of the style sheet.
+    pub fn add_grid(&mut self, class: &str, cells: impl IntoIterator<Item = Blocks>) -> &mut Self {
+        self.add_element(html! { div class=(class) { @for cell in cells { div { (cell) } } } })
+    }
+}
+
+/// Picture or plot with its caption.
+pub struct Figure {
+    class: &'static str,
+    content: Markup,
+    caption: Text,
+}
+
+impl Figure {
+    /// Creates a figure of a picture; without a `source` it says that there is none.
+    pub fn from_picture(source: &str, alt: &str, caption: impl Into<Text>) -> Self {
+        Self {
+            class: "",
+            content: html! {
+                @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
+            },
+            caption: caption.into(),
+        }
+    }
+
+    /// Creates a figure of a picture of texels, which is enlarged without smoothing.
+    pub fn from_texels(source: &str, alt: &str, caption: impl Into<Text>) -> Self {
+        Self {
+            class: "pixels",
+            ..Self::from_picture(source, alt, caption)
+        }
+    }
+
+    /// Creates a figure of a plot, or of the text `otherwise`.
+    pub fn from_plot(plot: Option<&Plot>, otherwise: &str, caption: impl Into<Text>) -> Self {
+        let svg = plot.and_then(Plot::render_svg);
+        Self {
+            class: "",
+            content: html! { @match svg { Some(svg) => (PreEscaped(svg)), None => p.none { (otherwise) } } },
+            caption: caption.into(),
+        }
+    }
+
+    /// Creates a figure of a picture of `size` with annotations upon it.
+    pub fn from_annotated(
+        source: &str,
+        alt: &str,
+        [w, h]: [u32; 2],
+        annotations: &[Annotation],
+        caption: impl Into<Text>,
+    ) -> Self {
+        let content = html! {
+            svg.map viewBox=(format!("0 0 {w} {h}")) role="img" aria-label=(alt) {
+                image href=(source) width=(w) height=(h) preserveAspectRatio="none" {}
+                @for annotation in annotations { @match annotation {
+                    Annotation::Path(class, path) => path class=(class) d=(path) {},
+                    Annotation::Label([x, y], text) => {
+                        circle cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r="17" {}
+                        text x=(format!("{x:.1}")) y=(format!("{:.1}", y + 6.0)) { (text) }
+                    }
+                } }
+            }
+        };
+        Self {
+            class: "",
+            content,
+            caption: caption.into(),
+        }
+    }
+
+    fn render_with_class(&self, more: &str) -> Markup {
+        let classes = [self.class, more].join(" ");
+        let classes = Some(classes.trim()).filter(|classes| !classes.is_empty());
+        html! { figure class=[classes] { (self.content) figcaption { (self.caption) } } }
+    }
+}
+
+impl Render for Figure {
+    fn render(&self) -> Markup {
+        self.render_with_class("")
+    }
+}
+
+/// Drawing upon a picture, in its pixels.
+pub enum Annotation {
+    /// Path: class of the style sheet, SVG path data.
+    Path(&'static str, String),
+    /// Text in a disc.
+    Label([f64; 2], String),
+}
+
+/// Table. It scrolls by itself; with more than four columns, or of class `cards`, it becomes one card per row on a
+/// narrow screen, and each cell shows its heading.
+#[derive(Default)]
+pub struct Table {
+    /// Classes of the style sheet.
+    pub class: &'static str,
+    /// Row above the headings.
+    pub top: Option<Row>,
+    /// Headings: one that begins with # stands over numbers, with ~ over long text; its lines are separated by |.
+    pub heads: Vec<String>,
+    /// Rows.
+    pub rows: Vec<Row>,
+}
+
+/// Row of a table.
+pub struct Row {
+    class: &'static str,
+    cells: Vec<Cell>,
+}
+
+/// Cell of a table.
+pub struct Cell {
+    /// Content.
+    pub content: Text,
+    /// Class of the style sheet.
+    pub class: &'static str,
+    /// Tooltip; empty for none.
+    pub title: String,
+    /// Columns that it covers; a cell of several belongs to no heading.
+    pub columns: usize,
+    /// True for a heading of the row.
+    pub is_heading: bool,
+}
+
+impl<T: Into<Text>> From<T> for Cell {
+    fn from(content: T) -> Self {
+        Self {
+            content: content.into(),
+            class: "",
+            title: String::new(),
+            columns: 1,
+            is_heading: false,
+        }
+    }
+}
+
+impl Row {
+    /// Creates a row.
+    pub fn new(cells: impl IntoIterator<Item = impl Into<Cell>>) -> Self {
+        Self {
+            class: "",
+            cells: cells.into_iter().map(Into::into).collect(),
+        }
+    }
+
+    /// Sets the class if `condition` holds.
+    pub fn with_class_if(self, condition: bool, class: &'static str) -> Self {
+        Self {
+            class: if condition { class } else { self.class },
+            ..self
+        }
+    }
+}
+
+impl Table {
+    /// Creates a table with headings (see [`Table::heads`]).
+    pub fn new(heads: &[&str], rows: impl IntoIterator<Item = Row>) -> Self {
+        Self {
+            heads: heads.iter().map(ToString::to_string).collect(),
+            rows: rows.into_iter().collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Creates a table of names and values.
+    pub fn of_values(rows: impl IntoIterator<Item = (impl Into<Cell>, impl Into<Cell>)>) -> Self {
+        let rows = rows
+            .into_iter()
+            .map(|(name, value)| Row::new([name.into(), value.into()]));
+        Self::new(&[], rows)
+    }
+
+    /// Renders a row; each cell of a card is labelled with its heading.
+    fn render_row(&self, row: &Row, has_cards: bool) -> Markup {
+        let starts = row.cells.iter().scan(0, |next, cell| {
+            *next += cell.columns;
+            Some(*next - cell.columns)
+        });
+        html! { tr class=[attribute(row.class)] { @for (cell, start) in row.cells.iter().zip(starts) {
+            @let head = self.heads.get(start).filter(|_| cell.columns == 1);
+            @let class = [head.map_or("", |head| column_class(head)), cell.class].join(" ");
+            @let class = attribute(class.trim());
+            @let label = head.filter(|_| has_cards).map(|head| head.trim_start_matches(['#', '~']).replace('|', " "));
+            @let label = label.filter(|label| !label.is_empty());
+            @let span = (cell.columns > 1).then_some(cell.columns);
+            @let title = attribute(&cell.title);
+            @if cell.is_heading {
+                th data-head=[label] class=[class] title=[title] colspan=[span] { (cell.content) }
+            } @else {
+                td data-head=[label] class=[class] title=[title] colspan=[span] { (cell.content) }
+            }
+        } } }
+    }
+}
+
+impl Render for Table {
+    fn render(&self) -> Markup {
+        let has_cards = self.class == "cards" || self.heads.len() > MAX_NARROW_COLUMNS && self.top.is_none();
+        let cards = if has_cards && self.class != "cards" {
+            "cards"
+        } else {
+            ""
+        };
+        let class = [self.class, cards].join(" ");
+        html! { div.scroll { table class=[attribute(class.trim())] {
+            @if !self.heads.is_empty() { thead {
+                @if let Some(top) = &self.top { (self.render_row(top, false)) }
+                tr { @for head in &self.heads {
+                    th class=[attribute(column_class(head)).filter(|class| *class == "n")] {
+                        @for (k, line) in head.trim_start_matches(['#', '~']).split('|').enumerate() {
+                            @if k > 0 { br; } (line)
+                        }
+                    }
+                } }
+            } }
+            tbody { @for row in &self.rows { (self.render_row(row, has_cards)) } }
+        } } }
+    }
+}
+
+/// Returns the class of the cells under a heading.
+fn column_class(head: &str) -> &'static str {
+    match head.chars().next() {
+        Some('#') => "n",
+        Some('~') => "reason",
+        _ => "",
+    }
+}
+
+/// Returns the value of an attribute, none if it is empty.
+fn attribute(value: &str) -> Option<&str> {
+    Some(value).filter(|value| !value.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn card_cells_carry_their_headings_except_spanning_cells() {
+        let wide = Cell {
+            columns: 2,
+            ..Cell::from("b")
+        };
+        let heading = Cell {
+            is_heading: true,
+            ..Cell::from("c")
+        };
+        let rows = [
+            Row::new(["a", "1", "x"]),
+            Row::new([wide, "2 < 3".into()]).with_class_if(true, "bad"),
+            Row::new([heading, line_break().into()]),
+        ];
+        let table = Table {
+            class: "cards",
+            ..Table::new(&["Name", "#Of|it", "~Why \"so\""], rows)
+        };
+        let text = table.render().into_string();
+        let labels = text
+            .split("data-head=\"")
+            .skip(1)
+            .filter_map(|part| part.split('"').next());
+        let why = "Why &quot;so&quot;";
+        let expected = ["Name", "Of it", why, why, "Name", "Of it"];
+        assert_eq!(labels.collect::<Vec<_>>(), expected);
+        assert!(text.contains("2 &lt; 3") && text.contains("<tr class=\"bad\">") && text.contains("colspan=\"2\""));
+        assert!(text.contains("<td data-head=\"Of it\" class=\"n\">1<") && text.contains("class=\"reason\">x<"));
+        let narrow = Table::new(&["Name", "#Value"], [Row::new(["a", "1"])]);
+        assert!(!narrow.render().into_string().contains("data-head"));
+    }
+
+    #[test]
+    fn text_is_escaped_wherever_it_comes_from() {
+        let bad = "<b>&\"";
+        let mut body = Blocks::default();
+        body.add_paragraph(plain_text(bad) + bold_text(bad) + titled_text("pass", bad, bad))
+            .add_list([bad])
+            .add_notes([bad])
+            .add_verdict(VerdictTone::Good, bad, bad)
+            .add_figure(&Figure::from_picture("data:", bad, bad))
+            .add_table(Table::of_values([(bad, bad)]));
+        let page = Document {
+            title: bad,
+            opening: Blocks::default(),
+            sections: vec![body.into_section("part", bad)],
+            style: "",
+        };
+        assert!(!page.to_html().contains(bad));
+        assert!(page.to_html().contains("<a href=\"#part\">&lt;b&gt;&amp;&quot;</a>"));
+    }
+}

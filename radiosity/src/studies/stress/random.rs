@@ -1,0 +1,83 @@
+//! The default solve on random scenes: errors, warnings and error estimates where nothing was tuned.
+
+use super::cases::Case;
+use super::methods::{DEFAULT, REFERENCE};
+use super::run::AtlasRun;
+use super::trial::{Trial, TrialTruth};
+use super::{CaseStudy, ErrorMeasure};
+use crate::studies::random::{SceneOptions, draw_scene};
+use common::Result;
+use common::mesh::Mesh;
+use oracle::path_tracer::trace_radiosity;
+use oracle::solve::progress::ProgressMonitor;
+
+/// Name on the command line.
+pub const COMMAND_NAME: &str = "random";
+/// Paths of a truth, shared by all texels: about four seconds on two cores, and 0.2 to 0.5 % of noise
+/// in an error.
+const DEFAULT_PATHS: u32 = 1 << 22;
+/// Paths of a truth for answers of reference quality, whose errors are smaller.
+const REFERENCE_PATHS: u32 = 1 << 25;
+/// Number of scenes whose pictures are kept.
+const MAX_PICTURES: usize = 4;
+
+/// Case of the rows: the seeds of the scenes are its values.
+pub const RANDOM_CASE: Case = Case {
+    name: COMMAND_NAME,
+    group: "Solved",
+    parameter: "seed",
+    weakness: "whatever was tuned to the scenes that it was built on",
+    truth: "paths traced through the scene's faces, their noise taken off",
+    measure: ErrorMeasure::RelativeRms,
+    methods: &[DEFAULT],
+    values: &[],
+    build: |seed| RandomRequest::default().draw_trial(seed),
+};
+
+/// Options of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct RandomRequest {
+    /// Options of the scenes.
+    pub options: SceneOptions,
+    /// Texels per side of a face.
+    pub texels: u32,
+    /// True for `--quality reference`.
+    pub reference: bool,
+}
+
+impl Default for RandomRequest {
+    fn default() -> Self {
+        Self {
+            options: SceneOptions::default(),
+            texels: 8,
+            reference: false,
+        }
+    }
+}
+
+impl RandomRequest {
+    /// Draws and solves `count` scenes from `seed` on. After a stop the finished ones are returned. Errors:
+    /// a scene or truth fails.
+    pub fn run_scenes(&self, run: &AtlasRun, seed: u64, count: u64, watch: &ProgressMonitor) -> Result<CaseStudy> {
+        let case = Case {
+            methods: if self.reference { &[REFERENCE] } else { &[DEFAULT] },
+            ..RANDOM_CASE
+        };
+        let seeds: Vec<f64> = (seed..seed + count).map(|seed| seed as f64).collect();
+        run.run_values(&case, &seeds, |seed| self.draw_trial(seed), MAX_PICTURES, watch)
+    }
+
+    /// Draws the scene of a seed and traces its truth.
+    fn draw_trial(&self, seed: f64) -> Result<Trial> {
+        let drawn = draw_scene(seed as u64, self.options);
+        let description = Some(drawn.to_string());
+        let mesh = Mesh::uniform(&drawn.scene, self.texels, 1)?;
+        let paths = if self.reference { REFERENCE_PATHS } else { DEFAULT_PATHS };
+        let traced = trace_radiosity(&drawn.scene, &mesh, paths / mesh.texels.len() as u32, 0);
+        let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
+        Ok(Trial {
+            description,
+            ..Trial::new(drawn.scene, self.texels, truth)
+        })
+    }
+}
