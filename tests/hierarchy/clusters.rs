@@ -4,7 +4,7 @@
 use crate::hierarchy::error_budget::solve_to_error;
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, NO_FACE, Rays};
-use common::scene::Scene;
+use common::scene::{Face, Scene};
 use cpu::hierarchy::block::{ReceiverBlock, Spot};
 use cpu::hierarchy::cluster::{ClusterPart, Clusters};
 use cpu::hierarchy::cluster_link::ClusterInteraction;
@@ -13,7 +13,7 @@ use cpu::hierarchy::link::no_last_blockers;
 use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
 use radiosity_tests::solutions::{dense_truth_on, error_against};
-use radiosity_tests::{ball, lit_room};
+use radiosity_tests::{ball, lit_room, named_scene};
 use std::cell::Cell;
 
 /// A lit room with a ball of 4·`rings`·(`rings` − 1) triangles.
@@ -170,4 +170,21 @@ fn body_of_many_faces_matches_dense_solution() {
     let answer = solve_to_error(&scene, requested, 4);
     let off = error_against(&scene, &answer, &dense_truth_on(&scene, 4));
     assert!(off <= requested, "{off}");
+}
+
+/// A closed round furnace, B = E/(1 − ρ), whose faces are linked by clusters.
+#[test]
+fn hollow_ball_has_the_radiosity_of_a_furnace() {
+    let inside = |face: Face| Face {
+        emission: Vec3::ONE,
+        reflectance: Vec3::splat(0.8),
+        ..face.reversed()
+    };
+    let faces = ball(DVec3::ZERO, 1.0, [19, 36]).into_iter().map(inside).collect();
+    let requested = 0.01;
+    let answer = solve_to_error(&named_scene("hollow ball", faces), requested, 1);
+    let radiosity = &answer.solved.run.field.radiosity;
+    let off = radiosity.iter().map(|b| (b.truncate() / 5.0 - 1.0).abs().max_element());
+    let worst = off.fold(0.0, f32::max);
+    assert!(worst <= requested as f32, "{worst}");
 }

@@ -5,12 +5,15 @@ use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::{TexelTree, TreeNode};
 use common::mesh::Mesh;
 use common::sampling::{outline_point, pcg_hash, sample_coordinate};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use std::ops::Range;
 
 /// Weight of the normals' extent against the centres' extent (mesh units): a cluster as large as the room is split as
 /// soon as one with normals in all directions.
 const NORMAL_WEIGHT: f32 = 0.5;
+/// Least length of the mean normal by which [`Cluster::turn`] is divided; only links of clusters whose faces turn all
+/// ways would be below.
+const MIN_MEAN_NORMAL: f32 = 1e-3;
 /// A cluster's smaller half holds at least one in this many of its faces.
 const MAX_SPLIT_RATIO: usize = 16;
 
@@ -27,6 +30,9 @@ pub struct Cluster {
     pub area: f32,
     /// Mean of x², y², z², xy, yz and zx over the area, about the centre.
     pub second_moments: [f32; 6],
+    /// Mean of n δᵀ over the area, δ from the centre, divided by the length of the mean normal: how the normal turns
+    /// from place to place.
+    pub turn: Mat3,
     /// Mean normal, a unit vector.
     pub axis: Vec3,
     /// Cosine of the largest angle between a normal and the axis.
@@ -197,11 +203,15 @@ impl ClusterBuilder<'_> {
             centre += shooter.centre * own;
             axis += shooter.normal * own;
         }
+        let mean_normal = (axis.length() / area).max(MIN_MEAN_NORMAL);
         let (centre, axis) = (centre / area, axis.normalize_or_zero());
         let mut second_moments = [0.0; 6];
+        let mut turn = Mat3::ZERO;
         for shooter in shooters() {
             // The second moment of a triangle in its plane is about a sixth of its squared radius.
             let (d, own) = (shooter.centre - centre, shooter.area / area);
+            let n = shooter.normal;
+            turn += Mat3::from_cols(n * d.x, n * d.y, n * d.z) * (own / mean_normal);
             let within = shooter.radius * shooter.radius / 6.0;
             let parts = [
                 d.x * d.x + within * (1.0 - shooter.normal.x.powi(2)),
@@ -223,6 +233,7 @@ impl ClusterBuilder<'_> {
             radius: corners().map(Vec3::length).fold(0.0, f32::max),
             area,
             second_moments,
+            turn,
             axis,
             cone: cone.fold(1.0, f32::min),
             parts: [ClusterPart::Face(0); 2],

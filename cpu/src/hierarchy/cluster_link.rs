@@ -204,7 +204,9 @@ impl ClusterSampler<'_> {
 }
 
 /// Returns the mean of the kernel f = (a·d)(n·d)/d⁴ over a cluster divided by its value at the centre:
-/// 1 + ½ ⟨C, ∇∇f⟩/f, C the cluster's second moments. Without it all far receivers would have the same bias.
+/// 1 + ½ ⟨C, ∇∇f⟩/f − [tr M + d·(M n)/(n·d) − 4 d·(M d)/d²]/(a·d), C the cluster's second moments, M = ⟨a δᵀ⟩ its
+/// [`Cluster::turn`]. Without C all far receivers would have the same bias; without M, all receivers of a closed round
+/// wall, of which every part bends towards them.
 fn kernel_correction(cluster: &Cluster, n: Vec3, d: Vec3) -> f32 {
     let [xx, yy, zz, xy, yz, zx] = cluster.second_moments;
     let along = |v: Vec3| {
@@ -225,5 +227,8 @@ fn kernel_correction(cluster: &Cluster, n: Vec3, d: Vec3) -> f32 {
         - 8.0 * (n.dot(cd) / up + a.dot(cd) / out) / square
         - 4.0 * (xx + yy + zz) / square
         + 24.0 * d.dot(cd) / (square * square);
-    (1.0 + 0.5 * second).clamp(0.5, 1.5)
+    let m = cluster.turn;
+    let trace = m.x_axis.x + m.y_axis.y + m.z_axis.z;
+    let turned = (trace + d.dot(m * n) / up - 4.0 * d.dot(m * d) / square) / out;
+    (1.0 + 0.5 * second - turned).clamp(0.5, 1.5)
 }
