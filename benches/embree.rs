@@ -6,8 +6,10 @@ use common::mesh::Mesh;
 use common::rays::Rays;
 use cpu::CpuSolver;
 use glam::Vec3;
-use radiosity_benches::accuracy::{AccuracyTarget, run_solve};
-use radiosity_benches::{bundled_scene, median_and_range, whole_faces};
+use radiosity_benches::accuracy::AccuracyTarget;
+use radiosity_benches::{median_and_range, whole_faces};
+use radiosity_tests::bundled_scene;
+use radiosity_tests::engines::solve_by_schedule;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -60,7 +62,7 @@ fn compare_with_embree(program: &Path) -> Value {
     let rounds: Vec<Value> = (0..TIMED_ROUNDS)
         .map(|_| {
             let start = Instant::now();
-            let run = run_solve(&mut CpuSolver::new(mesh, &settings.transport), mesh, &settings);
+            let run = solve_by_schedule(&mut CpuSolver::new(mesh, &settings.transport), mesh, &settings.schedule);
             let ours = start.elapsed().as_secs_f64();
             let theirs = run_embree(program, &rays, THREAD_COUNT);
             json!({

@@ -4,14 +4,13 @@
 use common::mesh::Mesh;
 use common::passes::Engine;
 use common::scene::Scene;
-use common::settings::{Meshing, Settings};
+use common::settings::Transport;
 use common::shooting::ShotOrder;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver};
-use radiosity_benches::divided_cube;
-use radiosity_tests::box_faces;
-use std::ops::ControlFlow;
+use radiosity_tests::engines::run_shots;
+use radiosity_tests::{box_faces, divide_faces};
 use std::time::Instant;
 
 /// Faces per side of a wall and texels per side of a face: growing faces with 10⁵ texels.
@@ -51,7 +50,8 @@ fn main() {
 
 fn room_of_faces(side: u32) -> Scene {
     let grey = Vec3::splat(0.7);
-    let mut faces = divided_cube(side, Vec3::ONE, grey);
+    let walls = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ONE, grey);
+    let mut faces = divide_faces(&walls, side);
     let (low, high) = (DVec3::splat(0.3), DVec3::splat(0.6));
     faces.extend(box_faces(low, high, false, Vec3::ZERO, grey));
     Scene {
@@ -68,26 +68,16 @@ fn measure_growth(name: &str, [side, texels]: [u32; 2], gpu: Option<&Gpu>) -> Op
     if gpu.is_some() && mesh.texels.len() > MAX_GPU_TEXELS {
         return None;
     }
-    let settings = Settings {
-        meshing: Meshing {
-            texels,
-            patches: 1,
-            ..Meshing::default()
-        },
-        ..Settings::default()
-    };
+    let transport = Transport::default();
     let mut engine: Box<dyn Engine> = match gpu {
-        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, &settings.transport).expect("it fits")),
-        None => Box::new(CpuSolver::new(&mesh, &settings.transport)),
+        Some(gpu) => Box::new(GpuSolver::new(gpu, &mesh, &transport).expect("it fits")),
+        None => Box::new(CpuSolver::new(&mesh, &transport)),
     };
     let prepare = start.elapsed().as_secs_f64();
     let every = mesh.patches.len() / TIMED_SHOTS;
     let log: Vec<u32> = (0..TIMED_SHOTS).map(|k| (k * every) as u32).collect();
     let start = Instant::now();
-    let shots = engine.run(ShotOrder::Replay(&log), TIMED_SHOTS as u32, &mut |_| {
-        ControlFlow::Continue(())
-    });
-    shots.expect("shots succeed");
+    run_shots(&mut *engine, ShotOrder::Replay(&log), TIMED_SHOTS as u32);
     let shot = start.elapsed().as_secs_f64() / TIMED_SHOTS as f64;
     let bytes = resident_bytes() - before;
     println!(

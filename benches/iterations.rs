@@ -2,15 +2,15 @@
 //! patch of one wall emits, with all links built beforehand: passes, shots, time over Southwell's.
 
 use common::mesh::Mesh;
-use common::passes::Exchange;
 use common::scene::Scene;
 use common::settings::{Iteration, Schedule, Settings};
 use common::shooting::SolveRun;
 use cpu::CpuSolver;
 use glam::Vec3;
-use radiosity_benches::accuracy::{AccuracyTarget, run_solve};
-use radiosity_benches::{divided_cube, median_and_range, whole_faces};
-use std::ops::ControlFlow;
+use radiosity_benches::accuracy::AccuracyTarget;
+use radiosity_benches::{median_and_range, whole_faces};
+use radiosity_tests::engines::{all_patches, make_links, solve_by_schedule};
+use radiosity_tests::{divide_faces, furnace};
 use std::time::Instant;
 
 const PATCHES_PER_SIDE: u32 = 5;
@@ -27,7 +27,8 @@ fn main() {
 }
 
 fn measure_iterations(texels: u32, reflectance: f32) {
-    let mut faces = divided_cube(PATCHES_PER_SIDE, Vec3::ZERO, Vec3::splat(reflectance));
+    let mut faces = divide_faces(&furnace(reflectance).faces, PATCHES_PER_SIDE);
+    faces.iter_mut().for_each(|face| face.emission = Vec3::ZERO);
     faces[(PATCHES_PER_SIDE * PATCHES_PER_SIDE / 2) as usize].emission = Vec3::ONE;
     let scene = Scene {
         faces,
@@ -51,15 +52,13 @@ fn measure_iterations(texels: u32, reflectance: f32) {
         }
     });
     let mut engine = CpuSolver::new(&target.mesh, &settings[0].transport);
-    let all: Vec<u32> = (0..target.mesh.patches.len() as u32).collect();
-    let linked = engine.make_links(&all, &mut |_| ControlFlow::Continue(()));
-    linked.expect("the CPU links");
+    make_links(&mut engine, &all_patches(&target.mesh));
     let rounds: Vec<Vec<(f64, SolveRun)>> = (0..TIMED_ROUNDS)
         .map(|_| {
             let timed = settings.iter().map(|settings| {
                 target.restart_engine(&mut engine);
                 let start = Instant::now();
-                let run = run_solve(&mut engine, &target.mesh, settings);
+                let run = solve_by_schedule(&mut engine, &target.mesh, &settings.schedule);
                 (start.elapsed().as_secs_f64(), run)
             });
             timed.collect()

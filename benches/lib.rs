@@ -1,53 +1,17 @@
-//! Scenes and settings of the benchmarks.
+//! Settings and figures of the benchmarks.
 
 pub mod accuracy;
 
 use common::form_factor::FormFactor;
-use common::import::{ImportOptions, load_scene};
-use common::scene::{Face, Scene};
-use common::settings::{Iteration, Meshing, Schedule, Settings, Transport};
-use common::texel;
-use glam::{DVec3, Vec3};
-use radiosity_tests::box_faces;
-use std::path::Path;
-
-/// Loads the bundled scene of this file name.
-pub fn bundled_scene(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    load_scene(&folder.join(name), &ImportOptions::default()).expect("bundled scenes are sound")
-}
-
-/// Returns the inside of the unit cube, each wall divided into N×N faces.
-pub fn divided_cube(side: u32, emission: Vec3, reflectance: Vec3) -> Vec<Face> {
-    let walls = box_faces(DVec3::ZERO, DVec3::ONE, true, emission, reflectance);
-    let parts = walls
-        .iter()
-        .flat_map(|wall| (0..side * side).map(move |part| (wall, part)));
-    let face = |(wall, part)| {
-        let corners = texel::texel_outline(wall, [side, side], part).padded_corners();
-        Face::quad(&wall.name, corners, emission, reflectance)
-    };
-    parts.map(face).collect()
-}
+use common::settings::{Iteration, Settings, Visibility};
+use radiosity_tests::engines::settings_of;
 
 /// Returns the paper's settings: whole faces, disc factors between centres, rays.
 pub fn whole_faces(texels: u32) -> Settings {
-    Settings {
-        meshing: Meshing {
-            texels,
-            patches: 1,
-            ..Meshing::default()
-        },
-        transport: Transport {
-            form_factor: FormFactor::Disc,
-            ..Transport::default()
-        },
-        schedule: Schedule {
-            iteration: Iteration::Cg,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    }
+    let mut settings = settings_of([texels, 1, 1], Visibility::Rays, Settings::default().schedule.epsilon);
+    settings.transport.form_factor = FormFactor::Disc;
+    settings.schedule.iteration = Iteration::Cg;
+    settings
 }
 
 /// Returns the median, the least and the largest of some values.

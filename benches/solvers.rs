@@ -7,9 +7,10 @@ use common::settings::{ItemBufferSettings, Settings, Transport, Visibility};
 use common::shooting::{ShotOrder, SolveRun};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
-use radiosity_benches::accuracy::{AccuracyTarget, run_solve};
-use radiosity_benches::{bundled_scene, median_and_range, whole_faces};
-use radiosity_tests::{furnace, paper_room};
+use radiosity_benches::accuracy::AccuracyTarget;
+use radiosity_benches::{median_and_range, whole_faces};
+use radiosity_tests::engines::solve_by_schedule;
+use radiosity_tests::{bundled_scene, furnace, paper_room};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -90,6 +91,6 @@ fn time_solver(mesh: &Mesh, settings: &Settings, gpu: Option<&Gpu>) -> ([f64; 2]
     let shot = start.elapsed().as_secs_f64() / f64::from(TIMED_SHOTS);
     let mut engine = make_engine();
     let start = Instant::now();
-    let run = run_solve(&mut *engine, mesh, settings);
+    let run = solve_by_schedule(&mut *engine, mesh, &settings.schedule);
     ([shot, start.elapsed().as_secs_f64()], run)
 }

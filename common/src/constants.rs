@@ -72,22 +72,11 @@ pub const PATCH_SUM_LANES: usize = 64;
 /// Lanes of the sum over all patches and of the choice of the next shooter.
 pub const SELECT_LANES: usize = 256;
 
-/// Number of tessellation levels. Level l divides each side of a face into 2^l parts; a face that needs
-/// more takes the last level.
-pub const TESSELLATION_LEVELS: u32 = 8;
-
-/// Level of a face that is not drawn: below the horizon, the shooter itself, or the far side of a two-sided sheet.
-pub const HIDDEN_LEVEL: u32 = TESSELLATION_LEVELS;
-
 /// Depth per distance: the mesh's diagonal is below 4.
 pub const DEPTH_SCALE: f32 = 0.25;
 
 /// Largest depth that is drawn.
 pub const MAX_DEPTH: f32 = 0.999_999_9;
-
-/// Sine of the elevation below which triangles are dropped: near the antipode they would cover the disc
-/// from outside. Triangles that reach the disc stay above it (their edges span < 0.13 rad).
-pub const MIN_ELEVATION_SINE: f32 = -0.25;
 
 /// Pixels by which the hemicube's sides continue beyond their edges: the 3×3 lookup and the explanation of
 /// its errors read no farther.

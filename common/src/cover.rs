@@ -28,6 +28,8 @@ pub type StopCheck<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Makes a mesh with the same numbers of texels, patches and samples on each face, and tests the cover of
 /// its sample points.
+///
+/// Errors: as of [`Mesh::new`].
 pub fn sampled_mesh(scene: &Scene, meshing: &Meshing) -> Result<Mesh> {
     sampled_mesh_until(scene, meshing, &|| false)
 }

@@ -11,7 +11,7 @@ pub use crate::face::MeshFace;
 use crate::form_factor::Shooter;
 use crate::overlap::{Overlaps, find_overlaps};
 use crate::sampling;
-use crate::scene::{Face, Scene, Shape};
+use crate::scene::{Scene, Shape};
 use crate::texel::{self, PatchGrid};
 pub use crate::texel::{Texel, TexelKind};
 use glam::{DVec3, Vec3};
@@ -336,6 +336,16 @@ fn texel_place(shape: Shape, [w, h]: [u32; 2], index: u32) -> ([u32; 2], TexelKi
     }
 }
 
+/// Returns the mean of values by their areas; 0 without area.
+pub(crate) fn area_mean(values: impl Iterator<Item = (Vec3, f32)>) -> DVec3 {
+    let (mut sum, mut all) = (DVec3::ZERO, 0.0);
+    for (value, area) in values {
+        sum += value.as_dvec3() * f64::from(area);
+        all += f64::from(area);
+    }
+    if all > 0.0 { sum / all } else { DVec3::ZERO }
+}
+
 /// Returns the distance from the centre of `patch` beyond which a texel of `face` is [`is_far`]: six texel
 /// radii from the patch.
 ///
@@ -369,9 +379,7 @@ fn check_resolutions(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
 ///
 /// Errors: an extent that cannot be solved.
 pub(crate) fn scene_bounds(scene: &Scene) -> Result<(DVec3, f64)> {
-    let corners = || scene.faces.iter().flat_map(Face::outline).copied();
-    let low = corners().fold(DVec3::INFINITY, DVec3::min);
-    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let [low, high] = scene.bounds();
     let half = (high - low).max_element() / 2.0;
     if !(half.is_normal() && SOLVABLE_EXTENTS.contains(&half)) {
         let (extent, Range { start, end }) = (2.0 * half, SOLVABLE_EXTENTS);

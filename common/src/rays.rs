@@ -51,12 +51,7 @@ impl Rays {
 
     /// Returns whether no face lies between `from` on face `ends[0]` and `to` on face `ends[1]`.
     pub fn is_visible(&self, from: Vec3, to: Vec3, ends: [u32; 2]) -> bool {
-        let ends = ends.map(|k| self.faces[k as usize].sheet);
-        let tree = &self.bvh.tree;
-        tree.ray_traverse_miss(segment_ray(from, to), |ray, primitive| {
-            let blocked = self.blocks_segment(self.bvh.faces[primitive], ray, [from, to], ends);
-            blocked.unwrap_or(MISS_DISTANCE)
-        })
+        self.find_sight(from, to, ends, false) == LineOfSight::Clear
     }
 
     /// Returns the visibility between `from` on face `ends[0]` and `to` on face `ends[1]`. With `through`

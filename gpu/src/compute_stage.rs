@@ -5,9 +5,8 @@ use crate::adapter::Gpu;
 use crate::bindings::{BindingLayout, BindingTable};
 use crate::pipeline_cache::CompiledPipelines;
 use crate::shaders::{ShaderFault, module_source};
-use crate::tessellation_grids::INSTANCE_BYTES;
 use common::Result;
-use common::settings::{Raster, Transport};
+use common::settings::{ItemBufferProjection, Transport};
 use std::collections::hash_map::Entry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wgpu::ShaderStages as Stages;
@@ -76,10 +75,14 @@ impl PipelineMaker {
     }
 
     /// Returns the pipeline that rasterises faces into item buffers, and its bind group.
-    pub fn make_raster(&self, kind: Raster, table: &BindingTable) -> Result<(wgpu::RenderPipeline, wgpu::BindGroup)> {
-        let file = match kind {
-            Raster::Pixel => "item_buffer",
-            Raster::Tessellated => "item_buffer_tessellated",
+    pub fn make_raster(
+        &self,
+        projection: ItemBufferProjection,
+        table: &BindingTable,
+    ) -> Result<(wgpu::RenderPipeline, wgpu::BindGroup)> {
+        let file = match projection {
+            ItemBufferProjection::Paper => "item_buffer_paper",
+            _ => "item_buffer",
         };
         let mut compiled = self.lock_compiled();
         let text = module_source(file, &self.transport, &self.faults)?;
@@ -87,7 +90,7 @@ impl PipelineMaker {
             Entry::Occupied(made) => made.into_mut(),
             Entry::Vacant(place) => {
                 let layout = BindingLayout::new(&self.device, Stages::VERTEX_FRAGMENT, place.key())?;
-                let pipeline = self.raster_pipeline(place.key(), kind, &layout);
+                let pipeline = self.raster_pipeline(place.key(), &layout);
                 place.insert((pipeline, layout))
             }
         };
@@ -128,18 +131,8 @@ impl PipelineMaker {
     }
 
     /// Returns the raster pipeline. It does not cull, as backs are opaque; the first of equal depths stays.
-    fn raster_pipeline(&self, text: &str, kind: Raster, bindings: &BindingLayout) -> wgpu::RenderPipeline {
+    fn raster_pipeline(&self, text: &str, bindings: &BindingLayout) -> wgpu::RenderPipeline {
         let module = &self.shader_module(text, "item buffer");
-        // Tessellated faces are instances from a list; the others follow from the number of the vertex.
-        let instances = [Some(wgpu::VertexBufferLayout {
-            array_stride: INSTANCE_BYTES,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &[wgpu::VertexAttribute {
-                format: wgpu::VertexFormat::Uint32x2,
-                offset: 0,
-                shader_location: 0,
-            }],
-        })];
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("item buffer"),
             layout: Some(&self.pipeline_layout(bindings)),
@@ -147,10 +140,7 @@ impl PipelineMaker {
                 module,
                 entry_point: Some("vertex"),
                 compilation_options: Default::default(),
-                buffers: match kind {
-                    Raster::Pixel => &[],
-                    Raster::Tessellated => &instances,
-                },
+                buffers: &[],
             },
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil: Some(wgpu::DepthStencilState {

@@ -55,7 +55,6 @@ mod solver_buffers;
 mod solver_context;
 mod stage_readback;
 mod submission_pace;
-mod tessellation_grids;
 
 pub use adapter::{Gpu, list_adapters};
 pub use shaders::ShaderFault;

@@ -3,13 +3,10 @@
 use crate::compute_stage::ComputeStage;
 use crate::dispatch_arguments::CountedStage;
 use crate::shot_slots::ShotSlots;
-use crate::shot_stages::{ItemBufferStages, LinkStages};
+use crate::shot_stages::LinkStages;
 use crate::solver_buffers::SolverBuffers;
-use crate::tessellation_grids::{DRAW_WORDS, level_bytes};
-use common::constants::TESSELLATION_LEVELS;
 use common::dispatch::tile_index;
 use common::mesh::Mesh;
-use common::settings::Raster;
 
 /// A step of making links.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -95,14 +92,14 @@ impl LinkRecorder<'_> {
 
     fn draw_item_buffers(&self, encoder: &mut wgpu::CommandEncoder) {
         let (s, all) = (self.slots, self.mesh.faces.len() as u32);
-        let Some(stages) = &self.stages.item_buffer else {
+        let Some(raster) = &self.stages.item_buffer else {
             return self.dispatch_per_shot(encoder, &self.stages.aim);
         };
         match &s.room_buffer {
-            None => self.draw_item_buffer(encoder, stages, &self.stages.aim, &s.view, all),
+            None => self.draw_item_buffer(encoder, raster, &self.stages.aim, &s.view, all),
             Some(room) => {
-                self.draw_item_buffer(encoder, stages, &self.stages.aim, room, self.mesh.room_faces);
-                self.draw_item_buffer(encoder, stages, &self.stages.whole, &s.view, all);
+                self.draw_item_buffer(encoder, raster, &self.stages.aim, room, self.mesh.room_faces);
+                self.draw_item_buffer(encoder, raster, &self.stages.whole, &s.view, all);
             }
         }
     }
@@ -111,23 +108,19 @@ impl LinkRecorder<'_> {
     fn draw_item_buffer(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        stages: &ItemBufferStages,
+        (pipeline, group): &(wgpu::RenderPipeline, wgpu::BindGroup),
         aim: &ComputeStage,
         target: &wgpu::TextureView,
         faces: u32,
     ) {
         self.dispatch_per_shot(encoder, aim);
-        if stages.kind == Raster::Tessellated {
-            self.dispatch_per_shot(encoder, &stages.tessellate);
-        }
         let mut pass = begin_raster_pass(encoder, target, &self.slots.depth);
-        pass.set_pipeline(&stages.raster);
-        pass.set_bind_group(0, &stages.raster_group, &[]);
-        match (stages.kind, self.shots) {
-            (Raster::Tessellated, _) => self.draw_tessellated(&mut pass),
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, group, &[]);
+        match self.shots {
             // Two triangles for each side of each face; none where links are kept.
-            (Raster::Pixel, ShotSelection::Chosen) => pass.draw_indirect(&self.slots.table["rectangles"], 0),
-            (Raster::Pixel, ShotSelection::These(patches, _)) => self.draw_tiles(&mut pass, patches, faces),
+            ShotSelection::Chosen => pass.draw_indirect(&self.slots.table["rectangles"], 0),
+            ShotSelection::These(patches, _) => self.draw_tiles(&mut pass, patches, faces),
         }
     }
 
@@ -143,16 +136,6 @@ impl LinkRecorder<'_> {
             if !object || faces > self.mesh.room_faces {
                 pass.draw(0..6 * self.slots.sides * faces, slot..slot + 1);
             }
-        }
-    }
-
-    fn draw_tessellated(&self, pass: &mut wgpu::RenderPass) {
-        pass.set_index_buffer(self.buffers.table["indices"].slice(..), wgpu::IndexFormat::Uint32);
-        let (bytes, s) = (level_bytes(self.mesh), &self.slots.table);
-        // There is one tile: the viewport is the whole texture.
-        for level in 0..u64::from(TESSELLATION_LEVELS) {
-            pass.set_vertex_buffer(0, s["instances"].slice(level * bytes..(level + 1) * bytes));
-            pass.draw_indexed_indirect(&s["draws"], 4 * u64::from(DRAW_WORDS) * level);
         }
     }
 }

@@ -1,10 +1,8 @@
 //! Records of the hierarchical solve, byte for byte as `shaders/hierarchy_types.wgsl` has them.
 
-use crate::records::{RecordLayout, ShotRecord, record};
-use common::form_factor::Shooter;
-use common::mesh::Mesh;
+pub use crate::records::ShotRecord;
+use crate::records::{RecordLayout, record};
 use glam::{Vec3, Vec4};
-use std::ops::Range;
 
 /// Spots of a block.
 pub const BLOCK_SPOTS: u32 = 16;
@@ -21,36 +19,6 @@ pub(crate) enum PairState {
     Link,
     /// Is a link, and a shadow's edge crosses the block.
     Edge,
-}
-
-/// A node of the tree.
-#[derive(Clone, Debug)]
-pub struct LinkNode {
-    /// Geometry.
-    pub shooter: Shooter,
-    /// Its face.
-    pub face: u32,
-    /// Its child nodes, which follow it; none of a leaf.
-    pub children: Range<u32>,
-}
-
-impl LinkNode {
-    pub(crate) fn shot_record(&self, mesh: &Mesh) -> ShotRecord {
-        let face = &mesh.faces[self.face as usize];
-        let parts = [self.children.start, self.children.len() as u32];
-        ShotRecord::for_node(face, self.face, &self.shooter, parts)
-    }
-}
-
-/// Largest errors of links, over the RMS of the reflected light.
-#[derive(Clone, Copy, Debug)]
-pub struct DeviceThresholds {
-    /// From the variation of a node's radiosity.
-    pub source: f32,
-    /// From partial visibility.
-    pub visibility: f32,
-    /// From the size of a spot.
-    pub near: f32,
 }
 
 /// Sixteen spots.

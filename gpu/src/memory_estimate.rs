@@ -3,7 +3,7 @@
 use crate::adapter::Gpu;
 use crate::records::{FaceRecord, PatchRecord, PointRecord, ROW_BYTES, TexelRecord};
 use crate::solver_buffers::{LOG_BYTES, max_binding_bytes};
-use common::constants::{MAX_LINK_BYTES, TESSELLATION_LEVELS};
+use common::constants::MAX_LINK_BYTES;
 use common::settings::{Transport, Visibility};
 use glam::Vec4;
 
@@ -25,7 +25,7 @@ impl Gpu {
         };
         let of = |count: u64, bytes: usize| count.saturating_mul(bytes as u64);
         [
-            of(faces, size_of::<FaceRecord>() + 8 * TESSELLATION_LEVELS as usize),
+            of(faces, size_of::<FaceRecord>()),
             of(patches, size_of::<PatchRecord>() + 16 + 4 + 4),
             of(texels, size_of::<TexelRecord>() + 4 * size_of::<Vec4>()),
             of(patches * points, size_of::<PointRecord>()),

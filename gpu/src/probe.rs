@@ -143,7 +143,7 @@ impl LinkProbe {
             transfers: pod_collect_to_vec(transfers),
             sum: record.sum,
             escaped: record.escaped,
-            scale: record.link_scale(),
+            scale: record.scale,
         })
     }
 }

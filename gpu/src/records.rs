@@ -7,6 +7,7 @@ use common::mesh::{Mesh, MeshFace, Patch, PatchPoint, Texel};
 use common::shooting::SubtractedLink;
 use common::shooting::{DepositRule, Shot};
 use glam::Vec3;
+use std::ops::Range;
 
 /// Offsets of the members of a shader's struct.
 #[derive(Clone, Debug)]
@@ -220,21 +221,21 @@ record! {
         face: u32,
         corners: [[f32; 4]; 4],
         radiosity: [f32; 3],
-        pub patch_index: u32,
+        pub(crate) patch_index: u32,
         flux: [f32; 3],
-        first: u32,
-        count: u32,
+        pub(crate) first: u32,
+        pub(crate) count: u32,
         sample: u32,
         next: u32,
         fresh: u32,
         place: u32,
-        scale: f32,
+        pub(crate) scale: f32,
         open: f32,
         drawn: u32,
         open_before: f32,
-        pub transfer_start: u32,
-        pub sum: f32,
-        pub escaped: f32,
+        pub(crate) transfer_start: u32,
+        pub(crate) sum: f32,
+        pub(crate) escaped: f32,
         middle: [f32; 3],
         radius: f32,
     }
@@ -266,8 +267,9 @@ impl ShotRecord {
         }
     }
 
-    /// Returns a node of the hierarchical solve on `face`; its children are `count` nodes, from `first`.
-    pub fn for_node(face: &MeshFace, number: u32, shooter: &Shooter, [first, count]: [u32; 2]) -> Self {
+    /// Returns a node of the hierarchical solve on face `number`; its child nodes follow it, none of a leaf.
+    pub fn for_node(mesh: &Mesh, number: u32, shooter: &Shooter, children: &Range<u32>) -> Self {
+        let face = &mesh.faces[number as usize];
         Self {
             area: shooter.area,
             normal: shooter.normal.into(),
@@ -276,8 +278,8 @@ impl ShotRecord {
             sheet: face.sheet,
             face: number,
             corners: shooter.corners.map(|c| c.extend(0.0).into()),
-            first,
-            count,
+            first: children.start,
+            count: children.len() as u32,
             middle: shooter.centre.into(),
             radius: shooter.radius,
             ..Self::zeroed()
@@ -293,11 +295,6 @@ impl ShotRecord {
             bitangent: self.bitangent.into(),
             sheet: self.sheet,
         }
-    }
-
-    /// Returns the factor that scales the links.
-    pub fn link_scale(&self) -> f32 {
-        self.scale
     }
 }
 

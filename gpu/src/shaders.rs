@@ -5,14 +5,13 @@ pub use crate::link_records::LINK_LAYOUTS as HIERARCHY_LAYOUTS;
 use crate::link_records::{BLOCK_SPOTS, PairState};
 use crate::records::{CAPTURED_BIT, KEEP_BIT, SUBTRACTED_BITS};
 pub use crate::records::{LOG_COUNT_BYTES, RecordLayout, TRANSPORT_LAYOUTS};
-use crate::tessellation_grids::{DRAW_INSTANCES, DRAW_WORDS};
 use common::constants::*;
 use common::escape::ESCAPE_DIRECTION_COUNT;
 use common::form_factor::FormFactor;
 use common::mesh::{Cover, TexelKind};
 use common::rays::LineOfSight;
 use common::sampling::{RECURRENCE_STEPS, STEP_OFFSETS};
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Raster, Transport};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Transport};
 use common::shooting::SubtractedLink;
 use common::{Error, Result};
 
@@ -28,7 +27,7 @@ pub struct ShaderFault {
     pub to: &'static str,
 }
 
-const SHADER_FILES: [(&str, &str); 38] = [
+const SHADER_FILES: [(&str, &str); 36] = [
     ("types", include_str!("shaders/types.wgsl")),
     ("form_factor", include_str!("shaders/form_factor.wgsl")),
     ("frame", include_str!("shaders/frame.wgsl")),
@@ -36,16 +35,11 @@ const SHADER_FILES: [(&str, &str); 38] = [
     ("projection", include_str!("shaders/projection.wgsl")),
     ("image_bound", include_str!("shaders/image_bound.wgsl")),
     ("intersect", include_str!("shaders/intersect.wgsl")),
-    ("tessellate", include_str!("shaders/tessellate.wgsl")),
     ("item_buffer", include_str!("shaders/item_buffer.wgsl")),
-    (
-        "item_buffer_tessellated",
-        include_str!("shaders/item_buffer_tessellated.wgsl"),
-    ),
+    ("item_buffer_paper", include_str!("shaders/item_buffer_paper.wgsl")),
     ("lookup", include_str!("shaders/lookup.wgsl")),
     ("sampling", include_str!("shaders/sampling.wgsl")),
     ("texel_point", include_str!("shaders/texel_point.wgsl")),
-    ("edge_subdivision", include_str!("shaders/edge_subdivision.wgsl")),
     ("bvh", include_str!("shaders/bvh.wgsl")),
     ("rays", include_str!("shaders/rays.wgsl")),
     ("view", include_str!("shaders/view.wgsl")),
@@ -73,7 +67,7 @@ const SHADER_FILES: [(&str, &str); 38] = [
 ];
 
 /// Shaders that draw item buffers.
-const DRAWING_SHADERS: [&str; 3] = ["tessellate", "item_buffer", "item_buffer_tessellated"];
+const DRAWING_SHADERS: [&str; 2] = ["item_buffer", "item_buffer_paper"];
 
 fn shader_text(name: &str, faults: &[ShaderFault]) -> Result<String> {
     let (_, text) = SHADER_FILES
@@ -114,8 +108,7 @@ pub fn module_source(name: &str, transport: &Transport, faults: &[ShaderFault]) 
             "lookup",
         ],
         "escape" => &["frame", "intersect", "bvh"],
-        "tessellate" => &["frame", "hemicube", "projection", "image_bound"],
-        "item_buffer_tessellated" => &["frame", "hemicube", "projection", "edge_subdivision"],
+        "item_buffer_paper" => &["frame", "hemicube", "projection", "image_bound"],
         "item_buffer" => &["frame", "hemicube", "projection", "image_bound", "intersect"],
         "link_factors" => &["hierarchy_types", "sampling", "surface_points", "form_factor"],
         "sample_links" => &[
@@ -172,12 +165,10 @@ fn image_constants(drawing: &ItemBufferSettings) -> [(&'static str, u32); 2] {
 }
 
 /// Integer constants that are the same in every solve.
-pub const INTEGER_CONSTANTS: [(&str, u32); 19] = [
+pub const INTEGER_CONSTANTS: [(&str, u32); 15] = [
     ("PATCH_SUM_LANES", PATCH_SUM_LANES as u32),
     ("NEAR_POINTS_PER_SIDE", NEAR_POINTS_PER_SIDE),
     ("SELECT_LANES", SELECT_LANES as u32),
-    ("TESSELLATION_LEVELS", TESSELLATION_LEVELS),
-    ("HIDDEN_LEVEL", HIDDEN_LEVEL),
     ("ESCAPE_DIRECTION_COUNT", ESCAPE_DIRECTION_COUNT as u32),
     ("STEP_U", RECURRENCE_STEPS[0]),
     ("STEP_V", RECURRENCE_STEPS[1]),
@@ -190,20 +181,15 @@ pub const INTEGER_CONSTANTS: [(&str, u32); 19] = [
     ("SAMPLES_MAX", VISIBILITY_SAMPLE_COUNTS[3]),
     ("RAY_STACK_LEVELS", RAY_STACK_LEVELS),
     ("DISPATCH_WORDS", DISPATCH_WORDS),
-    ("DRAW_WORDS", DRAW_WORDS),
-    ("DRAW_INSTANCES", DRAW_INSTANCES),
 ];
 
 /// Codes of enums: their order in Rust, of projections their code.
 pub const ENUM_CODES: [(&str, u32); 29] = [
     ("PROJECTION_PAPER", ItemBufferProjection::Paper.shader_code()),
-    (
-        "PROJECTION_HEMISPHERE",
-        ItemBufferProjection::Hemisphere(Raster::Pixel).shader_code(),
-    ),
+    ("PROJECTION_HEMISPHERE", ItemBufferProjection::Hemisphere.shader_code()),
     (
         "PROJECTION_STEREOGRAPHIC",
-        ItemBufferProjection::Stereographic(Raster::Pixel).shader_code(),
+        ItemBufferProjection::Stereographic.shader_code(),
     ),
     ("PROJECTION_HEMICUBE", ItemBufferProjection::Hemicube.shader_code()),
     ("FORM_FACTOR_PAPER", FormFactor::Paper as u32),
@@ -234,7 +220,7 @@ pub const ENUM_CODES: [(&str, u32); 29] = [
 ];
 
 /// Floating-point constants.
-const REAL_CONSTANTS: [(&str, f32); 21] = [
+const REAL_CONSTANTS: [(&str, f32); 20] = [
     ("PI", PI),
     ("CONTACT_DISTANCE", CONTACT_DISTANCE),
     ("FAR_DISTANCE_RADII", FAR_DISTANCE_RADII),
@@ -252,7 +238,6 @@ const REAL_CONSTANTS: [(&str, f32); 21] = [
     ("RAY_REACH", RAY_REACH),
     ("DEPTH_SCALE", DEPTH_SCALE),
     ("MAX_DEPTH", MAX_DEPTH),
-    ("MIN_ELEVATION_SINE", MIN_ELEVATION_SINE),
     ("GUTTER_PIXELS", GUTTER_PIXELS),
     ("PAPER_NEAR_PLANE", PAPER_NEAR_PLANE),
     ("PAPER_FAR_PLANE", PAPER_FAR_PLANE),

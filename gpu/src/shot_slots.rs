@@ -4,10 +4,8 @@ use crate::adapter::Gpu;
 use crate::bindings::{BindingTable, STORAGE, UNIFORM};
 use crate::records::{SHOT_BYTES, ShaderParams};
 use crate::solver_buffers::{SolverBuffers, max_binding_bytes, render_target};
-use crate::tessellation_grids::{draw_arguments, level_bytes};
-use common::constants::TESSELLATION_LEVELS;
 use common::mesh::Mesh;
-use common::settings::{Raster, Transport, Visibility};
+use common::settings::{Transport, Visibility};
 use wgpu::BufferUsages as Usage;
 
 /// Most rays of a dispatch: some ten milliseconds on hardware, far below the time limit of drivers.
@@ -65,17 +63,14 @@ impl ShotSlots {
         let relit = mesh.room_faces < mesh.faces.len() as u32;
         let room_buffer = relit.then(|| ids("room buffer").create_view(&Default::default()));
         let view = item_buffer.create_view(&Default::default());
-        let lists = u64::from(TESSELLATION_LEVELS) * level_bytes(mesh);
         let zeroed = [
             ("params", size_of::<ShaderParams>() as u64, UNIFORM),
             ("shots", SHOT_BYTES * slots, STORAGE),
             ("sums", 16 * links, STORAGE),
             ("transfers", 4 * patches * u64::from(rows), STORAGE),
             ("rectangles", 16, STORAGE | Usage::INDIRECT),
-            ("instances", lists, STORAGE | Usage::VERTEX),
         ];
         let mut table = BindingTable::zeroed(device, zeroed);
-        table.add_filled(device, "draws", &draw_arguments(), STORAGE | Usage::INDIRECT);
         table.add_texture("with_objects", view.clone());
         // Without objects both bindings are the same texture.
         table.add_texture("without_objects", room_buffer.clone().unwrap_or_else(|| view.clone()));
@@ -109,10 +104,6 @@ pub fn max_slots(gpu: &Gpu, mesh: &Mesh, transport: &Transport, b: &SolverBuffer
     let Visibility::ItemBuffer(drawing) = transport.visibility else {
         return most.max(1) as u32;
     };
-    if drawing.projection.raster_method() == Raster::Tessellated {
-        // The lists of instances are those of one shot.
-        return 1;
-    }
     let side = u64::from(drawing.size.max(1));
     let across = u64::from(gpu.device.limits().max_texture_dimension_2d) / side;
     most.min(bytes / (PIXEL_BYTES * side * side))

@@ -1,11 +1,9 @@
 //! Compute and raster stages of a shot.
 
-use crate::bindings::BindingTable;
 use crate::compute_stage::{ComputeStage, PipelineMaker};
 use crate::shot_slots::ShotSlots;
 use crate::solver_buffers::SolverBuffers;
 use common::Result;
-use common::settings::Raster;
 
 /// Stages of a shot that the device selects itself.
 pub struct ShotStages {
@@ -24,16 +22,8 @@ pub struct LinkStages {
     pub escape: ComputeStage,
     pub received: ComputeStage,
     pub closure: ComputeStage,
-    /// None with visibility by rays.
-    pub item_buffer: Option<ItemBufferStages>,
-}
-
-/// Stages that draw item buffers.
-pub struct ItemBufferStages {
-    pub kind: Raster,
-    pub tessellate: ComputeStage,
-    pub raster: wgpu::RenderPipeline,
-    pub raster_group: wgpu::BindGroup,
+    /// Pipeline that draws item buffers, and its bind group; none with visibility by rays.
+    pub item_buffer: Option<(wgpu::RenderPipeline, wgpu::BindGroup)>,
 }
 
 impl ShotStages {
@@ -58,8 +48,7 @@ impl LinkStages {
     pub fn new(maker: &PipelineMaker, buffers: &SolverBuffers, slots: &ShotSlots) -> Result<Self> {
         let table = buffers.table.joined_with(&slots.table);
         let drawing = maker.transport.visibility.item_buffer();
-        let item_buffer =
-            drawing.map(|drawing| ItemBufferStages::new(maker, drawing.projection.raster_method(), &table));
+        let item_buffer = drawing.map(|drawing| maker.make_raster(drawing.projection, &table));
         Ok(Self {
             aim: maker.make_stage("view", "view_sample", &table)?,
             whole: maker.make_stage("view", "view_all_faces", &table)?,
@@ -68,18 +57,6 @@ impl LinkStages {
             received: maker.make_stage("patch_transfer", "patch_transfer", &table)?,
             closure: maker.make_stage("closure", "sum_form_factors", &table)?,
             item_buffer: item_buffer.transpose()?,
-        })
-    }
-}
-
-impl ItemBufferStages {
-    fn new(maker: &PipelineMaker, kind: Raster, table: &BindingTable) -> Result<Self> {
-        let (raster, raster_group) = maker.make_raster(kind, table)?;
-        Ok(Self {
-            kind,
-            tessellate: maker.make_stage("tessellate", "tessellate", table)?,
-            raster,
-            raster_group,
         })
     }
 }

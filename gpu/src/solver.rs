@@ -16,7 +16,7 @@ use crate::solver_context::SolverContext;
 use crate::submission_pace::{IN_FLIGHT, SubmissionPace};
 use bytemuck::pod_collect_to_vec;
 use common::Result;
-use common::constants::{MAX_LINK_BYTES, TESSELLATION_LEVELS};
+use common::constants::MAX_LINK_BYTES;
 use common::mesh::{Mesh, Texel};
 use common::passes::{Exchange, PatchClosure};
 use common::settings::{Transport, Visibility};
@@ -332,6 +332,3 @@ impl Exchange for GpuSolver<'_> {
         self.read_field()
     }
 }
-
-// The draw arguments and the lists of instances are laid out for this many levels.
-const _: () = assert!(TESSELLATION_LEVELS == 8);

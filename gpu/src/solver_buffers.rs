@@ -4,10 +4,9 @@ use crate::adapter::Gpu;
 use crate::bindings::{BindingTable, STORAGE};
 use crate::dispatch_arguments::DISPATCH_BYTES;
 use crate::records::{FaceRecord, LOG_COUNT_BYTES, LogRecord, PatchRecord, PointRecord, ROW_BYTES, TexelRecord};
-use crate::tessellation_grids::{grid_indices, level_bytes};
 use bytemuck::cast;
 use common::bvh::Bvh;
-use common::constants::{RAY_STACK_LEVELS, TESSELLATION_LEVELS};
+use common::constants::RAY_STACK_LEVELS;
 use common::escape::escape_directions;
 use common::mesh::Mesh;
 use common::settings::Transport;
@@ -58,7 +57,6 @@ impl SolverBuffers {
         table.add_filled(device, "texels", &texels, STORAGE);
         table.add_filled(device, "points", &points, STORAGE);
         table.add_filled(device, "directions", &directions, STORAGE);
-        table.add_filled(device, "indices", &grid_indices(), Usage::INDEX);
         table.add_filled(device, "radiosity", &state.radiosity, STORAGE);
         table.add_filled(device, "residual", &state.residual, STORAGE);
         table.add_filled(device, "irradiance", &state.irradiance, STORAGE);
@@ -143,10 +141,6 @@ fn check_limits(gpu: &Gpu, mesh: &Mesh, transport: &Transport) -> Result<()> {
             size_of::<PointRecord>() * mesh.patch_points.len(),
         ),
         ("faces", size_of::<FaceRecord>() * mesh.faces.len()),
-        (
-            "tessellation lists",
-            TESSELLATION_LEVELS as usize * level_bytes(mesh) as usize,
-        ),
     ];
     for (what, bytes) in needs {
         if bytes as u64 > most {

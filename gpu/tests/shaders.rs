@@ -4,7 +4,7 @@
 use common::form_factor::FormFactor;
 use common::mesh::{Cover, TexelKind};
 use common::rays::LineOfSight;
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Raster, Transport, Visibility};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Transport, Visibility};
 use common::shooting::SubtractedLink;
 use gpu::shaders::{HIERARCHY_LAYOUTS, LOG_COUNT_BYTES, TRANSPORT_LAYOUTS, module_source};
 use obvhs::cwbvh::node::CwBvhNode;
@@ -32,14 +32,14 @@ fn shader_texts() -> Vec<(String, String)> {
 }
 
 /// Shaders that draw item buffers; visibility by rays needs none.
-const DRAWING_SHADERS: [&str; 3] = ["item_buffer", "item_buffer_tessellated", "tessellate"];
+const DRAWING_SHADERS: [&str; 2] = ["item_buffer", "item_buffer_paper"];
 
 /// Returns every module that is compiled, for rays and for each projection.
 fn compiled_modules() -> Vec<(String, Module)> {
     let drawn = [
         ItemBufferProjection::Paper,
-        ItemBufferProjection::Hemisphere(Raster::Pixel),
-        ItemBufferProjection::Stereographic(Raster::Pixel),
+        ItemBufferProjection::Hemisphere,
+        ItemBufferProjection::Stereographic,
         ItemBufferProjection::Hemicube,
     ];
     let drawn = drawn.map(|projection| Visibility::with_item_buffer(projection, 1024));
@@ -81,21 +81,34 @@ fn struct_members(module: &Module, wanted: &str) -> Option<(Vec<(String, usize)>
     Some((named, *span as usize))
 }
 
+/// Members of a node of obvhs, by their names in the shaders.
+const NODE_MEMBERS: &[(&str, usize)] = &[
+    ("origin", offset_of!(CwBvhNode, p)),
+    ("scale", offset_of!(CwBvhNode, e)),
+    ("children", offset_of!(CwBvhNode, child_base_idx)),
+    ("primitives", offset_of!(CwBvhNode, primitive_base_idx)),
+    ("kinds", offset_of!(CwBvhNode, child_meta)),
+    ("x", offset_of!(CwBvhNode, child_min_x)),
+    ("y", offset_of!(CwBvhNode, child_min_y)),
+    ("z", offset_of!(CwBvhNode, child_min_z)),
+];
+
 #[test]
-fn struct_members_have_the_offsets_of_the_records() {
+fn struct_members_have_the_offsets_of_the_records_and_of_obvhs() {
     let modules = compiled_modules();
-    for layout in TRANSPORT_LAYOUTS.into_iter().chain(HIERARCHY_LAYOUTS) {
-        let named = (layout.members.iter()).filter(|(name, _)| !name.starts_with("pad"));
+    let records = TRANSPORT_LAYOUTS.into_iter().chain(HIERARCHY_LAYOUTS);
+    let records = records.map(|layout| (layout.name, layout.members, layout.size));
+    for (wanted, members, size) in records.chain([("Node", NODE_MEMBERS, size_of::<CwBvhNode>())]) {
+        let named = members.iter().filter(|(name, _)| !name.starts_with("pad"));
         let record: Vec<(String, usize)> = named.map(|(name, at)| ((*name).to_owned(), *at)).collect();
         let mut seen = 0;
         for (name, module) in &modules {
-            if let Some((members, size)) = struct_members(module, layout.name) {
-                assert_eq!(members, record, "{} in {name}", layout.name);
-                assert_eq!(size, layout.size, "{} in {name}", layout.name);
+            if let Some(found) = struct_members(module, wanted) {
+                assert_eq!(found, (record.clone(), size), "{wanted} in {name}");
                 seen += 1;
             }
         }
-        assert!(seen > 0, "{} is in no shader", layout.name);
+        assert!(seen > 0, "{wanted} is in no shader");
     }
 }
 
@@ -108,28 +121,6 @@ fn log_records_begin_at_the_offset_that_the_host_reads() {
     let starts: Vec<usize> = starts.collect();
     assert!(!starts.is_empty());
     assert!(starts.iter().all(|at| *at as u64 == LOG_COUNT_BYTES), "{starts:?}");
-}
-
-#[test]
-fn bvh_nodes_have_the_layout_of_obvhs() {
-    let node = [
-        ("origin", offset_of!(CwBvhNode, p)),
-        ("scale", offset_of!(CwBvhNode, e)),
-        ("children", offset_of!(CwBvhNode, child_base_idx)),
-        ("primitives", offset_of!(CwBvhNode, primitive_base_idx)),
-        ("kinds", offset_of!(CwBvhNode, child_meta)),
-        ("x", offset_of!(CwBvhNode, child_min_x)),
-        ("y", offset_of!(CwBvhNode, child_min_y)),
-        ("z", offset_of!(CwBvhNode, child_min_z)),
-    ];
-    let node = node.map(|(name, at)| (name.to_owned(), at)).to_vec();
-    let modules = compiled_modules();
-    let found = modules.iter().filter_map(|(_, module)| struct_members(module, "Node"));
-    let found: Vec<_> = found.collect();
-    assert!(!found.is_empty());
-    for (members, size) in found {
-        assert_eq!((members, size), (node.clone(), size_of::<CwBvhNode>()));
-    }
 }
 
 /// Returns the value of a module's constant.
@@ -145,13 +136,10 @@ fn constant_value(module: &Module, wanted: &str) -> Option<u32> {
 fn shader_codes_equal_enum_values() {
     let codes = [
         ("PROJECTION_PAPER", ItemBufferProjection::Paper.shader_code()),
-        (
-            "PROJECTION_HEMISPHERE",
-            ItemBufferProjection::Hemisphere(Raster::Tessellated).shader_code(),
-        ),
+        ("PROJECTION_HEMISPHERE", ItemBufferProjection::Hemisphere.shader_code()),
         (
             "PROJECTION_STEREOGRAPHIC",
-            ItemBufferProjection::Stereographic(Raster::Tessellated).shader_code(),
+            ItemBufferProjection::Stereographic.shader_code(),
         ),
         ("PROJECTION_HEMICUBE", ItemBufferProjection::Hemicube.shader_code()),
         ("FORM_FACTOR_PAPER", FormFactor::Paper as u32),
@@ -194,7 +182,7 @@ fn modules_for_rays_define_no_projection() {
             let module = parse_str(&module_source(name, transport, &[]).unwrap()).unwrap();
             ["PROJECTION", "IMAGE_SIZE", "IMAGE_PLANES"].map(|wanted| constant_value(&module, wanted))
         });
-        let code = ItemBufferProjection::Stereographic(Raster::Pixel).shader_code();
+        let code = ItemBufferProjection::Stereographic.shader_code();
         assert_eq!(image[0], [None, None, Some(0)], "{name}");
         assert_eq!(image[1], [Some(code), Some(1024), Some(1)], "{name}");
     }

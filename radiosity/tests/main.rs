@@ -11,6 +11,7 @@ mod program;
 mod random;
 mod report;
 mod scenes;
+mod stress;
 mod study;
 mod table4;
 mod view;

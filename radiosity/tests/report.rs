@@ -151,7 +151,7 @@ fn report_has_every_figure_and_loads_nothing() {
     assert_eq!(page.matches("<script").count(), 2 * scenes.len() + 1);
     assert!(!page.contains("url(") && !page.contains("@import") && !page.contains("<link"));
     let sources = texts_between(&page, "src=\"", "\"");
-    // Solutions that are equal up to rounding have no pictures of their difference, others have two.
+    // Solutions that are equal up to rounding have no picture of their difference.
     let equal = |c: &&Comparison| {
         let both = [&c.free_difference, &c.lockstep_difference];
         both.iter().all(|difference| difference.max_relative <= 1e-6)
@@ -160,12 +160,11 @@ fn report_has_every_figure_and_loads_nothing() {
     let same = all.filter(equal).count();
     assert!((1..ways).contains(&same));
     assert_eq!(page.matches("no difference to draw").count(), same);
-    // Preview, two views, two differences, two atlases, item buffer and its colours: 9 per comparison.
-    assert_eq!(sources.len(), 9 * ways - 2 * same);
+    // Two views, their difference, item buffer and its colours: 5 per comparison.
+    assert_eq!(sources.len(), 5 * ways - same);
     let embedded = |source: &&str| source.starts_with("data:image/png;base64,iVBOR");
     assert!(sources.iter().all(embedded));
-    assert_eq!(page.matches("<svg").count(), 2 * ways);
-    assert_eq!(page.matches("<figcaption>").count(), 11 * ways - 2 * same);
+    assert_eq!(page.matches("<figcaption>").count(), 5 * ways - same);
     let captions = texts_between(&page, "<figcaption>", "</figcaption>");
     assert!(captions.iter().all(|text| text.len() > 20));
     for text in [
@@ -173,7 +172,7 @@ fn report_has_every_figure_and_loads_nothing() {
         "Agree",
         "Disagree",
         "conditions fail: unexplained pairs",
-        "off on the CPU and",
+        "on the CPU, <span",
         "--visibility rays has none of it",
     ] {
         assert!(page.contains(text), "{text}");
@@ -209,7 +208,6 @@ fn report_json_has_fields_of_contract() {
         ("error", &["cpu", "gpu"]),
         ("stages", &["deposit.wgsl"]),
         ("settings", &["cpu", "gpu"]),
-        ("interpolation", &["relative_rms", "max_step"]),
     ] {
         for key in keys {
             assert!(!scene[object][key].is_null(), "{object}.{key}");
@@ -247,7 +245,7 @@ fn nan_and_missing_data_still_give_a_report() {
     assert!(!c.solvers_agree());
     let judged = [without_second_preset(c)];
     let page = render_report(&judged, &[]);
-    for text in ["not a number", "Nothing was shot.", "No mismatch at all."] {
+    for text in ["not a number", "not known"] {
         assert!(page.contains(text), "{text}");
     }
     assert!(report_json(&judged)["scenes"][0]["bounds"]["nothing"]["value"].is_null());

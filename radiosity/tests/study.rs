@@ -3,17 +3,17 @@
 use super::bundled::bundled_scene;
 use common::scene::{Face, Scene};
 use common::settings::{Settings, SolveQuality};
-use common::solution::StoredSolution;
 use glam::{DVec3, Vec3};
+use gpu::Gpu;
 use oracle::solve::dense;
 use radiosity::studies::chart::bench::ChartBench;
-use radiosity::studies::chart::json::chart_json;
 use radiosity::studies::chart::methods::{SolveMethod, SolverKind, base_settings};
 use radiosity::studies::chart::page::{render_page, titled_plots};
-use radiosity::studies::chart::points::SceneChart;
-use radiosity::studies::chart::store::{Measurement, MeasurementContext, MeasurementStore, SolveFigures, hash_scene};
-use radiosity::studies::chart::sweeps::{EPSILON_SWEEP, PATCH_SWEEP, Sweep, SweepTruth, TEXEL_SWEEP};
+use radiosity::studies::chart::points::{ChartPoint, MeasuredSet, SceneChart, chart_json};
+use radiosity::studies::chart::store::{Measurement, MeasurementStore, SolveFigures};
+use radiosity::studies::chart::sweeps::{EPSILON_SWEEP, MethodSet, PATCH_SWEEP, Sweep, SweepTruth, TEXEL_SWEEP};
 use std::cell::Cell;
+use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -26,48 +26,45 @@ fn empty_folder(name: &str) -> PathBuf {
     folder
 }
 
-/// A bench on the CPU, which errs on N×N texels if they are given, and its folder's store.
-struct Trial<'a> {
-    scene: &'a Scene,
-    dir: &'a Path,
-    texels: Option<u32>,
-    time_limit: f64,
+/// Makes a bench on the CPU, which measures errors on N×N texels if they are given.
+fn cpu_bench<'a>(scene: &'a Scene, dir: &'a Path, texels: Option<u32>) -> ChartBench<'a> {
+    ChartBench {
+        scene,
+        gpu: None,
+        dir,
+        program: 1,
+        texels,
+        time_limit: 60.0,
+        repeats: 1,
+    }
 }
 
-impl<'a> Trial<'a> {
-    fn new(scene: &'a Scene, dir: &'a Path, texels: Option<u32>) -> Self {
-        Self {
-            scene,
-            dir,
-            texels,
-            time_limit: 60.0,
-        }
-    }
+/// Measures a set with the store in the folder of the bench.
+fn measure_set(bench: &ChartBench, set: &MethodSet, show: &dyn Fn(&str, f64) -> ControlFlow<()>) -> MeasuredSet {
+    let mut store = MeasurementStore::open(&bench.dir.join("store.json")).unwrap();
+    bench.measure_set(set, &mut store, show).unwrap()
+}
 
-    /// Measures what `add` adds to a bench.
-    fn measure(
-        &self,
-        rounds: usize,
-        add: impl FnOnce(&mut ChartBench),
-        show: &dyn Fn(&str, f64) -> ControlFlow<()>,
-    ) -> SceneChart {
-        let mut store = MeasurementStore::open(&self.dir.join("store.jsonl")).unwrap();
-        let context = MeasurementContext {
-            scene: hash_scene(self.scene),
-            program: 1,
-            texels: self.texels,
-            time_limit: self.time_limit,
-            adapter: None,
-        };
-        let mut bench = ChartBench::new(self.scene, None, &mut store, context, self.dir);
-        add(&mut bench);
-        bench.measure_rounds(rounds, show, &mut |_| Ok(())).unwrap()
+fn set_of(methods: Vec<SolveMethod>) -> MethodSet {
+    MethodSet {
+        sweep: None,
+        truth: SolveMethod::new(SolverKind::Dense, "the dense solver", dense::dense_settings(TEXELS)),
+        methods,
     }
+}
 
-    /// Measures one method once.
-    fn measure_method(&self, method: &SolveMethod) -> Measurement {
-        let add = |bench: &mut ChartBench| bench.add_methods(vec![method.clone()], TEXELS);
-        self.measure(1, add, &proceed).points[0].runs[0].clone()
+fn measure_method(bench: &ChartBench, method: SolveMethod) -> Measurement {
+    measure_set(bench, &set_of(vec![method]), &proceed)
+        .points
+        .remove(0)
+        .measurement
+}
+
+fn chart_of(scene: &str, set: MeasuredSet) -> SceneChart {
+    SceneChart {
+        scene: scene.into(),
+        sets: vec![set],
+        ..SceneChart::default()
     }
 }
 
@@ -77,6 +74,14 @@ fn proceed(_: &str, _: f64) -> ControlFlow<()> {
 
 fn stop(_: &str, _: f64) -> ControlFlow<()> {
     ControlFlow::Break(())
+}
+
+/// Stops once this share of the methods is measured.
+fn stop_after(share: f64) -> impl Fn(&str, f64) -> ControlFlow<()> {
+    move |phase, done| match phase != "truth" && done > share {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    }
 }
 
 fn draft_method(scene: &Scene, options: &str, change: impl Fn(&mut Settings)) -> SolveMethod {
@@ -89,8 +94,8 @@ fn draft_method(scene: &Scene, options: &str, change: impl Fn(&mut Settings)) ->
 fn finer_patches_err_less_and_coarse_texels_are_judged_on_fine_ones() {
     let (scene, dir) = (bundled_scene("cornell_box.obj"), empty_folder("finer"));
     let figures = |texels, change: fn(&mut Settings)| -> SolveFigures {
-        let measured = Trial::new(&scene, &dir, texels).measure_method(&draft_method(&scene, "", change));
-        assert!(measured.total_seconds() > 0.0 && measured.is_sound());
+        let measured = measure_method(&cpu_bench(&scene, &dir, texels), draft_method(&scene, "", change));
+        assert!(measured.seconds > 0.0);
         measured.result.unwrap()
     };
     let base = figures(Some(TEXELS), |_| ());
@@ -98,7 +103,6 @@ fn finer_patches_err_less_and_coarse_texels_are_judged_on_fine_ones() {
         (s.meshing.patches, s.meshing.samples, s.schedule.epsilon) = (4, 16, 1e-4);
     });
     assert!(finer.error < 0.5 * base.error, "{finer:?} {base:?}");
-    assert!(base.imbalance < 1e-3);
     // On its own texels it is accurate to a few per cent; detail that its texels do not resolve counts as error, too.
     let coarse: fn(&mut Settings) = |s| (s.meshing.texels, s.meshing.patches, s.meshing.samples) = (1, 1, 64);
     let [fine_error, own_error] = [Some(TEXELS), None].map(|texels| figures(texels, coarse).error);
@@ -121,74 +125,118 @@ fn failed_measurements_have_a_reason() {
         (draft(|s| s.meshing.texels = 8000), 60.0, "would fit"),
         (draft(|_| ()), 1e-9, "took longer"),
     ];
+    let bench = cpu_bench(&scene, &dir, Some(TEXELS));
     for (method, time_limit, reason) in cases {
-        let trial = Trial {
-            time_limit,
-            ..Trial::new(&scene, &dir, Some(TEXELS))
-        };
-        let measured = trial.measure_method(&method);
-        assert!(measured.is_sound());
+        let measured = measure_method(&ChartBench { time_limit, ..bench }, method);
         let failure = measured.result.unwrap_err();
         assert!(failure.contains(reason), "{failure}");
     }
     // A solve that takes too long stops and does not run on in the background.
-    let trial = Trial {
-        time_limit: 2e-9,
-        ..Trial::new(&scene, &dir, Some(TEXELS))
-    };
     let calls = Cell::new(0);
     let count = |phase: &str, _| {
         calls.set(calls.get() + u32::from(phase != "truth"));
         ControlFlow::Continue(())
     };
-    let base = draft(|_| ());
-    trial.measure(1, |bench| bench.add_methods(vec![base], TEXELS), &count);
-    assert!(calls.get() <= 2, "{}", calls.get());
+    let hurried = ChartBench {
+        time_limit: 2e-9,
+        ..bench
+    };
+    measure_set(&hurried, &set_of(vec![draft(|_| ())]), &count);
+    assert!((1..=2).contains(&calls.get()), "{}", calls.get());
 }
 
 #[test]
-fn interrupted_rounds_resume_and_failures_are_not_repeated() {
+fn interrupted_chart_resumes_and_failures_are_not_repeated() {
     let (scene, dir) = (bundled_scene("furnace.obj"), empty_folder("rounds"));
-    let trial = Trial::new(&scene, &dir, Some(TEXELS));
-    let add = |bench: &mut ChartBench| {
-        let methods = [
-            draft_method(&scene, "base", |_| ()),
-            draft_method(&scene, "--max-shots 2", |s| s.schedule.max_shots = 2),
-            draft_method(&scene, "--samples 4", |s| s.meshing.samples = 4),
-        ];
-        bench.add_methods(methods.to_vec(), TEXELS);
+    let bench = ChartBench {
+        repeats: 2,
+        ..cpu_bench(&scene, &dir, Some(TEXELS))
     };
+    let methods = [
+        draft_method(&scene, "base", |_| ()),
+        draft_method(&scene, "--max-shots 2", |s| s.schedule.max_shots = 2),
+        draft_method(&scene, "--samples 4", |s| s.meshing.samples = 4),
+    ];
+    let set = set_of(methods.into());
     // Interrupted in the second method: the measurement of the first is kept.
     let third = 1.0 / 3.0;
-    let in_second = |phase: &str, done| match phase != "truth" && done > third {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
-    let chart = trial.measure(3, add, &in_second);
-    assert_eq!((chart.points.len(), chart.missing), (1, 2));
-    // Another process measures only the other methods, and then a second round; the truth is kept, too.
+    let begun = measure_set(&bench, &set, &stop_after(third));
+    assert_eq!((begun.points.len(), begun.missing), (1, 2));
+    // Another process measures only the other methods; the truth is kept, too.
     let first = Cell::new(f64::INFINITY);
     let least = |phase: &str, done: f64| {
-        assert!(phase.starts_with("round"), "{phase}");
+        assert_ne!(phase, "truth");
         first.set(first.get().min(done));
         ControlFlow::Continue(())
     };
-    trial.measure(1, add, &least);
+    let measured = measure_set(&bench, &set, &least);
     assert!(first.get() >= third, "the first was measured again");
-    let mut chart = trial.measure(2, add, &least);
-    let runs: Vec<usize> = chart.points.iter().map(|p| p.runs.len()).collect();
-    assert_eq!(runs, [2, 1, 2], "a failure is not repeated");
-    assert!(chart.points[1].first_result().is_err() && !chart.points[1].on_front);
-    assert!(chart.points[0].on_front || chart.points[2].on_front);
-    chart.scene = "a <b> & c".into();
-    let told = chart_json(std::slice::from_ref(&chart));
+    assert_eq!(
+        measured.points[0],
+        ChartPoint {
+            on_front: measured.points[0].on_front,
+            ..begun.points[0].clone()
+        }
+    );
+    // Every solve would be stopped: the failure is not repeated.
+    assert_eq!(measure_set(&bench, &set, &stop).points, measured.points);
+    assert!(measured.points[1].figures().is_none() && !measured.points[1].on_front);
+    assert!(measured.points[0].on_front || measured.points[2].on_front);
+    let charts = [chart_of("a <b> & c", measured)];
+    let told = chart_json(&charts);
     assert_eq!(told["points"].as_array().unwrap().len(), 3);
     assert!(told["points"][1]["error"].is_null());
     assert!(told["points"][1]["failure"].as_str().unwrap().contains("not converged"));
-    let page = render_page(std::slice::from_ref(&chart));
+    let page = render_page(&charts);
     assert!(page.contains("not converged") && page.contains("a &lt;b&gt; &amp; c"));
-    let svg = titled_plots(&[chart])[0].1.render_svg().unwrap();
+    let svg = titled_plots(&charts)[0].1.render_svg().unwrap();
     assert_eq!(svg.matches("<title>").count(), 3);
+}
+
+#[test]
+fn every_condition_of_a_measurement_changes_its_key() {
+    let (scene, other, dir) = (lamp_over_floor(false), lamp_over_floor(true), PathBuf::new());
+    let gpu = Gpu::open(None).unwrap();
+    let bench = cpu_bench(&scene, &dir, Some(16));
+    let method = SolveMethod::new(SolverKind::Gpu, "", Settings::default());
+    let with = |change: fn(&mut SolveMethod)| {
+        let mut changed = method.clone();
+        change(&mut changed);
+        changed
+    };
+    let on_cpu = with(|method| method.solver = SolverKind::Cpu);
+    let on_gpu = ChartBench {
+        gpu: Some(&gpu),
+        ..bench
+    };
+    let keys = [
+        bench.measurement_key(&method, "a"),
+        bench.measurement_key(&method, "b"),
+        on_gpu.measurement_key(&method, "a"),
+        ChartBench { scene: &other, ..bench }.measurement_key(&method, "a"),
+        ChartBench { program: 9, ..bench }.measurement_key(&method, "a"),
+        ChartBench {
+            texels: Some(8),
+            ..bench
+        }
+        .measurement_key(&method, "a"),
+        ChartBench {
+            time_limit: 30.0,
+            ..bench
+        }
+        .measurement_key(&method, "a"),
+        ChartBench { repeats: 3, ..bench }.measurement_key(&method, "a"),
+        bench.measurement_key(&on_cpu, "a"),
+        bench.measurement_key(&with(|method| method.settings.meshing.samples = 5), "a"),
+        bench.measurement_key(&with(|method| method.target_error = Some(0.01)), "a"),
+    ];
+    assert_eq!(keys.iter().collect::<HashSet<_>>().len(), keys.len());
+    // The GPU's name is no part of a CPU key, and words are of none.
+    assert_eq!(on_gpu.measurement_key(&on_cpu, "a"), keys[8]);
+    assert_eq!(
+        bench.measurement_key(&with(|method| method.options = "words".into()), "a"),
+        keys[0]
+    );
 }
 
 /// Makes a parallelogram about `centre`, spanned by 2`x` and 2`y`, front x × y.
@@ -248,92 +296,67 @@ fn errors_converge_at_the_orders_of_theory() {
     ];
     for (name, scene, sweep, expected) in cases {
         let dir = empty_folder(name);
-        let chart = Trial::new(&scene, &dir, None).measure(1, |bench| bench.add_sweep(&sweep), &proceed);
-        let order = chart.curves[0].order.unwrap();
-        assert!(expected.contains(&order), "{name}: {order} {:?}", chart.points);
+        let measured = measure_set(&cpu_bench(&scene, &dir, None), &sweep.method_set(false), &proceed);
+        let order = measured.curve_order(&measured.points).unwrap();
+        assert!(expected.contains(&order), "{name}: {order} {:?}", measured.points);
         if name == "open" {
-            assert!(chart.curves[0].last_order.unwrap() > 1.0);
+            assert!(measured.curve_order(&measured.points[2..]).unwrap() > 1.0);
         }
     }
 }
-
-/// A sweep that takes milliseconds.
-const SMALL_SWEEP: Sweep = Sweep {
-    base: |settings| settings.meshing.texels = 4,
-    values: &[1.0, 2.0, 3.0],
-    truth: SweepTruth::Finer(4.0),
-    ..PATCH_SWEEP
-};
 
 #[test]
 fn curve_stops_falling_at_the_error_of_another_parameter() {
     // The truth has 4×4 patches; points with one patch a face stop at the error of that patch.
     let (scene, dir) = (lamp_over_floor(true), empty_folder("floor"));
-    let trial = Trial::new(&scene, &dir, None);
-    trial.measure(1, |bench| bench.add_sweep(&SMALL_SWEEP), &proceed);
-    let truths = std::fs::read_dir(&dir).unwrap().map(|entry| entry.unwrap().path());
-    let truth = truths.filter(|path| path.is_dir()).collect::<Vec<_>>();
-    let stored = StoredSolution::read(&truth[0]).unwrap();
     let sweep = Sweep {
         base: |settings| (settings.meshing.texels, settings.meshing.patches) = (4, 1),
         values: &[0.01, 0.001, 0.0001],
+        truth: SweepTruth::Limit("fine", |settings| settings.meshing.patches = 4),
         ..EPSILON_SWEEP
     };
-    let chart = trial.measure(
-        1,
-        |bench| {
-            bench.use_given_truth("given", &stored);
-            bench.add_sweep(&sweep);
-        },
-        &proceed,
-    );
-    let curve = &chart.curves[0];
-    assert_eq!(curve.truth, "given");
-    assert!(curve.last_order.unwrap().abs() < 0.1, "{curve:?} {:?}", chart.points);
-    assert!(chart.points[2].time_and_error()[1] > 0.005, "{:?}", chart.points);
-    for (truth, fits) in [(lamp_over_floor(true), true), (lamp_over_floor(false), false)] {
-        assert_eq!(ChartBench::check_truth(&truth, &stored).is_ok(), fits);
-    }
+    let set = measure_set(&cpu_bench(&scene, &dir, None), &sweep.method_set(false), &proceed);
+    assert_eq!(set.truth, "fine");
+    let order = set.curve_order(&set.points[1..]).unwrap();
+    assert!(order.abs() < 0.1, "{order} {:?}", set.points);
+    assert!(set.points[2].time_and_error()[1] > 0.005, "{:?}", set.points);
 }
 
 #[test]
 fn stored_points_of_a_curve_are_reported_and_not_solved_again() {
     let (scene, dir) = (lamp_over_floor(false), empty_folder("curves"));
-    let trial = Trial::new(&scene, &dir, None);
-    let add = |bench: &mut ChartBench| bench.add_sweep(&SMALL_SWEEP);
-    // Interrupted after two of six points.
-    let until = |phase: &str, done| match phase != "truth" && done > 2.0 / 6.0 {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
+    let bench = cpu_bench(&scene, &dir, None);
+    let sweep = Sweep {
+        base: |settings| settings.meshing.texels = 4,
+        values: &[1.0, 2.0, 3.0],
+        truth: SweepTruth::Finer(4.0),
+        ..PATCH_SWEEP
     };
-    assert!(trial.measure(1, add, &stop).points.is_empty());
-    let chart = trial.measure(1, add, &until);
-    assert_eq!((chart.points.len(), chart.missing, chart.curves.len()), (2, 4, 2));
-    let page = render_page(std::slice::from_ref(&chart));
+    let set = sweep.method_set(false);
+    assert!(measure_set(&bench, &set, &stop).points.is_empty());
+    // Interrupted after two of six points.
+    let begun = measure_set(&bench, &set, &stop_after(2.0 / 6.0));
+    assert_eq!((begun.points.len(), begun.missing, begun.curves().count()), (2, 4, 1));
+    let page = render_page(&[chart_of("", begun)]);
     for wanted in ["<svg", "--patches", "polygon", "4 points were not measured"] {
         assert!(page.contains(wanted), "{wanted}");
     }
     assert!(!page.contains("http"), "the page needs the network");
-    let measured = chart_json(&[trial.measure(1, add, &proceed)]);
+    let told = |set| chart_json(&[chart_of("", set)]);
+    let measured = told(measure_set(&bench, &set, &proceed));
     assert_eq!(measured["points"].as_array().unwrap().len(), 6);
     assert!(measured["points"][0]["error"].as_f64().unwrap() > 0.0);
     // Every solve would be stopped.
-    assert_eq!(chart_json(&[trial.measure(1, add, &stop)]), measured);
+    assert_eq!(told(measure_set(&bench, &set, &stop)), measured);
     // Against another truth, or in another scene, no stored point counts.
     let coarser = Sweep {
         truth: SweepTruth::Finer(3.0),
-        ..SMALL_SWEEP
+        ..sweep
     };
-    assert!(
-        trial
-            .measure(1, |bench| bench.add_sweep(&coarser), &stop)
-            .points
-            .is_empty()
-    );
+    assert!(measure_set(&bench, &coarser.method_set(false), &stop).points.is_empty());
     let screened = lamp_over_floor(true);
     assert!(
-        Trial::new(&screened, &dir, None)
-            .measure(1, add, &stop)
+        measure_set(&cpu_bench(&screened, &dir, None), &set, &stop)
             .points
             .is_empty()
     );

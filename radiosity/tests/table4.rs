@@ -89,12 +89,7 @@ fn page_has_figures_of_paper_beside_ours_and_complete_rows_of_pictures() {
     assert_eq!(printed, [11.0, 13.0, 34.0, 18.0, 41.0, 24.0]);
     let page = render_page(&table);
     assert_eq!(page.matches("<tr class=\"front\">").count(), 6);
-    for wanted in [
-        ">334</td>",
-        ">41 s</td>",
-        ">1 min 12 s</td>",
-        "Texels of signed are below 0",
-    ] {
+    for wanted in [">334</td>", ">41 s</td>", ">1 min 12 s</td>"] {
         assert!(page.contains(wanted), "{wanted}");
     }
     // Figure 8 has no pictures yet; Figure 9 shows each image with every item buffer.

@@ -2,6 +2,7 @@
 
 use super::{Material, Scene, round_coordinates};
 use glam::DVec3;
+use gltf::binary::{Glb, Header};
 use serde_json::{Value, json};
 
 /// Component types and buffer targets of glTF.
@@ -67,7 +68,17 @@ impl Scene {
             "scene": 0,
             "scenes": [{ "name": self.name, "nodes": (0..self.parts.len()).collect::<Vec<_>>() }],
         });
-        join_chunks(document.to_string().into(), [positions, indices].concat())
+        let header = Header {
+            magic: *b"glTF",
+            version: 2,
+            length: 0,
+        };
+        let glb = Glb {
+            header,
+            json: document.to_string().into_bytes().into(),
+            bin: Some([positions, indices].concat().into()),
+        };
+        glb.to_vec().expect("a write to memory succeeds")
     }
 }
 
@@ -93,21 +104,4 @@ fn material_json(material: &Material) -> Value {
         "name": material.name,
         "pbrMetallicRoughness": surface,
     })
-}
-
-/// Joins the header and both chunks, each padded to a multiple of four bytes.
-fn join_chunks(json: Vec<u8>, binary: Vec<u8>) -> Vec<u8> {
-    let chunks = [(json, *b"JSON", b' '), (binary, *b"BIN\0", 0)];
-    let mut body = Vec::new();
-    for (mut bytes, kind, padding) in chunks {
-        bytes.resize(bytes.len().next_multiple_of(4), padding);
-        body.extend((bytes.len() as u32).to_le_bytes());
-        body.extend(kind);
-        body.extend(bytes);
-    }
-    let mut file = b"glTF".to_vec();
-    file.extend(2u32.to_le_bytes());
-    file.extend((body.len() as u32 + 12).to_le_bytes());
-    file.extend(body);
-    file
 }

@@ -5,13 +5,12 @@ mod furnished;
 mod glb;
 mod plates;
 mod rooms;
-mod studio;
 
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Returns the name and content of every file.
+/// Returns the name and content of every generated file.
 pub fn scene_files() -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<(String, Vec<u8>)> = [cornell::scenes(), rooms::scenes(), plates::scenes()]
         .concat()
@@ -25,7 +24,6 @@ pub fn scene_files() -> Vec<(String, Vec<u8>)> {
         .collect();
     let room = furnished::furnished_room();
     files.push((format!("{}.glb", room.name), room.write_glb()));
-    files.push(("studio.hdr".into(), studio::write_studio()));
     files
 }
 

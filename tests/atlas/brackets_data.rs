@@ -3,10 +3,11 @@
 use approx::abs_diff_eq;
 use common::capture::Panorama;
 use glam::Vec3;
-use radiosity::merge::brackets::{CameraResponse, RadianceMap};
-use radiosity::merge::{exposure_list, photographs};
+use radiosity::merge::brackets::{Brackets, CameraResponse, RadianceMap};
+use radiosity::merge::photographs::read_photographs;
 use radiosity::report::picture::luminance;
 use radiosity_tests::radiance_files::data_folder;
+use std::path::{Path, PathBuf};
 
 /// Returns percentiles 1…99 of log₂ luminance in the circle, without its outermost hundredth, where the rim of the lens
 /// begins and the reference is warped.
@@ -20,12 +21,22 @@ fn luminance_percentiles([w, h]: [usize; 2], pixels: &[Vec3]) -> Vec<f64> {
     (1..100).map(|k| values[k * values.len() / 100]).collect()
 }
 
+/// Reads the photographs and their exact exposure times from the table beside them.
+fn list_exposures(folder: &Path) -> Vec<(PathBuf, f64)> {
+    let table = std::fs::read_to_string(folder.join("exposures.csv")).unwrap();
+    let row = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        (folder.join(fields[0]), fields[3].parse().unwrap())
+    };
+    table.lines().skip(1).map(row).collect()
+}
+
 #[test]
 fn real_bracket_agrees_with_calibrated_map() {
     let Some(data) = data_folder() else { return };
     let folder = data.join("brackets");
-    let exposures = exposure_list::read_exposures(&folder.join("office/exposures.csv")).unwrap();
-    let brackets = photographs::read_brackets(&exposures).unwrap();
+    let (paths, seconds): (Vec<_>, Vec<f64>) = list_exposures(&folder.join("office")).into_iter().unzip();
+    let brackets = Brackets::new(read_photographs(&paths, &seconds).unwrap()).unwrap();
     let response = CameraResponse::from_brackets(&brackets).unwrap();
     for c in 0..3 {
         assert_eq!(response.count_falls(c), 0, "channel {c}");

@@ -32,10 +32,9 @@ fn run_cases<'a>(gpu: Option<&Gpu>, cases: impl IntoIterator<Item = &'a Case>) -
 fn break_lines(studies: &[CaseStudy], solver: Processor) -> Vec<String> {
     let line = |study: &CaseStudy, point: &BreakPoint| {
         let at = |value: Option<f64>| value.map_or("-".to_owned(), |value| value.to_string());
-        let rows = study.rows.iter().filter(|row| row.method == point.method);
-        let errors = rows.filter_map(|row| row.side_on(solver));
+        let errors = study.sides_of(point.method, solver).map(|(_, side)| side.error);
         let errors: Vec<String> = errors
-            .map(|side| side.error.map_or("-".into(), |error| format!("{error:.2e}")))
+            .map(|error| error.map_or("-".into(), |error| format!("{error:.2e}")))
             .collect();
         let name = solver.name().to_lowercase();
         [

@@ -3,8 +3,9 @@
 use common::scene::{Face, Scene};
 use common::settings::Visibility;
 use glam::{DQuat, DVec3, EulerRot, Vec3};
+use radiosity::studies::stress::cases::shapes::cut_face;
 use radiosity_tests::engines::{gpu_solver, item_buffer, mesh_scene, settings_of, shoot_freely, shoot_on_cpu};
-use radiosity_tests::{box_faces, named_scene};
+use radiosity_tests::{box_faces, halve_quads, named_scene};
 
 /// The division of the wall in the lit room and in the dark one.
 #[derive(Clone, Copy, Debug)]
@@ -23,23 +24,9 @@ enum Wall {
 
 const WALLS: [Wall; 5] = [Wall::Whole, Wall::Parts, Wall::Mixed, Wall::Single, Wall::Triangles];
 
-/// Splits a quad into `across`×`up` equal parts, each one quad or two triangles.
-fn split_quad(face: &Face, [across, up]: [u32; 2], triangles: bool) -> Vec<Face> {
-    let mut parts = Vec::new();
-    for k in 0..across * up {
-        let corner = |i: u32, j: u32| {
-            let (u, v) = (k % across + i, k / across + j);
-            face.point_at(f64::from(u) / f64::from(across), f64::from(v) / f64::from(up))
-        };
-        let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
-        let triangle = |c| Face::triangle("wall", c, face.emission, face.reflectance);
-        if triangles {
-            parts.extend([triangle([a, b, c]), triangle([a, c, d])]);
-        } else {
-            parts.push(Face::quad("wall", [a, b, c, d], face.emission, face.reflectance));
-        }
-    }
-    parts
+/// Makes two triangles of each quad.
+fn triangles_of(quads: Vec<Face>) -> Vec<Face> {
+    halve_quads(&named_scene("quads", quads)).faces
 }
 
 /// Makes the faces of the lit room, whose number is returned, then those of the dark one. Faces meet at edges and do not
@@ -58,19 +45,19 @@ fn two_rooms(wall: Wall, thickness: f64, turned: bool) -> (Scene, u32) {
     match wall {
         Wall::Whole => (lit.push(left), dark.push(right)).0,
         Wall::Parts => {
-            lit.extend(split_quad(&left, [2, 1], false));
-            dark.extend(split_quad(&right, [1, 7], false));
+            lit.extend(cut_face(&left, [2, 1]));
+            dark.extend(cut_face(&right, [1, 7]));
         }
         Wall::Mixed => {
-            lit.extend(split_quad(&left, [7, 3], false));
-            dark.extend(split_quad(&right, [3, 2], true));
+            lit.extend(cut_face(&left, [7, 3]));
+            dark.extend(triangles_of(cut_face(&right, [3, 2])));
         }
         Wall::Single => {
-            let halves = split_quad(&left, [2, 1], false);
-            lit.extend(split_quad(&halves[0], [1, 2], false));
-            lit.extend(split_quad(&halves[1], [1, 7], false));
+            let halves = cut_face(&left, [2, 1]);
+            lit.extend(cut_face(&halves[0], [1, 2]));
+            lit.extend(cut_face(&halves[1], [1, 7]));
         }
-        Wall::Triangles => lit.extend(split_quad(&left, [3, 5], true)),
+        Wall::Triangles => lit.extend(triangles_of(cut_face(&left, [3, 5]))),
     }
     let count = lit.len() as u32;
     lit.extend(dark);

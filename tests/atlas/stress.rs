@@ -1,30 +1,20 @@
-//! The failure atlas: its truths agree with each other, its cases are complete, warnings are counted, break points are
-//! found, and failures become verdicts.
+//! The failure atlas: its truths agree with each other, its cases are complete, and failures become verdicts.
 
-use common::mesh::Mesh;
 use common::scene::Scene;
 use glam::DVec3;
 use gpu::Gpu;
 use oracle::solve::progress::without_progress;
-use radiosity::studies::stress::accuracy::error_and_noise;
-use radiosity::studies::stress::cases::{CASES, Case};
+use radiosity::studies::stress::ErrorMeasure;
+use radiosity::studies::stress::cases::CASES;
 use radiosity::studies::stress::methods::{AtlasMethod, DEFAULT, MethodSolver, POLYGON};
 use radiosity::studies::stress::run::{AtlasRun, run_method};
-use radiosity::studies::stress::summary::{Atlas, BreakPoint, CodeCount, WarningCounts, find_breaks};
-use radiosity::studies::stress::trial::{Trial, TrialTruth};
-use radiosity::studies::stress::truth::{TruthCache, dense_truth};
-use radiosity::studies::stress::{AtlasRow, CaseStudy, ErrorMeasure, SolverSide, Verdict};
+use radiosity::studies::stress::trial::{Trial, TrialTruth, TruthCache, dense_truth};
 
 fn trial_of(name: &str, value: f64) -> (Trial, Vec<DVec3>) {
     let case = CASES.iter().find(|case| case.name == name).unwrap();
     let trial = (case.build)(value).unwrap();
     let truth = TruthCache::default().truth_of(&trial).unwrap();
     (trial, truth)
-}
-
-/// Returns the error of one truth against another, on the faces that the case judges.
-fn truth_difference(trial: &Trial, a: &[DVec3], b: &[DVec3]) -> f64 {
-    error_and_noise(trial, a, b).unwrap().0
 }
 
 #[test]
@@ -62,7 +52,7 @@ fn exact_truths_agree_with_dense_solver_on_easy_values() {
     for (name, value, tolerance) in exact {
         let (trial, truth) = trial_of(name, value);
         let other = dense_truth(&trial.scene, trial.texels, 1).unwrap();
-        let apart = truth_difference(&trial, &truth, &other);
+        let (apart, _) = trial.error_and_noise(&truth, &other).unwrap();
         assert!(apart <= tolerance, "{name}: {apart:e}");
         assert!(truth.iter().any(|v| *v != DVec3::ZERO), "{name} is dark");
     }
@@ -83,7 +73,7 @@ fn refined_truths_have_converged_on_easy_values() {
         };
         let mut finer = dense_truth(scene, trial.texels, 3).unwrap();
         finer.resize(truth.len(), DVec3::ZERO);
-        let apart = truth_difference(&trial, &truth, &finer);
+        let (apart, _) = trial.error_and_noise(&truth, &finer).unwrap();
         assert!(apart <= 0.01, "{name}: {apart}");
     }
 }
@@ -108,129 +98,27 @@ fn all_cases_exist_with_wide_sweeps() {
         assert_eq!(case.methods[0].name, DEFAULT.name, "{name}");
         let [first, last] = [0, case.values.len() - 1].map(|k| (case.build)(case.values[k]).unwrap());
         assert!(first.judged.end <= first.scene.faces.len(), "{name}");
-        assert_eq!(first.measure(), case.measure, "{name}");
+        let is_dark = matches!(first.truth, TrialTruth::Dark);
+        assert_eq!(is_dark, case.measure == ErrorMeasure::Leak, "{name}");
         let [a, b] = [&first, &last].map(|trial| format!("{:?}", trial.scene.faces));
         assert_ne!(a, b, "{name} has one scene for all values");
     }
 }
 
-/// Makes a result: NaN is a refusal.
-fn made_side(error: f64, warnings: &[&str]) -> SolverSide {
-    SolverSide {
-        error: error.is_finite().then_some(error),
-        warnings: warnings.iter().map(|w| (*w).to_owned()).collect(),
-        message: error.is_nan().then(|| "refused: too large".into()),
-        ..SolverSide::default()
-    }
-}
-
-/// Makes rows of a case: results on the CPU and on the GPU.
-fn made_study(measure: ErrorMeasure, sides: &[(f64, SolverSide, SolverSide)]) -> CaseStudy {
-    let case = Case { measure, ..CASES[0] };
-    let rows = sides
-        .iter()
-        .map(|(value, cpu, gpu)| AtlasRow::new(&case, *value, DEFAULT.name, cpu.clone(), Some(gpu.clone())));
-    CaseStudy {
-        case,
-        rows: rows.collect(),
-        specimens: Vec::new(),
-    }
-}
-
-#[test]
-fn warnings_are_counted_as_caught_missed_and_false() {
-    let study = made_study(
-        ErrorMeasure::RelativeRms,
-        &[
-            (1.0, made_side(0.001, &[]), made_side(0.019, &["a"])),
-            (2.0, made_side(0.021, &["a", "a", "b"]), made_side(0.5, &[])),
-            (3.0, made_side(f64::NAN, &[]), made_side(0.02, &[])),
-        ],
-    );
-    let score = Atlas::new(vec![study], None, 1.0).score;
-    let expected = WarningCounts {
-        caught: 2,
-        missed: 1,
-        false_alarms: 1,
-        quiet: 2,
-    };
-    assert_eq!([score.default, score.all], [expected; 2]);
-    assert_eq!(score.default.false_alarm_share(), 1.0 / 6.0);
-    let code = |code: &str, caught, false_alarms| CodeCount {
-        code: code.into(),
-        caught,
-        false_alarms,
-    };
-    assert_eq!(score.codes, [code("(refused)", 1, 0), code("a", 1, 1), code("b", 1, 0)]);
-}
-
-#[test]
-fn break_points_follow_the_order_of_severity() {
-    // The method recovers at 4, so that earlier failures do not count.
-    let errors = [(1.0, 0.001), (2.0, 0.02), (3.0, 0.05), (4.0, 0.01), (5.0, f64::NAN)];
-    let sides = errors.map(|(x, e)| (x, made_side(e, &[]), made_side(0.0, &[])));
-    let found = find_breaks(&made_study(ErrorMeasure::RelativeRms, &sides));
-    let points = |point: &BreakPoint| [point.degrades_at, point.fails_at];
-    assert_eq!(points(&found[0]), [Some(3.0), Some(5.0)]);
-    assert_eq!(points(&found[1]), [None, None]);
-}
-
-#[test]
-fn row_has_error_and_warning_of_worse_solver() {
-    let fine = || made_side(0.01, &[]);
-    for (cpu, gpu, expected) in [
-        (
-            made_side(0.3, &[]),
-            made_side(0.01, &["a"]),
-            (Some(0.3), false, Verdict::Fails),
-        ),
-        (fine(), made_side(0.05, &["a"]), (Some(0.05), true, Verdict::Degrades)),
-        (fine(), made_side(f64::NAN, &[]), (None, true, Verdict::Fails)),
-    ] {
-        let row = made_study(ErrorMeasure::RelativeRms, &[(1.0, cpu, gpu)]).rows.remove(0);
-        assert_eq!((row.error, row.warned, row.verdict), expected);
-    }
-}
-
-#[test]
-fn each_gate_breaks_on_its_violation() {
-    let broken = |measure, side: SolverSide| -> Vec<bool> {
-        let study = made_study(measure, &[(1.0, side, made_side(0.0, &[]))]);
-        let gates = Atlas::new(vec![study], None, 1.0).gates;
-        gates.iter().map(|gate| !gate.held).collect()
-    };
-    // A panic is no refusal: its message has no advice.
-    let panicked = SolverSide {
-        message: Some("panic: index out of bounds".into()),
-        ..made_side(f64::NAN, &[])
-    };
-    for (side, expected) in [
-        (made_side(0.01, &[]), [false; 4]),
-        (made_side(0.03, &[]), [false, true, false, false]),
-        (made_side(0.03, &["a"]), [false; 4]),
-        (made_side(0.01, &["a"]), [false, false, true, false]),
-        (panicked, [true, true, false, false]),
-    ] {
-        assert_eq!(broken(ErrorMeasure::RelativeRms, side), expected);
-    }
-    let leak = made_side(2e-6, &["a"]);
-    assert_eq!(broken(ErrorMeasure::Leak, leak), [false, false, false, true]);
-}
-
 #[test]
 fn copied_or_incomplete_answers_are_refused() {
     let (trial, truth) = trial_of("closeness", 1.0);
-    let refusal = |answer: &[DVec3]| error_and_noise(&trial, answer, &truth).unwrap_err();
+    let refusal = |answer: &[DVec3]| trial.error_and_noise(answer, &truth).unwrap_err();
     assert!(refusal(&truth).contains("truth itself"));
     assert!(refusal(&truth[1..]).contains("texels instead of"));
     // A furnace's radiosity is known in advance, so an answer may equal it bit for bit.
     let (furnace, known) = trial_of("white-walls", 0.9);
-    assert_eq!(error_and_noise(&furnace, &known, &known), Ok((0.0, 0.0)));
+    assert_eq!(furnace.error_and_noise(&known, &known), Ok((0.0, 0.0)));
     let mut broken = truth.clone();
     broken[3].y = f64::NAN;
     assert!(refusal(&broken).contains("not finite"));
     let black = vec![DVec3::ZERO; truth.len()];
-    assert_eq!(error_and_noise(&trial, &black, &truth), Ok((1.0, 0.0)));
+    assert_eq!(trial.error_and_noise(&black, &truth), Ok((1.0, 0.0)));
 }
 
 #[test]
@@ -253,19 +141,25 @@ fn refusals_and_panics_become_verdicts() {
     assert!(run_method(&good, &POLYGON, None, &truth, &|| true).is_none());
 }
 
+/// The scene shown is the easiest, and its solution belongs to it.
 #[test]
-fn case_has_specimen_with_plates() {
+fn case_shows_its_easiest_scene() {
     let run = AtlasRun {
         gpu: None,
         stop: &|| false,
     };
     let case = CASES.iter().find(|case| case.name == "vanishing-face").unwrap();
-    let specimen = run.run_case(case, &without_progress()).unwrap().specimens.remove(0);
-    assert_eq!(specimen.plates[0].label, "truth");
-    assert!(specimen.plates.len() > 4);
-    let texels = specimen.texels.pow(2) as usize;
-    assert!(specimen.plates.iter().all(|p| p.values.len() == texels));
-    assert!(Mesh::uniform(&specimen.scene, 1, 1).is_ok());
+    let study = run.run_case(case, &without_progress()).unwrap();
+    let [specimen] = &study.specimens[..] else {
+        panic!("{} specimens", study.specimens.len());
+    };
+    assert_eq!(
+        (specimen.value, Some(specimen.error)),
+        (case.values[0], study.rows[0].error)
+    );
+    let faces = (case.build)(specimen.value).unwrap().scene.faces;
+    assert_eq!(format!("{:?}", specimen.scene.faces), format!("{faces:?}"));
+    assert_eq!(specimen.field.irradiance.len(), specimen.mesh.texels.len());
 }
 
 /// More lamps than the sweep has, for one method: all methods would take a minute on a software GPU.

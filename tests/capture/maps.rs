@@ -3,11 +3,14 @@
 use common::Error;
 use common::capture::maps::{MappedRoom, read, write};
 use common::scene::{Face, Scene};
+use common::solution::pixels::ImagePlanes;
+use common::solution::write::encode_exr;
 use common::text::escape_control;
-use exr::prelude::*;
 use glam::{DVec3, Vec3};
+use radiosity_tests::composites::pixel_bits;
 use radiosity_tests::radiance_files::empty_folder;
 use radiosity_tests::{box_faces, named_scene};
+use std::collections::BTreeMap;
 use std::f32::consts::PI;
 use std::fs;
 use std::path::Path;
@@ -42,10 +45,6 @@ fn written(name: &str) -> (std::path::PathBuf, Scene, Vec<Vec3>) {
     (folder, scene, radiosity)
 }
 
-fn bits(values: &[Vec3]) -> Vec<[u32; 3]> {
-    values.iter().map(|v| v.to_array().map(f32::to_bits)).collect()
-}
-
 #[test]
 fn written_room_is_read_back_bit_for_bit() {
     let (folder, scene, radiosity) = written("round");
@@ -54,7 +53,7 @@ fn written_room_is_read_back_bit_for_bit() {
         resolutions,
         radiosity: values,
     } = read(&folder).unwrap();
-    assert_eq!(bits(&values), bits(&radiosity));
+    assert_eq!(pixel_bits(&values), pixel_bits(&radiosity));
     assert!(back.notes.is_empty(), "{:?}", back.notes);
     assert_eq!(resolutions, lit().1);
     assert_eq!(back.name, scene.name);
@@ -80,20 +79,12 @@ fn written_room_is_read_back_bit_for_bit() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// A map's channels: name and values, row by row.
-fn planes(path: &Path) -> Vec<(String, Vec<f32>)> {
-    let layer = read_first_flat_layer_from_file(path).unwrap().layer_data;
-    let plane = |c: AnyChannel<FlatSamples>| (c.name.to_string(), c.sample_data.values_as_f32().collect());
-    layer.channel_data.list.into_iter().map(plane).collect()
+fn planes(path: &Path) -> BTreeMap<String, Vec<f32>> {
+    ImagePlanes::read(path, 1 << 10).unwrap().channels
 }
 
-fn save(path: &Path, size: [usize; 2], planes: Vec<(String, Vec<f32>)>) {
-    let channel = |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
-    let channels = AnyChannels::sort(planes.into_iter().map(channel).collect());
-    let size = Vec2(size[0], size[1]);
-    let encoding = Encoding::FAST_LOSSLESS;
-    let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
-    Image::from_layer(layer).write().to_file(path).unwrap();
+fn save(path: &Path, size: [u32; 2], planes: impl IntoIterator<Item = (String, Vec<f32>)>) {
+    fs::write(path, encode_exr(size, planes.into_iter().collect()).unwrap()).unwrap();
 }
 
 #[test]
@@ -101,16 +92,14 @@ fn map_holds_upright_radiance() {
     let (folder, _, radiosity) = written("upright");
     // Seven columns and three rows, the last row of texels first.
     let wall = planes(&folder.join("000-floor.exr"));
-    let red = &wall.iter().find(|(name, _)| name == "R").unwrap().1;
-    for (pixel, value) in red.iter().enumerate() {
+    for (pixel, value) in wall["R"].iter().enumerate() {
         let texel = (2 - pixel / 7) * 7 + pixel % 7;
         assert_eq!(*value, radiosity[texel].x / PI, "{pixel}");
     }
     let first = 6 * 21;
     let triangle = planes(&folder.join("006-______.exr"));
-    let blue = &triangle.iter().find(|(name, _)| name == "radiosity.B").unwrap().1;
     let same = |(pixel, value): (usize, &f32)| *value == radiosity[first + pixel].z;
-    assert!(blue.iter().enumerate().all(same));
+    assert!(triangle["radiosity.B"].iter().enumerate().all(same));
     fs::remove_dir_all(folder).unwrap();
 }
 
@@ -120,11 +109,11 @@ fn painted_texels_are_taken_from_their_radiance() {
     let path = folder.join("001-ceiling.exr");
     let mut map = planes(&path);
     // Upper left pixel: the last row of texels.
-    map.iter_mut().find(|(name, _)| name == "G").unwrap().1[0] = 2.0;
+    map.get_mut("G").unwrap()[0] = 2.0;
     save(&path, [7, 3], map);
     let path = folder.join("002-left.exr");
     let mut map = planes(&path);
-    map.retain(|(name, _)| !name.starts_with("radiosity"));
+    map.retain(|name, _| !name.starts_with("radiosity"));
     save(&path, [7, 3], map);
     let back = read(&folder).unwrap();
     assert_eq!(back.scene.notes.len(), 2, "{:?}", back.scene.notes);

@@ -1,7 +1,8 @@
 //! Map projections: orientation, solid angles and interpolation across seams.
 
-use common::capture::{MapProjection, Panorama};
+use common::capture::MapProjection;
 use glam::{DVec2, DVec3, Vec3};
+use radiosity_tests::radiance_files::paint_panorama;
 use std::f64::consts::PI;
 
 const MAPS: [(MapProjection, [usize; 2]); 4] = [
@@ -128,23 +129,10 @@ fn smooth(d: DVec3) -> Vec3 {
     Vec3::new(value(d.x, d.z) as f32, value(d.y, d.x) as f32, value(d.z, d.y) as f32)
 }
 
-/// The map whose pixels hold `radiance` at their centres; nothing outside an angular map's disc.
-fn paint(projection: MapProjection, size: [usize; 2], radiance: impl Fn(DVec3) -> Vec3) -> Panorama {
-    let pixels = (0..size[0] * size[1]).map(|k| {
-        let at = DVec2::new((k % size[0]) as f64 + 0.5, (k / size[0]) as f64 + 0.5);
-        let half = size[0] as f64 / 2.0;
-        match projection {
-            MapProjection::Angular if (at - half).length() >= half => Vec3::ZERO,
-            _ => radiance(projection.direction_at(size, at)),
-        }
-    });
-    Panorama::from_pixels(size, pixels.collect(), Some(projection)).unwrap()
-}
-
 #[test]
 fn interpolated_radiance_is_continuous() {
     for (projection, size) in MAPS {
-        let map = paint(projection, size, smooth);
+        let map = paint_panorama(projection, size, smooth);
         let mut worst = (0.0, DVec3::ZERO);
         for d in directions() {
             let error = (map.radiance(d) - smooth(d)).abs().max_element();
@@ -166,7 +154,7 @@ fn interpolated_radiance_is_continuous() {
 #[test]
 fn mean_and_irradiance_agree_between_projections() {
     for (projection, size) in MAPS {
-        let map = paint(projection, size, smooth);
+        let map = paint_panorama(projection, size, smooth);
         // ∫ of smooth: the mean is 2, since a and ab are odd; E(n) = π (2 + 2/3 n) + ∫ ab cos, 0.
         let mean = map.mean_radiance() - 2.0;
         assert!(mean.abs().max_element() < 4e-3, "{projection:?} {mean}");

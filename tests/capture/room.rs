@@ -4,8 +4,7 @@ use common::Error;
 use common::capture::room::{box_room, capture_point};
 use common::capture::{MapProjection, Panorama, texel_radiosity};
 use glam::{DVec2, DVec3, Vec3};
-use radiosity_tests::processor::thread_processor_seconds;
-use radiosity_tests::radiance_files::{light_at_eye, texel_outlines};
+use radiosity_tests::radiance_files::{light_at_eye, paint_panorama, texel_outlines};
 use std::f64::consts::PI;
 
 const SIZE: DVec3 = DVec3::new(4.0, 2.5, 6.0);
@@ -23,14 +22,7 @@ fn noise(projection: MapProjection, size: [usize; 2]) -> Panorama {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         10_f32.powf((state >> 8) as f32 / (1 << 24) as f32 * 4.0 - 2.0)
     };
-    let half = size[0] as f64 / 2.0;
-    let pixels = (0..size[0] * size[1]).map(|k| {
-        let at = DVec2::new((k % size[0]) as f64 + 0.5, (k / size[0]) as f64 + 0.5);
-        let value = Vec3::new(next(), next(), next());
-        let dark = projection == MapProjection::Angular && (at - half).length() >= half;
-        if dark { Vec3::ZERO } else { value }
-    });
-    Panorama::from_pixels(size, pixels.collect(), Some(projection)).unwrap()
+    paint_panorama(projection, size, |_| Vec3::new(next(), next(), next()))
 }
 
 fn uniform(radiance: Vec3, projection: MapProjection, size: [usize; 2]) -> Panorama {
@@ -144,6 +136,13 @@ fn irradiance_at_the_eye_is_preserved() {
             }
         }
     }
+}
+
+/// Returns the processor time in seconds that the calling thread has used (Linux; 0 elsewhere).
+fn thread_processor_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = text.split(' ').next().and_then(|word| word.parse::<f64>().ok());
+    nanoseconds.unwrap_or(0.0) * 1e-9
 }
 
 #[test]

@@ -31,26 +31,18 @@ const STOPPED: f64 = 5e-3;
 /// L-shaped room is Pinney and Bean's test 4; its table is A𝓕 up to the diagonal.
 const ROOMS: &str = include_str!("view3d.json");
 
-/// A room, and its printed factors.
-struct PrintedRoom {
-    scene: Scene,
-    printed: Vec<Vec<f64>>,
-}
-
-impl PrintedRoom {
-    fn read(name: &str) -> Self {
-        let rooms: Value = serde_json::from_str(ROOMS).unwrap();
-        let corners: Vec<[f64; 3]> = serde_json::from_value(rooms[name]["corners"].clone()).unwrap();
-        let faces: Vec<([usize; 4], usize)> = serde_json::from_value(rooms[name]["faces"].clone()).unwrap();
-        let face = |(outline, surface): ([usize; 4], usize)| {
-            let outline = outline.map(|k| DVec3::from(corners[k - 1]));
-            Face::quad(&surface.to_string(), outline, Vec3::ZERO, Vec3::ZERO)
-        };
-        Self {
-            scene: named_scene(name, faces.into_iter().map(face).collect()),
-            printed: serde_json::from_value(rooms[name]["printed"].clone()).unwrap(),
-        }
-    }
+/// Returns a room, and its printed factors.
+fn read_room(name: &str) -> (Scene, Vec<Vec<f64>>) {
+    let mut rooms: Value = serde_json::from_str(ROOMS).unwrap();
+    let [corners, faces, printed] = ["corners", "faces", "printed"].map(|field| rooms[name][field].take());
+    let corners: Vec<[f64; 3]> = serde_json::from_value(corners).unwrap();
+    let faces: Vec<([usize; 4], usize)> = serde_json::from_value(faces).unwrap();
+    let face = |(outline, surface): ([usize; 4], usize)| {
+        let outline = outline.map(|k| DVec3::from(corners[k - 1]));
+        Face::quad(&surface.to_string(), outline, Vec3::ZERO, Vec3::ZERO)
+    };
+    let scene = named_scene(name, faces.into_iter().map(face).collect());
+    (scene, serde_json::from_value(printed).unwrap())
 }
 
 /// Returns areas and 𝓕 of the `n` surfaces of a scene, with `texels` per side of each face.
@@ -91,7 +83,7 @@ fn assert_all_close(name: &str, pairs: &[[f64; 2]], most: f64) {
 
 /// Compares 𝓕_ij with the printed table, or A_i 𝓕_ij if that is what it has, for quads and for triangles.
 fn assert_printed_factors(name: &str, texels: u32, times_area: bool, most: f64) {
-    let PrintedRoom { scene, printed } = PrintedRoom::read(name);
+    let (scene, printed) = read_room(name);
     for (shape, scene) in [("quads", &scene), ("triangles", &halve_quads(&scene))] {
         let (areas, factors) = interchange_factors(scene, printed.len(), texels);
         let mut pairs = Vec::new();

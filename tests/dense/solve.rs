@@ -90,7 +90,7 @@ fn closed_convex_rooms_have_unit_row_sums_and_even_furnace() {
             .map(|s| (s - 1.0).abs())
             .fold(0.0, f64::max);
         assert!(worst <= 1e-7, "{}: {worst}", scene.name);
-        assert!(quality.closure_max <= 1e-7 && quality.sampled_pairs == 0, "{quality:?}");
+        assert!(quality.closure.max <= 1e-7 && quality.sampled_pairs == 0, "{quality:?}");
         assert!(quality.reciprocity <= 1e-7, "{quality:?}");
         let answer = solve_matrix(&mesh, &matrix);
         for b in &answer.radiosity {
@@ -133,7 +133,7 @@ fn body_on_texel_covers_its_light_and_its_emission() {
             let (b, expected) = (answer.radiosity[k].x, 1.0 + open);
             assert_near(k, b, expected, 5e-3);
         }
-        assert!(quality.closure_mean < 1e-3 && quality.closure_max < 1e-2, "{quality:?}");
+        assert!(quality.closure.mean < 1e-3 && quality.closure.max < 1e-2, "{quality:?}");
         let energy = energy_balance(&mesh, &matrix, &answer);
         assert!(energy.imbalance < 1e-6);
         // Only the emission under the box is lost.
@@ -170,7 +170,7 @@ fn coincident_fronts_give_finite_solution() {
     faces.push(faces[0].clone());
     let (mesh, matrix, quality) = assemble_dense(&named_scene("twice the same floor", faces), 2);
     let answer = solve_matrix(&mesh, &matrix);
-    assert!(quality.closure_max < 1e-7, "{quality:?}");
+    assert!(quality.closure.max < 1e-7, "{quality:?}");
     // The first of the two is lit.
     assert_near("the first floor", answer.radiosity[0].x, 10.0, 1e-5);
     assert_eq!(answer.radiosity[mesh.texels.len() - 1].x, 1.0);

@@ -1,22 +1,19 @@
-//! Triangles: independence of the first corner, shared edges, and accuracy compared with quads.
+//! Triangles: independence of the first corner, shared edges, and sheets of them.
 
 use approx::abs_diff_eq;
 use common::constants::NEAR_POINTS_PER_SIDE;
 use common::form_factor::FormFactor;
-use common::mesh::{Mesh, Texel};
+use common::mesh::Mesh;
 use common::rays::Rays;
-use common::scene::{Face, Scene};
+use common::scene::Face;
 use common::settings::Visibility;
 use cpu::dense::exchange_area;
 use cpu::shader_twins::link::texel_form_factor;
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 use radiosity_tests::bounds::polygon_rounding;
-use radiosity_tests::engines::{both_engines, mesh_scene, settings_of, shoot_freely};
-use radiosity_tests::{furnace, halve_quads, named_scene, random_cases, rotate_triangle};
-
-/// Largest ratio of the error of triangles to that of quads, for texels of equal side.
-const AS_GOOD: f64 = 1.3;
+use radiosity_tests::engines::{mesh_scene, settings_of};
+use radiosity_tests::{named_scene, random_cases, rotate_triangle};
 
 /// Returns Σ A_t F_tc over the patches of face 0 and the texels of face 1, and its rounding bound: the near
 /// points of a texel are up to NEAR_POINTS_PER_SIDE times as near to the patch as its centre.
@@ -72,32 +69,6 @@ proptest! {
             let bound = 2.0 * 0.5 * texel / f64::from(NEAR_POINTS_PER_SIDE) + rounding;
             prop_assert!(abs_diff_eq!(flux, exact, epsilon = bound), "{flux} is not {exact} ± {bound}");
         }
-    }
-}
-
-/// Returns the error of either engine in a furnace: relative RMS of B against E/(1 − ρ) = 2.
-fn furnace_errors(scene: &Scene) -> [f64; 2] {
-    let settings = settings_of([8, 4, 4], Visibility::Rays, 1e-4);
-    let mesh = mesh_scene(scene, &settings);
-    both_engines(&mesh, &settings.transport).map(|mut engine| {
-        let run = shoot_freely(engine.as_mut(), &settings.schedule);
-        let square = |(texel, b): (&Texel, &Vec4)| f64::from(texel.area) * f64::from(b.x / 2.0 - 1.0).powi(2);
-        let area: f64 = mesh.texels.iter().map(|texel| f64::from(texel.area)).sum();
-        let squares: f64 = mesh.texels.iter().zip(&run.field.radiosity).map(square).sum();
-        (squares / area).sqrt()
-    })
-}
-
-/// All edges are shared, half of them between the two halves of a quad.
-#[test]
-fn furnace_of_triangles_is_as_accurate_as_quads() {
-    let quads = furnace(0.5);
-    let [ours, theirs] = [&halve_quads(&quads), &quads].map(furnace_errors);
-    for (ours, theirs) in ours.into_iter().zip(theirs) {
-        assert!(
-            theirs > 0.0 && ours <= AS_GOOD * theirs,
-            "{ours} triangles, {theirs} quads"
-        );
     }
 }
 

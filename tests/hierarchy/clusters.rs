@@ -1,7 +1,6 @@
 //! Face clusters: each face is in one cluster, clusters send the sum of their faces' light, and a body of many faces is
 //! lit correctly.
 
-use crate::hierarchy::error_budget::solve_to_error;
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, NO_FACE, Rays};
 use common::scene::{Face, Scene};
@@ -12,7 +11,7 @@ use cpu::hierarchy::linear_radiosity::pull_radiosity;
 use cpu::hierarchy::link::no_last_blockers;
 use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
-use radiosity_tests::solutions::{dense_truth_on, error_against};
+use radiosity_tests::solutions::{dense_truth_on, error_against, solve_to_error};
 use radiosity_tests::{ball, lit_room, named_scene};
 use std::cell::Cell;
 

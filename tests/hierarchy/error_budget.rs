@@ -3,31 +3,17 @@
 
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
-use common::scene::{Face, Scene};
+use common::scene::Face;
 use common::shooting::RadiosityField;
 use cpu::dense::Matrix;
 use glam::{DVec3, Vec3};
+use oracle::solve::SolveAnswer;
 use oracle::solve::dense;
-use oracle::solve::progress::without_progress;
-use oracle::solve::solver::{ErrorTarget, SolverChoice};
-use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
-use radiosity_tests::solutions::{self, FACE_SHAPES, dense_truth_on, drawn_scene, error_against};
+use radiosity_tests::solutions::{
+    FACE_SHAPES, dense_truth_on, drawn_scene, error_against, room_with_standing_box, solve_to_error,
+};
 use radiosity_tests::{furnace, lit_room};
 use std::ops::ControlFlow;
-
-pub fn solve_to_error(scene: &Scene, error: f64, texels: u32) -> SolveAnswer {
-    let mut settings = solutions::solve_settings();
-    settings.meshing.texels = texels;
-    let question = SolveRequest {
-        task: scene,
-        settings: &settings,
-        solver: SolverChoice::Hierarchy(ErrorTarget {
-            error,
-            texels: Some(texels),
-        }),
-    };
-    solve_request(&question, &without_progress()).unwrap()
-}
 
 fn energy_balance(answer: &SolveAnswer) -> EnergyBalance {
     let run = &answer.solved.run;
@@ -95,7 +81,7 @@ fn radiosity_bits(field: &RadiosityField) -> Vec<[u32; 3]> {
 
 #[test]
 fn thread_count_changes_no_bit() {
-    let scene = solutions::room_with_standing_box();
+    let scene = room_with_standing_box();
     let by = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap().install(|| solve_to_error(&scene, 0.02, 8))

@@ -1,7 +1,6 @@
 //! The hierarchical solver: its trees and links, exact solutions, and random scenes to which nothing was tuned.
 
 mod clusters;
-mod error_attribution;
 mod error_budget;
 mod final_gather;
 mod linkers;

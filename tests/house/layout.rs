@@ -71,7 +71,7 @@ fn sibling_imports(sources: &[Source]) -> BTreeSet<(String, String)> {
         let package = source.package_name();
         let from = source.module_path();
         for path in source.used_paths() {
-            let mut to: Vec<&str> = path.iter().map(String::as_str).collect();
+            let mut to = path;
             while !to.is_empty() && !modules.contains(&(package, to.clone())) {
                 to.pop();
             }
@@ -110,18 +110,16 @@ fn module_cycles(sources: &[Source]) -> BTreeSet<String> {
     cycles.map(|cycle| cycle.join(", ")).collect()
 }
 
-/// Returns one message for each string literal of a library that names an option, such as `--texels`: only the
-/// program knows its options.
+/// Returns one message for each line of a library that names an option, such as `--texels`: only the program knows its
+/// options.
 fn named_options(source: &Source) -> Vec<String> {
-    if !LIBRARIES.contains(&source.package_name()) {
-        return Vec::new();
-    }
-    let names_option = |text: &&String| {
-        let mut starts = text.match_indices("--");
-        starts.any(|(at, _)| text[at + 2..].starts_with(|c: char| c.is_ascii_lowercase()))
+    let names_option = |line: &&str| {
+        let mut starts = line.match_indices("--");
+        starts.any(|(at, _)| line[at + 2..].starts_with(|c: char| c.is_ascii_lowercase()))
     };
-    let literals = source.literals.iter().filter(names_option);
-    literals.map(|text| format!("{}: {text}", source.file)).collect()
+    let library = LIBRARIES.contains(&source.package_name());
+    let lines = source.code.lines().filter(|line| library && names_option(line));
+    lines.map(|line| format!("{}: {line}", source.file)).collect()
 }
 
 #[test]
@@ -184,10 +182,8 @@ fn violations_of_the_layout_are_found() {
         assert_eq!(Vec::from_iter(cycles_with(back)), ["cpu::a, cpu::b"]);
     }
 
-    let message = "f(r#\"lower --texels\"#, '\"', \"a -- b\") // \"--cells\"";
-    assert_eq!(
-        named_options(&source("gpu/src/a.rs", message)),
-        ["gpu/src/a.rs: lower --texels"]
-    );
-    assert_eq!(named_options(&source("radiosity/src/a.rs", message)).len(), 0);
+    let options = "f(\"lower --texels\");\ng(\"a -- b\") // --cells";
+    let found = named_options(&source("gpu/src/a.rs", options));
+    assert_eq!(found, ["gpu/src/a.rs: f(\"lower --texels\");"]);
+    assert_eq!(named_options(&source("radiosity/src/a.rs", options)).len(), 0);
 }

@@ -68,21 +68,13 @@ fn file_links(cell: &str) -> Vec<(String, String)> {
 
 /// Returns true if `text` defines `name`; as a test, right below `#[test]`.
 fn defines_name(text: &str, name: &str, test: bool) -> bool {
-    let mut after_test = false;
-    for line in text.lines().map(str::trim) {
-        let defined = ["fn ", "struct ", "enum ", "trait "].iter().any(|kind| {
-            let rest = (!line.starts_with("//")).then(|| line.split_once(kind));
-            rest.flatten().is_some_and(|(_, rest)| {
-                let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_');
-                &rest[..end.unwrap_or(rest.len())] == name
-            })
-        });
-        if defined && (after_test || !test) {
-            return true;
-        }
-        after_test = line == "#[test]";
-    }
-    false
+    let mut before = "";
+    text.lines().map(str::trim).any(|line| {
+        let below = std::mem::replace(&mut before, line) == "#[test]";
+        let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
+        let defines = words.any(|word| ["fn", "struct", "enum", "trait"].contains(&word)) && words.next() == Some(name);
+        defines && !line.starts_with("//") && (below || !test)
+    })
 }
 
 /// Returns the faults in a column of a row.

@@ -1,5 +1,5 @@
 //! Every shader has a twin: `cpu/src/shader_twins/NAME.rs` for `gpu/src/shaders/NAME.wgsl`, with functions of the
-//! same names in the same order. A function that the twin re-exports from another module counts as its own.
+//! same names, its own in the same order. A function of a module of which the twin re-exports something counts, too.
 
 use super::source::{files_below, read_file};
 use std::collections::BTreeMap;
@@ -11,109 +11,62 @@ fn texts_by_name(folder: &str, ending: &str) -> BTreeMap<String, String> {
     files.map(|(file, text)| (name(&file), text)).collect()
 }
 
-/// Returns the first word of `text`.
-fn first_word(text: &str) -> &str {
+/// Returns the functions that are defined in `text`, in order; `pub` and `const` may stand before `fn`.
+fn defined_functions(text: &str) -> Vec<&str> {
+    let code = text.split("#[cfg(test)]").next().unwrap().lines();
     let end = |c: char| !(c.is_alphanumeric() || c == '_');
-    text.split(end).next().unwrap()
-}
-
-/// Returns the functions of a shader, in order.
-fn shader_functions(text: &str) -> Vec<String> {
-    let lines = text.lines().filter_map(|line| line.strip_prefix("fn "));
-    lines.map(|rest| first_word(rest).to_owned()).collect()
-}
-
-/// A function of a Rust file, and the type of which it is a method.
-#[derive(Debug, PartialEq)]
-struct RustFunction {
-    owner: Option<String>,
-    name: String,
-}
-
-/// Returns the type of an `impl` line.
-fn impl_type(line: &str) -> Option<String> {
-    let rest = line.strip_prefix("impl")?;
-    let mut rest = rest
-        .strip_prefix(' ')
-        .or_else(|| rest.split_once("> ").map(|(_, rest)| rest))?;
-    if let Some((_, after)) = rest.split_once(" for ") {
-        rest = after;
-    }
-    Some(first_word(rest).to_owned())
-}
-
-/// Returns the functions of a Rust file, in order; `resolve` reads a re-exported module.
-fn rust_functions(text: &str, resolve: &dyn Fn(&str) -> String) -> Vec<RustFunction> {
-    let text = text.split("#[cfg(test)]").next().unwrap();
-    let (mut functions, mut owner) = (Vec::new(), None);
-    let mut lines = text.lines();
-    while let Some(line) = lines.next() {
-        if let Some(path) = line.strip_prefix("pub use ") {
-            let mut path = path.to_owned();
-            while !path.ends_with(';') {
-                path += lines.next().expect("a `use` ends with a semicolon");
-            }
-            functions.extend(reexported_functions(&path, resolve));
-            continue;
-        }
-        if line.starts_with("impl") {
-            owner = impl_type(line);
-        } else if line.starts_with('}') {
-            owner = None;
-        }
-        let indented = line.strip_prefix("    ").unwrap_or(line);
-        let plain = ["pub(crate) ", "pub(super) ", "pub ", "const "]
-            .iter()
-            .fold(indented, |line, prefix| line.strip_prefix(prefix).unwrap_or(line));
-        if let Some(rest) = plain.strip_prefix("fn ") {
-            let name = first_word(rest).to_owned();
-            functions.push(RustFunction {
-                owner: owner.clone(),
-                name,
-            });
-        }
-    }
-    functions
-}
-
-/// Returns the functions, and methods of types, that `pub use PATH` names, in the order of their module.
-fn reexported_functions(path: &str, resolve: &dyn Fn(&str) -> String) -> Vec<RustFunction> {
-    let separator = if path.contains('{') { "::{" } else { "::" };
-    let (module, names) = path.rsplit_once(separator).expect("a path of a module");
-    let names: Vec<&str> = names.split(|c: char| "{}, ;".contains(c)).collect();
-    // What that module re-exports itself does not count.
-    let functions = rust_functions(&resolve(module), &|_| String::new());
-    let is_named = |function: &RustFunction| {
-        let key = function.owner.as_ref().unwrap_or(&function.name);
-        names.contains(&key.as_str())
+    let name = |line: &'_ str| -> Option<usize> {
+        let (before, _) = line.split_once("fn ")?;
+        let plain = before
+            .split_whitespace()
+            .all(|word| word.starts_with("pub") || word == "const");
+        plain.then_some(before.len() + 3)
     };
-    functions.into_iter().filter(is_named).collect()
+    code.filter_map(|line| line[name(line)?..].split(end).next()).collect()
 }
 
-/// Returns the text of module `common::…` or `crate::…` of the CPU's crate.
-fn module_text(path: &str) -> String {
-    let (package, module) = path.split_once("::").expect("a path of a module");
-    let package = if package == "crate" { "cpu" } else { package };
-    let module = format!("{package}/src/{}", module.replace("::", "/"));
-    let files = [".rs", "/mod.rs"].map(|ending| read_file(&format!("{module}{ending}")));
-    files
-        .into_iter()
-        .flatten()
-        .next()
-        .unwrap_or_else(|| panic!("no file of {path}"))
+/// Returns the text of each module `common::…` or `crate::…` of the CPU's crate from which a twin re-exports.
+fn reexported_texts(twin: &str) -> Vec<String> {
+    let uses = twin.lines().filter_map(|line| line.strip_prefix("pub use "));
+    let text = |path: &str| {
+        let module = path.split("::{").next().unwrap();
+        let module = if path == module {
+            path.rsplit_once("::").unwrap().0
+        } else {
+            module
+        };
+        let (package, module) = module.split_once("::").unwrap();
+        let package = if package == "crate" { "cpu" } else { package };
+        let file = format!("{package}/src/{}", module.replace("::", "/"));
+        let mut files = [".rs", "/mod.rs"]
+            .iter()
+            .filter_map(|ending| read_file(&format!("{file}{ending}")));
+        files.next().unwrap_or_else(|| panic!("no file of {path}"))
+    };
+    uses.map(text).collect()
 }
 
-/// Compares the functions of a shader with those of its twin, which may have more.
-fn compare_functions(shader: &[String], twin: &[RustFunction]) -> Result<(), String> {
-    let names: Vec<&str> = twin.iter().map(|function| function.name.as_str()).collect();
-    let mut next = 0;
-    for function in shader {
-        match names[next..].iter().position(|name| name == function) {
-            Some(at) => next += at + 1,
-            None if names.contains(&function.as_str()) => {
+/// Compares the functions of a shader with those of its twin, which may have more. Those of the twin's own must stand in
+/// the shader's order; it must name those that it re-exports, except for methods of types.
+fn compare_functions(shader: &str, twin: &str, reexported: &[String]) -> Result<(), String> {
+    let mut own = defined_functions(twin).into_iter();
+    let own_names: Vec<&str> = own.clone().collect();
+    for function in defined_functions(shader) {
+        let is_method = |text: &&String| {
+            text.contains(&format!("    fn {function}")) || text.contains(&format!("    pub fn {function}"))
+        };
+        let named = twin
+            .split(|c: char| !(c.is_alphanumeric() || c == '_'))
+            .any(|word| word == function);
+        let mut others = reexported
+            .iter()
+            .filter(|text| defined_functions(text).contains(&function));
+        if own_names.contains(&function) {
+            if !own.any(|name| name == function) {
                 return Err(format!("{function} is out of order"));
             }
-            None => return Err(format!("{function} is missing")),
+        } else if !others.any(|text| named || is_method(&text)) {
+            return Err(format!("{function} is missing"));
         }
     }
     Ok(())
@@ -132,8 +85,8 @@ fn twins_have_the_functions_of_their_shader_in_its_order() {
         twins.keys()
     );
     let wrong = shaders.iter().filter_map(|(name, shader)| {
-        let twin = rust_functions(&twins[name], &module_text);
-        let compared = compare_functions(&shader_functions(shader), &twin);
+        let twin = &twins[name];
+        let compared = compare_functions(shader, twin, &reexported_texts(twin));
         compared.err().map(|text| format!("{name}.rs: {text}"))
     });
     let wrong: Vec<String> = wrong.collect();
@@ -142,44 +95,45 @@ fn twins_have_the_functions_of_their_shader_in_its_order() {
 
 const SHADER: &str = "fn first(x: f32) -> f32 {\n    return x;\n}\n\n@compute\nfn second() {\n}\n\nfn third() {\n}\n";
 
-const MODULE: &str = "pub fn third() {}\n\npub fn first() {}\n\nimpl Thing<'_> {\n    fn second(&self) {}\n}\n";
-
-/// Twins of [`SHADER`], which may re-export what [`MODULE`] has, and what is wrong with them.
-const TWINS: [(&str, Result<(), &str>); 7] = [
+/// Twins of [`SHADER`], the text of a module of which they re-export, and what is wrong with them.
+const TWINS: [(&str, &str, Result<(), &str>); 6] = [
     // It may have more functions.
     (
-        "fn first() {}\n\nimpl Thing {\n    fn helper() {}\n\n    pub fn second() {}\n}\n\npub fn third() {}\n",
+        "fn first() {}\n\nimpl Thing {\n    fn helper() {}\n\n    pub fn second() {}\n}\n\npub const fn third() {}\n",
+        "",
         Ok(()),
     ),
-    ("fn first() {}\n\nfn third() {}\n", Err("second is missing")),
+    (
+        "fn first() {}\n\n// fn second\nfn third() {}\n",
+        "",
+        Err("second is missing"),
+    ),
     (
         "fn first() {}\nfn second() {}\n#[cfg(test)]\nmod tests {\n    fn third() {}\n}\n",
+        "",
         Err("third is missing"),
     ),
     (
         "fn second() {}\n\nfn first() {}\n\nfn third() {}\n",
+        "",
         Err("second is out of order"),
     ),
-    // Re-exports stand in the order of their module.
     (
-        "pub use common::module::{\n    first, Thing,\n};\n\nfn third() {}\n",
+        "pub use common::module::{Thing, third};\nfn first() {}\n",
+        "fn third() {}\nimpl Thing<'_> {\n    fn second(&self) {}\n}\n",
         Ok(()),
     ),
     (
-        "pub use common::module::{Thing, first, third};\n",
-        Err("third is out of order"),
-    ),
-    (
-        "pub use common::module::first;\n\nfn third() {}\n",
+        "fn first() {}\n",
+        "fn second() {}\nfn third() {}\n",
         Err("second is missing"),
     ),
 ];
 
 #[test]
 fn missing_and_swapped_functions_are_noticed() {
-    for (twin, expected) in TWINS {
-        let functions = rust_functions(twin, &|_| MODULE.to_owned());
-        let found = compare_functions(&shader_functions(SHADER), &functions);
+    for (twin, reexported, expected) in TWINS {
+        let found = compare_functions(SHADER, twin, &[reexported.to_owned()]);
         assert_eq!(found, expected.map_err(str::to_owned), "{twin}");
     }
 }

@@ -1,4 +1,4 @@
-//! Source files, parsed as far as the checks need: code, string literals, functions, paths.
+//! Source files without comments, and the paths that they use.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,22 +7,18 @@ use std::path::{Path, PathBuf};
 pub struct Source {
     /// `common/src/scene/mod.rs`.
     pub file: String,
-    /// The text with each literal as `""`; line numbers are the file's.
+    /// The lines, each up to its comment.
     pub code: String,
-    /// String literals.
-    pub literals: Vec<String>,
 }
 
 impl Source {
-    /// Parses `text`. The tests of a module must be its last item.
+    /// Cuts comments from `text`. The tests of a module must be its last item.
     pub fn new(file: &str, text: &str) -> Self {
-        let own = text.find("#[cfg(test)]\nmod tests {");
-        let text = &text[..own.unwrap_or(text.len())];
-        let (code, literals) = separate_literals(text);
+        let own = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
+        let lines = text[..own].lines().map(|line| line.split("//").next().unwrap());
         Self {
             file: file.to_owned(),
-            code,
-            literals,
+            code: lines.collect::<Vec<_>>().join("\n"),
         }
     }
 
@@ -42,118 +38,54 @@ impl Source {
     }
 
     /// Returns the modules of its own crate that it names by `crate::` and `super::`, braces expanded.
-    pub fn used_paths(&self) -> Vec<Vec<String>> {
+    pub fn used_paths(&self) -> Vec<Vec<&str>> {
         let mut found = Vec::new();
         for root in ["crate::", "super::"] {
             for (at, _) in self.code.match_indices(root) {
                 let before = &self.code[..at];
                 if !before.ends_with(is_name) && !before.ends_with("::") {
-                    self.expand_path(&self.code[at..], &mut found);
+                    expand_use_tree(&self.module_path(), &self.code[at..], &mut found);
                 }
             }
         }
         found
     }
-
-    fn expand_path(&self, text: &str, found: &mut Vec<Vec<String>>) {
-        let mut base: Vec<String> = self.module_path().iter().map(ToString::to_string).collect();
-        let mut rest = text;
-        if let Some(inner) = rest.strip_prefix("crate::") {
-            (base, rest) = (Vec::new(), inner);
-        }
-        while let Some(inner) = rest.strip_prefix("super::") {
-            base.pop();
-            rest = inner;
-        }
-        expand_use_tree(&base, rest, found);
-    }
 }
 
-/// Collects the paths of a use tree; returns its length in `text`.
-fn expand_use_tree(base: &[String], text: &str, found: &mut Vec<Vec<String>>) -> usize {
+/// Collects the paths of a use tree that begins in the module `base`; returns what follows it.
+fn expand_use_tree<'s>(base: &[&'s str], text: &'s str, found: &mut Vec<Vec<&'s str>>) -> &'s str {
     let mut path = base.to_vec();
-    let mut at = 0;
+    let mut rest = text;
     loop {
-        let rest = &text[at..];
-        if rest.starts_with('{') {
-            at += 1;
-            while !text[at..].starts_with('}') && at < text.len() {
-                let skip = text[at..].find(|c: char| is_name(c) || c == '{' || c == '}');
-                at += skip.unwrap_or(text.len() - at);
-                if !text[at..].starts_with('}') && at < text.len() {
-                    at += expand_use_tree(&path, &text[at..], found).max(1);
+        if let Some(inner) = rest.strip_prefix('{') {
+            rest = inner;
+            while let Some(at) = rest.find(|c| is_name(c) || c == '{' || c == '}') {
+                rest = &rest[at..];
+                match rest.strip_prefix('}') {
+                    Some(after) => return after,
+                    None => rest = expand_use_tree(&path, rest, found),
                 }
             }
-            return (at + 1).min(text.len());
+            return rest;
         }
-        let name = &rest[..rest.find(|c| !is_name(c)).unwrap_or(rest.len())];
-        path.push(name.to_owned());
-        at += name.len();
-        if !text[at..].starts_with("::") {
-            found.push(path);
-            return at;
+        let (name, after) = rest.split_at(rest.find(|c| !is_name(c)).unwrap_or(rest.len()));
+        match name {
+            "crate" => path.clear(),
+            "super" => drop(path.pop()),
+            name => path.push(name),
         }
-        at += 2;
+        match after.strip_prefix("::") {
+            Some(inner) => rest = inner,
+            None => {
+                found.push(path);
+                return after;
+            }
+        }
     }
 }
 
 fn is_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
-}
-
-/// Separates code without comments from its string literals.
-fn separate_literals(text: &str) -> (String, Vec<String>) {
-    let (mut code, mut literals) = (String::new(), Vec::new());
-    let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let raw = !code.ends_with(is_name) && is_raw_literal(rest);
-        let length = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else if raw || c == '"' {
-            let (literal, length) = first_literal(rest);
-            literals.push(literal.to_owned());
-            code.push_str("\"\"");
-            code.extend(rest[..length].chars().filter(|c| *c == '\n'));
-            length
-        } else if c == '\'' {
-            code.push_str("' '");
-            character_length(rest)
-        } else {
-            code.push(c);
-            c.len_utf8()
-        };
-        rest = &rest[length..];
-    }
-    (code, literals)
-}
-
-fn is_raw_literal(text: &str) -> bool {
-    let hashes = text.strip_prefix('r').map(|t| t.trim_start_matches('#'));
-    hashes.is_some_and(|t| t.starts_with('"'))
-}
-
-/// Returns the inside of the literal at the start of `text`, and the literal's whole length.
-fn first_literal(text: &str) -> (&str, usize) {
-    let (opening, inside) = text.split_once('"').unwrap();
-    let closing = format!("\"{}", opening.trim_start_matches('r'));
-    let is_end = |at: &usize| {
-        let escapes = inside[..*at].bytes().rev().take_while(|b| *b == b'\\').count();
-        opening.starts_with('r') || escapes % 2 == 0
-    };
-    let mut ends = inside.match_indices(&closing).map(|(at, _)| at);
-    let end = ends.find(is_end).unwrap_or(inside.len());
-    let length = opening.len() + 1 + end + closing.len();
-    (&inside[..end], length.min(text.len()))
-}
-
-/// Returns the length of a character literal, or of the quote of a lifetime.
-fn character_length(text: &str) -> usize {
-    let inner = &text[1..];
-    if let Some(escape) = inner.strip_prefix('\\') {
-        return 3 + escape[1..].find('\'').map_or(0, |at| at + 1);
-    }
-    let c = inner.chars().next().map_or(0, char::len_utf8);
-    if inner[c..].starts_with('\'') { c + 2 } else { 1 }
 }
 
 /// Returns the path of a file of the repository.

@@ -4,7 +4,7 @@ use common::cover::sampled_mesh;
 use common::mesh::Mesh;
 use common::passes::{self, Engine, PatchClosure};
 use common::scene::Scene;
-use common::settings::{ItemBufferProjection, Meshing, Raster, Schedule, Settings, Transport, Visibility};
+use common::settings::{ItemBufferProjection, Meshing, Schedule, Settings, Transport, Visibility};
 use common::shooting::{Shot, ShotOrder, SolveRun, shoot_until_converged};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver, ShaderFault};
@@ -30,7 +30,7 @@ pub fn engine_settings() -> Settings {
 
 /// Returns visibility by a stereographic item buffer of `size` pixels per side.
 pub const fn item_buffer(size: u32) -> Visibility {
-    Visibility::with_item_buffer(ItemBufferProjection::Stereographic(Raster::Pixel), size)
+    Visibility::with_item_buffer(ItemBufferProjection::Stereographic, size)
 }
 
 /// Returns visibility by a hemicube of `size` pixels per side.

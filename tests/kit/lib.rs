@@ -13,7 +13,6 @@ pub mod composites;
 pub mod dense;
 pub mod engines;
 pub mod factor_cases;
-pub mod processor;
 pub mod radiance_files;
 pub mod random_rooms;
 pub mod relighting;
@@ -110,27 +109,25 @@ pub fn lit_room() -> Scene {
     named_scene("lit room", faces)
 }
 
+/// Divides each face into N×N faces.
+pub fn divide_faces(faces: &[Face], side: u32) -> Vec<Face> {
+    let parts = faces
+        .iter()
+        .flat_map(|face| (0..side * side).map(move |part| (face, part)));
+    let face = |(face, part): (&Face, u32)| Face {
+        corners: texel::texel_outline(face, [side, side], part).padded_corners(),
+        ..face.clone()
+    };
+    parts.map(face).collect()
+}
+
 /// Makes a room like the paper's without its objects: the unit cube, each wall 5×5 faces of ρ = .7, one
 /// wall red and one green, and a lamp box of six faces under the ceiling; 156 faces.
 pub fn paper_room() -> Scene {
-    const SIDE: u32 = 5;
-    let mut faces = Vec::new();
-    for (wall, colour) in box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, Vec3::ZERO)
-        .into_iter()
-        .zip([
-            Vec3::splat(0.7),
-            Vec3::splat(0.7),
-            Vec3::new(0.7, 0.1, 0.1),
-            Vec3::new(0.1, 0.7, 0.1),
-            Vec3::splat(0.7),
-            Vec3::splat(0.7),
-        ])
-    {
-        for part in 0..SIDE * SIDE {
-            let corners = texel::texel_outline(&wall, [SIDE, SIDE], part).padded_corners();
-            faces.push(Face::quad(&wall.name, corners, Vec3::ZERO, colour));
-        }
-    }
+    let mut walls = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, Vec3::splat(0.7));
+    walls[2].reflectance = Vec3::new(0.7, 0.1, 0.1);
+    walls[3].reflectance = Vec3::new(0.1, 0.7, 0.1);
+    let mut faces = divide_faces(&walls, 5);
     let (low, high) = (DVec3::new(0.375, 0.9375, 0.375), DVec3::new(0.625, 0.96875, 0.625));
     faces.extend(box_faces(low, high, false, Vec3::splat(20.0), Vec3::splat(0.7)));
     named_scene("paper room", faces)

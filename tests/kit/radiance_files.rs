@@ -4,11 +4,11 @@ use common::Error;
 use common::capture::{MapProjection, Panorama};
 use common::scene::Scene;
 use common::texel;
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Returns the folder RADIOSITY_DATA; without it prints that the test is skipped.
 pub fn data_folder() -> Option<PathBuf> {
@@ -53,27 +53,6 @@ pub fn refusal_of_bytes(bytes: &[u8]) -> String {
         Err(error) => panic!("{error}"),
         Ok(map) => panic!("loaded: {:?}", map.notes),
     }
-}
-
-/// Reads a little-endian PFM: width and height, and the pixels row by row from the upper left.
-pub fn read_pfm(path: &Path) -> ([usize; 2], Vec<Vec3>) {
-    let bytes = fs::read(path).unwrap();
-    let mut at = 0;
-    let mut line = || {
-        let end = at + bytes[at..].iter().position(|b| *b == b'\n').unwrap();
-        let line = String::from_utf8(bytes[at..end].to_vec()).unwrap();
-        at = end + 1;
-        line
-    };
-    assert_eq!(line(), "PF");
-    let size: Vec<usize> = line().split(' ').map(|n| n.parse().unwrap()).collect();
-    assert!(line().starts_with('-'), "little-endian");
-    let value = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-    let pixel = |b: &[u8]| Vec3::new(value(b), value(&b[4..]), value(&b[8..]));
-    let rows = bytes[at..].chunks_exact(12 * size[0]).rev();
-    let pixels: Vec<Vec3> = rows.flat_map(|row| row.chunks_exact(12)).map(pixel).collect();
-    assert_eq!(pixels.len(), size[0] * size[1]);
-    ([size[0], size[1]], pixels)
 }
 
 /// Decodes a pixel of a Radiance picture by the format's definition.
@@ -144,6 +123,23 @@ pub fn encode_old_rle(line: &[[u8; 4]]) -> Vec<u8> {
         at += same;
     }
     bytes
+}
+
+/// Makes the map whose pixels hold `radiance` at their centres; nothing outside an angular map's disc.
+pub fn paint_panorama(
+    projection: MapProjection,
+    size: [usize; 2],
+    mut radiance: impl FnMut(DVec3) -> Vec3,
+) -> Panorama {
+    let pixels = (0..size[0] * size[1]).map(|k| {
+        let at = DVec2::new((k % size[0]) as f64 + 0.5, (k / size[0]) as f64 + 0.5);
+        let half = size[0] as f64 / 2.0;
+        match projection {
+            MapProjection::Angular if (at - half).length() >= half => Vec3::ZERO,
+            _ => radiance(projection.direction_at(size, at)),
+        }
+    });
+    Panorama::from_pixels(size, pixels.collect(), Some(projection)).unwrap()
 }
 
 /// Returns the outline of every texel relative to `eye`.

@@ -1,6 +1,7 @@
 //! Random rooms for property tests: rotated at random, with floating boxes, closed or with walls missing.
 
 use crate::{box_faces, named_scene};
+use common::cover;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
@@ -24,6 +25,22 @@ impl RandomRoom {
     /// Meshes the room.
     pub fn room_mesh(&self) -> Mesh {
         Mesh::new(&self.scene, &self.resolutions, self.patches).unwrap()
+    }
+
+    /// Meshes the room with `samples` points per patch.
+    pub fn sampled_mesh(&self, samples: u32) -> Mesh {
+        let mut mesh = self.room_mesh();
+        cover::sample_covers(&mut mesh, samples);
+        mesh
+    }
+
+    /// Maps all corners by `to`.
+    pub fn map_corners(&self, to: impl Fn(DVec3) -> DVec3) -> Self {
+        let mut room = self.clone();
+        for face in &mut room.scene.faces {
+            face.corners = face.corners.map(&to);
+        }
+        room
     }
 
     fn add_face(&mut self, corners: [DVec3; 4], (reflectance, emission, [w, h], split): FaceLook) {
@@ -58,7 +75,8 @@ fn any_look() -> impl Strategy<Value = FaceLook> {
     (reflectance, emission, texels, prop::bool::weighted(0.3))
 }
 
-fn any_rotation() -> impl Strategy<Value = DMat3> {
+/// Draws a rotation.
+pub fn any_rotation() -> impl Strategy<Value = DMat3> {
     prop::array::uniform4(-1.0f64..1.0)
         .prop_filter("has a direction", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01)
         .prop_map(|q| DMat3::from_quat(DQuat::from_array(q).normalize()))
@@ -66,11 +84,7 @@ fn any_rotation() -> impl Strategy<Value = DMat3> {
 
 /// Draws a room without its walls in `missing`, with up to `most` boxes.
 fn any_room(missing: impl Strategy<Value = [bool; 6]>, most: usize) -> impl Strategy<Value = RandomRoom> {
-    let kind = prop_oneof![
-        Just(FormFactor::Paper),
-        Just(FormFactor::Disc),
-        Just(FormFactor::Polygon)
-    ];
+    let kind = prop::sample::select(&[FormFactor::Paper, FormFactor::Disc, FormFactor::Polygon][..]);
     // Half of a box's sides: it stays in |x| ≤ 1 under any rotation.
     let body = (prop::array::uniform3(0.05f64..0.57), any_rotation());
     (

@@ -7,7 +7,7 @@ use common::mesh::Mesh;
 use common::passes::Engine;
 use common::relight::{RelightMethod, RelitRoom, RoomRadiosity, relight_room};
 use common::scene::{Face, Scene};
-use common::settings::{ItemBufferProjection, Raster, Schedule, Settings, Visibility};
+use common::settings::{ItemBufferProjection, Schedule, Settings, Visibility};
 use common::shooting::RadiosityField;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::diff::difference::compare_fields;
@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 pub const VISIBILITIES: [Visibility; 5] = [
     Visibility::Rays,
     PAPER_BUFFER,
-    Visibility::with_item_buffer(ItemBufferProjection::Hemisphere(Raster::Pixel), 256),
+    Visibility::with_item_buffer(ItemBufferProjection::Hemisphere, 256),
     ITEM_BUFFER,
     hemicube(256),
 ];
@@ -68,15 +68,7 @@ impl FurnishedRoom {
         let mut exact = settings;
         exact.schedule.epsilon = epsilon;
         let field = shoot_on_cpu(&furnished_mesh(&empty, count, &settings), &exact).field;
-        let fill = |mut values: Vec<Vec4>| {
-            values.resize(mesh.texels.len(), Vec4::ZERO);
-            values
-        };
-        let room = RoomRadiosity {
-            radiosity: fill(field.radiosity),
-            residual: fill(field.residual),
-            reflectance: Some(mesh.texels.iter().map(|t| t.reflectance).collect()),
-        };
+        let room = captured_room(&field, &mesh);
         Self { settings, mesh, room }
     }
 
@@ -104,6 +96,20 @@ impl FurnishedRoom {
         let mut settings = self.settings;
         settings.schedule.epsilon = epsilon;
         shoot_on_cpu(&mesh, &settings).field
+    }
+}
+
+/// Makes the captured room of a solution, extended to a mesh with objects.
+pub fn captured_room(field: &RadiosityField, mesh: &Mesh) -> RoomRadiosity {
+    let fill = |values: &[Vec4]| {
+        let mut all = values.to_vec();
+        all.resize(mesh.texels.len(), Vec4::ZERO);
+        all
+    };
+    RoomRadiosity {
+        radiosity: fill(&field.radiosity),
+        residual: fill(&field.residual),
+        reflectance: Some(mesh.texels.iter().map(|t| t.reflectance).collect()),
     }
 }
 

@@ -1,14 +1,18 @@
 //! Faults to plant in shaders, and the comparison of the solvers that has to notice some of them.
 
-use crate::engines::{settings_of, shared_gpu};
+use crate::engines::{gpu_solver, settings_of, shared_gpu};
 use common::Result;
 use common::form_factor::FormFactor;
+use common::mesh::Mesh;
 use common::scene::Scene;
-use common::settings::{Settings, Visibility};
+use common::settings::{Settings, Transport, Visibility};
+use cpu::CpuSolver;
 use gpu::ShaderFault;
-use oracle::compare::comparison::Comparison;
+use oracle::compare::comparison::{Comparison, VisibilityStatistics};
+use oracle::compare::visibility::check_visibility;
 use oracle::compare::{ComparisonRequest, compare_shooting};
 use oracle::solve::progress::without_progress;
+use std::ops::ControlFlow;
 
 /// A row for each fault: the check that must notice it, the shader, its text and the replacement, and what the check
 /// finds wrong (`any`: something).
@@ -66,6 +70,15 @@ pub fn compare_with_faults(scene: &Scene, settings: Settings, faults: &[ShaderFa
         faults,
     };
     compare_shooting(scene, &request, &without_progress())
+}
+
+/// Compares the links of both engines, with `faults` planted in the shaders.
+pub fn visibility_statistics(mesh: &Mesh, transport: &Transport, faults: &[ShaderFault]) -> VisibilityStatistics {
+    let mut cpu = CpuSolver::new(mesh, transport);
+    let mut gpu = gpu_solver(mesh, transport, faults);
+    let go_on = &mut || ControlFlow::Continue(());
+    let check = check_visibility(mesh, transport, &mut cpu, &mut gpu, go_on).unwrap();
+    check.statistics
 }
 
 /// Returns name, value and bound of each criterion that fails.

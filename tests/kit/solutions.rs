@@ -13,7 +13,7 @@ use oracle::diff::pair::GridPair;
 use oracle::diff::reflected::ReflectedField;
 use oracle::solve::dense;
 use oracle::solve::progress::without_progress;
-use oracle::solve::solver::SolverChoice;
+use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
 use radiosity::studies::random::{FaceShapes, SceneOptions, draw_scene};
 
@@ -40,10 +40,25 @@ pub fn drawn_scene(seed: u64, faces: FaceShapes) -> Scene {
 
 /// Solves a scene by shooting on the CPU.
 pub fn solve_on_cpu(scene: &Scene, settings: &Settings) -> SolveAnswer {
+    solve_by(scene, settings, SolverChoice::Cpu)
+}
+
+/// Solves a scene by the hierarchical solver to this error on `texels`×`texels`.
+pub fn solve_to_error(scene: &Scene, error: f64, texels: u32) -> SolveAnswer {
+    let mut settings = solve_settings();
+    settings.meshing.texels = texels;
+    let target = ErrorTarget {
+        error,
+        texels: Some(texels),
+    };
+    solve_by(scene, &settings, SolverChoice::Hierarchy(target))
+}
+
+fn solve_by(scene: &Scene, settings: &Settings, solver: SolverChoice) -> SolveAnswer {
     let question = SolveRequest {
         task: scene,
         settings,
-        solver: SolverChoice::Cpu,
+        solver,
     };
     solve_request(&question, &without_progress()).unwrap()
 }

@@ -14,7 +14,13 @@ fn cpu_and_gpu_relight_to_equal_fields() {
     let captured = FurnishedRoom::furnish(relight_settings(Visibility::Rays), glowing, 1e-4);
     for method in [RelightMethod::Signed, RelightMethod::Paper(MendedFlaws::default())] {
         let engines = both_engines(&captured.mesh, &captured.settings.transport);
-        let [cpu, gpu] = engines.map(|mut engine| captured.relight(engine.as_mut(), method).run);
+        let [cpu, gpu] = engines.map(|mut engine| {
+            // An engine keeps no state between relights.
+            let [first, second] = [(); 2].map(|()| captured.relight(engine.as_mut(), method).run);
+            assert_eq!(first.shots, second.shots);
+            assert_eq!(first.field, second.field);
+            first
+        });
         assert_ne!(cpu.field.origin, gpu.field.origin);
         let apart = relative_error(&captured.mesh, &gpu.field, &cpu.field);
         let shots = [cpu.shots.len(), gpu.shots.len()];

@@ -3,6 +3,7 @@
 use approx::abs_diff_eq;
 use common::energy::EnergyBalance;
 use common::relight::{MendedFlaws, RelightMethod};
+use common::scene::Face;
 use common::settings::Visibility;
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3, Vec4};
@@ -25,6 +26,25 @@ fn null_object_changes_nothing() {
                 assert_eq!(changed, None, "{visibility:?} {}", relit.run.field.origin);
                 assert_eq!(relit.run.field.radiosity, captured.room.radiosity);
                 assert!(relit.run.converged && relit.object_shots == 0 && relit.map_shots > 0);
+            }
+        }
+    }
+}
+
+#[test]
+fn object_without_area_or_behind_a_wall_changes_nothing_in_the_room() {
+    let flat = Face::quad("flat", [DVec3::new(1.5, 1.0, 3.0); 4], Vec3::ONE, Vec3::splat(0.5));
+    let (low, high) = (DVec3::new(3.05, 0.3, 1.0), DVec3::new(3.45, 1.0, 1.5));
+    for objects in [vec![flat], box_faces(low, high, false, Vec3::ZERO, Vec3::splat(0.5))] {
+        let captured = FurnishedRoom::furnish(relight_settings(Visibility::Rays), objects, 1e-2);
+        for mut engine in both_engines(&captured.mesh, &captured.settings.transport) {
+            let relit = captured.relight(engine.as_mut(), RelightMethod::Signed);
+            assert!(relit.map_shots > 0 && relit.object_shots == 0);
+            for (k, texel) in captured.mesh.texels.iter().enumerate() {
+                if !captured.mesh.is_object(texel.face) {
+                    assert_eq!(relit.change.radiosity[k].truncate(), Vec3::ZERO, "texel {k}");
+                    assert_eq!(relit.run.field.radiosity[k], captured.room.radiosity[k]);
+                }
             }
         }
     }

@@ -41,17 +41,19 @@ fn power_of_two_brightness_keeps_shots_and_scales_radiosity() {
     }
 }
 
-/// lit_room has dyadic coordinates: dyadic shifts are exact in f64.
+/// lit_room has dyadic coordinates: dyadic shifts are exact in f64, and so are units that are powers of two.
 #[test]
-fn dyadic_shift_keeps_every_bit() {
-    let plain = lit_room();
-    let mut moved = plain.clone();
-    for face in &mut moved.faces {
-        face.corners = face.corners.map(|p| p + DVec3::new(1024.0, -0.125, 4096.5));
+fn dyadic_shift_and_power_of_two_unit_keep_every_bit() {
+    let expected = shoot_on_cpu(&mesh_of(&lit_room()), &engine_settings());
+    for scale in [1.0, (-40f64).exp2(), 39f64.exp2()] {
+        let mut moved = lit_room();
+        for face in &mut moved.faces {
+            face.corners = face.corners.map(|p| (p + DVec3::new(1024.0, -0.125, 4096.5)) * scale);
+        }
+        let run = shoot_on_cpu(&mesh_of(&moved), &engine_settings());
+        assert_eq!(run.shots, expected.shots, "{scale:e}");
+        assert_eq!(run.field, expected.field, "{scale:e}");
     }
-    let [expected, run] = [plain, moved].map(|scene| shoot_on_cpu(&mesh_of(&scene), &engine_settings()));
-    assert_eq!(run.shots, expected.shots);
-    assert_eq!(run.field, expected.field);
 }
 
 #[test]

@@ -24,8 +24,9 @@ fn run_equals_its_single_shots() {
             assert_eq!(single.shoot(patch).unwrap(), *shot, "{name}");
         }
         assert_eq!(single.read_field().unwrap(), whole.read_field().unwrap(), "{name}");
-        // A run continues from the end of another.
+        // A run continues from the end of another, which may have no shot.
         let mut halves = fresh();
+        assert!(run_shots(&mut *halves, GREEDY_TO_ZERO, 0).is_empty(), "{name}");
         let mut log = run_shots(&mut *halves, GREEDY_TO_ZERO, 70);
         log.extend(run_shots(&mut *halves, GREEDY_TO_ZERO, 80));
         assert_eq!(log, shots, "{name}");
@@ -65,25 +66,6 @@ fn replay_shoots_its_log_in_order() {
         assert_eq!(single.read_field().unwrap(), again.field, "{name}");
         assert_eq!(run_shots(&mut *engine, ShotOrder::Replay(&log), 9).len(), 9, "{name}");
         assert!(run_shots(&mut *engine, ShotOrder::Replay(&[]), 9).is_empty(), "{name}");
-    });
-}
-
-#[test]
-fn run_ends_after_max_shots() {
-    let mesh = mesh_of(&lit_room());
-    each_engine(&mesh, |name, fresh| {
-        for most in [0, 1, 7, 65, 130] {
-            let mut engine = fresh();
-            let schedule = Schedule {
-                max_shots: most,
-                ..engine_settings().schedule
-            };
-            let limited = shoot_freely(&mut *engine, &schedule);
-            assert_eq!(limited.shots.len(), most as usize, "{name}");
-            assert!(!limited.converged, "{name}");
-            let again = replay_log(&mut *fresh(), &limited.shooter_log()).unwrap();
-            assert_eq!(again.field, limited.field, "{name}: after {most}");
-        }
     });
 }
 
@@ -167,16 +149,20 @@ fn run_ends_at_the_threshold() {
     let mesh = mesh_of(&lit_room());
     each_engine(&mesh, |name, fresh| {
         for epsilon in [0.3, 0.03, 0.003] {
-            let run = shoot_freely(
-                &mut *fresh(),
-                &Schedule {
-                    epsilon,
-                    ..engine_settings().schedule
-                },
-            );
+            let schedule = Schedule {
+                epsilon,
+                ..engine_settings().schedule
+            };
+            let run = shoot_freely(&mut *fresh(), &schedule);
             assert!(run.converged && run.unshot_fraction() <= epsilon, "{name}");
             let before = &run.shots[run.shots.len() - 2];
             assert!(f64::from(before.unshot) > epsilon * f64::from(run.emitted), "{name}");
+            let max_shots = run.shots.len() as u32 - 1;
+            let limited = shoot_freely(&mut *fresh(), &Schedule { max_shots, ..schedule });
+            assert!(
+                !limited.converged && limited.shots == run.shots[..max_shots as usize],
+                "{name}"
+            );
         }
     });
 }

@@ -3,7 +3,7 @@
 
 use common::mesh::Mesh;
 use common::passes::{self, Exchange, PatchClosure};
-use common::settings::{ItemBufferProjection, Iteration, Raster, Settings, Visibility};
+use common::settings::{ItemBufferProjection, Iteration, Settings, Visibility};
 use common::shooting::Shoot;
 use cpu::shader_twins::gather::update_radiosity;
 use cpu::shader_twins::patch_transfer::patch_transfer;
@@ -104,12 +104,11 @@ fn equals_twins(mesh: &Mesh, engine: &mut GpuSolver, links: &[Vec<f32>]) -> bool
 
 #[test]
 fn links_of_many_patches_equal_single_shots_and_twins() {
-    let tessellated = ItemBufferProjection::Hemisphere(Raster::Tessellated);
     let kinds = [
         settings(Visibility::Rays),
         settings(item_buffer(128)),
         settings(hemicube(128)),
-        settings(Visibility::with_item_buffer(tessellated, 128)),
+        settings(Visibility::with_item_buffer(ItemBufferProjection::Paper, 128)),
     ];
     for settings in kinds {
         let mesh = mesh_scene(&box_in_room(), &settings);

@@ -2,17 +2,14 @@
 
 use common::mesh::Mesh;
 use common::scene::Face;
-use common::settings::{ItemBufferProjection, Raster, Settings, Visibility};
-use cpu::CpuSolver;
+use common::settings::{ItemBufferProjection, Settings, Visibility};
 use glam::Vec3;
 use gpu::ShaderFault;
 use oracle::compare::comparison::VisibilityStatistics;
-use oracle::compare::visibility::check_visibility;
-use radiosity_tests::engines::{gpu_solver, hemicube, item_buffer};
+use radiosity_tests::engines::{hemicube, item_buffer};
 use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::named_scene;
-use radiosity_tests::shader_faults::assert_faults_noticed;
-use std::ops::ControlFlow;
+use radiosity_tests::shader_faults::{assert_faults_noticed, visibility_statistics};
 
 /// A small shooter, a screen that ends just above its horizon, and a wall behind the gap that goes
 /// on below: no outline of the wall is near.
@@ -25,16 +22,13 @@ fn gap_statistics(visibility: Visibility, faults: &[ShaderFault]) -> VisibilityS
     let transport = Settings::default().with_visibility(visibility).transport;
     let mut mesh = Mesh::new(&scene, &[[1, 1], [8, 8], [256, 256]], 1).unwrap();
     mesh.patches.truncate(1);
-    let (mut cpu, mut gpu) = (CpuSolver::new(&mesh, &transport), gpu_solver(&mesh, &transport, faults));
-    let go_on = &mut || ControlFlow::Continue(());
-    let check = check_visibility(&mesh, &transport, &mut cpu, &mut gpu, go_on).unwrap();
-    check.statistics
+    visibility_statistics(&mesh, &transport, faults)
 }
 
 #[test]
 fn gap_narrower_than_pixel_is_explained() {
     // The stereographic rim is fine enough to show this gap.
-    let hemisphere = ItemBufferProjection::Hemisphere(Raster::Pixel);
+    let hemisphere = ItemBufferProjection::Hemisphere;
     for visibility in [Visibility::with_item_buffer(hemisphere, 64), hemicube(64)] {
         let pairs = gap_statistics(visibility, &[]);
         assert!(pairs.vanished > 0, "{visibility:?}: {pairs:?}");

@@ -5,21 +5,21 @@ use common::constants::OUTLINE_MARGIN;
 use common::intersect::intersect_face;
 use common::mesh::Mesh;
 use common::scene::Face;
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Raster};
-use cpu::shader_twins::edge_subdivision::subdivide_edge;
+use common::settings::{ItemBufferProjection, ItemBufferSettings};
 use cpu::shader_twins::hemicube::{facing_side, project_to_side, side_height, unfold_side};
 use cpu::shader_twins::image_bound::{image_bound, is_hidden_face};
 use cpu::shader_twins::item_buffer::ItemBuffer;
 use cpu::shader_twins::projection::{is_covered, pixel_centre, pixel_position, project_direction, unproject_point};
 use cpu::shader_twins::view::ShooterView;
 use glam::{DVec3, Vec2, Vec3};
+use oracle::compare::visibility::subdivide_edge;
 use proptest::prelude::*;
 use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::{named_scene, paper_room, random_cases, random_rooms};
 
 const PROJECTIONS: [ItemBufferProjection; 3] = [
-    ItemBufferProjection::Hemisphere(Raster::Pixel),
-    ItemBufferProjection::Stereographic(Raster::Pixel),
+    ItemBufferProjection::Hemisphere,
+    ItemBufferProjection::Stereographic,
     ItemBufferProjection::Hemicube,
 ];
 

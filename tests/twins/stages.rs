@@ -4,7 +4,7 @@
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::Rays;
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Settings, Transport, Visibility};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Settings, Transport, Visibility};
 use gpu::{GpuSolver, ShaderFault};
 use oracle::compare::stages::check_stages;
 use radiosity_tests::box_in_room;
@@ -26,11 +26,13 @@ fn failing_stages(mesh: &Mesh, transport: &Transport, faults: &[ShaderFault]) ->
 
 /// Several samples of patches; for `paper` one sample a pair, whole faces, discs.
 fn settings_for(check: &str) -> Settings {
-    let triangles = ItemBufferProjection::Stereographic(Raster::Tessellated);
     let (counts, visibility) = match check {
         "rays" => ([6, 2, 3], Visibility::Rays),
         "pixels" => ([6, 2, 3], item_buffer(128)),
-        "triangles" => ([6, 2, 3], Visibility::with_item_buffer(triangles, 128)),
+        "triangles" => (
+            [6, 2, 3],
+            Visibility::with_item_buffer(ItemBufferProjection::Paper, 128),
+        ),
         "hemicube" => ([6, 2, 3], hemicube(128)),
         _ => ([6, 1, 1], item_buffer(128)),
     };
@@ -57,10 +59,8 @@ fn fault_fails_its_own_stage_only() {
 fn gpu_stages_agree_with_twins() {
     let projections = [
         ItemBufferProjection::Paper,
-        ItemBufferProjection::Hemisphere(Raster::Tessellated),
-        ItemBufferProjection::Stereographic(Raster::Tessellated),
-        ItemBufferProjection::Hemisphere(Raster::Pixel),
-        ItemBufferProjection::Stereographic(Raster::Pixel),
+        ItemBufferProjection::Hemisphere,
+        ItemBufferProjection::Stereographic,
         ItemBufferProjection::Hemicube,
     ];
     let mesh = Mesh::uniform(&box_in_room(), 6, 2).unwrap();

@@ -11,9 +11,7 @@
 
 use crate::error::{Error, Result};
 use crate::scene::{Scene, Shape};
-use crate::solution::faces::{
-    Description, FaceEntry, TOO_BRIGHT, build_faces, describe_face, face_label, first_too_bright,
-};
+use crate::solution::faces::{Description, FaceEntry, TOO_BRIGHT, build_faces, face_label, first_too_bright};
 use crate::solution::pending::PendingFiles;
 use crate::solution::pixels::ImagePlanes;
 use crate::solution::write::{encode_exr, prepare_directory};
@@ -57,9 +55,10 @@ pub fn write(dir: &Path, scene: &Scene, resolutions: &[[u32; 2]], radiosity: &[V
         let rows = pixel_order(face.shape, *resolution);
         let image = encode_map(*resolution, &rows, &radiosity[first[k]..first[k + 1]])?;
         files.add(&dir.join(&file), &image)?;
-        let mut entry = describe_face(face, *resolution);
-        entry["file"] = file.into();
-        entries.push(entry);
+        entries.push(FaceEntry {
+            file: Some(file),
+            ..FaceEntry::new(face, *resolution)
+        });
     }
     let text = format!("{:#}\n", json!({ "scene": scene.name, "faces": entries }));
     let description = dir.join("room.json");

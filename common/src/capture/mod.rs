@@ -41,28 +41,6 @@ struct DecodedMap {
     notes: Vec<String>,
 }
 
-/// The reason for which a file cannot be decoded, and its place in the file (may be empty).
-#[derive(Debug)]
-struct DecodeFailure {
-    place: String,
-    message: String,
-}
-
-impl From<String> for DecodeFailure {
-    fn from(message: String) -> Self {
-        Self {
-            place: String::new(),
-            message,
-        }
-    }
-}
-
-impl From<&str> for DecodeFailure {
-    fn from(message: &str) -> Self {
-        message.to_owned().into()
-    }
-}
-
 /// Checks that a map has at least one pixel and at most [`MAX_PIXELS`].
 ///
 /// Errors: the end of a sentence that begins with the file's name.

@@ -2,12 +2,11 @@
 //!
 //! Rules: the map is the display window, with 0 outside the data window; the largest level of a mip map; the first
 //! layer with R, G and B, or with `name.R`, `name.G` and `name.B`, else the first with Y alone (grey). Deep pixels
-//! and subsampled chroma are refused. Other primaries than Rec. 709 are converted. The header is checked against the
-//! file's length before memory is allocated for the sizes that it states.
+//! and subsampled chroma are refused. Other primaries than Rec. 709 are converted.
 
 use super::colour::{Primaries, REC709_PRIMARIES, convert_pixels};
-use super::{DecodeFailure, DecodedMap, MapProjection, check_size};
-use crate::solution::pixels::{MAX_VALUES, count_values, decode_layers};
+use super::{DecodedMap, MapProjection, check_size};
+use crate::solution::pixels::decode_layer;
 use exr::meta::MetaData;
 use exr::meta::attribute::EnvironmentMap;
 use exr::meta::header::Header;
@@ -15,28 +14,20 @@ use exr::prelude::Vec2;
 use glam::{DVec2, Vec3};
 
 /// Decodes a whole file.
-pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, DecodeFailure> {
-    let meta = MetaData::read_from_buffered(bytes, true)
-        .map_err(|error| format!("has no header that can be read ({error})"))?;
-    // Each chunk has an entry of 8 bytes in the offset table.
-    let chunks = meta.headers.iter().map(|h| h.chunk_count as u64);
-    let chunks = chunks.fold(0, u64::saturating_add);
-    if chunks.saturating_mul(8) > bytes.len() as u64 {
-        return Err(format!(
-            "promises {chunks} blocks of pixels and is too short for their addresses: write or copy it again"
-        )
-        .into());
-    }
-    let (layer, names) = choose_layer(&meta)?;
-    let header = &meta.headers[layer];
-    let Vec2(w, h) = header.layer_size;
-    check_size(w as u64, h as u64)?;
-    let display = header.shared_attributes.display_window;
+pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, String> {
+    let mut chosen = None;
+    let layer = decode_layer(bytes, |meta| {
+        let (k, names) = choose_layer(meta)?;
+        let header = &meta.headers[k];
+        let (Vec2(w, h), display) = (header.layer_size, header.shared_attributes.display_window);
+        check_size(w as u64, h as u64)?;
+        check_size(display.size.0 as u64, display.size.1 as u64)?;
+        chosen = Some((header.clone(), names));
+        Ok(k)
+    })?;
+    let (header, names) = chosen.ok_or("has no layer")?;
+    let (Vec2(w, h), display) = (header.layer_size, header.shared_attributes.display_window);
     let size = [display.size.0, display.size.1];
-    check_size(size[0] as u64, size[1] as u64)?;
-    if count_values(&meta) > MAX_VALUES {
-        return Err("has too many channels: keep only R, G and B".into());
-    }
     let (data, origin) = (header.own_attributes.layer_position, display.position);
     let offset = [(data.0, origin.0), (data.1, origin.1)].map(|(a, b)| i64::from(a) - i64::from(b));
     let mut notes = Vec::new();
@@ -52,13 +43,7 @@ pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, DecodeFailure> {
         ));
     }
     let mut pixels = vec![Vec3::ZERO; size[0] * size[1]];
-    let image = decode_layers(bytes).map_err(|e| format!("cannot be decoded ({e}): write or copy it again"))?;
-    let channels = image
-        .layer_data
-        .into_iter()
-        .nth(layer)
-        .map(|layer| layer.channel_data.list);
-    for channel in channels.into_iter().flatten() {
+    for channel in layer.channel_data.list {
         let name = channel.name.to_string();
         for c in (0..3).filter(|c| *names.get(*c).unwrap_or(&names[0]) == name) {
             for (k, value) in channel.sample_data.values_as_f32().enumerate() {
@@ -72,7 +57,7 @@ pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, DecodeFailure> {
             }
         }
     }
-    if let Some(primaries) = other_primaries(header) {
+    if let Some(primaries) = other_primaries(&header) {
         notes.push(match convert_pixels(primaries, &mut pixels) {
             true => "its primaries were converted to Rec. 709".into(),
             false => "its primaries make no colour space: Rec. 709 is assumed".into(),
@@ -110,12 +95,6 @@ fn choose_layer(meta: &MetaData) -> Result<(usize, Vec<String>), String> {
         });
     };
     let list = &meta.headers[layer].channels.list;
-    if let Some(channel) = list.iter().find(|c| c.sampling != Vec2(1, 1)) {
-        return Err(format!(
-            "its channel {} is subsampled (luminance and chroma): write it as R, G, B",
-            channel.name
-        ));
-    }
     let has = |name: &str| list.iter().any(|c| c.name.to_string() == name);
     if channels.len() == 1 && (has("RY") || has("BY")) {
         return Err("holds luminance and chroma (Y, RY, BY): write it as R, G, B".into());

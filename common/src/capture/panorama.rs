@@ -2,7 +2,7 @@
 
 use super::projection::MapProjection;
 use super::repair::{RepairCounts, repair_pixels};
-use super::{DecodeFailure, DecodedMap, check_size, openexr, radiance};
+use super::{DecodedMap, check_size, openexr, radiance};
 use crate::error::{Error, Result};
 use crate::file::{self, MAX_FILE_BYTES};
 use glam::{DVec2, DVec3, Vec3};
@@ -33,11 +33,8 @@ impl Panorama {
     /// neither format, damaged, cut short, more than [`MAX_PIXELS`](super::MAX_PIXELS) pixels or 2 GiB, or of a shape
     /// that fits no projection.
     pub fn read(path: &Path, projection: Option<MapProjection>) -> Result<Self> {
-        let refuse = |failure: DecodeFailure| {
-            // A decoder's message may hold names from a damaged file.
-            let message = failure.message.replace(char::is_control, " ");
-            Error::bad_input(path, failure.place, message)
-        };
+        // A decoder's message may hold names from a damaged file.
+        let refuse = |message: String| Error::bad_input(path, "", message.replace(char::is_control, " "));
         let decoded = decode_file(path).map_err(refuse)?;
         Self::new(decoded, projection).map_err(refuse)
     }
@@ -47,8 +44,8 @@ impl Panorama {
     ///
     /// Errors ([`Error::Usage`]): sizes that do not match, or fit no projection; radiance too large.
     pub fn from_pixels(size: [usize; 2], pixels: Vec<Vec3>, projection: Option<MapProjection>) -> Result<Self> {
-        let fail = |failure: DecodeFailure| Error::Usage(format!("the map {}", failure.message));
-        check_size(size[0] as u64, size[1] as u64).map_err(|e| fail(e.into()))?;
+        let fail = |message: String| Error::Usage(format!("the map {message}"));
+        check_size(size[0] as u64, size[1] as u64).map_err(fail)?;
         if pixels.len() != size[0] * size[1] {
             return Err(fail("has another number of pixels than its size says".into()));
         }
@@ -60,7 +57,7 @@ impl Panorama {
         Self::new(decoded, projection).map_err(fail)
     }
 
-    fn new(decoded: DecodedMap, wanted: Option<MapProjection>) -> std::result::Result<Self, DecodeFailure> {
+    fn new(decoded: DecodedMap, wanted: Option<MapProjection>) -> std::result::Result<Self, String> {
         let DecodedMap {
             size,
             mut pixels,
@@ -69,28 +66,24 @@ impl Panorama {
         } = decoded;
         let [w, h] = size;
         let Some(projection) = wanted.or(stated).or_else(|| MapProjection::guess_from_size(size)) else {
-            let message = format!(
+            return Err(format!(
                 "has {w}×{h} pixels, which is neither lat-long (2:1), cube (1:6) nor angular (1:1): say which it is"
-            );
-            return Err(message.into());
+            ));
         };
         if !projection.fits_size(size) {
             let needs = match projection {
                 MapProjection::Cube => "six squares one below the other (1:6, +x −x +y −y +z −z)",
                 _ => "a square",
             };
-            let message = format!(
-                "has {w}×{h} pixels, and a map of kind {} needs {needs}",
-                projection.name()
-            );
-            return Err(message.into());
+            let kind = projection.name();
+            return Err(format!("has {w}×{h} pixels, and a map of kind {kind} needs {needs}"));
         }
         let counts = repair_pixels(size, &mut pixels, &mut notes);
         if let Some(at) = pixels.iter().position(|p| !(*p * PI).is_finite()) {
-            return Err(DecodeFailure {
-                place: format!("pixel {}, {}", at % w, at / w),
-                message: "its radiance is too large for 32-bit floats: scale the map down".into(),
-            });
+            let (x, y) = (at % w, at / w);
+            return Err(format!(
+                "pixel {x}, {y}: its radiance is too large for 32-bit floats: scale the map down"
+            ));
         }
         Ok(Self {
             size,
@@ -213,7 +206,7 @@ fn interpolate_bilinear(at: DVec2, pixel: impl Fn(i64, i64) -> Option<Vec3>) -> 
     (whole > 0.0).then(|| (sum / whole).as_vec3())
 }
 
-fn decode_file(path: &Path) -> std::result::Result<DecodedMap, DecodeFailure> {
+fn decode_file(path: &Path) -> std::result::Result<DecodedMap, String> {
     let bytes = file::read(path, MAX_FILE_BYTES).map_err(|reason| format!("cannot be read: {reason}"))?;
     let decoder = match bytes[..] {
         [0x76, 0x2f, 0x31, 0x01, ..] => openexr::decode_bytes,

@@ -7,7 +7,7 @@
 //! after the last scanline are ignored. Notes report the last two.
 
 use super::colour::{XYZ_PRIMARIES, convert_pixels};
-use super::{DecodeFailure, DecodedMap, check_size};
+use super::{DecodedMap, check_size};
 use glam::Vec3;
 
 /// Longest accepted header, bytes.
@@ -16,8 +16,8 @@ const MAX_HEADER_BYTES: usize = 1 << 16;
 /// Widths for which the new run-length encoding is defined.
 const NEW_RLE_WIDTHS: std::ops::RangeInclusive<usize> = 8..=0x7fff;
 
-/// The place of a fault, in bytes from the start of its scanline, and a message.
-type ScanlineFault = (usize, String);
+/// Reason for which a scanline that ends early cannot be decoded.
+const CUT_OFF: &str = "ends within its pixels";
 
 /// The resolution line. Scanlines run along the second axis and follow one another along the first.
 #[derive(Clone, Copy)]
@@ -33,20 +33,19 @@ struct Resolution {
 }
 
 /// Decodes a whole file.
-pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, DecodeFailure> {
-    let mut lines = Lines { bytes, at: 0 };
+pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, String> {
+    let mut reader = FileReader { bytes, at: 0 };
     let mut notes = Vec::new();
-    let (exposure, is_xyz) = read_variables(&mut lines, &mut notes)?;
-    let resolution = Resolution::parse(&lines.read_line()?)?;
-    let mut at = lines.at;
+    let (exposure, is_xyz) = read_variables(&mut reader, &mut notes)?;
+    let resolution = Resolution::parse(&reader.read_line()?)?;
     let mut pixels: Vec<[u8; 4]> = Vec::new();
     for line in 0..resolution.scanlines {
-        let taken = decode_scanline(&bytes[at..], resolution.length, &mut pixels);
-        at += taken.map_err(|(offset, message)| DecodeFailure {
-            place: format!("scanline {line}, byte {}", at + offset),
-            message: format!("{message}: write or copy it again"),
-        })?;
+        let first = pixels.len();
+        pixels.resize(first + resolution.length, [0; 4]);
+        let read = reader.read_scanline(&mut pixels[first..]);
+        read.map_err(|message| format!("scanline {line}, byte {}: {message}: write or copy it again", reader.at))?;
     }
+    let at = reader.at;
     if at < bytes.len() {
         notes.push(format!(
             "{} bytes after the last scanline are ignored",
@@ -70,10 +69,10 @@ pub(super) fn decode_bytes(bytes: &[u8]) -> Result<DecodedMap, DecodeFailure> {
 }
 
 /// Reads the header up to its empty line; returns the exposure, and whether the pixels are CIE XYZ.
-fn read_variables(lines: &mut Lines, notes: &mut Vec<String>) -> Result<(Vec3, bool), DecodeFailure> {
+fn read_variables(reader: &mut FileReader, notes: &mut Vec<String>) -> Result<(Vec3, bool), String> {
     let (mut exposure, mut format) = (Vec3::ONE, None);
     loop {
-        let line = lines.read_line()?;
+        let line = reader.read_line()?;
         if line.is_empty() {
             break;
         }
@@ -96,8 +95,7 @@ fn read_variables(lines: &mut Lines, notes: &mut Vec<String>) -> Result<(Vec3, b
         Some(other) => Err(format!(
             "has the format `{}`: 32-bit_rle_rgbe or 32-bit_rle_xyze is needed",
             shorten_text(other)
-        )
-        .into()),
+        )),
         None => {
             notes.push("has no FORMAT line: read as 32-bit_rle_rgbe".into());
             Ok((exposure, false))
@@ -121,37 +119,106 @@ fn shorten_text(text: &str) -> String {
     text.chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
-/// The lines of a header, without their endings.
-struct Lines<'a> {
+/// Reader of a file; `at` is the place of the next byte, or of a fault.
+struct FileReader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
-impl Lines<'_> {
-    fn read_line(&mut self) -> Result<String, DecodeFailure> {
+impl FileReader<'_> {
+    /// Reads a line of the header, without its ending.
+    fn read_line(&mut self) -> Result<String, String> {
         let end = self.bytes.len().min(MAX_HEADER_BYTES);
         let rest = self.bytes.get(self.at..end).unwrap_or_default();
         let Some(length) = rest.iter().position(|b| *b == b'\n') else {
-            return Err(DecodeFailure {
-                place: format!("byte {}", self.at + rest.len()),
-                message: "ends within its header: write or copy it again".into(),
-            });
+            let at = self.at + rest.len();
+            return Err(format!("byte {at}: ends within its header: write or copy it again"));
         };
         self.at += length + 1;
         let line = String::from_utf8_lossy(&rest[..length]);
         Ok(line.trim_end_matches('\r').to_owned())
     }
+
+    /// Reads a scanline, flat or in one of the run-length encodings.
+    fn read_scanline(&mut self, line: &mut [[u8; 4]]) -> Result<(), String> {
+        let length = line.len();
+        match self.bytes[self.at..] {
+            [2, 2, high, low, ..] if high < 128 && NEW_RLE_WIDTHS.contains(&length) => {
+                let stated = usize::from(high) << 8 | usize::from(low);
+                self.at += 2;
+                if stated != length {
+                    return Err(format!(
+                        "says that it has {stated} pixels and the resolution line {length}"
+                    ));
+                }
+                self.at += 2;
+                (0..4).try_for_each(|c| self.read_component(line, c))
+            }
+            _ => self.read_pixels(line),
+        }
+    }
+
+    /// Reads a component in the new run-length encoding: runs of one value or of several.
+    fn read_component(&mut self, line: &mut [[u8; 4]], c: usize) -> Result<(), String> {
+        let (length, mut rest) = (line.len(), line);
+        while !rest.is_empty() {
+            let code = usize::from(*self.bytes.get(self.at).ok_or(CUT_OFF)?);
+            let (count, stored) = if code > 128 { (code - 128, 1) } else { (code, code) };
+            if count == 0 {
+                return Err("has a run of no pixels".into());
+            }
+            let Some((run, after)) = rest.split_at_mut_checked(count) else {
+                return Err(beyond_line(length));
+            };
+            let values = self.bytes.get(self.at + 1..=self.at + stored).ok_or(CUT_OFF)?;
+            for (pixel, value) in run.iter_mut().zip(values.iter().cycle()) {
+                pixel[c] = *value;
+            }
+            self.at += 1 + stored;
+            rest = after;
+        }
+        Ok(())
+    }
+
+    /// Reads pixels, flat or in the old run-length encoding, in which 1, 1, 1, n repeats the pixel before it n times;
+    /// further such pixels are higher digits of n.
+    fn read_pixels(&mut self, line: &mut [[u8; 4]]) -> Result<(), String> {
+        let (mut done, mut shift) = (0, 0);
+        while done < line.len() {
+            let pixel = *self.bytes[self.at..].first_chunk::<4>().ok_or(CUT_OFF)?;
+            let (mut value, mut count) = (pixel, 1);
+            if let [1, 1, 1, digit] = pixel {
+                let last = done.checked_sub(1);
+                let last = last.ok_or("begins with a run of nothing")?;
+                value = line[last];
+                count = usize::from(digit).checked_shl(shift).unwrap_or(usize::MAX);
+                shift += 8;
+            } else {
+                shift = 0;
+            }
+            let length = line.len();
+            let run = line[done..].get_mut(..count).ok_or_else(|| beyond_line(length))?;
+            run.fill(value);
+            done += count;
+            self.at += 4;
+        }
+        Ok(())
+    }
+}
+
+fn beyond_line(length: usize) -> String {
+    format!("has a run that goes beyond {length} pixels")
 }
 
 impl Resolution {
-    fn parse(line: &str) -> Result<Self, DecodeFailure> {
+    fn parse(line: &str) -> Result<Self, String> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let refuse = || {
             let line = shorten_text(line);
             format!("its resolution line `{line}` should read like `-Y 512 +X 1024`")
         };
         let [first, scanlines, second, length] = words[..] else {
-            return Err(refuse().into());
+            return Err(refuse());
         };
         let number = |word: &str| word.parse::<u64>().map_err(|_| refuse());
         let (scanlines, length) = (number(scanlines)?, number(length)?);
@@ -159,7 +226,7 @@ impl Resolution {
         let (by_columns, flip_y, flip_x) = match (first, second) {
             ("-Y" | "+Y", "-X" | "+X") => (false, first == "+Y", second == "-X"),
             ("-X" | "+X", "-Y" | "+Y") => (true, second == "+Y", first == "-X"),
-            _ => return Err(refuse().into()),
+            _ => return Err(refuse()),
         };
         check_size(length, scanlines)?;
         Ok(Self {
@@ -195,82 +262,4 @@ fn decode_rgbe([r, g, b, exponent]: [u8; 4]) -> Vec3 {
         2_f64.powi(i32::from(exponent) - 136)
     };
     Vec3::from([r, g, b].map(|c| (f64::from(c) * scale) as f32))
-}
-
-/// Decodes a scanline of `length` pixels, appends it to `pixels` and returns its length in bytes.
-fn decode_scanline(bytes: &[u8], length: usize, pixels: &mut Vec<[u8; 4]>) -> Result<usize, ScanlineFault> {
-    match *bytes {
-        [2, 2, high, low, ..] if high < 128 && NEW_RLE_WIDTHS.contains(&length) => {
-            let stated = usize::from(high) << 8 | usize::from(low);
-            if stated != length {
-                let message = format!("says that it has {stated} pixels and the resolution line {length}");
-                return Err((2, message));
-            }
-            decode_components(bytes, length, pixels)
-        }
-        _ => decode_pixels(bytes, length, pixels),
-    }
-}
-
-/// Decodes the new run-length encoding: the four components one after the other, each in runs of one value or of
-/// several.
-fn decode_components(bytes: &[u8], length: usize, pixels: &mut Vec<[u8; 4]>) -> Result<usize, ScanlineFault> {
-    let first = pixels.len();
-    pixels.resize(first + length, [0; 4]);
-    let mut at = 4;
-    for c in 0..4 {
-        let mut rest = &mut pixels[first..];
-        while !rest.is_empty() {
-            let byte = |k: usize| {
-                bytes
-                    .get(k)
-                    .copied()
-                    .ok_or_else(|| (at, "ends within its pixels".to_owned()))
-            };
-            let code = usize::from(byte(at)?);
-            let is_run = code > 128;
-            let count = if is_run { code - 128 } else { code };
-            if count == 0 {
-                return Err((at, "has a run of no pixels".into()));
-            }
-            let Some((run, after)) = rest.split_at_mut_checked(count) else {
-                return Err((at, format!("has a run that goes beyond {length} pixels")));
-            };
-            for (k, pixel) in run.iter_mut().enumerate() {
-                pixel[c] = byte(at + 1 + if is_run { 0 } else { k })?;
-            }
-            at += if is_run { 2 } else { 1 + count };
-            rest = after;
-        }
-    }
-    Ok(at)
-}
-
-/// Decodes pixels, flat or in the old run-length encoding, in which 1, 1, 1, n repeats the pixel before it n times;
-/// further such pixels are higher digits of n.
-fn decode_pixels(bytes: &[u8], length: usize, pixels: &mut Vec<[u8; 4]>) -> Result<usize, ScanlineFault> {
-    let end = pixels.len() + length;
-    let first = pixels.len();
-    let (mut at, mut shift) = (0, 0);
-    while pixels.len() < end {
-        let Some(&pixel) = bytes[at..].first_chunk::<4>() else {
-            return Err((at, "ends within its pixels".into()));
-        };
-        if let [1, 1, 1, count] = pixel {
-            let count = usize::from(count).checked_shl(shift).unwrap_or(usize::MAX);
-            if pixels.len() == first {
-                return Err((at, "begins with a run of nothing".into()));
-            } else if count > end - pixels.len() {
-                return Err((at, format!("has a run that goes beyond {length} pixels")));
-            }
-            let last = pixels[pixels.len() - 1];
-            pixels.extend(std::iter::repeat_n(last, count));
-            shift += 8;
-        } else {
-            pixels.push(pixel);
-            shift = 0;
-        }
-        at += 4;
-    }
-    Ok(at)
 }

@@ -1,12 +1,12 @@
 //! Builds a scene from input polygons: splits them where necessary, applies materials and notes irregular faces.
 
-use super::material::{ImportedMaterial, InputPolygon};
+use super::material::{ImportedMaterial, InputVertex};
 use super::polygon::{self, ConvexPiece};
 use super::surface::{DEFAULT_REFLECTANCE, diffuse_surface};
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene};
 use crate::text::escape_control;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -35,7 +35,6 @@ pub struct Builder<'a> {
     /// Further pieces of split faces.
     pub pieces: Vec<Face>,
     remarks: BTreeMap<&'static str, FaceTally>,
-    without_material: FaceTally,
     /// Names of materials, by the words before and after them in a note.
     materials: BTreeMap<[&'static str; 2], BTreeSet<String>>,
     notes: Vec<String>,
@@ -50,7 +49,6 @@ impl<'a> Builder<'a> {
             faces: Vec::new(),
             pieces: Vec::new(),
             remarks: BTreeMap::new(),
-            without_material: FaceTally::default(),
             materials: BTreeMap::new(),
             notes: Vec::new(),
         }
@@ -61,66 +59,76 @@ impl<'a> Builder<'a> {
         self.notes.push(escape_control(&note.into()));
     }
 
-    /// Adds an input face; `place` is its position in the file, for messages.
+    /// Adds an input face with these corners, counter-clockwise as seen from the front; `odd` if it was joined from two
+    /// triangles over the diagonal from corner 1 to corner 3. `place` is its position in the file, for messages.
     ///
     /// Errors: a corner is not finite, the polygon or the scene is too large, or the material is invalid.
     pub fn add_face(
         &mut self,
         name: &str,
-        polygon: &InputPolygon,
+        corners: &[InputVertex],
+        odd: bool,
         material: Option<&ImportedMaterial>,
         place: impl Fn() -> String,
     ) -> Result<()> {
         let k = self.faces.len();
-        let corners = polygon.corners;
-        let fail = |message: String| {
-            let place = format!("face {} ({})", k + 1, place());
-            Err(Error::bad_input(self.path, place, message))
-        };
-        if corners.is_empty() || !corners.iter().all(|p| p.is_finite()) {
-            return fail("a corner is not a finite number".into());
-        }
-        if corners.len() > polygon::MAX_CORNERS {
-            let (n, most) = (corners.len(), polygon::MAX_CORNERS);
-            return fail(format!(
-                "has {n} corners, and {most} is the most: split it into triangles"
-            ));
-        }
-        if k + self.pieces.len() >= MAX_FACES {
-            return fail(format!(
+        let count = corners.len();
+        let message = if count == 0 || !corners.iter().all(|v| v.position.is_finite()) {
+            Some("a corner is not a finite number".into())
+        } else if count > polygon::MAX_CORNERS {
+            let most = polygon::MAX_CORNERS;
+            Some(format!(
+                "has {count} corners, and {most} is the most: split it into triangles"
+            ))
+        } else if k + self.pieces.len() >= MAX_FACES {
+            Some(format!(
                 "more than {MAX_FACES} faces cannot be solved: simplify the mesh"
-            ));
-        }
-        if material.is_none() {
-            self.without_material.count_face(k);
+            ))
+        } else {
+            None
+        };
+        if let Some(message) = message {
+            let place = format!("face {} ({})", k + 1, place());
+            return Err(Error::bad_input(self.path, place, message));
         }
         let name = &escape_control(name);
-        let (pieces, remarks) = polygon::split_polygon(corners);
-        for remark in remarks {
+        let positions: Vec<DVec3> = corners.iter().map(|v| v.position).collect();
+        let (pieces, remarks) = polygon::split_polygon(&positions);
+        let bare = match self.reflectance {
+            None => "without material: reflectance 0.7, no emission",
+            Some(_) => "without material: no emission",
+        };
+        for remark in remarks.into_iter().chain(material.is_none().then_some(bare)) {
             self.remarks.entry(remark).or_default().count_face(k);
         }
         let split = pieces.len() > 1;
+        let charts: Option<Vec<Vec2>> = corners.iter().map(|v| v.chart).collect();
+        let charts = charts.and_then(|charts| charts.try_into().ok());
         for (n, piece) in pieces.into_iter().enumerate() {
             let mut face = match piece {
                 ConvexPiece::Quad(c) => Face::quad(name, c, Vec3::ZERO, Vec3::ZERO),
                 ConvexPiece::Triangle(c) => Face::triangle(name, c, Vec3::ZERO, Vec3::ZERO),
             };
-            self.apply_material(&mut face, polygon, material)?;
+            let vertex = |c: &DVec3| *corners.iter().find(|v| v.position == *c).unwrap_or(&corners[0]);
+            let own = face.corners.each_ref().map(vertex);
+            self.apply_material(&mut face, &own, odd, material)?;
             face.input_face = split.then_some(k as u32);
-            face.rounding = polygon.rounding;
-            face.corner_normals = polygon.normals_of(&face.corners);
-            face.lightmap_corners = polygon.chart;
+            face.rounding = corners.iter().map(|v| v.rounding).fold(0.0, f64::max);
+            let normals = own.iter().map(|v| v.normal?.try_normalize());
+            face.corner_normals = normals.collect::<Option<Vec<_>>>().and_then(|all| all.try_into().ok());
+            face.lightmap_corners = charts;
             let list = if n == 0 { &mut self.faces } else { &mut self.pieces };
             list.push(face);
         }
         Ok(())
     }
 
-    /// Sets reflectance, emission and paint of a face by its material.
+    /// Sets reflectance, emission and paint of a face with these corners by its material.
     fn apply_material(
         &mut self,
         face: &mut Face,
-        polygon: &InputPolygon,
+        corners: &[InputVertex; 4],
+        odd: bool,
         material: Option<&ImportedMaterial>,
     ) -> Result<()> {
         let given = self.reflectance;
@@ -128,13 +136,12 @@ impl<'a> Builder<'a> {
             face.reflectance = given.unwrap_or(Vec3::splat(DEFAULT_REFLECTANCE));
             return Ok(());
         };
-        let corner = |c: &DVec3| polygon.corners.iter().position(|p| p == c).unwrap_or(0);
-        let of: Vec<usize> = face.outline().iter().map(corner).collect();
-        let look = material.appearance_on(polygon, &of, given.is_some());
+        let count = face.outline().len();
+        let look = material.appearance_on(&corners[..count], odd, given.is_some());
         let mut means = look.factors;
         if let Some(paint) = &look.paint {
             let over = paint.mean_over(face.outline(), face.outline());
-            let whole = paint.overall_mean(of.len());
+            let whole = paint.overall_mean(count);
             let mean = |k: usize| over[k].or(whole[k]).unwrap_or(look.factors[k]);
             means = [mean(0), mean(1)];
         }
@@ -184,14 +191,6 @@ impl<'a> Builder<'a> {
         }
         for (remark, faces) in &self.remarks {
             self.notes.push(faces.describe_faces(remark));
-        }
-        if self.without_material.count > 0 {
-            let reflectance = match self.reflectance {
-                None => format!("reflectance {DEFAULT_REFLECTANCE}, "),
-                Some(_) => String::new(),
-            };
-            let without = format!("without material: {reflectance}no emission");
-            self.notes.push(self.without_material.describe_faces(&without));
         }
         for ([before, after], names) in std::mem::take(&mut self.materials) {
             let names = names.into_iter().collect::<Vec<_>>().join(", ");

@@ -4,35 +4,21 @@ use crate::paint::{Coat, MAX_WHITE_REFLECTANCE, Paint, PaintCorner, WrappedTextu
 use glam::{DAffine2, DVec2, DVec3, Vec2, Vec3};
 use std::path::{Path, PathBuf};
 
-/// A polygon of a scene file with its attributes per corner.
-#[derive(Default)]
-pub struct InputPolygon<'p> {
-    /// Corners, counter-clockwise as seen from the front.
-    pub corners: &'p [DVec3],
-    /// Shading normals at the corners; empty if the file has none.
-    pub normals: &'p [Vec3],
+/// Corner of a polygon of a scene file, with the attributes that it has.
+#[derive(Clone, Copy, Default)]
+pub struct InputVertex {
+    /// Position in the scene.
+    pub position: DVec3,
+    /// Shading normal, untransformed: normals are only compared for equality.
+    pub normal: Option<Vec3>,
+    /// Texture coordinates for the reflectance and the radiance texture.
+    pub places: [Option<DVec2>; 2],
+    /// Colour, which multiplies the reflectance.
+    pub colour: Option<DVec3>,
+    /// Lightmap coordinates.
+    pub chart: Option<Vec2>,
     /// Largest rounding error of a coordinate.
     pub rounding: f64,
-    /// Texture coordinates of the corners, for the reflectance and the radiance texture.
-    pub texture_coordinates: [Option<&'p [DVec2]>; 2],
-    /// Vertex colours, which multiply the reflectance.
-    pub colours: Option<&'p [DVec3]>,
-    /// True for a quad joined from two triangles over the diagonal from corner 1 to corner 3.
-    pub odd_diagonal: bool,
-    /// Lightmap coordinates of a triangle's corners.
-    pub chart: Option<[Vec2; 3]>,
-}
-
-impl InputPolygon<'_> {
-    /// Returns the unit normals at the corners of a piece of this polygon, or none if any of them is missing or zero.
-    pub fn normals_of(&self, piece: &[DVec3; 4]) -> Option<[Vec3; 4]> {
-        let mut normals = [Vec3::ZERO; 4];
-        for (own, corner) in normals.iter_mut().zip(piece) {
-            let k = self.corners.iter().position(|c| c == corner)?;
-            *own = self.normals.get(k)?.try_normalize()?;
-        }
-        Some(normals)
-    }
 }
 
 /// A constant factor times an optional texture.
@@ -112,9 +98,9 @@ impl ImportedMaterial {
         }
     }
 
-    /// Returns the appearance of a face whose corners are the corners `of` a polygon. Where the options
-    /// replace the reflectance (`replaced`), vertex colours are ignored.
-    pub fn appearance_on(&self, polygon: &InputPolygon, of: &[usize], replaced: bool) -> FaceAppearance {
+    /// Returns the appearance of a face with these corners; `odd` if the diagonal of a joined quad runs from corner 1 to
+    /// corner 3. Where the options replace the reflectance (`replaced`), vertex colours are ignored.
+    pub fn appearance_on(&self, vertices: &[InputVertex], odd: bool, replaced: bool) -> FaceAppearance {
         let mut corners = [PaintCorner {
             places: [DVec2::ZERO; 2],
             colour: DVec3::ONE,
@@ -122,14 +108,11 @@ impl ImportedMaterial {
         let mut lacks_coordinates = false;
         let mut coats = [0, 1].map(|k| {
             let places = self.colours[k].texture.as_ref().and_then(|(_, transform)| {
-                let places = polygon.texture_coordinates[k];
+                let places = vertices.iter().map(|v| v.places[k]);
+                let places = places.map(|place| Some(transform.transform_point2(place?)));
+                let places: Option<Vec<DVec2>> = places.collect();
                 lacks_coordinates |= places.is_none();
-                let places = places?;
-                Some(
-                    of.iter()
-                        .map(|n| transform.transform_point2(places[*n]))
-                        .collect::<Vec<_>>(),
-                )
+                places
             });
             for (corner, place) in corners.iter_mut().zip(places.iter().flatten()) {
                 corner.places[k] = *place;
@@ -139,8 +122,8 @@ impl ImportedMaterial {
         let texture = self.colours[0].texture.as_ref();
         let mut was_white =
             texture.is_some_and(|(texture, _)| texture.picture.was_white()) && coats[0].factor != DVec3::ZERO;
-        if let Some(colours) = polygon.colours.filter(|_| !replaced) {
-            let colours: Vec<DVec3> = of.iter().map(|n| colours[*n]).collect();
+        let colours: Option<Vec<DVec3>> = vertices.iter().map(|v| v.colour).collect();
+        if let Some(colours) = colours.filter(|_| !replaced) {
             if colours.iter().all(|c| *c == colours[0]) {
                 coats[0].factor *= colours[0];
             } else {
@@ -160,13 +143,10 @@ impl ImportedMaterial {
         let factors = coats.each_ref().map(|coat| coat.factor);
         let varies = |coat: &Coat| (coat.texture.is_some() || coat.coloured) && coat.factor != DVec3::ZERO;
         let coats = coats.map(|coat| varies(&coat).then_some(coat));
+        let paint = Paint { corners, odd, coats };
         FaceAppearance {
             factors,
-            paint: coats.iter().any(Option::is_some).then_some(Paint {
-                corners,
-                odd: polygon.odd_diagonal,
-                coats,
-            }),
+            paint: paint.coats.iter().any(Option::is_some).then_some(paint),
             was_white,
             lacks_coordinates,
         }

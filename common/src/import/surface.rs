@@ -3,7 +3,7 @@
 use crate::paint::MAX_WHITE_REFLECTANCE;
 use glam::{DVec3, Vec3};
 
-/// Reflectance of a face without a material.
+/// Reflectance of a face without a material; the note on such faces states it.
 pub const DEFAULT_REFLECTANCE: f32 = 0.7;
 
 /// Smallest and largest emitted radiosity that can be solved, W/m². Within it f32 holds the square of the

@@ -340,58 +340,38 @@ mod tests {
     }
 
     #[test]
-    fn mean_over_polygon_is_exact() {
-        let picture = ramp(4, 4);
-        close(
-            rectangle(&picture, [0., 0.], [1., 1.], WrapMode::Repeat),
-            [1.5, 1.5, 1.],
-        );
-        // Half of column 1, all of column 2, a quarter of column 3.
-        let part = rectangle(&picture, [0.375, 0.5], [0.8125, 0.75], WrapMode::Repeat);
-        close(part, [(0.5 + 2.0 + 0.75) / 1.75, 2., 1.]);
+    fn mean_over_rectangle_is_exact() {
+        use WrapMode::{Clamp, Mirror, Repeat};
+        let (square, row, wide) = (ramp(4, 4), ramp(4, 1), ramp(3000, 30));
+        let (of_square, of_wide) = ([1.5, 1.5, 1.], [1499.5, 14.5, 1.]);
+        for (picture, a, b, wrap, expected) in [
+            (&square, [0., 0.], [1., 1.], Repeat, of_square),
+            // Half of column 1, all of column 2, a quarter of column 3.
+            (&square, [0.375, 0.5], [0.8125, 0.75], Repeat, [3.25 / 1.75, 2., 1.]),
+            // Beyond the edge.
+            (&row, [1., 0.], [1.5, 1.], Repeat, [0.5, 0., 1.]),
+            (&row, [1., 0.], [1.5, 1.], Mirror, [2.5, 0., 1.]),
+            (&row, [1., 0.], [1.5, 1.], Clamp, [3.0, 0., 1.]),
+            (&row, [-0.5, 0.], [0., 1.], Repeat, [2.5, 0., 1.]),
+            // A point and a line.
+            (&square, [0.6, 0.3], [0.6, 0.3], Repeat, [2., 1., 1.]),
+            (&square, [0., 0.3], [1., 0.3], Repeat, [1.5, 1., 1.]),
+            // Coordinates that are ignored.
+            (&square, [0., 0.], [f64::NAN, 1.], Repeat, of_square),
+            (&square, [0., 0.], [f64::INFINITY, 1.], Repeat, of_square),
+            (&square, [0., 0.], [1e30, 1.], Repeat, of_square),
+            // Many pixels, and 10⁵ repetitions.
+            (&wide, [0., 0.], [1., 1.], Repeat, of_wide),
+            (&wide, [0.1, 0.], [0.9, 1.], Repeat, of_wide),
+            (&wide, [0., 0.], [1e5, 1.], Repeat, of_wide),
+        ] {
+            close(rectangle(picture, a, b, wrap), expected);
+        }
+        assert_eq!(wide.mean_colour().to_array(), of_wide);
         // The triangle below the diagonal: column x has x + ½ pixels.
         let places = [[0., 0.], [1., 0.], [1., 1.]].map(DVec2::from);
-        let mean = picture.mean_over(&places, [WrapMode::Repeat; 2]);
-        close(mean, [(1.5 + 5.0 + 10.5) / 8., (3.5 * 0. + 2.5 + 3. + 1.5) / 8., 1.]);
-    }
-
-    #[test]
-    fn coordinates_beyond_the_edge_follow_the_wrap_mode() {
-        let picture = ramp(4, 1);
-        for (wrap, expected) in [(WrapMode::Repeat, 0.5), (WrapMode::Mirror, 2.5), (WrapMode::Clamp, 3.0)] {
-            let found = rectangle(&picture, [1., 0.], [1.5, 1.], wrap);
-            close(found, [expected, 0., 1.]);
-        }
-        let before = rectangle(&picture, [-0.5, 0.], [0., 1.], WrapMode::Repeat);
-        close(before, [2.5, 0., 1.]);
-    }
-
-    #[test]
-    fn points_lines_and_non_finite_polygons_have_a_mean() {
-        let picture = ramp(4, 4);
-        let point = rectangle(&picture, [0.6, 0.3], [0.6, 0.3], WrapMode::Repeat);
-        close(point, [2., 1., 1.]);
-        let line = rectangle(&picture, [0., 0.3], [1., 0.3], WrapMode::Repeat);
-        close(line, [1.5, 1., 1.]);
-        for odd in [f64::NAN, f64::INFINITY, 1e30] {
-            close(
-                rectangle(&picture, [0., 0.], [odd, 1.], WrapMode::Repeat),
-                [1.5, 1.5, 1.],
-            );
-        }
-    }
-
-    #[test]
-    fn mean_over_large_polygon_is_exact_up_to_64_repetitions() {
-        let picture = ramp(3000, 30);
-        let whole = rectangle(&picture, [0., 0.], [1., 1.], WrapMode::Repeat);
-        close(whole, picture.mean_colour().to_array());
-        let part = rectangle(&picture, [0.1, 0.], [0.9, 1.], WrapMode::Repeat);
-        close(part, [1499.5, 14.5, 1.]);
-        close(
-            rectangle(&picture, [0., 0.], [1e5, 1.], WrapMode::Repeat),
-            [1499.5, 14.5, 1.],
-        );
+        let mean = square.mean_over(&places, [Repeat; 2]);
+        close(mean, [(1.5 + 5.0 + 10.5) / 8., (2.5 + 3. + 1.5) / 8., 1.]);
     }
 
     #[test]
@@ -421,15 +401,21 @@ mod tests {
         }
     }
 
+    /// A PNG of two pixels.
+    fn png_bytes(left: [u8; 3], right: [u8; 3]) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let image = RgbImage::from_fn(2, 1, |x, _| Rgb(if x == 0 { left } else { right }));
+        image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+        bytes.into_inner()
+    }
+
     #[test]
     fn white_is_lowered_to_the_given_maximum() {
-        let mut bytes = Cursor::new(Vec::new());
-        let image = RgbImage::from_fn(2, 1, |x, _| Rgb([255, 254 + x as u8, 0]));
-        image.write_to(&mut bytes, ImageFormat::Png).unwrap();
-        let picture = TexturePicture::decode_image(bytes.get_ref(), [0.5, 1.0, 0.5]).unwrap();
+        let bytes = png_bytes([255, 254, 0], [255, 255, 0]);
+        let picture = TexturePicture::decode_image(&bytes, [0.5, 1.0, 0.5]).unwrap();
         let light = from_srgb(254.0 / 255.0);
         assert!((picture.mean_colour() - DVec3::new(0.5, (light + 1.0) / 2.0, 0.0)).length() < 1e-6);
-        let picture = TexturePicture::decode_image(bytes.get_ref(), [1.0, 0.5, 0.5]).unwrap();
+        let picture = TexturePicture::decode_image(&bytes, [1.0, 0.5, 0.5]).unwrap();
         assert!((picture.mean_colour().y - (light + 0.5) / 2.0).abs() < 1e-6);
     }
 
@@ -457,13 +443,8 @@ mod tests {
 
     #[test]
     fn file_values_are_decoded_as_srgb() {
-        let mut bytes = Cursor::new(Vec::new());
-        let image = RgbImage::from_fn(2, 2, |x, _| Rgb([if x == 0 { 188 } else { 10 }, 255, 0]));
-        image.write_to(&mut bytes, ImageFormat::Png).unwrap();
-        let bytes = bytes.into_inner();
-        let mean = TexturePicture::decode_image(&bytes, [1.0; 3])
-            .map(|picture| picture.mean_colour())
-            .unwrap();
+        let bytes = png_bytes([188, 255, 0], [10, 255, 0]);
+        let mean = TexturePicture::decode_image(&bytes, [1.0; 3]).unwrap().mean_colour();
         // 188: 0.502886 by IEC 61966-2-1; 10: on its straight part.
         let expected = DVec3::new((0.502_886 + 10.0 / 255.0 / 12.92) / 2.0, 1.0, 0.0);
         assert!((mean - expected).length() < 1e-6, "{mean}");

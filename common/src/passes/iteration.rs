@@ -1,7 +1,7 @@
 //! Choice of the radiosity d that each patch shoots in a pass r ← r − α(d − ρ T d/A): Southwell, Chebyshev or
 //! conjugate gradients. For every d, r is the unshot radiosity, so the choice changes the time and not the solution.
 
-use crate::mesh::{Mesh, Patch};
+use crate::mesh::{Mesh, Patch, area_mean};
 use crate::settings::Iteration;
 use glam::{DVec3, Vec3};
 
@@ -180,15 +180,7 @@ impl PassState {
 
 /// Returns the area-weighted mean over each patch's texels of a value of patch and texel.
 pub fn patch_means(mesh: &Mesh, value: impl Fn(&Patch, usize) -> Vec3) -> Vec<DVec3> {
-    let mean = |patch: &Patch| {
-        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-        for k in patch.texels() {
-            let a = f64::from(mesh.texels[k].area);
-            sum += value(patch, k).as_dvec3() * a;
-            area += a;
-        }
-        if area > 0.0 { sum / area } else { DVec3::ZERO }
-    };
+    let mean = |patch: &Patch| area_mean(patch.texels().map(|k| (value(patch, k), mesh.texels[k].area)));
     mesh.patches.iter().map(mean).collect()
 }
 

@@ -7,7 +7,7 @@
 //! is above [`MAX_WALL_REFLECTANCE`] in some channel: then it is an emitter with the mean ρ of its face's other texels, and
 //! E is the difference. The equation holds by construction.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, area_mean};
 use crate::relight::RoomRadiosity;
 use glam::{DVec3, Vec3, Vec4};
 
@@ -66,7 +66,12 @@ impl TexelSurfaces {
 }
 
 fn recover_reflectance(mesh: &Mesh, room: &RoomRadiosity, before: &[Vec4], emitters: &mut Vec<u32>) -> Vec<Vec3> {
-    let mean = mean_irradiance(mesh, before);
+    let of_room = mesh
+        .texels
+        .iter()
+        .zip(before)
+        .filter(|(texel, _)| !mesh.is_object(texel.face));
+    let mean = area_mean(of_room.map(|(texel, h)| (h.truncate(), texel.area)));
     let explained: Vec<Option<Vec3>> = (0..mesh.texels.len())
         .map(|k| {
             let (b, h) = (room.radiosity[k].truncate(), before[k].truncate());
@@ -91,18 +96,6 @@ fn recover_reflectance(mesh: &Mesh, room: &RoomRadiosity, before: &[Vec4], emitt
         })
     };
     mesh.texels.iter().enumerate().map(choose).collect()
-}
-
-/// Returns the area-weighted mean of H₀ over the room.
-fn mean_irradiance(mesh: &Mesh, before: &[Vec4]) -> DVec3 {
-    let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-    for (texel, h) in mesh.texels.iter().zip(before) {
-        if !mesh.is_object(texel.face) {
-            sum += h.truncate().as_dvec3() * f64::from(texel.area);
-            area += f64::from(texel.area);
-        }
-    }
-    if area > 0.0 { sum / area } else { DVec3::ZERO }
 }
 
 /// Returns the mean ρ of each face's explained texels; for a face without any, the mean of all.

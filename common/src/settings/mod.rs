@@ -3,7 +3,7 @@
 
 mod visibility;
 
-pub use visibility::{ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Visibility};
+pub use visibility::{ItemBufferProjection, ItemBufferSettings, Lookup, Visibility};
 
 use crate::form_factor::FormFactor;
 use serde::Serialize;

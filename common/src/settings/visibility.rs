@@ -1,6 +1,7 @@
 //! Visibility between a texel and a shooter. Each method has only the options that it reads: rays have no
-//! pixels, and only two projections have a choice of raster.
+//! pixels.
 
+use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 /// Method of the visibility test between a texel and a shooter.
@@ -43,7 +44,7 @@ impl Visibility {
 /// Settings by which an item buffer is drawn and read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ItemBufferSettings {
-    /// Projection of the shooter's hemisphere onto the square, and rasterisation.
+    /// Projection of the shooter's hemisphere onto the square.
     pub projection: ItemBufferProjection,
     /// Pixels per side.
     pub size: u32,
@@ -52,9 +53,9 @@ pub struct ItemBufferSettings {
 }
 
 impl ItemBufferSettings {
-    /// Stereographic projection, rasterised per pixel, 1024 pixels per side, 3×3 lookup.
+    /// Stereographic projection, 1024 pixels per side, 3×3 lookup.
     pub const DEFAULT: Self = Self {
-        projection: ItemBufferProjection::Stereographic(Raster::Pixel),
+        projection: ItemBufferProjection::Stereographic,
         size: 1024,
         lookup: Lookup::Neighbours,
     };
@@ -65,60 +66,35 @@ impl ItemBufferSettings {
     }
 }
 
-impl Default for ItemBufferSettings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-/// Projection of the shooter's hemisphere onto the square of the item buffer, with the raster where there
-/// is a choice.
+/// Projection of the shooter's hemisphere onto the square of the item buffer. Each pixel's ray is intersected with
+/// the faces whose image may lie there, but for `Paper`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ItemBufferProjection {
-    /// Table 3 as printed (vertices only, planar depth, half a unit deep): tessellated.
+    /// Table 3 as printed: only corners are projected, and depth is planar and half a unit deep.
     Paper,
     /// Orthographic hemisphere, corrected.
-    Hemisphere(Raster),
+    Hemisphere,
     /// Stereographic hemisphere.
-    Stereographic(Raster),
-    /// The five sides of a half cube, rasterised per pixel (Cohen & Greenberg 1985).
+    Stereographic,
+    /// The five sides of a half cube (Cohen & Greenberg 1985).
     Hemicube,
 }
 
 impl ItemBufferProjection {
-    /// Returns the rasterisation of faces into the item buffer.
-    pub const fn raster_method(self) -> Raster {
-        match self {
-            Self::Paper => Raster::Tessellated,
-            Self::Hemisphere(raster) | Self::Stereographic(raster) => raster,
-            Self::Hemicube => Raster::Pixel,
-        }
-    }
-
-    /// Returns the projection with `raster`, or `None` if it cannot have this raster.
-    pub fn with_raster(self, raster: Raster) -> Option<Self> {
-        let drawn = match self {
-            Self::Hemisphere(_) => Self::Hemisphere(raster),
-            Self::Stereographic(_) => Self::Stereographic(raster),
-            Self::Paper | Self::Hemicube => self,
-        };
-        (drawn.raster_method() == raster).then_some(drawn)
-    }
-
     /// Returns the number of image planes: the hemicube's five sides, or one disc.
     pub const fn plane_count(self) -> u32 {
         match self {
             Self::Hemicube => 5,
-            Self::Paper | Self::Hemisphere(_) | Self::Stereographic(_) => 1,
+            Self::Paper | Self::Hemisphere | Self::Stereographic => 1,
         }
     }
 
-    /// Returns the projection's number in the shaders, whatever the raster.
+    /// Returns the projection's number in the shaders.
     pub const fn shader_code(self) -> u32 {
         match self {
             Self::Paper => 0,
-            Self::Hemisphere(_) => 1,
-            Self::Stereographic(_) => 2,
+            Self::Hemisphere => 1,
+            Self::Stereographic => 2,
             Self::Hemicube => 3,
         }
     }
@@ -127,21 +103,11 @@ impl ItemBufferProjection {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
-            Self::Hemisphere(_) => "hemisphere",
-            Self::Stereographic(_) => "stereographic",
+            Self::Hemisphere => "hemisphere",
+            Self::Stereographic => "stereographic",
             Self::Hemicube => "hemicube",
         }
     }
-}
-
-/// Rasterisation of faces into the item buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Raster {
-    /// Each pixel's ray is intersected with the faces whose image may lie there.
-    Pixel,
-    /// Faces are divided into triangles, whose projected corners are drawn.
-    Tessellated,
 }
 
 /// Item buffer pixels in which a texel looks for its face.
@@ -165,31 +131,15 @@ impl Lookup {
     }
 }
 
-/// Options in force, as they are written to files; rays have one.
-#[derive(Serialize)]
-#[serde(rename_all = "kebab-case")]
-struct VisibilityOptions {
-    visibility: &'static str,
-    #[serde(flatten)]
-    drawn: Option<ItemBufferOptions>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "kebab-case")]
-struct ItemBufferOptions {
-    item_buffer: u32,
-    raster: Raster,
-    lookup: Lookup,
-}
-
 impl Serialize for Visibility {
+    /// Writes the options in force; rays have one.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let drawn = self.item_buffer().map(|drawing| ItemBufferOptions {
-            item_buffer: drawing.size,
-            raster: drawing.projection.raster_method(),
-            lookup: drawing.lookup,
-        });
-        let visibility = self.name();
-        VisibilityOptions { visibility, drawn }.serialize(serializer)
+        let mut options = serializer.serialize_map(None)?;
+        options.serialize_entry("visibility", self.name())?;
+        if let Some(drawing) = self.item_buffer() {
+            options.serialize_entry("item-buffer", &drawing.size)?;
+            options.serialize_entry("lookup", &drawing.lookup)?;
+        }
+        options.end()
     }
 }

@@ -7,8 +7,7 @@ use crate::scene::{Face, Shape};
 use crate::texel;
 use crate::text::escape_control;
 use glam::{DVec3, Vec3};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -50,39 +49,51 @@ impl Description {
 }
 
 /// Entry of a face: its geometry and the place of its texels.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub(crate) struct FaceEntry {
     #[serde(default)]
     pub name: String,
-    pub kind: FaceKind,
+    pub kind: Shape,
     pub corners: Vec<[f64; 3]>,
+    #[serde(skip_deserializing)]
+    pub area: f64,
     pub texels: [u32; 2],
     /// In `result.json`: its rectangle x, y, w, h in the atlas.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rect: Option<[u32; 4]>,
     /// In `room.json`: its image.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     #[serde(default)]
     pub emission: [f32; 3],
     #[serde(default)]
     pub reflectance: [f32; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<u32>,
 }
 
-#[derive(Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum FaceKind {
-    Quad,
-    Triangle,
-}
-
 impl FaceEntry {
+    /// Describes a face, without the place of its texels.
+    pub(crate) fn new(face: &Face, texels: [u32; 2]) -> Self {
+        Self {
+            name: face.name.clone(),
+            kind: face.shape,
+            corners: face.outline().iter().map(DVec3::to_array).collect(),
+            area: face.area(),
+            texels,
+            rect: None,
+            file: None,
+            emission: face.emission.to_array(),
+            reflectance: face.reflectance.to_array(),
+            from: face.input_face,
+        }
+    }
+
     /// Checks that the face's corners and texels fit its kind, and that its values are in range.
     ///
     /// Errors: a message that follows the face's label.
     fn check_entry(&self) -> std::result::Result<(), String> {
-        let expected = if self.kind == FaceKind::Quad { 4 } else { 3 };
+        let expected = if self.kind == Shape::Quad { 4 } else { 3 };
         if self.corners.len() != expected {
             let count = self.corners.len();
             return Err(format!("has {count} corners instead of {expected}"));
@@ -97,7 +108,7 @@ impl FaceEntry {
             ));
         }
         let [w, h] = self.texels;
-        if w == 0 || h == 0 || (self.kind == FaceKind::Triangle && w != h) {
+        if w == 0 || h == 0 || (self.kind == Shape::Triangle && w != h) {
             return Err(format!("{w}×{h} texels do not fit its kind"));
         }
         Ok(())
@@ -115,16 +126,13 @@ impl FaceEntry {
 
     /// Converts the entry to a face; its corners must have been checked.
     fn to_face(&self) -> Face {
-        let c: Vec<DVec3> = self.corners.iter().map(|p| DVec3::from(*p)).collect();
-        let name = escape_control(&self.name);
+        // A triangle repeats its third corner.
+        let corners = [0, 1, 2, 3].map(|k| DVec3::from(self.corners[k.min(self.corners.len() - 1)]));
         let (emission, reflectance) = (self.emission.into(), self.reflectance.into());
-        let face = match self.kind {
-            FaceKind::Quad => Face::quad(&name, [c[0], c[1], c[2], c[3]], emission, reflectance),
-            FaceKind::Triangle => Face::triangle(&name, [c[0], c[1], c[2]], emission, reflectance),
-        };
         Face {
+            shape: self.kind,
             input_face: self.from,
-            ..face
+            ..Face::quad(&escape_control(&self.name), corners, emission, reflectance)
         }
     }
 }
@@ -134,23 +142,6 @@ pub(crate) fn build_faces(entries: &[FaceEntry]) -> Vec<Face> {
     let mut faces: Vec<Face> = entries.iter().map(FaceEntry::to_face).collect();
     join_sheets(&mut faces);
     faces
-}
-
-/// Returns the description of a face, without the place of its texels.
-pub(crate) fn describe_face(face: &Face, resolution: [u32; 2]) -> Value {
-    let mut entry = json!({
-        "name": face.name,
-        "kind": match face.shape { Shape::Quad => "quad", Shape::Triangle => "triangle" },
-        "corners": face.outline().iter().map(|p| p.to_array()).collect::<Vec<_>>(),
-        "area": face.area(),
-        "texels": resolution,
-        "emission": face.emission.to_array(),
-        "reflectance": face.reflectance.to_array(),
-    });
-    if let Some(from) = face.input_face {
-        entry["from"] = from.into();
-    }
-    entry
 }
 
 /// Returns whether a reflectance is at least 0 and below 1 in every channel.

@@ -3,14 +3,13 @@
 use crate::error::{Error, Result};
 use crate::file;
 use exr::meta::MetaData;
-use exr::meta::header::Header;
-use exr::prelude::{FlatImage, ReadChannels, ReadLayers, Vec2, read};
+use exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers, Vec2, read};
 use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::path::Path;
 
 /// Maximum number of values in a file (4 GB), checked before they are allocated.
-pub(crate) const MAX_VALUES: u64 = 1 << 30;
+const MAX_VALUES: u64 = 1 << 30;
 
 /// Planes of an image, of `width × height` values each, row by row from the upper left.
 #[derive(Clone, Debug, Default)]
@@ -35,15 +34,21 @@ impl ImagePlanes {
     ///
     /// Errors: as of [`ImagePlanes::read`].
     pub fn decode(path: &Path, bytes: &[u8], max_pixels: u64) -> Result<Self> {
-        let refuse = |message: String| Error::bad_input(path, "", message);
-        check_header(bytes, max_pixels).map_err(refuse)?;
-        let image = decode_layers(bytes)
-            .map_err(|message| refuse(format!("cannot be decoded ({message}): write or copy it again")))?;
-        let layer = image
-            .layer_data
-            .into_iter()
-            .next()
-            .ok_or_else(|| refuse("has no layer".into()))?;
+        let decoded = decode_layer(bytes, |meta| {
+            if meta.headers.iter().any(|header| header.deep) {
+                return Err("holds deep pixels: a flat image is needed".into());
+            }
+            let header = meta.headers.first().ok_or("has no layer")?;
+            let Vec2(width, height) = header.layer_size;
+            if (width as u64).saturating_mul(height as u64) > max_pixels {
+                return Err(format!(
+                    "has {width}×{height} pixels of {} channels: more than can belong to the faces",
+                    header.channels.list.len()
+                ));
+            }
+            Ok(0)
+        });
+        let layer = decoded.map_err(|message| Error::bad_input(path, "", message))?;
         let channels = layer.channel_data.list.into_iter();
         Ok(Self {
             width: layer.size.0,
@@ -61,41 +66,39 @@ impl ImagePlanes {
     }
 }
 
-/// Checks the header before memory is allocated for the pixels.
-fn check_header(bytes: &[u8], max_pixels: u64) -> std::result::Result<(), String> {
+/// Decodes the layer that `choose` selects by the header, at its largest level; half floats and integers stay what they
+/// are. The header is checked before memory is allocated for the sizes that it states.
+///
+/// Errors: that of `choose`; not an EXR, damaged, cut short, subsampled, or of too many values.
+pub(crate) fn decode_layer(
+    bytes: &[u8],
+    choose: impl FnOnce(&MetaData) -> std::result::Result<usize, String>,
+) -> std::result::Result<Layer<AnyChannels<FlatSamples>>, String> {
     let meta = MetaData::read_from_buffered(bytes, true)
-        .map_err(|error| format!("is not an EXR file that can be read ({error})"))?;
-    let header = meta.headers.first().ok_or("has no layer")?;
-    if meta.headers.iter().any(|header| header.deep) {
-        return Err("holds deep pixels: a flat image is needed".into());
-    }
-    let Vec2(width, height) = header.layer_size;
-    let pixels = (width as u64).saturating_mul(height as u64);
-    if pixels > max_pixels || count_values(&meta) > MAX_VALUES {
+        .map_err(|error| format!("is not an EXR file whose header can be read ({error})"))?;
+    // Each chunk has an entry of 8 bytes in the offset table.
+    let chunks = meta.headers.iter().map(|header| header.chunk_count as u64);
+    let chunks = chunks.fold(0, u64::saturating_add);
+    if chunks.saturating_mul(8) > bytes.len() as u64 {
         return Err(format!(
-            "has {width}×{height} pixels of {} channels: more than can belong to the faces",
-            header.channels.list.len()
+            "promises {chunks} blocks of pixels and is too short for their addresses: write or copy it again"
         ));
     }
-    match header.channels.list.iter().find(|c| c.sampling != Vec2(1, 1)) {
-        Some(channel) => Err(format!("its channel {} is subsampled", channel.name)),
-        None => Ok(()),
-    }
-}
-
-/// Returns the number of values of all layers.
-pub(crate) fn count_values(meta: &MetaData) -> u64 {
-    let of_layer = |header: &Header| {
+    let chosen = choose(&meta)?;
+    let values = meta.headers.iter().map(|header| {
         let pixels = (header.layer_size.0 as u64).saturating_mul(header.layer_size.1 as u64);
         pixels.saturating_mul(header.channels.list.len() as u64)
-    };
-    meta.headers.iter().map(of_layer).fold(0, u64::saturating_add)
-}
-
-/// Decodes all layers at their largest level; half floats and integers stay what they are.
-///
-/// Errors: the decoder's, or that the file is damaged.
-pub(crate) fn decode_layers(bytes: &[u8]) -> std::result::Result<FlatImage, String> {
+    });
+    if values.fold(0, u64::saturating_add) > MAX_VALUES {
+        return Err("has too many pixels in all channels: keep only R, G and B".into());
+    }
+    let channels = &meta.headers[chosen].channels.list;
+    if let Some(channel) = channels.iter().find(|c| c.sampling != Vec2(1, 1)) {
+        return Err(format!(
+            "its channel {} is subsampled: write it as R, G, B",
+            channel.name
+        ));
+    }
     // Pedantic: a truncated file is an error, not a picture with a black part. On this thread: in the
     // decoder's own pool a panic over a damaged block would end the program.
     let decode = || {
@@ -109,7 +112,9 @@ pub(crate) fn decode_layers(bytes: &[u8]) -> std::result::Result<FlatImage, Stri
             .non_parallel()
             .from_buffered(std::io::Cursor::new(bytes))
     };
+    let damaged = |reason: String| format!("cannot be decoded ({reason}): write or copy it again");
     // The decoder may panic on a damaged file; the error is the file's.
-    let image = catch_unwind(decode).map_err(|_| "damaged".to_owned())?;
-    image.map_err(|error| error.to_string())
+    let image = catch_unwind(decode).map_err(|_| damaged("damaged".into()))?;
+    let layers = image.map_err(|error| damaged(error.to_string()))?.layer_data;
+    layers.into_iter().nth(chosen).ok_or_else(|| "has no layer".into())
 }

@@ -22,11 +22,7 @@ impl WarningCode {
     pub const ALL_CODES: [(Self, &'static str, &'static str); 9] = [
         (Self::Visibility, "visibility", "the item buffer is too coarse"),
         (Self::Patches, "cells", "light or shadow varies within patches"),
-        (
-            Self::Texels,
-            "texels",
-            "light or shadow varies within texels, or falls into gaps narrower than a tenth of one",
-        ),
+        (Self::Texels, "texels", "light or shadow varies within texels"),
         (Self::Closure, "closure", "form-factor error: light was lost or created"),
         (Self::Unshot, "unshot", "the solve was stopped early"),
         (

@@ -7,7 +7,7 @@ use crate::mesh::{Mesh, MeshFace, Texel};
 use crate::scene::{Face, Scene};
 use crate::settings::Settings;
 use crate::shooting::{RadiosityField, SolveRun};
-use crate::solution::faces::describe_face;
+use crate::solution::faces::FaceEntry;
 use crate::solution::pending::{PendingFiles, temporary_path};
 use crate::solution::warning::Warning;
 use exr::prelude::{
@@ -95,7 +95,7 @@ impl Solution<'_> {
         }
         let mut description = self.summarise_run();
         description["seconds"]["write"] = start.elapsed().as_secs_f64().into();
-        description["faces"] = self.describe_faces().into();
+        description["faces"] = json!(self.describe_faces());
         description["lightmap_crc32"] = file_checksum(&image).into();
         files.add(&dir.join("result.json"), format!("{description:#}\n").as_bytes())?;
         files.rename_files()
@@ -148,15 +148,14 @@ impl Solution<'_> {
         description
     }
 
-    fn describe_faces(&self) -> Vec<Value> {
+    fn describe_faces(&self) -> Vec<FaceEntry> {
         let means = self.has_texel_surfaces().then(|| face_means(self.mesh));
         let faces = self.scene.faces.iter().zip(&self.mesh.faces).enumerate();
         let describe = |(k, (face, mesh)): (usize, (&Face, &MeshFace))| {
-            let mut entry = describe_face(face, mesh.resolution);
-            entry["rect"] = json!(mesh.rect);
-            if let Some([emission, reflectance]) = means.as_ref().map(|means| means[k]) {
-                entry["emission"] = json!(emission);
-                entry["reflectance"] = json!(reflectance);
+            let mut entry = FaceEntry::new(face, mesh.resolution);
+            entry.rect = Some(mesh.rect);
+            if let Some(means) = &means {
+                [entry.emission, entry.reflectance] = means[k];
             }
             entry
         };

@@ -5,6 +5,7 @@ use common::import::{ImportOptions, load_scene};
 use common::scene::Scene;
 use glam::DVec3;
 use serde_json::{Value, json};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, fs, process};
@@ -57,6 +58,18 @@ impl Drop for Folder {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// Returns the folder RADIOSITY_DATA; prints a line on stderr if it is not set.
+pub fn data_folder() -> Option<PathBuf> {
+    let folder = env::var_os("RADIOSITY_DATA").map(PathBuf::from);
+    if folder.is_none() {
+        // Bypasses the test runner, which hides the output of passing tests.
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a test");
+        let _ = writeln!(std::io::stderr(), "skipped {test}: RADIOSITY_DATA is not set");
+    }
+    folder
 }
 
 pub fn join_quads() -> ImportOptions {

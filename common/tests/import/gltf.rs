@@ -4,6 +4,7 @@ use super::files::{Folder, Gltf, corners, float_bytes, join_quads, square};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::import::ImportOptions;
+use common::precision::UNIT_ROUNDOFF;
 use common::scene::Shape;
 use glam::{DVec3, Vec3};
 use serde_json::json;
@@ -158,8 +159,10 @@ fn node_transforms_apply_to_children() {
     }
     assert_eq!(scene.faces[0].name, "leaf");
     let matrix = json!([0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 10, 0, 4, 1]);
-    let found = corners(&square().set("/nodes/0/matrix", matrix).scene());
-    assert_eq!(found[0], [[10., 0., 4.], [10., 2., 4.], [7., 2., 4.]]);
+    let found = square().set("/nodes/0/matrix", matrix).scene();
+    assert_eq!(corners(&found)[0], [[10., 0., 4.], [10., 2., 4.], [7., 2., 4.]]);
+    // The file's f32 are rounded before they are scaled; the place of the node is not.
+    assert_eq!(found.faces[0].rounding, 3.0 * UNIT_ROUNDOFF);
 }
 
 #[test]

@@ -88,6 +88,12 @@ fn point_and_spot_lights_become_lamps_of_equal_power() {
     assert!((emitted_power(&lit) - DVec3::splat(2.0 * PI)).length() < 1e-5);
     assert!(lit.faces[2].vector_area().normalize().z < -0.999, "it looks along −z");
     assert_eq!(notes(&lit, "without a cone: light 0").len(), 1);
+    // Falling off from the axis on, it has a third of the power; a turned node turns it.
+    let soft = square_under_light(json!({"type": "spot", "spot": {"outerConeAngle": PI / 2.0, "innerConeAngle": 0}}))
+        .set("/nodes/1/rotation", json!([0.5, 0.5, 0.5, 0.5]));
+    let lit = soft.scene();
+    assert!((emitted_power(&lit) - DVec3::splat(2.0 * PI / 3.0)).length() < 1e-5);
+    assert!(lit.faces[2].vector_area().normalize().x < -0.999, "it looks along −x");
 }
 
 #[test]

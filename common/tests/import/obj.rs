@@ -157,6 +157,8 @@ fn backs_follow_all_faces() {
     assert_eq!(from, [Some(0), None, Some(0), Some(0), Some(1), Some(0)]);
     for (front, back) in scene.faces.iter().zip(&scene.faces[3..]) {
         assert_eq!(back.vector_area(), -front.vector_area());
+        assert_eq!((back.shape, back.corners[0]), (front.shape, front.corners[0]));
+        assert_eq!((back.emission, back.reflectance), (front.emission, front.reflectance));
         let partner = back.partner.map(|k| &scene.faces[k as usize].corners);
         assert_eq!(partner, Some(&front.corners));
     }

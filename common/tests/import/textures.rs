@@ -120,7 +120,7 @@ fn obj_texture_v_runs_upwards() {
          usemtl b; f 1/1 2/2 3/3 4/4; usemtl a; f 1 2 3;",
     );
     let materials = "newmtl a\nKd 0.5 0.5 0.5\nmap_Kd sub\\a b.png\n\
-        newmtl b\nmap_Kd -o 0.5 0.5 -s 1 1 1 sub/a b.png\nKe 2 2 2\nmap_Ke sub/a b.png\n";
+        newmtl b\nmap_Kd -bm 0.5 -o 0.5 0.5 -blendu on -clamp on -s 1 1 1 sub/a b.png\nKe 2 2 2\nmap_Ke sub/a b.png\n";
     let folder = Folder::new().with("a.obj", text).with("a.mtl", materials);
     std::fs::create_dir(folder.path("sub")).expect("a folder");
     folder.put("sub/a b.png", picture_bytes());

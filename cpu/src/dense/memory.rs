@@ -28,11 +28,6 @@ pub fn check_memory(scene: &Scene, side: u32) -> Result<()> {
     )))
 }
 
-/// Returns the largest number of texels per side of `faces` faces whose matrix fits; 0 if none does.
-pub fn max_texels_per_side(faces: u64) -> u64 {
-    (MAX_MATRIX_BYTES as f64 / 16.0 / (faces as f64).powi(2)).powf(0.25) as u64
-}
-
 /// Allocates n² zeros.
 ///
 /// Errors: they do not fit.

@@ -50,13 +50,20 @@ pub struct Matrix {
     pub escaped: Vec<f64>,
 }
 
+/// Greatest and area-weighted mean |1 − ΣF − escaped| of the open parts.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct ClosureDefects {
+    /// The greatest.
+    pub max: f64,
+    /// The mean.
+    pub mean: f64,
+}
+
 /// Accuracy and size of an assembled matrix.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct AssemblyQuality {
-    /// Greatest |1 − ΣF − escaped| of a texel's open part.
-    pub closure_max: f64,
-    /// Area-weighted mean of |1 − ΣF − escaped|.
-    pub closure_mean: f64,
+    /// |1 − ΣF − escaped| of the texels' open parts.
+    pub closure: ClosureDefects,
     /// Greatest relative |A_i F_ij − A_j F_ji| of a sample of unoccluded pairs.
     pub reciprocity: f64,
     /// Greatest difference of the visible shares from both ends in a sample of partly hidden pairs: the error of
@@ -121,11 +128,9 @@ impl Matrix {
         }
         matrix.expand_symmetric();
         matrix.escaped = shot_log::escaped_shares(mesh, &rays, &elements);
-        let [closure_max, closure_mean] = shot_log::closure_defects(&matrix);
         let [reciprocity, visibility] = assembly.max_asymmetry(COMPARED_PAIR_COUNT);
         let quality = AssemblyQuality {
-            closure_max,
-            closure_mean,
+            closure: shot_log::closure_defects(&matrix),
             reciprocity,
             visibility,
             exact_pairs: pairs.exact,

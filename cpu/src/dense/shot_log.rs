@@ -5,7 +5,7 @@
 //! stands on it.
 
 use super::open_area::Element;
-use super::{DenseSolution, Matrix};
+use super::{ClosureDefects, DenseSolution, Matrix};
 use common::escape::meets_front;
 use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
 use common::mesh::Mesh;
@@ -99,17 +99,18 @@ pub fn texel_shots(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &De
     shots
 }
 
-/// Returns the greatest and the area-weighted mean |1 − ΣF − escaped| of the open parts.
-pub fn closure_defects(matrix: &Matrix) -> [f64; 2] {
-    let (mut worst, mut sum, mut weight) = (0.0f64, 0.0, 0.0);
+/// Returns the closure defects of all texels.
+pub fn closure_defects(matrix: &Matrix) -> ClosureDefects {
+    let (mut max, mut sum, mut weight) = (0.0f64, 0.0, 0.0);
     for (k, taken) in matrix.form_factor_sums().iter().enumerate() {
         let open = matrix.areas[k] * matrix.open[k];
         if open > 0.0 {
             let defect = (1.0 - taken - matrix.escaped[k]).abs();
-            worst = worst.max(defect);
+            max = max.max(defect);
             sum += defect * open;
             weight += open;
         }
     }
-    [worst, if weight > 0.0 { sum / weight } else { 0.0 }]
+    let mean = if weight > 0.0 { sum / weight } else { 0.0 };
+    ClosureDefects { max, mean }
 }

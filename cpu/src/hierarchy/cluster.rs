@@ -67,13 +67,12 @@ impl Clusters {
     pub fn new(mesh: &Mesh, tree: &TexelTree) -> Self {
         let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
         let mut all = Vec::new();
-        let builder = ClusterBuilder { tree };
         if order.len() > 1 {
-            builder.build_cluster(&mut order, 0, &mut all);
+            build_cluster(tree, &mut order, 0, &mut all);
         }
         let mut areas = vec![0.0; order.len() + 1];
         for (k, f) in order.iter().enumerate() {
-            areas[k + 1] = areas[k] + f64::from(builder.root_node(*f).shooter.area);
+            areas[k + 1] = areas[k] + f64::from(root_node(tree, *f).shooter.area);
         }
         Self { all, order, areas }
     }
@@ -89,8 +88,7 @@ impl Clusters {
         let upto = &self.areas[first + 1..end];
         let f = self.order[first + upto.partition_point(|a| *a <= area)];
         let uv = [sample_coordinate(s, 3, seeds[1]), sample_coordinate(s, 0, seeds[2])];
-        let root = &tree.nodes[tree.roots[f as usize] as usize];
-        let at = outline_point(&root.shooter.corners, uv);
+        let at = outline_point(&root_node(tree, f).shooter.corners, uv);
         (f, at.truncate(), at.w)
     }
 
@@ -167,103 +165,96 @@ impl FlowSums {
     }
 }
 
-/// Builds the binary tree of clusters.
-struct ClusterBuilder<'a> {
-    tree: &'a TexelTree,
+fn root_node(tree: &TexelTree, f: u32) -> &TreeNode {
+    &tree.nodes[tree.roots[f as usize] as usize]
 }
 
-impl ClusterBuilder<'_> {
-    fn root_node(&self, f: u32) -> &TreeNode {
-        &self.tree.nodes[self.tree.roots[f as usize] as usize]
+/// Builds the cluster of `faces`, which start at `first` in the order, and sorts them.
+fn build_cluster(tree: &TexelTree, faces: &mut [u32], first: u32, all: &mut Vec<Cluster>) -> ClusterPart {
+    if let [face] = faces {
+        return ClusterPart::Face(*face);
     }
+    let k = all.len();
+    all.push(enclose_faces(tree, faces, first));
+    let middle = partition_faces(tree, faces);
+    let (low, high) = faces.split_at_mut(middle);
+    let low = build_cluster(tree, low, first, all);
+    let high = build_cluster(tree, high, first + middle as u32, all);
+    all[k].parts = [low, high];
+    ClusterPart::Cluster(k as u32)
+}
 
-    /// Builds the cluster of `faces`, which start at `first` in the order, and sorts them.
-    fn build_cluster(&self, faces: &mut [u32], first: u32, all: &mut Vec<Cluster>) -> ClusterPart {
-        if let [face] = faces {
-            return ClusterPart::Face(*face);
-        }
-        let k = all.len();
-        all.push(self.enclose_faces(faces, first));
-        let middle = self.partition_faces(faces);
-        let (low, high) = faces.split_at_mut(middle);
-        let low = self.build_cluster(low, first, all);
-        let high = self.build_cluster(high, first + middle as u32, all);
-        all[k].parts = [low, high];
-        ClusterPart::Cluster(k as u32)
+/// Returns the cluster around `faces`, without its parts.
+fn enclose_faces(tree: &TexelTree, faces: &[u32], first: u32) -> Cluster {
+    let shooters = || faces.iter().map(|f| &root_node(tree, *f).shooter);
+    let (mut area, mut centre, mut axis) = (0.0, Vec3::ZERO, Vec3::ZERO);
+    for shooter in shooters() {
+        // A face without area still has a position.
+        let own = shooter.area.max(1e-12);
+        area += own;
+        centre += shooter.centre * own;
+        axis += shooter.normal * own;
     }
+    let mean_normal = (axis.length() / area).max(MIN_MEAN_NORMAL);
+    let (centre, axis) = (centre / area, axis.normalize_or_zero());
+    let mut second_moments = [0.0; 6];
+    let mut turn = Mat3::ZERO;
+    for shooter in shooters() {
+        // The second moment of a triangle in its plane is about a sixth of its squared radius.
+        let (d, own) = (shooter.centre - centre, shooter.area / area);
+        let n = shooter.normal;
+        turn += Mat3::from_cols(n * d.x, n * d.y, n * d.z) * (own / mean_normal);
+        let within = shooter.radius * shooter.radius / 6.0;
+        let parts = [
+            d.x * d.x + within * (1.0 - shooter.normal.x.powi(2)),
+            d.y * d.y + within * (1.0 - shooter.normal.y.powi(2)),
+            d.z * d.z + within * (1.0 - shooter.normal.z.powi(2)),
+            d.x * d.y,
+            d.y * d.z,
+            d.z * d.x,
+        ];
+        for (sum, part) in second_moments.iter_mut().zip(parts) {
+            *sum += own * part;
+        }
+    }
+    let corners = || shooters().flat_map(|s| s.corners).map(|c| c - centre);
+    let cone = shooters().map(|s| s.normal.dot(axis));
+    Cluster {
+        centre,
+        half: corners().fold(Vec3::ZERO, |half, d| half.max(d.abs())),
+        radius: corners().map(Vec3::length).fold(0.0, f32::max),
+        area,
+        second_moments,
+        turn,
+        axis,
+        cone: cone.fold(1.0, f32::min),
+        parts: [ClusterPart::Face(0); 2],
+        faces: first..first + faces.len() as u32,
+    }
+}
 
-    /// Returns the cluster around `faces`, without its parts.
-    fn enclose_faces(&self, faces: &[u32], first: u32) -> Cluster {
-        let shooters = || faces.iter().map(|f| &self.root_node(*f).shooter);
-        let (mut area, mut centre, mut axis) = (0.0, Vec3::ZERO, Vec3::ZERO);
-        for shooter in shooters() {
-            // A face without area still has a position.
-            let own = shooter.area.max(1e-12);
-            area += own;
-            centre += shooter.centre * own;
-            axis += shooter.normal * own;
+/// Sorts `faces` along the longest extent, of centres or normals, and returns the number before its middle.
+fn partition_faces(tree: &TexelTree, faces: &mut [u32]) -> usize {
+    let place = |f: u32, axis: usize| {
+        let shooter = &root_node(tree, f).shooter;
+        if axis < 3 {
+            shooter.centre[axis]
+        } else {
+            NORMAL_WEIGHT * shooter.normal[axis - 3]
         }
-        let mean_normal = (axis.length() / area).max(MIN_MEAN_NORMAL);
-        let (centre, axis) = (centre / area, axis.normalize_or_zero());
-        let mut second_moments = [0.0; 6];
-        let mut turn = Mat3::ZERO;
-        for shooter in shooters() {
-            // The second moment of a triangle in its plane is about a sixth of its squared radius.
-            let (d, own) = (shooter.centre - centre, shooter.area / area);
-            let n = shooter.normal;
-            turn += Mat3::from_cols(n * d.x, n * d.y, n * d.z) * (own / mean_normal);
-            let within = shooter.radius * shooter.radius / 6.0;
-            let parts = [
-                d.x * d.x + within * (1.0 - shooter.normal.x.powi(2)),
-                d.y * d.y + within * (1.0 - shooter.normal.y.powi(2)),
-                d.z * d.z + within * (1.0 - shooter.normal.z.powi(2)),
-                d.x * d.y,
-                d.y * d.z,
-                d.z * d.x,
-            ];
-            for (sum, part) in second_moments.iter_mut().zip(parts) {
-                *sum += own * part;
-            }
-        }
-        let corners = || shooters().flat_map(|s| s.corners).map(|c| c - centre);
-        let cone = shooters().map(|s| s.normal.dot(axis));
-        Cluster {
-            centre,
-            half: corners().fold(Vec3::ZERO, |half, d| half.max(d.abs())),
-            radius: corners().map(Vec3::length).fold(0.0, f32::max),
-            area,
-            second_moments,
-            turn,
-            axis,
-            cone: cone.fold(1.0, f32::min),
-            parts: [ClusterPart::Face(0); 2],
-            faces: first..first + faces.len() as u32,
+    };
+    let (mut axis, mut longest, mut middle) = (0, -1.0, 0.0);
+    for a in 0..6 {
+        let places = faces.iter().map(|f| place(*f, a));
+        let (low, high) = places.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        if high - low > longest {
+            (axis, longest, middle) = (a, high - low, 0.5 * (low + high));
         }
     }
-
-    /// Sorts `faces` along the longest extent, of centres or normals, and returns the number before its middle.
-    fn partition_faces(&self, faces: &mut [u32]) -> usize {
-        let place = |f: u32, axis: usize| {
-            let shooter = &self.root_node(f).shooter;
-            if axis < 3 {
-                shooter.centre[axis]
-            } else {
-                NORMAL_WEIGHT * shooter.normal[axis - 3]
-            }
-        };
-        let (mut axis, mut longest, mut middle) = (0, -1.0, 0.0);
-        for a in 0..6 {
-            let places = faces.iter().map(|f| place(*f, a));
-            let (low, high) = places.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), p| {
-                (low.min(p), high.max(p))
-            });
-            if high - low > longest {
-                (axis, longest, middle) = (a, high - low, 0.5 * (low + high));
-            }
-        }
-        faces.sort_by(|a, b| place(*a, axis).total_cmp(&place(*b, axis)));
-        let count = faces.partition_point(|f| place(*f, axis) < middle);
-        let least = (faces.len() / MAX_SPLIT_RATIO).max(1);
-        count.clamp(least, faces.len() - least)
-    }
+    faces.sort_by(|a, b| place(*a, axis).total_cmp(&place(*b, axis)));
+    let count = faces.partition_point(|f| place(*f, axis) < middle);
+    let least = (faces.len() / MAX_SPLIT_RATIO).max(1);
+    count.clamp(least, faces.len() - least)
 }

@@ -110,11 +110,6 @@ impl CoarseNodes {
         }
     }
 
-    /// Returns the number of coarse nodes.
-    pub fn node_count(&self) -> usize {
-        self.nodes.len()
-    }
-
     /// Prepares the sources of `links`, so that [`Self::fit_sources`] sets their radiosity.
     pub fn prepare_sources(&mut self, links: &[Vec<StoredLink>]) {
         let nodes = links.iter().flatten().map(|stored| stored.node);
@@ -236,4 +231,9 @@ pub fn gather_over_links(links: &[Vec<StoredLink>], radiosity: &[LinearRadiosity
             sums
         })
         .collect()
+}
+
+/// Adds two fields value by value.
+pub fn add_fields(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
+    a.iter().zip(b).map(|(a, b)| *a + *b).collect()
 }

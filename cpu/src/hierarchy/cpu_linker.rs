@@ -68,11 +68,10 @@ impl CpuLinker<'_> {
         watch: ProgressCallback,
         task: impl Fn(&[ReceiverBlock]) -> Vec<T> + Sync,
     ) -> Result<Vec<T>> {
-        let (receivers, progress) = (request.receivers, &request.progress);
+        let receivers = request.receivers;
         let mut all = Vec::with_capacity(receivers.blocks.len());
         for tasks in receivers.tasks.chunks(TASKS_PER_CHECK) {
-            let share = all.len() as f64 / receivers.blocks.len() as f64;
-            if watch(progress.start + share * (progress.end - progress.start)).is_break() {
+            if watch(request.progress_of(all.len())).is_break() {
                 return Err(Error::Interrupted);
             }
             let parts = tasks.par_iter().map(|blocks| task(&receivers.blocks[blocks.clone()]));

@@ -2,11 +2,9 @@
 //! from the coarse light is iterated over the coarse links. In a narrow gap coarse nodes resolve little of that
 //! difference, so the correction is gathered as well, until it is small.
 
-use crate::hierarchy::coarse::StoredLink;
-use crate::hierarchy::final_gather::ReceiverSelection;
-use crate::hierarchy::linker::RequestedLight;
+use crate::hierarchy::coarse::{StoredLink, add_fields};
 use crate::hierarchy::solver::{
-    CORRECTION_TOLERANCE, CoarseLight, ErrorBudget, FINE_PROGRESS, HierarchicalSolver, add_fields,
+    CORRECTION_TOLERANCE, CoarseLight, ErrorBudget, FINE_PROGRESS, HierarchicalSolution, HierarchicalSolver,
 };
 use common::Result;
 use common::passes::ProgressCallback;
@@ -19,29 +17,16 @@ const NEGLIGIBLE_SHARE: f32 = 0.25;
 /// A correction as large as the light is not gathered: links add more than walls absorb.
 const DIVERGENT_SHARE: f32 = 1.0;
 
-/// Light after the corrections.
-pub(super) struct CorrectedLight {
-    /// H of each texel, the mean over its area.
-    pub(super) irradiance: Vec<Vec3>,
-    /// Unshot radiosity of each texel's open part.
-    pub(super) unshot: Vec<Vec3>,
-    /// Error of the coarse light at each texel, relative to the RMS of the reflected light.
-    pub(super) coarse_error: Vec<f32>,
-    /// All iterations converged.
-    pub(super) converged: bool,
-}
-
 impl HierarchicalSolver<'_> {
     /// Gathers and corrects the light of `radiosity`, of which `coarse` was found over `links`.
     pub(super) fn correct_defects(
-        &mut self,
+        mut self,
         links: &[Vec<StoredLink>],
         radiosity: Vec<Vec3>,
         coarse: CoarseLight,
         budget: ErrorBudget,
         watch: ProgressCallback,
-    ) -> Result<CorrectedLight> {
-        let all = ReceiverSelection::on_faces(0..self.scene.mesh.faces.len());
+    ) -> Result<HierarchicalSolution> {
         let mut fine = vec![Vec3::ZERO; radiosity.len()];
         let mut coarse_error = Vec::new();
         let (mut sent, mut estimate, mut progress) = (radiosity, coarse, FINE_PROGRESS);
@@ -49,14 +34,7 @@ impl HierarchicalSolver<'_> {
         for round in 0..MAX_CORRECTION_ROUNDS {
             let sources = self.fit_sources(&sent);
             let half = 0.5 * (progress.start + progress.end);
-            let gathered = self.gather_at_texels(
-                RequestedLight::Arriving,
-                &sources,
-                &all,
-                budget.fine,
-                progress.start..half,
-                watch,
-            )?;
+            let gathered = self.gather_arriving(&sources, budget.fine, progress.start..half, watch)?;
             progress.start = half;
             let new = self.open_part_mean(&gathered);
             let delta = new.iter().zip(&estimate.received).map(|(f, x)| *f - *x);
@@ -85,10 +63,14 @@ impl HierarchicalSolver<'_> {
             }
         }
         let whole = fine.iter().zip(estimate.received.iter().zip(&self.open));
-        Ok(CorrectedLight {
+        let unshot = estimate.unshot.iter().zip(&self.open);
+        Ok(HierarchicalSolution {
             irradiance: whole.map(|(h, (rest, open))| *h + *rest * *open).collect(),
-            unshot: estimate.unshot,
+            residual: unshot.map(|(unshot, open)| *unshot * *open).collect(),
             coarse_error,
+            open: self.open,
+            links: self.links,
+            passes: self.passes,
             converged: estimate.converged,
         })
     }

@@ -140,7 +140,7 @@ impl<'a> FinalGather<'a> {
         texels: usize,
     ) -> Self {
         let first_nodes = |f: usize| match selection.faces.contains(&f) {
-            true => tree.nodes_within_radius(f, selection.max_radius),
+            true => tree.largest_nodes(f, |k| tree.nodes[k as usize].shooter.radius <= selection.max_radius),
             false => Vec::new(),
         };
         Self {

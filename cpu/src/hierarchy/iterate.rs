@@ -2,7 +2,7 @@
 //! high.
 
 use crate::hierarchy::cluster::Clusters;
-use crate::hierarchy::coarse::{CoarseNodes, StoredLink, gather_over_links};
+use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links};
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TexelTree;
 use common::{Error, Result};
@@ -231,8 +231,4 @@ fn to_f64(a: &[Vec3]) -> Vec<DVec3> {
 
 fn to_f32(a: &[DVec3]) -> Vec<Vec3> {
     a.iter().map(|a| a.as_vec3()).collect()
-}
-
-fn add_fields(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
-    a.iter().zip(b).map(|(a, b)| *a + *b).collect()
 }

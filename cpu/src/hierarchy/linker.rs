@@ -58,16 +58,6 @@ pub struct LinkThresholds {
     pub soft: f32,
 }
 
-impl LinkThresholds {
-    /// Thresholds for soft shadows of light from all sides: an edge may change no more than linear light deviates.
-    pub fn with_soft_edges(self) -> Self {
-        Self {
-            soft: MAX_LINEAR_DEVIATION,
-            ..self
-        }
-    }
-}
-
 /// A request for all links of some receivers.
 pub struct LinkRequest<'a> {
     /// Light that is gathered.
@@ -89,6 +79,12 @@ impl LinkRequest<'_> {
     pub fn block_scale(&self, block: &ReceiverBlock) -> Vec3 {
         let faces = block.faces[..block.count].iter();
         faces.fold(Vec3::ZERO, |most, face| most.max((self.scale)(*face)))
+    }
+
+    /// Returns the solve's progress after `done` blocks.
+    pub fn progress_of(&self, done: usize) -> f64 {
+        let share = done as f64 / self.receivers.blocks.len().max(1) as f64;
+        self.progress.start + share * (self.progress.end - self.progress.start)
     }
 }
 

@@ -4,8 +4,8 @@
 //! Data passes the modules in this order: [`tree`] and [`cluster`] (sources), [`block`] (receivers),
 //! [`linear_radiosity`] (radiosity of sources), [`link`] and [`cluster_link`] (links), [`refine`] (decisions),
 //! [`linker`] and [`cpu_linker`] (all links of a request), [`coarse`] and [`iterate`] (bounces),
-//! [`final_gather`] (texels), [`solver`] (the whole solve), [`shot_log`] (the result as a run). [`relight`],
-//! [`residual`] and [`error_attribution`] solve related problems with the same parts.
+//! [`final_gather`] (texels), [`solver`] (the whole solve), [`shot_log`] (the result as a run). [`relight`]
+//! and [`residual`] solve related problems with the same parts.
 
 pub mod block;
 pub mod cluster;
@@ -13,7 +13,6 @@ pub mod cluster_link;
 pub mod coarse;
 pub mod cpu_linker;
 mod defect_correction;
-pub mod error_attribution;
 pub mod final_gather;
 pub mod iterate;
 pub mod level;

@@ -9,7 +9,7 @@
 
 use crate::hierarchy::final_gather::ReceiverSelection;
 use crate::hierarchy::linear_radiosity::pull_radiosity;
-use crate::hierarchy::linker::{LinkMethod, RequestedLight};
+use crate::hierarchy::linker::{LinkMethod, LinkThresholds, MAX_LINEAR_DEVIATION, RequestedLight};
 use crate::hierarchy::solver::{ErrorBudget, HierarchicalSolution, HierarchicalSolver, with_solver};
 use crate::occlusion::occluders::Occluders;
 use common::mesh::Mesh;
@@ -77,11 +77,16 @@ fn solve_change(
     let room = 0..mesh.room_faces as usize;
     let on_room_faces = ReceiverSelection::on_faces(room.clone());
     let on_room_faces = on_room_faces.limit_radius(0.5 * object_radius(mesh));
+    // Shadows of light from all sides are soft: an edge may change no more than linear light deviates.
+    let soft_edges = LinkThresholds {
+        soft: MAX_LINEAR_DEVIATION,
+        ..budget.direct
+    };
     let occluded = solver.gather_at_texels(
         RequestedLight::OccludedBy(&objects),
         &sources,
         &on_room_faces,
-        budget.direct.with_soft_edges(),
+        soft_edges,
         OCCLUDED_PROGRESS,
         watch,
     )?;
@@ -151,8 +156,6 @@ pub fn gather_irradiance(
     with_solver(scene, mesh, &[], method, |mut solver| {
         let sources = solver.fit_sources(radiosity);
         solver.estimate_direct(radiosity, &sources, watch)?;
-        let all = ReceiverSelection::on_faces(0..mesh.faces.len());
-        let light = RequestedLight::Arriving;
-        solver.gather_at_texels(light, &sources, &all, budget.direct, 0.0..1.0, watch)
+        solver.gather_arriving(&sources, budget.direct, 0.0..1.0, watch)
     })
 }

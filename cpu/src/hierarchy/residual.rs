@@ -1,11 +1,9 @@
 //! The residual of a given solution: gathers its radiosity at every texel and adds the further bounces of the
 //! difference.
 
-use crate::hierarchy::final_gather::ReceiverSelection;
-use crate::hierarchy::linker::{LinkMethod, RequestedLight};
-use crate::hierarchy::solver::{
-    CORRECTION_TOLERANCE, ErrorBudget, FINE_PROGRESS, HierarchicalSolver, add_fields, with_solver,
-};
+use crate::hierarchy::coarse::add_fields;
+use crate::hierarchy::linker::LinkMethod;
+use crate::hierarchy::solver::{CORRECTION_TOLERANCE, ErrorBudget, FINE_PROGRESS, HierarchicalSolver, with_solver};
 use common::Result;
 use common::mesh::Mesh;
 use common::passes::ProgressCallback;
@@ -56,15 +54,7 @@ fn solve_residual(
     let radiosity = add_fields(&reflected, &emission);
     let sources = solver.fit_sources(&radiosity);
     solver.estimate_direct(&radiosity, &sources, watch)?;
-    let all = ReceiverSelection::on_faces(0..solver.scene.mesh.faces.len());
-    let gathered = solver.gather_at_texels(
-        RequestedLight::Arriving,
-        &sources,
-        &all,
-        budget.fine,
-        FINE_PROGRESS,
-        watch,
-    )?;
+    let gathered = solver.gather_arriving(&sources, budget.fine, FINE_PROGRESS, watch)?;
     let new = solver.open_part_mean(&gathered);
     let delta: Vec<Vec3> = new.iter().zip(&received).map(|(n, h)| *n - *h).collect();
     // The links are those of the final light: a given solution may be dark where it should not.

@@ -10,7 +10,7 @@
 use crate::dense::open_area::{Element, covered_elements};
 use crate::hierarchy::block::ReceiverBlocks;
 use crate::hierarchy::cluster::Clusters;
-use crate::hierarchy::coarse::{CoarseNodes, StoredLink, gather_over_links};
+use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links};
 use crate::hierarchy::cpu_linker::CpuLinker;
 use crate::hierarchy::final_gather::{CoveredTexels, FinalGather, ReceiverSelection};
 use crate::hierarchy::iterate::BounceIteration;
@@ -186,24 +186,21 @@ pub(super) fn with_solver<T>(
         LinkMethod::Rays => &rays,
         _ => &shafts,
     });
-    let linkers = SolverLinkers {
-        arriving,
-        occluded: &shafts,
-    };
-    task(HierarchicalSolver::new(scene, linkers, coarse_error, &covered))
-}
-
-/// The linker for each kind of light.
-struct SolverLinkers<'a> {
-    arriving: &'a dyn Linker,
-    /// Objects affect few receivers, and shafts find which.
-    occluded: &'a dyn Linker,
+    task(HierarchicalSolver::new(
+        scene,
+        [arriving, &shafts],
+        coarse_error,
+        &covered,
+    ))
 }
 
 /// A solve in progress.
 pub(super) struct HierarchicalSolver<'a> {
     pub(super) scene: LinkerScene<'a>,
-    linkers: SolverLinkers<'a>,
+    /// Linker of light that arrives.
+    arriving: &'a dyn Linker,
+    /// Linker of occluded light: objects affect few receivers, and shafts find which.
+    occluded: &'a dyn Linker,
     /// ρ of each face.
     pub(super) albedo: Vec<Vec3>,
     /// Known H of each texel's open part, which the solve adds to; empty if there is none.
@@ -233,7 +230,7 @@ pub(super) struct CoarseLight {
 impl<'a> HierarchicalSolver<'a> {
     fn new(
         scene: LinkerScene<'a>,
-        linkers: SolverLinkers<'a>,
+        [arriving, occluded]: [&'a dyn Linker; 2],
         coarse_error: &[f32],
         covered: &[(u32, Element)],
     ) -> Self {
@@ -262,7 +259,8 @@ impl<'a> HierarchicalSolver<'a> {
             },
             known: Vec::new(),
             scene,
-            linkers,
+            arriving,
+            occluded,
             scale: Vec3::ONE,
             open,
             area,
@@ -279,19 +277,11 @@ impl<'a> HierarchicalSolver<'a> {
         watch: ProgressCallback,
     ) -> Result<HierarchicalSolution> {
         let lamps = self.fit_sources(emission);
-        let all = ReceiverSelection::on_faces(0..self.scene.mesh.faces.len());
         let estimate = self.estimate_direct(emission, &lamps, watch)?;
         let ambient = self.ambient_irradiance(&self.reflected_radiosity(&estimate));
         let light: Vec<Vec3> = estimate.iter().map(|h| *h + ambient).collect();
         self.scale = self.inverse_rms(&light);
-        let direct = self.gather_at_texels(
-            RequestedLight::Arriving,
-            &lamps,
-            &all,
-            budget.direct,
-            DIRECT_PROGRESS,
-            watch,
-        )?;
+        let direct = self.gather_arriving(&lamps, budget.direct, DIRECT_PROGRESS, watch)?;
         let direct_open = self.open_part_mean(&direct);
         let reflected = self.reflected_radiosity(&direct_open);
         let solution = self.solve_indirect(&reflected, &direct_open, ambient, budget, watch)?;
@@ -318,17 +308,7 @@ impl<'a> HierarchicalSolver<'a> {
         let coarse = self.iterate_coarse(&links, reflected, COARSE_TOLERANCE, watch)?;
         let radiosity = add_fields(reflected, &self.reflected_radiosity(&coarse.received));
         self.scale = self.inverse_rms(&add_fields(light, &coarse.received));
-        let corrected = self.correct_defects(&links, radiosity, coarse, budget, watch)?;
-        let unshot = corrected.unshot.iter().zip(&self.open);
-        Ok(HierarchicalSolution {
-            irradiance: corrected.irradiance,
-            residual: unshot.map(|(unshot, open)| *unshot * *open).collect(),
-            coarse_error: corrected.coarse_error,
-            open: self.open,
-            links: self.links,
-            passes: self.passes,
-            converged: corrected.converged,
-        })
+        self.correct_defects(&links, radiosity, coarse, budget, watch)
     }
 
     /// Estimates the irradiance from further bounces of a radiosity as if they spread evenly (the ambient term of
@@ -368,6 +348,18 @@ impl<'a> HierarchicalSolver<'a> {
         let mut sources = pull_radiosity(self.scene.tree, &self.area, values);
         self.scene.clusters.pull_radiosity(self.scene.tree, &mut sources);
         sources
+    }
+
+    /// Gathers the light that arrives from the sources of this `radiosity` at all texels: the mean over each one's area.
+    pub(super) fn gather_arriving(
+        &self,
+        radiosity: &[LinearRadiosity],
+        thresholds: LinkThresholds,
+        progress: Range<f64>,
+        watch: ProgressCallback,
+    ) -> Result<Vec<Vec3>> {
+        let all = ReceiverSelection::on_faces(0..self.scene.mesh.faces.len());
+        self.gather_at_texels(RequestedLight::Arriving, radiosity, &all, thresholds, progress, watch)
     }
 
     /// Gathers `light` from the sources of this `radiosity` at the selected texels: the mean over each one's area.
@@ -421,8 +413,8 @@ impl<'a> HierarchicalSolver<'a> {
             progress,
         };
         let linker = match light {
-            RequestedLight::Arriving => self.linkers.arriving,
-            RequestedLight::OccludedBy(_) => self.linkers.occluded,
+            RequestedLight::Arriving => self.arriving,
+            RequestedLight::OccludedBy(_) => self.occluded,
         };
         linker.gather_irradiance(&request, watch)
     }
@@ -443,7 +435,7 @@ impl<'a> HierarchicalSolver<'a> {
             scale: &|face| scale * threshold_reflectance(albedo, face),
             progress: LINK_PROGRESS,
         };
-        let links = self.linkers.arriving.create_links(&request, watch)?;
+        let links = self.arriving.create_links(&request, watch)?;
         self.coarse.prepare_sources(&links);
         let ones = self.fit_sources(&vec![Vec3::ONE; self.area.len()]);
         self.coarse.limit_gain(&gather_over_links(&links, &ones));
@@ -521,9 +513,4 @@ impl<'a> HierarchicalSolver<'a> {
 /// Returns a face's reflectance as error estimates use it.
 fn threshold_reflectance(albedo: &[Vec3], face: u32) -> Vec3 {
     albedo[face as usize].max(Vec3::splat(MIN_REFLECTANCE))
-}
-
-/// Adds two fields texel by texel.
-pub(super) fn add_fields(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
-    a.iter().zip(b).map(|(a, b)| *a + *b).collect()
 }

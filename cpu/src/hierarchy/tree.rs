@@ -119,11 +119,6 @@ impl TexelTree {
         first + off / self.leaves_of(k).len() as f32
     }
 
-    /// Returns the largest nodes of face `f` whose radius is at most `radius`, or leaves; neighbours are contiguous.
-    pub fn nodes_within_radius(&self, f: usize, radius: f32) -> Vec<u32> {
-        self.largest_nodes(f, |k| self.nodes[k as usize].shooter.radius <= radius)
-    }
-
     /// Returns the largest nodes of face `f` that fulfil `accepts`, or leaves; neighbours are contiguous.
     pub fn largest_nodes(&self, f: usize, accepts: impl Fn(u32) -> bool) -> Vec<u32> {
         let mut found = Vec::new();

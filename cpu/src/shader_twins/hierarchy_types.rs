@@ -1,6 +1,4 @@
 //! Records of the hierarchical solve: sources with their radiosity, receivers in blocks, and pairs of them.
-//!
-//! The twin of `gpu/src/shaders/hierarchy_types.wgsl`: its functions stand where other modules use them, too, and are re-exported.
 
 pub use crate::hierarchy::block::{ReceiverBlock, Spot};
 pub use crate::hierarchy::linear_radiosity::LinearRadiosity;

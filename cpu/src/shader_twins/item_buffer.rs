@@ -3,17 +3,17 @@
 //!
 //! A rectangle that holds the image of the face is drawn, and each of its pixels intersects its own ray with
 //! the face; depth is the distance along that ray. The only error is the size of a pixel.
-//! `item_buffer_tessellated.rs` draws faces as the paper does.
+//! `item_buffer_paper.rs` draws faces as Table 3 prints it.
 
 use crate::shader_twins::hemicube::unfold_side;
 use crate::shader_twins::image_bound::image_bound;
-use crate::shader_twins::item_buffer_tessellated::draw_tessellated;
+use crate::shader_twins::item_buffer_paper::draw_triangles;
 use crate::shader_twins::projection::{is_covered, pixel_centre, pixel_position, unproject_point};
 use crate::shader_twins::view::{ItemBufferTarget, ShooterView, select_faces};
 use common::constants::{DEPTH_SCALE, MAX_DEPTH, OUTLINE_MARGIN};
 use common::intersect::intersect_face;
 use common::mesh::{Mesh, MeshFace};
-use common::settings::Raster;
+use common::settings::ItemBufferProjection;
 use glam::{Vec2, Vec4};
 
 /// Face IDs + 1, row-major; 0 where no face was drawn.
@@ -30,9 +30,9 @@ impl ItemBuffer {
     pub fn draw_faces(mesh: &Mesh, view: &ShooterView, faces: u32) -> Self {
         let faces = select_faces(mesh, faces);
         let mut target = ItemBufferTarget::new(view.size);
-        match view.projection.raster_method() {
-            Raster::Pixel => draw_pixels(faces, view, &mut target),
-            Raster::Tessellated => draw_tessellated(faces, view, &mut target),
+        match view.projection {
+            ItemBufferProjection::Paper => draw_triangles(faces, view, &mut target),
+            _ => draw_pixels(faces, view, &mut target),
         }
         Self {
             size: view.size,

@@ -1,6 +1,4 @@
 //! Link from a patch to a texel, the share of the patch's radiosity that the texel receives: the form factor
 //! times the visible part of the patch, from S pairs of points on the two.
-//!
-//! The twin of `gpu/src/shaders/link.wgsl`: its functions stand where other modules use them, too, and are re-exported.
 
 pub use crate::rows::texel_link::{Baseline, Sums, add_sample, link_texel, texel_form_factor};

@@ -1,6 +1,4 @@
 //! Form factors from the spots of a block to a node.
-//!
-//! The twin of `gpu/src/shaders/link_factors.wgsl`: its functions stand where other modules use them, too, and are re-exported.
 
 pub use crate::hierarchy::link::{clipped_factors, mean_factor, unclipped_factors};
 pub use crate::rows::lanes::lambert_factor;

@@ -26,8 +26,8 @@ pub fn project_direction(projection: ItemBufferProjection, v: Vec3) -> Vec2 {
     }
     let u = v / v.dot(v).sqrt();
     match projection {
-        ItemBufferProjection::Stereographic(_) => u.truncate() / (1.0 + u.z).max(1e-3),
-        ItemBufferProjection::Hemisphere(_) => {
+        ItemBufferProjection::Stereographic => u.truncate() / (1.0 + u.z).max(1e-3),
+        ItemBufferProjection::Hemisphere => {
             let s = (u.x * u.x + u.y * u.y).sqrt();
             if u.z >= 0.0 {
                 u.truncate()
@@ -53,7 +53,7 @@ pub fn unproject_point(projection: ItemBufferProjection, p: Vec2) -> Vec3 {
             let side = rotate_to_axis(e, p);
             rotate_from_axis(e, Vec2::new(1.0, 2.0 * side.y)).extend(2.0 - 2.0 * side.x)
         }
-        ItemBufferProjection::Stereographic(_) => {
+        ItemBufferProjection::Stereographic => {
             let z = (1.0 - q) / (1.0 + q);
             (p * (1.0 + z)).extend(z)
         }

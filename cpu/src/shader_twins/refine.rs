@@ -1,6 +1,4 @@
 //! Refinement of a pair of a node and a block in four steps: skip, subdivide or link.
-//!
-//! The twin of `gpu/src/shaders/refine.wgsl`: its functions stand where other modules use them, too, and are re-exported.
 
 pub use crate::hierarchy::level::append_work;
 pub use crate::hierarchy::link::{is_above_horizon, visible_fraction};

@@ -1,6 +1,4 @@
 //! Records that all shaders share, and the index of a workgroup.
-//!
-//! The twin of `gpu/src/shaders/types.wgsl`: its functions stand where other modules use them, too, and are re-exported.
 
 pub use common::dispatch::flat_index;
 pub use common::mesh::{MeshFace, Patch, PatchPoint, Texel};

@@ -7,7 +7,7 @@ use common::settings::{ItemBufferProjection, ItemBufferSettings};
 /// View from a sample point of a shooter: all that a raster pass needs beside the faces.
 #[derive(Clone, Copy, Debug)]
 pub struct ShooterView {
-    /// The projection, and how faces are drawn.
+    /// The projection.
     pub projection: ItemBufferProjection,
     /// The shooter's frame.
     pub frame: Frame,

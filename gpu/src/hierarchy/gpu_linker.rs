@@ -6,11 +6,12 @@ use crate::device_queue::DeviceQueue;
 use crate::hierarchy::level_stages::LevelStages;
 use crate::hierarchy::link_buffers::{LinkBuffers, MAX_BATCH_BLOCKS, MAX_BATCH_LINKS, MAX_LEVEL_PAIRS};
 use crate::link_records::{
-    BLOCK_SPOTS, BlockReceiver, BlockRecord, DeviceLink, DeviceThresholds, LinkNode, PairRecord, RadiosityRecord,
-    RequestRecord, SpotIrradiance, SpotRecord,
+    BLOCK_SPOTS, BlockReceiver, BlockRecord, DeviceLink, PairRecord, RadiosityRecord, RequestRecord, SpotIrradiance,
+    SpotRecord,
 };
+use crate::records::ShotRecord;
 use crate::shaders::ShaderFault;
-use bytemuck::pod_collect_to_vec;
+use bytemuck::{Zeroable, pod_collect_to_vec};
 use common::constants::{PATCH_SUM_LANES, ROOTS_PER_BATCH};
 use common::mesh::Mesh;
 use common::settings::Transport;
@@ -32,7 +33,8 @@ pub struct GpuLinker {
     stages: [LevelStages; 2],
     roots: Vec<u32>,
     levels: u32,
-    thresholds: DeviceThresholds,
+    /// Thresholds of refinement.
+    request: RequestRecord,
     /// Blocks of the next batch.
     batch_blocks: usize,
 }
@@ -50,7 +52,7 @@ impl GpuLinker {
     /// are planted in its shaders.
     ///
     /// Errors: [`Error::Device`] where the nodes do not fit.
-    pub fn new(gpu: &Gpu, mesh: &Mesh, nodes: &[LinkNode], roots: &[u32], faults: &[ShaderFault]) -> Result<Self> {
+    pub fn new(gpu: &Gpu, mesh: &Mesh, nodes: &[ShotRecord], roots: &[u32], faults: &[ShaderFault]) -> Result<Self> {
         let buffers = LinkBuffers::new(gpu, mesh, nodes)?;
         let maker = PipelineMaker::new(gpu, &Transport::default(), faults);
         let stages = [
@@ -64,19 +66,21 @@ impl GpuLinker {
             stages,
             roots: roots.to_vec(),
             levels: count_levels(nodes),
-            thresholds: DeviceThresholds {
-                source: 0.0,
-                visibility: 0.0,
-                near: 0.0,
-            },
+            request: RequestRecord::zeroed(),
             batch_blocks: 64,
         })
     }
 
-    /// Sets the radiosity of the nodes, and the thresholds of refinement.
-    pub fn set_light(&mut self, radiosity: &[RadiosityRecord], thresholds: DeviceThresholds) {
+    /// Sets the radiosity of the nodes, and the largest errors of links over the RMS of the reflected light: from the
+    /// variation of a node's radiosity, from partial visibility, and from the size of a spot.
+    pub fn set_light(&mut self, radiosity: &[RadiosityRecord], [source, visibility, near]: [f32; 3]) {
         self.host.write(&self.buffers.table["radiosity"], radiosity);
-        self.thresholds = thresholds;
+        self.request = RequestRecord {
+            source,
+            visibility,
+            near,
+            ..RequestRecord::zeroed()
+        };
     }
 
     /// Returns the irradiance at each block's spots.
@@ -193,13 +197,10 @@ impl GpuLinker {
         let ranges: Vec<[u32; 2]> = (0..blocks as u32).map(|k| [k * of, (k + 1) * of]).collect();
         let groups = |threads: u32| threads.div_ceil(PATCH_SUM_LANES as u32);
         let request = RequestRecord {
-            source: self.thresholds.source,
-            visibility: self.thresholds.visibility,
-            near: self.thresholds.near,
             blocks: blocks as u32,
             pairs: MAX_LEVEL_PAIRS,
             links: if keep { MAX_BATCH_LINKS } else { u32::MAX },
-            pad: [0; 2],
+            ..self.request
         };
         self.host.write(&table["request"], &[request]);
         self.host.write(&table["totals"], &[0, 0, count, 0]);
@@ -242,10 +243,10 @@ impl GpuLinker {
 }
 
 /// Returns the number of levels from a root to the deepest leaf.
-fn count_levels(nodes: &[LinkNode]) -> u32 {
+fn count_levels(nodes: &[ShotRecord]) -> u32 {
     let mut level = vec![1; nodes.len()];
     for (k, node) in nodes.iter().enumerate() {
-        for child in node.children.clone() {
+        for child in node.first..node.first + node.count {
             level[child as usize] = level[k] + 1;
         }
     }

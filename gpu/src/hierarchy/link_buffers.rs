@@ -3,7 +3,7 @@
 use crate::adapter::Gpu;
 use crate::bindings::{BindingTable, STORAGE, UNIFORM};
 use crate::link_records::{
-    BLOCK_SPOTS, BlockRecord, LaneRecord, LinkNode, PairRecord, RadiosityRecord, RequestRecord, SpotRecord,
+    BLOCK_SPOTS, BlockRecord, LaneRecord, PairRecord, RadiosityRecord, RequestRecord, SpotRecord,
 };
 use crate::records::{SHOT_BYTES, ShaderParams, ShotRecord};
 use crate::solver_buffers::{add_geometry, max_binding_bytes};
@@ -39,7 +39,7 @@ pub struct LinkBuffers {
 }
 
 impl LinkBuffers {
-    pub fn new(gpu: &Gpu, mesh: &Mesh, tree_nodes: &[LinkNode]) -> Result<Self> {
+    pub fn new(gpu: &Gpu, mesh: &Mesh, tree_nodes: &[ShotRecord]) -> Result<Self> {
         let most = max_binding_bytes(gpu);
         let bytes = SHOT_BYTES * tree_nodes.len() as u64;
         if bytes > most {
@@ -88,14 +88,13 @@ impl LinkBuffers {
             ];
             table = table.joined_with(&BindingTable::zeroed(device, lists));
         }
-        let shots: Vec<ShotRecord> = tree_nodes.iter().map(|node| node.shot_record(mesh)).collect();
         // A scene without captured light.
         let params = ShaderParams {
             faces: mesh.faces.len() as u32,
             room: mesh.room_faces,
             ..ShaderParams::zeroed()
         };
-        table.add_filled(device, "shots", &shots, STORAGE);
+        table.add_filled(device, "shots", tree_nodes, STORAGE);
         table.add_filled(device, "params", &[params], UNIFORM);
         add_geometry(&mut table, gpu, mesh)?;
         Ok(Self {

@@ -175,7 +175,7 @@ pub struct Comparison {
     pub truth_error: [Option<f64>; 2],
     /// Description of the truth.
     pub truth: Option<TruthInfo>,
-    /// Item buffer of a shot; none for hierarchical solves.
+    /// Item buffer of a shot; none for rays and hierarchical solves.
     pub item_buffer: Option<ItemBufferPicture>,
     /// Criteria; the solvers agree if all pass.
     pub criteria: Vec<Criterion>,

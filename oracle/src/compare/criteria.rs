@@ -3,16 +3,15 @@
 //! [`item_buffer_findings`].
 
 use super::stages::form_factor_roundings;
-use crate::compare::comparison::{Criterion, MethodFinding, StageCheck, VisibilityStatistics};
+use crate::compare::comparison::{Comparison, Criterion, MethodFinding, StageCheck};
 use crate::diff::difference::Difference;
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
-use common::settings::{ItemBufferProjection, Iteration, Settings, Visibility};
+use common::precision::UNIT_ROUNDOFF;
+use common::settings::{ItemBufferProjection, Iteration, Settings};
 use common::shooting::{Shot, SolveRun};
 use glam::Vec3;
 
-/// Unit roundoff of f32.
-const UNIT_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
 /// Roundings of one reflection: a shot's flux, link and deposit, with the weaker divisions and roots that WGSL
 /// allows.
 const ROUNDINGS_PER_REFLECTION: f64 = 64.0;
@@ -22,37 +21,14 @@ const SUM_ROUNDING_FACTOR: f64 = 6.0;
 /// Largest side of an item buffer that the program accepts, pixels.
 const MAX_ITEM_BUFFER_PIXELS: u32 = 8192;
 
-/// Measurements that the criteria evaluate.
-pub struct ComparisonEvidence<'a> {
-    /// Solved patches and texels.
-    pub mesh: &'a Mesh,
-    /// Settings of the GPU.
-    pub settings: &'a Settings,
-    /// Shader stages against their twins, and links against links.
-    pub stages: &'a [StageCheck],
-    /// Visibility by item buffer against rays.
-    pub pairs: &'a VisibilityStatistics,
-    /// Differences between GPU and CPU: in lockstep, and of the free runs.
-    pub differences: [&'a Difference; 2],
-    /// Bounds of these differences by silhouettes and unshot light.
+/// Differences that the criteria allow or require beside those of the comparison.
+pub struct LinkBounds {
+    /// Bounds of the differences between GPU and CPU by silhouettes and unshot light: in lockstep, and of the free runs.
     pub possible_differences: [Difference; 2],
     /// Differences between GPU and the twin on the GPU's links: in lockstep, and of the free run.
     pub twin_differences: [Difference; 2],
     /// Largest (strongest − chosen) / strongest power of the GPU's shots; none for passes.
     pub shortfall: Option<f64>,
-    /// Free runs: CPU, GPU.
-    pub runs: [&'a SolveRun; 2],
-    /// Energy balances of the free runs.
-    pub energy: [&'a EnergyBalance; 2],
-}
-
-/// Evaluates all criteria.
-pub fn agreement_criteria(e: &ComparisonEvidence) -> Vec<Criterion> {
-    let mut criteria = stage_criteria(e.stages);
-    criteria.extend(visibility_criteria(e.pairs));
-    criteria.extend(radiosity_criteria(e));
-    criteria.extend(run_criteria(e));
-    criteria
 }
 
 /// Returns the criteria of shader stages.
@@ -67,111 +43,90 @@ pub fn stage_criteria(stages: &[StageCheck]) -> Vec<Criterion> {
     stages.iter().map(of_stage).collect()
 }
 
-fn pair_share(part: u64, pairs: &VisibilityStatistics) -> f64 {
-    if pairs.facing == 0 {
-        0.0
-    } else {
-        part as f64 / pairs.facing as f64
+/// Evaluates all criteria.
+pub fn agreement_criteria(c: &Comparison, bounds: &LinkBounds) -> Vec<Criterion> {
+    let mut criteria = stage_criteria(&c.stages);
+    let mut require =
+        |name: String, value, bound, reason| criteria.push(Criterion::at_most(&name, value, bound, reason));
+    let pairs = &c.pairs;
+    let share = |part: u64| part as f64 / pairs.facing.max(1) as f64;
+    require(
+        "visibility: unexplained".into(),
+        pairs.unexplained as f64,
+        0.0,
+        "a mismatch away from every silhouette is a bug",
+    );
+    require(
+        "visibility: mismatched share".into(),
+        share(pairs.mismatched),
+        share(pairs.explainable),
+        "share of this scene's pairs within two pixels of a silhouette",
+    );
+    require(
+        "visibility: weighted share".into(),
+        pairs.weighted_mismatch,
+        pairs.weighted_explainable,
+        "the same, by form factor × area",
+    );
+    let rounding = [&c.cpu, &c.gpu].map(|run| rounding_bound(c, run.shots.len()));
+    let silhouettes = "bound of all pairs near silhouettes together, and rounding";
+    let unshot = "the same, and the unshot light of each run";
+    let names = [
+        ("lockstep", c.lockstep_difference, silhouettes),
+        ("free", c.free_difference, unshot),
+    ];
+    for (k, (name, difference, reason)) in names.into_iter().enumerate() {
+        let (possible, rounding) = (&bounds.possible_differences[k], rounding[k]);
+        let (rms, bias) = (possible.relative_rms + rounding, possible.bias + rounding);
+        require(format!("{name}: relative RMS"), difference.relative_rms, rms, reason);
+        require(format!("{name}: |bias|"), difference.bias.abs(), bias, "the same");
+        require(
+            format!("{name}: GPU = twin on its links"),
+            bounds.twin_differences[k].relative_rms,
+            rounding,
+            "roundings of each reflection, and of a sum over the shots",
+        );
     }
-}
-
-fn visibility_criteria(pairs: &VisibilityStatistics) -> Vec<Criterion> {
-    vec![
-        Criterion::at_most(
-            "visibility: unexplained",
-            pairs.unexplained as f64,
+    if let Some(shortfall) = bounds.shortfall {
+        require(
+            "free: strongest patches shoot".into(),
+            shortfall,
+            2.0 * rounding[1],
+            "powers within rounding of each other may swap ranks",
+        );
+    }
+    let sides = [("CPU", &c.cpu, &c.cpu_energy), ("GPU", &c.gpu, &c.gpu_energy)];
+    for ((name, run, energy), rounding) in sides.into_iter().zip(rounding) {
+        require(
+            format!("energy imbalance, {name}"),
+            energy.imbalance,
+            imbalance_bound(&c.mesh, run, energy, pass_factor(&c.gpu_settings, run)),
+            "roundings of each shot, and of the power that texels hold",
+        );
+        require(
+            format!("unshot power as logged, {name}"),
+            unlogged_power(&c.mesh, run),
+            rounding,
+            "Σ|r|A of the texels against the log, as a share of the emitted power",
+        );
+        let met = run.unshot_fraction() <= c.gpu_settings.schedule.epsilon * (1.0 + 4.0 * UNIT_ROUNDOFF);
+        require(
+            format!("stopped at ε, {name}"),
+            f64::from(u8::from(met != run.converged)),
             0.0,
-            "a mismatch away from every silhouette is a bug",
-        ),
-        Criterion::at_most(
-            "visibility: mismatched share",
-            pair_share(pairs.mismatched, pairs),
-            pair_share(pairs.explainable, pairs),
-            "share of this scene's pairs within two pixels of a silhouette",
-        ),
-        Criterion::at_most(
-            "visibility: weighted share",
-            pairs.weighted_mismatch,
-            pairs.weighted_explainable,
-            "the same, by form factor × area",
-        ),
-    ]
+            "a run has converged if and only if its unshot power is at most ε",
+        );
+    }
+    criteria
 }
 
 /// Returns the largest relative difference by rounding between two solves on the same links: light reflected g
 /// times accumulates the roundings of g reflections, and every texel adds n terms.
-fn rounding_bound(e: &ComparisonEvidence, shots: usize) -> f64 {
-    let patches = e.mesh.patches.len().max(1);
+fn rounding_bound(c: &Comparison, shots: usize) -> f64 {
+    let patches = c.mesh.patches.len().max(1);
     let generations = shots.div_ceil(patches) as f64 + 1.0;
-    let each = ROUNDINGS_PER_REFLECTION + 2.0 * form_factor_roundings(e.settings.transport.form_factor);
+    let each = ROUNDINGS_PER_REFLECTION + 2.0 * form_factor_roundings(c.gpu_settings.transport.form_factor);
     UNIT_ROUNDOFF * (each * generations + SUM_ROUNDING_FACTOR * (shots.max(patches) as f64).sqrt())
-}
-
-fn radiosity_criteria(e: &ComparisonEvidence) -> Vec<Criterion> {
-    let mut criteria = Vec::new();
-    let names = ["lockstep", "free"];
-    let shots = e.runs.map(|run| run.shots.len());
-    let reasons = [
-        "bound of all pairs near silhouettes together, and rounding",
-        "the same, and the unshot light of each run",
-    ];
-    for k in 0..2 {
-        let rounding = rounding_bound(e, shots[k]);
-        let name = names[k];
-        criteria.push(Criterion::at_most(
-            &format!("{name}: relative RMS"),
-            e.differences[k].relative_rms,
-            e.possible_differences[k].relative_rms + rounding,
-            reasons[k],
-        ));
-        criteria.push(Criterion::at_most(
-            &format!("{name}: |bias|"),
-            e.differences[k].bias.abs(),
-            e.possible_differences[k].bias + rounding,
-            "the same",
-        ));
-        criteria.push(Criterion::at_most(
-            &format!("{name}: GPU = twin on its links"),
-            e.twin_differences[k].relative_rms,
-            rounding,
-            "roundings of each reflection, and of a sum over the shots",
-        ));
-    }
-    criteria
-}
-
-fn run_criteria(e: &ComparisonEvidence) -> Vec<Criterion> {
-    let mut criteria = Vec::new();
-    if let Some(shortfall) = e.shortfall {
-        criteria.push(Criterion::at_most(
-            "free: strongest patches shoot",
-            shortfall,
-            2.0 * rounding_bound(e, e.runs[1].shots.len()),
-            "powers within rounding of each other may swap ranks",
-        ));
-    }
-    for (name, run, energy) in [("CPU", e.runs[0], e.energy[0]), ("GPU", e.runs[1], e.energy[1])] {
-        criteria.push(Criterion::at_most(
-            &format!("energy imbalance, {name}"),
-            energy.imbalance,
-            imbalance_bound(e.mesh, run, energy, pass_factor(e.settings, run)),
-            "roundings of each shot, and of the power that texels hold",
-        ));
-        criteria.push(Criterion::at_most(
-            &format!("unshot power as logged, {name}"),
-            unlogged_power(e.mesh, run),
-            rounding_bound(e, run.shots.len()),
-            "Σ|r|A of the texels against the log, as a share of the emitted power",
-        ));
-        let met = run.unshot_fraction() <= e.settings.schedule.epsilon * (1.0 + 4.0 * UNIT_ROUNDOFF);
-        criteria.push(Criterion::at_most(
-            &format!("stopped at ε, {name}"),
-            f64::from(u8::from(met != run.converged)),
-            0.0,
-            "a run has converged if and only if its unshot power is at most ε",
-        ));
-    }
-    criteria
 }
 
 /// Returns |Σ|r|A − the logged unshot power| over the emitted power (0/0 = 0).
@@ -222,16 +177,14 @@ fn pass_factor(settings: &Settings, run: &SolveRun) -> f64 {
 }
 
 /// Returns the errors of the item buffer, with the option that reduces them.
-pub fn item_buffer_findings(e: &ComparisonEvidence) -> Vec<MethodFinding> {
-    let Visibility::ItemBuffer(drawing) = e.settings.transport.visibility else {
+pub fn item_buffer_findings(c: &Comparison) -> Vec<MethodFinding> {
+    let (pairs, drawing) = (&c.pairs, c.gpu_settings.transport.visibility.item_buffer());
+    let Some(drawing) = drawing.filter(|_| pairs.mismatched > 0) else {
         return Vec::new();
     };
-    if e.pairs.mismatched == 0 {
-        return Vec::new();
-    }
-    let (pairs, pixels) = (e.pairs, drawing.size);
+    let pixels = drawing.size;
     let printed = drawing.projection == ItemBufferProjection::Paper;
-    let error = e.differences[0].relative_rms;
+    let error = c.lockstep_difference.relative_rms;
     let cause = if printed {
         "Table 3 as printed clips and bends faces, and"
     } else {

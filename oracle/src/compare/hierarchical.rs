@@ -72,10 +72,19 @@ pub fn compare_hierarchical(
         differences.map(|d| d.relative_rms),
         target,
     ));
-    let mut notes = Vec::new();
-    for (name, side) in [("CPU", &cpu), ("GPU", &on_gpu)] {
-        notes.extend(side.quality_notes(target).map(|note| format!("{name}: {note}")));
-    }
+    let notes_of = |(name, side): (&'static str, &SolvedSide)| {
+        let (history, estimate) = (side.solved.history.as_ref(), side.estimate.as_ref());
+        let short = history.and_then(|history| history.describe_unmet_target(target.error, estimate));
+        let worst = estimate.and_then(ErrorEstimate::describe_worst_faces);
+        short
+            .into_iter()
+            .chain(worst)
+            .map(move |note| format!("{name}: {note}"))
+    };
+    let notes = [("CPU", &cpu), ("GPU", &on_gpu)]
+        .into_iter()
+        .flat_map(notes_of)
+        .collect();
     Ok(Comparison {
         scene: scene.clone(),
         preset: Preset::Requested,
@@ -106,21 +115,6 @@ pub fn compare_hierarchical(
         lockstep: by_rays.solved.run,
         mesh: cpu.solved.mesh,
     })
-}
-
-impl SolvedSide {
-    fn error_estimate(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| estimate.error)
-    }
-
-    fn quality_notes(&self, target: ErrorTarget) -> impl Iterator<Item = String> {
-        let estimate = self.estimate.as_ref();
-        let history = self.solved.history.as_ref();
-        let short = history.and_then(|history| history.describe_unmet_target(target.error, estimate));
-        short
-            .into_iter()
-            .chain(estimate.and_then(ErrorEstimate::describe_worst_faces))
-    }
 }
 
 /// Runs both linkers in one solve on uniform texels and compares them.
@@ -164,7 +158,8 @@ fn answer_criteria(
     let rounding_of = |side: &SolvedSide| rounding_error(&side.solved.mesh, &side.solved.run);
     let rounding = rounding_of(cpu) + rounding_of(gpu);
     // A missing estimate is no bound. An estimate far below the target is replaced by the target.
-    let allowed_error = |side: &SolvedSide| side.error_estimate().map_or(f64::NAN, |e| e.max(target.error));
+    let allowed_error =
+        |side: &SolvedSide| (side.estimate.as_ref()).map_or(f64::NAN, |estimate| estimate.error.max(target.error));
     let mut criteria = vec![
         Criterion::at_most(
             "lockstep: relative RMS",

@@ -4,7 +4,7 @@ use super::statistics::ErrorTally;
 use common::constants::{DEPTH_SCALE, OUTLINE_MARGIN};
 use common::intersect::intersect_face;
 use common::mesh::Mesh;
-use common::settings::Raster;
+use common::settings::ItemBufferProjection;
 use cpu::shader_twins::item_buffer::ItemBuffer;
 use cpu::shader_twins::projection::{is_covered, pixel_centre, unproject_point};
 use cpu::shader_twins::view::ShooterView;
@@ -17,13 +17,13 @@ const MAX_PIXELS_PER_VIEW: usize = 64;
 /// root, each up to 5 ulp in WGSL.
 const MAX_RAY_ROUNDINGS: f32 = 32.0;
 
-/// Largest share of boundary pixels that may differ in a tessellated item buffer. Rasterisers may snap vertices to
+/// Largest share of boundary pixels that may differ in an item buffer of `paper`. Rasterisers may snap vertices to
 /// 1/256 pixel, and the rounding of a vertex is smaller: 2 of 256 pixel centres on a boundary lie that close to an
 /// edge. Doubled, because a boundary pixel has edges on two sides.
 pub const PIXEL_SHARE: f64 = 4.0 / 256.0;
 
-/// Checks all pixels of a view. A pixel raster counts 1 for each different pixel that rounding does not decide;
-/// a tessellated one gives the number of different pixels over the number of boundary pixels.
+/// Checks all pixels of a view. Counts 1 for each different pixel that rounding does not decide; `paper`, which draws
+/// triangles, gives the number of different pixels over the number of boundary pixels.
 pub fn check_all_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) -> ErrorTally {
     let twin = ItemBuffer::draw_faces(mesh, view, mesh.room_faces);
     if buffer.ids.len() != twin.ids.len() {
@@ -31,12 +31,12 @@ pub fn check_all_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) ->
     }
     let differing: Vec<usize> = (0..twin.ids.len()).filter(|k| twin.ids[*k] != buffer.ids[*k]).collect();
     let mut tally = ErrorTally::default();
-    match view.projection.raster_method() {
-        Raster::Tessellated => {
+    match view.projection {
+        ItemBufferProjection::Paper => {
             let boundary = boundary_pixels(&twin).count().max(1);
             tally.add(differing.len() as f64 / boundary as f64);
         }
-        Raster::Pixel => {
+        _ => {
             tally.add_equal((twin.ids.len() - differing.len()) as u64);
             for k in differing {
                 tally.add_equality(decided_by_rounding(mesh, view, k as u32, buffer.ids[k]));
@@ -46,9 +46,9 @@ pub fn check_all_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) ->
     tally
 }
 
-/// Checks some boundary pixels of a view, where errors are most likely; pixel rasters only.
+/// Checks some boundary pixels of a view, where errors are most likely; not for `paper`, which draws triangles.
 pub fn check_boundary_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) -> ErrorTally {
-    if view.projection.raster_method() == Raster::Tessellated {
+    if view.projection == ItemBufferProjection::Paper {
         return ErrorTally::default();
     }
     let all: Vec<usize> = boundary_pixels(buffer).collect();

@@ -4,16 +4,14 @@
 //! roundings. If a value is within rounding of a threshold, one side may subdivide a node that the other
 //! links, or a ray may pass an edge that the other ray meets.
 
+use super::statistics::larger_or_nan;
 use crate::compare::comparison::{StageCheck, VisibilityStatistics};
 use crate::solve::gpu_linker::LinkerOnGpu;
 use common::Result;
 use common::passes::ProgressCallback;
 use cpu::hierarchy::coarse::StoredLink;
 use cpu::hierarchy::cpu_linker::CpuLinker;
-use cpu::hierarchy::linker::BlockIrradiance;
-use cpu::hierarchy::linker::LinkRequest;
-use cpu::hierarchy::linker::Linker;
-use cpu::hierarchy::linker::LinkerScene;
+use cpu::hierarchy::linker::{BlockIrradiance, LinkRequest, Linker, LinkerScene};
 use gpu::{Gpu, ShaderFault};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -39,25 +37,36 @@ pub struct BlockStatistics {
 }
 
 impl BlockStatistics {
-    /// Counts blocks without a result as wrong.
-    fn count_missing(&mut self, found: usize, expected: usize) {
-        let missing = expected.abs_diff(found) as u64;
-        self.blocks += missing;
+    /// Counts the results of a request; blocks without a result count as wrong. `parts` returns a block's decisions, its
+    /// values in groups of one scale, and its number of links.
+    fn count_blocks<T>(
+        &mut self,
+        [found, expected]: [&[T]; 2],
+        parts: impl Fn(usize, &T) -> (Vec<u32>, Vec<Vec<f32>>, usize),
+    ) {
+        let missing = expected.len().abs_diff(found.len()) as u64;
+        self.blocks += expected.len().max(found.len()) as u64;
         self.differing += missing;
         self.turned += missing;
+        for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
+            let (found, expected) = (parts(k, found), parts(k, expected));
+            self.links += expected.2 as u64;
+            let groups = || found.1.iter().zip(&expected.1);
+            let same = found.0 == expected.0;
+            if same && groups().all(|(a, b)| equal_bits(a, b)) {
+                continue;
+            }
+            self.differing += 1;
+            let difference = groups()
+                .map(|(a, b)| relative_difference(a, b))
+                .fold(0.0, larger_or_nan);
+            // A NaN counts as turned.
+            let rounded = difference <= MAX_BLOCK_ROUNDINGS * f64::from(f32::EPSILON) / 2.0;
+            self.turned += u64::from(!same || !rounded);
+        }
     }
 
-    fn count_block(&mut self, exact: bool, difference: f64, found: usize) {
-        self.blocks += 1;
-        self.differing += u64::from(!exact);
-        // A NaN counts as turned.
-        let rounded = difference <= MAX_BLOCK_ROUNDINGS * f64::from(f32::EPSILON) / 2.0;
-        self.turned += u64::from(!exact && !rounded);
-        self.links += found as u64;
-    }
-
-    /// Returns the share of blocks that differ by more than rounding.
-    pub fn turned_share(&self) -> f64 {
+    fn turned_share(&self) -> f64 {
         self.turned as f64 / self.blocks as f64
     }
 
@@ -153,52 +162,36 @@ impl Linker for LinkerPair<'_> {
     fn gather_irradiance(&self, request: &LinkRequest, watch: ProgressCallback) -> Result<Vec<BlockIrradiance>> {
         let found = self.gpu.gather_irradiance(request, watch)?;
         let expected = self.cpu.gather_irradiance(request, watch)?;
-        let statistics = &mut self.diff.borrow_mut().gathered;
-        statistics.count_missing(found.len(), expected.len());
-        let pairs = found.iter().zip(&expected);
-        for ((found, expected), block) in pairs.zip(&request.receivers.blocks) {
+        let parts = |k: usize, lit: &BlockIrradiance| {
             // Lanes beyond the block's points hold no results.
-            let used_lanes = |lit: &BlockIrradiance| lit.sums.map(|lane| lane[..block.count].to_vec()).concat();
-            let (found, expected) = (
-                (used_lanes(found), found.crosses_shadow_edge),
-                (used_lanes(expected), expected.crosses_shadow_edge),
-            );
-            let light = expected.0.iter().filter(|h| **h > 0.0).count();
-            statistics.count_block(
-                found.1 == expected.1 && equal_bits(&found.0, &expected.0),
-                relative_difference(&found.0, &expected.0) + f64::from(u8::from(found.1 != expected.1)),
-                light,
-            );
-        }
+            let used = lit
+                .sums
+                .map(|lane| lane[..request.receivers.blocks[k].count].to_vec())
+                .concat();
+            let links = used.iter().filter(|h| **h > 0.0).count();
+            (vec![u32::from(lit.crosses_shadow_edge)], vec![used], links)
+        };
+        (self.diff.borrow_mut().gathered).count_blocks([&found, &expected], parts);
         Ok(expected)
     }
 
     fn create_links(&self, request: &LinkRequest, watch: ProgressCallback) -> Result<Vec<Vec<StoredLink>>> {
         let found = self.gpu.create_links(request, watch)?;
         let expected = self.cpu.create_links(request, watch)?;
-        let statistics = &mut self.diff.borrow_mut().kept;
-        statistics.count_missing(found.len(), expected.len());
-        for (found, expected) in found.iter().zip(&expected) {
-            let nodes = |links: &[StoredLink]| links.iter().map(|stored| stored.node).collect::<Vec<_>>();
-            let [a, b] = [found, expected].map(|links| link_parts(links));
-            let same = nodes(found) == nodes(expected);
-            let difference = (0..3).map(|k| relative_difference(&a[k], &b[k])).fold(0.0, f64::max);
-            let exact = (0..3).all(|k| equal_bits(&a[k], &b[k]));
-            let difference = if same { difference } else { f64::INFINITY };
-            statistics.count_block(same && exact, difference, expected.len());
-        }
+        // The weights of links, and their moments along the node's two axes.
+        let parts = |_, links: &Vec<StoredLink>| {
+            let all = |of: fn(&StoredLink) -> &[f32]| links.iter().flat_map(of).copied().collect();
+            let values = [
+                all(|stored| &stored.link.weight),
+                all(|stored| &stored.link.along[0]),
+                all(|stored| &stored.link.along[1]),
+            ];
+            let nodes = links.iter().map(|stored| stored.node).collect();
+            (nodes, values.to_vec(), links.len())
+        };
+        (self.diff.borrow_mut().kept).count_blocks([&found, &expected], parts);
         Ok(expected)
     }
-}
-
-/// Collects the weights of links, and their moments along the node's two axes.
-fn link_parts(links: &[StoredLink]) -> [Vec<f32>; 3] {
-    let all = |of: &dyn Fn(&StoredLink) -> Vec<f32>| links.iter().flat_map(of).collect();
-    [
-        all(&|stored| stored.link.weight.to_vec()),
-        all(&|stored| stored.link.along[0].to_vec()),
-        all(&|stored| stored.link.along[1].to_vec()),
-    ]
 }
 
 fn equal_bits(a: &[f32], b: &[f32]) -> bool {
@@ -208,13 +201,9 @@ fn equal_bits(a: &[f32], b: &[f32]) -> bool {
 /// Returns the largest |a − b| relative to the largest |b|.
 fn relative_difference(a: &[f32], b: &[f32]) -> f64 {
     let largest = b.iter().fold(0.0f32, |largest, x| largest.max(x.abs()));
-    let pairs = a.iter().zip(b);
-    let difference = pairs.map(|(a, b)| (f64::from(*a) - f64::from(*b)).abs());
-    // A NaN must stay: f64::max would drop it.
-    let difference = difference.fold(0.0, |largest: f64, x| if x <= largest { largest } else { x });
-    if difference == 0.0 {
-        0.0
-    } else {
-        difference / f64::from(largest)
+    let differences = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).abs());
+    match differences.fold(0.0, larger_or_nan) {
+        0.0 => 0.0,
+        difference => difference / f64::from(largest),
     }
 }

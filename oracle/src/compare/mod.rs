@@ -19,9 +19,9 @@ pub mod truth;
 pub mod visibility;
 pub mod visibility_bound;
 
-use crate::compare::comparison::{Comparison, Criterion, ItemBufferPicture, MethodFinding, Preset, StageCheck};
-use crate::diff::difference::Difference;
-use crate::diff::difference::{NOT_COMPARABLE, compare_fields};
+use crate::compare::comparison::{Comparison, ItemBufferPicture, Preset};
+use crate::compare::criteria::LinkBounds;
+use crate::diff::difference::{Difference, NOT_COMPARABLE, compare_fields};
 use crate::solve::progress::ProgressMonitor;
 use common::constants::MAX_LINK_BYTES;
 use common::cover::sampled_mesh;
@@ -30,12 +30,10 @@ use common::mesh::{Mesh, Patch};
 use common::passes;
 use common::passes::{Engine, Exchange, PatchClosure};
 use common::scene::Scene;
-use common::settings::{ItemBufferSettings, Iteration, Settings, Visibility};
+use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{RadiosityField, Shoot, SolveRun, replay_log};
 use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::shader_twins::item_buffer::ItemBuffer;
-use cpu::shader_twins::view::ShooterView;
 use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver, ShaderFault};
 use std::ops::ControlFlow;
@@ -85,7 +83,7 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         cpu_solver.rays(),
         &mut new_gpu_solver()?,
     )?;
-    let item_buffer = item_buffer_picture(&mesh, &gpu_settings, &cpu, &mut gpu_solver)?;
+    let item_buffer = item_buffer_picture(&gpu_settings, &cpu, &mut gpu_solver)?;
     let (mut done, all) = (0, mesh.patches.len() as u64);
     let mut visibility_check = visibility::check_visibility(
         &mesh,
@@ -99,19 +97,10 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
     )?;
     stages.append(&mut visibility_check.stages);
     watch.begin_phase("verdict")?;
-    let energy = [&cpu, &gpu].map(|run| EnergyBalance::new(&mesh, &run.field, &run.shots));
-    let differences = [&lockstep, &gpu].map(|run| compare_fields(&mesh, &run.field, &cpu.field));
-    let solved = SolvedPair {
-        mesh: &mesh,
-        settings: &gpu_settings,
-        runs: [&cpu, &gpu],
-        lockstep: &lockstep,
-        energy: [&energy[0], &energy[1]],
-        differences: [&differences[0], &differences[1]],
-    };
-    let (criteria, findings) = solved.evaluate_criteria(&stages, &mut visibility_check)?;
-    let [cpu_energy, gpu_energy] = energy;
-    Ok(Comparison {
+    let [cpu_energy, gpu_energy] = [&cpu, &gpu].map(|run| EnergyBalance::new(&mesh, &run.field, &run.shots));
+    let [lockstep_difference, free_difference] =
+        [&lockstep, &gpu].map(|run| compare_fields(&mesh, &run.field, &cpu.field));
+    let mut comparison = Comparison {
         scene: scene.clone(),
         preset: Preset::Requested,
         error_target: None,
@@ -122,61 +111,31 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         gpu_energy,
         seconds: [cpu_seconds, gpu_seconds],
         stages,
-        pairs: visibility_check.statistics,
-        lockstep_difference: differences[0],
-        free_difference: differences[1],
+        pairs: std::mem::take(&mut visibility_check.statistics),
+        lockstep_difference,
+        free_difference,
         estimates: [None, None],
         error_map: None,
         truth_error: [None, None],
         truth: None,
-        item_buffer: Some(item_buffer),
-        criteria,
-        findings,
+        item_buffer,
+        criteria: Vec::new(),
+        findings: Vec::new(),
         notes: Vec::new(),
         mesh,
         cpu,
         gpu,
         lockstep,
-    })
-}
-
-/// Solutions of both sides with their balances and differences.
-struct SolvedPair<'a> {
-    mesh: &'a Mesh,
-    settings: &'a Settings,
-    runs: [&'a SolveRun; 2],
-    lockstep: &'a SolveRun,
-    energy: [&'a EnergyBalance; 2],
-    differences: [&'a Difference; 2],
-}
-
-impl SolvedPair<'_> {
-    fn evaluate_criteria(
-        &self,
-        stages: &[StageCheck],
-        visibility_check: &mut VisibilityCheck,
-    ) -> Result<(Vec<Criterion>, Vec<MethodFinding>)> {
-        let (mesh, settings) = (self.mesh, self.settings);
-        let (twin, shortfall) = replay_on_links(mesh, settings, &visibility_check.gpu, self.runs, self.lockstep)?;
-        let rows = std::mem::take(&mut visibility_check.link_bounds);
-        let bound = VisibilityBound::new(mesh, &visibility_check.cpu, rows, settings.transport.conserve);
-        let evidence = criteria::ComparisonEvidence {
-            mesh,
-            settings,
-            stages,
-            pairs: &visibility_check.statistics,
-            differences: self.differences,
-            possible_differences: possible_differences(self, &bound),
-            twin_differences: twin,
-            shortfall,
-            runs: self.runs,
-            energy: self.energy,
-        };
-        Ok((
-            criteria::agreement_criteria(&evidence),
-            criteria::item_buffer_findings(&evidence),
-        ))
-    }
+    };
+    let bounds = LinkBounds {
+        twin_differences: [NOT_COMPARABLE; 2],
+        shortfall: Some(f64::NAN),
+        possible_differences: possible_differences(&comparison, &mut visibility_check),
+    };
+    let bounds = replay_on_links(&comparison, &visibility_check.gpu, bounds)?;
+    comparison.criteria = criteria::agreement_criteria(&comparison, &bounds);
+    comparison.findings = criteria::item_buffer_findings(&comparison);
+    Ok(comparison)
 }
 
 /// Checks that the links of all patches fit in memory, the CPU's beside the GPU's.
@@ -236,33 +195,25 @@ fn gather_shots(
     engine.gather_field(&shot, &unshot)
 }
 
-/// Compares the GPU with the CPU's solver on the GPU's links, by the CPU's shots and by the GPU's. Also returns the
-/// largest (strongest − chosen) / strongest power of the GPU's shots; none for passes.
-fn replay_on_links(
-    mesh: &Mesh,
-    settings: &Settings,
-    links: &LinkRows,
-    [cpu, gpu]: [&SolveRun; 2],
-    lockstep: &SolveRun,
-) -> Result<([Difference; 2], Option<f64>)> {
-    let patches = mesh.patches.len();
-    if gpu.shots.iter().any(|shot| shot.patch as usize >= patches) {
+/// Compares the GPU with the CPU's solver on the GPU's links, by the CPU's shots and by the GPU's.
+fn replay_on_links(c: &Comparison, links: &LinkRows, mut bounds: LinkBounds) -> Result<LinkBounds> {
+    let patches = c.mesh.patches.len();
+    if c.gpu.shots.iter().any(|shot| shot.patch as usize >= patches) {
         // A log with an invalid patch is not comparable.
-        return Ok(([NOT_COMPARABLE; 2], Some(f64::NAN)));
+        return Ok(bounds);
     }
-    let single = settings.schedule.iteration == Iteration::Southwell;
-    let mut shortfall = None;
-    let mut both = [NOT_COMPARABLE; 2];
-    for (difference, (shots_of, run)) in both.iter_mut().zip([(cpu, lockstep), (gpu, gpu)]) {
-        let mut twin = CpuSolver::with_links(mesh, &settings.transport, &links.rows, &links.closures);
-        if single {
-            shortfall = Some(replay_shots(&mut twin, &shots_of.shooter_log())?);
+    bounds.shortfall = None;
+    let replays = [(&c.cpu, &c.lockstep), (&c.gpu, &c.gpu)];
+    for (difference, (shots_of, run)) in bounds.twin_differences.iter_mut().zip(replays) {
+        let mut twin = CpuSolver::with_links(&c.mesh, &c.gpu_settings.transport, &links.rows, &links.closures);
+        if c.gpu_settings.schedule.iteration == Iteration::Southwell {
+            bounds.shortfall = Some(replay_shots(&mut twin, &shots_of.shooter_log())?);
         } else {
-            gather_shots(&mut twin, &links.closures, mesh, shots_of)?;
+            gather_shots(&mut twin, &links.closures, &c.mesh, shots_of)?;
         }
-        *difference = compare_fields(mesh, &run.field, &twin.read_field()?);
+        *difference = compare_fields(&c.mesh, &run.field, &twin.read_field()?);
     }
-    Ok((both, shortfall))
+    Ok(bounds)
 }
 
 /// Lets these patches shoot; returns the largest (strongest − chosen) / strongest power.
@@ -282,44 +233,37 @@ fn replay_shots(engine: &mut dyn Engine, log: &[u32]) -> Result<f64> {
 
 /// Returns the bounds of the differences: by silhouettes in lockstep, and by silhouettes and unshot light for free
 /// runs.
-fn possible_differences(solved: &SolvedPair, bound: &VisibilityBound) -> [Difference; 2] {
-    let (mesh, [cpu, gpu]) = (solved.mesh, solved.runs);
-    let fixed = solved.settings.schedule.iteration != Iteration::Southwell;
+fn possible_differences(c: &Comparison, check: &mut VisibilityCheck) -> [Difference; 2] {
+    let (mesh, cpu) = (&c.mesh, &c.cpu);
+    let rows = std::mem::take(&mut check.link_bounds);
+    let bound = VisibilityBound::new(mesh, &check.cpu, rows, c.gpu_settings.transport.conserve);
+    let fixed = c.gpu_settings.schedule.iteration != Iteration::Southwell;
     let lockstep = [bound.bound_of_links(cpu, fixed)];
     let free = [
         bound.bound_of_links(cpu, false),
         bound.bound_of_unshot(&cpu.field),
-        bound.bound_of_unshot(&gpu.field),
+        bound.bound_of_unshot(&c.gpu.field),
     ];
-    [
-        visibility_bound::bound_difference(mesh, &lockstep, &cpu.field),
-        visibility_bound::bound_difference(mesh, &free, &cpu.field),
-    ]
+    [&lockstep[..], &free].map(|parts| visibility_bound::bound_difference(mesh, parts, &cpu.field))
 }
 
-/// Returns the item buffer of the first shooter. For rays, the twin draws one for the report.
+/// Returns the item buffer of the first shooter; none for rays.
 fn item_buffer_picture(
-    mesh: &Mesh,
     settings: &Settings,
     cpu: &SolveRun,
     solver: &mut GpuSolver,
-) -> Result<ItemBufferPicture> {
-    let patch = cpu.shots.first().map_or(0, |shot| shot.patch);
-    let mut ids = Vec::new();
-    let size = match settings.transport.visibility {
-        Visibility::Rays => {
-            let view = ShooterView::new(mesh, patch, 0, &ItemBufferSettings::DEFAULT);
-            ids = ItemBuffer::draw_faces(mesh, &view, mesh.room_faces).ids;
-            ItemBufferSettings::DEFAULT.size
-        }
-        Visibility::ItemBuffer(drawing) => {
-            solver.probe_links(patch, &mut |sample| {
-                if ids.is_empty() {
-                    ids = sample.ids;
-                }
-            })?;
-            drawing.size
-        }
+) -> Result<Option<ItemBufferPicture>> {
+    let Some(drawing) = settings.transport.visibility.item_buffer() else {
+        return Ok(None);
     };
-    Ok(ItemBufferPicture { patch, size, ids })
+    let patch = cpu.shots.first().map_or(0, |shot| shot.patch);
+    let mut first = None;
+    solver.probe_links(patch, &mut |sample| {
+        first.get_or_insert(sample.ids);
+    })?;
+    Ok(Some(ItemBufferPicture {
+        patch,
+        size: drawing.size,
+        ids: first.unwrap_or_default(),
+    }))
 }

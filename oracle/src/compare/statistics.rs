@@ -39,10 +39,7 @@ impl ErrorTally {
     pub fn merge(&mut self, other: Self) {
         self.values += other.values;
         self.differing += other.differing;
-        // A NaN must stay: f64::max would drop it.
-        if other.largest > self.largest || other.largest.is_nan() {
-            self.largest = other.largest;
-        }
+        self.largest = larger_or_nan(self.largest, other.largest);
     }
 
     /// Returns the number of compared values.
@@ -74,6 +71,11 @@ impl FromIterator<f64> for ErrorTally {
     }
 }
 
+/// Returns the larger number; NaN if any is NaN, which `f64::max` would drop.
+pub fn larger_or_nan(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
+
 /// Returns |a − b| in units in the last place of the largest of |a|, |b| and `size`.
 pub fn ulp_distance(a: f32, b: f32, size: f32) -> f64 {
     let largest = f64::from(a.abs().max(b.abs()).max(size));
@@ -84,54 +86,55 @@ pub fn ulp_distance(a: f32, b: f32, size: f32) -> f64 {
     }
 }
 
+/// Outcome of a comparison of rays and pixels on a pair of points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PairOutcome {
+    /// Equal, and far from silhouettes.
+    Equal,
+    /// Equal, but near a silhouette, where pixels may be wrong.
+    EqualNearSilhouette,
+    /// Different, within this distance of its explanation in pixels.
+    Explained(f32),
+    /// Different, explained by an outline at this distance that is too thin for the buffer.
+    Vanished(f32),
+    /// Different without an explanation.
+    Unexplained,
+}
+
 /// Counts of pairs; the weighted ones are sums until [`PairTally::into_statistics`].
+#[derive(Default)]
 pub struct PairTally {
     counts: VisibilityStatistics,
     weight: f64,
 }
 
-impl Default for PairTally {
-    fn default() -> Self {
-        Self {
-            counts: VisibilityStatistics {
-                histogram: vec![0; HISTOGRAM_BINS],
-                ..VisibilityStatistics::default()
-            },
-            weight: 0.0,
-        }
-    }
-}
-
 impl PairTally {
-    /// Adds a pair on which rays and GPU disagree, with the distance to its explanation.
-    pub fn add_mismatch(&mut self, pair: (u32, u32), weight: f64, distance: Option<f32>) {
-        self.counts.mismatched += 1;
-        self.counts.weighted_mismatch += weight;
-        match distance {
-            Some(distance) => {
-                self.counts.explained += 1;
-                self.add_explainable(weight);
-                self.counts.histogram[((distance * 2.0) as usize).min(HISTOGRAM_BINS - 1)] += 1;
-            }
-            None => self.add_examples([pair]),
-        }
-    }
-
-    /// Adds a facing pair.
-    pub fn add_facing(&mut self, weight: f64) {
-        self.counts.facing += 1;
+    /// Adds a facing pair (patch, texel) of this weight.
+    pub fn add_pair(&mut self, pair: (u32, u32), weight: f64, outcome: PairOutcome) {
+        let counts = &mut self.counts;
+        counts.facing += 1;
         self.weight += weight;
-    }
-
-    /// Adds a pair near a silhouette, where pixels may be wrong.
-    pub fn add_explainable(&mut self, weight: f64) {
-        self.counts.explainable += 1;
-        self.counts.weighted_explainable += weight;
-    }
-
-    /// Counts the last mismatch as explained by an outline too thin for the buffer.
-    pub fn add_vanished(&mut self) {
-        self.counts.vanished += 1;
+        if outcome == PairOutcome::Equal {
+            return;
+        }
+        if outcome != PairOutcome::Unexplained {
+            counts.explainable += 1;
+            counts.weighted_explainable += weight;
+        }
+        if outcome == PairOutcome::EqualNearSilhouette {
+            return;
+        }
+        counts.mismatched += 1;
+        counts.weighted_mismatch += weight;
+        match outcome {
+            PairOutcome::Explained(distance) | PairOutcome::Vanished(distance) => {
+                counts.explained += 1;
+                counts.vanished += u64::from(matches!(outcome, PairOutcome::Vanished(_)));
+                counts.histogram.resize(HISTOGRAM_BINS, 0);
+                counts.histogram[((distance * 2.0) as usize).min(HISTOGRAM_BINS - 1)] += 1;
+            }
+            _ => self.add_examples([pair]),
+        }
     }
 
     fn add_examples(&mut self, pairs: impl IntoIterator<Item = (u32, u32)>) {
@@ -150,6 +153,7 @@ impl PairTally {
         found.vanished += more.vanished;
         found.weighted_mismatch += more.weighted_mismatch;
         found.weighted_explainable += more.weighted_explainable;
+        found.histogram.resize(HISTOGRAM_BINS, 0);
         for (a, b) in found.histogram.iter_mut().zip(more.histogram) {
             *a += b;
         }
@@ -158,7 +162,8 @@ impl PairTally {
     }
 
     /// Returns the statistics; `pairs` is the number of all pairs.
-    pub fn into_statistics(self, pairs: u64) -> VisibilityStatistics {
+    pub fn into_statistics(mut self, pairs: u64) -> VisibilityStatistics {
+        self.counts.histogram.resize(HISTOGRAM_BINS, 0);
         let weight = self.weight;
         let share = |part: f64| if weight > 0.0 { part / weight } else { 0.0 };
         VisibilityStatistics {

@@ -11,7 +11,6 @@ use common::Result;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::shooting::RadiosityField;
-use glam::DVec3;
 
 /// Largest number of texels of the truth: their form factors take about five seconds on two cores; the time
 /// grows with the square.
@@ -20,61 +19,44 @@ const MAX_TRUTH_TEXELS: usize = 2500;
 const MIN_TEXELS_PER_SIDE: u32 = 4;
 
 /// Solution of the dense matrix.
-pub struct MatrixTruth {
-    scene: Scene,
-    resolutions: Vec<[u32; 2]>,
-    values: Vec<DVec3>,
+pub struct MatrixTruth<'a> {
+    solution: ReflectedField<'a>,
     /// Description with its own error.
     pub info: TruthInfo,
 }
 
-impl MatrixTruth {
+impl<'a> MatrixTruth<'a> {
     /// Solves the matrix on N×N texels per face, N = `texels` (at least 8) as far as `MAX_TRUTH_TEXELS` allows; none if
     /// N < `MIN_TEXELS_PER_SIDE`. All presets are compared with the same truth.
     ///
     /// Errors: the solver fails or is interrupted.
-    pub fn new(scene: &Scene, texels: u32, watch: &ProgressMonitor) -> Result<Option<Self>> {
+    pub fn new(scene: &'a Scene, texels: u32, watch: &ProgressMonitor) -> Result<Option<Self>> {
         let largest = (MAX_TRUTH_TEXELS / scene.faces.len().max(1)).isqrt() as u32;
         let side = largest.min(texels.max(2 * MIN_TEXELS_PER_SIDE));
         if side < MIN_TEXELS_PER_SIDE {
             return Ok(None);
         }
-        let report = |_: &str, done| watch.report_share("truth", done);
-        let fine = solve_matrix(scene, side, &ProgressMonitor::new(&report))?;
-        let coarse = solve_matrix(scene, side / 2, &without_progress())?;
-        let mut truth = Self {
-            scene: scene.clone(),
-            resolutions: fine.resolutions,
-            values: fine.values,
-            info: TruthInfo {
-                name: format!("the matrix solver on {side}×{side} texels a face"),
-                texels: side,
-                own_error: f64::NAN,
-            },
+        let solve = |texels: u32, watch: &ProgressMonitor| -> Result<ReflectedField<'a>> {
+            let solved = scene.solve_once(&dense::dense_settings(texels), SolverChoice::Dense, watch)?;
+            Ok(ReflectedField::from_field(scene, &solved.mesh, &solved.run.field))
         };
-        truth.info.own_error = truth.relative_error_of(&coarse);
-        Ok(Some(truth))
+        let report = |_: &str, done| watch.report_share("truth", done);
+        let solution = solve(side, &ProgressMonitor::new(&report))?;
+        let info = TruthInfo {
+            name: format!("the matrix solver on {side}×{side} texels a face"),
+            texels: side,
+            own_error: relative_rms(&solve(side / 2, &without_progress())?, &solution),
+        };
+        Ok(Some(Self { solution, info }))
     }
 
     /// Returns the relative RMS of a field on the texels of `mesh`, averaged on a common grid.
     pub fn relative_error(&self, mesh: &Mesh, field: &RadiosityField) -> f64 {
-        self.relative_error_of(&ReflectedField::from_field(&self.scene, mesh, field))
-    }
-
-    fn relative_error_of(&self, solution: &ReflectedField) -> f64 {
-        let truth = ReflectedField {
-            scene: &self.scene,
-            resolutions: self.resolutions.clone(),
-            values: self.values.clone(),
-        };
-        match GridPair::new(solution, &truth, None) {
-            Ok(pair) => pair.worst_channel().0,
-            Err(_) => f64::NAN,
-        }
+        let field = ReflectedField::from_field(self.solution.scene, mesh, field);
+        relative_rms(&field, &self.solution)
     }
 }
 
-fn solve_matrix<'a>(scene: &'a Scene, texels: u32, watch: &ProgressMonitor) -> Result<ReflectedField<'a>> {
-    let solved = scene.solve_once(&dense::dense_settings(texels), SolverChoice::Dense, watch)?;
-    Ok(ReflectedField::from_field(scene, &solved.mesh, &solved.run.field))
+fn relative_rms(solution: &ReflectedField, truth: &ReflectedField) -> f64 {
+    GridPair::new(solution, truth, None).map_or(f64::NAN, |pair| pair.worst_channel().0)
 }

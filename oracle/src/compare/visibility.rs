@@ -2,8 +2,8 @@
 //! (shooter, texel), sample by sample.
 //!
 //! A mismatch is explained if the texel's projection lies near a boundary in the item buffer between the
-//! receiver's ID and the ID at that pixel: within 2 pixels (the texel's own pixel and the 3×3 lookup), plus the
-//! sagitta of the edges (at most 1 pixel) for tessellated faces.
+//! receiver's ID and the ID at that pixel: within 2 pixels (the texel's own pixel and the 3×3 lookup), plus
+//! one pixel where only corners are projected (`paper`).
 //! A face or a gap thinner than a pixel has no boundary in the buffer. Then a true outline within 2 pixels
 //! explains the mismatch: that of the receiver or of a face in the buffer if rays see the receiver, else that of
 //! a blocker. Such a mismatch also counts as vanished, and so does one whose rays are blocked within rounding of
@@ -12,22 +12,20 @@
 use super::comparison::{StageCheck, VisibilityStatistics};
 use super::item_buffer::check_boundary_pixels;
 use super::stages::{factor_scales, form_factor_roundings};
-use super::statistics::{ErrorTally, PairTally, ulp_distance};
-use common::constants::{HIDDEN_LEVEL, OUTLINE_MARGIN, TESSELLATION_LEVELS};
+use super::statistics::{ErrorTally, PairOutcome, PairTally, ulp_distance};
+use common::constants::OUTLINE_MARGIN;
 use common::escape::ESCAPE_DIRECTION_COUNT;
 use common::intersect::intersect_face;
 use common::mesh::Mesh;
 use common::passes::{Exchange, PatchClosure};
 use common::rays::{LineOfSight, Rays};
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Transport, Visibility};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Transport, Visibility};
 use common::{Error, Result};
 use cpu::CpuSolver;
-use cpu::shader_twins::edge_subdivision::subdivide_edge;
 use cpu::shader_twins::item_buffer::ItemBuffer;
 use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
 use cpu::shader_twins::lookup::is_visible;
 use cpu::shader_twins::projection::{pixel_position, project_direction};
-use cpu::shader_twins::tessellate::{edge_sagitta, tessellation_level};
 use cpu::shader_twins::view::ShooterView;
 use glam::{Vec2, Vec3, Vec4};
 use gpu::GpuSolver;
@@ -37,7 +35,9 @@ use std::cell::Cell as Slot;
 use std::ops::ControlFlow;
 
 /// Smallest form factor that counts as positive: below it two solvers may disagree whether it is 0.
-pub const MIN_FORM_FACTOR: f32 = 1e-7;
+const MIN_FORM_FACTOR: f32 = 1e-7;
+/// Parts of an edge whose image is curved.
+const EDGE_PARTS: u32 = 128;
 /// Texels per task.
 const TEXELS_PER_TASK: usize = 4096;
 
@@ -69,7 +69,8 @@ pub struct VisibilityCheck {
     pub gpu: LinkRows,
     /// The CPU's links.
     pub cpu: LinkRows,
-    /// Change of each of the CPU's links if all its samples near silhouettes had the opposite visibility.
+    /// Change of each of the CPU's links if all its samples near silhouettes had the opposite visibility; empty rows
+    /// stand for zeros.
     pub link_bounds: Vec<Vec<f32>>,
     /// Checks of links with equal visibility, of escapes and of pixels at silhouettes.
     pub stages: Vec<StageCheck>,
@@ -85,18 +86,12 @@ pub fn check_visibility(
     solver: &mut GpuSolver,
     progress: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<VisibilityCheck> {
-    let mut checker = VisibilityChecker {
-        mesh,
-        transport,
-        pairs: PairTally::default(),
-        links: ErrorTally::default(),
-        escapes: ErrorTally::default(),
-        pixels: ErrorTally::default(),
-    };
     let mut check = VisibilityCheck::default();
+    let mut tallies = VisibilityTallies::default();
+    let mut escapes = ErrorTally::default();
     let patches: Vec<u32> = (0..mesh.patches.len() as u32).collect();
-    let rays = transport.visibility == Visibility::Rays && solver.has_room();
-    if rays {
+    let at_once = transport.visibility == Visibility::Rays && solver.has_room();
+    if at_once {
         check.gpu.closures = solver.make_links(&patches, &mut |_| ControlFlow::Continue(()))?;
         check.gpu.rows = solver.read_rows(&patches)?;
     }
@@ -104,179 +99,183 @@ pub fn check_visibility(
         let cpu_row = cpu.link_row(patch)?;
         check.cpu.closures.push(cpu_row.closure);
         check.cpu.rows.push(cpu_row.links.to_vec());
-        let bounds = match &transport.visibility {
+        let p = patch as usize;
+        let sizes = factor_scales(mesh, transport.form_factor, patch);
+        match &transport.visibility {
             Visibility::Rays => {
-                if !rays {
+                if !at_once {
                     check.gpu.push_row(solver.probe_links(patch, &mut |_| ())?);
                 }
-                checker.check_by_rays(patch, &check)
+                let rows = [&check.gpu.rows[p], &check.cpu.rows[p]];
+                tallies.compare_ray_links(mesh, transport, patch, rows, &sizes);
+                check.link_bounds.push(Vec::new());
             }
-            Visibility::ItemBuffer(settings) => checker.check_by_pixels(settings, patch, cpu, solver, &mut check)?,
-        };
-        check.link_bounds.push(bounds);
-        checker.check_escape(patch, &check);
+            Visibility::ItemBuffer(settings) => {
+                let (row, texels) = tallies.check_samples(mesh, transport, settings, patch, cpu.rays(), solver)?;
+                for k in (0..texels.len()).filter(|k| texels[*k].sees_alike()) {
+                    let off = ulp_distance(row.links[k], check.cpu.rows[p][k], sizes[k]);
+                    tallies.links.add(off);
+                }
+                check.gpu.push_row(row);
+                let open = mesh.patches[p].open_share;
+                check
+                    .link_bounds
+                    .push(texels.iter().map(|texel| texel.link_bound(open)).collect());
+            }
+        }
+        let [a, b] = [&check.gpu, &check.cpu].map(|links| links.closures[p].escaped);
+        escapes.add(f64::from((a - b).abs()) * ESCAPE_DIRECTION_COUNT as f64);
         if progress().is_break() {
             return Err(Error::Interrupted);
         }
     }
-    check.statistics = checker
-        .pairs
-        .into_statistics(mesh.patches.len() as u64 * mesh.texels.len() as u64);
+    check.statistics = (tallies.pairs).into_statistics(mesh.patches.len() as u64 * mesh.texels.len() as u64);
     let factor = form_factor_roundings(transport.form_factor) + f64::from(mesh.samples);
+    let links = "ulp of links with equal visibility: form factors and disc weights, one addition per sample";
+    let escape = "directions of 1024 counted differently: a ray through an edge";
+    let pixels =
+        "a pixel on a boundary shows a different face from the one its ray meets, though no rounding decides it";
     // Table 3 may clip the whole scene: then no links have equal visibility, and only the pairs count.
-    if check.statistics.mismatched < check.statistics.facing {
-        check.stages.push(checker.links.stage_check(
-            "links of GPU and CPU",
-            factor,
-            "ulp of links with equal visibility: form factors and disc weights, one addition per sample",
-        ));
-    }
-    check.stages.push(checker.escapes.stage_check(
-        "escape, all patches",
-        2.0,
-        "directions of 1024 counted differently: a ray through an edge",
-    ));
-    if checker.pixels.values() > 0 {
-        check.stages.push(checker.pixels.stage_check(
+    let any_alike = check.statistics.mismatched < check.statistics.facing;
+    let table = [
+        (any_alike, tallies.links, "links of GPU and CPU", factor, links),
+        (true, escapes, "escape, all patches", 2.0, escape),
+        (
+            tallies.pixels.values() > 0,
+            tallies.pixels,
             "item buffer, all silhouettes",
             0.0,
-            "a pixel on a boundary shows a different face from the one its ray meets, though no rounding decides it",
-        ));
-    }
+            pixels,
+        ),
+    ];
+    let checked = table.into_iter().filter(|(checked, ..)| *checked);
+    check.stages = checked
+        .map(|(_, tally, name, bound, reason)| tally.stage_check(name, bound, reason))
+        .collect();
     Ok(check)
 }
 
-struct VisibilityChecker<'a> {
-    mesh: &'a Mesh,
-    transport: &'a Transport,
+#[derive(Default)]
+struct VisibilityTallies {
     pairs: PairTally,
     links: ErrorTally,
-    escapes: ErrorTally,
     pixels: ErrorTally,
 }
 
-impl VisibilityChecker<'_> {
+impl VisibilityTallies {
     /// Compares links by the same rays: every difference is unexplained, and no link is uncertain.
-    fn check_by_rays(&mut self, patch: u32, check: &VisibilityCheck) -> Vec<f32> {
-        let mesh = self.mesh;
-        let (gpu, cpu) = (&check.gpu.rows[patch as usize], &check.cpu.rows[patch as usize]);
-        let sizes = factor_scales(mesh, self.transport.form_factor, patch);
-        let bound = form_factor_roundings(self.transport.form_factor) + f64::from(mesh.samples);
+    fn compare_ray_links(
+        &mut self,
+        mesh: &Mesh,
+        transport: &Transport,
+        patch: u32,
+        [gpu, cpu]: [&Vec<f32>; 2],
+        sizes: &[f32],
+    ) {
+        let bound = form_factor_roundings(transport.form_factor) + f64::from(mesh.samples);
         for (k, texel) in mesh.texels.iter().enumerate() {
             let f = gpu[k].max(cpu[k]);
             if f <= MIN_FORM_FACTOR && !f.is_nan() {
                 continue;
             }
-            let weight = f64::from(f) * f64::from(texel.area);
-            self.pairs.add_facing(weight);
             let off = ulp_distance(gpu[k], cpu[k], sizes[k]);
             self.links.add(off);
-            if off.is_nan() || off > bound {
-                self.pairs.add_mismatch((patch, k as u32), weight, None);
-            }
+            let outcome = if off <= bound {
+                PairOutcome::Equal
+            } else {
+                PairOutcome::Unexplained
+            };
+            self.pairs
+                .add_pair((patch, k as u32), f64::from(f) * f64::from(texel.area), outcome);
         }
         if gpu.is_empty() || self.links.values() == 0 {
             self.links.add_equality(gpu.len() == cpu.len());
         }
-        vec![0.0; mesh.texels.len()]
     }
 
-    fn check_by_pixels(
+    /// Makes a patch's links on the GPU and compares the visibility of each sample; returns the links, and the sums of
+    /// each texel.
+    fn check_samples(
         &mut self,
+        mesh: &Mesh,
+        transport: &Transport,
         settings: &ItemBufferSettings,
         patch: u32,
-        cpu: &CpuSolver,
+        rays: &Rays,
         solver: &mut GpuSolver,
-        check: &mut VisibilityCheck,
-    ) -> Result<Vec<f32>> {
-        let mesh = self.mesh;
-        let kind = self.transport.form_factor;
-        let factors: Vec<f32> = (0..mesh.texels.len() as u32)
-            .into_par_iter()
-            .map(|k| texel_form_factor(mesh, kind, patch, k))
-            .collect();
-        let mut pairs = PatchPairs::new(factors);
+    ) -> Result<(ProbedRow, Vec<TexelSamples>)> {
+        let count = mesh.texels.len();
+        let new_texel = |k| TexelSamples {
+            factor: texel_form_factor(mesh, transport.form_factor, patch, k),
+            ..TexelSamples::default()
+        };
+        let mut texels: Vec<TexelSamples> = (0..count as u32).into_par_iter().map(new_texel).collect();
         let size = settings.size;
         let mut complete = true;
         let mut s = 0;
         let row = solver.probe_links(patch, &mut |probed| {
             let buffer = ItemBuffer { size, ids: probed.ids };
-            let whole = buffer.ids.len() == (size * size) as usize;
-            complete &= whole && probed.sums.len() == mesh.texels.len();
+            complete &= buffer.ids.len() == (size * size) as usize && probed.sums.len() == count;
             if complete {
                 let view = ShooterView::new(mesh, patch, s, settings);
                 self.pixels.merge(check_boundary_pixels(mesh, &view, &buffer));
-                let sample = SampleCheck::new(mesh, settings, cpu.rays(), (patch, s), &buffer);
-                sample.count_pairs(&probed.sums, &mut pairs, &mut self.pairs);
+                let sample = SampleCheck {
+                    mesh,
+                    rays,
+                    patch,
+                    sample: s,
+                    buffer: &buffer,
+                    explained_distance: match settings.projection {
+                        ItemBufferProjection::Paper => 3.0,
+                        _ => 2.0,
+                    },
+                    view,
+                    lookup: settings.lookup,
+                };
+                sample.count_pairs(&probed.sums, &mut texels, &mut self.pairs);
             }
             s += 1;
         })?;
-        if !complete || row.links.len() != mesh.texels.len() {
+        if !complete || row.links.len() != count {
             return Err(Error::Device("the GPU's visibility is incomplete".into()));
         }
-        let sizes = factor_scales(mesh, self.transport.form_factor, patch);
-        let cpu_row = &check.cpu.rows[patch as usize];
-        for k in (0..cpu_row.len()).filter(|k| pairs.sees_alike(*k)) {
-            self.links.add(ulp_distance(row.links[k], cpu_row[k], sizes[k]));
-        }
-        check.gpu.push_row(row);
-        Ok(pairs.link_bounds(mesh.patches[patch as usize].open_share))
-    }
-
-    fn check_escape(&mut self, patch: u32, check: &VisibilityCheck) {
-        let [a, b] = [&check.gpu, &check.cpu].map(|l| l.closures[patch as usize].escaped);
-        self.escapes
-            .add(f64::from((a - b).abs()) * ESCAPE_DIRECTION_COUNT as f64);
+        Ok((row, texels))
     }
 }
 
-/// Sums over the samples of one patch, per texel.
-pub struct PatchPairs {
-    /// Form factors F.
-    factors: Vec<f32>,
+/// Sums over the samples of one patch and one texel.
+#[derive(Clone, Copy, Default)]
+struct TexelSamples {
+    /// Form factor F.
+    factor: f32,
     /// Σ g.
-    total_weight: Vec<f32>,
+    total_weight: f32,
     /// Σ g of the samples near a silhouette.
-    doubtful_weight: Vec<f32>,
-    /// True where rays and pixels disagree in any sample.
-    differs: Vec<bool>,
+    doubtful_weight: f32,
+    /// True if rays and pixels disagree in any sample.
+    differs: bool,
     /// The GPU's Σ g·V after the last sample.
-    seen_weight: Vec<f32>,
+    seen_weight: f32,
 }
 
-impl PatchPairs {
-    /// Starts without samples.
-    pub fn new(factors: Vec<f32>) -> Self {
-        let zeros = vec![0.0; factors.len()];
-        Self {
-            total_weight: zeros.clone(),
-            doubtful_weight: zeros.clone(),
-            differs: vec![false; factors.len()],
-            seen_weight: zeros,
-            factors,
+impl TexelSamples {
+    /// True if the texel faces the patch, and rays and pixels agree in all samples.
+    fn sees_alike(&self) -> bool {
+        self.factor > MIN_FORM_FACTOR && !self.differs
+    }
+
+    /// Returns the change of the link if all its samples near silhouettes had the opposite visibility.
+    fn link_bound(&self, open: f32) -> f32 {
+        if self.doubtful_weight > 0.0 {
+            self.factor * (self.doubtful_weight / (self.total_weight * open))
+        } else {
+            0.0
         }
-    }
-
-    /// True if texel `k` faces the patch, and rays and pixels agree in all samples.
-    pub fn sees_alike(&self, k: usize) -> bool {
-        self.factors[k] > MIN_FORM_FACTOR && !self.differs[k]
-    }
-
-    /// Returns the change of each link if all its samples near silhouettes had the opposite visibility.
-    pub fn link_bounds(&self, open: f32) -> Vec<f32> {
-        let of = |k: usize| {
-            if self.doubtful_weight[k] > 0.0 {
-                self.factors[k] * (self.doubtful_weight[k] / (self.total_weight[k] * open))
-            } else {
-                0.0
-            }
-        };
-        (0..self.factors.len()).map(of).collect()
     }
 }
 
 /// Comparison of one sample of one patch.
-pub struct SampleCheck<'a> {
+struct SampleCheck<'a> {
     mesh: &'a Mesh,
     rays: &'a Rays,
     patch: u32,
@@ -284,82 +283,26 @@ pub struct SampleCheck<'a> {
     buffer: &'a ItemBuffer,
     view: ShooterView,
     lookup: Lookup,
-    /// Distance from each face's outline that explains a mismatch, pixels.
-    explained_distance: Vec<f32>,
+    /// Distance from a boundary that explains a mismatch, pixels.
+    explained_distance: f32,
 }
 
-/// Returns the distance from a boundary of each face within which a lookup may be wrong, pixels.
-fn explained_distances(mesh: &Mesh, view: &ShooterView) -> Vec<f32> {
-    let of = |face| {
-        let level = tessellation_level(view, face);
-        if view.projection.raster_method() == Raster::Pixel || level == HIDDEN_LEVEL {
-            0.0
-        } else {
-            edge_sagitta(view, face, level).min(1.0)
-        }
-    };
-    mesh.faces.iter().map(|face| 2.0 + of(face)).collect()
-}
-
-/// Result of one texel in one sample.
-#[derive(Clone, Copy)]
-struct PairResult {
-    /// The sample's weight.
-    weight: f32,
-    explainable: bool,
-    differs: bool,
-}
-
-impl<'a> SampleCheck<'a> {
-    /// Creates the comparison of a sample with its item buffer.
-    pub fn new(
-        mesh: &'a Mesh,
-        settings: &ItemBufferSettings,
-        rays: &'a Rays,
-        (patch, sample): (u32, u32),
-        buffer: &'a ItemBuffer,
-    ) -> Self {
-        let view = ShooterView::new(mesh, patch, sample, settings);
-        Self {
-            mesh,
-            rays,
-            patch,
-            sample,
-            buffer,
-            view,
-            lookup: settings.lookup,
-            explained_distance: explained_distances(mesh, &view),
-        }
-    }
-
+impl SampleCheck<'_> {
     /// Compares all texels; `sums` are the GPU's sums after the sample.
-    pub fn count_pairs(&self, sums: &[Vec4], pairs: &mut PatchPairs, tally: &mut PairTally) {
+    fn count_pairs(&self, sums: &[Vec4], texels: &mut [TexelSamples], tally: &mut PairTally) {
         // Fixed tasks, merged in order, give equal sums on any number of threads.
-        let count = self.mesh.texels.len();
-        let known = &*pairs;
-        let tasks: Vec<(PairTally, Vec<Option<PairResult>>)> = (0..count.div_ceil(TEXELS_PER_TASK))
-            .into_par_iter()
-            .map(|task| {
-                let mut tally = PairTally::default();
-                let range = task * TEXELS_PER_TASK..count.min((task + 1) * TEXELS_PER_TASK);
-                let results = range.map(|k| self.check_pair(k, sums[k], known, &mut tally));
-                let results = results.collect();
-                (tally, results)
-            })
-            .collect();
-        let mut k = 0;
-        for (part, results) in tasks {
-            tally.merge(part);
-            for result in results {
-                if let Some(result) = result {
-                    pairs.total_weight[k] += result.weight;
-                    pairs.doubtful_weight[k] += if result.explainable { result.weight } else { 0.0 };
-                    pairs.differs[k] |= result.differs;
-                }
-                pairs.seen_weight[k] = sums[k].y;
-                k += 1;
+        let tasks = texels
+            .par_chunks_mut(TEXELS_PER_TASK)
+            .zip(sums.par_chunks(TEXELS_PER_TASK));
+        let count_task = |(task, (texels, sums)): (usize, (&mut [TexelSamples], &[Vec4]))| {
+            let mut tally = PairTally::default();
+            for (k, (texel, sums)) in texels.iter_mut().zip(sums).enumerate() {
+                self.check_pair(task * TEXELS_PER_TASK + k, sums.y, texel, &mut tally);
             }
-        }
+            tally
+        };
+        let counted: Vec<PairTally> = tasks.enumerate().map(count_task).collect();
+        counted.into_iter().for_each(|part| tally.merge(part));
     }
 
     /// Returns the two points of a pair and the sample's weight; none if the points do not face each other.
@@ -377,61 +320,42 @@ impl<'a> SampleCheck<'a> {
         (sums.seen > 0.0).then_some((q, p, sums.all))
     }
 
-    fn check_pair(&self, k: usize, sums: Vec4, known: &PatchPairs, tally: &mut PairTally) -> Option<PairResult> {
-        let texel = &self.mesh.texels[k];
-        let f = known.factors[k];
-        if f <= MIN_FORM_FACTOR {
-            return None;
-        }
-        let (q, position, g) = self.sample_points(k, f)?;
-        let mut result = PairResult {
-            weight: g,
-            explainable: false,
-            differs: false,
+    /// Compares texel `k`; `seen` is the GPU's Σ g·V after the sample.
+    fn check_pair(&self, k: usize, seen: f32, texel: &mut TexelSamples, tally: &mut PairTally) {
+        let before = std::mem::replace(&mut texel.seen_weight, seen);
+        let faces = texel.factor > MIN_FORM_FACTOR;
+        let Some((q, position, g)) = faces.then(|| self.sample_points(k, texel.factor)).flatten() else {
+            return;
         };
-        let before = known.seen_weight[k];
+        texel.total_weight += g;
         if before + g == before {
             // The weight is too small to change the sum, which therefore does not show the visibility.
-            return Some(result);
+            return;
         }
-        let weight = f64::from(f) * f64::from(texel.area);
-        let ends = [self.mesh.patches[self.patch as usize].face, texel.face];
+        let receiver = &self.mesh.texels[k];
+        let ends = [self.mesh.patches[self.patch as usize].face, receiver.face];
         let by_rays = self.rays.is_visible(q, position, ends);
-        let by_pixels = sums.y > before;
-        tally.add_facing(weight);
-        let p = pixel_position(
-            project_direction(self.view.projection, self.view.frame.to_local(position)),
-            self.buffer.size,
-        );
-        let pixel_id = self.id_at(p.x.floor() as i32, p.y.floor() as i32);
-        let receiver_id = texel.face + 1;
-        if by_rays == by_pixels {
-            result.explainable =
-                pixel_id != receiver_id && self.boundary_distance(p, receiver_id, &[pixel_id]).is_some();
-            if result.explainable {
-                tally.add_explainable(weight);
+        let direction = project_direction(self.view.projection, self.view.frame.to_local(position));
+        let p = pixel_position(direction, self.buffer.size);
+        let outcome = if by_rays == (seen > before) {
+            let (pixel_id, own_id) = (self.id_at(p.x.floor() as i32, p.y.floor() as i32), receiver.face + 1);
+            match pixel_id != own_id && self.boundary_distance(p, own_id, &[pixel_id]).is_some() {
+                true => PairOutcome::EqualNearSilhouette,
+                false => PairOutcome::Equal,
             }
-            return Some(result);
+        } else {
+            texel.differs = true;
+            self.explain_mismatch(p, (q, position), ends, by_rays)
+        };
+        if !matches!(outcome, PairOutcome::Equal | PairOutcome::Unexplained) {
+            texel.doubtful_weight += g;
         }
-        let (boundary, outline) = self.explain_mismatch(p, (q, position), ends, by_rays);
-        let distance = boundary.or(outline);
-        tally.add_mismatch((self.patch, k as u32), weight, distance);
-        if outline.is_some() {
-            tally.add_vanished();
-        }
-        result.explainable = distance.is_some();
-        result.differs = true;
-        Some(result)
+        let weight = f64::from(texel.factor) * f64::from(receiver.area);
+        tally.add_pair((self.patch, k as u32), weight, outcome);
     }
 
-    /// Returns the distance to the nearest boundary, else to the nearest true outline.
-    fn explain_mismatch(
-        &self,
-        p: Vec2,
-        (q, position): (Vec3, Vec3),
-        ends: [u32; 2],
-        by_rays: bool,
-    ) -> (Option<f32>, Option<f32>) {
+    /// Explains a mismatch by the nearest boundary, else by the nearest true outline.
+    fn explain_mismatch(&self, p: Vec2, (q, position): (Vec3, Vec3), ends: [u32; 2], by_rays: bool) -> PairOutcome {
         let pixel_id = self.id_at(p.x.floor() as i32, p.y.floor() as i32);
         let receiver_id = ends[1] + 1;
         // Blockers of the ray; empty if the rays see the receiver.
@@ -441,12 +365,26 @@ impl<'a> SampleCheck<'a> {
         } else {
             vec![pixel_id]
         };
-        let boundary = self.boundary_distance(p, receiver_id, &other);
-        if boundary.is_none() && self.view.projection == ItemBufferProjection::Paper {
-            return (self.explain_paper_projection(position, ends[1], by_rays), None);
+        if let Some(distance) = self.boundary_distance(p, receiver_id, &other) {
+            return PairOutcome::Explained(distance);
         }
-        if boundary.is_none() && self.blocked_by_edges_only((q, position), &blockers) {
-            return (None, Some(0.0));
+        if self.view.projection == ItemBufferProjection::Paper {
+            // Table 3 as printed clips at half a unit and projects corners only: its mismatches belong to the
+            // method wherever the CPU twin has the same error.
+            let twin = is_visible(self.mesh, self.buffer, &self.view, self.lookup, position, ends[1]);
+            return match twin != by_rays {
+                true => PairOutcome::Explained(f32::INFINITY),
+                false => PairOutcome::Unexplained,
+            };
+        }
+        // Only edges block the ray, which rays widen by the margin: the face of the sample has no outline in its own
+        // view.
+        let is_edge = |k: &u32| {
+            let hit = intersect_face(&self.mesh.faces[*k as usize], q, position - q);
+            hit.inside <= OUTLINE_MARGIN
+        };
+        if !blockers.is_empty() && blockers.iter().all(is_edge) {
+            return PairOutcome::Vanished(0.0);
         }
         let thin = if by_rays {
             // The faces in the buffer cover pixel centres but not the texel: a gap ends in between.
@@ -456,28 +394,7 @@ impl<'a> SampleCheck<'a> {
         } else {
             blockers
         };
-        let outline = boundary
-            .is_none()
-            .then(|| outline_distance(self.mesh, &self.view, p, &thin))
-            .flatten();
-        (boundary, outline)
-    }
-
-    /// True if only edges block the ray, which rays widen by [`OUTLINE_MARGIN`]: the face of the sample has no outline
-    /// in its own view.
-    fn blocked_by_edges_only(&self, (q, position): (Vec3, Vec3), blockers: &[u32]) -> bool {
-        let edge = |k: &u32| {
-            let hit = intersect_face(&self.mesh.faces[*k as usize], q, position - q);
-            hit.inside <= OUTLINE_MARGIN
-        };
-        !blockers.is_empty() && blockers.iter().all(edge)
-    }
-
-    /// Explains mismatches of Table 3 as printed, which clips at half a unit and projects corners only: they
-    /// belong to the method wherever the CPU twin has the same error.
-    fn explain_paper_projection(&self, position: Vec3, face: u32, by_rays: bool) -> Option<f32> {
-        let twin = is_visible(self.mesh, self.buffer, &self.view, self.lookup, position, face);
-        (twin != by_rays).then_some(f32::INFINITY)
+        outline_distance(self.mesh, &self.view, p, &thin).map_or(PairOutcome::Unexplained, PairOutcome::Vanished)
     }
 
     fn id_at(&self, x: i32, y: i32) -> u32 {
@@ -489,17 +406,7 @@ impl<'a> SampleCheck<'a> {
     /// Returns the distance from `p` to the nearest pixel edge between `receiver_id` and one of `others`, if it explains a
     /// mismatch.
     fn boundary_distance(&self, p: Vec2, receiver_id: u32, others: &[u32]) -> Option<f32> {
-        let reach_of = |id: u32| {
-            if id == 0 {
-                2.0
-            } else {
-                self.explained_distance[id as usize - 1]
-            }
-        };
-        let reach = others
-            .iter()
-            .map(|id| reach_of(*id))
-            .fold(reach_of(receiver_id), f32::max);
+        let reach = self.explained_distance;
         let window = reach.ceil() as i32 + 1;
         let (cx, cy) = (p.x.floor() as i32, p.y.floor() as i32);
         let mut nearest = f32::INFINITY;
@@ -530,18 +437,17 @@ fn edge_distance(p: Vec2, x: i32, y: i32, right: bool) -> f32 {
 
 /// Returns the distance from `p` to the nearest true outline of `faces`, if it is within 2 pixels.
 fn outline_distance(mesh: &Mesh, view: &ShooterView, p: Vec2, faces: &[u32]) -> Option<f32> {
-    let parts = 1u32 << (TESSELLATION_LEVELS - 1);
     let mut nearest = f32::INFINITY;
     for face in faces {
         let corners = mesh.faces[*face as usize].corners.map(|c| c - view.frame.centre);
         for k in 0..4 {
             let (a, b) = (corners[k], corners[(k + 1) % 4]);
             let at = |i: u32| {
-                let t = subdivide_edge(a, b, i as f32 / parts as f32);
+                let t = subdivide_edge(a, b, i as f32 / EDGE_PARTS as f32);
                 let v = view.frame.rotate_to_local(a * (1.0 - t) + b * t);
                 pixel_position(project_direction(view.projection, v), view.size)
             };
-            for i in 0..parts {
+            for i in 0..EDGE_PARTS {
                 let (start, end) = (at(i), at(i + 1));
                 // A longer part connects different sides of the hemicube.
                 if start.distance(end) < view.size as f32 / 16.0 {
@@ -551,6 +457,21 @@ fn outline_distance(mesh: &Mesh, view: &ShooterView, p: Vec2, faces: &[u32]) -> 
         }
     }
     (nearest <= 2.0).then_some(nearest)
+}
+
+/// Returns the parameter on the edge from `a` to `b` at which the share `u` of its parts ends, as seen from the
+/// origin: each half of the edge's angle is cut evenly along the tangent at its middle.
+pub fn subdivide_edge(a: Vec3, b: Vec3, u: f32) -> f32 {
+    let [length_a, length_b] = [a, b].map(|v| v.length().max(1e-12));
+    // The bisector of the angle divides the edge in the ratio of the two sides.
+    let middle = length_a / (length_a + length_b);
+    let length_m = a.lerp(b, middle).length().max(1e-12);
+    if u < 0.5 {
+        let w = 2.0 * u;
+        return middle * (w * length_a / ((1.0 - w) * length_m + w * length_a));
+    }
+    let w = 2.0 * u - 1.0;
+    middle + (1.0 - middle) * (w * length_m / ((1.0 - w) * length_b + w * length_m))
 }
 
 fn segment_distance(p: Vec2, a: Vec2, b: Vec2) -> f32 {

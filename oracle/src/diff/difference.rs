@@ -46,13 +46,23 @@ pub fn reflected_radiosity(mesh: &Mesh, field: &RadiosityField, k: usize) -> DVe
 
 /// Returns the figures of each channel from (area, a, b) of every texel; 0 where both are black.
 pub fn channel_differences(texels: impl Iterator<Item = (f64, DVec3, DVec3)>) -> [Difference; 3] {
-    let mut sums = [Sums::default(); 3];
+    let [mut squared, mut signed, mut truth_square, mut truth, mut largest] = [DVec3::ZERO; 5];
+    let mut all = 0.0;
     for (area, a, b) in texels {
-        for (c, sums) in sums.iter_mut().enumerate() {
-            sums.add_texel(area, a[c], b[c]);
-        }
+        let difference = a - b;
+        squared += area * difference * difference;
+        signed += area * difference;
+        truth_square += area * b * b;
+        truth += area * b;
+        all += area;
+        largest = largest.max(difference.abs());
     }
-    sums.map(|sums| sums.to_difference())
+    let ratio = |x: f64, y: f64| if x == 0.0 { 0.0 } else { x / y };
+    [0, 1, 2].map(|c| Difference {
+        relative_rms: ratio(squared[c], truth_square[c]).sqrt(),
+        max_relative: ratio(largest[c], (truth_square[c] / all).sqrt()),
+        bias: ratio(signed[c], truth[c]),
+    })
 }
 
 /// Returns the worst channel of each figure; NaN where a channel is NaN.
@@ -63,37 +73,6 @@ pub fn worst_channel(channels: [Difference; 3]) -> Difference {
         relative_rms: channels.iter().map(|d| d.relative_rms).fold(0.0, larger),
         max_relative: channels.iter().map(|d| d.max_relative).fold(0.0, larger),
         bias: channels.iter().map(|d| d.bias).fold(0.0, larger),
-    }
-}
-
-/// Sums over the texels of one channel.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    squared_difference: f64,
-    signed_difference: f64,
-    truth_square: f64,
-    truth: f64,
-    area: f64,
-    largest: f64,
-}
-
-impl Sums {
-    fn add_texel(&mut self, area: f64, a: f64, b: f64) {
-        self.squared_difference += area * (a - b) * (a - b);
-        self.signed_difference += area * (a - b);
-        self.truth_square += area * b * b;
-        self.truth += area * b;
-        self.area += area;
-        self.largest = self.largest.max((a - b).abs());
-    }
-
-    fn to_difference(self) -> Difference {
-        let ratio = |x: f64, y: f64| if x == 0.0 { 0.0 } else { x / y };
-        Difference {
-            relative_rms: ratio(self.squared_difference, self.truth_square).sqrt(),
-            max_relative: ratio(self.largest, (self.truth_square / self.area).sqrt()),
-            bias: ratio(self.signed_difference, self.truth),
-        }
     }
 }
 

@@ -4,8 +4,7 @@ use super::reflected::ReflectedField;
 use crate::diff::difference::{channel_differences, worst_channel};
 use common::resample::{area_average, average_standard_error, common_resolution, shared_pieces, summed_areas};
 use common::scene::Scene;
-use common::texel::first_texels;
-use common::texel::texel_count;
+use common::texel::{first_texels, texel_count};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -50,12 +49,8 @@ impl GridPair {
         error: Option<&[DVec3]>,
     ) -> std::result::Result<Self, SceneMismatch> {
         check_same_scene(a.scene, b.scene)?;
-        let resolutions: Vec<[u32; 2]> = a
-            .resolutions
-            .iter()
-            .zip(&b.resolutions)
-            .map(|(a, b)| common_resolution(*a, *b))
-            .collect();
+        let resolutions = a.resolutions.iter().zip(&b.resolutions);
+        let resolutions: Vec<[u32; 2]> = resolutions.map(|(a, b)| common_resolution(*a, *b)).collect();
         let first = first_texels(&resolutions);
         let mut pair = Self {
             areas: Vec::with_capacity(first[resolutions.len()]),
@@ -101,35 +96,28 @@ impl GridPair {
 ///
 /// Errors: they differ.
 fn check_same_scene(a: &Scene, b: &Scene) -> std::result::Result<(), SceneMismatch> {
+    let differ = |face, message| Err(SceneMismatch { face, message });
     let (ours, theirs) = (a.faces.len(), b.faces.len());
     if ours != theirs {
-        return Err(SceneMismatch {
-            face: None,
-            message: format!("has {ours} faces, the other result {theirs}"),
-        });
+        return differ(None, format!("has {ours} faces, the other result {theirs}"));
     }
-    let allowed = MAX_CORNER_DISTANCE * scene_extent(b);
+    let [low, high] = b.bounds();
+    let allowed = MAX_CORNER_DISTANCE * (high - low).max_element();
     for (k, (face, truth)) in a.faces.iter().zip(&b.faces).enumerate() {
-        let differ = |message| Err(SceneMismatch { face: Some(k), message });
         if face.shape != truth.shape {
-            return differ("is a quad in one result and a triangle in the other".into());
+            let message = "is a quad in one result and a triangle in the other";
+            return differ(Some(k), message.into());
         }
         for (c, (p, q)) in face.corners.iter().zip(&truth.corners).enumerate() {
             let distance = p.distance(*q);
             // Not ≤: NaN must not pass.
             if distance.is_nan() || distance > allowed {
-                return differ(format!(
+                let message = format!(
                     "its corner {c} is {distance:.3e} away from the other result's ({allowed:.3e} is allowed): not the same scene"
-                ));
+                );
+                return differ(Some(k), message);
             }
         }
     }
     Ok(())
-}
-
-fn scene_extent(scene: &Scene) -> f64 {
-    let corners = || scene.faces.iter().flat_map(|f| f.outline());
-    let low = corners().fold(DVec3::INFINITY, |low, c| low.min(*c));
-    let high = corners().fold(DVec3::NEG_INFINITY, |high, c| high.max(*c));
-    (high - low).max_element()
 }

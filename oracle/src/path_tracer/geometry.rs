@@ -19,15 +19,6 @@ pub struct SurfacePoint {
     pub position: DVec3,
 }
 
-/// First intersection of a ray.
-enum RayHit {
-    Front(SurfacePoint),
-    Back,
-    /// Front and back at one position: a sheet, or a body at a wall, seen from the room or from inside the body.
-    Both(SurfacePoint),
-    Nothing,
-}
-
 /// Half a quad, or a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct RayTriangle {
@@ -97,9 +88,7 @@ pub struct SceneGeometry {
 impl SceneGeometry {
     pub fn new(scene: &Scene) -> Self {
         let faces = scene.faces.iter().enumerate();
-        let corners = || scene.faces.iter().flat_map(Face::outline);
-        let low = corners().fold(DVec3::INFINITY, |a, b| a.min(*b));
-        let high = corners().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
+        let [low, high] = scene.bounds();
         let extent = (high - low).max_element();
         let triangles: Vec<RayTriangle> = faces.flat_map(face_triangles).collect();
         let boxes: Vec<_> = triangles.iter().map(RayTriangle::bounds).collect();
@@ -111,15 +100,9 @@ impl SceneGeometry {
         }
     }
 
-    /// Returns the front that a ray from `from` meets; none if it meets a back or nothing.
-    pub fn trace_front(&self, from: &SurfacePoint, along: DVec3) -> Option<SurfacePoint> {
-        match self.trace_ray(from, along) {
-            RayHit::Front(hit) | RayHit::Both(hit) => Some(hit),
-            RayHit::Back | RayHit::Nothing => None,
-        }
-    }
-
-    fn trace_ray(&self, from: &SurfacePoint, along: DVec3) -> RayHit {
+    /// Returns the front that a ray from `from` meets, and true if it meets a back there or before: front and back at one
+    /// position are a sheet, or a body at a wall, seen from the room or from inside the body.
+    pub fn trace_ray(&self, from: &SurfacePoint, along: DVec3) -> (Option<SurfacePoint>, bool) {
         let origin = self.ray_origin(from);
         let same = COINCIDENCE_TOLERANCE * self.extent;
         let (mut front, mut back, mut end) = (None, f64::INFINITY, f64::INFINITY);
@@ -138,16 +121,10 @@ impl SceneGeometry {
         });
         match front {
             Some((face, t)) if t < back + same => {
-                let at = origin + along * t;
-                let hit = SurfacePoint { face, position: at };
-                if back < t + same {
-                    RayHit::Both(hit)
-                } else {
-                    RayHit::Front(hit)
-                }
+                let position = origin + along * t;
+                (Some(SurfacePoint { face, position }), back < t + same)
             }
-            _ if back.is_finite() => RayHit::Back,
-            _ => RayHit::Nothing,
+            _ => (None, back.is_finite()),
         }
     }
 
@@ -160,9 +137,9 @@ impl SceneGeometry {
         let (mut backs, mut both) = (false, false);
         for direction in directions {
             match self.trace_ray(at, frame * *direction) {
-                RayHit::Front(_) | RayHit::Nothing => return false,
-                RayHit::Back => backs = true,
-                RayHit::Both(_) => both = true,
+                (_, false) => return false,
+                (None, true) => backs = true,
+                (Some(_), true) => both = true,
             }
         }
         backs && both

@@ -168,7 +168,12 @@ impl Tracer<'_> {
             let seed = seeds.random();
             let mut set = DVec3::ZERO;
             for k in 0..paths {
-                let mut source = PathSampler::new(k, seed, seeds);
+                let mut source = PathSampler {
+                    path: k,
+                    seed,
+                    used: 0,
+                    generator: seeds,
+                };
                 let first = source.next_number() * (areas[0] + areas[1]) < areas[0];
                 let at = halves[usize::from(!first)].point_at(source.next_pair());
                 let at = SurfacePoint { face, position: at };
@@ -193,7 +198,7 @@ impl Tracer<'_> {
         loop {
             radiosity += weight * self.sample_lamps(source, &at);
             let along = self.sample_direction(source, at.face);
-            let Some(next) = self.geometry.trace_front(&at, along) else {
+            let (Some(next), _) = self.geometry.trace_ray(&at, along) else {
                 return radiosity;
             };
             let [reflectance, emission] = self.reflectance_and_emission(&next);
@@ -277,16 +282,7 @@ struct PathSampler<'a> {
     generator: &'a mut Xoshiro256PlusPlus,
 }
 
-impl<'a> PathSampler<'a> {
-    fn new(path: u32, seed: u32, generator: &'a mut Xoshiro256PlusPlus) -> Self {
-        Self {
-            path,
-            seed,
-            used: 0,
-            generator,
-        }
-    }
-
+impl PathSampler<'_> {
     fn next_number(&mut self) -> f64 {
         if self.used >= SOBOL_DIMENSIONS {
             return self.generator.random();

@@ -22,13 +22,12 @@ use super::solved::Solved;
 use super::solver::ErrorTarget;
 use super::step::{SolveStep, narrow_to_f32, resample_step};
 use common::cover::sample_covers;
-use common::mesh::{MAX_TEXELS, Mesh, Texel};
+use common::mesh::{MAX_TEXELS, Mesh};
 use common::scene::Scene;
 use common::settings::Settings;
 use common::solution::{Warning, WarningCode};
 use common::texel::first_texels;
 use common::{Error, Result};
-use cpu::hierarchy::error_attribution::{ErrorAttribution, attribute_error};
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::shot_log;
 use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution, solve_with_links};
@@ -78,8 +77,7 @@ pub fn solve_adaptively(
         method,
         progress,
     };
-    let (step, mut history) = refine_until_converged(&problem, target.error)?;
-    problem.attribute_error(&step, &mut history)?;
+    let (step, history) = refine_until_converged(&problem, target.error)?;
     let mut solved = resample_result(scene, settings, target, step, history)?;
     solved.run.field.origin = format!("hierarchy by {}", method.name());
     Ok(solved)
@@ -116,31 +114,6 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
         }
         let filled = resolve_variation(self.scene, last, change, error);
         (filled != last.sides && count_texels(&filled) <= MAX_RESULT_TEXELS).then_some(filled)
-    }
-}
-
-impl AdaptiveSolve<'_> {
-    /// Attributes the remaining error to its causes: gathers a sample of texels again where the last step
-    /// changed most. After an interruption there is no attribution.
-    ///
-    /// Errors: those of a step.
-    fn attribute_error(&self, step: &SolveStep, history: &mut ErrorHistory) -> Result<()> {
-        let Some(off) = history.error_map(&self.scene.faces, &step.mesh) else {
-            return Ok(());
-        };
-        let weigh = |(off, texel): (&f32, &Texel)| off * off * texel.area;
-        let weight: Vec<f32> = off.iter().zip(&step.mesh.texels).map(weigh).collect();
-        let goal = ErrorBudget::for_error(history.goal as f32);
-        let irradiance = &step.outcome.irradiance;
-        let mut callback = step_progress(self.progress, "attributing the error");
-        let attribution = self.progress.time_phase("check", || {
-            attribute_error(self.scene, &step.mesh, irradiance, &weight, goal, &mut callback)
-        });
-        history.attribution = match attribution {
-            Err(Error::Interrupted) => ErrorAttribution::default(),
-            attribution => attribution?,
-        };
-        Ok(())
     }
 }
 
@@ -339,7 +312,6 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
             break;
         }
     }
-    history.goal = goal;
     history.links = last.as_ref().outcome.links;
     Ok((last, history))
 }

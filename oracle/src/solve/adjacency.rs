@@ -2,18 +2,11 @@
 //!
 //! Light on a face may be wrong because the texels of a neighbour are too coarse, so refining one face also refines
 //! its neighbours. A texel on both sides of a sheet's contact edge mixes light and shadow. In a gap much narrower
-//! than a texel, a part of the texel lies in the dark under a face, but the light that the rest reflects is shot
-//! from all of it; only more texels show this, not more patches. Under a lamp the gap is not dark: a surface that
-//! close has the irradiance E° that the lamp emits.
+//! than a texel, a part of the texel lies in the dark under a face.
 
-use super::regather::estimate::largest_faces;
-use common::mesh::{Cover, Mesh, PatchPoint};
 use common::polygon::clip_by_plane;
-use common::rays::Rays;
 use common::scene::Face;
-use common::shooting::SolveRun;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Faces count as facing each other if the cosine between their normals is at most this (154°).
@@ -22,9 +15,6 @@ const MAX_FACING_COSINE: f64 = -0.9;
 const CONTACT_DISTANCE: f64 = 1e-6;
 /// Planes count as aligned if the absolute cosine between their normals is above this.
 const MIN_ALIGNED_COSINE: f64 = 0.9;
-/// Height of a gap that counts as dark, in radii of a texel.
-const MAX_DARK_HEIGHT: f32 = 0.1;
-
 /// Unit normal of a face; 0 without an area.
 fn normal_of(face: &Face) -> DVec3 {
     face.vector_area().normalize_or_zero()
@@ -223,87 +213,6 @@ fn contact_edge(f: &Face, g: &Face, [normal, own]: [DVec3; 2], reach: f64) -> Op
     let edges = (0..d.len()).map(|k| [d[k], d[(k + 1) % d.len()]]);
     let mut standing = edges.filter(|edge| edge.iter().all(low));
     standing.find(within)
-}
-
-/// Returns the share of all reflected light that is shot into dark gaps (see [`MAX_DARK_HEIGHT`]), and the faces
-/// that it leaves, the largest amount first.
-pub fn light_in_gaps(mesh: &Mesh, run: &SolveRun) -> (f64, Vec<u32>) {
-    let rays = Rays::new(mesh);
-    let escaped = {
-        let mut shares = vec![0.0; mesh.patches.len()];
-        for shot in &run.shots {
-            shares[shot.patch as usize] = f64::from(shot.escaped);
-        }
-        shares
-    };
-    let (mut all, mut faces) = (0.0, vec![0.0f64; mesh.faces.len()]);
-    let lamps = face_emission(mesh);
-    let dark: Vec<f64> = (0..mesh.patches.len())
-        .into_par_iter()
-        .map(|c| dark_share(mesh, run, &rays, &lamps, c))
-        .collect();
-    for (c, patch) in mesh.patches.iter().enumerate() {
-        let reflected: f64 = patch.texels().map(|k| reflected_power(mesh, run, k)).sum();
-        all += reflected;
-        // A patch wholly in a gap is dark, and so is its light.
-        if dark[c] < 1.0 {
-            faces[patch.face as usize] += dark[c] * (1.0 - escaped[c]) * reflected;
-        }
-    }
-    let lost: f64 = faces.iter().sum();
-    (if lost > 0.0 { lost / all } else { 0.0 }, largest_faces(&faces))
-}
-
-/// Mean emission of each face, sum of channels.
-fn face_emission(mesh: &Mesh) -> Vec<f32> {
-    let (mut lamps, mut texels) = (vec![0.0; mesh.faces.len()], vec![0.0; mesh.faces.len()]);
-    for texel in &mesh.texels {
-        lamps[texel.face as usize] += texel.emission.element_sum();
-        texels[texel.face as usize] += 1.0;
-    }
-    lamps.iter().zip(texels).map(|(l, n)| l / n).collect()
-}
-
-/// Share of a patch's points with a face close above them, each weighted by the share of the patch's light
-/// that is missing there: 1 − E°/H.
-fn dark_share(mesh: &Mesh, run: &SolveRun, rays: &Rays, lamps: &[f32], c: usize) -> f64 {
-    let patch = &mesh.patches[c];
-    let face = &mesh.faces[patch.face as usize];
-    let up = patch.shooter.normal * (MAX_DARK_HEIGHT * face.texel_radius);
-    let ends = [patch.face, patch.face];
-    let found = patch_irradiance(mesh, run, c);
-    let missing = |point: &PatchPoint| {
-        let above = rays.find_blockers(point.position, point.position + up, ends);
-        let facing = |k: &&u32| mesh.faces[**k as usize].normal.dot(patch.shooter.normal) < 0.0;
-        let lit = above.iter().filter(facing).map(|k| lamps[*k as usize]);
-        let lit = f64::from(lit.fold(0.0, f32::max));
-        if above.is_empty() || lit >= found {
-            0.0
-        } else {
-            1.0 - lit / found
-        }
-    };
-    let samples = mesh.samples as usize;
-    let points = &mesh.patch_points[c * samples..(c + 1) * samples];
-    let open = points.iter().filter(|point| point.cover == Cover::Open);
-    open.map(missing).sum::<f64>() / samples as f64
-}
-
-/// H of a patch: mean over its texels, sum of channels.
-fn patch_irradiance(mesh: &Mesh, run: &SolveRun, c: usize) -> f64 {
-    let (mut sum, mut area) = (0.0, 0.0);
-    for k in mesh.patches[c].texels() {
-        let a = f64::from(mesh.texels[k].area);
-        sum += a * f64::from(run.field.irradiance[k].truncate().abs().element_sum());
-        area += a;
-    }
-    sum / f64::max(area, f64::MIN_POSITIVE)
-}
-
-fn reflected_power(mesh: &Mesh, run: &SolveRun, k: usize) -> f64 {
-    let texel = &mesh.texels[k];
-    let light = run.field.radiosity[k].truncate() - texel.emission;
-    f64::from(texel.area * light.abs().element_sum())
 }
 
 #[cfg(test)]

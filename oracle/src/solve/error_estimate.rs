@@ -11,7 +11,6 @@ use common::precision::UNIT_ROUNDOFF;
 use common::scene::{Face, Scene};
 use common::shooting::SolveRun;
 use common::texel::first_texels;
-use cpu::hierarchy::error_attribution::ErrorAttribution;
 use glam::DVec3;
 
 /// Largest ratio of successive changes used for extrapolation.
@@ -28,10 +27,6 @@ pub struct ErrorHistory {
     pub changes: Vec<f64>,
     /// Details of the last change.
     pub last_change: Option<StepChange>,
-    /// Attribution of the remaining error to its causes, from texels gathered again.
-    pub attribution: ErrorAttribution,
-    /// Goal of the last step.
-    pub goal: f64,
     /// Number of links of the last step.
     pub links: u64,
     /// Reason for an end before the requested error was reached.
@@ -61,16 +56,12 @@ impl ErrorHistory {
         let change = self.last_change.as_ref();
         let faces = change.map_or(Vec::new(), |change| largest_faces(&change.by_face));
         let part = |cause: ErrorCause, error: f64, faces: Vec<u32>| ErrorPart { cause, error, faces };
-        let mut parts: Vec<ErrorPart> = self
-            .cause_shares()
-            .iter()
-            .map(|(cause, share)| part(*cause, refinement * share, faces.clone()))
-            .collect();
-        parts.extend([
+        let parts = vec![
+            part(ErrorCause::Refinement, refinement, faces),
             part(ErrorCause::Iteration, unshot_error(mesh, run), Vec::new()),
             part(ErrorCause::Closure, made_up, Vec::new()),
             part(ErrorCause::Rounding, rounding_error(mesh, run), Vec::new()),
-        ]);
+        ];
         let square: f64 = parts.iter().map(|part| part.error.powi(2)).sum();
         let error = square.sqrt();
         Some(ErrorEstimate {
@@ -82,26 +73,6 @@ impl ErrorHistory {
             },
             parts,
         })
-    }
-
-    /// Splits the refinement's error by cause; the squares of the shares sum to 1.
-    fn cause_shares(&self) -> Vec<(ErrorCause, f64)> {
-        let channel = self.last_change.as_ref().map_or(0, |change| change.channel);
-        let attribution = &self.attribution;
-        let causes = [
-            (ErrorCause::Sources, attribution.sources),
-            (ErrorCause::Visibility, attribution.visibility),
-            (ErrorCause::Receivers, attribution.receivers),
-            (ErrorCause::Propagation, attribution.propagation),
-            (ErrorCause::Texels, attribution.texels),
-        ];
-        let all: f64 = causes.iter().map(|(_, square)| square[channel]).sum();
-        if all > 0.0 {
-            let share = |(cause, square): (ErrorCause, DVec3)| (cause, (square[channel] / all).sqrt());
-            causes.map(share).to_vec()
-        } else {
-            vec![(ErrorCause::Refinement, 1.0)]
-        }
     }
 
     /// Returns the faces with a relative error above [`REPORTED_ERROR_RATIO`] times `error`, each relative to its own light, in

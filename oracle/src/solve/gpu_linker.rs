@@ -6,15 +6,13 @@ use cpu::hierarchy::block::ReceiverBlock;
 use cpu::hierarchy::coarse::StoredLink;
 use cpu::hierarchy::link::BlockLink;
 use cpu::hierarchy::linker::{BlockIrradiance, LinkRequest, Linker, LinkerScene};
-use cpu::hierarchy::tree;
 use glam::Vec4;
 use gpu::hierarchy::gpu_linker;
 use gpu::link_records::{
-    BLOCK_SPOTS, BlockReceiver, BlockRecord, DeviceThresholds, LinkNode, RadiosityRecord, SpotIrradiance, SpotRecord,
+    BLOCK_SPOTS, BlockReceiver, BlockRecord, RadiosityRecord, ShotRecord, SpotIrradiance, SpotRecord,
 };
 use gpu::{Gpu, ShaderFault};
 use std::cell::RefCell;
-use std::ops::ControlFlow;
 
 /// The GPU as a linker of the CPU's hierarchical solve.
 pub struct LinkerOnGpu {
@@ -29,7 +27,10 @@ impl LinkerOnGpu {
     ///
     /// Errors: [`common::Error::Device`].
     pub fn new(gpu: &Gpu, scene: &LinkerScene, faults: &[ShaderFault]) -> Result<Self> {
-        let nodes: Vec<LinkNode> = scene.tree.nodes.iter().map(node_record).collect();
+        let nodes = scene.tree.nodes.iter();
+        let nodes: Vec<ShotRecord> = nodes
+            .map(|node| ShotRecord::for_node(scene.mesh, node.face, &node.shooter, &node.children))
+            .collect();
         let linker = gpu_linker::GpuLinker::new(gpu, scene.mesh, &nodes, &scene.tree.roots, faults)?;
         Ok(Self {
             linker: RefCell::new(linker),
@@ -52,11 +53,8 @@ impl LinkerOnGpu {
         let light: Vec<RadiosityRecord> = nodes
             .map(|node| RadiosityRecord::new(node.mean, node.slope, node.deviation))
             .collect();
-        let thresholds = DeviceThresholds {
-            source: request.thresholds.source,
-            visibility: request.thresholds.visibility,
-            near: request.thresholds.near,
-        };
+        let thresholds = request.thresholds;
+        let thresholds = [thresholds.source, thresholds.visibility, thresholds.near];
         self.linker.borrow_mut().set_light(&light, thresholds);
         let blocks = request.receivers.blocks.iter();
         blocks
@@ -68,25 +66,17 @@ impl LinkerOnGpu {
 impl Linker for LinkerOnGpu {
     fn gather_irradiance(&self, request: &LinkRequest, progress: ProgressCallback) -> Result<Vec<BlockIrradiance>> {
         let blocks = self.upload_request(request);
-        let mut callback = block_progress(request, blocks.len(), progress);
+        let mut callback = |done| progress(request.progress_of(done));
         let light = self.linker.borrow_mut().gather_light(&blocks, &mut callback)?;
         Ok(light.iter().map(block_irradiance).collect())
     }
 
     fn create_links(&self, request: &LinkRequest, progress: ProgressCallback) -> Result<Vec<Vec<StoredLink>>> {
         let blocks = self.upload_request(request);
-        let mut callback = block_progress(request, blocks.len(), progress);
+        let mut callback = |done| progress(request.progress_of(done));
         let links = self.linker.borrow_mut().make_links(&blocks, &mut callback)?;
         let of_block = |links: &Vec<gpu::link_records::DeviceLink>| links.iter().map(stored_link).collect();
         Ok(links.iter().map(of_block).collect())
-    }
-}
-
-fn node_record(node: &tree::TreeNode) -> LinkNode {
-    LinkNode {
-        shooter: node.shooter,
-        face: node.face,
-        children: node.children.clone(),
     }
 }
 
@@ -104,19 +94,6 @@ fn receiver_record(request: &LinkRequest, block: &ReceiverBlock, planes: &[Vec4]
     BlockReceiver {
         spots: std::array::from_fn(spot),
         block: BlockRecord::new(scale, block.radius, count, plane, bounding_ball),
-    }
-}
-
-/// Returns a callback that converts finished blocks of `all` to the solve's progress.
-fn block_progress<'w>(
-    request: &LinkRequest,
-    all: usize,
-    progress: ProgressCallback<'w>,
-) -> impl FnMut(usize) -> ControlFlow<()> + 'w {
-    let part = request.progress.clone();
-    move |done| {
-        let share = done as f64 / all.max(1) as f64;
-        progress(part.start + share * (part.end - part.start))
     }
 }
 

@@ -74,11 +74,6 @@ impl<'a> ProgressMonitor<'a> {
         let named = all.iter().filter(|(name, _)| phases.contains(name));
         named.map(|(_, seconds)| seconds).sum()
     }
-
-    /// Name and seconds of every recorded phase, in order.
-    pub fn timed_phases(&self) -> Vec<(&'static str, f64)> {
-        self.phases.borrow().clone()
-    }
 }
 
 /// Makes a monitor that reports nothing.

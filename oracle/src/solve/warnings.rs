@@ -1,6 +1,5 @@
 //! Warnings about results that may be more than 2 % off, each with the option that helps.
 
-use super::adjacency::light_in_gaps;
 use super::error_estimate::{mean_reflections, rounding_error};
 use super::plausibility::could_reflect;
 use super::regather::estimate::{MAX_NAMED_FACES, largest_faces};
@@ -15,10 +14,6 @@ use glam::Vec3;
 
 /// Share of the emitted power above which an effect causes a warning.
 const WARNING_SHARE: f64 = 0.02;
-/// Share of the power in gaps that causes a warning. Such light belongs on a few texels around the gap, so its
-/// RMS error is four times its share of the power (a block just above a floor: 0.6 % of the power, 2.6 % RMS).
-const GAP_WARNING_SHARE: f64 = 0.25 * WARNING_SHARE;
-
 /// Collects the warnings of a solve.
 pub fn collect_warnings(scene: &Scene, mesh: &Mesh, run: &SolveRun, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = estimate.and_then(warn_of_estimate).into_iter().collect();
@@ -26,21 +21,21 @@ pub fn collect_warnings(scene: &Scene, mesh: &Mesh, run: &SolveRun, estimate: Op
     let warned = warnings.iter().any(|warning| warning.code == WarningCode::Closure);
     let closure = unexplained_closure(mesh, run, estimate);
     if closure.abs() > WARNING_SHARE && !warned {
+        let advice = match estimate.is_some_and(is_from_steps) {
+            true => "ask for a smaller --error",
+            false => "use --form-factor polygon, more --patches or --conserve",
+        };
         warnings.push(Warning {
             code: WarningCode::Closure,
             faces: worst_closure(mesh, run),
             message: format!(
-                "the form factors {} {:.1} % of the emitted power: use --form-factor polygon, more --patches or --conserve",
+                "the form factors {} {:.1} % of the emitted power: {advice}",
                 if closure > 0.0 { "lose" } else { "add" },
                 100.0 * closure.abs()
             ),
         });
     }
     warnings.extend(warn_of_rounding(mesh, run));
-    // An adaptive solve refines gaps as far as needed.
-    if !estimate.is_some_and(is_from_steps) {
-        warnings.extend(warn_of_gaps(mesh, run));
-    }
     warnings.extend(warn_of_covered_lamps(mesh).or_else(|| warn_of_no_light(mesh, run)));
     if run.unshot_fraction() > WARNING_SHARE {
         warnings.push(Warning {
@@ -131,14 +126,12 @@ fn warn_of_estimate(estimate: &ErrorEstimate) -> Option<Warning> {
 
 /// Warns of an adaptive solve if its refinement is the largest part of the error.
 fn warn_of_refinement(estimate: &ErrorEstimate) -> Option<Warning> {
+    let worst = |a: &&ErrorPart, b: &&ErrorPart| a.error.total_cmp(&b.error);
+    let part = estimate.parts.iter().max_by(worst)?;
     // The other parts have warnings of their own.
-    let (of, rest): (Vec<&ErrorPart>, Vec<&ErrorPart>) =
-        (estimate.parts.iter()).partition(|part| part.cause.is_refinement());
-    let square = |part: &&ErrorPart| part.error * part.error;
-    let most = rest.iter().map(square).fold(0.0, f64::max);
-    (of.iter().map(square).sum::<f64>() > most).then(|| Warning {
+    (part.cause == ErrorCause::Refinement).then(|| Warning {
         code: WarningCode::Texels,
-        faces: of[0].faces.clone(),
+        faces: part.faces.clone(),
         message: format!(
             "may be {:.1} % off: the last refinement still changed the result by about this much",
             100.0 * estimate.upper
@@ -156,19 +149,6 @@ fn warn_of_rounding(mesh: &Mesh, run: &SolveRun) -> Option<Warning> {
             "light is reflected {:.0} times before it is absorbed, and rounding adds up to {:.0} %: lower the reflectances",
             mean_reflections(mesh, run),
             100.0 * error
-        ),
-    })
-}
-
-/// Warns of gaps for which the texels are too coarse.
-fn warn_of_gaps(mesh: &Mesh, run: &SolveRun) -> Option<Warning> {
-    let (lost, faces) = light_in_gaps(mesh, run);
-    (lost > GAP_WARNING_SHARE).then(|| Warning {
-        code: WarningCode::Texels,
-        faces,
-        message: format!(
-            "{:.1} % of the reflected light is shot into gaps narrower than a tenth of a texel, which should be dark: use more --texels",
-            100.0 * lost
         ),
     })
 }

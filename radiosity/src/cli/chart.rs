@@ -7,13 +7,12 @@ use super::options::load_lit_scene;
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use crate::report::plot::svg_file;
 use crate::studies::chart::bench::ChartBench;
-use crate::studies::chart::json::chart_json;
-use crate::studies::chart::methods::{SolveMethod, SolverKind, list_methods, truth_texels};
+use crate::studies::chart::methods::{SolverKind, truth_texels};
 use crate::studies::chart::page::{render_page, titled_plots};
 use crate::studies::chart::peers::{Peer, read_peers};
-use crate::studies::chart::points::SceneChart;
-use crate::studies::chart::store::{MeasurementContext, MeasurementStore, hash_program, hash_scene};
-use crate::studies::chart::sweeps::{SWEEPS, Sweep};
+use crate::studies::chart::points::{SceneChart, chart_json};
+use crate::studies::chart::store::{MeasurementStore, hash_program};
+use crate::studies::chart::sweeps::{MethodSet, SWEEPS, Sweep};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use common::import::ImportOptions;
@@ -22,7 +21,7 @@ use common::settings::SolveQuality;
 use common::solution::{prepare_directory, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The bundled scenes charted by default; the last without `--vary` only: the truths have 64×64 texels on each of its
 /// 168 faces.
@@ -33,7 +32,7 @@ const CHARTED_SCENES: [&str; 3] = ["cornell_box.obj", "furnace.obj", "paper_room
 enum QualityOption {
     /// Fewer points around a coarse base
     Draft,
-    /// About 70 points per scene
+    /// About 60 points per scene
     Normal,
 }
 
@@ -46,8 +45,8 @@ enum ChartSolver {
     Gpu,
 }
 
-/// Runs of each point, interleaved; a draft has one.
-const REPEATS: usize = 3;
+/// Solves of each method, of which the fastest counts; a draft has one.
+const REPEATS: u32 = 3;
 /// Seconds after which a solve is given up.
 const MAX_SOLVE_SECONDS: f64 = 60.0;
 
@@ -75,9 +74,6 @@ pub struct ChartArguments {
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
-    /// No progress, no summary
-    #[arg(long)]
-    quiet: bool,
 }
 
 /// Returns the parser of `--vary`: the name of an option, or all.
@@ -99,56 +95,26 @@ fn sweeps_parser() -> impl TypedValueParser<Value = &'static [Sweep]> {
     })
 }
 
-/// Measures the scenes one by one and writes the chart every few seconds.
+/// Measures the scenes one by one and writes the chart.
 pub fn run(arguments: &ChartArguments) -> Result<Outcome> {
     let peers = find_peers(arguments)?;
     let gpu = open_gpu(arguments)?;
     let scenes = load_scenes(arguments)?;
     prepare_directory(&arguments.out)?;
-    let mut store = MeasurementStore::open(&arguments.out.join("chart.partial.jsonl"))?;
-    if store.damaged > 0 {
-        message!(
-            "note: {} damaged lines of chart.partial.jsonl are skipped",
-            store.damaged
-        );
-    }
+    let mut store = MeasurementStore::open(&arguments.out.join("chart.partial.json"))?;
     handle_interrupts();
     let mut charts: Vec<SceneChart> = Vec::new();
-    for scene in &scenes {
-        let progress = Progress::new(&scene.name, arguments.quiet);
-        let mut bench = prepare_bench(arguments, scene, gpu.as_ref(), &mut store);
-        let stored = bench.stored_runs();
-        if stored > 0 {
-            let name = &scene.name;
-            message!("note: {name}: continues after {stored} measurements in chart.partial.jsonl");
-        }
-        let with_peers = |chart: SceneChart| SceneChart {
-            peers: peers
-                .iter()
-                .filter(|peer| peer.solved_scene(&scene.name))
-                .cloned()
-                .collect(),
-            ..chart
-        };
-        let rounds = match arguments.vary {
-            Some(_) => 1,
-            None if arguments.quality == Some(QualityOption::Draft) => 1,
-            None => REPEATS,
-        };
-        let show = |phase: &str, done| progress.show_phase(phase, done);
-        let chart = bench.measure_rounds(rounds, &show, &mut |chart| {
-            let so_far: Vec<SceneChart> = charts.iter().cloned().chain([with_peers(chart)]).collect();
-            write_files(&arguments.out, &so_far)
-        })?;
-        charts.push(with_peers(chart));
-        if is_interrupted() {
-            break;
-        }
+    for scene in scenes.iter().take_while(|_| !is_interrupted()) {
+        charts.push(measure_scene(arguments, scene, gpu.as_ref(), &peers, &mut store)?);
     }
-    if charts.iter().all(|chart| chart.points.is_empty()) && is_interrupted() {
+    if charts.iter().all(|chart| chart.points().next().is_none()) && is_interrupted() {
         return Err(Error::Interrupted);
     }
-    write_files(&arguments.out, &charts)?;
+    let json = format!("{:#}\n", chart_json(&charts));
+    let svg = svg_file(&titled_plots(&charts));
+    for (ending, text) in [("json", json), ("svg", svg), ("html", render_page(&charts))] {
+        write_file(&arguments.out.join(format!("chart.{ending}")), text.as_bytes())?;
+    }
     if is_interrupted() {
         message!("interrupted: the chart holds what was measured by then; the same command continues it");
     }
@@ -204,63 +170,77 @@ fn load_scenes(arguments: &ChartArguments) -> Result<Vec<Scene>> {
     paths.iter().map(lit).collect()
 }
 
-/// Makes the bench of a scene with all that is to be measured on it.
-fn prepare_bench<'a>(
+/// Measures a scene, until Ctrl-C.
+fn measure_scene(
     arguments: &ChartArguments,
-    scene: &'a Scene,
-    gpu: Option<&'a Gpu>,
-    store: &'a mut MeasurementStore,
-) -> ChartBench<'a> {
+    scene: &Scene,
+    gpu: Option<&Gpu>,
+    peers: &[Peer],
+    store: &mut MeasurementStore,
+) -> Result<SceneChart> {
     let quality = match arguments.quality {
         Some(QualityOption::Draft) => SolveQuality::Draft,
         Some(QualityOption::Normal) | None => SolveQuality::Normal,
     };
     let texels = arguments.texels.unwrap_or_else(|| truth_texels(scene, quality));
-    let context = MeasurementContext {
-        scene: hash_scene(scene),
+    let solvers: &[SolverKind] = match (arguments.solver, gpu) {
+        (Some(ChartSolver::Gpu), _) => &[SolverKind::Gpu],
+        (Some(ChartSolver::Cpu), _) | (None, None) => &[SolverKind::Cpu, SolverKind::Dense],
+        (None, Some(_)) => &[SolverKind::Cpu, SolverKind::Dense, SolverKind::Gpu],
+    };
+    let repeats = if quality == SolveQuality::Draft { 1 } else { REPEATS };
+    let (sets, texels, time_limit, repeats) = match arguments.vary {
+        None => {
+            let all = MethodSet::of_solvers(scene, solvers, quality, texels);
+            (vec![all], Some(texels), MAX_SOLVE_SECONDS, repeats)
+        }
+        Some(sweeps) => {
+            let sets = sweeps.iter().map(|sweep| sweep.method_set(gpu.is_some()));
+            (sets.collect(), None, f64::INFINITY, 1)
+        }
+    };
+    let bench = ChartBench {
+        scene,
+        gpu,
+        dir: &arguments.out,
         program: hash_program(),
-        texels: arguments.vary.is_none().then_some(texels),
-        time_limit: match arguments.vary {
-            Some(_) => f64::INFINITY,
-            None => MAX_SOLVE_SECONDS,
-        },
-        adapter: gpu.map(|gpu| gpu.line.name.clone()),
+        texels,
+        time_limit,
+        repeats,
     };
-    let mut bench = ChartBench::new(scene, gpu, store, context, &arguments.out);
-    let Some(sweeps) = arguments.vary else {
-        let solvers: &[SolverKind] = match (arguments.solver, gpu) {
-            (Some(ChartSolver::Gpu), _) => &[SolverKind::Gpu],
-            (Some(ChartSolver::Cpu), _) | (None, None) => &[SolverKind::Cpu, SolverKind::Dense],
-            (None, Some(_)) => &[SolverKind::Cpu, SolverKind::Dense, SolverKind::Gpu],
-        };
-        let methods = solvers
-            .iter()
-            .flat_map(|solver| list_methods(scene, *solver, quality, texels));
-        // The dense solver on the texels of its own truth would be that truth.
-        let is_truth = |m: &SolveMethod| m.solver == SolverKind::Dense && m.settings.meshing.texels == texels;
-        bench.add_methods(methods.filter(|m| !is_truth(m)).collect(), texels);
-        return bench;
-    };
-    sweeps.iter().for_each(|sweep| bench.add_sweep(sweep));
-    bench
-}
-
-fn write_files(out: &Path, charts: &[SceneChart]) -> Result<()> {
-    let json = format!("{:#}\n", chart_json(charts));
-    let svg = svg_file(&titled_plots(charts));
-    for (ending, text) in [("json", json), ("svg", svg), ("html", render_page(charts))] {
-        write_file(&out.join(format!("chart.{ending}")), text.as_bytes())?;
+    let name = &scene.name;
+    let stored: usize = sets.iter().map(|set| bench.count_stored(set, store)).sum();
+    if stored > 0 {
+        message!("note: {name}: continues after {stored} measurements in chart.partial.json");
     }
-    Ok(())
+    let progress = Progress::new(name);
+    let show = |phase: &str, done| progress.show_phase(phase, done);
+    let measured = sets.iter().map(|set| bench.measure_set(set, store, &show));
+    Ok(SceneChart {
+        scene: name.clone(),
+        faces: scene.faces.len(),
+        texels,
+        adapter: gpu.map(|gpu| match gpu.line.software {
+            true => format!("{} (software: its times say nothing about a GPU)", gpu.line.name),
+            false => gpu.line.name.clone(),
+        }),
+        sets: measured.collect::<Result<_>>()?,
+        peers: peers.iter().filter(|peer| peer.solved_scene(name)).cloned().collect(),
+    })
 }
 
 fn print_summary(chart: &SceneChart) {
-    let scene = &chart.scene;
-    let (points, missing, truth) = (chart.points.len(), chart.missing, &chart.truth);
-    let failed = chart.points.iter().filter(|p| p.first_result().is_err()).count();
-    message!("{scene}: {points} points, {failed} failed, {missing} not measured; truth: {truth}");
-    for curve in &chart.curves {
-        let order = curve.order.map_or("–".into(), |order| format!("{order:.2}"));
-        message!("{scene}: {}, {}: order {order}", curve.option, curve.label);
+    let (scene, missing) = (&chart.scene, chart.count_missing());
+    let points = chart.points().count();
+    let failed = chart.points().filter(|point| point.figures().is_none()).count();
+    message!("{scene}: {points} points, {failed} failed, {missing} not measured");
+    for set in &chart.sets {
+        message!("{scene}: truth: {}", set.truth);
+        for (name, points) in set.curves() {
+            let order = set
+                .curve_order(points)
+                .map_or("–".into(), |order| format!("{order:.2}"));
+            message!("{scene}: {name}: order {order}");
+        }
     }
 }

@@ -34,7 +34,7 @@ pub fn run(arguments: &CheckArguments) -> Result<Outcome> {
     let scene = arguments.scene.as_ref().map(read).transpose()?;
     handle_interrupts();
     let name = &stored.scene.name;
-    let progress = Progress::new(name, judgement.quiet);
+    let progress = Progress::new(name);
     let show = |phase: &str, done| progress.show_phase(phase, done);
     let judged = judge_result(&stored, scene, &ProgressMonitor::new(&show))?;
     progress.clear();
@@ -43,9 +43,13 @@ pub fn run(arguments: &CheckArguments) -> Result<Outcome> {
         message!("note: {note}");
     }
     let pictures = DiffPictures::new(&stored, truth, diff, ["A, the result", "B, gathered again"])?;
-    let found = (diff, judged.one_bounce, &judged.energy);
-    let mut json = diff.to_json(&stored, truth, pictures.flip.as_ref().map(|flip| flip.mean));
-    let html = page::render_check_page(&stored, found, pictures, judgement.tolerance);
+    let mut json = diff.to_json(&stored, truth, pictures.flip);
+    let html = page::render_page(
+        [&stored, truth],
+        (diff, pictures),
+        Some((judged.one_bounce, &judged.energy)),
+        judgement.tolerance,
+    );
     json["scene"] = name.clone().into();
     json["estimated_error"] = diff.worst_rms().into();
     json["one_bounce"] = judged.one_bounce.into();

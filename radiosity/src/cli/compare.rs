@@ -4,12 +4,12 @@ use super::Outcome;
 use super::console::message;
 use super::options::{CommonOptions, PassOptions, ShootingOptions, load_lit_scene, parse_error};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
-use super::solve::{scene_settings, solve_on_cpu};
+use super::solve::{JobMethod, SceneJob, scene_settings, solve_scene};
+use super::solver::SolverOption;
 use crate::report::comparison as report;
 use clap::Args;
 use common::form_factor::FormFactor;
 use common::scene::Scene;
-use common::settings::{Meshing, Settings};
 use common::solution::{prepare_directory, write_file};
 use common::{Error, Result};
 use gpu::Gpu;
@@ -18,9 +18,6 @@ use oracle::compare::presets::{PresetSelection, compare_presets};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solver::ErrorTarget;
 use std::path::PathBuf;
-
-/// Smallest error contribution of a method that the summary prints.
-const MIN_PRINTED_FINDING: f64 = 1e-3;
 
 /// Arguments of `compare`.
 #[derive(Args)]
@@ -46,12 +43,10 @@ pub struct CompareArguments {
 /// Compares the solvers on each scene and writes the report.
 pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     let CompareArguments { common, out, .. } = arguments;
-    arguments.shooting.visibility_in_force(true)?;
+    arguments.shooting.check_item_buffer(true)?;
     let import = common.import_options();
     let scenes = arguments.scenes.iter().map(|path| load_lit_scene(path, &import));
     let scenes: Vec<Scene> = scenes.collect::<Result<_>>()?;
-    let selections = scenes.iter().map(|scene| select_presets(arguments, scene));
-    let selections: Vec<PresetSelection> = selections.collect::<Result<_>>()?;
     prepare_directory(out)?;
     handle_interrupts();
     let gpu = match Gpu::open(common.adapter.as_deref()) {
@@ -60,10 +55,11 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         Err(error) => return Err(error),
     };
     let mut comparisons = Vec::new();
-    for (scene, selection) in scenes.iter().zip(&selections) {
-        let progress = Progress::new(&scene.name, common.quiet);
+    for scene in &scenes {
+        let selection = select_presets(arguments, scene);
+        let progress = Progress::new(&scene.name);
         let show = |phase: &str, done| progress.show_phase(phase, done);
-        let judged = compare_presets(scene, selection, &gpu, &[], &ProgressMonitor::new(&show));
+        let judged = compare_presets(scene, &selection, &gpu, &[], &ProgressMonitor::new(&show));
         progress.clear();
         if is_interrupted() {
             message!(
@@ -73,9 +69,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
             return Ok(Outcome::Disagree);
         }
         let judged = judged?;
-        if !common.quiet {
-            print_summary(&judged);
-        }
+        print_summary(&judged);
         comparisons.push(judged);
         // Written after every scene, so that an interrupted run keeps the scenes that are done.
         let json = format!("{:#}\n", report::report_json(&comparisons));
@@ -83,9 +77,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         let html = report::render_report(&comparisons, &[]);
         write_file(&out.join("report.html"), html.as_bytes())?;
     }
-    if !common.quiet {
-        message!("wrote {0}/report.html and {0}/report.json", out.display());
-    }
+    message!("wrote {0}/report.html and {0}/report.json", out.display());
     Ok(if comparisons.iter().all(SceneComparison::all_agree) {
         Outcome::Done
     } else {
@@ -93,69 +85,68 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     })
 }
 
-/// Returns true if an option selects a method of shooting; texels, ε, shots and pixels apply to any.
-fn selects_shooting(arguments: &CompareArguments) -> bool {
-    let of_method = ShootingOptions {
-        epsilon: None,
-        max_shots: None,
-        item_buffer: None,
-        ..arguments.shooting.clone()
-    };
-    of_method != ShootingOptions::default() || arguments.passes != PassOptions::default()
-}
-
 /// Returns the settings to compare: one preset if an option selects the method, else the paper's and the default.
-fn select_presets(arguments: &CompareArguments, scene: &Scene) -> Result<PresetSelection> {
+fn select_presets(arguments: &CompareArguments, scene: &Scene) -> PresetSelection {
     let CompareArguments {
         common,
         shooting,
         passes,
+        error,
         ..
     } = arguments;
     // Scenes of many faces have coarser defaults in either preset.
-    let (solve, note) = scene_settings(scene, common, shooting, passes, true)?;
+    let (solve, note) = scene_settings(scene, common, shooting, passes, true);
     if let Some(note) = note {
         message!("note: {}: {note}", scene.name);
     }
     let target = ErrorTarget {
-        error: arguments.error.unwrap_or(common.quality_error()),
+        error: error.unwrap_or(common.quality_error()),
         texels: Some(solve.meshing.texels),
     };
-    let shoots = *shooting != ShootingOptions::default() || *passes != PassOptions::default();
-    if arguments.error.is_some() || (common.quality.is_some() && !shoots) {
-        return Ok(PresetSelection::ToError(target, solve));
+    if error.is_some() || (common.quality.is_some() && !arguments.shoots()) {
+        return PresetSelection::ToError(target, solve);
     }
-    if common.quality.is_some() || selects_shooting(arguments) {
-        return Ok(PresetSelection::Shooting(solve));
-    }
-    let mut paper = Settings {
-        meshing: Meshing {
-            texels: solve.meshing.texels,
-            patches: 1,
-            samples: 1,
-        },
-        ..solve
+    // Texels, ε, shots and pixels apply to any method.
+    let of_method = ShootingOptions {
+        epsilon: None,
+        max_shots: None,
+        item_buffer: None,
+        ..shooting.clone()
     };
+    let selected = of_method != ShootingOptions::default() || *passes != PassOptions::default();
+    if common.quality.is_some() || selected {
+        return PresetSelection::Shooting(solve);
+    }
+    let mut paper = solve;
+    (paper.meshing.patches, paper.meshing.samples) = (1, 1);
     paper.schedule = paper.schedule.with_southwell();
     paper.transport.form_factor = FormFactor::Disc;
-    Ok(PresetSelection::PaperAndDefault { paper, target })
+    PresetSelection::PaperAndDefault { paper, target }
+}
+
+impl CompareArguments {
+    /// Returns true if an option of shooting is given.
+    fn shoots(&self) -> bool {
+        self.shooting != ShootingOptions::default() || self.passes != PassOptions::default()
+    }
 }
 
 /// Solves each scene on the CPU into a folder of its own, for want of an adapter. Returns the command's error.
 fn solve_without_adapter(arguments: &CompareArguments, error: Error) -> Error {
     message!("note: {error}; each scene is only solved, on the CPU");
-    let common = CommonOptions {
-        require_gpu: false,
-        adapter: None,
-        ..arguments.common.clone()
+    let target = arguments.error.unwrap_or(arguments.common.quality_error());
+    let method = match arguments.shoots() {
+        true => JobMethod::Shooting(&arguments.shooting, &arguments.passes),
+        false => JobMethod::ToError(target),
     };
-    let shooting = arguments.shooting.without_gpu();
-    let shoots = shooting != ShootingOptions::default() || arguments.passes != PassOptions::default();
-    let shooting = shoots.then_some((&shooting, &arguments.passes));
-    let target = arguments.error.unwrap_or(common.quality_error());
     for path in &arguments.scenes {
-        let name = path.file_stem().unwrap_or(path.as_os_str());
-        if let Err(failure) = solve_on_cpu(path, &arguments.out.join(name), target, shooting, &common) {
+        let job = SceneJob {
+            scene: path.clone(),
+            out: arguments.out.join(path.file_stem().unwrap_or(path.as_os_str())),
+            common: arguments.common.clone(),
+            ..SceneJob::default()
+        };
+        if let Err(failure) = solve_scene(&job, SolverOption::Cpu, method) {
             return failure;
         }
     }
@@ -172,26 +163,6 @@ fn print_summary(judged: &SceneComparison) {
             "THE SOLVERS DISAGREE"
         };
         message!("{name}, {}: {verdict}; {}", c.preset.name(), describe_accuracy(c));
-        let (shots, pairs) = match c.error_target {
-            Some(target) => (format!("requested {:.2} %", 100.0 * target.error), "blocks of links"),
-            None => (
-                format!("shots {} CPU, {} GPU", c.cpu.shooters, c.gpu.shooters),
-                "facing pairs",
-            ),
-        };
-        message!(
-            "  {shots}; lockstep RMS {:.3} %; mismatched {} of {} {pairs}, {} unexplained; {:.1} s CPU, {:.1} s {}",
-            100.0 * c.lockstep_difference.relative_rms,
-            c.pairs.mismatched,
-            c.pairs.facing,
-            c.pairs.unexplained,
-            c.seconds[0],
-            c.seconds[1],
-            c.adapter,
-        );
-        for finding in c.findings.iter().filter(|f| f.value > MIN_PRINTED_FINDING) {
-            message!("  {}: {}", finding.name, finding.message);
-        }
         for gate in c.criteria.iter().filter(|gate| !gate.pass) {
             message!(
                 "  beyond its bound: {} = {:.3e} > {:.3e} ({})",

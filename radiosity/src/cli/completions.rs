@@ -1,9 +1,11 @@
 //! `radiosity completions`.
 
-use super::{Outcome, console};
+use super::Outcome;
+use super::console::check_stdout;
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 use common::Result;
+use std::io::Write;
 
 /// Arguments of `completions`.
 #[derive(Args)]
@@ -17,6 +19,6 @@ pub struct CompletionsArguments {
 pub fn run(arguments: &CompletionsArguments, mut program: Command) -> Result<Outcome> {
     let mut script = Vec::new();
     generate(arguments.shell, &mut program, "radiosity", &mut script);
-    console::print_verbatim(&script)?;
+    check_stdout(std::io::stdout().lock().write_all(&script))?;
     Ok(Outcome::Done)
 }

@@ -3,7 +3,6 @@
 
 use common::text::escape_control;
 use common::{Error, Result};
-use serde_json::Value;
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write, stderr, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,25 +14,16 @@ pub fn silence_notes() {
     QUIET.store(true, Ordering::Relaxed);
 }
 
+/// Returns true under `--quiet`.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
 /// Prints a line on stdout. A closed pipe is no error: its reader wants no more.
 ///
 /// Errors: [`Error::Write`], for instance on a full disk.
 pub fn print_line(line: Arguments) -> Result<()> {
     check_stdout(writeln!(stdout().lock(), "{}", escape_control(&line.to_string())))
-}
-
-/// Prints one line of JSON on stdout.
-///
-/// Errors: those of [`print_line`].
-pub fn print_json(value: &Value) -> Result<()> {
-    print_line(format_args!("{value}"))
-}
-
-/// Prints text unescaped on stdout; it must hold nothing that comes from a file.
-///
-/// Errors: those of [`print_line`].
-pub fn print_verbatim(text: &[u8]) -> Result<()> {
-    check_stdout(stdout().lock().write_all(text))
 }
 
 /// Converts the result of a write to stdout; a closed pipe is success.
@@ -51,7 +41,7 @@ pub fn check_stdout(result: std::io::Result<()>) -> Result<()> {
 
 /// Prints a line on stderr unless `--quiet`: notes, warnings, summaries.
 pub fn print_message(line: Arguments) {
-    if !QUIET.load(Ordering::Relaxed) {
+    if !is_quiet() {
         write_stderr(&line.to_string());
     }
 }

@@ -32,9 +32,6 @@ pub struct JudgementOptions {
     /// End with exit code 1 when the relative RMS error of a channel is above P per cent
     #[arg(long, value_name = "P%", value_parser = parse_percentage)]
     pub tolerance: Option<f64>,
-    /// No progress, no summary
-    #[arg(long)]
-    pub quiet: bool,
 }
 
 impl JudgementOptions {
@@ -53,13 +50,11 @@ impl JudgementOptions {
         write_file(&out.join(format!("{name}.html")), html.as_bytes())?;
         write_file(&out.join(format!("{name}.json")), format!("{json:#}\n").as_bytes())?;
         let exceeded = self.tolerance.filter(|most| error > *most);
-        if !self.quiet {
-            message!("{summary}");
-            if let Some(most) = exceeded {
-                message!("beyond the tolerance: {:.3} % > {:.3} %", 100.0 * error, 100.0 * most);
-            }
-            message!("wrote {name}.html and {name}.json in {}", out.display());
+        message!("{summary}");
+        if let Some(most) = exceeded {
+            message!("beyond the tolerance: {:.3} % > {:.3} %", 100.0 * error, 100.0 * most);
         }
+        message!("wrote {name}.html and {name}.json in {}", out.display());
         Ok(exceeded.map_or(Outcome::Done, |_| Outcome::Disagree))
     }
 }
@@ -72,9 +67,9 @@ pub fn run(arguments: &DiffArguments) -> Result<Outcome> {
         message!("note: {note}");
     }
     let pictures = DiffPictures::new(&a, &b, &diff, ["A", "B"])?;
-    let flip = pictures.flip.as_ref().map(|flip| flip.mean);
+    let flip = pictures.flip;
     let judgement = &arguments.judgement;
-    let html = page::render_page([&a, &b], &diff, pictures, judgement.tolerance);
+    let html = page::render_page([&a, &b], (&diff, pictures), None, judgement.tolerance);
     let percent = |channels: [f64; 3]| channels.map(|x| format!("{:.3}", 100.0 * x)).join(" / ");
     let noise = diff.standard_error.map(percent);
     let summary = format!(

@@ -25,7 +25,7 @@ mod spelling;
 mod stress;
 mod table4;
 
-use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use common::{Error, Result};
 use std::ffi::OsString;
 use std::path::Path;
@@ -38,6 +38,9 @@ use std::process::ExitCode;
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
+    /// No progress, no summary
+    #[arg(long, global = true)]
+    quiet: bool,
 }
 
 #[derive(Subcommand)]
@@ -142,17 +145,17 @@ fn build_parser() -> clap::Command {
 
 /// Parses the command line, in which earlier spellings are replaced; prints a note on each of them.
 fn parse_command_line(mut given: Vec<OsString>) -> std::result::Result<Arguments, clap::Error> {
-    let notes = spelling::replace_earlier_spellings(&mut given);
+    let notes = spelling::replace_earlier_spellings(&mut given)?;
     let mut program = build_parser();
     let matches = program.try_get_matches_from_mut(given)?;
-    let quiet = |matches: &ArgMatches| matches!(matches.try_get_one("quiet"), Ok(Some(true)));
-    if matches.subcommand().is_some_and(|(_, of)| quiet(of)) {
+    let arguments = Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))?;
+    if arguments.quiet {
         console::silence_notes();
     }
     for note in notes {
         console::message!("note: {note}");
     }
-    Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))
+    Ok(arguments)
 }
 
 /// Prints help and version unchanged, a usage error as one line; returns the exit code.

@@ -5,9 +5,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use common::form_factor::FormFactor;
 use common::import::{ImportOptions, load_scene};
 use common::scene::Scene;
-use common::settings::{
-    ItemBufferProjection, ItemBufferSettings, Iteration, Raster, Settings, SolveQuality, Visibility,
-};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Iteration, Settings, SolveQuality, Visibility};
 use common::{Error, Result};
 use glam::Vec3;
 use oracle::solve::solver::{DEFAULT_ERROR, DRAFT_ERROR, MAX_ERROR, MIN_ERROR, REFERENCE_ERROR};
@@ -46,12 +44,12 @@ const VISIBILITIES: [Choice<Visibility>; 5] = [
     (
         "hemisphere",
         "Item buffer, orthographic, corrected",
-        item_buffer(ItemBufferProjection::Hemisphere(Raster::Pixel)),
+        item_buffer(ItemBufferProjection::Hemisphere),
     ),
     (
         "stereographic",
         "Item buffer, stereographic",
-        item_buffer(ItemBufferProjection::Stereographic(Raster::Pixel)),
+        item_buffer(ItemBufferProjection::Stereographic),
     ),
     (
         "hemicube",
@@ -82,7 +80,7 @@ pub fn choice_parser<T: Copy + Send + Sync>(choices: &'static [Choice<T>]) -> im
 }
 
 /// Options of reading and solving a scene.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 pub struct CommonOptions {
     /// An error of 5, 1 or 0.3 %; when shooting: sets patches, samples and epsilon [default: normal]
     #[arg(long, value_parser = choice_parser(&QUALITIES))]
@@ -102,9 +100,6 @@ pub struct CommonOptions {
     /// Join two triangles of a glTF mesh that form a planar convex quad
     #[arg(long)]
     pub join_quads: bool,
-    /// No progress, no summary
-    #[arg(long)]
-    pub quiet: bool,
 }
 
 /// Options of progressive refinement: each patch shoots its unshot power to all texels.
@@ -171,44 +166,37 @@ fn parse_epsilon(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl ShootingOptions {
-    /// Returns the visibility in force; the default is the most accurate one of the solver.
+    /// Refuses pixels of an item buffer where visibility is by rays.
     ///
-    /// Errors: pixels of an item buffer are given, and visibility is by rays.
-    pub fn visibility_in_force(&self, on_gpu: bool) -> Result<Visibility> {
+    /// Errors: [`Error::Usage`].
+    pub fn check_item_buffer(&self, on_gpu: bool) -> Result<()> {
+        match (self.visibility_in_force(on_gpu), self.item_buffer) {
+            (Visibility::Rays, Some(_)) => Err(Error::Usage(
+                "--item-buffer applies to item buffers, but visibility is by rays here: leave it out, or give --visibility stereographic, hemisphere, hemicube or paper too".into(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the visibility in force; the default is the most accurate one of the solver.
+    fn visibility_in_force(&self, on_gpu: bool) -> Visibility {
         let default = match on_gpu {
             true => Visibility::ItemBuffer(ItemBufferSettings::DEFAULT),
             false => Visibility::Rays,
         };
-        match (self.visibility.unwrap_or(default), self.item_buffer) {
-            (Visibility::ItemBuffer(drawing), Some(size)) => {
-                Ok(Visibility::ItemBuffer(ItemBufferSettings { size, ..drawing }))
-            }
-            (Visibility::Rays, Some(_)) => Err(Error::Usage(
-                "--item-buffer applies to item buffers, but visibility is by rays here: leave it out, or give --visibility stereographic, hemisphere, hemicube or paper too".into(),
-            )),
-            (visibility, None) => Ok(visibility),
-        }
-    }
-
-    /// Returns these options for the CPU in place of a GPU: its default are rays, which have no pixels.
-    pub fn without_gpu(&self) -> Self {
-        Self {
-            item_buffer: self.item_buffer.filter(|_| self.visibility.is_some()),
-            ..self.clone()
+        match self.visibility.unwrap_or(default) {
+            Visibility::Rays => Visibility::Rays,
+            Visibility::ItemBuffer(drawing) => Visibility::ItemBuffer(ItemBufferSettings {
+                size: self.item_buffer.unwrap_or(drawing.size),
+                ..drawing
+            }),
         }
     }
 }
 
 impl CommonOptions {
     /// Returns the settings in force, by default with exact polygons and conjugate gradients.
-    ///
-    /// Errors: those of [`ShootingOptions::visibility_in_force`].
-    pub fn shooting_settings(
-        &self,
-        shooting: &ShootingOptions,
-        passes: &PassOptions,
-        on_gpu: bool,
-    ) -> Result<Settings> {
+    pub fn shooting_settings(&self, shooting: &ShootingOptions, passes: &PassOptions, on_gpu: bool) -> Settings {
         let mut settings = Settings::with_quality(self.quality.unwrap_or_default());
         let set = |to: &mut u32, given: Option<u32>| *to = given.unwrap_or(*to);
         set(&mut settings.meshing.texels, self.texels);
@@ -217,10 +205,10 @@ impl CommonOptions {
         set(&mut settings.schedule.max_shots, shooting.max_shots);
         settings.schedule.epsilon = shooting.epsilon.unwrap_or(settings.schedule.epsilon);
         settings.schedule.iteration = passes.iteration.unwrap_or(Iteration::Cg);
-        settings.transport.visibility = shooting.visibility_in_force(on_gpu)?;
+        settings.transport.visibility = shooting.visibility_in_force(on_gpu);
         settings.transport.form_factor = shooting.form_factor.unwrap_or(FormFactor::Polygon);
         settings.transport.conserve = passes.conserve;
-        Ok(settings)
+        settings
     }
 
     /// Returns the import options.

@@ -1,11 +1,10 @@
 //! Progress bars on stderr, and Ctrl-C.
 
-use super::console::message;
+use super::console::{is_quiet, message};
 use common::text::escape_control;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -35,23 +34,14 @@ pub struct Progress {
     phase: RefCell<String>,
 }
 
-/// Calls `read` with a bar that names the file: a large one takes seconds.
-pub fn read_with_progress<T>(path: &Path, quiet: bool, read: impl FnOnce() -> T) -> T {
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    let progress = Progress::new(&name.to_string_lossy(), quiet);
-    // The Ctrl-C handler is not installed yet.
-    let _ = progress.show_phase("reading", 0.0);
-    read()
-}
-
 /// Steps of a bar.
 const BAR_STEPS: f64 = 1000.0;
 
 impl Progress {
     /// Makes a bar headed `title`.
-    pub fn new(title: &str, quiet: bool) -> Self {
+    pub fn new(title: &str) -> Self {
         let bar = ProgressBar::new(BAR_STEPS as u64);
-        if quiet {
+        if is_quiet() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
         // The template is constant and valid; without it the bar would have indicatif's default style.

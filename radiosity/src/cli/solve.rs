@@ -1,16 +1,15 @@
 //! `radiosity solve` and `radiosity shoot`.
 
 use super::bake::BakeOptions;
-use super::console::{self, message};
+use super::console::{message, output};
 use super::options::{CommonOptions, PassOptions, ShootingOptions, choice_parser, load_lit_scene, parse_error};
-use super::progress::{Progress, handle_interrupts, read_with_progress};
+use super::progress::{Progress, handle_interrupts};
 use super::solver::{SHOOTING_SOLVERS, SOLVERS, SolverOption, choose_solver, open_gpu};
 use super::{Outcome, plan};
 use crate::plan::coarser_defaults::coarsen_meshing;
-use crate::plan::memory::{MemoryLimit, check_memory};
+use crate::plan::memory::{check_memory, memory_limit};
 use crate::report::gltf_export::uv_charts::UvCharts;
-use crate::report::solution_view::{RenderedView, SolutionView};
-use crate::report::view::camera::Camera;
+use crate::report::solution_view::RenderedView;
 use clap::Args;
 use common::capture::maps;
 use common::energy::EnergyBalance;
@@ -28,14 +27,9 @@ use oracle::solve::{SolveAnswer, SolveRequest, dense, solve_request};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Names of the files that a solve writes.
-const OUTPUT_FILES: &str = "preview.png, view.html, lightmap.exr and result.json";
-
 /// Arguments of `solve`.
 #[derive(Args)]
 pub struct SolveArguments {
-    /// An .obj (with its .mtl), a .gltf or a .glb
-    scene: PathBuf,
     /// Solver [default: gpu where there is a hardware adapter, else cpu; cpu with --error]
     #[arg(long, value_parser = choice_parser(&SOLVERS))]
     solver: Option<SolverOption>,
@@ -43,16 +37,12 @@ pub struct SolveArguments {
     #[arg(long, value_name = "P%", value_parser = parse_error, conflicts_with = "quality")]
     error: Option<f64>,
     #[command(flatten)]
-    output: OutputOptions,
-    #[command(flatten)]
-    common: CommonOptions,
+    job: SceneJob,
 }
 
 /// Arguments of `shoot`.
 #[derive(Args)]
 pub struct ShootArguments {
-    /// An .obj (with its .mtl), a .gltf or a .glb
-    scene: PathBuf,
     /// Solver [default: gpu where there is a hardware adapter, else cpu]
     #[arg(long, value_parser = choice_parser(&SHOOTING_SOLVERS))]
     solver: Option<SolverOption>,
@@ -61,130 +51,102 @@ pub struct ShootArguments {
     #[command(flatten)]
     passes: PassOptions,
     #[command(flatten)]
-    output: OutputOptions,
-    #[command(flatten)]
-    common: CommonOptions,
+    job: SceneJob,
 }
 
-/// Options of `solve` and `shoot` about what is written.
+/// A scene to solve, and what is written.
 #[derive(Args, Default)]
-struct OutputOptions {
+pub struct SceneJob {
+    /// An .obj (with its .mtl), a .gltf or a .glb
+    pub scene: PathBuf,
     /// Folder for preview.png, view.html, lightmap.exr and result.json
     #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
+    pub out: PathBuf,
     /// Estimate texels, memory and time, and solve nothing
     #[arg(long)]
-    dry_run: bool,
+    pub dry_run: bool,
     /// Also write each face's light as an HDR map into DIR/maps: a room for relight
     #[arg(long)]
-    maps: bool,
+    pub maps: bool,
     #[command(flatten)]
-    bake: BakeOptions,
+    pub bake: BakeOptions,
     /// Also print result.json without its faces (or the estimates) as one line on stdout
     #[arg(long)]
-    json: bool,
+    pub json: bool,
+    #[command(flatten)]
+    pub common: CommonOptions,
 }
 
-/// A scene to solve: by shooting, to an error, or by the dense system.
-struct SceneJob<'a> {
-    scene: &'a Path,
-    solver: SolverOption,
-    error: f64,
-    shooting: Option<(&'a ShootingOptions, &'a PassOptions)>,
-    output: &'a OutputOptions,
-    common: &'a CommonOptions,
+/// A way to solve a scene.
+#[derive(Clone, Copy)]
+pub enum JobMethod<'a> {
+    /// To an error, or by the dense system.
+    ToError(f64),
+    /// By progressive refinement with these options.
+    Shooting(&'a ShootingOptions, &'a PassOptions),
 }
 
 /// Solves a scene to an error, or exactly by the dense system, and writes the result.
 pub fn run_solve(arguments: &SolveArguments) -> Result<Outcome> {
-    let SolveArguments { error, common, .. } = arguments;
-    if arguments.solver == Some(SolverOption::Dense) {
-        let quality = common.quality.map(|_| "--quality");
-        let unused = error.map(|_| "--error").or(quality).or(common.gpu_option());
-        if let Some(option) = unused {
-            return Err(Error::Usage(format!(
-                "{option} does not go with --solver dense, which solves all texels exactly on the CPU: leave it out"
-            )));
+    let SolveArguments { error, job, solver } = arguments;
+    let solver = choose_solver(solver.or(error.map(|_| SolverOption::Cpu)), &job.common)?;
+    let quality = job.common.quality.map(|_| "--quality");
+    match error.map(|_| "--error").or(quality) {
+        Some(option) if solver == SolverOption::Dense => Err(Error::Usage(format!(
+            "{option} does not go with --solver dense, which solves all texels exactly on the CPU: leave it out"
+        ))),
+        _ => {
+            let error = error.unwrap_or(job.common.quality_error());
+            solve_scene(job, solver, JobMethod::ToError(error))
         }
     }
-    let asked = arguments.solver.or(error.map(|_| SolverOption::Cpu));
-    solve_scene(&SceneJob {
-        scene: &arguments.scene,
-        solver: choose_solver(asked, common)?,
-        error: error.unwrap_or(common.quality_error()),
-        shooting: None,
-        output: &arguments.output,
-        common,
-    })
 }
 
 /// Solves a scene by progressive refinement with the settings given, and writes the result.
 pub fn run_shoot(arguments: &ShootArguments) -> Result<Outcome> {
-    let common = &arguments.common;
-    let solver = choose_solver(arguments.solver, common)?;
-    arguments.shooting.visibility_in_force(solver == SolverOption::Gpu)?;
-    solve_scene(&SceneJob {
-        scene: &arguments.scene,
-        solver,
-        error: 0.0,
-        shooting: Some((&arguments.shooting, &arguments.passes)),
-        output: &arguments.output,
-        common,
-    })
+    let ShootArguments {
+        shooting, passes, job, ..
+    } = arguments;
+    let solver = choose_solver(arguments.solver, &job.common)?;
+    shooting.check_item_buffer(solver == SolverOption::Gpu)?;
+    solve_scene(job, solver, JobMethod::Shooting(shooting, passes))
 }
 
-/// Solves a scene on the CPU into `out`, for a comparison without an adapter.
-pub fn solve_on_cpu(
-    scene: &Path,
-    out: &Path,
-    error: f64,
-    shooting: Option<(&ShootingOptions, &PassOptions)>,
-    common: &CommonOptions,
-) -> Result<Outcome> {
-    let output = OutputOptions {
-        out: out.to_path_buf(),
-        ..OutputOptions::default()
-    };
-    solve_scene(&SceneJob {
-        scene,
-        solver: SolverOption::Cpu,
-        error,
-        shooting,
-        output: &output,
-        common,
-    })
-}
-
-fn solve_scene(job: &SceneJob) -> Result<Outcome> {
-    let SceneJob { output, common, .. } = *job;
-    let (out, quiet) = (&output.out, common.quiet);
+/// Solves a scene and writes the result.
+///
+/// Errors: those of the scene, the solver and the files; no adapter, after the CPU has solved.
+pub fn solve_scene(job: &SceneJob, solver: SolverOption, method: JobMethod) -> Result<Outcome> {
+    let SceneJob { out, bake, common, .. } = job;
     let start = Instant::now();
-    let import = output.bake.import_options(common)?;
-    let scene = read_with_progress(job.scene, quiet, || load_lit_scene(job.scene, &import))?;
-    let (device, missing) = open_gpu(job.solver, common)?;
-    let (settings, solver, changed) = job.choose_settings(&scene, device.as_ref())?;
-    if output.dry_run {
-        plan::print_plan(&scene, &settings, solver, changed.as_deref(), [output.json, quiet])?;
+    let import = bake.import_options(common)?;
+    let progress = Progress::new(&job.scene.file_name().unwrap_or_default().to_string_lossy());
+    // Large files take seconds to read. The Ctrl-C handler is not installed yet.
+    let _ = progress.show_phase("reading", 0.0);
+    let scene = load_lit_scene(&job.scene, &import)?;
+    progress.clear();
+    let (device, missing) = open_gpu(solver, common)?;
+    let (settings, solver, changed) = choose_settings((solver, method), &scene, common, device.as_ref());
+    let mut notes: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
+    for note in &notes {
+        message!("note: {}: {note}", scene.name);
+    }
+    if job.dry_run {
+        plan::print_plan(&scene, &settings, solver, job.json)?;
         return missing.map_or(Ok(Outcome::Done), Err);
     }
-    check_memory(&scene, &settings, solver, MemoryLimit::of_this_machine())?;
+    check_memory(&scene, &settings, solver, memory_limit(solver))?;
     let charts = import.charts.then(|| UvCharts::new(&scene)).transpose()?;
     let load = start.elapsed().as_secs_f64();
     prepare_directory(out)?;
-    if let Some(folder) = output.bake.gltf.as_ref().and_then(|path| path.parent()) {
+    if let Some(folder) = bake.gltf.as_ref().and_then(|path| path.parent()) {
         prepare_directory(&Path::new(".").join(folder))?;
     }
     handle_interrupts();
-    let early: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
-    for note in &early {
-        message!("note: {}: {note}", scene.name);
-    }
     let question = SolveRequest {
         task: &scene,
         settings: &settings,
         solver,
     };
-    let progress = Progress::new(&scene.name, quiet);
     // The first step of a large scene takes seconds before it reports progress.
     let _ = progress.show_phase("prepare", 0.0);
     let show = |phase: &str, done| progress.show_phase(phase, done);
@@ -192,7 +154,6 @@ fn solve_scene(job: &SceneJob) -> Result<Outcome> {
     let answered = solve_request(&question, &watch)?;
     progress.clear();
     let fewer = fewer_patches_note(&settings).filter(|_| solver.is_shooting());
-    let mut notes = early;
     for note in answered.notes.iter().cloned().chain(fewer) {
         message!("note: {note}");
         notes.push(note);
@@ -204,69 +165,74 @@ fn solve_scene(job: &SceneJob) -> Result<Outcome> {
     };
     let solution = answered.to_solution(&question, &notes, seconds);
     solution.write(out)?;
-    let seen = view_inputs(&solution, None).render_view()?;
+    let seen = RenderedView::new(&solution, None)?;
     let mut files = PendingFiles::default();
     add_view_files(&seen, out, &mut files)?;
-    output.bake.add_files(&mut files, (&solution, charts.as_ref()), &seen)?;
+    bake.add_files(&mut files, (&solution, charts.as_ref()), &seen)?;
     files.rename_files()?;
-    if output.maps {
+    if job.maps {
         write_maps(&solution, out)?;
     }
-    if !quiet {
-        print_summary(&solution, &answered);
-        print_warnings_and_files(&solution, OUTPUT_FILES, out);
-    }
-    if output.json {
-        console::print_json(&solution.summarise_run())?;
+    print_summary(&solution, &answered);
+    message!(
+        "wrote preview.png, view.html, lightmap.exr and result.json in {}",
+        out.display()
+    );
+    if job.json {
+        output!("{}", solution.summarise_run())?;
     }
     missing.map_or(Ok(Outcome::Done), Err)
 }
 
-impl SceneJob<'_> {
-    /// Returns settings and solver, and a note if the scene's many faces changed the settings.
-    fn choose_settings<'g>(
-        &self,
-        scene: &Scene,
-        gpu: Option<&'g Gpu>,
-    ) -> Result<(Settings, SolverChoice<'g>, Option<String>)> {
-        let common = self.common;
-        let Some((shooting, passes)) = self.shooting else {
-            let (shooting, passes) = (ShootingOptions::default(), PassOptions::default());
-            let mut settings = common.shooting_settings(&shooting, &passes, false)?;
+/// Returns settings and solver, and a note if the scene's many faces changed the settings.
+fn choose_settings<'g>(
+    (solver, method): (SolverOption, JobMethod),
+    scene: &Scene,
+    common: &CommonOptions,
+    gpu: Option<&'g Gpu>,
+) -> (Settings, SolverChoice<'g>, Option<String>) {
+    match method {
+        JobMethod::Shooting(shooting, passes) => {
+            let (settings, changed) = scene_settings(scene, common, shooting, passes, gpu.is_some());
+            (settings, SolverChoice::shooting_on(gpu), changed)
+        }
+        JobMethod::ToError(error) => {
+            let mut settings = common.shooting_settings(&ShootingOptions::default(), &PassOptions::default(), false);
             settings.schedule = settings.schedule.with_southwell();
-            if self.solver == SolverOption::Dense {
-                let settings = dense::dense_settings(settings.meshing.texels);
-                return Ok((settings, SolverChoice::Dense, None));
+            let texels = common.texels;
+            match solver {
+                SolverOption::Dense => {
+                    let settings = dense::dense_settings(settings.meshing.texels);
+                    (settings, SolverChoice::Dense, None)
+                }
+                _ => {
+                    // Texels that follow from the light are one a face or more.
+                    settings.meshing.texels = texels.unwrap_or(1);
+                    (
+                        settings,
+                        SolverChoice::to_error(gpu, ErrorTarget { error, texels }),
+                        None,
+                    )
+                }
             }
-            let target = ErrorTarget {
-                error: self.error,
-                texels: common.texels,
-            };
-            return Ok((settings, SolverChoice::to_error(gpu, target), None));
-        };
-        let without = shooting.without_gpu();
-        let shooting = if gpu.is_some() { shooting } else { &without };
-        let (settings, changed) = scene_settings(scene, common, shooting, passes, gpu.is_some())?;
-        Ok((settings, SolverChoice::shooting_on(gpu), changed))
+        }
     }
 }
 
 /// Returns the settings of a solve by shooting, and a note if the scene's many faces make the defaults coarser.
-///
-/// Errors: options contradict each other.
 pub fn scene_settings(
     scene: &Scene,
     common: &CommonOptions,
     shooting: &ShootingOptions,
     passes: &PassOptions,
     on_gpu: bool,
-) -> Result<(Settings, Option<String>)> {
-    let mut settings = common.shooting_settings(shooting, passes, on_gpu)?;
+) -> (Settings, Option<String>) {
+    let mut settings = common.shooting_settings(shooting, passes, on_gpu);
     let given = [common.texels, shooting.patches, shooting.samples];
     let given = given.map(|option| option.is_some() || common.quality.is_some());
-    let (meshing, changed) = coarsen_meshing(scene, &settings.meshing, given);
-    settings.meshing = meshing;
-    Ok((settings, changed))
+    let changed;
+    (settings.meshing, changed) = coarsen_meshing(scene, &settings.meshing, given);
+    (settings, changed)
 }
 
 /// Returns a note if fewer patches shoot than were set: a patch is a block of whole texels.
@@ -275,20 +241,6 @@ fn fewer_patches_note(settings: &Settings) -> Option<String> {
     (patches > texels).then(|| {
         format!("{texels}×{texels} patches a face instead of {patches}×{patches}: a patch has at least one texel")
     })
-}
-
-/// Returns what picture and view need of a solution.
-pub fn view_inputs<'a>(solution: &'a Solution, camera: Option<Camera>) -> SolutionView<'a> {
-    SolutionView {
-        scene: solution.scene,
-        mesh: solution.mesh,
-        field: &solution.run.field,
-        texel_errors: solution.texel_error.as_deref(),
-        solver: solution.solver,
-        adapter: solution.adapter,
-        error: estimated_error(solution),
-        camera,
-    }
 }
 
 fn estimated_error(solution: &Solution) -> Option<f64> {
@@ -312,8 +264,8 @@ fn write_maps(solution: &Solution, out: &Path) -> Result<()> {
     maps::write(&out.join("maps"), solution.scene, &resolutions, &radiosity)
 }
 
-/// Prints what was solved, how, and how well.
-fn print_summary(solution: &Solution, answered: &SolveAnswer) {
+/// Prints what was solved, how, and how well, and the warnings.
+pub fn print_summary(solution: &Solution, answered: &SolveAnswer) {
     let energy = EnergyBalance::new(solution.mesh, &solution.run.field, &solution.run.shots);
     let share = |power| 100.0 * energy.share_of_emitted(power);
     let run = solution.run;
@@ -342,28 +294,19 @@ fn print_summary(solution: &Solution, answered: &SolveAnswer) {
         share(energy.closure),
         error.map_or(String::new(), |error| format!(", about {:.1} % off", 100.0 * error)),
     );
+    for warning in solution.warnings {
+        message!("warning: {}", warning.message);
+    }
 }
 
 fn describe_dense(dense: &DenseReport, solution: &Solution) -> String {
     let quality = &dense.quality;
     format!(
-        "dense system of {:.0} MB in {:.2} s, solved in {:.2} s to {:.1e}; {} pairs exact, {} sampled, reciprocity {:.1e}, rows' closure ≤ {:.1e} (mean {:.1e})",
+        "dense system of {:.0} MB in {:.2} s, solved in {:.2} s to {:.1e}; rows' closure ≤ {:.1e}",
         quality.bytes as f64 / 1e6,
         solution.seconds.prepare,
         solution.seconds.solve,
         dense.solution.residual,
-        quality.exact_pairs,
-        quality.sampled_pairs,
-        quality.reciprocity,
-        quality.closure_max,
-        quality.closure_mean,
+        quality.closure.max,
     )
-}
-
-/// Prints the warnings and the folder of the files.
-pub fn print_warnings_and_files(solution: &Solution, files: &str, out: &Path) {
-    for warning in solution.warnings {
-        message!("warning: {}", warning.message);
-    }
-    message!("wrote {files} in {}", out.display());
 }

@@ -35,7 +35,7 @@ pub const SHOOTING_SOLVERS: [Choice<SolverOption>; 2] = [
 
 /// Returns the solver given, or the GPU where this machine has a hardware adapter, else the CPU.
 ///
-/// Errors: the solver is the CPU, and an option of the GPU is given.
+/// Errors: an option of the GPU is given with another solver.
 pub fn choose_solver(asked: Option<SolverOption>, common: &CommonOptions) -> Result<SolverOption> {
     let gpu_option = common.gpu_option();
     let solver = match asked {
@@ -44,11 +44,16 @@ pub fn choose_solver(asked: Option<SolverOption>, common: &CommonOptions) -> Res
         None if gpu_option.is_some() || list_adapters().iter().any(|line| !line.software) => SolverOption::Gpu,
         None => SolverOption::Cpu,
     };
+    let name = match solver {
+        SolverOption::Gpu => return Ok(solver),
+        SolverOption::Cpu => "cpu",
+        SolverOption::Dense => "dense",
+    };
     match gpu_option {
-        Some(option) if solver == SolverOption::Cpu => Err(Error::Usage(format!(
-            "{option} contradicts --solver cpu: leave one of them out"
+        Some(option) => Err(Error::Usage(format!(
+            "{option} contradicts --solver {name}: leave one of them out"
         ))),
-        _ => Ok(solver),
+        None => Ok(solver),
     }
 }
 
@@ -58,23 +63,16 @@ pub fn open_gpu(solver: SolverOption, common: &CommonOptions) -> Result<(Option<
     if solver != SolverOption::Gpu {
         return Ok((None, None));
     }
-    match Gpu::open(common.adapter.as_deref()) {
-        Ok(gpu) => Ok((Some(gpu), None)),
-        Err(error @ Error::NoAdapter(_)) => {
-            message!("note: {error}; solving on the CPU");
-            Ok((None, Some(error)))
-        }
-        Err(error) => Err(error),
-    }
+    open_adapter(common.adapter.as_deref(), "solving on the CPU")
 }
 
-/// Opens the adapter for a study of item buffers; without one the CPU's twin draws them.
-pub fn open_gpu_or_twin(adapter: Option<&str>) -> Result<Option<Gpu>> {
-    match Gpu::open(adapter) {
-        Ok(gpu) => Ok(Some(gpu)),
-        Err(error @ Error::NoAdapter(_)) if adapter.is_none() => {
-            message!("note: {error}; the CPU's twin draws the item buffers");
-            Ok(None)
+/// Opens an adapter; without one prints what is done `instead`, and returns the error.
+pub fn open_adapter(name: Option<&str>, instead: &str) -> Result<(Option<Gpu>, Option<Error>)> {
+    match Gpu::open(name) {
+        Ok(gpu) => Ok((Some(gpu), None)),
+        Err(error @ Error::NoAdapter(_)) => {
+            message!("note: {error}; {instead}");
+            Ok((None, Some(error)))
         }
         Err(error) => Err(error),
     }

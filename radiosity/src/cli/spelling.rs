@@ -1,67 +1,66 @@
 //! Spellings of earlier versions, which work for one version more: they are replaced before the command line is parsed.
 
 use super::solve::{ShootArguments, SolveArguments};
+use clap::error::ErrorKind;
 use clap::{Args, Command};
 use std::ffi::OsString;
 
 /// Replaces earlier spellings in a command line; returns a note on each.
-pub fn replace_earlier_spellings(given: &mut Vec<OsString>) -> Vec<String> {
+///
+/// Errors: an option of `shoot` in a solve to an error, or by the dense system.
+pub fn replace_earlier_spellings(given: &mut Vec<OsString>) -> Result<Vec<String>, clap::Error> {
     let mut notes = Vec::new();
-    let mut note = |text: &str| notes.push(text.to_owned());
-    let command = given.get(1).and_then(|word| word.to_str()).unwrap_or("").to_owned();
+    let texts = |given: &[OsString]| -> Vec<String> {
+        let texts = given.iter().map(|word| word.to_string_lossy().into_owned());
+        texts.collect()
+    };
+    let command = texts(given).get(1).cloned().unwrap_or_default();
+    let solves = ["solve", "plan"].contains(&command.as_str());
+    for k in 2..given.len() {
+        let words = texts(&given[k - 1..=k]);
+        let after_solver = solves && words[0] == "--solver";
+        let (old, new) = match words[1].split_once('=').unwrap_or((&words[1], "")) {
+            ("--cells", _) => ("--cells", "--patches"),
+            ("--solver", "matrix") if solves => ("matrix", "dense"),
+            ("matrix", "") if after_solver => ("matrix", "dense"),
+            _ => continue,
+        };
+        notes.push(format!("{old} is {new} now"));
+        given[k] = words[1].replacen(old, new, 1).into();
+    }
     if command == "converge" {
-        note("`radiosity converge` is `radiosity chart --vary all` now, or one option of it");
+        notes.push("`radiosity converge` is `radiosity chart --vary all` now, or one option of it".into());
         given.splice(1..2, ["chart", "--vary", "all"].map(OsString::from));
     }
-    for word in given.iter_mut() {
-        if let Some(rest) = word.to_str().and_then(|text| text.strip_prefix("--cells"))
-            && (rest.is_empty() || rest.starts_with('='))
-        {
-            note("--cells is --patches now");
-            *word = format!("--patches{rest}").into();
-        }
+    if !solves {
+        return Ok(notes);
     }
-    if command == "stress" {
-        for k in (2..given.len()).rev() {
-            match given[k].to_str() {
-                Some("--cpu") => {
-                    note("--cpu is --solver cpu now");
-                    given.splice(k..=k, ["--solver", "cpu"].map(OsString::from));
-                }
-                Some("--faces" | "--kind") => {
-                    note("stress random takes its faces and kind without --faces and --kind now");
-                    given.remove(k);
-                }
-                _ => {}
-            }
-        }
-    }
-    if !["solve", "plan"].contains(&command.as_str()) {
-        return notes;
-    }
-    for k in 2..given.len() {
-        let dense = given[k] == "--solver=matrix" || (given[k] == "matrix" && given[k - 1] == "--solver");
-        if dense {
-            note("--solver matrix is --solver dense now");
-            given[k] = given[k].to_string_lossy().replace("matrix", "dense").into();
-        }
-    }
-    let words = || given.iter().filter_map(|word| word.to_str());
-    let options = || words().filter_map(|word| word.strip_prefix("--")?.split('=').next());
-    let solves =
-        options().any(|option| option == "error") || words().any(|word| ["dense", "--solver=dense"].contains(&word));
-    let shooting = options().find(|option| !solves && is_option_of_shooting(option));
-    let shooting = shooting.map(ToOwned::to_owned);
+    let words = texts(given);
+    let mut options = words
+        .iter()
+        .filter_map(|word| word.strip_prefix("--")?.split('=').next());
+    let shooting = options.find(|option| is_option_of_shooting(option));
+    let to_error = words.iter().any(|word| {
+        let option = word.split('=').next();
+        option == Some("--error") || ["dense", "--solver=dense"].contains(&word.as_str())
+    });
     if command == "plan" {
-        note("`radiosity plan` is `radiosity solve --dry-run` now, or `radiosity shoot --dry-run`");
+        notes.push("`radiosity plan` is `radiosity solve --dry-run` now, or `radiosity shoot --dry-run`".into());
         given.push("--dry-run".into());
-    } else if let Some(option) = &shooting {
-        note(&format!(
+    }
+    match shooting {
+        Some(option) if to_error => {
+            let message =
+                format!("--{option} is an option of `radiosity shoot`, which has no --error and no dense solver");
+            return Err(clap::Error::raw(ErrorKind::ArgumentConflict, message));
+        }
+        Some(option) if command == "solve" => notes.push(format!(
             "--{option} is an option of `radiosity shoot` now; this run shoots, as `shoot` does"
-        ));
+        )),
+        _ => {}
     }
     given[1] = if shooting.is_some() { "shoot" } else { "solve" }.into();
-    notes
+    Ok(notes)
 }
 
 /// Returns true for an option that `shoot` has and `solve` has not.
@@ -74,42 +73,37 @@ fn is_option_of_shooting(option: &str) -> bool {
 mod tests {
     use super::*;
 
+    /// Command line, its replacement (none: refused) and the number of notes.
+    const SPELLINGS: &[(&str, Option<&str>, usize)] = &[
+        ("solve a.obj", Some("solve a.obj"), 0),
+        ("solve a.obj --patches 2", Some("shoot a.obj --patches 2"), 1),
+        ("solve a.obj --cells=2", Some("shoot a.obj --patches=2"), 2),
+        ("solve a.obj --error 2% --patches 2", None, 0),
+        ("solve a.obj --solver=dense --conserve", None, 0),
+        ("solve a.obj --solver matrix", Some("solve a.obj --solver dense"), 1),
+        ("solve a.obj --solver=matrix", Some("solve a.obj --solver=dense"), 1),
+        ("solve a.obj --out matrix", Some("solve a.obj --out matrix"), 0),
+        ("shoot a.obj --cells 2", Some("shoot a.obj --patches 2"), 1),
+        ("shoot a.obj --solver matrix", Some("shoot a.obj --solver matrix"), 0),
+        ("plan a.obj --texels 2", Some("solve a.obj --texels 2 --dry-run"), 1),
+        ("plan a.obj --samples 1", Some("shoot a.obj --samples 1 --dry-run"), 1),
+        ("converge a.obj --out b", Some("chart --vary all a.obj --out b"), 1),
+        ("", Some(""), 0),
+    ];
+
     #[test]
     fn earlier_spelling_is_replaced_by_the_new_one() {
-        for (given, replaced, notes) in [
-            ("solve a.obj", "solve a.obj", 0),
-            ("solve a.obj --patches 2", "shoot a.obj --patches 2", 1),
-            ("solve a.obj --cells=2", "shoot a.obj --patches=2", 2),
-            (
-                "solve a.obj --error 2% --patches 2",
-                "solve a.obj --error 2% --patches 2",
-                0,
-            ),
-            ("solve a.obj --solver matrix", "solve a.obj --solver dense", 1),
-            (
-                "solve a.obj --solver=dense --conserve",
-                "solve a.obj --solver=dense --conserve",
-                0,
-            ),
-            ("shoot a.obj --cells 2", "shoot a.obj --patches 2", 1),
-            ("shoot a.obj --solver matrix", "shoot a.obj --solver matrix", 0),
-            ("plan a.obj --texels 2", "solve a.obj --texels 2 --dry-run", 1),
-            ("plan a.obj --samples 1", "shoot a.obj --samples 1 --dry-run", 1),
-            ("converge a.obj --out b", "chart --vary all a.obj --out b", 1),
-            (
-                "stress random --faces mixed --cpu --seed 3",
-                "stress random mixed --solver cpu --seed 3",
-                2,
-            ),
-            ("", "", 0),
-        ] {
+        for (given, replaced, notes) in SPELLINGS {
             let mut words: Vec<OsString> = format!("radiosity {given}")
                 .split_whitespace()
                 .map(Into::into)
                 .collect();
             let told = replace_earlier_spellings(&mut words);
-            assert_eq!(words[1..].join(" ".as_ref()).to_str(), Some(replaced));
-            assert_eq!(told.len(), notes, "{given}: {told:?}");
+            assert_eq!(told.is_ok(), replaced.is_some(), "{given}: {told:?}");
+            if let (Ok(told), Some(replaced)) = (told, replaced) {
+                assert_eq!(words[1..].join(" ".as_ref()).to_str(), Some(*replaced));
+                assert_eq!(told.len(), *notes, "{given}: {told:?}");
+            }
         }
     }
 }

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::console::message;
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use crate::studies::random::{FaceShapes, SceneKind};
+use crate::studies::stress::CaseStudy;
 use crate::studies::stress::cases::{CASES, Case};
 use crate::studies::stress::page;
 use crate::studies::stress::random::{COMMAND_NAME, RandomRequest};
@@ -36,16 +37,6 @@ pub struct StressArguments {
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
-    /// No progress, no summary
-    #[arg(long)]
-    quiet: bool,
-    #[command(flatten)]
-    random: RandomOptions,
-}
-
-/// Options of `stress random`.
-#[derive(Args, Default, PartialEq)]
-struct RandomOptions {
     /// random: number of scenes [default: 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     count: Option<u64>,
@@ -53,21 +44,16 @@ struct RandomOptions {
     // Rows hold seeds as f64, exact up to 2⁵³.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1 << 52))]
     seed: Option<u64>,
-    /// random: quality of the solves, normal or reference [default: normal]
-    #[arg(long, value_name = "QUALITY", value_parser = ["normal", "reference"])]
-    quality: Option<String>,
-}
-
-/// Scenes that a command line asks for.
-enum StressScenes {
-    Cases(Vec<&'static Case>),
-    Random(RandomRequest),
 }
 
 /// Runs the cases and writes the atlas.
 pub fn run(arguments: &StressArguments) -> Result<Outcome> {
     let start = Instant::now();
-    let asked = asked_scenes(arguments)?;
+    let random = asked_scenes(arguments)?;
+    let cases = match random {
+        Some(_) => Vec::new(),
+        None => asked_cases(arguments)?,
+    };
     prepare_directory(&arguments.out)?;
     handle_interrupts();
     let (gpu, missing) = open_gpu(arguments)?;
@@ -75,26 +61,21 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
         gpu: gpu.as_ref(),
         stop: &is_interrupted,
     };
+    let with_progress = |name: &str, study: &dyn Fn(&ProgressMonitor) -> Result<CaseStudy>| {
+        let progress = Progress::new(name);
+        study(&ProgressMonitor::new(&|phase, done| progress.show_phase(phase, done)))
+    };
     let mut studies = Vec::new();
-    match asked {
-        StressScenes::Cases(cases) => {
-            for case in cases.into_iter().take_while(|_| !is_interrupted()) {
-                let progress = Progress::new(case.name, arguments.quiet);
-                let show = |phase: &str, done| progress.show_phase(phase, done);
-                studies.push(run.run_case(case, &ProgressMonitor::new(&show))?);
-            }
+    for case in cases.into_iter().take_while(|_| !is_interrupted()) {
+        studies.push(with_progress(case.name, &|watch| run.run_case(case, watch))?);
+    }
+    if let Some(request) = random {
+        let (seed, count) = (arguments.seed.unwrap_or(0), arguments.count.unwrap_or(DEFAULT_SCENES));
+        let study = with_progress(COMMAND_NAME, &|watch| request.run_scenes(&run, seed, count, watch))?;
+        if study.rows.is_empty() {
+            return Err(Error::Interrupted);
         }
-        StressScenes::Random(request) => {
-            let progress = Progress::new(COMMAND_NAME, arguments.quiet);
-            let show = |phase: &str, done| progress.show_phase(phase, done);
-            let seed = arguments.random.seed.unwrap_or(0);
-            let count = arguments.random.count.unwrap_or(DEFAULT_SCENES);
-            let study = request.run_scenes(&run, seed, count, &ProgressMonitor::new(&show))?;
-            if study.rows.is_empty() {
-                return Err(Error::Interrupted);
-            }
-            studies.push(study);
-        }
+        studies.push(study);
     }
     let adapter = gpu.as_ref().map(|gpu| gpu.line.name.clone());
     let atlas = Atlas::new(studies, adapter, start.elapsed().as_secs_f64());
@@ -104,10 +85,8 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
     if is_interrupted() {
         message!("interrupted: the atlas holds what was measured by then");
     }
-    if !arguments.quiet {
-        print_summary(&atlas);
-        message!("wrote {0}/stress.html and {0}/stress.json", arguments.out.display());
-    }
+    print_summary(&atlas);
+    message!("wrote {0}/stress.html and {0}/stress.json", arguments.out.display());
     match missing {
         Some(error) => Err(error),
         None if atlas.gates.iter().all(|gate| gate.held) => Ok(Outcome::Done),
@@ -115,31 +94,30 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
     }
 }
 
-/// Reads the names of the cases and the options of random scenes. Errors: a case or a combination is unknown.
-fn asked_scenes(arguments: &StressArguments) -> Result<StressScenes> {
-    let (names, options) = (&arguments.cases, &arguments.random);
-    let usage = |text: String| Err(Error::Usage(text));
-    if names.iter().any(|name| name == COMMAND_NAME) {
-        return parse_random_request(names, options.quality.as_deref()).map(StressScenes::Random);
-    }
-    if *options != RandomOptions::default() {
-        return usage("--count, --seed and --quality are for stress random".into());
+/// Returns the cases by name, or all. Errors: a case is unknown, or an option is for random scenes.
+fn asked_cases(arguments: &StressArguments) -> Result<Vec<&'static Case>> {
+    let names = &arguments.cases;
+    if arguments.count.or(arguments.seed).is_some() {
+        return Err(Error::Usage("--count and --seed are for stress random".into()));
     }
     let known: Vec<&str> = CASES.iter().map(|case| case.name).chain([COMMAND_NAME]).collect();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
-        return usage(format!("there is no case {unknown}: {}", known.join(", ")));
+        return Err(Error::Usage(format!(
+            "there is no case {unknown}: {}",
+            known.join(", ")
+        )));
     }
     let is_asked = |case: &&Case| names.is_empty() || names.iter().any(|name| name == case.name);
-    Ok(StressScenes::Cases(CASES.iter().filter(is_asked).collect()))
+    Ok(CASES.iter().filter(is_asked).collect())
 }
 
-/// Reads the words beside `random`. Errors: a word is unknown.
-fn parse_random_request(words: &[String], quality: Option<&str>) -> Result<RandomRequest> {
-    let mut request = RandomRequest {
-        reference: quality == Some("reference"),
-        ..RandomRequest::default()
-    };
-    for word in words {
+/// Returns the random scenes, if they are asked for. Errors: a word beside `random` is unknown.
+fn asked_scenes(arguments: &StressArguments) -> Result<Option<RandomRequest>> {
+    if arguments.cases.iter().all(|name| name != COMMAND_NAME) {
+        return Ok(None);
+    }
+    let mut request = RandomRequest::default();
+    for word in &arguments.cases {
         match word.as_str() {
             COMMAND_NAME | "quads" => {}
             "triangles" => request.options.faces = FaceShapes::Triangles,
@@ -152,7 +130,7 @@ fn parse_random_request(words: &[String], quality: Option<&str>) -> Result<Rando
             }
         }
     }
-    Ok(request)
+    Ok(Some(request))
 }
 
 /// Opens the adapter; without one returns the error that ends the command after writing.
@@ -180,23 +158,9 @@ fn print_summary(atlas: &Atlas) {
             message!("    and {} more", gate.broken.len() - MAX_PRINTED_ROWS);
         }
     }
-    for (name, counts) in [("default", &atlas.score.default), ("all methods", &atlas.score.all)] {
-        message!(
-            "{name}: {} caught, {} missed, {} false alarms, {} quiet",
-            counts.caught,
-            counts.missed,
-            counts.false_alarms,
-            counts.quiet
-        );
-    }
+    message!("default: {}", atlas.score.describe_counts());
     if let Some(ratios) = &atlas.estimate {
-        message!(
-            "estimate over error, {} answers: median {:.2}, below half {:.1} %, above three times {:.1} %",
-            ratios.answers,
-            ratios.median,
-            100.0 * ratios.below,
-            100.0 * ratios.above
-        );
+        message!("{}", ratios.describe_ratios());
     }
     message!("{:.0} s", atlas.seconds);
 }

@@ -4,7 +4,7 @@ use super::Outcome;
 use super::bundled::bundled_scene;
 use super::console::message;
 use super::progress::{Progress, handle_interrupts};
-use super::solver::open_gpu_or_twin;
+use super::solver::open_adapter;
 use crate::studies::table4::{Table4, Table4Grid, page};
 use clap::Args;
 use common::Result;
@@ -28,21 +28,23 @@ pub struct Table4Arguments {
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
-    /// No progress, no summary
-    #[arg(long)]
-    quiet: bool,
 }
 
 /// Measures the grid of texels and item buffers and writes after each of its entries.
 pub fn run(arguments: &Table4Arguments) -> Result<Outcome> {
     let out = &arguments.out;
-    let gpu = open_gpu_or_twin(arguments.adapter.as_deref())?;
+    let name = arguments.adapter.as_deref();
+    let (gpu, missing) = open_adapter(name, "the CPU's twin draws the item buffers")?;
+    // An adapter given by name is to be used.
+    if let Some(error) = missing.filter(|_| name.is_some()) {
+        return Err(error);
+    }
     let part = |name| load_scene(&bundled_scene(name, out)?, &ImportOptions::default());
     let (room, objects) = (part("paper_room.obj")?, part("paper_objects.obj")?);
     let scene = Scene::join_scenes(&[room.clone(), objects.clone()]);
     prepare_directory(out)?;
     handle_interrupts();
-    let progress = Progress::new("table 4", arguments.quiet);
+    let progress = Progress::new("table 4");
     let grid = Table4Grid {
         scene: &scene,
         room: room.faces.len(),

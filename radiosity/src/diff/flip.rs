@@ -4,7 +4,7 @@
 //! It is the maximum LDR-FLIP over a range of exposures determined by the reference. The picture's empty background is
 //! excluded from the range and from the mean.
 
-use crate::report::picture::{RgbaPicture, luminance};
+use crate::report::picture::luminance;
 use flip_rs::{FlipError, HdrOptions, RgbImage, hdr_flip};
 use glam::Vec3;
 
@@ -13,20 +13,11 @@ const NEARLY_WHITE: f32 = 2.118_872_3;
 /// Minimum median luminance relative to the maximum: bounds the range of exposures.
 const MIN_MEDIAN_LUMINANCE: f32 = 1e-6;
 
-/// Error map of FLIP with its mean and maximum.
-pub struct FlipResult {
-    /// Mean over the pixels that show a surface, 0 (no visible difference) … 1.
-    pub mean: f64,
-    /// Maximum over these pixels.
-    pub max: f64,
-    /// Error map in magma colours; transparent without a surface.
-    pub picture: RgbaPicture,
-}
-
-/// Computes HDR-FLIP between two square pictures (linear radiosity, none for background) with reference `b`.
+/// Returns HDR-FLIP between two square pictures (linear radiosity, none for background) with reference `b`: the mean
+/// over the pixels that show a surface, 0 (no visible difference) … 1.
 ///
 /// Errors: a value that is not finite.
-pub fn compare_flip(a: &[Option<Vec3>], b: &[Option<Vec3>], size: u32) -> std::result::Result<FlipResult, FlipError> {
+pub fn compare_flip(a: &[Option<Vec3>], b: &[Option<Vec3>], size: u32) -> std::result::Result<f64, FlipError> {
     let brightest = |pixels: &[Option<Vec3>]| {
         let all = pixels.iter().flatten();
         all.map(|p| luminance(*p)).fold(0.0, f32::max)
@@ -47,19 +38,9 @@ pub fn compare_flip(a: &[Option<Vec3>], b: &[Option<Vec3>], size: u32) -> std::r
     options.start_exposure = Some(NEARLY_WHITE.log2());
     options.stop_exposure = Some((NEARLY_WHITE / median_luminance(reference, scale)).log2());
     let result = hdr_flip(&image(b)?, &image(a)?, options)?;
-    let (errors, colours) = (result.error_map.pixels(), result.error_map.colorize()?);
-    let shown = || errors.iter().zip(b).filter(|(_, p)| p.is_some());
-    let count = shown().count().max(1);
-    let colour = |x: u32, y: u32| {
-        let k = y as usize * size as usize + x as usize;
-        let byte = |c: usize| (colours.pixels()[3 * k + c] * 255.0).round() as u8;
-        b[k].map(|_| [byte(0), byte(1), byte(2)])
-    };
-    Ok(FlipResult {
-        mean: shown().map(|(e, _)| f64::from(*e)).sum::<f64>() / count as f64,
-        max: shown().map(|(e, _)| f64::from(*e)).fold(0.0, f64::max),
-        picture: RgbaPicture::from_pixels(size, size, colour),
-    })
+    let shown = result.error_map.pixels().iter().zip(b).filter(|(_, p)| p.is_some());
+    let (sum, count) = shown.fold((0.0, 0.0), |(sum, count), (e, _)| (sum + f64::from(*e), count + 1.0));
+    Ok(sum / f64::max(count, 1.0))
 }
 
 /// Returns the median luminance of the surfaces, relative to the maximum.
@@ -85,14 +66,9 @@ mod tests {
 
     #[test]
     fn flip_is_zero_for_equal_pictures_and_scale_invariant() {
-        assert_eq!(
-            compare_flip(&ramp_picture(1.0), &ramp_picture(1.0), SIZE).unwrap().max,
-            0.0
-        );
-        let once = compare_flip(&ramp_picture(1.2), &ramp_picture(1.0), SIZE).unwrap().mean;
-        let scaled = compare_flip(&ramp_picture(1.2e6), &ramp_picture(1e6), SIZE)
-            .unwrap()
-            .mean;
+        let flip = |a: f32, b: f32| compare_flip(&ramp_picture(a), &ramp_picture(b), SIZE).unwrap();
+        assert_eq!(flip(1.0, 1.0), 0.0);
+        let [once, scaled] = [flip(1.2, 1.0), flip(1.2e6, 1e6)];
         assert!(
             once > 0.01 && abs_diff_eq!(once, scaled, epsilon = 1e-3 * once),
             "{once} {scaled}"
@@ -107,7 +83,7 @@ mod tests {
             RgbImage::new(SIZE as usize, SIZE as usize, values.collect()).unwrap()
         };
         let theirs = hdr_flip(&image(&b), &image(&a), HdrOptions::default()).unwrap();
-        let ours = compare_flip(&a, &b, SIZE).unwrap().mean;
+        let ours = compare_flip(&a, &b, SIZE).unwrap();
         let mean = f64::from(theirs.error_map.statistics().mean);
         assert!(abs_diff_eq!(ours, mean, epsilon = 1e-4 * mean), "{ours} {mean}");
     }
@@ -116,8 +92,8 @@ mod tests {
     fn black_and_empty_pictures_give_no_error() {
         let black = vec![Some(Vec3::ZERO); (SIZE * SIZE) as usize];
         let nothing = vec![None; (SIZE * SIZE) as usize];
-        assert_eq!(compare_flip(&black, &black, SIZE).unwrap().mean, 0.0);
-        assert_eq!(compare_flip(&nothing, &nothing, SIZE).unwrap().mean, 0.0);
-        assert!(compare_flip(&ramp_picture(1.0), &black, SIZE).unwrap().mean > 0.1);
+        assert_eq!(compare_flip(&black, &black, SIZE).unwrap(), 0.0);
+        assert_eq!(compare_flip(&nothing, &nothing, SIZE).unwrap(), 0.0);
+        assert!(compare_flip(&ramp_picture(1.0), &black, SIZE).unwrap() > 0.1);
     }
 }

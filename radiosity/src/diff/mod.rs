@@ -3,4 +3,3 @@
 pub mod flip;
 pub mod page;
 pub mod pictures;
-pub mod viewer;

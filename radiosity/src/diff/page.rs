@@ -12,56 +12,80 @@ use oracle::diff::{Diff, FaceDiff};
 /// Maximum number of faces in the table.
 const MAX_LISTED_FACES: usize = 200;
 
-/// Renders the page of two results; `tolerance` is the maximum relative RMS, if given.
+/// Renders the page of result A against B: another result, or, where `check` is given, the radiosity gathered from A's
+/// own light, which differs by that much after the first gathering, and A's energy balance. `tolerance` is the maximum
+/// relative RMS.
 pub fn render_page(
     [a, b]: [&StoredSolution; 2],
-    diff: &Diff,
-    pictures: DiffPictures,
+    (diff, pictures): (&Diff, DiffPictures),
+    check: Option<(f64, &EnergyBalance)>,
     tolerance: Option<f64>,
 ) -> String {
     let mut opening = Blocks::default();
     add_verdict(&mut opening, diff, tolerance);
-    for (name, stored) in [("A: ", a), ("B (the reference): ", b)] {
+    let source = |stored: &StoredSolution| {
         let texels = count_noun(stored.radiosity.len(), "texel", "texels");
-        opening.add_remark(plain_text(name) + code_text(stored.dir.display()) + format!(" · {texels}"));
-    }
-    opening.add_remark(format!(
-        "{} · compared on {}",
-        count_noun(diff.faces.len(), "face", "faces"),
-        count_noun(diff.pair.areas.len(), "texel", "texels")
-    ));
-    render_parts("Radiosity: two results compared", opening, None, diff, pictures)
-}
-
-/// Renders the page of a result against the radiosity gathered from its own light, which differs by `one_bounce`
-/// after the first gathering.
-pub fn render_check_page(
-    result: &StoredSolution,
-    (diff, one_bounce, energy): (&Diff, f64, &EnergyBalance),
-    pictures: DiffPictures,
-    tolerance: Option<f64>,
-) -> String {
-    let mut opening = Blocks::default();
-    add_verdict(&mut opening, diff, tolerance);
-    let texels = count_noun(result.radiosity.len(), "texel", "texels");
-    let faces = count_noun(diff.faces.len(), "face", "faces");
+        code_text(stored.dir.display()) + format!(" · {texels}")
+    };
+    opening.add_remark(plain_text("A: ") + source(a));
+    match check {
+        None => opening.add_remark(plain_text("B (the reference): ") + source(b)),
+        Some((one_bounce, _)) => opening
+            .add_remark(
+                plain_text("B: A's own light gathered again at every texel, ")
+                    + code_text("E + ρKB")
+                    + ", and the correction propagated until convergence",
+            )
+            .add_paragraph(
+                plain_text("The first gathering differs by ")
+                    + bold_text(format_percent(one_bounce))
+                    + ", with all later bounces by "
+                    + bold_text(format_percent(diff.worst_rms()))
+                    + ". A result that solves the radiosity equation has difference 0; its own emission and \
+                       reflectances are taken as exact.",
+            ),
+    };
     opening
-        .add_remark(plain_text("A, the result: ") + code_text(result.dir.display()) + format!(" · {texels} · {faces}"))
-        .add_remark(
-            plain_text("B: its own light gathered again at every texel, ")
-                + code_text("E + ρKB")
-                + ", and the correction propagated until convergence",
-        )
+        .add_remark(format!(
+            "{} · compared on {}",
+            count_noun(diff.faces.len(), "face", "faces"),
+            count_noun(diff.pair.areas.len(), "texel", "texels")
+        ))
+        .add_notes(&diff.notes)
         .add_paragraph(
-            plain_text("The first gathering differs by ")
-                + bold_text(format_percent(one_bounce))
-                + ", with all later bounces by "
-                + bold_text(format_percent(diff.worst_rms()))
-                + ". A result that solves the radiosity equation has difference 0; its own emission and reflectances \
-                   are taken as exact.",
-        );
-    let title = "Radiosity: a result judged by its own light";
-    render_parts(title, opening, Some(energy), diff, pictures)
+            "Reflected radiosity B − E, area-weighted, A against B. Where texels differ in number, both are averaged \
+             over common ones, by area and exactly.",
+        )
+        .add_table(difference_table(diff, pictures.flip));
+    let mut sections = Vec::new();
+    if let Some((_, energy)) = check {
+        let mut body = Blocks::default();
+        add_energy_balances(&mut body, &[("", energy)]);
+        sections.push(body.into_section("energy", "Energy"));
+    }
+    let mut views = Blocks::default();
+    if !pictures.differ {
+        views.add_paragraph("No texel differs: there is no difference to draw.");
+    }
+    views
+        .add_element(pictures.viewer)
+        .add_figures(&pictures.views)
+        .add_remark(pictures.remark);
+    sections.push(views.into_section("views", "Views"));
+    let mut faces = Blocks::default();
+    add_faces(&mut faces, diff);
+    faces.add_element(viewer::page_assets());
+    sections.push(faces.into_section("faces", "Face by face"));
+    let page = Document {
+        title: match check {
+            None => "Radiosity: two results compared",
+            Some(_) => "Radiosity: a result judged by its own light",
+        },
+        opening,
+        sections,
+        style: "",
+    };
+    page.to_html()
 }
 
 fn add_verdict(opening: &mut Blocks, diff: &Diff, tolerance: Option<f64>) {
@@ -74,54 +98,7 @@ fn add_verdict(opening: &mut Blocks, diff: &Diff, tolerance: Option<f64>) {
     };
 }
 
-/// Adds what both pages have to the opening and renders the page.
-fn render_parts(
-    title: &str,
-    mut opening: Blocks,
-    energy: Option<&EnergyBalance>,
-    diff: &Diff,
-    pictures: DiffPictures,
-) -> String {
-    opening
-        .add_notes(&diff.notes)
-        .add_paragraph(
-            "Reflected radiosity B − E, area-weighted, A against B. Where texels differ in number, both are averaged \
-             over common ones, by area and exactly.",
-        )
-        .add_table(difference_table(diff, &pictures));
-    let mut around = Blocks::default();
-    if !pictures.differ {
-        around.add_paragraph("No texel differs: there is no difference to draw.");
-    }
-    around.add_element(pictures.viewer);
-    let mut views = Blocks::default();
-    views.add_figures(&pictures.views).add_remark(pictures.remark);
-    let mut textures = Blocks::default();
-    textures.add_figures(&pictures.atlases);
-    let mut faces = Blocks::default();
-    add_faces(&mut faces, diff);
-    faces.add_element(viewer::page_assets());
-    let mut sections = vec![
-        around.into_section("around", "Look around"),
-        views.into_section("views", "Views"),
-        textures.into_section("textures", "All textures"),
-        faces.into_section("faces", "Face by face"),
-    ];
-    if let Some(energy) = energy {
-        let mut body = Blocks::default();
-        add_energy_balances(&mut body, &[("", energy)]);
-        sections.insert(0, body.into_section("energy", "Energy"));
-    }
-    let page = Document {
-        title,
-        opening,
-        sections,
-        style: "",
-    };
-    page.to_html()
-}
-
-fn difference_table(diff: &Diff, pictures: &DiffPictures) -> Table {
+fn difference_table(diff: &Diff, flip: Option<f64>) -> Table {
     let per_channel = |name: &str, values: [f64; 3]| {
         let values = values.map(format_percent);
         Row::new([name.to_owned()].into_iter().chain(values))
@@ -136,17 +113,13 @@ fn difference_table(diff: &Diff, pictures: &DiffPictures) -> Table {
     };
     let standard_error = diff.standard_error;
     let standard_error = standard_error.map(|error| per_channel("Standard error of the reference", error));
-    let flip = pictures
-        .flip
-        .as_ref()
-        .map_or("–".into(), |flip| format_number(flip.mean));
     let rows = [
         per_channel("Relative RMS", diff.relative_rms),
         per_channel("Bias", diff.bias),
     ];
     let rows = rows.into_iter().chain(standard_error).chain([
         overall("Largest difference ÷ rms", format_percent(diff.max_relative)),
-        overall("HDR-FLIP, mean over the view", flip),
+        overall("HDR-FLIP, mean over the view", flip.map_or("–".into(), format_number)),
     ]);
     Table::new(&["", "#R", "#G", "#B"], rows)
 }

@@ -2,7 +2,6 @@
 //! [`brackets`] holds the mathematics.
 
 pub mod brackets;
-pub mod exposure_list;
 pub mod page;
 pub mod photographs;
 

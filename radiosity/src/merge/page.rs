@@ -2,13 +2,10 @@
 
 use super::brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
 use super::{luminance_stops, merge_notes};
-use crate::report::document::{
-    Blocks, Cell, Document, Figure, Row, Table, bold_text, code_text, colour_key, css_colour, plain_text,
-};
+use crate::report::document::{Blocks, Cell, Document, Figure, Row, Table, bold_text, code_text};
 use crate::report::format::{format_count, format_number, format_percent};
-use crate::report::picture::{Exposure, NOT_A_NUMBER, RgbaPicture, encode_srgb};
+use crate::report::picture::{Exposure, RgbaPicture, encode_srgb};
 use crate::report::plot::{Axis, CPU_COLOUR, Legend, LineStyle, Plot, Series};
-use plotters::prelude::{ColorMap, ViridisRGB};
 use std::f64::consts::LN_2;
 
 /// Width and height of the response's plot in CSS pixels; the page scales it.
@@ -52,7 +49,7 @@ pub fn render_page(
     );
     opening.add_table(unseen_table(merged));
     opening.add_notes(merge_notes(brackets, response, steps));
-    opening.add_figures(&draw_pictures(brackets, merged));
+    opening.add_figures(&draw_pictures(merged));
 
     let mut curves = Blocks::default();
     let [r, g, b] = response.samples.map(|n| format_count(n as u64));
@@ -115,14 +112,12 @@ fn unseen_table(merged: &RadianceMap) -> Table {
     )
 }
 
-/// Draws the map exposed for the dark half, for most pixels, and for all but the brightest, and the photograph with
-/// the largest weight in each pixel.
-fn draw_pictures(brackets: &Brackets, merged: &RadianceMap) -> Vec<Figure> {
+/// Draws the map exposed for the dark half, for most pixels, and for all but the brightest.
+fn draw_pictures(merged: &RadianceMap) -> Vec<Figure> {
     let mut values: Vec<f32> = merged.radiance.iter().map(|v| v.max_element()).collect();
     values.retain(|value| *value > 0.0);
     values.sort_by(f32::total_cmp);
-    let mut first_white = None;
-    let mut figures: Vec<Figure> = PICTURE_PERCENTILES
+    PICTURE_PERCENTILES
         .into_iter()
         .map(|(name, share, what)| {
             let value = values.get((share * values.len() as f64) as usize);
@@ -130,34 +125,10 @@ fn draw_pictures(brackets: &Brackets, merged: &RadianceMap) -> Vec<Figure> {
             let exposure = Exposure::with_white(white);
             let source = draw_thinned(merged.size, |k| encode_srgb(exposure.display_light(merged.radiance[k])));
             let white = f64::from(white);
-            let stops = (white / *first_white.get_or_insert(white)).log2();
-            let above = match stops > 0.0 {
-                true => format!(", {} stops above the first", format_number(stops)),
-                false => String::new(),
-            };
-            let says = format!(" · {what}. White is {}{above}.", format_number(white));
+            let says = format!(" · {what}. White is {}.", format_number(white));
             Figure::from_picture(&source, &format!("The merged picture: {name}"), bold_text(name) + says)
         })
-        .collect();
-    let count = brackets.photographs().len();
-    let dominant = draw_thinned(merged.size, |k| {
-        merged.dominant[k].map_or(NOT_A_NUMBER, |k| exposure_colour(k as usize, count))
-    });
-    figures.push(Figure::from_picture(
-        &dominant,
-        "The dominant exposure of each pixel",
-        bold_text("Dominant exposure")
-            + " · the exposure with the largest weight in a pixel, from the longest (violet) to the shortest (yellow); \
-               magenta: none. The table below has the colours.",
-    ));
-    figures
-}
-
-/// Returns the colour of photograph `k` of `count`, from the longest exposure (violet) to the shortest (yellow).
-fn exposure_colour(k: usize, count: usize) -> [u8; 3] {
-    let last = count.saturating_sub(1).max(1);
-    let colour = ViridisRGB.get_color(k as f32 / last as f32);
-    [colour.0, colour.1, colour.2]
+        .collect()
 }
 
 /// Draws a subsampled picture as a data URI.
@@ -191,7 +162,6 @@ fn response_plot(response: &CameraResponse) -> Plot {
             Axis::linear_scale(title, [ends[0].floor(), ends[1].ceil()], whole),
             Axis::linear_scale("code", [0.0, 256.0], whole),
         ],
-        areas: Vec::new(),
         series: [
             ("red", "#cd3c3c", red),
             ("green", "#2c9650", green),
@@ -199,23 +169,12 @@ fn response_plot(response: &CameraResponse) -> Plot {
         ]
         .map(curve)
         .into(),
-        notes: Vec::new(),
         legend: Legend::Beside(90),
-    }
-}
-
-/// Formats an exposure time like cameras do.
-fn format_seconds(seconds: f64) -> String {
-    if seconds < 0.3 {
-        format!("1/{}", format_number(1.0 / seconds))
-    } else {
-        format_number(seconds)
     }
 }
 
 fn exposure_table(brackets: &Brackets, merged: &RadianceMap, steps: &[ExposureStep]) -> Table {
     let all = brackets.photographs();
-    let count_dominant = |photograph: Option<u32>| merged.dominant.iter().filter(|k| **k == photograph).count();
     let rows = all.iter().enumerate().map(|(k, photograph)| {
         let step = k.checked_sub(1).map(|before| steps[before]);
         let measured = step.map(|step| match step.measured {
@@ -228,29 +187,18 @@ fn exposure_table(brackets: &Brackets, merged: &RadianceMap, steps: &[ExposureSt
         };
         let path = &photograph.path;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let key = colour_key(css_colour(exposure_colour(k, all.len())), code_text(file));
         let values = [
-            format_seconds(photograph.seconds),
+            format_number(photograph.seconds),
             step.map_or(String::new(), |step| format!("{:.2}", step.nominal)),
             measured.unwrap_or_default(),
             has(255),
             has(0),
-            format_share_of(merged, count_dominant(Some(k as u32))),
         ];
         let key = Cell {
             title: path.display().to_string(),
-            ..key.into()
+            ..code_text(file).into()
         };
         Row::new([key].into_iter().chain(values.map(Cell::from)))
-    });
-    let none = count_dominant(None);
-    let none = (none > 0).then(|| {
-        let nothing = Cell {
-            columns: 5,
-            ..plain_text("").into()
-        };
-        let key = colour_key(css_colour(NOT_A_NUMBER), "none").into();
-        Row::new([key, nothing, format_share_of(merged, none).into()])
     });
     let heads = [
         "Picture",
@@ -259,7 +207,6 @@ fn exposure_table(brackets: &Brackets, merged: &RadianceMap, steps: &[ExposureSt
         "#Measured step",
         "#With code 255",
         "#With code 0",
-        "#Dominant",
     ];
-    Table::new(&heads, rows.chain(none))
+    Table::new(&heads, rows)
 }

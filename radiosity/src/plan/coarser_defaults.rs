@@ -31,15 +31,12 @@ pub fn coarsen_meshing(scene: &Scene, meshing: &Meshing, given: [bool; 3]) -> (M
         found.samples /= 2;
     }
     let note = (found != *meshing).then(|| {
+        let [now, before] = [found, *meshing].map(|m| (m.texels, m.patches, m.samples));
+        let (faces, (texels, patches, samples)) = (scene.faces.len(), now);
+        let options = format!("--texels {texels} --patches {patches} --samples {samples}");
         format!(
-            "{} faces: --texels {} --patches {} --samples {} instead of {}, {} and {}",
-            scene.faces.len(),
-            found.texels,
-            found.patches,
-            found.samples,
-            meshing.texels,
-            meshing.patches,
-            meshing.samples,
+            "{faces} faces: {options} instead of {}, {} and {}",
+            before.0, before.1, before.2
         )
     });
     (found, note)
@@ -52,42 +49,33 @@ mod tests {
     use common::settings::SolveQuality;
     use glam::{DVec3, Vec3};
 
-    fn coarsen(count: usize, given: [bool; 3]) -> [u32; 3] {
+    /// Faces, the options given, and the texels, patches and samples of normal quality made coarser.
+    const COARSER: &[(usize, [bool; 3], [u32; 3])] = &[
+        (256, [false; 3], [16, 4, 4]),
+        (257, [false; 3], [16, 2, 4]),
+        (1024, [false; 3], [16, 1, 4]),
+        (2188, [false; 3], [7, 1, 4]),
+        (16_384, [false; 3], [1, 1, 1]),
+        (100_000, [false; 3], [1, 1, 1]),
+        (5000, [true, false, false], [16, 1, 2]),
+        (5000, [false, true, false], [1, 4, 2]),
+        (5000, [false, false, true], [3, 1, 4]),
+        (5000, [true; 3], [16, 4, 4]),
+    ];
+
+    #[test]
+    fn defaults_are_coarser_for_many_faces_and_given_options_stay() {
         let c = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
-        let scene = Scene {
-            faces: vec![Face::quad("", c, Vec3::ONE, Vec3::splat(0.5)); count],
-            ..Scene::default()
-        };
         let normal = SolveQuality::Normal.meshing();
-        let (found, note) = coarsen_meshing(&scene, &normal, given);
-        assert_eq!(note.is_some(), found != normal);
-        let kept = SceneCounts::new(&scene, &found).link_count() <= MAX_KEPT_LINKS;
-        assert!(kept || found.texels == 1 || given != [false; 3], "{count}: {found:?}");
-        [found.texels, found.patches, found.samples]
-    }
-
-    #[test]
-    fn links_of_any_number_of_faces_can_be_kept() {
-        for (count, found) in [
-            (10, [16, 4, 4]),
-            (256, [16, 4, 4]),
-            (257, [16, 2, 4]),
-            (300, [16, 2, 4]),
-            (1024, [16, 1, 4]),
-            (2188, [7, 1, 4]),
-            (16_384, [1, 1, 1]),
-            // Nothing is coarser.
-            (100_000, [1, 1, 1]),
-        ] {
-            assert_eq!(coarsen(count, [false; 3]), found, "{count} faces");
+        for (count, given, expected) in COARSER {
+            let scene = Scene {
+                faces: vec![Face::quad("", c, Vec3::ONE, Vec3::splat(0.5)); *count],
+                ..Scene::default()
+            };
+            let (found, note) = coarsen_meshing(&scene, &normal, *given);
+            assert_eq!(note.is_some(), found != normal);
+            let found = [found.texels, found.patches, found.samples];
+            assert_eq!(found, *expected, "{count} faces, {given:?} given");
         }
-    }
-
-    #[test]
-    fn given_options_stay() {
-        assert_eq!(coarsen(5000, [true, false, false])[..2], [16, 1]);
-        assert_eq!(coarsen(5000, [false, true, false])[1], 4);
-        assert_eq!(coarsen(5000, [false, false, true])[2], 4);
-        assert_eq!(coarsen(5000, [true; 3]), [16, 4, 4]);
     }
 }

@@ -14,15 +14,15 @@ use std::time::Instant;
 /// took 7 to 16 times as long for a tenth of the error.
 const TRIAL_ERROR: f64 = 0.1;
 /// Largest work of the cheaper solve by shooting, in pixels: about a second.
-const MAX_TRIAL_WORK: u64 = 1 << 26;
+const MAX_TRIAL_WORK: f64 = 67e6;
 /// Cost of a ray in pixels of an item buffer.
 const PIXELS_PER_RAY: u64 = 16;
 
 /// Forecast of a solve.
 #[derive(Clone, Debug)]
 pub struct Forecast {
-    /// Passes and shots; none for a solve to an error.
-    pub passes: Option<[f64; 2]>,
+    /// Shots; none for a solve to an error, or if the cheaper solve was stopped.
+    pub shots: Option<f64>,
     /// The cheaper solve in words.
     pub trial: String,
     /// Seconds of the cheaper solve.
@@ -42,52 +42,40 @@ pub fn forecast_solve(
     solver: SolverChoice,
     show: PhaseCallback,
 ) -> Result<Forecast> {
-    let mut trial_settings = *settings;
+    let mut cheaper = *settings;
     let (trial_solver, trial, mut work_ratio) = match solver.error_target() {
         Some(target) => {
             let error = TRIAL_ERROR;
-            let cheaper = SolverChoice::to_error(solver.gpu(), ErrorTarget { error, ..target });
-            (cheaper, format!("to {} %", 100.0 * error), error / target.error)
+            let coarse = SolverChoice::to_error(solver.gpu(), ErrorTarget { error, ..target });
+            (coarse, format!("to {} %", 100.0 * error), error / target.error)
         }
         None => {
-            trial_settings = coarsen_for_trial(scene, settings);
-            let [texels, patches] = [trial_settings.meshing.texels, trial_settings.meshing.patches];
+            cheaper = coarsen_for_trial(scene, settings);
+            let [texels, patches] = [cheaper.meshing.texels, cheaper.meshing.patches];
             let trial = format!("of {texels}×{texels} texels and {patches}×{patches} patches a face");
-            (
-                solver,
-                trial,
-                count_work(scene, settings) / count_work(scene, &trial_settings),
-            )
+            (solver, trial, count_work(scene, settings) / count_work(scene, &cheaper))
         }
     };
     let watch = ProgressMonitor::new(show);
     let start = Instant::now();
-    let solved = scene.solve_once(&trial_settings, trial_solver, &watch);
+    let solved = scene.solve_once(&cheaper, trial_solver, &watch);
     let trial_seconds = start.elapsed().as_secs_f64();
-    let stopped = watch.is_stopped();
-    let mut passes = None;
-    if let (false, true) = (stopped, solver.is_shooting()) {
-        let run = &solved?.run;
+    let mut shots = None;
+    if !watch.is_stopped() {
         let patches = |settings: &Settings| SceneCounts::new(scene, &settings.meshing).patches as f64;
-        let more = patches(settings) / patches(&trial_settings);
-        let whole = run.shooters as f64 * more;
-        let shots = whole.min(settings.schedule.max_shots.into());
-        // Southwell's passes are single shots.
-        let count = match trial_settings.schedule.iteration {
-            Iteration::Southwell => shots,
-            Iteration::Chebyshev | Iteration::Cg => f64::from(run.passes),
-        };
-        passes = Some([count, shots]);
-        work_ratio *= shots / whole.max(1.0);
-    } else if !stopped {
-        solved?;
+        let whole = solved?.run.shooters as f64 * patches(settings) / patches(&cheaper);
+        if solver.is_shooting() {
+            let most = whole.min(settings.schedule.max_shots.into());
+            work_ratio *= most / whole.max(1.0);
+            shots = Some(most);
+        }
     }
     Ok(Forecast {
-        passes,
+        shots,
         trial,
         trial_seconds,
         work_ratio,
-        stopped,
+        stopped: watch.is_stopped(),
     })
 }
 
@@ -98,10 +86,9 @@ fn coarsen_for_trial(scene: &Scene, settings: &Settings) -> Settings {
     if SceneCounts::new(scene, &settings.meshing).link_count() > MAX_KEPT_LINKS {
         trial.schedule.iteration = Iteration::Southwell;
     }
-    let meshing = |trial: &Settings| [trial.meshing.texels, trial.meshing.patches];
-    while count_work(scene, &trial) > MAX_TRIAL_WORK as f64 && meshing(&trial) != [1, 1] {
-        let [texels, patches] = meshing(&trial).map(|side| (side / 2).max(1));
-        (trial.meshing.texels, trial.meshing.patches) = (texels, patches);
+    while count_work(scene, &trial) > MAX_TRIAL_WORK && trial.meshing.texels.max(trial.meshing.patches) > 1 {
+        trial.meshing.texels = (trial.meshing.texels / 2).max(1);
+        trial.meshing.patches = (trial.meshing.patches / 2).max(1);
     }
     trial
 }

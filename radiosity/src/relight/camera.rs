@@ -2,7 +2,7 @@
 
 use super::RelitScene;
 use crate::report::view::camera::Camera;
-use common::mesh::Mesh;
+use common::mesh::{Mesh, MeshFace};
 use common::rays::Rays;
 use glam::{DVec3, Vec3};
 
@@ -29,47 +29,46 @@ pub fn camera_at(mesh: &Mesh, eye: DVec3, target: DVec3, fov_degrees: f64) -> Ca
     Camera::new(eye, target, fov_degrees as f32)
 }
 
-/// Chooses a camera. With a panorama: at its eye, where the photograph is sharpest, or towards the farthest corner
-/// if the eye is too close to the objects. Otherwise: the whole scene from outside if that shows the objects, or a
-/// corner view.
+/// Chooses a camera: with a panorama at its eye, where the photograph is sharpest, else the whole scene from outside.
+/// If the eye is too close to the objects, or they are hidden from there: of the eight views from near the room's
+/// corners, and this one, the one that shows most of the objects.
 pub fn automatic_camera(relit: &RelitScene) -> Camera {
     let all = Rays::new(relit.mesh);
-    let Some((centre, radius)) = bounding_ball(relit) else {
+    let (room, objects) = relit.mesh.faces.split_at(relit.room.min(relit.mesh.faces.len()));
+    let Some([low, high]) = face_extent(objects) else {
         return match relit.eye {
             Some(eye) => camera_at(relit.mesh, eye, eye + DVec3::Z, 75.0),
             None => Camera::automatic_view(relit.mesh, &all),
         };
     };
-    let (first, least) = match relit.eye.map(|eye| relit.mesh.local_point(eye).as_vec3()) {
-        Some(eye) if eye.distance(centre) < MIN_DISTANCE_RADII * radius => {
-            return view_from_corner(relit, &all, centre, radius);
-        }
+    let centre = (low + high) / 2.0;
+    let corners = objects.iter().flat_map(|face| face.corners);
+    let radius = corners.map(|c| c.distance(centre)).fold(1e-6, f32::max);
+    let eye = relit.eye.map(|eye| relit.mesh.local_point(eye).as_vec3());
+    let (first, least) = match eye {
         Some(eye) => (look_at_ball(eye, centre, radius), MIN_VISIBLE_SHARE_FROM_EYE),
         None => (Camera::automatic_view(relit.mesh, &all), MIN_VISIBLE_SHARE),
     };
-    let share = visible_object_share(relit, &all, &first);
-    if share >= least {
+    let close = eye.is_some_and(|eye| eye.distance(centre) < MIN_DISTANCE_RADII * radius);
+    let share = |camera: &Camera| visible_object_share(relit, &all, camera);
+    if !close && share(&first) >= least {
         return first;
     }
-    let corner = view_from_corner(relit, &all, centre, radius);
-    // The objects may be hidden from all viewpoints.
-    if visible_object_share(relit, &all, &corner) > share {
-        corner
-    } else {
-        first
-    }
+    let bounds = face_extent(room).unwrap_or([Vec3::NEG_ONE, Vec3::ONE]);
+    let corner_view = |k: usize| {
+        let corner = Vec3::new(bounds[k & 1].x, bounds[k >> 1 & 1].y, bounds[k >> 2].z);
+        let reach = CORNER_DISTANCE_RADII * radius / corner.distance(centre).max(1e-6);
+        look_at_ball(centre.lerp(corner, MAX_CORNER_SHARE.min(reach)), centre, radius)
+    };
+    let views = (0..8).map(corner_view).chain((!close).then_some(first));
+    let best = views.max_by(|a, b| share(a).total_cmp(&share(b)));
+    best.unwrap_or(first)
 }
 
-/// Returns centre and radius of the objects' bounding ball; none without objects.
-fn bounding_ball(relit: &RelitScene) -> Option<(Vec3, f32)> {
-    let corners = || {
-        let objects = relit.mesh.faces.iter().skip(relit.room);
-        objects.flat_map(|face| face.corners)
-    };
-    let (low, high) = (corners().reduce(Vec3::min)?, corners().reduce(Vec3::max)?);
-    let centre = (low + high) / 2.0;
-    let radius = corners().map(|c| c.distance(centre)).fold(1e-6, f32::max);
-    Some((centre, radius))
+/// Returns the lowest and the highest coordinates of faces; none without faces.
+fn face_extent(faces: &[MeshFace]) -> Option<[Vec3; 2]> {
+    let corners = || faces.iter().flat_map(|face| face.corners);
+    Some([corners().reduce(Vec3::min)?, corners().reduce(Vec3::max)?])
 }
 
 /// Returns a camera at `eye` looking at the ball, with a field of view that gives it its share of the height.
@@ -79,37 +78,6 @@ fn look_at_ball(eye: Vec3, centre: Vec3, radius: f32) -> Camera {
     let half = (sine / (1.0 - sine * sine).sqrt() / BALL_HEIGHT_SHARE).atan();
     let fov = (2.0 * half.to_degrees()).clamp(FOV_RANGE_DEGREES[0], FOV_RANGE_DEGREES[1]);
     Camera::new(eye, centre, fov)
-}
-
-/// Returns a camera near the farthest corner of the room that sees at least half of the best corner's share of
-/// objects.
-fn view_from_corner(relit: &RelitScene, all: &Rays, centre: Vec3, radius: f32) -> Camera {
-    let corners = || {
-        let room = relit.mesh.faces.iter().take(relit.room);
-        room.flat_map(|face| face.corners)
-    };
-    let bounds = [
-        corners().reduce(Vec3::min).unwrap_or(Vec3::NEG_ONE),
-        corners().reduce(Vec3::max).unwrap_or(Vec3::ONE),
-    ];
-    // Upper front corners first: the first of equally distant ones is taken.
-    let corner = |k: usize| {
-        let [x, y, z] = [k & 1, 1 - (k >> 2 & 1), k >> 1 & 1];
-        Vec3::new(bounds[x].x, bounds[y].y, bounds[z].z)
-    };
-    let mut cameras: Vec<(f32, f32, Camera)> = (0..8)
-        .map(|k| {
-            let way = corner(k) - centre;
-            let distance = way.length();
-            let eye = centre + way * MAX_CORNER_SHARE.min(CORNER_DISTANCE_RADII * radius / distance.max(1e-6));
-            let camera = look_at_ball(eye, centre, radius);
-            (distance, visible_object_share(relit, all, &camera), camera)
-        })
-        .collect();
-    cameras.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let best = cameras.iter().map(|c| c.1).fold(0.0, f32::max);
-    let first = cameras.iter().find(|c| c.1 >= 0.5 * best);
-    first.map_or(Camera::new(Vec3::ZERO, centre, FOV_RANGE_DEGREES[1]), |c| c.2)
 }
 
 /// Returns the share of a square picture that shows objects.

@@ -55,7 +55,7 @@ pub fn render_composite(relit: &RelitScene, camera: &Camera, size: [u32; 2], bac
     let surface = welded_surface(relit);
     let lens = camera.ray_generator();
     let scene = CompositeScene {
-        renders: RelitRadiance::with_background(relit, &surface, backdrop.is_some()),
+        renders: RelitRadiance::new(relit, &surface, backdrop.is_some()),
         room: face_rays(relit.mesh, 0..relit.room),
         objects: face_rays(relit.mesh, relit.room..relit.mesh.faces.len()),
         first_object_face: relit.room as u32,
@@ -63,7 +63,22 @@ pub fn render_composite(relit: &RelitScene, camera: &Camera, size: [u32; 2], bac
         eye: relit.eye.map(|eye| relit.mesh.local_point(eye)),
         backdrop,
     };
-    assemble_composite(size, &scene.render_pixels(&lens, size))
+    let pixels = scene.render_pixels(&lens, size);
+    let colours = |of: fn(&PixelMeans) -> Vec3| pixels.iter().map(of).collect();
+    let shares = |of: fn(&PixelMeans) -> f32| pixels.iter().map(of).collect();
+    // Without objects only zeros are added: the composite equals the background bit for bit.
+    let composite: Vec<Vec3> = colours(|p| p.visible_background + p.change + p.objects);
+    Composite {
+        size,
+        background: colours(|p| p.background),
+        negative: composite.iter().filter(|c| c.min_element() < 0.0).count(),
+        composite: composite.into_iter().map(|c| c.max(Vec3::ZERO)).collect(),
+        change: colours(|p| p.change),
+        objects: colours(|p| p.objects),
+        mask: shares(|p| p.mask),
+        coverage: [shares(|p| p.coverage[0]), shares(|p| p.coverage[1])],
+        dark: [shares(|p| p.dark[0]), shares(|p| p.dark[1])],
+    }
 }
 
 /// Builds the ray tracer of some faces; none if no face has area.
@@ -96,19 +111,19 @@ struct CompositeScene<'a> {
     backdrop: Option<Backdrop<'a>>,
 }
 
-/// Sums over a pixel's samples.
+/// Means over a pixel's samples.
 #[derive(Clone, Copy, Default)]
-struct PixelSums {
+struct PixelMeans {
     /// Background, and its part that no object hides.
     background: Vec3,
     visible_background: Vec3,
     change: Vec3,
     objects: Vec3,
-    /// Numbers of samples that show an object; a background; either; a non-emitting background or composite.
-    object_samples: u32,
-    background_samples: u32,
-    covered_samples: u32,
-    unlit_samples: [u32; 2],
+    /// Share that shows an object.
+    mask: f32,
+    /// Shares that show something, and something that does not emit: background, composite.
+    coverage: [f32; 2],
+    dark: [f32; 2],
 }
 
 /// Hit of a view ray.
@@ -126,9 +141,9 @@ struct ViewSample {
 }
 
 impl CompositeScene<'_> {
-    /// Renders all pixels with sparse samples, and with all samples where these, or those of a neighbouring pixel, hit
-    /// more than one face or a lamp's border.
-    fn render_pixels(&self, lens: &(impl Fn(f32, f32) -> Vec3 + Sync), [w, h]: [u32; 2]) -> Vec<PixelSums> {
+    /// Renders all pixels with sparse samples, and with all samples where these hit more than one face or a lamp's
+    /// border.
+    fn render_pixels(&self, lens: &(impl Fn(f32, f32) -> Vec3 + Sync), [w, h]: [u32; 2]) -> Vec<PixelMeans> {
         let trace_samples = |k: usize, samples: &[usize]| -> Vec<ViewSample> {
             let (x, y) = ((k % w as usize) as f32, (k / w as usize) as f32);
             let part = |s: usize| (s as f32 + 0.5) / SAMPLES_PER_SIDE as f32;
@@ -140,26 +155,23 @@ impl CompositeScene<'_> {
             samples.iter().map(sample).collect()
         };
         let all: [usize; SAMPLES_PER_PIXEL] = std::array::from_fn(|s| s);
-        let count = w as usize * h as usize;
         let rings = || [KnotCache::default(), KnotCache::default()];
-        let sparse = (0..count).into_par_iter().map_init(rings, |rings, k| {
-            let traced = trace_samples(k, &SPARSE_SAMPLES);
-            let first = traced[0].hits;
-            let even = traced.iter().all(|sample| self.same_hits(sample.hits, first));
-            (even.then_some(first), self.sum_pixel(rings, &traced))
-        });
-        let sparse: Vec<(Option<[Option<SurfaceHit>; 2]>, PixelSums)> = sparse.collect();
-        let pixels = (0..count).into_par_iter().map_init(rings, |rings, k| {
-            let (met, pixel) = sparse[k];
-            let even = |met: [Option<SurfaceHit>; 2]| {
-                neighbouring_pixels(k, [w as usize, h as usize])
-                    .all(|other| sparse[other].0.is_some_and(|other| self.same_hits(met, other)))
-            };
-            match met.is_some_and(even) {
-                true => pixel,
-                false => self.sum_pixel(rings, &trace_samples(k, &all)),
-            }
-        });
+        let pixels = (0..w as usize * h as usize)
+            .into_par_iter()
+            .map_init(rings, |rings, k| {
+                let mut samples = trace_samples(k, &SPARSE_SAMPLES);
+                if !samples
+                    .iter()
+                    .all(|sample| self.same_hits(sample.hits, samples[0].hits))
+                {
+                    samples = trace_samples(k, &all);
+                }
+                let mut pixel = PixelMeans::default();
+                for sample in &samples {
+                    self.add_sample(&mut pixel, rings, sample, 1.0 / samples.len() as f32);
+                }
+                pixel
+            });
         pixels.collect()
     }
 
@@ -169,15 +181,6 @@ impl CompositeScene<'_> {
             (Some(a), Some(b)) => a.face == b.face && self.renders.emit_alike(a.texel, b.texel),
             (a, b) => a.is_none() && b.is_none(),
         })
-    }
-
-    /// Sums the samples of a pixel, scaled to all samples; `rings` are caches of room and objects.
-    fn sum_pixel(&self, rings: &mut [KnotCache; 2], samples: &[ViewSample]) -> PixelSums {
-        let mut pixel = PixelSums::default();
-        for sample in samples {
-            self.add_sample(&mut pixel, rings, sample, (SAMPLES_PER_PIXEL / samples.len()) as u32);
-        }
-        pixel
     }
 
     /// Traces a view ray.
@@ -204,14 +207,10 @@ impl CompositeScene<'_> {
         }
     }
 
-    /// Adds a sample with weight `times`.
-    fn add_sample(&self, pixel: &mut PixelSums, rings: &mut [KnotCache; 2], sample: &ViewSample, times: u32) {
+    /// Adds a sample that is a `share` of the pixel.
+    fn add_sample(&self, pixel: &mut PixelMeans, rings: &mut [KnotCache; 2], sample: &ViewSample, share: f32) {
         let ([of_room, of_objects], [wall, object]) = (rings, sample.hits);
-        let share = times as f32;
-        let wall = wall.map(|met| {
-            let stencil = self.renders.stencil_at(of_room, met.texel, met.point);
-            (stencil, met.point)
-        });
+        let wall = wall.map(|met| (self.renders.stencil_at(of_room, met.texel, met.point), met.point));
         let background = match (self.backdrop, &wall) {
             (Some(seen), wall) => {
                 let point = wall.as_ref().map(|(_, point)| *point);
@@ -221,25 +220,25 @@ impl CompositeScene<'_> {
             (None, None) => None,
         };
         let light = wall.as_ref().is_some_and(|(s, _)| self.renders.is_light(s));
-        let dark = |is_dark: bool| if is_dark { times } else { 0 };
-        if let Some(background) = background {
-            pixel.background += share * background;
-            pixel.background_samples += times;
-            pixel.unlit_samples[0] += dark(!light);
-        }
+        let share_if = |counts: bool| if counts { share } else { 0.0 };
+        let behind = [share_if(background.is_some()), share_if(background.is_some() && !light)];
+        let seen = background.unwrap_or_default();
+        pixel.background += share * seen;
+        let [mut covered, mut dark] = behind;
         if let Some(met) = object {
             let stencil = self.renders.stencil_at(of_objects, met.texel, met.point);
             pixel.objects += share * self.renders.radiance_at(&stencil);
-            pixel.object_samples += times;
-            pixel.unlit_samples[1] += dark(!self.renders.is_light(&stencil));
+            pixel.mask += share;
+            (covered, dark) = (share, share_if(!self.renders.is_light(&stencil)));
         } else {
-            pixel.visible_background += share * background.unwrap_or_default();
-            pixel.unlit_samples[1] += dark(background.is_some() && !light);
-            let seen = background.unwrap_or_default();
+            pixel.visible_background += share * seen;
             let change = |(s, _): (InterpolationStencil, DVec3)| self.renders.change_at(&s, seen);
             pixel.change += share * wall.map_or(Vec3::ZERO, change);
         }
-        pixel.covered_samples += dark(object.is_some() || background.is_some());
+        for (k, [all, unlit]) in [behind, [covered, dark]].into_iter().enumerate() {
+            pixel.coverage[k] += all;
+            pixel.dark[k] += unlit;
+        }
     }
 
     /// Returns the direction from the capture's eye to a point of the room, or the view ray's own without either.
@@ -248,32 +247,5 @@ impl CompositeScene<'_> {
         sight
             .and_then(DVec3::try_normalize)
             .unwrap_or_else(|| ray.normalize_or(DVec3::Z))
-    }
-}
-
-/// Iterates over pixel `k` and its neighbours.
-fn neighbouring_pixels(k: usize, [w, h]: [usize; 2]) -> impl Iterator<Item = usize> {
-    let (x, y) = (k % w, k / w);
-    let (columns, rows) = (x.saturating_sub(1)..(x + 2).min(w), y.saturating_sub(1)..(y + 2).min(h));
-    rows.flat_map(move |y| columns.clone().map(move |x| y * w + x))
-}
-
-/// Divides the pixel sums by the number of samples.
-fn assemble_composite(size: [u32; 2], pixels: &[PixelSums]) -> Composite {
-    let samples = SAMPLES_PER_PIXEL as f32;
-    let colours = |of: fn(&PixelSums) -> Vec3| pixels.iter().map(|p| of(p) / samples).collect();
-    let shares = |of: fn(&PixelSums) -> u32| pixels.iter().map(|p| of(p) as f32 / samples).collect();
-    // Without objects only zeros are added: the composite equals the background bit for bit.
-    let composite: Vec<Vec3> = colours(|p| p.visible_background + p.change + p.objects);
-    Composite {
-        size,
-        background: colours(|p| p.background),
-        negative: composite.iter().filter(|c| c.min_element() < 0.0).count(),
-        composite: composite.into_iter().map(|c| c.max(Vec3::ZERO)).collect(),
-        change: colours(|p| p.change),
-        objects: colours(|p| p.objects),
-        mask: shares(|p| p.object_samples),
-        coverage: [shares(|p| p.background_samples), shares(|p| p.covered_samples)],
-        dark: [shares(|p| p.unlit_samples[0]), shares(|p| p.unlit_samples[1])],
     }
 }

@@ -2,17 +2,12 @@
 
 use super::composite::Composite;
 use crate::report::picture::{Exposure, RgbaPicture, encode_srgb};
+use common::Result;
+use common::solution::write::encode_exr;
 use common::solution::write_file;
-use common::{Error, Result};
-use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2, WritableImage,
-};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::path::Path;
-
-/// Comment attribute of the EXR files.
-const EXR_COMMENT: &str = "R G B: radiance in W/m2/sr, linear Rec. 709";
 
 /// Writes the three files into `dir`, each atomically.
 ///
@@ -25,7 +20,7 @@ pub fn write_pictures(dir: &Path, composite: &Composite, exposure: Exposure) -> 
     ];
     let exrs = || {
         exrs.par_iter().try_for_each(|(name, colours, coverage)| {
-            write_exr(&dir.join(name), composite.size, colours, coverage, EXR_COMMENT)
+            write_file(&dir.join(name), &encode_picture(composite.size, colours, coverage)?)
         })
     };
     let png = || tone_map_picture(composite.size, &composite.composite, any, exposure).encode_png();
@@ -34,51 +29,19 @@ pub fn write_pictures(dir: &Path, composite: &Composite, exposure: Exposure) -> 
     write_file(&dir.join("composite.png"), &png)
 }
 
-/// Writes an EXR file of 32-bit floats, lossless and atomically; with channel A (colours premultiplied) only where
-/// some pixel is transparent. `comment` describes the channels.
+/// Encodes colours as EXR; with channel A (colours premultiplied) only where some pixel is transparent.
 ///
-/// Errors: the file cannot be written.
-pub fn write_exr(path: &Path, size: [u32; 2], colours: &[Vec3], coverage: &[f32], comment: &str) -> Result<()> {
-    let bytes = encode_exr(size, colours, coverage, comment).map_err(|error| Error::Write {
-        path: path.to_path_buf(),
-        source: std::io::Error::other(error),
-    })?;
-    write_file(path, &bytes)
-}
-
-/// Encodes an EXR file.
-fn encode_exr(
-    [w, h]: [u32; 2],
-    colours: &[Vec3],
-    coverage: &[f32],
-    comment: &str,
-) -> std::result::Result<Vec<u8>, String> {
-    if w == 0 || h == 0 {
-        return Err("a picture without pixels".into());
-    }
-    let plane = |name: &str, values: Vec<f32>| AnyChannel::new(name, FlatSamples::F32(values));
-    let mut channels: Vec<_> = ["R", "G", "B"]
+/// Errors: those of [`encode_exr`].
+pub fn encode_picture(size: [u32; 2], colours: &[Vec3], coverage: &[f32]) -> Result<Vec<u8>> {
+    let mut planes: Vec<(String, Vec<f32>)> = ["R", "G", "B"]
         .into_iter()
         .enumerate()
-        .map(|(c, name)| plane(name, colours.iter().map(|v| v[c]).collect()))
+        .map(|(c, name)| (name.into(), colours.iter().map(|colour| colour[c]).collect()))
         .collect();
     if coverage.iter().any(|share| *share < 1.0) {
-        channels.push(plane("A", coverage.to_vec()));
+        planes.push(("A".into(), coverage.to_vec()));
     }
-    let attributes = LayerAttributes {
-        comments: Some(comment.into()),
-        ..LayerAttributes::default()
-    };
-    let layer = Layer::new(
-        Vec2(w as usize, h as usize),
-        attributes,
-        Encoding::SMALL_LOSSLESS,
-        AnyChannels::sort(channels.into_iter().collect()),
-    );
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    let written = Image::from_layer(layer).write().to_buffered(&mut bytes);
-    written.map_err(|error| error.to_string())?;
-    Ok(bytes.into_inner())
+    encode_exr(size, planes)
 }
 
 /// Chooses one exposure for background and composite: the 90th percentile of both, without emitters, is at 80 % of

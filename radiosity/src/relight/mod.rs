@@ -8,7 +8,7 @@
 //! so details that the room's model lacks (furniture, fine texture) stay as photographed.
 //!
 //! [`radiance`] interpolates radiance, [`camera`] chooses the camera, [`composite`] renders, [`files`] writes the
-//! pictures; [`pictures`], [`thumbnail`] and [`page`] make the report.
+//! pictures; [`pictures`] and [`page`] make the report.
 
 pub mod camera;
 pub mod composite;
@@ -16,7 +16,6 @@ pub mod files;
 pub mod page;
 pub mod pictures;
 pub mod radiance;
-pub mod thumbnail;
 
 use common::mesh::Mesh;
 use common::scene::Scene;

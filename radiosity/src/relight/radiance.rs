@@ -109,14 +109,9 @@ pub struct RelitRadiance<'a> {
 }
 
 impl<'a> RelitRadiance<'a> {
-    /// Interpolates over `surface` for a background rendered from the room's model.
-    pub fn new(relit: &RelitScene<'a>, surface: &'a InterpolationSurface<'a>) -> Self {
-        Self::with_background(relit, surface, false)
-    }
-
-    /// Interpolates over `surface` for a background that is a `photograph`. Without one B − B₀ is added as a whole, so
-    /// that the composite shows B between texels too.
-    pub fn with_background(relit: &RelitScene<'a>, surface: &'a InterpolationSurface<'a>, photograph: bool) -> Self {
+    /// Interpolates over `surface` for a background that is a `photograph`, or is rendered from the room's model. Without
+    /// a photograph B − B₀ is added as a whole, so that the composite shows B between texels too.
+    pub fn new(relit: &RelitScene<'a>, surface: &'a InterpolationSurface<'a>, photograph: bool) -> Self {
         let texels = || (0..).zip(&relit.mesh.texels);
         let own = |(k, texel): (usize, &common::mesh::Texel)| {
             let leaving = if relit.is_object(texel.face) {

@@ -1,4 +1,4 @@
-//! Reduces a solution for drawing: texels are averaged in square groups until at most 2¹⁸ remain.
+//! Averages a solution over larger texels, for drawing and to compare it with another.
 
 use common::Result;
 use common::mesh::Mesh;
@@ -9,11 +9,11 @@ use common::texel::texel_count;
 use glam::{DVec3, Vec4};
 
 /// Maximum number of texels drawn individually; a page then has about ten million bytes.
-const MAX_DRAWN_TEXELS: usize = 1 << 18;
+const MAX_DRAWN_TEXELS: u64 = 1 << 18;
 /// Maximum texels per side averaged into one.
 const MAX_MERGED_SIDE: u32 = 64;
 
-/// Solution averaged to fewer texels.
+/// Solution averaged over larger texels.
 pub struct CoarseSolution {
     /// Mesh of the averaged texels.
     pub mesh: Mesh,
@@ -21,25 +21,29 @@ pub struct CoarseSolution {
     pub field: RadiosityField,
     /// Averaged error estimate per texel, W/m².
     pub texel_errors: Option<Vec<f32>>,
-    /// Texels per side averaged into one.
-    pub merged_side: u32,
+}
+
+/// Returns the sizes of all faces in texels at which they are drawn, and how many texels per side one of these merges.
+pub fn drawn_sizes(sizes: &[[u32; 2]]) -> (Vec<[u32; 2]>, u32) {
+    let count: u64 = sizes.iter().map(|size| u64::from(texel_count(*size))).sum();
+    let mut merged = 1;
+    while count / u64::from(merged * merged) > MAX_DRAWN_TEXELS && merged < MAX_MERGED_SIDE {
+        merged *= 2;
+    }
+    let sizes = sizes.iter().map(|size| size.map(|n| (n / merged).max(1)));
+    (sizes.collect(), merged)
 }
 
 impl CoarseSolution {
-    /// Averages the solution on `mesh`; none where all its texels can be drawn.
+    /// Averages the solution on `mesh`, with error estimates `off`, over texels of the given sizes.
     ///
     /// Errors: those of [`Mesh::new`].
-    pub fn new(scene: &Scene, mesh: &Mesh, field: &RadiosityField, off: Option<&[f32]>) -> Result<Option<Self>> {
-        let mut over = 1;
-        while mesh.texels.len() / (over * over) as usize > MAX_DRAWN_TEXELS && over < MAX_MERGED_SIDE {
-            over *= 2;
-        }
-        if over == 1 {
-            return Ok(None);
-        }
-        let sides = mesh.faces.iter().map(|face| face.resolution);
-        let coarse: Vec<[u32; 2]> = sides.map(|side| side.map(|n| (n / over).max(1))).collect();
-        let mut coarse = Mesh::new(scene, &coarse, 1)?;
+    pub fn new(
+        scene: &Scene,
+        (mesh, field, off): (&Mesh, &RadiosityField, Option<&[f32]>),
+        sizes: &[[u32; 2]],
+    ) -> Result<Self> {
+        let mut coarse = Mesh::new(scene, sizes, 1)?;
         let average = |value: &dyn Fn(usize) -> DVec3| average_texels(scene, [mesh, &coarse], value);
         let light = |values: &[Vec4]| average(&|k| values[k].truncate().as_dvec3());
         let field = RadiosityField {
@@ -58,12 +62,11 @@ impl CoarseSolution {
         for ((texel, e), rho) in coarse.texels.iter_mut().zip(emission).zip(reflectance) {
             (texel.emission, texel.reflectance) = (e.truncate(), rho.truncate());
         }
-        Ok(Some(Self {
+        Ok(Self {
             mesh: coarse,
             field,
             texel_errors: off,
-            merged_side: over,
-        }))
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::format::format_percent;
 use super::picture::DIVERGING_COLOURS;
-use super::plot::{PLOT_STYLE, Plot, Series};
+use super::plot::{PLOT_STYLE, Plot};
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use std::fmt::Display;
 use std::ops::Add;
@@ -10,8 +10,6 @@ use std::ops::Add;
 const PAGE_STYLE: &str = include_str!("style.css");
 /// Maximum columns of a table that stays a table on a narrow screen.
 const MAX_NARROW_COLUMNS: usize = 4;
-/// Least share of a bar that has room for its own text.
-const MIN_LABELLED_SHARE: f64 = 0.12;
 
 /// Page: heading, navigation bar, opening and sections.
 pub struct Document<'a> {
@@ -112,11 +110,6 @@ pub fn styled_text(class: &str, text: impl Into<Text>) -> Text {
     Text(html! { span class=(class) { (text.into()) } })
 }
 
-/// Returns text of a class with a tooltip.
-pub fn titled_text(class: &str, title: impl Display, text: impl Into<Text>) -> Text {
-    Text(html! { span class=(class) title=(title.to_string()) { (text.into()) } })
-}
-
 /// Returns a link to the anchor `id`.
 pub fn link_text(id: impl Display, text: impl Into<Text>) -> Text {
     Text(html! { a href=(format!("#{id}")) { (text.into()) } })
@@ -129,47 +122,21 @@ pub fn line_break() -> Text {
 
 /// Returns ✓ or ✗.
 pub fn pass_mark(pass: bool) -> Text {
-    match pass {
-        true => titled_text("pass", "holds", "✓"),
-        false => titled_text("fail", "does not hold", "✗"),
-    }
-}
-
-/// Returns a swatch of a CSS colour and its meaning.
-pub fn colour_key(colour: impl Display, name: impl Into<Text>) -> Text {
-    Text(html! { span.key { span style=(format!("background:{colour}")) {} (name.into()) } })
-}
-
-/// Returns line and mark of a series, and its name.
-pub fn series_key(series: &Series) -> Text {
-    Text(html! { span.key {
-        svg.inline viewBox="-13 -8 26 16" aria-hidden="true" { (series.draw_sample()) } (series.name)
-    } })
+    let (class, title, sign) = match pass {
+        true => ("pass", "holds", "✓"),
+        false => ("fail", "does not hold", "✗"),
+    };
+    Text(html! { span class=(class) title=(title) { (sign) } })
 }
 
 /// Returns the diverging colour scale from −range to +range.
 pub fn colour_bar(range: f64) -> Text {
-    let stops: Vec<String> = DIVERGING_COLOURS.iter().map(|c| css_colour(*c)).collect();
+    let stops = DIVERGING_COLOURS.map(|[r, g, b]| format!("rgb({r} {g} {b})"));
     Text(html! { span.scale {
         span { "−" (format_percent(range)) }
         span.ramp style=(format!("background:linear-gradient(to right,{})", stops.join(","))) {}
         span { "+" (format_percent(range)) }
     } })
-}
-
-/// Returns a bar of parts (CSS colour, share, name), each as long as its share; those not above 0 are left out.
-pub fn stacked_bar<'a>(parts: impl IntoIterator<Item = (&'a str, f64, String)>) -> Text {
-    let parts = parts.into_iter().filter(|(_, share, _)| *share > 0.0);
-    Text(html! { span.bar { @for (colour, share, name) in parts {
-        span style=(format!("flex-grow:{share:.5};background:{colour}")) title=(name) {
-            @if share > MIN_LABELLED_SHARE { (name) }
-        }
-    } } })
-}
-
-/// Formats a colour for CSS.
-pub fn css_colour([r, g, b]: [u8; 3]) -> String {
-    format!("rgb({r} {g} {b})")
 }
 
 /// Sequence of paragraphs, tables and figures.
@@ -251,11 +218,6 @@ impl Blocks {
         }
     }
 
-    /// Adds a list.
-    pub fn add_list(&mut self, lines: impl IntoIterator<Item = impl Into<Text>>) -> &mut Self {
-        self.add_element(html! { ul { @for line in lines { li { (line.into()) } } } })
-    }
-
     /// Adds blocks that the reader unfolds.
     pub fn add_details(&mut self, summary: impl Into<Text>, is_open: bool, body: Blocks) -> &mut Self {
         self.add_element(html! { details open[is_open] { summary { (summary.into()) } (body) } })
@@ -281,81 +243,39 @@ impl Blocks {
         let columns = format!("--columns:{}", figures.len());
         self.add_element(html! { div.row style=(columns) { @for figure in figures { (figure) } } })
     }
-
-    /// Adds cells side by side in a grid of a class of the style sheet.
-    pub fn add_grid(&mut self, class: &str, cells: impl IntoIterator<Item = Blocks>) -> &mut Self {
-        self.add_element(html! { div class=(class) { @for cell in cells { div { (cell) } } } })
-    }
 }
 
 /// Picture or plot with its caption.
 pub struct Figure {
-    class: &'static str,
     content: Markup,
     caption: Text,
 }
 
 impl Figure {
-    /// Creates a figure of a picture; without a `source` it says that there is none.
-    pub fn from_picture(source: &str, alt: &str, caption: impl Into<Text>) -> Self {
+    fn new(content: Markup, caption: impl Into<Text>) -> Self {
         Self {
-            class: "",
-            content: html! {
-                @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
-            },
-            caption: caption.into(),
-        }
-    }
-
-    /// Creates a figure of a picture of texels, which is enlarged without smoothing.
-    pub fn from_texels(source: &str, alt: &str, caption: impl Into<Text>) -> Self {
-        Self {
-            class: "pixels",
-            ..Self::from_picture(source, alt, caption)
-        }
-    }
-
-    /// Creates a figure of a plot, or of the text `otherwise`.
-    pub fn from_plot(plot: Option<&Plot>, otherwise: &str, caption: impl Into<Text>) -> Self {
-        let svg = plot.and_then(Plot::render_svg);
-        Self {
-            class: "",
-            content: html! { @match svg { Some(svg) => (PreEscaped(svg)), None => p.none { (otherwise) } } },
-            caption: caption.into(),
-        }
-    }
-
-    /// Creates a figure of a picture of `size` with annotations upon it.
-    pub fn from_annotated(
-        source: &str,
-        alt: &str,
-        [w, h]: [u32; 2],
-        annotations: &[Annotation],
-        caption: impl Into<Text>,
-    ) -> Self {
-        let content = html! {
-            svg.map viewBox=(format!("0 0 {w} {h}")) role="img" aria-label=(alt) {
-                image href=(source) width=(w) height=(h) preserveAspectRatio="none" {}
-                @for annotation in annotations { @match annotation {
-                    Annotation::Path(class, path) => path class=(class) d=(path) {},
-                    Annotation::Label([x, y], text) => {
-                        circle cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r="17" {}
-                        text x=(format!("{x:.1}")) y=(format!("{:.1}", y + 6.0)) { (text) }
-                    }
-                } }
-            }
-        };
-        Self {
-            class: "",
             content,
             caption: caption.into(),
         }
     }
 
-    fn render_with_class(&self, more: &str) -> Markup {
-        let classes = [self.class, more].join(" ");
-        let classes = Some(classes.trim()).filter(|classes| !classes.is_empty());
-        html! { figure class=[classes] { (self.content) figcaption { (self.caption) } } }
+    /// Creates a figure of a picture; without a `source` it says that there is none.
+    pub fn from_picture(source: &str, alt: &str, caption: impl Into<Text>) -> Self {
+        let content = html! {
+            @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
+        };
+        Self::new(content, caption)
+    }
+
+    /// Creates a figure of a plot, or of the text `otherwise`.
+    pub fn from_plot(plot: Option<&Plot>, otherwise: &str, caption: impl Into<Text>) -> Self {
+        let svg = plot.and_then(Plot::render_svg);
+        let content = html! { @match svg { Some(svg) => (PreEscaped(svg)), None => p.none { (otherwise) } } };
+        Self::new(content, caption)
+    }
+
+    fn render_with_class(&self, class: &str) -> Markup {
+        html! { figure class=[attribute(class)] { (self.content) figcaption { (self.caption) } } }
     }
 }
 
@@ -365,22 +285,12 @@ impl Render for Figure {
     }
 }
 
-/// Drawing upon a picture, in its pixels.
-pub enum Annotation {
-    /// Path: class of the style sheet, SVG path data.
-    Path(&'static str, String),
-    /// Text in a disc.
-    Label([f64; 2], String),
-}
-
-/// Table. It scrolls by itself; with more than four columns, or of class `cards`, it becomes one card per row on a
-/// narrow screen, and each cell shows its heading.
+/// Table. It scrolls by itself; with more than four columns it becomes one card per row on a narrow screen, and each
+/// cell shows its heading.
 #[derive(Default)]
 pub struct Table {
     /// Classes of the style sheet.
     pub class: &'static str,
-    /// Row above the headings.
-    pub top: Option<Row>,
     /// Headings: one that begins with # stands over numbers, with ~ over long text; its lines are separated by |.
     pub heads: Vec<String>,
     /// Rows.
@@ -403,8 +313,6 @@ pub struct Cell {
     pub title: String,
     /// Columns that it covers; a cell of several belongs to no heading.
     pub columns: usize,
-    /// True for a heading of the row.
-    pub is_heading: bool,
 }
 
 impl<T: Into<Text>> From<T> for Cell {
@@ -414,7 +322,6 @@ impl<T: Into<Text>> From<T> for Cell {
             class: "",
             title: String::new(),
             columns: 1,
-            is_heading: false,
         }
     }
 }
@@ -464,32 +371,20 @@ impl Table {
         html! { tr class=[attribute(row.class)] { @for (cell, start) in row.cells.iter().zip(starts) {
             @let head = self.heads.get(start).filter(|_| cell.columns == 1);
             @let class = [head.map_or("", |head| column_class(head)), cell.class].join(" ");
-            @let class = attribute(class.trim());
             @let label = head.filter(|_| has_cards).map(|head| head.trim_start_matches(['#', '~']).replace('|', " "));
-            @let label = label.filter(|label| !label.is_empty());
             @let span = (cell.columns > 1).then_some(cell.columns);
-            @let title = attribute(&cell.title);
-            @if cell.is_heading {
-                th data-head=[label] class=[class] title=[title] colspan=[span] { (cell.content) }
-            } @else {
-                td data-head=[label] class=[class] title=[title] colspan=[span] { (cell.content) }
-            }
+            td data-head=[label.filter(|label| !label.is_empty())] class=[attribute(class.trim())]
+                title=[attribute(&cell.title)] colspan=[span] { (cell.content) }
         } } }
     }
 }
 
 impl Render for Table {
     fn render(&self) -> Markup {
-        let has_cards = self.class == "cards" || self.heads.len() > MAX_NARROW_COLUMNS && self.top.is_none();
-        let cards = if has_cards && self.class != "cards" {
-            "cards"
-        } else {
-            ""
-        };
-        let class = [self.class, cards].join(" ");
+        let has_cards = self.heads.len() > MAX_NARROW_COLUMNS;
+        let class = [self.class, if has_cards { "cards" } else { "" }].join(" ");
         html! { div.scroll { table class=[attribute(class.trim())] {
             @if !self.heads.is_empty() { thead {
-                @if let Some(top) = &self.top { (self.render_row(top, false)) }
                 tr { @for head in &self.heads {
                     th class=[attribute(column_class(head)).filter(|class| *class == "n")] {
                         @for (k, line) in head.trim_start_matches(['#', '~']).split('|').enumerate() {
@@ -527,30 +422,22 @@ mod tests {
             columns: 2,
             ..Cell::from("b")
         };
-        let heading = Cell {
-            is_heading: true,
-            ..Cell::from("c")
-        };
         let rows = [
-            Row::new(["a", "1", "x"]),
+            Row::new(["a", "1", "x", "", ""]),
             Row::new([wide, "2 < 3".into()]).with_class_if(true, "bad"),
-            Row::new([heading, line_break().into()]),
         ];
-        let table = Table {
-            class: "cards",
-            ..Table::new(&["Name", "#Of|it", "~Why \"so\""], rows)
-        };
-        let text = table.render().into_string();
+        let heads = ["Name", "#Of|it", "~Why \"so\"", "", "End"];
+        let text = Table::new(&heads, rows).render().into_string();
         let labels = text
             .split("data-head=\"")
             .skip(1)
             .filter_map(|part| part.split('"').next());
         let why = "Why &quot;so&quot;";
-        let expected = ["Name", "Of it", why, why, "Name", "Of it"];
+        let expected = ["Name", "Of it", why, "End", why];
         assert_eq!(labels.collect::<Vec<_>>(), expected);
         assert!(text.contains("2 &lt; 3") && text.contains("<tr class=\"bad\">") && text.contains("colspan=\"2\""));
         assert!(text.contains("<td data-head=\"Of it\" class=\"n\">1<") && text.contains("class=\"reason\">x<"));
-        let narrow = Table::new(&["Name", "#Value"], [Row::new(["a", "1"])]);
+        let narrow = Table::new(&heads[..4], [Row::new(["a", "1"])]);
         assert!(!narrow.render().into_string().contains("data-head"));
     }
 
@@ -558,8 +445,7 @@ mod tests {
     fn text_is_escaped_wherever_it_comes_from() {
         let bad = "<b>&\"";
         let mut body = Blocks::default();
-        body.add_paragraph(plain_text(bad) + bold_text(bad) + titled_text("pass", bad, bad))
-            .add_list([bad])
+        body.add_paragraph(plain_text(bad) + bold_text(bad) + styled_text("pass", bad))
             .add_notes([bad])
             .add_verdict(VerdictTone::Good, bad, bad)
             .add_figure(&Figure::from_picture("data:", bad, bad))

@@ -10,6 +10,5 @@ pub mod picture;
 pub mod plot;
 pub mod preview;
 pub mod solution_view;
-pub mod tone_mapping;
 pub mod view;
 pub mod viewer;

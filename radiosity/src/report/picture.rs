@@ -1,24 +1,20 @@
-//! Draws PNG pictures: exposed radiosity, false colours, texel atlases and item buffers.
+//! Draws PNG pictures: exposed radiosity, false colours and item buffers.
 
-use super::tone_mapping::ToneCurve;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::import::from_srgb;
-use common::mesh::Mesh;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-pub use super::tone_mapping::luminance;
-
 /// Colour of NaN, magenta, used for nothing else.
 pub const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
-/// Maximum atlas pixels per side; larger atlases are subsampled.
-const ATLAS_SIDE: u32 = 2048;
 /// Share of the surfaces that an exposure shows no brighter than [`PERCENTILE_DISPLAY_VALUE`].
 const EXPOSURE_PERCENTILE: f64 = 0.9;
 /// Display value of that percentile, relative to linear white.
 const PERCENTILE_DISPLAY_VALUE: f64 = 0.8;
+/// Uchimura's S = m + l₀, the start of the shoulder, for m = 0.22 and l = 0.4.
+pub const SHOULDER_START: f32 = 0.532;
 /// Diverging colour map in sRGB from negative (blue) through zero (near white) to positive (red): ColorBrewer RdBu.
 pub const DIVERGING_COLOURS: [[u8; 3]; 7] = [
     [5, 48, 97],
@@ -89,6 +85,11 @@ pub fn decode_srgb(srgb: [u8; 3]) -> Vec3 {
     Vec3::from(srgb.map(|x| from_srgb(f32::from(x) / 255.0) as f32))
 }
 
+/// Returns the luminance of a linear Rec. 709 colour.
+pub fn luminance(linear: Vec3) -> f32 {
+    linear.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
 /// Returns √(ΣA x² / ΣA) of pairs (x, A); 0 for no weight.
 pub fn weighted_rms(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (square, total) = values.fold((0.0, 0.0), |(square, total), (x, weight)| {
@@ -97,13 +98,25 @@ pub fn weighted_rms(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     if total > 0.0 { (square / total).sqrt() } else { 0.0 }
 }
 
-/// Exposure of a picture: the radiosity shown as white and the tone curve.
+/// Sorts pairs (x, weight) and returns the least x up to which at least `share` of all weight lies; none without pairs.
+pub fn weighted_percentile(values: &mut [(f64, f64)], share: f64) -> Option<f64> {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let wanted = share * values.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut below = 0.0;
+    let at = values.iter().find(|(_, weight)| {
+        below += weight;
+        below >= wanted
+    });
+    at.map(|(value, _)| *value)
+}
+
+/// Exposure of a picture: the radiosity shown as white, and the curve from light to display values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
     /// Radiosity that becomes 1 on a linear display, W/m².
     pub white: f32,
-    /// Tone curve.
-    pub curve: ToneCurve,
+    /// True for the shoulder of [`Exposure::with_shoulder`], false to clip at white.
+    pub has_shoulder: bool,
 }
 
 impl Exposure {
@@ -111,32 +124,26 @@ impl Exposure {
     pub fn with_white(white: f32) -> Self {
         Self {
             white,
-            curve: ToneCurve::Linear,
+            has_shoulder: false,
         }
     }
 
-    /// Returns this exposure opened by `stops`, with another tone curve.
-    pub fn opened_by(self, stops: f64, curve: ToneCurve) -> Self {
-        let white = f64::from(self.white) * (-stops).exp2();
+    /// Returns this exposure with Uchimura's shoulder (2017, without a toe): linear up to S, then
+    /// 1 − (1 − S) e^(−(x − S)/(1 − S)), which continues with slope 1 and reaches 1 only in the limit.
+    pub fn with_shoulder(self) -> Self {
         Self {
-            white: white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32,
-            curve,
+            has_shoulder: true,
+            ..self
         }
     }
 
     /// Chooses the exposure that shows the 90th percentile of (value, weight) pairs at 0.8 of white.
     pub fn from_percentile(values: impl Iterator<Item = (f32, f32)>) -> Self {
         let positive = |(value, weight): &(f32, f32)| value.is_finite() && *value > 0.0 && *weight > 0.0;
-        let mut values: Vec<(f32, f32)> = values.filter(positive).collect();
-        values.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let sum = |values: &[(f32, f32)]| values.iter().map(|v| f64::from(v.1)).sum::<f64>();
-        let wanted = EXPOSURE_PERCENTILE * sum(&values);
-        let mut below = 0.0;
-        let at = values.iter().find(|(_, weight)| {
-            below += f64::from(*weight);
-            below >= wanted
-        });
-        let white = at.map_or(1.0, |(value, _)| f64::from(*value) / PERCENTILE_DISPLAY_VALUE);
+        let values = values.filter(positive);
+        let mut values: Vec<(f64, f64)> = values.map(|(value, weight)| (value.into(), weight.into())).collect();
+        let at = weighted_percentile(&mut values, EXPOSURE_PERCENTILE);
+        let white = at.map_or(1.0, |value| value / PERCENTILE_DISPLAY_VALUE);
         Self::with_white(white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32)
     }
 
@@ -145,7 +152,14 @@ impl Exposure {
         if radiosity.is_nan() {
             return decode_srgb(NOT_A_NUMBER);
         }
-        self.curve.map_light(radiosity / self.white)
+        let headroom = 1.0 - SHOULDER_START;
+        let shown = (radiosity / self.white)
+            .max(Vec3::ZERO)
+            .map(|x| match x > SHOULDER_START {
+                true if self.has_shoulder => 1.0 - headroom * (-(x - SHOULDER_START) / headroom).exp(),
+                _ => x,
+            });
+        shown.min(Vec3::ONE)
     }
 }
 
@@ -202,27 +216,6 @@ pub fn draw_item_buffer(ids: &[u32], size: u32) -> RgbaPicture {
     })
 }
 
-/// Draws the radiosity of all texels at their atlas positions; pixels without a face are transparent.
-pub fn draw_radiosity_atlas(mesh: &Mesh, radiosity: &[Vec4], exposure: Exposure) -> RgbaPicture {
-    draw_atlas(mesh, |texel| {
-        let value = radiosity.get(texel).copied().unwrap_or(Vec4::NAN);
-        encode_srgb(exposure.display_light(value.truncate()))
-    })
-}
-
-/// Draws a colour per texel at its atlas position; pixels without a face are transparent.
-pub fn draw_atlas(mesh: &Mesh, colour: impl Fn(usize) -> [u8; 3]) -> RgbaPicture {
-    let [w, h] = mesh.atlas;
-    let mut pixels = vec![None; w as usize * h as usize];
-    for (k, texel) in mesh.texels.iter().enumerate() {
-        pixels[texel.pixel as usize] = Some(colour(k));
-    }
-    let step = w.max(h).div_ceil(ATLAS_SIDE).max(1);
-    RgbaPicture::from_pixels(w / step, h / step, |x, y| {
-        pixels[(y * step) as usize * w as usize + (x * step) as usize]
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -258,10 +251,25 @@ mod tests {
         let exposure = Exposure::from_percentile((1..=100).map(|k| (k as f32, if k <= 90 { 1.0 } else { 0.1 })));
         // The weights sum to 91; 0.9 of that is reached at 82.
         assert!(abs_diff_eq!(exposure.white, 82.0 / 0.8, epsilon = 1e-4));
-        let opened = exposure.opened_by(2.0, ToneCurve::Filmic);
-        assert_eq!(opened.white, exposure.white / 4.0);
         let nothing = Exposure::from_percentile([(f32::NAN, 1.0), (0.0, 1.0), (1.0, f32::NAN)].into_iter());
         assert_eq!(nothing.white, 1.0);
+    }
+
+    #[test]
+    fn curves_rise_and_only_linear_one_clips_highlights() {
+        let linear = Exposure::with_white(1.0);
+        for (exposure, is_clipped) in [(linear, true), (linear.with_shoulder(), false)] {
+            let at = |x: f32| exposure.display_light(Vec3::splat(x));
+            assert_eq!([at(0.0), at(-1.0)], [Vec3::ZERO; 2]);
+            assert_eq!([at(0.18).x, at(0.5).x], [0.18, 0.5]);
+            let steps: Vec<f32> = (0..1000).map(|k| at(k as f32 * 0.01).x).collect();
+            assert!(steps.is_sorted(), "{exposure:?}");
+            assert!(at(f32::MAX).is_finite() && at(f32::INFINITY).max_element() <= 1.0);
+            let apart = at(2.0).x - at(1.2).x;
+            assert!(if is_clipped { apart == 0.0 } else { apart > 0.05 }, "{apart}");
+            // The shoulder begins with slope 1.
+            assert!((at(SHOULDER_START + 1e-3).x - SHOULDER_START - 1e-3).abs() < 1e-5);
+        }
     }
 
     #[test]

@@ -1,34 +1,13 @@
 //! Views of one solution: `preview.png` and the interactive page `view.html`.
 
-use super::coarse_solution::CoarseSolution;
+use super::coarse_solution::{CoarseSolution, drawn_sizes};
 use super::preview::Preview;
 use super::view::camera::Camera;
 use super::viewer::{SceneViewer, ViewerLayer};
 use common::Result;
 use common::mesh::Mesh;
-use common::scene::Scene;
-use common::shooting::RadiosityField;
+use common::solution::Solution;
 use maud::Markup;
-
-/// Solution to be viewed.
-pub struct SolutionView<'a> {
-    /// Faces.
-    pub scene: &'a Scene,
-    /// Texels with ρ and E.
-    pub mesh: &'a Mesh,
-    /// Radiosity and irradiance.
-    pub field: &'a RadiosityField,
-    /// Error estimate per texel, W/m².
-    pub texel_errors: Option<&'a [f32]>,
-    /// Name of the solver.
-    pub solver: &'a str,
-    /// GPU adapter; none for the CPU.
-    pub adapter: Option<&'a str>,
-    /// Estimated relative error of the whole solution.
-    pub error: Option<f64>,
-    /// Camera; none for the automatic one.
-    pub camera: Option<Camera>,
-}
 
 /// Rendered views, ready to be written.
 pub struct RenderedView {
@@ -40,53 +19,56 @@ pub struct RenderedView {
     pub page: String,
 }
 
-impl SolutionView<'_> {
-    /// Renders the views; solutions of too many texels are averaged first.
+impl RenderedView {
+    /// Renders the views through `camera`, or through the automatic one; solutions of too many texels are averaged
+    /// first.
     ///
     /// Errors: those of [`Mesh::new`].
-    pub fn render_view(&self) -> Result<RenderedView> {
-        let coarse = CoarseSolution::new(self.scene, self.mesh, self.field, self.texel_errors)?;
-        let (mesh, field, off) = match &coarse {
+    pub fn new(solution: &Solution, camera: Option<Camera>) -> Result<Self> {
+        let (scene, errors) = (solution.scene, solution.texel_error.as_deref());
+        let own: (&Mesh, _, _) = (solution.mesh, &solution.run.field, errors);
+        let sizes: Vec<[u32; 2]> = solution.mesh.faces.iter().map(|face| face.resolution).collect();
+        let (sizes, merged) = drawn_sizes(&sizes);
+        let coarse = (merged > 1)
+            .then(|| CoarseSolution::new(scene, own, &sizes))
+            .transpose()?;
+        let (mesh, field, texel_errors) = match &coarse {
             Some(shown) => (&shown.mesh, &shown.field, shown.texel_errors.as_deref()),
-            None => (self.mesh, self.field, self.texel_errors),
+            None => own,
         };
-        let preview = Preview::new(self.scene, mesh, field, self.camera);
+        let preview = Preview::new(scene, mesh, field, camera);
+        let name = solution.solver;
         let viewer = SceneViewer {
-            scene: self.scene,
-            layers: vec![ViewerLayer {
-                name: self.solver,
-                mesh,
-                field,
-            }],
-            difference: [0, 0],
+            scene,
+            layers: vec![ViewerLayer { name, mesh, field }],
             irradiance: true,
             reflected: false,
-            texel_errors: off,
+            texel_errors,
             camera: preview.camera,
             exposure: preview.exposure,
         };
-        let page = viewer.render_page(&self.describe_solution(coarse.as_ref().map_or(1, |shown| shown.merged_side)));
-        Ok(RenderedView {
+        Ok(Self {
             element: viewer.render_element(),
-            page,
+            page: viewer.render_page(&describe_solution(solution, merged)),
             preview,
         })
     }
+}
 
-    /// Describes size, solver and error of the solution; `over` is the number of texels per side averaged into one.
-    fn describe_solution(&self, over: u32) -> String {
-        let off = self.error.map_or(String::new(), |error| {
-            format!(", estimated error {:.1} %", 100.0 * error)
-        });
-        let means = match over {
-            1 => String::new(),
-            _ => format!("; texels averaged in groups of {over}×{over}"),
-        };
-        format!(
-            "{} faces, {} texels, solved on {}{off}{means}",
-            self.mesh.faces.len(),
-            self.mesh.texels.len(),
-            self.adapter.unwrap_or("the CPU"),
-        )
-    }
+/// Describes size, solver and error of the solution; `merged` is the number of texels per side averaged into one.
+fn describe_solution(solution: &Solution, merged: u32) -> String {
+    let error = solution.certificate.as_ref().and_then(|parts| parts["error"].as_f64());
+    let error = error.map_or(String::new(), |error| {
+        format!(", estimated error {:.1} %", 100.0 * error)
+    });
+    let means = match merged {
+        1 => String::new(),
+        _ => format!("; texels averaged in groups of {merged}×{merged}"),
+    };
+    format!(
+        "{} faces, {} texels, solved on {}{error}{means}",
+        solution.mesh.faces.len(),
+        solution.mesh.texels.len(),
+        solution.adapter.unwrap_or("the CPU"),
+    )
 }

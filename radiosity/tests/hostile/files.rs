@@ -24,8 +24,7 @@ relight --room walls => walls/000.exr: cannot be read
 diff dark endless => dark/lightmap.exr: cannot be read
 check piped => piped/result.json: cannot be read
 merge pipe.obj zero.obj --seconds 1,4 => pipe.obj: cannot be read
-merge pipe.obj => pipe.obj: cannot be read
-merge zero.obj => zero.obj: cannot be read
+merge zero.obj pipe.obj --seconds 1,4 => zero.obj: cannot be read
 ";
 
 /// A black quad of one texel, as in result.json.

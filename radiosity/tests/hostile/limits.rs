@@ -12,8 +12,8 @@ solve far.obj --solver cpu => far.obj: extends over 1e78
 solve near.obj --solver cpu => near.obj: extends over 1e-70
 solve bright.obj --solver cpu => m.mtl: material sun: emitted radiance Ke
 relight --room room.obj --object room.obj --scale 1e99 --solver cpu => room.obj: reaches from 0.000,0.000,0.000 to \
-    1.000e99,1.000e99,1.000e99, too far outside a room of size 1.000
-relight --room room.obj --object room.obj --place 1e6,0,0 --solver cpu => too far outside a room
+    1.000e99,1.000e99,1.000e99, the room only from 0.000,0.000,0.000 to 1.000,1.000,1.000: see --scale and --place
+relight --room room.obj --object room.obj --place 1e6,0,0 --solver cpu => room.obj: reaches from
 compare dark.obj => dark.obj: no face emits light: give a material Ke
 solve dark.obj --solver cpu => dark.obj: no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF)
 solve dark.obj --dry-run => dark.obj: no face emits light

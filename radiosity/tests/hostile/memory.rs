@@ -3,8 +3,8 @@
 use crate::program::command::TestFolder;
 use crate::program::room::{folder_with_room, room_with_triangles};
 use common::settings::{Meshing, Settings};
-use radiosity::plan::SceneCounts;
-use radiosity::plan::memory::SolveMemory;
+use oracle::solve::solver::SolverChoice;
+use radiosity::plan::memory::solve_bytes;
 use std::fs;
 use std::process::Stdio;
 use std::thread::sleep;
@@ -52,13 +52,13 @@ fn planned_memory_matches_measured_peak() {
     let folder = folder_with_room();
     folder.write("soup.obj", room_with_triangles(5000));
     // Scenes whose memory is mostly texels, links, and faces. Two shots make only a few of the links.
-    for (name, texels, patches, more, links) in [
-        ("room.obj", 512, 1, "", true),
-        ("room.obj", 128, 8, "", true),
-        ("soup.obj", 1, 1, " --max-shots 2", false),
+    for (name, texels, patches, shots) in [
+        ("room.obj", 512, 1, 100),
+        ("room.obj", 128, 8, 10_000),
+        ("soup.obj", 1, 1, 2),
     ] {
         let line = format!(
-            "shoot {name} --solver cpu --epsilon 0.1 --texels {texels} --patches {patches} --samples 1 --quiet{more}"
+            "shoot {name} --solver cpu --epsilon 0.1 --texels {texels} --patches {patches} --samples 1 --max-shots {shots} --quiet"
         );
         let found = peak_memory(&folder, &line);
         let scene = common::import::load_scene(&folder.path(name), &Default::default()).unwrap();
@@ -67,16 +67,14 @@ fn planned_memory_matches_measured_peak() {
             patches,
             samples: 1,
         };
-        let settings = Settings {
+        let mut settings = Settings {
             meshing,
             ..Default::default()
         };
-        let mut memory = SolveMemory::new(&SceneCounts::new(&scene, &meshing), &settings, None);
-        if !links {
-            memory.links = 0;
-        }
-        let share = memory.peak_bytes() as f64 / found as f64;
+        settings.schedule.max_shots = shots;
+        let planned = solve_bytes(&scene, &settings, SolverChoice::Cpu);
+        let share = planned as f64 / found as f64;
         println!("{line}: {found} bytes, {share:.2} of them planned");
-        assert!((1.0 / 1.3..1.3).contains(&share), "{line}: {found}, {memory:?}");
+        assert!((1.0 / 1.3..1.3).contains(&share), "{line}: {found}, {planned}");
     }
 }

@@ -7,8 +7,9 @@ use common::settings::Settings;
 use image::RgbImage;
 use radiosity::studies::chart::methods::{SolveMethod, SolverKind};
 use radiosity::studies::chart::page::render_page;
-use radiosity::studies::chart::points::{ChartPoint, MeasuredCurve, SceneChart};
+use radiosity::studies::chart::points::{ChartPoint, MeasuredSet, SceneChart};
 use radiosity::studies::chart::store::{Measurement, SolveFigures};
+use radiosity::studies::chart::sweeps::ITEM_BUFFER_SWEEP;
 use radiosity::studies::table4::{self, Table4, TableImage};
 use std::fs;
 
@@ -40,42 +41,38 @@ const COMMANDS: [(&str, &str); 10] = [
     ("random/stress.html", "stress random --solver cpu --count 1 --seed 7"),
 ];
 
-/// Makes the page of `chart --vary`, which takes a minute to measure: eight curves, as many as there are colours.
+/// Makes the page of `chart --vary`, which takes a minute to measure.
 fn varied_page() -> String {
-    let run = |value: f64| Measurement {
-        prepare: 0.1,
-        solve: 0.5 * value,
+    let measurement = |value: f64| Measurement {
+        seconds: 0.1 + 0.5 * value,
         result: Ok(SolveFigures {
             error: 0.012345 / value,
             bias: -0.001,
-            imbalance: 1.5e-7,
-            shots: 12_345,
-            passes: 6,
         }),
     };
-    let point = |curve: usize, value: f64| ChartPoint {
+    let point = |curve: &'static str, value: f64| ChartPoint {
         method: SolveMethod {
-            varied: Some((curve, value)),
+            curve: Some((curve, value)),
             ..SolveMethod::new(SolverKind::Cpu, format!("--item-buffer {value}"), Settings::default())
         },
-        runs: vec![run(value + curve as f64 / 10.0)],
+        measurement: measurement(value / 256.0),
         on_front: false,
     };
-    let curve = |k: usize| MeasuredCurve {
-        name: "Item buffer",
-        option: "--item-buffer",
-        label: format!("stereographic, tessellated, 3x3, {k}"),
+    let sweep = ITEM_BUFFER_SWEEP;
+    let curves = sweep.curves.iter();
+    let set = MeasuredSet {
         truth: "rays".into(),
-        order: Some(-0.9),
-        last_order: Some(-1.1),
+        points: curves
+            .flat_map(|(name, _)| sweep.values.iter().map(|value| point(name, *value)))
+            .collect(),
+        sweep: Some(sweep),
+        missing: 0,
     };
-    let values = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
     render_page(&[SceneChart {
         scene: format!("/{LONG}/{LONG}/scene.obj"),
         faces: 6,
         adapter: Some("llvmpipe (LLVM 15.0.6, 256 bits)".into()),
-        curves: (0..8).map(curve).collect(),
-        points: (0..8).flat_map(|k| values.map(|value| point(k, value))).collect(),
+        sets: vec![set],
         ..SceneChart::default()
     }])
 }

@@ -35,15 +35,9 @@ shoot room.obj --error 1% => --error
 shoot room.obj --solver dense => dense
 shoot room.obj --solver matrix => matrix
 solve room.obj --error 1% --quality normal => --quality
-solve room.obj --error 1% --epsilon 0.1 => --epsilon
-solve room.obj --error 1% --max-shots 9 => --max-shots
-solve room.obj --error 1% --iteration cg => --iteration
-solve room.obj --error 1% --patches 4 => --patches
-solve room.obj --error 1% --samples 4 => --samples
-solve room.obj --error 1% --conserve => --conserve
-solve room.obj --error 1% --item-buffer 512 => --item-buffer
-solve room.obj --error 1% --visibility hemicube => --visibility
-solve room.obj --error 1% --form-factor disc => --form-factor
+solve room.obj --error 1% --patches 4 => --patches is an option of `radiosity shoot`
+solve room.obj --error=1% --conserve => --conserve is an option of `radiosity shoot`
+plan room.obj --error 1% --cells 4 => --patches is an option of `radiosity shoot`
 solve room.obj --error 1% --solver dense => --solver
 solve room.obj --error 1% --adapter any => --adapter
 solve room.obj --error 1% --require-gpu => --require-gpu
@@ -54,16 +48,11 @@ solve room.obj --error 0.1% => --error
 solve room.obj --error 11% => --error
 solve room.obj --error nan => --error
 solve room.obj --error one => --error
-solve room.obj --solver dense --patches 1 => --patches
-solve room.obj --solver dense --max-shots 9 => --max-shots
-solve room.obj --solver dense --item-buffer 1024 => --item-buffer
-solve room.obj --solver dense --visibility stereographic => --visibility
-solve room.obj --solver dense --form-factor disc => --form-factor
+solve room.obj --solver dense --max-shots 9 => --max-shots is an option of `radiosity shoot`
 solve room.obj --solver dense --adapter any => --adapter
 solve room.obj --solver dense --require-gpu => --require-gpu
-solve room.obj --solver dense --texels 82 => room.obj: the matrix of 40344 texels
-solve room.obj --solver dense --texels 82 => 26.0 GB
-solve room.obj --solver dense --texels 82 => --texels 43
+solve room.obj --solver dense --texels 82 => room.obj: 40344 texels take 26.0 GB, 2.1 GB are allowed for the matrix
+solve room.obj --solver dense --texels 82 => --texels 43 would fit, or use --solver cpu
 relight --room room.obj --scale 2 --object cube.obj => --scale
 relight --room room.obj --object cube.obj --place 1,2 => 1,2
 relight --room room.obj --object cube.obj --reflectance 1,1,1 => 1,1,1
@@ -88,24 +77,6 @@ fn options_and_files_are_refused_by_name() {
     folder.write("empty.obj", "");
     folder.write("dim.obj", ROOM.obj_text().replace("m.mtl", "dim.mtl"));
     folder.write("dim.mtl", MATERIALS.replace(".6 .5 .4", "-.5 .5 .5"));
-    for (name, text) in [
-        ("empty.json", "{}"),
-        ("text.json", "not json"),
-        (
-            "foreign.json",
-            r#"{"solver": "cpu", "settings": {"out": "/tmp/elsewhere"}}"#,
-        ),
-        ("list.json", r#"{"solver": "cpu", "settings": {"texels": [4]}}"#),
-        ("word.json", r#"{"solver": "cpu", "settings": {"texels": "many"}}"#),
-        ("no-solver.json", r#"{"settings": {"texels": 4}}"#),
-        // A result of a solve to an error has no settings of shooting.
-        (
-            "of-error.json",
-            r#"{"solver": "cpu", "settings": {"texels": 2, "error": 0.02}}"#,
-        ),
-    ] {
-        folder.write(name, text);
-    }
     folder.assert_refused(REFUSED);
 }
 

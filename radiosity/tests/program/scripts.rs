@@ -77,46 +77,102 @@ fn help_lists_options_of_shooting_under_shoot_only() {
     assert!(all.contains("\n  shoot ") && !all.contains("\n  plan "), "{all}");
 }
 
+/// Command line, parts of its plan, and texels and error in its JSON.
+type PlanRow = (&'static str, &'static [&'static str], Option<u64>, Option<f64>);
+
+const PLANS: &[PlanRow] = &[
+    (
+        "solve scenes/cornell_box.obj --solver cpu --texels 2 --error 10%",
+        &[
+            ", CPU, to 10 %\n",
+            "17 faces, 68 texels\n",
+            " available now)",
+            "\n  time    about ",
+        ],
+        Some(68),
+        Some(0.1),
+    ),
+    (
+        "solve scenes/cornell_box.obj --solver cpu --quality draft",
+        &["17 faces, texels chosen by the solve\n", "\n  memory  at least "],
+        None,
+        Some(0.05),
+    ),
+    (
+        "shoot scenes/cornell_box.obj --solver gpu --texels 10 --patches 2 --samples 1",
+        &[
+            ", GPU, ",
+            "17 faces, 1\u{202f}700 texels, 66 patches; 112\u{202f}200 links of 1 samples\n",
+        ],
+        Some(1700),
+        None,
+    ),
+    (
+        "solve scenes/cornell_box.obj --solver cpu --texels 8192",
+        &["refused", "limit of ", "would fit"],
+        Some(17 << 26),
+        Some(0.01),
+    ),
+    (
+        "solve scenes/furnace.obj --solver dense --texels 100",
+        &[
+            "57.6 GB (2.1 GB allowed for the matrix)",
+            "refused",
+            "--texels 43 would fit",
+        ],
+        Some(60_000),
+        None,
+    ),
+    (
+        SHOOT,
+        &[
+            ", CPU\n",
+            "17 faces, 68 texels, 17 patches",
+            "\n  memory  ",
+            "\n  time    about ",
+        ],
+        Some(68),
+        None,
+    ),
+];
+const SHOOT: &str =
+    "shoot scenes/cornell_box.obj --maps --gltf light.glb --solver cpu --texels 2 --patches 1 --samples 1";
+
 #[test]
 fn dry_run_prints_plan_and_writes_nothing() {
     let folder = TestFolder::new();
-    let outputs = "--maps --gltf light.glb --solver cpu --texels 2";
-    let shoot = format!("shoot scenes/cornell_box.obj {outputs} --patches 1 --samples 1");
-    for (line, words) in [
-        (
-            format!("solve scenes/cornell_box.obj {outputs} --error 10%"),
-            &["to 10 %", "17 faces, 2×2 texels", "\n  time    about "][..],
-        ),
-        (
-            shoot.clone(),
-            &[
-                "17 faces, 68 texels, 17 patches",
-                "\n  memory  ",
-                "\n  passes  ",
-                "\n  time    about ",
-            ],
-        ),
-    ] {
+    for (line, words, texels, error) in PLANS {
         let text = folder.succeed(&format!("{line} --dry-run"));
-        for word in words {
-            assert!(text.stdout.contains(word), "{text}: {word}");
+        for word in *words {
+            assert!(text.stdout.contains(word), "{}: {word}", text.stdout);
         }
         let end = folder.succeed(&format!("{line} --dry-run --json"));
-        assert!(
-            !text.stderr.contains("note:") && !end.stderr.contains("note:"),
-            "{text} {end}"
+        let told = end.json();
+        let [plan] = &told["plans"].as_array().unwrap()[..] else {
+            panic!("{told}");
+        };
+        assert!(line.contains(plan["solver"].as_str().unwrap()), "{plan}");
+        assert_eq!(
+            (plan["texels"].as_u64(), plan["error"].as_f64()),
+            (*texels, *error),
+            "{plan}"
         );
-        let plan = end.json();
-        assert_eq!(plan["plans"].as_array().unwrap().len(), 1, "{plan}");
-        let plan = &plan["plans"][0];
-        assert_eq!(plan["solver"], "cpu");
-        assert!(plan["seconds"]["expected"].as_f64() > Some(0.0), "{plan}");
-        assert_eq!(plan["error"].is_null(), line == shoot, "{plan}");
-        assert_eq!(plan["bytes"].is_u64(), line == shoot, "{plan}");
+        assert!(plan["bytes"].is_u64());
+        let links = plan["cells"]
+            .as_u64()
+            .map(|patches| patches * plan["texels"].as_u64().unwrap());
+        assert_eq!(
+            (links, links.is_some()),
+            (plan["links"].as_u64(), line.starts_with("shoot"))
+        );
+        let seconds = ["least", "expected", "most"].map(|name| plan["seconds"][name].as_f64());
+        let ordered = seconds[0] > Some(0.0) && seconds.is_sorted();
+        assert!(ordered || words.contains(&"refused") && seconds == [None; 3], "{plan}");
+        assert_eq!(plan["refused"].is_string(), words.contains(&"refused"), "{plan}");
     }
     assert!(folder.list_files().is_empty(), "--dry-run writes files");
     // The same call without --dry-run writes them.
-    folder.succeed(&shoot);
+    folder.succeed(SHOOT);
     for name in ["out/lightmap.exr", "out/maps", "light.glb"] {
         assert!(folder.has(name), "{name}");
     }

@@ -1,11 +1,12 @@
 //! Small scenes for tests of pictures and report.
 
+use super::bundled::bundled_scene;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::{SolveRun, shoot_until_converged};
 use cpu::CpuSolver;
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
 
 const WHITE: Vec3 = Vec3::splat(0.7);
@@ -25,49 +26,24 @@ pub fn quad_grid(name: &str, at: DVec3, e: [DVec3; 2], n: [u32; 2], light: [Vec3
         .collect()
 }
 
-/// Makes a closed box, rotated about y, fronts outside.
-pub fn closed_box(name: &str, centre: DVec3, half: DVec3, turn: f64) -> Vec<Face> {
-    let m = DMat3::from_rotation_y(turn) * DMat3::from_diagonal(half);
-    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-    [(x, y, z), (y, z, x), (z, x, y), (-x, z, y), (-y, x, z), (-z, y, x)]
-        .into_iter()
-        .flat_map(|(n, a, b)| quad_grid(name, centre + n - a - b, [2.0 * a, 2.0 * b], [1, 1], [DARK, WHITE]))
-        .collect()
-}
-
-/// Makes the walls of the unit room with n×n quads each; the front wall (z = 0) only if `closed`.
-fn unit_room_walls(n: u32, closed: bool) -> Vec<Face> {
+/// Makes the walls of the unit room but for the front (z = 0) and the ceiling.
+fn unit_room_walls() -> Vec<Face> {
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let mut faces = Vec::new();
     let mut wall = |name: &str, at: DVec3, e: [DVec3; 2], colour: Vec3| {
-        faces.extend(quad_grid(name, at, e, [n, n], [DARK, colour]));
+        faces.extend(quad_grid(name, at, e, [1, 1], [DARK, colour]));
     };
     wall("floor", DVec3::ZERO, [z, x], WHITE);
     wall("back", z, [y, x], WHITE);
     wall("left", DVec3::ZERO, [y, z], GREEN);
     wall("right", x, [z, y], RED);
-    if closed {
-        wall("front", DVec3::ZERO, [x, y], WHITE);
-        wall("ceiling", y, [x, z], WHITE);
-    }
-    faces
-}
-
-fn two_boxes() -> Vec<Face> {
-    let mut faces = closed_box("tall", DVec3::new(0.66, 0.3001, 0.64), DVec3::new(0.15, 0.3, 0.15), 0.3);
-    faces.extend(closed_box(
-        "short",
-        DVec3::new(0.34, 0.1501, 0.34),
-        DVec3::new(0.15, 0.15, 0.15),
-        -0.29,
-    ));
     faces
 }
 
 /// Makes a scene like the Cornell box: open towards −z, y up, the light in the middle of a ceiling of four
 /// strips, all five in one plane and of different size.
 pub fn cornell_like_box() -> Scene {
-    let mut faces = unit_room_walls(1, false);
+    let mut faces = unit_room_walls();
     let strip = |name: &str, x: [f64; 2], z: [f64; 2], light: [Vec3; 2]| {
         let e = [DVec3::X * (x[1] - x[0]), DVec3::Z * (z[1] - z[0])];
         quad_grid(name, DVec3::new(x[0], 1.0, z[0]), e, [1, 1], light)
@@ -79,7 +55,7 @@ pub fn cornell_like_box() -> Scene {
     faces.extend(strip("ceiling", [0.35, 0.65], [0.65, 1.0], white));
     let light = [Vec3::new(18.0, 14.0, 9.0), Vec3::splat(0.2)];
     faces.extend(strip("light", [0.35, 0.65], [0.35, 0.65], light));
-    faces.extend(two_boxes());
+    faces.extend(bundled_scene("paper_objects.obj").faces);
     Scene {
         name: "cornell-like".into(),
         faces,
@@ -87,20 +63,9 @@ pub fn cornell_like_box() -> Scene {
     }
 }
 
-/// Makes the paper's room: 6 walls of 5×5 faces, a lamp box, two boxes; 168 faces.
+/// Reads the paper's room: 6 walls of 5×5 faces, a lamp box, two boxes; 168 faces.
 pub fn paper_room() -> Scene {
-    let mut faces = unit_room_walls(5, true);
-    let half = DVec3::new(0.12, 0.02, 0.12);
-    for mut face in closed_box("lamp", DVec3::new(0.5, 0.94, 0.5), half, 0.0) {
-        face.emission = Vec3::splat(5.0);
-        faces.push(face);
-    }
-    faces.extend(two_boxes());
-    Scene {
-        name: "paper's room".into(),
-        faces,
-        notes: Vec::new(),
-    }
+    bundled_scene("paper_room_objects.obj")
 }
 
 /// Makes a floor of quads and triangles of different sizes, with T-junctions, and a light above.

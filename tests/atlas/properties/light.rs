@@ -1,6 +1,6 @@
 //! Solutions: energy balance, superposition, monotonicity, and agreement of the two engines.
 
-use super::scenes::{MeshedScene, any_scene};
+use super::scenes::any_scene;
 use super::setups::{ITERATIONS, SolverSetup, check_every_engine, check_every_iteration, power_of, radiosity_distance};
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
@@ -10,6 +10,7 @@ use glam::Vec3;
 use proptest::prelude::*;
 use radiosity_tests::bounds::{U, energy_rounding};
 use radiosity_tests::engines::{all_patches, shared_gpu};
+use radiosity_tests::random_rooms::RandomRoom;
 
 /// Returns a bound of the imbalance of a solve by passes: as many roundings of the shot power as patches in H, and as 64
 /// lanes and a few products in the sums, on both sides of the balance.
@@ -41,7 +42,7 @@ fn assert_radiosity_equals_emission_plus_reflection(
 #[test]
 fn energy_of_a_solve_balances() {
     check_every_iteration(3, &any_scene(), |way, cut| {
-        let mesh = cut.build_mesh(way.samples);
+        let mesh = cut.sampled_mesh(way.samples);
         let run = way.solve_mesh(&mesh);
         let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
         let single = way.iteration == Iteration::Southwell;
@@ -57,7 +58,7 @@ fn energy_of_a_solve_balances() {
 }
 
 /// Returns the scene with other emission.
-fn with_emission(cut: &MeshedScene, light: impl Fn(usize) -> Vec3) -> MeshedScene {
+fn with_emission(cut: &RandomRoom, light: impl Fn(usize) -> Vec3) -> RandomRoom {
     let mut cut = cut.clone();
     for (k, face) in cut.scene.faces.iter_mut().enumerate() {
         face.emission = light(k);
@@ -66,7 +67,7 @@ fn with_emission(cut: &MeshedScene, light: impl Fn(usize) -> Vec3) -> MeshedScen
 }
 
 /// Returns the scene with its emission, with that of the next face, and with the sum of the two.
-fn two_lights_and_their_sum(cut: &MeshedScene) -> [MeshedScene; 3] {
+fn two_lights_and_their_sum(cut: &RandomRoom) -> [RandomRoom; 3] {
     let faces = &cut.scene.faces;
     let first = |k: usize| faces[k].emission;
     let second = |k: usize| faces[(k + 1) % faces.len()].emission * 0.75;
@@ -90,7 +91,7 @@ fn add_radiosities(a: &RadiosityField, b: &RadiosityField) -> RadiosityField {
 #[test]
 fn replayed_shots_superpose() {
     check_every_engine(4, &any_scene(), |way, cut| {
-        let [first, second, both] = two_lights_and_their_sum(&cut).map(|cut| cut.build_mesh(way.samples));
+        let [first, second, both] = two_lights_and_their_sum(&cut).map(|cut| cut.sampled_mesh(way.samples));
         let log: Vec<u32> = all_patches(&both).into_iter().chain(all_patches(&both)).collect();
         let [first, second, together] = [&first, &second, &both].map(|mesh| way.replay_log(mesh, &log).field);
         let bound = 2.0 * (14 * log.len() + 2) as f64 * U;
@@ -104,7 +105,7 @@ fn replayed_shots_superpose() {
 }
 
 /// Returns the scene with more emission of one face and more reflectance of another.
-fn brighten_scene(cut: &MeshedScene, at: usize) -> MeshedScene {
+fn brighten_scene(cut: &RandomRoom, at: usize) -> RandomRoom {
     let mut cut = cut.clone();
     let n = cut.scene.faces.len();
     let most = cut
@@ -122,7 +123,7 @@ fn brighten_scene(cut: &MeshedScene, at: usize) -> MeshedScene {
 #[test]
 fn replayed_shots_of_brighter_scene_darken_nothing() {
     check_every_engine(4, &(any_scene(), any::<usize>()), |way, (cut, at)| {
-        let [less, more] = [cut.clone(), brighten_scene(&cut, at)].map(|cut| cut.build_mesh(way.samples));
+        let [less, more] = [cut.clone(), brighten_scene(&cut, at)].map(|cut| cut.sampled_mesh(way.samples));
         let log: Vec<u32> = all_patches(&less).into_iter().chain(all_patches(&less)).collect();
         let [less, more] = [&less, &more].map(|mesh| way.replay_log(mesh, &log).field);
         for k in 0..less.radiosity.len() {
@@ -141,7 +142,7 @@ fn both_engines_give_the_same_solution() {
         if way.on_gpu {
             return Ok(());
         }
-        let mesh = cut.build_mesh(way.samples);
+        let mesh = cut.sampled_mesh(way.samples);
         for iteration in ITERATIONS {
             let [cpu, device] = [false, true].map(|on_gpu| {
                 let way = SolverSetup {

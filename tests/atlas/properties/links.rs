@@ -2,7 +2,7 @@
 //! energy balance.
 
 use super::pairing::{factor_rounding, is_near, mean_factor, receiver_points, texel_grid};
-use super::scenes::{MeshedScene, convex_room};
+use super::scenes::convex_room;
 use super::setups::{SolverSetup, check_every_engine, patch_outline};
 use common::energy::EnergyBalance;
 use common::mesh::{Mesh, Patch};
@@ -16,6 +16,7 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use radiosity_tests::bounds::{U, centroid_rule};
 use radiosity_tests::engines::{all_patches, make_links};
+use radiosity_tests::random_rooms::RandomRoom;
 use radiosity_tests::shader_faults::assert_faults_noticed;
 
 /// ΣF and escaped share of each patch, and the power that patch c receives from patch i: `taken[i][c]`, mesh units.
@@ -64,7 +65,7 @@ fn split_in_quarters(corners: &[DVec3]) -> Vec<Vec<DVec3>> {
 
 /// Returns a bound of the error of a texel's A·F of patch `i` against the integral: its difference from the centroid rule
 /// on quarters of the texel, the error of that rule, and rounding.
-fn texel_bound(cut: &MeshedScene, mesh: &Mesh, i: usize, k: usize) -> f64 {
+fn texel_bound(cut: &RandomRoom, mesh: &Mesh, i: usize, k: usize) -> f64 {
     let (texel, polygon) = (&mesh.texels[k], patch_outline(mesh, i));
     let face = &mesh.faces[texel.face as usize];
     let normal = face.normal.as_dvec3();
@@ -87,7 +88,7 @@ fn texel_bound(cut: &MeshedScene, mesh: &Mesh, i: usize, k: usize) -> f64 {
 }
 
 /// Returns bounds of the error of Σ A_j F(x_j → i) over the texels of each patch against A_i F_ic, without occluders.
-fn quadrature_bounds(cut: &MeshedScene, mesh: &Mesh, i: usize) -> Vec<f64> {
+fn quadrature_bounds(cut: &RandomRoom, mesh: &Mesh, i: usize) -> Vec<f64> {
     let own = mesh.patches[i].face;
     let bound = |patch: &Patch| -> f64 {
         let others = patch.texels().filter(|_| patch.face != own);
@@ -129,7 +130,7 @@ fn largest_link_sum_error(way: SolverSetup, mesh: &Mesh) -> f64 {
 
 /// Returns the largest errors of reciprocity, of exchange against the contour integral, and of ΣF against 1 − escaped,
 /// each divided by the quadrature bound.
-fn largest_pair_errors(way: SolverSetup, cut: &MeshedScene, mesh: &Mesh) -> [f64; 3] {
+fn largest_pair_errors(way: SolverSetup, cut: &RandomRoom, mesh: &Mesh) -> [f64; 3] {
     let Taken { sums, escaped, taken } = Taken::new(way, mesh);
     let bounds: Vec<Vec<f64>> = (0..mesh.patches.len())
         .map(|i| quadrature_bounds(cut, mesh, i))
@@ -155,7 +156,7 @@ fn largest_pair_errors(way: SolverSetup, cut: &MeshedScene, mesh: &Mesh) -> [f64
 #[test]
 fn links_of_a_texel_sum_to_one() {
     check_every_engine(8, &convex_room(), |way, cut| {
-        let off = largest_link_sum_error(way, &cut.build_mesh(way.samples));
+        let off = largest_link_sum_error(way, &cut.sampled_mesh(way.samples));
         prop_assert!(off <= 1.0, "{off} of what rounding allows");
         Ok(())
     });
@@ -164,7 +165,7 @@ fn links_of_a_texel_sum_to_one() {
 #[test]
 fn patches_are_reciprocal_and_closed() {
     check_every_engine(4, &convex_room(), |way, cut| {
-        let mesh = cut.build_mesh(way.samples);
+        let mesh = cut.sampled_mesh(way.samples);
         let [reciprocity, exchange, closure] = largest_pair_errors(way, &cut, &mesh);
         prop_assert!(reciprocity <= 1.0, "reciprocity: {reciprocity}");
         prop_assert!(exchange <= 1.0, "against the contour integral: {exchange}");
@@ -182,7 +183,7 @@ fn a_wrong_form_factor_shows_in_closure_and_reciprocity_alone() {
         .unwrap()
         .current();
     for samples in [1, 4] {
-        let mesh = cut.build_mesh(samples);
+        let mesh = cut.sampled_mesh(samples);
         assert_faults_noticed("closure", |faults| {
             let way = SolverSetup {
                 on_gpu: true,

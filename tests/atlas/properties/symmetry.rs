@@ -3,17 +3,13 @@
 
 use super::equivalence::assert_same_light;
 use super::pairing::Pairing;
-use super::scenes::{MeshedScene, any_scene, convex_room, furnished_room, rotate_corners};
+use super::scenes::{any_scene, convex_room, furnished_room, rotate_corners};
 use super::setups::{SolverSetup, check_every_engine, check_every_iteration};
 use common::mesh::Mesh;
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use proptest::prelude::*;
 use radiosity_tests::engines::all_patches;
-
-fn any_rotation() -> impl Strategy<Value = DMat3> {
-    (-3.0f64..3.0, -3.0f64..3.0, -3.0f64..3.0)
-        .prop_map(|(x, y, z)| DMat3::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, x, y, z)))
-}
+use radiosity_tests::random_rooms::{RandomRoom, any_rotation};
 
 /// A similarity transform: rotation, scaling, and a shift by a few times the scene's size.
 #[test]
@@ -22,33 +18,19 @@ fn similarity_transform_keeps_light() {
     check_every_iteration(1, &(furnished_room(), motion), |way, (cut, (turn, shift, power))| {
         let scale = 10f64.powf(power);
         let to = |p: DVec3| (turn * p + DVec3::from(shift)) * scale;
-        let [a, b] = [cut.clone(), cut.map_corners(to)].map(|cut| cut.build_mesh(way.samples));
+        let [a, b] = [cut.clone(), cut.map_corners(to)].map(|cut| cut.sampled_mesh(way.samples));
         assert_same_light(way, &a, &b, &Pairing::new(&a, &b, to), scale)
-    });
-}
-
-/// Scaling by powers of two does not round.
-#[test]
-fn power_of_two_unit_keeps_every_bit() {
-    check_every_engine(4, &(any_scene(), -40i32..40), |way, (cut, power)| {
-        let scale = f64::from(power).exp2();
-        let [a, b] = [cut.clone(), cut.map_corners(|p| p * scale)].map(|cut| cut.build_mesh(way.samples));
-        let log: Vec<u32> = all_patches(&a).into_iter().chain(all_patches(&a)).collect();
-        let [a, b] = [&a, &b].map(|mesh| way.replay_log(mesh, &log));
-        prop_assert_eq!(a.shots, b.shots);
-        prop_assert_eq!(a.field, b.field);
-        Ok(())
     });
 }
 
 /// Returns the room for a setup. Renumbering of texels and patches moves sample points: with several samples only rooms
 /// without occluders are equal up to rounding.
-fn scene_for_setup(way: SolverSetup, convex: MeshedScene, furnished: MeshedScene) -> MeshedScene {
+fn scene_for_setup(way: SolverSetup, convex: RandomRoom, furnished: RandomRoom) -> RandomRoom {
     if way.samples > 1 { convex } else { furnished }
 }
 
 /// Returns the mirror image, with fronts on the same side.
-fn mirror_scene(cut: &MeshedScene, normal: DVec3) -> (MeshedScene, impl Fn(DVec3) -> DVec3 + use<>) {
+fn mirror_scene(cut: &RandomRoom, normal: DVec3) -> (RandomRoom, impl Fn(DVec3) -> DVec3 + use<>) {
     let to = move |p: DVec3| p - 2.0 * normal * normal.dot(p);
     let mut image = cut.map_corners(to);
     for (face, resolution) in image.scene.faces.iter_mut().zip(&mut image.resolutions) {
@@ -70,14 +52,14 @@ fn mirrored_scene_has_mirrored_light() {
         |way, (empty, full, axis)| {
             let cut = scene_for_setup(way, empty, full);
             let (image, to) = mirror_scene(&cut, axis);
-            let [a, b] = [&cut, &image].map(|cut| cut.build_mesh(way.samples));
+            let [a, b] = [&cut, &image].map(|cut| cut.sampled_mesh(way.samples));
             assert_same_light(way, &a, &b, &Pairing::new(&a, &b, to), 1.0)
         },
     );
 }
 
 /// Returns the scene with its faces in another order.
-fn reorder_faces(cut: &MeshedScene, order: &[usize]) -> MeshedScene {
+fn reorder_faces(cut: &RandomRoom, order: &[usize]) -> RandomRoom {
     let mut other = cut.clone();
     other.scene.faces = order.iter().map(|k| cut.scene.faces[*k].clone()).collect();
     other.resolutions = order.iter().map(|k| cut.resolutions[*k]).collect();
@@ -104,7 +86,7 @@ fn order_of_faces_keeps_every_bit() {
         |way, (full, empty, keys)| {
             let cut = scene_for_setup(way, empty, full);
             let order = order(cut.scene.faces.len(), &keys);
-            let [a, b] = [cut.clone(), reorder_faces(&cut, &order)].map(|cut| cut.build_mesh(way.samples));
+            let [a, b] = [cut.clone(), reorder_faces(&cut, &order)].map(|cut| cut.sampled_mesh(way.samples));
             // A texel keeps its index in its face. A search by place could confuse bodies that touch.
             let mut places = vec![0; order.len()];
             order.iter().enumerate().for_each(|(k, face)| places[*face] = k as u32);
@@ -130,7 +112,7 @@ fn order_of_faces_keeps_every_bit() {
 }
 
 /// Rotates the first corner of all faces with one of these numbers of corners.
-fn rotate_first_corners(cut: &MeshedScene, by: &[u32], corners: &[usize]) -> MeshedScene {
+fn rotate_first_corners(cut: &RandomRoom, by: &[u32], corners: &[usize]) -> RandomRoom {
     let mut other = cut.clone();
     let faces = other.scene.faces.iter_mut().zip(&mut other.resolutions);
     for ((face, resolution), by) in faces.zip(by.iter().cycle()) {
@@ -153,14 +135,14 @@ fn order_of_faces_and_corners_changes_only_rounding() {
                 &rotate_first_corners(&cut, &keys, &[3, 4]),
                 &order(cut.scene.faces.len(), &keys),
             );
-            let [a, b] = [&cut, &other].map(|cut| cut.build_mesh(way.samples));
+            let [a, b] = [&cut, &other].map(|cut| cut.sampled_mesh(way.samples));
             assert_same_light(way, &a, &b, &Pairing::new(&a, &b, |p| p), 1.0)
         },
     );
 }
 
 /// Returns a scene with a face of 2×N texels, and with it split into two of 1×N; a triangle of 2² texels into four of one.
-fn split_face(cut: &MeshedScene, at: usize) -> [MeshedScene; 2] {
+fn split_face(cut: &RandomRoom, at: usize) -> [RandomRoom; 2] {
     let mut one = cut.clone();
     let at = at % cut.scene.faces.len();
     let face = &cut.scene.faces[at];
@@ -202,7 +184,7 @@ fn split_face_keeps_light() {
         &(convex_room(), furnished_room(), any::<usize>()),
         |way, (empty, full, at)| {
             let cut = scene_for_setup(way, empty, full);
-            let [a, b] = split_face(&cut, at).map(|cut| cut.build_mesh(way.samples));
+            let [a, b] = split_face(&cut, at).map(|cut| cut.sampled_mesh(way.samples));
             assert_same_light(way, &a, &b, &Pairing::new(&a, &b, |p| p), 1.0)
         },
     );

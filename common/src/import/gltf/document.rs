@@ -191,15 +191,6 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn percent_encoding_is_decoded() {
-        let decoded = decode_percent("a%20b%C3%A9.bin");
-        assert_eq!(decoded.as_deref(), Some("a bé.bin"));
-        for bad in ["%2", "%zz", "%ff"] {
-            assert_eq!(decode_percent(bad), None, "{bad}");
-        }
-    }
-
-    #[test]
     fn only_readable_versions_are_accepted() {
         let is_accepted = |asset: Value| check_version(&json!({ "asset": asset })).is_ok();
         let good = json!([{"version": "2.0"}, {"version": "2.1"}, {"version": "2.1", "minVersion": "2.0"}]);

@@ -1,39 +1,27 @@
 //! Reads glTF materials and their textures: baseColorFactor × baseColorTexture is reflectance, emissiveFactor ×
 //! strength × emissiveTexture emitted radiance.
 
-use super::document::{GltfDocument, GltfResult, read_uri};
+use super::GltfImport;
+use super::document::{GltfResult, read_uri};
 use crate::import::material::{ImportedMaterial, TexturedColour};
-use crate::import::picture_cache::PictureCache;
 use crate::paint::{TexturePicture, WrapMode, WrappedTexture};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use gltf::json::material::{AlphaMode, Material};
 use gltf::json::texture::{Info, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{Image, Index};
-use std::path::Path;
 use std::sync::Arc;
 
-/// Reader of materials, with the pictures read so far.
-pub struct MaterialReader<'d> {
-    /// The scene file.
-    pub path: &'d Path,
-    /// Its document.
-    pub document: &'d GltfDocument,
-    /// Pictures read so far.
-    pub pictures: PictureCache<usize>,
-}
-
-impl MaterialReader<'_> {
-    /// Reads a material, and the sets of texture coordinates of its textures. A `replaced` reflectance needs no
-    /// texture.
+impl GltfImport<'_, '_> {
+    /// Reads a material, and the sets of texture coordinates of its textures. A replaced reflectance needs no texture.
     ///
     /// Errors: a texture cannot be read.
     pub fn read_material(
         &mut self,
         material: &Material,
         name: String,
-        replaced: bool,
     ) -> GltfResult<(ImportedMaterial, [Option<u32>; 2])> {
+        let replaced = self.builder.reflectance.is_some();
         let pbr = &material.pbr_metallic_roughness;
         let [r, g, b, _] = pbr.base_color_factor.0.map(f64::from);
         let strength = material.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());

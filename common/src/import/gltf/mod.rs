@@ -11,18 +11,16 @@ mod primitive;
 
 use super::ImportOptions;
 use super::builder::Builder;
-use super::material::{ImportedMaterial, InputPolygon};
+use super::material::{ImportedMaterial, InputVertex};
 use super::picture_cache::PictureCache;
 use super::polygon;
 use crate::error::{Error, Result};
 use document::GltfDocument;
-use glam::{DMat4, DQuat, DVec2, DVec3, Vec2, Vec3};
+use glam::{DMat4, DQuat, DVec3};
 use gltf::json::mesh::Semantic;
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Mesh};
-use material::MaterialReader;
-use primitive::{PrimitiveRequest, PrimitiveVertex};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -40,11 +38,7 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], options: &ImportOp
         builder,
         join_quads: options.join_quads && !options.charts,
         charts: options.charts,
-        reader: MaterialReader {
-            path,
-            document: &document,
-            pictures: PictureCache::new(),
-        },
+        pictures: PictureCache::new(),
         vertex_material: Rc::new(white),
         materials: BTreeMap::new(),
         lamps: Vec::new(),
@@ -63,7 +57,7 @@ struct GltfImport<'a, 'b> {
     builder: &'a mut Builder<'b>,
     join_quads: bool,
     charts: bool,
-    reader: MaterialReader<'a>,
+    pictures: PictureCache<usize>,
     /// Material of primitives with vertex colours alone.
     vertex_material: Rc<ImportedMaterial>,
     /// Materials used so far.
@@ -153,13 +147,8 @@ impl GltfImport<'_, '_> {
                 // glTF's default material is white: the vertex colours are the reflectance.
                 None => coloured.then(|| (self.vertex_material.clone(), [None; 2])),
             };
-            let request = PrimitiveRequest {
-                sets: material.as_ref().map_or([None; 2], |(_, sets)| *sets),
-                colours: coloured,
-                charts: self.charts,
-                world,
-            };
-            match primitive::read_triangles(self.document, primitive, &request) {
+            let sets = material.as_ref().map_or([None; 2], |(_, sets)| *sets);
+            match primitive::read_triangles(self.document, primitive, world, sets, coloured, self.charts) {
                 Ok(Some(faces)) => self.import_faces(&name, &place, &faces, material.as_ref())?,
                 Ok(None) => self.points_and_lines += 1,
                 Err(message) => return self.fail_at(place, message),
@@ -172,10 +161,10 @@ impl GltfImport<'_, '_> {
         &mut self,
         name: &str,
         place: &str,
-        triangles: &[[PrimitiveVertex; 3]],
+        triangles: &[[InputVertex; 3]],
         material: Option<&GltfMaterial>,
     ) -> Result<()> {
-        let outline = |triangle: &[PrimitiveVertex; 3]| triangle.map(|vertex| vertex.position);
+        let outline = |triangle: &[InputVertex; 3]| triangle.map(|vertex| vertex.position);
         let mut rest = triangles;
         while let Some((first, after)) = rest.split_first() {
             let second = after
@@ -183,31 +172,16 @@ impl GltfImport<'_, '_> {
                 .filter(|second| self.join_quads && are_continuous(first, second));
             let quad = second.and_then(|second| polygon::join_triangles(outline(first), outline(second)));
             let (parts, after) = rest.split_at(if quad.is_some() { 2 } else { 1 });
-            let vertices: Vec<&PrimitiveVertex> = match &quad {
-                Some(quad) => {
-                    let vertex = |corner: &DVec3| parts.as_flattened().iter().find(|v| v.position == *corner);
-                    quad.iter().filter_map(vertex).collect()
-                }
-                None => first.iter().collect(),
-            };
-            let corners: Vec<DVec3> = vertices.iter().map(|v| v.position).collect();
-            let normals: Option<Vec<Vec3>> = vertices.iter().map(|v| v.normal).collect();
-            let colours: Option<Vec<DVec3>> = vertices.iter().map(|v| v.colour).collect();
-            let places = [0, 1].map(|k| vertices.iter().map(|v| v.places[k]).collect::<Option<Vec<DVec2>>>());
-            let chart: Option<Vec<Vec2>> = first.iter().map(|v| v.chart).collect();
-            let polygon = InputPolygon {
-                corners: &corners,
-                normals: &normals.unwrap_or_default(),
-                rounding: parts.as_flattened().iter().map(|v| v.rounding).fold(0.0, f64::max),
-                texture_coordinates: places.each_ref().map(Option::as_deref),
-                colours: colours.as_deref(),
-                // A corner that both triangles have lies on the diagonal.
-                odd_diagonal: quad.is_some() && parts.iter().all(|t| outline(t).contains(&corners[1])),
-                chart: chart.and_then(|chart| chart.try_into().ok()),
-            };
+            let mut corners = first.to_vec();
+            if let Some(quad) = quad {
+                let vertex = |corner: &DVec3| parts.as_flattened().iter().find(|v| v.position == *corner);
+                corners = quad.iter().filter_map(vertex).copied().collect();
+            }
+            // A corner that both triangles have lies on the diagonal.
+            let odd = quad.is_some() && parts.iter().all(|t| outline(t).contains(&corners[1].position));
             let material = material.map(|(material, _)| material.as_ref());
             let place = || format!("{place}, node {name}");
-            self.builder.add_face(name, &polygon, material, place)?;
+            self.builder.add_face(name, &corners, odd, material, place)?;
             rest = after;
         }
         Ok(())
@@ -217,12 +191,12 @@ impl GltfImport<'_, '_> {
         if let Some(material) = self.materials.get(&index.value()) {
             return Ok(material.clone());
         }
-        let Some(material) = self.document.root.get(index) else {
+        let document = self.document;
+        let Some(material) = document.root.get(index) else {
             return self.fail_at(format!("material {index}"), "does not exist");
         };
         let name = material.name.clone().unwrap_or_else(|| index.to_string());
-        let replaced = self.builder.reflectance.is_some();
-        let read = self.reader.read_material(material, name.clone(), replaced);
+        let read = self.read_material(material, name.clone());
         let (read, sets) = read.or_else(|message| self.fail_at(format!("material {name}"), message))?;
         let material = (Rc::new(read), sets);
         self.materials.insert(index.value(), material.clone());
@@ -244,7 +218,7 @@ impl GltfImport<'_, '_> {
         let (left_out, unread) = (self.points_and_lines, document::unsupported_extensions(root).join(", "));
         notes.extend((left_out > 0).then(|| format!("{left_out} primitives of points or lines left out")));
         notes.extend((!unread.is_empty()).then(|| format!("extensions that are not read: {unread}")));
-        notes.extend(self.reader.pictures.resolution_note());
+        notes.extend(self.pictures.resolution_note());
         let poses = "skins and morph targets are not used: meshes are as modelled";
         notes.extend(self.has_poses.then(|| poses.into()));
         notes.into_iter().for_each(|note| self.builder.add_note(note));
@@ -252,7 +226,7 @@ impl GltfImport<'_, '_> {
 }
 
 /// Returns whether texture coordinates and colours of two triangles agree at their common corners.
-fn are_continuous(first: &[PrimitiveVertex; 3], second: &[PrimitiveVertex; 3]) -> bool {
+fn are_continuous(first: &[InputVertex; 3], second: &[InputVertex; 3]) -> bool {
     first.iter().all(|a| {
         let there = second.iter().find(|b| b.position == a.position);
         there.is_none_or(|b| (a.places, a.colour) == (b.places, b.colour))

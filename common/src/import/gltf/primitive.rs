@@ -1,55 +1,29 @@
 //! Reads the triangles of a mesh's primitive: lists, strips and fans, with or without indices.
 
 use super::document::{GltfDocument, GltfResult};
-use crate::import::material::clamp_vertex_colour;
+use crate::import::material::{InputVertex, clamp_vertex_colour};
 use crate::precision::UNIT_ROUNDOFF;
-use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
+use glam::{DMat4, DVec2, DVec3, Vec3};
 use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-/// A vertex of a primitive in world space, with the attributes that it has.
-#[derive(Clone, Copy)]
-pub struct PrimitiveVertex {
-    /// Position.
-    pub position: DVec3,
-    /// Shading normal, untransformed: normals are only compared for equality.
-    pub normal: Option<Vec3>,
-    /// Texture coordinates for the reflectance and the radiance texture.
-    pub places: [Option<DVec2>; 2],
-    /// Vertex colour.
-    pub colour: Option<DVec3>,
-    /// Lightmap coordinates.
-    pub chart: Option<Vec2>,
-    /// Largest rounding error of a coordinate, from the file's f32 or integers. The rounding of the node's
-    /// transform moves all vertices alike and does not count.
-    pub rounding: f64,
-}
-
-/// Attributes to read of a primitive beside its positions, and its transform.
-pub struct PrimitiveRequest {
-    /// Sets of texture coordinates for the reflectance and the radiance texture.
-    pub sets: [Option<u32>; 2],
-    /// Vertex colours.
-    pub colours: bool,
-    /// Lightmap coordinates.
-    pub charts: bool,
-    /// Transform to world space. If it mirrors, the winding is reversed, so that fronts stay fronts.
-    pub world: DMat4,
-}
-
 /// Set of texture coordinates that holds lightmap coordinates.
 const LIGHTMAP_SET: u32 = 1;
 
-/// Reads a primitive's triangles with the requested attributes; none if it consists of points or lines. Normals
-/// that cannot be read count as missing.
+/// Reads a primitive's triangles, moved by `world`; none if it consists of points or lines. Beside the positions it
+/// reads the texture coordinates of both `sets`, and on request colours and lightmap coordinates. Normals that cannot be
+/// read count as missing. If `world` mirrors, the winding is reversed, so that fronts stay fronts.
 ///
 /// Errors: an accessor is invalid, or requested lightmap coordinates are missing.
 pub fn read_triangles(
     document: &GltfDocument,
     primitive: &Primitive,
-    request: &PrimitiveRequest,
-) -> GltfResult<Option<Vec<[PrimitiveVertex; 3]>>> {
+    world: DMat4,
+    sets: [Option<u32>; 2],
+    coloured: bool,
+    charted: bool,
+) -> GltfResult<Option<Vec<[InputVertex; 3]>>> {
     use Mode::{LineLoop, LineStrip, Lines, Points};
     let mode = match primitive.mode {
         Checked::Valid(Points | Lines | LineLoop | LineStrip) => return Ok(None),
@@ -68,16 +42,16 @@ pub fn read_triangles(
     let step = document.rounding_step(accessor);
     let normals = attribute(Semantic::Normals);
     let normals = normals.and_then(|k| document.read_values(k, "normals", Type::Vec3, vector).ok());
-    let places = [coordinates(request.sets[0])?, coordinates(request.sets[1])?];
-    let charts = coordinates(request.charts.then_some(LIGHTMAP_SET))?;
-    if request.charts && charts.is_none() {
+    let places = [coordinates(sets[0])?, coordinates(sets[1])?];
+    let charts = coordinates(charted.then_some(LIGHTMAP_SET))?;
+    if charted && charts.is_none() {
         return Err(format!(
             "has no TEXCOORD_{LIGHTMAP_SET}: export with a second UV map, in which no two faces overlap"
         ));
     }
     let colour = |c: [f64; 3]| DVec3::from(c.map(|x| clamp_vertex_colour(x as f32).into()));
     let opaque = |[r, g, b, _]: [f64; 4]| colour([r, g, b]);
-    let colours = attribute(Semantic::Colors(0)).filter(|_| request.colours);
+    let colours = attribute(Semantic::Colors(0)).filter(|_| coloured);
     let colours = colours.map(|k| match document.root.get(k).map(|accessor| accessor.type_) {
         Some(Checked::Valid(Type::Vec4)) => document.read_values(k, "colours", Type::Vec4, opaque),
         _ => document.read_values(k, "colours", Type::Vec3, colour),
@@ -87,22 +61,22 @@ pub fn read_triangles(
         Some(accessor) => document.read_values(accessor, "indices", Type::Scalar, |[k]| k as u32)?,
         None => (0..positions.len() as u32).collect(),
     };
-    let vertex = |index: u32| -> GltfResult<PrimitiveVertex> {
+    let vertex = |index: u32| -> GltfResult<InputVertex> {
         let k = index as usize;
         let position = positions.get(k);
         let position = position.ok_or_else(|| format!("has index {index} but only {} vertices", positions.len()))?;
         let position = position.as_dvec3();
-        Ok(PrimitiveVertex {
-            position: request.world.transform_point3(position),
+        Ok(InputVertex {
+            position: world.transform_point3(position),
             normal: values_at(&normals, k),
             places: [values_at(&places[0], k), values_at(&places[1], k)],
             colour: values_at(&colours, k),
             chart: values_at(&charts, k).map(|p| p.as_vec2()),
-            rounding: coordinate_rounding(position, step, request.world),
+            rounding: coordinate_rounding(position, step, world),
         })
     };
-    let mirrored = request.world.determinant() < 0.0;
-    let triangle = |[a, b, c]: [u32; 3]| -> GltfResult<[PrimitiveVertex; 3]> {
+    let mirrored = world.determinant() < 0.0;
+    let triangle = |[a, b, c]: [u32; 3]| -> GltfResult<[InputVertex; 3]> {
         let [a, b, c] = [vertex(a)?, vertex(b)?, vertex(c)?];
         Ok(if mirrored { [a, c, b] } else { [a, b, c] })
     };
@@ -114,7 +88,8 @@ fn values_at<T: Copy>(values: &Option<Vec<T>>, k: usize) -> Option<T> {
     values.as_ref()?.get(k).copied()
 }
 
-/// Returns the largest rounding error of a coordinate in world space; `step` is that of integers, 0 for floats.
+/// Returns the largest rounding error of a coordinate in world space; `step` is that of integers, 0 for floats. The
+/// rounding of the node's transform moves all vertices alike and does not count.
 fn coordinate_rounding(p: DVec3, step: f64, world: DMat4) -> f64 {
     let [x, y, z] = [world.x_axis, world.y_axis, world.z_axis].map(|axis| axis.truncate().abs());
     let in_world = |p: DVec3| (x * p.x + y * p.y + z * p.z).max_element();

@@ -5,7 +5,7 @@ mod number_precision;
 mod text;
 
 use super::builder::Builder;
-use super::material::{ImportedMaterial, InputPolygon, clamp_vertex_colour};
+use super::material::{ImportedMaterial, InputVertex, clamp_vertex_colour};
 use super::picture_cache::PictureCache;
 use crate::error::{Error, Result};
 use crate::file::{self, MAX_FILE_BYTES};
@@ -39,12 +39,9 @@ struct ObjFace {
     line: usize,
     group: Rc<str>,
     material: Option<usize>,
-    /// Indices from 0; out of range for an index that is missing or 0.
-    vertices: Vec<usize>,
-    /// Normals of the corners; empty unless each has one.
-    normals: Vec<Vec3>,
-    /// Texture coordinates of the corners; empty unless each has some.
-    places: Vec<DVec2>,
+    /// Vertices of the corners, from 0; out of range for an index that is missing or 0. The corners have normals and
+    /// texture coordinates if each of them has some.
+    corners: Vec<(usize, InputVertex)>,
 }
 
 /// Content of an OBJ file so far.
@@ -163,21 +160,20 @@ impl ObjDocument {
             }
             indices.push(corner);
         }
-        let places: Option<Vec<DVec2>> = indices
-            .iter()
-            .map(|corner| self.places.get(corner[1]).copied())
-            .collect();
-        let normals: Option<Vec<Vec3>> = indices
-            .iter()
-            .map(|corner| self.normals.get(corner[2]).copied())
-            .collect();
+        let place_of = |corner: &[usize; 3]| self.places.get(corner[1]).copied();
+        let normal_of = |corner: &[usize; 3]| self.normals.get(corner[2]).copied();
+        let has_places = indices.iter().all(|corner| place_of(corner).is_some());
+        let has_normals = indices.iter().all(|corner| normal_of(corner).is_some());
+        let corner = |corner: &[usize; 3]| InputVertex {
+            normal: normal_of(corner).filter(|_| has_normals),
+            places: [place_of(corner).filter(|_| has_places); 2],
+            ..InputVertex::default()
+        };
         Some(ObjFace {
             line,
             group: self.group.clone(),
             material: self.material,
-            vertices: indices.iter().map(|corner| corner[0]).collect(),
-            normals: normals.unwrap_or_default(),
-            places: places.unwrap_or_default(),
+            corners: indices.iter().map(|indices| (indices[0], corner(indices))).collect(),
         })
     }
 
@@ -209,9 +205,17 @@ impl ObjDocument {
         let bare = ImportedMaterial::from_factors(path, "of its vertices", white, names);
         for face in &self.faces {
             let place = || format!("line {}", face.line);
-            let [corners, colours] = [&self.vertices, &self.colours].map(|values| -> Option<Vec<DVec3>> {
-                face.vertices.iter().map(|k| values.get(*k).copied()).collect()
-            });
+            let vertex = |(k, corner): &(usize, InputVertex)| {
+                let position = *self.vertices.get(*k)?;
+                let rounding = position.to_array().map(|x| self.precision.rounding_error(x));
+                Some(InputVertex {
+                    position,
+                    colour: self.coloured.then(|| self.colours[*k]),
+                    rounding: rounding.into_iter().fold(0.0, f64::max),
+                    ..*corner
+                })
+            };
+            let corners: Option<Vec<InputVertex>> = face.corners.iter().map(vertex).collect();
             let missing = || Error::bad_input(path, place(), "a corner of this face is a vertex that does not exist");
             let corners = corners.ok_or_else(missing)?;
             if let Some(id) = face.material.filter(|id| !used.contains_key(id)) {
@@ -219,23 +223,8 @@ impl ObjDocument {
                 used.insert(id, self.materials[id].read_textures(&mut pictures, replaced)?);
             }
             let material = face.material.and_then(|id| used.get(&id));
-            let coordinates = corners.iter().flat_map(DVec3::to_array);
-            let rounding = coordinates.map(|x| self.precision.rounding_error(x));
-            let places = (!face.places.is_empty()).then_some(face.places.as_slice());
-            let polygon = InputPolygon {
-                corners: &corners,
-                normals: &face.normals,
-                rounding: rounding.fold(0.0, f64::max),
-                texture_coordinates: [places; 2],
-                colours: colours.as_deref().filter(|_| self.coloured),
-                ..InputPolygon::default()
-            };
-            builder.add_face(
-                &face.group,
-                &polygon,
-                material.or(self.coloured.then_some(&bare)),
-                place,
-            )?;
+            let material = material.or(self.coloured.then_some(&bare));
+            builder.add_face(&face.group, &corners, false, material, place)?;
         }
         let names_of = |wanted: fn(&MtlMaterial) -> bool| {
             let materials = used.keys().map(|id| &self.materials[*id]);

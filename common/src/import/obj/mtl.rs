@@ -196,32 +196,3 @@ impl<'l> TextureLine<'l> {
         Ok(vector)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn options_come_before_the_name() {
-        let plain = |name| TextureLine {
-            name,
-            scale: DVec2::ONE,
-            offset: DVec2::ZERO,
-            clamp: false,
-        };
-        let line = TextureLine::parse;
-        assert_eq!(line("my wood.png"), Ok(plain("my wood.png")));
-        assert_eq!(line("-bm 0.5 -blendu on a.png"), Ok(plain("a.png")));
-        let optional = TextureLine {
-            scale: DVec2::new(2.0, 3.0),
-            offset: DVec2::new(0.5, 0.0),
-            clamp: true,
-            ..plain("a b.png")
-        };
-        let text = "-s 2 3 1 -o 0.5 -clamp on a b.png";
-        assert_eq!(line(text), Ok(optional));
-        for bad in ["", "-s", "-s x a.png", "-mm 0 1 a.png", "-clamp on"] {
-            assert!(line(bad).is_err(), "{bad}");
-        }
-    }
-}

@@ -25,45 +25,33 @@ fn assert_cover(points: &[f64], count: usize, remarks: &[&str]) {
 }
 
 #[test]
-fn convex_quads_stay_quads() {
-    assert_cover(&[0., 0., 2., 0., 2., 1., 0., 1.], 1, &[]);
-    // A straight corner is convex, and so is one that rounding bends inwards by 1e-16.
-    assert_cover(&[0., 0., 0.1, 0.1, 0.3, 0.3, 0., 1.], 1, &[]);
-}
-
-#[test]
-fn darts_are_cut_at_the_reflex_corner_from_any_first_corner() {
-    let mut dart = [0., 0., 2., 0., 0.5, 0.5, 0., 2.];
-    for _ in 0..4 {
-        dart.rotate_left(2);
-        assert_cover(&dart, 2, &[NON_CONVEX]);
-    }
-}
-
-#[test]
-fn concave_polygons_are_covered_once() {
-    let l = [0., 0., 2., 0., 2., 1., 1., 1., 1., 2., 0., 2.];
-    assert_cover(&l, 4, &[MANY_CORNERS]);
+fn polygons_are_covered_once_from_any_first_corner() {
     let comb = [0., 0., 5., 0., 5., 2., 4., 1., 3., 2., 2., 1., 1., 2., 0.5, 0.2, 0., 2.];
-    assert_cover(&comb, 7, &[MANY_CORNERS]);
     // A square hole joined to the outline by a bridge that is walked twice.
     let keyhole = [
         0., 0., 3., 0., 3., 3., 0., 3., 0., 0., 1., 1., 1., 2., 2., 2., 2., 1., 1., 1.,
     ];
-    assert_cover(&keyhole, 8, &[MANY_CORNERS]);
-}
-
-#[test]
-fn straight_corners_give_no_empty_triangle() {
-    assert_cover(&[0., 0., 1., 0., 2., 0., 2., 2., 0., 2.], 3, &[MANY_CORNERS]);
-}
-
-#[test]
-fn spike_is_dropped() {
-    let mut spiked = [0., 0., 2., 0., 2., 2., 3., 2., 2., 2., 0., 2.];
-    for _ in 0..6 {
-        spiked.rotate_left(2);
-        assert_cover(&spiked, 1, &[REPEATED_CORNER]);
+    let cases: [(&[f64], usize, &[&str]); 10] = [
+        (&[0., 0., 2., 0., 2., 1., 0., 1.], 1, &[]),
+        // A straight corner is convex, and so is one that rounding bends inwards by 1e-16.
+        (&[0., 0., 0.1, 0.1, 0.3, 0.3, 0., 1.], 1, &[]),
+        (&[0., 0., 2., 0., 0.5, 0.5, 0., 2.], 2, &[NON_CONVEX]),
+        (&[0., 0., 2., 0., 2., 1., 1., 1., 1., 2., 0., 2.], 4, &[MANY_CORNERS]),
+        (&comb, 7, &[MANY_CORNERS]),
+        (&keyhole, 8, &[MANY_CORNERS]),
+        // No empty triangle at straight corners.
+        (&[0., 0., 1., 0., 2., 0., 2., 2., 0., 2.], 3, &[MANY_CORNERS]),
+        // A spike.
+        (&[0., 0., 2., 0., 2., 2., 3., 2., 2., 2., 0., 2.], 1, &[REPEATED_CORNER]),
+        (&[0., 0., 1., 0., 1., 0., 0., 1.], 1, &[REPEATED_CORNER]),
+        (&[0., 0., 1., 0., 0., 1., 0., 0.], 1, &[REPEATED_CORNER]),
+    ];
+    for (points, count, remarks) in cases {
+        let mut points = points.to_vec();
+        for _ in 0..points.len() / 2 {
+            points.rotate_left(2);
+            assert_cover(&points, count, remarks);
+        }
     }
 }
 
@@ -89,9 +77,7 @@ fn quad_is_planar_within_six_digits_of_its_coordinates() {
 }
 
 #[test]
-fn repeated_corners_count_once() {
-    assert_cover(&[0., 0., 1., 0., 1., 0., 0., 1.], 1, &[REPEATED_CORNER]);
-    assert_cover(&[0., 0., 1., 0., 0., 1., 0., 0.], 1, &[REPEATED_CORNER]);
+fn four_equal_corners_have_no_area() {
     let (pieces, remarks) = split_polygon(&points_in_plane(&[1.; 8]));
     assert_eq!((pieces.len(), remarks), (1, vec![REPEATED_CORNER, NO_AREA]));
 }

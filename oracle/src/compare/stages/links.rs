@@ -1,14 +1,14 @@
 //! Checks the stages that make a patch's links: aim, item buffer, form factor, lookup or rays, link, escape,
 //! received, closure.
 
-use super::{DISC_ROUNDINGS, StageInputs, Tallies};
+use super::{DISC_ROUNDINGS, StageChecker};
 use crate::compare::item_buffer;
 use crate::compare::statistics::{ErrorTally, ulp_distance};
 use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
 use common::form_factor::FormFactor;
 use common::mesh::{Mesh, Patch};
 use common::passes::PatchClosure;
-use common::rays::LineOfSight;
+use common::rays::{LineOfSight, Rays};
 use common::settings::Lookup;
 use common::{Error, Result};
 use cpu::shader_twins::closure::sum_form_factors;
@@ -31,37 +31,6 @@ const MAX_END_ROUNDINGS: f32 = 32.0;
 
 /// Largest relative difference of two weights of the same points; weights of other points differ more.
 const MAX_WEIGHT_DIFFERENCE: f32 = 0.01;
-
-/// Makes the links of `patch` on the GPU and checks each stage on the output of the one before it.
-///
-/// Errors: the device fails.
-pub fn check_links(
-    inputs: &StageInputs,
-    patch: u32,
-    solver: &mut GpuSolver,
-    tallies: &mut Tallies,
-) -> Result<ProbedRow> {
-    let mesh = inputs.mesh;
-    let mut texels: Vec<TexelSums> = vec![TexelSums::default(); mesh.texels.len()];
-    let mut complete = true;
-    let mut s = 0;
-    let row = solver.probe_links(patch, &mut |probed| {
-        complete &= probed.sums.len() == texels.len();
-        if complete {
-            inputs.check_sample(patch, s, &probed, &mut texels, tallies);
-        }
-        s += 1;
-    })?;
-    if !complete || row.links.len() != texels.len() || row.transfers.len() != mesh.patches.len() {
-        return Err(Error::Device("the GPU's links are incomplete".into()));
-    }
-    let open = mesh.patches[patch as usize].open_share;
-    for (texel, w) in texels.iter().zip(&row.links) {
-        tallies.link.add(texel.link_error(open, *w));
-    }
-    inputs.check_sums(patch, &row, tallies);
-    Ok(row)
-}
 
 /// Sums of a texel over the samples: the GPU's, the twin's on the GPU's F and visibility, and the size of the
 /// twin's terms, to which rounding is relative.
@@ -89,16 +58,41 @@ struct DrawnView {
     lookup: Lookup,
 }
 
-impl StageInputs<'_> {
-    fn check_sample(&self, patch: u32, s: u32, probed: &ProbedSample, texels: &mut [TexelSums], tallies: &mut Tallies) {
-        tallies
-            .aim
-            .merge(aim_errors(&probed.aim, view::view_sample(self.mesh, patch, s)));
+impl StageChecker<'_> {
+    /// Makes the links of `patch` on the GPU and checks each stage on the output of the one before it.
+    ///
+    /// Errors: the device fails.
+    pub fn check_links(&mut self, patch: u32, solver: &mut GpuSolver) -> Result<ProbedRow> {
+        let mesh = self.mesh;
+        let mut texels: Vec<TexelSums> = vec![TexelSums::default(); mesh.texels.len()];
+        let mut complete = true;
+        let mut s = 0;
+        let row = solver.probe_links(patch, &mut |probed| {
+            complete &= probed.sums.len() == texels.len();
+            if complete {
+                self.check_sample(patch, s, probed, &mut texels);
+            }
+            s += 1;
+        })?;
+        if !complete || row.links.len() != texels.len() || row.transfers.len() != mesh.patches.len() {
+            return Err(Error::Device("the GPU's links are incomplete".into()));
+        }
+        let open = mesh.patches[patch as usize].open_share;
+        for (texel, w) in texels.iter().zip(&row.links) {
+            self.tallies.link.add(texel.link_error(open, *w));
+        }
+        self.check_sums(patch, &row);
+        Ok(row)
+    }
+
+    fn check_sample(&mut self, patch: u32, s: u32, probed: ProbedSample, texels: &mut [TexelSums]) {
+        let aim = aim_errors(&probed.aim, view::view_sample(self.mesh, patch, s));
+        self.tallies.aim.merge(aim);
         let drawn = self.transport.visibility.item_buffer().map(|drawing| DrawnView {
             view: with_gpu_frame(ShooterView::new(self.mesh, patch, s, &drawing), &probed.aim),
             buffer: ItemBuffer {
                 size: drawing.size,
-                ids: probed.ids.clone(),
+                ids: probed.ids,
             },
             lookup: drawing.lookup,
         });
@@ -110,17 +104,16 @@ impl StageInputs<'_> {
             } else {
                 item_buffer::check_boundary_pixels
             };
-            tallies.item_buffer.merge(check(self.mesh, view, buffer));
+            self.tallies.item_buffer.merge(check(self.mesh, view, buffer));
         }
-        let errors: Vec<[ErrorTally; 3]> = texels
-            .par_iter_mut()
-            .enumerate()
-            .map(|(k, texel)| self.check_texel((patch, s, k as u32), drawn.as_ref(), probed.sums[k], texel))
+        let checker = &*self;
+        let errors: Vec<[ErrorTally; 3]> = (texels.par_iter_mut().enumerate())
+            .map(|(k, texel)| checker.check_texel((patch, s, k as u32), drawn.as_ref(), probed.sums[k], texel))
             .collect();
         for [form_factor, sight, link] in errors {
-            tallies.form_factor.merge(form_factor);
-            tallies.sight.merge(sight);
-            tallies.link.merge(link);
+            self.tallies.form_factor.merge(form_factor);
+            self.tallies.sight.merge(sight);
+            self.tallies.link.merge(link);
         }
     }
 
@@ -164,21 +157,19 @@ impl StageInputs<'_> {
         if let Some((q, p)) = points.get() {
             let part = mesh.patches[patch as usize].shooter.area / mesh.samples as f32;
             texel.size += part / (PI * q.distance_squared(p) + part) + g;
-            let size = texel.size;
-            let weight_error = ulp_distance(gpu_sums.z, texel.twin.all, size);
-            tallies[2].add(weight_error);
-            tallies[2].add(ulp_distance(gpu_sums.y, texel.twin.seen, size));
-            // Visibility is checked only if both used the same points and the weight changes the sums.
-            let rounding = DISC_ROUNDINGS + f64::from(mesh.samples);
-            let same_points =
-                weight_error <= rounding && (gpu_sums.z - texel.gpu.z - g).abs() <= MAX_WEIGHT_DIFFERENCE * g;
-            if same_points && texel.gpu.y + g > texel.gpu.y {
-                let visible = |q, p| self.is_visible(patch, (q, p), drawn, face);
-                tallies[1].add_equality(visible(q, p) == gpu_sees || decided_by_rounding(&visible, q, p));
-            }
-        } else {
-            tallies[2].add(ulp_distance(gpu_sums.z, texel.twin.all, texel.size));
-            tallies[2].add(ulp_distance(gpu_sums.y, texel.twin.seen, texel.size));
+        }
+        let weight_error = ulp_distance(gpu_sums.z, texel.twin.all, texel.size);
+        tallies[2].add(weight_error);
+        tallies[2].add(ulp_distance(gpu_sums.y, texel.twin.seen, texel.size));
+        // Visibility is checked only if both used the same points and the weight changes the sums.
+        let rounding = DISC_ROUNDINGS + f64::from(mesh.samples);
+        let same_points = weight_error <= rounding && (gpu_sums.z - texel.gpu.z - g).abs() <= MAX_WEIGHT_DIFFERENCE * g;
+        if let Some((q, p)) = points.get()
+            && same_points
+            && texel.gpu.y + g > texel.gpu.y
+        {
+            let visible = |q, p| self.is_visible(patch, (q, p), drawn, face);
+            tallies[1].add_equality(visible(q, p) == gpu_sees || decided_by_rounding(&visible, q, p));
         }
         texel.gpu = gpu_sums;
         tallies
@@ -195,21 +186,18 @@ impl StageInputs<'_> {
     }
 
     /// Checks escape, received and closure, each on the GPU's input.
-    fn check_sums(&self, patch: u32, row: &ProbedRow, tallies: &mut Tallies) {
-        let mesh = self.mesh;
+    fn check_sums(&mut self, patch: u32, row: &ProbedRow) {
+        let (mesh, rays) = (self.mesh, self.rays);
         let directions = escape_directions();
-        let twin = escaped_share(mesh, self.rays, patch, &directions);
+        let twin = escaped_share(mesh, rays, patch, &directions);
         let difference = f64::from((twin - row.escaped).abs()) * ESCAPE_DIRECTION_COUNT as f64;
-        let edge = if difference > 0.0 {
-            undecided_directions(self, patch, &directions)
-        } else {
-            0.0
+        let beyond_edges = match difference > 0.0 {
+            true => (difference - undecided_directions(mesh, rays, patch, &directions)).max(0.0),
+            // 0 or NaN.
+            false => difference,
         };
-        tallies.escape.add(if difference.is_nan() {
-            difference
-        } else {
-            (difference - edge).max(0.0)
-        });
+        let tallies = &mut self.tallies;
+        tallies.escape.add(beyond_edges);
         for (c, taken) in mesh.patches.iter().zip(&row.transfers) {
             let twin = patch_transfer(mesh, &row.links, c);
             tallies.received.add(ulp_distance(*taken, twin, 0.0));
@@ -226,11 +214,11 @@ impl StageInputs<'_> {
 }
 
 /// Returns the number of directions of which rounding decides whether they meet a front.
-fn undecided_directions(inputs: &StageInputs, patch: u32, directions: &[Vec3]) -> f64 {
+fn undecided_directions(mesh: &Mesh, rays: &Rays, patch: u32, directions: &[Vec3]) -> f64 {
     let step = MAX_END_ROUNDINGS * f32::EPSILON;
     let of = |move_by: Vec3| {
         let moved: Vec<Vec3> = directions.iter().map(|d| *d + move_by * step).collect();
-        escaped_share(inputs.mesh, inputs.rays, patch, &moved)
+        escaped_share(mesh, rays, patch, &moved)
     };
     let shares = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y].map(of);
     let largest = shares.iter().fold(0.0f32, |a, b| a.max(*b));
@@ -279,7 +267,7 @@ fn aim_errors(aim: &SampleView, (frame, sheet): (Frame, u32)) -> ErrorTally {
 
 /// Returns F without its cosines, the scale of its rounding error (a rounding of a cosine is absolute). For a
 /// polygon: the angle that its outline spans over 2π, as for a circle of its radius.
-pub fn cosine_free_factor(kind: FormFactor, patch: &Patch, position: Vec3) -> f32 {
+fn cosine_free_factor(kind: FormFactor, patch: &Patch, position: Vec3) -> f32 {
     let (area, radius) = (patch.shooter.area, patch.shooter.radius);
     let distance = position.distance(patch.shooter.centre);
     match kind {

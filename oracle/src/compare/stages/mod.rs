@@ -5,7 +5,6 @@
 //! the terms that it adds, k counted from its operations.
 
 mod links;
-mod passes;
 mod shots;
 
 pub use links::factor_scales;
@@ -17,11 +16,14 @@ use common::Result;
 use common::constants::{PATCH_SUM_LANES, SELECT_LANES};
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
+use common::passes::Exchange;
 use common::rays::Rays;
-use common::settings::{Raster, Transport};
+use common::settings::{ItemBufferProjection, Transport};
+use common::shooting::{Shoot, Shot, ShotOrder, select_shooter};
 use gpu::GpuSolver;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::ops::ControlFlow;
 
 /// Number of greedy shots that are checked, and of further shots by patches spread over the scene.
 const CHECKED_SHOTS: usize = 4;
@@ -50,6 +52,14 @@ struct Tallies {
     collect: ErrorTally,
 }
 
+/// Inputs of all checks, and what they found.
+struct StageChecker<'a> {
+    mesh: &'a Mesh,
+    transport: &'a Transport,
+    rays: &'a Rays,
+    tallies: Tallies,
+}
+
 /// Checks all stages on a fresh `solver`.
 ///
 /// Errors: the device fails.
@@ -59,63 +69,72 @@ pub fn check_stages(
     rays: &Rays,
     solver: &mut GpuSolver,
 ) -> Result<Vec<StageCheck>> {
-    let mut tallies = Tallies::default();
+    let mut checker = StageChecker {
+        mesh,
+        transport,
+        rays,
+        tallies: Tallies::default(),
+    };
     let mut rows = BTreeMap::new();
-    let inputs = StageInputs { mesh, transport, rays };
     let spread = (0..CHECKED_SHOTS).map(|k| ((2 * k + 1) * mesh.patches.len() / (2 * CHECKED_SHOTS)) as u32);
     let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
-    for order in greedy.chain(spread.map(Some)) {
-        let before = shots::ShotState::read_from(solver)?;
-        let Some(shot) = shots::shoot_next(solver, order)? else {
+    for patch in greedy.chain(spread.map(Some)) {
+        let before = (solver.read_field()?, solver.patch_power()?);
+        let script = patch.map(|patch| [patch]);
+        let order = match &script {
+            None => ShotOrder::Greedy { threshold: 0.0 },
+            Some(script) => ShotOrder::Replay(script),
+        };
+        let mut done: Option<Shot> = None;
+        solver.run(order, 1, &mut |shot| {
+            done = Some(*shot);
+            ControlFlow::Continue(())
+        })?;
+        let Some(shot) = done.filter(|shot| shot.power.iter().any(|p| *p != 0.0)) else {
             continue;
         };
-        if order.is_none() {
-            shots::check_selection(&before, &shot, &mut tallies);
+        let select = &mut checker.tallies.select;
+        if patch.is_none() {
+            select.add_equality(select_shooter(&before.1, 0.0) == Some(shot.patch));
         }
         if shot.patch as usize >= mesh.patches.len() {
-            tallies.select.add_equality(false);
+            select.add_equality(false);
             continue;
         }
         // The links of a patch are made at its first shot and kept.
         if let Entry::Vacant(place) = rows.entry(shot.patch) {
-            place.insert(links::check_links(&inputs, shot.patch, solver, &mut tallies)?);
+            place.insert(checker.check_links(shot.patch, solver)?);
         }
-        let after = shots::ShotState::read_from(solver)?;
-        inputs.check_shot(&before, &shot, &rows[&shot.patch], &after, &mut tallies);
+        let after = (solver.read_field()?, solver.patch_power()?);
+        checker.check_shot(&shot, &rows[&shot.patch], [&before, &after]);
     }
     if rows.is_empty() {
         // Without emission, no patch shoots; its links are checked nevertheless.
         for patch in 0..mesh.patches.len().min(CHECKED_SHOTS) as u32 {
-            rows.insert(patch, links::check_links(&inputs, patch, solver, &mut tallies)?);
+            rows.insert(patch, checker.check_links(patch, solver)?);
         }
     }
-    let exchanged = passes::check_passes(&inputs, &rows, solver, &mut tallies)?;
-    Ok(tallies.stage_checks(mesh, transport, exchanged))
-}
-
-/// Inputs of all checks.
-struct StageInputs<'a> {
-    mesh: &'a Mesh,
-    transport: &'a Transport,
-    rays: &'a Rays,
+    if solver.has_room() {
+        let patches: Vec<u32> = rows.keys().copied().collect();
+        checker.check_passes(&patches, solver)?;
+    }
+    Ok(checker.tallies.stage_checks(mesh, transport))
 }
 
 impl Tallies {
     /// Returns the checks of all stages that ran, each with its bound and the reason.
-    fn stage_checks(&self, mesh: &Mesh, transport: &Transport, exchanged: bool) -> Vec<StageCheck> {
+    fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> Vec<StageCheck> {
         let samples = f64::from(mesh.samples);
         let factor = form_factor_roundings(transport.form_factor);
         let texels = mesh.patches.iter().map(|c| c.count as usize).max().unwrap_or(0);
         let in_patch = (texels.div_ceil(PATCH_SUM_LANES) + 6 + 4) as f64;
         let over_patches = (mesh.patches.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
         let per_shot = 2.0 * CHECKED_SHOTS as f64 + 4.0;
-        let raster = transport
-            .visibility
-            .item_buffer()
-            .map(|drawing| drawing.projection.raster_method());
-        let (drawn, shot) = (raster.is_some(), self.deposit.values() > 0);
-        let (pixels, pixel_reason) = match raster {
-            Some(Raster::Tessellated) => (
+        let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
+        let (drawn, shot) = (projection.is_some(), self.deposit.values() > 0);
+        let exchanged = self.exchange.values() > 0;
+        let (pixels, pixel_reason) = match projection {
+            Some(ItemBufferProjection::Paper) => (
                 PIXEL_SHARE,
                 "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
             ),

@@ -25,7 +25,7 @@ pub fn largest_faces(values: &[f64]) -> Vec<u32> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ErrorCause {
-    /// Visibility of the item buffer instead of rays, or visibility samples of links.
+    /// Visibility of the item buffer instead of rays.
     Visibility,
     /// The disc form factor instead of Lambert's polygon.
     FormFactor,
@@ -34,14 +34,8 @@ pub enum ErrorCause {
     Patches,
     /// Variation of light within texels.
     Texels,
-    /// Change of the last refinement step, without attribution.
+    /// Change of the last refinement step.
     Refinement,
-    /// Radiosity within source nodes beyond a mean and a slope.
-    Sources,
-    /// Irradiance interpolated from neighbours instead of gathered.
-    Receivers,
-    /// Error of earlier bounces, correlated between texels.
-    Propagation,
     /// Unshot light.
     Iteration,
     /// Closure defect of the links, accumulated over bounces.
@@ -59,9 +53,6 @@ impl ErrorCause {
             Self::Patches => "patches",
             Self::Texels => "texels",
             Self::Refinement => "refinement",
-            Self::Sources => "sources",
-            Self::Receivers => "receivers",
-            Self::Propagation => "propagation",
             Self::Iteration => "iteration",
             Self::Closure => "closure",
             Self::Rounding => "rounding",
@@ -71,25 +62,15 @@ impl ErrorCause {
     /// Explanation of the cause in one phrase.
     pub fn describe_cause(self) -> &'static str {
         match self {
-            Self::Visibility => "visibility: item buffers, or few rays at shadow edges",
+            Self::Visibility => "visibility of an item buffer instead of rays",
             Self::FormFactor => "disc form factors instead of Lambert's polygons",
             Self::Patches => "light varies within patches",
             Self::Texels => "light varies within texels",
             Self::Refinement => "change of the last refinement step",
-            Self::Sources => "radiosity varies within sources beyond a mean and a slope",
-            Self::Receivers => "irradiance interpolated from neighbouring texels",
-            Self::Propagation => "error of earlier bounces, correlated between texels",
             Self::Iteration => "unshot light",
             Self::Closure => "links add or lose light at each bounce",
             Self::Rounding => "32-bit rounding, accumulated over reflections",
         }
-    }
-
-    /// True for the causes that finer steps of an adaptive solve reduce.
-    pub fn is_refinement(self) -> bool {
-        use ErrorCause::{Propagation, Receivers, Refinement, Sources, Texels, Visibility};
-        let all = [Refinement, Sources, Visibility, Receivers, Propagation, Texels];
-        all.contains(&self)
     }
 }
 

@@ -83,24 +83,20 @@ pub fn load_stage(arguments: &RelightArguments, to_error: bool) -> Result<Religh
 fn check_object_extent(room: &Scene, scene: &Scene, object: &PlacedObject) -> Result<Option<String>> {
     let [(low, high), (from, to)] = [room, scene].map(scene_extent);
     let size = (high - low).max_element();
-    let all = (high.max(to) - low.min(from)).max_element();
-    let [low_text, high_text, from_text, to_text] = [low, high, from, to].map(format_point);
-    // False for NaN, too.
-    let visible = size >= MIN_ROOM_SHARE * all;
-    if !visible {
-        let message = format!(
-            "reaches from {from_text} to {to_text}, too far outside a room of size {size:.3}: see --scale and --place"
-        );
-        return Err(Error::bad_input(&object.file, "", message));
-    }
     let margin = size * 1e-6;
-    let inside = from.cmpge(low - margin).all() && to.cmple(high + margin).all();
-    Ok((!inside).then(|| {
-        let file = object.file.display();
-        format!(
-            "{file} reaches from {from_text} to {to_text}, the room only from {low_text} to {high_text}: see --scale and --place"
-        )
-    }))
+    if from.cmpge(low - margin).all() && to.cmple(high + margin).all() {
+        return Ok(None);
+    }
+    let [low_text, high_text, from_text, to_text] = [low, high, from, to].map(format_point);
+    let message = format!(
+        "reaches from {from_text} to {to_text}, the room only from {low_text} to {high_text}: see --scale and --place"
+    );
+    // False for NaN, too.
+    let visible = size >= MIN_ROOM_SHARE * (high.max(to) - low.min(from)).max_element();
+    match visible {
+        true => Ok(Some(format!("{} {message}", object.file.display()))),
+        false => Err(Error::bad_input(&object.file, "", message)),
+    }
 }
 
 fn scene_extent(scene: &Scene) -> (DVec3, DVec3) {

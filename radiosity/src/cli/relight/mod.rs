@@ -9,7 +9,7 @@ use super::objects::{ObjectOptions, parse_camera, parse_point};
 use super::options::{Choice, CommonOptions, PassOptions, ShootingOptions, choice_parser, parse_error};
 use super::progress::{Progress, handle_interrupts};
 use super::solver::{SHOOTING_SOLVERS, SolverOption, choose_solver, open_gpu};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use common::capture::MapProjection;
 use common::relight::{MendedFlaws, RelightMethod};
 use common::settings::{Settings, SolveQuality};
@@ -41,17 +41,6 @@ const MAP_PROJECTIONS: [Choice<MapProjection>; 3] = [
     ),
 ];
 
-/// `--method`.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MethodOption {
-    /// Shoot the change that the objects make, of either sign; converges to a full solution
-    Signed,
-    /// Table 2 of the paper
-    Paper,
-    /// Solve everything again with the room's recovered reflectance and emission
-    Full,
-}
-
 /// Arguments of `relight`.
 #[derive(Args)]
 pub struct RelightArguments {
@@ -60,9 +49,9 @@ pub struct RelightArguments {
     room: PathBuf,
     #[command(flatten)]
     objects: ObjectOptions,
-    /// Method of relighting
-    #[arg(long, value_enum, default_value = "signed")]
-    method: MethodOption,
+    /// Method: shoot the change that the objects make, of either sign; Table 2 of the paper; or everything again
+    #[arg(long, value_parser = ["signed", "paper", "full"], default_value = "signed")]
+    method: String,
     /// Solver [default: gpu where there is a hardware adapter, else cpu; cpu with --error]
     #[arg(long, value_parser = choice_parser(&SHOOTING_SOLVERS))]
     solver: Option<SolverOption>,
@@ -95,12 +84,24 @@ pub struct RelightArguments {
 
 /// Relights a room with the objects and writes the results.
 pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
-    let common = &arguments.common;
+    let RelightArguments { common, shooting, .. } = arguments;
+    let method = match arguments.method.as_str() {
+        "signed" => Some(RelightMethod::Signed),
+        "paper" => Some(RelightMethod::Paper(MendedFlaws::default())),
+        _ => None,
+    };
     let asked = arguments.solver.or(arguments.error.map(|_| SolverOption::Cpu));
     let solver = choose_solver(asked, common)?;
-    let error = choose_error(arguments)?;
-    arguments.shooting.visibility_in_force(solver == SolverOption::Gpu)?;
-    let progress = Progress::new("relight", common.quiet);
+    let shoots = matches!(method, Some(RelightMethod::Paper(_)));
+    if shoots && arguments.error.is_some() {
+        return Err(Error::Usage(
+            "--error: --method paper shoots; leave one of them out".into(),
+        ));
+    }
+    shooting.check_item_buffer(solver == SolverOption::Gpu)?;
+    let default = Some(common.quality_error()).filter(|_| !shoots && *shooting == ShootingOptions::default());
+    let error = arguments.error.or(default);
+    let progress = Progress::new("relight");
     let show = |phase: &str, done| progress.show_phase(phase, done);
     let watch = ProgressMonitor::new(&show);
     let stage = watch.time_phase("load", || inputs::load_stage(arguments, error.is_some()))?;
@@ -110,15 +111,8 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
     prepare_directory(&arguments.out)?;
     handle_interrupts();
     let (device, missing) = open_gpu(solver, common)?;
-    let settings = relight_settings(arguments, &stage, device.is_some())?;
-    let task = RelightTask {
-        stage: &stage,
-        method: match arguments.method {
-            MethodOption::Signed => Some(RelightMethod::Signed),
-            MethodOption::Paper => Some(RelightMethod::Paper(MendedFlaws::default())),
-            MethodOption::Full => None,
-        },
-    };
+    let settings = relight_settings(arguments, &stage, device.is_some());
+    let task = RelightTask { stage: &stage, method };
     let question = SolveRequest {
         task: &task,
         settings: &settings,
@@ -136,28 +130,10 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
     missing.map_or(Ok(Outcome::Done), Err)
 }
 
-/// Returns the error to reach; none: it shoots.
-///
-/// Errors: the method shoots, and an error is given.
-fn choose_error(arguments: &RelightArguments) -> Result<Option<f64>> {
-    let shoots = arguments.method == MethodOption::Paper;
-    if shoots && arguments.error.is_some() {
-        return Err(Error::Usage(
-            "--error: --method paper shoots; leave one of them out".into(),
-        ));
-    }
-    let default = Some(arguments.common.quality_error());
-    let default = default.filter(|_| !shoots && arguments.shooting == ShootingOptions::default());
-    Ok(arguments.error.or(default))
-}
-
 /// Returns the settings in force for room and objects.
-fn relight_settings(arguments: &RelightArguments, stage: &RelightStage, on_gpu: bool) -> Result<Settings> {
-    let without = arguments.shooting.without_gpu();
-    let shooting = if on_gpu { &arguments.shooting } else { &without };
-    let mut settings = arguments
-        .common
-        .shooting_settings(shooting, &PassOptions::default(), on_gpu)?;
+fn relight_settings(arguments: &RelightArguments, stage: &RelightStage, on_gpu: bool) -> Settings {
+    let RelightArguments { common, shooting, .. } = arguments;
+    let mut settings = common.shooting_settings(shooting, &PassOptions::default(), on_gpu);
     let meshing = &mut settings.meshing;
     meshing.texels = stage.resolutions.first().map_or(meshing.texels, |r| r[0]);
     let panorama = stage.captured.panorama.is_some();
@@ -170,5 +146,5 @@ fn relight_settings(arguments: &RelightArguments, stage: &RelightStage, on_gpu: 
             _ => meshing.patches,
         };
     }
-    Ok(settings)
+    settings
 }

@@ -1,17 +1,14 @@
 //! Files and messages of `relight`.
 
-use super::{MethodOption, RelightArguments};
+use super::RelightArguments;
 use crate::cli::console::message;
 use crate::cli::objects::PlacedObject;
-use crate::cli::solve::{add_view_files, print_warnings_and_files, view_inputs};
+use crate::cli::solve::{add_view_files, print_summary};
 use crate::relight::camera::{automatic_camera, camera_at};
 use crate::relight::page::{RelightPage, render_report};
-use crate::relight::pictures::RelightPictures;
-use crate::relight::thumbnail::panorama_figure;
+use crate::relight::pictures::draw_figures;
 use crate::relight::{Backdrop, COMPOSITE_SIZE, RelitScene, composite, files};
-use crate::report::tone_mapping::ToneCurve;
-use crate::report::view::camera::Camera;
-use clap::ValueEnum;
+use crate::report::solution_view::RenderedView;
 use common::energy::EnergyBalance;
 use common::solution::pending::PendingFiles;
 use common::solution::{PhaseSeconds, Solution};
@@ -22,10 +19,6 @@ use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::{RelightReport, Solved};
 use oracle::solve::{SolveAnswer, SolveRequest};
 use serde_json::{Value, json};
-
-/// Names of the files that a relight writes.
-const OUTPUT_FILES: &str =
-    "composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json";
 
 /// Writes pictures, report and result, and prints the summary.
 pub fn write_results(
@@ -38,17 +31,29 @@ pub fn write_results(
     let (done, out) = (&answered.solved, &arguments.out);
     let relit = done.relight.as_ref();
     let relit = relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))?;
-    let seen = relit_scene(stage, done, relit);
+    let seen = RelitScene {
+        scene: &stage.scene,
+        mesh: &done.mesh,
+        room: stage.room_faces,
+        before: &relit.before,
+        after: &done.run.field,
+        eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
+    };
     let radiance = |d: DVec3| match &stage.captured.panorama {
         Some((panorama, _)) => panorama.radiance(d),
         None => Vec3::ZERO,
     };
     let backdrop: Option<Backdrop> = stage.captured.panorama.is_some().then_some(&radiance);
-    let camera = choose_camera(arguments, &seen);
+    let camera = match &arguments.camera {
+        Some([ex, ey, ez, tx, ty, tz, fov]) => {
+            camera_at(seen.mesh, DVec3::new(*ex, *ey, *ez), DVec3::new(*tx, *ty, *tz), *fov)
+        }
+        None => automatic_camera(&seen),
+    };
     let picture = watch.time_phase("composite", || {
         composite::render_composite(&seen, &camera, COMPOSITE_SIZE, backdrop)
     });
-    let exposure = files::choose_exposure(&picture).opened_by(0.0, ToneCurve::Filmic);
+    let exposure = files::choose_exposure(&picture).with_shoulder();
     let energy = EnergyBalance::new(&done.mesh, &done.run.field, &done.run.shots);
     let mut notes = stage.notes.clone();
     notes.extend(capture_notes(stage, done, relit));
@@ -72,61 +77,38 @@ pub fn write_results(
     // The view starts at the composite's camera, which shows the objects.
     let (around, pictures) = watch.time_phase("view", || {
         rayon::join(
-            || view_inputs(&solution, Some(camera)).render_view(),
-            || RelightPictures::new(&seen, &picture, exposure),
+            || RenderedView::new(&solution, Some(camera)),
+            || draw_figures(&picture, exposure),
         )
     });
     let around = around?;
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
-    let phases = watch.timed_phases();
     let report = RelightPage {
         room: &arguments.room.display().to_string(),
         objects: &objects,
-        settings: &list_settings(arguments, &solution),
         relit: &seen,
         composite: &picture,
         pictures: &pictures,
-        camera,
         energy: Some(&energy),
         map_shots: relit.map_shots as u32,
         object_shots: relit.object_shots as u32,
         converged: done.run.converged,
         negative_texels: relit.negative_texels(&done.run),
-        seconds: &phases,
         warnings: &answered.warnings,
         notes: &notes,
-        panorama: backdrop.map(|backdrop| panorama_figure(&seen, backdrop, exposure)),
         viewer: &around.element.0,
     };
     let mut files = PendingFiles::default();
     add_view_files(&around, out, &mut files)?;
     files.add(&out.join("report.html"), render_report(&report).as_bytes())?;
     files.rename_files()?;
-    if !arguments.common.quiet {
-        print_summary(&solution, &phases, arguments);
-    }
+    print_summary(&solution, answered);
+    message!(
+        "wrote composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json in {}",
+        out.display()
+    );
     Ok(())
-}
-
-fn relit_scene<'a>(stage: &'a RelightStage, done: &'a Solved, relit: &'a RelightReport) -> RelitScene<'a> {
-    RelitScene {
-        scene: &stage.scene,
-        mesh: &done.mesh,
-        room: stage.room_faces,
-        before: &relit.before,
-        after: &done.run.field,
-        eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
-    }
-}
-
-fn choose_camera(arguments: &RelightArguments, seen: &RelitScene) -> Camera {
-    match &arguments.camera {
-        Some([ex, ey, ez, tx, ty, tz, fov]) => {
-            camera_at(seen.mesh, DVec3::new(*ex, *ey, *ez), DVec3::new(*tx, *ty, *tz), *fov)
-        }
-        None => automatic_camera(seen),
-    }
 }
 
 /// Describes the entries that result.json has in addition to those of a solve.
@@ -140,7 +122,7 @@ fn describe_relight(arguments: &RelightArguments, stage: &RelightStage, done: &S
         })
     };
     json!({
-        "method": method_name(arguments.method),
+        "method": arguments.method,
         "map_shots": relit.map_shots,
         "object_shots": relit.object_shots,
         "negative_texels": relit.negative_texels(&done.run),
@@ -148,25 +130,6 @@ fn describe_relight(arguments: &RelightArguments, stage: &RelightStage, done: &S
         "room_faces": stage.room_faces,
         "objects": arguments.objects.objects.iter().map(describe_object).collect::<Vec<_>>(),
     })
-}
-
-/// Lists the options in force for the report.
-fn list_settings(arguments: &RelightArguments, solution: &Solution) -> Vec<(String, String)> {
-    let mut all = vec![
-        ("method".to_owned(), method_name(arguments.method)),
-        ("solver".to_owned(), solution.adapter.unwrap_or("CPU").to_owned()),
-    ];
-    let settings = serde_json::to_value(solution.settings).unwrap_or_default();
-    for (name, value) in settings.as_object().into_iter().flatten() {
-        let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        all.push((name.clone(), text));
-    }
-    all
-}
-
-fn method_name(method: MethodOption) -> String {
-    let name = method.to_possible_value();
-    name.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// Returns notes on the captured room.
@@ -190,24 +153,4 @@ fn capture_notes(stage: &RelightStage, done: &Solved, relit: &RelightReport) -> 
         notes.push("the centre of the map looks along +z, +x is a quarter turn to its left, y is up".into());
     }
     notes
-}
-
-fn print_summary(solution: &Solution, phases: &[(&str, f64)], arguments: &RelightArguments) {
-    let energy = EnergyBalance::new(solution.mesh, &solution.run.field, &solution.run.shots);
-    let phases: Vec<String> = phases
-        .iter()
-        .map(|(phase, seconds)| format!("{phase} {seconds:.2} s"))
-        .collect();
-    message!(
-        "{}: {} faces, {} texels, {} shots on {}, {:.3} % unshot, imbalance {:.1e}; {}",
-        solution.scene.name,
-        solution.mesh.faces.len(),
-        solution.mesh.texels.len(),
-        solution.run.shots.len(),
-        solution.adapter.unwrap_or("the CPU"),
-        100.0 * solution.run.unshot_fraction(),
-        energy.imbalance,
-        phases.join(", "),
-    );
-    print_warnings_and_files(solution, OUTPUT_FILES, &arguments.out);
 }

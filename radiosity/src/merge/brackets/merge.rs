@@ -21,8 +21,6 @@ pub struct RadianceMap {
     pub size: [usize; 2],
     /// Relative radiance, row-major from the upper left: finite, not negative.
     pub radiance: Vec<Vec3>,
-    /// Photograph with the largest weight in each pixel, over all channels; none without any weight.
-    pub dominant: Vec<Option<u32>>,
     /// Numbers of pixels that no photograph exposes well.
     pub unseen: UnseenPixels,
 }
@@ -35,7 +33,6 @@ impl RadianceMap {
         let mut merged = Self {
             size: brackets.picture_size(),
             radiance: Vec::with_capacity(count),
-            dominant: Vec::with_capacity(count),
             unseen: UnseenPixels::default(),
         };
         let mut codes = Vec::with_capacity(ln_seconds.len());
@@ -60,11 +57,6 @@ impl RadianceMap {
         self.unseen.saturated += unseen.saturated.min(1);
         self.unseen.black += unseen.black.min(1);
         self.unseen.between += unseen.between.min(1);
-        let sure = |codes: &[u8; 3]| codes.iter().map(|z| code_weight(*z)).sum::<f64>() as u32;
-        let weights = codes.iter().map(sure);
-        let best = weights.zip(0_u32..).max_by_key(|(weight, k)| (*weight, u32::MAX - k));
-        self.dominant
-            .push(best.filter(|(weight, _)| *weight > 0).map(|(_, k)| k));
     }
 }
 

@@ -59,30 +59,13 @@ pub(crate) fn code_weight(code: u8) -> f64 {
     f64::from(code.min(255 - code))
 }
 
-/// Checks an exposure time.
-///
-/// Errors: [`Error::Input`] with the file if it is out of range.
-pub fn check_seconds(path: &Path, seconds: f64) -> Result<()> {
-    if (EXPOSURE_SECONDS_RANGE[0]..=EXPOSURE_SECONDS_RANGE[1]).contains(&seconds) {
-        return Ok(());
-    }
-    let message = format!("is said to be exposed for {seconds} s: seconds above 0 are needed");
-    Err(Error::bad_input(path, "", message))
-}
-
 /// Checks the size of a photograph, one of `count`, before it is decoded.
 ///
-/// Errors: [`Error::Input`] with the file if it is too large or differs from the `first` one.
-pub fn check_photograph(path: &Path, size: [usize; 2], first: Option<(&Path, [usize; 2])>, count: usize) -> Result<()> {
+/// Errors: [`Error::Input`] with the file if it is too large.
+pub fn check_picture_size(path: &Path, size: [usize; 2], count: usize) -> Result<()> {
     let [w, h] = size.map(|n| n as u64);
     let refuse = |message: String| Err(Error::bad_input(path, "", message));
     check_size(w, h).or_else(refuse)?;
-    if let Some((name, [first_w, first_h])) = first.filter(|first| first.1 != size) {
-        return refuse(format!(
-            "has {w}×{h} pixels and {} has {first_w}×{first_h}: aligned pictures of one size are needed",
-            name.display()
-        ));
-    }
     if (w * h).saturating_mul(count as u64) > MAX_PIXELS_IN_ALL {
         return refuse(format!(
             "{count} pictures of {w}×{h} pixels are more than {MAX_PIXELS_IN_ALL} (2^29) pixels: scale them down"
@@ -95,30 +78,36 @@ impl Brackets {
     /// Takes photographs in any order.
     ///
     /// Errors: [`Error::Usage`] for fewer than two; [`Error::Input`] with the file for a size other than the first's,
-    /// too many pixels, or an exposure time that is out of range or occurs twice.
+    /// or an exposure time that is out of range or occurs twice.
     pub fn new(mut exposures: Vec<Photograph>) -> Result<Self> {
         let count = exposures.len();
         if count < 2 {
             return Err(Error::Usage(format!("{count} exposures: two at least are needed")));
         }
-        for exposure in &exposures {
-            check_seconds(&exposure.path, exposure.seconds)?;
-            let first = (exposures[0].path.as_path(), exposures[0].size);
-            check_photograph(&exposure.path, exposure.size, Some(first), count)?;
-            if exposure.pixels.len() != exposure.size[0] * exposure.size[1] {
-                let message = "has another number of pixels than its size says";
-                return Err(Error::bad_input(&exposure.path, "", message));
-            }
-        }
+        let first = (exposures[0].path.clone(), exposures[0].size);
         exposures.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
-        let equal = |pair: &&[Photograph]| pair[0].seconds == pair[1].seconds;
-        if let Some(pair) = exposures.windows(2).find(equal) {
-            let message = format!(
-                "is exposed for {} s, as {} is: each once is needed",
-                pair[1].seconds,
-                pair[0].path.display()
-            );
-            return Err(Error::bad_input(&pair[1].path, "", message));
+        for (
+            k,
+            Photograph {
+                path, seconds, size, ..
+            },
+        ) in exposures.iter().enumerate()
+        {
+            let before = k.checked_sub(1).map(|before| &exposures[before]);
+            let message = if !(EXPOSURE_SECONDS_RANGE[0]..=EXPOSURE_SECONDS_RANGE[1]).contains(seconds) {
+                format!("is said to be exposed for {seconds} s: seconds above 0 are needed")
+            } else if let Some(equal) = before.filter(|before| before.seconds == *seconds) {
+                let other = equal.path.display();
+                format!("is exposed for {seconds} s, as {other} is: each once is needed")
+            } else if *size != first.1 {
+                let ([w, h], [first_w, first_h], name) = (size, first.1, first.0.display());
+                format!(
+                    "has {w}×{h} pixels and {name} has {first_w}×{first_h}: aligned pictures of one size are needed"
+                )
+            } else {
+                continue;
+            };
+            return Err(Error::bad_input(path, "", message));
         }
         Ok(Self { photographs: exposures })
     }

@@ -1,11 +1,9 @@
 //! Builds `report.json`: the contract's fields and further ones for scripts.
 
-use crate::report::view::interpolation::InterpolationSurface;
-use crate::report::view::quality::InterpolationQuality;
 use common::settings::Settings;
-use oracle::compare::comparison::{Comparison, Criterion, SceneComparison, StageCheck};
+use oracle::compare::comparison::{Comparison, SceneComparison};
 use oracle::solve::solver::ErrorTarget;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 /// Converts all scenes, in the given order; NaN becomes null.
 pub fn report_json(judged: &[SceneComparison]) -> Value {
@@ -23,7 +21,6 @@ fn scene_json(judged: &SceneComparison) -> Value {
 }
 
 fn comparison_json(c: &Comparison) -> Value {
-    let surface = InterpolationSurface::new(&c.scene, &c.mesh);
     json!({
         "scene": c.scene.name,
         "way": c.preset,
@@ -38,11 +35,10 @@ fn comparison_json(c: &Comparison) -> Value {
         "truth": c.truth,
         "visibility": c.pairs,
         "energy": { "cpu": c.cpu_energy, "gpu": c.gpu_energy },
-        "bounds": gates_by_name(&c.criteria),
+        "bounds": c.criteria.iter().map(|gate| (&gate.name, json!(gate))).collect::<Value>(),
         "gates": c.criteria,
         "findings": c.findings,
-        "stages": stages_by_name(&c.stages),
-        "interpolation": InterpolationQuality::new(&surface.interpolate(&c.cpu.field.irradiance)),
+        "stages": c.stages.iter().map(|stage| (&stage.name, json!(stage))).collect::<Value>(),
         "estimated_error": { "cpu": c.estimated_error(0), "gpu": c.estimated_error(1) },
         "certificate": { "cpu": c.estimates[0], "gpu": c.estimates[1] },
         "settings": { "cpu": settings_in_force(c, &c.settings), "gpu": settings_in_force(c, &c.gpu_settings) },
@@ -56,19 +52,9 @@ fn comparison_json(c: &Comparison) -> Value {
 }
 
 /// Returns the options in force.
-pub fn settings_in_force(c: &Comparison, shooting: &Settings) -> Value {
+fn settings_in_force(c: &Comparison, shooting: &Settings) -> Value {
     match c.error_target {
         Some(ErrorTarget { error, texels }) => json!({ "error": error, "texels": texels }),
         None => json!(shooting),
     }
-}
-
-/// Returns the stages by name.
-fn stages_by_name(stages: &[StageCheck]) -> Map<String, Value> {
-    stages.iter().map(|stage| (stage.name.clone(), json!(stage))).collect()
-}
-
-/// Returns the gates by name; the array `gates` keeps their order.
-fn gates_by_name(gates: &[Criterion]) -> Map<String, Value> {
-    gates.iter().map(|gate| (gate.name.clone(), json!(gate))).collect()
 }

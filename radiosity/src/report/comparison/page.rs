@@ -1,7 +1,6 @@
-//! Composes `report.html`: verdict, pictures, overview, a section per comparison, and the explanation.
+//! Composes `report.html`: verdict, overview and viewers, a section per comparison, and the explanation.
 
-use super::figures::{ComparisonView, convergence_figure, mismatch_figure};
-use super::json::settings_in_force;
+use super::figures::ComparisonPictures;
 use crate::report::document::{
     Blocks, Cell, Document, Row, Section, Table, Text, VerdictTone, bold_text, code_text, link_text, pass_mark,
     plain_text, styled_text,
@@ -10,32 +9,52 @@ use crate::report::energy::add_energy_balances;
 use crate::report::format::{count_noun, file_name, format_count, format_duration, format_number, format_percent};
 use crate::report::viewer;
 use oracle::compare::comparison::{Comparison, Preset, SceneComparison};
-use serde_json::Value;
+
+/// Name of the row that should be 0.
+const UNEXPLAINED_ROW: &str = "–– unexplained";
+/// Paragraphs of the explanation: what each begins with, and the rest.
+const EXPLANATION: [(&str, &str); 3] = [
+    (
+        "Each scene is solved twice.",
+        " On the CPU rays determine visibility. On the GPU the scene is drawn from the shooter, each face in its own \
+         colour (the item buffer), and a texel is visible if its pixel has its face's colour. A third solver is compared \
+         with both: the twin, the shaders' algorithm in plain Rust. Shader and twin may differ by rounding only, twin \
+         and rays only next to a boundary between two faces in the item buffer.",
+    ),
+    (
+        "Lockstep and free.",
+        " In lockstep one solver repeats the other's decisions: which patch shoots, or which links are refined. In a free \
+         run each decides on its own, as in normal use; solves to an error may then differ by the estimated errors.",
+    ),
+    (
+        "Agreement is not accuracy.",
+        " A broken condition means a fault in the code; two solvers of one method agree, however crude it is. The error \
+         of each solution is therefore given beside the verdict, against the dense matrix of all texels with independent \
+         form factors and visibility, and limits of the method as findings, with their size and what to change.",
+    ),
+];
 
 /// Renders the report; `notes` name the omitted scenes with reasons.
 pub fn render_report(judged: &[SceneComparison], notes: &[String]) -> String {
     let mut opening = Blocks::default();
     add_headline(&mut opening, judged);
-    opening.add_notes(notes);
+    opening.add_notes(notes).add_table(overview_table(judged));
     let mut sections = Vec::new();
     for (k, scene) in judged.iter().enumerate() {
-        let mut figures = Vec::new();
-        let mut viewer = None;
-        for c in scene.iter_comparisons() {
-            let view = ComparisonView::new(c);
-            figures.push(view.opening_figure(preset_heading(c.preset), &format_errors(c.truth_error)));
-            viewer.get_or_insert_with(|| view.render_viewer());
+        opening.add_heading(file_name(&scene.first.scene.name));
+        for (n, c) in scene.iter_comparisons().enumerate() {
+            let pictures = ComparisonPictures::new(c);
             let id = section_id(k, c.preset == scene.first.preset);
-            sections.push(comparison_section(id, c, &view));
+            sections.push(comparison_section(id, c, &pictures));
+            if n == 0 {
+                opening.add_element(pictures.viewer);
+            }
         }
-        opening
-            .add_heading(file_name(&scene.first.scene.name))
-            .add_figures(&figures);
-        viewer.map(|viewer| opening.add_element(viewer));
     }
-    opening.add_table(overview_table(judged));
     let mut method = Blocks::default();
-    add_explanation(&mut method);
+    for (start, rest) in EXPLANATION {
+        method.add_paragraph(bold_text(start) + rest);
+    }
     method.add_element(viewer::page_assets());
     sections.push(method.into_section("how", "Method of comparison"));
     let page = Document {
@@ -52,131 +71,107 @@ fn section_id(k: usize, is_first: bool) -> String {
     format!("scene-{}{}", k + 1, if is_first { "" } else { "-solve" })
 }
 
-fn preset_heading(preset: Preset) -> &'static str {
-    match preset {
-        Preset::SolveDefault => "The default of solve: adaptive, to an error",
-        Preset::Paper => "The paper's method: whole faces, discs, one sample, an item buffer",
-        Preset::Requested => "The given options",
-    }
-}
-
 /// Formats a share of each solver; – where it is not known.
 fn format_errors(errors: [Option<f64>; 2]) -> [String; 2] {
     errors.map(|error| error.map_or("–".into(), format_percent))
 }
 
 fn add_headline(opening: &mut Blocks, judged: &[SceneComparison]) {
-    let agree = judged.iter().filter(|scene| scene.all_agree()).count();
     let all = judged.len();
+    let differ = judged.iter().filter(|scene| !scene.all_agree()).count();
     let scenes = if all == 1 { "scene" } else { "scenes" };
-    match (all, agree) {
-        (0, _) => opening.add_verdict(VerdictTone::Bad, "Nothing compared", "no scene was solved by both"),
-        (1, 1) => opening.add_verdict(VerdictTone::Good, "Agree", "CPU and GPU, on the scene"),
-        _ if agree == all => opening.add_verdict(
+    let (tone, word, says) = match (all, differ) {
+        (0, _) => (
+            VerdictTone::Bad,
+            "Nothing compared",
+            "no scene was solved by both".into(),
+        ),
+        (_, 0) => (
             VerdictTone::Good,
             "Agree",
-            format!("CPU and GPU, on all {all} {scenes}"),
+            format!("CPU and GPU, on {all} of {all} {scenes}"),
         ),
-        _ => opening.add_verdict(
-            VerdictTone::Bad,
-            "Disagree",
-            format!("on {} of {all} {scenes}", all - agree),
-        ),
+        _ => (VerdictTone::Bad, "Disagree", format!("on {differ} of {all} {scenes}")),
     };
+    opening.add_verdict(tone, word, says);
 }
 
 fn overview_table(judged: &[SceneComparison]) -> Table {
     let both = |values: [String; 2]| values.join(" · ").into();
-    let row = &|k: usize, c: &Comparison, is_first: bool| {
-        let shots = match c.error_target {
-            Some(_) => "–".into(),
-            None => both([&c.cpu, &c.gpu].map(|run| format_count(run.shooters))),
-        };
+    let row = |(k, scene, c): (usize, &SceneComparison, &Comparison)| {
         let differences = [&c.lockstep_difference, &c.free_difference];
-        let cells: [Cell; 10] = [
+        let cells: [Cell; 6] = [
             pass_mark(c.solvers_agree()).into(),
-            link_text(section_id(k, is_first), file_name(&c.scene.name)).into(),
+            link_text(section_id(k, c.preset == scene.first.preset), file_name(&c.scene.name)).into(),
             c.preset.name().into(),
             both(format_errors(c.truth_error)),
-            both([c.mesh.faces.len(), c.mesh.texels.len()].map(|n| format_count(n as u64))),
-            shots,
             both(differences.map(|difference| format_percent(difference.relative_rms))),
-            both([c.pairs.mismatched, c.pairs.unexplained].map(format_count)),
-            both([&c.cpu_energy, &c.gpu_energy].map(|energy| format_percent(energy.imbalance))),
             both(c.seconds.map(format_duration)),
         ];
         Row::new(cells).with_class_if(!c.solvers_agree(), "bad")
     };
-    let rows = judged.iter().enumerate().flat_map(|(k, scene)| {
-        let comparisons = scene.iter_comparisons();
-        comparisons.map(move |c| row(k, c, c.preset == scene.first.preset))
-    });
+    let all = judged.iter().enumerate();
+    let all = all.flat_map(|(k, scene)| scene.iter_comparisons().map(move |c| (k, scene, c)));
     let heads = [
         "",
         "Scene",
         "Preset",
         "#Error of the solution|CPU · GPU",
-        "#Faces · texels",
-        "#Shots|CPU · GPU",
         "#GPU − CPU, RMS|lockstep · free",
-        "#Pairs mismatched|· unexplained",
-        "#Energy imbalance|CPU · GPU",
         "#Time|CPU · GPU",
     ];
-    Table {
-        class: "overview",
-        ..Table::new(&heads, rows)
-    }
+    Table::new(&heads, all.map(row))
 }
 
-fn comparison_section(id: String, c: &Comparison, view: &ComparisonView) -> Section {
+fn comparison_section(id: String, c: &Comparison, pictures: &ComparisonPictures) -> Section {
     let mut body = Blocks::default();
-    body.add_paragraph(bold_text(preset_heading(c.preset)) + ", " + code_text(&c.scene.name));
+    body.add_paragraph(bold_text(c.preset.name()) + ", " + code_text(&c.scene.name));
     add_verdict(&mut body, c);
     add_accuracy(&mut body, c);
-    let shooters = match c.error_target {
-        Some(_) => String::new(),
-        None => format!("{} · ", count_noun(c.mesh.patches.len(), "shooter", "shooters")),
-    };
+    let shots = c.error_target.is_none().then(|| {
+        let [cpu, gpu] = [&c.cpu, &c.gpu].map(|run| format_count(run.shots.len() as u64));
+        format!("{cpu} shots on the CPU, {gpu} on the GPU · ")
+    });
     body.add_remark(format!(
-        "{} · {shooters}{} · {}",
+        "{} · {} · {}{}",
         count_noun(c.mesh.faces.len(), "face", "faces"),
         count_noun(c.mesh.texels.len(), "texel", "texels"),
+        shots.unwrap_or_default(),
         c.adapter
     ));
-    let notes: Vec<&String> = c.scene.notes.iter().chain(&c.notes).collect();
-    if !notes.is_empty() {
-        let mut list = Blocks::default();
-        let count = count_noun(notes.len(), "note", "notes");
-        body.add_details(count, false, std::mem::take(list.add_list(notes)));
-    }
-    body.add_heading("Views").add_figures(&view.view_figures());
-    if view.is_alike() {
+    body.add_notes(c.scene.notes.iter().chain(&c.notes));
+    body.add_heading("Views").add_figures(&pictures.views);
+    if pictures.are_alike {
         body.add_paragraph("The two solutions differ at most by rounding: there is no difference to draw.");
     }
-    body.add_remark(view.describe_views());
+    body.add_remark(&pictures.remark);
     body.add_heading("Conditions of the verdict")
+        .add_paragraph(
+            "Of the solutions: reflected radiosity B − E per texel, area-weighted; the worst channel counts. Of the \
+             shaders: each and its counterpart in plain Rust get the same input; one ulp is a unit in the last place of a \
+             32-bit float.",
+        )
         .add_table(condition_table(c));
-    body.add_heading("Differences")
-        .add_paragraph("Reflected radiosity B − E per texel, area-weighted; the worst channel counts.")
-        .add_table(difference_table(c));
-    add_visibility(&mut body, c, view);
     if c.error_target.is_some() {
-        add_links_and_causes(&mut body, c, view);
+        body.add_heading("Links: the GPU's against the CPU's").add_paragraph(
+            "Both compute the same links, block by block: the irradiance over them, and stored links themselves. Where \
+             rounding decides whether a node is subdivided or a ray passes an edge, the two may differ, and the \
+             solutions then differ by at most the requested error.",
+        );
+        body.add_table(mismatch_table(c))
+            .add_heading("Remaining error by cause")
+            .add_paragraph("Refinement: the difference between the last two of successive solves. Squares add up.")
+            .add_table(cause_table(c));
+    } else if !pictures.item_buffer.is_empty() {
+        body.add_heading("Visibility: item buffer against rays").add_paragraph(
+            "The visibility of every pair of shooter and texel is computed by both. Where they differ, the texel's \
+             projection must lie next to a boundary between two faces in the item buffer; a mismatch elsewhere is a bug, \
+             and report.json names some such pairs.",
+        );
+        body.add_table(mismatch_table(c)).add_figures(&pictures.item_buffer);
     }
-    body.add_heading("Shaders against their twins");
-    body.add_paragraph(
-        "Each shader and its counterpart in plain Rust get the same input. One ulp is a unit in the last place of a \
-         32-bit float.",
-    );
-    body.add_table(shader_table(c));
     body.add_heading("Energy balance");
     add_energy_balances(&mut body, &[("CPU", &c.cpu_energy), ("GPU", &c.gpu_energy)]);
-    if c.error_target.is_none() {
-        body.add_heading("Convergence").add_figure(&convergence_figure(c));
-    }
-    body.add_heading("All textures").add_figures(&view.atlas_figures());
-    body.add_heading("Settings in force").add_table(settings_table(c));
     let title = pass_mark(c.solvers_agree()) + " " + file_name(&c.scene.name);
     let title = match c.preset {
         Preset::Requested => title,
@@ -201,33 +196,23 @@ fn add_verdict(body: &mut Blocks, c: &Comparison) {
 
 /// Adds the errors of both solutions and the findings about the method.
 fn add_accuracy(body: &mut Blocks, c: &Comparison) {
+    let on_both = |start: String, errors: [Option<f64>; 2]| -> Text {
+        let [cpu, gpu] = format_errors(errors);
+        plain_text(start) + styled_text("cpu", cpu) + " on the CPU, " + styled_text("gpu", gpu) + " on the GPU"
+    };
     if let Some(asked) = c.error_target {
-        let [cpu, gpu] = format_errors([0, 1].map(|side| c.estimated_error(side)));
-        let requested = format!(
-            "Requested error: at most {}. Estimated error: ",
-            format_percent(asked.error)
-        );
-        body.add_paragraph(
-            plain_text(requested)
-                + styled_text("cpu", cpu)
-                + " on the CPU, "
-                + styled_text("gpu", gpu)
-                + " on the GPU.",
-        );
+        let asked = format_percent(asked.error);
+        let start = format!("Requested error: at most {asked}. Estimated error: ");
+        body.add_paragraph(on_both(start, [0, 1].map(|side| c.estimated_error(side))) + ".");
     }
-    let [cpu, gpu] = format_errors(c.truth_error);
     body.add_paragraph(match &c.truth {
         Some(truth) => {
-            let against = format!(
-                " off on the GPU (relative RMS of reflected radiosity, against {}, itself off by less than {}).",
-                truth.name,
-                format_percent(truth.own_error)
-            );
-            plain_text("The solutions are ")
-                + styled_text("cpu", cpu)
-                + " off on the CPU and "
-                + styled_text("gpu", gpu)
-                + against
+            on_both("Error of the solutions: ".into(), c.truth_error)
+                + format!(
+                    " (relative RMS of reflected radiosity, against {}, itself off by less than {}).",
+                    truth.name,
+                    format_percent(truth.own_error)
+                )
         }
         None => {
             plain_text("The error of the solutions is not known: the scene has too many faces for a reference ")
@@ -253,127 +238,39 @@ fn condition_table(c: &Comparison) -> Table {
         ];
         Row::new(cells).with_class_if(!gate.pass, "bad")
     });
-    Table::new(&["", "Gate", "#Measured", "#At most", "~Reason for the bound"], rows)
+    Table::new(
+        &["", "Condition", "#Measured", "#At most", "~Reason for the bound"],
+        rows,
+    )
 }
 
-fn difference_table(c: &Comparison) -> Table {
-    let same = match c.error_target {
-        Some(_) => "Same decisions (lockstep)",
-        None => "Same shooters (lockstep)",
+/// Returns the numbers of pairs or blocks that differ; indented ones are shares of what they stand below.
+fn mismatch_table(c: &Comparison) -> Table {
+    let p = &c.pairs;
+    let rows = match c.error_target {
+        None => vec![
+            ("Pairs of points facing each other", p.facing, p.pairs),
+            ("– near a silhouette: pixels may be wrong", p.explainable, p.facing),
+            ("– where rays and item buffer disagree", p.mismatched, p.facing),
+            ("–– near an ID boundary", p.explained, p.mismatched),
+            ("–– of texels narrower than a pixel", p.vanished, p.mismatched),
+            (UNEXPLAINED_ROW, p.unexplained, p.mismatched),
+        ],
+        Some(_) => vec![
+            ("Links in blocks of 16 texels or nodes", p.facing, p.facing),
+            ("– that differ by more than rounding", p.mismatched, p.facing),
+            ("–– by comparisons decided by rounding", p.explained, p.mismatched),
+            (UNEXPLAINED_ROW, p.unexplained, p.mismatched),
+        ],
     };
-    let rows = [
-        (same, &c.lockstep_difference),
-        ("Each on its own (free)", &c.free_difference),
-    ];
-    let rows = rows.map(|(name, d)| {
-        let values = [d.relative_rms, d.max_relative, d.bias].map(format_percent);
-        Row::new([name.to_owned()].into_iter().chain(values))
-    });
-    Table::new(&["GPU against CPU", "#Relative RMS", "#Largest ÷ rms", "#Bias"], rows)
-}
-
-/// Adds the comparison of item buffer with ray visibility; nothing without shots.
-fn add_visibility(body: &mut Blocks, c: &Comparison, view: &ComparisonView) {
-    let Some(figures) = view.item_buffer_figures() else {
-        return;
-    };
-    body.add_heading("Visibility: item buffer against rays").add_paragraph(
-        "The visibility of every pair of shooter and texel is computed by both. Where they differ, the texel's \
-         projection must lie next to a boundary between two faces in the item buffer; a mismatch elsewhere is a bug.",
-    );
-    let pairs = &c.pairs;
-    let [all, facing, these] = [
-        (pairs.pairs, "of all"),
-        (pairs.facing, "of facing"),
-        (pairs.mismatched, "of these"),
-    ];
-    let counts = [
-        ("Pairs (shooter, texel)", pairs.pairs, all),
-        ("Pairs of points facing each other", pairs.facing, all),
-        ("Near a silhouette: pixels may be wrong", pairs.explainable, facing),
-        ("Rays and item buffer disagree", pairs.mismatched, facing),
-        ("– explained: near an ID boundary", pairs.explained, these),
-        ("\u{2003}of these, texels narrower than a pixel", pairs.vanished, these),
-        ("– unexplained", pairs.unexplained, these),
-    ];
-    let counts = counts.map(|(name, n, (whole, of))| {
+    let rows = rows.into_iter().map(|(name, n, whole)| {
         let share = match whole {
             0 => "–".to_owned(),
             whole => format_percent(n as f64 / whole as f64),
         };
-        let is_bad = name == "– unexplained" && n > 0;
-        Row::new([name.to_owned(), format_count(n), format!("{share} {of}")]).with_class_if(is_bad, "bad")
+        Row::new([name.to_owned(), format_count(n), share]).with_class_if(name == UNEXPLAINED_ROW && n > 0, "bad")
     });
-    let weighted = [
-        ("Disagreement weighted by form factor × area", pairs.weighted_mismatch),
-        (
-            "Upper bound of the disagreement by silhouettes, weighted likewise",
-            pairs.weighted_explainable,
-        ),
-    ];
-    let weighted = weighted.map(|(name, share)| Row::new([name, &format_percent(share), "of facing"]));
-    body.add_table(Table::new(
-        &["", "#Count", "#Share"],
-        counts.into_iter().chain(weighted),
-    ));
-    if !pairs.examples.is_empty() {
-        let mut list = Blocks::default();
-        list.add_list(
-            pairs
-                .examples
-                .iter()
-                .map(|(patch, texel)| describe_pair(c, *patch, *texel)),
-        );
-        body.add_details("Unexplained pairs", true, list);
-    }
-    body.add_figures(&figures)
-        .add_figure(&mismatch_figure(&pairs.histogram));
-}
-
-/// Describes a pair of patch and texel.
-fn describe_pair(c: &Comparison, patch: u32, texel: u32) -> String {
-    let face = |face: u32| {
-        let name = c.scene.faces.get(face as usize).map_or("?", |face| &face.name);
-        format!("face {face} “{name}”")
-    };
-    let shooter = c
-        .mesh
-        .patches
-        .get(patch as usize)
-        .map_or("?".into(), |patch| face(patch.face));
-    let receiver = c.mesh.texels.get(texel as usize);
-    let receiver = receiver.map_or(String::new(), |texel| {
-        format!(" ({} of {})", texel.index, face(texel.face))
-    });
-    format!("patch {patch} on {shooter} → texel {texel}{receiver}")
-}
-
-/// Adds the comparison of links and the attribution of the remaining error, for adaptive solves.
-fn add_links_and_causes(body: &mut Blocks, c: &Comparison, view: &ComparisonView) {
-    body.add_heading("Links: the GPU's against the CPU's").add_paragraph(
-        "Both compute the same links, block by block: the irradiance over them, and stored links themselves. Where \
-         rounding decides whether a node is subdivided or a ray passes an edge, the two may differ, and the solutions \
-         then differ by at most the requested error.",
-    );
-    let pairs = &c.pairs;
-    let rows = [
-        ("Links, and irradiance of a texel or node", pairs.pairs),
-        ("In blocks of 16 texels or nodes", pairs.facing),
-        ("Blocks that differ by more than rounding", pairs.mismatched),
-        ("– explained: comparisons decided by rounding", pairs.explained),
-        ("– unexplained", pairs.unexplained),
-    ];
-    let rows = rows.map(|(name, n)| {
-        let is_bad = name == "– unexplained" && n > 0;
-        Row::new([name, &format_count(n)]).with_class_if(is_bad, "bad")
-    });
-    body.add_table(Table::new(&["", "#Count"], rows));
-    body.add_heading("Remaining error by cause").add_paragraph(
-        "The difference between the last two of successive solves. A sample of texels is gathered again, each time \
-         with one threshold lowered, to attribute the error to its causes. Squares add up.",
-    );
-    body.add_table(cause_table(c))
-        .add_figures(view.error_figure().as_slice());
+    Table::new(&["", "#Count", "#Share"], rows)
 }
 
 /// Returns each solver's error estimate by cause.
@@ -392,127 +289,7 @@ fn cause_table(c: &Comparison) -> Table {
         let [cpu, gpu] = format_errors(errors);
         Row::new([cause.name(), &cpu, &gpu, cause.describe_cause()])
     });
-    let [cpu, gpu] = format_errors(
-        c.estimates
-            .each_ref()
-            .map(|estimate| estimate.as_ref().map(|whole| whole.error)),
-    );
+    let [cpu, gpu] = format_errors([0, 1].map(|side| c.estimated_error(side)));
     let total = Row::new(["all", &cpu, &gpu, ""]);
     Table::new(&["Cause", "#CPU", "#GPU", "~Meaning"], rows.chain([total]))
-}
-
-/// Returns the comparison of shaders with their Rust twins.
-fn shader_table(c: &Comparison) -> Table {
-    let rows = c.stages.iter().map(|stage| {
-        let cells = [
-            pass_mark(stage.agree),
-            code_text(&stage.name),
-            plain_text(format_count(stage.values)),
-            plain_text(format_count(stage.differing)),
-            plain_text(format_number(stage.worst)),
-            plain_text(format_number(stage.bound)),
-            plain_text(&stage.reason),
-        ];
-        Row::new(cells).with_class_if(!stage.agree, "bad")
-    });
-    let heads = [
-        "",
-        "Shader",
-        "#Values",
-        "#Differing",
-        "#Largest",
-        "#At most",
-        "~Reason for the bound",
-    ];
-    Table::new(&heads, rows)
-}
-
-/// Returns the options in force and the run statistics.
-fn settings_table(c: &Comparison) -> Table {
-    let [cpu, gpu] = [&c.settings, &c.gpu_settings].map(|s| settings_in_force(c, s));
-    let text = |value: &Value| match value {
-        Value::String(text) => text.clone(),
-        Value::Null => "–".into(),
-        other => other.to_string(),
-    };
-    let options = cpu.as_object().into_iter().flatten();
-    let options = options.map(|(name, value)| [name.clone(), text(value), text(&gpu[name])]);
-    let of_runs = |name: &str, values: [String; 2]| {
-        let [cpu, gpu] = values;
-        [name.to_owned(), cpu, gpu]
-    };
-    let shots = c.error_target.is_none().then(|| {
-        let shots = [&c.cpu, &c.gpu].map(|run| {
-            let stopped = if run.converged { "" } else { " (stopped)" };
-            format!("{}{stopped}", format_count(run.shots.len() as u64))
-        });
-        of_runs("shots, free run", shots)
-    });
-    let unshot = [&c.cpu, &c.gpu].map(|run| format_percent(run.unshot_fraction()));
-    let runs = [
-        of_runs("adapter", ["–".into(), c.adapter.clone()]),
-        of_runs("time, free run", c.seconds.map(format_duration)),
-        of_runs("unshot ÷ emitted", unshot),
-    ];
-    Table::new(
-        &["Option", "CPU", "GPU"],
-        options.chain(runs).chain(shots).map(Row::new),
-    )
-}
-
-/// Adds the explanation of the comparison.
-fn add_explanation(body: &mut Blocks) {
-    let step = |name: &str, says: &str| -> Text { bold_text(format!("{name}: ")) + says };
-    body.add_paragraph(
-        plain_text("Each scene is solved twice. On the ")
-            + styled_text("cpu", "CPU")
-            + " rays determine the visibility between shooter and texel. On the "
-            + styled_text("gpu", "GPU")
-            + " the scene is drawn from the shooter, each face in its own colour (the item buffer), and a texel is \
-               visible if the pixel that it falls on has its face's colour. All other steps are the same.",
-    );
-    body.add_paragraph(
-        plain_text(
-            "A comparison of these two alone could not distinguish a bug from the item buffer's finite pixels. ",
-        ) + "A third solver is therefore compared with both: the "
-            + bold_text("twin")
-            + ", the shaders' algorithm in plain Rust.",
-    );
-    body.add_list([
-        step(
-            "Shaders ↔ twin",
-            "the same steps on the same input. Only rounding may differ; it is measured in units in the last place.",
-        ),
-        step(
-            "Twin ↔ rays",
-            "the same except for visibility. Only sampling may differ: a mismatch away from a boundary between two \
-             faces in the item buffer is a bug.",
-        ),
-        step(
-            "Lockstep",
-            "the CPU's sequence of shooters is repeated on the GPU, so that rounding cannot change the sequence.",
-        ),
-        step("Free", "each solver chooses its own shooters, as in normal use."),
-    ]);
-    body.add_paragraph(
-        "Solves to an error use hierarchical radiosity instead of shooting: texels and nodes of a tree are linked by \
-         the same criteria on both processors. The GPU's links are compared with those that the CPU finds by rays, for \
-         each block of sixteen texels. The GPU's solution is compared twice: with a CPU solve that repeats its \
-         decisions (lockstep), and with an independent CPU solve by shafts and clusters (free), from which it may \
-         differ by the estimated errors.",
-    );
-    body.add_paragraph(
-        "The solvers agree on a scene if every condition in its table holds; each bound is given with its reason. A \
-         broken condition means a fault in the code. Limits of the method, such as details smaller than a pixel, are \
-         reported separately as findings, with their size and what to change.",
-    );
-    body.add_paragraph(
-        bold_text("Agreement is not accuracy: ")
-            + "two solvers of one method agree, however crude it is. The error of each solution is therefore given \
-               beside the verdict, against the dense matrix of all texels with independent form factors and \
-               visibility. By default two presets are compared: the default of "
-            + code_text("solve")
-            + ", and the paper's method (each face one shooter, disc form factors, one sample, an item buffer), which \
-               is fast and has errors of tens of per cent.",
-    );
 }

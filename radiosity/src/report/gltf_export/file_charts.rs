@@ -3,9 +3,10 @@
 //! A pixel gets the light at its centre. Pixels beside a chart are extrapolated from it (gutter), so that bilinear
 //! sampling up to the chart's edge does not mix charts.
 
+use super::LightmapImage;
 use super::glb::{MeshPart, group_parts};
-use super::lightmap_image::LightmapImage;
 use super::uv_charts::UvCharts;
+use crate::report::picture::weighted_percentile;
 use crate::report::view::interpolation::InterpolatedField;
 use common::scene::Scene;
 use glam::{DMat2, DVec2, DVec3, Vec3};
@@ -57,23 +58,17 @@ pub fn render_on_file_charts<'a>(
 fn lightmap_side(charts: &UvCharts, light: &InterpolatedField) -> u32 {
     let grids = light.surface.face_grids.iter();
     let placed = charts.corners.iter().zip(grids);
-    let mut wanted: Vec<[f64; 2]> = placed
+    let mut wanted: Vec<(f64, f64)> = placed
         .filter_map(|(chart, grid)| {
             let [a, b, c] = (*chart)?;
             let area = (b - a).perp_dot(c - a).abs() / 2.0;
             let side = area.sqrt() / f64::from(grid.size[0]);
-            (side > 0.0).then_some([PIXELS_PER_TEXEL / side, area])
+            (side > 0.0).then_some((PIXELS_PER_TEXEL / side, area))
         })
         .collect();
-    wanted.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let all: f64 = wanted.iter().map(|[_, area]| area).sum();
-    let mut below = 0.0;
-    let enough = wanted.iter().find(|[_, area]| {
-        below += area;
-        below >= RESOLVED_AREA_SHARE * all
-    });
+    let enough = weighted_percentile(&mut wanted, RESOLVED_AREA_SHARE);
     let [least, most] = LIGHTMAP_SIDE_RANGE;
-    let pixels = enough.map_or(0.0, |[pixels, _]| *pixels);
+    let pixels = enough.unwrap_or(0.0);
     (pixels.min(f64::from(most)) as u32)
         .next_power_of_two()
         .clamp(least, most)
@@ -107,14 +102,9 @@ impl PixelChart {
             let along = if along.is_finite() { along } else { 0.0 };
             from.lerp(to, along.clamp(0.0, 1.0))
         });
-        let nearer = |a: DVec2, b: DVec2| {
-            if b.distance_squared(p) < a.distance_squared(p) {
-                b
-            } else {
-                a
-            }
-        };
-        on.into_iter().fold(on[0], nearer)
+        let distance = |point: &DVec2| point.distance_squared(p);
+        let nearest = on.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.unwrap_or(p)
     }
 
     /// Returns radiosity and irradiance at a point of the chart.
@@ -124,10 +114,7 @@ impl PixelChart {
         let place = if place.is_finite() { place } else { DVec2::ZERO };
         let grid = &light.surface.face_grids[self.face as usize];
         let point: DVec3 = grid.point_at(place.x, place.y);
-        let stencil = light
-            .surface
-            .stencil_at(light.surface.texel_at(self.face, point), point);
-        [light.radiosity_at(&stencil), light.stencil_value(&stencil).as_vec3()]
+        light.light_at(self.face, point)
     }
 
     /// Returns radiosity and irradiance at `p`, linearly extrapolated beyond the chart's edge.
@@ -193,7 +180,6 @@ impl PixelOwners {
 
     /// Evaluates the light at all assigned pixels.
     fn render_lightmap(&self, charts: &UvCharts, light: &InterpolatedField) -> LightmapImage {
-        let mut image = LightmapImage::new_black([self.size; 2]);
         let size = self.size as usize;
         let lit = self.pixels.par_iter().enumerate().map(|(k, pixel)| {
             let p = DVec2::new((k % size) as f64, (k / size) as f64);
@@ -202,7 +188,9 @@ impl PixelOwners {
                 PixelChart::new(k, chart, self.size).extrapolated_light(p, light)
             })
         });
-        (image.radiosity, image.irradiance) = lit.map(|[b, h]| (b, h)).unzip();
-        image
+        LightmapImage {
+            size: [self.size; 2],
+            light: lit.collect(),
+        }
     }
 }

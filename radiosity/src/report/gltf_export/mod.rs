@@ -1,9 +1,7 @@
 //! Exports a solved scene as binary glTF with a lightmap texture, and the lightmap as OpenEXR.
 
-mod chart_lattice;
 mod file_charts;
 mod glb;
-mod lightmap_image;
 mod packed_charts;
 pub mod uv_charts;
 
@@ -12,8 +10,18 @@ use super::view::interpolation::InterpolationSurface;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::shooting::RadiosityField;
+use common::solution::write::encode_exr;
 use common::{Error, Result};
+use glam::Vec3;
 use uv_charts::UvCharts;
+
+/// Lightmap picture.
+struct LightmapImage {
+    /// Width and height in pixels.
+    size: [u32; 2],
+    /// Radiosity B and irradiance H per pixel, row-major from the upper left, W/m².
+    light: Vec<[Vec3; 2]>,
+}
 
 /// Encoded export files.
 pub struct GltfExport {
@@ -45,13 +53,17 @@ pub fn export_lightmap(
     };
     let white = Exposure::with_white(exposure.white);
     let picture = RgbaPicture::from_pixels(image.size[0], image.size[1], |x, y| {
-        let radiosity = image.radiosity[(y * image.size[0] + x) as usize];
+        let [radiosity, _] = image.light[(y * image.size[0] + x) as usize];
         Some(encode_srgb(white.display_light(radiosity)))
     });
     let glb = glb::encode_glb(scene, &parts, &picture.encode_png(), white.white);
+    let planes = [("", 0), ("irradiance.", 1)].into_iter().flat_map(|(prefix, which)| {
+        let plane = |c: usize| image.light.iter().map(|light| light[which][c]).collect();
+        [0, 1, 2].map(|c| (format!("{prefix}{}", ["R", "G", "B"][c]), plane(c)))
+    });
     Ok(GltfExport {
         glb: glb.map_err(|error| Error::Fault(error.to_string()))?,
-        exr: image.encode_exr()?,
+        exr: encode_exr(image.size, planes.collect())?,
         note,
     })
 }

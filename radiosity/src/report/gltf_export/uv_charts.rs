@@ -1,6 +1,7 @@
 //! UV charts of a scene file (TEXCOORD_1), checked for use as lightmap charts: inside the unit square, with area,
 //! without overlap.
 
+use crate::report::view::weld::DisjointSets;
 use common::scene::{Face, Scene};
 use common::{Error, Result};
 use glam::DVec2;
@@ -128,28 +129,16 @@ type Corner = ([u64; 3], [u32; 2]);
 
 /// Numbers the islands of connected charts by union–find; the lowest face names an island.
 fn find_islands(scene: &Scene) -> Vec<u32> {
-    let mut island: Vec<u32> = (0..scene.faces.len() as u32).collect();
+    let count = scene.faces.len() as u32;
+    let mut islands = DisjointSets((0..count).collect());
     let mut first: HashMap<Corner, u32> = HashMap::new();
     for (k, face) in (0..).zip(&scene.faces) {
         for (p, place) in face.corners.iter().zip(face.lightmap_corners.iter().flatten()) {
             let corner = (p.to_array().map(f64::to_bits), place.to_array().map(f32::to_bits));
-            let other = *first.entry(corner).or_insert(k);
-            let [a, b] = [island_root(&mut island, k), island_root(&mut island, other)];
-            island[a.max(b) as usize] = a.min(b);
+            islands.join_sets(k, *first.entry(corner).or_insert(k));
         }
     }
-    for k in 0..island.len() as u32 {
-        island[k as usize] = island_root(&mut island, k);
-    }
-    island
-}
-
-fn island_root(island: &mut [u32], mut k: u32) -> u32 {
-    while island[k as usize] != k {
-        island[k as usize] = island[island[k as usize] as usize];
-        k = island[k as usize];
-    }
-    k
+    (0..count).map(|k| islands.find_root(k)).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //!
 //! Back faces are transparent, so a closed room is visible from outside.
 
+use crate::report::format::format_number;
 use common::mesh::Mesh;
 use common::rays::Rays;
 use glam::{Mat3, Vec2, Vec3};
@@ -70,6 +71,18 @@ impl Camera {
     pub fn ray_generator(&self) -> impl Fn(f32, f32) -> Vec3 + use<> {
         let (frame, extent) = (self.camera_basis(), self.half_height());
         move |x, y| (frame * Vec3::new(x * extent, y * extent, 1.0)).normalize()
+    }
+
+    /// Describes pictures of two solutions from this camera, exposed for one of them: `whose`, such as "the CPU's".
+    pub fn describe_views(&self, whose: &str, white: f32) -> String {
+        let eye = self.eye.to_array().map(|x| format_number(f64::from(x)));
+        format!(
+            "All from one automatic camera (at {} in the mesh's unit; back faces are transparent). The views share one \
+             exposure: the 90th percentile of {whose} reflected radiosity is at 80 % of white, which is {} W/m². Magenta \
+             stands for “not a number”. Light is interpolated between texels.",
+            eye.join(", "),
+            format_number(f64::from(white))
+        )
     }
 
     /// Chooses the viewpoint of a fixed set that sees the largest share of the front faces' area; the first of

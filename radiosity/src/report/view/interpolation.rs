@@ -30,24 +30,15 @@ pub struct InterpolationSurface<'a> {
 impl<'a> InterpolationSurface<'a> {
     /// Places the nodes and welds the borders of coplanar neighbours.
     pub fn new(scene: &Scene, mesh: &'a Mesh) -> Self {
-        Self::build_surface(scene, mesh, true, |_, _| MIN_COPLANAR_COSINE)
-    }
-
-    /// Places the nodes without welding borders, for comparison.
-    pub fn without_welding(scene: &Scene, mesh: &'a Mesh) -> Self {
-        Self::build_surface(scene, mesh, false, |_, _| MIN_COPLANAR_COSINE)
+        Self::with_welding(scene, mesh, |_, _| MIN_COPLANAR_COSINE)
     }
 
     /// Places the nodes and welds the borders of neighbours whose normals' cosine is at least `least(a, b)`: below 1
     /// for faces that approximate a curved surface, above 1 for faces that must not be welded.
     pub fn with_welding(scene: &Scene, mesh: &'a Mesh, least: impl Fn(u32, u32) -> f64) -> Self {
-        Self::build_surface(scene, mesh, true, least)
-    }
-
-    fn build_surface(scene: &Scene, mesh: &'a Mesh, joined: bool, least: impl Fn(u32, u32) -> f64) -> Self {
         let (grids, nodes) = FaceGrid::for_all_faces(&scene.faces, mesh);
         let pairs = find_neighbours(&grids, least);
-        let joints = weld_borders(&grids, nodes, if joined { &pairs } else { &[] });
+        let welded = weld_borders(&grids, nodes, &pairs);
         let mut texels = vec![0; mesh.texels.len()];
         for (k, texel) in mesh.texels.iter().enumerate() {
             texels[grids[texel.face as usize].first_texel + texel.index as usize] = k as u32;
@@ -56,7 +47,7 @@ impl<'a> InterpolationSurface<'a> {
             mesh,
             face_grids: grids,
             pairs,
-            welded: joints,
+            welded,
             texels,
         }
     }
@@ -65,12 +56,6 @@ impl<'a> InterpolationSurface<'a> {
     pub fn texel_at(&self, face: u32, point: DVec3) -> u32 {
         let grid = &self.face_grids[face as usize];
         self.texels[grid.first_texel + grid.texel_at(point) as usize]
-    }
-
-    /// Returns the mesh texel of an index within a face, row-major in its rectangle.
-    pub fn texel_of_index(&self, face: u32, index: u32) -> u32 {
-        let grid = &self.face_grids[face as usize];
-        self.texels[grid.first_texel + index as usize]
     }
 
     /// Collects the knots around a texel, counter-clockwise: position and value slot.
@@ -104,7 +89,8 @@ impl<'a> InterpolationSurface<'a> {
             self.collect_knots(texel, &mut ring.knots);
         }
         let knots = &ring.knots;
-        let (centre, normal) = self.texel_plane(texel);
+        let (own, grid) = (&self.mesh.texels[texel as usize], &self.face_grids);
+        let (centre, normal) = (own.position.as_dvec3(), grid[own.face as usize].normal);
         let mut best = InterpolationStencil {
             texel,
             slots: [0, 0],
@@ -127,11 +113,6 @@ impl<'a> InterpolationSurface<'a> {
         best.shares = best.shares.max(DVec3::ZERO);
         best.shares /= best.shares.element_sum();
         best
-    }
-
-    fn texel_plane(&self, texel: u32) -> (DVec3, DVec3) {
-        let texel = &self.mesh.texels[texel as usize];
-        (texel.position.as_dvec3(), self.face_grids[texel.face as usize].normal)
     }
 
     /// Interpolates one value per texel (missing ones are NaN).
@@ -190,11 +171,6 @@ pub struct InterpolatedField<'a> {
 }
 
 impl InterpolatedField<'_> {
-    /// Returns a texel's own value.
-    pub fn texel_value(&self, texel: u32) -> DVec3 {
-        self.own[texel as usize]
-    }
-
     /// Interpolates the given `faces` of one texel linearly between their corners: a mesh of small facets then looks
     /// smooth, but no longer attains the texels' own values.
     pub fn smooth_single(&mut self, faces: impl Fn(u32) -> bool) {
@@ -220,47 +196,27 @@ impl InterpolatedField<'_> {
         self.stencil_value(&self.surface.stencil_at(self.surface.texel_at(face, point), point))
     }
 
+    /// Returns B = E + ρH and H at a point of a face.
+    pub fn light_at(&self, face: u32, point: DVec3) -> [Vec3; 2] {
+        let stencil = self.surface.stencil_at(self.surface.texel_at(face, point), point);
+        [self.radiosity_at(&stencil), self.stencil_value(&stencil).as_vec3()]
+    }
+
     /// Returns the value at a stencil's point.
     pub fn stencil_value(&self, stencil: &InterpolationStencil) -> DVec3 {
-        let (
-            InterpolationStencil {
-                texel,
-                slots: [a, b],
-                shares,
-            },
-            node,
-        ) = (stencil, |k: &u32| self.nodes[*k as usize]);
+        let InterpolationStencil { texel, slots, shares } = stencil;
+        let [a, b] = slots.map(|slot| self.nodes[slot as usize]);
         // A share of 0 must not propagate NaN: a texel without triangles has no nodes.
         let part = |share: f64, value: DVec3| {
             if share > 0.0 { value * share } else { DVec3::ZERO }
         };
-        part(shares.x, self.texel_value(*texel)) + part(shares.y, node(a)) + part(shares.z, node(b))
+        part(shares.x, self.own[*texel as usize]) + part(shares.y, a) + part(shares.z, b)
     }
 
     /// Returns B = E + ρH at a stencil's point.
     pub fn radiosity_at(&self, stencil: &InterpolationStencil) -> Vec3 {
         let texel = &self.surface.mesh.texels[stencil.texel as usize];
         texel.emission + texel.reflectance * self.stencil_value(stencil).as_vec3()
-    }
-
-    /// Returns the interpolation's mean over a texel's area.
-    pub fn texel_mean(&self, texel: u32) -> DVec3 {
-        let mut knots = Vec::with_capacity(8);
-        self.surface.collect_knots(texel, &mut knots);
-        let (centre, normal) = self.surface.texel_plane(texel);
-        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
-        for k in 0..knots.len() {
-            let (a, b) = (knots[k], knots[(k + 1) % knots.len()]);
-            let area = normal.dot((a.0 - centre).cross(b.0 - centre));
-            let values = self.texel_value(texel) + self.nodes[a.1 as usize] + self.nodes[b.1 as usize];
-            sum += values / 3.0 * area;
-            total += area;
-        }
-        if total > 0.0 {
-            sum / total
-        } else {
-            self.texel_value(texel)
-        }
     }
 }
 

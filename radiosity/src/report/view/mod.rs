@@ -1,12 +1,10 @@
 //! Renders a solved scene from a camera with irradiance interpolated between texels.
 //!
 //! [`camera`] generates view rays, [`face_grid`] places interpolation nodes on a face, [`weld`] joins the nodes of
-//! coplanar neighbours, [`interpolation`] interpolates irradiance over them, [`quality`] measures the interpolation
-//! error, [`render`] shades the hits.
+//! coplanar neighbours, [`interpolation`] interpolates irradiance over them, [`render`] shades the hits.
 
 pub mod camera;
 pub mod face_grid;
 pub mod interpolation;
-pub mod quality;
 pub mod render;
 pub mod weld;

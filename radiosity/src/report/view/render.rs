@@ -1,15 +1,16 @@
 //! Renders pictures of the scene: view rays are traced once, then their hits are shaded by any field.
 
-use crate::report::picture::{RgbaPicture, decode_srgb, diverging_colour, encode_srgb, false_colour_range};
+use crate::report::document::{Figure, Text, colour_bar};
+use crate::report::picture::{Exposure, RgbaPicture, decode_srgb, diverging_colour, encode_srgb, false_colour_range};
 use crate::report::view::camera::Camera;
-use crate::report::view::interpolation::{InterpolationStencil, InterpolationSurface, KnotCache};
+use crate::report::view::interpolation::{InterpolatedField, InterpolationStencil, InterpolationSurface, KnotCache};
 use common::rays::Rays;
 use glam::Vec3;
 use rayon::prelude::*;
 
 /// Samples per side of a pixel.
 const SAMPLES_PER_SIDE: u32 = 2;
-/// Every `STRIDE`th hit enters the choice of a false-colour range.
+/// Every `STRIDE`th hit enters the choice of an exposure or a false-colour range.
 const RANGE_SAMPLE_STRIDE: usize = 5;
 
 /// Hit point of a view ray.
@@ -78,14 +79,25 @@ impl ViewHits {
         }
     }
 
-    /// Chooses the false-colour range of a value of the hits.
-    pub fn false_colour_range(&self, value: impl Fn(&ViewHit) -> f64) -> f64 {
-        false_colour_range(self.iter_hits().step_by(RANGE_SAMPLE_STRIDE).map(value))
+    /// Chooses the exposure from the reflected radiosity of the visible texels that emit nothing.
+    pub fn choose_exposure(&self, light: &InterpolatedField) -> Exposure {
+        Exposure::from_percentile(self.iter_hits().step_by(RANGE_SAMPLE_STRIDE).filter_map(|hit| {
+            let texel = light.surface.mesh.texels.get(hit.stencil.texel as usize)?;
+            let reflected = light.radiosity_at(&hit.stencil) - texel.emission;
+            (texel.emission == Vec3::ZERO).then_some((reflected.max_element(), 1.0))
+        }))
     }
 
-    /// Draws a value of the hits in false colours from −range to +range.
-    pub fn draw_false_colours(&self, range: f64, value: impl Fn(&ViewHit) -> f64 + Sync) -> RgbaPicture {
-        self.shade_hits(|hit| decode_srgb(diverging_colour(value(hit) / range)))
+    /// Draws radiosity E + ρH at an exposure.
+    pub fn expose_light(&self, light: &InterpolatedField, exposure: Exposure) -> RgbaPicture {
+        self.shade_hits(|hit| exposure.display_light(light.radiosity_at(&hit.stencil)))
+    }
+
+    /// Draws a value of the hits in false colours from −range to +range, a round number that few values exceed.
+    pub fn false_colour_figure(&self, alt: &str, caption: Text, value: impl Fn(&ViewHit) -> f64 + Sync) -> Figure {
+        let range = false_colour_range(self.iter_hits().step_by(RANGE_SAMPLE_STRIDE).map(&value));
+        let picture = self.shade_hits(|hit| decode_srgb(diverging_colour(value(hit) / range)));
+        Figure::from_picture(&picture.data_uri(), alt, caption + colour_bar(range))
     }
 
     /// Returns the mean value of each pixel's hits, row-major from the upper left; none without a hit.

@@ -136,20 +136,21 @@ fn merge_edge_nodes(grid: &FaceGrid, k: usize, foreign: Vec<(f64, u32)>, union: 
     hanging
 }
 
-/// Union–find over nodes; the lowest node names a set, so the result is independent of the order of joining.
-struct DisjointSets(Vec<u32>);
+/// Union–find over numbers; the lowest of a set names it, so the result is independent of the order of joining.
+pub struct DisjointSets(pub Vec<u32>);
 
 impl DisjointSets {
-    fn find_root(&mut self, mut k: u32) -> u32 {
+    /// Returns the lowest number of the set of `k`.
+    pub fn find_root(&mut self, mut k: u32) -> u32 {
         while self.0[k as usize] != k {
-            let parent = self.0[k as usize];
-            self.0[k as usize] = self.0[parent as usize];
-            k = parent;
+            self.0[k as usize] = self.0[self.0[k as usize] as usize];
+            k = self.0[k as usize];
         }
         k
     }
 
-    fn join_sets(&mut self, a: u32, b: u32) {
+    /// Joins the sets of two numbers.
+    pub fn join_sets(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find_root(a), self.find_root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }

@@ -5,8 +5,7 @@
 
 use super::document::{Blocks, Document};
 use super::format::file_name;
-use super::picture::{DIVERGING_COLOURS, Exposure};
-use super::tone_mapping::SHOULDER_START;
+use super::picture::{DIVERGING_COLOURS, Exposure, SHOULDER_START};
 use super::view::camera::Camera;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -28,10 +27,8 @@ const SEQUENTIAL_STOPS: u32 = 9;
 pub struct SceneViewer<'a> {
     /// Faces with names.
     pub scene: &'a Scene,
-    /// One solution, or two solutions on the same texels.
+    /// One solution, or two solutions on the same texels, whose difference is that of the first minus the second.
     pub layers: Vec<ViewerLayer<'a>>,
-    /// Layers of the difference: minuend, subtrahend.
-    pub difference: [usize; 2],
     /// True if irradiance H is known besides radiosity B.
     pub irradiance: bool,
     /// True to interpolate B − E instead of H, where B = E + ρH need not hold.
@@ -64,7 +61,7 @@ impl SceneViewer<'_> {
     pub fn render_element(&self) -> Markup {
         let two = self.layers.len() > 1;
         let name = |k: usize| self.layers.get(k).map_or("", |layer| layer.name);
-        let difference = format!("{} − {}", name(self.difference[0]), name(self.difference[1]));
+        let difference = format!("{} − {}", name(0), name(1));
         let kinds = [
             ("radiosity", "radiosity B", true),
             ("irradiance", "irradiance H", self.irradiance),
@@ -131,11 +128,11 @@ impl SceneViewer<'_> {
             "texels": self.layers.first().map_or(0, |layer| layer.mesh.texels.len()),
             "names": self.face_names().0,
             "layers": self.layers.iter().map(|layer| layer.name).collect::<Vec<_>>(),
-            "surfaces": self.distinct_surfaces().len(),
-            "by_texel": !self.distinct_surfaces().iter().all(|mesh| is_constant_per_face(mesh)),
+            "surfaces": self.layers.len(),
+            "by_texel": !self.layers.iter().all(|layer| is_constant_per_face(layer.mesh)),
             "irradiance": self.irradiance,
             "reflected": self.reflected,
-            "difference": self.layers_differ().then_some(self.difference),
+            "difference": self.layers_differ().then_some([0, 1]),
             "off": self.texel_errors.is_some(),
             "eye": self.camera.eye.to_array(),
             "target": self.camera.target.to_array(),
@@ -162,34 +159,12 @@ impl SceneViewer<'_> {
         (names, own)
     }
 
-    /// Returns whether two layers differ in any bit of radiosity.
+    /// Returns whether there are two layers and they differ in radiosity.
     fn layers_differ(&self) -> bool {
-        let bits = |layer: &ViewerLayer| -> Vec<[u32; 4]> {
-            let values = layer.field.radiosity.iter();
-            values.map(|b| b.to_array().map(f32::to_bits)).collect()
-        };
-        match self.layers.as_slice() {
-            [a, b] => bits(a) != bits(b),
-            _ => false,
-        }
+        matches!(self.layers.as_slice(), [a, b] if a.field.radiosity != b.field.radiosity)
     }
 
-    /// Returns the meshes with distinct ρ and E: one if all layers agree.
-    fn distinct_surfaces(&self) -> Vec<&Mesh> {
-        let mut meshes: Vec<&Mesh> = self.layers.iter().map(|layer| layer.mesh).collect();
-        let of = |mesh: &Mesh| -> Vec<(Vec3, Vec3)> {
-            let texels = mesh.texels.iter();
-            texels.map(|t| (t.emission, t.reflectance)).collect()
-        };
-        if let [a, b] = meshes.as_slice()
-            && (std::ptr::eq(*a, *b) || of(a) == of(b))
-        {
-            meshes.truncate(1);
-        }
-        meshes
-    }
-
-    /// Packs the binary data: corners; resolution, shape and name of each face; E and ρ of each surface; B and H of
+    /// Packs the binary data: corners; resolution, shape and name of each face; E and ρ, then B and H of
     /// each layer; error estimates.
     fn binary_data(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -206,12 +181,11 @@ impl SceneViewer<'_> {
             bytes.extend(info.into_iter().flat_map(u32::to_le_bytes));
         }
         let order = mesh.texels_in_face_order();
-        let surfaces = self.distinct_surfaces();
-        let plain = surfaces.iter().all(|mesh| is_constant_per_face(mesh));
-        for mesh in surfaces {
+        let plain = self.layers.iter().all(|layer| is_constant_per_face(layer.mesh));
+        for layer in &self.layers {
             let texels = match plain {
-                true => texel_per_face(mesh),
-                false => order.iter().map(|k| &mesh.texels[*k]).collect(),
+                true => texel_per_face(layer.mesh),
+                false => order.iter().map(|k| &layer.mesh.texels[*k]).collect(),
             };
             for texel in texels {
                 push_vector(&mut bytes, texel.emission);

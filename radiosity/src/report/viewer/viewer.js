@@ -12,7 +12,7 @@
       value = light; depth = inside; which = number;
     }`;
 
-  // Modes: 0 picture, 1 false colours, 2 signed differences. The filmic curve is that of report/tone_mapping.rs.
+  // Modes: 0 picture, 1 false colours, 2 signed differences. The filmic curve is that of report/picture.rs.
   const FRAGMENT = `#version 300 es
     precision highp float;
     in vec3 value; in float depth; flat in vec4 which;

@@ -6,7 +6,7 @@ use crate::studies::{PIXEL_HEMISPHERE, PIXEL_STEREOGRAPHIC};
 use common::form_factor::FormFactor;
 use common::scene::Scene;
 use common::settings::{
-    ItemBufferProjection, ItemBufferSettings, Iteration, Lookup, Meshing, Settings, SolveQuality, Visibility,
+    ItemBufferProjection, ItemBufferSettings, Iteration, Meshing, Settings, SolveQuality, Visibility,
 };
 use cpu::dense::memory::{MAX_MATRIX_BYTES, matrix_bytes};
 use oracle::solve::dense;
@@ -52,10 +52,8 @@ pub struct SolveMethod {
     pub settings: Settings,
     /// Requested error of an adaptive solve; none for progressive refinement.
     pub target_error: Option<f64>,
-    /// Curve and value of the varied option.
-    pub varied: Option<(usize, f64)>,
-    /// Index of its truth.
-    pub truth: usize,
+    /// Name of the curve, and value of the varied option.
+    pub curve: Option<(&'static str, f64)>,
 }
 
 impl SolveMethod {
@@ -66,8 +64,7 @@ impl SolveMethod {
             options: options.into(),
             settings,
             target_error: None,
-            varied: None,
-            truth: 0,
+            curve: None,
         }
     }
 
@@ -105,23 +102,14 @@ const METHOD_ROWS: &[MethodRow] = &[
     (BOTH, true, |s| s.meshing.patches /= 2),
     (BOTH, true, |s| s.meshing.patches *= 2),
     (BOTH, true, |s| s.meshing.samples = 1),
-    (&[Cpu], false, |s| s.meshing.samples = 2),
     (BOTH, true, |s| s.meshing.samples *= 4),
     (BOTH, true, |s| s.transport.form_factor = FormFactor::Disc),
     (BOTH, false, |s| s.transport.form_factor = FormFactor::Paper),
     (BOTH, true, |s| s.schedule.iteration = Iteration::Southwell),
     (BOTH, false, |s| s.schedule.iteration = Iteration::Chebyshev),
-    (&[Cpu], false, |s| s.schedule.epsilon = 0.1),
     (BOTH, true, |s| s.schedule.epsilon = 0.01),
     (BOTH, false, |s| s.schedule.epsilon = 1e-4),
     (&[Cpu], true, |s| draw_with(s, PIXEL_STEREOGRAPHIC, TWIN_PIXELS)),
-    (&[Cpu], false, |s| draw_with(s, PIXEL_HEMISPHERE, TWIN_PIXELS)),
-    (&[Cpu], false, |s| {
-        draw_with(s, ItemBufferProjection::Hemicube, TWIN_PIXELS)
-    }),
-    (&[Cpu], false, |s| {
-        draw_with(s, ItemBufferProjection::Paper, TWIN_PIXELS)
-    }),
     (&[Gpu], true, |s| s.transport.visibility = Visibility::Rays),
     (&[Gpu], false, |s| draw_with(s, PIXEL_HEMISPHERE, DEFAULT_PIXELS)),
     (&[Gpu], false, |s| {
@@ -131,32 +119,14 @@ const METHOD_ROWS: &[MethodRow] = &[
         draw_with(s, ItemBufferProjection::Paper, DEFAULT_PIXELS)
     }),
     (&[Gpu], true, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 256)),
-    (&[Gpu], false, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 512)),
     (&[Gpu], false, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 2048)),
-    (&[Gpu], false, |s| {
-        s.transport.visibility = Visibility::ItemBuffer(ItemBufferSettings {
-            lookup: Lookup::Exact,
-            ..ItemBufferSettings::DEFAULT
-        });
-    }),
     (BOTH, true, set_draft),
-    (BOTH, false, |s| {
-        let texels = s.meshing.texels;
-        set_draft(s);
-        s.meshing.texels = texels;
-    }),
     (BOTH, true, set_paper_method),
     (BOTH, false, |s| {
         set_paper_method(s);
         s.transport.conserve = true;
     }),
-    (BOTH, false, |s| {
-        s.transport.form_factor = FormFactor::Disc;
-        s.transport.conserve = true;
-    }),
-    (BOTH, false, |s| refine_patches(s, 1, 1)),
     (BOTH, true, |s| refine_patches(s, 2, 1)),
-    (&[Gpu], false, |s| refine_patches(s, 1, 4)),
     (BOTH, true, |s| refine_patches(s, 2, 4)),
     (&[Cpu], false, |s| refine_patches(s, 4, 1)),
     (&[Cpu], false, |s| refine_patches(s, 4, 4)),
@@ -303,8 +273,8 @@ mod tests {
     #[test]
     fn methods_differ_and_name_their_options() {
         for (faces, quality, expected) in [
-            (19, SolveQuality::Normal, 54..95),
-            (168, SolveQuality::Normal, 54..95),
+            (19, SolveQuality::Normal, 40..70),
+            (168, SolveQuality::Normal, 40..70),
             (1, SolveQuality::Draft, 20..55),
         ] {
             let scene = scene(faces);

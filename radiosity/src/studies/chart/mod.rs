@@ -1,12 +1,10 @@
 //! Error against time of every method, and error and time against one option (`--vary`).
 //!
 //! All methods compute the mean reflected radiosity B − E of each texel. [`methods`] and [`sweeps`] are the
-//! tables of what is solved, [`mod@bench`] solves it in rounds, [`store`] keeps the measurements between runs of
-//! the program, [`points`] finds fronts and orders. [`page`] and [`json`] write the results, [`peers`] reads
-//! measurements of other programs.
+//! tables of what is solved, [`mod@bench`] solves it, [`store`] keeps the measurements between runs of the program,
+//! [`points`] finds fronts and orders. [`page`] shows the results, [`peers`] reads measurements of other programs.
 
 pub mod bench;
-pub mod json;
 pub mod methods;
 pub mod page;
 pub mod peers;

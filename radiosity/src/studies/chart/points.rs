@@ -1,44 +1,83 @@
-//! The measured points of a scene, their Pareto front and the curves that they lie on.
+//! The measured points of a scene, their Pareto front, the curves that they lie on, and the content of `chart.json`.
 
 use super::methods::SolveMethod;
 use super::peers::Peer;
 use super::store::{Measurement, SolveFigures};
-use serde::Serialize;
-use std::ops::Range;
+use super::sweeps::{MethodSet, Sweep};
+use serde_json::{Value, json};
 
 /// Errors below this are rounding of 32-bit sums over thousands of shots.
 const ROUNDING_ERROR: f64 = 1e-5;
 
-/// One method with its measurements, at least one.
-#[derive(Clone, Debug)]
+/// One method with its measurement.
+#[derive(Clone, Debug, PartialEq)]
 pub struct ChartPoint {
     /// The method.
     pub method: SolveMethod,
-    /// Its runs.
-    pub runs: Vec<Measurement>,
-    /// True if no other point with the same truth dominates it.
+    /// Its time and error.
+    pub measurement: Measurement,
+    /// True if no other point of its set dominates it.
     pub on_front: bool,
 }
 
-/// One curve of an option's error, coarse to fine.
-#[derive(Clone, Debug, Serialize)]
-pub struct MeasuredCurve {
-    /// Name of the option in headings.
-    pub name: &'static str,
-    /// Command-line option.
-    pub option: &'static str,
-    /// Name in the legend.
-    pub label: String,
+impl ChartPoint {
+    /// Returns (seconds, error), the error NaN of a failed point.
+    pub fn time_and_error(&self) -> [f64; 2] {
+        let error = self.figures().map_or(f64::NAN, |figures| figures.error);
+        [self.measurement.seconds, error]
+    }
+
+    /// Returns the figures; none of a failed point.
+    pub fn figures(&self) -> Option<&SolveFigures> {
+        self.measurement.result.as_ref().ok()
+    }
+}
+
+/// Points with one truth.
+#[derive(Clone)]
+pub struct MeasuredSet {
+    /// The varied option, if there is one.
+    pub sweep: Option<Sweep>,
     /// Description of the truth.
     pub truth: String,
-    /// Fitted order of the whole curve.
-    pub order: Option<f64>,
-    /// Order of the last two points: about 0 where another parameter sets a floor.
-    pub last_order: Option<f64>,
+    /// The measured points.
+    pub points: Vec<ChartPoint>,
+    /// Number of points missing after an interruption.
+    pub missing: usize,
+}
+
+impl MeasuredSet {
+    /// Makes a set of its measured points and marks those on the front.
+    pub fn new(set: &MethodSet, mut points: Vec<ChartPoint>) -> Self {
+        let places: Vec<[f64; 2]> = points.iter().map(ChartPoint::time_and_error).collect();
+        for (point, place) in points.iter_mut().zip(&places) {
+            point.on_front = is_on_front(*place, &places);
+        }
+        Self {
+            sweep: set.sweep,
+            truth: set.truth.options.clone(),
+            missing: set.methods.len() - points.len(),
+            points,
+        }
+    }
+
+    /// Iterates over the curves of a sweep: name, points from coarse to fine.
+    pub fn curves(&self) -> impl Iterator<Item = (&'static str, &[ChartPoint])> {
+        let name = |point: &ChartPoint| point.method.curve.map(|(name, _)| name);
+        let curves = self.points.chunk_by(move |a, b| name(a) == name(b));
+        curves.filter_map(move |points| Some((name(points.first()?)?, points)))
+    }
+
+    /// Returns the fitted order of the error on a curve.
+    pub fn curve_order(&self, points: &[ChartPoint]) -> Option<f64> {
+        let sweep = self.sweep?;
+        let step = |p: &ChartPoint| Some([sweep.step_size(p.method.curve?.1), p.time_and_error()[1]]);
+        fit_order(&points.iter().filter_map(step).collect::<Vec<_>>())
+    }
 }
 
 /// All measurements of one scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct SceneChart {
     /// Name of the scene.
     pub scene: String,
@@ -46,92 +85,37 @@ pub struct SceneChart {
     pub faces: usize,
     /// Texels per side on which errors are measured; none: the common ones of method and truth.
     pub texels: Option<u32>,
-    /// Description of the truth; each curve has its own.
-    pub truth: String,
     /// Name of the GPU.
     pub adapter: Option<String>,
-    /// The measured points.
-    pub points: Vec<ChartPoint>,
-    /// Number of points missing after an interruption.
-    pub missing: usize,
-    /// Curves of the varied options; their index is in the points' methods.
-    pub curves: Vec<MeasuredCurve>,
+    /// All methods, or a set for each varied option.
+    pub sets: Vec<MeasuredSet>,
     /// Measurements of other programs.
     pub peers: Vec<Peer>,
 }
 
-impl ChartPoint {
-    /// Returns the figures of its first run, which all runs share, or the first failure of a run.
-    pub fn first_result(&self) -> Result<&SolveFigures, &str> {
-        let failed = self.runs.iter().find(|run| run.result.is_err());
-        match failed.or(self.runs.first()).map(|run| &run.result) {
-            Some(Ok(figures)) => Ok(figures),
-            Some(Err(reason)) => Err(reason),
-            None => Err("not measured"),
-        }
-    }
-
-    /// Returns median, minimum and maximum of `quantity` over the runs.
-    pub fn median_and_range(&self, quantity: fn(&Measurement) -> f64) -> [f64; 3] {
-        let mut all: Vec<f64> = self.runs.iter().map(quantity).collect();
-        all.sort_by(f64::total_cmp);
-        let n = all.len();
-        if n == 0 {
-            return [f64::NAN; 3];
-        }
-        [(all[(n - 1) / 2] + all[n / 2]) / 2.0, all[0], all[n - 1]]
-    }
-
-    /// Returns (seconds, error): the median of the total time, and the error, NaN of a failed point.
-    pub fn time_and_error(&self) -> [f64; 2] {
-        let error = self.first_result().map_or(f64::NAN, |figures| figures.error);
-        [self.median_and_range(Measurement::total_seconds)[0], error]
-    }
-}
-
 impl SceneChart {
-    /// Sets `on_front` of each point, among the points with the same truth.
-    pub fn mark_fronts(&mut self) {
-        let places: Vec<_> = self
-            .points
-            .iter()
-            .map(|p| (p.method.truth, p.time_and_error()))
-            .collect();
-        for point in &mut self.points {
-            let rivals = places.iter().filter(|(truth, _)| *truth == point.method.truth);
-            point.on_front = is_on_front(point.time_and_error(), rivals.map(|(_, place)| *place));
-        }
+    /// Iterates over the points of all sets.
+    pub fn points(&self) -> impl Iterator<Item = &ChartPoint> {
+        self.sets.iter().flat_map(|set| &set.points)
     }
 
-    /// Returns the points of a curve, coarse to fine.
-    pub fn curve_points(&self, curve: usize) -> impl Iterator<Item = &ChartPoint> {
-        self.points
-            .iter()
-            .filter(move |p| p.method.varied.is_some_and(|(k, _)| k == curve))
-    }
-
-    /// Returns the curves of each varied option.
-    pub fn sweep_curves(&self) -> Vec<Range<usize>> {
-        let mut start = 0;
-        let sweeps = self.curves.chunk_by(|a, b| a.option == b.option).map(|curves| {
-            start += curves.len();
-            start - curves.len()..start
-        });
-        sweeps.collect()
+    /// Returns the number of points that are not measured.
+    pub fn count_missing(&self) -> usize {
+        self.sets.iter().map(|set| set.missing).sum()
     }
 }
 
 /// Returns whether no rival is better than a (seconds, error) in both. Equal points are both on the Pareto front; a
 /// point with a value that is not finite is not, and beats none.
-pub fn is_on_front(point: [f64; 2], rivals: impl IntoIterator<Item = [f64; 2]>) -> bool {
+fn is_on_front(point: [f64; 2], rivals: &[[f64; 2]]) -> bool {
     let is_finite = |p: &[f64; 2]| p.iter().all(|x| x.is_finite());
-    let is_beaten_by = |q: [f64; 2]| q[0] <= point[0] && q[1] <= point[1] && q != point;
-    is_finite(&point) && !rivals.into_iter().filter(is_finite).any(is_beaten_by)
+    let is_beaten_by = |q: &[f64; 2]| is_finite(q) && q[0] <= point[0] && q[1] <= point[1] && *q != point;
+    is_finite(&point) && !rivals.iter().any(is_beaten_by)
 }
 
 /// Returns the order p of an error e ≈ C hᵖ, the least-squares slope of ln e over ln h, or none with fewer than two
 /// (h, e) above the rounding.
-pub fn fit_order(steps: &[[f64; 2]]) -> Option<f64> {
+fn fit_order(steps: &[[f64; 2]]) -> Option<f64> {
     let usable = steps
         .iter()
         .filter(|[h, e]| *h > 0.0 && *e > ROUNDING_ERROR && e.is_finite());
@@ -143,12 +127,63 @@ pub fn fit_order(steps: &[[f64; 2]]) -> Option<f64> {
     (logarithms.len() >= 2 && square > 0.0).then(|| product / square)
 }
 
+/// Returns the content of `chart.json`: all points of all scenes. A failed point has a null error and its reason.
+pub fn chart_json(charts: &[SceneChart]) -> Value {
+    let points = charts
+        .iter()
+        .flat_map(|chart| chart.points().map(|point| point_json(chart, point)));
+    json!({
+        "points": points.collect::<Vec<_>>(),
+        "scenes": charts.iter().map(scene_json).collect::<Vec<_>>(),
+    })
+}
+
+fn scene_json(chart: &SceneChart) -> Value {
+    let curve = |set: &MeasuredSet, (label, points): (&str, &[ChartPoint])| {
+        json!({
+            "name": set.sweep.map(|sweep| sweep.name),
+            "option": set.sweep.map(|sweep| sweep.option),
+            "label": label,
+            "truth": set.truth,
+            "order": set.curve_order(points),
+        })
+    };
+    let sets = chart.sets.iter();
+    let curves = sets.flat_map(|set| set.curves().map(move |found| curve(set, found)));
+    json!({
+        "scene": chart.scene,
+        "faces": chart.faces,
+        "texels": chart.texels,
+        "truth": chart.sets.first().map(|set| &set.truth),
+        "adapter": chart.adapter,
+        "not_measured": chart.count_missing(),
+        "curves": curves.collect::<Vec<_>>(),
+        "peers": chart.peers,
+    })
+}
+
+fn point_json(chart: &SceneChart, point: &ChartPoint) -> Value {
+    let (method, measured, figures) = (&point.method, &point.measurement, point.figures());
+    json!({
+        "scene": chart.scene,
+        "solver": method.solver,
+        "options": method.options,
+        "settings": method.settings,
+        "target_error": method.target_error,
+        "curve": method.curve.map(|(name, _)| name),
+        "value": method.curve.map(|(_, value)| value),
+        "seconds": measured.seconds,
+        "error": figures.map(|f| f.error),
+        "bias": figures.map(|f| f.bias),
+        "on_front": point.on_front,
+        "failure": measured.result.as_ref().err(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studies::chart::methods::SolverKind;
     use approx::abs_diff_eq;
-    use common::settings::Settings;
 
     #[test]
     fn front_has_the_points_that_no_other_beats() {
@@ -172,38 +207,9 @@ mod tests {
             ),
         ];
         for (points, expected) in cases {
-            let found: Vec<bool> = points.iter().map(|p| is_on_front(*p, points.iter().copied())).collect();
+            let found: Vec<bool> = points.iter().map(|p| is_on_front(*p, points)).collect();
             assert_eq!(found, expected, "{points:?}");
         }
-    }
-
-    #[test]
-    fn points_are_rivals_of_those_with_the_same_truth() {
-        let point = |truth: usize, seconds: f64| ChartPoint {
-            method: SolveMethod {
-                truth,
-                ..SolveMethod::new(SolverKind::Cpu, "", Settings::default())
-            },
-            runs: vec![Measurement {
-                prepare: 0.0,
-                solve: seconds,
-                result: Ok(SolveFigures {
-                    error: 0.5,
-                    bias: 0.0,
-                    imbalance: 0.0,
-                    shots: 1,
-                    passes: 1,
-                }),
-            }],
-            on_front: false,
-        };
-        let mut chart = SceneChart {
-            points: vec![point(0, 2.0), point(1, 3.0), point(0, 1.0)],
-            ..SceneChart::default()
-        };
-        chart.mark_fronts();
-        let front: Vec<bool> = chart.points.iter().map(|p| p.on_front).collect();
-        assert_eq!(front, [false, true, true]);
     }
 
     #[test]

@@ -1,11 +1,45 @@
-//! The table of varied options: one parameter each, all others at stated settings.
+//! Sets of methods with one truth: all methods, or one varied option, all others at stated settings.
 //!
 //! To add a parameter, add a [`Sweep`] and a value of `--vary`; to add a variant of it, a curve.
 
-use super::methods::{SolveMethod, SolverKind};
+use super::methods::{SolveMethod, SolverKind, has_dense_truth, list_methods};
 use crate::studies::{PIXEL_HEMISPHERE, PIXEL_STEREOGRAPHIC};
 use common::form_factor::FormFactor;
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Raster, Settings, Visibility};
+use common::scene::Scene;
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Settings, SolveQuality, Visibility};
+use oracle::solve::dense;
+use oracle::solve::solver::MIN_ERROR;
+
+/// Methods with one truth.
+pub struct MethodSet {
+    /// The varied option, if there is one.
+    pub sweep: Option<Sweep>,
+    /// Method that solves the truth; its options name it.
+    pub truth: SolveMethod,
+    /// Methods to measure.
+    pub methods: Vec<SolveMethod>,
+}
+
+impl MethodSet {
+    /// Makes the set of all methods of these solvers on N×N texels. Their truth is the dense solver's, or else the
+    /// CPU's to the smallest error that can be requested.
+    pub fn of_solvers(scene: &Scene, solvers: &[SolverKind], quality: SolveQuality, texels: u32) -> Self {
+        let settings = dense::dense_settings(texels);
+        let all = solvers
+            .iter()
+            .flat_map(|solver| list_methods(scene, *solver, quality, texels));
+        // The dense solver on the texels of its own truth would be that truth.
+        let is_truth = |m: &SolveMethod| m.solver == SolverKind::Dense && m.settings.meshing.texels == texels;
+        Self {
+            sweep: None,
+            truth: match has_dense_truth(scene, texels) {
+                true => SolveMethod::new(SolverKind::Dense, "the dense solver", settings),
+                false => SolveMethod::to_error(SolverKind::Cpu, MIN_ERROR, settings),
+            },
+            methods: all.filter(|method| !is_truth(method)).collect(),
+        }
+    }
+}
 
 /// A change of settings.
 pub type SettingsChange = fn(&mut Settings);
@@ -39,8 +73,30 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Returns the method of a curve at `value`, without its curve and its truth.
-    pub fn method_at(&self, change: SettingsChange, value: f64, has_gpu: bool) -> SolveMethod {
+    /// Returns the methods of all curves and their truth.
+    pub fn method_set(&self, has_gpu: bool) -> MethodSet {
+        let truth = match self.truth {
+            SweepTruth::Finer(value) => self.method_at(NO_CHANGE, value, has_gpu),
+            SweepTruth::Limit(name, change) => SolveMethod {
+                options: name.into(),
+                ..self.method_at(change, self.values[0], has_gpu)
+            },
+        };
+        let curve = |(name, change): &(&'static str, SettingsChange)| {
+            let (name, change) = (*name, *change);
+            self.values.iter().map(move |value| SolveMethod {
+                curve: Some((name, *value)),
+                ..self.method_at(change, *value, has_gpu)
+            })
+        };
+        MethodSet {
+            sweep: Some(*self),
+            truth,
+            methods: self.curves.iter().flat_map(curve).collect(),
+        }
+    }
+
+    fn method_at(&self, change: SettingsChange, value: f64, has_gpu: bool) -> SolveMethod {
         let mut settings = Settings::default();
         (self.base)(&mut settings);
         change(&mut settings);
@@ -49,17 +105,6 @@ impl Sweep {
         let on_gpu = has_gpu && settings.transport.visibility.item_buffer().is_some();
         let solver = if on_gpu { SolverKind::Gpu } else { SolverKind::Cpu };
         SolveMethod::new(solver, format!("{} {value}", self.option), settings)
-    }
-
-    /// Returns the method of the truth; its options name it.
-    pub fn truth_method(&self, has_gpu: bool) -> SolveMethod {
-        match self.truth {
-            SweepTruth::Finer(value) => self.method_at(NO_CHANGE, value, has_gpu),
-            SweepTruth::Limit(name, change) => SolveMethod {
-                options: name.into(),
-                ..self.method_at(change, self.values[0], has_gpu)
-            },
-        }
     }
 
     /// Returns the step h, which tends to 0 as the parameter gets finer.
@@ -136,23 +181,12 @@ pub const ITEM_BUFFER_SWEEP: Sweep = Sweep {
         ("stereographic, exact", |s| {
             draw_with(s, PIXEL_STEREOGRAPHIC, Lookup::Exact)
         }),
-        ("stereographic, tessellated, 3x3", |s| {
-            draw_with(
-                s,
-                ItemBufferProjection::Stereographic(Raster::Tessellated),
-                Lookup::Neighbours,
-            );
-        }),
         ("hemicube, 3x3", |s| {
             draw_with(s, ItemBufferProjection::Hemicube, Lookup::Neighbours)
-        }),
-        ("hemicube, exact", |s| {
-            draw_with(s, ItemBufferProjection::Hemicube, Lookup::Exact)
         }),
         ("hemisphere, 3x3", |s| {
             draw_with(s, PIXEL_HEMISPHERE, Lookup::Neighbours)
         }),
-        ("hemisphere, exact", |s| draw_with(s, PIXEL_HEMISPHERE, Lookup::Exact)),
         ("paper, exact", |s| {
             draw_with(s, ItemBufferProjection::Paper, Lookup::Exact)
         }),

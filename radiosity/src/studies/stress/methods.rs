@@ -6,7 +6,7 @@ use common::form_factor::FormFactor;
 use common::relight::{MendedFlaws, RelightMethod};
 use common::settings::{ItemBufferProjection, Iteration, Settings, SolveQuality, Visibility};
 use oracle::solve::dense;
-use oracle::solve::solver::{DEFAULT_ERROR, REFERENCE_ERROR};
+use oracle::solve::solver::DEFAULT_ERROR;
 
 /// Pixels per side of all item buffers, few because the CPU rasteriser and software GPUs are slow.
 pub const ITEM_BUFFER_PIXELS: u32 = 512;
@@ -41,12 +41,6 @@ pub const DEFAULT: AtlasMethod = AtlasMethod {
     solver: MethodSolver::ToError(DEFAULT_ERROR),
     relighting: Some(RelightMethod::Signed),
     change: |_| (),
-};
-/// `solve --quality reference`.
-pub const REFERENCE: AtlasMethod = AtlasMethod {
-    name: "reference",
-    solver: MethodSolver::ToError(REFERENCE_ERROR),
-    ..DEFAULT
 };
 /// Dense linear system.
 pub const DENSE: AtlasMethod = AtlasMethod {

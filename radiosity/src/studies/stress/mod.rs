@@ -4,31 +4,24 @@
 //! The result compared is the mean reflected radiosity B − E of every texel; for leaks it is the
 //! light behind a wall over the emitted power.
 //!
-//! [`cases`] builds the scenes ([`trial`]) and [`random`] draws others, [`truth`] and [`direct_light`]
-//! provide their solutions, [`methods`] lists the methods, [`run`] runs them and [`accuracy`] compares;
+//! [`cases`] builds the scenes and [`random`] draws others, [`trial`] and `direct_light` provide their
+//! solutions and compare answers with them, [`methods`] lists the methods, [`run`] runs them;
 //! [`summary`] evaluates the rows, [`page`] shows them.
 
-pub mod accuracy;
 pub mod cases;
-mod chart;
-pub mod direct_light;
-#[cfg(test)]
-mod fixture;
+mod direct_light;
 pub mod methods;
 pub mod page;
 pub mod random;
 pub mod run;
-mod specimen;
 pub mod summary;
 pub mod trial;
-pub mod truth;
 
-use crate::report::format::{format_number, format_percent, format_scientific};
+use crate::report::format::{format_number, format_percent};
 use cases::Case;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::shooting::RadiosityField;
-use glam::DVec3;
 use serde::Serialize;
 
 /// Start of the message of an answer that cannot be compared.
@@ -109,10 +102,8 @@ pub enum WarningOutcome {
     Missed,
     /// Safe, with a warning.
     FalseAlarm,
-    /// Safe, without a warning.
+    /// Safe, without a warning, or a leak, whose warning may concern the light elsewhere.
     Quiet,
-    /// A safe leak, whose warning may concern the light elsewhere.
-    Uncounted,
 }
 
 /// Processor of a result.
@@ -126,9 +117,6 @@ pub enum Processor {
 }
 
 impl Processor {
-    /// Both, in the order of the page.
-    pub const BOTH: [Self; 2] = [Self::Cpu, Self::Gpu];
-
     /// Returns the name on the page.
     pub fn name(self) -> &'static str {
         match self {
@@ -145,8 +133,6 @@ pub struct SolverSide {
     pub error: Option<f64>,
     /// Standard error of the error, if the truth is traced.
     pub noise: f64,
-    /// Bias; none without an answer, or for a leak.
-    pub bias: Option<f64>,
     /// Error estimate of the answer, if it has one.
     pub estimate: Option<f64>,
     /// Verdict on the error.
@@ -166,7 +152,7 @@ pub struct SolverSide {
 impl SolverSide {
     /// Returns whether the user learns of a problem: by a warning or by a refusal.
     pub fn is_warned(&self) -> bool {
-        !self.warnings.is_empty() || self.is_refused()
+        !self.warnings.is_empty() || self.error.is_none() && !self.is_broken()
     }
 
     /// Returns whether the solve panicked, hung, returned NaN or gave neither answer nor message.
@@ -175,11 +161,6 @@ impl SolverSide {
             (Some(message), _) => BROKEN_MESSAGES.iter().any(|start| message.starts_with(start)),
             (None, error) => !error.is_some_and(f64::is_finite),
         }
-    }
-
-    /// Returns whether the solve was refused with a reason.
-    pub fn is_refused(&self) -> bool {
-        self.error.is_none() && !self.is_broken()
     }
 
     /// Sets both verdicts. Within the truth's noise the warning decides whether the error is beyond the limit.
@@ -193,9 +174,8 @@ impl SolverSide {
             outcome: match (safe, warned) {
                 (false, true) => WarningOutcome::Caught,
                 (false, false) => WarningOutcome::Missed,
-                (true, _) if measure == ErrorMeasure::Leak => WarningOutcome::Uncounted,
-                (true, true) => WarningOutcome::FalseAlarm,
-                (true, false) => WarningOutcome::Quiet,
+                (true, true) if measure != ErrorMeasure::Leak => WarningOutcome::FalseAlarm,
+                (true, _) => WarningOutcome::Quiet,
             },
             ..self
         }
@@ -258,48 +238,25 @@ impl AtlasRow {
         }
     }
 
-    /// Returns the result on a processor.
-    pub fn side_on(&self, processor: Processor) -> Option<&SolverSide> {
-        match processor {
-            Processor::Cpu => Some(&self.cpu),
-            Processor::Gpu => self.gpu.as_ref(),
-        }
-    }
-
     /// Iterates over its results.
     pub fn sides(&self) -> impl Iterator<Item = (Processor, &SolverSide)> {
-        let both = Processor::BOTH.into_iter();
-        both.filter_map(|processor| Some((processor, self.side_on(processor)?)))
+        let gpu = self.gpu.iter().map(|gpu| (Processor::Gpu, gpu));
+        [(Processor::Cpu, &self.cpu)].into_iter().chain(gpu)
     }
 }
 
-/// The texels of one face of one answer, shown as a picture.
-#[derive(Clone, Debug)]
-pub struct Plate {
-    /// "truth", or method and solver.
-    pub label: String,
-    /// B − E of each texel, W/m²; a triangle has N² texels in the order of its face.
-    pub values: Vec<DVec3>,
-}
-
-/// The scene of a case at one value, with the answers on one face.
+/// The scene of a case at one value, with its solution.
 pub struct Specimen {
     /// Value of the parameter.
     pub value: f64,
-    /// Description of a random scene.
-    pub description: Option<String>,
+    /// Error of the first method.
+    pub error: f64,
     /// The scene.
     pub scene: Scene,
-    /// Mesh of the shown solution.
+    /// Mesh of the solution.
     pub mesh: Mesh,
-    /// The shown solution.
+    /// The solution.
     pub field: RadiosityField,
-    /// Face that the plates are of.
-    pub face: u32,
-    /// Texels per side of the plates.
-    pub texels: u32,
-    /// Plates, the truth first.
-    pub plates: Vec<Plate>,
 }
 
 /// Results of one case.
@@ -308,7 +265,7 @@ pub struct CaseStudy {
     pub case: Case,
     /// Rows by value, easy to hard, and by method.
     pub rows: Vec<AtlasRow>,
-    /// The most visible failures, worst first.
+    /// The scenes to show: the easiest of a case, the worst random ones.
     pub specimens: Vec<Specimen>,
 }
 
@@ -319,12 +276,17 @@ impl CaseStudy {
         rows.flat_map(|row| row.sides().map(move |(processor, side)| (row, processor, side)))
     }
 
+    /// Iterates over the results of one method on one processor, by value.
+    pub fn sides_of(&self, method: &str, processor: Processor) -> impl Iterator<Item = (&AtlasRow, &SolverSide)> {
+        let all = self.sides();
+        let own = all.filter(move |(row, found, _)| row.method == method && *found == processor);
+        own.map(|(row, _, side)| (row, side))
+    }
+
     /// Returns whether a row is of the method that the program runs without options, the first of the case.
     pub fn is_default(&self, row: &AtlasRow) -> bool {
-        self.case
-            .methods
-            .first()
-            .is_some_and(|method| method.name == row.method)
+        let default = self.case.methods.first();
+        default.is_some_and(|method| method.name == row.method)
     }
 
     /// Returns the values that were run, easy to hard.
@@ -335,76 +297,8 @@ impl CaseStudy {
     }
 }
 
-/// Formats a value of a parameter in all its digits, which are few; as a power of ten where that is shorter.
+/// Formats a value of a parameter in all its digits, which are few.
 fn format_value(x: f64) -> String {
-    let (plain, power) = (x.to_string(), format_scientific(&format!("{x:e}")));
-    let power = power.strip_prefix("1·").unwrap_or(&power);
-    match plain.len() <= power.chars().count().max(5) {
-        true => plain,
-        false => power.to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fixture::{make_row, make_side, make_study};
-    use super::*;
-
-    #[test]
-    fn refusal_counts_as_warning_and_panic_does_not() {
-        let outcome = |message: Option<&str>, error| {
-            let side = SolverSide {
-                message: message.map(str::to_owned),
-                error,
-                ..SolverSide::default()
-            };
-            let side = side.judged_by(ErrorMeasure::RelativeRms);
-            (side.outcome, side.is_broken())
-        };
-        let refused = outcome(Some("face 3 has no area: remove it"), None);
-        assert_eq!(refused, (WarningOutcome::Caught, false));
-        for broken in [
-            outcome(Some("panic: index out of bounds"), None),
-            outcome(None, None),
-            outcome(None, Some(f64::NAN)),
-        ] {
-            assert_eq!(broken, (WarningOutcome::Missed, true));
-        }
-    }
-
-    #[test]
-    fn warning_in_a_leak_case_is_no_false_alarm() {
-        let outcome = |measure| make_side(Some(0.0), "thin").judged_by(measure).outcome;
-        assert_eq!(outcome(ErrorMeasure::RelativeRms), WarningOutcome::FalseAlarm);
-        assert_eq!(outcome(ErrorMeasure::Leak), WarningOutcome::Uncounted);
-    }
-
-    #[test]
-    fn error_equal_to_a_limit_gets_the_better_verdict() {
-        let verdicts =
-            [0.02, 0.021, 0.1, 0.11, f64::INFINITY].map(|error| ErrorMeasure::RelativeRms.verdict_on(Some(error)));
-        use Verdict::{Degrades, Fails, Safe};
-        assert_eq!(verdicts, [Safe, Degrades, Degrades, Fails, Fails]);
-        let texts = [ErrorMeasure::RelativeRms, ErrorMeasure::Leak].map(|measure| measure.format_error(1e-4));
-        assert_eq!(texts, ["0.01\u{202f}%", "1.00·10⁻⁴"]);
-    }
-
-    #[test]
-    fn values_keep_their_digits() {
-        let values = [0.0, 1e-5, 5e-7, 0.3, 0.9996, 0.99999, 1000.0, 1e6, 881_001.0].map(format_value);
-        let texts = [
-            "0",
-            "10⁻⁵",
-            "5·10⁻⁷",
-            "0.3",
-            "0.9996",
-            "0.99999",
-            "1000",
-            "10⁶",
-            "881001",
-        ];
-        assert_eq!(values, texts);
-        let rows = [1.0, 1.0, 0.1].map(|value| make_row(value, make_side(None, ""), None));
-        assert_eq!(make_study(rows.into()).swept_values(), [1.0, 0.1]);
-    }
+    let is_small = x != 0.0 && x.abs() < 1e-3;
+    if is_small { format!("{x:e}") } else { x.to_string() }
 }

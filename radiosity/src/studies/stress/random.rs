@@ -1,7 +1,7 @@
 //! The default solve on random scenes: errors, warnings and error estimates where nothing was tuned.
 
 use super::cases::Case;
-use super::methods::{DEFAULT, REFERENCE};
+use super::methods::DEFAULT;
 use super::run::AtlasRun;
 use super::trial::{Trial, TrialTruth};
 use super::{CaseStudy, ErrorMeasure};
@@ -15,9 +15,7 @@ use oracle::solve::progress::ProgressMonitor;
 pub const COMMAND_NAME: &str = "random";
 /// Paths of a truth, shared by all texels: about four seconds on two cores, and 0.2 to 0.5 % of noise
 /// in an error.
-const DEFAULT_PATHS: u32 = 1 << 22;
-/// Paths of a truth for answers of reference quality, whose errors are smaller.
-const REFERENCE_PATHS: u32 = 1 << 25;
+const TRUTH_PATHS: u32 = 1 << 22;
 /// Number of scenes whose pictures are kept.
 const MAX_PICTURES: usize = 4;
 
@@ -41,8 +39,6 @@ pub struct RandomRequest {
     pub options: SceneOptions,
     /// Texels per side of a face.
     pub texels: u32,
-    /// True for `--quality reference`.
-    pub reference: bool,
 }
 
 impl Default for RandomRequest {
@@ -50,7 +46,6 @@ impl Default for RandomRequest {
         Self {
             options: SceneOptions::default(),
             texels: 8,
-            reference: false,
         }
     }
 }
@@ -59,12 +54,8 @@ impl RandomRequest {
     /// Draws and solves `count` scenes from `seed` on. After a stop the finished ones are returned. Errors:
     /// a scene or truth fails.
     pub fn run_scenes(&self, run: &AtlasRun, seed: u64, count: u64, watch: &ProgressMonitor) -> Result<CaseStudy> {
-        let case = Case {
-            methods: if self.reference { &[REFERENCE] } else { &[DEFAULT] },
-            ..RANDOM_CASE
-        };
         let seeds: Vec<f64> = (seed..seed + count).map(|seed| seed as f64).collect();
-        run.run_values(&case, &seeds, |seed| self.draw_trial(seed), MAX_PICTURES, watch)
+        run.run_values(&RANDOM_CASE, &seeds, |seed| self.draw_trial(seed), MAX_PICTURES, watch)
     }
 
     /// Draws the scene of a seed and traces its truth.
@@ -72,8 +63,7 @@ impl RandomRequest {
         let drawn = draw_scene(seed as u64, self.options);
         let description = Some(drawn.to_string());
         let mesh = Mesh::uniform(&drawn.scene, self.texels, 1)?;
-        let paths = if self.reference { REFERENCE_PATHS } else { DEFAULT_PATHS };
-        let traced = trace_radiosity(&drawn.scene, &mesh, paths / mesh.texels.len() as u32, 0);
+        let traced = trace_radiosity(&drawn.scene, &mesh, TRUTH_PATHS / mesh.texels.len() as u32, 0);
         let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
         Ok(Trial {
             description,

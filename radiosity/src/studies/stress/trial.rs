@@ -1,8 +1,23 @@
-//! A trial: the scene of a case at one value, with resolution, truth and judged faces.
+//! A trial: the scene of a case at one value, with resolution, judged faces, truth, and the error of an answer.
+//!
+//! ```text
+//! relative RMS = √(ΣA(a − b)² / ΣA b²), worst channel      leak = ΣA|a| / ΣA E
+//! ```
+//! a, b: B − E of the answer and of the truth over the judged texels. The noise of a traced truth is
+//! subtracted.
 
-use super::ErrorMeasure;
+use super::direct_light;
+use common::resample::{area_average, shared_pieces};
 use common::scene::Scene;
+use common::texel::{texel_count, texel_outline};
+use common::{Error, Result};
 use glam::DVec3;
+use oracle::diff::difference::{channel_differences, worst_channel};
+use oracle::path_tracer::debiased_rms;
+use oracle::solve::dense;
+use oracle::solve::progress::without_progress;
+use oracle::solve::solver::SolverChoice;
+use oracle::solve::task::SolveTask;
 use std::ops::Range;
 
 /// A scene with resolution and truth.
@@ -48,11 +63,111 @@ impl Trial {
         }
     }
 
-    /// Returns the measure of its error.
-    pub fn measure(&self) -> ErrorMeasure {
-        match self.truth {
-            TrialTruth::Dark => ErrorMeasure::Leak,
-            _ => ErrorMeasure::RelativeRms,
+    /// Returns the error of an answer and its standard error, which is 0 unless the truth is traced. Errors: the
+    /// answer cannot be compared.
+    pub fn error_and_noise(&self, answer: &[DVec3], truth: &[DVec3]) -> std::result::Result<(f64, f64), String> {
+        if answer.len() != truth.len() {
+            return Err(format!("{} texels instead of {}", answer.len(), truth.len()));
+        }
+        if !answer.iter().chain(truth).all(|v| v.is_finite()) {
+            return Err("some texels are not finite".into());
+        }
+        let lit = truth.iter().any(|v| *v != DVec3::ZERO);
+        // Only a constant truth may be met exactly; otherwise the answer is the truth itself.
+        if lit && !matches!(self.truth, TrialTruth::Constant(_)) && answer == truth {
+            return Err("the truth itself, bit for bit".into());
+        }
+        let areas = self.judged_areas();
+        let (error, noise) = match &self.truth {
+            TrialTruth::Dark => (self.leaked_share(&areas, answer), 0.0),
+            TrialTruth::Traced(_, error) => debiased_rms(&areas, answer, truth, error).into(),
+            _ => {
+                let all = areas.into_iter().zip(answer).zip(truth);
+                let judged = all.filter(|((area, _), _)| *area > 0.0);
+                let difference = worst_channel(channel_differences(judged.map(|((area, a), b)| (area, *a, *b))));
+                (difference.relative_rms, 0.0)
+            }
+        };
+        match (error.is_finite() && noise.is_finite(), &self.truth) {
+            (true, _) => Ok((error, noise)),
+            (false, TrialTruth::Traced(..)) => Err("the truth is all noise".into()),
+            (false, _) => Err("lit, but the truth is all black".into()),
         }
     }
+
+    /// Returns the area of each texel, 0 if it is not judged.
+    fn judged_areas(&self) -> Vec<f64> {
+        let resolution = [self.texels; 2];
+        let texels = |(k, face)| {
+            let judged = self.judged.contains(&k);
+            let area = move |t| {
+                if judged {
+                    texel_outline(face, resolution, t).area()
+                } else {
+                    0.0
+                }
+            };
+            (0..texel_count(resolution)).map(area)
+        };
+        self.scene.faces.iter().enumerate().flat_map(texels).collect()
+    }
+
+    fn leaked_share(&self, areas: &[f64], answer: &[DVec3]) -> f64 {
+        let behind = areas.iter().zip(answer);
+        let behind: f64 = behind.map(|(a, v)| a * v.abs().element_sum()).sum();
+        let faces = self.scene.faces.iter();
+        let emitted: f64 = faces.map(|f| f.area() * f.emission.as_dvec3().element_sum()).sum();
+        if behind == 0.0 { 0.0 } else { behind / emitted }
+    }
+}
+
+/// Computes truths, B − E of every texel in face order in W/m², and keeps the dense solver's last one, which several
+/// values of a case may share.
+#[derive(Default)]
+pub struct TruthCache {
+    dense: Option<(String, Vec<DVec3>)>,
+}
+
+impl TruthCache {
+    /// Computes the truth of a trial. Errors: the dense solver fails.
+    pub fn truth_of(&mut self, trial: &Trial) -> Result<Vec<DVec3>> {
+        let all = trial.scene.faces.len() * texel_count([trial.texels; 2]) as usize;
+        Ok(match &trial.truth {
+            _ if all == 0 => Vec::new(),
+            TrialTruth::Direct(occluders) => direct_light::reflected_direct(&trial.scene, trial.texels, occluders),
+            TrialTruth::Constant(value) => vec![*value; all],
+            TrialTruth::Dark => vec![DVec3::ZERO; all],
+            TrialTruth::Traced(values, _) => values.clone(),
+            TrialTruth::Dense(scene) => {
+                let key = format!("{} {scene:?}", trial.texels);
+                let mut values = match self.dense.take() {
+                    Some((known, values)) if known == key => values,
+                    _ => dense_truth(scene, trial.texels, 2)?,
+                };
+                self.dense = Some((key, values.clone()));
+                values.resize(all, DVec3::ZERO);
+                values
+            }
+        })
+    }
+}
+
+/// Solves by the dense solver on texels `finer` times as fine and averages. Errors: the solve fails.
+pub fn dense_truth(scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>> {
+    let settings = dense::dense_settings(texels * finer);
+    let solved = scene.solve_once(&settings, SolverChoice::Dense, &without_progress())?;
+    let (mesh, dense) = (&solved.mesh, solved.dense.as_ref());
+    let dense = dense.ok_or_else(|| Error::Fault("the dense solver has no answer".into()))?;
+    let texel = |k: usize| mesh.texels[k].reflectance.as_dvec3() * dense.solution.irradiance[k];
+    let reflected: Vec<DVec3> = mesh.texels_in_face_order().into_iter().map(texel).collect();
+    if finer == 1 {
+        return Ok(reflected);
+    }
+    let (from, to) = ([texels * finer; 2], [texels; 2]);
+    let fine = texel_count(from) as usize;
+    let coarse = |(k, face)| {
+        let shared = shared_pieces(face, from, to);
+        area_average(&reflected[k * fine..(k + 1) * fine], &shared, to)
+    };
+    Ok(scene.faces.iter().enumerate().flat_map(coarse).collect())
 }

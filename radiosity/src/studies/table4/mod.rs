@@ -7,17 +7,15 @@
 
 pub mod page;
 
-use crate::relight::composite::render_composite;
-use crate::relight::{RelitScene, files};
 use crate::report::picture::RgbaPicture;
+use crate::report::preview::Preview;
 use crate::report::view::camera::Camera;
 use crate::studies::PIXEL_HEMISPHERE;
 use common::energy::EnergyBalance;
 use common::form_factor::FormFactor;
-use common::rays::Rays;
 use common::relight::{MendedFlaws, RelightMethod};
 use common::scene::Scene;
-use common::settings::{ItemBufferSettings, Lookup, Meshing, Schedule, Settings, Transport, Visibility};
+use common::settings::{ItemBufferSettings, Lookup, Settings, Visibility};
 use common::shooting::RadiosityField;
 use common::{Error, Result};
 use glam::DVec3;
@@ -26,7 +24,7 @@ use oracle::diff::difference::compare_fields;
 use oracle::relight::stage::RelightStage;
 use oracle::relight::task::{RelightTask, capture_empty_room};
 use oracle::solve::progress::{PhaseCallback, ProgressMonitor};
-use oracle::solve::solved::{RelightReport, Solved};
+use oracle::solve::solved::Solved;
 use oracle::solve::solver::SolverChoice;
 use oracle::solve::task::SolveTask;
 use serde::Serialize;
@@ -35,8 +33,6 @@ use serde::Serialize;
 const PAPER_EPSILON: f64 = 0.05;
 /// Unshot share of truth and captured room: a hundredth of the smallest error in the table.
 const EXACT_EPSILON: f64 = 1e-4;
-/// Width and height of a picture, pixels.
-const PICTURE_SIZE: [u32; 2] = [400, 400];
 /// Texels per side of Figure 8's faces.
 const SHADOW_TEXELS: [u32; 3] = [8, 16, 32];
 /// Eye and target of Figure 8: the floor between the blocks.
@@ -170,30 +166,19 @@ pub struct Table4Grid<'a> {
 
 /// Returns the paper's settings, with a corrected orthographic item buffer and one-pixel lookup; none: by rays.
 fn paper_settings(texels: u32, item_buffer: Option<u32>, epsilon: f64) -> Settings {
-    let drawn = item_buffer.map(|size| {
+    let mut settings = Settings::default();
+    let meshing = &mut settings.meshing;
+    (meshing.texels, meshing.patches, meshing.samples) = (texels, 1, 1);
+    settings.transport.form_factor = FormFactor::Disc;
+    settings.transport.visibility = item_buffer.map_or(Visibility::Rays, |size| {
         Visibility::ItemBuffer(ItemBufferSettings {
             projection: PIXEL_HEMISPHERE,
             size,
             lookup: Lookup::Exact,
         })
     });
-    Settings {
-        meshing: Meshing {
-            texels,
-            patches: 1,
-            samples: 1,
-        },
-        transport: Transport {
-            visibility: drawn.unwrap_or(Visibility::Rays),
-            form_factor: FormFactor::Disc,
-            ..Transport::default()
-        },
-        schedule: Schedule {
-            epsilon,
-            ..Schedule::default()
-        },
-        ..Settings::default()
-    }
+    settings.schedule.epsilon = epsilon;
+    settings
 }
 
 impl Table4Grid<'_> {
@@ -241,7 +226,8 @@ impl Table4Grid<'_> {
                 settings.schedule.max_shots = shots + shots / 10;
             }
             let (done, seconds) = self.relight_stage(&stage, image, &settings)?;
-            let relit = relight_report(&done)?;
+            let relit = done.relight.as_ref();
+            let relit = relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))?;
             let field = renamed_field(&done, image.name());
             rows.push(Table4Row {
                 image,
@@ -256,7 +242,7 @@ impl Table4Grid<'_> {
                 imbalance: EnergyBalance::new(&done.mesh, &done.run.field, &done.run.shots).imbalance,
                 negative_texels: relit.negative_texels(&done.run),
                 paper: printed_figures(image, texels, item_buffer),
-                picture: draw_room(&stage, &done, None)?,
+                picture: draw_scene(&stage, &done, None),
             });
         }
         Ok(rows)
@@ -270,15 +256,10 @@ impl Table4Grid<'_> {
             let (done, _) = self.relight_stage(&stage, TableImage::Signed, &settings)?;
             let [eye, target] = SHADOW_CAMERA.map(|p| done.mesh.local_point(p).as_vec3());
             let caption = format!("{texels}² texels per face, {} in all", done.mesh.texels.len());
-            Ok((caption, draw_room(&stage, &done, Some(Camera::new(eye, target, 50.0)))?))
+            Ok((caption, draw_scene(&stage, &done, Some(Camera::new(eye, target, 50.0)))))
         };
         SHADOW_TEXELS.into_iter().map(draw).collect()
     }
-}
-
-fn relight_report(done: &Solved) -> Result<&RelightReport> {
-    let relit = done.relight.as_ref();
-    relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))
 }
 
 /// Returns the field with `name` as its origin, since a comparison refuses two of one origin.
@@ -289,24 +270,6 @@ fn renamed_field(done: &Solved, name: &str) -> RadiosityField {
     }
 }
 
-/// Draws the relit room from `camera`, or from an automatic one, at an exposure of its own: one for the whole grid
-/// would be too dark for some.
-fn draw_room(stage: &RelightStage, done: &Solved, camera: Option<Camera>) -> Result<RgbaPicture> {
-    let relit = RelitScene {
-        scene: &stage.scene,
-        mesh: &done.mesh,
-        room: stage.room_faces,
-        before: &relight_report(done)?.before,
-        after: &done.run.field,
-        eye: None,
-    };
-    let camera = camera.unwrap_or_else(|| Camera::automatic_view(&done.mesh, &Rays::new(&done.mesh)));
-    let seen = render_composite(&relit, &camera, PICTURE_SIZE, None);
-    let exposure = files::choose_exposure(&seen);
-    Ok(files::tone_map_picture(
-        PICTURE_SIZE,
-        &seen.composite,
-        &seen.coverage[1],
-        exposure,
-    ))
+fn draw_scene(stage: &RelightStage, done: &Solved, camera: Option<Camera>) -> RgbaPicture {
+    Preview::new(&stage.scene, &done.mesh, &done.run.field, camera).picture
 }

@@ -28,22 +28,6 @@ pub fn render_page(table: &Table4) -> String {
              unshot with 0.5 fits as well). That these shot counts agree therefore confirms nothing; \
              how errors and shots of the methods compare does not depend on it.",
         );
-    let is_negative = |image: &TableImage| {
-        table
-            .rows
-            .iter()
-            .any(|row| row.image == *image && row.negative_texels > 0)
-    };
-    let negative: Vec<&str> = TableImage::ALL
-        .into_iter()
-        .filter(is_negative)
-        .map(TableImage::name)
-        .collect();
-    if !negative.is_empty() {
-        let names = negative.join("; ");
-        let counted = "They are counted in the table, and black in the pictures.";
-        opening.add_warning(bold_text("Negative radiosity.") + format!(" Texels of {names} are below 0. {counted}"));
-    }
     let mut images = Blocks::default();
     images.add_table(image_table(table));
     let shadows = table

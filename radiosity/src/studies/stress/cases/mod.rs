@@ -49,6 +49,13 @@ pub struct Case {
     pub build: fn(f64) -> Result<Trial>,
 }
 
+impl Case {
+    /// Returns whether its values are the seeds of random scenes, which are no sweep.
+    pub fn is_random(&self) -> bool {
+        self.values.is_empty()
+    }
+}
+
 /// Direct light; the other kinds of rows differ from it.
 const LAMBERT: Case = Case {
     name: "",
@@ -228,10 +235,8 @@ pub const CASES: &[Case] = &[
         values: &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7],
         build: |distance| {
             let patch = plate_at([0.45, 0.55, distance], [0.5; 2], 0.5);
-            shadowed_trial(
-                vec![unit_floor(), patch, lamp_above([0.5, 0.5, 1.0], [0.8; 2], 1.0)],
-                1..2,
-            )
+            let lamp = lamp_above([0.5, 0.5, 1.0], [0.8; 2], 1.0);
+            shadowed_trial(vec![unit_floor(), patch, lamp], 1..2)
         },
         ..SHADOW
     },
@@ -285,10 +290,8 @@ pub const CASES: &[Case] = &[
         values: &[0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4],
         build: |height| {
             let blocker = plate_at([0.47, 0.54, height], [0.4; 2], 0.0);
-            shadowed_trial(
-                vec![unit_floor(), blocker, lamp_above([0.5, 0.5, 1.0], [0.3; 2], 1.0)],
-                1..2,
-            )
+            let lamp = lamp_above([0.5, 0.5, 1.0], [0.3; 2], 1.0);
+            shadowed_trial(vec![unit_floor(), blocker, lamp], 1..2)
         },
         ..SHADOW
     },
@@ -324,10 +327,8 @@ pub const CASES: &[Case] = &[
         build: |height| {
             let corners = [[0.2, 0.5, 0.3], [0.8, 0.5, 0.3], [0.5, 0.5 + height, 0.3]];
             let thin = Face::triangle("thin", corners.map(DVec3::from), Vec3::ZERO, Vec3::ZERO);
-            shadowed_trial(
-                vec![unit_floor(), lamp_above([0.5, 0.5, 1.0], [0.8; 2], 1.0), thin],
-                2..3,
-            )
+            let lamp = lamp_above([0.5, 0.5, 1.0], [0.8; 2], 1.0);
+            shadowed_trial(vec![unit_floor(), lamp, thin], 2..3)
         },
         ..SHADOW
     },
