@@ -1,4 +1,6 @@
-//! Numbers that the shaders and their twins share; `gpu` writes each into the WGSL it compiles.
+//! Numbers that the shaders and their twins share, so that both can be compared: `gpu` writes them into the WGSL that it
+//! compiles, except [`ROOTS_PER_BATCH`] and [`MAX_LINK_BYTES`], which limit work and memory on both sides. u = 2⁻²⁴ is the
+//! unit roundoff; "the paper" is Kim, Hwang & Hong.
 
 /// π as both solvers round it.
 pub const PI: f32 = std::f32::consts::PI;

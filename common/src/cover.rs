@@ -1,4 +1,5 @@
-//! Cover of sample points: a point is covered by a body if it sees neither a front nor open space.
+//! Cover of sample points: a point is covered by a body if it sees neither a front nor open space. Solves mark the
+//! points of their meshes by it: a patch shoots and receives at open points only.
 
 use crate::constants::{CONTACT_DISTANCE, MISS_DISTANCE, OUTLINE_MARGIN};
 use crate::escape::escape_directions;

@@ -1,5 +1,5 @@
 //! Sizes of dispatches, numbers of workgroups, and places of item buffers that lie side by side in one texture. The
-//! shaders have the same functions.
+//! shaders have the same functions. `gpu` sizes its dispatches by them.
 
 /// Returns the linear index of workgroup `group` in a dispatch of `groups`; a dispatch too large for x continues in y.
 pub fn flat_index(group: [u32; 3], groups: [u32; 3]) -> u32 {

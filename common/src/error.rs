@@ -1,4 +1,5 @@
-//! Errors of the workspace. Each message is one line that names the file and the place.
+//! Errors of the workspace. Each message is one line that names the file and the place. The program takes its exit code
+//! from their kind.
 
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,57 @@
 //! Reading of files. All files are opened here: a pipe may never answer, and a device may never end.
 
 use crate::error::{Error, Result};
-use std::fs::{File, metadata};
+use std::collections::BTreeMap;
+use std::fs::{File, canonicalize, metadata};
 use std::io::{ErrorKind, Read};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf, absolute};
+use std::sync::{Mutex, PoisonError};
 
 /// Maximum bytes of an input file (2 GiB).
 pub const MAX_FILE_BYTES: u64 = 1 << 31;
+
+/// Files that this process has read, as given, by resolved path: no output may replace them.
+static INPUTS: Mutex<BTreeMap<PathBuf, PathBuf>> = Mutex::new(BTreeMap::new());
+
+/// Returns the path, as it was given, of a file that was [`read`], by its [resolved path](resolve_path).
+pub fn find_input(resolved: &Path) -> Option<PathBuf> {
+    let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    inputs.get(resolved).cloned()
+}
+
+/// Returns the absolute path without links, `.` and `..`. The end of the path need not exist.
+pub fn resolve_path(path: &Path) -> PathBuf {
+    if let Ok(resolved) = canonicalize(path) {
+        return resolved;
+    }
+    let path = absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) => resolve_path(folder).join(name),
+        (Some(folder), None) => resolve_path(folder).parent().map_or(path.clone(), Path::to_path_buf),
+        (None, _) => path,
+    }
+}
+
+/// Returns the path of the file that a scene in `folder` names relative to `base`, a folder of the scene's.
+///
+/// Errors: it is neither beside the scene nor below it; in words that follow "cannot be read: ".
+pub fn path_below(folder: &Path, base: &Path, name: &str) -> std::result::Result<PathBuf, String> {
+    let path = base.join(name);
+    let mut parts = path.strip_prefix(folder).unwrap_or(&path).components();
+    let depth = parts.try_fold(0_usize, |depth, part| match part {
+        Component::Normal(_) => Some(depth + 1),
+        Component::CurDir => Some(depth),
+        Component::ParentDir => depth.checked_sub(1),
+        Component::RootDir | Component::Prefix(_) => None,
+    });
+    let elsewhere = || "only files beside the scene or below it are read".to_owned();
+    depth.map(|_| path.clone()).ok_or_else(elsewhere)
+}
+
+/// Returns the CRC-32 (ISO 3309) of a file in eight hexadecimal digits.
+pub(crate) fn file_checksum(bytes: &[u8]) -> String {
+    format!("{:08x}", crc32fast::hash(bytes))
+}
 
 /// Opens an ordinary file of at most `max_bytes`.
 ///
@@ -30,10 +75,20 @@ pub fn open_file(path: &Path, max_bytes: u64) -> std::result::Result<File, Strin
     File::open(path).map_err(|e| error_reason(&e))
 }
 
-/// Reads an ordinary file of at most `max_bytes`.
+/// Reads an input: an ordinary file of at most `max_bytes`, which no output may replace.
 ///
 /// Errors: as of [`open_file`].
 pub fn read(path: &Path, max_bytes: u64) -> std::result::Result<Vec<u8>, String> {
+    let bytes = read_unrecorded(path, max_bytes)?;
+    let mut inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    inputs.insert(resolve_path(path), path.to_path_buf());
+    Ok(bytes)
+}
+
+/// Reads an ordinary file of at most `max_bytes` that is no input.
+///
+/// Errors: as of [`open_file`].
+pub fn read_unrecorded(path: &Path, max_bytes: u64) -> std::result::Result<Vec<u8>, String> {
     let file = open_file(path, max_bytes)?;
     let mut bytes = Vec::new();
     // The file may be longer than its metadata say: it may grow, and in /proc the length is 0.

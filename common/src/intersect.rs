@@ -9,9 +9,9 @@ use glam::{Vec3, Vec4};
 pub struct Crossing {
     /// Ray parameter; [`MISS_DISTANCE`] for a ray along the plane.
     pub t: f32,
-    /// Distance to the nearest edge, mesh units; negative outside the outline.
+    /// Distance to the nearest edge, mesh units; negative outside the outline, and for a ray along the plane.
     pub inside: f32,
-    /// Normal · direction: negative when the ray meets the front.
+    /// Normal · direction, which need not be a unit vector: negative when the ray meets the front.
     pub facing: f32,
 }
 
@@ -56,7 +56,7 @@ pub fn touches_plane(face: &MeshFace, point: Vec3) -> bool {
     (face.plane.truncate().dot(point) - face.plane.w).abs() <= CONTACT_DISTANCE
 }
 
-/// Returns the distance of `p` inside an edge plane; [`MISS_DISTANCE`] for (0, 0), the edge that a triangle lacks.
+/// Returns the distance of `p` inside an edge plane; [`MISS_DISTANCE`] for the zero normal of the edge that a triangle lacks.
 #[inline(always)]
 pub fn inside_distance(edge: Vec4, p: Vec3) -> f32 {
     if edge.truncate() == Vec3::ZERO {

@@ -1,9 +1,9 @@
 //! The solvers' form of a scene, in f32: faces, patches that shoot, and texels that receive (the elements
 //! of the radiosity literature).
 //!
-//! The scene is moved to the origin and scaled by a power of two into [−1, 1]³, so that neither the unit
-//! of length nor the distance from the origin changes a result. Texels of one patch are contiguous: texel
-//! t of the solver is pixel `texels[t].pixel` of the atlas.
+//! The scene is moved to the origin and scaled by a power of two into [−1, 1]³. So the distance from the origin costs
+//! no precision in f32, and a unit of length that differs by a power of two changes no bit of a result; another unit
+//! changes roundings. Texels of one patch are contiguous: texel t of the solver is pixel `texels[t].pixel` of the atlas.
 
 use crate::constants::FAR_DISTANCE_RADII;
 use crate::error::{Error, Result};
@@ -24,7 +24,7 @@ pub const MAX_TEXELS: u64 = 1 << 26;
 
 /// Half extents of solvable scenes, scene units: the squares of areas, fourth powers, stay normal numbers
 /// in f64, also for faces of 1e−20 of the extent.
-const SOLVABLE_EXTENTS: Range<f64> = 1e-50..1e50;
+const SOLVABLE_HALF_EXTENTS: Range<f64> = 1e-50..1e50;
 
 /// A patch, which shoots: one of the K×K parts of a face.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ pub struct Patch {
     /// Share of its sample points that no body covers.
     pub open_share: f32,
     /// Share of its sample points that no body of the room covers: `open_share` without the objects.
-    pub open_share_before: f32,
+    pub room_open_share: f32,
     /// Geometry.
     pub shooter: Shooter,
 }
@@ -106,9 +106,10 @@ impl Mesh {
         Self::new(scene, &vec![[texels, texels]; scene.faces.len()], patches)
     }
 
-    /// Makes a mesh with `resolutions[k]` texels (equal sides on a triangle) and K×K patches on face k.
+    /// Makes a mesh with `resolutions[f]` texels (equal sides on a triangle) and K×K patches on face f.
     ///
-    /// Errors: a scene without faces, of an extent that cannot be solved, or with too many texels.
+    /// Errors: a scene without faces or of an extent that cannot be solved; a resolution of 0, or of unequal sides on a
+    /// triangle; more than [`MAX_TEXELS`] texels.
     pub fn new(scene: &Scene, resolutions: &[[u32; 2]], k: u32) -> Result<Self> {
         check_resolutions(scene, resolutions)?;
         let (centre, unit) = scene_bounds(scene)?;
@@ -218,7 +219,7 @@ impl Mesh {
                 first: 0,
                 count: 0,
                 open_share: 1.0,
-                open_share_before: 1.0,
+                room_open_share: 1.0,
                 shooter: Shooter {
                     centre,
                     normal: self.faces[f].normal,
@@ -253,7 +254,8 @@ impl Mesh {
         }
     }
 
-    /// Places `samples` sample points on each patch instead of its centre, all of them open.
+    /// Places `samples` sample points on each patch, all of them open. A single one stays at the centre, where
+    /// [`Mesh::new`] places it.
     pub fn place_samples(&mut self, samples: u32) {
         self.samples = samples.max(1);
         if self.samples == 1 {
@@ -280,19 +282,19 @@ impl Mesh {
         }
         let points = self.patch_points.chunks(self.samples as usize);
         for (patch, points) in self.patches.iter_mut().zip(points) {
-            let (mut all, mut lit, mut lit_before) = (0.0, 0.0, 0.0);
+            let (mut all, mut open, mut room_open) = (0.0, 0.0, 0.0);
             for PatchPoint { weight, cover, .. } in points {
                 all += weight;
                 if *cover != Cover::Room {
-                    lit_before += weight;
+                    room_open += weight;
                 }
                 if *cover == Cover::Open {
-                    lit += weight;
+                    open += weight;
                 }
             }
             // A patch without area has no open share.
             let share = |part: f32| if all > 0.0 { part / all } else { 0.0 };
-            (patch.open_share, patch.open_share_before) = (share(lit), share(lit_before));
+            (patch.open_share, patch.room_open_share) = (share(open), share(room_open));
         }
     }
 
@@ -381,8 +383,9 @@ fn check_resolutions(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
 pub(crate) fn scene_bounds(scene: &Scene) -> Result<(DVec3, f64)> {
     let [low, high] = scene.bounds();
     let half = (high - low).max_element() / 2.0;
-    if !(half.is_normal() && SOLVABLE_EXTENTS.contains(&half)) {
-        let (extent, Range { start, end }) = (2.0 * half, SOLVABLE_EXTENTS);
+    if !(half.is_normal() && SOLVABLE_HALF_EXTENTS.contains(&half)) {
+        let [extent, start, end] =
+            [half, SOLVABLE_HALF_EXTENTS.start, SOLVABLE_HALF_EXTENTS.end].map(|half| 2.0 * half);
         let message = format!(
             "extends over {extent:e}, which cannot be solved ({start:e} to {end:e} can): use another unit of length"
         );

@@ -8,26 +8,27 @@ use glam::{Vec3, Vec4};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Distance below which planes are the same, and width below which overlaps are ignored (mesh units): a
-/// file's coordinates have about six digits.
+/// Distance below which planes are the same, width below which overlaps are ignored (mesh units), and largest 1 − cosine
+/// between equal normals: a file's coordinates have about six digits.
 const SAME_PLANE_DISTANCE: f32 = 1e-5;
 /// Maximum pairs that the search compares: a second's work.
 const MAX_COMPARED_PAIRS: usize = 100_000_000;
-/// Maximum pairs that are stored.
+/// Maximum pairs that are stored, besides exact copies.
 const MAX_KEPT_PAIRS: usize = 1 << 20;
 
 /// Result of [`find_overlaps`].
 #[derive(Debug)]
 pub struct Overlaps {
-    /// Pairs of overlapping faces, lower index first, in order. A face that lies wholly under another
-    /// one is in one pair only.
+    /// Pairs of overlapping faces, lower index first, in order. Once a face is wholly
+    /// covered, no more of its pairs are listed.
     pub pairs: Vec<[u32; 2]>,
     /// For each texel, true if its centre lies under an earlier front.
     pub covered: Vec<bool>,
 }
 
 /// Finds overlapping fronts among `faces`; `ranges[k]` are the `texels` of face k. Sweep and prune along one axis: each
-/// face, in ascending order, is compared with those that have not ended before it begins.
+/// face, in ascending order, is compared with those that have not ended before it begins. Beyond
+/// `MAX_COMPARED_PAIRS` overlaps are missed.
 pub fn find_overlaps(faces: &[MeshFace], texels: &[Texel], ranges: &[Range<usize>]) -> Overlaps {
     let mut overlaps = Overlaps {
         pairs: Vec::new(),
@@ -62,7 +63,7 @@ pub fn find_overlaps(faces: &[MeshFace], texels: &[Texel], ranges: &[Range<usize
                     overlaps.covered[k] |= over.holds_point(texels[k].position);
                 }
             }
-            // A face that lies wholly under another is not compared again: the other covers all that it covers.
+            // A face of which all texels are covered carries no light: it is not compared again.
             if is_covered(&overlaps, active[n]) {
                 active.swap_remove(n);
             } else {

@@ -1,4 +1,4 @@
-//! Clipping of polygons in space.
+//! Clipping of polygons in space. Means of textures, exact form factors and the search for adjacent faces use it.
 
 use glam::DVec3;
 

@@ -4,6 +4,7 @@
 //! Rec. 709. Positions are f64 so that a scene far from its origin keeps its shape until
 //! [`crate::mesh::Mesh`] moves it to the origin.
 
+use crate::constants::CONTACT_DISTANCE;
 use crate::paint::{MAX_WHITE_REFLECTANCE, Paint};
 use glam::{DVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -60,7 +61,21 @@ pub struct Face {
     pub lightmap_corners: Option<[Vec2; 3]>,
 }
 
+/// Smallest extent of the largest lamp, as a share of the scene's: fronts within [`CONTACT_DISTANCE`] exchange nothing.
+const MIN_LAMP_SHARE: f64 = 2.0 * CONTACT_DISTANCE as f64;
+/// Smallest area of a lamp, as a share of its extent squared.
+const MIN_LAMP_AREA_SHARE: f64 = 1e-12;
+
 impl Face {
+    /// Returns the largest distance of two corners along an axis.
+    fn extent(&self) -> f64 {
+        let [first, rest @ ..] = self.corners;
+        let [low, high] = rest
+            .iter()
+            .fold([first; 2], |[low, high], p| [low.min(*p), high.max(*p)]);
+        (high - low).max_element()
+    }
+
     /// Makes a quad with the given corners.
     pub fn quad(name: &str, corners: [DVec3; 4], emission: Vec3, reflectance: Vec3) -> Self {
         Self {
@@ -162,6 +177,48 @@ impl Scene {
         corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], c| {
             [low.min(*c), high.max(*c)]
         })
+    }
+
+    /// Returns the number of face `k` in the scene's file, from 1 on, and its name.
+    pub fn face_label(&self, k: usize) -> String {
+        let face = &self.faces[k];
+        let number = face.input_face.map_or(k, |k| k as usize) + 1;
+        format!("face {number} ({})", face.name)
+    }
+
+    /// Returns why the light of all lamps is lost, if it is and there are lamps: they have no area, or hardly any extent
+    /// beside that of the scene.
+    pub fn explain_lost_lamps(&self) -> Option<String> {
+        let lamps = || (0..self.faces.len()).filter(|k| self.faces[*k].emission != Vec3::ZERO);
+        let first = lamps().next()?;
+        let extent = |k: &usize| self.faces[*k].extent();
+        let has_area = |k: &usize| self.faces[*k].area() > MIN_LAMP_AREA_SHARE * extent(k).powi(2);
+        let Some(lamp) = lamps().filter(has_area).max_by(|a, b| extent(a).total_cmp(&extent(b))) else {
+            let label = self.face_label(first);
+            return Some(format!(
+                "no face that emits light has an area: {label} is a line or a point"
+            ));
+        };
+        let [low, high] = self.bounds();
+        let (size, own) = ((high - low).max_element(), extent(&lamp));
+        if own >= MIN_LAMP_SHARE * size {
+            return None;
+        }
+        let place = self.faces[lamp].corners[0];
+        let distance = |k: &usize| {
+            self.faces[*k]
+                .corners
+                .map(|p| p.distance(place))
+                .into_iter()
+                .fold(0.0, f64::max)
+        };
+        let farthest = (0..self.faces.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
+        Some(format!(
+            "its light is lost in rounding: the largest lamp, {}, extends over {own:.1e}, and the scene over {size:.1e}; \
+             is a corner of {} misplaced?",
+            self.face_label(lamp),
+            self.face_label(farthest.unwrap_or(lamp)),
+        ))
     }
 
     /// Returns whether ρ or E vary within a face.

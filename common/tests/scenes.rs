@@ -1,10 +1,6 @@
-//! Bundled scenes: the files equal the generator's output, and each scene has its stated faces. The bundled radiance map
-//! is a panorama.
+//! Bundled scenes: each has its stated faces. The bundled radiance map is a panorama.
 
-#[path = "../../scenes/model/mod.rs"]
-mod model;
-
-use crate::import::files::data_folder;
+use crate::import::files::{data_folder, enclosed_volume};
 use approx::abs_diff_eq;
 use common::capture::{MapProjection, Panorama, RepairCounts};
 use common::import::{ImportOptions, load_scene};
@@ -14,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// Triangles of the furnished room.
 const ROOM_FACES: usize = 313;
-/// Checksum of the radiance map, which no generator writes.
+/// Checksum of the radiance map.
 const STUDIO_CRC32: u32 = 0x5e8f_5e54;
 
 fn folder() -> PathBuf {
@@ -38,82 +34,53 @@ fn faces_inwards(face: &Face, centre: DVec3) -> bool {
     face.vector_area().dot(centre - face.corners[0]) > 0.0
 }
 
-/// Asserts that a face of a block is seen from outside the block, and another one from the room's centre.
-fn assert_sided(face: &Face, block: Option<DVec3>, room: DVec3) {
-    let inwards = faces_inwards(face, block.unwrap_or(room));
-    assert_eq!(inwards, block.is_none(), "{}", face.name);
-}
-
+/// A front that is turned over changes the sum of the vector areas or the volume.
 #[test]
-fn scene_files_equal_generator_output() {
-    let files = model::scene_files();
-    for (name, bytes) in &files {
-        let written = std::fs::read(folder().join(name)).unwrap_or_default();
-        assert!(
-            written == *bytes,
-            "{name} differs: run `cargo run -p radiosity-common --example generate_scenes`"
-        );
-    }
-    let scenes = std::fs::read_dir(folder()).expect("scenes").flatten().map(|e| e.path());
-    let is_scene = |p: &PathBuf| p.is_file() && p.extension().is_some_and(|e| e != "rs");
-    let count = scenes.filter(is_scene).count();
-    assert_eq!(
-        count,
-        files.len() + 1,
-        "besides studio.hdr a scene that the generator does not write"
-    );
-}
-
-#[test]
-fn scenes_have_expected_faces_and_area() {
-    // Name, quads, triangles, area, and whether it is closed.
+fn scenes_have_expected_faces_areas_and_fronts() {
+    // Name, quads, triangles, area, least area of a face, volume (of the cone from the origin if open), and whether the
+    // scene is closed.
+    let (lamp, blocks, plates) = (0.0045, 0.027 + 0.054, -1.0 / 3.0);
     let expected = [
-        ("paper_room", 156, 0, 6.0 + 0.24, true),
-        ("paper_room_objects", 168, 0, 6.0 + 0.24 + 0.9 + 0.54, true),
-        ("furnace", 6, 0, 6.0, true),
-        ("facing_plates", 2, 0, 2.0, true),
-        ("perpendicular_plates", 2, 0, 2.0, false),
-        ("occluded_plates", 8, 0, 2.54, true),
-        ("slivers", 5, 6, 6.0, true),
+        ("paper_room", 156, 0, 6.0 + 0.24, 0.015, lamp - 1.0, true),
+        (
+            "paper_room_objects",
+            168,
+            0,
+            6.0 + 0.24 + 0.9 + 0.54,
+            0.015,
+            lamp + blocks - 1.0,
+            true,
+        ),
+        ("furnace", 6, 0, 6.0, 1.0, -1.0, true),
+        ("facing_plates", 2, 0, 2.0, 1.0, plates, true),
+        ("perpendicular_plates", 2, 0, 2.0, 1.0, 0.0, false),
+        ("occluded_plates", 8, 0, 2.54, 0.01, plates + 0.005, true),
+        ("slivers", 5, 6, 6.0, 5e-4, -1.0, true),
     ];
-    for (name, quads, triangles, area, closed) in expected {
+    for (name, quads, triangles, area, least, volume, closed) in expected {
         let scene = scene(&format!("{name}.obj"));
         let found = scene.faces.iter().filter(|f| f.shape == Shape::Quad).count();
         assert_eq!((found, scene.faces.len() - found), (quads, triangles), "{name}");
         assert_eq!(scene.notes, [""; 0], "{name}");
-        let total: f64 = scene.faces.iter().map(Face::area).sum();
-        assert!(
-            abs_diff_eq!(total, area, epsilon = 1e-5),
-            "{name}: {total} instead of {area}"
-        );
+        let areas = || scene.faces.iter().map(Face::area);
+        let sums = [
+            areas().sum(),
+            areas().fold(f64::INFINITY, f64::min),
+            enclosed_volume(&scene),
+        ];
+        let near = (0..3).all(|k| abs_diff_eq!(sums[k], [area, least, volume][k], epsilon = 1e-5));
+        assert!(near, "{name}: {sums:?} instead of {area}, {least} and {volume}");
         assert_eq!(vector_area(&scene.faces).length() < 1e-9, closed, "{name}");
         let emitted: Vec3 = scene.faces.iter().map(|f| f.emission * f.area() as f32).sum();
         assert!(emitted.min_element() > 0.0, "{name} is dark");
     }
-}
-
-#[test]
-fn rooms_face_inwards_and_blocks_outwards() {
-    let scene = scene("paper_room_objects.obj");
-    let centre = |name: &str| match name {
-        "tall_block" => Some(DVec3::new(0.34, 0.31, 0.36)),
-        "short_block" => Some(DVec3::new(0.66, 0.16, 0.66)),
-        "lamp" | "lamp_housing" => Some(DVec3::new(0.5, 0.965, 0.5)),
-        _ => None,
-    };
-    for face in &scene.faces {
-        assert_sided(face, centre(&face.name), DVec3::splat(0.5));
-        let in_room = |c: &DVec3| c.min_element() >= 0.0 && c.max_element() <= 1.0;
-        assert!(face.corners.iter().all(in_room));
+    for face in scene("furnace.obj").faces {
+        assert_eq!((face.emission, face.reflectance), (Vec3::ONE, Vec3::splat(0.5)));
     }
-    let lit: Vec<_> = scene.faces.iter().filter(|f| f.emission != Vec3::ZERO).collect();
-    assert_eq!(lit.len(), 1);
-    let downwards = lit[0].vector_area() - DVec3::new(0.0, -0.09, 0.0);
-    assert!(downwards.length() < 1e-9, "the lamp shines downwards");
 }
 
 #[test]
-fn blocks_do_not_touch() {
+fn blocks_do_not_touch_and_lamp_shines_downwards() {
     let scene = scene("paper_room_objects.obj");
     let corners = |name: &'static str| {
         let block = scene.faces.iter().filter(move |f| f.name == name);
@@ -122,26 +89,20 @@ fn blocks_do_not_touch() {
     // A vertical plane between the two: x + z = 1.01.
     assert!(corners("tall_block").all(|c| c.x + c.z < 1.0) && corners("short_block").all(|c| c.x + c.z > 1.02));
     assert!(corners("tall_block").chain(corners("short_block")).all(|c| c.y > 0.009));
-}
-
-#[test]
-fn furnace_emits_one_and_reflects_half() {
-    for face in scene("furnace.obj").faces {
-        assert_eq!((face.emission, face.reflectance), (Vec3::ONE, Vec3::splat(0.5)));
-        assert!(faces_inwards(&face, DVec3::splat(0.5)));
-    }
-}
-
-#[test]
-fn slivers_have_expected_areas() {
-    let scene = scene("slivers.obj");
-    let area = |shape: Shape| {
-        let areas = scene.faces.iter().filter(|f| f.shape == shape).map(Face::area);
-        areas.fold(f64::INFINITY, f64::min)
-    };
-    assert!(abs_diff_eq!(area(Shape::Quad), 1e-3, epsilon = 1e-9));
-    assert!(abs_diff_eq!(area(Shape::Triangle), 5e-4, epsilon = 1e-9));
-    assert!(scene.faces.iter().all(|f| faces_inwards(f, DVec3::splat(0.5))));
+    let alone: Vec<_> = self::scene("paper_objects.obj")
+        .faces
+        .iter()
+        .map(|f| f.corners)
+        .collect();
+    let blocks = scene.faces.iter().filter(|f| f.name.ends_with("_block"));
+    assert_eq!(alone, blocks.map(|f| f.corners).collect::<Vec<_>>());
+    assert_eq!(alone.len(), 12);
+    let mut all = scene.faces.iter().flat_map(|face| face.corners);
+    assert!(all.all(|c| c.min_element() >= 0.0 && c.max_element() <= 1.0));
+    let lit: Vec<_> = scene.faces.iter().filter(|f| f.emission != Vec3::ZERO).collect();
+    assert_eq!(lit.len(), 1);
+    let downwards = lit[0].vector_area() - DVec3::new(0.0, -0.09, 0.0);
+    assert!(downwards.length() < 1e-9, "the lamp shines downwards");
 }
 
 #[test]
@@ -180,18 +141,14 @@ fn studio_is_a_panorama_with_lamp_and_window() {
     let map = Panorama::read(&path, None).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((map.size(), map.projection()), ([256, 128], MapProjection::LatLong));
     assert_eq!((&map.counts, &map.notes[..]), (&RepairCounts::default(), &[][..]));
-    let close = |direction: [f64; 3], radiance: [f32; 3]| {
+    // The room is 5 × 3 × 6 m about the eye: the lamp on the ceiling, the window on the left.
+    for (direction, radiance) in [
+        ([0.0, 1.5, -0.6], [8.0, 6.5, 4.5]),
+        ([2.5, 0.4, 1.7], [26.0, 27.0, 28.0]),
+    ] {
         let seen = map.radiance(DVec3::from(direction));
         assert!(seen.abs_diff_eq(radiance.into(), 0.2), "{seen} from {direction:?}");
-    };
-    // The room is 5 × 3 × 6 m about the eye: the lamp on the ceiling, the window on the left.
-    close([0.0, 1.5, -0.6], [8.0, 6.5, 4.5]);
-    close([2.5, 0.4, 1.7], [26.0, 27.0, 28.0]);
-    let [left, right] = [2.5, -2.5].map(|x| map.radiance(DVec3::new(x, -0.8, 0.0)));
-    assert!(
-        left.x > 1.5 * left.z && right.x < right.z,
-        "walls are {left} and {right}"
-    );
+    }
 }
 
 #[test]
@@ -205,7 +162,10 @@ fn cornell_box_equals_measured_data() {
         _ => None,
     };
     for face in &scene.faces {
-        assert_sided(face, middle(&face.name), DVec3::splat(278.0));
+        // A face of a block is seen from outside of it, and another one from the room's centre.
+        let block = middle(&face.name);
+        let inwards = faces_inwards(face, block.unwrap_or(DVec3::splat(278.0)));
+        assert_eq!(inwards, block.is_none(), "{}", face.name);
     }
     let Some(data) = data_folder() else { return };
     let measured = data.join("cornell/cornell_measured.obj");

@@ -32,7 +32,7 @@ fn field(mesh: &Mesh) -> RadiosityField {
     let value = |salt: f32| {
         let value = move |k: usize| {
             let x = (k as f32 + 1.0) * salt;
-            Vec4::new(x.sin() * 1e-30, x * 1e20, -x / 3.0, 0.0)
+            Vec4::new(x.sin() * 1e-30, x * 1e14, -x / 3.0, 0.0)
         };
         (0..mesh.texels.len()).map(value).collect()
     };

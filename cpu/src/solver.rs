@@ -264,7 +264,7 @@ fn for_each_texel(sums: &mut [Sums], add: impl Fn(u32, &mut Sums) + Sync) {
 }
 
 impl Exchange for CpuSolver<'_> {
-    fn has_room(&self) -> bool {
+    fn transfer_fits(&self) -> bool {
         self.links.exchanges_fit()
     }
 

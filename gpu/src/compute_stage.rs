@@ -1,5 +1,5 @@
-//! Pipelines and their bind groups. A pipeline is compiled once on a device and bound to any number of
-//! sets of buffers.
+//! Pipelines and their bind groups. A pipeline is compiled once on a device and bound to any number of sets of buffers.
+//! Shots, passes and the linker make all their stages by it.
 
 use crate::adapter::Gpu;
 use crate::bindings::{BindingLayout, BindingTable};
@@ -138,7 +138,7 @@ impl PipelineMaker {
             layout: Some(&self.pipeline_layout(bindings)),
             vertex: wgpu::VertexState {
                 module,
-                entry_point: Some("vertex"),
+                entry_point: Some("draw_vertex"),
                 compilation_options: Default::default(),
                 buffers: &[],
             },
@@ -153,7 +153,7 @@ impl PipelineMaker {
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
                 module,
-                entry_point: Some("fragment"),
+                entry_point: Some("draw_fragment"),
                 compilation_options: Default::default(),
                 targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
             }),

@@ -1,4 +1,5 @@
-//! Commands of the stages that make links: for the shot that the device selects, or for many side by side.
+//! Commands of the stages that make links: for the shot that the device selects, or for many side by side. The solver
+//! records them for shots and passes, and the probe for checks.
 
 use crate::compute_stage::ComputeStage;
 use crate::dispatch_arguments::CountedStage;

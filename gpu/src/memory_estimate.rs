@@ -1,4 +1,5 @@
-//! Estimates of the device memory of a solve, before anything is allocated.
+//! Estimates of the device memory of a solve, before anything is allocated. The program refuses a solve that does not
+//! fit by them.
 
 use crate::adapter::Gpu;
 use crate::records::{FaceRecord, PatchRecord, PointRecord, ROW_BYTES, TexelRecord};

@@ -45,7 +45,7 @@ struct LinksInFlight {
 }
 
 /// Returns true where the transfers between all patches fit.
-pub fn has_room(context: &SolverContext) -> bool {
+pub fn transfer_fits(context: &SolverContext) -> bool {
     let patches = context.mesh.patches.len() as u64;
     4 * patches * patches <= context.buffers.budget
 }
@@ -53,7 +53,7 @@ pub fn has_room(context: &SolverContext) -> bool {
 impl PassStages {
     pub fn new(context: &SolverContext, maker: &PipelineMaker) -> Result<Self> {
         let (gpu, b) = (&context.host.gpu, &context.buffers);
-        if !has_room(context) {
+        if !transfer_fits(context) {
             return Err(gpu.device_error("no room for the transfers between patches"));
         }
         let (mesh, transport) = (context.mesh, &context.transport);

@@ -108,7 +108,7 @@ impl From<&Patch> for PatchRecord {
             first: patch.first,
             count: patch.count,
             open: patch.open_share,
-            open_before: patch.open_share_before,
+            open_before: patch.room_open_share,
             radius: patch.shooter.radius,
             pad: [0; 2],
         }
@@ -257,7 +257,7 @@ impl ShotRecord {
             fresh: 1,
             place: index % places,
             open: patch.open_share,
-            open_before: patch.open_share_before,
+            open_before: patch.room_open_share,
             transfer_start: index * mesh.patches.len() as u32,
             sum: f32::NAN,
             escaped: f32::NAN,

@@ -1,4 +1,5 @@
-//! Assembly of the WGSL modules: constants from Rust, then the files of `shaders/`.
+//! Assembly of the WGSL modules: constants from Rust, then the files of `shaders/`. Pipelines are compiled from them.
+//! Tests plant faults here.
 
 use crate::dispatch_arguments::{CountedStage, DISPATCH_WORDS};
 pub use crate::link_records::LINK_LAYOUTS as HIERARCHY_LAYOUTS;

@@ -1,4 +1,4 @@
-//! Compute and raster stages of a shot.
+//! Compute and raster stages of a shot. The solver records them shot by shot.
 
 use crate::compute_stage::{ComputeStage, PipelineMaker};
 use crate::shot_slots::ShotSlots;

@@ -5,7 +5,7 @@ use crate::compute_stage::PipelineMaker;
 use crate::device_queue::{DeviceQueue, PendingRead, QueueCounts};
 use crate::dispatch_arguments::CountedStage;
 use crate::link_recorder::{LinkRecorder, ShotSelection};
-use crate::pass_stages::{PassStages, has_room};
+use crate::pass_stages::{PassStages, transfer_fits};
 use crate::probe::LinkProbe;
 use crate::records::{LOG_COUNT_BYTES, LogRecord, ShaderParams, TexelRecord};
 use crate::shaders::ShaderFault;
@@ -304,8 +304,8 @@ impl Restart for GpuSolver<'_> {
 }
 
 impl Exchange for GpuSolver<'_> {
-    fn has_room(&self) -> bool {
-        has_room(&self.context)
+    fn transfer_fits(&self) -> bool {
+        transfer_fits(&self.context)
     }
 
     fn conserves_energy(&self) -> bool {

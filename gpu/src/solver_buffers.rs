@@ -1,4 +1,5 @@
-//! Device buffers of a solve: the scene, the texels' state and the links; allocated once.
+//! Device buffers of a solve: the scene, the texels' state and the links; allocated once. All stages of shots and
+//! passes bind them.
 
 use crate::adapter::Gpu;
 use crate::bindings::{BindingTable, STORAGE};

@@ -4,6 +4,8 @@
 //! F_ij is the share of the light leaving i that arrives at j. Outlines are planar, convex and run
 //! counter-clockwise as seen from their front.
 
+pub mod direct_light;
+
 use common::polygon::clip_by_plane;
 use glam::DVec3;
 use std::f64::consts::PI;

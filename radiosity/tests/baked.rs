@@ -1,6 +1,5 @@
 //! Light in the pixels of baked charts.
 
-use super::painted::{made_scene, paint_face, picture_coat};
 use super::program::bake::FLOOR;
 use common::mesh::Mesh;
 use common::scene::Face;
@@ -11,6 +10,8 @@ use glam::{DVec3, Vec2, Vec3};
 use radiosity::report::gltf_export::export_lightmap;
 use radiosity::report::gltf_export::uv_charts::UvCharts;
 use radiosity::report::picture::Exposure;
+use radiosity_tests::named_scene;
+use radiosity_tests::painted::{paint_face, picture_coat};
 
 fn field_of_light(mesh: &Mesh, light: impl Fn(usize) -> f32) -> RadiosityField {
     let light = (0..mesh.texels.len()).map(|k| Vec3::splat(light(k)).extend(0.0));
@@ -111,7 +112,7 @@ fn baked_node_has_mean_material_of_adjacent_texels() {
             [white(), None],
         ),
     ];
-    let scene = made_scene("nodes", faces);
+    let scene = named_scene("nodes", faces);
     let sides = 3;
     let mut mesh = Mesh::uniform(&scene, sides, 1).unwrap();
     // Each texel has another ρ and E, so that no texel can be mistaken for another.
@@ -176,7 +177,7 @@ fn charts_agree_along_shared_edges() {
             Vec3::splat(0.5),
         ),
     };
-    let scene = made_scene("edges", corners.iter().map(face).collect());
+    let scene = named_scene("edges", corners.iter().map(face).collect());
     for sides in [[2, 8, 4, 16], [16, 2, 8, 1], [4, 4, 4, 4], [1, 16, 2, 2]] {
         let mesh = Mesh::new(&scene, &sides.map(|n| [n; 2]), 1).unwrap();
         let field = field_of_light(&mesh, |k| ((7 * k + 3) % 19) as f32);
@@ -213,7 +214,7 @@ fn kept_charts_are_continued_beyond_their_edges() {
             ..Face::triangle("floor", corners, Vec3::ZERO, Vec3::splat(0.5))
         }
     };
-    let scene = made_scene("floor", FLOOR.map(face).to_vec());
+    let scene = named_scene("floor", FLOOR.map(face).to_vec());
     let charts = UvCharts::new(&scene).unwrap();
     assert_eq!(charts.islands, [0, 0, 2, 2]);
     let mesh = Mesh::uniform(&scene, 8, 1).unwrap();

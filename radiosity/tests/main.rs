@@ -1,7 +1,6 @@
 //! The program, and the studies, pages and plans behind its commands.
 
 mod baked;
-mod bundled;
 mod examples;
 mod hostile;
 mod painted;

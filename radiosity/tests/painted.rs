@@ -1,68 +1,19 @@
 //! Painted faces: texels larger than the solved ones, and agreement with the path tracer.
 
-use common::mesh::Mesh;
-use common::paint::{Coat, Paint, PaintCorner, TexturePicture, WrapMode, WrappedTexture};
-use common::scene::{Face, Scene};
+use common::scene::Face;
 use common::settings::Settings;
-use common::shooting::RadiosityField;
-use cpu::dense::Matrix;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use oracle::diff::pair::GridPair;
 use oracle::diff::reflected::ReflectedField;
 use oracle::path_tracer::{debiased_pair_rms, trace_radiosity};
 use oracle::solve::progress::without_progress;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
-use oracle::solve::{SolveRequest, dense, solve_request};
+use oracle::solve::{SolveRequest, solve_request};
 use radiosity::studies::stress::cases::shapes::box_faces;
+use radiosity_tests::named_scene;
+use radiosity_tests::painted::{paint_face, picture_coat};
+use radiosity_tests::solutions::dense_truth_on;
 use std::f32::consts::PI;
-use std::ops::ControlFlow;
-use std::sync::Arc;
-
-pub fn made_scene(name: &str, faces: Vec<Face>) -> Scene {
-    Scene {
-        name: name.into(),
-        faces,
-        ..Scene::default()
-    }
-}
-
-/// Makes a coat of a picture that covers a face from corner to corner.
-pub fn picture_coat(size: [usize; 2], pixels: &[Vec3]) -> Coat {
-    let pixels = pixels.iter().map(|pixel| pixel.to_array()).collect();
-    Coat {
-        factor: DVec3::ONE,
-        texture: Some(WrappedTexture {
-            picture: Arc::new(TexturePicture::new(size, pixels)),
-            wrap: [WrapMode::Clamp; 2],
-        }),
-        coloured: false,
-    }
-}
-
-/// Paints a face with pictures of ρ and of radiance.
-pub fn paint_face(mut face: Face, coats: [Option<Coat>; 2]) -> Face {
-    let places = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(DVec2::from);
-    let corners = places.map(|place| PaintCorner {
-        places: [place; 2],
-        colour: DVec3::ONE,
-    });
-    face.paint = Some(Arc::new(Paint {
-        corners,
-        odd: false,
-        coats,
-    }));
-    let [reflectance, emission] = face.mean_surface(face.outline());
-    (face.reflectance, face.emission) = (reflectance, emission);
-    face
-}
-
-fn solve_dense(scene: &Scene, texels: u32) -> (Mesh, RadiosityField) {
-    let mesh = Mesh::uniform(scene, texels, 1).unwrap();
-    let go_on = &mut |_, _| ControlFlow::Continue(());
-    let (matrix, _) = Matrix::assemble(scene, &mesh, go_on).unwrap();
-    let field = dense::solve_system(&mesh, &matrix).unwrap().0.field;
-    (mesh, field)
-}
 
 /// A lamp above the white half of a floor: the mean of ρH is far more than the mean of ρ times the mean of H.
 #[test]
@@ -81,8 +32,8 @@ fn painted_texel_has_mean_of_reflectance_times_irradiance() {
     );
     let parts = [(0., 0.5, white), (0.5, 1., Vec3::ZERO)];
     let parts = parts.map(|(from, to, rho)| Face::quad("half", floor(from, to), Vec3::ZERO, rho));
-    let parts = made_scene("halves", [parts.to_vec(), vec![lamp.clone()]].concat());
-    let (mesh, field) = solve_dense(&parts, 16);
+    let parts = named_scene("halves", [parts.to_vec(), vec![lamp.clone()]].concat());
+    let (mesh, field) = dense_truth_on(&parts, 16);
     let texels = mesh
         .texels
         .iter()
@@ -100,7 +51,7 @@ fn painted_texel_has_mean_of_reflectance_times_irradiance() {
         .sum();
     let expected = expected / area;
 
-    let whole = made_scene("painted", vec![whole, lamp]);
+    let whole = named_scene("painted", vec![whole, lamp]);
     let error = 0.005;
     let question = SolveRequest {
         task: &whole,
@@ -132,8 +83,8 @@ fn path_tracer_and_dense_solver_agree_on_painted_faces() {
     let mut faces = box_faces([0.0; 3], [1.0, 1.0, 0.5], true, 0.5);
     faces[0] = paint_face(faces[0].clone(), [Some(picture_coat([side; 2], &checks)), None]);
     faces[1] = paint_face(faces[1].clone(), [None, Some(picture_coat([side; 2], &stripes))]);
-    let scene = made_scene("paint", faces);
-    let [(rough_mesh, rough), (fine_mesh, fine)] = [4, 8].map(|texels| solve_dense(&scene, texels));
+    let scene = named_scene("paint", faces);
+    let [(rough_mesh, rough), (fine_mesh, fine)] = [4, 8].map(|texels| dense_truth_on(&scene, texels));
     let rough = ReflectedField::from_field(&scene, &rough_mesh, &rough);
     let fine = ReflectedField::from_field(&scene, &fine_mesh, &fine);
     let traced = trace_radiosity(&scene, &rough_mesh, 60_000, 5);

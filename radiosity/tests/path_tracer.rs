@@ -6,16 +6,14 @@
 use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
-use cpu::dense::Matrix;
 use glam::{DVec3, Vec3};
 use oracle::diff::pair::GridPair;
 use oracle::diff::reflected::ReflectedField;
 use oracle::exact::{furnace_radiosity, parallel_rectangles, perpendicular_rectangles};
 use oracle::path_tracer::{TracedRadiosity, debiased_pair_rms, trace_radiosity};
-use oracle::solve::dense;
-use radiosity::studies::random::{FaceShapes, LampKind, SceneKind, SceneOptions, draw_scene};
+use radiosity::studies::random::{FaceShapes, LampKind, draw_scene};
 use radiosity::studies::stress::cases::shapes::{box_faces, plate_at, scene_of, unit_room};
-use std::ops::ControlFlow;
+use radiosity_tests::solutions::dense_truth_on;
 
 const SIGMAS: f64 = 7.0;
 
@@ -114,7 +112,7 @@ fn box_in_corner_blocks_light_of_walls_behind_it() {
 
 #[test]
 fn same_seed_gives_same_result() {
-    let scene = draw_scene(1, SceneOptions::default()).scene;
+    let scene = draw_scene(1, FaceShapes::Quads).scene;
     let [a, b, other] = [4, 4, 5].map(|seed| trace_radiosity(&scene, &uniform_mesh(&scene, 2), 50, seed));
     assert_eq!(a.reflected.values, b.reflected.values);
     assert_eq!(a.error, b.error);
@@ -125,11 +123,7 @@ fn same_seed_gives_same_result() {
 /// of a panel absorbs light, and so does a body on an emitting wall.
 #[test]
 fn closed_rooms_absorb_emitted_power() {
-    let options = SceneOptions {
-        faces: FaceShapes::Triangles,
-        ..SceneOptions::default()
-    };
-    let closed = (0..).map(|seed| draw_scene(seed, options));
+    let closed = (0..).map(|seed| draw_scene(seed, FaceShapes::Triangles));
     for drawn in closed
         .filter(|d| d.closed && d.lamps.iter().all(|l| *l == LampKind::Box))
         .take(4)
@@ -154,21 +148,13 @@ fn closed_rooms_absorb_emitted_power() {
     }
 }
 
-fn solve_dense(scene: &Scene, texels: u32) -> (Mesh, common::shooting::RadiosityField) {
-    let mesh = uniform_mesh(scene, texels);
-    let (matrix, _) = Matrix::assemble(scene, &mesh, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    let field = dense::solve_system(&mesh, &matrix).unwrap().0.field;
-    (mesh, field)
-}
-
 /// The error of the dense solver on texels half as wide is at most the change by halving them.
 #[test]
 fn dense_solver_agrees_with_paths_on_random_triangles() {
-    for (seed, kind) in [(1, SceneKind::Room), (11, SceneKind::Any), (12, SceneKind::Any)] {
-        let faces = FaceShapes::Triangles;
-        let drawn = draw_scene(seed, SceneOptions { kind, faces });
+    for seed in [10, 11, 12] {
+        let drawn = draw_scene(seed, FaceShapes::Triangles);
         let scene = &drawn.scene;
-        let [(rough_mesh, rough), (fine_mesh, fine)] = [2, 4].map(|texels| solve_dense(scene, texels));
+        let [(rough_mesh, rough), (fine_mesh, fine)] = [2, 4].map(|texels| dense_truth_on(scene, texels));
         let rough = ReflectedField::from_field(scene, &rough_mesh, &rough);
         let fine = ReflectedField::from_field(scene, &fine_mesh, &fine);
         let traced = trace_radiosity(scene, &rough_mesh, 6000, 5);

@@ -1,6 +1,5 @@
 //! Counts of a scene against its mesh, a forecast against the solve.
 
-use super::bundled::bundled_scene;
 use common::mesh::Mesh;
 use common::settings::{Iteration, Meshing, Settings};
 use oracle::solve::progress::without_progress;
@@ -8,6 +7,7 @@ use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::task::SolveTask;
 use radiosity::plan::SceneCounts;
 use radiosity::plan::forecast::forecast_solve;
+use radiosity_tests::bundled_scene;
 use std::ops::ControlFlow;
 
 #[test]

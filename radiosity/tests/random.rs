@@ -4,22 +4,16 @@ use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene, Shape};
 use glam::DVec3;
-use radiosity::studies::random::{
-    FaceShapes, LampKind, Pose, RandomScene, SceneKind, SceneOptions, SheetSides, draw_scene,
-};
+use radiosity::studies::random::{FaceShapes, LampKind, Pose, RandomScene, SheetSides, draw_scene};
+use radiosity_tests::radiance_files::solid_angle;
+use radiosity_tests::solutions::FACE_SHAPES;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 const SEEDS: u64 = 300;
-const ALL_SHAPES: [FaceShapes; 3] = [FaceShapes::Quads, FaceShapes::Triangles, FaceShapes::Mixed];
 
-fn random_scenes(kind: SceneKind, faces: FaceShapes) -> impl Iterator<Item = RandomScene> {
-    (0..SEEDS).map(move |seed| draw_scene(seed, SceneOptions { kind, faces }))
-}
-
-fn random_quad_scenes() -> impl Iterator<Item = RandomScene> {
-    let kinds = [SceneKind::Any, SceneKind::Room].into_iter();
-    kinds.flat_map(|kind| random_scenes(kind, FaceShapes::Quads))
+fn random_scenes(faces: FaceShapes) -> impl Iterator<Item = RandomScene> {
+    (0..SEEDS).map(move |seed| draw_scene(seed, faces))
 }
 
 fn scene_extent(scene: &Scene) -> f64 {
@@ -42,25 +36,14 @@ fn room_and_bodies(drawn: &RandomScene) -> (Vec<&Face>, Vec<Vec<&Face>>) {
     (room, bodies.into_values().filter(|b| b.len() > 1).collect())
 }
 
-/// Returns the solid angle of a triangle (van Oosterom & Strackee 1983), negative from behind.
-fn triangle_solid_angle(point: DVec3, corners: [DVec3; 3]) -> f64 {
-    let [a, b, c] = corners.map(|corner| (corner - point).normalize());
-    let above = a.dot(b.cross(c));
-    let below = 1.0 + a.dot(b) + b.dot(c) + c.dot(a);
-    -2.0 * above.atan2(below)
-}
-
 /// Returns the solid angle of a surface: 4π inside fronts that face inwards, −4π inside fronts that face outwards.
-fn solid_angle(point: DVec3, faces: &[&Face]) -> f64 {
+fn surface_solid_angle(point: DVec3, faces: &[&Face]) -> f64 {
     let of = |face: &&Face| {
-        let [a, b, c, d] = face.corners;
-        let second = match face.shape {
-            Shape::Quad => triangle_solid_angle(point, [a, c, d]),
-            Shape::Triangle => 0.0,
-        };
-        triangle_solid_angle(point, [a, b, c]) + second
+        let [a, b, c, d] = face.corners.map(|corner| (corner - point).normalize());
+        // A triangle repeats its third corner.
+        solid_angle([a, b, c]) + solid_angle([a, c, d])
     };
-    faces.iter().map(of).sum()
+    -faces.iter().map(of).sum::<f64>()
 }
 
 /// Returns points inside a convex body: near each corner, and in its middle.
@@ -73,10 +56,10 @@ fn points_inside(body: &[&Face]) -> Vec<DVec3> {
 
 #[test]
 fn same_seed_draws_same_scene() {
-    for faces in ALL_SHAPES {
-        let all: BTreeSet<String> = random_scenes(SceneKind::Any, faces)
+    for faces in FACE_SHAPES {
+        let all: BTreeSet<String> = random_scenes(faces)
             .map(|drawn| {
-                let again = draw_scene(drawn.seed, drawn.options);
+                let again = draw_scene(drawn.seed, faces);
                 let [text, same] = [&drawn, &again].map(|d| format!("{:?}", d.scene));
                 assert_eq!(text, same);
                 assert_eq!(drawn.to_string(), again.to_string());
@@ -90,7 +73,7 @@ fn same_seed_draws_same_scene() {
 /// A seed gives the same scene on every machine, so that reported seeds can be reproduced.
 #[test]
 fn seed_7_has_known_corners_on_every_machine() {
-    let drawn = draw_scene(7, SceneOptions::default());
+    let drawn = draw_scene(7, FaceShapes::Quads);
     let sum: DVec3 = drawn.scene.faces.iter().flat_map(|f| f.corners).sum();
     println!("{drawn}: {sum}, {}", drawn.scene.faces.len());
     // Sines differ by rounding between libraries.
@@ -101,18 +84,15 @@ const KNOWN: DVec3 = DVec3::new(86917.02916163101, -100149.47209861127, -243005.
 
 #[test]
 fn triangles_of_a_seed_are_halves_of_its_quads() {
-    let fronts = |seed, kind, faces| -> Vec<Face> {
-        let all = draw_scene(seed, SceneOptions { kind, faces }).scene.faces;
+    let fronts = |seed, faces| -> Vec<Face> {
+        let all = draw_scene(seed, faces).scene.faces;
         all.into_iter().filter(|face| face.input_face.is_none()).collect()
     };
     let mut turns = BTreeSet::new();
-    for (kind, seed) in [SceneKind::Any, SceneKind::Room]
-        .into_iter()
-        .flat_map(|kind| (0..SEEDS).map(move |k| (kind, k)))
-    {
-        let quads = fronts(seed, kind, FaceShapes::Quads);
-        let halves = fronts(seed, kind, FaceShapes::Triangles);
-        let mut mixed = fronts(seed, kind, FaceShapes::Mixed).into_iter();
+    for seed in 0..SEEDS {
+        let quads = fronts(seed, FaceShapes::Quads);
+        let halves = fronts(seed, FaceShapes::Triangles);
+        let mut mixed = fronts(seed, FaceShapes::Mixed).into_iter();
         assert_eq!(2 * quads.len(), halves.len());
         for (quad, pair) in quads.iter().zip(halves.chunks(2)) {
             let normal = quad.vector_area().normalize();
@@ -144,8 +124,8 @@ fn triangles_of_a_seed_are_halves_of_its_quads() {
 
 #[test]
 fn sheets_have_two_sides() {
-    for faces in ALL_SHAPES {
-        for drawn in random_scenes(SceneKind::Any, faces) {
+    for faces in FACE_SHAPES {
+        for drawn in random_scenes(faces) {
             let all = &drawn.scene.faces;
             let sheet: Vec<&Face> = all.iter().filter(|f| f.name == "sheet").collect();
             let area: DVec3 = sheet.iter().map(|f| f.vector_area()).sum();
@@ -170,7 +150,7 @@ fn closed_surfaces_subtend_the_full_sphere() {
     // Rounding of sums of angles over some tens of faces, whose corners are rounded by 1e-15 of their distance from the
     // origin; points are at least 1e-4 of a body away from faces.
     let tolerance = 1e-6;
-    for drawn in random_quad_scenes() {
+    for drawn in random_scenes(FaceShapes::Quads) {
         let (room, bodies) = room_and_bodies(&drawn);
         let mut inside = Vec::new();
         for (k, body) in bodies.iter().enumerate() {
@@ -178,7 +158,7 @@ fn closed_surfaces_subtend_the_full_sphere() {
             for (j, other) in bodies.iter().enumerate() {
                 let expected = if j == k { -4.0 * PI } else { 0.0 };
                 for point in &points {
-                    let angle = solid_angle(*point, other);
+                    let angle = surface_solid_angle(*point, other);
                     assert!(
                         abs_diff_eq!(angle, expected, epsilon = tolerance),
                         "{drawn}: {k} in {j}: {angle}"
@@ -188,11 +168,12 @@ fn closed_surfaces_subtend_the_full_sphere() {
             inside.extend(points);
         }
         for point in inside {
-            let lost = (solid_angle(point, &room) - 4.0 * PI).abs();
+            let lost = (surface_solid_angle(point, &room) - 4.0 * PI).abs();
             // The smallest opening is a hundredth of the sphere from the farthest corner.
             let right = if drawn.closed { lost < tolerance } else { lost > 1e-3 };
             assert!(right, "{}: {drawn}: {lost}", drawn.seed);
         }
+        assert_eq!(drawn.closed, drawn.seed % 3 != 0);
         let area: DVec3 = room.iter().map(|f| f.vector_area()).sum();
         assert!(!drawn.closed || area.length() < 1e-9 * scene_extent(&drawn.scene).powi(2));
     }
@@ -201,7 +182,7 @@ fn closed_surfaces_subtend_the_full_sphere() {
 #[test]
 fn random_faces_are_planar_convex_and_do_not_overlap() {
     for faces in [FaceShapes::Quads, FaceShapes::Triangles] {
-        for drawn in random_scenes(SceneKind::Any, faces) {
+        for drawn in random_scenes(faces) {
             let mesh = Mesh::uniform(&drawn.scene, 1, 1).unwrap();
             assert!(mesh.overlaps.is_empty(), "{drawn}");
             for face in &drawn.scene.faces {
@@ -223,7 +204,7 @@ fn random_faces_are_planar_convex_and_do_not_overlap() {
 
 #[test]
 fn every_documented_feature_is_drawn() {
-    let all: Vec<RandomScene> = random_scenes(SceneKind::Any, FaceShapes::Quads).collect();
+    let all: Vec<RandomScene> = random_scenes(FaceShapes::Quads).collect();
     let count = |what: &dyn Fn(&RandomScene) -> bool| all.iter().filter(|d| what(d)).count();
     let share = |what: &str, n: usize| {
         println!("{what}: {n} of {}", all.len());
@@ -266,15 +247,4 @@ fn every_documented_feature_is_drawn() {
     let most = all.iter().map(|d| d.scene.faces.len()).max().unwrap();
     println!("at most {most} quads");
     assert!(most <= 40);
-}
-
-#[test]
-fn rooms_of_kind_room_are_boxes_with_boxes_and_one_lamp() {
-    for drawn in random_scenes(SceneKind::Room, FaceShapes::Quads) {
-        assert!(drawn.convex && drawn.walls == 4 && drawn.unit == 1.0 && drawn.gaps.is_empty());
-        assert_eq!(drawn.closed, drawn.seed % 3 != 0);
-        assert!(drawn.lamps.len() == 1 && drawn.sheets.is_empty());
-        assert!(drawn.poses.iter().all(|p| [Pose::Standing, Pose::Hanging].contains(p)));
-        assert!(!drawn.poses.is_empty(), "{}", drawn.seed);
-    }
 }

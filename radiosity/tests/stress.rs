@@ -2,7 +2,7 @@
 
 use common::mesh::Mesh;
 use common::shooting::initial_field;
-use radiosity::studies::stress::cases::{CASES, Case};
+use radiosity::studies::stress::cases::{ALL_CASES, Case};
 use radiosity::studies::stress::methods::{DEFAULT, DENSE};
 use radiosity::studies::stress::page::render_page;
 use radiosity::studies::stress::random::RANDOM_CASE;
@@ -10,15 +10,15 @@ use radiosity::studies::stress::summary::{Atlas, BreakPoint, EstimateRatios, War
 use radiosity::studies::stress::{AtlasRow, CaseStudy, ErrorMeasure, SolverSide, Specimen, Verdict, WarningOutcome};
 
 /// A case of two methods.
-const CASE: Case = Case {
+const MADE_CASE: Case = Case {
     name: "one",
     parameter: "gap, m",
     methods: &[DEFAULT, DENSE],
-    ..CASES[0]
+    ..ALL_CASES[0]
 };
-const LEAK: Case = Case {
+const LEAK_CASE: Case = Case {
     measure: ErrorMeasure::Leak,
-    ..CASE
+    ..MADE_CASE
 };
 
 /// Makes a result: NaN is a refusal, an empty code no warning.
@@ -62,23 +62,23 @@ fn error_and_warning_give_verdict_and_outcome() {
     use WarningOutcome::{Caught, FalseAlarm, Missed, Quiet};
     let broken = |message, error| failed_side(message, error);
     for (case, side, expected) in [
-        (CASE, made_side(0.02, ""), (Safe, Quiet, false)),
-        (CASE, made_side(0.021, ""), (Degrades, Missed, false)),
-        (CASE, made_side(0.1, "a"), (Degrades, Caught, false)),
-        (CASE, made_side(0.11, "a"), (Fails, Caught, false)),
-        (CASE, made_side(0.0, "a"), (Safe, FalseAlarm, false)),
+        (MADE_CASE, made_side(0.02, ""), (Safe, Quiet, false)),
+        (MADE_CASE, made_side(0.021, ""), (Degrades, Missed, false)),
+        (MADE_CASE, made_side(0.1, "a"), (Degrades, Caught, false)),
+        (MADE_CASE, made_side(0.11, "a"), (Fails, Caught, false)),
+        (MADE_CASE, made_side(0.0, "a"), (Safe, FalseAlarm, false)),
         // The warning of a leak case may concern other light.
-        (LEAK, made_side(0.0, "a"), (Safe, Quiet, false)),
-        (LEAK, made_side(2e-6, ""), (Degrades, Missed, false)),
+        (LEAK_CASE, made_side(0.0, "a"), (Safe, Quiet, false)),
+        (LEAK_CASE, made_side(2e-6, ""), (Degrades, Missed, false)),
         // A refusal counts as a warning, a panic does not: its message has no advice.
-        (CASE, made_side(f64::NAN, ""), (Fails, Caught, false)),
+        (MADE_CASE, made_side(f64::NAN, ""), (Fails, Caught, false)),
         (
-            CASE,
+            MADE_CASE,
             broken(Some("panic: index out of bounds"), None),
             (Fails, Missed, true),
         ),
-        (CASE, broken(None, None), (Fails, Missed, true)),
-        (CASE, broken(None, Some(f64::NAN)), (Fails, Missed, true)),
+        (MADE_CASE, broken(None, None), (Fails, Missed, true)),
+        (MADE_CASE, broken(None, Some(f64::NAN)), (Fails, Missed, true)),
     ] {
         let row = AtlasRow::new(&case, 1.0, DEFAULT.name, side.clone(), None);
         assert_eq!(
@@ -108,7 +108,7 @@ fn row_has_error_and_warning_of_worse_solver() {
             (None, true, Verdict::Fails),
         ),
     ] {
-        let row = AtlasRow::new(&CASE, 1.0, DEFAULT.name, cpu, Some(gpu));
+        let row = AtlasRow::new(&MADE_CASE, 1.0, DEFAULT.name, cpu, Some(gpu));
         assert_eq!((row.error, row.warned, row.verdict), expected);
     }
 }
@@ -117,7 +117,7 @@ fn row_has_error_and_warning_of_worse_solver() {
 fn warnings_are_counted_as_caught_missed_and_false() {
     let both = |value, cpu, gpu| (value, cpu, Some(gpu));
     let mut study = made_study(
-        CASE,
+        MADE_CASE,
         &[
             both(1.0, made_side(0.001, ""), made_side(0.019, "a")),
             both(2.0, made_side(0.021, "a"), made_side(0.5, "")),
@@ -127,7 +127,7 @@ fn warnings_are_counted_as_caught_missed_and_false() {
     // Another method than the default does not count.
     study
         .rows
-        .push(AtlasRow::new(&CASE, 1.0, DENSE.name, made_side(0.5, ""), None));
+        .push(AtlasRow::new(&MADE_CASE, 1.0, DENSE.name, made_side(0.5, ""), None));
     let expected = WarningCounts {
         caught: 2,
         missed: 1,
@@ -142,7 +142,7 @@ fn break_points_follow_the_order_of_severity() {
     // The method recovers at 4, so that earlier failures do not count.
     let errors = [(1.0, 0.001), (2.0, 0.02), (3.0, 0.05), (4.0, 0.01), (5.0, f64::NAN)];
     let sides = errors.map(|(value, error)| (value, made_side(error, ""), Some(made_side(0.0, ""))));
-    let study = made_study(CASE, &sides);
+    let study = made_study(MADE_CASE, &sides);
     let points = |point: &BreakPoint| [point.degrades_at, point.fails_at];
     let found: Vec<_> = find_breaks(&study).iter().map(points).collect();
     assert_eq!(found, [[Some(3.0), Some(5.0)], [None, None]]);
@@ -196,19 +196,19 @@ fn each_gate_breaks_on_its_violation() {
     let good = [(0.01, 0.011, ""); 40];
     let (panics, silent) = ("nothing panics", "the default is right to 2 %");
     let cases: [(Case, Answers, &[&str]); 13] = [
-        (CASE, &[], &[]),
+        (MADE_CASE, &[], &[]),
         (RANDOM_CASE, &[], &[]),
-        (CASE, &[(0.03, 0.03, "cells")], &[]),
-        (CASE, &[(0.021, 0.021, "")], &[silent]),
-        (CASE, &[(f64::NAN, 0.01, "")], &[panics, silent]),
-        (CASE, &[(0.01, 0.01, "cells"); 3], &["false alarms"]),
-        (LEAK, &[(2e-6, 0.01, "cells")], &["no light through walls"]),
+        (MADE_CASE, &[(0.03, 0.03, "cells")], &[]),
+        (MADE_CASE, &[(0.021, 0.021, "")], &[silent]),
+        (MADE_CASE, &[(f64::NAN, 0.01, "")], &[panics, silent]),
+        (MADE_CASE, &[(0.01, 0.01, "cells"); 3], &["false alarms"]),
+        (LEAK_CASE, &[(2e-6, 0.01, "cells")], &["no light through walls"]),
         (RANDOM_CASE, &[(0.01, 0.004, ""), (0.01, 0.031, "")], &[]),
         (RANDOM_CASE, &[(0.021, 0.021, "")], &[silent]),
         (RANDOM_CASE, &[(0.01, 0.02, ""); 41], &["estimate over error"]),
         (RANDOM_CASE, &[(0.01, 0.004, ""); 2], &["estimate below half"]),
         (RANDOM_CASE, &[(0.01, 0.031, ""); 3], &["estimate above three"]),
-        (CASE, &[(0.01, 0.031, ""); 3], &[]),
+        (MADE_CASE, &[(0.01, 0.031, ""); 3], &[]),
     ];
     for (case, answers, expected) in cases {
         let is_leak = case.measure == ErrorMeasure::Leak;
@@ -222,14 +222,15 @@ fn each_gate_breaks_on_its_violation() {
 #[test]
 fn page_has_break_points_charts_pictures_and_results() {
     let mut study = made_study(
-        CASE,
+        MADE_CASE,
         &[(1.0, made_side(0.001, ""), None), (0.1, made_side(0.05, ""), None)],
     );
     let dense = [(1.0, 0.5, "thin"), (0.1, f64::NAN, "")];
-    let dense = dense.map(|(value, error, code)| AtlasRow::new(&CASE, value, DENSE.name, made_side(error, code), None));
+    let dense =
+        dense.map(|(value, error, code)| AtlasRow::new(&MADE_CASE, value, DENSE.name, made_side(error, code), None));
     study.rows.extend(dense);
     study.rows.sort_by(|a, b| b.value.total_cmp(&a.value));
-    let scene = (CASE.build)(1.0).unwrap().scene;
+    let scene = (MADE_CASE.build)(1.0).unwrap().scene;
     let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
     study.specimens.push(Specimen {
         value: 5e-5,
@@ -288,7 +289,7 @@ fn verdict_is_ok_only_if_all_gates_hold() {
         (vec![failed_side(None, Some(f64::NAN))], false),
         (vec![], false),
     ] {
-        let page = render_page(&made_atlas(CASE, sides.clone()));
+        let page = render_page(&made_atlas(MADE_CASE, sides.clone()));
         assert_eq!(page.contains("<strong>OK</strong>"), ok, "{sides:?}");
         assert_eq!(page.contains("<strong>Not OK</strong>"), !ok, "{sides:?}");
     }

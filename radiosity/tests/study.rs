@@ -1,30 +1,25 @@
 //! Measurements of `chart`: errors, orders of convergence, failures with their reasons, resuming after an interrupt.
 
-use super::bundled::bundled_scene;
 use common::scene::{Face, Scene};
 use common::settings::{Settings, SolveQuality};
 use glam::{DVec3, Vec3};
 use gpu::Gpu;
 use oracle::solve::dense;
+use oracle::solve::solver::SolverKind;
 use radiosity::studies::chart::bench::ChartBench;
-use radiosity::studies::chart::methods::{SolveMethod, SolverKind, base_settings};
-use radiosity::studies::chart::page::{render_page, titled_plots};
-use radiosity::studies::chart::points::{ChartPoint, MeasuredSet, SceneChart, chart_json};
+use radiosity::studies::chart::methods::{SolveMethod, base_settings};
+use radiosity::studies::chart::page::render_page;
+use radiosity::studies::chart::points::{ChartPoint, MeasuredSet, SceneChart};
 use radiosity::studies::chart::store::{Measurement, MeasurementStore, SolveFigures};
-use radiosity::studies::chart::sweeps::{EPSILON_SWEEP, MethodSet, PATCH_SWEEP, Sweep, SweepTruth, TEXEL_SWEEP};
+use radiosity::studies::chart::sweeps::{EPSILON_SWEEP, MethodSet, Sweep, SweepTruth, TEXEL_SWEEP};
+use radiosity_tests::radiance_files::empty_folder;
+use radiosity_tests::{bundled_scene, named_scene};
 use std::cell::Cell;
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 const TEXELS: u32 = 4;
-
-fn empty_folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("study-{}-{name}", std::process::id()));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 /// Makes a bench on the CPU, which measures errors on N×N texels if they are given.
 fn cpu_bench<'a>(scene: &'a Scene, dir: &'a Path, texels: Option<u32>) -> ChartBench<'a> {
@@ -58,14 +53,6 @@ fn measure_method(bench: &ChartBench, method: SolveMethod) -> Measurement {
         .points
         .remove(0)
         .measurement
-}
-
-fn chart_of(scene: &str, set: MeasuredSet) -> SceneChart {
-    SceneChart {
-        scene: scene.into(),
-        sets: vec![set],
-        ..SceneChart::default()
-    }
 }
 
 fn proceed(_: &str, _: f64) -> ControlFlow<()> {
@@ -182,15 +169,12 @@ fn interrupted_chart_resumes_and_failures_are_not_repeated() {
     assert_eq!(measure_set(&bench, &set, &stop).points, measured.points);
     assert!(measured.points[1].figures().is_none() && !measured.points[1].on_front);
     assert!(measured.points[0].on_front || measured.points[2].on_front);
-    let charts = [chart_of("a <b> & c", measured)];
-    let told = chart_json(&charts);
-    assert_eq!(told["points"].as_array().unwrap().len(), 3);
-    assert!(told["points"][1]["error"].is_null());
-    assert!(told["points"][1]["failure"].as_str().unwrap().contains("not converged"));
-    let page = render_page(&charts);
+    let page = render_page(&[SceneChart {
+        scene: "a <b> & c".into(),
+        sets: vec![measured],
+        ..SceneChart::default()
+    }]);
     assert!(page.contains("not converged") && page.contains("a &lt;b&gt; &amp; c"));
-    let svg = titled_plots(&charts)[0].1.render_svg().unwrap();
-    assert_eq!(svg.matches("<title>").count(), 3);
 }
 
 #[test]
@@ -258,11 +242,7 @@ fn lamp_over_floor(screened: bool) -> Scene {
         faces.push(square_face("screen", y * 0.7, a, b, [0.0, 0.0]));
         faces.push(faces[2].reversed());
     }
-    Scene {
-        name: "lamp over floor".into(),
-        faces,
-        notes: Vec::new(),
-    }
+    named_scene("lamp over floor", faces)
 }
 
 #[test]
@@ -320,44 +300,4 @@ fn curve_stops_falling_at_the_error_of_another_parameter() {
     let order = set.curve_order(&set.points[1..]).unwrap();
     assert!(order.abs() < 0.1, "{order} {:?}", set.points);
     assert!(set.points[2].time_and_error()[1] > 0.005, "{:?}", set.points);
-}
-
-#[test]
-fn stored_points_of_a_curve_are_reported_and_not_solved_again() {
-    let (scene, dir) = (lamp_over_floor(false), empty_folder("curves"));
-    let bench = cpu_bench(&scene, &dir, None);
-    let sweep = Sweep {
-        base: |settings| settings.meshing.texels = 4,
-        values: &[1.0, 2.0, 3.0],
-        truth: SweepTruth::Finer(4.0),
-        ..PATCH_SWEEP
-    };
-    let set = sweep.method_set(false);
-    assert!(measure_set(&bench, &set, &stop).points.is_empty());
-    // Interrupted after two of six points.
-    let begun = measure_set(&bench, &set, &stop_after(2.0 / 6.0));
-    assert_eq!((begun.points.len(), begun.missing, begun.curves().count()), (2, 4, 1));
-    let page = render_page(&[chart_of("", begun)]);
-    for wanted in ["<svg", "--patches", "polygon", "4 points were not measured"] {
-        assert!(page.contains(wanted), "{wanted}");
-    }
-    assert!(!page.contains("http"), "the page needs the network");
-    let told = |set| chart_json(&[chart_of("", set)]);
-    let measured = told(measure_set(&bench, &set, &proceed));
-    assert_eq!(measured["points"].as_array().unwrap().len(), 6);
-    assert!(measured["points"][0]["error"].as_f64().unwrap() > 0.0);
-    // Every solve would be stopped.
-    assert_eq!(told(measure_set(&bench, &set, &stop)), measured);
-    // Against another truth, or in another scene, no stored point counts.
-    let coarser = Sweep {
-        truth: SweepTruth::Finer(3.0),
-        ..sweep
-    };
-    assert!(measure_set(&bench, &coarser.method_set(false), &stop).points.is_empty());
-    let screened = lamp_over_floor(true);
-    assert!(
-        measure_set(&cpu_bench(&screened, &dir, None), &set, &stop)
-            .points
-            .is_empty()
-    );
 }

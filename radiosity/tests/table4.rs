@@ -1,18 +1,12 @@
 //! Table 4 on few texels: the paper's shot counts, the order of its methods' errors, the page.
 
-use common::import::{ImportOptions, load_scene};
 use common::scene::Scene;
 use gpu::Gpu;
 use radiosity::report::picture::RgbaPicture;
 use radiosity::studies::table4::page::render_page;
 use radiosity::studies::table4::{Table4, Table4Grid, Table4Row, TableImage, printed_figures};
+use radiosity_tests::bundled_scene;
 use std::ops::ControlFlow;
-use std::path::Path;
-
-fn bundled_scene(name: &str) -> Scene {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes"));
-    load_scene(&folder.join(name), &ImportOptions::default()).unwrap()
-}
 
 /// Measures one entry of the grid: 4×4 texels and 128² pixels.
 fn measure_table() -> Table4 {

@@ -4,10 +4,11 @@
 use approx::relative_eq;
 use gpu::Gpu;
 use oracle::solve::progress::without_progress;
-use radiosity::studies::stress::cases::{CASES, Case};
+use oracle::solve::solver::SolverKind;
+use radiosity::studies::stress::CaseStudy;
+use radiosity::studies::stress::cases::{ALL_CASES, Case};
 use radiosity::studies::stress::run::AtlasRun;
 use radiosity::studies::stress::summary::{Atlas, BreakPoint, find_breaks};
-use radiosity::studies::stress::{CaseStudy, Processor};
 use std::path::Path;
 
 /// Case, method, solver, beyond the first limit, beyond the second ("-": nowhere), the errors ("-": none).
@@ -29,7 +30,7 @@ fn run_cases<'a>(gpu: Option<&Gpu>, cases: impl IntoIterator<Item = &'a Case>) -
     cases.into_iter().map(study).collect()
 }
 
-fn break_lines(studies: &[CaseStudy], solver: Processor) -> Vec<String> {
+fn break_lines(studies: &[CaseStudy], solver: SolverKind) -> Vec<String> {
     let line = |study: &CaseStudy, point: &BreakPoint| {
         let at = |value: Option<f64>| value.map_or("-".to_owned(), |value| value.to_string());
         let errors = study.sides_of(point.method, solver).map(|(_, side)| side.error);
@@ -77,7 +78,7 @@ fn lines_with_other_errors_differ() {
 
 /// Asserts that the lines of these cases on this solver are those of `breaks.tsv`. All lines found are written to a file,
 /// to replace `breaks.tsv` after an intended change.
-fn assert_unchanged(studies: &[CaseStudy], solver: Processor) {
+fn assert_unchanged(studies: &[CaseStudy], solver: SolverKind) {
     let found = break_lines(studies, solver);
     let name = solver.name().to_lowercase();
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("breaks-{name}.tsv"));
@@ -98,8 +99,8 @@ fn assert_unchanged(studies: &[CaseStudy], solver: Processor) {
 
 #[test]
 fn break_points_of_cpu_methods_are_unchanged() {
-    let studies = run_cases(None, CASES);
-    assert_unchanged(&studies, Processor::Cpu);
+    let studies = run_cases(None, ALL_CASES);
+    assert_unchanged(&studies, SolverKind::Cpu);
     for gate in Atlas::new(studies, None, 0.0).gates {
         assert!(gate.held, "{}: {:#?}", gate.name, gate.broken);
     }
@@ -108,6 +109,6 @@ fn break_points_of_cpu_methods_are_unchanged() {
 #[test]
 fn break_points_of_item_buffers_are_unchanged() {
     let gpu = Gpu::open(None).unwrap();
-    let cases = CASES.iter().filter(|case| BUFFERS.contains(&case.name));
-    assert_unchanged(&run_cases(Some(&gpu), cases), Processor::Gpu);
+    let cases = ALL_CASES.iter().filter(|case| BUFFERS.contains(&case.name));
+    assert_unchanged(&run_cases(Some(&gpu), cases), SolverKind::Gpu);
 }

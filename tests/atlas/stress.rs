@@ -5,13 +5,13 @@ use glam::DVec3;
 use gpu::Gpu;
 use oracle::solve::progress::without_progress;
 use radiosity::studies::stress::ErrorMeasure;
-use radiosity::studies::stress::cases::CASES;
+use radiosity::studies::stress::cases::ALL_CASES;
 use radiosity::studies::stress::methods::{AtlasMethod, DEFAULT, MethodSolver, POLYGON};
 use radiosity::studies::stress::run::{AtlasRun, run_method};
 use radiosity::studies::stress::trial::{Trial, TrialTruth, TruthCache, dense_truth};
 
 fn trial_of(name: &str, value: f64) -> (Trial, Vec<DVec3>) {
-    let case = CASES.iter().find(|case| case.name == name).unwrap();
+    let case = ALL_CASES.iter().find(|case| case.name == name).unwrap();
     let trial = (case.build)(value).unwrap();
     let truth = TruthCache::default().truth_of(&trial).unwrap();
     (trial, truth)
@@ -86,9 +86,9 @@ const NEEDED: &str = "closeness shared-edge grazing sliver-shooter sliver-receiv
 
 #[test]
 fn all_cases_exist_with_wide_sweeps() {
-    let names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
+    let names: Vec<&str> = ALL_CASES.iter().map(|case| case.name).collect();
     assert_eq!(names, NEEDED.split(' ').collect::<Vec<_>>());
-    for case in CASES {
+    for case in ALL_CASES {
         let name = case.name;
         let mut values = case.values.to_vec();
         values.sort_by(f64::total_cmp);
@@ -148,7 +148,7 @@ fn case_shows_its_easiest_scene() {
         gpu: None,
         stop: &|| false,
     };
-    let case = CASES.iter().find(|case| case.name == "vanishing-face").unwrap();
+    let case = ALL_CASES.iter().find(|case| case.name == "vanishing-face").unwrap();
     let study = run.run_case(case, &without_progress()).unwrap();
     let [specimen] = &study.specimens[..] else {
         panic!("{} specimens", study.specimens.len());

@@ -1,7 +1,7 @@
 //! Twelve fixed scenes of `stress random`, solved and judged.
 
 use oracle::solve::progress::without_progress;
-use radiosity::studies::random::{FaceShapes, SceneOptions};
+use radiosity::studies::random::FaceShapes;
 use radiosity::studies::stress::random::RandomRequest;
 use radiosity::studies::stress::run::AtlasRun;
 use radiosity::studies::stress::summary::Atlas;
@@ -19,11 +19,7 @@ fn twelve_fixed_random_scenes_pass_every_gate() {
         (FaceShapes::Mixed, 3000, 5),
     ]
     .map(|(faces, seed, texels)| {
-        let options = SceneOptions {
-            faces,
-            ..SceneOptions::default()
-        };
-        let request = RandomRequest { options, texels };
+        let request = RandomRequest { faces, texels };
         let study = request.run_scenes(&run, seed, 4, &without_progress()).unwrap();
         assert_eq!((study.rows.len(), study.specimens.len()), (4, 4));
         for (row, seed) in study.rows.iter().zip(seed..) {

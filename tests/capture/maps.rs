@@ -33,7 +33,7 @@ fn lit() -> (Scene, Vec<[u32; 2]>, Vec<Vec3>) {
     let resolutions: Vec<[u32; 2]> = scene.faces.iter().map(resolution).collect();
     let count: u32 = resolutions.iter().map(|[w, h]| w * h).sum();
     // All exponents, because the rounding of π·(B/π) differs between them.
-    let value = |k: u32| f32::from_bits((k.wrapping_mul(2_654_435_761) >> 2) % 0x7e00_0000);
+    let value = |k: u32| f32::from_bits((k.wrapping_mul(2_654_435_761) >> 2) % 0x5d00_0000);
     let radiosity = (0..count).map(|k| Vec3::new(value(3 * k), value(3 * k + 1), value(3 * k + 2)));
     (scene, resolutions, radiosity.collect())
 }
@@ -79,11 +79,11 @@ fn written_room_is_read_back_bit_for_bit() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-fn planes(path: &Path) -> BTreeMap<String, Vec<f32>> {
+fn read_planes(path: &Path) -> BTreeMap<String, Vec<f32>> {
     ImagePlanes::read(path, 1 << 10).unwrap().channels
 }
 
-fn save(path: &Path, size: [u32; 2], planes: impl IntoIterator<Item = (String, Vec<f32>)>) {
+fn write_planes(path: &Path, size: [u32; 2], planes: impl IntoIterator<Item = (String, Vec<f32>)>) {
     fs::write(path, encode_exr(size, planes.into_iter().collect()).unwrap()).unwrap();
 }
 
@@ -91,13 +91,13 @@ fn save(path: &Path, size: [u32; 2], planes: impl IntoIterator<Item = (String, V
 fn map_holds_upright_radiance() {
     let (folder, _, radiosity) = written("upright");
     // Seven columns and three rows, the last row of texels first.
-    let wall = planes(&folder.join("000-floor.exr"));
+    let wall = read_planes(&folder.join("000-floor.exr"));
     for (pixel, value) in wall["R"].iter().enumerate() {
         let texel = (2 - pixel / 7) * 7 + pixel % 7;
         assert_eq!(*value, radiosity[texel].x / PI, "{pixel}");
     }
     let first = 6 * 21;
-    let triangle = planes(&folder.join("006-______.exr"));
+    let triangle = read_planes(&folder.join("006-______.exr"));
     let same = |(pixel, value): (usize, &f32)| *value == radiosity[first + pixel].z;
     assert!(triangle["radiosity.B"].iter().enumerate().all(same));
     fs::remove_dir_all(folder).unwrap();
@@ -107,14 +107,14 @@ fn map_holds_upright_radiance() {
 fn painted_texels_are_taken_from_their_radiance() {
     let (folder, _, radiosity) = written("painted");
     let path = folder.join("001-ceiling.exr");
-    let mut map = planes(&path);
+    let mut map = read_planes(&path);
     // Upper left pixel: the last row of texels.
     map.get_mut("G").unwrap()[0] = 2.0;
-    save(&path, [7, 3], map);
+    write_planes(&path, [7, 3], map);
     let path = folder.join("002-left.exr");
-    let mut map = planes(&path);
+    let mut map = read_planes(&path);
     map.retain(|name, _| !name.starts_with("radiosity"));
-    save(&path, [7, 3], map);
+    write_planes(&path, [7, 3], map);
     let back = read(&folder).unwrap();
     assert_eq!(back.scene.notes.len(), 2, "{:?}", back.scene.notes);
     assert!(
@@ -159,10 +159,10 @@ fn broken_folders_are_refused_by_file_and_face() {
         ["R", "G", "B"].map(|name| (name.to_owned(), vec![value; count])).into()
     };
     for (value, count, size) in [(f32::NAN, 21, [7, 3]), (-1.0, 21, [7, 3]), (1.0, 24, [8, 3])] {
-        save(&path, size, three(value, count));
+        write_planes(&path, size, three(value, count));
         refusal(&folder, &["003-right.exr", "face 3"]);
     }
-    save(&path, [7, 3], three(1.0, 21).split_off(1));
+    write_planes(&path, [7, 3], three(1.0, 21).split_off(1));
     refusal(&folder, &["003-right.exr", "face 3", "R, G and B"]);
     fs::write(&path, &whole).unwrap();
     assert!(read(&folder).is_ok());

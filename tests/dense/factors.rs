@@ -5,7 +5,7 @@ use approx::abs_diff_eq;
 use cpu::dense::contour_integral::contour_integral;
 use cpu::dense::exchange_area::{SurfacePiece, exchange_area, facing_parts, form_factor};
 use glam::{DMat3, DVec3};
-use oracle::exact::{coaxial_discs, parallel_rectangles, perpendicular_rectangles, polygon_to_polygon};
+use oracle::exact::{parallel_rectangles, perpendicular_rectangles};
 use proptest::prelude::*;
 use radiosity_tests::bounds::assert_near;
 use radiosity_tests::factor_cases::{factor_cases, rectangle};
@@ -76,25 +76,6 @@ fn touching_and_averted_faces_exchange_nothing() {
     let wall = rectangle([0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]);
     let upper = perpendicular_rectangles(1.0, 1.0, 1.0);
     assert_near("cut wall", form_factor(&floor(), &wall), upper, EXACT);
-}
-
-#[test]
-fn polygonal_discs_match_coaxial_discs() {
-    let disc = |radius: f64, z: f64| -> Vec<DVec3> {
-        (0..16)
-            .map(|k| f64::from(k) * PI / 8.0 * if z > 0.0 { -1.0 } else { 1.0 })
-            .map(|phi| DVec3::new(radius * phi.cos(), radius * phi.sin(), z))
-            .collect()
-    };
-    for (r1, r2) in [(1.0, 1.0), (1.0, 2.0), (1.5, 0.5)] {
-        let (a, b) = (disc(r1, 0.0), disc(r2, 1.0));
-        let value = form_factor(&a, &b);
-        let name = format!("16 corners, radii {r1} and {r2}");
-        assert_near(&name, value, polygon_to_polygon(&a, &b), 1e-11);
-        // An inscribed polygon of m sides lacks (2π/m)²/6 of its disc, see oracle::exact.
-        let missing = (PI / 8.0).powi(2) / 6.0 * (1.0 + (r2 / r1) * (r2 / r1));
-        assert_near(&name, value, coaxial_discs(r1, r2, 1.0), missing);
-    }
 }
 
 /// Generates convex quads and triangles of size ≤ 1 around the origin, rotated at random.

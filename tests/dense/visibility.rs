@@ -70,38 +70,31 @@ fn plate_beyond(edge: f64, height: f64) -> Face {
     black_rectangle([edge, -9.0, height], [9.0, 0.0, 0.0], [0.0, 19.0, 0.0])
 }
 
+/// Edges and heights of plates, numbers of points, and the bound of the relative error. The last has a plate just above the
+/// floor and one just below the ceiling: sharp shadows from either end, so that the estimate has to find an edge.
 #[test]
-fn half_plane_matches_lambert_sum_past_its_edge() {
-    for (height, edge) in [(0.5, 0.5), (0.2, 0.3), (0.8, 0.7)] {
-        let faces = [facing_squares(), vec![plate_beyond(edge, height)]].concat();
-        let (_, matrix, _) = assemble_dense(&named_scene("half plane", faces), 1);
-        // From x of the floor the ceiling shows up to where the line through the edge meets it.
-        let seen = |x: f64| [0.0, (x + (edge - x) / height).clamp(0.0, 1.0)];
-        let expected = mean_factor_past_edges([0.0; 3], 1.0, 1.0, [64, 64], seen);
-        let value = matrix.weight(0, 1);
-        // Converged to a thousandth, and the midpoint rule's error at kinks: (1/64)²·4.
-        let bound = 2e-3 * 0.1998248957;
-        assert_near("half plane", value, expected, bound);
+fn factor_past_plates_matches_lambert_sum_past_their_edges() {
+    // Converged to a thousandth of the unoccluded factor, and the midpoint rule's error at kinks: (1/64)²·4. The finest
+    // points are 1/32 apart: an edge is misplaced by half that at most.
+    let (smooth, sharp) = (2e-3 * 0.1998248957, 1.0 / 64.0 / 0.3);
+    for (plates, points, bound, is_relative) in [
+        (&[[0.5, 0.5]][..], [64, 64], smooth, false),
+        (&[[0.3, 0.2]], [64, 64], smooth, false),
+        (&[[0.7, 0.8]], [64, 64], smooth, false),
+        (&[[0.3, 0.01], [0.45, 0.99]], [1000, 16], sharp, true),
+    ] {
+        let mut faces = facing_squares();
+        faces.extend(plates.iter().map(|[edge, height]| plate_beyond(*edge, *height)));
+        let (_, matrix, _) = assemble_dense(&named_scene("plates", faces), 1);
+        // From x of the floor the ceiling shows up to where the lines through the edges meet it.
+        let seen = |x: f64| {
+            let ends = plates.iter().map(|[edge, height]| x + (edge - x) / height);
+            [0.0, ends.fold(1.0, f64::min).max(0.0)]
+        };
+        let expected = mean_factor_past_edges([0.0; 3], 1.0, 1.0, points, seen);
+        let bound = if is_relative { bound * expected } else { bound };
+        assert_near(format_args!("{plates:?}"), matrix.weight(0, 1), expected, bound);
     }
-}
-
-/// A plate just above the floor, and one just below the ceiling: sharp shadows from either end, so
-/// that the estimate has to find an edge.
-#[test]
-fn sharp_shadow_edges_at_both_ends_are_resolved() {
-    const PLATES: [[f64; 2]; 2] = [[0.3, 0.01], [0.45, 0.99]];
-    let plates = PLATES.map(|[edge, height]| plate_beyond(edge, height));
-    let faces = [facing_squares(), plates.into()].concat();
-    let (_, matrix, _) = assemble_dense(&named_scene("two plates", faces), 1);
-    let seen = |x: f64| {
-        let ends = PLATES.map(|[edge, height]| x + (edge - x) / height);
-        [0.0, ends.into_iter().fold(1.0, f64::min).max(0.0)]
-    };
-    let expected = mean_factor_past_edges([0.0; 3], 1.0, 1.0, [1000, 16], seen);
-    let value = matrix.weight(0, 1);
-    // The finest points are 1/32 apart: an edge is misplaced by half that at most.
-    let bound = 1.0 / 64.0 / PLATES[0][0];
-    assert_near("two plates", value / expected, 1.0, bound);
 }
 
 /// A plate hangs just below the ceiling and leaves a narrow strip of a texel free: the texel takes

@@ -130,27 +130,6 @@ fn polygon_factors_are_within_their_bounds() {
     }
 }
 
-/// Returns the error of N×N texels over their area h²: the constant of a method of second order.
-fn scaled_error(case: &FactorCase, texels: u32) -> f64 {
-    let value = computed(&case.pair_mesh(1, texels), FormFactor::Polygon);
-    (value - case.exact) * f64::from(texels * texels)
-}
-
-/// For separate faces the error is c·h² + O(h⁴). Where faces share an edge, Lambert's factor near the
-/// edge's ends depends on the direction only, f″ ~ 1/r², and ∫f″ from r = h on is h²(a·ln(1/h) + b):
-/// the constant grows by equal steps as h halves.
-#[test]
-fn texel_error_is_of_second_order() {
-    for case in factor_cases() {
-        let [c8, c16, c32] = [8, 16, 32].map(|n| scaled_error(&case, n));
-        let expected = if case.touching { c16 + (c16 - c8) } else { c16 };
-        // The next order: (h/d)² ≤ (1.5/16/0.5)² = 0.035 apart, 1/16 of the last step's texels at
-        // an edge's ends; and the rounding of 32² texels' sum.
-        let tolerance = 0.07 * c8.abs().max(c16.abs()) + 1024.0 * 16.0 * U * case.exact;
-        assert_near(&case.name, c32, expected, tolerance);
-    }
-}
-
 #[test]
 fn disc_and_paper_factors_are_within_their_bounds() {
     for case in factor_cases() {

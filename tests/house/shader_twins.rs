@@ -96,7 +96,7 @@ fn twins_have_the_functions_of_their_shader_in_its_order() {
 const SHADER: &str = "fn first(x: f32) -> f32 {\n    return x;\n}\n\n@compute\nfn second() {\n}\n\nfn third() {\n}\n";
 
 /// Twins of [`SHADER`], the text of a module of which they re-export, and what is wrong with them.
-const TWINS: [(&str, &str, Result<(), &str>); 6] = [
+const COMPARED_TWINS: [(&str, &str, Result<(), &str>); 6] = [
     // It may have more functions.
     (
         "fn first() {}\n\nimpl Thing {\n    fn helper() {}\n\n    pub fn second() {}\n}\n\npub const fn third() {}\n",
@@ -132,7 +132,7 @@ const TWINS: [(&str, &str, Result<(), &str>); 6] = [
 
 #[test]
 fn missing_and_swapped_functions_are_noticed() {
-    for (twin, reexported, expected) in TWINS {
+    for (twin, reexported, expected) in COMPARED_TWINS {
         let found = compare_functions(SHADER, twin, &[reexported.to_owned()]);
         assert_eq!(found, expected.map_err(str::to_owned), "{twin}");
     }

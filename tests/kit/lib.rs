@@ -4,6 +4,7 @@ use common::import::{ImportOptions, load_scene};
 use common::scene::{Face, Scene, Shape};
 use common::texel;
 use glam::{DVec3, Vec3};
+use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -13,6 +14,7 @@ pub mod composites;
 pub mod dense;
 pub mod engines;
 pub mod factor_cases;
+pub mod painted;
 pub mod radiance_files;
 pub mod random_rooms;
 pub mod relighting;
@@ -121,16 +123,25 @@ pub fn divide_faces(faces: &[Face], side: u32) -> Vec<Face> {
     parts.map(face).collect()
 }
 
-/// Makes a room like the paper's without its objects: the unit cube, each wall 5×5 faces of ρ = .7, one
-/// wall red and one green, and a lamp box of six faces under the ceiling; 156 faces.
+/// Returns the paper's room without its objects: the unit cube, each wall 5×5 faces, and a lamp box under the ceiling; 156
+/// faces.
 pub fn paper_room() -> Scene {
-    let mut walls = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, Vec3::splat(0.7));
-    walls[2].reflectance = Vec3::new(0.7, 0.1, 0.1);
-    walls[3].reflectance = Vec3::new(0.1, 0.7, 0.1);
-    let mut faces = divide_faces(&walls, 5);
-    let (low, high) = (DVec3::new(0.375, 0.9375, 0.375), DVec3::new(0.625, 0.96875, 0.625));
-    faces.extend(box_faces(low, high, false, Vec3::splat(20.0), Vec3::splat(0.7)));
-    named_scene("paper room", faces)
+    bundled_scene("paper_room.obj")
+}
+
+/// Draws a face with corners on a lattice of so many steps either side of `offset`; it may be a point or a line.
+pub fn any_lattice_face(steps: i32, offset: f64, emission: Vec3, reflectance: Vec3) -> impl Strategy<Value = Face> {
+    let corner = move || {
+        let at = prop::array::uniform3(-steps..=steps);
+        at.prop_map(move |p| DVec3::from(p.map(f64::from)) + offset)
+    };
+    (corner(), corner(), corner(), any::<bool>()).prop_map(move |(a, b, c, is_quad)| {
+        if is_quad {
+            Face::quad("", [a, b, b + c - a, c], emission, reflectance)
+        } else {
+            Face::triangle("", [a, b, c], emission, reflectance)
+        }
+    })
 }
 
 /// Configures `count` random cases, the same in every run unless PROPTEST_RNG_SEED or PROPTEST_CASES are set.

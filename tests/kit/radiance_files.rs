@@ -22,6 +22,26 @@ pub fn data_folder() -> Option<PathBuf> {
     folder
 }
 
+/// Returns a map's mean radiance over all directions, W/m²/sr.
+pub fn mean_radiance(map: &Panorama) -> DVec3 {
+    let sum = |(sum, whole): (DVec3, f64), (_, radiance, angle): (_, Vec3, f64)| {
+        (sum + radiance.as_dvec3() * angle, whole + angle)
+    };
+    let (sum, whole) = map.captured_pixels().fold((DVec3::ZERO, 0.0), sum);
+    sum / whole
+}
+
+/// Returns the irradiance at the eye on a surface with this unit normal, W/m²: Σ L cosθ Δω over the map's pixels in front
+/// of it, with cosθ at each pixel's centre.
+pub fn irradiance_at_eye(map: &Panorama, normal: DVec3) -> DVec3 {
+    let part = |([x, y], radiance, angle): ([usize; 2], Vec3, f64)| {
+        let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let cos = map.projection().direction_at(map.size(), at).dot(normal);
+        radiance.as_dvec3() * (angle * cos.max(0.0))
+    };
+    map.captured_pixels().map(part).sum()
+}
+
 /// Makes an empty folder of this process.
 pub fn empty_folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("capture-{}-{name}", std::process::id()));
@@ -169,7 +189,7 @@ pub fn light_at_eye(radiosity: &[Vec3], outlines: &[[DVec3; 4]], normals: &[DVec
     };
     for (b, outline) in radiosity.iter().zip(outlines) {
         let ends @ [p, q, r, s] = outline.map(DVec3::normalize);
-        let flux = b.as_dvec3() / PI * (solid_angle([p, q, r]) + solid_angle([p, r, s]));
+        let flux = b.as_dvec3() / PI * (solid_angle([p, q, r]).abs() + solid_angle([p, r, s]).abs());
         let middle = ends.iter().sum::<DVec3>().normalize();
         let width = ends.iter().map(|end| end.distance(middle)).fold(0.0, f64::max);
         found.sphere += flux;
@@ -182,8 +202,8 @@ pub fn light_at_eye(radiosity: &[Vec3], outlines: &[[DVec3; 4]], normals: &[DVec
     found
 }
 
-/// Returns the solid angle of a triangle with corners of length 1.
-fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
-    let volume = a.dot(b.cross(c)).abs();
-    2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+/// Returns the solid angle of a triangle with corners of length 1 about the origin (van Oosterom & Strackee 1983), negative
+/// of one that turns clockwise.
+pub fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    2.0 * a.dot(b.cross(c)).atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }

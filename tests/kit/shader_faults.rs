@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 const TABLE: &str = include_str!("shader_faults.tsv");
 
 /// Returns the faults that `check` must notice, each with what the check finds wrong.
-pub fn planted_faults(check: &str) -> Vec<(ShaderFault, &'static str)> {
+fn planted_faults(check: &str) -> Vec<(ShaderFault, &'static str)> {
     let rows = TABLE.lines().skip(1).map(|line| {
         let [by, file, from, to, expected] = line.split('\t').collect::<Vec<_>>()[..] else {
             panic!("not five columns: {line}");

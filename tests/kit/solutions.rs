@@ -15,9 +15,9 @@ use oracle::solve::dense;
 use oracle::solve::progress::without_progress;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
-use radiosity::studies::random::{FaceShapes, SceneOptions, draw_scene};
+use radiosity::studies::random::{FaceShapes, draw_scene};
 
-const GREY: Vec3 = Vec3::splat(0.7);
+const GREY_REFLECTANCE: Vec3 = Vec3::splat(0.7);
 
 /// Returns settings of 8×8 texels and 4 samples.
 pub fn solve_settings() -> Settings {
@@ -31,11 +31,7 @@ pub const FACE_SHAPES: [FaceShapes; 3] = [FaceShapes::Quads, FaceShapes::Triangl
 
 /// Draws a random scene of such faces.
 pub fn drawn_scene(seed: u64, faces: FaceShapes) -> Scene {
-    let options = SceneOptions {
-        faces,
-        ..SceneOptions::default()
-    };
-    draw_scene(seed, options).scene
+    draw_scene(seed, faces).scene
 }
 
 /// Solves a scene by shooting on the CPU.
@@ -63,16 +59,22 @@ fn solve_by(scene: &Scene, settings: &Settings, solver: SolverChoice) -> SolveAn
     solve_request(&question, &without_progress()).unwrap()
 }
 
+/// Makes a closed room with a lit ceiling and thin horizontal plates at heights y, given by their ranges of x and z.
+pub fn room_with_plates(name: &str, plates: &[(f64, [f64; 4])]) -> Scene {
+    let mut faces = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, GREY_REFLECTANCE);
+    faces[1].emission = Vec3::splat(3.0);
+    for (y, [x0, x1, z0, z1]) in plates {
+        let corners = rectangle([*x0, *y, *z0], [0.0, 0.0, z1 - z0], [x1 - x0, 0.0, 0.0]);
+        let up = Face::quad("plate", corners, Vec3::ZERO, GREY_REFLECTANCE);
+        // Two quads back to back make a thin wall.
+        faces.extend([up.reversed(), up]);
+    }
+    named_scene(name, faces)
+}
+
 /// Makes a lit room, divided by a wall with a slit.
 pub fn slit_room() -> Scene {
-    let mut all = box_faces(DVec3::ZERO, DVec3::ONE, true, Vec3::ZERO, GREY);
-    all[1].emission = Vec3::splat(3.0);
-    for x in [0.0, 0.55] {
-        let corners = rectangle([x, 0.5, 0.0], [0.0, 0.0, 1.0], [0.45, 0.0, 0.0]);
-        let up = Face::quad("wall", corners, Vec3::ZERO, GREY);
-        all.extend([up.reversed(), up]);
-    }
-    named_scene("a slit", all)
+    room_with_plates("a slit", &[(0.5, [0.0, 0.45, 0.0, 1.0]), (0.5, [0.55, 1.0, 0.0, 1.0])])
 }
 
 /// Makes the lit room with its box on the floor.
@@ -87,11 +89,20 @@ pub fn room_with_standing_box() -> Scene {
     scene
 }
 
+/// Returns the relative RMS error and the bias of a field against `truth`, of the worst channel.
+pub fn rms_and_bias(
+    scene: &Scene,
+    (mesh, field): (&Mesh, &RadiosityField),
+    truth: &(Mesh, RadiosityField),
+) -> (f64, f64) {
+    let ours = ReflectedField::from_field(scene, mesh, field);
+    let theirs = ReflectedField::from_field(scene, &truth.0, &truth.1);
+    GridPair::new(&ours, &theirs, None).unwrap().worst_channel()
+}
+
 /// Returns the relative RMS error of an answer against `truth`.
 pub fn error_against(scene: &Scene, answer: &SolveAnswer, truth: &(Mesh, RadiosityField)) -> f64 {
-    let ours = ReflectedField::from_field(scene, &answer.solved.mesh, &answer.solved.run.field);
-    let theirs = ReflectedField::from_field(scene, &truth.0, &truth.1);
-    GridPair::new(&ours, &theirs, None).unwrap().worst_channel().0
+    rms_and_bias(scene, (&answer.solved.mesh, &answer.solved.run.field), truth).0
 }
 
 /// Solves a scene by the dense solver on `side`×`side` texels.

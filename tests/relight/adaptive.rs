@@ -5,8 +5,6 @@ use common::scene::{Face, Scene};
 use common::settings::Settings;
 use cpu::hierarchy::linker::LinkMethod;
 use glam::{DVec3, Vec3, Vec4};
-use oracle::diff::pair::GridPair;
-use oracle::diff::reflected::ReflectedField;
 use oracle::relight::adaptive::relight_adaptively;
 use oracle::relight::stage::RelightStage;
 use oracle::relight::task::RelightTask;
@@ -17,7 +15,7 @@ use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
 use radiosity_tests::engines::shared_gpu;
 use radiosity_tests::relighting::bottomless_box;
-use radiosity_tests::solutions::{self, FACE_SHAPES, drawn_scene};
+use radiosity_tests::solutions::{self, FACE_SHAPES, drawn_scene, error_against};
 use radiosity_tests::{box_faces, lit_room};
 
 /// Requested error.
@@ -59,9 +57,8 @@ fn signed_equals_full_within_both_estimates() {
         let count = scene.faces.iter().position(body).unwrap();
         let [signed, full] =
             [Some(RelightMethod::Signed), None].map(|method| relit(&scene, count, method, REQUESTED_ERROR));
-        let [ours, theirs] = [&signed, &full]
-            .map(|answer| ReflectedField::from_field(&scene, &answer.solved.mesh, &answer.solved.run.field));
-        let apart = GridPair::new(&ours, &theirs, None).unwrap().worst_channel().0;
+        let truth = (full.solved.mesh.clone(), full.solved.run.field.clone());
+        let apart = error_against(&scene, &signed, &truth);
         let estimate = |answer: &SolveAnswer| answer.estimate.as_ref().unwrap().error;
         let (a, b) = (estimate(&signed), estimate(&full));
         println!("{}: difference {apart:.4}; estimates {a:.4}, {b:.4}", scene.name);

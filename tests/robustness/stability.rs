@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use radiosity_tests::bounds::{assert_near, energy_rounding, polygon_rounding};
 use radiosity_tests::engines::{gpu_solver, settings_of, solve_by_schedule};
 use radiosity_tests::factor_cases::rectangle;
-use radiosity_tests::{named_scene, random_cases};
+use radiosity_tests::{any_lattice_face, named_scene, random_cases};
 
 fn grey_quad(corners: [DVec3; 4]) -> Face {
     Face::quad("", corners, Vec3::ONE, Vec3::splat(0.5))
@@ -121,15 +121,9 @@ fn assert_balanced(mesh: &Mesh, field: &RadiosityField, shots: &[Shot]) {
 
 /// Draws faces with corners on a coarse lattice: points, lines, copies, faces that cross, touch and enclose others.
 fn any_rubble() -> impl Strategy<Value = Scene> {
-    let corner = || prop::array::uniform3(-2i32..=2).prop_map(|p| DVec3::from(p.map(f64::from)));
-    let face = (corner(), corner(), corner(), any::<bool>(), -6i32..=6).prop_map(|(a, b, c, whole, e)| {
+    let face = (-6i32..=6).prop_flat_map(|e| {
         let emission = Vec3::splat(10f32.powi(e));
-        let grey = Vec3::new(0.0, 0.5, 0.95);
-        if whole {
-            Face::quad("", [a, b, b + c - a, c], emission, grey)
-        } else {
-            Face::triangle("", [a, b, c], emission, grey)
-        }
+        any_lattice_face(2, 0.0, emission, Vec3::new(0.0, 0.5, 0.95))
     });
     prop::collection::vec(face, 2..14).prop_map(|faces| named_scene("rubble", faces))
 }

@@ -8,7 +8,7 @@ use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::solutions::{solve_on_cpu, solve_settings};
 use radiosity_tests::{box_faces, furnace, lit_room, named_scene};
 
-const GREY: Vec3 = Vec3::splat(0.5);
+const GREY_REFLECTANCE: Vec3 = Vec3::splat(0.5);
 
 /// Makes a parallelogram with its front along u × v.
 fn square_face(corner: [f64; 3], u: [f64; 3], v: [f64; 3], emission: f32, reflectance: f32) -> Face {
@@ -48,7 +48,7 @@ fn plate_on_floor(height: f64) -> Vec<Face> {
 /// Makes a block above the floor, which hides half of some texels.
 fn block_above_floor(gap: f64) -> Vec<Face> {
     let (low, high) = (DVec3::new(0.31, 0.37, gap), DVec3::new(0.61, 0.67, 0.5));
-    let block = box_faces(low, high, false, Vec3::ZERO, GREY);
+    let block = box_faces(low, high, false, Vec3::ZERO, GREY_REFLECTANCE);
     [vec![lamp(1.0), unit_floor()], block].concat()
 }
 

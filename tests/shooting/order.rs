@@ -11,25 +11,34 @@ use radiosity_tests::engines::{
 use radiosity_tests::{furnace, lit_room};
 use std::ops::ControlFlow;
 
+/// Greedy runs and replays, whose shooters repeat.
 #[test]
 fn run_equals_its_single_shots() {
     let mesh = mesh_of(&lit_room());
+    let log: Vec<u32> = (0..150u32).map(|k| k * 7 % mesh.patches.len() as u32).collect();
     each_engine(&mesh, |name, fresh| {
-        let mut whole = fresh();
-        let shots = run_shots(&mut *whole, GREEDY_TO_ZERO, 150);
-        assert_eq!(shots.len(), 150);
-        let mut single = fresh();
-        for shot in &shots {
-            let patch = select_shooter(&single.patch_power().unwrap(), 0.0).unwrap();
-            assert_eq!(single.shoot(patch).unwrap(), *shot, "{name}");
+        for order in [GREEDY_TO_ZERO, ShotOrder::Replay(&log)] {
+            let mut whole = fresh();
+            let shots = run_shots(&mut *whole, order, 150);
+            assert_eq!(shots.len(), 150);
+            let mut single = fresh();
+            for (shot, logged) in shots.iter().zip(&log) {
+                let patch = match order {
+                    ShotOrder::Greedy { .. } => select_shooter(&single.patch_power().unwrap(), 0.0).unwrap(),
+                    ShotOrder::Replay(_) => *logged,
+                };
+                assert_eq!(single.shoot(patch).unwrap(), *shot, "{name}");
+            }
+            assert_eq!(single.read_field().unwrap(), whole.read_field().unwrap(), "{name}");
+            assert!(run_shots(&mut *whole, order, 0).is_empty(), "{name}");
+            assert!(run_shots(&mut *whole, ShotOrder::Replay(&[]), 9).is_empty(), "{name}");
         }
-        assert_eq!(single.read_field().unwrap(), whole.read_field().unwrap(), "{name}");
-        // A run continues from the end of another, which may have no shot.
+        // A run continues from the end of another.
         let mut halves = fresh();
-        assert!(run_shots(&mut *halves, GREEDY_TO_ZERO, 0).is_empty(), "{name}");
-        let mut log = run_shots(&mut *halves, GREEDY_TO_ZERO, 70);
-        log.extend(run_shots(&mut *halves, GREEDY_TO_ZERO, 80));
-        assert_eq!(log, shots, "{name}");
+        let mut parts = run_shots(&mut *halves, GREEDY_TO_ZERO, 70);
+        parts.extend(run_shots(&mut *halves, GREEDY_TO_ZERO, 80));
+        let mut whole = fresh();
+        assert_eq!(parts, run_shots(&mut *whole, GREEDY_TO_ZERO, 150), "{name}");
         assert_eq!(halves.read_field().unwrap(), whole.read_field().unwrap(), "{name}");
     });
 }
@@ -48,24 +57,6 @@ fn repeated_run_is_bit_identical() {
         };
         let runs = [0, 1].map(|_| solve_by_schedule(&mut *fresh(), &mesh, &by_passes));
         assert_eq!(runs[0].field, runs[1].field, "{name} by passes");
-    });
-}
-
-#[test]
-fn replay_shoots_its_log_in_order() {
-    let mesh = mesh_of(&lit_room());
-    let log: Vec<u32> = (0..100u32).map(|k| k * 7 % mesh.patches.len() as u32).collect();
-    each_engine(&mesh, |name, fresh| {
-        let mut engine = fresh();
-        let again = replay_log(&mut *engine, &log).unwrap();
-        assert_eq!(again.shooter_log(), log, "{name}");
-        let mut single = fresh();
-        for (patch, shot) in log.iter().zip(&again.shots) {
-            assert_eq!(single.shoot(*patch).unwrap(), *shot, "{name}");
-        }
-        assert_eq!(single.read_field().unwrap(), again.field, "{name}");
-        assert_eq!(run_shots(&mut *engine, ShotOrder::Replay(&log), 9).len(), 9, "{name}");
-        assert!(run_shots(&mut *engine, ShotOrder::Replay(&[]), 9).is_empty(), "{name}");
     });
 }
 

@@ -115,7 +115,7 @@ fn links_of_many_patches_equal_single_shots_and_twins() {
         let mut single = gpu_solver(&mesh, &settings.transport, &[]);
         let (links, closures) = single_links(&mut single, &mesh);
         let mut engine = gpu_solver(&mesh, &settings.transport, &[]);
-        assert!(engine.has_room());
+        assert!(engine.transfer_fits());
         assert_eq!(make_links(&mut engine, &all_patches(&mesh)), closures, "{settings:?}");
         assert!(equals_twins(&mesh, &mut engine, &links), "{settings:?}");
         // A second time, in another order, the results are the same.
@@ -139,13 +139,13 @@ fn links_beyond_the_memory_budget_are_recomputed() {
     let mut single = gpu_solver(&mesh, &settings.transport, &[]);
     let (links, closures) = single_links(&mut single, &mesh);
     let mut engine = small(7);
-    assert!(engine.has_room());
+    assert!(engine.transfer_fits());
     assert_eq!(make_links(&mut engine, &all_patches(&mesh)), closures);
     assert!(equals_twins(&mesh, &mut engine, &links));
     // A single shot in between takes a row.
     engine.shoot(3).unwrap();
     assert!(equals_twins(&mesh, &mut engine, &links));
-    assert!(!small(5).has_room());
+    assert!(!small(5).transfer_fits());
     assert!(small(5).make_links(&[0], &mut |_| ControlFlow::Continue(())).is_err());
 }
 

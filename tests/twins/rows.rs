@@ -10,7 +10,7 @@ use cpu::CpuSolver;
 use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
-use radiosity_tests::{box_in_room, bundled_scene, lit_room, named_scene, random_cases};
+use radiosity_tests::{any_lattice_face, box_in_room, bundled_scene, lit_room, named_scene, random_cases};
 
 fn cut_mesh(scene: &Scene, texels: u32, cells: u32, samples: u32) -> Mesh {
     let mut mesh = Mesh::uniform(scene, texels, cells).unwrap();
@@ -93,19 +93,9 @@ fn rows_equal_rows_of_all_rays() {
     }
 }
 
-/// Triangles and quads anywhere in a cube, which intersect one another.
+/// Draws triangles and quads anywhere in a cube, which intersect one another.
 fn polygon_soup() -> impl Strategy<Value = Scene> {
-    let coordinate = || (-8i32..8).prop_map(|x| f64::from(x) / 8.0 + 0.013);
-    let corner = move || (coordinate(), coordinate(), coordinate());
-    let face = (corner(), corner(), corner(), any::<bool>()).prop_map(|(a, b, c, quad)| {
-        let [a, b, c] = [a, b, c].map(|(x, y, z)| DVec3::new(x, y, z));
-        let grey = Vec3::splat(0.5);
-        if quad {
-            Face::quad("face", [a, b, b + c - a, c], Vec3::ONE, grey)
-        } else {
-            Face::triangle("face", [a, b, c], Vec3::ONE, grey)
-        }
-    });
+    let face = any_lattice_face(8, 0.1, Vec3::ONE, Vec3::splat(0.5));
     let proper = face.prop_filter("no area", |face| face.vector_area().length() > 1e-3);
     prop::collection::vec(proper, 3..40).prop_map(|faces| named_scene("soup", faces))
 }

@@ -1,4 +1,4 @@
-//! Colour conversion from a file's own primaries to linear Rec. 709.
+//! Colour conversion from a file's own primaries to linear Rec. 709. Both decoders of maps use it.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 

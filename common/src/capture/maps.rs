@@ -1,4 +1,5 @@
-//! Writes a room's lighting as one HDR radiance map per face, and reads it back.
+//! Writes a room's lighting as one HDR radiance map per face, and reads it back. A solve writes such a folder on
+//! request, and a relight takes one as its room.
 //!
 //! A folder holds `000-name.exr`, `001-name.exr`, … and `room.json`. That file describes each face as `result.json`
 //! does, and names its map. R, G, B are radiance L = B/π, W/m²/sr, for paint programs and viewers; `radiosity.R/G/B`
@@ -11,12 +12,11 @@
 
 use crate::error::{Error, Result};
 use crate::scene::{Scene, Shape};
-use crate::solution::faces::{Description, FaceEntry, TOO_BRIGHT, build_faces, face_label, first_too_bright};
-use crate::solution::pending::PendingFiles;
+use crate::solution::faces::{Description, FaceEntry, build_scene, face_label, is_in_range};
+use crate::solution::pending::{NamedBytes, locate_file, write_files};
 use crate::solution::pixels::ImagePlanes;
-use crate::solution::write::{encode_exr, prepare_directory};
+use crate::solution::write::encode_exr;
 use crate::texel;
-use crate::text::escape_control;
 use glam::Vec3;
 use serde_json::json;
 use std::f32::consts::PI;
@@ -33,44 +33,47 @@ pub struct MappedRoom {
     pub radiosity: Vec<Vec3>,
 }
 
-/// Writes `scene` with its lighting into the folder `dir`, and creates the folder if needed.
+/// Writes `scene` with its lighting into the folder `dir`, and creates the folder if needed: see [`encode_room`].
 ///
-/// `radiosity` (W/m²) lists all texels face after face, each face of `resolutions` W×H texels. Files are
-/// written under temporary names. An old `room.json` is removed first and the new one is added last, so
-/// a folder with a `room.json` is complete.
-///
-/// Errors: [`Error::Write`] with the file; [`Error::Usage`] if the lengths do not match.
+/// Errors: [`Error::Write`] with the file; those of [`encode_room`].
 pub fn write(dir: &Path, scene: &Scene, resolutions: &[[u32; 2]], radiosity: &[Vec3]) -> Result<()> {
+    write_files(dir, encode_room(scene, resolutions, radiosity)?)
+}
+
+/// Returns the names of the maps of a scene's faces, in the order of the faces, and `room.json`.
+pub fn map_names(scene: &Scene) -> Vec<String> {
+    let faces = scene.faces.iter().enumerate();
+    let maps = faces.map(|(k, face)| format!("{k:03}-{}.exr", safe_file_name(&face.name)));
+    maps.chain(["room.json".into()]).collect()
+}
+
+/// Encodes `scene` with its lighting as files: those of [`map_names`].
+///
+/// `radiosity` (W/m²) lists all texels face after face, each face of `resolutions` W×H texels.
+///
+/// Errors: [`Error::Usage`] if the lengths do not match.
+pub fn encode_room(scene: &Scene, resolutions: &[[u32; 2]], radiosity: &[Vec3]) -> Result<Vec<NamedBytes>> {
     let first = texel::first_texels(resolutions);
     if resolutions.len() != scene.faces.len() || radiosity.len() != first[resolutions.len()] {
         return Err(Error::Usage(
             "a map needs a radiosity for every texel of every face".into(),
         ));
     }
-    prepare_directory(dir)?;
-    let mut files = PendingFiles::default();
+    let mut files = Vec::new();
     let mut entries = Vec::new();
-    for (k, (face, resolution)) in scene.faces.iter().zip(resolutions).enumerate() {
-        let file = format!("{k:03}-{}.exr", safe_file_name(&face.name));
+    for (k, (name, face)) in map_names(scene).into_iter().zip(&scene.faces).enumerate() {
+        let resolution = &resolutions[k];
         let rows = pixel_order(face.shape, *resolution);
         let image = encode_map(*resolution, &rows, &radiosity[first[k]..first[k + 1]])?;
-        files.add(&dir.join(&file), &image)?;
         entries.push(FaceEntry {
-            file: Some(file),
+            file: Some(name.clone()),
             ..FaceEntry::new(face, *resolution)
         });
+        files.push((name, image));
     }
     let text = format!("{:#}\n", json!({ "scene": scene.name, "faces": entries }));
-    let description = dir.join("room.json");
-    files.add(&description, text.as_bytes())?;
-    // Removed first: new maps must never stand beside an old description.
-    match std::fs::remove_file(&description) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write {
-            path: description,
-            source,
-        }),
-        _ => files.rename_files(),
-    }
+    files.push(("room.json".into(), text.into_bytes()));
+    Ok(files)
 }
 
 /// Reads a folder written by [`write()`], including maps edited since.
@@ -78,7 +81,7 @@ pub fn write(dir: &Path, scene: &Scene, resolutions: &[[u32; 2]], radiosity: &[V
 /// Errors ([`Error::Input`], with file and face): a file that is missing, damaged or of another
 /// size, a missing channel, a radiance that is not finite, or painted and negative.
 pub fn read(dir: &Path) -> Result<MappedRoom> {
-    let path = dir.join("room.json");
+    let path = locate_file(dir, "room.json");
     let description = Description::read(&path, "room", "a folder of maps is needed")?;
     let entries = &description.faces;
     for (k, entry) in entries.iter().enumerate() {
@@ -86,18 +89,14 @@ pub fn read(dir: &Path) -> Result<MappedRoom> {
         entry.check_emission().map_err(refuse)?;
     }
     let mut room = MappedRoom {
-        scene: Scene {
-            name: escape_control(description.scene.as_deref().unwrap_or_default()),
-            faces: build_faces(entries),
-            notes: Vec::new(),
-        },
+        scene: build_scene(&path, description.scene.as_deref().unwrap_or_default(), entries)?,
         resolutions: entries.iter().map(|e| e.texels).collect(),
         radiosity: Vec::new(),
     };
     for (k, entry) in entries.iter().enumerate() {
         let file = map_file_name(entry).map_err(|message| Error::bad_input(&path, face_label(k), message))?;
         let shape = room.scene.faces[k].shape;
-        let (values, painted) = read_radiosity(&dir.join(file), k, shape, entry.texels)?;
+        let (values, painted) = read_radiosity(&locate_file(dir, file), k, shape, entry.texels)?;
         room.radiosity.extend(values);
         if painted > 0 {
             let texels = texel::texel_count(entry.texels);
@@ -106,10 +105,7 @@ pub fn read(dir: &Path) -> Result<MappedRoom> {
             ));
         }
     }
-    match first_too_bright(&room.radiosity, &room.resolutions) {
-        Some(k) => Err(Error::bad_input(&path, face_label(k), TOO_BRIGHT)),
-        None => Ok(room),
-    }
+    Ok(room)
 }
 
 /// Returns the name of the face's map, which must lie in the folder itself.
@@ -177,9 +173,9 @@ fn read_radiosity(path: &Path, k: usize, shape: Shape, size: [u32; 2]) -> Result
         painted += usize::from(kept.is_none());
         let value = kept.unwrap_or(radiance * PI);
         // A solver's own −1e-9 is kept; a painted value below black is an error.
-        if !value.is_finite() || (kept.is_none() && value.min_element() < 0.0) {
+        if !is_in_range(value) || (kept.is_none() && value.min_element() < 0.0) {
             return Err(refuse(format!(
-                "its radiance at pixel {}, {} is negative or not finite",
+                "its radiance at pixel {}, {} is negative, not finite or too large",
                 pixel % w,
                 pixel / w
             )));

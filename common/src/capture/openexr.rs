@@ -1,4 +1,5 @@
-//! Decodes OpenEXR maps with the crate `exr`: all its compressions, scanlines and tiles.
+//! Decodes OpenEXR maps with the crate `exr`: all its compressions, scanlines and tiles. [`super::panorama`] reads
+//! files by it.
 //!
 //! Rules: the map is the display window, with 0 outside the data window; the largest level of a mip map; the first
 //! layer with R, G and B, or with `name.R`, `name.G` and `name.B`, else the first with Y alone (grey). Deep pixels

@@ -1,4 +1,6 @@
-//! A radiance map of all directions, captured by a camera in a room.
+//! A radiance map of all directions, captured by a camera in a room: read, checked and repaired, then sampled by
+//! direction. `capture::resample` turns it into the radiosity of a room's walls, and a relight's composite shows it
+//! behind the objects.
 
 use super::projection::MapProjection;
 use super::repair::{RepairCounts, repair_pixels};
@@ -73,7 +75,8 @@ impl Panorama {
         if !projection.fits_size(size) {
             let needs = match projection {
                 MapProjection::Cube => "six squares one below the other (1:6, +x −x +y −y +z −z)",
-                _ => "a square",
+                MapProjection::Angular => "a square",
+                MapProjection::LatLong => "any size",
             };
             let kind = projection.name();
             return Err(format!("has {w}×{h} pixels, and a map of kind {kind} needs {needs}"));
@@ -109,12 +112,12 @@ impl Panorama {
         self.projection
     }
 
-    /// Iterates over x and y, radiance and solid angle (sr) of every pixel with extent; an angular map's
-    /// corners have none.
-    pub fn lit_pixels(&self) -> impl Iterator<Item = ([usize; 2], Vec3, f64)> {
+    /// Iterates over x and y, radiance and solid angle (sr) of every pixel that shows a part of the sphere; those in an
+    /// angular map's corners show none.
+    pub fn captured_pixels(&self) -> impl Iterator<Item = ([usize; 2], Vec3, f64)> {
         let [w, h] = self.size;
         (0..h).flat_map(move |y| {
-            // The same for the whole row.
+            // The solid angle is the same for all pixels of a row.
             let row =
                 (self.projection == MapProjection::LatLong).then(|| self.projection.solid_angle(self.size, [0, y]));
             (0..w).filter_map(move |x| {
@@ -123,27 +126,6 @@ impl Panorama {
                 (solid_angle > 0.0).then(|| ([x, y], self.pixels[y * w + x], solid_angle))
             })
         })
-    }
-
-    /// Mean radiance over all directions, W/m²/sr.
-    pub fn mean_radiance(&self) -> DVec3 {
-        let sum = |(sum, whole): (DVec3, f64), (_, radiance, angle): (_, Vec3, f64)| {
-            (sum + radiance.as_dvec3() * angle, whole + angle)
-        };
-        let (sum, whole) = self.lit_pixels().fold((DVec3::ZERO, 0.0), sum);
-        sum / whole
-    }
-
-    /// Irradiance at the eye on a surface with this unit normal, W/m²: Σ L cosθ Δω over the pixels in
-    /// front of it, with cosθ at each pixel's centre.
-    pub fn irradiance(&self, normal: DVec3) -> DVec3 {
-        self.lit_pixels()
-            .map(|([x, y], radiance, angle)| {
-                let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let cos = self.projection.direction_at(self.size, at).dot(normal);
-                radiance.as_dvec3() * (angle * cos.max(0.0))
-            })
-            .sum()
     }
 
     /// Radiance from `direction` (any length above 0), W/m²/sr: bilinear between pixel centres,
@@ -155,8 +137,8 @@ impl Panorama {
             .unwrap_or_else(|| self.pixel_radiance(self.pixel_containing(at)))
     }
 
-    /// Returns the radiance of the pixel at column x and row y; of the nearest one if it lies beyond the map or the
-    /// square; `None` in an angular map's corners, where nothing was captured.
+    /// Returns the radiance of the pixel at column x and row y. Beyond the map or the square it wraps: that of the
+    /// pixel which shows the same direction. `None` in an angular map's corners, where nothing was captured.
     fn pixel_or_neighbour(&self, x: i64, y: i64, square: i64) -> Option<Vec3> {
         let [w, h] = self.size.map(|n| n as i64);
         let is_cube = self.projection == MapProjection::Cube;

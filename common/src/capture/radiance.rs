@@ -1,6 +1,6 @@
-//! Decodes Radiance pictures (.hdr, .pic): `#?RADIANCE`, header lines, an empty line, the resolution line,
-//! scanlines: flat, or with the old or new run-length encoding. (The decoder of the crate `image` knows one
-//! orientation, one FORMAT and one EXPOSURE, and names no place in a damaged file.)
+//! Decodes Radiance pictures (.hdr, .pic): `#?RADIANCE`, header lines, an empty line, the resolution line, scanlines:
+//! flat, or with the old or new run-length encoding. (The decoder of the crate `image` knows one orientation, one
+//! FORMAT and one EXPOSURE, and names no place in a damaged file.) [`super::panorama`] reads files by it.
 //!
 //! Rules: radiance = pixel / product of all EXPOSURE lines (and of COLORCORR, per channel); Rec. 709 is assumed and
 //! PRIMARIES ignored, as by nearly every program that writes it; without a FORMAT line the format is rgbe; bytes

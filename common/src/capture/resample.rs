@@ -8,7 +8,7 @@
 //! few pixels cover much wall.
 //!
 //! There is no sampling and no noise. Pixels are processed in a fixed order on one thread, so the result
-//! is bitwise reproducible. Memory is 40 bytes per texel.
+//! is bitwise reproducible. Memory is 44 bytes per texel.
 
 use super::panorama::Panorama;
 use super::projection::MapProjection;
@@ -42,7 +42,7 @@ pub fn texel_radiosity(panorama: &Panorama, scene: &Scene, resolutions: &[[u32; 
     }
     let mut sums = vec![(DVec3::ZERO, 0.0); count];
     let mut shares = Vec::new();
-    for (pixel, radiance, solid_angle) in panorama.lit_pixels() {
+    for (pixel, radiance, solid_angle) in panorama.captured_pixels() {
         shares.clear();
         distribute_pixel(panorama, pixel, &walls, &mut shares);
         let whole: f64 = shares.iter().map(|(_, part)| part).sum();

@@ -1,4 +1,5 @@
-//! Builds a scene from input polygons: splits them where necessary, applies materials and notes irregular faces.
+//! Builds a scene from input polygons: splits them where necessary, applies materials and notes irregular faces. The
+//! readers of OBJ and glTF files feed it.
 
 use super::material::{ImportedMaterial, InputVertex};
 use super::polygon::{self, ConvexPiece};
@@ -102,8 +103,8 @@ impl<'a> Builder<'a> {
             self.remarks.entry(remark).or_default().count_face(k);
         }
         let split = pieces.len() > 1;
-        let charts: Option<Vec<Vec2>> = corners.iter().map(|v| v.chart).collect();
-        let charts = charts.and_then(|charts| charts.try_into().ok());
+        let lightmap_corners: Option<Vec<Vec2>> = corners.iter().map(|v| v.lightmap_coordinates).collect();
+        let lightmap_corners = lightmap_corners.and_then(|corners| corners.try_into().ok());
         for (n, piece) in pieces.into_iter().enumerate() {
             let mut face = match piece {
                 ConvexPiece::Quad(c) => Face::quad(name, c, Vec3::ZERO, Vec3::ZERO),
@@ -116,7 +117,7 @@ impl<'a> Builder<'a> {
             face.rounding = corners.iter().map(|v| v.rounding).fold(0.0, f64::max);
             let normals = own.iter().map(|v| v.normal?.try_normalize());
             face.corner_normals = normals.collect::<Option<Vec<_>>>().and_then(|all| all.try_into().ok());
-            face.lightmap_corners = charts;
+            face.lightmap_corners = lightmap_corners;
             let list = if n == 0 { &mut self.faces } else { &mut self.pieces };
             list.push(face);
         }

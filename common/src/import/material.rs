@@ -1,4 +1,5 @@
-//! Polygons and materials of scene files, and the paint that a material gives to a face.
+//! Polygons and materials of scene files, and the paint that a material gives to a face. The readers of OBJ and glTF
+//! files make them, and the builder makes faces of them.
 
 use crate::paint::{Coat, MAX_WHITE_REFLECTANCE, Paint, PaintCorner, WrappedTexture};
 use glam::{DAffine2, DVec2, DVec3, Vec2, Vec3};
@@ -12,11 +13,11 @@ pub struct InputVertex {
     /// Shading normal, untransformed: normals are only compared for equality.
     pub normal: Option<Vec3>,
     /// Texture coordinates for the reflectance and the radiance texture.
-    pub places: [Option<DVec2>; 2],
+    pub texture_coordinates: [Option<DVec2>; 2],
     /// Colour, which multiplies the reflectance.
     pub colour: Option<DVec3>,
     /// Lightmap coordinates.
-    pub chart: Option<Vec2>,
+    pub lightmap_coordinates: Option<Vec2>,
     /// Largest rounding error of a coordinate.
     pub rounding: f64,
 }
@@ -26,7 +27,7 @@ pub struct InputVertex {
 pub struct TexturedColour {
     /// Factor, linear Rec. 709.
     pub factor: DVec3,
-    /// Texture, and the transform from the file's coordinates to those of [`PaintCorner::places`]; none: 1 everywhere.
+    /// Texture, and the transform from the file's coordinates to those of [`PaintCorner::texture_coordinates`]; none: 1 everywhere.
     pub texture: Option<(WrappedTexture, DAffine2)>,
 }
 
@@ -49,7 +50,7 @@ pub struct FaceAppearance {
     pub factors: [DVec3; 2],
     /// Variation over the face, if there is any.
     pub paint: Option<Paint>,
-    /// True if the reflectance was 1 in some place and has been lowered.
+    /// True if a white value of the factor, texture or vertex colour has been lowered.
     pub was_white: bool,
     /// True if the material has a texture for which the face has no coordinates.
     pub lacks_coordinates: bool,
@@ -62,8 +63,8 @@ pub fn clamp_vertex_colour(written: f32) -> f32 {
 
 impl TexturedColour {
     /// Returns the coat of a face with these coordinates on the picture. Without coordinates, the texture's mean
-    /// takes the texture's place; an even part of a texture becomes a factor.
-    fn build_coat(&self, places: Option<&[DVec2]>) -> Coat {
+    /// takes the texture's place; a texture with one colour under the face becomes a factor.
+    fn build_coat(&self, corners: Option<&[DVec2]>) -> Coat {
         let mut coat = Coat {
             factor: self.factor,
             texture: None,
@@ -72,10 +73,10 @@ impl TexturedColour {
         let Some((texture, _)) = &self.texture else {
             return coat;
         };
-        match places {
+        match corners {
             None => coat.factor *= texture.picture.mean_colour(),
-            Some(places) if texture.picture.is_uniform(places) => {
-                coat.factor *= texture.picture.colour_at(places[0], texture.wrap);
+            Some(corners) if texture.picture.is_uniform(corners) => {
+                coat.factor *= texture.picture.colour_at(corners[0], texture.wrap);
             }
             Some(_) => coat.texture = Some(texture.clone()),
         }
@@ -102,22 +103,22 @@ impl ImportedMaterial {
     /// corner 3. Where the options replace the reflectance (`replaced`), vertex colours are ignored.
     pub fn appearance_on(&self, vertices: &[InputVertex], odd: bool, replaced: bool) -> FaceAppearance {
         let mut corners = [PaintCorner {
-            places: [DVec2::ZERO; 2],
+            texture_coordinates: [DVec2::ZERO; 2],
             colour: DVec3::ONE,
         }; 4];
         let mut lacks_coordinates = false;
         let mut coats = [0, 1].map(|k| {
-            let places = self.colours[k].texture.as_ref().and_then(|(_, transform)| {
-                let places = vertices.iter().map(|v| v.places[k]);
-                let places = places.map(|place| Some(transform.transform_point2(place?)));
-                let places: Option<Vec<DVec2>> = places.collect();
-                lacks_coordinates |= places.is_none();
-                places
+            let coordinates = self.colours[k].texture.as_ref().and_then(|(_, transform)| {
+                let in_file = vertices.iter().map(|v| v.texture_coordinates[k]);
+                let coordinates = in_file.map(|point| Some(transform.transform_point2(point?)));
+                let coordinates: Option<Vec<DVec2>> = coordinates.collect();
+                lacks_coordinates |= coordinates.is_none();
+                coordinates
             });
-            for (corner, place) in corners.iter_mut().zip(places.iter().flatten()) {
-                corner.places[k] = *place;
+            for (corner, point) in corners.iter_mut().zip(coordinates.iter().flatten()) {
+                corner.texture_coordinates[k] = *point;
             }
-            self.colours[k].build_coat(places.as_deref())
+            self.colours[k].build_coat(coordinates.as_deref())
         });
         let texture = self.colours[0].texture.as_ref();
         let mut was_white =

@@ -12,6 +12,8 @@ mod polygon;
 mod surface;
 
 pub use crate::paint::from_srgb;
+pub(crate) use polygon::is_convex_quad;
+pub(crate) use surface::is_solvable_emission;
 
 use crate::error::{Error, Result};
 use crate::file;

@@ -1,5 +1,5 @@
-//! Splits input polygons into planar convex faces: a planar convex quad stays a quad, other polygons are cut
-//! into triangles by ear clipping.
+//! Splits input polygons into planar convex faces: a planar convex quad stays a quad, other polygons are cut into
+//! triangles by ear clipping. The builder splits every face of a file by it.
 
 use glam::DVec3;
 
@@ -16,6 +16,9 @@ const MAX_RELATIVE_BEND: f64 = 1e-4;
 
 /// Sine of the turn at a corner that counts as straight: rounding of f64 coordinates, not of their text.
 const STRAIGHT_CORNER_SINE: f64 = 1e-9;
+
+/// Sine of the turn to the right that counts as straight in a quad that was moved after its import.
+const MAX_STORED_TURN_SINE: f64 = 1e-6;
 
 /// Twice the area of a corner's triangle that counts as zero, per square of the polygon's size.
 const MIN_RELATIVE_AREA: f64 = 1e-12;
@@ -134,6 +137,15 @@ fn is_planar(quad: &[DVec3; 4]) -> bool {
     let tolerance = (PLANARITY_TOLERANCE * largest_coordinate(quad))
         .clamp(PLANARITY_TOLERANCE * diagonal, MAX_RELATIVE_BEND * diagonal);
     vector_area(quad).normalize_or_zero().dot(b - a).abs() <= tolerance
+}
+
+/// Returns whether four corners form a planar convex quad, or one without area, as far as can be known of a quad that
+/// was scaled and moved after its import.
+pub(crate) fn is_convex_quad(quad: &[DVec3; 4]) -> bool {
+    let [a, b, c, d] = *quad;
+    let tolerance = 2.0 * MAX_RELATIVE_BEND * a.distance(c).max(b.distance(d));
+    let bend = vector_area(quad).normalize_or_zero().dot(b - a).abs();
+    is_collinear(quad) || (bend <= tolerance && smallest_turn(quad) >= -MAX_STORED_TURN_SINE)
 }
 
 /// Returns the smallest sine of the left turn at a corner (negative at a reflex corner).

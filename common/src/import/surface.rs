@@ -1,4 +1,5 @@
-//! Diffuse reflectance and emitted radiosity of a face, with the limits of their values.
+//! Diffuse reflectance and emitted radiosity of a face, with the limits of their values. The importers of OBJ and glTF
+//! materials and of vertex colours check theirs here.
 
 use crate::paint::MAX_WHITE_REFLECTANCE;
 use glam::{DVec3, Vec3};
@@ -6,13 +7,15 @@ use glam::{DVec3, Vec3};
 /// Reflectance of a face without a material; the note on such faces states it.
 pub const DEFAULT_REFLECTANCE: f32 = 0.7;
 
-/// Smallest and largest emitted radiosity that can be solved, W/m². Within it f32 holds the square of the
-/// power of a million such faces between walls that reflect it a million times, and the part of it that one
-/// texel receives. The sun's surface emits 6e7.
+/// Smallest and largest emitted radiosity E that can be solved, W/m². The solvers hold in f32, at most 3.4e38, the square
+/// of the radiosity E/(1 − ρ) between walls of reflectance ρ ≤ 1 − 2⁻²⁴: (1e12 · 2²⁴)² = 2.8e38. And they hold in f32, as
+/// normal numbers from 1.2e-38, the part that a texel receives by form factors F down to 1.2e-26: 1e-12 · F ≥ 1.2e-38.
+/// The sun's surface emits 6e7.
 const EMISSION_RANGE: [f32; 2] = [1e-12, 1e12];
 
-/// Returns the reflectance ρ of a material ([`MAX_WHITE_REFLECTANCE`] replaces 1), 0 ≤ ρ < 1, and its emitted radiosity
-/// E = πL, W/m², from its radiance L. `names` are the file's names of both, for messages.
+/// Returns the reflectance ρ of a material, 0 ≤ ρ < 1, and its emitted radiosity E = πL, W/m², from its radiance L.
+/// [`MAX_WHITE_REFLECTANCE`] replaces 1, which exporters write for an unset colour and which would absorb no light.
+/// `names` are the file's names of both, for messages.
 ///
 /// Errors: a value is negative, not finite or out of range.
 pub fn diffuse_surface(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) -> Result<[Vec3; 2], String> {
@@ -33,8 +36,7 @@ pub fn diffuse_surface(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) ->
         ));
     }
     let [min_emission, max_emission] = EMISSION_RANGE;
-    let largest = emission.max_element();
-    if largest > max_emission || (largest > 0.0 && largest < min_emission) {
+    if !is_solvable_emission(emission) {
         return Err(format!(
             "emitted radiance {radiance_name} {} cannot be solved: its largest channel must be 0 \
              or between {:.0e} and {:.0e}; use another unit",
@@ -45,6 +47,13 @@ pub fn diffuse_surface(reflectance: DVec3, radiance: DVec3, names: [&str; 2]) ->
     }
     let white = Vec3::splat(MAX_WHITE_REFLECTANCE);
     Ok([Vec3::select(rho.cmpeq(Vec3::ONE), white, rho), emission])
+}
+
+/// Returns whether an emitted radiosity is at least 0, and its largest channel 0 or within the range that can be solved.
+pub(crate) fn is_solvable_emission(emission: Vec3) -> bool {
+    let [min_emission, max_emission] = EMISSION_RANGE;
+    let largest = emission.max_element();
+    emission.cmpge(Vec3::ZERO).all() && (largest == 0.0 || (min_emission..=max_emission).contains(&largest))
 }
 
 fn format_triple(v: DVec3) -> String {

@@ -1,4 +1,5 @@
-//! Reflectance and radiance that vary over a face: textures and vertex colours.
+//! Reflectance and radiance that vary over a face: textures and vertex colours. The importers make paint, and the mesh
+//! takes each texel's means from it.
 //!
 //! A face is one triangle or two. Texture coordinates and colours are linear on each triangle. So the part
 //! of a triangle within a texel is a polygon on the picture, and the mean over it is exact.
@@ -51,7 +52,7 @@ pub struct Coat {
 pub struct PaintCorner {
     /// Coordinates on the textures of reflectance and of radiance; (0, 0) is a picture's upper left corner,
     /// (1, 1) its lower right one.
-    pub places: [DVec2; 2],
+    pub texture_coordinates: [DVec2; 2],
     /// Colour, linear Rec. 709.
     pub colour: DVec3,
 }
@@ -187,7 +188,7 @@ impl Paint {
 
     /// Returns the map from a triangle's coordinates to the picture of coat `k`.
     fn picture_map(&self, k: usize, corners: [usize; 3]) -> DAffine2 {
-        let [a, b, c] = corners.map(|corner| self.corners[corner].places[k]);
+        let [a, b, c] = corners.map(|corner| self.corners[corner].texture_coordinates[k]);
         DAffine2::from_mat2_translation(DMat2::from_cols(b - a, c - a), a)
     }
 }
@@ -253,7 +254,7 @@ mod tests {
 
     fn corner(colour: [f64; 3]) -> PaintCorner {
         PaintCorner {
-            places: [DVec2::ZERO; 2],
+            texture_coordinates: [DVec2::ZERO; 2],
             colour: DVec3::from(colour),
         }
     }
@@ -321,7 +322,7 @@ mod tests {
         // Two pixels, 0 and 1; red grows from 0 to 1 along them: ∫ from ½ to 1 of x.
         let picture = TexturePicture::new([2, 1], vec![[0.0; 3], [1.0; 3]]);
         let place = |x: f64, y: f64| PaintCorner {
-            places: [DVec2::new(x, y); 2],
+            texture_coordinates: [DVec2::new(x, y); 2],
             colour: DVec3::new(x, 1.0, 1.0),
         };
         let texture = WrappedTexture {

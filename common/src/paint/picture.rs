@@ -1,4 +1,5 @@
-//! Texture pictures and their exact means over polygons, by integrals along the outline.
+//! Texture pictures and their exact means over polygons, by integrals along the outline. [`crate::paint`] averages
+//! textures over texels by them.
 //!
 //! ```text
 //! ∫∫ c dx dy = ∮ C dy        C(x, y) = ∫₀ˣ c(t, y) dt

@@ -1,34 +1,40 @@
 //! Choice of the radiosity d that each patch shoots in a pass r ← r − α(d − ρ T d/A): Southwell, Chebyshev or
-//! conjugate gradients. For every d, r is the unshot radiosity, so the choice changes the time and not the solution.
+//! conjugate gradients. T d is the flux (W) that the patches receive from d, A their areas and α the step, which is 1
+//! except in conjugate gradients. For every d and α, r is the unshot radiosity, so the choice changes the time and not
+//! the solution. [`crate::passes`] runs the passes.
 
 use crate::mesh::{Mesh, Patch, area_mean};
 use crate::settings::Iteration;
 use glam::{DVec3, Vec3};
 
-/// Reflectance above which the step length of conjugate gradients is 1.
+/// Reflectance ρ that limits the step of conjugate gradients to 1/(1 − ρ); a longer step is replaced by 1.
 const MAX_STEP_REFLECTANCE: f64 = 0.9999;
 /// Largest reflectance in the Chebyshev polynomial: 16 roundings of f32, the precision of links, below 1.
 const MAX_CHEBYSHEV_REFLECTANCE: f64 = 1.0 - 8.0 * f32::EPSILON as f64;
 /// Maximum passes without progress before an iteration restarts.
 const MAX_STALLED_PASSES: u32 = 4;
 
-/// Unshot and shot radiosity of the patches; r, S and d in W/m², by channel.
+/// Unshot and shot radiosity of the patches, W/m² by channel.
 pub struct PassState {
-    /// Unshot: r.
+    /// Unshot radiosity r.
     pub residual: Vec<DVec3>,
-    /// Shot so far: S.
+    /// Radiosity that was shot so far: the sum of α d over the passes.
     pub shot: Vec<DVec3>,
     /// Area of each patch.
     pub areas: Vec<f64>,
+    /// Mean reflectance of each patch.
     reflectance: Vec<DVec3>,
+    /// The latest pass since the start or restart.
     last: Option<LatestPass>,
-    /// Least unshot power after a pass, and the passes since.
+    /// Least unshot power after a pass.
     least_unshot: f64,
+    /// Passes since then.
     stalled_passes: u32,
 }
 
 /// The latest pass.
 struct LatestPass {
+    /// Radiosity d that each patch shot, before the step.
     direction: Vec<DVec3>,
     /// Residual before it.
     residual: Vec<DVec3>,
@@ -36,7 +42,7 @@ struct LatestPass {
     energy: DVec3,
     /// Factor of the Chebyshev recurrence.
     chebyshev: DVec3,
-    /// Passes before it.
+    /// Passes before it since the start or restart.
     passes: u32,
 }
 
@@ -141,8 +147,9 @@ impl PassState {
     }
 
     /// Makes `direction` conjugate in the product Σ a b A/ρ, in which ρF is symmetric by reciprocity.
-    /// The β of Polak & Ribière (1969) tolerates links that are not quite reciprocal. The first pass shoots
-    /// r itself, so that patches that reflect nothing have nothing unshot after it.
+    /// The β of Polak & Ribière (1969) tolerates links that are not quite reciprocal. The first pass shoots r with
+    /// step 1, so that patches that reflect nothing have nothing unshot after it. Conjugate gradients begin with the
+    /// second pass, whose direction is r as well.
     fn conjugate_direction(&self, direction: &mut [DVec3]) {
         let Some(last) = self.last.as_ref().filter(|last| last.passes > 0) else {
             return;
@@ -155,11 +162,11 @@ impl PassState {
         }
     }
 
-    /// Returns the step along `direction` that minimises the error.
+    /// Returns the step along `direction` that minimises the error; 1 where there is none or it is too long.
     fn step_length(&self, direction: &[DVec3], net: &[DVec3]) -> DVec3 {
         let along = self.energy_product(direction, &self.residual);
         let step = quotient_or_zero(along, self.energy_product(direction, net));
-        // Without a step: no patch that reflects shoots in this channel, or the error has no minimum.
+        // No step above 0: no patch that reflects shoots in this channel, or the error has no minimum along it.
         DVec3::select(
             step.cmpgt(DVec3::ZERO) & step.cmplt(DVec3::splat(1.0 / (1.0 - MAX_STEP_REFLECTANCE))),
             step,
@@ -184,6 +191,7 @@ pub fn patch_means(mesh: &Mesh, value: impl Fn(&Patch, usize) -> Vec3) -> Vec<DV
     mesh.patches.iter().map(mean).collect()
 }
 
+/// Returns a/b by channel; 0 where b is not positive.
 fn quotient_or_zero(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::select(b.cmpgt(DVec3::ZERO), a / b, DVec3::ZERO)
 }

@@ -3,7 +3,8 @@
 //! ```text
 //! r ← r − α(d − ρ T d/A)    S ← S + α d    T_ci = Σ_{j∈c} w_ji A_j
 //! ```
-//! A patch shoots its mean residual, so the choice of shooters needs only the transfer T between patches.
+//! r is the unshot radiosity of a patch, S what it has shot, A its area, ρ its reflectance, w_ji the link from patch i to
+//! texel j, and α the step along d. A patch shoots its mean residual, so the choice of shooters needs only the transfer T between patches.
 //! A pass shoots d, chosen by [`iteration`], from many patches at once; the texels receive all shots
 //! together at the end: H = Σ w S. The links and the sums are those of [`crate::shooting`], in which one
 //! patch at a time shoots to every texel.
@@ -41,7 +42,7 @@ impl PatchClosure {
 /// An engine that shoots from many patches at once.
 pub trait Exchange {
     /// Returns whether the transfer between all patches fits into memory.
-    fn has_room(&self) -> bool;
+    fn transfer_fits(&self) -> bool;
 
     /// Returns whether each patch's links are scaled to its closure.
     fn conserves_energy(&self) -> bool;
@@ -68,7 +69,7 @@ pub trait Engine: Restart + Exchange {}
 
 impl<T: Restart + Exchange> Engine for T {}
 
-/// Callback that receives the progress, 0…1, after every link and every pass; it may break.
+/// Callback that receives the progress, 0…1, after the links of each patch and after every pass; it may break.
 pub type ProgressCallback<'a> = &'a mut dyn FnMut(f64) -> ControlFlow<()>;
 
 /// Solves by the schedule's iteration; by single shots if the transfer between patches does not fit into
@@ -79,7 +80,7 @@ pub fn solve_by_schedule(
     schedule: &Schedule,
     watch: ProgressCallback,
 ) -> Result<SolveRun> {
-    if schedule.iteration == Iteration::Southwell || !engine.has_room() {
+    if schedule.iteration == Iteration::Southwell || !engine.transfer_fits() {
         return shooting::shoot_until_converged(engine, &schedule.with_southwell(), &mut |shot, emitted| {
             watch(shooting::solve_progress(shot, emitted, schedule.epsilon))
         });
@@ -105,7 +106,8 @@ pub fn solve_by_schedule(
     Ok(solve.finish_run(field))
 }
 
-/// Maximum rounds in which the patches' residuals are recomputed from their texels, where ρ varies within patches.
+/// Maximum rounds in which the patches' residuals are recomputed from their texels, where ρ varies within patches, and
+/// shot; one more recomputation follows.
 const MAX_TEXEL_CORRECTIONS: u32 = 8;
 
 /// Passes of conjugate gradients without a gain ([`GAIN_RATIO`]) after which the solve ends: links too far from
@@ -130,7 +132,7 @@ struct BestPass {
 impl BestPass {
     fn new(state: &PassState) -> Self {
         Self {
-            // The first pass is the best so far.
+            // The first pass is always better.
             unshot: f64::INFINITY,
             residual: Vec::new(),
             shot: Vec::new(),
@@ -238,7 +240,7 @@ impl<'a> PassSolver<'a> {
     }
 
     /// Chooses the radiosity that each patch shoots, from `max_shooters` patches at most. Patches without
-    /// links shoot only if the threshold cannot be reached without them.
+    /// links shoot only if their power exceeds an equal share of half the threshold.
     fn choose_direction(&mut self, max_shooters: u64) -> Vec<DVec3> {
         let share = 0.5 * self.unshot_threshold() / self.mesh.patches.len() as f64;
         let takes_part = |k: usize| self.closures[k].is_some() || self.state.patch_power(k) > share;

@@ -201,7 +201,7 @@ fn captured_residual(mesh: &Mesh, room: &RoomRadiosity) -> Vec<Vec4> {
     let mut values = vec![Vec4::ZERO; mesh.texels.len()];
     for patch in mesh.patches.iter().filter(|c| !mesh.is_object(c.face)) {
         for k in patch.texels() {
-            let covered_emission = mesh.texels[k].emission * (1.0 - patch.open_share_before);
+            let covered_emission = mesh.texels[k].emission * (1.0 - patch.room_open_share);
             values[k] = room.radiosity[k] - room.residual[k] - covered_emission.extend(0.0);
         }
     }
@@ -230,7 +230,7 @@ fn first_change(
             let (radiosity, unshot) = if object {
                 (emission + gained, emission * patch.open_share + gained)
             } else {
-                let covered_emission = surface.emission[k] * (patch.open_share_before - patch.open_share);
+                let covered_emission = surface.emission[k] * (patch.room_open_share - patch.open_share);
                 (gained, if keep { gained - covered_emission } else { Vec3::ZERO })
             };
             change.radiosity[k] = radiosity.extend(0.0);

@@ -1,4 +1,5 @@
-//! Recovery of a captured wall's reflectance and emission from its radiosity.
+//! Recovery of a captured wall's reflectance and emission from its radiosity. Relights reflect and emit by the
+//! recovered values.
 //!
 //! ```text
 //! B₀ = E + ρH₀

@@ -1,5 +1,5 @@
-//! Visibility between a texel and a shooter. Each method has only the options that it reads: rays have no
-//! pixels.
+//! Visibility between a texel and a shooter. Each method has only the options that it reads: rays have no pixels. Both
+//! engines read it, and the comparison of their visibilities.
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};

@@ -1,15 +1,19 @@
-//! Faces in the description files `result.json` and `room.json`.
+//! Faces in the description files `result.json` and `room.json`. The reader and the writer of a solution share them
+//! with the maps of a captured room.
 
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::MAX_TEXELS;
-use crate::scene::{Face, Shape};
-use crate::texel;
+use crate::import::{is_convex_quad, is_solvable_emission};
+use crate::mesh::{MAX_TEXELS, scene_bounds};
+use crate::scene::{Face, Scene, Shape};
 use crate::text::escape_control;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
+
+/// Largest value of a stored texel, W/m².
+const MAX_STORED_VALUE: f32 = 1e18;
 
 /// A description file.
 #[derive(Deserialize)]
@@ -98,7 +102,12 @@ impl FaceEntry {
             let count = self.corners.len();
             return Err(format!("has {count} corners instead of {expected}"));
         }
-        if !self.emission.iter().all(|e| e.is_finite()) {
+        if let Ok(corners) = <[[f64; 3]; 4]>::try_from(self.corners.as_slice())
+            && !is_convex_quad(&corners.map(DVec3::from))
+        {
+            return Err("its corners are not those of a planar, convex quad".into());
+        }
+        if !is_in_range(self.emission.into()) {
             return Err("its emission is out of range".into());
         }
         if !is_reflectance(self.reflectance.into()) {
@@ -114,13 +123,16 @@ impl FaceEntry {
         Ok(())
     }
 
-    /// Checks that the face's emission is not negative.
+    /// Checks that the face's emission can be solved; only that by texel, which a capture writes, may be negative.
     ///
     /// Errors: a message that follows the face's label.
     pub(crate) fn check_emission(&self) -> std::result::Result<(), String> {
-        match self.emission {
-            [r, g, b] if r.min(g).min(b) >= 0.0 => Ok(()),
-            other => Err(format!("its emission {other:?} is not at least 0 in every channel")),
+        match is_solvable_emission(self.emission.into()) {
+            true => Ok(()),
+            false => Err(format!(
+                "its emission {:?} is negative in a channel or cannot be solved: use another unit",
+                self.emission
+            )),
         }
     }
 
@@ -138,7 +150,7 @@ impl FaceEntry {
 }
 
 /// Converts entries to faces, with the two sides of each sheet joined.
-pub(crate) fn build_faces(entries: &[FaceEntry]) -> Vec<Face> {
+fn build_faces(entries: &[FaceEntry]) -> Vec<Face> {
     let mut faces: Vec<Face> = entries.iter().map(FaceEntry::to_face).collect();
     join_sheets(&mut faces);
     faces
@@ -149,21 +161,28 @@ pub(crate) fn is_reflectance(reflectance: Vec3) -> bool {
     (reflectance.cmpge(Vec3::ZERO) & reflectance.cmplt(Vec3::ONE)).all()
 }
 
-/// Returns the first face with which the sum of radiosity over texels and channels exceeds the range of
-/// 32-bit floats, as the sum of power would. `radiosity` is in face order, `resolutions` are W×H.
-pub(crate) fn first_too_bright(radiosity: &[Vec3], resolutions: &[[u32; 2]]) -> Option<usize> {
-    let mut rest = radiosity;
-    let mut sum = 0.0;
-    resolutions.iter().position(|resolution| {
-        let (own, others) = rest.split_at(texel::texel_count(*resolution) as usize);
-        rest = others;
-        sum += own.iter().map(|b| b.as_dvec3().abs().element_sum()).sum::<f64>();
-        sum > f64::from(f32::MAX)
-    })
+/// Returns whether all values of a texel are small enough for 32-bit floats to hold the squares of their sums.
+pub(crate) fn is_in_range(value: Vec3) -> bool {
+    value.abs().cmple(Vec3::splat(MAX_STORED_VALUE)).all()
 }
 
-/// Message about such a face.
-pub(crate) const TOO_BRIGHT: &str = "its radiosity is too large to be summed in 32-bit floats: reduce the light";
+/// Returns the scene of a description at `path`, with its name.
+///
+/// Errors: its extent cannot be solved, no face has an area, or its lamps are lost in it.
+pub(crate) fn build_scene(path: &Path, name: &str, entries: &[FaceEntry]) -> Result<Scene> {
+    let scene = Scene {
+        name: escape_control(name),
+        faces: build_faces(entries),
+        notes: Vec::new(),
+    };
+    let refuse = |message: String| Err(Error::bad_input(path, "", message));
+    match scene_bounds(&scene) {
+        Err(Error::Input { message, .. }) => refuse(message),
+        Err(other) => Err(other),
+        Ok(_) if scene.faces.iter().all(|face| face.area() == 0.0) => refuse("none of its faces has an area".into()),
+        Ok(_) => scene.explain_lost_lamps().map_or(Ok(scene), refuse),
+    }
+}
 
 /// Returns the label of face `k` in messages.
 pub(crate) fn face_label(k: usize) -> String {

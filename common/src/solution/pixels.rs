@@ -1,4 +1,5 @@
-//! Decoding of EXR files to named planes of 32-bit floats.
+//! Decoding of EXR files to named planes of 32-bit floats. Lightmaps, maps of captured rooms and OpenEXR panoramas are
+//! read by it.
 
 use crate::error::{Error, Result};
 use crate::file;

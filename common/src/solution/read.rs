@@ -2,15 +2,12 @@
 //! solve or, in the same layout, by another program.
 
 use crate::error::{Error, Result};
-use crate::file;
+use crate::file::{self, file_checksum};
 use crate::scene::Scene;
-use crate::solution::faces::{
-    Description, FaceEntry, TOO_BRIGHT, build_faces, face_label, first_too_bright, is_reflectance,
-};
+use crate::solution::faces::{Description, FaceEntry, build_scene, face_label, is_in_range, is_reflectance};
+use crate::solution::pending::locate_file;
 use crate::solution::pixels::ImagePlanes;
-use crate::solution::write::file_checksum;
 use crate::texel;
-use crate::text::escape_control;
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -46,10 +43,10 @@ impl StoredSolution {
     /// Errors: a file that is missing, damaged or truncated, a face without geometry or with a rectangle outside the
     /// image, a missing channel, a value that is not finite; each message names the file and the face.
     pub fn read(dir: &Path) -> Result<Self> {
-        let path = dir.join("result.json");
+        let path = locate_file(dir, "result.json");
         let description = Description::read(&path, "solve", "a directory written by solve is needed")?;
         let faces = &description.faces;
-        let lightmap = Lightmap::read(&path, &description)?;
+        let lightmap = Lightmap::read(dir, &path, &description)?;
         let mut others = BTreeMap::new();
         for name in KEPT_CHANNELS {
             if let Some(values) = lightmap.channel_values(&format!("{name}."))? {
@@ -61,9 +58,6 @@ impl StoredSolution {
             .ok_or_else(|| Error::bad_input(&lightmap.path, "", "lacks a channel of R, G and B (radiosity)"))?;
         let resolutions: Vec<[u32; 2]> = faces.iter().map(|e| e.texels).collect();
         let first = texel::first_texels(&resolutions);
-        if let Some(k) = first_too_bright(&radiosity, &resolutions) {
-            return Err(Error::bad_input(&lightmap.path, face_label(k), TOO_BRIGHT));
-        }
         let reflectances = others.get("reflectance").into_iter().flatten().enumerate();
         if let Some((texel, rho)) = { reflectances }.find(|(_, rho)| !is_reflectance(**rho)) {
             let face = first.partition_point(|start| *start <= texel) - 1;
@@ -78,16 +72,11 @@ impl StoredSolution {
             "{} has no lightmap_crc32: it is not known whether lightmap.exr belongs to it",
             path.display()
         );
-        let scene = Scene {
-            faces: build_faces(faces),
-            notes: description
-                .lightmap_crc32
-                .is_none()
-                .then_some(unknown)
-                .into_iter()
-                .collect(),
-            name: escape_control(&description.scene.unwrap_or_else(|| dir.display().to_string())),
-        };
+        let name = description.scene.clone();
+        let mut scene = build_scene(&path, &name.unwrap_or_else(|| dir.display().to_string()), faces)?;
+        scene
+            .notes
+            .extend(description.lightmap_crc32.is_none().then_some(unknown));
         Ok(Self {
             dir: dir.to_path_buf(),
             resolutions,
@@ -161,8 +150,8 @@ struct Lightmap<'a> {
 }
 
 impl<'a> Lightmap<'a> {
-    /// Reads the lightmap beside the description at `beside`, and checks the faces' rectangles.
-    fn read(beside: &Path, description: &'a Description) -> Result<Self> {
+    /// Reads the lightmap in `dir` of the description at `beside`, and checks the faces' rectangles.
+    fn read(dir: &Path, beside: &Path, description: &'a Description) -> Result<Self> {
         let faces = description.faces.as_slice();
         for (k, entry) in faces.iter().enumerate() {
             let ([w, h], [_, _, width, height]) = (entry.texels, entry.rect.unwrap_or_default());
@@ -171,7 +160,7 @@ impl<'a> Lightmap<'a> {
                 return Err(Error::bad_input(beside, face_label(k), message));
             }
         }
-        let path = beside.with_file_name("lightmap.exr");
+        let path = locate_file(dir, "lightmap.exr");
         let bytes = file::read_input(&path, "")?;
         // A packed atlas is nearly full; a much larger image does not belong to these faces.
         let texels: u64 = faces.iter().map(|e| u64::from(texel::texel_count(e.texels))).sum();
@@ -196,7 +185,7 @@ impl<'a> Lightmap<'a> {
 
     /// Returns one colour per texel, or none if a channel is missing.
     ///
-    /// Errors: a value that is not finite.
+    /// Errors: a value that is not finite or too large.
     fn channel_values(&self, prefix: &str) -> Result<Option<Vec<Vec3>>> {
         let Some([r, g, b]) = self.planes.colour_planes(prefix) else {
             return Ok(None);
@@ -207,8 +196,8 @@ impl<'a> Lightmap<'a> {
             for (x, y) in (y..y + h).flat_map(|y| (x..x + w).map(move |x| (x, y))) {
                 let at = y * self.planes.width + x;
                 let value = Vec3::new(r[at], g[at], b[at]);
-                if !value.is_finite() {
-                    let message = format!("the channels {prefix}R, G, B are not finite at pixel {x}, {y}");
+                if !is_in_range(value) {
+                    let message = format!("the channels {prefix}R, G, B are not finite or too large at pixel {x}, {y}");
                     return Err(Error::bad_input(&self.path, face_label(k), message));
                 }
                 values.push(value);

@@ -1,4 +1,5 @@
-//! Warnings about causes that may change a solution by more than 2 %: codes for scripts, and their meaning.
+//! Warnings about causes that may change a solution by more than 2 %: codes for scripts, and their meaning. The oracle
+//! issues them; `result.json` and the pages show them.
 
 use serde::{Serialize, Serializer};
 

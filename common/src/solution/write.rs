@@ -1,31 +1,26 @@
-//! Writing of a solution. The files have temporary names first and are renamed when all are complete, the
-//! description last. It holds the lightmap's checksum, so that an interruption in between is detected.
+//! Writing of a solution. Its files appear together ([`super::pending`]); the description lists them with their checksums.
 
 use crate::energy::EnergyBalance;
 use crate::error::{Error, Result};
+use crate::file::file_checksum;
 use crate::mesh::{Mesh, MeshFace, Texel};
 use crate::scene::{Face, Scene};
 use crate::settings::Settings;
 use crate::shooting::{RadiosityField, SolveRun};
 use crate::solution::faces::FaceEntry;
-use crate::solution::pending::{PendingFiles, temporary_path};
+use crate::solution::pending::{NamedBytes, PendingFiles};
 use crate::solution::warning::Warning;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2, WritableImage,
 };
 use glam::{DVec3, Vec3, Vec4};
 use serde_json::{Value, json};
-use std::fs;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
-/// Options that the dense matrix solver reads, and a solve to an error besides the error.
+/// Options that the dense solver reads, and a solve to an error besides the error.
 const MATRIX_SETTINGS: [&str; 3] = ["texels", "visibility", "form-factor"];
-
-/// Returns the CRC-32 (ISO 3309) of a file in eight hexadecimal digits.
-pub(crate) fn file_checksum(bytes: &[u8]) -> String {
-    format!("{:08x}", crc32fast::hash(bytes))
-}
 
 /// Wall-clock seconds of the phases before writing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -60,7 +55,7 @@ pub struct Solution<'a> {
     pub warnings: &'a [Warning],
     /// Other notes.
     pub notes: &'a [String],
-    /// Accuracy report of the dense matrix solver, which has no shots and none of their options.
+    /// Accuracy report of the dense solver, which has no shots and none of their options.
     pub matrix: Option<Value>,
     /// Requested error; a solve to an error chooses patches, samples and ε itself.
     pub error: Option<f64>,
@@ -80,25 +75,34 @@ impl Solution<'_> {
     ///
     /// Errors: [`Error::Write`] with the file.
     pub fn write(&self, dir: &Path) -> Result<()> {
-        let start = Instant::now();
         let mut files = PendingFiles::default();
+        self.add_files(dir, Vec::new(), &mut files)?;
+        files.write()
+    }
+
+    /// Adds the files in `dir` to `files`, with `more` files of the same result.
+    ///
+    /// Errors: those of [`encode_exr`].
+    pub fn add_files(&self, dir: &Path, more: Vec<NamedBytes>, files: &mut PendingFiles) -> Result<()> {
+        let start = Instant::now();
         let image = encode_lightmap(self.mesh, &self.run.field, self.has_texel_surfaces())?;
-        files.add(&dir.join("lightmap.exr"), &image)?;
-        match &self.texel_error {
-            Some(off) => {
-                let values: Vec<Vec4> = off.iter().map(|v| Vec4::splat(*v)).collect();
-                let plane = ("Y".to_owned(), atlas_channel(self.mesh, &values, 0));
-                files.add(&dir.join("error.exr"), &encode_exr(self.mesh.atlas, vec![plane])?)?;
-            }
-            // The file of an earlier solve does not belong to this one.
-            None => drop(fs::remove_file(dir.join("error.exr"))),
+        let mut all = vec![("lightmap.exr".to_owned(), image)];
+        if let Some(off) = &self.texel_error {
+            let values: Vec<Vec4> = off.iter().map(|v| Vec4::splat(*v)).collect();
+            let plane = ("Y".to_owned(), atlas_channel(self.mesh, &values, 0));
+            all.push(("error.exr".to_owned(), encode_exr(self.mesh.atlas, vec![plane])?));
         }
+        all.extend(more);
+        let checksums = all.iter().map(|(name, bytes)| (name.as_str(), file_checksum(bytes)));
+        let checksums: BTreeMap<&str, String> = checksums.collect();
         let mut description = self.summarise_run();
         description["seconds"]["write"] = start.elapsed().as_secs_f64().into();
         description["faces"] = json!(self.describe_faces());
-        description["lightmap_crc32"] = file_checksum(&image).into();
-        files.add(&dir.join("result.json"), format!("{description:#}\n").as_bytes())?;
-        files.rename_files()
+        description["lightmap_crc32"] = json!(checksums["lightmap.exr"]);
+        description["files"] = json!(checksums);
+        all.push(("result.json".to_owned(), format!("{description:#}\n").into_bytes()));
+        all.into_iter().for_each(|(name, bytes)| files.add(dir, name, bytes));
+        Ok(())
     }
 
     /// Returns `result.json` without the faces and the entries that are known after writing.
@@ -176,27 +180,6 @@ fn face_means(mesh: &Mesh) -> Vec<[[f32; 3]; 2]> {
     sums.into_iter()
         .map(|(emission, reflectance, area)| [mean(emission, area), mean(reflectance, area)])
         .collect()
-}
-
-/// Creates `dir` if needed and checks that files can be written to it, before any long work.
-///
-/// Errors: [`Error::Write`] with the directory.
-pub fn prepare_directory(dir: &Path) -> Result<()> {
-    let fail = |source| Error::Write {
-        path: dir.to_path_buf(),
-        source,
-    };
-    fs::create_dir_all(dir).map_err(fail)?;
-    let probe = temporary_path(&dir.join(".radiosity-probe"));
-    fs::write(&probe, b"").map_err(fail)?;
-    fs::remove_file(&probe).map_err(fail)
-}
-
-/// Writes `bytes` to `path`, by way of a temporary name.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut file = PendingFiles::default();
-    file.add(path, bytes)?;
-    file.rename_files()
 }
 
 /// Encodes the atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is true; pixels

@@ -97,6 +97,12 @@ pub fn notes<'a>(scene: &'a Scene, words: &str) -> Vec<&'a str> {
     notes.filter(|note| note.contains(words)).collect()
 }
 
+/// Returns the volume that fronts enclose: positive of a body, negative of a room seen from inside.
+pub fn enclosed_volume(scene: &Scene) -> f64 {
+    let cone = |c: &[DVec3]| c.windows(2).map(|w| c[0].dot(w[0].cross(w[1]))).sum::<f64>() / 6.0;
+    scene.faces.iter().map(|f| cone(f.outline())).sum()
+}
+
 /// Returns the outline corners of each face.
 pub fn corners(scene: &Scene) -> Vec<Vec<[f64; 3]>> {
     let outlines = scene.faces.iter().map(|face| face.outline().iter());

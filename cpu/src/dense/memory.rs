@@ -1,4 +1,5 @@
-//! Memory of the dense matrix: n² weights and their factors in f64, 16 n² bytes.
+//! Memory of the dense matrix: n² weights and their factors in f64, 16 n² bytes. A dense solve that does not fit is
+//! refused by it before anything is allocated.
 
 use common::scene::Scene;
 use common::{Error, Result};

@@ -95,6 +95,20 @@ impl Clusters {
     /// Appends the radiosity of each cluster to that of the nodes. Mean and slopes hold the x, y and z of ∫ B n dA
     /// over the area; `deviation` is the deviation between faces.
     pub fn pull_radiosity(&self, tree: &TexelTree, radiosity: &mut Vec<LinearRadiosity>) {
+        self.pull_sums(tree, radiosity, FlowSums::fit_radiosity);
+    }
+
+    /// The same as if each cluster had the mean radiosity of its faces everywhere.
+    pub fn pull_constant_radiosity(&self, tree: &TexelTree, radiosity: &mut Vec<LinearRadiosity>) {
+        self.pull_sums(tree, radiosity, FlowSums::fit_constant);
+    }
+
+    fn pull_sums(
+        &self,
+        tree: &TexelTree,
+        radiosity: &mut Vec<LinearRadiosity>,
+        fit: impl Fn(&FlowSums) -> LinearRadiosity,
+    ) {
         let first = tree.nodes.len();
         radiosity.resize(first + self.all.len(), LinearRadiosity::default());
         let mut sums = vec![FlowSums::default(); self.all.len()];
@@ -109,7 +123,7 @@ impl Clusters {
                     }
                 }
             }
-            radiosity[first + k] = own.fit_radiosity();
+            radiosity[first + k] = fit(&own);
             sums[k] = own;
         }
     }
@@ -119,6 +133,8 @@ impl Clusters {
 #[derive(Clone, Copy, Default)]
 struct FlowSums {
     area: f32,
+    /// ∫ n dA.
+    normal: Vec3,
     /// ∫ B n dA by axis.
     flow: [Vec3; 3],
     /// ∫ B dA.
@@ -135,6 +151,7 @@ impl FlowSums {
         let varies = source.deviation * source.deviation + x * x * xx + y * y * yy + x * y * (2.0 * xy);
         Self {
             area,
+            normal: root.shooter.normal * area,
             flow: root.shooter.normal.to_array().map(|n| source.mean * (area * n)),
             light: source.mean * area,
             square: (source.mean * source.mean + varies) * area,
@@ -143,6 +160,7 @@ impl FlowSums {
 
     fn add_part(&mut self, part: &Self) {
         self.area += part.area;
+        self.normal += part.normal;
         for (own, part) in self.flow.iter_mut().zip(part.flow) {
             *own += part;
         }
@@ -161,6 +179,19 @@ impl FlowSums {
             mean: x,
             slope: [y, z],
             deviation: rest.map(f32::sqrt),
+        }
+    }
+
+    fn fit_constant(&self) -> LinearRadiosity {
+        if self.area <= 0.0 {
+            return LinearRadiosity::default();
+        }
+        let mean = self.light / self.area;
+        let [x, y, z] = (self.normal / self.area).to_array().map(|n| mean * n);
+        LinearRadiosity {
+            mean: x,
+            slope: [y, z],
+            deviation: Vec3::ZERO,
         }
     }
 }

@@ -142,11 +142,10 @@ impl ClusterInteraction<'_> {
                 let normal = -self.block.lane_normal(l);
                 let up = normal.dot(d).max(0.0);
                 let square = d.length_squared().max(1e-12);
-                let out = cluster.axis.dot(d).max(0.0);
                 let correction = kernel_correction(cluster, normal, d);
                 let own = cluster.area * up / (PI * square * square) * correction;
-                // At any distance the form factor is at most 1.
-                let most = 1.0 / out.max(1e-12);
+                // At any distance, and wherever the bright faces of the cluster look, H is at most their radiosity.
+                let most = 1.0 / square.sqrt();
                 let own: Vec3 = d * (own.min(most) * points.weight[l]);
                 for (sum, own) in sum.iter_mut().zip(own.to_array()) {
                     sum[l] += own;

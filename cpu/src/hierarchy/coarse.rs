@@ -50,7 +50,8 @@ pub struct CoarseNodes {
     beneath: Vec<u32>,
     /// Factor of each node's irradiance that keeps K from gaining energy.
     cap: Vec<f32>,
-    /// Sources have no slope. Between two faces that see little but each other, extrapolated slopes may gain energy.
+    /// Sources have no slope: between two faces that see little but each other, extrapolated slopes may gain energy. The
+    /// radiosity of a node is then a mean of those of coarse nodes, so that K gains no more than the sums of its rows.
     pub constant_radiosity: bool,
 }
 
@@ -110,6 +111,11 @@ impl CoarseNodes {
         }
     }
 
+    /// Returns the number of coarse nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
     /// Prepares the sources of `links`, so that [`Self::fit_sources`] sets their radiosity.
     pub fn prepare_sources(&mut self, links: &[Vec<StoredLink>]) {
         let nodes = links.iter().flatten().map(|stored| stored.node);
@@ -123,7 +129,7 @@ impl CoarseNodes {
     pub fn limit_gain(&mut self, sums: &[[LaneValues; 3]]) {
         let received = self.received_irradiance(sums);
         for (cap, received) in self.cap.iter_mut().zip(received) {
-            *cap = 1.0 / received.max_element().max(1.0);
+            *cap /= received.max_element().max(1.0);
         }
     }
 
@@ -150,23 +156,20 @@ impl CoarseNodes {
         parts.sum::<glam::DVec3>().max_element()
     }
 
+    /// Returns Σ (1 − ρ) |H| A over the nodes' open area, of the largest channel.
+    pub fn absorbed_power(&self, received: &[Vec3]) -> f64 {
+        let nodes = received.iter().zip(&self.nodes);
+        let absorbed = nodes.map(|(h, coarse)| *h * (Vec3::ONE - coarse.reflectance));
+        self.total_power(&absorbed.collect::<Vec<_>>())
+    }
+
     /// Sets the radiosity of all prepared sources from `values` of the coarse nodes (pull, then push). Coarse nodes
     /// and their descendants have the slope of the coarse node's parent.
     pub fn fit_sources(&self, tree: &TexelTree, values: &[Vec3], sources: &mut [LinearRadiosity]) {
-        let part = |k: u32| {
-            let n = self.index[k as usize];
-            (n != NO_COARSE_NODE).then(|| (self.nodes[n as usize].area, values[n as usize]))
-        };
-        let slot = |k: u32| self.slot[k as usize] as usize;
-        pull_nodes(tree, &self.above, slot, part, sources);
-        for coarse in &self.nodes {
-            let parent = tree.nodes[coarse.node as usize].parent;
-            sources[coarse.node as usize].slope = sources[parent as usize].slope;
-        }
         if self.constant_radiosity {
-            for k in &self.above {
-                sources[*k as usize].slope = [Vec3::ZERO; 2];
-            }
+            self.average_nodes(tree, values, sources);
+        } else {
+            self.fit_nodes(tree, values, sources);
         }
         for k in &self.beneath {
             let node = &tree.nodes[*k as usize];
@@ -180,6 +183,40 @@ impl CoarseNodes {
             sources[*k as usize] = LinearRadiosity {
                 mean: own.mean + x * d.x + y * d.y,
                 ..own
+            };
+        }
+    }
+
+    /// Fits mean and slope of the coarse nodes and their ancestors.
+    fn fit_nodes(&self, tree: &TexelTree, values: &[Vec3], sources: &mut [LinearRadiosity]) {
+        let part = |k: u32| {
+            let n = self.index[k as usize];
+            (n != NO_COARSE_NODE).then(|| (self.nodes[n as usize].area, values[n as usize]))
+        };
+        let slot = |k: u32| self.slot[k as usize] as usize;
+        pull_nodes(tree, &self.above, slot, part, sources);
+        for coarse in &self.nodes {
+            let parent = tree.nodes[coarse.node as usize].parent;
+            sources[coarse.node as usize].slope = sources[parent as usize].slope;
+        }
+    }
+
+    /// Sets the coarse nodes and their ancestors to the mean over their open area, without slope.
+    fn average_nodes(&self, tree: &TexelTree, values: &[Vec3], sources: &mut [LinearRadiosity]) {
+        let mut sums = vec![(0.0, Vec3::ZERO); self.above.len()];
+        for (n, k) in self.above.iter().enumerate() {
+            let (index, children) = (self.index[*k as usize], tree.nodes[*k as usize].children.clone());
+            let (area, light) = if index == NO_COARSE_NODE {
+                let parts = children.map(|child| sums[self.slot[child as usize] as usize]);
+                parts.fold((0.0, Vec3::ZERO), |sum, part| (sum.0 + part.0, sum.1 + part.1))
+            } else {
+                let area = self.nodes[index as usize].area;
+                (area, values[index as usize] * area)
+            };
+            sums[n] = (area, light);
+            sources[*k as usize] = LinearRadiosity {
+                mean: if area > 0.0 { light / area } else { Vec3::ZERO },
+                ..LinearRadiosity::default()
             };
         }
     }
@@ -231,6 +268,22 @@ pub fn gather_over_links(links: &[Vec<StoredLink>], radiosity: &[LinearRadiosity
             sums
         })
         .collect()
+}
+
+/// Sums the amounts of the irradiance over each of `links` at each block.
+pub fn sum_link_amounts(links: &[Vec<StoredLink>], radiosity: &[LinearRadiosity]) -> Vec<[LaneValues; 3]> {
+    let amounts = |links: &Vec<StoredLink>| {
+        let mut sums = [[0.0; LANE_COUNT]; 3];
+        for stored in links {
+            let mut own = [[0.0; LANE_COUNT]; 3];
+            stored.link.add_irradiance(&radiosity[stored.node as usize], &mut own);
+            for (sum, own) in sums.as_flattened_mut().iter_mut().zip(own.as_flattened()) {
+                *sum += own.abs();
+            }
+        }
+        sums
+    };
+    links.par_iter().map(amounts).collect()
 }
 
 /// Adds two fields value by value.

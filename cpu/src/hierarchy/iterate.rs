@@ -2,10 +2,10 @@
 //! high.
 
 use crate::hierarchy::cluster::Clusters;
-use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links};
+use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links, sum_link_amounts};
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TexelTree;
-use common::{Error, Result};
+use common::Result;
 use glam::{DVec3, Vec3};
 
 /// Bounces of the Neumann series before GMRES takes over; in the second half the power must fall at each bounce.
@@ -14,6 +14,9 @@ const MAX_NEUMANN_BOUNCES: usize = 24;
 const GMRES_BASIS_SIZE: usize = 32;
 /// GMRES cycles.
 const MAX_GMRES_CYCLES: usize = 8;
+/// Largest ratio of the power that GMRES finds absorbed to the power that was shot. It is 1 at most where K does not gain;
+/// a solution of a system that gains has much more, with either sign.
+const MAX_ABSORBED_RATIO: f64 = 2.0;
 
 /// The linked system and its source.
 pub struct BounceIteration<'a> {
@@ -43,22 +46,42 @@ pub struct BounceResult {
 }
 
 impl BounceIteration<'_> {
-    /// Iterates until the unshot power, with all its bounces, is the share `tolerance` of the first reflected
-    /// power. Where the power grows, the nodes' radiosity is made constant and the iteration starts again.
+    /// Iterates until the unshot power, with all its bounces, is the share `tolerance` of the first reflected power.
+    /// Where the power grows, the sources' radiosity is made constant and the iteration starts again: then K cannot gain,
+    /// whatever its links. What is not converged in the end is `unshot`.
     ///
-    /// Errors: power that still grows; those of `go_on`, which is called before each bounce.
+    /// Errors: those of `go_on`, which is called before each bounce.
     pub fn iterate_until(&mut self, tolerance: f64, go_on: &mut dyn FnMut() -> Result<()>) -> Result<BounceResult> {
         let source = self.radiosity.clone();
         if let Some(result) = self.iterate_bounces(tolerance, go_on)? {
             return Ok(result);
         }
-        self.coarse.constant_radiosity = true;
+        self.make_radiosity_constant();
         self.radiosity = source;
         let result = self.iterate_bounces(tolerance, go_on)?;
-        result.ok_or_else(|| Error::Fault("light grows from bounce to bounce".into()))
+        Ok(result.unwrap_or_else(|| self.no_light()))
     }
 
-    /// Sums the Neumann series and solves the rest by GMRES; none if the power grows.
+    /// Makes the radiosity of sources constant, and limits the sums of K's rows, by amount, to 1.
+    fn make_radiosity_constant(&mut self) {
+        self.coarse.constant_radiosity = true;
+        let ones = vec![Vec3::ONE; self.coarse.node_count()];
+        self.fit_radiosity(&ones);
+        self.coarse.limit_gain(&sum_link_amounts(self.links, &self.radiosity));
+    }
+
+    /// Returns darkness, for light that is not finite.
+    fn no_light(&self) -> BounceResult {
+        let dark = vec![Vec3::ZERO; self.coarse.node_count()];
+        BounceResult {
+            received: dark.clone(),
+            unshot: dark,
+            converged: false,
+        }
+    }
+
+    /// Sums the Neumann series and solves the rest by GMRES; none if the power is not finite, or if it grows although
+    /// sources vary linearly.
     fn iterate_bounces(
         &mut self,
         tolerance: f64,
@@ -82,14 +105,23 @@ impl BounceIteration<'_> {
             received = add_fields(&received, &step);
             unshot = self.coarse.reflected_radiosity(&step);
             let next = self.coarse.total_power(&unshot);
-            // Every surface absorbs.
-            if !next.is_finite() || bounce >= MAX_NEUMANN_BOUNCES / 2 && next >= power {
+            // Every surface absorbs. Where K cannot gain, the power may still rise for a few bounces.
+            let grows = bounce >= MAX_NEUMANN_BOUNCES / 2 && next >= power && !self.coarse.constant_radiosity;
+            if grows || !next.is_finite() {
                 return Ok(None);
             }
             ratio = (next / power).min(0.99);
             power = next;
         }
         let rest = self.solve_by_gmres(&unshot, tolerance * first, go_on)?;
+        let absorbed = self.coarse.absorbed_power(&rest.received);
+        let most = match self.coarse.constant_radiosity {
+            true => f64::MAX,
+            false => MAX_ABSORBED_RATIO * power,
+        };
+        if absorbed.is_nan() || absorbed > most {
+            return Ok(None);
+        }
         Ok(Some(BounceResult {
             received: add_fields(&received, &rest.received),
             ..rest
@@ -105,13 +137,22 @@ impl BounceIteration<'_> {
 
     /// Returns K·`unshot`.
     fn gather_reflected(&mut self, unshot: &[Vec3]) -> Vec<Vec3> {
-        self.coarse.fit_sources(self.tree, unshot, &mut self.radiosity);
-        self.clusters.pull_radiosity(self.tree, &mut self.radiosity);
+        self.fit_radiosity(unshot);
         self.gather_sources()
     }
 
+    /// Sets the radiosity of all sources from `values` of the coarse nodes.
+    fn fit_radiosity(&mut self, values: &[Vec3]) {
+        self.coarse.fit_sources(self.tree, values, &mut self.radiosity);
+        let pull = match self.coarse.constant_radiosity {
+            true => Clusters::pull_constant_radiosity,
+            false => Clusters::pull_radiosity,
+        };
+        pull(self.clusters, self.tree, &mut self.radiosity);
+    }
+
     /// Solves (1 − Kρ) x = K·unshot by restarted GMRES, each channel by itself, until the reflected power of the
-    /// residual is at most `enough`.
+    /// residual is at most `enough` or falls no more.
     fn solve_by_gmres(
         &mut self,
         unshot: &[Vec3],
@@ -126,9 +167,14 @@ impl BounceIteration<'_> {
                 break;
             }
             let step = self.run_gmres_cycle(&residual, enough, go_on)?;
-            x = x.iter().zip(step).map(|(x, step)| *x + step).collect();
-            let product = self.apply_operator(&x);
-            residual = b.iter().zip(product).map(|(b, own)| *b - own).collect();
+            let next: Vec<DVec3> = x.iter().zip(step).map(|(x, step)| *x + step).collect();
+            let product = self.apply_operator(&next);
+            let rest: Vec<DVec3> = b.iter().zip(product).map(|(b, own)| *b - own).collect();
+            let falls = self.reflected_power(&rest) < self.reflected_power(&residual);
+            if !falls {
+                break;
+            }
+            (x, residual) = (next, rest);
         }
         Ok(BounceResult {
             converged: self.reflected_power(&residual) <= enough,

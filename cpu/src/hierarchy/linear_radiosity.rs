@@ -3,6 +3,10 @@
 use crate::hierarchy::tree::TexelTree;
 use glam::Vec3;
 
+/// Least variance of the parts' places across a node for which a slope is fitted: 10⁻⁶ squared, where the mesh is two units
+/// wide and f32 rounds places to 10⁻⁷.
+const MIN_SECOND_MOMENT: f64 = 1e-12;
+
 /// Radiosity over a node, about its centre.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinearRadiosity {
@@ -85,7 +89,9 @@ impl MomentSums {
         let yy = self.second[1] / self.area - my * my;
         let xy = self.second[2] / self.area - mx * my;
         let determinant = xx * yy - xy * xy;
-        let flat = determinant <= 1e-9 * (xx + yy) * (xx + yy);
+        // Across a sliver the places of parts are rounding errors, which would give any slope.
+        let spread = (xx + yy).abs();
+        let flat = determinant <= (1e-9 * spread).max(MIN_SECOND_MOMENT) * spread;
         for c in 0..3 {
             let mean = self.light[c] / self.area;
             let (px, py) = (

@@ -238,5 +238,9 @@ fn second_moments(outline: &GridOutline, flat: impl Fn(DVec3) -> DVec2) -> [f32;
         sum[2] += own * square(x, y, s.x, s.y);
         area += own;
     }
-    sum.map(|m| if area == 0.0 { 0.0 } else { (m / (12.0 * area)) as f32 })
+    // The area of a sliver may be a rounding error.
+    let corners = [a, b, c, d].map(DVec2::length_squared);
+    let most = corners.into_iter().fold(0.0, f64::max);
+    let moment = |m: f64| (m / (12.0 * area)).clamp(-most, most) as f32;
+    sum.map(|m| if area == 0.0 { 0.0 } else { moment(m) })
 }

@@ -1,5 +1,6 @@
 //! Shadow regions: octagons on a receiver's plane around the penumbra of an occluder. The shadows of a convex face from
-//! all points of a convex patch lie in the hull of its corners' shadows from the patch's corners.
+//! all points of a convex patch lie in the hull of its corners' shadows from the patch's corners. Rows and the refinement
+//! of links trace rays only to texels inside a region.
 
 use crate::occlusion::polygon::{ConvexPolygon, OrientedPlane};
 use crate::occlusion::shaft::OCCLUDER_MARGIN;
@@ -13,7 +14,8 @@ pub enum ShadowRegion {
     Nowhere,
     /// The octagon between these values of u, v, u + v and u − v in the receiver's frame.
     Within(Vec4, Vec4),
-    /// The whole plane: the face reaches as high above the receiver as the patch.
+    /// The whole plane: the patch touches it, or a part of the face reaches almost as high as the patch, where shadows
+    /// have no bound, and does not certainly cast them beside the receiver.
     Anywhere,
 }
 
@@ -32,8 +34,8 @@ impl ShadowRegion {
     }
 }
 
-/// A part of an occluder closer to the patch than this share of the patch's height casts its shadow too far away for an
-/// octagon.
+/// Share h of the height of the patch's lowest corner. The part of an occluder above 1 − h of that height casts its
+/// shadow too far away for an octagon; below, a shadow is at most 1/h times as far from the patch as the occluder.
 const MIN_HEIGHT_SHARE: f64 = 0.05;
 
 /// Returns the region of the shadow of `occluder` on the plane of `receiver` from the patch with these `corners`.
@@ -59,50 +61,51 @@ pub fn penumbra_region(
     if part.is_empty() {
         return ShadowRegion::Nowhere;
     }
-    let (near, far) = part.split_by(&raised((1.0 - MIN_HEIGHT_SHARE) * lowest));
-    // Least from the patch's highest corner: h/(h − height).
-    let farther = highest / (highest - (1.0 - MIN_HEIGHT_SHARE) * lowest);
-    if !near.is_empty() && !falls_beyond(&near, &patch, receiver, farther as f32) {
+    let (high_part, low_part) = part.split_by(&raised((1.0 - MIN_HEIGHT_SHARE) * lowest));
+    // A shadow from height h stretches distances to the side by h/(h − height), least from the highest corner.
+    let min_stretch = highest / (highest - (1.0 - MIN_HEIGHT_SHARE) * lowest);
+    if !high_part.is_empty() && !falls_beyond(&high_part, &patch, receiver, min_stretch as f32) {
         return ShadowRegion::Anywhere;
     }
-    if far.is_empty() {
+    if low_part.is_empty() {
         return ShadowRegion::Nowhere;
     }
     let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
     for (from, above) in patch.iter().zip(heights) {
-        for corner in far.corners() {
+        for corner in low_part.corners() {
             let point = cast_shadow(*from, above, *corner, plane.height_of(*corner));
             let place = octagon_coordinates(receiver.frame.project_point(point.as_vec3()));
             low = low.min(place);
             high = high.max(place);
         }
     }
-    // Rays treat outlines as wider; the shadow grows likewise.
+    // Rays treat outlines as wider by the occluder's margin. The shadow is wider by that times the largest stretch,
+    // 1/MIN_HEIGHT_SHARE; the factor 8 leaves room for u ± v (√2) and for rays at a slant.
     let margin = Vec4::splat((8.0 * OCCLUDER_MARGIN / MIN_HEIGHT_SHARE) as f32);
     ShadowRegion::Within(low - margin, high + margin)
 }
 
-/// Returns true if the shadows of `near`, which is almost as high as the patch, fall beyond the receiver: their distance
-/// to the side is `farther` times that of the occluder.
-fn falls_beyond(near: &ConvexPolygon, patch: &[DVec3; 4], receiver: &ReceiverFace, farther: f32) -> bool {
+/// Returns true if the shadows of `high_part`, which is almost as high as the patch, certainly fall beside the receiver:
+/// their distance to the side of the patch is at least `min_stretch` times that of the occluder.
+fn falls_beyond(high_part: &ConvexPolygon, patch: &[DVec3; 4], receiver: &ReceiverFace, min_stretch: f32) -> bool {
     let rectangle = |points: &[DVec3]| {
         let places = points.iter().map(|p| receiver.frame.project_point(p.as_vec3()));
         places.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| {
             (low.min(p), high.max(p))
         })
     };
-    let (from, face) = (rectangle(patch), rectangle(near.corners()));
+    let (from, face) = (rectangle(patch), rectangle(high_part.corners()));
     // Towards higher and lower coordinates, less the outline's margin.
     let margin = Vec2::splat(OCCLUDER_MARGIN as f32);
-    let up = (face.0 - from.1 - margin).max(Vec2::ZERO) * farther;
-    let down = (from.0 - face.1 - margin).max(Vec2::ZERO) * farther;
+    let up = (face.0 - from.1 - margin).max(Vec2::ZERO) * min_stretch;
+    let down = (from.0 - face.1 - margin).max(Vec2::ZERO) * min_stretch;
     let past = (up.cmpgt(Vec2::ZERO) & (from.0 + up).cmpgt(receiver.high + margin))
         | (down.cmpgt(Vec2::ZERO) & (from.1 - down).cmplt(receiver.low - margin));
     past.any()
 }
 
 /// Returns u, v, u + v and u − v.
-pub fn octagon_coordinates(p: Vec2) -> Vec4 {
+fn octagon_coordinates(p: Vec2) -> Vec4 {
     Vec4::new(p.x, p.y, p.x + p.y, p.x - p.y)
 }
 

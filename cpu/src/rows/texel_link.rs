@@ -1,11 +1,12 @@
 //! Link from a patch to a texel, the share of the patch's radiosity that the texel receives: the form factor
-//! times the visible part of the patch, from S pairs of points on the two.
+//! times the visible part of the patch, from S pairs of points on the two. [`super::lanes`] makes most links by rays;
+//! this is their scalar reference, and makes those of item buffers and the baselines of a relight.
 //!
 //! ```text
 //! w_ji = F(texel j → patch i) · Σ_s g_s V(p_s, q_s) / (o_i Σ_s g_s)
 //! ```
-//! p_s on the texel, q_s on the patch; g_s, the disc factor of a patch's S-th part at q_s, weighs a
-//! point by the light that comes from there. Where a body stands on the patch V = 0: all its light
+//! p_s on the texel, q_s on the patch; g_s, the disc factor of 1/S of the patch at q_s, weighs a
+//! point by the light that comes from there. Pairs with p_s behind the patch are left out of both sums. Where a body stands on the patch V = 0: all its light
 //! leaves from its open share o_i. V = 0, too, for a point below the texel's horizon (S > 1).
 
 use common::constants::{CONTACT_DISTANCE, NEAR_POINTS_PER_SIDE};
@@ -52,8 +53,8 @@ impl Sums {
         self.form_factor * (seen / (self.all * open))
     }
 
-    /// Returns the baseline of texel `k` for a shot of a patch (Table 2, line 6, takes F); 0 where one of them is
-    /// an object's.
+    /// Returns the baseline of texel `k` for a shot of a patch (the paper's Table 2, line 6, subtracts F): both parts
+    /// are 0 if the texel is an object's, and `before` is 0 if the patch is.
     pub fn link_baseline(&self, mesh: &Mesh, rule: DepositRule, patch: &Patch, k: u32) -> Baseline {
         if mesh.is_object(mesh.texels[k as usize].face) {
             return Baseline::default();
@@ -62,7 +63,7 @@ impl Sums {
         let before = if object {
             0.0
         } else {
-            self.visible_factor(self.before, patch.open_share_before)
+            self.visible_factor(self.before, patch.room_open_share)
         };
         let subtracted = if rule.captured || object {
             match rule.subtracted {
@@ -116,7 +117,7 @@ pub fn add_sample(mesh: &Mesh, i: u32, k: u32, s: u32, sums: &mut Sums, sight: i
         centre: q.position,
         ..patch.shooter
     };
-    // The texel reaches behind the patch.
+    // p lies behind the patch.
     if patch.shooter.normal.dot(p.truncate() - q.position) <= CONTACT_DISTANCE {
         return;
     }

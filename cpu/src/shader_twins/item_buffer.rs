@@ -48,11 +48,11 @@ fn draw_pixels(faces: &[MeshFace], view: &ShooterView, target: &mut ItemBufferTa
             if limits.x >= limits.z || limits.y >= limits.w {
                 continue;
             }
-            let p = pixel_position(vertex(limits, side, 0), view.size);
-            let q = pixel_position(vertex(limits, side, 3), view.size);
+            let p = pixel_position(draw_vertex(limits, side, 0), view.size);
+            let q = pixel_position(draw_vertex(limits, side, 3), view.size);
             for y in pixel_range(p.y, q.y, view.size) {
                 for x in pixel_range(p.x, q.x, view.size) {
-                    if let Some(depth) = fragment(view, face, x, y) {
+                    if let Some(depth) = draw_fragment(view, face, x, y) {
                         target.draw_pixel(id as u32, x, y, depth);
                     }
                 }
@@ -70,14 +70,14 @@ fn pixel_range(a: f32, b: f32, size: u32) -> std::ops::Range<u32> {
 
 /// Returns corner `index` of the rectangle `limits` on a side: lower left 0, lower right 1, upper left 2, upper
 /// right 3.
-fn vertex(limits: Vec4, side: u32, index: u32) -> Vec2 {
+fn draw_vertex(limits: Vec4, side: u32, index: u32) -> Vec2 {
     let x = if index & 1 == 1 { limits.z } else { limits.x };
     let y = if index & 2 == 2 { limits.w } else { limits.y };
     unfold_side(side, Vec2::new(x, y))
 }
 
 /// Returns the depth of `face` in a pixel; none where the pixel's ray misses it.
-pub fn fragment(view: &ShooterView, face: &MeshFace, x: u32, y: u32) -> Option<f32> {
+pub fn draw_fragment(view: &ShooterView, face: &MeshFace, x: u32, y: u32) -> Option<f32> {
     let p = pixel_centre(x, y, view.size);
     if !is_covered(view.projection, p, view.size) {
         return None;

@@ -15,7 +15,7 @@ const SUBPIXEL_STEPS: f32 = 256.0;
 pub fn draw_triangles(faces: &[MeshFace], view: &ShooterView, target: &mut ItemBufferTarget) {
     let mut raster = TriangleRaster { view, target };
     for (id, face) in (0..).zip(faces).filter(|(_, face)| !is_hidden_face(view, face)) {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|corner| vertex(view, face, corner));
+        let [a, b, c, d] = [0, 1, 2, 3].map(|corner| draw_vertex(view, face, corner));
         raster.draw_triangle(id, [a, b, c]);
         raster.draw_triangle(id, [a, c, d]);
     }
@@ -73,7 +73,7 @@ impl TriangleRaster<'_> {
                 if let (Some(a), Some(b), Some(c)) = (inside(0), inside(1), inside(2)) {
                     let planar = v[0].depth * a + v[1].depth * b + v[2].depth * c;
                     let (x, y) = (x as u32, y as u32);
-                    if let Some(depth) = fragment(self.view, x, y, planar) {
+                    if let Some(depth) = draw_fragment(self.view, x, y, planar) {
                         self.target.draw_pixel(id, x, y, depth);
                     }
                 }
@@ -83,7 +83,7 @@ impl TriangleRaster<'_> {
 }
 
 /// Returns a corner of a face as a vertex.
-fn vertex(view: &ShooterView, face: &MeshFace, corner: usize) -> ProjectedVertex {
+fn draw_vertex(view: &ShooterView, face: &MeshFace, corner: usize) -> ProjectedVertex {
     // Table 3, line 3; lines 4 to 6 are `project_direction`; line 7, where v.z is negative in front, is `printed`.
     let local = view.frame.to_local(face.corners[corner]);
     let z = local.z * view.unit;
@@ -95,7 +95,7 @@ fn vertex(view: &ShooterView, face: &MeshFace, corner: usize) -> ProjectedVertex
 }
 
 /// Returns the depth in a pixel; none where nothing is drawn.
-fn fragment(view: &ShooterView, x: u32, y: u32, planar: f32) -> Option<f32> {
+fn draw_fragment(view: &ShooterView, x: u32, y: u32, planar: f32) -> Option<f32> {
     let shown = is_covered(view.projection, pixel_centre(x, y, view.size), view.size);
     (shown && (0.0..=1.0).contains(&planar)).then_some(planar)
 }

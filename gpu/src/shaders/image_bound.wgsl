@@ -1,4 +1,9 @@
-// Bounds the image of a face: a rectangle (low, high) that holds every pixel whose ray meets the face.
+// Bounds the image of a face: a rectangle (low, high) that holds every pixel whose ray meets the face. Declares what both
+// shaders that draw item buffers read.
+
+@group(0) @binding(0) var<storage, read> faces: array<Face>;
+@group(0) @binding(1) var<storage, read> shots: array<Shot>;
+@group(0) @binding(2) var<uniform> params: Params;
 
 const EMPTY_BOUND = vec4f(9.0, 9.0, -9.0, -9.0);
 const FULL_BOUND = vec4f(-9.0, -9.0, 9.0, 9.0);

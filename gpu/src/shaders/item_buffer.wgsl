@@ -2,10 +2,6 @@
 // holds the image of the face is drawn, and each of its pixels intersects its own ray with the face.
 // Depth is the distance along that ray.
 
-@group(0) @binding(0) var<storage, read> faces: array<Face>;
-@group(0) @binding(1) var<storage, read> shots: array<Shot>;
-@group(0) @binding(2) var<uniform> params: Params;
-
 struct Vertex {
     @builtin(position) position: vec4f,
     @location(0) @interpolate(flat, either) face: vec2u,  // of which shot
@@ -22,7 +18,7 @@ struct Vertex {
 
 // Two triangles a rectangle, a rectangle for each side of each face; an instance a shot.
 @vertex
-fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot: u32) -> Vertex {
+fn draw_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot: u32) -> Vertex {
     slot = shot;
     frame = shooter_frame();
     let face = index / 6u / IMAGE_PLANES;
@@ -57,7 +53,7 @@ struct Fragment {
 }
 
 @fragment
-fn fragment(vertex: Vertex) -> Fragment {
+fn draw_fragment(vertex: Vertex) -> Fragment {
     slot = vertex.face.y;
     frame = Frame(vertex.centre, vertex.tangent, vertex.bitangent, vertex.normal);
     let pixel = vec2u(vertex.position.xy) - tile_index() * IMAGE_SIZE;

@@ -1,10 +1,6 @@
 // Draws the item buffer as the paper's Table 3 prints it: only the corners of faces are projected, edges are
 // straight on the disc, and planar depth clips at half a unit.
 
-@group(0) @binding(0) var<storage, read> faces: array<Face>;
-@group(0) @binding(1) var<storage, read> shots: array<Shot>;
-@group(0) @binding(2) var<uniform> params: Params;
-
 struct Vertex {
     @builtin(position) position: vec4f,
     @location(0) @interpolate(flat, either) face: vec2u,  // of which shot
@@ -12,7 +8,7 @@ struct Vertex {
 
 // Two triangles a face; an instance a shot.
 @vertex
-fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot: u32) -> Vertex {
+fn draw_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot: u32) -> Vertex {
     slot = shot;
     frame = shooter_frame();
     let face = index / 6u;
@@ -30,7 +26,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot: u32)
 }
 
 @fragment
-fn fragment(vertex: Vertex) -> @location(0) u32 {
+fn draw_fragment(vertex: Vertex) -> @location(0) u32 {
     slot = vertex.face.y;
     let pixel = vec2u(vertex.position.xy) - tile_index() * IMAGE_SIZE;
     if !is_covered(pixel_centre(pixel.x, pixel.y)) {

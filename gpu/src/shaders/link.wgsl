@@ -29,7 +29,7 @@ fn visible_factor(sums: Sums, seen: f32, open: f32) -> f32 {
 }
 
 // Baseline of texel k (Table 2, line 6): the part that is subtracted from its link, and the link without the
-// objects; 0 where texel or patch is an object's.
+// objects. Both are 0 if the texel is an object's, and the latter is 0 if the patch is.
 fn link_baseline(sums: Sums, k: u32) -> vec2f {
     if texels[k].face >= params.room {
         return vec2f(0.0);

@@ -38,7 +38,7 @@ pub struct VisibilityStatistics {
     pub facing: u64,
     /// Facing pairs on which rays and item buffer disagree.
     pub mismatched: u64,
-    /// Mismatches within the derived bound of an ID boundary.
+    /// Mismatches within the derived bound of an ID boundary, and those in `vanished`.
     pub explained: u64,
     /// Explained mismatches whose true outline is too thin to appear in the buffer.
     pub vanished: u64,
@@ -56,7 +56,7 @@ pub struct VisibilityStatistics {
     pub examples: Vec<(u32, u32)>,
 }
 
-/// One condition of the verdict.
+/// One criterion of the verdict.
 #[derive(Clone, Debug, Serialize)]
 pub struct Criterion {
     /// Name of the criterion.
@@ -193,7 +193,7 @@ impl Comparison {
 
     /// True if all criteria pass; false if there are none.
     pub fn solvers_agree(&self) -> bool {
-        !self.criteria.is_empty() && self.criteria.iter().all(|gate| gate.pass)
+        !self.criteria.is_empty() && self.criteria.iter().all(|criterion| criterion.pass)
     }
 }
 

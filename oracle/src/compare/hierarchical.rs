@@ -75,7 +75,7 @@ pub fn compare_hierarchical(
     let notes_of = |(name, side): (&'static str, &SolvedSide)| {
         let (history, estimate) = (side.solved.history.as_ref(), side.estimate.as_ref());
         let short = history.and_then(|history| history.describe_unmet_target(target.error, estimate));
-        let worst = estimate.and_then(ErrorEstimate::describe_worst_faces);
+        let worst = estimate.and_then(|estimate| estimate.describe_worst_faces(scene));
         short
             .into_iter()
             .chain(worst)

@@ -1,4 +1,5 @@
-//! Compares the pixels of the GPU's item buffer with those of the CPU twin.
+//! Compares the pixels of the GPU's item buffer with those of the CPU twin. The checks of stages and of visibility call
+//! it.
 
 use super::statistics::ErrorTally;
 use common::constants::{DEPTH_SCALE, OUTLINE_MARGIN};

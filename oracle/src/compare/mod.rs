@@ -61,7 +61,7 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
     let mut cpu_solver = CpuSolver::new(&mesh, &requested.with_visibility(Visibility::Rays).transport);
     let mut gpu_solver = GpuSolver::with_faults(request.gpu, &mesh, &requested.transport, request.faults)?;
     let mut gpu_settings = *requested;
-    if !(cpu_solver.has_room() && gpu_solver.has_room()) {
+    if !(cpu_solver.transfer_fits() && gpu_solver.transfer_fits()) {
         // A solve without memory for passes falls back to Southwell too.
         gpu_settings.schedule.iteration = Iteration::Southwell;
     }

@@ -1,4 +1,5 @@
-//! Counts errors of stages ([`ErrorTally`]) and mismatches of pairs of points ([`PairTally`]).
+//! Counts errors of stages ([`ErrorTally`]) and mismatches of pairs of points ([`PairTally`]). The checks of stages,
+//! links and visibility count by them.
 
 use crate::compare::comparison::{StageCheck, VisibilityStatistics};
 

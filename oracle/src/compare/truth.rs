@@ -1,4 +1,5 @@
-//! Truth of a comparison: the dense matrix solution on as many texels as take a few seconds.
+//! Truth of a comparison: the dense solution on as many texels as take a few seconds. The errors of both solvers are
+//! measured against it.
 
 use crate::compare::comparison::TruthInfo;
 use crate::diff::pair::GridPair;
@@ -43,7 +44,7 @@ impl<'a> MatrixTruth<'a> {
         let report = |_: &str, done| watch.report_share("truth", done);
         let solution = solve(side, &ProgressMonitor::new(&report))?;
         let info = TruthInfo {
-            name: format!("the matrix solver on {side}×{side} texels a face"),
+            name: format!("the dense solver on {side}×{side} texels a face"),
             texels: side,
             own_error: relative_rms(&solve(side / 2, &without_progress())?, &solution),
         };

@@ -90,7 +90,7 @@ pub fn check_visibility(
     let mut tallies = VisibilityTallies::default();
     let mut escapes = ErrorTally::default();
     let patches: Vec<u32> = (0..mesh.patches.len() as u32).collect();
-    let at_once = transport.visibility == Visibility::Rays && solver.has_room();
+    let at_once = transport.visibility == Visibility::Rays && solver.transfer_fits();
     if at_once {
         check.gpu.closures = solver.make_links(&patches, &mut |_| ControlFlow::Continue(()))?;
         check.gpu.rows = solver.read_rows(&patches)?;

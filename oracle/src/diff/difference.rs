@@ -1,4 +1,4 @@
-//! Measures the difference between two radiosity fields.
+//! Measures the difference between two radiosity fields. Comparisons, diffs and the failure atlas measure by it.
 
 use common::mesh::Mesh;
 use common::shooting::RadiosityField;

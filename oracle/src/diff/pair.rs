@@ -1,4 +1,5 @@
-//! Averages two results of one scene on a common grid.
+//! Averages two results of one scene on a common grid. Diffs, charts and the truth of a comparison measure errors on
+//! it.
 
 use super::reflected::ReflectedField;
 use crate::diff::difference::{channel_differences, worst_channel};

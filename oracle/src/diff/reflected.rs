@@ -1,6 +1,8 @@
-//! Extracts the reflected radiosity B − E of a result for a comparison.
+//! Extracts the reflected radiosity B − E of a result for a comparison. Diffs, charts, the failure atlas and the truth
+//! of a comparison begin with it.
 
 use common::mesh::Mesh;
+use common::resample::{area_average, shared_pieces};
 use common::scene::Scene;
 use common::shooting::RadiosityField;
 use common::solution::StoredSolution;
@@ -42,6 +44,28 @@ impl<'a> ReflectedField<'a> {
             scene,
             resolutions,
             values,
+        }
+    }
+
+    /// Averages the values by area over other texels; a value is constant over its texel.
+    pub fn resample(&self, resolutions: Vec<[u32; 2]>) -> Self {
+        let first = first_texels(&self.resolutions);
+        let faces = self.scene.faces.iter().enumerate();
+        let values = faces.flat_map(|(k, face)| {
+            let (own, from, to) = (
+                &self.values[first[k]..first[k + 1]],
+                self.resolutions[k],
+                resolutions[k],
+            );
+            match from == to {
+                true => own.to_vec(),
+                false => area_average(own, &shared_pieces(face, from, to), to),
+            }
+        });
+        Self {
+            values: values.collect(),
+            scene: self.scene,
+            resolutions,
         }
     }
 }

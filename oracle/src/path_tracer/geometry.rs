@@ -1,4 +1,4 @@
-//! Triangles of a scene, their intersection with rays, and sampling of lamps.
+//! Triangles of a scene, their intersection with rays, and sampling of lamps. Only the path tracer uses it.
 
 use super::tree::BoxTree;
 use common::scene::{Face, Scene, Shape};

@@ -1,4 +1,5 @@
-//! Path tracer: a Monte Carlo estimate of the radiosity of every texel from the scene's faces alone.
+//! Path tracer: a Monte Carlo estimate of the radiosity of every texel from the scene's faces alone. It is the truth of
+//! the random scenes of the failure atlas.
 //!
 //! ```text
 //! B − E = ρH,  H(x) = ∫ (E + ρH)(y) G(x, y) dy,  G = cosθx cosθy V / (π |x − y|²)

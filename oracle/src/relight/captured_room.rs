@@ -1,5 +1,5 @@
 //! Reads the room for a relight: a scene still to be solved, a solve, a folder of wall maps or a panorama. The kind
-//! is recognised by content.
+//! follows from whether the path is a folder, and one with `room.json`, then from the file's first bytes.
 
 use common::capture::{MapProjection, Panorama, maps, room, texel_radiosity};
 use common::file::{MAX_FILE_BYTES, open_file};
@@ -8,6 +8,7 @@ use common::mesh::Mesh;
 use common::relight::RoomRadiosity;
 use common::scene::Scene;
 use common::solution::StoredSolution;
+use common::solution::pending::locate_file;
 use common::texel::first_texels;
 use common::text::escape_control;
 use common::{Error, Result};
@@ -62,7 +63,7 @@ pub struct CapturedValues {
     pub residual: Option<Vec<Vec3>>,
     /// ρ, where known.
     pub reflectance: Option<Vec<Vec3>>,
-    /// E, where known; the part covered by bodies was not shot either.
+    /// E, where known; that of parts covered by bodies was never shot.
     pub emission: Option<Vec<Vec3>>,
 }
 
@@ -81,7 +82,7 @@ pub fn read(
     }
     // With placement options the file must be a panorama; the decoder reports the error if it is not.
     let placed = refuse_placement(placement).is_err();
-    let captured = if path.join("room.json").is_file() {
+    let captured = if locate_file(path, "room.json").is_file() {
         from_maps(path)?
     } else if path.is_dir() {
         from_solve(path)?
@@ -203,7 +204,7 @@ fn reflectance_of_faces(scene: &Scene, resolutions: &[[u32; 2]]) -> Option<Vec<V
 
 impl CapturedValues {
     /// Assigns the values to the texels of `mesh`, whose first faces are the room's. Known ρ and E are copied to the
-    /// mesh's texels; a `given` reflectance takes precedence.
+    /// mesh's texels, unknown ones become 0; a `given` reflectance takes precedence.
     pub fn apply_to_mesh(&self, mesh: &mut Mesh, given: Option<Vec3>) -> RoomRadiosity {
         let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
         let first = first_texels(&resolutions);

@@ -1,5 +1,5 @@
-//! Error estimate of an adaptive solve: the difference of its last two steps, unshot light, missing closure of
-//! the links, and rounding.
+//! Error estimate of an adaptive solve: the difference of its last two steps, unshot light, missing closure of the
+//! links, and rounding. The solve ends when it is small enough, and reports it.
 
 use super::regather::estimate::{MAX_NAMED_FACES, descending_order, largest_faces};
 use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError};

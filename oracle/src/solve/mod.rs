@@ -101,7 +101,10 @@ pub fn solve_request(request: &SolveRequest, progress: &ProgressMonitor) -> Resu
     }
     if let (Some(target), Some(history)) = (solver.error_target(), &solved.history) {
         notes.extend(history.describe_unmet_target(target.error, estimate.as_ref()));
-        notes.extend(estimate.as_ref().and_then(ErrorEstimate::describe_worst_faces));
+        let worst = estimate
+            .as_ref()
+            .and_then(|estimate| estimate.describe_worst_faces(task.scene()));
+        notes.extend(worst);
     }
     if progress.is_stopped() {
         notes.push(if solved.run.converged {

@@ -1,4 +1,5 @@
-//! Progress of a solve: reports to a callback, cancellation, and the time of each phase.
+//! Progress of a solve: reports to a callback, cancellation, and the time of each phase. The program shows bars by it,
+//! and studies stop solves by it.
 
 use common::{Error, Result};
 use std::cell::{Cell, RefCell};

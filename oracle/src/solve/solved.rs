@@ -1,4 +1,4 @@
-//! The result of one solve.
+//! The result of one solve. Warnings, files and pages are made from it.
 
 use super::error_estimate::ErrorHistory;
 use common::mesh::Mesh;

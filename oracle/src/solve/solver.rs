@@ -6,6 +6,26 @@ use common::settings::{Transport, Visibility};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
+use serde::Serialize;
+
+/// Kind of a solver, before its device is opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SolverKind {
+    /// CPU: rays, or the twin of the item buffer.
+    Cpu,
+    /// GPU: item buffer or rays.
+    Gpu,
+    /// Dense linear system.
+    Dense,
+}
+
+impl SolverKind {
+    /// Returns the name on pages.
+    pub fn name(self) -> &'static str {
+        ["CPU", "GPU", "dense"][self as usize]
+    }
+}
 
 /// A requested error and the texels on which it holds.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -62,7 +62,7 @@ impl SolveTask for Scene {
         });
         let mesh = mesh.inspect_err(|_| progress.stop())?;
         let mut engine = progress.time_phase("prepare", || solver.create_engine(&mesh, &settings.transport))?;
-        let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.has_room();
+        let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.transfer_fits();
         let run = progress.time_phase("solve", || {
             let mut callback = |done| progress.report_share("shooting", done);
             passes::solve_by_schedule(engine.as_mut(), &mesh, &settings.schedule, &mut callback)

@@ -1,4 +1,5 @@
-//! Warnings about results that may be more than 2 % off, each with the option that helps.
+//! Warnings about results that may be more than 2 % off, each with the option that helps. Every answer of
+//! [`super::solve_request`] carries them.
 
 use super::error_estimate::{mean_reflections, rounding_error};
 use super::plausibility::could_reflect;
@@ -14,6 +15,7 @@ use glam::Vec3;
 
 /// Share of the emitted power above which an effect causes a warning.
 const WARNING_SHARE: f64 = 0.02;
+
 /// Collects the warnings of a solve.
 pub fn collect_warnings(scene: &Scene, mesh: &Mesh, run: &SolveRun, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = estimate.and_then(warn_of_estimate).into_iter().collect();
@@ -37,21 +39,7 @@ pub fn collect_warnings(scene: &Scene, mesh: &Mesh, run: &SolveRun, estimate: Op
     }
     warnings.extend(warn_of_rounding(mesh, run));
     warnings.extend(warn_of_covered_lamps(mesh).or_else(|| warn_of_no_light(mesh, run)));
-    if run.unshot_fraction() > WARNING_SHARE {
-        warnings.push(Warning {
-            code: WarningCode::Unshot,
-            faces: Vec::new(),
-            message: format!(
-                "{:.1} % of the emitted power is unshot: {}",
-                100.0 * run.unshot_fraction(),
-                if run.stagnated {
-                    "conjugate gradients make no more progress: use --conserve, or no option of shooting"
-                } else {
-                    "lower --epsilon or raise --max-shots"
-                }
-            ),
-        });
-    }
+    warnings.extend(warn_of_unshot(mesh, run, estimate));
     if !mesh.overlaps.is_empty() {
         let mut faces: Vec<u32> = mesh.overlaps.concat();
         faces.sort_unstable();
@@ -108,7 +96,7 @@ fn warn_of_estimate(estimate: &ErrorEstimate) -> Option<Warning> {
         ),
         ErrorCause::Patches => (
             WarningCode::Patches,
-            "light or shadow varies within patches: use more --patches and --samples, or no option of shooting",
+            "light or shadow varies within patches: use more --patches and --samples, or `solve` in place of `shoot`",
         ),
         ErrorCause::Texels => (
             WarningCode::Texels,
@@ -136,6 +124,35 @@ fn warn_of_refinement(estimate: &ErrorEstimate) -> Option<Warning> {
             "may be {:.1} % off: the last refinement still changed the result by about this much",
             100.0 * estimate.upper
         ),
+    })
+}
+
+/// Warns of unshot light: of more than 2 % of the emitted power, and of any that an iteration over links left.
+fn warn_of_unshot(mesh: &Mesh, run: &SolveRun, estimate: Option<&ErrorEstimate>) -> Option<Warning> {
+    let unshot = 100.0 * run.unshot_fraction();
+    let message = if !run.converged && estimate.is_some_and(is_from_steps) {
+        let brightest = mesh.texels.iter().map(|texel| texel.reflectance.max_element());
+        format!(
+            "after {} bounces {unshot:.2} % of the emitted power is unshot, since surfaces reflect up to {:.2} % of their light: lower the reflectances",
+            run.passes,
+            100.0 * brightest.fold(0.0, f32::max)
+        )
+    } else if run.unshot_fraction() > WARNING_SHARE {
+        format!(
+            "{unshot:.1} % of the emitted power is unshot: {}",
+            if run.stagnated {
+                "conjugate gradients make no more progress: use --conserve, or `solve` in place of `shoot`"
+            } else {
+                "lower --epsilon or raise --max-shots"
+            }
+        )
+    } else {
+        return None;
+    };
+    Some(Warning {
+        code: WarningCode::Unshot,
+        faces: Vec::new(),
+        message,
     })
 }
 

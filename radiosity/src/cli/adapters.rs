@@ -1,4 +1,4 @@
-//! `radiosity adapters`.
+//! `radiosity adapters`: lists the GPU adapters.
 
 use super::Outcome;
 use super::console::{message, output};

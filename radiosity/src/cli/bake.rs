@@ -5,12 +5,12 @@ use super::options::CommonOptions;
 use crate::report::gltf_export::export_lightmap;
 use crate::report::gltf_export::uv_charts::UvCharts;
 use crate::report::solution_view::RenderedView;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use common::import::ImportOptions;
 use common::solution::Solution;
 use common::solution::pending::PendingFiles;
 use common::{Error, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of baking.
 #[derive(Args, Default)]
@@ -19,20 +19,8 @@ pub struct BakeOptions {
     #[arg(long, value_name = "FILE.glb")]
     pub gltf: Option<PathBuf>,
     /// Charts of that texture: packed newly, or the scene's own TEXCOORD_1 kept [default: pack]
-    #[arg(
-        long,
-        value_enum,
-        value_name = "pack|keep",
-        hide_possible_values = true,
-        requires = "gltf"
-    )]
-    uv: Option<UvOption>,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum UvOption {
-    Pack,
-    Keep,
+    #[arg(long, value_name = "pack|keep", value_parser = ["pack", "keep"], hide_possible_values = true, requires = "gltf")]
+    uv: Option<String>,
 }
 
 impl BakeOptions {
@@ -46,7 +34,7 @@ impl BakeOptions {
             let text = format!("--gltf writes {}: a name that ends in .glb", path.display());
             return Err(Error::Usage(text));
         }
-        let charts = self.uv == Some(UvOption::Keep);
+        let charts = self.uv.as_deref() == Some("keep");
         let given = [(common.join_quads, "--join-quads"), (common.two_sided, "--two-sided")];
         if let Some((_, option)) = given.iter().find(|(given, _)| *given && charts) {
             let text =
@@ -59,16 +47,25 @@ impl BakeOptions {
         })
     }
 
+    /// Returns the folder and the names of the baked scene and its EXR if `--gltf` is given.
+    pub fn output_files(&self) -> Option<(&Path, [String; 2])> {
+        let path = self.gltf.as_deref()?;
+        let names = [path.to_path_buf(), path.with_extension("exr")];
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let name = |path: PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Some((folder.unwrap_or(Path::new(".")), names.map(name)))
+    }
+
     /// Adds the baked scene and its EXR to `files` if `--gltf` is given.
     ///
-    /// Errors: those of [`export_lightmap`]; a file cannot be written.
+    /// Errors: those of [`export_lightmap`].
     pub fn add_files(
         &self,
         files: &mut PendingFiles,
         (solution, charts): (&Solution, Option<&UvCharts>),
         seen: &RenderedView,
     ) -> Result<()> {
-        let Some(path) = &self.gltf else {
+        let Some((folder, [scene_name, light_name])) = self.output_files() else {
             return Ok(());
         };
         let light = (solution.mesh, &solution.run.field);
@@ -76,7 +73,8 @@ impl BakeOptions {
         if let Some(note) = &baked.note {
             message!("note: {note}");
         }
-        files.add(path, &baked.glb)?;
-        files.add(&path.with_extension("exr"), &baked.exr)
+        files.add(folder, scene_name, baked.glb);
+        files.add(folder, light_name, baked.exr);
+        Ok(())
     }
 }

@@ -1,8 +1,7 @@
 //! The scenes compiled into the program.
 
 use common::Result;
-use common::solution::pending::PendingFiles;
-use common::solution::prepare_directory;
+use common::solution::write_files;
 use std::path::{Path, PathBuf};
 
 /// Name and text of a scene's two files.
@@ -39,11 +38,7 @@ pub fn bundled_scene(name: &str, out: &Path) -> Result<PathBuf> {
         return Ok(checkout);
     }
     let folder = out.join("scenes");
-    prepare_directory(&folder)?;
-    let mut files = PendingFiles::default();
-    for (file, text) in BUNDLED_SCENES.iter().filter(|[(obj, _), _]| *obj == name).flatten() {
-        files.add(&folder.join(file), text.as_bytes())?;
-    }
-    files.rename_files()?;
+    let files = BUNDLED_SCENES.iter().filter(|[(obj, _), _]| *obj == name).flatten();
+    write_files(&folder, files.copied())?;
     Ok(folder.join(name))
 }

@@ -1,52 +1,49 @@
-//! `radiosity chart`.
+//! `radiosity chart`: measures all methods, or one option, on each scene, and writes the chart.
 
 use super::Outcome;
 use super::bundled::bundled_scene;
 use super::console::message;
-use super::options::load_lit_scene;
+use super::options::{Choice, choice_parser, load_lit_scene};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use crate::report::plot::svg_file;
 use crate::studies::chart::bench::ChartBench;
-use crate::studies::chart::methods::{SolverKind, truth_texels};
+use crate::studies::chart::methods::truth_texels;
 use crate::studies::chart::page::{render_page, titled_plots};
 use crate::studies::chart::peers::{Peer, read_peers};
 use crate::studies::chart::points::{SceneChart, chart_json};
 use crate::studies::chart::store::{MeasurementStore, hash_program};
 use crate::studies::chart::sweeps::{MethodSet, SWEEPS, Sweep};
+use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
 use common::import::ImportOptions;
 use common::scene::Scene;
 use common::settings::SolveQuality;
-use common::solution::{prepare_directory, write_file};
+use common::solution::{prepare_folder, write_files};
 use common::{Error, Result};
 use gpu::Gpu;
+use oracle::solve::solver::SolverKind;
 use std::path::PathBuf;
 
 /// The bundled scenes charted by default; the last without `--vary` only: the truths have 64×64 texels on each of its
 /// 168 faces.
 const CHARTED_SCENES: [&str; 3] = ["cornell_box.obj", "furnace.obj", "paper_room_objects.obj"];
 
-/// `--quality` of a chart.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum QualityOption {
-    /// Fewer points around a coarse base
-    Draft,
-    /// About 60 points per scene
-    Normal,
-}
+/// Values of `--quality` of a chart.
+const CHART_QUALITIES: [Choice<SolveQuality>; 2] = [
+    ("draft", "Fewer points around a coarse base", SolveQuality::Draft),
+    ("normal", "About 60 points per scene", SolveQuality::Normal),
+];
+/// Values of `--solver` of a chart.
+const CHART_SOLVERS: [Choice<SolverKind>; 2] = [
+    ("cpu", "Only the CPU and the dense solver", SolverKind::Cpu),
+    ("gpu", "Only the GPU", SolverKind::Gpu),
+];
 
-/// `--solver` of a chart.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ChartSolver {
-    /// Only the CPU and the dense solver
-    Cpu,
-    /// Only the GPU
-    Gpu,
-}
+/// The files that are written, beside the measurements.
+const CHART_FILES: [&str; 3] = ["chart.json", "chart.svg", "chart.html"];
 
 /// Solves of each method, of which the fastest counts; a draft has one.
-const REPEATS: u32 = 3;
+const RUNS_PER_METHOD: u32 = 3;
 /// Seconds after which a solve is given up.
 const MAX_SOLVE_SECONDS: f64 = 60.0;
 
@@ -58,19 +55,19 @@ pub struct ChartArguments {
     /// Folder for chart.html, chart.svg and chart.json; measurements already there are reused, and its peers.json is drawn
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Chart the error against this option, all others at their defaults
+    /// Chart the error against this option, all others at their defaults; not with --quality, --texels or --solver
     #[arg(long, value_name = "OPTION", value_parser = sweeps_parser(),
         conflicts_with_all = ["quality", "texels", "solver"])]
     vary: Option<&'static [Sweep]>,
     /// Number of points and of their runs, and fineness of their base [default: normal]
-    #[arg(long, value_enum)]
-    quality: Option<QualityOption>,
+    #[arg(long, value_parser = choice_parser(&CHART_QUALITIES))]
+    quality: Option<SolveQuality>,
     /// Texels per side of a face [default: 16, fewer where the dense solver can then be the truth; draft 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     texels: Option<u32>,
-    /// Only these methods [default: all]
-    #[arg(long, value_enum)]
-    solver: Option<ChartSolver>,
+    /// Only these methods; not with --vary [default: all]
+    #[arg(long, value_parser = choice_parser(&CHART_SOLVERS))]
+    solver: Option<SolverKind>,
     /// The GPU adapter whose name contains NAME
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -97,11 +94,15 @@ fn sweeps_parser() -> impl TypedValueParser<Value = &'static [Sweep]> {
 
 /// Measures the scenes one by one and writes the chart.
 pub fn run(arguments: &ChartArguments) -> Result<Outcome> {
-    let peers = find_peers(arguments)?;
+    let path = arguments.out.join("peers.json");
+    let peers = match path.exists() && arguments.vary.is_none() {
+        true => read_peers(&path)?,
+        false => Vec::new(),
+    };
     let gpu = open_gpu(arguments)?;
     let scenes = load_scenes(arguments)?;
-    prepare_directory(&arguments.out)?;
-    let mut store = MeasurementStore::open(&arguments.out.join("chart.partial.json"))?;
+    prepare_folder(&arguments.out, &CHART_FILES)?;
+    let mut store = MeasurementStore::open(&arguments.out)?;
     handle_interrupts();
     let mut charts: Vec<SceneChart> = Vec::new();
     for scene in scenes.iter().take_while(|_| !is_interrupted()) {
@@ -112,9 +113,8 @@ pub fn run(arguments: &ChartArguments) -> Result<Outcome> {
     }
     let json = format!("{:#}\n", chart_json(&charts));
     let svg = svg_file(&titled_plots(&charts));
-    for (ending, text) in [("json", json), ("svg", svg), ("html", render_page(&charts))] {
-        write_file(&arguments.out.join(format!("chart.{ending}")), text.as_bytes())?;
-    }
+    let files = CHART_FILES.into_iter().zip([json, svg, render_page(&charts)]);
+    write_files(&arguments.out, files)?;
     if is_interrupted() {
         message!("interrupted: the chart holds what was measured by then; the same command continues it");
     }
@@ -126,20 +126,12 @@ pub fn run(arguments: &ChartArguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn find_peers(arguments: &ChartArguments) -> Result<Vec<Peer>> {
-    let path = arguments.out.join("peers.json");
-    match path.exists() && arguments.vary.is_none() {
-        true => read_peers(&path),
-        false => Ok(Vec::new()),
-    }
-}
-
 /// Opens the adapter. Without one the chart has no points of the GPU, and the CPU's twin draws item buffers.
 ///
 /// Errors: there is no adapter and the GPU is required, or an option contradicts `--solver cpu`.
 fn open_gpu(arguments: &ChartArguments) -> Result<Option<Gpu>> {
     let adapter = arguments.adapter.as_deref();
-    if arguments.solver == Some(ChartSolver::Cpu) {
+    if arguments.solver == Some(SolverKind::Cpu) {
         return match adapter {
             Some(_) => Err(Error::Usage(
                 "--adapter contradicts --solver cpu: leave one of them out".into(),
@@ -178,20 +170,21 @@ fn measure_scene(
     peers: &[Peer],
     store: &mut MeasurementStore,
 ) -> Result<SceneChart> {
-    let quality = match arguments.quality {
-        Some(QualityOption::Draft) => SolveQuality::Draft,
-        Some(QualityOption::Normal) | None => SolveQuality::Normal,
-    };
+    let quality = arguments.quality.unwrap_or_default();
     let texels = arguments.texels.unwrap_or_else(|| truth_texels(scene, quality));
     let solvers: &[SolverKind] = match (arguments.solver, gpu) {
-        (Some(ChartSolver::Gpu), _) => &[SolverKind::Gpu],
-        (Some(ChartSolver::Cpu), _) | (None, None) => &[SolverKind::Cpu, SolverKind::Dense],
+        (Some(SolverKind::Gpu), _) => &[SolverKind::Gpu],
         (None, Some(_)) => &[SolverKind::Cpu, SolverKind::Dense, SolverKind::Gpu],
+        _ => &[SolverKind::Cpu, SolverKind::Dense],
     };
-    let repeats = if quality == SolveQuality::Draft { 1 } else { REPEATS };
     let (sets, texels, time_limit, repeats) = match arguments.vary {
         None => {
             let all = MethodSet::of_solvers(scene, solvers, quality, texels);
+            let repeats = if quality == SolveQuality::Draft {
+                1
+            } else {
+                RUNS_PER_METHOD
+            };
             (vec![all], Some(texels), MAX_SOLVE_SECONDS, repeats)
         }
         Some(sweeps) => {

@@ -1,4 +1,4 @@
-//! `radiosity check`.
+//! `radiosity check`: gathers the light of a result again and reports how far off it is.
 
 use super::Outcome;
 use super::console::message;
@@ -32,6 +32,7 @@ pub fn run(arguments: &CheckArguments) -> Result<Outcome> {
     let stored = StoredSolution::read(&arguments.dir)?;
     let read = |path: &PathBuf| load_scene(path, &ImportOptions::default());
     let scene = arguments.scene.as_ref().map(read).transpose()?;
+    judgement.prepare_folder("check")?;
     handle_interrupts();
     let name = &stored.scene.name;
     let progress = Progress::new(name);

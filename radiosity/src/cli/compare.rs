@@ -1,22 +1,22 @@
-//! `radiosity compare`.
+//! `radiosity compare`: solves scenes on CPU and GPU and reports every difference.
 
 use super::Outcome;
 use super::console::message;
 use super::options::{CommonOptions, PassOptions, ShootingOptions, load_lit_scene, parse_error};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use super::solve::{JobMethod, SceneJob, scene_settings, solve_scene};
-use super::solver::SolverOption;
 use crate::report::comparison as report;
 use clap::Args;
 use common::form_factor::FormFactor;
 use common::scene::Scene;
-use common::solution::{prepare_directory, write_file};
+use common::solution::{prepare_folder, write_files};
 use common::{Error, Result};
 use gpu::Gpu;
 use oracle::compare::comparison::{Comparison, SceneComparison};
 use oracle::compare::presets::{PresetSelection, compare_presets};
 use oracle::solve::progress::ProgressMonitor;
-use oracle::solve::solver::ErrorTarget;
+use oracle::solve::solver::{ErrorTarget, SolverKind};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// Arguments of `compare`.
@@ -47,7 +47,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     let import = common.import_options();
     let scenes = arguments.scenes.iter().map(|path| load_lit_scene(path, &import));
     let scenes: Vec<Scene> = scenes.collect::<Result<_>>()?;
-    prepare_directory(out)?;
+    prepare_folder(out, &["report.json", "report.html"])?;
     handle_interrupts();
     let gpu = match Gpu::open(common.adapter.as_deref()) {
         Ok(gpu) => gpu,
@@ -73,9 +73,8 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         comparisons.push(judged);
         // Written after every scene, so that an interrupted run keeps the scenes that are done.
         let json = format!("{:#}\n", report::report_json(&comparisons));
-        write_file(&out.join("report.json"), json.as_bytes())?;
         let html = report::render_report(&comparisons, &[]);
-        write_file(&out.join("report.html"), html.as_bytes())?;
+        write_files(out, [("report.json", json), ("report.html", html)])?;
     }
     message!("wrote {0}/report.html and {0}/report.json", out.display());
     Ok(if comparisons.iter().all(SceneComparison::all_agree) {
@@ -139,14 +138,20 @@ fn solve_without_adapter(arguments: &CompareArguments, error: Error) -> Error {
         true => JobMethod::Shooting(&arguments.shooting, &arguments.passes),
         false => JobMethod::ToError(target),
     };
+    let mut used = BTreeSet::new();
     for path in &arguments.scenes {
+        let mut name = path.file_stem().unwrap_or(path.as_os_str()).to_owned();
+        // Scenes of one name are in different folders.
+        while !used.insert(name.clone()) {
+            name.push("-again");
+        }
         let job = SceneJob {
             scene: path.clone(),
-            out: arguments.out.join(path.file_stem().unwrap_or(path.as_os_str())),
+            out: arguments.out.join(name),
             common: arguments.common.clone(),
             ..SceneJob::default()
         };
-        if let Err(failure) = solve_scene(&job, SolverOption::Cpu, method) {
+        if let Err(failure) = solve_scene(&job, SolverKind::Cpu, method) {
             return failure;
         }
     }
@@ -163,13 +168,13 @@ fn print_summary(judged: &SceneComparison) {
             "THE SOLVERS DISAGREE"
         };
         message!("{name}, {}: {verdict}; {}", c.preset.name(), describe_accuracy(c));
-        for gate in c.criteria.iter().filter(|gate| !gate.pass) {
+        for criterion in c.criteria.iter().filter(|criterion| !criterion.pass) {
             message!(
                 "  beyond its bound: {} = {:.3e} > {:.3e} ({})",
-                gate.name,
-                gate.value,
-                gate.bound,
-                gate.reason
+                criterion.name,
+                criterion.value,
+                criterion.bound,
+                criterion.reason
             );
         }
     }

@@ -1,4 +1,4 @@
-//! `radiosity completions`.
+//! `radiosity completions`: prints a shell's completion script.
 
 use super::Outcome;
 use super::console::check_stdout;

@@ -1,4 +1,4 @@
-//! `radiosity diff`, and what it shares with `check`.
+//! `radiosity diff`: compares two results; and what it shares with `check`.
 
 use super::Outcome;
 use super::console::message;
@@ -7,7 +7,7 @@ use crate::diff::page;
 use crate::diff::pictures::DiffPictures;
 use clap::Args;
 use common::Result;
-use common::solution::{StoredSolution, prepare_directory, write_file};
+use common::solution::{StoredSolution, prepare_folder, write_files};
 use oracle::diff::Diff;
 use serde_json::Value;
 use std::path::PathBuf;
@@ -34,7 +34,19 @@ pub struct JudgementOptions {
     pub tolerance: Option<f64>,
 }
 
+/// Returns the names of the page and its JSON.
+fn output_names(name: &str) -> [String; 2] {
+    ["html", "json"].map(|ending| format!("{name}.{ending}"))
+}
+
 impl JudgementOptions {
+    /// Prepares the folder for NAME.html and NAME.json.
+    ///
+    /// Errors: they cannot be written, or would replace an input.
+    pub fn prepare_folder(&self, name: &str) -> Result<()> {
+        prepare_folder(&self.out, &output_names(name).each_ref().map(String::as_str))
+    }
+
     /// Writes NAME.html and NAME.json, prints `summary` and compares the error with the tolerance.
     ///
     /// Errors: the files cannot be written.
@@ -46,9 +58,12 @@ impl JudgementOptions {
         error: f64,
     ) -> Result<Outcome> {
         let out = &self.out;
-        prepare_directory(out)?;
-        write_file(&out.join(format!("{name}.html")), html.as_bytes())?;
-        write_file(&out.join(format!("{name}.json")), format!("{json:#}\n").as_bytes())?;
+        write_files(
+            out,
+            output_names(name)
+                .into_iter()
+                .zip([html.to_owned(), format!("{json:#}\n")]),
+        )?;
         let exceeded = self.tolerance.filter(|most| error > *most);
         message!("{summary}");
         if let Some(most) = exceeded {
@@ -63,12 +78,13 @@ impl JudgementOptions {
 pub fn run(arguments: &DiffArguments) -> Result<Outcome> {
     let (a, b) = (StoredSolution::read(&arguments.a)?, StoredSolution::read(&arguments.b)?);
     let diff = Diff::new(&a, &b)?;
+    let judgement = &arguments.judgement;
+    judgement.prepare_folder("diff")?;
     for note in &diff.notes {
         message!("note: {note}");
     }
     let pictures = DiffPictures::new(&a, &b, &diff, ["A", "B"])?;
     let flip = pictures.flip;
-    let judgement = &arguments.judgement;
     let html = page::render_page([&a, &b], (&diff, pictures), None, judgement.tolerance);
     let percent = |channels: [f64; 3]| channels.map(|x| format!("{:.3}", 100.0 * x)).join(" / ");
     let noise = diff.standard_error.map(percent);

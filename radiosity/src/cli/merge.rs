@@ -1,4 +1,4 @@
-//! `radiosity merge`.
+//! `radiosity merge`: makes a radiance map of bracketed photographs.
 
 use super::Outcome;
 use super::console::message;
@@ -6,7 +6,7 @@ use crate::merge::brackets::{Brackets, CameraResponse, RadianceMap};
 use crate::merge::{luminance_stops, merge_notes, page, photographs};
 use crate::relight::files::encode_picture;
 use clap::Args;
-use common::solution::{prepare_directory, write_file};
+use common::solution::{prepare_folder, write_files};
 use common::{Error, Result};
 use std::path::PathBuf;
 
@@ -45,17 +45,16 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
     }
     let brackets = Brackets::new(photographs::read_photographs(images, seconds)?)?;
     let response = CameraResponse::from_brackets(&brackets)?;
+    prepare_folder(out, &["radiance.exr", "merge.html"])?;
     let merged = RadianceMap::new(&brackets, &response);
     let steps = brackets.exposure_steps(&response);
     for note in merge_notes(&brackets, &response, &steps) {
         message!("note: {note}");
     }
-    prepare_directory(out)?;
     let html = page::render_page(&brackets, &response, &merged, &steps);
     let [width, height] = merged.size;
     let map = encode_picture([width as u32, height as u32], &merged.radiance, &[])?;
-    write_file(&out.join("radiance.exr"), &map)?;
-    write_file(&out.join("merge.html"), html.as_bytes())?;
+    write_files(out, [("radiance.exr", map), ("merge.html", html.into_bytes())])?;
     message!(
         "{} exposures, {width}×{height} pixels, {:.1} stops from the 1st to the 99th percentile; saturated in all {}, black in all {}, in between {}",
         images.len(),

@@ -138,6 +138,14 @@ fn build_parser() -> clap::Command {
     Arguments::command()
         .after_help(help::help_footer(""))
         .mut_subcommands(|command| {
+            // These commands print their result and nothing else: there `--quiet` changes nothing.
+            let is_silent = ["adapters", "completions"].contains(&command.get_name());
+            let quiet = clap::Arg::new("quiet").long("quiet").action(clap::ArgAction::SetTrue);
+            let command = if is_silent {
+                command.arg(quiet.hide(true))
+            } else {
+                command
+            };
             let below = help::help_footer(command.get_name());
             command.mut_args(negative).after_help(below)
         })

@@ -238,17 +238,17 @@ impl CommonOptions {
 
 /// Reads a scene.
 ///
-/// Errors: it cannot be read, or no face emits.
+/// Errors: it cannot be read, or gives no light.
 pub fn load_lit_scene(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let scene = load_scene(path, options)?;
     require_light(path, &scene).map(|()| scene)
 }
 
-/// Requires that some face emits.
+/// Requires that some face emits, and that its light is not lost.
 pub fn require_light(path: &Path, scene: &Scene) -> Result<()> {
-    if scene.faces.iter().any(|face| face.emission != Vec3::ZERO) {
-        return Ok(());
+    let refuse = |message: String| Err(Error::bad_input(path, "", message));
+    match scene.faces.iter().any(|face| face.emission != Vec3::ZERO) {
+        true => scene.explain_lost_lamps().map_or(Ok(()), refuse),
+        false => refuse("no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF)".into()),
     }
-    let message = "no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF)";
-    Err(Error::bad_input(path, "", message))
 }

@@ -1,13 +1,13 @@
-//! `radiosity solve` and `radiosity shoot`.
+//! `radiosity solve` and `radiosity shoot`: solve a scene to an error, or by progressive refinement.
 
 use super::bake::BakeOptions;
 use super::console::{message, output};
 use super::options::{CommonOptions, PassOptions, ShootingOptions, choice_parser, load_lit_scene, parse_error};
 use super::progress::{Progress, handle_interrupts};
-use super::solver::{SHOOTING_SOLVERS, SOLVERS, SolverOption, choose_solver, open_gpu};
+use super::solver::{SHOOTING_SOLVERS, SOLVERS, choose_solver, open_gpu};
 use super::{Outcome, plan};
 use crate::plan::coarser_defaults::coarsen_meshing;
-use crate::plan::memory::{check_memory, memory_limit};
+use crate::plan::memory::{check_memory, memory_limit, require_address_space};
 use crate::report::gltf_export::uv_charts::UvCharts;
 use crate::report::solution_view::RenderedView;
 use clap::Args;
@@ -15,24 +15,27 @@ use common::capture::maps;
 use common::energy::EnergyBalance;
 use common::scene::Scene;
 use common::settings::{Meshing, Settings};
-use common::solution::pending::PendingFiles;
-use common::solution::{PhaseSeconds, Solution, prepare_directory};
+use common::solution::pending::{NamedBytes, PendingFiles};
+use common::solution::{PhaseSeconds, Solution, prepare_outputs};
 use common::{Error, Result};
 use glam::Vec3;
 use gpu::Gpu;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::DenseReport;
-use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
 use oracle::solve::{SolveAnswer, SolveRequest, dense, solve_request};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
+
+/// Files of every solve.
+pub const SOLUTION_FILES: [&str; 5] = ["lightmap.exr", "error.exr", "preview.png", "view.html", "result.json"];
 
 /// Arguments of `solve`.
 #[derive(Args)]
 pub struct SolveArguments {
     /// Solver [default: gpu where there is a hardware adapter, else cpu; cpu with --error]
     #[arg(long, value_parser = choice_parser(&SOLVERS))]
-    solver: Option<SolverOption>,
+    solver: Option<SolverKind>,
     /// Refine until the estimated error is at most P per cent, 0.2 to 10 [default: 1]
     #[arg(long, value_name = "P%", value_parser = parse_error, conflicts_with = "quality")]
     error: Option<f64>,
@@ -45,7 +48,7 @@ pub struct SolveArguments {
 pub struct ShootArguments {
     /// Solver [default: gpu where there is a hardware adapter, else cpu]
     #[arg(long, value_parser = choice_parser(&SHOOTING_SOLVERS))]
-    solver: Option<SolverOption>,
+    solver: Option<SolverKind>,
     #[command(flatten)]
     shooting: ShootingOptions,
     #[command(flatten)]
@@ -89,10 +92,10 @@ pub enum JobMethod<'a> {
 /// Solves a scene to an error, or exactly by the dense system, and writes the result.
 pub fn run_solve(arguments: &SolveArguments) -> Result<Outcome> {
     let SolveArguments { error, job, solver } = arguments;
-    let solver = choose_solver(solver.or(error.map(|_| SolverOption::Cpu)), &job.common)?;
+    let solver = choose_solver(solver.or(error.map(|_| SolverKind::Cpu)), &job.common)?;
     let quality = job.common.quality.map(|_| "--quality");
     match error.map(|_| "--error").or(quality) {
-        Some(option) if solver == SolverOption::Dense => Err(Error::Usage(format!(
+        Some(option) if solver == SolverKind::Dense => Err(Error::Usage(format!(
             "{option} does not go with --solver dense, which solves all texels exactly on the CPU: leave it out"
         ))),
         _ => {
@@ -108,17 +111,18 @@ pub fn run_shoot(arguments: &ShootArguments) -> Result<Outcome> {
         shooting, passes, job, ..
     } = arguments;
     let solver = choose_solver(arguments.solver, &job.common)?;
-    shooting.check_item_buffer(solver == SolverOption::Gpu)?;
+    shooting.check_item_buffer(solver == SolverKind::Gpu)?;
     solve_scene(job, solver, JobMethod::Shooting(shooting, passes))
 }
 
 /// Solves a scene and writes the result.
 ///
 /// Errors: those of the scene, the solver and the files; no adapter, after the CPU has solved.
-pub fn solve_scene(job: &SceneJob, solver: SolverOption, method: JobMethod) -> Result<Outcome> {
+pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Result<Outcome> {
     let SceneJob { out, bake, common, .. } = job;
     let start = Instant::now();
     let import = bake.import_options(common)?;
+    require_address_space()?;
     let progress = Progress::new(&job.scene.file_name().unwrap_or_default().to_string_lossy());
     // Large files take seconds to read. The Ctrl-C handler is not installed yet.
     let _ = progress.show_phase("reading", 0.0);
@@ -127,6 +131,9 @@ pub fn solve_scene(job: &SceneJob, solver: SolverOption, method: JobMethod) -> R
     let (device, missing) = open_gpu(solver, common)?;
     let (settings, solver, changed) = choose_settings((solver, method), &scene, common, device.as_ref());
     let mut notes: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
+    if !job.dry_run {
+        handle_interrupts();
+    }
     for note in &notes {
         message!("note: {}: {note}", scene.name);
     }
@@ -137,11 +144,11 @@ pub fn solve_scene(job: &SceneJob, solver: SolverOption, method: JobMethod) -> R
     check_memory(&scene, &settings, solver, memory_limit(solver))?;
     let charts = import.charts.then(|| UvCharts::new(&scene)).transpose()?;
     let load = start.elapsed().as_secs_f64();
-    prepare_directory(out)?;
-    if let Some(folder) = bake.gltf.as_ref().and_then(|path| path.parent()) {
-        prepare_directory(&Path::new(".").join(folder))?;
-    }
-    handle_interrupts();
+    let baked = bake.output_files().into_iter();
+    let baked = baked.flat_map(|(folder, names)| names.map(|name| (folder, name)));
+    let maps = job.maps.then(|| maps::map_names(&scene)).into_iter().flatten();
+    let own = SOLUTION_FILES.map(String::from).into_iter().chain(maps.map(name_map));
+    prepare_outputs(own.map(|name| (out.as_path(), name)).chain(baked))?;
     let question = SolveRequest {
         task: &scene,
         settings: &settings,
@@ -164,15 +171,15 @@ pub fn solve_scene(job: &SceneJob, solver: SolverOption, method: JobMethod) -> R
         solve: watch.phase_seconds(&["solve"]),
     };
     let solution = answered.to_solution(&question, &notes, seconds);
-    solution.write(out)?;
     let seen = RenderedView::new(&solution, None)?;
     let mut files = PendingFiles::default();
-    add_view_files(&seen, out, &mut files)?;
     bake.add_files(&mut files, (&solution, charts.as_ref()), &seen)?;
-    files.rename_files()?;
+    let mut more = encode_view(seen);
     if job.maps {
-        write_maps(&solution, out)?;
+        more.extend(encode_maps(&solution)?);
     }
+    solution.add_files(out, more, &mut files)?;
+    files.write()?;
     print_summary(&solution, &answered);
     message!(
         "wrote preview.png, view.html, lightmap.exr and result.json in {}",
@@ -186,7 +193,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverOption, method: JobMethod) -> R
 
 /// Returns settings and solver, and a note if the scene's many faces changed the settings.
 fn choose_settings<'g>(
-    (solver, method): (SolverOption, JobMethod),
+    (solver, method): (SolverKind, JobMethod),
     scene: &Scene,
     common: &CommonOptions,
     gpu: Option<&'g Gpu>,
@@ -201,7 +208,7 @@ fn choose_settings<'g>(
             settings.schedule = settings.schedule.with_southwell();
             let texels = common.texels;
             match solver {
-                SolverOption::Dense => {
+                SolverKind::Dense => {
                     let settings = dense::dense_settings(settings.meshing.texels);
                     (settings, SolverChoice::Dense, None)
                 }
@@ -247,21 +254,28 @@ fn estimated_error(solution: &Solution) -> Option<f64> {
     solution.certificate.as_ref().and_then(|parts| parts["error"].as_f64())
 }
 
-/// Adds preview.png and view.html to `files`.
-///
-/// Errors: they cannot be written.
-pub fn add_view_files(seen: &RenderedView, out: &Path, files: &mut PendingFiles) -> Result<()> {
-    files.add(&out.join("preview.png"), &seen.preview.picture.encode_png())?;
-    files.add(&out.join("view.html"), seen.page.as_bytes())
+/// Encodes preview.png and view.html.
+pub fn encode_view(seen: RenderedView) -> Vec<NamedBytes> {
+    let preview = seen.preview.picture.encode_png();
+    vec![
+        ("preview.png".into(), preview),
+        ("view.html".into(), seen.page.into_bytes()),
+    ]
 }
 
-/// Writes the radiance map of every face.
-fn write_maps(solution: &Solution, out: &Path) -> Result<()> {
+/// Encodes the radiance map of every face.
+fn encode_maps(solution: &Solution) -> Result<Vec<NamedBytes>> {
     let (mesh, field) = (solution.mesh, &solution.run.field);
     let texels = mesh.texels_in_face_order().into_iter();
     let radiosity: Vec<Vec3> = texels.map(|k| field.radiosity[k].truncate()).collect();
     let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
-    maps::write(&out.join("maps"), solution.scene, &resolutions, &radiosity)
+    let files = maps::encode_room(solution.scene, &resolutions, &radiosity)?;
+    Ok(files.into_iter().map(|(name, bytes)| (name_map(name), bytes)).collect())
+}
+
+/// Returns the name of a map within the folder of the result.
+fn name_map(name: String) -> String {
+    format!("maps/{name}")
 }
 
 /// Prints what was solved, how, and how well, and the warnings.

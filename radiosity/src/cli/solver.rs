@@ -4,63 +4,49 @@ use super::console::message;
 use super::options::{Choice, CommonOptions};
 use common::{Error, Result};
 use gpu::{Gpu, list_adapters};
-
-/// `--solver`.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum SolverOption {
-    /// The CPU.
-    Cpu,
-    /// The GPU.
-    Gpu,
-    /// The dense linear system.
-    Dense,
-}
+use oracle::solve::solver::SolverKind;
 
 /// Values of `--solver` in a solve to an error.
-pub const SOLVERS: [Choice<SolverOption>; 3] = [
-    ("cpu", "The CPU: links by rays", SolverOption::Cpu),
-    ("gpu", "The GPU: links by rays", SolverOption::Gpu),
+pub const SOLVERS: [Choice<SolverKind>; 3] = [
+    ("cpu", "The CPU: links by rays", SolverKind::Cpu),
+    ("gpu", "The GPU: links by rays", SolverKind::Gpu),
     (
         "dense",
         "The dense linear system of all texels, up to about 10 000 texels",
-        SolverOption::Dense,
+        SolverKind::Dense,
     ),
 ];
 
 /// Values of `--solver` in a solve by shooting.
-pub const SHOOTING_SOLVERS: [Choice<SolverOption>; 2] = [
-    ("cpu", "Rays, or the scalar twin of the item buffer", SolverOption::Cpu),
-    ("gpu", "Item buffer, or rays", SolverOption::Gpu),
+pub const SHOOTING_SOLVERS: [Choice<SolverKind>; 2] = [
+    ("cpu", "Rays, or the scalar twin of the item buffer", SolverKind::Cpu),
+    ("gpu", "Item buffer, or rays", SolverKind::Gpu),
 ];
 
 /// Returns the solver given, or the GPU where this machine has a hardware adapter, else the CPU.
 ///
 /// Errors: an option of the GPU is given with another solver.
-pub fn choose_solver(asked: Option<SolverOption>, common: &CommonOptions) -> Result<SolverOption> {
+pub fn choose_solver(asked: Option<SolverKind>, common: &CommonOptions) -> Result<SolverKind> {
     let gpu_option = common.gpu_option();
     let solver = match asked {
         Some(solver) => solver,
         // An adapter given by name is to be used, even a software one.
-        None if gpu_option.is_some() || list_adapters().iter().any(|line| !line.software) => SolverOption::Gpu,
-        None => SolverOption::Cpu,
-    };
-    let name = match solver {
-        SolverOption::Gpu => return Ok(solver),
-        SolverOption::Cpu => "cpu",
-        SolverOption::Dense => "dense",
+        None if gpu_option.is_some() || list_adapters().iter().any(|line| !line.software) => SolverKind::Gpu,
+        None => SolverKind::Cpu,
     };
     match gpu_option {
-        Some(option) => Err(Error::Usage(format!(
-            "{option} contradicts --solver {name}: leave one of them out"
+        Some(option) if solver != SolverKind::Gpu => Err(Error::Usage(format!(
+            "{option} contradicts --solver {}: leave one of them out",
+            solver.name().to_lowercase()
         ))),
-        None => Ok(solver),
+        _ => Ok(solver),
     }
 }
 
 /// Opens the adapter if the solver is the GPU. Without one the CPU solves, and the error returned is the
 /// command's after its results are written.
-pub fn open_gpu(solver: SolverOption, common: &CommonOptions) -> Result<(Option<Gpu>, Option<Error>)> {
-    if solver != SolverOption::Gpu {
+pub fn open_gpu(solver: SolverKind, common: &CommonOptions) -> Result<(Option<Gpu>, Option<Error>)> {
+    if solver != SolverKind::Gpu {
         return Ok((None, None));
     }
     open_adapter(common.adapter.as_deref(), "solving on the CPU")

@@ -3,17 +3,17 @@
 use super::Outcome;
 use super::console::message;
 use super::progress::{Progress, handle_interrupts, is_interrupted};
-use crate::studies::random::{FaceShapes, SceneKind};
+use super::solver::open_adapter;
+use crate::studies::random::FaceShapes;
 use crate::studies::stress::CaseStudy;
-use crate::studies::stress::cases::{CASES, Case};
+use crate::studies::stress::cases::{ALL_CASES, Case};
 use crate::studies::stress::page;
 use crate::studies::stress::random::{COMMAND_NAME, RandomRequest};
 use crate::studies::stress::run::AtlasRun;
 use crate::studies::stress::summary::Atlas;
 use clap::Args;
-use common::solution::{prepare_directory, write_file};
+use common::solution::{prepare_folder, write_files};
 use common::{Error, Result};
-use gpu::Gpu;
 use oracle::solve::progress::ProgressMonitor;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -26,7 +26,7 @@ const DEFAULT_SCENES: u64 = 20;
 /// Arguments of `stress`.
 #[derive(Args)]
 pub struct StressArguments {
-    /// Names of cases [default: all]; or random, and of what: quads, triangles or mixed; room
+    /// Names of cases [default: all]; or random, and of what: quads, triangles or mixed
     cases: Vec<String>,
     /// cpu: no solves on the GPU [default: both]
     #[arg(long, value_name = "SOLVER", value_parser = ["cpu"])]
@@ -54,9 +54,13 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
         Some(_) => Vec::new(),
         None => asked_cases(arguments)?,
     };
-    prepare_directory(&arguments.out)?;
+    prepare_folder(&arguments.out, &["stress.json", "stress.html"])?;
     handle_interrupts();
-    let (gpu, missing) = open_gpu(arguments)?;
+    // Without an adapter the command's error is returned after its files are written.
+    let (gpu, missing) = match arguments.solver {
+        Some(_) => (None, None),
+        None => open_adapter(arguments.adapter.as_deref(), "only the CPU is put to the test")?,
+    };
     let run = AtlasRun {
         gpu: gpu.as_ref(),
         stop: &is_interrupted,
@@ -80,8 +84,8 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
     let adapter = gpu.as_ref().map(|gpu| gpu.line.name.clone());
     let atlas = Atlas::new(studies, adapter, start.elapsed().as_secs_f64());
     let text = format!("{:#}\n", atlas.to_json());
-    write_file(&arguments.out.join("stress.json"), text.as_bytes())?;
-    write_file(&arguments.out.join("stress.html"), page::render_page(&atlas).as_bytes())?;
+    let files = [("stress.json", text), ("stress.html", page::render_page(&atlas))];
+    write_files(&arguments.out, files)?;
     if is_interrupted() {
         message!("interrupted: the atlas holds what was measured by then");
     }
@@ -100,7 +104,7 @@ fn asked_cases(arguments: &StressArguments) -> Result<Vec<&'static Case>> {
     if arguments.count.or(arguments.seed).is_some() {
         return Err(Error::Usage("--count and --seed are for stress random".into()));
     }
-    let known: Vec<&str> = CASES.iter().map(|case| case.name).chain([COMMAND_NAME]).collect();
+    let known: Vec<&str> = ALL_CASES.iter().map(|case| case.name).chain([COMMAND_NAME]).collect();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         return Err(Error::Usage(format!(
             "there is no case {unknown}: {}",
@@ -108,7 +112,7 @@ fn asked_cases(arguments: &StressArguments) -> Result<Vec<&'static Case>> {
         )));
     }
     let is_asked = |case: &&Case| names.is_empty() || names.iter().any(|name| name == case.name);
-    Ok(CASES.iter().filter(is_asked).collect())
+    Ok(ALL_CASES.iter().filter(is_asked).collect())
 }
 
 /// Returns the random scenes, if they are asked for. Errors: a word beside `random` is unknown.
@@ -120,32 +124,16 @@ fn asked_scenes(arguments: &StressArguments) -> Result<Option<RandomRequest>> {
     for word in &arguments.cases {
         match word.as_str() {
             COMMAND_NAME | "quads" => {}
-            "triangles" => request.options.faces = FaceShapes::Triangles,
-            "mixed" => request.options.faces = FaceShapes::Mixed,
-            "room" => request.options.kind = SceneKind::Room,
+            "triangles" => request.faces = FaceShapes::Triangles,
+            "mixed" => request.faces = FaceShapes::Mixed,
             other => {
                 return Err(Error::Usage(format!(
-                    "stress random takes quads, triangles or mixed, and room, but not {other}"
+                    "stress random takes quads, triangles or mixed, but not {other}"
                 )));
             }
         }
     }
     Ok(Some(request))
-}
-
-/// Opens the adapter; without one returns the error that ends the command after writing.
-fn open_gpu(arguments: &StressArguments) -> Result<(Option<Gpu>, Option<Error>)> {
-    if arguments.solver.is_some() {
-        return Ok((None, None));
-    }
-    match Gpu::open(arguments.adapter.as_deref()) {
-        Ok(gpu) => Ok((Some(gpu), None)),
-        Err(error @ Error::NoAdapter(_)) => {
-            message!("note: {error}; only the CPU is put to the test");
-            Ok((None, Some(error)))
-        }
-        Err(error) => Err(error),
-    }
 }
 
 fn print_summary(atlas: &Atlas) {

@@ -1,4 +1,4 @@
-//! `radiosity table4`.
+//! `radiosity table4`: repeats the paper's Table 4.
 
 use super::Outcome;
 use super::bundled::bundled_scene;
@@ -10,7 +10,7 @@ use clap::Args;
 use common::Result;
 use common::import::{ImportOptions, load_scene};
 use common::scene::Scene;
-use common::solution::{prepare_directory, write_file};
+use common::solution::{prepare_folder, write_files};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ pub fn run(arguments: &Table4Arguments) -> Result<Outcome> {
     let part = |name| load_scene(&bundled_scene(name, out)?, &ImportOptions::default());
     let (room, objects) = (part("paper_room.obj")?, part("paper_objects.obj")?);
     let scene = Scene::join_scenes(&[room.clone(), objects.clone()]);
-    prepare_directory(out)?;
+    prepare_folder(out, &["table4.json", "table4.html"])?;
     handle_interrupts();
     let progress = Progress::new("table 4");
     let grid = Table4Grid {
@@ -60,8 +60,8 @@ pub fn run(arguments: &Table4Arguments) -> Result<Outcome> {
         ..Table4::default()
     };
     let write = |table: &Table4| {
-        write_file(&out.join("table4.json"), format!("{:#}\n", json!(table)).as_bytes())?;
-        write_file(&out.join("table4.html"), page::render_page(table).as_bytes())
+        let json = format!("{:#}\n", json!(table));
+        write_files(out, [("table4.json", json), ("table4.html", page::render_page(table))])
     };
     for texels in TABLE_TEXELS {
         let rays = grid.solve_by_rays(texels)?;

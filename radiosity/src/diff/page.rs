@@ -1,7 +1,9 @@
 //! Composes `diff.html` and `check.html`: figures, pictures and a table of faces of one difference.
 
 use super::pictures::DiffPictures;
-use crate::report::document::{Blocks, Cell, Document, Row, Table, VerdictTone, bold_text, code_text, plain_text};
+use crate::report::document::{
+    Blocks, Cell, Row, Table, VerdictTone, bold_text, code_text, plain_text, render_document,
+};
 use crate::report::energy::add_energy_balances;
 use crate::report::format::{count_noun, format_count, format_number, format_percent};
 use crate::report::viewer;
@@ -76,16 +78,11 @@ pub fn render_page(
     add_faces(&mut faces, diff);
     faces.add_element(viewer::page_assets());
     sections.push(faces.into_section("faces", "Face by face"));
-    let page = Document {
-        title: match check {
-            None => "Radiosity: two results compared",
-            Some(_) => "Radiosity: a result judged by its own light",
-        },
-        opening,
-        sections,
-        style: "",
+    let title = match check {
+        None => "Radiosity: two results compared",
+        Some(_) => "Radiosity: a result judged by its own light",
     };
-    page.to_html()
+    render_document(title, &opening, &sections, "")
 }
 
 fn add_verdict(opening: &mut Blocks, diff: &Diff, tolerance: Option<f64>) {
@@ -121,7 +118,7 @@ fn difference_table(diff: &Diff, flip: Option<f64>) -> Table {
         overall("Largest difference ÷ rms", format_percent(diff.max_relative)),
         overall("HDR-FLIP, mean over the view", flip.map_or("–".into(), format_number)),
     ]);
-    Table::new(&["", "#R", "#G", "#B"], rows)
+    Table::new(";#R;#G;#B", rows)
 }
 
 fn add_faces(body: &mut Blocks, diff: &Diff) {
@@ -136,15 +133,8 @@ fn add_faces(body: &mut Blocks, diff: &Diff) {
         "Sorted by the share of the squared error. RMS and bias are relative to the face's own reflected radiosity, \
          maximum over channels.",
     );
-    let heads = [
-        "#Face",
-        "Name",
-        "#Of the error",
-        "#Of the area",
-        "#Relative RMS",
-        "#Bias",
-    ];
-    body.add_table(Table::new(&heads, rows));
+    let heads = "#Face;Name;#Of the error;#Of the area;#Relative RMS;#Bias";
+    body.add_table(Table::new(heads, rows));
     if order.len() > MAX_LISTED_FACES {
         let others = format_count((order.len() - MAX_LISTED_FACES) as u64);
         body.add_remark(format!("The other {others} faces are in diff.json."));

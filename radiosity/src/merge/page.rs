@@ -2,17 +2,17 @@
 
 use super::brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
 use super::{luminance_stops, merge_notes};
-use crate::report::document::{Blocks, Cell, Document, Figure, Row, Table, bold_text, code_text};
+use crate::report::document::{Blocks, Cell, Figure, Row, Table, bold_text, code_text, render_document};
 use crate::report::format::{format_count, format_number, format_percent};
 use crate::report::picture::{Exposure, RgbaPicture, encode_srgb};
-use crate::report::plot::{Axis, CPU_COLOUR, Legend, LineStyle, Plot, Series};
+use crate::report::plot::{Axis, CPU_COLOUR, LineStyle, Plot, Series};
 use std::f64::consts::LN_2;
 
 /// Width and height of the response's plot in CSS pixels; the page scales it.
 const PLOT_SIZE: [u32; 2] = [720, 380];
 /// Approximate maximum pixels per side of a picture; larger ones are subsampled.
 const MAX_PICTURE_SIDE: usize = 640;
-/// Pictures: name, share of the pixels that it shows no brighter than [`PERCENTILE_DISPLAY_VALUE`], and what that is.
+/// Pictures: name, share of the pixels that it shows no brighter than 0.8 of white, and that in words.
 const PICTURE_PERCENTILES: [(&str, f64, &str); 3] = [
     ("Dark parts", 0.5, "half of the pixels are brighter than 80 % of white"),
     ("Most of it", 0.9, "the 90th percentile is at 80 % of white"),
@@ -22,8 +22,6 @@ const PICTURE_PERCENTILES: [(&str, f64, &str); 3] = [
         "all but one pixel in 200 are below 80 % of white",
     ),
 ];
-/// Display value of those percentiles, relative to linear white.
-const PERCENTILE_DISPLAY_VALUE: f32 = 0.8;
 
 /// Renders the page.
 pub fn render_page(
@@ -58,23 +56,18 @@ pub fn render_page(
          in each channel, so that grey stays grey. The curves are extrapolated linearly to 0 and 255."
     );
     let plot = response_plot(response);
-    curves.add_figure(&Figure::from_plot(Some(&plot), "There is no curve to draw.", caption));
+    curves.add_figure(&Figure::from_plot(&plot, "There is no curve to draw.", caption));
     let mut exposures = Blocks::default();
     exposures.add_paragraph(
         "A step is the ratio of one exposure to the next, in stops: nominal by exposure times, and measured by common \
          pixels through the response.",
     );
     exposures.add_table(exposure_table(brackets, merged, steps));
-    let page = Document {
-        title: "Radiosity: a radiance map from exposures",
-        opening,
-        sections: vec![
-            curves.into_section("response", "Response of the camera"),
-            exposures.into_section("exposures", "Exposures"),
-        ],
-        style: "",
-    };
-    page.to_html()
+    let sections = [
+        curves.into_section("response", "Response of the camera"),
+        exposures.into_section("exposures", "Exposures"),
+    ];
+    render_document("Radiosity: a radiance map from exposures", &opening, &sections, "")
 }
 
 /// Returns the share of the pixels in per cent.
@@ -102,30 +95,20 @@ fn unseen_table(merged: &RadianceMap) -> Table {
         Row::new([name, &count, &share, value])
     });
     Table::new(
-        &[
-            "Pixels with a channel that is",
-            "#Pixels",
-            "#Of all",
-            "Value of the channel",
-        ],
+        "Pixels with a channel that is;#Pixels;#Of all;Value of the channel",
         rows,
     )
 }
 
 /// Draws the map exposed for the dark half, for most pixels, and for all but the brightest.
 fn draw_pictures(merged: &RadianceMap) -> Vec<Figure> {
-    let mut values: Vec<f32> = merged.radiance.iter().map(|v| v.max_element()).collect();
-    values.retain(|value| *value > 0.0);
-    values.sort_by(f32::total_cmp);
     PICTURE_PERCENTILES
         .into_iter()
         .map(|(name, share, what)| {
-            let value = values.get((share * values.len() as f64) as usize);
-            let white = value.map_or(1.0, |value| (value / PERCENTILE_DISPLAY_VALUE).max(f32::MIN_POSITIVE));
-            let exposure = Exposure::with_white(white);
+            let values = merged.radiance.iter().map(|v| (v.max_element(), 1.0));
+            let exposure = Exposure::from_percentile(values, share);
             let source = draw_thinned(merged.size, |k| encode_srgb(exposure.display_light(merged.radiance[k])));
-            let white = f64::from(white);
-            let says = format!(" · {what}. White is {}.", format_number(white));
+            let says = format!(" · {what}. White is {}.", format_number(exposure.white.into()));
             Figure::from_picture(&source, &format!("The merged picture: {name}"), bold_text(name) + says)
         })
         .collect()
@@ -169,7 +152,7 @@ fn response_plot(response: &CameraResponse) -> Plot {
         ]
         .map(curve)
         .into(),
-        legend: Legend::Beside(90),
+        legend_width: 90,
     }
 }
 
@@ -194,19 +177,8 @@ fn exposure_table(brackets: &Brackets, merged: &RadianceMap, steps: &[ExposureSt
             has(255),
             has(0),
         ];
-        let key = Cell {
-            title: path.display().to_string(),
-            ..code_text(file).into()
-        };
-        Row::new([key].into_iter().chain(values.map(Cell::from)))
+        Row::new([Cell::from(code_text(file))].into_iter().chain(values.map(Cell::from)))
     });
-    let heads = [
-        "Picture",
-        "#Seconds",
-        "#Nominal step",
-        "#Measured step",
-        "#With code 255",
-        "#With code 0",
-    ];
-    Table::new(&heads, rows)
+    let heads = "Picture;#Seconds;#Nominal step;#Measured step;#With code 255;#With code 0";
+    Table::new(heads, rows)
 }

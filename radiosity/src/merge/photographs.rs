@@ -3,9 +3,13 @@
 use crate::merge::brackets::{Photograph, check_picture_size};
 use common::jpeg;
 use common::{Error, Result, file};
-use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
+
+/// Bytes that a decoder may take beside the pixels, whose number is checked. A colour profile of 8 MB can inflate to 8 GB; one
+/// of more than these bytes is skipped.
+const MAX_DECODER_BYTES: u64 = 1 << 25;
 
 /// Reads photographs with their exposure times.
 ///
@@ -28,8 +32,9 @@ fn read_photograph(path: &Path, seconds: f64, count: usize) -> Result<Photograph
     if reader.format() == Some(ImageFormat::Jpeg) {
         jpeg::check_whole(&bytes).map_err(refuse)?;
     }
-    // Large pictures are refused with this program's message.
-    reader.no_limits();
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    reader.limits(limits);
     let mut decoder = reader.into_decoder().map_err(undecodable)?;
     let turned = decoder.orientation().map_err(undecodable)?;
     let (w, h) = decoder.dimensions();

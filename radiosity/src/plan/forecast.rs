@@ -1,4 +1,4 @@
-//! Forecasts a solve from a cheaper one of the same scene: to a larger error, or on a coarser mesh.
+//! Forecasts a solve from a cheaper one of the same scene: to a larger error, or on a coarser mesh, for `--dry-run`.
 
 use super::SceneCounts;
 use super::coarser_defaults::MAX_KEPT_LINKS;

@@ -1,7 +1,7 @@
 //! Memory of a solve, from the sizes of its records: one that does not fit is refused before anything is allocated.
 
 use super::SceneCounts;
-use crate::report::preview::PREVIEW_BYTES;
+use crate::report::solution_view::PREVIEW_BYTES;
 use common::mesh::{MAX_TEXELS, MeshFace, Patch, PatchPoint, Texel};
 use common::scene::Scene;
 use common::settings::{Meshing, Settings};
@@ -22,6 +22,10 @@ const ESTIMATE_BYTES_PER_TEXEL: usize = 240;
 const PROGRAM_BYTES: u64 = 12 << 20;
 /// Bytes of a solve to an error per texel, with its nodes, blocks and links.
 const ADAPTIVE_BYTES_PER_TEXEL: u64 = 2000;
+/// Bytes of a relight beside its texels, the pictures among them. Measured: 150 MB.
+const RELIGHT_BYTES: u64 = 150 << 20;
+/// Bytes of a relight per texel, by shooting and to an error. Measured: 1 kB, and 3 to 9 kB.
+const RELIGHT_BYTES_PER_TEXEL: [u64; 2] = [1000, 6000];
 /// Sample points of patches are numbered in 32 bits.
 const MAX_POINTS: u64 = u32::MAX as u64;
 
@@ -114,6 +118,35 @@ pub fn memory_limit(solver: SolverChoice) -> (u64, &'static str) {
     match read("/proc/self/limits", "Max address space", 3).map(usable) {
         Some(bytes) if bytes < system.0 => (bytes, "allowed by ulimit"),
         _ => system,
+    }
+}
+
+/// Refuses to solve where a `ulimit` leaves nothing beside the program and its threads: allocations would fail anywhere.
+///
+/// Errors: [`Error::Usage`].
+pub fn require_address_space() -> Result<()> {
+    match memory_limit(SolverChoice::Cpu) {
+        (0, source) => Err(Error::Usage(format!(
+            "the memory {source} is taken by the program and its threads: allow 1 GB at least (ulimit -v 1000000)"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a relight that does not fit into the memory; `resolutions` are those of all faces.
+///
+/// Errors: [`Error::Usage`].
+pub fn check_relight_memory(resolutions: &[[u32; 2]], to_error: bool) -> Result<()> {
+    let texels: u64 = resolutions.iter().map(|[w, h]| u64::from(*w) * u64::from(*h)).sum();
+    let each = RELIGHT_BYTES_PER_TEXEL[usize::from(to_error)];
+    let bytes = texels.saturating_mul(each).saturating_add(RELIGHT_BYTES);
+    let (most, source) = memory_limit(SolverChoice::Cpu);
+    let [needed, usable] = [bytes, most].map(format_bytes);
+    match bytes > most {
+        true => Err(Error::Usage(format!(
+            "{texels} texels of room and objects take {needed}, {usable} are {source}: use fewer --texels"
+        ))),
+        false => Ok(()),
     }
 }
 

@@ -1,7 +1,7 @@
-//! Chooses the camera of a relit room's pictures.
+//! Chooses the camera of a relit room's pictures where `--camera` does not give one.
 
 use super::RelitScene;
-use crate::report::view::camera::Camera;
+use crate::report::view::camera::{Camera, TRIAL_RAY_COUNT};
 use common::mesh::{Mesh, MeshFace};
 use common::rays::Rays;
 use glam::{DVec3, Vec3};
@@ -16,8 +16,6 @@ const MIN_DISTANCE_RADII: f32 = 1.6;
 const CORNER_DISTANCE_RADII: f32 = 6.0;
 /// Maximum share of the way to the room's corner.
 const MAX_CORNER_SHARE: f32 = 0.85;
-/// View rays per side that score a viewpoint.
-const TRIAL_RAYS_PER_SIDE: u32 = 64;
 /// Minimum share of a square picture for objects to count as visible: a tenth of its height squared.
 const MIN_VISIBLE_SHARE: f32 = 0.01;
 /// The same at the panorama's eye, where the photograph is sharpest: a twentieth squared.
@@ -82,11 +80,9 @@ fn look_at_ball(eye: Vec3, centre: Vec3, radius: f32) -> Camera {
 
 /// Returns the share of a square picture that shows objects.
 fn visible_object_share(relit: &RelitScene, all: &Rays, camera: &Camera) -> f32 {
-    let at = |k: u32| (k as f32 + 0.5) / TRIAL_RAYS_PER_SIDE as f32 * 2.0 - 1.0;
-    let hits = (0..TRIAL_RAYS_PER_SIDE * TRIAL_RAYS_PER_SIDE).filter(|k| {
-        let direction = camera.ray_direction(at(k % TRIAL_RAYS_PER_SIDE), at(k / TRIAL_RAYS_PER_SIDE));
-        let hit = all.nearest_front(camera.eye, direction);
+    let hits = camera.trial_directions().filter(|direction| {
+        let hit = all.nearest_front(camera.eye, *direction);
         hit.is_some_and(|(face, _)| relit.is_object(face))
     });
-    hits.count() as f32 / (TRIAL_RAYS_PER_SIDE * TRIAL_RAYS_PER_SIDE) as f32
+    hits.count() as f32 / TRIAL_RAY_COUNT as f32
 }

@@ -1,32 +1,34 @@
-//! Writes `composite.exr`, `background.exr` and `composite.png`.
+//! Encodes `composite.exr`, `background.exr` and `composite.png`.
 
 use super::composite::Composite;
-use crate::report::picture::{Exposure, RgbaPicture, encode_srgb};
+use crate::report::picture::{EXPOSURE_PERCENTILE, Exposure, RgbaPicture, encode_srgb};
 use common::Result;
+use common::solution::pending::NamedBytes;
 use common::solution::write::encode_exr;
-use common::solution::write_file;
 use glam::Vec3;
 use rayon::prelude::*;
-use std::path::Path;
 
-/// Writes the three files into `dir`, each atomically.
+/// Encodes the three files.
 ///
-/// Errors: a file cannot be written.
-pub fn write_pictures(dir: &Path, composite: &Composite, exposure: Exposure) -> Result<()> {
+/// Errors: those of [`encode_exr`].
+pub fn encode_pictures(composite: &Composite, exposure: Exposure) -> Result<Vec<NamedBytes>> {
     let [behind, any] = &composite.coverage;
     let exrs = [
         ("background.exr", &composite.background, behind),
         ("composite.exr", &composite.composite, any),
     ];
-    let exrs = || {
-        exrs.par_iter().try_for_each(|(name, colours, coverage)| {
-            write_file(&dir.join(name), &encode_picture(composite.size, colours, coverage)?)
-        })
+    let exrs = || -> Result<Vec<NamedBytes>> {
+        let encoded = exrs.par_iter().map(|(name, colours, coverage)| {
+            let bytes = encode_picture(composite.size, colours, coverage)?;
+            Ok(((*name).to_owned(), bytes))
+        });
+        encoded.collect()
     };
     let png = || tone_map_picture(composite.size, &composite.composite, any, exposure).encode_png();
-    let (written, png) = rayon::join(exrs, png);
-    written?;
-    write_file(&dir.join("composite.png"), &png)
+    let (files, png) = rayon::join(exrs, png);
+    let mut files = files?;
+    files.push(("composite.png".into(), png));
+    Ok(files)
 }
 
 /// Encodes colours as EXR; with channel A (colours premultiplied) only where some pixel is transparent.
@@ -49,10 +51,11 @@ pub fn encode_picture(size: [u32; 2], colours: &[Vec3], coverage: &[f32]) -> Res
 pub fn choose_exposure(composite: &Composite) -> Exposure {
     let colours = [&composite.background, &composite.composite];
     let pairs = colours.into_iter().zip(&composite.dark);
-    Exposure::from_percentile(pairs.flat_map(|(colours, dark)| {
+    let values = pairs.flat_map(|(colours, dark)| {
         let values = colours.iter().zip(dark);
         values.map(|(colour, share)| (colour.max_element(), *share))
-    }))
+    });
+    Exposure::from_percentile(values, EXPOSURE_PERCENTILE)
 }
 
 /// Converts premultiplied radiances to an sRGB picture at an exposure.

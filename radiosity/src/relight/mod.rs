@@ -62,6 +62,14 @@ impl RelitScene<'_> {
         radiosity.map_or(Vec3::ZERO, |b| b.truncate())
     }
 
+    /// Returns B₀ of a texel of the room, B of one of an object.
+    pub fn shown_radiosity(&self, texel: usize) -> Vec3 {
+        match self.is_object(self.mesh.texels[texel].face) {
+            true => self.relit_radiosity(texel),
+            false => self.captured_radiosity(texel),
+        }
+    }
+
     /// Returns B − B₀ of a texel of the room; 0 on objects.
     pub fn radiosity_change(&self, texel: usize) -> Vec3 {
         match self.mesh.texels.get(texel) {
@@ -75,12 +83,7 @@ impl RelitScene<'_> {
     pub fn is_light(&self, texel: usize) -> bool {
         self.mesh.texels.get(texel).is_some_and(|t| {
             let own = t.emission.max_element();
-            let leaving = if self.is_object(t.face) {
-                self.relit_radiosity(texel)
-            } else {
-                self.captured_radiosity(texel)
-            };
-            own > 0.0 && own >= 0.5 * leaving.max_element()
+            own > 0.0 && own >= 0.5 * self.shown_radiosity(texel).max_element()
         })
     }
 }

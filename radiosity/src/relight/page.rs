@@ -2,7 +2,7 @@
 
 use super::RelitScene;
 use super::composite::Composite;
-use crate::report::document::{Blocks, Document, Figure, Table, VerdictTone, bold_text, code_text, plain_text};
+use crate::report::document::{Blocks, Figure, Table, VerdictTone, bold_text, code_text, plain_text, render_document};
 use crate::report::energy::add_energy_balances;
 use crate::report::format::{count_noun, format_count};
 use crate::report::viewer;
@@ -62,17 +62,11 @@ pub fn render_report(report: &RelightPage) -> String {
     let mut figures = Blocks::default();
     add_tables(&mut figures, report);
     figures.add_element(viewer::page_assets());
-    let sections = vec![
+    let sections = [
         around.into_section("around", "Look around"),
         figures.into_section("figures", "Figures"),
     ];
-    let page = Document {
-        title: "Radiosity: a relit room",
-        opening,
-        sections,
-        style: "",
-    };
-    page.to_html()
+    render_document("Radiosity: a relit room", &opening, &sections, "")
 }
 
 /// Adds the verdict, warnings and counts of negative values.

@@ -113,15 +113,8 @@ impl<'a> RelitRadiance<'a> {
     /// a photograph B − B₀ is added as a whole, so that the composite shows B between texels too.
     pub fn new(relit: &RelitScene<'a>, surface: &'a InterpolationSurface<'a>, photograph: bool) -> Self {
         let texels = || (0..).zip(&relit.mesh.texels);
-        let own = |(k, texel): (usize, &common::mesh::Texel)| {
-            let leaving = if relit.is_object(texel.face) {
-                relit.relit_radiosity(k)
-            } else {
-                relit.captured_radiosity(k)
-            };
-            (leaving - texel.emission).extend(0.0)
-        };
-        let reflected: Vec<Vec4> = texels().map(own).collect();
+        let reflected = texels().map(|(k, texel)| (relit.shown_radiosity(k) - texel.emission).extend(0.0));
+        let reflected: Vec<Vec4> = reflected.collect();
         let sound = min_ratio_radiosity(relit);
         let part = |k: usize| match photograph {
             true => split_change(relit, k, sound),

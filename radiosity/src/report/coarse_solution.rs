@@ -1,4 +1,4 @@
-//! Averages a solution over larger texels, for drawing and to compare it with another.
+//! Averages a solution over larger texels, for `view.html` and the pages of `diff` and `check`.
 
 use common::Result;
 use common::mesh::Mesh;

@@ -11,18 +11,6 @@ const PAGE_STYLE: &str = include_str!("style.css");
 /// Maximum columns of a table that stays a table on a narrow screen.
 const MAX_NARROW_COLUMNS: usize = 4;
 
-/// Page: heading, navigation bar, opening and sections.
-pub struct Document<'a> {
-    /// Heading.
-    pub title: &'a str,
-    /// Content before the first section.
-    pub opening: Blocks,
-    /// Sections, each linked from the navigation bar.
-    pub sections: Vec<Section>,
-    /// Style sheet in addition to the common one.
-    pub style: &'a str,
-}
-
 /// Section of a page.
 pub struct Section {
     /// Anchor.
@@ -33,36 +21,37 @@ pub struct Section {
     pub body: Blocks,
 }
 
-impl Document<'_> {
-    /// Renders the page as one self-contained file.
-    pub fn to_html(&self) -> String {
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
-                    title { (self.title) }
-                    style { (PreEscaped(PAGE_STYLE)) (PreEscaped(PLOT_STYLE)) (PreEscaped(self.style)) }
+/// Renders a page as one self-contained file: heading, navigation bar, the blocks before the first section, and the
+/// sections, each linked from the bar. `style` is a style sheet in addition to the common one.
+pub fn render_document(title: &str, opening: &Blocks, sections: &[Section], style: &str) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(PLOT_STYLE)) (PreEscaped(style)) }
+            }
+            body {
+                nav aria-label="Sections" {
+                    a href="#top" { "Overview" }
+                    @for section in sections { a href={ "#" (section.id) } { (section.title) } }
                 }
-                body {
-                    nav aria-label="Sections" {
-                        a href="#top" { "Overview" }
-                        @for section in &self.sections { a href={ "#" (section.id) } { (section.title) } }
-                    }
-                    main {
-                        header #top { h1 { (self.title) } }
-                        (self.opening)
-                        @for section in &self.sections {
-                            section id=(section.id) { h2 { (section.title) } (section.body) }
-                        }
+                main {
+                    header #top { h1 { (title) } }
+                    (opening)
+                    @for section in sections {
+                        section id=(section.id) { h2 { (section.title) } (section.body) }
                     }
                 }
             }
-        };
-        page.into_string()
-    }
+        }
+    };
+    // Names of files may have control characters, which HTML forbids.
+    let is_control = |letter: char| letter.is_control() && !"\t\n\r".contains(letter);
+    page.into_string().replace(is_control, "\u{fffd}")
 }
 
 /// Text of a line, escaped when it is made.
@@ -90,7 +79,7 @@ impl Render for Text {
     }
 }
 
-/// Returns text as it is, to begin a line.
+/// Returns unstyled text, to begin a line.
 pub fn plain_text(text: impl Into<Text>) -> Text {
     text.into()
 }
@@ -149,7 +138,7 @@ impl Render for Blocks {
     }
 }
 
-/// Mood of a verdict.
+/// Tone of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VerdictTone {
     /// All is well.
@@ -163,7 +152,7 @@ pub enum VerdictTone {
 }
 
 impl Blocks {
-    /// Ends a section with these blocks.
+    /// Makes a section of these blocks.
     pub fn into_section(self, id: impl Into<String>, title: impl Into<Text>) -> Section {
         Section {
             id: id.into(),
@@ -267,10 +256,10 @@ impl Figure {
         Self::new(content, caption)
     }
 
-    /// Creates a figure of a plot, or of the text `otherwise`.
-    pub fn from_plot(plot: Option<&Plot>, otherwise: &str, caption: impl Into<Text>) -> Self {
-        let svg = plot.and_then(Plot::render_svg);
-        let content = html! { @match svg { Some(svg) => (PreEscaped(svg)), None => p.none { (otherwise) } } };
+    /// Creates a figure of a plot, or of the text `otherwise` if there is nothing to draw.
+    pub fn from_plot(plot: &Plot, otherwise: &str, caption: impl Into<Text>) -> Self {
+        let content =
+            html! { @match plot.render_svg() { Some(svg) => (PreEscaped(svg)), None => p.none { (otherwise) } } };
         Self::new(content, caption)
     }
 
@@ -291,7 +280,7 @@ impl Render for Figure {
 pub struct Table {
     /// Classes of the style sheet.
     pub class: &'static str,
-    /// Headings: one that begins with # stands over numbers, with ~ over long text; its lines are separated by |.
+    /// Headings: one that begins with # stands over numbers, with ~ over long text; | separates its lines.
     pub heads: Vec<String>,
     /// Rows.
     pub rows: Vec<Row>,
@@ -309,8 +298,6 @@ pub struct Cell {
     pub content: Text,
     /// Class of the style sheet.
     pub class: &'static str,
-    /// Tooltip; empty for none.
-    pub title: String,
     /// Columns that it covers; a cell of several belongs to no heading.
     pub columns: usize,
 }
@@ -320,7 +307,6 @@ impl<T: Into<Text>> From<T> for Cell {
         Self {
             content: content.into(),
             class: "",
-            title: String::new(),
             columns: 1,
         }
     }
@@ -345,10 +331,10 @@ impl Row {
 }
 
 impl Table {
-    /// Creates a table with headings (see [`Table::heads`]).
-    pub fn new(heads: &[&str], rows: impl IntoIterator<Item = Row>) -> Self {
+    /// Creates a table; semicolons separate its headings (see [`Table::heads`]).
+    pub fn new(heads: &str, rows: impl IntoIterator<Item = Row>) -> Self {
         Self {
-            heads: heads.iter().map(ToString::to_string).collect(),
+            heads: heads.split_terminator(';').map(str::to_owned).collect(),
             rows: rows.into_iter().collect(),
             ..Self::default()
         }
@@ -359,7 +345,7 @@ impl Table {
         let rows = rows
             .into_iter()
             .map(|(name, value)| Row::new([name.into(), value.into()]));
-        Self::new(&[], rows)
+        Self::new("", rows)
     }
 
     /// Renders a row; each cell of a card is labelled with its heading.
@@ -373,8 +359,9 @@ impl Table {
             @let class = [head.map_or("", |head| column_class(head)), cell.class].join(" ");
             @let label = head.filter(|_| has_cards).map(|head| head.trim_start_matches(['#', '~']).replace('|', " "));
             @let span = (cell.columns > 1).then_some(cell.columns);
-            td data-head=[label.filter(|label| !label.is_empty())] class=[attribute(class.trim())]
-                title=[attribute(&cell.title)] colspan=[span] { (cell.content) }
+            td data-head=[label.filter(|label| !label.is_empty())] class=[attribute(class.trim())] colspan=[span] {
+                (cell.content)
+            }
         } } }
     }
 }
@@ -426,8 +413,7 @@ mod tests {
             Row::new(["a", "1", "x", "", ""]),
             Row::new([wide, "2 < 3".into()]).with_class_if(true, "bad"),
         ];
-        let heads = ["Name", "#Of|it", "~Why \"so\"", "", "End"];
-        let text = Table::new(&heads, rows).render().into_string();
+        let text = Table::new("Name;#Of|it;~Why \"so\";;End", rows).render().into_string();
         let labels = text
             .split("data-head=\"")
             .skip(1)
@@ -437,7 +423,7 @@ mod tests {
         assert_eq!(labels.collect::<Vec<_>>(), expected);
         assert!(text.contains("2 &lt; 3") && text.contains("<tr class=\"bad\">") && text.contains("colspan=\"2\""));
         assert!(text.contains("<td data-head=\"Of it\" class=\"n\">1<") && text.contains("class=\"reason\">x<"));
-        let narrow = Table::new(&heads[..4], [Row::new(["a", "1"])]);
+        let narrow = Table::new("Name;#Of|it;~Why;Last", [Row::new(["a", "1"])]);
         assert!(!narrow.render().into_string().contains("data-head"));
     }
 
@@ -450,13 +436,8 @@ mod tests {
             .add_verdict(VerdictTone::Good, bad, bad)
             .add_figure(&Figure::from_picture("data:", bad, bad))
             .add_table(Table::of_values([(bad, bad)]));
-        let page = Document {
-            title: bad,
-            opening: Blocks::default(),
-            sections: vec![body.into_section("part", bad)],
-            style: "",
-        };
-        assert!(!page.to_html().contains(bad));
-        assert!(page.to_html().contains("<a href=\"#part\">&lt;b&gt;&amp;&quot;</a>"));
+        let page = render_document(bad, &Blocks::default(), &[body.into_section("part", bad)], "");
+        assert!(!page.contains(bad));
+        assert!(page.contains("<a href=\"#part\">&lt;b&gt;&amp;&quot;</a>"));
     }
 }

@@ -1,4 +1,4 @@
-//! Energy balances on a page: a table of shares of the emitted power.
+//! Energy balances on the pages of `compare`, `check` and `relight`: a table of shares of the emitted power.
 
 use super::document::{Blocks, Cell, Row, Table, bold_text, plain_text};
 use super::format::{format_number, format_percent};

@@ -8,7 +8,6 @@ pub(crate) mod format;
 pub mod gltf_export;
 pub mod picture;
 pub mod plot;
-pub mod preview;
 pub mod solution_view;
 pub mod view;
 pub mod viewer;

@@ -1,4 +1,4 @@
-//! Draws PNG pictures: exposed radiosity, false colours and item buffers.
+//! Draws the PNG pictures of pages and of `preview.png`: exposed radiosity, false colours and item buffers.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -9,9 +9,9 @@ use image::{ExtendedColorType, ImageEncoder};
 
 /// Colour of NaN, magenta, used for nothing else.
 pub const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
-/// Share of the surfaces that an exposure shows no brighter than [`PERCENTILE_DISPLAY_VALUE`].
-const EXPOSURE_PERCENTILE: f64 = 0.9;
-/// Display value of that percentile, relative to linear white.
+/// Share of the surfaces that the usual exposure shows no brighter than `PERCENTILE_DISPLAY_VALUE`.
+pub const EXPOSURE_PERCENTILE: f64 = 0.9;
+/// Display value of the percentile of an exposure, relative to linear white.
 const PERCENTILE_DISPLAY_VALUE: f64 = 0.8;
 /// Uchimura's S = m + l₀, the start of the shoulder, for m = 0.22 and l = 0.4.
 pub const SHOULDER_START: f32 = 0.532;
@@ -137,12 +137,12 @@ impl Exposure {
         }
     }
 
-    /// Chooses the exposure that shows the 90th percentile of (value, weight) pairs at 0.8 of white.
-    pub fn from_percentile(values: impl Iterator<Item = (f32, f32)>) -> Self {
+    /// Chooses the exposure that shows a `share` of (value, weight) pairs no brighter than 0.8 of white.
+    pub fn from_percentile(values: impl Iterator<Item = (f32, f32)>, share: f64) -> Self {
         let positive = |(value, weight): &(f32, f32)| value.is_finite() && *value > 0.0 && *weight > 0.0;
         let values = values.filter(positive);
         let mut values: Vec<(f64, f64)> = values.map(|(value, weight)| (value.into(), weight.into())).collect();
-        let at = weighted_percentile(&mut values, EXPOSURE_PERCENTILE);
+        let at = weighted_percentile(&mut values, share);
         let white = at.map_or(1.0, |value| value / PERCENTILE_DISPLAY_VALUE);
         Self::with_white(white.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32)
     }
@@ -248,10 +248,11 @@ mod tests {
 
     #[test]
     fn exposure_follows_weighted_percentile() {
-        let exposure = Exposure::from_percentile((1..=100).map(|k| (k as f32, if k <= 90 { 1.0 } else { 0.1 })));
+        let values = (1..=100).map(|k| (k as f32, if k <= 90 { 1.0 } else { 0.1 }));
+        let exposure = Exposure::from_percentile(values, 0.9);
         // The weights sum to 91; 0.9 of that is reached at 82.
         assert!(abs_diff_eq!(exposure.white, 82.0 / 0.8, epsilon = 1e-4));
-        let nothing = Exposure::from_percentile([(f32::NAN, 1.0), (0.0, 1.0), (1.0, f32::NAN)].into_iter());
+        let nothing = Exposure::from_percentile([(f32::NAN, 1.0), (0.0, 1.0), (1.0, f32::NAN)].into_iter(), 0.9);
         assert_eq!(nothing.white, 1.0);
     }
 

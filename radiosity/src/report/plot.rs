@@ -30,8 +30,10 @@ pub const CURVE_MARKS: [MarkShape; 6] = [
 /// Style sheet of plots, inside a page or alone.
 pub const PLOT_STYLE: &str = ".mark:hover path,.mark:focus path{stroke:currentColor;stroke-width:2.5;fill-opacity:1}\
     .mark path{stroke-linejoin:round}.upon text{font:12.5px sans-serif;fill:currentColor}";
-/// Right margin of a plot without a legend, CSS pixels.
-const RIGHT_MARGIN: u32 = 24;
+/// Radius of marks, CSS pixels.
+const MARK_RADIUS: f64 = 5.0;
+/// Opacity of the filling of marks.
+const MARK_OPACITY: f64 = 0.85;
 /// Height of a row of the legend, CSS pixels.
 const LEGEND_ROW_HEIGHT: f64 = 20.0;
 /// Height of a plot's title in an SVG file, CSS pixels.
@@ -50,17 +52,8 @@ pub struct Plot {
     pub axes: [Axis; 2],
     /// Lines and marks.
     pub series: Vec<Series>,
-    /// Place of the series' names.
-    pub legend: Legend,
-}
-
-/// Place of the names of series.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Legend {
-    /// Nowhere.
-    None,
-    /// In a column of this width beside the plot, CSS pixels.
-    Beside(u32),
+    /// Width of the column of the series' names beside the plot, CSS pixels.
+    pub legend_width: u32,
 }
 
 /// Axis of a plot.
@@ -86,7 +79,7 @@ pub struct Series {
     /// Line through the points.
     pub line: Option<LineStyle>,
     /// Mark of each point.
-    pub mark: Option<MarkStyle>,
+    pub mark: Option<MarkShape>,
     /// Points.
     pub points: Vec<PlotPoint>,
 }
@@ -96,21 +89,8 @@ pub struct Series {
 pub struct LineStyle {
     /// Width in CSS pixels.
     pub width: f64,
-    /// Opacity, 0…1.
-    pub opacity: f64,
-    /// SVG dash pattern.
+    /// SVG dash pattern; none for a solid line.
     pub dashes: Option<&'static str>,
-}
-
-/// Style of a mark.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MarkStyle {
-    /// Outline.
-    pub shape: MarkShape,
-    /// Radius in CSS pixels.
-    pub radius: f64,
-    /// Opacity of the filling, 0…1.
-    pub opacity: f64,
 }
 
 /// Outline of a mark.
@@ -146,13 +126,9 @@ impl From<[f64; 2]> for PlotPoint {
 }
 
 impl LineStyle {
-    /// Creates the style of a solid, opaque line.
+    /// Creates the style of a solid line.
     pub fn with_width(width: f64) -> Self {
-        Self {
-            width,
-            opacity: 1.0,
-            dashes: None,
-        }
+        Self { width, dashes: None }
     }
 }
 
@@ -175,7 +151,7 @@ impl Series {
     pub fn draw_sample(&self) -> Markup {
         html! {
             @if let Some(line) = &self.line { (draw_line(&[[-12.0, 0.0], [12.0, 0.0]], self.colour, line)) }
-            @if let Some(mark) = &self.mark { (draw_mark(self.colour, mark, [0.0, 0.0])) }
+            @if let Some(mark) = self.mark { (draw_mark(self.colour, mark, [0.0, 0.0])) }
         }
     }
 }
@@ -316,7 +292,7 @@ impl Plot {
                     @for series in &self.series {
                         @if let Some(line) = &series.line { (draw_line(&curve(series), series.colour, line)) }
                     }
-                    @for series in &self.series { @if let Some(mark) = &series.mark {
+                    @for series in &self.series { @if let Some(mark) = series.mark {
                         @for point in &series.points { g.mark {
                             @if !point.title.is_empty() { title { (point.title) } }
                             (draw_mark(series.colour, mark, pixel_at(point.at)))
@@ -339,10 +315,7 @@ impl Plot {
             .map(|axis| (0..AXIS_STEPS).with_key_points(axis.tick_places()));
         let mut chart = ChartBuilder::on(&area)
             .margin(10)
-            .margin_right(match self.legend {
-                Legend::Beside(width) => width,
-                Legend::None => RIGHT_MARGIN,
-            })
+            .margin_right(self.legend_width)
             .x_label_area_size(44)
             .y_label_area_size(78)
             .build_cartesian_2d(x, y)
@@ -370,10 +343,7 @@ impl Plot {
 
     /// Draws the names of the series below each other.
     fn draw_legend(&self) -> Markup {
-        let Legend::Beside(width) = self.legend else {
-            return html! {};
-        };
-        let x = f64::from(self.size[0] - width) + 24.0;
+        let x = f64::from(self.size[0] - self.legend_width) + 24.0;
         let named = self.series.iter().filter(|series| !series.name.is_empty());
         html! {
             @for (k, series) in named.enumerate() {
@@ -389,15 +359,15 @@ impl Plot {
 fn draw_line(pixels: &[[f64; 2]], colour: &str, line: &LineStyle) -> Markup {
     let points: Vec<String> = pixels.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
     html! { @if !points.is_empty() {
-        path d={ "M" (points.join("L")) } stroke=(colour) stroke-width=(line.width) stroke-opacity=(line.opacity)
+        path d={ "M" (points.join("L")) } stroke=(colour) stroke-width=(line.width)
             stroke-dasharray=[line.dashes] stroke-linejoin="round" fill="none" {}
     } }
 }
 
-fn draw_mark(colour: &str, mark: &MarkStyle, [x, y]: [f64; 2]) -> Markup {
+fn draw_mark(colour: &str, mark: MarkShape, [x, y]: [f64; 2]) -> Markup {
     html! {
-        path d=(mark.shape.unit_path()) transform=(format!("translate({x:.1} {y:.1}) scale({})", mark.radius))
-            fill=(colour) fill-opacity=(mark.opacity) vector-effect="non-scaling-stroke" {}
+        path d=(mark.unit_path()) transform=(format!("translate({x:.1} {y:.1}) scale({MARK_RADIUS})"))
+            fill=(colour) fill-opacity=(MARK_OPACITY) vector-effect="non-scaling-stroke" {}
     }
 }
 
@@ -427,17 +397,12 @@ mod tests {
                 Axis::logarithmic_scale("y", [1e-3, 1.0], format_share),
             ],
             series,
-            legend: Legend::Beside(80),
+            legend_width: 80,
         }
     }
 
     #[test]
     fn values_beyond_axes_are_drawn_at_their_ends() {
-        let mark = MarkStyle {
-            shape: MarkShape::Circle,
-            radius: 4.0,
-            opacity: 1.0,
-        };
         let points = [[0.5, f64::NAN], [f64::INFINITY, 1e9], [-7.0, 0.0]];
         let point = |at: [f64; 2]| PlotPoint {
             title: "a & b".into(),
@@ -445,7 +410,7 @@ mod tests {
         };
         let series = Series {
             name: "one".into(),
-            mark: Some(mark),
+            mark: Some(MarkShape::Circle),
             points: points.map(point).into(),
             ..Series::through_points(CPU_COLOUR, LineStyle::with_width(1.0), [[0.0; 2]; 0])
         };

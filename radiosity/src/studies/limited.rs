@@ -1,4 +1,5 @@
-//! Solves whose failures do not end a study.
+//! Solves whose failures do not end a study: `chart` and `stress` go on after an error, a panic or a solve that takes
+//! too long.
 
 use common::Error;
 use oracle::solve::progress::{PhaseCallback, ProgressMonitor};
@@ -7,20 +8,13 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// A solve under a time limit.
-pub struct LimitedSolve<T> {
-    /// The answer, or the error, panic or excess of time in words.
-    pub answer: Result<T, String>,
-    /// Wall-clock seconds.
-    pub seconds: f64,
-}
-
-/// Solves within `limit` seconds; none if `show` asked to stop.
+/// Solves, and stops at the first report of progress after `limit` seconds. Returns the answer, or the error, panic or
+/// excess of time in words, and the wall-clock seconds; none if the solve was interrupted or `show` asked to stop.
 pub fn solve_limited<T>(
     limit: f64,
     show: PhaseCallback,
     solve: impl FnOnce(&ProgressMonitor) -> common::Result<T>,
-) -> Option<LimitedSolve<T>> {
+) -> Option<(Result<T, String>, f64)> {
     let (asked, late) = (Cell::new(false), Cell::new(false));
     let start = Instant::now();
     let progress = |phase: &str, done: f64| {
@@ -45,5 +39,5 @@ pub fn solve_limited<T>(
             Err(format!("panic: {}", text.unwrap_or("without a message")))
         }
     };
-    Some(LimitedSolve { answer, seconds })
+    Some((answer, seconds))
 }

@@ -6,10 +6,3 @@ mod limited;
 pub mod random;
 pub mod stress;
 pub mod table4;
-
-use common::settings::ItemBufferProjection;
-
-/// Stereographic projection, rasterised pixel by pixel.
-const PIXEL_STEREOGRAPHIC: ItemBufferProjection = ItemBufferProjection::Stereographic;
-/// Orthographic projection of the hemisphere, rasterised pixel by pixel.
-const PIXEL_HEMISPHERE: ItemBufferProjection = ItemBufferProjection::Hemisphere;

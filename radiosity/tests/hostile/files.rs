@@ -1,4 +1,4 @@
-//! Files that never end.
+//! Files that never end, and files elsewhere.
 
 use crate::program::room::folder_with_room;
 use std::fs::{self, OpenOptions};
@@ -6,8 +6,8 @@ use std::os::unix::fs::symlink;
 use std::process::Command;
 use std::thread::spawn;
 
-/// Pipes, devices and huge files in every place where a file is read.
-const ENDLESS: &str = "
+/// Pipes, devices, huge files, and files outside the scene's folder in every place where a file is read.
+const REFUSED_FILES: &str = "
 solve pipe.obj => pipe.obj: cannot be read
 solve zero.obj => zero.obj: cannot be read
 solve huge.obj => huge.obj: cannot be read
@@ -23,6 +23,14 @@ relight --room endless => endless/result.json: cannot be read
 relight --room walls => walls/000.exr: cannot be read
 diff dark endless => dark/lightmap.exr: cannot be read
 check piped => piped/result.json: cannot be read
+solve below/up.obj => line 1: the material file ../m.mtl cannot be read: only files beside the scene or below it are read
+solve below/root.obj => line 1: the material file /etc/passwd cannot be read: only files beside the scene or below it
+solve below/around.obj => the material file none/../../m.mtl cannot be read: only files beside
+solve below/texture.obj => t.mtl: material m: map_Kd ../../m.mtl cannot be read: only files beside
+solve below/texture2.obj => t2.mtl: material m: map_Kd /etc/passwd cannot be read: only files beside
+solve below/up.gltf => buffer 0: ../../etc/passwd cannot be read: only files beside
+solve below/root.gltf => buffer 0: /etc/passwd cannot be read: only files beside
+solve below/far.gltf => buffer 0: is at http://localhost/b: only files beside
 merge pipe.obj zero.obj --seconds 1,4 => pipe.obj: cannot be read
 merge zero.obj pipe.obj --seconds 1,4 => zero.obj: cannot be read
 ";
@@ -32,7 +40,7 @@ const ONE_QUAD: &str = r#"{"faces":[{"kind":"quad","corners":[[0,0,0],[1,0,0],[1
     "texels":[1,1],"rect":[0,0,1,1],"file":"000.exr"}]}"#;
 
 #[test]
-fn endless_files_are_refused() {
+fn endless_files_and_files_elsewhere_are_refused() {
     let folder = folder_with_room();
     folder.write("library.obj", "mtllib pipe.obj\n");
     folder.write("t.mtl", "newmtl m\nKe 1\nmap_Kd pipe.obj\n");
@@ -40,6 +48,27 @@ fn endless_files_are_refused() {
     folder.write("texture.obj", textured);
     let buffer = r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"pipe.obj","byteLength":4}]}"#;
     folder.write("buffer.gltf", buffer);
+    for (name, library) in [
+        ("up", "../m.mtl"),
+        ("root", "/etc/passwd"),
+        ("around", "none/../../m.mtl"),
+    ] {
+        folder.write(&format!("below/{name}.obj"), format!("mtllib {library}\n"));
+    }
+    // A texture is named relative to its library.
+    for (name, texture) in [("", "../../m.mtl"), ("2", "/etc/passwd")] {
+        let library = format!("newmtl m\nKe 1\nmap_Kd {texture}\n");
+        folder.write(&format!("below/lib/t{name}.mtl"), library);
+        let scene = textured.replace("t.mtl", &format!("lib/t{name}.mtl"));
+        folder.write(&format!("below/texture{name}.obj"), scene);
+    }
+    for (name, uri) in [
+        ("up", "..%2f../etc/passwd"),
+        ("root", "/etc/passwd"),
+        ("far", "http://localhost/b"),
+    ] {
+        folder.write(&format!("below/{name}.gltf"), buffer.replace("pipe.obj", uri));
+    }
     folder.write("dark/result.json", ONE_QUAD);
     folder.write("walls/room.json", ONE_QUAD);
     for dir in ["piped", "endless"] {
@@ -55,5 +84,5 @@ fn endless_files_are_refused() {
     symlink("/dev/zero", folder.path("endless/result.json")).unwrap();
     let huge = fs::File::create(folder.path("huge.obj")).unwrap();
     huge.set_len(1 << 42).unwrap();
-    folder.assert_refused(ENDLESS);
+    folder.assert_refused(REFUSED_FILES);
 }

@@ -20,6 +20,10 @@ solve dark.obj --dry-run => dark.obj: no face emits light
 chart dark.obj => dark.obj: no face emits light
 converge dark.obj => dark.obj: no face emits light
 relight --room dark.obj --object dark.obj --scale 0.1 --solver cpu => dark.obj: no face emits light
+solve line.obj --solver cpu => line.obj: no face that emits light has an area: face 7 (unnamed_object) is a line
+relight --room line.obj --object cube.obj => line.obj: no face that emits light has an area: face 7
+solve outlier.obj --solver cpu => outlier.obj: its light is lost in rounding: the largest lamp, face 2 (unnamed_object), \
+    extends over 1.0e0, and the scene over 1.0e12; is a corner of face 7 (unnamed_object) misplaced?
 ";
 
 #[test]
@@ -30,6 +34,9 @@ fn extreme_numbers_are_solved_or_refused() {
     room("near.obj", Cube { high: 1e-70, ..ROOM });
     room("bright.obj", Cube { lamp: "sun", ..ROOM });
     room("dark.obj", Cube { lamp: "wall", ..ROOM });
+    let dark = Cube { lamp: "wall", ..ROOM }.obj_text();
+    folder.write("line.obj", dark + "usemtl lamp\nf 1 2 1\n");
+    folder.write("outlier.obj", ROOM.obj_text() + "v .5 1e12 .5\nusemtl wall\nf 1 2 -1\n");
     let turned = Cube {
         inside_out: true,
         ..ROOM

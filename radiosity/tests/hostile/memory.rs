@@ -1,6 +1,7 @@
 //! Memory: solves that do not fit are refused before they start, and plans match the measured memory.
 
 use crate::program::command::TestFolder;
+use crate::program::merge::{folder_with_bracket, with_inflating_profile};
 use crate::program::room::{folder_with_room, room_with_triangles};
 use common::settings::{Meshing, Settings};
 use oracle::solve::solver::SolverChoice;
@@ -30,6 +31,26 @@ fn solve_beyond_available_memory_is_refused() {
     assert_eq!(end.code, Some(0), "{end}");
 }
 
+#[test]
+fn limit_that_leaves_nothing_is_refused() {
+    let folder = folder_with_room();
+    for line in [
+        "solve room.obj --solver cpu",
+        "relight --room room.obj --object cube.obj --place .5,.5,.5 --solver cpu",
+    ] {
+        let end = folder.run_in_shell("ulimit -v 500000; exec RUN", line);
+        assert_eq!(end.code, Some(2), "{end}");
+        let said = "the memory allowed by ulimit is taken by the program and its threads: allow 1 GB at least";
+        assert!(matches!(end.errors()[..], [error] if error.contains(said)), "{end}");
+    }
+    let end = folder.run_in_shell(
+        "ulimit -v 800000; exec RUN",
+        "relight --room room.obj --object cube.obj --solver cpu",
+    );
+    let is_refused = matches!(end.errors()[..], [error] if error.contains("texels of room and objects take"));
+    assert!(end.code == Some(2) && is_refused, "{end}");
+}
+
 /// Runs the program to its end; returns its peak resident memory in bytes.
 fn peak_memory(folder: &TestFolder, line: &str) -> u64 {
     let mut command = folder.command(&line.split(' ').collect::<Vec<_>>());
@@ -44,6 +65,20 @@ fn peak_memory(folder: &TestFolder, line: &str) -> u64 {
         sleep(Duration::from_millis(2));
     }
     most
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn colour_profile_that_inflates_is_skipped() {
+    let folder = folder_with_bracket("png");
+    folder.write("profile.png", with_inflating_profile(&folder.read("a.png")));
+    let most = ["a.png", "profile.png"].map(|first| {
+        let line = format!("merge {first} b.png --seconds 1,4 --out {first}-out");
+        let found = peak_memory(&folder, &line);
+        assert!(folder.has(&format!("{first}-out/radiance.exr")), "{line}");
+        found
+    });
+    assert!(most[1] < most[0] + (80 << 20), "{most:?} bytes");
 }
 
 #[cfg(target_os = "linux")]

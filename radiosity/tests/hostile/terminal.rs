@@ -1,5 +1,6 @@
 //! Output: closed and full pipes, control characters, `--quiet`.
 
+use crate::program::merge::expose_scene;
 use crate::program::room::{MATERIALS, ROOM, folder_with_room};
 use std::fs;
 
@@ -49,6 +50,18 @@ fn control_characters_in_names_are_escaped() {
     for name in [&result["scene"], &result["faces"][1]["name"]] {
         let name = name.as_str().unwrap();
         assert!(name.contains("\\u{1b}[") && !name.contains('\u{1b}'), "{name:?}");
+    }
+    folder.write("\u{1b}[31mcube.obj", folder.read("cube.obj"));
+    let line = "relight --room \u{1b}[31mred.obj --object \u{1b}[31mcube.obj --place .5,.5,.5 --solver cpu --texels 2 --error 5%";
+    folder.succeed(line);
+    for (name, seconds) in [("\u{1b}[1.png", 1.0), ("\u{9b}2.png", 4.0)] {
+        expose_scene([48, 32], seconds).save(folder.path(name)).unwrap();
+    }
+    folder.succeed("merge \u{1b}[1.png \u{9b}2.png --seconds 1,4");
+    for page in ["report.html", "view.html", "merge.html"] {
+        let text = folder.read_text(&format!("out/{page}"));
+        let control = text.find(|c: char| c.is_control() && !"\t\n\r".contains(c));
+        assert_eq!(control, None, "{page}");
     }
     folder.assert_refused(
         "solve no\u{1b}[2Jroom.obj => no\\u{1b}[2Jroom.obj: cannot be read

@@ -73,7 +73,7 @@ pub const FLOOR: [Triangle; 4] = [
 const LAMP: [Triangle; 1] = [[[0.2, 0.3, 0.1, 0.9], [1.0, 0.3, 0.3, 0.9], [0.6, 1.1, 0.2, 0.7]]];
 
 /// Writes a glTF of a grey floor and of the lamp above it, with TEXCOORD_1 only if `charted`.
-fn write_gltf(folder: &TestFolder, name: &str, floor: &[Triangle], charted: bool) {
+pub fn write_gltf(folder: &TestFolder, name: &str, floor: &[Triangle], charted: bool) {
     let (mut bytes, mut views, mut accessors, mut meshes) = (vec![], vec![], vec![], vec![]);
     let mut put = |floats: &[f32], kind: &str, count: usize| {
         let view = json!({ "buffer": 0, "byteOffset": bytes.len(), "byteLength": 4 * floats.len() });
@@ -143,20 +143,8 @@ fn kept_charts_have_the_light_of_packed_ones() {
             .max_element()
     });
     let off = off.sum::<f32>() / 2000.0 / brightest;
-    // Packed charts hold the corners of texels only: within a texel they are off by half the light's second difference.
-    let at = |i: i32, j: i32| {
-        let place = Vec2::new(i as f32, j as f32) / 8.0;
-        light(
-            &packed,
-            usize::from(place.x > place.y),
-            Vec3::new(place.x, 0., 2. * place.y),
-        )
-    };
-    let bend = |i: i32, j: i32, [k, l]: [i32; 2]| (at(i + k, j + l) + at(i - k, j - l) - 2. * at(i, j)).abs();
-    let within = (1..8).flat_map(|j| (1..8).map(move |i| (i, j)));
-    let bends = within.map(|(i, j)| bend(i, j, [1, 0]).max(bend(i, j, [0, 1])).max_element());
-    let bend = bends.fold(0.0, f32::max) / brightest;
-    assert!(off < 0.5 * bend, "{off} {bend}");
+    // Packed charts hold the corners of texels only, and light bends between them.
+    assert!(off < 0.02, "{off}");
 }
 
 #[test]

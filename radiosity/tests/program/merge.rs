@@ -1,10 +1,11 @@
 //! `merge` run as a program: the files it writes, the input it refuses.
 
 use super::command::TestFolder;
-use image::{ImageBuffer, Luma, Rgb, RgbImage};
+use image::{ImageBuffer, ImageFormat, Luma, Rgb, RgbImage};
+use std::io::Cursor;
 
 /// Photographs a smooth scene of eight stops; gamma 2, code 255 at a radiance of 1 in a second.
-fn expose_scene([w, h]: [u32; 2], seconds: f64) -> RgbImage {
+pub fn expose_scene([w, h]: [u32; 2], seconds: f64) -> RgbImage {
     RgbImage::from_fn(w, h, |x, y| {
         let stops = 8.0 * f64::from(x * h + y) / f64::from(w * h);
         let code = 255.0 * (seconds * (-stops).exp2()).sqrt();
@@ -13,7 +14,7 @@ fn expose_scene([w, h]: [u32; 2], seconds: f64) -> RgbImage {
 }
 
 /// Makes a folder with photographs a, b and c of 1, 4 and 16 seconds.
-fn folder_with_bracket(ending: &str) -> TestFolder {
+pub fn folder_with_bracket(ending: &str) -> TestFolder {
     let folder = TestFolder::new();
     for (name, seconds) in [("a", 1.0), ("b", 4.0), ("c", 16.0)] {
         let file = folder.path(&format!("{name}.{ending}"));
@@ -64,6 +65,28 @@ fn jpegs_are_read_upright() {
     // The photograph becomes darker to the right, upright it becomes darker downwards.
     let red = &upright.channels["R"];
     assert!(red[16] > 100.0 * red[47 * 32 + 16]);
+}
+
+/// Returns the picture with a colour profile of 128 MiB of zeros, which is a small part of that in the file.
+pub fn with_inflating_profile(png: &[u8]) -> Vec<u8> {
+    let mut zeros = Cursor::new(Vec::new());
+    let black = ImageBuffer::from_pixel(1 << 13, 1 << 14, Luma([0_u8]));
+    black.write_to(&mut zeros, ImageFormat::Png).unwrap();
+    let mut profile = b"iCCPx\0\0".to_vec();
+    let mut rest = &zeros.get_ref()[8..];
+    while let Some((length, after)) = rest.split_first_chunk() {
+        let (chunk, after) = after.split_at(4 + u32::from_be_bytes(*length) as usize);
+        profile.extend(chunk.strip_prefix(b"IDAT").unwrap_or_default());
+        rest = &after[4..];
+    }
+    let add_bit = |crc: u32, _| (crc >> 1) ^ ((crc & 1) * 0xedb8_8320);
+    let crc = !profile
+        .iter()
+        .fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), add_bit));
+    let length = profile.len() as u32 - 4;
+    // The header is 33 bytes long.
+    let (header, pixels) = png.split_at(33);
+    [header, &length.to_be_bytes(), &profile, &crc.to_be_bytes(), pixels].concat()
 }
 
 const REFUSED: &str = "

@@ -7,7 +7,7 @@ mod check;
 pub mod command;
 pub mod diff;
 mod error;
-mod merge;
+pub mod merge;
 mod pages;
 mod refused_options;
 mod relight;

@@ -25,6 +25,12 @@ converge nowhere.obj => nowhere.obj
 solve room.obj --solver cpu --adapter any => --adapter contradicts
 solve room.obj --dry-run --solver cpu --adapter any => --adapter contradicts
 chart room.obj --solver cpu --adapter any => --adapter contradicts
+chart room.obj --quality reference => reference
+chart room.obj --solver dense => dense
+chart room.obj --texels 0 => 0 is not in 1..=256 (see
+chart nowhere/at/all.obj => nowhere/at/all.obj: cannot be read
+chart room.obj --vary nonsense => nonsense
+chart room.obj --vary patches --texels 8 => --texels
 solve room.obj --solver cpu --require-gpu => --require-gpu
 shoot room.obj --solver cpu --item-buffer 512 => --item-buffer applies to item buffers
 shoot room.obj --solver gpu --visibility rays --item-buffer 64 => --item-buffer
@@ -86,6 +92,7 @@ fn missing_adapter_is_code_3_and_unwritable_folder_code_4() {
     let missing = "no adapter is called \"NOSUCH\"";
     folder.fail_with(3, "solve room.obj --texels 2 --adapter NOSUCH", missing);
     folder.fail_with(3, "solve room.obj --dry-run --adapter NOSUCH", missing);
+    folder.fail_with(3, "chart room.obj --adapter NOSUCH", missing);
     folder.write("file", "");
     folder.fail_with(4, "solve room.obj --solver cpu --out file/out", "file");
 }

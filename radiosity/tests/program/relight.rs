@@ -83,6 +83,13 @@ fn panorama_lights_object_and_receives_its_shadow() {
     // The object half a metre above the floor shadows it and receives the lamp's light.
     let object = format!("{room} --object cube.obj --scale 4 --place 0,0.9,0");
     let result = relight(&folder, &object, "object");
+    // Without the encoded pictures, which may contain any text.
+    let page = folder.read_text("object/report.html");
+    let pictures = page.split("base64,").enumerate();
+    let text = pictures.map(|(k, part)| &part[if k == 0 { 0 } else { part.find('"').unwrap() }..]);
+    let text: String = text.collect();
+    assert!(text.contains("room.hdr") && text.contains("cube.obj"), "{text}");
+    assert!(!text.contains("http:") && !text.contains("https:") && !text.contains("NaN"));
     assert_eq!(result["faces"].as_array().unwrap().len(), 12);
     assert!(result["map_shots"].as_u64().unwrap() > 0);
     relight(&folder, room, "empty");

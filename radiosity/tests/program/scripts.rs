@@ -80,7 +80,7 @@ fn help_lists_options_of_shooting_under_shoot_only() {
 /// Command line, parts of its plan, and texels and error in its JSON.
 type PlanRow = (&'static str, &'static [&'static str], Option<u64>, Option<f64>);
 
-const PLANS: &[PlanRow] = &[
+const PLAN_ROWS: &[PlanRow] = &[
     (
         "solve scenes/cornell_box.obj --solver cpu --texels 2 --error 10%",
         &[
@@ -124,7 +124,7 @@ const PLANS: &[PlanRow] = &[
         None,
     ),
     (
-        SHOOT,
+        SHOOT_LINE,
         &[
             ", CPU\n",
             "17 faces, 68 texels, 17 patches",
@@ -135,13 +135,13 @@ const PLANS: &[PlanRow] = &[
         None,
     ),
 ];
-const SHOOT: &str =
+const SHOOT_LINE: &str =
     "shoot scenes/cornell_box.obj --maps --gltf light.glb --solver cpu --texels 2 --patches 1 --samples 1";
 
 #[test]
 fn dry_run_prints_plan_and_writes_nothing() {
     let folder = TestFolder::new();
-    for (line, words, texels, error) in PLANS {
+    for (line, words, texels, error) in PLAN_ROWS {
         let text = folder.succeed(&format!("{line} --dry-run"));
         for word in *words {
             assert!(text.stdout.contains(word), "{}: {word}", text.stdout);
@@ -172,7 +172,7 @@ fn dry_run_prints_plan_and_writes_nothing() {
     }
     assert!(folder.list_files().is_empty(), "--dry-run writes files");
     // The same call without --dry-run writes them.
-    folder.succeed(SHOOT);
+    folder.succeed(SHOOT_LINE);
     for name in ["out/lightmap.exr", "out/maps", "light.glb"] {
         assert!(folder.has(name), "{name}");
     }

@@ -25,8 +25,11 @@ fn solve_with_option_of_shooting_shoots_and_names_shoot() {
 #[test]
 fn shoot_writes_files_of_contract_with_default_settings() {
     let folder = TestFolder::new();
-    folder.succeed("shoot scenes/cornell_box.obj --solver cpu --texels 4 --max-shots 7");
+    let end = folder.succeed("shoot scenes/cornell_box.obj --solver cpu --texels 4 --max-shots 7");
     let result = folder.read_json("out/result.json");
+    let note = "1 face not planar: split into two triangles (6)";
+    assert_eq!(end.stderr.matches(note).count(), 1, "{end}");
+    assert!(result["notes"].to_string().contains(note), "{}", result["notes"]);
     for (pointer, value) in [
         ("/shots", json!(7)),
         ("/converged", json!(false)),

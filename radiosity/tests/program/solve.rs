@@ -41,25 +41,6 @@ fn dense_solver_writes_files_of_contract() {
     assert!(!folder.read_planes("out/lightmap.exr").channels.is_empty());
 }
 
-/// A scene in the open, lit by one lamp.
-#[test]
-fn white_material_is_noted() {
-    let folder = TestFolder::new();
-    folder.write("m.mtl", "newmtl m\nKd 1 1 1\nKe 1 1 1\n");
-    let quad = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl m\nf 1 2 3 4\n";
-    folder.write("quad.obj", quad);
-    let end = folder.succeed("solve quad.obj --solver cpu");
-    let note = "materials m reflect all light: taken as 0.95";
-    assert_eq!(end.stderr.matches(note).count(), 1, "{end}");
-    let result = folder.read_json("out/result.json");
-    assert!(result["notes"].to_string().contains(note));
-    let found = &result["faces"][0]["reflectance"];
-    assert!(
-        (0..3).all(|k| (found[k].as_f64().unwrap() - 0.95).abs() < 1e-6),
-        "{found}"
-    );
-}
-
 #[test]
 fn crude_shoot_is_warned_and_default_solve_is_not() {
     let folder = TestFolder::new();

@@ -1,61 +1,13 @@
-//! Solutions: energy balance, superposition, monotonicity, and agreement of the two engines.
+//! Solutions of replayed shots: superposition and monotonicity.
 
 use super::scenes::any_scene;
-use super::setups::{ITERATIONS, SolverSetup, check_every_engine, check_every_iteration, power_of, radiosity_distance};
-use common::energy::EnergyBalance;
-use common::mesh::Mesh;
-use common::settings::Iteration;
-use common::shooting::{RadiosityField, Shot};
+use super::setups::check_every_engine;
+use common::shooting::RadiosityField;
 use glam::Vec3;
 use proptest::prelude::*;
-use radiosity_tests::bounds::{U, energy_rounding};
-use radiosity_tests::engines::{all_patches, shared_gpu};
+use radiosity_tests::bounds::U;
+use radiosity_tests::engines::all_patches;
 use radiosity_tests::random_rooms::RandomRoom;
-
-/// Returns a bound of the imbalance of a solve by passes: as many roundings of the shot power as patches in H, and as 64
-/// lanes and a few products in the sums, on both sides of the balance.
-fn passes_rounding(mesh: &Mesh, energy: &EnergyBalance, shots: &[Shot]) -> f64 {
-    let shot: f64 = shots
-        .iter()
-        .map(|s| f64::from(Vec3::from(s.power).abs().element_sum() * s.form_factor_sum.max(1.0)))
-        .sum();
-    let emitted: f64 = energy.emitted.iter().sum();
-    4.0 * (mesh.patches.len() + 64) as f64 * U * shot * mesh.area_unit() / emitted
-}
-
-/// Asserts B = E + ρH, each side rounded at each of `additions` and three times in each product.
-fn assert_radiosity_equals_emission_plus_reflection(
-    mesh: &Mesh,
-    field: &RadiosityField,
-    additions: usize,
-) -> Result<(), TestCaseError> {
-    for (k, texel) in mesh.texels.iter().enumerate() {
-        let [b, h] = [&field.radiosity, &field.irradiance].map(|v| v[k].truncate().as_dvec3());
-        let reflected = texel.reflectance.as_dvec3() * h;
-        let difference = (b - texel.emission.as_dvec3() - reflected).abs();
-        let bound = (b.abs() + reflected.abs()) * (2.0 * additions as f64 + 6.0) * U;
-        prop_assert!(difference.cmple(bound).all(), "texel {k}: {difference} > {bound}");
-    }
-    Ok(())
-}
-
-#[test]
-fn energy_of_a_solve_balances() {
-    check_every_iteration(3, &any_scene(), |way, cut| {
-        let mesh = cut.sampled_mesh(way.samples);
-        let run = way.solve_mesh(&mesh);
-        let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
-        let single = way.iteration == Iteration::Southwell;
-        let bound = if single {
-            energy_rounding(&energy, mesh.area_unit(), &run.shots)
-        } else {
-            passes_rounding(&mesh, &energy, &run.shots)
-        };
-        prop_assert!(run.converged && !run.stagnated);
-        prop_assert!(energy.imbalance <= bound, "{} > {bound}: {energy:?}", energy.imbalance);
-        assert_radiosity_equals_emission_plus_reflection(&mesh, &run.field, if single { run.shots.len() } else { 1 })
-    });
-}
 
 /// Returns the scene with other emission.
 fn with_emission(cut: &RandomRoom, light: impl Fn(usize) -> Vec3) -> RandomRoom {
@@ -129,41 +81,6 @@ fn replayed_shots_of_brighter_scene_darken_nothing() {
         for k in 0..less.radiosity.len() {
             prop_assert!(more.radiosity[k].cmpge(less.radiosity[k]).all(), "B of texel {k}");
             prop_assert!(more.irradiance[k].cmpge(less.irradiance[k]).all(), "H of texel {k}");
-        }
-        Ok(())
-    });
-}
-
-/// On a software adapter links by rays, and all that follows, are bit-identical. Hardware may fuse products and sums and
-/// then select other shooters.
-#[test]
-fn both_engines_give_the_same_solution() {
-    check_every_engine(2, &any_scene(), |way, cut| {
-        if way.on_gpu {
-            return Ok(());
-        }
-        let mesh = cut.sampled_mesh(way.samples);
-        for iteration in ITERATIONS {
-            let [cpu, device] = [false, true].map(|on_gpu| {
-                let way = SolverSetup {
-                    on_gpu,
-                    iteration,
-                    ..way
-                };
-                way.solve_mesh(&mesh)
-            });
-            if shared_gpu().line.software {
-                prop_assert_eq!(&cpu.shots, &device.shots, "{:?}", iteration);
-                prop_assert_eq!(&cpu.field.radiosity, &device.field.radiosity);
-                prop_assert_eq!(&cpu.field.residual, &device.field.residual);
-                for (a, b) in cpu.field.irradiance.iter().zip(&device.field.irradiance) {
-                    prop_assert_eq!(a.truncate(), b.truncate());
-                }
-            } else {
-                let bound = 10.0 * (power_of(&mesh, &cpu.field.residual) + power_of(&mesh, &device.field.residual));
-                let found = radiosity_distance(&mesh, &cpu.field, &device.field, |k| k);
-                prop_assert!(found <= bound, "{iteration:?}: {found:e} > {bound:e}");
-            }
         }
         Ok(())
     });

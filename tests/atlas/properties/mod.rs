@@ -3,8 +3,6 @@
 
 mod equivalence;
 mod light;
-mod links;
-mod objects;
 mod pairing;
 mod scenes;
 mod setups;

@@ -1,19 +1,22 @@
 //! Correspondence of texels and patches between two meshes, and bounds of the rounding of links.
 
 use super::setups::patch_outline;
-use common::constants::{CONTACT_DISTANCE, NEAR_POINTS_PER_SIDE, OUTLINE_MARGIN};
+use common::constants::NEAR_POINTS_PER_SIDE;
 use common::form_factor::is_far;
 use common::mesh::{Mesh, far_distance};
 use common::sampling::near_point_uv;
-use cpu::shader_twins::texel_point::{point_on_texel, texel_point};
-use glam::{DVec3, Vec3, Vec4};
+use cpu::shader_twins::texel_point::point_on_texel;
+use glam::DVec3;
 use oracle::exact::point_to_polygon;
-use radiosity_tests::bounds::{U, disc_rounding, polygon_rounding};
-use std::f64::consts::PI;
+use radiosity_tests::bounds::{U, polygon_rounding};
 
-/// Largest shift by rounding of a distance that is compared with [`CONTACT_DISTANCE`] and [`OUTLINE_MARGIN`] by less than so much (mesh units):
-/// a few of 8u, the rounding of a coordinate times the steps of a plane's equation.
+/// Largest shift by rounding of a distance that decides between the grid and the centre of a texel, mesh units: a few of
+/// 8u, the rounding of a coordinate times the steps of a plane's equation.
 const ROUNDED_DISTANCE: f64 = 2e-6;
+
+/// Share of a form factor that rounding may move between samples of a partly hidden link, whose weights are small where
+/// a cosine is; a sample that changes sides moves a fourth of it.
+const HIDDEN_SHARE: f64 = 1e-3;
 
 /// Correspondence of two meshes.
 pub struct Pairing {
@@ -72,105 +75,8 @@ impl Pairing {
     }
 }
 
-/// Visibility between two points, in f64.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Sight {
-    Clear,
-    /// Decided by rounding.
-    Near,
-    Blocked,
-}
-
-fn signed_distance(plane: Vec4, p: DVec3) -> f64 {
-    plane.truncate().as_dvec3().dot(p) - f64::from(plane.w)
-}
-
-/// Returns the visibility between `q` and `p` past face `k` of `mesh`.
-fn face_between(mesh: &Mesh, k: usize, q: DVec3, p: DVec3) -> Sight {
-    let face = &mesh.faces[k];
-    let [from, to] = [q, p].map(|point| signed_distance(face.plane, point));
-    let contact = f64::from(CONTACT_DISTANCE) + ROUNDED_DISTANCE;
-    if from * to > 0.0 && from.abs().min(to.abs()) > contact {
-        return Sight::Clear;
-    }
-    // Rounded heights move the crossing along the ray.
-    let slide = ROUNDED_DISTANCE * p.distance(q) / (from - to).abs().max(1e-30);
-    let crossing = q + (p - q) * (from / (from - to)).clamp(0.0, 1.0);
-    let inside = face
-        .edges
-        .iter()
-        .filter(|edge| edge.truncate() != Vec3::ZERO)
-        .map(|edge| signed_distance(*edge, crossing))
-        .fold(f64::INFINITY, f64::min)
-        + f64::from(OUTLINE_MARGIN);
-    if inside < -(ROUNDED_DISTANCE + slide) {
-        Sight::Clear
-    } else if inside > ROUNDED_DISTANCE + slide && from.abs().min(to.abs()) > contact {
-        Sight::Blocked
-    } else {
-        Sight::Near
-    }
-}
-
-fn sight_between(mesh: &Mesh, q: DVec3, p: DVec3, ends: [u32; 2]) -> Sight {
-    let ends = ends.map(|k| mesh.faces[k as usize].sheet);
-    let others = (0..mesh.faces.len()).filter(|k| {
-        let face = &mesh.faces[*k];
-        !ends.contains(&face.sheet) && face.normal != Vec3::ZERO
-    });
-    others
-        .map(|k| face_between(mesh, k, q, p))
-        .max()
-        .unwrap_or(Sight::Clear)
-}
-
-/// Returns the share of the samples' weight that rounding may move between visible and hidden.
-fn uncertain_share(mesh: &Mesh, i: usize, k: usize) -> f64 {
-    let (patch, texel) = (&mesh.patches[i], &mesh.texels[k]);
-    let (own, other) = (
-        patch.shooter.normal.as_dvec3(),
-        mesh.faces[texel.face as usize].normal.as_dvec3(),
-    );
-    let part = f64::from(patch.shooter.area) / f64::from(mesh.samples);
-    let (mut all, mut rounding, mut open) = (0.0, 0.0, 0.0);
-    let mut found = [false; 3];
-    for s in 0..mesh.samples {
-        let q = mesh.patch_points[i * mesh.samples as usize + s as usize];
-        let to = texel_point(mesh, k as u32, i as u32, s);
-        let (from, to, weight) = (q.position.as_dvec3(), to.truncate().as_dvec3(), to.w * q.weight);
-        let d = to - from;
-        let r = d.length();
-        let cosines = [own.dot(d) / r, -other.dot(d) / r].map(|c| c.max(0.0));
-        let [low, below] =
-            [own.dot(d), other.dot(d)].map(|h| (h - f64::from(CONTACT_DISTANCE)).abs() < ROUNDED_DISTANCE);
-        let g = f64::from(weight) * part * cosines[0] * cosines[1] / (PI * r * r + part);
-        all += g;
-        rounding += f64::from(weight) * disc_rounding(d, cosines, part, part);
-        let seen = if low || below {
-            Sight::Near
-        } else {
-            sight_between(mesh, from, to, [patch.face, texel.face])
-        };
-        if seen == Sight::Near {
-            open += g;
-        }
-        found[seen as usize] = true;
-    }
-    // If all samples are visible, or none, their weights do not matter.
-    let weights = if found == [true, false, false] || found == [false, false, true] {
-        0.0
-    } else {
-        2.0 * rounding
-    };
-    if all > 0.0 {
-        ((weights + open) / all).min(1.0)
-    } else {
-        1.0
-    }
-}
-
 /// Returns the regular grid of points on texel `k`.
-pub fn texel_grid(mesh: &Mesh, k: usize) -> Vec<DVec3> {
+fn texel_grid(mesh: &Mesh, k: usize) -> Vec<DVec3> {
     let texel = &mesh.texels[k];
     let face = &mesh.faces[texel.face as usize];
     let place = |n| {
@@ -188,14 +94,14 @@ pub fn texel_grid(mesh: &Mesh, k: usize) -> Vec<DVec3> {
 }
 
 /// Returns true if texel `k` uses its grid of points for patch `i`: if it is near and there are several samples.
-pub fn is_near(mesh: &Mesh, i: usize, k: usize) -> bool {
+fn is_near(mesh: &Mesh, i: usize, k: usize) -> bool {
     let (patch, texel) = (&mesh.patches[i], &mesh.texels[k]);
     let reach = far_distance(patch, &mesh.faces[texel.face as usize]);
     mesh.samples > 1 && !is_far(texel.position, patch.shooter.centre, reach)
 }
 
 /// Returns the receiver points of texel `k` for patch `i`: its grid, or its centre.
-pub fn receiver_points(mesh: &Mesh, i: usize, k: usize) -> Vec<DVec3> {
+fn receiver_points(mesh: &Mesh, i: usize, k: usize) -> Vec<DVec3> {
     if is_near(mesh, i, k) {
         texel_grid(mesh, k)
     } else {
@@ -204,7 +110,7 @@ pub fn receiver_points(mesh: &Mesh, i: usize, k: usize) -> Vec<DVec3> {
 }
 
 /// Returns the mean of the exact form factors of patch `i` from these points of texel `k`.
-pub fn mean_factor(mesh: &Mesh, i: usize, k: usize, points: &[DVec3]) -> f64 {
+fn mean_factor(mesh: &Mesh, i: usize, k: usize, points: &[DVec3]) -> f64 {
     let normal = mesh.faces[mesh.texels[k].face as usize].normal.as_dvec3();
     let polygon = patch_outline(mesh, i);
     let sum: f64 = points.iter().map(|p| point_to_polygon(*p, normal, &polygon)).sum();
@@ -212,25 +118,26 @@ pub fn mean_factor(mesh: &Mesh, i: usize, k: usize, points: &[DVec3]) -> f64 {
 }
 
 /// Returns the rounding of a texel's form factor of a patch: the mean over its receiver points.
-pub fn factor_rounding(mesh: &Mesh, i: usize, k: usize) -> f64 {
+fn factor_rounding(mesh: &Mesh, i: usize, k: usize) -> f64 {
     let (places, polygon) = (receiver_points(mesh, i, k), patch_outline(mesh, i));
     let sum: f64 = places.iter().map(|p| polygon_rounding(*p, &polygon)).sum();
     sum / places.len() as f64 + places.len() as f64 * U
 }
 
-/// Returns a bound of the rounding of the link of texel `k` to patch `i`: of its form factor, and of the visible share
-/// where rays pass edges within rounding.
-pub fn link_rounding(mesh: &Mesh, i: usize, k: usize) -> f64 {
+/// Returns a bound of the rounding of a `link` of texel `k` to patch `i`, unless a ray passes an edge within rounding.
+pub fn link_rounding(mesh: &Mesh, i: usize, k: usize, link: f32) -> f64 {
     let (patch, texel) = (&mesh.patches[i], &mesh.texels[k]);
     if patch.face == texel.face {
         return 0.0;
     }
     let face = &mesh.faces[texel.face as usize];
-    let factor = mean_factor(mesh, i, k, &receiver_points(mesh, i, k));
     let distance = texel.position.distance(patch.shooter.centre);
     // Rounding decides between the grid and the centre: the link may change by F < 1.
     if mesh.samples > 1 && f64::from((distance - far_distance(patch, face)).abs()) < ROUNDED_DISTANCE {
         return 1.0;
     }
-    factor_rounding(mesh, i, k) + factor * uncertain_share(mesh, i, k)
+    let rounding = factor_rounding(mesh, i, k);
+    let factor = mean_factor(mesh, i, k, &receiver_points(mesh, i, k));
+    let is_partly_hidden = link > 0.0 && f64::from(link) < factor - rounding;
+    rounding + if is_partly_hidden { HIDDEN_SHARE * factor } else { 0.0 }
 }

@@ -1,4 +1,5 @@
-//! Reads accessors: positions, texture coordinates, colours and indices of vertices.
+//! Reads accessors: positions, texture coordinates, colours and indices of vertices. [`super::primitive`] reads
+//! vertices by it, [`super::material`] the bytes of pictures.
 //!
 //! The crate `gltf` decodes the numbers. Its readers of whole accessors do not serve: they know no positions in
 //! integers (KHR_mesh_quantization), and they overflow where an accessor leaves its buffer view.
@@ -13,7 +14,7 @@ use gltf::json::validation::Checked;
 
 impl GltfDocument {
     /// Returns the rounding error of an accessor of integers, and 0 for floats.
-    pub fn rounding_step(&self, index: Index<Accessor>) -> f64 {
+    pub fn integer_rounding(&self, index: Index<Accessor>) -> f64 {
         match self.root.get(index) {
             Some(Accessor {
                 component_type: Checked::Valid(component),

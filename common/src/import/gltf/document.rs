@@ -1,4 +1,5 @@
-//! Reads the JSON and the buffers of a glTF file: GLB chunks, `data:` URIs and files relative to it.
+//! Reads the JSON and the buffers of a glTF file: GLB chunks, `data:` URIs and files relative to it. The other modules
+//! here read accessors and pictures from it.
 
 use crate::error::{Error, Result};
 use crate::file::{self, MAX_FILE_BYTES};
@@ -91,8 +92,9 @@ fn check_version(document: &Value) -> GltfResult<()> {
 
 /// Returns whether JSON values of this name are indices: numbers, lists of numbers, or (`attributes`) numbers by name.
 fn names_indices(name: &str) -> bool {
-    let is_node = matches!(name, "scene" | "nodes" | "children" | "mesh");
-    is_node || matches!(name, "material" | "attributes" | "indices" | "bufferView" | "buffer")
+    let is_node = matches!(name, "scene" | "nodes" | "children" | "mesh" | "skin" | "light");
+    let is_texture = matches!(name, "index" | "source" | "sampler" | "texCoord");
+    is_node || is_texture || matches!(name, "material" | "attributes" | "indices" | "bufferView" | "buffer")
 }
 
 /// Checks that every index in a value of this name fits in 32 bits: the crate `gltf` reads 2³² as 0. The parser
@@ -107,6 +109,7 @@ fn check_indices(name: &str, value: &Value) -> GltfResult<()> {
         Value::Array(values) => values.iter().try_for_each(|v| check_indices(name, v)),
         Value::Object(entries) => entries
             .iter()
+            .filter(|(key, _)| *key != "extras")
             .try_for_each(|(key, value)| check_indices(if name == "attributes" { name } else { key }, value)),
         _ => Ok(()),
     }
@@ -167,11 +170,12 @@ pub fn read_uri(scene: &Path, uri: &str) -> GltfResult<Vec<u8>> {
         return bytes.ok_or_else(|| "has a data URI that is not base64".into());
     }
     if uri.contains("://") {
-        return Err(format!("is at {uri}: only files beside the scene are read"));
+        return Err(format!("is at {uri}: only files beside the scene or below it are read"));
     }
     let name = decode_percent(uri).ok_or_else(|| format!("has an invalid uri {uri}"))?;
-    let path = scene.parent().unwrap_or(Path::new("")).join(&name);
-    file::read(&path, MAX_FILE_BYTES).map_err(|reason| format!("{name} cannot be read: {reason}"))
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    let bytes = file::path_below(folder, folder, &name).and_then(|path| file::read(&path, MAX_FILE_BYTES));
+    bytes.map_err(|reason| format!("{name} cannot be read: {reason}"))
 }
 
 /// Decodes percent-encoding (RFC 3986 §2.1).
@@ -211,10 +215,17 @@ mod tests {
             json!({"scenes": [{"nodes": [0, beyond]}]}),
             json!({"meshes": [{"primitives": [{"attributes": {"POSITION": beyond}}]}]}),
             json!({"accessors": [{"sparse": {"indices": {"bufferView": beyond}}}]}),
+            json!({"textures": [{"source": beyond}]}),
+            json!({"textures": [{"sampler": beyond}]}),
+            json!({"images": [{"bufferView": beyond}]}),
+            json!({"materials": [{"emissiveTexture": {"index": beyond}}]}),
+            json!({"materials": [{"emissiveTexture": {"index": 0, "texCoord": beyond}}]}),
+            json!({"nodes": [{"extensions": {"KHR_lights_punctual": {"light": beyond}}}]}),
+            json!({"nodes": [{"skin": beyond}]}),
         ] {
             assert!(check_indices("", &bad).is_err(), "{bad}");
         }
-        let good = json!({"nodes": [{"mesh": 4_294_967_295_u64, "translation": [beyond, 0, 0]}],
+        let good = json!({"nodes": [{"mesh": 4_294_967_295_u64, "translation": [beyond, 0, 0], "extras": {"index": beyond}}],
             "accessors": [{"max": [beyond], "indices": {"byteOffset": beyond}}]});
         assert_eq!(check_indices("", &good), Ok(()));
     }

@@ -1,4 +1,5 @@
-//! KHR_lights_punctual: a light without a surface becomes a small lamp of the same power.
+//! KHR_lights_punctual: a light without a surface becomes a small lamp of the same power. [`super`] adds them after all
+//! meshes.
 
 use super::document::GltfDocument;
 use crate::error::{Error, Result};

@@ -1,5 +1,5 @@
 //! Reads glTF materials and their textures: baseColorFactor × baseColorTexture is reflectance, emissiveFactor ×
-//! strength × emissiveTexture emitted radiance.
+//! strength × emissiveTexture emitted radiance. [`super`] reads each one that a primitive uses.
 
 use super::GltfImport;
 use super::document::{GltfResult, read_uri};

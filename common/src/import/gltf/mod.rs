@@ -229,7 +229,7 @@ impl GltfImport<'_, '_> {
 fn are_continuous(first: &[InputVertex; 3], second: &[InputVertex; 3]) -> bool {
     first.iter().all(|a| {
         let there = second.iter().find(|b| b.position == a.position);
-        there.is_none_or(|b| (a.places, a.colour) == (b.places, b.colour))
+        there.is_none_or(|b| (a.texture_coordinates, a.colour) == (b.texture_coordinates, b.colour))
     })
 }
 

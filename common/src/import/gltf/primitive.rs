@@ -1,4 +1,5 @@
-//! Reads the triangles of a mesh's primitive: lists, strips and fans, with or without indices.
+//! Reads the triangles of a mesh's primitive: lists, strips and fans, with or without indices. Each vertex carries the
+//! largest rounding error of its coordinates in the file, by which [`crate::precision`] finds misshapen faces.
 
 use super::document::{GltfDocument, GltfResult};
 use crate::import::material::{InputVertex, clamp_vertex_colour};
@@ -12,7 +13,7 @@ use gltf::json::validation::Checked;
 const LIGHTMAP_SET: u32 = 1;
 
 /// Reads a primitive's triangles, moved by `world`; none if it consists of points or lines. Beside the positions it
-/// reads the texture coordinates of both `sets`, and on request colours and lightmap coordinates. Normals that cannot be
+/// reads the texture coordinates of both `sets`, and on request colours and lightmap coordinates (`with_lightmap`). Normals that cannot be
 /// read count as missing. If `world` mirrors, the winding is reversed, so that fronts stay fronts.
 ///
 /// Errors: an accessor is invalid, or requested lightmap coordinates are missing.
@@ -22,7 +23,7 @@ pub fn read_triangles(
     world: DMat4,
     sets: [Option<u32>; 2],
     coloured: bool,
-    charted: bool,
+    with_lightmap: bool,
 ) -> GltfResult<Option<Vec<[InputVertex; 3]>>> {
     use Mode::{LineLoop, LineStrip, Lines, Points};
     let mode = match primitive.mode {
@@ -33,18 +34,18 @@ pub fn read_triangles(
     let attribute = |of| primitive.attributes.get(&Checked::Valid(of)).copied();
     let coordinates = |set: Option<u32>| {
         let accessor = set.and_then(|set| attribute(Semantic::TexCoords(set)));
-        let places = accessor.map(|k| document.read_values(k, "texture coordinates", Type::Vec2, DVec2::from_array));
-        places.transpose()
+        let values = accessor.map(|k| document.read_values(k, "texture coordinates", Type::Vec2, DVec2::from_array));
+        values.transpose()
     };
     let vector = |p: [f64; 3]| Vec3::from(p.map(|x| x as f32));
     let accessor = attribute(Semantic::Positions).ok_or("has no POSITION")?;
     let positions = document.read_values(accessor, "positions", Type::Vec3, vector)?;
-    let step = document.rounding_step(accessor);
+    let integer_rounding = document.integer_rounding(accessor);
     let normals = attribute(Semantic::Normals);
     let normals = normals.and_then(|k| document.read_values(k, "normals", Type::Vec3, vector).ok());
-    let places = [coordinates(sets[0])?, coordinates(sets[1])?];
-    let charts = coordinates(charted.then_some(LIGHTMAP_SET))?;
-    if charted && charts.is_none() {
+    let texture_coordinates = [coordinates(sets[0])?, coordinates(sets[1])?];
+    let lightmap_coordinates = coordinates(with_lightmap.then_some(LIGHTMAP_SET))?;
+    if with_lightmap && lightmap_coordinates.is_none() {
         return Err(format!(
             "has no TEXCOORD_{LIGHTMAP_SET}: export with a second UV map, in which no two faces overlap"
         ));
@@ -69,10 +70,10 @@ pub fn read_triangles(
         Ok(InputVertex {
             position: world.transform_point3(position),
             normal: values_at(&normals, k),
-            places: [values_at(&places[0], k), values_at(&places[1], k)],
+            texture_coordinates: texture_coordinates.each_ref().map(|set| values_at(set, k)),
             colour: values_at(&colours, k),
-            chart: values_at(&charts, k).map(|p| p.as_vec2()),
-            rounding: coordinate_rounding(position, step, world),
+            lightmap_coordinates: values_at(&lightmap_coordinates, k).map(|p| p.as_vec2()),
+            rounding: coordinate_rounding(position, integer_rounding, world),
         })
     };
     let mirrored = world.determinant() < 0.0;
@@ -88,14 +89,15 @@ fn values_at<T: Copy>(values: &Option<Vec<T>>, k: usize) -> Option<T> {
     values.as_ref()?.get(k).copied()
 }
 
-/// Returns the largest rounding error of a coordinate in world space; `step` is that of integers, 0 for floats. The
-/// rounding of the node's transform moves all vertices alike and does not count.
-fn coordinate_rounding(p: DVec3, step: f64, world: DMat4) -> f64 {
+/// Returns the largest rounding error of a coordinate in world space; `integer_rounding` is that in the file of
+/// coordinates which are integers, 0 for floats. The rounding of the node's transform moves all vertices alike and does
+/// not count.
+fn coordinate_rounding(p: DVec3, integer_rounding: f64, world: DMat4) -> f64 {
     let [x, y, z] = [world.x_axis, world.y_axis, world.z_axis].map(|axis| axis.truncate().abs());
     let in_world = |p: DVec3| (x * p.x + y * p.y + z * p.z).max_element();
-    match step {
+    match integer_rounding {
         0.0 => UNIT_ROUNDOFF * in_world(p.abs()),
-        step => in_world(DVec3::splat(step)),
+        rounding => in_world(DVec3::splat(rounding)),
     }
 }
 

@@ -55,7 +55,7 @@ struct ObjDocument {
     /// First line that gives a vertex a weight.
     weight_line: Option<usize>,
     normals: Vec<Vec3>,
-    places: Vec<DVec2>,
+    texture_coordinates: Vec<DVec2>,
     precision: NumberPrecision,
     faces: Vec<ObjFace>,
     /// Group and material of the next face.
@@ -80,7 +80,7 @@ impl ObjDocument {
                     parse_or_nan(words.first()),
                     words.get(1).map_or(0.0, |w| parse_or_nan(Some(w))),
                 ];
-                self.places.push(place.into());
+                self.texture_coordinates.push(place.into());
             }
             "vn" => {
                 let normal = [0, 1, 2].map(|k| parse_or_nan(words.get(k)) as f32);
@@ -148,7 +148,7 @@ impl ObjDocument {
 
     /// Parses the corners of a face, `vertex/place/normal`; none if a part is not a number.
     fn parse_face(&self, line: usize, words: &[&str]) -> Option<ObjFace> {
-        let counts = [self.vertices.len(), self.places.len(), self.normals.len()];
+        let counts = [self.vertices.len(), self.texture_coordinates.len(), self.normals.len()];
         let mut indices = Vec::with_capacity(words.len());
         for word in words {
             let mut corner = [usize::MAX; 3];
@@ -160,13 +160,13 @@ impl ObjDocument {
             }
             indices.push(corner);
         }
-        let place_of = |corner: &[usize; 3]| self.places.get(corner[1]).copied();
+        let coordinates_of = |corner: &[usize; 3]| self.texture_coordinates.get(corner[1]).copied();
         let normal_of = |corner: &[usize; 3]| self.normals.get(corner[2]).copied();
-        let has_places = indices.iter().all(|corner| place_of(corner).is_some());
+        let has_coordinates = indices.iter().all(|corner| coordinates_of(corner).is_some());
         let has_normals = indices.iter().all(|corner| normal_of(corner).is_some());
         let corner = |corner: &[usize; 3]| InputVertex {
             normal: normal_of(corner).filter(|_| has_normals),
-            places: [place_of(corner).filter(|_| has_places); 2],
+            texture_coordinates: [coordinates_of(corner).filter(|_| has_coordinates); 2],
             ..InputVertex::default()
         };
         Some(ObjFace {
@@ -180,16 +180,17 @@ impl ObjDocument {
     /// Reads a material library, or several separated by spaces if no file has the whole name.
     fn read_libraries(&mut self, path: &Path, number: usize, names: &str) -> Result<()> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let is_one = folder.join(names).is_file();
+        let is_one = file::path_below(folder, folder, names).is_ok_and(|library| library.is_file());
         for name in names.splitn(if is_one { 1 } else { usize::MAX }, ' ') {
-            let library = folder.join(name);
-            let bytes = file::read(&library, MAX_FILE_BYTES).map_err(|reason| {
+            let library = file::path_below(folder, folder, name);
+            let bytes = library.and_then(|library| Ok((file::read(&library, MAX_FILE_BYTES)?, library)));
+            let (bytes, library) = bytes.map_err(|reason| {
                 let message = format!(
                     "the material file {name} cannot be read: {reason}; put it beside the scene, or remove the mtllib and usemtl lines"
                 );
                 Error::bad_input(path, format!("line {number}"), message)
             })?;
-            self.materials.extend(mtl::read_materials(&library, &bytes)?);
+            self.materials.extend(mtl::read_materials(folder, &library, &bytes)?);
         }
         Ok(())
     }

@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 pub struct MtlMaterial {
     /// Name after `newmtl`.
     pub name: String,
+    /// Folder of the scene.
+    folder: PathBuf,
     file: PathBuf,
     /// `Kd` and `Ke`.
     factors: [Option<DVec3>; 2],
@@ -23,10 +25,10 @@ pub struct MtlMaterial {
     pub is_more_than_diffuse: bool,
 }
 
-/// Reads all materials of a file.
+/// Reads all materials of a file that belongs to a scene in `folder`.
 ///
 /// Errors: a colour is not given as one or three RGB numbers, or a material has no name.
-pub fn read_materials(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>> {
+pub fn read_materials(folder: &Path, path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     // Takes what comes before the first `newmtl`.
     let mut nameless = MtlMaterial::default();
@@ -40,6 +42,7 @@ pub fn read_materials(path: &Path, bytes: &[u8]) -> Result<Vec<MtlMaterial>> {
             ("newmtl", []) => return Err(fail("a material needs a name".into())),
             ("newmtl", _) => materials.push(MtlMaterial {
                 name: rest.into(),
+                folder: folder.to_owned(),
                 file: path.to_owned(),
                 ..MtlMaterial::default()
             }),
@@ -95,7 +98,7 @@ impl MtlMaterial {
         let factor = self.factors[k].unwrap_or(alone);
         let white = if k == 0 { factor } else { DVec3::ZERO };
         let read = |map| {
-            read_texture(pictures, &self.file, map, white).map_err(|message| {
+            self.read_texture(pictures, map, white).map_err(|message| {
                 let key = ["map_Kd", "map_Ke"][k];
                 Error::bad_input(
                     &self.file,
@@ -108,41 +111,43 @@ impl MtlMaterial {
         Ok(TexturedColour { factor, texture })
     }
 
+    /// Reads the texture named by a line of the file, for a colour of this `factor`. Also returns the transform from the
+    /// file's texture coordinates to the picture's.
+    ///
+    /// Errors: an option is not supported, or the picture cannot be read; the message follows the line's key.
+    fn read_texture(
+        &self,
+        pictures: &mut PictureCache<PathBuf>,
+        line: &str,
+        factor: DVec3,
+    ) -> std::result::Result<(WrappedTexture, DAffine2), String> {
+        let line = TextureLine::parse(line)?;
+        let name = line.name;
+        // Files from Windows separate folders by backslashes.
+        let unread = |reason| format!("{name} cannot be read: {reason}");
+        let base = self.file.parent().unwrap_or(Path::new(""));
+        let path = file::path_below(&self.folder, base, &name.replace('\\', "/")).map_err(unread)?;
+        let picture = pictures.get(path.clone(), factor, |most| {
+            let bytes = file::read(&path, MAX_FILE_BYTES).map_err(unread)?;
+            TexturePicture::decode_image(&bytes, most).map_err(|reason| format!("{name} {reason}"))
+        })?;
+        let wrap = if line.clamp { WrapMode::Clamp } else { WrapMode::Repeat };
+        // MTL's v runs upwards from the lower edge, the picture's downwards from the upper edge.
+        let down = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
+        let place = DAffine2::from_scale_angle_translation(line.scale, 0.0, line.offset);
+        Ok((
+            WrappedTexture {
+                picture,
+                wrap: [wrap; 2],
+            },
+            down * place,
+        ))
+    }
+
     /// Returns whether the material has neither `Kd` nor `Ke`, nor a texture for one of them.
     pub fn is_blank(&self) -> bool {
         self.factors == [None; 2] && self.maps.iter().all(Option::is_none)
     }
-}
-
-/// Reads the texture named by a line of `library`, for a colour of this `factor`. Also returns the transform from the
-/// file's texture coordinates to the picture's.
-///
-/// Errors: an option is not supported, or the picture cannot be read; the message follows the line's key.
-fn read_texture(
-    pictures: &mut PictureCache<PathBuf>,
-    library: &Path,
-    line: &str,
-    factor: DVec3,
-) -> std::result::Result<(WrappedTexture, DAffine2), String> {
-    let line = TextureLine::parse(line)?;
-    let name = line.name;
-    // Files from Windows separate folders by backslashes.
-    let path = library.with_file_name(name.replace('\\', "/"));
-    let picture = pictures.get(path.clone(), factor, |most| {
-        let bytes = file::read(&path, MAX_FILE_BYTES).map_err(|reason| format!("{name} cannot be read: {reason}"))?;
-        TexturePicture::decode_image(&bytes, most).map_err(|reason| format!("{name} {reason}"))
-    })?;
-    let wrap = if line.clamp { WrapMode::Clamp } else { WrapMode::Repeat };
-    // MTL's v runs upwards from the lower edge, the picture's downwards from the upper edge.
-    let down = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
-    let place = DAffine2::from_scale_angle_translation(line.scale, 0.0, line.offset);
-    Ok((
-        WrappedTexture {
-            picture,
-            wrap: [wrap; 2],
-        },
-        down * place,
-    ))
 }
 
 /// Options and file name of a texture's line.

@@ -1,5 +1,5 @@
-//! Estimates the rounding of numbers in a text file. A program writes all of them with the same number of
-//! decimals, or with the same number of significant digits.
+//! Estimates the rounding of an OBJ file's coordinates, by which [`crate::precision`] finds misshapen faces. A program
+//! writes all numbers with the same number of decimals, or with the same number of significant digits.
 
 /// Fewest significant digits of a rounded number; shorter numbers count as exact (552.8 mm).
 const MIN_ROUNDED_DIGITS: i32 = 6;

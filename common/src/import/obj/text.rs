@@ -1,4 +1,4 @@
-//! Lines of OBJ and MTL texts.
+//! Decodes the text of OBJ and MTL files and joins continued lines, for the readers of both.
 
 use crate::error::{Error, Result};
 use crate::import::BYTE_ORDER_MARK;

@@ -114,7 +114,7 @@ pub fn check_stages(
             rows.insert(patch, checker.check_links(patch, solver)?);
         }
     }
-    if solver.has_room() {
+    if solver.transfer_fits() {
         let patches: Vec<u32> = rows.keys().copied().collect();
         checker.check_passes(&patches, solver)?;
     }

@@ -1,5 +1,7 @@
-//! Error estimates: the error, its basis and its causes.
+//! Error estimates: the error, its basis and its causes. Every kind of solve reports one; warnings and pages name its
+//! causes.
 
+use common::scene::Scene;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -158,16 +160,23 @@ impl ErrorEstimate {
         square.sqrt()
     }
 
-    /// Returns a note that lists the faces with errors far above the scene's.
-    pub fn describe_worst_faces(&self) -> Option<String> {
+    /// Returns a note that lists the faces of `scene` with errors far above the scene's, as its file numbers them.
+    pub fn describe_worst_faces(&self, scene: &Scene) -> Option<String> {
         let EstimateBasis::SuccessiveSteps { worse, .. } = &self.evidence else {
             return None;
         };
-        let each = |worse: &FaceError| format!("{} ({:.0} %)", worse.face, 100.0 * worse.error);
+        let each = |worse: &FaceError| {
+            // Of a face that receives hardly any light only so much is known.
+            let error = match worse.error {
+                ..1.0 => format!("{:.0} %", 100.0 * worse.error),
+                _ => "over 100 %".into(),
+            };
+            format!("{} {error}", scene.face_label(worse.face as usize))
+        };
         let all: Vec<String> = worse.iter().map(each).collect();
         (!all.is_empty()).then(|| {
             format!(
-                "errors of more than ten times that of the scene, relative to the face's own light: face {}",
+                "errors of more than ten times that of the scene, relative to the face's own light: {}",
                 all.join(", ")
             )
         })
@@ -176,5 +185,37 @@ impl ErrorEstimate {
     /// Converts the estimate for `result.json`.
     pub fn to_json(&self) -> Value {
         json!(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use common::scene::Face;
+    use glam::{DVec3, Vec3};
+
+    #[test]
+    fn note_names_faces_as_the_file_does() {
+        let face = |name| Face::triangle(name, [DVec3::ZERO, DVec3::X, DVec3::Y], Vec3::ZERO, Vec3::ZERO);
+        let mut scene = Scene {
+            faces: ["floor", "wall", "back"].map(face).into(),
+            ..Scene::default()
+        };
+        scene.faces[2].input_face = Some(0);
+        let worse = [(1, 0.34), (2, 25.0)].map(|(face, error)| FaceError { face, error });
+        let estimate = ErrorEstimate {
+            error: 0.01,
+            upper: 0.01,
+            evidence: EstimateBasis::SuccessiveSteps {
+                changes: vec![0.01],
+                worse: worse.into(),
+            },
+            parts: Vec::new(),
+        };
+        let note = estimate.describe_worst_faces(&scene).unwrap_or_default();
+        assert!(
+            note.ends_with(": face 2 (wall) 34 %, face 1 (back) over 100 %"),
+            "{note}"
+        );
     }
 }

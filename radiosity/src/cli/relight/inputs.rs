@@ -5,7 +5,7 @@ use crate::cli::objects::PlacedObject;
 use crate::cli::options::require_light;
 use common::constants::CONTACT_DISTANCE;
 use common::import::ImportOptions;
-use common::scene::{Face, Scene};
+use common::scene::Scene;
 use common::{Error, Result};
 use glam::DVec3;
 use oracle::relight::captured_room::{PanoramaPlacement, read};
@@ -81,7 +81,7 @@ pub fn load_stage(arguments: &RelightArguments, to_error: bool) -> Result<Religh
 ///
 /// Errors: it is so large or so far away that the room would be lost in rounding.
 fn check_object_extent(room: &Scene, scene: &Scene, object: &PlacedObject) -> Result<Option<String>> {
-    let [(low, high), (from, to)] = [room, scene].map(scene_extent);
+    let [[low, high], [from, to]] = [room, scene].map(Scene::bounds);
     let size = (high - low).max_element();
     let margin = size * 1e-6;
     if from.cmpge(low - margin).all() && to.cmple(high + margin).all() {
@@ -97,14 +97,6 @@ fn check_object_extent(room: &Scene, scene: &Scene, object: &PlacedObject) -> Re
         true => Ok(Some(format!("{} {message}", object.file.display()))),
         false => Err(Error::bad_input(&object.file, "", message)),
     }
-}
-
-fn scene_extent(scene: &Scene) -> (DVec3, DVec3) {
-    let corners = || scene.faces.iter().flat_map(Face::outline);
-    (
-        corners().copied().fold(DVec3::INFINITY, DVec3::min),
-        corners().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
-    )
 }
 
 fn format_point(p: DVec3) -> String {

@@ -1,4 +1,4 @@
-//! `radiosity relight`.
+//! `radiosity relight`: puts objects into a captured room and solves the change of its light.
 
 mod inputs;
 mod results;
@@ -8,18 +8,20 @@ use super::console::message;
 use super::objects::{ObjectOptions, parse_camera, parse_point};
 use super::options::{Choice, CommonOptions, PassOptions, ShootingOptions, choice_parser, parse_error};
 use super::progress::{Progress, handle_interrupts};
-use super::solver::{SHOOTING_SOLVERS, SolverOption, choose_solver, open_gpu};
+use super::solve::SOLUTION_FILES;
+use super::solver::{SHOOTING_SOLVERS, choose_solver, open_gpu};
+use crate::plan::memory::{check_relight_memory, require_address_space};
 use clap::Args;
 use common::capture::MapProjection;
 use common::relight::{MendedFlaws, RelightMethod};
 use common::settings::{Settings, SolveQuality};
-use common::solution::prepare_directory;
+use common::solution::prepare_folder;
 use common::{Error, Result};
 use glam::DVec3;
 use oracle::relight::stage::RelightStage;
 use oracle::relight::task::RelightTask;
 use oracle::solve::progress::ProgressMonitor;
-use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
 use oracle::solve::{SolveRequest, solve_request};
 use std::path::PathBuf;
 
@@ -54,7 +56,7 @@ pub struct RelightArguments {
     method: String,
     /// Solver [default: gpu where there is a hardware adapter, else cpu; cpu with --error]
     #[arg(long, value_parser = choice_parser(&SHOOTING_SOLVERS))]
-    solver: Option<SolverOption>,
+    solver: Option<SolverKind>,
     /// A panorama's room: x ∈ ±X/2, y from 0 to Y (up), z ∈ ±Z/2; the map's centre is +z
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     room_size: Option<DVec3>,
@@ -90,7 +92,7 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
         "paper" => Some(RelightMethod::Paper(MendedFlaws::default())),
         _ => None,
     };
-    let asked = arguments.solver.or(arguments.error.map(|_| SolverOption::Cpu));
+    let asked = arguments.solver.or(arguments.error.map(|_| SolverKind::Cpu));
     let solver = choose_solver(asked, common)?;
     let shoots = matches!(method, Some(RelightMethod::Paper(_)));
     if shoots && arguments.error.is_some() {
@@ -98,17 +100,19 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
             "--error: --method paper shoots; leave one of them out".into(),
         ));
     }
-    shooting.check_item_buffer(solver == SolverOption::Gpu)?;
+    shooting.check_item_buffer(solver == SolverKind::Gpu)?;
+    require_address_space()?;
     let default = Some(common.quality_error()).filter(|_| !shoots && *shooting == ShootingOptions::default());
     let error = arguments.error.or(default);
     let progress = Progress::new("relight");
     let show = |phase: &str, done| progress.show_phase(phase, done);
     let watch = ProgressMonitor::new(&show);
     let stage = watch.time_phase("load", || inputs::load_stage(arguments, error.is_some()))?;
+    check_relight_memory(&stage.resolutions, error.is_some())?;
     for note in &stage.notes {
         message!("note: {note}");
     }
-    prepare_directory(&arguments.out)?;
+    prepare_folder(&arguments.out, &[&SOLUTION_FILES[..], &results::PICTURE_FILES].concat())?;
     handle_interrupts();
     let (device, missing) = open_gpu(solver, common)?;
     let settings = relight_settings(arguments, &stage, device.is_some());

@@ -3,7 +3,7 @@
 use super::RelightArguments;
 use crate::cli::console::message;
 use crate::cli::objects::PlacedObject;
-use crate::cli::solve::{add_view_files, print_summary};
+use crate::cli::solve::{encode_view, print_summary};
 use crate::relight::camera::{automatic_camera, camera_at};
 use crate::relight::page::{RelightPage, render_report};
 use crate::relight::pictures::draw_figures;
@@ -19,6 +19,9 @@ use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::{RelightReport, Solved};
 use oracle::solve::{SolveAnswer, SolveRequest};
 use serde_json::{Value, json};
+
+/// Files of a relight that a solve does not have.
+pub const PICTURE_FILES: [&str; 4] = ["background.exr", "composite.exr", "composite.png", "report.html"];
 
 /// Writes pictures, report and result, and prints the summary.
 pub fn write_results(
@@ -70,10 +73,7 @@ pub fn write_results(
         relit: Some(describe_relight(arguments, stage, done, relit)),
         ..answered.to_solution(question, &notes, seconds)
     };
-    watch.time_phase("write", || -> Result<()> {
-        solution.write(out)?;
-        files::write_pictures(out, &picture, exposure)
-    })?;
+    let mut more = watch.time_phase("write", || files::encode_pictures(&picture, exposure))?;
     // The view starts at the composite's camera, which shows the objects.
     let (around, pictures) = watch.time_phase("view", || {
         rayon::join(
@@ -99,10 +99,11 @@ pub fn write_results(
         notes: &notes,
         viewer: &around.element.0,
     };
+    more.push(("report.html".into(), render_report(&report).into_bytes()));
+    more.extend(encode_view(around));
     let mut files = PendingFiles::default();
-    add_view_files(&around, out, &mut files)?;
-    files.add(&out.join("report.html"), render_report(&report).as_bytes())?;
-    files.rename_files()?;
+    solution.add_files(out, more, &mut files)?;
+    files.write()?;
     print_summary(&solution, answered);
     message!(
         "wrote composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json in {}",

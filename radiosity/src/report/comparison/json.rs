@@ -35,7 +35,7 @@ fn comparison_json(c: &Comparison) -> Value {
         "truth": c.truth,
         "visibility": c.pairs,
         "energy": { "cpu": c.cpu_energy, "gpu": c.gpu_energy },
-        "bounds": c.criteria.iter().map(|gate| (&gate.name, json!(gate))).collect::<Value>(),
+        "bounds": c.criteria.iter().map(|criterion| (&criterion.name, json!(criterion))).collect::<Value>(),
         "gates": c.criteria,
         "findings": c.findings,
         "stages": c.stages.iter().map(|stage| (&stage.name, json!(stage))).collect::<Value>(),

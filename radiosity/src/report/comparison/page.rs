@@ -1,9 +1,9 @@
-//! Composes `report.html`: verdict, overview and viewers, a section per comparison, and the explanation.
+//! Composes `report.html` of `compare`: verdict, overview and viewers, a section per comparison, and the explanation.
 
 use super::figures::ComparisonPictures;
 use crate::report::document::{
-    Blocks, Cell, Document, Row, Section, Table, Text, VerdictTone, bold_text, code_text, link_text, pass_mark,
-    plain_text, styled_text,
+    Blocks, Cell, Row, Section, Table, Text, VerdictTone, bold_text, code_text, link_text, pass_mark, plain_text,
+    render_document, styled_text,
 };
 use crate::report::energy::add_energy_balances;
 use crate::report::format::{count_noun, file_name, format_count, format_duration, format_number, format_percent};
@@ -12,8 +12,8 @@ use oracle::compare::comparison::{Comparison, Preset, SceneComparison};
 
 /// Name of the row that should be 0.
 const UNEXPLAINED_ROW: &str = "–– unexplained";
-/// Paragraphs of the explanation: what each begins with, and the rest.
-const EXPLANATION: [(&str, &str); 3] = [
+/// Paragraphs of the explanation: bold first words, and the rest.
+const METHOD_PARAGRAPHS: [(&str, &str); 3] = [
     (
         "Each scene is solved twice.",
         " On the CPU rays determine visibility. On the GPU the scene is drawn from the shooter, each face in its own \
@@ -28,9 +28,10 @@ const EXPLANATION: [(&str, &str); 3] = [
     ),
     (
         "Agreement is not accuracy.",
-        " A broken condition means a fault in the code; two solvers of one method agree, however crude it is. The error \
-         of each solution is therefore given beside the verdict, against the dense matrix of all texels with independent \
-         form factors and visibility, and limits of the method as findings, with their size and what to change.",
+        " A criterion that fails means a fault in the code. Two solvers of one method agree, however crude the method \
+         is. Beside the verdict stands therefore the error of each solution, against the dense matrix of all texels with \
+         independent form factors and visibility. Limits of the method are listed as findings, each with its size and \
+         a remedy.",
     ),
 ];
 
@@ -44,7 +45,7 @@ pub fn render_report(judged: &[SceneComparison], notes: &[String]) -> String {
         opening.add_heading(file_name(&scene.first.scene.name));
         for (n, c) in scene.iter_comparisons().enumerate() {
             let pictures = ComparisonPictures::new(c);
-            let id = section_id(k, c.preset == scene.first.preset);
+            let id = section_id(k, c.preset != scene.first.preset);
             sections.push(comparison_section(id, c, &pictures));
             if n == 0 {
                 opening.add_element(pictures.viewer);
@@ -52,23 +53,17 @@ pub fn render_report(judged: &[SceneComparison], notes: &[String]) -> String {
         }
     }
     let mut method = Blocks::default();
-    for (start, rest) in EXPLANATION {
+    for (start, rest) in METHOD_PARAGRAPHS {
         method.add_paragraph(bold_text(start) + rest);
     }
     method.add_element(viewer::page_assets());
     sections.push(method.into_section("how", "Method of comparison"));
-    let page = Document {
-        title: "Radiosity: CPU against GPU",
-        opening,
-        sections,
-        style: "",
-    };
-    page.to_html()
+    render_document("Radiosity: CPU against GPU", &opening, &sections, "")
 }
 
-/// Returns the anchor of scene `k`'s first or second comparison.
-fn section_id(k: usize, is_first: bool) -> String {
-    format!("scene-{}{}", k + 1, if is_first { "" } else { "-solve" })
+/// Returns the anchor of a comparison of scene `k`: with the defaults of `solve`, or with other settings.
+fn section_id(k: usize, is_solve_default: bool) -> String {
+    format!("scene-{}{}", k + 1, if is_solve_default { "-solve" } else { "" })
 }
 
 /// Formats a share of each solver; – where it is not known.
@@ -102,7 +97,7 @@ fn overview_table(judged: &[SceneComparison]) -> Table {
         let differences = [&c.lockstep_difference, &c.free_difference];
         let cells: [Cell; 6] = [
             pass_mark(c.solvers_agree()).into(),
-            link_text(section_id(k, c.preset == scene.first.preset), file_name(&c.scene.name)).into(),
+            link_text(section_id(k, c.preset != scene.first.preset), file_name(&c.scene.name)).into(),
             c.preset.name().into(),
             both(format_errors(c.truth_error)),
             both(differences.map(|difference| format_percent(difference.relative_rms))),
@@ -112,15 +107,8 @@ fn overview_table(judged: &[SceneComparison]) -> Table {
     };
     let all = judged.iter().enumerate();
     let all = all.flat_map(|(k, scene)| scene.iter_comparisons().map(move |c| (k, scene, c)));
-    let heads = [
-        "",
-        "Scene",
-        "Preset",
-        "#Error of the solution|CPU · GPU",
-        "#GPU − CPU, RMS|lockstep · free",
-        "#Time|CPU · GPU",
-    ];
-    Table::new(&heads, all.map(row))
+    let heads = ";Scene;Preset;#Error of the solution|CPU · GPU;#GPU − CPU, RMS|lockstep · free;#Time|CPU · GPU";
+    Table::new(heads, all.map(row))
 }
 
 fn comparison_section(id: String, c: &Comparison, pictures: &ComparisonPictures) -> Section {
@@ -145,13 +133,13 @@ fn comparison_section(id: String, c: &Comparison, pictures: &ComparisonPictures)
         body.add_paragraph("The two solutions differ at most by rounding: there is no difference to draw.");
     }
     body.add_remark(&pictures.remark);
-    body.add_heading("Conditions of the verdict")
+    body.add_heading("Criteria of the verdict")
         .add_paragraph(
             "Of the solutions: reflected radiosity B − E per texel, area-weighted; the worst channel counts. Of the \
              shaders: each and its counterpart in plain Rust get the same input; one ulp is a unit in the last place of a \
              32-bit float.",
         )
-        .add_table(condition_table(c));
+        .add_table(criteria_table(c));
     if c.error_target.is_some() {
         body.add_heading("Links: the GPU's against the CPU's").add_paragraph(
             "Both compute the same links, block by block: the irradiance over them, and stored links themselves. Where \
@@ -180,16 +168,18 @@ fn comparison_section(id: String, c: &Comparison, pictures: &ComparisonPictures)
     body.into_section(id, title)
 }
 
-/// Adds the verdict with the failed conditions.
+/// Adds the verdict with the criteria that fail.
 fn add_verdict(body: &mut Blocks, c: &Comparison) {
-    let failed: Vec<&str> = c.criteria.iter().filter(|g| !g.pass).map(|g| g.name.as_str()).collect();
+    let failed: Vec<&str> = (c.criteria.iter().filter(|criterion| !criterion.pass))
+        .map(|criterion| criterion.name.as_str())
+        .collect();
     let all = c.criteria.len();
     if c.solvers_agree() {
-        body.add_verdict(VerdictTone::Good, "Agree", format!("all {all} conditions hold"));
+        body.add_verdict(VerdictTone::Good, "Agree", format!("all {all} criteria hold"));
     } else if all == 0 {
-        body.add_verdict(VerdictTone::Bad, "Not compared", "there are no conditions");
+        body.add_verdict(VerdictTone::Bad, "Not compared", "there are no criteria");
     } else {
-        let fail = format!("{} of {all} conditions fail: {}", failed.len(), failed.join(", "));
+        let fail = format!("{} of {all} criteria fail: {}", failed.len(), failed.join(", "));
         body.add_verdict(VerdictTone::Bad, "Disagree", fail);
     }
 }
@@ -227,24 +217,22 @@ fn add_accuracy(body: &mut Blocks, c: &Comparison) {
     }));
 }
 
-fn condition_table(c: &Comparison) -> Table {
-    let rows = c.criteria.iter().map(|gate| {
+fn criteria_table(c: &Comparison) -> Table {
+    let rows = c.criteria.iter().map(|criterion| {
         let cells = [
-            pass_mark(gate.pass),
-            plain_text(&gate.name),
-            plain_text(format_number(gate.value)),
-            plain_text(format_number(gate.bound)),
-            plain_text(&gate.reason),
+            pass_mark(criterion.pass),
+            plain_text(&criterion.name),
+            plain_text(format_number(criterion.value)),
+            plain_text(format_number(criterion.bound)),
+            plain_text(&criterion.reason),
         ];
-        Row::new(cells).with_class_if(!gate.pass, "bad")
+        Row::new(cells).with_class_if(!criterion.pass, "bad")
     });
-    Table::new(
-        &["", "Condition", "#Measured", "#At most", "~Reason for the bound"],
-        rows,
-    )
+    Table::new(";Criterion;#Measured;#At most;~Reason for the bound", rows)
 }
 
-/// Returns the numbers of pairs or blocks that differ; indented ones are shares of what they stand below.
+/// Returns the numbers of pairs or blocks that differ. A row is a part of the nearest row above with fewer dashes, and
+/// the explained and unexplained rows add up to the one above them.
 fn mismatch_table(c: &Comparison) -> Table {
     let p = &c.pairs;
     let rows = match c.error_target {
@@ -252,14 +240,14 @@ fn mismatch_table(c: &Comparison) -> Table {
             ("Pairs of points facing each other", p.facing, p.pairs),
             ("– near a silhouette: pixels may be wrong", p.explainable, p.facing),
             ("– where rays and item buffer disagree", p.mismatched, p.facing),
-            ("–– near an ID boundary", p.explained, p.mismatched),
-            ("–– of texels narrower than a pixel", p.vanished, p.mismatched),
+            ("–– explained by an outline nearby", p.explained, p.mismatched),
+            ("––– by one too thin to appear in the buffer", p.vanished, p.explained),
             (UNEXPLAINED_ROW, p.unexplained, p.mismatched),
         ],
         Some(_) => vec![
             ("Links in blocks of 16 texels or nodes", p.facing, p.facing),
             ("– that differ by more than rounding", p.mismatched, p.facing),
-            ("–– by comparisons decided by rounding", p.explained, p.mismatched),
+            ("–– within the share allowed for rounding", p.explained, p.mismatched),
             (UNEXPLAINED_ROW, p.unexplained, p.mismatched),
         ],
     };
@@ -270,7 +258,7 @@ fn mismatch_table(c: &Comparison) -> Table {
         };
         Row::new([name.to_owned(), format_count(n), share]).with_class_if(name == UNEXPLAINED_ROW && n > 0, "bad")
     });
-    Table::new(&["", "#Count", "#Share"], rows)
+    Table::new(";#Count;#Share", rows)
 }
 
 /// Returns each solver's error estimate by cause.
@@ -291,5 +279,5 @@ fn cause_table(c: &Comparison) -> Table {
     });
     let [cpu, gpu] = format_errors([0, 1].map(|side| c.estimated_error(side)));
     let total = Row::new(["all", &cpu, &gpu, ""]);
-    Table::new(&["Cause", "#CPU", "#GPU", "~Meaning"], rows.chain([total]))
+    Table::new("Cause;#CPU;#GPU;~Meaning", rows.chain([total]))
 }

@@ -40,11 +40,10 @@ impl UvCharts {
     }
 
     fn check_charts(&self, scene: &Scene) -> Result<()> {
-        let name = |k: usize| format!("face {} ({})", k + 1, scene.faces[k].name);
         let fail = |k: usize, message: String| {
             Err(Error::bad_input(
                 &scene.name,
-                name(k),
+                scene.face_label(k),
                 format!("{message}: {UNWRAP_ADVICE}"),
             ))
         };
@@ -65,7 +64,10 @@ impl UvCharts {
             }
         }
         if let Some([a, b]) = self.find_overlap() {
-            let message = format!("lies on {} in TEXCOORD_1, and light has one place only", name(a));
+            let message = format!(
+                "lies on {} in TEXCOORD_1, and light has one place only",
+                scene.face_label(a)
+            );
             return fail(b, message);
         }
         Ok(())

@@ -1,19 +1,21 @@
-//! Pinhole camera, given or chosen to see most of the scene's front faces.
+//! Pinhole camera of the pages' pictures and viewers, given or chosen to see most of the scene's front faces.
 //!
 //! Back faces are transparent, so a closed room is visible from outside.
 
 use crate::report::format::format_number;
 use common::mesh::Mesh;
 use common::rays::Rays;
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec3};
 
 /// View rays per side that score a viewpoint.
 const TRIAL_RAYS_PER_SIDE: u32 = 64;
-/// Share of the picture's half width that the scene takes.
+/// View rays that score a viewpoint.
+pub const TRIAL_RAY_COUNT: u32 = TRIAL_RAYS_PER_SIDE * TRIAL_RAYS_PER_SIDE;
+/// Share of the picture's half height that the scene takes at most, to the sides as well as up and down.
 const FRAME_FILL_SHARE: f32 = 0.96;
 /// Vertical field of view of the automatic camera, degrees.
 const FOV_DEGREES: f32 = 40.0;
-/// Score by which a later viewpoint must exceed an earlier one; the first ones look along an axis.
+/// Visible share by which a later viewpoint must exceed all earlier ones: views along an axis come first and win ties.
 const MIN_SCORE_GAIN: f32 = 0.02;
 
 /// Pinhole camera in mesh coordinates.
@@ -55,16 +57,17 @@ impl Camera {
         (self.fov_degrees.clamp(0.01, 179.0).to_radians() / 2.0).tan()
     }
 
-    /// Projects a point to picture coordinates, those of [`Camera::ray_direction`]; none behind the camera.
-    pub fn project_point(&self, point: Vec3) -> Option<Vec2> {
-        let p = self.camera_basis().transpose() * (point - self.eye);
-        (p.z > 0.0).then(|| p.truncate() / (p.z * self.half_height()))
-    }
-
     /// Returns the unit direction through a point of the picture, x right and y up: y is in −1…1, and x in
     /// −w/h…w/h for w×h pixels.
     pub fn ray_direction(&self, x: f32, y: f32) -> Vec3 {
         self.ray_generator()(x, y)
+    }
+
+    /// Iterates over the directions of the [`TRIAL_RAY_COUNT`] view rays that score a viewpoint.
+    pub fn trial_directions(&self) -> impl Iterator<Item = Vec3> {
+        let at = |k: u32| (k as f32 + 0.5) / TRIAL_RAYS_PER_SIDE as f32 * 2.0 - 1.0;
+        let ray = self.ray_generator();
+        (0..TRIAL_RAY_COUNT).map(move |k| ray(at(k % TRIAL_RAYS_PER_SIDE), at(k / TRIAL_RAYS_PER_SIDE)))
     }
 
     /// Returns [`Camera::ray_direction`] as a function, prepared for many rays.
@@ -73,7 +76,8 @@ impl Camera {
         move |x, y| (frame * Vec3::new(x * extent, y * extent, 1.0)).normalize()
     }
 
-    /// Describes pictures of two solutions from this camera, exposed for one of them: `whose`, such as "the CPU's".
+    /// Returns the remark below pictures of two solutions from this camera. The exposure is that of `whose` solution, such
+    /// as "the CPU's", and shows radiosity `white` (W/m²) as white.
     pub fn describe_views(&self, whose: &str, white: f32) -> String {
         let eye = self.eye.to_array().map(|x| format_number(f64::from(x)));
         format!(
@@ -137,12 +141,9 @@ impl Camera {
     /// `chosen`.
     fn visible_share(&self, mesh: &Mesh, rays: &Rays, chosen: Option<u32>) -> f32 {
         let mut seen = vec![0.0; mesh.faces.len()];
-        let step = 2.0 / TRIAL_RAYS_PER_SIDE as f32;
-        let pixel = (step * self.half_height()).powi(2);
+        let pixel = (2.0 / TRIAL_RAYS_PER_SIDE as f32 * self.half_height()).powi(2);
         let forward = self.camera_basis().z_axis;
-        for k in 0..TRIAL_RAYS_PER_SIDE * TRIAL_RAYS_PER_SIDE {
-            let at = |k: u32| (k as f32 + 0.5) * step - 1.0;
-            let direction = self.ray_direction(at(k % TRIAL_RAYS_PER_SIDE), at(k / TRIAL_RAYS_PER_SIDE));
+        for direction in self.trial_directions() {
             if let Some((face, t)) = rays.nearest_front(self.eye, direction) {
                 let cosine = -mesh.faces[face as usize].normal.dot(direction);
                 seen[face as usize] += t * t * pixel * forward.dot(direction).powi(3) / cosine;
@@ -183,15 +184,18 @@ fn elevated_direction(x: f32, z: f32, degrees: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec2;
 
     #[test]
-    fn projection_inverts_ray_direction() {
+    fn ray_directions_project_to_their_picture_points() {
         let camera = Camera::new(Vec3::new(1.0, 2.0, -5.0), Vec3::new(0.3, 0.0, 1.0), 50.0);
         for at in [[0.0, 0.0], [0.7, -0.4], [-1.0, 1.0]].map(Vec2::from) {
-            let point = camera.eye + camera.ray_direction(at.x, at.y) * 3.0;
-            let seen = camera.project_point(point);
-            assert!(seen.is_some_and(|seen| seen.distance(at) < 1e-5));
+            let p = camera.camera_basis().transpose() * camera.ray_direction(at.x, at.y);
+            assert!(p.z > 0.0, "{at}");
+            assert!(
+                (p.truncate() / p.z).distance(at * 25_f32.to_radians().tan()) < 1e-5,
+                "{at}"
+            );
         }
-        assert_eq!(camera.project_point(Vec3::new(1.0, 2.0, -9.0)), None);
     }
 }

@@ -6,13 +6,20 @@
 //! Quad: even/even nodes are texel corners, even/odd ones are midpoints of texel edges (odd/odd is
 //! unused). Triangle: a + b ≤ 2N, even/even nodes are corners, all others midpoints.
 
-use common::mesh::{Mesh, MeshFace};
+use common::mesh::Mesh;
 use common::scene::{Face, Shape};
 use common::texel::{triangle_index, triangle_position};
 use glam::DVec3;
 
 /// Position (a, b) of a node on the half lattice.
 pub type LatticeNode = [u32; 2];
+
+/// Nodes around a quad's texel, counter-clockwise from its lower corner (corner, midpoint, corner, …).
+const QUAD_RING: [LatticeNode; 8] = [[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
+/// Nodes around a triangle's upright texel; the last one fills the array.
+const UPRIGHT_RING: [LatticeNode; 8] = [[0, 0], [1, 0], [2, 0], [1, 1], [0, 2], [0, 1], [0, 1], [0, 1]];
+/// Nodes around a triangle's inverted texel; the last one fills the array.
+const INVERTED_RING: [LatticeNode; 8] = [[2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [1, 1], [1, 1], [1, 1]];
 
 /// Face geometry in f64, with the offsets of its nodes and texels in buffers over all faces.
 #[derive(Clone, Debug)]
@@ -37,24 +44,19 @@ impl FaceGrid {
         let (mut first_node, mut first_texel) = (0, 0);
         let mut grids = Vec::with_capacity(mesh.faces.len());
         for (k, face) in mesh.faces.iter().enumerate() {
-            let shape = shapes.get(k).map_or(Shape::Quad, |face| face.shape);
-            grids.push(Self::new(face, shape, first_node, first_texel));
+            grids.push(Self {
+                shape: shapes.get(k).map_or(Shape::Quad, |face| face.shape),
+                corners: face.corners.map(|p| p.as_dvec3()),
+                normal: face.normal.as_dvec3(),
+                size: face.resolution,
+                first_node,
+                first_texel,
+            });
             let [w, h] = face.resolution.map(|n| n as usize);
             first_node += (2 * w + 1) * (2 * h + 1);
             first_texel += w * h;
         }
         (grids, first_node)
-    }
-
-    fn new(face: &MeshFace, shape: Shape, first_node: usize, first_texel: usize) -> Self {
-        Self {
-            shape,
-            corners: face.corners.map(|p| p.as_dvec3()),
-            normal: face.normal.as_dvec3(),
-            size: face.resolution,
-            first_node,
-            first_texel,
-        }
     }
 
     /// Returns the number of edges of the outline.
@@ -125,37 +127,14 @@ impl FaceGrid {
     /// Returns the nodes around texel `index`, counter-clockwise (corner, midpoint, corner, …), and their number.
     pub fn texel_ring(&self, index: u32) -> ([LatticeNode; 8], usize) {
         let w = self.size[0];
-        match self.shape {
-            Shape::Quad => {
-                let [a, b] = [2 * (index % w), 2 * (index / w)];
-                let (c, d) = (a + 2, b + 2);
-                (
-                    [
-                        [a, b],
-                        [a + 1, b],
-                        [c, b],
-                        [c, b + 1],
-                        [c, d],
-                        [a + 1, d],
-                        [a, d],
-                        [a, b + 1],
-                    ],
-                    8,
-                )
-            }
-            Shape::Triangle => {
-                let (i, j, upright) = triangle_position(w, index);
-                let [a, b] = [2 * i, 2 * j];
-                let (c, d) = (a + 2, b + 2);
-                let ring = if upright {
-                    [[a, b], [a + 1, b], [c, b], [a + 1, b + 1], [a, d], [a, b + 1]]
-                } else {
-                    [[c, b], [c, b + 1], [c, d], [a + 1, d], [a, d], [a + 1, b + 1]]
-                };
-                let [n0, n1, n2, n3, n4, n5] = ring;
-                ([n0, n1, n2, n3, n4, n5, n5, n5], 6)
-            }
-        }
+        let ((i, j), ring, count) = match self.shape {
+            Shape::Quad => ((index % w, index / w), QUAD_RING, 8),
+            Shape::Triangle => match triangle_position(w, index) {
+                (i, j, true) => ((i, j), UPRIGHT_RING, 6),
+                (i, j, false) => ((i, j), INVERTED_RING, 6),
+            },
+        };
+        (ring.map(|[a, b]| [2 * i + a, 2 * j + b]), count)
     }
 
     /// Returns the texel index within the face that contains a point of the face's plane, or is nearest to it.

@@ -91,35 +91,26 @@ impl<'a> InterpolationSurface<'a> {
         let knots = &ring.knots;
         let (own, grid) = (&self.mesh.texels[texel as usize], &self.face_grids);
         let (centre, normal) = (own.position.as_dvec3(), grid[own.face as usize].normal);
-        let mut best = InterpolationStencil {
-            texel,
-            slots: [0, 0],
-            shares: DVec3::X,
-        };
+        let (mut slots, mut shares) = ([0, 0], DVec3::X);
         let mut inside = f64::NEG_INFINITY;
         for k in 0..knots.len() {
             let (from, to) = (knots[k], knots[(k + 1) % knots.len()]);
-            let shares = barycentric_coordinates(from.0 - centre, to.0 - centre, point - centre, normal);
+            let own = barycentric_coordinates(from.0 - centre, to.0 - centre, point - centre, normal);
             // False for NaN. Outside all triangles by rounding, the nearest one is used.
-            if shares.min_element() > inside {
-                inside = shares.min_element();
-                best = InterpolationStencil {
-                    texel,
-                    slots: [from.1, to.1],
-                    shares,
-                };
+            if own.min_element() > inside {
+                (inside, slots, shares) = (own.min_element(), [from.1, to.1], own);
             }
         }
-        best.shares = best.shares.max(DVec3::ZERO);
-        best.shares /= best.shares.element_sum();
-        best
+        shares = shares.max(DVec3::ZERO);
+        shares /= shares.element_sum();
+        InterpolationStencil { texel, slots, shares }
     }
 
     /// Interpolates one value per texel (missing ones are NaN).
     pub fn interpolate(&self, values: &[Vec4]) -> InterpolatedField<'_> {
         let value = |k: usize| values.get(k).map_or(DVec3::NAN, |v| v.truncate().as_dvec3());
         let own: Vec<DVec3> = (0..self.mesh.texels.len()).map(value).collect();
-        let mut sums = vec![(DVec3::ZERO, 0.0); self.welded.count];
+        let mut sums = vec![(DVec3::ZERO, 0.0); self.welded.slots.len()];
         let mut knots = Vec::new();
         for (k, texel) in self.mesh.texels.iter().enumerate() {
             self.collect_knots(k as u32, &mut knots);

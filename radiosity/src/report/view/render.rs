@@ -1,7 +1,9 @@
 //! Renders pictures of the scene: view rays are traced once, then their hits are shaded by any field.
 
 use crate::report::document::{Figure, Text, colour_bar};
-use crate::report::picture::{Exposure, RgbaPicture, decode_srgb, diverging_colour, encode_srgb, false_colour_range};
+use crate::report::picture::{
+    EXPOSURE_PERCENTILE, Exposure, RgbaPicture, decode_srgb, diverging_colour, encode_srgb, false_colour_range,
+};
 use crate::report::view::camera::Camera;
 use crate::report::view::interpolation::{InterpolatedField, InterpolationStencil, InterpolationSurface, KnotCache};
 use common::rays::Rays;
@@ -81,11 +83,12 @@ impl ViewHits {
 
     /// Chooses the exposure from the reflected radiosity of the visible texels that emit nothing.
     pub fn choose_exposure(&self, light: &InterpolatedField) -> Exposure {
-        Exposure::from_percentile(self.iter_hits().step_by(RANGE_SAMPLE_STRIDE).filter_map(|hit| {
+        let values = self.iter_hits().step_by(RANGE_SAMPLE_STRIDE).filter_map(|hit| {
             let texel = light.surface.mesh.texels.get(hit.stencil.texel as usize)?;
             let reflected = light.radiosity_at(&hit.stencil) - texel.emission;
             (texel.emission == Vec3::ZERO).then_some((reflected.max_element(), 1.0))
-        }))
+        });
+        Exposure::from_percentile(values, EXPOSURE_PERCENTILE)
     }
 
     /// Draws radiosity E + ρH at an exposure.

@@ -25,10 +25,8 @@ pub struct EdgeKnot {
 /// Assignment of nodes to shared values.
 #[derive(Clone, Debug)]
 pub struct WeldedNodes {
-    /// Value slot of each node.
+    /// Value slot of each node: the first node that coincides with it.
     pub slots: Vec<u32>,
-    /// Number of value slots.
-    pub count: usize,
     /// Hanging nodes in order of s; edge k of face f is entry 4f + k.
     pub hanging: Vec<Vec<EdgeKnot>>,
 }
@@ -86,11 +84,11 @@ pub fn weld_borders(grids: &[FaceGrid], nodes: usize, pairs: &[(u32, u32)]) -> W
     for (edge, knots) in foreign.into_iter().enumerate().filter(|(_, knots)| !knots.is_empty()) {
         hanging[edge] = merge_edge_nodes(&grids[edge / 4], edge % 4, knots, &mut union);
     }
-    let (slots, count) = union.number_sets();
+    let slots: Vec<u32> = (0..nodes as u32).map(|node| union.find_root(node)).collect();
     for knot in hanging.iter_mut().flatten() {
         knot.slot = slots[knot.slot as usize];
     }
-    WeldedNodes { slots, count, hanging }
+    WeldedNodes { slots, hanging }
 }
 
 /// Collects the border nodes of face `a` that lie on edges of face `b`.
@@ -153,22 +151,5 @@ impl DisjointSets {
     pub fn join_sets(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find_root(a), self.find_root(b));
         self.0[a.max(b) as usize] = a.min(b);
-    }
-
-    /// Numbers the sets consecutively; returns each node's number and the count.
-    fn number_sets(mut self) -> (Vec<u32>, usize) {
-        let mut slots = vec![0; self.0.len()];
-        let mut count = 0;
-        for k in 0..self.0.len() as u32 {
-            let root = self.find_root(k);
-            // A root is the lowest node of its set, so its number is already known.
-            if root == k {
-                slots[k as usize] = count;
-                count += 1;
-            } else {
-                slots[k as usize] = slots[root as usize];
-            }
-        }
-        (slots, count as usize)
     }
 }

@@ -3,7 +3,7 @@
 //! The browser gets the texels in face order and interpolates like [`crate::report::view::interpolation`]; a texel's
 //! reading equals its value in `lightmap.exr`.
 
-use super::document::{Blocks, Document};
+use super::document::{Blocks, render_document};
 use super::format::file_name;
 use super::picture::{DIVERGING_COLOURS, Exposure, SHOULDER_START};
 use super::view::camera::Camera;
@@ -107,13 +107,7 @@ impl SceneViewer<'_> {
             .add_remark(description)
             .add_element(self.render_element())
             .add_element(page_assets());
-        let page = Document {
-            title: file_name(&self.scene.name),
-            opening,
-            sections: Vec::new(),
-            style: "",
-        };
-        page.to_html()
+        render_document(file_name(&self.scene.name), &opening, &[], "")
     }
 
     /// Returns the viewer's parameters for `viewer.js`.

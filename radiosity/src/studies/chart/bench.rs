@@ -1,16 +1,14 @@
 //! Solves the methods of one scene, times them by wall clock and measures their errors.
 
-use super::methods::{SolveMethod, SolverKind};
+use super::methods::SolveMethod;
 use super::points::{ChartPoint, MeasuredSet};
 use super::store::{Measurement, MeasurementStore, SolveFigures, hash_scene, hash_value};
 use super::sweeps::MethodSet;
 use crate::plan::memory::{check_memory, memory_limit};
 use crate::studies::limited::solve_limited;
-use common::resample::{area_average, shared_pieces};
 use common::scene::Scene;
 use common::settings::Iteration;
-use common::solution::{PhaseSeconds, StoredSolution, prepare_directory};
-use common::texel::first_texels;
+use common::solution::{PhaseSeconds, StoredSolution};
 use common::{Error, Result};
 use glam::DVec3;
 use gpu::Gpu;
@@ -18,15 +16,13 @@ use oracle::diff::pair::GridPair;
 use oracle::diff::reflected::ReflectedField;
 use oracle::solve::progress::{PhaseCallback, ProgressMonitor};
 use oracle::solve::solved::Solved;
-use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
 use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest};
 use std::path::Path;
 
 /// A method that took longer is not repeated, seconds.
 pub const MAX_REPEATED_SECONDS: f64 = 20.0;
-/// Name of the phase that solves a truth.
-const TRUTH_PHASE: &str = "truth";
 
 /// Scene, device and conditions of measurements.
 #[derive(Clone, Copy)]
@@ -115,7 +111,11 @@ impl ChartBench<'_> {
     fn measure_method(&self, method: &SolveMethod, truth: &ReflectedField, show: PhaseCallback) -> Option<Measurement> {
         let mut fastest: Option<Measurement> = None;
         for _ in 0..self.repeats {
-            let found = self.measure_once(method, truth, show)?;
+            let (answer, seconds) = solve_limited(self.time_limit, show, |monitor| self.solve_method(method, monitor))?;
+            let found = Measurement {
+                seconds,
+                result: answer.and_then(|solved| self.compute_figures(method, &solved, truth)),
+            };
             let is_settled = found.result.is_err() || found.seconds > MAX_REPEATED_SECONDS;
             if fastest.as_ref().is_none_or(|known| found.seconds < known.seconds) {
                 fastest = Some(found);
@@ -127,28 +127,18 @@ impl ChartBench<'_> {
         fastest
     }
 
-    fn measure_once(&self, method: &SolveMethod, truth: &ReflectedField, show: PhaseCallback) -> Option<Measurement> {
-        let solved = solve_limited(self.time_limit, show, |monitor| self.solve_method(method, monitor))?;
-        let figures = |solved: Solved| self.compute_figures(method, &solved, truth);
-        Some(Measurement {
-            seconds: solved.seconds,
-            result: solved.answer.and_then(figures),
-        })
-    }
-
     /// Solves a truth, or reads it if it was solved before; none if `show` asked to stop. Errors: it cannot be solved
     /// or stored.
     fn solve_truth(&self, method: &SolveMethod, key: &str, show: PhaseCallback) -> Result<Option<ReflectedField<'_>>> {
         let dir = self.dir.join(format!("truth-{key}"));
         if StoredSolution::read(&dir).is_err() {
-            let progress = |_: &str, done| show(TRUTH_PHASE, done);
+            let progress = |_: &str, done| show("truth", done);
             let monitor = ProgressMonitor::new(&progress);
             let solved = match self.solve_method(method, &monitor) {
                 Err(Error::Interrupted) => return Ok(None),
                 _ if monitor.is_stopped() => return Ok(None),
                 solved => solved?,
             };
-            prepare_directory(&dir)?;
             let request = SolveRequest {
                 task: self.scene,
                 settings: &method.settings,
@@ -220,34 +210,14 @@ impl ChartBench<'_> {
         if solved.one_by_one && method.settings.schedule.iteration == Iteration::Chebyshev {
             return Err("this engine shoots patch by patch, so this would repeat the base".into());
         }
-        let resampled = resample_finer(&reflected, self.texels.unwrap_or(0));
+        // At least N×N texels: a coarse texel's value is constant over it.
+        let finer = |size: &[u32; 2]| size.map(|side| side.max(self.texels.unwrap_or(0)));
+        let resampled = reflected.resample(reflected.resolutions.iter().map(finer).collect());
         let pair = GridPair::new(&resampled, truth, None).map_err(|mismatch| mismatch.message)?;
         let (error, bias) = pair.worst_channel();
         if !(error.is_finite() && bias.is_finite()) {
             return Err("the truth is black in a channel in which the solution is not".into());
         }
         Ok(SolveFigures { error, bias })
-    }
-}
-
-/// Resamples to at least N×N texels per face; a coarse texel's value is constant over it.
-fn resample_finer<'a>(field: &ReflectedField<'a>, texels: u32) -> ReflectedField<'a> {
-    let first = first_texels(&field.resolutions);
-    let finer = |r: &[u32; 2]| r.map(|side| side.max(texels));
-    let resolutions: Vec<[u32; 2]> = field.resolutions.iter().map(finer).collect();
-    let values = field.scene.faces.iter().enumerate().flat_map(|(k, face)| {
-        let own = &field.values[first[k]..first[k + 1]];
-        match field.resolutions[k] == resolutions[k] {
-            true => own.to_vec(),
-            false => {
-                let shared = shared_pieces(face, field.resolutions[k], resolutions[k]);
-                area_average(own, &shared, resolutions[k])
-            }
-        }
-    });
-    ReflectedField {
-        scene: field.scene,
-        values: values.collect(),
-        resolutions,
     }
 }

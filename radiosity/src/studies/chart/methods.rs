@@ -1,16 +1,13 @@
 //! The methods of a chart: a base per solver, one parameter varied at a time, some combinations.
 
-use self::SolverKind::{Cpu, Dense, Gpu};
 use crate::plan::SceneCounts;
-use crate::studies::{PIXEL_HEMISPHERE, PIXEL_STEREOGRAPHIC};
 use common::form_factor::FormFactor;
 use common::scene::Scene;
-use common::settings::{
-    ItemBufferProjection, ItemBufferSettings, Iteration, Meshing, Settings, SolveQuality, Visibility,
-};
+use common::settings::ItemBufferProjection::{self, Hemicube, Hemisphere, Paper, Stereographic};
+use common::settings::{ItemBufferSettings, Iteration, Meshing, Settings, SolveQuality, Visibility};
 use cpu::dense::memory::{MAX_MATRIX_BYTES, matrix_bytes};
 use oracle::solve::dense;
-use serde::Serialize;
+use oracle::solve::solver::SolverKind::{self, Cpu, Dense, Gpu};
 use serde_json::Value;
 use std::collections::HashMap;
 
@@ -21,25 +18,6 @@ const MAX_TRUTH_TEXELS: u64 = 6000;
 /// Item-buffer pixels per side on the CPU, whose scalar rasteriser is slow.
 const TWIN_PIXELS: u32 = 256;
 const DEFAULT_PIXELS: u32 = ItemBufferSettings::DEFAULT.size;
-
-/// Solver of a method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SolverKind {
-    /// CPU: rays or the scalar item buffer.
-    Cpu,
-    /// GPU: item buffer or rays.
-    Gpu,
-    /// Dense linear system.
-    Dense,
-}
-
-impl SolverKind {
-    /// Returns the name shown on the page.
-    pub fn name(self) -> &'static str {
-        ["CPU", "GPU", "dense"][self as usize]
-    }
-}
 
 /// One way to solve a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,17 +87,13 @@ const METHOD_ROWS: &[MethodRow] = &[
     (BOTH, false, |s| s.schedule.iteration = Iteration::Chebyshev),
     (BOTH, true, |s| s.schedule.epsilon = 0.01),
     (BOTH, false, |s| s.schedule.epsilon = 1e-4),
-    (&[Cpu], true, |s| draw_with(s, PIXEL_STEREOGRAPHIC, TWIN_PIXELS)),
+    (&[Cpu], true, |s| draw_with(s, Stereographic, TWIN_PIXELS)),
     (&[Gpu], true, |s| s.transport.visibility = Visibility::Rays),
-    (&[Gpu], false, |s| draw_with(s, PIXEL_HEMISPHERE, DEFAULT_PIXELS)),
-    (&[Gpu], false, |s| {
-        draw_with(s, ItemBufferProjection::Hemicube, DEFAULT_PIXELS)
-    }),
-    (&[Gpu], true, |s| {
-        draw_with(s, ItemBufferProjection::Paper, DEFAULT_PIXELS)
-    }),
-    (&[Gpu], true, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 256)),
-    (&[Gpu], false, |s| draw_with(s, PIXEL_STEREOGRAPHIC, 2048)),
+    (&[Gpu], false, |s| draw_with(s, Hemisphere, DEFAULT_PIXELS)),
+    (&[Gpu], false, |s| draw_with(s, Hemicube, DEFAULT_PIXELS)),
+    (&[Gpu], true, |s| draw_with(s, Paper, DEFAULT_PIXELS)),
+    (&[Gpu], true, |s| draw_with(s, Stereographic, 256)),
+    (&[Gpu], false, |s| draw_with(s, Stereographic, 2048)),
     (BOTH, true, set_draft),
     (BOTH, true, set_paper_method),
     (BOTH, false, |s| {

@@ -2,17 +2,18 @@
 //! against each varied option.
 
 use super::bench::MAX_REPEATED_SECONDS;
-use super::methods::{SolveMethod, SolverKind};
+use super::methods::SolveMethod;
 use super::points::{ChartPoint, MeasuredSet, SceneChart};
 use super::sweeps::Sweep;
 use crate::report::document::{
-    Blocks, Cell, Document, Figure, Row, Section, Table, bold_text, code_text, plain_text, styled_text,
+    Blocks, Cell, Figure, Row, Section, Table, bold_text, code_text, plain_text, render_document, styled_text,
 };
 use crate::report::format::{file_name, format_count, format_duration, format_number, format_percent};
 use crate::report::plot::{
-    Axis, CPU_COLOUR, CURVE_COLOURS, CURVE_MARKS, GPU_COLOUR, Legend, LineStyle, MarkShape, MarkStyle, Plot, PlotPoint,
-    Series, format_share, positive_range,
+    Axis, CPU_COLOUR, CURVE_COLOURS, CURVE_MARKS, GPU_COLOUR, LineStyle, MarkShape, Plot, PlotPoint, Series,
+    format_share, positive_range,
 };
+use oracle::solve::solver::SolverKind;
 
 const PAGE_STYLE: &str =
     "main{max-width:84rem}figure,figure.wide{max-width:none}td.reason{min-width:15rem}tr.front td{font-weight:600}";
@@ -21,9 +22,9 @@ const PLOT_SIZE: [u32; 2] = [1040, 560];
 /// Width of a legend, CSS pixels.
 const LEGEND_WIDTH: u32 = 240;
 /// Colour of what is of neither solver.
-const GREY: &str = "#828282";
+const OTHERS_COLOUR: &str = "#828282";
 
-const EXPLANATION: &str = "Time is mesh, engine and solve by wall clock, of the fastest run. Error is the relative RMS of \
+const AXES_TEXT: &str = "Time is mesh, engine and solve by wall clock, of the fastest run. Error is the relative RMS of \
     the reflected radiosity B − E against the truth, area-weighted, the worst channel. A point is on the front when no \
     other is both faster and more accurate. Point at a mark to read its method.";
 const METHOD_EXPLANATION: &str = "All methods compute the mean radiosity of the same texels: a solution on fewer is \
@@ -45,14 +46,9 @@ pub fn render_page(charts: &[SceneChart]) -> String {
         false => ("Radiosity: speed against accuracy", METHOD_EXPLANATION),
     };
     let mut opening = Blocks::default();
-    opening.add_paragraph(EXPLANATION).add_paragraph(more);
-    Document {
-        title,
-        opening,
-        sections: charts.iter().enumerate().map(scene_section).collect(),
-        style: PAGE_STYLE,
-    }
-    .to_html()
+    opening.add_paragraph(AXES_TEXT).add_paragraph(more);
+    let sections: Vec<Section> = charts.iter().enumerate().map(scene_section).collect();
+    render_document(title, &opening, &sections, PAGE_STYLE)
 }
 
 /// Returns the plots of errors of all scenes with their titles, for an SVG file.
@@ -91,11 +87,8 @@ fn scene_section((k, chart): (usize, &SceneChart)) -> Section {
 fn add_methods(body: &mut Blocks, set: &MeasuredSet, chart: &SceneChart) {
     let caption =
         bold_text("Error against time") + " · down is more accurate, left is faster · truth: " + code_text(&set.truth);
-    body.add_figure(&Figure::from_plot(
-        Some(&plot_methods(set, chart)),
-        "Nothing measured.",
-        caption,
-    ));
+    let plot = plot_methods(set, chart);
+    body.add_figure(&Figure::from_plot(&plot, "Nothing measured.", caption));
     let mut points: Vec<&ChartPoint> = set.points.iter().collect();
     points.sort_by(|a, b| {
         let ([a_time, a_error], [b_time, b_error]) = (a.time_and_error(), b.time_and_error());
@@ -117,13 +110,13 @@ fn add_option(body: &mut Blocks, set: &MeasuredSet, sweep: &Sweep) {
     let figures = [("Error", 1), ("Time", 0)].map(|(name, quantity)| {
         let plot = plot_option(set, sweep, quantity);
         let caption = bold_text(name) + " · truth: " + code_text(&set.truth);
-        Figure::from_plot(Some(&plot), "Nothing above 0.", caption)
+        Figure::from_plot(&plot, "Nothing above 0.", caption)
     });
     let orders = set.curves().map(|(name, points)| {
         let order = set.curve_order(points).map_or("–".into(), format_number);
         Row::new([name.to_owned(), order])
     });
-    let orders = Table::new(&["Curve", "#Order"], orders);
+    let orders = Table::new("Curve;#Order", orders);
     let points = set
         .curves()
         .flat_map(|(name, points)| points.iter().map(move |point| (name, point)));
@@ -136,7 +129,7 @@ fn add_option(body: &mut Blocks, set: &MeasuredSet, sweep: &Sweep) {
 
 /// Makes a table of points with the head and the text of its first column.
 fn points_table<'a>(first: &str, points: impl Iterator<Item = (&'a str, &'a ChartPoint)>) -> Table {
-    let heads = [first, "~Options", "#Time", "#Error", "#Bias"];
+    let heads = format!("{first};~Options;#Time;#Error;#Bias");
     Table::new(&heads, points.map(|(name, point)| point_row(name, point)))
 }
 
@@ -166,7 +159,7 @@ fn mark_family(method: &SolveMethod) -> (String, &'static str, MarkShape) {
     let colour = match method.solver {
         SolverKind::Cpu => CPU_COLOUR,
         SolverKind::Gpu => GPU_COLOUR,
-        SolverKind::Dense => return ("dense, fewer texels".into(), GREY, MarkShape::DownTriangle),
+        SolverKind::Dense => return ("dense, fewer texels".into(), OTHERS_COLOUR, MarkShape::DownTriangle),
     };
     (method.solver.name().to_owned() + kind, colour, shape)
 }
@@ -188,7 +181,7 @@ fn plot_methods(set: &MeasuredSet, chart: &SceneChart) -> Plot {
             title: format!("{}\n{text}", peer.describe_peer()),
             ..[seconds, error].into()
         };
-        add_point(("other programs".into(), GREY, MarkShape::Cross), point);
+        add_point(("other programs".into(), OTHERS_COLOUR, MarkShape::Cross), point);
     }
     for point in &set.points {
         let family = match point.figures() {
@@ -240,11 +233,7 @@ fn marked_series(
     Series {
         name: name.to_owned(),
         colour,
-        mark: Some(MarkStyle {
-            shape,
-            radius: 5.0,
-            opacity: 0.85,
-        }),
+        mark: Some(shape),
         points: points.into_iter().collect(),
         ..Series::default()
     }
@@ -264,7 +253,7 @@ fn logarithmic_plot(across: &str, quantity: usize, series: Vec<Series>) -> Plot 
         size: PLOT_SIZE,
         axes: [Axis::logarithmic_scale(across, range(0), format_number), y],
         series,
-        legend: Legend::Beside(LEGEND_WIDTH),
+        legend_width: LEGEND_WIDTH,
     }
 }
 

@@ -1,7 +1,10 @@
-//! File of measurements, so that an interrupted chart can be continued.
+//! The file `chart.partial.json` of measurements that are done: `chart` reads it first and continues where it was
+//! interrupted. A measurement's key hashes all that it depends on, so that another scene, setting or program measures
+//! anew.
 
 use common::scene::Scene;
-use common::solution::write_file;
+use common::solution::pending::locate_file;
+use common::solution::write_files;
 use common::texel::texel_outline;
 use common::{Error, Result, file};
 use serde::{Deserialize, Serialize};
@@ -10,53 +13,58 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
-/// Time and error of one solve.
+/// Time and outcome of the solves by one method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
-    /// Wall-clock seconds of mesh, engine and solve.
+    /// Wall-clock seconds of mesh, engine and solve, of the fastest run.
     pub seconds: f64,
-    /// The figures, or the reason that there are none.
+    /// Its error, or the reason why it has no solution.
     pub result: std::result::Result<SolveFigures, String>,
 }
 
 /// Error of one solve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolveFigures {
-    /// Relative RMS error on the texels of the chart, worst channel.
+    /// Relative RMS of its difference to the truth on the chart's texels, the worst channel.
     pub error: f64,
-    /// Bias of the channel with the largest one.
+    /// Signed mean of that difference over the truth's mean, of the channel in which it is largest.
     pub bias: f64,
 }
 
-/// The file and the measurements in it.
+/// Name of the file of measurements.
+const STORE_NAME: &str = "chart.partial.json";
+
+/// The folder with the file, and the measurements by their keys.
 pub struct MeasurementStore {
-    path: PathBuf,
+    dir: PathBuf,
     measurements: BTreeMap<String, Measurement>,
 }
 
 impl MeasurementStore {
-    /// Reads the file, if it exists. Errors: it cannot be read, or holds something else.
-    pub fn open(path: &Path) -> Result<Self> {
+    /// Reads the file in `dir`; without one the store is empty. Errors: it cannot be read, or is no list of measurements.
+    pub fn open(dir: &Path) -> Result<Self> {
+        let path = locate_file(dir, STORE_NAME);
         let wanted = "remove it to start again";
-        let failed = |e| Error::bad_input(path, "", format!("is no list of measurements: {e}; {wanted}"));
+        let failed = |e| Error::bad_input(&path, "", format!("is no list of measurements: {e}; {wanted}"));
         Ok(Self {
-            path: path.to_path_buf(),
+            dir: dir.to_path_buf(),
             measurements: match path.exists() {
-                true => serde_json::from_slice(&file::read_input(path, wanted)?).map_err(failed)?,
+                true => serde_json::from_slice(&file::read_input(&path, wanted)?).map_err(failed)?,
                 false => BTreeMap::new(),
             },
         })
     }
 
-    /// Returns the measurement of `key`.
+    /// Returns the measurement of `key`, if it is done.
     pub fn find_measurement(&self, key: &str) -> Option<&Measurement> {
         self.measurements.get(key)
     }
 
-    /// Adds a measurement to the file. Errors: it cannot be written.
+    /// Adds a measurement and writes the file anew. Errors: it cannot be written.
     pub fn add_measurement(&mut self, key: String, measurement: Measurement) -> Result<()> {
         self.measurements.insert(key, measurement);
-        write_file(&self.path, format!("{:#}\n", json!(self.measurements)).as_bytes())
+        let text = format!("{:#}\n", json!(self.measurements));
+        write_files(&self.dir, [(STORE_NAME, text)])
     }
 }
 
@@ -67,7 +75,7 @@ pub fn hash_value(value: &impl Hash) -> u64 {
     hasher.finish()
 }
 
-/// Returns a hash of the faces; a painted face is identified by its means over sixteen texels.
+/// Returns a hash of the scene's faces. Of paint only the means over 4×4 texels of each painted face count.
 pub fn hash_scene(scene: &Scene) -> u64 {
     let mut text = format!("{:?}", scene.faces);
     for face in scene.faces.iter().filter(|face| face.paint.is_some()) {
@@ -79,7 +87,7 @@ pub fn hash_scene(scene: &Scene) -> u64 {
     hash_value(&text)
 }
 
-/// Returns a hash of this program: its version and its executable file.
+/// Returns a hash of this program, from its version and its executable file: another build measures anew.
 pub fn hash_program() -> u64 {
     let path = std::env::current_exe().ok();
     let file = path.and_then(|path| file::read(&path, file::MAX_FILE_BYTES).ok());

@@ -2,13 +2,14 @@
 //!
 //! To add a parameter, add a [`Sweep`] and a value of `--vary`; to add a variant of it, a curve.
 
-use super::methods::{SolveMethod, SolverKind, has_dense_truth, list_methods};
-use crate::studies::{PIXEL_HEMISPHERE, PIXEL_STEREOGRAPHIC};
+use super::methods::{SolveMethod, has_dense_truth, list_methods};
 use common::form_factor::FormFactor;
 use common::scene::Scene;
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Settings, SolveQuality, Visibility};
+use common::settings::ItemBufferProjection::{self, Hemicube, Hemisphere, Paper, Stereographic};
+use common::settings::Lookup::{self, Exact, Neighbours};
+use common::settings::{ItemBufferSettings, Settings, SolveQuality, Visibility};
 use oracle::solve::dense;
-use oracle::solve::solver::MIN_ERROR;
+use oracle::solve::solver::{MIN_ERROR, SolverKind};
 
 /// Methods with one truth.
 pub struct MethodSet {
@@ -175,21 +176,11 @@ pub const ITEM_BUFFER_SWEEP: Sweep = Sweep {
     base: |settings| settings.meshing.patches = 1,
     truth: SweepTruth::Limit("rays", |settings| settings.transport.visibility = Visibility::Rays),
     curves: &[
-        ("stereographic, 3x3", |s| {
-            draw_with(s, PIXEL_STEREOGRAPHIC, Lookup::Neighbours)
-        }),
-        ("stereographic, exact", |s| {
-            draw_with(s, PIXEL_STEREOGRAPHIC, Lookup::Exact)
-        }),
-        ("hemicube, 3x3", |s| {
-            draw_with(s, ItemBufferProjection::Hemicube, Lookup::Neighbours)
-        }),
-        ("hemisphere, 3x3", |s| {
-            draw_with(s, PIXEL_HEMISPHERE, Lookup::Neighbours)
-        }),
-        ("paper, exact", |s| {
-            draw_with(s, ItemBufferProjection::Paper, Lookup::Exact)
-        }),
+        ("stereographic, 3x3", |s| draw_with(s, Stereographic, Neighbours)),
+        ("stereographic, exact", |s| draw_with(s, Stereographic, Exact)),
+        ("hemicube, 3x3", |s| draw_with(s, Hemicube, Neighbours)),
+        ("hemisphere, 3x3", |s| draw_with(s, Hemisphere, Neighbours)),
+        ("paper, exact", |s| draw_with(s, Paper, Exact)),
     ],
 };
 

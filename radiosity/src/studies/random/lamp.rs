@@ -3,7 +3,7 @@
 use super::convex::ConvexBody;
 use super::loft::{Footprint, Loft, Panel, paint_panels};
 use super::placement::{AllowedContacts, OccupiedRoom};
-use super::{RandomSource, SceneKind, draw_log_uniform, draw_reflectance};
+use super::{RandomSource, draw_log_uniform, draw_reflectance};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use rand::RngExt;
 use std::f64::consts::TAU;
@@ -26,20 +26,11 @@ const MAX_TRIES: usize = 400;
 
 /// Places a lamp; none if no attempt fits. An emitting wall has no panels of its own; see
 /// [`make_wall_emit`].
-pub fn place_lamp(
-    source: &mut RandomSource,
-    space: &mut OccupiedRoom,
-    kind: SceneKind,
-) -> Option<(LampKind, Vec<Panel>)> {
-    let lamp = match (kind, source.random_range(0..10)) {
-        (SceneKind::Room, _) | (_, 0..6) => LampKind::Panel,
-        (_, 6..8) => LampKind::Box,
-        _ => LampKind::Wall,
-    };
-    match lamp {
-        LampKind::Panel => place_lamp_panel(source, space).map(|panel| (lamp, vec![panel])),
-        LampKind::Box => place_lamp_box(source, space).map(|panels| (lamp, panels)),
-        LampKind::Wall => Some((lamp, Vec::new())),
+pub fn place_lamp(source: &mut RandomSource, space: &mut OccupiedRoom) -> Option<(LampKind, Vec<Panel>)> {
+    match source.random_range(0..10) {
+        0..6 => place_lamp_panel(source, space).map(|panel| (LampKind::Panel, vec![panel])),
+        6..8 => place_lamp_box(source, space).map(|panels| (LampKind::Box, panels)),
+        _ => Some((LampKind::Wall, Vec::new())),
     }
 }
 

@@ -12,7 +12,6 @@ mod placement;
 mod pose;
 mod room;
 
-use clap::ValueEnum;
 use common::scene::Scene;
 use convex::ConvexBody;
 use glam::{DMat3, DQuat, DVec3, Vec3};
@@ -40,7 +39,7 @@ const MAX_QUADS: usize = 30;
 const MAX_TRIES: usize = 200;
 
 /// Shape of a scene's faces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FaceShapes {
     /// Quads
     #[default]
@@ -51,32 +50,11 @@ pub enum FaceShapes {
     Mixed,
 }
 
-/// Family of scenes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ValueEnum)]
-pub enum SceneKind {
-    /// Rooms of every kind
-    #[default]
-    Any,
-    /// Boxes that hold rotated boxes, standing and hanging; two of three are closed
-    Room,
-}
-
-/// Options of a random scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct SceneOptions {
-    /// Family of the scene.
-    pub kind: SceneKind,
-    /// Shape of its faces.
-    pub faces: FaceShapes,
-}
-
 /// A random scene and its features.
 #[derive(Clone, Debug)]
 pub struct RandomScene {
     /// Seed that determines the scene.
     pub seed: u64,
-    /// Options that it was drawn with.
-    pub options: SceneOptions,
     /// The scene, named `random-SEED`.
     pub scene: Scene,
     /// True if no light leaves the room. The black back of a lamp panel absorbs light all the same.
@@ -97,13 +75,12 @@ pub struct RandomScene {
     pub unit: f64,
 }
 
-/// Draws the scene of `seed`.
-pub fn draw_scene(seed: u64, options: SceneOptions) -> RandomScene {
+/// Draws the scene of `seed`; two of three are closed.
+pub fn draw_scene(seed: u64, faces: FaceShapes) -> RandomScene {
     let mut source = RandomSource::seed_from_u64(seed);
-    let room = room::draw_room(&mut source, options.kind, !seed.is_multiple_of(3));
+    let room = room::draw_room(&mut source, !seed.is_multiple_of(3));
     let mut drawn = RandomScene {
         seed,
-        options,
         scene: Scene {
             name: format!("random-{seed}"),
             ..Scene::default()
@@ -123,12 +100,10 @@ pub fn draw_scene(seed: u64, options: SceneOptions) -> RandomScene {
         make_wall_emit(&mut source, &mut panels);
     }
     panels.extend(things);
-    if options.kind == SceneKind::Any {
-        drawn.unit = move_panels(&mut source, &mut panels, &room.bounds);
-    }
+    drawn.unit = move_panels(&mut source, &mut panels, &room.bounds);
     // A generator of its own, so that the faces' shape does not change the scene.
     let mut cuts = RandomSource::seed_from_u64(!seed);
-    drawn.scene.faces = faces_of_panels(&mut cuts, &panels, options.faces);
+    drawn.scene.faces = faces_of_panels(&mut cuts, &panels, faces);
     drawn
 }
 
@@ -154,19 +129,15 @@ impl fmt::Display for RandomScene {
 /// Furnishes a room: lamps first, since they need free space, then bodies and sheets. Returns the panels and
 /// describes them in `drawn`.
 fn furnish_room(source: &mut RandomSource, room: &RandomRoom, drawn: &mut RandomScene) -> Vec<Panel> {
-    let kind = drawn.options.kind;
     let mut space = OccupiedRoom {
         room,
         bodies: Vec::new(),
         free_zones: Vec::new(),
     };
     let mut panels = Vec::new();
-    let lamps = match kind {
-        SceneKind::Any => [1, 1, 2, 3][source.random_range(0..4)],
-        SceneKind::Room => 1,
-    };
+    let lamps = [1, 1, 2, 3][source.random_range(0..4)];
     for _ in 0..lamps {
-        if let Some((lamp, mut parts)) = place_lamp(source, &mut space, kind) {
+        if let Some((lamp, mut parts)) = place_lamp(source, &mut space) {
             drawn.lamps.push(lamp);
             for part in &mut parts {
                 part.name = format!("lamp {}", drawn.lamps.len());
@@ -178,17 +149,11 @@ fn furnish_room(source: &mut RandomSource, room: &RandomRoom, drawn: &mut Random
         drawn.lamps.push(LampKind::Wall);
     }
     let first_body = space.bodies.len();
-    let bodies = match kind {
-        SceneKind::Any => source.random_range(1..=3),
-        SceneKind::Room => source.random_range(2..=3),
-    };
+    let bodies = source.random_range(1..=3);
     for k in 0..bodies {
-        let pose = match kind {
-            SceneKind::Any => Pose::ALL[source.random_range(0..Pose::ALL.len())],
-            SceneKind::Room => [Pose::Standing, Pose::Hanging][k % 2],
-        };
+        let pose = Pose::ALL[source.random_range(0..Pose::ALL.len())];
         if room.panels.len() + panels.len() + 6 <= MAX_QUADS
-            && let Some((loft, gap)) = place_body(source, kind, &mut space, pose, first_body)
+            && let Some((loft, gap)) = place_body(source, &mut space, pose, first_body)
         {
             let mut sides = loft.outward_panels(&format!("body {}", k + 1));
             paint_panels(source, &mut sides);
@@ -197,15 +162,11 @@ fn furnish_room(source: &mut RandomSource, room: &RandomRoom, drawn: &mut Random
             drawn.gaps.extend((gap > 0.0).then_some(gap / room.height));
         }
     }
-    let sheets = match kind {
-        SceneKind::Any => source.random_range(0..=1),
-        SceneKind::Room => 0,
-    };
-    for _ in 0..sheets {
-        if let Some((sheet, panel)) = place_sheet(source, &mut space) {
-            panels.push(panel);
-            drawn.sheets.push(sheet);
-        }
+    if source.random_range(0..=1) == 1
+        && let Some((sheet, panel)) = place_sheet(source, &mut space)
+    {
+        panels.push(panel);
+        drawn.sheets.push(sheet);
     }
     panels
 }

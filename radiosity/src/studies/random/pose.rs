@@ -1,9 +1,10 @@
 //! Poses of bodies in a room.
 
+use self::Pose::{Against, Beside, Floating, Hanging, Leaning, Stacked, Standing};
 use super::convex::{BoundingPlane, ConvexBody};
 use super::loft::{Footprint, Loft};
 use super::placement::{AllowedContacts, OccupiedRoom};
-use super::{RandomSource, SceneKind, draw_log_uniform, draw_rotation};
+use super::{RandomSource, draw_log_uniform, draw_rotation};
 use glam::{DMat3, DVec2, DVec3};
 use rand::RngExt;
 use std::f64::consts::TAU;
@@ -29,15 +30,7 @@ pub enum Pose {
 
 impl Pose {
     /// All poses.
-    pub const ALL: [Self; 7] = [
-        Self::Standing,
-        Self::Hanging,
-        Self::Floating,
-        Self::Leaning,
-        Self::Against,
-        Self::Stacked,
-        Self::Beside,
-    ];
+    pub const ALL: [Self; 7] = [Standing, Hanging, Floating, Leaning, Against, Stacked, Beside];
 }
 
 /// Placement attempts per body.
@@ -47,19 +40,18 @@ const MAX_TRIES: usize = 200;
 /// attempt fits.
 pub fn place_body(
     source: &mut RandomSource,
-    kind: SceneKind,
     space: &mut OccupiedRoom,
     pose: Pose,
     lamps: usize,
 ) -> Option<(Loft, f64)> {
-    let near = kind == SceneKind::Any && pose != Pose::Floating && source.random_bool(0.35);
+    let near = pose != Floating && source.random_bool(0.35);
     let gap = if near {
         draw_log_uniform(source, 1e-4, 1e-2) * space.room.height
     } else {
         0.0
     };
     for _ in 0..MAX_TRIES {
-        let Some((loft, rests)) = pose_loft(source, kind, space, (pose, gap), lamps) else {
+        let Some((loft, rests)) = pose_loft(source, space, (pose, gap), lamps) else {
             continue;
         };
         let shape = loft.convex_hull();
@@ -90,39 +82,37 @@ fn draw_box(source: &mut RandomSource, space: &OccupiedRoom, straight: bool) -> 
 /// Draws a body in a pose with its allowed contacts, without a collision test.
 fn pose_loft(
     source: &mut RandomSource,
-    kind: SceneKind,
     space: &OccupiedRoom,
     (pose, gap): (Pose, f64),
     lamps: usize,
 ) -> Option<(Loft, AllowedContacts)> {
-    let straight = kind == SceneKind::Room || pose == Pose::Beside;
-    let loft = draw_box(source, space, straight);
+    let loft = draw_box(source, space, pose == Beside);
     let yaw = DMat3::from_rotation_y(source.random_range(0.0..TAU));
     let at = space.draw_floor_point(source);
     let mut rests = AllowedContacts::default();
     let placed = match pose {
-        Pose::Standing => {
+        Standing => {
             rests.floor = true;
             loft.rotate_by(yaw).move_by(at + DVec3::Y * gap)
         }
-        Pose::Hanging => {
+        Hanging => {
             rests.ceiling = true;
             let loft = loft.rotate_by(yaw).move_by(at);
             let [_, top] = loft.height_range();
             loft.move_by(DVec3::Y * (space.room.height - gap - top))
         }
-        Pose::Floating => {
+        Floating => {
             let up = source.random_range(0.0..space.room.height);
             loft.rotate_by(draw_rotation(source)).move_by(at + DVec3::Y * up)
         }
-        Pose::Leaning => {
+        Leaning => {
             rests.floor = true;
             let tilt = DMat3::from_rotation_x(source.random_range(0.15..0.7));
             let loft = loft.rotate_by(yaw * tilt).move_by(at);
             let [low, _] = loft.height_range();
             loft.move_by(DVec3::Y * (gap - low))
         }
-        Pose::Against => {
+        Against => {
             rests.floor = true;
             let part = source.random_range(0..space.room.parts.len());
             let planes = &space.room.parts[part].planes;
@@ -130,12 +120,12 @@ fn pose_loft(
             rests.wall = Some((part, wall));
             push_to_wall(loft, at, &planes[wall], gap)?
         }
-        Pose::Stacked => {
+        Stacked => {
             let host = draw_host(source, space, lamps)?;
             rests.body = Some(host);
             stack_on(source, loft.rotate_by(yaw), &space.bodies[host], gap)?
         }
-        Pose::Beside => {
+        Beside => {
             rests.floor = true;
             let host = draw_host(source, space, lamps)?;
             rests.body = Some(host);

@@ -2,7 +2,7 @@
 
 use super::convex::ConvexBody;
 use super::loft::{Footprint, Loft, Panel};
-use super::{RandomSource, SceneKind, draw_reflectance};
+use super::{RandomSource, draw_reflectance};
 use glam::{DVec2, DVec3};
 use rand::RngExt;
 use rand::seq::SliceRandom;
@@ -21,12 +21,12 @@ pub struct RandomRoom {
 }
 
 /// Draws a room.
-pub fn draw_room(source: &mut RandomSource, kind: SceneKind, closed: bool) -> RandomRoom {
+pub fn draw_room(source: &mut RandomSource, closed: bool) -> RandomRoom {
     let height = source.random_range(1.0..3.0);
     let [x, z] = std::array::from_fn(|_| source.random_range(1.2..3.0));
-    let (outline, walls) = match (kind, source.random_range(0..10)) {
-        (SceneKind::Room, _) | (_, 0..4) => (Footprint::rectangle(x, z), 4),
-        (_, 4..7) => {
+    let (outline, walls) = match source.random_range(0..10) {
+        0..4 => (Footprint::rectangle(x, z), 4),
+        4..7 => {
             let at = DVec2::from_array(std::array::from_fn(|_| source.random_range(0.35..0.65)));
             (Footprint::l_shape(x, z, at), 6)
         }
@@ -35,7 +35,7 @@ pub fn draw_room(source: &mut RandomSource, kind: SceneKind, closed: bool) -> Ra
             (draw_polygon(source, walls, DVec2::new(x, z)), walls)
         }
     };
-    let (scale, shift) = if kind == SceneKind::Any && source.random_bool(0.4) {
+    let (scale, shift) = if source.random_bool(0.4) {
         let mut shift = || source.random_range(-0.3..0.3);
         let shift = DVec2::new(shift(), shift());
         (source.random_range(0.7..1.2), shift)

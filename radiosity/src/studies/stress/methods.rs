@@ -1,7 +1,6 @@
 //! The methods under test: the default of `solve`, the paper's method, and one method per choice
 //! between them.
 
-use crate::studies::{PIXEL_HEMISPHERE, PIXEL_STEREOGRAPHIC};
 use common::form_factor::FormFactor;
 use common::relight::{MendedFlaws, RelightMethod};
 use common::settings::{ItemBufferProjection, Iteration, Settings, SolveQuality, Visibility};
@@ -61,10 +60,12 @@ pub const DISC: AtlasMethod = shooting("disc", |s| {
     s.transport.form_factor = FormFactor::Disc;
 });
 /// Stereographic item buffer.
-pub const STEREOGRAPHIC: AtlasMethod = shooting("stereographic", |s| set_item_buffer(s, PIXEL_STEREOGRAPHIC));
+pub const STEREOGRAPHIC: AtlasMethod = shooting("stereographic", |s| {
+    set_item_buffer(s, ItemBufferProjection::Stereographic)
+});
 /// Hemicube.
 pub const HEMICUBE: AtlasMethod = shooting("hemicube", |s| set_item_buffer(s, ItemBufferProjection::Hemicube));
-const HEMISPHERE: AtlasMethod = shooting("hemisphere", |s| set_item_buffer(s, PIXEL_HEMISPHERE));
+const HEMISPHERE: AtlasMethod = shooting("hemisphere", |s| set_item_buffer(s, ItemBufferProjection::Hemisphere));
 const PAPER: AtlasMethod = shooting("paper", |s| {
     set_item_buffer(s, ItemBufferProjection::Paper);
     s.transport.form_factor = FormFactor::Disc;
@@ -147,7 +148,8 @@ impl AtlasMethod {
         settings.meshing.texels = texels;
         settings.schedule.iteration = Iteration::Cg;
         if on_gpu {
-            settings.transport.visibility = Visibility::with_item_buffer(PIXEL_STEREOGRAPHIC, ITEM_BUFFER_PIXELS);
+            settings.transport.visibility =
+                Visibility::with_item_buffer(ItemBufferProjection::Stereographic, ITEM_BUFFER_PIXELS);
         }
         (self.change)(&mut settings);
         settings

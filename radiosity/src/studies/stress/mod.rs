@@ -4,12 +4,11 @@
 //! The result compared is the mean reflected radiosity B − E of every texel; for leaks it is the
 //! light behind a wall over the emitted power.
 //!
-//! [`cases`] builds the scenes and [`random`] draws others, [`trial`] and `direct_light` provide their
-//! solutions and compare answers with them, [`methods`] lists the methods, [`run`] runs them;
+//! [`cases`] builds the scenes and [`random`] draws others, [`trial`] provides their
+//! solutions and compares answers with them, [`methods`] lists the methods, [`run`] runs them;
 //! [`summary`] evaluates the rows, [`page`] shows them.
 
 pub mod cases;
-mod direct_light;
 pub mod methods;
 pub mod page;
 pub mod random;
@@ -22,6 +21,7 @@ use cases::Case;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::shooting::RadiosityField;
+use oracle::solve::solver::SolverKind;
 use serde::Serialize;
 
 /// Start of the message of an answer that cannot be compared.
@@ -104,26 +104,6 @@ pub enum WarningOutcome {
     FalseAlarm,
     /// Safe, without a warning, or a leak, whose warning may concern the light elsewhere.
     Quiet,
-}
-
-/// Processor of a result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Processor {
-    /// CPU.
-    Cpu,
-    /// GPU.
-    Gpu,
-}
-
-impl Processor {
-    /// Returns the name on the page.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cpu => "CPU",
-            Self::Gpu => "GPU",
-        }
-    }
 }
 
 /// One solver's result in a row.
@@ -238,10 +218,10 @@ impl AtlasRow {
         }
     }
 
-    /// Iterates over its results.
-    pub fn sides(&self) -> impl Iterator<Item = (Processor, &SolverSide)> {
-        let gpu = self.gpu.iter().map(|gpu| (Processor::Gpu, gpu));
-        [(Processor::Cpu, &self.cpu)].into_iter().chain(gpu)
+    /// Iterates over its results with their device, CPU or GPU.
+    pub fn sides(&self) -> impl Iterator<Item = (SolverKind, &SolverSide)> {
+        let gpu = self.gpu.iter().map(|gpu| (SolverKind::Gpu, gpu));
+        [(SolverKind::Cpu, &self.cpu)].into_iter().chain(gpu)
     }
 }
 
@@ -271,15 +251,15 @@ pub struct CaseStudy {
 
 impl CaseStudy {
     /// Iterates over all results.
-    pub fn sides(&self) -> impl Iterator<Item = (&AtlasRow, Processor, &SolverSide)> {
+    pub fn sides(&self) -> impl Iterator<Item = (&AtlasRow, SolverKind, &SolverSide)> {
         let rows = self.rows.iter();
-        rows.flat_map(|row| row.sides().map(move |(processor, side)| (row, processor, side)))
+        rows.flat_map(|row| row.sides().map(move |(device, side)| (row, device, side)))
     }
 
-    /// Iterates over the results of one method on one processor, by value.
-    pub fn sides_of(&self, method: &str, processor: Processor) -> impl Iterator<Item = (&AtlasRow, &SolverSide)> {
+    /// Iterates over the results of one method on one device, by value.
+    pub fn sides_of(&self, method: &str, device: SolverKind) -> impl Iterator<Item = (&AtlasRow, &SolverSide)> {
         let all = self.sides();
-        let own = all.filter(move |(row, found, _)| row.method == method && *found == processor);
+        let own = all.filter(move |(row, found, _)| row.method == method && *found == device);
         own.map(|(row, _, side)| (row, side))
     }
 

@@ -1,21 +1,18 @@
-//! Content of `stress.html`.
+//! Content of `stress.html`: verdict, gates, break points, and a section for each case.
 
 use super::methods::ITEM_BUFFER_PIXELS;
 use super::summary::{Atlas, AtlasGate, BreakPoint, find_breaks};
-use super::{
-    AtlasRow, CaseStudy, ErrorMeasure, Processor, SolverSide, Specimen, Verdict, WarningOutcome, format_value,
-};
+use super::{AtlasRow, CaseStudy, ErrorMeasure, SolverSide, Specimen, Verdict, WarningOutcome, format_value};
 use crate::report::document::{
-    Blocks, Cell, Document, Figure, Row, Section, Table, Text, VerdictTone, bold_text, line_break, link_text,
-    pass_mark, plain_text, styled_text,
+    Blocks, Cell, Figure, Row, Section, Table, Text, VerdictTone, bold_text, line_break, link_text, pass_mark,
+    plain_text, render_document, styled_text,
 };
 use crate::report::format::{format_duration, format_percent};
-use crate::report::plot::{
-    Axis, CURVE_COLOURS, CURVE_MARKS, Legend, LineStyle, MarkStyle, Plot, PlotPoint, Series, format_share,
-};
-use crate::report::preview::Preview;
+use crate::report::plot::{Axis, CURVE_COLOURS, CURVE_MARKS, LineStyle, Plot, PlotPoint, Series, format_share};
+use crate::report::solution_view::Preview;
 use crate::report::view::camera::Camera;
 use common::rays::Rays;
+use oracle::solve::solver::SolverKind;
 
 /// Most rows of a list.
 const MAX_LISTED_ROWS: usize = 200;
@@ -24,10 +21,10 @@ const ERROR_RANGE: [f64; 2] = [5e-3, 100.0];
 /// Width of the charts' legend, CSS pixels.
 const LEGEND_WIDTH: u32 = 170;
 
-const RANDOM_SCENES: &str = "Random rooms, on which nothing was tuned: convex and not, closed and open, with bodies that \
+const RANDOM_SCENES_TEXT: &str = "Random rooms, on which nothing was tuned: convex and not, closed and open, with bodies that \
     stand, hang, float, lean, touch or nearly do, sheets and several lamps. Each is solved as by “solve” without \
     options. “stress random --seed N --count 1” draws the scene of a seed again.";
-const CASES: &str = "Each case is a family of scenes built to break one method, made harder step by step until it does. \
+const CASES_TEXT: &str = "Each case is a family of scenes built to break one method, made harder step by step until it does. \
     Every method answers each of them on both solvers, and is judged by the truth. A result that is not safe needs a \
     warning. The default is “solve” without options.";
 
@@ -40,7 +37,7 @@ pub fn render_page(atlas: &Atlas) -> String {
         .map(|limit| ErrorMeasure::Leak.format_error(limit));
     let mut opening = Blocks::default();
     opening
-        .add_paragraph(if is_random { RANDOM_SCENES } else { CASES })
+        .add_paragraph(if is_random { RANDOM_SCENES_TEXT } else { CASES_TEXT })
         .add_paragraph(format!(
             "Up to {safe} off is safe, up to {degraded} it degrades, beyond that it fails; of the emitted light \
              {safe_leak} and {degraded_leak} may leak through a wall. Item buffers have {ITEM_BUFFER_PIXELS}² pixels."
@@ -70,16 +67,12 @@ pub fn render_page(atlas: &Atlas) -> String {
     for group in ["Solved", "Relit"] {
         add_breaks(&mut opening, group, &atlas.studies);
     }
-    let document = Document {
-        title: match is_random {
-            true => "Radiosity: random scenes",
-            false => "Radiosity: the failure atlas",
-        },
-        opening,
-        sections: atlas.studies.iter().map(case_section).collect(),
-        style: include_str!("style.css"),
+    let title = match is_random {
+        true => "Radiosity: random scenes",
+        false => "Radiosity: the failure atlas",
     };
-    document.to_html()
+    let sections: Vec<Section> = atlas.studies.iter().map(case_section).collect();
+    render_document(title, &opening, &sections, include_str!("style.css"))
 }
 
 /// Table of the gates and their violations.
@@ -93,7 +86,7 @@ fn gates_table(gates: &[AtlasGate]) -> Table {
         };
         Row::new([plain_text(gate.name), pass_mark(gate.held), lines + more])
     };
-    Table::new(&["Gate", "Holds", "~Where it does not"], gates.iter().map(row))
+    Table::new("Gate;Holds;~Where it does not", gates.iter().map(row))
 }
 
 /// Adds the table of break points of the cases of a group: cases down, methods across.
@@ -119,7 +112,7 @@ fn add_breaks(blocks: &mut Blocks, group: &str, studies: &[CaseStudy]) {
         });
         Row::new([name].into_iter().chain(cells))
     };
-    let heads: Vec<&str> = ["Case"].into_iter().chain(methods.iter().copied()).collect();
+    let heads = format!("Case;{}", methods.join(";"));
     blocks
         .add_heading(format!("{group}: where each method breaks first"))
         .add_remark(
@@ -181,7 +174,7 @@ fn case_section(study: &CaseStudy) -> Section {
     let mut figures = Vec::new();
     if !case.is_random() {
         let caption = "CPU; dashed: GPU. At the upper end: no answer. Point at a mark for details.";
-        figures.push(Figure::from_plot(Some(&plot_case(study)), "Nothing was run.", caption));
+        figures.push(Figure::from_plot(&plot_case(study), "Nothing was run.", caption));
     }
     figures.extend(
         study
@@ -228,12 +221,12 @@ fn plot_case(study: &CaseStudy) -> Plot {
     for (k, method) in study.case.methods.iter().enumerate() {
         let colour = k.checked_sub(1).map(|k| CURVE_COLOURS[k % CURVE_COLOURS.len()]);
         let colour = colour.unwrap_or("currentColor");
-        for (processor, dashes, name) in [(Processor::Cpu, None, method.name), (Processor::Gpu, Some("6 4"), "")] {
-            let sides = study.sides_of(method.name, processor);
+        for (device, dashes, name) in [(SolverKind::Cpu, None, method.name), (SolverKind::Gpu, Some("6 4"), "")] {
+            let sides = study.sides_of(method.name, device);
             let point = |(row, side): (&AtlasRow, &SolverSide)| {
                 let at = values.iter().position(|value| *value == row.value);
                 PlotPoint {
-                    title: mark_title(row, processor, side, measure),
+                    title: mark_title(row, device, side, measure),
                     ..[at.map_or(f64::NAN, |at| at as f64), side.error.unwrap_or(f64::NAN)].into()
                 }
             };
@@ -243,11 +236,7 @@ fn plot_case(study: &CaseStudy) -> Plot {
                     dashes,
                     ..LineStyle::with_width(1.8)
                 }),
-                mark: Some(MarkStyle {
-                    shape: CURVE_MARKS[k % CURVE_MARKS.len()],
-                    radius: 5.0,
-                    opacity: 0.85,
-                }),
+                mark: Some(CURVE_MARKS[k % CURVE_MARKS.len()]),
                 colour,
                 points: sides.map(point).collect(),
             });
@@ -268,14 +257,14 @@ fn plot_case(study: &CaseStudy) -> Plot {
         size: [860, 470],
         axes: [x, y],
         series,
-        legend: Legend::Beside(LEGEND_WIDTH),
+        legend_width: LEGEND_WIDTH,
     }
 }
 
 /// Returns the tooltip of a mark.
-fn mark_title(row: &AtlasRow, processor: Processor, side: &SolverSide, measure: ErrorMeasure) -> String {
+fn mark_title(row: &AtlasRow, device: SolverKind, side: &SolverSide, measure: ErrorMeasure) -> String {
     let (value, error) = (format_value(row.value), side.format_error(measure));
-    let head = format!("{}, {}, at {value}: {error}", row.method, processor.name());
+    let head = format!("{}, {}, at {value}: {error}", row.method, device.name());
     format!("{head}\n{}", told_lines(side)).trim_end().to_owned()
 }
 
@@ -287,7 +276,7 @@ fn told_lines(side: &SolverSide) -> String {
 
 /// Table of results: one row each, those of the default that were missed marked.
 fn results_table(study: &CaseStudy) -> Table {
-    let row = |(row, processor, side): (&AtlasRow, Processor, &SolverSide)| {
+    let row = |(row, device, side): (&AtlasRow, SolverKind, &SolverSide)| {
         let (class, sign) = verdict_style(side.verdict);
         let outcome = match side.outcome {
             WarningOutcome::Caught => " ▲ warned",
@@ -303,7 +292,7 @@ fn results_table(study: &CaseStudy) -> Table {
         let cells = [
             format_value(row.value).into(),
             row.method.into(),
-            processor.name().into(),
+            device.name().into(),
             error,
             side.estimate.map_or("–".to_owned(), format_percent).into(),
             format_duration(side.seconds).into(),
@@ -312,15 +301,7 @@ fn results_table(study: &CaseStudy) -> Table {
         let is_bad = study.is_default(row) && side.outcome == WarningOutcome::Missed;
         Row::new(cells).with_class_if(is_bad, "bad")
     };
-    let parameter = format!("#{}", study.case.parameter);
-    let heads = [
-        &parameter,
-        "Method",
-        "Solver",
-        "#Error",
-        "#Estimate",
-        "#Time",
-        "~Warnings, notes, error message",
-    ];
+    let parameter = study.case.parameter;
+    let heads = format!("#{parameter};Method;Solver;#Error;#Estimate;#Time;~Warnings, notes, error message");
     Table::new(&heads, study.sides().map(row))
 }

@@ -5,7 +5,7 @@ use super::methods::DEFAULT;
 use super::run::AtlasRun;
 use super::trial::{Trial, TrialTruth};
 use super::{CaseStudy, ErrorMeasure};
-use crate::studies::random::{SceneOptions, draw_scene};
+use crate::studies::random::{FaceShapes, draw_scene};
 use common::Result;
 use common::mesh::Mesh;
 use oracle::path_tracer::trace_radiosity;
@@ -35,8 +35,8 @@ pub const RANDOM_CASE: Case = Case {
 /// Options of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct RandomRequest {
-    /// Options of the scenes.
-    pub options: SceneOptions,
+    /// Shape of the scenes' faces.
+    pub faces: FaceShapes,
     /// Texels per side of a face.
     pub texels: u32,
 }
@@ -44,7 +44,7 @@ pub struct RandomRequest {
 impl Default for RandomRequest {
     fn default() -> Self {
         Self {
-            options: SceneOptions::default(),
+            faces: FaceShapes::default(),
             texels: 8,
         }
     }
@@ -60,7 +60,7 @@ impl RandomRequest {
 
     /// Draws the scene of a seed and traces its truth.
     fn draw_trial(&self, seed: f64) -> Result<Trial> {
-        let drawn = draw_scene(seed as u64, self.options);
+        let drawn = draw_scene(seed as u64, self.faces);
         let description = Some(drawn.to_string());
         let mesh = Mesh::uniform(&drawn.scene, self.texels, 1)?;
         let traced = trace_radiosity(&drawn.scene, &mesh, TRUTH_PATHS / mesh.texels.len() as u32, 0);

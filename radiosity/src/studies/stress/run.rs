@@ -1,10 +1,10 @@
-//! Runs a case: every value, every method, CPU and GPU.
+//! Runs a case for `radiosity stress`: every value, every method, CPU and GPU.
 
 use super::cases::Case;
 use super::methods::{AtlasMethod, MethodSolver};
 use super::trial::{Trial, TruthCache};
 use super::{AtlasRow, CaseStudy, NOT_COMPARABLE, SolverSide, Specimen};
-use crate::studies::limited::{LimitedSolve, solve_limited};
+use crate::studies::limited::solve_limited;
 use common::Result;
 use glam::DVec3;
 use gpu::Gpu;
@@ -118,7 +118,7 @@ pub fn run_method(
         false => ControlFlow::Continue(()),
     };
     let solve = |watch: &ProgressMonitor| solve_trial(trial, method, gpu, watch);
-    let LimitedSolve { answer, seconds, .. } = solve_limited(MAX_SOLVE_SECONDS, &show, solve)?;
+    let (answer, seconds) = solve_limited(MAX_SOLVE_SECONDS, &show, solve)?;
     if stop() {
         return None;
     }

@@ -2,9 +2,10 @@
 //! estimates with errors and checks the acceptance gates.
 
 use super::methods::SOLVE_METHODS;
-use super::{AtlasRow, CaseStudy, ErrorMeasure, Processor, SolverSide, WarningOutcome};
+use super::{AtlasRow, CaseStudy, ErrorMeasure, SolverSide, WarningOutcome};
 use crate::report::format::{format_number, format_percent};
 use common::settings::Visibility;
+use oracle::solve::solver::SolverKind;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -86,19 +87,19 @@ pub struct WarningCounts {
 
 impl WarningCounts {
     fn new(studies: &[CaseStudy]) -> Self {
-        let mut counts = Self::default();
-        for study in studies {
-            for (_, _, side) in study.sides().filter(|(row, ..)| study.is_default(row)) {
-                let count = match side.outcome {
-                    WarningOutcome::Caught => &mut counts.caught,
-                    WarningOutcome::Missed => &mut counts.missed,
-                    WarningOutcome::FalseAlarm => &mut counts.false_alarms,
-                    WarningOutcome::Quiet => &mut counts.quiet,
-                };
-                *count += 1;
-            }
+        let count = |outcome: WarningOutcome| {
+            let all = studies
+                .iter()
+                .flat_map(|study| study.sides().map(move |found| (study, found)));
+            let own = all.filter(|(study, (row, _, side))| study.is_default(row) && side.outcome == outcome);
+            own.count()
+        };
+        Self {
+            caught: count(WarningOutcome::Caught),
+            missed: count(WarningOutcome::Missed),
+            false_alarms: count(WarningOutcome::FalseAlarm),
+            quiet: count(WarningOutcome::Quiet),
         }
-        counts
     }
 
     /// Returns the counts in words.
@@ -117,7 +118,7 @@ pub struct BreakPoint {
     /// Name of the method.
     pub method: &'static str,
     /// The solver.
-    pub solver: Processor,
+    pub solver: SolverKind,
     /// First value at which it is not safe.
     pub degrades_at: Option<f64>,
     /// First value beyond the second limit.
@@ -127,7 +128,7 @@ pub struct BreakPoint {
 /// Returns the break points of all methods of a case.
 pub fn find_breaks(study: &CaseStudy) -> Vec<BreakPoint> {
     let methods = study.case.methods.iter();
-    let columns = methods.flat_map(|method| [Processor::Cpu, Processor::Gpu].map(|solver| (method.name, solver)));
+    let columns = methods.flat_map(|method| [SolverKind::Cpu, SolverKind::Gpu].map(|solver| (method.name, solver)));
     let run = columns.filter(|(method, solver)| study.sides_of(method, *solver).next().is_some());
     let found = run.map(|(method, solver)| {
         let [degrades_at, fails_at] = study.case.measure.limits().map(|limit| {
@@ -206,16 +207,16 @@ pub struct AtlasGate {
 }
 
 fn evaluate_gates(studies: &[CaseStudy], score: &WarningCounts, estimate: Option<&EstimateRatios>) -> Vec<AtlasGate> {
-    let bad = |is_bad: &dyn Fn(&CaseStudy, &AtlasRow, Processor, &SolverSide) -> bool| -> Vec<String> {
+    let bad = |is_bad: &dyn Fn(&CaseStudy, &AtlasRow, SolverKind, &SolverSide) -> bool| -> Vec<String> {
         let all = studies
             .iter()
             .flat_map(|study| study.sides().map(move |found| (study, found)));
-        let bad = all.filter(|(study, (row, processor, side))| is_bad(study, row, *processor, side));
-        bad.map(|(_, (row, processor, side))| describe_side(row, processor, side))
+        let bad = all.filter(|(study, (row, device, side))| is_bad(study, row, *device, side));
+        bad.map(|(_, (row, device, side))| describe_side(row, device, side))
             .collect()
     };
     let is_of_default = |outcome: WarningOutcome| {
-        move |study: &CaseStudy, row: &AtlasRow, _: Processor, side: &SolverSide| {
+        move |study: &CaseStudy, row: &AtlasRow, _: SolverKind, side: &SolverSide| {
             study.is_default(row) && side.outcome == outcome
         }
     };
@@ -223,9 +224,9 @@ fn evaluate_gates(studies: &[CaseStudy], score: &WarningCounts, estimate: Option
     let has_few_alarms = score.false_alarms as f64 <= MAX_FALSE_ALARM_SHARE * all as f64;
     let mut alarms = bad(&is_of_default(WarningOutcome::FalseAlarm));
     alarms.retain(|_| !has_few_alarms);
-    let leaks = |study: &CaseStudy, row: &AtlasRow, processor, side: &SolverSide| {
+    let leaks = |study: &CaseStudy, row: &AtlasRow, device, side: &SolverSide| {
         let leaks = side.error.is_none_or(|error| error > ErrorMeasure::Leak.limits()[0]);
-        study.case.measure == ErrorMeasure::Leak && uses_rays(row, processor) && leaks
+        study.case.measure == ErrorMeasure::Leak && uses_rays(row, device) && leaks
     };
     let mut gates = vec![
         (
@@ -265,18 +266,18 @@ fn evaluate_gates(studies: &[CaseStudy], score: &WarningCounts, estimate: Option
 }
 
 /// Returns whether the method uses ray visibility.
-fn uses_rays(row: &AtlasRow, processor: Processor) -> bool {
+fn uses_rays(row: &AtlasRow, device: SolverKind) -> bool {
     let mut methods = SOLVE_METHODS.iter().filter(|method| method.name == row.method);
-    methods.any(|method| method.settings_on(1, processor == Processor::Gpu).transport.visibility == Visibility::Rays)
+    methods.any(|method| method.settings_on(1, device == SolverKind::Gpu).transport.visibility == Visibility::Rays)
 }
 
 /// Describes one solver's result in a line.
-fn describe_side(row: &AtlasRow, processor: Processor, side: &SolverSide) -> String {
+fn describe_side(row: &AtlasRow, device: SolverKind, side: &SolverSide) -> String {
     let result = match (&side.message, side.error) {
         (Some(message), _) => message.clone(),
         (None, Some(error)) => format!("{error:.3e}"),
         (None, None) => "no answer".into(),
     };
-    let solver = processor.name();
+    let solver = device.name();
     format!("{} {} {} {solver}: {result}", row.case, row.value, row.method)
 }

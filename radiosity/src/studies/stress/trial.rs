@@ -6,13 +6,13 @@
 //! a, b: B − E of the answer and of the truth over the judged texels. The noise of a traced truth is
 //! subtracted.
 
-use super::direct_light;
-use common::resample::{area_average, shared_pieces};
 use common::scene::Scene;
 use common::texel::{texel_count, texel_outline};
 use common::{Error, Result};
 use glam::DVec3;
 use oracle::diff::difference::{channel_differences, worst_channel};
+use oracle::diff::reflected::ReflectedField;
+use oracle::exact::direct_light;
 use oracle::path_tracer::debiased_rms;
 use oracle::solve::dense;
 use oracle::solve::progress::without_progress;
@@ -159,15 +159,11 @@ pub fn dense_truth(scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>>
     let (mesh, dense) = (&solved.mesh, solved.dense.as_ref());
     let dense = dense.ok_or_else(|| Error::Fault("the dense solver has no answer".into()))?;
     let texel = |k: usize| mesh.texels[k].reflectance.as_dvec3() * dense.solution.irradiance[k];
-    let reflected: Vec<DVec3> = mesh.texels_in_face_order().into_iter().map(texel).collect();
-    if finer == 1 {
-        return Ok(reflected);
-    }
-    let (from, to) = ([texels * finer; 2], [texels; 2]);
-    let fine = texel_count(from) as usize;
-    let coarse = |(k, face)| {
-        let shared = shared_pieces(face, from, to);
-        area_average(&reflected[k * fine..(k + 1) * fine], &shared, to)
+    let resolutions = |side: u32| vec![[side; 2]; scene.faces.len()];
+    let fine = ReflectedField {
+        scene,
+        resolutions: resolutions(texels * finer),
+        values: mesh.texels_in_face_order().into_iter().map(texel).collect(),
     };
-    Ok(scene.faces.iter().enumerate().flat_map(coarse).collect())
+    Ok(fine.resample(resolutions(texels)).values)
 }

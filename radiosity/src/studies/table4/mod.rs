@@ -7,15 +7,15 @@
 
 pub mod page;
 
+use self::TableImage::{Mended, Paper, Reference, Signed, SignedEarly};
 use crate::report::picture::RgbaPicture;
-use crate::report::preview::Preview;
+use crate::report::solution_view::Preview;
 use crate::report::view::camera::Camera;
-use crate::studies::PIXEL_HEMISPHERE;
 use common::energy::EnergyBalance;
 use common::form_factor::FormFactor;
 use common::relight::{MendedFlaws, RelightMethod};
 use common::scene::Scene;
-use common::settings::{ItemBufferSettings, Lookup, Settings, Visibility};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Settings, Visibility};
 use common::shooting::RadiosityField;
 use common::{Error, Result};
 use glam::DVec3;
@@ -56,13 +56,7 @@ pub enum TableImage {
 
 impl TableImage {
     /// All images, in the table's order.
-    pub const ALL: [Self; 5] = [
-        Self::Reference,
-        Self::Paper,
-        Self::Mended,
-        Self::SignedEarly,
-        Self::Signed,
-    ];
+    pub const ALL: [Self; 5] = [Reference, Paper, Mended, SignedEarly, Signed];
 
     /// Returns the name on the page.
     pub fn name(self) -> &'static str {
@@ -79,10 +73,10 @@ impl TableImage {
             })
         };
         match self {
-            Self::Reference => None,
-            Self::Paper => Some(mended(false)),
-            Self::Mended => Some(mended(true)),
-            Self::SignedEarly | Self::Signed => Some(RelightMethod::Signed),
+            Reference => None,
+            Paper => Some(mended(false)),
+            Mended => Some(mended(true)),
+            SignedEarly | Signed => Some(RelightMethod::Signed),
         }
     }
 }
@@ -121,12 +115,12 @@ pub struct Table4Row {
 
 /// Rows of the paper's Table 4: image, texels, item buffer, seconds, shots.
 const PRINTED_ROWS: [(TableImage, u32, u32, f64, u32); 6] = [
-    (TableImage::Reference, 16, 1024, 34.0, 322),
-    (TableImage::Reference, 32, 1024, 41.0, 334),
-    (TableImage::Paper, 16, 256, 11.0, 182),
-    (TableImage::Paper, 16, 512, 13.0, 182),
-    (TableImage::Paper, 32, 512, 18.0, 185),
-    (TableImage::Paper, 32, 1024, 24.0, 185),
+    (Reference, 16, 1024, 34.0, 322),
+    (Reference, 32, 1024, 41.0, 334),
+    (Paper, 16, 256, 11.0, 182),
+    (Paper, 16, 512, 13.0, 182),
+    (Paper, 32, 512, 18.0, 185),
+    (Paper, 32, 1024, 24.0, 185),
 ];
 
 /// Returns seconds and shots of this row in the paper's Table 4.
@@ -172,7 +166,7 @@ fn paper_settings(texels: u32, item_buffer: Option<u32>, epsilon: f64) -> Settin
     settings.transport.form_factor = FormFactor::Disc;
     settings.transport.visibility = item_buffer.map_or(Visibility::Rays, |size| {
         Visibility::ItemBuffer(ItemBufferSettings {
-            projection: PIXEL_HEMISPHERE,
+            projection: ItemBufferProjection::Hemisphere,
             size,
             lookup: Lookup::Exact,
         })
@@ -207,7 +201,7 @@ impl Table4Grid<'_> {
     pub fn solve_by_rays(&self, texels: u32) -> Result<RadiosityField> {
         let settings = paper_settings(texels, None, EXACT_EPSILON);
         let stage = self.capture_room(&settings)?;
-        let (done, _) = self.relight_stage(&stage, TableImage::Reference, &settings)?;
+        let (done, _) = self.relight_stage(&stage, Reference, &settings)?;
         Ok(renamed_field(&done, "rays"))
     }
 
@@ -215,13 +209,13 @@ impl Table4Grid<'_> {
     pub fn measure_images(&self, texels: u32, item_buffer: u32, rays: &RadiosityField) -> Result<Vec<Table4Row>> {
         let exact = paper_settings(texels, Some(item_buffer), EXACT_EPSILON);
         let stage = self.capture_room(&exact)?;
-        let (full, _) = self.relight_stage(&stage, TableImage::Reference, &exact)?;
+        let (full, _) = self.relight_stage(&stage, Reference, &exact)?;
         let truth = renamed_field(&full, "full");
         let mut rows: Vec<Table4Row> = Vec::new();
         for image in TableImage::ALL {
             let mut settings = paper_settings(texels, Some(item_buffer), PAPER_EPSILON);
-            if image == TableImage::SignedEarly {
-                let printed = rows.iter().find(|row| row.image == TableImage::Paper);
+            if image == SignedEarly {
+                let printed = rows.iter().find(|row| row.image == Paper);
                 let shots = printed.map_or(0, |row| row.shots as u32);
                 settings.schedule.max_shots = shots + shots / 10;
             }
@@ -253,7 +247,7 @@ impl Table4Grid<'_> {
         let draw = |texels| {
             let stage = self.capture_room(&paper_settings(texels, Some(1024), 1e-2))?;
             let settings = paper_settings(texels, Some(1024), PAPER_EPSILON);
-            let (done, _) = self.relight_stage(&stage, TableImage::Signed, &settings)?;
+            let (done, _) = self.relight_stage(&stage, Signed, &settings)?;
             let [eye, target] = SHADOW_CAMERA.map(|p| done.mesh.local_point(p).as_vec3());
             let caption = format!("{texels}² texels per face, {} in all", done.mesh.texels.len());
             Ok((caption, draw_scene(&stage, &done, Some(Camera::new(eye, target, 50.0)))))

@@ -1,7 +1,7 @@
 //! Content of `table4.html`: the table, and the paper's Figures 8, 9 and 10 repeated.
 
 use super::{Table4, TableImage};
-use crate::report::document::{Blocks, Document, Figure, Row, Section, Table, bold_text, plain_text};
+use crate::report::document::{Blocks, Figure, Row, Section, Table, bold_text, plain_text, render_document};
 use crate::report::format::{format_count, format_duration, format_percent};
 
 /// Returns the page.
@@ -36,35 +36,19 @@ pub fn render_page(table: &Table4) -> String {
         .map(|(text, picture)| Figure::from_picture(&picture.data_uri(), text, text));
     let mut figure8 = Blocks::default();
     figure8.add_figure_row(&shadows.collect::<Vec<_>>());
-    Document {
-        title: "Radiosity: the paper's Table 4, repeated",
-        opening,
-        sections: vec![
-            images.into_section("table4", "Table 4"),
-            figure8.into_section("figure8", "Figure 8: shadows and texels"),
-            figure9_section(table),
-        ],
-        style: "main{max-width:84rem}tr.front td{font-weight:600}",
-    }
-    .to_html()
+    let sections = [
+        images.into_section("table4", "Table 4"),
+        figure8.into_section("figure8", "Figure 8: shadows and texels"),
+        figure9_section(table),
+    ];
+    let style = "main{max-width:84rem}tr.front td{font-weight:600}";
+    render_document("Radiosity: the paper's Table 4, repeated", &opening, &sections, style)
 }
 
 /// Makes the table of all images, the paper's figures beside ours where it prints them.
 fn image_table(table: &Table4) -> Table {
-    let heads = [
-        "Image",
-        "#Texels",
-        "#Item buffer",
-        "#Shots",
-        "#the paper's",
-        "#Map + object",
-        "#Time",
-        "#the paper's, 2006",
-        "#Error",
-        "#against rays",
-        "#Power missed",
-        "#Texels < 0",
-    ];
+    let heads = "Image;#Texels;#Item buffer;#Shots;#the paper's;#Map + object;#Time;#the paper's, 2006;#Error;\
+                 #against rays;#Power missed;#Texels < 0";
     let rows = table.rows.iter().map(|row| {
         let (seconds, shots) = row.paper.unzip();
         Row::new([
@@ -83,7 +67,7 @@ fn image_table(table: &Table4) -> Table {
         ])
         .with_class_if(row.paper.is_some(), "front")
     });
-    Table::new(&heads, rows)
+    Table::new(heads, rows)
 }
 
 /// Makes Figure 9: item-buffer sizes across, images down, on the coarser texels.

@@ -72,7 +72,7 @@ const SHADOW: Case = Case {
     truth: "Lambert's factor of what is left of the lamp once shadows are cut out of it, mean over each texel",
     ..LAMBERT
 };
-const LEAK: Case = Case {
+const LEAK_CASE: Case = Case {
     truth: "no light behind a wall",
     measure: ErrorMeasure::Leak,
     ..LAMBERT
@@ -96,7 +96,7 @@ const RELIGHT: Case = Case {
 };
 
 /// All cases.
-pub const CASES: &[Case] = &[
+pub const ALL_CASES: &[Case] = &[
     // Faces that are close to each other, small, thin, far, or seen at a grazing angle.
     Case {
         name: "closeness",
@@ -432,7 +432,7 @@ pub const CASES: &[Case] = &[
         weakness: "a wall between a lit room and a dark one",
         values: &[0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 0.0],
         build: wall_trial,
-        ..LEAK
+        ..LEAK_CASE
     },
     Case {
         name: "cracks",
@@ -440,7 +440,7 @@ pub const CASES: &[Case] = &[
         weakness: "the seams of a closed box, lit from outside",
         values: &[1.0, 2.0, 3.0, 5.0, 9.0, 17.0],
         build: cracks_trial,
-        ..LEAK
+        ..LEAK_CASE
     },
     // The light itself: reflectance near one, emission over decades, many shots, equal shooters, many lamps.
     Case {

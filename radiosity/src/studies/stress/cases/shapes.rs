@@ -3,7 +3,7 @@
 use common::Result;
 use common::import::{ImportOptions, load_scene};
 use common::scene::{Face, Scene};
-use common::solution::{prepare_directory, write_file};
+use common::solution::write_files;
 use glam::{DQuat, DVec3, Vec3};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -122,10 +122,8 @@ pub fn import_text(obj: &str, mtl: &str) -> Result<Scene> {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
     let folder = std::env::temp_dir().join(format!("radiosity-stress-{}-{number}", std::process::id()));
-    prepare_directory(&folder)?;
     let path = folder.join("case.obj");
-    let read = write_file(&folder.join("m.mtl"), mtl.as_bytes())
-        .and_then(|()| write_file(&path, obj.as_bytes()))
+    let read = write_files(&folder, [("m.mtl", mtl), ("case.obj", obj)])
         .and_then(|()| load_scene(&path, &ImportOptions::default()));
     // A folder that cannot be removed stays in the temporary folder.
     let _ = std::fs::remove_dir_all(&folder);
