@@ -37,7 +37,7 @@ pictures: driver
 	mkdir -p target/pictures/chart
 	if [ -f out/peers.json ]; then cp out/peers.json target/pictures/chart; fi
 	target/release/radiosity chart scenes/cornell_box.obj --solver cpu --out target/pictures/chart
-	chromium --headless --no-sandbox --hide-scrollbars --window-size=1050,680 \
+	chromium --headless --no-sandbox --hide-scrollbars --window-size=980,600 \
 	    --screenshot=docs/chart.png "file://$(CURDIR)/target/pictures/chart/chart.svg"
 
 # The program as it is handed out: target/dist/radiosity, and its size in bytes.
