@@ -62,6 +62,9 @@ pub const VISIBILITY_SAMPLE_COUNTS: [u32; 4] = [1, 4, 16, 64];
 /// most links are such, and their errors add up.
 pub const ONE_SAMPLE_LIMIT: f32 = 1.0 / 32.0;
 
+/// Least area of a quad over its squared radius that counts as compact: that of one of 3.3 : 1.
+pub const MIN_COMPACT_AREA: f32 = 1.1;
+
 /// Upper bound on the irradiance at a point of a receiver block over the block's mean.
 pub const MAX_PEAK_TO_MEAN: f32 = 2.0;
 

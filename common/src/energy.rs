@@ -1,7 +1,7 @@
 //! Energy balance of the emitted power after any shot.
 //!
 //! ```text
-//! ΣA·E = ΣA(1−ρ)H + ΣA·r + escaped + closure
+//! ΣA·(E + H_sky) = ΣA(1−ρ)H + ΣA·r + escaped + closure
 //! ```
 //! Absorbed and unshot are summed from the textures; escaped = Σ shot power × the share of the shooter's hemisphere
 //! that meets no front, plus the emission under bodies; closure = Σ shot power × (1 − ΣF − this share) is the
@@ -15,7 +15,7 @@ use serde::Serialize;
 /// The energy balance, W per channel in scene units.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct EnergyBalance {
-    /// ΣA·E.
+    /// ΣA·E, and the power that arrives from outside.
     pub emitted: [f64; 3],
     /// ΣA(1−ρ)H.
     pub absorbed: [f64; 3],
@@ -36,7 +36,7 @@ impl EnergyBalance {
         for (k, texel) in mesh.texels.iter().enumerate() {
             let area = f64::from(texel.area);
             let irradiance = field.irradiance[k].truncate().as_dvec3();
-            emitted += texel.emission.as_dvec3() * area;
+            emitted += (texel.emission + texel.sky).as_dvec3() * area;
             absorbed += (DVec3::ONE - texel.reflectance.as_dvec3()) * irradiance * area;
             unshot += field.residual[k].truncate().as_dvec3() * area;
         }

@@ -28,7 +28,7 @@ pub fn escape_directions() -> Vec<Vec3> {
 }
 
 /// Maps the square to the disc with equal areas (concentric map, Shirley & Chiu 1997), then to the hemisphere.
-fn concentric_direction(x: f64, y: f64) -> Vec3 {
+pub fn concentric_direction(x: f64, y: f64) -> Vec3 {
     use std::f64::consts::FRAC_PI_4;
     let (r, phi) = if x.abs() > y.abs() {
         (x, FRAC_PI_4 * y / x)

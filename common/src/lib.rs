@@ -53,6 +53,7 @@ pub mod sampling;
 pub mod scene;
 pub mod settings;
 pub mod shooting;
+pub mod sky;
 pub mod solution;
 pub mod texel;
 pub mod texel_point;

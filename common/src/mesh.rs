@@ -112,7 +112,15 @@ impl Mesh {
     /// triangle; more than [`MAX_TEXELS`] texels.
     pub fn new(scene: &Scene, resolutions: &[[u32; 2]], k: u32) -> Result<Self> {
         check_resolutions(scene, resolutions)?;
-        let (centre, unit) = scene_bounds(scene)?;
+        Self::within_bounds(scene, resolutions, k, scene_bounds(scene)?)
+    }
+
+    /// Makes a mesh whose centre and half extent are `bounds`, though some faces lie beyond them.
+    ///
+    /// Errors: as of [`Mesh::new`], of resolutions.
+    pub fn within_bounds(scene: &Scene, resolutions: &[[u32; 2]], k: u32, bounds: (DVec3, f64)) -> Result<Self> {
+        check_resolutions(scene, resolutions)?;
+        let (centre, unit) = bounds;
         let local = |p: DVec3| ((p - centre) / unit).as_vec3();
         let (rects, atlas) = pack_atlas(resolutions);
         let mut mesh = Self {
@@ -250,6 +258,7 @@ impl Mesh {
                 kind,
                 reflectance: face.reflectance,
                 emission: face.emission,
+                sky: Vec3::ZERO,
             });
         }
     }

@@ -6,6 +6,7 @@
 
 use crate::constants::CONTACT_DISTANCE;
 use crate::paint::{MAX_WHITE_REFLECTANCE, Paint};
+use crate::sky::Sky;
 use glam::{DVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -20,6 +21,8 @@ pub struct Scene {
     pub faces: Vec<Face>,
     /// Notes of the import (a split face, a default material).
     pub notes: Vec<String>,
+    /// Light from outside.
+    pub sky: Option<Arc<Sky>>,
 }
 
 /// A face's outline.
@@ -118,6 +121,30 @@ impl Face {
     /// Returns the area in scene units squared.
     pub fn area(&self) -> f64 {
         self.vector_area().length()
+    }
+
+    /// Returns the lengths of the sides from corner 0 to corner 1 and to corner 3, by which texels are counted: the longest
+    /// twice on a triangle, and on a quad unless its sides differ by more than a factor of three.
+    pub fn grid_lengths(&self) -> [f64; 2] {
+        let [a, b, c, d] = self.corners;
+        let sides = [a.distance(b).max(c.distance(d)), b.distance(c).max(d.distance(a))];
+        let long = sides[0].max(sides[1]);
+        let even = self.shape == Shape::Triangle || long <= 3.0 * sides[0].min(sides[1]);
+        if even { [long; 2] } else { sides }
+    }
+
+    /// Returns along which sides the parts of a W×H grid are to be divided to become more even: both, or that along which
+    /// they are more than twice as long.
+    pub fn longer_sides(&self, grid: [u32; 2]) -> [bool; 2] {
+        let lengths = self.grid_lengths();
+        let [u, v] = [0, 1].map(|k| lengths[k] / f64::from(grid[k]));
+        [v <= 2.0 * u, u <= 2.0 * v]
+    }
+
+    /// Returns twice as many texels along those sides.
+    pub fn halve_texels(&self, texels: [u32; 2]) -> [u32; 2] {
+        let longer = self.longer_sides(texels);
+        [0, 1].map(|k| if longer[k] { 2 * texels[k] } else { texels[k] })
     }
 
     /// Returns the point at (u, v): bilinear on a quad; on a triangle u runs along edge 0→1, v along 0→2.

@@ -285,7 +285,8 @@ fn shoot_in_order(
     })
 }
 
-/// Returns the state before the first shot (Table 1, line 1): B = E, H = 0, and r = E times the open share.
+/// Returns the state before the first shot (Table 1, line 1): B = E, H = 0, and r = E times the open share. Light from
+/// outside has arrived already: it is H, and its reflection B and r.
 pub fn initial_field(mesh: &Mesh, origin: &str) -> RadiosityField {
     let emission: Vec<Vec4> = mesh.texels.iter().map(|t| t.emission.extend(0.0)).collect();
     let mut residual = emission.clone();
@@ -294,10 +295,23 @@ pub fn initial_field(mesh: &Mesh, origin: &str) -> RadiosityField {
             residual[k] *= patch.open_share;
         }
     }
-    RadiosityField {
+    let mut field = RadiosityField {
         origin: origin.to_owned(),
         irradiance: vec![Vec4::ZERO; emission.len()],
         radiosity: emission,
         residual,
+    };
+    for (k, texel) in mesh.texels.iter().enumerate().filter(|(_, t)| t.sky != Vec3::ZERO) {
+        field.residual[k] += (texel.reflectance * texel.sky).extend(0.0);
+    }
+    add_sky(mesh, &mut field);
+    field
+}
+
+/// Adds the light from outside to H, and its reflection to B.
+pub fn add_sky(mesh: &Mesh, field: &mut RadiosityField) {
+    for (k, texel) in mesh.texels.iter().enumerate().filter(|(_, t)| t.sky != Vec3::ZERO) {
+        field.irradiance[k] += texel.sky.extend(0.0);
+        field.radiosity[k] += (texel.reflectance * texel.sky).extend(0.0);
     }
 }

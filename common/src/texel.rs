@@ -28,6 +28,19 @@ pub struct Texel {
     pub reflectance: Vec3,
     /// Emitted radiosity E, W/m².
     pub emission: Vec3,
+    /// Irradiance from outside the scene, W/m²: the mean over the texel's area.
+    pub sky: Vec3,
+}
+
+impl Texel {
+    /// Returns the radiosity of the texel's open share before any exchange between faces: E, and what it reflects of the
+    /// light from outside.
+    pub fn source_radiosity(&self, open: f32) -> Vec3 {
+        match self.sky == Vec3::ZERO || open <= 0.0 {
+            true => self.emission,
+            false => self.emission + self.reflectance * self.sky / open,
+        }
+    }
 }
 
 /// Kind of a texel's outline, by corners on the face's lattice.

@@ -15,7 +15,7 @@ fn mesh(faces: Vec<Face>, texels: u32, patches: u32) -> Mesh {
     let scene = Scene {
         name: "squares".into(),
         faces,
-        notes: Vec::new(),
+        ..Scene::default()
     };
     Mesh::uniform(&scene, texels, patches).unwrap()
 }

@@ -22,7 +22,7 @@ fn scene() -> Scene {
     let scene = Scene {
         name: "two.obj".into(),
         faces,
-        notes: Vec::new(),
+        ..Scene::default()
     };
     scene.two_sided()
 }

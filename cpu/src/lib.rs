@@ -38,6 +38,7 @@ pub mod hierarchy;
 pub mod links;
 pub mod memory;
 pub mod occlusion;
+pub mod ray_cast;
 mod rows;
 pub mod shader_twins;
 pub mod solver;

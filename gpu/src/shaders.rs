@@ -221,7 +221,7 @@ pub const ENUM_CODES: [(&str, u32); 29] = [
 ];
 
 /// Floating-point constants.
-const REAL_CONSTANTS: [(&str, f32); 20] = [
+const REAL_CONSTANTS: [(&str, f32); 21] = [
     ("PI", PI),
     ("CONTACT_DISTANCE", CONTACT_DISTANCE),
     ("FAR_DISTANCE_RADII", FAR_DISTANCE_RADII),
@@ -230,6 +230,7 @@ const REAL_CONSTANTS: [(&str, f32); 20] = [
     ("POINT_SOURCE_RADII", POINT_SOURCE_RADII),
     ("ONE_SAMPLE_LIMIT", ONE_SAMPLE_LIMIT),
     ("MAX_PEAK_TO_MEAN", MAX_PEAK_TO_MEAN),
+    ("MIN_COMPACT_AREA", MIN_COMPACT_AREA),
     ("LOW_HEIGHT_RATIO", LOW_HEIGHT_RATIO),
     ("OUTLINE_MARGIN", OUTLINE_MARGIN),
     ("STEP_OFFSET_U", STEP_OFFSETS[0]),

@@ -108,6 +108,26 @@ fn wall_texel_shows_the_pixel_behind_it() {
     }
 }
 
+/// A quarter turn moves the light of the front wall to the left one, and directions alike.
+#[test]
+fn turned_map_lights_the_wall_to_which_it_turns() {
+    let size = DVec3::splat(2.0);
+    let (scene, eye) = (box_room(size).unwrap(), capture_point(size, None).unwrap());
+    let map = noise(MapProjection::LatLong, [64, 32]);
+    let walls = |map: &Panorama| texel_radiosity(map, &scene, &[[8, 8]; 6], eye).unwrap();
+    let (before, turned) = (walls(&map), map.clone().turn_by(90.0));
+    let after = walls(&turned);
+    let wall = |walls: &[Vec3], k: usize| walls[64 * k..64 * (k + 1)].to_vec();
+    let [front, left] = [wall(&before, 4), wall(&after, 2)];
+    for (a, b) in front.iter().zip(&left) {
+        assert!((*a - *b).abs().max_element() < 1e-4 * a.max_element(), "{a} {b}");
+    }
+    for direction in [DVec3::new(0.2, 0.3, 1.0), DVec3::new(-1.0, 0.1, -0.4)] {
+        let [a, b] = [map.radiance(direction), turned.radiance(direction.rotate_y(PI / 2.0))];
+        assert!((a - b).abs().max_element() < 1e-4 * a.max_element(), "{a} {b}");
+    }
+}
+
 #[test]
 fn irradiance_at_the_eye_is_preserved() {
     let scene = box_room(SIZE).unwrap();

@@ -158,7 +158,7 @@ fn broken_meshes_absorb_no_more_than_is_emitted() {
 fn cluster_factors_are_at_most_one_everywhere() {
     let scene = room_around("ball", grey_ball());
     let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
-    let tree = TexelTree::new(&scene, &mesh).unwrap();
+    let tree = TexelTree::new(&scene, &mesh);
     let clusters = Clusters::new(&mesh, &tree);
     let rays = Rays::new(&mesh);
     let mut near = 0;
@@ -197,7 +197,7 @@ fn cluster_factors_are_at_most_one_everywhere() {
 fn iterate_over_random_links(amount: f32, signed: bool) -> (BounceResult, f32) {
     let scene = room_around("random links", grey_ball());
     let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
-    let tree = TexelTree::new(&scene, &mesh).unwrap();
+    let tree = TexelTree::new(&scene, &mesh);
     let clusters = Clusters::new(&mesh, &tree);
     let area: Vec<f32> = mesh.texels.iter().map(|texel| texel.area).collect();
     let mut coarse = CoarseNodes::new(&mesh, &tree, &clusters, |k| tree.nodes[k as usize].level == 1, &area);

@@ -15,7 +15,7 @@ use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::solutions::{
     FACE_SHAPES, dense_truth_on, drawn_scene, error_against, room_with_standing_box, solve_to_error,
 };
-use radiosity_tests::{furnace, lit_room, named_scene};
+use radiosity_tests::{box_faces, furnace, lit_room, named_scene};
 use std::ops::ControlFlow;
 
 fn energy_balance(answer: &SolveAnswer) -> EnergyBalance {
@@ -36,6 +36,20 @@ fn furnace_radiosity_is_exact() {
         assert!(rms <= 0.005, "{rms}");
         assert_eq!(energy.escaped, [0.0; 3]);
     }
+}
+
+/// A long closed box whose end shines: the other end sees the bright part of walls that are dark in the mean.
+#[test]
+fn light_of_long_walls_reaches_their_ends() {
+    let (low, high) = (DVec3::ZERO, DVec3::new(29.0, 0.8, 1.3));
+    let mut faces = box_faces(low, high, true, Vec3::ZERO, Vec3::splat(0.1));
+    let lamp = [[0.2, 0.3], [0.6, 0.3], [0.6, 1.0], [0.2, 1.0]].map(|[y, z]| DVec3::new(0.02, y, z));
+    faces.push(Face::quad("lamp", lamp, Vec3::ONE, Vec3::ZERO));
+    let scene = named_scene("corridor", faces);
+    let answer = solve_to_error(&scene, 0.01, 8);
+    let energy = energy_balance(&answer);
+    let closure = energy.share_of_emitted(energy.closure);
+    assert!(closure.abs() < 0.01, "{closure}");
 }
 
 #[test]

@@ -58,7 +58,7 @@ fn node_without_receiving_neighbours_is_refined() {
     let far = face([[39.0, -1.0], [40.0, -1.0], [40.0, 1.0], [39.0, 1.0]]);
     let scene = named_scene("narrowing", vec![narrowing, far]);
     let mesh = Mesh::uniform(&scene, 16, 1).unwrap();
-    let tree = TexelTree::new(&scene, &mesh).unwrap();
+    let tree = TexelTree::new(&scene, &mesh);
     let root = &tree.nodes[tree.roots[0] as usize];
     let radii: Vec<f32> = root
         .children
@@ -81,4 +81,19 @@ fn node_without_receiving_neighbours_is_refined() {
         assert!(off <= 1e-5, "{off} at {}", texel.position);
     }
     assert!(spot_count < 256 / 2, "{spot_count}");
+}
+
+/// A long face whose first nodes lie in a row: light that varies across the row only is the same on all of them.
+#[test]
+fn nodes_in_a_row_are_refined_across_it() {
+    let corners = [[0.0, 0.0], [0.0, 8.0], [1.0, 8.0], [1.0, 0.0]].map(|[x, z]| DVec3::new(x, 0.0, z));
+    let scene = named_scene("row", vec![Face::quad("face", corners, Vec3::ZERO, Vec3::ONE)]);
+    let mesh = Mesh::new(&scene, &[[32, 4]], 1).unwrap();
+    let tree = TexelTree::new(&scene, &mesh);
+    let sloped = |x: f32| 3.0 + 4.0 * x;
+    let (_, found) = gather_along_x(&tree, &mesh, 0.6, sloped);
+    for (texel, found) in mesh.texels.iter().zip(&found) {
+        let off = (found.x - sloped(texel.position.x)).abs();
+        assert!(off <= 1e-5, "{off} at {}", texel.position);
+    }
 }

@@ -5,4 +5,5 @@ mod clusters;
 mod error_budget;
 mod final_gather;
 mod linkers;
+mod rays;
 mod tree;

@@ -70,7 +70,7 @@ pub fn named_scene(name: &str, faces: Vec<Face>) -> Scene {
     Scene {
         name: name.to_owned(),
         faces,
-        notes: Vec::new(),
+        ..Scene::default()
     }
 }
 

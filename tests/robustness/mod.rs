@@ -3,6 +3,7 @@
 mod estimate;
 mod refused;
 mod scales;
+mod sky;
 mod stability;
 mod units;
 mod warnings;

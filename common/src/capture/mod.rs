@@ -17,6 +17,7 @@ mod radiance;
 mod repair;
 mod resample;
 pub mod room;
+pub mod sky;
 
 pub use panorama::Panorama;
 pub use projection::MapProjection;

@@ -20,6 +20,8 @@ pub struct Panorama {
     size: [usize; 2],
     pixels: Vec<Vec3>,
     projection: MapProjection,
+    /// Turn about the vertical axis, radians.
+    turn: f64,
     /// Numbers of repaired pixels, see [`RepairCounts`].
     pub counts: RepairCounts,
     /// Remarks for the user: repaired pixels, doubtful formats, a guessed projection.
@@ -92,9 +94,26 @@ impl Panorama {
             size,
             pixels,
             projection,
+            turn: 0.0,
             counts,
             notes,
         })
+    }
+
+    /// Turns the map about the vertical axis, counter-clockwise as seen from above.
+    pub fn turn_by(mut self, degrees: f64) -> Self {
+        self.turn = degrees.to_radians();
+        self
+    }
+
+    /// Returns the direction that a position shows, on square `square` of a cube.
+    pub(super) fn direction_at(&self, square: usize, at: DVec2) -> DVec3 {
+        let direction = self.projection.direction_on_square(self.size, square, at);
+        if self.turn == 0.0 {
+            direction
+        } else {
+            direction.rotate_y(self.turn)
+        }
     }
 
     /// Width and height in pixels.
@@ -131,7 +150,12 @@ impl Panorama {
     /// Radiance from `direction` (any length above 0), W/m²/sr: bilinear between pixel centres,
     /// across the seam, over the poles and over the borders of a cube map's squares.
     pub fn radiance(&self, direction: DVec3) -> Vec3 {
-        let at = self.projection.position_of(self.size, direction);
+        let own = if self.turn == 0.0 {
+            direction
+        } else {
+            direction.rotate_y(-self.turn)
+        };
+        let at = self.projection.position_of(self.size, own);
         let square = ((at.y / self.size[0] as f64) as i64).clamp(0, 5);
         interpolate_bilinear(at - 0.5, |x, y| self.pixel_or_neighbour(x, y, square))
             .unwrap_or_else(|| self.pixel_radiance(self.pixel_containing(at)))

@@ -205,7 +205,7 @@ fn distribute_pixel(panorama: &Panorama, [x, y]: [usize; 2], walls: &[Wall], sha
             let half = size[0] as f64 / 2.0;
             at = DVec2::splat(half) + (at - half).clamp_length_max(half);
         }
-        projection.direction_on_square(size, y / size[0], at)
+        panorama.direction_at(y / size[0], at)
     };
     for (i, j) in (0..parts).flat_map(|j| (0..parts).map(move |i| (i, j))) {
         let corners = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];

@@ -34,7 +34,7 @@ pub fn box_room(size: DVec3) -> Result<Scene> {
     Ok(Scene {
         name: "captured room".into(),
         faces: quads.map(face).into(),
-        notes: Vec::new(),
+        ..Scene::default()
     })
 }
 

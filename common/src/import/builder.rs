@@ -3,9 +3,11 @@
 
 use super::material::{ImportedMaterial, InputVertex};
 use super::polygon::{self, ConvexPiece};
+use super::scene_file::SceneFile;
 use super::surface::{DEFAULT_REFLECTANCE, diffuse_surface};
 use crate::error::{Error, Result};
 use crate::scene::{Face, Scene};
+use crate::sky::{Sky, Sun};
 use crate::text::escape_control;
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,6 +37,10 @@ pub struct Builder<'a> {
     pub faces: Vec<Face>,
     /// Further pieces of split faces.
     pub pieces: Vec<Face>,
+    /// Suns of the file.
+    pub suns: Vec<Sun>,
+    /// The file as a glTF document, if it is kept.
+    pub file: Option<SceneFile>,
     remarks: BTreeMap<&'static str, FaceTally>,
     /// Names of materials, by the words before and after them in a note.
     materials: BTreeMap<[&'static str; 2], BTreeSet<String>>,
@@ -49,6 +55,8 @@ impl<'a> Builder<'a> {
             reflectance,
             faces: Vec::new(),
             pieces: Vec::new(),
+            suns: Vec::new(),
+            file: None,
             remarks: BTreeMap::new(),
             materials: BTreeMap::new(),
             notes: Vec::new(),
@@ -202,6 +210,12 @@ impl<'a> Builder<'a> {
             name: escape_control(&self.path.display().to_string()),
             faces: self.faces,
             notes: self.notes,
+            sky: (!self.suns.is_empty()).then(|| {
+                Arc::new(Sky {
+                    suns: self.suns,
+                    ..Sky::default()
+                })
+            }),
         })
     }
 }

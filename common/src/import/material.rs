@@ -18,6 +18,8 @@ pub struct InputVertex {
     pub colour: Option<DVec3>,
     /// Lightmap coordinates.
     pub lightmap_coordinates: Option<Vec2>,
+    /// Number of the vertex within its primitive.
+    pub index: u32,
     /// Largest rounding error of a coordinate.
     pub rounding: f64,
 }

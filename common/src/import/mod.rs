@@ -5,14 +5,20 @@
 
 mod builder;
 mod gltf;
+mod lamp;
 mod material;
 mod obj;
 mod picture_cache;
 mod polygon;
+mod scene_file;
 mod surface;
+mod uri;
 
 pub use crate::paint::from_srgb;
+pub use gltf::DOUBLE_SIDED;
+pub use lamp::add_lamp;
 pub(crate) use polygon::is_convex_quad;
+pub use scene_file::{ARRAY_BUFFER, FileTriangle, PlacedPrimitive, SceneFile, image_type};
 pub(crate) use surface::is_solvable_emission;
 
 use crate::error::{Error, Result};
@@ -41,8 +47,24 @@ pub struct ImportOptions {
 ///
 /// Errors: the file cannot be read, is of no known format, or is invalid.
 pub fn load_scene(path: &Path, options: &ImportOptions) -> Result<Scene> {
-    let bytes = file::read_input(path, "")?;
+    load_with(Builder::new(path, options.reflectance), path, options).map(|(scene, _)| scene)
+}
+
+/// Reads a scene file, and keeps it as a glTF document.
+///
+/// Errors: those of [`load_scene`].
+pub fn load_scene_file(path: &Path, options: &ImportOptions) -> Result<(Scene, SceneFile)> {
     let mut builder = Builder::new(path, options.reflectance);
+    builder.file = Some(SceneFile {
+        path: path.to_owned(),
+        ..SceneFile::default()
+    });
+    let (scene, file) = load_with(builder, path, options)?;
+    Ok((scene, file.unwrap_or_default()))
+}
+
+fn load_with(mut builder: Builder, path: &Path, options: &ImportOptions) -> Result<(Scene, Option<SceneFile>)> {
+    let bytes = file::read_input(path, "")?;
     if is_gltf(path, &bytes)? {
         gltf::read(&mut builder, path, &bytes, options)?;
     } else if options.charts {
@@ -51,9 +73,11 @@ pub fn load_scene(path: &Path, options: &ImportOptions) -> Result<Scene> {
     } else {
         obj::read(&mut builder, path, &bytes)?;
     }
+    let file = builder.file.take();
     let scene = builder.into_scene()?;
     scene_bounds(&scene)?;
-    Ok(if options.two_sided { scene.two_sided() } else { scene })
+    let scene = if options.two_sided { scene.two_sided() } else { scene };
+    Ok((scene, file))
 }
 
 /// Returns whether a file is a glTF, and not an OBJ.

@@ -132,20 +132,25 @@ fn largest_coordinate(corners: &[DVec3]) -> f64 {
 
 /// True if the distance between the diagonals is within the rounding of the corners.
 fn is_planar(quad: &[DVec3; 4]) -> bool {
-    let [a, b, c, d] = *quad;
-    let diagonal = a.distance(c).max(b.distance(d));
+    let (bend, diagonal) = bend_and_diagonal(quad);
     let tolerance = (PLANARITY_TOLERANCE * largest_coordinate(quad))
         .clamp(PLANARITY_TOLERANCE * diagonal, MAX_RELATIVE_BEND * diagonal);
-    vector_area(quad).normalize_or_zero().dot(b - a).abs() <= tolerance
+    bend <= tolerance
+}
+
+/// Returns the distance between the diagonals and the longer diagonal.
+fn bend_and_diagonal(quad: &[DVec3; 4]) -> (f64, f64) {
+    let [a, b, c, d] = *quad;
+    let bend = vector_area(quad).normalize_or_zero().dot(b - a).abs();
+    (bend, a.distance(c).max(b.distance(d)))
 }
 
 /// Returns whether four corners form a planar convex quad, or one without area, as far as can be known of a quad that
 /// was scaled and moved after its import.
 pub(crate) fn is_convex_quad(quad: &[DVec3; 4]) -> bool {
-    let [a, b, c, d] = *quad;
-    let tolerance = 2.0 * MAX_RELATIVE_BEND * a.distance(c).max(b.distance(d));
-    let bend = vector_area(quad).normalize_or_zero().dot(b - a).abs();
-    is_collinear(quad) || (bend <= tolerance && smallest_turn(quad) >= -MAX_STORED_TURN_SINE)
+    let (bend, diagonal) = bend_and_diagonal(quad);
+    let is_flat = bend <= 2.0 * MAX_RELATIVE_BEND * diagonal;
+    is_collinear(quad) || (is_flat && smallest_turn(quad) >= -MAX_STORED_TURN_SINE)
 }
 
 /// Returns the smallest sine of the left turn at a corner (negative at a reflex corner).

@@ -76,9 +76,9 @@ impl TexturePicture {
         let reader = ImageReader::new(Cursor::new(bytes));
         let reader = reader.with_guessed_format().map_err(|e| damaged(&e))?;
         match reader.format() {
-            Some(ImageFormat::Png) => {}
+            Some(ImageFormat::Png | ImageFormat::WebP) => {}
             Some(ImageFormat::Jpeg) => jpeg::check_whole(bytes)?,
-            _ => return Err("is neither PNG nor JPEG: convert it".into()),
+            _ => return Err("is neither PNG, JPEG nor WebP: convert it".into()),
         }
         let of = |e: ImageError| damaged(&e);
         let decoder = reader.into_decoder().map_err(of)?;

@@ -53,6 +53,10 @@ impl PassState {
         for (r, patch) in residual.iter_mut().zip(&mesh.patches) {
             *r *= f64::from(patch.open_share);
         }
+        if mesh.texels.iter().any(|texel| texel.sky != Vec3::ZERO) {
+            let outside = patch_means(mesh, |_, k| mesh.texels[k].reflectance * mesh.texels[k].sky);
+            residual.iter_mut().zip(outside).for_each(|(r, outside)| *r += outside);
+        }
         let areas = mesh.patches.iter().map(|c| f64::from(c.shooter.area));
         let mut state = Self {
             shot: vec![DVec3::ZERO; residual.len()],

@@ -299,7 +299,9 @@ impl<'a> PassSolver<'a> {
     fn texel_field(&mut self) -> Result<RadiosityField> {
         let unshot: Vec<Vec3> = self.state.residual.iter().map(|r| r.as_vec3()).collect();
         let shot = self.scale_by_links(&self.state.shot);
-        self.engine.gather_field(&shot, &unshot)
+        let mut field = self.engine.gather_field(&shot, &unshot)?;
+        shooting::add_sky(self.mesh, &mut field);
+        Ok(field)
     }
 
     /// Returns the run, with one shot per patch for all that it has shot.

@@ -173,7 +173,7 @@ pub(crate) fn build_scene(path: &Path, name: &str, entries: &[FaceEntry]) -> Res
     let scene = Scene {
         name: escape_control(name),
         faces: build_faces(entries),
-        notes: Vec::new(),
+        ..Scene::default()
     };
     let refuse = |message: String| Err(Error::bad_input(path, "", message));
     match scene_bounds(&scene) {

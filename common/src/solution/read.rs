@@ -14,7 +14,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Channels that are read if all three of their colours exist.
-const KEPT_CHANNELS: [&str; 5] = ["residual", "irradiance", "reflectance", "emission", "error"];
+const KEPT_CHANNELS: [&str; 6] = ["residual", "irradiance", "reflectance", "emission", "error", "sky"];
 
 /// A solution that was read from a directory: faces with texels.
 ///
@@ -32,7 +32,7 @@ pub struct StoredSolution {
     pub radiosity: Vec<Vec3>,
     /// E, W/m²: the channels `emission.*`, or else the face's.
     pub emission: Vec<Vec3>,
-    /// Other channels, of `residual`, `irradiance`, `reflectance` and `error`.
+    /// Other channels, of `residual`, `irradiance`, `reflectance`, `error` and `sky`.
     pub others: BTreeMap<&'static str, Vec<Vec3>>,
     first: Vec<usize>,
 }

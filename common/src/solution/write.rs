@@ -140,6 +140,12 @@ impl Solution<'_> {
                 all.remove("texels");
             }
         }
+        if let Some(sky) = &self.scene.sky {
+            settings["sky"] = sky.source.clone().into();
+            let suns = sky.suns.iter();
+            let suns = suns.map(|sun| json!({ "direction": sun.direction, "irradiance": sun.irradiance }));
+            settings["suns"] = suns.collect();
+        }
         description["settings"] = settings;
         if let Some(matrix) = &self.matrix {
             description["matrix"] = matrix.clone();
@@ -182,12 +188,13 @@ fn face_means(mesh: &Mesh) -> Vec<[[f32; 3]; 2]> {
         .collect()
 }
 
-/// Encodes the atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is true; pixels
-/// outside all faces are 0.
+/// Encodes the atlas as lossless 32-bit float EXR, with ρ and E of the texels if `surface` is true, and with the
+/// irradiance from outside if there is any; pixels outside all faces are 0.
 pub fn encode_lightmap(mesh: &Mesh, field: &RadiosityField, surface: bool) -> Result<Vec<u8>> {
     let mut channels = Vec::new();
     let of = |value: fn(&Texel) -> Vec3| -> Vec<Vec4> { mesh.texels.iter().map(|t| value(t).extend(0.0)).collect() };
-    let (reflectance, emission) = (of(|t| t.reflectance), of(|t| t.emission));
+    let (reflectance, emission, sky) = (of(|t| t.reflectance), of(|t| t.emission), of(|t| t.sky));
+    let outside = sky.iter().any(|h| *h != Vec4::ZERO).then_some(("sky.", &sky));
     let planes = [
         ("", &field.radiosity),
         ("residual.", &field.residual),
@@ -195,7 +202,7 @@ pub fn encode_lightmap(mesh: &Mesh, field: &RadiosityField, surface: bool) -> Re
         ("reflectance.", &reflectance),
         ("emission.", &emission),
     ];
-    for (prefix, values) in planes.into_iter().take(if surface { 5 } else { 3 }) {
+    for (prefix, values) in planes.into_iter().take(if surface { 5 } else { 3 }).chain(outside) {
         for (c, letter) in ["R", "G", "B"].into_iter().enumerate() {
             channels.push((format!("{prefix}{letter}"), atlas_channel(mesh, values, c)));
         }

@@ -210,7 +210,7 @@ const NOTES: &str = "
 /meshes/0/primitives/0/targets = [{\"POSITION\": 0}] => morph targets
 /meshes/0/primitives/0 = {\"attributes\": {\"POSITION\": 0}, \"indices\": 1} => \
     2 faces without material: reflectance 0.7, no emission (1, 2)
-/materials/0/doubleSided = true => double-sided, but its backs are black: import it two-sided: grey
+/materials/0/doubleSided = true => double-sided, but their backs are black: grey
 /materials/0/extensions = {\"KHR_materials_unlit\": {}} => unlit, taken as diffuse: grey
 /materials/0 = {} => materials 0 reflect all light: taken as 0.95
 /materials/0/pbrMetallicRoughness = {} => materials grey reflect all light: taken as 0.95

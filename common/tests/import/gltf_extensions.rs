@@ -1,7 +1,9 @@
 //! glTF extensions: supported and refused ones.
 
-use super::files::{Gltf, corners, notes, square};
+use super::files::{Gltf, assert_begins, corners, float_bytes, notes, square};
+use common::import::ImportOptions;
 use common::scene::Scene;
+use draco_core::{DataType, EncoderBuffer, EncoderOptions, GeometryAttributeType, Mesh, MeshEncoder, PointAttribute};
 use glam::{DVec3, Vec3};
 use serde_json::json;
 use std::f64::consts::PI;
@@ -97,13 +99,36 @@ fn point_and_spot_lights_become_lamps_of_equal_power() {
 }
 
 #[test]
+fn directional_lights_become_suns() {
+    let lit = square_under_light(json!({"type": "directional", "name": "noon", "intensity": 3, "color": [1, 0.5, 0]}));
+    let scene = lit.set("/nodes/1/rotation", json!([0.5, 0.5, 0.5, 0.5])).scene();
+    let suns = &scene.sky.as_ref().expect("a sky").suns;
+    // The light shines along −x of the scene.
+    assert!(
+        suns.len() == 1 && (suns[0].direction - DVec3::X).length() < 1e-6,
+        "{suns:?}"
+    );
+    assert_eq!(suns[0].irradiance, Vec3::new(3.0, 1.5, 0.0));
+    assert_eq!(notes(&scene, "a lux taken as 1 W/m²: noon").len(), 1);
+}
+
+#[test]
 fn unsupported_lights_and_extensions_are_refused() {
-    let sun = square_under_light(json!({"type": "directional", "name": "sun"})).error();
-    assert!(sun.starts_with("a.glb: light 0: is directional"), "{sun}");
+    let flat = square_under_light(json!({"type": "directional"})).set("/nodes/1/scale", json!([0, 0, 0]));
+    assert!(
+        flat.error().starts_with("a.glb: light 0: has no direction"),
+        "{}",
+        flat.error()
+    );
+    let bright = square_under_light(json!({"type": "directional", "intensity": 1e30}));
+    assert!(bright.error().contains("cannot be solved"), "{}", bright.error());
     for (name, instead) in [
-        ("KHR_draco_mesh_compression", "Compression off"),
-        ("EXT_meshopt_compression", "export without meshopt"),
-        ("KHR_texture_basisu", "PNG or JPEG"),
+        ("EXT_meshopt_compression", "npx @gltf-transform/cli copy a.glb OUT.glb"),
+        (
+            "KHR_texture_basisu",
+            "npx @gltf-transform/cli ktxdecompress a.glb OUT.glb",
+        ),
+        ("EXT_texture_avif", "npx @gltf-transform/cli webp a.glb OUT.glb"),
         ("KHR_something", "export without it"),
     ] {
         let error = square().set("/extensionsRequired", json!([name])).error();
@@ -113,5 +138,83 @@ fn unsupported_lights_and_extensions_are_refused() {
         let read = square().set("/extensionsUsed", used).scene();
         let expected = format!("extensions that are not read: {name}");
         assert_eq!(notes(&read, "extensions"), [expected]);
+    }
+}
+
+/// Returns the square with positions and colours compressed by Draco, and the compressed bytes.
+fn compressed_square(sequential: bool) -> (Gltf, Vec<u8>) {
+    let attribute = |kind, id, count: usize, values: &[f32]| {
+        let mut attribute = PointAttribute::new();
+        attribute.init(kind, count as u8, DataType::Float32, false, 4);
+        attribute.buffer_mut().write(0, &float_bytes(values));
+        attribute.set_unique_id(id);
+        attribute
+    };
+    let (mut mesh, colours) = (Mesh::new(), [0.5, 0.25, 0.125].repeat(4));
+    mesh.set_num_points(4);
+    let corners = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.];
+    mesh.add_attribute(attribute(GeometryAttributeType::Position, 0, 3, &corners));
+    mesh.add_attribute(attribute(GeometryAttributeType::Color, 1, 3, &colours));
+    mesh.set_num_faces(2);
+    mesh.set_faces_from_flat_indices(&[0, 1, 2, 0, 2, 3]);
+    let (mut encoder, mut options, mut out) = (MeshEncoder::new(), EncoderOptions::new(), EncoderBuffer::new());
+    encoder.set_mesh(mesh);
+    options.set_encoding_method(if sequential { 0 } else { 1 });
+    encoder.encode(&options, &mut out).expect("a compressed square");
+    let bytes = out.data().to_vec();
+    let gltf = square()
+        .view(&bytes)
+        .set("/extensionsRequired", json!(["KHR_draco_mesh_compression"]))
+        .set(
+            "/accessors/-",
+            json!({"componentType": 5126, "count": 4, "type": "VEC3"}),
+        )
+        .set("/meshes/0/primitives/0/attributes/COLOR_0", json!(2))
+        .set(
+            "/meshes/0/primitives/0/extensions",
+            json!({"KHR_draco_mesh_compression": {"bufferView": 2, "attributes": {"POSITION": 0, "COLOR_0": 1}}}),
+        )
+        .remove("/accessors/0/bufferView")
+        .remove("/accessors/1/bufferView")
+        .remove("/meshes/0/primitives/0/material");
+    (gltf, bytes)
+}
+
+#[test]
+fn draco_meshes_are_decoded() {
+    for sequential in [false, true] {
+        let scene = compressed_square(sequential).0.scene();
+        let area: DVec3 = scene.faces.iter().map(|face| face.vector_area()).sum();
+        assert!(scene.faces.len() == 2 && (area - DVec3::Z).length() < 1e-6, "{area}");
+        let grey = Vec3::new(0.5, 0.25, 0.125);
+        for face in &scene.faces {
+            assert!((face.reflectance - grey).length() < 0.01, "{}", face.reflectance);
+        }
+    }
+}
+
+#[test]
+fn damaged_draco_meshes_are_refused() {
+    let (whole, bytes) = compressed_square(false);
+    let place = "a.glb: mesh 0 primitive 0: ";
+    let inside = "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
+    for (pointer, value, expected) in [
+        ("/bufferView", json!(7), "uses buffer view 7, which does not exist"),
+        ("/bufferView", json!(-1), "has compressed data without a buffer view"),
+        ("/bufferView", json!(0), "its Draco data cannot be decoded"),
+        ("/attributes/POSITION", json!(9), "has no compressed POSITION"),
+    ] {
+        let gltf = whole.clone().set(&format!("{inside}{pointer}"), value);
+        assert_begins(&gltf.error(), &format!("{place}{expected}"));
+    }
+    let indices = whole.clone().remove("/meshes/0/primitives/0/indices");
+    assert_begins(&indices.error(), &format!("{place}is compressed and has no indices"));
+    // Each byte is damaged once: a message or other faces, but no panic.
+    for k in 0..bytes.len() {
+        let mut gltf = whole.clone();
+        gltf.bytes[60 + k] ^= 0x55;
+        let _ = gltf.load_with(&ImportOptions::default());
+        let cut_off = whole.clone().set("/bufferViews/2/byteLength", json!(k));
+        assert!(cut_off.load_with(&ImportOptions::default()).is_err(), "{k} bytes");
     }
 }

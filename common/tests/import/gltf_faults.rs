@@ -43,7 +43,7 @@ const FAULTS: &str = "
 /bufferViews/0/byteStride = 18446744073709551615 => A0 reaches beyond buffer view 0
 /buffers/0/byteLength = 100 => buffer 0: has 60 of its 100 bytes: is the file cut off?
 /asset = 3 => is not valid glTF 2.0
-/extensionsRequired = [\"KHR_draco_mesh_compression\"] => requires the extension KHR_draco_mesh_compression
+/extensionsRequired = [\"EXT_meshopt_compression\"] => requires the extension EXT_meshopt_compression
 /materials/0/emissiveFactor = [0, -1, 0] => material grey: emitted radiance emissiveFactor 0 -1 0
 /materials/0/pbrMetallicRoughness/baseColorFactor = [1, 1, 1.5, 1] => material grey: reflectance baseColorFactor 1 1 1.5 must be
 /materials/0/pbrMetallicRoughness/baseColorFactor = [-0.5, 0, 0, 1] => material grey: reflectance baseColorFactor -0.5 0 0 must be

@@ -12,10 +12,14 @@ use std::io::Cursor;
 
 /// Two by two pixels: red and green above, blue and black below.
 pub fn picture_bytes() -> Vec<u8> {
+    encode_picture(ImageFormat::Png)
+}
+
+fn encode_picture(format: ImageFormat) -> Vec<u8> {
     let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0]];
     let image = RgbImage::from_fn(2, 2, |x, y| Rgb(colours[(x + 2 * y) as usize]));
     let mut bytes = Cursor::new(Vec::new());
-    image.write_to(&mut bytes, ImageFormat::Png).expect("a PNG");
+    image.write_to(&mut bytes, format).expect("a picture");
     bytes.into_inner()
 }
 
@@ -60,6 +64,25 @@ fn pictures_are_read_from_buffers_and_files() {
 }
 
 #[test]
+fn webp_pictures_are_read_where_there_is_no_other() {
+    let webp = encode_picture(ImageFormat::WebP);
+    let textured = textured_square(embedded_image(), [0., 0.], [0.5, 0.5])
+        .view(&webp)
+        .set("/images/-", json!({"bufferView": 3, "mimeType": "image/webp"}))
+        .set("/extensionsRequired", json!(["EXT_texture_webp"]))
+        .set(
+            "/textures/0",
+            json!({"extensions": {"EXT_texture_webp": {"source": 1}}}),
+        );
+    assert_close(textured.scene().faces[0].reflectance, [0.5, 0., 0.]);
+    let both = textured.clone().set("/textures/0/source", json!(0));
+    let both = both.set("/textures/0/extensions/EXT_texture_webp/source", json!(7));
+    assert_close(both.scene().faces[0].reflectance, [0.5, 0., 0.]);
+    let beyond = textured.set("/textures/0/extensions/EXT_texture_webp/source", json!(1_u64 << 32));
+    assert!(beyond.error().contains("has the index 4294967296"));
+}
+
+#[test]
 fn texture_transform_and_wrap_modes_apply() {
     let info = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions";
     let with = |transform: Value| {
@@ -91,7 +114,7 @@ fn unreadable_picture_is_named() {
     let bytes = picture_bytes();
     for (bytes, what) in [
         (&bytes[..bytes.len() - 20], "image a.png cannot be decoded"),
-        (&b"GIF89a"[..], "image a.png is neither PNG nor JPEG"),
+        (&b"GIF89a"[..], "image a.png is neither PNG, JPEG nor WebP"),
         (&b"\xff\xd8\xff\xe0"[..], "image a.png is cut off"),
     ] {
         folder.put("a.png", bytes);

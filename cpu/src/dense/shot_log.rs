@@ -82,7 +82,7 @@ pub fn texel_shots(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &De
     for (patch, owner) in mesh.patches.iter().enumerate() {
         for k in owner.first as usize..(owner.first + owner.count) as usize {
             let (area, open) = (matrix.areas[k], matrix.open[k]);
-            let lost = emission[k] * (1.0 - open);
+            let lost = mesh.texels[k].emission.as_dvec3() * (1.0 - open);
             let shot = |radiosity: DVec3, form_factor_sum: f64, escaped: f64| Shot {
                 patch: patch as u32,
                 power: (radiosity * area).as_vec3().into(),
@@ -90,7 +90,8 @@ pub fn texel_shots(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &De
                 escaped: escaped as f32,
                 unshot: 0.0,
             };
-            shots.push(shot(answer.radiosity[k] - lost, sums[k], matrix.escaped[k]));
+            let covered = emission[k] * (1.0 - open);
+            shots.push(shot(answer.radiosity[k] - covered, sums[k], matrix.escaped[k]));
             if lost != DVec3::ZERO {
                 shots.push(shot(lost, 0.0, 1.0));
             }

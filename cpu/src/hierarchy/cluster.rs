@@ -3,6 +3,7 @@
 
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::{TexelTree, TreeNode};
+use common::form_factor::Shooter;
 use common::mesh::Mesh;
 use common::sampling::{outline_point, pcg_hash, sample_coordinate};
 use glam::{Mat3, Vec3};
@@ -33,8 +34,10 @@ pub struct Cluster {
     /// Mean of n δᵀ over the area, δ from the centre, divided by the length of the mean normal: how the normal turns
     /// from place to place.
     pub turn: Mat3,
-    /// Mean normal, a unit vector.
+    /// Direction of the mean normal, a unit vector.
     pub axis: Vec3,
+    /// Length of the mean normal.
+    pub mean_normal: f32,
     /// Cosine of the largest angle between a normal and the axis.
     pub cone: f32,
     /// The two halves.
@@ -196,7 +199,24 @@ impl FlowSums {
     }
 }
 
-fn root_node(tree: &TexelTree, f: u32) -> &TreeNode {
+/// Returns the means of x², y², z², xy, yz and zx over a triangle or parallelogram, about its centre.
+pub fn plane_moments(shooter: &Shooter) -> [f32; 6] {
+    let count = if shooter.corners[2] == shooter.corners[3] { 3 } else { 4 };
+    let mut sum = [0.0; 6];
+    for corner in &shooter.corners[..count] {
+        for (sum, product) in sum.iter_mut().zip(axis_products(*corner - shooter.centre)) {
+            *sum += product / 12.0;
+        }
+    }
+    sum
+}
+
+fn axis_products(d: Vec3) -> [f32; 6] {
+    [d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.y * d.z, d.z * d.x]
+}
+
+/// Returns the node of the whole face `f`.
+pub fn root_node(tree: &TexelTree, f: u32) -> &TreeNode {
     &tree.nodes[tree.roots[f as usize] as usize]
 }
 
@@ -231,21 +251,12 @@ fn enclose_faces(tree: &TexelTree, faces: &[u32], first: u32) -> Cluster {
     let mut second_moments = [0.0; 6];
     let mut turn = Mat3::ZERO;
     for shooter in shooters() {
-        // The second moment of a triangle in its plane is about a sixth of its squared radius.
         let (d, own) = (shooter.centre - centre, shooter.area / area);
         let n = shooter.normal;
         turn += Mat3::from_cols(n * d.x, n * d.y, n * d.z) * (own / mean_normal);
-        let within = shooter.radius * shooter.radius / 6.0;
-        let parts = [
-            d.x * d.x + within * (1.0 - shooter.normal.x.powi(2)),
-            d.y * d.y + within * (1.0 - shooter.normal.y.powi(2)),
-            d.z * d.z + within * (1.0 - shooter.normal.z.powi(2)),
-            d.x * d.y,
-            d.y * d.z,
-            d.z * d.x,
-        ];
-        for (sum, part) in second_moments.iter_mut().zip(parts) {
-            *sum += own * part;
+        let within = plane_moments(shooter);
+        for (sum, (between, within)) in second_moments.iter_mut().zip(axis_products(d).into_iter().zip(within)) {
+            *sum += own * (between + within);
         }
     }
     let corners = || shooters().flat_map(|s| s.corners).map(|c| c - centre);
@@ -258,6 +269,7 @@ fn enclose_faces(tree: &TexelTree, faces: &[u32], first: u32) -> Cluster {
         second_moments,
         turn,
         axis,
+        mean_normal,
         cone: cone.fold(1.0, f32::min),
         parts: [ClusterPart::Face(0); 2],
         faces: first..first + faces.len() as u32,

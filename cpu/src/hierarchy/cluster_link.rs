@@ -3,12 +3,12 @@
 //! ```text
 //! H = κ V cos θ/(π d²) · (d/|d|)·∫ B n dA
 //! ```
-//! κ corrects for the cluster's extent; V is the mean visibility of point pairs, weighted with their kernels. The
-//! factors of x, y and z take the places of a node link's factors of mean and slope, so that both links are applied
-//! alike.
+//! κ corrects for the cluster's extent; V is the mean visibility of point pairs, weighted with their kernels. The axis
+//! takes the place of d/|d| where the two are nearly perpendicular. The factors of x, y and z take the places of a node
+//! link's factors of mean and slope, so that both links are applied alike.
 
 use crate::hierarchy::block::ReceiverBlock;
-use crate::hierarchy::cluster::{Cluster, Clusters};
+use crate::hierarchy::cluster::{Cluster, ClusterPart, Clusters, plane_moments, root_node};
 use crate::hierarchy::link::{BlockLink, ExchangeBound, LastBlockers, SampledLink};
 use crate::hierarchy::tree::TexelTree;
 use crate::rows::lanes::{LanePoints, LaneValues};
@@ -16,11 +16,18 @@ use crate::rows::receivers::LANE_COUNT;
 use common::constants::{CONTACT_DISTANCE, PI};
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, Rays};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 /// Share of the faces that may turn away from the receiver or lie below its horizon that does so, for normals and
 /// positions that are uniform.
 const TURNED_SHARE: f32 = 0.5;
+
+/// Times a cluster is halved for the mean of its kernel: the fourth order of the whole, of one sign in a round room, is
+/// left by a sixteenth.
+const KERNEL_LEVELS: u32 = 2;
+
+/// Cosine between a cluster's axis and the direction to the receiver below which the flow along the axis counts.
+const MIN_OUT_COSINE: f32 = 0.1;
 
 /// A cluster and a receiver block.
 pub struct ClusterInteraction<'a> {
@@ -132,7 +139,30 @@ impl ClusterInteraction<'_> {
         }
     }
 
-    /// Returns A cos θ/(π d²)·(d/|d|) by axis, the mean over the cluster to second order.
+    /// Returns ∫ cosθ cosθ'/(π d²) dA at `p` over `part`, of unit radiosity. Each of its halves' halves, to the depth
+    /// `levels`, is taken by itself, to second order.
+    fn sum_kernels(&self, part: ClusterPart, levels: u32, p: Vec3, n: Vec3) -> f32 {
+        match part {
+            ClusterPart::Cluster(k) => {
+                let cluster = &self.clusters.all[k as usize];
+                if levels > 0 {
+                    let halves = cluster.parts.map(|half| self.sum_kernels(half, levels - 1, p, n));
+                    return halves[0] + halves[1];
+                }
+                let moments = (&cluster.second_moments, &cluster.turn);
+                let kernel = mean_source_kernel(moments, cluster.axis, n, p - cluster.centre);
+                cluster.mean_normal * cluster.area * kernel / PI
+            }
+            ClusterPart::Face(f) => {
+                let shooter = &root_node(self.tree, f).shooter;
+                let moments = plane_moments(shooter);
+                let kernel = mean_source_kernel((&moments, &Mat3::ZERO), shooter.normal, n, p - shooter.centre);
+                shooter.area * kernel / PI
+            }
+        }
+    }
+
+    /// Returns A cos θ/(π d²)·(d/|d|) by axis, the mean over the cluster.
     fn mean_kernel(&self, places: u32) -> [LaneValues; 3] {
         let cluster = self.source_cluster();
         let mut sum = [[0.0; LANE_COUNT]; 3];
@@ -140,13 +170,17 @@ impl ClusterInteraction<'_> {
             for l in 0..self.block.count {
                 let d = points.at(l) - cluster.centre;
                 let normal = -self.block.lane_normal(l);
-                let up = normal.dot(d).max(0.0);
-                let square = d.length_squared().max(1e-12);
-                let correction = kernel_correction(cluster, normal, d);
-                let own = cluster.area * up / (PI * square * square) * correction;
+                let kernel = self.sum_kernels(ClusterPart::Cluster(self.number), KERNEL_LEVELS, points.at(l), normal);
+                // A receiver may face all of a round wall and yet lie behind the plane through its centroid.
+                let d = d.normalize_or_zero();
+                let toward = if cluster.axis.dot(d) >= MIN_OUT_COSINE {
+                    d
+                } else {
+                    cluster.axis
+                };
+                let own = kernel / (cluster.mean_normal * cluster.axis.dot(toward)).max(1e-6);
                 // At any distance, and wherever the bright faces of the cluster look, H is at most their radiosity.
-                let most = 1.0 / square.sqrt();
-                let own: Vec3 = d * (own.min(most) * points.weight[l]);
+                let own: Vec3 = toward * (own.min(1.0) * points.weight[l]);
                 for (sum, own) in sum.iter_mut().zip(own.to_array()) {
                     sum[l] += own;
                 }
@@ -202,12 +236,12 @@ impl ClusterSampler<'_> {
     }
 }
 
-/// Returns the mean of the kernel f = (a·d)(n·d)/d⁴ over a cluster divided by its value at the centre:
-/// 1 + ½ ⟨C, ∇∇f⟩/f − [tr M + d·(M n)/(n·d) − 4 d·(M d)/d²]/(a·d), C the cluster's second moments, M = ⟨a δᵀ⟩ its
-/// [`Cluster::turn`]. Without C all far receivers would have the same bias; without M, all receivers of a closed round
-/// wall, of which every part bends towards them.
-fn kernel_correction(cluster: &Cluster, n: Vec3, d: Vec3) -> f32 {
-    let [xx, yy, zz, xy, yz, zx] = cluster.second_moments;
+/// Returns the mean of the kernel f = (a·d)(n·d)/d⁴ over a source of mean normal a, to second order:
+/// f + ½ ⟨C, ∇∇f⟩ − [(n·d) tr M + d·(M n) − 4 (n·d) d·(M d)/d²]/d⁴, C its second moments, M = ⟨a δᵀ⟩ its [`Cluster::turn`].
+/// Without C all far receivers would have the same bias; without M, all receivers of a closed round wall, of which every
+/// part bends towards them.
+fn mean_source_kernel((second, m): (&[f32; 6], &Mat3), a: Vec3, n: Vec3, d: Vec3) -> f32 {
+    let [xx, yy, zz, xy, yz, zx] = *second;
     let along = |v: Vec3| {
         Vec3::new(
             xx * v.x + xy * v.y + zx * v.z,
@@ -215,19 +249,12 @@ fn kernel_correction(cluster: &Cluster, n: Vec3, d: Vec3) -> f32 {
             zx * v.x + yz * v.y + zz * v.z,
         )
     };
-    let a = cluster.axis;
     let (out, up) = (a.dot(d), n.dot(d));
-    if out <= 0.0 || up <= 0.0 {
-        return 1.0;
-    }
-    let square = d.length_squared();
+    let square = d.length_squared().max(1e-12);
     let (ca, cd) = (along(a), along(d));
-    let second = 2.0 * ca.dot(n) / (out * up)
-        - 8.0 * (n.dot(cd) / up + a.dot(cd) / out) / square
-        - 4.0 * (xx + yy + zz) / square
-        + 24.0 * d.dot(cd) / (square * square);
-    let m = cluster.turn;
+    let even = out * up * (1.0 - 2.0 * (xx + yy + zz) / square + 12.0 * d.dot(cd) / (square * square));
+    let tilted = ca.dot(n) - 4.0 * (n.dot(cd) * out + a.dot(cd) * up) / square;
     let trace = m.x_axis.x + m.y_axis.y + m.z_axis.z;
-    let turned = (trace + d.dot(m * n) / up - 4.0 * d.dot(m * d) / square) / out;
-    (1.0 + 0.5 * second - turned).clamp(0.5, 1.5)
+    let turned = up * trace + d.dot(*m * n) - 4.0 * up * d.dot(*m * d) / square;
+    (even + tilted - turned).max(0.0) / (square * square)
 }

@@ -222,8 +222,8 @@ impl<'a> FinalGather<'a> {
         if shadow || self.covered.contains_covered[p as usize] || parts.is_empty() {
             return false;
         }
-        // A whole face has no siblings: equal parts do not imply equal texels.
-        if node.level == 0 {
+        // A whole face has no siblings: equal parts do not imply equal texels. Nor do parts along one side across it.
+        if node.level == 0 || !node.divides_both_sides {
             return false;
         }
         if !self.has_light(p) && parts.clone().all(|k| !self.has_light(k)) {

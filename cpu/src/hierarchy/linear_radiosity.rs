@@ -89,17 +89,19 @@ impl MomentSums {
         let yy = self.second[1] / self.area - my * my;
         let xy = self.second[2] / self.area - mx * my;
         let determinant = xx * yy - xy * xy;
-        // Across a sliver the places of parts are rounding errors, which would give any slope.
+        // Across a sliver or a row the places of parts are rounding errors, which would give any slope: it lies along them.
         let spread = (xx + yy).abs();
-        let flat = determinant <= (1e-9 * spread).max(MIN_SECOND_MOMENT) * spread;
+        let in_row = determinant <= (1e-9 * spread).max(MIN_SECOND_MOMENT) * spread;
         for c in 0..3 {
             let mean = self.light[c] / self.area;
             let (px, py) = (
                 self.along[0][c] / self.area - mx * mean,
                 self.along[1][c] / self.area - my * mean,
             );
-            let (sx, sy) = if flat {
+            let (sx, sy) = if spread <= MIN_SECOND_MOMENT {
                 (0.0, 0.0)
+            } else if in_row {
+                (px / spread, py / spread)
             } else {
                 ((px * yy - py * xy) / determinant, (py * xx - px * xy) / determinant)
             };

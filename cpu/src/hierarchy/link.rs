@@ -12,7 +12,7 @@ use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TreeNode;
 use crate::rows::lanes::{LanePoints, LaneValues, lane_form_factors, mark_below_horizon, mark_blocked, pair_weights};
 use crate::rows::receivers::LANE_COUNT;
-use common::constants::{CONTACT_DISTANCE, LOW_HEIGHT_RATIO, PI, VISIBILITY_SAMPLE_COUNTS};
+use common::constants::{CONTACT_DISTANCE, LOW_HEIGHT_RATIO, MIN_COMPACT_AREA, PI, VISIBILITY_SAMPLE_COUNTS};
 use common::form_factor::{FormFactor, Shooter};
 use common::intersect::touches_plane;
 use common::mesh::Mesh;
@@ -134,6 +134,24 @@ pub fn facing_disc_factor(shooter: &Shooter, normal: Vec3, d: Vec3, r: f32) -> f
     facing * square / (square + height * height)
 }
 
+/// Returns a bound of the form factor of the part of a long quad that is nearest to `place`, whatever the cosines: a disc of
+/// its area says nothing of that. Of other nodes it is 0.
+#[inline(always)]
+pub fn long_quad_factor(shooter: &Shooter, place: Vec3) -> f32 {
+    let [a, b, c, d] = shooter.corners;
+    if shooter.area >= MIN_COMPACT_AREA * shooter.radius * shooter.radius || c == d {
+        return 0.0;
+    }
+    let (u, v) = ((b - a + c - d) * 0.5, (d - a + c - b) * 0.5);
+    let axis = if u.dot(u) > v.dot(v) { u } else { v };
+    let square = axis.dot(axis).max(1e-12);
+    let offset = place - shooter.centre;
+    let to = offset - axis * (offset.dot(axis) / square).clamp(-0.5, 0.5);
+    let distance = to.dot(to).sqrt().max(1e-6);
+    let length = square.sqrt();
+    (shooter.area / length * distance.min(length) / (PI * distance * distance)).min(1.0)
+}
+
 /// Returns the bounds of a node and the spot of lane `l` at `centre`.
 #[inline(always)]
 pub fn bound_link(shooter: &Shooter, block: &ReceiverBlock, centre: Vec3, l: usize) -> ExchangeBound {
@@ -160,6 +178,7 @@ pub fn bound_link(shooter: &Shooter, block: &ReceiverBlock, centre: Vec3, l: usi
     let within = most.max(factor) * size * size * 0.5;
     // The part of a wide node that faces the spot across a narrow gap dominates, not the node's centre.
     let facing = facing_disc_factor(shooter, normal, d, r);
+    let facing = facing.max(long_quad_factor(shooter, centre));
     kernel = kernel.max(facing);
     if factor > 0.0 {
         factor = factor.max(facing);

@@ -4,8 +4,8 @@
 //! Data passes the modules in this order: [`tree`] and [`cluster`] (sources), [`block`] (receivers),
 //! [`linear_radiosity`] (radiosity of sources), [`link`] and [`cluster_link`] (links), [`refine`] (decisions),
 //! [`linker`] and [`cpu_linker`] (all links of a request), [`coarse`] and [`iterate`] (bounces),
-//! [`final_gather`] (texels), [`solver`] (the whole solve), [`shot_log`] (the result as a run). [`relight`]
-//! and [`residual`] solve related problems with the same parts.
+//! [`final_gather`] (texels), [`solver`] (the whole solve), [`shot_log`] (the result as a run). [`sky`] gathers
+//! light from outside; [`relight`] and [`residual`] solve related problems with the same parts.
 
 pub mod block;
 pub mod cluster;
@@ -24,5 +24,6 @@ pub mod refinement_steps;
 pub mod relight;
 pub mod residual;
 pub mod shot_log;
+pub mod sky;
 pub mod solver;
 pub mod tree;

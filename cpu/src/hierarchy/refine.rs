@@ -25,13 +25,18 @@ use crate::rows::candidates::MAX_CANDIDATES;
 use crate::rows::receivers::{FaceFrame, ReceiverFace};
 use crate::rows::shadow::{ShadowRegion, penumbra_region};
 use common::constants::{CONTACT_DISTANCE, ROOTS_PER_BATCH, VISIBILITY_SAMPLE_COUNTS};
+use common::intersect::{intersect_face, touches_plane};
 use common::mesh::Mesh;
-use common::rays::LineOfSight;
+use common::rays::{LineOfSight, NO_FACE};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
+use std::cell::Cell;
 
 /// A cluster is linked only if its normals deviate from its axis by no more than the angle of this cosine.
 const MIN_CONE_COSINE: f32 = 0.5;
+
+/// Radius above which a node lies outside the scene, which is two units wide: it is the sky's.
+const MAX_SCENE_RADIUS: f32 = 2.0;
 
 /// A cluster of fewer faces is subdivided where shafts find its occluders: that costs less than rays.
 const MIN_CLUSTER_FACES: usize = 16;
@@ -309,6 +314,9 @@ impl<'a> Refiner<'a> {
             block,
             last_blockers: &self.last_blockers,
         };
+        if node.shooter.radius > MAX_SCENE_RADIUS && self.is_hidden_by_one_face(node, block) {
+            return Refinement::Skip;
+        }
         let arch = self.scene.arch;
         let mut bound = arch.dispatch(BoundTask { pair: &pair });
         let radiosity = &self.radiosity[k as usize];
@@ -355,6 +363,24 @@ impl<'a> Refiner<'a> {
             })
         };
         choose_visibility_samples(&bound, light, is_leaf(node), self.thresholds, sample_link)
+    }
+
+    /// Returns whether one face hides all of a node from all of a block: then it crosses the lines between all corners, since
+    /// all three are convex. In a room walls hide nearly all of the sky, which rays could only find piece by piece.
+    fn is_hidden_by_one_face(&self, node: &TreeNode, block: &ReceiverBlock) -> bool {
+        let LinkerScene { mesh, rays, .. } = self.scene;
+        let blocker = Cell::new(NO_FACE);
+        let ends = [block.faces[0], node.face];
+        rays.find_sight_after(block.mean_centre, node.shooter.centre, ends, false, &blocker);
+        let Some(face) = mesh.faces.get(blocker.get() as usize) else {
+            return false;
+        };
+        let points = (0..block.count).flat_map(|l| (0..4).map(move |k| block.lane_corner(k, l)));
+        let mut lines = points.flat_map(|from| node.shooter.corners.map(|to| (from, to)));
+        lines.all(|(from, to)| {
+            let hit = intersect_face(face, from, to - from);
+            hit.stops_ray(1.0) && hit.inside >= 0.0 && !touches_plane(face, from)
+        })
     }
 
     /// Decides about cluster `k` at block `number`.

@@ -55,6 +55,8 @@ fn solve_residual(
     let sources = solver.fit_sources(&radiosity);
     solver.estimate_direct(&radiosity, &sources, watch)?;
     let gathered = solver.gather_arriving(&sources, budget.fine, FINE_PROGRESS, watch)?;
+    let outside: Vec<Vec3> = texels.iter().map(|t| t.sky).collect();
+    let gathered = add_fields(&gathered, &outside);
     let new = solver.open_part_mean(&gathered);
     let delta: Vec<Vec3> = new.iter().zip(&received).map(|(n, h)| *n - *h).collect();
     // The links are those of the final light: a given solution may be dark where it should not.

@@ -2,9 +2,8 @@
 
 use crate::hierarchy::solver::HierarchicalSolution;
 use common::cover::{cover_directions, is_open};
-use common::escape::escape_directions;
 use common::escape::meets_front;
-use common::mesh::{Mesh, Patch};
+use common::mesh::{Mesh, Patch, Texel};
 use common::rays::Rays;
 use common::shooting::{RadiosityField, Shot, SolveRun};
 use common::texel_point::point_on_texel;
@@ -15,13 +14,15 @@ use rayon::prelude::*;
 const ESCAPE_RAY_COUNT: usize = 1 << 17;
 /// Rays of each face at least.
 const MIN_FACE_RAYS: usize = 32;
+/// Steps by which the rays of a face are numbered on from those of the face before, so that their errors differ.
+const FACE_RAY_STEP: usize = 7919;
 /// Points of a partly covered texel that are tried before one counts as open.
 const MAX_POINT_TRIES: usize = 8;
 
-/// Returns `solution` as a run on `mesh`, of which each face is one patch.
-pub fn record_run(mesh: &Mesh, solution: &HierarchicalSolution) -> SolveRun {
+/// Returns `solution` as a run on `mesh`, of which each face is one patch; `escaped` is the share of each face's power
+/// that meets no front, of [`measure_escape`].
+pub fn record_run(mesh: &Mesh, solution: &HierarchicalSolution, escaped: &[f32]) -> SolveRun {
     let mut powers = vec![DVec3::ZERO; mesh.patches.len()];
-    let mut sent = Vec::with_capacity(mesh.texels.len());
     let (mut emitted, mut unshot, mut received) = (0.0, 0.0, 0.0);
     let mut field = RadiosityField {
         origin: "hierarchy".into(),
@@ -29,21 +30,19 @@ pub fn record_run(mesh: &Mesh, solution: &HierarchicalSolution) -> SolveRun {
         residual: solution.residual.iter().map(|r| r.extend(0.0)).collect(),
         irradiance: solution.irradiance.iter().map(|h| h.extend(0.0)).collect::<Vec<Vec4>>(),
     };
-    for (k, texel) in mesh.texels.iter().enumerate() {
+    for ((k, texel), sent) in mesh.texels.iter().enumerate().zip(sent_powers(mesh, solution)) {
         let area = f64::from(texel.area);
         let (h, r) = (solution.irradiance[k], solution.residual[k]);
-        let reflected = texel.reflectance * h;
-        field.radiosity.push((texel.emission + reflected).extend(0.0));
-        let leaving = texel.emission * solution.open[k] + reflected - r;
-        sent.push(leaving.as_dvec3() * area);
-        powers[texel.face as usize] += leaving.as_dvec3() * area;
-        emitted += channel_sum(texel.emission) * area;
+        field
+            .radiosity
+            .push((texel.emission + texel.reflectance * h).extend(0.0));
+        powers[texel.face as usize] += sent;
+        emitted += channel_sum(texel.emission + texel.sky) * area;
         unshot += channel_sum(r.abs()) * area;
-        received += channel_sum(h) * area;
+        received += channel_sum(h - texel.sky) * area;
     }
     let shot: f64 = powers.iter().map(|p| p.element_sum()).sum();
     let form_factor_sum = if shot > 0.0 { received / shot } else { 0.0 };
-    let escaped = escaped_shares(mesh, &sent, &solution.open);
     let patches = (0..mesh.patches.len()).filter(|k| powers[*k] != DVec3::ZERO);
     let shots: Vec<Shot> = patches
         .map(|k| Shot {
@@ -63,6 +62,22 @@ pub fn record_run(mesh: &Mesh, solution: &HierarchicalSolution) -> SolveRun {
         shots,
         field,
     }
+}
+
+/// Returns the power that each texel sent.
+fn sent_powers(mesh: &Mesh, solution: &HierarchicalSolution) -> Vec<DVec3> {
+    let sent = |(k, texel): (usize, &Texel)| {
+        let reflected = texel.reflectance * solution.irradiance[k];
+        let leaving = texel.emission * solution.open[k] + reflected - solution.residual[k];
+        leaving.as_dvec3() * f64::from(texel.area)
+    };
+    mesh.texels.iter().enumerate().map(sent).collect()
+}
+
+/// Returns the share of each face's power that meets no front. It is measured on the texels that were solved: within a
+/// larger one of the result light may leave from one side only.
+pub fn measure_escape(mesh: &Mesh, solution: &HierarchicalSolution) -> Vec<f32> {
+    escaped_shares(mesh, &sent_powers(mesh, solution), &solution.open)
 }
 
 /// Sets the open share of each patch of `mesh` to the mean of its texels' open shares.
@@ -88,10 +103,9 @@ fn escaped_shares(mesh: &Mesh, sent: &[DVec3], shares: &[f32]) -> Vec<f32> {
         cover_directions: cover_directions(),
         shares,
     };
-    let directions = escape_directions();
     let power_of = |sent: &DVec3| sent.abs().element_sum();
     let all: f64 = sent.iter().map(power_of).sum();
-    let escaped_share = |patch: &Patch| {
+    let escaped_share = |(number, patch): (usize, &Patch)| {
         let sums = patch.texels().scan(0.0, |sum, k| {
             *sum += power_of(&sent[k]);
             Some(*sum)
@@ -102,19 +116,38 @@ fn escaped_shares(mesh: &Mesh, sent: &[DVec3], shares: &[f32]) -> Vec<f32> {
             return 0.0;
         }
         let count = ((ESCAPE_RAY_COUNT as f64 * power / all) as usize).max(MIN_FACE_RAYS);
-        let strata = count.min(directions.len());
+        let first = number * FACE_RAY_STEP;
         let seen = (0..count).filter_map(|n| {
             let drawn = power * weyl_sequence(n, 0.618_033_988_749_895);
             let drawn = sums.partition_point(|sum| *sum <= drawn);
             let k = patch.texels().start + drawn.min(sums.len() - 1);
-            // All strata in turn, or as many of them, evenly.
-            let along = directions[n % strata * directions.len() / strata];
-            sky.sees_sky(k, n, along)
+            let [u, v] = [0.414_213_562_373_095, 0.732_050_807_568_877].map(|alpha| weyl_sequence(first + n, alpha));
+            let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+            let along = DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()).as_vec3();
+            sky.sees_sky(k, first + n, along)
         });
         let seen: Vec<bool> = seen.collect();
         seen.iter().filter(|seen| **seen).count() as f32 / seen.len().max(1) as f32
     };
-    mesh.patches.par_iter().map(escaped_share).collect()
+    mesh.patches.par_iter().enumerate().map(escaped_share).collect()
+}
+
+/// Returns the standard deviation of the power that rays of `shots` found to escape, summed over channels. It is 0 if
+/// none escaped. The rays of all faces count as one sample, since their number is in proportion to power: of N rays the
+/// share p escapes, (Np + 1)/(N + 2) as estimated.
+pub fn escape_deviation(shots: &[Shot]) -> f64 {
+    let (mut power, mut escaped) = (0.0, 0.0);
+    for shot in shots {
+        let own: f64 = shot.power.iter().map(|p| f64::from(p.abs())).sum();
+        power += own;
+        escaped += own * f64::from(shot.escaped);
+    }
+    if escaped == 0.0 {
+        return 0.0;
+    }
+    let count = ESCAPE_RAY_COUNT as f64;
+    let share = (count * escaped / power + 1.0) / (count + 2.0);
+    power * (share * (1.0 - share) / count).sqrt()
 }
 
 /// Tests whether rays leave the scene.

@@ -1,7 +1,7 @@
 //! The hierarchical solver, in four steps:
 //!
 //! ```text
-//! direct    H_d = K E                  each lamp, at every texel
+//! direct    H_d = K E + H_sky          each lamp, at every texel; light from outside
 //! coarse    x = K_c ρ(H_d + x)         over stored links between coarse nodes, iterated to convergence
 //! fine      H_f = K ρ(H_d + x)         final gather at every texel
 //! correct   δ = H_f − x;  y = K_c ρ(δ + y);  H = H_d + H_f + y, and again K ρ(δ + y) until y is small
@@ -45,7 +45,7 @@ const MAX_COARSE_ERROR: f32 = 0.5;
 /// Smallest radius to which that applies: the final gather corrects the rest.
 const MIN_COARSE_RADIUS: f32 = MAX_COARSE_RADIUS / 8.0;
 /// Least reflectance in error estimates: the irradiance of darker faces counts as well.
-const MIN_REFLECTANCE: f32 = 0.1;
+pub(super) const MIN_REFLECTANCE: f32 = 0.1;
 
 /// Approximate progress of each step.
 const ESTIMATE_PROGRESS: Range<f64> = 0.0..0.05;
@@ -101,6 +101,8 @@ pub struct HierarchicalSolution {
     pub residual: Vec<Vec3>,
     /// Open share of each texel's area.
     pub open: Vec<f32>,
+    /// Variance of each texel's H by the noise of rays.
+    pub variance: Vec<Vec3>,
     /// Error of the coarse light at each texel, relative to the RMS of the reflected light.
     pub coarse_error: Vec<f32>,
     /// Links from nodes to texels or coarse nodes, over all steps.
@@ -114,7 +116,7 @@ pub struct HierarchicalSolution {
 /// Solves `scene` on the texels of `mesh`. `coarse_error` is the error of the coarse light at each texel in an earlier
 /// solve, over the requested error; it is empty if there was none.
 ///
-/// Errors: a face of W×H texels; [`common::Error::Interrupted`].
+/// Errors: [`common::Error::Interrupted`].
 pub fn solve_scene(
     scene: &Scene,
     mesh: &Mesh,
@@ -160,7 +162,7 @@ pub(super) fn with_solver<T>(
     method: LinkMethod,
     task: impl FnOnce(HierarchicalSolver) -> Result<T>,
 ) -> Result<T> {
-    let tree = TexelTree::new(scene, mesh)?;
+    let tree = TexelTree::new(scene, mesh);
     let rays = Rays::new(mesh);
     let occluders = Occluders::from_mesh(mesh);
     let covered = covered_elements(scene, mesh, &Occluders::new(scene, mesh), &rays);
@@ -278,10 +280,12 @@ impl<'a> HierarchicalSolver<'a> {
     ) -> Result<HierarchicalSolution> {
         let lamps = self.fit_sources(emission);
         let estimate = self.estimate_direct(emission, &lamps, watch)?;
+        let estimate = self.add_outside(estimate, |h, open| h / open);
         let ambient = self.ambient_irradiance(&self.reflected_radiosity(&estimate));
         let light: Vec<Vec3> = estimate.iter().map(|h| *h + ambient).collect();
         self.scale = self.inverse_rms(&light);
         let direct = self.gather_arriving(&lamps, budget.direct, DIRECT_PROGRESS, watch)?;
+        let direct = self.add_outside(direct, |h, _| h);
         let direct_open = self.open_part_mean(&direct);
         let reflected = self.reflected_radiosity(&direct_open);
         let solution = self.solve_indirect(&reflected, &direct_open, ambient, budget, watch)?;
@@ -290,6 +294,15 @@ impl<'a> HierarchicalSolver<'a> {
             irradiance: whole.map(|(direct, later)| *direct + *later).collect(),
             ..solution
         })
+    }
+
+    /// Adds the light from outside, as a share that depends on the texel's open share, where a part is open.
+    fn add_outside(&self, mut received: Vec<Vec3>, part: impl Fn(Vec3, f32) -> Vec3) -> Vec<Vec3> {
+        let texels = self.scene.mesh.texels.iter().zip(&self.open).zip(&mut received);
+        for ((texel, open), h) in texels.filter(|((t, open), _)| t.sky != Vec3::ZERO && **open > 0.0) {
+            *h += part(texel.sky, *open);
+        }
+        received
     }
 
     /// Solves for the irradiance from `reflected`, a radiosity that is shot, and all its bounces. `light` is the

@@ -1,11 +1,10 @@
 //! A tree of nodes over each face's texels (the quadtree of Hanrahan, Salzman & Aupperle 1991): any node may be a
-//! source. A triangle's nodes are its sub-triangles, four per node.
+//! source. A triangle's nodes are its sub-triangles, four per node. A long node is divided along its longer side only.
 
 use common::form_factor::Shooter;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene, Shape};
 use common::texel::{self, GridOutline, triangle_index, triangle_position};
-use common::{Error, Result};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::ops::Range;
 
@@ -22,6 +21,8 @@ pub struct TreeNode {
     pub parent: u32,
     /// Numbers of the children; empty for a leaf.
     pub children: Range<u32>,
+    /// The children divide both sides, or the only one that the texels divide.
+    pub divides_both_sides: bool,
     /// The node's texels in [`TexelTree::leaves`].
     pub leaves: Range<u32>,
     /// Mean of x², y² and xy over the area, in the face's frame, about the centre.
@@ -50,10 +51,8 @@ pub struct TreeLeaf {
 }
 
 impl TexelTree {
-    /// Builds the trees over the texels of `mesh`, whose faces have N×N each; N may differ between faces.
-    ///
-    /// Errors: a face of W×H texels.
-    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self> {
+    /// Builds the trees over the texels of `mesh`.
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
         let texels = texels_by_face(mesh);
         let mut tree = Self {
             nodes: Vec::new(),
@@ -61,17 +60,11 @@ impl TexelTree {
             leaves: Vec::with_capacity(mesh.texels.len()),
         };
         for (f, texels) in texels.iter().enumerate() {
-            let [w, h] = mesh.faces[f].resolution;
-            if w != h {
-                let name = &scene.faces[f].name;
-                return Err(Error::Usage(format!("face {name} has {w}×{h} texels, not N×N")));
-            }
-            let sides = sides_by_level(w);
             let builder = FaceTreeBuilder {
                 scene,
                 mesh,
                 face: f,
-                sides: &sides,
+                grids: grids_by_level(&scene.faces[f], mesh.faces[f].resolution),
                 texels,
             };
             let root = tree.nodes.len() as u32;
@@ -79,14 +72,14 @@ impl TexelTree {
             tree.nodes.push(builder.build_node(root, 0, 0));
             tree.grow_node(root, &builder, 0);
         }
-        Ok(tree)
+        tree
     }
 
     /// Appends all descendants of node `k`, which has this `index` in its level.
     fn grow_node(&mut self, k: u32, builder: &FaceTreeBuilder, index: u32) {
         let level = self.nodes[k as usize].level as usize;
         let before = self.leaves.len() as u32;
-        if level + 1 == builder.sides.len() {
+        if level + 1 == builder.grids.len() {
             let texel = builder.texels[index as usize];
             self.leaves.push(TreeLeaf { texel, node: k });
         } else {
@@ -148,22 +141,41 @@ fn texels_by_face(mesh: &Mesh) -> Vec<Vec<u32>> {
     texels
 }
 
-/// Returns the texels per side of each level: N divides by its largest prime factor first, by 2 last.
-fn sides_by_level(n: u32) -> Vec<u32> {
-    let (mut rest, mut sides) = (n, vec![n]);
+/// Returns the grid of each level: sides divide by their largest prime factor first, by 2 last, and much longer ones
+/// before shorter ones.
+fn grids_by_level(face: &Face, resolution: [u32; 2]) -> Vec<[u32; 2]> {
+    let mut factors = resolution.map(prime_factors);
+    let mut grids = vec![[1, 1]];
+    let mut grid = [1, 1];
+    while grid != resolution {
+        let longer = face.longer_sides(grid);
+        // One side alone only as long as it has more divisions left: N×N texels keep nodes of N×N children.
+        let alone = (0..2).find(|k| !longer[1 - *k] && factors[*k].len() > factors[1 - *k].len());
+        for k in 0..2 {
+            if alone.is_none_or(|side| side == k) {
+                grid[k] *= factors[k].pop().unwrap_or(1);
+            }
+        }
+        grids.push(grid);
+    }
+    grids
+}
+
+/// Returns the prime factors of `n`, the largest last.
+fn prime_factors(n: u32) -> Vec<u32> {
+    let (mut rest, mut factors) = (n, Vec::new());
     let mut factor = 2;
     while rest > 1 {
         if rest.is_multiple_of(factor) {
             rest /= factor;
-            sides.push(rest);
+            factors.push(factor);
         } else if factor * factor > rest {
             factor = rest;
         } else {
             factor += 1;
         }
     }
-    sides.reverse();
-    sides
+    factors
 }
 
 /// Builds the nodes of one face.
@@ -171,7 +183,7 @@ struct FaceTreeBuilder<'a> {
     scene: &'a Scene,
     mesh: &'a Mesh,
     face: usize,
-    sides: &'a [u32],
+    grids: Vec<[u32; 2]>,
     texels: &'a [u32],
 }
 
@@ -179,13 +191,15 @@ impl FaceTreeBuilder<'_> {
     fn build_node(&self, parent: u32, level: usize, index: u32) -> TreeNode {
         let face: &Face = &self.scene.faces[self.face];
         let small = &self.mesh.faces[self.face];
-        let outline = texel::texel_outline(face, [self.sides[level]; 2], index);
+        let outline = texel::texel_outline(face, self.grids[level], index);
         let local = |p: DVec3| self.mesh.local_point(p).as_vec3();
         let (centre, corners) = (local(outline.centroid()), outline.padded_corners().map(local));
         let bitangent = small.normal.cross(small.tangent);
         let flat = |p: Vec3| Vec2::new(small.tangent.dot(p), bitangent.dot(p));
         let buried = small.is_buried();
         let area = outline.area() / self.mesh.area_unit();
+        let (grid, texels) = (self.grids[level], small.resolution);
+        let finer = self.grids.get(level + 1).unwrap_or(&texels);
         TreeNode {
             shooter: Shooter {
                 centre,
@@ -198,6 +212,7 @@ impl FaceTreeBuilder<'_> {
             level: level as u32,
             parent,
             children: 0..0,
+            divides_both_sides: (0..2).all(|k| finer[k] > grid[k] || texels[k] == grid[k]),
             leaves: 0..0,
             second_moments: second_moments(&outline, |p| flat(local(p) - centre).as_dvec2()),
             face_position: flat(centre - small.corners[0]),
@@ -206,12 +221,12 @@ impl FaceTreeBuilder<'_> {
 
     /// Returns the indices of the children of node `index` of `level`.
     fn child_indices(&self, level: usize, index: u32) -> Vec<u32> {
-        let (side, finer) = (self.sides[level], self.sides[level + 1]);
-        let n = finer / side;
-        let within = (0..n * n).map(|k| [k % n, k / n]);
+        let ([side, rows], [finer, finer_rows]) = (self.grids[level], self.grids[level + 1]);
+        let [n, m] = [finer / side, finer_rows / rows];
+        let within = (0..n * m).map(|k| [k % n, k / n]);
         if self.scene.faces[self.face].shape == Shape::Quad {
             let [i, j] = [index % side, index / side];
-            return within.map(|[a, b]| (j * n + b) * finer + i * n + a).collect();
+            return within.map(|[a, b]| (j * m + b) * finer + i * n + a).collect();
         }
         let (i, j, upright) = triangle_position(side, index);
         let at = |a: u32, b: u32, up: bool| triangle_index(finer, i * n + a, j * n + b, up);

@@ -30,6 +30,28 @@ fn facing_disc_factor(node: u32, normal: vec3f, d: vec3f, r: f32) -> f32 {
     return facing * square / (square + height * height);
 }
 
+// Bound of the form factor of the part of a long quad that is nearest to `place`, whatever the cosines; 0 of other nodes.
+fn long_quad_factor(node: u32, place: vec3f) -> f32 {
+    let area = shots[node].area;
+    let own = shots[node].radius;
+    let a = shots[node].corners[0].xyz;
+    let b = shots[node].corners[1].xyz;
+    let c = shots[node].corners[2].xyz;
+    let d = shots[node].corners[3].xyz;
+    if area >= MIN_COMPACT_AREA * own * own || all(c == d) {
+        return 0.0;
+    }
+    let u = (b - a + c - d) * 0.5;
+    let v = (d - a + c - b) * 0.5;
+    let axis = select(v, u, dot(u, u) > dot(v, v));
+    let square = max(dot(axis, axis), 1e-12);
+    let offset = place - shots[node].middle;
+    let to = offset - axis * clamp(dot(offset, axis) / square, -0.5, 0.5);
+    let distance = max(sqrt(dot(to, to)), 1e-6);
+    let length = sqrt(square);
+    return min(area / length * min(distance, length) / (PI * distance * distance), 1.0);
+}
+
 // Bounds of a node and one spot: F, F·r/d, F·(r/d)² and F·(s/d)²/2.
 fn bound_link(node: u32, spot: u32, radius: f32) -> vec4f {
     let area = shots[node].area;
@@ -59,7 +81,7 @@ fn bound_link(node: u32, spot: u32, radius: f32) -> vec4f {
     let most = select(factor, kernel, r < own + radius);
     let within = max(most, factor) * size * size * 0.5;
     // Of a node that is much wider than the gap, the part before the spot sends all the light.
-    let before = facing_disc_factor(node, normal, d, r);
+    let before = max(facing_disc_factor(node, normal, d, r), long_quad_factor(node, place));
     let most_kernel = max(kernel, before);
     let most_factor = select(0.0, max(factor, before), factor > 0.0);
     return vec4f(most_factor, most_kernel * ratio, most_kernel * ratio * ratio, within);

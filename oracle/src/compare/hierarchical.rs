@@ -19,6 +19,7 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::Settings;
 use cpu::hierarchy::linker;
+use cpu::hierarchy::sky::receive_sky;
 use cpu::hierarchy::solver::{ErrorBudget, solve_with_links};
 use gpu::{Gpu, ShaderFault};
 use std::cell::RefCell;
@@ -128,13 +129,14 @@ fn diff_links(
     watch.begin_phase("link by link")?;
     let diff = Rc::new(RefCell::new(LinkDiff::default()));
     let factory = LinkerPair::linker_factory(gpu, faults, &diff);
-    let mesh = Mesh::uniform(
+    let mut mesh = Mesh::uniform(
         scene,
         target.texels.unwrap_or(LINK_DIFF_TEXELS).min(LINK_DIFF_TEXELS),
         1,
     )?;
     let goal = ErrorBudget::for_error(target.error as f32);
     let mut report = |done| watch.report_share("link by link", done);
+    receive_sky(scene, &mut mesh, target.error as f32, &mut report)?;
     solve_with_links(
         scene,
         &mesh,

@@ -34,6 +34,7 @@ use common::settings::{Iteration, Settings, Visibility};
 use common::shooting::{RadiosityField, Shoot, SolveRun, replay_log};
 use common::{Error, Result};
 use cpu::CpuSolver;
+use cpu::hierarchy::sky::{SKY_ERROR, receive_sky};
 use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver, ShaderFault};
 use std::ops::ControlFlow;
@@ -56,8 +57,10 @@ pub struct ComparisonRequest<'a> {
 /// Errors: the scene is invalid or too large, a solver fails, or `watch` interrupts.
 pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &ProgressMonitor) -> Result<Comparison> {
     let requested = &request.settings;
-    let mesh = sampled_mesh(scene, &requested.meshing)?;
+    let mut mesh = sampled_mesh(scene, &requested.meshing)?;
     check_memory(scene, &mesh)?;
+    let mut callback = |done| watch.report_share("light from outside", done);
+    receive_sky(scene, &mut mesh, SKY_ERROR, &mut callback)?;
     let mut cpu_solver = CpuSolver::new(&mesh, &requested.with_visibility(Visibility::Rays).transport);
     let mut gpu_solver = GpuSolver::with_faults(request.gpu, &mesh, &requested.transport, request.faults)?;
     let mut gpu_settings = *requested;

@@ -6,7 +6,7 @@ use super::stage::RelightStage;
 use crate::solve::adaptive::ESCAPE_POINTS;
 use crate::solve::adaptive::{AdaptiveProblem, refine_until_converged, step_progress};
 use crate::solve::progress::ProgressMonitor;
-use crate::solve::resolution::{count_texels, resample_face, square_resolutions};
+use crate::solve::resolution::{count_texels, resample_face};
 use crate::solve::solved::{RelightReport, Solved};
 use crate::solve::solver::ErrorTarget;
 use crate::solve::step::{SolveStep, narrow_to_f32, resample_step};
@@ -15,7 +15,7 @@ use common::mesh::Mesh;
 use common::relight::surface::TexelSurfaces;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
-use common::texel::first_texels;
+use common::texel::{first_texels, texel_count};
 use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::relight::{RoomLight, gather_irradiance, relight};
@@ -29,8 +29,8 @@ use std::f64::consts::SQRT_2;
 const VISIBLE_CHANGE: f64 = 0.02;
 /// Extent of the objects over the width of the texels that show their shadows.
 const TEXELS_PER_OBJECT: f64 = 50.0;
-/// Largest number of texels per side of a face.
-const MAX_TEXELS_PER_SIDE: u32 = 512;
+/// Largest number of texels of a face.
+const MAX_FACE_TEXELS: u32 = 512 * 512;
 /// Largest number of texels of the scene after refinement at shadows.
 const MAX_SHADOW_TEXELS: u64 = 1 << 19;
 
@@ -71,7 +71,7 @@ struct CapturedTexels {
 /// Relights `stage` with links found by `method`, until two successive solutions differ by less than the error
 /// of `target`. With `solve_everything` the whole scene is solved instead of the change.
 ///
-/// Errors: a captured face of W×H texels; [`Error::Interrupted`] before the first step is done.
+/// Errors: [`Error::Interrupted`] before the first step is done.
 pub fn relight_adaptively(
     stage: &RelightStage,
     solve_everything: bool,
@@ -80,11 +80,6 @@ pub fn relight_adaptively(
     method: LinkMethod,
     progress: &ProgressMonitor,
 ) -> Result<Solved> {
-    if let Some([w, h]) = stage.resolutions.iter().find(|[w, h]| w != h) {
-        return Err(Error::Usage(format!(
-            "the room was captured on {w}×{h} texels a face, and N×N are solved to an error: give an option of shooting, --epsilon 0.001"
-        )));
-    }
     let problem = AdaptiveRelight {
         stage,
         solve_everything,
@@ -102,7 +97,7 @@ pub fn relight_adaptively(
     let mut mesh = step.mesh;
     sample_covers(&mut mesh, ESCAPE_POINTS);
     shot_log::set_open_shares(&mut mesh, &step.outcome);
-    let mut run = shot_log::record_run(&mesh, &step.outcome);
+    let mut run = shot_log::record_run(&mesh, &step.outcome, &shot_log::measure_escape(&mesh, &step.outcome));
     // B₀ + ρΔH, not E + ρH: unchanged texels keep their bits.
     run.field.radiosity = extend_to_vec4(&radiosity);
     let report = RelightReport::new(extend_to_vec4(&before), emitters, &mesh, &run);
@@ -120,16 +115,16 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
         &self.stage.scene
     }
 
-    fn solve_step(&self, sides: Vec<u32>, goal: f64, last: Option<&SolveStep>) -> Result<RelightStep> {
+    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&SolveStep>) -> Result<RelightStep> {
         let faces = &self.stage.scene.faces;
-        let off = last.map_or(Vec::new(), |last| last.coarse_error(faces, &sides, goal));
+        let off = last.map_or(Vec::new(), |last| last.coarse_error(faces, &texels, goal));
         let phase = format!("relighting to {:.2} %", 100.0 * goal);
         let goal = ErrorBudget::for_error(goal as f32);
         let captured = self
             .progress
-            .time_phase("capture", || self.capture_room(&sides, goal))?;
+            .time_phase("capture", || self.capture_room(&texels, goal))?;
         let stage = self.stage;
-        let mut mesh = Mesh::new(&stage.scene, &square_resolutions(&sides), 1)?;
+        let mut mesh = Mesh::new(&stage.scene, &texels, 1)?;
         mesh.room_faces = stage.room_faces as u32;
         let room = captured.values.apply_to_mesh(&mut mesh, stage.reflectance);
         let mut irradiance = captured.irradiance;
@@ -175,23 +170,23 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
         Ok(RelightStep {
             before,
             emitters: surface.emitters.len(),
-            step: SolveStep::new(sides, mesh, outcome).with_radiosity(&radiosity),
+            step: SolveStep::new(texels, mesh, outcome).with_radiosity(&radiosity),
             radiosity,
         })
     }
 
-    fn requested_texels(&self, face: usize) -> Option<u32> {
-        self.requested_texels.map(|_| self.stage.resolutions[face][0])
+    fn requested_texels(&self, face: usize) -> Option<[u32; 2]> {
+        self.requested_texels.map(|_| self.stage.resolutions[face])
     }
 
     /// Captured faces keep their texels.
-    fn fixed_texels(&self, face: usize) -> Option<u32> {
+    fn fixed_texels(&self, face: usize) -> Option<[u32; 2]> {
         let captured = &self.stage.captured;
         let fixed = captured.values.is_some() && face < self.stage.room_faces;
-        fixed.then(|| captured.resolutions[face][0])
+        fixed.then(|| captured.resolutions[face])
     }
 
-    fn least_resolution(&self, first: &RelightStep) -> Vec<u32> {
+    fn least_resolution(&self, first: &RelightStep) -> Vec<[u32; 2]> {
         match self.requested_texels {
             Some(_) => Vec::new(),
             None => self.shadow_resolution(first),
@@ -203,15 +198,15 @@ impl AdaptiveRelight<'_> {
     /// Resamples the result to the requested texels: means over their areas.
     fn resample_to_request(&self, relit: RelightStep) -> Result<RelightStep> {
         let (faces, step) = (&self.stage.scene.faces, &relit.step);
-        let sides: Vec<u32> = (0..faces.len())
-            .map(|f| self.requested_texels(f).unwrap_or(step.sides[f]))
+        let texels: Vec<[u32; 2]> = (0..faces.len())
+            .map(|f| self.requested_texels(f).unwrap_or(step.resolutions[f]))
             .collect();
-        if sides == step.sides {
+        if texels == step.resolutions {
             return Ok(relit);
         }
         let mean =
-            |of: &dyn Fn(usize) -> Vec3| narrow_to_f32(resample_step(faces, step, &sides, &|k| of(k).as_dvec3()));
-        let mut mesh = Mesh::new(&self.stage.scene, &square_resolutions(&sides), 1)?;
+            |of: &dyn Fn(usize) -> Vec3| narrow_to_f32(resample_step(faces, step, &texels, &|k| of(k).as_dvec3()));
+        let mut mesh = Mesh::new(&self.stage.scene, &texels, 1)?;
         mesh.room_faces = self.stage.room_faces as u32;
         let reflectance = mean(&|k| step.mesh.texels[k].reflectance);
         let emission = mean(&|k| step.mesh.texels[k].emission);
@@ -224,22 +219,23 @@ impl AdaptiveRelight<'_> {
             residual: mean(&|k| step.outcome.residual[k]),
             open: open.iter().map(|open| open.x).collect(),
             coarse_error: Vec::new(),
+            variance: mean(&|k| step.outcome.variance[k]),
             ..step.outcome
         };
         Ok(RelightStep {
             before: mean(&|k| relit.before[k]),
             radiosity: mean(&|k| relit.radiosity[k]),
             emitters: relit.emitters,
-            step: SolveStep::new(sides, mesh, outcome),
+            step: SolveStep::new(texels, mesh, outcome),
         })
     }
 
-    /// Captures the room on `sides` texels per side of each face.
-    fn capture_room(&self, sides: &[u32], goal: ErrorBudget) -> Result<CapturedTexels> {
+    /// Captures the room on `texels` of each face.
+    fn capture_room(&self, texels: &[[u32; 2]], goal: ErrorBudget) -> Result<CapturedTexels> {
         let stage = self.stage;
         let scene = &stage.captured.scene;
-        let sides = &sides[..stage.room_faces];
-        let mesh = Mesh::new(scene, &square_resolutions(sides), 1)?;
+        let own = &texels[..stage.room_faces];
+        let mesh = Mesh::new(scene, own, 1)?;
         let mut callback = step_progress(self.progress, "capture");
         let Some(values) = &stage.captured.values else {
             let found = solve_with_links(scene, &mesh, &[], goal, self.method, &mut callback)?;
@@ -255,7 +251,7 @@ impl AdaptiveRelight<'_> {
                 open: found.open,
             });
         };
-        let values = values.resample_to(&scene.faces, &stage.captured.resolutions, sides);
+        let values = values.resample_to(&scene.faces, &stage.captured.resolutions, own);
         let known = (&values.reflectance, &values.emission, stage.reflectance);
         let irradiance = match known {
             (Some(rho), Some(emission), None) => {
@@ -274,11 +270,11 @@ impl AdaptiveRelight<'_> {
         })
     }
 
-    /// Texels per side of the room's faces for the objects' shadows: as small as [`TEXELS_PER_OBJECT`] demands
+    /// Texels of the room's faces for the objects' shadows: as small as [`TEXELS_PER_OBJECT`] demands
     /// where the change is visible; 0 elsewhere.
-    fn shadow_resolution(&self, first: &RelightStep) -> Vec<u32> {
+    fn shadow_resolution(&self, first: &RelightStep) -> Vec<[u32; 2]> {
         let (stage, step) = (self.stage, &first.step);
-        let starts = first_texels(&square_resolutions(&step.sides));
+        let starts = first_texels(&step.resolutions);
         let (mut square, mut area) = (0.0, 0.0);
         for (texel, light) in step.mesh.texels.iter().zip(&step.reflected) {
             square += f64::from(texel.area) * light.max_element().powi(2);
@@ -286,42 +282,41 @@ impl AdaptiveRelight<'_> {
         }
         let visible = VISIBLE_CHANGE * (square / area).sqrt();
         let width = largest_extent(&stage.scene.faces[stage.room_faces..]) / TEXELS_PER_OBJECT;
-        let mut sides = vec![0; step.sides.len()];
-        let mut all = count_texels(&step.sides);
+        let mut texels = vec![[0; 2]; step.resolutions.len()];
+        let mut all = count_texels(&step.resolutions);
         for (f, face) in stage.scene.faces.iter().enumerate().take(stage.room_faces) {
             let own = starts[f]..starts[f + 1];
             let changes = own.map(|k| (first.radiosity[k] - first.before[k]).abs().max_element());
             if f64::from(changes.fold(0.0, f32::max)) < visible {
                 continue;
             }
-            let long = face.corners.iter().enumerate();
-            let long = long.map(|(k, c)| c.distance(face.corners[(k + 1) % 4]));
-            let long = long.fold(0.0, f64::max);
-            let mut side = step.sides[f];
+            let lengths = face.grid_lengths();
+            let mut own = step.resolutions[f];
             // As near to that width as halving allows.
-            while long / f64::from(side) > SQRT_2 * width && 2 * side <= MAX_TEXELS_PER_SIDE {
-                let more = 3 * u64::from(side) * u64::from(side);
-                if all + more > MAX_SHADOW_TEXELS {
+            while (0..2).any(|k| lengths[k] / f64::from(own[k]) > SQRT_2 * width) {
+                let halved = face.halve_texels(own);
+                let more = u64::from(texel_count(halved) - texel_count(own));
+                if texel_count(halved) > MAX_FACE_TEXELS || all + more > MAX_SHADOW_TEXELS {
                     break;
                 }
                 all += more;
-                side *= 2;
+                own = halved;
             }
-            sides[f] = side;
+            texels[f] = own;
         }
-        sides
+        texels
     }
 }
 
 impl CapturedValues {
     /// Resamples the values to other texels, which are parts of these.
-    fn resample_to(&self, faces: &[Face], from: &[[u32; 2]], to: &[u32]) -> Self {
+    fn resample_to(&self, faces: &[Face], from: &[[u32; 2]], to: &[[u32; 2]]) -> Self {
         let starts = first_texels(from);
         let spread = |values: &Vec<Vec3>| -> Vec<Vec3> {
             let each = faces.iter().enumerate().flat_map(|(f, face)| {
                 let own = &values[starts[f]..starts[f + 1]];
                 let wide: Vec<_> = own.iter().map(|v| v.as_dvec3()).collect();
-                resample_face(&wide, face, from[f][0], to[f])
+                resample_face(&wide, face, from[f], to[f])
             });
             each.map(|v| v.as_vec3()).collect()
         };

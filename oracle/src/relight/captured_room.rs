@@ -25,6 +25,8 @@ pub struct PanoramaPlacement {
     pub eye: Option<DVec3>,
     /// Projection that overrides the file's.
     pub projection: Option<MapProjection>,
+    /// Turn of the map about the vertical axis, degrees counter-clockwise as seen from above.
+    pub turn: Option<f64>,
 }
 
 /// A room read from a file or folder. Values are in face order, within a face row-major in its rectangle.
@@ -80,8 +82,8 @@ pub fn read(
     if path.is_dir() {
         refuse_placement(placement)?;
     }
-    // With placement options the file must be a panorama; the decoder reports the error if it is not.
-    let placed = refuse_placement(placement).is_err();
+    // With a size the file must be a panorama; the decoder reports the error if it is not.
+    let placed = placement.size.is_some();
     let captured = if locate_file(path, "room.json").is_file() {
         from_maps(path)?
     } else if path.is_dir() {
@@ -89,6 +91,7 @@ pub fn read(
     } else if placed || is_panorama(path) {
         return from_panorama(path, placement, texels);
     } else {
+        refuse_placement(placement)?;
         let scene = load_scene(path, import)?;
         let resolutions = vec![[texels; 2]; scene.faces.len()];
         return Ok(CapturedRoom::new(scene, resolutions, None));
@@ -108,6 +111,7 @@ fn refuse_placement(placement: &PanoramaPlacement) -> Result<()> {
         ("--room-size", placement.size.is_some()),
         ("--eye", placement.eye.is_some()),
         ("--map", placement.projection.is_some()),
+        ("--turn before the first --object", placement.turn.is_some()),
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Error::Usage(format!(
@@ -157,6 +161,7 @@ fn from_panorama(path: &Path, placement: &PanoramaPlacement, texels: u32) -> Res
     scene.name = escape_control(&path.display().to_string());
     let eye = name_option("--eye", room::capture_point(size, placement.eye))?;
     let panorama = Panorama::read(path, placement.projection).map_err(suggest_map_option)?;
+    let panorama = panorama.turn_by(placement.turn.unwrap_or(0.0));
     let resolutions = vec![[texels; 2]; scene.faces.len()];
     let values = CapturedValues {
         radiosity: texel_radiosity(&panorama, &scene, &resolutions, eye)?,
@@ -181,7 +186,12 @@ fn from_solve(path: &Path) -> Result<CapturedRoom> {
         radiosity: stored.radiosity,
         reflectance,
     };
-    Ok(CapturedRoom::new(stored.scene, stored.resolutions, Some(values)))
+    let mut room = CapturedRoom::new(stored.scene, stored.resolutions, Some(values));
+    if stored.others.contains_key("sky") {
+        room.notes
+            .push("the room's light from outside is kept: objects neither receive nor block it".into());
+    }
+    Ok(room)
 }
 
 fn from_maps(path: &Path) -> Result<CapturedRoom> {

@@ -14,23 +14,26 @@ use super::error_estimate::ErrorHistory;
 use super::error_estimate::StepChange;
 use super::interrupt::is_interrupted;
 use super::progress::ProgressMonitor;
+use super::regather::estimate::descending_order;
 use super::resolution::{
-    MAX_TEXELS_PER_SIDE, choose_first, choose_second, count_texels, first_texel_width, halve_largest, resample_face,
-    square_resolutions,
+    MAX_FACE_TEXELS, choose_first, choose_second, count_texels, first_texel_width, halve_even, halve_largest,
+    resample_face,
 };
 use super::solved::Solved;
 use super::solver::ErrorTarget;
 use super::step::{SolveStep, narrow_to_f32, resample_step};
 use common::cover::sample_covers;
 use common::mesh::{MAX_TEXELS, Mesh};
-use common::scene::Scene;
+use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::solution::{Warning, WarningCode};
-use common::texel::first_texels;
+use common::texel::{first_texels, texel_count};
 use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::shot_log;
+use cpu::hierarchy::sky::receive_sky;
 use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution, solve_with_links};
+use cpu::ray_cast::solve_by_rays;
 use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
 
@@ -47,6 +50,14 @@ const MAX_STEPS: u32 = 6;
 const MIN_GOAL_SHARE: f64 = 0.25;
 /// Largest number of texels of a step; in a large scene twice the number of the step before.
 const MAX_STEP_TEXELS: u64 = 1 << 20;
+/// Number of faces from which on a scene is solved by rays.
+const MIN_RAY_FACES: f64 = 200.0;
+/// The same number times the requested error: links grow with its inverse, rays faster.
+const RAY_FACES_PER_INVERSE_ERROR: f64 = 2.0;
+/// Number of texels up to which the second step of many small faces halves them.
+const MAX_HALVED_TEXELS: u64 = 1 << 16;
+/// Least noise of a step, as a share of the requested error.
+const MIN_NOISE_SHARE: f64 = 0.6;
 /// Share of the squared error that may come from faces whose texels are not halved.
 const UNREFINED_SHARE: f64 = 0.25;
 
@@ -55,6 +66,8 @@ struct AdaptiveSolve<'a> {
     scene: &'a Scene,
     /// Requested texels per side of each face.
     requested_texels: Option<u32>,
+    /// Requested error.
+    error: f64,
     /// Method that finds links.
     method: LinkMethod<'a>,
     progress: &'a ProgressMonitor<'a>,
@@ -74,13 +87,37 @@ pub fn solve_adaptively(
     let problem = AdaptiveSolve {
         scene,
         requested_texels: target.texels,
+        error: target.error,
         method,
         progress,
     };
     let (step, history) = refine_until_converged(&problem, target.error)?;
     let mut solved = resample_result(scene, settings, target, step, history)?;
-    solved.run.field.origin = format!("hierarchy by {}", method.name());
+    solved.run.field.origin = match problem.follows_rays() {
+        true => "rays".into(),
+        false => format!("hierarchy by {}", method.name()),
+    };
     Ok(solved)
+}
+
+impl AdaptiveSolve<'_> {
+    /// Returns whether bounces are traced by rays: many small faces would need many links.
+    fn follows_rays(&self) -> bool {
+        let enough = (RAY_FACES_PER_INVERSE_ERROR / self.error).max(MIN_RAY_FACES);
+        matches!(self.method, LinkMethod::Shafts) && self.scene.faces.len() as f64 >= enough
+    }
+
+    /// Returns the factor by which the mean over requested texels reduces the noise of texels of these `resolutions`.
+    fn averaged_width(&self, resolutions: &[[u32; 2]]) -> f64 {
+        let (mut area, mut averaged) = (0.0, 0.0);
+        for (face, own) in self.scene.faces.iter().zip(resolutions) {
+            let count = count_texels(&[*own]) as f64;
+            let together = self.requested_texels.map_or(1.0, |n| count / f64::from(n).powi(2));
+            area += face.area();
+            averaged += face.area() / together.max(1.0);
+        }
+        if averaged > 0.0 { (area / averaged).sqrt() } else { 1.0 }
+    }
 }
 
 impl AdaptiveProblem for AdaptiveSolve<'_> {
@@ -90,30 +127,43 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
         self.scene
     }
 
-    fn solve_step(&self, sides: Vec<u32>, goal: f64, last: Option<&SolveStep>) -> Result<SolveStep> {
-        let mesh = self
+    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&SolveStep>) -> Result<SolveStep> {
+        let mut mesh = self
             .progress
-            .time_phase("prepare", || Mesh::new(self.scene, &square_resolutions(&sides), 1))?;
+            .time_phase("prepare", || Mesh::new(self.scene, &texels, 1))?;
         let phase = format!("solving to {:.2} %", 100.0 * goal);
-        let off = last.map_or(Vec::new(), |last| last.coarse_error(&self.scene.faces, &sides, goal));
-        let goal = ErrorBudget::for_error(goal as f32);
+        let off = last.map_or(Vec::new(), |last| last.coarse_error(&self.scene.faces, &texels, goal));
+        let budget = ErrorBudget::for_error(goal as f32);
+        let noise = goal.max(MIN_NOISE_SHARE * self.error) * self.averaged_width(&texels);
         let mut callback = step_progress(self.progress, &phase);
         let outcome = self.progress.time_phase("solve", || {
-            solve_with_links(self.scene, &mesh, &off, goal, self.method, &mut callback)
+            receive_sky(self.scene, &mut mesh, goal as f32, &mut callback)?;
+            match self.follows_rays() {
+                true => solve_by_rays(self.scene, &mesh, noise as f32, &mut callback),
+                false => solve_with_links(self.scene, &mesh, &off, budget, self.method, &mut callback),
+            }
         })?;
-        Ok(SolveStep::new(sides, mesh, outcome))
+        Ok(SolveStep::new(texels, mesh, outcome))
     }
 
-    fn requested_texels(&self, _: usize) -> Option<u32> {
-        self.requested_texels
+    fn requested_texels(&self, _: usize) -> Option<[u32; 2]> {
+        self.requested_texels.map(|n| [n; 2])
     }
 
-    fn result_resolution(&self, last: &SolveStep, change: &StepChange, error: f64) -> Option<Vec<u32>> {
-        if self.requested_texels.is_some() {
+    fn least_resolution(&self, first: &SolveStep) -> Vec<[u32; 2]> {
+        if self.follows_rays() {
+            resolve_small_faces(self.scene, first, self.error, self.requested_texels.is_none())
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn result_resolution(&self, last: &SolveStep, change: &StepChange, error: f64) -> Option<Vec<[u32; 2]>> {
+        if self.requested_texels.is_some() || self.follows_rays() {
             return None;
         }
-        let filled = resolve_variation(self.scene, last, change, error);
-        (filled != last.sides && count_texels(&filled) <= MAX_RESULT_TEXELS).then_some(filled)
+        let filled = resolve_variation(self.scene, last, (change.channel, change.scale), error);
+        (filled != last.resolutions && count_texels(&filled) <= MAX_RESULT_TEXELS).then_some(filled)
     }
 }
 
@@ -142,14 +192,20 @@ fn resample_result(
     step: SolveStep,
     history: ErrorHistory,
 ) -> Result<Solved> {
-    let to = |f: usize| target.texels.unwrap_or(step.sides[f]);
-    let sides: Vec<u32> = (0..scene.faces.len()).map(to).collect();
-    let mut mesh = Mesh::new(scene, &square_resolutions(&sides), 1)?;
+    let to = |own: &[u32; 2]| target.texels.map_or(*own, |n| [n; 2]);
+    let texels: Vec<[u32; 2]> = step.resolutions.iter().map(to).collect();
+    let mut mesh = Mesh::new(scene, &texels, 1)?;
     sample_covers(&mut mesh, ESCAPE_POINTS);
     // A mesh has its texels in face order because each face is one patch.
-    let light = |values: &[Vec3]| narrow_to_f32(resample_step(&scene.faces, &step, &sides, &|k| values[k].as_dvec3()));
+    let light = |values: &[Vec3]| narrow_to_f32(resample_step(&scene.faces, &step, &texels, &|k| values[k].as_dvec3()));
     let open = |k: usize| DVec3::splat(f64::from(step.outcome.open[k]));
-    let open = narrow_to_f32(resample_step(&scene.faces, &step, &sides, &open));
+    let open = narrow_to_f32(resample_step(&scene.faces, &step, &texels, &open));
+    if scene.sky.is_some() {
+        let outside: Vec<Vec3> = step.mesh.texels.iter().map(|texel| texel.sky).collect();
+        for (texel, sky) in mesh.texels.iter_mut().zip(light(&outside)) {
+            texel.sky = sky;
+        }
+    }
     let mut irradiance = light(&step.outcome.irradiance);
     weight_by_reflectance(scene, &step, &mesh, &mut irradiance);
     let outcome = HierarchicalSolution {
@@ -157,12 +213,13 @@ fn resample_result(
         residual: light(&step.outcome.residual),
         open: open.iter().map(|open| open.x).collect(),
         coarse_error: Vec::new(),
+        variance: Vec::new(),
         links: step.outcome.links,
         passes: step.outcome.passes,
         converged: step.outcome.converged,
     };
     shot_log::set_open_shares(&mut mesh, &outcome);
-    let run = shot_log::record_run(&mesh, &outcome);
+    let run = shot_log::record_run(&mesh, &outcome, &shot_log::measure_escape(&step.mesh, &step.outcome));
     Ok(Solved {
         history: Some(history),
         ..Solved::new(settings, mesh, run)
@@ -174,11 +231,11 @@ fn resample_result(
 fn weight_by_reflectance(scene: &Scene, step: &SolveStep, mesh: &Mesh, irradiance: &mut [Vec3]) {
     let (mut from, mut to) = (0, 0);
     for (f, face) in scene.faces.iter().enumerate() {
-        let (many, few) = (step.sides[f], mesh.faces[f].resolution[0]);
+        let (many, few) = (step.resolutions[f], mesh.faces[f].resolution);
         let [first, next] = [from, to];
-        from += (many as usize).pow(2);
-        to += (few as usize).pow(2);
-        if face.paint.is_none() || many <= few {
+        from += texel_count(many) as usize;
+        to += texel_count(few) as usize;
+        if face.paint.is_none() || (0..2).all(|k| many[k] <= few[k]) {
             continue;
         }
         let reflected = resample_face(&step.reflected[first..from], face, many, few);
@@ -190,15 +247,46 @@ fn weight_by_reflectance(scene: &Scene, step: &SolveStep, mesh: &Mesh, irradianc
     }
 }
 
-/// Returns texels per side for which the light varies little within each texel. The squared variation within
+/// Returns texels of the second of two steps by rays: half as wide as those of the `first` on the faces that reflect
+/// most, since texels as large as their faces would be the same in both steps and their error would not show; and twice
+/// again where light varies within them.
+fn resolve_small_faces(scene: &Scene, first: &SolveStep, error: f64, follow_light: bool) -> Vec<[u32; 2]> {
+    let ends = first_texels(&first.resolutions);
+    let light = |(f, face): (usize, &Face)| {
+        let own = &first.reflected[ends[f]..ends[f + 1]];
+        own.iter().map(|b| *b * *b).sum::<DVec3>() * face.area() / own.len() as f64
+    };
+    let light: Vec<DVec3> = scene.faces.iter().enumerate().map(light).collect();
+    let all: DVec3 = light.iter().sum();
+    let channel = all.max_position();
+    let by_channel: Vec<f64> = light.iter().map(|light| light[channel]).collect();
+    let varied = match follow_light && all[channel] > 0.0 {
+        true => resolve_variation(scene, first, (channel, 1.0 / all[channel]), error),
+        false => first.resolutions.clone(),
+    };
+    let mut resolutions = first.resolutions.clone();
+    let mut texels = count_texels(&resolutions);
+    let limit = MAX_HALVED_TEXELS.max(2 * texels);
+    for f in descending_order(&by_channel) {
+        let finer = scene.faces[f as usize].halve_texels(varied[f as usize]);
+        texels += count_texels(&[finer]) - count_texels(&[resolutions[f as usize]]);
+        if texels > limit {
+            break;
+        }
+        resolutions[f as usize] = finer;
+    }
+    resolutions
+}
+
+/// Returns texels for which the light varies little within each texel. The squared variation within
 /// a texel is taken as half of that within four texels that make up a larger one. At a shadow's edge this is
 /// exact; for a linear slope it is too much.
-fn resolve_variation(scene: &Scene, step: &SolveStep, change: &StepChange, error: f64) -> Vec<u32> {
-    let first = first_texels(&square_resolutions(&step.sides));
+fn resolve_variation(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64), error: f64) -> Vec<[u32; 2]> {
+    let first = first_texels(&step.resolutions);
     let order = step.mesh.texels_in_face_order();
     let mut within = Vec::with_capacity(scene.faces.len());
     for (f, face) in scene.faces.iter().enumerate() {
-        let side = step.sides[f];
+        let fine = step.resolutions[f];
         let own = &step.reflected[first[f]..first[f + 1]];
         // On a painted face the irradiance counts, not the paint.
         let even: Vec<DVec3>;
@@ -212,17 +300,16 @@ fn resolve_variation(scene: &Scene, step: &SolveStep, change: &StepChange, error
             }
             None => own,
         };
-        let mut sum = 0.0;
-        if side.is_multiple_of(2) {
-            let coarse = resample_face(own, face, side, side / 2);
-            let coarse = resample_face(&coarse, face, side / 2, side);
-            let off = |(a, b): (&DVec3, &DVec3)| (a - b)[change.channel].powi(2);
-            sum = own.iter().zip(&coarse).map(off).sum();
-        }
-        within.push(0.5 * sum * change.scale * face.area() / f64::from(side).powi(2));
+        let wide = halve_even(fine);
+        let coarse = resample_face(&resample_face(own, face, fine, wide), face, wide, fine);
+        let off = |(a, b): (&DVec3, &DVec3)| (a - b)[channel].powi(2);
+        let sum: f64 = own.iter().zip(&coarse).map(off).sum();
+        within.push(0.5 * sum * scale * face.area() / f64::from(texel_count(fine)));
     }
     let unresolved = (MAX_VARIATION_PER_ERROR * error).powi(2);
-    halve_largest(&step.sides, &within, unresolved, |_, side| side < MAX_TEXELS_PER_SIDE)
+    halve_largest(&scene.faces, &step.resolutions, &within, unresolved, |_, texels| {
+        texels < MAX_FACE_TEXELS
+    })
 }
 
 /// A problem that can be solved in steps of increasing resolution.
@@ -233,26 +320,26 @@ pub trait AdaptiveProblem {
     /// The scene with all faces.
     fn scene(&self) -> &Scene;
 
-    /// Solves to `goal` on `sides` texels per side of each face; `last` is the step before.
+    /// Solves to `goal` on `texels` W×H of each face; `last` is the step before.
     ///
     /// Errors: [`Error::Interrupted`].
-    fn solve_step(&self, sides: Vec<u32>, goal: f64, last: Option<&SolveStep>) -> Result<Self::StepResult>;
+    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&SolveStep>) -> Result<Self::StepResult>;
 
-    /// Requested texels per side of a face; `None`: they follow from the light.
-    fn requested_texels(&self, face: usize) -> Option<u32>;
+    /// Requested texels of a face; `None`: they follow from the light.
+    fn requested_texels(&self, face: usize) -> Option<[u32; 2]>;
 
-    /// Texels per side of a face that keeps its texels in all steps.
-    fn fixed_texels(&self, _face: usize) -> Option<u32> {
+    /// Texels of a face that keeps its texels in all steps.
+    fn fixed_texels(&self, _face: usize) -> Option<[u32; 2]> {
         None
     }
 
-    /// Least texels per side of each face in the second step, or nothing.
-    fn least_resolution(&self, _first: &Self::StepResult) -> Vec<u32> {
+    /// Least texels of each face in the second step, or nothing.
+    fn least_resolution(&self, _first: &Self::StepResult) -> Vec<[u32; 2]> {
         Vec::new()
     }
 
-    /// Texels per side for the final result, if they differ from those of the last step.
-    fn result_resolution(&self, _last: &Self::StepResult, _change: &StepChange, _error: f64) -> Option<Vec<u32>> {
+    /// Texels for the final result, if they differ from those of the last step.
+    fn result_resolution(&self, _last: &Self::StepResult, _change: &StepChange, _error: f64) -> Option<Vec<[u32; 2]>> {
         None
     }
 }
@@ -265,31 +352,31 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
     let scene = problem.scene();
     let width = first_texel_width(scene)?;
     let requested = |f: usize| problem.requested_texels(f);
-    let keep_fixed = |sides: &mut [u32]| {
-        for (f, side) in sides.iter_mut().enumerate() {
-            *side = problem.fixed_texels(f).unwrap_or(*side);
+    let keep_fixed = |texels: &mut [[u32; 2]]| {
+        for (f, own) in texels.iter_mut().enumerate() {
+            *own = problem.fixed_texels(f).unwrap_or(*own);
         }
     };
     let mut history = ErrorHistory::default();
     let mut goal = error;
-    let mut sides = choose_first(scene, &requested, width);
-    keep_fixed(&mut sides);
-    let mut last = problem.solve_step(sides, goal, None)?;
-    sides = choose_second(scene, &requested, width, &last.as_ref().sides);
-    keep_fixed(&mut sides);
-    for (side, least) in sides.iter_mut().zip(problem.least_resolution(&last)) {
-        *side = (*side).max(least);
+    let mut texels = choose_first(scene, &requested, width);
+    keep_fixed(&mut texels);
+    let mut last = problem.solve_step(texels, goal, None)?;
+    texels = choose_second(scene, &requested, width, &last.as_ref().resolutions);
+    keep_fixed(&mut texels);
+    for (own, least) in texels.iter_mut().zip(problem.least_resolution(&last)) {
+        *own = [0, 1].map(|k| own[k].max(least[k]));
     }
     let may_refine = |f: usize| problem.fixed_texels(f).is_none();
     for k in 1..MAX_STEPS {
-        let texels_now = count_texels(&sides);
+        let texels_now = count_texels(&texels);
         let limit = MAX_STEP_TEXELS.max(2 * last.as_ref().mesh.texels.len() as u64);
         if k > 1 && texels_now > limit.min(MAX_TEXELS) {
             history.stop_reason = Some(format!("{texels_now} texels would be too many"));
             break;
         }
         goal = (0.5 * goal).max(MIN_GOAL_SHARE * error);
-        let next = match problem.solve_step(sides.clone(), goal, Some(last.as_ref())) {
+        let next = match problem.solve_step(texels.clone(), goal, Some(last.as_ref())) {
             Err(Error::Interrupted) => {
                 history.stop_reason = Some("it was interrupted".into());
                 break;
@@ -299,15 +386,19 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
         let change = StepChange::new(scene, last.as_ref(), next.as_ref(), &requested);
         last = next;
         history.changes.push(change.total);
+        let by_face = change.by_face.clone();
+        history.last_change = Some(change);
         let converged = history.remaining_error().is_some_and(|remaining| remaining <= error);
         let unrefined = UNREFINED_SHARE * error * error;
-        let before = &last.as_ref().sides;
-        sides = halve_largest(before, &change.by_face, unrefined, |f, _| may_refine(f));
-        refine_neighbours(&scene.faces, before, &mut sides, may_refine);
-        if converged && let Some(shown) = problem.result_resolution(&last, &change, error) {
+        let before = &last.as_ref().resolutions;
+        texels = halve_largest(&scene.faces, before, &by_face, unrefined, |f, _| may_refine(f));
+        refine_neighbours(&scene.faces, before, &mut texels, may_refine);
+        if converged
+            && let Some(change) = &history.last_change
+            && let Some(shown) = problem.result_resolution(&last, change, error)
+        {
             last = problem.solve_step(shown, goal, Some(last.as_ref()))?;
         }
-        history.last_change = Some(change);
         if converged {
             break;
         }

@@ -21,22 +21,34 @@ fn normal_of(face: &Face) -> DVec3 {
 }
 
 /// Length of a face's longest side.
-pub fn longest_side(face: &Face) -> f64 {
-    let c = &face.corners;
-    let edges = (0..c.len()).map(|k| c[k].distance(c[(k + 1) % c.len()]));
-    edges.fold(0.0, f64::max)
+fn longest_side(face: &Face) -> f64 {
+    let [u, v] = face.grid_lengths();
+    u.max(v)
+}
+
+/// Largest width of each face's texels.
+fn texel_widths(faces: &[Face], texels: &[[u32; 2]]) -> Vec<f64> {
+    let width = |(face, texels): (&Face, &[u32; 2])| {
+        let lengths = face.grid_lengths();
+        (0..2).map(|k| lengths[k] / f64::from(texels[k])).fold(0.0, f64::max)
+    };
+    faces.iter().zip(texels).map(width).collect()
 }
 
 /// Halves the texels of faces adjacent to those whose texels `finer` halves, unless theirs are already
 /// smaller: for example where a body's top meets a wall that goes down into a gap.
-pub fn refine_neighbours(faces: &[Face], before: &[u32], finer: &mut [u32], may_refine: impl Fn(usize) -> bool) {
-    let halved: Vec<bool> = (0..faces.len()).map(|f| finer[f] > before[f]).collect();
-    let widths: Vec<f64> = faces.iter().map(longest_side).collect();
-    let width = |f: usize| widths[f] / f64::from(before[f]);
-    visit_near_pairs(faces, before, |f, g, distance| {
-        let wants = halved[f] && !halved[g] && width(g) >= width(f) && may_refine(g);
-        if wants && distance <= width(g) && face_each_other(&faces[f], &faces[g]) {
-            finer[g] = 2 * before[g];
+pub fn refine_neighbours(
+    faces: &[Face],
+    before: &[[u32; 2]],
+    finer: &mut [[u32; 2]],
+    may_refine: impl Fn(usize) -> bool,
+) {
+    let halved: Vec<bool> = (0..faces.len()).map(|f| finer[f] != before[f]).collect();
+    let widths = texel_widths(faces, before);
+    visit_near_pairs(faces, &widths, |f, g, distance| {
+        let wants = halved[f] && !halved[g] && widths[g] >= widths[f] && may_refine(g);
+        if wants && distance <= widths[g] && face_each_other(&faces[f], &faces[g]) {
+            finer[g] = faces[g].halve_texels(before[g]);
         }
     });
 }
@@ -47,26 +59,26 @@ pub fn refine_neighbours(faces: &[Face], before: &[u32], finer: &mut [u32], may_
 /// contact edge: a texel on both sides of the sheet would mix light and shadow. No width is below `min_width`.
 pub fn limit_texel_widths(
     faces: &[Face],
-    sides: &[u32],
+    texels: &[[u32; 2]],
     (texels_across, min_width): (f64, f64),
     mut report_width: impl FnMut(usize, f64),
 ) {
-    let widths: Vec<f64> = faces.iter().map(longest_side).collect();
-    let texel = |f: usize| widths[f] / f64::from(sides[f]);
+    let widths = texel_widths(faces, texels);
+    let across = |f: usize| faces[f].grid_lengths().into_iter().fold(f64::INFINITY, f64::min);
     let normals: Vec<DVec3> = faces.iter().map(normal_of).collect();
     let corners = CornerNormals::new(faces, &normals);
-    visit_near_pairs(faces, sides, |f, g, distance| {
-        if distance > texel(f) {
+    visit_near_pairs(faces, &widths, |f, g, distance| {
+        if distance > widths[f] {
             return;
         }
         let both = [normals[f], normals[g]];
-        let smaller = min_width.max(widths[f].min(widths[g]) / texels_across);
-        if smaller < texel(f)
-            && let Some(gap) = gap_height(&faces[f], &faces[g], both, texel(f))
+        let smaller = min_width.max(across(f).min(across(g)) / texels_across);
+        if smaller < widths[f]
+            && let Some(gap) = gap_height(&faces[f], &faces[g], both, widths[f])
         {
             report_width(f, smaller.max(gap));
         }
-        if let Some([a, b]) = contact_edge(&faces[f], &faces[g], both, texel(f))
+        if let Some([a, b]) = contact_edge(&faces[f], &faces[g], both, widths[f])
             && corners.is_sheet([a, b], both)
         {
             report_width(f, min_width.max(2.0 * a.distance(b) / texels_across));
@@ -75,11 +87,9 @@ pub fn limit_texel_widths(
 }
 
 /// Calls `pair` with two faces and the distance of their boxes, for all ordered pairs whose distance is at
-/// most one texel of either face. Sweeps along x.
-fn visit_near_pairs(faces: &[Face], sides: &[u32], mut pair: impl FnMut(usize, usize, f64)) {
+/// most `reach` of either face. Sweeps along x.
+fn visit_near_pairs(faces: &[Face], reach: &[f64], mut pair: impl FnMut(usize, usize, f64)) {
     let boxes: Vec<[DVec3; 2]> = faces.iter().map(bounding_box).collect();
-    let reach = |f: usize| longest_side(&faces[f]) / f64::from(sides[f]);
-    let reach: Vec<f64> = (0..faces.len()).map(reach).collect();
     // Each face reaches as far as its own texels are wide, so a fine mesh in a coarse room has few pairs.
     let from = |f: usize| boxes[f][0].x - reach[f];
     let mut order: Vec<usize> = (0..faces.len()).collect();
@@ -241,16 +251,15 @@ mod tests {
     #[test]
     fn pairs_within_a_texel_are_exactly_those_of_a_brute_force_search() {
         let faces = plates(20);
-        let sides = vec![4; faces.len()];
+        let widths = texel_widths(&faces, &vec![[4; 2]; faces.len()]);
         let mut found = Vec::new();
-        visit_near_pairs(&faces, &sides, |f, g, distance| found.push((f, g, distance)));
+        visit_near_pairs(&faces, &widths, |f, g, distance| found.push((f, g, distance)));
         let boxes: Vec<[DVec3; 2]> = faces.iter().map(bounding_box).collect();
-        let reach = |f: usize| longest_side(&faces[f]) / 4.0;
         let all = (0..faces.len()).flat_map(|f| (0..faces.len()).map(move |g| (f, g)));
         let mut wanted: Vec<(usize, usize, f64)> = all
             .filter(|(f, g)| f != g)
             .map(|(f, g)| (f, g, box_distance(&boxes[f], &boxes[g])))
-            .filter(|(f, g, distance)| *distance <= reach(*f).max(reach(*g)))
+            .filter(|(f, g, distance)| *distance <= widths[*f].max(widths[*g]))
             .collect();
         // The floor's texels are 2 wide and reach every plate; those of plates reach no other.
         assert_eq!(wanted.len(), 2 * 402);
@@ -274,8 +283,8 @@ mod tests {
         let widths_for = |things: &[Face]| {
             let faces: Vec<Face> = [floor].into_iter().chain(things).cloned().collect();
             let mut widths = Vec::new();
-            let sides = vec![4; faces.len()];
-            limit_texel_widths(&faces, &sides, (8.0, 0.0), |f, width| widths.push((f, width)));
+            let texels = vec![[4; 2]; faces.len()];
+            limit_texel_widths(&faces, &texels, (8.0, 0.0), |f, width| widths.push((f, width)));
             widths
         };
         let [a, b, c] = [[3.0, 2.0], [5.0, 2.0], [5.0, 4.0]];

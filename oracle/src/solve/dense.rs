@@ -9,7 +9,8 @@ use common::shooting::{RadiosityField, SolveRun};
 use common::solution::{Warning, WarningCode};
 use common::{Error, Result};
 use cpu::dense::{self, Matrix, shot_log};
-use glam::{DVec3, Vec4};
+use cpu::hierarchy::sky::{SKY_ERROR, receive_sky};
+use glam::{DVec3, Vec3, Vec4};
 
 /// Returns the settings that the dense matrix supports: every texel is a patch with one sample, and transport
 /// is as exact as possible.
@@ -35,7 +36,9 @@ pub fn solve_dense(scene: &Scene, settings: &Settings, progress: &ProgressMonito
             "the dense matrix has no patches, no samples, no item buffer and only one form factor".into(),
         ));
     }
-    let mesh = progress.time_phase("prepare", || Mesh::uniform(scene, settings.meshing.texels, 1))?;
+    let mut mesh = progress.time_phase("prepare", || Mesh::uniform(scene, settings.meshing.texels, 1))?;
+    let mut callback = |done| progress.report_share("light from outside", done);
+    progress.time_phase("prepare", || receive_sky(scene, &mut mesh, SKY_ERROR, &mut callback))?;
     let (matrix, quality) = progress.time_phase("prepare", || {
         let mut callback = |done, all| progress.report_count("form factors", done, all);
         Matrix::assemble(scene, &mesh, &mut callback)
@@ -52,7 +55,10 @@ pub fn solve_dense(scene: &Scene, settings: &Settings, progress: &ProgressMonito
 
 /// Solves `matrix` for the emission of the texels of `mesh`.
 pub fn solve_system(mesh: &Mesh, matrix: &Matrix) -> Result<(SolveRun, dense::DenseSolution)> {
-    let emission: Vec<DVec3> = mesh.texels.iter().map(|t| t.emission.as_dvec3()).collect();
+    let texels = mesh.texels.iter().zip(&matrix.open);
+    let emission: Vec<DVec3> = texels
+        .map(|(t, open)| t.source_radiosity(*open as f32).as_dvec3())
+        .collect();
     let reflectance = mesh.texels.iter().map(|t| t.reflectance.as_dvec3());
     let answer = matrix.solve(&emission, &reflectance.collect::<Vec<_>>())?;
     Ok((converged_run(mesh, matrix, &emission, &answer), answer))
@@ -61,6 +67,17 @@ pub fn solve_system(mesh: &Mesh, matrix: &Matrix) -> Result<(SolveRun, dense::De
 fn converged_run(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &dense::DenseSolution) -> SolveRun {
     let single = |values: &[DVec3]| -> Vec<Vec4> { values.iter().map(|v| v.as_vec3().extend(0.0)).collect() };
     let power = |(e, a): (&DVec3, &f64)| e.element_sum() * a;
+    let mut field = RadiosityField {
+        origin: "matrix".to_owned(),
+        radiosity: single(&answer.radiosity),
+        residual: vec![Vec4::ZERO; mesh.texels.len()],
+        irradiance: single(&answer.irradiance),
+    };
+    for (k, texel) in mesh.texels.iter().enumerate().filter(|(_, t)| t.sky != Vec3::ZERO) {
+        let irradiance = field.irradiance[k].truncate() + texel.sky;
+        field.irradiance[k] = irradiance.extend(0.0);
+        field.radiosity[k] = (texel.emission + texel.reflectance * irradiance).extend(0.0);
+    }
     SolveRun {
         shots: shot_log::texel_shots(mesh, matrix, emission, answer),
         emitted: emission.iter().zip(&matrix.areas).map(power).sum::<f64>() as f32,
@@ -68,12 +85,7 @@ fn converged_run(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &dens
         stagnated: false,
         passes: 0,
         shooters: 0,
-        field: RadiosityField {
-            origin: "matrix".to_owned(),
-            radiosity: single(&answer.radiosity),
-            residual: vec![Vec4::ZERO; mesh.texels.len()],
-            irradiance: single(&answer.irradiance),
-        },
+        field,
     }
 }
 

@@ -3,20 +3,23 @@
 
 use super::regather::estimate::{MAX_NAMED_FACES, descending_order, largest_faces};
 use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError};
-use super::resolution::{RequestedTexels, resample_face, square_resolutions};
+use super::resolution::{RequestedTexels, resample_face};
 use super::step::SolveStep;
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
 use common::precision::UNIT_ROUNDOFF;
 use common::scene::{Face, Scene};
 use common::shooting::SolveRun;
-use common::texel::first_texels;
+use common::texel::{first_texels, texel_count};
+use cpu::hierarchy::shot_log::escape_deviation;
 use glam::DVec3;
 
 /// Largest ratio of successive changes used for extrapolation.
 const MAX_CHANGE_RATIO: f64 = 0.75;
 /// A face is reported if its relative error is this many times that of the whole scene.
 const REPORTED_ERROR_RATIO: f64 = 10.0;
+/// Standard deviations of the escaped power that a closure defect has to exceed.
+const CLOSURE_DEVIATIONS: f64 = 3.0;
 /// Smallest absorbed share of the area; it bounds the light between white walls.
 const MIN_ABSORBED_SHARE: f64 = 1e-9;
 
@@ -37,7 +40,9 @@ impl ErrorHistory {
     /// Estimated remaining error after the last change d: d, or d·q/(1 − q) where changes fall slowly, with
     /// ratio q > ½. `None` after a single step.
     pub fn remaining_error(&self) -> Option<f64> {
-        Some(self.changes.last()? * self.extrapolation_factor())
+        let change = self.changes.last()? * self.extrapolation_factor();
+        let noise = self.last_change.as_ref().map_or(0.0, |change| change.noise);
+        Some(change.hypot(noise))
     }
 
     /// Remaining error as a multiple of the last change.
@@ -52,12 +57,13 @@ impl ErrorHistory {
 
     /// Estimates the error of `run` with all its causes; `made_up` is the error from the links' closure.
     pub fn estimate_error(&self, mesh: &Mesh, run: &SolveRun, made_up: f64) -> Option<ErrorEstimate> {
-        let refinement = self.remaining_error()?;
+        let refinement = self.changes.last()? * self.extrapolation_factor();
         let change = self.last_change.as_ref();
         let faces = change.map_or(Vec::new(), |change| largest_faces(&change.by_face));
         let part = |cause: ErrorCause, error: f64, faces: Vec<u32>| ErrorPart { cause, error, faces };
         let parts = vec![
             part(ErrorCause::Refinement, refinement, faces),
+            part(ErrorCause::Noise, change.map_or(0.0, |change| change.noise), Vec::new()),
             part(ErrorCause::Iteration, unshot_error(mesh, run), Vec::new()),
             part(ErrorCause::Closure, made_up, Vec::new()),
             part(ErrorCause::Rounding, rounding_error(mesh, run), Vec::new()),
@@ -97,9 +103,9 @@ impl ErrorHistory {
         let mut map = vec![0.0; mesh.texels.len()];
         let mut order = mesh.texels_in_face_order().into_iter();
         let mut first = 0;
-        for ((face, side), to) in faces.iter().zip(&change.sides).zip(&mesh.faces) {
-            let end = first + (*side as usize).pow(2);
-            let own = resample_face(&change.texel_squares[first..end], face, *side, to.resolution[0]);
+        for ((face, from), to) in faces.iter().zip(&change.resolutions).zip(&mesh.faces) {
+            let end = first + texel_count(*from) as usize;
+            let own = resample_face(&change.texel_squares[first..end], face, *from, to.resolution);
             for (d, k) in own.iter().zip(&mut order) {
                 map[k] = (grown * d.max_element().sqrt()) as f32;
             }
@@ -128,11 +134,13 @@ impl ErrorHistory {
     }
 }
 
-/// Change of B in a step, relative to the RMS of B − E, in the worst channel.
+/// Change of B in a step, without the noise of rays, relative to the RMS of B − E, in the worst channel.
 pub struct StepChange {
     /// Change of the whole scene.
     pub total: f64,
-    /// Squared change of each face; they sum to the square of the whole.
+    /// Noise of the step's B.
+    pub noise: f64,
+    /// Squared change of each face; they sum to the square of the whole, but for the noise.
     pub by_face: Vec<f64>,
     /// The worst channel.
     pub channel: usize,
@@ -140,8 +148,8 @@ pub struct StepChange {
     pub scale: f64,
     /// ∫ (B − E)² dA of each face in that channel.
     pub reflected_squares: Vec<f64>,
-    /// Texels per side of each face on which the two steps were compared.
-    pub sides: Vec<u32>,
+    /// Texels of each face on which the two steps were compared.
+    pub resolutions: Vec<[u32; 2]>,
     /// Squared change of B on each such texel, by channel.
     pub texel_squares: Vec<DVec3>,
 }
@@ -149,39 +157,53 @@ pub struct StepChange {
 impl StepChange {
     /// Compares `before` with `after`. Differences within requested texels do not count.
     pub fn new(scene: &Scene, before: &SolveStep, after: &SolveStep, requested: RequestedTexels) -> Self {
-        let firsts = [before, after].map(|step| first_texels(&square_resolutions(&step.sides)));
-        let (mut faces, mut lights) = (Vec::new(), Vec::new());
-        let (mut sides, mut squares) = (Vec::new(), Vec::new());
+        let firsts = [before, after].map(|step| first_texels(&step.resolutions));
+        let (mut faces, mut lights, mut noises) = (Vec::new(), Vec::new(), Vec::new());
+        let mut between = Vec::new();
+        let (mut resolutions, mut squares) = (Vec::new(), Vec::new());
         for (f, face) in scene.faces.iter().enumerate() {
-            let side = before.sides[f].min(after.sides[f]);
-            let side = requested(f).map_or(side, |texels| side.min(texels));
+            let coarser = |a: [u32; 2], b: [u32; 2]| [0, 1].map(|k| a[k].min(b[k]));
+            let both = coarser(before.resolutions[f], after.resolutions[f]);
+            let both = requested(f).map_or(both, |texels| coarser(both, texels));
             let [a, b] = [(before, &firsts[0]), (after, &firsts[1])].map(|(step, first)| {
                 let own = &step.radiosity[first[f]..first[f + 1]];
-                resample_face(own, face, step.sides[f], side)
+                resample_face(own, face, step.resolutions[f], both)
             });
+            let noise_of = |step: &SolveStep, first: &[usize], texels: [u32; 2]| {
+                let own = &step.variance[first[f]..first[f + 1]];
+                let averaged = (own.len() as f64 / f64::from(texel_count(texels))).max(1.0);
+                own.iter().sum::<DVec3>() * face.area() / (own.len() as f64 * averaged)
+            };
+            between.push(noise_of(before, &firsts[0], both) + noise_of(after, &firsts[1], both));
+            let shown = requested(f).map_or(after.resolutions[f], |texels| coarser(after.resolutions[f], texels));
+            noises.push(noise_of(after, &firsts[1], shown));
             let light = &after.reflected[firsts[1][f]..firsts[1][f + 1]];
-            let light = resample_face(light, face, after.sides[f], side);
-            let area = face.area() / f64::from(side).powi(2);
+            let light = resample_face(light, face, after.resolutions[f], both);
+            let area = face.area() / f64::from(texel_count(both));
             let changed = a.iter().zip(&b).map(|(a, b)| (b - a) * (b - a));
             squares.extend(changed);
             faces.push(area * squares[squares.len() - a.len()..].iter().sum::<DVec3>());
             lights.push(area * light.iter().map(|b| *b * *b).sum::<DVec3>());
-            sides.push(side);
+            resolutions.push(both);
         }
         let light: DVec3 = lights.iter().sum();
         let share = |c: usize| {
             let all: f64 = faces.iter().map(|own: &DVec3| own[c]).sum();
             if all == 0.0 { 0.0 } else { all / light[c] }
         };
+        let systematic = |f: usize, c: usize| faces[f][c] - between[f][c];
         let worst = (0..3).max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(0);
         let scale = if light[worst] > 0.0 { 1.0 / light[worst] } else { 0.0 };
+        let systematic: Vec<f64> = (0..faces.len()).map(|f| systematic(f, worst)).collect();
+        let noise: f64 = noises.iter().map(|own: &DVec3| own[worst]).sum();
         Self {
-            total: share(worst).sqrt(),
-            by_face: faces.iter().map(|own| own[worst] * scale).collect(),
+            total: (systematic.iter().sum::<f64>().max(0.0) * scale).sqrt(),
+            noise: (noise * scale).sqrt(),
+            by_face: systematic.iter().map(|own| own.max(0.0) * scale).collect(),
             channel: worst,
             scale,
             reflected_squares: lights.iter().map(|own: &DVec3| own[worst]).collect(),
-            sides,
+            resolutions,
             texel_squares: squares,
         }
     }
@@ -214,16 +236,21 @@ pub fn unshot_error(mesh: &Mesh, run: &SolveRun) -> f64 {
     DVec3::select(light.cmpgt(DVec3::ZERO), off, DVec3::ZERO).max_element()
 }
 
-/// Error from the links' closure defect, relative to all light; it accumulates from bounce to bounce. It is
-/// known without the noise of rays only where no light escapes, and is 0 elsewhere.
+/// Error from the links' closure defect, relative to the light that arrives: what is lost at each bounce would have been
+/// absorbed, or have escaped after a reflection.
 pub fn closure_error(mesh: &Mesh, run: &SolveRun) -> f64 {
     let energy = EnergyBalance::new(mesh, &run.field, &run.shots);
-    let [off, kept] = [energy.closure, energy.absorbed].map(|part| energy.share_of_emitted(part).abs());
-    if energy.escaped == [0.0; 3] && off > 0.0 {
-        off / kept.min(1.0)
-    } else {
-        0.0
-    }
+    let off = certain_closure(&energy, mesh, run).abs();
+    let kept = energy.share_of_emitted(energy.absorbed).abs();
+    if off > 0.0 { off / kept.min(1.0) } else { 0.0 }
+}
+
+/// Returns the links' closure defect over the emitted power, less the noise of the rays that measure the escaped power.
+pub fn certain_closure(energy: &EnergyBalance, mesh: &Mesh, run: &SolveRun) -> f64 {
+    let closure = energy.share_of_emitted(energy.closure);
+    let deviation = escape_deviation(&run.shots) * mesh.area_unit();
+    let noise = CLOSURE_DEVIATIONS * energy.share_of_emitted([deviation, 0.0, 0.0]);
+    (closure.abs() - noise).max(0.0).copysign(closure)
 }
 
 /// Mean number of reflections before light is absorbed: G = ΣAB/ΣAE.

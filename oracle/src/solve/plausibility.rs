@@ -12,10 +12,10 @@ const MAX_FACE_PAIRS: usize = 1 << 28;
 
 /// Returns a note with the reason if everything is dark.
 pub fn explain_darkness(mesh: &Mesh, run: &SolveRun) -> Option<String> {
-    let shines = |t: &Texel| t.emission != Vec3::ZERO && t.area > 0.0;
+    let shines = |t: &Texel| t.source_radiosity(1.0) + t.sky != Vec3::ZERO && t.area > 0.0;
     if !mesh.texels.iter().any(shines) {
         return Some(
-            "no face emits light: everything is dark; give a material Ke (OBJ) or emissiveFactor (glTF)".into(),
+            "no face emits light, and none comes from outside: everything is dark; give a material Ke (OBJ) or emissiveFactor (glTF)".into(),
         );
     }
     let irradiance = || run.field.irradiance.iter();
@@ -32,7 +32,7 @@ pub fn could_reflect(mesh: &Mesh) -> bool {
         faces.dedup();
         faces
     };
-    let lamps = of(|texel| texel.emission != Vec3::ZERO);
+    let lamps = of(|texel| texel.source_radiosity(1.0) != Vec3::ZERO);
     let others = of(|texel| texel.reflectance != Vec3::ZERO);
     if lamps.len() * others.len() > MAX_FACE_PAIRS {
         return true;

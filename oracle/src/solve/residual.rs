@@ -39,7 +39,7 @@ pub struct JudgedResult {
 
 /// Judges `stored`. If `scene` is given, reflectance and emission of the faces are taken from it.
 ///
-/// Errors: faces of W×H texels, missing reflectances, [`Error::Interrupted`].
+/// Errors: missing reflectances, [`Error::Interrupted`].
 pub fn judge_result(stored: &StoredSolution, scene: Option<Scene>, progress: &ProgressMonitor) -> Result<JudgedResult> {
     let mut truth = stored.clone();
     truth.dir = "its own light, gathered anew".into();
@@ -117,6 +117,7 @@ fn mesh_of_result(stored: &StoredSolution) -> Result<Mesh> {
     for (n, k) in order.into_iter().enumerate() {
         let texel = &mut mesh.texels[k];
         texel.emission = stored.emission[n];
+        texel.sky = stored.others.get("sky").map_or(Vec3::ZERO, |sky| sky[n]);
         if let Some(reflectance) = stored.others.get("reflectance") {
             texel.reflectance = reflectance[n];
         }
@@ -147,11 +148,12 @@ fn energy_balance(
         residual,
         open: gathered.open.clone(),
         coarse_error: Vec::new(),
+        variance: Vec::new(),
         links: 0,
         passes: 0,
         converged: true,
     };
     shot_log::set_open_shares(mesh, &outcome);
-    let run = shot_log::record_run(mesh, &outcome);
+    let run = shot_log::record_run(mesh, &outcome, &shot_log::measure_escape(mesh, &outcome));
     EnergyBalance::new(mesh, &run.field, &run.shots)
 }

@@ -1,6 +1,6 @@
-//! Resolutions of the steps of an adaptive solve: texels per side of each face.
+//! Resolutions of the steps of an adaptive solve: texels W×H of each face, more along a side that is much longer.
 
-use super::adjacency::{limit_texel_widths, longest_side};
+use super::adjacency::limit_texel_widths;
 use super::regather::estimate::descending_order;
 use common::Result;
 use common::mesh::Mesh;
@@ -8,8 +8,8 @@ use common::resample::{area_average, shared_pieces};
 use common::scene::{Face, Scene};
 use glam::DVec3;
 
-/// Width of the first step's texels, if that is cheap; the mesh is at most two units wide. Larger texels
-/// would be few, and two steps on a few texels may agree by chance.
+/// Width of the first step's texels as a share of half the extent, if that is cheap. Larger texels would be few, and two
+/// steps on a few texels may agree by chance.
 const FIRST_TEXEL_WIDTH: f64 = 0.25;
 /// Texels across the smaller of two faces with a narrow gap between; half as many along the contact edge of a
 /// sheet.
@@ -19,17 +19,24 @@ const TEXELS_ACROSS_GAP: f64 = 8.0;
 const MIN_WIDTH_SHARE: f64 = 0.0625;
 /// Number of texels that is cheap to solve.
 const CHEAP_TEXELS: u64 = 1 << 15;
-/// Largest number of texels per side of a face, where they follow from the light.
-pub const MAX_TEXELS_PER_SIDE: u32 = 64;
+/// Number of texels of a face from which on they are not halved, where they follow from the light.
+pub const MAX_FACE_TEXELS: u64 = 64 * 64;
 
-/// Requested texels per side of a face; `None`: they follow from the light.
-pub type RequestedTexels<'a> = &'a dyn Fn(usize) -> Option<u32>;
+/// Requested texels W×H of a face; `None`: they follow from the light.
+pub type RequestedTexels<'a> = &'a dyn Fn(usize) -> Option<[u32; 2]>;
 
-/// Width of the first step's texels, in the scene's unit.
+/// Width of the first step's texels, in the scene's unit: a share of the scene's extent, or in a corridor of a few times
+/// its width.
 pub fn first_texel_width(scene: &Scene) -> Result<f64> {
-    let whole = 2.0 * Mesh::uniform(scene, 1, 1)?.unit;
+    let mut whole = 2.0 * Mesh::uniform(scene, 1, 1)?.unit;
+    let [low, high] = scene.bounds();
+    let mut extents = (high - low).to_array();
+    extents.sort_by(f64::total_cmp);
+    while whole > 4.0 * extents[1] && extents[1] > 0.0 {
+        whole /= 2.0;
+    }
     let mut width = FIRST_TEXEL_WIDTH * whole / 2.0;
-    while width < whole && count_texels(&limit_width(scene, width, |_| 1)) > CHEAP_TEXELS {
+    while width < whole && count_texels(&limit_width(scene, width, |_| [1; 2])) > CHEAP_TEXELS {
         width *= 2.0;
     }
     Ok(width)
@@ -53,13 +60,9 @@ pub fn solved_texels(requested: u32) -> u32 {
     }
 }
 
-/// Texels per side of the first step: half the requested number, more where they would be wide.
-pub fn choose_first(scene: &Scene, requested: RequestedTexels, width: f64) -> Vec<u32> {
-    let least = |f: usize| match requested(f).map(solved_texels) {
-        Some(n) if n.is_multiple_of(2) => n / 2,
-        Some(n) => n,
-        None => 1,
-    };
+/// Texels of the first step: half the requested number per side, more where they would be wide.
+pub fn choose_first(scene: &Scene, requested: RequestedTexels, width: f64) -> Vec<[u32; 2]> {
+    let least = |f: usize| requested(f).map_or([1; 2], |texels| halve_even(texels.map(solved_texels)));
     refine_in_gaps(
         scene,
         limit_width(scene, width, least),
@@ -67,44 +70,51 @@ pub fn choose_first(scene: &Scene, requested: RequestedTexels, width: f64) -> Ve
     )
 }
 
-/// Texels per side of the second step: at least the requested number, and more than in the first.
-pub fn choose_second(scene: &Scene, requested: RequestedTexels, width: f64, first: &[u32]) -> Vec<u32> {
-    let least = |f: usize| match requested(f).map(solved_texels) {
-        Some(n) if first[f] < n || (first[f] == n && n % 2 == 1 && n > 1) => 2 * first[f],
-        _ => first[f],
+/// Texels of the second step: at least the requested number per side, and more than in the first.
+pub fn choose_second(scene: &Scene, requested: RequestedTexels, width: f64, first: &[[u32; 2]]) -> Vec<[u32; 2]> {
+    let side = |first: u32, wanted: u32| match solved_texels(wanted) {
+        n if first < n || (first == n && n % 2 == 1 && n > 1) => 2 * first,
+        _ => first,
     };
+    let least = |f: usize| requested(f).map_or(first[f], |wanted| [0, 1].map(|k| side(first[f][k], wanted[k])));
     let finer = (2.0 * TEXELS_ACROSS_GAP, 0.5 * MIN_WIDTH_SHARE * width);
     refine_in_gaps(scene, limit_width(scene, 0.5 * width, least), finer)
 }
 
-/// Texels per side of each face: `least`, doubled until none is wider than `width`.
-fn limit_width(scene: &Scene, width: f64, least: impl Fn(usize) -> u32) -> Vec<u32> {
-    let side = |(f, face): (usize, &Face)| {
-        let mut side = least(f).max(1);
-        while f64::from(side) * width < longest_side(face) && side < MAX_TEXELS_PER_SIDE {
-            side *= 2;
-        }
-        side
-    };
-    scene.faces.iter().enumerate().map(side).collect()
+/// Texels of each face: `least`, halved until none is wider than `width`.
+fn limit_width(scene: &Scene, width: f64, least: impl Fn(usize) -> [u32; 2]) -> Vec<[u32; 2]> {
+    let faces = scene.faces.iter().enumerate();
+    faces.map(|(f, face)| narrow_texels(face, least(f), width)).collect()
 }
 
-/// Refines `sides` at narrow gaps, which texels that reach out of the gap would light, and at the contact
+/// Halves texels of a face until none is wider than `width`, or there are many.
+fn narrow_texels(face: &Face, mut texels: [u32; 2], width: f64) -> [u32; 2] {
+    let lengths = face.grid_lengths();
+    let is_wide = |texels: [u32; 2]| (0..2).any(|k| f64::from(texels[k]) * width < lengths[k]);
+    while is_wide(texels) && count_texels(&[texels]) < MAX_FACE_TEXELS {
+        texels = face.halve_texels(texels);
+    }
+    texels
+}
+
+/// Returns half of each even number of texels.
+pub fn halve_even(texels: [u32; 2]) -> [u32; 2] {
+    texels.map(|n| if n.is_multiple_of(2) { n / 2 } else { n })
+}
+
+/// Refines `texels` at narrow gaps, which texels that reach out of the gap would light, and at the contact
 /// edges of sheets, as far as that is cheap.
-fn refine_in_gaps(scene: &Scene, sides: Vec<u32>, wanted: (f64, f64)) -> Vec<u32> {
-    let mut widths = vec![f64::INFINITY; sides.len()];
-    limit_texel_widths(&scene.faces, &sides, wanted, |f, width| {
+fn refine_in_gaps(scene: &Scene, texels: Vec<[u32; 2]>, wanted: (f64, f64)) -> Vec<[u32; 2]> {
+    let mut widths = vec![f64::INFINITY; texels.len()];
+    limit_texel_widths(&scene.faces, &texels, wanted, |f, width| {
         widths[f] = widths[f].min(width);
     });
-    let limit = CHEAP_TEXELS.max(2 * count_texels(&sides));
+    let limit = CHEAP_TEXELS.max(2 * count_texels(&texels));
     let mut wider = 1.0;
     loop {
-        let mut finer = sides.clone();
-        for ((face, side), width) in scene.faces.iter().zip(&mut finer).zip(&widths) {
-            while f64::from(*side) * width * wider < longest_side(face) && *side < MAX_TEXELS_PER_SIDE {
-                *side *= 2;
-            }
-        }
+        let finer = (scene.faces.iter().zip(&texels).zip(&widths))
+            .map(|((face, texels), width)| narrow_texels(face, *texels, width * wider))
+            .collect::<Vec<_>>();
         if count_texels(&finer) <= limit {
             return finer;
         }
@@ -113,44 +123,40 @@ fn refine_in_gaps(scene: &Scene, sides: Vec<u32>, wanted: (f64, f64)) -> Vec<u32
 }
 
 /// Number of all texels; triangles have as many as quads.
-pub fn count_texels(sides: &[u32]) -> u64 {
-    sides.iter().map(|side| u64::from(*side).pow(2)).sum()
+pub fn count_texels(resolutions: &[[u32; 2]]) -> u64 {
+    resolutions.iter().map(|[w, h]| u64::from(*w) * u64::from(*h)).sum()
 }
 
 /// Halves the texels of the faces with the largest `squares`, until the squares of the others sum to at most
 /// `remaining`.
 pub fn halve_largest(
-    sides: &[u32],
+    faces: &[Face],
+    texels: &[[u32; 2]],
     squares: &[f64],
     remaining: f64,
-    may_refine: impl Fn(usize, u32) -> bool,
-) -> Vec<u32> {
-    let mut sides = sides.to_vec();
+    may_refine: impl Fn(usize, u64) -> bool,
+) -> Vec<[u32; 2]> {
+    let mut halved = texels.to_vec();
     let mut rest: f64 = squares.iter().sum();
     for f in descending_order(squares) {
         if rest <= remaining {
             break;
         }
-        let side = &mut sides[f as usize];
-        if may_refine(f as usize, *side) {
-            *side *= 2;
+        let k = f as usize;
+        if may_refine(k, count_texels(&texels[k..=k])) {
+            halved[k] = faces[k].halve_texels(texels[k]);
         }
-        rest -= squares[f as usize];
+        rest -= squares[k];
     }
-    sides
+    halved
 }
 
-/// Returns N×N for each N, the form that a mesh takes.
-pub fn square_resolutions(sides: &[u32]) -> Vec<[u32; 2]> {
-    sides.iter().map(|side| [*side; 2]).collect()
-}
-
-/// Resamples values of a face's texels from `from` to `to` texels per side: means over areas.
-pub fn resample_face(values: &[DVec3], face: &Face, from: u32, to: u32) -> Vec<DVec3> {
+/// Resamples values of a face's texels from `from` to `to` texels: means over areas.
+pub fn resample_face(values: &[DVec3], face: &Face, from: [u32; 2], to: [u32; 2]) -> Vec<DVec3> {
     if from == to {
         return values.to_vec();
     }
-    area_average(values, &shared_pieces(face, [from; 2], [to; 2]), [to; 2])
+    area_average(values, &shared_pieces(face, from, to), to)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! One step of an adaptive solve, and its values on other texels.
 
-use super::resolution::{resample_face, square_resolutions};
+use super::resolution::resample_face;
 use common::mesh::Mesh;
 use common::scene::Face;
 use common::texel::first_texels;
@@ -9,8 +9,8 @@ use glam::{DVec3, Vec3};
 
 /// One step of an adaptive solve.
 pub struct SolveStep {
-    /// Texels per side of each face.
-    pub sides: Vec<u32>,
+    /// Texels W×H of each face.
+    pub resolutions: Vec<[u32; 2]>,
     /// The texels with their ρ and E.
     pub mesh: Mesh,
     /// The hierarchical solution.
@@ -19,18 +19,25 @@ pub struct SolveStep {
     pub reflected: Vec<DVec3>,
     /// B of each texel, in face order.
     pub radiosity: Vec<DVec3>,
+    /// Variance of B of each texel from the noise of rays, in face order.
+    pub variance: Vec<DVec3>,
 }
 
 impl SolveStep {
     /// Makes a step from `outcome` on `mesh`: B = E + ρH.
-    pub fn new(sides: Vec<u32>, mesh: Mesh, outcome: HierarchicalSolution) -> Self {
+    pub fn new(resolutions: Vec<[u32; 2]>, mesh: Mesh, outcome: HierarchicalSolution) -> Self {
         let reflected = |k: usize| (mesh.texels[k].reflectance * outcome.irradiance[k]).as_dvec3();
         let order = mesh.texels_in_face_order();
         let radiosity = |k: &usize| mesh.texels[*k].emission.as_dvec3() + reflected(*k);
+        let variance = |k: &usize| {
+            let reflectance = mesh.texels[*k].reflectance.as_dvec3();
+            reflectance * reflectance * outcome.variance[*k].as_dvec3()
+        };
         Self {
+            variance: order.iter().map(variance).collect(),
             radiosity: order.iter().map(radiosity).collect(),
             reflected: order.into_iter().map(reflected).collect(),
-            sides,
+            resolutions,
             mesh,
             outcome,
         }
@@ -44,8 +51,8 @@ impl SolveStep {
         self
     }
 
-    /// Error of the step's coarse light over `goal`, on `to` texels per side of each face.
-    pub fn coarse_error(&self, faces: &[Face], to: &[u32], goal: f64) -> Vec<f32> {
+    /// Error of the step's coarse light over `goal`, on `to` texels of each face.
+    pub fn coarse_error(&self, faces: &[Face], to: &[[u32; 2]], goal: f64) -> Vec<f32> {
         let off = |k: usize| DVec3::splat(f64::from(self.outcome.coarse_error[k]) / goal);
         resample_step(faces, self, to, &off)
             .iter()
@@ -54,14 +61,14 @@ impl SolveStep {
     }
 }
 
-/// Resamples values of the texels of `step` (in its mesh's order) to `to` texels per side of each face: means
-/// over areas, in face order.
-pub fn resample_step(faces: &[Face], step: &SolveStep, to: &[u32], values: &dyn Fn(usize) -> DVec3) -> Vec<DVec3> {
-    let first = first_texels(&square_resolutions(&step.sides));
+/// Resamples values of the texels of `step` (in its mesh's order) to `to` texels of each face: means over areas, in face
+/// order.
+pub fn resample_step(faces: &[Face], step: &SolveStep, to: &[[u32; 2]], values: &dyn Fn(usize) -> DVec3) -> Vec<DVec3> {
+    let first = first_texels(&step.resolutions);
     let ordered: Vec<DVec3> = step.mesh.texels_in_face_order().into_iter().map(values).collect();
     let each = faces.iter().enumerate().map(|(f, face)| {
         let own = &ordered[first[f]..first[f + 1]];
-        resample_face(own, face, step.sides[f], to[f])
+        resample_face(own, face, step.resolutions[f], to[f])
     });
     each.flatten().collect()
 }

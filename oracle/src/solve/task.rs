@@ -1,5 +1,6 @@
 //! Tasks of the pipeline: a scene, or objects in a captured room ([`crate::relight::task`]).
 
+use super::adaptive::step_progress;
 use super::error_estimate::closure_error;
 use super::gpu_linker::LinkerOnGpu;
 use super::interrupt::is_interrupted;
@@ -17,6 +18,7 @@ use common::scene::Scene;
 use common::settings::{Iteration, Settings};
 use common::solution::Warning;
 use cpu::hierarchy::linker::LinkMethod;
+use cpu::hierarchy::sky::{SKY_ERROR, receive_sky};
 
 /// A task of the pipeline.
 pub trait SolveTask {
@@ -60,7 +62,9 @@ impl SolveTask for Scene {
         let mesh = progress.time_phase("prepare", || {
             sampled_mesh_until(self, &settings.meshing, &is_interrupted)
         });
-        let mesh = mesh.inspect_err(|_| progress.stop())?;
+        let mut mesh = mesh.inspect_err(|_| progress.stop())?;
+        let mut callback = step_progress(progress, "light from outside");
+        progress.time_phase("prepare", || receive_sky(self, &mut mesh, SKY_ERROR, &mut callback))?;
         let mut engine = progress.time_phase("prepare", || solver.create_engine(&mesh, &settings.transport))?;
         let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.transfer_fits();
         let run = progress.time_phase("solve", || {

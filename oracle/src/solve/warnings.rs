@@ -1,7 +1,7 @@
 //! Warnings about results that may be more than 2 % off, each with the option that helps. Every answer of
 //! [`super::solve_request`] carries them.
 
-use super::error_estimate::{mean_reflections, rounding_error};
+use super::error_estimate::{certain_closure, mean_reflections, rounding_error};
 use super::plausibility::could_reflect;
 use super::regather::estimate::{MAX_NAMED_FACES, largest_faces};
 use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, WARNING_LIMIT};
@@ -62,17 +62,17 @@ fn is_from_steps(estimate: &ErrorEstimate) -> bool {
     matches!(estimate.evidence, EstimateBasis::SuccessiveSteps { .. })
 }
 
-/// Share of the emitted power that the form factors lose (negative: add), as far as the error estimate does
-/// not explain it. It is 0 if the estimate, which includes later bounces, is small: the open share comes from few
-/// rays (for whole faces from those of one point), so a defect may be their noise. An estimate from successive
-/// steps does not see light that both steps lose; where no light escapes, the defect is exact and counts.
+/// Share of the emitted power that the form factors lose (negative: add), as far as the error estimate does not explain
+/// it. An estimate from successive steps does not see light that both steps lose, so a defect beyond the noise of the
+/// escaped power counts. Any other estimate includes later bounces and, if it is small, explains the defect: the open
+/// share of a patch comes from the few rays of one point.
 pub fn unexplained_closure(mesh: &Mesh, run: &SolveRun, estimate: Option<&ErrorEstimate>) -> f64 {
     let energy = EnergyBalance::new(mesh, &run.field, &run.shots);
-    let known = estimate.is_some_and(is_from_steps) && energy.escaped == [0.0; 3];
-    if !known && estimate.is_some_and(|e| e.upper <= 0.5 * WARNING_LIMIT) {
-        return 0.0;
+    match estimate {
+        Some(estimate) if is_from_steps(estimate) => certain_closure(&energy, mesh, run),
+        Some(estimate) if estimate.upper <= 0.5 * WARNING_LIMIT => 0.0,
+        _ => energy.share_of_emitted(energy.closure),
     }
-    energy.share_of_emitted(energy.closure)
 }
 
 /// Warns of a large estimate, with advice against its largest cause.
@@ -81,7 +81,7 @@ fn warn_of_estimate(estimate: &ErrorEstimate) -> Option<Warning> {
         return None;
     }
     if is_from_steps(estimate) {
-        return warn_of_refinement(estimate);
+        return warn_of_largest_part(estimate);
     }
     let worst = |a: &&ErrorPart, b: &&ErrorPart| a.error.total_cmp(&b.error);
     let part = estimate.parts.iter().max_by(worst)?;
@@ -112,18 +112,26 @@ fn warn_of_estimate(estimate: &ErrorEstimate) -> Option<Warning> {
     })
 }
 
-/// Warns of an adaptive solve if its refinement is the largest part of the error.
-fn warn_of_refinement(estimate: &ErrorEstimate) -> Option<Warning> {
+/// Warns of an adaptive solve by the largest part of its error.
+fn warn_of_largest_part(estimate: &ErrorEstimate) -> Option<Warning> {
     let worst = |a: &&ErrorPart, b: &&ErrorPart| a.error.total_cmp(&b.error);
     let part = estimate.parts.iter().max_by(worst)?;
-    // The other parts have warnings of their own.
-    (part.cause == ErrorCause::Refinement).then(|| Warning {
-        code: WarningCode::Texels,
-        faces: part.faces.clone(),
-        message: format!(
-            "may be {:.1} % off: the last refinement still changed the result by about this much",
-            100.0 * estimate.upper
+    let (code, why) = match part.cause {
+        ErrorCause::Refinement => (
+            WarningCode::Texels,
+            "the last refinement still changed the result by about this much",
         ),
+        ErrorCause::Closure => (
+            WarningCode::Closure,
+            "links lose or add light: ask for a smaller --error",
+        ),
+        // The other parts have warnings of their own.
+        _ => return None,
+    };
+    Some(Warning {
+        code,
+        faces: part.faces.clone(),
+        message: format!("may be {:.1} % off: {why}", 100.0 * estimate.upper),
     })
 }
 

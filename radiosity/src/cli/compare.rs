@@ -2,7 +2,8 @@
 
 use super::Outcome;
 use super::console::message;
-use super::options::{CommonOptions, PassOptions, ShootingOptions, load_lit_scene, parse_error};
+use super::lights::LightOptions;
+use super::options::{CommonOptions, PassOptions, ShootingOptions, parse_error};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use super::solve::{JobMethod, SceneJob, scene_settings, solve_scene};
 use crate::report::comparison as report;
@@ -33,6 +34,8 @@ pub struct CompareArguments {
         conflicts_with_all = ["quality", "ShootingOptions", "PassOptions"])]
     error: Option<f64>,
     #[command(flatten)]
+    lights: LightOptions,
+    #[command(flatten)]
     shooting: ShootingOptions,
     #[command(flatten)]
     passes: PassOptions,
@@ -45,7 +48,10 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     let CompareArguments { common, out, .. } = arguments;
     arguments.shooting.check_item_buffer(true)?;
     let import = common.import_options();
-    let scenes = arguments.scenes.iter().map(|path| load_lit_scene(path, &import));
+    let scenes = arguments
+        .scenes
+        .iter()
+        .map(|path| arguments.lights.load_scene(path, &import));
     let scenes: Vec<Scene> = scenes.collect::<Result<_>>()?;
     prepare_folder(out, &["report.json", "report.html"])?;
     handle_interrupts();
@@ -149,6 +155,7 @@ fn solve_without_adapter(arguments: &CompareArguments, error: Error) -> Error {
             scene: path.clone(),
             out: arguments.out.join(name),
             common: arguments.common.clone(),
+            lights: arguments.lights.clone(),
             ..SceneJob::default()
         };
         if let Err(failure) = solve_scene(&job, SolverKind::Cpu, method) {

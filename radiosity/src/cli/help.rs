@@ -11,6 +11,7 @@ EXAMPLES:
   radiosity solve room.glb --error 0.5% --texels 32     a lightmap of 32×32 texels a face
   radiosity solve room.obj --gltf baked.glb             the scene with its light, for other programs
   radiosity solve room.glb --gltf baked.glb --uv keep   the same, on the scene's own charts (TEXCOORD_1)
+  radiosity solve model.glb --sky 1 --sun 1,2,1,3       a model without lamps, outdoors
   radiosity solve room.obj --quality draft --json | jq .estimated_error
   radiosity solve room.glb --dry-run                    texels, memory and time, nothing solved";
 
@@ -23,7 +24,7 @@ EXAMPLES:
 const RELIGHT_EXAMPLES: &str = "\
 EXAMPLES:
   radiosity relight --room room.obj --object chair.obj
-  radiosity relight --room room.hdr --room-size 5,3,6 --object bunny.obj --scale 0.1 --place 0,0,1";
+  radiosity relight --room room.hdr --room-size 5,3,6 --object bunny.obj --scale 0.1 --turn 30";
 
 const COMPARE_EXAMPLES: &str = "\
 EXAMPLES:

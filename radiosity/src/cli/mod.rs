@@ -12,6 +12,7 @@ mod completions;
 mod console;
 mod diff;
 mod help;
+mod lights;
 mod merge;
 mod objects;
 mod options;

@@ -1,5 +1,5 @@
-//! `--object FILE [--scale S] [--place X,Y,Z] [--reflectance R,G,B]`, any number of times: the options after an
-//! object apply to it; a reflectance before the first object is the room's.
+//! `--object FILE [--scale S] [--turn DEG] [--place X,Y,Z] [--reflectance R,G,B]`, any number of times: the options after
+//! an object apply to it; a turn or a reflectance before the first object is the room's.
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use common::Result;
@@ -15,6 +15,8 @@ pub struct PlacedObject {
     pub file: PathBuf,
     /// Factor of its lengths, applied before `place`.
     pub scale: f64,
+    /// Turn about the vertical axis y through its origin, degrees counter-clockwise as seen from above, before `place`.
+    pub turn: f64,
     /// Translation, in the room's unit.
     pub place: DVec3,
     /// Reflectance of all its faces instead of the file's.
@@ -28,10 +30,12 @@ pub struct ObjectOptions {
     pub objects: Vec<PlacedObject>,
     /// Reflectance of the room.
     pub room_reflectance: Option<Vec3>,
+    /// Turn of the room's panorama, degrees.
+    pub room_turn: Option<f64>,
 }
 
 impl PlacedObject {
-    /// Reads the object, scaled and moved.
+    /// Reads the object, scaled, turned and moved.
     pub fn load_scene(&self, options: &ImportOptions) -> Result<Scene> {
         let options = ImportOptions {
             reflectance: self.reflectance,
@@ -39,9 +43,19 @@ impl PlacedObject {
         };
         let mut scene = load_scene(&self.file, &options)?;
         for face in &mut scene.faces {
-            face.corners = face.corners.map(|p| p * self.scale + self.place);
+            face.corners = face.corners.map(|p| self.turn_point(p * self.scale) + self.place);
+            let normals = face.corner_normals.as_mut().into_iter().flatten();
+            normals.for_each(|normal| *normal = self.turn_point(normal.as_dvec3()).as_vec3());
         }
         Ok(scene)
+    }
+
+    fn turn_point(&self, p: DVec3) -> DVec3 {
+        if self.turn == 0.0 {
+            p
+        } else {
+            p.rotate_y(self.turn.to_radians())
+        }
     }
 }
 
@@ -54,10 +68,12 @@ impl clap::Args for ObjectOptions {
         let file = "An .obj, .gltf or .glb put into the room; may be repeated";
         let scale = "Multiplies the lengths of the object before it [default: 1]";
         let place = "Moves the object before it [default: 0,0,0]";
+        let turn = "Turns the object before it about y, counter-clockwise from above [default: 0]; before the first object, the panorama";
         let reflectance = "Reflectance of the object before it; before the first object, of the room";
         command
             .arg(option("object", "FILE", file).value_parser(clap::value_parser!(PathBuf)))
             .arg(option("scale", "S", scale).value_parser(parse_scale))
+            .arg(option("turn", "DEG", turn).value_parser(parse_turn))
             .arg(option("place", "X,Y,Z", place).value_parser(parse_point))
             .arg(option("reflectance", "R,G,B", reflectance).value_parser(parse_reflectance))
     }
@@ -77,6 +93,7 @@ impl FromArgMatches for ObjectOptions {
             .map(|(_, file)| PlacedObject {
                 file,
                 scale: 1.0,
+                turn: 0.0,
                 place: DVec3::ZERO,
                 reflectance: None,
             })
@@ -88,6 +105,12 @@ impl FromArgMatches for ObjectOptions {
         };
         for (at, value) in indexed_values::<f64>(matches, "scale") {
             all.objects[owner(at).ok_or_else(|| stray("scale"))?].scale = value;
+        }
+        for (at, value) in indexed_values::<f64>(matches, "turn") {
+            match owner(at) {
+                Some(object) => all.objects[object].turn = value,
+                None => all.room_turn = Some(value),
+            }
         }
         for (at, value) in indexed_values::<DVec3>(matches, "place") {
             all.objects[owner(at).ok_or_else(|| stray("place"))?].place = value;
@@ -115,7 +138,7 @@ fn indexed_values<T: Clone + Send + Sync + 'static>(matches: &ArgMatches, name: 
 }
 
 /// Parses N finite numbers separated by commas.
-fn parse_numbers<const N: usize>(text: &str) -> std::result::Result<[f64; N], String> {
+pub fn parse_numbers<const N: usize>(text: &str) -> std::result::Result<[f64; N], String> {
     let parts = text.split(',').map(|part| part.trim().parse::<f64>().ok());
     let parts: Option<Vec<f64>> = parts.collect();
     let all = parts.and_then(|parts| <[f64; N]>::try_from(parts).ok());
@@ -148,6 +171,13 @@ fn parse_scale(text: &str) -> std::result::Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("{text} is not above 0")),
+    }
+}
+
+fn parse_turn(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("{text} is not a number of degrees")),
     }
 }
 

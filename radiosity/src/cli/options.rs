@@ -244,11 +244,14 @@ pub fn load_lit_scene(path: &Path, options: &ImportOptions) -> Result<Scene> {
     require_light(path, &scene).map(|()| scene)
 }
 
-/// Requires that some face emits, and that its light is not lost.
+const NO_LIGHT: &str = "no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF), or solve it with --lamp X,Y,Z,W or --sky L";
+
+/// Requires that some face emits or light comes from outside, and that its light is not lost.
 pub fn require_light(path: &Path, scene: &Scene) -> Result<()> {
     let refuse = |message: String| Err(Error::bad_input(path, "", message));
     match scene.faces.iter().any(|face| face.emission != Vec3::ZERO) {
+        _ if scene.sky.is_some() => Ok(()),
         true => scene.explain_lost_lamps().map_or(Ok(()), refuse),
-        false => refuse("no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF)".into()),
+        false => refuse(NO_LIGHT.into()),
     }
 }

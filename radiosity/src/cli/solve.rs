@@ -1,14 +1,14 @@
 //! `radiosity solve` and `radiosity shoot`: solve a scene to an error, or by progressive refinement.
 
-use super::bake::BakeOptions;
+use super::bake::{BakeOptions, BakedScene};
 use super::console::{message, output};
-use super::options::{CommonOptions, PassOptions, ShootingOptions, choice_parser, load_lit_scene, parse_error};
+use super::lights::LightOptions;
+use super::options::{CommonOptions, PassOptions, ShootingOptions, choice_parser, parse_error};
 use super::progress::{Progress, handle_interrupts};
 use super::solver::{SHOOTING_SOLVERS, SOLVERS, choose_solver, open_gpu};
 use super::{Outcome, plan};
 use crate::plan::coarser_defaults::coarsen_meshing;
 use crate::plan::memory::{check_memory, memory_limit, require_address_space};
-use crate::report::gltf_export::uv_charts::UvCharts;
 use crate::report::solution_view::RenderedView;
 use clap::Args;
 use common::capture::maps;
@@ -72,6 +72,8 @@ pub struct SceneJob {
     #[arg(long)]
     pub maps: bool,
     #[command(flatten)]
+    pub lights: LightOptions,
+    #[command(flatten)]
     pub bake: BakeOptions,
     /// Also print result.json without its faces (or the estimates) as one line on stdout
     #[arg(long)]
@@ -126,7 +128,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let progress = Progress::new(&job.scene.file_name().unwrap_or_default().to_string_lossy());
     // Large files take seconds to read. The Ctrl-C handler is not installed yet.
     let _ = progress.show_phase("reading", 0.0);
-    let scene = load_lit_scene(&job.scene, &import)?;
+    let BakedScene { scene, charts, file } = bake.load_scene(&job.scene, &import, &job.lights)?;
     progress.clear();
     let (device, missing) = open_gpu(solver, common)?;
     let (settings, solver, changed) = choose_settings((solver, method), &scene, common, device.as_ref());
@@ -142,7 +144,6 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
         return missing.map_or(Ok(Outcome::Done), Err);
     }
     check_memory(&scene, &settings, solver, memory_limit(solver))?;
-    let charts = import.charts.then(|| UvCharts::new(&scene)).transpose()?;
     let load = start.elapsed().as_secs_f64();
     let baked = bake.output_files().into_iter();
     let baked = baked.flat_map(|(folder, names)| names.map(|name| (folder, name)));
@@ -173,7 +174,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let solution = answered.to_solution(&question, &notes, seconds);
     let seen = RenderedView::new(&solution, None)?;
     let mut files = PendingFiles::default();
-    bake.add_files(&mut files, (&solution, charts.as_ref()), &seen)?;
+    bake.add_files(&mut files, (&solution, charts.as_ref(), file), &seen)?;
     let mut more = encode_view(seen);
     if job.maps {
         more.extend(encode_maps(&solution)?);

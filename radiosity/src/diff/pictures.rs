@@ -6,7 +6,7 @@ use crate::report::document::{Figure, bold_text};
 use crate::report::format::format_number;
 use crate::report::picture::{Exposure, luminance, weighted_rms};
 use crate::report::view::camera::Camera;
-use crate::report::view::interpolation::InterpolationSurface;
+use crate::report::view::interpolation::{CarriedLight, InterpolationSurface};
 use crate::report::view::render::ViewHits;
 use crate::report::viewer::{SceneViewer, ViewerLayer};
 use common::Result;
@@ -15,7 +15,7 @@ use common::rays::Rays;
 use common::scene::Scene;
 use common::shooting::{RadiosityField, initial_field};
 use common::solution::StoredSolution;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use maud::Markup;
 use oracle::diff::Diff;
 
@@ -48,6 +48,7 @@ impl DiffPictures {
             CoarseSolution::new(&b.scene, (&mesh_a, &field_a, None), &sizes)?,
             CoarseSolution::new(&b.scene, (&mesh_b, &field_b, None), &sizes)?,
         ];
+        let surface = InterpolationSurface::new(&b.scene, &common[1].mesh);
         let rays = Rays::new(&mesh_b);
         let camera = Camera::automatic_view(&mesh_b, &rays);
         let seen_b = RenderedResult::new((&mesh_b, &field_b), &b.scene, (&camera, &rays), None);
@@ -62,7 +63,7 @@ impl DiffPictures {
         };
         let mut views = vec![view("A", "", &seen_a), view("B", ", the reference", &seen_b)];
         if differ {
-            views.push(difference_figure(&common, &b.scene, diff, (&camera, &rays)));
+            views.push(difference_figure(&common, &surface, diff, (&camera, &rays)));
         }
         let is_known = |stored: &StoredSolution| stored.others.contains_key("irradiance");
         let layers = names.into_iter().zip(&common).map(|(name, of)| ViewerLayer {
@@ -72,9 +73,10 @@ impl DiffPictures {
         });
         let viewer = SceneViewer {
             scene: &b.scene,
+            surface: &surface,
             layers: layers.collect(),
             irradiance: is_known(a) && is_known(b),
-            reflected: true,
+            carried: CarriedLight::Reflected,
             texel_errors: None,
             camera,
             exposure,
@@ -106,12 +108,6 @@ fn stored_field(stored: &StoredSolution, scene: &Scene) -> Result<(Mesh, Radiosi
     Ok((mesh, field))
 }
 
-/// Returns reflected radiosity B − E.
-fn reflected_light(mesh: &Mesh, field: &RadiosityField) -> Vec<Vec4> {
-    let texels = mesh.texels.iter().zip(&field.radiosity);
-    texels.map(|(texel, b)| b - texel.emission.extend(0.0)).collect()
-}
-
 /// View of one result.
 struct RenderedResult {
     exposure: Exposure,
@@ -127,12 +123,10 @@ impl RenderedResult {
         (camera, rays): (&Camera, &Rays),
         exposure: Option<Exposure>,
     ) -> Self {
-        // B − E is interpolated like the irradiance of white surfaces: in a result of any origin B = E + ρH need not hold.
-        let mut white = mesh.clone();
-        white.texels.iter_mut().for_each(|texel| texel.reflectance = Vec3::ONE);
-        let surface = InterpolationSurface::new(scene, &white);
+        let surface = InterpolationSurface::new(scene, mesh);
         let hits = ViewHits::new(camera, &surface, rays, VIEW_SIDE);
-        let light = surface.interpolate(&reflected_light(mesh, field));
+        // In a result of any origin B = E + ρH need not hold.
+        let light = surface.interpolate_light(field, CarriedLight::Reflected);
         let exposure = exposure.unwrap_or_else(|| hits.choose_exposure(&light));
         Self {
             pixels: hits.pixel_means(|hit| light.radiosity_at(&hit.stencil)),
@@ -145,17 +139,15 @@ impl RenderedResult {
 /// Draws the signed difference of reflected luminance on the common texels.
 fn difference_figure(
     common: &[CoarseSolution; 2],
-    scene: &Scene,
+    surface: &InterpolationSurface,
     diff: &Diff,
     (camera, rays): (&Camera, &Rays),
 ) -> Figure {
     let texels = diff.pair.areas.iter().zip(&diff.pair.b);
     let rms = weighted_rms(texels.map(|(area, value)| (f64::from(luminance(value.as_vec3())), *area)));
-    let surface = InterpolationSurface::new(scene, &common[1].mesh);
-    let hits = ViewHits::new(camera, &surface, rays, VIEW_SIDE);
-    let [a, b] = common
-        .each_ref()
-        .map(|of| surface.interpolate(&reflected_light(&of.mesh, &of.field)));
+    let hits = ViewHits::new(camera, surface, rays, VIEW_SIDE);
+    let reflected = |of: &CoarseSolution| CarriedLight::Reflected.texel_values(&of.mesh, &of.field);
+    let [a, b] = common.each_ref().map(|of| surface.interpolate(&reflected(of)));
     let says = format!(
         " · luminance of reflected radiosity, relative to its rms in B ({} W/m²); clipped beyond the range.",
         format_number(rms)

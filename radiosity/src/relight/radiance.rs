@@ -3,24 +3,13 @@
 //! The reflected part B − E is interpolated and the texel's own E added, so that lamps keep sharp borders. The
 //! objects' change is interpolated as the ratio B/B₀. Both vary as smoothly as the irradiance even where a captured
 //! wall's reflectance differs in each texel. Faces of different reflectance are not welded: irradiance is continuous
-//! across their border, radiosity is not. Objects of facets with one texel each are shaded smoothly from their
-//! corners.
+//! across their border, radiosity is not.
 
 use super::RelitScene;
 use crate::report::view::interpolation::{InterpolatedField, InterpolationStencil, InterpolationSurface, KnotCache};
-use crate::report::view::weld::MIN_COPLANAR_COSINE;
-use common::scene::Face;
 use glam::{DVec3, Vec3, Vec4};
 use std::f32::consts::PI;
 
-/// Minimum cosine (40°) between two faces of an object that approximate one curved surface and are welded.
-const MIN_CURVED_COSINE: f64 = 0.766;
-/// Threshold that no cosine reaches: never welded.
-const NEVER_WELDED_COSINE: f64 = 2.0;
-/// Threshold that every cosine reaches: always welded.
-const ALWAYS_WELDED_COSINE: f64 = -1.0;
-/// Minimum cosine (2°) between normals that are equal up to rounding.
-const EQUAL_NORMAL_COSINE: f32 = 0.9994;
 /// Minimum B₀, as a share of the room's mean, for which the ratio B/B₀ is used.
 const MIN_RADIOSITY_SHARE: f32 = 1e-2;
 /// Maximum relative difference between the reflectances of welded faces.
@@ -34,33 +23,8 @@ pub fn welded_surface<'a>(relit: &RelitScene<'a>) -> InterpolationSurface<'a> {
         (a - b).abs().cmple(a.max(b) * REFLECTANCE_TOLERANCE).all()
     };
     InterpolationSurface::with_welding(relit.scene, relit.mesh, |a, b| {
-        match (relit.is_object(a), relit.is_object(b)) {
-            (false, false) if alike(a, b) => MIN_COPLANAR_COSINE,
-            (true, true) if alike(a, b) => min_smooth_cosine(&relit.scene.faces, a, b),
-            _ => NEVER_WELDED_COSINE,
-        }
+        relit.is_object(a) == relit.is_object(b) && alike(a, b)
     })
-}
-
-/// Returns the minimum cosine at which two faces of an object are one surface; where the file has normals, it follows
-/// from those at common corners.
-fn min_smooth_cosine(faces: &[Face], a: u32, b: u32) -> f64 {
-    let [a, b] = [a, b].map(|k| &faces[k as usize]);
-    let (Some(first), Some(second)) = (a.corner_normals, b.corner_normals) else {
-        return MIN_CURVED_COSINE;
-    };
-    let own = a.corners.iter().zip(first);
-    let shared = own.flat_map(|(p, n)| {
-        let other = b.corners.iter().zip(second);
-        other.filter(move |(q, _)| p == *q).map(move |(_, m)| n.dot(m))
-    });
-    let least = shared.fold(f32::INFINITY, f32::min);
-    match least {
-        // No common corner: one face divides the other's edge.
-        f32::INFINITY => MIN_CURVED_COSINE,
-        least if least >= EQUAL_NORMAL_COSINE => ALWAYS_WELDED_COSINE,
-        _ => NEVER_WELDED_COSINE,
-    }
 }
 
 /// Returns the mean reflectance of each face.
@@ -103,9 +67,10 @@ pub struct RelitRadiance<'a> {
     relit: RelitScene<'a>,
     /// B₀ − E on the room, B − E on objects.
     reflected: InterpolatedField<'a>,
-    /// B/B₀ − 1 on the room, and the remainder of B − B₀.
+    /// B/B₀ − 1 on the room, and the remainder of B − B₀; without a photograph 0 and B − E.
     ratio: InterpolatedField<'a>,
     remainder: InterpolatedField<'a>,
+    photograph: bool,
 }
 
 impl<'a> RelitRadiance<'a> {
@@ -113,22 +78,33 @@ impl<'a> RelitRadiance<'a> {
     /// a photograph B − B₀ is added as a whole, so that the composite shows B between texels too.
     pub fn new(relit: &RelitScene<'a>, surface: &'a InterpolationSurface<'a>, photograph: bool) -> Self {
         let texels = || (0..).zip(&relit.mesh.texels);
-        let reflected = texels().map(|(k, texel)| (relit.shown_radiosity(k) - texel.emission).extend(0.0));
+        let shown = |k: usize| relit.shown_radiosity(k);
+        // An object takes no B₀ from a texel that it covers in part: that texel's values are taken as they are.
+        let share = |k: usize| {
+            if relit.is_object(relit.mesh.texels[k].face) {
+                1.0
+            } else {
+                surface.open[k]
+            }
+        };
+        let reflected = texels().map(|(k, texel)| ((shown(k) - texel.emission) * share(k)).extend(0.0));
         let reflected: Vec<Vec4> = reflected.collect();
         let sound = min_ratio_radiosity(relit);
         let part = |k: usize| match photograph {
-            true => split_change(relit, k, sound),
-            false => [Vec3::ZERO, relit.radiosity_change(k)],
+            true => split_change(relit, k, sound).map(|part| part * share(k)),
+            false => [
+                Vec3::ZERO,
+                (relit.relit_radiosity(k) - relit.mesh.texels[k].emission) * share(k),
+            ],
         };
         let parts: Vec<[Vec3; 2]> = texels().map(|(k, _)| part(k)).collect();
         let part = |n: usize| -> Vec<Vec4> { parts.iter().map(|p| p[n].extend(0.0)).collect() };
-        let mut reflected = surface.interpolate(&reflected);
-        reflected.smooth_single(|face| relit.is_object(face));
         Self {
             relit: *relit,
-            reflected,
+            reflected: surface.interpolate(&reflected),
             ratio: surface.interpolate(&part(0)),
             remainder: surface.interpolate(&part(1)),
+            photograph,
         }
     }
 
@@ -156,8 +132,11 @@ impl<'a> RelitRadiance<'a> {
 
     /// Returns the objects' change of the room's radiance `seen`; exactly 0 where no adjacent texel changed.
     pub fn change_at(&self, stencil: &InterpolationStencil, seen: Vec3) -> Vec3 {
-        let ratio = self.ratio.stencil_value(stencil).as_vec3();
-        seen * ratio + self.remainder.stencil_value(stencil).as_vec3() / PI
+        let remainder = self.remainder.stencil_value(stencil);
+        if !self.photograph {
+            return (remainder - self.reflected.stencil_value(stencil)).as_vec3() / PI;
+        }
+        seen * self.ratio.stencil_value(stencil).as_vec3() + remainder.as_vec3() / PI
     }
 
     /// Returns whether the point's texel is a light.

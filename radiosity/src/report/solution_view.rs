@@ -4,9 +4,9 @@
 use super::coarse_solution::{CoarseSolution, drawn_sizes};
 use super::picture::{Exposure, RgbaPicture};
 use super::view::camera::Camera;
-use super::view::interpolation::InterpolationSurface;
+use super::view::interpolation::{CarriedLight, InterpolationSurface};
 use super::view::render::ViewHits;
-use super::viewer::{SceneViewer, ViewerLayer};
+use super::viewer::{SceneViewer, ViewerLayer, is_constant_per_face};
 use common::Result;
 use common::mesh::Mesh;
 use common::rays::Rays;
@@ -33,11 +33,25 @@ pub struct Preview {
 impl Preview {
     /// Renders the solution `field` on the texels of `mesh` through `camera`, or through the automatic camera.
     pub fn new(scene: &Scene, mesh: &Mesh, field: &RadiosityField, camera: Option<Camera>) -> Self {
-        let rays = Rays::new(mesh);
-        let camera = camera.unwrap_or_else(|| Camera::automatic_view(mesh, &rays));
-        let surface = InterpolationSurface::new(scene, mesh);
-        let view = ViewHits::new(&camera, &surface, &rays, PREVIEW_SIDE);
-        let light = surface.interpolate(&field.irradiance);
+        Self::of_surface(
+            &InterpolationSurface::new(scene, mesh),
+            field,
+            CarriedLight::Irradiance,
+            camera,
+        )
+    }
+
+    /// Renders [`Self::new`] over a `surface`, interpolating `carried`.
+    fn of_surface(
+        surface: &InterpolationSurface,
+        field: &RadiosityField,
+        carried: CarriedLight,
+        camera: Option<Camera>,
+    ) -> Self {
+        let rays = Rays::new(surface.mesh);
+        let camera = camera.unwrap_or_else(|| Camera::automatic_view(surface.mesh, &rays));
+        let view = ViewHits::new(&camera, surface, &rays, PREVIEW_SIDE);
+        let light = surface.interpolate_light(field, carried);
         let exposure = view.choose_exposure(&light).with_shoulder();
         Self {
             picture: view.expose_light(&light, exposure),
@@ -74,13 +88,20 @@ impl RenderedView {
             Some(shown) => (&shown.mesh, &shown.field, shown.texel_errors.as_deref()),
             None => own,
         };
-        let preview = Preview::new(scene, mesh, field, camera);
+        let surface = InterpolationSurface::new(scene, mesh);
+        // A captured room's ρ and E were recovered texel by texel.
+        let carried = match scene.is_painted() || is_constant_per_face(mesh) {
+            true => CarriedLight::Irradiance,
+            false => CarriedLight::Radiosity,
+        };
+        let preview = Preview::of_surface(&surface, field, carried, camera);
         let name = solution.solver;
         let viewer = SceneViewer {
             scene,
+            surface: &surface,
             layers: vec![ViewerLayer { name, mesh, field }],
             irradiance: true,
-            reflected: false,
+            carried,
             texel_errors,
             camera: preview.camera,
             exposure: preview.exposure,

@@ -15,7 +15,7 @@ relight --room room.obj --object room.obj --scale 1e99 --solver cpu => room.obj:
     1.000e99,1.000e99,1.000e99, the room only from 0.000,0.000,0.000 to 1.000,1.000,1.000: see --scale and --place
 relight --room room.obj --object room.obj --place 1e6,0,0 --solver cpu => room.obj: reaches from
 compare dark.obj => dark.obj: no face emits light: give a material Ke
-solve dark.obj --solver cpu => dark.obj: no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF)
+solve dark.obj --solver cpu => dark.obj: no face emits light: give a material Ke (OBJ) or emissiveFactor (glTF), or solve it with --lamp X,Y,Z,W or --sky L
 solve dark.obj --dry-run => dark.obj: no face emits light
 chart dark.obj => dark.obj: no face emits light
 converge dark.obj => dark.obj: no face emits light

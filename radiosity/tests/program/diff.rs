@@ -26,7 +26,7 @@ fn floor_and_lamp() -> Scene {
             Face::quad("floor", floor, Vec3::ZERO, Vec3::splat(0.5)),
             Face::quad("lamp", lamp, emission, Vec3::splat(0.5)),
         ],
-        notes: Vec::new(),
+        ..Scene::default()
     }
 }
 

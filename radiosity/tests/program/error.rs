@@ -17,7 +17,7 @@ fn result_has_requested_and_estimated_error() {
     let changes = result["certificate"]["changes"].as_array().unwrap();
     let causes = result["certificate"]["causes"].as_array().unwrap();
     let names: Vec<&Value> = causes.iter().map(|part| &part["cause"]).collect();
-    assert_eq!(names, ["refinement", "iteration", "closure", "rounding"]);
+    assert_eq!(names, ["refinement", "noise", "iteration", "closure", "rounding"]);
     let parts = causes.iter().map(|part| part["error"].as_f64().unwrap());
     let squares: Vec<f64> = parts.map(|part| part * part).collect();
     assert!((squares.iter().sum::<f64>().sqrt() / error - 1.0).abs() < 1e-12);

@@ -1,6 +1,6 @@
 // Hover, orbit, pan, zoom, toggles and keys on the page's viewer; what came of it goes into #outcome.
 (async () => {
-  const outcome = { hovered: [], drawn: {}, failed: null };
+  const outcome = { hovered: [], vertices: [], drawn: {}, failed: null };
   const wait = () => new Promise((done) => setTimeout(done, 60));
   try {
     const element = document.querySelector(".viewer");
@@ -23,6 +23,12 @@
       outcome.drawn[name] = String(sum);
     };
     await drawn("first");
+    // Every seventh vertex: its texel, place and light.
+    const { place, ids, vertices } = viewer.fan;
+    for (let v = 0; v < vertices; v += 7) {
+      const texel = ids[4 * v] + (ids[4 * v + 1] << 8) + (ids[4 * v + 2] << 16) - 1;
+      outcome.vertices.push([texel, ...place.subarray(3 * v, 3 * v + 3), ...viewer.light.subarray(3 * v, 3 * v + 3)]);
+    }
     for (let j = 1; j < 8; j++) for (let i = 1; i < 8; i++) {
       send("pointermove", 0.3 + 0.05 * i, j / 8);
       const told = element.querySelector(".told");

@@ -7,6 +7,7 @@ mod check;
 pub mod command;
 pub mod diff;
 mod error;
+mod lights;
 pub mod merge;
 mod pages;
 mod refused_options;

@@ -4,8 +4,10 @@ use super::browser::{browser_for, page_outcome};
 use super::command::TestFolder;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use common::mesh::Mesh;
 use common::solution::StoredSolution;
-use glam::Vec3;
+use glam::{DVec3, Vec3, Vec4};
+use radiosity::report::view::interpolation::InterpolationSurface;
 use serde_json::{Value, json};
 
 /// A script that moves the pointer and presses keys, and writes the outcome into the page.
@@ -69,7 +71,10 @@ fn viewer_data_equal_result_files() {
     let stored = StoredSolution::read(&folder.path("box")).unwrap();
     assert_eq!((faces, texels), (17, stored.radiosity.len()));
     assert_eq!(data.head["off"], true);
-    assert_eq!(data.bytes.len(), 4 * (faces * (12 + 4 + 6) + texels * (6 + 1)));
+    let nodes = 8 * data.count("joins") + 12 * data.count("knots") + 6 * data.count("nodes");
+    assert_eq!(data.bytes.len(), 4 * (faces * (12 + 4 + 6) + texels * (6 + 1)) + nodes);
+    // A node has half the bytes of B and H of its texel at most.
+    assert!(nodes < 4 * 6 * texels / 2, "{nodes}");
     let irradiance = &stored.others["irradiance"];
     for (k, (b, h)) in stored.radiosity.iter().zip(irradiance).enumerate() {
         assert_eq!(data.radiosity(k), *b, "texel {k}");
@@ -160,6 +165,30 @@ fn viewer_reacts_to_pointer_and_keys() {
         seen += 1;
     }
     assert!(seen >= 20, "{seen} of {} points met a texel", hovered.len());
+    // The light at the viewer's vertices is that of the preview, to the 11 bits of the data.
+    let mesh = Mesh::new(&stored.scene, &stored.resolutions, 1).unwrap();
+    let surface = InterpolationSurface::new(&stored.scene, &mesh);
+    let order = mesh.texels_in_face_order();
+    let mut irradiance = vec![Vec4::ZERO; order.len()];
+    for (k, h) in order.iter().zip(&stored.others["irradiance"]) {
+        irradiance[*k] = h.extend(0.0);
+    }
+    let field = surface.interpolate(&irradiance);
+    let vertices = did["vertices"].as_array().unwrap();
+    assert!(vertices.len() > 300);
+    for vertex in vertices {
+        let vertex: Vec<f64> = vertex.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        let texel = order[vertex[0] as usize] as u32;
+        let stencil = surface.stencil_at(texel, DVec3::from_slice(&vertex[1..4]));
+        let (drawn, light) = (
+            DVec3::from_slice(&vertex[4..7]),
+            field.radiosity_at(&stencil).as_dvec3(),
+        );
+        assert!(
+            (drawn - light).abs().max_element() <= 1e-3 * light.max_element() + 1e-6,
+            "{vertex:?} {light}"
+        );
+    }
     let drawn = did["drawn"].as_object().unwrap();
     let mut pictures: Vec<&str> = drawn.values().map(|sum| sum.as_str().unwrap()).collect();
     pictures.sort_unstable();

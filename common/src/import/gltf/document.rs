@@ -2,11 +2,9 @@
 //! here read accessors and pictures from it.
 
 use crate::error::{Error, Result};
-use crate::file::{self, MAX_FILE_BYTES};
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD_NO_PAD;
+use crate::import::uri::read_uri;
 use gltf::binary::Glb;
-use gltf::json::{Root, deserialize};
+use gltf::json::{Index, Root, deserialize};
 use serde_json::Value;
 use std::path::Path;
 
@@ -15,6 +13,8 @@ pub type GltfResult<T> = std::result::Result<T, String>;
 
 /// A glTF document and its buffers.
 pub struct GltfDocument {
+    /// JSON as in the file, with the extensions that the crate `gltf` does not know.
+    pub json: Value,
     /// JSON as parsed, its references not yet checked.
     pub root: Root,
     /// Buffers, at least as long as the document states.
@@ -27,12 +27,12 @@ impl GltfDocument {
     /// Errors: the file is not glTF 2.0, requires an unsupported extension, or lacks a buffer.
     pub fn read(path: &Path, bytes: &[u8]) -> Result<Self> {
         let fail = |message: String| Error::bad_input(path, "", message);
-        let (root, mut blob) = parse(bytes).map_err(fail)?;
+        let (json, root, mut blob) = parse(bytes).map_err(fail)?;
         let is_supported = |name: &String| SUPPORTED_EXTENSIONS.contains(&name.as_str());
         if let Some(name) = root.extensions_required.iter().find(|n| !is_supported(n)) {
-            let advice = export_advice(name);
+            let advice = conversion_advice(name, path);
             return Err(fail(format!(
-                "requires the extension {name}, which is not supported: {advice}"
+                "requires the extension {name}, which is not read: {advice}"
             )));
         }
         let mut buffers = Vec::with_capacity(root.buffers.len());
@@ -52,12 +52,12 @@ impl GltfDocument {
             }
             buffers.push(bytes);
         }
-        Ok(Self { root, buffers })
+        Ok(Self { json, root, buffers })
     }
 }
 
-/// Parses the JSON; returns it with the binary chunk.
-fn parse(bytes: &[u8]) -> GltfResult<(Root, Option<Vec<u8>>)> {
+/// Parses the JSON; returns it as text and as a document, with the binary chunk.
+fn parse(bytes: &[u8]) -> GltfResult<(Value, Root, Option<Vec<u8>>)> {
     let invalid = |e: &dyn std::fmt::Display| format!("is not valid glTF 2.0: {e}");
     let (text, blob) = if bytes.starts_with(b"glTF") {
         let chunks = Glb::from_slice(glb_container(bytes)?).map_err(|e| invalid(&e))?;
@@ -70,8 +70,15 @@ fn parse(bytes: &[u8]) -> GltfResult<(Root, Option<Vec<u8>>)> {
     check_version(&document)?;
     check_indices("", &document)?;
     // The validation of the crate `gltf` panics on some indices; here each access is checked.
-    let root: Root = deserialize::from_slice(&text).map_err(|e| invalid(&e))?;
-    Ok((root, blob.map(Into::into)))
+    let mut root: Root = deserialize::from_slice(&text).map_err(|e| invalid(&e))?;
+    for (k, texture) in root.textures.iter_mut().enumerate() {
+        let own = &document["textures"][k];
+        let webp = own["extensions"]["EXT_texture_webp"]["source"].as_u64();
+        if let Some(source) = webp.filter(|_| own["source"].is_null()) {
+            texture.source = Index::new(source as u32);
+        }
+    }
+    Ok((document, root, blob.map(Into::into)))
 }
 
 /// Checks that the document is glTF 2.0, or a later 2.x that a reader of 2.0 may read: the crate `gltf` ignores
@@ -116,7 +123,9 @@ fn check_indices(name: &str, value: &Value) -> GltfResult<()> {
 }
 
 /// Extensions that a file may require.
-const SUPPORTED_EXTENSIONS: [&str; 5] = [
+const SUPPORTED_EXTENSIONS: [&str; 7] = [
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
@@ -130,16 +139,17 @@ pub fn unsupported_extensions(root: &Root) -> Vec<&str> {
     used.filter(|name| !SUPPORTED_EXTENSIONS.contains(name)).collect()
 }
 
-/// Returns advice on how to export without an extension.
-fn export_advice(extension: &str) -> &'static str {
-    match extension {
-        "KHR_draco_mesh_compression" => "export without Draco (Blender's glTF exporter: Compression off)",
-        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "export without meshopt (gltfpack: neither -c nor -cc)"
-        }
-        "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => "export with textures in PNG or JPEG",
-        _ => "export without it",
-    }
+/// Returns the command that converts the file at `path` to one without an extension.
+fn conversion_advice(extension: &str, path: &Path) -> String {
+    let (command, needs) = match extension {
+        "EXT_meshopt_compression" | "KHR_meshopt_compression" => ("copy", ""),
+        "KHR_texture_basisu" => ("ktxdecompress", " (with KTX-Software installed)"),
+        "EXT_texture_avif" => ("webp", ""),
+        "KHR_materials_pbrSpecularGlossiness" => ("metalrough", ""),
+        _ => return "export without it".into(),
+    };
+    let path = path.display();
+    format!("convert it, `npx @gltf-transform/cli {command} {path} OUT.glb`{needs}")
 }
 
 /// Returns a GLB up to its stated length, its header checked (the crate `gltf` subtracts unchecked).
@@ -157,36 +167,6 @@ fn glb_container(bytes: &[u8]) -> GltfResult<&[u8]> {
     let count = bytes.len();
     let cut_off = || format!("has {count} of its {length} bytes: it is cut off");
     bytes.get(..length as usize).ok_or_else(cut_off)
-}
-
-/// Reads the bytes of a URI: a `data:` URI, or a file relative to the scene.
-///
-/// Errors: the URI is invalid or remote, or the file cannot be read.
-pub fn read_uri(scene: &Path, uri: &str) -> GltfResult<Vec<u8>> {
-    if let Some(data) = uri.strip_prefix("data:") {
-        let (kind, data) = data.split_once(',').ok_or("has a data URI without data")?;
-        let base64 = kind.ends_with(";base64").then_some(data.trim_end_matches('='));
-        let bytes = base64.and_then(|text| STANDARD_NO_PAD.decode(text).ok());
-        return bytes.ok_or_else(|| "has a data URI that is not base64".into());
-    }
-    if uri.contains("://") {
-        return Err(format!("is at {uri}: only files beside the scene or below it are read"));
-    }
-    let name = decode_percent(uri).ok_or_else(|| format!("has an invalid uri {uri}"))?;
-    let folder = scene.parent().unwrap_or(Path::new(""));
-    let bytes = file::path_below(folder, folder, &name).and_then(|path| file::read(&path, MAX_FILE_BYTES));
-    bytes.map_err(|reason| format!("{name} cannot be read: {reason}"))
-}
-
-/// Decodes percent-encoding (RFC 3986 §2.1).
-fn decode_percent(uri: &str) -> Option<String> {
-    let mut parts = uri.split('%');
-    let mut bytes = parts.next()?.as_bytes().to_vec();
-    for part in parts {
-        bytes.push(u8::from_str_radix(part.get(..2)?, 16).ok()?);
-        bytes.extend_from_slice(&part.as_bytes()[2..]);
-    }
-    String::from_utf8(bytes).ok()
 }
 
 #[cfg(test)]

@@ -2,8 +2,9 @@
 //! strength × emissiveTexture emitted radiance. [`super`] reads each one that a primitive uses.
 
 use super::GltfImport;
-use super::document::{GltfResult, read_uri};
+use super::document::GltfResult;
 use crate::import::material::{ImportedMaterial, TexturedColour};
+use crate::import::uri::read_uri;
 use crate::paint::{TexturePicture, WrapMode, WrappedTexture};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use gltf::json::material::{AlphaMode, Material};
@@ -11,6 +12,9 @@ use gltf::json::texture::{Info, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{Image, Index};
 use std::sync::Arc;
+
+/// Words of the note on materials whose backs would be seen.
+pub const DOUBLE_SIDED: &str = "double-sided, but their backs are black";
 
 impl GltfImport<'_, '_> {
     /// Reads a material, and the sets of texture coordinates of its textures. A replaced reflectance needs no texture.
@@ -81,7 +85,7 @@ impl GltfImport<'_, '_> {
         self.pictures.get(index.value(), factor, |most| {
             // The crate `gltf` gives a texture without a source this index too.
             let Some(image) = document.root.get(index) else {
-                return Err("a texture has no image: export with textures in PNG or JPEG".into());
+                return Err("a texture has no image: export with textures in PNG, JPEG or WebP".into());
             };
             let wrong = |message: String| format!("image {index} {message}");
             let decode = |bytes: &[u8]| TexturePicture::decode_image(bytes, most);
@@ -98,18 +102,15 @@ impl GltfImport<'_, '_> {
     }
 }
 
-/// Describes the features of the material that are not imported, for a note.
-pub fn unsupported_features(material: &Material) -> Vec<&'static str> {
+/// Describes the features of the material that are not imported, for a note; `two_sided`: all backs become fronts.
+pub fn unsupported_features(material: &Material, two_sided: bool) -> Vec<&'static str> {
     let pbr = &material.pbr_metallic_roughness;
     let opaque = matches!(material.alpha_mode, Checked::Valid(AlphaMode::Opaque));
     let see_through = !opaque && (pbr.base_color_factor.0[3] < 1.0 || pbr.base_color_texture.is_some());
     let unlit = material.extensions.as_ref().is_some_and(|e| e.unlit.is_some());
     let features = [
         (see_through, "transparent, taken as opaque"),
-        (
-            material.double_sided,
-            "double-sided, but its backs are black: import it two-sided",
-        ),
+        (material.double_sided && !two_sided, DOUBLE_SIDED),
         (unlit, "unlit, taken as diffuse"),
     ];
     features

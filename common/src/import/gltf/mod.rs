@@ -5,6 +5,7 @@
 
 mod accessor;
 mod document;
+mod draco;
 mod lights;
 mod material;
 mod primitive;
@@ -14,6 +15,7 @@ use super::builder::Builder;
 use super::material::{ImportedMaterial, InputVertex};
 use super::picture_cache::PictureCache;
 use super::polygon;
+use super::scene_file::{FileTriangle, PlacedPrimitive};
 use crate::error::{Error, Result};
 use document::GltfDocument;
 use glam::{DMat4, DQuat, DVec3};
@@ -21,6 +23,7 @@ use gltf::json::mesh::Semantic;
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Mesh};
+pub use material::DOUBLE_SIDED;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -29,15 +32,20 @@ use std::rc::Rc;
 ///
 /// Errors: the file is invalid, or a part of it cannot be read.
 pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], options: &ImportOptions) -> Result<()> {
-    let document = GltfDocument::read(path, bytes)?;
+    let mut document = GltfDocument::read(path, bytes)?;
+    draco::decode_meshes(&mut document).map_err(|(place, message)| Error::bad_input(path, place, message))?;
+    if let Some(file) = &mut builder.file {
+        file.json.clone_from(&document.json);
+    }
     let (white, names) = ([DVec3::ONE, DVec3::ZERO], ["COLOR_0", ""]);
     let white = ImportedMaterial::from_factors(path, "of vertex colours", white, names);
     let mut import = GltfImport {
         path,
         document: &document,
-        builder,
+        builder: &mut *builder,
         join_quads: options.join_quads && !options.charts,
         charts: options.charts,
+        two_sided: options.two_sided,
         pictures: PictureCache::new(),
         vertex_material: Rc::new(white),
         materials: BTreeMap::new(),
@@ -48,6 +56,9 @@ pub fn read(builder: &mut Builder, path: &Path, bytes: &[u8], options: &ImportOp
     import.import_scene()?;
     lights::add_lamps(import.builder, path, &document, &import.lamps)?;
     import.add_notes();
+    if let Some(file) = &mut builder.file {
+        file.buffers = document.buffers;
+    }
     Ok(())
 }
 
@@ -57,6 +68,7 @@ struct GltfImport<'a, 'b> {
     builder: &'a mut Builder<'b>,
     join_quads: bool,
     charts: bool,
+    two_sided: bool,
     pictures: PictureCache<usize>,
     /// Material of primitives with vertex colours alone.
     vertex_material: Rc<ImportedMaterial>,
@@ -96,7 +108,7 @@ impl GltfImport<'_, '_> {
             let world = parent * node_transform(node);
             if let Some(mesh) = node.mesh {
                 self.has_poses |= node.skin.is_some();
-                self.import_mesh(node, mesh, world)?;
+                self.import_mesh(index, mesh, world)?;
             }
             let lights = node.extensions.as_ref();
             if let Some(light) = lights.and_then(|e| e.khr_lights_punctual.as_ref()) {
@@ -130,8 +142,10 @@ impl GltfImport<'_, '_> {
         Ok((0..is_root.len()).filter(|k| is_root[*k]).collect())
     }
 
-    fn import_mesh(&mut self, node: &Node, index: Index<Mesh>, world: DMat4) -> Result<()> {
-        let Some(mesh) = self.document.root.get(index) else {
+    fn import_mesh(&mut self, number: usize, index: Index<Mesh>, world: DMat4) -> Result<()> {
+        let document = self.document;
+        let node = &document.root.nodes[number];
+        let Some(mesh) = document.root.get(index) else {
             return self.fail_at(format!("mesh {index}"), "does not exist");
         };
         let name = node.name.as_ref().or(mesh.name.as_ref()).cloned();
@@ -149,7 +163,22 @@ impl GltfImport<'_, '_> {
             };
             let sets = material.as_ref().map_or([None; 2], |(_, sets)| *sets);
             match primitive::read_triangles(self.document, primitive, world, sets, coloured, self.charts) {
-                Ok(Some(faces)) => self.import_faces(&name, &place, &faces, material.as_ref())?,
+                Ok(Some(faces)) => {
+                    if let Some(file) = &mut self.builder.file {
+                        file.primitives.push(PlacedPrimitive {
+                            node: number,
+                            mesh: index.value(),
+                            number: k,
+                            triangles: Vec::with_capacity(faces.len()),
+                        });
+                    }
+                    self.import_faces(&name, &place, &faces, material.as_ref())?;
+                    let kept = self.builder.file.as_mut().and_then(|file| file.primitives.last_mut());
+                    // The file's own winding.
+                    if let Some(kept) = kept.filter(|_| world.determinant() < 0.0) {
+                        kept.triangles.iter_mut().for_each(FileTriangle::reverse);
+                    }
+                }
                 Ok(None) => self.points_and_lines += 1,
                 Err(message) => return self.fail_at(place, message),
             }
@@ -181,6 +210,14 @@ impl GltfImport<'_, '_> {
             let odd = quad.is_some() && parts.iter().all(|t| outline(t).contains(&corners[1].position));
             let material = material.map(|(material, _)| material.as_ref());
             let place = || format!("{place}, node {name}");
+            let face = self.builder.faces.len() as u32;
+            if let Some(primitive) = self.builder.file.as_mut().and_then(|file| file.primitives.last_mut()) {
+                primitive.triangles.extend(parts.iter().map(|part| FileTriangle {
+                    face,
+                    vertices: part.map(|vertex| vertex.index),
+                    positions: outline(part),
+                }));
+            }
             self.builder.add_face(name, &corners, odd, material, place)?;
             rest = after;
         }
@@ -207,7 +244,7 @@ impl GltfImport<'_, '_> {
         let root = &self.document.root;
         let mut materials: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for (k, (material, _)) in &self.materials {
-            for words in material::unsupported_features(&root.materials[*k]) {
+            for words in material::unsupported_features(&root.materials[*k], self.two_sided) {
                 materials.entry(words).or_default().push(&material.name);
             }
         }

@@ -72,6 +72,7 @@ pub fn read_triangles(
             normal: values_at(&normals, k),
             texture_coordinates: texture_coordinates.each_ref().map(|set| values_at(set, k)),
             colour: values_at(&colours, k),
+            index,
             lightmap_coordinates: values_at(&lightmap_coordinates, k).map(|p| p.as_vec2()),
             rounding: coordinate_rounding(position, integer_rounding, world),
         })

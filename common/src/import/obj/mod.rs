@@ -1,5 +1,6 @@
 //! Reads OBJ files: faces in file order, with their groups and materials.
 
+mod conversion;
 mod mtl;
 mod number_precision;
 mod text;
@@ -227,6 +228,7 @@ impl ObjDocument {
             let material = material.or(self.coloured.then_some(&bare));
             builder.add_face(&face.group, &corners, false, material, place)?;
         }
+        conversion::convert_document(self, &used, builder);
         let names_of = |wanted: fn(&MtlMaterial) -> bool| {
             let materials = used.keys().map(|id| &self.materials[*id]);
             let names = materials.filter(|m| wanted(m)).map(|m| m.name.as_str());

@@ -123,10 +123,8 @@ impl MtlMaterial {
     ) -> std::result::Result<(WrappedTexture, DAffine2), String> {
         let line = TextureLine::parse(line)?;
         let name = line.name;
-        // Files from Windows separate folders by backslashes.
         let unread = |reason| format!("{name} cannot be read: {reason}");
-        let base = self.file.parent().unwrap_or(Path::new(""));
-        let path = file::path_below(&self.folder, base, &name.replace('\\', "/")).map_err(unread)?;
+        let path = self.path_of(name).map_err(unread)?;
         let picture = pictures.get(path.clone(), factor, |most| {
             let bytes = file::read(&path, MAX_FILE_BYTES).map_err(unread)?;
             TexturePicture::decode_image(&bytes, most).map_err(|reason| format!("{name} {reason}"))
@@ -142,6 +140,19 @@ impl MtlMaterial {
             },
             down * place,
         ))
+    }
+
+    /// Returns the path of a file that the material names.
+    fn path_of(&self, name: &str) -> std::result::Result<PathBuf, String> {
+        let base = self.file.parent().unwrap_or(Path::new(""));
+        // Files from Windows separate folders by backslashes.
+        file::path_below(&self.folder, base, &name.replace('\\', "/"))
+    }
+
+    /// Returns the file of the texture of colour `k`.
+    pub fn texture_file(&self, k: usize) -> Option<PathBuf> {
+        let line = TextureLine::parse(self.maps[k].as_deref()?).ok()?;
+        self.path_of(line.name).ok()
     }
 
     /// Returns whether the material has neither `Kd` nor `Ke`, nor a texture for one of them.

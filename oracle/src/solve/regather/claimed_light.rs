@@ -252,7 +252,7 @@ mod tests {
         let scene = Scene {
             name: "faces".into(),
             faces: faces().into(),
-            notes: Vec::new(),
+            ..Scene::default()
         };
         let mesh = Mesh::uniform(&scene, 7, 1).unwrap();
         for texel in &mesh.texels {

@@ -38,6 +38,8 @@ pub enum ErrorCause {
     Texels,
     /// Change of the last refinement step.
     Refinement,
+    /// Noise of the rays that gather light.
+    Noise,
     /// Unshot light.
     Iteration,
     /// Closure defect of the links, accumulated over bounces.
@@ -55,6 +57,7 @@ impl ErrorCause {
             Self::Patches => "patches",
             Self::Texels => "texels",
             Self::Refinement => "refinement",
+            Self::Noise => "noise",
             Self::Iteration => "iteration",
             Self::Closure => "closure",
             Self::Rounding => "rounding",
@@ -69,6 +72,7 @@ impl ErrorCause {
             Self::Patches => "light varies within patches",
             Self::Texels => "light varies within texels",
             Self::Refinement => "change of the last refinement step",
+            Self::Noise => "noise of the rays that gather light",
             Self::Iteration => "unshot light",
             Self::Closure => "links add or lose light at each bounce",
             Self::Rounding => "32-bit rounding, accumulated over reflections",

@@ -101,8 +101,9 @@ impl RayGatherer<'_> {
             }
             [sum, within, even].map(|sum| sum / f64::from(samples))
         });
-        let irradiance = halves.map(|[sum, ..]| sum);
-        let mean = 0.5 * (irradiance[0] + irradiance[1]);
+        let outside = self.mesh.texels[k].sky.as_dvec3();
+        let irradiance = halves.map(|[sum, ..]| sum + outside);
+        let mean = 0.5 * (irradiance[0] + irradiance[1]) - outside;
         let square = squares / f64::from(2 * samples);
         GatheredLight {
             irradiance,
@@ -197,8 +198,8 @@ impl RayGatherer<'_> {
         };
         let here = reflected(seen.point);
         let off = if seen.is_near || self.light.is_partly_covered(seen.texel) {
-            let emission = self.mesh.texels[seen.texel].emission;
-            emission + here - self.light.mean_radiosity(seen.texel)
+            let source = self.mesh.texels[seen.texel].source_radiosity(1.0);
+            source + here - self.light.mean_radiosity(seen.texel)
         } else {
             here - reflected(other)
         };
@@ -218,7 +219,7 @@ impl RayGatherer<'_> {
             if seen.is_near && depth > 0 {
                 let texel = &self.mesh.texels[seen.texel];
                 let gathered = self.gather_once(seen.point, RandomNumbers(pcg_hash(draws.0 ^ kind)), depth - 1);
-                let off = texel.emission + texel.reflectance * gathered;
+                let off = texel.source_radiosity(1.0) + texel.reflectance * gathered;
                 sum += seen.weight * (off - self.light.mean_radiosity(seen.texel));
             }
         }

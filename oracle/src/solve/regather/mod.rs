@@ -314,7 +314,11 @@ fn attribute_causes(
         let own = PatchGatherer::new(mesh, field, form_factor);
         let found: Vec<DVec3> = used
             .par_iter()
-            .map(|k| mesh.texels[sampled[*k].texel].reflectance.as_dvec3() * own.gather_texel(rays, sampled[*k].texel))
+            .map(|k| {
+                let texel = &mesh.texels[sampled[*k].texel];
+                let received = own.gather_texel(rays, sampled[*k].texel) + texel.sky.as_dvec3();
+                texel.reflectance.as_dvec3() * received
+            })
             .collect();
         let square = |n: usize| (found[n] - before[n]).powf(2.0);
         parts.push(error_part(cause, sampled, &used, square, light));

@@ -32,6 +32,7 @@ pub fn load_stage(arguments: &RelightArguments, to_error: bool) -> Result<Religh
         size: arguments.room_size,
         eye: arguments.eye,
         projection: arguments.map,
+        turn: arguments.objects.room_turn,
     };
     let given = arguments.objects.room_reflectance;
     let import = ImportOptions {

@@ -59,7 +59,7 @@ pub fn write_results(
     let exposure = files::choose_exposure(&picture).with_shoulder();
     let energy = EnergyBalance::new(&done.mesh, &done.run.field, &done.run.shots);
     let mut notes = stage.notes.clone();
-    notes.extend(capture_notes(stage, done, relit));
+    notes.extend(capture_notes(arguments, stage, done, relit));
     for note in &answered.notes {
         message!("note: {note}");
         notes.push(note.clone());
@@ -118,6 +118,7 @@ fn describe_relight(arguments: &RelightArguments, stage: &RelightStage, done: &S
         json!({
             "file": object.file.display().to_string(),
             "scale": object.scale,
+            "turn": object.turn,
             "place": object.place.to_array(),
             "reflectance": object.reflectance.map(|r| r.to_array()),
         })
@@ -134,7 +135,12 @@ fn describe_relight(arguments: &RelightArguments, stage: &RelightStage, done: &S
 }
 
 /// Returns notes on the captured room.
-fn capture_notes(stage: &RelightStage, done: &Solved, relit: &RelightReport) -> Vec<String> {
+fn capture_notes(
+    arguments: &RelightArguments,
+    stage: &RelightStage,
+    done: &Solved,
+    relit: &RelightReport,
+) -> Vec<String> {
     let mut notes = Vec::new();
     if relit.emitters > 0 {
         let room = |t: &&common::mesh::Texel| (t.face as usize) < stage.room_faces;
@@ -151,7 +157,13 @@ fn capture_notes(stage: &RelightStage, done: &Solved, relit: &RelightReport) -> 
         );
     }
     if stage.captured.panorama.is_some() {
-        notes.push("the centre of the map looks along +z, +x is a quarter turn to its left, y is up".into());
+        let turned = match arguments.objects.room_turn {
+            Some(turn) => format!(", before it is turned by {turn}° about y"),
+            None => String::new(),
+        };
+        notes.push(format!(
+            "the centre of the map looks along +z, +x is a quarter turn to its left, y is up{turned}"
+        ));
     }
     notes
 }

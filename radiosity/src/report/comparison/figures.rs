@@ -4,7 +4,7 @@ use crate::report::document::{Figure, bold_text, styled_text};
 use crate::report::format::format_number;
 use crate::report::picture::{decode_srgb, draw_item_buffer, face_colour, luminance, weighted_rms};
 use crate::report::view::camera::Camera;
-use crate::report::view::interpolation::{InterpolatedField, InterpolationSurface};
+use crate::report::view::interpolation::{CarriedLight, InterpolatedField, InterpolationSurface};
 use crate::report::view::render::{ViewHit, ViewHits};
 use crate::report::viewer::{SceneViewer, ViewerLayer};
 use common::rays::Rays;
@@ -71,6 +71,7 @@ impl ComparisonPictures {
         }
         let viewer = SceneViewer {
             scene: &c.scene,
+            surface: &surface,
             layers: [("GPU", &c.gpu), ("CPU", &c.cpu)]
                 .map(|(name, run)| ViewerLayer {
                     name,
@@ -79,7 +80,7 @@ impl ComparisonPictures {
                 })
                 .into(),
             irradiance: true,
-            reflected: false,
+            carried: CarriedLight::Irradiance,
             texel_errors: c.error_map.as_deref(),
             camera,
             exposure,

@@ -1,5 +1,5 @@
-//! UV charts of a scene file (TEXCOORD_1), checked for use as lightmap charts: inside the unit square, with area,
-//! without overlap.
+//! Charts of a scene's faces on a lightmap. Those of a scene file (TEXCOORD_1) are checked: inside the unit square, with
+//! area, without overlap.
 
 use crate::report::view::weld::DisjointSets;
 use common::scene::{Face, Scene};
@@ -16,20 +16,23 @@ const MIN_AREA_SHARE: f64 = 1e-6;
 /// Advice for charts that cannot hold light.
 const UNWRAP_ADVICE: &str = "unwrap it again, as a lightmap, or leave --uv keep out";
 
-/// UV charts of a scene's faces; none for a lamp that stands for a light without a surface.
+/// Charts of a scene's faces; none for a face without area, or for a lamp that stands for a light without a surface.
 pub struct UvCharts {
-    /// Corners in the unit square, x to the right and y downwards.
-    pub corners: Vec<Option<[DVec2; 3]>>,
+    /// Corners in the unit square, x to the right and y downwards; a triangle repeats its third.
+    pub corners: Vec<Option<[DVec2; 4]>>,
     /// Island number per face: faces that share corners on the surface and in the chart have one number.
     pub islands: Vec<u32>,
 }
 
 impl UvCharts {
-    /// Takes the charts of `scene`.
+    /// Takes the file's own charts of `scene`.
     ///
     /// Errors: a chart leaves the unit square, has no area, or overlaps another.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let place = |face: &Face| face.lightmap_corners.map(|chart| chart.map(|p| p.as_dvec2()));
+        let place = |face: &Face| {
+            face.lightmap_corners
+                .map(|[a, b, c]| [a, b, c, c].map(|p| p.as_dvec2()))
+        };
         let places: Vec<_> = scene.faces.iter().map(place).collect();
         let charts = Self {
             islands: find_islands(scene),
@@ -63,7 +66,9 @@ impl UvCharts {
                 return fail(k, "has no area in TEXCOORD_1".into());
             }
         }
-        if let Some([a, b]) = self.find_overlap() {
+        let placed = self.corners.iter().enumerate();
+        let placed: Vec<_> = placed.filter_map(|(k, chart)| Some((k, (*chart)?))).collect();
+        if let Some([a, b]) = find_overlap(&placed) {
             let message = format!(
                 "lies on {} in TEXCOORD_1, and light has one place only",
                 scene.face_label(a)
@@ -72,58 +77,62 @@ impl UvCharts {
         }
         Ok(())
     }
+}
 
-    /// Returns two overlapping charts, if any: a sweep along x within rows of the unit square.
-    fn find_overlap(&self) -> Option<[usize; 2]> {
-        let placed = self.corners.iter().enumerate();
-        let placed = placed.filter_map(|(k, chart)| Some((k, (*chart)?)));
-        let mut charts: Vec<(usize, [DVec2; 3])> = placed.collect();
-        charts.sort_by(|a, b| low_corner(&a.1).x.total_cmp(&low_corner(&b.1).x));
-        let count = (charts.len() as f64).sqrt().clamp(1.0, 1024.0);
-        let row = |y: f64| (y.clamp(0.0, 1.0) * (count - 1.0)) as usize;
-        let mut rows: Vec<Vec<(usize, [DVec2; 3])>> = vec![Vec::new(); count as usize];
-        for (k, chart) in charts {
-            let reached = row(low_corner(&chart).y)..=row(high_corner(&chart).y);
-            for active in &mut rows[reached] {
-                active.retain(|(_, other)| high_corner(other).x > low_corner(&chart).x);
-                if let Some((other, _)) = active.iter().find(|(_, other)| triangles_overlap(other, &chart)) {
-                    return Some([k.min(*other), k.max(*other)]);
-                }
-                active.push((k, chart));
+/// Returns two overlapping outlines within the unit square, if any: a sweep along x within rows.
+pub fn find_overlap(outlines: &[(usize, [DVec2; 4])]) -> Option<[usize; 2]> {
+    let mut charts = outlines.to_vec();
+    charts.sort_by(|a, b| low_corner(&a.1).x.total_cmp(&low_corner(&b.1).x));
+    let count = (charts.len() as f64).sqrt().clamp(1.0, 1024.0);
+    let row = |y: f64| (y.clamp(0.0, 1.0) * (count - 1.0)) as usize;
+    let mut rows: Vec<Vec<(usize, [DVec2; 4])>> = vec![Vec::new(); count as usize];
+    for (k, chart) in charts {
+        let reached = row(low_corner(&chart).y)..=row(high_corner(&chart).y);
+        for active in &mut rows[reached] {
+            active.retain(|(_, other)| high_corner(other).x > low_corner(&chart).x);
+            if let Some((other, _)) = active.iter().find(|(_, other)| outlines_overlap(other, &chart)) {
+                return Some([k.min(*other), k.max(*other)]);
             }
+            active.push((k, chart));
         }
-        None
     }
+    None
 }
 
-fn low_corner(chart: &[DVec2; 3]) -> DVec2 {
-    chart[0].min(chart[1]).min(chart[2])
+/// Returns the 4 or 3 corners, without a triangle's repeated one.
+pub fn outline(corners: &[DVec2; 4]) -> &[DVec2] {
+    &corners[..if corners[2] == corners[3] { 3 } else { 4 }]
 }
 
-fn high_corner(chart: &[DVec2; 3]) -> DVec2 {
-    chart[0].max(chart[1]).max(chart[2])
+fn low_corner([a, b, c, d]: &[DVec2; 4]) -> DVec2 {
+    a.min(*b).min(*c).min(*d)
 }
 
-/// Returns twice the area of a triangle.
-fn doubled_area([a, b, c]: &[DVec2; 3]) -> f64 {
-    (*b - *a).perp_dot(*c - *a).abs()
+fn high_corner([a, b, c, d]: &[DVec2; 4]) -> DVec2 {
+    a.max(*b).max(*c).max(*d)
 }
 
-/// Returns whether two triangles overlap: no edge is a separating axis.
-fn triangles_overlap(a: &[DVec2; 3], b: &[DVec2; 3]) -> bool {
-    let extent = |of: &[DVec2; 3], axis: DVec2| {
+/// Returns twice the area of an outline.
+fn doubled_area([a, b, c, d]: &[DVec2; 4]) -> f64 {
+    (*c - *a).perp_dot(*d - *b).abs()
+}
+
+/// Returns whether two convex outlines overlap: no edge is a separating axis.
+fn outlines_overlap(a: &[DVec2; 4], b: &[DVec2; 4]) -> bool {
+    let extent = |of: &[DVec2; 4], axis: DVec2| {
         let along = of.map(|p| p.dot(axis));
-        let [x, y, z] = along;
-        [x.min(y).min(z), x.max(y).max(z)]
+        let least = along.into_iter().fold(f64::INFINITY, f64::min);
+        [least, along.into_iter().fold(f64::NEG_INFINITY, f64::max)]
     };
     let deep = |from: DVec2, to: DVec2| {
         let axis = (to - from).perp().normalize_or_zero();
         let ([low, high], [other_low, other_high]) = (extent(a, axis), extent(b, axis));
         high.min(other_high) - low.max(other_low) > OVERLAP_TOLERANCE
     };
-    [a, b]
-        .into_iter()
-        .all(|of| (0..3).all(|k| deep(of[k], of[(k + 1) % 3])))
+    [a, b].into_iter().map(outline).all(|of| {
+        let next = of.iter().cycle().skip(1);
+        of.iter().zip(next).all(|(from, to)| deep(*from, *to))
+    })
 }
 
 /// Bits of a surface corner and of its chart corner.

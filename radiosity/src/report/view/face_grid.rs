@@ -1,25 +1,23 @@
-//! Places the interpolation nodes of a face on the half lattice of its texels.
+//! Places the interpolation nodes of a face on the corners of its texels.
 //!
 //! ```text
-//! node (a, b), 0 ≤ a ≤ 2W, 0 ≤ b ≤ 2H, lies at (u, v) = (a/2W, b/2H)
+//! node (i, j), 0 ≤ i ≤ W, 0 ≤ j ≤ H, lies at (u, v) = (i/W, j/H); on a triangle i + j ≤ N
 //! ```
-//! Quad: even/even nodes are texel corners, even/odd ones are midpoints of texel edges (odd/odd is
-//! unused). Triangle: a + b ≤ 2N, even/even nodes are corners, all others midpoints.
 
 use common::mesh::Mesh;
 use common::scene::{Face, Shape};
 use common::texel::{triangle_index, triangle_position};
 use glam::DVec3;
 
-/// Position (a, b) of a node on the half lattice.
-pub type LatticeNode = [u32; 2];
+/// Node (i, j) of a face: a corner of its texels.
+pub type GridNode = [u32; 2];
 
-/// Nodes around a quad's texel, counter-clockwise from its lower corner (corner, midpoint, corner, …).
-const QUAD_RING: [LatticeNode; 8] = [[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
+/// Nodes around a quad's texel, counter-clockwise from its lower corner.
+const QUAD_RING: [GridNode; 4] = [[0, 0], [1, 0], [1, 1], [0, 1]];
 /// Nodes around a triangle's upright texel; the last one fills the array.
-const UPRIGHT_RING: [LatticeNode; 8] = [[0, 0], [1, 0], [2, 0], [1, 1], [0, 2], [0, 1], [0, 1], [0, 1]];
+const UPRIGHT_RING: [GridNode; 4] = [[0, 0], [1, 0], [0, 1], [0, 1]];
 /// Nodes around a triangle's inverted texel; the last one fills the array.
-const INVERTED_RING: [LatticeNode; 8] = [[2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [1, 1], [1, 1], [1, 1]];
+const INVERTED_RING: [GridNode; 4] = [[1, 0], [1, 1], [0, 1], [0, 1]];
 
 /// Face geometry in f64, with the offsets of its nodes and texels in buffers over all faces.
 #[derive(Clone, Debug)]
@@ -53,7 +51,7 @@ impl FaceGrid {
                 first_texel,
             });
             let [w, h] = face.resolution.map(|n| n as usize);
-            first_node += (2 * w + 1) * (2 * h + 1);
+            first_node += (w + 1) * (h + 1);
             first_texel += w * h;
         }
         (grids, first_node)
@@ -73,8 +71,8 @@ impl FaceGrid {
     }
 
     /// Returns the buffer index of a node.
-    pub fn node_index(&self, [a, b]: LatticeNode) -> usize {
-        self.first_node + b as usize * (2 * self.size[0] as usize + 1) + a as usize
+    pub fn node_index(&self, [i, j]: GridNode) -> usize {
+        self.first_node + j as usize * (self.size[0] as usize + 1) + i as usize
     }
 
     /// Returns the point at (u, v): bilinear on a quad; on a triangle u runs along edge 0→1 and v along 0→2.
@@ -87,14 +85,14 @@ impl FaceGrid {
     }
 
     /// Returns the position of a node.
-    pub fn node_position(&self, [a, b]: LatticeNode) -> DVec3 {
+    pub fn node_position(&self, [i, j]: GridNode) -> DVec3 {
         let [w, h] = self.size.map(f64::from);
-        self.point_at(f64::from(a) / (2.0 * w), f64::from(b) / (2.0 * h))
+        self.point_at(f64::from(i) / w, f64::from(j) / h)
     }
 
     /// Returns the nodes of edge `k` from start to end, each with its share s of the edge's length.
-    pub fn edge_nodes(&self, k: usize) -> impl Iterator<Item = (f64, LatticeNode)> + use<> {
-        let [w, h] = self.size.map(|n| 2 * n);
+    pub fn edge_nodes(&self, k: usize) -> impl Iterator<Item = (f64, GridNode)> + use<> {
+        let [w, h] = self.size;
         let (shape, count) = (self.shape, if k.is_multiple_of(2) { w } else { h });
         (0..=count).map(move |i| {
             let node = match (shape, k) {
@@ -109,8 +107,8 @@ impl FaceGrid {
     }
 
     /// Returns the edge of the outline that contains two successive nodes of a ring, and their shares of it.
-    pub fn edge_between(&self, from: LatticeNode, to: LatticeNode) -> Option<(usize, [f64; 2])> {
-        let [w, h] = self.size.map(|n| 2 * n);
+    pub fn edge_between(&self, from: GridNode, to: GridNode) -> Option<(usize, [f64; 2])> {
+        let [w, h] = self.size;
         let share = |i: [u32; 2], n: u32| i.map(|i| f64::from(i) / f64::from(n));
         let ([a, b], [c, d]) = (from, to);
         match self.shape {
@@ -124,17 +122,17 @@ impl FaceGrid {
         }
     }
 
-    /// Returns the nodes around texel `index`, counter-clockwise (corner, midpoint, corner, …), and their number.
-    pub fn texel_ring(&self, index: u32) -> ([LatticeNode; 8], usize) {
+    /// Returns the nodes around texel `index`, counter-clockwise, and their number.
+    pub fn texel_ring(&self, index: u32) -> ([GridNode; 4], usize) {
         let w = self.size[0];
         let ((i, j), ring, count) = match self.shape {
-            Shape::Quad => ((index % w, index / w), QUAD_RING, 8),
+            Shape::Quad => ((index % w, index / w), QUAD_RING, 4),
             Shape::Triangle => match triangle_position(w, index) {
-                (i, j, true) => ((i, j), UPRIGHT_RING, 6),
-                (i, j, false) => ((i, j), INVERTED_RING, 6),
+                (i, j, true) => ((i, j), UPRIGHT_RING, 3),
+                (i, j, false) => ((i, j), INVERTED_RING, 3),
             },
         };
-        (ring.map(|[a, b]| [2 * i + a, 2 * j + b]), count)
+        (ring.map(|[a, b]| [i + a, j + b]), count)
     }
 
     /// Returns the texel index within the face that contains a point of the face's plane, or is nearest to it.
@@ -214,20 +212,17 @@ mod tests {
                 assert_eq!(grid.texel_at(texel.position.as_dvec3()), texel.index);
                 let corners = texel_outline(face, [n, n], texel.index);
                 let centroid = corners.centroid() - texel.position.as_dvec3() * mesh.unit;
-                let (ring, len) = grid.texel_ring(texel.index);
+                let (ring, _) = grid.texel_ring(texel.index);
                 for (k, corner) in corners.corners().iter().enumerate() {
-                    let node = grid.node_position(ring[2 * k]) * mesh.unit;
+                    let node = grid.node_position(ring[k]) * mesh.unit;
                     // Mesh corners and centroids are f32 of order 1.
                     assert!((node + centroid - *corner).length() < 1e-5, "{k} {node} {corner}");
-                    let middle = grid.node_position(ring[2 * k + 1]) * 2.0;
-                    let ends = grid.node_position(ring[2 * k]) + grid.node_position(ring[(2 * k + 2) % len]);
-                    assert!((middle - ends).length() < 1e-12);
                 }
             }
             let borders = grids
                 .iter()
                 .map(|q| (0..q.edge_count()).map(|k| q.edge_nodes(k).count()).sum::<usize>());
-            let expected = [4, 4, 3].map(|edges| edges * (2 * n as usize + 1));
+            let expected = [4, 4, 3].map(|edges| edges * (n as usize + 1));
             assert!(borders.eq(expected));
             assert_eq!(texel_count([n, n]) as usize, grids[1].first_texel);
         }

@@ -1,7 +1,7 @@
 //! Renders a solved scene from a camera with irradiance interpolated between texels.
 //!
 //! [`camera`] generates view rays, [`face_grid`] places interpolation nodes on a face, [`weld`] joins the nodes of
-//! coplanar neighbours, [`interpolation`] interpolates irradiance over them, [`render`] shades the hits.
+//! neighbours that form one surface, [`interpolation`] interpolates light over them, [`render`] shades the hits.
 
 pub mod camera;
 pub mod face_grid;

@@ -1,17 +1,22 @@
-//! Welds the border nodes of touching coplanar faces, so that the interpolation has no step there.
+//! Welds the border nodes of neighbouring faces that form one surface, so that the interpolation has no step there.
 //!
-//! Faces with equal normals and touching borders are neighbours. On a common border each face gets the other's
+//! Faces with touching borders and similar normals are neighbours. On a common border each face gets the other's
 //! nodes: coinciding nodes are merged, any other becomes a hanging node that both faces use as a knot. Both then
 //! interpolate linearly between the same knots of equal value.
 
 use crate::report::view::face_grid::FaceGrid;
+use common::scene::Face;
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// Points closer than this coincide (mesh units): some roundings of an f32 coordinate.
 pub const WELD_DISTANCE: f64 = 1e-5;
-/// Minimum cosine (1.1°) between the normals of neighbours: nearly planar quads are split into triangles that
-/// differ by less.
+/// Minimum cosine (1.1°) between normals of one plane: nearly planar quads are split into triangles that differ by less.
 pub const MIN_COPLANAR_COSINE: f64 = 0.9998;
+/// Minimum cosine (40°) between the normals of two faces that approximate one curved surface.
+const MIN_CURVED_COSINE: f64 = 0.766;
+/// Minimum cosine (2°) between shading normals that are equal up to rounding.
+const EQUAL_NORMAL_COSINE: f32 = 0.9994;
 
 /// Neighbour's node on an edge of a face.
 #[derive(Clone, Copy, Debug)]
@@ -31,30 +36,80 @@ pub struct WeldedNodes {
     pub hanging: Vec<Vec<EdgeKnot>>,
 }
 
-/// Returns the pairs of faces whose bounding boxes touch and whose normals' cosine is at least `least(a, b)`
-/// (above 1: never).
-pub fn find_neighbours(grids: &[FaceGrid], least: impl Fn(u32, u32) -> f64) -> Vec<(u32, u32)> {
-    let boxes: Vec<[DVec3; 2]> = grids.iter().map(padded_bounds).collect();
-    let mut order: Vec<u32> = (0..grids.len() as u32)
-        .filter(|k| grids[*k as usize].normal != DVec3::ZERO)
-        .collect();
-    order.sort_by(|a, b| boxes[*a as usize][0].x.total_cmp(&boxes[*b as usize][0].x));
-    let mut pairs = Vec::new();
+/// Returns whether two faces with a common edge form one smooth surface: by their normals, or by the shading normals
+/// at common corners where the file has them.
+fn is_smooth(faces: [&Face; 2], cosine: f64) -> bool {
+    let [a, b] = faces;
+    let (Some(first), Some(second)) = (a.corner_normals, b.corner_normals) else {
+        return cosine >= MIN_CURVED_COSINE;
+    };
+    let own = a.corners.iter().zip(first);
+    let shared = own.flat_map(|(p, n)| {
+        let other = b.corners.iter().zip(second);
+        other.filter(move |(q, _)| p == *q).map(move |(_, m)| n.dot(m))
+    });
+    match shared.fold(f32::INFINITY, f32::min) {
+        // No common corner: one face divides the other's edge.
+        f32::INFINITY => cosine >= MIN_CURVED_COSINE,
+        least => cosine >= MIN_COPLANAR_COSINE || least >= EQUAL_NORMAL_COSINE,
+    }
+}
+
+/// Returns the pairs of faces that touch, form one surface and may be welded by `welds(a, b)`.
+pub fn find_neighbours(faces: &[Face], grids: &[FaceGrid], welds: impl Fn(u32, u32) -> bool) -> Vec<(u32, u32)> {
+    let joins = |a: u32, b: u32| {
+        let cosine = grids[a as usize].normal.dot(grids[b as usize].normal);
+        let is_surface = match (faces.get(a as usize), faces.get(b as usize)) {
+            (Some(a), Some(b)) => is_smooth([a, b], cosine),
+            _ => cosine >= MIN_CURVED_COSINE,
+        };
+        is_surface && welds(a, b)
+    };
+    let (mut pairs, lone) = pair_equal_edges(grids, joins);
+    let boxes: HashMap<u32, [DVec3; 2]> = lone.iter().map(|k| (*k, padded_bounds(&grids[*k as usize]))).collect();
+    let mut order = lone;
+    order.sort_by(|a, b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
     for (at, &a) in order.iter().enumerate() {
-        let [low, high] = boxes[a as usize];
-        let normal = grids[a as usize].normal;
-        for &b in &order[at + 1..] {
-            let other = boxes[b as usize];
-            if other[0].x > high.x {
-                break;
-            }
-            let touch = other[0].cmple(high).all() && other[1].cmpge(low).all();
-            if touch && grids[b as usize].normal.dot(normal) >= least(a, b) {
-                pairs.push((a, b));
-            }
+        let [low, high] = boxes[&a];
+        let others = order[at + 1..].iter().take_while(|b| boxes[*b][0].x <= high.x);
+        let touches = |b: &u32| boxes[b][0].cmple(high).all() && boxes[b][1].cmpge(low).all();
+        pairs.extend(
+            others
+                .filter(|b| touches(b) && joins(a, **b))
+                .map(|b| (a.min(*b), a.max(*b))),
+        );
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// Returns the pairs of faces that have an edge with the same two corners and that `joins` accepts, and the faces with
+/// another edge.
+fn pair_equal_edges(grids: &[FaceGrid], joins: impl Fn(u32, u32) -> bool) -> (Vec<(u32, u32)>, Vec<u32>) {
+    let mut edges: Vec<([[u64; 3]; 2], u32)> = Vec::new();
+    for (face, grid) in (0..).zip(grids).filter(|(_, grid)| grid.normal != DVec3::ZERO) {
+        // Adding 0 makes −0 to 0.
+        let ends = |k: usize| grid.edge_ends(k).map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+        edges.extend((0..grid.edge_count()).map(|k| {
+            let [a, b] = ends(k);
+            ([a.min(b), a.max(b)], face)
+        }));
+    }
+    edges.sort_unstable();
+    let (mut pairs, mut lone) = (Vec::new(), Vec::new());
+    for group in edges.chunk_by(|a, b| a.0 == b.0) {
+        if group.len() == 1 {
+            lone.push(group[0].1);
+        }
+        for (k, (_, a)) in group.iter().enumerate() {
+            let others = group[k + 1..].iter().map(|(_, b)| *b);
+            pairs.extend(others.filter(|b| a != b && joins(*a, *b)).map(|b| (*a, b)));
         }
     }
-    pairs
+    lone.sort_unstable();
+    lone.dedup();
+    (pairs, lone)
 }
 
 /// Returns the bounding box of a face, enlarged by the tolerance.

@@ -1,18 +1,20 @@
 //! Interactive 3-D viewer of a solved scene: one HTML element with its data, without network access.
 //!
-//! The browser gets the texels in face order and interpolates like [`crate::report::view::interpolation`]; a texel's
-//! reading equals its value in `lightmap.exr`.
+//! The browser gets the nodes of [`crate::report::view::interpolation`] with their values, to draw the same light, and
+//! the texels in face order; a texel's reading equals its value in `lightmap.exr`.
 
 use super::document::{Blocks, render_document};
 use super::format::file_name;
 use super::picture::{DIVERGING_COLOURS, Exposure, SHOULDER_START};
 use super::view::camera::Camera;
+use super::view::interpolation::{CarriedLight, InterpolationSurface};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::mesh::{Mesh, Texel};
 use common::scene::{Scene, Shape};
 use common::shooting::RadiosityField;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use half::f16;
 use maud::{Markup, PreEscaped, html};
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use serde_json::{Value, json};
@@ -23,16 +25,21 @@ const VIEWER_STYLE: &str = include_str!("viewer.css");
 /// Stops of the sequential colour map.
 const SEQUENTIAL_STOPS: u32 = 9;
 
+/// Largest node value in the data, of those that 16 bits can hold.
+const MAX_NODE_VALUE: f64 = 6e4;
+
 /// Content of a viewer.
 pub struct SceneViewer<'a> {
     /// Faces with names.
     pub scene: &'a Scene,
+    /// Interpolation nodes of the layers' texels.
+    pub surface: &'a InterpolationSurface<'a>,
     /// One solution, or two solutions on the same texels, whose difference is that of the first minus the second.
     pub layers: Vec<ViewerLayer<'a>>,
     /// True if irradiance H is known besides radiosity B.
     pub irradiance: bool,
-    /// True to interpolate B − E instead of H, where B = E + ρH need not hold.
-    pub reflected: bool,
+    /// Interpolated light.
+    pub carried: CarriedLight,
     /// Error estimate per texel, W/m².
     pub texel_errors: Option<&'a [f32]>,
     /// Initial camera.
@@ -69,7 +76,8 @@ impl SceneViewer<'_> {
             ("difference", &difference, self.layers_differ()),
         ];
         // A literal "</script" would end the element.
-        let head = self.header_json().to_string().replace('<', "\\u003c");
+        let nodes = ViewerNodes::new(self);
+        let head = self.header_json(&nodes).to_string().replace('<', "\\u003c");
         html! {
             div.viewer {
                 canvas tabindex="0" role="img" aria-label={ "Interactive view of the scene " (self.scene.name) } {}
@@ -95,7 +103,7 @@ impl SceneViewer<'_> {
                 div.told aria-live="polite" { "Point at a texel to read its light." }
                 p.keys { "Drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; tap or point to read a texel. Keys: arrows, Shift and arrows, + −, [ ] exposure, 1 to 4, g texels, f false colours, Enter reads the middle, r." }
                 script.head type="application/json" { (PreEscaped(head)) }
-                script.data type="text/plain" { (STANDARD.encode(self.binary_data())) }
+                script.data type="text/plain" { (STANDARD.encode(self.binary_data(&nodes))) }
             }
         }
     }
@@ -111,7 +119,7 @@ impl SceneViewer<'_> {
     }
 
     /// Returns the viewer's parameters for `viewer.js`.
-    fn header_json(&self) -> Value {
+    fn header_json(&self, nodes: &ViewerNodes) -> Value {
         let linear = |[r, g, b]: [u8; 3]| [r, g, b].map(|x| f32::from(x) / 255.0);
         let rising = (0..SEQUENTIAL_STOPS).map(|k| {
             let colour = ViridisRGB.get_color(k as f32 / (SEQUENTIAL_STOPS - 1) as f32);
@@ -125,7 +133,12 @@ impl SceneViewer<'_> {
             "surfaces": self.layers.len(),
             "by_texel": !self.layers.iter().all(|layer| is_constant_per_face(layer.mesh)),
             "irradiance": self.irradiance,
-            "reflected": self.reflected,
+            "carried": self.carried.name(),
+            "fields": nodes.fields,
+            "joins": nodes.joins.len(),
+            "knots": nodes.knots.len(),
+            "nodes": nodes.count,
+            "step": nodes.step,
             "difference": self.layers_differ().then_some([0, 1]),
             "off": self.texel_errors.is_some(),
             "eye": self.camera.eye.to_array(),
@@ -159,8 +172,8 @@ impl SceneViewer<'_> {
     }
 
     /// Packs the binary data: corners; resolution, shape and name of each face; E and ρ, then B and H of
-    /// each layer; error estimates.
-    fn binary_data(&self) -> Vec<u8> {
+    /// each layer; error estimates; nodes.
+    fn binary_data(&self, nodes: &ViewerNodes) -> Vec<u8> {
         let mut bytes = Vec::new();
         let Some(mesh) = self.layers.first().map(|layer| layer.mesh) else {
             return bytes;
@@ -195,12 +208,93 @@ impl SceneViewer<'_> {
         if let Some(off) = self.texel_errors {
             bytes.extend(order.iter().flat_map(|k| off[*k].to_le_bytes()));
         }
+        bytes.extend(nodes.joins.as_flattened().iter().flat_map(|k| k.to_le_bytes()));
+        bytes.extend(nodes.knots.as_flattened().iter().flat_map(|k| k.to_le_bytes()));
+        bytes.extend(nodes.values.iter().flat_map(|value| value.to_le_bytes()));
         bytes
     }
 }
 
+/// Interpolation nodes in a viewer's data. Nodes are numbered over the faces, (W + 1)(H + 1) of each.
+struct ViewerNodes {
+    /// Nodes that have the value of an earlier one, with that one.
+    joins: Vec<[u32; 2]>,
+    /// Knots between the corners of a texel: texel in face order, corner before it, node.
+    knots: Vec<[u32; 3]>,
+    /// Number of nodes with a value of their own.
+    count: usize,
+    /// Interpolated fields of each layer: the carried light, and H where that is another one and known.
+    fields: usize,
+    /// Value of 1 in `values`.
+    step: f64,
+    /// Values of each layer, field, node and channel.
+    values: Vec<f16>,
+}
+
+impl ViewerNodes {
+    fn new(viewer: &SceneViewer) -> Self {
+        let (surface, carried) = (viewer.surface, viewer.carried);
+        let slots = || (0..).zip(surface.node_slots().iter().copied());
+        let is_inside = inside_nodes(surface);
+        let own: Vec<u32> = slots()
+            .filter(|(k, slot)| k == slot && is_inside[*k as usize])
+            .map(|own| own.1)
+            .collect();
+        let mut knots = Vec::new();
+        let mut ring = Vec::new();
+        for (number, k) in (0..).zip(surface.mesh.texels_in_face_order()) {
+            surface.collect_knots(k as u32, &mut ring);
+            let mut corner = 0;
+            for knot in &ring {
+                corner += u32::from(knot.is_corner);
+                if !knot.is_corner {
+                    knots.push([number, corner - 1, knot.slot]);
+                }
+            }
+        }
+        let more = viewer.irradiance && carried != CarriedLight::Irradiance;
+        let lights = [carried].into_iter().chain(more.then_some(CarriedLight::Irradiance));
+        let mut values: Vec<DVec3> = Vec::new();
+        for layer in &viewer.layers {
+            for light in lights.clone() {
+                let field = surface.interpolate(&light.texel_values(layer.mesh, layer.field));
+                values.extend(own.iter().map(|slot| field.slot_value(*slot)));
+            }
+        }
+        let most = values
+            .iter()
+            .map(|value| value.abs().max_element())
+            .filter(|most| most.is_finite());
+        let step = most.fold(f64::MIN_POSITIVE, f64::max) / MAX_NODE_VALUE;
+        Self {
+            joins: slots()
+                .filter(|(k, slot)| k != slot)
+                .map(|(k, slot)| [k, slot])
+                .collect(),
+            knots,
+            count: own.len(),
+            fields: lights.count(),
+            step,
+            values: values
+                .iter()
+                .flat_map(|value| (value / step).to_array().map(f16::from_f64))
+                .collect(),
+        }
+    }
+}
+
+/// Returns for each node whether it is a corner of a texel: half of a triangle's are not.
+fn inside_nodes(surface: &InterpolationSurface) -> Vec<bool> {
+    let inside = surface.face_grids.iter().flat_map(|grid| {
+        let [w, h] = grid.size;
+        let places = (0..=h).flat_map(move |j| (0..=w).map(move |i| [i, j]));
+        places.map(move |[i, j]| grid.shape == Shape::Quad || i + j <= w)
+    });
+    inside.collect()
+}
+
 /// Returns whether ρ and E are constant on each face.
-fn is_constant_per_face(mesh: &Mesh) -> bool {
+pub fn is_constant_per_face(mesh: &Mesh) -> bool {
     let first = texel_per_face(mesh);
     let of = |texel: &Texel| (texel.emission, texel.reflectance);
     let mut texels = mesh.texels.iter();

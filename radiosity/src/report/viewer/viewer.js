@@ -1,5 +1,5 @@
-// Interactive viewer of a solved scene: WebGL 2, no library. Texel values are the solver's. Between texels irradiance
-// is interpolated as in report/view/interpolation.rs, except for knots at the midpoints of edges.
+// Interactive viewer of a solved scene: WebGL 2, no library. Texel values are the solver's. Light between texels is that
+// of report/view/interpolation.rs, whose nodes the page holds.
 (() => {
   "use strict";
 
@@ -52,8 +52,15 @@
   const number = (x) => (x === 0 ? "0" : Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(4) : String(Number(x.toPrecision(5))));
   const three = (v) => v.map(number).join("  ");
 
+  // Decodes a number of 16 bits (IEEE 754).
+  const from_half = (bits) => {
+    const [exponent, rest] = [(bits >> 10) & 31, (bits & 1023) / 1024];
+    const size = exponent === 0 ? rest * 2 ** -14 : exponent === 31 ? 0 / 0 : (1 + rest) * 2 ** (exponent - 15);
+    return bits & 32768 ? -size : size;
+  };
+
   // Reads the page's arrays: corners, resolution, shape and name per face; E and ρ per face or texel; B and H per
-  // layer and texel; error estimates.
+  // layer and texel; error estimates; joined nodes, knots on edges, values of nodes.
   function read(element) {
     const head = JSON.parse(element.querySelector(".head").textContent);
     const text = atob(element.querySelector(".data").textContent.trim());
@@ -70,116 +77,108 @@
     scene.surface = (layer) => surfaces[Math.min(layer, surfaces.length - 1)];
     scene.layers = head.layers.map((name) => ({ name, light: take(Float32Array, 6 * head.texels) }));
     scene.off = head.off ? take(Float32Array, head.texels) : null;
+    scene.joins = take(Uint32Array, 2 * head.joins);
+    scene.knots = take(Uint32Array, 3 * head.knots);
+    const halves = new Uint16Array(bytes.buffer, at, 3 * head.nodes * head.fields * head.layers.length);
+    const values = Float32Array.from(halves, (bits) => head.step * from_half(bits));
+    const field = (k) => values.subarray(3 * head.nodes * k, 3 * head.nodes * (k + 1));
+    // The carried light of a layer, or its irradiance.
+    scene.nodes = (layer, irradiance) => field(head.fields * (layer + 1) - (irradiance ? 1 : head.fields));
     return scene;
   }
 
-  // Builds the nodes around each texel, those of coplanar neighbours welded, and the texels' weights at them.
+  // Builds the nodes and, around each texel, its ring of nodes from corner to corner.
   function build(scene) {
-    const { corners, info, faces, texels } = scene;
-    const joined = new Map();
+    const { corners, info, faces, texels, joins, knots } = scene;
+    let all = 0;
+    for (let f = 0; f < faces; f++) all += (info[4 * f] + 1) * (info[4 * f + 1] + 1);
+    const earlier = new Map();
+    for (let k = 0; k < joins.length; k += 2) earlier.set(joins[k], joins[k + 1]);
+    const own = new Uint32Array(all);
     const positions = [];
-    const rings = new Uint32Array(4 * texels);
-    const count = new Uint8Array(texels);
+    const rings = [];
     const face_of = new Uint32Array(texels);
     const places = new Uint32Array(2 * texels);
-    let first = 0;
+    let [first, start] = [0, 0];
     for (let f = 0; f < faces; f++) {
       const [w, h, quad] = [info[4 * f], info[4 * f + 1], info[4 * f + 2]];
       const corner = (k) => Array.from(corners.subarray(12 * f + 3 * k, 12 * f + 3 * k + 3));
       const [a, b, c, d] = [0, 1, 2, 3].map(corner);
-      const normal = unit(cross(sub(c, a), sub(quad ? d : c, b)));
-      const facing = normal.map((x) => Math.round(50 * x)).join();
-      const own = new Map();
-      const node = (i, j) => {
-        const key = j * (w + 1) + i;
-        const known = own.get(key);
-        if (known !== undefined) return known;
+      for (let j = 0; j <= h; j++) for (let i = 0; i <= (quad ? w : w - j); i++) {
+        const at = start + j * (w + 1) + i;
+        const known = earlier.get(at);
+        if (known !== undefined) {
+          own[at] = own[known];
+          continue;
+        }
+        own[at] = positions.length / 3;
         const [u, v] = [i / w, j / h];
-        let p;
-        if (quad) {
-          const low = add(a, sub(b, a), u);
-          p = add(low, sub(add(d, sub(c, d), u), low), v);
-        } else {
-          p = add(add(a, sub(b, a), u), sub(c, a), v);
-        }
-        const border = i === 0 || j === 0 || (quad ? i === w || j === h : i + j === w);
-        const place = border ? `${p.map((x) => Math.round(2e4 * x)).join()},${facing}` : null;
-        let index = place === null ? undefined : joined.get(place);
-        if (index === undefined) {
-          index = positions.length / 3;
-          positions.push(...p);
-          if (place !== null) joined.set(place, index);
-        }
-        own.set(key, index);
-        return index;
-      };
+        const low = add(a, sub(b, a), u);
+        positions.push(...(quad ? add(low, sub(add(d, sub(c, d), u), low), v) : add(low, sub(c, a), v)));
+      }
       const texel = (k, i, j, ring) => {
         face_of[k] = f;
         places[2 * k] = i;
         places[2 * k + 1] = j;
-        count[k] = ring.length;
-        ring.forEach((n, r) => { rings[4 * k + r] = n; });
+        rings[k] = ring.map(([x, y]) => own[start + (j + y) * (w + 1) + i + x]);
       };
       if (quad) {
         for (let j = 0; j < h; j++) for (let i = 0; i < w; i++) {
-          texel(first + j * w + i, i, j, [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]);
+          texel(first + j * w + i, i, j, [[0, 0], [1, 0], [1, 1], [0, 1]]);
         }
       } else {
         // Rows from edge 0-1 on, upright and inverted triangles alternating.
         let k = first;
         for (let j = 0; j < w; j++) for (let i = 0; i < w - j; i++) {
-          texel(k, i, j, [node(i, j), node(i + 1, j), node(i, j + 1)]);
-          k++;
-          if (i + 1 < w - j) {
-            texel(k, i, j, [node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]);
-            k++;
-          }
+          texel(k++, i, j, [[0, 0], [1, 0], [0, 1]]);
+          if (i + 1 < w - j) texel(k++, i, j, [[1, 0], [1, 1], [0, 1]]);
         }
       }
       first += w * h;
+      start += (w + 1) * (h + 1);
     }
-    return { positions: new Float32Array(positions), rings, count, face_of, places };
+    const corner_of = rings.map((ring) => ring.map((n, k) => k));
+    // From the last on, so that the places of those before stay.
+    for (let k = knots.length - 3; k >= 0; k -= 3) {
+      const [texel, after, node] = knots.subarray(k, k + 3);
+      rings[texel].splice(after + 1, 0, own[node]);
+      corner_of[texel].splice(after + 1, 0, -1);
+    }
+    return { positions: new Float32Array(positions), rings, corner_of, face_of, places };
   }
 
-  // Builds one triangle fan per texel: its centroid and its nodes.
-  function fans(shape, texels) {
-    let vertices = 0;
-    for (let k = 0; k < texels; k++) vertices += shape.count[k] + 1;
+  // Builds the triangles of each texel, between the mean of its corners and its ring.
+  function fans(shape) {
+    const vertices = shape.rings.reduce((sum, ring) => sum + ring.length + 1, 0);
     const place = new Float32Array(3 * vertices);
     const inside = new Float32Array(vertices);
     const ids = new Uint8Array(4 * vertices);
-    const index = new Uint32Array(3 * (vertices - texels));
-    const start = new Uint32Array(texels);
-    const share = new Float32Array(vertices);
+    const index = new Uint32Array(3 * (vertices - shape.rings.length));
     let v = 0, n = 0;
-    for (let k = 0; k < texels; k++) {
-      const ring = shape.count[k];
-      const first = v;
-      start[k] = first;
-      const middle = [0, 0, 0];
-      for (let r = 0; r <= ring; r++) {
-        const at = 3 * v;
-        for (let x = 0; x < 3; x++) {
-          if (r < ring) {
-            place[at + x] = shape.positions[3 * shape.rings[4 * k + r] + x];
-            middle[x] += place[at + x] / ring;
-          } else {
-            place[at + x] = middle[x];
-          }
-        }
-        inside[v] = r < ring ? 0 : 1;
-        const id = k + 1;
+    shape.rings.forEach((ring, k) => {
+      const [first, middle, id] = [v, v + ring.length, k + 1];
+      mean(place, shape.positions, ring, shape.corner_of[k], first);
+      inside[middle] = 1;
+      for (; v <= middle; v++) {
         ids.set([id & 255, (id >> 8) & 255, (id >> 16) & 255, 255], 4 * v);
-        if (r < ring) index.set([first + ring, v, first + (r + 1) % ring], 3 * n++);
-        v++;
+        if (v < middle) index.set([middle, v, v + 1 < middle ? v + 1 : first], 3 * n++);
       }
-      for (let r = 0; r < ring; r++) {
-        const at = 3 * (first + r);
-        const away = length([place[at] - middle[0], place[at + 1] - middle[1], place[at + 2] - middle[2]]);
-        share[first + r] = 1 / Math.max(away, 1e-9);
+    });
+    return { place, inside, ids, index, vertices };
+  }
+
+  // Writes the vectors of a ring, then the mean of its corners, to the vertices from `first` on.
+  function mean(vertices, vectors, ring, corner_of, first) {
+    const middle = 3 * (first + ring.length);
+    const corners = corner_of.reduce((sum, corner) => sum + (corner >= 0), 0);
+    for (let c = 0; c < 3; c++) vertices[middle + c] = 0;
+    ring.forEach((node, r) => {
+      for (let c = 0; c < 3; c++) {
+        const value = vectors[3 * node + c];
+        vertices[3 * (first + r) + c] = value;
+        if (corner_of[r] >= 0) vertices[middle + c] += value / corners;
       }
-    }
-    return { place, inside, ids, index, start, share, vertices };
+    });
   }
 
   class Viewer {
@@ -189,7 +188,7 @@
       this.told = element.querySelector(".told");
       this.scene = read(element);
       this.shape = build(this.scene);
-      this.fan = fans(this.shape, this.scene.texels);
+      this.fan = fans(this.shape);
       this.light = new Float32Array(3 * this.fan.vertices);
       this.what = "radiosity";
       this.layer = 0;
@@ -261,41 +260,28 @@
       };
     }
 
-    // Computes vertex values: a node takes the weighted mean of H over the texels around it, or of B − E where
-    // B = E + ρH need not hold.
+    // Computes vertex values from those of the nodes: B = E + ρH, B = E + (B − E), or B itself.
     fill() {
-      const { fan, shape, scene, light } = this;
+      const { shape, scene, light } = this;
       const layers = this.what === "difference" ? scene.difference : [this.layer];
-      const flat = this.what === "error";
+      const irradiance = this.what === "irradiance";
+      const [with_emission, with_reflectance] = [scene.carried !== "radiosity", scene.carried === "irradiance"];
+      const own = new Float32Array(light.length);
       light.fill(0);
       layers.forEach((layer, l) => {
         const sign = l === 0 ? 1 : -1;
-        const values = scene.layers[layer].light;
         const surface = scene.surface(layer);
-        const at_texel = (k) => 6 * (scene.by_texel ? k : shape.face_of[k]);
-        const plain = scene.reflected && this.what !== "irradiance";
-        const carried = (k, c) => (plain ? values[6 * k + c] - surface[at_texel(k) + c] : values[6 * k + 3 + c]);
-        const sums = new Float64Array(4 * (shape.positions.length / 3));
-        if (!flat) for (let k = 0; k < scene.texels; k++) for (let r = 0; r < shape.count[k]; r++) {
-          const at = 4 * shape.rings[4 * k + r];
-          const share = fan.share[fan.start[k] + r];
-          for (let c = 0; c < 3; c++) sums[at + c] += share * carried(k, c);
-          sums[at + 3] += share;
-        }
-        for (let k = 0; k < scene.texels; k++) {
-          const s = at_texel(k);
-          for (let r = 0; r <= shape.count[k]; r++) {
-            const v = 3 * (fan.start[k] + r);
-            const at = 4 * shape.rings[4 * k + r];
-            for (let c = 0; c < 3; c++) {
-              if (flat) { light[v + c] = scene.off[k]; continue; }
-              const h = r === shape.count[k] ? carried(k, c) : sums[at + c] / sums[at + 3];
-              const [e, rho] = [surface[s + c], plain ? 1 : surface[s + 3 + c]];
-              const own = r === shape.count[k];
-              light[v + c] += sign * (this.what === "irradiance" ? h : own ? values[6 * k + c] : e + rho * h);
-            }
+        const nodes = scene.nodes(layer, irradiance);
+        let first = 0;
+        shape.rings.forEach((ring, k) => {
+          const s = 6 * (scene.by_texel ? k : shape.face_of[k]);
+          mean(own, nodes, ring, shape.corner_of[k], first);
+          for (const last = first + ring.length; first <= last; first++) for (let c = 0; c < 3; c++) {
+            const e = with_emission && !irradiance ? surface[s + c] : 0;
+            const rho = with_reflectance && !irradiance ? surface[s + 3 + c] : 1;
+            light[3 * first + c] += this.what === "error" ? scene.off[k] : sign * (e + rho * own[3 * first + c]);
           }
-        }
+        });
       });
     }
 

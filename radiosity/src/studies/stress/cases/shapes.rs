@@ -98,7 +98,7 @@ pub fn scene_of(faces: Vec<Face>) -> Scene {
     Scene {
         name: "case".to_owned(),
         faces,
-        notes: Vec::new(),
+        ..Scene::default()
     }
 }
 

@@ -1,19 +1,20 @@
-//! Renders the lightmap on the scene file's own UV charts.
+//! Renders the lightmap on charts.
 //!
 //! A pixel gets the light at its centre. Pixels beside a chart are extrapolated from it (gutter), so that bilinear
-//! sampling up to the chart's edge does not mix charts.
+//! sampling up to the chart's edge does not mix charts. All others repeat the nearest of these (dilation), so that
+//! coarser filters find no black.
 
-use super::LightmapImage;
-use super::glb::{MeshPart, group_parts};
-use super::uv_charts::UvCharts;
+use super::uv_charts::{UvCharts, outline};
 use crate::report::picture::weighted_percentile;
 use crate::report::view::interpolation::InterpolatedField;
 use common::scene::Scene;
+use common::texel::texel_count;
 use glam::{DMat2, DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use std::collections::VecDeque;
 
 /// Minimum and maximum pixels per side of the lightmap.
-const LIGHTMAP_SIDE_RANGE: [u32; 2] = [64, 2048];
+pub const LIGHTMAP_SIDE_RANGE: [u32; 2] = [64, 2048];
 /// Pixels per texel and side.
 const PIXELS_PER_TEXEL: f64 = 2.0;
 /// Share of the chart area with that resolution; the rest are slivers, which would need any number of pixels.
@@ -23,14 +24,20 @@ const FILTER_RADIUS_PIXELS: f64 = std::f64::consts::SQRT_2;
 /// Width of the gutter around a chart in pixels: viewers may use a wider filter than bilinear.
 const GUTTER_PIXELS: f64 = 4.0;
 
-/// Renders the lightmap on `charts`; returns it with the mesh parts and a note on charts that are too close.
-pub fn render_on_file_charts<'a>(
-    scene: &'a Scene,
-    charts: &UvCharts,
-    light: &InterpolatedField,
-) -> (LightmapImage, Vec<MeshPart<'a>>, Option<String>) {
+/// Lightmap picture.
+pub struct LightmapImage {
+    /// Pixels per side.
+    pub side: u32,
+    /// Radiosity B and irradiance H per pixel, row-major from the upper left, W/m².
+    pub light: Vec<[Vec3; 2]>,
+    /// True for pixels whose centre lies on a chart.
+    pub covered: Vec<bool>,
+}
+
+/// Renders the lightmap on `charts` of the scene's own, and a note on charts that are too close.
+pub fn render_own_charts(charts: &UvCharts, light: &InterpolatedField) -> (LightmapImage, Option<String>) {
     let [_, largest] = LIGHTMAP_SIDE_RANGE;
-    let mut owners = PixelOwners::new(charts, lightmap_side(charts, light));
+    let mut owners = PixelOwners::new(charts, own_chart_side(charts, light));
     while owners.conflicts > 0 && owners.size < largest {
         owners = PixelOwners::new(charts, 2 * owners.size);
     }
@@ -41,26 +48,34 @@ pub fn render_on_file_charts<'a>(
              light bleeds from one chart to the edge of the other"
         )
     });
-    let parts = group_parts(scene, |part, k| {
-        let Some(chart) = charts.corners[k] else {
-            return;
-        };
-        let first = part.positions.len() as u32;
-        let corners = scene.faces[k].outline().iter().map(|p| p.as_vec3());
-        part.positions.extend(corners);
-        part.uvs.extend(chart.map(|p| p.as_vec2().to_array()));
-        part.indices.extend([0, 1, 2].map(|k| first + k));
-    });
-    (owners.render_lightmap(charts, light), parts, note)
+    (owners.render_lightmap(charts, light), note)
+}
+
+/// Renders the lightmap of this `side` on `charts`.
+pub fn render_charts(charts: &UvCharts, side: u32, light: &InterpolatedField) -> LightmapImage {
+    PixelOwners::new(charts, side).render_lightmap(charts, light)
+}
+
+/// Returns the pixels per unit of length that are finer than the texels.
+pub fn texel_density(scene: &Scene, light: &InterpolatedField) -> f64 {
+    let grids = scene.faces.iter().zip(&light.surface.face_grids);
+    let mut wanted: Vec<(f64, f64)> = grids
+        .filter_map(|(face, grid)| {
+            let area = face.area();
+            let side = (area / f64::from(texel_count(grid.size))).sqrt();
+            (side > 0.0).then_some((PIXELS_PER_TEXEL / side, area))
+        })
+        .collect();
+    weighted_percentile(&mut wanted, RESOLVED_AREA_SHARE).unwrap_or(1.0)
 }
 
 /// Chooses the lightmap's side so that its pixels are finer than the texels.
-fn lightmap_side(charts: &UvCharts, light: &InterpolatedField) -> u32 {
+fn own_chart_side(charts: &UvCharts, light: &InterpolatedField) -> u32 {
     let grids = light.surface.face_grids.iter();
     let placed = charts.corners.iter().zip(grids);
     let mut wanted: Vec<(f64, f64)> = placed
         .filter_map(|(chart, grid)| {
-            let [a, b, c] = (*chart)?;
+            let [a, b, c, _] = (*chart)?;
             let area = (b - a).perp_dot(c - a).abs() / 2.0;
             let side = area.sqrt() / f64::from(grid.size[0]);
             (side > 0.0).then_some((PIXELS_PER_TEXEL / side, area))
@@ -77,11 +92,11 @@ fn lightmap_side(charts: &UvCharts, light: &InterpolatedField) -> u32 {
 /// Chart in pixel coordinates; (0, 0) is the centre of the first pixel.
 struct PixelChart {
     face: u32,
-    corners: [DVec2; 3],
+    corners: [DVec2; 4],
 }
 
 impl PixelChart {
-    fn new(face: u32, chart: [DVec2; 3], size: u32) -> Self {
+    fn new(face: u32, chart: [DVec2; 4], size: u32) -> Self {
         Self {
             face,
             corners: chart.map(|p| p * f64::from(size) - 0.5),
@@ -90,30 +105,38 @@ impl PixelChart {
 
     /// Returns the chart's point nearest to `p`.
     fn nearest_point(&self, p: DVec2) -> DVec2 {
-        let [a, b, c] = self.corners;
-        let turn = (b - a).perp_dot(c - a).signum();
-        let edges = [(a, b), (b, c), (c, a)];
-        let inside = |(from, to): (DVec2, DVec2)| (to - from).perp_dot(p - from) * turn >= 0.0;
-        if edges.into_iter().all(inside) {
+        let [a, b, c, d] = self.corners;
+        let turn = (c - a).perp_dot(d - b).signum();
+        let corners = outline(&self.corners);
+        let edges = || corners.iter().zip(corners.iter().cycle().skip(1));
+        if edges().all(|(from, to)| (to - from).perp_dot(p - from) * turn >= 0.0) {
             return p;
         }
-        let on = edges.map(|(from, to)| {
+        let on = edges().map(|(from, to)| {
             let along = (p - from).dot(to - from) / (to - from).length_squared();
             let along = if along.is_finite() { along } else { 0.0 };
-            from.lerp(to, along.clamp(0.0, 1.0))
+            from.lerp(*to, along.clamp(0.0, 1.0))
         });
         let distance = |point: &DVec2| point.distance_squared(p);
-        let nearest = on.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let nearest = on.min_by(|a, b| distance(a).total_cmp(&distance(b)));
         nearest.unwrap_or(p)
     }
 
     /// Returns radiosity and irradiance at a point of the chart.
     fn light_at(&self, p: DVec2, light: &InterpolatedField) -> [Vec3; 2] {
-        let [a, b, c] = self.corners;
+        let grid = &light.surface.face_grids[self.face as usize];
+        let area = |[i, j, k]: [usize; 3]| {
+            let at = self.corners;
+            (at[j] - at[i]).perp_dot(at[k] - at[i]).abs()
+        };
+        // A quad may have a straight corner.
+        let halves = [[0, 1, 2], [0, 2, 3]];
+        let half = halves[usize::from(area(halves[1]) > area(halves[0]))];
+        let [a, b, c] = half.map(|k| self.corners[k]);
         let place = DMat2::from_cols(b - a, c - a).inverse() * (p - a);
         let place = if place.is_finite() { place } else { DVec2::ZERO };
-        let grid = &light.surface.face_grids[self.face as usize];
-        let point: DVec3 = grid.point_at(place.x, place.y);
+        let [a, b, c] = half.map(|k| grid.corners[k]);
+        let point: DVec3 = a + (b - a) * place.x + (c - a) * place.y;
         light.light_at(self.face, point)
     }
 
@@ -127,7 +150,8 @@ impl PixelChart {
             return at_edge;
         }
         let within = self.light_at(mirrored, light);
-        [0, 1].map(|k| (2.0 * at_edge[k] - within[k]).max(Vec3::ZERO))
+        // Light that fades towards the edge does not vanish beyond it.
+        [0, 1].map(|k| (2.0 * at_edge[k] - within[k]).max(at_edge[k] / 2.0))
     }
 }
 
@@ -157,10 +181,12 @@ impl PixelOwners {
 
     /// Assigns the pixels around a chart to it where it is the nearest.
     fn add_chart(&mut self, placed: &PixelChart, islands: &[u32]) {
-        let [a, b, c] = placed.corners;
+        let [a, b, c, d] = placed.corners;
         let last = DVec2::splat(f64::from(self.size - 1));
-        let low = (a.min(b).min(c) - GUTTER_PIXELS).ceil().clamp(DVec2::ZERO, last);
-        let high = (a.max(b).max(c) + GUTTER_PIXELS).floor().clamp(DVec2::ZERO, last);
+        let low = (a.min(b).min(c).min(d) - GUTTER_PIXELS).ceil().clamp(DVec2::ZERO, last);
+        let high = (a.max(b).max(c).max(d) + GUTTER_PIXELS)
+            .floor()
+            .clamp(DVec2::ZERO, last);
         let [[left, top], [right, bottom]] = [low, high].map(|p| p.as_uvec2().to_array());
         for (y, x) in (top..=bottom).flat_map(|y| (left..=right).map(move |x| (y, x))) {
             let p = DVec2::new(f64::from(x), f64::from(y));
@@ -178,7 +204,7 @@ impl PixelOwners {
         }
     }
 
-    /// Evaluates the light at all assigned pixels.
+    /// Evaluates the light at all assigned pixels, and repeats it at all others.
     fn render_lightmap(&self, charts: &UvCharts, light: &InterpolatedField) -> LightmapImage {
         let size = self.size as usize;
         let lit = self.pixels.par_iter().enumerate().map(|(k, pixel)| {
@@ -188,9 +214,39 @@ impl PixelOwners {
                 PixelChart::new(k, chart, self.size).extrapolated_light(p, light)
             })
         });
-        LightmapImage {
-            size: [self.size; 2],
+        let mut image = LightmapImage {
+            side: self.size,
             light: lit.collect(),
+            covered: self
+                .pixels
+                .iter()
+                .map(|p| p.is_some_and(|(_, off)| off == 0.0))
+                .collect(),
+        };
+        image.dilate(self.pixels.iter().map(Option::is_some).collect());
+        image
+    }
+}
+
+impl LightmapImage {
+    /// Copies the light of the nearest `filled` pixel to each of the others, breadth first.
+    fn dilate(&mut self, mut filled: Vec<bool>) {
+        let side = self.side as usize;
+        let mut queue: VecDeque<usize> = (0..filled.len()).filter(|k| filled[*k]).collect();
+        while let Some(k) = queue.pop_front() {
+            let (x, y) = (k % side, k / side);
+            let beside = [
+                (x > 0).then(|| k - 1),
+                (x + 1 < side).then(|| k + 1),
+                (y > 0).then(|| k - side),
+                (y + 1 < side).then(|| k + side),
+            ];
+            for other in beside.into_iter().flatten() {
+                if !std::mem::replace(&mut filled[other], true) {
+                    self.light[other] = self.light[k];
+                    queue.push_back(other);
+                }
+            }
         }
     }
 }

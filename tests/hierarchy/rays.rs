@@ -1,0 +1,124 @@
+//! Radiosity by rays: the noise that is told is the error against the dense solution on the same texels, and a scene of
+//! many small faces is solved to the requested error.
+
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use cpu::ray_cast::solve_by_rays;
+use glam::{DVec3, Vec3};
+use radiosity_tests::dense::{assemble_dense, solve_matrix};
+use radiosity_tests::factor_cases::rectangle;
+use radiosity_tests::solutions::{dense_truth_on, error_against, room_with_standing_box, solve_to_error};
+use radiosity_tests::{ball, box_faces, bundled_scene, lit_room, named_scene};
+use std::ops::ControlFlow;
+
+const REQUESTED_NOISE: f32 = 0.02;
+
+/// A room lit by nine lamps of 2 cm at 1 cm from the ceiling, which they light brightly.
+fn room_of_small_lamps() -> Scene {
+    let grey = Vec3::splat(0.6);
+    let mut faces = box_faces(DVec3::ZERO, DVec3::new(4.0, 2.5, 3.0), true, Vec3::ZERO, grey);
+    for k in 0..9 {
+        let corner = [0.7 + 1.2 * f64::from(k % 3), 2.49, 0.5 + 0.9 * f64::from(k / 3)];
+        let lamp = Face::quad(
+            "lamp",
+            rectangle(corner, [0.02, 0., 0.], [0., 0., 0.02]),
+            Vec3::splat(100.0),
+            grey,
+        );
+        faces.extend([lamp.reversed(), lamp]);
+    }
+    named_scene("small lamps", faces)
+}
+
+/// An open scene: a plate of four skewed quads under a lamp.
+fn skewed_plates() -> Scene {
+    let at = |x: f64, z: f64| DVec3::new(x, 0.0, z);
+    let quad = |corners: [DVec3; 4]| Face::quad("plate", corners, Vec3::ZERO, Vec3::splat(0.7));
+    let middle = at(0.3, -0.2);
+    let lamp = rectangle([-0.3, 0.8, -0.3], [0.6, 0.0, 0.0], [0.0, 0.0, 0.6]);
+    let faces = vec![
+        quad([at(-1.0, -1.0), at(-1.0, 0.1), middle, at(0.2, -1.0)]),
+        quad([at(0.2, -1.0), middle, at(1.0, -0.3), at(1.0, -1.0)]),
+        quad([at(-1.0, 0.1), at(-1.0, 1.0), at(0.0, 1.0), middle]),
+        quad([middle, at(0.0, 1.0), at(1.0, 1.0), at(1.0, -0.3)]),
+        Face::quad("lamp", lamp, Vec3::splat(5.0), Vec3::ZERO),
+    ];
+    named_scene("skewed plates", faces)
+}
+
+/// Returns the error of the reflected light of a solve by rays relative to it, and the noise that the solve tells, both
+/// RMS of the green channel.
+fn error_and_told_noise(scene: &Scene, texels: u32) -> [f64; 2] {
+    let (mesh, matrix, _) = assemble_dense(scene, texels);
+    let truth = solve_matrix(&mesh, &matrix);
+    let mut go_on = |_| ControlFlow::Continue(());
+    let found = solve_by_rays(scene, &mesh, REQUESTED_NOISE, &mut go_on).unwrap();
+    let (mut off, mut told, mut light) = (0.0, 0.0, 0.0);
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let [area, rho, emission] = [texel.area, texel.reflectance.y, texel.emission.y].map(f64::from);
+        let reflected = truth.radiosity[k].y - emission;
+        off += area * (rho * f64::from(found.irradiance[k].y) - reflected).powi(2);
+        told += area * rho * rho * f64::from(found.variance[k].y);
+        light += area * reflected * reflected;
+    }
+    assert!(light > 0.0);
+    [off / light, told / light].map(f64::sqrt)
+}
+
+/// The told noise is a mean over at least 300 texels of squares of two halves' differences: its relative deviation is
+/// about 1/√600 if texels are independent, and more because bounces make them depend on each other.
+#[test]
+fn told_noise_is_the_error_against_the_dense_solution() {
+    let cases = [
+        (bundled_scene("cornell_box.obj"), 8),
+        (bundled_scene("paper_room_objects.obj"), 2),
+        (room_with_standing_box(), 6),
+        (room_of_small_lamps(), 8),
+        (skewed_plates(), 10),
+    ];
+    for (scene, texels) in cases {
+        let [off, told] = error_and_told_noise(&scene, texels);
+        // The solve relates it to its own light, which is off by about as much.
+        let most = f64::from(REQUESTED_NOISE * (1.0 + REQUESTED_NOISE));
+        assert!(told <= most, "{}: {told}", scene.name);
+        let ratio = off / told;
+        assert!((0.7..1.4).contains(&ratio), "{}: {off} off, {told} told", scene.name);
+    }
+}
+
+/// B = E/(1 − ρ) at every texel, whatever the rays meet.
+#[test]
+fn hollow_ball_by_rays_has_the_radiosity_of_a_furnace() {
+    let inside = |face: Face| Face {
+        emission: Vec3::ONE,
+        reflectance: Vec3::splat(0.8),
+        ..face.reversed()
+    };
+    let faces: Vec<Face> = ball(DVec3::ZERO, 1.0, [15, 20]).into_iter().map(inside).collect();
+    let scene = named_scene("hollow ball", faces);
+    let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+    let mut go_on = |_| ControlFlow::Continue(());
+    let found = solve_by_rays(&scene, &mesh, 0.01, &mut go_on).unwrap();
+    let mean = |of: &dyn Fn(usize) -> f32| (0..mesh.texels.len()).map(of).sum::<f32>() / mesh.texels.len() as f32;
+    let radiosity = mean(&|k| 1.0 + 0.8 * found.irradiance[k].x);
+    // The noise of the mean over 560 texels is far below that of one.
+    assert!((radiosity / 5.0 - 1.0).abs() < 2e-3, "{radiosity}");
+    let spread = mean(&|k| (0.8 * found.irradiance[k].x - 4.0).powi(2)).sqrt() / 4.0;
+    assert!(spread < 0.013, "{spread}");
+}
+
+#[test]
+fn body_of_many_faces_is_solved_by_rays_within_the_requested_error() {
+    let mut scene = lit_room();
+    scene.faces.truncate(6);
+    let body = ball(DVec3::new(1.4, 0.9, 1.9), 0.6, [8, 16]);
+    scene.faces.extend(body);
+    scene.name = "a ball of 224 faces".into();
+    let requested = 0.03;
+    let answer = solve_to_error(&scene, requested, 4);
+    assert_eq!(answer.solved.run.field.origin, "rays");
+    let off = error_against(&scene, &answer, &dense_truth_on(&scene, 4));
+    assert!(off <= requested, "{off}");
+    let told = answer.estimate.unwrap().error;
+    assert!(told <= requested && told < 4.0 * off, "{told} told, {off} off");
+}
