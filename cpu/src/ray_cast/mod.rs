@@ -33,6 +33,8 @@ const MAX_RAY_COUNT: f32 = 65_535.0;
 const MAX_TOTAL_RAYS: u64 = 1 << 27;
 /// Largest growth of a texel's number of rays in one round.
 const MAX_RAY_GROWTH: f32 = 16.0;
+/// Growth above which rays are distributed anew, and those traced so far discarded.
+const MIN_DISCARD_GROWTH: f32 = 3.0;
 /// The noise variance of n stratified rays falls as n to minus this power.
 const VARIANCE_EXPONENT: f32 = 1.25;
 /// Rounds of tracing.
@@ -62,8 +64,16 @@ pub fn solve_by_rays(scene: &Scene, mesh: &Mesh, noise: f32, watch: ProgressCall
         let total: u64 = counts.iter().map(|n| 2 * u64::from(*n)).sum();
         last |= found <= noise || round + 1 >= MAX_TRACING_ROUNDS;
         if !last {
-            let next = solver.distribute_rays(&traced, &counts, &bounces, (found / noise).powi(2));
+            let growth = (found / noise).powf(2.0 / VARIANCE_EXPONENT).min(MAX_RAY_GROWTH);
+            let next = match growth > MIN_DISCARD_GROWTH {
+                true => solver.distribute_rays(&traced, &counts, &bounces, growth),
+                false => counts.iter().map(|n| grow_count(*n, growth)).collect(),
+            };
+            let next = limit_total(next, &counts);
             last = next == counts;
+            if growth > MIN_DISCARD_GROWTH && !last {
+                traced.discard_rays();
+            }
             counts = next;
         }
         if last {
@@ -71,6 +81,26 @@ pub fn solve_by_rays(scene: &Scene, mesh: &Mesh, noise: f32, watch: ProgressCall
         }
     }
     Err(Error::Interrupted)
+}
+
+/// Returns `count` times `growth`, at least one more.
+fn grow_count(count: u32, growth: f32) -> u32 {
+    (count as f32 * growth)
+        .ceil()
+        .max(count as f32 + 1.0)
+        .min(MAX_RAY_COUNT) as u32
+}
+
+/// Returns `next`, reduced towards `counts` so that the total stays within [`MAX_TOTAL_RAYS`].
+fn limit_total(mut next: Vec<u32>, counts: &[u32]) -> Vec<u32> {
+    let all: u64 = next.iter().map(|n| 2 * u64::from(*n)).sum();
+    if all > MAX_TOTAL_RAYS {
+        let share = MAX_TOTAL_RAYS as f64 / all as f64;
+        for (next, n) in next.iter_mut().zip(counts) {
+            *next = ((f64::from(*next) * share) as u32).max(*n);
+        }
+    }
+    next
 }
 
 /// The light of all bounces.
@@ -182,9 +212,9 @@ impl RaySolver<'_> {
         (sum / area.max(f64::MIN_POSITIVE)).max_element().sqrt() as f32
     }
 
-    /// Returns the number of rays of each half of each texel that divides the variance by about `fall`, with most rays
-    /// where they reduce it most: n ~ √A ρσ, where σ² is the variance of what the rays bring.
-    fn distribute_rays(&self, traced: &TexelRays, counts: &[u32], bounces: &RayBounces, fall: f32) -> Vec<u32> {
+    /// Returns the number of rays of each half of each texel, in all `growth` times as many for the same variance, with
+    /// most where they reduce it most: n ~ √A ρσ, where σ² is the variance of what the rays bring. No texel loses rays.
+    fn distribute_rays(&self, traced: &TexelRays, counts: &[u32], bounces: &RayBounces, growth: f32) -> Vec<u32> {
         let reflected = bounces.mean.iter().zip(&self.mesh.texels).zip(&self.open);
         let radiosity = reflected.map(|((h, texel), open)| match *open > 0.0 {
             true => Vec3A::from(texel.reflectance) * *h / *open,
@@ -200,21 +230,12 @@ impl RaySolver<'_> {
         let spread: Vec<f64> = spread.collect();
         let now: f64 = spread.iter().zip(counts).map(|(s, n)| s * s / f64::from(*n)).sum();
         // With n = c·s, Σ s²/n is Σ s/c.
-        let fall = f64::from(fall.powf(1.0 / VARIANCE_EXPONENT));
-        let per_spread = fall * spread.iter().sum::<f64>() / now.max(f64::MIN_POSITIVE);
+        let per_spread = f64::from(growth) * spread.iter().sum::<f64>() / now.max(f64::MIN_POSITIVE);
         let count = |(s, n): (&f64, &u32)| {
             let most = (*n as f32 * MAX_RAY_GROWTH).min(MAX_RAY_COUNT);
             ((per_spread * s).ceil() as f32).clamp(*n as f32, most) as u32
         };
-        let mut next: Vec<u32> = spread.iter().zip(counts).map(count).collect();
-        let all: u64 = next.iter().map(|n| 2 * u64::from(*n)).sum();
-        if all > MAX_TOTAL_RAYS {
-            let share = MAX_TOTAL_RAYS as f64 / all as f64;
-            for (next, n) in next.iter_mut().zip(counts) {
-                *next = ((f64::from(*next) * share) as u32).max(*n);
-            }
-        }
-        next
+        spread.iter().zip(counts).map(count).collect()
     }
 
     /// Makes the solution from the light of `bounces` over `links` rays.

@@ -47,6 +47,8 @@ pub struct TexelRays<'a> {
     /// The texel of each rank in face order.
     order: Vec<usize>,
     records: Vec<RayRecord>,
+    /// Number of times that rays were discarded: a part of their seeds.
+    discards: u32,
 }
 
 impl<'a> TexelRays<'a> {
@@ -60,7 +62,15 @@ impl<'a> TexelRays<'a> {
             first: first_texels(&resolutions),
             order: mesh.texels_in_face_order(),
             records: vec![RayRecord::default(); mesh.texels.len()],
+            discards: 0,
         }
+    }
+
+    /// Discards all rays, so that their numbers may follow from what they brought: kept, they would be many where they
+    /// happened to bring much, and the light would come out too dark.
+    pub fn discard_rays(&mut self) {
+        self.records.fill(RayRecord::default());
+        self.discards += 1;
     }
 
     /// Traces until texel k has `counts[k]` rays of each half.
@@ -94,7 +104,7 @@ impl<'a> TexelRays<'a> {
         let known = record.hits.len() as u32;
         record.hits.reserve_exact(count.saturating_sub(known) as usize);
         for n in known..count {
-            let seed = pcg_hash(2 * k as u32 + (n & 1));
+            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
             let origin = area.point_at([u, v]);
             let (hit, mut light) = self.trace_by_cosine(texel.face, origin, [x, y]);

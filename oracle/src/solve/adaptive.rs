@@ -57,7 +57,7 @@ const RAY_FACES_PER_INVERSE_ERROR: f64 = 2.0;
 /// Number of texels up to which the second step of many small faces halves them.
 const MAX_HALVED_TEXELS: u64 = 1 << 16;
 /// Least noise of a step, as a share of the requested error.
-const MIN_NOISE_SHARE: f64 = 0.6;
+const MIN_NOISE_SHARE: f64 = 0.5;
 /// Share of the squared error that may come from faces whose texels are not halved.
 const UNREFINED_SHARE: f64 = 0.25;
 
