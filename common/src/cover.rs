@@ -114,14 +114,13 @@ pub fn is_open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directio
             let hit = intersect_face(other, point, direction);
             // A face that touches the point may be the other side of a thin wall; a body has more faces behind it.
             let touches = (hit.t * hit.facing).abs() <= CONTACT_DISTANCE;
-            if k as usize >= faces || other.sheet == face.sheet || hit.t <= 0.0 || touches {
-                return;
-            }
-            if hit.facing < 0.0 && hit.inside >= -OUTLINE_MARGIN {
+            let passed = k as usize >= faces || other.sheet == face.sheet || hit.t <= 0.0 || touches;
+            if !passed && hit.facing < 0.0 && hit.inside >= -OUTLINE_MARGIN {
                 front = front.min(hit.t);
-            } else if hit.facing > 0.0 && hit.inside >= OUTLINE_MARGIN {
+            } else if !passed && hit.facing > 0.0 && hit.inside >= OUTLINE_MARGIN {
                 back = back.min(hit.t);
             }
+            front.min(back)
         });
         back == MISS_DISTANCE || front <= back
     })

@@ -86,6 +86,7 @@ pub fn meets_front(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bo
     };
     rays.visit_faces_along(origin, direction, |_, face| {
         nearest = nearest_crossing(nearest, sheet, face, origin, direction);
+        nearest.front.min(nearest.back)
     });
     // At a shared edge front and back are equally near: the front takes the light.
     nearest.front < MISS_DISTANCE && nearest.front <= nearest.back + CONTACT_DISTANCE

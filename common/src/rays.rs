@@ -112,13 +112,15 @@ impl Rays {
         blockers
     }
 
-    /// Visits every face that the ray from `origin`, or from just behind it, along `direction` may meet.
-    pub fn visit_faces_along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(u32, &MeshFace)) {
-        let behind = origin - direction * (4.0 * CONTACT_DISTANCE);
-        let ray = make_ray(behind, direction / RAY_REACH, f32::MAX);
-        self.bvh.tree.ray_traverse_anyhit(ray, |_, primitive| {
+    /// Visits the faces that the ray from `origin`, or from just behind it, along the unit vector `direction` may meet.
+    /// `visit` returns the distance beyond which no face matters.
+    pub fn visit_faces_along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(u32, &MeshFace) -> f32) {
+        let shift = 4.0 * CONTACT_DISTANCE;
+        let ray = make_ray(origin - direction * shift, direction / RAY_REACH, f32::MAX);
+        self.bvh.tree.ray_traverse(ray, &mut RayHit::none(), |_, primitive| {
             let k = self.bvh.faces[primitive];
-            visit(k, &self.faces[k as usize]);
+            // Once more the shift, for rounding.
+            (visit(k, &self.faces[k as usize]) + 2.0 * shift) * RAY_REACH
         });
     }
 
@@ -160,17 +162,19 @@ impl Rays {
 
     /// Returns the nearest front along a view ray, and its ray parameter; backs are transparent.
     pub fn nearest_front(&self, origin: Vec3, direction: Vec3) -> Option<(u32, f32)> {
-        let mut nearest: Option<(u32, f32)> = None;
+        let (mut nearest, mut met) = (RayHit::none(), None);
         let ray = make_ray(origin, direction, f32::MAX);
-        self.bvh.tree.ray_traverse_anyhit(ray, |ray, primitive| {
+        self.bvh.tree.ray_traverse(ray, &mut nearest, |ray, primitive| {
             let k = self.bvh.faces[primitive];
             let hit = intersect_face(&self.faces[k as usize], ray.origin.into(), ray.direction.into());
             let is_met = hit.facing < 0.0 && hit.t > 0.0 && hit.inside >= -OUTLINE_MARGIN;
-            if is_met && nearest.is_none_or(|(_, best)| hit.t < best) {
-                nearest = Some((k, hit.t));
+            if !is_met || met.is_some_and(|(_, best)| hit.t >= best) {
+                return MISS_DISTANCE;
             }
+            met = Some((k, hit.t));
+            hit.t
         });
-        nearest
+        met
     }
 }
 

@@ -250,15 +250,14 @@ fn meets_back_first(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> b
     let (mut front, mut back, mut touches) = (MISS_DISTANCE, MISS_DISTANCE, false);
     rays.visit_faces_along(origin, direction, |_, face| {
         let hit = intersect_face(face, origin, direction);
-        if face.sheet == sheet || hit.inside < -OUTLINE_MARGIN || hit.t < -4.0 * CONTACT_DISTANCE {
-            return;
-        }
-        if (hit.t * hit.facing).abs() <= CONTACT_DISTANCE {
+        let passed = face.sheet == sheet || hit.inside < -OUTLINE_MARGIN || hit.t < -4.0 * CONTACT_DISTANCE;
+        if !passed && (hit.t * hit.facing).abs() <= CONTACT_DISTANCE {
             touches |= hit.facing < 0.0;
-            return;
+        } else if !passed {
+            let nearest = if hit.facing < 0.0 { &mut front } else { &mut back };
+            *nearest = nearest.min(hit.t);
         }
-        let nearest = if hit.facing < 0.0 { &mut front } else { &mut back };
-        *nearest = nearest.min(hit.t);
+        front.min(back)
     });
     (back < MISS_DISTANCE && back <= front) || (touches && front == MISS_DISTANCE)
 }
