@@ -19,7 +19,7 @@ const BOX_DISTANCE: f64 = 4096.0;
 const SUN_DISTANCE: f64 = 2048.0;
 /// Solid angle of the sun's disc of 0.53°, sr.
 const SUN_SOLID_ANGLE: f64 = 6.72e-5;
-/// Texels per side of a face of the box, 1.4° in its middle: no source is smaller.
+/// Texels per side of a face of the box, 1.8° in its middle: no source is smaller.
 const BOX_TEXELS: u32 = 64;
 
 /// Faces that send the light of a sky.

@@ -1,17 +1,15 @@
 //! The radiosity that a solution claims at every point of the scene, and sampling of points in proportion to
 //! it.
 
-use common::mesh::{Mesh, MeshFace, Texel};
+use common::mesh::{Mesh, Texel};
 use common::rays::Rays;
-use common::scene::{Scene, Shape};
+use common::scene::Scene;
 use common::shooting::RadiosityField;
-use common::texel::{self, triangle_index};
+use common::texel;
+use common::texel_point::{SampledOutline, locate_texel};
 use cpu::dense::open_area::open_shares;
 use cpu::occlusion::occluders::Occluders;
 use glam::{DVec3, Vec3};
-
-/// Newton steps from a point of a quad to its u, v; each step squares the error, which starts at ½ at most.
-const NEWTON_STEPS: usize = 5;
 
 /// Smallest open share of a texel from which its reflected light leaves.
 const MIN_OPEN_SHARE: f64 = 1e-3;
@@ -22,7 +20,6 @@ const EDGE_INSET: f32 = 1e-3;
 
 /// The radiosity of a solution.
 pub struct ClaimedLight<'a> {
-    scene: &'a Scene,
     mesh: &'a Mesh,
     /// The texels in face order, within a face by index.
     order: Vec<usize>,
@@ -81,7 +78,6 @@ impl<'a> ClaimedLight<'a> {
         };
         let outlines = mesh.texels.iter().map(outline).collect();
         Self {
-            scene,
             mesh,
             order,
             first,
@@ -116,8 +112,7 @@ impl<'a> ClaimedLight<'a> {
 
     /// Returns the texel that contains a point of a face.
     pub fn locate_point(&self, face: u32, point: Vec3) -> usize {
-        let shape = self.scene.faces[face as usize].shape;
-        let index = locate_texel(&self.mesh.faces[face as usize], shape, point);
+        let index = locate_texel(&self.mesh.faces[face as usize], point);
         self.order[self.first[face as usize] + index as usize]
     }
 
@@ -144,73 +139,6 @@ impl<'a> ClaimedLight<'a> {
     }
 }
 
-/// A texel's corners in mesh units; a triangle repeats its third.
-struct SampledOutline {
-    corners: [Vec3; 4],
-    /// Share of the area in the triangle of the first three corners.
-    share: f32,
-}
-
-impl SampledOutline {
-    fn new(corners: [Vec3; 4]) -> Self {
-        let area = |p: Vec3, q: Vec3| (p - corners[0]).cross(q - corners[0]).length();
-        let [one, other] = [1, 2].map(|k| area(corners[k], corners[k + 1]));
-        let share = if other > 0.0 { one / (one + other) } else { 1.0 };
-        Self { corners, share }
-    }
-
-    fn point_at(&self, [u, v]: [f32; 2]) -> Vec3 {
-        let (c, share) = (&self.corners, self.share);
-        let (u, p, q) = if u < share {
-            (u / share, c[1], c[2])
-        } else {
-            ((u - share) / (1.0 - share), c[2], c[3])
-        };
-        // The square root makes the density uniform over a triangle.
-        c[0] + ((p - c[0]) * (1.0 - v) + (q - c[0]) * v) * u.sqrt()
-    }
-}
-
-/// Returns the index of the texel that contains a point of the face.
-fn locate_texel(face: &MeshFace, shape: Shape, point: Vec3) -> u32 {
-    let [w, h] = face.resolution;
-    let [a, b, c, d] = face.corners;
-    let step = |x: f32, n: u32| ((x.max(0.0) * n as f32) as u32).min(n - 1);
-    let (along, across) = (b - a, if shape == Shape::Quad { d - a } else { c - a });
-    let skew = if shape == Shape::Quad {
-        a - b + c - d
-    } else {
-        Vec3::ZERO
-    };
-    let (mut u, mut v) = (0.5, 0.5);
-    let steps = if skew == Vec3::ZERO { 1 } else { NEWTON_STEPS };
-    for _ in 0..steps {
-        let off = point - a - along * u - across * v - skew * (u * v);
-        let (du, dv) = least_squares_coordinates(along + skew * v, across + skew * u, off);
-        (u, v) = (u + du, v + dv);
-    }
-    let (i, j) = (step(u, w), step(v, h));
-    if shape == Shape::Quad {
-        return j * w + i;
-    }
-    // Rounding may put a point outside.
-    let j = j.min(w - 1 - i);
-    let upright = u * w as f32 - i as f32 + (v * h as f32 - j as f32) < 1.0 || i + j + 1 >= w;
-    triangle_index(h, i, j, upright)
-}
-
-/// Solves `off` = x·p + y·q for x and y in the sense of least squares.
-fn least_squares_coordinates(p: Vec3, q: Vec3, off: Vec3) -> (f32, f32) {
-    let (pp, pq, qq) = (p.dot(p), p.dot(q), q.dot(q));
-    let (x, y) = (off.dot(p), off.dot(q));
-    let scale = pp * qq - pq * pq;
-    if scale > 0.0 {
-        ((qq * x - pq * y) / scale, (pp * y - pq * x) / scale)
-    } else {
-        (0.0, 0.0)
-    }
-}
-
 fn mean_reflected(mesh: &Mesh, field: &RadiosityField) -> Vec3 {
     let (mut sum, mut area) = (DVec3::ZERO, 0.0);
     for (texel, b) in mesh.texels.iter().zip(&field.radiosity) {
@@ -224,55 +152,4 @@ fn mean_reflected(mesh: &Mesh, field: &RadiosityField) -> Vec3 {
 pub fn claimed_reflection(mesh: &Mesh, field: &RadiosityField, k: usize) -> DVec3 {
     let texel = &mesh.texels[k];
     texel.reflectance.as_dvec3() * field.irradiance[k].truncate().as_dvec3()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use common::scene::Face;
-
-    /// Rows of sample points.
-    const POINT_ROWS: usize = 128;
-
-    fn faces() -> [Face; 3] {
-        let p = |x: f64, y: f64| DVec3::new(x, y, 0.5 * x - y);
-        let skew = [p(0.0, 0.0), p(4.0, 0.5), p(3.0, 2.0), p(0.5, 1.0)];
-        // Side by side: a face under another front would exchange no light.
-        let straight = [p(6.0, 0.0), p(10.0, 0.5), p(11.0, 2.0), p(7.0, 1.5)];
-        let triangle = [p(12.0, 0.0), p(16.0, 0.5), p(13.0, 3.0)];
-        [
-            Face::quad("skew", skew, Vec3::ZERO, Vec3::ONE),
-            Face::quad("straight", straight, Vec3::ZERO, Vec3::ONE),
-            Face::triangle("triangle", triangle, Vec3::ZERO, Vec3::ONE),
-        ]
-    }
-
-    #[test]
-    fn sampled_points_lie_in_their_texel_with_uniform_density() {
-        let scene = Scene {
-            name: "faces".into(),
-            faces: faces().into(),
-            ..Scene::default()
-        };
-        let mesh = Mesh::uniform(&scene, 7, 1).unwrap();
-        for texel in &mesh.texels {
-            let face = texel.face as usize;
-            let (own, of) = (&mesh.faces[face], &scene.faces[face]);
-            let outline = texel::texel_outline(of, own.resolution, texel.index);
-            let corners = SampledOutline::new(outline.padded_corners().map(|p| mesh.local_point(p).as_vec3()));
-            let mut mean = Vec3::ZERO;
-            for s in 0..4 * POINT_ROWS {
-                let uv = [(s / 4) as f32 / POINT_ROWS as f32, (s % 4) as f32 / 4.0];
-                let uv = [uv[0] + 0.5 / POINT_ROWS as f32, uv[1] + 0.125];
-                let p = corners.point_at(uv);
-                assert_eq!(locate_texel(own, of.shape, p), texel.index, "{face} {uv:?}");
-                mean += p / (4 * POINT_ROWS) as f32;
-            }
-            // Half a row may fall into the wrong one of the two triangles, whose centroids are at most 4/3
-            // radii apart; the quadrature over rows of density √u is off by less than 1e-3.
-            let bound = 4.0 / 3.0 * 0.5 / POINT_ROWS as f32 + 1e-3;
-            let off = mean.distance(mesh.local_point(outline.centroid()).as_vec3());
-            assert!(off < bound * own.texel_radius, "{face}: {off}");
-        }
-    }
 }
