@@ -1,9 +1,12 @@
 //! A tree over the lamps, by which a point draws the lamps that may light it most (Conty & Kulla 2018): no point visits
-//! all lamps.
+//! all lamps. Nearby points choose among the same nodes of the tree, a cut (Walter and others 2005), weighted by the light
+//! that each may send to the point and by how much of it rays have found to arrive.
 
 use common::mesh::Mesh;
 use glam::Vec3;
 
+/// Largest number of nodes of a [`LampCut`].
+pub const MAX_CUT_NODES: usize = 64;
 /// Largest sine of a cone of normals that bounds where its lamps shine; wider cones shine everywhere.
 const MAX_CONE_SINE: f32 = 0.5;
 
@@ -26,23 +29,34 @@ struct LampNode {
 }
 
 impl LampNode {
-    /// Returns an upper bound of the irradiance at `point` of a surface of this `normal`, up to a constant factor; 0 only
-    /// where no light arrives.
-    fn importance(&self, point: Vec3, normal: Vec3) -> f32 {
-        let to = self.centre - point;
-        let square = to.length_squared();
-        let distance = square.sqrt();
-        if distance <= self.radius {
-            return self.power / self.radius.powi(2).max(f32::MIN_POSITIVE);
+    /// Returns an upper bound of the irradiance at the points of a surface, up to a constant factor; 0 only where no light
+    /// arrives.
+    fn importance(&self, at: &Receiver) -> f32 {
+        let to = self.centre - at.centre;
+        let (square, radius) = (to.length_squared(), self.radius + at.radius);
+        if square <= radius * radius {
+            return self.power / (radius * radius).max(f32::MIN_POSITIVE);
         }
-        let slack = self.radius / distance;
-        let received = (normal.dot(to) / distance + slack).clamp(0.0, 1.0);
+        let inverse = 1.0 / square.sqrt();
+        let slack = radius * inverse;
+        let received = (at.normal.dot(to) * inverse + slack).clamp(0.0, 1.0);
         let sent = match self.cone_sine <= MAX_CONE_SINE {
-            true => (-self.axis.dot(to) / distance + slack + self.cone_sine).clamp(0.0, 1.0),
+            true => (-self.axis.dot(to) * inverse + slack + self.cone_sine).clamp(0.0, 1.0),
             false => 1.0,
         };
-        self.power * received * sent / square
+        self.power * received * sent * inverse * inverse
     }
+}
+
+/// A flat surface within a sphere that receives light.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Centre of the sphere.
+    pub centre: Vec3,
+    /// Radius of the sphere.
+    pub radius: f32,
+    /// Normal of the surface.
+    pub normal: Vec3,
 }
 
 /// All lamps of a mesh.
@@ -126,19 +140,128 @@ impl LampTree {
         own
     }
 
-    /// Returns the probability of the first of two `children` at `point`; none if neither lights it.
-    fn first_share(&self, children: [u32; 2], point: Vec3, normal: Vec3) -> Option<f32> {
-        let [a, b] = children.map(|k| self.nodes[k as usize].importance(point, normal));
+    /// Returns the nodes, `most` of them, among which points within the box `low` to `high` choose: those that may light it
+    /// most are split first.
+    pub fn choose_cut(&self, [low, high]: [Vec3; 2], most: usize) -> LampCut {
+        let bound = |node: u32| {
+            let LampNode {
+                centre, radius, power, ..
+            } = self.nodes[node as usize];
+            let square = centre.distance_squared(centre.clamp(low, high)).max(radius * radius);
+            power / square.max(f32::MIN_POSITIVE)
+        };
+        let mut nodes: Vec<u32> = (0..self.nodes.len().min(1) as u32).collect();
+        let mut bounds: Vec<f32> = nodes.iter().map(|k| bound(*k)).collect();
+        while nodes.len() < most.min(MAX_CUT_NODES) {
+            let split = (0..nodes.len()).filter(|k| self.nodes[nodes[*k] as usize].children.is_some());
+            let Some(largest) = split.max_by(|a, b| bounds[*a].total_cmp(&bounds[*b])) else {
+                break;
+            };
+            let Some([a, b]) = self.nodes[nodes[largest] as usize].children else {
+                break;
+            };
+            (nodes[largest], bounds[largest]) = (a, bound(a));
+            nodes.push(b);
+            bounds.push(bound(b));
+        }
+        LampCut {
+            visible: vec![1.0; nodes.len()],
+            rays: vec![[0; 2]; nodes.len()],
+            nodes,
+        }
+    }
+
+    /// Weighs the nodes of `cut` for a receiver.
+    pub fn weigh_lamps<'a>(&'a self, cut: &'a LampCut, at: Receiver) -> LampChoice<'a> {
+        let mut weights = [0.0; MAX_CUT_NODES];
+        for ((weight, node), visible) in weights.iter_mut().zip(&cut.nodes).zip(&cut.visible) {
+            *weight = self.nodes[*node as usize].importance(&at) * visible;
+        }
+        LampChoice {
+            tree: self,
+            cut,
+            at,
+            total: weights.iter().sum(),
+            weights,
+        }
+    }
+}
+
+/// Nodes among which nearby points choose a lamp.
+pub struct LampCut {
+    nodes: Vec<u32>,
+    /// Factor of each node's weight.
+    visible: Vec<f32>,
+    /// Rays to the lamps of each node, and how many of them met no wall.
+    rays: Vec<[u32; 2]>,
+}
+
+impl LampCut {
+    /// Counts rays to the lamps of each node, and how many of them met no wall.
+    pub fn count_rays(&mut self, rays: &[[u32; 2]; MAX_CUT_NODES]) {
+        for (own, more) in self.rays.iter_mut().zip(rays) {
+            *own = [own[0] + more[0], own[1] + more[1]];
+        }
+    }
+
+    /// Weighs the lamps by the root of the share of the rays so far that met no wall: the variance of what a lamp
+    /// brings is least if it is drawn by the root of the mean square.
+    pub fn learn_visibility(&mut self) {
+        for (visible, [all, free]) in self.visible.iter_mut().zip(&self.rays) {
+            // One free ray more: a lamp that no ray has reached may still light a corner of a texel.
+            *visible = ((free + 1) as f32 / (all + 1) as f32).sqrt();
+        }
+    }
+}
+
+/// A lamp that was drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct DrawnLamp {
+    /// Its face.
+    pub face: u32,
+    /// Its entry in the cut.
+    pub entry: usize,
+    /// The probability of drawing it.
+    pub probability: f32,
+}
+
+/// The choice of a receiver's points among all lamps.
+pub struct LampChoice<'a> {
+    tree: &'a LampTree,
+    cut: &'a LampCut,
+    at: Receiver,
+    weights: [f32; MAX_CUT_NODES],
+    total: f32,
+}
+
+impl LampChoice<'_> {
+    /// Returns the probability of the first of two `children`; none if neither lights the receiver.
+    fn first_share(&self, children: [u32; 2]) -> Option<f32> {
+        let importance = |k: u32| self.tree.nodes[k as usize].importance(&self.at);
+        let [a, b] = children.map(importance);
         (a + b > 0.0).then(|| a / (a + b))
     }
 
-    /// Draws a lamp by `number` in [0, 1), and returns its face and its probability; none if no lamp lights
-    /// the point.
-    pub fn draw_lamp(&self, point: Vec3, normal: Vec3, mut number: f32) -> Option<(u32, f32)> {
-        let mut node = self.nodes.first()?;
-        let mut probability = 1.0;
+    /// Draws a lamp by `number` in [0, 1); none if none was found that lights the receiver.
+    pub fn draw_lamp(&self, number: f32) -> Option<DrawnLamp> {
+        let mut left = number * self.total;
+        let mut entry = self.weights.iter().position(|weight| *weight > 0.0)?;
+        // Rounding may leave a rest at the end: the last of them gets it.
+        for k in entry + 1..self.cut.nodes.len() {
+            if left < self.weights[entry] {
+                break;
+            }
+            if self.weights[k] > 0.0 {
+                left -= self.weights[entry];
+                entry = k;
+            }
+        }
+        let weight = self.weights[entry];
+        let mut number = (left / weight).clamp(0.0, 1.0 - f32::EPSILON);
+        let mut probability = weight / self.total;
+        let mut node = &self.tree.nodes[self.cut.nodes[entry] as usize];
         while let Some(children) = node.children {
-            let share = self.first_share(children, point, normal)?;
+            let share = self.first_share(children)?;
             let child;
             if number < share {
                 number /= share;
@@ -149,28 +272,36 @@ impl LampTree {
                 probability *= 1.0 - share;
                 child = children[1];
             }
-            node = &self.nodes[child as usize];
+            node = &self.tree.nodes[child as usize];
         }
-        Some((node.face, probability))
+        Some(DrawnLamp {
+            face: node.face,
+            entry,
+            probability,
+        })
     }
 
-    /// Returns the probability with which [`Self::draw_lamp`] draws `face` at `point`.
-    pub fn probability(&self, face: u32, point: Vec3, normal: Vec3) -> f32 {
-        let Some(mut node) = self.node_of_face[face as usize] else {
+    /// Returns the probability with which [`Self::draw_lamp`] draws `face`.
+    pub fn lamp_probability(&self, face: u32) -> f32 {
+        let Some(mut node) = self.tree.node_of_face[face as usize] else {
             return 0.0;
         };
         let mut probability = 1.0;
-        while node != 0 {
-            let parent = self.nodes[node as usize].parent;
-            if let Some(children) = self.nodes[parent as usize].children {
-                let Some(share) = self.first_share(children, point, normal) else {
-                    return 0.0;
-                };
-                probability *= if children[0] == node { share } else { 1.0 - share };
+        loop {
+            if let Some(entry) = self.cut.nodes.iter().position(|k| *k == node) {
+                let share = self.weights[entry] / self.total;
+                return if share > 0.0 { probability * share } else { 0.0 };
             }
+            let parent = self.tree.nodes[node as usize].parent;
+            let Some(children) = self.tree.nodes[parent as usize].children else {
+                return 0.0;
+            };
+            let Some(share) = self.first_share(children) else {
+                return 0.0;
+            };
+            probability *= if children[0] == node { share } else { 1.0 - share };
             node = parent;
         }
-        probability
     }
 }
 
@@ -205,16 +336,26 @@ mod tests {
         let mesh = lamps_on_spiral();
         let tree = LampTree::new(&mesh);
         let mut lit = 0;
-        for texel in &mesh.texels {
+        for (k, texel) in mesh.texels.iter().enumerate() {
             let (point, normal) = (texel.position + Vec3::splat(0.1), Vec3::new(0.6, 0.8, 0.0));
+            let at = receive_at(point, normal);
+            let mut cut = tree.choose_cut([point, point], [1, 5, MAX_CUT_NODES][k % 3]);
+            cut.count_rays(&[[3, 1]; MAX_CUT_NODES]);
+            cut.learn_visibility();
+            let choice = tree.weigh_lamps(&cut, at);
             let all = 0..mesh.faces.len() as u32;
-            let probability: Vec<f32> = all.map(|f| tree.probability(f, point, normal)).collect();
+            let probability: Vec<f32> = all.map(|f| choice.lamp_probability(f)).collect();
             // Where a group's bound is above that of its lamps none may be drawn.
             assert!(probability.iter().sum::<f32>() < 1.0 + 1e-5);
             let mut drawn = vec![0; mesh.faces.len()];
             for n in 0..DRAW_COUNT {
                 let number = (n as f32 + 0.5) / DRAW_COUNT as f32;
-                let Some((face, told)) = tree.draw_lamp(point, normal, number) else {
+                let Some(DrawnLamp {
+                    face,
+                    probability: told,
+                    ..
+                }) = choice.draw_lamp(number)
+                else {
                     continue;
                 };
                 assert!((told - probability[face as usize]).abs() <= 1e-5 * told);
@@ -237,11 +378,26 @@ mod tests {
         assert!(lit > 50, "{lit}");
     }
 
+    /// A point of a surface.
+    fn receive_at(centre: Vec3, normal: Vec3) -> Receiver {
+        Receiver {
+            centre,
+            radius: 0.0,
+            normal,
+        }
+    }
+
+    /// Draws a lamp at a point of a surface that faces up.
+    fn draw_at(tree: &LampTree, point: Vec3) -> Option<DrawnLamp> {
+        let cut = tree.choose_cut([point; 2], MAX_CUT_NODES);
+        tree.weigh_lamps(&cut, receive_at(point, Vec3::Y)).draw_lamp(0.5)
+    }
+
     #[test]
     fn no_lamp_is_drawn_where_none_shines() {
         let mesh = lamps_on_spiral();
         let tree = LampTree::new(&mesh);
-        assert!(tree.draw_lamp(Vec3::Y * 9.0, Vec3::Y, 0.5).is_none());
+        assert!(draw_at(&tree, Vec3::Y * 9.0).is_none());
         let dark = Scene {
             faces: vec![Face::quad(
                 "",
@@ -252,6 +408,6 @@ mod tests {
             ..Scene::default()
         };
         let tree = LampTree::new(&Mesh::uniform(&dark, 1, 1).unwrap());
-        assert!(tree.draw_lamp(Vec3::ZERO, Vec3::Y, 0.5).is_none());
+        assert!(draw_at(&tree, Vec3::ZERO).is_none());
     }
 }

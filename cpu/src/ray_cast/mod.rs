@@ -19,7 +19,6 @@ use common::rays::Rays;
 use common::scene::Scene;
 use common::{Error, Result};
 use glam::{DVec3, Vec3, Vec3A};
-use rayon::prelude::*;
 use std::ops::ControlFlow;
 use texel_rays::{Halves, TexelRays};
 
@@ -38,7 +37,7 @@ const MIN_DISCARD_GROWTH: f32 = 3.0;
 /// The noise variance of n stratified rays falls as n to minus this power.
 const VARIANCE_EXPONENT: f32 = 1.25;
 /// Rounds of tracing.
-const MAX_TRACING_ROUNDS: u32 = 8;
+const MAX_TRACING_ROUNDS: u32 = 16;
 /// The iteration ends when this share of the first power is unshot.
 const UNSHOT_SHARE: f64 = 1e-5;
 /// Largest number of bounces.
@@ -164,7 +163,7 @@ impl RaySolver<'_> {
             if watch().is_break() {
                 return Err(Error::Interrupted);
             }
-            let step = traced.gather(&unshot);
+            let step = traced.gather_radiosity(&unshot);
             for (received, step) in received.iter_mut().zip(&step) {
                 for (received, step) in received.iter_mut().zip(step) {
                     *received += *step;
@@ -221,10 +220,10 @@ impl RaySolver<'_> {
             false => Vec3A::ZERO,
         });
         let radiosity: Vec<Vec3A> = radiosity.collect();
-        let texels = self.mesh.texels.par_iter().enumerate();
-        let spread = texels.map(|(k, texel)| {
-            let weight = bounces.weight[k];
-            let variance = (traced.ray_variance(k, &radiosity) * weight * weight).element_sum();
+        let variances = traced.ray_variances(&radiosity);
+        let spread = self.mesh.texels.iter().zip(variances.iter().zip(&bounces.weight));
+        let spread = spread.map(|(texel, (variance, weight))| {
+            let variance = (*variance * *weight * *weight).element_sum();
             f64::from((variance * texel.area).sqrt())
         });
         let spread: Vec<f64> = spread.collect();

@@ -4,13 +4,13 @@
 //! [`LampTree`]. What either brings from a lamp is weighted by the balance heuristic (Veach & Guibas 1995), so that near
 //! and large lamps cause as little noise as far and small ones.
 
-use super::lamp_tree::LampTree;
+use super::lamp_tree::{LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use common::escape::concentric_direction;
 use common::mesh::{Mesh, MeshFace, TexelKind};
 use common::rays::Rays;
-use common::sampling::{fold_triangle, pcg_hash};
+use common::sampling::pcg_hash;
 use common::texel::first_texels;
-use common::texel_point::{point_on_texel, texel_at};
+use common::texel_point::{SampledOutline, locate_texel, point_on_texel};
 use common::{Error, Result};
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
@@ -21,8 +21,10 @@ use std::ops::ControlFlow;
 /// A value for each half of the rays.
 pub type Halves = [Vec3A; 2];
 
-/// Texels between two calls of the progress callback.
-const TEXELS_PER_TASK: usize = 1 << 12;
+/// Texels that choose among the same lamps.
+const TEXELS_PER_GROUP: usize = 64;
+/// Groups between two calls of the progress callback.
+const GROUPS_PER_TASK: usize = 64;
 /// Index of no texel.
 const NO_TEXEL: u32 = u32::MAX;
 
@@ -46,7 +48,12 @@ pub struct TexelRays<'a> {
     first: Vec<usize>,
     /// The texel of each rank in face order.
     order: Vec<usize>,
+    /// The texels along a curve through space, on which neighbours are near each other.
+    along_curve: Vec<u32>,
+    /// The rays of the texels along the curve.
     records: Vec<RayRecord>,
+    /// The lamps of each group of texels along the curve.
+    cuts: Vec<LampCut>,
     /// Number of times that rays were discarded: a part of their seeds.
     discards: u32,
 }
@@ -55,10 +62,22 @@ impl<'a> TexelRays<'a> {
     /// Makes the texels of `mesh`, without rays.
     pub fn new(mesh: &'a Mesh, rays: &'a Rays) -> Self {
         let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|face| face.resolution).collect();
+        let lamps = LampTree::new(mesh);
+        let along_curve = sort_along_curve(mesh);
+        let choose_cut = |texels: &[u32]| {
+            let places = || texels.iter().map(|k| mesh.texels[*k as usize].position);
+            let bounds = [
+                places().fold(Vec3::INFINITY, Vec3::min),
+                places().fold(Vec3::NEG_INFINITY, Vec3::max),
+            ];
+            lamps.choose_cut(bounds, MAX_CUT_NODES)
+        };
         Self {
             mesh,
             rays,
-            lamps: LampTree::new(mesh),
+            cuts: along_curve.par_chunks(TEXELS_PER_GROUP).map(choose_cut).collect(),
+            lamps,
+            along_curve,
             first: first_texels(&resolutions),
             order: mesh.texels_in_face_order(),
             records: vec![RayRecord::default(); mesh.texels.len()],
@@ -66,10 +85,11 @@ impl<'a> TexelRays<'a> {
         }
     }
 
-    /// Discards all rays, so that their numbers may follow from what they brought: kept, they would be many where they
-    /// happened to bring much, and the light would come out too dark.
+    /// Discards all rays, so that their numbers and the choice of lamps may follow from what they brought: kept, they
+    /// would be many where they happened to bring much, and the light would come out too dark.
     pub fn discard_rays(&mut self) {
         self.records.fill(RayRecord::default());
+        self.cuts.iter_mut().for_each(LampCut::learn_visibility);
         self.discards += 1;
     }
 
@@ -77,22 +97,28 @@ impl<'a> TexelRays<'a> {
     ///
     /// Errors: [`Error::Interrupted`].
     pub fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()> {
-        let mut records = std::mem::take(&mut self.records);
-        let all = records.len() as f64;
-        for (task, part) in records.chunks_mut(TEXELS_PER_TASK).enumerate() {
-            let begin = task * TEXELS_PER_TASK;
-            if watch(begin as f64 / all).is_break() {
+        let (mut records, mut cuts) = (std::mem::take(&mut self.records), std::mem::take(&mut self.cuts));
+        let groups = cuts.len().max(1) as f64;
+        let tasks = records.chunks_mut(GROUPS_PER_TASK * TEXELS_PER_GROUP);
+        let tasks = tasks.zip(cuts.chunks_mut(GROUPS_PER_TASK)).enumerate();
+        for (task, (records, cuts)) in tasks {
+            if watch((task * GROUPS_PER_TASK) as f64 / groups).is_break() {
                 return Err(Error::Interrupted);
             }
-            let texels = part.par_iter_mut().enumerate();
-            texels.for_each(|(k, record)| self.extend_record(begin + k, 2 * counts[begin + k], record));
+            let of_groups = records.par_chunks_mut(TEXELS_PER_GROUP).zip(cuts).enumerate();
+            of_groups.for_each(|(group, (records, cut))| {
+                let begin = (task * GROUPS_PER_TASK + group) * TEXELS_PER_GROUP;
+                for (record, k) in records.iter_mut().zip(&self.along_curve[begin..]) {
+                    self.extend_record(*k as usize, 2 * counts[*k as usize], cut, record);
+                }
+            });
         }
-        self.records = records;
+        (self.records, self.cuts) = (records, cuts);
         Ok(())
     }
 
     /// Traces rays of texel `k` until there are `count` of both halves.
-    fn extend_record(&self, k: usize, count: u32, record: &mut RayRecord) {
+    fn extend_record(&self, k: usize, count: u32, cut: &mut LampCut, record: &mut RayRecord) {
         let texel = &self.mesh.texels[k];
         let face = &self.mesh.faces[texel.face as usize];
         let uv = match texel.kind {
@@ -100,23 +126,39 @@ impl<'a> TexelRays<'a> {
             _ => [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]],
         };
         let corner = |uv| point_on_texel(face, texel.kind, texel.lattice_corner, texel.area, uv).truncate();
-        let area = EvenArea::new(uv.map(corner));
+        let outline = SampledOutline::new(uv.map(corner));
         let known = record.hits.len() as u32;
         record.hits.reserve_exact(count.saturating_sub(known) as usize);
+        let centre = texel.position;
+        let choice = self.lamps.weigh_lamps(
+            cut,
+            Receiver {
+                centre,
+                radius: outline.corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max),
+                normal: face.normal,
+            },
+        );
+        let mut lamp_rays = [[0; 2]; MAX_CUT_NODES];
         for n in known..count {
             let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
-            let origin = area.point_at([u, v]);
-            let (hit, mut light) = self.trace_by_cosine(texel.face, origin, [x, y]);
+            let origin = outline.point_at([u, v]);
+            let (hit, mut light) = self.trace_by_cosine((texel.face, origin), &choice, [x, y]);
             record.hits.push(hit);
-            light += self.trace_to_lamp(texel.face, origin, sample_4d(n >> 1, 1, seed));
+            if let Some((entry, drawn)) = self.trace_to_lamp((texel.face, origin), &choice, sample_4d(n >> 1, 1, seed))
+            {
+                light += drawn;
+                lamp_rays[entry][0] += 1;
+                lamp_rays[entry][1] += u32::from(drawn != Vec3A::ZERO);
+            }
             record.lamp_light[(n & 1) as usize] += light;
             record.lamp_squares += light * light;
         }
+        cut.count_rays(&lamp_rays);
     }
 
-    /// Traces a ray from `origin` on face `f`; returns the texel that it meets and that texel's weighted lamp light.
-    fn trace_by_cosine(&self, f: u32, origin: Vec3, [x, y]: [f32; 2]) -> (u32, Vec3A) {
+    /// Traces a ray from a point of face `f`; returns the texel that it meets and that texel's weighted lamp light.
+    fn trace_by_cosine(&self, (f, origin): (u32, Vec3), choice: &LampChoice, [x, y]: [f32; 2]) -> (u32, Vec3A) {
         let face = &self.mesh.faces[f as usize];
         let along = concentric_direction(f64::from(2.0 * x - 1.0), f64::from(2.0 * y - 1.0));
         let bitangent = face.normal.cross(face.tangent);
@@ -130,44 +172,55 @@ impl<'a> TexelRays<'a> {
         if emission == Vec3::ZERO {
             return (hit, Vec3A::ZERO);
         }
-        let drawn = self.lamps.probability(met, origin, face.normal);
+        let drawn = choice.lamp_probability(met);
         let weight = balanced_weight(&self.mesh.faces[met as usize], face.normal, point - origin, drawn);
         (hit, Vec3A::from(emission) * weight)
     }
 
-    /// Traces a ray from `origin` on face `f` to a lamp; returns its weighted light.
-    fn trace_to_lamp(&self, f: u32, origin: Vec3, [choice, u, v, _]: [f32; 4]) -> Vec3A {
+    /// Traces a ray from a point of face `f` to a lamp; returns the lamp's entry in the cut and its weighted light, or none
+    /// if no lamp shines there.
+    fn trace_to_lamp(
+        &self,
+        (f, origin): (u32, Vec3),
+        choice: &LampChoice,
+        [number, u, v, _]: [f32; 4],
+    ) -> Option<(usize, Vec3A)> {
         let normal = self.mesh.faces[f as usize].normal;
-        let Some((lamp, drawn)) = self.lamps.draw_lamp(origin, normal, choice) else {
-            return Vec3A::ZERO;
-        };
-        let face = &self.mesh.faces[lamp as usize];
-        let point = EvenArea::new(face.corners).point_at([u, v]);
-        let weight = balanced_weight(face, normal, point - origin, drawn);
-        if weight <= 0.0 || !self.rays.is_visible(origin, point, [f, lamp]) {
-            return Vec3A::ZERO;
+        let lamp = choice.draw_lamp(number)?;
+        let face = &self.mesh.faces[lamp.face as usize];
+        let point = SampledOutline::new(face.corners).point_at([u, v]);
+        let weight = balanced_weight(face, normal, point - origin, lamp.probability);
+        if weight <= 0.0 || !self.rays.is_visible(origin, point, [f, lamp.face]) {
+            return Some((lamp.entry, Vec3A::ZERO));
         }
-        let emission = self.mesh.texels[self.texel_of(lamp, point) as usize].emission;
-        Vec3A::from(emission) * weight
+        let emission = self.mesh.texels[self.texel_of(lamp.face, point) as usize].emission;
+        Some((lamp.entry, Vec3A::from(emission) * weight))
     }
 
     /// Returns the texel at `point` of face `f`.
     fn texel_of(&self, f: u32, point: Vec3) -> u32 {
-        let at = texel_at(&self.mesh.faces[f as usize], point) as usize;
+        let at = locate_texel(&self.mesh.faces[f as usize], point) as usize;
         self.order[self.first[f as usize] + at] as u32
+    }
+
+    /// Returns a value of each texel from its rays.
+    fn map_records<V: Copy + Default + Send>(&self, map: impl Fn(&RayRecord) -> V + Send + Sync) -> Vec<V> {
+        let along_curve: Vec<V> = self.records.par_iter().map(map).collect();
+        let mut values = vec![V::default(); along_curve.len()];
+        for (value, k) in along_curve.into_iter().zip(&self.along_curve) {
+            values[*k as usize] = value;
+        }
+        values
     }
 
     /// Returns the light of lamps at each texel, of each half.
     pub fn direct_light(&self) -> Vec<Halves> {
-        let records = self.records.iter();
-        records
-            .map(|own| own.lamp_light.map(|sum| sum * own.half_share()))
-            .collect()
+        self.map_records(|own| own.lamp_light.map(|sum| sum * own.half_share()))
     }
 
     /// Returns F times a radiosity, for each half.
-    pub fn gather(&self, radiosity: &[Halves]) -> Vec<Halves> {
-        let gather = |own: &RayRecord| {
+    pub fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves> {
+        self.map_records(|own| {
             let mut sums = [Vec3A::ZERO; 2];
             for pair in own.hits.chunks_exact(2) {
                 for (half, k) in pair.iter().enumerate() {
@@ -177,22 +230,23 @@ impl<'a> TexelRays<'a> {
                 }
             }
             sums.map(|sum| sum * own.half_share())
-        };
-        self.records.par_iter().map(gather).collect()
+        })
     }
 
-    /// Returns the variance of what the rays of texel `k` bring, by channel.
-    pub fn ray_variance(&self, k: usize, radiosity: &[Vec3A]) -> Vec3A {
-        let own = &self.records[k];
-        let met = |k: &u32| radiosity.get(*k as usize).copied().unwrap_or(Vec3A::ZERO);
-        let (mut sum, mut squares) = (Vec3A::ZERO, Vec3A::ZERO);
-        for light in own.hits.iter().map(met) {
-            sum += light;
-            squares += light * light;
-        }
-        let share = 0.5 * own.half_share();
-        let variance = |sum: Vec3A, squares: Vec3A| (squares * share - (sum * share) * (sum * share)).max(Vec3A::ZERO);
-        variance(sum, squares) + variance(own.lamp_light[0] + own.lamp_light[1], own.lamp_squares)
+    /// Returns the variance of what a ray of each texel brings, by channel.
+    pub fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
+        self.map_records(|own| {
+            let met = |k: &u32| radiosity.get(*k as usize).copied().unwrap_or(Vec3A::ZERO);
+            let (mut sum, mut squares) = (Vec3A::ZERO, Vec3A::ZERO);
+            for light in own.hits.iter().map(met) {
+                sum += light;
+                squares += light * light;
+            }
+            let share = 0.5 * own.half_share();
+            let variance =
+                |sum: Vec3A, squares: Vec3A| (squares * share - (sum * share) * (sum * share)).max(Vec3A::ZERO);
+            variance(sum, squares) + variance(own.lamp_light[0] + own.lamp_light[1], own.lamp_squares)
+        })
     }
 }
 
@@ -220,36 +274,18 @@ fn balanced_weight(lamp: &MeshFace, normal: Vec3, ray: Vec3, drawn: f32) -> f32 
     by_cosine / (by_cosine + by_lamp)
 }
 
-/// A convex quad, or a triangle that repeats its third corner, from which points are drawn evenly.
-struct EvenArea {
-    corners: [Vec3; 4],
-    /// Share of the triangle of the first three corners; none of a parallelogram.
-    first_share: Option<f32>,
-}
-
-impl EvenArea {
-    fn new(corners: [Vec3; 4]) -> Self {
-        let [a, b, c, d] = corners;
-        let skewed = (a - b + c - d).length_squared() > 1e-8 * (c - a).length_squared();
-        let [first, second] = [(b - a).cross(c - a).length(), (c - a).cross(d - a).length()];
-        let first_share = first / (first + second).max(f32::MIN_POSITIVE);
-        Self {
-            corners,
-            first_share: skewed.then_some(first_share),
-        }
-    }
-
-    /// Returns the point of the area for (u, v) in the unit square.
-    fn point_at(&self, [u, v]: [f32; 2]) -> Vec3 {
-        let [a, b, c, d] = self.corners;
-        let in_triangle = |[a, b, c]: [Vec3; 3], u: f32| {
-            let (u, v) = fold_triangle(u, v);
-            a + (b - a) * u + (c - a) * v
-        };
-        match self.first_share {
-            None => a + (b - a) * u + (d - a) * v,
-            Some(share) if u < share => in_triangle([a, b, c], u / share),
-            Some(share) => in_triangle([a, c, d], (u - share) / (1.0 - share)),
-        }
-    }
+/// Returns the texels along a space-filling curve (Morton's).
+fn sort_along_curve(mesh: &Mesh) -> Vec<u32> {
+    let places = || mesh.texels.iter().map(|texel| texel.position);
+    let low = places().fold(Vec3::INFINITY, Vec3::min);
+    let high = places().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let scale = 1023.0 / (high - low).max_element().max(f32::MIN_POSITIVE);
+    let key = |k: &u32| {
+        let cell = (mesh.texels[*k as usize].position - low) * scale;
+        let bits = |x: f32, axis: u32| (0..10).map(|b| ((x as u32 >> b) & 1) << (3 * b + axis)).sum::<u32>();
+        bits(cell.x, 0) + bits(cell.y, 1) + bits(cell.z, 2)
+    };
+    let mut texels: Vec<u32> = (0..mesh.texels.len() as u32).collect();
+    texels.sort_by_cached_key(key);
+    texels
 }
