@@ -10,6 +10,7 @@
 //! most, until it is as small as requested.
 
 mod lamp_tree;
+mod seen_lamp;
 mod texel_rays;
 
 use crate::hierarchy::solver::{HierarchicalSolution, open_shares};

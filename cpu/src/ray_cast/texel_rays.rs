@@ -1,12 +1,13 @@
 //! The rays of all texels: where they start, what they meet, and the light of lamps that they bring.
 //!
 //! Ray n of a texel is a pair: one ray in a direction drawn by the cosine, and one to a point of a lamp that is drawn by
-//! [`LampTree`]. What either brings from a lamp is weighted by the balance heuristic (Veach & Guibas 1995), so that near
+//! [`LampTree`] and [`SeenLamp`]. What either brings from a lamp is weighted by the balance heuristic (Veach & Guibas 1995), so that near
 //! and large lamps cause as little noise as far and small ones.
 
 use super::lamp_tree::{LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
+use super::seen_lamp::SeenLamp;
 use common::escape::concentric_direction;
-use common::mesh::{Mesh, MeshFace, TexelKind};
+use common::mesh::{Mesh, TexelKind};
 use common::rays::Rays;
 use common::sampling::pcg_hash;
 use common::texel::first_texels;
@@ -173,7 +174,8 @@ impl<'a> TexelRays<'a> {
             return (hit, Vec3A::ZERO);
         }
         let drawn = choice.lamp_probability(met);
-        let weight = balanced_weight(&self.mesh.faces[met as usize], face.normal, point - origin, drawn);
+        let lamp = SeenLamp::new(&self.mesh.faces[met as usize], origin);
+        let weight = balanced_weight(&lamp, face.normal, point - origin, drawn);
         (hit, Vec3A::from(emission) * weight)
     }
 
@@ -188,8 +190,10 @@ impl<'a> TexelRays<'a> {
         let normal = self.mesh.faces[f as usize].normal;
         let lamp = choice.draw_lamp(number)?;
         let face = &self.mesh.faces[lamp.face as usize];
-        let point = SampledOutline::new(face.corners).point_at([u, v]);
-        let weight = balanced_weight(face, normal, point - origin, lamp.probability);
+        let seen = SeenLamp::new(face, origin);
+        let ray = seen.draw_ray([u, v]);
+        let point = origin + ray;
+        let weight = balanced_weight(&seen, normal, ray, lamp.probability);
         if weight <= 0.0 || !self.rays.is_visible(origin, point, [f, lamp.face]) {
             return Some((lamp.entry, Vec3A::ZERO));
         }
@@ -258,20 +262,15 @@ impl RayRecord {
 }
 
 /// Returns the irradiance that a `ray` to a point of `lamp` brings for an emission of 1 on a surface of this `normal`:
-/// the integrand over the sum of both rays' densities. `drawn` is the probability of the lamp, whose points are drawn
-/// evenly.
-fn balanced_weight(lamp: &MeshFace, normal: Vec3, ray: Vec3, drawn: f32) -> f32 {
-    let square = ray.length_squared().max(f32::MIN_POSITIVE);
-    let direction = ray / square.sqrt();
-    let [received, sent] = [normal.dot(direction), -lamp.normal.dot(direction)];
-    if received <= 0.0 || sent <= 0.0 {
-        return 0.0;
+/// the integrand over the sum of both rays' densities. `drawn` is the probability of the lamp.
+fn balanced_weight(lamp: &SeenLamp, normal: Vec3, ray: Vec3, drawn: f32) -> f32 {
+    let [received, sent] = [normal.dot(ray), -lamp.normal.dot(ray)];
+    if received > 0.0 && sent > 0.0 {
+        let by_cosine = received / (PI * ray.length());
+        by_cosine / (by_cosine + drawn * lamp.density(ray))
+    } else {
+        0.0
     }
-    let [a, b, c, d] = lamp.corners;
-    let area = 0.5 * (c - a).cross(d - b).length();
-    let by_cosine = received / PI;
-    let by_lamp = drawn * square / (sent * area);
-    by_cosine / (by_cosine + by_lamp)
 }
 
 /// Returns the texels along a space-filling curve (Morton's).
