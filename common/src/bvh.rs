@@ -5,6 +5,7 @@ use crate::mesh::{Mesh, MeshFace};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
@@ -21,9 +22,14 @@ pub struct Bvh {
 impl Bvh {
     /// Builds the BVH of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
-        let has_area = |k: &u32| mesh.faces[*k as usize].normal != Vec3::ZERO;
-        let index: Vec<u32> = (0..mesh.faces.len() as u32).filter(has_area).collect();
-        let boxes: Vec<Aabb> = index.iter().map(|k| padded_box(&mesh.faces[*k as usize])).collect();
+        Self::over(&mesh.faces)
+    }
+
+    /// Builds the BVH of `faces`.
+    pub fn over(faces: &[MeshFace]) -> Self {
+        let has_area = |k: &u32| faces[*k as usize].normal != Vec3::ZERO;
+        let index: Vec<u32> = (0..faces.len() as u32).filter(has_area).collect();
+        let boxes: Vec<Aabb> = index.iter().map(|k| padded_box(&faces[*k as usize])).collect();
         let tree = build_tree(&boxes);
         let faces = tree.primitive_indices.iter().map(|k| index[*k as usize]).collect();
         Self { tree, faces }
@@ -47,6 +53,13 @@ impl Bvh {
 /// Nested boxes, as of a star's triangles, make the binary tree deep, but only the wide tree is traversed.
 fn build_tree(boxes: &[Aabb]) -> CwBvh {
     let parameters = BvhBuildParams::very_slow_build();
+    let binary = build_binary_tree(boxes, &parameters);
+    let leaf = parameters.max_prims_per_leaf.clamp(1, 3);
+    bvh2_to_cwbvh(&binary, leaf, true, false)
+}
+
+/// Builds the binary tree over `boxes`, with one reinsertion.
+pub fn build_binary_tree(boxes: &[Aabb], parameters: &BvhBuildParams) -> Bvh2 {
     let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
         parameters.ploc_search_distance,
         boxes,
@@ -55,17 +68,21 @@ fn build_tree(boxes: &[Aabb]) -> CwBvh {
         parameters.search_depth_threshold,
     );
     ReinsertionOptimizer::default().run(&mut binary, parameters.reinsertion_batch_ratio, None);
-    let leaf = parameters.max_prims_per_leaf.clamp(1, 3);
-    bvh2_to_cwbvh(&binary, leaf, true, false)
+    binary
 }
 
 fn padded_box(face: &MeshFace) -> Aabb {
-    let mut aabb = Aabb::empty();
-    for corner in face.corners {
-        aabb.extend(corner.into());
-    }
     // The outline's margin, and a margin for the rounding of the nodes' quantised boxes.
-    let margin = Vec3A::splat(4.0 * OUTLINE_MARGIN);
+    box_around(face.corners, 4.0 * OUTLINE_MARGIN)
+}
+
+/// Returns the box around `points`, wider by `margin` on every side.
+pub fn box_around(points: impl IntoIterator<Item = Vec3>, margin: f32) -> Aabb {
+    let mut aabb = Aabb::empty();
+    for point in points {
+        aabb.extend(point.into());
+    }
+    let margin = Vec3A::splat(margin);
     aabb.min -= margin;
     aabb.max += margin;
     aabb

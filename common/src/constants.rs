@@ -26,7 +26,7 @@ pub const POINT_SOURCE_RADII: f32 = 64.0;
 /// Height above a texel's horizon, as a share of the distance, below which a patch's form factor is summed
 /// from the differences between its edges' terms and those of their projections onto the texel's plane.
 /// Lambert's own terms are near 1 there; their rounding leaves u·(distance/height)² of F.
-pub const LOW_HEIGHT_RATIO: f32 = 1.0 / 64.0;
+pub const MAX_GRAZING_HEIGHT_RATIO: f32 = 1.0 / 64.0;
 
 /// Distance below which fronts exchange no light (mesh units; 8 roundings of a coordinate): closer faces
 /// have no order that the coordinates can show.

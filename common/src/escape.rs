@@ -19,12 +19,17 @@ pub fn escape_directions() -> Vec<Vec3> {
     let side = ESCAPE_DIRECTION_COUNT.isqrt();
     let direction = |k: usize| {
         // R2 sequence inside the strata: aligned rays would run along edges of aligned rooms.
-        let jitter = |alpha: f64| (0.5 + alpha * (k + 1) as f64).fract();
+        let jitter = |alpha: f64| weyl_sequence(k + 1, alpha);
         let x = ((k % side) as f64 + jitter(0.754_877_666_246_693)) / side as f64;
         let y = ((k / side) as f64 + jitter(0.569_840_290_998_053)) / side as f64;
         concentric_direction(2.0 * x - 1.0, 2.0 * y - 1.0)
     };
     (0..ESCAPE_DIRECTION_COUNT).map(direction).collect()
+}
+
+/// Returns element `k` of the Weyl sequence of `alpha`, in [0, 1).
+pub fn weyl_sequence(k: usize, alpha: f64) -> f64 {
+    (0.5 + alpha * k as f64).fract()
 }
 
 /// Maps the square to the disc with equal areas (concentric map, Shirley & Chiu 1997), then to the hemisphere.

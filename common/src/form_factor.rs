@@ -6,7 +6,7 @@
 //! H in W/m², F dimensionless, 0 when either faces away. f32 throughout: every function here is
 //! the twin of the one of the same name in `gpu/src/shaders/form_factor.wgsl`.
 
-use crate::constants::{CONTACT_DISTANCE, LOW_HEIGHT_RATIO, MISS_DISTANCE, PI, POINT_SOURCE_RADII};
+use crate::constants::{CONTACT_DISTANCE, MAX_GRAZING_HEIGHT_RATIO, MISS_DISTANCE, PI, POINT_SOURCE_RADII};
 use glam::Vec3;
 
 /// The approximations of F that the solvers share.
@@ -164,14 +164,14 @@ pub fn polygon_factor(shooter: &Shooter, position: Vec3, normal: Vec3) -> f32 {
     (-sum / (2.0 * PI)).max(0.0)
 }
 
-/// Returns whether no point of a shooter rises more than [`LOW_HEIGHT_RATIO`] times its distance above the texel's
+/// Returns whether no point of a shooter rises more than [`MAX_GRAZING_HEIGHT_RATIO`] times its distance above the texel's
 /// horizon. The distance of the `highest` point is at least that of the shooter's plane, and that of its
 /// bounding sphere.
 #[inline(always)]
 pub fn is_low(shooter: &Shooter, position: Vec3, highest: f32) -> bool {
     let d = position - shooter.centre;
     let beyond = d.dot(d).sqrt() - shooter.radius;
-    highest <= LOW_HEIGHT_RATIO * shooter.normal.dot(d).max(beyond)
+    highest <= MAX_GRAZING_HEIGHT_RATIO * shooter.normal.dot(d).max(beyond)
 }
 
 /// Returns [`polygon_factor`] of a shooter above the receiver's horizon, without clipping.

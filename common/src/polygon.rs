@@ -1,6 +1,12 @@
-//! Clipping of polygons in space. Means of textures, exact form factors and the search for adjacent faces use it.
+//! Outlines of polygons and their clipping in space. Means of textures, exact form factors and the search for adjacent
+//! faces use it.
 
 use glam::DVec3;
+
+/// Returns the 4 or 3 corners, without a triangle's repeated one.
+pub fn distinct_corners<T: PartialEq>(corners: &[T; 4]) -> &[T] {
+    &corners[..if corners[2] == corners[3] { 3 } else { 4 }]
+}
 
 /// Returns the part of a convex polygon above the plane through `point` (Sutherland & Hodgman 1974).
 pub fn clip_by_plane(polygon: &[DVec3], point: DVec3, normal: DVec3) -> Vec<DVec3> {

@@ -8,6 +8,9 @@ use glam::{Vec3, Vec3A};
 use obvhs::ray::{Ray, RayHit};
 use std::cell::Cell;
 
+/// Coordinate beyond which a point lies outside the scene, which is two units wide: it is the sky's.
+const MAX_SCENE_COORDINATE: f32 = 2.0;
+
 /// Index of no face.
 pub const NO_FACE: u32 = u32::MAX;
 
@@ -29,6 +32,17 @@ pub enum LineOfSight {
     Clear,
 }
 
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RayEnd {
+    /// The front of a face, at a ray parameter.
+    Front(u32, f32),
+    /// A back.
+    Back,
+    /// Nothing.
+    Outside,
+}
+
 impl Rays {
     /// Builds the BVH over the faces that have an area.
     pub fn new(mesh: &Mesh) -> Self {
@@ -36,6 +50,16 @@ impl Rays {
             bvh: Bvh::new(mesh),
             faces: mesh.faces.clone(),
             room: mesh.room_faces,
+        }
+    }
+
+    /// Builds the BVH over those of the room alone, without the objects.
+    pub fn of_room(mesh: &Mesh) -> Self {
+        let faces = mesh.faces[..mesh.room_faces as usize].to_vec();
+        Self {
+            bvh: Bvh::over(&faces),
+            room: mesh.room_faces,
+            faces,
         }
     }
 
@@ -71,6 +95,7 @@ impl Rays {
         last: &Cell<u32>,
     ) -> LineOfSight {
         let ends = ends.map(|k| self.faces[k as usize].sheet);
+        let [from, to] = start_near(from, to);
         let ray = segment_ray(from, to);
         let known = last.get();
         let ends_it = known != NO_FACE && (!through || known < self.room);
@@ -124,11 +149,19 @@ impl Rays {
         });
     }
 
-    /// Returns the nearest face along the ray from `origin`, a point of a face of `sheet`, and its ray
-    /// parameter; none if the ray meets nothing, or a back first. Faces that touch the origin are skipped: a
-    /// body that stands there has more faces behind them. Where a front and a back coincide the front is
-    /// met: they are a sheet's two sides, subdivided differently. Of coincident fronts the first is met.
+    /// Returns the nearest face along the ray from `origin`, a point of a face of `sheet`, and its ray parameter; none if the
+    /// ray meets nothing, or a back first.
     pub fn nearest_face(&self, origin: Vec3, direction: Vec3, sheet: u32) -> Option<(u32, f32)> {
+        match self.trace(origin, direction, sheet) {
+            RayEnd::Front(face, t) => Some((face, t)),
+            RayEnd::Back | RayEnd::Outside => None,
+        }
+    }
+
+    /// Returns what the ray from `origin`, a point of a face of `sheet`, meets first. Faces that touch the origin are
+    /// skipped: a body that stands there has more faces behind them. Where a front and a back coincide the front is
+    /// met: they are a sheet's two sides, subdivided differently. Of coincident fronts the first is met.
+    pub fn trace(&self, origin: Vec3, direction: Vec3, sheet: u32) -> RayEnd {
         let reach = 8.0 / RAY_REACH;
         let mut nearest = RayHit::none();
         // The nearest front with its ray parameter and cosine; the ray parameter of the nearest back.
@@ -156,8 +189,11 @@ impl Rays {
             // The ray continues to faces that coincide with this one.
             hit.t + CONTACT_DISTANCE / hit.facing.abs()
         });
-        let (k, t, steep) = lit?;
-        ((t - dark) * steep <= CONTACT_DISTANCE).then_some((k, t * reach))
+        match lit {
+            Some((k, t, steep)) if (t - dark) * steep <= CONTACT_DISTANCE => RayEnd::Front(k, t * reach),
+            None if dark == f32::INFINITY => RayEnd::Outside,
+            _ => RayEnd::Back,
+        }
     }
 
     /// Returns the nearest front along a view ray, and its ray parameter; backs are transparent.
@@ -175,6 +211,17 @@ impl Rays {
             hit.t
         });
         met
+    }
+}
+
+/// Returns the ends of a segment in the order in which it is traced: of a point of the sky coordinates are coarser than the
+/// outlines' margin, and the ray starts at the other end.
+#[inline(always)]
+pub fn start_near(from: Vec3, to: Vec3) -> [Vec3; 2] {
+    if from.abs().max_element() > MAX_SCENE_COORDINATE {
+        [to, from]
+    } else {
+        [from, to]
     }
 }
 

@@ -35,6 +35,16 @@ pub enum Shape {
     Triangle,
 }
 
+impl Shape {
+    /// Returns the point at (u, v): bilinear on a quad; on a triangle u runs along edge 0→1, v along 0→2.
+    pub fn point_at(self, [a, b, c, d]: [DVec3; 4], u: f64, v: f64) -> DVec3 {
+        match self {
+            Self::Quad => a.lerp(b, u).lerp(d.lerp(c, u), v),
+            Self::Triangle => a + (b - a) * u + (c - a) * v,
+        }
+    }
+}
+
 /// A planar convex face; its front is the side from which the corners run counter-clockwise.
 #[derive(Clone, Debug)]
 pub struct Face {
@@ -147,13 +157,9 @@ impl Face {
         [0, 1].map(|k| if longer[k] { 2 * texels[k] } else { texels[k] })
     }
 
-    /// Returns the point at (u, v): bilinear on a quad; on a triangle u runs along edge 0→1, v along 0→2.
+    /// Returns the point at (u, v), as [`Shape::point_at`].
     pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
-        let [a, b, c, d] = self.corners;
-        match self.shape {
-            Shape::Quad => a.lerp(b, u).lerp(d.lerp(c, u), v),
-            Shape::Triangle => a + (b - a) * u + (c - a) * v,
-        }
+        self.shape.point_at(self.corners, u, v)
     }
 
     /// Returns the means of ρ and E over a convex part of the face.

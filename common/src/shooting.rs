@@ -27,7 +27,7 @@ pub struct Shot {
 
 /// Radiosity, residual and irradiance of every texel (W/m²; w of the irradiance is the form
 /// factor of the latest shot, w of the others is unused), in the mesh's texel order.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RadiosityField {
     /// Name of the engine that computed it: a comparison refuses two fields of one origin.
     pub origin: String,
@@ -182,7 +182,7 @@ pub fn total_power(power: &[f32]) -> f32 {
 }
 
 /// Outcome of a finished or stopped solve.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct SolveRun {
     /// The log of shots; after passes, one shot per patch with all that it has shot.
     pub shots: Vec<Shot>,

@@ -46,6 +46,8 @@ pub fn point_on_texel(face: &MeshFace, kind: TexelKind, place: [u32; 2], area: f
 pub struct SampledOutline {
     /// The corners.
     pub corners: [Vec3; 4],
+    /// Its area.
+    pub area: f32,
     /// Share of the area in the triangle of the first three corners.
     share: f32,
 }
@@ -56,7 +58,11 @@ impl SampledOutline {
         let area = |p: Vec3, q: Vec3| (p - corners[0]).cross(q - corners[0]).length();
         let [one, other] = [1, 2].map(|k| area(corners[k], corners[k + 1]));
         let share = if other > 0.0 { one / (one + other) } else { 1.0 };
-        Self { corners, share }
+        Self {
+            corners,
+            area: 0.5 * (one + other),
+            share,
+        }
     }
 
     /// Maps u, v in 0…1 to a point; the map keeps ratios of areas.

@@ -62,13 +62,10 @@ fn write(dir: &Path, captured: Option<Vec3>) -> (Mesh, RadiosityField) {
         adapter: None,
         settings: &Settings::default(),
         run: &SolveRun {
-            shots: Vec::new(),
             emitted: 1.0,
             converged: true,
-            stagnated: false,
-            passes: 0,
-            shooters: 0,
             field: field.clone(),
+            ..SolveRun::default()
         },
         texel_error: None,
         certificate: None,

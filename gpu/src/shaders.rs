@@ -28,47 +28,20 @@ pub struct ShaderFault {
     pub to: &'static str,
 }
 
-const SHADER_FILES: [(&str, &str); 36] = [
-    ("types", include_str!("shaders/types.wgsl")),
-    ("form_factor", include_str!("shaders/form_factor.wgsl")),
-    ("frame", include_str!("shaders/frame.wgsl")),
-    ("hemicube", include_str!("shaders/hemicube.wgsl")),
-    ("projection", include_str!("shaders/projection.wgsl")),
-    ("image_bound", include_str!("shaders/image_bound.wgsl")),
-    ("intersect", include_str!("shaders/intersect.wgsl")),
-    ("item_buffer", include_str!("shaders/item_buffer.wgsl")),
-    ("item_buffer_paper", include_str!("shaders/item_buffer_paper.wgsl")),
-    ("lookup", include_str!("shaders/lookup.wgsl")),
-    ("sampling", include_str!("shaders/sampling.wgsl")),
-    ("texel_point", include_str!("shaders/texel_point.wgsl")),
-    ("bvh", include_str!("shaders/bvh.wgsl")),
-    ("rays", include_str!("shaders/rays.wgsl")),
-    ("view", include_str!("shaders/view.wgsl")),
-    ("link", include_str!("shaders/link.wgsl")),
-    ("patch_transfer", include_str!("shaders/patch_transfer.wgsl")),
-    ("closure", include_str!("shaders/closure.wgsl")),
-    ("deposit", include_str!("shaders/deposit.wgsl")),
-    ("escape", include_str!("shaders/escape.wgsl")),
-    ("unshot_power", include_str!("shaders/unshot_power.wgsl")),
-    ("select", include_str!("shaders/select.wgsl")),
-    ("exchange", include_str!("shaders/exchange.wgsl")),
-    ("gather", include_str!("shaders/gather.wgsl")),
-    ("hierarchy_types", include_str!("shaders/hierarchy_types.wgsl")),
-    ("surface_points", include_str!("shaders/surface_points.wgsl")),
-    ("link_bounds", include_str!("shaders/link_bounds.wgsl")),
-    ("link_factors", include_str!("shaders/link_factors.wgsl")),
-    ("clear_work_lists", include_str!("shaders/clear_work_lists.wgsl")),
-    ("visibility_samples", include_str!("shaders/visibility_samples.wgsl")),
-    ("refine", include_str!("shaders/refine.wgsl")),
-    ("sample_links", include_str!("shaders/sample_links.wgsl")),
-    ("prefix_sum", include_str!("shaders/prefix_sum.wgsl")),
-    ("subdivide_nodes", include_str!("shaders/subdivide_nodes.wgsl")),
-    ("add_links", include_str!("shaders/add_links.wgsl")),
-    ("store_links", include_str!("shaders/store_links.wgsl")),
-];
+/// Makes a table of the names and the texts of shaders.
+macro_rules! shader_files {
+    ($($name:ident)*) => { [$((stringify!($name), include_str!(concat!("shaders/", stringify!($name), ".wgsl")))),*] };
+}
+
+const SHADER_FILES: [(&str, &str); 36] = shader_files! {
+    types form_factor frame hemicube projection image_bound intersect item_buffer item_buffer_paper lookup sampling
+    texel_point bvh rays view link patch_transfer closure deposit escape unshot_power select exchange gather
+    hierarchy_types surface_points link_bounds link_factors clear_work_lists visibility_samples refine sample_links
+    prefix_sum subdivide_nodes add_links store_links
+};
 
 /// Shaders that draw item buffers.
-const DRAWING_SHADERS: [&str; 2] = ["item_buffer", "item_buffer_paper"];
+pub const DRAWING_SHADERS: [&str; 2] = ["item_buffer", "item_buffer_paper"];
 
 fn shader_text(name: &str, faults: &[ShaderFault]) -> Result<String> {
     let (_, text) = SHADER_FILES
@@ -151,7 +124,8 @@ fn constant_declarations(transport: &Transport) -> String {
         let reach = drawing.lookup.reach_pixels();
         text.push_str(&format!("const LOOKUP_REACH: i32 = {reach};\n"));
     }
-    for (name, value) in REAL_CONSTANTS {
+    let offsets = [("STEP_OFFSET_U", STEP_OFFSETS[0]), ("STEP_OFFSET_V", STEP_OFFSETS[1])];
+    for (name, value) in REAL_CONSTANTS.into_iter().chain(offsets) {
         text.push_str(&format!("const {name}: f32 = {value:?}f;\n"));
     }
     text
@@ -220,27 +194,14 @@ pub const ENUM_CODES: [(&str, u32); 29] = [
     ("COUNTED_TRANSFER", CountedStage::Transfer as u32),
 ];
 
+/// Makes a table of the names and the values of constants.
+macro_rules! named_constants {
+    ($($name:ident)*) => { [$((stringify!($name), $name)),*] };
+}
+
 /// Floating-point constants.
-const REAL_CONSTANTS: [(&str, f32); 21] = [
-    ("PI", PI),
-    ("CONTACT_DISTANCE", CONTACT_DISTANCE),
-    ("FAR_DISTANCE_RADII", FAR_DISTANCE_RADII),
-    ("NEAR_OFFSET_QUAD", NEAR_OFFSET_QUAD),
-    ("NEAR_OFFSET_TRIANGLE", NEAR_OFFSET_TRIANGLE),
-    ("POINT_SOURCE_RADII", POINT_SOURCE_RADII),
-    ("ONE_SAMPLE_LIMIT", ONE_SAMPLE_LIMIT),
-    ("MAX_PEAK_TO_MEAN", MAX_PEAK_TO_MEAN),
-    ("MIN_COMPACT_AREA", MIN_COMPACT_AREA),
-    ("LOW_HEIGHT_RATIO", LOW_HEIGHT_RATIO),
-    ("OUTLINE_MARGIN", OUTLINE_MARGIN),
-    ("STEP_OFFSET_U", STEP_OFFSETS[0]),
-    ("STEP_OFFSET_V", STEP_OFFSETS[1]),
-    ("MISS_DISTANCE", MISS_DISTANCE),
-    ("SEGMENT_END_FRACTION", SEGMENT_END_FRACTION),
-    ("RAY_REACH", RAY_REACH),
-    ("DEPTH_SCALE", DEPTH_SCALE),
-    ("MAX_DEPTH", MAX_DEPTH),
-    ("GUTTER_PIXELS", GUTTER_PIXELS),
-    ("PAPER_NEAR_PLANE", PAPER_NEAR_PLANE),
-    ("PAPER_FAR_PLANE", PAPER_FAR_PLANE),
-];
+const REAL_CONSTANTS: [(&str, f32); 19] = named_constants! {
+    PI CONTACT_DISTANCE FAR_DISTANCE_RADII NEAR_OFFSET_QUAD NEAR_OFFSET_TRIANGLE POINT_SOURCE_RADII ONE_SAMPLE_LIMIT
+    MAX_PEAK_TO_MEAN MIN_COMPACT_AREA MAX_GRAZING_HEIGHT_RATIO OUTLINE_MARGIN MISS_DISTANCE SEGMENT_END_FRACTION RAY_REACH
+    DEPTH_SCALE MAX_DEPTH GUTTER_PIXELS PAPER_NEAR_PLANE PAPER_FAR_PLANE
+};

@@ -1,12 +1,9 @@
 //! WGSL and Rust agree: members of structs have the offsets of the records, codes are those of the enums, and
 //! shaders define no constant a second time.
 
-use common::form_factor::FormFactor;
-use common::mesh::{Cover, TexelKind};
-use common::rays::LineOfSight;
 use common::settings::{ItemBufferProjection, ItemBufferSettings, Transport, Visibility};
 use common::shooting::SubtractedLink;
-use gpu::shaders::{HIERARCHY_LAYOUTS, LOG_COUNT_BYTES, TRANSPORT_LAYOUTS, module_source};
+use gpu::shaders::{DRAWING_SHADERS, ENUM_CODES, HIERARCHY_LAYOUTS, LOG_COUNT_BYTES, TRANSPORT_LAYOUTS, module_source};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::fs;
 use std::mem::offset_of;
@@ -16,13 +13,9 @@ use wgpu::naga::{Expression, Literal, Module, TypeInner, front::wgsl::parse_str}
 /// Constants that shaders may define themselves: no other file has them, or the twin has the same.
 const SHADER_CONSTANTS: [&str; 3] = ["COUNTED_BIT", "EMPTY_BOUND", "FULL_BOUND"];
 
-fn repository_root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
 /// Name and text of every shader.
 fn shader_texts() -> Vec<(String, String)> {
-    let folder = repository_root().join("gpu/src/shaders");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shaders");
     let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
     let named = |path: PathBuf| {
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
@@ -31,17 +24,9 @@ fn shader_texts() -> Vec<(String, String)> {
     files.map(named).collect()
 }
 
-/// Shaders that draw item buffers; visibility by rays needs none.
-const DRAWING_SHADERS: [&str; 2] = ["item_buffer", "item_buffer_paper"];
-
 /// Returns every module that is compiled, for rays and for each projection.
 fn compiled_modules() -> Vec<(String, Module)> {
-    let drawn = [
-        ItemBufferProjection::Paper,
-        ItemBufferProjection::Hemisphere,
-        ItemBufferProjection::Stereographic,
-        ItemBufferProjection::Hemicube,
-    ];
+    let drawn = ItemBufferProjection::ALL_PROJECTIONS;
     let drawn = drawn.map(|projection| Visibility::with_item_buffer(projection, 1024));
     let mut modules = Vec::new();
     for visibility in drawn.into_iter().chain([Visibility::Rays]) {
@@ -134,29 +119,8 @@ fn constant_value(module: &Module, wanted: &str) -> Option<u32> {
 
 #[test]
 fn shader_codes_equal_enum_values() {
-    let codes = [
-        ("PROJECTION_PAPER", ItemBufferProjection::Paper.shader_code()),
-        ("PROJECTION_HEMISPHERE", ItemBufferProjection::Hemisphere.shader_code()),
-        (
-            "PROJECTION_STEREOGRAPHIC",
-            ItemBufferProjection::Stereographic.shader_code(),
-        ),
-        ("PROJECTION_HEMICUBE", ItemBufferProjection::Hemicube.shader_code()),
-        ("FORM_FACTOR_PAPER", FormFactor::Paper as u32),
-        ("FORM_FACTOR_DISC", FormFactor::Disc as u32),
-        ("TEXEL_QUAD", TexelKind::Quad as u32),
-        ("TEXEL_INVERTED", TexelKind::Inverted as u32),
-        ("COVER_OPEN", Cover::Open as u32),
-        ("COVER_ROOM", Cover::Room as u32),
-        ("SIGHT_BLOCKED", LineOfSight::Blocked as u32),
-        ("SIGHT_HIDDEN_BY_OBJECT", LineOfSight::HiddenByObject as u32),
-        ("SIGHT_CLEAR", LineOfSight::Clear as u32),
-        ("SUBTRACTED_BEFORE", SubtractedLink::Before as u32),
-        ("SUBTRACTED_UNHIDDEN", SubtractedLink::Unhidden as u32),
-        ("SUBTRACTED_ALL", SubtractedLink::All as u32),
-    ];
     for (name, module) in compiled_modules() {
-        for (code, value) in codes {
+        for (code, value) in ENUM_CODES {
             assert_eq!(constant_value(&module, code), Some(value), "{code} in {name}");
         }
         let subtracted = constant_value(&module, "SUBTRACTED_BITS").unwrap();

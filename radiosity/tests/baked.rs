@@ -100,11 +100,11 @@ impl BakedScene {
     /// Returns the lightmap coordinates of a point of triangle `k`.
     pub fn place_on_chart(&self, k: usize, point: Vec3) -> Vec2 {
         let [(_, at_a), (_, at_b), (_, at_c)] = self.triangles[k];
-        let [a, b, c] = self.shares(k, point);
+        let [a, b, c] = self.corner_weights(k, point);
         at_a * a + at_b * b + at_c * c
     }
 
-    fn shares(&self, k: usize, point: Vec3) -> [f32; 3] {
+    fn corner_weights(&self, k: usize, point: Vec3) -> [f32; 3] {
         let [(a, _), (b, _), (c, _)] = self.triangles[k];
         let normal = (b - a).cross(c - a);
         let share = |p: Vec3, q: Vec3| normal.dot((q - p).cross(point - p)) / normal.length_squared();
@@ -117,7 +117,7 @@ impl BakedScene {
             let [(a, _), (b, _), (c, _)] = self.triangles[*k];
             let own = (b - a).cross(c - a).normalize_or_zero();
             let beyond = self
-                .shares(*k, point)
+                .corner_weights(*k, point)
                 .into_iter()
                 .fold(0.0f32, |off, share| off.max(-share));
             beyond + (point - a).dot(own).abs() + 10.0 * (1.0 - own.dot(normal))

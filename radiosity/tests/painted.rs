@@ -1,11 +1,9 @@
 //! Painted faces: texels larger than the solved ones, and agreement with the path tracer.
 
+use super::path_tracer::assert_dense_solver_agrees;
 use common::scene::Face;
 use common::settings::Settings;
 use glam::{DVec3, Vec3};
-use oracle::diff::pair::GridPair;
-use oracle::diff::reflected::ReflectedField;
-use oracle::path_tracer::{debiased_pair_rms, trace_radiosity};
 use oracle::solve::progress::without_progress;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::{SolveRequest, solve_request};
@@ -69,8 +67,8 @@ fn painted_texel_has_mean_of_reflectance_times_irradiance() {
     assert!((texel.reflectance - white / 2.0).length() < 1e-6);
 }
 
-/// A room with a chequered floor and a ceiling that emits in stripes. The error of the dense solver on texels half as
-/// wide is at most the change by halving them. The texels are as wide as the checks, and half of that.
+/// A room with a chequered floor and a ceiling that emits in stripes. The texels are as wide as the checks, and half of
+/// that.
 #[test]
 fn path_tracer_and_dense_solver_agree_on_painted_faces() {
     let side = 4;
@@ -83,16 +81,5 @@ fn path_tracer_and_dense_solver_agree_on_painted_faces() {
     let mut faces = box_faces([0.0; 3], [1.0, 1.0, 0.5], true, 0.5);
     faces[0] = paint_face(faces[0].clone(), [Some(picture_coat([side; 2], &checks)), None]);
     faces[1] = paint_face(faces[1].clone(), [None, Some(picture_coat([side; 2], &stripes))]);
-    let scene = named_scene("paint", faces);
-    let [(rough_mesh, rough), (fine_mesh, fine)] = [4, 8].map(|texels| dense_truth_on(&scene, texels));
-    let rough = ReflectedField::from_field(&scene, &rough_mesh, &rough);
-    let fine = ReflectedField::from_field(&scene, &fine_mesh, &fine);
-    let traced = trace_radiosity(&scene, &rough_mesh, 60_000, 5);
-    let of = |a| GridPair::new(a, &traced.reflected, Some(&traced.error)).unwrap();
-    let [_, [error, noise]] = [&rough, &fine].map(|a| debiased_pair_rms(&of(a)));
-    let changed = GridPair::new(&rough, &fine, None).unwrap().worst_channel().0;
-    println!("{error} ± {noise}, halving changed {changed}");
-    // Seven standard errors are exceeded by chance once in 230 000, as in other scenes.
-    assert!(error <= changed + 7.0 * noise, "{error} ± {noise}, {changed}");
-    assert!(7.0 * noise < 0.02, "{noise}");
+    assert_dense_solver_agrees(&named_scene("paint", faces), 4, 60_000, 0.02);
 }

@@ -148,26 +148,27 @@ fn closed_rooms_absorb_emitted_power() {
     }
 }
 
-/// The error of the dense solver on texels half as wide is at most the change by halving them.
+/// Compares the dense solver on `texels` per side, and on texels half as wide, with `paths` per texel and set.
+/// The error on the narrow ones is at most the change by halving. With more noise than `noise_limit` the comparison
+/// would prove nothing.
+pub fn assert_dense_solver_agrees(scene: &Scene, texels: u32, paths: u32, noise_limit: f64) {
+    let [(rough_mesh, rough), (fine_mesh, fine)] = [texels, 2 * texels].map(|n| dense_truth_on(scene, n));
+    let rough = ReflectedField::from_field(scene, &rough_mesh, &rough);
+    let fine = ReflectedField::from_field(scene, &fine_mesh, &fine);
+    let traced = trace_radiosity(scene, &rough_mesh, paths, 5);
+    let pair = GridPair::new(&fine, &traced.reflected, Some(&traced.error)).unwrap();
+    let [error, noise] = debiased_pair_rms(&pair);
+    let changed = GridPair::new(&rough, &fine, None).unwrap().worst_channel().0;
+    let text = format!("{}: {error} ± {noise}, halving changed {changed}", scene.name);
+    assert!(error <= changed + SIGMAS * noise, "{text}");
+    assert!(SIGMAS * noise < noise_limit, "{text}");
+}
+
 #[test]
 fn dense_solver_agrees_with_paths_on_random_triangles() {
     for seed in [10, 11, 12] {
         let drawn = draw_scene(seed, FaceShapes::Triangles);
-        let scene = &drawn.scene;
-        let [(rough_mesh, rough), (fine_mesh, fine)] = [2, 4].map(|texels| dense_truth_on(scene, texels));
-        let rough = ReflectedField::from_field(scene, &rough_mesh, &rough);
-        let fine = ReflectedField::from_field(scene, &fine_mesh, &fine);
-        let traced = trace_radiosity(scene, &rough_mesh, 6000, 5);
-        let of = |a| GridPair::new(a, &traced.reflected, Some(&traced.error)).unwrap();
-        let [of_rough, of_fine] = [&rough, &fine].map(|a| debiased_pair_rms(&of(a)));
-        let changed = GridPair::new(&rough, &fine, None).unwrap().worst_channel().0;
-        let [error, noise] = of_fine;
-        println!("{drawn}: 2² {of_rough:?}, 4² {of_fine:?}, halving changed {changed:.4}");
-        assert!(
-            error <= changed + SIGMAS * noise,
-            "{drawn}: {error} ± {noise}, {changed}"
-        );
-        // With more noise the test would prove nothing.
-        assert!(SIGMAS * noise < 0.05, "{drawn}: {noise}");
+        println!("{drawn}");
+        assert_dense_solver_agrees(&drawn.scene, 2, 6000, 0.05);
     }
 }

@@ -1,13 +1,16 @@
 //! Counts of a scene against its mesh, a forecast against the solve.
 
 use common::mesh::Mesh;
+use common::scene::{Face, Scene};
 use common::settings::{Iteration, Meshing, Settings};
+use glam::{DVec3, Vec3};
 use oracle::solve::progress::without_progress;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::task::SolveTask;
 use radiosity::plan::SceneCounts;
 use radiosity::plan::forecast::forecast_solve;
-use radiosity_tests::bundled_scene;
+use radiosity_tests::factor_cases::rectangle;
+use radiosity_tests::{ball, box_faces, bundled_scene, named_scene};
 use std::ops::ControlFlow;
 
 #[test]
@@ -51,30 +54,59 @@ fn counts_are_those_of_the_mesh() {
     }
 }
 
+/// A closed room with a lamp, and a ball of 264 triangles in it.
+fn room_with_ball() -> Scene {
+    let grey = Vec3::splat(0.6);
+    let mut faces = box_faces(DVec3::splat(-2.0), DVec3::splat(2.0), true, Vec3::ZERO, grey);
+    let lamp = rectangle([-0.4, 1.9, -0.4], [0.8, 0.0, 0.0], [0.0, 0.0, 0.8]);
+    faces.push(Face::quad("lamp", lamp, Vec3::splat(20.0), Vec3::ZERO));
+    let body = ball(DVec3::ZERO, 1.0, [12, 12]).into_iter();
+    faces.extend(body.map(|face| Face {
+        reflectance: grey,
+        ..face
+    }));
+    named_scene("ball", faces)
+}
+
 #[test]
-fn forecast_of_a_solve_to_an_error_goes_with_its_inverse() {
-    let scene = bundled_scene("furnace.obj");
-    let forecast = |error, patient: bool| {
-        let target = ErrorTarget { error, texels: Some(4) };
-        let show = |_: &str, _: f64| match patient {
-            true => ControlFlow::Continue(()),
-            false => ControlFlow::Break(()),
-        };
-        forecast_solve(
-            &scene,
-            &Settings::default(),
-            SolverChoice::to_error(None, target),
-            &show,
-        )
-        .unwrap()
-    };
-    let [coarse, fine] = [0.1, 0.01].map(|error| forecast(error, true));
-    assert!((coarse.work_ratio - 1.0).abs() < 1e-12 && (fine.work_ratio - 10.0).abs() < 1e-12);
-    assert!(!fine.stopped && fine.shots.is_none() && fine.trial_seconds > 0.0);
-    // A trial that is stopped tells the least time.
-    let stopped = forecast(0.01, false);
-    assert!(
-        stopped.stopped && (stopped.work_ratio - 10.0).abs() < 1e-12,
-        "{stopped:?}"
-    );
+fn forecast_tells_texels_and_rays_of_a_solve_to_an_error_within_factor_two() {
+    let [few, many] = [bundled_scene("cornell_box.obj"), room_with_ball()];
+    let cases = [
+        (&few, 0.05, None),
+        (&few, 0.02, None),
+        (&few, 0.02, Some(8)),
+        (&many, 0.05, None),
+        (&many, 0.02, None),
+        (&many, 0.02, Some(2)),
+    ];
+    for (scene, error, texels) in cases {
+        let solver = SolverChoice::to_error(None, ErrorTarget { error, texels });
+        let settings = Settings::default();
+        let go_on = |_: &str, _: f64| ControlFlow::Continue(());
+        let told = forecast_solve(scene, &settings, solver, &go_on).unwrap();
+        let solved = scene.solve_once(&settings, solver, &without_progress()).unwrap();
+        let [told_texels, told_rays] = told.kept.unwrap();
+        let by_rays = scene.faces.len() > 200;
+        assert_eq!(told_rays > 0, by_rays, "{told:?}");
+        let mut pairs = vec![];
+        if texels.is_none() {
+            pairs.push((told_texels, solved.mesh.texels.len() as u64));
+        }
+        if by_rays {
+            pairs.push((told_rays, solved.history.unwrap().links));
+        }
+        for (told, found) in pairs {
+            let ratio = told as f64 / found as f64;
+            assert!(
+                (0.5..2.0).contains(&ratio),
+                "{} to {error}: {told} for {found}",
+                scene.name
+            );
+        }
+        assert!(told.work_ratio > 1.5 && told.seconds > told.trial_seconds, "{told:?}");
+        // A first step that is stopped tells the least time.
+        let stop = |_: &str, _: f64| ControlFlow::Break(());
+        let stopped = forecast_solve(scene, &settings, solver, &stop).unwrap();
+        assert!(stopped.stopped && stopped.kept.is_none(), "{stopped:?}");
+    }
 }

@@ -167,7 +167,7 @@ fn interrupted_chart_resumes_and_failures_are_not_repeated() {
     );
     // Every solve would be stopped: the failure is not repeated.
     assert_eq!(measure_set(&bench, &set, &stop).points, measured.points);
-    assert!(measured.points[1].figures().is_none() && !measured.points[1].on_front);
+    assert!(measured.points[1].solve_figures().is_none() && !measured.points[1].on_front);
     assert!(measured.points[0].on_front || measured.points[2].on_front);
     let page = render_page(&[SceneChart {
         scene: "a <b> & c".into(),

@@ -46,7 +46,7 @@ fn linear_field_is_reproduced_up_to_the_border() {
     let scene = named_scene("floor", faces);
     let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
     let surface = InterpolationSurface::new(&scene, &mesh);
-    let field = surface.interpolate(&linear_field(&mesh));
+    let field = surface.interpolate_irradiance(&linear_field(&mesh));
     for k in 0..10_000 {
         let (x, z) = (f64::from(k % 100) / 50.0 + 0.003, f64::from(k / 100) / 33.34 + 0.002);
         let point = (DVec3::new(x, 0.0, z) - DVec3::new(1.0, 0.0, 1.5)) / mesh.unit;
@@ -79,7 +79,7 @@ fn straight_shadow_edge_on_triangles_has_no_teeth() {
             let texel = surface.texel_at(part.face, part.position.as_dvec3());
             sums[texel as usize] += Vec4::splat(if lit { 1.0 } else { 0.0 }) / (32.0 * 32.0);
         }
-        let field = surface.interpolate(&sums);
+        let field = surface.interpolate_irradiance(&sums);
         let mut most = 0f64;
         for z in (0..200).map(|k| (f64::from(k) + 0.5) / 200.0) {
             // From the third row of nodes on: two corrections carry what borders do past two.
@@ -116,7 +116,7 @@ fn light_beside_a_body_is_that_of_the_open_parts_of_texels() {
     // A texel's mean is its open share: the light is 1 wherever it comes.
     let lit: Vec<Vec4> = surface.open.iter().map(|open| Vec4::splat(*open)).collect();
     assert!(lit.iter().any(|mean| mean.x == 0.0) && lit.iter().any(|mean| mean.x > 0.2 && mean.x < 0.8));
-    let field = surface.interpolate(&lit);
+    let field = surface.interpolate_irradiance(&lit);
     for (k, texel) in mesh.texels.iter().enumerate().filter(|(k, _)| surface.open[*k] > 0.0) {
         let value = field.stencil_value(&surface.stencil_at(k as u32, texel.position.as_dvec3()));
         assert!((value - DVec3::ONE).abs().max_element() < 1e-6, "texel {k}: {value}");
@@ -135,7 +135,7 @@ fn facets_of_a_ball_look_smooth_and_edges_of_a_box_stay_sharp() {
         .iter()
         .map(|t| Vec4::splat(light(t.position.as_dvec3()) as f32))
         .collect();
-    let field = surface.interpolate(&values);
+    let field = surface.interpolate_irradiance(&values);
     let step = 15f64.to_radians();
     for (k, texel) in mesh.texels.iter().enumerate() {
         for corner in mesh.faces[texel.face as usize].corners {
@@ -163,7 +163,7 @@ fn solved_rooms_are_shown_without_seams() {
         let surface = InterpolationSurface::new(&scene, &mesh);
         let irradiance = &run.field.irradiance;
         let [joined, apart] = border_steps(&scene, &surface, irradiance);
-        let error = texel_mean_error(&scene, &surface.interpolate(irradiance), irradiance);
+        let error = texel_mean_error(&scene, &surface.interpolate_irradiance(irradiance), irradiance);
         println!("{} {texels}²: joined {joined} apart {apart} error {error}", scene.name);
         assert!(joined < 1e-4 && apart > 0.05, "{joined} {apart}");
         assert!(error < 0.05, "{error}");
@@ -229,7 +229,7 @@ fn degenerate_scenes_and_nan_do_not_panic() {
         let mut values = linear_field(&mesh);
         values[0] = Vec4::NAN;
         values.pop();
-        let field = surface.interpolate(&values);
+        let field = surface.interpolate_irradiance(&values);
         assert!(texel_mean_error(&scene, &field, &values).is_nan());
         for camera in [
             Camera::automatic_view(&mesh, &rays),
@@ -261,7 +261,7 @@ fn border_steps(scene: &Scene, surface: &InterpolationSurface, values: &[Vec4]) 
         )
     });
     [surface, &apart].map(|welded| {
-        let field = welded.interpolate(values);
+        let field = welded.interpolate_irradiance(values);
         let (mut largest, mut samples) = (0.0, 0);
         for (a, b) in surface.pairs.iter().flat_map(|(a, b)| [(*a, *b), (*b, *a)]) {
             let [from, to] = [a, b].map(|face| &surface.face_grids[face as usize]);

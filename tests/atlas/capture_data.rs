@@ -8,7 +8,7 @@ use common::solution::pixels::ImagePlanes;
 use glam::{DVec2, DVec3, Vec3};
 use radiosity::merge::brackets::{Brackets, CameraResponse, RadianceMap};
 use radiosity::merge::photographs::read_photographs;
-use radiosity::report::picture::luminance;
+use radiosity::report::picture::compute_luminance;
 use radiosity_tests::radiance_files::{data_folder, irradiance_at_eye, light_at_eye, mean_radiance, texel_outlines};
 use std::f64::consts::PI;
 use std::fs;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 fn luminance_percentiles([w, h]: [usize; 2], pixels: &[Vec3]) -> Vec<f64> {
     let from_centre = |k: usize, n: usize| (2 * k + 1) as f64 / n as f64 - 1.0;
     let inside = |k: &usize| from_centre(k % w, w).hypot(from_centre(k / w, h)) < 0.99;
-    let luminances = (0..w * h).filter(inside).map(|k| luminance(pixels[k]));
+    let luminances = (0..w * h).filter(inside).map(|k| compute_luminance(pixels[k]));
     let lit = luminances.filter(|y| *y > 0.0);
     let mut values: Vec<f64> = lit.map(|y| f64::from(y).log2()).collect();
     values.sort_by(f64::total_cmp);

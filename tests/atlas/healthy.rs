@@ -21,11 +21,6 @@ fn random_scenes(seeds: RangeInclusive<u64>) -> impl Iterator<Item = Scene> {
     })
 }
 
-/// Returns settings like the paper's with coarse pixels, so that many pairs mismatch.
-fn coarse_paper_settings() -> Settings {
-    paper_settings(item_buffer(256), 8, 0.01, 400)
-}
-
 /// Returns coarse settings of a solve by conjugate gradients.
 fn pass_settings(visibility: Visibility) -> Settings {
     let mut settings = settings_of([4, 2, 2], visibility, 1e-3);
@@ -45,7 +40,8 @@ fn solvers_agree_on_random_scenes() {
     let mut red = Vec::new();
     for scene in random_scenes(1..=4) {
         let ways = [
-            coarse_paper_settings(),
+            // Like the paper's, with coarse pixels, so that many pairs mismatch.
+            paper_settings(item_buffer(256), 8, 0.01, 400),
             pass_settings(item_buffer(128)),
             pass_settings(Visibility::Rays),
         ];

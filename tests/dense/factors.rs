@@ -2,6 +2,7 @@
 //! contour integral and product rule.
 
 use approx::abs_diff_eq;
+use common::polygon::distinct_corners;
 use cpu::dense::contour_integral::contour_integral;
 use cpu::dense::exchange_area::{SurfacePiece, exchange_area, facing_parts, form_factor};
 use glam::{DMat3, DVec3};
@@ -92,8 +93,7 @@ fn any_convex_quad() -> impl Strategy<Value = [DVec3; 4]> {
 
 /// Makes a piece whose front faces `towards` a direction.
 fn piece_facing(corners: &[DVec3; 4], towards: DVec3) -> SurfacePiece {
-    let count = if corners[2] == corners[3] { 3 } else { 4 };
-    let mut corners = corners[..count].to_vec();
+    let mut corners = distinct_corners(corners).to_vec();
     if SurfacePiece::from_outline(&corners).plane.normal.dot(towards) < 0.0 {
         corners.reverse();
     }

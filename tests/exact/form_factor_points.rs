@@ -153,7 +153,7 @@ fn low_shooter_form_factor_is_precise() {
             let found = f64::from(polygon_factor(&shooter, position, Vec3::Z));
             let outline = corners.map(|c| c.as_dvec3());
             let truth = exact::point_to_polygon(position.as_dvec3(), DVec3::Z, &outline);
-            // Some forty operations round the result. Above LOW_HEIGHT_RATIO it is a difference of terms
+            // Some forty operations round the result. Above MAX_GRAZING_HEIGHT_RATIO it is a difference of terms
             // near 1, and F is (height/distance)²/2; near the ratio 1/64 either formula may be used.
             let slope = f64::from(position.length() / height);
             let cancelled = if slope > 96.0 { 0.0 } else { 4.0 * slope * slope };

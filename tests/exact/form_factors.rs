@@ -115,6 +115,18 @@ fn disc_bound(case: &FactorCase, mesh: &Mesh, kind: FormFactor, patches: u32, te
     sum / case.from.area() + grid_bound(case, texels) + rounded
 }
 
+/// The double contour integral, by which other tests judge. The printed values have ten digits.
+#[test]
+fn contour_integral_equals_every_exact_factor() {
+    for FactorCase {
+        name, from, to, exact, ..
+    } in factor_cases()
+    {
+        let value = exact::polygon_to_polygon(from.outline(), to.outline());
+        assert_near(name, value, exact, 5e-11 * (from.area() / to.area()).max(1.0));
+    }
+}
+
 #[test]
 fn polygon_factors_are_within_their_bounds() {
     for case in factor_cases() {

@@ -12,7 +12,7 @@ use cpu::hierarchy::coarse::{CoarseNodes, StoredLink, sum_link_amounts};
 use cpu::hierarchy::iterate::{BounceIteration, BounceResult};
 use cpu::hierarchy::linear_radiosity::pull_radiosity;
 use cpu::hierarchy::link::{BlockLink, no_last_blockers};
-use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution, solve_scene};
+use cpu::hierarchy::solver::{ErrorBudget, TexelSolution, solve_scene};
 use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
 use radiosity_tests::{ball, box_faces, named_scene};
@@ -92,7 +92,7 @@ fn triangle_soup(count: u32, decades: f64) -> Vec<Face> {
 }
 
 /// Makes half planes around one line, each with two fronts.
-fn wedges(count: u32) -> Vec<Face> {
+fn half_planes_on_line(count: u32) -> Vec<Face> {
     let half_plane = |k: u32| {
         let (sin, cos) = (PI * f64::from(k) / f64::from(count)).sin_cos();
         let [a, b] = [-1.0, 1.0].map(|y| DVec3::new(0.0, y, 0.0));
@@ -104,7 +104,7 @@ fn wedges(count: u32) -> Vec<Face> {
 }
 
 /// Solves one step on `texels`×`texels` to 10 %.
-fn solve_coarsely(scene: &Scene, texels: u32) -> (Mesh, HierarchicalSolution) {
+fn solve_coarsely(scene: &Scene, texels: u32) -> (Mesh, TexelSolution) {
     let mesh = Mesh::uniform(scene, texels, 1).unwrap();
     let mut go_on = |_| ControlFlow::Continue(());
     let solution = solve_scene(scene, &mesh, &[], ErrorBudget::for_error(0.1), &mut go_on).unwrap();
@@ -137,7 +137,7 @@ fn broken_meshes_absorb_no_more_than_is_emitted() {
         ("shells", 2, with_copies(grey_ball(), true, |p| p * 1.001)),
         ("triangles through each other", 1, triangle_soup(60, 0.0)),
         ("spikes", 1, triangle_soup(60, 4.0)),
-        ("wedges", 1, wedges(12)),
+        ("wedges", 1, half_planes_on_line(12)),
     ];
     for (name, texels, faces) in cases {
         let (mesh, solution) = solve_coarsely(&room_around(name, faces), texels);
@@ -164,14 +164,7 @@ fn cluster_factors_are_at_most_one_everywhere() {
     let mut near = 0;
     for f in 0..scene.faces.len() {
         let shooter = &tree.nodes[tree.roots[f] as usize].shooter;
-        let spot = Spot {
-            face: f as u32,
-            target: 0,
-            share: 1.0,
-            corners: shooter.corners,
-            centre: shooter.centre,
-        };
-        let block = ReceiverBlock::new(&mesh, &[spot]);
+        let block = ReceiverBlock::new(&mesh, &[Spot::of_node(&tree, tree.roots[f])]);
         for (number, cluster) in (0..).zip(&clusters.all) {
             let interaction = ClusterInteraction {
                 mesh: &mesh,

@@ -79,14 +79,7 @@ fn cluster_radiosity_equals_sum_of_faces() {
     let mut linked = 0;
     for f in 0..6 {
         let shooter = &tree.nodes[tree.roots[f] as usize].shooter;
-        let spot = Spot {
-            face: f as u32,
-            target: 0,
-            share: 1.0,
-            corners: shooter.corners,
-            centre: shooter.centre,
-        };
-        let block = ReceiverBlock::new(&mesh, &[spot]);
+        let block = ReceiverBlock::new(&mesh, &[Spot::of_node(&tree, tree.roots[f])]);
         for (k, cluster) in (0..).zip(&clusters.all) {
             let d = shooter.centre - cluster.centre;
             let ratio = cluster.radius / d.length();

@@ -4,7 +4,7 @@ use common::Result;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use cpu::hierarchy::linker::LinkMethod;
-use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution, solve_with_links};
+use cpu::hierarchy::solver::{ErrorBudget, TexelSolution, solve_with_links};
 use gpu::ShaderFault;
 use oracle::compare::link_diff::{LinkDiff, LinkerPair};
 use radiosity_tests::engines::shared_gpu;
@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 use std::rc::Rc;
 
 /// Solves once with both linkers and compares their results.
-fn compare_linkers(scene: &Scene, error: f32, faults: &[ShaderFault]) -> (Result<HierarchicalSolution>, LinkDiff) {
+fn compare_linkers(scene: &Scene, error: f32, faults: &[ShaderFault]) -> (Result<TexelSolution>, LinkDiff) {
     let found = Rc::new(RefCell::new(LinkDiff::default()));
     let maker = LinkerPair::linker_factory(shared_gpu(), faults, &found);
     let mesh = Mesh::uniform(scene, 4, 1).unwrap();

@@ -49,10 +49,10 @@ fn skewed_plates() -> Scene {
 /// Returns the error of the reflected light of a solve by rays relative to it, and the noise that the solve tells, both
 /// RMS of the green channel.
 fn error_and_told_noise(scene: &Scene, texels: u32) -> [f64; 2] {
-    let (mesh, matrix, _) = assemble_dense(scene, texels);
+    let (mut mesh, matrix, _) = assemble_dense(scene, texels);
     let truth = solve_matrix(&mesh, &matrix);
     let mut go_on = |_| ControlFlow::Continue(());
-    let found = solve_by_rays(scene, &mesh, REQUESTED_NOISE, &mut go_on).unwrap();
+    let found = solve_by_rays(scene, &mut mesh, REQUESTED_NOISE, &mut go_on).unwrap();
     let (mut off, mut told, mut light) = (0.0, 0.0, 0.0);
     for (k, texel) in mesh.texels.iter().enumerate() {
         let [area, rho, emission] = [texel.area, texel.reflectance.y, texel.emission.y].map(f64::from);
@@ -111,9 +111,9 @@ fn row_of_cells() -> Scene {
 #[test]
 fn light_that_rays_seldom_find_is_absorbed_as_a_whole() {
     let scene = row_of_cells();
-    let mesh = Mesh::uniform(&scene, 8, 1).unwrap();
+    let mut mesh = Mesh::uniform(&scene, 8, 1).unwrap();
     let mut go_on = |_| ControlFlow::Continue(());
-    let found = solve_by_rays(&scene, &mesh, REQUESTED_NOISE, &mut go_on).unwrap();
+    let found = solve_by_rays(&scene, &mut mesh, REQUESTED_NOISE, &mut go_on).unwrap();
     let (mut emitted, mut absorbed) = (0.0, 0.0);
     for (texel, h) in mesh.texels.iter().zip(&found.irradiance) {
         emitted += f64::from(texel.area * texel.emission.y);
@@ -135,9 +135,9 @@ fn hollow_ball_by_rays_has_the_radiosity_of_a_furnace() {
     };
     let faces: Vec<Face> = ball(DVec3::ZERO, 1.0, [15, 20]).into_iter().map(inside).collect();
     let scene = named_scene("hollow ball", faces);
-    let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+    let mut mesh = Mesh::uniform(&scene, 1, 1).unwrap();
     let mut go_on = |_| ControlFlow::Continue(());
-    let found = solve_by_rays(&scene, &mesh, 0.01, &mut go_on).unwrap();
+    let found = solve_by_rays(&scene, &mut mesh, 0.01, &mut go_on).unwrap();
     let mean = |of: &dyn Fn(usize) -> f32| (0..mesh.texels.len()).map(of).sum::<f32>() / mesh.texels.len() as f32;
     let radiosity = mean(&|k| 1.0 + 0.8 * found.irradiance[k].x);
     // The noise of the mean over 560 texels is far below that of one.

@@ -29,7 +29,7 @@ fn planted_shadow_darkens_pixels_by_its_loss() {
     let surface = InterpolationSurface::new(&solved.scene, &solved.mesh);
     let relit = solved.as_relit();
     let after: Vec<Vec4> = (0..64).map(|k| relit.relit_radiosity(k).extend(0.0)).collect();
-    let field = surface.interpolate(&after);
+    let field = surface.interpolate_irradiance(&after);
     // Half the picture's height on the floor.
     let half = height * 16f64.to_radians().tan();
     let (mut touched, mut deep) = (0, 0);

@@ -3,6 +3,7 @@
 mod adaptive;
 mod composite;
 mod paper;
+mod rays;
 mod scene;
 mod shaders;
 mod signed;

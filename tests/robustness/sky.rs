@@ -11,10 +11,11 @@ use oracle::solve::dense::dense_settings;
 use oracle::solve::progress::without_progress;
 use oracle::solve::solved::Solved;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveRequest, solve_request};
 use radiosity_tests::engines::{item_buffer, settings_of, shared_gpu};
 use radiosity_tests::factor_cases::rectangle;
-use radiosity_tests::{box_faces, named_scene};
+use radiosity_tests::{ball, box_faces, named_scene};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -173,5 +174,46 @@ fn scene_in_equilibrium_with_its_sky_is_even() {
         }
         let rms = (square / area).sqrt();
         assert!(rms < 0.02, "{name}: {rms}");
+    }
+}
+
+/// Solves a ball of triangles of which the fronts look inwards, by links or, if they are many, by rays; returns the light from
+/// outside that they receive, and what an opening of the last triangle lets in.
+fn light_within_ball(rows: u32, opened: bool) -> [f64; 2] {
+    let inside = ball(DVec3::Y * 2.0, 1.0, [rows, 2 * rows]).into_iter();
+    let mut faces: Vec<Face> = inside.map(|face| face.reversed()).collect();
+    let opening = if opened {
+        faces.remove(faces.len() / 2).area()
+    } else {
+        0.0
+    };
+    let count = faces.len() as u32;
+    if !opened {
+        // It is lit, so that the sky is gathered at all faces.
+        faces.push(floor_face());
+    }
+    let scene = under_sky("ball", faces, even_sky(2.0));
+    let target = ErrorTarget {
+        error: 0.05,
+        texels: Some(1),
+    };
+    let solver = SolverChoice::Hierarchy(target);
+    let settings = settings_of([1, 1, 1], Visibility::Rays, 1e-4);
+    let solved = scene.solve_once(&settings, solver, &without_progress()).unwrap();
+    let inside = solved.mesh.texels.iter().filter(|texel| texel.face < count);
+    let received: f64 = inside.map(|texel| f64::from(texel.sky.x * texel.area)).sum();
+    [received * solved.mesh.area_unit(), 2.0 * PI * opening]
+}
+
+/// Rays from a sky far away would pass between triangles if they were as coarse as its coordinates.
+#[test]
+fn closed_ball_is_dark_and_an_open_one_receives_what_its_opening_lets_in() {
+    for rows in [4, 12] {
+        assert_eq!(light_within_ball(rows, false), [0.0; 2], "{rows} rows");
+        let [received, expected] = light_within_ball(rows, true);
+        assert!(
+            (received / expected - 1.0).abs() < 0.05,
+            "{rows} rows: {received} for {expected}"
+        );
     }
 }

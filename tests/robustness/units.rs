@@ -1,11 +1,9 @@
 //! Units from a millionth to a million and places far from the origin, on every solver, in memory and through files.
 
 use common::import::{ImportOptions, load_scene};
-use common::passes::Engine;
 use common::precision::find_shape_losses;
 use common::scene::Scene;
 use common::shooting::replay_log;
-use cpu::CpuSolver;
 use glam::{DVec3, Vec4};
 use radiosity_tests::bounds::U;
 use radiosity_tests::dense::{assemble_dense, solve_matrix};
@@ -53,27 +51,6 @@ fn largest_difference(a: &[Vec4], b: &[Vec4]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn replayed_radiosity(engine: &mut dyn Engine, log: &[u32]) -> Vec<Vec4> {
-    replay_log(engine, log).unwrap().field.radiosity
-}
-
-#[test]
-fn units_and_places_keep_radiosity_of_both_engines() {
-    let run = shoot_on_cpu(&mesh_of(&lit_room()), &engine_settings());
-    for (scale, lengths) in PLACES {
-        let mesh = mesh_of(&room_moved_and_scaled(scale, lengths));
-        assert_eq!(mesh.unit.log2().fract(), 0.0, "the unit is a power of two");
-        let found = both_engines(&mesh, &engine_settings().transport).map(|mut engine| {
-            let radiosity = replayed_radiosity(&mut *engine, &run.shooter_log());
-            largest_difference(&radiosity, &run.field.radiosity)
-        });
-        assert!(
-            found.iter().all(|off| *off < BOUND),
-            "{scale:e}, {lengths:e}: {found:?}"
-        );
-    }
-}
-
 #[test]
 fn units_and_places_keep_radiosity_of_dense_solver() {
     let solve = |scene: &Scene| -> Vec<f64> {
@@ -112,16 +89,21 @@ fn read_scene(path: &Path) -> Scene {
 }
 
 #[test]
-fn files_in_any_unit_and_place_give_same_radiosity() {
+fn files_in_any_unit_and_place_give_same_radiosity_of_both_engines() {
     let folder = empty_folder("units");
     let run = shoot_on_cpu(&mesh_of(&lit_room()), &engine_settings());
     for (scale, lengths) in PLACES {
         let scene = read_scene(&write_obj(&folder, &room_moved_and_scaled(scale, lengths)));
         let mesh = mesh_of(&scene);
-        let mut engine = CpuSolver::new(&mesh, &engine_settings().transport);
-        let radiosity = replayed_radiosity(&mut engine, &run.shooter_log());
-        let found = largest_difference(&radiosity, &run.field.radiosity);
-        assert!(found < BOUND, "{scale:e}, {lengths:e}: {found:e}");
+        assert_eq!(mesh.unit.log2().fract(), 0.0, "the unit is a power of two");
+        let found = both_engines(&mesh, &engine_settings().transport).map(|mut engine| {
+            let replayed = replay_log(&mut *engine, &run.shooter_log()).unwrap();
+            largest_difference(&replayed.field.radiosity, &run.field.radiosity)
+        });
+        assert!(
+            found.iter().all(|off| *off < BOUND),
+            "{scale:e}, {lengths:e}: {found:?}"
+        );
         assert_eq!(find_shape_losses(&scene, &mesh, 0.02), [], "{scale:e}, {lengths:e}");
     }
 }

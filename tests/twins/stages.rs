@@ -57,14 +57,8 @@ fn fault_fails_its_own_stage_only() {
 
 #[test]
 fn gpu_stages_agree_with_twins() {
-    let projections = [
-        ItemBufferProjection::Paper,
-        ItemBufferProjection::Hemisphere,
-        ItemBufferProjection::Stereographic,
-        ItemBufferProjection::Hemicube,
-    ];
     let mesh = Mesh::uniform(&box_in_room(), 6, 2).unwrap();
-    for (n, projection) in projections.into_iter().enumerate() {
+    for (n, projection) in ItemBufferProjection::ALL_PROJECTIONS.into_iter().enumerate() {
         for (m, form_factor) in [FormFactor::Paper, FormFactor::Disc, FormFactor::Polygon]
             .into_iter()
             .enumerate()

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! file ─ panorama (radiance, openexr, colour, repair) ─ projection ─┐
-//!                       room (six quads, an eye) ─ resample ┴─ B per texel ─ maps (one EXR per face)
+//!                         room (six quads, an eye) ─ wall_radiosity ┴─ B per texel ─ maps (one EXR per face)
 //! ```
 //!
-//! Radiance L is in W/m²/sr, radiosity B = πL in W/m², both in linear Rec. 709. `docs/architecture.md`,
-//! "Captured rooms", states the orientation, the weighting and the rules for bad pixels.
+//! Radiance L is in W/m²/sr, radiosity B = πL in W/m², both in linear Rec. 709. `GUIDE.md`, "Relighting", states the
+//! orientation; `docs/architecture.md`, "Captured rooms", the weighting and the rules for bad pixels.
 
 mod colour;
 pub mod maps;
@@ -15,14 +15,14 @@ pub mod panorama;
 pub mod projection;
 mod radiance;
 mod repair;
-mod resample;
 pub mod room;
 pub mod sky;
+mod wall_radiosity;
 
 pub use panorama::Panorama;
 pub use projection::MapProjection;
 pub use repair::RepairCounts;
-pub use resample::texel_radiosity;
+pub use wall_radiosity::texel_radiosity;
 
 use glam::Vec3;
 

@@ -1,5 +1,5 @@
 //! A radiance map of all directions, captured by a camera in a room: read, checked and repaired, then sampled by
-//! direction. `capture::resample` turns it into the radiosity of a room's walls, and a relight's composite shows it
+//! direction. `capture::wall_radiosity` turns it into the radiosity of a room's walls, and a relight's composite shows it
 //! behind the objects.
 
 use super::projection::MapProjection;

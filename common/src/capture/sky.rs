@@ -5,8 +5,8 @@
 //! quarter of a thousandth across the scene. Even light has no such error: around any point the box is closed.
 
 use super::panorama::Panorama;
-use super::resample::texel_radiosity;
 use super::room::{box_room, capture_point};
+use super::wall_radiosity::texel_radiosity;
 use crate::error::Result;
 use crate::scene::{Face, Scene};
 use crate::sky::{Sky, Sun};
@@ -18,7 +18,7 @@ const BOX_DISTANCE: f64 = 4096.0;
 /// Distance of suns: within the box, and the irradiance changes by at most 0.1 % across the scene.
 const SUN_DISTANCE: f64 = 2048.0;
 /// Solid angle of the sun's disc of 0.53°, sr.
-const SUN_SOLID_ANGLE: f64 = 6.72e-5;
+pub const SUN_SOLID_ANGLE: f64 = 6.72e-5;
 /// Texels per side of a face of the box, 1.8° in its middle: no source is smaller.
 const BOX_TEXELS: u32 = 64;
 

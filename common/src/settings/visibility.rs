@@ -81,6 +81,9 @@ pub enum ItemBufferProjection {
 }
 
 impl ItemBufferProjection {
+    /// Every projection.
+    pub const ALL_PROJECTIONS: [Self; 4] = [Self::Paper, Self::Hemisphere, Self::Stereographic, Self::Hemicube];
+
     /// Returns the number of image planes: the hemicube's five sides, or one disc.
     pub const fn plane_count(self) -> u32 {
         match self {

@@ -41,7 +41,7 @@ impl PendingFiles {
         let folders = self.folders.values();
         let partial = folders.map(|(dir, files)| PartialFolder::open(dir)?.add_files(files));
         let partial: Vec<PartialFolder> = partial.collect::<Result<_>>()?;
-        partial.into_iter().try_for_each(PartialFolder::complete)
+        partial.into_iter().try_for_each(PartialFolder::publish_files)
     }
 }
 
@@ -147,7 +147,7 @@ impl<'a> PartialFolder<'a> {
         Ok(self)
     }
 
-    fn complete(self) -> Result<()> {
+    fn publish_files(self) -> Result<()> {
         let [from, to] = [PARTIAL_FOLDER, COMPLETE_FOLDER].map(|name| self.dir.join(name));
         fs::rename(from, to).map_err(|source| write_error(self.dir, source))?;
         move_complete_files(self.dir)

@@ -14,6 +14,7 @@ use common::constants::{CONTACT_DISTANCE, MISS_DISTANCE, OUTLINE_MARGIN};
 use common::escape::escape_directions;
 use common::intersect::intersect_face;
 use common::mesh::{Mesh, Texel};
+use common::polygon::distinct_corners;
 use common::rays::Rays;
 use common::scene::Scene;
 use common::texel;
@@ -48,7 +49,7 @@ pub fn open_elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &R
 }
 
 /// Returns the open share of each texel; 1 for a wholly covered texel, whose share has no effect.
-pub fn open_shares(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<f64> {
+pub fn nonzero_open_shares(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<f64> {
     let all = ElementBuilder::new(scene, mesh, occluders, rays);
     let share = |texel: &Texel| match all.cut_element(texel) {
         Some(element) if element.open > 0.0 => element.open,
@@ -153,11 +154,7 @@ impl Element {
         let mut open: Vec<SurfacePiece> = pieces
             .iter()
             .flat_map(ConvexPolygon::quad_pieces)
-            .map(|[a, b, c, d]| {
-                let corners = [a, b, c, d];
-                let count = if c == d { 3 } else { 4 };
-                SurfacePiece::new(ConvexPolygon::new(&corners[..count]), whole.plane)
-            })
+            .map(|corners| SurfacePiece::new(ConvexPolygon::new(distinct_corners(&corners)), whole.plane))
             .filter(|piece| piece.area > 0.0)
             .collect();
         let count = open.len();

@@ -6,8 +6,7 @@
 
 use super::open_area::Element;
 use super::{ClosureDefects, DenseSolution, Matrix};
-use common::escape::meets_front;
-use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
+use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions, meets_front, weyl_sequence};
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::shooting::Shot;
@@ -34,10 +33,8 @@ pub fn escaped_shares(mesh: &Mesh, rays: &Rays, elements: &[Element]) -> Vec<f64
                 .iter()
                 .enumerate()
                 .filter(|(n, d)| {
-                    let (u, v) = (
-                        weyl_sequence(k + n, 0.754_877_666_246_693),
-                        weyl_sequence(k + n, 0.569_840_290_998_053),
-                    );
+                    let [u, v] =
+                        [0.754_877_666_246_693, 0.569_840_290_998_053].map(|alpha| weyl_sequence(k + n, alpha));
                     let origin = open_point(element, u, v).as_vec3();
                     let direction = tangent * d.x + bitangent * d.y + face.normal * d.z;
                     !meets_front(rays, face.sheet, origin, direction)
@@ -46,11 +43,6 @@ pub fn escaped_shares(mesh: &Mesh, rays: &Rays, elements: &[Element]) -> Vec<f64
             lost as f64 / ESCAPE_DIRECTION_COUNT as f64
         })
         .collect()
-}
-
-/// Returns element `k` of the Weyl sequence of `alpha`, in [0, 1).
-fn weyl_sequence(k: usize, alpha: f64) -> f64 {
-    (0.5 + alpha * k as f64).fract()
 }
 
 /// Maps (u, v) of the unit square to the open part; equal areas map to equal areas.

@@ -1,6 +1,7 @@
 //! Blocks of sixteen receiver spots, one per lane: texels, coarser nodes, or open parts of texels. Most blocks lie on
 //! one face; small faces that are near each other share blocks.
 
+use crate::hierarchy::tree::TexelTree;
 use crate::rows::lanes::{LanePoints, LaneValues};
 use crate::rows::receivers::{FaceFrame, LANE_COUNT};
 use common::mesh::Mesh;
@@ -29,6 +30,20 @@ pub struct Spot {
     pub corners: [Vec3; 4],
     /// Centre.
     pub centre: Vec3,
+}
+
+impl Spot {
+    /// Takes the whole of node `k`.
+    pub fn of_node(tree: &TexelTree, k: u32) -> Self {
+        let node = &tree.nodes[k as usize];
+        Self {
+            face: node.face,
+            target: k,
+            share: 1.0,
+            corners: node.shooter.corners,
+            centre: node.shooter.centre,
+        }
+    }
 }
 
 /// Up to `LANE_COUNT` spots as arrays over lanes.

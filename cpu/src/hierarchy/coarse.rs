@@ -66,18 +66,7 @@ impl CoarseNodes {
     ) -> Self {
         let receivers = ReceiverBlocks::new(mesh, &clusters.order, |f| {
             let nodes = tree.largest_nodes(f, &coarse).into_iter();
-            nodes
-                .map(|k| {
-                    let shooter = &tree.nodes[k as usize].shooter;
-                    Spot {
-                        face: f as u32,
-                        target: k,
-                        share: 1.0,
-                        corners: shooter.corners,
-                        centre: shooter.centre,
-                    }
-                })
-                .collect()
+            nodes.map(|k| Spot::of_node(tree, k)).collect()
         });
         let lanes = receivers.blocks.iter();
         let nodes = lanes.flat_map(|block| block.target[..block.count].to_vec());

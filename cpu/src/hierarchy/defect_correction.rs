@@ -4,7 +4,7 @@
 
 use crate::hierarchy::coarse::{StoredLink, add_fields};
 use crate::hierarchy::solver::{
-    CORRECTION_TOLERANCE, CoarseLight, ErrorBudget, FINE_PROGRESS, HierarchicalSolution, HierarchicalSolver,
+    CORRECTION_TOLERANCE, CoarseLight, ErrorBudget, FINE_PROGRESS, HierarchicalSolver, TexelSolution,
 };
 use common::Result;
 use common::passes::ProgressCallback;
@@ -26,7 +26,7 @@ impl HierarchicalSolver<'_> {
         coarse: CoarseLight,
         budget: ErrorBudget,
         watch: ProgressCallback,
-    ) -> Result<HierarchicalSolution> {
+    ) -> Result<TexelSolution> {
         let mut fine = vec![Vec3::ZERO; radiosity.len()];
         let mut coarse_error = Vec::new();
         let (mut sent, mut estimate, mut progress) = (radiosity, coarse, FINE_PROGRESS);
@@ -64,7 +64,7 @@ impl HierarchicalSolver<'_> {
         }
         let whole = fine.iter().zip(estimate.received.iter().zip(&self.open));
         let unshot = estimate.unshot.iter().zip(&self.open);
-        Ok(HierarchicalSolution {
+        Ok(TexelSolution {
             irradiance: whole.map(|(h, (rest, open))| *h + *rest * *open).collect(),
             residual: unshot.map(|(unshot, open)| *unshot * *open).collect(),
             variance: vec![Vec3::ZERO; self.open.len()],

@@ -49,14 +49,7 @@ impl CoveredTexels {
         if let Some(spots) = self.spots.get(&k) {
             return spots.clone();
         }
-        let node = &tree.nodes[k as usize];
-        vec![Spot {
-            face: node.face,
-            target: k,
-            share: 1.0,
-            corners: node.shooter.corners,
-            centre: node.shooter.centre,
-        }]
+        vec![Spot::of_node(tree, k)]
     }
 }
 

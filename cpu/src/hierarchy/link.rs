@@ -12,7 +12,7 @@ use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TreeNode;
 use crate::rows::lanes::{LanePoints, LaneValues, lane_form_factors, mark_below_horizon, mark_blocked, pair_weights};
 use crate::rows::receivers::LANE_COUNT;
-use common::constants::{CONTACT_DISTANCE, LOW_HEIGHT_RATIO, MIN_COMPACT_AREA, PI, VISIBILITY_SAMPLE_COUNTS};
+use common::constants::{CONTACT_DISTANCE, MAX_GRAZING_HEIGHT_RATIO, MIN_COMPACT_AREA, PI, VISIBILITY_SAMPLE_COUNTS};
 use common::form_factor::{FormFactor, Shooter};
 use common::intersect::touches_plane;
 use common::mesh::Mesh;
@@ -246,7 +246,7 @@ pub fn is_above_horizon(pair: &Interaction) -> bool {
     let farthest = shooter.centre.distance(pair.block.mean_centre) + pair.block.reach;
     lowest > -CONTACT_DISTANCE / 2.0
         && highest > 1.5 * CONTACT_DISTANCE
-        && highest - CONTACT_DISTANCE > 1.01 * LOW_HEIGHT_RATIO * farthest
+        && highest - CONTACT_DISTANCE > 1.01 * MAX_GRAZING_HEIGHT_RATIO * farthest
 }
 
 /// Returns the mean form factor of each spot over `places`² points, or at its centre.

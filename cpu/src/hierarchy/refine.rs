@@ -27,6 +27,7 @@ use crate::rows::shadow::{ShadowRegion, penumbra_region};
 use common::constants::{CONTACT_DISTANCE, ROOTS_PER_BATCH, VISIBILITY_SAMPLE_COUNTS};
 use common::intersect::{intersect_face, touches_plane};
 use common::mesh::Mesh;
+use common::polygon::distinct_corners;
 use common::rays::{LineOfSight, NO_FACE};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
@@ -269,12 +270,7 @@ impl<'a> Refiner<'a> {
         };
         let [own, other] = [receiver.face, node.face].map(|k| &self.scene.occluders.faces[k as usize]);
         let corners = node.shooter.corners.map(|c| c.as_dvec3());
-        let count = if node.shooter.corners[2] == node.shooter.corners[3] {
-            3
-        } else {
-            4
-        };
-        let polygon = ConvexPolygon::new(&corners[..count]);
+        let polygon = ConvexPolygon::new(distinct_corners(&corners));
         let shaft = Shaft::for_rays(&polygon, &other.plane, &own.polygon, &own.plane);
         let ends = [own.sheet, other.sheet];
         self.scene.occluders.faces_blocking_rays(&shaft, ends, MAX_CANDIDATES)

@@ -10,7 +10,7 @@
 use crate::hierarchy::final_gather::ReceiverSelection;
 use crate::hierarchy::linear_radiosity::pull_radiosity;
 use crate::hierarchy::linker::{LinkMethod, LinkThresholds, MAX_LINEAR_DEVIATION, RequestedLight};
-use crate::hierarchy::solver::{ErrorBudget, HierarchicalSolution, HierarchicalSolver, with_solver};
+use crate::hierarchy::solver::{ErrorBudget, HierarchicalSolver, TexelSolution, with_solver};
 use crate::occlusion::occluders::Occluders;
 use common::mesh::Mesh;
 use common::passes::ProgressCallback;
@@ -47,7 +47,7 @@ pub fn relight(
     coarse_error: &[f32],
     (budget, method): (ErrorBudget, LinkMethod),
     watch: ProgressCallback,
-) -> Result<HierarchicalSolution> {
+) -> Result<TexelSolution> {
     with_solver(scene, mesh, coarse_error, method, |solver| {
         solve_change(solver, known, budget, watch)
     })
@@ -58,7 +58,7 @@ fn solve_change(
     known: &RoomLight,
     budget: ErrorBudget,
     watch: ProgressCallback,
-) -> Result<HierarchicalSolution> {
+) -> Result<TexelSolution> {
     let mesh = solver.scene.mesh;
     let of_room = |k: usize| !mesh.is_object(mesh.texels[k].face);
     let on_room = |values: &[Vec3]| -> Vec<Vec3> {
@@ -124,7 +124,7 @@ fn solve_change(
         false => Vec3::ZERO,
     };
     let irradiance = texels().map(|k| direct[k] + later.irradiance[k] - covered(k));
-    Ok(HierarchicalSolution {
+    Ok(TexelSolution {
         irradiance: irradiance.collect(),
         ..later
     })

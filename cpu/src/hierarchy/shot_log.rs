@@ -1,8 +1,8 @@
 //! The log of shots of a hierarchical solution: each face shoots once, with all power that leaves it.
 
-use crate::hierarchy::solver::HierarchicalSolution;
+use crate::hierarchy::solver::TexelSolution;
 use common::cover::{cover_directions, is_open};
-use common::escape::meets_front;
+use common::escape::{meets_front, weyl_sequence};
 use common::mesh::{Mesh, Patch, Texel};
 use common::rays::Rays;
 use common::shooting::{RadiosityField, Shot, SolveRun};
@@ -21,7 +21,7 @@ const MAX_POINT_TRIES: usize = 8;
 
 /// Returns `solution` as a run on `mesh`, of which each face is one patch; `escaped` is the share of each face's power
 /// that meets no front, of [`measure_escape`].
-pub fn record_run(mesh: &Mesh, solution: &HierarchicalSolution, escaped: &[f32]) -> SolveRun {
+pub fn record_run(mesh: &Mesh, solution: &TexelSolution, escaped: &[f32]) -> SolveRun {
     let mut powers = vec![DVec3::ZERO; mesh.patches.len()];
     let (mut emitted, mut unshot, mut received) = (0.0, 0.0, 0.0);
     let mut field = RadiosityField {
@@ -65,7 +65,7 @@ pub fn record_run(mesh: &Mesh, solution: &HierarchicalSolution, escaped: &[f32])
 }
 
 /// Returns the power that each texel sent.
-fn sent_powers(mesh: &Mesh, solution: &HierarchicalSolution) -> Vec<DVec3> {
+fn sent_powers(mesh: &Mesh, solution: &TexelSolution) -> Vec<DVec3> {
     let sent = |(k, texel): (usize, &Texel)| {
         let reflected = texel.reflectance * solution.irradiance[k];
         let leaving = texel.emission * solution.open[k] + reflected - solution.residual[k];
@@ -76,12 +76,12 @@ fn sent_powers(mesh: &Mesh, solution: &HierarchicalSolution) -> Vec<DVec3> {
 
 /// Returns the share of each face's power that meets no front. It is measured on the texels that were solved: within a
 /// larger one of the result light may leave from one side only.
-pub fn measure_escape(mesh: &Mesh, solution: &HierarchicalSolution) -> Vec<f32> {
+pub fn measure_escape(mesh: &Mesh, solution: &TexelSolution) -> Vec<f32> {
     escaped_shares(mesh, &sent_powers(mesh, solution), &solution.open)
 }
 
 /// Sets the open share of each patch of `mesh` to the mean of its texels' open shares.
-pub fn set_open_shares(mesh: &mut Mesh, solution: &HierarchicalSolution) {
+pub fn set_open_shares(mesh: &mut Mesh, solution: &TexelSolution) {
     let mut open = vec![[0.0; 2]; mesh.patches.len()];
     for (texel, share) in mesh.texels.iter().zip(&solution.open) {
         let area = f64::from(texel.area);
@@ -179,11 +179,6 @@ impl SkyVisibility<'_> {
         let direction = face.tangent * along.x + bitangent * along.y + face.normal * along.z;
         Some(!meets_front(&self.rays, face.sheet, origin, direction))
     }
-}
-
-/// Returns element `k` of the Weyl sequence of `alpha`, in [0, 1).
-fn weyl_sequence(k: usize, alpha: f64) -> f64 {
-    (0.5 + alpha * k as f64).fract()
 }
 
 fn channel_sum(light: Vec3) -> f64 {

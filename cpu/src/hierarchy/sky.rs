@@ -77,8 +77,7 @@ pub fn receive_sky(scene: &Scene, mesh: &mut Mesh, error: f32, watch: ProgressCa
     Ok(())
 }
 
-/// Returns whether any of about [`OUTSIDE_RAY_COUNT`] rays from the texels leaves the scene. Beside the edges of a closed
-/// room the far faces of the sky would be seen by rounding.
+/// Returns whether any of about [`OUTSIDE_RAY_COUNT`] rays from the texels leaves the scene: a closed room needs no links.
 fn sees_outside(mesh: &Mesh) -> bool {
     let rays = Rays::new(mesh);
     let directions = escape_directions();

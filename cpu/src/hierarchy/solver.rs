@@ -94,7 +94,8 @@ impl ErrorBudget {
 }
 
 /// The solution on the texels of a mesh.
-pub struct HierarchicalSolution {
+#[derive(Default)]
+pub struct TexelSolution {
     /// H of each texel, the mean over its area, W/m².
     pub irradiance: Vec<Vec3>,
     /// Unshot radiosity of each texel's open part.
@@ -123,7 +124,7 @@ pub fn solve_scene(
     coarse_error: &[f32],
     budget: ErrorBudget,
     watch: ProgressCallback,
-) -> Result<HierarchicalSolution> {
+) -> Result<TexelSolution> {
     solve_with_links(scene, mesh, coarse_error, budget, LinkMethod::Shafts, watch)
 }
 
@@ -137,7 +138,7 @@ pub fn solve_with_links(
     budget: ErrorBudget,
     method: LinkMethod,
     watch: ProgressCallback,
-) -> Result<HierarchicalSolution> {
+) -> Result<TexelSolution> {
     let emission: Vec<Vec3> = mesh.texels.iter().map(|t| t.emission).collect();
     with_solver(scene, mesh, coarse_error, method, |solver| {
         solver.solve_emission(&emission, budget, watch)
@@ -277,7 +278,7 @@ impl<'a> HierarchicalSolver<'a> {
         emission: &[Vec3],
         budget: ErrorBudget,
         watch: ProgressCallback,
-    ) -> Result<HierarchicalSolution> {
+    ) -> Result<TexelSolution> {
         let lamps = self.fit_sources(emission);
         let estimate = self.estimate_direct(emission, &lamps, watch)?;
         let estimate = self.add_outside(estimate, |h, open| h / open);
@@ -290,7 +291,7 @@ impl<'a> HierarchicalSolver<'a> {
         let reflected = self.reflected_radiosity(&direct_open);
         let solution = self.solve_indirect(&reflected, &direct_open, ambient, budget, watch)?;
         let whole = direct.iter().zip(&solution.irradiance);
-        Ok(HierarchicalSolution {
+        Ok(TexelSolution {
             irradiance: whole.map(|(direct, later)| *direct + *later).collect(),
             ..solution
         })
@@ -314,7 +315,7 @@ impl<'a> HierarchicalSolver<'a> {
         ambient: Vec3,
         budget: ErrorBudget,
         watch: ProgressCallback,
-    ) -> Result<HierarchicalSolution> {
+    ) -> Result<TexelSolution> {
         let even = self.reflected_radiosity(&vec![ambient; reflected.len()]);
         let sources = self.fit_sources(&add_fields(reflected, &even));
         let links = self.link_coarse_nodes(&sources, budget.coarse, watch)?;

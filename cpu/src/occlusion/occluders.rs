@@ -2,7 +2,9 @@
 
 use crate::occlusion::polygon::{ConvexPolygon, OrientedPlane};
 use crate::occlusion::shaft::{OCCLUDER_MARGIN, Shaft, TOUCH_DISTANCE};
+use common::bvh::{box_around, build_binary_tree};
 use common::mesh::Mesh;
+use common::polygon::distinct_corners;
 use common::scene::Scene;
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -10,7 +12,6 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::PlocBuilder;
 use std::cell::{Cell, RefCell};
 
 /// A face, one-sided for light, opaque from both sides.
@@ -70,17 +71,13 @@ impl Occluders {
             mesh,
             mesh.faces
                 .iter()
-                .map(|face| {
-                    let corners = face.corners.map(|c| c.as_dvec3());
-                    let count = if face.corners[2] == face.corners[3] { 3 } else { 4 };
-                    Occluder {
-                        polygon: ConvexPolygon::new(&corners[..count]),
-                        plane: OrientedPlane {
-                            normal: face.plane.truncate().as_dvec3(),
-                            offset: f64::from(face.plane.w),
-                        },
-                        sheet: face.sheet,
-                    }
+                .map(|face| Occluder {
+                    polygon: ConvexPolygon::new(distinct_corners(&face.corners.map(|c| c.as_dvec3()))),
+                    plane: OrientedPlane {
+                        normal: face.plane.truncate().as_dvec3(),
+                        offset: f64::from(face.plane.w),
+                    },
+                    sheet: face.sheet,
                 })
                 .collect(),
             blocks,
@@ -213,33 +210,20 @@ fn distance_to_hull((a, r): (Vec3, f32), (b, s): (Vec3, f32), p: Vec3) -> f32 {
 /// [`obvhs::bvh2::builder::build_bvh2`] of any depth: the traversal's stack grows.
 fn build_bvh(boxes: &[Aabb]) -> Bvh2 {
     let parameters = BvhBuildParams::medium_build();
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        parameters.ploc_search_distance,
-        boxes,
-        (0..boxes.len() as u32).collect::<Vec<_>>(),
-        parameters.sort_precision,
-        parameters.search_depth_threshold,
-    );
-    let ratio = parameters.reinsertion_batch_ratio;
-    let after = ratio * parameters.post_collapse_reinsertion_batch_ratio_multiplier;
-    let mut optimizer = ReinsertionOptimizer::default();
-    optimizer.run(&mut bvh, ratio, None);
+    let mut bvh = build_binary_tree(boxes, &parameters);
     let leaf = parameters.max_prims_per_leaf.clamp(1, 255);
     collapse(&mut bvh, leaf, parameters.collapse_traversal_cost);
-    optimizer.run(&mut bvh, after, None);
+    let after = parameters.reinsertion_batch_ratio * parameters.post_collapse_reinsertion_batch_ratio_multiplier;
+    ReinsertionOptimizer::default().run(&mut bvh, after, None);
     bvh
 }
 
 fn polygon_box(polygon: &ConvexPolygon) -> Aabb {
-    let mut aabb = Aabb::empty();
-    for corner in polygon.corners() {
-        aabb.extend(corner.as_vec3().into());
-    }
-    // Allows for the rounding to f32.
-    let margin = Vec3A::splat(4.0 * f32::EPSILON);
-    aabb.min -= margin;
-    aabb.max += margin;
-    aabb
+    // The margin allows for the rounding to f32.
+    box_around(
+        polygon.corners().iter().map(|corner| corner.as_vec3()),
+        4.0 * f32::EPSILON,
+    )
 }
 
 fn widen_to_f64(p: Vec3A) -> DVec3 {

@@ -24,8 +24,20 @@ struct LampNode {
     /// The two children; none of a lamp.
     children: Option<[u32; 2]>,
     parent: u32,
-    /// The face of a lamp.
-    face: u32,
+    /// The number of a lamp.
+    number: u32,
+}
+
+/// A surface that shines: a face or a texel.
+pub struct Lamp {
+    /// Its number.
+    pub number: u32,
+    /// Its outline.
+    pub corners: [Vec3; 4],
+    /// Its front.
+    pub normal: Vec3,
+    /// Σ E A over channels.
+    pub power: f32,
 }
 
 impl LampNode {
@@ -62,8 +74,10 @@ pub struct Receiver {
 /// All lamps of a mesh.
 pub struct LampTree {
     nodes: Vec<LampNode>,
-    /// Node of each face that is a lamp.
-    node_of_face: Vec<Option<u32>>,
+    /// Node of each number that is a lamp's.
+    node_of_lamp: Vec<Option<u32>>,
+    /// The cut of the root alone.
+    root: LampCut,
 }
 
 impl LampTree {
@@ -73,39 +87,54 @@ impl LampTree {
         for texel in &mesh.texels {
             power[texel.face as usize] += texel.emission.element_sum() * texel.area;
         }
-        let lamps = (0..mesh.faces.len()).filter(|f| power[*f] > 0.0 && !mesh.faces[*f].is_buried());
-        let mut leaves: Vec<LampNode> = lamps
-            .map(|f| {
-                let corners = mesh.faces[f].corners;
-                let centre = corners.iter().sum::<Vec3>() / 4.0;
-                let radius = corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max);
-                LampNode {
-                    centre,
-                    radius,
-                    power: power[f],
-                    axis: mesh.faces[f].normal,
-                    cone_sine: 0.0,
-                    children: None,
-                    parent: 0,
-                    face: f as u32,
-                }
-            })
-            .collect();
+        let lamps = (0..mesh.faces.len()).filter(|f| !mesh.faces[*f].is_buried());
+        let lamp = |f: usize| Lamp {
+            number: f as u32,
+            corners: mesh.faces[f].corners,
+            normal: mesh.faces[f].normal,
+            power: power[f],
+        };
+        Self::over(lamps.map(lamp), mesh.faces.len())
+    }
+
+    /// Builds the tree over those of the `lamps` that have power; their numbers are below `count`.
+    pub fn over(lamps: impl Iterator<Item = Lamp>, count: usize) -> Self {
+        let leaf = |lamp: Lamp| {
+            let centre = lamp.corners.iter().sum::<Vec3>() / 4.0;
+            LampNode {
+                centre,
+                radius: lamp.corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max),
+                power: lamp.power,
+                axis: lamp.normal,
+                cone_sine: 0.0,
+                children: None,
+                parent: 0,
+                number: lamp.number,
+            }
+        };
+        let mut leaves: Vec<LampNode> = lamps.filter(|lamp| lamp.power > 0.0).map(leaf).collect();
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * leaves.len()),
-            node_of_face: vec![None; mesh.faces.len()],
+            node_of_lamp: vec![None; count],
+            root: LampCut::default(),
         };
         if !leaves.is_empty() {
             tree.add_nodes(&mut leaves, 0);
         }
+        tree.root = tree.choose_cut([Vec3::ZERO; 2], 1);
         tree
+    }
+
+    /// Returns whether there are no lamps.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
     }
 
     /// Adds the node over `leaves` and all below it, and returns its number.
     fn add_nodes(&mut self, leaves: &mut [LampNode], parent: u32) -> u32 {
         let own = self.nodes.len() as u32;
         if let [leaf] = leaves {
-            self.node_of_face[leaf.face as usize] = Some(own);
+            self.node_of_lamp[leaf.number as usize] = Some(own);
             self.nodes.push(LampNode { parent, ..*leaf });
             return own;
         }
@@ -132,7 +161,7 @@ impl LampTree {
             },
             children: None,
             parent,
-            face: 0,
+            number: 0,
         });
         let (first, second) = leaves.split_at_mut(leaves.len() / 2);
         let children = [self.add_nodes(first, own), self.add_nodes(second, own)];
@@ -171,6 +200,11 @@ impl LampTree {
         }
     }
 
+    /// Lets a receiver choose among all lamps from the root on.
+    pub fn weigh_all(&self, at: Receiver) -> LampChoice<'_> {
+        self.weigh_lamps(&self.root, at)
+    }
+
     /// Weighs the nodes of `cut` for a receiver.
     pub fn weigh_lamps<'a>(&'a self, cut: &'a LampCut, at: Receiver) -> LampChoice<'a> {
         let mut weights = [0.0; MAX_CUT_NODES];
@@ -188,6 +222,7 @@ impl LampTree {
 }
 
 /// Nodes among which nearby points choose a lamp.
+#[derive(Default)]
 pub struct LampCut {
     nodes: Vec<u32>,
     /// Factor of each node's weight.
@@ -217,8 +252,8 @@ impl LampCut {
 /// A lamp that was drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct DrawnLamp {
-    /// Its face.
-    pub face: u32,
+    /// Its number.
+    pub lamp: u32,
     /// Its entry in the cut.
     pub entry: usize,
     /// The probability of drawing it.
@@ -275,15 +310,15 @@ impl LampChoice<'_> {
             node = &self.tree.nodes[child as usize];
         }
         Some(DrawnLamp {
-            face: node.face,
+            lamp: node.number,
             entry,
             probability,
         })
     }
 
-    /// Returns the probability with which [`Self::draw_lamp`] draws `face`.
-    pub fn lamp_probability(&self, face: u32) -> f32 {
-        let Some(mut node) = self.tree.node_of_face[face as usize] else {
+    /// Returns the probability with which [`Self::draw_lamp`] draws `lamp`.
+    pub fn lamp_probability(&self, lamp: u32) -> f32 {
+        let Some(mut node) = self.tree.node_of_lamp[lamp as usize] else {
             return 0.0;
         };
         let mut probability = 1.0;
@@ -351,15 +386,15 @@ mod tests {
             for n in 0..DRAW_COUNT {
                 let number = (n as f32 + 0.5) / DRAW_COUNT as f32;
                 let Some(DrawnLamp {
-                    face,
+                    lamp,
                     probability: told,
                     ..
                 }) = choice.draw_lamp(number)
                 else {
                     continue;
                 };
-                assert!((told - probability[face as usize]).abs() <= 1e-5 * told);
-                drawn[face as usize] += 1;
+                assert!((told - probability[lamp as usize]).abs() <= 1e-5 * told);
+                drawn[lamp as usize] += 1;
             }
             for (f, face) in mesh.faces.iter().enumerate() {
                 // Each lamp is drawn by the numbers of one interval.

@@ -2,41 +2,49 @@
 //! are kept. A form factor is the share of the rays that meet a texel.
 //!
 //! ```text
-//! H = D + H_sky + F ρH      F_kj = rays of texel k that meet texel j, over all rays of k
+//! H = D + F ρH      F_kj = rays of texel k that meet texel j, over all rays of k
 //! ```
-//! D, the light of the lamps, is estimated by the same rays and as many to points of lamps (`texel_rays`,
-//! `lamp_tree`). The rays of a texel are two halves with sequences of their own. The system is solved for each half;
-//! the answer is the mean of the two, and its noise half of their difference. Rays are added where they reduce the noise
-//! most, until it is as small as requested.
+//! D, the light of the lamps and from outside, is estimated by the same rays and as many to points of lamps (`texel_rays`,
+//! `lamp_tree`, `sky_light`). The rays of a texel are two halves with sequences of their own. The system is solved for
+//! each half; the answer is the mean of the two, and its noise half of their difference. Rays are added where they reduce
+//! the noise most, until it is as small as requested.
 
 mod lamp_tree;
+mod pair_rays;
+pub mod relight;
 mod seen_lamp;
+mod sky_light;
 mod texel_rays;
 
-use crate::hierarchy::solver::{HierarchicalSolution, open_shares};
+use crate::hierarchy::solver::{TexelSolution, open_shares};
 use common::mesh::{Mesh, Texel};
 use common::passes::ProgressCallback;
 use common::rays::Rays;
 use common::scene::Scene;
 use common::{Error, Result};
 use glam::{DVec3, Vec3, Vec3A};
+use sky_light::SkyLight;
 use std::ops::ControlFlow;
 use texel_rays::{Halves, TexelRays};
 
-/// Mean number of rays of each half with which a solve begins.
-const FIRST_RAY_COUNT: f32 = 8.0;
 /// Least number of rays of each half of a texel.
 const MIN_RAY_COUNT: f32 = 2.0;
 /// Largest number of rays of each half of a texel, as far as the Sobol sequence goes.
 const MAX_RAY_COUNT: f32 = 65_535.0;
-/// Largest number of all rays of both halves; each is kept in 4 bytes.
-const MAX_TOTAL_RAYS: u64 = 1 << 27;
+/// Largest number of bytes in which the rays of both halves are kept.
+const MAX_RAY_BYTES: u64 = 1 << 29;
 /// Largest growth of a texel's number of rays in one round.
 const MAX_RAY_GROWTH: f32 = 16.0;
 /// Growth above which rays are distributed anew, and those traced so far discarded.
 const MIN_DISCARD_GROWTH: f32 = 3.0;
 /// The noise variance of n stratified rays falls as n to minus this power.
 const VARIANCE_EXPONENT: f32 = 1.25;
+/// Noise that the first rays leave as a rule, for the progress that is reported.
+const FIRST_NOISE: f32 = 0.3;
+/// Share of a round's work that later rounds take as a rule, and share of a round that is its bounces.
+const LATER_ROUNDS: f64 = 0.1;
+/// See [`LATER_ROUNDS`].
+const BOUNCE_SHARE: f64 = 0.15;
 /// Rounds of tracing.
 const MAX_TRACING_ROUNDS: u32 = 16;
 /// The iteration ends when this share of the first power is unshot.
@@ -44,43 +52,75 @@ const UNSHOT_SHARE: f64 = 1e-5;
 /// Largest number of bounces.
 const MAX_BOUNCES: u32 = 2000;
 
-/// Solves `scene` on the texels of `mesh` to an RMS `noise` relative to the reflected light.
+/// Solves `scene` on the texels of `mesh` to an RMS `noise` relative to the reflected light, and sets their light from
+/// outside.
 ///
-/// Errors: [`Error::Interrupted`].
-pub fn solve_by_rays(scene: &Scene, mesh: &Mesh, noise: f32, watch: ProgressCallback) -> Result<HierarchicalSolution> {
-    let rays = Rays::new(mesh);
-    let open = open_shares(scene, mesh);
-    let mut traced = TexelRays::new(mesh, &rays);
-    let mut solver = RaySolver { mesh, open, passes: 0 };
-    let mut counts = solver.first_counts();
-    let mut last = false;
-    for round in 0.. {
-        // Each round takes half of the remaining progress.
-        let left = 0.5f64.powi(round as i32);
-        let mut part = |done: f64| watch(1.0 - left + 0.5 * left * done);
-        traced.trace_rays(&counts, &mut part)?;
-        let bounces = solver.iterate_bounces(&traced, &mut || watch(1.0 - 0.5 * left))?;
-        let found = solver.relative_noise(&bounces);
-        let total: u64 = counts.iter().map(|n| 2 * u64::from(*n)).sum();
-        last |= found <= noise || round + 1 >= MAX_TRACING_ROUNDS;
-        if !last {
-            let growth = (found / noise).powf(2.0 / VARIANCE_EXPONENT).min(MAX_RAY_GROWTH);
-            let next = match growth > MIN_DISCARD_GROWTH {
-                true => solver.distribute_rays(&traced, &counts, &bounces, growth),
-                false => counts.iter().map(|n| grow_count(*n, growth)).collect(),
-            };
-            let next = limit_total(next, &counts);
-            last = next == counts;
-            if growth > MIN_DISCARD_GROWTH && !last {
-                traced.discard_rays();
-            }
-            counts = next;
-        }
-        if last {
-            return Ok(solver.finish(&bounces, total));
-        }
+/// Errors: [`Error::Interrupted`]; those of the sky.
+pub fn solve_by_rays(scene: &Scene, mesh: &mut Mesh, noise: f32, watch: ProgressCallback) -> Result<TexelSolution> {
+    let (solution, outside) = {
+        let rays = Rays::new(mesh);
+        let solver = RaySolver {
+            mesh,
+            open: open_shares(scene, mesh),
+            known: &[],
+            passes: 0,
+        };
+        let mut traced = TexelRays::new(mesh, &rays, SkyLight::new(scene, mesh, &rays)?);
+        let solution = solver.solve_to_noise(&mut traced, noise, watch)?;
+        (solution, traced.outside_light())
+    };
+    for (texel, outside) in mesh.texels.iter_mut().zip(outside) {
+        texel.sky = outside;
     }
-    Err(Error::Interrupted)
+    Ok(solution)
+}
+
+/// The rays of all texels, traced once and kept.
+trait KeptRays: Sync {
+    /// Bytes in which a ray is kept.
+    const BYTES_PER_RAY: u64;
+    /// Mean number of rays of each half with which a solve begins.
+    const FIRST_RAY_COUNT: f32;
+    /// The first rays only show where later ones are drawn to.
+    const LEARNS: bool;
+
+    /// Discards all rays, so that their numbers and directions may follow from what they brought: kept, they would be many
+    /// where they happened to bring much, and the light would come out too dark. `radiosity` is what they found.
+    fn discard_rays(&mut self, radiosity: &[Vec3A]);
+
+    /// Traces until texel k has `counts[k]` rays of each half.
+    ///
+    /// Errors: [`Error::Interrupted`].
+    fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()>;
+
+    /// Returns the light at each texel that is not reflected by the system that is solved, of each half.
+    fn direct_light(&self) -> Vec<Halves>;
+
+    /// Returns F times a radiosity, for each half.
+    fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves>;
+
+    /// Returns the variance of what a ray of each texel brings, by channel.
+    fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A>;
+}
+
+/// Returns the number of rays of the second of two meshes of these many `texels` that has 1/`ratio` of the noise of `rays` of
+/// the first.
+pub fn grown_rays(rays: u64, texels: [u64; 2], ratio: f32) -> u64 {
+    let each = rays as f64 / texels[0].max(1) as f64 * f64::from(growth_for(ratio, 1.0));
+    let least = f64::from(2.0 * TexelRays::FIRST_RAY_COUNT);
+    ((each.max(least) * texels[1] as f64) as u64).min(MAX_RAY_BYTES / TexelRays::BYTES_PER_RAY)
+}
+
+/// Returns the number of rays that are traced for `rays` to be kept: the first ones are discarded where many are added.
+pub fn count_traced_rays(rays: u64, texels: u64) -> u64 {
+    let first = (2.0 * TexelRays::FIRST_RAY_COUNT) as u64 * texels;
+    let discarded = rays as f64 > f64::from(MIN_DISCARD_GROWTH) * first as f64;
+    if discarded { rays + first } else { rays }
+}
+
+/// Returns the factor by which rays of this noise are to grow in number for the `wanted` noise.
+pub fn growth_for(noise: f32, wanted: f32) -> f32 {
+    (noise / wanted).powf(2.0 / VARIANCE_EXPONENT)
 }
 
 /// Returns `count` times `growth`, at least one more.
@@ -91,11 +131,11 @@ fn grow_count(count: u32, growth: f32) -> u32 {
         .min(MAX_RAY_COUNT) as u32
 }
 
-/// Returns `next`, reduced towards `counts` so that the total stays within [`MAX_TOTAL_RAYS`].
-fn limit_total(mut next: Vec<u32>, counts: &[u32]) -> Vec<u32> {
+/// Returns `next`, reduced towards `counts` so that the total stays within `most`.
+fn limit_total(mut next: Vec<u32>, counts: &[u32], most: u64) -> Vec<u32> {
     let all: u64 = next.iter().map(|n| 2 * u64::from(*n)).sum();
-    if all > MAX_TOTAL_RAYS {
-        let share = MAX_TOTAL_RAYS as f64 / all as f64;
+    if all > most {
+        let share = most as f64 / all as f64;
         for (next, n) in next.iter_mut().zip(counts) {
             *next = ((f64::from(*next) * share) as u32).max(*n);
         }
@@ -121,24 +161,74 @@ struct RaySolver<'a> {
     mesh: &'a Mesh,
     /// Open share of each texel.
     open: Vec<f32>,
+    /// H of each texel that is known, the mean over its area, and to which the solve adds; empty if there is none.
+    known: &'a [Vec3],
     passes: u32,
 }
 
 impl RaySolver<'_> {
-    /// Returns the first number of rays of each half of each texel, in proportion to the root of its area.
-    fn first_counts(&self) -> Vec<u32> {
+    /// Traces rays until the noise is at most `noise`, relative to the RMS of the reflected light.
+    ///
+    /// Errors: [`Error::Interrupted`].
+    fn solve_to_noise<R: KeptRays>(
+        mut self,
+        traced: &mut R,
+        noise: f32,
+        watch: ProgressCallback,
+    ) -> Result<TexelSolution> {
+        let mut counts = self.first_counts(R::FIRST_RAY_COUNT);
+        let mut last = false;
+        // Progress before the round, and work of later rounds over that of this one.
+        let (mut before, mut later) = (0.0, f64::from(growth_for(FIRST_NOISE, noise)));
+        for round in 0.. {
+            let span = (1.0 - before) / (1.0 + later);
+            let end = before + span;
+            traced.trace_rays(&counts, &mut |done| {
+                watch(end - span * (1.0 - done * (1.0 - BOUNCE_SHARE)))
+            })?;
+            let bounces = self.iterate_bounces(traced, &mut |done| watch(end - span * BOUNCE_SHARE * (1.0 - done)))?;
+            (before, later) = (end, LATER_ROUNDS);
+            let found = self.relative_noise(&bounces);
+            let total: u64 = counts.iter().map(|n| 2 * u64::from(*n)).sum();
+            let learns = R::LEARNS && round == 0;
+            last |= !learns && found <= noise || round + 1 >= MAX_TRACING_ROUNDS;
+            if !last {
+                let growth = growth_for(found, noise).min(MAX_RAY_GROWTH);
+                let radiosity = self.reflected_radiosity(&bounces);
+                let next = match growth > MIN_DISCARD_GROWTH {
+                    _ if learns => counts.clone(),
+                    true => self.distribute_rays(traced, &counts, &bounces, &radiosity, growth),
+                    false => counts.iter().map(|n| grow_count(*n, growth)).collect(),
+                };
+                let next = limit_total(next, &counts, MAX_RAY_BYTES / R::BYTES_PER_RAY);
+                last = !learns && next == counts;
+                if learns || growth > MIN_DISCARD_GROWTH && !last {
+                    traced.discard_rays(&radiosity);
+                }
+                counts = next;
+            }
+            if last {
+                return Ok(self.finish(&bounces, total));
+            }
+        }
+        Err(Error::Interrupted)
+    }
+
+    /// Returns the first number of rays of each half of each texel: `first` in the mean, in proportion to the root of its
+    /// area.
+    fn first_counts(&self, first: f32) -> Vec<u32> {
         let roots = self.mesh.texels.iter().map(|texel| texel.area.sqrt());
         let mean = roots.clone().sum::<f32>() / self.mesh.texels.len().max(1) as f32;
-        let count = |root: f32| (FIRST_RAY_COUNT * root / mean).clamp(MIN_RAY_COUNT, MAX_RAY_COUNT) as u32;
+        let count = |root: f32| (first * root / mean).clamp(MIN_RAY_COUNT, MAX_RAY_COUNT) as u32;
         roots.map(count).collect()
     }
 
-    /// Iterates H = D + FρH until the unshot power with all its bounces is [`UNSHOT_SHARE`] of the first. No row of F
-    /// sums to more than 1, so nothing gains.
-    fn iterate_bounces(
+    /// Iterates H = D + FρH until the unshot power with all its bounces is [`UNSHOT_SHARE`] of the first. No row of ρF
+    /// gains.
+    fn iterate_bounces<R: KeptRays>(
         &mut self,
-        traced: &TexelRays,
-        watch: &mut dyn FnMut() -> ControlFlow<()>,
+        traced: &R,
+        watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<RayBounces> {
         let texels = &self.mesh.texels;
         // Reflectance of the open part for H of the whole area.
@@ -150,18 +240,18 @@ impl RaySolver<'_> {
         let power = |unshot: &[Halves]| -> f64 {
             let parts = unshot.iter().zip(texels).zip(&self.open);
             let part = |(([a, b], texel), open): ((&Halves, &Texel), &f32)| {
-                f64::from(((*a + *b) * (texel.area * *open)).max_element())
+                f64::from(((*a + *b).abs() * (texel.area * *open)).max_element())
             };
             parts.map(part).sum()
         };
-        let outside = |(direct, texel): (Halves, &Texel)| direct.map(|h| h + Vec3A::from(texel.sky));
-        let mut received: Vec<Halves> = traced.direct_light().into_iter().zip(texels).map(outside).collect();
+        let mut received = traced.direct_light();
         let reflect = |(h, rho): (&Halves, &Vec3A)| h.map(|h| h * *rho);
         let mut unshot: Vec<Halves> = received.iter().zip(&reflectance).map(reflect).collect();
         let first = power(&unshot);
         let (mut now, mut ratio, mut bounces) = (first, 0.0, 0);
         while now > UNSHOT_SHARE * first * (1.0 - ratio) && bounces < MAX_BOUNCES {
-            if watch().is_break() {
+            // The unshot power falls by a factor from bounce to bounce.
+            if watch(((now / first).ln() / UNSHOT_SHARE.ln()).min(1.0)).is_break() {
                 return Err(Error::Interrupted);
             }
             let step = traced.gather_radiosity(&unshot);
@@ -187,11 +277,12 @@ impl RaySolver<'_> {
         })
     }
 
-    /// Returns ρ of each texel over the RMS of the light reflected of `received`.
+    /// Returns ρ of each texel over the RMS of the light reflected of `received` and what is known.
     fn reflection_weights(&self, received: &[Vec3A]) -> Vec<Vec3A> {
         let (mut square, mut area) = (DVec3::ZERO, 0.0);
-        for (texel, h) in self.mesh.texels.iter().zip(received) {
-            let reflected = (texel.reflectance * Vec3::from(*h)).as_dvec3();
+        for (k, (texel, h)) in self.mesh.texels.iter().zip(received).enumerate() {
+            let known = self.known.get(k).copied().unwrap_or_default();
+            let reflected = (texel.reflectance * (known + Vec3::from(*h))).as_dvec3();
             square += reflected * reflected * f64::from(texel.area);
             area += f64::from(texel.area);
         }
@@ -212,16 +303,27 @@ impl RaySolver<'_> {
         (sum / area.max(f64::MIN_POSITIVE)).max_element().sqrt() as f32
     }
 
-    /// Returns the number of rays of each half of each texel, in all `growth` times as many for the same variance, with
-    /// most where they reduce it most: n ~ √A ρσ, where σ² is the variance of what the rays bring. No texel loses rays.
-    fn distribute_rays(&self, traced: &TexelRays, counts: &[u32], bounces: &RayBounces, growth: f32) -> Vec<u32> {
+    /// Returns the radiosity of each texel's open part that is reflected of the light of `bounces`.
+    fn reflected_radiosity(&self, bounces: &RayBounces) -> Vec<Vec3A> {
         let reflected = bounces.mean.iter().zip(&self.mesh.texels).zip(&self.open);
         let radiosity = reflected.map(|((h, texel), open)| match *open > 0.0 {
             true => Vec3A::from(texel.reflectance) * *h / *open,
             false => Vec3A::ZERO,
         });
-        let radiosity: Vec<Vec3A> = radiosity.collect();
-        let variances = traced.ray_variances(&radiosity);
+        radiosity.collect()
+    }
+
+    /// Returns the number of rays of each half of each texel, in all `growth` times as many for the same variance, with
+    /// most where they reduce it most: n ~ √A ρσ, where σ² is the variance of what the rays bring. No texel loses rays.
+    fn distribute_rays<R: KeptRays>(
+        &self,
+        traced: &R,
+        counts: &[u32],
+        bounces: &RayBounces,
+        radiosity: &[Vec3A],
+        growth: f32,
+    ) -> Vec<u32> {
+        let variances = traced.ray_variances(radiosity);
         let spread = self.mesh.texels.iter().zip(variances.iter().zip(&bounces.weight));
         let spread = spread.map(|(texel, (variance, weight))| {
             let variance = (*variance * *weight * *weight).element_sum();
@@ -239,10 +341,10 @@ impl RaySolver<'_> {
     }
 
     /// Makes the solution from the light of `bounces` over `links` rays.
-    fn finish(self, bounces: &RayBounces, links: u64) -> HierarchicalSolution {
+    fn finish(self, bounces: &RayBounces, links: u64) -> TexelSolution {
         let to_vec3 = |values: &[Vec3A]| values.iter().map(|v| Vec3::from(*v)).collect();
         let unshot = bounces.unshot.iter().zip(&self.open);
-        HierarchicalSolution {
+        TexelSolution {
             irradiance: to_vec3(&bounces.mean),
             residual: unshot
                 .map(|([a, b], open)| Vec3::from(0.5 * (*a + *b)) * *open)

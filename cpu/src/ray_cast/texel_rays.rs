@@ -1,14 +1,17 @@
 //! The rays of all texels: where they start, what they meet, and the light of lamps that they bring.
 //!
 //! Ray n of a texel is a pair: one ray in a direction drawn by the cosine, and one to a point of a lamp that is drawn by
-//! [`LampTree`] and [`SeenLamp`]. What either brings from a lamp is weighted by the balance heuristic (Veach & Guibas 1995), so that near
-//! and large lamps cause as little noise as far and small ones.
+//! [`LampTree`] and [`SeenLamp`], or where light enters from outside ([`SkyLight`]). What either brings of a light is
+//! weighted by the balance heuristic (Veach & Guibas 1995), so that near and large lamps cause as little noise as far and
+//! small ones.
 
+use super::KeptRays;
 use super::lamp_tree::{LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use super::seen_lamp::SeenLamp;
+use super::sky_light::{SkyLight, offset_to_sun};
 use common::escape::concentric_direction;
-use common::mesh::{Mesh, TexelKind};
-use common::rays::Rays;
+use common::mesh::{Mesh, Texel, TexelKind};
+use common::rays::{RayEnd, Rays};
 use common::sampling::pcg_hash;
 use common::texel::first_texels;
 use common::texel_point::{SampledOutline, locate_texel, point_on_texel};
@@ -27,17 +30,35 @@ const TEXELS_PER_GROUP: usize = 64;
 /// Groups between two calls of the progress callback.
 const GROUPS_PER_TASK: usize = 64;
 /// Index of no texel.
-const NO_TEXEL: u32 = u32::MAX;
+pub const NO_TEXEL: u32 = u32::MAX;
 
 /// The hits of one texel's rays and the light that they brought.
 #[derive(Clone, Default)]
 struct RayRecord {
     /// The texels that the rays meet, or [`NO_TEXEL`]; the two halves alternate.
     hits: Vec<u32>,
-    /// Sum of the light from lamps, of each half.
+    /// Sum of the light from lamps and from outside, of each half.
     lamp_light: Halves,
+    /// Sum of the light from outside over both halves.
+    sky_light: Vec3A,
     /// Sum of its squares over both halves.
     lamp_squares: Vec3A,
+}
+
+/// A kind of light to whose points rays go.
+#[derive(Clone, Copy, PartialEq)]
+enum LightKind {
+    Lamps,
+    Sky,
+    /// A sun of this number.
+    Sun(usize),
+}
+
+/// What a ray to a point of a light brings.
+struct DrawnLight {
+    /// The entry of the lamp in the cut; none of light from outside.
+    lamp: Option<usize>,
+    light: Vec3A,
 }
 
 /// The rays of all texels.
@@ -45,6 +66,9 @@ pub struct TexelRays<'a> {
     mesh: &'a Mesh,
     rays: &'a Rays,
     lamps: LampTree,
+    sky: Option<SkyLight>,
+    /// Kinds of light to whose points rays go.
+    kinds: Vec<LightKind>,
     /// First texel of each face, in face order.
     first: Vec<usize>,
     /// The texel of each rank in face order.
@@ -60,8 +84,8 @@ pub struct TexelRays<'a> {
 }
 
 impl<'a> TexelRays<'a> {
-    /// Makes the texels of `mesh`, without rays.
-    pub fn new(mesh: &'a Mesh, rays: &'a Rays) -> Self {
+    /// Makes the texels of `mesh` below a `sky`, without rays.
+    pub fn new(mesh: &'a Mesh, rays: &'a Rays, sky: Option<SkyLight>) -> Self {
         let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|face| face.resolution).collect();
         let lamps = LampTree::new(mesh);
         let along_curve = sort_along_curve(mesh);
@@ -73,12 +97,19 @@ impl<'a> TexelRays<'a> {
             ];
             lamps.choose_cut(bounds, MAX_CUT_NODES)
         };
+        let (open, suns) = sky
+            .as_ref()
+            .map_or((false, 0), |sky| (sky.has_ways_out(), sky.suns.len()));
+        let kinds = [(!lamps.is_empty(), LightKind::Lamps), (open, LightKind::Sky)];
+        let kinds = kinds.into_iter().filter(|(present, _)| *present).map(|(_, kind)| kind);
         Self {
             mesh,
             rays,
+            kinds: kinds.chain((0..suns).map(LightKind::Sun)).collect(),
             cuts: along_curve.par_chunks(TEXELS_PER_GROUP).map(choose_cut).collect(),
             lamps,
             along_curve,
+            sky,
             first: first_texels(&resolutions),
             order: mesh.texels_in_face_order(),
             records: vec![RayRecord::default(); mesh.texels.len()],
@@ -86,18 +117,168 @@ impl<'a> TexelRays<'a> {
         }
     }
 
-    /// Discards all rays, so that their numbers and the choice of lamps may follow from what they brought: kept, they
-    /// would be many where they happened to bring much, and the light would come out too dark.
-    pub fn discard_rays(&mut self) {
+    /// Traces rays of texel `k` until there are `count` of both halves.
+    fn extend_record(&self, k: usize, count: u32, cut: &mut LampCut, record: &mut RayRecord) {
+        let texel = &self.mesh.texels[k];
+        let face = &self.mesh.faces[texel.face as usize];
+        let outline = SampledOutline::new(texel_corners(self.mesh, texel));
+        let known = record.hits.len() as u32;
+        record.hits.reserve_exact(count.saturating_sub(known) as usize);
+        let centre = texel.position;
+        let choice = self.lamps.weigh_lamps(
+            cut,
+            Receiver {
+                centre,
+                radius: outline.corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max),
+                normal: face.normal,
+            },
+        );
+        let mut lamp_rays = [[0; 2]; MAX_CUT_NODES];
+        for n in known..count {
+            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
+            let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
+            let origin = (texel.face, outline.point_at([u, v]));
+            let (hit, met) = self.trace_by_cosine(origin, &choice, [x, y]);
+            let drawn = self.trace_to_light(origin, &choice, sample_4d(n >> 1, 1, seed));
+            record.hits.push(hit);
+            if hit == NO_TEXEL {
+                record.sky_light += met;
+            }
+            match drawn.lamp {
+                Some(entry) => {
+                    lamp_rays[entry][0] += 1;
+                    lamp_rays[entry][1] += u32::from(drawn.light != Vec3A::ZERO);
+                }
+                None => record.sky_light += drawn.light,
+            }
+            let light = met + drawn.light;
+            record.lamp_light[(n & 1) as usize] += light;
+            record.lamp_squares += light * light;
+        }
+        cut.count_rays(&lamp_rays);
+    }
+
+    /// Traces a ray from a point of face `f`; returns the texel that it meets and that texel's weighted lamp light.
+    fn trace_by_cosine(&self, (f, origin): (u32, Vec3), choice: &LampChoice, [x, y]: [f32; 2]) -> (u32, Vec3A) {
+        let face = &self.mesh.faces[f as usize];
+        let along = concentric_direction(f64::from(2.0 * x - 1.0), f64::from(2.0 * y - 1.0));
+        let bitangent = face.normal.cross(face.tangent);
+        let direction = face.tangent * along.x + bitangent * along.y + face.normal * along.z;
+        let (met, distance) = match self.rays.trace(origin, direction, face.sheet) {
+            RayEnd::Front(met, distance) => (met, distance),
+            RayEnd::Back => return (NO_TEXEL, Vec3A::ZERO),
+            RayEnd::Outside => return (NO_TEXEL, self.light_from_outside(origin, direction, face.normal)),
+        };
+        let point = origin + direction * distance;
+        let hit = self.texel_of(met, point);
+        let emission = self.mesh.texels[hit as usize].emission;
+        if emission == Vec3::ZERO {
+            return (hit, Vec3A::ZERO);
+        }
+        let drawn = choice.lamp_probability(met) / self.kinds.len() as f32;
+        let lamp = SeenLamp::new(&self.mesh.faces[met as usize], origin);
+        let weight = balanced_weight(&lamp, face.normal, point - origin, drawn);
+        (hit, Vec3A::from(emission) * weight)
+    }
+
+    /// Returns the weighted light of the sky along a ray that leaves the scene.
+    fn light_from_outside(&self, origin: Vec3, direction: Vec3, normal: Vec3) -> Vec3A {
+        let Some(sky) = &self.sky else {
+            return Vec3A::ZERO;
+        };
+        let by_cosine = normal.dot(direction).max(0.0) / PI;
+        let drawn = sky.density(origin, direction) / self.kinds.len().max(1) as f32;
+        let weight = by_cosine / (by_cosine + drawn).max(f32::MIN_POSITIVE);
+        Vec3A::from(sky.radiosity_along(direction)) * weight
+    }
+
+    /// Traces a ray from a point of face `f` to a point of a light.
+    fn trace_to_light(&self, (f, origin): (u32, Vec3), choice: &LampChoice, [number, u, v, _]: [f32; 4]) -> DrawnLight {
+        let count = self.kinds.len() as f32;
+        let number = number * count;
+        let kind = self.kinds.get(number as usize).or(self.kinds.last());
+        let normal = self.mesh.faces[f as usize].normal;
+        let from_outside = |light| DrawnLight { lamp: None, light };
+        match (kind, &self.sky) {
+            (Some(LightKind::Lamps), _) => self.trace_to_lamp((f, origin), choice, [number.fract(), u, v]),
+            (Some(LightKind::Sky), Some(sky)) => {
+                let offset = sky.draw_point(number.fract(), [u, v]) - origin;
+                let direction = offset.normalize_or_zero();
+                match normal.dot(direction) > 0.0 && self.rays.is_visible(origin, origin + offset, [f; 2]) {
+                    true => from_outside(self.light_from_outside(origin, direction, normal)),
+                    false => from_outside(Vec3A::ZERO),
+                }
+            }
+            (Some(LightKind::Sun(k)), Some(sky)) => {
+                let offset = offset_to_sun(&sky.suns[*k], [u, v]);
+                let cosine = normal.dot(offset.normalize_or_zero());
+                match cosine > 0.0 && self.rays.is_visible(origin, origin + offset, [f; 2]) {
+                    true => from_outside(Vec3A::from(sky.suns[*k].irradiance) * (cosine * count)),
+                    false => from_outside(Vec3A::ZERO),
+                }
+            }
+            _ => from_outside(Vec3A::ZERO),
+        }
+    }
+
+    /// Traces a ray from a point of face `f` to a lamp.
+    fn trace_to_lamp(&self, (f, origin): (u32, Vec3), choice: &LampChoice, [number, u, v]: [f32; 3]) -> DrawnLight {
+        let Some(lamp) = choice.draw_lamp(number) else {
+            return DrawnLight {
+                lamp: None,
+                light: Vec3A::ZERO,
+            };
+        };
+        let (normal, face) = (self.mesh.faces[f as usize].normal, &self.mesh.faces[lamp.lamp as usize]);
+        let seen = SeenLamp::new(face, origin);
+        let ray = seen.draw_ray([u, v]);
+        let point = origin + ray;
+        let weight = balanced_weight(&seen, normal, ray, lamp.probability / self.kinds.len() as f32);
+        let mut light = Vec3A::ZERO;
+        if weight > 0.0 && self.rays.is_visible(origin, point, [f, lamp.lamp]) {
+            let emission = self.mesh.texels[self.texel_of(lamp.lamp, point) as usize].emission;
+            light = Vec3A::from(emission) * weight;
+        }
+        DrawnLight {
+            lamp: Some(lamp.entry),
+            light,
+        }
+    }
+
+    /// Returns the texel at `point` of face `f`.
+    fn texel_of(&self, f: u32, point: Vec3) -> u32 {
+        let at = locate_texel(&self.mesh.faces[f as usize], point) as usize;
+        self.order[self.first[f as usize] + at] as u32
+    }
+
+    /// Returns a value of each texel from its rays.
+    fn map_records<V: Copy + Default + Send>(&self, map: impl Fn(&RayRecord) -> V + Send + Sync) -> Vec<V> {
+        let along_curve: Vec<V> = self.records.par_iter().map(map).collect();
+        let mut values = vec![V::default(); along_curve.len()];
+        for (value, k) in along_curve.into_iter().zip(&self.along_curve) {
+            values[*k as usize] = value;
+        }
+        values
+    }
+
+    /// Returns the light from outside at each texel.
+    pub fn outside_light(&self) -> Vec<Vec3> {
+        self.map_records(|own| Vec3::from(own.sky_light * (0.5 * own.half_share())))
+    }
+}
+
+impl KeptRays for TexelRays<'_> {
+    const BYTES_PER_RAY: u64 = 4;
+    const FIRST_RAY_COUNT: f32 = 8.0;
+    const LEARNS: bool = false;
+
+    fn discard_rays(&mut self, _: &[Vec3A]) {
         self.records.fill(RayRecord::default());
         self.cuts.iter_mut().for_each(LampCut::learn_visibility);
         self.discards += 1;
     }
 
-    /// Traces until texel k has `counts[k]` rays of each half.
-    ///
-    /// Errors: [`Error::Interrupted`].
-    pub fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()> {
+    fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()> {
         let (mut records, mut cuts) = (std::mem::take(&mut self.records), std::mem::take(&mut self.cuts));
         let groups = cuts.len().max(1) as f64;
         let tasks = records.chunks_mut(GROUPS_PER_TASK * TEXELS_PER_GROUP);
@@ -118,112 +299,11 @@ impl<'a> TexelRays<'a> {
         Ok(())
     }
 
-    /// Traces rays of texel `k` until there are `count` of both halves.
-    fn extend_record(&self, k: usize, count: u32, cut: &mut LampCut, record: &mut RayRecord) {
-        let texel = &self.mesh.texels[k];
-        let face = &self.mesh.faces[texel.face as usize];
-        let uv = match texel.kind {
-            TexelKind::Quad => [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
-            _ => [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]],
-        };
-        let corner = |uv| point_on_texel(face, texel.kind, texel.lattice_corner, texel.area, uv).truncate();
-        let outline = SampledOutline::new(uv.map(corner));
-        let known = record.hits.len() as u32;
-        record.hits.reserve_exact(count.saturating_sub(known) as usize);
-        let centre = texel.position;
-        let choice = self.lamps.weigh_lamps(
-            cut,
-            Receiver {
-                centre,
-                radius: outline.corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max),
-                normal: face.normal,
-            },
-        );
-        let mut lamp_rays = [[0; 2]; MAX_CUT_NODES];
-        for n in known..count {
-            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
-            let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
-            let origin = outline.point_at([u, v]);
-            let (hit, mut light) = self.trace_by_cosine((texel.face, origin), &choice, [x, y]);
-            record.hits.push(hit);
-            if let Some((entry, drawn)) = self.trace_to_lamp((texel.face, origin), &choice, sample_4d(n >> 1, 1, seed))
-            {
-                light += drawn;
-                lamp_rays[entry][0] += 1;
-                lamp_rays[entry][1] += u32::from(drawn != Vec3A::ZERO);
-            }
-            record.lamp_light[(n & 1) as usize] += light;
-            record.lamp_squares += light * light;
-        }
-        cut.count_rays(&lamp_rays);
-    }
-
-    /// Traces a ray from a point of face `f`; returns the texel that it meets and that texel's weighted lamp light.
-    fn trace_by_cosine(&self, (f, origin): (u32, Vec3), choice: &LampChoice, [x, y]: [f32; 2]) -> (u32, Vec3A) {
-        let face = &self.mesh.faces[f as usize];
-        let along = concentric_direction(f64::from(2.0 * x - 1.0), f64::from(2.0 * y - 1.0));
-        let bitangent = face.normal.cross(face.tangent);
-        let direction = face.tangent * along.x + bitangent * along.y + face.normal * along.z;
-        let Some((met, distance)) = self.rays.nearest_face(origin, direction, face.sheet) else {
-            return (NO_TEXEL, Vec3A::ZERO);
-        };
-        let point = origin + direction * distance;
-        let hit = self.texel_of(met, point);
-        let emission = self.mesh.texels[hit as usize].emission;
-        if emission == Vec3::ZERO {
-            return (hit, Vec3A::ZERO);
-        }
-        let drawn = choice.lamp_probability(met);
-        let lamp = SeenLamp::new(&self.mesh.faces[met as usize], origin);
-        let weight = balanced_weight(&lamp, face.normal, point - origin, drawn);
-        (hit, Vec3A::from(emission) * weight)
-    }
-
-    /// Traces a ray from a point of face `f` to a lamp; returns the lamp's entry in the cut and its weighted light, or none
-    /// if no lamp shines there.
-    fn trace_to_lamp(
-        &self,
-        (f, origin): (u32, Vec3),
-        choice: &LampChoice,
-        [number, u, v, _]: [f32; 4],
-    ) -> Option<(usize, Vec3A)> {
-        let normal = self.mesh.faces[f as usize].normal;
-        let lamp = choice.draw_lamp(number)?;
-        let face = &self.mesh.faces[lamp.face as usize];
-        let seen = SeenLamp::new(face, origin);
-        let ray = seen.draw_ray([u, v]);
-        let point = origin + ray;
-        let weight = balanced_weight(&seen, normal, ray, lamp.probability);
-        if weight <= 0.0 || !self.rays.is_visible(origin, point, [f, lamp.face]) {
-            return Some((lamp.entry, Vec3A::ZERO));
-        }
-        let emission = self.mesh.texels[self.texel_of(lamp.face, point) as usize].emission;
-        Some((lamp.entry, Vec3A::from(emission) * weight))
-    }
-
-    /// Returns the texel at `point` of face `f`.
-    fn texel_of(&self, f: u32, point: Vec3) -> u32 {
-        let at = locate_texel(&self.mesh.faces[f as usize], point) as usize;
-        self.order[self.first[f as usize] + at] as u32
-    }
-
-    /// Returns a value of each texel from its rays.
-    fn map_records<V: Copy + Default + Send>(&self, map: impl Fn(&RayRecord) -> V + Send + Sync) -> Vec<V> {
-        let along_curve: Vec<V> = self.records.par_iter().map(map).collect();
-        let mut values = vec![V::default(); along_curve.len()];
-        for (value, k) in along_curve.into_iter().zip(&self.along_curve) {
-            values[*k as usize] = value;
-        }
-        values
-    }
-
-    /// Returns the light of lamps at each texel, of each half.
-    pub fn direct_light(&self) -> Vec<Halves> {
+    fn direct_light(&self) -> Vec<Halves> {
         self.map_records(|own| own.lamp_light.map(|sum| sum * own.half_share()))
     }
 
-    /// Returns F times a radiosity, for each half.
-    pub fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves> {
+    fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves> {
         self.map_records(|own| {
             let mut sums = [Vec3A::ZERO; 2];
             for pair in own.hits.chunks_exact(2) {
@@ -237,8 +317,7 @@ impl<'a> TexelRays<'a> {
         })
     }
 
-    /// Returns the variance of what a ray of each texel brings, by channel.
-    pub fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
+    fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
         self.map_records(|own| {
             let met = |k: &u32| radiosity.get(*k as usize).copied().unwrap_or(Vec3A::ZERO);
             let (mut sum, mut squares) = (Vec3A::ZERO, Vec3A::ZERO);
@@ -259,6 +338,16 @@ impl RayRecord {
     fn half_share(&self) -> f32 {
         2.0 / self.hits.len().max(1) as f32
     }
+}
+
+/// Returns the outline of a texel; a triangle repeats its third corner.
+pub fn texel_corners(mesh: &Mesh, texel: &Texel) -> [Vec3; 4] {
+    let face = &mesh.faces[texel.face as usize];
+    let uv = match texel.kind {
+        TexelKind::Quad => [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        _ => [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]],
+    };
+    uv.map(|uv| point_on_texel(face, texel.kind, texel.lattice_corner, texel.area, uv).truncate())
 }
 
 /// Returns the irradiance that a `ray` to a point of `lamp` brings for an emission of 1 on a surface of this `normal`:

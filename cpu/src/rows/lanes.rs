@@ -9,6 +9,7 @@ use common::form_factor::{
 };
 use common::intersect::{intersect_planes, touches_plane};
 use common::mesh::{MeshFace, TexelKind};
+use common::rays::start_near;
 use common::sampling::{near_point_uv, texel_uv};
 use common::texel_point::point_on_texel;
 use glam::Vec3;
@@ -274,7 +275,8 @@ pub fn mark_below_horizon(
 pub fn mark_blocked(face: &MeshFace, q: Vec3, points: &LanePoints, blocked: &mut [bool; LANE_COUNT]) {
     for (l, blocked) in blocked.iter_mut().enumerate() {
         let p = points.at(l);
-        let hit = intersect_planes(face.plane, face.edges, q, (p - q) / RAY_REACH);
+        let [from, to] = start_near(q, p);
+        let hit = intersect_planes(face.plane, face.edges, from, (to - from) / RAY_REACH);
         *blocked |= hit.stops_ray(RAY_REACH) & !touches_plane(face, p);
     }
 }

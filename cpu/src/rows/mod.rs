@@ -16,7 +16,7 @@ use crate::rows::lanes::{
 use crate::rows::receivers::{LANE_COUNT, TexelArrays, TexelBlock};
 use crate::rows::shadow::{ShadowRegion, penumbra_region};
 use crate::rows::texel_link::link_texel;
-use common::constants::{CONTACT_DISTANCE, LOW_HEIGHT_RATIO, MISS_DISTANCE, NEAR_POINTS_PER_SIDE};
+use common::constants::{CONTACT_DISTANCE, MAX_GRAZING_HEIGHT_RATIO, MISS_DISTANCE, NEAR_POINTS_PER_SIDE};
 use common::form_factor::{FormFactor, Shooter};
 use common::intersect::touches_plane;
 use common::mesh::{Cover, Mesh, MeshFace, Patch, far_distance};
@@ -179,7 +179,7 @@ impl RowBuilder<'_> {
             above: heights.into_iter().all(|h| h > MIN_UNCLIPPED_HEIGHT)
                 && heights.into_iter().any(|h| h > MIN_CLEAR_HEIGHT),
             // The hundredth and the contact distance allow for rounding.
-            low: highest - CONTACT_DISTANCE <= 1.01 * LOW_HEIGHT_RATIO * farthest,
+            low: highest - CONTACT_DISTANCE <= 1.01 * MAX_GRAZING_HEIGHT_RATIO * farthest,
             behind: target.corners.into_iter().any(|corner| {
                 let shooter = &patch.shooter;
                 shooter.normal.dot(corner - shooter.centre) < -CONTACT_DISTANCE

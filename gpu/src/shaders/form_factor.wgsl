@@ -107,7 +107,7 @@ fn polygon_factor(position: vec3f, normal: vec3f) -> f32 {
 fn is_low(position: vec3f, highest: f32) -> bool {
     let d = position - shots[slot].middle;
     let beyond = sqrt(dot(d, d)) - shots[slot].radius;
-    return highest <= LOW_HEIGHT_RATIO * max(dot(shots[slot].normal, d), beyond);
+    return highest <= MAX_GRAZING_HEIGHT_RATIO * max(dot(shots[slot].normal, d), beyond);
 }
 
 fn edge_term(a: vec3f, b: vec3f, normal: vec3f, low: bool) -> f32 {

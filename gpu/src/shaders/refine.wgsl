@@ -36,7 +36,7 @@ fn is_above_horizon(node: u32, block: u32) -> bool {
     let d = shots[node].middle - blocks[block].middle;
     let farthest = sqrt(dot(d, d)) + blocks[block].reach;
     return lowest > -CONTACT_DISTANCE / 2.0 && highest > 1.5 * CONTACT_DISTANCE
-        && highest - CONTACT_DISTANCE > 1.01 * LOW_HEIGHT_RATIO * farthest;
+        && highest - CONTACT_DISTANCE > 1.01 * MAX_GRAZING_HEIGHT_RATIO * farthest;
 }
 
 // Visible fraction of a pair, over its spots.

@@ -53,7 +53,7 @@ impl BlockStatistics {
             self.links += expected.2 as u64;
             let groups = || found.1.iter().zip(&expected.1);
             let same = found.0 == expected.0;
-            if same && groups().all(|(a, b)| equal_bits(a, b)) {
+            if same && groups().all(|(a, b)| a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))) {
                 continue;
             }
             self.differing += 1;
@@ -192,10 +192,6 @@ impl Linker for LinkerPair<'_> {
         (self.diff.borrow_mut().kept).count_blocks([&found, &expected], parts);
         Ok(expected)
     }
-}
-
-fn equal_bits(a: &[f32], b: &[f32]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
 /// Returns the largest |a − b| relative to the largest |b|.

@@ -48,7 +48,7 @@ impl<'a> ReflectedField<'a> {
     }
 
     /// Averages the values by area over other texels; a value is constant over its texel.
-    pub fn resample(&self, resolutions: Vec<[u32; 2]>) -> Self {
+    pub fn average_onto(&self, resolutions: Vec<[u32; 2]>) -> Self {
         let first = first_texels(&self.resolutions);
         let faces = self.scene.faces.iter().enumerate();
         let values = faces.flat_map(|(k, face)| {

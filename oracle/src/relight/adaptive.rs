@@ -4,9 +4,9 @@
 use super::captured_room::CapturedValues;
 use super::stage::RelightStage;
 use crate::solve::adaptive::ESCAPE_POINTS;
-use crate::solve::adaptive::{AdaptiveProblem, refine_until_converged, step_progress};
+use crate::solve::adaptive::{AdaptiveProblem, follows_rays, noise_on_texels, refine_until_converged, step_progress};
 use crate::solve::progress::ProgressMonitor;
-use crate::solve::resolution::{count_texels, resample_face};
+use crate::solve::resolution::{count_texels, halve_even, resample_face};
 use crate::solve::solved::{RelightReport, Solved};
 use crate::solve::solver::ErrorTarget;
 use crate::solve::step::{SolveStep, narrow_to_f32, resample_step};
@@ -21,12 +21,19 @@ use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::relight::{RoomLight, gather_irradiance, relight};
 use cpu::hierarchy::shot_log;
 use cpu::hierarchy::solver::open_shares;
-use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution, solve_with_links};
-use glam::{Vec3, Vec4};
+use cpu::hierarchy::solver::{ErrorBudget, TexelSolution, solve_with_links};
+use cpu::ray_cast::relight::relight_by_rays;
+use glam::{DVec3, Vec3, Vec4};
 use std::f64::consts::SQRT_2;
 
-/// Visible change of a texel, as a share of the RMS of the reflected light.
+/// Goal of the capture's irradiance, as a share of the requested error: that of the second step.
+const CAPTURE_GOAL_SHARE: f64 = 0.5;
+/// Visible step of the change within four texels, as a share of the RMS of the reflected light.
 const VISIBLE_CHANGE: f64 = 0.02;
+/// Least noise of a step, as a share of the requested error.
+const MIN_NOISE_SHARE: f64 = 0.7;
+/// Standard deviations of the noise that count as no edge of a shadow.
+const NOISE_DEVIATIONS: f64 = 4.0;
 /// Extent of the objects over the width of the texels that show their shadows.
 const TEXELS_PER_OBJECT: f64 = 50.0;
 /// Largest number of texels of a face.
@@ -55,6 +62,10 @@ struct AdaptiveRelight<'a> {
     stage: &'a RelightStage,
     solve_everything: bool,
     requested_texels: Option<u32>,
+    /// Requested error.
+    error: f64,
+    /// H₀ of the open part of each texel of a captured room.
+    received: Option<Vec<Vec3>>,
     /// Method that finds links.
     method: LinkMethod<'a>,
     progress: &'a ProgressMonitor<'a>,
@@ -80,10 +91,13 @@ pub fn relight_adaptively(
     method: LinkMethod,
     progress: &ProgressMonitor,
 ) -> Result<Solved> {
+    let goal = ErrorBudget::for_error((CAPTURE_GOAL_SHARE * target.error) as f32);
     let problem = AdaptiveRelight {
+        received: progress.time_phase("capture", || receive_captured(stage, goal, method, progress))?,
         stage,
         solve_everything,
         requested_texels: target.texels,
+        error: target.error,
         method,
         progress,
     };
@@ -119,6 +133,12 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
         let faces = &self.stage.scene.faces;
         let off = last.map_or(Vec::new(), |last| last.coarse_error(faces, &texels, goal));
         let phase = format!("relighting to {:.2} %", 100.0 * goal);
+        let noise = noise_on_texels(
+            &self.stage.scene,
+            goal.max(MIN_NOISE_SHARE * self.error),
+            &|f| self.requested_texels(f),
+            &texels,
+        );
         let goal = ErrorBudget::for_error(goal as f32);
         let captured = self
             .progress
@@ -143,7 +163,7 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
             }
             let mut share = captured.open;
             share.resize(mesh.texels.len(), 1.0);
-            let open_only = |(h, open): (&Vec3, &f32)| if *open > 0.0 { *h / *open } else { Vec3::ZERO };
+            let open_only = |(h, open): (&Vec3, &f32)| divide_by_open(*h, *open);
             let received: Vec<Vec3> = irradiance.iter().zip(&share).map(open_only).collect();
             let open_radiosity: Vec<Vec3> = (0..mesh.texels.len())
                 .map(|k| surface.emission[k] + surface.reflectance[k] * received[k])
@@ -153,10 +173,12 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
                 irradiance: &received,
                 open: &share,
             };
-            let budget = (goal, self.method);
-            let found = relight(&stage.scene, &mesh, &known, &off, budget, &mut callback)?;
+            let found = match follows_rays(&stage.scene, self.error, self.method) {
+                true => relight_by_rays(&stage.scene, &mesh, &known, noise as f32, &mut callback)?,
+                false => relight(&stage.scene, &mesh, &known, &off, (goal, self.method), &mut callback)?,
+            };
             let whole = irradiance.iter().zip(&found.irradiance);
-            let outcome = HierarchicalSolution {
+            let outcome = TexelSolution {
                 irradiance: whole.map(|(h, change)| *h + *change).collect(),
                 ..found
             };
@@ -214,7 +236,7 @@ impl AdaptiveRelight<'_> {
             (texel.reflectance, texel.emission) = (reflectance[k], emission[k]);
         }
         let open = mean(&|k| Vec3::splat(step.outcome.open[k]));
-        let outcome = HierarchicalSolution {
+        let outcome = TexelSolution {
             irradiance: mean(&|k| step.outcome.irradiance[k]),
             residual: mean(&|k| step.outcome.residual[k]),
             open: open.iter().map(|open| open.x).collect(),
@@ -232,12 +254,11 @@ impl AdaptiveRelight<'_> {
 
     /// Captures the room on `texels` of each face.
     fn capture_room(&self, texels: &[[u32; 2]], goal: ErrorBudget) -> Result<CapturedTexels> {
-        let stage = self.stage;
-        let scene = &stage.captured.scene;
-        let own = &texels[..stage.room_faces];
+        let scene = &self.stage.captured.scene;
+        let own = &texels[..self.stage.room_faces];
         let mesh = Mesh::new(scene, own, 1)?;
-        let mut callback = step_progress(self.progress, "capture");
-        let Some(values) = &stage.captured.values else {
+        let (Some(values), Some(received)) = (&self.stage.captured.values, &self.received) else {
+            let mut callback = step_progress(self.progress, "capture");
             let found = solve_with_links(scene, &mesh, &[], goal, self.method, &mut callback)?;
             let texels = mesh.texels.iter().zip(&found.irradiance);
             return Ok(CapturedTexels {
@@ -251,27 +272,18 @@ impl AdaptiveRelight<'_> {
                 open: found.open,
             });
         };
-        let values = values.resample_to(&scene.faces, &stage.captured.resolutions, own);
-        let known = (&values.reflectance, &values.emission, stage.reflectance);
-        let irradiance = match known {
-            (Some(rho), Some(emission), None) => {
-                let received = |k: usize| {
-                    let reflected = values.radiosity[k] - emission[k];
-                    Vec3::select(rho[k].cmpgt(Vec3::ZERO), reflected / rho[k], Vec3::ZERO)
-                };
-                (0..rho.len()).map(received).collect()
-            }
-            _ => gather_irradiance(scene, &mesh, &values.radiosity, (goal, self.method), &mut callback)?,
-        };
+        let (faces, from) = (&scene.faces, &self.stage.captured.resolutions);
+        let open = open_shares(scene, &mesh);
+        let irradiance = spread_to_parts(received, faces, from, own);
         Ok(CapturedTexels {
-            open: open_shares(scene, &mesh),
-            values,
-            irradiance,
+            values: values.resample_to(faces, from, own),
+            irradiance: irradiance.iter().zip(&open).map(|(h, open)| *h * *open).collect(),
+            open,
         })
     }
 
     /// Texels of the room's faces for the objects' shadows: as small as [`TEXELS_PER_OBJECT`] demands
-    /// where the change is visible; 0 elsewhere.
+    /// where an edge of the change is visible; 0 elsewhere.
     fn shadow_resolution(&self, first: &RelightStep) -> Vec<[u32; 2]> {
         let (stage, step) = (self.stage, &first.step);
         let starts = first_texels(&step.resolutions);
@@ -285,13 +297,24 @@ impl AdaptiveRelight<'_> {
         let mut texels = vec![[0; 2]; step.resolutions.len()];
         let mut all = count_texels(&step.resolutions);
         for (f, face) in stage.scene.faces.iter().enumerate().take(stage.room_faces) {
-            let own = starts[f]..starts[f + 1];
-            let changes = own.map(|k| (first.radiosity[k] - first.before[k]).abs().max_element());
-            if f64::from(changes.fold(0.0, f32::max)) < visible {
+            let range = starts[f]..starts[f + 1];
+            let changes: Vec<DVec3> = range
+                .clone()
+                .map(|k| (first.radiosity[k] - first.before[k]).as_dvec3())
+                .collect();
+            let mut own = step.resolutions[f];
+            let wide = halve_even(own);
+            let smooth = resample_face(&resample_face(&changes, face, own, wide), face, wide, own);
+            let variance = step.variance[range.clone()]
+                .iter()
+                .map(|v| v.max_element())
+                .sum::<f64>()
+                / range.len() as f64;
+            let edges = changes.iter().zip(&smooth).map(|(a, b)| (*a - *b).abs().max_element());
+            if edges.fold(0.0, f64::max) < visible + NOISE_DEVIATIONS * variance.sqrt() {
                 continue;
             }
             let lengths = face.grid_lengths();
-            let mut own = step.resolutions[f];
             // As near to that width as halving allows.
             while (0..2).any(|k| lengths[k] / f64::from(own[k]) > SQRT_2 * width) {
                 let halved = face.halve_texels(own);
@@ -308,18 +331,61 @@ impl AdaptiveRelight<'_> {
     }
 }
 
+/// Returns H₀ of the open part of each texel of a captured room.
+fn receive_captured(
+    stage: &RelightStage,
+    goal: ErrorBudget,
+    method: LinkMethod,
+    progress: &ProgressMonitor,
+) -> Result<Option<Vec<Vec3>>> {
+    let captured = &stage.captured;
+    let Some(values) = &captured.values else {
+        return Ok(None);
+    };
+    let mesh = Mesh::new(&captured.scene, &captured.resolutions, 1)?;
+    let received = match (&values.reflectance, &values.emission, stage.reflectance) {
+        (Some(rho), Some(emission), None) => {
+            let received = |k: usize| {
+                let reflected = values.radiosity[k] - emission[k];
+                Vec3::select(rho[k].cmpgt(Vec3::ZERO), reflected / rho[k], Vec3::ZERO)
+            };
+            (0..rho.len()).map(received).collect()
+        }
+        _ => {
+            let mut callback = step_progress(progress, "capture");
+            gather_irradiance(&captured.scene, &mesh, &values.radiosity, (goal, method), &mut callback)?
+        }
+    };
+    let open = open_shares(&captured.scene, &mesh);
+    Ok(Some(
+        received
+            .iter()
+            .zip(open)
+            .map(|(h, open)| divide_by_open(*h, open))
+            .collect(),
+    ))
+}
+
+/// Returns the mean over a texel's open part of what has the mean `h` over its area.
+fn divide_by_open(h: Vec3, open: f32) -> Vec3 {
+    if open > 0.0 { h / open } else { Vec3::ZERO }
+}
+
+/// Resamples values to other texels, which are parts of these.
+fn spread_to_parts(values: &[Vec3], faces: &[Face], from: &[[u32; 2]], to: &[[u32; 2]]) -> Vec<Vec3> {
+    let starts = first_texels(from);
+    let each = faces.iter().enumerate().flat_map(|(f, face)| {
+        let own = &values[starts[f]..starts[f + 1]];
+        let wide: Vec<_> = own.iter().map(|v| v.as_dvec3()).collect();
+        resample_face(&wide, face, from[f], to[f])
+    });
+    each.map(|v| v.as_vec3()).collect()
+}
+
 impl CapturedValues {
     /// Resamples the values to other texels, which are parts of these.
     fn resample_to(&self, faces: &[Face], from: &[[u32; 2]], to: &[[u32; 2]]) -> Self {
-        let starts = first_texels(from);
-        let spread = |values: &Vec<Vec3>| -> Vec<Vec3> {
-            let each = faces.iter().enumerate().flat_map(|(f, face)| {
-                let own = &values[starts[f]..starts[f + 1]];
-                let wide: Vec<_> = own.iter().map(|v| v.as_dvec3()).collect();
-                resample_face(&wide, face, from[f], to[f])
-            });
-            each.map(|v| v.as_vec3()).collect()
-        };
+        let spread = |values: &Vec<Vec3>| spread_to_parts(values, faces, from, to);
         Self {
             radiosity: spread(&self.radiosity),
             residual: None,
@@ -332,8 +398,8 @@ impl CapturedValues {
 /// Longest side of the box around faces.
 fn largest_extent(faces: &[Face]) -> f64 {
     let corners = || faces.iter().flat_map(Face::outline);
-    let high = corners().fold(glam::DVec3::NEG_INFINITY, |high, c| high.max(*c));
-    let low = corners().fold(glam::DVec3::INFINITY, |low, c| low.min(*c));
+    let high = corners().fold(DVec3::NEG_INFINITY, |high, c| high.max(*c));
+    let low = corners().fold(DVec3::INFINITY, |low, c| low.min(*c));
     (high - low).max_element()
 }
 

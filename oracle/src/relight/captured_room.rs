@@ -30,7 +30,7 @@ pub struct PanoramaPlacement {
 }
 
 /// A room read from a file or folder. Values are in face order, within a face row-major in its rectangle.
-pub struct CapturedRoom {
+pub struct InputRoom {
     /// The room's faces.
     pub scene: Scene,
     /// Texels W×H of each face.
@@ -43,7 +43,7 @@ pub struct CapturedRoom {
     pub notes: Vec<String>,
 }
 
-impl CapturedRoom {
+impl InputRoom {
     /// Makes a room without panorama and remarks.
     pub fn new(scene: Scene, resolutions: Vec<[u32; 2]>, values: Option<CapturedValues>) -> Self {
         Self {
@@ -78,7 +78,7 @@ pub fn read(
     texels: u32,
     texels_requested: bool,
     import: &ImportOptions,
-) -> Result<CapturedRoom> {
+) -> Result<InputRoom> {
     if path.is_dir() {
         refuse_placement(placement)?;
     }
@@ -94,7 +94,7 @@ pub fn read(
         refuse_placement(placement)?;
         let scene = load_scene(path, import)?;
         let resolutions = vec![[texels; 2]; scene.faces.len()];
-        return Ok(CapturedRoom::new(scene, resolutions, None));
+        return Ok(InputRoom::new(scene, resolutions, None));
     };
     let differs = |r: &[u32; 2]| *r != [texels; 2];
     if texels_requested && captured.resolutions.iter().any(differs) {
@@ -150,7 +150,7 @@ fn name_option<T>(option: &str, result: Result<T>) -> Result<T> {
     })
 }
 
-fn from_panorama(path: &Path, placement: &PanoramaPlacement, texels: u32) -> Result<CapturedRoom> {
+fn from_panorama(path: &Path, placement: &PanoramaPlacement, texels: u32) -> Result<InputRoom> {
     let size = placement.size.ok_or_else(|| {
         Error::Usage(format!(
             "{} is a panorama: give the room's --room-size X,Y,Z",
@@ -167,14 +167,14 @@ fn from_panorama(path: &Path, placement: &PanoramaPlacement, texels: u32) -> Res
         radiosity: texel_radiosity(&panorama, &scene, &resolutions, eye)?,
         ..CapturedValues::default()
     };
-    Ok(CapturedRoom {
+    Ok(InputRoom {
         notes: panorama.notes.clone(),
         panorama: Some((panorama, eye)),
-        ..CapturedRoom::new(scene, resolutions, Some(values))
+        ..InputRoom::new(scene, resolutions, Some(values))
     })
 }
 
-fn from_solve(path: &Path) -> Result<CapturedRoom> {
+fn from_solve(path: &Path) -> Result<InputRoom> {
     let mut stored = StoredSolution::read(path)?;
     let reflectance = stored
         .others
@@ -186,7 +186,7 @@ fn from_solve(path: &Path) -> Result<CapturedRoom> {
         radiosity: stored.radiosity,
         reflectance,
     };
-    let mut room = CapturedRoom::new(stored.scene, stored.resolutions, Some(values));
+    let mut room = InputRoom::new(stored.scene, stored.resolutions, Some(values));
     if stored.others.contains_key("sky") {
         room.notes
             .push("the room's light from outside is kept: objects neither receive nor block it".into());
@@ -194,14 +194,14 @@ fn from_solve(path: &Path) -> Result<CapturedRoom> {
     Ok(room)
 }
 
-fn from_maps(path: &Path) -> Result<CapturedRoom> {
+fn from_maps(path: &Path) -> Result<InputRoom> {
     let room = maps::read(path)?;
     let values = CapturedValues {
         radiosity: room.radiosity,
         reflectance: reflectance_of_faces(&room.scene, &room.resolutions),
         ..CapturedValues::default()
     };
-    Ok(CapturedRoom::new(room.scene, room.resolutions, Some(values)))
+    Ok(InputRoom::new(room.scene, room.resolutions, Some(values)))
 }
 
 /// Returns the faces' reflectance for all their texels; `None` if no face has any.

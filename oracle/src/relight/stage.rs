@@ -1,13 +1,13 @@
 //! The input of a relight: a room and the objects in it.
 
-use super::captured_room::CapturedRoom;
+use super::captured_room::InputRoom;
 use common::scene::Scene;
 use glam::Vec3;
 
 /// A room with objects, read and assembled.
 pub struct RelightStage {
     /// The room.
-    pub captured: CapturedRoom,
+    pub captured: InputRoom,
     /// The room's faces first, then the objects'.
     pub scene: Scene,
     /// Number of the room's faces.
@@ -30,7 +30,7 @@ impl RelightStage {
         };
         let resolutions = vec![[texels; 2]; scene.faces.len()];
         Self {
-            captured: CapturedRoom::new(empty, resolutions[..room].to_vec(), None),
+            captured: InputRoom::new(empty, resolutions[..room].to_vec(), None),
             scene: scene.clone(),
             room_faces: room,
             resolutions,

@@ -16,8 +16,8 @@ use super::interrupt::is_interrupted;
 use super::progress::ProgressMonitor;
 use super::regather::estimate::descending_order;
 use super::resolution::{
-    MAX_FACE_TEXELS, choose_first, choose_second, count_texels, first_texel_width, halve_even, halve_largest,
-    resample_face,
+    MAX_FACE_TEXELS, RequestedTexels, choose_first, choose_second, count_texels, first_texel_width, halve_even,
+    halve_largest, resample_face,
 };
 use super::solved::Solved;
 use super::solver::ErrorTarget;
@@ -32,7 +32,7 @@ use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::shot_log;
 use cpu::hierarchy::sky::receive_sky;
-use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution, solve_with_links};
+use cpu::hierarchy::solver::{ErrorBudget, TexelSolution, solve_with_links};
 use cpu::ray_cast::solve_by_rays;
 use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
@@ -62,7 +62,7 @@ const MIN_NOISE_SHARE: f64 = 0.5;
 const UNREFINED_SHARE: f64 = 0.25;
 
 /// A scene to be solved in steps.
-struct AdaptiveSolve<'a> {
+pub(super) struct AdaptiveSolve<'a> {
     scene: &'a Scene,
     /// Requested texels per side of each face.
     requested_texels: Option<u32>,
@@ -84,13 +84,7 @@ pub fn solve_adaptively(
     method: LinkMethod,
     progress: &ProgressMonitor,
 ) -> Result<Solved> {
-    let problem = AdaptiveSolve {
-        scene,
-        requested_texels: target.texels,
-        error: target.error,
-        method,
-        progress,
-    };
+    let problem = AdaptiveSolve::new(scene, target, method, progress);
     let (step, history) = refine_until_converged(&problem, target.error)?;
     let mut solved = resample_result(scene, settings, target, step, history)?;
     solved.run.field.origin = match problem.follows_rays() {
@@ -100,24 +94,53 @@ pub fn solve_adaptively(
     Ok(solved)
 }
 
-impl AdaptiveSolve<'_> {
-    /// Returns whether bounces are traced by rays: many small faces would need many links.
-    fn follows_rays(&self) -> bool {
-        let enough = (RAY_FACES_PER_INVERSE_ERROR / self.error).max(MIN_RAY_FACES);
-        matches!(self.method, LinkMethod::Shafts) && self.scene.faces.len() as f64 >= enough
+impl<'a> AdaptiveSolve<'a> {
+    /// Makes the solve of `scene` to `target`.
+    pub(super) fn new(
+        scene: &'a Scene,
+        target: ErrorTarget,
+        method: LinkMethod<'a>,
+        progress: &'a ProgressMonitor<'a>,
+    ) -> Self {
+        Self {
+            scene,
+            requested_texels: target.texels,
+            error: target.error,
+            method,
+            progress,
+        }
     }
 
-    /// Returns the factor by which the mean over requested texels reduces the noise of texels of these `resolutions`.
-    fn averaged_width(&self, resolutions: &[[u32; 2]]) -> f64 {
-        let (mut area, mut averaged) = (0.0, 0.0);
-        for (face, own) in self.scene.faces.iter().zip(resolutions) {
-            let count = count_texels(&[*own]) as f64;
-            let together = self.requested_texels.map_or(1.0, |n| count / f64::from(n).powi(2));
-            area += face.area();
-            averaged += face.area() / together.max(1.0);
-        }
-        if averaged > 0.0 { (area / averaged).sqrt() } else { 1.0 }
+    /// Returns the noise to which rays are traced in a step to `goal` on texels of these `resolutions`.
+    pub(super) fn ray_noise(&self, goal: f64, resolutions: &[[u32; 2]]) -> f64 {
+        let noise = goal.max(MIN_NOISE_SHARE * self.error);
+        noise_on_texels(self.scene, noise, &|f| self.requested_texels(f), resolutions)
     }
+
+    /// Returns whether bounces are traced by rays.
+    pub(super) fn follows_rays(&self) -> bool {
+        follows_rays(self.scene, self.error, self.method)
+    }
+}
+
+/// Returns whether light is traced by rays: many small faces would need many links.
+pub fn follows_rays(scene: &Scene, error: f64, method: LinkMethod) -> bool {
+    let enough = (RAY_FACES_PER_INVERSE_ERROR / error).max(MIN_RAY_FACES);
+    matches!(method, LinkMethod::Shafts) && scene.faces.len() as f64 >= enough
+}
+
+/// Returns the noise of rays on texels of these `resolutions` that is `noise` on the requested texels: a mean over
+/// them reduces it.
+pub fn noise_on_texels(scene: &Scene, noise: f64, requested: RequestedTexels, resolutions: &[[u32; 2]]) -> f64 {
+    let (mut area, mut averaged) = (0.0, 0.0);
+    for (f, (face, own)) in scene.faces.iter().zip(resolutions).enumerate() {
+        let count = count_texels(&[*own]) as f64;
+        let together = requested(f).map_or(1.0, |shown| count / count_texels(&[shown]) as f64);
+        area += face.area();
+        averaged += face.area() / together.max(1.0);
+    }
+    let width: f64 = if averaged > 0.0 { area / averaged } else { 1.0 };
+    noise * width.sqrt()
 }
 
 impl AdaptiveProblem for AdaptiveSolve<'_> {
@@ -134,14 +157,15 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
         let phase = format!("solving to {:.2} %", 100.0 * goal);
         let off = last.map_or(Vec::new(), |last| last.coarse_error(&self.scene.faces, &texels, goal));
         let budget = ErrorBudget::for_error(goal as f32);
-        let noise = goal.max(MIN_NOISE_SHARE * self.error) * self.averaged_width(&texels);
+        let noise = self.ray_noise(goal, &texels);
         let mut callback = step_progress(self.progress, &phase);
         let outcome = self.progress.time_phase("solve", || {
-            receive_sky(self.scene, &mut mesh, goal as f32, &mut callback)?;
-            match self.follows_rays() {
-                true => solve_by_rays(self.scene, &mesh, noise as f32, &mut callback),
-                false => solve_with_links(self.scene, &mesh, &off, budget, self.method, &mut callback),
+            if self.follows_rays() {
+                return solve_by_rays(self.scene, &mut mesh, noise as f32, &mut callback);
             }
+            let mut outside = step_progress(self.progress, "light from outside");
+            receive_sky(self.scene, &mut mesh, goal as f32, &mut outside)?;
+            solve_with_links(self.scene, &mesh, &off, budget, self.method, &mut callback)
         })?;
         Ok(SolveStep::new(texels, mesh, outcome))
     }
@@ -163,8 +187,13 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
             return None;
         }
         let filled = resolve_variation(self.scene, last, (change.channel, change.scale), error);
-        (filled != last.resolutions && count_texels(&filled) <= MAX_RESULT_TEXELS).then_some(filled)
+        is_result(&filled, &last.resolutions).then_some(filled)
     }
+}
+
+/// Returns whether another step follows the `last`, on the texels that light needs.
+pub(super) fn is_result(filled: &[[u32; 2]], last: &[[u32; 2]]) -> bool {
+    filled != last && count_texels(filled) <= MAX_RESULT_TEXELS
 }
 
 /// Replaces the warnings' advice by advice for a solve to an error.
@@ -185,7 +214,7 @@ pub fn adapt_advice(mut warnings: Vec<Warning>) -> Vec<Warning> {
 }
 
 /// Converts the last step to the requested texels.
-fn resample_result(
+pub(super) fn resample_result(
     scene: &Scene,
     settings: &Settings,
     target: ErrorTarget,
@@ -208,15 +237,14 @@ fn resample_result(
     }
     let mut irradiance = light(&step.outcome.irradiance);
     weight_by_reflectance(scene, &step, &mesh, &mut irradiance);
-    let outcome = HierarchicalSolution {
+    let outcome = TexelSolution {
         irradiance,
         residual: light(&step.outcome.residual),
         open: open.iter().map(|open| open.x).collect(),
-        coarse_error: Vec::new(),
-        variance: Vec::new(),
         links: step.outcome.links,
         passes: step.outcome.passes,
         converged: step.outcome.converged,
+        ..TexelSolution::default()
     };
     shot_log::set_open_shares(&mut mesh, &outcome);
     let run = shot_log::record_run(&mesh, &outcome, &shot_log::measure_escape(&step.mesh, &step.outcome));
@@ -251,17 +279,10 @@ fn weight_by_reflectance(scene: &Scene, step: &SolveStep, mesh: &Mesh, irradianc
 /// most, since texels as large as their faces would be the same in both steps and their error would not show; and twice
 /// again where light varies within them.
 fn resolve_small_faces(scene: &Scene, first: &SolveStep, error: f64, follow_light: bool) -> Vec<[u32; 2]> {
-    let ends = first_texels(&first.resolutions);
-    let light = |(f, face): (usize, &Face)| {
-        let own = &first.reflected[ends[f]..ends[f + 1]];
-        own.iter().map(|b| *b * *b).sum::<DVec3>() * face.area() / own.len() as f64
-    };
-    let light: Vec<DVec3> = scene.faces.iter().enumerate().map(light).collect();
-    let all: DVec3 = light.iter().sum();
-    let channel = all.max_position();
-    let by_channel: Vec<f64> = light.iter().map(|light| light[channel]).collect();
-    let varied = match follow_light && all[channel] > 0.0 {
-        true => resolve_variation(scene, first, (channel, 1.0 / all[channel]), error),
+    let (by_channel, channel) = brightest_channel(scene, first);
+    let all: f64 = by_channel.iter().sum();
+    let varied = match follow_light && all > 0.0 {
+        true => resolve_variation(scene, first, (channel, 1.0 / all), error),
         false => first.resolutions.clone(),
     };
     let mut resolutions = first.resolutions.clone();
@@ -278,10 +299,33 @@ fn resolve_small_faces(scene: &Scene, first: &SolveStep, error: f64, follow_ligh
     resolutions
 }
 
-/// Returns texels for which the light varies little within each texel. The squared variation within
-/// a texel is taken as half of that within four texels that make up a larger one. At a shadow's edge this is
-/// exact; for a linear slope it is too much.
+/// Returns ∫ (ρH)² dA of each face in the channel in which the scene reflects most, and that channel.
+pub(super) fn brightest_channel(scene: &Scene, step: &SolveStep) -> (Vec<f64>, usize) {
+    let ends = first_texels(&step.resolutions);
+    let light = |(f, face): (usize, &Face)| {
+        let own = &step.reflected[ends[f]..ends[f + 1]];
+        own.iter().map(|b| *b * *b).sum::<DVec3>() * face.area() / own.len() as f64
+    };
+    let light: Vec<DVec3> = scene.faces.iter().enumerate().map(light).collect();
+    let channel = light.iter().sum::<DVec3>().max_position();
+    (light.iter().map(|light| light[channel]).collect(), channel)
+}
+
+/// Returns texels for which the light varies little within each texel.
 fn resolve_variation(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64), error: f64) -> Vec<[u32; 2]> {
+    let within = variation_within_texels(scene, step, (channel, scale));
+    halve_varied(&scene.faces, &step.resolutions, &within, error)
+}
+
+/// Halves the texels of the faces `within` whose texels the light varies much.
+pub(super) fn halve_varied(faces: &[Face], texels: &[[u32; 2]], within: &[f64], error: f64) -> Vec<[u32; 2]> {
+    let unresolved = (MAX_VARIATION_PER_ERROR * error).powi(2);
+    halve_largest(faces, texels, within, unresolved, |_, texels| texels < MAX_FACE_TEXELS)
+}
+
+/// Returns the squared variation of the light within the texels of each face: half of that within four texels that make up a
+/// larger one. At a shadow's edge this is exact; for a linear slope it is too much.
+pub(super) fn variation_within_texels(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64)) -> Vec<f64> {
     let first = first_texels(&step.resolutions);
     let order = step.mesh.texels_in_face_order();
     let mut within = Vec::with_capacity(scene.faces.len());
@@ -306,10 +350,7 @@ fn resolve_variation(scene: &Scene, step: &SolveStep, (channel, scale): (usize, 
         let sum: f64 = own.iter().zip(&coarse).map(off).sum();
         within.push(0.5 * sum * scale * face.area() / f64::from(texel_count(fine)));
     }
-    let unresolved = (MAX_VARIATION_PER_ERROR * error).powi(2);
-    halve_largest(&scene.faces, &step.resolutions, &within, unresolved, |_, texels| {
-        texels < MAX_FACE_TEXELS
-    })
+    within
 }
 
 /// A problem that can be solved in steps of increasing resolution.
@@ -350,23 +391,10 @@ pub trait AdaptiveProblem {
 /// Errors: [`Error::Interrupted`] before the first step is done.
 pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Result<(S::StepResult, ErrorHistory)> {
     let scene = problem.scene();
-    let width = first_texel_width(scene)?;
     let requested = |f: usize| problem.requested_texels(f);
-    let keep_fixed = |texels: &mut [[u32; 2]]| {
-        for (f, own) in texels.iter_mut().enumerate() {
-            *own = problem.fixed_texels(f).unwrap_or(*own);
-        }
-    };
     let mut history = ErrorHistory::default();
     let mut goal = error;
-    let mut texels = choose_first(scene, &requested, width);
-    keep_fixed(&mut texels);
-    let mut last = problem.solve_step(texels, goal, None)?;
-    texels = choose_second(scene, &requested, width, &last.as_ref().resolutions);
-    keep_fixed(&mut texels);
-    for (own, least) in texels.iter_mut().zip(problem.least_resolution(&last)) {
-        *own = [0, 1].map(|k| own[k].max(least[k]));
-    }
+    let (mut last, mut texels) = solve_first_step(problem, error)?;
     let may_refine = |f: usize| problem.fixed_texels(f).is_none();
     for k in 1..MAX_STEPS {
         let texels_now = count_texels(&texels);
@@ -407,11 +435,34 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
     Ok((last, history))
 }
 
+/// Solves the first step, to `error`, and chooses the texels of the second.
+///
+/// Errors: [`Error::Interrupted`].
+pub(super) fn solve_first_step<S: AdaptiveProblem>(problem: &S, error: f64) -> Result<(S::StepResult, Vec<[u32; 2]>)> {
+    let scene = problem.scene();
+    let width = first_texel_width(scene)?;
+    let requested = |f: usize| problem.requested_texels(f);
+    let keep_fixed = |texels: &mut [[u32; 2]]| {
+        for (f, own) in texels.iter_mut().enumerate() {
+            *own = problem.fixed_texels(f).unwrap_or(*own);
+        }
+    };
+    let mut texels = choose_first(scene, &requested, width);
+    keep_fixed(&mut texels);
+    let first = problem.solve_step(texels, error, None)?;
+    texels = choose_second(scene, &requested, width, &first.as_ref().resolutions);
+    keep_fixed(&mut texels);
+    for (own, least) in texels.iter_mut().zip(problem.least_resolution(&first)) {
+        *own = [0, 1].map(|k| own[k].max(least[k]));
+    }
+    Ok((first, texels))
+}
+
 /// Returns a callback that reports a step's progress and breaks on an interruption.
 pub fn step_progress<'a>(progress: &'a ProgressMonitor, phase: &'a str) -> impl FnMut(f64) -> ControlFlow<()> + 'a {
     move |done| {
         if is_interrupted() {
-            progress.stop();
+            progress.mark_stopped();
             return ControlFlow::Break(());
         }
         progress.report_share(phase, done)

@@ -8,6 +8,7 @@ use common::polygon::clip_by_plane;
 use common::scene::Face;
 use glam::DVec3;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Faces count as facing each other if the cosine between their normals is at most this (154°).
 const MAX_FACING_COSINE: f64 = -0.9;
@@ -87,23 +88,94 @@ pub fn limit_texel_widths(
 }
 
 /// Calls `pair` with two faces and the distance of their boxes, for all ordered pairs whose distance is at
-/// most `reach` of either face. Sweeps along x.
+/// most `reach` of either face.
 fn visit_near_pairs(faces: &[Face], reach: &[f64], mut pair: impl FnMut(usize, usize, f64)) {
-    let boxes: Vec<[DVec3; 2]> = faces.iter().map(bounding_box).collect();
     // Each face reaches as far as its own texels are wide, so a fine mesh in a coarse room has few pairs.
-    let from = |f: usize| boxes[f][0].x - reach[f];
-    let mut order: Vec<usize> = (0..faces.len()).collect();
-    order.sort_by(|a, b| from(*a).total_cmp(&from(*b)));
-    for (k, a) in order.iter().enumerate() {
-        let end = boxes[*a][1].x + reach[*a];
-        let next = order[k + 1..].iter();
-        for b in next.take_while(|b| from(**b) <= end) {
-            let distance = box_distance(&boxes[*a], &boxes[*b]);
-            if distance <= reach[*a].max(reach[*b]) {
-                pair(*a, *b, distance);
-                pair(*b, *a, distance);
+    let tree = BoxTree::new(faces, reach);
+    let mut pending: Vec<[usize; 2]> = tree.nodes.first().map(|_| [0, 0]).into_iter().collect();
+    while let Some([a, b]) = pending.pop() {
+        let [one, other] = [a, b].map(|k| &tree.nodes[k]);
+        if box_distance(&one.bounds, &other.bounds) > one.reach.max(other.reach) {
+            continue;
+        }
+        match (one.children, other.children) {
+            (Some([c, d]), _) if a == b => pending.extend([[c, c], [c, d], [d, d]]),
+            (Some([c, d]), _) if one.faces.len() >= other.faces.len() => pending.extend([[c, b], [d, b]]),
+            (_, Some([c, d])) => pending.extend([[a, c], [a, d]]),
+            (Some([c, d]), None) => pending.extend([[c, b], [d, b]]),
+            (None, None) => {
+                for k in one.faces.clone() {
+                    let first = if a == b { k + 1 } else { other.faces.start };
+                    for n in first..other.faces.end {
+                        let [f, g] = [tree.order[k], tree.order[n]];
+                        let distance = box_distance(&tree.boxes[f], &tree.boxes[g]);
+                        if distance <= reach[f].max(reach[g]) {
+                            pair(f, g, distance);
+                            pair(g, f, distance);
+                        }
+                    }
+                }
             }
         }
+    }
+}
+
+/// Most faces of a node without children.
+const MAX_LEAF_FACES: usize = 4;
+
+/// A binary tree over the boxes of faces.
+struct BoxTree {
+    boxes: Vec<[DVec3; 2]>,
+    /// Faces, node by node.
+    order: Vec<usize>,
+    nodes: Vec<BoxNode>,
+}
+
+/// A node with the box and the largest reach of its faces.
+struct BoxNode {
+    bounds: [DVec3; 2],
+    reach: f64,
+    faces: Range<usize>,
+    children: Option<[usize; 2]>,
+}
+
+impl BoxTree {
+    fn new(faces: &[Face], reach: &[f64]) -> Self {
+        let mut tree = Self {
+            boxes: faces.iter().map(bounding_box).collect(),
+            order: (0..faces.len()).collect(),
+            nodes: Vec::with_capacity(faces.len()),
+        };
+        if !faces.is_empty() {
+            tree.add_node(0..faces.len(), reach);
+        }
+        tree
+    }
+
+    /// Adds the node over `faces` of the order and all below it, and returns its number.
+    fn add_node(&mut self, faces: Range<usize>, reach: &[f64]) -> usize {
+        let own = self.order[faces.clone()].iter();
+        let low = own.clone().fold(DVec3::INFINITY, |low, f| low.min(self.boxes[*f][0]));
+        let high = own
+            .clone()
+            .fold(DVec3::NEG_INFINITY, |high, f| high.max(self.boxes[*f][1]));
+        let number = self.nodes.len();
+        self.nodes.push(BoxNode {
+            bounds: [low, high],
+            reach: own.map(|f| reach[*f]).fold(0.0, f64::max),
+            faces: faces.clone(),
+            children: None,
+        });
+        if faces.len() > MAX_LEAF_FACES {
+            let axis = (high - low).max_position();
+            let middle = faces.len() / 2;
+            let place = |f: &usize| self.boxes[*f][0][axis] + self.boxes[*f][1][axis];
+            let by_place = |a: &usize, b: &usize| place(a).total_cmp(&place(b));
+            self.order[faces.clone()].select_nth_unstable_by(middle, by_place);
+            let halves = [faces.start..faces.start + middle, faces.start + middle..faces.end];
+            self.nodes[number].children = Some(halves.map(|half| self.add_node(half, reach)));
+        }
+        number
     }
 }
 

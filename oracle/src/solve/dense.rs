@@ -82,10 +82,8 @@ fn converged_run(mesh: &Mesh, matrix: &Matrix, emission: &[DVec3], answer: &dens
         shots: shot_log::texel_shots(mesh, matrix, emission, answer),
         emitted: emission.iter().zip(&matrix.areas).map(power).sum::<f64>() as f32,
         converged: true,
-        stagnated: false,
-        passes: 0,
-        shooters: 0,
         field,
+        ..SolveRun::default()
     }
 }
 

@@ -5,6 +5,7 @@ pub mod adaptive;
 mod adjacency;
 pub mod dense;
 pub mod error_estimate;
+pub mod forecast;
 pub mod gpu_linker;
 pub mod interrupt;
 pub mod plausibility;

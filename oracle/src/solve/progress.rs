@@ -30,7 +30,7 @@ impl<'a> ProgressMonitor<'a> {
     pub fn report_share(&self, phase: &str, done: f64) -> ControlFlow<()> {
         let flow = (self.callback)(phase, done);
         if flow.is_break() {
-            self.stop();
+            self.mark_stopped();
         }
         flow
     }
@@ -51,7 +51,7 @@ impl<'a> ProgressMonitor<'a> {
     }
 
     /// Marks the work as stopped.
-    pub fn stop(&self) {
+    pub fn mark_stopped(&self) {
         self.stopped.set(true);
     }
 

@@ -5,7 +5,7 @@
 //! r = E + ρKB − B      e = r + ρKr + (ρK)²r + …      B + e solves the equation
 //! ```
 
-use super::interrupt::is_interrupted;
+use super::adaptive::step_progress;
 use super::progress::ProgressMonitor;
 use crate::diff::Diff;
 use common::cover::sample_covers;
@@ -16,9 +16,8 @@ use common::solution::StoredSolution;
 use common::{Error, Result};
 use cpu::hierarchy::residual::{GatheredResidual, gather_residual};
 use cpu::hierarchy::shot_log;
-use cpu::hierarchy::solver::{ErrorBudget, HierarchicalSolution};
+use cpu::hierarchy::solver::{ErrorBudget, TexelSolution};
 use glam::{DVec3, Vec3};
-use std::ops::ControlFlow;
 
 /// Relative error of the gathered light; a smaller residual cannot be distinguished from 0.
 pub const GATHER_ERROR: f32 = 0.005;
@@ -72,19 +71,9 @@ pub fn judge_result(stored: &StoredSolution, scene: Option<Scene>, progress: &Pr
         reflected[*k] = value.as_vec3();
     }
     let gathered = progress.time_phase("solve", || {
-        let mut callback = |done| {
-            if is_interrupted() {
-                return ControlFlow::Break(());
-            }
-            progress.report_share("gathering", done)
-        };
-        gather_residual(
-            &truth.scene,
-            &mesh,
-            &reflected,
-            ErrorBudget::for_error(GATHER_ERROR),
-            &mut callback,
-        )
+        let budget = ErrorBudget::for_error(GATHER_ERROR);
+        let mut callback = step_progress(progress, "gathering");
+        gather_residual(&truth.scene, &mesh, &reflected, budget, &mut callback)
     })?;
     let (mut squares, mut light) = (DVec3::ZERO, DVec3::ZERO);
     for (n, k) in order.iter().enumerate() {
@@ -143,15 +132,12 @@ fn energy_balance(
         irradiance[k] = of("irradiance").unwrap_or(own);
         residual[k] = of("residual").unwrap_or_default();
     }
-    let outcome = HierarchicalSolution {
+    let outcome = TexelSolution {
         irradiance,
         residual,
         open: gathered.open.clone(),
-        coarse_error: Vec::new(),
-        variance: Vec::new(),
-        links: 0,
-        passes: 0,
         converged: true,
+        ..TexelSolution::default()
     };
     shot_log::set_open_shares(mesh, &outcome);
     let run = shot_log::record_run(mesh, &outcome, &shot_log::measure_escape(mesh, &outcome));

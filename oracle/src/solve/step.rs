@@ -4,7 +4,7 @@ use super::resolution::resample_face;
 use common::mesh::Mesh;
 use common::scene::Face;
 use common::texel::first_texels;
-use cpu::hierarchy::solver::HierarchicalSolution;
+use cpu::hierarchy::solver::TexelSolution;
 use glam::{DVec3, Vec3};
 
 /// One step of an adaptive solve.
@@ -14,7 +14,7 @@ pub struct SolveStep {
     /// The texels with their ρ and E.
     pub mesh: Mesh,
     /// The hierarchical solution.
-    pub outcome: HierarchicalSolution,
+    pub outcome: TexelSolution,
     /// ρH of each texel, in face order.
     pub reflected: Vec<DVec3>,
     /// B of each texel, in face order.
@@ -25,7 +25,7 @@ pub struct SolveStep {
 
 impl SolveStep {
     /// Makes a step from `outcome` on `mesh`: B = E + ρH.
-    pub fn new(resolutions: Vec<[u32; 2]>, mesh: Mesh, outcome: HierarchicalSolution) -> Self {
+    pub fn new(resolutions: Vec<[u32; 2]>, mesh: Mesh, outcome: TexelSolution) -> Self {
         let reflected = |k: usize| (mesh.texels[k].reflectance * outcome.irradiance[k]).as_dvec3();
         let order = mesh.texels_in_face_order();
         let radiosity = |k: &usize| mesh.texels[*k].emission.as_dvec3() + reflected(*k);
@@ -41,6 +41,24 @@ impl SolveStep {
             mesh,
             outcome,
         }
+    }
+
+    /// Returns the RMS noise of B over the RMS of ρH, in the worst channel.
+    pub fn relative_noise(&self) -> f64 {
+        let (mut noise, mut light) = (DVec3::ZERO, DVec3::ZERO);
+        for (n, k) in self.mesh.texels_in_face_order().into_iter().enumerate() {
+            let area = f64::from(self.mesh.texels[k].area);
+            noise += self.variance[n] * area;
+            light += self.reflected[n] * self.reflected[n] * area;
+        }
+        let share = |c: usize| {
+            if noise[c] > 0.0 {
+                (noise[c] / light[c]).sqrt()
+            } else {
+                0.0
+            }
+        };
+        share(0).max(share(1)).max(share(2))
     }
 
     /// Replaces B of each texel, given in the mesh's order. (E of a captured wall is B₀ − ρH₀, and may change

@@ -62,7 +62,7 @@ impl SolveTask for Scene {
         let mesh = progress.time_phase("prepare", || {
             sampled_mesh_until(self, &settings.meshing, &is_interrupted)
         });
-        let mut mesh = mesh.inspect_err(|_| progress.stop())?;
+        let mut mesh = mesh.inspect_err(|_| progress.mark_stopped())?;
         let mut callback = step_progress(progress, "light from outside");
         progress.time_phase("prepare", || receive_sky(self, &mut mesh, SKY_ERROR, &mut callback))?;
         let mut engine = progress.time_phase("prepare", || solver.create_engine(&mesh, &settings.transport))?;

@@ -80,9 +80,6 @@ fn warn_of_estimate(estimate: &ErrorEstimate) -> Option<Warning> {
     if estimate.upper <= WARNING_LIMIT {
         return None;
     }
-    if is_from_steps(estimate) {
-        return warn_of_largest_part(estimate);
-    }
     let worst = |a: &&ErrorPart, b: &&ErrorPart| a.error.total_cmp(&b.error);
     let part = estimate.parts.iter().max_by(worst)?;
     let (code, why) = match part.cause {
@@ -102,21 +99,6 @@ fn warn_of_estimate(estimate: &ErrorEstimate) -> Option<Warning> {
             WarningCode::Texels,
             "light or shadow varies within texels: use more --texels",
         ),
-        // Other causes have warnings of their own, or belong to adaptive solves.
-        _ => return None,
-    };
-    Some(Warning {
-        code,
-        faces: part.faces.clone(),
-        message: format!("may be {:.1} % off: {why}", 100.0 * estimate.upper),
-    })
-}
-
-/// Warns of an adaptive solve by the largest part of its error.
-fn warn_of_largest_part(estimate: &ErrorEstimate) -> Option<Warning> {
-    let worst = |a: &&ErrorPart, b: &&ErrorPart| a.error.total_cmp(&b.error);
-    let part = estimate.parts.iter().max_by(worst)?;
-    let (code, why) = match part.cause {
         ErrorCause::Refinement => (
             WarningCode::Texels,
             "the last refinement still changed the result by about this much",
@@ -125,7 +107,7 @@ fn warn_of_largest_part(estimate: &ErrorEstimate) -> Option<Warning> {
             WarningCode::Closure,
             "links lose or add light: ask for a smaller --error",
         ),
-        // The other parts have warnings of their own.
+        // The other causes have warnings of their own.
         _ => return None,
     };
     Some(Warning {

@@ -108,7 +108,7 @@ pub fn run(arguments: &ChartArguments) -> Result<Outcome> {
     for scene in scenes.iter().take_while(|_| !is_interrupted()) {
         charts.push(measure_scene(arguments, scene, gpu.as_ref(), &peers, &mut store)?);
     }
-    if charts.iter().all(|chart| chart.points().next().is_none()) && is_interrupted() {
+    if charts.iter().all(|chart| chart.iterate_points().next().is_none()) && is_interrupted() {
         return Err(Error::Interrupted);
     }
     let json = format!("{:#}\n", chart_json(&charts));
@@ -224,12 +224,15 @@ fn measure_scene(
 
 fn print_summary(chart: &SceneChart) {
     let (scene, missing) = (&chart.scene, chart.count_missing());
-    let points = chart.points().count();
-    let failed = chart.points().filter(|point| point.figures().is_none()).count();
+    let points = chart.iterate_points().count();
+    let failed = chart
+        .iterate_points()
+        .filter(|point| point.solve_figures().is_none())
+        .count();
     message!("{scene}: {points} points, {failed} failed, {missing} not measured");
     for set in &chart.sets {
         message!("{scene}: truth: {}", set.truth);
-        for (name, points) in set.curves() {
+        for (name, points) in set.split_by_curve() {
             let order = set
                 .curve_order(points)
                 .map_or("–".into(), |order| format!("{order:.2}"));

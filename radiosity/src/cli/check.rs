@@ -38,7 +38,7 @@ pub fn run(arguments: &CheckArguments) -> Result<Outcome> {
     let progress = Progress::new(name);
     let show = |phase: &str, done| progress.show_phase(phase, done);
     let judged = judge_result(&stored, scene, &ProgressMonitor::new(&show))?;
-    progress.clear();
+    progress.remove_bar();
     let JudgedResult { truth, diff, .. } = &judged;
     for note in &diff.notes {
         message!("note: {note}");

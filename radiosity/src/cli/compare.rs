@@ -66,7 +66,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         let progress = Progress::new(&scene.name);
         let show = |phase: &str, done| progress.show_phase(phase, done);
         let judged = compare_presets(scene, &selection, &gpu, &[], &ProgressMonitor::new(&show));
-        progress.clear();
+        progress.remove_bar();
         if is_interrupted() {
             message!(
                 "interrupted: the report holds the {} scenes compared by then",
@@ -108,7 +108,7 @@ fn select_presets(arguments: &CompareArguments, scene: &Scene) -> PresetSelectio
         error: error.unwrap_or(common.quality_error()),
         texels: Some(solve.meshing.texels),
     };
-    if error.is_some() || (common.quality.is_some() && !arguments.shoots()) {
+    if error.is_some() || (common.quality.is_some() && !arguments.has_shooting_options()) {
         return PresetSelection::ToError(target, solve);
     }
     // Texels, ε, shots and pixels apply to any method.
@@ -131,7 +131,7 @@ fn select_presets(arguments: &CompareArguments, scene: &Scene) -> PresetSelectio
 
 impl CompareArguments {
     /// Returns true if an option of shooting is given.
-    fn shoots(&self) -> bool {
+    fn has_shooting_options(&self) -> bool {
         self.shooting != ShootingOptions::default() || self.passes != PassOptions::default()
     }
 }
@@ -140,7 +140,7 @@ impl CompareArguments {
 fn solve_without_adapter(arguments: &CompareArguments, error: Error) -> Error {
     message!("note: {error}; each scene is only solved, on the CPU");
     let target = arguments.error.unwrap_or(arguments.common.quality_error());
-    let method = match arguments.shoots() {
+    let method = match arguments.has_shooting_options() {
         true => JobMethod::Shooting(&arguments.shooting, &arguments.passes),
         false => JobMethod::ToError(target),
     };

@@ -1,6 +1,7 @@
 //! `--object FILE [--scale S] [--turn DEG] [--place X,Y,Z] [--reflectance R,G,B]`, any number of times: the options after
 //! an object apply to it; a turn or a reflectance before the first object is the room's.
 
+use super::options::parse_number;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use common::Result;
 use common::import::{ImportOptions, load_scene};
@@ -168,17 +169,11 @@ pub fn parse_camera(text: &str) -> std::result::Result<[f64; 7], String> {
 }
 
 fn parse_scale(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(format!("{text} is not above 0")),
-    }
+    parse_number(text, |x| x.is_finite() && x > 0.0, "above 0")
 }
 
 fn parse_turn(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("{text} is not a number of degrees")),
-    }
+    parse_number(text, f64::is_finite, "a number of degrees")
 }
 
 /// Parses R,G,B, each in 0 ≤ ρ < 1.

@@ -158,11 +158,14 @@ pub fn parse_error(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
+/// Parses a number that `fits`; the message says that it `is_not`.
+pub fn parse_number(text: &str, fits: impl Fn(f64) -> bool, is_not: &str) -> std::result::Result<f64, String> {
+    let number = text.parse().ok().filter(|x| fits(*x));
+    number.ok_or_else(|| format!("{text} is not {is_not}"))
+}
+
 fn parse_epsilon(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
-        _ => Err(format!("{text} is not in 0 < X ≤ 1")),
-    }
+    parse_number(text, |x| x > 0.0 && x <= 1.0, "in 0 < X ≤ 1")
 }
 
 impl ShootingOptions {

@@ -4,7 +4,7 @@ use super::console::output;
 use super::progress::Progress;
 use crate::plan::SceneCounts;
 use crate::plan::forecast::forecast_solve;
-use crate::plan::memory::{check_memory, format_bytes, memory_limit, solve_bytes};
+use crate::plan::memory::{adaptive_bytes, check_memory, format_bytes, memory_limit, solve_bytes};
 use crate::report::format::{format_count, format_duration};
 use common::Result;
 use common::scene::Scene;
@@ -14,8 +14,8 @@ use serde_json::json;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Largest factor, either way, between the time and its forecast.
-const TIME_UNCERTAINTY: f64 = 3.0;
+/// Largest factor, either way, between the time and its forecast: of shooting, and of a solve to an error.
+const TIME_UNCERTAINTY: [f64; 2] = [3.0, 2.0];
 /// Seconds after which the cheaper solve of a forecast is stopped.
 const MAX_TRIAL_SECONDS: f64 = 20.0;
 
@@ -53,10 +53,12 @@ pub fn print_plan(scene: &Scene, settings: &Settings, solver: SolverChoice, in_j
         let [patches, links] = [counts.patches, counts.link_count()].map(format_count);
         size += &format!(", {patches} patches; {links} links of {} samples", counts.samples);
     }
+    let describe_memory = |least: &str, bytes: u64| {
+        let [needed, usable] = [bytes, limit.0].map(format_bytes);
+        format!("{least}{needed} ({usable} {})", limit.1)
+    };
     let least = if chosen { "at least " } else { "" };
-    let [needed, usable] = [bytes, limit.0].map(format_bytes);
-    let memory = format!("{least}{needed} ({usable} {})", limit.1);
-    let mut lines = vec![("size", size), ("memory", memory)];
+    let mut lines = vec![("size", size), ("memory", describe_memory(least, bytes))];
     if let Err(error) = check_memory(scene, settings, solver, limit) {
         plan["refused"] = error.to_string().into();
         lines.push(("refused", error.to_string()));
@@ -68,20 +70,37 @@ pub fn print_plan(scene: &Scene, settings: &Settings, solver: SolverChoice, in_j
             false => progress.show_phase(phase, done),
         };
         let ahead = forecast_solve(scene, settings, solver, &show)?;
-        progress.clear();
-        let expected = ahead.trial_seconds * ahead.work_ratio;
-        let range = [expected, expected / TIME_UNCERTAINTY, expected * TIME_UNCERTAINTY];
+        progress.remove_bar();
+        let expected = ahead.seconds;
+        let factor = TIME_UNCERTAINTY[usize::from(target.is_some())];
+        let range = [expected, expected / factor, expected * factor];
         let (trial, spent) = (&ahead.trial, format_duration(ahead.trial_seconds));
         let time = if ahead.stopped {
             plan["seconds"] = json!({ "least": expected });
             let expected = format_duration(expected);
-            format!("more than {expected} (a solve {trial} was not done in {spent})")
+            format!("more than {expected} ({trial} was not done in {spent})")
         } else {
             plan["seconds"] = json!({ "expected": range[0], "least": range[1], "most": range[2] });
             let [expected, least, most] = range.map(format_duration);
-            format!("about {expected}, between {least} and {most} (a solve {trial} took {spent})")
+            format!("about {expected}, between {least} and {most} ({trial} took {spent})")
         };
         plan["shots"] = ahead.shots.into();
+        if let Some([texels, rays]) = ahead.kept {
+            let bytes = adaptive_bytes(counts.faces, [texels, rays]);
+            (plan["rays"], plan["bytes"]) = (rays.into(), bytes.into());
+            if chosen {
+                plan["texels"] = texels.into();
+                lines[0].1 = format!(
+                    "{} faces, about {} texels",
+                    format_count(counts.faces),
+                    format_count(texels)
+                );
+            }
+            if rays > 0 {
+                lines[0].1 += &format!(", about {} rays", format_count(rays));
+            }
+            lines[1].1 = describe_memory("about ", bytes);
+        }
         lines.push(("time", time));
     }
     if in_json {

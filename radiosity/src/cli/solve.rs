@@ -129,7 +129,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     // Large files take seconds to read. The Ctrl-C handler is not installed yet.
     let _ = progress.show_phase("reading", 0.0);
     let BakedScene { scene, charts, file } = bake.load_scene(&job.scene, &import, &job.lights)?;
-    progress.clear();
+    progress.remove_bar();
     let (device, missing) = open_gpu(solver, common)?;
     let (settings, solver, changed) = choose_settings((solver, method), &scene, common, device.as_ref());
     let mut notes: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
@@ -160,7 +160,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let show = |phase: &str, done| progress.show_phase(phase, done);
     let watch = ProgressMonitor::new(&show);
     let answered = solve_request(&question, &watch)?;
-    progress.clear();
+    progress.remove_bar();
     let fewer = fewer_patches_note(&settings).filter(|_| solver.is_shooting());
     for note in answered.notes.iter().cloned().chain(fewer) {
         message!("note: {note}");

@@ -72,7 +72,7 @@ pub fn run(arguments: &Table4Arguments) -> Result<Outcome> {
     }
     table.shadows = grid.draw_shadows()?;
     write(&table)?;
-    progress.clear();
+    progress.remove_bar();
     message!("wrote {0}/table4.html and {0}/table4.json", out.display());
     Ok(Outcome::Done)
 }

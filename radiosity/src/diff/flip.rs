@@ -4,7 +4,7 @@
 //! It is the maximum LDR-FLIP over a range of exposures determined by the reference. The picture's empty background is
 //! excluded from the range and from the mean.
 
-use crate::report::picture::luminance;
+use crate::report::picture::compute_luminance;
 use flip_rs::{FlipError, HdrOptions, RgbImage, hdr_flip};
 use glam::Vec3;
 
@@ -20,7 +20,7 @@ const MIN_MEDIAN_LUMINANCE: f32 = 1e-6;
 pub fn compare_flip(a: &[Option<Vec3>], b: &[Option<Vec3>], size: u32) -> std::result::Result<f64, FlipError> {
     let brightest = |pixels: &[Option<Vec3>]| {
         let all = pixels.iter().flatten();
-        all.map(|p| luminance(*p)).fold(0.0, f32::max)
+        all.map(|p| compute_luminance(*p)).fold(0.0, f32::max)
     };
     // A black reference determines no exposure.
     let (white, reference) = match brightest(b) {
@@ -45,7 +45,7 @@ pub fn compare_flip(a: &[Option<Vec3>], b: &[Option<Vec3>], size: u32) -> std::r
 
 /// Returns the median luminance of the surfaces, relative to the maximum.
 fn median_luminance(pixels: &[Option<Vec3>], scale: f32) -> f32 {
-    let mut sizes: Vec<f32> = pixels.iter().flatten().map(|p| luminance(*p) * scale).collect();
+    let mut sizes: Vec<f32> = pixels.iter().flatten().map(|p| compute_luminance(*p) * scale).collect();
     sizes.sort_by(f32::total_cmp);
     let median = sizes.get(sizes.len() / 2).copied().unwrap_or(1.0);
     median.clamp(MIN_MEDIAN_LUMINANCE, 1.0)

@@ -4,7 +4,7 @@ use super::flip::compare_flip;
 use crate::report::coarse_solution::{CoarseSolution, drawn_sizes};
 use crate::report::document::{Figure, bold_text};
 use crate::report::format::format_number;
-use crate::report::picture::{Exposure, luminance, weighted_rms};
+use crate::report::picture::{Exposure, compute_luminance, weighted_rms};
 use crate::report::view::camera::Camera;
 use crate::report::view::interpolation::{CarriedLight, InterpolationSurface};
 use crate::report::view::render::ViewHits;
@@ -144,17 +144,19 @@ fn difference_figure(
     (camera, rays): (&Camera, &Rays),
 ) -> Figure {
     let texels = diff.pair.areas.iter().zip(&diff.pair.b);
-    let rms = weighted_rms(texels.map(|(area, value)| (f64::from(luminance(value.as_vec3())), *area)));
+    let rms = weighted_rms(texels.map(|(area, value)| (f64::from(compute_luminance(value.as_vec3())), *area)));
     let hits = ViewHits::new(camera, surface, rays, VIEW_SIDE);
     let reflected = |of: &CoarseSolution| CarriedLight::Reflected.texel_values(&of.mesh, &of.field);
-    let [a, b] = common.each_ref().map(|of| surface.interpolate(&reflected(of)));
+    let [a, b] = common
+        .each_ref()
+        .map(|of| surface.interpolate_irradiance(&reflected(of)));
     let says = format!(
         " · luminance of reflected radiosity, relative to its rms in B ({} W/m²); clipped beyond the range.",
         format_number(rms)
     );
     hits.false_colour_figure("Difference in false colours", bold_text("A − B") + says, |hit| {
         let difference = a.stencil_value(&hit.stencil) - b.stencil_value(&hit.stencil);
-        let size = f64::from(luminance(difference.as_vec3()));
+        let size = f64::from(compute_luminance(difference.as_vec3()));
         if size == 0.0 { 0.0 } else { size / rms }
     })
 }

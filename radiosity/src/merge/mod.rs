@@ -5,7 +5,7 @@ pub mod brackets;
 pub mod page;
 pub mod photographs;
 
-use crate::report::picture::luminance;
+use crate::report::picture::compute_luminance;
 use brackets::{Brackets, CameraResponse, ExposureStep, RadianceMap};
 
 /// Maximum difference between measured and nominal exposure step without a note, in stops. Cameras label 1/64 s as
@@ -15,7 +15,7 @@ const MAX_STEP_DEVIATION: f64 = 0.25;
 /// Returns the ratio of the 99th to the 1st percentile of luminance over the pixels above 0, in stops; none if all
 /// pixels are black.
 pub fn luminance_stops(merged: &RadianceMap) -> Option<f64> {
-    let mut values: Vec<f32> = merged.radiance.iter().map(|v| luminance(*v)).collect();
+    let mut values: Vec<f32> = merged.radiance.iter().map(|v| compute_luminance(*v)).collect();
     values.retain(|value| *value > 0.0);
     values.sort_by(f32::total_cmp);
     let at = |share: f64| values.get((share * values.len() as f64) as usize);

@@ -2,17 +2,19 @@
 
 use super::SceneCounts;
 use super::coarser_defaults::MAX_KEPT_LINKS;
-use common::Result;
+use crate::report::solution_view::RenderedView;
 use common::scene::Scene;
 use common::settings::{Iteration, Settings, Visibility};
+use common::solution::PhaseSeconds;
+use common::{Error, Result};
+use oracle::solve::forecast::{FirstStep, solve_first};
 use oracle::solve::progress::{PhaseCallback, ProgressMonitor};
-use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::solver::SolverChoice;
 use oracle::solve::task::SolveTask;
+use oracle::solve::{SolveAnswer, SolveRequest};
+use std::cell::Cell;
 use std::time::Instant;
 
-/// Error of the cheaper solve. The time of a solve goes with the inverse of its error: five scenes of 17 to 10 133 faces
-/// took 7 to 16 times as long for a tenth of the error.
-const TRIAL_ERROR: f64 = 0.1;
 /// Largest work of the cheaper solve by shooting, in pixels: about a second.
 const MAX_TRIAL_WORK: f64 = 67e6;
 /// Cost of a ray in pixels of an item buffer.
@@ -23,12 +25,16 @@ const PIXELS_PER_RAY: u64 = 16;
 pub struct Forecast {
     /// Shots; none for a solve to an error, or if the cheaper solve was stopped.
     pub shots: Option<f64>,
+    /// Texels and rays that are kept at a time, of a solve to an error.
+    pub kept: Option<[u64; 2]>,
     /// The cheaper solve in words.
     pub trial: String,
     /// Seconds of the cheaper solve.
     pub trial_seconds: f64,
     /// Work of the solve over work of the cheaper one.
     pub work_ratio: f64,
+    /// Seconds of the solve; the least if the cheaper one was stopped.
+    pub seconds: f64,
     /// True if the cheaper solve was stopped: then the solve takes longer.
     pub stopped: bool,
 }
@@ -42,40 +48,97 @@ pub fn forecast_solve(
     solver: SolverChoice,
     show: PhaseCallback,
 ) -> Result<Forecast> {
-    let mut cheaper = *settings;
-    let (trial_solver, trial, mut work_ratio) = match solver.error_target() {
-        Some(target) => {
-            let error = TRIAL_ERROR;
-            let coarse = SolverChoice::to_error(solver.gpu(), ErrorTarget { error, ..target });
-            (coarse, format!("to {} %", 100.0 * error), error / target.error)
-        }
-        None => {
-            cheaper = coarsen_for_trial(scene, settings);
-            let [texels, patches] = [cheaper.meshing.texels, cheaper.meshing.patches];
-            let trial = format!("of {texels}×{texels} texels and {patches}×{patches} patches a face");
-            (solver, trial, count_work(scene, settings) / count_work(scene, &cheaper))
-        }
-    };
+    if solver.error_target().is_some() {
+        return forecast_from_first_step(scene, settings, solver, show);
+    }
+    let cheaper = coarsen_for_trial(scene, settings);
+    let [texels, patches] = [cheaper.meshing.texels, cheaper.meshing.patches];
+    let mut work_ratio = count_work(scene, settings) / count_work(scene, &cheaper);
     let watch = ProgressMonitor::new(show);
     let start = Instant::now();
-    let solved = scene.solve_once(&cheaper, trial_solver, &watch);
+    let solved = scene.solve_once(&cheaper, solver, &watch);
     let trial_seconds = start.elapsed().as_secs_f64();
     let mut shots = None;
     if !watch.is_stopped() {
         let patches = |settings: &Settings| SceneCounts::new(scene, &settings.meshing).patches as f64;
         let whole = solved?.run.shooters as f64 * patches(settings) / patches(&cheaper);
-        if solver.is_shooting() {
-            let most = whole.min(settings.schedule.max_shots.into());
-            work_ratio *= most / whole.max(1.0);
-            shots = Some(most);
-        }
+        let most = whole.min(settings.schedule.max_shots.into());
+        work_ratio *= most / whole.max(1.0);
+        shots = Some(most);
     }
     Ok(Forecast {
         shots,
-        trial,
+        kept: None,
+        trial: format!("a solve of {texels}×{texels} texels and {patches}×{patches} patches a face"),
         trial_seconds,
         work_ratio,
+        seconds: trial_seconds * work_ratio,
         stopped: watch.is_stopped(),
+    })
+}
+
+/// Forecasts a solve to an error from its first step, of which it also makes the views.
+fn forecast_from_first_step(
+    scene: &Scene,
+    settings: &Settings,
+    solver: SolverChoice,
+    show: PhaseCallback,
+) -> Result<Forecast> {
+    let start = Instant::now();
+    // When the solving was first and last reported: before and between is what each step prepares.
+    let reported: Cell<[Option<f64>; 2]> = Cell::default();
+    let timed = |phase: &str, done: f64| {
+        let now = Some(start.elapsed().as_secs_f64());
+        reported.set([reported.get()[0].or(now), now]);
+        show(phase, done)
+    };
+    let watch = ProgressMonitor::new(&timed);
+    let mut forecast = Forecast {
+        shots: None,
+        kept: None,
+        trial: "its first step".into(),
+        trial_seconds: 0.0,
+        work_ratio: 1.0,
+        seconds: 0.0,
+        stopped: false,
+    };
+    let first = solve_first(scene, settings, solver, &watch);
+    forecast.trial_seconds = start.elapsed().as_secs_f64();
+    forecast.seconds = forecast.trial_seconds;
+    let first = match first {
+        Err(Error::Interrupted) => None,
+        first => first?,
+    };
+    let Some(FirstStep {
+        solved,
+        texels,
+        rays,
+        work_ratio,
+    }) = first
+    else {
+        return Ok(Forecast {
+            stopped: true,
+            ..forecast
+        });
+    };
+    let request = SolveRequest {
+        task: scene,
+        settings,
+        solver,
+    };
+    let answer = SolveAnswer {
+        solved,
+        warnings: Vec::new(),
+        estimate: None,
+        notes: Vec::new(),
+    };
+    RenderedView::new(&answer.to_solution(&request, &[], PhaseSeconds::default()), None)?;
+    let [prepared, done] = reported.get().map(Option::unwrap_or_default);
+    Ok(Forecast {
+        kept: Some([texels, rays]),
+        seconds: start.elapsed().as_secs_f64() + prepared + (work_ratio - 1.0) * (done - prepared),
+        work_ratio,
+        ..forecast
     })
 }
 

@@ -22,6 +22,12 @@ const ESTIMATE_BYTES_PER_TEXEL: usize = 240;
 const PROGRAM_BYTES: u64 = 12 << 20;
 /// Bytes of a solve to an error per texel, with its nodes, blocks and links.
 const ADAPTIVE_BYTES_PER_TEXEL: u64 = 2000;
+/// Bytes of a solve to an error beside its records: the program's code and threads. Measured with its pictures: 75 MB.
+const ADAPTIVE_PROGRAM_BYTES: u64 = 40 << 20;
+/// Bytes of a solve by rays per texel, and per texel of its answer with its files. Measured: 300 and 400 bytes.
+const RAY_BYTES_PER_TEXEL: [u64; 2] = [300, 400];
+/// Bytes of a ray that is kept.
+const BYTES_PER_RAY: u64 = 4;
 /// Bytes of a relight beside its texels, the pictures among them. Measured: 150 MB.
 const RELIGHT_BYTES: u64 = 150 << 20;
 /// Bytes of a relight per texel, by shooting and to an error. Measured: 1 kB, and 3 to 9 kB.
@@ -87,6 +93,20 @@ pub fn solve_bytes(scene: &Scene, settings: &Settings, solver: SolverChoice) -> 
     let shooting = sum(state.saturating_add(links), &mesh);
     let scene = PROGRAM_BYTES.saturating_add(faces.saturating_mul(BYTES_PER_FACE));
     scene.saturating_add(shooting.max(sum(PREVIEW_BYTES, &estimate)))
+}
+
+/// Returns the largest number of bytes that a solve to an error uses at one time, which ends on these `texels` of `faces`
+/// and keeps `rays`; without rays it keeps links.
+pub fn adaptive_bytes(faces: u64, [texels, rays]: [u64; 2]) -> u64 {
+    let [solved, written] = RAY_BYTES_PER_TEXEL.map(|bytes| texels.saturating_mul(bytes));
+    let most = match rays {
+        0 => texels
+            .saturating_mul(ADAPTIVE_BYTES_PER_TEXEL)
+            .saturating_add(PREVIEW_BYTES),
+        _ => (rays.saturating_mul(BYTES_PER_RAY).saturating_add(solved)).max(written.saturating_add(PREVIEW_BYTES)),
+    };
+    let scene = ADAPTIVE_PROGRAM_BYTES.saturating_add(faces.saturating_mul(BYTES_PER_FACE));
+    scene.saturating_add(most)
 }
 
 /// Counts a solve with the texels on which it is done.

@@ -5,7 +5,8 @@ use super::files::tone_map_picture;
 use crate::report::document::{Figure, Text, bold_text, colour_bar};
 use crate::report::format::{format_number, format_percent};
 use crate::report::picture::{
-    Exposure, RgbaPicture, decode_srgb, diverging_colour, encode_srgb, false_colour_range, luminance, weighted_rms,
+    Exposure, RgbaPicture, compute_luminance, decode_srgb, diverging_colour, encode_srgb, false_colour_range,
+    weighted_rms,
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -23,11 +24,11 @@ pub fn draw_figures(composite: &Composite, exposure: Exposure) -> Vec<Figure> {
     let [behind, any] = &composite.coverage;
     let of = |colours: &[Vec3], coverage: &[f32]| tone_map_picture(composite.size, colours, coverage, exposure);
     let seen = composite.background.iter();
-    let rms = match weighted_rms(seen.map(|colour| (f64::from(luminance(*colour)), 1.0))) {
+    let rms = match weighted_rms(seen.map(|colour| (f64::from(compute_luminance(*colour)), 1.0))) {
         rms if rms > 0.0 => rms,
         _ => 1.0,
     };
-    let relative = |k: usize| f64::from(luminance(composite.change[k])) / rms;
+    let relative = |k: usize| f64::from(compute_luminance(composite.change[k])) / rms;
     let range = false_colour_range((0..composite.change.len()).step_by(RANGE_SAMPLE_STRIDE).map(relative));
 
     let white = format_number(f64::from(exposure.white));

@@ -101,9 +101,9 @@ impl<'a> RelitRadiance<'a> {
         let part = |n: usize| -> Vec<Vec4> { parts.iter().map(|p| p[n].extend(0.0)).collect() };
         Self {
             relit: *relit,
-            reflected: surface.interpolate(&reflected),
-            ratio: surface.interpolate(&part(0)),
-            remainder: surface.interpolate(&part(1)),
+            reflected: surface.interpolate_irradiance(&reflected),
+            ratio: surface.interpolate_irradiance(&part(0)),
+            remainder: surface.interpolate_irradiance(&part(1)),
             photograph,
         }
     }

@@ -264,7 +264,7 @@ impl Figure {
     }
 
     fn render_with_class(&self, class: &str) -> Markup {
-        html! { figure class=[attribute(class)] { (self.content) figcaption { (self.caption) } } }
+        html! { figure class=[nonempty_attribute(class)] { (self.content) figcaption { (self.caption) } } }
     }
 }
 
@@ -354,12 +354,12 @@ impl Table {
             *next += cell.columns;
             Some(*next - cell.columns)
         });
-        html! { tr class=[attribute(row.class)] { @for (cell, start) in row.cells.iter().zip(starts) {
+        html! { tr class=[nonempty_attribute(row.class)] { @for (cell, start) in row.cells.iter().zip(starts) {
             @let head = self.heads.get(start).filter(|_| cell.columns == 1);
             @let class = [head.map_or("", |head| column_class(head)), cell.class].join(" ");
             @let label = head.filter(|_| has_cards).map(|head| head.trim_start_matches(['#', '~']).replace('|', " "));
             @let span = (cell.columns > 1).then_some(cell.columns);
-            td data-head=[label.filter(|label| !label.is_empty())] class=[attribute(class.trim())] colspan=[span] {
+            td data-head=[label.filter(|label| !label.is_empty())] class=[nonempty_attribute(class.trim())] colspan=[span] {
                 (cell.content)
             }
         } } }
@@ -370,10 +370,10 @@ impl Render for Table {
     fn render(&self) -> Markup {
         let has_cards = self.heads.len() > MAX_NARROW_COLUMNS;
         let class = [self.class, if has_cards { "cards" } else { "" }].join(" ");
-        html! { div.scroll { table class=[attribute(class.trim())] {
+        html! { div.scroll { table class=[nonempty_attribute(class.trim())] {
             @if !self.heads.is_empty() { thead {
                 tr { @for head in &self.heads {
-                    th class=[attribute(column_class(head)).filter(|class| *class == "n")] {
+                    th class=[nonempty_attribute(column_class(head)).filter(|class| *class == "n")] {
                         @for (k, line) in head.trim_start_matches(['#', '~']).split('|').enumerate() {
                             @if k > 0 { br; } (line)
                         }
@@ -395,7 +395,7 @@ fn column_class(head: &str) -> &'static str {
 }
 
 /// Returns the value of an attribute, none if it is empty.
-fn attribute(value: &str) -> Option<&str> {
+fn nonempty_attribute(value: &str) -> Option<&str> {
     Some(value).filter(|value| !value.is_empty())
 }
 

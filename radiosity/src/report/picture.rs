@@ -86,7 +86,7 @@ pub fn decode_srgb(srgb: [u8; 3]) -> Vec3 {
 }
 
 /// Returns the luminance of a linear Rec. 709 colour.
-pub fn luminance(linear: Vec3) -> f32 {
+pub fn compute_luminance(linear: Vec3) -> f32 {
     linear.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 

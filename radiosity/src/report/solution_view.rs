@@ -21,7 +21,7 @@ const PREVIEW_SIDE: u32 = 512;
 pub const PREVIEW_BYTES: u64 = ViewHits::memory_bytes(PREVIEW_SIDE);
 
 /// Picture of a scene with its camera and exposure.
-pub struct Preview {
+pub struct RenderedPreview {
     /// Camera: the given one, or the one that sees most of the scene.
     pub camera: Camera,
     /// Exposure.
@@ -30,7 +30,7 @@ pub struct Preview {
     pub picture: RgbaPicture,
 }
 
-impl Preview {
+impl RenderedPreview {
     /// Renders the solution `field` on the texels of `mesh` through `camera`, or through the automatic camera.
     pub fn new(scene: &Scene, mesh: &Mesh, field: &RadiosityField, camera: Option<Camera>) -> Self {
         Self::of_surface(
@@ -64,7 +64,7 @@ impl Preview {
 /// Rendered views, ready to be written.
 pub struct RenderedView {
     /// Picture with camera and exposure.
-    pub preview: Preview,
+    pub preview: RenderedPreview,
     /// Interactive viewer as an HTML element.
     pub element: Markup,
     /// Interactive viewer as a page of its own.
@@ -94,7 +94,7 @@ impl RenderedView {
             true => CarriedLight::Irradiance,
             false => CarriedLight::Radiosity,
         };
-        let preview = Preview::of_surface(&surface, field, carried, camera);
+        let preview = RenderedPreview::of_surface(&surface, field, carried, camera);
         let name = solution.solver;
         let viewer = SceneViewer {
             scene,

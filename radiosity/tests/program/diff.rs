@@ -6,10 +6,8 @@ use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use common::shooting::{SolveRun, initial_field};
+use common::solution::write::encode_exr;
 use common::solution::{PhaseSeconds, Solution};
-use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2, WritableImage,
-};
 use glam::{DVec3, Vec3, Vec3Swizzles};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -47,13 +45,10 @@ fn store_result(folder: &TestFolder, dir: &str, scene: &Scene, n: u32, reflected
         adapter: None,
         settings: &Settings::default(),
         run: &SolveRun {
-            shots: Vec::new(),
             emitted: 1.0,
             converged: true,
-            stagnated: false,
-            passes: 0,
-            shooters: 0,
             field,
+            ..SolveRun::default()
         },
         texel_error: None,
         certificate: None,
@@ -71,15 +66,9 @@ pub fn rewrite_lightmap(folder: &TestFolder, dir: &str, change: impl FnOnce(&mut
     let name = format!("{dir}/lightmap.exr");
     let mut planes = folder.read_planes(&name);
     change(&mut planes.channels);
-    let channel = |(name, values): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(values));
-    let channels = planes.channels.into_iter().map(channel);
-    let layer = Layer::new(
-        Vec2(planes.width, planes.height),
-        LayerAttributes::default(),
-        Encoding::FAST_LOSSLESS,
-        AnyChannels::sort(channels.collect()),
-    );
-    Image::from_layer(layer).write().to_file(folder.path(&name)).unwrap();
+    let size = [planes.width, planes.height].map(|n| n as u32);
+    let bytes = encode_exr(size, planes.channels.into_iter().collect()).unwrap();
+    folder.write(&name, bytes);
     folder.change_json(&format!("{dir}/result.json"), |result| {
         result["lightmap_crc32"] = Value::Null
     });

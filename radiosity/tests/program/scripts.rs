@@ -77,7 +77,7 @@ fn help_lists_options_of_shooting_under_shoot_only() {
     assert!(all.contains("\n  shoot ") && !all.contains("\n  plan "), "{all}");
 }
 
-/// Command line, parts of its plan, and texels and error in its JSON.
+/// Command line, parts of its plan, and texels (unless the solve chooses them) and error in its JSON.
 type PlanRow = (&'static str, &'static [&'static str], Option<u64>, Option<f64>);
 
 const PLAN_ROWS: &[PlanRow] = &[
@@ -94,7 +94,7 @@ const PLAN_ROWS: &[PlanRow] = &[
     ),
     (
         "solve scenes/cornell_box.obj --solver cpu --quality draft",
-        &["17 faces, texels chosen by the solve\n", "\n  memory  at least "],
+        &["17 faces, about ", " texels\n", "\n  memory  about "],
         None,
         Some(0.05),
     ),
@@ -152,11 +152,8 @@ fn dry_run_prints_plan_and_writes_nothing() {
             panic!("{told}");
         };
         assert!(line.contains(plan["solver"].as_str().unwrap()), "{plan}");
-        assert_eq!(
-            (plan["texels"].as_u64(), plan["error"].as_f64()),
-            (*texels, *error),
-            "{plan}"
-        );
+        assert!(texels.is_none() || plan["texels"].as_u64() == *texels, "{plan}");
+        assert_eq!(plan["error"].as_f64(), *error, "{plan}");
         assert!(plan["bytes"].is_u64());
         let links = plan["cells"]
             .as_u64()

@@ -173,7 +173,7 @@ fn viewer_reacts_to_pointer_and_keys() {
     for (k, h) in order.iter().zip(&stored.others["irradiance"]) {
         irradiance[*k] = h.extend(0.0);
     }
-    let field = surface.interpolate(&irradiance);
+    let field = surface.interpolate_irradiance(&irradiance);
     let vertices = did["vertices"].as_array().unwrap();
     assert!(vertices.len() > 300);
     for vertex in vertices {

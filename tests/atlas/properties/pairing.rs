@@ -37,11 +37,6 @@ fn nearest_places(of: &[[DVec3; 2]], among: &[[DVec3; 2]], size: f64) -> Vec<Opt
     of.iter().map(find).collect()
 }
 
-/// Returns the area of all texels, mesh units.
-fn total_area(mesh: &Mesh) -> f64 {
-    mesh.texels.iter().map(|t| f64::from(t.area)).sum()
-}
-
 impl Pairing {
     /// Pairs two meshes, of which the second is the first mapped by `to`.
     pub fn new(a: &Mesh, b: &Mesh, to: impl Fn(DVec3) -> DVec3) -> Self {
@@ -65,7 +60,8 @@ impl Pairing {
         let mut patches = nearest_places(&patches(a, &moved), &patches(b, &kept), b.unit);
         for (k, patch) in patches.iter_mut().enumerate() {
             // A patch with the same centre but another area is another patch.
-            let share = |mesh: &Mesh, k: usize| f64::from(mesh.patches[k].shooter.area) / total_area(mesh);
+            let whole = |mesh: &Mesh| mesh.texels.iter().map(|t| f64::from(t.area)).sum::<f64>();
+            let share = |mesh: &Mesh, k: usize| f64::from(mesh.patches[k].shooter.area) / whole(mesh);
             *patch = patch.filter(|other| (share(a, k) / share(b, *other) - 1.0).abs() < 1e-4);
         }
         Self {

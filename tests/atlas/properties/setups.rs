@@ -1,6 +1,7 @@
 //! Solver setups that properties are checked on.
 
 use common::mesh::Mesh;
+use common::polygon::distinct_corners;
 use common::settings::Visibility;
 use common::shooting::{SolveRun, replay_log};
 use glam::DVec3;
@@ -66,7 +67,5 @@ pub fn check_every_engine<S: Strategy>(
 
 /// Returns the outline of a patch, mesh units; that of a triangle has three corners.
 pub fn patch_outline(mesh: &Mesh, patch: usize) -> Vec<DVec3> {
-    let c = mesh.patches[patch].shooter.corners.map(|c| c.as_dvec3());
-    let count = if c[2] == c[3] { 3 } else { 4 };
-    c[..count].to_vec()
+    distinct_corners(&mesh.patches[patch].shooter.corners.map(|c| c.as_dvec3())).to_vec()
 }

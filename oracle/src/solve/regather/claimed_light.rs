@@ -7,7 +7,7 @@ use common::scene::Scene;
 use common::shooting::RadiosityField;
 use common::texel;
 use common::texel_point::{SampledOutline, locate_texel};
-use cpu::dense::open_area::open_shares;
+use cpu::dense::open_area::nonzero_open_shares;
 use cpu::occlusion::occluders::Occluders;
 use glam::{DVec3, Vec3};
 
@@ -50,7 +50,7 @@ pub struct LightSample {
 impl<'a> ClaimedLight<'a> {
     /// Collects the light of `field`. Reflected light leaves from a texel's open share o only: u = E + (B − E)/o.
     pub fn new(scene: &'a Scene, mesh: &'a Mesh, field: &RadiosityField, rays: &Rays) -> Self {
-        let open = open_shares(scene, mesh, &Occluders::new(scene, mesh), rays);
+        let open = nonzero_open_shares(scene, mesh, &Occluders::new(scene, mesh), rays);
         let claimed = |k: usize| field.radiosity[k].truncate();
         let leaves = |k: usize| {
             let emission = mesh.texels[k].emission;

@@ -129,7 +129,7 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
         },
     };
     let answered = solve_request(&question, &watch)?;
-    progress.clear();
+    progress.remove_bar();
     results::write_results(arguments, &stage, &question, &answered, &watch)?;
     missing.map_or(Ok(Outcome::Done), Err)
 }

@@ -2,7 +2,7 @@
 
 use crate::report::document::{Figure, bold_text, styled_text};
 use crate::report::format::format_number;
-use crate::report::picture::{decode_srgb, draw_item_buffer, face_colour, luminance, weighted_rms};
+use crate::report::picture::{compute_luminance, decode_srgb, draw_item_buffer, face_colour, weighted_rms};
 use crate::report::view::camera::Camera;
 use crate::report::view::interpolation::{CarriedLight, InterpolatedField, InterpolationSurface};
 use crate::report::view::render::{ViewHit, ViewHits};
@@ -39,12 +39,12 @@ impl ComparisonPictures {
         let camera = Camera::automatic_view(&c.mesh, &rays);
         let surface = InterpolationSurface::new(&c.scene, &c.mesh);
         let hits = ViewHits::new(&camera, &surface, &rays, VIEW_SIDE);
-        let [cpu, gpu] = [&c.cpu, &c.gpu].map(|run| surface.interpolate(&run.field.irradiance));
+        let [cpu, gpu] = [&c.cpu, &c.gpu].map(|run| surface.interpolate_irradiance(&run.field.irradiance));
         let exposure = hits.choose_exposure(&cpu);
         let texels = c.mesh.texels.iter().zip(&c.cpu.field.irradiance);
         let rms = weighted_rms(texels.map(|(texel, irradiance)| {
             let reflected = texel.reflectance * irradiance.truncate();
-            (f64::from(luminance(reflected)), f64::from(texel.area))
+            (f64::from(compute_luminance(reflected)), f64::from(texel.area))
         }));
         let relative = |value: f64| if value == 0.0 { 0.0 } else { value / rms };
 
@@ -66,7 +66,7 @@ impl ComparisonPictures {
             views.push(hits.false_colour_figure("Difference in false colours", caption, |hit| {
                 let reflectance = c.mesh.texels[hit.stencil.texel as usize].reflectance;
                 let difference = gpu.stencil_value(&hit.stencil) - cpu.stencil_value(&hit.stencil);
-                relative(f64::from(luminance(reflectance * difference.as_vec3())))
+                relative(f64::from(compute_luminance(reflectance * difference.as_vec3())))
             }));
         }
         let viewer = SceneViewer {

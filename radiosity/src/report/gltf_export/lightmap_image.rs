@@ -4,9 +4,10 @@
 //! sampling up to the chart's edge does not mix charts. All others repeat the nearest of these (dilation), so that
 //! coarser filters find no black.
 
-use super::uv_charts::{UvCharts, outline};
+use super::uv_charts::UvCharts;
 use crate::report::picture::weighted_percentile;
 use crate::report::view::interpolation::InterpolatedField;
+use common::polygon::distinct_corners;
 use common::scene::Scene;
 use common::texel::texel_count;
 use glam::{DMat2, DVec2, DVec3, Vec3};
@@ -107,7 +108,7 @@ impl PixelChart {
     fn nearest_point(&self, p: DVec2) -> DVec2 {
         let [a, b, c, d] = self.corners;
         let turn = (c - a).perp_dot(d - b).signum();
-        let corners = outline(&self.corners);
+        let corners = distinct_corners(&self.corners);
         let edges = || corners.iter().zip(corners.iter().cycle().skip(1));
         if edges().all(|(from, to)| (to - from).perp_dot(p - from) * turn >= 0.0) {
             return p;
@@ -223,14 +224,14 @@ impl PixelOwners {
                 .map(|p| p.is_some_and(|(_, off)| off == 0.0))
                 .collect(),
         };
-        image.dilate(self.pixels.iter().map(Option::is_some).collect());
+        image.fill_from_nearest(self.pixels.iter().map(Option::is_some).collect());
         image
     }
 }
 
 impl LightmapImage {
     /// Copies the light of the nearest `filled` pixel to each of the others, breadth first.
-    fn dilate(&mut self, mut filled: Vec<bool>) {
+    fn fill_from_nearest(&mut self, mut filled: Vec<bool>) {
         let side = self.side as usize;
         let mut queue: VecDeque<usize> = (0..filled.len()).filter(|k| filled[*k]).collect();
         while let Some(k) = queue.pop_front() {

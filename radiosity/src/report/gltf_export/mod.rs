@@ -54,7 +54,7 @@ pub fn export_lightmap(
     exposure: Exposure,
 ) -> Result<GltfExport> {
     let surface = InterpolationSurface::new(scene, mesh);
-    let light = surface.interpolate(&field.irradiance);
+    let light = surface.interpolate_irradiance(&field.irradiance);
     let mut notes = Vec::new();
     let packed;
     let (charts, image, keeps_coordinates) = match charts {

@@ -1,8 +1,9 @@
 //! Divides a scene's faces into charts: connected faces that are coplanar or form a smooth surface, projected onto the
 //! plane of the largest.
 
-use super::uv_charts::{find_overlap, outline};
+use super::uv_charts::find_overlap;
 use crate::report::view::weld::MIN_COPLANAR_COSINE;
+use common::polygon::distinct_corners;
 use common::scene::{Face, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -27,19 +28,24 @@ pub struct PlaneChart {
 }
 
 impl PlaneChart {
-    /// Lays the chart so that its bounding rectangle is small.
-    fn new(scene: &Scene, faces: Vec<u32>) -> Self {
+    /// Projects onto the plane of the first face, in any direction within it.
+    fn on_first_plane(scene: &Scene, faces: Vec<u32>) -> Self {
         let normal = unit_normal(&scene.faces[faces[0] as usize]);
         let u = normal.any_orthonormal_vector();
-        let mut chart = Self {
+        Self {
             faces,
             extent: DVec2::ZERO,
             axes: [u, normal.cross(u)],
             low: DVec2::ZERO,
-        };
+        }
+    }
+
+    /// Lays the chart so that its bounding rectangle is small.
+    fn new(scene: &Scene, faces: Vec<u32>) -> Self {
+        let mut chart = Self::on_first_plane(scene, faces);
         let outlines: Vec<[DVec2; 4]> = chart.project_faces(scene).collect();
         let edges = outlines.iter().flat_map(|corners| {
-            let corners = outline(corners);
+            let corners = distinct_corners(corners);
             let next = corners.iter().cycle().skip(1);
             corners.iter().zip(next).map(|(a, b)| *b - *a)
         });
@@ -133,13 +139,7 @@ pub fn divide_scene(scene: &Scene) -> Vec<PlaneChart> {
 /// Grows a chart from a face, breadth first, and marks its faces as `taken`.
 fn grow_chart(scene: &Scene, edges: &SharedEdges, seed: u32, taken: &mut [bool]) -> PlaneChart {
     let normal = unit_normal(&scene.faces[seed as usize]);
-    let u = normal.any_orthonormal_vector();
-    let mut chart = PlaneChart {
-        faces: vec![seed],
-        extent: DVec2::ZERO,
-        axes: [u, normal.cross(u)],
-        low: DVec2::ZERO,
-    };
+    let mut chart = PlaneChart::on_first_plane(scene, vec![seed]);
     let mut queue = VecDeque::from([seed]);
     let mut reached = vec![seed];
     taken[seed as usize] = true;

@@ -2,6 +2,7 @@
 //! area, without overlap.
 
 use crate::report::view::weld::DisjointSets;
+use common::polygon::distinct_corners;
 use common::scene::{Face, Scene};
 use common::{Error, Result};
 use glam::DVec2;
@@ -99,11 +100,6 @@ pub fn find_overlap(outlines: &[(usize, [DVec2; 4])]) -> Option<[usize; 2]> {
     None
 }
 
-/// Returns the 4 or 3 corners, without a triangle's repeated one.
-pub fn outline(corners: &[DVec2; 4]) -> &[DVec2] {
-    &corners[..if corners[2] == corners[3] { 3 } else { 4 }]
-}
-
 fn low_corner([a, b, c, d]: &[DVec2; 4]) -> DVec2 {
     a.min(*b).min(*c).min(*d)
 }
@@ -129,7 +125,7 @@ fn outlines_overlap(a: &[DVec2; 4], b: &[DVec2; 4]) -> bool {
         let ([low, high], [other_low, other_high]) = (extent(a, axis), extent(b, axis));
         high.min(other_high) - low.max(other_low) > OVERLAP_TOLERANCE
     };
-    [a, b].into_iter().map(outline).all(|of| {
+    [a, b].into_iter().map(distinct_corners).all(|of| {
         let next = of.iter().cycle().skip(1);
         of.iter().zip(next).all(|(from, to)| deep(*from, *to))
     })

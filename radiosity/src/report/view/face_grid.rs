@@ -75,19 +75,10 @@ impl FaceGrid {
         self.first_node + j as usize * (self.size[0] as usize + 1) + i as usize
     }
 
-    /// Returns the point at (u, v): bilinear on a quad; on a triangle u runs along edge 0→1 and v along 0→2.
-    pub fn point_at(&self, u: f64, v: f64) -> DVec3 {
-        let [a, b, c, d] = self.corners;
-        match self.shape {
-            Shape::Quad => a.lerp(b, u).lerp(d.lerp(c, u), v),
-            Shape::Triangle => a + (b - a) * u + (c - a) * v,
-        }
-    }
-
     /// Returns the position of a node.
     pub fn node_position(&self, [i, j]: GridNode) -> DVec3 {
         let [w, h] = self.size.map(f64::from);
-        self.point_at(f64::from(i) / w, f64::from(j) / h)
+        self.shape.point_at(self.corners, f64::from(i) / w, f64::from(j) / h)
     }
 
     /// Returns the nodes of edge `k` from start to end, each with its share s of the edge's length.
@@ -150,7 +141,7 @@ impl FaceGrid {
         }
     }
 
-    /// Returns (u, v) of a point of the face's plane, clamped to 0…1; the inverse of [`FaceGrid::point_at`].
+    /// Returns (u, v) of a point of the face's plane, clamped to 0…1; the inverse of [`Shape::point_at`].
     pub fn locate_point(&self, point: DVec3) -> [f64; 2] {
         let [a, b, c, d] = self.corners;
         let cross = |x: DVec3, y: DVec3| self.normal.dot(x.cross(y));

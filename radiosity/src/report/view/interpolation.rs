@@ -58,7 +58,7 @@ impl CarriedLight {
     }
 
     /// Returns radiosity for the light at a point of a texel.
-    fn radiosity(self, texel: &Texel, light: Vec3) -> Vec3 {
+    fn convert_to_radiosity(self, texel: &Texel, light: Vec3) -> Vec3 {
         match self {
             Self::Irradiance => texel.emission + texel.reflectance * light,
             Self::Reflected => texel.emission + light,
@@ -183,7 +183,7 @@ impl<'a> InterpolationSurface<'a> {
     }
 
     /// Returns the nodes around texel `k`.
-    fn ring(&self, k: usize) -> &[RingNode] {
+    fn nodes_around(&self, k: usize) -> &[RingNode] {
         let [from, to] = [k, k + 1].map(|k| self.first_ring_nodes[k] as usize);
         &self.ring_nodes[from..to]
     }
@@ -262,18 +262,18 @@ impl<'a> InterpolationSurface<'a> {
     pub fn interpolate_light(&self, field: &RadiosityField, carried: CarriedLight) -> InterpolatedField<'_> {
         InterpolatedField {
             carried,
-            ..self.interpolate(&carried.texel_values(self.mesh, field))
+            ..self.interpolate_irradiance(&carried.texel_values(self.mesh, field))
         }
     }
 
     /// Interpolates one irradiance per texel (missing ones are NaN).
-    pub fn interpolate(&self, values: &[Vec4]) -> InterpolatedField<'_> {
+    pub fn interpolate_irradiance(&self, values: &[Vec4]) -> InterpolatedField<'_> {
         let own = self.open_values(values);
         let mut nodes = vec![DVec3::ZERO; self.welded.slots.len()];
         let mut weights = vec![0.0; nodes.len()];
         let mut ranges = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; nodes.len()];
         for (k, value) in own.iter().enumerate() {
-            for node in self.ring(k) {
+            for node in self.nodes_around(k) {
                 let slot = node.slot as usize;
                 nodes[slot] += value * f64::from(node.weight);
                 weights[slot] += f64::from(node.weight);
@@ -290,7 +290,7 @@ impl<'a> InterpolationSurface<'a> {
             .filter(|k| self.open[*k as usize] >= WHOLLY_OPEN_SHARE)
             .collect();
         let at_border = |k: &&u32| {
-            self.ring(**k as usize)
+            self.nodes_around(**k as usize)
                 .iter()
                 .any(|node| self.on_border[node.slot as usize])
         };
@@ -300,7 +300,7 @@ impl<'a> InterpolationSurface<'a> {
             let is_last = step >= BORDER_STEPS;
             let mut changes = vec![DVec3::ZERO; nodes.len()];
             for k in if is_last { &all } else { &border } {
-                let ring = self.ring(*k as usize);
+                let ring = self.nodes_around(*k as usize);
                 let mean = ring
                     .iter()
                     .map(|node| nodes[node.slot as usize] * f64::from(node.share));
@@ -336,7 +336,7 @@ impl<'a> InterpolationSurface<'a> {
         let open_part = |k: usize| value(k) / f64::from(self.open[k]);
         let mut most = vec![DVec3::NEG_INFINITY; self.welded.slots.len()];
         for k in (0..self.open.len()).filter(|k| self.open[*k] >= WHOLLY_OPEN_SHARE) {
-            for node in self.ring(k) {
+            for node in self.nodes_around(k) {
                 most[node.slot as usize] = most[node.slot as usize].max(open_part(k));
             }
         }
@@ -344,7 +344,7 @@ impl<'a> InterpolationSurface<'a> {
             open if open <= 0.0 => value(k),
             open if open >= WHOLLY_OPEN_SHARE => open_part(k),
             _ => {
-                let beside = self.ring(k).iter().map(|node| most[node.slot as usize]);
+                let beside = self.nodes_around(k).iter().map(|node| most[node.slot as usize]);
                 let most = beside.reduce(DVec3::max).filter(|most| most.is_finite());
                 most.map_or(open_part(k), |most| open_part(k).min(most.max(value(k))))
             }
@@ -356,8 +356,12 @@ impl<'a> InterpolationSurface<'a> {
     /// exact there.
     fn mirror_at_borders(&self, texels: &[u32], own: &[DVec3], nodes: &mut [DVec3], ranges: &[[DVec3; 2]]) {
         let mut sums = vec![(DVec3::ZERO, 0.0); nodes.len()];
-        for k in texels.iter().map(|k| *k as usize).filter(|k| self.ring(*k).len() == 4) {
-            let ring = self.ring(k);
+        for k in texels
+            .iter()
+            .map(|k| *k as usize)
+            .filter(|k| self.nodes_around(*k).len() == 4)
+        {
+            let ring = self.nodes_around(k);
             for (node, across) in ring.iter().zip(ring.iter().cycle().skip(2)) {
                 if self.on_border[node.slot as usize] && !self.on_border[across.slot as usize] {
                     let weight = f64::from(node.weight);
@@ -376,7 +380,7 @@ impl<'a> InterpolationSurface<'a> {
     /// Widens the ranges of nodes on borders by what continues the slope of the texels inside, without a change of sign.
     fn extend_at_borders(&self, own: &[DVec3], nodes: &[DVec3], ranges: &mut [[DVec3; 2]]) {
         for (k, value) in own.iter().enumerate().filter(|(k, _)| self.open[*k] > 0.0) {
-            let ring = self.ring(k);
+            let ring = self.nodes_around(k);
             let mut around = [DVec3::INFINITY, DVec3::NEG_INFINITY];
             for node in ring {
                 widen_range(&mut around, nodes[node.slot as usize], nodes[node.slot as usize]);
@@ -467,7 +471,8 @@ impl InterpolatedField<'_> {
     /// Returns radiosity at a stencil's point.
     pub fn radiosity_at(&self, stencil: &InterpolationStencil) -> Vec3 {
         let texel = &self.surface.mesh.texels[stencil.texel as usize];
-        self.carried.radiosity(texel, self.stencil_value(stencil).as_vec3())
+        self.carried
+            .convert_to_radiosity(texel, self.stencil_value(stencil).as_vec3())
     }
 }
 

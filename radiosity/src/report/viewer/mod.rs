@@ -257,7 +257,7 @@ impl ViewerNodes {
         let mut values: Vec<DVec3> = Vec::new();
         for layer in &viewer.layers {
             for light in lights.clone() {
-                let field = surface.interpolate(&light.texel_values(layer.mesh, layer.field));
+                let field = surface.interpolate_irradiance(&light.texel_values(layer.mesh, layer.field));
                 values.extend(own.iter().map(|slot| field.slot_value(*slot)));
             }
         }

@@ -212,7 +212,7 @@ impl ChartBench<'_> {
         }
         // At least N×N texels: a coarse texel's value is constant over it.
         let finer = |size: &[u32; 2]| size.map(|side| side.max(self.texels.unwrap_or(0)));
-        let resampled = reflected.resample(reflected.resolutions.iter().map(finer).collect());
+        let resampled = reflected.average_onto(reflected.resolutions.iter().map(finer).collect());
         let pair = GridPair::new(&resampled, truth, None).map_err(|mismatch| mismatch.message)?;
         let (error, bias) = pair.worst_channel();
         if !(error.is_finite() && bias.is_finite()) {

@@ -112,13 +112,13 @@ fn add_option(body: &mut Blocks, set: &MeasuredSet, sweep: &Sweep) {
         let caption = bold_text(name) + " · truth: " + code_text(&set.truth);
         Figure::from_plot(&plot, "Nothing above 0.", caption)
     });
-    let orders = set.curves().map(|(name, points)| {
+    let orders = set.split_by_curve().map(|(name, points)| {
         let order = set.curve_order(points).map_or("–".into(), format_number);
         Row::new([name.to_owned(), order])
     });
     let orders = Table::new("Curve;#Order", orders);
     let points = set
-        .curves()
+        .split_by_curve()
         .flat_map(|(name, points)| points.iter().map(move |point| (name, point)));
     body.add_heading(plain_text(sweep.name) + " " + code_text(sweep.option))
         .add_figure(&figures[0])
@@ -184,7 +184,7 @@ fn plot_methods(set: &MeasuredSet, chart: &SceneChart) -> Plot {
         add_point(("other programs".into(), OTHERS_COLOUR, MarkShape::Cross), point);
     }
     for point in &set.points {
-        let family = match point.figures() {
+        let family = match point.solve_figures() {
             Some(_) => mark_family(&point.method),
             None => ("failed".into(), "currentColor", MarkShape::Cross),
         };
@@ -204,7 +204,7 @@ fn plot_methods(set: &MeasuredSet, chart: &SceneChart) -> Plot {
 
 /// Makes the chart of time (0) or error (1) against an option.
 fn plot_option(set: &MeasuredSet, sweep: &Sweep, quantity: usize) -> Plot {
-    let series = set.curves().enumerate().map(|(k, (name, points))| {
+    let series = set.split_by_curve().enumerate().map(|(k, (name, points))| {
         let points = points.iter().filter_map(|point| {
             let y = point.time_and_error()[quantity];
             (y > 0.0).then_some(point_at(point, [point.method.curve?.1, y]))

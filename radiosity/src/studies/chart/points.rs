@@ -23,12 +23,12 @@ pub struct ChartPoint {
 impl ChartPoint {
     /// Returns (seconds, error), the error NaN of a failed point.
     pub fn time_and_error(&self) -> [f64; 2] {
-        let error = self.figures().map_or(f64::NAN, |figures| figures.error);
+        let error = self.solve_figures().map_or(f64::NAN, |figures| figures.error);
         [self.measurement.seconds, error]
     }
 
     /// Returns the figures; none of a failed point.
-    pub fn figures(&self) -> Option<&SolveFigures> {
+    pub fn solve_figures(&self) -> Option<&SolveFigures> {
         self.measurement.result.as_ref().ok()
     }
 }
@@ -62,7 +62,7 @@ impl MeasuredSet {
     }
 
     /// Iterates over the curves of a sweep: name, points from coarse to fine.
-    pub fn curves(&self) -> impl Iterator<Item = (&'static str, &[ChartPoint])> {
+    pub fn split_by_curve(&self) -> impl Iterator<Item = (&'static str, &[ChartPoint])> {
         let name = |point: &ChartPoint| point.method.curve.map(|(name, _)| name);
         let curves = self.points.chunk_by(move |a, b| name(a) == name(b));
         curves.filter_map(move |points| Some((name(points.first()?)?, points)))
@@ -95,7 +95,7 @@ pub struct SceneChart {
 
 impl SceneChart {
     /// Iterates over the points of all sets.
-    pub fn points(&self) -> impl Iterator<Item = &ChartPoint> {
+    pub fn iterate_points(&self) -> impl Iterator<Item = &ChartPoint> {
         self.sets.iter().flat_map(|set| &set.points)
     }
 
@@ -131,7 +131,7 @@ fn fit_order(steps: &[[f64; 2]]) -> Option<f64> {
 pub fn chart_json(charts: &[SceneChart]) -> Value {
     let points = charts
         .iter()
-        .flat_map(|chart| chart.points().map(|point| point_json(chart, point)));
+        .flat_map(|chart| chart.iterate_points().map(|point| point_json(chart, point)));
     json!({
         "points": points.collect::<Vec<_>>(),
         "scenes": charts.iter().map(scene_json).collect::<Vec<_>>(),
@@ -149,7 +149,7 @@ fn scene_json(chart: &SceneChart) -> Value {
         })
     };
     let sets = chart.sets.iter();
-    let curves = sets.flat_map(|set| set.curves().map(move |found| curve(set, found)));
+    let curves = sets.flat_map(|set| set.split_by_curve().map(move |found| curve(set, found)));
     json!({
         "scene": chart.scene,
         "faces": chart.faces,
@@ -163,7 +163,7 @@ fn scene_json(chart: &SceneChart) -> Value {
 }
 
 fn point_json(chart: &SceneChart, point: &ChartPoint) -> Value {
-    let (method, measured, figures) = (&point.method, &point.measurement, point.figures());
+    let (method, measured, figures) = (&point.method, &point.measurement, point.solve_figures());
     json!({
         "scene": chart.scene,
         "solver": method.solver,

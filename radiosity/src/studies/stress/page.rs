@@ -9,7 +9,7 @@ use crate::report::document::{
 };
 use crate::report::format::{format_duration, format_percent};
 use crate::report::plot::{Axis, CURVE_COLOURS, CURVE_MARKS, LineStyle, Plot, PlotPoint, Series, format_share};
-use crate::report::solution_view::Preview;
+use crate::report::solution_view::RenderedPreview;
 use crate::report::view::camera::Camera;
 use common::rays::Rays;
 use oracle::solve::solver::SolverKind;
@@ -191,7 +191,7 @@ fn case_section(study: &CaseStudy) -> Section {
 
 fn draw_scene(parameter: &str, specimen: &Specimen) -> Figure {
     let camera = Camera::oblique_view(&specimen.mesh, &Rays::new(&specimen.mesh), 0);
-    let preview = Preview::new(&specimen.scene, &specimen.mesh, &specimen.field, Some(camera));
+    let preview = RenderedPreview::new(&specimen.scene, &specimen.mesh, &specimen.field, Some(camera));
     let caption = bold_text("The scene") + format!(" at {} ({parameter})", format_value(specimen.value));
     Figure::from_picture(&preview.picture.data_uri(), "the scene, solved", caption)
 }

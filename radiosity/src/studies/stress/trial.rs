@@ -165,5 +165,5 @@ pub fn dense_truth(scene: &Scene, texels: u32, finer: u32) -> Result<Vec<DVec3>>
         resolutions: resolutions(texels * finer),
         values: mesh.texels_in_face_order().into_iter().map(texel).collect(),
     };
-    Ok(fine.resample(resolutions(texels)).values)
+    Ok(fine.average_onto(resolutions(texels)).values)
 }

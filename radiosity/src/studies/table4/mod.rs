@@ -9,7 +9,7 @@ pub mod page;
 
 use self::TableImage::{Mended, Paper, Reference, Signed, SignedEarly};
 use crate::report::picture::RgbaPicture;
-use crate::report::solution_view::Preview;
+use crate::report::solution_view::RenderedPreview;
 use crate::report::view::camera::Camera;
 use common::energy::EnergyBalance;
 use common::form_factor::FormFactor;
@@ -265,5 +265,5 @@ fn renamed_field(done: &Solved, name: &str) -> RadiosityField {
 }
 
 fn draw_scene(stage: &RelightStage, done: &Solved, camera: Option<Camera>) -> RgbaPicture {
-    Preview::new(&stage.scene, &done.mesh, &done.run.field, camera).picture
+    RenderedPreview::new(&stage.scene, &done.mesh, &done.run.field, camera).picture
 }

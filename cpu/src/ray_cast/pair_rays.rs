@@ -1,0 +1,480 @@
+//! The rays of relighting: what each meets with the objects, and what it would meet without them.
+//!
+//! Ray n of a texel is up to three: one in a direction drawn by the cosine, one to a texel of the room that is drawn by
+//! its captured light, and one to a texel of an object. Each is weighted by the balance heuristic (Veach & Guibas 1995)
+//! over the three densities of its direction:
+//!
+//! ```text
+//! K  B  = Σ w B(texel that the ray meets)
+//! T     = Σ w B₀(texel of the room behind an object)      on the room; exactly 0 where no ray meets an object
+//! w     = by cosine/(n Σ densities)
+//! ```
+//! Rays of the room to other parts of it matter only where an object is between: those that pass the objects by are not
+//! traced. Rays start on the open parts of texels.
+
+use super::KeptRays;
+use super::lamp_tree::{Lamp, LampChoice, LampTree, Receiver};
+use super::texel_rays::{Halves, NO_TEXEL, texel_corners};
+use crate::hierarchy::relight::RoomLight;
+use common::constants::OUTLINE_MARGIN;
+use common::escape::concentric_direction;
+use common::mesh::Mesh;
+use common::rays::Rays;
+use common::sampling::pcg_hash;
+use common::texel::first_texels;
+use common::texel_point::{SampledOutline, locate_texel};
+use common::{Error, Result};
+use glam::{Vec3, Vec3A};
+use rayon::prelude::*;
+use sobol_burley::sample_4d;
+use std::collections::HashMap;
+use std::f32::consts::PI;
+use std::ops::ControlFlow;
+
+/// Texels between two calls of the progress callback.
+const TEXELS_PER_TASK: usize = 1 << 12;
+
+/// Largest ρ times the sum of a texel's form factors.
+const MAX_GAIN: f32 = 0.999;
+
+/// Radiosity, or its change, of a texel of the room over the mean of all from which on rays are drawn to it.
+const MIN_BRIGHTNESS: f32 = 2.0;
+
+/// Width by which the box around the objects is enlarged: more than a ray's rounding.
+const BOX_MARGIN: f32 = 16.0 * OUTLINE_MARGIN;
+
+/// A texel that a ray meets.
+#[derive(Clone, Copy)]
+struct Met {
+    texel: u32,
+    face: u32,
+    point: Vec3,
+}
+
+/// The rays of one texel.
+#[derive(Clone, Default)]
+struct PairRecord {
+    /// The texels that each ray's three parts meet, or [`NO_TEXEL`], and their weights; the two halves alternate.
+    met: Vec<[(u32, f32); 3]>,
+    /// Sum of the light that objects hide, of each half.
+    hidden: Halves,
+    /// Sum of its squares over both halves.
+    hidden_squares: Vec3A,
+    /// Factor of each half's form factors by which no bounce gains.
+    limit: [f32; 2],
+}
+
+/// The rays of all texels.
+pub struct PairRays<'a> {
+    mesh: &'a Mesh,
+    rays: &'a Rays,
+    /// The room without the objects.
+    room_rays: Rays,
+    /// Radiosity that the system does not solve for, as the room receives it: E on the objects.
+    emitted: Vec<Vec3A>,
+    /// The same as the objects receive it: B₀ on the room, too.
+    given: Vec<Vec3A>,
+    /// Open parts of texels that bodies cover.
+    covered: &'a HashMap<u32, Vec<[Vec3; 4]>>,
+    open: &'a [f32],
+    /// Bright texels of the room.
+    room: LampTree,
+    /// Texels of the objects by what they hide and emit, and those of the room that changed much.
+    changed: LampTree,
+    /// Texels of the objects by what they emit.
+    emitters: LampTree,
+    /// The box around the objects.
+    bounds: [Vec3; 2],
+    /// First texel of each face, in face order.
+    first: Vec<usize>,
+    /// The texel of each rank in face order.
+    order: Vec<usize>,
+    records: Vec<PairRecord>,
+    /// Number of times that rays were discarded: a part of their seeds.
+    discards: u32,
+}
+
+impl<'a> PairRays<'a> {
+    /// Makes the texels of `mesh`, without rays; `open` and `covered` are the open share and outlines of each texel.
+    pub fn new(
+        mesh: &'a Mesh,
+        rays: &'a Rays,
+        known: &RoomLight,
+        open: &'a [f32],
+        covered: &'a HashMap<u32, Vec<[Vec3; 4]>>,
+    ) -> Self {
+        let is_object = |k: usize| mesh.is_object(mesh.texels[k].face);
+        let texels = || 0..mesh.texels.len();
+        let emitted = |k: usize| match is_object(k) {
+            true => mesh.texels[k].emission.into(),
+            false => Vec3A::ZERO,
+        };
+        let emitted: Vec<Vec3A> = texels().map(emitted).collect();
+        let given = |k: usize| match is_object(k) {
+            true => emitted[k],
+            false => known.radiosity[k].into(),
+        };
+        let given: Vec<Vec3A> = texels().map(given).collect();
+        let mean = mean_brightness(mesh, &given);
+        let bright = |k: usize| match is_object(k) {
+            true => 0.0,
+            false => brightness(given[k], MIN_BRIGHTNESS * mean),
+        };
+        let corners = mesh.faces.iter().skip(mesh.room_faces as usize).flat_map(|f| f.corners);
+        let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        let around = |[low, high]: [Vec3; 2], c: Vec3| [low.min(c - BOX_MARGIN), high.max(c + BOX_MARGIN)];
+        let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|face| face.resolution).collect();
+        Self {
+            room: build_tree(mesh, open, bright),
+            changed: Self::changed_texels(mesh, open, mean, &emitted),
+            emitters: build_tree(mesh, open, |k| brightness(emitted[k], 0.0)),
+            bounds: corners.fold(empty, around),
+            emitted,
+            given,
+            mesh,
+            rays,
+            room_rays: Rays::of_room(mesh),
+            covered,
+            open,
+            first: first_texels(&resolutions),
+            order: mesh.texels_in_face_order(),
+            records: vec![PairRecord::default(); mesh.texels.len()],
+            discards: 0,
+        }
+    }
+
+    /// Builds the tree over the objects, which hide the `mean` brightness and have this `radiosity`, and over the texels
+    /// of the room where it is large.
+    fn changed_texels(mesh: &Mesh, open: &[f32], mean: f32, radiosity: &[Vec3A]) -> LampTree {
+        let least = MIN_BRIGHTNESS * mean_brightness(mesh, radiosity);
+        build_tree(mesh, open, |k| match mesh.is_object(mesh.texels[k].face) {
+            true => mean + brightness(radiosity[k], 0.0),
+            false => brightness(radiosity[k], least),
+        })
+    }
+
+    /// Traces rays of texel `k` until there are `count` of both halves.
+    fn extend_record(&self, k: usize, count: u32, record: &mut PairRecord) {
+        let texel = &self.mesh.texels[k];
+        let open = match self.covered.get(&(k as u32)) {
+            Some(parts) => parts.iter().map(|corners| SampledOutline::new(*corners)).collect(),
+            None => vec![SampledOutline::new(texel_corners(self.mesh, texel))],
+        };
+        let known = record.met.len() as u32;
+        record.met.reserve_exact(count.saturating_sub(known) as usize);
+        for n in known..count {
+            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
+            let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
+            let Some(origin) = draw_point(&open, [u, v]) else {
+                break;
+            };
+            let from = Start {
+                of: self,
+                face: texel.face,
+                of_room: !self.mesh.is_object(texel.face),
+                origin,
+                normal: self.mesh.faces[texel.face as usize].normal,
+            };
+            let parts = [
+                Some(from.trace_by_cosine([x, y])),
+                from.trace_to_room(sample_4d(n >> 1, 1, seed)),
+                from.trace_to_changed(sample_4d(n >> 1, 2, seed)),
+            ];
+            let mut hidden = Vec3A::ZERO;
+            for (_, back, weight) in parts.iter().flatten().filter(|_| from.of_room) {
+                hidden += back.map_or(Vec3A::ZERO, |met| self.given[met.texel as usize] * *weight);
+            }
+            record.met.push(parts.map(|part| match part {
+                Some((Some(front), _, weight)) => (front.texel, weight),
+                _ => (NO_TEXEL, 0.0),
+            }));
+            record.hidden[(n & 1) as usize] += hidden;
+            record.hidden_squares += hidden * hidden;
+        }
+        let reflectance = texel.reflectance.max_element();
+        record.limit = record
+            .sum_met(|_, _| Vec3A::ONE)
+            .map(|sum| MAX_GAIN / (sum.x * reflectance).max(MAX_GAIN));
+    }
+
+    /// Returns the texel at the `distance` of the ray on face `f`.
+    fn texel_met(&self, origin: Vec3, direction: Vec3, (f, distance): (u32, f32)) -> Met {
+        let point = origin + direction * distance;
+        let at = locate_texel(&self.mesh.faces[f as usize], point) as usize;
+        Met {
+            texel: self.order[self.first[f as usize] + at] as u32,
+            face: f,
+            point,
+        }
+    }
+
+    /// Returns the radiosity that the system does not solve for, as texel `k` receives it.
+    fn given_to(&self, k: usize) -> &[Vec3A] {
+        match self.mesh.is_object(self.mesh.texels[k].face) {
+            true => &self.given,
+            false => &self.emitted,
+        }
+    }
+}
+
+/// Extends all `records` by `extend`, in parallel.
+///
+/// Errors: [`Error::Interrupted`].
+fn trace_in_tasks<T: Send>(
+    records: &mut [T],
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    extend: impl Fn(usize, &mut T) + Sync,
+) -> Result<()> {
+    let all = records.len() as f64;
+    for (task, part) in records.chunks_mut(TEXELS_PER_TASK).enumerate() {
+        let begin = task * TEXELS_PER_TASK;
+        if watch(begin as f64 / all).is_break() {
+            return Err(Error::Interrupted);
+        }
+        let texels = part.par_iter_mut().enumerate();
+        texels.for_each(|(k, record)| extend(begin + k, record));
+    }
+    Ok(())
+}
+
+impl PairRecord {
+    /// Returns 1 over the number of rays of a half.
+    fn half_share(&self) -> f32 {
+        2.0 / self.met.len().max(1) as f32
+    }
+
+    /// Returns the mean of w·`light` over the rays of each half.
+    fn sum_met(&self, light: impl Fn(usize, u32) -> Vec3A) -> Halves {
+        let mut sums = [Vec3A::ZERO; 2];
+        for (n, parts) in self.met.iter().enumerate() {
+            for (k, w) in parts.iter().filter(|(k, _)| *k != NO_TEXEL) {
+                sums[n & 1] += light(n & 1, *k) * *w;
+            }
+        }
+        sums.map(|sum| sum * self.half_share())
+    }
+}
+
+/// Where a ray starts.
+struct Start<'a> {
+    of: &'a PairRays<'a>,
+    face: u32,
+    of_room: bool,
+    origin: Vec3,
+    normal: Vec3,
+}
+
+/// What a ray meets first, the texel of the room for which rays are drawn, and the ray's weight.
+type Weighted = (Option<Met>, Option<Met>, f32);
+
+impl Start<'_> {
+    fn trace_by_cosine(&self, [x, y]: [f32; 2]) -> Weighted {
+        let along = concentric_direction(f64::from(2.0 * x - 1.0), f64::from(2.0 * y - 1.0));
+        let tangent = self.of.mesh.faces[self.face as usize].tangent;
+        let direction = tangent * along.x + self.normal.cross(tangent) * along.y + self.normal * along.z;
+        let (front, back) = self.meet(direction);
+        self.weigh(direction, front, back)
+    }
+
+    /// Traces a ray to a texel of the room.
+    fn trace_to_room(&self, numbers: [f32; 4]) -> Option<Weighted> {
+        let target = self.draw_target(&self.of.room, numbers)?;
+        if self.of_room && !crosses_box(self.origin, target.point, self.of.bounds) {
+            return None;
+        }
+        let direction = (target.point - self.origin).normalize();
+        let (front, back) = self.meet(direction);
+        let back = back.filter(|met| met.face == target.face).map(|_| target);
+        back?;
+        let front = if self.of_room { front } else { back };
+        Some(self.weigh(direction, front, back))
+    }
+
+    /// Traces a ray to a texel of an object, or one of the room that changed much.
+    fn trace_to_changed(&self, numbers: [f32; 4]) -> Option<Weighted> {
+        let target = self.draw_target(self.changed(), numbers)?;
+        let direction = (target.point - self.origin).normalize();
+        let (front, back) = self.meet(direction);
+        let front = front.filter(|met| met.face == target.face).map(|_| target);
+        front?;
+        Some(self.weigh(direction, front, back))
+    }
+
+    /// Returns the texels that send light that is not known, to which rays are drawn.
+    fn changed(&self) -> &LampTree {
+        match self.of_room {
+            true => &self.of.changed,
+            false => &self.of.emitters,
+        }
+    }
+
+    /// Returns the choice of the start among `lamps`.
+    fn choose<'a>(&self, lamps: &'a LampTree) -> LampChoice<'a> {
+        lamps.weigh_all(Receiver {
+            centre: self.origin,
+            radius: 0.0,
+            normal: self.normal,
+        })
+    }
+
+    /// Draws a point of a texel above the horizon and before whose front the start is.
+    fn draw_target(&self, lamps: &LampTree, [choice, u, v, _]: [f32; 4]) -> Option<Met> {
+        let texel = self.choose(lamps).draw_lamp(choice)?.lamp;
+        let mesh = self.of.mesh;
+        let face = mesh.texels[texel as usize].face;
+        let point = SampledOutline::new(texel_corners(mesh, &mesh.texels[texel as usize])).point_at([u, v]);
+        let ray = point - self.origin;
+        let faces = self.normal.dot(ray) > 0.0 && mesh.faces[face as usize].normal.dot(ray) < 0.0;
+        faces.then_some(Met { texel, face, point })
+    }
+
+    /// Returns what a ray meets first, and the texel of the room for which rays are drawn: from the room the one
+    /// behind an object, from objects the one that is met.
+    fn meet(&self, direction: Vec3) -> (Option<Met>, Option<Met>) {
+        let (of, sheet) = (self.of, self.of.mesh.faces[self.face as usize].sheet);
+        let texel_met = |hit| of.texel_met(self.origin, direction, hit);
+        let front = of.rays.nearest_face(self.origin, direction, sheet).map(texel_met);
+        let on_room = front.is_some_and(|met| !of.mesh.is_object(met.face));
+        let back = match (self.of_room, on_room) {
+            (true, false) => of.room_rays.nearest_face(self.origin, direction, sheet).map(texel_met),
+            (false, true) => front,
+            _ => None,
+        };
+        (front, back)
+    }
+
+    /// Weighs a ray by the balance heuristic.
+    fn weigh(&self, direction: Vec3, front: Option<Met>, back: Option<Met>) -> Weighted {
+        let by_cosine = self.normal.dot(direction).max(0.0) / PI;
+        let drawn = |met: Option<Met>, lamps: &LampTree| met.map_or(0.0, |met| self.density(lamps, met));
+        let all = by_cosine + drawn(front, self.changed()) + drawn(back, &self.of.room);
+        (front, back, if by_cosine > 0.0 { by_cosine / all } else { 0.0 })
+    }
+
+    /// Returns the density of the direction to `met` among rays to points drawn by `lamps`.
+    fn density(&self, lamps: &LampTree, met: Met) -> f32 {
+        let drawn = self.choose(lamps).lamp_probability(met.texel);
+        if drawn <= 0.0 {
+            return 0.0;
+        }
+        let mesh = self.of.mesh;
+        let ray = met.point - self.origin;
+        let square = ray.length_squared().max(f32::MIN_POSITIVE);
+        let sent = -mesh.faces[met.face as usize].normal.dot(ray) / square.sqrt();
+        drawn * square / (sent * mesh.texels[met.texel as usize].area).max(f32::MIN_POSITIVE)
+    }
+}
+
+/// Builds the tree over the texels that are open, by their power over area.
+fn build_tree(mesh: &Mesh, open: &[f32], power: impl Fn(usize) -> f32) -> LampTree {
+    let lamp = |k: usize| Lamp {
+        number: k as u32,
+        corners: texel_corners(mesh, &mesh.texels[k]),
+        normal: mesh.faces[mesh.texels[k].face as usize].normal,
+        power: power(k) * mesh.texels[k].area,
+    };
+    let texels = (0..open.len()).filter(|k| open[*k] > 0.0);
+    LampTree::over(texels.map(lamp), open.len())
+}
+
+/// Returns the sum of the channels of a radiosity of either sign; 0 below `least`.
+fn brightness(radiosity: Vec3A, least: f32) -> f32 {
+    let sum = radiosity.abs().element_sum();
+    if sum >= least { sum } else { 0.0 }
+}
+
+/// Returns the mean brightness of the room.
+fn mean_brightness(mesh: &Mesh, radiosity: &[Vec3A]) -> f32 {
+    let (mut sum, mut area) = (0.0, 0.0);
+    let texels = mesh.texels.iter().zip(radiosity);
+    for (texel, radiosity) in texels.filter(|(texel, _)| !mesh.is_object(texel.face)) {
+        sum += f64::from(brightness(*radiosity, 0.0) * texel.area);
+        area += f64::from(texel.area);
+    }
+    if area > 0.0 { (sum / area) as f32 } else { 0.0 }
+}
+
+/// Draws a point of `parts` by (u, v) in the unit square; none of no area.
+fn draw_point(parts: &[SampledOutline], [u, v]: [f32; 2]) -> Option<Vec3> {
+    let all: f32 = parts.iter().map(|part| part.area).sum();
+    let mut rest = u * all;
+    let last = parts.len().checked_sub(1)?;
+    for (k, part) in parts.iter().enumerate() {
+        if rest < part.area || k == last {
+            let share = (rest / part.area.max(f32::MIN_POSITIVE)).min(1.0);
+            return Some(part.point_at([share, v]));
+        }
+        rest -= part.area;
+    }
+    None
+}
+
+/// Returns whether the line between two points may cross a box.
+fn crosses_box(from: Vec3, to: Vec3, [low, high]: [Vec3; 2]) -> bool {
+    let inverse = (to - from).recip();
+    let (a, b) = ((low - from) * inverse, (high - from) * inverse);
+    let enters = a.min(b).max_element().max(0.0);
+    let leaves = a.max(b).min_element().min(1.0);
+    enters <= leaves
+}
+
+impl KeptRays for PairRays<'_> {
+    const BYTES_PER_RAY: u64 = 24;
+    const FIRST_RAY_COUNT: f32 = 3.0;
+    const LEARNS: bool = true;
+
+    fn discard_rays(&mut self, radiosity: &[Vec3A]) {
+        self.records.fill(PairRecord::default());
+        self.discards += 1;
+        let mean = mean_brightness(self.mesh, &self.given);
+        let sent: Vec<Vec3A> = radiosity.iter().zip(&self.emitted).map(|(b, e)| *b + *e).collect();
+        self.changed = Self::changed_texels(self.mesh, self.open, mean, &sent);
+    }
+
+    fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()> {
+        let mut records = std::mem::take(&mut self.records);
+        trace_in_tasks(&mut records, watch, |k, record| {
+            self.extend_record(k, 2 * counts[k], record)
+        })?;
+        self.records = records;
+        Ok(())
+    }
+
+    fn direct_light(&self) -> Vec<Halves> {
+        let direct = |(k, own): (usize, &PairRecord)| {
+            let given = self.given_to(k);
+            let received = own.sum_met(|_, j| given[j as usize]);
+            [0, 1].map(|half| (received[half] - own.hidden[half] * own.half_share()) * self.open[k])
+        };
+        self.records.par_iter().enumerate().map(direct).collect()
+    }
+
+    fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves> {
+        let gather = |(own, open): (&PairRecord, &f32)| {
+            let received = own.sum_met(|half, j| radiosity[j as usize][half]);
+            [0, 1].map(|half| received[half] * (open * own.limit[half]))
+        };
+        self.records.par_iter().zip(self.open).map(gather).collect()
+    }
+
+    fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
+        let variance = |(k, own): (usize, &PairRecord)| {
+            let given = self.given_to(k);
+            let (mut sum, mut squares) = (Vec3A::ZERO, Vec3A::ZERO);
+            for parts in &own.met {
+                let met = parts.iter().filter(|(j, _)| *j != NO_TEXEL);
+                let light: Vec3A = met
+                    .map(|(j, w)| (radiosity[*j as usize] + given[*j as usize]) * *w)
+                    .sum();
+                sum += light;
+                squares += light * light;
+            }
+            let share = 0.5 * own.half_share();
+            let variance =
+                |sum: Vec3A, squares: Vec3A| (squares * share - (sum * share) * (sum * share)).max(Vec3A::ZERO);
+            (variance(sum, squares) + variance(own.hidden[0] + own.hidden[1], own.hidden_squares))
+                * self.open[k].powi(2)
+        };
+        self.records.par_iter().enumerate().map(variance).collect()
+    }
+}

@@ -1,0 +1,107 @@
+//! Forecasts a solve to an error from its first step, which is solved.
+//!
+//! The second step, as a rule the last, is solved to half the error. Its texels are known: the first step chooses them.
+//! - By rays: the noise variance of n rays falls as n^-1.25 whatever the texels are, so that a texel's rays grow by the
+//!   noise's ratio to the power 1.6 ([`grown_rays`]).
+//! - By links: work goes with the number of texels. A texel's links grow by √2 at most (sources are linear, so that the error
+//!   of a link goes with the area of its source), and about as many texels are interpolated instead. If no texels are
+//!   requested, another step follows on those that light needs; the variation within a texel halves with its width, as
+//!   beside a shadow's edge.
+
+use super::adaptive::{
+    AdaptiveSolve, brightest_channel, halve_varied, is_result, resample_result, solve_first_step,
+    variation_within_texels,
+};
+use super::error_estimate::ErrorHistory;
+use super::gpu_linker::LinkerOnGpu;
+use super::progress::ProgressMonitor;
+use super::resolution::count_texels;
+use super::solved::Solved;
+use super::solver::{ErrorTarget, SolverChoice};
+use super::step::SolveStep;
+use common::Result;
+use common::scene::Scene;
+use common::settings::Settings;
+use cpu::hierarchy::linker::LinkMethod;
+use cpu::ray_cast::{count_traced_rays, grown_rays};
+
+/// The first step of a solve, and what the whole takes.
+pub struct FirstStep {
+    /// The result of the first step.
+    pub solved: Solved,
+    /// Texels of the last step.
+    pub texels: u64,
+    /// Rays that it keeps; 0 by links.
+    pub rays: u64,
+    /// Work of the whole solve over that of the first step.
+    pub work_ratio: f64,
+}
+
+/// Solves the first step of a solve of `scene` by `solver`, and forecasts the rest; none for a solver without an error.
+///
+/// Errors: those of the solver; [`common::Error::Interrupted`].
+pub fn solve_first(
+    scene: &Scene,
+    settings: &Settings,
+    solver: SolverChoice,
+    progress: &ProgressMonitor,
+) -> Result<Option<FirstStep>> {
+    match solver {
+        SolverChoice::Hierarchy(target) => forecast(scene, settings, target, LinkMethod::Shafts, progress).map(Some),
+        SolverChoice::GpuHierarchy(gpu, target) => {
+            let maker = LinkerOnGpu::factory_on(gpu, &[]);
+            forecast(scene, settings, target, LinkMethod::Custom(&maker), progress).map(Some)
+        }
+        _ => Ok(None),
+    }
+}
+
+fn forecast(
+    scene: &Scene,
+    settings: &Settings,
+    target: ErrorTarget,
+    method: LinkMethod,
+    progress: &ProgressMonitor,
+) -> Result<FirstStep> {
+    let problem = AdaptiveSolve::new(scene, target, method, progress);
+    let (first, second) = solve_first_step(&problem, target.error)?;
+    let texels = [first.mesh.texels.len() as u64, count_texels(&second)];
+    let (kept, rays, work_ratio) = if problem.follows_rays() {
+        let noise = problem.ray_noise(0.5 * target.error, &second);
+        let own = first.outcome.links;
+        let rays = grown_rays(own, texels, (first.relative_noise() / noise) as f32);
+        let [before, work] =
+            [(own, texels[0]), (rays, texels[1])].map(|(rays, texels)| count_traced_rays(rays, texels));
+        (texels[1], rays, 1.0 + work as f64 / before.max(1) as f64)
+    } else {
+        let last = count_result_texels(scene, target, &first, &second);
+        let after = texels[1] + last.unwrap_or(0);
+        (
+            last.unwrap_or(texels[1]),
+            0,
+            1.0 + after as f64 / texels[0].max(1) as f64,
+        )
+    };
+    Ok(FirstStep {
+        solved: resample_result(scene, settings, target, first, ErrorHistory::default())?,
+        texels: kept,
+        rays,
+        work_ratio,
+    })
+}
+
+/// Returns the texels of a step on those that light needs, after one on the `second` texels; none if there is no such step.
+fn count_result_texels(scene: &Scene, target: ErrorTarget, first: &SolveStep, second: &[[u32; 2]]) -> Option<u64> {
+    let (light, channel) = brightest_channel(scene, first);
+    let all: f64 = light.iter().sum();
+    if target.texels.is_some() || all <= 0.0 {
+        return None;
+    }
+    let mut within = variation_within_texels(scene, first, (channel, 1.0 / all));
+    for (own, texels) in within.iter_mut().zip(first.resolutions.iter().zip(second)) {
+        let [before, after] = [texels.0, texels.1].map(|texels| count_texels(&[*texels]) as f64);
+        *own *= (before / after).sqrt();
+    }
+    let filled = halve_varied(&scene.faces, second, &within, target.error);
+    is_result(&filled, second).then(|| count_texels(&filled))
+}
