@@ -106,9 +106,8 @@ fn sample_covers_until(mesh: &mut Mesh, samples: u32, stop: StopCheck) -> Result
 /// Returns whether a point of `face` is uncovered: among the first `faces` faces, in one of `directions`
 /// (see [`cover_directions`]), the ray meets a front before a back, or nothing.
 pub fn is_open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
-    let bitangent = face.normal.cross(face.tangent);
     directions.iter().any(|d| {
-        let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
+        let direction = face.direction_in_frame(*d);
         let (mut front, mut back) = (MISS_DISTANCE, MISS_DISTANCE);
         rays.visit_faces_along(point, direction, |k, other| {
             let hit = intersect_face(other, point, direction);

@@ -61,11 +61,8 @@ pub fn escaped_share(mesh: &Mesh, rays: &Rays, patch: u32, directions: &[Vec3]) 
     let face = &mesh.faces[mesh.patches[patch as usize].face as usize];
     let first = (patch * mesh.samples) as usize;
     let points = &mesh.patch_points[first..first + mesh.samples as usize];
-    let bitangent = face.normal.cross(face.tangent);
-    let escapes = |(k, d): &(usize, &Vec3)| {
-        let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-        !meets_front(rays, face.sheet, ray_origin(points, *k), direction)
-    };
+    let escapes =
+        |(k, d): &(usize, &Vec3)| !meets_front(rays, face.sheet, ray_origin(points, *k), face.direction_in_frame(**d));
     directions.par_iter().enumerate().filter(escapes).count() as f32 / ESCAPE_DIRECTION_COUNT as f32
 }
 

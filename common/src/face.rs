@@ -50,6 +50,13 @@ impl MeshFace {
         }
     }
 
+    /// Returns the direction with the components `d` along the tangent, the bitangent and the normal.
+    #[inline(always)]
+    pub fn direction_in_frame(&self, d: Vec3) -> Vec3 {
+        let bitangent = self.normal.cross(self.tangent);
+        self.tangent * d.x + bitangent * d.y + self.normal * d.z
+    }
+
     /// Returns the corners' bits in ascending order: equal for faces with the same corners.
     pub fn sorted_corner_bits(&self) -> [[u32; 3]; 4] {
         // −0 is 0.

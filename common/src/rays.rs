@@ -152,7 +152,7 @@ impl Rays {
     /// Returns the nearest face along the ray from `origin`, a point of a face of `sheet`, and its ray parameter; none if the
     /// ray meets nothing, or a back first.
     pub fn nearest_face(&self, origin: Vec3, direction: Vec3, sheet: u32) -> Option<(u32, f32)> {
-        match self.trace(origin, direction, sheet) {
+        match self.trace_ray(origin, direction, sheet) {
             RayEnd::Front(face, t) => Some((face, t)),
             RayEnd::Back | RayEnd::Outside => None,
         }
@@ -161,7 +161,7 @@ impl Rays {
     /// Returns what the ray from `origin`, a point of a face of `sheet`, meets first. Faces that touch the origin are
     /// skipped: a body that stands there has more faces behind them. Where a front and a back coincide the front is
     /// met: they are a sheet's two sides, subdivided differently. Of coincident fronts the first is met.
-    pub fn trace(&self, origin: Vec3, direction: Vec3, sheet: u32) -> RayEnd {
+    pub fn trace_ray(&self, origin: Vec3, direction: Vec3, sheet: u32) -> RayEnd {
         let reach = 8.0 / RAY_REACH;
         let mut nearest = RayHit::none();
         // The nearest front with its ray parameter and cosine; the ray parameter of the nearest back.

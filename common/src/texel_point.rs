@@ -1,8 +1,8 @@
 //! Points of a texel.
 
-use crate::mesh::{Mesh, MeshFace, TexelKind};
+use crate::mesh::{Mesh, MeshFace, Texel, TexelKind};
 use crate::sampling::{fold_triangle, texel_uv};
-use crate::texel::triangle_index;
+use crate::texel::{first_texels, triangle_index};
 use glam::{Vec3, Vec4};
 
 /// Returns sample point `s` of texel `k` for a patch; w is the area that it represents, over the mean.
@@ -41,6 +41,16 @@ pub fn point_on_texel(face: &MeshFace, kind: TexelKind, place: [u32; 2], area: f
     (low * (1.0 - v) + high * v).extend(weight)
 }
 
+/// Returns the outline of a texel; a triangle repeats its third corner.
+pub fn texel_corners(mesh: &Mesh, texel: &Texel) -> [Vec3; 4] {
+    let face = &mesh.faces[texel.face as usize];
+    let uv = match texel.kind {
+        TexelKind::Quad => [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        _ => [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]],
+    };
+    uv.map(|uv| point_on_texel(face, texel.kind, texel.lattice_corner, texel.area, uv).truncate())
+}
+
 /// A texel's or face's corners in mesh units, from which points are drawn evenly; a triangle repeats its third.
 #[derive(Clone, Copy, Debug)]
 pub struct SampledOutline {
@@ -75,6 +85,33 @@ impl SampledOutline {
         };
         // The square root makes the density uniform over a triangle.
         c[0] + ((p - c[0]) * (1.0 - v) + (q - c[0]) * v) * u.sqrt()
+    }
+}
+
+/// The texels of a mesh, found by face and point.
+pub struct TexelLookup<'a> {
+    mesh: &'a Mesh,
+    /// First texel of each face, in face order.
+    first: Vec<usize>,
+    /// The texel of each rank in face order.
+    order: Vec<usize>,
+}
+
+impl<'a> TexelLookup<'a> {
+    /// Sorts the texels of `mesh`.
+    pub fn new(mesh: &'a Mesh) -> Self {
+        let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|face| face.resolution).collect();
+        Self {
+            mesh,
+            first: first_texels(&resolutions),
+            order: mesh.texels_in_face_order(),
+        }
+    }
+
+    /// Returns the texel at `point` of face `f`.
+    pub fn texel_at(&self, f: u32, point: Vec3) -> usize {
+        let index = locate_texel(&self.mesh.faces[f as usize], point);
+        self.order[self.first[f as usize] + index as usize]
     }
 }
 

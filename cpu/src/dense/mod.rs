@@ -16,6 +16,7 @@ pub mod exchange_area;
 mod lu_solve;
 pub mod memory;
 pub mod open_area;
+pub mod open_points;
 pub mod quadrature;
 pub mod shot_log;
 pub mod visible_share;

@@ -231,12 +231,10 @@ impl CoveringLines {
             return true;
         }
         let face = &mesh.faces[self.face];
-        let bitangent = face.normal.cross(face.tangent);
         let origin = piece.centre.as_vec3();
-        directions.iter().all(|d| {
-            let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-            meets_back_first(rays, face.sheet, origin, direction)
-        })
+        directions
+            .iter()
+            .all(|d| meets_back_first(rays, face.sheet, origin, face.direction_in_frame(*d)))
     }
 }
 

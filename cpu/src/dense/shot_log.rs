@@ -5,12 +5,13 @@
 //! stands on it.
 
 use super::open_area::Element;
+use super::open_points::draw_point;
 use super::{ClosureDefects, DenseSolution, Matrix};
 use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions, meets_front, weyl_sequence};
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::shooting::Shot;
-use glam::DVec3;
+use glam::{DVec3, Quat};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
@@ -22,49 +23,22 @@ pub fn escaped_shares(mesh: &Mesh, rays: &Rays, elements: &[Element]) -> Vec<f64
         .par_iter()
         .enumerate()
         .map(|(k, element)| {
-            if element.pieces.is_empty() {
-                return 0.0;
-            }
+            let outlines = element.open_outlines();
             let face = &mesh.faces[element.face as usize];
-            let (s, c) = (weyl_sequence(k, 0.618_033_988_749_895) as f32 * TAU).sin_cos();
-            let tangent = face.tangent * c + face.normal.cross(face.tangent) * s;
-            let bitangent = face.normal.cross(tangent);
+            let turn = Quat::from_rotation_z(weyl_sequence(k, 0.618_033_988_749_895) as f32 * TAU);
             let lost = directions
                 .iter()
                 .enumerate()
                 .filter(|(n, d)| {
-                    let [u, v] =
-                        [0.754_877_666_246_693, 0.569_840_290_998_053].map(|alpha| weyl_sequence(k + n, alpha));
-                    let origin = open_point(element, u, v).as_vec3();
-                    let direction = tangent * d.x + bitangent * d.y + face.normal * d.z;
-                    !meets_front(rays, face.sheet, origin, direction)
+                    let uv =
+                        [0.754_877_666_246_693, 0.569_840_290_998_053].map(|alpha| weyl_sequence(k + n, alpha) as f32);
+                    draw_point(&outlines, uv)
+                        .is_some_and(|at| !meets_front(rays, face.sheet, at, face.direction_in_frame(turn * **d)))
                 })
                 .count();
             lost as f64 / ESCAPE_DIRECTION_COUNT as f64
         })
         .collect()
-}
-
-/// Maps (u, v) of the unit square to the open part; equal areas map to equal areas.
-fn open_point(element: &Element, u: f64, v: f64) -> DVec3 {
-    let open: f64 = element.pieces.iter().map(|piece| piece.area).sum();
-    let mut left = u * open;
-    let mut last = element.pieces[0].centre;
-    for piece in &element.pieces {
-        let c = piece.polygon.corners();
-        for k in 1..c.len().saturating_sub(1) {
-            let (along, across) = (c[k] - c[0], c[k + 1] - c[0]);
-            let area = 0.5 * along.cross(across).length();
-            if left < area {
-                // A triangle from the unit square: the root makes its rows equally dense.
-                let root = (left / area).sqrt();
-                return c[0] + (along * (1.0 - v) + across * v) * root;
-            }
-            left -= area;
-            last = piece.centre;
-        }
-    }
-    last
 }
 
 /// Returns the shots of all texels.

@@ -175,9 +175,12 @@ impl SkyVisibility<'_> {
         let is_open =
             |at: &Vec3| self.shares[k] == 1.0 || is_open(&self.rays, faces, face, *at, &self.cover_directions);
         let origin = places.find(is_open)?;
-        let bitangent = face.normal.cross(face.tangent);
-        let direction = face.tangent * along.x + bitangent * along.y + face.normal * along.z;
-        Some(!meets_front(&self.rays, face.sheet, origin, direction))
+        Some(!meets_front(
+            &self.rays,
+            face.sheet,
+            origin,
+            face.direction_in_frame(along),
+        ))
     }
 }
 

@@ -84,12 +84,10 @@ fn sees_outside(mesh: &Mesh) -> bool {
     let each = (OUTSIDE_RAY_COUNT / mesh.texels.len().max(1)).clamp(1, directions.len());
     mesh.texels.par_iter().enumerate().any(|(k, texel)| {
         let face = &mesh.faces[texel.face as usize];
-        let bitangent = face.normal.cross(face.tangent);
         (0..each).any(|n| {
             // All directions in turn from one texel to the next, spread evenly over the hemisphere.
             let d = directions[(k * each + n) * DIRECTION_STRIDE % directions.len()];
-            let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-            !meets_front(&rays, face.sheet, texel.position, direction)
+            !meets_front(&rays, face.sheet, texel.position, face.direction_in_frame(d))
         })
     })
 }

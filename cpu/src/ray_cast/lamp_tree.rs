@@ -94,11 +94,11 @@ impl LampTree {
             normal: mesh.faces[f].normal,
             power: power[f],
         };
-        Self::over(lamps.map(lamp), mesh.faces.len())
+        Self::from_lamps(lamps.map(lamp), mesh.faces.len())
     }
 
     /// Builds the tree over those of the `lamps` that have power; their numbers are below `count`.
-    pub fn over(lamps: impl Iterator<Item = Lamp>, count: usize) -> Self {
+    pub fn from_lamps(lamps: impl Iterator<Item = Lamp>, count: usize) -> Self {
         let leaf = |lamp: Lamp| {
             let centre = lamp.corners.iter().sum::<Vec3>() / 4.0;
             LampNode {

@@ -2,8 +2,9 @@
 //! are kept. A form factor is the share of the rays that meet a texel.
 //!
 //! ```text
-//! H = D + F ρH      F_kj = rays of texel k that meet texel j, over all rays of k
+//! H = o(D + F ρH/o)      F_kj = rays of texel k that meet texel j, over all rays of k
 //! ```
+//! o is the open share of a texel: the rest lies under bodies. Rays start on the open part.
 //! D, the light of the lamps and from outside, is estimated by the same rays and as many to points of lamps (`texel_rays`,
 //! `lamp_tree`, `sky_light`). The rays of a texel are two halves with sequences of their own. The system is solved for
 //! each half; the answer is the mean of the two, and its noise half of their difference. Rays are added where they reduce
@@ -16,7 +17,8 @@ mod seen_lamp;
 mod sky_light;
 mod texel_rays;
 
-use crate::hierarchy::solver::{TexelSolution, open_shares};
+use crate::dense::open_points::OpenParts;
+use crate::hierarchy::solver::TexelSolution;
 use common::mesh::{Mesh, Texel};
 use common::passes::ProgressCallback;
 use common::rays::Rays;
@@ -59,13 +61,14 @@ const MAX_BOUNCES: u32 = 2000;
 pub fn solve_by_rays(scene: &Scene, mesh: &mut Mesh, noise: f32, watch: ProgressCallback) -> Result<TexelSolution> {
     let (solution, outside) = {
         let rays = Rays::new(mesh);
+        let open = OpenParts::new(scene, mesh, &rays);
+        let mut traced = TexelRays::new(mesh, &rays, &open, SkyLight::new(scene, mesh, &rays)?);
         let solver = RaySolver {
             mesh,
-            open: open_shares(scene, mesh),
+            open: &open.shares,
             known: &[],
             passes: 0,
         };
-        let mut traced = TexelRays::new(mesh, &rays, SkyLight::new(scene, mesh, &rays)?);
         let solution = solver.solve_to_noise(&mut traced, noise, watch)?;
         (solution, traced.outside_light())
     };
@@ -123,6 +126,12 @@ pub fn growth_for(noise: f32, wanted: f32) -> f32 {
     (noise / wanted).powf(2.0 / VARIANCE_EXPONENT)
 }
 
+/// Returns the variance of `count` values from their sum and that of their squares.
+fn sample_variance(sum: Vec3A, squares: Vec3A, count: usize) -> Vec3A {
+    let share = 1.0 / count.max(1) as f32;
+    (squares * share - (sum * share) * (sum * share)).max(Vec3A::ZERO)
+}
+
 /// Returns `count` times `growth`, at least one more.
 fn grow_count(count: u32, growth: f32) -> u32 {
     (count as f32 * growth)
@@ -160,7 +169,7 @@ struct RayBounces {
 struct RaySolver<'a> {
     mesh: &'a Mesh,
     /// Open share of each texel.
-    open: Vec<f32>,
+    open: &'a [f32],
     /// H of each texel that is known, the mean over its area, and to which the solve adds; empty if there is none.
     known: &'a [Vec3],
     passes: u32,
@@ -236,9 +245,9 @@ impl RaySolver<'_> {
             true => Vec3A::from(texel.reflectance / *open),
             false => Vec3A::ZERO,
         };
-        let reflectance: Vec<Vec3A> = texels.iter().zip(&self.open).map(of_open).collect();
+        let reflectance: Vec<Vec3A> = texels.iter().zip(self.open).map(of_open).collect();
         let power = |unshot: &[Halves]| -> f64 {
-            let parts = unshot.iter().zip(texels).zip(&self.open);
+            let parts = unshot.iter().zip(texels).zip(self.open);
             let part = |(([a, b], texel), open): ((&Halves, &Texel), &f32)| {
                 f64::from(((*a + *b).abs() * (texel.area * *open)).max_element())
             };
@@ -305,7 +314,7 @@ impl RaySolver<'_> {
 
     /// Returns the radiosity of each texel's open part that is reflected of the light of `bounces`.
     fn reflected_radiosity(&self, bounces: &RayBounces) -> Vec<Vec3A> {
-        let reflected = bounces.mean.iter().zip(&self.mesh.texels).zip(&self.open);
+        let reflected = bounces.mean.iter().zip(&self.mesh.texels).zip(self.open);
         let radiosity = reflected.map(|((h, texel), open)| match *open > 0.0 {
             true => Vec3A::from(texel.reflectance) * *h / *open,
             false => Vec3A::ZERO,
@@ -343,7 +352,7 @@ impl RaySolver<'_> {
     /// Makes the solution from the light of `bounces` over `links` rays.
     fn finish(self, bounces: &RayBounces, links: u64) -> TexelSolution {
         let to_vec3 = |values: &[Vec3A]| values.iter().map(|v| Vec3::from(*v)).collect();
-        let unshot = bounces.unshot.iter().zip(&self.open);
+        let unshot = bounces.unshot.iter().zip(self.open);
         TexelSolution {
             irradiance: to_vec3(&bounces.mean),
             residual: unshot
@@ -351,7 +360,7 @@ impl RaySolver<'_> {
                 .collect(),
             variance: to_vec3(&bounces.variance),
             coarse_error: vec![0.0; self.open.len()],
-            open: self.open,
+            open: self.open.to_vec(),
             links,
             passes: self.passes,
             converged: bounces.converged,

@@ -12,22 +12,21 @@
 //! Rays of the room to other parts of it matter only where an object is between: those that pass the objects by are not
 //! traced. Rays start on the open parts of texels.
 
-use super::KeptRays;
 use super::lamp_tree::{Lamp, LampChoice, LampTree, Receiver};
-use super::texel_rays::{Halves, NO_TEXEL, texel_corners};
+use super::texel_rays::{Halves, NO_TEXEL};
+use super::{KeptRays, sample_variance};
+use crate::dense::open_points::{OpenParts, draw_point};
 use crate::hierarchy::relight::RoomLight;
 use common::constants::OUTLINE_MARGIN;
 use common::escape::concentric_direction;
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::sampling::pcg_hash;
-use common::texel::first_texels;
-use common::texel_point::{SampledOutline, locate_texel};
+use common::texel_point::{SampledOutline, TexelLookup, texel_corners};
 use common::{Error, Result};
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 use sobol_burley::sample_4d;
-use std::collections::HashMap;
 use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
@@ -45,7 +44,7 @@ const BOX_MARGIN: f32 = 16.0 * OUTLINE_MARGIN;
 
 /// A texel that a ray meets.
 #[derive(Clone, Copy)]
-struct Met {
+struct TexelHit {
     texel: u32,
     face: u32,
     point: Vec3,
@@ -74,9 +73,8 @@ pub struct PairRays<'a> {
     emitted: Vec<Vec3A>,
     /// The same as the objects receive it: B₀ on the room, too.
     given: Vec<Vec3A>,
-    /// Open parts of texels that bodies cover.
-    covered: &'a HashMap<u32, Vec<[Vec3; 4]>>,
-    open: &'a [f32],
+    open: &'a OpenParts,
+    lookup: TexelLookup<'a>,
     /// Bright texels of the room.
     room: LampTree,
     /// Texels of the objects by what they hide and emit, and those of the room that changed much.
@@ -85,24 +83,14 @@ pub struct PairRays<'a> {
     emitters: LampTree,
     /// The box around the objects.
     bounds: [Vec3; 2],
-    /// First texel of each face, in face order.
-    first: Vec<usize>,
-    /// The texel of each rank in face order.
-    order: Vec<usize>,
     records: Vec<PairRecord>,
     /// Number of times that rays were discarded: a part of their seeds.
     discards: u32,
 }
 
 impl<'a> PairRays<'a> {
-    /// Makes the texels of `mesh`, without rays; `open` and `covered` are the open share and outlines of each texel.
-    pub fn new(
-        mesh: &'a Mesh,
-        rays: &'a Rays,
-        known: &RoomLight,
-        open: &'a [f32],
-        covered: &'a HashMap<u32, Vec<[Vec3; 4]>>,
-    ) -> Self {
+    /// Makes the texels of `mesh` with their `open` parts, without rays.
+    pub fn new(mesh: &'a Mesh, rays: &'a Rays, open: &'a OpenParts, known: &RoomLight) -> Self {
         let is_object = |k: usize| mesh.is_object(mesh.texels[k].face);
         let texels = || 0..mesh.texels.len();
         let emitted = |k: usize| match is_object(k) {
@@ -118,26 +106,23 @@ impl<'a> PairRays<'a> {
         let mean = mean_brightness(mesh, &given);
         let bright = |k: usize| match is_object(k) {
             true => 0.0,
-            false => brightness(given[k], MIN_BRIGHTNESS * mean),
+            false => sum_channels(given[k], MIN_BRIGHTNESS * mean),
         };
         let corners = mesh.faces.iter().skip(mesh.room_faces as usize).flat_map(|f| f.corners);
         let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
         let around = |[low, high]: [Vec3; 2], c: Vec3| [low.min(c - BOX_MARGIN), high.max(c + BOX_MARGIN)];
-        let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|face| face.resolution).collect();
         Self {
-            room: build_tree(mesh, open, bright),
-            changed: Self::changed_texels(mesh, open, mean, &emitted),
-            emitters: build_tree(mesh, open, |k| brightness(emitted[k], 0.0)),
+            room: build_tree(mesh, &open.shares, bright),
+            changed: Self::changed_texels(mesh, &open.shares, mean, &emitted),
+            emitters: build_tree(mesh, &open.shares, |k| sum_channels(emitted[k], 0.0)),
             bounds: corners.fold(empty, around),
             emitted,
             given,
             mesh,
             rays,
             room_rays: Rays::of_room(mesh),
-            covered,
             open,
-            first: first_texels(&resolutions),
-            order: mesh.texels_in_face_order(),
+            lookup: TexelLookup::new(mesh),
             records: vec![PairRecord::default(); mesh.texels.len()],
             discards: 0,
         }
@@ -148,28 +133,25 @@ impl<'a> PairRays<'a> {
     fn changed_texels(mesh: &Mesh, open: &[f32], mean: f32, radiosity: &[Vec3A]) -> LampTree {
         let least = MIN_BRIGHTNESS * mean_brightness(mesh, radiosity);
         build_tree(mesh, open, |k| match mesh.is_object(mesh.texels[k].face) {
-            true => mean + brightness(radiosity[k], 0.0),
-            false => brightness(radiosity[k], least),
+            true => mean + sum_channels(radiosity[k], 0.0),
+            false => sum_channels(radiosity[k], least),
         })
     }
 
     /// Traces rays of texel `k` until there are `count` of both halves.
     fn extend_record(&self, k: usize, count: u32, record: &mut PairRecord) {
         let texel = &self.mesh.texels[k];
-        let open = match self.covered.get(&(k as u32)) {
-            Some(parts) => parts.iter().map(|corners| SampledOutline::new(*corners)).collect(),
-            None => vec![SampledOutline::new(texel_corners(self.mesh, texel))],
-        };
+        let outlines = self.open.outlines_of(self.mesh, k);
         let known = record.met.len() as u32;
         record.met.reserve_exact(count.saturating_sub(known) as usize);
         for n in known..count {
             let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
-            let Some(origin) = draw_point(&open, [u, v]) else {
+            let Some(origin) = draw_point(&outlines, [u, v]) else {
                 break;
             };
-            let from = Start {
-                of: self,
+            let from = RayStart {
+                pairs: self,
                 face: texel.face,
                 of_room: !self.mesh.is_object(texel.face),
                 origin,
@@ -198,11 +180,10 @@ impl<'a> PairRays<'a> {
     }
 
     /// Returns the texel at the `distance` of the ray on face `f`.
-    fn texel_met(&self, origin: Vec3, direction: Vec3, (f, distance): (u32, f32)) -> Met {
+    fn texel_met(&self, origin: Vec3, direction: Vec3, (f, distance): (u32, f32)) -> TexelHit {
         let point = origin + direction * distance;
-        let at = locate_texel(&self.mesh.faces[f as usize], point) as usize;
-        Met {
-            texel: self.order[self.first[f as usize] + at] as u32,
+        TexelHit {
+            texel: self.lookup.texel_at(f, point) as u32,
             face: f,
             point,
         }
@@ -256,8 +237,8 @@ impl PairRecord {
 }
 
 /// Where a ray starts.
-struct Start<'a> {
-    of: &'a PairRays<'a>,
+struct RayStart<'a> {
+    pairs: &'a PairRays<'a>,
     face: u32,
     of_room: bool,
     origin: Vec3,
@@ -265,46 +246,45 @@ struct Start<'a> {
 }
 
 /// What a ray meets first, the texel of the room for which rays are drawn, and the ray's weight.
-type Weighted = (Option<Met>, Option<Met>, f32);
+type WeightedRay = (Option<TexelHit>, Option<TexelHit>, f32);
 
-impl Start<'_> {
-    fn trace_by_cosine(&self, [x, y]: [f32; 2]) -> Weighted {
+impl RayStart<'_> {
+    fn trace_by_cosine(&self, [x, y]: [f32; 2]) -> WeightedRay {
         let along = concentric_direction(f64::from(2.0 * x - 1.0), f64::from(2.0 * y - 1.0));
-        let tangent = self.of.mesh.faces[self.face as usize].tangent;
-        let direction = tangent * along.x + self.normal.cross(tangent) * along.y + self.normal * along.z;
-        let (front, back) = self.meet(direction);
-        self.weigh(direction, front, back)
+        let direction = self.pairs.mesh.faces[self.face as usize].direction_in_frame(along);
+        let (front, back) = self.find_ends(direction);
+        self.weigh_ray(direction, front, back)
     }
 
     /// Traces a ray to a texel of the room.
-    fn trace_to_room(&self, numbers: [f32; 4]) -> Option<Weighted> {
-        let target = self.draw_target(&self.of.room, numbers)?;
-        if self.of_room && !crosses_box(self.origin, target.point, self.of.bounds) {
+    fn trace_to_room(&self, numbers: [f32; 4]) -> Option<WeightedRay> {
+        let target = self.draw_target(&self.pairs.room, numbers)?;
+        if self.of_room && !crosses_box(self.origin, target.point, self.pairs.bounds) {
             return None;
         }
         let direction = (target.point - self.origin).normalize();
-        let (front, back) = self.meet(direction);
+        let (front, back) = self.find_ends(direction);
         let back = back.filter(|met| met.face == target.face).map(|_| target);
         back?;
         let front = if self.of_room { front } else { back };
-        Some(self.weigh(direction, front, back))
+        Some(self.weigh_ray(direction, front, back))
     }
 
     /// Traces a ray to a texel of an object, or one of the room that changed much.
-    fn trace_to_changed(&self, numbers: [f32; 4]) -> Option<Weighted> {
+    fn trace_to_changed(&self, numbers: [f32; 4]) -> Option<WeightedRay> {
         let target = self.draw_target(self.changed(), numbers)?;
         let direction = (target.point - self.origin).normalize();
-        let (front, back) = self.meet(direction);
+        let (front, back) = self.find_ends(direction);
         let front = front.filter(|met| met.face == target.face).map(|_| target);
         front?;
-        Some(self.weigh(direction, front, back))
+        Some(self.weigh_ray(direction, front, back))
     }
 
     /// Returns the texels that send light that is not known, to which rays are drawn.
     fn changed(&self) -> &LampTree {
         match self.of_room {
-            true => &self.of.changed,
-            false => &self.of.emitters,
+            true => &self.pairs.changed,
+            false => &self.pairs.emitters,
         }
     }
 
@@ -318,20 +298,20 @@ impl Start<'_> {
     }
 
     /// Draws a point of a texel above the horizon and before whose front the start is.
-    fn draw_target(&self, lamps: &LampTree, [choice, u, v, _]: [f32; 4]) -> Option<Met> {
+    fn draw_target(&self, lamps: &LampTree, [choice, u, v, _]: [f32; 4]) -> Option<TexelHit> {
         let texel = self.choose(lamps).draw_lamp(choice)?.lamp;
-        let mesh = self.of.mesh;
+        let mesh = self.pairs.mesh;
         let face = mesh.texels[texel as usize].face;
         let point = SampledOutline::new(texel_corners(mesh, &mesh.texels[texel as usize])).point_at([u, v]);
         let ray = point - self.origin;
         let faces = self.normal.dot(ray) > 0.0 && mesh.faces[face as usize].normal.dot(ray) < 0.0;
-        faces.then_some(Met { texel, face, point })
+        faces.then_some(TexelHit { texel, face, point })
     }
 
     /// Returns what a ray meets first, and the texel of the room for which rays are drawn: from the room the one
     /// behind an object, from objects the one that is met.
-    fn meet(&self, direction: Vec3) -> (Option<Met>, Option<Met>) {
-        let (of, sheet) = (self.of, self.of.mesh.faces[self.face as usize].sheet);
+    fn find_ends(&self, direction: Vec3) -> (Option<TexelHit>, Option<TexelHit>) {
+        let (of, sheet) = (self.pairs, self.pairs.mesh.faces[self.face as usize].sheet);
         let texel_met = |hit| of.texel_met(self.origin, direction, hit);
         let front = of.rays.nearest_face(self.origin, direction, sheet).map(texel_met);
         let on_room = front.is_some_and(|met| !of.mesh.is_object(met.face));
@@ -344,20 +324,20 @@ impl Start<'_> {
     }
 
     /// Weighs a ray by the balance heuristic.
-    fn weigh(&self, direction: Vec3, front: Option<Met>, back: Option<Met>) -> Weighted {
+    fn weigh_ray(&self, direction: Vec3, front: Option<TexelHit>, back: Option<TexelHit>) -> WeightedRay {
         let by_cosine = self.normal.dot(direction).max(0.0) / PI;
-        let drawn = |met: Option<Met>, lamps: &LampTree| met.map_or(0.0, |met| self.density(lamps, met));
-        let all = by_cosine + drawn(front, self.changed()) + drawn(back, &self.of.room);
+        let drawn = |met: Option<TexelHit>, lamps: &LampTree| met.map_or(0.0, |met| self.direction_density(lamps, met));
+        let all = by_cosine + drawn(front, self.changed()) + drawn(back, &self.pairs.room);
         (front, back, if by_cosine > 0.0 { by_cosine / all } else { 0.0 })
     }
 
     /// Returns the density of the direction to `met` among rays to points drawn by `lamps`.
-    fn density(&self, lamps: &LampTree, met: Met) -> f32 {
+    fn direction_density(&self, lamps: &LampTree, met: TexelHit) -> f32 {
         let drawn = self.choose(lamps).lamp_probability(met.texel);
         if drawn <= 0.0 {
             return 0.0;
         }
-        let mesh = self.of.mesh;
+        let mesh = self.pairs.mesh;
         let ray = met.point - self.origin;
         let square = ray.length_squared().max(f32::MIN_POSITIVE);
         let sent = -mesh.faces[met.face as usize].normal.dot(ray) / square.sqrt();
@@ -374,11 +354,11 @@ fn build_tree(mesh: &Mesh, open: &[f32], power: impl Fn(usize) -> f32) -> LampTr
         power: power(k) * mesh.texels[k].area,
     };
     let texels = (0..open.len()).filter(|k| open[*k] > 0.0);
-    LampTree::over(texels.map(lamp), open.len())
+    LampTree::from_lamps(texels.map(lamp), open.len())
 }
 
 /// Returns the sum of the channels of a radiosity of either sign; 0 below `least`.
-fn brightness(radiosity: Vec3A, least: f32) -> f32 {
+fn sum_channels(radiosity: Vec3A, least: f32) -> f32 {
     let sum = radiosity.abs().element_sum();
     if sum >= least { sum } else { 0.0 }
 }
@@ -388,25 +368,10 @@ fn mean_brightness(mesh: &Mesh, radiosity: &[Vec3A]) -> f32 {
     let (mut sum, mut area) = (0.0, 0.0);
     let texels = mesh.texels.iter().zip(radiosity);
     for (texel, radiosity) in texels.filter(|(texel, _)| !mesh.is_object(texel.face)) {
-        sum += f64::from(brightness(*radiosity, 0.0) * texel.area);
+        sum += f64::from(sum_channels(*radiosity, 0.0) * texel.area);
         area += f64::from(texel.area);
     }
     if area > 0.0 { (sum / area) as f32 } else { 0.0 }
-}
-
-/// Draws a point of `parts` by (u, v) in the unit square; none of no area.
-fn draw_point(parts: &[SampledOutline], [u, v]: [f32; 2]) -> Option<Vec3> {
-    let all: f32 = parts.iter().map(|part| part.area).sum();
-    let mut rest = u * all;
-    let last = parts.len().checked_sub(1)?;
-    for (k, part) in parts.iter().enumerate() {
-        if rest < part.area || k == last {
-            let share = (rest / part.area.max(f32::MIN_POSITIVE)).min(1.0);
-            return Some(part.point_at([share, v]));
-        }
-        rest -= part.area;
-    }
-    None
 }
 
 /// Returns whether the line between two points may cross a box.
@@ -428,7 +393,7 @@ impl KeptRays for PairRays<'_> {
         self.discards += 1;
         let mean = mean_brightness(self.mesh, &self.given);
         let sent: Vec<Vec3A> = radiosity.iter().zip(&self.emitted).map(|(b, e)| *b + *e).collect();
-        self.changed = Self::changed_texels(self.mesh, self.open, mean, &sent);
+        self.changed = Self::changed_texels(self.mesh, &self.open.shares, mean, &sent);
     }
 
     fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()> {
@@ -444,7 +409,7 @@ impl KeptRays for PairRays<'_> {
         let direct = |(k, own): (usize, &PairRecord)| {
             let given = self.given_to(k);
             let received = own.sum_met(|_, j| given[j as usize]);
-            [0, 1].map(|half| (received[half] - own.hidden[half] * own.half_share()) * self.open[k])
+            [0, 1].map(|half| (received[half] - own.hidden[half] * own.half_share()) * self.open.shares[k])
         };
         self.records.par_iter().enumerate().map(direct).collect()
     }
@@ -454,7 +419,7 @@ impl KeptRays for PairRays<'_> {
             let received = own.sum_met(|half, j| radiosity[j as usize][half]);
             [0, 1].map(|half| received[half] * (open * own.limit[half]))
         };
-        self.records.par_iter().zip(self.open).map(gather).collect()
+        self.records.par_iter().zip(&self.open.shares).map(gather).collect()
     }
 
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
@@ -469,11 +434,9 @@ impl KeptRays for PairRays<'_> {
                 sum += light;
                 squares += light * light;
             }
-            let share = 0.5 * own.half_share();
-            let variance =
-                |sum: Vec3A, squares: Vec3A| (squares * share - (sum * share) * (sum * share)).max(Vec3A::ZERO);
-            (variance(sum, squares) + variance(own.hidden[0] + own.hidden[1], own.hidden_squares))
-                * self.open[k].powi(2)
+            let received = sample_variance(sum, squares, own.met.len());
+            let hidden = sample_variance(own.hidden[0] + own.hidden[1], own.hidden_squares, own.met.len());
+            (received + hidden) * self.open.shares[k].powi(2)
         };
         self.records.par_iter().enumerate().map(variance).collect()
     }

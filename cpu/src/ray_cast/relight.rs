@@ -3,17 +3,15 @@
 
 use super::RaySolver;
 use super::pair_rays::PairRays;
-use crate::dense::open_area::covered_elements;
+use crate::dense::open_points::OpenParts;
 use crate::hierarchy::relight::RoomLight;
 use crate::hierarchy::solver::TexelSolution;
-use crate::occlusion::occluders::Occluders;
 use common::mesh::Mesh;
 use common::passes::ProgressCallback;
 use common::rays::Rays;
 use common::scene::Scene;
 use common::{Error, Result};
 use glam::Vec3;
-use std::collections::HashMap;
 
 /// Solves for the change of H, the mean over each texel's area, that the objects of `mesh` cause; on the objects
 /// themselves for all H; to an RMS `noise` relative to the reflected light. E and ρ are the texels'.
@@ -27,14 +25,8 @@ pub fn relight_by_rays(
     watch: ProgressCallback,
 ) -> Result<TexelSolution> {
     let rays = Rays::new(mesh);
-    let mut open = vec![1.0; mesh.texels.len()];
-    let mut parts = HashMap::new();
-    for (k, element) in covered_elements(scene, mesh, &Occluders::new(scene, mesh), &rays) {
-        open[k as usize] = element.open as f32;
-        let quads = element.pieces.iter().flat_map(|piece| piece.polygon.quad_pieces());
-        let quads: Vec<[Vec3; 4]> = quads.map(|quad| quad.map(|p| p.as_vec3())).collect();
-        parts.insert(k, quads);
-    }
+    let parts = OpenParts::new(scene, mesh, &rays);
+    let open = &parts.shares;
     let of_room = |k: usize| !mesh.is_object(mesh.texels[k].face);
     let received = |k: usize| match of_room(k) {
         true => known.irradiance[k] * known.open[k],
@@ -43,11 +35,11 @@ pub fn relight_by_rays(
     let received: Vec<Vec3> = (0..open.len()).map(received).collect();
     let solver = RaySolver {
         mesh,
-        open: open.clone(),
+        open,
         known: &received,
         passes: 0,
     };
-    let mut traced = PairRays::new(mesh, &rays, known, &open, &parts);
+    let mut traced = PairRays::new(mesh, &rays, &parts, known);
     let mut found = solver.solve_to_noise(&mut traced, noise, watch)?;
     for k in (0..open.len()).filter(|k| of_room(*k)) {
         // A part that objects cover loses all its light.

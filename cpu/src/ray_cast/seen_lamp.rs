@@ -54,7 +54,7 @@ impl SeenLamp {
     }
 
     /// Returns the density of [`Self::draw_ray`] over directions, 1/sr, at a `ray` to a point of the lamp.
-    pub fn density(&self, ray: Vec3) -> f32 {
+    pub fn direction_density(&self, ray: Vec3) -> f32 {
         if let Some([one, other]) = self.solid_angles {
             return 1.0 / (one + other);
         }
@@ -135,7 +135,8 @@ mod tests {
                 let uv = [k / SIDE, k % SIDE].map(|x| (x as f32 + 0.5) / SIDE as f32);
                 let ray = lamp.draw_ray(uv);
                 assert!((ray + point - face.corners[0]).dot(face.normal).abs() < 1e-5 * ray.length());
-                mean += f64::from(-ray.normalize().dot(face.normal) / lamp.density(ray)) / f64::from(SIDE * SIDE);
+                mean +=
+                    f64::from(-ray.normalize().dot(face.normal) / lamp.direction_density(ray)) / f64::from(SIDE * SIDE);
             }
             let [a, b, c, d] = lamp.corners.map(Vec3::as_dvec3);
             let edge = |p: DVec3, q: DVec3| match p.cross(q).try_normalize() {

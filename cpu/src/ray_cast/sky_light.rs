@@ -86,12 +86,11 @@ impl SkyLight {
         let each = (PILOT_RAYS / mesh.texels.len().max(1)).clamp(1, directions.len());
         let leaving = |(k, texel): (usize, &Texel)| -> Vec<(usize, f32)> {
             let face = &mesh.faces[texel.face as usize];
-            let bitangent = face.normal.cross(face.tangent);
             let ways = (0..each).filter_map(|n| {
                 // All directions in turn from one texel to the next, spread evenly over the hemisphere.
                 let d = directions[(k * each + n) * DIRECTION_STRIDE % directions.len()];
-                let direction = face.tangent * d.x + bitangent * d.y + face.normal * d.z;
-                let left = matches!(rays.trace(texel.position, direction, face.sheet), RayEnd::Outside);
+                let direction = face.direction_in_frame(d);
+                let left = matches!(rays.trace_ray(texel.position, direction, face.sheet), RayEnd::Outside);
                 let brought = self.radiosity_along(direction).element_sum() * texel.area;
                 left.then(|| (self.exit_cell(texel.position, direction).0, brought))
             });
@@ -154,7 +153,7 @@ impl SkyLight {
     }
 
     /// Returns the density, by solid angle, with which [`Self::draw_point`] draws the unit `direction` from `origin`.
-    pub fn density(&self, origin: Vec3, direction: Vec3) -> f32 {
+    pub fn direction_density(&self, origin: Vec3, direction: Vec3) -> f32 {
         if self.cells.is_empty() {
             return 0.0;
         }

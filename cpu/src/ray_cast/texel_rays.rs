@@ -5,16 +5,16 @@
 //! weighted by the balance heuristic (Veach & Guibas 1995), so that near and large lamps cause as little noise as far and
 //! small ones.
 
-use super::KeptRays;
 use super::lamp_tree::{LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use super::seen_lamp::SeenLamp;
 use super::sky_light::{SkyLight, offset_to_sun};
+use super::{KeptRays, sample_variance};
+use crate::dense::open_points::{OpenParts, draw_point};
 use common::escape::concentric_direction;
-use common::mesh::{Mesh, Texel, TexelKind};
+use common::mesh::Mesh;
 use common::rays::{RayEnd, Rays};
 use common::sampling::pcg_hash;
-use common::texel::first_texels;
-use common::texel_point::{SampledOutline, locate_texel, point_on_texel};
+use common::texel_point::TexelLookup;
 use common::{Error, Result};
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
@@ -65,14 +65,12 @@ struct DrawnLight {
 pub struct TexelRays<'a> {
     mesh: &'a Mesh,
     rays: &'a Rays,
+    open: &'a OpenParts,
+    lookup: TexelLookup<'a>,
     lamps: LampTree,
     sky: Option<SkyLight>,
     /// Kinds of light to whose points rays go.
     kinds: Vec<LightKind>,
-    /// First texel of each face, in face order.
-    first: Vec<usize>,
-    /// The texel of each rank in face order.
-    order: Vec<usize>,
     /// The texels along a curve through space, on which neighbours are near each other.
     along_curve: Vec<u32>,
     /// The rays of the texels along the curve.
@@ -84,9 +82,8 @@ pub struct TexelRays<'a> {
 }
 
 impl<'a> TexelRays<'a> {
-    /// Makes the texels of `mesh` below a `sky`, without rays.
-    pub fn new(mesh: &'a Mesh, rays: &'a Rays, sky: Option<SkyLight>) -> Self {
-        let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|face| face.resolution).collect();
+    /// Makes the texels of `mesh` with their `open` parts below a `sky`, without rays.
+    pub fn new(mesh: &'a Mesh, rays: &'a Rays, open: &'a OpenParts, sky: Option<SkyLight>) -> Self {
         let lamps = LampTree::new(mesh);
         let along_curve = sort_along_curve(mesh);
         let choose_cut = |texels: &[u32]| {
@@ -97,21 +94,21 @@ impl<'a> TexelRays<'a> {
             ];
             lamps.choose_cut(bounds, MAX_CUT_NODES)
         };
-        let (open, suns) = sky
+        let (sky_shines, suns) = sky
             .as_ref()
             .map_or((false, 0), |sky| (sky.has_ways_out(), sky.suns.len()));
-        let kinds = [(!lamps.is_empty(), LightKind::Lamps), (open, LightKind::Sky)];
+        let kinds = [(!lamps.is_empty(), LightKind::Lamps), (sky_shines, LightKind::Sky)];
         let kinds = kinds.into_iter().filter(|(present, _)| *present).map(|(_, kind)| kind);
         Self {
             mesh,
             rays,
+            open,
+            lookup: TexelLookup::new(mesh),
             kinds: kinds.chain((0..suns).map(LightKind::Sun)).collect(),
             cuts: along_curve.par_chunks(TEXELS_PER_GROUP).map(choose_cut).collect(),
             lamps,
             along_curve,
             sky,
-            first: first_texels(&resolutions),
-            order: mesh.texels_in_face_order(),
             records: vec![RayRecord::default(); mesh.texels.len()],
             discards: 0,
         }
@@ -121,7 +118,7 @@ impl<'a> TexelRays<'a> {
     fn extend_record(&self, k: usize, count: u32, cut: &mut LampCut, record: &mut RayRecord) {
         let texel = &self.mesh.texels[k];
         let face = &self.mesh.faces[texel.face as usize];
-        let outline = SampledOutline::new(texel_corners(self.mesh, texel));
+        let outlines = self.open.outlines_of(self.mesh, k);
         let known = record.hits.len() as u32;
         record.hits.reserve_exact(count.saturating_sub(known) as usize);
         let centre = texel.position;
@@ -129,7 +126,11 @@ impl<'a> TexelRays<'a> {
             cut,
             Receiver {
                 centre,
-                radius: outline.corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max),
+                radius: outlines
+                    .iter()
+                    .flat_map(|part| part.corners)
+                    .map(|c| c.distance(centre))
+                    .fold(0.0, f32::max),
                 normal: face.normal,
             },
         );
@@ -137,7 +138,10 @@ impl<'a> TexelRays<'a> {
         for n in known..count {
             let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
-            let origin = (texel.face, outline.point_at([u, v]));
+            let Some(point) = draw_point(&outlines, [u, v]) else {
+                break;
+            };
+            let origin = (texel.face, point);
             let (hit, met) = self.trace_by_cosine(origin, &choice, [x, y]);
             let drawn = self.trace_to_light(origin, &choice, sample_4d(n >> 1, 1, seed));
             record.hits.push(hit);
@@ -161,24 +165,23 @@ impl<'a> TexelRays<'a> {
     /// Traces a ray from a point of face `f`; returns the texel that it meets and that texel's weighted lamp light.
     fn trace_by_cosine(&self, (f, origin): (u32, Vec3), choice: &LampChoice, [x, y]: [f32; 2]) -> (u32, Vec3A) {
         let face = &self.mesh.faces[f as usize];
-        let along = concentric_direction(f64::from(2.0 * x - 1.0), f64::from(2.0 * y - 1.0));
-        let bitangent = face.normal.cross(face.tangent);
-        let direction = face.tangent * along.x + bitangent * along.y + face.normal * along.z;
-        let (met, distance) = match self.rays.trace(origin, direction, face.sheet) {
+        let direction =
+            face.direction_in_frame(concentric_direction(f64::from(2.0 * x - 1.0), f64::from(2.0 * y - 1.0)));
+        let (met, distance) = match self.rays.trace_ray(origin, direction, face.sheet) {
             RayEnd::Front(met, distance) => (met, distance),
             RayEnd::Back => return (NO_TEXEL, Vec3A::ZERO),
             RayEnd::Outside => return (NO_TEXEL, self.light_from_outside(origin, direction, face.normal)),
         };
         let point = origin + direction * distance;
-        let hit = self.texel_of(met, point);
-        let emission = self.mesh.texels[hit as usize].emission;
+        let hit = self.lookup.texel_at(met, point);
+        let emission = self.mesh.texels[hit].emission;
         if emission == Vec3::ZERO {
-            return (hit, Vec3A::ZERO);
+            return (hit as u32, Vec3A::ZERO);
         }
         let drawn = choice.lamp_probability(met) / self.kinds.len() as f32;
         let lamp = SeenLamp::new(&self.mesh.faces[met as usize], origin);
         let weight = balanced_weight(&lamp, face.normal, point - origin, drawn);
-        (hit, Vec3A::from(emission) * weight)
+        (hit as u32, Vec3A::from(emission) * weight)
     }
 
     /// Returns the weighted light of the sky along a ray that leaves the scene.
@@ -187,7 +190,7 @@ impl<'a> TexelRays<'a> {
             return Vec3A::ZERO;
         };
         let by_cosine = normal.dot(direction).max(0.0) / PI;
-        let drawn = sky.density(origin, direction) / self.kinds.len().max(1) as f32;
+        let drawn = sky.direction_density(origin, direction) / self.kinds.len().max(1) as f32;
         let weight = by_cosine / (by_cosine + drawn).max(f32::MIN_POSITIVE);
         Vec3A::from(sky.radiosity_along(direction)) * weight
     }
@@ -236,7 +239,7 @@ impl<'a> TexelRays<'a> {
         let weight = balanced_weight(&seen, normal, ray, lamp.probability / self.kinds.len() as f32);
         let mut light = Vec3A::ZERO;
         if weight > 0.0 && self.rays.is_visible(origin, point, [f, lamp.lamp]) {
-            let emission = self.mesh.texels[self.texel_of(lamp.lamp, point) as usize].emission;
+            let emission = self.mesh.texels[self.lookup.texel_at(lamp.lamp, point)].emission;
             light = Vec3A::from(emission) * weight;
         }
         DrawnLight {
@@ -245,15 +248,12 @@ impl<'a> TexelRays<'a> {
         }
     }
 
-    /// Returns the texel at `point` of face `f`.
-    fn texel_of(&self, f: u32, point: Vec3) -> u32 {
-        let at = locate_texel(&self.mesh.faces[f as usize], point) as usize;
-        self.order[self.first[f as usize] + at] as u32
-    }
-
-    /// Returns a value of each texel from its rays.
-    fn map_records<V: Copy + Default + Send>(&self, map: impl Fn(&RayRecord) -> V + Send + Sync) -> Vec<V> {
-        let along_curve: Vec<V> = self.records.par_iter().map(map).collect();
+    /// Returns a value of each texel from its rays and its open share.
+    fn map_records<V: Copy + Default + Send>(&self, map: impl Fn(&RayRecord, f32) -> V + Send + Sync) -> Vec<V> {
+        let records = self.records.par_iter().zip(&self.along_curve);
+        let along_curve: Vec<V> = records
+            .map(|(own, k)| map(own, self.open.shares[*k as usize]))
+            .collect();
         let mut values = vec![V::default(); along_curve.len()];
         for (value, k) in along_curve.into_iter().zip(&self.along_curve) {
             values[*k as usize] = value;
@@ -263,7 +263,7 @@ impl<'a> TexelRays<'a> {
 
     /// Returns the light from outside at each texel.
     pub fn outside_light(&self) -> Vec<Vec3> {
-        self.map_records(|own| Vec3::from(own.sky_light * (0.5 * own.half_share())))
+        self.map_records(|own, open| Vec3::from(own.sky_light * (0.5 * own.half_share() * open)))
     }
 }
 
@@ -300,11 +300,11 @@ impl KeptRays for TexelRays<'_> {
     }
 
     fn direct_light(&self) -> Vec<Halves> {
-        self.map_records(|own| own.lamp_light.map(|sum| sum * own.half_share()))
+        self.map_records(|own, open| own.lamp_light.map(|sum| sum * (own.half_share() * open)))
     }
 
     fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves> {
-        self.map_records(|own| {
+        self.map_records(|own, open| {
             let mut sums = [Vec3A::ZERO; 2];
             for pair in own.hits.chunks_exact(2) {
                 for (half, k) in pair.iter().enumerate() {
@@ -313,22 +313,21 @@ impl KeptRays for TexelRays<'_> {
                     }
                 }
             }
-            sums.map(|sum| sum * own.half_share())
+            sums.map(|sum| sum * (own.half_share() * open))
         })
     }
 
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
-        self.map_records(|own| {
+        self.map_records(|own, open| {
             let met = |k: &u32| radiosity.get(*k as usize).copied().unwrap_or(Vec3A::ZERO);
             let (mut sum, mut squares) = (Vec3A::ZERO, Vec3A::ZERO);
             for light in own.hits.iter().map(met) {
                 sum += light;
                 squares += light * light;
             }
-            let share = 0.5 * own.half_share();
-            let variance =
-                |sum: Vec3A, squares: Vec3A| (squares * share - (sum * share) * (sum * share)).max(Vec3A::ZERO);
-            variance(sum, squares) + variance(own.lamp_light[0] + own.lamp_light[1], own.lamp_squares)
+            let reflected = sample_variance(sum, squares, own.hits.len());
+            let direct = sample_variance(own.lamp_light[0] + own.lamp_light[1], own.lamp_squares, own.hits.len());
+            (reflected + direct) * (open * open)
         })
     }
 }
@@ -340,23 +339,13 @@ impl RayRecord {
     }
 }
 
-/// Returns the outline of a texel; a triangle repeats its third corner.
-pub fn texel_corners(mesh: &Mesh, texel: &Texel) -> [Vec3; 4] {
-    let face = &mesh.faces[texel.face as usize];
-    let uv = match texel.kind {
-        TexelKind::Quad => [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
-        _ => [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]],
-    };
-    uv.map(|uv| point_on_texel(face, texel.kind, texel.lattice_corner, texel.area, uv).truncate())
-}
-
 /// Returns the irradiance that a `ray` to a point of `lamp` brings for an emission of 1 on a surface of this `normal`:
 /// the integrand over the sum of both rays' densities. `drawn` is the probability of the lamp.
 fn balanced_weight(lamp: &SeenLamp, normal: Vec3, ray: Vec3, drawn: f32) -> f32 {
     let [received, sent] = [normal.dot(ray), -lamp.normal.dot(ray)];
     if received > 0.0 && sent > 0.0 {
         let by_cosine = received / (PI * ray.length());
-        by_cosine / (by_cosine + drawn * lamp.density(ray))
+        by_cosine / (by_cosine + drawn * lamp.direction_density(ray))
     } else {
         0.0
     }
@@ -376,4 +365,60 @@ fn sort_along_curve(mesh: &Mesh) -> Vec<u32> {
     let mut texels: Vec<u32> = (0..mesh.texels.len() as u32).collect();
     texels.sort_by_cached_key(key);
     texels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use common::scene::{Face, Scene};
+    use glam::DVec3;
+
+    /// The six sides of a box, with their fronts inside or outside.
+    fn box_sides([low, high]: [DVec3; 2], inside: bool) -> impl Iterator<Item = Face> {
+        (0..6).map(move |side| {
+            let (axis, end) = (side / 2, [low, high][side % 2]);
+            let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|at: [usize; 2]| {
+                let mut corner = end;
+                for (k, far) in at.into_iter().enumerate() {
+                    let across = (axis + 1 + k) % 3;
+                    corner[across] = [low, high][far][across];
+                }
+                corner
+            });
+            let face = Face::quad("side", corners, Vec3::ONE, Vec3::splat(0.9));
+            match (side % 2 == 0) == inside {
+                true => face,
+                false => face.reversed(),
+            }
+        })
+    }
+
+    /// All rays of a closed room meet fronts: a partly covered texel receives its open share of a radiosity of 1, whether
+    /// the body reaches the ceiling or not.
+    #[test]
+    fn partly_covered_texels_receive_their_open_share() {
+        for height in [0.4, 1.0] {
+            let room = box_sides([DVec3::ZERO, DVec3::ONE], true);
+            let body = box_sides([DVec3::new(0.21, 0.0, 0.27), DVec3::new(0.73, height, 0.69)], false);
+            let scene = Scene {
+                faces: room.chain(body).collect(),
+                ..Scene::default()
+            };
+            let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
+            let rays = Rays::new(&mesh);
+            let open = OpenParts::new(&scene, &mesh, &rays);
+            let mut traced = TexelRays::new(&mesh, &rays, &open, None);
+            let mut go_on = |_| ControlFlow::Continue(());
+            traced.trace_rays(&vec![12; mesh.texels.len()], &mut go_on).unwrap();
+            let received = traced.gather_radiosity(&vec![[Vec3A::ONE; 2]; mesh.texels.len()]);
+            for (halves, open) in received.iter().zip(&open.shares) {
+                assert!(
+                    halves.iter().all(|half| (half.x - open).abs() < 1e-6),
+                    "{halves:?} of {open}"
+                );
+            }
+            let partly = open.shares.iter().filter(|open| **open > 0.0 && **open < 1.0).count();
+            assert!(partly > 4, "{partly}");
+        }
+    }
 }

@@ -47,16 +47,18 @@ pub fn solve_first(
     progress: &ProgressMonitor,
 ) -> Result<Option<FirstStep>> {
     match solver {
-        SolverChoice::Hierarchy(target) => forecast(scene, settings, target, LinkMethod::Shafts, progress).map(Some),
+        SolverChoice::Hierarchy(target) => {
+            forecast_solve(scene, settings, target, LinkMethod::Shafts, progress).map(Some)
+        }
         SolverChoice::GpuHierarchy(gpu, target) => {
             let maker = LinkerOnGpu::factory_on(gpu, &[]);
-            forecast(scene, settings, target, LinkMethod::Custom(&maker), progress).map(Some)
+            forecast_solve(scene, settings, target, LinkMethod::Custom(&maker), progress).map(Some)
         }
         _ => Ok(None),
     }
 }
 
-fn forecast(
+fn forecast_solve(
     scene: &Scene,
     settings: &Settings,
     target: ErrorTarget,

@@ -1,12 +1,11 @@
 //! The radiosity that a solution claims at every point of the scene, and sampling of points in proportion to
 //! it.
 
-use common::mesh::{Mesh, Texel};
+use common::mesh::Mesh;
 use common::rays::Rays;
 use common::scene::Scene;
 use common::shooting::RadiosityField;
-use common::texel;
-use common::texel_point::{SampledOutline, locate_texel};
+use common::texel_point::{SampledOutline, TexelLookup, texel_corners};
 use cpu::dense::open_area::nonzero_open_shares;
 use cpu::occlusion::occluders::Occluders;
 use glam::{DVec3, Vec3};
@@ -20,11 +19,8 @@ const EDGE_INSET: f32 = 1e-3;
 
 /// The radiosity of a solution.
 pub struct ClaimedLight<'a> {
-    mesh: &'a Mesh,
-    /// The texels in face order, within a face by index.
-    order: Vec<usize>,
-    /// Position of each face's first texel in `order`.
-    first: Vec<usize>,
+    /// Its texels by place.
+    pub lookup: TexelLookup<'a>,
     /// True for texels that a body covers in part.
     partly_covered: Vec<bool>,
     /// Mean radiosity of the open part of each texel, W/m².
@@ -65,26 +61,13 @@ impl<'a> ClaimedLight<'a> {
             sum
         });
         let passed = power.collect();
-        let order = mesh.texels_in_face_order();
-        let mut first = vec![0; mesh.faces.len()];
-        for (place, k) in order.iter().enumerate().rev() {
-            first[mesh.texels[*k].face as usize] = place;
-        }
-        let outline = |texel: &Texel| {
-            let face = texel.face as usize;
-            let resolution = mesh.faces[face].resolution;
-            let outline = texel::texel_outline(&scene.faces[face], resolution, texel.index);
-            SampledOutline::new(outline.padded_corners().map(|p| mesh.local_point(p).as_vec3()))
-        };
-        let outlines = mesh.texels.iter().map(outline).collect();
+        let outline = |texel| SampledOutline::new(texel_corners(mesh, texel));
         Self {
-            mesh,
-            order,
-            first,
+            lookup: TexelLookup::new(mesh),
             partly_covered: open.iter().map(|share| *share < 1.0).collect(),
             radiosity,
             density,
-            outlines,
+            outlines: mesh.texels.iter().map(outline).collect(),
             mean_reflected: mean_reflected(mesh, field),
             cumulative_power: passed,
         }
@@ -108,12 +91,6 @@ impl<'a> ClaimedLight<'a> {
     /// True if a body covers a part of a texel.
     pub fn is_partly_covered(&self, texel: usize) -> bool {
         self.partly_covered[texel]
-    }
-
-    /// Returns the texel that contains a point of a face.
-    pub fn locate_point(&self, face: u32, point: Vec3) -> usize {
-        let index = locate_texel(&self.mesh.faces[face as usize], point);
-        self.order[self.first[face as usize] + index as usize]
     }
 
     /// Maps u, v in 0…1 to a point of a texel; the map keeps ratios of areas.

@@ -128,8 +128,7 @@ impl RayGatherer<'_> {
         let face = &self.mesh.faces[from.face as usize];
         let ((sin, cos), sine) = ((TAU * d).sin_cos(), c.sqrt());
         let cosine = (1.0 - c).sqrt();
-        let bitangent = face.normal.cross(face.tangent);
-        let direction = face.tangent * (sine * cos) + bitangent * (sine * sin) + face.normal * cosine;
+        let direction = face.direction_in_frame(Vec3::new(sine * cos, sine * sin, cosine));
         let (other, t) = self.rays.nearest_face(from.position, direction, face.sheet)?;
         let at = SurfacePoint {
             face: other,
@@ -162,7 +161,7 @@ impl RayGatherer<'_> {
 
     /// Makes a hit with its weight p/(p + q).
     fn weigh_hit(&self, at: SurfacePoint, cosine: f32, facing: f32, square: f32) -> RayHit {
-        let texel = self.light.locate_point(at.face, at.position);
+        let texel = self.light.lookup.texel_at(at.face, at.position);
         let p = cosine / PI * facing;
         let all = p + self.light.sampling_density(texel) * square;
         let position = self.light.inset_point(texel, at.position);
