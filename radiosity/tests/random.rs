@@ -4,6 +4,7 @@ use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene, Shape};
 use glam::DVec3;
+use radiosity::studies::random::meshes::{MeshKind, RandomMesh, draw_mesh};
 use radiosity::studies::random::{FaceShapes, LampKind, Pose, RandomScene, SheetSides, draw_scene};
 use radiosity_tests::radiance_files::solid_angle;
 use radiosity_tests::solutions::FACE_SHAPES;
@@ -247,4 +248,73 @@ fn every_documented_feature_is_drawn() {
     let most = all.iter().map(|d| d.scene.faces.len()).max().unwrap();
     println!("at most {most} quads");
     assert!(most <= 40);
+}
+
+const MESH_SEEDS: u64 = 70;
+
+#[test]
+fn meshes_have_every_documented_feature() {
+    let all: Vec<RandomMesh> = (0..MESH_SEEDS).map(draw_mesh).collect();
+    let share = |what: &str, holds: &dyn Fn(&RandomMesh) -> bool| {
+        let n = all.iter().filter(|mesh| holds(mesh)).count();
+        println!("{what}: {n} of {}", all.len());
+        assert!(n >= 3, "{what}");
+    };
+    for kind in MeshKind::ALL {
+        share(&format!("{kind:?}"), &|mesh| mesh.kind == kind);
+    }
+    share("open", &|mesh| !mesh.closed);
+    share("few lamps", &|mesh| mesh.lamps <= 3);
+    share("many lamps", &|mesh| mesh.lamps > 50);
+    share("small lamps", &|mesh| mesh.lamp_width.is_some_and(|width| width < 3e-3));
+    share("bright", &|mesh| {
+        let floor = mesh.scene.faces.iter().filter(|face| face.name == "floor");
+        floor.clone().count() > 0 && floor.fold(1.0, |least, face| face.reflectance.min_element().min(least)) > 0.8
+    });
+    share("slivers", &|mesh| {
+        let thin = |face: &&Face| {
+            let sides = (0..3).map(|k| face.corners[k].distance_squared(face.corners[(k + 1) % 3]));
+            face.area() < 0.02 * sides.fold(0.0, f64::max)
+        };
+        2 * mesh.scene.faces.iter().filter(thin).count() > mesh.scene.faces.len()
+    });
+    share("over 10⁴ triangles", &|mesh| mesh.scene.faces.len() > 10_000);
+    for (seed, mesh) in all.iter().enumerate() {
+        let faces = &mesh.scene.faces;
+        assert!((400..150_000).contains(&faces.len()), "{seed}: {mesh}");
+        let channels = || faces.iter().flat_map(|face| face.reflectance.to_array());
+        assert!(channels().all(|rho| (0.05..=0.98).contains(&rho)));
+        assert!(faces.iter().all(|face| face.area() > 0.0));
+        assert!(faces.iter().any(|face| face.emission.min_element() > 0.0));
+    }
+}
+
+/// A room is closed around its lamps if it says so, and bodies have their fronts outside.
+#[test]
+fn meshes_are_closed_and_the_right_way_round() {
+    for seed in 0..MESH_SEEDS {
+        let [mesh, again] = [(); 2].map(|()| draw_mesh(seed));
+        assert_eq!(format!("{:?}", mesh.scene), format!("{:?}", again.scene));
+        let (mut shell, mut bodies, mut lamp) = (Vec::new(), BTreeMap::<&str, Vec<&Face>>::new(), None);
+        for face in &mesh.scene.faces {
+            match face.name.split(' ').next() {
+                Some("body") => bodies.entry(&face.name).or_default().push(face),
+                Some("floor" | "ceiling" | "wall") => shell.push(face),
+                Some("lamp") => lamp = lamp.or(Some(face)),
+                _ => {}
+            }
+        }
+        if let Some(lamp) = lamp {
+            let inside = surface_solid_angle(lamp.outline().iter().sum::<DVec3>() / 3.0, &shell) / (4.0 * PI);
+            assert_eq!((inside - 1.0).abs() < 1e-6, mesh.closed, "{seed}: {mesh}: {inside}");
+        }
+        for (name, body) in bodies {
+            let from = body[0].corners[0];
+            let volume = |face: &&Face| {
+                let [a, b, c, _] = face.corners.map(|corner| corner - from);
+                a.dot(b.cross(c))
+            };
+            assert!(body.iter().map(volume).sum::<f64>() > 0.0, "{seed}: {name}");
+        }
+    }
 }

@@ -49,13 +49,28 @@ pub struct TracedRadiosity<'a> {
 /// Traces `paths` paths per texel on average; equal seeds give equal bits. An eighth of them are pilot paths, which
 /// determine the distribution of the others and do not enter the result, so that it stays unbiased.
 pub fn trace_radiosity<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64) -> TracedRadiosity<'a> {
+    trace_weighted_texels(scene, mesh, |_, texel| texel.area(), paths, seed)
+}
+
+/// Traces only the texels that stand for an area above 0, in face order; light and error of the others are 0.
+pub fn trace_sample<'a>(scene: &'a Scene, mesh: &Mesh, areas: &[f64], paths: u32, seed: u64) -> TracedRadiosity<'a> {
+    trace_weighted_texels(scene, mesh, |rank, _| areas[rank], paths, seed)
+}
+
+fn trace_weighted_texels<'a>(
+    scene: &'a Scene,
+    mesh: &Mesh,
+    area_of: impl Fn(usize, &TracedTexel) -> f64 + Sync,
+    paths: u32,
+    seed: u64,
+) -> TracedRadiosity<'a> {
     let resolutions: Vec<[u32; 2]> = mesh.faces.iter().map(|f| f.resolution).collect();
-    let texels: Vec<TracedTexel> = resolutions
-        .iter()
-        .enumerate()
-        .flat_map(|(face, resolution)| (0..texel_count(*resolution)).map(move |k| (face, k)))
-        .map(|(face, k)| TracedTexel::new(scene, resolutions[face], face, k))
-        .collect();
+    let all = resolutions.iter().enumerate();
+    let all = all.flat_map(|(face, resolution)| (0..texel_count(*resolution)).map(move |k| (face, k)));
+    let (chosen, texels): (Vec<usize>, Vec<TracedTexel>) = (all.enumerate())
+        .map(|(rank, (face, k))| (rank, TracedTexel::new(scene, resolutions[face], face, k)))
+        .filter(|(rank, texel)| area_of(*rank, texel) > 0.0)
+        .unzip();
     let tracer = Tracer {
         scene,
         geometry: SceneGeometry::new(scene),
@@ -68,17 +83,22 @@ pub fn trace_radiosity<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64)
     let needs = texels.par_iter().enumerate().map(|(k, texel)| {
         let (_, error) = tracer.estimate_texel(&mut seeds(k), texel, pilot_paths);
         // Σ A²s⁴ with s² = v/n is minimal for n proportional to (A v)^⅔.
-        (texel.area() * error.length_squared()).powf(2.0 / 3.0)
+        (area_of(chosen[k], texel) * error.length_squared()).powf(2.0 / 3.0)
     });
     let weights: Vec<f64> = needs.collect();
     let total_weight = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let remaining_paths = f64::from(paths / PATH_SETS) * (1.0 - 2.0 / f64::from(PILOT_FRACTION)) * texels.len() as f64;
-    let (values, error) = (texels.par_iter().zip(&weights).enumerate())
+    let traced: Vec<(DVec3, DVec3)> = (texels.par_iter().zip(&weights).enumerate())
         .map(|(k, (texel, weight))| {
             let paths = pilot_paths + (weight / total_weight * remaining_paths) as u32;
             tracer.estimate_texel(&mut seeds(texels.len() + k), texel, paths)
         })
-        .unzip();
+        .collect();
+    let mut values = vec![DVec3::ZERO; mesh.texels.len()];
+    let mut error = values.clone();
+    for (rank, found) in chosen.into_iter().zip(traced) {
+        (values[rank], error[rank]) = found;
+    }
     TracedRadiosity {
         reflected: ReflectedField {
             scene,

@@ -2,13 +2,14 @@
 
 use super::Outcome;
 use super::console::message;
+use super::options::parse_error;
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use super::solver::open_adapter;
 use crate::studies::random::FaceShapes;
 use crate::studies::stress::CaseStudy;
 use crate::studies::stress::cases::{ALL_CASES, Case};
 use crate::studies::stress::page;
-use crate::studies::stress::random::{COMMAND_NAME, RandomRequest};
+use crate::studies::stress::random::{COMMAND_NAME, DrawnScenes, RandomRequest};
 use crate::studies::stress::run::AtlasRun;
 use crate::studies::stress::summary::Atlas;
 use clap::Args;
@@ -26,7 +27,7 @@ const DEFAULT_SCENES: u64 = 20;
 /// Arguments of `stress`.
 #[derive(Args)]
 pub struct StressArguments {
-    /// Names of cases [default: all]; or random, and of what: quads, triangles or mixed
+    /// Names of cases [default: all]; or random, and of what: quads, triangles, mixed or meshes
     cases: Vec<String>,
     /// cpu: no solves on the GPU [default: both]
     #[arg(long, value_name = "SOLVER", value_parser = ["cpu"])]
@@ -44,6 +45,9 @@ pub struct StressArguments {
     // Rows hold seeds as f64, exact up to 2⁵³.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1 << 52))]
     seed: Option<u64>,
+    /// random: requested error, 0.2 to 10 [default: 1]
+    #[arg(long, value_name = "P%", value_parser = parse_error)]
+    error: Option<f64>,
 }
 
 /// Runs the cases and writes the atlas.
@@ -101,8 +105,8 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
 /// Returns the cases by name, or all. Errors: a case is unknown, or an option is for random scenes.
 fn asked_cases(arguments: &StressArguments) -> Result<Vec<&'static Case>> {
     let names = &arguments.cases;
-    if arguments.count.or(arguments.seed).is_some() {
-        return Err(Error::Usage("--count and --seed are for stress random".into()));
+    if arguments.count.or(arguments.seed).is_some() || arguments.error.is_some() {
+        return Err(Error::Usage("--count, --seed and --error are for stress random".into()));
     }
     let known: Vec<&str> = ALL_CASES.iter().map(|case| case.name).chain([COMMAND_NAME]).collect();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
@@ -121,14 +125,16 @@ fn asked_scenes(arguments: &StressArguments) -> Result<Option<RandomRequest>> {
         return Ok(None);
     }
     let mut request = RandomRequest::default();
+    request.error = arguments.error.unwrap_or(request.error);
     for word in &arguments.cases {
         match word.as_str() {
             COMMAND_NAME | "quads" => {}
-            "triangles" => request.faces = FaceShapes::Triangles,
-            "mixed" => request.faces = FaceShapes::Mixed,
+            "triangles" => request.scenes = DrawnScenes::Rooms(FaceShapes::Triangles),
+            "mixed" => request.scenes = DrawnScenes::Rooms(FaceShapes::Mixed),
+            "meshes" => request.scenes = DrawnScenes::Meshes,
             other => {
                 return Err(Error::Usage(format!(
-                    "stress random takes quads, triangles or mixed, but not {other}"
+                    "stress random takes quads, triangles, mixed or meshes, but not {other}"
                 )));
             }
         }

@@ -35,7 +35,7 @@ pub fn place_lamp(source: &mut RandomSource, space: &mut OccupiedRoom) -> Option
 }
 
 /// Draws an emission, white to coloured, over more than a decade, W/m².
-fn draw_emission(source: &mut RandomSource) -> Vec3 {
+pub fn draw_emission(source: &mut RandomSource) -> Vec3 {
     let strength = draw_log_uniform(source, 2.0, 40.0) as f32;
     let mut channel = || strength * source.random_range(0.4f32..1.0);
     Vec3::new(channel(), channel(), channel())

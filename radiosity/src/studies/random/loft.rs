@@ -6,6 +6,7 @@ use super::{FaceShapes, RandomSource, draw_reflectance};
 use common::scene::Face;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use rand::RngExt;
+use std::f64::consts::TAU;
 
 /// Representation of the two sides of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +17,7 @@ pub enum SheetSides {
     Coinciding,
 }
 
-/// A planar convex quad that is not yet converted to faces.
+/// A planar convex quad that is not yet converted to faces; one that becomes triangles need not be planar.
 #[derive(Clone, Debug)]
 pub struct Panel {
     pub name: String,
@@ -60,7 +61,8 @@ impl Panel {
             corners.rotate_left(source.random_range(0..3));
             Face::triangle(&self.name, corners, self.emission, self.reflectance)
         };
-        halves.map(half).into()
+        // At the pole of a surface two corners coincide.
+        halves.map(half).into_iter().filter(|half| half.area() > 0.0).collect()
     }
 }
 
@@ -123,6 +125,12 @@ impl Footprint {
             parts: vec![(0..n).collect()],
             points,
         }
+    }
+
+    /// Makes a regular polygon of an even number of corners about the origin.
+    pub fn regular(corners: usize, radius: DVec2) -> Self {
+        let angles = (0..corners).map(|k| TAU * k as f64 / corners as f64);
+        Self::from_convex(angles.map(|a| DVec2::new(a.sin(), a.cos()) * radius).collect())
     }
 
     /// Makes a rectangle about the origin.

@@ -8,6 +8,7 @@
 mod convex;
 mod lamp;
 mod loft;
+pub mod meshes;
 mod placement;
 mod pose;
 mod room;

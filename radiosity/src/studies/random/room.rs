@@ -42,14 +42,22 @@ pub fn draw_room(source: &mut RandomSource, closed: bool) -> RandomRoom {
     } else {
         (1.0, DVec2::ZERO)
     };
-    let loft = Loft::new(outline, height, scale, shift);
+    RandomRoom {
+        walls,
+        ..enclose_room(source, &Loft::new(outline, height, scale, shift), closed)
+    }
+}
+
+/// Makes a room of the inside of a loft that stands on y = 0; an open one lacks some walls.
+pub fn enclose_room(source: &mut RandomSource, loft: &Loft, closed: bool) -> RandomRoom {
     let parts = loft.convex_parts();
     let bounds = bounding_box(loft.corner_points());
     let [floor, ceiling, mut sides] = loft.inward_panels();
+    let walls = sides.len();
     if !closed {
-        let missing = source.random_range(1..=sides.len() / 2);
+        let missing = source.random_range(1..=walls / 2);
         sides.shuffle(source);
-        sides.truncate(sides.len() - missing);
+        sides.truncate(walls - missing);
     }
     let floor_colour = draw_reflectance(source);
     let mut panels: Vec<Panel> = [floor, ceiling, sides].concat();
@@ -62,7 +70,7 @@ pub fn draw_room(source: &mut RandomSource, closed: bool) -> RandomRoom {
     RandomRoom {
         panels,
         parts,
-        height,
+        height: bounds.end.y,
         closed,
         walls,
         bounds,
@@ -85,7 +93,7 @@ fn draw_polygon(source: &mut RandomSource, corners: usize, size: DVec2) -> Footp
     Footprint::from_convex(points)
 }
 
-fn bounding_box(points: impl Iterator<Item = DVec3>) -> Range<DVec3> {
+pub fn bounding_box(points: impl Iterator<Item = DVec3>) -> Range<DVec3> {
     let all = DVec3::INFINITY..DVec3::NEG_INFINITY;
     points.fold(all, |b, p| b.start.min(p)..b.end.max(p))
 }

@@ -195,6 +195,9 @@ pub struct AtlasRow {
     /// Description of a random scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
+    /// Requested error of a random scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub requested_error: Option<f64>,
 }
 
 impl AtlasRow {
@@ -215,7 +218,14 @@ impl AtlasRow {
             cpu,
             gpu,
             scene: None,
+            requested_error: None,
         }
+    }
+
+    /// Returns whether a result is certainly further off than `factor` times the error that was requested.
+    pub fn exceeds_request(&self, side: &SolverSide, factor: f64) -> bool {
+        let least = side.error.map(|error| error - CONFIDENCE_SIGMAS * side.noise);
+        (least.zip(self.requested_error)).is_some_and(|(error, requested)| error > factor * requested)
     }
 
     /// Iterates over its results with their device, CPU or GPU.

@@ -21,9 +21,9 @@ const ERROR_RANGE: [f64; 2] = [5e-3, 100.0];
 /// Width of the charts' legend, CSS pixels.
 const LEGEND_WIDTH: u32 = 170;
 
-const RANDOM_SCENES_TEXT: &str = "Random rooms, on which nothing was tuned: convex and not, closed and open, with bodies that \
-    stand, hang, float, lean, touch or nearly do, sheets and several lamps. Each is solved as by “solve” without \
-    options. “stress random --seed N --count 1” draws the scene of a seed again.";
+const RANDOM_SCENES_TEXT: &str = "Random scenes, on which nothing was tuned: rooms, convex and not, closed and open, with bodies \
+    that stand, hang, float, lean, touch or nearly do, sheets and several lamps; or meshes of many small triangles. Each \
+    is solved as by “solve”. “stress random --seed N --count 1” draws the scene of a seed again.";
 const CASES_TEXT: &str = "Each case is a family of scenes built to break one method, made harder step by step until it does. \
     Every method answers each of them on both solvers, and is judged by the truth. A result that is not safe needs a \
     warning. The default is “solve” without options.";

@@ -5,17 +5,28 @@ use super::methods::DEFAULT;
 use super::run::AtlasRun;
 use super::trial::{Trial, TrialTruth};
 use super::{CaseStudy, ErrorMeasure};
+use crate::studies::random::meshes::draw_mesh;
 use crate::studies::random::{FaceShapes, draw_scene};
 use common::Result;
 use common::mesh::Mesh;
-use oracle::path_tracer::trace_radiosity;
+use common::scene::Scene;
+use oracle::path_tracer::{trace_radiosity, trace_sample};
 use oracle::solve::progress::ProgressMonitor;
+use oracle::solve::solver::DEFAULT_ERROR;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
 
 /// Name on the command line.
 pub const COMMAND_NAME: &str = "random";
 /// Paths of a truth, shared by all texels: about four seconds on two cores, and 0.2 to 0.5 % of noise
 /// in an error.
 const TRUTH_PATHS: u32 = 1 << 22;
+/// Bounces of a mesh's truth, shared by the texels of its sample: about a minute on two cores.
+const TRUTH_BOUNCES: u32 = 1 << 24;
+/// Mean number of texels of a mesh's sample.
+const SAMPLE_SIZE: f64 = 2048.0;
+/// Number of texels of a mesh up to which its faces have more than one.
+const MESH_TEXELS: usize = 1 << 13;
 /// Number of scenes whose pictures are kept.
 const MAX_PICTURES: usize = 4;
 
@@ -32,20 +43,35 @@ pub const RANDOM_CASE: Case = Case {
     build: |seed| RandomRequest::default().draw_trial(seed),
 };
 
+/// Scenes to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawnScenes {
+    /// Rooms of few faces of this shape
+    Rooms(FaceShapes),
+    /// Many small triangles
+    Meshes,
+}
+
 /// Options of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct RandomRequest {
-    /// Shape of the scenes' faces.
-    pub faces: FaceShapes,
-    /// Texels per side of a face.
+    /// Scenes to draw.
+    pub scenes: DrawnScenes,
+    /// Texels per side of a face; of a mesh at most, as long as all are not too many.
     pub texels: u32,
+    /// Requested error.
+    pub error: f64,
+    /// Bounces of the paths of a mesh's truth.
+    pub bounces: u32,
 }
 
 impl Default for RandomRequest {
     fn default() -> Self {
         Self {
-            faces: FaceShapes::default(),
+            scenes: DrawnScenes::Rooms(FaceShapes::default()),
             texels: 8,
+            error: DEFAULT_ERROR,
+            bounces: TRUTH_BOUNCES,
         }
     }
 }
@@ -59,15 +85,67 @@ impl RandomRequest {
     }
 
     /// Draws the scene of a seed and traces its truth.
-    fn draw_trial(&self, seed: f64) -> Result<Trial> {
-        let drawn = draw_scene(seed as u64, self.faces);
-        let description = Some(drawn.to_string());
-        let mesh = Mesh::uniform(&drawn.scene, self.texels, 1)?;
-        let traced = trace_radiosity(&drawn.scene, &mesh, TRUTH_PATHS / mesh.texels.len() as u32, 0);
-        let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
+    pub fn draw_trial(&self, seed: f64) -> Result<Trial> {
+        let trial = match self.scenes {
+            DrawnScenes::Rooms(shapes) => {
+                let drawn = draw_scene(seed as u64, shapes);
+                let description = Some(drawn.to_string());
+                let mesh = Mesh::uniform(&drawn.scene, self.texels, 1)?;
+                let traced = trace_radiosity(&drawn.scene, &mesh, TRUTH_PATHS / mesh.texels.len() as u32, 0);
+                let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
+                Trial {
+                    description,
+                    ..Trial::new(drawn.scene, self.texels, truth)
+                }
+            }
+            DrawnScenes::Meshes => {
+                let drawn = draw_mesh(seed as u64);
+                let description = Some(drawn.to_string());
+                let side = (MESH_TEXELS / drawn.scene.faces.len()).isqrt() as u32;
+                Trial {
+                    description,
+                    ..sample_mesh(drawn.scene, side.clamp(1, self.texels), self.bounces)?
+                }
+            }
+        };
         Ok(Trial {
-            description,
-            ..Trial::new(drawn.scene, self.texels, truth)
+            requested_error: Some(self.error),
+            ..trial
         })
     }
+}
+
+/// Makes the trial of a mesh: the truth is traced at a sample of its texels, drawn in proportion to their area and light
+/// as a few paths show it. Each stands for its area over the probability with which it was drawn.
+fn sample_mesh(scene: Scene, texels: u32, bounces: u32) -> Result<Trial> {
+    let mesh = Mesh::uniform(&scene, texels, 1)?;
+    let order = mesh.texels_in_face_order();
+    let areas: Vec<f64> = order.iter().map(|k| f64::from(mesh.texels[*k].area)).collect();
+    let pilot = trace_radiosity(&scene, &mesh, 1, 1).reflected.values;
+    let squares: Vec<f64> = pilot.iter().map(|light| light.length_squared()).collect();
+    let light: f64 = areas.iter().zip(&squares).map(|(area, square)| area * square).sum();
+    let mean = light / areas.iter().sum::<f64>();
+    let mut source = Xoshiro256PlusPlus::seed_from_u64(0);
+    let sampled: Vec<f64> = (areas.iter().zip(&squares))
+        .map(|(area, square)| {
+            let share = 0.5 * area * (square + mean) / light.max(f64::MIN_POSITIVE);
+            let probability = (SAMPLE_SIZE * share).min(1.0);
+            if source.random_bool(probability) {
+                area / probability
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    // Between faces of a reflectance ρ a path has 1/(1 − ρ) bounces.
+    let absorbed = |(k, area): (&usize, &f64)| area * f64::from(1.0 - mesh.texels[*k].reflectance.max_element());
+    let absorbed = order.iter().zip(&areas).map(absorbed).sum::<f64>() / areas.iter().sum::<f64>();
+    let count = sampled.iter().filter(|area| **area > 0.0).count().max(1);
+    let paths = f64::from(bounces) * absorbed / count as f64;
+    let traced = trace_sample(&scene, &mesh, &sampled, paths as u32, 0);
+    let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
+    Ok(Trial {
+        sampled_areas: Some(sampled),
+        ..Trial::new(scene, texels, truth)
+    })
 }

@@ -97,6 +97,7 @@ impl AtlasRun<'_> {
             };
             rows.push(AtlasRow {
                 scene: trial.description.clone(),
+                requested_error: trial.requested_error,
                 ..AtlasRow::new(case, value, method.name, cpu, gpu)
             });
         }
@@ -149,7 +150,10 @@ fn solve_trial(trial: &Trial, method: &AtlasMethod, gpu: Option<&Gpu>, watch: &P
     let settings = &method.settings_on(trial.texels, gpu.is_some());
     let texels = Some(trial.texels);
     let solver = match method.solver {
-        MethodSolver::ToError(error) => SolverChoice::to_error(gpu, ErrorTarget { error, texels }),
+        MethodSolver::ToError(error) => {
+            let error = trial.requested_error.unwrap_or(error);
+            SolverChoice::to_error(gpu, ErrorTarget { error, texels })
+        }
         MethodSolver::Shooting => SolverChoice::shooting_on(gpu),
         MethodSolver::Dense => SolverChoice::Dense,
     };

@@ -15,6 +15,10 @@ const MAX_FALSE_ALARM_SHARE: f64 = 0.05;
 pub const MIN_JUDGED_ERROR: f64 = 0.002;
 /// Largest relative standard error of a judged error.
 const MAX_RELATIVE_NOISE: f64 = 0.25;
+/// Largest share of the answers that miss the requested error.
+const MAX_MISS_SHARE: f64 = 0.05;
+/// Largest error of an answer that misses, as a multiple of the requested error.
+const MAX_REQUEST_RATIO: f64 = 1.3;
 /// An estimate below this share of the error is far too low.
 const LOW_RATIO: f64 = 0.5;
 /// An estimate above this multiple of the error is far too high.
@@ -228,6 +232,10 @@ fn evaluate_gates(studies: &[CaseStudy], score: &WarningCounts, estimate: Option
         let leaks = side.error.is_none_or(|error| error > ErrorMeasure::Leak.limits()[0]);
         study.case.measure == ErrorMeasure::Leak && uses_rays(row, device) && leaks
     };
+    let mut missed = bad(&|_, row, _, side| row.exceeds_request(side, 1.0));
+    if missed.len() as f64 <= MAX_MISS_SHARE * all as f64 {
+        missed.clear();
+    }
     let mut gates = vec![
         (
             "nothing panics, hangs or is not a number",
@@ -236,6 +244,11 @@ fn evaluate_gates(studies: &[CaseStudy], score: &WarningCounts, estimate: Option
         (
             "the default is right to 2 %, or warned about",
             bad(&is_of_default(WarningOutcome::Missed)),
+        ),
+        ("the requested error is kept by 95 % of the answers", missed),
+        (
+            "no error above 1.3 times the requested one",
+            bad(&|_, row, _, side| row.exceeds_request(side, MAX_REQUEST_RATIO)),
         ),
         ("false alarms in at most 5 % of the default's answers", alarms),
         ("no light through walls by rays", bad(&leaks)),

@@ -34,6 +34,10 @@ pub struct Trial {
     pub room: usize,
     /// Description of a random scene.
     pub description: Option<String>,
+    /// Requested error of a random scene, in place of the method's.
+    pub requested_error: Option<f64>,
+    /// Area that each texel of a random sample stands for, 0 if it is not in the sample; none if all are judged.
+    pub sampled_areas: Option<Vec<f64>>,
 }
 
 /// Source of a trial's truth, which shares no code with the solvers under test.
@@ -60,6 +64,8 @@ impl Trial {
             truth,
             room: 0,
             description: None,
+            requested_error: None,
+            sampled_areas: None,
         }
     }
 
@@ -77,7 +83,7 @@ impl Trial {
         if lit && !matches!(self.truth, TrialTruth::Constant(_)) && answer == truth {
             return Err("the truth itself, bit for bit".into());
         }
-        let areas = self.judged_areas();
+        let areas = self.sampled_areas.clone().unwrap_or_else(|| self.judged_areas());
         let (error, noise) = match &self.truth {
             TrialTruth::Dark => (self.leaked_share(&areas, answer), 0.0),
             TrialTruth::Traced(_, error) => debiased_rms(&areas, answer, truth, error).into(),
