@@ -103,12 +103,16 @@ fn sample_covers_until(mesh: &mut Mesh, samples: u32, stop: StopCheck) -> Result
     Ok(())
 }
 
-/// Returns whether a point of `face` is uncovered: among the first `faces` faces, in one of `directions`
-/// (see [`cover_directions`]), the ray meets a front before a back, or nothing.
+/// Returns whether a point of `face` is uncovered among the first `faces` faces: in one of `directions` (see
+/// [`cover_directions`]) the ray meets a front before a back, or nothing. Where a front and a back coincide, as where a body
+/// touches the ceiling, neither counts.
 pub fn is_open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directions: &[Vec3]) -> bool {
-    directions.iter().any(|d| {
+    let mut meets_back = false;
+    for d in directions {
         let direction = face.direction_in_frame(*d);
         let (mut front, mut back) = (MISS_DISTANCE, MISS_DISTANCE);
+        // Distance along the ray within which a front coincides with the nearest back.
+        let mut contact = 0.0;
         rays.visit_faces_along(point, direction, |k, other| {
             let hit = intersect_face(other, point, direction);
             // A face that touches the point may be the other side of a thin wall; a body has more faces behind it.
@@ -116,11 +120,15 @@ pub fn is_open(rays: &Rays, faces: usize, face: &MeshFace, point: Vec3, directio
             let passed = k as usize >= faces || other.sheet == face.sheet || hit.t <= 0.0 || touches;
             if !passed && hit.facing < 0.0 && hit.inside >= -OUTLINE_MARGIN {
                 front = front.min(hit.t);
-            } else if !passed && hit.facing > 0.0 && hit.inside >= OUTLINE_MARGIN {
-                back = back.min(hit.t);
+            } else if !passed && hit.facing > 0.0 && hit.inside >= OUTLINE_MARGIN && !other.two_sided && hit.t < back {
+                (back, contact) = (hit.t, CONTACT_DISTANCE / hit.facing);
             }
-            front.min(back)
+            front.min(back + contact)
         });
-        back == MISS_DISTANCE || front <= back
-    })
+        if back == MISS_DISTANCE || front < back - contact {
+            return true;
+        }
+        meets_back |= back < front - contact;
+    }
+    !meets_back
 }
