@@ -42,5 +42,6 @@ pub mod ray_cast;
 mod rows;
 pub mod shader_twins;
 pub mod solver;
+mod space_curve;
 
 pub use solver::CpuSolver;

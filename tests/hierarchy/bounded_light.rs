@@ -2,16 +2,12 @@
 //! than walls absorb.
 
 use common::mesh::Mesh;
-use common::rays::{LineOfSight, Rays};
 use common::sampling::pcg_hash;
 use common::scene::{Face, Scene};
-use cpu::hierarchy::block::{ReceiverBlock, Spot};
-use cpu::hierarchy::cluster::Clusters;
-use cpu::hierarchy::cluster_link::ClusterInteraction;
 use cpu::hierarchy::coarse::{CoarseNodes, StoredLink, sum_link_amounts};
 use cpu::hierarchy::iterate::{BounceIteration, BounceResult};
 use cpu::hierarchy::linear_radiosity::pull_radiosity;
-use cpu::hierarchy::link::{BlockLink, no_last_blockers};
+use cpu::hierarchy::link::BlockLink;
 use cpu::hierarchy::solver::{ErrorBudget, TexelSolution, solve_scene};
 use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
@@ -152,52 +148,18 @@ fn broken_meshes_absorb_no_more_than_is_emitted() {
     }
 }
 
-/// Whichever way the bright faces of a cluster look, a receiver beside it or within it gets at most their radiosity: the
-/// factors of x, y and z are at most a unit vector.
-#[test]
-fn cluster_factors_are_at_most_one_everywhere() {
-    let scene = room_around("ball", grey_ball());
-    let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
-    let tree = TexelTree::new(&scene, &mesh);
-    let clusters = Clusters::new(&mesh, &tree);
-    let rays = Rays::new(&mesh);
-    let mut near = 0;
-    for f in 0..scene.faces.len() {
-        let shooter = &tree.nodes[tree.roots[f] as usize].shooter;
-        let block = ReceiverBlock::new(&mesh, &[Spot::of_node(&tree, tree.roots[f])]);
-        for (number, cluster) in (0..).zip(&clusters.all) {
-            let interaction = ClusterInteraction {
-                mesh: &mesh,
-                tree: &tree,
-                clusters: &clusters,
-                rays: &rays,
-                number,
-                block: &block,
-                counted: LineOfSight::Clear,
-                last_blockers: &no_last_blockers(),
-            };
-            let link = interaction.start_sampling(1).sample_link(16).link;
-            let factors = Vec3::new(link.weight[0], link.along[0][0], link.along[1][0]);
-            assert!(factors.length() <= 1.0 + 1e-6, "face {f}, cluster {number}: {factors}");
-            near += u32::from(shooter.centre.distance(cluster.centre) < cluster.radius);
-        }
-    }
-    assert!(near > 100, "{near}");
-}
-
-/// Iterates over links of random factors, as large as `amount` and of both signs if `signed`, between all nodes and
-/// clusters of a room. Returns the result and the largest sum of a row of K, by amount, in units of radiosity.
+/// Iterates over links of random factors, as large as `amount` and of both signs if `signed`, between all nodes of
+/// a room. Returns the result and the largest sum of a row of K, by amount, in units of radiosity.
 fn iterate_over_random_links(amount: f32, signed: bool) -> (BounceResult, f32) {
     let scene = room_around("random links", grey_ball());
     let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
     let tree = TexelTree::new(&scene, &mesh);
-    let clusters = Clusters::new(&mesh, &tree);
     let area: Vec<f32> = mesh.texels.iter().map(|texel| texel.area).collect();
-    let mut coarse = CoarseNodes::new(&mesh, &tree, &clusters, |k| tree.nodes[k as usize].level == 1, &area);
+    let mut coarse = CoarseNodes::new(&mesh, &tree, |k| tree.nodes[k as usize].level == 1, &area);
     let mut random = random_numbers(7);
     let mut draw = |least: f32| [0; 16].map(|_| amount * (least + (1.0 - least) * random() as f32));
     let least = if signed { -1.0 } else { 0.0 };
-    let sources = (tree.nodes.len() + clusters.all.len()) as u32;
+    let sources = tree.nodes.len() as u32;
     let mut link_of = |node| StoredLink {
         node,
         link: BlockLink {
@@ -209,13 +171,11 @@ fn iterate_over_random_links(amount: f32, signed: bool) -> (BounceResult, f32) {
     let links: Vec<Vec<StoredLink>> = blocks.map(|_| (0..sources).map(&mut link_of).collect()).collect();
     coarse.prepare_sources(&links);
     let emission: Vec<Vec3> = mesh.texels.iter().map(|texel| texel.emission).collect();
-    let mut radiosity = pull_radiosity(&tree, &area, &emission);
-    clusters.pull_radiosity(&tree, &mut radiosity);
+    let radiosity = pull_radiosity(&tree, &area, &emission);
     let sums = sum_link_amounts(&links, &radiosity);
     let first = sums.as_flattened().as_flattened().iter().copied().fold(0.0, f32::max);
     let mut iteration = BounceIteration {
         tree: &tree,
-        clusters: &clusters,
         coarse: &mut coarse,
         links: &links,
         radiosity,

@@ -31,7 +31,7 @@ fn gather_along_x(tree: &TexelTree, mesh: &Mesh, first: f32, light: impl Fn(f32)
     let mut spot_count = 0;
     while let Some(spots) = gather.next_spots() {
         spot_count += spots.iter().map(Vec::len).sum::<usize>();
-        let receivers = ReceiverBlocks::new(mesh, &[0], |f| spots[f].clone());
+        let receivers = ReceiverBlocks::new(mesh, |f| spots[f].clone());
         let lit = receivers.blocks.iter().map(|block| {
             let h = std::array::from_fn(|l| mean(block.target[l]));
             BlockIrradiance {

@@ -1,9 +1,9 @@
 //! The hierarchical solver: its trees and links, exact solutions, and random scenes to which nothing was tuned.
 
 mod bounded_light;
-mod clusters;
 mod error_budget;
 mod final_gather;
 mod linkers;
+mod many_faces;
 mod rays;
 mod tree;

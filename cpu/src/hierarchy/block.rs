@@ -4,7 +4,8 @@
 use crate::hierarchy::tree::TexelTree;
 use crate::rows::lanes::{LanePoints, LaneValues};
 use crate::rows::receivers::{FaceFrame, LANE_COUNT};
-use common::mesh::Mesh;
+use crate::space_curve::sort_along_curve;
+use common::mesh::{Mesh, MeshFace};
 use common::sampling::{fold_triangle, pcg_hash, sample_coordinate};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -215,11 +216,11 @@ pub struct ReceiverBlocks {
 }
 
 impl ReceiverBlocks {
-    /// Makes the blocks of the `spots` on each face, in an `order` of faces in which neighbours are contiguous.
-    pub fn new(mesh: &Mesh, order: &[u32], spots: impl Fn(usize) -> Vec<Spot> + Sync) -> Self {
+    /// Makes the blocks of the `spots` on each face. Faces of few spots share blocks with their neighbours.
+    pub fn new(mesh: &Mesh, spots: impl Fn(usize) -> Vec<Spot> + Sync) -> Self {
         let by_face: Vec<Vec<Spot>> = (0..mesh.faces.len()).into_par_iter().map(&spots).collect();
         let (mut own, mut shared) = (Vec::new(), Vec::new());
-        for spots in order.iter().map(|f| &by_face[*f as usize]) {
+        for spots in order_faces(mesh).into_iter().map(|f| &by_face[f as usize]) {
             if spots.len() < MIN_FACE_SPOTS {
                 shared.extend_from_slice(spots);
             } else {
@@ -246,4 +247,17 @@ impl ReceiverBlocks {
         let tasks = (first..end).step_by(task);
         self.tasks.extend(tasks.map(|k| k..(k + task).min(end)));
     }
+}
+
+/// Returns the faces in an order in which those of similar normals and places are neighbours.
+fn order_faces(mesh: &Mesh) -> Vec<u32> {
+    let middle = |face: &MeshFace| face.corners.iter().sum::<Vec3>() / 4.0;
+    let middles: Vec<Vec3> = mesh.faces.iter().map(middle).collect();
+    let mut order = sort_along_curve(&middles);
+    order.sort_by_key(|f| {
+        let normal = mesh.faces[*f as usize].normal;
+        let axis = normal.abs().max_position();
+        (axis, normal[axis] < 0.0)
+    });
+    order
 }

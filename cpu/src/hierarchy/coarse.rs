@@ -1,7 +1,6 @@
 //! Coarse nodes: the receivers of stored links, and sources of all further bounces.
 
 use crate::hierarchy::block::{ReceiverBlocks, Spot};
-use crate::hierarchy::cluster::Clusters;
 use crate::hierarchy::linear_radiosity::{LinearRadiosity, pull_nodes};
 use crate::hierarchy::link::BlockLink;
 use crate::hierarchy::tree::TexelTree;
@@ -18,7 +17,7 @@ const NO_COARSE_NODE: u32 = u32::MAX;
 
 /// A node's link to a block.
 pub struct StoredLink {
-    /// Number of the node; clusters follow the nodes.
+    /// Number of the node.
     pub node: u32,
     /// The link.
     pub link: BlockLink,
@@ -57,14 +56,8 @@ pub struct CoarseNodes {
 
 impl CoarseNodes {
     /// Selects the largest nodes that are `coarse`; `area` is the open area of each texel.
-    pub fn new(
-        mesh: &Mesh,
-        tree: &TexelTree,
-        clusters: &Clusters,
-        coarse: impl Fn(u32) -> bool + Sync,
-        area: &[f32],
-    ) -> Self {
-        let receivers = ReceiverBlocks::new(mesh, &clusters.order, |f| {
+    pub fn new(mesh: &Mesh, tree: &TexelTree, coarse: impl Fn(u32) -> bool + Sync, area: &[f32]) -> Self {
+        let receivers = ReceiverBlocks::new(mesh, |f| {
             let nodes = tree.largest_nodes(f, &coarse).into_iter();
             nodes.map(|k| Spot::of_node(tree, k)).collect()
         });

@@ -1,4 +1,4 @@
-//! The CPU's [`Linker`]: refines tasks of blocks in parallel, by shafts and clusters or by rays alone.
+//! The CPU's [`Linker`]: refines tasks of blocks in parallel, by shafts or by rays alone.
 
 use crate::hierarchy::block::ReceiverBlock;
 use crate::hierarchy::coarse::StoredLink;
@@ -16,7 +16,7 @@ const TASKS_PER_CHECK: usize = 256;
 pub struct CpuLinker<'a> {
     /// The scene.
     pub scene: LinkerScene<'a>,
-    /// Uses rays alone: neither shafts nor clusters.
+    /// Uses rays alone, without shafts.
     pub rays_only: bool,
 }
 

@@ -1,7 +1,6 @@
 //! Iterates the linked system x = K(s + ρx): Neumann series, or GMRES (Saad & Schultz 1986) where reflectances are
 //! high.
 
-use crate::hierarchy::cluster::Clusters;
 use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links, sum_link_amounts};
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TexelTree;
@@ -22,13 +21,11 @@ const MAX_ABSORBED_RATIO: f64 = 2.0;
 pub struct BounceIteration<'a> {
     /// Nodes.
     pub tree: &'a TexelTree,
-    /// Clusters.
-    pub clusters: &'a Clusters,
     /// Receivers.
     pub coarse: &'a mut CoarseNodes,
     /// Links of each block.
     pub links: &'a [Vec<StoredLink>],
-    /// s of every node and cluster.
+    /// s of every node.
     pub radiosity: Vec<LinearRadiosity>,
     /// Number of products with K.
     pub passes: u32,
@@ -144,11 +141,6 @@ impl BounceIteration<'_> {
     /// Sets the radiosity of all sources from `values` of the coarse nodes.
     fn fit_radiosity(&mut self, values: &[Vec3]) {
         self.coarse.fit_sources(self.tree, values, &mut self.radiosity);
-        let pull = match self.coarse.constant_radiosity {
-            true => Clusters::pull_constant_radiosity,
-            false => Clusters::pull_radiosity,
-        };
-        pull(self.clusters, self.tree, &mut self.radiosity);
     }
 
     /// Solves (1 − Kρ) x = K·unshot by restarted GMRES, each channel by itself, until the reflected power of the

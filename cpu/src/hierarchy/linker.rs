@@ -2,7 +2,6 @@
 //! trait [`Linker`]. The CPU's linker is [`crate::hierarchy::cpu_linker`]; a GPU implements the same trait.
 
 use crate::hierarchy::block::{ReceiverBlock, ReceiverBlocks};
-use crate::hierarchy::cluster::Clusters;
 use crate::hierarchy::coarse::StoredLink;
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TexelTree;
@@ -23,8 +22,6 @@ pub struct LinkerScene<'a> {
     pub mesh: &'a Mesh,
     /// Sources: the nodes of each face.
     pub tree: &'a TexelTree,
-    /// Sources: groups of faces.
-    pub clusters: &'a Clusters,
     /// All faces, for rays.
     pub rays: &'a Rays,
     /// All faces, for shafts and shadows.
@@ -62,7 +59,7 @@ pub struct LinkThresholds {
 pub struct LinkRequest<'a> {
     /// Light that is gathered.
     pub light: RequestedLight<'a>,
-    /// Radiosity of every node, then of every cluster.
+    /// Radiosity of every node.
     pub radiosity: &'a [LinearRadiosity],
     /// Allowed errors of a link.
     pub thresholds: LinkThresholds,
@@ -116,7 +113,7 @@ pub type LinkerFactory<'m> = &'m dyn for<'w> Fn(&LinkerScene<'w>) -> Result<Box<
 /// The method by which links are found.
 #[derive(Clone, Copy)]
 pub enum LinkMethod<'m> {
-    /// Shafts where they pay, and face clusters.
+    /// Shafts where they pay.
     Shafts,
     /// Rays alone, face by face and level by level, as on a GPU.
     Rays,

@@ -1,12 +1,10 @@
 //! BF refinement (Hanrahan, Salzman & Aupperle 1991): a source is subdivided until the errors of its mean, its
 //! slope and its sampled visibility are below their thresholds at a receiver block.
 //!
-//! One [`Refiner`] serves the blocks of a task: it descends clusters, then faces, then nodes, and keeps for each
+//! One [`Refiner`] serves the blocks of a task: it descends from faces to their nodes, and keeps for each
 //! the blocks at which the source was subdivided. Blocks on one face share shafts and shadows.
 
 use crate::hierarchy::block::ReceiverBlock;
-use crate::hierarchy::cluster::{Cluster, ClusterPart};
-use crate::hierarchy::cluster_link::ClusterInteraction;
 use crate::hierarchy::level::{Refinement, prefix_sum, store_links, subdivide_nodes};
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::link::{
@@ -15,8 +13,8 @@ use crate::hierarchy::link::{
 };
 use crate::hierarchy::linker::{LinkRequest, LinkThresholds, LinkerScene, RequestedLight};
 use crate::hierarchy::refinement_steps::{
-    ReflectedLight, SourceRefinement, is_dark, is_leaf, receiver_points_per_side, refine_by_source,
-    refine_by_visibility, reflected_light, request_samples, start_sampling,
+    ReflectedLight, SourceRefinement, is_dark, is_leaf, refine_by_source, refine_by_visibility, request_samples,
+    start_sampling,
 };
 use crate::hierarchy::tree::TreeNode;
 use crate::occlusion::polygon::ConvexPolygon;
@@ -28,19 +26,13 @@ use common::constants::{CONTACT_DISTANCE, ROOTS_PER_BATCH, VISIBILITY_SAMPLE_COU
 use common::intersect::{intersect_face, touches_plane};
 use common::mesh::Mesh;
 use common::polygon::distinct_corners;
-use common::rays::{LineOfSight, NO_FACE};
+use common::rays::NO_FACE;
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
 use std::cell::Cell;
 
-/// A cluster is linked only if its normals deviate from its axis by no more than the angle of this cosine.
-const MIN_CONE_COSINE: f32 = 0.5;
-
 /// Radius above which a node lies outside the scene, which is two units wide: it is the sky's.
 const MAX_SCENE_RADIUS: f32 = 2.0;
-
-/// A cluster of fewer faces is subdivided where shafts find its occluders: that costs less than rays.
-const MIN_CLUSTER_FACES: usize = 16;
 
 /// Refines sources at some receiver blocks.
 pub struct Refiner<'a> {
@@ -69,7 +61,7 @@ type NodeOccluders = Option<Vec<u32>>;
 pub struct CreatedLink<'a> {
     /// Number of the block.
     pub block: usize,
-    /// Number of the node; clusters follow the nodes.
+    /// Number of the node.
     pub node: u32,
     /// The link.
     pub link: &'a BlockLink,
@@ -92,16 +84,15 @@ impl<'a> Refiner<'a> {
         }
     }
 
-    /// Passes every link to the blocks to `take`, in the order of the clusters.
+    /// Passes every link to the blocks to `take`, face after face.
     pub fn link_by_shafts(&self, mut take: impl FnMut(CreatedLink)) {
         let active: Vec<u32> = (0..self.blocks.len() as u32).collect();
-        if self.scene.clusters.all.is_empty() {
-            return;
+        for f in 0..self.scene.mesh.faces.len() as u32 {
+            self.refine_face(f, &active, &mut take);
         }
-        self.refine_cluster(0, &active, &mut take);
     }
 
-    /// Passes every link to `take`, by rays and without clusters: block after block, level after level of the trees.
+    /// Passes every link to `take`, by rays: block after block, level after level of the trees.
     pub fn link_by_rays(&self, mut take: impl FnMut(CreatedLink)) {
         let tree = self.scene.tree;
         for (block, roots) in
@@ -145,35 +136,6 @@ impl<'a> Refiner<'a> {
         active.iter().filter(affected).copied().collect()
     }
 
-    fn refine_cluster(&self, k: u32, active: &[u32], take: &mut impl FnMut(CreatedLink)) {
-        let number = self.scene.tree.nodes.len() as u32 + k;
-        let cluster = &self.scene.clusters.all[k as usize];
-        // The flow of normals in all directions may vanish though the faces emit.
-        let wide = cluster.cone < MIN_CONE_COSINE;
-        let active = self.select_affected(active, (cluster.centre, cluster.radius));
-        if !wide && is_dark(&self.radiosity[number as usize]) || active.is_empty() {
-            return;
-        }
-        // Exact factors and shadows of a few faces cost less than rays.
-        let few = cluster.faces.len() < MIN_CLUSTER_FACES && self.has_few_occluders(cluster);
-        let subdivided = self.refine_at_blocks(number, &active, take, |b| {
-            if wide || few {
-                Refinement::Subdivide
-            } else {
-                self.refine_cluster_interaction(k, b)
-            }
-        });
-        if subdivided.is_empty() {
-            return;
-        }
-        for part in cluster.parts {
-            match part {
-                ClusterPart::Cluster(c) => self.refine_cluster(c, &subdivided, take),
-                ClusterPart::Face(f) => self.refine_face(f, &subdivided, take),
-            }
-        }
-    }
-
     /// Passes the links of source `node` to `take`, and returns the blocks at which it is to be subdivided.
     fn refine_at_blocks(
         &self,
@@ -199,13 +161,6 @@ impl<'a> Refiner<'a> {
             }
         }
         subdivided
-    }
-
-    /// Returns true if a shaft finds few occluders before a cluster, judged by its first face.
-    fn has_few_occluders(&self, cluster: &Cluster) -> bool {
-        let first = self.scene.clusters.order[cluster.faces.start as usize];
-        let root = &self.scene.tree.nodes[self.scene.tree.roots[first as usize] as usize];
-        self.shared_face.is_some() && (root.shooter.area <= 0.0 || self.find_occluders(root, None).is_some())
     }
 
     fn refine_face(&self, f: u32, active: &[u32], take: &mut impl FnMut(CreatedLink)) {
@@ -377,43 +332,6 @@ impl<'a> Refiner<'a> {
             let hit = intersect_face(face, from, to - from);
             hit.stops_ray(1.0) && hit.inside >= 0.0 && !touches_plane(face, from)
         })
-    }
-
-    /// Decides about cluster `k` at block `number`.
-    fn refine_cluster_interaction(&self, k: u32, number: u32) -> Refinement {
-        let interaction = ClusterInteraction {
-            mesh: self.scene.mesh,
-            tree: self.scene.tree,
-            clusters: self.scene.clusters,
-            rays: self.scene.rays,
-            number: k,
-            block: &self.blocks[number as usize],
-            counted: match self.light {
-                RequestedLight::Arriving => LineOfSight::Clear,
-                RequestedLight::OccludedBy(_) => LineOfSight::HiddenByObject,
-            },
-            last_blockers: &self.last_blockers,
-        };
-        let bound = interaction.exchange_bound();
-        if bound.factor <= 0.0 {
-            return Refinement::Skip;
-        }
-        let radiosity = &self.radiosity[self.scene.tree.nodes.len() + k as usize];
-        // Within the cone the flow is at least half of the faces' emission.
-        let flow = [radiosity.mean, radiosity.slope[0], radiosity.slope[1]].map(|v| v * v);
-        let mean = reflected_light(
-            (flow[0] + flow[1] + flow[2]).map(f32::sqrt),
-            self.scale[number as usize],
-        ) / MIN_CONE_COSINE;
-        let rest = reflected_light(radiosity.deviation, self.scale[number as usize]);
-        if rest * bound.uneven + mean * bound.sloped > self.thresholds.source {
-            return Refinement::Subdivide;
-        }
-        let places = receiver_points_per_side(bound.within, mean + rest, self.thresholds.near);
-        let mut sampler = interaction.start_sampling(places);
-        let sample_link = |samples| sampler.sample_link(samples);
-        let light = ReflectedLight { mean, rest };
-        choose_visibility_samples(&bound, light, false, self.thresholds, sample_link)
     }
 }
 

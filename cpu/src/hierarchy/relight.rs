@@ -70,8 +70,7 @@ fn solve_change(
     solver.scale = solver.inverse_rms(&vec![Vec3::ZERO; mesh.texels.len()]);
     let area: Vec<f32> = texels().map(|k| mesh.texels[k].area * known.open[k]).collect();
     let tree = solver.scene.tree;
-    let mut sources = pull_radiosity(tree, &area, &on_room(known.radiosity));
-    solver.scene.clusters.pull_radiosity(tree, &mut sources);
+    let sources = pull_radiosity(tree, &area, &on_room(known.radiosity));
 
     let objects = Occluders::from_objects(mesh);
     let room = 0..mesh.room_faces as usize;

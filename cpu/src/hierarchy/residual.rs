@@ -16,6 +16,8 @@ pub struct GatheredResidual {
     pub irradiance: Vec<Vec3>,
     /// H from all further bounces of the difference from the given H.
     pub later: Vec<Vec3>,
+    /// Variances of `irradiance`, and of its sum with `later`, of rays.
+    pub variance: [Vec<Vec3>; 2],
     /// Open share of each texel's area.
     pub open: Vec<f32>,
 }
@@ -71,6 +73,7 @@ fn solve_residual(
     let later = solver.iterate_coarse(&links, &source, CORRECTION_TOLERANCE, watch)?;
     let open = later.received.iter().zip(&solver.open);
     Ok(GatheredResidual {
+        variance: [0, 1].map(|_| vec![Vec3::ZERO; gathered.len()]),
         irradiance: gathered,
         later: open.map(|(h, open)| *h * *open).collect(),
         open: solver.open,

@@ -9,7 +9,6 @@
 
 use crate::dense::open_area::{Element, covered_elements};
 use crate::hierarchy::block::ReceiverBlocks;
-use crate::hierarchy::cluster::Clusters;
 use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links};
 use crate::hierarchy::cpu_linker::CpuLinker;
 use crate::hierarchy::final_gather::{CoveredTexels, FinalGather, ReceiverSelection};
@@ -167,11 +166,9 @@ pub(super) fn with_solver<T>(
     let rays = Rays::new(mesh);
     let occluders = Occluders::from_mesh(mesh);
     let covered = covered_elements(scene, mesh, &Occluders::new(scene, mesh), &rays);
-    let clusters = Clusters::new(mesh, &tree);
     let scene = LinkerScene {
         mesh,
         tree: &tree,
-        clusters: &clusters,
         rays: &rays,
         occluders: &occluders,
         arch: Arch::new(),
@@ -254,7 +251,7 @@ impl<'a> HierarchicalSolver<'a> {
             radius <= MAX_COARSE_RADIUS && (radius <= MIN_COARSE_RADIUS || is_accurate())
         };
         Self {
-            coarse: CoarseNodes::new(mesh, scene.tree, scene.clusters, is_coarse, &area),
+            coarse: CoarseNodes::new(mesh, scene.tree, is_coarse, &area),
             covered: CoveredTexels::new(scene.tree, covered),
             albedo: {
                 let roots = scene.tree.roots.iter();
@@ -357,11 +354,9 @@ impl<'a> HierarchicalSolver<'a> {
         Ok(direct)
     }
 
-    /// Fits the radiosity of all nodes and clusters to the values of the texels' open parts.
+    /// Fits the radiosity of all nodes to the values of the texels' open parts.
     pub(super) fn fit_sources(&self, values: &[Vec3]) -> Vec<LinearRadiosity> {
-        let mut sources = pull_radiosity(self.scene.tree, &self.area, values);
-        self.scene.clusters.pull_radiosity(self.scene.tree, &mut sources);
-        sources
+        pull_radiosity(self.scene.tree, &self.area, values)
     }
 
     /// Gathers the light that arrives from the sources of this `radiosity` at all texels: the mean over each one's area.
@@ -397,7 +392,7 @@ impl<'a> HierarchicalSolver<'a> {
         );
         let mut progress = progress;
         while let Some(spots) = gather.next_spots() {
-            let receivers = ReceiverBlocks::new(self.scene.mesh, &self.scene.clusters.order, |f| spots[f].clone());
+            let receivers = ReceiverBlocks::new(self.scene.mesh, |f| spots[f].clone());
             // The number of levels is unknown: each takes half of the rest.
             let half = (progress.start + progress.end) / 2.0;
             let lit = self.gather_at_blocks(light, radiosity, thresholds, &receivers, progress.start..half, watch)?;
@@ -469,7 +464,6 @@ impl<'a> HierarchicalSolver<'a> {
         let radiosity = self.fit_sources(source);
         let mut iteration = BounceIteration {
             tree,
-            clusters: self.scene.clusters,
             coarse: &mut self.coarse,
             links,
             radiosity,

@@ -13,6 +13,7 @@
 mod lamp_tree;
 mod pair_rays;
 pub mod relight;
+pub mod residual;
 mod seen_lamp;
 mod sky_light;
 mod texel_rays;
@@ -48,11 +49,11 @@ const LATER_ROUNDS: f64 = 0.1;
 /// See [`LATER_ROUNDS`].
 const BOUNCE_SHARE: f64 = 0.15;
 /// Rounds of tracing.
-const MAX_TRACING_ROUNDS: u32 = 16;
+pub const MAX_TRACING_ROUNDS: u32 = 16;
 /// The iteration ends when this share of the first power is unshot.
 const UNSHOT_SHARE: f64 = 1e-5;
 /// Largest number of bounces.
-const MAX_BOUNCES: u32 = 2000;
+pub const MAX_BOUNCES: u32 = 2000;
 
 /// Solves `scene` on the texels of `mesh` to an RMS `noise` relative to the reflected light, and sets their light from
 /// outside.
@@ -63,19 +64,36 @@ pub fn solve_by_rays(scene: &Scene, mesh: &mut Mesh, noise: f32, watch: Progress
         let rays = Rays::new(mesh);
         let open = OpenParts::new(scene, mesh, &rays);
         let mut traced = TexelRays::new(mesh, &rays, &open, SkyLight::new(scene, mesh, &rays)?);
-        let solver = RaySolver {
-            mesh,
-            open: &open.shares,
-            known: &[],
-            passes: 0,
-        };
-        let solution = solver.solve_to_noise(&mut traced, noise, watch)?;
+        let solution = RaySolver::new(mesh, &open.shares).solve_to_noise(&mut traced, noise, watch)?;
         (solution, traced.outside_light())
     };
     for (texel, outside) in mesh.texels.iter_mut().zip(outside) {
         texel.sky = outside;
     }
     Ok(solution)
+}
+
+/// Solves for the emission of the texels of `mesh` alone, with its first `bounces` reflections, to an RMS `noise` relative
+/// to the reflected light. Solves from different `sequence`s of random numbers have independent noise; that of
+/// [`solve_by_rays`] is 0, and a solve uses at most [`MAX_TRACING_ROUNDS`] numbers.
+///
+/// Errors: [`Error::Interrupted`].
+pub fn solve_emission_by_rays(
+    scene: &Scene,
+    mesh: &Mesh,
+    bounces: u32,
+    sequence: u32,
+    noise: f32,
+    watch: ProgressCallback,
+) -> Result<TexelSolution> {
+    let rays = Rays::new(mesh);
+    let open = OpenParts::new(scene, mesh, &rays);
+    let mut traced = TexelRays::new(mesh, &rays, &open, None).with_sequence(sequence);
+    let solver = RaySolver {
+        max_bounces: bounces,
+        ..RaySolver::new(mesh, &open.shares)
+    };
+    solver.solve_to_noise(&mut traced, noise, watch)
 }
 
 /// The rays of all texels, traced once and kept.
@@ -172,10 +190,21 @@ struct RaySolver<'a> {
     open: &'a [f32],
     /// H of each texel that is known, the mean over its area, and to which the solve adds; empty if there is none.
     known: &'a [Vec3],
+    max_bounces: u32,
     passes: u32,
 }
 
-impl RaySolver<'_> {
+impl<'a> RaySolver<'a> {
+    fn new(mesh: &'a Mesh, open: &'a [f32]) -> Self {
+        Self {
+            mesh,
+            open,
+            known: &[],
+            max_bounces: MAX_BOUNCES,
+            passes: 0,
+        }
+    }
+
     /// Traces rays until the noise is at most `noise`, relative to the RMS of the reflected light.
     ///
     /// Errors: [`Error::Interrupted`].
@@ -258,7 +287,7 @@ impl RaySolver<'_> {
         let mut unshot: Vec<Halves> = received.iter().zip(&reflectance).map(reflect).collect();
         let first = power(&unshot);
         let (mut now, mut ratio, mut bounces) = (first, 0.0, 0);
-        while now > UNSHOT_SHARE * first * (1.0 - ratio) && bounces < MAX_BOUNCES {
+        while now > UNSHOT_SHARE * first * (1.0 - ratio) && bounces < self.max_bounces {
             // The unshot power falls by a factor from bounce to bounce.
             if watch(((now / first).ln() / UNSHOT_SHARE.ln()).min(1.0)).is_break() {
                 return Err(Error::Interrupted);
@@ -282,7 +311,7 @@ impl RaySolver<'_> {
             weight: self.reflection_weights(&mean),
             mean,
             unshot,
-            converged: bounces < MAX_BOUNCES,
+            converged: bounces < self.max_bounces,
         })
     }
 

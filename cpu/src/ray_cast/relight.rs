@@ -34,10 +34,8 @@ pub fn relight_by_rays(
     };
     let received: Vec<Vec3> = (0..open.len()).map(received).collect();
     let solver = RaySolver {
-        mesh,
-        open,
         known: &received,
-        passes: 0,
+        ..RaySolver::new(mesh, open)
     };
     let mut traced = PairRays::new(mesh, &rays, &parts, known);
     let mut found = solver.solve_to_noise(&mut traced, noise, watch)?;

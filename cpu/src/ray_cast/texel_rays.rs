@@ -10,6 +10,7 @@ use super::seen_lamp::SeenLamp;
 use super::sky_light::{SkyLight, offset_to_sun};
 use super::{KeptRays, sample_variance};
 use crate::dense::open_points::{OpenParts, draw_point};
+use crate::space_curve::sort_along_curve;
 use common::escape::concentric_direction;
 use common::mesh::Mesh;
 use common::rays::{RayEnd, Rays};
@@ -77,15 +78,16 @@ pub struct TexelRays<'a> {
     records: Vec<RayRecord>,
     /// The lamps of each group of texels along the curve.
     cuts: Vec<LampCut>,
-    /// Number of times that rays were discarded: a part of their seeds.
-    discards: u32,
+    /// Number of the sequence of random numbers; another one after rays were discarded.
+    sequence: u32,
 }
 
 impl<'a> TexelRays<'a> {
     /// Makes the texels of `mesh` with their `open` parts below a `sky`, without rays.
     pub fn new(mesh: &'a Mesh, rays: &'a Rays, open: &'a OpenParts, sky: Option<SkyLight>) -> Self {
         let lamps = LampTree::new(mesh);
-        let along_curve = sort_along_curve(mesh);
+        let places: Vec<Vec3> = mesh.texels.iter().map(|texel| texel.position).collect();
+        let along_curve = sort_along_curve(&places);
         let choose_cut = |texels: &[u32]| {
             let places = || texels.iter().map(|k| mesh.texels[*k as usize].position);
             let bounds = [
@@ -110,8 +112,13 @@ impl<'a> TexelRays<'a> {
             along_curve,
             sky,
             records: vec![RayRecord::default(); mesh.texels.len()],
-            discards: 0,
+            sequence: 0,
         }
+    }
+
+    /// Draws the rays from the sequence of random numbers of this number.
+    pub fn with_sequence(self, sequence: u32) -> Self {
+        Self { sequence, ..self }
     }
 
     /// Traces rays of texel `k` until there are `count` of both halves.
@@ -136,7 +143,7 @@ impl<'a> TexelRays<'a> {
         );
         let mut lamp_rays = [[0; 2]; MAX_CUT_NODES];
         for n in known..count {
-            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
+            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.sequence));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
             let Some(point) = draw_point(&outlines, [u, v]) else {
                 break;
@@ -275,7 +282,7 @@ impl KeptRays for TexelRays<'_> {
     fn discard_rays(&mut self, _: &[Vec3A]) {
         self.records.fill(RayRecord::default());
         self.cuts.iter_mut().for_each(LampCut::learn_visibility);
-        self.discards += 1;
+        self.sequence += 1;
     }
 
     fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()> {
@@ -349,22 +356,6 @@ fn balanced_weight(lamp: &SeenLamp, normal: Vec3, ray: Vec3, drawn: f32) -> f32 
     } else {
         0.0
     }
-}
-
-/// Returns the texels along a space-filling curve (Morton's).
-fn sort_along_curve(mesh: &Mesh) -> Vec<u32> {
-    let places = || mesh.texels.iter().map(|texel| texel.position);
-    let low = places().fold(Vec3::INFINITY, Vec3::min);
-    let high = places().fold(Vec3::NEG_INFINITY, Vec3::max);
-    let scale = 1023.0 / (high - low).max_element().max(f32::MIN_POSITIVE);
-    let key = |k: &u32| {
-        let cell = (mesh.texels[*k as usize].position - low) * scale;
-        let bits = |x: f32, axis: u32| (0..10).map(|b| ((x as u32 >> b) & 1) << (3 * b + axis)).sum::<u32>();
-        bits(cell.x, 0) + bits(cell.y, 1) + bits(cell.z, 2)
-    };
-    let mut texels: Vec<u32> = (0..mesh.texels.len() as u32).collect();
-    texels.sort_by_cached_key(key);
-    texels
 }
 
 #[cfg(test)]

@@ -23,6 +23,7 @@ use cpu::hierarchy::shot_log;
 use cpu::hierarchy::solver::open_shares;
 use cpu::hierarchy::solver::{ErrorBudget, TexelSolution, solve_with_links};
 use cpu::ray_cast::relight::relight_by_rays;
+use cpu::ray_cast::{MAX_BOUNCES, solve_emission_by_rays};
 use glam::{DVec3, Vec3, Vec4};
 use std::f64::consts::SQRT_2;
 
@@ -91,9 +92,8 @@ pub fn relight_adaptively(
     method: LinkMethod,
     progress: &ProgressMonitor,
 ) -> Result<Solved> {
-    let goal = ErrorBudget::for_error((CAPTURE_GOAL_SHARE * target.error) as f32);
     let problem = AdaptiveRelight {
-        received: progress.time_phase("capture", || receive_captured(stage, goal, method, progress))?,
+        received: progress.time_phase("capture", || receive_captured(stage, target.error, method, progress))?,
         stage,
         solve_everything,
         requested_texels: target.texels,
@@ -138,11 +138,12 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
             goal.max(MIN_NOISE_SHARE * self.error),
             &|f| self.requested_texels(f),
             &texels,
-        );
-        let goal = ErrorBudget::for_error(goal as f32);
+        ) as f32;
         let captured = self
             .progress
-            .time_phase("capture", || self.capture_room(&texels, goal))?;
+            .time_phase("capture", || self.capture_room(&texels, goal, noise))?;
+        let goal = ErrorBudget::for_error(goal as f32);
+        let by_rays = follows_rays(&self.stage.scene, self.error, self.method);
         let stage = self.stage;
         let mut mesh = Mesh::new(&stage.scene, &texels, 1)?;
         mesh.room_faces = stage.room_faces as u32;
@@ -158,7 +159,10 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
         let (outcome, change) = self.progress.time_phase("relight", || {
             let mut callback = step_progress(self.progress, &phase);
             if self.solve_everything {
-                let outcome = solve_with_links(&stage.scene, &mesh, &off, goal, self.method, &mut callback)?;
+                let outcome = match by_rays {
+                    true => solve_emission_by_rays(&stage.scene, &mesh, MAX_BOUNCES, 0, noise, &mut callback)?,
+                    false => solve_with_links(&stage.scene, &mesh, &off, goal, self.method, &mut callback)?,
+                };
                 return Ok::<_, Error>((outcome, None));
             }
             let mut share = captured.open;
@@ -173,8 +177,8 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
                 irradiance: &received,
                 open: &share,
             };
-            let found = match follows_rays(&stage.scene, self.error, self.method) {
-                true => relight_by_rays(&stage.scene, &mesh, &known, noise as f32, &mut callback)?,
+            let found = match by_rays {
+                true => relight_by_rays(&stage.scene, &mesh, &known, noise, &mut callback)?,
                 false => relight(&stage.scene, &mesh, &known, &off, (goal, self.method), &mut callback)?,
             };
             let whole = irradiance.iter().zip(&found.irradiance);
@@ -253,13 +257,19 @@ impl AdaptiveRelight<'_> {
     }
 
     /// Captures the room on `texels` of each face.
-    fn capture_room(&self, texels: &[[u32; 2]], goal: ErrorBudget) -> Result<CapturedTexels> {
+    fn capture_room(&self, texels: &[[u32; 2]], goal: f64, noise: f32) -> Result<CapturedTexels> {
         let scene = &self.stage.captured.scene;
         let own = &texels[..self.stage.room_faces];
         let mesh = Mesh::new(scene, own, 1)?;
         let (Some(values), Some(received)) = (&self.stage.captured.values, &self.received) else {
             let mut callback = step_progress(self.progress, "capture");
-            let found = solve_with_links(scene, &mesh, &[], goal, self.method, &mut callback)?;
+            let found = match follows_rays(scene, self.error, self.method) {
+                true => solve_emission_by_rays(scene, &mesh, MAX_BOUNCES, 0, noise, &mut callback)?,
+                false => {
+                    let goal = ErrorBudget::for_error(goal as f32);
+                    solve_with_links(scene, &mesh, &[], goal, self.method, &mut callback)?
+                }
+            };
             let texels = mesh.texels.iter().zip(&found.irradiance);
             return Ok(CapturedTexels {
                 values: CapturedValues {
@@ -334,7 +344,7 @@ impl AdaptiveRelight<'_> {
 /// Returns H₀ of the open part of each texel of a captured room.
 fn receive_captured(
     stage: &RelightStage,
-    goal: ErrorBudget,
+    error: f64,
     method: LinkMethod,
     progress: &ProgressMonitor,
 ) -> Result<Option<Vec<Vec3>>> {
@@ -342,7 +352,7 @@ fn receive_captured(
     let Some(values) = &captured.values else {
         return Ok(None);
     };
-    let mesh = Mesh::new(&captured.scene, &captured.resolutions, 1)?;
+    let mut mesh = Mesh::new(&captured.scene, &captured.resolutions, 1)?;
     let received = match (&values.reflectance, &values.emission, stage.reflectance) {
         (Some(rho), Some(emission), None) => {
             let received = |k: usize| {
@@ -353,7 +363,22 @@ fn receive_captured(
         }
         _ => {
             let mut callback = step_progress(progress, "capture");
-            gather_irradiance(&captured.scene, &mesh, &values.radiosity, (goal, method), &mut callback)?
+            let goal = (CAPTURE_GOAL_SHARE * error) as f32;
+            if follows_rays(&captured.scene, error, method) {
+                for (texel, radiosity) in mesh.texels.iter_mut().zip(&values.radiosity) {
+                    (texel.emission, texel.reflectance) = (*radiosity, Vec3::ONE);
+                }
+                solve_emission_by_rays(&captured.scene, &mesh, 0, 0, goal, &mut callback)?.irradiance
+            } else {
+                let budget = ErrorBudget::for_error(goal);
+                gather_irradiance(
+                    &captured.scene,
+                    &mesh,
+                    &values.radiosity,
+                    (budget, method),
+                    &mut callback,
+                )?
+            }
         }
     };
     let open = open_shares(&captured.scene, &mesh);

@@ -5,7 +5,7 @@
 //! r = E + ρKB − B      e = r + ρKr + (ρK)²r + …      B + e solves the equation
 //! ```
 
-use super::adaptive::step_progress;
+use super::adaptive::{follows_rays, step_progress};
 use super::progress::ProgressMonitor;
 use crate::diff::Diff;
 use common::cover::sample_covers;
@@ -14,13 +14,17 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use common::solution::StoredSolution;
 use common::{Error, Result};
+use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::residual::{GatheredResidual, gather_residual};
 use cpu::hierarchy::shot_log;
 use cpu::hierarchy::solver::{ErrorBudget, TexelSolution};
+use cpu::ray_cast::residual::gather_residual_by_rays;
 use glam::{DVec3, Vec3};
 
-/// Relative error of the gathered light; a smaller residual cannot be distinguished from 0.
+/// Relative error of light that is gathered over links; a smaller residual cannot be distinguished from 0.
 pub const GATHER_ERROR: f32 = 0.005;
+/// Noise of light that is gathered by rays. It is known, and taken off differences.
+const GATHER_NOISE: f32 = 0.01;
 /// Sample points per face for the escaping share of its light.
 const ESCAPE_POINTS: u32 = 16;
 
@@ -34,6 +38,15 @@ pub struct JudgedResult {
     pub one_bounce: f64,
     /// Energy balance of the result.
     pub energy: EnergyBalance,
+}
+
+impl JudgedResult {
+    /// Returns the error of the result: its RMS difference from the truth, without the truth's noise, in the worst channel.
+    pub fn error(&self) -> f64 {
+        let noise = self.diff.standard_error.unwrap_or_default();
+        let square = |c: usize| self.diff.relative_rms[c].powi(2) - noise[c].powi(2);
+        (0..3).map(square).fold(0.0, f64::max).sqrt()
+    }
 }
 
 /// Judges `stored`. If `scene` is given, reflectance and emission of the faces are taken from it.
@@ -71,26 +84,35 @@ pub fn judge_result(stored: &StoredSolution, scene: Option<Scene>, progress: &Pr
         reflected[*k] = value.as_vec3();
     }
     let gathered = progress.time_phase("solve", || {
-        let budget = ErrorBudget::for_error(GATHER_ERROR);
         let mut callback = step_progress(progress, "gathering");
+        if follows_rays(&truth.scene, f64::from(GATHER_ERROR), LinkMethod::Shafts) {
+            return gather_residual_by_rays(&truth.scene, &mesh, &reflected, GATHER_NOISE, &mut callback);
+        }
+        let budget = ErrorBudget::for_error(GATHER_ERROR);
         gather_residual(&truth.scene, &mesh, &reflected, budget, &mut callback)
     })?;
     let (mut squares, mut light) = (DVec3::ZERO, DVec3::ZERO);
+    let mut errors = Vec::with_capacity(order.len());
     for (n, k) in order.iter().enumerate() {
         let texel = &mesh.texels[*k];
         let once = texel.reflectance * gathered.irradiance[*k];
         truth.radiosity[n] = truth.emission[n] + once + texel.reflectance * gathered.later[*k];
         let area = f64::from(texel.area);
-        squares += area * (once - reflected[*k]).as_dvec3().powf(2.0);
+        let [noise, all] = [0, 1].map(|n| texel.reflectance * texel.reflectance * gathered.variance[n][*k]);
+        squares += area * ((once - reflected[*k]).as_dvec3().powf(2.0) - noise.as_dvec3());
+        errors.push(all.map(f32::sqrt));
         light += area * reflected[*k].as_dvec3().powf(2.0);
     }
     let share = |c: usize| {
-        if squares[c] == 0.0 {
+        if squares[c] <= 0.0 {
             0.0
         } else {
             (squares[c] / light[c]).sqrt()
         }
     };
+    if errors.iter().any(|error| *error != Vec3::ZERO) {
+        truth.others.insert("error", errors);
+    }
     Ok(JudgedResult {
         one_bounce: (0..3).map(share).fold(0.0, f64::max),
         diff: Diff::new(stored, &truth)?,

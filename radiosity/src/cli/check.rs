@@ -45,23 +45,18 @@ pub fn run(arguments: &CheckArguments) -> Result<Outcome> {
     }
     let pictures = DiffPictures::new(&stored, truth, diff, ["A, the result", "B, gathered again"])?;
     let mut json = diff.to_json(&stored, truth, pictures.flip);
-    let html = page::render_page(
-        [&stored, truth],
-        (diff, pictures),
-        Some((judged.one_bounce, &judged.energy)),
-        judgement.tolerance,
-    );
+    let html = page::render_page([&stored, truth], (diff, pictures), Some(&judged), judgement.tolerance);
     json["scene"] = name.clone().into();
-    json["estimated_error"] = diff.worst_rms().into();
+    json["estimated_error"] = judged.error().into();
     json["one_bounce"] = judged.one_bounce.into();
     json["floor"] = GATHER_ERROR.into();
     json["energy"] = json!(judged.energy);
     let summary = format!(
         "{name}: {:.2} % off; light gathered again differs by {:.2} % (below {:.1} % is within the noise); imbalance {:.1e}",
-        100.0 * diff.worst_rms(),
+        100.0 * judged.error(),
         100.0 * judged.one_bounce,
         100.0 * GATHER_ERROR,
         judged.energy.imbalance
     );
-    judgement.write_results("check", (&html, &json), &summary, diff.worst_rms())
+    judgement.write_results("check", (&html, &json), &summary, judged.error())
 }

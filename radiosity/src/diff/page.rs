@@ -7,24 +7,24 @@ use crate::report::document::{
 use crate::report::energy::add_energy_balances;
 use crate::report::format::{count_noun, format_count, format_number, format_percent};
 use crate::report::viewer;
-use common::energy::EnergyBalance;
 use common::solution::StoredSolution;
 use oracle::diff::{Diff, FaceDiff};
+use oracle::solve::residual::JudgedResult;
 
 /// Maximum number of faces in the table.
 const MAX_LISTED_FACES: usize = 200;
 
 /// Renders the page of result A against B: another result, or, where `check` is given, the radiosity gathered from A's
-/// own light, which differs by that much after the first gathering, and A's energy balance. `tolerance` is the maximum
-/// relative RMS.
+/// own light. `tolerance` is the maximum relative RMS.
 pub fn render_page(
     [a, b]: [&StoredSolution; 2],
     (diff, pictures): (&Diff, DiffPictures),
-    check: Option<(f64, &EnergyBalance)>,
+    check: Option<&JudgedResult>,
     tolerance: Option<f64>,
 ) -> String {
     let mut opening = Blocks::default();
-    add_verdict(&mut opening, diff, tolerance);
+    let error = check.map_or(diff.worst_rms(), JudgedResult::error);
+    add_verdict(&mut opening, error, tolerance);
     let source = |stored: &StoredSolution| {
         let texels = count_noun(stored.radiosity.len(), "texel", "texels");
         code_text(stored.dir.display()) + format!(" · {texels}")
@@ -32,7 +32,7 @@ pub fn render_page(
     opening.add_remark(plain_text("A: ") + source(a));
     match check {
         None => opening.add_remark(plain_text("B (the reference): ") + source(b)),
-        Some((one_bounce, _)) => opening
+        Some(judged) => opening
             .add_remark(
                 plain_text("B: A's own light gathered again at every texel, ")
                     + code_text("E + ρKB")
@@ -40,9 +40,9 @@ pub fn render_page(
             )
             .add_paragraph(
                 plain_text("The first gathering differs by ")
-                    + bold_text(format_percent(one_bounce))
+                    + bold_text(format_percent(judged.one_bounce))
                     + ", with all later bounces by "
-                    + bold_text(format_percent(diff.worst_rms()))
+                    + bold_text(format_percent(error))
                     + ". A result that solves the radiosity equation has difference 0; its own emission and \
                        reflectances are taken as exact.",
             ),
@@ -60,9 +60,9 @@ pub fn render_page(
         )
         .add_table(difference_table(diff, pictures.flip));
     let mut sections = Vec::new();
-    if let Some((_, energy)) = check {
+    if let Some(judged) = check {
         let mut body = Blocks::default();
-        add_energy_balances(&mut body, &[("", energy)]);
+        add_energy_balances(&mut body, &[("", &judged.energy)]);
         sections.push(body.into_section("energy", "Energy"));
     }
     let mut views = Blocks::default();
@@ -85,11 +85,11 @@ pub fn render_page(
     render_document(title, &opening, &sections, "")
 }
 
-fn add_verdict(opening: &mut Blocks, diff: &Diff, tolerance: Option<f64>) {
-    let worst = format_percent(diff.worst_rms());
+fn add_verdict(opening: &mut Blocks, error: f64, tolerance: Option<f64>) {
+    let worst = format_percent(error);
     let text = |sign: &str, most| format!("relative RMS {worst} {sign} {}", format_percent(most));
     match tolerance {
-        Some(most) if diff.worst_rms() <= most => opening.add_verdict(VerdictTone::Good, "Within", text("≤", most)),
+        Some(most) if error <= most => opening.add_verdict(VerdictTone::Good, "Within", text("≤", most)),
         Some(most) => opening.add_verdict(VerdictTone::Bad, "Beyond", text(">", most)),
         None => opening.add_verdict(VerdictTone::Neutral, &worst, "relative RMS, the worst channel"),
     };
