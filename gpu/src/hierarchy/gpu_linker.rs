@@ -32,6 +32,7 @@ pub struct GpuLinker {
     /// Stages of even levels and of odd ones.
     stages: [LevelStages; 2],
     roots: Vec<u32>,
+    nodes: usize,
     levels: u32,
     /// Thresholds of refinement.
     request: RequestRecord,
@@ -65,6 +66,7 @@ impl GpuLinker {
             buffers,
             stages,
             roots: roots.to_vec(),
+            nodes: nodes.len(),
             levels: count_levels(nodes),
             request: RequestRecord::zeroed(),
             batch_blocks: 64,
@@ -88,7 +90,7 @@ impl GpuLinker {
     /// Errors: [`Error::Interrupted`], [`Error::Device`].
     pub fn gather_light(&mut self, blocks: &[BlockReceiver], watch: BlockProgress) -> Result<Vec<SpotIrradiance>> {
         let mut found = Vec::with_capacity(blocks.len());
-        self.process_blocks(blocks, false, watch, &mut |_, bytes| {
+        self.process_blocks(blocks, false, watch, &mut |_, _, bytes| {
             let sums: Vec<[f32; 4]> = pod_collect_to_vec(bytes);
             let (own, _) = sums.as_chunks::<{ BLOCK_SPOTS as usize }>();
             found.extend(own.iter().map(|sums| SpotIrradiance {
@@ -104,30 +106,41 @@ impl GpuLinker {
     /// Errors: [`Error::Interrupted`], [`Error::Device`].
     pub fn make_links(&mut self, blocks: &[BlockReceiver], watch: BlockProgress) -> Result<Vec<Vec<DeviceLink>>> {
         let mut found: Vec<Vec<DeviceLink>> = blocks.iter().map(|_| Vec::new()).collect();
-        self.process_blocks(blocks, true, watch, &mut |first, bytes| {
+        let nodes = self.nodes;
+        let mut wrong_end = None;
+        self.process_blocks(blocks, true, watch, &mut |first, batch, bytes| {
             let count = bytes.len() / (8 + 16 * BLOCK_SPOTS as usize);
             let (ends, links) = bytes.split_at(8 * count);
             let ends: Vec<[u32; 2]> = pod_collect_to_vec(ends);
             let links: Vec<[f32; 4]> = pod_collect_to_vec(links);
             let (links, _) = links.as_chunks::<{ BLOCK_SPOTS as usize }>();
             for ([block, node], link) in ends.into_iter().zip(links) {
+                if block as usize >= batch || node as usize >= nodes {
+                    wrong_end = Some([block, node]);
+                    continue;
+                }
                 found[first + block as usize].push(DeviceLink {
                     node,
                     spots: link.map(|[w, x, y, _]| [w, x, y]),
                 });
             }
         })?;
-        Ok(found)
+        match wrong_end {
+            Some([block, node]) => Err(self.host.gpu.device_error(&format!(
+                "a link joins block {block} and node {node}: there is no such block or node"
+            ))),
+            None => Ok(found),
+        }
     }
 
-    /// Processes all blocks, in batches whose pairs fit. `take` receives the first block of a batch and the
-    /// bytes read back: irradiance, or links.
+    /// Processes all blocks, in batches whose pairs fit. `take` receives the first block of a batch, the number
+    /// of its blocks, and the bytes read back: irradiance, or links.
     fn process_blocks(
         &mut self,
         blocks: &[BlockReceiver],
         keep: bool,
         watch: BlockProgress,
-        take: &mut dyn FnMut(usize, &[u8]),
+        take: &mut dyn FnMut(usize, usize, &[u8]),
     ) -> Result<()> {
         let mut done = 0;
         while done < blocks.len() {
@@ -146,7 +159,7 @@ impl GpuLinker {
                 continue;
             };
             for bytes in &found {
-                take(done, bytes);
+                take(done, batch.len(), bytes);
             }
             done += batch.len();
         }
@@ -223,6 +236,10 @@ impl GpuLinker {
         let mut bytes = self.host.read_back(encoder, &ranges)?;
         let rest = bytes.split_off(TOTALS_BYTES as usize);
         let totals: Vec<u32> = pod_collect_to_vec(&bytes);
+        if keep && totals[1] == 0 && totals[0] > MAX_BATCH_LINKS {
+            let text = format!("{} links are counted where {MAX_BATCH_LINKS} fit", totals[0]);
+            return Err(self.host.gpu.device_error(&text));
+        }
         Ok(BatchResult {
             links: totals[0],
             pairs: (totals[1] == 0).then_some(totals[2]),

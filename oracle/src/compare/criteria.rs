@@ -2,6 +2,7 @@
 //! finite resolution of pixels. Each bound stands here once, with its reason; errors of the method are
 //! [`item_buffer_findings`].
 
+use super::shot_limit;
 use super::stages::form_factor_roundings;
 use crate::compare::comparison::{Comparison, Criterion, MethodFinding, StageCheck};
 use crate::diff::difference::Difference;
@@ -87,6 +88,12 @@ pub fn agreement_criteria(c: &Comparison, bounds: &LinkBounds) -> Vec<Criterion>
             "roundings of each reflection, and of a sum over the shots",
         );
     }
+    require(
+        "free: shots of the GPU".into(),
+        c.gpu.shooters as f64,
+        f64::from(shot_limit(&c.cpu)),
+        "a solve that takes more is stopped: light that was shot may stay unshot",
+    );
     if let Some(shortfall) = bounds.shortfall {
         require(
             "free: strongest patches shoot".into(),

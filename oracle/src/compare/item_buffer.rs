@@ -63,6 +63,12 @@ pub fn check_boundary_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffe
     checked.par_iter().map(of).collect::<Vec<_>>().into_iter().collect()
 }
 
+/// Replaces IDs of no face by 0, so that those that remain are indices.
+pub fn remove_unknown_ids(mesh: &Mesh, buffer: &mut ItemBuffer) {
+    let unknown = buffer.ids.iter_mut().filter(|id| **id as usize > mesh.faces.len());
+    unknown.for_each(|id| *id = 0);
+}
+
 /// Iterates over the pixels whose right or lower neighbour has another ID.
 pub fn boundary_pixels(buffer: &ItemBuffer) -> impl Iterator<Item = usize> {
     let n = buffer.size as usize;

@@ -71,7 +71,9 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
     let settings = gpu_settings.with_visibility(Visibility::Rays);
     let new_gpu_solver = || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings.transport, request.faults);
     let (cpu, cpu_seconds) = solve_timed(&mut cpu_solver, &mesh, &settings, ("CPU", watch))?;
-    let (gpu, gpu_seconds) = solve_timed(&mut gpu_solver, &mesh, &gpu_settings, ("GPU", watch))?;
+    let mut limited = gpu_settings;
+    limited.schedule.max_shots = gpu_settings.schedule.max_shots.min(shot_limit(&cpu).saturating_add(1));
+    let (gpu, gpu_seconds) = solve_timed(&mut gpu_solver, &mesh, &limited, ("GPU", watch))?;
     watch.begin_phase("lockstep")?;
     let single = gpu_settings.schedule.iteration == Iteration::Southwell;
     let lockstep = if single {
@@ -157,6 +159,16 @@ fn check_memory(scene: &Scene, mesh: &Mesh) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+/// Returns the most shots that a solve on the GPU may take: a shader that leaves a shooter's light unshot would shoot it
+/// for ever.
+pub(crate) fn shot_limit(cpu: &SolveRun) -> u32 {
+    const LEAST_SHOTS: u64 = 256;
+    (4 * cpu.shooters)
+        .saturating_add(LEAST_SHOTS)
+        .try_into()
+        .unwrap_or(u32::MAX)
 }
 
 fn solve_timed(

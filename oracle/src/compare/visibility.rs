@@ -10,7 +10,7 @@
 //! an edge.
 
 use super::comparison::{StageCheck, VisibilityStatistics};
-use super::item_buffer::check_boundary_pixels;
+use super::item_buffer::{check_boundary_pixels, remove_unknown_ids};
 use super::stages::{factor_scales, form_factor_roundings};
 use super::statistics::{ErrorTally, PairOutcome, PairTally, ulp_distance};
 use common::constants::OUTLINE_MARGIN;
@@ -214,11 +214,12 @@ impl VisibilityTallies {
         let mut complete = true;
         let mut s = 0;
         let row = solver.probe_links(patch, &mut |probed| {
-            let buffer = ItemBuffer { size, ids: probed.ids };
+            let mut buffer = ItemBuffer { size, ids: probed.ids };
             complete &= buffer.ids.len() == (size * size) as usize && probed.sums.len() == count;
             if complete {
                 let view = ShooterView::new(mesh, patch, s, settings);
                 self.pixels.merge(check_boundary_pixels(mesh, &view, &buffer));
+                remove_unknown_ids(mesh, &mut buffer);
                 let sample = SampleCheck {
                     mesh,
                     rays,

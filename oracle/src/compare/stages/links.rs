@@ -88,7 +88,7 @@ impl StageChecker<'_> {
     fn check_sample(&mut self, patch: u32, s: u32, probed: ProbedSample, texels: &mut [TexelSums]) {
         let aim = aim_errors(&probed.aim, view::view_sample(self.mesh, patch, s));
         self.tallies.aim.merge(aim);
-        let drawn = self.transport.visibility.item_buffer().map(|drawing| DrawnView {
+        let mut drawn = self.transport.visibility.item_buffer().map(|drawing| DrawnView {
             view: with_gpu_frame(ShooterView::new(self.mesh, patch, s, &drawing), &probed.aim),
             buffer: ItemBuffer {
                 size: drawing.size,
@@ -96,7 +96,7 @@ impl StageChecker<'_> {
             },
             lookup: drawing.lookup,
         });
-        if let Some(DrawnView { view, buffer, .. }) = &drawn {
+        if let Some(DrawnView { view, buffer, .. }) = &mut drawn {
             // Whole buffers are slow to check: only those of the first and the last sample.
             let whole = s == 0 || s + 1 == self.mesh.samples;
             let check = if whole {
@@ -105,6 +105,7 @@ impl StageChecker<'_> {
                 item_buffer::check_boundary_pixels
             };
             self.tallies.item_buffer.merge(check(self.mesh, view, buffer));
+            item_buffer::remove_unknown_ids(self.mesh, buffer);
         }
         let checker = &*self;
         let errors: Vec<[ErrorTally; 3]> = (texels.par_iter_mut().enumerate())
