@@ -16,6 +16,16 @@ pub enum Error {
         /// The fault and its remedy.
         message: String,
     },
+    /// A shader of the user's that is no WGSL, or does not fit the others.
+    #[error("{place}: {message}")]
+    Shader {
+        /// File, line and column.
+        place: String,
+        /// The fault.
+        message: String,
+        /// The lines of the file that it is about, marked: several lines of text.
+        listing: String,
+    },
     /// Options that contradict each other or the scene.
     #[error("{0}")]
     Usage(String),

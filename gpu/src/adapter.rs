@@ -1,6 +1,8 @@
 //! Adapters, and the device opened on one of them.
 
+use crate::call_clock::CallClock;
 use crate::pipeline_cache::CompiledPipelines;
+use crate::shader_files::ShaderFile;
 use common::{Error, Result};
 use std::sync::{Arc, Mutex};
 
@@ -25,6 +27,10 @@ pub struct Gpu {
     /// The adapter.
     pub line: AdapterLine,
     pub(crate) compiled: Arc<Mutex<CompiledPipelines>>,
+    /// Files that take the place of the program's shaders.
+    pub(crate) shader_files: Arc<[ShaderFile]>,
+    /// Clock of its calls.
+    pub call_clock: Arc<CallClock>,
     failure: Arc<Mutex<Option<String>>>,
 }
 
@@ -101,10 +107,31 @@ impl Gpu {
             queue,
             line: describe_adapter(&adapter),
             compiled: Arc::default(),
+            shader_files: Arc::new([]),
+            call_clock: Arc::default(),
             failure: Arc::default(),
         };
         gpu.listen_for_errors();
         Ok(gpu)
+    }
+
+    /// Returns the device with `files` in the place of shaders of the program.
+    pub fn with_shader_files(self, files: Vec<ShaderFile>) -> Self {
+        Self {
+            shader_files: files.into(),
+            ..self
+        }
+    }
+
+    /// Iterates over notes on those files.
+    pub fn describe_shader_files(&self) -> impl Iterator<Item = String> {
+        let files = self.shader_files.iter();
+        files.map(|file| format!("{} takes the place of {}.wgsl", file.path.display(), file.stage))
+    }
+
+    /// Returns the first of those files of which no pipeline was made.
+    pub fn unused_shader_file(&self) -> Option<&ShaderFile> {
+        self.shader_files.iter().find(|file| !file.is_used())
     }
 
     /// Stores the first error that arrives between calls: loss, memory, validation.
@@ -138,9 +165,14 @@ impl Gpu {
         failure.map_or(Ok(()), |text| Err(self.device_error(&text)))
     }
 
-    /// Returns an error that names the adapter.
-    pub(crate) fn device_error(&self, text: &str) -> Error {
-        Error::Device(format!("{}: {text}", self.line.name))
+    /// Returns an error that names the adapter. Shaders of others are at fault before the device is.
+    pub fn device_error(&self, text: &str) -> Error {
+        let text = format!("{}: {text}", self.line.name);
+        if self.shader_files.is_empty() {
+            return Error::Device(text);
+        }
+        let paths = self.shader_files.iter().map(|file| file.path.display().to_string());
+        Error::bad_input(paths.collect::<Vec<_>>().join(", "), "", text)
     }
 }
 

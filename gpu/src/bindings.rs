@@ -1,11 +1,10 @@
 //! Buffers and textures by the names that shaders give them: a shader is bound by its own declarations.
 
 use bytemuck::{Pod, cast_slice};
-use common::{Error, Result};
 use std::collections::HashMap;
 use std::ops::Index;
 use wgpu::BufferUsages as Usage;
-use wgpu::naga::{AddressSpace, StorageAccess, front::wgsl::parse_str};
+use wgpu::naga::{AddressSpace, Module, StorageAccess};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Usage of a buffer that shaders read and write, and that the host fills and reads back.
@@ -68,6 +67,13 @@ impl BindingTable {
         table
     }
 
+    /// Returns a message on a name that the table lacks.
+    fn describe_unknown(&self, name: &str) -> String {
+        let mut known: Vec<&str> = self.buffers.keys().chain(self.textures.keys()).copied().collect();
+        known.sort_unstable();
+        format!("declares an unknown `{name}`; there are: {}", known.join(", "))
+    }
+
     /// Returns a table of both; names of `other` take precedence.
     pub fn joined_with(&self, other: &Self) -> Self {
         let mut table = self.clone();
@@ -85,10 +91,7 @@ pub struct BindingLayout {
 
 impl BindingLayout {
     /// Reads the declarations of a shader; `stages` see all of them.
-    ///
-    /// Errors: [`Error::Device`] if the text is no WGSL.
-    pub fn new(device: &wgpu::Device, stages: wgpu::ShaderStages, text: &str) -> Result<Self> {
-        let module = parse_str(text).map_err(|error| Error::Device(error.emit_to_string(text)))?;
+    pub fn new(device: &wgpu::Device, stages: wgpu::ShaderStages, module: &Module) -> Self {
         let (mut entries, mut names) = (Vec::new(), Vec::new());
         for (_, variable) in module.global_variables.iter() {
             let (Some(place), Some(name)) = (variable.binding, &variable.name) else {
@@ -97,7 +100,7 @@ impl BindingLayout {
             entries.push(wgpu::BindGroupLayoutEntry {
                 binding: place.binding,
                 visibility: stages,
-                ty: binding_type(variable.space),
+                ty: binding_type(variable.space, module.types[variable.ty].inner.size(module.to_ctx())),
                 count: None,
             });
             names.push((place.binding, name.clone()));
@@ -106,13 +109,17 @@ impl BindingLayout {
             label: None,
             entries: &entries,
         });
-        Ok(Self { layout, names })
+        Self { layout, names }
     }
 
     /// Binds what `table` has under the shader's names.
     ///
-    /// Errors: [`Error::Device`] if it lacks one.
-    pub fn bind_table(&self, device: &wgpu::Device, table: &BindingTable) -> Result<wgpu::BindGroup> {
+    /// Errors: it lacks one, in words that follow the name of the shader.
+    pub fn bind_table(
+        &self,
+        device: &wgpu::Device,
+        table: &BindingTable,
+    ) -> std::result::Result<wgpu::BindGroup, String> {
         let entry = |(binding, name): &(u32, String)| {
             let buffer = table.buffers.get(name.as_str()).map(wgpu::Buffer::as_entire_binding);
             let texture = || {
@@ -124,10 +131,14 @@ impl BindingLayout {
             let resource = buffer.or_else(texture);
             Ok(wgpu::BindGroupEntry {
                 binding: *binding,
-                resource: resource.ok_or_else(|| Error::Device(format!("a shader declares an unknown {name}")))?,
+                resource: resource.ok_or_else(|| table.describe_unknown(name))?,
             })
         };
-        let entries: Vec<wgpu::BindGroupEntry> = self.names.iter().map(entry).collect::<Result<_>>()?;
+        let entries: Vec<wgpu::BindGroupEntry> = self
+            .names
+            .iter()
+            .map(entry)
+            .collect::<std::result::Result<_, String>>()?;
         Ok(device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &self.layout,
@@ -136,11 +147,12 @@ impl BindingLayout {
     }
 }
 
-fn binding_type(space: AddressSpace) -> wgpu::BindingType {
+/// Returns the type of a binding of `bytes` at least; an array of any length has one element.
+fn binding_type(space: AddressSpace, bytes: u32) -> wgpu::BindingType {
     let buffer = |ty| wgpu::BindingType::Buffer {
         ty,
         has_dynamic_offset: false,
-        min_binding_size: None,
+        min_binding_size: wgpu::BufferSize::new(bytes.into()),
     };
     match space {
         AddressSpace::Uniform => buffer(wgpu::BufferBindingType::Uniform),

@@ -3,8 +3,10 @@
 
 use crate::adapter::Gpu;
 use crate::bindings::{BindingLayout, BindingTable};
+use crate::module_text::ModuleText;
 use crate::pipeline_cache::CompiledPipelines;
-use crate::shaders::{ShaderFault, module_source};
+use crate::shader_files::ShaderFile;
+use crate::shaders::{ShaderFault, assemble_module};
 use common::Result;
 use common::settings::{ItemBufferProjection, Transport};
 use std::collections::hash_map::Entry;
@@ -42,6 +44,7 @@ pub struct PipelineMaker {
     pub transport: Transport,
     /// Faults planted in its shaders.
     pub faults: Vec<ShaderFault>,
+    shader_files: Arc<[ShaderFile]>,
     compiled: Arc<Mutex<CompiledPipelines>>,
 }
 
@@ -51,26 +54,30 @@ impl PipelineMaker {
             device: gpu.device.clone(),
             transport: *transport,
             faults: faults.to_vec(),
+            shader_files: gpu.shader_files.clone(),
             compiled: gpu.compiled.clone(),
         }
     }
 
     /// Returns the entry point `entry` of the shader `file`, bound to what `table` has under its names.
     pub fn make_stage(&self, file: &str, entry: &'static str, table: &BindingTable) -> Result<ComputeStage> {
-        let key = (entry, module_source(file, &self.transport, &self.faults)?);
+        let module = self.module_text(file)?;
         let mut compiled = self.lock_compiled();
-        let (pipeline, layout) = match compiled.computes.entry(key) {
+        let (pipeline, layout) = match compiled.computes.entry((entry, module.text())) {
             Entry::Occupied(made) => made.into_mut(),
             Entry::Vacant(place) => {
-                let (entry, text) = place.key();
-                let layout = BindingLayout::new(&self.device, Stages::COMPUTE, text)?;
-                let pipeline = self.compute_pipeline(text, entry, &layout);
-                place.insert((pipeline, layout))
+                let parsed = module.parse()?;
+                module.require_entries(&parsed, [entry])?;
+                place.insert(self.catch_refusal(&module, || {
+                    let layout = BindingLayout::new(&self.device, Stages::COMPUTE, &parsed);
+                    let pipeline = self.compute_pipeline(&module.text(), entry, &layout);
+                    (pipeline, layout)
+                })?)
             }
         };
         Ok(ComputeStage {
             pipeline: pipeline.clone(),
-            group: layout.bind_table(&self.device, table)?,
+            group: self.bind_module(&module, layout, table)?,
         })
     }
 
@@ -84,17 +91,49 @@ impl PipelineMaker {
             ItemBufferProjection::Paper => "item_buffer_paper",
             _ => "item_buffer",
         };
+        let module = self.module_text(file)?;
         let mut compiled = self.lock_compiled();
-        let text = module_source(file, &self.transport, &self.faults)?;
-        let (pipeline, layout) = match compiled.rasters.entry(text) {
+        let (pipeline, layout) = match compiled.rasters.entry(module.text()) {
             Entry::Occupied(made) => made.into_mut(),
             Entry::Vacant(place) => {
-                let layout = BindingLayout::new(&self.device, Stages::VERTEX_FRAGMENT, place.key())?;
-                let pipeline = self.raster_pipeline(place.key(), &layout);
-                place.insert((pipeline, layout))
+                let parsed = module.parse()?;
+                module.require_entries(&parsed, ["draw_vertex", "draw_fragment"])?;
+                place.insert(self.catch_refusal(&module, || {
+                    let layout = BindingLayout::new(&self.device, Stages::VERTEX_FRAGMENT, &parsed);
+                    let pipeline = self.raster_pipeline(&module.text(), &layout);
+                    (pipeline, layout)
+                })?)
             }
         };
-        Ok((pipeline.clone(), layout.bind_table(&self.device, table)?))
+        Ok((pipeline.clone(), self.bind_module(&module, layout, table)?))
+    }
+
+    fn module_text(&self, file: &str) -> Result<ModuleText<'_>> {
+        assemble_module(file, &self.transport, &self.faults, &self.shader_files)
+    }
+
+    fn bind_module(
+        &self,
+        module: &ModuleText,
+        layout: &BindingLayout,
+        table: &BindingTable,
+    ) -> Result<wgpu::BindGroup> {
+        module.mark_used();
+        self.catch_refusal(module, || layout.bind_table(&self.device, table))?
+            .map_err(|reason| module.refuse(&reason))
+    }
+
+    /// Makes something of a module; names the given file if the device refuses it.
+    fn catch_refusal<T>(&self, module: &ModuleText, make: impl FnOnce() -> T) -> Result<T> {
+        if module.given_file().is_none() {
+            return Ok(make());
+        }
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let made = make();
+        match pollster::block_on(scope.pop()) {
+            Some(error) => Err(module.refuse(&error.to_string().replace('\n', " "))),
+            None => Ok(made),
+        }
     }
 
     /// Locks the compiled pipelines. A panic of another thread leaves only complete ones behind.

@@ -57,7 +57,9 @@ impl DeviceQueue {
     /// Submits work without a read-back.
     pub fn submit_work(&mut self, encoder: wgpu::CommandEncoder) -> wgpu::SubmissionIndex {
         self.counts.submissions += 1;
-        self.gpu.queue.submit([encoder.finish()])
+        let commands = encoder.finish();
+        // A software adapter may wait here for the submission before.
+        self.gpu.call_clock.time_call(|| self.gpu.queue.submit([commands]))
     }
 
     /// Submits work, and then the read-back of these ranges of buffers.
@@ -117,7 +119,7 @@ impl DeviceQueue {
             submission_index: Some(submission),
             timeout: None,
         };
-        let polled = self.gpu.device.poll(wait);
+        let polled = self.gpu.call_clock.time_call(|| self.gpu.device.poll(wait));
         self.gpu.check_errors()?;
         polled.map_err(|error| self.gpu.device_error(&error.to_string()))?;
         Ok(())

@@ -36,6 +36,7 @@
 
 pub mod adapter;
 mod bindings;
+pub mod call_clock;
 mod compute_stage;
 mod device_queue;
 mod dispatch_arguments;
@@ -43,10 +44,12 @@ pub mod hierarchy;
 mod link_recorder;
 pub mod link_records;
 mod memory_estimate;
+mod module_text;
 mod pass_stages;
 mod pipeline_cache;
 pub mod probe;
 mod records;
+pub mod shader_files;
 pub mod shaders;
 mod shot_slots;
 mod shot_stages;
@@ -57,5 +60,6 @@ mod stage_readback;
 mod submission_pace;
 
 pub use adapter::{Gpu, list_adapters};
+pub use shader_files::{SHADER_STAGES, ShaderFile, ShaderStage};
 pub use shaders::ShaderFault;
 pub use solver::GpuSolver;

@@ -4,7 +4,7 @@
 use crate::compute_stage::PipelineMaker;
 use crate::link_recorder::{LinkRecorder, LinkStep, ShotSelection};
 pub use crate::records::SampleView;
-use crate::records::{SHOT_BYTES, ShaderParams, ShotRecord};
+use crate::records::{PROBE_BIT, SHOT_BYTES, ShaderParams, ShotRecord};
 use crate::shaders::ShaderFault;
 use crate::shot_slots::ShotSlots;
 use crate::shot_stages::LinkStages;
@@ -14,15 +14,6 @@ use common::Result;
 use common::settings::Visibility;
 use common::shooting::DepositRule;
 use glam::Vec4;
-
-/// Makes the last sample store its sums beside the link, as the others do; nothing else changes.
-const SUMS_PROBE: ShaderFault = ShaderFault {
-    file: "link",
-    from: "    links[shots[slot].place * params.texels + k] = link_weight(sum);\n",
-    to: "    links[shots[slot].place * params.texels + k] = link_weight(sum);
-    let probed = sum;
-    sums[at] = vec4f(probed.form_factor, probed.seen, probed.all, probed.before);\n",
-};
 
 /// Slots for one shot, one sample at a time, and the stages bound to them.
 pub(crate) struct LinkProbe {
@@ -61,7 +52,7 @@ impl LinkProbe {
             step: 1,
             ..ShotSlots::new(gpu, context.mesh, transport, 1, 1)
         };
-        let maker = PipelineMaker::new(gpu, transport, &[&[SUMS_PROBE], faults].concat());
+        let maker = PipelineMaker::new(gpu, transport, faults);
         let stages = LinkStages::new(&maker, &context.buffers, &slots)?;
         gpu.check_errors()?;
         Ok(Self { slots, stages })
@@ -75,7 +66,8 @@ impl LinkProbe {
         each: &mut dyn FnMut(ProbedSample),
     ) -> Result<ProbedRow> {
         let mesh = context.mesh;
-        let params: ShaderParams = context.shader_params(&self.slots, DepositRule::FULL_DEPOSIT);
+        let mut params: ShaderParams = context.shader_params(&self.slots, DepositRule::FULL_DEPOSIT);
+        params.rule |= PROBE_BIT;
         context.host.write(&self.slots.table["params"], &[params]);
         let mut record = ShotRecord::for_links(mesh, patch, context.buffers.places);
         record.transfer_start = 0;

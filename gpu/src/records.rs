@@ -169,6 +169,8 @@ pub const SUBTRACTED_BITS: u32 = 3;
 pub const CAPTURED_BIT: u32 = 4;
 /// Bit of `params.rule` for a room that reflects the light it gains.
 pub const KEEP_BIT: u32 = 8;
+/// Bit of `params.rule`: the last sample of a link leaves its sums beside it, for checks of single stages.
+pub const PROBE_BIT: u32 = 16;
 
 /// Returns the bits of `params.rule`.
 pub fn rule_bits(rule: DepositRule) -> u32 {

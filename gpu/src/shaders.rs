@@ -1,18 +1,20 @@
-//! Assembly of the WGSL modules: constants from Rust, then the files of `shaders/`. Pipelines are compiled from them.
+//! Assembly of the WGSL modules: constants from Rust, then shader files. Pipelines are compiled from them.
 //! Tests plant faults here.
 
 use crate::dispatch_arguments::{CountedStage, DISPATCH_WORDS};
 pub use crate::link_records::LINK_LAYOUTS as HIERARCHY_LAYOUTS;
 use crate::link_records::{BLOCK_SPOTS, PairState};
-use crate::records::{CAPTURED_BIT, KEEP_BIT, SUBTRACTED_BITS};
+use crate::module_text::ModuleText;
+use crate::records::{CAPTURED_BIT, KEEP_BIT, PROBE_BIT, SUBTRACTED_BITS};
 pub use crate::records::{LOG_COUNT_BYTES, RecordLayout, TRANSPORT_LAYOUTS};
+use crate::shader_files::{SHADER_STAGES, ShaderFile, ShaderStage};
 use common::constants::*;
 use common::escape::ESCAPE_DIRECTION_COUNT;
 use common::form_factor::FormFactor;
 use common::mesh::{Cover, TexelKind};
 use common::rays::LineOfSight;
 use common::sampling::{RECURRENCE_STEPS, STEP_OFFSETS};
-use common::settings::{ItemBufferProjection, ItemBufferSettings, Transport};
+use common::settings::{ItemBufferProjection, ItemBufferSettings, Transport, Visibility};
 use common::shooting::SubtractedLink;
 use common::{Error, Result};
 
@@ -28,27 +30,12 @@ pub struct ShaderFault {
     pub to: &'static str,
 }
 
-/// Makes a table of the names and the texts of shaders.
-macro_rules! shader_files {
-    ($($name:ident)*) => { [$((stringify!($name), include_str!(concat!("shaders/", stringify!($name), ".wgsl")))),*] };
-}
-
-const SHADER_FILES: [(&str, &str); 36] = shader_files! {
-    types form_factor frame hemicube projection image_bound intersect item_buffer item_buffer_paper lookup sampling
-    texel_point bvh rays view link patch_transfer closure deposit escape unshot_power select exchange gather
-    hierarchy_types surface_points link_bounds link_factors clear_work_lists visibility_samples refine sample_links
-    prefix_sum subdivide_nodes add_links store_links
-};
-
 /// Shaders that draw item buffers.
 pub const DRAWING_SHADERS: [&str; 2] = ["item_buffer", "item_buffer_paper"];
 
-fn shader_text(name: &str, faults: &[ShaderFault]) -> Result<String> {
-    let (_, text) = SHADER_FILES
-        .iter()
-        .find(|(file, _)| *file == name)
-        .ok_or_else(|| Error::Usage(format!("no shader is called {name}")))?;
-    let mut text = (*text).to_owned();
+/// Returns the text of a shader file, with the faults planted in it.
+fn shader_text(name: &str, text: &str, faults: &[ShaderFault]) -> Result<String> {
+    let mut text = text.to_owned();
     for fault in faults.iter().filter(|fault| fault.file == name) {
         if text.matches(fault.from).count() != 1 {
             return Err(Error::Usage(format!("{name}: {:?} does not occur once", fault.from)));
@@ -58,19 +45,81 @@ fn shader_text(name: &str, faults: &[ShaderFault]) -> Result<String> {
     Ok(text)
 }
 
-/// Returns the module of shader `name`: constants, the files that it includes, and its own file.
+/// Returns the text of the module of shader `name`: constants, the files that it includes, and its own file.
 ///
 /// Errors: [`Error::Usage`] for a shader that draws where visibility is by rays, for an unknown shader, and
 /// for a fault whose text does not occur once.
 pub fn module_source(name: &str, transport: &Transport, faults: &[ShaderFault]) -> Result<String> {
+    Ok(assemble_module(name, transport, faults, &[])?.text())
+}
+
+/// Returns the module of shader `name`, in which `given` files take the place of the program's.
+///
+/// Errors: as of [`module_source`].
+pub(crate) fn assemble_module<'f>(
+    name: &str,
+    transport: &Transport,
+    faults: &[ShaderFault],
+    given: &'f [ShaderFile],
+) -> Result<ModuleText<'f>> {
     let drawing = transport.visibility.item_buffer();
     if drawing.is_none() && DRAWING_SHADERS.contains(&name) {
         return Err(Error::Usage(format!(
             "{name} draws item buffers, and visibility is by rays"
         )));
     }
-    let includes: &[&str] = match name {
-        "link" if drawing.is_none() => &["sampling", "texel_point", "form_factor", "intersect", "bvh", "rays"],
+    let includes = included_files(name, drawing.is_some());
+    let mut module = ModuleText::new(constant_declarations(transport));
+    for part in ["types"].iter().chain(includes).chain([&name]) {
+        let stage = ShaderStage::find(part)?;
+        let file = given.iter().find(|file| file.stage == *part);
+        let text = file.map_or(stage.text, |file| &file.text);
+        module.add_part(stage.name, shader_text(part, text, faults)?, file);
+    }
+    Ok(module)
+}
+
+/// Compiles each module that has one of the `given` files in it, without a GPU. A file that compiles with rays or
+/// with item buffers passes.
+///
+/// Errors: of the first file that does not compile, or lacks an entry point.
+pub fn check_shader_files(given: &[ShaderFile]) -> Result<()> {
+    let visibilities = [Visibility::ItemBuffer(ItemBufferSettings::DEFAULT), Visibility::Rays];
+    for stage in SHADER_STAGES
+        .iter()
+        .filter(|stage| stage.entry_points().next().is_some())
+    {
+        let mut failure = None;
+        for visibility in visibilities {
+            let transport = Transport {
+                visibility,
+                ..Transport::default()
+            };
+            let Ok(module) = assemble_module(stage.name, &transport, &[], given) else {
+                continue;
+            };
+            if module.given_file().is_some() {
+                match module
+                    .parse()
+                    .and_then(|parsed| module.require_entries(&parsed, stage.entry_points()))
+                {
+                    Err(error) => failure = failure.or(Some(error)),
+                    Ok(()) => {
+                        failure = None;
+                        break;
+                    }
+                }
+            }
+        }
+        failure.map_or(Ok(()), Err)?;
+    }
+    Ok(())
+}
+
+/// Returns the files that the module of shader `name` includes beside `types`, in order.
+fn included_files(name: &str, has_item_buffer: bool) -> &'static [&'static str] {
+    match name {
+        "link" if !has_item_buffer => &["sampling", "texel_point", "form_factor", "intersect", "bvh", "rays"],
         "link" => &[
             "sampling",
             "texel_point",
@@ -97,12 +146,7 @@ pub fn module_source(name: &str, transport: &Transport, faults: &[ShaderFault]) 
         "refine" => &["hierarchy_types", "visibility_samples"],
         "link_bounds" | "prefix_sum" | "subdivide_nodes" | "add_links" | "store_links" => &["hierarchy_types"],
         _ => &[],
-    };
-    let mut text = constant_declarations(transport);
-    for part in ["types"].iter().chain(includes).chain([&name]) {
-        text.push_str(&shader_text(part, faults)?);
     }
-    Ok(text)
 }
 
 fn constant_declarations(transport: &Transport) -> String {
@@ -159,7 +203,7 @@ pub const INTEGER_CONSTANTS: [(&str, u32); 15] = [
 ];
 
 /// Codes of enums: their order in Rust, of projections their code.
-pub const ENUM_CODES: [(&str, u32); 29] = [
+pub const ENUM_CODES: [(&str, u32); 30] = [
     ("PROJECTION_PAPER", ItemBufferProjection::Paper.shader_code()),
     ("PROJECTION_HEMISPHERE", ItemBufferProjection::Hemisphere.shader_code()),
     (
@@ -182,6 +226,7 @@ pub const ENUM_CODES: [(&str, u32); 29] = [
     ("SUBTRACTED_ALL", SubtractedLink::All as u32),
     ("CAPTURED_BIT", CAPTURED_BIT),
     ("KEEP_BIT", KEEP_BIT),
+    ("PROBE_BIT", PROBE_BIT),
     ("PAIR_SKIP", PairState::Skip as u32),
     ("PAIR_SUBDIVIDE", PairState::Subdivide as u32),
     ("PAIR_PENDING", PairState::Pending as u32),

@@ -128,9 +128,11 @@ fn shader_codes_equal_enum_values() {
             subtracted,
             constant_value(&module, "CAPTURED_BIT").unwrap(),
             constant_value(&module, "KEEP_BIT").unwrap(),
+            constant_value(&module, "PROBE_BIT").unwrap(),
         ];
         assert_eq!(subtracted & SubtractedLink::All as u32, SubtractedLink::All as u32);
-        assert_eq!(bits[0] + bits[1] + bits[2], bits[0] | bits[1] | bits[2], "bits overlap");
+        let union = bits.iter().fold(0, |union, bit| union | bit);
+        assert_eq!(bits.iter().sum::<u32>(), union, "bits overlap");
     }
 }
 

@@ -4,3 +4,4 @@ mod layout;
 mod paper;
 mod shader_twins;
 mod source;
+mod your_shader;

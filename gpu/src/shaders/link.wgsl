@@ -123,8 +123,11 @@ fn link_texel(
     for (var s = shots[slot].sample; s < shots[slot].next; s++) {
         sum = add_sample(k, s, sum);
     }
-    if shots[slot].next < params.samples {
+    let last = shots[slot].next >= params.samples;
+    if !last || (params.rule & PROBE_BIT) != 0u {
         sums[at] = vec4f(sum.form_factor, sum.seen, sum.all, sum.before);
+    }
+    if !last {
         return;
     }
     links[shots[slot].place * params.texels + k] = link_weight(sum);

@@ -109,7 +109,7 @@ struct Params {
     samples: u32,            // sample points of a patch
     conserve: u32,           // 1: scale each shot to its exact closure
     room: u32,               // the first so many faces are the room, the others objects
-    rule: u32,               // how the room receives a shot: CAPTURED_BIT, SUBTRACTED_BITS, KEEP_BIT
+    rule: u32,               // how the room receives a shot: CAPTURED_BIT, SUBTRACTED_BITS, KEEP_BIT; PROBE_BIT
     groups: array<vec4u, 3>, // workgroups over texels, directions, patches
     tiles: u32,              // item buffers side by side
     first: u32,              // range of patches whose shots are gathered

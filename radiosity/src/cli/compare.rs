@@ -5,7 +5,9 @@ use super::console::message;
 use super::lights::LightOptions;
 use super::options::{CommonOptions, PassOptions, ShootingOptions, parse_error};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
+use super::shader::{ShaderOptions, end_on_stuck_device};
 use super::solve::{JobMethod, SceneJob, scene_settings, solve_scene};
+use super::watch::run_on_changes;
 use crate::report::comparison as report;
 use clap::Args;
 use common::form_factor::FormFactor;
@@ -34,6 +36,11 @@ pub struct CompareArguments {
         conflicts_with_all = ["quality", "ShootingOptions", "PassOptions"])]
     error: Option<f64>,
     #[command(flatten)]
+    shaders: ShaderOptions,
+    /// Compare again when a scene or a shader file changes, until Ctrl-C
+    #[arg(long)]
+    watch: bool,
+    #[command(flatten)]
     lights: LightOptions,
     #[command(flatten)]
     shooting: ShootingOptions,
@@ -43,8 +50,22 @@ pub struct CompareArguments {
     common: CommonOptions,
 }
 
-/// Compares the solvers on each scene and writes the report.
+/// Compares the solvers; with `--watch` again after each change of a file.
 pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
+    if !arguments.watch {
+        return compare_once(arguments);
+    }
+    let files = || {
+        // A folder that cannot be read is an error of the run.
+        let shaders = arguments.shaders.stage_paths().unwrap_or_default();
+        let shaders = shaders.into_iter().map(|(_, path)| path);
+        shaders.chain(arguments.scenes.clone()).collect()
+    };
+    Ok(run_on_changes(files, || compare_once(arguments)))
+}
+
+/// Compares the solvers on each scene and writes the report.
+fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
     let CompareArguments { common, out, .. } = arguments;
     arguments.shooting.check_item_buffer(true)?;
     let import = common.import_options();
@@ -53,10 +74,16 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         .iter()
         .map(|path| arguments.lights.load_scene(path, &import));
     let scenes: Vec<Scene> = scenes.collect::<Result<_>>()?;
+    let shader_files = arguments.shaders.load_files()?;
     prepare_folder(out, &["report.json", "report.html"])?;
     handle_interrupts();
     let gpu = match Gpu::open(common.adapter.as_deref()) {
-        Ok(gpu) => gpu,
+        Ok(gpu) if shader_files.is_empty() => gpu,
+        Ok(gpu) => {
+            let gpu = gpu.with_shader_files(shader_files);
+            end_on_stuck_device(&gpu);
+            gpu
+        }
         Err(error @ Error::NoAdapter(_)) => return Err(solve_without_adapter(arguments, error)),
         Err(error) => return Err(error),
     };
@@ -74,13 +101,20 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
             );
             return Ok(Outcome::Disagree);
         }
-        let judged = judged?;
+        let mut judged = judged?;
+        for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
+            c.notes.extend(gpu.describe_shader_files());
+        }
         print_summary(&judged);
         comparisons.push(judged);
         // Written after every scene, so that an interrupted run keeps the scenes that are done.
         let json = format!("{:#}\n", report::report_json(&comparisons));
         let html = report::render_report(&comparisons, &[]);
         write_files(out, [("report.json", json), ("report.html", html)])?;
+    }
+    if let Some(file) = gpu.unused_shader_file() {
+        let text = format!("was not run: these options do not use the stage {}", file.stage);
+        return Err(Error::bad_input(&file.path, "", text));
     }
     message!("wrote {0}/report.html and {0}/report.json", out.display());
     Ok(if comparisons.iter().all(SceneComparison::all_agree) {

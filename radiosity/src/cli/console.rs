@@ -52,6 +52,11 @@ pub fn print_error(message: &str) {
     write_stderr(&format!("error: {}", words.join(" ")));
 }
 
+/// Prints lines that follow an `error:` line as they are.
+pub fn print_error_lines(text: &str) {
+    text.lines().for_each(write_stderr);
+}
+
 /// Writes a line to stderr. A failure is ignored: the work goes on.
 fn write_stderr(line: &str) {
     let _ = writeln!(stderr().lock(), "{}", escape_control(line));

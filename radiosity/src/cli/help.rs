@@ -30,7 +30,8 @@ const COMPARE_EXAMPLES: &str = "\
 EXAMPLES:
   radiosity compare scenes/cornell_box.obj
   radiosity compare room.obj --texels 32 --patches 4 --samples 1 --visibility hemicube
-  radiosity compare room.obj --error 0.5%";
+  radiosity compare room.obj --error 0.5%
+  radiosity compare room.obj --shader deposit=mine.wgsl    yours; start from `radiosity shader deposit`";
 
 const DIFF_EXAMPLES: &str = "\
 EXAMPLES:

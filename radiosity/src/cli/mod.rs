@@ -1,5 +1,5 @@
 //! The command line: one module per command (`solve`, `shoot`, `compare`, `relight`, `merge`, `table4`, `diff`,
-//! `check`, `chart`, `stress`, `adapters`, `completions`), and the options, output and progress that they share.
+//! `check`, `chart`, `stress`, `shader`, `adapters`, `completions`), and the options, output and progress that they share.
 //! GUIDE.md lists the exit codes.
 
 mod adapters;
@@ -19,12 +19,14 @@ mod options;
 mod plan;
 mod progress;
 mod relight;
+mod shader;
 mod signals;
 mod solve;
 mod solver;
 mod spelling;
 mod stress;
 mod table4;
+mod watch;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use common::{Error, Result};
@@ -66,6 +68,8 @@ enum Command {
     Chart(chart::ChartArguments),
     /// Run the failure atlas: scenes built to break each method; writes stress.html
     Stress(stress::StressArguments),
+    /// Print a shader of the program, to start your own from; without STAGE list them
+    Shader(shader::ShaderArguments),
     /// List the GPU adapters found
     Adapters,
     /// Print a shell's completion script
@@ -106,6 +110,7 @@ fn run_command(arguments: Arguments) -> Result<Outcome> {
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Chart(arguments)) => chart::run(&arguments),
         Some(Command::Stress(arguments)) => stress::run(&arguments),
+        Some(Command::Shader(arguments)) => shader::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         Some(Command::Completions(arguments)) => completions::run(&arguments, build_parser()),
         None => {
@@ -119,8 +124,11 @@ fn run_command(arguments: Arguments) -> Result<Outcome> {
 /// Prints an error and returns its exit code.
 fn report_error(error: &Error) -> ExitCode {
     console::print_error(&error.to_string());
+    if let Error::Shader { listing, .. } = error {
+        console::print_error_lines(listing);
+    }
     ExitCode::from(match error {
-        Error::Input { .. } | Error::Usage(_) => 2,
+        Error::Input { .. } | Error::Shader { .. } | Error::Usage(_) => 2,
         Error::NoAdapter(_) | Error::Device(_) => 3,
         Error::Write { .. } => 4,
         Error::Fault(_) => 1,
@@ -140,7 +148,7 @@ fn build_parser() -> clap::Command {
         .after_help(help::help_footer(""))
         .mut_subcommands(|command| {
             // These commands print their result and nothing else: there `--quiet` changes nothing.
-            let is_silent = ["adapters", "completions"].contains(&command.get_name());
+            let is_silent = ["adapters", "completions", "shader"].contains(&command.get_name());
             let quiet = clap::Arg::new("quiet").long("quiet").action(clap::ArgAction::SetTrue);
             let command = if is_silent {
                 command.arg(quiet.hide(true))

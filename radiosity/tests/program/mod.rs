@@ -14,6 +14,7 @@ mod refused_options;
 mod relight;
 pub mod room;
 mod scripts;
+mod shader;
 mod shoot;
 mod solve;
 mod stress;
