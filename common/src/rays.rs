@@ -32,7 +32,7 @@ pub enum LineOfSight {
     Clear,
 }
 
-/// What a ray meets first.
+/// The face that a ray meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RayEnd {
     /// The front of a face, at a ray parameter.

@@ -88,7 +88,18 @@ pub fn solve_emission_by_rays(
 ) -> Result<TexelSolution> {
     let rays = Rays::new(mesh);
     let open = OpenParts::new(scene, mesh, &rays);
-    let mut traced = TexelRays::new(mesh, &rays, &open, None).with_sequence(sequence);
+    solve_emission(mesh, (&rays, &open), (bounces, sequence), noise, watch)
+}
+
+/// Does the same with the `rays` and open parts of a mesh of the same faces and texels.
+fn solve_emission(
+    mesh: &Mesh,
+    (rays, open): (&Rays, &OpenParts),
+    (bounces, sequence): (u32, u32),
+    noise: f32,
+    watch: ProgressCallback,
+) -> Result<TexelSolution> {
+    let mut traced = TexelRays::new(mesh, rays, open, None).with_sequence(sequence);
     let solver = RaySolver {
         max_bounces: bounces,
         ..RaySolver::new(mesh, &open.shares)

@@ -84,8 +84,8 @@ pub struct PairRays<'a> {
     /// The box around the objects.
     bounds: [Vec3; 2],
     records: Vec<PairRecord>,
-    /// Number of times that rays were discarded: a part of their seeds.
-    discards: u32,
+    /// Number of the sequence of random numbers; another one after rays were discarded.
+    sequence: u32,
 }
 
 impl<'a> PairRays<'a> {
@@ -124,7 +124,7 @@ impl<'a> PairRays<'a> {
             open,
             lookup: TexelLookup::new(mesh),
             records: vec![PairRecord::default(); mesh.texels.len()],
-            discards: 0,
+            sequence: 0,
         }
     }
 
@@ -145,7 +145,7 @@ impl<'a> PairRays<'a> {
         let known = record.met.len() as u32;
         record.met.reserve_exact(count.saturating_sub(known) as usize);
         for n in known..count {
-            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.discards));
+            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.sequence));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
             let Some(origin) = draw_point(&outlines, [u, v]) else {
                 break;
@@ -236,7 +236,7 @@ impl PairRecord {
     }
 }
 
-/// Where a ray starts.
+/// The start of a ray.
 struct RayStart<'a> {
     pairs: &'a PairRays<'a>,
     face: u32,
@@ -245,7 +245,7 @@ struct RayStart<'a> {
     normal: Vec3,
 }
 
-/// What a ray meets first, the texel of the room for which rays are drawn, and the ray's weight.
+/// The texel that a ray meets first, that of the room for which rays are drawn, and the ray's weight.
 type WeightedRay = (Option<TexelHit>, Option<TexelHit>, f32);
 
 impl RayStart<'_> {
@@ -390,7 +390,7 @@ impl KeptRays for PairRays<'_> {
 
     fn discard_rays(&mut self, radiosity: &[Vec3A]) {
         self.records.fill(PairRecord::default());
-        self.discards += 1;
+        self.sequence += 1;
         let mean = mean_brightness(self.mesh, &self.given);
         let sent: Vec<Vec3A> = radiosity.iter().zip(&self.emitted).map(|(b, e)| *b + *e).collect();
         self.changed = Self::changed_texels(self.mesh, &self.open.shares, mean, &sent);

@@ -1,11 +1,12 @@
 //! The residual of a given solution by rays, as [`crate::hierarchy::residual`] finds it by links.
 
-use super::{MAX_BOUNCES, MAX_TRACING_ROUNDS, solve_emission_by_rays};
+use super::{MAX_BOUNCES, MAX_TRACING_ROUNDS, solve_emission};
+use crate::dense::open_points::OpenParts;
 use crate::hierarchy::residual::GatheredResidual;
-use crate::hierarchy::solver::open_shares;
 use common::Result;
 use common::mesh::{Mesh, Texel};
 use common::passes::ProgressCallback;
+use common::rays::Rays;
 use common::scene::Scene;
 use glam::Vec3;
 
@@ -26,7 +27,9 @@ pub fn gather_residual_by_rays(
     noise: f32,
     watch: ProgressCallback,
 ) -> Result<GatheredResidual> {
-    let open = open_shares(scene, mesh);
+    let rays = Rays::new(mesh);
+    let parts = OpenParts::new(scene, mesh, &rays);
+    let open = &parts.shares;
     // Reflected light leaves from the open part of a texel.
     let with_added = |added: &dyn Fn(usize, &Texel) -> Vec3| {
         let mut lit = mesh.clone();
@@ -40,11 +43,11 @@ pub fn gather_residual_by_rays(
         texels.map(|(h, texel)| *h + texel.sky).collect()
     };
     let given = with_added(&|k, _| reflected[k]);
-    let once = solve_emission_by_rays(scene, &given, 0, ONCE_SEQUENCE, noise, &mut |done| {
+    let once = solve_emission(&given, (&rays, &parts), (0, ONCE_SEQUENCE), noise, &mut |done| {
         watch(GATHER_PROGRESS * done)
     })?;
     let lit = with_added(&|_, texel| texel.reflectance * texel.sky);
-    let every = solve_emission_by_rays(scene, &lit, MAX_BOUNCES, ALL_SEQUENCE, noise, &mut |done| {
+    let every = solve_emission(&lit, (&rays, &parts), (MAX_BOUNCES, ALL_SEQUENCE), noise, &mut |done| {
         watch(GATHER_PROGRESS + (1.0 - GATHER_PROGRESS) * done)
     })?;
     let irradiance = outside(once.irradiance);
@@ -53,6 +56,6 @@ pub fn gather_residual_by_rays(
         later: all.iter().zip(&irradiance).map(|(all, once)| *all - *once).collect(),
         irradiance,
         variance: [once.variance, every.variance],
-        open,
+        open: parts.shares,
     })
 }

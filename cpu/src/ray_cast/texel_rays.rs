@@ -55,7 +55,7 @@ enum LightKind {
     Sun(usize),
 }
 
-/// What a ray to a point of a light brings.
+/// The light that a ray to a point of a light brings.
 struct DrawnLight {
     /// The entry of the lamp in the cut; none of light from outside.
     lamp: Option<usize>,

@@ -23,7 +23,8 @@ use glam::{DVec3, Vec3};
 
 /// Relative error of light that is gathered over links; a smaller residual cannot be distinguished from 0.
 pub const GATHER_ERROR: f32 = 0.005;
-/// Noise of light that is gathered by rays. It is known, and taken off differences.
+/// Noise of light that is gathered by rays. It is known, and taken off differences. Of N texels N^-1/4 of it
+/// stays, less than [`GATHER_ERROR`] of the fewest faces for which rays are chosen.
 const GATHER_NOISE: f32 = 0.01;
 /// Sample points per face for the escaping share of its light.
 const ESCAPE_POINTS: u32 = 16;

@@ -1,4 +1,4 @@
-//! What stands in the rooms of random meshes: columns, partitions, stairs, louvres, bodies and lamps.
+//! The furniture of random meshes: columns, partitions, stairs, louvres, bodies and lamps.
 
 use super::super::convex::ConvexBody;
 use super::super::lamp::draw_emission;
