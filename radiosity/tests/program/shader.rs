@@ -242,7 +242,7 @@ fn watch_compares_again_after_a_change() {
     let words: Vec<&str> = line.split_whitespace().collect();
     let mut running = folder.command(&words).stderr(log).spawn().unwrap();
     let says = |text: &str| {
-        let mut looks = 0..600;
+        let mut looks = 0..6000;
         looks.any(|_| {
             std::thread::sleep(Duration::from_millis(100));
             folder.read_text("log").contains(text)
