@@ -1,10 +1,10 @@
 //! The open part of each texel: its area without the footprints of the bodies that stand on it.
 //!
-//! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is
-//! cut along these, and each piece is open or covered as a whole. Covered means that every ray over
-//! its hemisphere meets a back first, or nothing past a front that touches; of fronts that lie on each
-//! other the first of the file is open. A face that hangs close above the texel covers nothing: rays along the
-//! plane pass beneath it.
+//! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is cut along these, and
+//! each piece is open or covered as a whole. Covered means that none of the rays over its hemisphere meets a front first,
+//! and some meet a back, or nothing past a front that touches. Where a front and a back coincide, as where a body stands
+//! against a wall, a ray decides nothing. Of fronts that lie on each other the first of the file is open. A face that hangs
+//! close above the texel covers nothing: rays along the plane pass beneath it.
 
 use super::exchange_area::SurfacePiece;
 use crate::occlusion::occluders::Occluders;
@@ -28,6 +28,8 @@ const MAX_PIECES: usize = 64;
 const GRAZING_DIRECTION_COUNT: u32 = 32;
 /// Slope of these rays over the plane: a gap that they miss admits less than its square, 1e−6, of a hemisphere's light.
 const GRAZING_SLOPE: f32 = 1e-3;
+/// Distance behind a point at which a ray along the plane crosses a face that touches the point.
+const MAX_TOUCH_DISTANCE: f32 = CONTACT_DISTANCE / GRAZING_SLOPE;
 
 /// A texel with its open part.
 #[derive(Clone, Debug)]
@@ -232,29 +234,53 @@ impl CoveringLines {
         }
         let face = &mesh.faces[self.face];
         let origin = piece.centre.as_vec3();
-        directions
-            .iter()
-            .all(|d| meets_back_first(rays, face.sheet, origin, face.direction_in_frame(*d)))
+        let mut backs = 0;
+        for direction in directions {
+            match first_met(rays, face.sheet, origin, face.direction_in_frame(*direction)) {
+                FirstMet::Front => return false,
+                FirstMet::Back => backs += 1,
+                FirstMet::Both => (),
+            }
+        }
+        backs > 0
     }
 }
 
-/// Returns true if the ray meets a back before any front. Faces that touch its origin are skipped: one may be the other
-/// side of a thin wall, and a body has more faces behind it. A ray past a touching front must meet another face; otherwise
-/// it starts under a body, on the surface that the body stands on.
-fn meets_back_first(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> bool {
-    let (mut front, mut back, mut touches) = (MISS_DISTANCE, MISS_DISTANCE, false);
+/// What a ray from a point of a surface meets first.
+#[derive(Clone, Copy, PartialEq)]
+enum FirstMet {
+    Front,
+    /// A back; or nothing past a front that touches the point, which then lies under a body on the body's ground.
+    Back,
+    /// A front and a back that coincide: the two sides of a sheet, or a body against a wall.
+    Both,
+}
+
+/// Returns what the ray meets first. Faces that touch its origin are skipped: one may be the other side of a thin wall,
+/// and a body has more faces behind it. A ray that meets nothing is open, as if it met a front.
+fn first_met(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> FirstMet {
+    // The ray parameters of the nearest front and back, and by how much those of faces that coincide differ.
+    let ([mut front, mut back], mut contact, mut touches) = ([MISS_DISTANCE; 2], 0.0, false);
     rays.visit_faces_along(origin, direction, |_, face| {
         let hit = intersect_face(face, origin, direction);
-        let passed = face.sheet == sheet || hit.inside < -OUTLINE_MARGIN || hit.t < -4.0 * CONTACT_DISTANCE;
+        let passed = face.sheet == sheet || hit.inside < -OUTLINE_MARGIN || hit.t < -MAX_TOUCH_DISTANCE;
         if !passed && (hit.t * hit.facing).abs() <= CONTACT_DISTANCE {
             touches |= hit.facing < 0.0;
-        } else if !passed {
+        } else if !passed && hit.t >= -4.0 * CONTACT_DISTANCE {
+            if hit.t < front.min(back) {
+                contact = CONTACT_DISTANCE / hit.facing.abs();
+            }
             let nearest = if hit.facing < 0.0 { &mut front } else { &mut back };
             *nearest = nearest.min(hit.t);
         }
-        front.min(back)
+        front.min(back) + contact
     });
-    (back < MISS_DISTANCE && back <= front) || (touches && front == MISS_DISTANCE)
+    match front == MISS_DISTANCE {
+        true if back < MISS_DISTANCE || touches => FirstMet::Back,
+        false if front > back + contact => FirstMet::Back,
+        false if front >= back - contact => FirstMet::Both,
+        _ => FirstMet::Front,
+    }
 }
 
 /// Returns the line in which a face meets a plane.

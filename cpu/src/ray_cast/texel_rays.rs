@@ -362,7 +362,7 @@ fn balanced_weight(lamp: &SeenLamp, normal: Vec3, ray: Vec3, drawn: f32) -> f32 
 mod tests {
     use super::*;
     use common::scene::{Face, Scene};
-    use glam::DVec3;
+    use glam::{DMat3, DVec3, EulerRot};
 
     /// The six sides of a box, with their fronts inside or outside.
     fn box_sides([low, high]: [DVec3; 2], inside: bool) -> impl Iterator<Item = Face> {
@@ -385,14 +385,21 @@ mod tests {
     }
 
     /// All rays of a closed room meet fronts: a partly covered texel receives its open share of a radiosity of 1, whether
-    /// the body reaches the ceiling or not.
+    /// the body reaches the ceiling, stands against a wall, or neither, and however the room is turned.
     #[test]
     fn partly_covered_texels_receive_their_open_share() {
-        for height in [0.4, 1.0] {
+        let turned = DMat3::from_euler(EulerRot::XYZ, 0.5, -1.1, 0.3);
+        let bodies = [([0.21, 0.0], 0.4), ([0.21, 0.0], 1.0), ([0.0, 0.0], 1.0)];
+        let cases = [DMat3::IDENTITY, turned].map(|turn| bodies.map(|body| (turn, body)));
+        for (turn, ([x, y], height)) in cases.into_iter().flatten() {
             let room = box_sides([DVec3::ZERO, DVec3::ONE], true);
-            let body = box_sides([DVec3::new(0.21, 0.0, 0.27), DVec3::new(0.73, height, 0.69)], false);
+            let body = box_sides([DVec3::new(x, y, 0.27), DVec3::new(0.73, height, 0.69)], false);
+            let turn_face = |face: Face| Face {
+                corners: face.corners.map(|corner| turn * corner),
+                ..face
+            };
             let scene = Scene {
-                faces: room.chain(body).collect(),
+                faces: room.chain(body).map(turn_face).collect(),
                 ..Scene::default()
             };
             let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
