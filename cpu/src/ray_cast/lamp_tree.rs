@@ -2,6 +2,7 @@
 //! all lamps. Nearby points choose among the same nodes of the tree, a cut (Walter and others 2005), weighted by the light
 //! that each may send to the point and by how much of it rays have found to arrive.
 
+use common::constants::CONTACT_DISTANCE;
 use common::mesh::Mesh;
 use glam::Vec3;
 
@@ -42,9 +43,18 @@ pub struct Lamp {
 
 impl LampNode {
     /// Returns an upper bound of the irradiance at the points of a surface, up to a constant factor; 0 only where no light
-    /// arrives.
+    /// arrives, and in a lamp's own plane.
     fn importance(&self, at: &Receiver) -> f32 {
         let to = self.centre - at.centre;
+        if self.children.is_none() {
+            // A surface rises above another's plane by its width times the sine of their angle: not at all above its own.
+            let sine = at.normal.cross(self.axis).length();
+            let received = at.normal.dot(to) + self.radius * sine;
+            let sent = -self.axis.dot(to) + at.radius * sine;
+            if received.min(sent) <= CONTACT_DISTANCE {
+                return 0.0;
+            }
+        }
         let (square, radius) = (to.length_squared(), self.radius + at.radius);
         if square <= radius * radius {
             return self.power / (radius * radius).max(f32::MIN_POSITIVE);
@@ -411,6 +421,19 @@ mod tests {
             }
         }
         assert!(lit > 50, "{lit}");
+    }
+
+    #[test]
+    fn lamp_is_not_drawn_in_its_own_plane() {
+        let mesh = lamps_on_spiral();
+        let tree = LampTree::new(&mesh);
+        for texel in &mesh.texels {
+            let at = Receiver {
+                radius: 0.1,
+                ..receive_at(texel.position, mesh.faces[texel.face as usize].normal)
+            };
+            assert_eq!(tree.weigh_all(at).lamp_probability(texel.face), 0.0);
+        }
     }
 
     /// A point of a surface.
