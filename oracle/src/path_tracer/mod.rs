@@ -119,11 +119,13 @@ fn trace_weighted_texels<'a>(
 pub fn debiased_pair_rms(pair: &GridPair) -> [f64; 2] {
     let none = Vec::new();
     let error = pair.error.as_ref().unwrap_or(&none);
-    debiased_rms(&pair.areas, &pair.a, &pair.b, error)
+    let drawn = vec![1.0; pair.areas.len()];
+    debiased_rms((&pair.areas, &drawn), &pair.a, &pair.b, error)
 }
 
-/// Returns the same for means a against traced b, texel by texel.
-pub fn debiased_rms(areas: &[f64], a: &[DVec3], b: &[DVec3], error: &[DVec3]) -> [f64; 2] {
+/// Returns the same for means a against traced b, texel by texel. Of a random sample of texels each stands for its area
+/// over the probability p with which it was drawn; their choice adds ΣA²(1 − p)(d² − s²)² to the variance.
+pub fn debiased_rms((areas, probabilities): (&[f64], &[f64]), a: &[DVec3], b: &[DVec3], error: &[DVec3]) -> [f64; 2] {
     // Factor of the variance of s² from few sets.
     let variance_factor = 2.0 * (1.0 + 1.0 / f64::from(PATH_SETS - 1));
     let channel = |c: usize| {
@@ -132,7 +134,9 @@ pub fn debiased_rms(areas: &[f64], a: &[DVec3], b: &[DVec3], error: &[DVec3]) ->
             let (area, noise) = (areas[k], error[c] * error[c]);
             let signal = (a[k][c] - b[k][c]).powi(2) - noise;
             square += area * signal;
-            variance += area * area * (4.0 * signal.max(0.0) + variance_factor * noise) * noise;
+            let of_paths = (4.0 * signal.max(0.0) + variance_factor * noise) * noise;
+            let of_choice = (1.0 - probabilities[k]) * signal * signal;
+            variance += area * area * (of_paths + of_choice);
             truth += area * (b[k][c].powi(2) - noise);
         }
         let rms = (square.max(0.0) / truth).sqrt();

@@ -3,7 +3,7 @@
 use super::cases::Case;
 use super::methods::DEFAULT;
 use super::run::AtlasRun;
-use super::trial::{Trial, TrialTruth};
+use super::trial::{TexelSample, Trial, TrialTruth};
 use super::{CaseStudy, ErrorMeasure};
 use crate::studies::random::meshes::draw_mesh;
 use crate::studies::random::{FaceShapes, draw_scene};
@@ -23,6 +23,8 @@ pub const COMMAND_NAME: &str = "random";
 const TRUTH_PATHS: u32 = 1 << 22;
 /// Bounces of a mesh's truth, shared by the texels of its sample: about a minute on two cores.
 const TRUTH_BOUNCES: u32 = 1 << 24;
+/// Paths that show where a mesh is lit, shared by all its texels.
+const PILOT_PATHS: u32 = 1 << 18;
 /// Mean number of texels of a mesh's sample.
 const SAMPLE_SIZE: f64 = 2048.0;
 /// Number of texels of a mesh up to which its faces have more than one.
@@ -121,20 +123,22 @@ fn sample_mesh(scene: Scene, texels: u32, bounces: u32) -> Result<Trial> {
     let mesh = Mesh::uniform(&scene, texels, 1)?;
     let order = mesh.texels_in_face_order();
     let areas: Vec<f64> = order.iter().map(|k| f64::from(mesh.texels[*k].area)).collect();
-    let pilot = trace_radiosity(&scene, &mesh, 1, 1).reflected.values;
+    let pilot = (PILOT_PATHS / mesh.texels.len() as u32).max(1);
+    let pilot = trace_radiosity(&scene, &mesh, pilot, 1).reflected.values;
     let squares: Vec<f64> = pilot.iter().map(|light| light.length_squared()).collect();
     let light: f64 = areas.iter().zip(&squares).map(|(area, square)| area * square).sum();
     let mean = light / areas.iter().sum::<f64>();
     let mut source = Xoshiro256PlusPlus::seed_from_u64(0);
-    let sampled: Vec<f64> = (areas.iter().zip(&squares))
+    let probabilities: Vec<f64> = (areas.iter().zip(&squares))
         .map(|(area, square)| {
             let share = 0.5 * area * (square + mean) / light.max(f64::MIN_POSITIVE);
-            let probability = (SAMPLE_SIZE * share).min(1.0);
-            if source.random_bool(probability) {
-                area / probability
-            } else {
-                0.0
-            }
+            (SAMPLE_SIZE * share).min(1.0)
+        })
+        .collect();
+    let sampled: Vec<f64> = (areas.iter().zip(&probabilities))
+        .map(|(area, probability)| match source.random_bool(*probability) {
+            true => area / probability,
+            false => 0.0,
         })
         .collect();
     // Between faces of a reflectance ρ a path has 1/(1 − ρ) bounces.
@@ -145,7 +149,10 @@ fn sample_mesh(scene: Scene, texels: u32, bounces: u32) -> Result<Trial> {
     let traced = trace_sample(&scene, &mesh, &sampled, paths as u32, 0);
     let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
     Ok(Trial {
-        sampled_areas: Some(sampled),
+        sample: Some(TexelSample {
+            areas: sampled,
+            probabilities,
+        }),
         ..Trial::new(scene, texels, truth)
     })
 }

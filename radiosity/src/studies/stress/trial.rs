@@ -36,8 +36,17 @@ pub struct Trial {
     pub description: Option<String>,
     /// Requested error of a random scene, in place of the method's.
     pub requested_error: Option<f64>,
-    /// Area that each texel of a random sample stands for, 0 if it is not in the sample; none if all are judged.
-    pub sampled_areas: Option<Vec<f64>>,
+    /// Texels that are judged; none if all are.
+    pub sample: Option<TexelSample>,
+}
+
+/// A random sample of texels.
+#[derive(Clone, Debug, Default)]
+pub struct TexelSample {
+    /// Area for which each texel stands: its own over its probability, and 0 if it is not in the sample.
+    pub areas: Vec<f64>,
+    /// Probability with which each texel was drawn.
+    pub probabilities: Vec<f64>,
 }
 
 /// Source of a trial's truth, which shares no code with the solvers under test.
@@ -65,7 +74,7 @@ impl Trial {
             room: 0,
             description: None,
             requested_error: None,
-            sampled_areas: None,
+            sample: None,
         }
     }
 
@@ -83,10 +92,13 @@ impl Trial {
         if lit && !matches!(self.truth, TrialTruth::Constant(_)) && answer == truth {
             return Err("the truth itself, bit for bit".into());
         }
-        let areas = self.sampled_areas.clone().unwrap_or_else(|| self.judged_areas());
+        let TexelSample { areas, probabilities } = self.sample.clone().unwrap_or_else(|| TexelSample {
+            areas: self.judged_areas(),
+            probabilities: vec![1.0; answer.len()],
+        });
         let (error, noise) = match &self.truth {
             TrialTruth::Dark => (self.leaked_share(&areas, answer), 0.0),
-            TrialTruth::Traced(_, error) => debiased_rms(&areas, answer, truth, error).into(),
+            TrialTruth::Traced(_, error) => debiased_rms((&areas, &probabilities), answer, truth, error).into(),
             _ => {
                 let all = areas.into_iter().zip(answer).zip(truth);
                 let judged = all.filter(|((area, _), _)| *area > 0.0);
