@@ -4,6 +4,7 @@ use crate::call_clock::CallClock;
 use crate::pipeline_cache::CompiledPipelines;
 use crate::shader_files::ShaderFile;
 use common::{Error, Result};
+use stage_check::adapters::{find_adapter, open_device, usable_adapters};
 use std::sync::{Arc, Mutex};
 
 /// An adapter, as `radiosity adapters` lists it.
@@ -34,14 +35,6 @@ pub struct Gpu {
     failure: Arc<Mutex<Option<String>>>,
 }
 
-fn wgpu_instance() -> wgpu::Instance {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    // The shaders write indirect arguments from checked counts; wgpu's check of them is one more pass
-    // before every shot's draws.
-    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
-    wgpu::Instance::new(descriptor)
-}
-
 fn describe_adapter(adapter: &wgpu::Adapter) -> AdapterLine {
     let info = adapter.get_info();
     AdapterLine {
@@ -52,27 +45,9 @@ fn describe_adapter(adapter: &wgpu::Adapter) -> AdapterLine {
     }
 }
 
-fn is_usable(adapter: &wgpu::Adapter) -> bool {
-    let flags = adapter.get_downlevel_capabilities().flags;
-    flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS | wgpu::DownlevelFlags::INDIRECT_EXECUTION)
-}
-
 /// Lists all adapters that can run the shaders, hardware first.
 pub fn list_adapters() -> Vec<AdapterLine> {
     usable_adapters().iter().map(describe_adapter).collect()
-}
-
-fn usable_adapters() -> Vec<wgpu::Adapter> {
-    let mut found = pollster::block_on(wgpu_instance().enumerate_adapters(wgpu::Backends::all()));
-    found.retain(is_usable);
-    // Discrete before integrated before virtual before software; equal kinds keep their order.
-    found.sort_by_key(|adapter| match adapter.get_info().device_type {
-        wgpu::DeviceType::DiscreteGpu => 0,
-        wgpu::DeviceType::IntegratedGpu => 1,
-        wgpu::DeviceType::VirtualGpu | wgpu::DeviceType::Other => 2,
-        wgpu::DeviceType::Cpu => 3,
-    });
-    found
 }
 
 impl Gpu {
@@ -80,28 +55,8 @@ impl Gpu {
     ///
     /// Errors: [`Error::NoAdapter`], [`Error::Device`].
     pub fn open(name: Option<&str>) -> Result<Self> {
-        let adapter = usable_adapters()
-            .into_iter()
-            .find(|adapter| {
-                let found = adapter.get_info().name.to_lowercase();
-                name.is_none_or(|name| found.contains(&name.to_lowercase()))
-            })
-            .ok_or_else(|| no_adapter(name))?;
-        // wgpu's default limits suffice but for large scenes: they get the adapter's limits of memory.
-        let has = adapter.limits();
-        let required_limits = wgpu::Limits {
-            max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
-            max_buffer_size: has.max_buffer_size,
-            max_texture_dimension_2d: has.max_texture_dimension_2d,
-            ..wgpu::Limits::default()
-        };
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("radiosity"),
-            required_limits,
-            ..Default::default()
-        };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|error| Error::Device(format!("{}: {error}", adapter.get_info().name)))?;
+        let adapter = find_adapter(name).ok_or_else(|| no_adapter(name))?;
+        let (device, queue) = open_device(&adapter).map_err(Error::Device)?;
         let gpu = Self {
             device,
             queue,

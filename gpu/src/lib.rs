@@ -1,5 +1,5 @@
 //! Radiosity on the GPU (wgpu): item buffers, links, deposits and the selection of the next shooter run on
-//! the device. No other crate of the workspace uses wgpu.
+//! the device. Adapters and the parsing of WGSL come from `stage_check`; no other crate of the workspace uses wgpu.
 //!
 //! ```
 //! use common::mesh::Mesh;

@@ -5,8 +5,8 @@
 
 use crate::shader_files::ShaderFile;
 use common::{Error, Result};
+use stage_check::wgsl::{Diagnostic, compile};
 use wgpu::naga::front::wgsl::parse_str;
-use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{Module, Span};
 
 /// Parts of a module.
@@ -19,14 +19,6 @@ struct Part<'f> {
     name: String,
     text: String,
     given: Option<&'f ShaderFile>,
-}
-
-/// An error of naga.
-struct Diagnostic {
-    message: String,
-    spans: Vec<Span>,
-    /// The whole message, with the lines that it is about.
-    listing: String,
 }
 
 impl<'f> ModuleText<'f> {
@@ -89,7 +81,8 @@ impl<'f> ModuleText<'f> {
         if self.given_file().is_none() {
             return parse_str(&text).map_err(|error| Error::Device(error.emit_to_string(&text)));
         }
-        compile(&text, &self.parts[0].name).map_err(|found| self.locate(found))
+        let compiled = compile(&text, &self.parts[0].name);
+        compiled.map(|(module, _)| module).map_err(|found| self.locate(found))
     }
 
     /// Checks that the module has these entry points.
@@ -191,20 +184,4 @@ fn part_at(parts: &[&Part], span: Span) -> (usize, usize) {
         start += part.text.len();
     }
     (0, 0)
-}
-
-/// Parses and validates WGSL; `path` is the name in the listing.
-fn compile(text: &str, path: &str) -> std::result::Result<Module, Diagnostic> {
-    let module = parse_str(text).map_err(|error| Diagnostic {
-        message: error.message().to_owned(),
-        spans: error.labels().map(|(span, _)| span).collect(),
-        listing: error.emit_to_string_with_path(text, path),
-    })?;
-    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
-    validator.validate(&module).map_err(|error| Diagnostic {
-        message: error.as_inner().to_string(),
-        spans: error.spans().map(|(span, _)| *span).collect(),
-        listing: error.emit_to_string_with_path(text, path),
-    })?;
-    Ok(module)
 }

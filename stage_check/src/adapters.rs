@@ -1,0 +1,50 @@
+//! Adapters that can run compute shaders, and devices on them.
+
+/// Returns all adapters that can run compute shaders, hardware first.
+pub fn usable_adapters() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // wgpu's check of indirect arguments is one more pass before every indirect draw. The program's shaders write them
+    // from checked counts; checks of stages dispatch directly.
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    let instance = wgpu::Instance::new(descriptor);
+    let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    found.retain(is_usable);
+    // Discrete before integrated before virtual before software; equal kinds keep their order.
+    found.sort_by_key(|adapter| match adapter.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu | wgpu::DeviceType::Other => 2,
+        wgpu::DeviceType::Cpu => 3,
+    });
+    found
+}
+
+fn is_usable(adapter: &wgpu::Adapter) -> bool {
+    let flags = adapter.get_downlevel_capabilities().flags;
+    flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS | wgpu::DownlevelFlags::INDIRECT_EXECUTION)
+}
+
+/// Returns the best adapter, or the first whose name contains `name` (any case).
+pub fn find_adapter(name: Option<&str>) -> Option<wgpu::Adapter> {
+    let wanted = name.unwrap_or_default().to_lowercase();
+    let mut adapters = usable_adapters().into_iter();
+    adapters.find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted))
+}
+
+/// Opens a device of wgpu's default limits, but with the adapter's limits of memory.
+///
+/// Errors: the adapter refuses, in words that begin with its name.
+pub fn open_device(adapter: &wgpu::Adapter) -> Result<(wgpu::Device, wgpu::Queue), String> {
+    let has = adapter.limits();
+    let descriptor = wgpu::DeviceDescriptor {
+        required_limits: wgpu::Limits {
+            max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+            max_buffer_size: has.max_buffer_size,
+            max_texture_dimension_2d: has.max_texture_dimension_2d,
+            ..wgpu::Limits::default()
+        },
+        ..Default::default()
+    };
+    let opened = pollster::block_on(adapter.request_device(&descriptor));
+    opened.map_err(|error| format!("{}: {error}", adapter.get_info().name))
+}

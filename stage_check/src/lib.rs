@@ -1,0 +1,62 @@
+//! Checks WGSL compute shaders against plain Rust, in `cargo test`. A [`Stage`] is an entry point of any WGSL file; a
+//! [`Case`] fills its buffers by their names and holds what Rust makes of them. The stage runs at the sizes at which
+//! shaders fail, and each value is held to the reference under a [`Bound`] of counted roundings.
+//!
+//! ```
+//! use stage_check::{Bound, Case, Failure, Gpu, Stage, values};
+//!
+//! const WGSL: &str = "
+//! @group(0) @binding(0) var<storage, read> x: array<f32>;
+//! @group(0) @binding(1) var<storage, read_write> root: array<f32>;
+//! @compute @workgroup_size(64)
+//! fn square_root(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u,
+//!                @builtin(local_invocation_index) lane: u32) {
+//!     let k = (group.y * groups.x + group.x) * 64u + lane;
+//!     if k < arrayLength(&x) { root[k] = sqrt(x[k]); }
+//! }";
+//!
+//! fn main() -> Result<(), Failure> {
+//!     let stage = Stage::new(&Gpu::open(None)?, "root.wgsl", WGSL, "square_root")?;
+//!     let report = stage.check(|size| {
+//!         let x = values::random_f32(1, size, 0.0..9.0);
+//!         let root: Vec<f32> = x.iter().map(|x| x.sqrt()).collect();
+//!         // WGSL allows a root 1/(1/√x): two of 2.5 and 2 ulp.
+//!         Case::new().input("x", &x).output("root", &root, Bound::Ulps(5.0))
+//!     })?;
+//!     println!("{report}");
+//!     Ok(())
+//! }
+//! ```
+//!
+//! With `< arrayLength(&x) - 1u` the test ends with an error, which `Debug` prints as `Display` does:
+//!
+//! ```text
+//! root.wgsl: square_root, size 1: `root` differs in 1 of 1 values: all of them, none of them written
+//!   first: root[0] = not written, the reference is 2.609593
+//!   inputs of the first: x[0] = 6.8099756
+//!   at size 321: `root` differs in 1 of 321 values: only element 320, none of them written
+//! ```
+//!
+//! A case compares in the order of the bindings. Integers must be equal, unless the bound is [`Bound::Absolute`]. A
+//! device adds sums in any order that the shader allows: count the roundings, or give the size of the terms with
+//! [`Bound::UlpsOf`].
+//!
+//! A run that does not end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. A
+//! software adapter runs the lanes of a workgroup in an order of its own, which hides missing barriers and races, and
+//! lavapipe leaves any loop after 65 535 rounds: test on hardware as well.
+
+pub mod adapters;
+mod case;
+mod compare;
+mod device;
+mod entry_point;
+mod failure;
+mod stage;
+pub mod tally;
+pub mod values;
+pub mod wgsl;
+
+pub use case::{Bound, Case};
+pub use device::Gpu;
+pub use failure::{Difference, Failure, Fault};
+pub use stage::{Report, Stage};
