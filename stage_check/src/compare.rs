@@ -58,12 +58,12 @@ pub fn compare_output(
     found: &[u8],
     lanes: usize,
 ) -> Result<(u64, f64), Fault> {
-    let refuse = |text: String| Fault::Case(format!("`{}`: {text}", output.name));
+    let refuse = |text: &str| Fault::Case(format!("`{}`: {text}", output.name));
     let expected = &output.expected.bytes;
     let is_filled = case.inputs.iter().any(|(name, _)| *name == output.name);
     let beyond_end = found.get(expected.len()..).unwrap_or_default();
     if !is_filled && (0..beyond_end.len() / 4).any(|k| word(beyond_end, 4 * k) != UNWRITTEN_BITS) {
-        return Err(refuse("is written, but the reference has no value there".into()));
+        return Err(refuse("is written, but the reference has no value there"));
     }
     let (bound, unit) = match &output.bound {
         Bound::Exact => (0.0, " ulp"),
@@ -72,72 +72,63 @@ pub fn compare_output(
         Bound::Absolute(difference) => (*difference, ""),
     };
     if !(0.0..f64::INFINITY).contains(&bound) {
-        return Err(refuse(format!("a bound of {bound} is no bound")));
+        return Err(refuse(&format!("a bound of {bound} is no bound")));
     }
     let (mut values, mut largest) = (0, 0.0f64);
     for region in &binding.regions {
         let count = region.count(expected.len());
-        if let Bound::UlpsOf(_, sizes) = &output.bound
-            && (sizes.len() != count || sizes.iter().any(|size| !size.is_finite()))
-        {
-            return Err(refuse(format!(
-                "{} sizes for {count} elements, or one that is not finite",
-                sizes.len()
-            )));
-        }
         let mut tally = Tally::new(bound);
-        for element in 0..count {
-            for (k, component) in region.components.iter().enumerate() {
-                let at = region.place(element, k);
-                let [a, b] = [found, expected].map(|bytes| word(bytes, at));
-                let is_float = component.kind == ScalarKind::Float;
-                if is_float && f32::from_bits(b).is_nan() && !case.allows_nan {
-                    let place = region.describe_place(&output.name, element, Some(k));
-                    return Err(refuse(format!(
-                        "the reference is NaN at {place}; `allow_nan` allows it"
-                    )));
-                }
-                let unwritten = !is_filled && a == UNWRITTEN_BITS && a != b;
-                let value = |bits| match component.kind {
-                    ScalarKind::Float => Value::Float(f32::from_bits(bits)),
-                    ScalarKind::Sint => Value::Integer(i64::from(bits as i32)),
-                    _ => Value::Integer(bits.into()),
-                };
-                let error = match is_float {
-                    _ if unwritten => f64::NAN,
-                    true => float_error(f32::from_bits(a), f32::from_bits(b), &output.bound, element),
-                    false => integer_error(value(a), value(b), &output.bound),
-                };
-                tally.add(Compared {
-                    element,
-                    component: k,
-                    label: (),
-                    found: if unwritten { Value::Unwritten } else { value(a) },
-                    expected: value(b),
-                    error,
-                });
+        for place in 0..count * region.components.len() {
+            let (element, component) = (place / region.components.len(), place % region.components.len());
+            let words = [found, expected].map(|bytes| word(bytes, region.place(element, component)));
+            let is_unwritten = !is_filled && words[0] == UNWRITTEN_BITS && words[0] != words[1];
+            let kind = region.components[component].kind;
+            if kind == ScalarKind::Float && f32::from_bits(words[1]).is_nan() && !case.allows_nan {
+                let place = region.describe_place(&output.name, element, Some(component));
+                return Err(refuse(&format!(
+                    "the reference is NaN at {place}; `allow_nan` allows it"
+                )));
             }
+            let size = match &output.bound {
+                Bound::UlpsOf(_, sizes) => sizes.get(element).copied().filter(|size| size.is_finite()),
+                _ => Some(0.0),
+            };
+            let size =
+                size.ok_or_else(|| refuse(&format!("element {element} has no size, or one that is not finite")))?;
+            let [found, expected] = words.map(|bits| kind_value(kind, bits));
+            tally.add(Compared {
+                element,
+                component,
+                label: (),
+                found: if is_unwritten { Value::Unwritten } else { found },
+                expected,
+                error: if is_unwritten {
+                    f64::NAN
+                } else {
+                    error_of(found, expected, &output.bound, size)
+                },
+            });
         }
         if let (Some(first), Some(worst)) = (tally.first, tally.worst) {
             let name = |k: usize| region.components[k].path.clone();
-            let label = |of: Compared<()>| Compared {
+            let [first, worst] = [first, worst].map(|of| Compared {
                 label: region.describe_place(&output.name, of.element, Some(of.component)),
                 element: of.element,
                 component: of.component,
                 found: of.found,
                 expected: of.expected,
                 error: of.error,
-            };
+            });
             return Err(Fault::Difference(Box::new(Difference {
                 buffer: format!("{}{}", output.name, region.path),
                 count: tally.beyond,
                 values: tally.values,
                 pattern: tally.describe_pattern(count, lanes, name),
-                first: label(first),
-                worst: label(worst),
+                inputs: describe_inputs(case, bindings, first.element, count),
+                first,
+                worst,
                 bound,
                 unit,
-                inputs: describe_inputs(case, bindings, first.element, count),
                 other_sizes: Vec::new(),
             })));
         }
@@ -153,23 +144,24 @@ fn word(bytes: &[u8], at: usize) -> u32 {
     found.map_or(UNWRITTEN_BITS, u32::from_le_bytes)
 }
 
-fn float_error(a: f32, b: f32, bound: &Bound, element: usize) -> f64 {
-    if a.is_nan() && b.is_nan() {
-        return 0.0;
-    }
-    match bound {
-        Bound::Exact if a == b => f64::from(u8::from(a.to_bits() != b.to_bits())),
-        Bound::Exact | Bound::Ulps(_) => ulp_distance(a, b, 0.0),
-        Bound::UlpsOf(_, sizes) => ulp_distance(a, b, sizes[element]),
-        Bound::Absolute(_) if a == b => 0.0,
-        Bound::Absolute(_) => (f64::from(a) - f64::from(b)).abs(),
+fn kind_value(kind: ScalarKind, bits: u32) -> Value {
+    match kind {
+        ScalarKind::Float => Value::Float(f32::from_bits(bits)),
+        ScalarKind::Sint => Value::Integer((bits as i32).into()),
+        _ => Value::Integer(bits.into()),
     }
 }
 
-fn integer_error(a: Value, b: Value, bound: &Bound) -> f64 {
+/// Returns the error of `a` in the unit of the bound; NaN where a number is NaN, and infinity of integers that must be
+/// equal.
+fn error_of(a: Value, b: Value, bound: &Bound, size: f32) -> f64 {
     match (a, b, bound) {
-        _ if a == b => 0.0,
+        (Value::Float(a), Value::Float(b), _) if a.is_nan() && b.is_nan() => 0.0,
+        (Value::Float(a), Value::Float(b), Bound::Exact) if a == b => f64::from(u8::from(a.to_bits() != b.to_bits())),
+        (Value::Float(a), Value::Float(b), Bound::Absolute(_)) if a != b => (f64::from(a) - f64::from(b)).abs(),
+        (Value::Float(a), Value::Float(b), _) => ulp_distance(a, b, size),
         (Value::Integer(a), Value::Integer(b), Bound::Exact | Bound::Absolute(_)) => a.abs_diff(b) as f64,
+        _ if a == b => 0.0,
         _ => f64::INFINITY,
     }
 }
@@ -199,12 +191,7 @@ fn describe_inputs(case: &Case, bindings: &[Binding], element: usize, count: usi
 
 fn describe_element(region: &Region, name: &str, bytes: &[u8], element: usize) -> String {
     let of = |(k, component): (usize, &Component)| {
-        let bits = word(bytes, region.place(element, k));
-        match component.kind {
-            ScalarKind::Float => format!("{:?}", f32::from_bits(bits)),
-            ScalarKind::Sint => (bits as i32).to_string(),
-            _ => bits.to_string(),
-        }
+        kind_value(component.kind, word(bytes, region.place(element, k))).to_string()
     };
     let values: Vec<String> = region.components.iter().enumerate().take(MAX_SHOWN).map(of).collect();
     let values = match region.components.len() {

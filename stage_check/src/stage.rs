@@ -76,8 +76,7 @@ impl Stage {
             sizes: Vec::new(),
             time_limit: DEFAULT_TIME_LIMIT,
         };
-        let lanes = stage.lanes();
-        let most = gpu.limits().max_compute_workgroups_per_dimension as usize * lanes;
+        let (lanes, most) = (stage.lanes(), stage.most_in_a_row());
         stage.sizes = vec![1, lanes - 1, lanes, lanes + 1, 5 * lanes + 1, most + 1];
         stage.sizes.retain(|size| *size > 0);
         stage.sizes.dedup();
@@ -104,7 +103,8 @@ impl Stage {
 
     /// Leaves out the size beyond 65 535 workgroups: for a slow stage, or a slow reference.
     pub fn without_many_groups(mut self) -> Self {
-        self.sizes.truncate(self.sizes.len().saturating_sub(1).max(1));
+        let most = self.most_in_a_row();
+        self.sizes.retain(|size| *size <= most);
         self
     }
 
@@ -124,6 +124,11 @@ impl Stage {
     /// Returns the number of lanes of a workgroup.
     pub fn lanes(&self) -> usize {
         self.entry.workgroup_size.iter().map(|lanes| *lanes as usize).product()
+    }
+
+    /// Returns the number of elements that a dimension of workgroups holds.
+    fn most_in_a_row(&self) -> usize {
+        self.lanes() * self.gpu.limits().max_compute_workgroups_per_dimension as usize
     }
 
     /// Checks the case of each size.

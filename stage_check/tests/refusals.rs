@@ -133,7 +133,7 @@ fn cases_that_do_not_fit_the_shader_are_refused() {
         ),
         (
             &|x| doubled_case(x, Bound::UlpsOf(1.0, vec![])),
-            "0 sizes for 1 elements",
+            "element 0 has no size",
         ),
         (
             &|x| doubled_case(x, Bound::Exact).input("z", x),
