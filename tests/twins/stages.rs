@@ -1,20 +1,28 @@
 //! Each stage has a check of its own: a fault planted in a WGSL function fails that stage and no other, for every
 //! visibility and number of samples; without a fault none fails.
 
+use common::Result;
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::Rays;
 use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Settings, Transport, Visibility};
+use cpu::shader_twins::link::texel_form_factor;
 use gpu::{GpuSolver, ShaderFault};
+use oracle::compare::comparison::{DifferingValue, StageCheck, StageDifference};
 use oracle::compare::stages::check_stages;
 use radiosity_tests::box_in_room;
 use radiosity_tests::engines::{hemicube, item_buffer, mesh_scene, settings_of, shared_gpu};
 use radiosity_tests::shader_faults::assert_faults_noticed;
 
+/// Returns the checks of all stages with faults planted in the shaders.
+fn checks_with_faults(mesh: &Mesh, transport: &Transport, faults: &[ShaderFault]) -> Result<Vec<StageCheck>> {
+    let mut solver = GpuSolver::with_faults(shared_gpu(), mesh, transport, faults)?;
+    check_stages(mesh, transport, &Rays::new(mesh), &mut solver)
+}
+
 /// Returns the stages that fail, or the host's refusal.
 fn failing_stages(mesh: &Mesh, transport: &Transport, faults: &[ShaderFault]) -> Vec<String> {
-    let solver = GpuSolver::with_faults(shared_gpu(), mesh, transport, faults);
-    match solver.and_then(|mut solver| check_stages(mesh, transport, &Rays::new(mesh), &mut solver)) {
+    match checks_with_faults(mesh, transport, faults) {
         Ok(stages) => stages
             .into_iter()
             .filter(|stage| !stage.agree)
@@ -53,6 +61,64 @@ fn fault_fails_its_own_stage_only() {
         let mesh = mesh_scene(&box_in_room(), &settings);
         assert_faults_noticed(check, |faults| failing_stages(&mesh, &settings.transport, faults));
     }
+}
+
+/// Returns what differs at `stage` with a fault planted in the shader `file`, by the paper's settings.
+fn difference_at(
+    mesh: &Mesh,
+    stage: &str,
+    file: &'static str,
+    from: &'static str,
+    to: &'static str,
+) -> StageDifference {
+    let transport = settings_for("paper").transport;
+    let checks = checks_with_faults(mesh, &transport, &[ShaderFault { file, from, to }]).unwrap();
+    let check = checks.into_iter().find(|check| check.name == stage).unwrap();
+    assert!(!check.agree, "{check:?}");
+    let difference = check.difference.unwrap();
+    println!("{difference}");
+    difference
+}
+
+/// Returns both values of a difference.
+fn both_values(value: &DifferingValue) -> [f32; 2] {
+    [&value.gpu, &value.twin].map(|text| text.parse().unwrap())
+}
+
+#[test]
+fn dropped_cosine_is_shown_by_texel_and_both_values() {
+    let mesh = mesh_scene(&box_in_room(), &settings_for("paper"));
+    let call = "return disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);";
+    let dropped = "return disc_factor(cos_i, 1.0, r2, shots[slot].area, shots[slot].area);";
+    let found = difference_at(&mesh, "form factor", "form_factor", call, dropped);
+    for value in [&found.first, &found.worst] {
+        let numbers = value.element.split(|c: char| !c.is_ascii_digit());
+        let numbers: Vec<u32> = numbers.filter_map(|number| number.parse().ok()).collect();
+        let [texel, patch] = numbers[..] else {
+            panic!("{}", value.element);
+        };
+        assert_eq!(value.element, format!("F of texel {texel} from patch {patch}"));
+        let twin = texel_form_factor(&mesh, FormFactor::Disc, patch, texel);
+        let [wrong, expected] = both_values(value);
+        assert_eq!(expected, twin);
+        assert!(wrong > twin, "{value}");
+    }
+    assert!(found.beyond < found.values, "{found}");
+}
+
+#[test]
+fn wrong_channel_of_a_deposit_is_shown_by_texel_and_both_values() {
+    let mesh = mesh_scene(&box_in_room(), &settings_for("paper"));
+    let (from, to) = (
+        "irradiance[k].xyz + received, f)",
+        "irradiance[k].xyz + received * vec3f(1.0, 1.001, 1.0), f)",
+    );
+    let found = difference_at(&mesh, "deposit", "deposit", from, to);
+    assert!(found.first.element.starts_with("H.g of texel "), "{found}");
+    assert!(found.first.element.contains(" from patch "), "{found}");
+    let [wrong, twin] = both_values(&found.first);
+    assert!((wrong / twin - 1.001).abs() < 1e-5, "{found}");
+    assert!(found.pattern.ends_with(", only H.g"), "{found}");
 }
 
 #[test]

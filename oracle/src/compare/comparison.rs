@@ -9,6 +9,7 @@ use common::scene::Scene;
 use common::settings::Settings;
 use common::shooting::SolveRun;
 use serde::Serialize;
+use std::fmt;
 
 /// Comparison of one shader stage with its CPU twin on the same input.
 #[derive(Clone, Debug, Serialize)]
@@ -27,6 +28,54 @@ pub struct StageCheck {
     pub reason: String,
     /// True if `worst` is within `bound`.
     pub agree: bool,
+    /// Values beyond the bound; none if the stage agrees.
+    pub difference: Option<StageDifference>,
+}
+
+/// Values of a stage that differ from their twins by more than the bound.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageDifference {
+    /// The value of the lowest element.
+    pub first: DifferingValue,
+    /// The value with the largest error.
+    pub worst: DifferingValue,
+    /// Number of such values.
+    pub beyond: u64,
+    /// Number of compared values.
+    pub values: u64,
+    /// What the elements have in common.
+    pub pattern: String,
+}
+
+/// A value of the GPU beside its twin.
+#[derive(Clone, Debug, Serialize)]
+pub struct DifferingValue {
+    /// What the value is, and of which element.
+    pub element: String,
+    /// The GPU's.
+    pub gpu: String,
+    /// The twin's, on the same input.
+    pub twin: String,
+}
+
+impl fmt::Display for DifferingValue {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            f,
+            "{}: {} on the GPU, {} in the twin",
+            self.element, self.gpu, self.twin
+        )
+    }
+}
+
+impl fmt::Display for StageDifference {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}; ", self.first)?;
+        if self.worst.element != self.first.element {
+            write!(f, "at worst {}; ", self.worst)?;
+        }
+        write!(f, "{} of {} differ: {}", self.beyond, self.values, self.pattern)
+    }
 }
 
 /// Comparison of visibility by item buffer with visibility by rays, over all (shooter, texel) pairs.
@@ -69,6 +118,8 @@ pub struct Criterion {
     pub reason: String,
     /// True if value ≤ bound; false for NaN.
     pub pass: bool,
+    /// Values that make it fail: both sides of the first and the worst.
+    pub difference: Option<StageDifference>,
 }
 
 impl Criterion {
@@ -80,6 +131,7 @@ impl Criterion {
             bound,
             reason: reason.to_owned(),
             pass: value <= bound,
+            difference: None,
         }
     }
 }

@@ -40,6 +40,7 @@ pub fn stage_criteria(stages: &[StageCheck]) -> Vec<Criterion> {
         bound: stage.bound,
         reason: stage.reason.clone(),
         pass: stage.agree,
+        difference: stage.difference.clone(),
     };
     stages.iter().map(of_stage).collect()
 }

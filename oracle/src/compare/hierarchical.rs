@@ -145,7 +145,7 @@ fn diff_links(
         linker::LinkMethod::Custom(&factory),
         &mut report,
     )?;
-    Ok(*diff.borrow())
+    Ok(diff.take())
 }
 
 /// Texels per side of a face in the comparison of linkers; these make requests of all sizes.

@@ -1,7 +1,7 @@
 //! Compares the pixels of the GPU's item buffer with those of the CPU twin. The checks of stages and of visibility call
 //! it.
 
-use super::statistics::ErrorTally;
+use super::statistics::{Elements, ErrorTally, ValueSource};
 use common::constants::{DEPTH_SCALE, OUTLINE_MARGIN};
 use common::intersect::intersect_face;
 use common::mesh::Mesh;
@@ -23,44 +23,87 @@ const MAX_RAY_ROUNDINGS: f32 = 32.0;
 /// edge. Doubled, because a boundary pixel has edges on two sides.
 pub const PIXEL_SHARE: f64 = 4.0 / 256.0;
 
+/// Names of the values of a pixel.
+const VALUE_NAMES: [&str; 2] = ["face + 1", "number of pixels"];
+const FACE_NUMBER: usize = 0;
+const PIXEL_COUNT: usize = 1;
+
+/// Starts a tally of pixels.
+pub fn pixel_tally(name: &'static str, bound: f64, reason: &'static str) -> ErrorTally {
+    let pixels = Elements {
+        name: "pixel",
+        count: 0,
+        lanes: 1,
+    };
+    ErrorTally::new(name, (bound, reason), pixels, &VALUE_NAMES)
+}
+
 /// Checks all pixels of a view. Counts 1 for each different pixel that rounding does not decide; `paper`, which draws
 /// triangles, gives the number of different pixels over the number of boundary pixels.
-pub fn check_all_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) -> ErrorTally {
+pub fn check_all_pixels(
+    mesh: &Mesh,
+    view: &ShooterView,
+    buffer: &ItemBuffer,
+    source: ValueSource,
+    tally: &mut ErrorTally,
+) {
     let twin = ItemBuffer::draw_faces(mesh, view, mesh.room_faces);
     if buffer.ids.len() != twin.ids.len() {
-        return [f64::NAN].into_iter().collect();
+        let lengths = [buffer, &twin].map(|drawn| drawn.ids.len() as u32);
+        return tally.add(source, [0, PIXEL_COUNT], lengths, f64::NAN);
     }
     let differing: Vec<usize> = (0..twin.ids.len()).filter(|k| twin.ids[*k] != buffer.ids[*k]).collect();
-    let mut tally = ErrorTally::default();
+    let ids = |k: usize| [buffer.ids[k], twin.ids[k]];
     match view.projection {
         ItemBufferProjection::Paper => {
             let boundary = boundary_pixels(&twin).count().max(1);
-            tally.add(differing.len() as f64 / boundary as f64);
+            let k = differing.first().copied().unwrap_or(0);
+            tally.add(
+                source,
+                [k, FACE_NUMBER],
+                ids(k),
+                differing.len() as f64 / boundary as f64,
+            );
         }
         _ => {
             tally.add_equal((twin.ids.len() - differing.len()) as u64);
             for k in differing {
-                tally.add_equality(decided_by_rounding(mesh, view, k as u32, buffer.ids[k]));
+                let wrong = !decided_by_rounding(mesh, view, k as u32, buffer.ids[k]);
+                tally.add(source, [k, FACE_NUMBER], ids(k), f64::from(u8::from(wrong)));
             }
         }
     }
-    tally
 }
 
 /// Checks some boundary pixels of a view, where errors are most likely; not for `paper`, which draws triangles.
-pub fn check_boundary_pixels(mesh: &Mesh, view: &ShooterView, buffer: &ItemBuffer) -> ErrorTally {
+pub fn check_boundary_pixels(
+    mesh: &Mesh,
+    view: &ShooterView,
+    buffer: &ItemBuffer,
+    source: ValueSource,
+    tally: &mut ErrorTally,
+) {
     if view.projection == ItemBufferProjection::Paper {
-        return ErrorTally::default();
+        return;
     }
     let all: Vec<usize> = boundary_pixels(buffer).collect();
     let step = all.len().div_ceil(MAX_PIXELS_PER_VIEW).max(1);
     let checked: Vec<usize> = all.into_iter().step_by(step).collect();
-    let of = |k: &usize| {
-        let id = buffer.ids[*k];
-        let wrong = !decided_by_rounding(mesh, view, *k as u32, id);
-        f64::from(u8::from(wrong))
-    };
-    checked.par_iter().map(of).collect::<Vec<_>>().into_iter().collect()
+    let of = |k: &usize| !decided_by_rounding(mesh, view, *k as u32, buffer.ids[*k]);
+    let wrong: Vec<bool> = checked.par_iter().map(of).collect();
+    for (k, wrong) in checked.into_iter().zip(wrong) {
+        let shown = |id: &u32| twin_shows(mesh, view, k as u32, Vec2::ZERO, *id);
+        let twin = match wrong {
+            true => (0..=mesh.faces.len() as u32).find(shown).unwrap_or(0),
+            false => buffer.ids[k],
+        };
+        tally.add(
+            source,
+            [k, FACE_NUMBER],
+            [buffer.ids[k], twin],
+            f64::from(u8::from(wrong)),
+        );
+    }
 }
 
 /// Replaces IDs of no face by 0, so that those that remain are indices.

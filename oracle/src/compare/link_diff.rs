@@ -4,7 +4,7 @@
 //! roundings. If a value is within rounding of a threshold, one side may subdivide a node that the other
 //! links, or a ray may pass an edge that the other ray meets.
 
-use super::statistics::larger_or_nan;
+use super::statistics::describe_difference;
 use crate::compare::comparison::{StageCheck, VisibilityStatistics};
 use crate::solve::gpu_linker::LinkerOnGpu;
 use common::Result;
@@ -13,6 +13,7 @@ use cpu::hierarchy::coarse::StoredLink;
 use cpu::hierarchy::cpu_linker::CpuLinker;
 use cpu::hierarchy::linker::{BlockIrradiance, LinkRequest, Linker, LinkerScene};
 use gpu::{Gpu, ShaderFault};
+use stage_check::tally::{Compared, Tally, Value, larger_or_nan};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -24,71 +25,110 @@ const MAX_BLOCK_ROUNDINGS: f64 = 384.0;
 const MAX_TURNED_SHARE: f64 = 0.05;
 
 /// Differences of blocks in one kind of request.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct BlockStatistics {
-    /// Number of blocks.
-    pub blocks: u64,
-    /// Blocks in which any bit differs.
-    pub differing: u64,
-    /// Blocks that differ by more than rounding.
-    pub turned: u64,
+    /// Blocks, with the largest difference of their values in units of 2⁻²⁴; one beyond the bound has turned. The label
+    /// is the name of the value.
+    pub blocks: Tally<&'static str>,
     /// Number of receiving points with light, or of stored links.
     pub links: u64,
 }
 
+/// Results of a block.
+struct BlockParts {
+    /// Decisions, and their name.
+    decisions: (&'static str, Vec<u32>),
+    /// Values in groups of one scale, and their name.
+    values: (&'static str, Vec<Vec<f32>>),
+    links: usize,
+}
+
+impl BlockParts {
+    /// Returns the error of a block, and the first value that differs: its name, and both sides.
+    fn compare(&self, expected: &Self) -> (f64, Option<(&'static str, [Value; 2])>) {
+        if let Some(values) = first_unequal(&self.decisions.1, &expected.decisions.1, |x| x) {
+            return (f64::INFINITY, Some((self.decisions.0, values)));
+        }
+        let groups = || self.values.1.iter().zip(&expected.values.1);
+        let unequal = groups().find_map(|(a, b)| first_unequal(a, b, f32::to_bits));
+        let differences = groups().map(|(a, b)| relative_difference(a, b) * 2.0 / f64::from(f32::EPSILON));
+        match unequal {
+            // −0 differs from 0.
+            Some(values) => (
+                differences.fold(f64::MIN_POSITIVE, larger_or_nan),
+                Some((self.values.0, values)),
+            ),
+            None => (0.0, None),
+        }
+    }
+}
+
+/// Returns the first values of two lists with different bits; of the shorter list `Unwritten`.
+fn first_unequal<T: Copy + Into<Value>>(found: &[T], expected: &[T], bits: fn(T) -> u32) -> Option<[Value; 2]> {
+    let value = |list: &[T], k: usize| list.get(k).map_or(Value::Unwritten, |x| (*x).into());
+    let differ = |k: &usize| found.get(*k).copied().map(bits) != expected.get(*k).copied().map(bits);
+    let first = (0..found.len().max(expected.len())).find(differ)?;
+    Some([value(found, first), value(expected, first)])
+}
+
+impl Default for BlockStatistics {
+    fn default() -> Self {
+        Self {
+            blocks: Tally::new(MAX_BLOCK_ROUNDINGS),
+            links: 0,
+        }
+    }
+}
+
 impl BlockStatistics {
-    /// Counts the results of a request; blocks without a result count as wrong. `parts` returns a block's decisions, its
-    /// values in groups of one scale, and its number of links.
-    fn count_blocks<T>(
-        &mut self,
-        [found, expected]: [&[T]; 2],
-        parts: impl Fn(usize, &T) -> (Vec<u32>, Vec<Vec<f32>>, usize),
-    ) {
-        let missing = expected.len().abs_diff(found.len()) as u64;
-        self.blocks += expected.len().max(found.len()) as u64;
-        self.differing += missing;
-        self.turned += missing;
-        for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
-            let (found, expected) = (parts(k, found), parts(k, expected));
-            self.links += expected.2 as u64;
-            let groups = || found.1.iter().zip(&expected.1);
-            let same = found.0 == expected.0;
-            if same && groups().all(|(a, b)| a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))) {
-                continue;
-            }
-            self.differing += 1;
-            let difference = groups()
-                .map(|(a, b)| relative_difference(a, b))
-                .fold(0.0, larger_or_nan);
-            // A NaN counts as turned.
-            let rounded = difference <= MAX_BLOCK_ROUNDINGS * f64::from(f32::EPSILON) / 2.0;
-            self.turned += u64::from(!same || !rounded);
+    /// Counts the results of a request; blocks without a result count as wrong.
+    fn count_blocks<T>(&mut self, [found, expected]: [&[T]; 2], parts: impl Fn(usize, &T) -> BlockParts) {
+        for k in 0..found.len().max(expected.len()) {
+            let [found, expected] = [found, expected].map(|list| list.get(k).map(|block| parts(k, block)));
+            self.links += expected.as_ref().map_or(0, |block| block.links) as u64;
+            let (error, unequal) = match (&found, &expected) {
+                (Some(found), Some(expected)) => found.compare(expected),
+                _ => (f64::NAN, None),
+            };
+            let (label, [found, expected]) = unequal.unwrap_or(("result", [Value::Unwritten; 2]));
+            self.blocks.add(Compared {
+                element: k,
+                component: 0,
+                label,
+                found,
+                expected,
+                error,
+            });
         }
     }
 
     fn turned_share(&self) -> f64 {
-        self.turned as f64 / self.blocks as f64
+        self.blocks.beyond as f64 / self.blocks.values as f64
     }
 
     fn stage_check(&self, name: &str, what: &str) -> StageCheck {
         let worst = self.turned_share();
+        let agree = self.links > 0 && worst <= MAX_TURNED_SHARE;
+        let element = |block: &Compared<&str>| format!("{} of block {}", block.label, block.element);
+        let difference = describe_difference(&self.blocks, [0, 1], |_| String::new(), element);
         StageCheck {
             name: name.into(),
             values: self.links,
-            differing: self.differing,
+            differing: self.blocks.unequal,
             worst,
             bound: MAX_TURNED_SHARE,
             reason: format!(
                 "blocks, of {}, {what} by more than rounding: a comparison that it decides may turn",
-                self.blocks
+                self.blocks.values
             ),
-            agree: self.links > 0 && worst <= MAX_TURNED_SHARE,
+            agree,
+            difference: difference.filter(|_| !agree),
         }
     }
 }
 
 /// Differences between the links of CPU and GPU in one solve.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct LinkDiff {
     /// Irradiance of blocks.
     pub gathered: BlockStatistics,
@@ -107,9 +147,9 @@ impl LinkDiff {
 
     /// Returns the statistics in the format of visibility pairs: blocks take the place of pairs of points.
     pub fn block_statistics(&self) -> VisibilityStatistics {
-        let kinds = [self.gathered, self.kept];
-        let sum = |of: fn(&BlockStatistics) -> u64| kinds.iter().map(of).sum::<u64>();
-        let (blocks, turned) = (sum(|s| s.blocks), sum(|s| s.turned));
+        let kinds = [&self.gathered, &self.kept];
+        let sum = |of: fn(&BlockStatistics) -> u64| kinds.iter().map(|s| of(s)).sum::<u64>();
+        let (blocks, turned) = (sum(|s| s.blocks.values), sum(|s| s.blocks.beyond));
         let allowed = (MAX_TURNED_SHARE * blocks as f64) as u64;
         VisibilityStatistics {
             pairs: sum(|s| s.links),
@@ -169,7 +209,11 @@ impl Linker for LinkerPair<'_> {
                 .map(|lane| lane[..request.receivers.blocks[k].count].to_vec())
                 .concat();
             let links = used.iter().filter(|h| **h > 0.0).count();
-            (vec![u32::from(lit.crosses_shadow_edge)], vec![used], links)
+            BlockParts {
+                decisions: ("shadow edge", vec![u32::from(lit.crosses_shadow_edge)]),
+                values: ("irradiance", vec![used]),
+                links,
+            }
         };
         (self.diff.borrow_mut().gathered).count_blocks([&found, &expected], parts);
         Ok(expected)
@@ -187,7 +231,11 @@ impl Linker for LinkerPair<'_> {
                 all(|stored| &stored.link.along[1]),
             ];
             let nodes = links.iter().map(|stored| stored.node).collect();
-            (nodes, values.to_vec(), links.len())
+            BlockParts {
+                decisions: ("node", nodes),
+                values: ("weight", values.to_vec()),
+                links: links.len(),
+            }
         };
         (self.diff.borrow_mut().kept).count_blocks([&found, &expected], parts);
         Ok(expected)

@@ -1,90 +1,149 @@
 //! Counts errors of stages ([`ErrorTally`]) and mismatches of pairs of points ([`PairTally`]). The checks of stages,
 //! links and visibility count by them.
 
-use crate::compare::comparison::{StageCheck, VisibilityStatistics};
+use crate::compare::comparison::{DifferingValue, StageCheck, StageDifference, VisibilityStatistics};
+use stage_check::tally::{Compared, Tally, Value, ulp_distance};
 
 /// Number of histogram bins of half a pixel.
 const HISTOGRAM_BINS: usize = 8;
 /// Largest number of unexplained pairs that are listed.
 const MAX_EXAMPLES: usize = 12;
 
-/// Number of compared values, and their largest error.
+/// Elements of which a stage makes values, in workgroups of `lanes`.
+#[derive(Clone, Copy, Debug)]
+pub struct Elements {
+    /// `texel`, `patch`, `pixel`.
+    pub name: &'static str,
+    /// Their number.
+    pub count: usize,
+    /// Lanes of a workgroup; 1 if it makes one element.
+    pub lanes: usize,
+}
+
+/// Place of a value: number of the element, and of the value's name.
+pub type ValuePlace = [usize; 2];
+
+/// Shot that a value belongs to.
 #[derive(Clone, Copy, Debug, Default)]
+pub struct ValueSource {
+    /// The shooter.
+    pub shooter: Option<u32>,
+    /// Number of the shooter's sample.
+    pub sample: Option<u32>,
+}
+
+impl ValueSource {
+    /// Returns the source of values of a shot.
+    pub fn shot_by(patch: u32) -> Self {
+        Self {
+            shooter: Some(patch),
+            sample: None,
+        }
+    }
+}
+
+/// Comparisons of the values of a stage with those of its twin.
+#[derive(Clone, Debug)]
 pub struct ErrorTally {
-    values: u64,
-    differing: u64,
-    largest: f64,
+    name: &'static str,
+    reason: &'static str,
+    elements: Elements,
+    value_names: &'static [&'static str],
+    tally: Tally<ValueSource>,
 }
 
 impl ErrorTally {
-    /// Adds a value with this error.
-    pub fn add(&mut self, error: f64) {
-        self.merge(Self {
-            values: 1,
-            differing: u64::from(error != 0.0),
-            largest: error,
+    /// Starts a tally of errors of `bound` at most, for a `reason`.
+    pub fn new(
+        name: &'static str,
+        (bound, reason): (f64, &'static str),
+        elements: Elements,
+        value_names: &'static [&'static str],
+    ) -> Self {
+        Self {
+            name,
+            reason,
+            elements,
+            value_names,
+            tally: Tally::new(bound),
+        }
+    }
+
+    /// Adds a value of the GPU, and its twin, with this error.
+    pub fn add<T: Into<Value>>(&mut self, source: ValueSource, place: ValuePlace, values: [T; 2], error: f64) {
+        let [found, expected] = values.map(T::into);
+        self.tally.add(Compared {
+            element: place[0],
+            component: place[1],
+            label: source,
+            found,
+            expected,
+            error,
         });
+    }
+
+    /// Adds a number of the GPU, and its twin, that differ in ulp of the largest of them and `size`.
+    pub fn add_ulps(&mut self, source: ValueSource, place: ValuePlace, values: [f32; 2], size: f32) {
+        self.add(source, place, values, ulp_distance(values[0], values[1], size));
     }
 
     /// Adds equal values.
     pub fn add_equal(&mut self, values: u64) {
-        self.values += values;
-    }
-
-    /// Adds a comparison of two values that must be equal.
-    pub fn add_equality(&mut self, equal: bool) {
-        self.add(f64::from(u8::from(!equal)));
-    }
-
-    /// Adds the counts of another tally.
-    pub fn merge(&mut self, other: Self) {
-        self.values += other.values;
-        self.differing += other.differing;
-        self.largest = larger_or_nan(self.largest, other.largest);
+        self.tally.values += values;
     }
 
     /// Returns the number of compared values.
     pub fn values(&self) -> u64 {
-        self.values
+        self.tally.values
     }
 
     /// Returns the check of the stage; without values it does not pass.
-    pub fn stage_check(&self, name: &str, bound: f64, reason: &str) -> StageCheck {
+    pub fn stage_check(&self) -> StageCheck {
         StageCheck {
-            name: name.to_owned(),
-            values: self.values,
-            differing: self.differing,
-            worst: self.largest,
-            bound,
-            reason: reason.to_owned(),
-            agree: self.values > 0 && self.largest <= bound,
+            name: self.name.to_owned(),
+            values: self.tally.values,
+            differing: self.tally.unequal,
+            worst: self.tally.largest_error,
+            bound: self.tally.bound,
+            reason: self.reason.to_owned(),
+            agree: self.tally.agrees(),
+            difference: describe_difference(
+                &self.tally,
+                [self.elements.count, self.elements.lanes],
+                |k| self.value_names[k].to_owned(),
+                |compared| self.describe_element(compared),
+            ),
         }
     }
-}
 
-impl FromIterator<f64> for ErrorTally {
-    fn from_iter<I: IntoIterator<Item = f64>>(errors: I) -> Self {
-        let mut tally = Self::default();
-        for error in errors {
-            tally.add(error);
-        }
-        tally
+    fn describe_element(&self, compared: &Compared<ValueSource>) -> String {
+        let ValueSource { shooter, sample } = compared.label;
+        let name = self.value_names[compared.component];
+        let shot = shooter.map_or(String::new(), |patch| format!(" from patch {patch}"));
+        let sample = sample.map_or(String::new(), |s| format!(", sample {s}"));
+        format!("{name} of {} {}{shot}{sample}", self.elements.name, compared.element)
     }
 }
 
-/// Returns the larger number; NaN if any is NaN, which `f64::max` would drop.
-pub fn larger_or_nan(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
-}
-
-/// Returns |a − b| in units in the last place of the largest of |a|, |b| and `size`.
-pub fn ulp_distance(a: f32, b: f32, size: f32) -> f64 {
-    let largest = f64::from(a.abs().max(b.abs()).max(size));
-    if a == b {
-        0.0
-    } else {
-        (f64::from(a) - f64::from(b)).abs() / (largest * f64::from(f32::EPSILON))
-    }
+/// Describes the values beyond the bound of a tally, of so many elements and lanes, by the names of values and elements.
+pub fn describe_difference<L: Copy>(
+    tally: &Tally<L>,
+    [elements, lanes]: [usize; 2],
+    value_name: impl Fn(usize) -> String,
+    element_name: impl Fn(&Compared<L>) -> String,
+) -> Option<StageDifference> {
+    let describe = |compared: Compared<L>| DifferingValue {
+        element: element_name(&compared),
+        gpu: compared.found.to_string(),
+        twin: compared.expected.to_string(),
+    };
+    Some(StageDifference {
+        first: describe(tally.first?),
+        worst: describe(tally.worst?),
+        beyond: tally.beyond,
+        values: tally.values,
+        pattern: tally.describe_pattern(elements, lanes, value_name),
+    })
 }
 
 /// Outcome of a comparison of rays and pixels on a pair of points.

@@ -10,10 +10,10 @@
 //! an edge.
 
 use super::comparison::{StageCheck, VisibilityStatistics};
-use super::item_buffer::{check_boundary_pixels, remove_unknown_ids};
+use super::item_buffer::{check_boundary_pixels, pixel_tally, remove_unknown_ids};
 use super::stages::{factor_scales, form_factor_roundings};
-use super::statistics::{ErrorTally, PairOutcome, PairTally, ulp_distance};
-use common::constants::OUTLINE_MARGIN;
+use super::statistics::{Elements, ErrorTally, PairOutcome, PairTally, ValueSource};
+use common::constants::{OUTLINE_MARGIN, PATCH_SUM_LANES};
 use common::escape::ESCAPE_DIRECTION_COUNT;
 use common::intersect::intersect_face;
 use common::mesh::Mesh;
@@ -31,6 +31,7 @@ use glam::{Vec2, Vec3, Vec4};
 use gpu::GpuSolver;
 use gpu::probe::ProbedRow;
 use rayon::prelude::*;
+use stage_check::tally::ulp_distance;
 use std::cell::Cell as Slot;
 use std::ops::ControlFlow;
 
@@ -87,8 +88,7 @@ pub fn check_visibility(
     progress: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<VisibilityCheck> {
     let mut check = VisibilityCheck::default();
-    let mut tallies = VisibilityTallies::default();
-    let mut escapes = ErrorTally::default();
+    let mut tallies = VisibilityTallies::new(mesh, transport);
     let patches: Vec<u32> = (0..mesh.patches.len() as u32).collect();
     let at_once = transport.visibility == Visibility::Rays && solver.transfer_fits();
     if at_once {
@@ -113,8 +113,8 @@ pub fn check_visibility(
             Visibility::ItemBuffer(settings) => {
                 let (row, texels) = tallies.check_samples(mesh, transport, settings, patch, cpu.rays(), solver)?;
                 for k in (0..texels.len()).filter(|k| texels[*k].sees_alike()) {
-                    let off = ulp_distance(row.links[k], check.cpu.rows[p][k], sizes[k]);
-                    tallies.links.add(off);
+                    let links = [row.links[k], check.cpu.rows[p][k]];
+                    (tallies.links).add_ulps(ValueSource::shot_by(patch), [k, 0], links, sizes[k]);
                 }
                 check.gpu.push_row(row);
                 let open = mesh.patches[p].open_share;
@@ -124,45 +124,56 @@ pub fn check_visibility(
             }
         }
         let [a, b] = [&check.gpu, &check.cpu].map(|links| links.closures[p].escaped);
-        escapes.add(f64::from((a - b).abs()) * ESCAPE_DIRECTION_COUNT as f64);
+        let directions = f64::from((a - b).abs()) * ESCAPE_DIRECTION_COUNT as f64;
+        (tallies.escapes).add(ValueSource::default(), [p, 0], [a, b], directions);
         if progress().is_break() {
             return Err(Error::Interrupted);
         }
     }
-    check.statistics = (tallies.pairs).into_statistics(mesh.patches.len() as u64 * mesh.texels.len() as u64);
-    let factor = form_factor_roundings(transport.form_factor) + f64::from(mesh.samples);
-    let links = "ulp of links with equal visibility: form factors and disc weights, one addition per sample";
-    let escape = "directions of 1024 counted differently: a ray through an edge";
-    let pixels =
-        "a pixel on a boundary shows a different face from the one its ray meets, though no rounding decides it";
+    check.statistics =
+        std::mem::take(&mut tallies.pairs).into_statistics(mesh.patches.len() as u64 * mesh.texels.len() as u64);
     // Table 3 may clip the whole scene: then no links have equal visibility, and only the pairs count.
     let any_alike = check.statistics.mismatched < check.statistics.facing;
     let table = [
-        (any_alike, tallies.links, "links of GPU and CPU", factor, links),
-        (true, escapes, "escape, all patches", 2.0, escape),
-        (
-            tallies.pixels.values() > 0,
-            tallies.pixels,
-            "item buffer, all silhouettes",
-            0.0,
-            pixels,
-        ),
+        (any_alike, &tallies.links),
+        (true, &tallies.escapes),
+        (tallies.pixels.values() > 0, &tallies.pixels),
     ];
-    let checked = table.into_iter().filter(|(checked, ..)| *checked);
-    check.stages = checked
-        .map(|(_, tally, name, bound, reason)| tally.stage_check(name, bound, reason))
-        .collect();
+    let checked = table.into_iter().filter(|(checked, _)| *checked);
+    check.stages = checked.map(|(_, tally)| tally.stage_check()).collect();
     Ok(check)
 }
 
-#[derive(Default)]
 struct VisibilityTallies {
     pairs: PairTally,
     links: ErrorTally,
+    escapes: ErrorTally,
     pixels: ErrorTally,
 }
 
 impl VisibilityTallies {
+    fn new(mesh: &Mesh, transport: &Transport) -> Self {
+        let factor = form_factor_roundings(transport.form_factor) + f64::from(mesh.samples);
+        let links = "ulp of links with equal visibility: form factors and disc weights, one addition per sample";
+        let escape = "directions of 1024 counted differently: a ray through an edge";
+        let pixels =
+            "a pixel on a boundary shows a different face from the one its ray meets, though no rounding decides it";
+        let elements = |name, count, lanes| Elements { name, count, lanes };
+        let texels = elements("texel", mesh.texels.len(), PATCH_SUM_LANES);
+        let patches = elements("patch", mesh.patches.len(), 1);
+        Self {
+            pairs: PairTally::default(),
+            links: ErrorTally::new(
+                "links of GPU and CPU",
+                (factor, links),
+                texels,
+                &["w", "number of links"],
+            ),
+            escapes: ErrorTally::new("escape, all patches", (2.0, escape), patches, &["escaped share"]),
+            pixels: pixel_tally("item buffer, all silhouettes", 0.0, pixels),
+        }
+    }
+
     /// Compares links by the same rays: every difference is unexplained, and no link is uncertain.
     fn compare_ray_links(
         &mut self,
@@ -179,7 +190,7 @@ impl VisibilityTallies {
                 continue;
             }
             let off = ulp_distance(gpu[k], cpu[k], sizes[k]);
-            self.links.add(off);
+            (self.links).add(ValueSource::shot_by(patch), [k, 0], [gpu[k], cpu[k]], off);
             let outcome = if off <= bound {
                 PairOutcome::Equal
             } else {
@@ -189,7 +200,9 @@ impl VisibilityTallies {
                 .add_pair((patch, k as u32), f64::from(f) * f64::from(texel.area), outcome);
         }
         if gpu.is_empty() || self.links.values() == 0 {
-            self.links.add_equality(gpu.len() == cpu.len());
+            let error = f64::from(u8::from(gpu.len() != cpu.len()));
+            let lengths = [gpu, cpu].map(|row| row.len() as u32);
+            (self.links).add(ValueSource::shot_by(patch), [0, 1], lengths, error);
         }
     }
 
@@ -218,7 +231,11 @@ impl VisibilityTallies {
             complete &= buffer.ids.len() == (size * size) as usize && probed.sums.len() == count;
             if complete {
                 let view = ShooterView::new(mesh, patch, s, settings);
-                self.pixels.merge(check_boundary_pixels(mesh, &view, &buffer));
+                let source = ValueSource {
+                    shooter: Some(patch),
+                    sample: Some(s),
+                };
+                check_boundary_pixels(mesh, &view, &buffer, source, &mut self.pixels);
                 remove_unknown_ids(mesh, &mut buffer);
                 let sample = SampleCheck {
                     mesh,

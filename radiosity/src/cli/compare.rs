@@ -217,6 +217,9 @@ fn print_summary(judged: &SceneComparison) {
                 criterion.bound,
                 criterion.reason
             );
+            if let Some(difference) = &criterion.difference {
+                message!("    {difference}");
+            }
         }
     }
 }

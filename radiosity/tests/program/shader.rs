@@ -62,8 +62,27 @@ fn shaders_are_listed_with_their_twins() {
 #[test]
 fn dropped_cosine_is_a_fault_of_form_factor() {
     let call = "return disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);";
-    let end = compare_with_change(SMALL, "form_factor", call, &call.replace("cos_j", "1.0"));
+    let folder = TestFolder::new();
+    folder.write(
+        "mine.wgsl",
+        changed_shader("form_factor", call, &call.replace("cos_j", "1.0")),
+    );
+    let end = folder.run(&format!("{SMALL} --shader form_factor=mine.wgsl"));
     assert_end(&end, 1, &["beyond its bound: WGSL = twin: form factor"]);
+    let mut lines = end
+        .stderr
+        .lines()
+        .skip_while(|line| !line.contains("WGSL = twin: form factor"));
+    let shown = [lines.next().unwrap(), lines.next().unwrap()].join("\n");
+    let page = include_str!("../../../docs/your-shader.md");
+    assert!(page.contains(&shown), "docs/your-shader.md should have:\n{shown}");
+    // The report says the same, for people and for scripts.
+    let difference = shown.lines().last().unwrap().trim();
+    assert!(folder.read_text("out/report.html").contains(difference), "{difference}");
+    let report = folder.read_json("out/report.json");
+    let first = &report["scenes"][0]["stages"]["form factor"]["difference"]["first"];
+    let element = first["element"].as_str().unwrap();
+    assert!(difference.starts_with(element), "{first}");
 }
 
 #[test]

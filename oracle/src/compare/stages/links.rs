@@ -3,7 +3,7 @@
 
 use super::{DISC_ROUNDINGS, StageChecker};
 use crate::compare::item_buffer;
-use crate::compare::statistics::{ErrorTally, ulp_distance};
+use crate::compare::statistics::ValueSource;
 use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
 use common::form_factor::FormFactor;
 use common::mesh::{Mesh, Patch};
@@ -23,6 +23,7 @@ use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
 use gpu::probe::{ProbedRow, ProbedSample, SampleView};
 use rayon::prelude::*;
+use stage_check::tally::ulp_distance;
 use std::cell::Cell as Slot;
 use std::f32::consts::PI;
 
@@ -42,13 +43,22 @@ struct TexelSums {
 }
 
 impl TexelSums {
-    /// Returns the error of the link `w`, in ulp.
-    fn link_error(&self, open: f32, w: f32) -> f64 {
+    /// Returns the twin's link, and the size of its terms.
+    fn link_weight(&self, open: f32) -> (f32, f32) {
         let twin = self.twin.link_weight(open);
         let spread = self.twin.form_factor * (self.size / (self.twin.all * open));
-        let size = if spread.is_finite() { spread } else { twin };
-        ulp_distance(w, twin, size)
+        (twin, if spread.is_finite() { spread } else { twin })
     }
+}
+
+/// Values of a texel after a sample, the GPU's and the twin's; each number with the size of its terms.
+struct TexelValues {
+    /// F, of the first sample.
+    form_factor: Option<([f32; 2], f32)>,
+    /// Σ g and Σ g·V.
+    sums: [([f32; 2], f32); 2],
+    /// Visibility, and whether rounding decides it; none if they have different points.
+    sight: Option<([bool; 2], bool)>,
 }
 
 /// An item buffer that the GPU drew, with its view and lookup.
@@ -78,16 +88,20 @@ impl StageChecker<'_> {
             return Err(Error::Device("the GPU's links are incomplete".into()));
         }
         let open = mesh.patches[patch as usize].open_share;
-        for (texel, w) in texels.iter().zip(&row.links) {
-            self.tallies.link.add(texel.link_error(open, *w));
+        for (k, (texel, w)) in texels.iter().zip(&row.links).enumerate() {
+            let (twin, size) = texel.link_weight(open);
+            (self.tallies.link).add_ulps(ValueSource::shot_by(patch), [k, 2], [*w, twin], size);
         }
         self.check_sums(patch, &row);
         Ok(row)
     }
 
     fn check_sample(&mut self, patch: u32, s: u32, probed: ProbedSample, texels: &mut [TexelSums]) {
-        let aim = aim_errors(&probed.aim, view::view_sample(self.mesh, patch, s));
-        self.tallies.aim.merge(aim);
+        let source = ValueSource {
+            shooter: Some(patch),
+            sample: Some(s),
+        };
+        self.add_aim(source, &probed.aim, view::view_sample(self.mesh, patch, s));
         let mut drawn = self.transport.visibility.item_buffer().map(|drawing| DrawnView {
             view: with_gpu_frame(ShooterView::new(self.mesh, patch, s, &drawing), &probed.aim),
             buffer: ItemBuffer {
@@ -104,44 +118,48 @@ impl StageChecker<'_> {
             } else {
                 item_buffer::check_boundary_pixels
             };
-            self.tallies.item_buffer.merge(check(self.mesh, view, buffer));
+            check(self.mesh, view, buffer, source, &mut self.tallies.item_buffer);
             item_buffer::remove_unknown_ids(self.mesh, buffer);
         }
         let checker = &*self;
-        let errors: Vec<[ErrorTally; 3]> = (texels.par_iter_mut().enumerate())
-            .map(|(k, texel)| checker.check_texel((patch, s, k as u32), drawn.as_ref(), probed.sums[k], texel))
+        let values: Vec<TexelValues> = (texels.par_iter_mut().enumerate())
+            .map(|(k, texel)| checker.texel_values((patch, s, k as u32), drawn.as_ref(), probed.sums[k], texel))
             .collect();
-        for [form_factor, sight, link] in errors {
-            self.tallies.form_factor.merge(form_factor);
-            self.tallies.sight.merge(sight);
-            self.tallies.link.merge(link);
+        let tallies = &mut self.tallies;
+        for (k, found) in values.into_iter().enumerate() {
+            if let Some((values, size)) = found.form_factor {
+                (tallies.form_factor).add_ulps(ValueSource::shot_by(patch), [k, 0], values, size);
+            }
+            for (n, (values, size)) in found.sums.into_iter().enumerate() {
+                tallies.link.add_ulps(source, [k, n], values, size);
+            }
+            if let Some((seen, undecided)) = found.sight {
+                let wrong = seen[0] != seen[1] && !undecided;
+                (tallies.sight).add(source, [k, 0], seen.map(u32::from), f64::from(u8::from(wrong)));
+            }
         }
     }
 
-    /// Checks form factor, visibility and sums of one texel after one sample.
-    fn check_texel(
+    /// Returns form factor, visibility and sums of one texel after one sample.
+    fn texel_values(
         &self,
         (patch, s, k): (u32, u32, u32),
         drawn: Option<&DrawnView>,
         gpu_sums: Vec4,
         texel: &mut TexelSums,
-    ) -> [ErrorTally; 3] {
+    ) -> TexelValues {
         let mesh = self.mesh;
-        let mut tallies = [ErrorTally::default(); 3];
-        if s == 0 {
+        let form_factor = (s == 0).then(|| {
             let twin = texel_form_factor(mesh, self.transport.form_factor, patch, k);
             let size = cosine_free_factor(
                 self.transport.form_factor,
                 &mesh.patches[patch as usize],
                 mesh.texels[k as usize].position,
             );
-            tallies[0].add(ulp_distance(
-                gpu_sums.x,
-                twin,
-                if twin > 0.0 || gpu_sums.x > 0.0 { size } else { 0.0 },
-            ));
             texel.twin.form_factor = gpu_sums.x;
-        }
+            let any = twin > 0.0 || gpu_sums.x > 0.0;
+            ([gpu_sums.x, twin], if any { size } else { 0.0 })
+        });
         let face = mesh.texels[k as usize].face;
         let gpu_sees = gpu_sums.y > texel.gpu.y;
         let points = Slot::new(None);
@@ -159,21 +177,45 @@ impl StageChecker<'_> {
             let part = mesh.patches[patch as usize].shooter.area / mesh.samples as f32;
             texel.size += part / (PI * q.distance_squared(p) + part) + g;
         }
+        let weights = [[gpu_sums.z, texel.twin.all], [gpu_sums.y, texel.twin.seen]];
         let weight_error = ulp_distance(gpu_sums.z, texel.twin.all, texel.size);
-        tallies[2].add(weight_error);
-        tallies[2].add(ulp_distance(gpu_sums.y, texel.twin.seen, texel.size));
         // Visibility is checked only if both used the same points and the weight changes the sums.
         let rounding = DISC_ROUNDINGS + f64::from(mesh.samples);
         let same_points = weight_error <= rounding && (gpu_sums.z - texel.gpu.z - g).abs() <= MAX_WEIGHT_DIFFERENCE * g;
-        if let Some((q, p)) = points.get()
-            && same_points
-            && texel.gpu.y + g > texel.gpu.y
-        {
+        let same_points = same_points && texel.gpu.y + g > texel.gpu.y;
+        let sight = points.get().filter(|_| same_points).map(|(q, p)| {
             let visible = |q, p| self.is_visible(patch, (q, p), drawn, face);
-            tallies[1].add_equality(visible(q, p) == gpu_sees || decided_by_rounding(&visible, q, p));
-        }
+            let twin_sees = visible(q, p);
+            (
+                [gpu_sees, twin_sees],
+                twin_sees != gpu_sees && decided_by_rounding(&visible, q, p),
+            )
+        });
         texel.gpu = gpu_sums;
-        tallies
+        TexelValues {
+            form_factor,
+            sums: weights.map(|values| (values, texel.size)),
+            sight,
+        }
+    }
+
+    /// Compares the frame of a sample, and its sheet.
+    fn add_aim(&mut self, source: ValueSource, aim: &SampleView, (frame, sheet): (Frame, u32)) {
+        let pairs = [
+            (aim.centre, frame.centre),
+            (aim.normal, frame.normal),
+            (aim.tangent, frame.tangent),
+            (aim.bitangent, frame.bitangent),
+        ];
+        let tally = &mut self.tallies.aim;
+        let patch = source.shooter.unwrap_or_default() as usize;
+        for (n, (a, b)) in pairs.into_iter().enumerate() {
+            for k in 0..3 {
+                tally.add_ulps(source, [patch, 3 * n + k], [a[k], b[k]], 1.0);
+            }
+        }
+        let error = f64::from(aim.sheet.abs_diff(sheet)) * 1e9;
+        tally.add(source, [patch, 12], [aim.sheet, sheet], error);
     }
 
     fn is_visible(&self, patch: u32, (q, p): (Vec3, Vec3), drawn: Option<&DrawnView>, face: u32) -> bool {
@@ -198,19 +240,20 @@ impl StageChecker<'_> {
             false => difference,
         };
         let tallies = &mut self.tallies;
-        tallies.escape.add(beyond_edges);
-        for (c, taken) in mesh.patches.iter().zip(&row.transfers) {
-            let twin = patch_transfer(mesh, &row.links, c);
-            tallies.received.add(ulp_distance(*taken, twin, 0.0));
+        let (shooter, whole) = (patch as usize, ValueSource::default());
+        (tallies.escape).add(whole, [shooter, 0], [row.escaped, twin], beyond_edges);
+        for (c, (taker, taken)) in mesh.patches.iter().zip(&row.transfers).enumerate() {
+            let twin = patch_transfer(mesh, &row.links, taker);
+            (tallies.received).add_ulps(ValueSource::shot_by(patch), [c, 0], [*taken, twin], 0.0);
         }
-        let sum = sum_form_factors(&row.transfers, mesh.patches[patch as usize].shooter.area);
-        tallies.closure.add(ulp_distance(row.sum, sum, 0.0));
+        let sum = sum_form_factors(&row.transfers, mesh.patches[shooter].shooter.area);
+        (tallies.closure).add_ulps(whole, [shooter, 0], [row.sum, sum], 0.0);
         let closure = PatchClosure {
             form_factor_sum: row.sum,
             escaped: row.escaped,
         };
         let scale = closure.link_scale(self.transport.conserve);
-        tallies.closure.add(ulp_distance(row.scale, scale, 0.0));
+        (tallies.closure).add_ulps(whole, [shooter, 1], [row.scale, scale], 0.0);
     }
 }
 
@@ -250,20 +293,6 @@ fn with_gpu_frame(view: ShooterView, aim: &SampleView) -> ShooterView {
         sheet: aim.sheet,
         ..view
     }
-}
-
-fn aim_errors(aim: &SampleView, (frame, sheet): (Frame, u32)) -> ErrorTally {
-    let pairs = [
-        (aim.centre, frame.centre),
-        (aim.normal, frame.normal),
-        (aim.tangent, frame.tangent),
-        (aim.bitangent, frame.bitangent),
-    ];
-    let axes = pairs
-        .into_iter()
-        .flat_map(|(a, b)| (0..3).map(move |k| ulp_distance(a[k], b[k], 1.0)));
-    let sheet = f64::from(aim.sheet.abs_diff(sheet)) * 1e9;
-    axes.chain([sheet]).collect()
 }
 
 /// Returns F without its cosines, the scale of its rounding error (a rounding of a cosine is absolute). For a

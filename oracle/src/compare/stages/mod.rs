@@ -9,8 +9,8 @@ mod shots;
 
 pub use links::factor_scales;
 
-use super::item_buffer::PIXEL_SHARE;
-use super::statistics::ErrorTally;
+use super::item_buffer::{PIXEL_SHARE, pixel_tally};
+use super::statistics::{Elements, ErrorTally, ValueSource};
 use crate::compare::comparison::StageCheck;
 use common::Result;
 use common::constants::{PATCH_SUM_LANES, SELECT_LANES};
@@ -21,6 +21,7 @@ use common::rays::Rays;
 use common::settings::{ItemBufferProjection, Transport};
 use common::shooting::{Shoot, Shot, ShotOrder, select_shooter};
 use gpu::GpuSolver;
+use stage_check::tally::Value;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::ops::ControlFlow;
@@ -33,8 +34,26 @@ const DISC_ROUNDINGS: f64 = 32.0;
 /// The same for a polygon: 5 edges of a cross product, a root, an angle and a division.
 const POLYGON_ROUNDINGS: f64 = 128.0;
 
-/// Errors of each stage.
-#[derive(Default)]
+/// Names of the values of a sample's frame.
+const FRAME_VALUES: [&str; 13] = [
+    "centre.x",
+    "centre.y",
+    "centre.z",
+    "normal.x",
+    "normal.y",
+    "normal.z",
+    "tangent.x",
+    "tangent.y",
+    "tangent.z",
+    "bitangent.x",
+    "bitangent.y",
+    "bitangent.z",
+    "sheet",
+];
+/// Names of the values of a texel: radiosity, residual, irradiance.
+const TEXEL_VALUES: [&str; 9] = ["B.r", "B.g", "B.b", "r.r", "r.g", "r.b", "H.r", "H.g", "H.b"];
+
+/// Comparisons of each stage.
 struct Tallies {
     aim: ErrorTally,
     item_buffer: ErrorTally,
@@ -73,12 +92,12 @@ pub fn check_stages(
         mesh,
         transport,
         rays,
-        tallies: Tallies::default(),
+        tallies: Tallies::new(mesh, transport),
     };
     let mut rows = BTreeMap::new();
     let spread = (0..CHECKED_SHOTS).map(|k| ((2 * k + 1) * mesh.patches.len() / (2 * CHECKED_SHOTS)) as u32);
     let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
-    for patch in greedy.chain(spread.map(Some)) {
+    for (n, patch) in greedy.chain(spread.map(Some)).enumerate() {
         let before = (solver.read_field()?, solver.patch_power()?);
         let script = patch.map(|patch| [patch]);
         let order = match &script {
@@ -90,17 +109,17 @@ pub fn check_stages(
             done = Some(*shot);
             ControlFlow::Continue(())
         })?;
-        let Some(shot) = done.filter(|shot| shot.power.iter().any(|p| *p != 0.0)) else {
+        let with_power = done.filter(|shot| shot.power.iter().any(|p| *p != 0.0));
+        let twin = patch.or_else(|| select_shooter(&before.1, 0.0));
+        let is_unknown = with_power.is_some_and(|shot| shot.patch as usize >= mesh.patches.len());
+        if is_unknown || patch.is_none() && (twin.is_some() || with_power.is_some()) {
+            let values = [done.map(|shot| shot.patch), twin].map(|of| of.map_or(Value::Unwritten, Value::from));
+            let wrong = f64::from(u8::from(values[0] != values[1]));
+            (checker.tallies.select).add(ValueSource::default(), [n, 0], values, wrong);
+        }
+        let Some(shot) = with_power.filter(|_| !is_unknown) else {
             continue;
         };
-        let select = &mut checker.tallies.select;
-        if patch.is_none() {
-            select.add_equality(select_shooter(&before.1, 0.0) == Some(shot.patch));
-        }
-        if shot.patch as usize >= mesh.patches.len() {
-            select.add_equality(false);
-            continue;
-        }
         // The links of a patch are made at its first shot and kept.
         if let Entry::Vacant(place) = rows.entry(shot.patch) {
             place.insert(checker.check_links(shot.patch, solver)?);
@@ -118,21 +137,19 @@ pub fn check_stages(
         let patches: Vec<u32> = rows.keys().copied().collect();
         checker.check_passes(&patches, solver)?;
     }
-    Ok(checker.tallies.stage_checks(mesh, transport))
+    Ok(checker.tallies.stage_checks(transport))
 }
 
 impl Tallies {
-    /// Returns the checks of all stages that ran, each with its bound and the reason.
-    fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> Vec<StageCheck> {
+    /// Starts the tallies of all stages, each with its bound and the reason.
+    fn new(mesh: &Mesh, transport: &Transport) -> Self {
         let samples = f64::from(mesh.samples);
         let factor = form_factor_roundings(transport.form_factor);
-        let texels = mesh.patches.iter().map(|c| c.count as usize).max().unwrap_or(0);
-        let in_patch = (texels.div_ceil(PATCH_SUM_LANES) + 6 + 4) as f64;
+        let most = mesh.patches.iter().map(|c| c.count as usize).max().unwrap_or(0);
+        let in_patch = (most.div_ceil(PATCH_SUM_LANES) + 6 + 4) as f64;
         let over_patches = (mesh.patches.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
         let per_shot = 2.0 * CHECKED_SHOTS as f64 + 4.0;
         let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
-        let (drawn, shot) = (projection.is_some(), self.deposit.values() > 0);
-        let exchanged = self.exchange.values() > 0;
         let (pixels, pixel_reason) = match projection {
             Some(ItemBufferProjection::Paper) => (
                 PIXEL_SHARE,
@@ -156,25 +173,75 @@ impl Tallies {
         let power = "ulp of a patch's Σ r·A and Σ|r|·A of the same residual";
         let exchange = "ulp of the flux that a patch receives from all shots: a product and a sum per shot";
         let collect = "ulp of H, B and r after all shots by the same links: a product and a sum per shot";
+        let elements = |name, count, lanes| Elements { name, count, lanes };
+        let texels = elements("texel", mesh.texels.len(), PATCH_SUM_LANES);
+        let patches = elements("patch", mesh.patches.len(), 1);
+        let of = ErrorTally::new;
+        Self {
+            aim: of("aim", (2.0, frame), patches, &FRAME_VALUES),
+            item_buffer: pixel_tally("item buffer", pixels, pixel_reason),
+            form_factor: of("form factor", (factor, factor_reason), texels, &["F"]),
+            sight: of(
+                if projection.is_some() { "lookup" } else { "rays" },
+                (0.0, sight),
+                texels,
+                &["visibility"],
+            ),
+            link: of("link", (DISC_ROUNDINGS + samples, link), texels, &["Σg", "Σg·V", "w"]),
+            escape: of("escape", (0.0, escape), patches, &["escaped share"]),
+            received: of("received", (in_patch, received), patches, &["Σw·A"]),
+            closure: of(
+                "closure",
+                (over_patches, closure),
+                patches,
+                &["ΣF", "scale", "ΣF of the shot"],
+            ),
+            select: of("select", (0.0, select), elements("shot", 0, 1), &["shooter"]),
+            unshot: of(
+                "select: unshot",
+                (over_patches, unshot),
+                elements("the shot by patch", 0, 1),
+                &["Σ|r|A"],
+            ),
+            deposit: of("deposit", (DISC_ROUNDINGS, deposit), texels, &TEXEL_VALUES),
+            power: of(
+                "power",
+                (in_patch, power),
+                patches,
+                &["Σr·A.r", "Σr·A.g", "Σr·A.b", "Σ|r|A"],
+            ),
+            exchange: of(
+                "exchange",
+                (per_shot, exchange),
+                patches,
+                &["flux.r", "flux.g", "flux.b"],
+            ),
+            collect: of("collect", (per_shot, collect), texels, &TEXEL_VALUES),
+        }
+    }
+
+    /// Returns the checks of all stages that ran.
+    fn stage_checks(&self, transport: &Transport) -> Vec<StageCheck> {
+        let drawn = transport.visibility.item_buffer().is_some();
+        let (shot, exchanged) = (self.deposit.values() > 0, self.exchange.values() > 0);
         let table = [
-            (true, &self.aim, "aim", 2.0, frame),
-            (drawn, &self.item_buffer, "item buffer", pixels, pixel_reason),
-            (true, &self.form_factor, "form factor", factor, factor_reason),
-            (true, &self.sight, if drawn { "lookup" } else { "rays" }, 0.0, sight),
-            (true, &self.link, "link", DISC_ROUNDINGS + samples, link),
-            (true, &self.escape, "escape", 0.0, escape),
-            (true, &self.received, "received", in_patch, received),
-            (true, &self.closure, "closure", over_patches, closure),
-            (shot, &self.select, "select", 0.0, select),
-            (shot, &self.unshot, "select: unshot", over_patches, unshot),
-            (shot, &self.deposit, "deposit", DISC_ROUNDINGS, deposit),
-            (shot, &self.power, "power", in_patch, power),
-            (exchanged, &self.exchange, "exchange", per_shot, exchange),
-            (exchanged, &self.collect, "collect", per_shot, collect),
+            (true, &self.aim),
+            (drawn, &self.item_buffer),
+            (true, &self.form_factor),
+            (true, &self.sight),
+            (true, &self.link),
+            (true, &self.escape),
+            (true, &self.received),
+            (true, &self.closure),
+            (shot, &self.select),
+            (shot, &self.unshot),
+            (shot, &self.deposit),
+            (shot, &self.power),
+            (exchanged, &self.exchange),
+            (exchanged, &self.collect),
         ];
-        let ran = table.into_iter().filter(|(ran, ..)| *ran);
-        ran.map(|(_, tally, name, bound, reason)| tally.stage_check(name, bound, reason))
-            .collect()
+        let ran = table.into_iter().filter(|(ran, _)| *ran);
+        ran.map(|(_, tally)| tally.stage_check()).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Checks the stages of a shot on given links (select, deposit, power), and those of passes (exchange, collect).
 
 use super::StageChecker;
-use crate::compare::statistics::{ErrorTally, larger_or_nan, ulp_distance};
+use crate::compare::statistics::{ErrorTally, ValueSource};
 use common::Result;
 use common::passes::Exchange;
 use common::shooting::{DepositRule, RadiosityField, Shoot, Shot, total_power};
@@ -24,41 +24,38 @@ impl StageChecker<'_> {
     pub fn check_shot(&mut self, shot: &Shot, row: &ProbedRow, [before, after]: [&ShotState; 2]) {
         let (mesh, tallies) = (self.mesh, &mut self.tallies);
         let flux = Vec3::from(shot.power);
-        let sum = unshot_power(mesh, &before.0, &mesh.patches[shot.patch as usize]);
+        let shooter = shot.patch as usize;
+        let source = ValueSource::shot_by(shot.patch);
+        let sum = unshot_power(mesh, &before.0, &mesh.patches[shooter]);
         for k in 0..3 {
-            tallies.power.add(ulp_distance(flux[k], sum[k], sum.w));
+            tallies.power.add_ulps(source, [shooter, k], [flux[k], sum[k]], sum.w);
         }
-        for (patch, w) in mesh.patches.iter().zip(&after.1) {
+        for (c, (patch, w)) in mesh.patches.iter().zip(&after.1).enumerate() {
             let twin = unshot_power(mesh, &after.0, patch).w;
-            tallies.power.add(ulp_distance(*w, twin, 0.0));
+            tallies.power.add_ulps(source, [c, 3], [*w, twin], 0.0);
         }
-        let unshot = ulp_distance(shot.unshot, total_power(&after.1), 0.0);
-        tallies.unshot.add(unshot);
-        let sum = ulp_distance(shot.form_factor_sum, row.sum * row.scale, 0.0);
-        tallies.closure.add(sum);
+        let unshot = [shot.unshot, total_power(&after.1)];
+        tallies
+            .unshot
+            .add_ulps(ValueSource::default(), [shooter, 0], unshot, 0.0);
+        let sums = [shot.form_factor_sum, row.sum * row.scale];
+        tallies
+            .closure
+            .add_ulps(ValueSource::default(), [shooter, 2], sums, 0.0);
         let reflectance: Vec<Vec3> = mesh.texels.iter().map(|t| t.reflectance).collect();
         let rule = DepositRule::FULL_DEPOSIT;
         let in_flight = load_shot(mesh, shot.patch, flux, row.scale, rule, &reflectance);
         let (before, after) = (&before.0, &after.0);
-        let errors_of = |k: usize| {
+        let twin_of = |k: usize| {
             let (mut b, mut r, mut h) = (before.radiosity[k], before.residual[k], before.irradiance[k]);
-            let link = row.links[k];
-            deposit(
-                &in_flight,
-                k as u32,
-                link,
-                Baseline::default(),
-                (&mut b, &mut r, &mut h),
-            );
-            let pairs = [
-                (b, after.radiosity[k]),
-                (r, after.residual[k]),
-                (h, after.irradiance[k]),
-            ];
-            pairs.map(|(twin, gpu)| channel_error(gpu, twin))
+            let state = (&mut b, &mut r, &mut h);
+            deposit(&in_flight, k as u32, row.links[k], Baseline::default(), state);
+            [b, r, h]
         };
-        let errors: Vec<[f64; 3]> = (0..mesh.texels.len()).into_par_iter().map(errors_of).collect();
-        tallies.deposit.merge(errors.into_iter().flatten().collect());
+        let twins: Vec<[Vec4; 3]> = (0..mesh.texels.len()).into_par_iter().map(twin_of).collect();
+        for (k, twin) in twins.into_iter().enumerate() {
+            add_texel(&mut tallies.deposit, source, k, after, twin);
+        }
     }
 
     /// Lets `patches` shoot at once and checks the result.
@@ -79,8 +76,9 @@ impl StageChecker<'_> {
         let transfers = solver.read_transfers(patches)?;
         for (c, flux) in solver.exchange_flux(&shot)?.iter().enumerate() {
             let sum = receive(&transfers, c);
-            let errors: ErrorTally = (0..3).map(|k| ulp_distance(flux[k], sum[k], 0.0)).collect();
-            self.tallies.exchange.merge(errors);
+            for k in 0..3 {
+                (self.tallies.exchange).add_ulps(ValueSource::default(), [c, k], [flux[k], sum[k]], 0.0);
+            }
         }
         let unshot: Vec<Vec3> = shot.iter().map(|x| *x * 0.25).collect();
         let links = solver.read_rows(patches)?;
@@ -90,21 +88,21 @@ impl StageChecker<'_> {
             for k in patch.texels() {
                 let texel = &mesh.texels[k];
                 let radiosity = update_radiosity(texel, texel.reflectance, field.irradiance[k].truncate());
-                let pairs = [
-                    (field.irradiance[k], receive(&links, k)),
-                    (field.radiosity[k], radiosity),
-                    (field.residual[k], unshot[c]),
-                ];
-                let errors = pairs.map(|(gpu, twin)| channel_error(gpu, twin.extend(0.0)));
-                self.tallies.collect.merge(errors.into_iter().collect());
+                let twin = [radiosity, unshot[c], receive(&links, k)].map(|value| value.extend(0.0));
+                add_texel(&mut self.tallies.collect, ValueSource::default(), k, &field, twin);
             }
         }
         Ok(())
     }
 }
 
-/// Returns the worst channel's error in ulp of the largest channel.
-fn channel_error(a: Vec4, b: Vec4) -> f64 {
-    let size = a.truncate().abs().max_element();
-    (0..3).map(|c| ulp_distance(a[c], b[c], size)).fold(0.0, larger_or_nan)
+/// Adds B, r and H of texel `k`; the error of a channel is in ulp of the largest one.
+fn add_texel(tally: &mut ErrorTally, source: ValueSource, k: usize, field: &RadiosityField, twin: [Vec4; 3]) {
+    let gpu = [field.radiosity[k], field.residual[k], field.irradiance[k]];
+    for (n, (a, b)) in gpu.into_iter().zip(twin).enumerate() {
+        let size = a.truncate().abs().max_element();
+        for c in 0..3 {
+            tally.add_ulps(source, [k, 3 * n + c], [a[c], b[c]], size);
+        }
+    }
 }

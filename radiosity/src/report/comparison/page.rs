@@ -219,12 +219,13 @@ fn add_accuracy(body: &mut Blocks, c: &Comparison) {
 
 fn criteria_table(c: &Comparison) -> Table {
     let rows = c.criteria.iter().map(|criterion| {
+        let difference = criterion.difference.as_ref().map(|found| format!("; {found}"));
         let cells = [
             pass_mark(criterion.pass),
             plain_text(&criterion.name),
             plain_text(format_number(criterion.value)),
             plain_text(format_number(criterion.bound)),
-            plain_text(&criterion.reason),
+            plain_text(format!("{}{}", criterion.reason, difference.unwrap_or_default())),
         ];
         Row::new(cells).with_class_if(!criterion.pass, "bad")
     });
