@@ -94,10 +94,14 @@ fn dropped_cosine_is_shown_by_texel_and_both_values() {
     for value in [&found.first, &found.worst] {
         let numbers = value.element.split(|c: char| !c.is_ascii_digit());
         let numbers: Vec<u32> = numbers.filter_map(|number| number.parse().ok()).collect();
-        let [texel, patch] = numbers[..] else {
+        let [texel, face, patch] = numbers[..] else {
             panic!("{}", value.element);
         };
-        assert_eq!(value.element, format!("F of texel {texel} from patch {patch}"));
+        let place = format!("F of texel {texel} of face {face} from patch {patch}");
+        assert_eq!(
+            (value.element.as_str(), mesh.texels[texel as usize].face),
+            (place.as_str(), face)
+        );
         let twin = texel_form_factor(&mesh, FormFactor::Disc, patch, texel);
         let [wrong, expected] = both_values(value);
         assert_eq!(expected, twin);

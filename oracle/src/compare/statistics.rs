@@ -2,6 +2,7 @@
 //! links and visibility count by them.
 
 use crate::compare::comparison::{DifferingValue, StageCheck, StageDifference, VisibilityStatistics};
+use common::mesh::Mesh;
 use stage_check::tally::{Compared, Tally, Value, ulp_distance};
 
 /// Number of histogram bins of half a pixel.
@@ -97,8 +98,8 @@ impl ErrorTally {
         self.tally.values
     }
 
-    /// Returns the check of the stage; without values it does not pass.
-    pub fn stage_check(&self) -> StageCheck {
+    /// Returns the check of the stage on `mesh`; without values it does not pass.
+    pub fn stage_check(&self, mesh: &Mesh) -> StageCheck {
         StageCheck {
             name: self.name.to_owned(),
             values: self.tally.values,
@@ -111,17 +112,20 @@ impl ErrorTally {
                 &self.tally,
                 [self.elements.count, self.elements.lanes],
                 |k| self.value_names[k].to_owned(),
-                |compared| self.describe_element(compared),
+                |compared| self.describe_element(mesh, compared),
             ),
         }
     }
 
-    fn describe_element(&self, compared: &Compared<ValueSource>) -> String {
+    fn describe_element(&self, mesh: &Mesh, compared: &Compared<ValueSource>) -> String {
         let ValueSource { shooter, sample } = compared.label;
-        let name = self.value_names[compared.component];
-        let shot = shooter.map_or(String::new(), |patch| format!(" from patch {patch}"));
+        let Compared { element, component, .. } = *compared;
+        let (value, kind) = (self.value_names[component], self.elements.name);
+        let texel = mesh.texels.get(element).filter(|_| kind == "texel");
+        let face = texel.map_or(String::new(), |texel| format!(" of face {}", texel.face));
+        let patch = shooter.map_or(String::new(), |patch| format!(" from patch {patch}"));
         let sample = sample.map_or(String::new(), |s| format!(", sample {s}"));
-        format!("{name} of {} {}{shot}{sample}", self.elements.name, compared.element)
+        format!("{value} of {kind} {element}{face}{patch}{sample}")
     }
 }
 

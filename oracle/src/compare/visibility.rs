@@ -140,7 +140,7 @@ pub fn check_visibility(
         (tallies.pixels.values() > 0, &tallies.pixels),
     ];
     let checked = table.into_iter().filter(|(checked, _)| *checked);
-    check.stages = checked.map(|(_, tally)| tally.stage_check()).collect();
+    check.stages = checked.map(|(_, tally)| tally.stage_check(mesh)).collect();
     Ok(check)
 }
 

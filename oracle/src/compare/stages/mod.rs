@@ -137,7 +137,7 @@ pub fn check_stages(
         let patches: Vec<u32> = rows.keys().copied().collect();
         checker.check_passes(&patches, solver)?;
     }
-    Ok(checker.tallies.stage_checks(transport))
+    Ok(checker.tallies.stage_checks(mesh, transport))
 }
 
 impl Tallies {
@@ -221,7 +221,7 @@ impl Tallies {
     }
 
     /// Returns the checks of all stages that ran.
-    fn stage_checks(&self, transport: &Transport) -> Vec<StageCheck> {
+    fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> Vec<StageCheck> {
         let drawn = transport.visibility.item_buffer().is_some();
         let (shot, exchanged) = (self.deposit.values() > 0, self.exchange.values() > 0);
         let table = [
@@ -241,7 +241,7 @@ impl Tallies {
             (exchanged, &self.collect),
         ];
         let ran = table.into_iter().filter(|(ran, _)| *ran);
-        ran.map(|(_, tally)| tally.stage_check()).collect()
+        ran.map(|(_, tally)| tally.stage_check(mesh)).collect()
     }
 }
 
