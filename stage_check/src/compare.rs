@@ -198,5 +198,6 @@ fn describe_element(region: &Region, name: &str, bytes: &[u8], element: usize) -
         1 => values.concat(),
         _ => format!("({})", values.join(", ")),
     };
-    format!("{} = {values}", region.describe_place(name, element, None))
+    let only = (region.components.len() == 1).then_some(0);
+    format!("{} = {values}", region.describe_place(name, element, only))
 }

@@ -154,7 +154,8 @@ impl<L: Copy> Tally<L> {
             format!("elements {first} to {last}")
         };
         let [all, wrong] = self.components;
-        let component = match all != wrong && wrong.is_power_of_two() {
+        // The highest bit stands for all further components.
+        let component = match all != wrong && wrong.is_power_of_two() && wrong < 1 << 63 {
             true => format!(", only {}", name(wrong.trailing_zeros() as usize)),
             false => String::new(),
         };

@@ -193,3 +193,46 @@ fn wrong_edge_of_a_matrix_product_is_named() {
         found.inputs
     );
 }
+
+/// A header and an array of any length in one buffer; a `vec3f` takes 16 bytes, the last four of no meaning.
+#[test]
+fn headers_arrays_and_padding_have_the_layout_of_wgsl() {
+    const COUNTED: &str = "
+        struct List { count: atomic<u32>, items: array<vec3f> }
+        @group(0) @binding(2) var<storage, read_write> list: List;
+        @compute @workgroup_size(32)
+        fn shrink(@builtin(global_invocation_id) id: vec3u) {
+            if id.x < arrayLength(&list.items) {
+                list.items[id.x] = 0.5 * list.items[id.x];
+                atomicAdd(&list.count, 1u);
+            }
+        }";
+    let check = |text: &str| {
+        let stage = Stage::new(shared_gpu(), "list.wgsl", text, "shrink")?.without_many_groups();
+        stage.check(|size| {
+            let items = values::random_f32(5, 4 * size, 1.0..2.0);
+            let halves = items
+                .iter()
+                .enumerate()
+                .map(|(k, x)| if k % 4 == 3 { -1.0 } else { 0.5 * x });
+            let list = |count: usize, items: Vec<f32>| {
+                let header = [count as u32, 0, 0, 0].into_iter();
+                header.chain(items.into_iter().map(f32::to_bits)).collect::<Vec<u32>>()
+            };
+            let after = list(size + 7, halves.collect());
+            (Case::new().input("list", &list(7, items))).output("list", &after, Bound::Exact)
+        })
+    };
+    assert_eq!(check(COUNTED).unwrap().values, (1 + 31 + 32 + 33 + 161) * 3 + 5);
+    let wrong = difference(check(&plant_fault(COUNTED, "0.5 * ", "vec3f(0.5, 0.5, 0.25) * ")));
+    assert_eq!(wrong.first.label, "list.items[0].z");
+    let wrong = difference(check(&plant_fault(
+        COUNTED,
+        "atomicAdd(&list.count, 1u)",
+        "atomicAdd(&list.count, 2u)",
+    )));
+    assert_eq!(
+        (wrong.first.label.as_str(), wrong.pattern.as_str()),
+        ("list.count", "all of them")
+    );
+}

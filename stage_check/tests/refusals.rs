@@ -1,7 +1,7 @@
 //! What cannot be compared fails the check: nothing compared, nothing written, no end, no layout, no adapter.
 
 use super::{plant_fault, shared_gpu};
-use stage_check::{Bound, Case, Failure, Fault, Gpu, Report, Stage};
+use stage_check::{Bound, Case, Failure, Fault, Gpu, Report, Stage, values};
 use std::time::{Duration, Instant};
 
 const DOUBLE: &str = "
@@ -46,6 +46,30 @@ fn right_stage_agrees_and_a_wrong_factor_does_not() {
         "double.wgsl: double, size 3: `y` differs in 2 of 3 values: elements 1 to 2\n  first: y[1] = 2.0000002, \
          the reference is 2.0: 1 ulp apart, 0 allowed\n  inputs of the first: x[1] = 1.0",
     );
+}
+
+#[test]
+fn values_at_limits_agree_bit_by_bit() {
+    let negated = |x: &[f32]| {
+        let x = values::random_of(x.len() as u64, x.len(), &values::F32_LIMITS);
+        let y: Vec<f32> = x.iter().map(|x| -x).collect();
+        Case::new().input("x", &x).output("y", &y, Bound::Exact)
+    };
+    check_with(&plant_fault(DOUBLE, "2.0 * x", "-x"), negated).unwrap();
+    let size = plant_fault(DOUBLE, "2.0 * x[id.x]", "abs(x[id.x])");
+    let negative = |_: &[f32]| Case::new().input("x", &[0.0f32]).output("y", &[-0.0f32], Bound::Exact);
+    let said = "y[0] = 0.0, the reference is -0.0: 1 ulp apart, 0 allowed";
+    assert_refused(check_with(&size, negative), said);
+}
+
+#[test]
+fn random_values_are_those_of_their_seed() {
+    let [a, b, c] = [1, 1, 2].map(|seed| values::random_f32(seed, 1000, -1.0..3.0));
+    assert!(a == b && a != c);
+    assert!(a.iter().all(|x| (-1.0..3.0).contains(x)));
+    let mean = a.iter().sum::<f32>() / 1000.0;
+    // Six deviations of a mean of 1000: 4/√12/√1000 each.
+    assert!((mean - 1.0).abs() < 0.22, "{mean}");
 }
 
 #[test]

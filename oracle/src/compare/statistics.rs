@@ -90,7 +90,7 @@ impl ErrorTally {
 
     /// Adds equal values.
     pub fn add_equal(&mut self, values: u64) {
-        self.tally.values += values;
+        self.tally.add_equal(values);
     }
 
     /// Returns the number of compared values.

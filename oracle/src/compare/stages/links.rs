@@ -211,11 +211,11 @@ impl StageChecker<'_> {
         let patch = source.shooter.unwrap_or_default() as usize;
         for (n, (a, b)) in pairs.into_iter().enumerate() {
             for k in 0..3 {
-                tally.add_ulps(source, [patch, 3 * n + k], [a[k], b[k]], 1.0);
+                tally.add_ulps(source, [patch, n], [a[k], b[k]], 1.0);
             }
         }
         let error = f64::from(aim.sheet.abs_diff(sheet)) * 1e9;
-        tally.add(source, [patch, 12], [aim.sheet, sheet], error);
+        tally.add(source, [patch, 4], [aim.sheet, sheet], error);
     }
 
     fn is_visible(&self, patch: u32, (q, p): (Vec3, Vec3), drawn: Option<&DrawnView>, face: u32) -> bool {

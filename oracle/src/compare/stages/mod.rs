@@ -35,21 +35,7 @@ const DISC_ROUNDINGS: f64 = 32.0;
 const POLYGON_ROUNDINGS: f64 = 128.0;
 
 /// Names of the values of a sample's frame.
-const FRAME_VALUES: [&str; 13] = [
-    "centre.x",
-    "centre.y",
-    "centre.z",
-    "normal.x",
-    "normal.y",
-    "normal.z",
-    "tangent.x",
-    "tangent.y",
-    "tangent.z",
-    "bitangent.x",
-    "bitangent.y",
-    "bitangent.z",
-    "sheet",
-];
+const FRAME_VALUES: [&str; 5] = ["centre", "normal", "tangent", "bitangent", "sheet"];
 /// Names of the values of a texel: radiosity, residual, irradiance.
 const TEXEL_VALUES: [&str; 9] = ["B.r", "B.g", "B.b", "r.r", "r.g", "r.b", "H.r", "H.g", "H.b"];
 
