@@ -95,7 +95,7 @@ fn prefix_sum_of_one_dimension_of_workgroups_is_found_beyond_65_535() {
     assert!(found.pattern.contains("none of them written"), "{}", found.pattern);
 }
 
-fn check_reduction(text: &str, keys: impl Fn(usize) -> Vec<i32>) -> Result<Report, Failure> {
+fn check_reduction(text: &str, keys: impl Fn(usize) -> Vec<i32>, bound: Bound) -> Result<Report, Failure> {
     let stage = Stage::new(shared_gpu(), "reduction.wgsl", text, "find_largest")?;
     let stage = stage.with_dispatch(|_| [1, 1, 1]).without_many_groups().with_empty();
     stage.check(|size| {
@@ -105,7 +105,7 @@ fn check_reduction(text: &str, keys: impl Fn(usize) -> Vec<i32>) -> Result<Repor
         Case::new()
             .input("params", &[[size as i32, i32::MIN]])
             .input("keys", &keys)
-            .output("result", &[[largest, index as i32, size as i32]], Bound::Exact)
+            .output("result", &[[largest, index as i32, size as i32]], bound.clone())
     })
 }
 
@@ -116,7 +116,7 @@ fn tied_keys(size: usize) -> Vec<i32> {
 
 #[test]
 fn reduction_agrees_with_ties_and_without_values() {
-    let report = check_reduction(REDUCTION, tied_keys).unwrap();
+    let report = check_reduction(REDUCTION, tied_keys, Bound::Exact).unwrap();
     assert_eq!(report.sizes, [0, 1, 127, 128, 129, 641]);
     // i32::MIN is not above the floor: a key of that value has no index.
     let limits = |size| {
@@ -125,14 +125,17 @@ fn reduction_agrees_with_ties_and_without_values() {
             .map(|bits| (*bits >> 1) as i32)
             .collect()
     };
-    check_reduction(REDUCTION, limits).unwrap();
+    check_reduction(REDUCTION, limits, Bound::Exact).unwrap();
 }
 
 #[test]
 fn wrong_tie_of_a_reduction_is_named() {
     let fault = plant_fault(REDUCTION, "other.y < best[lane].y", "other.y > best[lane].y");
-    let found = difference(check_reduction(&fault, tied_keys));
+    let found = difference(check_reduction(&fault, tied_keys, Bound::Exact));
     assert_eq!(found.first.label, "result.index");
+    // Roundings are of numbers in f32: integers must be equal.
+    difference(check_reduction(&fault, tied_keys, Bound::Ulps(1e9)));
+    check_reduction(&fault, tied_keys, Bound::Absolute(641.0)).unwrap();
     assert_eq!(found.pattern, "only element 0, only .index");
     assert!(
         found.inputs[0].starts_with("params = (127, -2147483648)"),
@@ -235,4 +238,29 @@ fn headers_arrays_and_padding_have_the_layout_of_wgsl() {
         (wrong.first.label.as_str(), wrong.pattern.as_str()),
         ("list.count", "all of them")
     );
+}
+
+/// The columns of a `mat2x3f` begin every 16 bytes.
+#[test]
+fn wrong_entry_of_a_matrix_is_named() {
+    const COLUMNS: &str = "
+        @group(0) @binding(0) var<uniform> scale: vec2f;
+        @group(0) @binding(1) var<storage, read_write> found: array<mat2x3f>;
+        @compute @workgroup_size(2)
+        fn fill(@builtin(global_invocation_id) id: vec3u) {
+            if id.x < arrayLength(&found) {
+                found[id.x] = mat2x3f(scale.x, 2.0, 3.0, 4.0, 5.0, 6.0 * scale.y);
+            }
+        }";
+    let check = |scale: &[f32], corner: f32| {
+        let stage = Stage::new(shared_gpu(), "fill.wgsl", COLUMNS, "fill")?.without_many_groups();
+        stage.check(|size| {
+            let matrix = [1.0, 2.0, 3.0, 0.0, 4.0, 5.0, corner, 0.0f32];
+            (Case::new().input("scale", scale)).output("found", &vec![matrix; size], Bound::Exact)
+        })
+    };
+    assert_eq!(check(&[1.0, 1.0], 6.0).unwrap().values, (1 + 2 + 3 + 11) * 6);
+    assert_eq!(difference(check(&[1.0, 1.0], 7.0)).first.label, "found[0][1][2]");
+    let short = check(&[1.0], 6.0).unwrap_err().to_string();
+    assert!(short.contains("`scale` has 4 bytes; its type in WGSL has 8"), "{short}");
 }

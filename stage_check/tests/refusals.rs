@@ -87,6 +87,11 @@ fn comparisons_of_nothing_are_refused() {
     );
     let idle = plant_fault(DOUBLE, "id.x < arrayLength(&x)", "false");
     assert_refused(check_with(&idle, empty), "nothing was compared");
+    let once = |x: &[f32]| doubled_case(if x.len() == 1 { &[] } else { x }, Bound::Exact);
+    assert_refused(
+        check_with(&idle, once),
+        "size 1: nothing was compared: the reference has no values",
+    );
     let none = stage_of(DOUBLE).unwrap().with_sizes(&[]).check(|_| Case::new());
     assert_refused(none, "nothing was compared");
     // The reference is what the buffer holds anyway.
@@ -144,7 +149,7 @@ fn cases_that_do_not_fit_the_shader_are_refused() {
     };
     let wide = |_: &[f32]| Case::new().input("x", &[[0u8; 3]; 4]);
     let typed = |_: &[f32]| Case::new().input("x", &[1u32]).output("y", &[2.0f32], Bound::Exact);
-    let refused: [(MakeCase, &str); 8] = [
+    let refused: [(MakeCase, &str); 9] = [
         (&half, "`y` has 36 bytes, the reference 4"),
         (
             &wide,
@@ -158,6 +163,10 @@ fn cases_that_do_not_fit_the_shader_are_refused() {
         (
             &|x| doubled_case(x, Bound::UlpsOf(1.0, vec![])),
             "element 0 has no size",
+        ),
+        (
+            &|x| doubled_case(x, Bound::UlpsOf(1.0, vec![f32::INFINITY; x.len()])),
+            "element 0 has no size, or one that is not finite",
         ),
         (
             &|x| doubled_case(x, Bound::Exact).input("z", x),
