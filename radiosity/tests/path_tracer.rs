@@ -10,10 +10,12 @@ use glam::{DVec3, Vec3};
 use oracle::diff::pair::GridPair;
 use oracle::diff::reflected::ReflectedField;
 use oracle::exact::{furnace_radiosity, parallel_rectangles, perpendicular_rectangles};
-use oracle::path_tracer::{TracedRadiosity, debiased_pair_rms, trace_radiosity};
+use oracle::path_tracer::{TracedRadiosity, debiased_pair_rms, debiased_rms, trace_radiosity};
 use radiosity::studies::random::{FaceShapes, LampKind, draw_scene};
 use radiosity::studies::stress::cases::shapes::{box_faces, plate_at, scene_of, unit_room};
 use radiosity_tests::solutions::dense_truth_on;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
 
 const SIGMAS: f64 = 7.0;
 
@@ -171,4 +173,36 @@ fn dense_solver_agrees_with_paths_on_random_triangles() {
         println!("{drawn}");
         assert_dense_solver_agrees(&drawn.scene, 2, 6000, 0.05);
     }
+}
+
+/// The error of a random sample of texels, judged by an exact truth, scatters by the noise that is told.
+#[test]
+fn choice_of_texels_is_in_the_noise() {
+    const TEXELS: usize = 2000;
+    const SAMPLES: usize = 400;
+    let truth: Vec<DVec3> = (0..TEXELS).map(|k| DVec3::splat(1.0 + (k % 7) as f64)).collect();
+    let off = |k: usize| DVec3::splat(0.1 * (k as f64).sin().powi(3));
+    let answer: Vec<DVec3> = truth.iter().enumerate().map(|(k, light)| light + off(k)).collect();
+    let exact = vec![DVec3::ZERO; TEXELS];
+    let probabilities: Vec<f64> = (0..TEXELS).map(|k| [0.1, 0.3, 1.0][k % 3]).collect();
+    let mut source = Xoshiro256PlusPlus::seed_from_u64(3);
+    let mut judge = || {
+        let mut area = |p: &f64| if source.random_bool(*p) { 1.0 / p } else { 0.0 };
+        let areas: Vec<f64> = probabilities.iter().map(&mut area).collect();
+        debiased_rms((&areas, &probabilities), &answer, &truth, &exact)
+    };
+    let judged: Vec<[f64; 2]> = (0..SAMPLES).map(|_| judge()).collect();
+    let mean = |values: &dyn Fn(&[f64; 2]) -> f64| judged.iter().map(values).sum::<f64>() / SAMPLES as f64;
+    let error = mean(&|[error, _]| *error);
+    let scatter = mean(&|[own, _]| (own - error).powi(2)).sqrt();
+    let told = mean(&|[_, noise]| noise * noise).sqrt();
+    // The scatter of n samples is known to 1/√2n.
+    let known = 1.0 / (2.0 * SAMPLES as f64).sqrt();
+    assert!((told / scatter - 1.0).abs() < SIGMAS * known, "{told} of {scatter}");
+    let all = debiased_rms((&[1.0; TEXELS], &[1.0; TEXELS]), &answer, &truth, &exact);
+    assert!(
+        (error - all[0]).abs() < SIGMAS * scatter / (SAMPLES as f64).sqrt(),
+        "{error} of {all:?}"
+    );
+    assert_eq!(all[1], 0.0);
 }

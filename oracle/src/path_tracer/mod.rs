@@ -124,22 +124,30 @@ pub fn debiased_pair_rms(pair: &GridPair) -> [f64; 2] {
 }
 
 /// Returns the same for means a against traced b, texel by texel. Of a random sample of texels each stands for its area
-/// over the probability p with which it was drawn; their choice adds ΣA²(1 − p)(d² − s²)² to the variance.
+/// over the probability p with which it was drawn; their choice adds ΣA²(1 − p)(d² − s² − q(b² − s²))² to the variance.
 pub fn debiased_rms((areas, probabilities): (&[f64], &[f64]), a: &[DVec3], b: &[DVec3], error: &[DVec3]) -> [f64; 2] {
     // Factor of the variance of s² from few sets.
     let variance_factor = 2.0 * (1.0 + 1.0 / f64::from(PATH_SETS - 1));
     let channel = |c: usize| {
-        let (mut square, mut variance, mut truth) = (0.0, 0.0, 0.0);
-        for (k, error) in error.iter().enumerate() {
-            let (area, noise) = (areas[k], error[c] * error[c]);
-            let signal = (a[k][c] - b[k][c]).powi(2) - noise;
-            square += area * signal;
-            let of_paths = (4.0 * signal.max(0.0) + variance_factor * noise) * noise;
-            let of_choice = (1.0 - probabilities[k]) * signal * signal;
-            variance += area * area * (of_paths + of_choice);
-            truth += area * (b[k][c].powi(2) - noise);
+        let squares = |k: usize| {
+            let noise = error[k][c] * error[k][c];
+            [(a[k][c] - b[k][c]).powi(2) - noise, b[k][c].powi(2) - noise, noise]
+        };
+        let (mut square, mut truth) = (0.0, 0.0);
+        for k in 0..error.len() {
+            let [signal, light, _] = squares(k);
+            square += areas[k] * signal;
+            truth += areas[k] * light;
         }
-        let rms = (square.max(0.0) / truth).sqrt();
+        let ratio = square.max(0.0) / truth;
+        let mut variance = 0.0;
+        for k in 0..error.len() {
+            let [signal, light, noise] = squares(k);
+            let of_paths = (4.0 * signal.max(0.0) + variance_factor * noise) * noise;
+            let of_choice = (1.0 - probabilities[k]) * (signal - ratio * light).powi(2);
+            variance += areas[k] * areas[k] * (of_paths + of_choice);
+        }
+        let rms = ratio.sqrt();
         // At q = 0 the root has no finite slope: the error is then √ of the standard error of q.
         let error = variance.sqrt() / truth;
         [rms, error / (2.0 * rms).max(error.sqrt())]
