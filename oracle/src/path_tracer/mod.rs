@@ -129,20 +129,20 @@ pub fn debiased_rms((areas, probabilities): (&[f64], &[f64]), a: &[DVec3], b: &[
     // Factor of the variance of s² from few sets.
     let variance_factor = 2.0 * (1.0 + 1.0 / f64::from(PATH_SETS - 1));
     let channel = |c: usize| {
-        let squares = |k: usize| {
-            let noise = error[k][c] * error[k][c];
+        let squares = |k: usize, error: &DVec3| {
+            let noise = error[c] * error[c];
             [(a[k][c] - b[k][c]).powi(2) - noise, b[k][c].powi(2) - noise, noise]
         };
         let (mut square, mut truth) = (0.0, 0.0);
-        for k in 0..error.len() {
-            let [signal, light, _] = squares(k);
+        for (k, error) in error.iter().enumerate() {
+            let [signal, light, _] = squares(k, error);
             square += areas[k] * signal;
             truth += areas[k] * light;
         }
         let ratio = square.max(0.0) / truth;
         let mut variance = 0.0;
-        for k in 0..error.len() {
-            let [signal, light, noise] = squares(k);
+        for (k, error) in error.iter().enumerate() {
+            let [signal, light, noise] = squares(k, error);
             let of_paths = (4.0 * signal.max(0.0) + variance_factor * noise) * noise;
             let of_choice = (1.0 - probabilities[k]) * (signal - ratio * light).powi(2);
             variance += areas[k] * areas[k] * (of_paths + of_choice);
