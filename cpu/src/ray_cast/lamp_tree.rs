@@ -16,6 +16,8 @@ const MAX_CONE_SINE: f32 = 0.5;
 struct LampNode {
     centre: Vec3,
     radius: f32,
+    /// Largest distance of a point of the lamps from the plane through the centre, across the axis.
+    thickness: f32,
     /// Σ E A over texels and channels.
     power: f32,
     /// Axis of the normals.
@@ -42,18 +44,27 @@ pub struct Lamp {
 }
 
 impl LampNode {
+    /// Returns how far the lamps may rise above the plane of this normal through their centre: lamps of one plane not at all
+    /// above that plane.
+    fn rise_above(&self, normal: Vec3) -> f32 {
+        match self.cone_sine <= MAX_CONE_SINE {
+            true => self.thickness * normal.dot(self.axis).abs() + self.radius * normal.cross(self.axis).length(),
+            false => self.radius,
+        }
+    }
+
     /// Returns an upper bound of the irradiance at the points of a surface, up to a constant factor; 0 only where no light
     /// arrives, and in a lamp's own plane.
     fn importance(&self, at: &Receiver) -> f32 {
         let to = self.centre - at.centre;
-        if self.children.is_none() {
-            // A surface rises above another's plane by its width times the sine of their angle: not at all above its own.
-            let sine = at.normal.cross(self.axis).length();
-            let received = at.normal.dot(to) + self.radius * sine;
-            let sent = -self.axis.dot(to) + at.radius * sine;
-            if received.min(sent) <= CONTACT_DISTANCE {
-                return 0.0;
-            }
+        let sine = at.normal.cross(self.axis).length();
+        let received = at.normal.dot(to) + self.rise_above(at.normal);
+        let sent = match self.cone_sine == 0.0 {
+            true => -self.axis.dot(to) + at.radius * sine + self.thickness,
+            false => f32::INFINITY,
+        };
+        if received.min(sent) <= CONTACT_DISTANCE {
+            return 0.0;
         }
         let (square, radius) = (to.length_squared(), self.radius + at.radius);
         if square <= radius * radius {
@@ -114,6 +125,9 @@ impl LampTree {
             LampNode {
                 centre,
                 radius: lamp.corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max),
+                thickness: (lamp.corners.iter())
+                    .map(|c| lamp.normal.dot(*c - centre).abs())
+                    .fold(0.0, f32::max),
                 power: lamp.power,
                 axis: lamp.normal,
                 cone_sine: 0.0,
@@ -161,6 +175,10 @@ impl LampTree {
             radius: leaves
                 .iter()
                 .map(|l| l.centre.distance(centre) + l.radius)
+                .fold(0.0, f32::max),
+            thickness: leaves
+                .iter()
+                .map(|l| mean.dot(l.centre - centre).abs() + l.rise_above(mean))
                 .fold(0.0, f32::max),
             power: leaves.iter().map(|l| l.power).sum(),
             axis: mean,
@@ -354,7 +372,7 @@ impl LampChoice<'_> {
 mod tests {
     use super::*;
     use common::scene::{Face, Scene};
-    use glam::DVec3;
+    use glam::{DMat3, DVec3, EulerRot};
 
     /// Number of draws at a point.
     const DRAW_COUNT: u32 = 4096;
@@ -434,6 +452,38 @@ mod tests {
             };
             assert_eq!(tree.weigh_all(at).lamp_probability(texel.face), 0.0);
         }
+    }
+
+    /// Of two lamps each has two halves, which are one node of the cut.
+    #[test]
+    fn group_of_lamps_is_not_drawn_in_its_own_plane() {
+        let turn = DMat3::from_euler(EulerRot::XYZ, 0.4, 0.9, -0.7);
+        let lamp = |[x, y, z]: [f64; 3], towards: f64| {
+            let corners = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]];
+            let corner = |[u, v]: [f64; 2]| turn * DVec3::new(x + u, y, z - towards * v);
+            Face::quad("lamp", corners.map(corner), Vec3::ONE, Vec3::ONE)
+        };
+        let scene = Scene {
+            faces: vec![
+                lamp([0.0, 0.0, 0.0], 1.0),
+                lamp([0.1, 0.0, 0.0], 1.0),
+                lamp([-2.0, 1.0, 0.0], -1.0),
+                lamp([-1.9, 1.0, 0.0], -1.0),
+            ],
+            ..Scene::default()
+        };
+        let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+        let tree = LampTree::new(&mesh);
+        let texel = &mesh.texels[0];
+        let cut = tree.choose_cut([texel.position; 2], 2);
+        let at = Receiver {
+            radius: 0.05,
+            ..receive_at(texel.position, mesh.faces[0].normal)
+        };
+        let choice = tree.weigh_lamps(&cut, at);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|lamp| choice.lamp_probability(lamp));
+        assert_eq!([a, b], [0.0; 2]);
+        assert!((c + d - 1.0).abs() < 1e-6, "{c} + {d}");
     }
 
     /// A point of a surface.
