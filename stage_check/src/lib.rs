@@ -32,8 +32,8 @@
 //!
 //! ```text
 //! root.wgsl: square_root, size 1: `root` differs in 1 of 1 values: all of them, none of them written
-//!   first: root[0] = not written, the reference is 2.609593
-//!   inputs of the first: x[0] = 6.8099756
+//!   first: root[0] = not written, the reference is 2.7026856
+//!   inputs of the first: x[0] = 7.304509
 //!   at size 321: `root` differs in 1 of 321 values: only element 320, none of them written
 //! ```
 //!
