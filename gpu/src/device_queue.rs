@@ -147,11 +147,7 @@ impl DeviceQueue {
                     rows_per_image: None,
                 },
             },
-            wgpu::Extent3d {
-                width: size,
-                height: size,
-                depth_or_array_layers: 1,
-            },
+            square(size),
         );
         let pending = self.submit_mapping(encoder, staging);
         Ok(self
@@ -159,5 +155,27 @@ impl DeviceQueue {
             .chunks(row as usize)
             .flat_map(|line| pod_collect_to_vec::<u8, u32>(&line[..size as usize * 4]))
             .collect())
+    }
+
+    /// Writes the first `size`² pixels of a texture of IDs, row-major, before the next submission.
+    pub fn write_item_buffer(&self, texture: &wgpu::Texture, size: u32, ids: &[u32]) {
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(size * 4),
+            rows_per_image: None,
+        };
+        let target = texture.as_image_copy();
+        self.gpu
+            .queue
+            .write_texture(target, cast_slice(ids), layout, square(size));
+    }
+}
+
+/// Returns the extent of a square texture.
+fn square(size: u32) -> wgpu::Extent3d {
+    wgpu::Extent3d {
+        width: size,
+        height: size,
+        depth_or_array_layers: 1,
     }
 }

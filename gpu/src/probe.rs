@@ -21,6 +21,9 @@ pub(crate) struct LinkProbe {
     stages: LinkStages,
 }
 
+/// A change of the IDs of an item buffer, by its number.
+pub type BufferChange<'a> = &'a dyn Fn(u32, &mut [u32]);
+
 /// Results of one sample.
 pub struct ProbedSample {
     /// The frame of the sample.
@@ -65,21 +68,53 @@ impl LinkProbe {
         patch: u32,
         each: &mut dyn FnMut(ProbedSample),
     ) -> Result<ProbedRow> {
-        let mesh = context.mesh;
-        let mut params: ShaderParams = context.shader_params(&self.slots, DepositRule::FULL_DEPOSIT);
-        params.rule |= PROBE_BIT;
-        context.host.write(&self.slots.table["params"], &[params]);
-        let mut record = ShotRecord::for_links(mesh, patch, context.buffers.places);
-        record.transfer_start = 0;
-        context.host.write(&self.slots.table["shots"], &[record]);
-        for _ in 0..mesh.samples {
+        self.write_shot(context, patch);
+        for _ in 0..context.mesh.samples {
             each(self.probe_sample(context, patch)?);
         }
         self.probe_row(context, patch)
     }
 
+    /// Makes the first sample of a patch by its item buffer after each of so many `changes`; the links must be made again.
+    /// With visibility by rays nothing is made.
+    pub fn probe_changed_buffers(
+        &self,
+        context: &mut SolverContext,
+        patch: u32,
+        (changes, change): (u32, BufferChange),
+        each: &mut dyn FnMut(ProbedSample),
+    ) -> Result<()> {
+        let Visibility::ItemBuffer(drawing) = context.transport.visibility else {
+            return Ok(());
+        };
+        self.write_shot(context, patch);
+        let encoder = self.record_steps(context, patch, &[LinkStep::Draw]);
+        context.host.submit_work(encoder);
+        let texture = &self.slots.item_buffer;
+        let drawn = context.host.read_item_buffer(texture, drawing.size)?;
+        for n in 0..changes {
+            let mut ids = drawn.clone();
+            change(n, &mut ids);
+            context.host.write_item_buffer(texture, drawing.size, &ids);
+            let encoder = self.record_steps(context, patch, &[LinkStep::Links]);
+            let (aim, sums) = self.read_sample(context, encoder)?;
+            each(ProbedSample { aim, ids, sums });
+        }
+        Ok(())
+    }
+
+    /// Writes the parameters of a probe, and the shot of a patch before its first sample.
+    fn write_shot(&self, context: &SolverContext, patch: u32) {
+        let mut params: ShaderParams = context.shader_params(&self.slots, DepositRule::FULL_DEPOSIT);
+        params.rule |= PROBE_BIT;
+        context.host.write(&self.slots.table["params"], &[params]);
+        let mut record = ShotRecord::for_links(context.mesh, patch, context.buffers.places);
+        record.transfer_start = 0;
+        context.host.write(&self.slots.table["shots"], &[record]);
+    }
+
     /// Returns the recorded `steps` of the links of a patch.
-    fn record_steps(&self, context: &SolverContext, patch: u32, steps: [LinkStep; 2]) -> wgpu::CommandEncoder {
+    fn record_steps(&self, context: &SolverContext, patch: u32, steps: &[LinkStep]) -> wgpu::CommandEncoder {
         let mut encoder = context.host.command_encoder();
         let linker = LinkRecorder {
             mesh: context.mesh,
@@ -89,18 +124,14 @@ impl LinkProbe {
             shots: ShotSelection::These(&[patch], context.workgroup_counts()),
         };
         for step in steps {
-            linker.record_step(&mut encoder, step);
+            linker.record_step(&mut encoder, *step);
         }
         encoder
     }
 
     fn probe_sample(&self, context: &mut SolverContext, patch: u32) -> Result<ProbedSample> {
-        let encoder = self.record_steps(context, patch, [LinkStep::Draw, LinkStep::Links]);
-        let table = &self.slots.table;
-        let texels = 16 * context.mesh.texels.len() as u64;
-        let ranges = [(&table["shots"], 0, SHOT_BYTES), (&table["sums"], 0, texels)];
-        let bytes: Vec<u8> = context.host.read_back(encoder, &ranges)?;
-        let (shot, sums) = bytes.split_at(SHOT_BYTES as usize);
+        let encoder = self.record_steps(context, patch, &[LinkStep::Draw, LinkStep::Links]);
+        let (aim, sums) = self.read_sample(context, encoder)?;
         let ids = match context.transport.visibility {
             Visibility::Rays => Vec::new(),
             Visibility::ItemBuffer(drawing) => {
@@ -108,15 +139,26 @@ impl LinkProbe {
                 context.host.read_item_buffer(texture, drawing.size)?
             }
         };
-        Ok(ProbedSample {
-            aim: pod_collect_to_vec::<u8, ShotRecord>(shot)[0].sample_view(),
-            ids,
-            sums: pod_collect_to_vec(sums),
-        })
+        Ok(ProbedSample { aim, ids, sums })
+    }
+
+    /// Submits work and reads the frame of a sample and the sums after it.
+    fn read_sample(
+        &self,
+        context: &mut SolverContext,
+        encoder: wgpu::CommandEncoder,
+    ) -> Result<(SampleView, Vec<Vec4>)> {
+        let table = &self.slots.table;
+        let texels = 16 * context.mesh.texels.len() as u64;
+        let ranges = [(&table["shots"], 0, SHOT_BYTES), (&table["sums"], 0, texels)];
+        let bytes: Vec<u8> = context.host.read_back(encoder, &ranges)?;
+        let (shot, sums) = bytes.split_at(SHOT_BYTES as usize);
+        let record = pod_collect_to_vec::<u8, ShotRecord>(shot)[0];
+        Ok((record.sample_view(), pod_collect_to_vec(sums)))
     }
 
     fn probe_row(&self, context: &mut SolverContext, patch: u32) -> Result<ProbedRow> {
-        let encoder = self.record_steps(context, patch, [LinkStep::Escape, LinkStep::Sums]);
+        let encoder = self.record_steps(context, patch, &[LinkStep::Escape, LinkStep::Sums]);
         let mesh = context.mesh;
         let [texels, takers] = [mesh.texels.len(), mesh.patches.len()].map(|count| 4 * count as u64);
         let place = u64::from(patch % context.buffers.places);

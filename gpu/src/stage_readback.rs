@@ -1,12 +1,29 @@
 //! Read-backs for checks: rows of links, transfers, and the results of each stage.
 
-use crate::probe::{LinkProbe, ProbedRow, ProbedSample};
+use crate::probe::{BufferChange, LinkProbe, ProbedRow, ProbedSample};
 use crate::solver::GpuSolver;
+use crate::solver_context::SolverContext;
 use common::Result;
 
 impl GpuSolver<'_> {
     /// Makes the links of a patch sample by sample; `each` receives the results of every sample.
     pub fn probe_links(&mut self, patch: u32, each: &mut dyn FnMut(ProbedSample)) -> Result<ProbedRow> {
+        self.with_probe(|probe, context| probe.probe_links(context, patch, each))
+    }
+
+    /// Makes the first sample of a patch by its item buffer after each of so many changes; `each` receives the results.
+    /// The links must be made again. With visibility by rays nothing is made.
+    pub fn probe_changed_buffers(
+        &mut self,
+        patch: u32,
+        changes: (u32, BufferChange),
+        each: &mut dyn FnMut(ProbedSample),
+    ) -> Result<()> {
+        self.with_probe(|probe, context| probe.probe_changed_buffers(context, patch, changes, each))
+    }
+
+    /// Calls `run` with the probe, which overwrites kept links.
+    fn with_probe<T>(&mut self, run: impl FnOnce(&LinkProbe, &mut SolverContext) -> Result<T>) -> Result<T> {
         let probe = match self.probe.take() {
             Some(probe) => probe,
             None => LinkProbe::new(&self.context, &self.maker.faults)?,
@@ -14,9 +31,9 @@ impl GpuSolver<'_> {
         if let Some(passes) = &mut self.passes {
             passes.forget_rows();
         }
-        let row = probe.probe_links(&mut self.context, patch, each);
+        let result = run(&probe, &mut self.context);
         self.probe = Some(probe);
-        row
+        result
     }
 
     /// Reads the transfers from each of these patches to all patches, a row a patch, as solves by passes keep

@@ -98,6 +98,11 @@ impl ErrorTally {
         self.tally.values
     }
 
+    /// Returns true if all values are within the bound, and there are some.
+    pub fn agrees(&self) -> bool {
+        self.tally.agrees()
+    }
+
     /// Returns the check of the stage on `mesh`; without values it does not pass.
     pub fn stage_check(&self, mesh: &Mesh) -> StageCheck {
         StageCheck {

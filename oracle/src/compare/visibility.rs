@@ -8,10 +8,12 @@
 //! explains the mismatch: that of the receiver or of a face in the buffer if rays see the receiver, else that of
 //! a blocker. Such a mismatch also counts as vanished, and so does one whose rays are blocked within rounding of
 //! an edge.
+//!
+//! On each mismatch the twin looks the same pixels up: if it sees what rays see, the shader's lookup is at fault.
 
 use super::comparison::{StageCheck, VisibilityStatistics};
 use super::item_buffer::{check_boundary_pixels, pixel_tally, remove_unknown_ids};
-use super::stages::{factor_scales, form_factor_roundings};
+use super::stages::{MAX_WEIGHT_DIFFERENCE, decided_by_rounding, factor_scales, form_factor_roundings};
 use super::statistics::{Elements, ErrorTally, PairOutcome, PairTally, ValueSource};
 use common::constants::{OUTLINE_MARGIN, PATCH_SUM_LANES};
 use common::escape::ESCAPE_DIRECTION_COUNT;
@@ -135,6 +137,7 @@ pub fn check_visibility(
     // Table 3 may clip the whole scene: then no links have equal visibility, and only the pairs count.
     let any_alike = check.statistics.mismatched < check.statistics.facing;
     let table = [
+        (tallies.lookups.values() > 0, &tallies.lookups),
         (any_alike, &tallies.links),
         (true, &tallies.escapes),
         (tallies.pixels.values() > 0, &tallies.pixels),
@@ -146,6 +149,7 @@ pub fn check_visibility(
 
 struct VisibilityTallies {
     pairs: PairTally,
+    lookups: ErrorTally,
     links: ErrorTally,
     escapes: ErrorTally,
     pixels: ErrorTally,
@@ -155,6 +159,7 @@ impl VisibilityTallies {
     fn new(mesh: &Mesh, transport: &Transport) -> Self {
         let factor = form_factor_roundings(transport.form_factor) + f64::from(mesh.samples);
         let links = "ulp of links with equal visibility: form factors and disc weights, one addition per sample";
+        let lookup = "pairs on which pixels and rays differ, but not by the twin's lookup in the same pixels";
         let escape = "directions of 1024 counted differently: a ray through an edge";
         let pixels =
             "a pixel on a boundary shows a different face from the one its ray meets, though no rounding decides it";
@@ -163,6 +168,7 @@ impl VisibilityTallies {
         let patches = elements("patch", mesh.patches.len(), 1);
         Self {
             pairs: PairTally::default(),
+            lookups: ErrorTally::new("lookup, all mismatches", (0.0, lookup), texels, &["visibility"]),
             links: ErrorTally::new(
                 "links of GPU and CPU",
                 (factor, links),
@@ -250,7 +256,10 @@ impl VisibilityTallies {
                     view,
                     lookup: settings.lookup,
                 };
-                sample.count_pairs(&probed.sums, &mut texels, &mut self.pairs);
+                for (k, sees) in sample.count_pairs(&probed.sums, &mut texels, &mut self.pairs) {
+                    let error = f64::from(u8::from(sees[0] != sees[1]));
+                    (self.lookups).add(source, [k, 0], sees.map(u32::from), error);
+                }
             }
             s += 1;
         })?;
@@ -272,8 +281,8 @@ struct TexelSamples {
     doubtful_weight: f32,
     /// True if rays and pixels disagree in any sample.
     differs: bool,
-    /// The GPU's Σ g·V after the last sample.
-    seen_weight: f32,
+    /// The GPU's sums after the last sample.
+    sums: Vec4,
 }
 
 impl TexelSamples {
@@ -306,21 +315,32 @@ struct SampleCheck<'a> {
 }
 
 impl SampleCheck<'_> {
-    /// Compares all texels; `sums` are the GPU's sums after the sample.
-    fn count_pairs(&self, sums: &[Vec4], texels: &mut [TexelSamples], tally: &mut PairTally) {
+    /// Compares all texels; `sums` are the GPU's sums after the sample. Returns the mismatched texels, and whether the GPU
+    /// and the twin see them by the same pixels.
+    fn count_pairs(
+        &self,
+        sums: &[Vec4],
+        texels: &mut [TexelSamples],
+        tally: &mut PairTally,
+    ) -> Vec<(usize, [bool; 2])> {
         // Fixed tasks, merged in order, give equal sums on any number of threads.
         let tasks = texels
             .par_chunks_mut(TEXELS_PER_TASK)
             .zip(sums.par_chunks(TEXELS_PER_TASK));
         let count_task = |(task, (texels, sums)): (usize, (&mut [TexelSamples], &[Vec4]))| {
-            let mut tally = PairTally::default();
-            for (k, (texel, sums)) in texels.iter_mut().zip(sums).enumerate() {
-                self.check_pair(task * TEXELS_PER_TASK + k, sums.y, texel, &mut tally);
+            let (mut tally, mut mismatches) = (PairTally::default(), Vec::new());
+            for (k, (texel, sums)) in (task * TEXELS_PER_TASK..).zip(texels.iter_mut().zip(sums)) {
+                let sees = self.check_pair(k, *sums, texel, &mut tally);
+                mismatches.extend(sees.map(|sees| (k, sees)));
             }
-            tally
+            (tally, mismatches)
         };
-        let counted: Vec<PairTally> = tasks.enumerate().map(count_task).collect();
-        counted.into_iter().for_each(|part| tally.merge(part));
+        let counted: Vec<(PairTally, Vec<_>)> = tasks.enumerate().map(count_task).collect();
+        let merge = |(part, mismatches)| {
+            tally.merge(part);
+            mismatches
+        };
+        counted.into_iter().flat_map(merge).collect()
     }
 
     /// Returns the two points of a pair and the sample's weight; none if the points do not face each other.
@@ -338,24 +358,25 @@ impl SampleCheck<'_> {
         (sums.seen > 0.0).then_some((q, p, sums.all))
     }
 
-    /// Compares texel `k`; `seen` is the GPU's Σ g·V after the sample.
-    fn check_pair(&self, k: usize, seen: f32, texel: &mut TexelSamples, tally: &mut PairTally) {
-        let before = std::mem::replace(&mut texel.seen_weight, seen);
+    /// Compares texel `k`; `sums` are the GPU's after the sample. Returns whether the GPU and the twin's lookup see it, if
+    /// rays differ from the GPU.
+    fn check_pair(&self, k: usize, sums: Vec4, texel: &mut TexelSamples, tally: &mut PairTally) -> Option<[bool; 2]> {
+        let last = std::mem::replace(&mut texel.sums, sums);
+        let (before, seen) = (last.y, sums.y);
         let faces = texel.factor > MIN_FORM_FACTOR;
-        let Some((q, position, g)) = faces.then(|| self.sample_points(k, texel.factor)).flatten() else {
-            return;
-        };
+        let (q, position, g) = faces.then(|| self.sample_points(k, texel.factor)).flatten()?;
         texel.total_weight += g;
         if before + g == before {
             // The weight is too small to change the sum, which therefore does not show the visibility.
-            return;
+            return None;
         }
         let receiver = &self.mesh.texels[k];
         let ends = [self.mesh.patches[self.patch as usize].face, receiver.face];
         let by_rays = self.rays.is_visible(q, position, ends);
         let direction = project_direction(self.view.projection, self.view.frame.to_local(position));
         let p = pixel_position(direction, self.buffer.size);
-        let outcome = if by_rays == (seen > before) {
+        let gpu_sees = seen > before;
+        let outcome = if by_rays == gpu_sees {
             let (pixel_id, own_id) = (self.id_at(p.x.floor() as i32, p.y.floor() as i32), receiver.face + 1);
             match pixel_id != own_id && self.boundary_distance(p, own_id, &[pixel_id]).is_some() {
                 true => PairOutcome::EqualNearSilhouette,
@@ -370,6 +391,14 @@ impl SampleCheck<'_> {
         }
         let weight = f64::from(texel.factor) * f64::from(receiver.area);
         tally.add_pair((self.patch, k as u32), weight, outcome);
+        // Other weights are of other points.
+        let same_points = (sums.z - last.z - g).abs() <= MAX_WEIGHT_DIFFERENCE * g;
+        (by_rays != gpu_sees && same_points).then(|| {
+            let visible = |_, p| is_visible(self.mesh, self.buffer, &self.view, self.lookup, p, receiver.face);
+            let twin_sees = visible(q, position);
+            let undecided = twin_sees != gpu_sees && decided_by_rounding(&visible, q, position);
+            [gpu_sees, if undecided { gpu_sees } else { twin_sees }]
+        })
     }
 
     /// Explains a mismatch by the nearest boundary, else by the nearest true outline.

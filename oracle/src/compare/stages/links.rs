@@ -1,14 +1,15 @@
 //! Checks the stages that make a patch's links: aim, item buffer, form factor, lookup or rays, link, escape,
 //! received, closure.
 
-use super::{DISC_ROUNDINGS, StageChecker};
+use super::{DISC_ROUNDINGS, SPARSE_VISIBILITY, StageChecker, VISIBILITY};
 use crate::compare::item_buffer;
-use crate::compare::statistics::ValueSource;
+use crate::compare::statistics::{ValuePlace, ValueSource};
 use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
 use common::form_factor::FormFactor;
 use common::mesh::{Mesh, Patch};
 use common::passes::PatchClosure;
 use common::rays::{LineOfSight, Rays};
+use common::sampling::pcg_hash;
 use common::settings::Lookup;
 use common::{Error, Result};
 use cpu::shader_twins::closure::sum_form_factors;
@@ -31,7 +32,10 @@ use std::f32::consts::PI;
 const MAX_END_ROUNDINGS: f32 = 32.0;
 
 /// Largest relative difference of two weights of the same points; weights of other points differ more.
-const MAX_WEIGHT_DIFFERENCE: f32 = 0.01;
+pub const MAX_WEIGHT_DIFFERENCE: f32 = 0.01;
+
+/// Item buffers to which the pixels of one are distributed: of the nine that a lookup reads, about one is in each.
+const SPARSE_BUFFERS: u32 = 8;
 
 /// Sums of a texel over the samples: the GPU's, the twin's on the GPU's F and visibility, and the size of the
 /// twin's terms, to which rounding is relative.
@@ -73,6 +77,7 @@ impl StageChecker<'_> {
     ///
     /// Errors: the device fails.
     pub fn check_links(&mut self, patch: u32, solver: &mut GpuSolver) -> Result<ProbedRow> {
+        self.check_sparse_lookups(patch, solver)?;
         let mesh = self.mesh;
         let mut texels: Vec<TexelSums> = vec![TexelSums::default(); mesh.texels.len()];
         let mut complete = true;
@@ -96,20 +101,61 @@ impl StageChecker<'_> {
         Ok(row)
     }
 
+    /// Checks lookups in the item buffer of a patch's first sample, of which few pixels remain, each of them once: as drawn,
+    /// those around a texel often show the same face, so that a wrong one does as well.
+    fn check_sparse_lookups(&mut self, patch: u32, solver: &mut GpuSolver) -> Result<()> {
+        let (faces, seed) = (self.mesh.faces.len() as u32, pcg_hash(patch));
+        let is_kept = |n, k: u32, id| id <= faces && pcg_hash(k ^ seed) % SPARSE_BUFFERS == n;
+        let remove_others = |n, ids: &mut [u32]| {
+            let others = ids.iter_mut().zip(0..).filter(|(id, k)| !is_kept(n, *k, **id));
+            others.for_each(|(id, _)| *id = 0);
+        };
+        let source = ValueSource {
+            shooter: Some(patch),
+            sample: Some(0),
+        };
+        solver.probe_changed_buffers(patch, (SPARSE_BUFFERS, &remove_others), &mut |probed| {
+            let drawn = self.drawn_view(patch, 0, &probed.aim, probed.ids);
+            let mut texels = vec![TexelSums::default(); self.mesh.texels.len()];
+            let values = self.all_texel_values((patch, 0), drawn.as_ref(), &probed.sums, &mut texels);
+            for (k, found) in values.into_iter().enumerate() {
+                self.add_sight(source, [k, SPARSE_VISIBILITY], found.sight);
+            }
+        })
+    }
+
+    /// Returns an item buffer of the GPU with the view of its sample; none with visibility by rays.
+    fn drawn_view(&self, patch: u32, s: u32, aim: &SampleView, ids: Vec<u32>) -> Option<DrawnView> {
+        self.transport.visibility.item_buffer().map(|drawing| DrawnView {
+            view: with_gpu_frame(ShooterView::new(self.mesh, patch, s, &drawing), aim),
+            buffer: ItemBuffer {
+                size: drawing.size,
+                ids,
+            },
+            lookup: drawing.lookup,
+        })
+    }
+
+    /// Returns the values of all texels after a sample, the GPU's and the twin's.
+    fn all_texel_values(
+        &self,
+        (patch, s): (u32, u32),
+        drawn: Option<&DrawnView>,
+        gpu_sums: &[Vec4],
+        texels: &mut [TexelSums],
+    ) -> Vec<TexelValues> {
+        let texels = texels.par_iter_mut().zip(gpu_sums).enumerate();
+        let values = texels.map(|(k, (texel, sums))| self.texel_values((patch, s, k as u32), drawn, *sums, texel));
+        values.collect()
+    }
+
     fn check_sample(&mut self, patch: u32, s: u32, probed: ProbedSample, texels: &mut [TexelSums]) {
         let source = ValueSource {
             shooter: Some(patch),
             sample: Some(s),
         };
         self.add_aim(source, &probed.aim, view::view_sample(self.mesh, patch, s));
-        let mut drawn = self.transport.visibility.item_buffer().map(|drawing| DrawnView {
-            view: with_gpu_frame(ShooterView::new(self.mesh, patch, s, &drawing), &probed.aim),
-            buffer: ItemBuffer {
-                size: drawing.size,
-                ids: probed.ids,
-            },
-            lookup: drawing.lookup,
-        });
+        let mut drawn = self.drawn_view(patch, s, &probed.aim, probed.ids);
         if let Some(DrawnView { view, buffer, .. }) = &mut drawn {
             // Whole buffers are slow to check: only those of the first and the last sample.
             let whole = s == 0 || s + 1 == self.mesh.samples;
@@ -121,22 +167,24 @@ impl StageChecker<'_> {
             check(self.mesh, view, buffer, source, &mut self.tallies.item_buffer);
             item_buffer::remove_unknown_ids(self.mesh, buffer);
         }
-        let checker = &*self;
-        let values: Vec<TexelValues> = (texels.par_iter_mut().enumerate())
-            .map(|(k, texel)| checker.texel_values((patch, s, k as u32), drawn.as_ref(), probed.sums[k], texel))
-            .collect();
-        let tallies = &mut self.tallies;
+        let values = self.all_texel_values((patch, s), drawn.as_ref(), &probed.sums, texels);
         for (k, found) in values.into_iter().enumerate() {
+            self.add_sight(source, [k, VISIBILITY], found.sight);
+            let tallies = &mut self.tallies;
             if let Some((values, size)) = found.form_factor {
                 (tallies.form_factor).add_ulps(ValueSource::shot_by(patch), [k, 0], values, size);
             }
             for (n, (values, size)) in found.sums.into_iter().enumerate() {
                 tallies.link.add_ulps(source, [k, n], values, size);
             }
-            if let Some((seen, undecided)) = found.sight {
-                let wrong = seen[0] != seen[1] && !undecided;
-                (tallies.sight).add(source, [k, 0], seen.map(u32::from), f64::from(u8::from(wrong)));
-            }
+        }
+    }
+
+    /// Adds the visibility of a sample, the GPU's and the twin's, and whether rounding decides it.
+    fn add_sight(&mut self, source: ValueSource, place: ValuePlace, sight: Option<([bool; 2], bool)>) {
+        if let Some((seen, undecided)) = sight {
+            let wrong = seen[0] != seen[1] && !undecided;
+            (self.tallies.sight).add(source, place, seen.map(u32::from), f64::from(u8::from(wrong)));
         }
     }
 
@@ -271,7 +319,7 @@ fn undecided_directions(mesh: &Mesh, rays: &Rays, patch: u32, directions: &[Vec3
 }
 
 /// True if moving an end of the ray within rounding changes its visibility.
-fn decided_by_rounding(visible: &impl Fn(Vec3, Vec3) -> bool, q: Vec3, p: Vec3) -> bool {
+pub fn decided_by_rounding(visible: &impl Fn(Vec3, Vec3) -> bool, q: Vec3, p: Vec3) -> bool {
     let step = MAX_END_ROUNDINGS * f32::EPSILON * p.distance(q).max(1e-3);
     let unmoved = visible(q, p);
     [Vec3::X, Vec3::Y, Vec3::Z]

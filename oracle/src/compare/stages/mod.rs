@@ -8,6 +8,7 @@ mod links;
 mod shots;
 
 pub use links::factor_scales;
+pub(super) use links::{MAX_WEIGHT_DIFFERENCE, decided_by_rounding};
 
 use super::item_buffer::{PIXEL_SHARE, pixel_tally};
 use super::statistics::{Elements, ErrorTally, ValueSource};
@@ -36,6 +37,10 @@ const POLYGON_ROUNDINGS: f64 = 128.0;
 
 /// Names of the values of a sample's frame.
 const FRAME_VALUES: [&str; 5] = ["centre", "normal", "tangent", "bitangent", "sheet"];
+/// Names of the visibility of a texel: by all pixels or rays, and by few pixels.
+const SIGHT_VALUES: [&str; 2] = ["visibility", "visibility by few pixels"];
+const VISIBILITY: usize = 0;
+const SPARSE_VISIBILITY: usize = 1;
 /// Names of the values of a texel: radiosity, residual, irradiance.
 const TEXEL_VALUES: [&str; 9] = ["B.r", "B.g", "B.b", "r.r", "r.g", "r.b", "H.r", "H.g", "H.b"];
 
@@ -106,11 +111,11 @@ pub fn check_stages(
         let Some(shot) = with_power.filter(|_| !is_unknown) else {
             continue;
         };
+        let after = (solver.read_field()?, solver.patch_power()?);
         // The links of a patch are made at its first shot and kept.
         if let Entry::Vacant(place) = rows.entry(shot.patch) {
             place.insert(checker.check_links(shot.patch, solver)?);
         }
-        let after = (solver.read_field()?, solver.patch_power()?);
         checker.check_shot(&shot, &rows[&shot.patch], [&before, &after]);
     }
     if rows.is_empty() {
@@ -171,7 +176,7 @@ impl Tallies {
                 if projection.is_some() { "lookup" } else { "rays" },
                 (0.0, sight),
                 texels,
-                &["visibility"],
+                &SIGHT_VALUES,
             ),
             link: of("link", (DISC_ROUNDINGS + samples, link), texels, &["Σg", "Σg·V", "w"]),
             escape: of("escape", (0.0, escape), patches, &["escaped share"]),
@@ -210,16 +215,19 @@ impl Tallies {
     fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> Vec<StageCheck> {
         let drawn = transport.visibility.item_buffer().is_some();
         let (shot, exchanged) = (self.deposit.values() > 0, self.exchange.values() > 0);
+        // Weights of other points hide the visibility: then the link is at fault.
+        let seen = self.sight.values() > 0 || self.link.agrees();
+        let chosen = self.select.values() > 0;
         let table = [
+            (chosen, &self.select),
             (true, &self.aim),
             (drawn, &self.item_buffer),
             (true, &self.form_factor),
-            (true, &self.sight),
+            (seen, &self.sight),
             (true, &self.link),
             (true, &self.escape),
             (true, &self.received),
             (true, &self.closure),
-            (shot, &self.select),
             (shot, &self.unshot),
             (shot, &self.deposit),
             (shot, &self.power),
