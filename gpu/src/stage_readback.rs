@@ -1,5 +1,6 @@
 //! Read-backs for checks: rows of links, transfers, and the results of each stage.
 
+use crate::dispatch_arguments::DISPATCH_BYTES;
 use crate::probe::{BufferChange, LinkProbe, ProbedRow, ProbedSample};
 use crate::solver::GpuSolver;
 use crate::solver_context::SolverContext;
@@ -34,6 +35,21 @@ impl GpuSolver<'_> {
         let result = run(&probe, &mut self.context);
         self.probe = Some(probe);
         result
+    }
+
+    /// Reads the workgroups that the latest selection counted for the stages of the next shot (deposit, escape, power,
+    /// links, transfer), each beside those of a stage that has work.
+    pub fn read_counted_workgroups(&mut self) -> Result<Vec<[[u32; 3]; 2]>> {
+        let host = &mut self.context.host;
+        let range = (&self.context.buffers.table["dispatches"], 0, DISPATCH_BYTES);
+        let counted: Vec<[u32; 3]> = host.read_back(host.command_encoder(), &[range])?;
+        let [texels, directions, patches] = self.context.workgroup_counts();
+        let all = [texels, directions, patches, texels, patches];
+        Ok(counted
+            .into_iter()
+            .zip(all)
+            .map(|(counted, all)| [counted, all])
+            .collect())
     }
 
     /// Reads the transfers from each of these patches to all patches, a row a patch, as solves by passes keep

@@ -37,6 +37,14 @@ const POLYGON_ROUNDINGS: f64 = 128.0;
 
 /// Names of the values of a sample's frame.
 const FRAME_VALUES: [&str; 5] = ["centre", "normal", "tangent", "bitangent", "sheet"];
+/// Names of the values of a selection: workgroups of stages of the next shot.
+const COUNTED_STAGES: [&str; 5] = [
+    "workgroups of deposit",
+    "workgroups of escape",
+    "workgroups of power",
+    "workgroups of link",
+    "workgroups of received",
+];
 /// Names of the visibility of a texel: by all pixels or rays, and by few pixels.
 const SIGHT_VALUES: [&str; 2] = ["visibility", "visibility by few pixels"];
 const VISIBILITY: usize = 0;
@@ -55,6 +63,7 @@ struct Tallies {
     received: ErrorTally,
     closure: ErrorTally,
     select: ErrorTally,
+    workgroups: ErrorTally,
     unshot: ErrorTally,
     deposit: ErrorTally,
     power: ErrorTally,
@@ -112,6 +121,11 @@ pub fn check_stages(
             continue;
         };
         let after = (solver.read_field()?, solver.patch_power()?);
+        if patch.is_none() {
+            let counted = solver.read_counted_workgroups()?;
+            let is_known = |next| next == shot.patch || rows.contains_key(&next);
+            checker.add_workgroups(n, &counted, select_shooter(&after.1, 0.0).map(is_known));
+        }
         // The links of a patch are made at its first shot and kept.
         if let Entry::Vacant(place) = rows.entry(shot.patch) {
             place.insert(checker.check_links(shot.patch, solver)?);
@@ -159,6 +173,7 @@ impl Tallies {
         let received = "ulp of a patch's Σ w·A of the same links: additions in one lane + tree + products";
         let closure = "ulp of ΣF and of the scale, of the same sums: additions in one lane + tree + division";
         let select = "different shooters selected from the same powers";
+        let workgroups = "workgroups of the next shot's stages: all where there is work, else none";
         let unshot = "ulp of Σ|r|A over the patches: additions in one lane + tree";
         let deposit = "ulp of B, r and H after a shot by the same links: 3 products and a sum";
         let power = "ulp of a patch's Σ r·A and Σ|r|·A of the same residual";
@@ -188,6 +203,12 @@ impl Tallies {
                 &["ΣF", "scale", "ΣF of the shot"],
             ),
             select: of("select", (0.0, select), elements("shot", 0, 1), &["shooter"]),
+            workgroups: of(
+                "select: workgroups",
+                (0.0, workgroups),
+                elements("the shot after shot", 0, 1),
+                &COUNTED_STAGES,
+            ),
             unshot: of(
                 "select: unshot",
                 (over_patches, unshot),
@@ -220,6 +241,7 @@ impl Tallies {
         let chosen = self.select.values() > 0;
         let table = [
             (chosen, &self.select),
+            (shot, &self.workgroups),
             (true, &self.aim),
             (drawn, &self.item_buffer),
             (true, &self.form_factor),

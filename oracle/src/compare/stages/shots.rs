@@ -8,7 +8,7 @@ use common::shooting::{DepositRule, RadiosityField, Shoot, Shot, total_power};
 use cpu::shader_twins::deposit::deposit;
 use cpu::shader_twins::gather::update_radiosity;
 use cpu::shader_twins::link::Baseline;
-use cpu::shader_twins::select::load_shot;
+use cpu::shader_twins::select::{count_workgroups, load_shot};
 use cpu::shader_twins::unshot_power::unshot_power;
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
@@ -55,6 +55,21 @@ impl StageChecker<'_> {
         let twins: Vec<[Vec4; 3]> = (0..mesh.texels.len()).into_par_iter().map(twin_of).collect();
         for (k, twin) in twins.into_iter().enumerate() {
             add_texel(&mut tallies.deposit, source, k, after, twin);
+        }
+    }
+
+    /// Checks the workgroups that the selection after shot `n` has counted, each beside all; `next` is whether the links of
+    /// the next shooter are known, if there is one.
+    pub fn add_workgroups(&mut self, n: usize, counted: &[[[u32; 3]; 2]], next: Option<bool>) {
+        let is_shot = next.is_some();
+        for (k, [found, all]) in counted.iter().enumerate() {
+            // Whether links are made again depends on the memory for them.
+            let is_needed = [is_shot, next == Some(false), is_shot].get(k).copied();
+            let [x, y, _] = *all;
+            let twin = count_workgroups([x, y, 1, 0], is_needed.unwrap_or(found[0] > 0));
+            for (a, b) in found.iter().zip(twin) {
+                (self.tallies.workgroups).add(ValueSource::default(), [n, k], [*a, b], f64::from(a.abs_diff(b)));
+            }
         }
     }
 
