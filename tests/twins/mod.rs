@@ -4,6 +4,7 @@ mod explained;
 mod faults;
 mod item_buffer;
 mod lookup;
+mod named_faults;
 mod rows;
 mod stages;
 mod study;

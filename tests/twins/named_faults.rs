@@ -1,0 +1,247 @@
+//! Mistakes that students make, and faults that public projects shipped and mended: `compare` finds each in a user's
+//! file, names its stage first, and shows an element with both values, as docs/your-shader.md prints them.
+
+use common::form_factor::FormFactor;
+use common::settings::{Settings, Visibility};
+use gpu::{Gpu, ShaderFile, ShaderStage};
+use oracle::compare::comparison::{Comparison, DifferingValue};
+use oracle::compare::{ComparisonRequest, compare_shooting};
+use oracle::solve::progress::without_progress;
+use radiosity_tests::bundled_scene;
+use radiosity_tests::engines::{item_buffer, settings_of, shared_gpu};
+
+/// Name, shader, stage that differs, the one text that the fault replaces, and the replacement.
+type NamedFault = [&'static str; 5];
+
+const DISC: &str = "disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area)";
+const TEXEL_COSINE: &str = "let cos_j = max(-dot(normal, d) / r, 0.0);\n    if";
+
+/// Faults that single shots by an item buffer find.
+const BY_PIXELS: [NamedFault; 21] = [
+    [
+        "cosine dropped",
+        "form_factor",
+        "form factor",
+        DISC,
+        "disc_factor(cos_i, 1.0, r2, shots[slot].area, shots[slot].area)",
+    ],
+    [
+        "π forgotten",
+        "form_factor",
+        "form factor",
+        "(PI * r2 + disc_area)",
+        "(r2 + disc_area)",
+    ],
+    [
+        "distance not squared",
+        "form_factor",
+        "form factor",
+        "(PI * r2 + disc_area)",
+        "(PI * sqrt(r2) + disc_area)",
+    ],
+    [
+        "wrong side of the hemisphere",
+        "view",
+        "aim",
+        "= faces[face].plane.xyz;",
+        "= -faces[face].plane.xyz;",
+    ],
+    [
+        "areas swapped",
+        "form_factor",
+        "form factor",
+        DISC,
+        "disc_factor(cos_i, cos_j, r2, texel_area, shots[slot].area)",
+    ],
+    [
+        "half a pixel off",
+        "projection",
+        "lookup",
+        "vec2f((p.x * 0.5 + 0.5) * n,",
+        "vec2f((p.x * 0.5 + 0.5) * n - 0.5,",
+    ],
+    [
+        "no horizon test",
+        "form_factor",
+        "form factor",
+        "if height <= CONTACT_DISTANCE {",
+        "if false {",
+    ],
+    [
+        "depth compared the wrong way",
+        "item_buffer",
+        "item buffer",
+        "min(hit.t * DEPTH_SCALE, MAX_DEPTH)",
+        "MAX_DEPTH - hit.t * DEPTH_SCALE",
+    ],
+    [
+        "residual not cleared",
+        "deposit",
+        "deposit",
+        "        residual[k] = vec4f(0.0);\n",
+        "",
+    ],
+    [
+        "ρ squared",
+        "deposit",
+        "deposit",
+        "= texels[k].reflectance *",
+        "= texels[k].reflectance * texels[k].reflectance *",
+    ],
+    [
+        "absolute cosine",
+        "form_factor",
+        "form factor",
+        TEXEL_COSINE,
+        "let cos_j = abs(dot(normal, d) / r);\n    if",
+    ],
+    [
+        "IDs compared as floats",
+        "lookup",
+        "lookup, all mismatches",
+        "id == face + 1u || lies_on_face(id, position)",
+        "f32(id) / 255.0 == f32(face + 1u) * (1.0 / 255.0)",
+    ],
+    [
+        "directions not weighted by the cosine (webgpu/webgpu-samples#259)",
+        "escape",
+        "escape",
+        "to_world(directions[k].xyz)",
+        "to_world(directions[k].xyz * vec3f(vec2f(sqrt(1.0 + directions[k].z * directions[k].z)), directions[k].z))",
+    ],
+    [
+        "workgroups rounded down (webgpu/webgpu-samples#261)",
+        "select",
+        "select: workgroups",
+        "(COUNTED_DEPOSIT, params.groups[0], shooting)",
+        "(COUNTED_DEPOSIT, vec4u(params.texels / PATCH_SUM_LANES, 1u, 0u, 0u), shooting)",
+    ],
+    [
+        "negative cosine (webgpu/webgpu-samples#112)",
+        "form_factor",
+        "form factor",
+        TEXEL_COSINE,
+        "let cos_j = -dot(normal, d) / r;\n    if",
+    ],
+    [
+        "face upside down (NatLabRockies/EnergyPlus#463)",
+        "form_factor",
+        "form factor",
+        TEXEL_COSINE,
+        "let cos_j = max(dot(normal, d) / r, 0.0);\n    if",
+    ],
+    [
+        "orientation by the wrong index (sampotter/fluxpy#63)",
+        "link",
+        "form factor",
+        "let normal = faces[face].plane.xyz;\n    let middle",
+        "let normal = faces[k % params.faces].plane.xyz;\n    let middle",
+    ],
+    [
+        "not the nearest hit (brandonpelfrey/Fast-BVH#4)",
+        "item_buffer",
+        "item buffer",
+        "min(hit.t * DEPTH_SCALE, MAX_DEPTH)",
+        "0.5",
+    ],
+    [
+        "directions stretched by 2 (RayTracing/TheRestOfYourLife#8)",
+        "escape",
+        "escape",
+        "to_world(directions[k].xyz)",
+        "to_world(directions[k].xyz * vec3f(2.0, 2.0, 1.0))",
+    ],
+    [
+        "weights by area, not by solid angle (bevyengine/bevy#24671)",
+        "form_factor",
+        "link",
+        "return disc_factor(cos_i, cos_j, r2, part, part) +",
+        "return part +",
+    ],
+    [
+        "half the irradiance (NVIDIAGameWorks/RTXGI-DDGI#15)",
+        "link",
+        "link",
+        "* (seen / (sums.all * open))",
+        "* (0.5 * seen / (sums.all * open))",
+    ],
+];
+
+/// A fault that rays find.
+const BY_RAYS: [NamedFault; 1] = [[
+    "hits near edges missed (godotengine/godot#53844)",
+    "intersect",
+    "rays",
+    "hit.inside >= -OUTLINE_MARGIN",
+    "hit.inside >= 0.01",
+]];
+
+/// Compares the solvers on the plates with a block between them.
+fn compare_plates(gpu: &Gpu, settings: Settings) -> Comparison {
+    let request = ComparisonRequest {
+        settings,
+        gpu,
+        faults: &[],
+    };
+    compare_shooting(&bundled_scene("occluded_plates.obj"), &request, &without_progress()).unwrap()
+}
+
+/// Compares with the fault in a user's file, and returns its row of the page.
+fn compare_with_fault([name, shader, stage, from, to]: NamedFault, settings: Settings) -> String {
+    let text = ShaderStage::find(shader).unwrap().text;
+    assert_eq!(text.matches(from).count(), 1, "{name}: {from}");
+    let path = std::env::temp_dir().join(format!("radiosity-fault-{}.wgsl", std::process::id()));
+    std::fs::write(&path, text.replace(from, to)).unwrap();
+    let files = vec![ShaderFile::read(shader, &path).unwrap()];
+    std::fs::remove_file(&path).unwrap();
+    gpu::shaders::check_shader_files(&files).unwrap();
+    let gpu = shared_gpu().clone().with_shader_files(files);
+    let comparison = compare_plates(&gpu, settings);
+    assert!(gpu.unused_shader_file().is_none(), "{name}: the file was not run");
+    let first = comparison.criteria.iter().find(|criterion| !criterion.pass);
+    let first = first.unwrap_or_else(|| panic!("{name} is not found"));
+    assert_eq!(first.name, format!("WGSL = twin: {stage}"), "{name}");
+    let difference = first.difference.as_ref().unwrap();
+    println!(
+        "{name}: {} = {:e} > {:e}\n    {difference}",
+        first.name, first.value, first.bound
+    );
+    let DifferingValue { element, gpu, twin } = &difference.first;
+    let [gpu, twin] = [gpu, twin].map(|number| short_number(number));
+    assert_ne!(gpu, twin, "{name}");
+    format!("| {name} | {shader} | {stage} | {element} | {gpu} | {twin} |")
+}
+
+/// Returns a whole number as it is, another with four digits: rounding may differ between adapters.
+fn short_number(number: &str) -> String {
+    match number.parse::<f32>() {
+        Ok(value) if number.contains('.') && value != 0.0 => {
+            let decimals = (3.0 - value.abs().log10().floor()).max(0.0) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ => number.to_owned(),
+    }
+}
+
+#[test]
+fn named_faults_are_shown_as_the_page_does() {
+    let mut by_pixels = settings_of([5, 1, 1], item_buffer(64), 0.01);
+    by_pixels.transport.form_factor = FormFactor::Disc;
+    by_pixels.schedule = by_pixels.schedule.with_southwell();
+    let by_rays = settings_of([5, 1, 3], Visibility::Rays, 0.01);
+    for settings in [by_pixels, by_rays] {
+        let healthy = compare_plates(shared_gpu(), settings);
+        assert!(healthy.solvers_agree(), "a false alarm");
+    }
+    let rows = (BY_PIXELS.into_iter().map(|fault| compare_with_fault(fault, by_pixels)))
+        .chain(BY_RAYS.into_iter().map(|fault| compare_with_fault(fault, by_rays)));
+    let table = [
+        "| Mistake | File | Stage | First value | GPU | Twin |",
+        "|---|---|---|---|---|---|",
+    ]
+    .map(str::to_owned);
+    let table: Vec<String> = table.into_iter().chain(rows).collect();
+    let table = table.join("\n");
+    let page = include_str!("../../docs/your-shader.md");
+    assert!(page.contains(&table), "docs/your-shader.md should have:\n{table}");
+}
