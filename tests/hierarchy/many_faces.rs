@@ -75,7 +75,7 @@ fn noise_of_a_solve_shows_in_its_residual_by_rays() {
         for (n, found) in [once, once + judged.later[k]].into_iter().enumerate() {
             let rho = texel.reflectance.y;
             off[n] += texel.area * (rho * (found - solved.irradiance[k]).y).powi(2);
-            told[n] += texel.area * rho * rho * (judged.variance[n][k] + solved.variance[k]).y;
+            told[n] += texel.area * rho * rho * (judged.variance[n][k] + solved.noise[k] * solved.noise[k]).y;
         }
     }
     // Of 1200 texels both are within a tenth; light of two bounces is common to neighbours.

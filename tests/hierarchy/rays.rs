@@ -2,9 +2,12 @@
 //! many small faces is solved to the requested error.
 
 use common::mesh::Mesh;
+use common::rays::Rays;
 use common::scene::{Face, Scene};
-use cpu::ray_cast::solve_by_rays;
-use glam::{DVec3, Vec3};
+use common::texel::Texel;
+use cpu::dense::open_points::OpenParts;
+use cpu::ray_cast::{Halves, RaySolve, solve_by_rays};
+use glam::{DVec3, Vec3, Vec3A};
 use radiosity_tests::dense::{assemble_dense, solve_matrix};
 use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::solutions::{dense_truth_on, error_against, room_with_standing_box, solve_to_error};
@@ -58,7 +61,7 @@ fn error_and_told_noise(scene: &Scene, texels: u32) -> [f64; 2] {
         let [area, rho, emission] = [texel.area, texel.reflectance.y, texel.emission.y].map(f64::from);
         let reflected = truth.radiosity[k].y - emission;
         off += area * (rho * f64::from(found.irradiance[k].y) - reflected).powi(2);
-        told += area * rho * rho * f64::from(found.variance[k].y);
+        told += area * rho * rho * f64::from(found.noise[k].y).powi(2);
         light += area * reflected * reflected;
     }
     assert!(light > 0.0);
@@ -84,6 +87,69 @@ fn told_noise_is_the_error_against_the_dense_solution() {
         let ratio = off / told;
         assert!((0.7..1.4).contains(&ratio), "{}: {off} off, {told} told", scene.name);
     }
+}
+
+/// Solves `scene` on 8×8 texels and passes the mesh, its open shares and the solve to `test`.
+fn with_solve(scene: &Scene, test: impl FnOnce(&Mesh, &[f32], &mut RaySolve)) {
+    let mesh = Mesh::uniform(scene, 8, 1).unwrap();
+    let rays = Rays::new(&mesh);
+    let open = OpenParts::new(scene, &mesh, &rays);
+    let mut solve = RaySolve::new(scene, &mesh, &rays, &open).unwrap();
+    let mut go_on = |_| ControlFlow::Continue(());
+    solve.solve_to_noise(REQUESTED_NOISE / 8.0, &mut go_on).unwrap();
+    test(&mesh, &open.shares, &mut solve);
+}
+
+/// Means over texels of half the resolution, of a matrix of mean form factors, are those of the merged texels.
+#[test]
+fn change_of_merged_texels_is_that_of_dense_solutions() {
+    let scene = room_with_standing_box();
+    let [fine, coarse] = [8, 4].map(|texels| dense_truth_on(&scene, texels));
+    with_solve(&scene, |mesh, _, solve| {
+        let change = solve.change_if_merged(&mut |_| ControlFlow::Continue(())).unwrap();
+        let (mut off, mut all) = (0.0, 0.0);
+        for (k, texel) in coarse.0.texels.iter().enumerate() {
+            let [i, j] = texel.lattice_corner;
+            let parts = mesh
+                .texels
+                .iter()
+                .enumerate()
+                .filter(|(_, part)| part.face == texel.face && part.lattice_corner.map(|n| n / 2) == [i, j]);
+            let parts: Vec<usize> = parts.map(|(n, _)| n).collect();
+            assert_eq!(parts.len(), 4);
+            let mean = |of: &dyn Fn(usize) -> f32| 0.25 * parts.iter().map(|n| of(*n)).sum::<f32>();
+            let expected = coarse.1.radiosity[k].y - mean(&|n| fine.1.radiosity[n].y);
+            let found = mean(&|n| 0.5 * (change.reflected[n][0].y + change.reflected[n][1].y));
+            off += texel.area * (found - expected).powi(2);
+            all += texel.area * expected * expected;
+        }
+        // A tenth of the change: the dense factors of few points are as far off, and the rays' noise cancels.
+        assert!(all > 0.0 && off < 0.01 * all, "{off} of {all}");
+    });
+}
+
+/// The light that a face sends into a closed room arrives: Σ A F over the texels that receive it is the face's open area.
+#[test]
+fn change_is_attributed_to_the_face_that_sends_it() {
+    let scene = room_with_standing_box();
+    with_solve(&scene, |mesh, open, solve| {
+        let areas: Vec<Halves> = mesh.texels.iter().map(|texel| [Vec3A::X * texel.area; 2]).collect();
+        for f in [0, 2, 7] {
+            let only = |texel: &Texel| [Vec3A::splat(if texel.face == f { 0.5 } else { 0.0 }); 2];
+            let sent: Vec<Halves> = mesh.texels.iter().map(only).collect();
+            let shares = solve.attribute_change(&sent, &areas);
+            let texels = mesh.texels.iter().zip(open).filter(|(texel, _)| texel.face == f);
+            let area: f32 = texels.map(|(texel, open)| texel.area * open).sum();
+            for (g, share) in shares.iter().enumerate() {
+                let expected = if g == f as usize { f64::from(area) } else { 0.0 };
+                // Of some 10⁴ rays that meet the face.
+                assert!(
+                    (share - expected).abs() <= 0.05 * expected,
+                    "face {g} of {f}: {share}, {expected}"
+                );
+            }
+        }
+    });
 }
 
 /// Eight cells in a row, with a small lamp in each and slits between them.

@@ -83,7 +83,7 @@ fn told_noise_is_the_error_against_the_dense_solution() {
             let reflected = truth.radiosity[k].y - f64::from(texel.emission.y);
             let before = f64::from(known[1][k].y);
             off += area * (rho * (before + f64::from(found.irradiance[k].y)) - reflected).powi(2);
-            told += area * rho * rho * f64::from(found.variance[k].y);
+            told += area * rho * rho * f64::from(found.noise[k].y).powi(2);
             light += area * reflected * reflected;
             changed += area * (rho * before - reflected).powi(2);
         }

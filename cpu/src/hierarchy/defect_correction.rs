@@ -67,7 +67,7 @@ impl HierarchicalSolver<'_> {
         Ok(TexelSolution {
             irradiance: whole.map(|(h, (rest, open))| *h + *rest * *open).collect(),
             residual: unshot.map(|(unshot, open)| *unshot * *open).collect(),
-            variance: vec![Vec3::ZERO; self.open.len()],
+            noise: vec![Vec3::ZERO; self.open.len()],
             coarse_error,
             open: self.open,
             links: self.links,

@@ -101,8 +101,8 @@ pub struct TexelSolution {
     pub residual: Vec<Vec3>,
     /// Open share of each texel's area.
     pub open: Vec<f32>,
-    /// Variance of each texel's H by the noise of rays.
-    pub variance: Vec<Vec3>,
+    /// Half of the difference between each texel's H of either half of its rays; its square is the variance of H.
+    pub noise: Vec<Vec3>,
     /// Error of the coarse light at each texel, relative to the RMS of the reflected light.
     pub coarse_error: Vec<f32>,
     /// Links from nodes to texels or coarse nodes, over all steps.

@@ -11,6 +11,7 @@
 //! the noise most, until it is as small as requested.
 
 mod lamp_tree;
+mod merged_texels;
 mod pair_rays;
 pub mod relight;
 pub mod residual;
@@ -26,9 +27,11 @@ use common::rays::Rays;
 use common::scene::Scene;
 use common::{Error, Result};
 use glam::{DVec3, Vec3, Vec3A};
+use merged_texels::MergedTexels;
 use sky_light::SkyLight;
 use std::ops::ControlFlow;
-use texel_rays::{Halves, TexelRays};
+pub use texel_rays::Halves;
+use texel_rays::TexelRays;
 
 /// Least number of rays of each half of a texel.
 const MIN_RAY_COUNT: f32 = 2.0;
@@ -63,14 +66,99 @@ pub fn solve_by_rays(scene: &Scene, mesh: &mut Mesh, noise: f32, watch: Progress
     let (solution, outside) = {
         let rays = Rays::new(mesh);
         let open = OpenParts::new(scene, mesh, &rays);
-        let mut traced = TexelRays::new(mesh, &rays, &open, SkyLight::new(scene, mesh, &rays)?);
-        let solution = RaySolver::new(mesh, &open.shares).solve_to_noise(&mut traced, noise, watch)?;
-        (solution, traced.outside_light())
+        let mut solve = RaySolve::new(scene, mesh, &rays, &open)?;
+        (solve.solve_to_noise(noise, watch)?, solve.outside_light())
     };
     for (texel, outside) in mesh.texels.iter_mut().zip(outside) {
         texel.sky = outside;
     }
     Ok(solution)
+}
+
+/// Change of the light if texels are merged when they send light.
+pub struct MergedChange {
+    /// Change of ρH of each texel, for each half of the rays.
+    pub reflected: Vec<Halves>,
+    /// Radiosity of the merged texels less each texel's own.
+    pub sent: Vec<Halves>,
+}
+
+/// A solve of a scene by rays, which it keeps from one noise to a lower one.
+pub struct RaySolve<'a> {
+    solver: RaySolver<'a>,
+    traced: TexelRays<'a>,
+}
+
+impl<'a> RaySolve<'a> {
+    /// Makes a solve of `scene` on the texels of `mesh` with their `open` parts.
+    ///
+    /// Errors: those of the sky.
+    pub fn new(scene: &Scene, mesh: &'a Mesh, rays: &'a Rays, open: &'a OpenParts) -> Result<Self> {
+        Ok(Self {
+            solver: RaySolver::new(mesh, &open.shares),
+            traced: TexelRays::new(mesh, rays, open, SkyLight::new(scene, mesh, rays)?),
+        })
+    }
+
+    /// Traces rays until the RMS noise is `noise` relative to the reflected light.
+    ///
+    /// Errors: [`Error::Interrupted`].
+    pub fn solve_to_noise(&mut self, noise: f32, watch: ProgressCallback) -> Result<TexelSolution> {
+        self.solver.solve_to_noise(&mut self.traced, noise, watch)
+    }
+
+    /// Returns by how much the light of the last solve changes if the texels are merged two by two when they send light.
+    ///
+    /// Errors: [`Error::Interrupted`].
+    pub fn change_if_merged(&mut self, watch: ProgressCallback) -> Result<MergedChange> {
+        let merged = MergedTexels::new(self.solver.mesh, self.solver.open);
+        let coarse = self.solver.iterate_bounces(&self.traced, Some(&merged), watch)?;
+        let sent = |(h, rho): (&Halves, &Vec3A)| h.map(|h| h * *rho);
+        let sent: Vec<Halves> = coarse
+            .received
+            .iter()
+            .zip(&self.solver.open_reflectance())
+            .map(sent)
+            .collect();
+        let mut means = sent.clone();
+        merged.average(&mut means);
+        let of_solve = self.solver.last.as_ref().map_or(&[][..], |fine| &fine.received);
+        let received = coarse.received.iter().zip(of_solve);
+        let reflected = self
+            .solver
+            .mesh
+            .texels
+            .iter()
+            .zip(received)
+            .map(|(texel, (coarse, fine))| {
+                let rho = Vec3A::from(texel.reflectance);
+                [0, 1].map(|half| rho * (coarse[half] - fine[half]))
+            });
+        Ok(MergedChange {
+            reflected: reflected.collect(),
+            sent: means
+                .iter()
+                .zip(&sent)
+                .map(|([a, b], [c, d])| [*a - *c, *b - *d])
+                .collect(),
+        })
+    }
+
+    /// Returns the share of each face in a change: what its light `sent` adds at each texel times that texel's `weight`, with
+    /// the halves crossed, so that their noise does not multiply.
+    pub fn attribute_change(&self, sent: &[Halves], weights: &[Halves]) -> Vec<f64> {
+        let mut shares = vec![0.0; self.solver.mesh.faces.len()];
+        self.traced.visit_hits(|texel, half, hit, share| {
+            let share = f64::from((weights[texel][1 - half] * sent[hit][half]).element_sum() * share);
+            shares[self.solver.mesh.texels[hit].face as usize] += share;
+        });
+        shares
+    }
+
+    /// Returns the light from outside at each texel.
+    pub fn outside_light(&self) -> Vec<Vec3> {
+        self.traced.outside_light()
+    }
 }
 
 /// Solves for the emission of the texels of `mesh` alone, with its first `bounces` reflections, to an RMS `noise` relative
@@ -100,7 +188,7 @@ fn solve_emission(
     watch: ProgressCallback,
 ) -> Result<TexelSolution> {
     let mut traced = TexelRays::new(mesh, rays, open, None).with_sequence(sequence);
-    let solver = RaySolver {
+    let mut solver = RaySolver {
         max_bounces: bounces,
         ..RaySolver::new(mesh, &open.shares)
     };
@@ -185,10 +273,12 @@ fn limit_total(mut next: Vec<u32>, counts: &[u32], most: u64) -> Vec<u32> {
 struct RayBounces {
     /// Unshot radiosity of each texel's open part.
     unshot: Vec<Halves>,
-    /// H of each texel, the mean over its area and both halves.
+    /// H of each texel, the mean over its area, of each half.
+    received: Vec<Halves>,
+    /// Mean of both halves.
     mean: Vec<Vec3A>,
-    /// Variance of that mean.
-    variance: Vec<Vec3A>,
+    /// Half of their difference.
+    noise: Vec<Vec3A>,
     /// ρ of each texel over the RMS of the reflected light.
     weight: Vec<Vec3A>,
     converged: bool,
@@ -203,6 +293,10 @@ struct RaySolver<'a> {
     known: &'a [Vec3],
     max_bounces: u32,
     passes: u32,
+    /// Rays of each half of each texel; none before the first are traced.
+    counts: Vec<u32>,
+    /// The light of the rays so far.
+    last: Option<RayBounces>,
 }
 
 impl<'a> RaySolver<'a> {
@@ -213,51 +307,62 @@ impl<'a> RaySolver<'a> {
             known: &[],
             max_bounces: MAX_BOUNCES,
             passes: 0,
+            counts: Vec::new(),
+            last: None,
         }
     }
 
-    /// Traces rays until the noise is at most `noise`, relative to the RMS of the reflected light.
+    /// Traces rays until the noise is at most `noise`, relative to the RMS of the reflected light. Rays of an earlier call
+    /// are kept.
     ///
     /// Errors: [`Error::Interrupted`].
     fn solve_to_noise<R: KeptRays>(
-        mut self,
+        &mut self,
         traced: &mut R,
         noise: f32,
         watch: ProgressCallback,
     ) -> Result<TexelSolution> {
-        let mut counts = self.first_counts(R::FIRST_RAY_COUNT);
-        let mut last = false;
+        if self.counts.is_empty() {
+            self.counts = self.first_counts(R::FIRST_RAY_COUNT);
+        }
         // Progress before the round, and work of later rounds over that of this one.
         let (mut before, mut later) = (0.0, f64::from(growth_for(FIRST_NOISE, noise)));
         for round in 0.. {
-            let span = (1.0 - before) / (1.0 + later);
-            let end = before + span;
-            traced.trace_rays(&counts, &mut |done| {
-                watch(end - span * (1.0 - done * (1.0 - BOUNCE_SHARE)))
-            })?;
-            let bounces = self.iterate_bounces(traced, &mut |done| watch(end - span * BOUNCE_SHARE * (1.0 - done)))?;
-            (before, later) = (end, LATER_ROUNDS);
+            let bounces = match self.last.take() {
+                Some(known) => known,
+                None => {
+                    let span = (1.0 - before) / (1.0 + later);
+                    let end = before + span;
+                    traced.trace_rays(&self.counts, &mut |done| {
+                        watch(end - span * (1.0 - done * (1.0 - BOUNCE_SHARE)))
+                    })?;
+                    (before, later) = (end, LATER_ROUNDS);
+                    let mut watch = |done| watch(end - span * BOUNCE_SHARE * (1.0 - done));
+                    self.iterate_bounces(traced, None, &mut watch)?
+                }
+            };
             let found = self.relative_noise(&bounces);
-            let total: u64 = counts.iter().map(|n| 2 * u64::from(*n)).sum();
             let learns = R::LEARNS && round == 0;
-            last |= !learns && found <= noise || round + 1 >= MAX_TRACING_ROUNDS;
+            let mut last = !learns && found <= noise || round + 1 >= MAX_TRACING_ROUNDS;
             if !last {
                 let growth = growth_for(found, noise).min(MAX_RAY_GROWTH);
                 let radiosity = self.reflected_radiosity(&bounces);
                 let next = match growth > MIN_DISCARD_GROWTH {
-                    _ if learns => counts.clone(),
-                    true => self.distribute_rays(traced, &counts, &bounces, &radiosity, growth),
-                    false => counts.iter().map(|n| grow_count(*n, growth)).collect(),
+                    _ if learns => self.counts.clone(),
+                    true => self.distribute_rays(traced, &bounces, &radiosity, growth),
+                    false => self.counts.iter().map(|n| grow_count(*n, growth)).collect(),
                 };
-                let next = limit_total(next, &counts, MAX_RAY_BYTES / R::BYTES_PER_RAY);
-                last = !learns && next == counts;
+                let next = limit_total(next, &self.counts, MAX_RAY_BYTES / R::BYTES_PER_RAY);
+                last = !learns && next == self.counts;
                 if learns || growth > MIN_DISCARD_GROWTH && !last {
                     traced.discard_rays(&radiosity);
                 }
-                counts = next;
+                self.counts = next;
             }
             if last {
-                return Ok(self.finish(&bounces, total));
+                let solution = self.make_solution(&bounces);
+                self.last = Some(bounces);
+                return Ok(solution);
             }
         }
         Err(Error::Interrupted)
@@ -273,19 +378,15 @@ impl<'a> RaySolver<'a> {
     }
 
     /// Iterates H = D + FρH until the unshot power with all its bounces is [`UNSHOT_SHARE`] of the first. No row of ρF
-    /// gains.
+    /// gains. Texels send light as `merged`, if that is given.
     fn iterate_bounces<R: KeptRays>(
         &mut self,
         traced: &R,
+        merged: Option<&MergedTexels>,
         watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<RayBounces> {
         let texels = &self.mesh.texels;
-        // Reflectance of the open part for H of the whole area.
-        let of_open = |(texel, open): (&Texel, &f32)| match *open > 0.0 {
-            true => Vec3A::from(texel.reflectance / *open),
-            false => Vec3A::ZERO,
-        };
-        let reflectance: Vec<Vec3A> = texels.iter().zip(self.open).map(of_open).collect();
+        let reflectance = self.open_reflectance();
         let power = |unshot: &[Halves]| -> f64 {
             let parts = unshot.iter().zip(texels).zip(self.open);
             let part = |(([a, b], texel), open): ((&Halves, &Texel), &f32)| {
@@ -303,6 +404,9 @@ impl<'a> RaySolver<'a> {
             if watch(((now / first).ln() / UNSHOT_SHARE.ln()).min(1.0)).is_break() {
                 return Err(Error::Interrupted);
             }
+            if let Some(merged) = merged {
+                merged.average(&mut unshot);
+            }
             let step = traced.gather_radiosity(&unshot);
             for (received, step) in received.iter_mut().zip(&step) {
                 for (received, step) in received.iter_mut().zip(step) {
@@ -318,12 +422,22 @@ impl<'a> RaySolver<'a> {
         self.passes += bounces;
         let mean: Vec<Vec3A> = received.iter().map(|[a, b]| 0.5 * (*a + *b)).collect();
         Ok(RayBounces {
-            variance: received.iter().map(|[a, b]| 0.25 * (*a - *b) * (*a - *b)).collect(),
+            noise: received.iter().map(|[a, b]| 0.5 * (*a - *b)).collect(),
             weight: self.reflection_weights(&mean),
             mean,
+            received,
             unshot,
             converged: bounces < self.max_bounces,
         })
+    }
+
+    /// Returns the reflectance of each texel's open part for H of its whole area.
+    fn open_reflectance(&self) -> Vec<Vec3A> {
+        let of_open = |(texel, open): (&Texel, &f32)| match *open > 0.0 {
+            true => Vec3A::from(texel.reflectance / *open),
+            false => Vec3A::ZERO,
+        };
+        self.mesh.texels.iter().zip(self.open).map(of_open).collect()
     }
 
     /// Returns ρ of each texel over the RMS of the light reflected of `received` and what is known.
@@ -344,9 +458,9 @@ impl<'a> RaySolver<'a> {
     /// Returns the RMS noise of the reflected light relative to it, in the worst channel.
     fn relative_noise(&self, bounces: &RayBounces) -> f32 {
         let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-        let parts = bounces.weight.iter().zip(&bounces.variance);
-        for (texel, (weight, variance)) in self.mesh.texels.iter().zip(parts) {
-            sum += Vec3::from(*weight * *weight * *variance).as_dvec3() * f64::from(texel.area);
+        let parts = bounces.weight.iter().zip(&bounces.noise);
+        for (texel, (weight, noise)) in self.mesh.texels.iter().zip(parts) {
+            sum += Vec3::from(*weight * *noise).as_dvec3().powf(2.0) * f64::from(texel.area);
             area += f64::from(texel.area);
         }
         (sum / area.max(f64::MIN_POSITIVE)).max_element().sqrt() as f32
@@ -367,7 +481,6 @@ impl<'a> RaySolver<'a> {
     fn distribute_rays<R: KeptRays>(
         &self,
         traced: &R,
-        counts: &[u32],
         bounces: &RayBounces,
         radiosity: &[Vec3A],
         growth: f32,
@@ -379,18 +492,22 @@ impl<'a> RaySolver<'a> {
             f64::from((variance * texel.area).sqrt())
         });
         let spread: Vec<f64> = spread.collect();
-        let now: f64 = spread.iter().zip(counts).map(|(s, n)| s * s / f64::from(*n)).sum();
+        let now: f64 = spread
+            .iter()
+            .zip(&self.counts)
+            .map(|(s, n)| s * s / f64::from(*n))
+            .sum();
         // With n = c·s, Σ s²/n is Σ s/c.
         let per_spread = f64::from(growth) * spread.iter().sum::<f64>() / now.max(f64::MIN_POSITIVE);
         let count = |(s, n): (&f64, &u32)| {
             let most = (*n as f32 * MAX_RAY_GROWTH).min(MAX_RAY_COUNT);
             ((per_spread * s).ceil() as f32).clamp(*n as f32, most) as u32
         };
-        spread.iter().zip(counts).map(count).collect()
+        spread.iter().zip(&self.counts).map(count).collect()
     }
 
-    /// Makes the solution from the light of `bounces` over `links` rays.
-    fn finish(self, bounces: &RayBounces, links: u64) -> TexelSolution {
+    /// Makes the solution from the light of `bounces`.
+    fn make_solution(&self, bounces: &RayBounces) -> TexelSolution {
         let to_vec3 = |values: &[Vec3A]| values.iter().map(|v| Vec3::from(*v)).collect();
         let unshot = bounces.unshot.iter().zip(self.open);
         TexelSolution {
@@ -398,10 +515,10 @@ impl<'a> RaySolver<'a> {
             residual: unshot
                 .map(|([a, b], open)| Vec3::from(0.5 * (*a + *b)) * *open)
                 .collect(),
-            variance: to_vec3(&bounces.variance),
+            noise: to_vec3(&bounces.noise),
             coarse_error: vec![0.0; self.open.len()],
             open: self.open.to_vec(),
-            links,
+            links: self.counts.iter().map(|n| 2 * u64::from(*n)).sum(),
             passes: self.passes,
             converged: bounces.converged,
         }

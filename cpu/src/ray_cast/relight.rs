@@ -33,7 +33,7 @@ pub fn relight_by_rays(
         false => Vec3::ZERO,
     };
     let received: Vec<Vec3> = (0..open.len()).map(received).collect();
-    let solver = RaySolver {
+    let mut solver = RaySolver {
         known: &received,
         ..RaySolver::new(mesh, open)
     };

@@ -55,7 +55,7 @@ pub fn gather_residual_by_rays(
     Ok(GatheredResidual {
         later: all.iter().zip(&irradiance).map(|(all, once)| *all - *once).collect(),
         irradiance,
-        variance: [once.variance, every.variance],
+        variance: [once.noise, every.noise].map(|noise| noise.into_iter().map(|d| d * d).collect()),
         open: parts.shares,
     })
 }

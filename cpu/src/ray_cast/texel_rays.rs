@@ -268,6 +268,17 @@ impl<'a> TexelRays<'a> {
         values
     }
 
+    /// Calls `visit` with each texel, a half, a texel that one of its rays of that half meets, and the form factor that the
+    /// ray counts for.
+    pub fn visit_hits(&self, mut visit: impl FnMut(usize, usize, usize, f32)) {
+        for (own, k) in self.records.iter().zip(&self.along_curve) {
+            let share = own.half_share() * self.open.shares[*k as usize];
+            for (n, hit) in own.hits.iter().enumerate().filter(|(_, hit)| **hit != NO_TEXEL) {
+                visit(*k as usize, n & 1, *hit as usize, share);
+            }
+        }
+    }
+
     /// Returns the light from outside at each texel.
     pub fn outside_light(&self) -> Vec<Vec3> {
         self.map_records(|own, open| Vec3::from(own.sky_light * (0.5 * own.half_share() * open)))

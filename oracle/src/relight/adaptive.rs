@@ -3,10 +3,10 @@
 
 use super::captured_room::CapturedValues;
 use super::stage::RelightStage;
-use crate::solve::adaptive::ESCAPE_POINTS;
 use crate::solve::adaptive::{AdaptiveProblem, follows_rays, noise_on_texels, refine_until_converged, step_progress};
 use crate::solve::progress::ProgressMonitor;
 use crate::solve::resolution::{count_texels, halve_even, resample_face};
+use crate::solve::solve_to_error::ESCAPE_POINTS;
 use crate::solve::solved::{RelightReport, Solved};
 use crate::solve::solver::ErrorTarget;
 use crate::solve::step::{SolveStep, narrow_to_f32, resample_step};
@@ -245,7 +245,7 @@ impl AdaptiveRelight<'_> {
             residual: mean(&|k| step.outcome.residual[k]),
             open: open.iter().map(|open| open.x).collect(),
             coarse_error: Vec::new(),
-            variance: mean(&|k| step.outcome.variance[k]),
+            noise: mean(&|k| step.outcome.noise[k]),
             ..step.outcome
         };
         Ok(RelightStep {
@@ -315,9 +315,9 @@ impl AdaptiveRelight<'_> {
             let mut own = step.resolutions[f];
             let wide = halve_even(own);
             let smooth = resample_face(&resample_face(&changes, face, own, wide), face, wide, own);
-            let variance = step.variance[range.clone()]
+            let variance = step.noise[range.clone()]
                 .iter()
-                .map(|v| v.max_element())
+                .map(|d| (*d * *d).max_element())
                 .sum::<f64>()
                 / range.len() as f64;
             let edges = changes.iter().zip(&smooth).map(|(a, b)| (*a - *b).abs().max_element());

@@ -3,6 +3,8 @@
 //! by less than the request. If no texels are requested, they are halved until the radiosity varies within each
 //! by no more than a few times the error.
 //!
+//! By rays the steps are others: see `ray_steps`.
+//!
 //! The difference d of the last two solutions is the estimate of the finer one's error. It equals the error
 //! of the coarser less that of the finer; where a step halves the error the two are equal. Where a step
 //! reduces the error less, d is too small. So the first step is already solved to the requested error and the
@@ -19,45 +21,36 @@ use super::resolution::{
     MAX_FACE_TEXELS, RequestedTexels, choose_first, choose_second, count_texels, first_texel_width, halve_even,
     halve_largest, resample_face,
 };
-use super::solved::Solved;
 use super::solver::ErrorTarget;
-use super::step::{SolveStep, narrow_to_f32, resample_step};
-use common::cover::sample_covers;
+use super::step::SolveStep;
 use common::mesh::{MAX_TEXELS, Mesh};
 use common::scene::{Face, Scene};
-use common::settings::Settings;
 use common::solution::{Warning, WarningCode};
 use common::texel::{first_texels, texel_count};
 use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
-use cpu::hierarchy::shot_log;
 use cpu::hierarchy::sky::receive_sky;
-use cpu::hierarchy::solver::{ErrorBudget, TexelSolution, solve_with_links};
-use cpu::ray_cast::solve_by_rays;
-use glam::{DVec3, Vec3};
+use cpu::hierarchy::solver::{ErrorBudget, solve_with_links};
+use glam::DVec3;
 use std::ops::ControlFlow;
 
 /// Largest variation within a texel, in multiples of the error, where texels follow from the light.
 const MAX_VARIATION_PER_ERROR: f64 = 4.0;
 /// Largest number of texels that follow from the light.
 const MAX_RESULT_TEXELS: u64 = 1 << 17;
-/// Sample points per face for the escaping share of its light.
-pub const ESCAPE_POINTS: u32 = 16;
 /// Largest number of steps.
-const MAX_STEPS: u32 = 6;
+pub(super) const MAX_STEPS: u32 = 6;
 /// Smallest goal of a step, as a share of the requested error. Remaining differences are then due to the
 /// texels' size.
 const MIN_GOAL_SHARE: f64 = 0.25;
 /// Largest number of texels of a step; in a large scene twice the number of the step before.
-const MAX_STEP_TEXELS: u64 = 1 << 20;
+pub(super) const MAX_STEP_TEXELS: u64 = 1 << 20;
 /// Number of faces from which on a scene is solved by rays.
 const MIN_RAY_FACES: f64 = 200.0;
 /// The same number times the requested error: links grow with its inverse, rays faster.
 const RAY_FACES_PER_INVERSE_ERROR: f64 = 2.0;
 /// Number of texels up to which the second step of many small faces halves them.
 const MAX_HALVED_TEXELS: u64 = 1 << 16;
-/// Least noise of a step, as a share of the requested error.
-const MIN_NOISE_SHARE: f64 = 0.5;
 /// Share of the squared error that may come from faces whose texels are not halved.
 const UNREFINED_SHARE: f64 = 0.25;
 
@@ -70,28 +63,7 @@ pub(super) struct AdaptiveSolve<'a> {
     error: f64,
     /// Method that finds links.
     method: LinkMethod<'a>,
-    progress: &'a ProgressMonitor<'a>,
-}
-
-/// Solves `scene` with links found by `method`, until two successive solutions differ by less than the
-/// error of `target`. After an interruption it returns the last complete step.
-///
-/// Errors: [`common::Error::Interrupted`] before the first step is done.
-pub fn solve_adaptively(
-    scene: &Scene,
-    settings: &Settings,
-    target: ErrorTarget,
-    method: LinkMethod,
-    progress: &ProgressMonitor,
-) -> Result<Solved> {
-    let problem = AdaptiveSolve::new(scene, target, method, progress);
-    let (step, history) = refine_until_converged(&problem, target.error)?;
-    let mut solved = resample_result(scene, settings, target, step, history)?;
-    solved.run.field.origin = match problem.follows_rays() {
-        true => "rays".into(),
-        false => format!("hierarchy by {}", method.name()),
-    };
-    Ok(solved)
+    pub(super) progress: &'a ProgressMonitor<'a>,
 }
 
 impl<'a> AdaptiveSolve<'a> {
@@ -109,12 +81,6 @@ impl<'a> AdaptiveSolve<'a> {
             method,
             progress,
         }
-    }
-
-    /// Returns the noise to which rays are traced in a step to `goal` on texels of these `resolutions`.
-    pub(super) fn ray_noise(&self, goal: f64, resolutions: &[[u32; 2]]) -> f64 {
-        let noise = goal.max(MIN_NOISE_SHARE * self.error);
-        noise_on_texels(self.scene, noise, &|f| self.requested_texels(f), resolutions)
     }
 
     /// Returns whether bounces are traced by rays.
@@ -157,12 +123,8 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
         let phase = format!("solving to {:.2} %", 100.0 * goal);
         let off = last.map_or(Vec::new(), |last| last.coarse_error(&self.scene.faces, &texels, goal));
         let budget = ErrorBudget::for_error(goal as f32);
-        let noise = self.ray_noise(goal, &texels);
         let mut callback = step_progress(self.progress, &phase);
         let outcome = self.progress.time_phase("solve", || {
-            if self.follows_rays() {
-                return solve_by_rays(self.scene, &mut mesh, noise as f32, &mut callback);
-            }
             let mut outside = step_progress(self.progress, "light from outside");
             receive_sky(self.scene, &mut mesh, goal as f32, &mut outside)?;
             solve_with_links(self.scene, &mesh, &off, budget, self.method, &mut callback)
@@ -211,68 +173,6 @@ pub fn adapt_advice(mut warnings: Vec<Warning>) -> Vec<Warning> {
         }
     }
     warnings
-}
-
-/// Converts the last step to the requested texels.
-pub(super) fn resample_result(
-    scene: &Scene,
-    settings: &Settings,
-    target: ErrorTarget,
-    step: SolveStep,
-    history: ErrorHistory,
-) -> Result<Solved> {
-    let to = |own: &[u32; 2]| target.texels.map_or(*own, |n| [n; 2]);
-    let texels: Vec<[u32; 2]> = step.resolutions.iter().map(to).collect();
-    let mut mesh = Mesh::new(scene, &texels, 1)?;
-    sample_covers(&mut mesh, ESCAPE_POINTS);
-    // A mesh has its texels in face order because each face is one patch.
-    let light = |values: &[Vec3]| narrow_to_f32(resample_step(&scene.faces, &step, &texels, &|k| values[k].as_dvec3()));
-    let open = |k: usize| DVec3::splat(f64::from(step.outcome.open[k]));
-    let open = narrow_to_f32(resample_step(&scene.faces, &step, &texels, &open));
-    if scene.sky.is_some() {
-        let outside: Vec<Vec3> = step.mesh.texels.iter().map(|texel| texel.sky).collect();
-        for (texel, sky) in mesh.texels.iter_mut().zip(light(&outside)) {
-            texel.sky = sky;
-        }
-    }
-    let mut irradiance = light(&step.outcome.irradiance);
-    weight_by_reflectance(scene, &step, &mesh, &mut irradiance);
-    let outcome = TexelSolution {
-        irradiance,
-        residual: light(&step.outcome.residual),
-        open: open.iter().map(|open| open.x).collect(),
-        links: step.outcome.links,
-        passes: step.outcome.passes,
-        converged: step.outcome.converged,
-        ..TexelSolution::default()
-    };
-    shot_log::set_open_shares(&mut mesh, &outcome);
-    let run = shot_log::record_run(&mesh, &outcome, &shot_log::measure_escape(&step.mesh, &step.outcome));
-    Ok(Solved {
-        history: Some(history),
-        ..Solved::new(settings, mesh, run)
-    })
-}
-
-/// Weights H by ρ on requested texels within which ρ varies: then B = E + ρH, with the texel's mean ρ, is the
-/// mean over the texel.
-fn weight_by_reflectance(scene: &Scene, step: &SolveStep, mesh: &Mesh, irradiance: &mut [Vec3]) {
-    let (mut from, mut to) = (0, 0);
-    for (f, face) in scene.faces.iter().enumerate() {
-        let (many, few) = (step.resolutions[f], mesh.faces[f].resolution);
-        let [first, next] = [from, to];
-        from += texel_count(many) as usize;
-        to += texel_count(few) as usize;
-        if face.paint.is_none() || (0..2).all(|k| many[k] <= few[k]) {
-            continue;
-        }
-        let reflected = resample_face(&step.reflected[first..from], face, many, few);
-        let texels = mesh.texels[next..to].iter();
-        for ((h, texel), all) in irradiance[next..to].iter_mut().zip(texels).zip(reflected) {
-            let rho = texel.reflectance;
-            *h = Vec3::select(rho.cmpgt(Vec3::ZERO), all.as_vec3() / rho, *h);
-        }
-    }
 }
 
 /// Returns texels of the second of two steps by rays: half as wide as those of the `first` on the faces that reflect
@@ -411,7 +311,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
             }
             next => next?,
         };
-        let change = StepChange::new(scene, last.as_ref(), next.as_ref(), &requested);
+        let change = StepChange::between(scene, last.as_ref(), next.as_ref(), &requested);
         last = next;
         history.changes.push(change.total);
         let by_face = change.by_face.clone();

@@ -3,7 +3,7 @@
 
 use super::regather::estimate::{MAX_NAMED_FACES, descending_order, largest_faces};
 use super::regather::{ErrorCause, ErrorEstimate, ErrorPart, EstimateBasis, FaceError};
-use super::resolution::{RequestedTexels, resample_face};
+use super::resolution::{RequestedTexels, coarser_texels, resample_face};
 use super::step::SolveStep;
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
@@ -34,6 +34,8 @@ pub struct ErrorHistory {
     pub links: u64,
     /// Reason for an end before the requested error was reached.
     pub stop_reason: Option<String>,
+    /// The changes are those of texels that are merged within a step, which are not extrapolated.
+    pub of_merged_texels: bool,
 }
 
 impl ErrorHistory {
@@ -48,7 +50,7 @@ impl ErrorHistory {
     /// Remaining error as a multiple of the last change.
     fn extrapolation_factor(&self) -> f64 {
         let mut last = self.changes.iter().rev();
-        let (Some(last), Some(before)) = (last.next(), last.next()) else {
+        let (Some(last), Some(before), false) = (last.next(), last.next(), self.of_merged_texels) else {
             return 1.0;
         };
         let fall = (last / before).min(MAX_CHANGE_RATIO);
@@ -138,7 +140,7 @@ impl ErrorHistory {
 pub struct StepChange {
     /// Change of the whole scene.
     pub total: f64,
-    /// Noise of the step's B.
+    /// Noise of the step's B, relative to the RMS of B − E, in its worst channel.
     pub noise: f64,
     /// Squared change of each face; they sum to the square of the whole, but for the noise.
     pub by_face: Vec<f64>,
@@ -154,57 +156,98 @@ pub struct StepChange {
     pub texel_squares: Vec<DVec3>,
 }
 
+/// Change of one face.
+struct FaceChange {
+    /// Texels on which it was measured.
+    resolution: [u32; 2],
+    /// Squared change of B on each of them.
+    squares: Vec<DVec3>,
+    /// Noise variance that is in the squares, by area.
+    noise: DVec3,
+}
+
 impl StepChange {
     /// Compares `before` with `after`. Differences within requested texels do not count.
-    pub fn new(scene: &Scene, before: &SolveStep, after: &SolveStep, requested: RequestedTexels) -> Self {
+    pub fn between(scene: &Scene, before: &SolveStep, after: &SolveStep, requested: RequestedTexels) -> Self {
         let firsts = [before, after].map(|step| first_texels(&step.resolutions));
-        let (mut faces, mut lights, mut noises) = (Vec::new(), Vec::new(), Vec::new());
-        let mut between = Vec::new();
-        let (mut resolutions, mut squares) = (Vec::new(), Vec::new());
-        for (f, face) in scene.faces.iter().enumerate() {
-            let coarser = |a: [u32; 2], b: [u32; 2]| [0, 1].map(|k| a[k].min(b[k]));
-            let both = coarser(before.resolutions[f], after.resolutions[f]);
-            let both = requested(f).map_or(both, |texels| coarser(both, texels));
+        Self::sum_faces(scene, after, requested, |f, face| {
+            let both = coarser_texels(before.resolutions[f], after.resolutions[f]);
+            let both = requested(f).map_or(both, |texels| coarser_texels(both, texels));
             let [a, b] = [(before, &firsts[0]), (after, &firsts[1])].map(|(step, first)| {
                 let own = &step.radiosity[first[f]..first[f + 1]];
                 resample_face(own, face, step.resolutions[f], both)
             });
-            let noise_of = |step: &SolveStep, first: &[usize], texels: [u32; 2]| {
-                let own = &step.variance[first[f]..first[f + 1]];
-                let averaged = (own.len() as f64 / f64::from(texel_count(texels))).max(1.0);
-                own.iter().sum::<DVec3>() * face.area() / (own.len() as f64 * averaged)
-            };
-            between.push(noise_of(before, &firsts[0], both) + noise_of(after, &firsts[1], both));
-            let shown = requested(f).map_or(after.resolutions[f], |texels| coarser(after.resolutions[f], texels));
-            noises.push(noise_of(after, &firsts[1], shown));
-            let light = &after.reflected[firsts[1][f]..firsts[1][f + 1]];
-            let light = resample_face(light, face, after.resolutions[f], both);
-            let area = face.area() / f64::from(texel_count(both));
-            let changed = a.iter().zip(&b).map(|(a, b)| (b - a) * (b - a));
-            squares.extend(changed);
-            faces.push(area * squares[squares.len() - a.len()..].iter().sum::<DVec3>());
+            FaceChange {
+                resolution: both,
+                squares: a.iter().zip(&b).map(|(a, b)| (b - a) * (b - a)).collect(),
+                noise: [before, after]
+                    .map(|step| step.noise_of_face(face, f, both))
+                    .into_iter()
+                    .sum(),
+            }
+        })
+    }
+
+    /// Measures the change of ρH in `step`, given for each face on texels of `resolutions` and for each half of the rays.
+    /// The product of the halves has no noise in the mean.
+    pub fn from_halves(
+        scene: &Scene,
+        step: &SolveStep,
+        (changes, resolutions): (&[[Vec<DVec3>; 2]], &[[u32; 2]]),
+        requested: RequestedTexels,
+    ) -> Self {
+        Self::sum_faces(scene, step, requested, |f, _| {
+            let [a, b] = &changes[f];
+            FaceChange {
+                resolution: resolutions[f],
+                squares: a.iter().zip(b).map(|(a, b)| a * b).collect(),
+                noise: DVec3::ZERO,
+            }
+        })
+    }
+
+    /// Sums the changes of all faces in the last step, `after`.
+    fn sum_faces(
+        scene: &Scene,
+        after: &SolveStep,
+        requested: RequestedTexels,
+        change_of: impl Fn(usize, &Face) -> FaceChange,
+    ) -> Self {
+        let first = first_texels(&after.resolutions);
+        let (mut systematic, mut lights, mut noise) = (Vec::new(), Vec::new(), DVec3::ZERO);
+        let (mut resolutions, mut texel_squares) = (Vec::new(), Vec::new());
+        let mut all = DVec3::ZERO;
+        for (f, face) in scene.faces.iter().enumerate() {
+            let own = change_of(f, face);
+            let shown = requested(f).map_or(after.resolutions[f], |texels| {
+                coarser_texels(after.resolutions[f], texels)
+            });
+            noise += after.noise_of_face(face, f, shown);
+            let light = &after.reflected[first[f]..first[f + 1]];
+            let light = resample_face(light, face, after.resolutions[f], own.resolution);
+            let area = face.area() / f64::from(texel_count(own.resolution));
+            let square = area * own.squares.iter().sum::<DVec3>();
+            all += square;
+            systematic.push(square - own.noise);
             lights.push(area * light.iter().map(|b| *b * *b).sum::<DVec3>());
-            resolutions.push(both);
+            resolutions.push(own.resolution);
+            texel_squares.extend(own.squares.into_iter().map(|square| square.max(DVec3::ZERO)));
         }
         let light: DVec3 = lights.iter().sum();
-        let share = |c: usize| {
-            let all: f64 = faces.iter().map(|own: &DVec3| own[c]).sum();
-            if all == 0.0 { 0.0 } else { all / light[c] }
-        };
-        let systematic = |f: usize, c: usize| faces[f][c] - between[f][c];
+        let share_of = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
+        let share = |c: usize| share_of(all[c], light[c]);
         let worst = (0..3).max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(0);
         let scale = if light[worst] > 0.0 { 1.0 / light[worst] } else { 0.0 };
-        let systematic: Vec<f64> = (0..faces.len()).map(|f| systematic(f, worst)).collect();
-        let noise: f64 = noises.iter().map(|own: &DVec3| own[worst]).sum();
+        let systematic: Vec<f64> = systematic.iter().map(|own| own[worst]).collect();
         Self {
             total: (systematic.iter().sum::<f64>().max(0.0) * scale).sqrt(),
-            noise: (noise * scale).sqrt(),
+            noise: (0..3).map(|c| share_of(noise[c], light[c])).fold(0.0, f64::max).sqrt(),
             by_face: systematic.iter().map(|own| own.max(0.0) * scale).collect(),
             channel: worst,
             scale,
             reflected_squares: lights.iter().map(|own: &DVec3| own[worst]).collect(),
             resolutions,
-            texel_squares: squares,
+            texel_squares,
         }
     }
 

@@ -1,21 +1,22 @@
-//! Forecasts a solve to an error from its first step, which is solved.
+//! Forecasts a solve to an error from its first step, or by rays from its first two, which are solved.
 //!
-//! The second step, as a rule the last, is solved to half the error. Its texels are known: the first step chooses them.
-//! - By rays: the noise variance of n rays falls as n^-1.25 whatever the texels are, so that a texel's rays grow by the
-//!   noise's ratio to the power 1.6 ([`grown_rays`]).
-//! - By links: work goes with the number of texels. A texel's links grow by √2 at most (sources are linear, so that the error
+//! - By rays: the second step tells the texels of the last one (see `ray_steps`). The noise variance of n rays falls as
+//!   n^-1.25 whatever the texels are, so that a texel's rays grow by the noise's ratio to the power 1.6.
+//! - By links: the second step, as a rule the last, is solved to half the error on texels that the first step chooses. Work
+//!   goes with the number of texels. A texel's links grow by √2 at most (sources are linear, so that the error
 //!   of a link goes with the area of its source), and about as many texels are interpolated instead. If no texels are
 //!   requested, another step follows on those that light needs; the variation within a texel halves with its width, as
 //!   beside a shadow's edge.
 
 use super::adaptive::{
-    AdaptiveSolve, brightest_channel, halve_varied, is_result, resample_result, solve_first_step,
-    variation_within_texels,
+    AdaptiveSolve, brightest_channel, halve_varied, is_result, solve_first_step, variation_within_texels,
 };
 use super::error_estimate::ErrorHistory;
 use super::gpu_linker::LinkerOnGpu;
 use super::progress::ProgressMonitor;
+use super::ray_steps::{RayForecast, forecast_by_rays};
 use super::resolution::count_texels;
+use super::solve_to_error::resample_result;
 use super::solved::Solved;
 use super::solver::{ErrorTarget, SolverChoice};
 use super::step::SolveStep;
@@ -23,11 +24,10 @@ use common::Result;
 use common::scene::Scene;
 use common::settings::Settings;
 use cpu::hierarchy::linker::LinkMethod;
-use cpu::ray_cast::{count_traced_rays, grown_rays};
 
 /// The first step of a solve, and what the whole takes.
 pub struct FirstStep {
-    /// The result of the first step.
+    /// The result of the steps that were solved.
     pub solved: Solved,
     /// Texels of the last step.
     pub texels: u64,
@@ -66,27 +66,20 @@ fn forecast_solve(
     progress: &ProgressMonitor,
 ) -> Result<FirstStep> {
     let problem = AdaptiveSolve::new(scene, target, method, progress);
-    let (first, second) = solve_first_step(&problem, target.error)?;
-    let texels = [first.mesh.texels.len() as u64, count_texels(&second)];
-    let (kept, rays, work_ratio) = if problem.follows_rays() {
-        let noise = problem.ray_noise(0.5 * target.error, &second);
-        let own = first.outcome.links;
-        let rays = grown_rays(own, texels, (first.relative_noise() / noise) as f32);
-        let [before, work] =
-            [(own, texels[0]), (rays, texels[1])].map(|(rays, texels)| count_traced_rays(rays, texels));
-        (texels[1], rays, 1.0 + work as f64 / before.max(1) as f64)
+    let (step, [texels, rays], work_ratio) = if problem.follows_rays() {
+        let RayForecast { step, kept, work_ratio } = forecast_by_rays(&problem, target.error)?;
+        (step, kept, work_ratio)
     } else {
+        let (first, second) = solve_first_step(&problem, target.error)?;
+        let texels = [first.mesh.texels.len() as u64, count_texels(&second)];
         let last = count_result_texels(scene, target, &first, &second);
         let after = texels[1] + last.unwrap_or(0);
-        (
-            last.unwrap_or(texels[1]),
-            0,
-            1.0 + after as f64 / texels[0].max(1) as f64,
-        )
+        let work_ratio = 1.0 + after as f64 / texels[0].max(1) as f64;
+        (first, [last.unwrap_or(texels[1]), 0], work_ratio)
     };
     Ok(FirstStep {
-        solved: resample_result(scene, settings, target, first, ErrorHistory::default())?,
-        texels: kept,
+        solved: resample_result(scene, settings, target, step, ErrorHistory::default())?,
+        texels,
         rays,
         work_ratio,
     })

@@ -7,6 +7,8 @@ use common::mesh::Mesh;
 use common::resample::{area_average, shared_pieces};
 use common::scene::{Face, Scene};
 use glam::DVec3;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// Width of the first step's texels as a share of half the extent, if that is cheap. Larger texels would be few, and two
 /// steps on a few texels may agree by chance.
@@ -19,6 +21,8 @@ const TEXELS_ACROSS_GAP: f64 = 8.0;
 const MIN_WIDTH_SHARE: f64 = 0.0625;
 /// Number of texels that is cheap to solve.
 const CHEAP_TEXELS: u64 = 1 << 15;
+/// Largest growth of a face's number of texels in one step: what is known of smaller ones is a guess.
+const MAX_GROWTH: u64 = 16;
 /// Number of texels of a face from which on they are not halved, where they follow from the light.
 pub const MAX_FACE_TEXELS: u64 = 64 * 64;
 
@@ -122,6 +126,11 @@ fn refine_in_gaps(scene: &Scene, texels: Vec<[u32; 2]>, wanted: (f64, f64)) -> V
     }
 }
 
+/// Returns the smaller number of each side.
+pub fn coarser_texels(a: [u32; 2], b: [u32; 2]) -> [u32; 2] {
+    [0, 1].map(|k| a[k].min(b[k]))
+}
+
 /// Number of all texels; triangles have as many as quads.
 pub fn count_texels(resolutions: &[[u32; 2]]) -> u64 {
     resolutions.iter().map(|[w, h]| u64::from(*w) * u64::from(*h)).sum()
@@ -151,6 +160,44 @@ pub fn halve_largest(
     halved
 }
 
+/// Halves the texels of faces where that reduces the error at the least cost, until `remaining` of the sum of `squares` is
+/// left or there are `most` texels: a face's square falls as the number of its texels grows, and each face's number grows
+/// 16 times at most.
+pub fn halve_by_cost(
+    faces: &[Face],
+    texels: &[[u32; 2]],
+    squares: &[f64],
+    (remaining, most): (f64, u64),
+) -> Vec<[u32; 2]> {
+    let mut halved = texels.to_vec();
+    let mut all = count_texels(texels);
+    let mut queue: BinaryHeap<(u64, Reverse<usize>)> = BinaryHeap::new();
+    // The bits of numbers of one sign are in their order.
+    let per_texel = |square: f64, texels: [u32; 2]| (square / count_texels(&[texels]) as f64).to_bits();
+    let positive = squares.iter().map(|square| square.max(0.0));
+    let mut rest: f64 = positive.clone().sum();
+    let goal = remaining * rest;
+    for (f, square) in positive.enumerate().filter(|(_, square)| *square > 0.0) {
+        queue.push((per_texel(square, texels[f]), Reverse(f)));
+    }
+    while let Some((bits, Reverse(f))) = queue.pop() {
+        if rest <= goal || all >= most {
+            break;
+        }
+        let before = count_texels(&[halved[f]]);
+        halved[f] = faces[f].halve_texels(halved[f]);
+        let after = count_texels(&[halved[f]]);
+        all += after - before;
+        let square = f64::from_bits(bits) * before as f64;
+        let left = square * before as f64 / after as f64;
+        rest -= square - left;
+        if after < MAX_GROWTH * count_texels(&[texels[f]]) {
+            queue.push((per_texel(left, halved[f]), Reverse(f)));
+        }
+    }
+    halved
+}
+
 /// Resamples values of a face's texels from `from` to `to` texels: means over areas.
 pub fn resample_face(values: &[DVec3], face: &Face, from: [u32; 2], to: [u32; 2]) -> Vec<DVec3> {
     if from == to {
@@ -161,7 +208,33 @@ pub fn resample_face(values: &[DVec3], face: &Face, from: [u32; 2], to: [u32; 2]
 
 #[cfg(test)]
 mod tests {
-    use super::solved_texels;
+    use super::{halve_by_cost, solved_texels};
+    use common::scene::Face;
+    use glam::{DVec3, Vec3};
+
+    /// A face whose square is 16 times another's gets 16 times its texels, up to the largest growth; none gets any without
+    /// need.
+    #[test]
+    fn texels_are_halved_where_it_pays() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        let faces = vec![Face::quad("face", corners, Vec3::ZERO, Vec3::ONE); 4];
+        let halve =
+            |squares: [f64; 4], remaining, most| halve_by_cost(&faces, &[[2; 2]; 4], &squares, (remaining, most));
+        assert_eq!(halve([16.0, 1.0, 0.0, -1.0], 1.0, 999), [[2; 2]; 4]);
+        assert_eq!(
+            halve([16.0, 1.0, 0.0, -1.0], 0.2, 999),
+            [[8, 8], [2, 2], [2, 2], [2, 2]]
+        );
+        assert_eq!(
+            halve([16.0, 1.0, 0.0, -1.0], 0.08, 999),
+            [[8, 8], [4, 4], [2, 2], [2, 2]]
+        );
+        assert_eq!(
+            halve([16.0, 1.0, 0.0, -1.0], 0.08, 28),
+            [[4, 4], [2, 2], [2, 2], [2, 2]]
+        );
+        assert_eq!(halve([1.0, 0.0, 0.0, 0.0], 1e-9, 999)[0], [8, 8]);
+    }
 
     #[test]
     fn solved_texels_have_only_small_factors() {

@@ -3,7 +3,7 @@
 use super::resolution::resample_face;
 use common::mesh::Mesh;
 use common::scene::Face;
-use common::texel::first_texels;
+use common::texel::{first_texels, texel_count};
 use cpu::hierarchy::solver::TexelSolution;
 use glam::{DVec3, Vec3};
 
@@ -11,6 +11,8 @@ use glam::{DVec3, Vec3};
 pub struct SolveStep {
     /// Texels W×H of each face.
     pub resolutions: Vec<[u32; 2]>,
+    /// First texel of each face, in face order, and the number of all.
+    first_texels: Vec<usize>,
     /// The texels with their ρ and E.
     pub mesh: Mesh,
     /// The hierarchical solution.
@@ -19,8 +21,9 @@ pub struct SolveStep {
     pub reflected: Vec<DVec3>,
     /// B of each texel, in face order.
     pub radiosity: Vec<DVec3>,
-    /// Variance of B of each texel from the noise of rays, in face order.
-    pub variance: Vec<DVec3>,
+    /// Noise of B of each texel, in face order: half of the difference between the halves of the rays. Its square is the
+    /// variance.
+    pub noise: Vec<DVec3>,
 }
 
 impl SolveStep {
@@ -29,14 +32,12 @@ impl SolveStep {
         let reflected = |k: usize| (mesh.texels[k].reflectance * outcome.irradiance[k]).as_dvec3();
         let order = mesh.texels_in_face_order();
         let radiosity = |k: &usize| mesh.texels[*k].emission.as_dvec3() + reflected(*k);
-        let variance = |k: &usize| {
-            let reflectance = mesh.texels[*k].reflectance.as_dvec3();
-            reflectance * reflectance * outcome.variance[*k].as_dvec3()
-        };
+        let noise = |k: &usize| (mesh.texels[*k].reflectance * outcome.noise[*k]).as_dvec3();
         Self {
-            variance: order.iter().map(variance).collect(),
+            noise: order.iter().map(noise).collect(),
             radiosity: order.iter().map(radiosity).collect(),
             reflected: order.into_iter().map(reflected).collect(),
+            first_texels: first_texels(&resolutions),
             resolutions,
             mesh,
             outcome,
@@ -48,7 +49,7 @@ impl SolveStep {
         let (mut noise, mut light) = (DVec3::ZERO, DVec3::ZERO);
         for (n, k) in self.mesh.texels_in_face_order().into_iter().enumerate() {
             let area = f64::from(self.mesh.texels[k].area);
-            noise += self.variance[n] * area;
+            noise += self.noise[n] * self.noise[n] * area;
             light += self.reflected[n] * self.reflected[n] * area;
         }
         let share = |c: usize| {
@@ -59,6 +60,14 @@ impl SolveStep {
             }
         };
         share(0).max(share(1)).max(share(2))
+    }
+
+    /// Returns the noise variance of the means of B over `texels` of `face`, number `f`, times its area.
+    pub fn noise_of_face(&self, face: &Face, f: usize, texels: [u32; 2]) -> DVec3 {
+        let first = self.first_texels[f];
+        let own = &self.noise[first..self.first_texels[f + 1]];
+        let means = resample_face(own, face, self.resolutions[f], texels);
+        means.iter().map(|d| *d * *d).sum::<DVec3>() * face.area() / f64::from(texel_count(texels))
     }
 
     /// Replaces B of each texel, given in the mesh's order. (E of a captured wall is B₀ − ρH₀, and may change
@@ -82,7 +91,7 @@ impl SolveStep {
 /// Resamples values of the texels of `step` (in its mesh's order) to `to` texels of each face: means over areas, in face
 /// order.
 pub fn resample_step(faces: &[Face], step: &SolveStep, to: &[[u32; 2]], values: &dyn Fn(usize) -> DVec3) -> Vec<DVec3> {
-    let first = first_texels(&step.resolutions);
+    let first = &step.first_texels;
     let ordered: Vec<DVec3> = step.mesh.texels_in_face_order().into_iter().map(values).collect();
     let each = faces.iter().enumerate().map(|(f, face)| {
         let own = &ordered[first[f]..first[f + 1]];

@@ -10,7 +10,7 @@ use super::regather::ErrorEstimate;
 use super::solved::Solved;
 use super::solver::SolverChoice;
 use super::warnings;
-use super::{adaptive, dense, regather};
+use super::{adaptive, dense, regather, solve_to_error};
 use common::Result;
 use common::cover::sampled_mesh_until;
 use common::passes;
@@ -51,11 +51,11 @@ impl SolveTask for Scene {
         match solver {
             SolverChoice::Dense => return dense::solve_dense(self, settings, progress),
             SolverChoice::Hierarchy(target) => {
-                return adaptive::solve_adaptively(self, settings, target, LinkMethod::Shafts, progress);
+                return solve_to_error::solve_adaptively(self, settings, target, LinkMethod::Shafts, progress);
             }
             SolverChoice::GpuHierarchy(gpu, target) => {
                 let maker = LinkerOnGpu::factory_on(gpu, &[]);
-                return adaptive::solve_adaptively(self, settings, target, LinkMethod::Custom(&maker), progress);
+                return solve_to_error::solve_adaptively(self, settings, target, LinkMethod::Custom(&maker), progress);
             }
             SolverChoice::Cpu | SolverChoice::Gpu(_) => {}
         }

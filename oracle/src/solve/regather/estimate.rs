@@ -135,7 +135,7 @@ pub enum EstimateBasis {
     },
     /// The scene was solved in successive steps, each finer than the one before.
     SuccessiveSteps {
-        /// Change of each step.
+        /// Change of each step from the one before; by rays, if its texels are merged two by two.
         changes: Vec<f64>,
         /// Faces whose error, relative to their own light, is more than ten times that of the scene.
         worse: Vec<FaceError>,

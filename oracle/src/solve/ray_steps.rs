@@ -1,0 +1,272 @@
+//! A solve by rays in steps of smaller texels.
+//!
+//! In each step few rays tell the error of the texels: the change of the light if they are merged two by two, on the same
+//! rays, whose noise cancels. Where it is small enough, rays are added until their noise is, too; else the texels whose
+//! merging causes most of the change are halved, and the next step begins.
+
+use super::adaptive::{AdaptiveProblem, AdaptiveSolve, MAX_STEP_TEXELS, MAX_STEPS, step_progress};
+use super::adjacency::refine_neighbours;
+use super::error_estimate::{ErrorHistory, StepChange};
+use super::resolution::{
+    choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost, halve_even,
+    resample_face,
+};
+use super::step::SolveStep;
+use common::mesh::{MAX_TEXELS, Mesh};
+use common::passes::ProgressCallback;
+use common::rays::Rays;
+use common::texel::first_texels;
+use common::{Error, Result};
+use cpu::dense::open_points::OpenParts;
+use cpu::ray_cast::{RaySolve, count_traced_rays, grown_rays};
+use glam::{DVec3, Vec3A};
+
+/// Noise at which the texels are judged, as a multiple of the requested error.
+const ROUGH_NOISE: f64 = 2.0;
+/// Largest error of the texels of the last step, as a share of the requested error.
+const MAX_TEXEL_SHARE: f64 = 0.75;
+/// Error for which the texels of the next step are chosen, as a share of the requested error.
+const NEXT_TEXEL_SHARE: f64 = 0.6;
+/// Largest noise of the last step, as a share of the requested error.
+const MAX_NOISE_SHARE: f64 = 0.75;
+/// Least noise that is aimed at, as a share of the requested error.
+const MIN_NOISE_SHARE: f64 = 0.5;
+/// Noise that is aimed at, as a share of what the error of the texels leaves.
+const AIMED_NOISE_SHARE: f64 = 0.95;
+/// Share of the progress after which the first rays are traced, and in which the change is measured.
+const FIRST_RAYS_PROGRESS: f64 = 0.4;
+/// See [`FIRST_RAYS_PROGRESS`].
+const CHANGE_PROGRESS: f64 = 0.1;
+
+/// A step on given texels.
+struct RayStep {
+    step: SolveStep,
+    change: StepChange,
+    /// Share of each face's texels in the squared change.
+    by_cause: Vec<f64>,
+}
+
+/// A solve's last step as its first two foretell it.
+pub(super) struct RayForecast {
+    /// The second step.
+    pub step: SolveStep,
+    /// Texels and kept rays of the last step.
+    pub kept: [u64; 2],
+    /// Rays of the whole solve over those of the first two steps.
+    pub work_ratio: f64,
+}
+
+/// Solves until the noise of the rays and the error of the texels together are below `error`. After an interruption it
+/// returns the last complete step.
+///
+/// Errors: [`Error::Interrupted`] before the first step is done; those of the sky.
+pub(super) fn refine_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(SolveStep, ErrorHistory)> {
+    let mut history = ErrorHistory {
+        of_merged_texels: true,
+        ..ErrorHistory::default()
+    };
+    let (mut last, mut texels) = solve_first_texels(problem, error)?;
+    for k in 1..MAX_STEPS {
+        let may_double = 2 * count_texels(&texels) <= most_texels(&last);
+        let finish = match may_double && k + 1 < MAX_STEPS {
+            true => Finish::IfTexelsSuffice,
+            false => Finish::Always,
+        };
+        last = match solve_on_texels(problem, texels, error, finish) {
+            Err(Error::Interrupted) => {
+                history.stop_reason = Some("it was interrupted".into());
+                break;
+            }
+            next => next?,
+        };
+        history.changes.push(last.change.total);
+        if last.change.total.hypot(last.change.noise) <= error {
+            break;
+        }
+        if !may_double {
+            history.stop_reason = Some("more texels would be too many".into());
+            break;
+        }
+        texels = choose_next(problem, &last, error);
+    }
+    history.links = last.step.outcome.links;
+    history.last_change = Some(last.change);
+    Ok((last.step, history))
+}
+
+/// Solves the first two steps roughly and forecasts the rest.
+///
+/// Errors: [`Error::Interrupted`]; those of the sky.
+pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<RayForecast> {
+    let (first, texels) = solve_first_texels(problem, error)?;
+    let second = solve_on_texels(problem, texels, error, Finish::Never)?;
+    let traced = |step: &RayStep| count_traced_rays(step.step.outcome.links, step.step.mesh.texels.len() as u64);
+    let known = traced(&first) + traced(&second);
+    let before = second.step.mesh.texels.len() as u64;
+    let (after, again) = match second.change.total > MAX_TEXEL_SHARE * error {
+        true => (count_texels(&choose_next(problem, &second, error)), true),
+        false => (before, false),
+    };
+    let texel_error = second.change.total.min(NEXT_TEXEL_SHARE * error);
+    let ratio = |noise: f64| (second.change.noise / noise).max(1.0) as f32;
+    let rays_for = |noise: f64| grown_rays(second.step.outcome.links, [before, after], ratio(noise));
+    let rays = rays_for(aimed_noise(error, texel_error));
+    let rough = if again {
+        count_traced_rays(rays_for(ROUGH_NOISE * error), after)
+    } else {
+        0
+    };
+    Ok(RayForecast {
+        step: second.step,
+        kept: [after, rays],
+        work_ratio: 1.0 + (rough + rays) as f64 / known.max(1) as f64,
+    })
+}
+
+/// Solves roughly on the first texels, and chooses those of the second step.
+///
+/// Errors: [`Error::Interrupted`]; those of the sky.
+fn solve_first_texels(problem: &AdaptiveSolve, error: f64) -> Result<(RayStep, Vec<[u32; 2]>)> {
+    let scene = problem.scene();
+    let requested = |f: usize| problem.requested_texels(f);
+    let width = first_texel_width(scene)?;
+    let first = solve_on_texels(problem, choose_first(scene, &requested, width), error, Finish::Never)?;
+    let mut texels = choose_second(scene, &requested, width, &first.step.resolutions);
+    for (own, least) in texels.iter_mut().zip(problem.least_resolution(&first.step)) {
+        *own = [0, 1].map(|k| own[k].max(least[k]));
+    }
+    Ok((first, texels))
+}
+
+/// Returns the texels of the step after `last`.
+fn choose_next(problem: &AdaptiveSolve, last: &RayStep, error: f64) -> Vec<[u32; 2]> {
+    let (faces, before) = (&problem.scene().faces, &last.step.resolutions);
+    let aimed = NEXT_TEXEL_SHARE * error;
+    let remaining = (aimed / last.change.total.max(aimed)).powi(2);
+    let mut texels = halve_by_cost(faces, before, &last.by_cause, (remaining, most_texels(last)));
+    refine_neighbours(faces, before, &mut texels, |_| true);
+    texels
+}
+
+/// Returns the largest number of texels of the step after `last`.
+fn most_texels(last: &RayStep) -> u64 {
+    MAX_STEP_TEXELS
+        .max(2 * last.step.mesh.texels.len() as u64)
+        .min(MAX_TEXELS)
+}
+
+/// Returns the noise that is aimed at beside an error of the texels.
+fn aimed_noise(error: f64, texel_error: f64) -> f64 {
+    let left = (error.powi(2) - texel_error.powi(2)).max(0.0).sqrt();
+    (AIMED_NOISE_SHARE * left).clamp(MIN_NOISE_SHARE * error, MAX_NOISE_SHARE * error)
+}
+
+/// Whether a step is solved to the noise that its texels leave of the error.
+#[derive(Clone, Copy, PartialEq)]
+enum Finish {
+    Never,
+    IfTexelsSuffice,
+    Always,
+}
+
+/// Solves roughly on `texels`, and if it is to `finish`, to the noise that they leave of `error`.
+///
+/// Errors: [`Error::Interrupted`]; those of the sky.
+fn solve_on_texels(problem: &AdaptiveSolve, texels: Vec<[u32; 2]>, error: f64, finish: Finish) -> Result<RayStep> {
+    let (scene, progress) = (problem.scene(), problem.progress);
+    let mesh = progress.time_phase("prepare", || Mesh::new(scene, &texels, 1))?;
+    let (mut found, outside) = progress.time_phase("solve", || -> Result<_> {
+        let rays = Rays::new(&mesh);
+        let open = OpenParts::new(scene, &mesh, &rays);
+        let mut traced = TracedStep {
+            problem,
+            texels: &texels,
+            mesh: &mesh,
+            solve: RaySolve::new(scene, &mesh, &rays, &open)?,
+        };
+        let name = format!("judging {} texels", count_texels(&texels));
+        let mut watch = step_progress(progress, &name);
+        let mut found = traced.measure_at_noise(f64::INFINITY, &mut |done| watch(FIRST_RAYS_PROGRESS * done))?;
+        let mut later = |done| watch(FIRST_RAYS_PROGRESS + (1.0 - FIRST_RAYS_PROGRESS) * done);
+        found = traced.reduce_noise(found, ROUGH_NOISE * error, &mut later)?;
+        let suffices = finish == Finish::IfTexelsSuffice && found.change.total <= MAX_TEXEL_SHARE * error;
+        if suffices || finish == Finish::Always {
+            let name = format!("solving to {:.2} %", 100.0 * error);
+            let noise = aimed_noise(error, found.change.total);
+            found = traced.reduce_noise(found, noise, &mut step_progress(progress, &name))?;
+        }
+        Ok((found, traced.solve.outside_light()))
+    })?;
+    for (texel, outside) in found.step.mesh.texels.iter_mut().zip(outside) {
+        texel.sky = outside;
+    }
+    Ok(found)
+}
+
+/// The rays of a step.
+struct TracedStep<'a> {
+    problem: &'a AdaptiveSolve<'a>,
+    texels: &'a [[u32; 2]],
+    mesh: &'a Mesh,
+    solve: RaySolve<'a>,
+}
+
+impl TracedStep<'_> {
+    /// Adds rays until the noise of B on the requested texels is about `noise`.
+    fn reduce_noise(&mut self, found: RayStep, noise: f64, watch: ProgressCallback) -> Result<RayStep> {
+        if found.change.noise <= noise {
+            return Ok(found);
+        }
+        // That of means over requested texels falls as that of the texels.
+        let of_texels = found.step.relative_noise();
+        self.measure_at_noise(of_texels * noise / found.change.noise, watch)
+    }
+
+    /// Solves to a noise of the texels, and measures by how much the light changes if they are merged.
+    fn measure_at_noise(&mut self, noise: f64, watch: ProgressCallback) -> Result<RayStep> {
+        let solved = 1.0 - CHANGE_PROGRESS;
+        let outcome = self
+            .solve
+            .solve_to_noise(noise as f32, &mut |done| watch(solved * done))?;
+        let merged = self
+            .solve
+            .change_if_merged(&mut |done| watch(solved + CHANGE_PROGRESS * done))?;
+        let step = SolveStep::new(self.texels.to_vec(), self.mesh.clone(), outcome);
+        let faces = &self.problem.scene().faces;
+        let order = self.mesh.texels_in_face_order();
+        let first = first_texels(self.texels);
+        let compared: Vec<[u32; 2]> = (0..faces.len()).map(|f| self.compared_texels(f)).collect();
+        let mean = |f: usize, half: usize| {
+            let own = order[first[f]..first[f + 1]].iter();
+            let values: Vec<DVec3> = own.map(|k| merged.reflected[*k][half].as_dvec3()).collect();
+            resample_face(&values, &faces[f], self.texels[f], compared[f])
+        };
+        let changes: Vec<[Vec<DVec3>; 2]> = (0..faces.len()).map(|f| [mean(f, 0), mean(f, 1)]).collect();
+        let requested = |f: usize| self.problem.requested_texels(f);
+        let change = StepChange::from_halves(self.problem.scene(), &step, (&changes, &compared), &requested);
+        // d ∫ change² over the light that a texel receives.
+        let mut weights = vec![[Vec3A::ZERO; 2]; order.len()];
+        for (f, face) in faces.iter().enumerate() {
+            let halves = [0, 1].map(|half| resample_face(&changes[f][half], face, compared[f], self.texels[f]));
+            for (n, k) in order[first[f]..first[f + 1]].iter().enumerate() {
+                let texel = &self.mesh.texels[*k];
+                let weight = texel.reflectance[change.channel] * texel.area;
+                for (weighted, changes) in weights[*k].iter_mut().zip(&halves) {
+                    weighted[change.channel] = weight * changes[n][change.channel] as f32;
+                }
+            }
+        }
+        Ok(RayStep {
+            by_cause: self.solve.attribute_change(&merged.sent, &weights),
+            step,
+            change,
+        })
+    }
+
+    /// Returns the texels of face `f` on which a change is measured: the merged ones, or the requested ones if those are larger.
+    fn compared_texels(&self, f: usize) -> [u32; 2] {
+        let merged = halve_even(self.texels[f]);
+        let requested = self.problem.requested_texels(f);
+        requested.map_or(merged, |requested| coarser_texels(merged, requested))
+    }
+}
