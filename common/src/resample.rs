@@ -36,6 +36,11 @@ pub fn common_resolution(a: [u32; 2], b: [u32; 2]) -> [u32; 2] {
     })
 }
 
+/// Returns half of each even number of texels.
+pub fn halve_even(texels: [u32; 2]) -> [u32; 2] {
+    texels.map(|n| if n.is_multiple_of(2) { n / 2 } else { n })
+}
+
 fn gcd(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { gcd(b, a % b) }
 }

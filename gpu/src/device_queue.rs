@@ -147,7 +147,7 @@ impl DeviceQueue {
                     rows_per_image: None,
                 },
             },
-            square(size),
+            square_extent(size),
         );
         let pending = self.submit_mapping(encoder, staging);
         Ok(self
@@ -167,12 +167,12 @@ impl DeviceQueue {
         let target = texture.as_image_copy();
         self.gpu
             .queue
-            .write_texture(target, cast_slice(ids), layout, square(size));
+            .write_texture(target, cast_slice(ids), layout, square_extent(size));
     }
 }
 
 /// Returns the extent of a square texture.
-fn square(size: u32) -> wgpu::Extent3d {
+fn square_extent(size: u32) -> wgpu::Extent3d {
     wgpu::Extent3d {
         width: size,
         height: size,

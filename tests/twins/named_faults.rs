@@ -13,7 +13,7 @@ use radiosity_tests::engines::{item_buffer, settings_of, shared_gpu};
 /// Name, shader, stage that differs, the one text that the fault replaces, and the replacement.
 type NamedFault = [&'static str; 5];
 
-const DISC: &str = "disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area)";
+const DISC_CALL: &str = "disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area)";
 const TEXEL_COSINE: &str = "let cos_j = max(-dot(normal, d) / r, 0.0);\n    if";
 
 /// Faults that single shots by an item buffer find.
@@ -22,7 +22,7 @@ const BY_PIXELS: [NamedFault; 21] = [
         "cosine dropped",
         "form_factor",
         "form factor",
-        DISC,
+        DISC_CALL,
         "disc_factor(cos_i, 1.0, r2, shots[slot].area, shots[slot].area)",
     ],
     [
@@ -50,7 +50,7 @@ const BY_PIXELS: [NamedFault; 21] = [
         "areas swapped",
         "form_factor",
         "form factor",
-        DISC,
+        DISC_CALL,
         "disc_factor(cos_i, cos_j, r2, texel_area, shots[slot].area)",
     ],
     [

@@ -3,6 +3,7 @@
 
 use super::texel_rays::Halves;
 use common::mesh::Mesh;
+use common::resample::halve_even;
 use common::texel::{Texel, TexelKind, triangle_index};
 use glam::Vec3A;
 
@@ -22,7 +23,7 @@ impl MergedTexels {
         let mut first_of_face = Vec::with_capacity(mesh.faces.len());
         for face in &mesh.faces {
             first_of_face.push(group_count);
-            let [w, h] = face.resolution.map(halve_even);
+            let [w, h] = halve_even(face.resolution);
             group_count += (w * h) as usize;
         }
         let group = |texel: &Texel| {
@@ -47,7 +48,7 @@ impl MergedTexels {
     }
 
     /// Replaces each texel's radiosity by the mean of its group.
-    pub fn average(&self, radiosity: &mut [Halves]) {
+    pub fn average_groups(&self, radiosity: &mut [Halves]) {
         let mut means = vec![[Vec3A::ZERO; 2]; self.group_count];
         for ((values, group), share) in radiosity.iter().zip(&self.group_of).zip(&self.share) {
             for (mean, value) in means[*group as usize].iter_mut().zip(values) {
@@ -60,13 +61,9 @@ impl MergedTexels {
     }
 }
 
-fn halve_even(n: u32) -> u32 {
-    if n.is_multiple_of(2) { n / 2 } else { n }
-}
-
 /// Returns the index on its face of the merged texel that holds `texel` of a face of W×H texels.
 fn group_index(texel: &Texel, [w, h]: [u32; 2]) -> u32 {
-    let [wide, high] = [w, h].map(halve_even);
+    let [wide, high] = halve_even([w, h]);
     let [along, across] = [w / wide, h / high];
     let [i, j] = texel.lattice_corner;
     let (column, row) = (i / along, j / across);
@@ -103,7 +100,7 @@ mod tests {
                     ..Scene::default()
                 };
                 let mesh = Mesh::new(&scene, &[size], 1).unwrap();
-                let pieces = shared_pieces(&face, size, size.map(halve_even));
+                let pieces = shared_pieces(&face, size, halve_even(size));
                 assert_eq!(pieces.len(), mesh.texels.len());
                 for piece in pieces {
                     let texel = mesh.texels.iter().find(|texel| texel.index == piece.from).unwrap();

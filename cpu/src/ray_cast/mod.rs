@@ -51,7 +51,7 @@ const FIRST_NOISE: f32 = 0.3;
 const LATER_ROUNDS: f64 = 0.1;
 /// See [`LATER_ROUNDS`].
 const BOUNCE_SHARE: f64 = 0.15;
-/// Rounds of tracing.
+/// Largest number of rounds of tracing of a solve.
 pub const MAX_TRACING_ROUNDS: u32 = 16;
 /// The iteration ends when this share of the first power is unshot.
 const UNSHOT_SHARE: f64 = 1e-5;
@@ -109,7 +109,7 @@ impl<'a> RaySolve<'a> {
 
     /// Returns by how much the light of the last solve changes if the texels are merged two by two when they send light.
     ///
-    /// Errors: [`Error::Interrupted`].
+    /// Errors: [`Error::Interrupted`]; [`Error::Fault`] if there was no solve.
     pub fn change_if_merged(&mut self, watch: ProgressCallback) -> Result<MergedChange> {
         let merged = MergedTexels::new(self.solver.mesh, self.solver.open);
         let coarse = self.solver.iterate_bounces(&self.traced, Some(&merged), watch)?;
@@ -121,9 +121,11 @@ impl<'a> RaySolve<'a> {
             .map(sent)
             .collect();
         let mut means = sent.clone();
-        merged.average(&mut means);
-        let of_solve = self.solver.last.as_ref().map_or(&[][..], |fine| &fine.received);
-        let received = coarse.received.iter().zip(of_solve);
+        merged.average_groups(&mut means);
+        let Some(fine) = &self.solver.last else {
+            return Err(Error::Fault("texels were merged before rays were traced".into()));
+        };
+        let received = coarse.received.iter().zip(&fine.received);
         let reflected = self
             .solver
             .mesh
@@ -295,6 +297,8 @@ struct RaySolver<'a> {
     passes: u32,
     /// Rays of each half of each texel; none before the first are traced.
     counts: Vec<u32>,
+    /// Rounds of tracing so far.
+    rounds: u32,
     /// The light of the rays so far.
     last: Option<RayBounces>,
 }
@@ -308,6 +312,7 @@ impl<'a> RaySolver<'a> {
             max_bounces: MAX_BOUNCES,
             passes: 0,
             counts: Vec::new(),
+            rounds: 0,
             last: None,
         }
     }
@@ -327,7 +332,7 @@ impl<'a> RaySolver<'a> {
         }
         // Progress before the round, and work of later rounds over that of this one.
         let (mut before, mut later) = (0.0, f64::from(growth_for(FIRST_NOISE, noise)));
-        for round in 0.. {
+        loop {
             let bounces = match self.last.take() {
                 Some(known) => known,
                 None => {
@@ -337,13 +342,14 @@ impl<'a> RaySolver<'a> {
                         watch(end - span * (1.0 - done * (1.0 - BOUNCE_SHARE)))
                     })?;
                     (before, later) = (end, LATER_ROUNDS);
+                    self.rounds += 1;
                     let mut watch = |done| watch(end - span * BOUNCE_SHARE * (1.0 - done));
                     self.iterate_bounces(traced, None, &mut watch)?
                 }
             };
             let found = self.relative_noise(&bounces);
-            let learns = R::LEARNS && round == 0;
-            let mut last = !learns && found <= noise || round + 1 >= MAX_TRACING_ROUNDS;
+            let learns = R::LEARNS && self.rounds == 1;
+            let mut last = !learns && found <= noise || self.rounds >= MAX_TRACING_ROUNDS;
             if !last {
                 let growth = growth_for(found, noise).min(MAX_RAY_GROWTH);
                 let radiosity = self.reflected_radiosity(&bounces);
@@ -365,7 +371,6 @@ impl<'a> RaySolver<'a> {
                 return Ok(solution);
             }
         }
-        Err(Error::Interrupted)
     }
 
     /// Returns the first number of rays of each half of each texel: `first` in the mean, in proportion to the root of its
@@ -405,7 +410,7 @@ impl<'a> RaySolver<'a> {
                 return Err(Error::Interrupted);
             }
             if let Some(merged) = merged {
-                merged.average(&mut unshot);
+                merged.average_groups(&mut unshot);
             }
             let step = traced.gather_radiosity(&unshot);
             for (received, step) in received.iter_mut().zip(&step) {

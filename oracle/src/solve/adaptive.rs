@@ -18,12 +18,13 @@ use super::interrupt::is_interrupted;
 use super::progress::ProgressMonitor;
 use super::regather::estimate::descending_order;
 use super::resolution::{
-    MAX_FACE_TEXELS, RequestedTexels, choose_first, choose_second, count_texels, first_texel_width, halve_even,
-    halve_largest, resample_face,
+    MAX_FACE_TEXELS, RequestedTexels, choose_first, choose_second, count_texels, first_texel_width, halve_largest,
+    resample_face,
 };
 use super::solver::ErrorTarget;
 use super::step::SolveStep;
 use common::mesh::{MAX_TEXELS, Mesh};
+use common::resample::halve_even;
 use common::scene::{Face, Scene};
 use common::solution::{Warning, WarningCode};
 use common::texel::{first_texels, texel_count};
@@ -311,7 +312,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
             }
             next => next?,
         };
-        let change = StepChange::between(scene, last.as_ref(), next.as_ref(), &requested);
+        let change = StepChange::compare_steps(scene, last.as_ref(), next.as_ref(), &requested);
         last = next;
         history.changes.push(change.total);
         let by_face = change.by_face.clone();

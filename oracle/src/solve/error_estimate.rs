@@ -168,7 +168,7 @@ struct FaceChange {
 
 impl StepChange {
     /// Compares `before` with `after`. Differences within requested texels do not count.
-    pub fn between(scene: &Scene, before: &SolveStep, after: &SolveStep, requested: RequestedTexels) -> Self {
+    pub fn compare_steps(scene: &Scene, before: &SolveStep, after: &SolveStep, requested: RequestedTexels) -> Self {
         let firsts = [before, after].map(|step| first_texels(&step.resolutions));
         Self::sum_faces(scene, after, requested, |f, face| {
             let both = coarser_texels(before.resolutions[f], after.resolutions[f]);

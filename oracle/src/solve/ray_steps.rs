@@ -8,17 +8,17 @@ use super::adaptive::{AdaptiveProblem, AdaptiveSolve, MAX_STEP_TEXELS, MAX_STEPS
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};
 use super::resolution::{
-    choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost, halve_even,
-    resample_face,
+    choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost, resample_face,
 };
 use super::step::SolveStep;
 use common::mesh::{MAX_TEXELS, Mesh};
 use common::passes::ProgressCallback;
 use common::rays::Rays;
+use common::resample::halve_even;
 use common::texel::first_texels;
 use common::{Error, Result};
 use cpu::dense::open_points::OpenParts;
-use cpu::ray_cast::{RaySolve, count_traced_rays, grown_rays};
+use cpu::ray_cast::{Halves, RaySolve, count_traced_rays, grown_rays};
 use glam::{DVec3, Vec3A};
 
 /// Noise at which the texels are judged, as a multiple of the requested error.
@@ -244,9 +244,24 @@ impl TracedStep<'_> {
         let changes: Vec<[Vec<DVec3>; 2]> = (0..faces.len()).map(|f| [mean(f, 0), mean(f, 1)]).collect();
         let requested = |f: usize| self.problem.requested_texels(f);
         let change = StepChange::from_halves(self.problem.scene(), &step, (&changes, &compared), &requested);
-        // d ∫ change² over the light that a texel receives.
+        let weights = self.weigh_receivers(&change, (&changes, &compared));
+        Ok(RayStep {
+            by_cause: self.solve.attribute_change(&merged.sent, &weights),
+            step,
+            change,
+        })
+    }
+
+    /// Returns by how much ∫ change² grows with H of each texel: Aρ times the change there, in the channel of the largest.
+    fn weigh_receivers(
+        &self,
+        change: &StepChange,
+        (changes, compared): (&[[Vec<DVec3>; 2]], &[[u32; 2]]),
+    ) -> Vec<Halves> {
+        let order = self.mesh.texels_in_face_order();
+        let first = first_texels(self.texels);
         let mut weights = vec![[Vec3A::ZERO; 2]; order.len()];
-        for (f, face) in faces.iter().enumerate() {
+        for (f, face) in self.problem.scene().faces.iter().enumerate() {
             let halves = [0, 1].map(|half| resample_face(&changes[f][half], face, compared[f], self.texels[f]));
             for (n, k) in order[first[f]..first[f + 1]].iter().enumerate() {
                 let texel = &self.mesh.texels[*k];
@@ -256,11 +271,7 @@ impl TracedStep<'_> {
                 }
             }
         }
-        Ok(RayStep {
-            by_cause: self.solve.attribute_change(&merged.sent, &weights),
-            step,
-            change,
-        })
+        weights
     }
 
     /// Returns the texels of face `f` on which a change is measured: the merged ones, or the requested ones if those are larger.

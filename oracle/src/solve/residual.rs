@@ -7,6 +7,7 @@
 
 use super::adaptive::{follows_rays, step_progress};
 use super::progress::ProgressMonitor;
+use super::solve_to_error::ESCAPE_POINTS;
 use crate::diff::Diff;
 use common::cover::sample_covers;
 use common::energy::EnergyBalance;
@@ -26,8 +27,6 @@ pub const GATHER_ERROR: f32 = 0.005;
 /// Noise of light that is gathered by rays. It is known, and taken off differences. Of N texels N^-1/4 of it
 /// stays, less than [`GATHER_ERROR`] of the fewest faces for which rays are chosen.
 const GATHER_NOISE: f32 = 0.01;
-/// Sample points per face for the escaping share of its light.
-const ESCAPE_POINTS: u32 = 16;
 
 /// A stored result, its corrected solution and the difference.
 pub struct JudgedResult {

@@ -4,7 +4,7 @@ use super::adjacency::limit_texel_widths;
 use super::regather::estimate::descending_order;
 use common::Result;
 use common::mesh::Mesh;
-use common::resample::{area_average, shared_pieces};
+use common::resample::{area_average, halve_even, shared_pieces};
 use common::scene::{Face, Scene};
 use glam::DVec3;
 use std::cmp::Reverse;
@@ -99,11 +99,6 @@ fn narrow_texels(face: &Face, mut texels: [u32; 2], width: f64) -> [u32; 2] {
         texels = face.halve_texels(texels);
     }
     texels
-}
-
-/// Returns half of each even number of texels.
-pub fn halve_even(texels: [u32; 2]) -> [u32; 2] {
-    texels.map(|n| if n.is_multiple_of(2) { n / 2 } else { n })
 }
 
 /// Refines `texels` at narrow gaps, which texels that reach out of the gap would light, and at the contact
