@@ -31,6 +31,9 @@ const GRAZING_SLOPE: f32 = 1e-3;
 /// Distance behind a point at which a ray along the plane crosses a face that touches the point.
 const MAX_TOUCH_DISTANCE: f32 = CONTACT_DISTANCE / GRAZING_SLOPE;
 
+/// Stride over the directions, prime to their number and near the golden section of it.
+const DIRECTION_STRIDE: usize = 653;
+
 /// A texel with its open part.
 #[derive(Clone, Debug)]
 pub struct Element {
@@ -84,15 +87,16 @@ struct ElementBuilder<'a> {
 
 impl<'a> ElementBuilder<'a> {
     fn new(scene: &'a Scene, mesh: &'a Mesh, occluders: &'a Occluders, rays: &'a Rays) -> Self {
-        let mut directions = escape_directions();
-        directions.extend(grazing_directions());
+        let all: Vec<Vec3> = escape_directions().into_iter().chain(grazing_directions()).collect();
+        // One that meets a front decides: neighbours, which often meet the same face, follow late.
+        let directions = (0..all.len()).map(|k| all[k * DIRECTION_STRIDE % all.len()]);
         let covers = (0..mesh.faces.len()).into_par_iter();
         Self {
             scene,
             mesh,
             occluders,
             rays,
-            directions,
+            directions: directions.collect(),
             covers: covers.map(|f| CoveringLines::new(occluders, f)).collect(),
         }
     }
