@@ -20,6 +20,8 @@ const MAX_CHANGE_RATIO: f64 = 0.75;
 const REPORTED_ERROR_RATIO: f64 = 10.0;
 /// Standard deviations of the escaped power that a closure defect has to exceed.
 const CLOSURE_DEVIATIONS: f64 = 3.0;
+/// Standard deviations that a face's change by rays has to exceed for the face to be reported.
+const CHANGE_DEVIATIONS: f64 = 3.0;
 /// Smallest absorbed share of the area; it bounds the light between white walls.
 const MIN_ABSORBED_SHARE: f64 = 1e-9;
 
@@ -94,7 +96,7 @@ impl ErrorHistory {
             error: self.extrapolation_factor() * change.relative_change(face),
         };
         let faces = descending_order(&change.by_face).into_iter().map(of);
-        let worse = faces.filter(|own| own.error > REPORTED_ERROR_RATIO * error);
+        let worse = faces.filter(|own| own.error > REPORTED_ERROR_RATIO * error && change.is_certain(own.face));
         worse.take(MAX_NAMED_FACES).collect()
     }
 
@@ -148,6 +150,8 @@ pub struct StepChange {
     pub channel: usize,
     /// 1/∫ (B − E)² dA in that channel.
     pub scale: f64,
+    /// Standard deviation of each face's squared change from the scatter of its texels: all of it on a face of one texel.
+    deviations: Vec<f64>,
     /// ∫ (B − E)² dA of each face in that channel.
     pub reflected_squares: Vec<f64>,
     /// Texels of each face on which the two steps were compared.
@@ -214,7 +218,8 @@ impl StepChange {
         change_of: impl Fn(usize, &Face) -> FaceChange,
     ) -> Self {
         let first = first_texels(&after.resolutions);
-        let (mut systematic, mut lights, mut noise) = (Vec::new(), Vec::new(), DVec3::ZERO);
+        let (mut systematic, mut deviations, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+        let mut noise = DVec3::ZERO;
         let (mut resolutions, mut texel_squares) = (Vec::new(), Vec::new());
         let mut all = DVec3::ZERO;
         for (f, face) in scene.faces.iter().enumerate() {
@@ -229,6 +234,14 @@ impl StepChange {
             let square = area * own.squares.iter().sum::<DVec3>();
             all += square;
             systematic.push(square - own.noise);
+            deviations.push(
+                area * own
+                    .squares
+                    .iter()
+                    .map(|square| square * square)
+                    .sum::<DVec3>()
+                    .map(f64::sqrt),
+            );
             lights.push(area * light.iter().map(|b| *b * *b).sum::<DVec3>());
             resolutions.push(own.resolution);
             texel_squares.extend(own.squares.into_iter().map(|square| square.max(DVec3::ZERO)));
@@ -245,10 +258,16 @@ impl StepChange {
             by_face: systematic.iter().map(|own| own.max(0.0) * scale).collect(),
             channel: worst,
             scale,
+            deviations: deviations.iter().map(|own| own[worst] * scale).collect(),
             reflected_squares: lights.iter().map(|own: &DVec3| own[worst]).collect(),
             resolutions,
             texel_squares,
         }
+    }
+
+    /// Returns whether the change of face `f` is more than the noise of rays.
+    fn is_certain(&self, f: u32) -> bool {
+        self.noise == 0.0 || self.by_face[f as usize] > CHANGE_DEVIATIONS * self.deviations[f as usize]
     }
 
     /// Change of face `f`, relative to the RMS of its own light.
@@ -310,4 +329,39 @@ pub fn mean_reflections(mesh: &Mesh, run: &SolveRun) -> f64 {
 /// deposit and the sum over the patches as much again.
 pub fn rounding_error(mesh: &Mesh, run: &SolveRun) -> f64 {
     2.0 * UNIT_ROUNDOFF * mean_reflections(mesh, run)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cpu::hierarchy::solver::TexelSolution;
+    use glam::Vec3;
+
+    /// Of two faces of the same large change that with rays is reported which many texels share; without their noise both
+    /// are.
+    #[test]
+    fn noise_of_rays_is_not_reported_as_a_face_of_large_error() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        let scene = Scene {
+            faces: vec![Face::quad("face", corners, Vec3::ZERO, Vec3::ONE); 2],
+            ..Scene::default()
+        };
+        let texels = [[4, 4], [1, 1]];
+        for (noise, reported) in [(0.05, vec![0]), (0.0, vec![0, 1])] {
+            let mesh = Mesh::new(&scene, &texels, 1).unwrap();
+            let outcome = TexelSolution {
+                irradiance: vec![Vec3::ONE; 17],
+                noise: vec![Vec3::splat(noise); 17],
+                ..TexelSolution::default()
+            };
+            let step = SolveStep::new(texels.to_vec(), mesh, outcome);
+            let changes = [16, 1].map(|count| [vec![DVec3::splat(0.5); count], vec![DVec3::splat(0.5); count]]);
+            let history = ErrorHistory {
+                last_change: Some(StepChange::from_halves(&scene, &step, (&changes, &texels), &|_| None)),
+                ..ErrorHistory::default()
+            };
+            let worse: Vec<u32> = history.worst_faces(0.01).iter().map(|own| own.face).collect();
+            assert_eq!(worse, reported, "{noise}");
+        }
+    }
 }
