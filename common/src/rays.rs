@@ -131,8 +131,9 @@ impl Rays {
         let tree = &self.bvh.tree;
         tree.ray_traverse_anyhit(segment_ray(from, to), |ray, primitive| {
             let k = self.bvh.faces[primitive];
-            let blocked = self.blocks_segment(k, ray, [from, to], ends);
-            blockers.extend(blocked.map(|_| k));
+            if !blockers.contains(&k) && self.blocks_segment(k, ray, [from, to], ends).is_some() {
+                blockers.push(k);
+            }
         });
         blockers
     }
