@@ -8,7 +8,8 @@ use glam::{Vec3, Vec4};
 pub const BLOCK_SPOTS: u32 = 16;
 
 /// State of a pair of a block and a node.
-pub(crate) enum PairState {
+#[derive(Clone, Copy, PartialEq)]
+pub enum PairState {
     /// Exchanges nothing.
     Skip,
     /// Is replaced by pairs with the node's children.
@@ -146,21 +147,31 @@ impl BlockRecord {
 record! {
     /// `Pair`.
     pub struct PairRecord: "Pair" {
-        pub(crate) block: u32,
-        pub(crate) node: u32,
-        state: u32,
-        samples: u32,
-        known: u32,
-        places: u32,
-        factor: f32,
-        mean: f32,
-        rest: f32,
+        /// The block.
+        pub block: u32,
+        /// The node.
+        pub node: u32,
+        /// [`PairState`].
+        pub state: u32,
+        /// Visibility samples that are requested.
+        pub samples: u32,
+        /// Samples that are known.
+        pub known: u32,
+        /// Points per side of a spot, of which its factor is the mean.
+        pub places: u32,
+        /// F at most.
+        pub factor: f32,
+        /// Light of the mean radiosity, reflected at F = 1.
+        pub mean: f32,
+        /// Light of the residual of the fit.
+        pub rest: f32,
     }
 }
 
 impl PairRecord {
-    /// Returns the pair of a block and a node; all else is NaN or the largest integer until it is computed.
-    pub(crate) fn new(block: u32, node: u32) -> Self {
+    /// Returns the pair of a block and a node; all else is the largest integer, or NaN, until it is computed.
+    pub fn new(block: u32, node: u32) -> Self {
+        let unknown = f32::from_bits(u32::MAX);
         Self {
             block,
             node,
@@ -168,9 +179,9 @@ impl PairRecord {
             samples: u32::MAX,
             known: u32::MAX,
             places: u32::MAX,
-            factor: f32::NAN,
-            mean: f32::NAN,
-            rest: f32::NAN,
+            factor: unknown,
+            mean: unknown,
+            rest: unknown,
         }
     }
 }
@@ -178,25 +189,39 @@ impl PairRecord {
 record! {
     /// `Lane`.
     pub struct LaneRecord: "Lane" {
-        bound: [f32; 4],
-        along: [f32; 2],
-        factor: f32,
-        weight: f32,
-        blocked: [u32; 2],
-        known: f32,
-        pad: u32,
+        /// Bounds of F and of the errors by variation, by slope, and within the spot.
+        pub bound: [f32; 4],
+        /// w·o.
+        pub along: [f32; 2],
+        /// F.
+        pub factor: f32,
+        /// w.
+        pub weight: f32,
+        /// A bit for each sample that is blocked.
+        pub blocked: [u32; 2],
+        /// F where some sample exchanges light.
+        pub known: f32,
+        /// Nothing.
+        pub pad: u32,
     }
 }
 
 record! {
     /// `Request`.
     pub struct RequestRecord: "Request" {
-        pub(crate) source: f32,
-        pub(crate) visibility: f32,
-        pub(crate) near: f32,
-        pub(crate) blocks: u32,
-        pub(crate) pairs: u32,
-        pub(crate) links: u32,
-        pub(crate) pad: [u32; 2],
+        /// Largest error by the variation of a node's radiosity.
+        pub source: f32,
+        /// Largest error by partial visibility.
+        pub visibility: f32,
+        /// Largest error by the size of a spot.
+        pub near: f32,
+        /// Blocks.
+        pub blocks: u32,
+        /// Most pairs.
+        pub pairs: u32,
+        /// Most links.
+        pub links: u32,
+        /// Nothing.
+        pub pad: [u32; 2],
     }
 }

@@ -23,13 +23,13 @@ pub struct RecordLayout {
 /// Defines a record, and the layout with which a test compares the shader's struct.
 macro_rules! record {
     ($(#[$doc:meta])* pub struct $name:ident: $wgsl:literal {
-        $($visible:vis $member:ident: $kind:ty,)*
+        $($(#[$member_doc:meta])* $visible:vis $member:ident: $kind:ty,)*
     }) => {
         $(#[$doc])*
         #[repr(C)]
         #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
         pub struct $name {
-            $($visible $member: $kind,)*
+            $($(#[$member_doc])* $visible $member: $kind,)*
         }
 
         impl $name {

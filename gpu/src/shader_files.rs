@@ -12,22 +12,57 @@ pub struct ShaderStage {
     pub name: &'static str,
     /// The WGSL.
     pub text: &'static str,
+    /// Names of the stages at which `compare` shows its faults, the likeliest first; of records any.
+    pub verdict: &'static [&'static str],
 }
 
-/// Makes a table of the names and the texts of shaders.
+/// Makes a table of the names and the texts of shaders, and of the names by which a verdict speaks of them.
 macro_rules! shader_files {
-    ($($name:ident)*) => { [$(ShaderStage {
+    ($($name:ident: $($verdict:literal)*;)*) => { [$(ShaderStage {
         name: stringify!($name),
         text: include_str!(concat!("shaders/", stringify!($name), ".wgsl")),
+        verdict: &[$($verdict),*],
     }),*] };
 }
 
 /// All files, in the order in which a solve runs them.
 pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
-    types form_factor frame hemicube projection image_bound intersect item_buffer item_buffer_paper lookup sampling
-    texel_point bvh rays view link patch_transfer closure deposit escape unshot_power select exchange gather
-    hierarchy_types surface_points link_bounds link_factors clear_work_lists visibility_samples refine sample_links
-    prefix_sum subdivide_nodes add_links store_links
+    types:;
+    form_factor: "form factor" "link" "link_factors" "sample_links" "links of GPU and CPU";
+    frame: "aim" "item buffer" "lookup" "escape";
+    hemicube: "item buffer" "lookup";
+    projection: "item buffer" "lookup";
+    image_bound: "item buffer";
+    intersect: "item buffer" "lookup" "rays" "escape";
+    item_buffer: "item buffer" "item buffer, all silhouettes";
+    item_buffer_paper: "item buffer" "item buffer, all silhouettes";
+    lookup: "lookup" "lookup, all mismatches";
+    sampling: "form factor" "link" "link_factors" "sample_links";
+    texel_point: "form factor" "link";
+    bvh: "rays" "escape";
+    rays: "rays";
+    view: "aim" "item buffer";
+    link: "link" "form factor" "links of GPU and CPU";
+    patch_transfer: "received";
+    closure: "closure";
+    deposit: "deposit";
+    escape: "escape" "escape, all patches";
+    unshot_power: "power";
+    select: "select" "select: workgroups" "select: unshot" "closure" "deposit";
+    exchange: "exchange";
+    gather: "collect";
+    hierarchy_types:;
+    surface_points: "link_factors" "sample_links";
+    link_bounds: "link_bounds";
+    link_factors: "link_factors";
+    clear_work_lists: "clear_work_lists";
+    visibility_samples: "refine";
+    refine: "refine";
+    sample_links: "sample_links" "rays";
+    prefix_sum: "prefix_sum";
+    subdivide_nodes: "subdivide_nodes";
+    add_links: "add_links";
+    store_links: "store_links";
 };
 
 impl ShaderStage {
@@ -40,6 +75,20 @@ impl ShaderStage {
             let names = SHADER_STAGES.map(|stage| stage.name).join(", ");
             Error::Usage(format!("no shader stage is called {name:?}; there are: {names}"))
         })
+    }
+
+    /// Returns the names of the files whose faults `compare` shows at the stage of this name.
+    pub fn files_judged_by(stage: &str) -> Vec<&'static str> {
+        let judged = SHADER_STAGES.iter().filter(|file| file.verdict.contains(&stage));
+        judged.map(|file| file.name).collect()
+    }
+
+    /// Returns the names of its stages in a verdict, in words.
+    pub fn verdict_names(&self) -> String {
+        match self.verdict {
+            [] => "any".to_owned(),
+            names => names.join("; "),
+        }
     }
 
     /// Returns what the file does: the beginning of its first comment.

@@ -365,6 +365,22 @@ impl Default for BlockedSamples {
     }
 }
 
+impl BlockedSamples {
+    /// Makes the results of the first `count` point pairs from bits, as the GPU keeps them: 32 pairs a word.
+    pub fn from_bits(bits: [[u32; 2]; LANE_COUNT], count: u32) -> Self {
+        let blocked = |s: usize| bits.map(|own| own[s / 32] >> (s % 32) & 1 != 0);
+        Self {
+            blocked: std::array::from_fn(blocked),
+            count,
+        }
+    }
+
+    /// Returns whether point pair `s` of lane `l` is blocked.
+    pub fn is_blocked(&self, s: u32, l: usize) -> bool {
+        self.blocked[s as usize][l]
+    }
+}
+
 /// A link with its sampled visibility.
 pub struct SampledLink {
     /// The link.

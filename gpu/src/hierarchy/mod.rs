@@ -4,3 +4,4 @@
 pub mod gpu_linker;
 mod level_stages;
 mod link_buffers;
+pub mod link_probe;

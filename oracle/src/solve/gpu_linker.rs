@@ -4,6 +4,7 @@ use common::Result;
 use common::passes::ProgressCallback;
 use cpu::hierarchy::block::ReceiverBlock;
 use cpu::hierarchy::coarse::StoredLink;
+use cpu::hierarchy::linear_radiosity::LinearRadiosity;
 use cpu::hierarchy::link::BlockLink;
 use cpu::hierarchy::linker::{BlockIrradiance, LinkRequest, Linker, LinkerScene};
 use glam::Vec4;
@@ -27,10 +28,7 @@ impl LinkerOnGpu {
     ///
     /// Errors: [`common::Error::Device`].
     pub fn new(gpu: &Gpu, scene: &LinkerScene, faults: &[ShaderFault]) -> Result<Self> {
-        let nodes = scene.tree.nodes.iter();
-        let nodes: Vec<ShotRecord> = nodes
-            .map(|node| ShotRecord::for_node(scene.mesh, node.face, &node.shooter, &node.children))
-            .collect();
+        let nodes = node_records(scene);
         let linker = gpu_linker::GpuLinker::new(gpu, scene.mesh, &nodes, &scene.tree.roots, faults)?;
         Ok(Self {
             linker: RefCell::new(linker),
@@ -49,10 +47,7 @@ impl LinkerOnGpu {
 
     /// Uploads the nodes' radiosity and the thresholds; returns the receivers' records.
     fn upload_request(&self, request: &LinkRequest) -> Vec<BlockReceiver> {
-        let nodes = request.radiosity[..self.nodes].iter();
-        let light: Vec<RadiosityRecord> = nodes
-            .map(|node| RadiosityRecord::new(node.mean, node.slope, node.deviation))
-            .collect();
+        let light = radiosity_records(&request.radiosity[..self.nodes]);
         let thresholds = request.thresholds;
         let thresholds = [thresholds.source, thresholds.visibility, thresholds.near];
         self.linker.borrow_mut().set_light(&light, thresholds);
@@ -80,7 +75,24 @@ impl Linker for LinkerOnGpu {
     }
 }
 
-fn receiver_record(request: &LinkRequest, block: &ReceiverBlock, planes: &[Vec4]) -> BlockReceiver {
+/// Returns the records of the nodes of a tree.
+pub(crate) fn node_records(scene: &LinkerScene) -> Vec<ShotRecord> {
+    let nodes = scene.tree.nodes.iter();
+    nodes
+        .map(|node| ShotRecord::for_node(scene.mesh, node.face, &node.shooter, &node.children))
+        .collect()
+}
+
+/// Returns the records of the radiosity of nodes.
+pub(crate) fn radiosity_records(radiosity: &[LinearRadiosity]) -> Vec<RadiosityRecord> {
+    let nodes = radiosity.iter();
+    nodes
+        .map(|node| RadiosityRecord::new(node.mean, node.slope, node.deviation))
+        .collect()
+}
+
+/// Returns the record of a block; `planes` are those of the faces.
+pub(crate) fn receiver_record(request: &LinkRequest, block: &ReceiverBlock, planes: &[Vec4]) -> BlockReceiver {
     let centres = block.centre_points();
     let spot = |l: usize| {
         let corners = [0, 1, 2, 3].map(|k| block.lane_corner(k, l));
