@@ -2,6 +2,7 @@
 //! solution with that of the CPU by the same refinement (rays), and with that of the CPU by its own refinement.
 
 use super::criteria::{imbalance_bound, stage_criteria};
+use super::describe_unreached;
 use super::link_diff::{LinkDiff, LinkerPair};
 use crate::compare::comparison::{Comparison, Criterion, Preset};
 use crate::diff::difference::compare_fields;
@@ -21,6 +22,7 @@ use common::settings::Settings;
 use cpu::hierarchy::linker;
 use cpu::hierarchy::sky::receive_sky;
 use cpu::hierarchy::solver::{ErrorBudget, solve_with_links};
+use glam::Vec4;
 use gpu::{Gpu, ShaderFault};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -32,6 +34,16 @@ struct SolvedSide {
     estimate: Option<ErrorEstimate>,
     energy: EnergyBalance,
     seconds: f64,
+}
+
+impl SolvedSide {
+    /// Replaces the solution by NaN.
+    fn make_unknown(&mut self) {
+        let run = &mut self.solved.run;
+        run.field.radiosity.fill(Vec4::NAN);
+        self.energy = EnergyBalance::new(&self.solved.mesh, &run.field, &run.shots);
+        self.estimate = None;
+    }
 }
 
 /// Solves `scene` to an error on both sides and evaluates all differences, without a truth.
@@ -57,16 +69,25 @@ pub fn compare_hierarchical(
     };
     let factory = LinkerOnGpu::factory_on(gpu, faults);
     let cpu = solve(linker::LinkMethod::Shafts, "CPU")?;
-    let on_gpu = solve(linker::LinkMethod::Custom(&factory), "GPU")?;
     let by_rays = solve(linker::LinkMethod::Rays, "CPU by rays")?;
-    let diff = diff_links(scene, target, gpu, faults, watch)?;
+    let mut diff = diff_links(scene, target, gpu, faults, watch)?;
+    let on_gpu = match solve(linker::LinkMethod::Custom(&factory), "GPU") {
+        Ok(side) => side,
+        Err(error) => {
+            diff.take_refusal(error)?;
+            let mut side = solve(linker::LinkMethod::Rays, "GPU")?;
+            side.make_unknown();
+            side
+        }
+    };
     let mesh = &cpu.solved.mesh;
     let differences = [
         compare_fields(mesh, &on_gpu.solved.run.field, &by_rays.solved.run.field),
         compare_fields(mesh, &on_gpu.solved.run.field, &cpu.solved.run.field),
     ];
-    let stages = diff.stage_checks();
+    let stages = std::mem::take(&mut diff.stages);
     let mut criteria = stage_criteria(&stages);
+    criteria.extend(diff.criteria());
     criteria.extend(answer_criteria(
         [&cpu, &on_gpu],
         &diff,
@@ -85,6 +106,7 @@ pub fn compare_hierarchical(
     let notes = [("CPU", &cpu), ("GPU", &on_gpu)]
         .into_iter()
         .flat_map(notes_of)
+        .chain(describe_unreached(&diff.unreached))
         .collect();
     Ok(Comparison {
         scene: scene.clone(),

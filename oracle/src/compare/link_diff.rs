@@ -1,14 +1,16 @@
-//! Compares the links that the GPU makes with those that the CPU makes by rays from the same requests.
+//! Compares the links that the GPU makes with those that the CPU makes by rays from the same requests, stage by stage
+//! ([`LinkStages`]) and as a whole.
 //!
 //! On an adapter without fused multiply-add all bits are equal. Elsewhere form factors and sums differ by
 //! roundings. If a value is within rounding of a threshold, one side may subdivide a node that the other
 //! links, or a ray may pass an edge that the other ray meets.
 
+use super::link_stages::LinkStages;
 use super::statistics::describe_difference;
-use crate::compare::comparison::{StageCheck, VisibilityStatistics};
+use crate::compare::comparison::{Criterion, StageCheck, VisibilityStatistics};
 use crate::solve::gpu_linker::LinkerOnGpu;
-use common::Result;
 use common::passes::ProgressCallback;
+use common::{Error, Result};
 use cpu::hierarchy::coarse::StoredLink;
 use cpu::hierarchy::cpu_linker::CpuLinker;
 use cpu::hierarchy::linker::{BlockIrradiance, LinkRequest, Linker, LinkerScene};
@@ -106,22 +108,20 @@ impl BlockStatistics {
         self.blocks.beyond as f64 / self.blocks.values as f64
     }
 
-    fn stage_check(&self, name: &str, what: &str) -> StageCheck {
+    fn criterion(&self, name: &str, what: &str) -> Criterion {
         let worst = self.turned_share();
         let agree = self.links > 0 && worst <= MAX_TURNED_SHARE;
         let element = |block: &Compared<&str>| format!("{} of block {}", block.label, block.element);
         let difference = describe_difference(&self.blocks, [0, 1], |_| String::new(), element);
-        StageCheck {
+        Criterion {
             name: name.into(),
-            values: self.links,
-            differing: self.blocks.unequal,
-            worst,
+            value: worst,
             bound: MAX_TURNED_SHARE,
             reason: format!(
                 "blocks, of {}, {what} by more than rounding: a comparison that it decides may turn",
                 self.blocks.values
             ),
-            agree,
+            pass: agree,
             difference: difference.filter(|_| !agree),
         }
     }
@@ -130,6 +130,12 @@ impl BlockStatistics {
 /// Differences between the links of CPU and GPU in one solve.
 #[derive(Clone, Debug, Default)]
 pub struct LinkDiff {
+    /// Stages, each on equal input.
+    pub stages: Vec<StageCheck>,
+    /// Names of the stages that no request has reached.
+    pub unreached: Vec<&'static str>,
+    /// Why the host refused a result of a GPU of which a stage differs.
+    pub refusal: Option<String>,
     /// Irradiance of blocks.
     pub gathered: BlockStatistics,
     /// Stored links.
@@ -137,12 +143,26 @@ pub struct LinkDiff {
 }
 
 impl LinkDiff {
-    /// Returns one check for each kind of request.
-    pub fn stage_checks(&self) -> Vec<StageCheck> {
-        vec![
-            self.gathered.stage_check("gathered", "at which light differs"),
-            self.kept.stage_check("kept", "whose links differ"),
-        ]
+    /// Returns one criterion for each kind of request as a whole, and one for a refused result.
+    pub fn criteria(&self) -> Vec<Criterion> {
+        let refused = "links: results of the GPU that are refused";
+        let refused = (self.refusal.as_ref()).map(|reason| Criterion::at_most(refused, 1.0, 0.0, reason));
+        let kinds = [
+            (self.gathered).criterion("links: gathered light", "at which light differs"),
+            self.kept.criterion("links: stored links", "whose links differ"),
+        ];
+        kinds.into_iter().chain(refused).collect()
+    }
+
+    /// Takes the error of a request on the GPU into the verdict.
+    ///
+    /// Errors: the error, if no stage differs or if the run was interrupted.
+    pub fn take_refusal(&mut self, error: Error) -> Result<()> {
+        if matches!(error, Error::Interrupted) || self.stages.iter().all(|stage| stage.agree) {
+            return Err(error);
+        }
+        self.refusal.get_or_insert(error.to_string());
+        Ok(())
     }
 
     /// Returns the statistics in the format of visibility pairs: blocks take the place of pairs of points.
@@ -175,6 +195,7 @@ impl LinkDiff {
 pub struct LinkerPair<'w> {
     cpu: CpuLinker<'w>,
     gpu: LinkerOnGpu,
+    stages: RefCell<LinkStages>,
     diff: Rc<RefCell<LinkDiff>>,
 }
 
@@ -192,16 +213,35 @@ impl LinkerPair<'_> {
                     rays_only: true,
                 },
                 gpu: LinkerOnGpu::new(gpu, scene, faults)?,
+                stages: LinkStages::new(gpu, scene, faults)?.into(),
                 diff: diff.clone(),
             }))
         }
+    }
+
+    /// Checks the stages at a request, and returns what it finds on both sides; nothing of the GPU if the host refuses it.
+    fn find_both<T>(&self, request: &LinkRequest, find: impl Fn(&dyn Linker) -> Result<T>) -> Result<(Option<T>, T)> {
+        let mut stages = self.stages.borrow_mut();
+        stages.check_request(&self.cpu.scene, request)?;
+        let mut diff = self.diff.borrow_mut();
+        (diff.stages, diff.unreached) = stages.stage_checks();
+        let found = match find(&self.gpu) {
+            Ok(found) => Some(found),
+            Err(error) => {
+                diff.take_refusal(error)?;
+                None
+            }
+        };
+        Ok((found, find(&self.cpu)?))
     }
 }
 
 impl Linker for LinkerPair<'_> {
     fn gather_irradiance(&self, request: &LinkRequest, watch: ProgressCallback) -> Result<Vec<BlockIrradiance>> {
-        let found = self.gpu.gather_irradiance(request, watch)?;
-        let expected = self.cpu.gather_irradiance(request, watch)?;
+        let watch = RefCell::new(watch);
+        let (found, expected) = self.find_both(request, |linker| {
+            linker.gather_irradiance(request, &mut **watch.borrow_mut())
+        })?;
         let parts = |k: usize, lit: &BlockIrradiance| {
             // Lanes beyond the block's points hold no results.
             let used = lit
@@ -215,13 +255,17 @@ impl Linker for LinkerPair<'_> {
                 links,
             }
         };
-        (self.diff.borrow_mut().gathered).count_blocks([&found, &expected], parts);
+        if let Some(found) = found {
+            (self.diff.borrow_mut().gathered).count_blocks([&found, &expected], parts);
+        }
         Ok(expected)
     }
 
     fn create_links(&self, request: &LinkRequest, watch: ProgressCallback) -> Result<Vec<Vec<StoredLink>>> {
-        let found = self.gpu.create_links(request, watch)?;
-        let expected = self.cpu.create_links(request, watch)?;
+        let watch = RefCell::new(watch);
+        let (found, expected) = self.find_both(request, |linker| {
+            linker.create_links(request, &mut **watch.borrow_mut())
+        })?;
         // The weights of links, and their moments along the node's two axes.
         let parts = |_, links: &Vec<StoredLink>| {
             let all = |of: fn(&StoredLink) -> &[f32]| links.iter().flat_map(of).copied().collect();
@@ -237,7 +281,9 @@ impl Linker for LinkerPair<'_> {
                 links: links.len(),
             }
         };
-        (self.diff.borrow_mut().kept).count_blocks([&found, &expected], parts);
+        if let Some(found) = found {
+            (self.diff.borrow_mut().kept).count_blocks([&found, &expected], parts);
+        }
         Ok(expected)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! There are three comparisons, because a direct comparison of rays with an item buffer would mix bugs with
 //! discretisation errors:
-//! WGSL ↔ scalar twin on the same input ([`stages`]); item buffer ↔ rays, pair by pair
+//! WGSL ↔ scalar twin on the same input ([`stages`], [`link_stages`]); item buffer ↔ rays, pair by pair
 //! ([`visibility`]); the whole GPU ↔ the CPU's solver on the GPU's own links. Only a fault
 //! in the code can break one of these. The finite resolution of pixels is an error of the method: it is reported,
 //! and its bound follows from the scene's silhouettes ([`visibility_bound`]).
@@ -12,6 +12,7 @@ pub mod criteria;
 pub mod hierarchical;
 mod item_buffer;
 pub mod link_diff;
+pub mod link_stages;
 pub mod presets;
 pub mod stages;
 pub mod statistics;
@@ -82,7 +83,7 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         replay_passes(&mut gpu_solver, &mesh, &cpu)?
     };
     watch.begin_phase("WGSL against twin")?;
-    let mut stages = stages::check_stages(
+    let (mut stages, unreached) = stages::check_stages(
         &mesh,
         &gpu_settings.transport,
         cpu_solver.rays(),
@@ -126,7 +127,7 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         item_buffer,
         criteria: Vec::new(),
         findings: Vec::new(),
-        notes: Vec::new(),
+        notes: describe_unreached(&unreached).into_iter().collect(),
         mesh,
         cpu,
         gpu,
@@ -141,6 +142,11 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
     comparison.criteria = criteria::agreement_criteria(&comparison, &bounds);
     comparison.findings = criteria::item_buffer_findings(&comparison);
     Ok(comparison)
+}
+
+/// Returns a note on stages that were not reached, if there are any.
+fn describe_unreached(stages: &[&str]) -> Option<String> {
+    (!stages.is_empty()).then(|| format!("stages that this scene does not reach: {}", stages.join(", ")))
 }
 
 /// Checks that the links of all patches fit in memory, the CPU's beside the GPU's.

@@ -46,7 +46,8 @@ impl ValueSource {
 /// Comparisons of the values of a stage with those of its twin.
 #[derive(Clone, Debug)]
 pub struct ErrorTally {
-    name: &'static str,
+    /// Name of the stage.
+    pub name: &'static str,
     reason: &'static str,
     elements: Elements,
     value_names: &'static [&'static str],

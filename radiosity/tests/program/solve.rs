@@ -82,7 +82,7 @@ fn compare_judges_default_and_paper_preset_with_their_errors() {
     assert_eq!(solved["visibility"]["unexplained"], 0);
     for (preset, stages) in [
         (&scene, &["lookup", "link", "select", "deposit", "power"][..]),
-        (solved, &["gathered", "kept"]),
+        (solved, &["link_bounds", "refine", "sample_links", "add_links"]),
     ] {
         for side in ["cpu", "gpu"] {
             assert!(preset["error"][side].is_f64(), "{}", preset["error"]);

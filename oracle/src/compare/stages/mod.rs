@@ -79,7 +79,7 @@ struct StageChecker<'a> {
     tallies: Tallies,
 }
 
-/// Checks all stages on a fresh `solver`.
+/// Checks all stages on a fresh `solver`; returns also the names of the stages that were not reached.
 ///
 /// Errors: the device fails.
 pub fn check_stages(
@@ -87,7 +87,7 @@ pub fn check_stages(
     transport: &Transport,
     rays: &Rays,
     solver: &mut GpuSolver,
-) -> Result<Vec<StageCheck>> {
+) -> Result<(Vec<StageCheck>, Vec<&'static str>)> {
     let mut checker = StageChecker {
         mesh,
         transport,
@@ -232,8 +232,8 @@ impl Tallies {
         }
     }
 
-    /// Returns the checks of all stages that ran.
-    fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> Vec<StageCheck> {
+    /// Returns the checks of all stages that ran, and the names of the others.
+    fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> (Vec<StageCheck>, Vec<&'static str>) {
         let drawn = transport.visibility.item_buffer().is_some();
         let (shot, exchanged) = (self.deposit.values() > 0, self.exchange.values() > 0);
         // Weights of other points hide the visibility: then the link is at fault.
@@ -256,8 +256,11 @@ impl Tallies {
             (exchanged, &self.exchange),
             (exchanged, &self.collect),
         ];
-        let ran = table.into_iter().filter(|(ran, _)| *ran);
-        ran.map(|(_, tally)| tally.stage_check(mesh)).collect()
+        let (ran, others): (Vec<_>, Vec<_>) = table.into_iter().partition(|(ran, _)| *ran);
+        (
+            ran.into_iter().map(|(_, tally)| tally.stage_check(mesh)).collect(),
+            others.into_iter().map(|(_, tally)| tally.name).collect(),
+        )
     }
 }
 
