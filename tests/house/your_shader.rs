@@ -4,11 +4,18 @@ use super::source::read_file;
 use gpu::{SHADER_STAGES, ShaderStage};
 use std::collections::BTreeSet;
 
-/// Returns the row of a stage: name, purpose, what it reads and writes, and its twin.
+/// Returns the row of a stage: name, purpose, what it reads and writes, its twin, and its names in the verdict.
 fn stage_row(stage: &ShaderStage) -> String {
     let names = |written| stage.bindings(written).join(", ");
-    let cells =
-        [stage.name, &stage.summary(), &names(false), &names(true), &stage.twin()].map(|cell| format!(" {cell} "));
+    let cells = [
+        stage.name,
+        &stage.summary(),
+        &names(false),
+        &names(true),
+        &stage.twin(),
+        &stage.verdict_names(),
+    ]
+    .map(|cell| format!(" {cell} "));
     format!("|{}|", cells.join("|").replace("  ", " "))
 }
 
@@ -16,8 +23,8 @@ fn stage_row(stage: &ShaderStage) -> String {
 fn page_lists_the_shaders_as_the_program_does() {
     let page = read_file("docs/your-shader.md").unwrap();
     let table = [
-        "| Stage | What it does | Reads | Writes | Twin |",
-        "|---|---|---|---|---|",
+        "| Stage | What it does | Reads | Writes | Twin | In the verdict |",
+        "|---|---|---|---|---|---|",
     ]
     .map(str::to_owned);
     let table: Vec<String> = table.into_iter().chain(SHADER_STAGES.iter().map(stage_row)).collect();

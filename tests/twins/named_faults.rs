@@ -5,8 +5,10 @@ use common::form_factor::FormFactor;
 use common::settings::{Settings, Visibility};
 use gpu::{Gpu, ShaderFile, ShaderStage};
 use oracle::compare::comparison::{Comparison, DifferingValue};
+use oracle::compare::hierarchical::compare_hierarchical;
 use oracle::compare::{ComparisonRequest, compare_shooting};
 use oracle::solve::progress::without_progress;
+use oracle::solve::solver::ErrorTarget;
 use radiosity_tests::bundled_scene;
 use radiosity_tests::engines::{item_buffer, settings_of, shared_gpu};
 
@@ -17,7 +19,7 @@ const DISC_CALL: &str = "disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[s
 const TEXEL_COSINE: &str = "let cos_j = max(-dot(normal, d) / r, 0.0);\n    if";
 
 /// Faults that single shots by an item buffer find.
-const BY_PIXELS: [NamedFault; 21] = [
+const BY_PIXELS: [NamedFault; 23] = [
     [
         "cosine dropped",
         "form_factor",
@@ -159,6 +161,20 @@ const BY_PIXELS: [NamedFault; 21] = [
         "return part +",
     ],
     [
+        "transfer in the wrong direction",
+        "exchange",
+        "exchange",
+        "transfers[i * params.patches + c]",
+        "transfers[c * params.patches + i]",
+    ],
+    [
+        "ρ dropped",
+        "gather",
+        "collect",
+        "texels[k].reflectance * irradiance[k].xyz",
+        "irradiance[k].xyz",
+    ],
+    [
         "half the irradiance (NVIDIAGameWorks/RTXGI-DDGI#15)",
         "link",
         "link",
@@ -176,6 +192,129 @@ const BY_RAYS: [NamedFault; 1] = [[
     "hit.inside >= 0.01",
 ]];
 
+/// Faults in the links between nodes that a solve to an error finds, one in each of its files.
+const BY_LINKS: [NamedFault; 17] = [
+    [
+        "records in another order",
+        "hierarchy_types",
+        "refine",
+        "    factor: f32,             // F\n    weight: f32,             // w\n",
+        "    weight: f32,\n    factor: f32,\n",
+    ],
+    [
+        "list not emptied",
+        "clear_work_lists",
+        "clear_work_lists",
+        "    more_work[lane] = 0u;\n",
+        "",
+    ],
+    [
+        "bound without a cosine",
+        "link_bounds",
+        "link_bounds",
+        "min(area * leaves * arrives /",
+        "min(area * leaves /",
+    ],
+    [
+        "threshold compared the wrong way",
+        "refine",
+        "refine",
+        "varies > request.source",
+        "varies < request.source",
+    ],
+    [
+        "samples not raised to 4/3",
+        "visibility_samples",
+        "refine",
+        "return x * fourth",
+        "return fourth",
+    ],
+    [
+        "edge of the polygon dropped",
+        "link_factors",
+        "link_factors",
+        "    sum += edge_term(d, a, normal, false);\n",
+        "",
+    ],
+    [
+        "points beside the middle of their cells",
+        "surface_points",
+        "link_factors",
+        "select(0.5, 1.0 / 3.0, triangle)",
+        "select(0.25, 1.0 / 3.0, triangle)",
+    ],
+    [
+        "weights not over their sum",
+        "sample_links",
+        "sample_links",
+        "let f = factor / all;",
+        "let f = factor;",
+    ],
+    [
+        "light from below the horizon",
+        "sample_links",
+        "sample_links",
+        ">= CONTACT_DISTANCE {\n        return true;",
+        ">= CONTACT_DISTANCE {\n        return false;",
+    ],
+    [
+        "one step for both axes",
+        "sampling",
+        "sample_links",
+        "return vec2f(sample_coordinate(s, STEP_PATCH_U, first)",
+        "return vec2f(sample_coordinate(s, STEP_PATCH_V, first)",
+    ],
+    [
+        "a hit taken for a miss",
+        "rays",
+        "rays",
+        "return SIGHT_BLOCKED;",
+        "return SIGHT_CLEAR;",
+    ],
+    [
+        "exclusive sum made inclusive",
+        "prefix_sum",
+        "prefix_sum",
+        "        offsets[pair] = before;\n        before += pair_counts(pair);\n",
+        "        before += pair_counts(pair);\n        offsets[pair] = before;\n",
+    ],
+    [
+        "index of a child + 1",
+        "subdivide_nodes",
+        "subdivide_nodes",
+        "shots[node].first + k;",
+        "shots[node].first + k + 1u;",
+    ],
+    [
+        "last link of a block dropped",
+        "add_links",
+        "add_links",
+        "pair < range.y",
+        "pair + 1u < range.y",
+    ],
+    [
+        "slope forgotten",
+        "add_links",
+        "add_links",
+        "\n            + lanes[at].along.y * radiosity[node].slope_y;",
+        ";",
+    ],
+    [
+        "link at the next spot",
+        "store_links",
+        "store_links",
+        "links[link * BLOCK_SPOTS + at % BLOCK_SPOTS]",
+        "links[link * BLOCK_SPOTS + (at + 1u) % BLOCK_SPOTS]",
+    ],
+    [
+        "link of every second pair lost",
+        "store_links",
+        "store_links",
+        "if pair >= counts[0] ||",
+        "if pair >= counts[0] || pair % 2u == 1u ||",
+    ],
+];
+
 /// Compares the solvers on the plates with a block between them.
 fn compare_plates(gpu: &Gpu, settings: Settings) -> Comparison {
     let request = ComparisonRequest {
@@ -186,9 +325,23 @@ fn compare_plates(gpu: &Gpu, settings: Settings) -> Comparison {
     compare_shooting(&bundled_scene("occluded_plates.obj"), &request, &without_progress()).unwrap()
 }
 
+/// Compares hierarchical solves on the same plates.
+fn compare_links(gpu: &Gpu) -> Comparison {
+    let target = ErrorTarget {
+        error: 0.05,
+        texels: Some(4),
+    };
+    let scene = bundled_scene("occluded_plates.obj");
+    compare_hierarchical(&scene, target, &Settings::default(), (gpu, &[]), &without_progress()).unwrap()
+}
+
 /// Compares with the fault in a user's file, and returns its row of the page.
-fn compare_with_fault([name, shader, stage, from, to]: NamedFault, settings: Settings) -> String {
-    let text = ShaderStage::find(shader).unwrap().text;
+fn compare_with_fault([name, shader, stage, from, to]: NamedFault, compare: impl Fn(&Gpu) -> Comparison) -> String {
+    let ShaderStage { text, verdict, .. } = ShaderStage::find(shader).unwrap();
+    assert!(
+        verdict.is_empty() || verdict.contains(&stage),
+        "{name}: {stage} is no name of {shader}"
+    );
     assert_eq!(text.matches(from).count(), 1, "{name}: {from}");
     let path = std::env::temp_dir().join(format!("radiosity-fault-{}.wgsl", std::process::id()));
     std::fs::write(&path, text.replace(from, to)).unwrap();
@@ -196,7 +349,7 @@ fn compare_with_fault([name, shader, stage, from, to]: NamedFault, settings: Set
     std::fs::remove_file(&path).unwrap();
     gpu::shaders::check_shader_files(&files).unwrap();
     let gpu = shared_gpu().clone().with_shader_files(files);
-    let comparison = compare_plates(&gpu, settings);
+    let comparison = compare(&gpu);
     assert!(gpu.unused_shader_file().is_none(), "{name}: the file was not run");
     let first = comparison.criteria.iter().find(|criterion| !criterion.pass);
     let first = first.unwrap_or_else(|| panic!("{name} is not found"));
@@ -229,12 +382,25 @@ fn named_faults_are_shown_as_the_page_does() {
     by_pixels.transport.form_factor = FormFactor::Disc;
     by_pixels.schedule = by_pixels.schedule.with_southwell();
     let by_rays = settings_of([5, 1, 3], Visibility::Rays, 0.01);
-    for settings in [by_pixels, by_rays] {
-        let healthy = compare_plates(shared_gpu(), settings);
+    let by_pixels = |gpu: &Gpu| compare_plates(gpu, by_pixels);
+    let by_rays = |gpu: &Gpu| compare_plates(gpu, by_rays);
+    for healthy in [
+        by_pixels(shared_gpu()),
+        by_rays(shared_gpu()),
+        compare_links(shared_gpu()),
+    ] {
         assert!(healthy.solvers_agree(), "a false alarm");
+        for stage in &healthy.stages {
+            assert!(!ShaderStage::files_judged_by(&stage.name).is_empty(), "{}", stage.name);
+        }
     }
     let rows = (BY_PIXELS.into_iter().map(|fault| compare_with_fault(fault, by_pixels)))
-        .chain(BY_RAYS.into_iter().map(|fault| compare_with_fault(fault, by_rays)));
+        .chain(BY_RAYS.into_iter().map(|fault| compare_with_fault(fault, by_rays)))
+        .chain(
+            BY_LINKS
+                .into_iter()
+                .map(|fault| compare_with_fault(fault, compare_links)),
+        );
     let table = [
         "| Mistake | File | Stage | First value | GPU | Twin |",
         "|---|---|---|---|---|---|",

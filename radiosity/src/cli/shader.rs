@@ -30,7 +30,8 @@ pub fn run(arguments: &ShaderArguments) -> Result<Outcome> {
         }
         None => {
             for stage in SHADER_STAGES {
-                output!("{:18} {} · {}", stage.name, stage.summary(), stage.twin())?;
+                let (summary, twin, names) = (stage.summary(), stage.twin(), stage.verdict_names());
+                output!("{:18} {summary} · {twin} · in the verdict: {names}", stage.name)?;
             }
         }
     }

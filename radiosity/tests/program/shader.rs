@@ -55,7 +55,8 @@ fn printed_shaders_take_the_place_of_the_programs_and_agree() {
 fn shaders_are_listed_with_their_twins() {
     let end = TestFolder::new().run("shader");
     assert_eq!(end.stdout.lines().count(), SHADER_STAGES.len());
-    let line = "deposit            Deposits the shot on one texel · cpu/src/shader_twins/deposit.rs: deposit";
+    let line = "deposit            Deposits the shot on one texel · cpu/src/shader_twins/deposit.rs: deposit \
+        · in the verdict: deposit";
     assert!(end.stdout.lines().any(|found| found == line), "{}", end.stdout);
 }
 
@@ -97,13 +98,15 @@ fn uncleared_residual_ends_in_a_verdict() {
 
 #[test]
 fn ends_of_links_are_checked_before_they_are_indices() {
+    let told = TO_ERROR.replace(" --quiet", "");
     let ends = "ends[link] = vec2u(pairs[pair].block, pairs[pair].node);";
     for wrong in [
         "vec2u(pairs[pair].block, 4000000000u)",
         "vec2u(4000000000u, pairs[pair].node)",
     ] {
-        let end = compare_with_change(TO_ERROR, "store_links", ends, &format!("ends[link] = {wrong};"));
-        assert_end(&end, 2, &["error: mine.wgsl: ", "there is no such block or node"]);
+        let end = compare_with_change(&told, "store_links", ends, &format!("ends[link] = {wrong};"));
+        let stage = "beyond its bound: WGSL = twin: store_links";
+        assert_end(&end, 1, &[stage, "mine.wgsl: ", "there is no such block or node"]);
     }
     let counted = changed_shader("prefix_sum", " || before.y > request.links", "");
     let folder = TestFolder::new();
@@ -111,8 +114,9 @@ fn ends_of_links_are_checked_before_they_are_indices() {
         "mine.wgsl",
         counted.replace("totals[0] = before.y;", "totals[0] = 40000u;"),
     );
-    let count = folder.run(&format!("{TO_ERROR} --shader prefix_sum=mine.wgsl"));
-    assert_end(&count, 2, &["error: mine.wgsl: ", "40000 links are counted"]);
+    let count = folder.run(&format!("{told} --shader prefix_sum=mine.wgsl"));
+    let stage = "beyond its bound: WGSL = twin: prefix_sum";
+    assert_end(&count, 1, &[stage, "mine.wgsl: ", "40000 links are counted"]);
 }
 
 #[test]

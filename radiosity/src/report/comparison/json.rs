@@ -1,7 +1,8 @@
 //! Builds `report.json`: the contract's fields and further ones for scripts.
 
 use common::settings::Settings;
-use oracle::compare::comparison::{Comparison, SceneComparison};
+use gpu::ShaderStage;
+use oracle::compare::comparison::{Comparison, SceneComparison, StageCheck};
 use oracle::solve::solver::ErrorTarget;
 use serde_json::{Value, json};
 
@@ -38,7 +39,7 @@ fn comparison_json(c: &Comparison) -> Value {
         "bounds": c.criteria.iter().map(|criterion| (&criterion.name, json!(criterion))).collect::<Value>(),
         "gates": c.criteria,
         "findings": c.findings,
-        "stages": c.stages.iter().map(|stage| (&stage.name, json!(stage))).collect::<Value>(),
+        "stages": c.stages.iter().map(|stage| (&stage.name, stage_json(stage))).collect::<Value>(),
         "estimated_error": { "cpu": c.estimated_error(0), "gpu": c.estimated_error(1) },
         "certificate": { "cpu": c.estimates[0], "gpu": c.estimates[1] },
         "settings": { "cpu": settings_in_force(c, &c.settings), "gpu": settings_in_force(c, &c.gpu_settings) },
@@ -49,6 +50,13 @@ fn comparison_json(c: &Comparison) -> Value {
         "texels": c.mesh.texels.len(),
         "notes": c.scene.notes.iter().chain(&c.notes).collect::<Vec<_>>(),
     })
+}
+
+/// Returns the check of a stage, with the shader files whose faults it shows.
+fn stage_json(stage: &StageCheck) -> Value {
+    let mut value = json!(stage);
+    value["files"] = json!(ShaderStage::files_judged_by(&stage.name));
+    value
 }
 
 /// Returns the options in force.
