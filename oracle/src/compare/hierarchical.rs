@@ -38,11 +38,12 @@ struct SolvedSide {
 
 impl SolvedSide {
     /// Replaces the solution by NaN.
-    fn make_unknown(&mut self) {
+    fn into_unknown(mut self) -> Self {
         let run = &mut self.solved.run;
         run.field.radiosity.fill(Vec4::NAN);
         self.energy = EnergyBalance::new(&self.solved.mesh, &run.field, &run.shots);
         self.estimate = None;
+        self
     }
 }
 
@@ -71,14 +72,16 @@ pub fn compare_hierarchical(
     let cpu = solve(linker::LinkMethod::Shafts, "CPU")?;
     let by_rays = solve(linker::LinkMethod::Rays, "CPU by rays")?;
     let mut diff = diff_links(scene, target, gpu, faults, watch)?;
-    let on_gpu = match solve(linker::LinkMethod::Custom(&factory), "GPU") {
-        Ok(side) => side,
-        Err(error) => {
-            diff.take_refusal(error)?;
-            let mut side = solve(linker::LinkMethod::Rays, "GPU")?;
-            side.make_unknown();
-            side
+    let mut on_gpu = None;
+    if diff.refusal.is_none() {
+        match solve(linker::LinkMethod::Custom(&factory), "GPU") {
+            Ok(side) => on_gpu = Some(side),
+            Err(error) => diff.take_refusal(error)?,
         }
+    }
+    let on_gpu = match on_gpu {
+        Some(side) => side,
+        None => solve(linker::LinkMethod::Rays, "GPU")?.into_unknown(),
     };
     let mesh = &cpu.solved.mesh;
     let differences = [

@@ -134,7 +134,7 @@ pub struct LinkDiff {
     pub stages: Vec<StageCheck>,
     /// Names of the stages that no request has reached.
     pub unreached: Vec<&'static str>,
-    /// Why the host refused a result of a GPU of which a stage differs.
+    /// Why the GPU is not asked further after a stage differs: the host refused a result, or workgroups are wrong.
     pub refusal: Option<String>,
     /// Irradiance of blocks.
     pub gathered: BlockStatistics,
@@ -219,17 +219,18 @@ impl LinkerPair<'_> {
         }
     }
 
-    /// Checks the stages at a request, and returns what it finds on both sides; nothing of the GPU if the host refuses it.
+    /// Checks the stages at a request, and returns what it finds on both sides; nothing of the GPU once
+    /// it is refused.
     fn find_both<T>(&self, request: &LinkRequest, find: impl Fn(&dyn Linker) -> Result<T>) -> Result<(Option<T>, T)> {
         let mut stages = self.stages.borrow_mut();
         stages.check_request(&self.cpu.scene, request)?;
         let mut diff = self.diff.borrow_mut();
         (diff.stages, diff.unreached) = stages.stage_checks();
-        let found = match find(&self.gpu) {
-            Ok(found) => Some(found),
-            Err(error) => {
-                diff.take_refusal(error)?;
-                None
+        diff.refusal = diff.refusal.take().or_else(|| stages.refuse_solve());
+        let found = match diff.refusal {
+            Some(_) => None,
+            None => {
+                find(&self.gpu).map_or_else(|error| diff.take_refusal(error).map(|()| None), |found| Ok(Some(found)))?
             }
         };
         Ok((found, find(&self.cpu)?))

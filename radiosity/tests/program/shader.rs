@@ -120,6 +120,19 @@ fn ends_of_links_are_checked_before_they_are_indices() {
 }
 
 #[test]
+fn wrong_workgroups_end_in_a_verdict() {
+    let told = TO_ERROR.replace(" --quiet", "");
+    let end = compare_with_change(
+        &told,
+        "clear_work_lists",
+        "source_dispatches[3u * lane + k]",
+        "source_dispatches[lane + k]",
+    );
+    let stage = "beyond its bound: WGSL = twin: clear_work_lists";
+    assert_end(&end, 1, &[stage, "clear_work_lists makes wrong numbers of workgroups"]);
+}
+
+#[test]
 fn unknown_ids_in_an_item_buffer_are_a_fault_of_its_stage() {
     let id = compare_with_change(SMALL, "item_buffer", "vertex.face.x + 1u", "vertex.face.x + 1000u");
     assert_end(&id, 1, &["beyond its bound: WGSL = twin: item buffer"]);

@@ -3,9 +3,8 @@
 use super::tally::{Place, StageTally, Word};
 use super::twin::{Lanes, LevelTwin, Nudge, SPOTS, unwritten_lanes};
 use super::{LANE_WORDS, LinkStages, PAIR_WORDS, pair_words, spot_groups};
-use crate::compare::stages::decided_by_rounding;
 use common::Result;
-use common::constants::{CONTACT_DISTANCE, PATCH_SUM_LANES};
+use common::constants::PATCH_SUM_LANES;
 use gpu::hierarchy::link_probe::{UNWRITTEN, WORK_WORDS, as_words, from_words};
 use gpu::link_records::{LaneRecord, PairRecord, RequestRecord};
 use rayon::prelude::*;
@@ -27,7 +26,7 @@ const LISTS: [[(&str, usize); 2]; 4] = [
 /// Workgroups over an empty list: those of its front, and of its end.
 const NO_WORKGROUPS: [u32; 6] = [0, 1, 1, 0, 1, 1];
 /// Pairs that a step of refinement has listed: at the front, and at the end.
-type WorkList = [Vec<u32>; 2];
+pub type WorkList = [Vec<u32>; 2];
 
 /// A level of pairs, and what the levels before have made.
 pub struct Level {
@@ -115,7 +114,7 @@ impl LinkStages {
     }
 
     /// Runs a stage over the spots of so many pairs, and returns all lanes.
-    fn run_on_lanes(
+    pub fn run_on_lanes(
         &mut self,
         names: [&'static str; 2],
         level: &Level,
@@ -226,122 +225,10 @@ impl LinkStages {
         }
         Ok(())
     }
-
-    fn check_samples(&mut self, twin: &LevelTwin, level: &mut Level, list: &WorkList) -> Result<()> {
-        let listed = &list[0];
-        if listed.is_empty() {
-            return Ok(());
-        }
-        let nothing = f32::from_bits(UNWRITTEN);
-        for k in listed {
-            for lane in &mut level.lanes[*k as usize] {
-                [lane.weight, lane.known, lane.along[0], lane.along[1]] = [nothing; 4];
-            }
-        }
-        let found = self.run_on_lanes(["sample_links"; 2], level, listed.len(), &work_words(list))?;
-        let sampled: Vec<SampledPair> = (listed.par_iter())
-            .map(|k| {
-                sample_pair(
-                    twin,
-                    &level.pairs[*k as usize],
-                    &level.lanes[*k as usize],
-                    &found[*k as usize],
-                )
-            })
-            .collect();
-        let mut expected = level.lanes.clone();
-        for (k, pair) in listed.iter().zip(&sampled) {
-            expected[*k as usize] = pair.judged;
-        }
-        let sizes = |k: usize| {
-            let (pair, radius) = (&level.pairs[k], twin.node(&level.pairs[k]).shooter.radius);
-            let sizes = twin.weight_sizes(pair, &level.lanes[k]);
-            sizes.map(|size| lane_sizes(4, &[size * radius, size * radius, 0.0, size]))
-        };
-        let tally = &mut self.tallies.sample_links;
-        compare_lanes(tally, &level.pairs, [&found, &expected], sizes);
-        for (k, sampled) in listed.iter().zip(&sampled) {
-            let k = *k as usize;
-            let sizes = sizes(k);
-            // Weights of other points hide the visibility.
-            let is_alike = |l: usize| {
-                let weights =
-                    [&found[k][l], &sampled.judged[l]].map(|lane| [lane.weight, lane.along[0], lane.along[1]]);
-                (0..3).all(|n| tally.allows(weights[0][n], weights[1][n], sizes[l][[7, 4, 5][n]]))
-            };
-            let alike: Vec<bool> = (0..SPOTS).map(is_alike).collect();
-            let rays = &mut self.tallies.rays;
-            for (l, blocked) in sampled.wrong.iter().filter(|(l, ..)| alike[*l]) {
-                let place = Place::of_spot(&level.pairs[k], *l);
-                let seen = [!*blocked, *blocked].map(u32::from);
-                rays.add(place, [k * SPOTS + l, 0], seen, Word::Integer);
-            }
-            rays.add_equal(u64::from(sampled.right));
-        }
-        for (k, sampled) in listed.iter().zip(&sampled) {
-            level.lanes[*k as usize] = sampled.exact;
-        }
-        Ok(())
-    }
-}
-
-/// A pair after sampling.
-struct SampledPair {
-    /// The twin's lanes.
-    exact: Lanes,
-    /// The twin's lanes on the GPU's visibility.
-    judged: Lanes,
-    /// Spots of the samples whose visibility rays have wrong, and whether the twin's is blocked.
-    wrong: Vec<(usize, bool)>,
-    /// Samples whose visibility is equal, or decided by rounding.
-    right: u32,
-}
-
-fn sample_pair(twin: &LevelTwin, pair: &PairRecord, given: &Lanes, found: &Lanes) -> SampledPair {
-    let exact = twin.sample_links(pair, given, pair.known);
-    let mut sampled = SampledPair {
-        exact,
-        judged: exact,
-        wrong: Vec::new(),
-        right: 0,
-    };
-    let lit = given.iter().filter(|lane| lane.factor > 0.0).count() as u32;
-    sampled.right = lit * pair.samples.saturating_sub(pair.known);
-    if (0..SPOTS).all(|l| found[l].blocked == exact[l].blocked) {
-        return sampled;
-    }
-    let block = twin.block(pair);
-    let mut bits = *given;
-    for (lane, exact) in bits.iter_mut().zip(&exact) {
-        lane.blocked = exact.blocked;
-    }
-    for s in pair.known..pair.samples {
-        let (word, bit) = (s as usize / 32, 1 << (s % 32));
-        let samples = twin.spot_samples(pair, given, s);
-        for (l, sample) in samples.into_iter().enumerate().filter(|(l, _)| given[*l].factor > 0.0) {
-            let differs = (found[l].blocked[word] ^ exact[l].blocked[word]) & bit != 0;
-            let margin = 8.0 * f32::EPSILON * sample.p.distance(sample.q).max(1.0);
-            let undecided = (sample.height + CONTACT_DISTANCE).abs() < margin;
-            // A sample from below the horizon, or without weight, needs no ray: the stage itself has it wrong.
-            let is_traced = sample.height > -CONTACT_DISTANCE && sample.weight > 0.0;
-            if !differs || !(is_traced || undecided) {
-                continue;
-            }
-            bits[l].blocked[word] ^= bit;
-            let ends = [twin.node(pair).face, block.faces[l]];
-            let visible = |q, p| twin.scene.rays.is_visible(q, p, ends);
-            if !undecided && !decided_by_rounding(&visible, sample.q, sample.p) {
-                sampled.wrong.push((l, exact[l].blocked[word] & bit != 0));
-            }
-        }
-    }
-    sampled.right -= sampled.wrong.len() as u32;
-    sampled.judged = twin.sample_links(pair, &bits, pair.samples);
-    sampled
 }
 
 /// Compares all words of all lanes; `sizes` are those of a pair's.
-fn compare_lanes(
+pub fn compare_lanes(
     tally: &mut StageTally,
     pairs: &[PairRecord],
     [found, expected]: [&[Lanes]; 2],
@@ -367,14 +254,14 @@ fn compare_lanes(
 }
 
 /// Returns the sizes of a lane's words: these from word `first` on, else 0.
-fn lane_sizes(first: usize, sizes: &[f32]) -> [f32; LANE_WORDS] {
+pub fn lane_sizes(first: usize, sizes: &[f32]) -> [f32; LANE_WORDS] {
     let mut all = [0.0; LANE_WORDS];
     all[first..first + sizes.len()].copy_from_slice(sizes);
     all
 }
 
 /// Returns the words of a work list: the numbers of its two parts, and the pairs.
-fn work_words(list: &WorkList) -> Vec<u32> {
+pub fn work_words(list: &WorkList) -> Vec<u32> {
     let mut words = vec![UNWRITTEN; WORK_WORDS];
     [words[0], words[1]] = [list[0].len() as u32, list[1].len() as u32];
     words[2..2 + list[0].len()].copy_from_slice(&list[0]);

@@ -7,6 +7,7 @@
 
 mod level;
 mod next_level;
+mod samples;
 mod tally;
 mod twin;
 
@@ -234,6 +235,15 @@ impl LinkStages {
             level = self.check_level(&twin, level)?;
         }
         Ok(())
+    }
+
+    /// Returns why a solve with these stages is not run: a dispatch of any number of workgroups may have no end.
+    pub fn refuse_solve(&self) -> Option<String> {
+        let wrong = (self.tallies.in_order().into_iter()).find(|tally| tally.has_wrong_workgroups)?;
+        Some(format!(
+            "{} makes wrong numbers of workgroups: the GPU's solve is not run",
+            wrong.name
+        ))
     }
 
     /// Returns the checks of the stages that were reached, and the names of the others.

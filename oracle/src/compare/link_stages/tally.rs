@@ -53,6 +53,8 @@ pub struct StageTally {
     reason: &'static str,
     value_names: &'static [&'static str],
     tally: Tally<Place>,
+    /// True if a number of workgroups differs.
+    pub has_wrong_workgroups: bool,
 }
 
 impl StageTally {
@@ -62,6 +64,7 @@ impl StageTally {
             reason,
             value_names,
             tally: Tally::new(bound),
+            has_wrong_workgroups: false,
         }
     }
 
@@ -70,6 +73,7 @@ impl StageTally {
         if found == expected {
             return self.tally.add_equal(1);
         }
+        self.has_wrong_workgroups |= self.value_names[component] == "workgroups";
         let value = |word: u32| match kind {
             _ if word == UNWRITTEN => Value::Unwritten,
             Word::Integer => word.into(),
