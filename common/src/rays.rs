@@ -138,8 +138,8 @@ impl Rays {
         blockers
     }
 
-    /// Visits the faces that the ray from `origin`, or from just behind it, along the unit vector `direction` may meet.
-    /// `visit` returns the distance beyond which no face matters.
+    /// Visits the faces that the ray from `origin`, or from just behind it, along the unit vector `direction` may meet;
+    /// a thin triangle more than once. `visit` returns the distance beyond which no face matters.
     pub fn visit_faces_along(&self, origin: Vec3, direction: Vec3, mut visit: impl FnMut(u32, &MeshFace) -> f32) {
         let shift = 4.0 * CONTACT_DISTANCE;
         let ray = make_ray(origin - direction * shift, direction / RAY_REACH, f32::MAX);

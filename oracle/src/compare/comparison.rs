@@ -9,6 +9,7 @@ use common::scene::Scene;
 use common::settings::Settings;
 use common::shooting::SolveRun;
 use serde::Serialize;
+use stage_check::tally::Tally;
 use std::fmt;
 
 /// Comparison of one shader stage with its CPU twin on the same input.
@@ -30,6 +31,26 @@ pub struct StageCheck {
     pub agree: bool,
     /// Values beyond the bound; none if the stage agrees.
     pub difference: Option<StageDifference>,
+}
+
+impl StageCheck {
+    /// Makes the check of a stage from its name, the reason of its bound and its tally; without values it does not pass.
+    pub fn of_tally<L: Copy>(
+        (name, reason): (&str, &str),
+        tally: &Tally<L>,
+        difference: Option<StageDifference>,
+    ) -> Self {
+        Self {
+            name: name.to_owned(),
+            values: tally.values,
+            differing: tally.unequal,
+            worst: tally.largest_error,
+            bound: tally.bound,
+            reason: reason.to_owned(),
+            agree: tally.agrees(),
+            difference,
+        }
+    }
 }
 
 /// Values of a stage that differ from their twins by more than the bound.

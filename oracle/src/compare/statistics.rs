@@ -106,21 +106,13 @@ impl ErrorTally {
 
     /// Returns the check of the stage on `mesh`; without values it does not pass.
     pub fn stage_check(&self, mesh: &Mesh) -> StageCheck {
-        StageCheck {
-            name: self.name.to_owned(),
-            values: self.tally.values,
-            differing: self.tally.unequal,
-            worst: self.tally.largest_error,
-            bound: self.tally.bound,
-            reason: self.reason.to_owned(),
-            agree: self.tally.agrees(),
-            difference: describe_difference(
-                &self.tally,
-                [self.elements.count, self.elements.lanes],
-                |k| self.value_names[k].to_owned(),
-                |compared| self.describe_element(mesh, compared),
-            ),
-        }
+        let difference = describe_difference(
+            &self.tally,
+            [self.elements.count, self.elements.lanes],
+            |k| self.value_names[k].to_owned(),
+            |compared| self.describe_element(mesh, compared),
+        );
+        StageCheck::of_tally((self.name, self.reason), &self.tally, difference)
     }
 
     fn describe_element(&self, mesh: &Mesh, compared: &Compared<ValueSource>) -> String {

@@ -123,15 +123,7 @@ impl StageTally {
                 compared.label.describe()
             )
         };
-        StageCheck {
-            name: self.name.to_owned(),
-            values: self.tally.values,
-            differing: self.tally.unequal,
-            worst: self.tally.largest_error,
-            bound: self.tally.bound,
-            reason: self.reason.to_owned(),
-            agree: self.tally.agrees(),
-            difference: describe_difference(&self.tally, [0, 1], |k| self.value_names[k].to_owned(), element),
-        }
+        let difference = describe_difference(&self.tally, [0, 1], |k| self.value_names[k].to_owned(), element);
+        StageCheck::of_tally((self.name, self.reason), &self.tally, difference)
     }
 }
