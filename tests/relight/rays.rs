@@ -46,14 +46,23 @@ fn light_of_room(scene: &Scene, count: usize, texels: u32, mesh: &Mesh) -> [Vec<
     [radiosity, irradiance]
 }
 
-fn relight(scene: &Scene, mesh: &Mesh, [radiosity, irradiance]: &[Vec<Vec3>; 2]) -> TexelSolution {
+fn relight(
+    scene: &Scene,
+    mesh: &Mesh,
+    [radiosity, irradiance]: &[Vec<Vec3>; 2],
+    blocks: Vec<[u32; 2]>,
+) -> TexelSolution {
     let known = RoomLight {
         radiosity,
         irradiance,
         open: &vec![1.0; radiosity.len()],
     };
     let mut go_on = |_| ControlFlow::Continue(());
-    relight_by_rays(scene, mesh, &known, REQUESTED_NOISE, &mut go_on).unwrap()
+    relight_by_rays(scene, mesh, &known, blocks, REQUESTED_NOISE, &mut go_on).unwrap()
+}
+
+fn single_texels(mesh: &Mesh) -> Vec<[u32; 2]> {
+    vec![[1; 2]; mesh.texels.len()]
 }
 
 /// The told noise is a mean over at least 100 texels of squares of two halves' differences, which bounces make depend on
@@ -76,7 +85,7 @@ fn told_noise_is_the_error_against_the_dense_solution() {
         mesh.room_faces = count as u32;
         let truth = solve_matrix(&mesh, &matrix);
         let known = light_of_room(&scene, count, texels, &mesh);
-        let found = relight(&scene, &mesh, &known);
+        let found = relight(&scene, &mesh, &known, single_texels(&mesh));
         let (mut off, mut told, mut light, mut changed) = (0.0, 0.0, 0.0, 0.0);
         for (k, texel) in mesh.texels.iter().enumerate() {
             let [area, rho] = [texel.area, texel.reflectance.y].map(f64::from);
@@ -98,6 +107,42 @@ fn told_noise_is_the_error_against_the_dense_solution() {
     }
 }
 
+/// Blocks as large as the room's faces: each receives its mean.
+#[test]
+fn blocks_receive_the_mean_of_their_texels() {
+    let mut faces = empty_room(false);
+    let count = faces.len();
+    faces.extend(ball(DVec3::new(1.4, 0.9, 1.9), 0.5, [8, 16]));
+    let scene = named_scene("ball under a ceiling that shines", faces);
+    let texels = 4;
+    let (mut mesh, matrix, _) = assemble_dense(&scene, texels);
+    mesh.room_faces = count as u32;
+    let truth = solve_matrix(&mesh, &matrix);
+    let known = light_of_room(&scene, count, texels, &mesh);
+    let found = relight(&scene, &mesh, &known, vec![[texels; 2]; mesh.texels.len()]);
+    let of_face = |f: usize, light: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let own = (0..mesh.texels.len()).filter(|k| mesh.texels[*k].face as usize == f);
+        own.map(light).collect()
+    };
+    let (mut off, mut within, mut light) = (0.0, 0.0, 0.0);
+    for f in 0..count {
+        let rho = f64::from(mesh.texels[f * (texels * texels) as usize].reflectance.y);
+        let emission = f64::from(scene.faces[f].emission.y);
+        let before = |k: usize| f64::from(known[1][k].y);
+        let exact = of_face(f, &|k| truth.radiosity[k].y - emission - rho * before(k));
+        let reflected = of_face(f, &|k| truth.radiosity[k].y - emission);
+        let own = of_face(f, &|k| rho * f64::from(found.irradiance[k].y));
+        let mean = exact.iter().sum::<f64>() / exact.len() as f64;
+        off += own.iter().map(|change| (change - mean).powi(2)).sum::<f64>();
+        within += exact.iter().map(|change| (change - mean).powi(2)).sum::<f64>();
+        light += reflected.iter().map(|b| b * b).sum::<f64>();
+    }
+    let [off, within] = [off / light, within / light].map(f64::sqrt);
+    println!("{off} off, {within} within blocks");
+    assert!(off <= f64::from(3.0 * REQUESTED_NOISE), "{off}");
+    assert!(within > 10.0 * off, "{within} within blocks, {off} off");
+}
+
 #[test]
 fn light_of_another_room_keeps_its_bits() {
     let mut faces = empty_room(false);
@@ -113,7 +158,12 @@ fn light_of_another_room_keeps_its_bits() {
     let scene = named_scene("two rooms", faces);
     let (texels, mut mesh) = (4, Mesh::uniform(&scene, 4, 1).unwrap());
     mesh.room_faces = count as u32;
-    let found = relight(&scene, &mesh, &light_of_room(&scene, count, texels, &mesh));
+    let found = relight(
+        &scene,
+        &mesh,
+        &light_of_room(&scene, count, texels, &mesh),
+        single_texels(&mesh),
+    );
     let mut darkened = 0;
     for (texel, change) in mesh.texels.iter().zip(&found.irradiance) {
         let face = texel.face as usize;

@@ -17,6 +17,7 @@ pub mod relight;
 pub mod residual;
 mod seen_lamp;
 mod sky_light;
+mod texel_blocks;
 mod texel_rays;
 
 use crate::dense::open_points::OpenParts;
@@ -30,6 +31,7 @@ use glam::{DVec3, Vec3, Vec3A};
 use merged_texels::MergedTexels;
 use sky_light::SkyLight;
 use std::ops::ControlFlow;
+use texel_blocks::TexelBlocks;
 pub use texel_rays::Halves;
 use texel_rays::TexelRays;
 
@@ -210,7 +212,7 @@ trait KeptRays: Sync {
     /// where they happened to bring much, and the light would come out too dark. `radiosity` is what they found.
     fn discard_rays(&mut self, radiosity: &[Vec3A]);
 
-    /// Traces until texel k has `counts[k]` rays of each half.
+    /// Traces until texel k, or block k of texels, has `counts[k]` rays of each half.
     ///
     /// Errors: [`Error::Interrupted`].
     fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()>;
@@ -286,6 +288,35 @@ struct RayBounces {
     converged: bool,
 }
 
+/// Sums over texels' areas of the light that they reflect, each weighted by its share.
+#[derive(Clone, Copy, Default)]
+struct ReflectedSums {
+    light_squares: DVec3,
+    shares: DVec3,
+    share_squares: DVec3,
+}
+
+impl ReflectedSums {
+    fn add_texel(&mut self, reflected: Vec3, share: Vec3, area: f32) {
+        let (reflected, share) = (reflected.as_dvec3(), share.as_dvec3());
+        let area = f64::from(area);
+        self.light_squares += reflected * reflected * share * area;
+        self.shares += share * area;
+        self.share_squares += share * share * area;
+    }
+
+    /// Returns 1 over the RMS light, times the root of `area` over that on which the shares are: the square of the sum of
+    /// shares over that of their squares.
+    fn scale_to(&self, area: f64) -> Vec3 {
+        let square = self.light_squares * self.shares;
+        let inverse = |c: usize| match square[c] > 0.0 {
+            true => (area * self.share_squares[c] / square[c]).sqrt(),
+            false => 0.0,
+        };
+        DVec3::new(inverse(0), inverse(1), inverse(2)).as_vec3()
+    }
+}
+
 /// The linear system of a mesh.
 struct RaySolver<'a> {
     mesh: &'a Mesh,
@@ -293,9 +324,11 @@ struct RaySolver<'a> {
     open: &'a [f32],
     /// H of each texel that is known, the mean over its area, and to which the solve adds; empty if there is none.
     known: &'a [Vec3],
+    /// Blocks of texels that receive by the same rays; without them each texel has rays of its own.
+    blocks: Option<&'a TexelBlocks>,
     max_bounces: u32,
     passes: u32,
-    /// Rays of each half of each texel; none before the first are traced.
+    /// Rays of each half of each texel, or of each block; none before the first are traced.
     counts: Vec<u32>,
     /// Rounds of tracing so far.
     rounds: u32,
@@ -309,6 +342,7 @@ impl<'a> RaySolver<'a> {
             mesh,
             open,
             known: &[],
+            blocks: None,
             max_bounces: MAX_BOUNCES,
             passes: 0,
             counts: Vec::new(),
@@ -351,10 +385,9 @@ impl<'a> RaySolver<'a> {
             let learns = R::LEARNS && self.rounds == 1;
             let mut last = !learns && found <= noise || self.rounds >= MAX_TRACING_ROUNDS;
             if !last {
-                let growth = growth_for(found, noise).min(MAX_RAY_GROWTH);
+                let growth = growth_for(found, noise).clamp(1.0, MAX_RAY_GROWTH);
                 let radiosity = self.reflected_radiosity(&bounces);
-                let next = match growth > MIN_DISCARD_GROWTH {
-                    _ if learns => self.counts.clone(),
+                let next = match learns || growth > MIN_DISCARD_GROWTH {
                     true => self.distribute_rays(traced, &bounces, &radiosity, growth),
                     false => self.counts.iter().map(|n| grow_count(*n, growth)).collect(),
                 };
@@ -373,11 +406,20 @@ impl<'a> RaySolver<'a> {
         }
     }
 
-    /// Returns the first number of rays of each half of each texel: `first` in the mean, in proportion to the root of its
-    /// area.
+    /// Returns the sum of the `values` of the texels of each block; without blocks the values.
+    fn sum_blocks(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
+        match self.blocks {
+            Some(blocks) => blocks.sum_blocks(values),
+            None => values.collect(),
+        }
+    }
+
+    /// Returns the first number of rays of each half of each texel or block: `first` in the mean, in proportion to the root of
+    /// its area.
     fn first_counts(&self, first: f32) -> Vec<u32> {
-        let roots = self.mesh.texels.iter().map(|texel| texel.area.sqrt());
-        let mean = roots.clone().sum::<f32>() / self.mesh.texels.len().max(1) as f32;
+        let areas = self.sum_blocks(self.mesh.texels.iter().map(|texel| f64::from(texel.area)));
+        let roots = areas.iter().map(|area| area.sqrt() as f32);
+        let mean = roots.clone().sum::<f32>() / areas.len().max(1) as f32;
         let count = |root: f32| (first * root / mean).clamp(MIN_RAY_COUNT, MAX_RAY_COUNT) as u32;
         roots.map(count).collect()
     }
@@ -445,19 +487,27 @@ impl<'a> RaySolver<'a> {
         self.mesh.texels.iter().zip(self.open).map(of_open).collect()
     }
 
-    /// Returns ρ of each texel over the RMS of the light reflected of `received` and what is known.
+    /// Returns the weight by which [`Self::relative_noise`] takes the light of each texel: ρ over the RMS of the light
+    /// reflected of `received` and what is known. In a relight the objects and the room count as much as each other, however
+    /// small the objects are, and the noise of the room's change counts over the area that changes.
     fn reflection_weights(&self, received: &[Vec3A]) -> Vec<Vec3A> {
-        let (mut square, mut area) = (DVec3::ZERO, 0.0);
+        let group = |texel: &Texel| usize::from(!self.known.is_empty() && self.mesh.is_object(texel.face));
+        let mut sums = [ReflectedSums::default(); 2];
+        let mut area = 0.0;
         for (k, (texel, h)) in self.mesh.texels.iter().zip(received).enumerate() {
-            let known = self.known.get(k).copied().unwrap_or_default();
-            let reflected = (texel.reflectance * (known + Vec3::from(*h))).as_dvec3();
-            square += reflected * reflected * f64::from(texel.area);
+            let change = texel.reflectance * Vec3::from(*h);
+            let known = self.known.get(k).map(|known| texel.reflectance * *known);
+            let share = match known {
+                Some(_) if group(texel) == 0 => change.abs(),
+                _ => Vec3::ONE,
+            };
+            sums[group(texel)].add_texel(known.unwrap_or_default() + change, share, texel.area);
             area += f64::from(texel.area);
         }
-        let inverse = |square: f64| if square > 0.0 { (area / square).sqrt() } else { 0.0 };
-        let scale = square.map(inverse).as_vec3();
-        let texels = self.mesh.texels.iter();
-        texels.map(|texel| Vec3A::from(texel.reflectance * scale)).collect()
+        let groups = sums.iter().filter(|sums| sums.shares != DVec3::ZERO).count() as f64;
+        let scales = sums.map(|sums| sums.scale_to(area / groups));
+        let weight = |texel: &Texel| Vec3A::from(texel.reflectance * scales[group(texel)]);
+        self.mesh.texels.iter().map(weight).collect()
     }
 
     /// Returns the RMS noise of the reflected light relative to it, in the worst channel.
@@ -481,7 +531,7 @@ impl<'a> RaySolver<'a> {
         radiosity.collect()
     }
 
-    /// Returns the number of rays of each half of each texel, in all `growth` times as many for the same variance, with
+    /// Returns the number of rays of each half of each texel or block, in all `growth` times as many for the same variance, with
     /// most where they reduce it most: n ~ √A ρσ, where σ² is the variance of what the rays bring. No texel loses rays.
     fn distribute_rays<R: KeptRays>(
         &self,
@@ -494,9 +544,9 @@ impl<'a> RaySolver<'a> {
         let spread = self.mesh.texels.iter().zip(variances.iter().zip(&bounces.weight));
         let spread = spread.map(|(texel, (variance, weight))| {
             let variance = (*variance * *weight * *weight).element_sum();
-            f64::from((variance * texel.area).sqrt())
+            f64::from(variance * texel.area)
         });
-        let spread: Vec<f64> = spread.collect();
+        let spread: Vec<f64> = self.sum_blocks(spread).into_iter().map(f64::sqrt).collect();
         let now: f64 = spread
             .iter()
             .zip(&self.counts)

@@ -1,8 +1,8 @@
 //! The rays of relighting: what each meets with the objects, and what it would meet without them.
 //!
-//! Ray n of a texel is up to three: one in a direction drawn by the cosine, one to a texel of the room that is drawn by
-//! its captured light, and one to a texel of an object. Each is weighted by the balance heuristic (Veach & Guibas 1995)
-//! over the three densities of its direction:
+//! Ray n of a block of texels is up to three: one in a direction drawn by the cosine, one to a texel of the room that is
+//! drawn by its captured light, and one to a texel of an object. Each is weighted by the balance heuristic (Veach & Guibas
+//! 1995) over the three densities of its direction:
 //!
 //! ```text
 //! K  B  = Σ w B(texel that the ray meets)
@@ -13,6 +13,7 @@
 //! traced. Rays start on the open parts of texels.
 
 use super::lamp_tree::{Lamp, LampChoice, LampTree, Receiver};
+use super::texel_blocks::TexelBlocks;
 use super::texel_rays::{Halves, NO_TEXEL};
 use super::{KeptRays, sample_variance};
 use crate::dense::open_points::{OpenParts, draw_point};
@@ -30,8 +31,8 @@ use sobol_burley::sample_4d;
 use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
-/// Texels between two calls of the progress callback.
-const TEXELS_PER_TASK: usize = 1 << 12;
+/// Blocks between two calls of the progress callback.
+const BLOCKS_PER_TASK: usize = 1 << 12;
 
 /// Largest ρ times the sum of a texel's form factors.
 const MAX_GAIN: f32 = 0.999;
@@ -50,7 +51,7 @@ struct TexelHit {
     point: Vec3,
 }
 
-/// The rays of one texel.
+/// The rays of one block of texels.
 #[derive(Clone, Default)]
 struct PairRecord {
     /// The texels that each ray's three parts meet, or [`NO_TEXEL`], and their weights; the two halves alternate.
@@ -63,9 +64,10 @@ struct PairRecord {
     limit: [f32; 2],
 }
 
-/// The rays of all texels.
+/// The rays of all blocks of texels.
 pub struct PairRays<'a> {
     mesh: &'a Mesh,
+    blocks: &'a TexelBlocks,
     rays: &'a Rays,
     /// The room without the objects.
     room_rays: Rays,
@@ -89,8 +91,13 @@ pub struct PairRays<'a> {
 }
 
 impl<'a> PairRays<'a> {
-    /// Makes the texels of `mesh` with their `open` parts, without rays.
-    pub fn new(mesh: &'a Mesh, rays: &'a Rays, open: &'a OpenParts, known: &RoomLight) -> Self {
+    /// Makes the `blocks` of the texels of `mesh` with their `open` parts, without rays.
+    pub fn new(
+        (mesh, blocks): (&'a Mesh, &'a TexelBlocks),
+        rays: &'a Rays,
+        open: &'a OpenParts,
+        known: &RoomLight,
+    ) -> Self {
         let is_object = |k: usize| mesh.is_object(mesh.texels[k].face);
         let texels = || 0..mesh.texels.len();
         let emitted = |k: usize| match is_object(k) {
@@ -119,11 +126,12 @@ impl<'a> PairRays<'a> {
             emitted,
             given,
             mesh,
+            blocks,
             rays,
             room_rays: Rays::of_room(mesh),
             open,
             lookup: TexelLookup::new(mesh),
-            records: vec![PairRecord::default(); mesh.texels.len()],
+            records: vec![PairRecord::default(); blocks.len()],
             sequence: 0,
         }
     }
@@ -138,14 +146,18 @@ impl<'a> PairRays<'a> {
         })
     }
 
-    /// Traces rays of texel `k` until there are `count` of both halves.
-    fn extend_record(&self, k: usize, count: u32, record: &mut PairRecord) {
-        let texel = &self.mesh.texels[k];
-        let outlines = self.open.outlines_of(self.mesh, k);
+    /// Traces rays of block `b` until there are `count` of both halves.
+    fn extend_record(&self, b: usize, count: u32, record: &mut PairRecord) {
+        let members = self.blocks.members(b);
+        let texel = &self.mesh.texels[members[0] as usize];
+        let outlines = members
+            .iter()
+            .flat_map(|k| self.open.outlines_of(self.mesh, *k as usize));
+        let outlines: Vec<SampledOutline> = outlines.collect();
         let known = record.met.len() as u32;
         record.met.reserve_exact(count.saturating_sub(known) as usize);
         for n in known..count {
-            let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.sequence));
+            let seed = pcg_hash((2 * members[0] + (n & 1)) ^ pcg_hash(self.sequence));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
             let Some(origin) = draw_point(&outlines, [u, v]) else {
                 break;
@@ -173,7 +185,10 @@ impl<'a> PairRays<'a> {
             record.hidden[(n & 1) as usize] += hidden;
             record.hidden_squares += hidden * hidden;
         }
-        let reflectance = texel.reflectance.max_element();
+        let reflectances = members
+            .iter()
+            .map(|k| self.mesh.texels[*k as usize].reflectance.max_element());
+        let reflectance = reflectances.fold(0.0, f32::max);
         record.limit = record
             .sum_met(|_, _| Vec3A::ONE)
             .map(|sum| MAX_GAIN / (sum.x * reflectance).max(MAX_GAIN));
@@ -189,9 +204,18 @@ impl<'a> PairRays<'a> {
         }
     }
 
-    /// Returns the radiosity that the system does not solve for, as texel `k` receives it.
-    fn given_to(&self, k: usize) -> &[Vec3A] {
-        match self.mesh.is_object(self.mesh.texels[k].face) {
+    /// Returns the means over the texels' areas of the light on the open part of each block.
+    fn spread_over_open(&self, light: Vec<Halves>) -> Vec<Halves> {
+        let texels = self.blocks.spread_blocks(&light).into_iter().zip(&self.open.shares);
+        texels.map(|(halves, open)| halves.map(|h| h * *open)).collect()
+    }
+
+    /// Returns the radiosity that the system does not solve for, as block `b` receives it.
+    fn given_to(&self, b: usize) -> &[Vec3A] {
+        match self
+            .mesh
+            .is_object(self.mesh.texels[self.blocks.members(b)[0] as usize].face)
+        {
             true => &self.given,
             false => &self.emitted,
         }
@@ -207,8 +231,8 @@ fn trace_in_tasks<T: Send>(
     extend: impl Fn(usize, &mut T) + Sync,
 ) -> Result<()> {
     let all = records.len() as f64;
-    for (task, part) in records.chunks_mut(TEXELS_PER_TASK).enumerate() {
-        let begin = task * TEXELS_PER_TASK;
+    for (task, part) in records.chunks_mut(BLOCKS_PER_TASK).enumerate() {
+        let begin = task * BLOCKS_PER_TASK;
         if watch(begin as f64 / all).is_break() {
             return Err(Error::Interrupted);
         }
@@ -406,25 +430,25 @@ impl KeptRays for PairRays<'_> {
     }
 
     fn direct_light(&self) -> Vec<Halves> {
-        let direct = |(k, own): (usize, &PairRecord)| {
-            let given = self.given_to(k);
+        let direct = |(b, own): (usize, &PairRecord)| {
+            let given = self.given_to(b);
             let received = own.sum_met(|_, j| given[j as usize]);
-            [0, 1].map(|half| (received[half] - own.hidden[half] * own.half_share()) * self.open.shares[k])
+            [0, 1].map(|half| received[half] - own.hidden[half] * own.half_share())
         };
-        self.records.par_iter().enumerate().map(direct).collect()
+        self.spread_over_open(self.records.par_iter().enumerate().map(direct).collect())
     }
 
     fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves> {
-        let gather = |(own, open): (&PairRecord, &f32)| {
+        let gather = |own: &PairRecord| {
             let received = own.sum_met(|half, j| radiosity[j as usize][half]);
-            [0, 1].map(|half| received[half] * (open * own.limit[half]))
+            [0, 1].map(|half| received[half] * own.limit[half])
         };
-        self.records.par_iter().zip(&self.open.shares).map(gather).collect()
+        self.spread_over_open(self.records.par_iter().map(gather).collect())
     }
 
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
-        let variance = |(k, own): (usize, &PairRecord)| {
-            let given = self.given_to(k);
+        let variance = |(b, own): (usize, &PairRecord)| {
+            let given = self.given_to(b);
             let (mut sum, mut squares) = (Vec3A::ZERO, Vec3A::ZERO);
             for parts in &own.met {
                 let met = parts.iter().filter(|(j, _)| *j != NO_TEXEL);
@@ -435,9 +459,10 @@ impl KeptRays for PairRays<'_> {
                 squares += light * light;
             }
             let received = sample_variance(sum, squares, own.met.len());
-            let hidden = sample_variance(own.hidden[0] + own.hidden[1], own.hidden_squares, own.met.len());
-            (received + hidden) * self.open.shares[k].powi(2)
+            received + sample_variance(own.hidden[0] + own.hidden[1], own.hidden_squares, own.met.len())
         };
-        self.records.par_iter().enumerate().map(variance).collect()
+        let variances: Vec<Vec3A> = self.records.par_iter().enumerate().map(variance).collect();
+        let texels = self.blocks.spread_blocks(&variances).into_iter().zip(&self.open.shares);
+        texels.map(|(variance, open)| variance * open.powi(2)).collect()
     }
 }

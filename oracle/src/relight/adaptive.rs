@@ -2,6 +2,7 @@
 //! where it is a scene. The room's texels are as small as needed for the objects' shadows where these are visible.
 
 use super::captured_room::CapturedValues;
+use super::receiver_blocks::choose_block_sizes;
 use super::stage::RelightStage;
 use crate::solve::adaptive::{AdaptiveProblem, follows_rays, noise_on_texels, refine_until_converged, step_progress};
 use crate::solve::progress::ProgressMonitor;
@@ -34,6 +35,8 @@ const CAPTURE_GOAL_SHARE: f64 = 0.5;
 const VISIBLE_CHANGE: f64 = 0.02;
 /// Least noise of a step, as a share of the requested error.
 const MIN_NOISE_SHARE: f64 = 0.7;
+/// Noise of the first step, which only shows where texels are too large, as a multiple of the requested error.
+const FIRST_NOISE: f64 = 2.0;
 /// Standard deviations of the noise that count as no edge of a shadow.
 const NOISE_DEVIATIONS: f64 = 4.0;
 /// Extent of the objects over the width of the texels that show their shadows.
@@ -48,6 +51,7 @@ pub struct RelightStep {
     step: SolveStep,
     /// B₀ of each texel.
     before: Vec<Vec3>,
+    /// B of each texel.
     radiosity: Vec<Vec3>,
     /// Number of texels that were recognised as emitters.
     emitters: usize,
@@ -130,13 +134,14 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
         &self.stage.scene
     }
 
-    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&SolveStep>) -> Result<RelightStep> {
+    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&RelightStep>) -> Result<RelightStep> {
         let faces = &self.stage.scene.faces;
-        let off = last.map_or(Vec::new(), |last| last.coarse_error(faces, &texels, goal));
+        let off = last.map_or(Vec::new(), |last| last.step.coarse_error(faces, &texels, goal));
         let phase = format!("relighting to {:.2} %", 100.0 * goal);
+        let least = if last.is_some() { MIN_NOISE_SHARE } else { FIRST_NOISE };
         let noise = noise_on_texels(
             &self.stage.scene,
-            goal.max(MIN_NOISE_SHARE * self.error),
+            goal.max(least * self.error),
             &|f| self.requested_texels(f),
             &texels,
         ) as f32;
@@ -179,7 +184,10 @@ impl AdaptiveProblem for AdaptiveRelight<'_> {
                 open: &share,
             };
             let found = match by_rays {
-                true => relight_by_rays(&stage.scene, &mesh, &known, noise, &mut callback)?,
+                true => {
+                    let blocks = self.receiver_blocks(&mesh, last);
+                    relight_by_rays(&stage.scene, &mesh, &known, blocks, noise, &mut callback)?
+                }
                 false => relight(&stage.scene, &mesh, &known, &off, (goal, self.method), &mut callback)?,
             };
             let whole = irradiance.iter().zip(&found.irradiance);
@@ -293,17 +301,23 @@ impl AdaptiveRelight<'_> {
         })
     }
 
+    /// Returns the sizes of the blocks of texels that receive by the same rays: all single in the first step.
+    fn receiver_blocks(&self, mesh: &Mesh, last: Option<&RelightStep>) -> Vec<[u32; 2]> {
+        let Some(last) = last else {
+            return vec![[1; 2]; mesh.texels.len()];
+        };
+        let changes = last.radiosity.iter().zip(&last.before).map(|(b, before)| *b - *before);
+        let changes: Vec<Vec3> = changes.collect();
+        let before = (&changes[..], &last.step.resolutions[..]);
+        choose_block_sizes(&self.stage.scene.faces, mesh, before, visible_change(&last.step))
+    }
+
     /// Texels of the room's faces for the objects' shadows: as small as [`TEXELS_PER_OBJECT`] demands
     /// where an edge of the change is visible; 0 elsewhere.
     fn shadow_resolution(&self, first: &RelightStep) -> Vec<[u32; 2]> {
         let (stage, step) = (self.stage, &first.step);
         let starts = first_texels(&step.resolutions);
-        let (mut square, mut area) = (0.0, 0.0);
-        for (texel, light) in step.mesh.texels.iter().zip(&step.reflected) {
-            square += f64::from(texel.area) * light.max_element().powi(2);
-            area += f64::from(texel.area);
-        }
-        let visible = VISIBLE_CHANGE * (square / area).sqrt();
+        let visible = visible_change(step);
         let width = largest_extent(&stage.scene.faces[stage.room_faces..]) / TEXELS_PER_OBJECT;
         let mut texels = vec![[0; 2]; step.resolutions.len()];
         let mut all = count_texels(&step.resolutions);
@@ -340,6 +354,16 @@ impl AdaptiveRelight<'_> {
         }
         texels
     }
+}
+
+/// Returns the change of B from texel to texel that is visible in a picture of `step`, W/m².
+fn visible_change(step: &SolveStep) -> f64 {
+    let (mut square, mut area) = (0.0, 0.0);
+    for (texel, light) in step.mesh.texels.iter().zip(&step.reflected) {
+        square += f64::from(texel.area) * light.max_element().powi(2);
+        area += f64::from(texel.area);
+    }
+    VISIBLE_CHANGE * (square / area).sqrt()
 }
 
 /// Returns H₀ of the open part of each texel of a captured room.

@@ -3,5 +3,6 @@
 
 pub mod adaptive;
 pub mod captured_room;
+mod receiver_blocks;
 pub mod stage;
 pub mod task;

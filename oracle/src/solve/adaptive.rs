@@ -265,7 +265,8 @@ pub trait AdaptiveProblem {
     /// Solves to `goal` on `texels` W×H of each face; `last` is the step before.
     ///
     /// Errors: [`Error::Interrupted`].
-    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&SolveStep>) -> Result<Self::StepResult>;
+    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&Self::StepResult>)
+    -> Result<Self::StepResult>;
 
     /// Requested texels of a face; `None`: they follow from the light.
     fn requested_texels(&self, face: usize) -> Option<[u32; 2]>;
@@ -305,7 +306,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
             break;
         }
         goal = (0.5 * goal).max(MIN_GOAL_SHARE * error);
-        let next = match problem.solve_step(texels.clone(), goal, Some(last.as_ref())) {
+        let next = match problem.solve_step(texels.clone(), goal, Some(&last)) {
             Err(Error::Interrupted) => {
                 history.stop_reason = Some("it was interrupted".into());
                 break;
@@ -326,7 +327,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
             && let Some(change) = &history.last_change
             && let Some(shown) = problem.result_resolution(&last, change, error)
         {
-            last = problem.solve_step(shown, goal, Some(last.as_ref()))?;
+            last = problem.solve_step(shown, goal, Some(&last))?;
         }
         if converged {
             break;
