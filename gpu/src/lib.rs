@@ -50,6 +50,7 @@ mod pipeline_cache;
 pub mod probe;
 mod records;
 pub mod shader_files;
+pub mod shader_mutants;
 pub mod shaders;
 mod shot_slots;
 mod shot_stages;

@@ -7,6 +7,7 @@ use crate::shader_files::ShaderFile;
 use common::{Error, Result};
 use stage_check::wgsl::{Diagnostic, compile};
 use wgpu::naga::front::wgsl::parse_str;
+use wgpu::naga::valid::ModuleInfo;
 use wgpu::naga::{Module, Span};
 
 /// Parts of a module.
@@ -81,8 +82,14 @@ impl<'f> ModuleText<'f> {
         if self.given_file().is_none() {
             return parse_str(&text).map_err(|error| Error::Device(error.emit_to_string(&text)));
         }
-        let compiled = compile(&text, &self.parts[0].name);
-        compiled.map(|(module, _)| module).map_err(|found| self.locate(found))
+        self.compile().map(|(module, _)| module)
+    }
+
+    /// Parses and validates the module.
+    ///
+    /// Errors: [`Error::Shader`], in the given file if there is one.
+    pub fn compile(&self) -> Result<(Module, ModuleInfo)> {
+        compile(&self.text(), &self.parts[0].name).map_err(|found| self.locate(found))
     }
 
     /// Checks that the module has these entry points.

@@ -161,12 +161,17 @@ impl ShaderFile {
         if text.trim().is_empty() {
             return Err(Error::bad_input(path, "", "is empty: WGSL is needed"));
         }
-        Ok(Self {
+        Ok(Self::new(stage, path, text))
+    }
+
+    /// Makes a file of a text.
+    pub fn new(stage: &'static str, path: &Path, text: String) -> Self {
+        Self {
             stage,
             path: path.to_path_buf(),
             text,
             used: AtomicBool::new(false),
-        })
+        }
     }
 
     /// Returns whether a pipeline was made of the file.

@@ -51,6 +51,7 @@ mod compare;
 mod device;
 mod entry_point;
 mod failure;
+pub mod mutants;
 mod stage;
 pub mod tally;
 pub mod values;
