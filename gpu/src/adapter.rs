@@ -89,6 +89,17 @@ impl Gpu {
         self.shader_files.iter().find(|file| !file.is_used())
     }
 
+    /// Iterates over the stages of those files of which pipelines were made.
+    pub fn used_shaders(&self) -> impl Iterator<Item = &'static str> {
+        let used = self.shader_files.iter().filter(|file| file.is_used());
+        used.map(|file| file.stage)
+    }
+
+    /// Returns whether the device failed: all later work on it fails too.
+    pub fn has_failed(&self) -> bool {
+        self.check_errors().is_err()
+    }
+
     /// Stores the first error that arrives between calls: loss, memory, validation.
     fn listen_for_errors(&self) {
         let first = |failure: &Mutex<Option<String>>, text: String| {

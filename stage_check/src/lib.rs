@@ -41,6 +41,8 @@
 //! device adds sums in any order that the shader allows: count the roundings, or give the size of the terms with
 //! [`Bound::UlpsOf`].
 //!
+//! A test is worth the mistakes that it finds: [`mutants`] lists small ones of any WGSL, to plant.
+//!
 //! A run that does not end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. A
 //! software adapter runs the lanes of a workgroup in an order of its own, which hides missing barriers and races, and
 //! lavapipe leaves any loop after 65 535 rounds: test on hardware as well.

@@ -20,12 +20,14 @@ macro_rules! scene {
     };
 }
 
-const BUNDLED_SCENES: [[(&str, &str); 2]; 5] = [
+const BUNDLED_SCENES: [[(&str, &str); 2]; 7] = [
     scene!("cornell_box"),
     scene!("furnace"),
     scene!("paper_room"),
     scene!("paper_objects"),
     scene!("paper_room_objects"),
+    scene!("occluded_plates"),
+    scene!("slivers"),
 ];
 
 /// Returns the path of a bundled scene: `scenes/NAME` in the root of a checkout; elsewhere its files are written

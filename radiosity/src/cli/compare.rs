@@ -9,7 +9,7 @@ use super::shader::{ShaderOptions, end_on_stuck_device};
 use super::solve::{JobMethod, SceneJob, scene_settings, solve_scene};
 use super::watch::run_on_changes;
 use crate::report::comparison as report;
-use clap::Args;
+use clap::{Args, Command, FromArgMatches};
 use common::form_factor::FormFactor;
 use common::scene::Scene;
 use common::solution::{prepare_folder, write_files};
@@ -20,7 +20,8 @@ use oracle::compare::presets::{PresetSelection, compare_presets};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solver::{ErrorTarget, SolverKind};
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `compare`.
 #[derive(Args)]
@@ -122,6 +123,20 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
     } else {
         Outcome::Disagree
     })
+}
+
+/// Returns the scene and the settings of a comparison with these words of the command line.
+///
+/// Errors: an option is unknown; the scene cannot be read.
+pub fn read_comparison(words: impl Iterator<Item = OsString>) -> Result<(Scene, PresetSelection)> {
+    let parser = CompareArguments::augment_args(Command::new("compare").no_binary_name(true));
+    let parsed = parser.try_get_matches_from(words);
+    let parsed = parsed.and_then(|matches| CompareArguments::from_arg_matches(&matches));
+    let arguments = parsed.map_err(|error| Error::Fault(error.to_string()))?;
+    let path = arguments.scenes.first().map(PathBuf::as_path).unwrap_or(Path::new(""));
+    let scene = arguments.lights.load_scene(path, &arguments.common.import_options())?;
+    let selection = select_presets(&arguments, &scene);
+    Ok((scene, selection))
 }
 
 /// Returns the settings to compare: one preset if an option selects the method, else the paper's and the default.

@@ -1,5 +1,5 @@
 //! The command line: one module per command (`solve`, `shoot`, `compare`, `relight`, `merge`, `table4`, `diff`,
-//! `check`, `chart`, `stress`, `shader`, `adapters`, `completions`), and the options, output and progress that they share.
+//! `check`, `chart`, `stress`, `sabotage`, `shader`, `adapters`, `completions`), and the options, output and progress that they share.
 //! GUIDE.md lists the exit codes.
 
 mod adapters;
@@ -19,6 +19,7 @@ mod options;
 mod plan;
 mod progress;
 mod relight;
+mod sabotage;
 mod shader;
 mod signals;
 mod solve;
@@ -68,6 +69,8 @@ enum Command {
     Chart(chart::ChartArguments),
     /// Run the failure atlas: scenes built to break each method; writes stress.html
     Stress(stress::StressArguments),
+    /// Plant mistakes in the shaders and show which compare finds; writes sabotage.html
+    Sabotage(sabotage::SabotageArguments),
     /// Print a shader of the program, to start your own from; without STAGE list them
     Shader(shader::ShaderArguments),
     /// List the GPU adapters found
@@ -110,6 +113,7 @@ fn run_command(arguments: Arguments) -> Result<Outcome> {
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Chart(arguments)) => chart::run(&arguments),
         Some(Command::Stress(arguments)) => stress::run(&arguments),
+        Some(Command::Sabotage(arguments)) => sabotage::run(&arguments),
         Some(Command::Shader(arguments)) => shader::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         Some(Command::Completions(arguments)) => completions::run(&arguments, build_parser()),

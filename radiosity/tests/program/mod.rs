@@ -13,6 +13,7 @@ mod pages;
 mod refused_options;
 mod relight;
 pub mod room;
+mod sabotage;
 mod scripts;
 mod shader;
 mod shoot;
