@@ -31,13 +31,13 @@ pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     form_factor: "form factor" "link" "link_factors" "sample_links" "links of GPU and CPU";
     frame: "aim" "item buffer" "lookup" "escape";
     hemicube: "item buffer" "lookup";
-    projection: "item buffer" "lookup";
-    image_bound: "item buffer";
+    projection: "item buffer" "item buffer, all silhouettes" "lookup";
+    image_bound: "item buffer" "item buffer, all silhouettes";
     intersect: "item buffer" "lookup" "rays" "escape";
     item_buffer: "item buffer" "item buffer, all silhouettes";
     item_buffer_paper: "item buffer" "item buffer, all silhouettes";
     lookup: "lookup" "lookup, all mismatches";
-    sampling: "form factor" "link" "link_factors" "sample_links";
+    sampling: "form factor" "link" "link_factors" "sample_links" "rays";
     texel_point: "form factor" "link";
     bvh: "rays" "escape";
     rays: "rays";

@@ -1,6 +1,6 @@
 //! The command line: one module per command (`solve`, `shoot`, `compare`, `relight`, `merge`, `table4`, `diff`,
-//! `check`, `chart`, `stress`, `sabotage`, `shader`, `adapters`, `completions`), and the options, output and progress that they share.
-//! GUIDE.md lists the exit codes.
+//! `check`, `chart`, `stress`, `sabotage`, `shader`, `adapters`, `completions`), and the options, output and progress that
+//! they share. GUIDE.md lists the exit codes.
 
 mod adapters;
 mod bake;

@@ -5,6 +5,7 @@ use common::Result;
 use gpu::ShaderFile;
 use gpu::shader_mutants::{Mutation, MutationOperator, list_file_mutations};
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Lists the mutants of files; `context` names all else that verdicts depend on.
 ///
@@ -68,17 +69,13 @@ pub fn draw_sample(mutants: Vec<Mutant>, count: usize, seed: u64) -> Vec<Mutant>
     all.into_iter().take(count).map(|(.., mutant)| mutant).collect()
 }
 
-/// Returns a hash that stays the same in other builds (FNV-1a of 64 bits, mixed by the end of MurmurHash3).
+/// Returns a hash, the same in every process of a build.
 pub fn hash_texts<'t>(texts: impl IntoIterator<Item = &'t str>) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut hasher = DefaultHasher::new();
     for text in texts {
-        for byte in text.bytes().chain([0]) {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
+        text.hash(&mut hasher);
     }
-    hash = (hash ^ (hash >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
-    hash = (hash ^ (hash >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
-    hash ^ (hash >> 33)
+    hasher.finish()
 }
 
 #[cfg(test)]
