@@ -6,10 +6,11 @@ use super::compare::read_comparison;
 use super::console::{message, output};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use super::shader::ShaderOptions;
+use crate::studies::hashes::{hash_program, hash_value};
 use crate::studies::sabotage::page::render_page;
 use crate::studies::sabotage::run::SabotageRun;
 use crate::studies::sabotage::score::{Score, summarise_verdicts};
-use crate::studies::sabotage::selection::{draw_sample, hash_texts, list_mutants};
+use crate::studies::sabotage::selection::{draw_sample, list_mutants};
 use crate::studies::sabotage::store::VerdictStore;
 use crate::studies::sabotage::worker::{Trial, answer_requests};
 use crate::studies::sabotage::{JudgedMutant, Mutant, MutantVerdict};
@@ -73,7 +74,7 @@ pub fn run(arguments: &SabotageArguments) -> Result<Outcome> {
     // The scenes are written before several processes read them.
     load_trials(out)?;
     let program = std::env::current_exe().map_err(|error| Error::Fault(error.to_string()))?;
-    let all = list_mutants(&mutated_files(&given), &describe_context(&program, &given, &adapter))?;
+    let all = list_mutants(&mutated_files(&given), &describe_context(&given, &adapter))?;
     let existing = all.len();
     let mutants = draw_sample(all, arguments.count, arguments.seed);
     let store = VerdictStore::new(out);
@@ -141,10 +142,9 @@ fn mutated_files(given: &[ShaderFile]) -> Vec<ShaderFile> {
 }
 
 /// Names what a verdict depends on beside the mutant: this build of the program, the other files, and the adapter.
-fn describe_context(program: &Path, given: &[ShaderFile], adapter: &str) -> String {
-    let build = std::fs::metadata(program).and_then(|data| Ok((data.len(), data.modified()?)));
-    let files = given.iter().flat_map(|file| [file.stage, &file.text]);
-    format!("{:?} {:x} {adapter}", build.ok(), hash_texts(files))
+fn describe_context(given: &[ShaderFile], adapter: &str) -> String {
+    let files: Vec<[&str; 2]> = given.iter().map(|file| [file.stage, file.text.as_str()]).collect();
+    format!("{:x} {:x} {adapter}", hash_program(), hash_value(&files))
 }
 
 /// Returns the command of a process that compares.

@@ -3,6 +3,7 @@
 //! ([`table4`]).
 
 pub mod chart;
+pub mod hashes;
 mod limited;
 pub mod random;
 pub mod sabotage;

@@ -2,9 +2,10 @@
 
 use super::methods::SolveMethod;
 use super::points::{ChartPoint, MeasuredSet};
-use super::store::{Measurement, MeasurementStore, SolveFigures, hash_scene, hash_value};
+use super::store::{Measurement, MeasurementStore, SolveFigures, hash_scene};
 use super::sweeps::MethodSet;
 use crate::plan::memory::{check_memory, memory_limit};
+use crate::studies::hashes::hash_value;
 use crate::studies::limited::solve_limited;
 use common::scene::Scene;
 use common::settings::Iteration;

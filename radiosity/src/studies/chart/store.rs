@@ -2,6 +2,7 @@
 //! interrupted. A measurement's key hashes all that it depends on, so that another scene, setting or program measures
 //! anew.
 
+use crate::studies::hashes::hash_value;
 use common::scene::Scene;
 use common::solution::pending::locate_file;
 use common::solution::write_files;
@@ -10,7 +11,6 @@ use common::{Error, Result, file};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Time and outcome of the solves by one method.
@@ -68,13 +68,6 @@ impl MeasurementStore {
     }
 }
 
-/// Returns a 64-bit hash of `value`.
-pub fn hash_value(value: &impl Hash) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    value.hash(&mut hasher);
-    hasher.finish()
-}
-
 /// Returns a hash of the scene's faces. Of paint only the means over 4×4 texels of each painted face count.
 pub fn hash_scene(scene: &Scene) -> u64 {
     let mut text = format!("{:?}", scene.faces);
@@ -85,11 +78,4 @@ pub fn hash_scene(scene: &Scene) -> u64 {
         }
     }
     hash_value(&text)
-}
-
-/// Returns a hash of this program, from its version and its executable file: another build measures anew.
-pub fn hash_program() -> u64 {
-    let path = std::env::current_exe().ok();
-    let file = path.and_then(|path| file::read(&path, file::MAX_FILE_BYTES).ok());
-    hash_value(&(env!("CARGO_PKG_VERSION"), file.unwrap_or_default()))
 }

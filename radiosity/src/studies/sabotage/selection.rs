@@ -1,11 +1,11 @@
 //! Lists the mutants of shaders, and draws an even sample.
 
 use super::Mutant;
+use crate::studies::hashes::hash_value;
 use common::Result;
 use gpu::ShaderFile;
 use gpu::shader_mutants::{Mutation, MutationOperator, list_file_mutations};
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Lists the mutants of files; `context` names all else that verdicts depend on.
 ///
@@ -30,7 +30,7 @@ fn make_mutant(file: &ShaderFile, mutation: Mutation, context: &str) -> Mutant {
         line: before.matches('\n').count() + 1,
         line_text: file.text[start..end].trim().to_owned(),
         original: file.text[mutation.range.clone()].to_owned(),
-        key: format!("{:016x}", hash_texts([context, file.stage, &file.text, &place])),
+        key: format!("{:016x}", hash_value(&[context, file.stage, &file.text, &place])),
         mutation,
     }
 }
@@ -38,7 +38,6 @@ fn make_mutant(file: &ShaderFile, mutation: Mutation, context: &str) -> Mutant {
 /// Draws `count` mutants: the shaders take turns, and the operators of each shader. A larger sample holds a smaller one
 /// of the same seed.
 pub fn draw_sample(mutants: Vec<Mutant>, count: usize, seed: u64) -> Vec<Mutant> {
-    let seed = seed.to_string();
     let mut groups: BTreeMap<(&str, MutationOperator), Vec<Mutant>> = BTreeMap::new();
     for mutant in mutants {
         let group = groups.entry((mutant.shader, mutant.mutation.operator)).or_default();
@@ -46,7 +45,7 @@ pub fn draw_sample(mutants: Vec<Mutant>, count: usize, seed: u64) -> Vec<Mutant>
     }
     let drawn = |mutant: &Mutant| {
         let place = format!("{:?} {}", mutant.mutation.range, mutant.mutation.replacement);
-        hash_texts([&seed, mutant.shader, &place])
+        hash_value(&(seed, mutant.shader, &place))
     };
     // Turns of the operators of each shader.
     let mut turns: BTreeMap<&str, Vec<(usize, u64, Mutant)>> = BTreeMap::new();
@@ -67,15 +66,6 @@ pub fn draw_sample(mutants: Vec<Mutant>, count: usize, seed: u64) -> Vec<Mutant>
     }
     all.sort_by_key(|(turn, shader, _)| (*turn, *shader));
     all.into_iter().take(count).map(|(.., mutant)| mutant).collect()
-}
-
-/// Returns a hash, the same in every process of a build.
-pub fn hash_texts<'t>(texts: impl IntoIterator<Item = &'t str>) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for text in texts {
-        text.hash(&mut hasher);
-    }
-    hasher.finish()
 }
 
 #[cfg(test)]
