@@ -1,5 +1,5 @@
-//! The CPU by rays and the GPU make the same decisions and find the same bits, and a fault in any shader shows at its
-//! own stage.
+//! The CPU by rays and the GPU make the same decisions and find the same links, with the same bits on a software
+//! adapter, and a fault in any shader shows at its own stage.
 
 use common::Result;
 use common::mesh::Mesh;
@@ -38,8 +38,14 @@ fn gpu_links_equal_cpu_ray_links() {
     for scene in test_rooms() {
         let (outcome, found) = compare_linkers(&scene, 0.02, &[]);
         outcome.unwrap();
+        for criterion in found.criteria() {
+            assert!(criterion.pass, "{}: {criterion:?}", scene.name);
+        }
+        // Hardware adapters fuse multiplications and additions.
+        let same_bits = shared_gpu().line.software;
         for stage in &found.stages {
-            assert!(stage.agree && stage.differing == 0, "{}: {stage:?}", scene.name);
+            let exact = !same_bits || stage.differing == 0;
+            assert!(stage.agree && exact, "{}: {stage:?}", scene.name);
             assert!(!ShaderStage::files_judged_by(&stage.name).is_empty(), "{}", stage.name);
         }
         let LinkDiff {
@@ -50,8 +56,48 @@ fn gpu_links_equal_cpu_ray_links() {
         } = found;
         assert_eq!(unreached, [""; 0], "{}", scene.name);
         assert!(gathered.links > 100 && kept.links > 100, "{}", scene.name);
-        assert_eq!((gathered.blocks.unequal, kept.blocks.unequal), (0, 0), "{}", scene.name);
+        let unequal = gathered.blocks.unequal + kept.blocks.unequal;
+        assert!(!same_bits || unequal == 0, "{}: {unequal} blocks", scene.name);
     }
+}
+
+/// Rounding decides whether a face lies above another that it touches. A shader agrees whatever it decides: here the sum
+/// has another order, and is larger by less than its rounding.
+#[test]
+fn heights_that_round_otherwise_agree() {
+    let rounded = ShaderFault {
+        file: "link_bounds",
+        from: "let height = dot(shots[node].normal, d);",
+        to: "let n = shots[node].normal; let height = n.z * d.z + (n.y * d.y + n.x * d.x) + 1e-8;",
+    };
+    let mut differing = 0;
+    for scene in test_rooms() {
+        let (outcome, found) = compare_linkers(&scene, 0.02, &[rounded]);
+        outcome.unwrap();
+        let bounds = found.stages.iter().find(|stage| stage.name == "link_bounds").unwrap();
+        assert!(bounds.agree, "{}: {bounds:?}", scene.name);
+        differing += bounds.differing;
+    }
+    assert!(differing > 0);
+}
+
+/// Links of other roundings are those that the comparison of solutions allows for.
+#[test]
+fn light_that_rounds_otherwise_is_allowed_for() {
+    let rounded = ShaderFault {
+        file: "add_links",
+        from: "let sent = lanes[at].weight * radiosity[node].mean",
+        to: "let sent = 1.000001 * lanes[at].weight * radiosity[node].mean",
+    };
+    let rounding_of = |faults: &[ShaderFault]| {
+        let (outcome, found) = compare_linkers(&lit_room(), 0.02, faults);
+        outcome.unwrap();
+        let light = &found.criteria()[0];
+        assert!(light.pass, "{light:?}");
+        found.largest_rounding()
+    };
+    assert!(rounding_of(&[rounded]) > 1e-6);
+    assert!(!shared_gpu().line.software || rounding_of(&[]) == 0.0);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::describe_unreached;
 use super::link_diff::{LinkDiff, LinkerPair};
 use crate::compare::comparison::{Comparison, Criterion, Preset};
 use crate::diff::difference::compare_fields;
-use crate::solve::error_estimate::rounding_error;
+use crate::solve::error_estimate::{mean_reflections, rounding_error};
 use crate::solve::gpu_linker::LinkerOnGpu;
 use crate::solve::progress::ProgressMonitor;
 use crate::solve::regather::ErrorEstimate;
@@ -183,7 +183,9 @@ fn answer_criteria(
     target: ErrorTarget,
 ) -> Vec<Criterion> {
     let rounding_of = |side: &SolvedSide| rounding_error(&side.solved.mesh, &side.solved.run);
-    let rounding = rounding_of(cpu) + rounding_of(gpu);
+    // Links that round otherwise gain or lose as much at each reflection.
+    let links = diff.largest_rounding() * mean_reflections(&cpu.solved.mesh, &cpu.solved.run);
+    let rounding = rounding_of(cpu) + rounding_of(gpu) + links;
     // A missing estimate is no bound. An estimate far below the target is replaced by the target.
     let allowed_error =
         |side: &SolvedSide| (side.estimate.as_ref()).map_or(f64::NAN, |estimate| estimate.error.max(target.error));

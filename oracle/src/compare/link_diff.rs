@@ -10,6 +10,7 @@ use super::statistics::describe_difference;
 use crate::compare::comparison::{Criterion, StageCheck, VisibilityStatistics};
 use crate::solve::gpu_linker::LinkerOnGpu;
 use common::passes::ProgressCallback;
+use common::precision::UNIT_ROUNDOFF;
 use common::{Error, Result};
 use cpu::hierarchy::coarse::StoredLink;
 use cpu::hierarchy::cpu_linker::CpuLinker;
@@ -181,6 +182,17 @@ impl LinkDiff {
             weighted_mismatch: turned as f64 / blocks as f64,
             weighted_explainable: MAX_TURNED_SHARE,
             ..VisibilityStatistics::default()
+        }
+    }
+
+    /// Returns the largest difference between links of equal decisions, relative to the largest of a block: 0 where the
+    /// adapter rounds as the CPU does.
+    pub fn largest_rounding(&self) -> f64 {
+        let equal = self.gathered.blocks.unequal + self.kept.blocks.unequal == 0;
+        if equal {
+            0.0
+        } else {
+            MAX_BLOCK_ROUNDINGS * UNIT_ROUNDOFF
         }
     }
 

@@ -93,16 +93,15 @@ impl LinkStages {
         let sizes = |k: usize| twin.bound_sizes(&level.pairs[k]).map(|own| lane_sizes(0, &own));
         let choose = |(k, lanes): (usize, &Lanes)| {
             let mut made = [level.lanes[k]; 2];
-            let bounds = [0.0, 1.0, -1.0].map(|nudge| twin.bounds(&level.pairs[k], nudge));
+            let pair = &level.pairs[k];
+            let bounds = twin.bounds(pair);
+            let sizes = twin.bound_sizes(pair);
             for l in 0..SPOTS {
-                let alike = |bounds: &&[[f32; 4]; SPOTS]| {
-                    let sizes = twin.bound_sizes(&level.pairs[k])[l];
-                    (0..4).all(|n| tally.allows(lanes[l].bound[n], bounds[l][n], sizes[n]))
-                };
-                let is_exact = lanes[l].bound == bounds[0][l];
-                let chosen = if is_exact { None } else { bounds.iter().find(alike) };
-                made[0][l].bound = bounds[0][l];
-                made[1][l].bound = chosen.unwrap_or(&bounds[0])[l];
+                let found = lanes[l].bound;
+                let alike = |bound: &[f32; 4]| (0..4).all(|n| tally.allows(found[n], bound[n], sizes[l][n]));
+                let nudged = (!alike(&bounds[l])).then(|| twin.nudged_bounds(pair, l).find(alike));
+                made[0][l].bound = bounds[l];
+                made[1][l].bound = nudged.flatten().unwrap_or(bounds[l]);
             }
             made
         };

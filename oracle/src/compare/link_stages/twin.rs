@@ -74,15 +74,30 @@ impl LevelTwin<'_> {
         }
     }
 
-    /// Returns the bounds of a pair at its spots. `nudge` moves the node's radius, with which distances are compared.
-    pub fn bounds(&self, pair: &PairRecord, nudge: f32) -> [[f32; 4]; SPOTS] {
-        let mut shooter = self.node(pair).shooter;
-        shooter.radius *= 1.0 + nudge * INPUT_ROUNDINGS * f32::EPSILON;
-        let points = self.block(pair).centre_points();
-        std::array::from_fn(|l| {
-            let bound = bound_link(&shooter, self.block(pair), points.at(l), l);
-            [bound.factor, bound.uneven, bound.sloped, bound.within]
+    /// Returns the bounds of a pair at its spots.
+    pub fn bounds(&self, pair: &PairRecord) -> [[f32; 4]; SPOTS] {
+        std::array::from_fn(|l| self.bound_of_spot(&self.node(pair).shooter, pair, l))
+    }
+
+    /// Iterates over the bounds of a pair at one spot, had rounding decided otherwise: with the node moved along its
+    /// normal, which heights above it are compared with, or of another radius, which distances are compared with.
+    pub fn nudged_bounds(&self, pair: &PairRecord, spot: usize) -> impl Iterator<Item = [f32; 4]> {
+        let shooter = self.node(pair).shooter;
+        let rounding = INPUT_ROUNDINGS * f32::EPSILON;
+        let distance = self.block(pair).centre_points().at(spot).distance(shooter.centre);
+        let nudges = [[0.0, 1.0], [0.0, -1.0], [1.0, 0.0], [-1.0, 0.0]];
+        nudges.into_iter().map(move |[height, radius]| {
+            let mut nudged = shooter;
+            nudged.radius *= 1.0 + radius * rounding;
+            nudged.centre += nudged.normal * (height * rounding * distance);
+            self.bound_of_spot(&nudged, pair, spot)
         })
+    }
+
+    fn bound_of_spot(&self, shooter: &Shooter, pair: &PairRecord, spot: usize) -> [f32; 4] {
+        let block = self.block(pair);
+        let bound = bound_link(shooter, block, block.centre_points().at(spot), spot);
+        [bound.factor, bound.uneven, bound.sloped, bound.within]
     }
 
     /// Returns the sizes of the bounds: F without its cosines at half the distance, of a disc, and of a strip; within a spot
