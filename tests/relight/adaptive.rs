@@ -14,7 +14,7 @@ use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
 use radiosity_tests::engines::shared_gpu;
-use radiosity_tests::relighting::bottomless_box;
+use radiosity_tests::relighting::{bottomless_box, relative_error};
 use radiosity_tests::solutions::{self, FACE_SHAPES, drawn_scene, error_against};
 use radiosity_tests::{box_faces, lit_room};
 
@@ -70,9 +70,10 @@ fn signed_equals_full_within_both_estimates() {
     }
 }
 
-/// Both linkers make the same decisions and give the same bits.
+/// Both linkers make the same decisions, and give the same bits where the adapter does not fuse multiplications and
+/// additions. Where it does, rounding may turn a decision, and either solution is off by what is asked at most.
 #[test]
-fn gpu_links_relight_bitwise_like_cpu_rays() {
+fn gpu_links_relight_like_cpu_rays() {
     let (scene, count) = furnished_room(bottomless_box(Vec3::ZERO, Vec3::splat(0.5)));
     let settings = solve_settings();
     let stage = RelightStage::new(&scene, count, settings.meshing.texels);
@@ -89,7 +90,11 @@ fn gpu_links_relight_bitwise_like_cpu_rays() {
     let by_rays = relight_adaptively(&stage, false, &settings, asked, LinkMethod::Rays, &without_progress()).unwrap();
     assert!(changed(&on_gpu) > 0.01);
     let all = |solved: &Solved| bits(solved.run.field.radiosity.iter().copied());
-    assert_eq!(all(&on_gpu), all(&by_rays));
+    if shared_gpu().line.software {
+        assert_eq!(all(&on_gpu), all(&by_rays));
+    }
+    let apart = relative_error(&on_gpu.mesh, &on_gpu.run.field, &by_rays.run.field);
+    assert!(apart <= 2.0 * asked.error, "{apart}");
 }
 
 /// RMS of B − B₀ over that of B₀, over the room's area.

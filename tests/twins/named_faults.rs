@@ -100,9 +100,9 @@ const BY_PIXELS: [NamedFault; 23] = [
     [
         "IDs compared as floats",
         "lookup",
-        "lookup, all mismatches",
+        "lookup",
         "id == face + 1u || lies_on_face(id, position)",
-        "f32(id) / 255.0 == f32(face + 1u) * (1.0 / 255.0)",
+        "f32(id) * (1.0 / 41.0) * 41.0 == f32(face + 1u)",
     ],
     [
         "directions not weighted by the cosine (webgpu/webgpu-samples#259)",
