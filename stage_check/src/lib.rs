@@ -43,7 +43,8 @@
 //!
 //! A test is worth the mistakes that it finds: [`mutants`] lists small ones of any WGSL, to plant.
 //!
-//! A run that does not end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. A
+//! A run that does not end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. Hardware
+//! goes on running it: the driver may end other programs' work on it, and this process by a signal when it exits. A
 //! software adapter runs the lanes of a workgroup in an order of its own, which hides missing barriers and races, and
 //! lavapipe leaves any loop after 65 535 rounds: test on hardware as well.
 
