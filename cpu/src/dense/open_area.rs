@@ -134,7 +134,7 @@ impl<'a> ElementBuilder<'a> {
             return None;
         }
         let whole = self.whole_piece(texel).polygon;
-        let cut = lines.iter().any(|line| line.cut_piece(&whole).len() > 1);
+        let cut = lines.iter().any(|line| line.cuts(&whole));
         cut.then(|| self.open_element(texel))
     }
 }
@@ -150,6 +150,13 @@ fn grazing_directions() -> impl Iterator<Item = Vec3> {
 
 impl Element {
     fn find_open(&mut self, whole: SurfacePiece, lines: &[CutLine], covered: impl Fn(&SurfacePiece) -> bool) {
+        let lines: Vec<&CutLine> = lines.iter().filter(|line| line.cuts(&whole.polygon)).collect();
+        if lines.is_empty() {
+            if !covered(&whole) {
+                (self.open, self.pieces) = (1.0, vec![whole]);
+            }
+            return;
+        }
         let mut pieces = vec![whole.polygon];
         for line in lines {
             if pieces.len() >= MAX_PIECES {
@@ -325,11 +332,11 @@ impl CutLine {
         })
     }
 
-    /// Returns the piece, or its two halves if the segment passes through its inside.
-    fn cut_piece(&self, piece: &ConvexPolygon) -> Vec<ConvexPolygon> {
+    /// Returns whether the segment passes through the inside of a piece.
+    fn cuts(&self, piece: &ConvexPolygon) -> bool {
         let [low, high] = piece.height_range(&self.side);
         if low >= -TOUCH_DISTANCE || high <= TOUCH_DISTANCE {
-            return vec![*piece];
+            return false;
         }
         let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
         for [a, b] in piece.edges() {
@@ -339,7 +346,12 @@ impl CutLine {
                 (from, to) = (from.min(s), to.max(s));
             }
         }
-        if to.min(self.length) - from.max(0.0) <= TOUCH_DISTANCE {
+        to.min(self.length) - from.max(0.0) > TOUCH_DISTANCE
+    }
+
+    /// Returns the piece, or its two halves if the segment passes through its inside.
+    fn cut_piece(&self, piece: &ConvexPolygon) -> Vec<ConvexPolygon> {
+        if !self.cuts(piece) {
             return vec![*piece];
         }
         let (above, below) = piece.split_by(&self.side);
