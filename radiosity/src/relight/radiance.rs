@@ -98,12 +98,17 @@ impl<'a> RelitRadiance<'a> {
             ],
         };
         let parts: Vec<[Vec3; 2]> = texels().map(|(k, _)| part(k)).collect();
-        let part = |n: usize| -> Vec<Vec4> { parts.iter().map(|p| p[n].extend(0.0)).collect() };
+        let part = |n: usize| {
+            let values: Vec<Vec4> = parts.iter().map(|p| p[n].extend(0.0)).collect();
+            surface.interpolate_irradiance(&values)
+        };
+        let (reflected, [ratio, remainder]) =
+            rayon::join(|| surface.interpolate_irradiance(&reflected), || [0, 1].map(part));
         Self {
             relit: *relit,
-            reflected: surface.interpolate_irradiance(&reflected),
-            ratio: surface.interpolate_irradiance(&part(0)),
-            remainder: surface.interpolate_irradiance(&part(1)),
+            reflected,
+            ratio,
+            remainder,
             photograph,
         }
     }

@@ -106,9 +106,10 @@ impl RenderedView {
             camera: preview.camera,
             exposure: preview.exposure,
         };
+        let element = viewer.render_element();
         Ok(Self {
-            element: viewer.render_element(),
-            page: viewer.render_page(&describe_solution(solution, merged)),
+            page: viewer.render_page(element.clone(), &describe_solution(solution, merged)),
+            element,
             preview,
         })
     }

@@ -73,15 +73,19 @@ pub fn write_results(
         relit: Some(describe_relight(arguments, stage, done, relit)),
         ..answered.to_solution(question, &notes, seconds)
     };
-    let mut more = watch.time_phase("write", || files::encode_pictures(&picture, exposure))?;
     // The view starts at the composite's camera, which shows the objects.
-    let (around, pictures) = watch.time_phase("view", || {
+    let (around, (more, pictures)) = watch.time_phase("view", || {
         rayon::join(
             || RenderedView::new(&solution, Some(camera)),
-            || draw_figures(&picture, exposure),
+            || {
+                rayon::join(
+                    || files::encode_pictures(&picture, exposure),
+                    || draw_figures(&picture, exposure),
+                )
+            },
         )
     });
-    let around = around?;
+    let (around, mut more) = (around?, more?);
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
     let report = RelightPage {

@@ -108,12 +108,12 @@ impl SceneViewer<'_> {
         }
     }
 
-    /// Renders a page with this viewer alone; `description` describes the solution.
-    pub fn render_page(&self, description: &str) -> String {
+    /// Renders a page with this viewer's `element` alone; `description` describes the solution.
+    pub fn render_page(&self, element: Markup, description: &str) -> String {
         let mut opening = Blocks::default();
         opening
             .add_remark(description)
-            .add_element(self.render_element())
+            .add_element(element)
             .add_element(page_assets());
         render_document(file_name(&self.scene.name), &opening, &[], "")
     }
