@@ -51,7 +51,7 @@ impl LinkProbe {
     }
 
     /// Writes the beginnings of the buffers of these names, runs entry point `entry` of the shader `file` in so many
-    /// workgroups, and returns the first words of the buffers `made`, which are [`UNWRITTEN`] before unless they are given.
+    /// workgroups at least, and returns the first words of the buffers `made`, which are [`UNWRITTEN`] before unless they are given.
     ///
     /// Errors: [`Error::Device`]; of a user's file that cannot be run.
     pub fn run_stage(
@@ -69,7 +69,8 @@ impl LinkProbe {
         }
         let stage = self.maker.make_stage(file, entry, &self.table)?;
         let mut encoder = self.host.command_encoder();
-        let groups = self.host.split_workgroups(groups);
+        // In two rows, as a dispatch of many workgroups is split; there may be one more.
+        let groups = [groups.div_ceil(2) as u32, groups.min(2) as u32, 1];
         stage.dispatch_groups(&mut encoder.begin_compute_pass(&Default::default()), groups);
         let ranges: Vec<_> = (made.iter())
             .map(|(name, words)| (&self.table[name], 0, 4 * *words as u64))
@@ -80,6 +81,11 @@ impl LinkProbe {
             std::mem::replace(&mut words, rest)
         });
         Ok(split.collect())
+    }
+
+    /// Returns the number of words that a buffer holds.
+    pub fn buffer_words(&self, name: &str) -> usize {
+        self.table[name].size() as usize / 4
     }
 
     fn write_words(&self, name: &str, words: &[u32]) -> Result<()> {

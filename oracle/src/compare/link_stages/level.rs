@@ -64,7 +64,7 @@ impl Level {
 impl LinkStages {
     /// Checks the stage that empties the work lists; uploads what is `given` to all stages of a request.
     pub fn check_cleared_lists(&mut self, given: &[(&str, &[u32])]) -> Result<()> {
-        let found = (self.probe).run_stage(["clear_work_lists"; 2], 1, given, LISTS.as_flattened())?;
+        let found = self.run_stage(["clear_work_lists"; 2], 1, given, LISTS.as_flattened())?;
         for (k, ((name, _), words)) in LISTS.as_flattened().iter().zip(&found).enumerate() {
             let expected = if k % 2 == 0 { &[0, 0][..] } else { &NO_WORKGROUPS };
             for (n, (a, b)) in words.iter().zip(expected).enumerate() {
@@ -127,7 +127,7 @@ impl LinkStages {
             ("work", work),
         ];
         let made = [("lanes", level.pairs.len() * SPOTS * LANE_WORDS)];
-        let found = self.probe.run_stage(names, spot_groups(pairs), &given, &made)?;
+        let found = self.run_stage(names, spot_groups(pairs), &given, &made)?;
         let lanes: Vec<LaneRecord> = from_words(&found[0]);
         Ok(lanes.as_chunks().0.to_vec())
     }
@@ -152,9 +152,7 @@ impl LinkStages {
         ];
         let made = [("pairs", count * PAIR_WORDS), ("work", WORK_WORDS), ("dispatches", 6)];
         let groups = count.div_ceil(PATCH_SUM_LANES);
-        let found = self
-            .probe
-            .run_stage(["refine", STEPS[step - 1]], groups, &given, &made)?;
+        let found = self.run_stage(["refine", STEPS[step - 1]], groups, &given, &made)?;
         let pairs: Vec<PairRecord> = from_words(&found[0]);
         let entries = count_entries(&found[1], count);
         let refine = |(k, found): (usize, &PairRecord)| {

@@ -16,7 +16,7 @@ use crate::solve::gpu_linker::{node_records, radiosity_records, receiver_record}
 use common::Result;
 use cpu::hierarchy::linker::{LinkRequest, LinkerScene};
 use cpu::hierarchy::refinement_steps::is_dark;
-use gpu::hierarchy::link_probe::{LinkProbe, as_words};
+use gpu::hierarchy::link_probe::{LinkProbe, UNWRITTEN, as_words};
 use gpu::link_records::{BlockReceiver, BlockRecord, LaneRecord, PairRecord, RequestRecord, SpotRecord};
 use gpu::{Gpu, ShaderFault};
 use level::Level;
@@ -31,6 +31,9 @@ const CHECKED_ROOTS: [usize; 2] = [40, 2];
 /// Words of a pair, and of a pair at a spot.
 const PAIR_WORDS: usize = size_of::<PairRecord>() / 4;
 const LANE_WORDS: usize = size_of::<LaneRecord>() / 4;
+
+/// Words beyond the end of each buffer that a stage writes, which it has to leave as they are.
+const GUARD_WORDS: usize = 64;
 
 /// Names of the words of a pair.
 const PAIR_VALUES: [&str; PAIR_WORDS + 3] = [
@@ -171,6 +174,22 @@ impl Tallies {
             &self.store_links,
         ]
     }
+
+    /// Returns the tally of the stage of a shader with entry points.
+    fn of_shader(&mut self, name: &str) -> Option<&mut StageTally> {
+        let all = [
+            &mut self.clear_work_lists,
+            &mut self.link_bounds,
+            &mut self.refine,
+            &mut self.link_factors,
+            &mut self.sample_links,
+            &mut self.prefix_sum,
+            &mut self.subdivide_nodes,
+            &mut self.add_links,
+            &mut self.store_links,
+        ];
+        all.into_iter().find(|tally| tally.name == name)
+    }
 }
 
 /// Checker of the stages of links.
@@ -188,6 +207,31 @@ impl LinkStages {
             probe: LinkProbe::new(gpu, scene.mesh, &node_records(scene), faults)?,
             tallies: Tallies::new(),
         })
+    }
+
+    /// Runs a stage as [`LinkProbe::run_stage`] does, and checks that it writes nothing beyond the ends of the buffers `made`.
+    fn run_stage(
+        &mut self,
+        names: [&'static str; 2],
+        groups: usize,
+        given: &[(&str, &[u32])],
+        made: &[(&str, usize)],
+    ) -> Result<Vec<Vec<u32>>> {
+        let guarded = made.iter().map(|(name, words)| {
+            let room = self.probe.buffer_words(name);
+            (*name, (words + GUARD_WORDS).min(room).max(*words))
+        });
+        let guarded: Vec<(&str, usize)> = guarded.collect();
+        let mut found = self.probe.run_stage(names, groups, given, &guarded)?;
+        let mut tally = self.tallies.of_shader(names[0]);
+        for (words, (_, count)) in found.iter_mut().zip(made) {
+            for (k, word) in words.split_off(*count).into_iter().enumerate() {
+                if let Some(tally) = &mut tally {
+                    tally.add_exact("word beyond the end", k, 0, [word, UNWRITTEN]);
+                }
+            }
+        }
+        Ok(found)
     }
 
     /// Checks all stages at some blocks of a request, from some roots down to the leaves.

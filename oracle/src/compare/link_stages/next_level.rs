@@ -97,7 +97,7 @@ impl LinkStages {
             ("next", 1),
             ("dispatches", 6),
         ];
-        let found = self.probe.run_stage(["prefix_sum"; 2], 1, &given, &made)?;
+        let found = self.run_stage(["prefix_sum"; 2], 1, &given, &made)?;
         let tally = &mut self.tallies.prefix_sum;
         for (k, (a, b)) in found[0].iter().zip(offsets.as_flattened()).enumerate() {
             tally.add_exact("pair", k / 2, k % 2, [*a, *b]);
@@ -127,7 +127,7 @@ impl LinkStages {
         }
         let groups = level.pairs.len().div_ceil(PATCH_SUM_LANES);
         let made = [("next", next.pairs.len() * PAIR_WORDS)];
-        let found = self.probe.run_stage(["subdivide_nodes"; 2], groups, state, &made)?;
+        let found = self.run_stage(["subdivide_nodes"; 2], groups, state, &made)?;
         let nothing = [PairRecord::new(UNWRITTEN, UNWRITTEN)];
         for (k, words) in found[0].chunks(PAIR_WORDS).enumerate() {
             let expected = if full {
@@ -162,9 +162,7 @@ impl LinkStages {
         .concat();
         let made = [("sums", 4 * level.sums.len()), ("next", 2 * level.ranges.len())];
         let groups = level.sums.len().div_ceil(PATCH_SUM_LANES);
-        let found = self
-            .probe
-            .run_stage(["add_links", "add_irradiance"], groups, &given, &made)?;
+        let found = self.run_stage(["add_links", "add_irradiance"], groups, &given, &made)?;
         let tally = &mut self.tallies.add_links;
         for (block, range) in level.ranges.iter().enumerate() {
             let own = &level.sums[block * SPOTS..(block + 1) * SPOTS];
@@ -234,7 +232,7 @@ impl LinkStages {
         }
         let made = [("ends", 2 * ends.len()), ("links", 4 * links.len())];
         let groups = spot_groups(level.pairs.len());
-        let found = self.probe.run_stage(["store_links"; 2], groups, state, &made)?;
+        let found = self.run_stage(["store_links"; 2], groups, state, &made)?;
         let tally = &mut self.tallies.store_links;
         for (k, (a, b)) in found[0].iter().zip(ends.as_flattened()).enumerate() {
             tally.add_exact("entry of ends", k / 2, k % 2, [*a, *b]);
