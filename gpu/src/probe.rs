@@ -30,7 +30,10 @@ pub struct ProbedSample {
     pub aim: SampleView,
     /// Face IDs + 1, row-major; empty with visibility by rays.
     pub ids: Vec<u32>,
-    /// Sums of each texel after the sample: F, Σ g·V, Σ g, Σ g·V without objects.
+    /// The same of the room without objects; empty where there are none.
+    pub room_ids: Vec<u32>,
+    /// Sums of each texel after the sample: F, Σ g·V, Σ g, Σ g·V without objects; after the last one, by a rule that compares
+    /// links, their baselines: the part that is subtracted, and the link without the objects.
     pub sums: Vec<Vec4>,
 }
 
@@ -61,14 +64,14 @@ impl LinkProbe {
         Ok(Self { slots, stages })
     }
 
-    /// Makes the links of a patch; `each` receives the results of every sample.
+    /// Makes the links of a patch by `rule`; `each` receives the results of every sample.
     pub fn probe_links(
         &self,
         context: &mut SolverContext,
-        patch: u32,
+        (patch, rule): (u32, DepositRule),
         each: &mut dyn FnMut(ProbedSample),
     ) -> Result<ProbedRow> {
-        self.write_shot(context, patch);
+        self.write_shot(context, patch, rule);
         for _ in 0..context.mesh.samples {
             each(self.probe_sample(context, patch)?);
         }
@@ -87,7 +90,7 @@ impl LinkProbe {
         let Visibility::ItemBuffer(drawing) = context.transport.visibility else {
             return Ok(());
         };
-        self.write_shot(context, patch);
+        self.write_shot(context, patch, DepositRule::FULL_DEPOSIT);
         let encoder = self.record_steps(context, patch, &[LinkStep::Draw]);
         context.host.submit_work(encoder);
         let texture = &self.slots.item_buffer;
@@ -98,14 +101,19 @@ impl LinkProbe {
             context.host.write_item_buffer(texture, drawing.size, &ids);
             let encoder = self.record_steps(context, patch, &[LinkStep::Links]);
             let (aim, sums) = self.read_sample(context, encoder)?;
-            each(ProbedSample { aim, ids, sums });
+            each(ProbedSample {
+                aim,
+                ids,
+                room_ids: Vec::new(),
+                sums,
+            });
         }
         Ok(())
     }
 
     /// Writes the parameters of a probe, and the shot of a patch before its first sample.
-    fn write_shot(&self, context: &SolverContext, patch: u32) {
-        let mut params: ShaderParams = context.shader_params(&self.slots, DepositRule::FULL_DEPOSIT);
+    fn write_shot(&self, context: &SolverContext, patch: u32, rule: DepositRule) {
+        let mut params: ShaderParams = context.shader_params(&self.slots, rule);
         params.rule |= PROBE_BIT;
         context.host.write(&self.slots.table["params"], &[params]);
         let mut record = ShotRecord::for_links(context.mesh, patch, context.buffers.places);
@@ -132,14 +140,20 @@ impl LinkProbe {
     fn probe_sample(&self, context: &mut SolverContext, patch: u32) -> Result<ProbedSample> {
         let encoder = self.record_steps(context, patch, &[LinkStep::Draw, LinkStep::Links]);
         let (aim, sums) = self.read_sample(context, encoder)?;
-        let ids = match context.transport.visibility {
-            Visibility::Rays => Vec::new(),
-            Visibility::ItemBuffer(drawing) => {
-                let texture = &self.slots.item_buffer;
-                context.host.read_item_buffer(texture, drawing.size)?
+        let (mut ids, mut room_ids) = (Vec::new(), Vec::new());
+        if let Visibility::ItemBuffer(drawing) = context.transport.visibility {
+            let (slots, host) = (&self.slots, &mut context.host);
+            ids = host.read_item_buffer(&slots.item_buffer, drawing.size)?;
+            if let Some(room) = &slots.room_buffer {
+                room_ids = host.read_item_buffer(room.texture(), drawing.size)?;
             }
-        };
-        Ok(ProbedSample { aim, ids, sums })
+        }
+        Ok(ProbedSample {
+            aim,
+            ids,
+            room_ids,
+            sums,
+        })
     }
 
     /// Submits work and reads the frame of a sample and the sums after it.

@@ -36,7 +36,7 @@ pub struct GpuSolver<'a> {
     /// Slots of the one shot that the device selects.
     slots: ShotSlots,
     pipelines: ShotStages,
-    rule: DepositRule,
+    pub(crate) rule: DepositRule,
     pace: SubmissionPace,
     /// Stages of a solve by passes, made when the first one begins.
     pub(crate) passes: Option<PassStages>,

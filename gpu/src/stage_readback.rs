@@ -7,9 +7,10 @@ use crate::solver_context::SolverContext;
 use common::Result;
 
 impl GpuSolver<'_> {
-    /// Makes the links of a patch sample by sample; `each` receives the results of every sample.
+    /// Makes the links of a patch by the solver's rule, sample by sample; `each` receives the results of every sample.
     pub fn probe_links(&mut self, patch: u32, each: &mut dyn FnMut(ProbedSample)) -> Result<ProbedRow> {
-        self.with_probe(|probe, context| probe.probe_links(context, patch, each))
+        let rule = self.rule;
+        self.with_probe(|probe, context| probe.probe_links(context, (patch, rule), each))
     }
 
     /// Makes the first sample of a patch by its item buffer after each of so many changes; `each` receives the results.

@@ -9,7 +9,7 @@ use common::settings::{ItemBufferProjection, ItemBufferSettings, Lookup, Setting
 use cpu::shader_twins::link::texel_form_factor;
 use gpu::{GpuSolver, ShaderFault};
 use oracle::compare::comparison::{DifferingValue, StageCheck, StageDifference};
-use oracle::compare::stages::check_stages;
+use oracle::compare::stages::{check_relit_stages, check_stages, relit_mesh};
 use radiosity_tests::box_in_room;
 use radiosity_tests::engines::{hemicube, item_buffer, mesh_scene, settings_of, shared_gpu};
 use radiosity_tests::shader_faults::assert_faults_noticed;
@@ -60,6 +60,21 @@ fn fault_fails_its_own_stage_only() {
         let settings = settings_for(check);
         let mesh = mesh_scene(&box_in_room(), &settings);
         assert_faults_noticed(check, |faults| failing_stages(&mesh, &settings.transport, faults));
+    }
+}
+
+/// Texels of the room receive by every rule of relighting.
+#[test]
+fn fault_of_relighting_fails_its_own_stage_only() {
+    let mesh = relit_mesh(&box_in_room(), 4).unwrap().unwrap();
+    for (check, visibility) in [("relit rays", Visibility::Rays), ("relit pixels", item_buffer(64))] {
+        let transport = settings_of([4, 1, 2], visibility, 1e-3).transport;
+        assert_faults_noticed(check, |faults| {
+            let mut solver = GpuSolver::with_faults(shared_gpu(), &mesh, &transport, faults).unwrap();
+            let checks = check_relit_stages(&mesh, &transport, &mut solver).unwrap();
+            let failing = checks.into_iter().filter(|stage| !stage.agree);
+            failing.map(|stage| stage.name).collect()
+        });
     }
 }
 

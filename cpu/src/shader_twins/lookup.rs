@@ -35,6 +35,16 @@ impl SampleItemBuffers {
         }
     }
 
+    /// Takes item buffers drawn elsewhere: with the objects, and without them where that makes a difference.
+    pub fn of_buffers(view: ShooterView, lookup: Lookup, (with, without): (ItemBuffer, Option<ItemBuffer>)) -> Self {
+        Self {
+            view,
+            lookup,
+            with,
+            without,
+        }
+    }
+
     /// Returns the visibility between the sample point and the texel at `position` on `face`. Nothing of the room
     /// is visible with the objects that was not visible without them.
     pub fn find_sight(&self, mesh: &Mesh, position: Vec3, face: u32) -> LineOfSight {

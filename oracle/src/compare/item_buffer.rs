@@ -28,6 +28,20 @@ const VALUE_NAMES: [&str; 2] = ["face + 1", "number of pixels"];
 const FACE_NUMBER: usize = 0;
 const PIXEL_COUNT: usize = 1;
 
+/// Returns the bound of a tally of pixels, and its reason.
+pub fn pixel_bound(projection: Option<ItemBufferProjection>) -> (f64, &'static str) {
+    match projection {
+        Some(ItemBufferProjection::Paper) => (
+            PIXEL_SHARE,
+            "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
+        ),
+        _ => (
+            0.0,
+            "pixels that show a different face from the one that their ray meets, with no edge within rounding",
+        ),
+    }
+}
+
 /// Starts a tally of pixels.
 pub fn pixel_tally(name: &'static str, bound: f64, reason: &'static str) -> ErrorTally {
     let pixels = Elements {

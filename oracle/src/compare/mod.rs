@@ -20,7 +20,7 @@ pub mod truth;
 pub mod visibility;
 pub mod visibility_bound;
 
-use crate::compare::comparison::{Comparison, ItemBufferPicture, Preset};
+use crate::compare::comparison::{Comparison, ItemBufferPicture, Preset, StageCheck};
 use crate::compare::criteria::LinkBounds;
 use crate::diff::difference::{Difference, NOT_COMPARABLE, compare_fields};
 use crate::solve::progress::ProgressMonitor;
@@ -31,7 +31,7 @@ use common::mesh::{Mesh, Patch};
 use common::passes;
 use common::passes::{Engine, Exchange, PatchClosure};
 use common::scene::Scene;
-use common::settings::{Iteration, Settings, Visibility};
+use common::settings::{Iteration, Settings, Transport, Visibility};
 use common::shooting::{RadiosityField, Shoot, SolveRun, replay_log};
 use common::{Error, Result};
 use cpu::CpuSolver;
@@ -89,6 +89,7 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         cpu_solver.rays(),
         &mut new_gpu_solver()?,
     )?;
+    stages.append(&mut check_relit_scene(scene, &gpu_settings, request)?);
     let item_buffer = item_buffer_picture(&gpu_settings, &cpu, &mut gpu_solver)?;
     let (mut done, all) = (0, mesh.patches.len() as u64);
     let mut visibility_check = visibility::check_visibility(
@@ -142,6 +143,19 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
     comparison.criteria = criteria::agreement_criteria(&comparison, &bounds);
     comparison.findings = criteria::item_buffer_findings(&comparison);
     Ok(comparison)
+}
+
+/// Checks the stages of a relight of the scene, with some of its faces as objects. Links that are compared are not scaled.
+fn check_relit_scene(scene: &Scene, settings: &Settings, request: &ComparisonRequest) -> Result<Vec<StageCheck>> {
+    let Some(mesh) = stages::relit_mesh(scene, settings.meshing.texels)? else {
+        return Ok(Vec::new());
+    };
+    let transport = Transport {
+        conserve: false,
+        ..settings.transport
+    };
+    let mut solver = GpuSolver::with_faults(request.gpu, &mesh, &transport, request.faults)?;
+    stages::check_relit_stages(&mesh, &transport, &mut solver)
 }
 
 /// Returns a note on stages that were not reached, if there are any.

@@ -10,7 +10,7 @@ use common::mesh::{Mesh, Patch};
 use common::passes::PatchClosure;
 use common::rays::{LineOfSight, Rays};
 use common::sampling::pcg_hash;
-use common::settings::Lookup;
+use common::settings::{Lookup, Transport};
 use common::{Error, Result};
 use cpu::shader_twins::closure::sum_form_factors;
 use cpu::shader_twins::escape::escaped_share;
@@ -66,10 +66,10 @@ struct TexelValues {
 }
 
 /// An item buffer that the GPU drew, with its view and lookup.
-struct DrawnView {
-    view: ShooterView,
-    buffer: ItemBuffer,
-    lookup: Lookup,
+pub(super) struct DrawnView {
+    pub view: ShooterView,
+    pub buffer: ItemBuffer,
+    pub lookup: Lookup,
 }
 
 impl StageChecker<'_> {
@@ -115,24 +115,12 @@ impl StageChecker<'_> {
             sample: Some(0),
         };
         solver.probe_changed_buffers(patch, (SPARSE_BUFFERS, &remove_others), &mut |probed| {
-            let drawn = self.drawn_view(patch, 0, &probed.aim, probed.ids);
+            let drawn = drawn_view(self.mesh, self.transport, (patch, 0), &probed.aim, probed.ids);
             let mut texels = vec![TexelSums::default(); self.mesh.texels.len()];
             let values = self.all_texel_values((patch, 0), drawn.as_ref(), &probed.sums, &mut texels);
             for (k, found) in values.into_iter().enumerate() {
                 self.add_sight(source, [k, SPARSE_VISIBILITY], found.sight);
             }
-        })
-    }
-
-    /// Returns an item buffer of the GPU with the view of its sample; none with visibility by rays.
-    fn drawn_view(&self, patch: u32, s: u32, aim: &SampleView, ids: Vec<u32>) -> Option<DrawnView> {
-        self.transport.visibility.item_buffer().map(|drawing| DrawnView {
-            view: with_gpu_frame(ShooterView::new(self.mesh, patch, s, &drawing), aim),
-            buffer: ItemBuffer {
-                size: drawing.size,
-                ids,
-            },
-            lookup: drawing.lookup,
         })
     }
 
@@ -154,18 +142,19 @@ impl StageChecker<'_> {
             shooter: Some(patch),
             sample: Some(s),
         };
-        self.add_aim(source, &probed.aim, view::view_sample(self.mesh, patch, s));
-        let mut drawn = self.drawn_view(patch, s, &probed.aim, probed.ids);
+        let mesh = self.mesh;
+        self.add_aim(source, &probed.aim, view::view_sample(mesh, patch, s));
+        let mut drawn = drawn_view(mesh, self.transport, (patch, s), &probed.aim, probed.ids);
         if let Some(DrawnView { view, buffer, .. }) = &mut drawn {
             // Whole buffers are slow to check: only those of the first and the last sample.
-            let whole = s == 0 || s + 1 == self.mesh.samples;
+            let whole = s == 0 || s + 1 == mesh.samples;
             let check = if whole {
                 item_buffer::check_all_pixels
             } else {
                 item_buffer::check_boundary_pixels
             };
-            check(self.mesh, view, buffer, source, &mut self.tallies.item_buffer);
-            item_buffer::remove_unknown_ids(self.mesh, buffer);
+            check(mesh, view, buffer, source, &mut self.tallies.item_buffer);
+            item_buffer::remove_unknown_ids(mesh, buffer);
         }
         let values = self.all_texel_values((patch, s), drawn.as_ref(), &probed.sums, texels);
         for (k, found) in values.into_iter().enumerate() {
@@ -319,13 +308,31 @@ fn undecided_directions(mesh: &Mesh, rays: &Rays, patch: u32, directions: &[Vec3
 }
 
 /// True if moving an end of the ray within rounding changes its visibility.
-pub fn decided_by_rounding(visible: &impl Fn(Vec3, Vec3) -> bool, q: Vec3, p: Vec3) -> bool {
+pub fn decided_by_rounding<T: PartialEq>(visible: &impl Fn(Vec3, Vec3) -> T, q: Vec3, p: Vec3) -> bool {
     let step = MAX_END_ROUNDINGS * f32::EPSILON * p.distance(q).max(1e-3);
     let unmoved = visible(q, p);
     [Vec3::X, Vec3::Y, Vec3::Z]
         .into_iter()
         .flat_map(|axis| [axis * step, axis * -step])
         .any(|by| visible(q, p + by) != unmoved || visible(q + by, p) != unmoved)
+}
+
+/// Returns an item buffer of the GPU with the view of sample `s` of a patch; none with visibility by rays.
+pub(super) fn drawn_view(
+    mesh: &Mesh,
+    transport: &Transport,
+    (patch, s): (u32, u32),
+    aim: &SampleView,
+    ids: Vec<u32>,
+) -> Option<DrawnView> {
+    transport.visibility.item_buffer().map(|drawing| DrawnView {
+        view: with_gpu_frame(ShooterView::new(mesh, patch, s, &drawing), aim),
+        buffer: ItemBuffer {
+            size: drawing.size,
+            ids,
+        },
+        lookup: drawing.lookup,
+    })
 }
 
 /// Returns the view with the GPU's frame, for the checks that follow.

@@ -5,12 +5,14 @@
 //! the terms that it adds, k counted from its operations.
 
 mod links;
+mod relit;
 mod shots;
 
 pub use links::factor_scales;
 pub(super) use links::{MAX_WEIGHT_DIFFERENCE, decided_by_rounding};
+pub use relit::{check_relit_stages, relit_mesh};
 
-use super::item_buffer::{PIXEL_SHARE, pixel_tally};
+use super::item_buffer::{pixel_bound, pixel_tally};
 use super::statistics::{Elements, ErrorTally, ValueSource};
 use crate::compare::comparison::StageCheck;
 use common::Result;
@@ -19,7 +21,7 @@ use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::passes::Exchange;
 use common::rays::Rays;
-use common::settings::{ItemBufferProjection, Transport};
+use common::settings::Transport;
 use common::shooting::{Shoot, Shot, ShotOrder, select_shooter};
 use gpu::GpuSolver;
 use stage_check::tally::Value;
@@ -49,8 +51,8 @@ const COUNTED_STAGES: [&str; 5] = [
 const SIGHT_VALUES: [&str; 2] = ["visibility", "visibility by few pixels"];
 const VISIBILITY: usize = 0;
 const SPARSE_VISIBILITY: usize = 1;
-/// Names of the values of a texel: radiosity, residual, irradiance.
-const TEXEL_VALUES: [&str; 9] = ["B.r", "B.g", "B.b", "r.r", "r.g", "r.b", "H.r", "H.g", "H.b"];
+/// Names of the values of a texel: radiosity, residual, irradiance, and the link of the latest shot.
+const TEXEL_VALUES: [&str; 10] = ["B.r", "B.g", "B.b", "r.r", "r.g", "r.b", "H.r", "H.g", "H.b", "H.w"];
 
 /// Comparisons of each stage.
 struct Tallies {
@@ -155,16 +157,7 @@ impl Tallies {
         let over_patches = (mesh.patches.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
         let per_shot = 2.0 * CHECKED_SHOTS as f64 + 4.0;
         let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
-        let (pixels, pixel_reason) = match projection {
-            Some(ItemBufferProjection::Paper) => (
-                PIXEL_SHARE,
-                "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
-            ),
-            _ => (
-                0.0,
-                "pixels that show a different face from the one that their ray meets, with no edge within rounding",
-            ),
-        };
+        let (pixels, pixel_reason) = pixel_bound(projection);
         let frame = "ulp of the frame at a sample's point: one cross product";
         let factor_reason = "ulp of F, or of F without its cosines, whose roundings are absolute";
         let sight = "samples of different visibility from the same points, though no rounding decides them";

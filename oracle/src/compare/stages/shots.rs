@@ -111,7 +111,7 @@ impl StageChecker<'_> {
     }
 }
 
-/// Adds B, r and H of texel `k`; the error of a channel is in ulp of the largest one.
+/// Adds B, r and H of texel `k`; the error of a channel is in ulp of the largest one, that of the link in its own.
 fn add_texel(tally: &mut ErrorTally, source: ValueSource, k: usize, field: &RadiosityField, twin: [Vec4; 3]) {
     let gpu = [field.radiosity[k], field.residual[k], field.irradiance[k]];
     for (n, (a, b)) in gpu.into_iter().zip(twin).enumerate() {
@@ -120,4 +120,5 @@ fn add_texel(tally: &mut ErrorTally, source: ValueSource, k: usize, field: &Radi
             tally.add_ulps(source, [k, 3 * n + c], [a[c], b[c]], size);
         }
     }
+    tally.add_ulps(source, [k, 9], [field.irradiance[k].w, twin[2].w], 0.0);
 }
