@@ -25,7 +25,7 @@ use std::thread::available_parallelism;
 /// Default number of mutants: half an hour on two cores.
 const DEFAULT_COUNT: usize = 600;
 /// Comparisons that judge a mutant, the cheapest first: together they run every shader.
-const TRIALS: [&str; 8] = [
+const TRIALS: [&str; 10] = [
     "occluded_plates.obj --texels 5 --patches 1 --samples 3 --visibility rays",
     "occluded_plates.obj --texels 4 --patches 1 --samples 1 --form-factor disc --iteration southwell --item-buffer 64",
     "occluded_plates.obj --texels 4 --error 5%",
@@ -34,6 +34,8 @@ const TRIALS: [&str; 8] = [
     "occluded_plates.obj --texels 5 --patches 2 --samples 4 --visibility hemicube --item-buffer 64",
     "occluded_plates.obj --texels 4 --patches 2 --samples 2 --visibility hemisphere --item-buffer 64 --conserve",
     "slivers.obj --texels 12 --patches 1 --samples 2 --visibility rays",
+    "cornell_box.obj --texels 5 --patches 5 --samples 2 --visibility rays",
+    "cornell_box.obj --texels 2 --error 10%",
     "slivers.obj --texels 4 --error 5%",
 ];
 

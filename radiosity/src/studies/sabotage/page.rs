@@ -31,7 +31,7 @@ pub fn render_page(judged: &[JudgedMutant], existing: usize) -> String {
     let others: Vec<&JudgedMutant> = judged.iter().filter(|mutant| !survives(mutant)).collect();
     let sections = [("survivors", "Survivors", gaps), ("others", "Others", others)].map(|(id, title, mutants)| {
         let mut body = Blocks::default();
-        body.add_table(mutant_table(&mutants));
+        body.add_table(mutant_table(&mutants, id != "survivors"));
         body.into_section(id, title)
     });
     let [survivors, others] = sections;
@@ -58,7 +58,8 @@ fn score_table(head: &str, groups: Vec<(&str, Score)>) -> Table {
     Table::new(&heads, groups.into_iter().map(row))
 }
 
-fn mutant_table(mutants: &[&JudgedMutant]) -> Table {
+/// Returns the table of mutants; those that survive have no reason.
+fn mutant_table(mutants: &[&JudgedMutant], with_reason: bool) -> Table {
     let row = |mutant: &&JudgedMutant| {
         let verdict = match mutant.verdict {
             MutantVerdict::Killed => "killed",
@@ -67,14 +68,19 @@ fn mutant_table(mutants: &[&JudgedMutant]) -> Table {
             MutantVerdict::Invalid => "invalid",
             MutantVerdict::NotRun => "not run",
         };
-        Row::new([
+        let reason = with_reason.then(|| plain_text(&mutant.reason));
+        let cells = [
             plain_text(format!("{}:{}", mutant.file, mutant.line)),
             plain_text(&mutant.operator),
             code_text(&mutant.original) + " → " + code_text(&mutant.mutated),
             code_text(&mutant.line_text),
             plain_text(verdict),
-            plain_text(&mutant.reason),
-        ])
+        ];
+        Row::new(cells.into_iter().chain(reason))
     };
-    Table::new("Place;Operator;Change;~Line;Verdict;~Reason", mutants.iter().map(row))
+    let heads = match with_reason {
+        true => "Place;Operator;Change;~Line;Verdict;~Reason",
+        false => "Place;Operator;Change;~Line;Verdict",
+    };
+    Table::new(heads, mutants.iter().map(row))
 }
