@@ -29,14 +29,14 @@ use std::cell::Cell as Slot;
 /// Most texels per side of a face: enough for more than one workgroup in scenes of a few faces.
 const MAX_TEXELS: u32 = 4;
 /// Sample points per patch: the sums of the first are read, and with several a body may cover one.
-const SAMPLES: u32 = 2;
+const SAMPLES_PER_PATCH: u32 = 2;
 
 /// Most shooters of the room, and most of the objects.
-const SHOOTERS: usize = 2;
+const MAX_SHOOTERS: usize = 2;
 
 /// Rules by which texels receive a shot, each with whether an object shoots. One patch shoots by several rules in turn, so
 /// that links kept by the rule before are noticed.
-const CASES: [(DepositRule, bool); 11] = {
+const RULES_AND_SHOOTERS: [(DepositRule, bool); 11] = {
     const fn rule(captured: bool, subtracted: SubtractedLink, reshoot: bool) -> DepositRule {
         DepositRule {
             captured,
@@ -109,7 +109,14 @@ pub fn relit_mesh(scene: &Scene, texels: u32) -> Result<Option<Mesh>> {
         return Ok(None);
     }
     let resolutions = vec![[texels.min(MAX_TEXELS); 2]; faces];
-    furnished_mesh(scene, (3 * faces / 8).max(1), &resolutions, [1, SAMPLES], &|| false).map(Some)
+    furnished_mesh(
+        scene,
+        (3 * faces / 8).max(1),
+        &resolutions,
+        [1, SAMPLES_PER_PATCH],
+        &|| false,
+    )
+    .map(Some)
 }
 
 /// Checks the stages of a relight on a `solver` of a mesh with objects.
@@ -121,8 +128,8 @@ pub fn check_relit_stages(mesh: &Mesh, transport: &Transport, solver: &mut GpuSo
         let patches = (0..).zip(&mesh.patches);
         let own = patches.filter(|(_, patch)| mesh.is_object(patch.face) == object && patch.shooter.area > 0.0);
         let own: Vec<u32> = own.map(|(patch, _)| patch).collect();
-        for patch in own.iter().take(SHOOTERS) {
-            for (n, (rule, _)) in CASES.iter().filter(|case| case.1 == object).enumerate() {
+        for patch in own.iter().take(MAX_SHOOTERS) {
+            for (n, (rule, _)) in RULES_AND_SHOOTERS.iter().filter(|case| case.1 == object).enumerate() {
                 checker.check_shot((*patch, *rule), n == 0 && !object, solver)?;
             }
         }
@@ -171,7 +178,7 @@ impl<'a> RelitChecker<'a> {
             ),
             link: ErrorTally::new(
                 "link, relit",
-                (DISC_ROUNDINGS + f64::from(SAMPLES), link),
+                (DISC_ROUNDINGS + f64::from(SAMPLES_PER_PATCH), link),
                 texels,
                 &LINK_VALUES,
             ),
