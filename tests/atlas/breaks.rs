@@ -25,7 +25,11 @@ const ROUNDING: f64 = 1e-6;
 const BUFFERS: [&str; 3] = ["vanishing-face", "horizon", "covered-lamp"];
 
 fn run_cases<'a>(gpu: Option<&Gpu>, cases: impl IntoIterator<Item = &'a Case>) -> Vec<CaseStudy> {
-    let run = AtlasRun { gpu, stop: &|| false };
+    let run = AtlasRun {
+        gpu,
+        stop: &|| false,
+        max_seconds: f64::INFINITY,
+    };
     let study = |case: &Case| run.run_case(case, &without_progress()).unwrap();
     cases.into_iter().map(study).collect()
 }

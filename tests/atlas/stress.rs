@@ -123,7 +123,7 @@ fn copied_or_incomplete_answers_are_refused() {
 
 #[test]
 fn refusals_and_panics_become_verdicts() {
-    let never = &|| false;
+    let never: (&dyn Fn() -> bool, f64) = (&|| false, f64::INFINITY);
     let (good, truth) = trial_of("closeness", 1.0);
     // A scene without faces, and a solve that panics.
     let none = Trial::new(Scene::default(), 8, TrialTruth::Direct(0..0));
@@ -138,7 +138,7 @@ fn refusals_and_panics_become_verdicts() {
     let panicked = run_method(&good, &mad, None, &truth, never).unwrap().0;
     assert!(panicked.message.as_ref().unwrap().starts_with("panic: "));
     assert!(panicked.is_broken() && !panicked.is_warned());
-    assert!(run_method(&good, &POLYGON, None, &truth, &|| true).is_none());
+    assert!(run_method(&good, &POLYGON, None, &truth, (&|| true, f64::INFINITY)).is_none());
 }
 
 /// The scene shown is the easiest, and its solution belongs to it.
@@ -147,6 +147,7 @@ fn case_shows_its_easiest_scene() {
     let run = AtlasRun {
         gpu: None,
         stop: &|| false,
+        max_seconds: f64::INFINITY,
     };
     let case = ALL_CASES.iter().find(|case| case.name == "vanishing-face").unwrap();
     let study = run.run_case(case, &without_progress()).unwrap();
@@ -166,7 +167,9 @@ fn case_shows_its_easiest_scene() {
 #[test]
 fn three_thousand_lamps_are_within_one_percent() {
     let (trial, truth) = trial_of("lights", 3000.0);
-    let side = run_method(&trial, &DEFAULT, None, &truth, &|| false).unwrap().0;
+    let side = run_method(&trial, &DEFAULT, None, &truth, (&|| false, f64::INFINITY))
+        .unwrap()
+        .0;
     assert!(side.error.unwrap() < 0.01 && !side.is_warned(), "{side:?}");
 }
 
@@ -175,7 +178,9 @@ fn three_thousand_lamps_are_within_one_percent() {
 fn gpu_warns_of_white_walls() {
     let (trial, truth) = trial_of("white-walls", 0.9999);
     let gpu = Gpu::open(None).unwrap();
-    let side = run_method(&trial, &DEFAULT, Some(&gpu), &truth, &|| false).unwrap().0;
+    let side = run_method(&trial, &DEFAULT, Some(&gpu), &truth, (&|| false, f64::INFINITY))
+        .unwrap()
+        .0;
     let (error, estimate) = (side.error.unwrap(), side.estimate.unwrap());
     assert!(side.is_warned() && estimate > 0.8 * error, "{side:?}");
 }

@@ -12,6 +12,7 @@ fn twelve_fixed_random_scenes_pass_every_gate() {
     let run = AtlasRun {
         gpu: None,
         stop: &|| false,
+        max_seconds: f64::INFINITY,
     };
     let studies = [
         (FaceShapes::Quads, 1000, 6),
@@ -53,6 +54,7 @@ fn fixed_random_meshes_keep_the_requested_error() {
     let run = AtlasRun {
         gpu: None,
         stop: &|| false,
+        max_seconds: f64::INFINITY,
     };
     let request = RandomRequest {
         scenes: DrawnScenes::Meshes,

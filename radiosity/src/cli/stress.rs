@@ -10,7 +10,7 @@ use crate::studies::stress::CaseStudy;
 use crate::studies::stress::cases::{ALL_CASES, Case};
 use crate::studies::stress::page;
 use crate::studies::stress::random::{COMMAND_NAME, DrawnScenes, RandomRequest};
-use crate::studies::stress::run::AtlasRun;
+use crate::studies::stress::run::{AtlasRun, MAX_SOLVE_SECONDS};
 use crate::studies::stress::summary::Atlas;
 use clap::Args;
 use common::solution::{prepare_folder, write_files};
@@ -68,6 +68,7 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
     let run = AtlasRun {
         gpu: gpu.as_ref(),
         stop: &is_interrupted,
+        max_seconds: MAX_SOLVE_SECONDS,
     };
     let with_progress = |name: &str, study: &dyn Fn(&ProgressMonitor) -> Result<CaseStudy>| {
         let progress = Progress::new(name);

@@ -19,14 +19,16 @@ use std::ops::ControlFlow;
 
 /// Time limit of a solve, seconds: ten times the longest solve, so that load on the machine does not
 /// change a verdict.
-const MAX_SOLVE_SECONDS: f64 = 200.0;
+pub const MAX_SOLVE_SECONDS: f64 = 200.0;
 
-/// GPU and interruption of a run.
+/// GPU and limits of a run.
 pub struct AtlasRun<'a> {
     /// The GPU, if there is one.
     pub gpu: Option<&'a Gpu>,
     /// Returns true when the run is to stop.
     pub stop: &'a dyn Fn() -> bool,
+    /// Time limit of a solve, seconds.
+    pub max_seconds: f64,
 }
 
 impl AtlasRun<'_> {
@@ -87,13 +89,14 @@ impl AtlasRun<'_> {
         trial: &Trial,
         truth: &[DVec3],
     ) -> Option<(Vec<AtlasRow>, Option<Solved>)> {
+        let limits = (self.stop, self.max_seconds);
         let (mut rows, mut first) = (Vec::new(), None);
         for method in case.methods {
-            let (cpu, solved) = run_method(trial, method, None, truth, self.stop)?;
+            let (cpu, solved) = run_method(trial, method, None, truth, limits)?;
             first = first.or(solved);
             let gpu = match self.gpu.filter(|_| method.solver != MethodSolver::Dense) {
                 None => None,
-                gpu => Some(run_method(trial, method, gpu, truth, self.stop)?.0),
+                gpu => Some(run_method(trial, method, gpu, truth, limits)?.0),
             };
             rows.push(AtlasRow {
                 scene: trial.description.clone(),
@@ -106,20 +109,20 @@ impl AtlasRun<'_> {
 }
 
 /// Runs a method on a trial and returns its part of the row, unjudged, with the solution, if there is one;
-/// none if `stop` returned true.
+/// none if `stop` returned true. A solve of more than `max_seconds` has no solution.
 pub fn run_method(
     trial: &Trial,
     method: &AtlasMethod,
     gpu: Option<&Gpu>,
     truth: &[DVec3],
-    stop: &dyn Fn() -> bool,
+    (stop, max_seconds): (&dyn Fn() -> bool, f64),
 ) -> Option<(SolverSide, Option<Solved>)> {
     let show = |_: &str, _| match stop() {
         true => ControlFlow::Break(()),
         false => ControlFlow::Continue(()),
     };
     let solve = |watch: &ProgressMonitor| solve_trial(trial, method, gpu, watch);
-    let (answer, seconds) = solve_limited(MAX_SOLVE_SECONDS, &show, solve)?;
+    let (answer, seconds) = solve_limited(max_seconds, &show, solve)?;
     if stop() {
         return None;
     }
