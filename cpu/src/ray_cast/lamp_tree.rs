@@ -1,15 +1,20 @@
 //! A tree over the lamps, by which a point draws the lamps that may light it most (Conty & Kulla 2018): no point visits
 //! all lamps. Nearby points choose among the same nodes of the tree, a cut (Walter and others 2005), weighted by the light
-//! that each may send to the point and by how much of it rays have found to arrive.
+//! that each may send to the point and by how much of it rays have found to arrive. Lamps that a point sees at nearly the
+//! same distance and angles are chosen by power alone.
 
 use common::constants::CONTACT_DISTANCE;
 use common::mesh::Mesh;
+use common::texel_point::SampledOutline;
 use glam::Vec3;
 
 /// Largest number of nodes of a [`LampCut`].
 pub const MAX_CUT_NODES: usize = 64;
 /// Largest sine of a cone of normals that bounds where its lamps shine; wider cones shine everywhere.
 const MAX_CONE_SINE: f32 = 0.5;
+/// Least light of a lamp over the most, for equal power, from which on lamps of a node are drawn by power. Where they differ
+/// by this ratio r the variance is at most (1 + r)²/4r = 1.6 times that of lamps drawn by their light.
+const EVEN_LIGHT_RATIO: f32 = 0.25;
 
 /// A group of lamps.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +31,16 @@ struct LampNode {
     cone_sine: f32,
     /// The two children; none of a lamp.
     children: Option<[u32; 2]>,
-    parent: u32,
-    /// The number of a lamp.
-    number: u32,
+    /// The places of its first lamp and of the next node's in the order of lamps.
+    lamps: [u32; 2],
+}
+
+/// The light of a node's lamps at a receiver.
+struct NodeLight {
+    /// Upper bound of the irradiance, up to a constant factor; 0 only where no light arrives, and in a lamp's own plane.
+    importance: f32,
+    /// Whether the irradiance for equal power varies by less than [`EVEN_LIGHT_RATIO`] from lamp to lamp.
+    even: bool,
 }
 
 /// A surface that shines: a face or a texel.
@@ -53,9 +65,8 @@ impl LampNode {
         }
     }
 
-    /// Returns an upper bound of the irradiance at the points of a surface, up to a constant factor; 0 only where no light
-    /// arrives, and in a lamp's own plane.
-    fn importance(&self, at: &Receiver) -> f32 {
+    /// Bounds the irradiance at the points of a surface.
+    fn light_at(&self, at: &Receiver) -> NodeLight {
         let to = self.centre - at.centre;
         let sine = at.normal.cross(self.axis).length();
         let received = at.normal.dot(to) + self.rise_above(at.normal);
@@ -63,21 +74,33 @@ impl LampNode {
             true => -self.axis.dot(to) + at.radius * sine + self.thickness,
             false => f32::INFINITY,
         };
+        let uneven = |importance| NodeLight {
+            importance,
+            even: false,
+        };
         if received.min(sent) <= CONTACT_DISTANCE {
-            return 0.0;
+            return uneven(0.0);
         }
         let (square, radius) = (to.length_squared(), self.radius + at.radius);
         if square <= radius * radius {
-            return self.power / (radius * radius).max(f32::MIN_POSITIVE);
+            return uneven(self.power / (radius * radius).max(f32::MIN_POSITIVE));
         }
         let inverse = 1.0 / square.sqrt();
         let slack = radius * inverse;
-        let received = (at.normal.dot(to) * inverse + slack).clamp(0.0, 1.0);
-        let sent = match self.cone_sine <= MAX_CONE_SINE {
-            true => (-self.axis.dot(to) * inverse + slack + self.cone_sine).clamp(0.0, 1.0),
-            false => 1.0,
-        };
-        self.power * received * sent * inverse * inverse
+        let received = at.normal.dot(to) * inverse;
+        let most_received = (received + slack).clamp(0.0, 1.0);
+        if self.cone_sine > MAX_CONE_SINE {
+            return uneven(self.power * most_received * inverse * inverse);
+        }
+        let sent = -self.axis.dot(to) * inverse;
+        let turned = slack + self.cone_sine;
+        let most_sent = (sent + turned).clamp(0.0, 1.0);
+        let nearest_over_farthest = (1.0 - slack) / (1.0 + slack);
+        let least = (received - slack).max(0.0) * (sent - turned).max(0.0) * nearest_over_farthest.powi(2);
+        NodeLight {
+            importance: self.power * most_received * most_sent * inverse * inverse,
+            even: least > EVEN_LIGHT_RATIO * most_received * most_sent,
+        }
     }
 }
 
@@ -92,13 +115,27 @@ pub struct Receiver {
     pub normal: Vec3,
 }
 
+impl Receiver {
+    /// Makes the receiver around `centre` that contains `outlines`.
+    pub fn around_outlines(centre: Vec3, outlines: &[SampledOutline], normal: Vec3) -> Self {
+        let corners = outlines.iter().flat_map(|part| part.corners);
+        Self {
+            centre,
+            radius: corners.map(|c| c.distance(centre)).fold(0.0, f32::max),
+            normal,
+        }
+    }
+}
+
 /// All lamps of a mesh.
 pub struct LampTree {
     nodes: Vec<LampNode>,
-    /// Node of each number that is a lamp's.
-    node_of_lamp: Vec<Option<u32>>,
-    /// The cut of the root alone.
-    root: LampCut,
+    /// The numbers of the lamps in order: those of a node follow each other.
+    lamps: Vec<u32>,
+    /// Place in the order of each number that is a lamp's.
+    places: Vec<Option<u32>>,
+    /// The power of all lamps before each in the order, and of all.
+    powers_before: Vec<f64>,
 }
 
 impl LampTree {
@@ -121,8 +158,9 @@ impl LampTree {
     /// Builds the tree over those of the `lamps` that have power; their numbers are below `count`.
     pub fn from_lamps(lamps: impl Iterator<Item = Lamp>, count: usize) -> Self {
         let leaf = |lamp: Lamp| {
+            let number = lamp.number;
             let centre = lamp.corners.iter().sum::<Vec3>() / 4.0;
-            LampNode {
+            let node = LampNode {
                 centre,
                 radius: lamp.corners.iter().map(|c| c.distance(centre)).fold(0.0, f32::max),
                 thickness: (lamp.corners.iter())
@@ -132,20 +170,20 @@ impl LampTree {
                 axis: lamp.normal,
                 cone_sine: 0.0,
                 children: None,
-                parent: 0,
-                number: lamp.number,
-            }
+                lamps: [0; 2],
+            };
+            (number, node)
         };
-        let mut leaves: Vec<LampNode> = lamps.filter(|lamp| lamp.power > 0.0).map(leaf).collect();
+        let mut leaves: Vec<(u32, LampNode)> = lamps.filter(|lamp| lamp.power > 0.0).map(leaf).collect();
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * leaves.len()),
-            node_of_lamp: vec![None; count],
-            root: LampCut::default(),
+            lamps: Vec::with_capacity(leaves.len()),
+            places: vec![None; count],
+            powers_before: vec![0.0],
         };
         if !leaves.is_empty() {
-            tree.add_nodes(&mut leaves, 0);
+            tree.add_nodes(&mut leaves);
         }
-        tree.root = tree.choose_cut([Vec3::ZERO; 2], 1);
         tree
     }
 
@@ -154,33 +192,38 @@ impl LampTree {
         self.nodes.is_empty()
     }
 
-    /// Adds the node over `leaves` and all below it, and returns its number.
-    fn add_nodes(&mut self, leaves: &mut [LampNode], parent: u32) -> u32 {
+    /// Adds the node over `leaves`, lamps with their numbers, and all below it, and returns its number.
+    fn add_nodes(&mut self, leaves: &mut [(u32, LampNode)]) -> u32 {
         let own = self.nodes.len() as u32;
-        if let [leaf] = leaves {
-            self.node_of_lamp[leaf.number as usize] = Some(own);
-            self.nodes.push(LampNode { parent, ..*leaf });
+        let first_lamp = self.lamps.len() as u32;
+        let lamps = [first_lamp, first_lamp + leaves.len() as u32];
+        if let [(number, leaf)] = leaves {
+            self.places[*number as usize] = Some(first_lamp);
+            self.lamps.push(*number);
+            let before = self.powers_before[first_lamp as usize];
+            self.powers_before.push(before + f64::from(leaf.power));
+            self.nodes.push(LampNode { lamps, ..*leaf });
             return own;
         }
-        let low = leaves.iter().map(|l| l.centre).fold(Vec3::INFINITY, Vec3::min);
-        let high = leaves.iter().map(|l| l.centre).fold(Vec3::NEG_INFINITY, Vec3::max);
+        let low = leaves.iter().map(|(_, l)| l.centre).fold(Vec3::INFINITY, Vec3::min);
+        let high = leaves.iter().map(|(_, l)| l.centre).fold(Vec3::NEG_INFINITY, Vec3::max);
         let extent = high - low;
         let axis = (0..3).max_by(|a, b| extent[*a].total_cmp(&extent[*b])).unwrap_or(0);
-        leaves.sort_by(|a, b| a.centre[axis].total_cmp(&b.centre[axis]));
+        leaves.sort_by(|(_, a), (_, b)| a.centre[axis].total_cmp(&b.centre[axis]));
         let centre = 0.5 * (low + high);
-        let mean = leaves.iter().map(|l| l.axis).sum::<Vec3>().normalize_or_zero();
-        let cosine = leaves.iter().map(|l| l.axis.dot(mean)).fold(1.0, f32::min);
+        let mean = leaves.iter().map(|(_, l)| l.axis).sum::<Vec3>().normalize_or_zero();
+        let cosine = leaves.iter().map(|(_, l)| l.axis.dot(mean)).fold(1.0, f32::min);
         self.nodes.push(LampNode {
             centre,
             radius: leaves
                 .iter()
-                .map(|l| l.centre.distance(centre) + l.radius)
+                .map(|(_, l)| l.centre.distance(centre) + l.radius)
                 .fold(0.0, f32::max),
             thickness: leaves
                 .iter()
-                .map(|l| mean.dot(l.centre - centre).abs() + l.rise_above(mean))
+                .map(|(_, l)| mean.dot(l.centre - centre).abs() + l.rise_above(mean))
                 .fold(0.0, f32::max),
-            power: leaves.iter().map(|l| l.power).sum(),
+            power: leaves.iter().map(|(_, l)| l.power).sum(),
             axis: mean,
             cone_sine: if cosine > 0.0 {
                 (1.0 - cosine * cosine).max(0.0).sqrt()
@@ -188,18 +231,33 @@ impl LampTree {
                 1.0
             },
             children: None,
-            parent,
-            number: 0,
+            lamps,
         });
         let (first, second) = leaves.split_at_mut(leaves.len() / 2);
-        let children = [self.add_nodes(first, own), self.add_nodes(second, own)];
+        let children = [self.add_nodes(first), self.add_nodes(second)];
         self.nodes[own as usize].children = Some(children);
         own
     }
 
-    /// Returns the nodes, `most` of them, among which points within the box `low` to `high` choose: those that may light it
+    /// Returns the place of the lamp of a node that a `number` in [0, 1) draws by power.
+    fn place_by_power(&self, node: &LampNode, number: f32) -> u32 {
+        let [first, end] = node.lamps.map(|place| place as usize);
+        let before = &self.powers_before;
+        let drawn = before[first] + f64::from(number) * (before[end] - before[first]);
+        (first + before[first + 1..end].partition_point(|sum| *sum <= drawn)) as u32
+    }
+
+    /// Returns the share that the lamp at `place` has in the power of a node.
+    fn power_share(&self, node: &LampNode, place: u32) -> f32 {
+        let power = |first: u32, end: u32| self.powers_before[end as usize] - self.powers_before[first as usize];
+        (power(place, place + 1) / power(node.lamps[0], node.lamps[1])) as f32
+    }
+
+    /// Returns the nodes, `most` of them, among which points within the box around `places` choose: those that may light it
     /// most are split first.
-    pub fn choose_cut(&self, [low, high]: [Vec3; 2], most: usize) -> LampCut {
+    pub fn choose_cut(&self, places: impl Iterator<Item = Vec3>, most: usize) -> LampCut {
+        let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        let [low, high] = places.fold(empty, |[low, high], place| [low.min(place), high.max(place)]);
         let bound = |node: u32| {
             let LampNode {
                 centre, radius, power, ..
@@ -221,6 +279,7 @@ impl LampTree {
             nodes.push(b);
             bounds.push(bound(b));
         }
+        nodes.sort_unstable_by_key(|k| self.nodes[*k as usize].lamps[0]);
         LampCut {
             visible: vec![1.0; nodes.len()],
             rays: vec![[0; 2]; nodes.len()],
@@ -228,16 +287,11 @@ impl LampTree {
         }
     }
 
-    /// Lets a receiver choose among all lamps from the root on.
-    pub fn weigh_all(&self, at: Receiver) -> LampChoice<'_> {
-        self.weigh_lamps(&self.root, at)
-    }
-
     /// Weighs the nodes of `cut` for a receiver.
     pub fn weigh_lamps<'a>(&'a self, cut: &'a LampCut, at: Receiver) -> LampChoice<'a> {
         let mut weights = [0.0; MAX_CUT_NODES];
         for ((weight, node), visible) in weights.iter_mut().zip(&cut.nodes).zip(&cut.visible) {
-            *weight = self.nodes[*node as usize].importance(&at) * visible;
+            *weight = self.nodes[*node as usize].light_at(&at).importance * visible;
         }
         LampChoice {
             tree: self,
@@ -250,8 +304,8 @@ impl LampTree {
 }
 
 /// Nodes among which nearby points choose a lamp.
-#[derive(Default)]
 pub struct LampCut {
+    /// The nodes in the order of their lamps.
     nodes: Vec<u32>,
     /// Factor of each node's weight.
     visible: Vec<f32>,
@@ -298,11 +352,28 @@ pub struct LampChoice<'a> {
 }
 
 impl LampChoice<'_> {
-    /// Returns the probability of the first of two `children`; none if neither lights the receiver.
-    fn first_share(&self, children: [u32; 2]) -> Option<f32> {
-        let importance = |k: u32| self.tree.nodes[k as usize].importance(&self.at);
-        let [a, b] = children.map(importance);
-        (a + b > 0.0).then(|| a / (a + b))
+    /// Follows children from an entry of the cut down to a lamp, or to a node whose lamps are drawn by power. `takes_first`
+    /// chooses, given the probability of the first child and the first place of the second. Returns the node and the
+    /// probability of getting there; none if no lamp lights the receiver.
+    fn descend(&self, entry: usize, mut takes_first: impl FnMut(f32, u32) -> bool) -> Option<(&LampNode, f32)> {
+        let tree = self.tree;
+        let mut node = &tree.nodes[self.cut.nodes[entry] as usize];
+        let mut even = node.light_at(&self.at).even;
+        let mut probability = self.weights[entry] / self.total;
+        while !even && let Some(children) = node.children {
+            let children = children.map(|k| &tree.nodes[k as usize]);
+            let lights = children.map(|child| child.light_at(&self.at));
+            let [a, b] = [0, 1].map(|k| lights[k].importance);
+            if a + b <= 0.0 {
+                return None;
+            }
+            let share = a / (a + b);
+            let first = takes_first(share, children[1].lamps[0]);
+            let taken = usize::from(!first);
+            probability *= if first { share } else { 1.0 - share };
+            (node, even) = (children[taken], lights[taken].even);
+        }
+        Some((node, probability))
     }
 
     /// Draws a lamp by `number` in [0, 1); none if none was found that lights the receiver.
@@ -319,51 +390,37 @@ impl LampChoice<'_> {
                 entry = k;
             }
         }
-        let weight = self.weights[entry];
-        let mut number = (left / weight).clamp(0.0, 1.0 - f32::EPSILON);
-        let mut probability = weight / self.total;
-        let mut node = &self.tree.nodes[self.cut.nodes[entry] as usize];
-        while let Some(children) = node.children {
-            let share = self.first_share(children)?;
-            let child;
-            if number < share {
-                number /= share;
-                probability *= share;
-                child = children[0];
-            } else {
-                number = (number - share) / (1.0 - share);
-                probability *= 1.0 - share;
-                child = children[1];
-            }
-            node = &self.tree.nodes[child as usize];
-        }
+        let mut number = (left / self.weights[entry]).clamp(0.0, 1.0 - f32::EPSILON);
+        let (node, probability) = self.descend(entry, |share, _| {
+            let first = number < share;
+            number = match first {
+                true => number / share,
+                false => (number - share) / (1.0 - share),
+            };
+            first
+        })?;
+        let place = self.tree.place_by_power(node, number);
         Some(DrawnLamp {
-            lamp: node.number,
+            lamp: self.tree.lamps[place as usize],
             entry,
-            probability,
+            probability: probability * self.tree.power_share(node, place),
         })
     }
 
     /// Returns the probability with which [`Self::draw_lamp`] draws `lamp`.
     pub fn lamp_probability(&self, lamp: u32) -> f32 {
-        let Some(mut node) = self.tree.node_of_lamp[lamp as usize] else {
+        let tree = self.tree;
+        let Some(place) = tree.places[lamp as usize] else {
             return 0.0;
         };
-        let mut probability = 1.0;
-        loop {
-            if let Some(entry) = self.cut.nodes.iter().position(|k| *k == node) {
-                let share = self.weights[entry] / self.total;
-                return if share > 0.0 { probability * share } else { 0.0 };
-            }
-            let parent = self.tree.nodes[node as usize].parent;
-            let Some(children) = self.tree.nodes[parent as usize].children else {
-                return 0.0;
-            };
-            let Some(share) = self.first_share(children) else {
-                return 0.0;
-            };
-            probability *= if children[0] == node { share } else { 1.0 - share };
-            node = parent;
+        let not_after = |node: &u32| tree.nodes[*node as usize].lamps[0] <= place;
+        let entry = self.cut.nodes.partition_point(not_after) - 1;
+        if self.weights[entry] <= 0.0 {
+            return 0.0;
+        }
+        match self.descend(entry, |_, second| place < second) {
+            Some((node, probability)) => probability * tree.power_share(node, place),
+            None => 0.0,
         }
     }
 }
@@ -402,7 +459,7 @@ mod tests {
         for (k, texel) in mesh.texels.iter().enumerate() {
             let (point, normal) = (texel.position + Vec3::splat(0.1), Vec3::new(0.6, 0.8, 0.0));
             let at = receive_at(point, normal);
-            let mut cut = tree.choose_cut([point, point], [1, 5, MAX_CUT_NODES][k % 3]);
+            let mut cut = tree.choose_cut([point].into_iter(), [1, 5, MAX_CUT_NODES][k % 3]);
             cut.count_rays(&[[3, 1]; MAX_CUT_NODES]);
             cut.learn_visibility();
             let choice = tree.weigh_lamps(&cut, at);
@@ -441,6 +498,37 @@ mod tests {
         assert!(lit > 50, "{lit}");
     }
 
+    /// Lamps of one wall, seen from afar: each is drawn in proportion to its power, and told to be.
+    #[test]
+    fn distant_lamps_are_drawn_by_power() {
+        let lamp = |k: u32| {
+            let corner = DVec3::new(f64::from(k % 4), f64::from(k / 4), 0.0) * 0.1;
+            let corners = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]].map(|[x, y]| corner + DVec3::new(x, y, 0.0));
+            Face::quad("lamp", corners, Vec3::splat(1.0 + k as f32), Vec3::ZERO)
+        };
+        let scene = Scene {
+            faces: (0..16).map(lamp).collect(),
+            ..Scene::default()
+        };
+        let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+        let tree = LampTree::new(&mesh);
+        let middle = mesh.texels.iter().map(|texel| texel.position).sum::<Vec3>() / 16.0;
+        let power = |f: u32| (1 + f) as f32;
+        let all: f32 = (0..16).map(power).sum();
+        // In mesh units: the wall's width is at most 1.
+        for (distance, even) in [(20.0, true), (0.1, false)] {
+            let point = middle + Vec3::Z * distance;
+            let cut = tree.choose_cut([point].into_iter(), 1);
+            let choice = tree.weigh_lamps(&cut, receive_at(point, Vec3::NEG_Z));
+            let off = (0..16).map(|f| (choice.lamp_probability(f) * all / power(f) - 1.0).abs());
+            assert_eq!(off.fold(0.0, f32::max) < 1e-5, even, "at {distance}");
+            for number in [0.0, 0.3, 1.0 - f32::EPSILON] {
+                let drawn = choice.draw_lamp(number).unwrap();
+                assert!((drawn.probability / choice.lamp_probability(drawn.lamp) - 1.0).abs() < 1e-5);
+            }
+        }
+    }
+
     #[test]
     fn lamp_is_not_drawn_in_its_own_plane() {
         let mesh = lamps_on_spiral();
@@ -450,7 +538,8 @@ mod tests {
                 radius: 0.1,
                 ..receive_at(texel.position, mesh.faces[texel.face as usize].normal)
             };
-            assert_eq!(tree.weigh_all(at).lamp_probability(texel.face), 0.0);
+            let root = tree.choose_cut([texel.position].into_iter(), 1);
+            assert_eq!(tree.weigh_lamps(&root, at).lamp_probability(texel.face), 0.0);
         }
     }
 
@@ -475,7 +564,7 @@ mod tests {
         let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
         let tree = LampTree::new(&mesh);
         let texel = &mesh.texels[0];
-        let cut = tree.choose_cut([texel.position; 2], 2);
+        let cut = tree.choose_cut([texel.position].into_iter(), 2);
         let at = Receiver {
             radius: 0.05,
             ..receive_at(texel.position, mesh.faces[0].normal)
@@ -497,7 +586,7 @@ mod tests {
 
     /// Draws a lamp at a point of a surface that faces up.
     fn draw_at(tree: &LampTree, point: Vec3) -> Option<DrawnLamp> {
-        let cut = tree.choose_cut([point; 2], MAX_CUT_NODES);
+        let cut = tree.choose_cut([point].into_iter(), MAX_CUT_NODES);
         tree.weigh_lamps(&cut, receive_at(point, Vec3::Y)).draw_lamp(0.5)
     }
 

@@ -12,7 +12,7 @@
 //! Rays of the room to other parts of it matter only where an object is between: those that pass the objects by are not
 //! traced. Rays start on the open parts of texels.
 
-use super::lamp_tree::{Lamp, LampChoice, LampTree, Receiver};
+use super::lamp_tree::{Lamp, LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use super::texel_blocks::TexelBlocks;
 use super::texel_rays::{Halves, NO_TEXEL};
 use super::{KeptRays, sample_variance};
@@ -33,6 +33,8 @@ use std::ops::ControlFlow;
 
 /// Blocks between two calls of the progress callback.
 const BLOCKS_PER_TASK: usize = 1 << 12;
+/// Blocks that choose among the same groups of texels.
+const BLOCKS_PER_GROUP: usize = 64;
 
 /// Largest ρ times the sum of a texel's form factors.
 const MAX_GAIN: f32 = 0.999;
@@ -64,6 +66,13 @@ struct PairRecord {
     limit: [f32; 2],
 }
 
+/// Texels to which rays are drawn, by their power.
+struct TargetTexels {
+    tree: LampTree,
+    /// The nodes among which each group of blocks chooses.
+    cuts: Vec<LampCut>,
+}
+
 /// The rays of all blocks of texels.
 pub struct PairRays<'a> {
     mesh: &'a Mesh,
@@ -78,11 +87,11 @@ pub struct PairRays<'a> {
     open: &'a OpenParts,
     lookup: TexelLookup<'a>,
     /// Bright texels of the room.
-    room: LampTree,
+    room: TargetTexels,
     /// Texels of the objects by what they hide and emit, and those of the room that changed much.
-    changed: LampTree,
+    changed: TargetTexels,
     /// Texels of the objects by what they emit.
-    emitters: LampTree,
+    emitters: TargetTexels,
     /// The box around the objects.
     bounds: [Vec3; 2],
     records: Vec<PairRecord>,
@@ -118,10 +127,11 @@ impl<'a> PairRays<'a> {
         let corners = mesh.faces.iter().skip(mesh.room_faces as usize).flat_map(|f| f.corners);
         let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
         let around = |[low, high]: [Vec3; 2], c: Vec3| [low.min(c - BOX_MARGIN), high.max(c + BOX_MARGIN)];
+        let targets = (mesh, blocks, &open.shares[..]);
         Self {
-            room: build_tree(mesh, &open.shares, bright),
-            changed: Self::changed_texels(mesh, &open.shares, mean, &emitted),
-            emitters: build_tree(mesh, &open.shares, |k| sum_channels(emitted[k], 0.0)),
+            room: TargetTexels::new(targets, bright),
+            changed: Self::changed_texels(targets, mean, &emitted),
+            emitters: TargetTexels::new(targets, |k| sum_channels(emitted[k], 0.0)),
             bounds: corners.fold(empty, around),
             emitted,
             given,
@@ -136,11 +146,15 @@ impl<'a> PairRays<'a> {
         }
     }
 
-    /// Builds the tree over the objects, which hide the `mean` brightness and have this `radiosity`, and over the texels
-    /// of the room where it is large.
-    fn changed_texels(mesh: &Mesh, open: &[f32], mean: f32, radiosity: &[Vec3A]) -> LampTree {
+    /// Returns the texels of the objects, which hide the `mean` brightness and have this `radiosity`, and those of the room
+    /// where it is large.
+    fn changed_texels(
+        (mesh, blocks, open): (&Mesh, &TexelBlocks, &[f32]),
+        mean: f32,
+        radiosity: &[Vec3A],
+    ) -> TargetTexels {
         let least = MIN_BRIGHTNESS * mean_brightness(mesh, radiosity);
-        build_tree(mesh, open, |k| match mesh.is_object(mesh.texels[k].face) {
+        TargetTexels::new((mesh, blocks, open), |k| match mesh.is_object(mesh.texels[k].face) {
             true => mean + sum_channels(radiosity[k], 0.0),
             false => sum_channels(radiosity[k], least),
         })
@@ -156,6 +170,13 @@ impl<'a> PairRays<'a> {
         let outlines: Vec<SampledOutline> = outlines.collect();
         let known = record.met.len() as u32;
         record.met.reserve_exact(count.saturating_sub(known) as usize);
+        let of_room = !self.mesh.is_object(texel.face);
+        let normal = self.mesh.faces[texel.face as usize].normal;
+        let centre = outlines.iter().map(|part| part.corners.iter().sum::<Vec3>() / 4.0);
+        let centre = centre.sum::<Vec3>() / outlines.len().max(1) as f32;
+        let at = Receiver::around_outlines(centre, &outlines, normal);
+        let changed = if of_room { &self.changed } else { &self.emitters };
+        let (to_room, to_changed) = (self.room.weigh_for(b, at), changed.weigh_for(b, at));
         for n in known..count {
             let seed = pcg_hash((2 * members[0] + (n & 1)) ^ pcg_hash(self.sequence));
             let [u, v, x, y] = sample_4d(n >> 1, 0, seed);
@@ -165,9 +186,11 @@ impl<'a> PairRays<'a> {
             let from = RayStart {
                 pairs: self,
                 face: texel.face,
-                of_room: !self.mesh.is_object(texel.face),
+                of_room,
                 origin,
-                normal: self.mesh.faces[texel.face as usize].normal,
+                normal,
+                to_room: &to_room,
+                to_changed: &to_changed,
             };
             let parts = [
                 Some(from.trace_by_cosine([x, y])),
@@ -267,6 +290,10 @@ struct RayStart<'a> {
     of_room: bool,
     origin: Vec3,
     normal: Vec3,
+    /// The choice among bright texels of the room.
+    to_room: &'a LampChoice<'a>,
+    /// The choice among texels that send light that is not known.
+    to_changed: &'a LampChoice<'a>,
 }
 
 /// The texel that a ray meets first, that of the room for which rays are drawn, and the ray's weight.
@@ -282,7 +309,7 @@ impl RayStart<'_> {
 
     /// Traces a ray to a texel of the room.
     fn trace_to_room(&self, numbers: [f32; 4]) -> Option<WeightedRay> {
-        let target = self.draw_target(&self.pairs.room, numbers)?;
+        let target = self.draw_target(self.to_room, numbers)?;
         if self.of_room && !crosses_box(self.origin, target.point, self.pairs.bounds) {
             return None;
         }
@@ -296,7 +323,7 @@ impl RayStart<'_> {
 
     /// Traces a ray to a texel of an object, or one of the room that changed much.
     fn trace_to_changed(&self, numbers: [f32; 4]) -> Option<WeightedRay> {
-        let target = self.draw_target(self.changed(), numbers)?;
+        let target = self.draw_target(self.to_changed, numbers)?;
         let direction = (target.point - self.origin).normalize();
         let (front, back) = self.find_ends(direction);
         let front = front.filter(|met| met.face == target.face).map(|_| target);
@@ -304,26 +331,9 @@ impl RayStart<'_> {
         Some(self.weigh_ray(direction, front, back))
     }
 
-    /// Returns the texels that send light that is not known, to which rays are drawn.
-    fn changed(&self) -> &LampTree {
-        match self.of_room {
-            true => &self.pairs.changed,
-            false => &self.pairs.emitters,
-        }
-    }
-
-    /// Returns the choice of the start among `lamps`.
-    fn choose<'a>(&self, lamps: &'a LampTree) -> LampChoice<'a> {
-        lamps.weigh_all(Receiver {
-            centre: self.origin,
-            radius: 0.0,
-            normal: self.normal,
-        })
-    }
-
     /// Draws a point of a texel above the horizon and before whose front the start is.
-    fn draw_target(&self, lamps: &LampTree, [choice, u, v, _]: [f32; 4]) -> Option<TexelHit> {
-        let texel = self.choose(lamps).draw_lamp(choice)?.lamp;
+    fn draw_target(&self, choice: &LampChoice, [number, u, v, _]: [f32; 4]) -> Option<TexelHit> {
+        let texel = choice.draw_lamp(number)?.lamp;
         let mesh = self.pairs.mesh;
         let face = mesh.texels[texel as usize].face;
         let point = SampledOutline::new(texel_corners(mesh, &mesh.texels[texel as usize])).point_at([u, v]);
@@ -350,14 +360,14 @@ impl RayStart<'_> {
     /// Weighs a ray by the balance heuristic.
     fn weigh_ray(&self, direction: Vec3, front: Option<TexelHit>, back: Option<TexelHit>) -> WeightedRay {
         let by_cosine = self.normal.dot(direction).max(0.0) / PI;
-        let drawn = |met: Option<TexelHit>, lamps: &LampTree| met.map_or(0.0, |met| self.direction_density(lamps, met));
-        let all = by_cosine + drawn(front, self.changed()) + drawn(back, &self.pairs.room);
+        let drawn = |met: Option<TexelHit>, choice| met.map_or(0.0, |met| self.direction_density(choice, met));
+        let all = by_cosine + drawn(front, self.to_changed) + drawn(back, self.to_room);
         (front, back, if by_cosine > 0.0 { by_cosine / all } else { 0.0 })
     }
 
-    /// Returns the density of the direction to `met` among rays to points drawn by `lamps`.
-    fn direction_density(&self, lamps: &LampTree, met: TexelHit) -> f32 {
-        let drawn = self.choose(lamps).lamp_probability(met.texel);
+    /// Returns the density of the direction to `met` among rays to points drawn by `choice`.
+    fn direction_density(&self, choice: &LampChoice, met: TexelHit) -> f32 {
+        let drawn = choice.lamp_probability(met.texel);
         if drawn <= 0.0 {
             return 0.0;
         }
@@ -369,16 +379,31 @@ impl RayStart<'_> {
     }
 }
 
-/// Builds the tree over the texels that are open, by their power over area.
-fn build_tree(mesh: &Mesh, open: &[f32], power: impl Fn(usize) -> f32) -> LampTree {
-    let lamp = |k: usize| Lamp {
-        number: k as u32,
-        corners: texel_corners(mesh, &mesh.texels[k]),
-        normal: mesh.faces[mesh.texels[k].face as usize].normal,
-        power: power(k) * mesh.texels[k].area,
-    };
-    let texels = (0..open.len()).filter(|k| open[*k] > 0.0);
-    LampTree::from_lamps(texels.map(lamp), open.len())
+impl TargetTexels {
+    /// Makes the tree of the texels that are `open`, by their power over area, and the nodes for each group of blocks.
+    fn new((mesh, blocks, open): (&Mesh, &TexelBlocks, &[f32]), power: impl Fn(usize) -> f32) -> Self {
+        let lamp = |k: usize| Lamp {
+            number: k as u32,
+            corners: texel_corners(mesh, &mesh.texels[k]),
+            normal: mesh.faces[mesh.texels[k].face as usize].normal,
+            power: power(k) * mesh.texels[k].area,
+        };
+        let texels = (0..open.len()).filter(|k| open[*k] > 0.0);
+        let tree = LampTree::from_lamps(texels.map(lamp), open.len());
+        let choose_cut = |group: usize| {
+            let members = (group * BLOCKS_PER_GROUP..blocks.len()).take(BLOCKS_PER_GROUP);
+            let texels = members.flat_map(|b| blocks.members(b));
+            tree.choose_cut(texels.map(|k| mesh.texels[*k as usize].position), MAX_CUT_NODES)
+        };
+        let groups = (0..blocks.len().div_ceil(BLOCKS_PER_GROUP)).into_par_iter();
+        let cuts = groups.map(choose_cut).collect();
+        Self { tree, cuts }
+    }
+
+    /// Weighs the texels for a block, which receives at `at`.
+    fn weigh_for(&self, block: usize, at: Receiver) -> LampChoice<'_> {
+        self.tree.weigh_lamps(&self.cuts[block / BLOCKS_PER_GROUP], at)
+    }
 }
 
 /// Returns the sum of the channels of a radiosity of either sign; 0 below `least`.
@@ -417,7 +442,7 @@ impl KeptRays for PairRays<'_> {
         self.sequence += 1;
         let mean = mean_brightness(self.mesh, &self.given);
         let sent: Vec<Vec3A> = radiosity.iter().zip(&self.emitted).map(|(b, e)| *b + *e).collect();
-        self.changed = Self::changed_texels(self.mesh, &self.open.shares, mean, &sent);
+        self.changed = Self::changed_texels((self.mesh, self.blocks, &self.open.shares), mean, &sent);
     }
 
     fn trace_rays(&mut self, counts: &[u32], watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()> {

@@ -89,12 +89,8 @@ impl<'a> TexelRays<'a> {
         let places: Vec<Vec3> = mesh.texels.iter().map(|texel| texel.position).collect();
         let along_curve = sort_along_curve(&places);
         let choose_cut = |texels: &[u32]| {
-            let places = || texels.iter().map(|k| mesh.texels[*k as usize].position);
-            let bounds = [
-                places().fold(Vec3::INFINITY, Vec3::min),
-                places().fold(Vec3::NEG_INFINITY, Vec3::max),
-            ];
-            lamps.choose_cut(bounds, MAX_CUT_NODES)
+            let places = texels.iter().map(|k| mesh.texels[*k as usize].position);
+            lamps.choose_cut(places, MAX_CUT_NODES)
         };
         let (sky_shines, suns) = sky
             .as_ref()
@@ -128,19 +124,8 @@ impl<'a> TexelRays<'a> {
         let outlines = self.open.outlines_of(self.mesh, k);
         let known = record.hits.len() as u32;
         record.hits.reserve_exact(count.saturating_sub(known) as usize);
-        let centre = texel.position;
-        let choice = self.lamps.weigh_lamps(
-            cut,
-            Receiver {
-                centre,
-                radius: outlines
-                    .iter()
-                    .flat_map(|part| part.corners)
-                    .map(|c| c.distance(centre))
-                    .fold(0.0, f32::max),
-                normal: face.normal,
-            },
-        );
+        let at = Receiver::around_outlines(texel.position, &outlines, face.normal);
+        let choice = self.lamps.weigh_lamps(cut, at);
         let mut lamp_rays = [[0; 2]; MAX_CUT_NODES];
         for n in known..count {
             let seed = pcg_hash((2 * k as u32 + (n & 1)) ^ pcg_hash(self.sequence));
