@@ -36,7 +36,7 @@ const VISIBLE_CHANGE: f64 = 0.02;
 /// Least noise of a step, as a share of the requested error.
 const MIN_NOISE_SHARE: f64 = 0.7;
 /// Noise of the first step, which only shows where texels are too large, as a multiple of the requested error.
-const FIRST_NOISE: f64 = 2.0;
+const FIRST_NOISE: f64 = 4.0;
 /// Standard deviations of the noise that count as no edge of a shadow.
 const NOISE_DEVIATIONS: f64 = 4.0;
 /// Extent of the objects over the width of the texels that show their shadows.
