@@ -191,6 +191,9 @@ fn light_that_rays_seldom_find_is_absorbed_as_a_whole() {
     assert!(off.abs() < f64::from(REQUESTED_NOISE) / 4.0, "{off}");
 }
 
+/// Noise that is asked of the hollow ball.
+const FURNACE_NOISE: f32 = 0.002;
+
 /// B = E/(1 − ρ) at every texel, whatever the rays meet.
 #[test]
 fn hollow_ball_by_rays_has_the_radiosity_of_a_furnace() {
@@ -203,13 +206,15 @@ fn hollow_ball_by_rays_has_the_radiosity_of_a_furnace() {
     let scene = named_scene("hollow ball", faces);
     let mut mesh = Mesh::uniform(&scene, 1, 1).unwrap();
     let mut go_on = |_| ControlFlow::Continue(());
-    let found = solve_by_rays(&scene, &mut mesh, 0.01, &mut go_on).unwrap();
+    let found = solve_by_rays(&scene, &mut mesh, FURNACE_NOISE, &mut go_on).unwrap();
     let mean = |of: &dyn Fn(usize) -> f32| (0..mesh.texels.len()).map(of).sum::<f32>() / mesh.texels.len() as f32;
     let radiosity = mean(&|k| 1.0 + 0.8 * found.irradiance[k].x);
-    // The noise of the mean over 560 texels is far below that of one.
-    assert!((radiosity / 5.0 - 1.0).abs() < 2e-3, "{radiosity}");
+    // A texel's direct light has 1/√N of its noise in the mean over N = 560 texels; 1/(1 − ρ) = 5 bounces carry it on:
+    // 0.2 of the noise of one, which four deviations of the mean stay below.
+    let noise_of_mean = FURNACE_NOISE * 5.0 / (560.0f32).sqrt();
+    assert!((radiosity / 5.0 - 1.0).abs() < 4.0 * noise_of_mean, "{radiosity}");
     let spread = mean(&|k| (0.8 * found.irradiance[k].x - 4.0).powi(2)).sqrt() / 4.0;
-    assert!(spread < 0.013, "{spread}");
+    assert!(spread < 1.3 * FURNACE_NOISE, "{spread}");
 }
 
 #[test]
