@@ -31,17 +31,20 @@ pub fn find_adapter(name: Option<&str>) -> Option<wgpu::Adapter> {
     adapters.find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted))
 }
 
-/// Opens a device of wgpu's default limits, but with the adapter's limits of memory.
+/// Opens a device of wgpu's default limits, but with the adapter's limits of memory, and where it can with a binding more,
+/// for a log of races.
 ///
 /// Errors: the adapter refuses, in words that begin with its name.
 pub fn open_device(adapter: &wgpu::Adapter) -> Result<(wgpu::Device, wgpu::Queue), String> {
-    let has = adapter.limits();
+    let (has, defaults) = (adapter.limits(), wgpu::Limits::default());
     let descriptor = wgpu::DeviceDescriptor {
         required_limits: wgpu::Limits {
             max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
             max_buffer_size: has.max_buffer_size,
             max_texture_dimension_2d: has.max_texture_dimension_2d,
-            ..wgpu::Limits::default()
+            max_storage_buffers_per_shader_stage: (has.max_storage_buffers_per_shader_stage)
+                .min(defaults.max_storage_buffers_per_shader_stage + 1),
+            ..defaults
         },
         ..Default::default()
     };

@@ -1,5 +1,6 @@
 //! Why a check failed, in the words that a person reads.
 
+use crate::races::RaceReport;
 use crate::tally::{Compared, Value};
 use std::fmt;
 use std::time::Duration;
@@ -22,6 +23,8 @@ pub enum Fault {
     Case(String),
     /// The run did not end within this time.
     TimeLimit(Duration),
+    /// Lanes of a workgroup use an element without a barrier between, one of them to write.
+    Race(RaceReport),
     /// Values differ.
     Difference(Box<Difference>),
 }
@@ -102,6 +105,7 @@ impl fmt::Display for Fault {
             Self::Device(text) | Self::Case(text) => f.write_str(text),
             Self::Wgsl(listing) => f.write_str(listing.trim_end()),
             Self::TimeLimit(limit) => write!(f, "no end after {} s", format_number(limit.as_secs_f64())),
+            Self::Race(races) => races.fmt(f),
             Self::Difference(difference) => difference.fmt(f),
         }
     }

@@ -43,10 +43,14 @@
 //!
 //! A test is worth the mistakes that it finds: [`mutants`] lists small ones of any WGSL, to plant.
 //!
+//! A barrier that is missing often changes no value: a software adapter runs the lanes of a workgroup in an order of its
+//! own. So a shader with workgroup memory runs a second time as a text that watches its accesses ([`races`]), and two
+//! lanes that use an element without a barrier between, one of them to write, are an error.
+//!
 //! A run that does not end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. Hardware
 //! goes on running it: the driver may end other programs' work on it, and this process by a signal when it exits. A
-//! software adapter runs the lanes of a workgroup in an order of its own, which hides missing barriers and races, and
-//! lavapipe leaves any loop after 65 535 rounds: test on hardware as well.
+//! software adapter hides races between workgroups, and lavapipe leaves any loop after 65 535 rounds: test on hardware as
+//! well.
 
 pub mod adapters;
 mod case;
@@ -55,8 +59,10 @@ mod device;
 mod entry_point;
 mod failure;
 pub mod mutants;
+pub mod races;
 mod stage;
 pub mod tally;
+mod tokens;
 pub mod values;
 pub mod wgsl;
 

@@ -5,16 +5,25 @@ use crate::compare::{UNWRITTEN_BITS, check_layout, compare_output};
 use crate::device::{Gpu, RunBuffer};
 use crate::entry_point::{Binding, EntryPoint};
 use crate::failure::{Failure, Fault, format_number};
+use crate::races::{LogPlace, RACE_LOG, RACE_LOG_WORDS, WatchedText, watch_accesses};
 use crate::wgsl::compile;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
+use wgpu::naga::Module;
 
 /// Time that a run may take, unless another is set: a check of 65 536 workgroups takes seconds on a software adapter.
 const DEFAULT_TIME_LIMIT: Duration = Duration::from_secs(60);
 
-/// Largest number of workgroups of the further sizes that are run after a difference.
+/// Largest number of workgroups that are watched for races, and of the further sizes that are run after a difference.
 const MAX_OTHER_GROUPS: usize = 64;
+
+/// A stage that watches its accesses for races.
+struct WatchedStage {
+    pipeline: wgpu::ComputePipeline,
+    text: WatchedText,
+    binding: u32,
+}
 
 /// Returns the workgroups for so many elements.
 type Dispatch = Box<dyn Fn(usize) -> [u32; 3]>;
@@ -26,6 +35,8 @@ pub struct Stage {
     subject: String,
     entry: EntryPoint,
     pipeline: wgpu::ComputePipeline,
+    /// None where there is nothing to watch.
+    watched: Option<WatchedStage>,
     dispatch: Option<Dispatch>,
     sizes: Vec<usize>,
     time_limit: Duration,
@@ -65,11 +76,11 @@ impl Stage {
         };
         let (module, info) = compile(text, path).map_err(|found| fail(Fault::Wgsl(found.listing)))?;
         let described = EntryPoint::new(&module, &info, entry).map_err(|reason| fail(Fault::Case(reason)))?;
-        let (text, name) = (text.to_owned(), entry.to_owned());
-        let pipeline = gpu.work_within(DEFAULT_TIME_LIMIT, move |gpu| gpu.make_pipeline(&text, &name));
+        let pipeline = compile_within_limit(gpu, text, entry);
         let mut stage = Self {
             gpu: gpu.clone(),
             pipeline: pipeline.map_err(fail)?,
+            watched: watch_stage(gpu, (text, entry), &module, &described).map_err(fail)?,
             subject,
             entry: described,
             dispatch: None,
@@ -199,6 +210,7 @@ impl Stage {
         let refuse = |text| fail(Fault::Case(text));
         let buffers = self.fill_buffers(case).map_err(refuse)?;
         let groups = self.workgroups(size).map_err(refuse)?;
+        self.check_races(case, groups).map_err(fail)?;
         let pipeline = self.pipeline.clone();
         let run = move |gpu: &Gpu| gpu.run(&pipeline, &buffers, groups);
         let found = self.gpu.work_within(self.time_limit, run).map_err(fail)?;
@@ -217,6 +229,39 @@ impl Stage {
         match values {
             0 if size > 0 => Err(refuse("nothing was compared: the reference has no values".into())),
             _ => Ok((values, nearest)),
+        }
+    }
+
+    /// Runs a case of few workgroups as the text that watches its accesses.
+    ///
+    /// Errors: lanes race.
+    fn check_races(&self, case: &Case, groups: [u32; 3]) -> Result<(), Fault> {
+        let count = groups.iter().fold(1, |all: usize, n| all.saturating_mul(*n as usize));
+        let Some(watched) = self.watched.as_ref().filter(|_| count <= MAX_OTHER_GROUPS) else {
+            return Ok(());
+        };
+        let mut buffers = self.fill_buffers(case).map_err(Fault::Case)?;
+        for buffer in &mut buffers {
+            buffer.is_read_back = false;
+        }
+        buffers.push(RunBuffer {
+            group: 0,
+            binding: watched.binding,
+            uniform: false,
+            is_read_back: true,
+            bytes: vec![0; 4 * RACE_LOG_WORDS],
+        });
+        let pipeline = watched.pipeline.clone();
+        let run = move |gpu: &Gpu| gpu.run(&pipeline, &buffers, groups);
+        let found = self.gpu.work_within(self.time_limit, run)?;
+        let words = found.first().map_or(&[][..], Vec::as_slice).chunks_exact(4);
+        let words: Vec<u32> = words
+            .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+            .collect();
+        let report = watched.text.read_log(&words);
+        match report.races {
+            0 => Ok(()),
+            _ => Err(Fault::Race(report)),
         }
     }
 
@@ -295,4 +340,54 @@ impl Stage {
             )),
         }
     }
+}
+
+/// Compiles an entry point on the device.
+fn compile_within_limit(gpu: &Gpu, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, Fault> {
+    let (text, name) = (text.to_owned(), entry.to_owned());
+    gpu.work_within(DEFAULT_TIME_LIMIT, move |gpu| gpu.make_pipeline(&text, &name))
+}
+
+/// Compiles the text of an entry point that watches its accesses; none where it has no workgroup memory that can be watched, or
+/// where the device has no place for one more buffer.
+fn watch_stage(
+    gpu: &Gpu,
+    (text, entry): (&str, &str),
+    module: &Module,
+    described: &EntryPoint,
+) -> Result<Option<WatchedStage>, Fault> {
+    let limits = gpu.limits();
+    let bound = module
+        .global_variables
+        .iter()
+        .filter_map(|(_, variable)| variable.binding);
+    let binding = bound
+        .filter(|place| place.group == 0)
+        .map(|place| place.binding + 1)
+        .max();
+    let place = LogPlace {
+        group: 0,
+        binding: binding.unwrap_or(0),
+        first: 0,
+    };
+    let buffers = described.bindings.iter().filter(|binding| !binding.uniform).count() as u32;
+    if buffers >= limits.max_storage_buffers_per_shader_stage {
+        return Ok(None);
+    }
+    let Some(watched) = watch_accesses(text, module, place, limits.max_compute_workgroup_storage_size) else {
+        return Ok(None);
+    };
+    // A text that hides a name from its variable is not followed, nor an entry point without workgroup memory.
+    let uses_log = compile(&watched.text, "").ok().and_then(|(module, info)| {
+        let described = EntryPoint::new(&module, &info, entry).ok()?;
+        Some(described.bindings.iter().any(|binding| binding.name == RACE_LOG))
+    });
+    if uses_log != Some(true) {
+        return Ok(None);
+    }
+    Ok(Some(WatchedStage {
+        pipeline: compile_within_limit(gpu, &watched.text, entry)?,
+        text: watched,
+        binding: place.binding,
+    }))
 }

@@ -1,7 +1,7 @@
 //! Mutations of expressions.
 
-use super::tokens::{find_arguments, find_index, find_operator};
 use super::{MutationOperator, SiteFinder};
+use crate::tokens::{find_arguments, find_index, find_operator};
 use std::ops::Range;
 use wgpu::naga::{BinaryOperator, Expression, Handle, Literal, MathFunction, Scalar, TypeInner, UnaryOperator};
 

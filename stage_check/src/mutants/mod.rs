@@ -6,11 +6,10 @@
 
 mod expressions;
 mod statements;
-mod tokens;
 
+use crate::tokens::{arguments_length, find_arguments, trim_range};
 use std::collections::BTreeSet;
 use std::ops::Range;
-use tokens::{arguments_length, find_arguments, trim_range};
 use wgpu::naga::compact::{KeepUnused, compact};
 use wgpu::naga::valid::{FunctionInfo, ModuleInfo};
 use wgpu::naga::{Expression, Function, Handle, Module, Span};

@@ -1,7 +1,7 @@
 //! Mutations of statements.
 
-use super::tokens::{find_condition, find_operator};
 use super::{MutationOperator, SiteFinder};
+use crate::tokens::{find_condition, find_operator};
 use std::ops::Range;
 use wgpu::naga::{Block, Expression, Handle, Span, Statement, UnaryOperator};
 

@@ -1,5 +1,5 @@
-//! Tokens of an expression's text. naga gives a name the span of its declaration, so that operands and arguments are
-//! found in the text of the expression that they belong to.
+//! Tokens of WGSL. naga gives a name the span of its declaration, so that operands and arguments are found in the text of
+//! the expression that they belong to.
 
 use std::ops::Range;
 
@@ -13,16 +13,17 @@ const LONG_SIGNS: [&str; 21] = [
 const COMPARISONS: [&str; 4] = ["==", "!=", "<=", ">="];
 
 /// A token.
-struct Token {
-    range: Range<usize>,
+pub struct Token {
+    /// Its bytes.
+    pub range: Range<usize>,
     /// Number of parentheses, brackets and braces around it.
-    depth: usize,
+    pub depth: usize,
     /// True if a value may end here, so that an operator behind it has two operands.
     ends_value: bool,
 }
 
 /// Splits a text into tokens, without comments.
-fn split_tokens(text: &str) -> Vec<Token> {
+pub fn split_tokens(text: &str) -> Vec<Token> {
     let mut tokens = Vec::new();
     let (mut at, mut depth) = (0, 0usize);
     while let Some(first) = text[at..].chars().next() {
