@@ -2,6 +2,7 @@
 
 use crate::call_clock::CallClock;
 use crate::pipeline_cache::CompiledPipelines;
+use crate::race_log::RaceLog;
 use crate::shader_files::ShaderFile;
 use common::{Error, Result};
 use stage_check::adapters::{find_adapter, open_device, usable_adapters};
@@ -30,6 +31,8 @@ pub struct Gpu {
     pub(crate) compiled: Arc<Mutex<CompiledPipelines>>,
     /// Files that take the place of the program's shaders.
     pub(crate) shader_files: Arc<[ShaderFile]>,
+    /// Where its shaders count races; none of a device that solves.
+    pub(crate) race_log: Option<Arc<RaceLog>>,
     /// Clock of its calls.
     pub call_clock: Arc<CallClock>,
     failure: Arc<Mutex<Option<String>>>,
@@ -63,6 +66,7 @@ impl Gpu {
             line: describe_adapter(&adapter),
             compiled: Arc::default(),
             shader_files: Arc::new([]),
+            race_log: None,
             call_clock: Arc::default(),
             failure: Arc::default(),
         };

@@ -5,13 +5,17 @@ use crate::adapter::Gpu;
 use crate::bindings::{BindingLayout, BindingTable};
 use crate::module_text::ModuleText;
 use crate::pipeline_cache::CompiledPipelines;
+use crate::race_log::RaceLog;
 use crate::shader_files::ShaderFile;
 use crate::shaders::{ShaderFault, assemble_module};
 use common::Result;
 use common::settings::{ItemBufferProjection, Transport};
+use stage_check::races::RACE_LOG;
+use std::borrow::Cow;
 use std::collections::hash_map::Entry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wgpu::ShaderStages as Stages;
+use wgpu::naga::front::wgsl::parse_str;
 
 /// A compute pipeline with its bind group.
 pub struct ComputeStage {
@@ -45,6 +49,7 @@ pub struct PipelineMaker {
     /// Faults planted in its shaders.
     pub faults: Vec<ShaderFault>,
     shader_files: Arc<[ShaderFile]>,
+    race_log: Option<Arc<RaceLog>>,
     compiled: Arc<Mutex<CompiledPipelines>>,
 }
 
@@ -55,6 +60,7 @@ impl PipelineMaker {
             transport: *transport,
             faults: faults.to_vec(),
             shader_files: gpu.shader_files.clone(),
+            race_log: gpu.race_log.clone(),
             compiled: gpu.compiled.clone(),
         }
     }
@@ -62,22 +68,31 @@ impl PipelineMaker {
     /// Returns the entry point `entry` of the shader `file`, bound to what `table` has under its names.
     pub fn make_stage(&self, file: &str, entry: &'static str, table: &BindingTable) -> Result<ComputeStage> {
         let module = self.module_text(file)?;
+        let watched = self
+            .race_log
+            .as_ref()
+            .and_then(|log| Some((log, log.watch_text(file, &module)?)));
+        let (text, table) = match watched {
+            Some((log, text)) => (text, Cow::Owned(table.with(RACE_LOG, &log.buffer))),
+            None => (module.text(), Cow::Borrowed(table)),
+        };
         let mut compiled = self.lock_compiled();
-        let (pipeline, layout) = match compiled.computes.entry((entry, module.text())) {
+        let (pipeline, layout) = match compiled.computes.entry((entry, text)) {
             Entry::Occupied(made) => made.into_mut(),
             Entry::Vacant(place) => {
-                let parsed = module.parse()?;
-                module.require_entries(&parsed, [entry])?;
+                module.require_entries(&module.parse()?, [entry])?;
+                let text = place.key().1.clone();
+                let parsed = parse_str(&text).map_err(|error| module.refuse(&error.emit_to_string(&text)))?;
                 place.insert(self.catch_refusal(&module, || {
                     let layout = BindingLayout::new(&self.device, Stages::COMPUTE, &parsed);
-                    let pipeline = self.compute_pipeline(&module.text(), entry, &layout);
+                    let pipeline = self.compute_pipeline(&text, entry, &layout);
                     (pipeline, layout)
                 })?)
             }
         };
         Ok(ComputeStage {
             pipeline: pipeline.clone(),
-            group: self.bind_module(&module, layout, table)?,
+            group: self.bind_module(&module, layout, &table)?,
         })
     }
 

@@ -48,6 +48,7 @@ mod module_text;
 mod pass_stages;
 mod pipeline_cache;
 pub mod probe;
+mod race_log;
 mod records;
 pub mod shader_files;
 pub mod shader_mutants;

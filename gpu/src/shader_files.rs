@@ -43,12 +43,12 @@ pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     rays: "rays" "rays, relit";
     view: "aim" "item buffer" "item buffer, relit";
     link: "link" "form factor" "links of GPU and CPU" "link, relit";
-    patch_transfer: "received";
-    closure: "closure";
+    patch_transfer: "received" "patch_transfer, races";
+    closure: "closure" "closure, races";
     deposit: "deposit" "deposit, relit";
     escape: "escape" "escape, all patches";
-    unshot_power: "power";
-    select: "select" "select: workgroups" "select: unshot" "closure" "deposit" "deposit, relit";
+    unshot_power: "power" "unshot_power, races";
+    select: "select" "select: workgroups" "select: unshot" "closure" "deposit" "deposit, relit" "select, races";
     exchange: "exchange";
     gather: "collect";
     hierarchy_types:;
@@ -59,7 +59,7 @@ pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     visibility_samples: "refine";
     refine: "refine";
     sample_links: "sample_links" "rays";
-    prefix_sum: "prefix_sum";
+    prefix_sum: "prefix_sum" "prefix_sum, races";
     subdivide_nodes: "subdivide_nodes";
     add_links: "add_links";
     store_links: "store_links";

@@ -111,3 +111,24 @@ fn planted_fault_differs_at_its_own_stage() {
         wrong.map(|stage| stage.name).collect()
     });
 }
+
+/// The prefix sum writes what other lanes have read: each of its two barriers orders a memory of its own.
+#[test]
+fn removed_barrier_of_links_is_a_race() {
+    let scene = &test_rooms()[1];
+    for (from, variable) in [("workgroupBarrier();", "sums["), ("storageBarrier();", "totals[")] {
+        let fault = ShaderFault {
+            file: "prefix_sum",
+            from,
+            to: "",
+        };
+        let (_, found) = compare_linkers(scene, 0.02, &[fault]);
+        let races = found
+            .stages
+            .iter()
+            .find(|stage| stage.name == "prefix_sum, races")
+            .unwrap();
+        let difference = races.difference.as_ref().unwrap().to_string();
+        assert!(!races.agree && difference.starts_with(variable), "{difference}");
+    }
+}

@@ -5,6 +5,7 @@ mod faults;
 mod item_buffer;
 mod lookup;
 mod named_faults;
+mod races;
 mod rows;
 mod stages;
 mod study;

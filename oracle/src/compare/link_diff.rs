@@ -237,7 +237,7 @@ impl LinkerPair<'_> {
         let mut stages = self.stages.borrow_mut();
         stages.check_request(&self.cpu.scene, request)?;
         let mut diff = self.diff.borrow_mut();
-        (diff.stages, diff.unreached) = stages.stage_checks();
+        (diff.stages, diff.unreached) = stages.stage_checks()?;
         diff.refusal = diff.refusal.take().or_else(|| stages.refuse_solve());
         let found = match diff.refusal {
             Some(_) => None,

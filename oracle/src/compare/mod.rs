@@ -14,6 +14,7 @@ mod item_buffer;
 pub mod link_diff;
 pub mod link_stages;
 pub mod presets;
+mod races;
 pub mod stages;
 pub mod statistics;
 pub mod truth;
@@ -83,12 +84,14 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         replay_passes(&mut gpu_solver, &mesh, &cpu)?
     };
     watch.begin_phase("WGSL against twin")?;
+    let watched = request.gpu.with_race_log();
     let (mut stages, unreached) = stages::check_stages(
         &mesh,
         &gpu_settings.transport,
         cpu_solver.rays(),
-        &mut new_gpu_solver()?,
+        &mut GpuSolver::with_faults(&watched, &mesh, &gpu_settings.transport, request.faults)?,
     )?;
+    stages.append(&mut races::race_checks(&watched)?);
     stages.append(&mut check_relit_scene(scene, &gpu_settings, request)?);
     let item_buffer = item_buffer_picture(&gpu_settings, &cpu, &mut gpu_solver)?;
     let (mut done, all) = (0, mesh.patches.len() as u64);

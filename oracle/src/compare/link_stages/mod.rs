@@ -12,6 +12,7 @@ mod tally;
 mod twin;
 
 use crate::compare::comparison::StageCheck;
+use crate::compare::races::race_checks;
 use crate::solve::gpu_linker::{node_records, radiosity_records, receiver_record};
 use common::Result;
 use cpu::hierarchy::linker::{LinkRequest, LinkerScene};
@@ -194,6 +195,8 @@ impl Tallies {
 
 /// Checker of the stages of links.
 pub struct LinkStages {
+    /// Its shaders count races.
+    watched: Gpu,
     probe: LinkProbe,
     tallies: Tallies,
 }
@@ -203,8 +206,10 @@ impl LinkStages {
     ///
     /// Errors: [`common::Error::Device`].
     pub fn new(gpu: &Gpu, scene: &LinkerScene, faults: &[ShaderFault]) -> Result<Self> {
+        let watched = gpu.with_race_log();
         Ok(Self {
-            probe: LinkProbe::new(gpu, scene.mesh, &node_records(scene), faults)?,
+            probe: LinkProbe::new(&watched, scene.mesh, &node_records(scene), faults)?,
+            watched,
             tallies: Tallies::new(),
         })
     }
@@ -290,18 +295,19 @@ impl LinkStages {
         ))
     }
 
-    /// Returns the checks of the stages that were reached, and the names of the others.
-    pub fn stage_checks(&self) -> (Vec<StageCheck>, Vec<&'static str>) {
+    /// Returns the checks of the stages that were reached, those of their races, and the names of the others.
+    ///
+    /// Errors: the device fails.
+    pub fn stage_checks(&self) -> Result<(Vec<StageCheck>, Vec<&'static str>)> {
         let (reached, others): (Vec<&StageTally>, _) = self
             .tallies
             .in_order()
             .into_iter()
             .partition(|tally| tally.is_reached());
-        let checks = reached.into_iter().map(StageTally::stage_check).collect();
-        (
-            checks,
-            others.into_iter().map(|tally: &StageTally| tally.name).collect(),
-        )
+        let mut checks: Vec<StageCheck> = reached.into_iter().map(StageTally::stage_check).collect();
+        checks.append(&mut race_checks(&self.watched)?);
+        let others = others.into_iter().map(|tally: &StageTally| tally.name);
+        Ok((checks, others.collect()))
     }
 }
 

@@ -1,0 +1,38 @@
+//! Checks that lanes of a workgroup do not race, on a device whose shaders count that
+//! ([`Gpu::with_race_log`](gpu::Gpu::with_race_log)).
+
+use crate::compare::comparison::{DifferingValue, StageCheck, StageDifference};
+use common::Result;
+use gpu::Gpu;
+
+/// Returns a check for each shader that has counted accesses.
+///
+/// Errors: the device fails.
+pub fn race_checks(gpu: &Gpu) -> Result<Vec<StageCheck>> {
+    let counted = gpu.read_races()?.into_iter().filter(|(_, report)| report.accesses > 0);
+    let check = |(file, report): (&str, stage_check::races::RaceReport)| {
+        let first = report.first.as_ref().map(|race| DifferingValue {
+            element: format!("{}[{}]", race.variable, race.element),
+            gpu: race.to_string(),
+            twin: "a barrier between the two".into(),
+        });
+        let [races, accesses] = [report.races, report.accesses].map(u64::from);
+        StageCheck {
+            name: format!("{file}, races"),
+            values: accesses,
+            differing: races,
+            worst: races as f64,
+            bound: 0.0,
+            reason: "accesses of an element by two lanes without a barrier between, one of them to write".into(),
+            agree: races == 0,
+            difference: first.map(|first| StageDifference {
+                worst: first.clone(),
+                first,
+                beyond: races,
+                values: accesses,
+                pattern: "within a workgroup, in the order in which this adapter runs its lanes".into(),
+            }),
+        }
+    };
+    Ok(counted.map(check).collect())
+}
