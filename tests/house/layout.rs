@@ -5,10 +5,11 @@ use super::source::{Source, files_below, read_file};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Packages that a package must not depend on: `common ← cpu, gpu ← oracle ← radiosity`; `stage_check` depends on none,
-/// and only it and `gpu` use wgpu.
-const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 8] = [
+/// `properties` on `common`, and only `stage_check` and `gpu` use wgpu.
+const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 9] = [
     ("stage_check", &["common", "cpu", "gpu", "oracle", "radiosity"]),
     ("common", &["cpu", "gpu", "oracle", "radiosity", "wgpu"]),
+    ("properties", &["cpu", "gpu", "oracle", "radiosity", "wgpu"]),
     ("cpu", &["gpu", "oracle", "radiosity", "wgpu"]),
     ("gpu", &["cpu", "oracle", "radiosity"]),
     ("oracle", &["radiosity", "wgpu", "clap", "maud", "plotters", "image"]),
@@ -21,9 +22,17 @@ const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 8] = [
 const MAX_SHADER_LINES: usize = 175;
 
 /// Packages whose sources are examined.
-const SOURCE_PACKAGES: [&str; 6] = ["common", "stage_check", "cpu", "gpu", "oracle", "radiosity"];
+const SOURCE_PACKAGES: [&str; 7] = [
+    "common",
+    "stage_check",
+    "properties",
+    "cpu",
+    "gpu",
+    "oracle",
+    "radiosity",
+];
 /// Packages that other programs link, so their messages name no option.
-const LIBRARIES: [&str; 4] = ["common", "stage_check", "cpu", "gpu"];
+const LIBRARIES: [&str; 5] = ["common", "stage_check", "properties", "cpu", "gpu"];
 /// Packages that may use wgpu.
 const WGPU_PACKAGES: [&str; 2] = ["stage_check", "gpu"];
 
