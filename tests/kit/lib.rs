@@ -16,33 +16,11 @@ pub mod engines;
 pub mod factor_cases;
 pub mod painted;
 pub mod radiance_files;
-pub mod random_rooms;
 pub mod relighting;
 pub mod shader_faults;
 pub mod solutions;
 
-/// Makes an axis-aligned box of six quads from `low` to `high`; fronts point inward or outward.
-pub fn box_faces(low: DVec3, high: DVec3, inward: bool, emission: Vec3, reflectance: Vec3) -> Vec<Face> {
-    let p = |x: usize, y: usize, z: usize| {
-        let c = [low, high];
-        DVec3::new(c[x].x, c[y].y, c[z].z)
-    };
-    let quads = [
-        ("floor", [p(0, 0, 0), p(0, 0, 1), p(1, 0, 1), p(1, 0, 0)]),
-        ("ceiling", [p(0, 1, 0), p(1, 1, 0), p(1, 1, 1), p(0, 1, 1)]),
-        ("left", [p(0, 0, 0), p(0, 1, 0), p(0, 1, 1), p(0, 0, 1)]),
-        ("right", [p(1, 0, 0), p(1, 0, 1), p(1, 1, 1), p(1, 1, 0)]),
-        ("front", [p(0, 0, 0), p(1, 0, 0), p(1, 1, 0), p(0, 1, 0)]),
-        ("back", [p(0, 0, 1), p(0, 1, 1), p(1, 1, 1), p(1, 0, 1)]),
-    ];
-    quads
-        .into_iter()
-        .map(|(name, corners)| {
-            let face = Face::quad(name, corners, emission, reflectance);
-            if inward { face } else { face.reversed() }
-        })
-        .collect()
-}
+pub use properties::{box_faces, named_scene};
 
 /// Makes a ball of 2·(`rows` − 1)·`around` triangles.
 pub fn ball(centre: DVec3, radius: f64, [rows, around]: [u32; 2]) -> Vec<Face> {
@@ -63,15 +41,6 @@ pub fn ball(centre: DVec3, radius: f64, [rows, around]: [u32; 2]) -> Vec<Face> {
         }
     }
     faces
-}
-
-/// Makes a scene of the given faces.
-pub fn named_scene(name: &str, faces: Vec<Face>) -> Scene {
-    Scene {
-        name: name.to_owned(),
-        faces,
-        ..Scene::default()
-    }
 }
 
 /// Loads a scene of the folder `scenes`.

@@ -11,10 +11,11 @@ use common::shooting::{RadiosityField, Shoot, Shot, select_shooter};
 use cpu::CpuSolver;
 use glam::{Vec3, Vec4};
 use oracle::exact;
+use properties::MeshedScene;
+use properties::strategies::{closed_room, open_room};
 use proptest::prelude::*;
 use radiosity_tests::bounds::{U, energy_rounding};
 use radiosity_tests::engines::{ENGINE_KINDS, EngineKind, gpu_solver, item_buffer, mesh_scene, settings_of};
-use radiosity_tests::random_rooms::{RandomRoom, closed_room, open_room};
 use radiosity_tests::shader_faults::assert_faults_noticed;
 use radiosity_tests::solutions::{room_with_standing_box, slit_room};
 use radiosity_tests::{box_in_room, furnace, halve_quads, lit_room, random_cases};
@@ -86,23 +87,31 @@ fn shoot_with_checks(kind: &EngineKind, mesh: &Mesh, settings: &Settings, closed
     Ok(())
 }
 
-fn shoot_in_random_room(kind: &EngineKind, sample: &RandomRoom, closed: bool) -> Result<(), TestCaseError> {
+fn shoot_in_random_room(
+    kind: &EngineKind,
+    (room, form_factor): &(MeshedScene, FormFactor),
+    closed: bool,
+) -> Result<(), TestCaseError> {
     let mut settings = Settings::default();
-    settings.transport.form_factor = sample.form_factor;
+    settings.transport.form_factor = *form_factor;
     settings.schedule.max_shots = 48;
-    shoot_with_checks(kind, &sample.room_mesh(), &settings, closed)
+    shoot_with_checks(kind, &room.mesh()?, &settings, closed)
+}
+
+fn any_form_factor() -> impl Strategy<Value = FormFactor> {
+    prop::sample::select(&[FormFactor::Paper, FormFactor::Disc, FormFactor::Polygon][..])
 }
 
 proptest! {
     #![proptest_config(random_cases(96))]
 
     #[test]
-    fn energy_balances_in_closed_rooms(sample in closed_room()) {
+    fn energy_balances_in_closed_rooms(sample in (closed_room(), any_form_factor())) {
         shoot_in_random_room(&ENGINE_KINDS[0], &sample, true)?;
     }
 
     #[test]
-    fn energy_balances_in_open_rooms(sample in open_room()) {
+    fn energy_balances_in_open_rooms(sample in (open_room(), any_form_factor())) {
         shoot_in_random_room(&ENGINE_KINDS[0], &sample, false)?;
     }
 }
@@ -111,7 +120,10 @@ proptest! {
     #![proptest_config(random_cases(6))]
 
     #[test]
-    fn energy_balances_on_the_gpu(closed in closed_room(), open in open_room()) {
+    fn energy_balances_on_the_gpu(
+        closed in (closed_room(), any_form_factor()),
+        open in (open_room(), any_form_factor()),
+    ) {
         for kind in ENGINE_KINDS.iter().filter(|kind| kind.on_gpu) {
             shoot_in_random_room(kind, &closed, true)?;
             shoot_in_random_room(kind, &open, false)?;

@@ -13,9 +13,10 @@ use cpu::shader_twins::projection::{is_covered, pixel_centre, pixel_position, pr
 use cpu::shader_twins::view::ShooterView;
 use glam::{DVec3, Vec2, Vec3};
 use oracle::compare::visibility::subdivide_edge;
+use properties::strategies::open_room;
 use proptest::prelude::*;
 use radiosity_tests::factor_cases::rectangle;
-use radiosity_tests::{named_scene, paper_room, random_cases, random_rooms};
+use radiosity_tests::{named_scene, paper_room, random_cases};
 
 const PROJECTIONS: [ItemBufferProjection; 3] = [
     ItemBufferProjection::Hemisphere,
@@ -74,7 +75,7 @@ proptest! {
     #![proptest_config(random_cases(24))]
 
     #[test]
-    fn item_buffer_of_random_room_equals_rays(sample in random_rooms::open_room(), size in 16u32..80) {
+    fn item_buffer_of_random_room_equals_rays(sample in open_room(), size in 16u32..80) {
         let mesh = Mesh::uniform(&sample.scene, 2, sample.patches.min(2)).unwrap();
         assert_ids_equal_rays(&mesh, size);
     }

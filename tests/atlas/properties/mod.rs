@@ -3,7 +3,7 @@
 
 mod equivalence;
 mod light;
-mod pairing;
+mod rounding;
 mod scenes;
 mod setups;
 mod symmetry;
