@@ -85,16 +85,19 @@ impl<'a> CpuSolver<'a> {
     /// A solver on given links: a row and its closure for each patch, as far as its cache holds them.
     pub fn with_links(mesh: &'a Mesh, transport: &Transport, rows: &[Vec<f32>], closures: &[PatchClosure]) -> Self {
         let mut solver = Self::new(mesh, transport);
-        let kept: Vec<u32> = (0..solver.links.slot_count().min(rows.len()) as u32).collect();
-        for slot in solver.links.slots_of(&kept) {
-            let patch = slot.patch;
-            slot.links.copy_from_slice(&rows[patch as usize]);
-            *slot.entry = Some(StoredRow {
-                patch,
-                closure: closures[patch as usize],
-            });
+        let kept = solver.links.slot_count().min(rows.len());
+        for (patch, (links, closure)) in (0..).zip(rows.iter().zip(closures)).take(kept) {
+            solver.replace_row(patch, links, *closure);
         }
         solver
+    }
+
+    /// Puts `links` and their closure in the place of a patch's, until another patch needs their memory.
+    pub fn replace_row(&mut self, patch: u32, links: &[f32], closure: PatchClosure) {
+        for slot in self.links.slots_of(&[patch]) {
+            slot.links.copy_from_slice(links);
+            *slot.entry = Some(StoredRow { patch, closure });
+        }
     }
 
     /// Returns the solver's rays.

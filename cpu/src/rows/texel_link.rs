@@ -82,6 +82,14 @@ impl Sums {
 /// Returns F of texel `k` and patch number `i` (Table 1, line 7): at the texel's centre, and where the patch
 /// is near and has several sample points, the mean over [`NEAR_POINTS_PER_SIDE`](common::constants::NEAR_POINTS_PER_SIDE)² places of the texel.
 pub fn texel_form_factor(mesh: &Mesh, kind: FormFactor, i: u32, k: u32) -> f32 {
+    let (shooter, texel) = (&mesh.patches[i as usize].shooter, &mesh.texels[k as usize]);
+    let normal = mesh.faces[texel.face as usize].normal;
+    mean_over_texel(mesh, i, k, |p| form_factor(kind, shooter, p, normal, texel.area))
+}
+
+/// Returns the mean over texel `k` of a function of its points, at the points of [`texel_form_factor`]; 0 on the face of
+/// patch number `i`.
+pub fn mean_over_texel(mesh: &Mesh, i: u32, k: u32, value_at: impl Fn(Vec3) -> f32) -> f32 {
     let patch = &mesh.patches[i as usize];
     let texel = &mesh.texels[k as usize];
     if texel.face == patch.face {
@@ -90,14 +98,13 @@ pub fn texel_form_factor(mesh: &Mesh, kind: FormFactor, i: u32, k: u32) -> f32 {
     let face = &mesh.faces[texel.face as usize];
     let reach = far_distance(patch, face);
     if mesh.samples == 1 || is_far(texel.position, patch.shooter.centre, reach) {
-        return form_factor(kind, &patch.shooter, texel.position, face.normal, texel.area);
+        return value_at(texel.position);
     }
     let mut sum = 0.0;
     for place in 0..NEAR_POINTS_PER_SIDE * NEAR_POINTS_PER_SIDE {
         let uv = near_point_uv(place, texel.kind);
         let p = point_on_texel(face, texel.kind, texel.lattice_corner, texel.area, uv);
-        let f = form_factor(kind, &patch.shooter, p.truncate(), face.normal, texel.area);
-        sum += f * p.w;
+        sum += value_at(p.truncate()) * p.w;
     }
     sum / (NEAR_POINTS_PER_SIDE * NEAR_POINTS_PER_SIDE) as f32
 }

@@ -15,6 +15,7 @@ pub mod link_diff;
 pub mod link_stages;
 pub mod presets;
 mod races;
+pub mod roundings;
 pub mod stages;
 pub mod statistics;
 pub mod truth;

@@ -13,10 +13,10 @@
 
 use super::comparison::{StageCheck, VisibilityStatistics};
 use super::item_buffer::{check_boundary_pixels, pixel_tally, remove_unknown_ids};
-use super::stages::{MAX_WEIGHT_DIFFERENCE, decided_by_rounding, factor_scales, form_factor_roundings};
+use super::roundings::{MAX_ESCAPE_DIRECTIONS, StageRoundings, escape_difference};
+use super::stages::{MAX_WEIGHT_DIFFERENCE, decided_by_rounding, factor_scales};
 use super::statistics::{Elements, ErrorTally, PairOutcome, PairTally, ValueSource};
 use common::constants::{OUTLINE_MARGIN, PATCH_SUM_LANES};
-use common::escape::ESCAPE_DIRECTION_COUNT;
 use common::intersect::intersect_face;
 use common::mesh::Mesh;
 use common::passes::{Exchange, PatchClosure};
@@ -31,7 +31,7 @@ use cpu::shader_twins::projection::{pixel_position, project_direction};
 use cpu::shader_twins::view::ShooterView;
 use glam::{Vec2, Vec3, Vec4};
 use gpu::GpuSolver;
-use gpu::probe::ProbedRow;
+use gpu::probe::{ProbedRow, SampleView};
 use rayon::prelude::*;
 use stage_check::tally::ulp_distance;
 use std::cell::Cell as Slot;
@@ -113,7 +113,7 @@ pub fn check_visibility(
                 check.link_bounds.push(Vec::new());
             }
             Visibility::ItemBuffer(settings) => {
-                let (row, texels) = tallies.check_samples(mesh, transport, settings, patch, cpu.rays(), solver)?;
+                let (row, _, texels) = tallies.check_samples(mesh, transport, settings, patch, cpu.rays(), solver)?;
                 for k in (0..texels.len()).filter(|k| texels[*k].sees_alike()) {
                     let links = [row.links[k], check.cpu.rows[p][k]];
                     (tallies.links).add_ulps(ValueSource::shot_by(patch), [k, 0], links, sizes[k]);
@@ -126,7 +126,7 @@ pub fn check_visibility(
             }
         }
         let [a, b] = [&check.gpu, &check.cpu].map(|links| links.closures[p].escaped);
-        let directions = f64::from((a - b).abs()) * ESCAPE_DIRECTION_COUNT as f64;
+        let directions = escape_difference(a, b);
         (tallies.escapes).add(ValueSource::default(), [p, 0], [a, b], directions);
         if progress().is_break() {
             return Err(Error::Interrupted);
@@ -147,6 +147,58 @@ pub fn check_visibility(
     Ok(check)
 }
 
+/// Links of one shooter on the GPU.
+pub struct ProbedShooter {
+    /// The links and their closure.
+    pub row: ProbedRow,
+    /// Frame of the first sample.
+    pub aim: SampleView,
+    /// F, Σ g·V, Σ g of each texel.
+    pub sums: Vec<Vec4>,
+    /// Change of each link if all its samples near silhouettes had the opposite visibility; empty for rays.
+    pub link_bounds: Vec<f32>,
+}
+
+/// Makes the links of `patch` on the GPU, with their sums and what silhouettes can change of them.
+///
+/// Errors: the device fails, or a result is incomplete.
+pub fn probe_shooter(
+    mesh: &Mesh,
+    transport: &Transport,
+    patch: u32,
+    rays: &Rays,
+    solver: &mut GpuSolver,
+) -> Result<ProbedShooter> {
+    let Visibility::ItemBuffer(settings) = &transport.visibility else {
+        let (mut aim, mut sums) = (None, Vec::new());
+        let row = solver.probe_links(patch, &mut |sample| {
+            aim.get_or_insert(sample.aim);
+            sums = sample.sums;
+        })?;
+        let complete = [row.links.len(), sums.len()] == [mesh.texels.len(); 2];
+        let aim = aim.filter(|_| complete).ok_or_else(incomplete_visibility)?;
+        return Ok(ProbedShooter {
+            row,
+            aim,
+            sums,
+            link_bounds: Vec::new(),
+        });
+    };
+    let mut tallies = VisibilityTallies::new(mesh, transport);
+    let (row, aim, texels) = tallies.check_samples(mesh, transport, settings, patch, rays, solver)?;
+    let open = mesh.patches[patch as usize].open_share;
+    Ok(ProbedShooter {
+        row,
+        aim,
+        sums: texels.iter().map(|texel| texel.sums).collect(),
+        link_bounds: texels.iter().map(|texel| texel.link_bound(open)).collect(),
+    })
+}
+
+fn incomplete_visibility() -> Error {
+    Error::Device("the GPU's visibility is incomplete".into())
+}
+
 struct VisibilityTallies {
     pairs: PairTally,
     lookups: ErrorTally,
@@ -157,7 +209,7 @@ struct VisibilityTallies {
 
 impl VisibilityTallies {
     fn new(mesh: &Mesh, transport: &Transport) -> Self {
-        let factor = form_factor_roundings(transport.form_factor) + f64::from(mesh.samples);
+        let factor = StageRoundings::of(mesh, transport).links_of_both;
         let links = "ulp of links with equal visibility: form factors and disc weights, one addition per sample";
         let lookup = "pairs on which pixels and rays differ, but not by the twin's lookup in the same pixels";
         let escape = "directions of 1024 counted differently: a ray through an edge";
@@ -175,7 +227,12 @@ impl VisibilityTallies {
                 texels,
                 &["w", "number of links"],
             ),
-            escapes: ErrorTally::new("escape, all patches", (2.0, escape), patches, &["escaped share"]),
+            escapes: ErrorTally::new(
+                "escape, all patches",
+                (MAX_ESCAPE_DIRECTIONS, escape),
+                patches,
+                &["escaped share"],
+            ),
             pixels: pixel_tally("item buffer, all silhouettes", 0.0, pixels),
         }
     }
@@ -189,7 +246,7 @@ impl VisibilityTallies {
         [gpu, cpu]: [&Vec<f32>; 2],
         sizes: &[f32],
     ) {
-        let bound = form_factor_roundings(transport.form_factor) + f64::from(mesh.samples);
+        let bound = StageRoundings::of(mesh, transport).links_of_both;
         for (k, texel) in mesh.texels.iter().enumerate() {
             let f = gpu[k].max(cpu[k]);
             if f <= MIN_FORM_FACTOR && !f.is_nan() {
@@ -212,8 +269,8 @@ impl VisibilityTallies {
         }
     }
 
-    /// Makes a patch's links on the GPU and compares the visibility of each sample; returns the links, and the sums of
-    /// each texel.
+    /// Makes a patch's links on the GPU and compares the visibility of each sample; returns the links, the frame of the
+    /// first sample, and the sums of each texel.
     fn check_samples(
         &mut self,
         mesh: &Mesh,
@@ -222,7 +279,7 @@ impl VisibilityTallies {
         patch: u32,
         rays: &Rays,
         solver: &mut GpuSolver,
-    ) -> Result<(ProbedRow, Vec<TexelSamples>)> {
+    ) -> Result<(ProbedRow, SampleView, Vec<TexelSamples>)> {
         let count = mesh.texels.len();
         let new_texel = |k| TexelSamples {
             factor: texel_form_factor(mesh, transport.form_factor, patch, k),
@@ -231,8 +288,10 @@ impl VisibilityTallies {
         let mut texels: Vec<TexelSamples> = (0..count as u32).into_par_iter().map(new_texel).collect();
         let size = settings.size;
         let mut complete = true;
+        let mut aim = None;
         let mut s = 0;
         let row = solver.probe_links(patch, &mut |probed| {
+            aim.get_or_insert(probed.aim);
             let mut buffer = ItemBuffer { size, ids: probed.ids };
             complete &= buffer.ids.len() == (size * size) as usize && probed.sums.len() == count;
             if complete {
@@ -263,10 +322,8 @@ impl VisibilityTallies {
             }
             s += 1;
         })?;
-        if !complete || row.links.len() != count {
-            return Err(Error::Device("the GPU's visibility is incomplete".into()));
-        }
-        Ok((row, texels))
+        let aim = aim.filter(|_| complete && row.links.len() == count);
+        Ok((row, aim.ok_or_else(incomplete_visibility)?, texels))
     }
 }
 

@@ -1,8 +1,9 @@
 //! Checks the stages that make a patch's links: aim, item buffer, form factor, lookup or rays, link, escape,
 //! received, closure.
 
-use super::{DISC_ROUNDINGS, SPARSE_VISIBILITY, StageChecker, VISIBILITY};
+use super::{SPARSE_VISIBILITY, StageChecker, VISIBILITY};
 use crate::compare::item_buffer;
+use crate::compare::roundings::StageRoundings;
 use crate::compare::statistics::{ValuePlace, ValueSource};
 use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
 use common::form_factor::FormFactor;
@@ -217,7 +218,7 @@ impl StageChecker<'_> {
         let weights = [[gpu_sums.z, texel.twin.all], [gpu_sums.y, texel.twin.seen]];
         let weight_error = ulp_distance(gpu_sums.z, texel.twin.all, texel.size);
         // Visibility is checked only if both used the same points and the weight changes the sums.
-        let rounding = DISC_ROUNDINGS + f64::from(mesh.samples);
+        let rounding = StageRoundings::of(mesh, self.transport).link;
         let same_points = weight_error <= rounding && (gpu_sums.z - texel.gpu.z - g).abs() <= MAX_WEIGHT_DIFFERENCE * g;
         let same_points = same_points && texel.gpu.y + g > texel.gpu.y;
         let sight = points.get().filter(|_| same_points).map(|(q, p)| {

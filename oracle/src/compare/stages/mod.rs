@@ -13,11 +13,11 @@ pub(super) use links::{MAX_WEIGHT_DIFFERENCE, decided_by_rounding};
 pub use relit::{check_relit_stages, relit_mesh};
 
 use super::item_buffer::{pixel_bound, pixel_tally};
+use super::roundings::StageRoundings;
 use super::statistics::{Elements, ErrorTally, ValueSource};
 use crate::compare::comparison::StageCheck;
 use common::Result;
-use common::constants::{PATCH_SUM_LANES, SELECT_LANES};
-use common::form_factor::FormFactor;
+use common::constants::PATCH_SUM_LANES;
 use common::mesh::Mesh;
 use common::passes::Exchange;
 use common::rays::Rays;
@@ -31,12 +31,6 @@ use std::ops::ControlFlow;
 
 /// Number of greedy shots that are checked, and of further shots by patches spread over the scene.
 const CHECKED_SHOTS: usize = 4;
-/// Roundings of a disc form factor and a deposit: 3 dot products of 5, division, square root,
-/// 8 products, each up to 3 ulp in WGSL's weaker divisions and roots.
-const DISC_ROUNDINGS: f64 = 32.0;
-/// The same for a polygon: 5 edges of a cross product, a root, an angle and a division.
-const POLYGON_ROUNDINGS: f64 = 128.0;
-
 /// Names of the values of a sample's frame.
 const FRAME_VALUES: [&str; 5] = ["centre", "normal", "tangent", "bitangent", "sheet"];
 /// Names of the values of a selection: workgroups of stages of the next shot.
@@ -150,11 +144,8 @@ pub fn check_stages(
 impl Tallies {
     /// Starts the tallies of all stages, each with its bound and the reason.
     fn new(mesh: &Mesh, transport: &Transport) -> Self {
-        let samples = f64::from(mesh.samples);
-        let factor = form_factor_roundings(transport.form_factor);
-        let most = mesh.patches.iter().map(|c| c.count as usize).max().unwrap_or(0);
-        let in_patch = (most.div_ceil(PATCH_SUM_LANES) + 6 + 4) as f64;
-        let over_patches = (mesh.patches.len().div_ceil(SELECT_LANES) + 8 + 4) as f64;
+        let bounds = StageRoundings::of(mesh, transport);
+        let (in_patch, over_patches) = (bounds.patch_sum, bounds.sum_of_patches);
         let per_shot = 2.0 * CHECKED_SHOTS as f64 + 4.0;
         let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
         let (pixels, pixel_reason) = pixel_bound(projection);
@@ -177,16 +168,16 @@ impl Tallies {
         let patches = elements("patch", mesh.patches.len(), 1);
         let of = ErrorTally::new;
         Self {
-            aim: of("aim", (2.0, frame), patches, &FRAME_VALUES),
+            aim: of("aim", (bounds.frame, frame), patches, &FRAME_VALUES),
             item_buffer: pixel_tally("item buffer", pixels, pixel_reason),
-            form_factor: of("form factor", (factor, factor_reason), texels, &["F"]),
+            form_factor: of("form factor", (bounds.form_factor, factor_reason), texels, &["F"]),
             sight: of(
                 if projection.is_some() { "lookup" } else { "rays" },
                 (0.0, sight),
                 texels,
                 &SIGHT_VALUES,
             ),
-            link: of("link", (DISC_ROUNDINGS + samples, link), texels, &["Σg", "Σg·V", "w"]),
+            link: of("link", (bounds.link, link), texels, &["Σg", "Σg·V", "w"]),
             escape: of("escape", (0.0, escape), patches, &["escaped share"]),
             received: of("received", (in_patch, received), patches, &["Σw·A"]),
             closure: of(
@@ -208,7 +199,7 @@ impl Tallies {
                 elements("the shot by patch", 0, 1),
                 &["Σ|r|A"],
             ),
-            deposit: of("deposit", (DISC_ROUNDINGS, deposit), texels, &TEXEL_VALUES),
+            deposit: of("deposit", (bounds.deposit, deposit), texels, &TEXEL_VALUES),
             power: of(
                 "power",
                 (in_patch, power),
@@ -254,13 +245,5 @@ impl Tallies {
             ran.into_iter().map(|(_, tally)| tally.stage_check(mesh)).collect(),
             others.into_iter().map(|(_, tally)| tally.name).collect(),
         )
-    }
-}
-
-/// Returns the number of roundings of a form factor.
-pub fn form_factor_roundings(kind: FormFactor) -> f64 {
-    match kind {
-        FormFactor::Polygon => POLYGON_ROUNDINGS,
-        _ => DISC_ROUNDINGS,
     }
 }

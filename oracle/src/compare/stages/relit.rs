@@ -1,10 +1,11 @@
 //! Checks the stages of a relight on a mesh whose last faces are objects: item buffers with and without them, links beside
 //! those without the objects, and their deposit by each rule.
 
+use super::TEXEL_VALUES;
 use super::links::{decided_by_rounding, drawn_view};
-use super::{DISC_ROUNDINGS, TEXEL_VALUES};
 use crate::compare::comparison::StageCheck;
 use crate::compare::item_buffer::{self, pixel_bound, pixel_tally};
+use crate::compare::roundings::DISC_ROUNDINGS;
 use crate::compare::statistics::{Elements, ErrorTally, ValueSource};
 use common::constants::{PATCH_SUM_LANES, PI};
 use common::cover::furnished_mesh;
