@@ -1,5 +1,6 @@
 //! Comparisons of WGSL, twins, rays and item buffers with each other; planted faults make them fail.
 
+mod divergence;
 mod explained;
 mod faults;
 mod item_buffer;

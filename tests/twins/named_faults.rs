@@ -13,13 +13,13 @@ use radiosity_tests::bundled_scene;
 use radiosity_tests::engines::{item_buffer, settings_of, shared_gpu};
 
 /// Name, shader, stage that differs, the one text that the fault replaces, and the replacement.
-type NamedFault = [&'static str; 5];
+pub type NamedFault = [&'static str; 5];
 
 const DISC_CALL: &str = "disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area)";
 const TEXEL_COSINE: &str = "let cos_j = max(-dot(normal, d) / r, 0.0);\n    if";
 
 /// Faults that single shots by an item buffer find.
-const BY_PIXELS: [NamedFault; 23] = [
+pub const BY_PIXELS: [NamedFault; 23] = [
     [
         "cosine dropped",
         "form_factor",
@@ -184,7 +184,7 @@ const BY_PIXELS: [NamedFault; 23] = [
 ];
 
 /// A fault that rays find.
-const BY_RAYS: [NamedFault; 1] = [[
+pub const BY_RAYS: [NamedFault; 1] = [[
     "hits near edges missed (godotengine/godot#53844)",
     "intersect",
     "rays",
@@ -335,6 +335,16 @@ fn compare_links(gpu: &Gpu) -> Comparison {
     compare_hierarchical(&scene, target, &Settings::default(), (gpu, &[]), &without_progress()).unwrap()
 }
 
+/// Returns the process's GPU with a user's file of this text in the place of a shader.
+fn gpu_with_file(shader: &str, text: &str) -> Gpu {
+    let path = std::env::temp_dir().join(format!("radiosity-fault-{}.wgsl", std::process::id()));
+    std::fs::write(&path, text).unwrap();
+    let files = vec![ShaderFile::read(shader, &path).unwrap()];
+    std::fs::remove_file(&path).unwrap();
+    gpu::shaders::check_shader_files(&files).unwrap();
+    shared_gpu().clone().with_shader_files(files)
+}
+
 /// Compares with the fault in a user's file, and returns its row of the page.
 fn compare_with_fault([name, shader, stage, from, to]: NamedFault, compare: impl Fn(&Gpu) -> Comparison) -> String {
     let ShaderStage { text, verdict, .. } = ShaderStage::find(shader).unwrap();
@@ -343,12 +353,7 @@ fn compare_with_fault([name, shader, stage, from, to]: NamedFault, compare: impl
         "{name}: {stage} is no name of {shader}"
     );
     assert_eq!(text.matches(from).count(), 1, "{name}: {from}");
-    let path = std::env::temp_dir().join(format!("radiosity-fault-{}.wgsl", std::process::id()));
-    std::fs::write(&path, text.replace(from, to)).unwrap();
-    let files = vec![ShaderFile::read(shader, &path).unwrap()];
-    std::fs::remove_file(&path).unwrap();
-    gpu::shaders::check_shader_files(&files).unwrap();
-    let gpu = shared_gpu().clone().with_shader_files(files);
+    let gpu = gpu_with_file(shader, &text.replace(from, to));
     let comparison = compare(&gpu);
     assert!(gpu.unused_shader_file().is_none(), "{name}: the file was not run");
     let first = comparison.criteria.iter().find(|criterion| !criterion.pass);
@@ -376,12 +381,17 @@ fn short_number(number: &str) -> String {
     }
 }
 
-#[test]
-fn named_faults_are_shown_as_the_page_does() {
+/// Returns settings of single shots by an item buffer, and by rays.
+pub fn fault_settings() -> [Settings; 2] {
     let mut by_pixels = settings_of([5, 1, 1], item_buffer(64), 0.01);
     by_pixels.transport.form_factor = FormFactor::Disc;
     by_pixels.schedule = by_pixels.schedule.with_southwell();
-    let by_rays = settings_of([5, 1, 3], Visibility::Rays, 0.01);
+    [by_pixels, settings_of([5, 1, 3], Visibility::Rays, 0.01)]
+}
+
+#[test]
+fn named_faults_are_shown_as_the_page_does() {
+    let [by_pixels, by_rays] = fault_settings();
     let by_pixels = |gpu: &Gpu| compare_plates(gpu, by_pixels);
     let by_rays = |gpu: &Gpu| compare_plates(gpu, by_rays);
     for healthy in [

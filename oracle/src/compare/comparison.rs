@@ -1,5 +1,6 @@
 //! Results of a comparison of one scene: plain data that [`crate::compare`] fills in and the report shows.
 
+use crate::compare::parting::FirstDivergence;
 use crate::diff::difference::Difference;
 use crate::solve::regather::ErrorEstimate;
 use crate::solve::solver::ErrorTarget;
@@ -254,6 +255,8 @@ pub struct Comparison {
     pub criteria: Vec<Criterion>,
     /// Errors of the method.
     pub findings: Vec<MethodFinding>,
+    /// Where the solvers part; none if it was not searched.
+    pub first_divergence: Option<FirstDivergence>,
     /// Notes about choices and their reasons, one line each.
     pub notes: Vec<String>,
 }

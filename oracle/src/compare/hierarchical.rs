@@ -133,6 +133,7 @@ pub fn compare_hierarchical(
         item_buffer: None,
         criteria,
         findings: Vec::new(),
+        first_divergence: None,
         notes,
         cpu_energy: cpu.energy,
         gpu_energy: on_gpu.energy,

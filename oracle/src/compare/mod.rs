@@ -5,14 +5,17 @@
 //! WGSL ↔ scalar twin on the same input ([`stages`], [`link_stages`]); item buffer ↔ rays, pair by pair
 //! ([`visibility`]); the whole GPU ↔ the CPU's solver on the GPU's own links. Only a fault
 //! in the code can break one of these. The finite resolution of pixels is an error of the method: it is reported,
-//! and its bound follows from the scene's silhouettes ([`visibility_bound`]).
+//! and its bound follows from the scene's silhouettes ([`visibility_bound`]). Where solvers differ, the shot, texel and
+//! factor in which they part are found by following both ([`divergence`]).
 
 pub mod comparison;
 pub mod criteria;
+pub mod divergence;
 pub mod hierarchical;
 mod item_buffer;
 pub mod link_diff;
 pub mod link_stages;
+pub mod parting;
 pub mod presets;
 mod races;
 pub mod roundings;
@@ -132,6 +135,7 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         item_buffer,
         criteria: Vec::new(),
         findings: Vec::new(),
+        first_divergence: None,
         notes: describe_unreached(&unreached).into_iter().collect(),
         mesh,
         cpu,

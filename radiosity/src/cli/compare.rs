@@ -16,6 +16,8 @@ use common::solution::{prepare_folder, write_files};
 use common::{Error, Result};
 use gpu::Gpu;
 use oracle::compare::comparison::{Comparison, SceneComparison};
+use oracle::compare::divergence::find_first_divergence;
+use oracle::compare::parting::FirstDivergence;
 use oracle::compare::presets::{PresetSelection, compare_presets};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solver::{ErrorTarget, SolverKind};
@@ -41,6 +43,9 @@ pub struct CompareArguments {
     /// Compare again when a scene or a shader file changes, until Ctrl-C
     #[arg(long)]
     watch: bool,
+    /// Name the shot, texel and factor in which the solvers part; the report does so whenever they disagree
+    #[arg(long)]
+    first_divergence: bool,
     #[command(flatten)]
     lights: LightOptions,
     #[command(flatten)]
@@ -93,7 +98,11 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
         let selection = select_presets(arguments, scene);
         let progress = Progress::new(&scene.name);
         let show = |phase: &str, done| progress.show_phase(phase, done);
-        let judged = compare_presets(scene, &selection, &gpu, &[], &ProgressMonitor::new(&show));
+        let watch = ProgressMonitor::new(&show);
+        let judged = compare_presets(scene, &selection, &gpu, &[], &watch).and_then(|mut judged| {
+            add_first_divergences(&mut judged, arguments.first_divergence, &gpu, &watch)?;
+            Ok(judged)
+        });
         progress.remove_bar();
         if is_interrupted() {
             message!(
@@ -106,7 +115,7 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
         for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
             c.notes.extend(gpu.describe_shader_files());
         }
-        print_summary(&judged);
+        print_summary(&judged, arguments.first_divergence);
         comparisons.push(judged);
         // Written after every scene, so that an interrupted run keeps the scenes that are done.
         let json = format!("{:#}\n", report::report_json(&comparisons));
@@ -214,8 +223,21 @@ fn solve_without_adapter(arguments: &CompareArguments, error: Error) -> Error {
     error
 }
 
-/// Prints the verdict and the error of both solvers: agreement is not accuracy.
-fn print_summary(judged: &SceneComparison) {
+/// Finds where the solvers part: where they disagree, or everywhere if the user `wants` it.
+///
+/// Errors: the user interrupts.
+fn add_first_divergences(judged: &mut SceneComparison, wants: bool, gpu: &Gpu, watch: &ProgressMonitor) -> Result<()> {
+    for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
+        if wants || !c.solvers_agree() {
+            c.first_divergence = Some(find_first_divergence(c, (gpu, &[]), watch)?);
+        }
+    }
+    Ok(())
+}
+
+/// Prints the verdict and the error of both solvers, since agreement is not accuracy; and where they part, if the user
+/// `wants` it.
+fn print_summary(judged: &SceneComparison, wants: bool) {
     let name = &judged.first.scene.name;
     for c in judged.iter_comparisons() {
         let verdict = if c.solvers_agree() {
@@ -235,6 +257,10 @@ fn print_summary(judged: &SceneComparison) {
             if let Some(difference) = &criterion.difference {
                 message!("    {difference}");
             }
+        }
+        let found = c.first_divergence.iter().filter(|_| wants);
+        for line in found.flat_map(FirstDivergence::sentences) {
+            message!("  {line}");
         }
     }
 }

@@ -86,6 +86,59 @@ fn dropped_cosine_is_a_fault_of_form_factor() {
     assert!(difference.starts_with(element), "{first}");
 }
 
+/// The printed divergence is that of the page as far as its bounds, which depend on the adapter; the report has it with both
+/// numbers.
+#[test]
+fn first_divergence_of_a_dropped_cosine_is_shown_as_the_page_does() {
+    let call = "return disc_factor(cos_i, cos_j, r2, shots[slot].area, shots[slot].area);";
+    let folder = TestFolder::new();
+    let changed = changed_shader("form_factor", call, &call.replace("cos_j", "1.0"));
+    folder.write("mine.wgsl", changed);
+    let end = folder.run(&format!("{SMALL} --shader form_factor=mine.wgsl --first-divergence"));
+    assert_end(&end, 1, &["first divergence: shot 1 by patch 1 of face 1 (upper)"]);
+    let lines = end
+        .stderr
+        .lines()
+        .skip_while(|line| !line.contains("first divergence: "));
+    let shown: Vec<&str> = lines.take_while(|line| !line.contains("largest difference")).collect();
+    assert!(shown.len() > 10, "{}", end.stderr);
+    let page = include_str!("../../../docs/your-shader.md");
+    for line in &shown {
+        assert!(
+            page.contains(line),
+            "docs/your-shader.md should have:\n{}",
+            shown.join("\n")
+        );
+    }
+    let html = folder.read_text("out/report.html");
+    assert!(
+        html.contains(shown[0].trim()) && html.contains("First divergence"),
+        "{}",
+        shown[0]
+    );
+    let report = folder.read_json("out/report.json");
+    let found = &report["scenes"][0]["first_divergence"];
+    assert_eq!(found["parting"]["factor"], "cosine", "{found}");
+    assert!(found["parting"]["texel"]["number"].is_u64(), "{found}");
+    let differing = found["parting"]["steps"].as_array().unwrap();
+    let factor = differing.iter().find(|step| step["differs"] == true).unwrap();
+    assert!(factor["gpu"].as_f64() > factor["cpu"].as_f64(), "{factor}");
+    assert!(found["shares"]["relative_rms"].as_f64() > Some(0.01), "{found}");
+}
+
+#[test]
+fn first_divergence_of_agreeing_solvers_and_of_links_is_named() {
+    let agreed = TestFolder::new().run(&format!("{SMALL} --first-divergence"));
+    assert_end(&agreed, 0, &["shots parts the solvers beyond its bound"]);
+    let told = format!("{} --first-divergence", TO_ERROR.replace(" --quiet", ""));
+    let links = compare_with_change(&told, "add_links", "received.w = 1.0;", "");
+    assert_end(
+        &links,
+        1,
+        &["first divergence: stage: the check of the stage add_links fails"],
+    );
+}
+
 #[test]
 fn uncleared_residual_ends_in_a_verdict() {
     let end = compare_with_change(SMALL, "deposit", "residual[k] = vec4f(0.0);", "");

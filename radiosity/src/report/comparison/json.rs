@@ -40,6 +40,7 @@ fn comparison_json(c: &Comparison) -> Value {
         "gates": c.criteria,
         "findings": c.findings,
         "stages": c.stages.iter().map(|stage| (&stage.name, stage_json(stage))).collect::<Value>(),
+        "first_divergence": c.first_divergence,
         "estimated_error": { "cpu": c.estimated_error(0), "gpu": c.estimated_error(1) },
         "certificate": { "cpu": c.estimates[0], "gpu": c.estimates[1] },
         "settings": { "cpu": settings_in_force(c, &c.settings), "gpu": settings_in_force(c, &c.gpu_settings) },

@@ -1,5 +1,6 @@
 //! Report of a CPU–GPU comparison: `report.html`, one page that opens offline, and `report.json`.
 
+mod divergence;
 mod figures;
 mod json;
 mod page;

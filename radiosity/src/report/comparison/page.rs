@@ -1,5 +1,6 @@
 //! Composes `report.html` of `compare`: verdict, overview and viewers, a section per comparison, and the explanation.
 
+use super::divergence::add_first_divergence;
 use super::figures::ComparisonPictures;
 use crate::report::document::{
     Blocks, Cell, Row, Section, Table, Text, VerdictTone, bold_text, code_text, link_text, pass_mark, plain_text,
@@ -116,6 +117,9 @@ fn comparison_section(id: String, c: &Comparison, pictures: &ComparisonPictures)
     body.add_paragraph(bold_text(c.preset.name()) + ", " + code_text(&c.scene.name));
     add_verdict(&mut body, c);
     add_accuracy(&mut body, c);
+    if let Some(found) = &c.first_divergence {
+        add_first_divergence(&mut body, found);
+    }
     let shots = c.error_target.is_none().then(|| {
         let [cpu, gpu] = [&c.cpu, &c.gpu].map(|run| format_count(run.shots.len() as u64));
         format!("{cpu} shots on the CPU, {gpu} on the GPU · ")
