@@ -99,13 +99,13 @@ impl ShotComparison<'_> {
             for (value, (a, b)) in fields[0].into_iter().zip(fields[1]).enumerate() {
                 let size = [a, b].map(|v| f64::from(v.truncate().abs().max_element()));
                 let rounding = self.bounds.deposit * f64::from(f32::EPSILON) * size[0].min(f64::MAX).max(size[1]);
-                for channel in 0..3 {
+                for (channel, radiosity) in shooter.iter().enumerate() {
                     let reflectance = if value == 2 {
                         1.0
                     } else {
                         f64::from(texel.reflectance[channel])
                     };
-                    let [round, outline] = link_bounds.map(|bound| bound * shooter[channel] * reflectance);
+                    let [round, outline] = link_bounds.map(|bound| bound * radiosity * reflectance);
                     found.add(TexelDifference {
                         texel: k,
                         value,

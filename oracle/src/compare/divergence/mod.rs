@@ -4,7 +4,7 @@
 //! Both solvers shoot the same patches, and the CPU continues after each shot from the GPU's field, so that a difference
 //! belongs to its shot. The bound of a texel is that of the roundings of its link and deposit, and beside silhouettes of
 //! an item buffer the change of its link by wrong visibility. At the worst texel of the first shot beyond it the chain
-//! from the shooter to the texel is followed ([`chain`]). Solves to an error have no shots in common: there, and where
+//! from the shooter to the texel is followed. Solves to an error have no shots in common: there, and where
 //! no shot parts the solvers, the first check of a stage that fails is named.
 
 mod chain;
