@@ -82,6 +82,14 @@ impl Gpu {
         }
     }
 
+    /// Returns the same device, but pipelines that are made for it count the races of their workgroup memory.
+    pub fn with_race_log(&self) -> Self {
+        Self {
+            race_log: Some(Arc::new(RaceLog::new(&self.device))),
+            ..self.clone()
+        }
+    }
+
     /// Iterates over notes on those files.
     pub fn describe_shader_files(&self) -> impl Iterator<Item = String> {
         let files = self.shader_files.iter();

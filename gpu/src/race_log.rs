@@ -1,15 +1,12 @@
-//! A device whose shaders watch their workgroup memory for races, and the log in which they count them.
+//! The log in which shaders that watch their workgroup memory count races.
 
-use crate::adapter::Gpu;
 use crate::bindings::STORAGE;
-use crate::device_queue::DeviceQueue;
 use crate::module_text::ModuleText;
 use crate::shader_files::SHADER_STAGES;
-use common::Result;
 use stage_check::races::{LogPlace, RACE_LOG_WORDS, RaceReport, WatchedText, watch_accesses};
 use stage_check::wgsl::compile;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use wgpu::naga::AddressSpace;
 
 /// The log, with a part for each shader file.
@@ -21,7 +18,7 @@ pub struct RaceLog {
 }
 
 impl RaceLog {
-    fn new(device: &wgpu::Device) -> Self {
+    pub fn new(device: &wgpu::Device) -> Self {
         Self {
             buffer: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("race log"),
@@ -32,6 +29,14 @@ impl RaceLog {
             limits: device.limits(),
             texts: Mutex::default(),
         }
+    }
+
+    /// Returns what each shader file with workgroup memory has counted, from the words of the buffer, in the order of a solve.
+    pub fn reports(&self, words: &[u32]) -> Vec<(&'static str, RaceReport)> {
+        let parts: Vec<&[u32]> = words.chunks(RACE_LOG_WORDS).collect();
+        let texts = self.texts.lock().unwrap_or_else(PoisonError::into_inner);
+        let report = |(place, text): (&usize, &WatchedText)| (SHADER_STAGES[*place].name, text.read_log(parts[*place]));
+        texts.iter().map(report).collect()
     }
 
     /// Returns the text of the module of a shader file that watches its accesses; none where it has no workgroup memory that can
@@ -64,29 +69,5 @@ impl RaceLog {
         compile(&watched.text, "").ok()?;
         let mut texts = self.texts.lock().unwrap_or_else(PoisonError::into_inner);
         Some(texts.entry(place).insert_entry(watched).get().text.clone())
-    }
-}
-
-impl Gpu {
-    /// Returns the same device, but pipelines that are made for it count the races of their workgroup memory.
-    pub fn with_race_log(&self) -> Self {
-        let mut watched = self.clone();
-        watched.race_log = Some(Arc::new(RaceLog::new(&self.device)));
-        watched
-    }
-
-    /// Returns what each shader file with workgroup memory has counted so far, in the order of a solve.
-    ///
-    /// Errors: the device fails.
-    pub fn read_races(&self) -> Result<Vec<(&'static str, RaceReport)>> {
-        let Some(log) = &self.race_log else {
-            return Ok(Vec::new());
-        };
-        let mut host = DeviceQueue::new(self);
-        let words: Vec<u32> = host.read_back(host.command_encoder(), &[(&log.buffer, 0, log.buffer.size())])?;
-        let parts: Vec<&[u32]> = words.chunks(RACE_LOG_WORDS).collect();
-        let texts = log.texts.lock().unwrap_or_else(PoisonError::into_inner);
-        let report = |(place, text): (&usize, &WatchedText)| (SHADER_STAGES[*place].name, text.read_log(parts[*place]));
-        Ok(texts.iter().map(report).collect())
     }
 }

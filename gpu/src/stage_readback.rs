@@ -1,10 +1,28 @@
-//! Read-backs for checks: rows of links, transfers, and the results of each stage.
+//! Read-backs for checks: rows of links, transfers, the results of each stage, and races.
 
+use crate::adapter::Gpu;
+use crate::device_queue::DeviceQueue;
 use crate::dispatch_arguments::DISPATCH_BYTES;
 use crate::probe::{BufferChange, LinkProbe, ProbedRow, ProbedSample};
 use crate::solver::GpuSolver;
 use crate::solver_context::SolverContext;
 use common::Result;
+use stage_check::races::RaceReport;
+
+impl Gpu {
+    /// Returns what each shader file with workgroup memory has counted so far, in the order of a solve; nothing of a device
+    /// without a log of races.
+    ///
+    /// Errors: the device fails.
+    pub fn read_races(&self) -> Result<Vec<(&'static str, RaceReport)>> {
+        let Some(log) = &self.race_log else {
+            return Ok(Vec::new());
+        };
+        let mut host = DeviceQueue::new(self);
+        let words: Vec<u32> = host.read_back(host.command_encoder(), &[(&log.buffer, 0, log.buffer.size())])?;
+        Ok(log.reports(&words))
+    }
+}
 
 impl GpuSolver<'_> {
     /// Makes the links of a patch by the solver's rule, sample by sample; `each` receives the results of every sample.

@@ -2,9 +2,9 @@
 //! the lanes in, two lanes that use an element without a barrier between, one of them to write, leave a trace.
 //!
 //! Beside each array of workgroup memory, [`watch_accesses`] declares who wrote and who read each element last, and since
-//! which barrier. Elements of storage buffers with a literal index are watched likewise where a shader has a
-//! `storageBarrier`. What the text cannot follow is not watched: pointers, atomics, writes of single components, arrays in
-//! structs, and storage that several workgroups share.
+//! which barrier. Elements of storage buffers with a literal index are watched likewise where a shader has a barrier. What
+//! the text cannot follow is not watched: pointers, atomics, writes of single components, arrays in structs, and storage
+//! that several workgroups share.
 
 use crate::tokens::{Token, split_tokens};
 use std::fmt;
@@ -140,12 +140,12 @@ pub fn watch_accesses(text: &str, module: &Module, place: LogPlace, max_bytes: u
     if has_word(UNIFORM_LOAD) {
         return None;
     }
-    let has_storage_barrier = has_word(STORAGE_BARRIER);
+    let has_barrier = has_word(WORKGROUP_BARRIER) || has_word(STORAGE_BARRIER);
     let variables = module.global_variables.iter().filter_map(|(_, variable)| {
         let name = variable.name.clone()?;
         let in_workgroup = match variable.space {
             AddressSpace::WorkGroup => true,
-            AddressSpace::Storage { access } if has_storage_barrier && access.contains(StorageAccess::STORE) => false,
+            AddressSpace::Storage { access } if has_barrier && access.contains(StorageAccess::STORE) => false,
             _ => return None,
         };
         let (sizes, single) = array_sizes(module, variable.ty, in_workgroup)?;

@@ -92,14 +92,7 @@ fn single_values_and_elements_of_storage_are_watched() {
         .first
         .unwrap();
     assert_eq!((first.variable.as_str(), first.element), ("sum", 0));
-    // The other barrier stays, and orders storage alone.
     let fault = plant_fault(SHARED_VALUE, "    storageBarrier();\n", "");
-    let fault = plant_fault(&fault, "shares[k] =", "storageBarrier(); shares[k] =");
-    let fault = plant_fault(
-        &fault,
-        "if k < arrayLength(&x) { storageBarrier();",
-        "storageBarrier(); if k < arrayLength(&x) {",
-    );
     let first = races(check_shared_value(&fault)).first.unwrap();
     assert_eq!((first.variable.as_str(), first.element), ("header", 0));
 }
