@@ -78,12 +78,18 @@ pub struct RaceReport {
     pub first: Option<Race>,
 }
 
-impl fmt::Display for Race {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let (variable, element, [a, b]) = (&self.variable, self.element, self.lanes);
+impl Race {
+    /// Returns the name of the element in WGSL.
+    pub fn element_label(&self) -> String {
+        format!("{}[{}]", self.variable, self.element)
+    }
+
+    /// Returns what the lanes do to the element.
+    pub fn describe_lanes(&self) -> String {
+        let [a, b] = self.lanes;
         match self.writes {
-            true => write!(f, "lane {a} writes {variable}[{element}], which lane {b} uses"),
-            false => write!(f, "lane {a} reads {variable}[{element}], which lane {b} writes"),
+            true => format!("written by lane {a} and used by lane {b} without a barrier between"),
+            false => format!("read by lane {a} and written by lane {b} without a barrier between"),
         }
     }
 }
@@ -94,8 +100,11 @@ impl fmt::Display for RaceReport {
             None => write!(f, "none of {} accesses races with another", self.accesses),
             Some(first) => write!(
                 f,
-                "{} of {} accesses race with another: {first}, without a barrier between",
-                self.races, self.accesses
+                "{} of {} accesses race with another: {} is {}",
+                self.races,
+                self.accesses,
+                first.element_label(),
+                first.describe_lanes()
             ),
         }
     }

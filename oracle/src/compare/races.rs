@@ -4,17 +4,18 @@
 use crate::compare::comparison::{DifferingValue, StageCheck, StageDifference};
 use common::Result;
 use gpu::Gpu;
+use stage_check::races::RaceReport;
 
 /// Returns a check for each shader that has counted accesses.
 ///
 /// Errors: the device fails.
 pub fn race_checks(gpu: &Gpu) -> Result<Vec<StageCheck>> {
     let counted = gpu.read_races()?.into_iter().filter(|(_, report)| report.accesses > 0);
-    let check = |(file, report): (&str, stage_check::races::RaceReport)| {
+    let check = |(file, report): (&str, RaceReport)| {
         let first = report.first.as_ref().map(|race| DifferingValue {
-            element: format!("{}[{}]", race.variable, race.element),
-            gpu: race.to_string(),
-            twin: "a barrier between the two".into(),
+            element: race.element_label(),
+            gpu: race.describe_lanes(),
+            twin: "never".into(),
         });
         let [races, accesses] = [report.races, report.accesses].map(u64::from);
         StageCheck {
@@ -30,7 +31,7 @@ pub fn race_checks(gpu: &Gpu) -> Result<Vec<StageCheck>> {
                 first,
                 beyond: races,
                 values: accesses,
-                pattern: "within a workgroup, in the order in which this adapter runs its lanes".into(),
+                pattern: "accesses by lanes of one workgroup".into(),
             }),
         }
     };

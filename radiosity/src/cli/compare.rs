@@ -100,6 +100,15 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
         let show = |phase: &str, done| progress.show_phase(phase, done);
         let watch = ProgressMonitor::new(&show);
         let judged = compare_presets(scene, &selection, &gpu, &[], &watch).and_then(|mut judged| {
+            for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
+                c.notes.extend(gpu.describe_shader_files());
+            }
+            // The verdict does not wait for what explains it.
+            progress.remove_bar();
+            print_summary(&judged);
+            let progress = Progress::new(&scene.name);
+            let show = |phase: &str, done| progress.show_phase(phase, done);
+            let watch = ProgressMonitor::new(&show);
             add_first_divergences(&mut judged, arguments.first_divergence, &gpu, &watch)?;
             Ok(judged)
         });
@@ -111,11 +120,10 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
             );
             return Ok(Outcome::Disagree);
         }
-        let mut judged = judged?;
-        for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
-            c.notes.extend(gpu.describe_shader_files());
+        let judged = judged?;
+        if arguments.first_divergence {
+            print_first_divergences(&judged);
         }
-        print_summary(&judged, arguments.first_divergence);
         comparisons.push(judged);
         // Written after every scene, so that an interrupted run keeps the scenes that are done.
         let json = format!("{:#}\n", report::report_json(&comparisons));
@@ -235,9 +243,18 @@ fn add_first_divergences(judged: &mut SceneComparison, wants: bool, gpu: &Gpu, w
     Ok(())
 }
 
-/// Prints the verdict and the error of both solvers, since agreement is not accuracy; and where they part, if the user
-/// `wants` it.
-fn print_summary(judged: &SceneComparison, wants: bool) {
+/// Prints where the solvers part, or that they do not.
+fn print_first_divergences(judged: &SceneComparison) {
+    for c in judged.iter_comparisons() {
+        message!("{}, {}:", judged.first.scene.name, c.preset.name());
+        for line in c.first_divergence.iter().flat_map(FirstDivergence::sentences) {
+            message!("  {line}");
+        }
+    }
+}
+
+/// Prints the verdict and the error of both solvers: agreement is not accuracy.
+fn print_summary(judged: &SceneComparison) {
     let name = &judged.first.scene.name;
     for c in judged.iter_comparisons() {
         let verdict = if c.solvers_agree() {
@@ -257,10 +274,6 @@ fn print_summary(judged: &SceneComparison, wants: bool) {
             if let Some(difference) = &criterion.difference {
                 message!("    {difference}");
             }
-        }
-        let found = c.first_divergence.iter().filter(|_| wants);
-        for line in found.flat_map(FirstDivergence::sentences) {
-            message!("  {line}");
         }
     }
 }
