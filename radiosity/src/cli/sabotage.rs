@@ -24,8 +24,8 @@ use std::thread::available_parallelism;
 
 /// Default number of mutants: half an hour on two cores.
 const DEFAULT_COUNT: usize = 600;
-/// Comparisons that judge a mutant, the cheapest first: together they run every shader.
-const TRIALS: [&str; 10] = [
+/// Arguments of the comparisons that judge a mutant, the cheapest first: together they run every shader.
+const COMPARE_ARGUMENTS: [&str; 10] = [
     "occluded_plates.obj --texels 5 --patches 1 --samples 3 --visibility rays",
     "occluded_plates.obj --texels 4 --patches 1 --samples 1 --form-factor disc --iteration southwell --item-buffer 64",
     "occluded_plates.obj --texels 4 --error 5%",
@@ -93,7 +93,7 @@ pub fn run(arguments: &SabotageArguments) -> Result<Outcome> {
         judged.len()
     );
     let sabotage = SabotageRun {
-        trials: &TRIALS,
+        trials: &COMPARE_ARGUMENTS,
         given: &given,
         command: &|| judge_command(&program, arguments),
         processes: available_parallelism().map_or(1, usize::from).min(open.len()),
@@ -168,7 +168,7 @@ fn load_trials(out: &Path) -> Result<Vec<Trial>> {
         let (scene, selection) = read_comparison([scene.into_os_string()].into_iter().chain(words))?;
         Ok(Trial { scene, selection })
     };
-    TRIALS.iter().map(load).collect()
+    COMPARE_ARGUMENTS.iter().map(load).collect()
 }
 
 fn print_summary(judged: &[JudgedMutant]) {
