@@ -46,6 +46,14 @@ pub enum Error {
     /// The GPU failed, was lost, or is too small for the scene.
     #[error("{0}")]
     Device(String),
+    /// A shader left no result, or one that cannot be.
+    #[error("{message}")]
+    Stage {
+        /// Name of the shader.
+        stage: &'static str,
+        /// The adapter, and what is wrong.
+        message: String,
+    },
     /// A violated invariant of the program.
     #[error("a fault in this program: {0}")]
     Fault(String),

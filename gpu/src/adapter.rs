@@ -145,12 +145,34 @@ impl Gpu {
 
     /// Returns an error that names the adapter. Shaders of others are at fault before the device is.
     pub fn device_error(&self, text: &str) -> Error {
-        let text = format!("{}: {text}", self.line.name);
-        if self.shader_files.is_empty() {
-            return Error::Device(text);
+        self.error_maker()(text)
+    }
+
+    /// Returns a function that makes such errors, also when the device is gone.
+    pub fn error_maker(&self) -> impl Fn(&str) -> Error + Send + use<> {
+        let (name, paths) = (self.line.name.clone(), self.shader_paths());
+        move |text| {
+            let text = format!("{name}: {text}");
+            match &paths {
+                None => Error::Device(text),
+                Some(paths) => Error::bad_input(paths, "", text),
+            }
         }
+    }
+
+    /// Returns an error of a result that a shader has not left, or that cannot be; it names the files of others.
+    pub(crate) fn stage_error(&self, stage: &'static str, text: &str) -> Error {
+        let files = self.shader_paths().map_or(String::new(), |paths| format!("{paths}: "));
+        Error::Stage {
+            stage,
+            message: format!("{files}{}: {text}", self.line.name),
+        }
+    }
+
+    /// Returns the paths of the files that take the place of shaders, if there are any.
+    fn shader_paths(&self) -> Option<String> {
         let paths = self.shader_files.iter().map(|file| file.path.display().to_string());
-        Error::bad_input(paths.collect::<Vec<_>>().join(", "), "", text)
+        Some(paths.collect::<Vec<_>>().join(", ")).filter(|paths| !paths.is_empty())
     }
 }
 

@@ -159,7 +159,8 @@ impl PassStages {
         let closures = flight.patches.iter().zip(&records).map(|(patch, record)| {
             // The host writes both as NaN, the device makes them.
             if record.patch_index != *patch || record.sum.is_nan() || record.escaped.is_nan() {
-                return Err(context.host.gpu.device_error("the links of a patch were not made"));
+                let gpu = &context.host.gpu;
+                return Err(gpu.stage_error("closure", "the links of a patch were not made"));
             }
             Ok(PatchClosure {
                 form_factor_sum: record.sum,
@@ -181,7 +182,8 @@ impl PassStages {
             .dispatch_groups(&mut encoder.begin_compute_pass(&Default::default()), groups);
         let flux: Vec<Vec4> = host.read_back(encoder, &[(flux, 0, flux.size())])?;
         if flux.iter().any(|flux| flux.w != 1.0) {
-            return Err(host.gpu.device_error("the exchange between patches was not made"));
+            let text = "the exchange between patches was not made";
+            return Err(host.gpu.stage_error("exchange", text));
         }
         Ok(flux.iter().map(|flux| flux.truncate()).collect())
     }

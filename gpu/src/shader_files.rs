@@ -41,10 +41,10 @@ pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     texel_point: "form factor" "link";
     bvh: "rays" "escape" "rays, relit";
     rays: "rays" "rays, relit";
-    view: "aim" "item buffer" "item buffer, relit";
+    view: "aim" "view: drawn faces" "item buffer" "item buffer, relit" "view: drawn faces, relit";
     link: "link" "form factor" "links of GPU and CPU" "link, relit";
     patch_transfer: "received" "patch_transfer, races";
-    closure: "closure" "closure, races";
+    closure: "closure" "escape" "closure, races";
     deposit: "deposit" "deposit, relit";
     escape: "escape" "escape, all patches";
     unshot_power: "power" "unshot_power, races";

@@ -34,7 +34,7 @@ pub struct GpuSolver<'a> {
     pub(crate) context: SolverContext<'a>,
     pub(crate) maker: PipelineMaker,
     /// Slots of the one shot that the device selects.
-    slots: ShotSlots,
+    pub(crate) slots: ShotSlots,
     pipelines: ShotStages,
     pub(crate) rule: DepositRule,
     pace: SubmissionPace,
@@ -206,7 +206,11 @@ impl<'a> GpuSolver<'a> {
         self.pace.record_landing(flight.start, flight.shots);
         let count = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
         if count > flight.shots {
-            return Err(self.context.host.gpu.device_error("the log of the shots is damaged"));
+            return Err(self
+                .context
+                .host
+                .gpu
+                .stage_error("select", "the log of the shots is damaged"));
         }
         let records: Vec<LogRecord> = pod_collect_to_vec(&bytes[LOG_COUNT_BYTES as usize..]);
         Ok(records[..count as usize].iter().map(Shot::from).collect())
@@ -228,7 +232,7 @@ impl Shoot for GpuSolver<'_> {
             done = Some(*shot);
             ControlFlow::Continue(())
         })?;
-        done.ok_or_else(|| self.context.host.gpu.device_error("a shot left no record"))
+        done.ok_or_else(|| self.context.host.gpu.stage_error("select", "a shot left no record"))
     }
 
     fn read_field(&mut self) -> Result<RadiosityField> {

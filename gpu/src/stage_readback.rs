@@ -71,6 +71,14 @@ impl GpuSolver<'_> {
             .collect())
     }
 
+    /// Reads the number of vertices that the latest shot has drawn of each item buffer: six for each side of a face.
+    pub fn read_drawn_vertices(&mut self) -> Result<u32> {
+        let host = &mut self.context.host;
+        let drawn = (&self.slots.table["rectangles"], 0, 4);
+        let words: Vec<u32> = host.read_back(host.command_encoder(), &[drawn])?;
+        Ok(words[0])
+    }
+
     /// Reads the transfers from each of these patches to all patches, a row a patch, as solves by passes keep
     /// them; the links must have been made.
     pub fn read_transfers(&mut self, patches: &[u32]) -> Result<Vec<Vec<f32>>> {

@@ -126,9 +126,10 @@ impl GpuLinker {
             }
         })?;
         match wrong_end {
-            Some([block, node]) => Err(self.host.gpu.device_error(&format!(
-                "a link joins block {block} and node {node}: there is no such block or node"
-            ))),
+            Some([block, node]) => {
+                let text = format!("a link joins block {block} and node {node}: there is no such block or node");
+                Err(self.host.gpu.stage_error("store_links", &text))
+            }
             None => Ok(found),
         }
     }
@@ -238,7 +239,7 @@ impl GpuLinker {
         let totals: Vec<u32> = pod_collect_to_vec(&bytes);
         if keep && totals[1] == 0 && totals[0] > MAX_BATCH_LINKS {
             let text = format!("{} links are counted where {MAX_BATCH_LINKS} fit", totals[0]);
-            return Err(self.host.gpu.device_error(&text));
+            return Err(self.host.gpu.stage_error("prefix_sum", &text));
         }
         Ok(BatchResult {
             links: totals[0],

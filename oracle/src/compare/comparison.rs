@@ -52,6 +52,20 @@ impl StageCheck {
             difference,
         }
     }
+
+    /// Makes the check of a stage that has left no result, or one that cannot be; `reason` is a line on it.
+    pub fn without_result(stage: &str, reason: &str) -> Self {
+        Self {
+            name: stage.to_owned(),
+            values: 1,
+            differing: 1,
+            worst: f64::NAN,
+            bound: 0.0,
+            reason: reason.to_owned(),
+            agree: false,
+            difference: None,
+        }
+    }
 }
 
 /// Values of a stage that differ from their twins by more than the bound.

@@ -2,8 +2,8 @@
 //! finite resolution of pixels. Each bound stands here once, with its reason; errors of the method are
 //! [`item_buffer_findings`].
 
+use super::gpu_solves::shot_limit;
 use super::roundings::form_factor_roundings;
-use super::shot_limit;
 use crate::compare::comparison::{Comparison, Criterion, MethodFinding, StageCheck};
 use crate::diff::difference::Difference;
 use common::energy::EnergyBalance;

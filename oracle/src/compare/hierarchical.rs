@@ -1,8 +1,7 @@
 //! Compares hierarchical solves to a requested error: the linkers request by request ([`LinkDiff`]), the GPU's
 //! solution with that of the CPU by the same refinement (rays), and with that of the CPU by its own refinement.
 
-use super::criteria::{imbalance_bound, stage_criteria};
-use super::describe_unreached;
+use super::criteria::imbalance_bound;
 use super::link_diff::{LinkDiff, LinkerPair};
 use crate::compare::comparison::{Comparison, Criterion, Preset};
 use crate::diff::difference::compare_fields;
@@ -73,10 +72,10 @@ pub fn compare_hierarchical(
     let by_rays = solve(linker::LinkMethod::Rays, "CPU by rays")?;
     let mut diff = diff_links(scene, target, gpu, faults, watch)?;
     let mut on_gpu = None;
-    if diff.refusal.is_none() {
+    if diff.stages.refusal.is_none() {
         match solve(linker::LinkMethod::Custom(&factory), "GPU") {
             Ok(side) => on_gpu = Some(side),
-            Err(error) => diff.take_refusal(error)?,
+            Err(error) => diff.stages.take_refusal(error)?,
         }
     }
     let on_gpu = match on_gpu {
@@ -88,9 +87,7 @@ pub fn compare_hierarchical(
         compare_fields(mesh, &on_gpu.solved.run.field, &by_rays.solved.run.field),
         compare_fields(mesh, &on_gpu.solved.run.field, &cpu.solved.run.field),
     ];
-    let stages = std::mem::take(&mut diff.stages);
-    let mut criteria = stage_criteria(&stages);
-    criteria.extend(diff.criteria());
+    let mut criteria = diff.criteria();
     criteria.extend(answer_criteria(
         [&cpu, &on_gpu],
         &diff,
@@ -109,7 +106,7 @@ pub fn compare_hierarchical(
     let notes = [("CPU", &cpu), ("GPU", &on_gpu)]
         .into_iter()
         .flat_map(notes_of)
-        .chain(describe_unreached(&diff.unreached))
+        .chain(diff.stages.describe_unreached())
         .collect();
     Ok(Comparison {
         scene: scene.clone(),
@@ -124,8 +121,8 @@ pub fn compare_hierarchical(
             let history = cpu.solved.history.as_ref();
             history.and_then(|history| history.error_map(&scene.faces, mesh))
         },
-        stages,
         pairs: diff.block_statistics(),
+        stages: diff.stages.checks,
         lockstep_difference: differences[0],
         free_difference: differences[1],
         truth_error: [None, None],

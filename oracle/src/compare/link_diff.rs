@@ -7,11 +7,12 @@
 
 use super::link_stages::LinkStages;
 use super::statistics::describe_difference;
-use crate::compare::comparison::{Criterion, StageCheck, VisibilityStatistics};
+use crate::compare::checked_stages::CheckedStages;
+use crate::compare::comparison::{Criterion, VisibilityStatistics};
 use crate::solve::gpu_linker::LinkerOnGpu;
+use common::Result;
 use common::passes::ProgressCallback;
 use common::precision::UNIT_ROUNDOFF;
-use common::{Error, Result};
 use cpu::hierarchy::coarse::StoredLink;
 use cpu::hierarchy::cpu_linker::CpuLinker;
 use cpu::hierarchy::linker::{BlockIrradiance, LinkRequest, Linker, LinkerScene};
@@ -131,12 +132,8 @@ impl BlockStatistics {
 /// Differences between the links of CPU and GPU in one solve.
 #[derive(Clone, Debug, Default)]
 pub struct LinkDiff {
-    /// Stages, each on equal input.
-    pub stages: Vec<StageCheck>,
-    /// Names of the stages that no request has reached.
-    pub unreached: Vec<&'static str>,
-    /// Why the GPU is not asked further after a stage differs: the host refused a result, or workgroups are wrong.
-    pub refusal: Option<String>,
+    /// Stages, each on equal input. The GPU is not asked further where workgroups are wrong, too.
+    pub stages: CheckedStages,
     /// Irradiance of blocks.
     pub gathered: BlockStatistics,
     /// Stored links.
@@ -144,26 +141,14 @@ pub struct LinkDiff {
 }
 
 impl LinkDiff {
-    /// Returns one criterion for each kind of request as a whole, and one for a refused result.
+    /// Returns the criteria of the stages, and one for each kind of request as a whole.
     pub fn criteria(&self) -> Vec<Criterion> {
-        let refused = "links: results of the GPU that are refused";
-        let refused = (self.refusal.as_ref()).map(|reason| Criterion::at_most(refused, 1.0, 0.0, reason));
-        let kinds = [
+        let mut criteria = self.stages.criteria();
+        criteria.extend([
             (self.gathered).criterion("links: gathered light", "at which light differs"),
             self.kept.criterion("links: stored links", "whose links differ"),
-        ];
-        kinds.into_iter().chain(refused).collect()
-    }
-
-    /// Takes the error of a request on the GPU into the verdict.
-    ///
-    /// Errors: the error, if no stage differs or if the run was interrupted.
-    pub fn take_refusal(&mut self, error: Error) -> Result<()> {
-        if matches!(error, Error::Interrupted) || self.stages.iter().all(|stage| stage.agree) {
-            return Err(error);
-        }
-        self.refusal.get_or_insert(error.to_string());
-        Ok(())
+        ]);
+        criteria
     }
 
     /// Returns the statistics in the format of visibility pairs: blocks take the place of pairs of points.
@@ -234,17 +219,20 @@ impl LinkerPair<'_> {
     /// Checks the stages at a request, and returns what it finds on both sides; nothing of the GPU once
     /// it is refused.
     fn find_both<T>(&self, request: &LinkRequest, find: impl Fn(&dyn Linker) -> Result<T>) -> Result<(Option<T>, T)> {
-        let mut stages = self.stages.borrow_mut();
-        stages.check_request(&self.cpu.scene, request)?;
-        let mut diff = self.diff.borrow_mut();
-        (diff.stages, diff.unreached) = stages.stage_checks()?;
-        diff.refusal = diff.refusal.take().or_else(|| stages.refuse_solve());
-        let found = match diff.refusal {
-            Some(_) => None,
-            None => {
-                find(&self.gpu).map_or_else(|error| diff.take_refusal(error).map(|()| None), |found| Ok(Some(found)))?
+        let mut checked = std::mem::take(&mut self.diff.borrow_mut().stages);
+        let mut found = None;
+        if checked.refusal.is_none() {
+            let mut stages = self.stages.borrow_mut();
+            stages.check_request(&self.cpu.scene, request)?;
+            checked = stages.checked_stages()?;
+        }
+        if checked.refusal.is_none() {
+            match find(&self.gpu) {
+                Ok(links) => found = Some(links),
+                Err(error) => checked.take_refusal(error)?,
             }
-        };
+        }
+        self.diff.borrow_mut().stages = checked;
         Ok((found, find(&self.cpu)?))
     }
 }

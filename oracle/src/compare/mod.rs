@@ -8,9 +8,11 @@
 //! and its bound follows from the scene's silhouettes ([`visibility_bound`]). Where solvers differ, the shot, texel and
 //! factor in which they part are found by following both ([`divergence`]).
 
+pub mod checked_stages;
 pub mod comparison;
 pub mod criteria;
 pub mod divergence;
+mod gpu_solves;
 pub mod hierarchical;
 mod item_buffer;
 pub mod link_diff;
@@ -25,26 +27,25 @@ pub mod truth;
 pub mod visibility;
 pub mod visibility_bound;
 
-use crate::compare::comparison::{Comparison, ItemBufferPicture, Preset, StageCheck};
+use crate::compare::checked_stages::check_all_stages;
+use crate::compare::comparison::{Comparison, Preset};
 use crate::compare::criteria::LinkBounds;
+use crate::compare::gpu_solves::{GpuSolves, solve_timed};
 use crate::diff::difference::{Difference, NOT_COMPARABLE, compare_fields};
 use crate::solve::progress::ProgressMonitor;
 use common::constants::MAX_LINK_BYTES;
 use common::cover::sampled_mesh;
 use common::energy::EnergyBalance;
 use common::mesh::{Mesh, Patch};
-use common::passes;
 use common::passes::{Engine, Exchange, PatchClosure};
 use common::scene::Scene;
-use common::settings::{Iteration, Settings, Transport, Visibility};
-use common::shooting::{RadiosityField, Shoot, SolveRun, replay_log};
+use common::settings::{Iteration, Settings, Visibility};
+use common::shooting::{RadiosityField, Shoot, SolveRun};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::hierarchy::sky::{SKY_ERROR, receive_sky};
 use glam::{DVec3, Vec3};
 use gpu::{Gpu, GpuSolver, ShaderFault};
-use std::ops::ControlFlow;
-use std::time::Instant;
 use visibility::{LinkRows, VisibilityCheck};
 use visibility_bound::{VisibilityBound, shot_radiosity};
 
@@ -75,45 +76,14 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         gpu_settings.schedule.iteration = Iteration::Southwell;
     }
     let settings = gpu_settings.with_visibility(Visibility::Rays);
-    let new_gpu_solver = || GpuSolver::with_faults(request.gpu, &mesh, &gpu_settings.transport, request.faults);
     let (cpu, cpu_seconds) = solve_timed(&mut cpu_solver, &mesh, &settings, ("CPU", watch))?;
-    let mut limited = gpu_settings;
-    limited.schedule.max_shots = gpu_settings.schedule.max_shots.min(shot_limit(&cpu).saturating_add(1));
-    let (gpu, gpu_seconds) = solve_timed(&mut gpu_solver, &mesh, &limited, ("GPU", watch))?;
-    watch.begin_phase("lockstep")?;
-    let single = gpu_settings.schedule.iteration == Iteration::Southwell;
-    let lockstep = if single {
-        replay_log(&mut new_gpu_solver()?, &cpu.shooter_log())?
-    } else {
-        replay_passes(&mut gpu_solver, &mesh, &cpu)?
-    };
-    watch.begin_phase("WGSL against twin")?;
-    let watched = request.gpu.with_race_log();
-    let (mut stages, unreached) = stages::check_stages(
-        &mesh,
-        &gpu_settings.transport,
-        cpu_solver.rays(),
-        &mut GpuSolver::with_faults(&watched, &mesh, &gpu_settings.transport, request.faults)?,
-    )?;
-    stages.append(&mut races::race_checks(&watched)?);
-    stages.append(&mut check_relit_scene(scene, &gpu_settings, request)?);
-    let item_buffer = item_buffer_picture(&gpu_settings, &cpu, &mut gpu_solver)?;
-    let (mut done, all) = (0, mesh.patches.len() as u64);
-    let mut visibility_check = visibility::check_visibility(
-        &mesh,
-        &gpu_settings.transport,
-        &mut cpu_solver,
-        &mut gpu_solver,
-        &mut || {
-            done += 1;
-            watch.report_count("visibility of all pairs", done, all)
-        },
-    )?;
-    stages.append(&mut visibility_check.stages);
+    let checked = check_all_stages(scene, &mesh, cpu_solver.rays(), (&gpu_settings, request), watch)?;
+    let solvers = (&mut cpu_solver, &mut gpu_solver);
+    let mut found = GpuSolves::new(checked, (&mesh, &gpu_settings, request), solvers, &cpu, watch)?;
     watch.begin_phase("verdict")?;
-    let [cpu_energy, gpu_energy] = [&cpu, &gpu].map(|run| EnergyBalance::new(&mesh, &run.field, &run.shots));
+    let [cpu_energy, gpu_energy] = [&cpu, &found.free].map(|run| EnergyBalance::new(&mesh, &run.field, &run.shots));
     let [lockstep_difference, free_difference] =
-        [&lockstep, &gpu].map(|run| compare_fields(&mesh, &run.field, &cpu.field));
+        [&found.lockstep, &found.free].map(|run| compare_fields(&mesh, &run.field, &cpu.field));
     let mut comparison = Comparison {
         scene: scene.clone(),
         preset: Preset::Requested,
@@ -123,52 +93,38 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
         adapter: request.gpu.line.name.clone(),
         cpu_energy,
         gpu_energy,
-        seconds: [cpu_seconds, gpu_seconds],
-        stages,
-        pairs: std::mem::take(&mut visibility_check.statistics),
+        seconds: [cpu_seconds, found.seconds],
+        stages: found.stages.checks.clone(),
+        pairs: std::mem::take(&mut found.visibility.statistics),
         lockstep_difference,
         free_difference,
         estimates: [None, None],
         error_map: None,
         truth_error: [None, None],
         truth: None,
-        item_buffer,
+        item_buffer: found.item_buffer.take(),
         criteria: Vec::new(),
         findings: Vec::new(),
         first_divergence: None,
-        notes: describe_unreached(&unreached).into_iter().collect(),
+        notes: found.stages.describe_unreached().into_iter().collect(),
         mesh,
         cpu,
-        gpu,
-        lockstep,
+        gpu: found.free,
+        lockstep: found.lockstep,
     };
+    if found.stages.refusal.is_some() {
+        comparison.criteria = found.stages.criteria();
+        return Ok(comparison);
+    }
     let bounds = LinkBounds {
         twin_differences: [NOT_COMPARABLE; 2],
         shortfall: Some(f64::NAN),
-        possible_differences: possible_differences(&comparison, &mut visibility_check),
+        possible_differences: possible_differences(&comparison, &mut found.visibility),
     };
-    let bounds = replay_on_links(&comparison, &visibility_check.gpu, bounds)?;
+    let bounds = replay_on_links(&comparison, &found.visibility.gpu, bounds)?;
     comparison.criteria = criteria::agreement_criteria(&comparison, &bounds);
     comparison.findings = criteria::item_buffer_findings(&comparison);
     Ok(comparison)
-}
-
-/// Checks the stages of a relight of the scene, with some of its faces as objects. Links that are compared are not scaled.
-fn check_relit_scene(scene: &Scene, settings: &Settings, request: &ComparisonRequest) -> Result<Vec<StageCheck>> {
-    let Some(mesh) = stages::relit_mesh(scene, settings.meshing.texels)? else {
-        return Ok(Vec::new());
-    };
-    let transport = Transport {
-        conserve: false,
-        ..settings.transport
-    };
-    let mut solver = GpuSolver::with_faults(request.gpu, &mesh, &transport, request.faults)?;
-    stages::check_relit_stages(&mesh, &transport, &mut solver)
-}
-
-/// Returns a note on stages that were not reached, if there are any.
-fn describe_unreached(stages: &[&str]) -> Option<String> {
-    (!stages.is_empty()).then(|| format!("stages that this scene does not reach: {}", stages.join(", ")))
 }
 
 /// Checks that the links of all patches fit in memory, the CPU's beside the GPU's.
@@ -187,39 +143,6 @@ fn check_memory(scene: &Scene, mesh: &Mesh) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// Returns the most shots that a solve on the GPU may take: a shader that leaves a shooter's light unshot would shoot it
-/// for ever.
-pub(crate) fn shot_limit(cpu: &SolveRun) -> u32 {
-    const LEAST_SHOTS: u64 = 256;
-    (4 * cpu.shooters)
-        .saturating_add(LEAST_SHOTS)
-        .try_into()
-        .unwrap_or(u32::MAX)
-}
-
-fn solve_timed(
-    engine: &mut dyn Engine,
-    mesh: &Mesh,
-    settings: &Settings,
-    (phase, watch): (&str, &ProgressMonitor),
-) -> Result<(SolveRun, f64)> {
-    let start = Instant::now();
-    let run = passes::solve_by_schedule(engine, mesh, &settings.schedule, &mut |done| {
-        watch.report_share(phase, done)
-    })?;
-    Ok((run, start.elapsed().as_secs_f64()))
-}
-
-/// Gathers the CPU's total shots of all patches at once on the GPU, which has the links.
-fn replay_passes(solver: &mut GpuSolver, mesh: &Mesh, cpu: &SolveRun) -> Result<SolveRun> {
-    let patches: Vec<u32> = (0..mesh.patches.len() as u32).collect();
-    let closures = solver.make_links(&patches, &mut |_| ControlFlow::Continue(()))?;
-    Ok(SolveRun {
-        field: gather_shots(solver, &closures, mesh, cpu)?,
-        ..cpu.clone()
-    })
 }
 
 /// Gathers all shots of `run` at once, on links with these closures; after passes the unshot radiosity is constant over
@@ -288,25 +211,4 @@ fn possible_differences(c: &Comparison, check: &mut VisibilityCheck) -> [Differe
         bound.bound_of_unshot(&c.gpu.field),
     ];
     [&lockstep[..], &free].map(|parts| visibility_bound::bound_difference(mesh, parts, &cpu.field))
-}
-
-/// Returns the item buffer of the first shooter; none for rays.
-fn item_buffer_picture(
-    settings: &Settings,
-    cpu: &SolveRun,
-    solver: &mut GpuSolver,
-) -> Result<Option<ItemBufferPicture>> {
-    let Some(drawing) = settings.transport.visibility.item_buffer() else {
-        return Ok(None);
-    };
-    let patch = cpu.shots.first().map_or(0, |shot| shot.patch);
-    let mut first = None;
-    solver.probe_links(patch, &mut |sample| {
-        first.get_or_insert(sample.ids);
-    })?;
-    Ok(Some(ItemBufferPicture {
-        patch,
-        size: drawing.size,
-        ids: first.unwrap_or_default(),
-    }))
 }

@@ -26,6 +26,14 @@ pub enum PresetSelection {
     ToError(ErrorTarget, Settings),
 }
 
+/// A scene, and the presets with which it is compared.
+pub struct SceneRequest {
+    /// The scene.
+    pub scene: Scene,
+    /// The presets.
+    pub selection: PresetSelection,
+}
+
 /// Compares CPU and GPU on `scene` with all presets.
 ///
 /// Errors: the scene is invalid, a solver fails, or `watch` interrupts.

@@ -133,7 +133,7 @@ fn report_error(error: &Error) -> ExitCode {
     }
     ExitCode::from(match error {
         Error::Input { .. } | Error::Shader { .. } | Error::Usage(_) => 2,
-        Error::NoAdapter(_) | Error::Device(_) => 3,
+        Error::NoAdapter(_) | Error::Device(_) | Error::Stage { .. } => 3,
         Error::Write { .. } => 4,
         Error::Fault(_) => 1,
         // The code by which a shell reports a program that Ctrl-C ended.

@@ -65,8 +65,9 @@ pub fn find_first_divergence(
     let mut found = FirstDivergence::default();
     if comparison.error_target.is_none() {
         match search_shots(comparison, (gpu, faults), &mut found, watch) {
-            Err(Error::Device(text)) => found.refusal = Some(text),
-            searched => searched?,
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(refused) => found.refusal = Some(refused.to_string()),
+            Ok(()) => {}
         }
     }
     if found.parting.is_none() {

@@ -11,6 +11,7 @@ mod samples;
 mod tally;
 mod twin;
 
+use crate::compare::checked_stages::CheckedStages;
 use crate::compare::comparison::StageCheck;
 use crate::compare::races::race_checks;
 use crate::solve::gpu_linker::{node_records, radiosity_records, receiver_record};
@@ -161,35 +162,19 @@ impl Tallies {
     }
 
     /// Returns the tallies in the order in which the stages run.
-    fn in_order(&self) -> [&StageTally; 10] {
+    fn in_order(&mut self) -> [&mut StageTally; 10] {
         [
-            &self.clear_work_lists,
-            &self.link_bounds,
-            &self.refine,
-            &self.link_factors,
-            &self.sample_links,
-            &self.rays,
-            &self.prefix_sum,
-            &self.subdivide_nodes,
-            &self.add_links,
-            &self.store_links,
-        ]
-    }
-
-    /// Returns the tally of the stage of a shader with entry points.
-    fn of_shader(&mut self, name: &str) -> Option<&mut StageTally> {
-        let all = [
             &mut self.clear_work_lists,
             &mut self.link_bounds,
             &mut self.refine,
             &mut self.link_factors,
             &mut self.sample_links,
+            &mut self.rays,
             &mut self.prefix_sum,
             &mut self.subdivide_nodes,
             &mut self.add_links,
             &mut self.store_links,
-        ];
-        all.into_iter().find(|tally| tally.name == name)
+        ]
     }
 }
 
@@ -228,7 +213,8 @@ impl LinkStages {
         });
         let guarded: Vec<(&str, usize)> = guarded.collect();
         let mut found = self.probe.run_stage(names, groups, given, &guarded)?;
-        let mut tally = self.tallies.of_shader(names[0]);
+        let mut tallies = self.tallies.in_order().into_iter();
+        let mut tally = tallies.find(|tally| tally.name == names[0]);
         for (words, (_, count)) in found.iter_mut().zip(made) {
             for (k, word) in words.split_off(*count).into_iter().enumerate() {
                 if let Some(tally) = &mut tally {
@@ -287,7 +273,7 @@ impl LinkStages {
     }
 
     /// Returns why a solve with these stages is not run: a dispatch of any number of workgroups may have no end.
-    pub fn refuse_solve(&self) -> Option<String> {
+    fn refuse_solve(&mut self) -> Option<String> {
         let wrong = (self.tallies.in_order().into_iter()).find(|tally| tally.has_wrong_workgroups)?;
         Some(format!(
             "{} makes wrong numbers of workgroups: the GPU's solve is not run",
@@ -295,19 +281,22 @@ impl LinkStages {
         ))
     }
 
-    /// Returns the checks of the stages that were reached, those of their races, and the names of the others.
+    /// Returns the checks of the stages that were reached and those of their races, and the names of the others.
     ///
     /// Errors: the device fails.
-    pub fn stage_checks(&self) -> Result<(Vec<StageCheck>, Vec<&'static str>)> {
-        let (reached, others): (Vec<&StageTally>, _) = self
+    pub fn checked_stages(&mut self) -> Result<CheckedStages> {
+        let (reached, others): (Vec<_>, Vec<_>) = self
             .tallies
             .in_order()
             .into_iter()
             .partition(|tally| tally.is_reached());
-        let mut checks: Vec<StageCheck> = reached.into_iter().map(StageTally::stage_check).collect();
+        let mut checks: Vec<StageCheck> = reached.into_iter().map(|tally| tally.stage_check()).collect();
         checks.append(&mut race_checks(&self.watched)?);
-        let others = others.into_iter().map(|tally: &StageTally| tally.name);
-        Ok((checks, others.collect()))
+        Ok(CheckedStages {
+            checks,
+            unreached: others.into_iter().map(|tally| tally.name).collect(),
+            refusal: self.refuse_solve(),
+        })
     }
 }
 

@@ -15,6 +15,7 @@ pub use relit::{check_relit_stages, relit_mesh};
 use super::item_buffer::{pixel_bound, pixel_tally};
 use super::roundings::StageRoundings;
 use super::statistics::{Elements, ErrorTally, ValueSource};
+use crate::compare::checked_stages::CheckedStages;
 use crate::compare::comparison::StageCheck;
 use common::Result;
 use common::constants::PATCH_SUM_LANES;
@@ -41,6 +42,10 @@ const COUNTED_STAGES: [&str; 5] = [
     "workgroups of link",
     "workgroups of received",
 ];
+/// Reason of the bound of the number of vertices.
+const DRAWN_FACES_REASON: &str = "vertices of the item buffer: of all faces, or none where links are kept";
+/// Vertices of a side of a face in an item buffer: two triangles.
+const VERTICES_PER_SIDE: u32 = 6;
 /// Names of the visibility of a texel: by all pixels or rays, and by few pixels.
 const SIGHT_VALUES: [&str; 2] = ["visibility", "visibility by few pixels"];
 const VISIBILITY: usize = 0;
@@ -60,6 +65,7 @@ struct Tallies {
     closure: ErrorTally,
     select: ErrorTally,
     workgroups: ErrorTally,
+    drawn: ErrorTally,
     unshot: ErrorTally,
     deposit: ErrorTally,
     power: ErrorTally,
@@ -75,70 +81,108 @@ struct StageChecker<'a> {
     tallies: Tallies,
 }
 
-/// Checks all stages on a fresh `solver`; returns also the names of the stages that were not reached.
+/// Checks all stages on a fresh `solver`.
 ///
 /// Errors: the device fails.
-pub fn check_stages(
-    mesh: &Mesh,
-    transport: &Transport,
-    rays: &Rays,
-    solver: &mut GpuSolver,
-) -> Result<(Vec<StageCheck>, Vec<&'static str>)> {
+pub fn check_stages(mesh: &Mesh, transport: &Transport, rays: &Rays, solver: &mut GpuSolver) -> Result<CheckedStages> {
     let mut checker = StageChecker {
         mesh,
         transport,
         rays,
         tallies: Tallies::new(mesh, transport),
     };
-    let mut rows = BTreeMap::new();
-    let spread = (0..CHECKED_SHOTS).map(|k| ((2 * k + 1) * mesh.patches.len() / (2 * CHECKED_SHOTS)) as u32);
-    let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
-    for (n, patch) in greedy.chain(spread.map(Some)).enumerate() {
-        let before = (solver.read_field()?, solver.patch_power()?);
-        let script = patch.map(|patch| [patch]);
-        let order = match &script {
-            None => ShotOrder::Greedy { threshold: 0.0 },
-            Some(script) => ShotOrder::Replay(script),
-        };
-        let mut done: Option<Shot> = None;
-        solver.run(order, 1, &mut |shot| {
-            done = Some(*shot);
-            ControlFlow::Continue(())
-        })?;
-        let with_power = done.filter(|shot| shot.power.iter().any(|p| *p != 0.0));
-        let twin = patch.or_else(|| select_shooter(&before.1, 0.0));
-        let is_unknown = with_power.is_some_and(|shot| shot.patch as usize >= mesh.patches.len());
-        if is_unknown || patch.is_none() && (twin.is_some() || with_power.is_some()) {
-            let values = [done.map(|shot| shot.patch), twin].map(|of| of.map_or(Value::Unwritten, Value::from));
-            let wrong = f64::from(u8::from(values[0] != values[1]));
-            (checker.tallies.select).add(ValueSource::default(), [n, 0], values, wrong);
+    let ended = checker.check_shots(solver);
+    let (checks, unreached) = checker.tallies.stage_checks(mesh, transport);
+    let mut checked = CheckedStages {
+        checks,
+        unreached,
+        refusal: None,
+    };
+    ended.or_else(|error| checked.take_refusal(error))?;
+    Ok(checked)
+}
+
+impl StageChecker<'_> {
+    /// Checks the stages of some shots, and of passes by their shooters.
+    ///
+    /// Errors: the device fails; a stage leaves no result.
+    fn check_shots(&mut self, solver: &mut GpuSolver) -> Result<()> {
+        let mesh = self.mesh;
+        let mut rows = BTreeMap::new();
+        let spread = (0..CHECKED_SHOTS).map(|k| ((2 * k + 1) * mesh.patches.len() / (2 * CHECKED_SHOTS)) as u32);
+        let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
+        for (n, patch) in greedy.chain(spread.map(Some)).enumerate() {
+            let before = (solver.read_field()?, solver.patch_power()?);
+            let script = patch.map(|patch| [patch]);
+            let order = match &script {
+                None => ShotOrder::Greedy { threshold: 0.0 },
+                Some(script) => ShotOrder::Replay(script),
+            };
+            let mut done: Option<Shot> = None;
+            solver.run(order, 1, &mut |shot| {
+                done = Some(*shot);
+                ControlFlow::Continue(())
+            })?;
+            let twin = patch.or_else(|| select_shooter(&before.1, 0.0));
+            if twin.is_some() || done.is_some() {
+                let values = [done.map(|shot| shot.patch), twin].map(|of| of.map_or(Value::Unwritten, Value::from));
+                let wrong = f64::from(u8::from(values[0] != values[1]));
+                (self.tallies.select).add(ValueSource::default(), [n, 0], values, wrong);
+            }
+            let is_known = |shot: &Shot| (shot.patch as usize) < mesh.patches.len();
+            let Some(shot) = done.filter(is_known) else {
+                continue;
+            };
+            let drawn_faces = if rows.contains_key(&shot.patch) {
+                0
+            } else {
+                mesh.faces.len()
+            };
+            check_drawn_faces(
+                &mut self.tallies.drawn,
+                self.transport,
+                (shot.patch, drawn_faces),
+                solver,
+            )?;
+            let after = (solver.read_field()?, solver.patch_power()?);
+            if patch.is_none() {
+                let counted = solver.read_counted_workgroups()?;
+                let has_links = |next| next == shot.patch || rows.contains_key(&next);
+                self.add_workgroups(n, &counted, select_shooter(&after.1, 0.0).map(has_links));
+            }
+            // The links of a patch are made at its first shot and kept.
+            if let Entry::Vacant(place) = rows.entry(shot.patch) {
+                place.insert(self.check_links(shot.patch, solver)?);
+            }
+            if shot.power.iter().any(|power| *power != 0.0) {
+                self.check_shot(&shot, &rows[&shot.patch], [&before, &after]);
+            }
         }
-        let Some(shot) = with_power.filter(|_| !is_unknown) else {
-            continue;
-        };
-        let after = (solver.read_field()?, solver.patch_power()?);
-        if patch.is_none() {
-            let counted = solver.read_counted_workgroups()?;
-            let is_known = |next| next == shot.patch || rows.contains_key(&next);
-            checker.add_workgroups(n, &counted, select_shooter(&after.1, 0.0).map(is_known));
+        if solver.transfer_fits() {
+            self.check_passes(&rows, solver)?;
         }
-        // The links of a patch are made at its first shot and kept.
-        if let Entry::Vacant(place) = rows.entry(shot.patch) {
-            place.insert(checker.check_links(shot.patch, solver)?);
-        }
-        checker.check_shot(&shot, &rows[&shot.patch], [&before, &after]);
+        Ok(())
     }
-    if rows.is_empty() {
-        // Without emission, no patch shoots; its links are checked nevertheless.
-        for patch in 0..mesh.patches.len().min(CHECKED_SHOTS) as u32 {
-            rows.insert(patch, checker.check_links(patch, solver)?);
-        }
-    }
-    if solver.transfer_fits() {
-        let patches: Vec<u32> = rows.keys().copied().collect();
-        checker.check_passes(&patches, solver)?;
-    }
-    Ok(checker.tallies.stage_checks(mesh, transport))
+}
+
+/// Checks the number of vertices of the latest item buffer of a patch, which shows so many faces; with visibility by rays
+/// nothing is drawn.
+///
+/// Errors: the device fails.
+fn check_drawn_faces(
+    tally: &mut ErrorTally,
+    transport: &Transport,
+    (patch, faces): (u32, usize),
+    solver: &mut GpuSolver,
+) -> Result<()> {
+    let Some(drawing) = transport.visibility.item_buffer() else {
+        return Ok(());
+    };
+    let twin = VERTICES_PER_SIDE * drawing.projection.plane_count() * faces as u32;
+    let found = solver.read_drawn_vertices()?;
+    let wrong = f64::from(found.abs_diff(twin));
+    tally.add(ValueSource::shot_by(patch), [patch as usize, 0], [found, twin], wrong);
+    Ok(())
 }
 
 impl Tallies {
@@ -193,6 +237,7 @@ impl Tallies {
                 elements("the shot after shot", 0, 1),
                 &COUNTED_STAGES,
             ),
+            drawn: of("view: drawn faces", (0.0, DRAWN_FACES_REASON), patches, &["vertices"]),
             unshot: of(
                 "select: unshot",
                 (over_patches, unshot),
@@ -220,12 +265,14 @@ impl Tallies {
     fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> (Vec<StageCheck>, Vec<&'static str>) {
         let drawn = transport.visibility.item_buffer().is_some();
         let (shot, exchanged) = (self.deposit.values() > 0, self.exchange.values() > 0);
+        let has_drawn = self.drawn.values() > 0;
         // Weights of other points hide the visibility: then the link is at fault.
         let seen = self.sight.values() > 0 || self.link.agrees();
         let chosen = self.select.values() > 0;
         let table = [
             (chosen, &self.select),
             (shot, &self.workgroups),
+            (has_drawn, &self.drawn),
             (true, &self.aim),
             (drawn, &self.item_buffer),
             (true, &self.form_factor),

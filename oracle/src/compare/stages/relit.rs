@@ -1,8 +1,8 @@
 //! Checks the stages of a relight on a mesh whose last faces are objects: item buffers with and without them, links beside
 //! those without the objects, and their deposit by each rule.
 
-use super::TEXEL_VALUES;
 use super::links::{decided_by_rounding, drawn_view};
+use super::{DRAWN_FACES_REASON, TEXEL_VALUES, check_drawn_faces};
 use crate::compare::comparison::StageCheck;
 use crate::compare::item_buffer::{self, pixel_bound, pixel_tally};
 use crate::compare::roundings::DISC_ROUNDINGS;
@@ -77,6 +77,7 @@ struct RelitChecker<'a> {
     drawn: [Mesh; 2],
     transport: &'a Transport,
     rays: Rays,
+    drawn_faces: ErrorTally,
     item_buffer: ErrorTally,
     sight: ErrorTally,
     link: ErrorTally,
@@ -135,7 +136,13 @@ pub fn check_relit_stages(mesh: &Mesh, transport: &Transport, solver: &mut GpuSo
             }
         }
     }
-    let tallies = [&checker.item_buffer, &checker.sight, &checker.link, &checker.deposit];
+    let tallies = [
+        &checker.drawn_faces,
+        &checker.item_buffer,
+        &checker.sight,
+        &checker.link,
+        &checker.deposit,
+    ];
     let ran = tallies.into_iter().filter(|tally| tally.values() > 0);
     Ok(ran.map(|tally| tally.stage_check(mesh)).collect())
 }
@@ -166,6 +173,16 @@ impl<'a> RelitChecker<'a> {
             ],
             transport,
             rays: Rays::new(mesh),
+            drawn_faces: ErrorTally::new(
+                "view: drawn faces, relit",
+                (0.0, DRAWN_FACES_REASON),
+                Elements {
+                    name: "patch",
+                    count: mesh.patches.len(),
+                    lanes: 1,
+                },
+                &["vertices"],
+            ),
             item_buffer: pixel_tally("item buffer, relit", pixels, pixel_reason),
             sight: ErrorTally::new(
                 if projection.is_some() {
@@ -218,6 +235,9 @@ impl<'a> RelitChecker<'a> {
             false => vec![Baseline::default(); mesh.texels.len()],
         };
         let shot = solver.shoot(patch)?;
+        // The probe has kept the links, unless they are made anew for each rule.
+        let faces = if rule.compares_links() { mesh.faces.len() } else { 0 };
+        check_drawn_faces(&mut self.drawn_faces, self.transport, (patch, faces), solver)?;
         let after = solver.read_field()?;
         let in_flight = load_shot(mesh, patch, Vec3::from(shot.power), row.scale, rule, &reflectance);
         for (k, baseline) in baselines.into_iter().enumerate() {

@@ -1,19 +1,24 @@
 //! Checks the stages of a shot on given links (select, deposit, power), and those of passes (exchange, collect).
 
-use super::StageChecker;
+use super::links::LINK;
+use super::{StageChecker, factor_scales};
+use crate::compare::roundings::escape_difference;
 use crate::compare::statistics::{ErrorTally, ValueSource};
 use common::Result;
-use common::passes::Exchange;
+use common::passes::{Exchange, PatchClosure};
 use common::shooting::{DepositRule, RadiosityField, Shoot, Shot, total_power};
+use cpu::shader_twins::closure::sum_form_factors;
 use cpu::shader_twins::deposit::deposit;
 use cpu::shader_twins::gather::update_radiosity;
 use cpu::shader_twins::link::Baseline;
+use cpu::shader_twins::patch_transfer::patch_transfer;
 use cpu::shader_twins::select::{count_workgroups, load_shot};
 use cpu::shader_twins::unshot_power::unshot_power;
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
 use gpu::probe::ProbedRow;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 /// State of a solve between two shots: the field, and the power of each patch.
@@ -73,12 +78,14 @@ impl StageChecker<'_> {
         }
     }
 
-    /// Lets `patches` shoot at once and checks the result.
+    /// Lets the patches of `rows` shoot at once and checks the result.
     ///
     /// Errors: the device fails.
-    pub fn check_passes(&mut self, patches: &[u32], solver: &mut GpuSolver) -> Result<()> {
+    pub fn check_passes(&mut self, rows: &BTreeMap<u32, ProbedRow>, solver: &mut GpuSolver) -> Result<()> {
         let mesh = self.mesh;
-        solver.make_links(patches, &mut |_| ControlFlow::Continue(()))?;
+        let patches: Vec<u32> = rows.keys().copied().collect();
+        let patches = &patches[..];
+        let closures = solver.make_links(patches, &mut |_| ControlFlow::Continue(()))?;
         let mut shot = vec![Vec3::ZERO; mesh.patches.len()];
         for (n, patch) in patches.iter().enumerate() {
             let x = (n + 1) as f32 / (patches.len() + 1) as f32;
@@ -89,6 +96,10 @@ impl StageChecker<'_> {
             shares.fold(Vec3::ZERO, |sum, (patch, row)| sum + shot[*patch as usize] * row[k])
         };
         let transfers = solver.read_transfers(patches)?;
+        let links = solver.read_rows(patches)?;
+        for (n, (patch, row)) in rows.iter().enumerate() {
+            self.check_side_by_side((*patch, row), (&links[n], &transfers[n], closures[n]));
+        }
         for (c, flux) in solver.exchange_flux(&shot)?.iter().enumerate() {
             let sum = receive(&transfers, c);
             for k in 0..3 {
@@ -96,7 +107,6 @@ impl StageChecker<'_> {
             }
         }
         let unshot: Vec<Vec3> = shot.iter().map(|x| *x * 0.25).collect();
-        let links = solver.read_rows(patches)?;
         solver.gather_field(&shot, &unshot)?;
         let field = solver.read_field()?;
         for (c, patch) in mesh.patches.iter().enumerate() {
@@ -108,6 +118,29 @@ impl StageChecker<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Checks links that were made beside those of other patches, and their sums; `alone` were made by themselves.
+    fn check_side_by_side(
+        &mut self,
+        (patch, alone): (u32, &ProbedRow),
+        (links, transfers, closure): (&[f32], &[f32], PatchClosure),
+    ) {
+        let (mesh, tallies) = (self.mesh, &mut self.tallies);
+        let (source, whole) = (ValueSource::shot_by(patch), ValueSource::default());
+        let sizes = factor_scales(mesh, self.transport.form_factor, patch);
+        for (k, (w, size)) in links.iter().zip(sizes).enumerate() {
+            tallies.link.add_ulps(source, [k, LINK], [*w, alone.links[k]], size);
+        }
+        for (c, (taker, taken)) in mesh.patches.iter().zip(transfers).enumerate() {
+            let twin = patch_transfer(mesh, links, taker);
+            tallies.received.add_ulps(source, [c, 0], [*taken, twin], 0.0);
+        }
+        let shooter = patch as usize;
+        let sum = sum_form_factors(transfers, mesh.patches[shooter].shooter.area);
+        (tallies.closure).add_ulps(whole, [shooter, 0], [closure.form_factor_sum, sum], 0.0);
+        let escaped = [closure.escaped, alone.escaped];
+        (tallies.escape).add(whole, [shooter, 0], escaped, escape_difference(escaped[0], escaped[1]));
     }
 }
 
