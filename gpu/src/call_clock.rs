@@ -1,28 +1,56 @@
 //! Time of a call to the device: with shaders of others it may never return.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
+
+/// Time between two looks at the clock.
+const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Clock of the call to a device that is under way.
 #[derive(Default)]
-pub struct CallClock(Mutex<Option<Instant>>);
+pub struct CallClock(Mutex<CallState>);
+
+#[derive(Clone, Copy, Default)]
+struct CallState {
+    start: Option<Instant>,
+    stage: Option<&'static str>,
+}
 
 impl CallClock {
     /// Makes a call.
     pub(crate) fn time_call<T>(&self, call: impl FnOnce() -> T) -> T {
-        self.set_start(Some(Instant::now()));
+        self.state().start = Some(Instant::now());
         let result = call();
-        self.set_start(None);
+        self.state().start = None;
         result
     }
 
-    /// Returns how long the call under way has taken; 0 if there is none.
-    pub fn call_time(&self) -> Duration {
-        let start = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        start.map_or(Duration::ZERO, |start| start.elapsed())
+    /// Does work of which all calls run one shader.
+    pub(crate) fn run_stage<T>(&self, stage: &'static str, work: impl FnOnce() -> T) -> T {
+        self.state().stage = Some(stage);
+        let result = work();
+        self.state().stage = None;
+        result
     }
 
-    fn set_start(&self, start: Option<Instant>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = start;
+    /// Calls `end` in another thread when a call takes longer than `limit`, with the shader that it runs if it runs a single
+    /// one. Such a call may never return, nor the closing of its device: `end` has to end the process.
+    pub fn watch_calls(self: &Arc<Self>, limit: Duration, end: impl FnOnce(Option<&'static str>) + Send + 'static) {
+        let clock = Arc::downgrade(self);
+        thread::spawn(move || {
+            while let Some(clock) = clock.upgrade() {
+                let CallState { start, stage } = *clock.state();
+                if start.is_some_and(|start| start.elapsed() > limit) {
+                    return end(stage);
+                }
+                drop(clock);
+                thread::sleep(POLL_INTERVAL);
+            }
+        });
+    }
+
+    fn state(&self) -> MutexGuard<'_, CallState> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -75,7 +75,8 @@ impl LinkProbe {
         let ranges: Vec<_> = (made.iter())
             .map(|(name, words)| (&self.table[name], 0, 4 * *words as u64))
             .collect();
-        let mut words: Vec<u32> = self.host.read_back(encoder, &ranges)?;
+        let clock = self.host.gpu.call_clock.clone();
+        let mut words: Vec<u32> = clock.run_stage(file, || self.host.read_back(encoder, &ranges))?;
         let split = made.iter().map(|(_, count)| {
             let rest = words.split_off(*count);
             std::mem::replace(&mut words, rest)

@@ -1,6 +1,7 @@
 //! `radiosity compare`: solves scenes on CPU and GPU and reports every difference.
 
 use super::Outcome;
+use super::bundled_comparisons::{COMPARE_ARGUMENTS, load_comparisons};
 use super::console::message;
 use super::lights::LightOptions;
 use super::options::{CommonOptions, PassOptions, ShootingOptions, parse_error};
@@ -18,7 +19,7 @@ use gpu::Gpu;
 use oracle::compare::comparison::{Comparison, SceneComparison};
 use oracle::compare::divergence::find_first_divergence;
 use oracle::compare::parting::FirstDivergence;
-use oracle::compare::presets::{PresetSelection, compare_presets};
+use oracle::compare::presets::{PresetSelection, SceneRequest, compare_presets};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solver::{ErrorTarget, SolverKind};
 use std::collections::BTreeSet;
@@ -29,8 +30,11 @@ use std::path::{Path, PathBuf};
 #[derive(Args)]
 pub struct CompareArguments {
     /// .obj, .gltf or .glb files
-    #[arg(required = true)]
+    #[arg(required_unless_present = "all")]
     scenes: Vec<PathBuf>,
+    /// Compare bundled scenes by all visibilities, projections, lookups and form factors: every shader runs
+    #[arg(long, conflicts_with_all = ["scenes", "error", "LightOptions", "ShootingOptions", "PassOptions", "quality"])]
+    all: bool,
     /// Folder for report.html and report.json
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -74,14 +78,12 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
 fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
     let CompareArguments { common, out, .. } = arguments;
     arguments.shooting.check_item_buffer(true)?;
-    let import = common.import_options();
-    let scenes = arguments
-        .scenes
-        .iter()
-        .map(|path| arguments.lights.load_scene(path, &import));
-    let scenes: Vec<Scene> = scenes.collect::<Result<_>>()?;
+    let mut requests = load_scenes(arguments)?;
     let shader_files = arguments.shaders.load_files()?;
     prepare_folder(out, &["report.json", "report.html"])?;
+    if arguments.all {
+        requests = load_comparisons(out)?;
+    }
     handle_interrupts();
     let gpu = match Gpu::open(common.adapter.as_deref()) {
         Ok(gpu) if shader_files.is_empty() => gpu,
@@ -90,21 +92,25 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
             end_on_stuck_device(&gpu);
             gpu
         }
-        Err(error @ Error::NoAdapter(_)) => return Err(solve_without_adapter(arguments, error)),
+        Err(error @ Error::NoAdapter(_)) if !arguments.all => return Err(solve_without_adapter(arguments, error)),
         Err(error) => return Err(error),
     };
     let mut comparisons = Vec::new();
-    for scene in &scenes {
-        let selection = select_presets(arguments, scene);
+    for (n, SceneRequest { scene, selection }) in requests.iter().enumerate() {
+        let options = COMPARE_ARGUMENTS.get(n).filter(|_| arguments.all);
         let progress = Progress::new(&scene.name);
         let show = |phase: &str, done| progress.show_phase(phase, done);
         let watch = ProgressMonitor::new(&show);
-        let judged = compare_presets(scene, &selection, &gpu, &[], &watch).and_then(|mut judged| {
+        let judged = compare_presets(scene, selection, &gpu, &[], &watch).and_then(|mut judged| {
             for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
                 c.notes.extend(gpu.describe_shader_files());
+                c.notes.extend(options.map(|options| format!("compare {options}")));
             }
             // The verdict does not wait for what explains it.
             progress.remove_bar();
+            if let Some(options) = options {
+                message!("compare {options}");
+            }
             print_summary(&judged);
             let progress = Progress::new(&scene.name);
             let show = |phase: &str, done| progress.show_phase(phase, done);
@@ -142,10 +148,22 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
     })
 }
 
-/// Returns the scene and the settings of a comparison with these words of the command line.
+/// Reads the scenes, and chooses the settings of each.
+fn load_scenes(arguments: &CompareArguments) -> Result<Vec<SceneRequest>> {
+    let import = arguments.common.import_options();
+    let load = |path: &PathBuf| arguments.lights.load_scene(path, &import);
+    let scenes: Vec<Scene> = arguments.scenes.iter().map(load).collect::<Result<_>>()?;
+    let choose = |scene: Scene| SceneRequest {
+        selection: select_presets(arguments, &scene),
+        scene,
+    };
+    Ok(scenes.into_iter().map(choose).collect())
+}
+
+/// Returns the scene and the presets of a comparison with these words of the command line.
 ///
 /// Errors: an option is unknown; the scene cannot be read.
-pub fn read_comparison(words: impl Iterator<Item = OsString>) -> Result<(Scene, PresetSelection)> {
+pub fn read_comparison(words: impl Iterator<Item = OsString>) -> Result<SceneRequest> {
     let parser = CompareArguments::augment_args(Command::new("compare").no_binary_name(true));
     let parsed = parser.try_get_matches_from(words);
     let parsed = parsed.and_then(|matches| CompareArguments::from_arg_matches(&matches));
@@ -153,7 +171,7 @@ pub fn read_comparison(words: impl Iterator<Item = OsString>) -> Result<(Scene, 
     let path = arguments.scenes.first().map(PathBuf::as_path).unwrap_or(Path::new(""));
     let scene = arguments.lights.load_scene(path, &arguments.common.import_options())?;
     let selection = select_presets(&arguments, &scene);
-    Ok((scene, selection))
+    Ok(SceneRequest { scene, selection })
 }
 
 /// Returns the settings to compare: one preset if an option selects the method, else the paper's and the default.

@@ -5,6 +5,7 @@
 mod adapters;
 mod bake;
 mod bundled;
+mod bundled_comparisons;
 mod chart;
 mod check;
 mod compare;

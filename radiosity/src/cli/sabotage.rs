@@ -1,8 +1,7 @@
 //! `radiosity sabotage`: plants mistakes in the shaders and shows which the comparison finds.
 
 use super::Outcome;
-use super::bundled::bundled_scene;
-use super::compare::read_comparison;
+use super::bundled_comparisons::{COMPARE_ARGUMENTS, load_comparisons};
 use super::console::{message, output};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use super::shader::ShaderOptions;
@@ -12,7 +11,7 @@ use crate::studies::sabotage::run::SabotageRun;
 use crate::studies::sabotage::score::{Score, summarise_verdicts};
 use crate::studies::sabotage::selection::{draw_sample, list_mutants};
 use crate::studies::sabotage::store::VerdictStore;
-use crate::studies::sabotage::worker::{Trial, answer_requests};
+use crate::studies::sabotage::worker::answer_requests;
 use crate::studies::sabotage::{JudgedMutant, Mutant, MutantVerdict};
 use clap::Args;
 use common::solution::{prepare_folder, write_files};
@@ -24,21 +23,6 @@ use std::thread::available_parallelism;
 
 /// Default number of mutants: half an hour on two cores.
 const DEFAULT_COUNT: usize = 600;
-/// Arguments of the comparisons that judge a mutant, the cheapest first: together they run every shader.
-const COMPARE_ARGUMENTS: [&str; 10] = [
-    "occluded_plates.obj --texels 5 --patches 1 --samples 3 --visibility rays",
-    "occluded_plates.obj --texels 4 --patches 1 --samples 1 --form-factor disc --iteration southwell --item-buffer 64",
-    "occluded_plates.obj --texels 4 --error 5%",
-    "occluded_plates.obj --texels 4 --patches 1 --samples 1 --form-factor paper --iteration southwell \
-     --visibility paper --item-buffer 64",
-    "occluded_plates.obj --texels 5 --patches 2 --samples 4 --visibility hemicube --item-buffer 64",
-    "occluded_plates.obj --texels 4 --patches 2 --samples 2 --visibility hemisphere --item-buffer 64 --conserve",
-    "slivers.obj --texels 12 --patches 1 --samples 2 --visibility rays",
-    "cornell_box.obj --texels 5 --patches 5 --samples 2 --visibility rays",
-    "cornell_box.obj --texels 2 --error 10%",
-    "slivers.obj --texels 4 --error 5%",
-];
-
 /// Arguments of `sabotage`.
 #[derive(Args)]
 pub struct SabotageArguments {
@@ -67,14 +51,15 @@ pub fn run(arguments: &SabotageArguments) -> Result<Outcome> {
     if arguments.judge {
         let gpu = Gpu::open(arguments.adapter.as_deref())?;
         let write_line = |line: &str| output!("{line}");
-        return answer_requests(&gpu, &load_trials(out)?, std::io::stdin().lock(), write_line).map(|()| Outcome::Done);
+        return answer_requests(&gpu, &load_comparisons(out)?, std::io::stdin().lock(), write_line)
+            .map(|()| Outcome::Done);
     }
     let given = arguments.shaders.load_files()?;
     prepare_folder(out, &["sabotage.json", "sabotage.html"])?;
     handle_interrupts();
     let adapter = Gpu::open(arguments.adapter.as_deref())?.line.name;
     // The scenes are written before several processes read them.
-    load_trials(out)?;
+    load_comparisons(out)?;
     let program = std::env::current_exe().map_err(|error| Error::Fault(error.to_string()))?;
     let all = list_mutants(&mutated_files(&given), &describe_context(&given, &adapter))?;
     let existing = all.len();
@@ -157,18 +142,6 @@ fn judge_command(program: &Path, arguments: &SabotageArguments) -> Command {
         command.args(["--adapter", name]);
     }
     command
-}
-
-/// Reads the scenes of the trials.
-fn load_trials(out: &Path) -> Result<Vec<Trial>> {
-    let load = |options: &&'static str| {
-        let (name, rest) = options.split_once(' ').unwrap_or((options, ""));
-        let scene = bundled_scene(name, out)?;
-        let words = rest.split_whitespace().map(Into::into);
-        let (scene, selection) = read_comparison([scene.into_os_string()].into_iter().chain(words))?;
-        Ok(Trial { scene, selection })
-    };
-    COMPARE_ARGUMENTS.iter().map(load).collect()
 }
 
 fn print_summary(judged: &[JudgedMutant]) {

@@ -7,8 +7,6 @@ use common::{Error, Result};
 use gpu::{Gpu, SHADER_STAGES, ShaderFile, ShaderStage};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::thread;
 use std::time::Duration;
 
 /// Longest time of a call to the device with shaders of the user's.
@@ -78,22 +76,15 @@ impl ShaderOptions {
     }
 }
 
-/// Ends the program with an error when a call to the device takes too long. No other end is possible: the call does not
-/// return, and neither does the closing of the device.
+/// Ends the program with an error when a call to the device takes too long.
 pub fn end_on_stuck_device(gpu: &Gpu) {
-    let seconds = MAX_CALL_TIME.as_secs();
-    let text =
-        format!("the GPU has not finished for {seconds} seconds: a loop, or a number of workgroups, may have no end");
-    let (error, clock) = (gpu.device_error(&text), Arc::downgrade(&gpu.call_clock));
-    thread::spawn(move || {
-        while let Some(clock) = clock.upgrade() {
-            if clock.call_time() > MAX_CALL_TIME {
-                report_error(&error);
-                std::process::exit(2);
-            }
-            drop(clock);
-            thread::sleep(Duration::from_secs(1));
-        }
+    let make_error = gpu.error_maker();
+    gpu.call_clock.watch_calls(MAX_CALL_TIME, move |stage| {
+        let (stage, seconds) = (stage.unwrap_or("its work"), MAX_CALL_TIME.as_secs());
+        report_error(&make_error(&format!(
+            "the GPU has not finished {stage} for {seconds} seconds: a loop, or a number of workgroups, may have no end"
+        )));
+        std::process::exit(2);
     });
 }
 

@@ -94,7 +94,9 @@ impl SabotageRun<'_> {
             match judge.run_trial(&request, 60 * MIN_TRIAL_TIME, self.stop)? {
                 TrialEnd::Interrupted => break,
                 TrialEnd::Late | TrialEnd::Crashed => return Err(refuse("does not end with an answer".into())),
-                TrialEnd::Reply(TrialReply { used, broken, error }) => {
+                TrialEnd::Reply(TrialReply {
+                    used, broken, error, ..
+                }) => {
                     if let Some(text) = error.as_ref().or(broken.first()) {
                         return Err(refuse(format!("{text} does not hold")));
                     }
@@ -168,25 +170,30 @@ impl SabotageRun<'_> {
         }
         for (trial, run) in healthy.iter().enumerate().filter(|(_, run)| runs_shader(run)) {
             let files = self.files_with([], &[(mutant.shader, &mutated)]);
-            let reason = match judge.run_trial(&TrialRequest { trial, files }, run.time_limit, self.stop)? {
+            let (reason, named) = match judge.run_trial(&TrialRequest { trial, files }, run.time_limit, self.stop)? {
                 TrialEnd::Interrupted => return Ok(None),
-                TrialEnd::Late => "it takes too long".to_owned(),
-                TrialEnd::Crashed => "the program crashes".to_owned(),
-                TrialEnd::Reply(TrialReply { broken, error, .. }) => {
-                    match error.map(|text| format!("error: {text}")).or(broken.into_iter().next()) {
-                        Some(reason) => reason,
-                        None => continue,
-                    }
+                TrialEnd::Late => ("it takes too long".to_owned(), None),
+                TrialEnd::Crashed => ("the program crashes".to_owned(), None),
+                TrialEnd::Reply(TrialReply { stuck: Some(name), .. }) => {
+                    (format!("the GPU does not finish {name}"), Some(name))
+                }
+                TrialEnd::Reply(TrialReply { error: Some(text), .. }) => (format!("error: {text}"), None),
+                TrialEnd::Reply(TrialReply { broken, .. }) => {
+                    let Some(criterion) = broken.into_iter().next() else {
+                        continue;
+                    };
+                    let named = criterion.strip_prefix(STAGE_CRITERION).map(str::to_owned);
+                    (criterion, named)
                 }
             };
-            return end(MutantVerdict::Killed, &reason, names_own_stage(&stage, &reason));
+            let own_stage = named.is_some_and(|name| names_own_stage(&stage, &name));
+            return end(MutantVerdict::Killed, &reason, own_stage);
         }
         end(MutantVerdict::Survived, "", false)
     }
 }
 
-/// Returns whether a criterion is one of a stage under which faults of a shader are shown; of records any.
-fn names_own_stage(stage: &ShaderStage, criterion: &str) -> bool {
-    let name = criterion.strip_prefix(STAGE_CRITERION);
-    name.is_some_and(|name| stage.verdict.is_empty() || stage.verdict.contains(&name))
+/// Returns whether a name of a stage is one under which faults of a shader are shown; of records any.
+fn names_own_stage(stage: &ShaderStage, name: &str) -> bool {
+    stage.verdict.is_empty() || stage.verdict.contains(&name)
 }

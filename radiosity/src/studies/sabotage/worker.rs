@@ -1,24 +1,19 @@
 //! The process that compares with mutants: it answers a line of JSON for each, and may hang, panic or be killed.
 
-use common::scene::Scene;
 use common::{Error, Result};
 use gpu::{Gpu, ShaderFile, ShaderStage};
 use oracle::compare::comparison::Comparison;
 use oracle::compare::hierarchical::compare_hierarchical;
-use oracle::compare::presets::PresetSelection;
+use oracle::compare::presets::{PresetSelection, SceneRequest};
 use oracle::compare::{ComparisonRequest, compare_shooting};
 use oracle::solve::progress::without_progress;
 use serde::{Deserialize, Serialize};
 use std::io::BufRead;
 use std::path::Path;
+use std::time::Duration;
 
-/// A scene and the settings with which it is compared.
-pub struct Trial {
-    /// The scene.
-    pub scene: Scene,
-    /// The settings.
-    pub selection: PresetSelection,
-}
+/// Longest time of a call to the device, below the time that any trial may take.
+const MAX_CALL_TIME: Duration = Duration::from_secs(8);
 
 /// A comparison that is asked for.
 #[derive(Serialize, Deserialize)]
@@ -30,25 +25,38 @@ pub struct TrialRequest {
 }
 
 /// Result of a comparison.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub struct TrialReply {
     /// Names of those shaders that were run.
     pub used: Vec<String>,
+    /// Name of a shader that does not end.
+    pub stuck: Option<String>,
     /// Names of the criteria that do not hold.
     pub broken: Vec<String>,
     /// The error with which it ended, if it did.
     pub error: Option<String>,
 }
 
-/// Answers requests until the input ends or the device fails, which fails all later work.
+/// Answers requests until the input ends or the device fails, which fails all later work. If a call to the device does not
+/// return, the process ends with an answer that names the shader.
 ///
 /// Errors: a request is none, or the answer cannot be written.
 pub fn answer_requests(
     gpu: &Gpu,
-    trials: &[Trial],
+    trials: &[SceneRequest],
     input: impl BufRead,
-    write_line: impl Fn(&str) -> Result<()>,
+    write_line: impl Fn(&str) -> Result<()> + Copy + Send + 'static,
 ) -> Result<()> {
+    gpu.call_clock.watch_calls(MAX_CALL_TIME, move |stage| {
+        let reply = TrialReply {
+            stuck: stage.map(str::to_owned),
+            error: Some("it takes too long".into()),
+            ..TrialReply::default()
+        };
+        // Without an answer the other process waits until its own limit.
+        let _ = serde_json::to_string(&reply).map(|text| write_line(&text));
+        std::process::exit(0);
+    });
     let fault = |text: String| Error::Fault(format!("a request of a trial: {text}"));
     for line in input.lines() {
         let line = line.map_err(|error| fault(error.to_string()))?;
@@ -64,7 +72,7 @@ pub fn answer_requests(
     Ok(())
 }
 
-fn run_trial(gpu: &Gpu, trial: &Trial, files: &[(String, String)]) -> Result<TrialReply> {
+fn run_trial(gpu: &Gpu, trial: &SceneRequest, files: &[(String, String)]) -> Result<TrialReply> {
     let make_file = |(name, text): &(String, String)| {
         let path = format!("{name}.wgsl");
         Ok(ShaderFile::new(
@@ -84,12 +92,13 @@ fn run_trial(gpu: &Gpu, trial: &Trial, files: &[(String, String)]) -> Result<Tri
     };
     Ok(TrialReply {
         used: gpu.used_shaders().map(str::to_owned).collect(),
+        stuck: None,
         broken,
         error,
     })
 }
 
-fn compare_once(gpu: &Gpu, trial: &Trial) -> Result<Comparison> {
+fn compare_once(gpu: &Gpu, trial: &SceneRequest) -> Result<Comparison> {
     match &trial.selection {
         PresetSelection::ToError(target, settings) => {
             compare_hierarchical(&trial.scene, *target, settings, (gpu, &[]), &without_progress())
