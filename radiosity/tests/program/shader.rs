@@ -150,6 +150,55 @@ fn uncleared_residual_ends_in_a_verdict() {
 }
 
 #[test]
+fn missing_results_fail_their_stage() {
+    let by_passes = "compare scenes/occluded_plates.obj --texels 4 --patches 1 --samples 1 --visibility rays";
+    let faults = [
+        (
+            SMALL,
+            ["select", "patch_index < params.patches", "patch_index > params.patches"],
+            "a shot left no record",
+        ),
+        (
+            by_passes,
+            ["closure", "slot = group.z;", ""],
+            "the links of a patch were not made",
+        ),
+        (
+            by_passes,
+            ["exchange", "* PATCH_SUM_LANES + lane", "/ PATCH_SUM_LANES + lane"],
+            "the exchange between patches was not made",
+        ),
+    ];
+    for (comparison, [stage, from, to], reason) in faults {
+        let end = compare_with_change(comparison, stage, from, to);
+        let failing = format!("beyond its bound: WGSL = twin: {stage} = ");
+        assert_end(
+            &end,
+            1,
+            &[&failing, "results of the GPU that are refused", "mine.wgsl: ", reason],
+        );
+    }
+}
+
+#[test]
+fn all_comparisons_run_every_shader() {
+    let folder = TestFolder::new();
+    for stage in SHADER_STAGES {
+        folder.write(&format!("mine/{}.wgsl", stage.name), stage.text);
+    }
+    // A file that is not run would be an error.
+    assert_end(&folder.run("compare --all --quiet --shaders mine"), 0, &[]);
+    let report = folder.read_json("out/report.json").to_string();
+    assert!(report.contains("compare slivers.obj --texels 12"), "{report}");
+    folder.assert_refused(
+        "compare --all scenes/furnace.obj => cannot be used with
+         compare --all --error 2% => cannot be used with
+         compare --all --samples 2 => cannot be used with
+         compare => required",
+    );
+}
+
+#[test]
 fn ends_of_links_are_checked_before_they_are_indices() {
     let told = TO_ERROR.replace(" --quiet", "");
     let ends = "ends[link] = vec2u(pairs[pair].block, pairs[pair].node);";
