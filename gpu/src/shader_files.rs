@@ -28,21 +28,21 @@ macro_rules! shader_files {
 /// All files, in the order in which a solve runs them.
 pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     types:;
-    form_factor: "form factor" "link" "link_factors" "sample_links" "links of GPU and CPU";
-    frame: "aim" "item buffer" "lookup" "escape";
+    form_factor: "form factor" "link" "link_factors" "sample_links" "links of GPU and CPU" "links side by side";
+    frame: "aim" "item buffer" "lookup" "escape" "links side by side";
     hemicube: "item buffer" "lookup";
-    projection: "item buffer" "item buffer, all silhouettes" "lookup";
-    image_bound: "item buffer" "item buffer, all silhouettes" "item buffer, relit";
+    projection: "item buffer" "item buffer, all silhouettes" "lookup" "links side by side";
+    image_bound: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
     intersect: "item buffer" "lookup" "rays" "escape" "lookup, relit" "rays, relit";
-    item_buffer: "item buffer" "item buffer, all silhouettes" "item buffer, relit";
-    item_buffer_paper: "item buffer" "item buffer, all silhouettes" "item buffer, relit";
-    lookup: "lookup" "lookup, all mismatches" "lookup, relit";
+    item_buffer: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
+    item_buffer_paper: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
+    lookup: "lookup" "lookup, all mismatches" "lookup, relit" "links side by side";
     sampling: "form factor" "link" "link_factors" "sample_links" "rays";
     texel_point: "form factor" "link";
     bvh: "rays" "escape" "rays, relit";
-    rays: "rays" "rays, relit";
-    view: "aim" "view: drawn faces" "item buffer" "item buffer, relit" "view: drawn faces, relit";
-    link: "link" "form factor" "links of GPU and CPU" "link, relit";
+    rays: "rays" "rays, relit" "links side by side";
+    view: "aim" "view: drawn faces" "item buffer" "item buffer, relit" "view: drawn faces, relit" "links side by side";
+    link: "link" "form factor" "links of GPU and CPU" "link, relit" "links side by side";
     patch_transfer: "received" "patch_transfer, races";
     closure: "closure" "escape" "closure, races";
     deposit: "deposit" "deposit, relit";

@@ -9,9 +9,20 @@ use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::Settings;
 use common::shooting::SolveRun;
+use gpu::{Gpu, ShaderFault};
 use serde::Serialize;
 use stage_check::tally::Tally;
 use std::fmt;
+
+/// Inputs of a comparison beside the scene.
+pub struct ComparisonRequest<'a> {
+    /// Settings; `visibility` is the GPU's, the CPU uses rays.
+    pub settings: Settings,
+    /// GPU device.
+    pub gpu: &'a Gpu,
+    /// Faults planted in the shaders, to test that the comparison detects them.
+    pub faults: &'a [ShaderFault],
+}
 
 /// Comparison of one shader stage with its CPU twin on the same input.
 #[derive(Clone, Debug, Serialize)]

@@ -2,7 +2,6 @@
 //! finite resolution of pixels. Each bound stands here once, with its reason; errors of the method are
 //! [`item_buffer_findings`].
 
-use super::gpu_solves::shot_limit;
 use super::roundings::form_factor_roundings;
 use crate::compare::comparison::{Comparison, Criterion, MethodFinding, StageCheck};
 use crate::diff::difference::Difference;
@@ -30,6 +29,16 @@ pub struct LinkBounds {
     pub twin_differences: [Difference; 2],
     /// Largest (strongest − chosen) / strongest power of the GPU's shots; none for passes.
     pub shortfall: Option<f64>,
+}
+
+/// Returns the most shots that a solve on the GPU may take: a shader that leaves a shooter's light unshot would shoot it
+/// for ever.
+pub fn shot_limit(cpu: &SolveRun) -> u32 {
+    const LEAST_SHOTS: u64 = 256;
+    (4 * cpu.shooters)
+        .saturating_add(LEAST_SHOTS)
+        .try_into()
+        .unwrap_or(u32::MAX)
 }
 
 /// Returns the criteria of shader stages.

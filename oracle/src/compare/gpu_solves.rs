@@ -1,17 +1,18 @@
 //! The GPU's solves of a comparison of progressive shooting: by its own choices and by the CPU's, and all links.
 
 use super::checked_stages::CheckedStages;
-use super::comparison::ItemBufferPicture;
+use super::comparison::{ComparisonRequest, ItemBufferPicture};
+use super::criteria::shot_limit;
 use super::visibility::{VisibilityCheck, check_visibility};
-use super::{ComparisonRequest, gather_shots};
+use super::visibility_bound::shot_radiosity;
 use crate::solve::progress::ProgressMonitor;
 use common::Result;
-use common::mesh::Mesh;
-use common::passes::{self, Engine, Exchange};
+use common::mesh::{Mesh, Patch};
+use common::passes::{self, Engine, Exchange, PatchClosure};
 use common::settings::{Iteration, Settings};
-use common::shooting::{SolveRun, replay_log};
+use common::shooting::{RadiosityField, SolveRun, replay_log};
 use cpu::CpuSolver;
-use glam::Vec4;
+use glam::{DVec3, Vec3, Vec4};
 use gpu::GpuSolver;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -97,16 +98,6 @@ impl GpuSolves {
     }
 }
 
-/// Returns the most shots that a solve on the GPU may take: a shader that leaves a shooter's light unshot would shoot it
-/// for ever.
-pub fn shot_limit(cpu: &SolveRun) -> u32 {
-    const LEAST_SHOTS: u64 = 256;
-    (4 * cpu.shooters)
-        .saturating_add(LEAST_SHOTS)
-        .try_into()
-        .unwrap_or(u32::MAX)
-}
-
 /// Solves by a schedule, shown as `phase`; returns the seconds too.
 ///
 /// Errors: the engine fails, or `watch` interrupts.
@@ -152,4 +143,20 @@ fn item_buffer_picture(
         size: drawing.size,
         ids: first.unwrap_or_default(),
     }))
+}
+
+/// Gathers all shots of `run` at once, on links with these closures; after passes the unshot radiosity is constant over
+/// each patch.
+pub fn gather_shots(
+    engine: &mut dyn Engine,
+    closures: &[PatchClosure],
+    mesh: &Mesh,
+    run: &SolveRun,
+) -> Result<RadiosityField> {
+    let conserves = engine.conserves_energy();
+    let scale = |(x, closure): (DVec3, &PatchClosure)| x.as_vec3() * closure.link_scale(conserves);
+    let shot: Vec<Vec3> = shot_radiosity(mesh, run).into_iter().zip(closures).map(scale).collect();
+    let unshot = |patch: &Patch| run.field.residual[patch.first as usize].truncate();
+    let unshot: Vec<Vec3> = mesh.patches.iter().map(unshot).collect();
+    engine.gather_field(&shot, &unshot)
 }

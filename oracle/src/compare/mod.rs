@@ -8,6 +8,7 @@
 //! and its bound follows from the scene's silhouettes ([`visibility_bound`]). Where solvers differ, the shot, texel and
 //! factor in which they part are found by following both ([`divergence`]).
 
+mod all_stages;
 pub mod checked_stages;
 pub mod comparison;
 pub mod criteria;
@@ -27,37 +28,27 @@ pub mod truth;
 pub mod visibility;
 pub mod visibility_bound;
 
-use crate::compare::checked_stages::check_all_stages;
+use crate::compare::all_stages::check_all_stages;
+pub use crate::compare::comparison::ComparisonRequest;
 use crate::compare::comparison::{Comparison, Preset};
 use crate::compare::criteria::LinkBounds;
-use crate::compare::gpu_solves::{GpuSolves, solve_timed};
+use crate::compare::gpu_solves::{GpuSolves, gather_shots, solve_timed};
 use crate::diff::difference::{Difference, NOT_COMPARABLE, compare_fields};
 use crate::solve::progress::ProgressMonitor;
 use common::constants::MAX_LINK_BYTES;
 use common::cover::sampled_mesh;
 use common::energy::EnergyBalance;
-use common::mesh::{Mesh, Patch};
-use common::passes::{Engine, Exchange, PatchClosure};
+use common::mesh::Mesh;
+use common::passes::{Engine, Exchange};
 use common::scene::Scene;
-use common::settings::{Iteration, Settings, Visibility};
-use common::shooting::{RadiosityField, Shoot, SolveRun};
+use common::settings::{Iteration, Visibility};
+use common::shooting::Shoot;
 use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::hierarchy::sky::{SKY_ERROR, receive_sky};
-use glam::{DVec3, Vec3};
-use gpu::{Gpu, GpuSolver, ShaderFault};
+use gpu::GpuSolver;
 use visibility::{LinkRows, VisibilityCheck};
-use visibility_bound::{VisibilityBound, shot_radiosity};
-
-/// Inputs of a comparison beside the scene.
-pub struct ComparisonRequest<'a> {
-    /// Settings; `visibility` is the GPU's, the CPU uses rays.
-    pub settings: Settings,
-    /// GPU device.
-    pub gpu: &'a Gpu,
-    /// Faults planted in the shaders, to test that the comparison detects them.
-    pub faults: &'a [ShaderFault],
-}
+use visibility_bound::VisibilityBound;
 
 /// Solves `scene` by progressive shooting on both sides and evaluates all differences, without a truth.
 ///
@@ -143,22 +134,6 @@ fn check_memory(scene: &Scene, mesh: &Mesh) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// Gathers all shots of `run` at once, on links with these closures; after passes the unshot radiosity is constant over
-/// each patch.
-fn gather_shots(
-    engine: &mut dyn Engine,
-    closures: &[PatchClosure],
-    mesh: &Mesh,
-    run: &SolveRun,
-) -> Result<RadiosityField> {
-    let conserves = engine.conserves_energy();
-    let scale = |(x, closure): (DVec3, &PatchClosure)| x.as_vec3() * closure.link_scale(conserves);
-    let shot: Vec<Vec3> = shot_radiosity(mesh, run).into_iter().zip(closures).map(scale).collect();
-    let unshot = |patch: &Patch| run.field.residual[patch.first as usize].truncate();
-    let unshot: Vec<Vec3> = mesh.patches.iter().map(unshot).collect();
-    engine.gather_field(&shot, &unshot)
 }
 
 /// Compares the GPU with the CPU's solver on the GPU's links, by the CPU's shots and by the GPU's.

@@ -1,7 +1,8 @@
 //! `radiosity compare`: solves scenes on CPU and GPU and reports every difference.
 
 use super::Outcome;
-use super::bundled_comparisons::{COMPARE_ARGUMENTS, load_comparisons};
+use super::bundled::bundled_scene;
+use super::bundled_comparisons::COMPARE_ARGUMENTS;
 use super::console::message;
 use super::lights::LightOptions;
 use super::options::{CommonOptions, PassOptions, ShootingOptions, parse_error};
@@ -160,10 +161,23 @@ fn load_scenes(arguments: &CompareArguments) -> Result<Vec<SceneRequest>> {
     Ok(scenes.into_iter().map(choose).collect())
 }
 
+/// Reads the scenes of the bundled comparisons, and their presets.
+///
+/// Errors: a scene cannot be written to `out`.
+pub fn load_comparisons(out: &Path) -> Result<Vec<SceneRequest>> {
+    let load = |options: &&'static str| {
+        let (name, rest) = options.split_once(' ').unwrap_or((options, ""));
+        let scene = bundled_scene(name, out)?;
+        let words = rest.split_whitespace().map(Into::into);
+        read_comparison([scene.into_os_string()].into_iter().chain(words))
+    };
+    COMPARE_ARGUMENTS.iter().map(load).collect()
+}
+
 /// Returns the scene and the presets of a comparison with these words of the command line.
 ///
 /// Errors: an option is unknown; the scene cannot be read.
-pub fn read_comparison(words: impl Iterator<Item = OsString>) -> Result<SceneRequest> {
+fn read_comparison(words: impl Iterator<Item = OsString>) -> Result<SceneRequest> {
     let parser = CompareArguments::augment_args(Command::new("compare").no_binary_name(true));
     let parsed = parser.try_get_matches_from(words);
     let parsed = parsed.and_then(|matches| CompareArguments::from_arg_matches(&matches));

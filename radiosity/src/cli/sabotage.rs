@@ -1,7 +1,8 @@
 //! `radiosity sabotage`: plants mistakes in the shaders and shows which the comparison finds.
 
 use super::Outcome;
-use super::bundled_comparisons::{COMPARE_ARGUMENTS, load_comparisons};
+use super::bundled_comparisons::COMPARE_ARGUMENTS;
+use super::compare::load_comparisons;
 use super::console::{message, output};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
 use super::shader::ShaderOptions;

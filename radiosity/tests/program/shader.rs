@@ -165,7 +165,7 @@ fn missing_results_fail_their_stage() {
         ),
         (
             by_passes,
-            ["exchange", "* PATCH_SUM_LANES + lane", "/ PATCH_SUM_LANES + lane"],
+            ["exchange", "vec4f(sum, 1.0)", "vec4f(sum, 0.0)"],
             "the exchange between patches was not made",
         ),
     ];

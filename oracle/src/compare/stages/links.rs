@@ -35,9 +35,6 @@ const MAX_END_ROUNDINGS: f32 = 32.0;
 /// Largest relative difference of two weights of the same points; weights of other points differ more.
 pub const MAX_WEIGHT_DIFFERENCE: f32 = 0.01;
 
-/// Number of the value of a link among those of its sums.
-pub(super) const LINK: usize = 2;
-
 /// Item buffers to which the pixels of one are distributed: of the nine that a lookup reads, about one is in each.
 const SPARSE_BUFFERS: u32 = 8;
 
@@ -99,7 +96,7 @@ impl StageChecker<'_> {
         let open = mesh.patches[patch as usize].open_share;
         for (k, (texel, w)) in texels.iter().zip(&row.links).enumerate() {
             let (twin, size) = texel.link_weight(open);
-            (self.tallies.link).add_ulps(ValueSource::shot_by(patch), [k, LINK], [*w, twin], size);
+            (self.tallies.link).add_ulps(ValueSource::shot_by(patch), [k, 2], [*w, twin], size);
         }
         self.check_sums(patch, &row);
         Ok(row)

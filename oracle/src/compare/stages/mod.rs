@@ -71,6 +71,7 @@ struct Tallies {
     power: ErrorTally,
     exchange: ErrorTally,
     collect: ErrorTally,
+    side_by_side: ErrorTally,
 }
 
 /// Inputs of all checks, and what they found.
@@ -207,6 +208,7 @@ impl Tallies {
         let power = "ulp of a patch's Σ r·A and Σ|r|·A of the same residual";
         let exchange = "ulp of the flux that a patch receives from all shots: a product and a sum per shot";
         let collect = "ulp of H, B and r after all shots by the same links: a product and a sum per shot";
+        let side_by_side = "ulp of w beside other patches' and alone: disc weights, one addition per sample";
         let elements = |name, count, lanes| Elements { name, count, lanes };
         let texels = elements("texel", mesh.texels.len(), PATCH_SUM_LANES);
         let patches = elements("patch", mesh.patches.len(), 1);
@@ -258,6 +260,7 @@ impl Tallies {
                 &["flux.r", "flux.g", "flux.b"],
             ),
             collect: of("collect", (per_shot, collect), texels, &TEXEL_VALUES),
+            side_by_side: of("links side by side", (bounds.link, side_by_side), texels, &["w"]),
         }
     }
 
@@ -286,6 +289,7 @@ impl Tallies {
             (shot, &self.power),
             (exchanged, &self.exchange),
             (exchanged, &self.collect),
+            (exchanged, &self.side_by_side),
         ];
         let (ran, others): (Vec<_>, Vec<_>) = table.into_iter().partition(|(ran, _)| *ran);
         (

@@ -1,6 +1,5 @@
 //! Checks the stages of a shot on given links (select, deposit, power), and those of passes (exchange, collect).
 
-use super::links::LINK;
 use super::{StageChecker, factor_scales};
 use crate::compare::roundings::escape_difference;
 use crate::compare::statistics::{ErrorTally, ValueSource};
@@ -130,7 +129,9 @@ impl StageChecker<'_> {
         let (source, whole) = (ValueSource::shot_by(patch), ValueSource::default());
         let sizes = factor_scales(mesh, self.transport.form_factor, patch);
         for (k, (w, size)) in links.iter().zip(sizes).enumerate() {
-            tallies.link.add_ulps(source, [k, LINK], [*w, alone.links[k]], size);
+            tallies
+                .side_by_side
+                .add_ulps(source, [k, 0], [*w, alone.links[k]], size);
         }
         for (c, (taker, taken)) in mesh.patches.iter().zip(transfers).enumerate() {
             let twin = patch_transfer(mesh, links, taker);
