@@ -33,7 +33,7 @@ fn comparison_finds_the_mutants_that_it_found() {
         let words: Vec<&str> = text.as_str().unwrap().split_whitespace().collect();
         words.join(" ")
     };
-    let describe = |row: &Value| names.map(|name| word(&row[name])).join("\t");
+    let describe = |row: &Value| names.map(|name| word(&row[name])).join("\t").trim_end().to_owned();
     let missed: Vec<String> = rows.iter().filter(is_missed).map(describe).collect();
     let missed = missed.join("\n");
     assert_eq!(KEPT.trim_end(), missed, "mutants.tsv should have:\n{missed}\n");
