@@ -6,24 +6,24 @@ use std::{env, fs, process};
 
 /// Shader, line, text that changes and its new text of each mutant that survives, and of each that is found by no stage of its
 /// own, with the reason.
-const KEPT: &str = include_str!("mutants.tsv");
+const MISSED_MUTANTS: &str = include_str!("mutants.tsv");
 
 /// Number of mutants: one of each shader.
-const COUNT: usize = 36;
+const MUTANT_COUNT: usize = 36;
 
 #[test]
 fn comparison_finds_the_mutants_that_it_found() {
     let folder = env::temp_dir().join(format!("radiosity-mutants-{}", process::id()));
     fs::create_dir_all(&folder).unwrap();
     let mut program = Command::new(env!("CARGO_BIN_EXE_radiosity"));
-    program.args(["sabotage", "--count", &COUNT.to_string(), "--out"]);
+    program.args(["sabotage", "--count", &MUTANT_COUNT.to_string(), "--out"]);
     let output = program.arg(&folder).output().unwrap();
     let told = String::from_utf8_lossy(&output.stderr);
     let json = fs::read(folder.join("sabotage.json")).unwrap_or_else(|error| panic!("{error}: {told}"));
     fs::remove_dir_all(&folder).unwrap();
     let found: Value = serde_json::from_slice(&json).unwrap();
     let rows = found["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), COUNT, "{told}");
+    assert_eq!(rows.len(), MUTANT_COUNT, "{told}");
     let is_missed = |row: &&Value| match row["verdict"].as_str() {
         Some("killed") => row["own_stage"] == false,
         verdict => verdict == Some("survived") || verdict == Some("not-run"),
@@ -36,5 +36,9 @@ fn comparison_finds_the_mutants_that_it_found() {
     let describe = |row: &Value| names.map(|name| word(&row[name])).join("\t").trim_end().to_owned();
     let missed: Vec<String> = rows.iter().filter(is_missed).map(describe).collect();
     let missed = missed.join("\n");
-    assert_eq!(KEPT.trim_end(), missed, "mutants.tsv should have:\n{missed}\n");
+    assert_eq!(
+        MISSED_MUTANTS.trim_end(),
+        missed,
+        "mutants.tsv should have:\n{missed}\n"
+    );
 }

@@ -150,6 +150,15 @@ fn uncleared_residual_ends_in_a_verdict() {
 }
 
 #[test]
+fn removed_barrier_is_shown_as_the_page_does() {
+    let end = compare_with_change(SMALL, "closure", "workgroupBarrier();", "");
+    let mut lines = end.stderr.lines().skip_while(|line| !line.contains("closure, races"));
+    let shown = [lines.next().unwrap(), lines.next().unwrap()].join("\n");
+    let page = include_str!("../../../docs/your-shader.md");
+    assert!(page.contains(&shown), "docs/your-shader.md should have:\n{shown}");
+}
+
+#[test]
 fn missing_results_fail_their_stage() {
     let by_passes = "compare scenes/occluded_plates.obj --texels 4 --patches 1 --samples 1 --visibility rays";
     let faults = [
