@@ -31,6 +31,7 @@ mod table4;
 mod watch;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use common::text::escape_control;
 use common::{Error, Result};
 use std::ffi::OsString;
 use std::path::Path;
@@ -165,12 +166,19 @@ fn build_parser() -> clap::Command {
         })
 }
 
-/// Parses the command line, in which earlier spellings are replaced; prints a note on each of them.
-fn parse_command_line(mut given: Vec<OsString>) -> std::result::Result<Arguments, clap::Error> {
-    let notes = spelling::replace_earlier_spellings(&mut given)?;
-    let mut program = build_parser();
-    let matches = program.try_get_matches_from_mut(given)?;
-    let arguments = Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))?;
+/// Parses a command line, the first word of which is the program's name, and runs nothing.
+///
+/// Errors: what the program prints of it as its `error:` line.
+pub fn check_command_line(given: Vec<OsString>) -> std::result::Result<(), String> {
+    match parse_arguments(given) {
+        Err(error) if error.use_stderr() => Err(describe_usage_error(&error)),
+        _ => Ok(()),
+    }
+}
+
+/// Parses the command line; prints a note on each earlier spelling.
+fn parse_command_line(given: Vec<OsString>) -> std::result::Result<Arguments, clap::Error> {
+    let (arguments, notes) = parse_arguments(given)?;
     if arguments.quiet {
         console::silence_notes();
     }
@@ -178,6 +186,15 @@ fn parse_command_line(mut given: Vec<OsString>) -> std::result::Result<Arguments
         console::message!("note: {note}");
     }
     Ok(arguments)
+}
+
+/// Parses a command line, in which earlier spellings are replaced; also returns a note on each of them.
+fn parse_arguments(mut given: Vec<OsString>) -> std::result::Result<(Arguments, Vec<String>), clap::Error> {
+    let notes = spelling::replace_earlier_spellings(&mut given)?;
+    let mut program = build_parser();
+    let matches = program.try_get_matches_from_mut(given)?;
+    let arguments = Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut program))?;
+    Ok((arguments, notes))
 }
 
 /// Prints help and version unchanged, a usage error as one line; returns the exit code.
@@ -188,6 +205,12 @@ fn report_usage_error(error: &clap::Error) -> ExitCode {
             Err(error) => report_error(&error),
         };
     }
+    console::print_error(&describe_usage_error(error));
+    ExitCode::from(2)
+}
+
+/// Returns a usage error as one line.
+fn describe_usage_error(error: &clap::Error) -> String {
     let text = error.to_string();
     let text = text.strip_prefix("error: ").unwrap_or(&text);
     let ends = ["\nUsage:", "\nFor more information"];
@@ -195,7 +218,6 @@ fn report_usage_error(error: &clap::Error) -> ExitCode {
     let lines = text[..end.unwrap_or(text.len())].lines();
     // clap's tip `-- -x` would make a mistyped option a scene.
     let wanted = lines.filter(|line| !line.trim_start().starts_with("tip: to pass"));
-    let message = wanted.collect::<Vec<_>>().join(" ");
-    console::print_error(&format!("{message} (see radiosity --help)"));
-    ExitCode::from(2)
+    let words: Vec<&str> = wanted.flat_map(str::split_whitespace).collect();
+    escape_control(&format!("{} (see radiosity --help)", words.join(" ")))
 }
