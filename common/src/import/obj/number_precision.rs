@@ -33,7 +33,8 @@ impl NumberPrecision {
         if let Some(last) = last.filter(|_| significant == self.significant) {
             self.last_digits |= 1 << (last.wrapping_sub(b'0') & 15);
         }
-        self.decimals = self.decimals.max(fraction.len() as i32 - exponent);
+        let decimals = (fraction.len() as i32).saturating_sub(exponent);
+        self.decimals = self.decimals.max(decimals);
     }
 
     /// Returns the largest rounding error of a coordinate x.
