@@ -1,6 +1,7 @@
 //! Errors of the workspace. Each message is one line that names the file and the place. The program takes its exit code
 //! from their kind.
 
+use crate::text::escape_control;
 use std::path::{Path, PathBuf};
 
 /// Every failure of the workspace. The program maps each kind to its exit code.
@@ -60,12 +61,13 @@ pub enum Error {
 }
 
 impl Error {
-    /// Makes [`Error::Input`] at `place` (may be empty) of `path`.
+    /// Makes [`Error::Input`] at `place` (may be empty) of `path`. Control characters, which names in a file may have, are
+    /// escaped.
     pub fn bad_input(path: impl AsRef<Path>, place: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Input {
             path: path.as_ref().to_path_buf(),
-            place: place.into(),
-            message: message.into(),
+            place: escape_control(&place.into()),
+            message: escape_control(&message.into()),
         }
     }
 }
