@@ -69,6 +69,7 @@ fn parse(bytes: &[u8]) -> GltfResult<(Value, Root, Option<Vec<u8>>)> {
     let document: Value = serde_json::from_slice(&text).map_err(|e| invalid(&e))?;
     check_version(&document)?;
     check_indices("", &document)?;
+    check_objects("", &document)?;
     // The validation of the crate `gltf` panics on some indices; here each access is checked.
     let mut root: Root = deserialize::from_slice(&text).map_err(|e| invalid(&e))?;
     for (k, texture) in root.textures.iter_mut().enumerate() {
@@ -118,6 +119,54 @@ fn check_indices(name: &str, value: &Value) -> GltfResult<()> {
             .iter()
             .filter(|(key, _)| *key != "extras")
             .try_for_each(|(key, value)| check_indices(if name == "attributes" { name } else { key }, value)),
+        _ => Ok(()),
+    }
+}
+
+/// Returns whether JSON values of this name are objects.
+fn names_object(name: &str) -> bool {
+    let is_texture = name.ends_with("Texture");
+    is_texture
+        || matches!(
+            name,
+            "asset" | "attributes" | "extensions" | "pbrMetallicRoughness" | "sparse" | "spot"
+        )
+}
+
+/// Returns whether JSON values of this name are lists of objects, in some places of indices.
+fn names_objects(name: &str) -> bool {
+    let is_data = matches!(
+        name,
+        "accessors" | "buffers" | "bufferViews" | "images" | "samplers" | "textures"
+    );
+    is_data
+        || matches!(
+            name,
+            "lights" | "materials" | "meshes" | "nodes" | "primitives" | "scenes" | "skins" | "targets"
+        )
+}
+
+/// Checks that no list stands in the place of an object: the crate `gltf` takes its entries for the values of the object,
+/// and whoever adds to the document would add to a list.
+///
+/// Errors: one does.
+fn check_objects(name: &str, value: &Value) -> GltfResult<()> {
+    let wrong = |name: &str| {
+        Err(format!(
+            "has a list in `{name}` in the place of an object: it is damaged"
+        ))
+    };
+    match value {
+        Value::Array(_) if names_object(name) => wrong(name),
+        Value::Array(values) if names_objects(name) && values.iter().any(Value::is_array) => wrong(name),
+        Value::Array(values) => values.iter().try_for_each(|v| check_objects(name, v)),
+        Value::Object(entries) => {
+            let entries = || entries.iter().filter(|(key, _)| *key != "extras");
+            match entries().find(|(_, value)| name == "extensions" && value.is_array()) {
+                Some((key, _)) => wrong(key),
+                None => entries().try_for_each(|(key, value)| check_objects(key, value)),
+            }
+        }
         _ => Ok(()),
     }
 }
@@ -208,5 +257,22 @@ mod tests {
         let good = json!({"nodes": [{"mesh": 4_294_967_295_u64, "translation": [beyond, 0, 0], "extras": {"index": beyond}}],
             "accessors": [{"max": [beyond], "indices": {"byteOffset": beyond}}]});
         assert_eq!(check_indices("", &good), Ok(()));
+    }
+
+    #[test]
+    fn lists_in_the_place_of_objects_are_refused() {
+        for bad in [
+            json!({"materials": [[]]}),
+            json!({"meshes": [{"primitives": [[{"POSITION": 0}]]}]}),
+            json!({"materials": [{"extensions": []}]}),
+            json!({"materials": [{"extensions": {"KHR_materials_unlit": []}}]}),
+            json!({"materials": [{"emissiveTexture": [0]}]}),
+            json!({"accessors": [{"sparse": [1, 2, 3]}]}),
+        ] {
+            assert!(check_objects("", &bad).is_err(), "{bad}");
+        }
+        let good = json!({"nodes": [{"children": [1], "extras": {"extensions": [[]]}}, {"matrix": [0]}],
+            "scenes": [{"nodes": [0]}], "extensions": {"VENDOR_grid": {"rows": [[1], [2]]}}});
+        assert_eq!(check_objects("", &good), Ok(()));
     }
 }
