@@ -216,20 +216,22 @@ fn remove_outdated_files(dir: &Path, complete: &Path) {
         return;
     }
     let mut groups: BTreeMap<PathBuf, Vec<(PathBuf, String)>> = BTreeMap::new();
-    for (name, checksum) in old.into_iter().filter(|(name, _)| !new.contains_key(name)) {
+    // Whatever the description says, nothing outside of the folder is touched.
+    let is_within = |name: &String| {
+        let mut parts = Path::new(name).components();
+        parts.all(|part| matches!(part, Component::Normal(_)))
+    };
+    let outdated = old
+        .into_iter()
+        .filter(|(name, _)| is_within(name) && !new.contains_key(name));
+    for (name, checksum) in outdated {
         let path = dir.join(&name);
-        let is_within = Path::new(&name)
-            .components()
-            .all(|part| matches!(part, Component::Normal(_)));
         let group = path
             .parent()
             .filter(|folder| *folder != dir)
             .unwrap_or(&path)
             .to_path_buf();
-        groups
-            .entry(group)
-            .or_default()
-            .extend(is_within.then_some((path, checksum)));
+        groups.entry(group).or_default().push((path, checksum));
     }
     for (group, files) in groups {
         let is_unused = |(path, checksum): &(PathBuf, String)| match file::read_unrecorded(path, MAX_FILE_BYTES) {
