@@ -43,6 +43,9 @@ impl Description {
             if let Err(message) = entry.check_entry() {
                 return refuse(face_label(k), message);
             }
+            if entry.from.is_some_and(|face| face as usize >= description.faces.len()) {
+                return refuse(face_label(k), "its `from` is not the number of a face".into());
+            }
             texels += u64::from(entry.texels[0]) * u64::from(entry.texels[1]);
             if texels > MAX_TEXELS {
                 return refuse(face_label(k), "too many texels in all faces".into());
