@@ -38,7 +38,8 @@ pub fn add_lamp(scene: &mut Scene, name: &str, at: DVec3, power: f64) -> Result<
         .collect();
     let area: f64 = faces.iter().map(Face::area).sum();
     let emission = Vec3::splat((power / area) as f32);
-    if !is_solvable_emission(emission) {
+    // The light of a large lamp may be 0 in rounding.
+    if emission == Vec3::ZERO || !is_solvable_emission(emission) {
         return Err(format!("emits {power} W from {area:.1e}, which cannot be solved"));
     }
     faces.iter_mut().for_each(|face| face.emission = emission);
@@ -193,6 +194,7 @@ mod tests {
         }
         let refused = |at, power| add_lamp(&mut corner_of_room(), "lamp 1", at, power).unwrap_err();
         assert!(refused(DVec3::ONE, 1e30).contains("cannot be solved"));
+        assert!(refused(DVec3::splat(-1e30), 1.0).contains("cannot be solved"));
     }
 
     #[test]
