@@ -374,7 +374,7 @@ fn check_resolutions(scene: &Scene, resolutions: &[[u32; 2]]) -> Result<()> {
         if *w == 0 || *h == 0 || (face.shape == Shape::Triangle && w != h) {
             return Err(Error::Usage(format!("{w}×{h} texels do not fit face {}", face.name)));
         }
-        texels += u64::from(*w) * u64::from(*h);
+        texels = texels.saturating_add(u64::from(*w) * u64::from(*h));
     }
     if texels > MAX_TEXELS {
         return Err(Error::Usage(format!(
