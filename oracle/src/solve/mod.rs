@@ -91,9 +91,10 @@ impl SolveAnswer {
 /// Solves a task and estimates the error of the result. After an interruption the answer holds the part that
 /// was done.
 ///
-/// Errors: those of the task and its solver.
+/// Errors: those of the task and its solver; [`common::Error::Usage`] of settings with which it would not end.
 pub fn solve_request(request: &SolveRequest, progress: &ProgressMonitor) -> Result<SolveAnswer> {
     let SolveRequest { task, settings, solver } = *request;
+    solver.check_settings(settings)?;
     let solved = task.solve_once(settings, solver, progress)?;
     let mut estimate = progress.time_phase("check", || task.estimate_error(&solved))?;
     check_finite(task.scene(), &solved.run)?;

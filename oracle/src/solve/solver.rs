@@ -2,11 +2,12 @@
 
 use common::mesh::Mesh;
 use common::passes::Engine;
-use common::settings::{Transport, Visibility};
+use common::settings::{Settings, Transport, Visibility};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use gpu::{Gpu, GpuSolver};
 use serde::Serialize;
+use std::ops::RangeInclusive;
 
 /// Kind of a solver, before its device is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -48,6 +49,9 @@ pub const MIN_ERROR: f64 = 0.002;
 /// Largest error that can be requested.
 pub const MAX_ERROR: f64 = 0.1;
 
+/// Errors to which a solve comes to an end.
+const SOLVABLE_ERRORS: RangeInclusive<f64> = 1e-4..=1.0;
+
 /// A solver with its device and its error target.
 #[derive(Clone, Copy)]
 pub enum SolverChoice<'a> {
@@ -85,6 +89,25 @@ impl<'a> SolverChoice<'a> {
             Self::Cpu | Self::Hierarchy(_) => "cpu",
             Self::Gpu(_) | Self::GpuHierarchy(..) => "gpu",
             Self::Dense => "dense",
+        }
+    }
+
+    /// Checks that the solver comes to an end with these settings.
+    ///
+    /// Errors: [`Error::Usage`] of an error target that cannot be reached; of an item buffer without pixels.
+    pub fn check_settings(self, settings: &Settings) -> Result<()> {
+        let drawing = settings.transport.visibility.item_buffer();
+        if self.is_shooting() && drawing.is_some_and(|drawing| drawing.size == 0) {
+            return Err(Error::Usage("an item buffer needs at least one pixel".into()));
+        }
+        match self.error_target() {
+            Some(target) if !SOLVABLE_ERRORS.contains(&target.error) => Err(Error::Usage(format!(
+                "an error of {} cannot be requested: it must be within {:e} to {}",
+                target.error,
+                SOLVABLE_ERRORS.start(),
+                SOLVABLE_ERRORS.end()
+            ))),
+            _ => Ok(()),
         }
     }
 
