@@ -18,8 +18,8 @@ pub fn luminance_stops(merged: &RadianceMap) -> Option<f64> {
     let mut values: Vec<f32> = merged.radiance.iter().map(|v| compute_luminance(*v)).collect();
     values.retain(|value| *value > 0.0);
     values.sort_by(f32::total_cmp);
-    let at = |share: f64| values.get((share * values.len() as f64) as usize);
-    Some(f64::from(at(0.99)? / at(0.01)?).log2())
+    let at = |share: f64| Some(f64::from(*values.get((share * values.len() as f64) as usize)?));
+    Some((at(0.99)? / at(0.01)?).log2())
 }
 
 /// Returns notes on implausible steps, missing exposures and falling response curves.
