@@ -1,8 +1,24 @@
-//! Completeness of JPEG files: decoders fill the missing part of a truncated file with grey, without an error.
+//! Completeness and size of JPEG files: decoders fill the missing part of a truncated file with grey, without an error.
+
+/// Largest number of pixels per side that is decoded: in 16 bits the decoder rounds up to a multiple of eight.
+pub const MAX_SIDE: u32 = 65_528;
 
 /// Markers (ITU-T T.81, table B.1): end of image, start of scan.
 const END_OF_IMAGE: u8 = 0xd9;
 const START_OF_SCAN: u8 = 0xda;
+
+/// Checks that a JPEG of this size can be decoded.
+///
+/// Errors: the end of a sentence that begins with the picture's name.
+pub fn check_sides(size: (u32, u32)) -> Result<(), String> {
+    let (width, height) = size;
+    if width.max(height) > MAX_SIDE {
+        return Err(format!(
+            "has {width}×{height} pixels, more than {MAX_SIDE} on a side: scale it down"
+        ));
+    }
+    Ok(())
+}
 
 /// Checks that a JPEG file is complete. Walks the segments from the start of the image to its end, since
 /// an embedded thumbnail has an end of its own; bytes after the end are ignored.

@@ -75,7 +75,8 @@ impl TexturePicture {
         let damaged = |e: &dyn std::fmt::Display| format!("cannot be decoded: {e}");
         let reader = ImageReader::new(Cursor::new(bytes));
         let reader = reader.with_guessed_format().map_err(|e| damaged(&e))?;
-        match reader.format() {
+        let format = reader.format();
+        match format {
             Some(ImageFormat::Png | ImageFormat::WebP) => {}
             Some(ImageFormat::Jpeg) => jpeg::check_whole(bytes)?,
             _ => return Err("is neither PNG, JPEG nor WebP: convert it".into()),
@@ -87,6 +88,9 @@ impl TexturePicture {
             return Err(format!(
                 "has {width}×{height} pixels, more than 4096×4096: scale it down"
             ));
+        }
+        if format == Some(ImageFormat::Jpeg) {
+            jpeg::check_sides((width, height))?;
         }
         let picture = DynamicImage::from_decoder(decoder).map_err(of)?.into_rgb32f();
         let mut white = false;

@@ -29,7 +29,8 @@ fn read_photograph(path: &Path, seconds: f64, count: usize) -> Result<Photograph
     let mut reader = ImageReader::new(Cursor::new(&bytes))
         .with_guessed_format()
         .map_err(|error| refuse(format!("cannot be read: {error}")))?;
-    if reader.format() == Some(ImageFormat::Jpeg) {
+    let is_jpeg = reader.format() == Some(ImageFormat::Jpeg);
+    if is_jpeg {
         jpeg::check_whole(&bytes).map_err(refuse)?;
     }
     let mut limits = Limits::no_limits();
@@ -38,6 +39,9 @@ fn read_photograph(path: &Path, seconds: f64, count: usize) -> Result<Photograph
     let mut decoder = reader.into_decoder().map_err(undecodable)?;
     let turned = decoder.orientation().map_err(undecodable)?;
     let (w, h) = decoder.dimensions();
+    if is_jpeg {
+        jpeg::check_sides((w, h)).map_err(refuse)?;
+    }
     check_picture_size(path, [w as usize, h as usize], count)?;
     let bits = decoder.color_type();
     if !matches!(
