@@ -174,17 +174,15 @@ pub fn watch_accesses(text: &str, module: &Module, place: LogPlace, max_bytes: u
             watched.push(variable);
         }
     }
-    let watched_words: u32 = watched
-        .iter()
-        .map(|variable| 3 * variable.sizes.iter().product::<u32>())
-        .sum();
+    let elements = |variable: &Watched| -> u64 { variable.sizes.iter().map(|size| u64::from(*size)).product() };
+    let watched_words: u64 = watched.iter().map(|variable| 3 * elements(variable)).sum();
     let sizes = module
         .global_variables
         .iter()
         .filter(|(_, v)| v.space == AddressSpace::WorkGroup);
-    let own_bytes: u32 = sizes.map(|(_, v)| module.types[v.ty].inner.size(module.to_ctx())).sum();
+    let own_bytes = sizes.map(|(_, v)| u64::from(module.types[v.ty].inner.size(module.to_ctx())));
     let enters_memory = watched.iter().any(|variable| variable.in_workgroup);
-    if !enters_memory || own_bytes.saturating_add(4 * watched_words) > max_bytes {
+    if !enters_memory || own_bytes.sum::<u64>() + 4 * watched_words > max_bytes.into() {
         return None;
     }
     for entry in &module.entry_points {
