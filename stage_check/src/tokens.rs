@@ -32,6 +32,9 @@ pub fn split_tokens(text: &str) -> Vec<Token> {
         let length = if let Some(comment) = rest.strip_prefix("//") {
             at += 2 + comment.find('\n').unwrap_or(comment.len());
             continue;
+        } else if rest.starts_with("/*") {
+            at += block_comment_length(rest);
+            continue;
         } else if is_word(first) {
             let is_number = first.is_ascii_digit();
             let ends = |c: char| !(is_word(c) || is_number && c == '.');
@@ -62,6 +65,23 @@ pub fn split_tokens(text: &str) -> Vec<Token> {
         at += length;
     }
     tokens
+}
+
+/// Returns the bytes of the block comment with which a text begins; block comments nest.
+fn block_comment_length(text: &str) -> usize {
+    let (mut at, mut depth) = (0, 0);
+    while let Some(first) = text[at..].chars().next() {
+        let (step, change) = match text.get(at..at + 2) {
+            Some("/*") => (2, 1),
+            Some("*/") => (2, -1),
+            _ => (first.len_utf8(), 0),
+        };
+        (at, depth) = (at + step, depth + change);
+        if depth == 0 {
+            return at;
+        }
+    }
+    text.len()
 }
 
 /// Returns the bytes of the operator of an expression `left sign right`, or of `left sign= right`.
@@ -139,6 +159,7 @@ mod tests {
         assert_eq!(at("a <= b", "<"), None);
         assert_eq!(at("-a", "-"), None);
         assert_eq!(at("a++", "+"), None);
+        assert_eq!(at("a /* + /* é */ - */ + b", "+"), Some(21));
     }
 
     #[test]
