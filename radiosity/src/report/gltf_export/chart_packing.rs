@@ -65,12 +65,14 @@ pub fn pack_scene(scene: &Scene, asked: Option<f64>, enough: f64) -> Result<Pack
     }
 }
 
-/// Returns the intervals between the pixels of a chart.
+/// Returns the intervals between the pixels of a chart. What is longer than the largest lightmap is as long as it: with its
+/// gap it does not fit.
 fn chart_intervals(chart: &PlaneChart, density: f64) -> [u32; 2] {
+    let [_, most] = LIGHTMAP_SIDE_RANGE;
     // A side of whole pixels may be longer by rounding.
     (chart.extent * density - 1e-6)
         .ceil()
-        .max(DVec2::ONE)
+        .clamp(DVec2::ONE, DVec2::splat(f64::from(most)))
         .as_uvec2()
         .to_array()
 }
