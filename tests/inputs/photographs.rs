@@ -1,5 +1,6 @@
 //! Readers of pictures: textures, and the photographs of `merge`, with the merging itself.
 
+use crate::allow_caught_panics;
 use crate::folder::Folder;
 use crate::numbers::Numbers;
 use crate::promises::require_one_line;
@@ -18,6 +19,7 @@ thread_local! {
 
 /// Checks the reader of textures: PNG, JPEG, WebP.
 pub fn check_texture(data: &[u8]) {
+    allow_caught_panics();
     let picture = match TexturePicture::decode_image(data, [MAXIMUM; 3]) {
         Ok(picture) => picture,
         Err(message) => return require_one_line(&message),
@@ -43,6 +45,7 @@ fn require_colour(colour: DVec3) {
 
 /// Checks the reader of photographs: PNG, JPEG.
 pub fn check_photograph(data: &[u8]) {
+    allow_caught_panics();
     FOLDER.with(|folder| {
         folder.write("a.png", data);
         match read_photographs(&[folder.path("a.png")], &[1.0]) {

@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3};
 use image::error::ImageError;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Largest accepted number of pixels: 4096².
 const MAX_PICTURE_PIXELS: u64 = 1 << 24;
@@ -92,7 +93,10 @@ impl TexturePicture {
         if format == Some(ImageFormat::Jpeg) {
             jpeg::check_sides((width, height))?;
         }
-        let picture = DynamicImage::from_decoder(decoder).map_err(of)?.into_rgb32f();
+        // The decoder may panic on a damaged file; the error is the file's.
+        let decoded = catch_unwind(AssertUnwindSafe(|| DynamicImage::from_decoder(decoder)));
+        let decoded = decoded.map_err(|_| damaged(&"it is damaged"))?;
+        let picture = decoded.map_err(of)?.into_rgb32f();
         let mut white = false;
         let mut lower = |(x, maximum): (f32, f32)| {
             let linear = from_srgb(x) as f32;

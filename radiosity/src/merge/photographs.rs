@@ -5,6 +5,7 @@ use common::jpeg;
 use common::{Error, Result, file};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 /// Bytes that a decoder may take beside the pixels, whose number is checked. A colour profile of 8 MB can inflate to 8 GB; one
@@ -52,7 +53,10 @@ fn read_photograph(path: &Path, seconds: f64, count: usize) -> Result<Photograph
             "has pixels of kind {bits:?}: 8 bits a channel are needed, as the camera wrote them"
         )));
     }
-    let mut image = DynamicImage::from_decoder(decoder).map_err(undecodable)?;
+    // The decoder may panic on a damaged file; the error is the file's.
+    let decoded = catch_unwind(AssertUnwindSafe(|| DynamicImage::from_decoder(decoder)));
+    let decoded = decoded.map_err(|_| refuse("is damaged: copy it again".into()))?;
+    let mut image = decoded.map_err(undecodable)?;
     image.apply_orientation(turned);
     // Transparency is ignored.
     let image = image.into_rgb8();
