@@ -2,7 +2,7 @@
 
 use crate::allow_caught_panics;
 use crate::folder::Folder;
-use crate::promises::{require_one_line, require_sound_scene};
+use crate::requirements::{require_one_line, require_sound_scene};
 use crate::scene_files::{PICTURE, split_at_zero};
 use common::import::{ImportOptions, load_scene, load_scene_file};
 use common::mesh::Mesh;

@@ -3,7 +3,7 @@
 use crate::allow_caught_panics;
 use crate::folder::Folder;
 use crate::numbers::Numbers;
-use crate::promises::require_one_line;
+use crate::requirements::require_one_line;
 use common::paint::{TexturePicture, WrapMode};
 use glam::{DVec2, DVec3};
 use radiosity::merge::brackets::{Brackets, CameraResponse, Photograph, RadianceMap};

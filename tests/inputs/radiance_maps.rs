@@ -2,7 +2,7 @@
 
 use crate::allow_caught_panics;
 use crate::folder::Folder;
-use crate::promises::require_one_line;
+use crate::requirements::require_one_line;
 use common::capture::{MapProjection, Panorama};
 use common::solution::pixels::ImagePlanes;
 use glam::DVec3;

@@ -2,7 +2,7 @@
 
 use crate::allow_caught_panics;
 use crate::folder::Folder;
-use crate::promises::{require_one_line, require_sound_faces, require_sound_solution};
+use crate::requirements::{require_one_line, require_sound_faces, require_sound_solution};
 use common::capture::maps;
 use common::solution::write::encode_exr;
 use common::solution::{StoredSolution, write_files};

@@ -3,7 +3,7 @@
 use crate::allow_caught_panics;
 use crate::folder::Folder;
 use crate::numbers::Numbers;
-use crate::promises::{require_one_line, require_sound_scene};
+use crate::requirements::{require_one_line, require_sound_scene};
 use common::Result;
 use common::import::{ImportOptions, SceneFile, load_scene, load_scene_file};
 use common::scene::{Face, Scene};

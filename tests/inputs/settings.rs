@@ -1,7 +1,7 @@
 //! Settings: the command line, lamps, and the settings of a solve.
 
 use crate::numbers::Numbers;
-use crate::promises::{require_one_line, require_sound_faces};
+use crate::requirements::{require_one_line, require_sound_faces};
 use common::form_factor::FormFactor;
 use common::import::add_lamp;
 use common::scene::{Face, Scene};

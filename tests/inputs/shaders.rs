@@ -1,6 +1,6 @@
 //! Readers of WGSL: shaders that take the place of the program's, their mutants, and the watching of their accesses.
 
-use crate::promises::require_one_line;
+use crate::requirements::require_one_line;
 use gpu::shaders::check_shader_files;
 use gpu::{ShaderFile, ShaderStage};
 use stage_check::mutants::list_mutations;

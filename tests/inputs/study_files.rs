@@ -1,7 +1,7 @@
 //! Readers of what studies keep: other programs' solves, a chart's measurements, verdicts on mutants.
 
 use crate::folder::Folder;
-use crate::promises::require_one_line;
+use crate::requirements::require_one_line;
 use radiosity::studies::chart::peers::read_peers;
 use radiosity::studies::chart::store::MeasurementStore;
 use radiosity::studies::sabotage::store::VerdictStore;

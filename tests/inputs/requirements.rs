@@ -1,4 +1,4 @@
-//! Promises that several readers make.
+//! Requirements of what several readers return.
 
 use common::mesh::Mesh;
 use common::scene::{Scene, Shape};
