@@ -31,7 +31,7 @@ pub struct Gpu {
     pub(crate) compiled: Arc<Mutex<CompiledPipelines>>,
     /// Files that take the place of the program's shaders.
     pub(crate) shader_files: Arc<[ShaderFile]>,
-    /// Where its shaders count races; none of a device that solves.
+    /// Where its shaders count races; none but of a device for checks.
     pub(crate) race_log: Option<Arc<RaceLog>>,
     /// Clock of its calls.
     pub call_clock: Arc<CallClock>,
@@ -82,12 +82,18 @@ impl Gpu {
         }
     }
 
-    /// Returns the same device, but pipelines that are made for it count the races of their workgroup memory.
-    pub fn with_race_log(&self) -> Self {
+    /// Returns the same device for checks of stages: pipelines that are made for it count the races of their workgroup memory,
+    /// and its solvers work as [`crate::buffer_ends`] says, with sums over patches in more than one part.
+    pub fn for_checks(&self) -> Self {
         Self {
             race_log: Some(Arc::new(RaceLog::new(&self.device))),
             ..self.clone()
         }
+    }
+
+    /// Returns whether it is a device for checks.
+    pub(crate) fn is_for_checks(&self) -> bool {
+        self.race_log.is_some()
     }
 
     /// Iterates over notes on those files.

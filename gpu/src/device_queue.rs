@@ -51,7 +51,12 @@ impl DeviceQueue {
 
     /// Writes to a buffer before the next submission.
     pub fn write<T: Pod>(&self, buffer: &wgpu::Buffer, data: &[T]) {
-        self.gpu.queue.write_buffer(buffer, 0, cast_slice(data));
+        self.write_at(buffer, 0, data);
+    }
+
+    /// Writes to a buffer from byte `at` on, before the next submission.
+    pub fn write_at<T: Pod>(&self, buffer: &wgpu::Buffer, at: u64, data: &[T]) {
+        self.gpu.queue.write_buffer(buffer, at, cast_slice(data));
     }
 
     /// Submits work without a read-back.

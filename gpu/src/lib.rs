@@ -36,6 +36,7 @@
 
 pub mod adapter;
 mod bindings;
+pub mod buffer_ends;
 pub mod call_clock;
 mod compute_stage;
 mod device_queue;

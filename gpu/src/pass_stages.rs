@@ -35,6 +35,8 @@ pub struct PassStages {
     /// Number + 1 of the patch whose links each place keeps.
     kept_patches: Vec<u32>,
     pace: SubmissionPace,
+    /// Most links that one submission gathers.
+    max_gathered_links: u64,
 }
 
 /// Links under way.
@@ -61,7 +63,8 @@ impl PassStages {
         let count = max_slots(gpu, mesh, transport, b);
         let slots = ShotSlots::new(gpu, mesh, transport, count, patches);
         let per_patch = 16 * u64::from(patches);
-        let zeroed = [("shot", per_patch, STORAGE), ("flux", per_patch, STORAGE)];
+        let behind_end = 16 * gpu.elements_behind_end() as u64;
+        let zeroed = [("shot", per_patch, STORAGE), ("flux", per_patch + behind_end, STORAGE)];
         let own = BindingTable::zeroed(&gpu.device, zeroed);
         let table = b.table.joined_with(&slots.table).joined_with(&own);
         let passes = Self {
@@ -70,12 +73,21 @@ impl PassStages {
             gather: maker.make_stage("gather", "gather_irradiance", &table)?,
             update_radiosity: maker.make_stage("gather", "update_radiosity", &table)?,
             table: own,
+            max_gathered_links: match gpu.is_for_checks() {
+                true => (mesh.texels.len() * mesh.patches.len()) as u64 / 3,
+                false => MAX_GATHERED_LINKS,
+            },
             kept_patches: vec![0; b.places as usize],
             pace: SubmissionPace::new(1, slots.count, gpu.line.software),
             slots,
         };
         gpu.check_errors()?;
         Ok(passes)
+    }
+
+    /// Returns the buffer of the flux that each patch receives.
+    pub fn flux(&self) -> &wgpu::Buffer {
+        &self.table["flux"]
     }
 
     /// Marks all rows as not kept: single shots may have taken their places.
@@ -175,12 +187,13 @@ impl PassStages {
         let host = &mut context.host;
         host.write(&self.table["shot"], &pad_colours(radiosity));
         let flux = &self.table["flux"];
+        let bytes = 16 * radiosity.len() as u64;
         let mut encoder = host.command_encoder();
-        encoder.clear_buffer(flux, 0, None);
+        encoder.clear_buffer(flux, 0, Some(bytes));
         let groups = host.split_workgroups(radiosity.len().div_ceil(PATCH_SUM_LANES));
         self.exchange
             .dispatch_groups(&mut encoder.begin_compute_pass(&Default::default()), groups);
-        let flux: Vec<Vec4> = host.read_back(encoder, &[(flux, 0, flux.size())])?;
+        let flux: Vec<Vec4> = host.read_back(encoder, &[(flux, 0, bytes)])?;
         if flux.iter().any(|flux| flux.w != 1.0) {
             let text = "the exchange between patches was not made";
             return Err(host.gpu.stage_error("exchange", text));
@@ -195,9 +208,9 @@ impl PassStages {
         let emission: Vec<Vec4> = texels.iter().map(|t| t.emission.extend(0.0)).collect();
         context.host.write(&b.table["radiosity"], &emission);
         let mut encoder = context.host.command_encoder();
-        encoder.clear_buffer(&b.table["irradiance"], 0, None);
+        encoder.clear_buffer(&b.table["irradiance"], 0, Some(16 * texels.len() as u64));
         context.host.submit_work(encoder);
-        let step = (MAX_GATHERED_LINKS / texels.len().max(1) as u64).clamp(1, u64::from(b.places));
+        let step = (self.max_gathered_links / texels.len().max(1) as u64).clamp(1, u64::from(b.places));
         let groups = context.workgroup_counts();
         for first in (0..shot.len()).step_by(step as usize) {
             let end = (first + step as usize).min(shot.len());

@@ -64,6 +64,11 @@ impl LinkProbe {
         Ok(Self { slots, stages })
     }
 
+    /// Returns the buffer of the transfers to each patch.
+    pub fn transfers(&self) -> &wgpu::Buffer {
+        &self.slots.table["transfers"]
+    }
+
     /// Makes the links of a patch by `rule`; `each` receives the results of every sample.
     pub fn probe_links(
         &self,

@@ -94,6 +94,12 @@ impl<'a> GpuSolver<'a> {
         Ok(solver)
     }
 
+    /// Returns a fresh solver of another mesh with the same shaders, which keeps the links of one patch.
+    pub fn remade_for<'m>(&self, mesh: &'m Mesh) -> Result<GpuSolver<'m>> {
+        let SolverContext { host, transport, .. } = &self.context;
+        GpuSolver::with_budget(&host.gpu, mesh, transport, &self.maker.faults, 0)
+    }
+
     /// Returns the mesh.
     pub fn mesh(&self) -> &'a Mesh {
         self.context.mesh
@@ -119,8 +125,9 @@ impl<'a> GpuSolver<'a> {
     /// Reads the irradiance of every texel; w is its link to the latest shot.
     pub fn read_irradiance(&mut self) -> Result<Vec<Vec4>> {
         let irradiance = &self.context.buffers.table["irradiance"];
+        let bytes = 16 * self.context.mesh.texels.len() as u64;
         let host = &mut self.context.host;
-        host.read_back(host.command_encoder(), &[(irradiance, 0, irradiance.size())])
+        host.read_back(host.command_encoder(), &[(irradiance, 0, bytes)])
     }
 
     fn write_params(&self, threshold: f32, replay: bool) {
@@ -222,7 +229,8 @@ impl Shoot for GpuSolver<'_> {
         let sums = &self.context.buffers.table["sums"];
         let mut encoder = self.context.host.command_encoder();
         self.record_power(&mut encoder);
-        let sums: Vec<Vec4> = self.context.host.read_back(encoder, &[(sums, 0, sums.size())])?;
+        let bytes = 16 * self.context.mesh.patches.len() as u64;
+        let sums: Vec<Vec4> = self.context.host.read_back(encoder, &[(sums, 0, bytes)])?;
         Ok(sums.iter().map(|sum| sum.w).collect())
     }
 
@@ -238,7 +246,7 @@ impl Shoot for GpuSolver<'_> {
     fn read_field(&mut self) -> Result<RadiosityField> {
         let (host, table) = (&mut self.context.host, &self.context.buffers.table);
         let texels = self.context.mesh.texels.len();
-        let ranges = ["radiosity", "residual", "irradiance"].map(|name| (&table[name], 0, table[name].size()));
+        let ranges = ["radiosity", "residual", "irradiance"].map(|name| (&table[name], 0, 16 * texels as u64));
         let values: Vec<Vec4> = host.read_back(host.command_encoder(), &ranges)?;
         let part = |k: usize| values[k * texels..(k + 1) * texels].to_vec();
         Ok(RadiosityField {

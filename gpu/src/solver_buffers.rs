@@ -13,6 +13,7 @@ use common::mesh::Mesh;
 use common::settings::Transport;
 use common::shooting::initial_field;
 use common::{Error, Result};
+use glam::Vec4;
 use wgpu::BufferUsages as Usage;
 
 /// Most shots of a submission: its log holds no more.
@@ -39,17 +40,19 @@ impl SolverBuffers {
         let (texels, patches) = (mesh.texels.len() as u64, mesh.patches.len() as u64);
         let budget = budget.min(max_binding_bytes(gpu));
         let places = row_places(mesh, budget);
+        let behind_end = gpu.elements_behind_end();
         let zeroed = [
             ("dispatches", DISPATCH_BYTES, STORAGE | Usage::INDIRECT),
             ("script", 4 * (u64::from(MAX_BATCH_SHOTS) + 1), STORAGE),
             ("log", LOG_BYTES, STORAGE),
             ("escape_counts", 4 * patches, STORAGE),
-            ("sums", 16 * patches, STORAGE),
+            ("sums", 16 * (patches + behind_end as u64), STORAGE),
             ("links", 4 * texels * u64::from(places), STORAGE),
             ("rows", ROW_BYTES * u64::from(places), STORAGE),
         ];
         let mut table = BindingTable::zeroed(device, zeroed);
-        let patches: Vec<PatchRecord> = mesh.patches.iter().map(Into::into).collect();
+        let mut patches: Vec<PatchRecord> = mesh.patches.iter().map(Into::into).collect();
+        patches.append(&mut gpu.patches_behind_end(mesh.texels.len()));
         let texels: Vec<TexelRecord> = mesh.texels.iter().map(Into::into).collect();
         let points: Vec<PointRecord> = mesh.patch_points.iter().map(Into::into).collect();
         let directions: Vec<[f32; 4]> = escape_directions().iter().map(|d| d.extend(0.0).into()).collect();
@@ -58,9 +61,15 @@ impl SolverBuffers {
         table.add_filled(device, "texels", &texels, STORAGE);
         table.add_filled(device, "points", &points, STORAGE);
         table.add_filled(device, "directions", &directions, STORAGE);
-        table.add_filled(device, "radiosity", &state.radiosity, STORAGE);
-        table.add_filled(device, "residual", &state.residual, STORAGE);
-        table.add_filled(device, "irradiance", &state.irradiance, STORAGE);
+        let fields = [
+            ("radiosity", state.radiosity),
+            ("residual", state.residual),
+            ("irradiance", state.irradiance),
+        ];
+        for (name, mut values) in fields {
+            values.resize(mesh.texels.len() + behind_end, Vec4::ZERO);
+            table.add_filled(device, name, &values, STORAGE);
+        }
         add_geometry(&mut table, gpu, mesh)?;
         Ok(Self { table, places, budget })
     }

@@ -39,11 +39,17 @@ impl SolverContext<'_> {
         }
     }
 
-    /// Returns workgroups over texels, directions and patches.
+    /// Returns workgroups over texels, directions and patches; for checks a second row over texels and patches, which has
+    /// nothing to do.
     pub fn workgroup_counts(&self) -> [[u32; 3]; 3] {
         let (texels, patches) = (self.mesh.texels.len(), self.mesh.patches.len());
         let lanes = PATCH_SUM_LANES;
-        [texels.div_ceil(lanes), ESCAPE_DIRECTION_COUNT.div_ceil(lanes), patches]
-            .map(|count| self.host.split_workgroups(count))
+        let groups = [texels.div_ceil(lanes), ESCAPE_DIRECTION_COUNT.div_ceil(lanes), patches];
+        let mut groups = groups.map(|count| self.host.split_workgroups(count));
+        if self.host.gpu.is_for_checks() {
+            groups[0][1] *= 2;
+            groups[2][1] *= 2;
+        }
+        groups
     }
 }

@@ -16,7 +16,8 @@ use radiosity_tests::shader_faults::assert_faults_noticed;
 
 /// Returns the checks of all stages with faults planted in the shaders.
 fn checks_with_faults(mesh: &Mesh, transport: &Transport, faults: &[ShaderFault]) -> Result<Vec<StageCheck>> {
-    let mut solver = GpuSolver::with_faults(shared_gpu(), mesh, transport, faults)?;
+    let gpu = shared_gpu().for_checks();
+    let mut solver = GpuSolver::with_faults(&gpu, mesh, transport, faults)?;
     Ok(check_stages(mesh, transport, &Rays::new(mesh), &mut solver)?.checks)
 }
 

@@ -22,7 +22,7 @@ pub fn check_all_stages(
     watch: &ProgressMonitor,
 ) -> Result<CheckedStages> {
     watch.begin_phase("WGSL against twin")?;
-    let watched = request.gpu.with_race_log();
+    let watched = request.gpu.for_checks();
     let mut solver = GpuSolver::with_faults(&watched, mesh, &settings.transport, request.faults)?;
     let mut checked = stages::check_stages(mesh, &settings.transport, rays, &mut solver)?;
     checked.checks.append(&mut races::race_checks(&watched)?);

@@ -1,5 +1,5 @@
 //! Checks that lanes of a workgroup do not race, on a device whose shaders count that
-//! ([`Gpu::with_race_log`](gpu::Gpu::with_race_log)).
+//! ([`Gpu::for_checks`](gpu::Gpu::for_checks)).
 
 use crate::compare::comparison::{DifferingValue, StageCheck, StageDifference};
 use common::Result;

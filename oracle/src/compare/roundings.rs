@@ -12,6 +12,11 @@ use common::settings::Transport;
 pub const DISC_ROUNDINGS: f64 = 32.0;
 /// The same for a polygon: 5 edges of a cross product, a root, an angle and a division.
 const POLYGON_ROUNDINGS: f64 = 128.0;
+/// Largest number of roundings by which an adapter's arithmetic may move the end of a ray or its projection.
+pub const MAX_END_ROUNDINGS: f32 = 32.0;
+/// Largest rounding error of a block's sums and weights relative to its largest value, in units of 2⁻²⁴: a
+/// polygon's form factor and its moments, a sum over links, and WGSL's weaker divisions and roots.
+pub const MAX_BLOCK_ROUNDINGS: f64 = 384.0;
 /// Directions of the hemisphere that both solvers may count differently: those through an edge.
 pub const MAX_ESCAPE_DIRECTIONS: f64 = 2.0;
 

@@ -1,9 +1,9 @@
 //! Checks the stages that make a patch's links: aim, item buffer, form factor, lookup or rays, link, escape,
 //! received, closure.
 
-use super::{SPARSE_VISIBILITY, StageChecker, VISIBILITY};
+use super::{SPARSE_VISIBILITY, StageChecker, VISIBILITY, buffer_ends, spread_patches};
 use crate::compare::item_buffer;
-use crate::compare::roundings::StageRoundings;
+use crate::compare::roundings::{MAX_END_ROUNDINGS, StageRoundings};
 use crate::compare::statistics::{ValuePlace, ValueSource};
 use common::escape::{ESCAPE_DIRECTION_COUNT, escape_directions};
 use common::form_factor::FormFactor;
@@ -23,14 +23,12 @@ use cpu::shader_twins::patch_transfer::patch_transfer;
 use cpu::shader_twins::view::{self, ShooterView};
 use glam::{Vec3, Vec4};
 use gpu::GpuSolver;
+use gpu::buffer_ends::MarkedBuffer;
 use gpu::probe::{ProbedRow, ProbedSample, SampleView};
 use rayon::prelude::*;
 use stage_check::tally::ulp_distance;
 use std::cell::Cell as Slot;
 use std::f32::consts::PI;
-
-/// Largest number of roundings by which an adapter's arithmetic may move the end of a ray or its projection.
-const MAX_END_ROUNDINGS: f32 = 32.0;
 
 /// Largest relative difference of two weights of the same points; weights of other points differ more.
 pub const MAX_WEIGHT_DIFFERENCE: f32 = 0.01;
@@ -83,6 +81,7 @@ impl StageChecker<'_> {
         let mut texels: Vec<TexelSums> = vec![TexelSums::default(); mesh.texels.len()];
         let mut complete = true;
         let mut s = 0;
+        buffer_ends::mark_ends(solver, &[MarkedBuffer::Transfers]);
         let row = solver.probe_links(patch, &mut |probed| {
             complete &= probed.sums.len() == texels.len();
             if complete {
@@ -90,6 +89,7 @@ impl StageChecker<'_> {
             }
             s += 1;
         })?;
+        buffer_ends::check_ends(solver, &[MarkedBuffer::Transfers], self.tallies)?;
         if !complete || row.links.len() != texels.len() || row.transfers.len() != mesh.patches.len() {
             return Err(Error::Device("the GPU's links are incomplete".into()));
         }
@@ -100,6 +100,25 @@ impl StageChecker<'_> {
         }
         self.check_sums(patch, &row);
         Ok(row)
+    }
+
+    /// Checks links of some patches from points anywhere in the scene's box. From the points of a patch many faces are never in
+    /// the way, and few images cross the horizon.
+    ///
+    /// Errors: the device fails.
+    pub fn check_scattered_links(&mut self, solver: &GpuSolver) -> Result<()> {
+        let scattered = scatter_points(self.mesh);
+        let mut solver = solver.remade_for(&scattered)?;
+        let mut checker = StageChecker {
+            mesh: &scattered,
+            transport: self.transport,
+            rays: self.rays,
+            tallies: &mut *self.tallies,
+        };
+        for patch in spread_patches(&scattered) {
+            checker.check_links(patch, &mut solver)?;
+        }
+        Ok(())
     }
 
     /// Checks lookups in the item buffer of a patch's first sample, of which few pixels remain, each of them once: as drawn,
@@ -293,6 +312,19 @@ impl StageChecker<'_> {
         let scale = closure.link_scale(self.transport.conserve);
         (tallies.closure).add_ulps(whole, [shooter, 1], [row.scale, scale], 0.0);
     }
+}
+
+/// Returns the mesh with the points of its patches anywhere in the box of its faces.
+fn scatter_points(mesh: &Mesh) -> Mesh {
+    let corners = || mesh.faces.iter().flat_map(|face| face.corners);
+    let low = corners().fold(Vec3::INFINITY, Vec3::min);
+    let high = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let mut scattered = mesh.clone();
+    for (k, point) in (0..).zip(&mut scattered.patch_points) {
+        let share = |axis: u32| (pcg_hash(3 * k + axis) >> 8) as f32 / (1 << 24) as f32;
+        point.position = low + (high - low) * Vec3::new(share(0), share(1), share(2));
+    }
+    scattered
 }
 
 /// Returns the number of directions of which rounding decides whether they meet a front.

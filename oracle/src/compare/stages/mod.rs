@@ -4,6 +4,7 @@
 //! On an adapter without fused multiply-add all differences are 0. Elsewhere the bound of a stage is k roundings of
 //! the terms that it adds, k counted from its operations.
 
+mod buffer_ends;
 mod links;
 mod relit;
 mod shots;
@@ -25,6 +26,7 @@ use common::rays::Rays;
 use common::settings::Transport;
 use common::shooting::{Shoot, Shot, ShotOrder, select_shooter};
 use gpu::GpuSolver;
+use gpu::buffer_ends::MarkedBuffer;
 use stage_check::tally::Value;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -32,6 +34,20 @@ use std::ops::ControlFlow;
 
 /// Number of greedy shots that are checked, and of further shots by patches spread over the scene.
 const CHECKED_SHOTS: usize = 4;
+/// Buffers that the stages of a shot write.
+const SHOT_BUFFERS: [MarkedBuffer; 4] = [
+    MarkedBuffer::Radiosity,
+    MarkedBuffer::Residual,
+    MarkedBuffer::Irradiance,
+    MarkedBuffer::PatchPower,
+];
+/// Buffers that the stages of passes write.
+const PASS_BUFFERS: [MarkedBuffer; 4] = [
+    MarkedBuffer::Radiosity,
+    MarkedBuffer::Residual,
+    MarkedBuffer::Irradiance,
+    MarkedBuffer::Flux,
+];
 /// Names of the values of a sample's frame.
 const FRAME_VALUES: [&str; 5] = ["centre", "normal", "tangent", "bitangent", "sheet"];
 /// Names of the values of a selection: workgroups of stages of the next shot.
@@ -79,21 +95,22 @@ struct StageChecker<'a> {
     mesh: &'a Mesh,
     transport: &'a Transport,
     rays: &'a Rays,
-    tallies: Tallies,
+    tallies: &'a mut Tallies,
 }
 
 /// Checks all stages on a fresh `solver`.
 ///
 /// Errors: the device fails.
 pub fn check_stages(mesh: &Mesh, transport: &Transport, rays: &Rays, solver: &mut GpuSolver) -> Result<CheckedStages> {
+    let mut tallies = Tallies::new(mesh, transport);
     let mut checker = StageChecker {
         mesh,
         transport,
         rays,
-        tallies: Tallies::new(mesh, transport),
+        tallies: &mut tallies,
     };
     let ended = checker.check_shots(solver);
-    let (checks, unreached) = checker.tallies.stage_checks(mesh, transport);
+    let (checks, unreached) = tallies.stage_checks(mesh, transport);
     let mut checked = CheckedStages {
         checks,
         unreached,
@@ -110,10 +127,10 @@ impl StageChecker<'_> {
     fn check_shots(&mut self, solver: &mut GpuSolver) -> Result<()> {
         let mesh = self.mesh;
         let mut rows = BTreeMap::new();
-        let spread = (0..CHECKED_SHOTS).map(|k| ((2 * k + 1) * mesh.patches.len() / (2 * CHECKED_SHOTS)) as u32);
         let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
-        for (n, patch) in greedy.chain(spread.map(Some)).enumerate() {
+        for (n, patch) in greedy.chain(spread_patches(mesh).map(Some)).enumerate() {
             let before = (solver.read_field()?, solver.patch_power()?);
+            buffer_ends::mark_ends(solver, &SHOT_BUFFERS);
             let script = patch.map(|patch| [patch]);
             let order = match &script {
                 None => ShotOrder::Greedy { threshold: 0.0 },
@@ -157,13 +174,21 @@ impl StageChecker<'_> {
             }
             if shot.power.iter().any(|power| *power != 0.0) {
                 self.check_shot(&shot, &rows[&shot.patch], [&before, &after]);
+                buffer_ends::check_ends(solver, &SHOT_BUFFERS, self.tallies)?;
             }
         }
         if solver.transfer_fits() {
             self.check_passes(&rows, solver)?;
         }
-        Ok(())
+        self.check_signed_power(solver)?;
+        self.check_scattered_links(solver)
     }
+}
+
+/// Returns `CHECKED_SHOTS` patches at most, spread over the scene.
+fn spread_patches(mesh: &Mesh) -> impl Iterator<Item = u32> {
+    let count = mesh.patches.len();
+    (0..CHECKED_SHOTS).map(move |k| ((2 * k + 1) * count / (2 * CHECKED_SHOTS)) as u32)
 }
 
 /// Checks the number of vertices of the latest item buffer of a patch, which shows so many faces; with visibility by rays

@@ -1,11 +1,12 @@
 //! Checks the stages of a shot on given links (select, deposit, power), and those of passes (exchange, collect).
 
-use super::{StageChecker, factor_scales};
+use super::{PASS_BUFFERS, StageChecker, buffer_ends, factor_scales};
 use crate::compare::roundings::escape_difference;
 use crate::compare::statistics::{ErrorTally, ValueSource};
 use common::Result;
 use common::passes::{Exchange, PatchClosure};
-use common::shooting::{DepositRule, RadiosityField, Shoot, Shot, total_power};
+use common::sampling::pcg_hash;
+use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, total_power};
 use cpu::shader_twins::closure::sum_form_factors;
 use cpu::shader_twins::deposit::deposit;
 use cpu::shader_twins::gather::update_radiosity;
@@ -99,6 +100,7 @@ impl StageChecker<'_> {
         for (n, (patch, row)) in rows.iter().enumerate() {
             self.check_side_by_side((*patch, row), (&links[n], &transfers[n], closures[n]));
         }
+        buffer_ends::mark_ends(solver, &PASS_BUFFERS);
         for (c, flux) in solver.exchange_flux(&shot)?.iter().enumerate() {
             let sum = receive(&transfers, c);
             for k in 0..3 {
@@ -108,6 +110,7 @@ impl StageChecker<'_> {
         let unshot: Vec<Vec3> = shot.iter().map(|x| *x * 0.25).collect();
         solver.gather_field(&shot, &unshot)?;
         let field = solver.read_field()?;
+        buffer_ends::check_ends(solver, &PASS_BUFFERS, self.tallies)?;
         for (c, patch) in mesh.patches.iter().enumerate() {
             for k in patch.texels() {
                 let texel = &mesh.texels[k];
@@ -115,6 +118,24 @@ impl StageChecker<'_> {
                 let twin = [radiosity, unshot[c], receive(&links, k)].map(|value| value.extend(0.0));
                 add_texel(&mut self.tallies.collect, ValueSource::default(), k, &field, twin);
             }
+        }
+        Ok(())
+    }
+
+    /// Checks the powers of a residual whose channels have different signs.
+    ///
+    /// Errors: the device fails.
+    pub fn check_signed_power(&mut self, solver: &mut GpuSolver) -> Result<()> {
+        let mesh = self.mesh;
+        let mut field = solver.read_field()?;
+        for (k, residual) in (0..).zip(&mut field.residual) {
+            *residual = signed_colour(k);
+        }
+        let reflectance: Vec<Vec3> = mesh.texels.iter().map(|texel| texel.reflectance).collect();
+        solver.restart_from(DepositRule::FULL_DEPOSIT, &reflectance, &field)?;
+        for (c, (patch, w)) in mesh.patches.iter().zip(solver.patch_power()?).enumerate() {
+            let twin = unshot_power(mesh, &field, patch).w;
+            (self.tallies.power).add_ulps(ValueSource::default(), [c, 3], [w, twin], 0.0);
         }
         Ok(())
     }
@@ -143,6 +164,16 @@ impl StageChecker<'_> {
         let escaped = [closure.escaped, alone.escaped];
         (tallies.escape).add(whole, [shooter, 0], escaped, escape_difference(escaped[0], escaped[1]));
     }
+}
+
+/// Returns a colour of which each channel is between 1 and 2, or between −2 and −1.
+fn signed_colour(k: u32) -> Vec4 {
+    let channel = |c: u32| {
+        let bits = pcg_hash(3 * k + c);
+        let size = 1.0 + (bits >> 8) as f32 / (1 << 24) as f32;
+        if bits & 1 == 0 { size } else { -size }
+    };
+    Vec4::new(channel(0), channel(1), channel(2), 0.0)
 }
 
 /// Adds B, r and H of texel `k`; the error of a channel is in ulp of the largest one, that of the link in its own.
