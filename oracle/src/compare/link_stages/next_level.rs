@@ -56,12 +56,15 @@ impl LinkStages {
             });
         let ends = blocks.zip(subdivide_nodes(&nodes, &refined, &offsets, tree));
         next.pairs = ends.map(|(block, node)| PairRecord::new(block, node)).collect();
+        if links > level.links {
+            self.check_prefix_sum(&level, &next, &offsets, [0, 1])?;
+        }
         // Once more with room for one pair less, which leaves the next level empty.
         for full in [false, true] {
             if full && children == 0 {
                 continue;
             }
-            self.check_prefix_sum(&level, &next, &offsets, full)?;
+            self.check_prefix_sum(&level, &next, &offsets, [u32::from(full), 0])?;
             let totals = [links, u32::from(full), next.most, 0];
             let state: [(&str, &[u32]); 5] = [
                 ("pairs", as_words(&level.pairs)),
@@ -79,12 +82,15 @@ impl LinkStages {
         Ok(next)
     }
 
-    fn check_prefix_sum(&mut self, level: &Level, next: &Level, offsets: &[[u32; 2]], full: bool) -> Result<()> {
+    /// Checks the sums with room for all pairs and links, except as many as are `missing` of each.
+    fn check_prefix_sum(&mut self, level: &Level, next: &Level, offsets: &[[u32; 2]], missing: [u32; 2]) -> Result<()> {
         let children = next.pairs.len() as u32;
         let limits = RequestRecord {
-            pairs: children - u32::from(full),
+            pairs: children - missing[0],
+            links: next.links - missing[1],
             ..level.limits
         };
+        let full = missing != [0; 2];
         let given: [(&str, &[u32]); 4] = [
             ("pairs", as_words(&level.pairs)),
             ("counts", &[level.pairs.len() as u32]),
