@@ -25,6 +25,7 @@ pub mod roundings;
 pub mod stages;
 pub mod statistics;
 pub mod truth;
+mod turned_blocks;
 pub mod visibility;
 pub mod visibility_bound;
 

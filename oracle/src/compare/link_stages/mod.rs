@@ -23,6 +23,7 @@ use gpu::link_records::{BlockReceiver, BlockRecord, LaneRecord, PairRecord, Requ
 use gpu::{Gpu, ShaderFault};
 use level::Level;
 use tally::StageTally;
+pub(super) use twin::factor_sizes;
 use twin::{LevelTwin, SPOTS};
 
 /// Most blocks of a request that are checked, spread over all.
@@ -191,7 +192,7 @@ impl LinkStages {
     ///
     /// Errors: [`common::Error::Device`].
     pub fn new(gpu: &Gpu, scene: &LinkerScene, faults: &[ShaderFault]) -> Result<Self> {
-        let watched = gpu.with_race_log();
+        let watched = gpu.for_checks();
         Ok(Self {
             probe: LinkProbe::new(&watched, scene.mesh, &node_records(scene), faults)?,
             watched,

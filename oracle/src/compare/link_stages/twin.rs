@@ -124,14 +124,9 @@ impl LevelTwin<'_> {
         found
     }
 
-    /// Returns the sizes of the form factors: the angle that a circle of the node's radius spans, over 2π.
+    /// Returns the sizes of the form factors of a pair.
     pub fn factor_sizes(&self, pair: &PairRecord) -> [f32; SPOTS] {
-        let (shooter, block) = (&self.node(pair).shooter, self.block(pair));
-        let points = block.centre_points();
-        std::array::from_fn(|l| {
-            let nearest = points.at(l).distance(shooter.centre) - shooter.radius - block.radius;
-            (4.0 * shooter.radius / nearest.max(1e-30)).min(1.0)
-        })
+        factor_sizes(&self.node(pair).shooter, self.block(pair))
     }
 
     /// Returns what step 1 to 4 of refinement makes of a pair, and whether it lists it, at the list's end or not.
@@ -324,4 +319,14 @@ pub fn refinement(pair: &PairRecord, lanes: &Lanes) -> Refinement {
 /// Returns lanes that no stage has written.
 pub fn unwritten_lanes() -> Lanes {
     [from_words::<LaneRecord>(&[UNWRITTEN; LANE_WORDS])[0]; SPOTS]
+}
+
+/// Returns the sizes of form factors from the spots of a block to a shooter, without their cosines: the angle that a circle of
+/// its radius spans, over 2π.
+pub fn factor_sizes(shooter: &Shooter, block: &ReceiverBlock) -> [f32; SPOTS] {
+    let points = block.centre_points();
+    std::array::from_fn(|l| {
+        let nearest = points.at(l).distance(shooter.centre) - shooter.radius - block.radius;
+        (4.0 * shooter.radius / nearest.max(1e-30)).min(1.0)
+    })
 }
