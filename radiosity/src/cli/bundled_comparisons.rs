@@ -3,9 +3,9 @@
 
 /// Arguments of each, the cheapest first.
 pub const COMPARE_ARGUMENTS: [&str; 10] = [
-    "occluded_plates.obj --texels 5 --patches 1 --samples 3 --visibility rays",
+    "occluded_plates.obj --texels 5 --patches 1 --samples 3 --visibility rays --lamp 0.1,0.7,0.2,0.5",
     "occluded_plates.obj --texels 4 --patches 1 --samples 1 --form-factor disc --iteration southwell --item-buffer 64",
-    "occluded_plates.obj --texels 4 --error 5%",
+    "occluded_plates.obj --texels 4 --error 5% --lamp 0.1,0.7,0.2,0.5",
     "occluded_plates.obj --texels 4 --patches 1 --samples 1 --form-factor paper --iteration southwell \
      --visibility paper --item-buffer 64",
     "occluded_plates.obj --texels 5 --patches 2 --samples 4 --visibility hemicube --item-buffer 64",

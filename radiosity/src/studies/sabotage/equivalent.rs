@@ -2,24 +2,43 @@
 
 use super::Mutant;
 
-/// Rows of shader, line, text that changes, its new text, and the reason.
+/// Rows of shader, line, text that changes, its new text, and the reason. [`ANY`] in both texts stands for all mutants of a line.
 const TABLE: &str = include_str!("equivalent.tsv");
 
-/// Returns the fields of each row.
-fn rows() -> impl Iterator<Item = [&'static str; 5]> {
+/// Text that stands for any other.
+const ANY: &str = "*";
+
+/// A row of the table.
+struct Row {
+    /// Shader, line, text that changes, and its new text.
+    names: [String; 4],
+    reason: &'static str,
+}
+
+impl Row {
+    /// Returns true if the row speaks of a mutant.
+    fn names_mutant(&self, mutant: &Mutant) -> bool {
+        let [shader, line, original, mutated] = self.names.each_ref().map(String::as_str);
+        let is_line = [shader, line] == [mutant.shader, &mutant.line_text];
+        let change = [mutant.original.as_str(), &mutant.mutation.replacement];
+        is_line && ([original, mutated] == [ANY; 2] || [original, mutated] == change)
+    }
+}
+
+/// Returns the rows.
+fn rows() -> impl Iterator<Item = Row> {
     let lines = TABLE.lines().filter(|line| !line.starts_with('#'));
-    lines.filter_map(|line| line.split('\t').collect::<Vec<_>>().try_into().ok())
+    lines.filter_map(|line| {
+        let fields: [&'static str; 5] = line.split('\t').collect::<Vec<_>>().try_into().ok()?;
+        let [names @ .., reason] = fields;
+        let names = names.map(|name| name.replace("\\n", "\n"));
+        Some(Row { names, reason })
+    })
 }
 
 /// Returns the reason for which a mutant does the same as the original, if the table has one.
 pub fn find_reason(mutant: &Mutant) -> Option<&'static str> {
-    let names = [
-        mutant.shader,
-        &mutant.line_text,
-        &mutant.original,
-        &mutant.mutation.replacement,
-    ];
-    rows().find(|row| row[..4] == names).map(|row| row[4])
+    rows().find(|row| row.names_mutant(mutant)).map(|row| row.reason)
 }
 
 #[cfg(test)]
@@ -34,16 +53,11 @@ mod tests {
         let lines = TABLE.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
         assert_eq!(lines.count(), rows().count());
         for row in rows() {
-            let stage = ShaderStage::find(row[0]).unwrap();
-            let file = ShaderFile::new(stage.name, Path::new(row[0]), stage.text.to_owned());
+            let stage = ShaderStage::find(&row.names[0]).unwrap();
+            let file = ShaderFile::new(stage.name, Path::new(stage.name), stage.text.to_owned());
             let mutants = list_mutants(&[file], "").unwrap();
-            assert!(
-                mutants.iter().any(|mutant| {
-                    [&mutant.line_text, &mutant.original, &mutant.mutation.replacement] == [row[1], row[2], row[3]]
-                }),
-                "{row:?}"
-            );
-            assert!(!row[4].is_empty(), "{row:?}");
+            assert!(mutants.iter().any(|mutant| row.names_mutant(mutant)), "{:?}", row.names);
+            assert!(!row.reason.is_empty(), "{:?}", row.names);
         }
     }
 }
