@@ -97,21 +97,16 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
         Err(error) => return Err(error),
     };
     let mut comparisons = Vec::new();
-    for (n, SceneRequest { scene, selection }) in requests.iter().enumerate() {
-        let options = COMPARE_ARGUMENTS.get(n).filter(|_| arguments.all);
+    for SceneRequest { scene, selection } in &requests {
         let progress = Progress::new(&scene.name);
         let show = |phase: &str, done| progress.show_phase(phase, done);
         let watch = ProgressMonitor::new(&show);
         let judged = compare_presets(scene, selection, &gpu, &[], &watch).and_then(|mut judged| {
             for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
                 c.notes.extend(gpu.describe_shader_files());
-                c.notes.extend(options.map(|options| format!("compare {options}")));
             }
             // The verdict does not wait for what explains it.
             progress.remove_bar();
-            if let Some(options) = options {
-                message!("compare {options}");
-            }
             print_summary(&judged);
             let progress = Progress::new(&scene.name);
             let show = |phase: &str, done| progress.show_phase(phase, done);
@@ -161,7 +156,7 @@ fn load_scenes(arguments: &CompareArguments) -> Result<Vec<SceneRequest>> {
     Ok(scenes.into_iter().map(choose).collect())
 }
 
-/// Reads the scenes of the bundled comparisons, and their presets.
+/// Reads the scenes of the bundled comparisons, and their presets. Each scene is named by the words of its comparison.
 ///
 /// Errors: a scene cannot be written to `out`.
 pub fn load_comparisons(out: &Path) -> Result<Vec<SceneRequest>> {
@@ -169,7 +164,9 @@ pub fn load_comparisons(out: &Path) -> Result<Vec<SceneRequest>> {
         let (name, rest) = options.split_once(' ').unwrap_or((options, ""));
         let scene = bundled_scene(name, out)?;
         let words = rest.split_whitespace().map(Into::into);
-        read_comparison([scene.into_os_string()].into_iter().chain(words))
+        let mut request = read_comparison([scene.into_os_string()].into_iter().chain(words))?;
+        request.scene.name = (*options).to_owned();
+        Ok(request)
     };
     COMPARE_ARGUMENTS.iter().map(load).collect()
 }
