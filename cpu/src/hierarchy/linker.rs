@@ -55,6 +55,18 @@ pub struct LinkThresholds {
     pub soft: f32,
 }
 
+impl LinkThresholds {
+    /// Returns the allowed errors times `factor`.
+    pub fn scaled_by(self, factor: f32) -> Self {
+        Self {
+            source: self.source * factor,
+            visibility: self.visibility * factor,
+            near: self.near * factor,
+            ..self
+        }
+    }
+}
+
 /// A request for all links of some receivers.
 pub struct LinkRequest<'a> {
     /// Light that is gathered.

@@ -9,7 +9,7 @@ use common::precision::UNIT_ROUNDOFF;
 use common::rays::Rays;
 use cpu::hierarchy::block::ReceiverBlocks;
 use cpu::hierarchy::cpu_linker::CpuLinker;
-use cpu::hierarchy::linker::{LinkRequest, LinkThresholds, Linker, LinkerScene};
+use cpu::hierarchy::linker::{LinkRequest, Linker, LinkerScene};
 use glam::Vec3;
 use std::cell::OnceCell;
 use std::ops::ControlFlow;
@@ -88,21 +88,10 @@ impl<'r> BlockTask<'r> {
 
     /// Returns the request for this task alone, with its thresholds times `factor`.
     fn request_by(&self, factor: f32) -> LinkRequest<'_> {
-        let LinkThresholds {
-            source,
-            visibility,
-            near,
-            soft,
-        } = self.request.thresholds;
         LinkRequest {
             light: self.request.light,
             radiosity: self.request.radiosity,
-            thresholds: LinkThresholds {
-                source: source * factor,
-                visibility: visibility * factor,
-                near: near * factor,
-                soft,
-            },
+            thresholds: self.request.thresholds.scaled_by(factor),
             receivers: &self.receivers,
             scale: self.request.scale,
             progress: self.request.progress.clone(),

@@ -11,7 +11,7 @@ use cpu::hierarchy::link::{
     BlockLink, BlockedSamples, ExchangeBound, Interaction, LastBlockers, OccluderQuery, SampledLinkTask,
     no_last_blockers,
 };
-use cpu::hierarchy::linker::{LinkRequest, LinkThresholds, LinkerScene};
+use cpu::hierarchy::linker::{LinkRequest, LinkerScene};
 use cpu::hierarchy::refinement_steps::{ReflectedLight, SourceRefinement};
 use cpu::hierarchy::tree::TreeNode;
 use cpu::shader_twins::link_bounds::{bound_link, long_quad_factor};
@@ -138,19 +138,8 @@ impl LevelTwin<'_> {
         [threshold, fraction, height]: Nudge,
     ) -> (PairRecord, Option<bool>) {
         let (mut pair, node) = (*given, self.node(given));
-        let scaled = |x: f32| x * (1.0 + threshold * THRESHOLD_ROUNDINGS * f32::EPSILON);
-        let LinkThresholds {
-            source,
-            visibility,
-            near,
-            soft,
-        } = self.request.thresholds;
-        let thresholds = LinkThresholds {
-            source: scaled(source),
-            visibility: scaled(visibility),
-            near: scaled(near),
-            soft,
-        };
+        let factor = 1.0 + threshold * THRESHOLD_ROUNDINGS * f32::EPSILON;
+        let thresholds = self.request.thresholds.scaled_by(factor);
         if step == 1 {
             [pair.samples, pair.known, pair.state] = [0, 0, PairState::Skip as u32];
             let radiosity = &self.request.radiosity[pair.node as usize];
