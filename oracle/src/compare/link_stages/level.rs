@@ -201,7 +201,7 @@ impl LinkStages {
     }
 
     fn check_factors(&mut self, twin: &LevelTwin, level: &mut Level, list: &WorkList) -> Result<()> {
-        let work = work_words(list);
+        let work = work_words(list, level.pairs.len());
         for (end, entry) in ["unclipped_factors", "clipped_factors"].into_iter().enumerate() {
             let listed = &list[end];
             if listed.is_empty() {
@@ -257,9 +257,10 @@ pub fn lane_sizes(first: usize, sizes: &[f32]) -> [f32; LANE_WORDS] {
     all
 }
 
-/// Returns the words of a work list: the numbers of its two parts, and the pairs.
-pub fn work_words(list: &WorkList) -> Vec<u32> {
-    let mut words = vec![UNWRITTEN; WORK_WORDS];
+/// Returns the words of a work list: the numbers of its two parts, and the pairs. The words between name the pair behind the
+/// `pairs` of the level, whose spots no stage may write.
+pub fn work_words(list: &WorkList, pairs: usize) -> Vec<u32> {
+    let mut words = vec![pairs as u32; WORK_WORDS];
     [words[0], words[1]] = [list[0].len() as u32, list[1].len() as u32];
     words[2..2 + list[0].len()].copy_from_slice(&list[0]);
     for (k, pair) in list[1].iter().enumerate() {

@@ -27,7 +27,12 @@ impl LinkStages {
                 [lane.weight, lane.known, lane.along[0], lane.along[1]] = [nothing; 4];
             }
         }
-        let found = self.run_on_lanes(["sample_links"; 2], level, listed.len(), &work_words(list))?;
+        let found = self.run_on_lanes(
+            ["sample_links"; 2],
+            level,
+            listed.len(),
+            &work_words(list, level.pairs.len()),
+        )?;
         let sampled: Vec<SampledPair> = (listed.par_iter())
             .map(|k| {
                 sample_pair(
