@@ -5,11 +5,11 @@ use super::criteria::imbalance_bound;
 use super::link_diff::{LinkDiff, LinkerPair};
 use crate::compare::comparison::{Comparison, Criterion, Preset};
 use crate::diff::difference::compare_fields;
-use crate::solve::error_estimate::{mean_reflections, rounding_error};
+use crate::solve::error_estimate::{ErrorHistory, mean_reflections, rounding_error};
 use crate::solve::gpu_linker::LinkerOnGpu;
 use crate::solve::progress::ProgressMonitor;
 use crate::solve::regather::ErrorEstimate;
-use crate::solve::solve_to_error::solve_adaptively;
+use crate::solve::solve_to_error::solve_adaptively_within;
 use crate::solve::solved::Solved;
 use crate::solve::solver::ErrorTarget;
 use crate::solve::task::SolveTask;
@@ -26,6 +26,9 @@ use gpu::{Gpu, ShaderFault};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
+
+/// Steps that rounding may add to the GPU's solve: it refines as the CPU by rays does. Wrong links would refine to the end.
+const MORE_STEPS: u32 = 1;
 
 /// Solution of one side.
 struct SolvedSide {
@@ -56,10 +59,11 @@ pub fn compare_hierarchical(
     (gpu, faults): (&Gpu, &[ShaderFault]),
     watch: &ProgressMonitor,
 ) -> Result<Comparison> {
-    let solve = |method: linker::LinkMethod, phase: &str| -> Result<SolvedSide> {
+    let solve = |method: linker::LinkMethod, phase: &str, max_steps: u32| -> Result<SolvedSide> {
         let report = |_: &str, done| watch.report_share(phase, done);
         let start = Instant::now();
-        let solved = solve_adaptively(scene, settings, target, method, &ProgressMonitor::new(&report))?;
+        let progress = ProgressMonitor::new(&report);
+        let solved = solve_adaptively_within(scene, settings, target, (method, max_steps), &progress)?;
         Ok(SolvedSide {
             seconds: start.elapsed().as_secs_f64(),
             estimate: scene.estimate_error(&solved)?,
@@ -68,19 +72,20 @@ pub fn compare_hierarchical(
         })
     };
     let factory = LinkerOnGpu::factory_on(gpu, faults);
-    let cpu = solve(linker::LinkMethod::Shafts, "CPU")?;
-    let by_rays = solve(linker::LinkMethod::Rays, "CPU by rays")?;
+    let cpu = solve(linker::LinkMethod::Shafts, "CPU", u32::MAX)?;
+    let by_rays = solve(linker::LinkMethod::Rays, "CPU by rays", u32::MAX)?;
+    let max_steps = by_rays.solved.history.as_ref().map_or(1, ErrorHistory::steps) + MORE_STEPS;
     let mut diff = diff_links(scene, target, gpu, faults, watch)?;
     let mut on_gpu = None;
     if diff.stages.refusal.is_none() {
-        match solve(linker::LinkMethod::Custom(&factory), "GPU") {
+        match solve(linker::LinkMethod::Custom(&factory), "GPU", max_steps) {
             Ok(side) => on_gpu = Some(side),
             Err(error) => diff.stages.take_refusal(error)?,
         }
     }
     let on_gpu = match on_gpu {
         Some(side) => side,
-        None => solve(linker::LinkMethod::Rays, "GPU")?.into_unknown(),
+        None => solve(linker::LinkMethod::Rays, "GPU", max_steps)?.into_unknown(),
     };
     let mesh = &cpu.solved.mesh;
     let differences = [

@@ -63,7 +63,9 @@ pub(super) struct AdaptiveSolve<'a> {
     /// Requested error.
     error: f64,
     /// Method that finds links.
-    method: LinkMethod<'a>,
+    pub(super) method: LinkMethod<'a>,
+    /// Largest number of steps.
+    max_steps: u32,
     pub(super) progress: &'a ProgressMonitor<'a>,
 }
 
@@ -80,8 +82,15 @@ impl<'a> AdaptiveSolve<'a> {
             requested_texels: target.texels,
             error: target.error,
             method,
+            max_steps: MAX_STEPS,
             progress,
         }
+    }
+
+    /// Returns the solve in at most `max_steps` steps.
+    pub(super) fn with_max_steps(self, max_steps: u32) -> Self {
+        let max_steps = max_steps.min(MAX_STEPS);
+        Self { max_steps, ..self }
     }
 
     /// Returns whether bounces are traced by rays.
@@ -115,6 +124,10 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
 
     fn scene(&self) -> &Scene {
         self.scene
+    }
+
+    fn max_steps(&self) -> u32 {
+        self.max_steps
     }
 
     fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&SolveStep>) -> Result<SolveStep> {
@@ -268,6 +281,11 @@ pub trait AdaptiveProblem {
     fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&Self::StepResult>)
     -> Result<Self::StepResult>;
 
+    /// Largest number of steps.
+    fn max_steps(&self) -> u32 {
+        MAX_STEPS
+    }
+
     /// Requested texels of a face; `None`: they follow from the light.
     fn requested_texels(&self, face: usize) -> Option<[u32; 2]>;
 
@@ -298,7 +316,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
     let mut goal = error;
     let (mut last, mut texels) = solve_first_step(problem, error)?;
     let may_refine = |f: usize| problem.fixed_texels(f).is_none();
-    for k in 1..MAX_STEPS {
+    for k in 1..problem.max_steps() {
         let texels_now = count_texels(&texels);
         let limit = MAX_STEP_TEXELS.max(2 * last.as_ref().mesh.texels.len() as u64);
         if k > 1 && texels_now > limit.min(MAX_TEXELS) {

@@ -41,6 +41,11 @@ pub struct ErrorHistory {
 }
 
 impl ErrorHistory {
+    /// Returns the number of steps.
+    pub fn steps(&self) -> u32 {
+        1 + self.changes.len() as u32
+    }
+
     /// Estimated remaining error after the last change d: d, or d·q/(1 − q) where changes fall slowly, with
     /// ratio q > ½. `None` after a single step.
     pub fn remaining_error(&self) -> Option<f64> {

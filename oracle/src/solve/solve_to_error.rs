@@ -1,6 +1,6 @@
 //! A solve to a requested error, by rays where faces are many and small and by links elsewhere, on the requested texels.
 
-use super::adaptive::{AdaptiveSolve, refine_until_converged};
+use super::adaptive::{AdaptiveProblem, AdaptiveSolve, refine_until_converged};
 use super::error_estimate::ErrorHistory;
 use super::progress::ProgressMonitor;
 use super::ray_steps::refine_by_rays;
@@ -33,15 +33,32 @@ pub fn solve_adaptively(
     method: LinkMethod,
     progress: &ProgressMonitor,
 ) -> Result<Solved> {
-    let problem = AdaptiveSolve::new(scene, target, method, progress);
+    solve_in_steps(&AdaptiveSolve::new(scene, target, method, progress), settings, target)
+}
+
+/// Solves as [`solve_adaptively`] does, in at most `max_steps` steps.
+///
+/// Errors: [`common::Error::Interrupted`] before the first step is done.
+pub fn solve_adaptively_within(
+    scene: &Scene,
+    settings: &Settings,
+    target: ErrorTarget,
+    (method, max_steps): (LinkMethod, u32),
+    progress: &ProgressMonitor,
+) -> Result<Solved> {
+    let problem = AdaptiveSolve::new(scene, target, method, progress).with_max_steps(max_steps);
+    solve_in_steps(&problem, settings, target)
+}
+
+fn solve_in_steps(problem: &AdaptiveSolve, settings: &Settings, target: ErrorTarget) -> Result<Solved> {
     let (step, history) = match problem.follows_rays() {
-        true => refine_by_rays(&problem, target.error)?,
-        false => refine_until_converged(&problem, target.error)?,
+        true => refine_by_rays(problem, target.error)?,
+        false => refine_until_converged(problem, target.error)?,
     };
-    let mut solved = resample_result(scene, settings, target, step, history)?;
+    let mut solved = resample_result(problem.scene(), settings, target, step, history)?;
     solved.run.field.origin = match problem.follows_rays() {
         true => "rays".into(),
-        false => format!("hierarchy by {}", method.name()),
+        false => format!("hierarchy by {}", problem.method.name()),
     };
     Ok(solved)
 }
