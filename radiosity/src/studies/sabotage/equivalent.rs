@@ -2,37 +2,37 @@
 
 use super::Mutant;
 
-/// Rows of shader, line, text that changes, its new text, and the reason. [`ANY`] in both texts stands for all mutants of a line.
+/// Rows of shader, line, text that changes, its new text, and the reason.
 const TABLE: &str = include_str!("equivalent.tsv");
 
-/// Text that stands for any other.
-const ANY: &str = "*";
-
-/// A row of the table.
-struct Row {
+/// A mutant of the table.
+struct EquivalentMutant {
     /// Shader, line, text that changes, and its new text.
     names: [String; 4],
     reason: &'static str,
 }
 
-impl Row {
+impl EquivalentMutant {
     /// Returns true if the row speaks of a mutant.
     fn names_mutant(&self, mutant: &Mutant) -> bool {
-        let [shader, line, original, mutated] = self.names.each_ref().map(String::as_str);
-        let is_line = [shader, line] == [mutant.shader, &mutant.line_text];
-        let change = [mutant.original.as_str(), &mutant.mutation.replacement];
-        is_line && ([original, mutated] == [ANY; 2] || [original, mutated] == change)
+        self.names.each_ref().map(String::as_str)
+            == [
+                mutant.shader,
+                &mutant.line_text,
+                &mutant.original,
+                &mutant.mutation.replacement,
+            ]
     }
 }
 
 /// Returns the rows.
-fn rows() -> impl Iterator<Item = Row> {
+fn rows() -> impl Iterator<Item = EquivalentMutant> {
     let lines = TABLE.lines().filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| {
         let fields: [&'static str; 5] = line.split('\t').collect::<Vec<_>>().try_into().ok()?;
         let [names @ .., reason] = fields;
         let names = names.map(|name| name.replace("\\n", "\n"));
-        Some(Row { names, reason })
+        Some(EquivalentMutant { names, reason })
     })
 }
 
