@@ -48,3 +48,4 @@ pub mod path_tracer;
 pub mod prelude;
 pub mod relight;
 pub mod solve;
+pub mod trace;

@@ -6,3 +6,4 @@ mod order;
 mod painted;
 mod passes;
 mod soft;
+mod trace;

@@ -14,7 +14,7 @@ pub mod iteration;
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::settings::{Iteration, Schedule};
-use crate::shooting::{self, RadiosityField, Restart, Shot, SolveRun};
+use crate::shooting::{self, RadiosityField, Restart, Shoot, Shot, SolveRun};
 use glam::{DVec3, Vec3};
 use iteration::PassState;
 use std::ops::ControlFlow;
@@ -81,9 +81,7 @@ pub fn solve_by_schedule(
     watch: ProgressCallback,
 ) -> Result<SolveRun> {
     if schedule.iteration == Iteration::Southwell || !engine.transfer_fits() {
-        return shooting::shoot_until_converged(engine, &schedule.with_southwell(), &mut |shot, emitted| {
-            watch(shooting::solve_progress(shot, emitted, schedule.epsilon))
-        });
+        return solve_by_shots(engine, &schedule.with_southwell(), watch);
     }
     let mut solve = PassSolver::new(engine, mesh, schedule);
     solve.run(watch)?;
@@ -104,6 +102,15 @@ pub fn solve_by_schedule(
         solve.correct_from_texels(&mut field);
     }
     Ok(solve.finish_run(field))
+}
+
+/// Solves by single shots, the patch with the most unshot power first.
+///
+/// Errors: those of [`shooting::shoot_until_converged`].
+pub fn solve_by_shots(engine: &mut dyn Shoot, schedule: &Schedule, watch: ProgressCallback) -> Result<SolveRun> {
+    shooting::shoot_until_converged(engine, schedule, &mut |shot, emitted| {
+        watch(shooting::solve_progress(shot, emitted, schedule.epsilon))
+    })
 }
 
 /// Maximum rounds in which the patches' residuals are recomputed from their texels, where ρ varies within patches, and

@@ -13,9 +13,11 @@ use super::warnings;
 use super::{adaptive, dense, regather, solve_to_error};
 use common::Result;
 use common::cover::sampled_mesh_until;
-use common::passes;
+use common::mesh::Mesh;
+use common::passes::{self, Engine, ProgressCallback};
 use common::scene::Scene;
 use common::settings::{Iteration, Settings};
+use common::shooting::SolveRun;
 use common::solution::Warning;
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::sky::{SKY_ERROR, receive_sky};
@@ -59,22 +61,8 @@ impl SolveTask for Scene {
             }
             SolverChoice::Cpu | SolverChoice::Gpu(_) => {}
         }
-        let mesh = progress.time_phase("prepare", || {
-            sampled_mesh_until(self, &settings.meshing, &is_interrupted)
-        });
-        let mut mesh = mesh.inspect_err(|_| progress.mark_stopped())?;
-        let mut callback = step_progress(progress, "light from outside");
-        progress.time_phase("prepare", || receive_sky(self, &mut mesh, SKY_ERROR, &mut callback))?;
-        let mut engine = progress.time_phase("prepare", || solver.create_engine(&mesh, &settings.transport))?;
-        let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.transfer_fits();
-        let run = progress.time_phase("solve", || {
-            let mut callback = |done| progress.report_share("shooting", done);
-            passes::solve_by_schedule(engine.as_mut(), &mesh, &settings.schedule, &mut callback)
-        })?;
-        drop(engine);
-        Ok(Solved {
-            one_by_one,
-            ..Solved::new(settings, mesh, run)
+        solve_by_shooting(self, settings, solver, progress, |engine, mesh, watch| {
+            passes::solve_by_schedule(engine, mesh, &settings.schedule, watch)
         })
     }
 
@@ -101,4 +89,33 @@ impl SolveTask for Scene {
     fn explain_darkness(&self, solved: &Solved) -> Option<String> {
         explain_darkness(&solved.mesh, &solved.run)
     }
+}
+
+/// Solves a scene by shooting: makes its mesh and its engine, and lets `run` run the engine.
+///
+/// Errors: those of the mesh, the engine and `run`; [`common::Error::Interrupted`].
+pub fn solve_by_shooting(
+    scene: &Scene,
+    settings: &Settings,
+    solver: SolverChoice,
+    progress: &ProgressMonitor,
+    run: impl FnOnce(&mut dyn Engine, &Mesh, ProgressCallback) -> Result<SolveRun>,
+) -> Result<Solved> {
+    let mesh = progress.time_phase("prepare", || {
+        sampled_mesh_until(scene, &settings.meshing, &is_interrupted)
+    });
+    let mut mesh = mesh.inspect_err(|_| progress.mark_stopped())?;
+    let mut callback = step_progress(progress, "light from outside");
+    progress.time_phase("prepare", || receive_sky(scene, &mut mesh, SKY_ERROR, &mut callback))?;
+    let mut engine = progress.time_phase("prepare", || solver.create_engine(&mesh, &settings.transport))?;
+    let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.transfer_fits();
+    let run = progress.time_phase("solve", || {
+        let mut callback = |done| progress.report_share("shooting", done);
+        run(engine.as_mut(), &mesh, &mut callback)
+    })?;
+    drop(engine);
+    Ok(Solved {
+        one_by_one,
+        ..Solved::new(settings, mesh, run)
+    })
 }

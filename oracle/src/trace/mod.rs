@@ -1,0 +1,77 @@
+//! The record of a solve that shoots one patch at a time: what each shot did, and why its patch was chosen.
+//!
+//! [`recorder`] wraps an engine and observes the shooting loop, [`packing`] compresses the links of a shooter, [`task`]
+//! solves a scene with the recorder in place.
+//!
+//! ```text
+//! ΔB_j = Δr_j = ρ_j · F_j · V_j · B_i
+//! ```
+//! i is the shooter, B_i the radiosity that it shoots, F_j its form factor from texel j and V_j the share of it that j sees.
+//! F and V of a patch are the same in all of its shots, so they are kept once.
+
+pub mod packing;
+pub mod recorder;
+pub mod task;
+
+use common::energy::EnergyBalance;
+use common::shooting::{RadiosityField, Shot};
+use glam::Vec3;
+use packing::PackedLinks;
+
+/// Number of patches whose unshot power is recorded with a shot: the shooter and its rivals.
+pub const RANKED_PATCHES: usize = 6;
+
+/// One shot with its reason and its effect.
+#[derive(Clone, Debug)]
+pub struct TracedShot {
+    /// The solver's own record.
+    pub shot: Shot,
+    /// Radiosity that the patch shot: the mean of its residual, W/m².
+    pub radiosity: Vec3,
+    /// Patches with the most unshot power before the shot, in falling order, with Σ|r|A in the mesh's unit.
+    pub ranking: Vec<(u32, f32)>,
+    /// Energy balance after the shot.
+    pub energy: EnergyBalance,
+}
+
+/// Record of a solve.
+#[derive(Clone, Debug)]
+pub struct ShotTrace {
+    /// State before the first shot.
+    pub initial: RadiosityField,
+    /// Energy balance before the first shot.
+    pub initial_energy: EnergyBalance,
+    /// The first shots; all of them if [`Self::is_complete`].
+    pub shots: Vec<TracedShot>,
+    /// Links of the patches that have shot, in the order of their first shots.
+    pub links: Vec<PackedLinks>,
+    /// Number of shots of the solve.
+    pub shot_count: usize,
+}
+
+impl ShotTrace {
+    /// Returns whether every shot was recorded.
+    pub fn is_complete(&self) -> bool {
+        self.shots.len() == self.shot_count
+    }
+
+    /// Returns the number of first shots whose records and links take at most `max_bytes`, at `shot_bytes` a shot, and the
+    /// number of links among [`Self::links`] that these need.
+    pub fn count_fitting(&self, max_bytes: usize, shot_bytes: usize) -> (usize, usize) {
+        let (mut bytes, mut links) = (0, 0);
+        for (done, traced) in self.shots.iter().enumerate() {
+            let known = self.links[..links].iter().any(|own| own.patch == traced.shot.patch);
+            let own = self
+                .links
+                .get(links)
+                .filter(|_| !known)
+                .map_or(0, PackedLinks::byte_count);
+            bytes += own + shot_bytes;
+            if bytes > max_bytes {
+                return (done, links);
+            }
+            links += usize::from(!known);
+        }
+        (self.shots.len(), links)
+    }
+}

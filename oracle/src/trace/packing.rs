@@ -1,0 +1,179 @@
+//! Compression of a shooter's links: form factor, visible share and occluder of every texel.
+//!
+//! Form factors and shares are half floats, which have 11 significant bits: each is rounded by at most [`HALF_ROUNDING`] of
+//! itself. Form factors are first divided by a power of two, so that the largest lies just below the largest half float and none
+//! that matters is subnormal. Each number is replaced by its difference from a prediction by its neighbours on the face, which
+//! is small where light varies smoothly; then the bytes are deflated (RFC 1951).
+
+use common::mesh::{Mesh, TexelKind};
+use half::f16;
+use miniz_oxide::deflate::compress_to_vec;
+use miniz_oxide::inflate::decompress_to_vec_with_limit;
+
+/// Largest relative error of a number that was rounded to a half float.
+pub const HALF_ROUNDING: f32 = 1.0 / 2048.0;
+/// Exponent of the largest form factor of a shooter after scaling: half floats reach to 2¹⁶.
+const TOP_EXPONENT: i32 = 14;
+/// Level of compression: beyond it the time doubles for a hundredth of the size.
+const COMPRESSION_LEVEL: u8 = 7;
+
+/// Links of a patch, compressed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackedLinks {
+    /// Number of the patch.
+    pub patch: u32,
+    /// Form factors are stored over 2 to this power.
+    pub exponent: i32,
+    /// True if some texel does not see the whole patch; else no shares and occluders are stored.
+    pub is_occluded: bool,
+    /// Deflated planes: low bytes and high bytes of the form factors, the shares and the occluders.
+    pub deflated: Vec<u8>,
+}
+
+/// Links of a patch to all texels, in the order of files (face after face, row by row).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TexelLinks {
+    /// Form factor F from each texel, as if nothing were between.
+    pub form_factors: Vec<f32>,
+    /// Share V of the patch that each texel sees.
+    pub shares: Vec<f32>,
+    /// Number of a face that hides part of the patch, from 1; 0 for none that is known.
+    pub occluders: Vec<u16>,
+}
+
+/// Texels in the order of files, and their places on their faces.
+pub struct TexelOrder {
+    /// The mesh's number of each texel.
+    pub texels: Vec<usize>,
+    /// Place of each texel on its face.
+    places: Vec<FacePlace>,
+}
+
+/// Place of a texel on its face.
+#[derive(Clone, Copy)]
+struct FacePlace {
+    /// Number of the texel on the face.
+    index: usize,
+    /// Texels per row.
+    width: usize,
+    is_quad: bool,
+}
+
+impl FacePlace {
+    /// Predicts the value at `at` by those before it: on a quad left + upper − upper left, on a triangle the one before the
+    /// last, which is turned alike; else the one before.
+    fn predict_value(self, values: &[u16], at: usize) -> u16 {
+        let value = |back: usize| values[at - back];
+        let Self { index, width, is_quad } = self;
+        match (is_quad, index / width, index % width) {
+            (true, 1.., 1..) => value(1).wrapping_add(value(width)).wrapping_sub(value(width + 1)),
+            (true, 1.., 0) => value(width),
+            (false, ..) if index > 1 => value(2),
+            _ if at > 0 => value(1),
+            _ => 0,
+        }
+    }
+}
+
+impl TexelOrder {
+    /// Lists the texels of `mesh`.
+    pub fn new(mesh: &Mesh) -> Self {
+        let texels = mesh.texels_in_face_order();
+        let place = |k: &usize| {
+            let texel = &mesh.texels[*k];
+            FacePlace {
+                index: texel.index as usize,
+                width: mesh.faces[texel.face as usize].resolution[0] as usize,
+                is_quad: texel.kind == TexelKind::Quad,
+            }
+        };
+        Self {
+            places: texels.iter().map(place).collect(),
+            texels,
+        }
+    }
+
+    /// Appends the low, then the high bytes of the differences of values from their predictions.
+    fn append_planes(&self, values: &[u16], bytes: &mut Vec<u8>) {
+        let places = self.places.iter().enumerate();
+        let differences = places.map(|(at, place)| values[at].wrapping_sub(place.predict_value(values, at)));
+        // Small differences of both signs become small numbers.
+        let folded: Vec<[u8; 2]> = differences
+            .map(|d| ((d << 1) ^ ((d as i16) >> 15) as u16).to_le_bytes())
+            .collect();
+        for plane in 0..2 {
+            bytes.extend(folded.iter().map(|pair| pair[plane]));
+        }
+    }
+
+    /// Returns the values of two planes.
+    fn read_planes(&self, bytes: &[u8]) -> Vec<u16> {
+        let (low, high) = bytes.split_at(self.places.len());
+        let mut values = vec![0u16; self.places.len()];
+        for (at, place) in self.places.iter().enumerate() {
+            let folded = u16::from_le_bytes([low[at], high[at]]);
+            let difference = (folded >> 1) ^ (folded & 1).wrapping_neg();
+            values[at] = place.predict_value(&values, at).wrapping_add(difference);
+        }
+        values
+    }
+}
+
+impl PackedLinks {
+    /// Compresses the links of `patch`.
+    pub fn new(patch: u32, links: &TexelLinks, order: &TexelOrder) -> Self {
+        let largest = links.form_factors.iter().copied().fold(0.0, f32::max);
+        let exponent = match largest {
+            0.0 => 0,
+            largest => largest.log2().floor() as i32 - TOP_EXPONENT,
+        };
+        let is_occluded = links.shares.iter().any(|share| *share != 1.0);
+        let halves = |values: &[f32], scale: f64| -> Vec<u16> {
+            let scaled = values.iter().map(|x| f16::from_f64(f64::from(*x) * scale));
+            scaled.map(f16::to_bits).collect()
+        };
+        let mut bytes = Vec::new();
+        let scale = f64::from(-exponent).exp2();
+        order.append_planes(&halves(&links.form_factors, scale), &mut bytes);
+        if is_occluded {
+            order.append_planes(&halves(&links.shares, 1.0), &mut bytes);
+            order.append_planes(&links.occluders, &mut bytes);
+        }
+        Self {
+            patch,
+            exponent,
+            is_occluded,
+            deflated: compress_to_vec(&bytes, COMPRESSION_LEVEL),
+        }
+    }
+
+    /// Returns the number of bytes.
+    pub fn byte_count(&self) -> usize {
+        self.deflated.len()
+    }
+
+    /// Returns the links, as far as they were rounded; none of damaged bytes.
+    pub fn unpack(&self, order: &TexelOrder) -> Option<TexelLinks> {
+        let count = order.texels.len();
+        let planes = if self.is_occluded { 3 } else { 1 };
+        let bytes = decompress_to_vec_with_limit(&self.deflated, 2 * planes * count).ok()?;
+        if bytes.len() != 2 * planes * count {
+            return None;
+        }
+        let mut planes = bytes.chunks_exact(2 * count).map(|plane| order.read_planes(plane));
+        let mut numbers = |scale: f64| -> Option<Vec<f32>> {
+            let halves = planes.next()?.into_iter().map(f16::from_bits);
+            Some(halves.map(|half| (f64::from(half) * scale) as f32).collect())
+        };
+        let form_factors = numbers(f64::from(self.exponent).exp2())?;
+        let (shares, occluders) = match self.is_occluded {
+            true => (numbers(1.0)?, planes.next()?),
+            false => (vec![1.0; count], vec![0; count]),
+        };
+        Some(TexelLinks {
+            form_factors,
+            shares,
+            occluders,
+        })
+    }
+}

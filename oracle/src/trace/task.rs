@@ -1,0 +1,68 @@
+//! A scene that is solved one shot at a time and recorded.
+
+use super::ShotTrace;
+use super::recorder::{ShotRecorder, TraceLimits};
+use crate::solve::progress::ProgressMonitor;
+use crate::solve::regather::ErrorEstimate;
+use crate::solve::solved::Solved;
+use crate::solve::solver::SolverChoice;
+use crate::solve::task::{SolveTask, solve_by_shooting};
+use common::passes::solve_by_shots;
+use common::scene::Scene;
+use common::settings::Settings;
+use common::solution::Warning;
+use common::{Error, Result};
+use std::cell::RefCell;
+
+/// A scene whose solve is recorded. Solve it with single shots, then take the record.
+pub struct TracedScene<'a> {
+    scene: &'a Scene,
+    limits: TraceLimits,
+    trace: RefCell<Option<ShotTrace>>,
+}
+
+impl<'a> TracedScene<'a> {
+    /// Makes a task whose record has these limits.
+    pub fn new(scene: &'a Scene, limits: TraceLimits) -> Self {
+        Self {
+            scene,
+            limits,
+            trace: RefCell::new(None),
+        }
+    }
+
+    /// Takes the record of the solve.
+    ///
+    /// Errors: the scene was not solved.
+    pub fn take_trace(&self) -> Result<ShotTrace> {
+        let trace = self.trace.borrow_mut().take();
+        trace.ok_or_else(|| Error::Fault("no shots were recorded".into()))
+    }
+}
+
+impl SolveTask for TracedScene<'_> {
+    fn scene(&self) -> &Scene {
+        self.scene
+    }
+
+    fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved> {
+        solve_by_shooting(self.scene, settings, solver, progress, |engine, mesh, watch| {
+            let mut recorder = ShotRecorder::new(engine, mesh, &settings.transport, self.limits)?;
+            let run = solve_by_shots(&mut recorder, &settings.schedule, watch)?;
+            self.trace.replace(Some(recorder.into_trace()));
+            Ok(run)
+        })
+    }
+
+    fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {
+        self.scene.estimate_error(solved)
+    }
+
+    fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
+        self.scene.collect_warnings(solved, estimate)
+    }
+
+    fn explain_darkness(&self, solved: &Solved) -> Option<String> {
+        self.scene.explain_darkness(solved)
+    }
+}
