@@ -69,7 +69,7 @@ impl DiffPictures {
         let layers = names.into_iter().zip(&common).map(|(name, of)| ViewerLayer {
             name,
             mesh: &of.mesh,
-            field: &of.field,
+            field: Some(&of.field),
         });
         let viewer = SceneViewer {
             scene: &b.scene,

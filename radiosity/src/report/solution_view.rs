@@ -99,7 +99,11 @@ impl RenderedView {
         let viewer = SceneViewer {
             scene,
             surface: &surface,
-            layers: vec![ViewerLayer { name, mesh, field }],
+            layers: vec![ViewerLayer {
+                name,
+                mesh,
+                field: Some(field),
+            }],
             irradiance: true,
             carried,
             texel_errors,

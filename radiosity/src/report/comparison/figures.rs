@@ -76,7 +76,7 @@ impl ComparisonPictures {
                 .map(|(name, run)| ViewerLayer {
                     name,
                     mesh: &c.mesh,
-                    field: &run.field,
+                    field: Some(&run.field),
                 })
                 .into(),
             irradiance: true,

@@ -20,7 +20,14 @@ use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 
-const VIEWER_SCRIPT: &str = include_str!("viewer.js");
+/// Files of the viewer's script, in the order in which they are included.
+pub const VIEWER_SCRIPTS: [&str; 3] = [
+    include_str!("scene.js"),
+    include_str!("lines.js"),
+    include_str!("viewer.js"),
+];
+/// Opens each viewer of a page when it is first seen.
+const START_SCRIPT: &str = include_str!("start.js");
 const VIEWER_STYLE: &str = include_str!("viewer.css");
 /// Stops of the sequential colour map.
 const SEQUENTIAL_STOPS: u32 = 9;
@@ -54,19 +61,36 @@ pub struct ViewerLayer<'a> {
     pub name: &'a str,
     /// Texels; layers may differ in ρ and E.
     pub mesh: &'a Mesh,
-    /// Radiosity and irradiance.
-    pub field: &'a RadiosityField,
+    /// Radiosity and irradiance; none if the page computes them.
+    pub field: Option<&'a RadiosityField>,
 }
+
+/// Keys and movements of the pointer that every viewer has.
+pub const VIEWER_HELP: &str = "Drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; tap or point to read a texel. Keys: arrows, Shift and arrows, + −, [ ] exposure, 1 to 4, g texels, f false colours, Enter reads the middle, r.";
 
 /// Returns the style sheet and script that a page with viewers includes once.
 pub fn page_assets() -> Markup {
-    html! { style { (PreEscaped(VIEWER_STYLE)) } script { (PreEscaped(VIEWER_SCRIPT)) } }
+    viewer_assets("", &[START_SCRIPT])
 }
 
-impl SceneViewer<'_> {
+/// Returns the viewer's style sheet and script, each with more of a page that adds to the viewer.
+pub fn viewer_assets(style: &str, scripts: &[&str]) -> Markup {
+    let all = VIEWER_SCRIPTS.iter().chain(scripts);
+    let parts = all.flat_map(|text| [text, "\n"]);
+    let script: String = ["(() => {\n\"use strict\";\n"]
+        .into_iter()
+        .chain(parts)
+        .chain(["})();"])
+        .collect();
+    html! {
+        style { (PreEscaped(VIEWER_STYLE)) (PreEscaped(style)) }
+        script { (PreEscaped(script)) }
+    }
+}
+
+impl<'a> SceneViewer<'a> {
     /// Renders the viewer as an HTML element.
     pub fn render_element(&self) -> Markup {
-        let two = self.layers.len() > 1;
         let name = |k: usize| self.layers.get(k).map_or("", |layer| layer.name);
         let difference = format!("{} − {}", name(0), name(1));
         let kinds = [
@@ -75,6 +99,14 @@ impl SceneViewer<'_> {
             ("error", "error estimate", self.texel_errors.is_some()),
             ("difference", &difference, self.layers_differ()),
         ];
+        let available = kinds.iter().filter(|kind| kind.2).map(|kind| (kind.0, kind.1));
+        self.render_quantities(&available.collect::<Vec<_>>(), VIEWER_HELP)
+    }
+
+    /// Renders the viewer with a button for each of these quantities (name in the script, text), the first displayed at
+    /// first; `help` says how to use it.
+    pub fn render_quantities(&self, quantities: &[(&str, &str)], help: &str) -> Markup {
+        let two = self.layers.len() > 1;
         // A literal "</script" would end the element.
         let nodes = ViewerNodes::new(self);
         let head = self.header_json(&nodes).to_string().replace('<', "\\u003c");
@@ -83,8 +115,8 @@ impl SceneViewer<'_> {
                 canvas tabindex="0" role="img" aria-label={ "Interactive view of the scene " (self.scene.name) } {}
                 div.tools {
                     span.group role="group" aria-label="Displayed quantity" {
-                        @for (what, name, available) in kinds {
-                            @if available { button type="button" data-what=(what) aria-pressed=(what == "radiosity") { (name) } }
+                        @for (k, (what, name)) in quantities.iter().enumerate() {
+                            button type="button" data-what=(what) aria-pressed=(k == 0) { (name) }
                         }
                     }
                     @if two { span.group role="group" aria-label="Displayed solution" {
@@ -101,7 +133,7 @@ impl SceneViewer<'_> {
                 }
                 div.legend hidden { div.scale { span.low { "0" } span.ramp {} span.high {} } }
                 div.told aria-live="polite" { "Point at a texel to read its light." }
-                p.keys { "Drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; tap or point to read a texel. Keys: arrows, Shift and arrows, + −, [ ] exposure, 1 to 4, g texels, f false colours, Enter reads the middle, r." }
+                p.keys { (help) }
                 script.head type="application/json" { (PreEscaped(head)) }
                 script.data type="text/plain" { (STANDARD.encode(self.binary_data(&nodes))) }
             }
@@ -127,7 +159,8 @@ impl SceneViewer<'_> {
         });
         json!({
             "faces": self.scene.faces.len(),
-            "texels": self.layers.first().map_or(0, |layer| layer.mesh.texels.len()),
+            "texels": self.surface.mesh.texels.len(),
+            "light": self.stores_light(),
             "names": self.face_names().0,
             "layers": self.layers.iter().map(|layer| layer.name).collect::<Vec<_>>(),
             "surfaces": self.layers.len(),
@@ -168,16 +201,20 @@ impl SceneViewer<'_> {
 
     /// Returns whether there are two layers and they differ in radiosity.
     fn layers_differ(&self) -> bool {
-        matches!(self.layers.as_slice(), [a, b] if a.field.radiosity != b.field.radiosity)
+        let radiosity = |layer: &ViewerLayer<'a>| layer.field.map(|field| &field.radiosity);
+        matches!(self.layers.as_slice(), [a, b] if radiosity(a) != radiosity(b))
+    }
+
+    /// Returns whether the data have the light of the layers.
+    fn stores_light(&self) -> bool {
+        self.layers.iter().all(|layer| layer.field.is_some())
     }
 
     /// Packs the binary data: corners; resolution, shape and name of each face; E and ρ, then B and H of
     /// each layer; error estimates; nodes.
     fn binary_data(&self, nodes: &ViewerNodes) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let Some(mesh) = self.layers.first().map(|layer| layer.mesh) else {
-            return bytes;
-        };
+        let mesh = self.surface.mesh;
         for corner in mesh.faces.iter().flat_map(|face| face.corners) {
             push_vector(&mut bytes, corner);
         }
@@ -199,10 +236,10 @@ impl SceneViewer<'_> {
                 push_vector(&mut bytes, texel.reflectance);
             }
         }
-        for layer in &self.layers {
+        for field in self.layers.iter().filter_map(|layer| layer.field) {
             for k in &order {
-                push_vector(&mut bytes, layer.field.radiosity[*k].truncate());
-                push_vector(&mut bytes, layer.field.irradiance[*k].truncate());
+                push_vector(&mut bytes, field.radiosity[*k].truncate());
+                push_vector(&mut bytes, field.irradiance[*k].truncate());
             }
         }
         if let Some(off) = self.texel_errors {
@@ -256,8 +293,9 @@ impl ViewerNodes {
         let lights = [carried].into_iter().chain(more.then_some(CarriedLight::Irradiance));
         let mut values: Vec<DVec3> = Vec::new();
         for layer in &viewer.layers {
+            let Some(known) = layer.field else { continue };
             for light in lights.clone() {
-                let field = surface.interpolate_irradiance(&light.texel_values(layer.mesh, layer.field));
+                let field = surface.interpolate_irradiance(&light.texel_values(layer.mesh, known));
                 values.extend(own.iter().map(|slot| field.slot_value(*slot)));
             }
         }
