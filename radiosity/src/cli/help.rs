@@ -19,7 +19,8 @@ const SHOOT_EXAMPLES: &str = "\
 EXAMPLES:
   radiosity shoot room.obj --patches 1 --samples 1 --form-factor disc --iteration southwell    the paper's way
   radiosity shoot room.obj --solver gpu --visibility hemicube --item-buffer 512
-  radiosity shoot room.obj --iteration southwell --max-shots 50";
+  radiosity shoot room.obj --iteration southwell --max-shots 50
+  radiosity shoot room.obj --trace                      trace.html: the solve shot by shot";
 
 const RELIGHT_EXAMPLES: &str = "\
 EXAMPLES:

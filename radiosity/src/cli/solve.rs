@@ -7,14 +7,16 @@ use super::options::{CommonOptions, PassOptions, ShootingOptions, choice_parser,
 use super::progress::{Progress, handle_interrupts};
 use super::solver::{SHOOTING_SOLVERS, SOLVERS, choose_solver, open_gpu};
 use super::{Outcome, plan};
+use crate::plan::SceneCounts;
 use crate::plan::coarser_defaults::coarsen_meshing;
 use crate::plan::memory::{check_memory, memory_limit, require_address_space};
 use crate::report::solution_view::RenderedView;
+use crate::report::trace::{MAX_TRACED_FACES, MAX_TRACED_TEXELS, TRACE_LIMITS, TracePage};
 use clap::Args;
 use common::capture::maps;
 use common::energy::EnergyBalance;
 use common::scene::Scene;
-use common::settings::{Meshing, Settings};
+use common::settings::{Iteration, Meshing, Settings};
 use common::solution::pending::{NamedBytes, PendingFiles};
 use common::solution::{PhaseSeconds, Solution, prepare_outputs};
 use common::{Error, Result};
@@ -23,12 +25,17 @@ use gpu::Gpu;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::DenseReport;
 use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
+use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, dense, solve_request};
+use oracle::trace::task::TracedScene;
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// Files of every solve.
 pub const SOLUTION_FILES: [&str; 5] = ["lightmap.exr", "error.exr", "preview.png", "view.html", "result.json"];
+
+/// Page of a traced solve.
+const TRACE_FILE: &str = "trace.html";
 
 /// Arguments of `solve`.
 #[derive(Args)]
@@ -53,6 +60,9 @@ pub struct ShootArguments {
     shooting: ShootingOptions,
     #[command(flatten)]
     passes: PassOptions,
+    /// Also write trace.html, the solve shot by shot: one patch shoots at a time (--iteration southwell)
+    #[arg(long)]
+    trace: bool,
     #[command(flatten)]
     job: SceneJob,
 }
@@ -89,6 +99,8 @@ pub enum JobMethod<'a> {
     ToError(f64),
     /// By progressive refinement with these options.
     Shooting(&'a ShootingOptions, &'a PassOptions),
+    /// By progressive refinement with these options, one patch at a time, each shot recorded for `trace.html`.
+    Tracing(&'a ShootingOptions, &'a PassOptions),
 }
 
 /// Solves a scene to an error, or exactly by the dense system, and writes the result.
@@ -114,7 +126,27 @@ pub fn run_shoot(arguments: &ShootArguments) -> Result<Outcome> {
     } = arguments;
     let solver = choose_solver(arguments.solver, &job.common)?;
     shooting.check_item_buffer(solver == SolverKind::Gpu)?;
-    solve_scene(job, solver, JobMethod::Shooting(shooting, passes))
+    if !arguments.trace {
+        return solve_scene(job, solver, JobMethod::Shooting(shooting, passes));
+    }
+    check_traced_passes(passes)?;
+    solve_scene(job, solver, JobMethod::Tracing(shooting, passes))
+}
+
+/// Refuses options with which no single shots are made, or their form factors are scaled.
+///
+/// Errors: [`Error::Usage`].
+fn check_traced_passes(passes: &PassOptions) -> Result<()> {
+    let refuse = |text: &str| Err(Error::Usage(text.into()));
+    match passes.iteration {
+        Some(Iteration::Cg | Iteration::Chebyshev) => refuse(
+            "--trace shows one shot after the other, but --iteration cg and chebyshev shoot from all patches at once: give --iteration southwell, or leave it out",
+        ),
+        _ if passes.conserve => refuse(
+            "--trace does not go with --conserve, which scales the form factors that it shows: leave one of them out",
+        ),
+        _ => Ok(()),
+    }
 }
 
 /// Solves a scene and writes the result.
@@ -132,6 +164,10 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     progress.remove_bar();
     let (device, missing) = open_gpu(solver, common)?;
     let (settings, solver, changed) = choose_settings((solver, method), &scene, common, device.as_ref());
+    let traced = match method {
+        JobMethod::Tracing(..) => Some(prepare_trace(&scene, &settings)?),
+        JobMethod::Shooting(..) | JobMethod::ToError(_) => None,
+    };
     let mut notes: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
     if !job.dry_run {
         handle_interrupts();
@@ -149,9 +185,10 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let baked = baked.flat_map(|(folder, names)| names.map(|name| (folder, name)));
     let maps = job.maps.then(|| maps::map_names(&scene)).into_iter().flatten();
     let own = SOLUTION_FILES.map(String::from).into_iter().chain(maps.map(name_map));
+    let own = own.chain(traced.iter().map(|_| TRACE_FILE.into()));
     prepare_outputs(own.map(|name| (out.as_path(), name)).chain(baked))?;
     let question = SolveRequest {
-        task: &scene,
+        task: traced.as_ref().map_or(&scene, |traced| traced as &dyn SolveTask),
         settings: &settings,
         solver,
     };
@@ -173,9 +210,15 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     };
     let solution = answered.to_solution(&question, &notes, seconds);
     let seen = RenderedView::new(&solution, None)?;
+    let page = traced
+        .as_ref()
+        .map(|traced| render_trace(&solution, traced, &seen))
+        .transpose()?;
     let mut files = PendingFiles::default();
     bake.add_files(&mut files, (&solution, charts.as_ref(), file), &seen)?;
     let mut more = encode_view(seen);
+    let traced = page.as_ref().map_or("", |_| "trace.html, ");
+    more.extend(page.map(|page| (TRACE_FILE.into(), page.into_bytes())));
     if job.maps {
         more.extend(encode_maps(&solution)?);
     }
@@ -183,13 +226,47 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     files.write()?;
     print_summary(&solution, &answered);
     message!(
-        "wrote preview.png, view.html, lightmap.exr and result.json in {}",
+        "wrote {traced}preview.png, view.html, lightmap.exr and result.json in {}",
         out.display()
     );
     if job.json {
         output!("{}", solution.summarise_run())?;
     }
     missing.map_or(Ok(Outcome::Done), Err)
+}
+
+/// Prepares the record of a solve.
+///
+/// Errors: [`Error::Usage`] of a scene too large for a page.
+fn prepare_trace<'a>(scene: &'a Scene, settings: &Settings) -> Result<TracedScene<'a>> {
+    let SceneCounts { faces, texels, .. } = SceneCounts::new(scene, &settings.meshing);
+    let refuse = |count: u64, most: u64, what: &str, help: &str| {
+        let name = &scene.name;
+        Err(Error::Usage(format!(
+            "{name}: --trace is for at most {most} {what}, and here are {count}: {help}"
+        )))
+    };
+    if faces > MAX_TRACED_FACES {
+        return refuse(
+            faces,
+            MAX_TRACED_FACES,
+            "faces",
+            "leave it out, or trace a smaller scene",
+        );
+    }
+    if texels > MAX_TRACED_TEXELS {
+        return refuse(texels, MAX_TRACED_TEXELS, "texels", "give fewer --texels");
+    }
+    Ok(TracedScene::new(scene, TRACE_LIMITS))
+}
+
+/// Renders trace.html; prints a note if not all shots fit.
+fn render_trace(solution: &Solution, traced: &TracedScene, seen: &RenderedView) -> Result<String> {
+    let page = TracePage::new(solution, &traced.take_trace()?, &seen.preview)?;
+    if let Some(note) = page.describe_missing_shots() {
+        message!("note: {note}");
+    }
+    Ok(page.html)
 }
 
 /// Returns settings and solver, and a note if the scene's many faces changed the settings.
@@ -200,8 +277,11 @@ fn choose_settings<'g>(
     gpu: Option<&'g Gpu>,
 ) -> (Settings, SolverChoice<'g>, Option<String>) {
     match method {
-        JobMethod::Shooting(shooting, passes) => {
-            let (settings, changed) = scene_settings(scene, common, shooting, passes, gpu.is_some());
+        JobMethod::Shooting(shooting, passes) | JobMethod::Tracing(shooting, passes) => {
+            let (mut settings, changed) = scene_settings(scene, common, shooting, passes, gpu.is_some());
+            if matches!(method, JobMethod::Tracing(..)) {
+                settings.schedule = settings.schedule.with_southwell();
+            }
             (settings, SolverChoice::shooting_on(gpu), changed)
         }
         JobMethod::ToError(error) => {

@@ -9,5 +9,6 @@ pub mod gltf_export;
 pub mod picture;
 pub mod plot;
 pub mod solution_view;
+pub mod trace;
 pub mod view;
 pub mod viewer;

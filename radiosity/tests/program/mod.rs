@@ -19,4 +19,5 @@ mod shader;
 mod shoot;
 mod solve;
 mod stress;
+mod trace;
 mod viewer;

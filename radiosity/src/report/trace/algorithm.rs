@@ -1,0 +1,77 @@
+//! The steps of a shot (Table 1 of the paper, corrected), and the files and functions that do them on CPU and GPU.
+
+use common::settings::{Transport, Visibility};
+
+/// One line of the algorithm.
+pub struct AlgorithmStep {
+    /// The line.
+    pub text: &'static str,
+    /// True within the loop over the texels.
+    pub is_inner: bool,
+    /// Quantity that shows the line's effect, by its name in the script.
+    pub quantity: Option<&'static str>,
+    /// Rust function that does it, and its file.
+    pub rust: Option<CodePlace>,
+    /// WGSL function that does it, and its file.
+    pub wgsl: Option<CodePlace>,
+}
+
+/// A function and the file that has it.
+#[derive(Clone, Copy, Debug)]
+pub struct CodePlace {
+    /// Path in the repository.
+    pub file: &'static str,
+    /// Name of the function.
+    pub function: &'static str,
+}
+
+const fn place(file: &'static str, function: &'static str) -> Option<CodePlace> {
+    Some(CodePlace { file, function })
+}
+
+/// Returns the steps of a shot by this transport.
+pub fn algorithm_steps(transport: &Transport) -> [AlgorithmStep; 8] {
+    let sight = match transport.visibility {
+        Visibility::Rays => [
+            place("common/src/rays.rs", "find_sight"),
+            place("gpu/src/shaders/rays.wgsl", "find_sight"),
+        ],
+        Visibility::ItemBuffer(_) => [
+            place("cpu/src/shader_twins/lookup.rs", "find_sight"),
+            place("gpu/src/shaders/lookup.wgsl", "find_sight"),
+        ],
+    };
+    let form_factor = [
+        place("common/src/form_factor.rs", "form_factor"),
+        place("gpu/src/shaders/form_factor.wgsl", "form_factor"),
+    ];
+    let deposit = [
+        place("cpu/src/shader_twins/deposit.rs", "deposit"),
+        place("gpu/src/shaders/deposit.wgsl", "deposit"),
+    ];
+    let select = [
+        place("common/src/shooting.rs", "select_shooter"),
+        place("gpu/src/shaders/select.wgsl", "choose_shooter"),
+    ];
+    let outer = |text, quantity, [rust, wgsl]: [Option<CodePlace>; 2]| AlgorithmStep {
+        text,
+        is_inner: false,
+        quantity,
+        rust,
+        wgsl,
+    };
+    let inner = |text, quantity, places| AlgorithmStep {
+        is_inner: true,
+        ..outer(text, Some(quantity), places)
+    };
+    [
+        outer("i ← patch with the most unshot power", Some("before"), select),
+        outer("for each texel j:", None, [None; 2]),
+        inner("V ← share of i that j sees", "visibility", sight),
+        inner("F ← form factor from j to i", "form_factor", form_factor),
+        inner("ΔB ← ρ · F · V · Bᵢ", "change", deposit),
+        inner("B ← B + ΔB", "radiosity", deposit),
+        inner("r ← r + ΔB", "residual", deposit),
+        outer("rᵢ ← 0, the shooter has shot", Some("residual"), deposit),
+    ]
+}

@@ -1,0 +1,106 @@
+//! Arrays of a trace's page: what `trace_data.js` reads.
+//!
+//! ```text
+//! initial B, initial r   3 floats per texel each
+//! patch of each texel    u32
+//! patches                face u32; area (scene units²), centre (3), corners (12) as floats
+//! links                  patch, exponent, is occluded, bytes: 4 u32 per shooter
+//! shots                  patch u32; B_i (3), unshot power, absorbed, unshot, escaped, closure as floats
+//! rankings               patch u32, power, RANKED_PATCHES times per shot
+//! ```
+//! All of it is little-endian and deflated. Texels are in the order of files, power is in watts if the file's unit of length is
+//! the metre.
+
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use miniz_oxide::deflate::compress_to_vec;
+use oracle::trace::{RANKED_PATCHES, ShotTrace, TracedShot};
+
+/// Level of compression.
+const COMPRESSION_LEVEL: u8 = 9;
+/// Words of a shot and its ranking.
+const SHOT_WORDS: usize = 9 + 2 * RANKED_PATCHES;
+/// Bytes of a shot on the page, not compressed.
+pub const SHOT_BYTES: usize = 4 * SHOT_WORDS;
+/// Number of no patch, after the last of a ranking.
+const NO_PATCH: u32 = u32::MAX;
+
+/// First shots and links of a trace that a page has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShownPart {
+    /// Number of shots.
+    pub shots: usize,
+    /// Number of links.
+    pub links: usize,
+}
+
+/// Packs all arrays but the links themselves.
+pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> {
+    let mut words = WordWriter::default();
+    let order = mesh.texels_in_face_order();
+    for field in [&trace.initial.radiosity, &trace.initial.residual] {
+        for k in &order {
+            words.add_floats(field[*k].truncate().to_array());
+        }
+    }
+    let mut patch_of = vec![NO_PATCH; order.len()];
+    for (number, patch) in (0..).zip(&mesh.patches) {
+        patch_of[patch.texels()].fill(number);
+    }
+    order.iter().for_each(|k| words.add(patch_of[*k]));
+    let area_unit = mesh.area_unit() as f32;
+    for patch in &mesh.patches {
+        words.add(patch.face);
+        words.add_floats([patch.shooter.area * area_unit]);
+        words.add_floats(patch.shooter.centre.to_array());
+        for corner in patch.shooter.corners {
+            words.add_floats(corner.to_array());
+        }
+    }
+    for links in &trace.links[..shown.links] {
+        words.add(links.patch);
+        words.add(links.exponent.cast_unsigned());
+        words.add(links.is_occluded.into());
+        words.add(links.deflated.len() as u32);
+    }
+    for shot in &trace.shots[..shown.shots] {
+        add_shot(&mut words, shot, area_unit);
+    }
+    for shot in &trace.shots[..shown.shots] {
+        for rank in 0..RANKED_PATCHES {
+            let (patch, power) = shot.ranking.get(rank).copied().unwrap_or((NO_PATCH, 0.0));
+            words.add(patch);
+            words.add_floats([power * area_unit]);
+        }
+    }
+    compress_to_vec(&words.bytes, COMPRESSION_LEVEL)
+}
+
+fn add_shot(words: &mut WordWriter, traced: &TracedShot, area_unit: f32) {
+    words.add(traced.shot.patch);
+    words.add_floats(traced.radiosity.to_array());
+    words.add_floats([traced.shot.unshot * area_unit]);
+    words.add_floats(energy_parts(&traced.energy).map(|part| part as f32));
+}
+
+/// Returns absorbed, unshot, escaped and closure, summed over the channels.
+pub fn energy_parts(energy: &EnergyBalance) -> [f64; 4] {
+    let parts = [energy.absorbed, energy.unshot, energy.escaped, energy.closure];
+    parts.map(|part| part.iter().sum())
+}
+
+/// Bytes of words of 32 bits.
+#[derive(Default)]
+struct WordWriter {
+    bytes: Vec<u8>,
+}
+
+impl WordWriter {
+    fn add(&mut self, word: u32) {
+        self.bytes.extend(word.to_le_bytes());
+    }
+
+    fn add_floats<const N: usize>(&mut self, values: [f32; N]) {
+        values.iter().for_each(|value| self.add(value.to_bits()));
+    }
+}

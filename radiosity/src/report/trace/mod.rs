@@ -1,0 +1,277 @@
+//! `trace.html`: progressive refinement shot by shot, as an offline page that repeats the shots from their record
+//! ([`oracle::trace`]).
+//!
+//! [`algorithm`] lists the steps with the files that do them, [`data`] packs the arrays, and the scripts add to the viewer:
+//! `trace_data.js` reads the arrays and accumulates shots, `trace_viewer.js` displays texels, `trace_panels.js` draws the
+//! figures beside it, `trace_page.js` moves through the shots.
+
+pub mod algorithm;
+pub mod data;
+
+use self::algorithm::{AlgorithmStep, algorithm_steps};
+use self::data::{SHOT_BYTES, ShownPart, energy_parts, pack_arrays};
+use super::document::{Blocks, render_document};
+use super::format::{count_noun, file_name};
+use super::solution_view::RenderedPreview;
+use super::view::interpolation::{CarriedLight, InterpolationSurface};
+use super::viewer::{SceneViewer, ViewerLayer, viewer_assets};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use common::settings::Settings;
+use common::solution::Solution;
+use common::{Error, Result};
+use maud::{Markup, PreEscaped, html};
+use oracle::trace::ShotTrace;
+use oracle::trace::packing::HALF_ROUNDING;
+use oracle::trace::recorder::TraceLimits;
+use serde_json::json;
+
+/// Maximum bytes of the page.
+pub const MAX_PAGE_BYTES: usize = 5_000_000;
+/// Limits of a record that a page can hold: three quarters of its bytes, since base 64 adds a third, and 64 MB of links in the
+/// browser's memory.
+pub const TRACE_LIMITS: TraceLimits = TraceLimits {
+    bytes: MAX_PAGE_BYTES / 4 * 3,
+    links: 1 << 25,
+};
+/// Maximum texels of a scene with a trace: a browser draws them all at each shot.
+pub const MAX_TRACED_TEXELS: u64 = 1 << 18;
+/// Maximum faces of a scene with a trace: their geometry takes two of the page's five million bytes.
+pub const MAX_TRACED_FACES: u64 = 15_000;
+
+const SCRIPTS: [&str; 4] = [
+    include_str!("trace_data.js"),
+    include_str!("trace_viewer.js"),
+    include_str!("trace_panels.js"),
+    include_str!("trace_page.js"),
+];
+const STYLE: &str = include_str!("trace.css");
+
+/// Displayed quantities: name in the script, text of the button.
+const QUANTITIES: [(&str, &str); 6] = [
+    ("radiosity", "radiosity B"),
+    ("residual", "residual r"),
+    ("change", "ΔB of this shot"),
+    ("visibility", "visibility V"),
+    ("form_factor", "form factor F"),
+    ("before", "r before"),
+];
+const HELP: &str = "Keys: ← → step, Home End, space plays, n next line. In the picture: drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; point at a texel or tap it; ↑ ↓, + −, [ ] exposure, 1 to 6, g texels, f false colours, r.";
+
+/// A page, and how many shots it has.
+pub struct TracePage {
+    /// The file.
+    pub html: String,
+    /// Number of shots on the page.
+    pub shots: usize,
+    /// Number of shots of the solve.
+    pub shot_count: usize,
+}
+
+impl TracePage {
+    /// Renders the page of a solve with its record and the camera and exposure of its picture. If not all shots fit into
+    /// [`MAX_PAGE_BYTES`] it has the first.
+    ///
+    /// Errors: [`Error::Usage`] if not even the first shot fits.
+    pub fn new(solution: &Solution, trace: &ShotTrace, preview: &RenderedPreview) -> Result<Self> {
+        let renderer = PageRenderer {
+            solution,
+            trace,
+            viewer: render_viewer(solution, preview),
+        };
+        let frame = renderer.render_part(ShownPart::default()).len();
+        let room = MAX_PAGE_BYTES.saturating_sub(frame) / 4 * 3;
+        let (shots, links) = trace.count_fitting(room, SHOT_BYTES);
+        if shots == 0 && trace.shot_count > 0 {
+            return Err(Error::Usage(format!(
+                "{}: not one shot fits into a trace.html of {} MB: give fewer --texels or --patches, or leave out --trace",
+                solution.scene.name,
+                MAX_PAGE_BYTES / 1_000_000
+            )));
+        }
+        Ok(Self {
+            html: renderer.render_part(ShownPart { shots, links }),
+            shots,
+            shot_count: trace.shot_count,
+        })
+    }
+
+    /// Returns a note if the page has not all shots.
+    pub fn describe_missing_shots(&self) -> Option<String> {
+        (self.shots < self.shot_count).then(|| {
+            format!(
+                "trace.html has the first {} of {}: more do not fit into {} MB; with fewer --texels or --patches they do",
+                count_noun(self.shots, "shot", "shots"),
+                self.shot_count,
+                MAX_PAGE_BYTES / 1_000_000
+            )
+        })
+    }
+}
+
+/// Renders the viewer without light: the page computes it.
+fn render_viewer(solution: &Solution, preview: &RenderedPreview) -> Markup {
+    let (scene, mesh) = (solution.scene, solution.mesh);
+    let surface = InterpolationSurface::new(scene, mesh);
+    let viewer = SceneViewer {
+        scene,
+        surface: &surface,
+        layers: vec![ViewerLayer {
+            name: solution.solver,
+            mesh,
+            field: None,
+        }],
+        irradiance: false,
+        carried: CarriedLight::Irradiance,
+        texel_errors: None,
+        camera: preview.camera,
+        exposure: preview.exposure,
+    };
+    viewer.render_quantities(&QUANTITIES, HELP)
+}
+
+struct PageRenderer<'a> {
+    solution: &'a Solution<'a>,
+    trace: &'a ShotTrace,
+    viewer: Markup,
+}
+
+impl PageRenderer<'_> {
+    /// Renders the page with a part of the trace.
+    fn render_part(&self, shown: ShownPart) -> String {
+        let Solution { scene, settings, .. } = *self.solution;
+        let mut opening = Blocks::default();
+        opening.add_remark(self.describe_solve());
+        if shown.shots < self.trace.shot_count {
+            opening.add_warning(format!(
+                "This page has the first {} of {} shots: more do not fit into {} MB.",
+                shown.shots,
+                self.trace.shot_count,
+                MAX_PAGE_BYTES / 1_000_000
+            ));
+        }
+        opening
+            .add_element(html! {
+                div.trace data-shots=(shown.shots) {
+                    (render_player(shown.shots))
+                    div.trace-columns {
+                        div.trace-scene { (self.viewer) }
+                        div.trace-panels {
+                            (render_panel("choice", "Why this patch shoots"))
+                            (render_algorithm(&algorithm_steps(&settings.transport)))
+                            (render_panel("energy", "Where the emitted power is"))
+                            (render_panel("curve", "Unshot power"))
+                        }
+                    }
+                    (self.render_data(shown))
+                }
+            })
+            .add_remark(self.describe_precision())
+            .add_element(viewer_assets(STYLE, &SCRIPTS));
+        let title = format!("{}, shot by shot", file_name(&scene.name));
+        render_document(&title, &opening, &[], "")
+    }
+
+    fn describe_solve(&self) -> String {
+        let solution = self.solution;
+        let Settings { meshing, transport, .. } = solution.settings;
+        format!(
+            "{}, {}, {}; visibility {}, form factor {}, {}; {} on {}. Of the patches the one with the most unshot power shoots \
+             next.",
+            count_noun(solution.mesh.faces.len(), "face", "faces"),
+            count_noun(solution.mesh.patches.len(), "patch", "patches"),
+            count_noun(solution.mesh.texels.len(), "texel", "texels"),
+            transport.visibility.name(),
+            json!(transport.form_factor).as_str().unwrap_or_default(),
+            count_noun(meshing.samples as usize, "sample", "samples"),
+            count_noun(self.trace.shot_count, "shot", "shots"),
+            solution.adapter.unwrap_or("the CPU"),
+        )
+    }
+
+    fn describe_precision(&self) -> String {
+        format!(
+            "The page repeats the solver’s shots from its form factors F and visible shares V, each rounded by {:.2} % at most \
+             (half floats); B − E is therefore within {:.1} % of the solver’s.",
+            100.0 * HALF_ROUNDING,
+            200.0 * HALF_ROUNDING
+        )
+    }
+
+    /// Renders the data for the scripts.
+    fn render_data(&self, shown: ShownPart) -> Markup {
+        let Solution { mesh, settings, .. } = *self.solution;
+        let trace = self.trace;
+        let head = json!({
+            "shots": shown.shots,
+            "shot_count": trace.shot_count,
+            "links": shown.links,
+            "patches": mesh.patches.len(),
+            "ranked": oracle::trace::RANKED_PATCHES,
+            "unit": mesh.unit,
+            "epsilon": settings.schedule.epsilon,
+            "form_factor": settings.transport.form_factor,
+            "samples": settings.meshing.samples,
+            "emitted": trace.initial_energy.emitted.iter().sum::<f64>(),
+            "initial": energy_parts(&trace.initial_energy),
+            "unshot": f64::from(self.solution.run.emitted) * mesh.area_unit(),
+        });
+        let links = trace.links[..shown.links].iter();
+        let links: Vec<u8> = links.flat_map(|links| links.deflated.iter().copied()).collect();
+        html! {
+            script.trace-head type="application/json" { (PreEscaped(head.to_string())) }
+            script.trace-arrays type="text/plain" { (STANDARD.encode(pack_arrays(trace, mesh, shown))) }
+            script.trace-links type="text/plain" { (STANDARD.encode(links)) }
+        }
+    }
+}
+
+/// Renders the buttons and the slider that move through the shots.
+fn render_player(shots: usize) -> Markup {
+    let button = |act: &str, name: &str, sign: &str| {
+        html! { button type="button" data-act=(act) title=(name) aria-label=(name) { (sign) } }
+    };
+    html! {
+        div.player role="group" aria-label="Shots" {
+            span.buttons {
+                (button("first", "Before the first shot (Home)", "|◀"))
+                (button("back", "Back one shot (←)", "◀"))
+                (button("play", "Play (space)", "▶ play"))
+                (button("forward", "Forward one shot (→)", "▶"))
+                (button("last", "After the last shot (End)", "▶|"))
+                (button("line", "Next line of the algorithm (n)", "next line"))
+            }
+            input.shot type="range" min="0" max=(shots) value="0" step="1" aria-label="Shot";
+            output.position aria-live="off" { "before the first shot" }
+            label.speed { "speed" select aria-label="Speed" {
+                option value="lines" { "line by line" }
+                option value="1" { "1 shot a second" }
+                option value="5" selected { "5 shots a second" }
+                option value="25" { "25 shots a second" }
+            } }
+        }
+    }
+}
+
+/// Renders an empty figure, which the scripts fill.
+fn render_panel(name: &str, title: &str) -> Markup {
+    html! { section.panel data-panel=(name) { h2 { (title) } div.content {} } }
+}
+
+/// Renders the algorithm with a button for each line that the picture can show.
+fn render_algorithm(steps: &[AlgorithmStep]) -> Markup {
+    html! { section.panel data-panel="algorithm" {
+        h2 { "The algorithm (Table 1, corrected)" }
+        ol.algorithm { @for step in steps {
+            li.inner[step.is_inner] data-line=[step.quantity] {
+                @match step.quantity {
+                    Some(quantity) => button type="button" data-show=(quantity) { (step.text) },
+                    None => span { (step.text) },
+                }
+                @if step.rust.is_some() { span.files { @for place in [step.rust, step.wgsl].into_iter().flatten() {
+                    code title=(format!("{}: fn {}", place.file, place.function)) { (file_name(place.file)) } " "
+                } } }
+            }
+        } }
+    } }
+}

@@ -1,0 +1,192 @@
+// Record of a solve: reads the page's arrays and repeats the shots, ΔB = Δr = ρ · F · V · B of the shooter. F, V and the
+// choice of the shooters are the solver's.
+
+// Bytes of the states that are kept, so that a move to any shot takes a moment.
+const KEPT_STATE_BYTES = 48e6;
+// Most states that are kept.
+const MAX_KEPT_STATES = 40;
+// Components of a texel's two vectors B and r.
+const STATE_BYTES_PER_TEXEL = 24;
+
+const HALVES = Float32Array.from({ length: 65536 }, (_, bits) => from_half(bits));
+
+// Inflates bytes (RFC 1951).
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// Reads the numbers of plane `plane` of a shooter's links: differences from predictions by the texels before, as
+// oracle/src/trace/packing.rs writes them.
+function read_plane(bytes, plane, { info, faces, texels }) {
+  const values = new Uint16Array(texels);
+  const low = 2 * plane * texels, high = low + texels;
+  let first = 0;
+  for (let f = 0; f < faces; f++) {
+    const [width, height, quad] = info.subarray(4 * f, 4 * f + 3);
+    for (let k = 0, at = first; k < width * height; k++, at++) {
+      let guess = at > 0 ? values[at - 1] : 0;
+      if (quad && k >= width) {
+        guess = k % width ? guess + values[at - width] - values[at - width - 1] : values[at - width];
+      } else if (!quad && k > 1) {
+        guess = values[at - 2];
+      }
+      const folded = bytes[low + at] | (bytes[high + at] << 8);
+      values[at] = guess + ((folded >> 1) ^ -(folded & 1));
+    }
+    first += width * height;
+  }
+  return values;
+}
+
+class Trace {
+  // Reads the arrays of a page whose viewer displays `scene`.
+  static async read(element, scene) {
+    const trace = Object.assign(new Trace(), JSON.parse(element.querySelector(".trace-head").textContent));
+    const arrays = await inflate(decode_bytes(element.querySelector(".trace-arrays")));
+    let at = 0;
+    const take = (Kind, count) => { const own = new Kind(arrays.buffer, at, count); at += 4 * count; return own; };
+    const words = (count) => take(Uint32Array, count);
+    const floats = (count) => Array.from(take(Float32Array, count));
+    trace.scene = scene;
+    trace.initial_radiosity = take(Float32Array, 3 * scene.texels);
+    trace.initial_residual = take(Float32Array, 3 * scene.texels);
+    trace.patch_of = words(scene.texels);
+    trace.patches = Array.from({ length: trace.patches }, () => {
+      const [[face], [area, ...places]] = [words(1), floats(16)];
+      const corner = (k) => places.slice(3 * k, 3 * k + 3);
+      return { face, area, centre: corner(0), corners: [1, 2, 3, 4].map(corner) };
+    });
+    const rows = Array.from({ length: trace.links }, () => words(4));
+    trace.shots = Array.from({ length: trace.shots }, () => {
+      const [[patch], [r, g, b, unshot, ...energy]] = [words(1), floats(8)];
+      return { patch, radiosity: [r, g, b], unshot, energy };
+    });
+    for (const shot of trace.shots) {
+      const ranked = Array.from({ length: trace.ranked }, () => ({ patch: words(1)[0], power: floats(1)[0] }));
+      shot.ranking = ranked.filter(({ patch }) => patch < trace.patches.length);
+    }
+    trace.links = await trace.read_links(decode_bytes(element.querySelector(".trace-links")), rows);
+    const largest = (links) => links.scale * HALVES[links.form_factors.reduce((a, b) => Math.max(a, b), 0)];
+    trace.largest_form_factor = [...trace.links.values()].reduce((most, links) => Math.max(most, largest(links)), 0);
+    return trace;
+  }
+
+  // Reads the links of each shooter; form factors and shares stay half floats.
+  async read_links(bytes, rows) {
+    const links = new Map();
+    let at = 0;
+    for (const [patch, exponent, is_occluded, count] of rows) {
+      const planes = await inflate(bytes.subarray(at, at + count));
+      at += count;
+      const plane = (k) => (k === 0 || is_occluded ? read_plane(planes, k, this.scene) : null);
+      links.set(patch, { scale: 2 ** (exponent | 0), form_factors: plane(0), shares: plane(1), occluders: plane(2) });
+    }
+    return links;
+  }
+
+  // Returns shot number `n`, from 1; none before the first.
+  shot(n) {
+    return this.shots[n - 1];
+  }
+
+  // Returns form factor, visible share and occluding face of texel `k` in shot `n`.
+  link(n, k) {
+    const links = this.links.get(this.shot(n).patch);
+    const occluder = links.occluders ? links.occluders[k] : 0;
+    return {
+      form_factor: links.scale * HALVES[links.form_factors[k]],
+      share: links.shares ? HALVES[links.shares[k]] : 1,
+      occluder: occluder > 0 ? occluder - 1 : null,
+    };
+  }
+
+  // Returns the power that is unshot after `n` shots, W.
+  unshot_after(n) {
+    return n > 0 ? this.shot(n).unshot : this.unshot;
+  }
+
+  // Returns absorbed, unshot, escaped and closure after `n` shots, W.
+  energy_after(n) {
+    return n > 0 ? this.shot(n).energy : this.initial;
+  }
+}
+
+// Radiosity and residual of the texels after some shots.
+class ShotState {
+  // `reflectance` has three numbers a texel.
+  constructor(trace, reflectance) {
+    this.trace = trace;
+    this.reflectance = reflectance;
+    const most = Math.floor(KEPT_STATE_BYTES / (STATE_BYTES_PER_TEXEL * trace.scene.texels));
+    this.stride = Math.max(1, Math.ceil(trace.shots.length / Math.min(Math.max(most, 2), MAX_KEPT_STATES)));
+    this.kept = new Map();
+    this.load({ done: 0, radiosity: trace.initial_radiosity, residual: trace.initial_residual });
+    this.keep();
+  }
+
+  load({ done, radiosity, residual }) {
+    this.done = done;
+    this.radiosity = radiosity.slice();
+    this.residual = residual.slice();
+    // Residual of the shooter's texels before the latest shot.
+    this.cleared = new Map();
+  }
+
+  keep() {
+    if (this.done % this.stride === 0 && !this.kept.has(this.done)) {
+      const { done, radiosity, residual } = this;
+      this.kept.set(done, { done, radiosity: radiosity.slice(), residual: residual.slice() });
+    }
+  }
+
+  // Moves to the state after `n` shots. The latest shot is always made, since the residual before it is displayed.
+  move_to(n) {
+    if (n === this.done) return;
+    const before = Math.max(0, n - 1);
+    let start = Math.floor(before / this.stride) * this.stride;
+    while (!this.kept.has(start)) start -= this.stride;
+    if (n < this.done || start > this.done) this.load(this.kept.get(start));
+    while (this.done < n) {
+      this.shoot();
+      this.keep();
+    }
+  }
+
+  // Makes the next shot (Table 1, lines 4 to 15).
+  shoot() {
+    this.done++;
+    const { trace, reflectance, radiosity, residual } = this;
+    const { patch, radiosity: shot } = trace.shot(this.done);
+    const { scale, form_factors, shares } = trace.links.get(patch);
+    this.cleared.clear();
+    for (let k = 0; k < trace.scene.texels; k++) {
+      if (trace.patch_of[k] === patch) {
+        this.cleared.set(k, Array.from(residual.subarray(3 * k, 3 * k + 3)));
+        residual.fill(0, 3 * k, 3 * k + 3);
+        continue;
+      }
+      if (form_factors[k] === 0) continue;
+      const link = scale * HALVES[form_factors[k]] * (shares ? HALVES[shares[k]] : 1);
+      for (let c = 3 * k, channel = 0; channel < 3; c++, channel++) {
+        const change = reflectance[c] * link * shot[channel];
+        radiosity[c] += change;
+        residual[c] += change;
+      }
+    }
+  }
+
+  // Returns ΔB of texel `k` in the latest shot.
+  change(k) {
+    const { trace, done } = this;
+    if (done === 0 || this.cleared.has(k)) return [0, 0, 0];
+    const { form_factor, share } = trace.link(done, k);
+    return trace.shot(done).radiosity.map((b, c) => this.reflectance[3 * k + c] * form_factor * share * b);
+  }
+
+  // Returns r of texel `k` before the latest shot.
+  residual_before(k) {
+    const now = Array.from(this.residual.subarray(3 * k, 3 * k + 3));
+    return this.cleared.get(k) ?? sub(now, this.change(k));
+  }
+}

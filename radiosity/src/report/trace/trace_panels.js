@@ -1,0 +1,137 @@
+// Figures beside the picture: the choice of the shooter, the energy, the unshot power.
+
+const ENERGY_PARTS = ["absorbed", "unshot", "escaped", "closure"];
+// Share of the unshot power below which the curve is not drawn.
+const MIN_CURVE_SHARE = 1e-6;
+const CURVE = { width: 400, height: 150, left: 44, right: 8, top: 8, bottom: 22 };
+
+// Formats a power in watts with four significant digits, thousands apart.
+const watts = (power) => {
+  const rounded = Number(power.toPrecision(4));
+  const [whole, part] = String(rounded).split(".");
+  const text = Math.abs(rounded) >= 1e9 || String(rounded).includes("e") ? number(rounded) : whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") + (part ? `.${part}` : "");
+  return `${text.replace("-", "−")} W`;
+};
+
+const percent = (share) => `${Number((100 * share).toPrecision(3))} %`.replace("-", "−");
+
+// Makes an element, of SVG if a name space is given.
+function make(tag, attributes = {}, children = []) {
+  const own = tag.startsWith("svg:") ? document.createElementNS("http://www.w3.org/2000/svg", tag.slice(4)) : document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) own.setAttribute(name, value);
+  own.append(...children);
+  return own;
+}
+
+class TracePanels {
+  // `seek` moves to a shot.
+  constructor(element, viewer, seek) {
+    const content = (name) => element.querySelector(`[data-panel=${name}] .content`);
+    [this.choice, this.energy, this.curve] = ["choice", "energy", "curve"].map(content);
+    this.viewer = viewer;
+    this.trace = viewer.trace;
+    this.lines = [...element.querySelectorAll("[data-line]")];
+    this.draw_curve(seek);
+  }
+
+  // Shows the figures after `n` shots.
+  show(n) {
+    this.show_choice(n);
+    this.show_energy(n);
+    this.show_cursor(n);
+  }
+
+  // Lights the lines of the algorithm whose effect is displayed.
+  light_lines(quantity) {
+    for (const line of this.lines) {
+      const is_lit = line.dataset.line === quantity;
+      line.classList.toggle("lit", is_lit);
+      line.querySelector("button")?.setAttribute("aria-pressed", is_lit);
+    }
+  }
+
+  show_choice(n) {
+    const { trace, viewer } = this;
+    const next = n === 0;
+    const shot = trace.shot(next ? 1 : n);
+    if (!shot) {
+      this.choice.replaceChildren("Nothing is to be shot.");
+      return;
+    }
+    const [first, second] = shot.ranking;
+    const all = trace.unshot_after(next ? 0 : n - 1);
+    const name = viewer.patch_name(first.patch);
+    const most = `the most unshot power of all patches: ${watts(first.power)}, ${percent(first.power / all)} of all that is unshot`;
+    const says = [next ? `${name} shoots first. It has ${most}.` : `Shot ${n}: ${name} had ${most}.`];
+    if (second) {
+      says.push(` Runner-up: ${viewer.patch_name(second.patch)}, ${watts(second.power)}${second.power === first.power ? " as well; of equals the lowest number shoots" : `, ${percent(second.power / first.power)} of that`}.`);
+    }
+    const bars = shot.ranking.map(({ patch, power }, rank) => make("div", { class: rank === 0 ? "bar shooter" : "bar" }, [
+      make("span", { class: "name" }, [viewer.short_patch_name(patch)]),
+      make("span", { class: "track" }, [make("span", { class: "fill", style: `width:${(100 * power) / first.power}%` })]),
+      make("span", { class: "value" }, [watts(power)]),
+    ]));
+    this.choice.replaceChildren(make("p", {}, says), ...bars);
+  }
+
+  show_energy(n) {
+    const parts = this.trace.energy_after(n);
+    const whole = this.trace.emitted;
+    const widths = parts.map((part) => Math.max(0, part) / Math.max(whole, parts.reduce((sum, part) => sum + Math.max(0, part), 0)));
+    const bar = make("div", { class: "energy-bar", role: "img", "aria-label": "Shares of the emitted power" }, widths.map((width, k) => (
+      make("span", { class: ENERGY_PARTS[k], style: `width:${100 * width}%`, title: ENERGY_PARTS[k] })
+    )));
+    const rows = parts.map((part, k) => make("tr", { "data-part": ENERGY_PARTS[k] }, [
+      make("td", {}, [make("span", { class: `swatch ${ENERGY_PARTS[k]}` }), ` ${ENERGY_PARTS[k]}`]),
+      make("td", { class: "n" }, [watts(part)]),
+      make("td", { class: "n" }, [percent(part / whole)]),
+    ]));
+    const says = `Of ${watts(whole)} emitted, if the file’s unit of length is the metre. Escaped: it met no front. Closure: the form factors’ error, below 0 if they made light.`;
+    this.energy.replaceChildren(bar, make("table", {}, [make("tbody", {}, rows)]), make("p", { class: "small" }, [says]));
+  }
+
+  draw_curve(seek) {
+    const { trace } = this;
+    const { width, height, left, right, top, bottom } = CURVE;
+    const shots = trace.shots.length;
+    const share = (n) => Math.max(trace.unshot_after(n) / trace.unshot, MIN_CURVE_SHARE);
+    const shares = Array.from({ length: shots + 1 }, (_, n) => share(n));
+    const lowest = Math.min(trace.epsilon, ...shares) / 1.3;
+    this.x = (n) => left + ((width - left - right) * n) / Math.max(1, shots);
+    this.y = (value) => top + (height - top - bottom) * (Math.log(Math.min(value, 1)) / Math.log(lowest));
+    const line = (x1, y1, x2, y2, name) => make("svg:line", { x1, y1, x2, y2, class: name });
+    const text = (x, y, anchor, says) => make("svg:text", { x, y, "text-anchor": anchor }, [says]);
+    const marks = [];
+    for (let value = 1; value >= lowest; value /= 10) {
+      marks.push(line(left, this.y(value), width - right, this.y(value), "grid"), text(left - 5, this.y(value) + 4, "end", percent(value)));
+    }
+    marks.push(text(left, height - 6, "start", "0"), text(width - right, height - 6, "end", `${shots} shots`));
+    if (trace.epsilon >= lowest) marks.push(line(left, this.y(trace.epsilon), width - right, this.y(trace.epsilon), "threshold"));
+    const points = shares.map((value, n) => `${this.x(n).toFixed(2)},${this.y(value).toFixed(2)}`).join(" ");
+    this.cursor = line(0, top, 0, height - bottom, "cursor");
+    this.dot = make("svg:circle", { r: 4, class: "dot" });
+    this.says = make("p", { class: "small" });
+    const svg = make("svg:svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": "Unshot power after each shot" }, [
+      ...marks, make("svg:polyline", { points, class: "curve" }), this.cursor, this.dot,
+    ]);
+    const pick = (e) => {
+      if (e.type === "pointermove" && e.buttons === 0) return;
+      const { left: start, width: wide } = svg.getBoundingClientRect();
+      seek(Math.round(((((e.clientX - start) / wide) * width - left) / (width - left - right)) * shots));
+    };
+    svg.addEventListener("pointerdown", pick);
+    svg.addEventListener("pointermove", pick);
+    this.curve.replaceChildren(svg, this.says);
+  }
+
+  show_cursor(n) {
+    const { trace } = this;
+    const share = trace.unshot_after(n) / trace.unshot;
+    const [x, y] = [this.x(n), this.y(Math.max(share, MIN_CURVE_SHARE))];
+    this.cursor.setAttribute("x1", x);
+    this.cursor.setAttribute("x2", x);
+    this.dot.setAttribute("cx", x);
+    this.dot.setAttribute("cy", y);
+    this.says.textContent = `${percent(share)} of the emitted power is unshot; the solve ends at ${percent(trace.epsilon)} (dashed).`;
+  }
+}
