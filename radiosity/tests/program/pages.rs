@@ -33,7 +33,7 @@ const COMMANDS: [(&str, &str); 12] = [
         "chart/chart.html",
         "chart scenes/furnace.obj --solver cpu --quality draft --texels 2",
     ),
-    ("varied/chart.html", "chart LONG --solver cpu --vary epsilon"),
+    ("varied/chart.html", "chart LONG --vary epsilon"),
     ("stress/stress.html", "stress power --adapter nobody"),
     ("random/stress.html", "stress random --solver cpu --count 1 --seed 7"),
 ];
