@@ -4,7 +4,7 @@
 //! rays, whose noise cancels. Where it is small enough, rays are added until their noise is, too; else the texels whose
 //! merging causes most of the change are halved, and the next step begins.
 
-use super::adaptive::{AdaptiveProblem, AdaptiveSolve, MAX_STEP_TEXELS, MAX_STEPS, step_progress};
+use super::adaptive::{AdaptiveProblem, AdaptiveSolve, MAX_STEP_TEXELS, step_progress};
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};
 use super::resolution::{
@@ -66,9 +66,10 @@ pub(super) fn refine_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(Sol
         ..ErrorHistory::default()
     };
     let (mut last, mut texels) = solve_first_texels(problem, error)?;
-    for k in 1..MAX_STEPS {
+    let max_steps = problem.max_steps();
+    for k in 1..max_steps {
         let may_double = 2 * count_texels(&texels) <= most_texels(&last);
-        let finish = match may_double && k + 1 < MAX_STEPS {
+        let finish = match may_double && k + 1 < max_steps {
             true => Finish::IfTexelsSuffice,
             false => Finish::Always,
         };

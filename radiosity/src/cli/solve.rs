@@ -210,10 +210,10 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     };
     let solution = answered.to_solution(&question, &notes, seconds);
     let seen = RenderedView::new(&solution, None)?;
-    let page = traced
-        .as_ref()
-        .map(|traced| render_trace(&solution, traced, &seen))
-        .transpose()?;
+    let page = match &traced {
+        Some(traced) => render_trace(&solution, traced, &seen)?,
+        None => None,
+    };
     let mut files = PendingFiles::default();
     bake.add_files(&mut files, (&solution, charts.as_ref(), file), &seen)?;
     let mut more = encode_view(seen);
@@ -260,13 +260,13 @@ fn prepare_trace<'a>(scene: &'a Scene, settings: &Settings) -> Result<TracedScen
     Ok(TracedScene::new(scene, TRACE_LIMITS))
 }
 
-/// Renders trace.html; prints a note if not all shots fit.
-fn render_trace(solution: &Solution, traced: &TracedScene, seen: &RenderedView) -> Result<String> {
-    let page = TracePage::new(solution, &traced.take_trace()?, &seen.preview)?;
+/// Renders trace.html; prints a note if not all shots fit, and returns none if not even the first does.
+fn render_trace(solution: &Solution, traced: &TracedScene, seen: &RenderedView) -> Result<Option<String>> {
+    let page = TracePage::new(solution, &traced.take_trace()?, &seen.preview);
     if let Some(note) = page.describe_missing_shots() {
         message!("note: {note}");
     }
-    Ok(page.html)
+    Ok((page.shots > 0 || page.shot_count == 0).then_some(page.html))
 }
 
 /// Returns settings and solver, and a note if the scene's many faces changed the settings.

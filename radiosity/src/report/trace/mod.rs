@@ -19,7 +19,6 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::settings::Settings;
 use common::solution::Solution;
-use common::{Error, Result};
 use maud::{Markup, PreEscaped, html};
 use oracle::trace::ShotTrace;
 use oracle::trace::packing::HALF_ROUNDING;
@@ -28,8 +27,8 @@ use serde_json::json;
 
 /// Maximum bytes of the page.
 pub const MAX_PAGE_BYTES: usize = 5_000_000;
-/// Limits of a record that a page can hold: three quarters of its bytes, since base 64 adds a third, and 64 MB of links in the
-/// browser's memory.
+/// Limits of a record that a page can hold: three quarters of its bytes, since base 64 adds a third, and 192 MB of links in the
+/// browser's memory, with visible shares and occluders.
 pub const TRACE_LIMITS: TraceLimits = TraceLimits {
     bytes: MAX_PAGE_BYTES / 4 * 3,
     links: 1 << 25,
@@ -71,9 +70,7 @@ pub struct TracePage {
 impl TracePage {
     /// Renders the page of a solve with its record and the camera and exposure of its picture. If not all shots fit into
     /// [`MAX_PAGE_BYTES`] it has the first.
-    ///
-    /// Errors: [`Error::Usage`] if not even the first shot fits.
-    pub fn new(solution: &Solution, trace: &ShotTrace, preview: &RenderedPreview) -> Result<Self> {
+    pub fn new(solution: &Solution, trace: &ShotTrace, preview: &RenderedPreview) -> Self {
         let renderer = PageRenderer {
             solution,
             trace,
@@ -82,28 +79,27 @@ impl TracePage {
         let frame = renderer.render_part(ShownPart::default()).len();
         let room = MAX_PAGE_BYTES.saturating_sub(frame) / 4 * 3;
         let (shots, links) = trace.count_fitting(room, SHOT_BYTES);
-        if shots == 0 && trace.shot_count > 0 {
-            return Err(Error::Usage(format!(
-                "{}: not one shot fits into a trace.html of {} MB: give fewer --texels or --patches, or leave out --trace",
-                solution.scene.name,
-                MAX_PAGE_BYTES / 1_000_000
-            )));
-        }
-        Ok(Self {
+        Self {
             html: renderer.render_part(ShownPart { shots, links }),
             shots,
             shot_count: trace.shot_count,
-        })
+        }
     }
 
     /// Returns a note if the page has not all shots.
     pub fn describe_missing_shots(&self) -> Option<String> {
+        let megabytes = MAX_PAGE_BYTES / 1_000_000;
+        if self.shots == 0 && self.shot_count > 0 {
+            return Some(format!(
+                "no trace.html is written, since not one shot fits into {megabytes} MB: give fewer --texels or --patches"
+            ));
+        }
         (self.shots < self.shot_count).then(|| {
             format!(
                 "trace.html has the first {} of {}: more do not fit into {} MB; with fewer --texels or --patches they do",
                 count_noun(self.shots, "shot", "shots"),
                 self.shot_count,
-                MAX_PAGE_BYTES / 1_000_000
+                megabytes
             )
         })
     }

@@ -129,8 +129,9 @@ class ShotState {
     this.done = done;
     this.radiosity = radiosity.slice();
     this.residual = residual.slice();
-    // Residual of the shooter's texels before the latest shot.
-    this.cleared = new Map();
+    // Texels of the latest shooter, and the state before its shot.
+    this.cleared = new Set();
+    this.before = { radiosity: radiosity.slice(), residual: residual.slice() };
   }
 
   keep() {
@@ -160,9 +161,11 @@ class ShotState {
     const { patch, radiosity: shot } = trace.shot(this.done);
     const { scale, form_factors, shares } = trace.links.get(patch);
     this.cleared.clear();
+    this.before.radiosity.set(radiosity);
+    this.before.residual.set(residual);
     for (let k = 0; k < trace.scene.texels; k++) {
       if (trace.patch_of[k] === patch) {
-        this.cleared.set(k, Array.from(residual.subarray(3 * k, 3 * k + 3)));
+        this.cleared.add(k);
         residual.fill(0, 3 * k, 3 * k + 3);
         continue;
       }
@@ -186,7 +189,6 @@ class ShotState {
 
   // Returns r of texel `k` before the latest shot.
   residual_before(k) {
-    const now = Array.from(this.residual.subarray(3 * k, 3 * k + 3));
-    return this.cleared.get(k) ?? sub(now, this.change(k));
+    return Array.from(this.before.residual.subarray(3 * k, 3 * k + 3));
   }
 }

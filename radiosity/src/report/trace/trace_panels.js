@@ -23,6 +23,11 @@ function make(tag, attributes = {}, children = []) {
   return own;
 }
 
+// Returns `part` over `whole`; 0 of nothing.
+function share_of(part, whole) {
+  return whole > 0 ? part / whole : 0;
+}
+
 class TracePanels {
   // `seek` moves to a shot.
   constructor(element, viewer, seek) {
@@ -55,7 +60,7 @@ class TracePanels {
     const next = n === 0;
     const shot = trace.shot(next ? 1 : n);
     if (!shot) {
-      this.choice.replaceChildren("Nothing is to be shot.");
+      this.choice.replaceChildren(trace.unshot > 0 ? "No shot was made." : "The scene is dark: nothing is to be shot.");
       return;
     }
     const [first, second] = shot.ranking;
@@ -77,14 +82,15 @@ class TracePanels {
   show_energy(n) {
     const parts = this.trace.energy_after(n);
     const whole = this.trace.emitted;
-    const widths = parts.map((part) => Math.max(0, part) / Math.max(whole, parts.reduce((sum, part) => sum + Math.max(0, part), 0)));
+    const all = Math.max(whole, parts.reduce((sum, part) => sum + Math.max(0, part), 0));
+    const widths = parts.map((part) => share_of(Math.max(0, part), all));
     const bar = make("div", { class: "energy-bar", role: "img", "aria-label": "Shares of the emitted power" }, widths.map((width, k) => (
       make("span", { class: ENERGY_PARTS[k], style: `width:${100 * width}%`, title: ENERGY_PARTS[k] })
     )));
     const rows = parts.map((part, k) => make("tr", { "data-part": ENERGY_PARTS[k] }, [
       make("td", {}, [make("span", { class: `swatch ${ENERGY_PARTS[k]}` }), ` ${ENERGY_PARTS[k]}`]),
       make("td", { class: "n" }, [watts(part)]),
-      make("td", { class: "n" }, [percent(part / whole)]),
+      make("td", { class: "n" }, [percent(share_of(part, whole))]),
     ]));
     const says = `Of ${watts(whole)} emitted, if the file’s unit of length is the metre. Escaped: it met no front. Closure: the form factors’ error, below 0 if they made light.`;
     this.energy.replaceChildren(bar, make("table", {}, [make("tbody", {}, rows)]), make("p", { class: "small" }, [says]));
@@ -94,7 +100,7 @@ class TracePanels {
     const { trace } = this;
     const { width, height, left, right, top, bottom } = CURVE;
     const shots = trace.shots.length;
-    const share = (n) => Math.max(trace.unshot_after(n) / trace.unshot, MIN_CURVE_SHARE);
+    const share = (n) => Math.max(share_of(trace.unshot_after(n), trace.unshot), MIN_CURVE_SHARE);
     const shares = Array.from({ length: shots + 1 }, (_, n) => share(n));
     const lowest = Math.min(trace.epsilon, ...shares) / 1.3;
     this.x = (n) => left + ((width - left - right) * n) / Math.max(1, shots);
@@ -126,12 +132,12 @@ class TracePanels {
 
   show_cursor(n) {
     const { trace } = this;
-    const share = trace.unshot_after(n) / trace.unshot;
+    const share = share_of(trace.unshot_after(n), trace.unshot);
     const [x, y] = [this.x(n), this.y(Math.max(share, MIN_CURVE_SHARE))];
     this.cursor.setAttribute("x1", x);
     this.cursor.setAttribute("x2", x);
     this.dot.setAttribute("cx", x);
     this.dot.setAttribute("cy", y);
-    this.says.textContent = `${percent(share)} of the emitted power is unshot; the solve ends at ${percent(trace.epsilon)} (dashed).`;
+    this.says.textContent = `${percent(share)} of the power that was unshot at the start is unshot; the solve ends at ${percent(trace.epsilon)} (dashed).`;
   }
 }

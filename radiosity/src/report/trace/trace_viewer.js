@@ -179,9 +179,9 @@ class TraceViewer extends Viewer {
     if (state.done > 0) rows.push(...this.shot_rows(k));
     const now = (name) => Array.from(state[name].subarray(3 * k, 3 * k + 3));
     const [radiosity, residual] = [now("radiosity"), now("residual")];
-    const change = state.change(k);
+    const before = Array.from(state.before.radiosity.subarray(3 * k, 3 * k + 3));
     const step = (before, after) => (state.done > 0 ? `${three(before)}  →  ${three(after)}` : three(after));
-    rows.push(["B", `${step(sub(radiosity, change), radiosity)}  W/m²`]);
+    rows.push(["B", `${step(before, radiosity)}  W/m²`]);
     rows.push(["r", `${step(state.residual_before(k), residual)}  W/m²`]);
     this.write_rows(k, rows);
   }
