@@ -3,11 +3,12 @@
 
 use crate::adapter::Gpu;
 use crate::bindings::{BindingLayout, BindingTable};
+use crate::function_calls::{CALL_ENTRY, FunctionCall};
 use crate::module_text::ModuleText;
 use crate::pipeline_cache::CompiledPipelines;
 use crate::race_log::RaceLog;
 use crate::shader_files::ShaderFile;
-use crate::shaders::{ShaderFault, assemble_module};
+use crate::shaders::{ShaderFault, assemble_call, assemble_module};
 use common::Result;
 use common::settings::{ItemBufferProjection, Transport};
 use stage_check::races::RACE_LOG;
@@ -76,6 +77,22 @@ impl PipelineMaker {
             Some((log, text)) => (text, Cow::Owned(table.with(RACE_LOG, &log.buffer))),
             None => (module.text(), Cow::Borrowed(table)),
         };
+        self.make_compute(&module, (entry, text), &table)
+    }
+
+    /// Returns the entry point that calls a function, bound to what `table` has under its names.
+    pub fn make_call(&self, call: &FunctionCall, table: &BindingTable) -> Result<ComputeStage> {
+        let module = assemble_call(call, &self.transport, &self.faults, &self.shader_files)?;
+        self.make_compute(&module, (CALL_ENTRY, module.text()), table)
+    }
+
+    /// Returns the entry point of a text that is made of `module`.
+    fn make_compute(
+        &self,
+        module: &ModuleText,
+        (entry, text): (&'static str, String),
+        table: &BindingTable,
+    ) -> Result<ComputeStage> {
         let mut compiled = self.lock_compiled();
         let (pipeline, layout) = match compiled.computes.entry((entry, text)) {
             Entry::Occupied(made) => made.into_mut(),
@@ -83,7 +100,7 @@ impl PipelineMaker {
                 module.require_entries(&module.parse()?, [entry])?;
                 let text = place.key().1.clone();
                 let parsed = parse_str(&text).map_err(|error| module.refuse(&error.emit_to_string(&text)))?;
-                place.insert(self.catch_refusal(&module, || {
+                place.insert(self.catch_refusal(module, || {
                     let layout = BindingLayout::new(&self.device, Stages::COMPUTE, &parsed);
                     let pipeline = self.compute_pipeline(&text, entry, &layout);
                     (pipeline, layout)
@@ -92,7 +109,7 @@ impl PipelineMaker {
         };
         Ok(ComputeStage {
             pipeline: pipeline.clone(),
-            group: self.bind_module(&module, layout, &table)?,
+            group: self.bind_module(module, layout, table)?,
         })
     }
 

@@ -41,6 +41,8 @@ pub mod call_clock;
 mod compute_stage;
 mod device_queue;
 mod dispatch_arguments;
+pub mod function_caller;
+pub mod function_calls;
 pub mod hierarchy;
 mod link_recorder;
 pub mod link_records;

@@ -28,18 +28,20 @@ macro_rules! shader_files {
 /// All files, in the order in which a solve runs them.
 pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     types:;
-    form_factor: "form factor" "link" "link_factors" "sample_links" "links of GPU and CPU" "links side by side";
+    form_factor: "form factor" "link" "link_factors" "sample_links" "links of GPU and CPU" "links side by side" "is_remote" "is_low";
     frame: "aim" "item buffer" "lookup" "escape" "links side by side";
     hemicube: "item buffer" "lookup";
-    projection: "item buffer" "item buffer, all silhouettes" "lookup" "links side by side";
-    image_bound: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
-    intersect: "item buffer" "lookup" "rays" "escape" "links of GPU and CPU" "lookup, relit" "rays, relit";
+    projection: "item buffer" "item buffer, all silhouettes" "lookup" "links side by side" "project_direction";
+    image_bound: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side" "edge_distance";
+    intersect: "item buffer" "lookup" "rays" "escape" "links of GPU and CPU" "lookup, relit" "rays, relit"
+        "intersect_planes";
     item_buffer: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
     item_buffer_paper: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
     lookup: "lookup" "lookup, all mismatches" "lookup, relit" "links side by side";
-    sampling: "form factor" "link" "link_factors" "sample_links" "rays";
-    texel_point: "form factor" "link";
-    bvh: "rays" "escape" "links of GPU and CPU" "rays, relit";
+    sampling: "form factor" "link" "link_factors" "sample_links" "rays" "texel_uv" "point_on_texel" "spot_point"
+        "outline_point";
+    texel_point: "form factor" "link" "point_on_texel";
+    bvh: "rays" "escape" "links of GPU and CPU" "rays, relit" "make_ray";
     rays: "rays" "links of GPU and CPU" "rays, relit" "links side by side";
     view: "aim" "view: drawn faces" "item buffer" "item buffer, relit" "view: drawn faces, relit" "links side by side";
     link: "link" "form factor" "lookup" "rays" "links of GPU and CPU" "link, relit" "links side by side";
@@ -52,11 +54,11 @@ pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     exchange: "exchange";
     gather: "collect";
     hierarchy_types:;
-    surface_points: "link_factors" "sample_links";
+    surface_points: "link_factors" "sample_links" "spot_point" "outline_point";
     link_bounds: "link_bounds";
     link_factors: "link_factors";
     clear_work_lists: "clear_work_lists";
-    visibility_samples: "refine";
+    visibility_samples: "refine" "receiver_points_per_side" "visibility_deviation";
     refine: "refine";
     sample_links: "sample_links" "rays";
     prefix_sum: "prefix_sum" "prefix_sum, races";

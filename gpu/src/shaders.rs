@@ -2,6 +2,7 @@
 //! Tests plant faults here.
 
 use crate::dispatch_arguments::{CountedStage, DISPATCH_WORDS};
+use crate::function_calls::FunctionCall;
 pub use crate::link_records::LINK_LAYOUTS as HIERARCHY_LAYOUTS;
 use crate::link_records::{BLOCK_SPOTS, PairState};
 use crate::module_text::ModuleText;
@@ -69,8 +70,32 @@ pub(crate) fn assemble_module<'f>(
         )));
     }
     let includes = included_files(name, drawing.is_some());
+    join_files(includes.iter().chain([&name]), transport, faults, given)
+}
+
+/// Returns the module that calls a function.
+///
+/// Errors: as of [`module_source`].
+pub(crate) fn assemble_call<'f>(
+    call: &FunctionCall,
+    transport: &Transport,
+    faults: &[ShaderFault],
+    given: &'f [ShaderFile],
+) -> Result<ModuleText<'f>> {
+    let mut module = join_files(call.files, transport, faults, given)?;
+    module.add_part(call.function, call.entry_text(), None);
+    Ok(module)
+}
+
+/// Joins constants, `types` and these files, in which `given` ones take the place of the program's.
+fn join_files<'f, 'n>(
+    names: impl IntoIterator<Item = &'n &'n str>,
+    transport: &Transport,
+    faults: &[ShaderFault],
+    given: &'f [ShaderFile],
+) -> Result<ModuleText<'f>> {
     let mut module = ModuleText::new(constant_declarations(transport));
-    for part in ["types"].iter().chain(includes).chain([&name]) {
+    for part in ["types"].iter().chain(names) {
         let stage = ShaderStage::find(part)?;
         let file = given.iter().find(|file| file.stage == *part);
         let text = file.map_or(stage.text, |file| &file.text);

@@ -3,6 +3,7 @@
 mod divergence;
 mod explained;
 mod faults;
+mod function_calls;
 mod item_buffer;
 mod lookup;
 mod named_faults;

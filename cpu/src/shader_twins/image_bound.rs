@@ -88,7 +88,7 @@ fn upper_corner(limits: Vec4) -> Vec2 {
 
 /// Returns the distance of an edge from the shooter: the nearer an edge, the wider its image and its outline's
 /// margin.
-fn edge_distance(a: Vec3, b: Vec3) -> f32 {
+pub fn edge_distance(a: Vec3, b: Vec3) -> f32 {
     let d = b - a;
     let p = a + d * (-a.dot(d) / d.dot(d).max(1e-24)).clamp(0.0, 1.0);
     p.dot(p).sqrt()

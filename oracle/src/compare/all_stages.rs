@@ -1,7 +1,8 @@
-//! Runs the checks of all stages of progressive shooting, of their races, and of a relight.
+//! Runs the checks of all stages of progressive shooting, of their races, of single functions, and of a relight.
 
 use super::checked_stages::CheckedStages;
 use super::comparison::{ComparisonRequest, StageCheck};
+use super::function_calls::check_shooting_functions;
 use super::{races, stages};
 use crate::solve::progress::ProgressMonitor;
 use common::Result;
@@ -27,7 +28,12 @@ pub fn check_all_stages(
     let mut checked = stages::check_stages(mesh, &settings.transport, rays, &mut solver)?;
     checked.checks.append(&mut races::race_checks(&watched)?);
     if checked.refusal.is_none() {
-        match check_relit_scene(scene, settings, request) {
+        let called = check_shooting_functions(mesh, &settings.transport, (request.gpu, request.faults));
+        let relit = called.and_then(|called| {
+            checked.checks.extend(called);
+            check_relit_scene(scene, settings, request)
+        });
+        match relit {
             Ok(mut checks) => checked.checks.append(&mut checks),
             Err(error) => checked.take_refusal(error)?,
         }

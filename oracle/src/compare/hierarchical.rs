@@ -2,6 +2,7 @@
 //! solution with that of the CPU by the same refinement (rays), and with that of the CPU by its own refinement.
 
 use super::criteria::imbalance_bound;
+use super::function_calls::check_link_functions;
 use super::link_diff::{LinkDiff, LinkerPair};
 use crate::compare::comparison::{Comparison, Criterion, Preset};
 use crate::diff::difference::compare_fields;
@@ -173,7 +174,14 @@ fn diff_links(
         linker::LinkMethod::Custom(&factory),
         &mut report,
     )?;
-    Ok(diff.take())
+    let mut diff = diff.take();
+    if diff.stages.refusal.is_none() {
+        match check_link_functions(&mesh, (gpu, faults)) {
+            Ok(mut checks) => diff.stages.checks.append(&mut checks),
+            Err(error) => diff.stages.take_refusal(error)?,
+        }
+    }
+    Ok(diff)
 }
 
 /// Texels per side of a face in the comparison of linkers; these make requests of all sizes.

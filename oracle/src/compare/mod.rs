@@ -13,6 +13,7 @@ pub mod checked_stages;
 pub mod comparison;
 pub mod criteria;
 pub mod divergence;
+pub mod function_calls;
 mod gpu_solves;
 pub mod hierarchical;
 mod item_buffer;

@@ -102,7 +102,7 @@ impl StageChecker<'_> {
         Ok(row)
     }
 
-    /// Checks links of some patches from points anywhere in the scene's box. From the points of a patch many faces are never in
+    /// Checks links of some patches from points anywhere in and around the scene's box. From the points of a patch many faces are never in
     /// the way, and few images cross the horizon.
     ///
     /// Errors: the device fails.
@@ -314,14 +314,15 @@ impl StageChecker<'_> {
     }
 }
 
-/// Returns the mesh with the points of its patches anywhere in the box of its faces.
+/// Returns the mesh with the points of its patches anywhere in a box half as large again as that of its faces: from outside,
+/// each face is in the way of others.
 fn scatter_points(mesh: &Mesh) -> Mesh {
     let corners = || mesh.faces.iter().flat_map(|face| face.corners);
     let low = corners().fold(Vec3::INFINITY, Vec3::min);
     let high = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
     let mut scattered = mesh.clone();
     for (k, point) in (0..).zip(&mut scattered.patch_points) {
-        let share = |axis: u32| (pcg_hash(3 * k + axis) >> 8) as f32 / (1 << 24) as f32;
+        let share = |axis: u32| 1.5 * ((pcg_hash(3 * k + axis) >> 8) as f32 / (1 << 24) as f32) - 0.25;
         point.position = low + (high - low) * Vec3::new(share(0), share(1), share(2));
     }
     scattered

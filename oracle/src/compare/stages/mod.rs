@@ -20,7 +20,7 @@ use crate::compare::checked_stages::CheckedStages;
 use crate::compare::comparison::StageCheck;
 use common::Result;
 use common::constants::PATCH_SUM_LANES;
-use common::mesh::Mesh;
+use common::mesh::{Mesh, Patch};
 use common::passes::Exchange;
 use common::rays::Rays;
 use common::settings::Transport;
@@ -32,7 +32,8 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::ops::ControlFlow;
 
-/// Number of greedy shots that are checked, and of further shots by patches spread over the scene.
+/// Number of greedy shots that are checked, and of further shots by patches spread over the scene; one more is by a patch that is
+/// partly covered.
 const CHECKED_SHOTS: usize = 4;
 /// Buffers that the stages of a shot write.
 const SHOT_BUFFERS: [MarkedBuffer; 4] = [
@@ -128,7 +129,8 @@ impl StageChecker<'_> {
         let mesh = self.mesh;
         let mut rows = BTreeMap::new();
         let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
-        for (n, patch) in greedy.chain(spread_patches(mesh).map(Some)).enumerate() {
+        let chosen = spread_patches(mesh).chain(partly_covered_patch(mesh));
+        for (n, patch) in greedy.chain(chosen.map(Some)).enumerate() {
             let before = (solver.read_field()?, solver.patch_power()?);
             buffer_ends::mark_ends(solver, &SHOT_BUFFERS);
             let script = patch.map(|patch| [patch]);
@@ -191,6 +193,12 @@ fn spread_patches(mesh: &Mesh) -> impl Iterator<Item = u32> {
     (0..CHECKED_SHOTS).map(move |k| ((2 * k + 1) * count / (2 * CHECKED_SHOTS)) as u32)
 }
 
+/// Returns the first patch on a part of which a body stands: its links are divided by the open share.
+fn partly_covered_patch(mesh: &Mesh) -> Option<u32> {
+    let is_partly_covered = |patch: &Patch| 0.0 < patch.open_share && patch.open_share < 1.0;
+    mesh.patches.iter().position(is_partly_covered).map(|k| k as u32)
+}
+
 /// Checks the number of vertices of the latest item buffer of a patch, which shows so many faces; with visibility by rays
 /// nothing is drawn.
 ///
@@ -216,7 +224,7 @@ impl Tallies {
     fn new(mesh: &Mesh, transport: &Transport) -> Self {
         let bounds = StageRoundings::of(mesh, transport);
         let (in_patch, over_patches) = (bounds.patch_sum, bounds.sum_of_patches);
-        let per_shot = 2.0 * CHECKED_SHOTS as f64 + 4.0;
+        let per_shot = (2 * CHECKED_SHOTS + 1) as f64 + 4.0;
         let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
         let (pixels, pixel_reason) = pixel_bound(projection);
         let frame = "ulp of the frame at a sample's point: one cross product";
