@@ -1,7 +1,7 @@
 # `make demo` sets everything up and compares the solvers on the bundled Cornell box; `make test`
 # sets everything up and runs the tests, `make atlas` those that take long.
 
-.PHONY: demo test atlas driver bench peers chart dist pictures
+.PHONY: demo test atlas hardware driver bench peers chart dist pictures
 
 demo: driver
 	cargo run --release --locked
@@ -12,6 +12,10 @@ test: driver
 # The failure atlas, random scenes, and whatever needs the files of RADIOSITY_DATA.
 atlas: driver
 	cargo test --workspace --locked --test atlas
+
+# Every stage of the GPU against its twin, and its times: out/hardware.html.
+hardware: driver
+	cargo run --release --locked -- hardware
 
 bench: driver
 	cargo bench --workspace --locked

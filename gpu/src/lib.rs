@@ -62,6 +62,7 @@ pub mod solver;
 mod solver_buffers;
 mod solver_context;
 mod stage_readback;
+mod stage_times;
 mod submission_pace;
 
 pub use adapter::{Gpu, list_adapters};

@@ -117,7 +117,7 @@ impl LinkProbe {
     }
 
     /// Writes the parameters of a probe, and the shot of a patch before its first sample.
-    fn write_shot(&self, context: &SolverContext, patch: u32, rule: DepositRule) {
+    pub(crate) fn write_shot(&self, context: &SolverContext, patch: u32, rule: DepositRule) {
         let mut params: ShaderParams = context.shader_params(&self.slots, rule);
         params.rule |= PROBE_BIT;
         context.host.write(&self.slots.table["params"], &[params]);
@@ -127,7 +127,7 @@ impl LinkProbe {
     }
 
     /// Returns the recorded `steps` of the links of a patch.
-    fn record_steps(&self, context: &SolverContext, patch: u32, steps: &[LinkStep]) -> wgpu::CommandEncoder {
+    pub(crate) fn record_steps(&self, context: &SolverContext, patch: u32, steps: &[LinkStep]) -> wgpu::CommandEncoder {
         let mut encoder = context.host.command_encoder();
         let linker = LinkRecorder {
             mesh: context.mesh,

@@ -1,4 +1,4 @@
-//! Read-backs for checks: rows of links, transfers, the results of each stage, and races.
+//! Read-backs for checks: rows of links, transfers, the results and times of each stage, and races.
 
 use crate::adapter::Gpu;
 use crate::device_queue::DeviceQueue;
@@ -40,6 +40,11 @@ impl GpuSolver<'_> {
         each: &mut dyn FnMut(ProbedSample),
     ) -> Result<()> {
         self.with_probe(|probe, context| probe.probe_changed_buffers(context, patch, changes, each))
+    }
+
+    /// Returns the seconds that each step of the links of a patch takes alone.
+    pub fn time_link_steps(&mut self, patch: u32) -> Result<Vec<(&'static str, f64)>> {
+        self.with_probe(|probe, context| probe.time_steps(context, patch))
     }
 
     /// Calls `run` with the probe, which overwrites kept links.

@@ -23,7 +23,7 @@ use common::solution::{prepare_folder, write_files};
 use common::{Error, Result};
 use gpu::Gpu;
 use oracle::solve::solver::SolverKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The bundled scenes charted by default; the last without `--vary` only: the truths have 64×64 texels on each of its
 /// 168 faces.
@@ -161,6 +161,23 @@ fn load_scenes(arguments: &ChartArguments) -> Result<Vec<Scene>> {
     };
     let lit = |path: &PathBuf| load_lit_scene(path, &ImportOptions::default());
     paths.iter().map(lit).collect()
+}
+
+/// Measures the methods of a draft on both solvers, each once.
+///
+/// Errors: the truth cannot be solved, or a file cannot be written.
+pub fn measure_draft(scene: &Scene, gpu: &Gpu, out: &Path) -> Result<SceneChart> {
+    let arguments = ChartArguments {
+        scenes: Vec::new(),
+        out: out.to_path_buf(),
+        vary: None,
+        quality: Some(SolveQuality::Draft),
+        texels: None,
+        solver: None,
+        adapter: None,
+    };
+    let mut store = MeasurementStore::open(out)?;
+    measure_scene(&arguments, scene, Some(gpu), &[], &mut store)
 }
 
 /// Measures a scene, until Ctrl-C.

@@ -1,5 +1,5 @@
 //! The command line: one module per command (`solve`, `shoot`, `compare`, `relight`, `merge`, `table4`, `diff`,
-//! `check`, `chart`, `stress`, `sabotage`, `shader`, `adapters`, `completions`), and the options, output and progress that
+//! `check`, `chart`, `stress`, `sabotage`, `hardware`, `shader`, `adapters`, `completions`), and the options, output and progress that
 //! they share. GUIDE.md lists the exit codes.
 
 mod adapters;
@@ -12,6 +12,7 @@ mod compare;
 mod completions;
 mod console;
 mod diff;
+mod hardware;
 mod help;
 mod lights;
 mod merge;
@@ -73,6 +74,8 @@ enum Command {
     Stress(stress::StressArguments),
     /// Plant mistakes in the shaders and show which compare finds; writes sabotage.html
     Sabotage(sabotage::SabotageArguments),
+    /// Check and time a GPU: every stage against its twin, the paper's shots; writes hardware.html
+    Hardware(hardware::HardwareArguments),
     /// Print a shader of the program, to start your own from; without STAGE list them
     Shader(shader::ShaderArguments),
     /// List the GPU adapters found
@@ -116,6 +119,7 @@ fn run_command(arguments: Arguments) -> Result<Outcome> {
         Some(Command::Chart(arguments)) => chart::run(&arguments),
         Some(Command::Stress(arguments)) => stress::run(&arguments),
         Some(Command::Sabotage(arguments)) => sabotage::run(&arguments),
+        Some(Command::Hardware(arguments)) => hardware::run(&arguments),
         Some(Command::Shader(arguments)) => shader::run(&arguments),
         Some(Command::Adapters) => adapters::run(),
         Some(Command::Completions(arguments)) => completions::run(&arguments, build_parser()),

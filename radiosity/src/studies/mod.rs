@@ -1,8 +1,9 @@
 //! Studies over many solves: speed against accuracy and error against an option ([`chart`]), the failure
-//! atlas ([`stress`]), random scenes ([`random`]), mutants of the shaders ([`sabotage`]) and the paper's Table 4
-//! ([`table4`]).
+//! atlas ([`stress`]), random scenes ([`random`]), mutants of the shaders ([`sabotage`]), the paper's Table 4
+//! ([`table4`]) and a check of an adapter ([`hardware`]).
 
 pub mod chart;
+pub mod hardware;
 pub mod hashes;
 mod limited;
 pub mod random;

@@ -1,4 +1,7 @@
-//! The score of the comparison: one mutant of each shader, and those that it does not find, or not by a stage of theirs.
+//! The score of the comparison: one mutant of each shader, and those that it does not find, or not by a stage of theirs. And
+//! the check of an adapter.
+
+mod hardware;
 
 use serde_json::Value;
 use std::process::Command;

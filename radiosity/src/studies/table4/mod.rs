@@ -30,7 +30,7 @@ use oracle::solve::task::SolveTask;
 use serde::Serialize;
 
 /// Share of unshot power at which the paper may have stopped.
-const PAPER_EPSILON: f64 = 0.05;
+pub const PAPER_EPSILON: f64 = 0.05;
 /// Unshot share of truth and captured room: a hundredth of the smallest error in the table.
 const EXACT_EPSILON: f64 = 1e-4;
 /// Texels per side of Figure 8's faces.
@@ -159,7 +159,7 @@ pub struct Table4Grid<'a> {
 }
 
 /// Returns the paper's settings, with a corrected orthographic item buffer and one-pixel lookup; none: by rays.
-fn paper_settings(texels: u32, item_buffer: Option<u32>, epsilon: f64) -> Settings {
+pub fn paper_settings(texels: u32, item_buffer: Option<u32>, epsilon: f64) -> Settings {
     let mut settings = Settings::default();
     let meshing = &mut settings.meshing;
     (meshing.texels, meshing.patches, meshing.samples) = (texels, 1, 1);
