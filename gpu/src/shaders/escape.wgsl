@@ -45,7 +45,8 @@ fn meets_front(origin: vec3f, direction: vec3f) -> bool {
     var nearest = Nearest(MISS_DISTANCE, MISS_DISTANCE);
     let ray = make_ray(origin - direction * (4.0 * CONTACT_DISTANCE), direction / RAY_REACH, MISS_DISTANCE);
     begin_traversal();
-    loop {
+    // No node is visited twice.
+    for (var visits = 0u; visits < arrayLength(&nodes); visits++) {
         let node = next_node();
         let hits = hit_children(node, ray);
         for (var leaves = hits & ~inner_children(node); leaves != 0u; leaves &= leaves - 1u) {

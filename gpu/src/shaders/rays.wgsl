@@ -18,7 +18,8 @@ fn find_sight(origin: vec3f, position: vec3f, face: u32) -> u32 {
     let sheet = faces[face].sheet;
     let ray = make_ray(origin, (position - origin) / RAY_REACH, SEGMENT_END_FRACTION * RAY_REACH);
     begin_traversal();
-    loop {
+    // No node is visited twice.
+    for (var visits = 0u; visits < arrayLength(&nodes); visits++) {
         let node = next_node();
         let hits = hit_children(node, ray);
         for (var leaves = hits & ~inner_children(node); leaves != 0u; leaves &= leaves - 1u) {
