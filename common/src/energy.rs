@@ -29,9 +29,48 @@ pub struct EnergyBalance {
     pub imbalance: f64,
 }
 
+/// Power that reaches no texel, W per channel in the mesh's unit: a sum over the shots, to which each new one is added.
+#[derive(Clone, Copy, Debug)]
+pub struct LostPower {
+    escaped: DVec3,
+    closure: DVec3,
+}
+
+impl LostPower {
+    /// Returns the loss before the first shot: the power that emitters shine into the bodies that cover them.
+    pub fn before_shots(mesh: &Mesh) -> Self {
+        let mut escaped = DVec3::ZERO;
+        for patch in mesh.patches.iter().filter(|patch| patch.open_share < 1.0) {
+            for texel in &mesh.texels[patch.texels()] {
+                let share = f64::from(1.0 - patch.open_share) * f64::from(texel.area);
+                escaped += texel.emission.as_dvec3() * share;
+            }
+        }
+        Self {
+            escaped,
+            closure: DVec3::ZERO,
+        }
+    }
+
+    /// Adds the loss of a shot.
+    pub fn add_shot(&mut self, shot: &Shot) {
+        let power = DVec3::from(shot.power.map(f64::from));
+        let share = f64::from(shot.escaped);
+        self.escaped += power * share;
+        self.closure += power * (1.0 - f64::from(shot.form_factor_sum) - share);
+    }
+}
+
 impl EnergyBalance {
     /// Computes the balance of `field` after `shots`.
     pub fn new(mesh: &Mesh, field: &RadiosityField, shots: &[Shot]) -> Self {
+        let mut lost = LostPower::before_shots(mesh);
+        shots.iter().for_each(|shot| lost.add_shot(shot));
+        Self::with_lost_power(mesh, field, lost)
+    }
+
+    /// Computes the balance of `field` after shots that have lost so much.
+    pub fn with_lost_power(mesh: &Mesh, field: &RadiosityField, lost: LostPower) -> Self {
         let [mut emitted, mut absorbed, mut unshot] = [DVec3::ZERO; 3];
         for (k, texel) in mesh.texels.iter().enumerate() {
             let area = f64::from(texel.area);
@@ -40,21 +79,7 @@ impl EnergyBalance {
             absorbed += (DVec3::ONE - texel.reflectance.as_dvec3()) * irradiance * area;
             unshot += field.residual[k].truncate().as_dvec3() * area;
         }
-        // The power that emitters shine into the bodies that cover them.
-        let mut escaped = DVec3::ZERO;
-        for patch in mesh.patches.iter().filter(|patch| patch.open_share < 1.0) {
-            for texel in &mesh.texels[patch.texels()] {
-                let share = f64::from(1.0 - patch.open_share) * f64::from(texel.area);
-                escaped += texel.emission.as_dvec3() * share;
-            }
-        }
-        let mut closure = DVec3::ZERO;
-        for shot in shots {
-            let power = DVec3::from(shot.power.map(f64::from));
-            let share = f64::from(shot.escaped);
-            escaped += power * share;
-            closure += power * (1.0 - f64::from(shot.form_factor_sum) - share);
-        }
+        let LostPower { escaped, closure } = lost;
         let rest = (emitted - absorbed - unshot - escaped - closure).element_sum().abs();
         let total = emitted.element_sum();
         let scale = mesh.area_unit();
