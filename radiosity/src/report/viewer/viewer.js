@@ -85,12 +85,10 @@ class Viewer {
   open() {
     const gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     this.gl = gl;
-    if (!gl) {
-      this.told.textContent = "This browser has no WebGL 2: preview.png shows the same scene.";
-      return;
-    }
+    this.refusal = null;
+    if (!gl) return this.refuse("This browser has no WebGL 2: preview.png shows the same scene.");
     const program = link_program(gl, VERTEX, FRAGMENT.replace("SHOULDER", this.scene.shoulder.toFixed(6)), (why) => {
-      this.told.textContent = `The picture cannot be drawn: ${why}`;
+      this.refuse(`The picture cannot be drawn: ${why}`);
     });
     if (!program) {
       this.gl = null;
@@ -122,6 +120,12 @@ class Viewer {
     gl.enable(gl.CULL_FACE);
     this.lines.open(gl);
     this.show();
+  }
+
+  // Says why no picture is drawn; the reason stays.
+  refuse(why) {
+    this.refusal = why;
+    this.told.textContent = why;
   }
 
   // Returns a texel's own values: B and H of a layer, E and ρ.
@@ -307,7 +311,7 @@ class Viewer {
   tell() {
     const k = this.seen;
     if (k === null) {
-      this.told.textContent = "Point at a texel to read its light.";
+      this.told.textContent = this.refusal ?? "Point at a texel to read its light.";
       this.told.removeAttribute("data-texel");
       return;
     }
