@@ -13,7 +13,15 @@ pub fn browser_for(test: &str) -> Option<String> {
     browser
 }
 
-/// Opens the page in `browser` and returns the JSON that its script leaves in #outcome.
+/// A function by which a script hands its outcome over.
+const HAND_OVER: &str = include_str!("outcome.js");
+
+/// Returns `page` with a script at its end, which calls `hand_over` with its outcome.
+pub fn with_script(page: &str, script: &str) -> String {
+    page.replace("</body>", &format!("<script>{HAND_OVER}{script}</script></body>"))
+}
+
+/// Opens the page in `browser` and returns the JSON that its script hands over.
 pub fn page_outcome(browser: &str, page: &Path) -> Value {
     let shown = Command::new(browser)
         .args(["--headless=new", "--no-sandbox", "--disable-gpu-sandbox"])

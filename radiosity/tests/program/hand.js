@@ -1,4 +1,4 @@
-// Hover, orbit, pan, zoom, toggles and keys on the page's viewer; what came of it goes into #outcome.
+// Hover, orbit, pan, zoom, toggles and keys on the page's viewer; what came of it is handed over.
 (async () => {
   const outcome = { hovered: [], vertices: [], drawn: {}, failed: null };
   const wait = () => new Promise((done) => setTimeout(done, 60));
@@ -67,8 +67,5 @@
   } catch (error) {
     outcome.failed = String(error.stack || error);
   }
-  const told = document.createElement("pre");
-  told.id = "outcome";
-  told.textContent = JSON.stringify(outcome).replace(/</g, "");
-  document.body.append(told);
+  hand_over(outcome);
 })();

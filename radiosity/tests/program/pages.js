@@ -1,4 +1,4 @@
-// How wide each frame's page is, everything unfolded; goes into #outcome once all are there.
+// How wide each frame's page is, everything unfolded; is handed over once all are there.
 window.addEventListener("load", () => {
   const frames = [...document.querySelectorAll("iframe")];
   const outcome = frames.map((frame) => {
@@ -6,8 +6,5 @@ window.addEventListener("load", () => {
     page.querySelectorAll("details").forEach((details) => { details.open = true; });
     return { name: frame.title, frame: frame.contentWindow.innerWidth, wide: page.scrollWidth, tall: page.scrollHeight };
   });
-  const told = document.createElement("pre");
-  told.id = "outcome";
-  told.textContent = JSON.stringify(outcome);
-  document.body.append(told);
+  hand_over(outcome);
 });

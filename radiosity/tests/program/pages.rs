@@ -1,6 +1,6 @@
 //! Every page of every command fits on a phone.
 
-use super::browser::{browser_for, page_outcome};
+use super::browser::{browser_for, page_outcome, with_script};
 use super::command::TestFolder;
 use crate::table4::made_up_row;
 use image::RgbImage;
@@ -84,7 +84,7 @@ fn every_page_fits_on_a_phone() {
         format!("<iframe title=\"{page}\" src=\"{page}\" width={PHONE} height=800 scrolling=no></iframe>")
     };
     let frames: String = pages.iter().map(frame).collect();
-    folder.write("phone.html", format!("<body>{frames}<script>{MEASURE}</script></body>"));
+    folder.write("phone.html", with_script(&format!("<body>{frames}</body>"), MEASURE));
     let seen = page_outcome(&browser, &folder.path("phone.html"));
     let seen = seen.as_array().unwrap();
     assert_eq!(seen.len(), pages.len());

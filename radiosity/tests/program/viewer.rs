@@ -1,6 +1,6 @@
 //! `preview.png` and the viewer of `view.html`.
 
-use super::browser::{browser_for, page_outcome};
+use super::browser::{browser_for, page_outcome, with_script};
 use super::command::TestFolder;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3, Vec4};
 use radiosity::report::view::interpolation::InterpolationSurface;
 use serde_json::{Value, json};
 
-/// A script that moves the pointer and presses keys, and writes the outcome into the page.
+/// A script that moves the pointer and presses keys, and hands the outcome over.
 const HAND: &str = include_str!("hand.js");
 /// Relative tolerance: the viewer prints five digits.
 const TOLD: f32 = 1e-4;
@@ -148,8 +148,7 @@ fn viewer_reacts_to_pointer_and_keys() {
     };
     let folder = folder_with_box();
     let page = folder.read_text("box/view.html");
-    let script = format!("<script>{HAND}</script></body>");
-    folder.write("hand.html", page.replace("</body>", &script));
+    folder.write("hand.html", with_script(&page, HAND));
     let did = page_outcome(&browser, &folder.path("hand.html"));
     assert_eq!(did["failed"], Value::Null, "{did}");
 
