@@ -4,10 +4,11 @@
 //! solves a scene with the recorder in place.
 //!
 //! ```text
-//! ΔB_j = Δr_j = ρ_j · F_j · V_j · B_i
+//! ΔB_j = Δr_j = ρ_j · F_j · V_j · B_i / o_i
 //! ```
-//! i is the shooter, B_i the radiosity that it shoots, F_j its form factor from texel j and V_j the share of it that j sees.
-//! F and V of a patch are the same in all of its shots, so they are kept once.
+//! i is the shooter, B_i the radiosity that it shoots, F_j its form factor from texel j and V_j the share of it that j sees. All
+//! its light leaves from its open share o_i, which no body covers; V_j does not include what a body covers. F and V of a patch
+//! are the same in all of its shots, so they are kept once.
 
 pub mod packing;
 pub mod recorder;
@@ -20,6 +21,24 @@ use packing::PackedLinks;
 
 /// Number of patches whose unshot power is recorded with a shot: the shooter and its rivals.
 pub const RANKED_PATCHES: usize = 6;
+
+/// Bytes that a page needs of the parts of a record, besides the compressed links.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartBytes {
+    /// Of each shot.
+    pub shot: usize,
+    /// Of each shooter.
+    pub shooter: usize,
+}
+
+/// Limit that ends a record before its solve ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TraceLimit {
+    /// Bytes of shots and compressed links.
+    Bytes,
+    /// Number of links: shooters times texels.
+    Links,
+}
 
 /// One shot with its reason and its effect.
 #[derive(Clone, Debug)]
@@ -47,6 +66,8 @@ pub struct ShotTrace {
     pub links: Vec<PackedLinks>,
     /// Number of shots of the solve.
     pub shot_count: usize,
+    /// Limit that ended the record; none if it is complete.
+    pub reached_limit: Option<TraceLimit>,
 }
 
 impl ShotTrace {
@@ -55,9 +76,9 @@ impl ShotTrace {
         self.shots.len() == self.shot_count
     }
 
-    /// Returns the number of first shots whose records and links take at most `max_bytes`, at `shot_bytes` a shot, and the
-    /// number of links among [`Self::links`] that these need.
-    pub fn count_fitting(&self, max_bytes: usize, shot_bytes: usize) -> (usize, usize) {
+    /// Returns the number of first shots whose records and links take at most `max_bytes`, at so many of `each`, and the number
+    /// of links among [`Self::links`] that these need.
+    pub fn count_fitting(&self, max_bytes: usize, each: PartBytes) -> (usize, usize) {
         let (mut bytes, mut links) = (0, 0);
         for (done, traced) in self.shots.iter().enumerate() {
             let known = self.links[..links].iter().any(|own| own.patch == traced.shot.patch);
@@ -65,8 +86,8 @@ impl ShotTrace {
                 .links
                 .get(links)
                 .filter(|_| !known)
-                .map_or(0, PackedLinks::byte_count);
-            bytes += own + shot_bytes;
+                .map_or(0, |own| own.byte_count() + each.shooter);
+            bytes += own + each.shot;
             if bytes > max_bytes {
                 return (done, links);
             }

@@ -8,7 +8,6 @@
 use common::mesh::{Mesh, TexelKind};
 use half::f16;
 use miniz_oxide::deflate::compress_to_vec;
-use miniz_oxide::inflate::decompress_to_vec_with_limit;
 
 /// Largest relative error of a number that was rounded to a half float.
 pub const HALF_ROUNDING: f32 = 1.0 / 2048.0;
@@ -33,9 +32,10 @@ pub struct PackedLinks {
 /// Links of a patch to all texels, in the order of files (face after face, row by row).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TexelLinks {
-    /// Form factor F from each texel, as if nothing were between.
+    /// Form factor F from each texel, as if nothing were between: the CPU's, or F · V of the solver where that is more or differs
+    /// by rounding only.
     pub form_factors: Vec<f32>,
-    /// Share V of the patch that each texel sees.
+    /// Share V of the patch that each texel sees, 0 to 1; what a body covers is not seen.
     pub shares: Vec<f32>,
     /// Number of a face that hides part of the patch, from 1; 0 for none that is known.
     pub occluders: Vec<u16>,
@@ -105,18 +105,6 @@ impl TexelOrder {
             bytes.extend(folded.iter().map(|pair| pair[plane]));
         }
     }
-
-    /// Returns the values of two planes.
-    fn read_planes(&self, bytes: &[u8]) -> Vec<u16> {
-        let (low, high) = bytes.split_at(self.places.len());
-        let mut values = vec![0u16; self.places.len()];
-        for (at, place) in self.places.iter().enumerate() {
-            let folded = u16::from_le_bytes([low[at], high[at]]);
-            let difference = (folded >> 1) ^ (folded & 1).wrapping_neg();
-            values[at] = place.predict_value(&values, at).wrapping_add(difference);
-        }
-        values
-    }
 }
 
 impl PackedLinks {
@@ -150,30 +138,5 @@ impl PackedLinks {
     /// Returns the number of bytes.
     pub fn byte_count(&self) -> usize {
         self.deflated.len()
-    }
-
-    /// Returns the links, as far as they were rounded; none of damaged bytes.
-    pub fn unpack(&self, order: &TexelOrder) -> Option<TexelLinks> {
-        let count = order.texels.len();
-        let planes = if self.is_occluded { 3 } else { 1 };
-        let bytes = decompress_to_vec_with_limit(&self.deflated, 2 * planes * count).ok()?;
-        if bytes.len() != 2 * planes * count {
-            return None;
-        }
-        let mut planes = bytes.chunks_exact(2 * count).map(|plane| order.read_planes(plane));
-        let mut numbers = |scale: f64| -> Option<Vec<f32>> {
-            let halves = planes.next()?.into_iter().map(f16::from_bits);
-            Some(halves.map(|half| (f64::from(half) * scale) as f32).collect())
-        };
-        let form_factors = numbers(f64::from(self.exponent).exp2())?;
-        let (shares, occluders) = match self.is_occluded {
-            true => (numbers(1.0)?, planes.next()?),
-            false => (vec![1.0; count], vec![0; count]),
-        };
-        Some(TexelLinks {
-            form_factors,
-            shares,
-            occluders,
-        })
     }
 }

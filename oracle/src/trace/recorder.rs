@@ -1,20 +1,24 @@
 //! An engine that records the shots of another.
 
 use super::packing::{PackedLinks, TexelLinks, TexelOrder};
-use super::{RANKED_PATCHES, ShotTrace, TracedShot};
-use common::energy::EnergyBalance;
+use super::{PartBytes, RANKED_PATCHES, ShotTrace, TraceLimit, TracedShot};
+use crate::compare::roundings::StageRoundings;
+use crate::compare::stages::factor_scales;
+use common::energy::{EnergyBalance, LostPower};
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, NO_FACE, Rays};
 use common::settings::Transport;
 use common::shooting::{RadiosityField, Shoot, Shot};
-use common::texel_point::texel_point;
 use common::{Error, Result};
-use cpu::shader_twins::link::texel_form_factor;
+use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use std::cell::Cell;
 use std::collections::HashSet;
+
+/// Roundings of the product of a link and the open share.
+const OPEN_SHARE_ROUNDINGS: f64 = 1.0;
 
 /// Engine that passes every call to another engine and records the shots. It observes: the shooting loop, its choices and
 /// its results are those of the other engine.
@@ -24,8 +28,8 @@ pub struct ShotRecorder<'a> {
     /// Unshot power of each patch, as the loop has last read it.
     power: Vec<f32>,
     trace: ShotTrace,
-    /// All shots, which the energy balance needs.
-    shots: Vec<Shot>,
+    /// Power that the recorded shots lost.
+    lost: LostPower,
     /// Patches whose links are recorded.
     linked: HashSet<u32>,
     /// Bytes recorded so far.
@@ -37,6 +41,8 @@ pub struct ShotRecorder<'a> {
 struct LinkReader<'a> {
     mesh: &'a Mesh,
     form_factor: FormFactor,
+    /// Largest difference by rounding of the solver's F · V from F, in ulp of F or of F without its cosines.
+    roundings: f64,
     rays: Rays,
     order: TexelOrder,
 }
@@ -48,6 +54,8 @@ pub struct TraceLimits {
     pub bytes: usize,
     /// Maximum number of links: shooters times texels.
     pub links: usize,
+    /// Bytes of each shot and each shooter.
+    pub each: PartBytes,
 }
 
 impl<'a> ShotRecorder<'a> {
@@ -67,6 +75,7 @@ impl<'a> ShotRecorder<'a> {
             links: LinkReader {
                 mesh,
                 form_factor: transport.form_factor,
+                roundings: StageRoundings::of(mesh, transport).links_of_both + OPEN_SHARE_ROUNDINGS,
                 rays: Rays::new(mesh),
                 order: TexelOrder::new(mesh),
             },
@@ -77,8 +86,9 @@ impl<'a> ShotRecorder<'a> {
                 shots: Vec::new(),
                 links: Vec::new(),
                 shot_count: 0,
+                reached_limit: None,
             },
-            shots: Vec::new(),
+            lost: LostPower::before_shots(mesh),
             linked: HashSet::new(),
             bytes: 0,
             limits,
@@ -91,35 +101,36 @@ impl<'a> ShotRecorder<'a> {
     }
 
     fn record_shot(&mut self, shot: Shot) -> Result<()> {
-        let was_complete = self.trace.is_complete();
         self.trace.shot_count += 1;
-        if !was_complete {
+        if self.trace.reached_limit.is_some() {
+            return Ok(());
+        }
+        let (limits, order) = (self.limits, &self.links.order);
+        let is_new = !self.linked.contains(&shot.patch);
+        if is_new && (self.linked.len() + 1) * order.texels.len() > limits.links {
+            self.trace.reached_limit = Some(TraceLimit::Links);
             return Ok(());
         }
         let field = self.engine.read_field()?;
-        if !self.linked.contains(&shot.patch) {
-            let order = &self.links.order;
+        let packed = is_new.then(|| {
             let links = self.links.read_links(shot.patch, &field.irradiance);
-            let packed = PackedLinks::new(shot.patch, &links, order);
-            self.bytes += packed.byte_count();
-            let links = (self.linked.len() + 1) * order.texels.len();
-            if self.bytes > self.limits.bytes || links > self.limits.links {
-                return Ok(());
-            }
-            self.linked.insert(shot.patch);
-            self.trace.links.push(packed);
-        }
-        self.bytes += size_of::<TracedShot>();
-        if self.bytes > self.limits.bytes {
+            PackedLinks::new(shot.patch, &links, order)
+        });
+        let own = packed.as_ref().map_or(0, |own| own.byte_count() + limits.each.shooter);
+        self.bytes += own + limits.each.shot;
+        if self.bytes > limits.bytes {
+            self.trace.reached_limit = Some(TraceLimit::Bytes);
             return Ok(());
         }
-        self.shots.push(shot);
+        self.linked.insert(shot.patch);
+        self.trace.links.extend(packed);
+        self.lost.add_shot(&shot);
         let mesh = self.links.mesh;
         self.trace.shots.push(TracedShot {
             shot,
             radiosity: Vec3::from(shot.power) / mesh.patches[shot.patch as usize].shooter.area,
             ranking: rank_patches(&self.power),
-            energy: EnergyBalance::new(mesh, &field, &self.shots),
+            energy: EnergyBalance::with_lost_power(mesh, &field, self.lost),
         });
         Ok(())
     }
@@ -128,15 +139,19 @@ impl<'a> ShotRecorder<'a> {
 impl LinkReader<'_> {
     /// Returns the links of the latest shot, which `irradiance` holds in its fourth component, with their factors.
     fn read_links(&self, patch: u32, irradiance: &[Vec4]) -> TexelLinks {
+        let open = self.mesh.patches[patch as usize].open_share;
+        let scales = factor_scales(self.mesh, self.form_factor, patch);
         let texel_links = self.order.texels.par_iter().map(|k| {
-            let link = irradiance[*k].w;
+            let seen = irradiance[*k].w * open;
             let form_factor = texel_form_factor(self.mesh, self.form_factor, patch, *k as u32);
-            let share = if form_factor > 0.0 { link / form_factor } else { 1.0 };
-            let occluder = match share < 1.0 {
-                true => self.find_occluder(patch, *k as u32),
-                false => 0,
-            };
-            (form_factor, share, occluder)
+            // F is rounded, and the GPU's by other operations. What is seen beyond F is kept.
+            let size = f64::from(form_factor.max(scales[*k]));
+            let rounding = (self.roundings * f64::from(f32::EPSILON) * size) as f32;
+            if seen >= form_factor || (seen > 0.0 && seen >= form_factor - rounding) {
+                return (seen, 1.0, 0);
+            }
+            let occluder = self.find_occluder(patch, *k as u32, form_factor);
+            (form_factor, seen / form_factor, occluder)
         });
         let texel_links: Vec<(f32, f32, u16)> = texel_links.collect();
         TexelLinks {
@@ -146,20 +161,27 @@ impl LinkReader<'_> {
         }
     }
 
-    /// Returns the number, from 1, of a face between a pair of sample points of patch and texel; 0 if there is none.
-    fn find_occluder(&self, patch: u32, k: u32) -> u16 {
+    /// Returns the number, from 1, of a face between patch and texel on the way of a pair of sample points that could exchange
+    /// light; 0 if there is none.
+    fn find_occluder(&self, patch: u32, k: u32, form_factor: f32) -> u16 {
         let mesh = self.mesh;
         let ends = [mesh.patches[patch as usize].face, mesh.texels[k as usize].face];
-        let last = Cell::new(NO_FACE);
-        let is_blocked = |s: &u32| {
-            let from = mesh.patch_points[(patch * mesh.samples + s) as usize].position;
-            let to = texel_point(mesh, k, patch, *s).truncate();
-            self.rays.find_sight_after(from, to, ends, false, &last) == LineOfSight::Blocked
+        let (last, is_blocked) = (Cell::new(NO_FACE), Cell::new(false));
+        let mut sums = Sums {
+            form_factor,
+            ..Sums::default()
         };
-        match (0..mesh.samples).find(is_blocked) {
-            Some(_) => u16::try_from(last.get() + 1).unwrap_or(0),
-            None => 0,
+        for s in 0..mesh.samples {
+            add_sample(mesh, patch, k, s, &mut sums, |from, to| {
+                let sight = self.rays.find_sight_after(from, to, ends, false, &last);
+                is_blocked.set(sight == LineOfSight::Blocked);
+                sight
+            });
+            if is_blocked.get() {
+                return u16::try_from(last.get() + 1).unwrap_or(0);
+            }
         }
+        0
     }
 }
 

@@ -1,6 +1,6 @@
-// Steps, scrubs, plays and points on the page of a trace; what came of it goes into #outcome.
+// Steps, scrubs, plays and points on the page of a trace; what came of it is handed over.
 (async () => {
-  const outcome = { moves: {}, lines: [], lit: [], read: [], failed: null };
+  const outcome = { moves: {}, lines: [], lit: [], failed: null };
   const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
   try {
     const element = document.querySelector(".trace");
@@ -20,8 +20,35 @@
     outcome.last = vectors(viewer.state.radiosity);
     outcome.energy = trace.energy_after(trace.shots.length);
     outcome.emitted = trace.emitted;
+    outcome.curve = element.querySelector("[data-panel=curve] p").textContent;
+    outcome.change_line = element.querySelector("[data-line=change] button").textContent;
+    outcome.shares = { least: Infinity, most: -Infinity };
+    for (let n = 1; n <= trace.shots.length; n++) for (let k = 0; k < trace.scene.texels; k++) {
+      const { share } = trace.link(n, k);
+      outcome.shares.least = Math.min(outcome.shares.least, share);
+      outcome.shares.most = Math.max(outcome.shares.most, share);
+    }
     key("Home");
     done("home");
+    // Reads the numbers of the texels under a lattice of points.
+    const numbers = (text) => text.trim().split(/\s+/).map(Number);
+    const read_texels = () => {
+      const { left, top, width, height } = canvas.getBoundingClientRect();
+      const read = [];
+      for (let j = 1; j < 8; j++) for (let i = 1; i < 8; i++) {
+        const [x, y] = [left + (0.2 + 0.075 * i) * width, top + (j / 8) * height];
+        canvas.dispatchEvent(new PointerEvent("pointermove", { pointerId: 7, clientX: x, clientY: y, bubbles: true }));
+        const row = [...viewer.told.children].find((line) => line.querySelector("b")?.textContent === "ΔB = Δr");
+        const text = row?.querySelector("span").textContent ?? "";
+        const parts = /\((.*?)\) · (\S+) · (\S+) · \((.*?)\)(?: \/ (\S+))? = \((.*?)\)/.exec(text);
+        const factors = parts && [numbers(parts[1]), Number(parts[2]), Number(parts[3]), numbers(parts[4]), Number(parts[5] ?? 1), numbers(parts[6])];
+        read.push({ texel: viewer.told.dataset.texel, factors });
+      }
+      return read;
+    };
+    element.page.go(1);
+    outcome.open = trace.patches[trace.shot(1).patch].open;
+    outcome.read_first = read_texels();
     const slider = element.querySelector("input.shot");
     slider.value = 7;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
@@ -30,18 +57,7 @@
     done("back");
     click("forward");
     done("forward");
-    // The numbers of the texels under a lattice of points.
-    const { left, top, width, height } = canvas.getBoundingClientRect();
-    const numbers = (text) => text.trim().split(/\s+/).map(Number);
-    for (let j = 1; j < 8; j++) for (let i = 1; i < 8; i++) {
-      const [x, y] = [left + (0.2 + 0.075 * i) * width, top + (j / 8) * height];
-      canvas.dispatchEvent(new PointerEvent("pointermove", { pointerId: 7, clientX: x, clientY: y, bubbles: true }));
-      const row = [...viewer.told.children].find((line) => line.querySelector("b")?.textContent === "ΔB = Δr");
-      const text = row?.querySelector("span").textContent ?? "";
-      const parts = /\((.*?)\) · (\S+) · (\S+) · \((.*?)\) = \((.*?)\)/.exec(text);
-      const factors = parts && [numbers(parts[1]), Number(parts[2]), Number(parts[3]), numbers(parts[4]), numbers(parts[5])];
-      outcome.read.push({ texel: viewer.told.dataset.texel, factors });
-    }
+    outcome.read = read_texels();
     // Each line of the algorithm, and the first of the next shot.
     for (let line = 0; line < 7; line++) {
       click("line");
@@ -62,8 +78,5 @@
   } catch (error) {
     outcome.failed = String(error.stack || error);
   }
-  const told = document.createElement("pre");
-  told.id = "outcome";
-  told.textContent = JSON.stringify(outcome).replace(/</g, "");
-  document.body.append(told);
+  hand_over(outcome);
 })();

@@ -1,17 +1,34 @@
 //! `shoot --trace` and its page.
 
-use super::browser::{browser_for, page_outcome};
+use super::browser::{browser_for, page_outcome, with_script};
 use super::command::TestFolder;
-use common::settings::{ItemBufferProjection, Transport, Visibility};
+use super::room::{ROOM, folder_with_room};
+use common::settings::{ItemBufferProjection, Schedule, Transport, Visibility};
+use common::shooting::{Shot, SolveRun};
 use common::solution::StoredSolution;
 use glam::Vec3;
-use radiosity::report::trace::MAX_PAGE_BYTES;
+use oracle::trace::TraceLimit;
 use radiosity::report::trace::algorithm::algorithm_steps;
+use radiosity::report::trace::{MAX_PAGE_BYTES, TracePage, describe_end};
 use serde_json::{Value, json};
+use std::fmt::Write;
 use std::path::Path;
 
-/// A script that moves through the shots, and writes the outcome into the page.
+/// A script that moves through the shots, and hands the outcome over.
 const MOVE: &str = include_str!("trace.js");
+/// A script that points at the picture of a browser without WebGL.
+const NO_PICTURE: &str = "
+(async () => {
+  const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+  const element = document.querySelector('.trace');
+  for (let tries = 0; element.dataset.ready === undefined && tries < 100; tries++) await wait(50);
+  const { viewer } = element.querySelector('.viewer');
+  const first = viewer.told.textContent;
+  element.page.go(3);
+  viewer.canvas.dispatchEvent(new PointerEvent('pointermove', { pointerId: 7, clientX: 90, clientY: 90, bubbles: true }));
+  hand_over({ first, moved: viewer.told.textContent, position: element.querySelector('.position').textContent });
+})();
+";
 /// Relative error of a page's B − E, whose two factors are half floats, and of the five digits that it prints.
 const PAGE_ERROR: f32 = 2.0 / 2048.0 + 1e-4;
 
@@ -52,6 +69,62 @@ fn long_solve_has_its_first_shots_on_the_page() {
         page.len()
     );
     assert!(page.contains(" of 400 shots: more do not fit into 5 MB"));
+    assert!(page.contains("the solve was ended by --max-shots 400, before ε = "));
+}
+
+#[test]
+fn note_names_the_limit_of_the_page() {
+    let note = |shots, reached_limit| {
+        let page = TracePage {
+            html: String::new(),
+            shots,
+            shot_count: 10,
+            reached_limit,
+        };
+        page.describe_missing_shots().unwrap_or_default()
+    };
+    let bytes = note(3, Some(TraceLimit::Bytes));
+    assert!(
+        bytes.starts_with("trace.html has the first 3 shots of 10: more do not fit into 5 MB"),
+        "{bytes}"
+    );
+    let links = note(3, Some(TraceLimit::Links));
+    assert!(links.contains("33 million links") && !links.contains("5 MB"), "{links}");
+    assert!(note(0, Some(TraceLimit::Bytes)).contains("no trace.html is written"));
+    assert_eq!(note(10, None), "");
+}
+
+#[test]
+fn page_says_what_ended_the_solve() {
+    let schedule = Schedule {
+        epsilon: 0.05,
+        max_shots: 4,
+        ..Schedule::default()
+    };
+    let shot = Shot {
+        patch: 0,
+        power: [1.0; 3],
+        form_factor_sum: 1.0,
+        escaped: 0.0,
+        unshot: 1.0,
+    };
+    let end = |count, converged| {
+        let run = SolveRun {
+            shots: vec![shot; count],
+            converged,
+            ..SolveRun::default()
+        };
+        describe_end(&run, &schedule)
+    };
+    assert_eq!(end(4, true), "the solve ended at ε = 5 % (dashed)");
+    assert_eq!(
+        end(4, false),
+        "the solve was ended by --max-shots 4, before ε = 5 % (dashed)"
+    );
+    assert_eq!(
+        end(3, false),
+        "the solve was interrupted after 3 shots, before ε = 5 % (dashed)"
+    );
 }
 
 #[test]
@@ -60,10 +133,11 @@ fn algorithm_names_existing_functions() {
         Visibility::Rays,
         Visibility::with_item_buffer(ItemBufferProjection::Hemisphere, 64),
     ] {
-        let steps = algorithm_steps(&Transport {
+        let transport = Transport {
             visibility,
             ..Transport::default()
-        });
+        };
+        let steps = algorithm_steps(&transport, false);
         let places = steps.iter().flat_map(|step| [step.rust, step.wgsl]).flatten();
         assert_eq!(places.clone().count(), 14);
         for place in places {
@@ -74,6 +148,94 @@ fn algorithm_names_existing_functions() {
     }
 }
 
+/// Moves through the shots of `out/trace.html` in the browser; returns what the script has read.
+fn move_through_shots(folder: &TestFolder, browser: &str) -> Value {
+    folder.write("move.html", with_script(&folder.read_text("out/trace.html"), MOVE));
+    let did = page_outcome(browser, &folder.path("move.html"));
+    assert_eq!(did["failed"], Value::Null, "{did}");
+    did
+}
+
+/// Checks the numbers of a page against the solver's; `open` is the open share of the first shooters.
+fn check_numbers(folder: &TestFolder, did: &Value, open: f32) {
+    let stored = StoredSolution::read(&folder.path("out")).unwrap();
+    let vector = |value: &Value| {
+        let numbers = value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap() as f32);
+        Vec3::from_slice(&numbers.collect::<Vec<_>>())
+    };
+    // The state after the last shot is the solver's.
+    let last = did["last"].as_array().unwrap();
+    assert_eq!(last.len(), stored.radiosity.len());
+    for (k, (shown, known)) in last.iter().zip(&stored.radiosity).enumerate() {
+        let bound = (*known - stored.emission[k]) * PAGE_ERROR + *known * 1e-5;
+        let off = (vector(shown) - *known).abs();
+        assert!(off.cmple(bound + 1e-6).all(), "texel {k}: {shown} {known}");
+    }
+    // A texel's numbers: the product is what the page adds. The first shot is the lamp's.
+    for shot in ["read_first", "read"] {
+        let read = did[shot].as_array().unwrap();
+        let mut linked = 0;
+        for own in read.iter().filter(|own| own["factors"].is_array()) {
+            let [rho, radiosity, change] = [0, 3, 5].map(|k| vector(&own["factors"][k]));
+            let [form_factor, share, divisor] = [1, 2, 4].map(|k| own["factors"][k].as_f64().unwrap() as f32);
+            let product = rho * form_factor * share * radiosity / divisor;
+            assert!(
+                (product - change).abs().cmple(product.abs() * 2e-4 + 1e-9).all(),
+                "{own}"
+            );
+            let open = if shot == "read_first" { open } else { 1.0 };
+            assert!(divisor == open && (0.0..=1.0).contains(&share), "{own}");
+            linked += u32::from(change.x > 0.0);
+        }
+        assert!(linked > 5, "{linked} of {}", read.len());
+    }
+    assert!(did["shares"]["least"].as_f64() >= Some(0.0) && did["shares"]["most"].as_f64() <= Some(1.0));
+}
+
+/// Without WebGL the reason stays when the pointer moves, and the shots can still be read.
+#[test]
+fn trace_page_without_webgl_keeps_the_reason() {
+    let Some(browser) = browser_for("trace_page_without_webgl_keeps_the_reason") else {
+        return;
+    };
+    let folder = TestFolder::new();
+    folder.succeed(SHOOT);
+    let page = folder.read_text("out/trace.html");
+    let none = "<script>HTMLCanvasElement.prototype.getContext = () => null;</script>";
+    folder.write(
+        "none.html",
+        with_script(&page.replacen("<body>", &format!("<body>{none}"), 1), NO_PICTURE),
+    );
+    let did = page_outcome(&browser, &folder.path("none.html"));
+    let reason = "This browser has no WebGL 2: preview.png shows the same scene.";
+    assert_eq!(
+        did,
+        json!({ "first": reason, "moved": reason, "position": "shot 3 of 48" })
+    );
+}
+
+/// A box covers a quarter of the lamp: all its light leaves from the rest.
+#[test]
+fn trace_page_shows_the_open_share_of_a_covered_lamp() {
+    let Some(browser) = browser_for("trace_page_shows_the_open_share_of_a_covered_lamp") else {
+        return;
+    };
+    let folder = folder_with_room();
+    let mut block = "usemtl wall\n".to_owned();
+    for z in [0.5, 1.0] {
+        for [x, y] in [[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75]] {
+            writeln!(block, "v {x} {y} {z}").unwrap();
+        }
+    }
+    block += "f -5 -6 -7 -8\nf -4 -3 -2 -1\nf -7 -3 -4 -8\nf -1 -2 -6 -5\nf -4 -1 -5 -8\nf -6 -2 -3 -7\n";
+    folder.write("covered.obj", ROOM.obj_text() + &block);
+    folder.succeed("shoot covered.obj --solver cpu --texels 4 --patches 1 --samples 16 --trace");
+    let did = move_through_shots(&folder, &browser);
+    assert_eq!(did["open"], 0.75);
+    assert_eq!(did["change_line"], "ΔB ← ρ · F · V · Bᵢ / oᵢ, of the open share oᵢ");
+    check_numbers(&folder, &did, 0.75);
+}
+
 #[test]
 fn trace_page_shows_the_recorded_shots() {
     let Some(browser) = browser_for("trace_page_shows_the_recorded_shots") else {
@@ -81,11 +243,15 @@ fn trace_page_shows_the_recorded_shots() {
     };
     let folder = TestFolder::new();
     folder.succeed(SHOOT);
-    let page = folder.read_text("out/trace.html");
-    let script = format!("<script>{MOVE}</script></body>");
-    folder.write("move.html", page.replace("</body>", &script));
-    let did = page_outcome(&browser, &folder.path("move.html"));
-    assert_eq!(did["failed"], Value::Null, "{did}");
+    let did = move_through_shots(&folder, &browser);
+    assert!(
+        did["curve"]
+            .as_str()
+            .unwrap()
+            .ends_with("; the solve ended at ε = 0.1 % (dashed)."),
+        "{did}"
+    );
+    assert_eq!(did["change_line"], "ΔB ← ρ · F · V · Bᵢ");
     let shots = folder.read_json("out/result.json")["shots"].as_u64().unwrap();
     assert_eq!(did["requests"], 0);
     let moves = json!({ "start": 0, "right": 1, "right again": 2, "left": 1, "end": shots, "home": 0, "slider": 7, "back": 6, "forward": 7, "address": 9 });
@@ -104,33 +270,7 @@ fn trace_page_shows_the_recorded_shots() {
     assert_eq!(did["lines"], lines);
     assert_eq!(did["lit"], json!(["i ←", "V ←", "F ←", "ΔB ←", "B ←", "r ←", "i ←"]));
 
-    let stored = StoredSolution::read(&folder.path("out")).unwrap();
-    let vector = |value: &Value| {
-        let numbers = value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap() as f32);
-        Vec3::from_slice(&numbers.collect::<Vec<_>>())
-    };
-    // The state after the last shot is the solver's.
-    let last = did["last"].as_array().unwrap();
-    assert_eq!(last.len(), stored.radiosity.len());
-    for (k, (shown, known)) in last.iter().zip(&stored.radiosity).enumerate() {
-        let bound = (*known - stored.emission[k]) * PAGE_ERROR + *known * 1e-5;
-        let off = (vector(shown) - *known).abs();
-        assert!(off.cmple(bound + 1e-6).all(), "texel {k}: {shown} {known}");
-    }
-    // A texel's numbers: the product is what the page adds.
-    let read = did["read"].as_array().unwrap();
-    let mut linked = 0;
-    for own in read.iter().filter(|own| own["factors"].is_array()) {
-        let [rho, radiosity, change] = [0, 3, 4].map(|k| vector(&own["factors"][k]));
-        let [form_factor, share] = [1, 2].map(|k| own["factors"][k].as_f64().unwrap() as f32);
-        let product = rho * form_factor * share * radiosity;
-        assert!(
-            (product - change).abs().cmple(product.abs() * 2e-4 + 1e-9).all(),
-            "{own}"
-        );
-        linked += u32::from(change.x > 0.0);
-    }
-    assert!(linked > 5, "{linked} of {}", read.len());
+    check_numbers(&folder, &did, 1.0);
     let energy: f64 = did["energy"]
         .as_array()
         .unwrap()

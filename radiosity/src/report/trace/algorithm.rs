@@ -29,8 +29,8 @@ const fn place(file: &'static str, function: &'static str) -> Option<CodePlace> 
     Some(CodePlace { file, function })
 }
 
-/// Returns the steps of a shot by this transport.
-pub fn algorithm_steps(transport: &Transport) -> [AlgorithmStep; 8] {
+/// Returns the steps of a shot by this transport; `is_covered` if a body covers a part of some shooter.
+pub fn algorithm_steps(transport: &Transport, is_covered: bool) -> [AlgorithmStep; 8] {
     let sight = match transport.visibility {
         Visibility::Rays => [
             place("common/src/rays.rs", "find_sight"),
@@ -53,6 +53,10 @@ pub fn algorithm_steps(transport: &Transport) -> [AlgorithmStep; 8] {
         place("common/src/shooting.rs", "select_shooter"),
         place("gpu/src/shaders/select.wgsl", "choose_shooter"),
     ];
+    let change = match is_covered {
+        true => "ΔB ← ρ · F · V · Bᵢ / oᵢ, of the open share oᵢ",
+        false => "ΔB ← ρ · F · V · Bᵢ",
+    };
     let outer = |text, quantity, [rust, wgsl]: [Option<CodePlace>; 2]| AlgorithmStep {
         text,
         is_inner: false,
@@ -69,7 +73,7 @@ pub fn algorithm_steps(transport: &Transport) -> [AlgorithmStep; 8] {
         outer("for each texel j:", None, [None; 2]),
         inner("V ← share of i that j sees", "visibility", sight),
         inner("F ← form factor from j to i", "form_factor", form_factor),
-        inner("ΔB ← ρ · F · V · Bᵢ", "change", deposit),
+        inner(change, "change", deposit),
         inner("B ← B + ΔB", "radiosity", deposit),
         inner("r ← r + ΔB", "residual", deposit),
         outer("rᵢ ← 0, the shooter has shot", Some("residual"), deposit),

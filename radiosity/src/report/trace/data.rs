@@ -3,7 +3,7 @@
 //! ```text
 //! initial B, initial r   3 floats per texel each
 //! patch of each texel    u32
-//! patches                face u32; area (scene units²), centre (3), corners (12) as floats
+//! patches                face u32; area (scene units²), open share, centre (3), corners (12) as floats
 //! links                  patch, exponent, is occluded, bytes: 4 u32 per shooter
 //! shots                  patch u32; B_i (3), unshot power, absorbed, unshot, escaped, closure as floats
 //! rankings               patch u32, power, RANKED_PATCHES times per shot
@@ -14,14 +14,19 @@
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
 use miniz_oxide::deflate::compress_to_vec;
-use oracle::trace::{RANKED_PATCHES, ShotTrace, TracedShot};
+use oracle::trace::{PartBytes, RANKED_PATCHES, ShotTrace, TracedShot};
 
 /// Level of compression.
 const COMPRESSION_LEVEL: u8 = 9;
 /// Words of a shot and its ranking.
 const SHOT_WORDS: usize = 9 + 2 * RANKED_PATCHES;
-/// Bytes of a shot on the page, not compressed.
-pub const SHOT_BYTES: usize = 4 * SHOT_WORDS;
+/// Words of a shooter, besides its links.
+const SHOOTER_WORDS: usize = 4;
+/// Bytes of a shot and of a shooter on the page, not compressed.
+pub const PART_BYTES: PartBytes = PartBytes {
+    shot: 4 * SHOT_WORDS,
+    shooter: 4 * SHOOTER_WORDS,
+};
 /// Number of no patch, after the last of a ranking.
 const NO_PATCH: u32 = u32::MAX;
 
@@ -51,7 +56,7 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
     let area_unit = mesh.area_unit() as f32;
     for patch in &mesh.patches {
         words.add(patch.face);
-        words.add_floats([patch.shooter.area * area_unit]);
+        words.add_floats([patch.shooter.area * area_unit, patch.open_share]);
         words.add_floats(patch.shooter.centre.to_array());
         for corner in patch.shooter.corners {
             words.add_floats(corner.to_array());

@@ -9,7 +9,7 @@ pub mod algorithm;
 pub mod data;
 
 use self::algorithm::{AlgorithmStep, algorithm_steps};
-use self::data::{SHOT_BYTES, ShownPart, energy_parts, pack_arrays};
+use self::data::{PART_BYTES, ShownPart, energy_parts, pack_arrays};
 use super::document::{Blocks, render_document};
 use super::format::{count_noun, file_name};
 use super::solution_view::RenderedPreview;
@@ -17,12 +17,13 @@ use super::view::interpolation::{CarriedLight, InterpolationSurface};
 use super::viewer::{SceneViewer, ViewerLayer, viewer_assets};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use common::settings::Settings;
+use common::settings::{Schedule, Settings};
+use common::shooting::SolveRun;
 use common::solution::Solution;
 use maud::{Markup, PreEscaped, html};
-use oracle::trace::ShotTrace;
 use oracle::trace::packing::HALF_ROUNDING;
 use oracle::trace::recorder::TraceLimits;
+use oracle::trace::{ShotTrace, TraceLimit};
 use serde_json::json;
 
 /// Maximum bytes of the page.
@@ -32,6 +33,7 @@ pub const MAX_PAGE_BYTES: usize = 5_000_000;
 pub const TRACE_LIMITS: TraceLimits = TraceLimits {
     bytes: MAX_PAGE_BYTES / 4 * 3,
     links: 1 << 25,
+    each: PART_BYTES,
 };
 /// Maximum texels of a scene with a trace: a browser draws them all at each shot.
 pub const MAX_TRACED_TEXELS: u64 = 1 << 18;
@@ -65,6 +67,8 @@ pub struct TracePage {
     pub shots: usize,
     /// Number of shots of the solve.
     pub shot_count: usize,
+    /// Limit beyond which the page has no shots; none if it has all.
+    pub reached_limit: Option<TraceLimit>,
 }
 
 impl TracePage {
@@ -78,30 +82,52 @@ impl TracePage {
         };
         let frame = renderer.render_part(ShownPart::default()).len();
         let room = MAX_PAGE_BYTES.saturating_sub(frame) / 4 * 3;
-        let (shots, links) = trace.count_fitting(room, SHOT_BYTES);
+        let (shots, links) = trace.count_fitting(room, PART_BYTES);
+        let shown = ShownPart { shots, links };
         Self {
-            html: renderer.render_part(ShownPart { shots, links }),
+            html: renderer.render_part(shown),
             shots,
             shot_count: trace.shot_count,
+            reached_limit: renderer.reached_limit(shown),
         }
     }
 
     /// Returns a note if the page has not all shots.
     pub fn describe_missing_shots(&self) -> Option<String> {
-        let megabytes = MAX_PAGE_BYTES / 1_000_000;
-        if self.shots == 0 && self.shot_count > 0 {
+        let limit = describe_limit(self.reached_limit?);
+        if self.shots == 0 {
             return Some(format!(
-                "no trace.html is written, since not one shot fits into {megabytes} MB: give fewer --texels or --patches"
+                "no trace.html is written, since not one shot fits into {limit}: give fewer --texels or --patches"
             ));
         }
-        (self.shots < self.shot_count).then(|| {
-            format!(
-                "trace.html has the first {} of {}: more do not fit into {} MB; with fewer --texels or --patches they do",
-                count_noun(self.shots, "shot", "shots"),
-                self.shot_count,
-                megabytes
-            )
-        })
+        Some(format!(
+            "trace.html has the first {} of {}: more do not fit into {limit}; with fewer --texels or --patches they do",
+            count_noun(self.shots, "shot", "shots"),
+            self.shot_count,
+        ))
+    }
+}
+
+/// Returns a limit of the page in words.
+fn describe_limit(limit: TraceLimit) -> String {
+    match limit {
+        TraceLimit::Bytes => format!("{} MB", MAX_PAGE_BYTES / 1_000_000),
+        TraceLimit::Links => format!(
+            "the {} million links (shooters × texels) for which a browser has memory",
+            TRACE_LIMITS.links / 1_000_000
+        ),
+    }
+}
+
+/// Returns the reason for which a solve ended.
+pub fn describe_end(run: &SolveRun, schedule: &Schedule) -> String {
+    let threshold = format!("ε = {} % (dashed)", 100.0 * schedule.epsilon);
+    match run.shots.len() {
+        _ if run.converged => format!("the solve ended at {threshold}"),
+        count if count >= schedule.max_shots as usize => {
+            format!("the solve was ended by --max-shots {count}, before {threshold}")
+        }
+        count => format!("the solve was interrupted after {count} shots, before {threshold}"),
     }
 }
 
@@ -136,14 +162,15 @@ impl PageRenderer<'_> {
     /// Renders the page with a part of the trace.
     fn render_part(&self, shown: ShownPart) -> String {
         let Solution { scene, settings, .. } = *self.solution;
+        let is_covered = self.solution.mesh.patches.iter().any(|patch| patch.open_share < 1.0);
         let mut opening = Blocks::default();
         opening.add_remark(self.describe_solve());
-        if shown.shots < self.trace.shot_count {
+        if let Some(limit) = self.reached_limit(shown) {
             opening.add_warning(format!(
-                "This page has the first {} of {} shots: more do not fit into {} MB.",
+                "This page has the first {} of {} shots: more do not fit into {}.",
                 shown.shots,
                 self.trace.shot_count,
-                MAX_PAGE_BYTES / 1_000_000
+                describe_limit(limit)
             ));
         }
         opening
@@ -154,7 +181,7 @@ impl PageRenderer<'_> {
                         div.trace-scene { (self.viewer) }
                         div.trace-panels {
                             (render_panel("choice", "Why this patch shoots"))
-                            (render_algorithm(&algorithm_steps(&settings.transport)))
+                            (render_algorithm(&algorithm_steps(&settings.transport, is_covered)))
                             (render_panel("energy", "Where the emitted power is"))
                             (render_panel("curve", "Unshot power"))
                         }
@@ -166,6 +193,14 @@ impl PageRenderer<'_> {
             .add_element(viewer_assets(STYLE, &SCRIPTS));
         let title = format!("{}, shot by shot", file_name(&scene.name));
         render_document(&title, &opening, &[], "")
+    }
+
+    /// Returns the limit beyond which the shown part has no shots; none if it has all.
+    fn reached_limit(&self, shown: ShownPart) -> Option<TraceLimit> {
+        match shown.shots < self.trace.shots.len() {
+            true => Some(TraceLimit::Bytes),
+            false => self.trace.reached_limit,
+        }
     }
 
     fn describe_solve(&self) -> String {
@@ -206,6 +241,7 @@ impl PageRenderer<'_> {
             "ranked": oracle::trace::RANKED_PATCHES,
             "unit": mesh.unit,
             "epsilon": settings.schedule.epsilon,
+            "end": describe_end(self.solution.run, &settings.schedule),
             "form_factor": settings.transport.form_factor,
             "samples": settings.meshing.samples,
             "emitted": trace.initial_energy.emitted.iter().sum::<f64>(),

@@ -1,5 +1,5 @@
-// Record of a solve: reads the page's arrays and repeats the shots, ΔB = Δr = ρ · F · V · B of the shooter. F, V and the
-// choice of the shooters are the solver's.
+// Record of a solve: reads the page's arrays and repeats the shots, ΔB = Δr = ρ · F · V · B / o of the shooter, which shoots
+// from its open share o. F · V and the choice of the shooters are the solver's.
 
 // Bytes of the states that are kept, so that a move to any shot takes a moment.
 const KEPT_STATE_BYTES = 48e6;
@@ -53,9 +53,9 @@ class Trace {
     trace.initial_residual = take(Float32Array, 3 * scene.texels);
     trace.patch_of = words(scene.texels);
     trace.patches = Array.from({ length: trace.patches }, () => {
-      const [[face], [area, ...places]] = [words(1), floats(16)];
+      const [[face], [area, open, ...places]] = [words(1), floats(17)];
       const corner = (k) => places.slice(3 * k, 3 * k + 3);
-      return { face, area, centre: corner(0), corners: [1, 2, 3, 4].map(corner) };
+      return { face, area, open, centre: corner(0), corners: [1, 2, 3, 4].map(corner) };
     });
     const rows = Array.from({ length: trace.links }, () => words(4));
     trace.shots = Array.from({ length: trace.shots }, () => {
@@ -90,13 +90,15 @@ class Trace {
     return this.shots[n - 1];
   }
 
-  // Returns form factor, visible share and occluding face of texel `k` in shot `n`.
+  // Returns form factor, visible share and occluding face of texel `k` in shot `n`, and the shooter's open share.
   link(n, k) {
-    const links = this.links.get(this.shot(n).patch);
+    const { patch } = this.shot(n);
+    const links = this.links.get(patch);
     const occluder = links.occluders ? links.occluders[k] : 0;
     return {
       form_factor: links.scale * HALVES[links.form_factors[k]],
       share: links.shares ? HALVES[links.shares[k]] : 1,
+      open: this.patches[patch].open,
       occluder: occluder > 0 ? occluder - 1 : null,
     };
   }
@@ -160,6 +162,8 @@ class ShotState {
     const { trace, reflectance, radiosity, residual } = this;
     const { patch, radiosity: shot } = trace.shot(this.done);
     const { scale, form_factors, shares } = trace.links.get(patch);
+    // A patch without an open part has links of 0.
+    const open = trace.patches[patch].open || 1;
     this.cleared.clear();
     this.before.radiosity.set(radiosity);
     this.before.residual.set(residual);
@@ -170,7 +174,7 @@ class ShotState {
         continue;
       }
       if (form_factors[k] === 0) continue;
-      const link = scale * HALVES[form_factors[k]] * (shares ? HALVES[shares[k]] : 1);
+      const link = (scale * HALVES[form_factors[k]] * (shares ? HALVES[shares[k]] : 1)) / open;
       for (let c = 3 * k, channel = 0; channel < 3; c++, channel++) {
         const change = reflectance[c] * link * shot[channel];
         radiosity[c] += change;
@@ -183,8 +187,8 @@ class ShotState {
   change(k) {
     const { trace, done } = this;
     if (done === 0 || this.cleared.has(k)) return [0, 0, 0];
-    const { form_factor, share } = trace.link(done, k);
-    return trace.shot(done).radiosity.map((b, c) => this.reflectance[3 * k + c] * form_factor * share * b);
+    const { form_factor, share, open } = trace.link(done, k);
+    return trace.shot(done).radiosity.map((b, c) => (this.reflectance[3 * k + c] * form_factor * share * b) / (open || 1));
   }
 
   // Returns r of texel `k` before the latest shot.

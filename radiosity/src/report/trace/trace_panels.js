@@ -138,6 +138,6 @@ class TracePanels {
     this.cursor.setAttribute("x2", x);
     this.dot.setAttribute("cx", x);
     this.dot.setAttribute("cy", y);
-    this.says.textContent = `${percent(share)} of the power that was unshot at the start is unshot; the solve ends at ${percent(trace.epsilon)} (dashed).`;
+    this.says.textContent = `${percent(share)} of the power that was unshot at the start is unshot; ${trace.end}.`;
   }
 }

@@ -194,21 +194,31 @@ class TraceViewer extends Viewer {
     if (state.cleared.has(k)) {
       return [...rows, ["r ← 0", "this texel belongs to the shooter: it has shot its residual, and receives nothing from itself"]];
     }
-    const { form_factor, share, occluder } = trace.link(state.done, k);
+    const { form_factor, share, open, occluder } = trace.link(state.done, k);
     const { r, shooter_cosine, texel_cosine, ...areas } = this.geometry(k);
     rows.push(["r, cosines", `r = ${number(r)} · cos θᵢ = ${number(shooter_cosine)} · cos θⱼ = ${number(texel_cosine)}`]);
     if (form_factor === 0) {
       return [...rows, ["F = 0", "one of the two does not face the other: ΔB = 0"]];
     }
     rows.push(["F", `${number(form_factor)}${this.explain_form_factor(form_factor, { r, shooter_cosine, texel_cosine, ...areas })}`]);
-    const hidden = occluder === null ? "hidden" : `hidden by ${this.face_name(occluder)}`;
-    const seen = share >= 1 ? "the shooter is seen whole" : share > 0 ? `of the shooter is seen, the rest is ${hidden}` : `the shooter is ${hidden}`;
-    rows.push(["V", `${number(share)}: ${seen}`]);
+    rows.push(["V", `${number(share)}: ${this.explain_share(share, open, occluder)}`]);
+    if (open < 1) rows.push(["o", `${number(open)}: the open share of the shooter, from which all its light leaves; a body covers the rest`]);
     const vector = (v) => `(${three(v)})`;
     const rho = Array.from(state.reflectance.subarray(3 * k, 3 * k + 3));
     const factors = [vector(rho), number(form_factor), number(share), vector(shot.radiosity)].join(" · ");
-    rows.push(["ΔB = Δr", `ρ · F · V · Bᵢ = ${factors} = ${vector(state.change(k))}  W/m²`]);
+    const over = (name) => (open > 0 && open < 1 ? ` / ${name}` : "");
+    rows.push(["ΔB = Δr", `ρ · F · V · Bᵢ${over("o")} = ${factors}${over(number(open))} = ${vector(state.change(k))}  W/m²`]);
     return rows;
+  }
+
+  // Returns the meaning of a visible share, and the reasons for which it is below 1.
+  explain_share(share, open, occluder) {
+    if (share >= 1) return "the shooter is seen whole";
+    const reasons = [];
+    if (open < 1) reasons.push("covered by a body");
+    if (occluder !== null) reasons.push(`hidden by ${this.face_name(occluder)}`);
+    const rest = reasons.join(" or ") || "hidden or below the texel’s horizon";
+    return share > 0 ? `of the shooter is seen, the rest is ${rest}` : `the shooter is ${rest}`;
   }
 
   // Returns the formula of a disc with its numbers, which gives the form factor or is near it.
