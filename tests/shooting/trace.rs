@@ -9,15 +9,19 @@ use common::shooting::{RadiosityField, Shoot, Shot, SolveRun, shoot_until_conver
 use common::texel_point::texel_point;
 use common::{Result, constants};
 use cpu::CpuSolver;
+use cpu::shader_twins::item_buffer::ItemBuffer;
 use cpu::shader_twins::link::texel_form_factor;
+use cpu::shader_twins::view::{ShooterView, view_all_faces};
 use glam::{DVec3, Vec4};
 use half::f16;
 use miniz_oxide::inflate::decompress_to_vec;
+use oracle::trace::hemisphere::{PackedHemisphere, hemisphere_settings};
 use oracle::trace::packing::{HALF_ROUNDING, PackedLinks, TexelLinks, TexelOrder};
 use oracle::trace::recorder::{ShotRecorder, TraceLimits};
 use oracle::trace::{PartBytes, ShotTrace, TraceLimit};
 use radiosity_tests::engines::{
-    ENGINE_KINDS, each_engine, engine_settings, mesh_of, mesh_scene, settings_of, shoot_freely, shoot_on_cpu,
+    ENGINE_KINDS, each_engine, engine_settings, hemicube, item_buffer, mesh_of, mesh_scene, settings_of, shoot_freely,
+    shoot_on_cpu,
 };
 use radiosity_tests::lit_room;
 use std::collections::HashMap;
@@ -335,6 +339,40 @@ fn named_occluder_blocks_pair_above_both_horizons() {
     assert!(named > 100 && unnamed > 0, "{named} {unnamed}");
 }
 
+/// The hemisphere of a shooter is the item buffer that the CPU's twin draws: that of the solver itself if it is small.
+#[test]
+fn hemispheres_are_item_buffers_of_the_shooters() {
+    let mesh = mesh_of(&lit_room());
+    for (visibility, size) in [(Visibility::Rays, 64), (hemicube(1024), 64), (item_buffer(48), 48)] {
+        let drawing = hemisphere_settings(visibility);
+        assert_eq!(drawing.size, size);
+        if let Some(own) = visibility.item_buffer() {
+            assert_eq!(drawing.projection, own.projection);
+        }
+        let transport = engine_settings().with_visibility(visibility).transport;
+        let mut engine = CpuSolver::new(&mesh, &transport);
+        let mut recorder = ShotRecorder::new(&mut engine, &mesh, &transport, UNLIMITED).unwrap();
+        let shooters = [1, 7, 20];
+        for patch in shooters {
+            recorder.shoot(patch).unwrap();
+        }
+        let trace = recorder.into_trace();
+        assert_eq!(trace.hemispheres.len(), shooters.len());
+        for (patch, packed) in shooters.into_iter().zip(&trace.hemispheres) {
+            let bytes = decompress_to_vec(&packed.deflated).unwrap();
+            let (low, high) = bytes.split_at(bytes.len() / 2);
+            let ids: Vec<u32> = low
+                .iter()
+                .zip(high)
+                .map(|(a, b)| u16::from_le_bytes([*a, *b]).into())
+                .collect();
+            let view = ShooterView::new(&mesh, patch, 0, &drawing);
+            assert_eq!(ids, ItemBuffer::draw_faces(&mesh, &view, view_all_faces(&mesh)).ids);
+            assert!(ids.iter().any(|id| *id > 6), "none sees the box");
+        }
+    }
+}
+
 #[test]
 fn full_record_keeps_the_first_shots() {
     let mesh = mesh_of(&lit_room());
@@ -350,7 +388,9 @@ fn full_record_keeps_the_first_shots() {
         trace
     };
     let bytes_of = |trace: &ShotTrace, shots: usize, links: usize| {
-        let deflated: usize = trace.links[..links].iter().map(PackedLinks::byte_count).sum();
+        let own = trace.links[..links].iter().map(PackedLinks::byte_count);
+        let seen = trace.hemispheres[..links].iter().map(PackedHemisphere::byte_count);
+        let deflated: usize = own.chain(seen).sum();
         deflated + shots * PART_BYTES.shot + links * PART_BYTES.shooter
     };
     let all = record(UNLIMITED);

@@ -1,7 +1,7 @@
 //! The record of a solve that shoots one patch at a time: what each shot did, and why its patch was chosen.
 //!
-//! [`recorder`] wraps an engine and observes the shooting loop, [`packing`] compresses the links of a shooter, [`task`]
-//! solves a scene with the recorder in place.
+//! [`recorder`] wraps an engine and observes the shooting loop, [`packing`] compresses the links of a shooter,
+//! [`hemisphere`] draws what it sees, [`task`] solves a scene with the recorder in place.
 //!
 //! ```text
 //! ΔB_j = Δr_j = ρ_j · F_j · V_j · B_i / o_i
@@ -10,6 +10,7 @@
 //! its light leaves from its open share o_i, which no body covers; V_j does not include what a body covers. F and V of a patch
 //! are the same in all of its shots, so they are kept once.
 
+pub mod hemisphere;
 pub mod packing;
 pub mod recorder;
 pub mod task;
@@ -17,12 +18,13 @@ pub mod task;
 use common::energy::EnergyBalance;
 use common::shooting::{RadiosityField, Shot};
 use glam::Vec3;
+use hemisphere::PackedHemisphere;
 use packing::PackedLinks;
 
 /// Number of patches whose unshot power is recorded with a shot: the shooter and its rivals.
 pub const RANKED_PATCHES: usize = 6;
 
-/// Bytes that a page needs of the parts of a record, besides the compressed links.
+/// Bytes that a page needs of the parts of a record, besides the compressed links and hemispheres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PartBytes {
     /// Of each shot.
@@ -34,7 +36,7 @@ pub struct PartBytes {
 /// Limit that ends a record before its solve ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TraceLimit {
-    /// Bytes of shots and compressed links.
+    /// Bytes of shots, compressed links and hemispheres.
     Bytes,
     /// Number of links: shooters times texels.
     Links,
@@ -64,6 +66,8 @@ pub struct ShotTrace {
     pub shots: Vec<TracedShot>,
     /// Links of the patches that have shot, in the order of their first shots.
     pub links: Vec<PackedLinks>,
+    /// What each of these patches sees.
+    pub hemispheres: Vec<PackedHemisphere>,
     /// Number of shots of the solve.
     pub shot_count: usize,
     /// Limit that ended the record; none if it is complete.
@@ -82,11 +86,10 @@ impl ShotTrace {
         let (mut bytes, mut links) = (0, 0);
         for (done, traced) in self.shots.iter().enumerate() {
             let known = self.links[..links].iter().any(|own| own.patch == traced.shot.patch);
-            let own = self
-                .links
-                .get(links)
-                .filter(|_| !known)
-                .map_or(0, |own| own.byte_count() + each.shooter);
+            let own = self.links.get(links).zip(self.hemispheres.get(links));
+            let own = own.filter(|_| !known).map_or(0, |(links, hemisphere)| {
+                links.byte_count() + hemisphere.byte_count() + each.shooter
+            });
             bytes += own + each.shot;
             if bytes > max_bytes {
                 return (done, links);

@@ -1,5 +1,6 @@
 //! An engine that records the shots of another.
 
+use super::hemisphere::{PackedHemisphere, hemisphere_settings};
 use super::packing::{PackedLinks, TexelLinks, TexelOrder};
 use super::{PartBytes, RANKED_PATCHES, ShotTrace, TraceLimit, TracedShot};
 use crate::compare::roundings::StageRoundings;
@@ -8,7 +9,7 @@ use common::energy::{EnergyBalance, LostPower};
 use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, NO_FACE, Rays};
-use common::settings::Transport;
+use common::settings::{ItemBufferSettings, Transport};
 use common::shooting::{RadiosityField, Shoot, Shot};
 use common::{Error, Result};
 use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
@@ -25,6 +26,8 @@ const OPEN_SHARE_ROUNDINGS: f64 = 1.0;
 pub struct ShotRecorder<'a> {
     engine: &'a mut dyn Shoot,
     links: LinkReader<'a>,
+    /// Settings by which the hemispheres are drawn.
+    drawing: ItemBufferSettings,
     /// Unshot power of each patch, as the loop has last read it.
     power: Vec<f32>,
     trace: ShotTrace,
@@ -50,7 +53,7 @@ struct LinkReader<'a> {
 /// Limits of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceLimits {
-    /// Maximum bytes of compressed links and shots.
+    /// Maximum bytes of shots, compressed links and hemispheres.
     pub bytes: usize,
     /// Maximum number of links: shooters times texels.
     pub links: usize,
@@ -79,12 +82,14 @@ impl<'a> ShotRecorder<'a> {
                 rays: Rays::new(mesh),
                 order: TexelOrder::new(mesh),
             },
+            drawing: hemisphere_settings(transport.visibility),
             power: Vec::new(),
             trace: ShotTrace {
                 initial_energy: EnergyBalance::new(mesh, &initial, &[]),
                 initial,
                 shots: Vec::new(),
                 links: Vec::new(),
+                hemispheres: Vec::new(),
                 shot_count: 0,
                 reached_limit: None,
             },
@@ -114,16 +119,24 @@ impl<'a> ShotRecorder<'a> {
         let field = self.engine.read_field()?;
         let packed = is_new.then(|| {
             let links = self.links.read_links(shot.patch, &field.irradiance);
-            PackedLinks::new(shot.patch, &links, order)
+            (
+                PackedLinks::new(shot.patch, &links, order),
+                PackedHemisphere::new(self.links.mesh, shot.patch, &self.drawing),
+            )
         });
-        let own = packed.as_ref().map_or(0, |own| own.byte_count() + limits.each.shooter);
+        let own = packed.as_ref().map_or(0, |(links, hemisphere)| {
+            links.byte_count() + hemisphere.byte_count() + limits.each.shooter
+        });
         self.bytes += own + limits.each.shot;
         if self.bytes > limits.bytes {
             self.trace.reached_limit = Some(TraceLimit::Bytes);
             return Ok(());
         }
         self.linked.insert(shot.patch);
-        self.trace.links.extend(packed);
+        if let Some((links, hemisphere)) = packed {
+            self.trace.links.push(links);
+            self.trace.hemispheres.push(hemisphere);
+        }
         self.lost.add_shot(&shot);
         let mesh = self.links.mesh;
         self.trace.shots.push(TracedShot {

@@ -42,13 +42,26 @@
         const text = row?.querySelector("span").textContent ?? "";
         const parts = /\((.*?)\) · (\S+) · (\S+) · \((.*?)\)(?: \/ (\S+))? = \((.*?)\)/.exec(text);
         const factors = parts && [numbers(parts[1]), Number(parts[2]), Number(parts[3]), numbers(parts[4]), Number(parts[5] ?? 1), numbers(parts[6])];
-        read.push({ texel: viewer.told.dataset.texel, factors });
+        const { marked: pixel } = element.page.panels.hemisphere;
+        read.push({ texel: viewer.told.dataset.texel, face: viewer.seen === null ? null : viewer.shape.face_of[viewer.seen], factors, pixel });
       }
       return read;
     };
     element.page.go(1);
     outcome.open = trace.patches[trace.shot(1).patch].open;
     outcome.read_first = read_texels();
+    // Pixels of the shooter's item buffer: those of texels in the picture, and those under the pointer.
+    const { hemisphere } = element.page.panels;
+    outcome.shooter = trace.shot(1).patch;
+    outcome.ids = Array.from(hemisphere.view.ids);
+    outcome.pixels = read_texels().filter(({ pixel }) => pixel);
+    outcome.pointed = [];
+    const place = hemisphere.canvas.getBoundingClientRect();
+    for (let y = 4; y < 64; y += 8) for (let x = 4; x < 64; x += 8) {
+      const [clientX, clientY] = [place.left + ((x + 0.5) / 64) * place.width, place.top + ((y + 0.5) / 64) * place.height];
+      hemisphere.canvas.dispatchEvent(new PointerEvent("pointermove", { pointerId: 7, clientX, clientY, bubbles: true }));
+      outcome.pointed.push({ pixel: [x, y], face: viewer.outlined, lines: viewer.lines.segments.length, says: hemisphere.says.textContent });
+    }
     const slider = element.querySelector("input.shot");
     slider.value = 7;
     slider.dispatchEvent(new Event("input", { bubbles: true }));

@@ -3,11 +3,15 @@
 use super::browser::{browser_for, page_outcome, with_script};
 use super::command::TestFolder;
 use super::room::{ROOM, folder_with_room};
+use common::mesh::Mesh;
 use common::settings::{ItemBufferProjection, Schedule, Transport, Visibility};
 use common::shooting::{Shot, SolveRun};
 use common::solution::StoredSolution;
+use cpu::shader_twins::item_buffer::ItemBuffer;
+use cpu::shader_twins::view::{ShooterView, view_all_faces};
 use glam::Vec3;
 use oracle::trace::TraceLimit;
+use oracle::trace::hemisphere::hemisphere_settings;
 use radiosity::report::trace::algorithm::algorithm_steps;
 use radiosity::report::trace::{MAX_PAGE_BYTES, TracePage, describe_end};
 use serde_json::{Value, json};
@@ -192,6 +196,49 @@ fn check_numbers(folder: &TestFolder, did: &Value, open: f32) {
     assert!(did["shares"]["least"].as_f64() >= Some(0.0) && did["shares"]["most"].as_f64() <= Some(1.0));
 }
 
+/// Checks what the first shooter sees: the item buffer, the pixels of texels, and the faces of pixels.
+fn check_hemisphere(folder: &TestFolder, did: &Value) {
+    let stored = StoredSolution::read(&folder.path("out")).unwrap();
+    let mesh = Mesh::new(&stored.scene, &stored.resolutions, 1).unwrap();
+    let drawing = hemisphere_settings(Visibility::Rays);
+    let view = ShooterView::new(&mesh, did["shooter"].as_u64().unwrap() as u32, 0, &drawing);
+    let ids = ItemBuffer::draw_faces(&mesh, &view, view_all_faces(&mesh)).ids;
+    assert_eq!(did["ids"], json!(ids));
+    let id_at = |[x, y]: [usize; 2]| ids[y * drawing.size as usize + x];
+    let pixel_of = |own: &Value| [0, 1].map(|k| own["pixel"][k].as_u64().unwrap() as usize);
+    // A texel that sees the whole shooter has its face in its pixel or one beside it.
+    let mut seen = 0;
+    for own in did["pixels"].as_array().unwrap() {
+        if own["factors"][2] == 1.0 {
+            let [x, y] = pixel_of(own);
+            let around = (x.saturating_sub(1)..=(x + 1).min(63))
+                .flat_map(|x| (y.saturating_sub(1)..=(y + 1).min(63)).map(move |y| [x, y]));
+            let face = own["face"].as_u64().unwrap() as u32;
+            assert!(around.into_iter().any(|pixel| id_at(pixel) == face + 1), "{own}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 10, "{seen}");
+    let mut pointed = 0;
+    for own in did["pointed"].as_array().unwrap() {
+        let says = own["says"].as_str().unwrap();
+        match id_at(pixel_of(own)) {
+            0 => assert!(
+                own["face"].is_null() && says.ends_with("This pixel has no face."),
+                "{own}"
+            ),
+            id => {
+                assert_eq!(own["face"], id - 1, "{own}");
+                assert!(says.contains(&format!("This pixel has face {} “", id - 1)), "{own}");
+                // The outlines of shooter, texel and face, and the line between the first two.
+                assert!(own["lines"].as_u64() >= Some(12), "{own}");
+                pointed += 1;
+            }
+        }
+    }
+    assert!(pointed > 30, "{pointed}");
+}
+
 /// Without WebGL the reason stays when the pointer moves, and the shots can still be read.
 #[test]
 fn trace_page_without_webgl_keeps_the_reason() {
@@ -232,7 +279,7 @@ fn trace_page_shows_the_open_share_of_a_covered_lamp() {
     folder.succeed("shoot covered.obj --solver cpu --texels 4 --patches 1 --samples 16 --trace");
     let did = move_through_shots(&folder, &browser);
     assert_eq!(did["open"], 0.75);
-    assert_eq!(did["change_line"], "ΔB ← ρ · F · V · Bᵢ / oᵢ, of the open share oᵢ");
+    assert_eq!(did["change_line"], "ΔB ← ρ · F · V · Bᵢ / oᵢ");
     check_numbers(&folder, &did, 0.75);
 }
 
@@ -271,6 +318,7 @@ fn trace_page_shows_the_recorded_shots() {
     assert_eq!(did["lit"], json!(["i ←", "V ←", "F ←", "ΔB ←", "B ←", "r ←", "i ←"]));
 
     check_numbers(&folder, &did, 1.0);
+    check_hemisphere(&folder, &did);
     let energy: f64 = did["energy"]
         .as_array()
         .unwrap()

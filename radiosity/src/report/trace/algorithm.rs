@@ -54,7 +54,7 @@ pub fn algorithm_steps(transport: &Transport, is_covered: bool) -> [AlgorithmSte
         place("gpu/src/shaders/select.wgsl", "choose_shooter"),
     ];
     let change = match is_covered {
-        true => "ΔB ← ρ · F · V · Bᵢ / oᵢ, of the open share oᵢ",
+        true => "ΔB ← ρ · F · V · Bᵢ / oᵢ",
         false => "ΔB ← ρ · F · V · Bᵢ",
     };
     let outer = |text, quantity, [rust, wgsl]: [Option<CodePlace>; 2]| AlgorithmStep {

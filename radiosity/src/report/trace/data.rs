@@ -4,7 +4,8 @@
 //! initial B, initial r   3 floats per texel each
 //! patch of each texel    u32
 //! patches                face u32; area (scene units²), open share, centre (3), corners (12) as floats
-//! links                  patch, exponent, is occluded, bytes: 4 u32 per shooter
+//! shooters               patch, exponent, is occluded, bytes of links and hemisphere: 5 u32; frame of the hemisphere: point,
+//!                        x, y, z as 12 floats
 //! shots                  patch u32; B_i (3), unshot power, absorbed, unshot, escaped, closure as floats
 //! rankings               patch u32, power, RANKED_PATCHES times per shot
 //! ```
@@ -20,8 +21,8 @@ use oracle::trace::{PartBytes, RANKED_PATCHES, ShotTrace, TracedShot};
 const COMPRESSION_LEVEL: u8 = 9;
 /// Words of a shot and its ranking.
 const SHOT_WORDS: usize = 9 + 2 * RANKED_PATCHES;
-/// Words of a shooter, besides its links.
-const SHOOTER_WORDS: usize = 4;
+/// Words of a shooter, besides its links and hemisphere.
+const SHOOTER_WORDS: usize = 5 + 12;
 /// Bytes of a shot and of a shooter on the page, not compressed.
 pub const PART_BYTES: PartBytes = PartBytes {
     shot: 4 * SHOT_WORDS,
@@ -39,7 +40,7 @@ pub struct ShownPart {
     pub links: usize,
 }
 
-/// Packs all arrays but the links themselves.
+/// Packs all arrays but the links and hemispheres themselves.
 pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> {
     let mut words = WordWriter::default();
     let order = mesh.texels_in_face_order();
@@ -62,11 +63,16 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
             words.add_floats(corner.to_array());
         }
     }
-    for links in &trace.links[..shown.links] {
+    for (links, hemisphere) in trace.links[..shown.links].iter().zip(&trace.hemispheres) {
         words.add(links.patch);
         words.add(links.exponent.cast_unsigned());
         words.add(links.is_occluded.into());
         words.add(links.deflated.len() as u32);
+        words.add(hemisphere.deflated.len() as u32);
+        let frame = hemisphere.frame;
+        for vector in [frame.centre, frame.tangent, frame.bitangent, frame.normal] {
+            words.add_floats(vector.to_array());
+        }
     }
     for shot in &trace.shots[..shown.shots] {
         add_shot(&mut words, shot, area_unit);

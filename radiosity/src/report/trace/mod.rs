@@ -3,7 +3,7 @@
 //!
 //! [`algorithm`] lists the steps with the files that do them, [`data`] packs the arrays, and the scripts add to the viewer:
 //! `trace_data.js` reads the arrays and accumulates shots, `trace_viewer.js` displays texels, `trace_panels.js` draws the
-//! figures beside it, `trace_page.js` moves through the shots.
+//! figures beside it, `trace_hemisphere.js` what the shooter sees, `trace_page.js` moves through the shots.
 
 pub mod algorithm;
 pub mod data;
@@ -21,6 +21,7 @@ use common::settings::{Schedule, Settings};
 use common::shooting::SolveRun;
 use common::solution::Solution;
 use maud::{Markup, PreEscaped, html};
+use oracle::trace::hemisphere::hemisphere_settings;
 use oracle::trace::packing::HALF_ROUNDING;
 use oracle::trace::recorder::TraceLimits;
 use oracle::trace::{ShotTrace, TraceLimit};
@@ -40,10 +41,11 @@ pub const MAX_TRACED_TEXELS: u64 = 1 << 18;
 /// Maximum faces of a scene with a trace: their geometry takes two of the page's five million bytes.
 pub const MAX_TRACED_FACES: u64 = 15_000;
 
-const SCRIPTS: [&str; 4] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("trace_data.js"),
     include_str!("trace_viewer.js"),
     include_str!("trace_panels.js"),
+    include_str!("trace_hemisphere.js"),
     include_str!("trace_page.js"),
 ];
 const STYLE: &str = include_str!("trace.css");
@@ -182,6 +184,7 @@ impl PageRenderer<'_> {
                         div.trace-panels {
                             (render_panel("choice", "Why this patch shoots"))
                             (render_algorithm(&algorithm_steps(&settings.transport, is_covered)))
+                            (render_panel("hemisphere", "What the shooter sees"))
                             (render_panel("energy", "Where the emitted power is"))
                             (render_panel("curve", "Unshot power"))
                         }
@@ -233,6 +236,7 @@ impl PageRenderer<'_> {
     fn render_data(&self, shown: ShownPart) -> Markup {
         let Solution { mesh, settings, .. } = *self.solution;
         let trace = self.trace;
+        let drawing = hemisphere_settings(settings.transport.visibility);
         let head = json!({
             "shots": shown.shots,
             "shot_count": trace.shot_count,
@@ -242,14 +246,16 @@ impl PageRenderer<'_> {
             "unit": mesh.unit,
             "epsilon": settings.schedule.epsilon,
             "end": describe_end(self.solution.run, &settings.schedule),
+            "hemisphere": { "size": drawing.size, "projection": drawing.projection.name() },
             "form_factor": settings.transport.form_factor,
             "samples": settings.meshing.samples,
             "emitted": trace.initial_energy.emitted.iter().sum::<f64>(),
             "initial": energy_parts(&trace.initial_energy),
             "unshot": f64::from(self.solution.run.emitted) * mesh.area_unit(),
         });
-        let links = trace.links[..shown.links].iter();
-        let links: Vec<u8> = links.flat_map(|links| links.deflated.iter().copied()).collect();
+        let shooters = trace.links[..shown.links].iter().zip(&trace.hemispheres);
+        let parts = shooters.flat_map(|(links, hemisphere)| [&links.deflated, &hemisphere.deflated]);
+        let links: Vec<u8> = parts.flatten().copied().collect();
         html! {
             script.trace-head type="application/json" { (PreEscaped(head.to_string())) }
             script.trace-arrays type="text/plain" { (STANDARD.encode(pack_arrays(trace, mesh, shown))) }

@@ -57,7 +57,7 @@ class Trace {
       const corner = (k) => places.slice(3 * k, 3 * k + 3);
       return { face, area, open, centre: corner(0), corners: [1, 2, 3, 4].map(corner) };
     });
-    const rows = Array.from({ length: trace.links }, () => words(4));
+    const rows = Array.from({ length: trace.links }, () => [...words(5), floats(12)]);
     trace.shots = Array.from({ length: trace.shots }, () => {
       const [[patch], [r, g, b, unshot, ...energy]] = [words(1), floats(8)];
       return { patch, radiosity: [r, g, b], unshot, energy };
@@ -66,23 +66,29 @@ class Trace {
       const ranked = Array.from({ length: trace.ranked }, () => ({ patch: words(1)[0], power: floats(1)[0] }));
       shot.ranking = ranked.filter(({ patch }) => patch < trace.patches.length);
     }
-    trace.links = await trace.read_links(decode_bytes(element.querySelector(".trace-links")), rows);
+    await trace.read_shooters(decode_bytes(element.querySelector(".trace-links")), rows);
     const largest = (links) => links.scale * HALVES[links.form_factors.reduce((a, b) => Math.max(a, b), 0)];
     trace.largest_form_factor = [...trace.links.values()].reduce((most, links) => Math.max(most, largest(links)), 0);
     return trace;
   }
 
-  // Reads the links of each shooter; form factors and shares stay half floats.
-  async read_links(bytes, rows) {
-    const links = new Map();
+  // Reads links and item buffer of each shooter; form factors and shares stay half floats.
+  async read_shooters(bytes, rows) {
+    this.links = new Map();
+    this.hemispheres = new Map();
     let at = 0;
-    for (const [patch, exponent, is_occluded, count] of rows) {
-      const planes = await inflate(bytes.subarray(at, at + count));
-      at += count;
+    const take = (count) => { at += count; return inflate(bytes.subarray(at - count, at)); };
+    for (const [patch, exponent, is_occluded, link_bytes, hemisphere_bytes, frame] of rows) {
+      const planes = await take(link_bytes);
       const plane = (k) => (k === 0 || is_occluded ? read_plane(planes, k, this.scene) : null);
-      links.set(patch, { scale: 2 ** (exponent | 0), form_factors: plane(0), shares: plane(1), occluders: plane(2) });
+      this.links.set(patch, { scale: 2 ** (exponent | 0), form_factors: plane(0), shares: plane(1), occluders: plane(2) });
+      const faces = await take(hemisphere_bytes);
+      const pixels = faces.length / 2;
+      this.hemispheres.set(patch, {
+        ids: Uint16Array.from({ length: pixels }, (_, k) => faces[k] | (faces[pixels + k] << 8)),
+        frame: [0, 3, 6, 9].map((k) => frame.slice(k, k + 3)),
+      });
     }
-    return links;
   }
 
   // Returns shot number `n`, from 1; none before the first.

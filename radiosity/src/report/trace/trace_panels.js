@@ -37,12 +37,15 @@ class TracePanels {
     this.trace = viewer.trace;
     this.lines = [...element.querySelectorAll("[data-line]")];
     this.draw_curve(seek);
+    this.hemisphere = new HemispherePanel(content("hemisphere"), viewer);
+    viewer.looked = () => this.hemisphere.point_at(null);
   }
 
   // Shows the figures after `n` shots.
   show(n) {
     this.show_choice(n);
     this.show_energy(n);
+    this.hemisphere.point_at(null);
     this.show_cursor(n);
   }
 

@@ -3,6 +3,7 @@
 
 const SHOOTER_COLOUR = [1, 0.55, 0.1, 1];
 const SEEN_COLOUR = [0.35, 0.85, 1, 1];
+const FACE_COLOUR = [1, 1, 0.35, 1];
 const HIDDEN_COLOUR = [1, 0.25, 0.3, 1];
 
 class TraceViewer extends Viewer {
@@ -100,6 +101,14 @@ class TraceViewer extends Viewer {
     super.look(x, y);
     this.mark();
     this.ask();
+    this.looked?.();
+  }
+
+  // Outlines a face; null outlines none.
+  outline_face(face) {
+    this.outlined = face;
+    this.mark();
+    this.ask();
   }
 
   // Outlines the shooter and the texel that is pointed at, and joins them.
@@ -117,6 +126,7 @@ class TraceViewer extends Viewer {
       }
     }
     if (seen !== null) lines.push(...outline(this.texel_outline(seen).corners, SEEN_COLOUR));
+    if (this.outlined != null) lines.push(...outline(this.face_corners(this.outlined), FACE_COLOUR));
     this.lines.set(this.gl, lines.filter(([from, to]) => length(sub(from, to)) > 0));
   }
 
@@ -135,6 +145,10 @@ class TraceViewer extends Viewer {
     return { corners, centre: area > 0 ? centre.map((x) => x / area) : corners[0], area };
   }
 
+  face_corners(face) {
+    return [0, 1, 2, 3].map((n) => this.scene.corners.subarray(12 * face + 3 * n, 12 * face + 3 * n + 3));
+  }
+
   face_name(face) {
     return `face ${face} “${this.scene.names[this.scene.info[4 * face + 3]]}”`;
   }
@@ -149,11 +163,11 @@ class TraceViewer extends Viewer {
 
   // Returns distance and cosines between texel `k` and the shooter's centre.
   geometry(k) {
-    const { state, trace, scene } = this;
+    const { state, trace } = this;
     const shooter = trace.patches[trace.shot(state.done).patch];
     const texel = this.texel_outline(k);
     const normal = (face) => {
-      const [a, b, c, d] = [0, 1, 2, 3].map((n) => scene.corners.subarray(12 * face + 3 * n, 12 * face + 3 * n + 3));
+      const [a, b, c, d] = this.face_corners(face);
       return unit(cross(sub(c, a), sub(d, b)));
     };
     const way = sub(texel.centre, shooter.centre);
