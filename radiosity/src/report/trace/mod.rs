@@ -183,8 +183,8 @@ impl PageRenderer<'_> {
                         div.trace-scene { (self.viewer) }
                         div.trace-panels {
                             (render_panel("choice", "Why this patch shoots"))
-                            (render_algorithm(&algorithm_steps(&settings.transport, is_covered)))
                             (render_panel("hemisphere", "What the shooter sees"))
+                            (render_algorithm(&algorithm_steps(&settings.transport, is_covered)))
                             (render_panel("energy", "Where the emitted power is"))
                             (render_panel("curve", "Unshot power"))
                         }

@@ -106,6 +106,7 @@ class HemispherePanel {
     }
     const face = mark && this.face_at(mark);
     const there = !mark ? "Point at a pixel to outline its face." : face === null ? "This pixel has no face." : `This pixel has ${viewer.face_name(face)}.`;
-    this.says.textContent = `${size} × ${size} pixels, ${projection} projection. ${there}`;
+    const areas = projection === "hemisphere" ? ", whose areas are form factors" : "";
+    this.says.textContent = `${size} × ${size} pixels, ${projection} projection${areas}. ${there}`;
   }
 }
