@@ -206,6 +206,7 @@ pub fn edge_term(a: Vec3, b: Vec3, normal: Vec3, low: bool) -> f32 {
 /// ```text
 /// θ·x/s − θ₀ = (θ − θ₀)·x/s − θ₀·(s − x)/s      s² = x² + w²      s − x = w²/(s + x)
 /// ```
+#[inline(always)]
 pub fn low_edge_term(a: Vec3, b: Vec3, normal: Vec3) -> f32 {
     let height_a = normal.dot(a);
     let height_b = normal.dot(b);

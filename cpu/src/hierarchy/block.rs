@@ -2,7 +2,7 @@
 //! one face; small faces that are near each other share blocks.
 
 use crate::hierarchy::tree::TexelTree;
-use crate::rows::lanes::{LanePoints, LaneValues};
+use crate::rows::lane_points::{LanePoints, LaneValues};
 use crate::rows::receivers::{FaceFrame, LANE_COUNT};
 use crate::space_curve::sort_along_curve;
 use common::mesh::{Mesh, MeshFace};

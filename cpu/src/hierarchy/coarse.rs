@@ -4,7 +4,7 @@ use crate::hierarchy::block::{ReceiverBlocks, Spot};
 use crate::hierarchy::linear_radiosity::{LinearRadiosity, pull_nodes};
 use crate::hierarchy::link::BlockLink;
 use crate::hierarchy::tree::TexelTree;
-use crate::rows::lanes::LaneValues;
+use crate::rows::lane_points::LaneValues;
 use crate::rows::receivers::LANE_COUNT;
 use common::mesh::Mesh;
 use glam::Vec3;

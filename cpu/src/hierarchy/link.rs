@@ -10,7 +10,8 @@
 use crate::hierarchy::block::ReceiverBlock;
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TreeNode;
-use crate::rows::lanes::{LanePoints, LaneValues, lane_form_factors, mark_below_horizon, mark_blocked, pair_weights};
+use crate::rows::lane_points::{LanePoints, LaneValues};
+use crate::rows::lanes::{lane_form_factors, mark_below_horizon, mark_blocked, pair_weights};
 use crate::rows::receivers::LANE_COUNT;
 use common::constants::{CONTACT_DISTANCE, MAX_GRAZING_HEIGHT_RATIO, MIN_COMPACT_AREA, PI, VISIBILITY_SAMPLE_COUNTS};
 use common::form_factor::{FormFactor, Shooter};

@@ -6,7 +6,7 @@ use crate::hierarchy::coarse::StoredLink;
 use crate::hierarchy::linear_radiosity::LinearRadiosity;
 use crate::hierarchy::tree::TexelTree;
 use crate::occlusion::occluders::Occluders;
-use crate::rows::lanes::LaneValues;
+use crate::rows::lane_points::LaneValues;
 use common::Result;
 use common::mesh::Mesh;
 use common::passes::ProgressCallback;

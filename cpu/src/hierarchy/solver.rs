@@ -19,7 +19,7 @@ use crate::hierarchy::linker::{
 };
 use crate::hierarchy::tree::{TexelTree, TreeLeaf};
 use crate::occlusion::occluders::Occluders;
-use crate::rows::lanes::LaneValues;
+use crate::rows::lane_points::LaneValues;
 use common::mesh::{Mesh, Texel};
 use common::passes::ProgressCallback;
 use common::rays::Rays;

@@ -2,111 +2,17 @@
 //! lane by lane, with the same bits. Plain loops over arrays, which the compiler vectorises for the registers of the
 //! caller's [`pulp::Arch`].
 
-use crate::rows::receivers::{LANE_COUNT, TexelArrays, TexelBlock};
+use crate::rows::clipped_lanes::clipped_polygon_factors;
+use crate::rows::lane_points::{LanePoints, LaneValues};
+use crate::rows::receivers::{LANE_COUNT, TexelArrays};
 use common::constants::{CONTACT_DISTANCE, DEPTH_SCALE, MISS_DISTANCE, POINT_SOURCE_RADII, RAY_REACH};
 use common::form_factor::{
-    FormFactor, Shooter, disc_factor, is_far, is_low, is_remote, point_weight, polygon_factor, polygon_factor_above,
+    FormFactor, Shooter, disc_factor, is_far, is_low, is_remote, point_weight, polygon_factor_above,
 };
 use common::intersect::{intersect_planes, touches_plane};
-use common::mesh::{MeshFace, TexelKind};
+use common::mesh::MeshFace;
 use common::rays::start_near;
-use common::sampling::{near_point_uv, texel_uv};
-use common::texel_point::point_on_texel;
 use glam::Vec3;
-
-/// One value per lane.
-pub type LaneValues = [f32; LANE_COUNT];
-
-/// One point per lane.
-#[derive(Clone, Copy)]
-pub struct LanePoints {
-    x: LaneValues,
-    y: LaneValues,
-    z: LaneValues,
-    /// Area that each point represents over the mean.
-    pub weight: LaneValues,
-}
-
-impl LanePoints {
-    /// Makes points of coordinates.
-    #[inline(always)]
-    pub fn new([x, y, z]: [LaneValues; 3], weight: LaneValues) -> Self {
-        Self { x, y, z, weight }
-    }
-
-    /// Returns the point of lane `l`.
-    #[inline(always)]
-    pub fn at(&self, l: usize) -> Vec3 {
-        Vec3::new(self.x[l], self.y[l], self.z[l])
-    }
-
-    /// Returns the texels' centres.
-    #[inline(always)]
-    pub fn texel_centres(receivers: &TexelArrays, first: usize) -> Self {
-        let lane = |axis: usize| -> LaneValues {
-            let mut lane = [0.0; LANE_COUNT];
-            lane.copy_from_slice(&receivers.centre[axis][first..first + LANE_COUNT]);
-            lane
-        };
-        Self {
-            x: lane(0),
-            y: lane(1),
-            z: lane(2),
-            weight: [1.0; LANE_COUNT],
-        }
-    }
-
-    /// Returns sample point `s` of each texel against patch `patch`.
-    #[inline(always)]
-    pub fn texel_samples(receivers: &TexelArrays, face: &MeshFace, block: &TexelBlock, patch: u32, s: u32) -> Self {
-        Self::of_quads_or_not(receivers, face, block, |k, _| texel_uv(s, k as u32, patch))
-    }
-
-    /// Returns point `place` of the grid on each texel.
-    #[inline(always)]
-    pub fn grid_points(receivers: &TexelArrays, face: &MeshFace, block: &TexelBlock, place: u32) -> Self {
-        Self::of_quads_or_not(receivers, face, block, |_, kind| near_point_uv(place, kind))
-    }
-
-    #[inline(always)]
-    fn of_quads_or_not(
-        receivers: &TexelArrays,
-        face: &MeshFace,
-        block: &TexelBlock,
-        uv: impl Fn(usize, TexelKind) -> [f32; 2],
-    ) -> Self {
-        if receivers.kind[block.first] == TexelKind::Quad {
-            Self::of_kind(receivers, face, block, uv, |_| TexelKind::Quad)
-        } else {
-            Self::of_kind(receivers, face, block, uv, |k| receivers.kind[k])
-        }
-    }
-
-    #[inline(always)]
-    fn of_kind(
-        receivers: &TexelArrays,
-        face: &MeshFace,
-        block: &TexelBlock,
-        uv: impl Fn(usize, TexelKind) -> [f32; 2],
-        kind: impl Fn(usize) -> TexelKind,
-    ) -> Self {
-        let mut points = Self {
-            x: [0.0; LANE_COUNT],
-            y: [0.0; LANE_COUNT],
-            z: [0.0; LANE_COUNT],
-            weight: [1.0; LANE_COUNT],
-        };
-        let first = block.first;
-        let [i, j] = [0, 1].map(|axis| &receivers.place[axis][first..first + LANE_COUNT]);
-        let area = &receivers.area[first..first + LANE_COUNT];
-        for l in 0..LANE_COUNT {
-            let kind = kind(first + l);
-            let p = point_on_texel(face, kind, [i[l], j[l]], area[l], uv(first + l, kind));
-            (points.x[l], points.y[l], points.z[l], points.weight[l]) = (p.x, p.y, p.z, p.w);
-        }
-        points
-    }
-}
 
 /// [`common::form_factor::form_factor`] of each lane. `above`: no corner of the shooter lies below the
 /// receiver's horizon, and one lies well above it.
@@ -173,12 +79,10 @@ pub fn lambert_factor(
 pub fn lambert_sums(shooter: &Shooter, above: bool, points: &LanePoints, normal: impl Fn(usize) -> Vec3) -> LaneValues {
     let mut f = [0.0; LANE_COUNT];
     if above {
-        for (l, f) in f.iter_mut().enumerate() {
-            *f = polygon_factor_above(&shooter.corners, points.at(l), normal(l), false);
-        }
-        return f;
+        return whole_polygon_factors(shooter, points, &normal, false);
     }
-    let (mut whole, mut visible) = ([false; LANE_COUNT], [false; LANE_COUNT]);
+    let mut visible = [false; LANE_COUNT];
+    let (mut whole, mut low) = (visible, visible);
     for l in 0..LANE_COUNT {
         let (point, normal) = (points.at(l), normal(l));
         let heights = shooter.corners.map(|corner| normal.dot(corner - point));
@@ -186,21 +90,40 @@ pub fn lambert_sums(shooter: &Shooter, above: bool, points: &LanePoints, normal:
         let highest = heights.into_iter().fold(-MISS_DISTANCE, f32::max);
         let front = shooter.normal.dot(point - shooter.centre) > CONTACT_DISTANCE;
         visible[l] = front && highest > CONTACT_DISTANCE;
-        whole[l] = visible[l] && lowest > -CONTACT_DISTANCE && !is_low(shooter, point, highest);
+        whole[l] = lowest > -CONTACT_DISTANCE;
+        low[l] = is_low(shooter, point, highest);
     }
-    if whole.contains(&true) {
-        for (l, f) in f.iter_mut().enumerate() {
-            *f = polygon_factor_above(&shooter.corners, points.at(l), normal(l), false);
+    // Each way is taken for all lanes at once, if any needs it.
+    for (is_whole, is_low) in [(true, false), (true, true), (false, false), (false, true)] {
+        let chosen: [bool; LANE_COUNT] =
+            std::array::from_fn(|l| visible[l] & (whole[l] == is_whole) & (low[l] == is_low));
+        if !chosen.contains(&true) {
+            continue;
+        }
+        let all = match (is_whole, is_low) {
+            (true, false) => whole_polygon_factors(shooter, points, &normal, false),
+            (true, true) => whole_polygon_factors(shooter, points, &normal, true),
+            (false, false) => clipped_polygon_factors(shooter, points, &normal, false),
+            (false, true) => clipped_polygon_factors(shooter, points, &normal, true),
+        };
+        for l in 0..LANE_COUNT {
+            f[l] = if chosen[l] { all[l] } else { f[l] };
         }
     }
-    // The few lanes that need clipping, one by one.
+    f
+}
+
+/// Returns [`polygon_factor_above`] of each lane.
+#[inline(always)]
+fn whole_polygon_factors(
+    shooter: &Shooter,
+    points: &LanePoints,
+    normal: impl Fn(usize) -> Vec3,
+    low: bool,
+) -> LaneValues {
+    let mut f = [0.0; LANE_COUNT];
     for (l, f) in f.iter_mut().enumerate() {
-        if !whole[l] {
-            *f = match visible[l] {
-                true => polygon_factor(shooter, points.at(l), normal(l)),
-                false => 0.0,
-            };
-        }
+        *f = polygon_factor_above(&shooter.corners, points.at(l), normal(l), low);
     }
     f
 }

@@ -3,6 +3,8 @@
 //! The links are those of [`crate::rows::texel_link::add_sample`], bit for bit.
 
 pub mod candidates;
+mod clipped_lanes;
+pub(crate) mod lane_points;
 pub(crate) mod lanes;
 pub mod receivers;
 pub(crate) mod shadow;
@@ -10,9 +12,8 @@ pub mod texel_link;
 
 use crate::occlusion::occluders::Occluders;
 use crate::rows::candidates::{MAX_CANDIDATES, OccluderCandidates};
-use crate::rows::lanes::{
-    LanePoints, LaneValues, are_far, lane_form_factors, mark_below_horizon, mark_blocked, pair_weights,
-};
+use crate::rows::lane_points::{LanePoints, LaneValues};
+use crate::rows::lanes::{are_far, lane_form_factors, mark_below_horizon, mark_blocked, pair_weights};
 use crate::rows::receivers::{LANE_COUNT, TexelArrays, TexelBlock};
 use crate::rows::shadow::{ShadowRegion, penumbra_region};
 use crate::rows::texel_link::link_texel;
