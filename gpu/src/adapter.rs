@@ -76,6 +76,10 @@ impl Gpu {
 
     /// Returns the device with `files` in the place of shaders of the program.
     pub fn with_shader_files(self, files: Vec<ShaderFile>) -> Self {
+        self.call_clock.suspect_stage(match &files[..] {
+            [file] => Some(file.stage),
+            _ => None,
+        });
         Self {
             shader_files: files.into(),
             ..self

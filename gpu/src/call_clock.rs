@@ -15,6 +15,7 @@ pub struct CallClock(Mutex<CallState>);
 struct CallState {
     start: Option<Instant>,
     stage: Option<&'static str>,
+    suspect: Option<&'static str>,
 }
 
 impl CallClock {
@@ -34,15 +35,20 @@ impl CallClock {
         result
     }
 
+    /// Sets the shader that is to blame for a call that runs several: the only one that is not the program's.
+    pub(crate) fn suspect_stage(&self, stage: Option<&'static str>) {
+        self.state().suspect = stage;
+    }
+
     /// Calls `end` in another thread when a call takes longer than `limit`, with the shader that it runs if it runs a single
-    /// one. Such a call may never return, nor the closing of its device: `end` has to end the process.
+    /// one, or else the suspect. Such a call may never return, nor the closing of its device: `end` has to end the process.
     pub fn watch_calls(self: &Arc<Self>, limit: Duration, end: impl FnOnce(Option<&'static str>) + Send + 'static) {
         let clock = Arc::downgrade(self);
         thread::spawn(move || {
             while let Some(clock) = clock.upgrade() {
-                let CallState { start, stage } = *clock.state();
+                let CallState { start, stage, suspect } = *clock.state();
                 if start.is_some_and(|start| start.elapsed() > limit) {
-                    return end(stage);
+                    return end(stage.or(suspect));
                 }
                 drop(clock);
                 thread::sleep(POLL_INTERVAL);

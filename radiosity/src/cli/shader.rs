@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Longest time of a call to the device with shaders of the user's.
-const MAX_CALL_TIME: Duration = Duration::from_secs(120);
+const MAX_CALL_TIME: Duration = Duration::from_secs(30);
 
 /// Arguments of `shader`.
 #[derive(Args)]
