@@ -224,6 +224,9 @@ impl LinkStages {
     }
 }
 
+/// Words of a lane that are integers: the bits of its blocked samples, and the padding.
+const INTEGER_WORDS: [usize; 3] = [8, 9, 11];
+
 /// Compares all words of all lanes; `sizes` are those of a pair's.
 pub fn compare_lanes(
     tally: &mut StageTally,
@@ -237,13 +240,16 @@ pub fn compare_lanes(
             tally.add_equal(words[0].len() as u64);
             continue;
         }
-        let sizes = sizes(k);
+        let is_integer = |n: usize| INTEGER_WORDS.contains(&(n % LANE_WORDS));
+        // Sizes take as long as a link, and only floats need them.
+        let differs = (0..words[0].len()).any(|n| !is_integer(n) && words[0][n] != words[1][n]);
+        let sizes = differs.then(|| sizes(k));
         for (n, (a, b)) in words[0].iter().zip(words[1]).enumerate() {
             let (l, word) = (n / LANE_WORDS, n % LANE_WORDS);
-            let kind = if [8, 9, 11].contains(&word) {
+            let kind = if is_integer(n) {
                 Word::Integer
             } else {
-                Word::Float(sizes[l][word])
+                Word::Float(sizes.map_or(0.0, |sizes| sizes[l][word]))
             };
             tally.add(Place::of_spot(&pairs[k], l), [k * SPOTS + l, word], [*a, *b], kind);
         }

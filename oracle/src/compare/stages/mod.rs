@@ -319,7 +319,7 @@ impl Tallies {
             (true, &self.closure),
             (shot, &self.unshot),
             (shot, &self.deposit),
-            (shot, &self.power),
+            (self.power.values() > 0, &self.power),
             (exchanged, &self.exchange),
             (exchanged, &self.collect),
             (exchanged, &self.side_by_side),
