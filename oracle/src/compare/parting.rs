@@ -41,6 +41,55 @@ pub enum Factor {
 }
 
 impl Factor {
+    /// All of them; where several come from one stage, the first is that of the whole stage.
+    const ALL: [Self; 15] = [
+        Self::Choice,
+        Self::Power,
+        Self::Frame,
+        Self::Visibility,
+        Self::FormFactor,
+        Self::Cosine,
+        Self::Distance,
+        Self::Area,
+        Self::Link,
+        Self::SampleWeight,
+        Self::Closure,
+        Self::Escape,
+        Self::Accumulation,
+        Self::Reflectance,
+        Self::Stage,
+    ];
+
+    /// Returns the names in the verdict of the stages that compute the factor.
+    pub fn stages(self) -> &'static [&'static str] {
+        match self {
+            Self::Choice => &["select"],
+            Self::Power => &["select: unshot", "power"],
+            Self::Frame => &["aim"],
+            Self::Visibility => &[
+                "item buffer",
+                "item buffer, all silhouettes",
+                "lookup",
+                "lookup, all mismatches",
+                "rays",
+            ],
+            Self::FormFactor | Self::Cosine | Self::Distance => &["form factor", "link_factors"],
+            Self::Area => &["form factor", "select"],
+            Self::Link => &["link"],
+            Self::SampleWeight => &["link", "form factor"],
+            Self::Closure => &["received", "closure"],
+            Self::Escape => &["escape"],
+            Self::Accumulation | Self::Reflectance => &["deposit", "exchange", "collect"],
+            Self::Stage => &[],
+        }
+    }
+
+    /// Returns the factor that a stage of the verdict computes.
+    pub fn of_stage(name: &str) -> Self {
+        let computes = |factor: &Self| factor.stages().contains(&name);
+        Self::ALL.into_iter().find(computes).unwrap_or(Self::Stage)
+    }
+
     /// Returns the factor's name.
     pub fn name(self) -> &'static str {
         match self {
@@ -100,6 +149,8 @@ pub struct Parting {
     pub texel: Option<Element>,
     /// Factor in which the solvers part.
     pub factor: Factor,
+    /// Name in the verdict of the stage whose check fails, if that is what parts the solvers.
+    pub stage: Option<String>,
     /// What explains the difference.
     pub cause: String,
     /// Both sides' numbers, from the shooter to the texel.
@@ -292,6 +343,7 @@ mod tests {
             shooter: Some(element(1, 1, "lamp")),
             texel: Some(element(37, 2, "")),
             factor: Factor::Cosine,
+            stage: None,
             cause: "the cosine at the receiver is missing".into(),
             steps: vec![ChainStep {
                 quantity: "irradiance ΔH.r".into(),

@@ -31,28 +31,6 @@ const MAX_FOLLOWED_SHOTS: u32 = 64;
 /// Largest number of shooters whose links are made on both sides: these take most of the time.
 const MAX_FOLLOWED_SHOOTERS: usize = 16;
 
-/// Factors of the stages' names in the verdict.
-const STAGE_FACTORS: [(&str, Factor); 18] = [
-    ("select", Factor::Choice),
-    ("select: unshot", Factor::Power),
-    ("aim", Factor::Frame),
-    ("item buffer", Factor::Visibility),
-    ("item buffer, all silhouettes", Factor::Visibility),
-    ("form factor", Factor::FormFactor),
-    ("lookup", Factor::Visibility),
-    ("lookup, all mismatches", Factor::Visibility),
-    ("rays", Factor::Visibility),
-    ("link", Factor::Link),
-    ("escape", Factor::Escape),
-    ("received", Factor::Closure),
-    ("closure", Factor::Closure),
-    ("deposit", Factor::Accumulation),
-    ("power", Factor::Power),
-    ("exchange", Factor::Accumulation),
-    ("collect", Factor::Accumulation),
-    ("link_factors", Factor::FormFactor),
-];
-
 /// Finds where the solvers of `comparison` part; `faults` are those planted in its shaders. A result that the host refuses
 /// ends the search.
 ///
@@ -107,13 +85,13 @@ fn search_shots(
 
 /// Returns the difference that the check of a stage has found.
 fn parting_of_stage(stage: &StageCheck) -> Parting {
-    let factor = STAGE_FACTORS.iter().find(|(name, _)| *name == stage.name);
     let values = stage.difference.as_ref().map(|found| format!(": {found}"));
     Parting {
         shot: None,
         shooter: None,
         texel: None,
-        factor: factor.map_or(Factor::Stage, |(_, factor)| *factor),
+        factor: Factor::of_stage(&stage.name),
+        stage: Some(stage.name.clone()),
         cause: format!(
             "the check of the stage {} fails{}",
             stage.name,

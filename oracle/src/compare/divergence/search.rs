@@ -210,6 +210,7 @@ impl<'a> Search<'a> {
             shooter: self.patch_element(followed.shots[0].patch),
             texel: at.map(|found| self.texel_element(found.texel)),
             factor,
+            stage: None,
             cause,
             steps,
         }
@@ -231,6 +232,7 @@ impl<'a> Search<'a> {
             shooter: chosen.and_then(|patch| self.patch_element(patch)),
             texel: None,
             factor,
+            stage: None,
             cause,
             steps,
         };
