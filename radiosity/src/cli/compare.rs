@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::bundled::bundled_scene;
-use super::bundled_comparisons::COMPARE_ARGUMENTS;
+use super::bundled_comparisons::bundled_comparisons;
 use super::console::message;
 use super::lights::LightOptions;
 use super::options::{CommonOptions, PassOptions, ShootingOptions, parse_error};
@@ -83,7 +83,7 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
     let shader_files = arguments.shaders.load_files()?;
     prepare_folder(out, &["report.json", "report.html"])?;
     if arguments.all {
-        requests = load_comparisons(out)?;
+        requests = load_comparisons(&bundled_comparisons(), out)?;
     }
     handle_interrupts();
     let gpu = match Gpu::open(common.adapter.as_deref()) {
@@ -156,19 +156,23 @@ fn load_scenes(arguments: &CompareArguments) -> Result<Vec<SceneRequest>> {
     Ok(scenes.into_iter().map(choose).collect())
 }
 
-/// Reads the scenes of the bundled comparisons, and their presets. Each scene is named by the words of its comparison.
+/// Reads the scenes of comparisons, and their presets: each is the path of a scene, or the name of a bundled one, and
+/// options. The scene is named by these words.
 ///
-/// Errors: a scene cannot be written to `out`.
-pub fn load_comparisons(out: &Path) -> Result<Vec<SceneRequest>> {
-    let load = |options: &&'static str| {
-        let (name, rest) = options.split_once(' ').unwrap_or((options, ""));
-        let scene = bundled_scene(name, out)?;
-        let words = rest.split_whitespace().map(Into::into);
-        let mut request = read_comparison([scene.into_os_string()].into_iter().chain(words))?;
-        request.scene.name = (*options).to_owned();
+/// Errors: a bundled scene cannot be written to `out`; a scene cannot be read; an option is unknown.
+pub fn load_comparisons(comparisons: &[String], out: &Path) -> Result<Vec<SceneRequest>> {
+    let load = |words: &String| {
+        let (name, options) = words.split_once(' ').unwrap_or((words, ""));
+        let scene = match Path::new(name) {
+            path if path.exists() => path.to_owned(),
+            _ => bundled_scene(name, out)?,
+        };
+        let options = options.split_whitespace().map(Into::into);
+        let mut request = read_comparison([scene.into_os_string()].into_iter().chain(options))?;
+        request.scene.name.clone_from(words);
         Ok(request)
     };
-    COMPARE_ARGUMENTS.iter().map(load).collect()
+    comparisons.iter().map(load).collect()
 }
 
 /// Returns the scene and the presets of a comparison with these words of the command line.
@@ -178,7 +182,7 @@ fn read_comparison(words: impl Iterator<Item = OsString>) -> Result<SceneRequest
     let parser = CompareArguments::augment_args(Command::new("compare").no_binary_name(true));
     let parsed = parser.try_get_matches_from(words);
     let parsed = parsed.and_then(|matches| CompareArguments::from_arg_matches(&matches));
-    let arguments = parsed.map_err(|error| Error::Fault(error.to_string()))?;
+    let arguments = parsed.map_err(|error| Error::Usage(error.to_string()))?;
     let path = arguments.scenes.first().map(PathBuf::as_path).unwrap_or(Path::new(""));
     let scene = arguments.lights.load_scene(path, &arguments.common.import_options())?;
     let selection = select_presets(&arguments, &scene);

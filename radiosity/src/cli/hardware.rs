@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use super::bundled::bundled_scene;
+use super::bundled_comparisons::bundled_comparisons;
 use super::chart::measure_draft;
 use super::compare::load_comparisons;
 use super::console::message;
@@ -65,7 +66,7 @@ pub fn run(arguments: &HardwareArguments) -> Result<Outcome> {
 
 /// Adds to the report, and writes it after each part.
 fn measure_adapter(gpu: &Gpu, out: &Path, report: &mut HardwareReport) -> Result<()> {
-    for request in load_comparisons(out)? {
+    for request in load_comparisons(&bundled_comparisons(), out)? {
         let progress = Progress::new(&request.scene.name);
         let show = |phase: &str, done| progress.show_phase(phase, done);
         let watch = ProgressMonitor::new(&show);

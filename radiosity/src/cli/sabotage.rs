@@ -1,7 +1,7 @@
 //! `radiosity sabotage`: plants mistakes in the shaders and shows which the comparison finds.
 
 use super::Outcome;
-use super::bundled_comparisons::COMPARE_ARGUMENTS;
+use super::bundled_comparisons::bundled_comparisons;
 use super::compare::load_comparisons;
 use super::console::{message, output};
 use super::progress::{Progress, handle_interrupts, is_interrupted};
@@ -32,6 +32,9 @@ pub struct SabotageArguments {
     /// Number of mutants, drawn evenly from all shaders and kinds of mistakes
     #[arg(long, value_name = "N", default_value_t = DEFAULT_COUNT)]
     count: usize,
+    /// Judge by this comparison, a scene and options of `compare`, not by the bundled ones; repeatable
+    #[arg(long, value_name = "WORDS")]
+    comparison: Vec<String>,
     /// Seed of the draw
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
@@ -49,20 +52,32 @@ pub struct SabotageArguments {
 /// Judges mutants of the given shaders, or of all.
 pub fn run(arguments: &SabotageArguments) -> Result<Outcome> {
     let out = &arguments.out;
+    let comparisons = match arguments.comparison.is_empty() {
+        true => bundled_comparisons(),
+        false => arguments.comparison.clone(),
+    };
     if arguments.judge {
         let gpu = Gpu::open(arguments.adapter.as_deref())?;
         let write_line = |line: &str| output!("{line}");
-        return answer_requests(&gpu, &load_comparisons(out)?, std::io::stdin().lock(), write_line)
-            .map(|()| Outcome::Done);
+        return answer_requests(
+            &gpu,
+            &load_comparisons(&comparisons, out)?,
+            std::io::stdin().lock(),
+            write_line,
+        )
+        .map(|()| Outcome::Done);
     }
     let given = arguments.shaders.load_files()?;
     prepare_folder(out, &["sabotage.json", "sabotage.html"])?;
     handle_interrupts();
     let adapter = Gpu::open(arguments.adapter.as_deref())?.line.name;
     // The scenes are written before several processes read them.
-    load_comparisons(out)?;
+    load_comparisons(&comparisons, out)?;
     let program = std::env::current_exe().map_err(|error| Error::Fault(error.to_string()))?;
-    let all = list_mutants(&mutated_files(&given), &describe_context(&given, &adapter))?;
+    let all = list_mutants(
+        &mutated_files(&given),
+        &describe_context(&given, &comparisons, &adapter),
+    )?;
     let existing = all.len();
     let mutants = draw_sample(all, arguments.count, arguments.seed);
     let store = VerdictStore::new(out);
@@ -79,7 +94,7 @@ pub fn run(arguments: &SabotageArguments) -> Result<Outcome> {
         judged.len()
     );
     let sabotage = SabotageRun {
-        trials: &COMPARE_ARGUMENTS,
+        trials: &comparisons,
         given: &given,
         command: &|| judge_command(&program, arguments),
         processes: available_parallelism().map_or(1, usize::from).min(open.len()),
@@ -129,16 +144,21 @@ fn mutated_files(given: &[ShaderFile]) -> Vec<ShaderFile> {
     given.iter().map(copy).collect()
 }
 
-/// Names what a verdict depends on beside the mutant: this build of the program, the other files, and the adapter.
-fn describe_context(given: &[ShaderFile], adapter: &str) -> String {
+/// Names what a verdict depends on beside the mutant: this build of the program, the other files, the comparisons,
+/// and the adapter.
+fn describe_context(given: &[ShaderFile], comparisons: &[String], adapter: &str) -> String {
     let files: Vec<[&str; 2]> = given.iter().map(|file| [file.stage, file.text.as_str()]).collect();
-    format!("{:x} {:x} {adapter}", hash_program(), hash_value(&files))
+    let inputs = hash_value(&(files, comparisons));
+    format!("{:x} {inputs:x} {adapter}", hash_program())
 }
 
 /// Returns the command of a process that compares.
 fn judge_command(program: &Path, arguments: &SabotageArguments) -> Command {
     let mut command = Command::new(program);
     command.args(["sabotage", "--judge", "--out"]).arg(&arguments.out);
+    for words in &arguments.comparison {
+        command.args(["--comparison", words]);
+    }
     if let Some(name) = &arguments.adapter {
         command.args(["--adapter", name]);
     }

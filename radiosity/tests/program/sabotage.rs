@@ -60,3 +60,39 @@ fn file_that_differs_without_mutants_is_refused() {
         end.stderr
     );
 }
+
+#[test]
+fn given_comparison_judges_in_place_of_the_bundled_ones() {
+    let folder = TestFolder::new();
+    let judge = |shader: &str, comparison: &str| {
+        folder.write("mine.wgsl", ShaderStage::find(shader).unwrap().text);
+        let file = format!("{shader}=mine.wgsl");
+        let words = [
+            "sabotage",
+            "--shader",
+            &file,
+            "--count",
+            "2",
+            "--comparison",
+            comparison,
+        ];
+        folder.run_words(&words)
+    };
+    let by_rays = "occluded_plates.obj --texels 3 --patches 1 --samples 1 --visibility rays";
+    let end = judge("hemicube", by_rays);
+    assert_eq!(end.code, Some(1), "{end}");
+    // One of the two may be equivalent.
+    let found = folder.read_json("out/sabotage.json");
+    assert!(found["not_run"].as_u64() >= Some(1) && found["killed"] == 0, "{found}");
+    judge("deposit", by_rays);
+    let found = folder.read_json("out/sabotage.json");
+    assert_eq!((&found["not_run"], &found["mutants"]), (&0.into(), &2.into()));
+    for (comparison, said) in [
+        ("occluded_plates.obj --texles 3", "--texles"),
+        ("no_such_scene.obj", "no_such_scene.obj"),
+    ] {
+        let end = judge("deposit", comparison);
+        assert_eq!(end.code, Some(2), "{end}");
+        assert!(end.stderr.contains(said), "{end}");
+    }
+}

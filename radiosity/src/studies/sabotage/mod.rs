@@ -76,6 +76,8 @@ pub struct JudgedMutant {
     pub reason: String,
     /// Whether that criterion is one of a stage under which faults of the shader are shown.
     pub own_stage: bool,
+    /// Whether the first divergence leads to such a stage; none where a comparison ended before one could be sought.
+    pub divergence_leads_here: Option<bool>,
     /// Seconds that the judgement took.
     pub seconds: f64,
 }

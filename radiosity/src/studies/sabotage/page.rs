@@ -46,6 +46,7 @@ fn score_table(head: &str, groups: Vec<(&str, Score)>) -> Table {
             score.mutants,
             score.killed,
             score.stage_named,
+            score.divergence_right,
             score.survived,
             score.equivalent,
             score.invalid,
@@ -54,7 +55,9 @@ fn score_table(head: &str, groups: Vec<(&str, Score)>) -> Table {
         let cells = [name.to_owned(), share].into_iter();
         Row::new(cells.chain(counts.iter().map(ToString::to_string)))
     };
-    let heads = format!("{head};#Score;#Mutants;#Killed;#By own|stage;#Survived;#Equivalent;#Invalid;#Not run");
+    let heads = format!(
+        "{head};#Score;#Mutants;#Killed;#By own|stage;#Divergence|right;#Survived;#Equivalent;#Invalid;#Not run"
+    );
     Table::new(&heads, groups.into_iter().map(row))
 }
 

@@ -15,8 +15,9 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time that any trial may take: a new process opens the device and compiles all pipelines.
-const MIN_TRIAL_TIME: Duration = Duration::from_secs(12);
+/// Time that any trial may take. A new process opens the device and compiles all pipelines, and lavapipe ends a loop
+/// without an end after 65 536 turns, so that a shader with one ends late, but with a verdict.
+const MIN_TRIAL_TIME: Duration = Duration::from_secs(60);
 /// Time that a trial may take, of the time without a mutant.
 const TRIAL_TIME_FACTOR: u32 = 6;
 /// Prefix of the names of criteria of stages.
@@ -32,7 +33,7 @@ struct HealthyTrial {
 /// A run of mutants.
 pub struct SabotageRun<'a> {
     /// Options of the trials.
-    pub trials: &'a [&'static str],
+    pub trials: &'a [String],
     /// Files in the place of the program's shaders.
     pub given: &'a [ShaderFile],
     /// Makes the command of the process that compares.
@@ -139,7 +140,7 @@ impl SabotageRun<'_> {
         let text = given.map_or(stage.text, |file| file.text.as_str());
         let mutated = mutant.mutation.apply(text);
         let make_file = |text: &str| ShaderFile::new(stage.name, Path::new(stage.name), text.to_owned());
-        let end = |verdict, reason: &str, own_stage| {
+        let end = |verdict, reason: &str, own_stage, divergence_leads_here| {
             Ok(Some(JudgedMutant {
                 key: mutant.key.clone(),
                 shader: mutant.shader.to_owned(),
@@ -152,24 +153,26 @@ impl SabotageRun<'_> {
                 verdict,
                 reason: reason.to_owned(),
                 own_stage,
+                divergence_leads_here,
                 seconds: start.elapsed().as_secs_f64(),
             }))
         };
         if let Some(reason) = find_reason(mutant) {
-            return end(MutantVerdict::Equivalent, reason, false);
+            return end(MutantVerdict::Equivalent, reason, false, None);
         }
         if let Err(error) = check_shader_files(&[make_file(&mutated)]) {
-            return end(MutantVerdict::Invalid, &error.to_string(), false);
+            return end(MutantVerdict::Invalid, &error.to_string(), false, None);
         }
         if give_same_modules(&make_file(text), &make_file(&mutated))? {
-            return end(MutantVerdict::Equivalent, "naga's module is the same", false);
+            return end(MutantVerdict::Equivalent, "naga's module is the same", false, None);
         }
         let runs_shader = |trial: &HealthyTrial| trial.used.iter().any(|used| used == mutant.shader);
         if !healthy.iter().any(runs_shader) {
-            return end(MutantVerdict::NotRun, "no comparison runs the shader", false);
+            return end(MutantVerdict::NotRun, "no comparison runs the shader", false, None);
         }
         for (trial, run) in healthy.iter().enumerate().filter(|(_, run)| runs_shader(run)) {
             let files = self.files_with([], &[(mutant.shader, &mutated)]);
+            let mut divergence_leads_here = None;
             let (reason, named) = match judge.run_trial(&TrialRequest { trial, files }, run.time_limit, self.stop)? {
                 TrialEnd::Interrupted => return Ok(None),
                 TrialEnd::Late => ("it takes too long".to_owned(), None),
@@ -178,18 +181,24 @@ impl SabotageRun<'_> {
                     (format!("the GPU does not finish {name}"), Some(name))
                 }
                 TrialEnd::Reply(TrialReply { error: Some(text), .. }) => (format!("error: {text}"), None),
-                TrialEnd::Reply(TrialReply { broken, .. }) => {
+                TrialEnd::Reply(TrialReply {
+                    broken,
+                    divergent_stages,
+                    ..
+                }) => {
                     let Some(criterion) = broken.into_iter().next() else {
                         continue;
                     };
+                    let leads_here = divergent_stages.iter().any(|name| names_own_stage(&stage, name));
+                    divergence_leads_here = Some(leads_here);
                     let named = criterion.strip_prefix(STAGE_CRITERION).map(str::to_owned);
                     (criterion, named)
                 }
             };
             let own_stage = named.is_some_and(|name| names_own_stage(&stage, &name));
-            return end(MutantVerdict::Killed, &reason, own_stage);
+            return end(MutantVerdict::Killed, &reason, own_stage, divergence_leads_here);
         }
-        end(MutantVerdict::Survived, "", false)
+        end(MutantVerdict::Survived, "", false, None)
     }
 }
 

@@ -21,6 +21,10 @@ pub struct Score {
     pub not_run: usize,
     /// Killed by a stage under which faults of the shader are shown.
     pub stage_named: usize,
+    /// Killed by a comparison of which the first divergence was sought.
+    pub diverged: usize,
+    /// Those of them whose first divergence leads to such a stage.
+    pub divergence_right: usize,
 }
 
 impl Score {
@@ -30,6 +34,8 @@ impl Score {
         for mutant in judged {
             score.mutants += 1;
             score.stage_named += usize::from(mutant.own_stage);
+            score.diverged += usize::from(mutant.divergence_leads_here.is_some());
+            score.divergence_right += usize::from(mutant.divergence_leads_here == Some(true));
             *match mutant.verdict {
                 MutantVerdict::Killed => &mut score.killed,
                 MutantVerdict::Survived => &mut score.survived,
@@ -67,8 +73,17 @@ impl Score {
     /// Returns the numbers in words.
     pub fn describe(&self) -> String {
         format!(
-            "{} mutants: {} killed, {} of them by a stage of their own; {} survived, {} equivalent, {} invalid, {} not run",
-            self.mutants, self.killed, self.stage_named, self.survived, self.equivalent, self.invalid, self.not_run
+            "{} mutants: {} killed, {} of them by a stage of their own; first divergence right in {} of {}; {} survived, \
+             {} equivalent, {} invalid, {} not run",
+            self.mutants,
+            self.killed,
+            self.stage_named,
+            self.divergence_right,
+            self.diverged,
+            self.survived,
+            self.equivalent,
+            self.invalid,
+            self.not_run
         )
     }
 
@@ -78,6 +93,7 @@ impl Score {
             "mutants": self.mutants, "killed": self.killed, "survived": self.survived,
             "equivalent": self.equivalent, "invalid": self.invalid, "not_run": self.not_run,
             "score": self.killed_share(), "stage_named": self.stage_named,
+            "diverged": self.diverged, "divergence_right": self.divergence_right,
         })
     }
 }

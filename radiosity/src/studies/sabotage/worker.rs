@@ -2,10 +2,9 @@
 
 use common::{Error, Result};
 use gpu::{Gpu, ShaderFile, ShaderStage};
-use oracle::compare::comparison::Comparison;
-use oracle::compare::hierarchical::compare_hierarchical;
-use oracle::compare::presets::{PresetSelection, SceneRequest};
-use oracle::compare::{ComparisonRequest, compare_shooting};
+use oracle::compare::divergence::find_first_divergence;
+use oracle::compare::parting::Factor;
+use oracle::compare::presets::{SceneRequest, compare_presets};
 use oracle::solve::progress::without_progress;
 use serde::{Deserialize, Serialize};
 use std::io::BufRead;
@@ -33,6 +32,8 @@ pub struct TrialReply {
     pub stuck: Option<String>,
     /// Names of the criteria that do not hold.
     pub broken: Vec<String>,
+    /// Names of the stages to which the first divergence leads, if one is found.
+    pub divergent_stages: Vec<String>,
     /// The error with which it ended, if it did.
     pub error: Option<String>,
 }
@@ -83,33 +84,29 @@ fn run_trial(gpu: &Gpu, trial: &SceneRequest, files: &[(String, String)]) -> Res
     };
     let files: Vec<ShaderFile> = files.iter().map(make_file).collect::<Result<_>>()?;
     let gpu = gpu.clone().with_shader_files(files);
-    let (broken, error) = match compare_once(&gpu, trial) {
-        Ok(comparison) => {
-            let broken = comparison.criteria.into_iter().filter(|criterion| !criterion.pass);
-            (broken.map(|criterion| criterion.name).collect(), None)
-        }
-        Err(error) => (Vec::new(), Some(error.to_string())),
-    };
-    Ok(TrialReply {
-        used: gpu.used_shaders().map(str::to_owned).collect(),
-        stuck: None,
-        broken,
-        error,
-    })
+    let mut reply = TrialReply::default();
+    if let Err(error) = judge_trial(&gpu, trial, &mut reply) {
+        reply.error = Some(error.to_string());
+    }
+    reply.used = gpu.used_shaders().map(str::to_owned).collect();
+    Ok(reply)
 }
 
-fn compare_once(gpu: &Gpu, trial: &SceneRequest) -> Result<Comparison> {
-    match &trial.selection {
-        PresetSelection::ToError(target, settings) => {
-            compare_hierarchical(&trial.scene, *target, settings, (gpu, &[]), &without_progress())
-        }
-        PresetSelection::Shooting(settings) | PresetSelection::PaperAndDefault { paper: settings, .. } => {
-            let request = ComparisonRequest {
-                settings: *settings,
-                gpu,
-                faults: &[],
-            };
-            compare_shooting(&trial.scene, &request, &without_progress())
-        }
-    }
+/// Notes the criteria of the first comparison that finds a difference, and the stages to which its first divergence leads.
+fn judge_trial(gpu: &Gpu, trial: &SceneRequest, reply: &mut TrialReply) -> Result<()> {
+    let compared = compare_presets(&trial.scene, &trial.selection, gpu, &[], &without_progress())?;
+    let Some(comparison) = compared.iter_comparisons().find(|c| c.criteria.iter().any(|c| !c.pass)) else {
+        return Ok(());
+    };
+    let broken = comparison.criteria.iter().filter(|criterion| !criterion.pass);
+    reply.broken = broken.map(|criterion| criterion.name.clone()).collect();
+    let divergence = find_first_divergence(comparison, (gpu, &[]), &without_progress())?;
+    let Some(parting) = divergence.parting else {
+        return Ok(());
+    };
+    reply.divergent_stages = match (parting.stage, parting.factor) {
+        (Some(stage), _) => vec![stage],
+        (None, factor) => Factor::stages(factor).iter().map(ToString::to_string).collect(),
+    };
+    Ok(())
 }
