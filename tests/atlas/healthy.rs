@@ -42,7 +42,7 @@ fn compare_all_ways(scene: &Scene) -> [Comparison; 4] {
     ];
     let [paper, pixels, rays] = shooting.map(|settings| compare_with_faults(scene, settings, &[]).unwrap());
     let target = ErrorTarget {
-        error: 0.02,
+        error: 0.1,
         texels: None,
     };
     let settings = pass_settings(Visibility::Rays);

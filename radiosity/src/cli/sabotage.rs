@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread::available_parallelism;
 
-/// Default number of mutants: ten minutes on two cores.
+/// Default number of mutants: half an hour on two cores.
 const DEFAULT_COUNT: usize = 600;
 /// Arguments of `sabotage`.
 #[derive(Args)]

@@ -24,7 +24,7 @@ fn hardware_finds_each_stage_right_and_times_the_paper() {
     fs::remove_dir_all(&folder).unwrap();
 
     let comparisons = json["comparisons"].as_array().unwrap();
-    assert_eq!(comparisons.len(), 10);
+    assert_eq!(comparisons.len(), 11);
     let stages: Vec<&Value> = comparisons
         .iter()
         .flat_map(|compared| compared["stages"].as_array().unwrap())
@@ -51,5 +51,5 @@ fn hardware_finds_each_stage_right_and_times_the_paper() {
     let points = json["chart"]["points"].as_array().unwrap();
     let is_measured = |point: &&Value| point["solver"] == "gpu" && is_positive(&point["error"]);
     assert!(points.iter().filter(is_measured).count() >= 5, "{points:?}");
-    assert!(page.contains("10 of 10 comparisons agree") && page.contains("<svg") && !page.contains("src=\"http"));
+    assert!(page.contains("11 of 11 comparisons agree") && page.contains("<svg") && !page.contains("src=\"http"));
 }

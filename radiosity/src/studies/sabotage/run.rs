@@ -202,7 +202,7 @@ impl SabotageRun<'_> {
     }
 }
 
-/// Returns whether a name of a stage is one under which faults of a shader are shown; of records any.
+/// Returns whether a name of a stage is the shader's, or one under which its faults are shown; of records any.
 fn names_own_stage(stage: &ShaderStage, name: &str) -> bool {
-    stage.verdict.is_empty() || stage.verdict.contains(&name)
+    stage.verdict.is_empty() || stage.verdict.contains(&name) || stage.name == name
 }
