@@ -9,8 +9,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Longest time of a call to the device with shaders of the user's.
-const MAX_CALL_TIME: Duration = Duration::from_secs(30);
+/// Longest time of a call to the device with shaders of the user's. Lavapipe ends a loop after 65 536 turns: a call with one may
+/// take many seconds and return, and a comparison makes many.
+const MAX_CALL_TIME: Duration = Duration::from_secs(10);
 
 /// Arguments of `shader`.
 #[derive(Args)]
