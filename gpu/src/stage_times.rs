@@ -8,7 +8,7 @@ use common::shooting::DepositRule;
 use std::time::Instant;
 
 /// Repetitions of a step in one submission.
-const REPETITIONS: u32 = 32;
+const STEP_REPETITIONS: u32 = 32;
 
 /// Steps, and their names.
 const TIMED_STEPS: [(&str, LinkStep); 4] = [
@@ -27,11 +27,11 @@ impl LinkProbe {
             let before = self.record_steps(context, patch, &[LinkStep::Draw, step]);
             let submission = context.host.submit_work(before);
             context.host.wait_for_submission(submission)?;
-            let repeated = self.record_steps(context, patch, &[step; REPETITIONS as usize]);
+            let repeated = self.record_steps(context, patch, &[step; STEP_REPETITIONS as usize]);
             let start = Instant::now();
             let submission = context.host.submit_work(repeated);
             context.host.wait_for_submission(submission)?;
-            times.push((name, start.elapsed().as_secs_f64() / f64::from(REPETITIONS)));
+            times.push((name, start.elapsed().as_secs_f64() / f64::from(STEP_REPETITIONS)));
         }
         Ok(times)
     }

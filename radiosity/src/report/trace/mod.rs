@@ -41,7 +41,7 @@ pub const MAX_TRACED_TEXELS: u64 = 1 << 18;
 /// Maximum faces of a scene with a trace: their geometry takes two of the page's five million bytes.
 pub const MAX_TRACED_FACES: u64 = 15_000;
 
-const SCRIPTS: [&str; 5] = [
+const PAGE_SCRIPTS: [&str; 5] = [
     include_str!("trace_data.js"),
     include_str!("trace_viewer.js"),
     include_str!("trace_panels.js"),
@@ -193,7 +193,7 @@ impl PageRenderer<'_> {
                 }
             })
             .add_remark(self.describe_precision())
-            .add_element(viewer_assets(STYLE, &SCRIPTS));
+            .add_element(viewer_assets(STYLE, &PAGE_SCRIPTS));
         let title = format!("{}, shot by shot", file_name(&scene.name));
         render_document(&title, &opening, &[], "")
     }
