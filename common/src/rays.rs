@@ -4,7 +4,7 @@ use crate::bvh::Bvh;
 use crate::constants::{CONTACT_DISTANCE, MISS_DISTANCE, OUTLINE_MARGIN, RAY_REACH, SEGMENT_END_FRACTION};
 use crate::intersect::{intersect_face, touches_plane};
 use crate::mesh::{Mesh, MeshFace};
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 use obvhs::ray::{Ray, RayHit};
 use std::cell::Cell;
 
@@ -232,14 +232,19 @@ fn segment_ray(from: Vec3, to: Vec3) -> Ray {
 
 /// Makes a ray. `Ray::new` clamps the inverses of small components; here every component is small.
 fn make_ray(origin: Vec3, direction: Vec3, tmax: f32) -> Ray {
-    let inverse = |x: f32| {
-        if x.abs() < 1e-30 { 1e30f32.copysign(x) } else { 1.0 / x }
-    };
     Ray {
         origin: origin.into(),
         direction: direction.into(),
-        inv_direction: Vec3A::new(inverse(direction.x), inverse(direction.y), inverse(direction.z)),
+        inv_direction: direction.map(safe_inverse).into(),
         tmin: 0.0,
         tmax,
     }
+}
+
+/// Returns 1/x, finite for every x. −0 counts as positive, as in a tree's choice of octants.
+pub fn safe_inverse(x: f32) -> f32 {
+    if x.abs() < 1e-30 {
+        return if x < 0.0 { -1e30 } else { 1e30 };
+    }
+    1.0 / x
 }

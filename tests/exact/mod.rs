@@ -2,4 +2,5 @@
 
 mod form_factor_points;
 mod form_factors;
+mod rays;
 mod triangles;

@@ -1,6 +1,8 @@
 //! Traversal of the BVH of eight quantised boxes a node (Ylitie, Karras & Laine 2017), as the GPU does it.
 //! The solvers of the CPU traverse the same nodes by `obvhs`, whose results the test compares.
 
+pub use common::rays::safe_inverse;
+
 use common::constants::RAY_STACK_LEVELS;
 use glam::Vec3;
 use obvhs::cwbvh::node::CwBvhNode;
@@ -31,14 +33,6 @@ pub fn make_ray(origin: Vec3, direction: Vec3, reach: f32) -> BoxRay {
         inverse: direction.map(safe_inverse),
         reach,
     }
-}
-
-/// Returns 1/x, finite for every x.
-fn safe_inverse(x: f32) -> f32 {
-    if x.abs() < 1e-30 {
-        return if x < 0.0 { -1e30 } else { 1e30 };
-    }
-    1.0 / x
 }
 
 /// Returns byte `k` of two words.
