@@ -1,8 +1,9 @@
 //! Order of shots: choice of the shooter, end of the run, and equality of runs, single shots and replays.
 
+use approx::abs_diff_eq;
 use common::mesh::Mesh;
 use common::settings::{Iteration, Schedule};
-use common::shooting::{ShotOrder, replay_log, select_shooter};
+use common::shooting::{Shot, ShotOrder, replay_log, select_shooter, solve_progress};
 use glam::Vec3;
 use radiosity_tests::engines::{
     GREEDY_TO_ZERO, each_engine, engine_settings, gpu_solver, item_buffer, mesh_of, run_shots, shoot_freely,
@@ -156,4 +157,26 @@ fn run_ends_at_the_threshold() {
             );
         }
     });
+}
+
+/// From 8 W to the threshold of 1/8 W; 1 W is half the way on a logarithmic scale.
+#[test]
+fn progress_rises_with_the_logarithm_of_power() {
+    let progress = |unshot| {
+        let shot = Shot {
+            patch: 0,
+            power: [0.0; 3],
+            form_factor_sum: 1.0,
+            escaped: 0.0,
+            unshot,
+        };
+        solve_progress(&shot, 8.0, 1.0 / 64.0)
+    };
+    for (unshot, expected) in [(9.0, 0.0), (8.0, 0.0), (1.0, 0.5), (0.125, 1.0), (0.1, 1.0), (0.0, 1.0)] {
+        let found = progress(unshot);
+        assert!(
+            abs_diff_eq!(found, expected, epsilon = 4.0 * f64::EPSILON),
+            "{unshot}: {found}"
+        );
+    }
 }

@@ -575,6 +575,26 @@ mod tests {
         assert!((c + d - 1.0).abs() < 1e-6, "{c} + {d}");
     }
 
+    /// E A cos θ cos θ' / r²; the lamp's angular size adds at most a hundredth.
+    #[test]
+    fn bound_of_a_small_lamp_is_its_irradiance() {
+        let corners = [[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]];
+        let lamp = Lamp {
+            number: 0,
+            corners: corners.map(|[x, z]| Vec3::new(x, 3.0, z)),
+            normal: Vec3::NEG_Y,
+            power: 5.0,
+        };
+        let tree = LampTree::from_lamps([lamp].into_iter(), 1);
+        for at in [Vec3::ZERO, Vec3::new(1.0, 0.0, 2.0), Vec3::new(-4.0, 0.0, 3.0)] {
+            let square = at.distance_squared(3.0 * Vec3::Y);
+            let expected = 5.0 * 9.0 / square / square;
+            let light = tree.nodes[0].light_at(&receive_at(at, Vec3::Y));
+            let ratio = light.importance / expected;
+            assert!((1.0..1.01).contains(&ratio) && light.even, "{at}: {ratio}");
+        }
+    }
+
     /// A point of a surface.
     fn receive_at(centre: Vec3, normal: Vec3) -> Receiver {
         Receiver {

@@ -51,3 +51,62 @@ impl CheckedStages {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refuse(stage: &'static str) -> Error {
+        Error::Stage {
+            stage,
+            message: "an index beyond its list".into(),
+        }
+    }
+
+    fn check(name: &str, agree: bool) -> StageCheck {
+        StageCheck {
+            agree,
+            worst: 0.0,
+            ..StageCheck::without_result(name, "")
+        }
+    }
+
+    /// A refused result fails its stage, once; a stage that differs keeps its values.
+    #[test]
+    fn refused_result_fails_its_stage() {
+        let mut stages = CheckedStages {
+            checks: vec![check("select", true), check("link", false)],
+            ..CheckedStages::default()
+        };
+        for stage in ["select", "link", "deposit", "select"] {
+            stages.take_refusal(refuse(stage)).unwrap();
+        }
+        let found: Vec<_> = stages.checks.iter().map(|c| (&*c.name, c.worst.is_nan())).collect();
+        assert_eq!(found, [("link", false), ("select", true), ("deposit", true)]);
+        assert!(stages.checks.iter().all(|check| !check.agree));
+        let refused = stages.criteria().pop().unwrap();
+        assert!(refused.value > refused.bound && refused.reason == refuse("select").to_string());
+    }
+
+    #[test]
+    fn error_without_a_stage_is_a_verdict_only_beside_a_difference() {
+        let fault = || Error::Fault("device lost".into());
+        assert!(CheckedStages::default().take_refusal(fault()).is_err());
+        for (agree, interrupted) in [(true, false), (false, false), (false, true)] {
+            let mut stages = CheckedStages {
+                checks: vec![check("link", agree)],
+                ..CheckedStages::default()
+            };
+            let error = if interrupted { Error::Interrupted } else { fault() };
+            assert_eq!(stages.take_refusal(error).is_ok(), !agree && !interrupted);
+        }
+    }
+
+    #[test]
+    fn unreached_stages_are_named() {
+        let mut stages = CheckedStages::default();
+        assert_eq!(stages.describe_unreached(), None);
+        stages.unreached = vec!["rays", "lookup"];
+        assert!(stages.describe_unreached().unwrap().ends_with("rays, lookup"));
+    }
+}
