@@ -1,10 +1,13 @@
 //! The error estimate against the error itself.
 
+use approx::abs_diff_eq;
+use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::Settings;
-use common::shooting::RadiosityField;
-use glam::Vec3;
+use common::shooting::{RadiosityField, SolveRun};
+use glam::{Vec3, Vec4};
 use oracle::solve::SolveAnswer;
+use oracle::solve::error_estimate::unshot_error;
 use oracle::solve::regather::{ErrorEstimate, estimate_by_regathering};
 use radiosity_tests::solutions::{solve_on_cpu, solve_settings};
 use radiosity_tests::{furnace, lit_room};
@@ -52,4 +55,31 @@ fn uniform_error_is_estimated_with_later_bounces() {
         let off = (found.error - 0.05).abs();
         assert!(off < spread + 5e-4 + rounding, "{found:?}");
     }
+}
+
+/// The light r that a furnace has not shot would add ρr/(1 − ρ) to B; a channel without light has no error.
+#[test]
+fn unshot_light_of_a_furnace_is_its_error() {
+    let mesh = Mesh::uniform(&furnace(0.25), 2, 1).unwrap();
+    let (reflected, residual) = (Vec3::new(0.5, 0.25, 0.0), Vec3::new(0.3, -0.3, 0.3));
+    let everywhere = |of: &dyn Fn(Vec3) -> Vec3| -> Vec<Vec4> {
+        let values = mesh.texels.iter().map(|texel| of(texel.emission).extend(0.0));
+        values.collect()
+    };
+    let run = SolveRun {
+        field: RadiosityField {
+            radiosity: everywhere(&|emission| emission + reflected),
+            residual: everywhere(&|_| residual),
+            ..RadiosityField::default()
+        },
+        ..SolveRun::default()
+    };
+    let expected = 0.25 * 0.3 / (1.0 - 0.25) / 0.25;
+    let found = unshot_error(&mesh, &run);
+    // B is rounded beside E = 1, the other numbers by themselves.
+    let rounding = 16.0 * f64::from(f32::EPSILON);
+    assert!(
+        abs_diff_eq!(found, expected, epsilon = rounding),
+        "{found} is not {expected}"
+    );
 }

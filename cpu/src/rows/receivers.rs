@@ -151,3 +151,33 @@ fn grid_square_corners(face: &MeshFace, kind: TexelKind, [i, j]: [u32; 2]) -> [V
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use common::scene::{Face, Scene};
+    use glam::DVec3;
+
+    /// A tilted quad: corner 0 is the origin of its plane, lengths stay, and corners follow each other counter-clockwise.
+    #[test]
+    fn plane_coordinates_are_an_isometry() {
+        let corner = |u: f64, v: f64| DVec3::new(0.3 + 0.8 * u, 0.1 + 0.2 * u + 0.7 * v, -0.4 * v);
+        let corners = [[0.0, 0.0], [2.0, 0.0], [1.5, 1.0], [0.0, 1.0]].map(|[u, v]| corner(u, v));
+        let scene = Scene {
+            faces: vec![Face::quad("tilted", corners, Vec3::ONE, Vec3::ONE)],
+            ..Scene::default()
+        };
+        let mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+        let face = &mesh.faces[0];
+        let frame = FaceFrame::new(face);
+        let flat = face.corners.map(|corner| frame.project_point(corner));
+        assert_eq!(flat[0], Vec2::ZERO);
+        // Six roundings of numbers below 2.
+        let rounding = 12.0 * f32::EPSILON;
+        for (i, j) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
+            let expected = face.corners[i].distance(face.corners[j]);
+            assert!((flat[i].distance(flat[j]) - expected).abs() < rounding, "{flat:?}");
+        }
+        assert!((flat[1] - flat[0]).perp_dot(flat[3] - flat[0]) > 0.0);
+    }
+}
