@@ -2,8 +2,8 @@
 
 use crate::call_clock::CallClock;
 use crate::pipeline_cache::CompiledPipelines;
-use crate::race_log::RaceLog;
 use crate::shader_files::ShaderFile;
+use crate::watch_log::WatchLog;
 use common::{Error, Result};
 use stage_check::adapters::{find_adapter, open_device, usable_adapters};
 use std::sync::{Arc, Mutex};
@@ -32,7 +32,7 @@ pub struct Gpu {
     /// Files that take the place of the program's shaders.
     pub(crate) shader_files: Arc<[ShaderFile]>,
     /// Where its shaders count races; none but of a device for checks.
-    pub(crate) race_log: Option<Arc<RaceLog>>,
+    pub(crate) watch_log: Option<Arc<WatchLog>>,
     /// Clock of its calls.
     pub call_clock: Arc<CallClock>,
     failure: Arc<Mutex<Option<String>>>,
@@ -66,7 +66,7 @@ impl Gpu {
             line: describe_adapter(&adapter),
             compiled: Arc::default(),
             shader_files: Arc::new([]),
-            race_log: None,
+            watch_log: None,
             call_clock: Arc::default(),
             failure: Arc::default(),
         };
@@ -86,18 +86,26 @@ impl Gpu {
         }
     }
 
-    /// Returns the same device for checks of stages: pipelines that are made for it count the races of their workgroup memory,
-    /// and its solvers work as [`crate::buffer_ends`] says, with sums over patches in more than one part.
+    /// Returns the same device for checks of stages: pipelines that are made for it count the races of their workgroup memory
+    /// and the turns of loops in given files, and its solvers work as [`crate::buffer_ends`] says, with sums over patches in more than one part.
     pub fn for_checks(&self) -> Self {
         Self {
-            race_log: Some(Arc::new(RaceLog::new(&self.device))),
+            watch_log: Some(Arc::new(WatchLog::new(&self.device))),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the same device for work whose read-backs do not look at the log.
+    pub(crate) fn without_log(&self) -> Self {
+        Self {
+            watch_log: None,
             ..self.clone()
         }
     }
 
     /// Returns whether it is a device for checks.
     pub(crate) fn is_for_checks(&self) -> bool {
-        self.race_log.is_some()
+        self.watch_log.is_some()
     }
 
     /// Iterates over notes on those files.

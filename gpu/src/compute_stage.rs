@@ -6,12 +6,12 @@ use crate::bindings::{BindingLayout, BindingTable};
 use crate::function_calls::{CALL_ENTRY, FunctionCall};
 use crate::module_text::ModuleText;
 use crate::pipeline_cache::CompiledPipelines;
-use crate::race_log::RaceLog;
 use crate::shader_files::ShaderFile;
 use crate::shaders::{ShaderFault, assemble_call, assemble_module};
+use crate::watch_log::WatchLog;
 use common::Result;
 use common::settings::{ItemBufferProjection, Transport};
-use stage_check::races::RACE_LOG;
+use stage_check::watch::WATCH_LOG;
 use std::borrow::Cow;
 use std::collections::hash_map::Entry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -50,7 +50,7 @@ pub struct PipelineMaker {
     /// Faults planted in its shaders.
     pub faults: Vec<ShaderFault>,
     shader_files: Arc<[ShaderFile]>,
-    race_log: Option<Arc<RaceLog>>,
+    watch_log: Option<Arc<WatchLog>>,
     compiled: Arc<Mutex<CompiledPipelines>>,
 }
 
@@ -61,7 +61,7 @@ impl PipelineMaker {
             transport: *transport,
             faults: faults.to_vec(),
             shader_files: gpu.shader_files.clone(),
-            race_log: gpu.race_log.clone(),
+            watch_log: gpu.watch_log.clone(),
             compiled: gpu.compiled.clone(),
         }
     }
@@ -70,11 +70,11 @@ impl PipelineMaker {
     pub fn make_stage(&self, file: &str, entry: &'static str, table: &BindingTable) -> Result<ComputeStage> {
         let module = self.module_text(file)?;
         let watched = self
-            .race_log
+            .watch_log
             .as_ref()
             .and_then(|log| Some((log, log.watch_text(file, &module)?)));
         let (text, table) = match watched {
-            Some((log, text)) => (text, Cow::Owned(table.with(RACE_LOG, &log.buffer))),
+            Some((log, text)) => (text, Cow::Owned(table.with(WATCH_LOG, &log.buffer))),
             None => (module.text(), Cow::Borrowed(table)),
         };
         self.make_compute(&module, (entry, text), &table)

@@ -28,6 +28,8 @@ pub struct PendingRead {
     staging: wgpu::Buffer,
     mapped: Receiver<std::result::Result<(), wgpu::BufferAsyncError>>,
     submission: wgpu::SubmissionIndex,
+    /// Number of bytes behind the others that tell of loops without an end.
+    log_bytes: u64,
 }
 
 impl DeviceQueue {
@@ -69,16 +71,20 @@ impl DeviceQueue {
 
     /// Submits work, and then the read-back of these ranges of buffers.
     pub fn submit_read(&mut self, mut encoder: wgpu::CommandEncoder, ranges: &[BufferRange]) -> PendingRead {
-        let staging = self.staging_buffer(ranges.iter().map(|(_, _, bytes)| bytes).sum());
+        let log = self.gpu.watch_log.clone();
+        let watched = log.as_ref().and_then(|log| log.loop_range());
+        let log_bytes = watched.map_or(0, |(_, _, bytes)| bytes);
+        let ranges = || ranges.iter().copied().chain(watched);
+        let staging = self.staging_buffer(ranges().map(|(_, _, bytes)| bytes).sum());
         let mut at = 0;
-        for (buffer, from, bytes) in ranges {
-            encoder.copy_buffer_to_buffer(buffer, *from, &staging, at, *bytes);
+        for (buffer, from, bytes) in ranges() {
+            encoder.copy_buffer_to_buffer(buffer, from, &staging, at, bytes);
             at += bytes;
         }
-        self.submit_mapping(encoder, staging)
+        self.submit_mapping(encoder, staging, log_bytes)
     }
 
-    fn submit_mapping(&mut self, encoder: wgpu::CommandEncoder, staging: wgpu::Buffer) -> PendingRead {
+    fn submit_mapping(&mut self, encoder: wgpu::CommandEncoder, staging: wgpu::Buffer, log_bytes: u64) -> PendingRead {
         let submission = self.submit_work(encoder);
         let (sender, mapped) = channel();
         staging.map_async(wgpu::MapMode::Read, .., move |result| {
@@ -90,6 +96,7 @@ impl DeviceQueue {
             staging,
             mapped,
             submission,
+            log_bytes,
         }
     }
 
@@ -109,13 +116,20 @@ impl DeviceQueue {
     }
 
     /// Waits for a read-back and returns its bytes.
+    ///
+    /// Errors: the device fails; a loop of a watched shader has no end.
     pub fn wait_for_bytes(&self, pending: PendingRead) -> Result<Vec<u8>> {
         self.wait_for_submission(pending.submission)?;
         let lost = || self.gpu.device_error("the result could not be read back");
         // Another thread that waits for the same device may run the callback.
         pending.mapped.recv().map_err(|_| lost())?.map_err(|_| lost())?;
-        let bytes = pending.staging.get_mapped_range(..).map_err(|_| lost())?;
-        Ok(bytes.to_vec())
+        let mapped = pending.staging.get_mapped_range(..).map_err(|_| lost())?;
+        let mut bytes = mapped.to_vec();
+        let told = bytes.split_off(bytes.len() - pending.log_bytes as usize);
+        if let Some(log) = &self.gpu.watch_log {
+            log.check_loops(&pod_collect_to_vec(&told))?;
+        }
+        Ok(bytes)
     }
 
     /// Waits for a submission to end.
@@ -154,7 +168,7 @@ impl DeviceQueue {
             },
             square_extent(size),
         );
-        let pending = self.submit_mapping(encoder, staging);
+        let pending = self.submit_mapping(encoder, staging, 0);
         Ok(self
             .wait_for_bytes(pending)?
             .chunks(row as usize)

@@ -51,7 +51,6 @@ mod module_text;
 mod pass_stages;
 mod pipeline_cache;
 pub mod probe;
-mod race_log;
 mod records;
 pub mod shader_files;
 pub mod shader_mutants;
@@ -64,6 +63,7 @@ mod solver_context;
 mod stage_readback;
 mod stage_times;
 mod submission_pace;
+mod watch_log;
 
 pub use adapter::{Gpu, list_adapters};
 pub use shader_files::{SHADER_STAGES, ShaderFile, ShaderStage};

@@ -58,6 +58,16 @@ impl<'f> ModuleText<'f> {
         self.parts[0].given
     }
 
+    /// Returns the stage in whose place the given file stands in which a byte of the text lies.
+    pub fn given_stage_at(&self, at: usize) -> Option<&'static str> {
+        let mut end = 0;
+        let part = self.parts.iter().find(|part| {
+            end += part.text.len();
+            at < end
+        });
+        part?.given.map(|file| file.stage)
+    }
+
     /// Records that a pipeline is made of the given files.
     pub fn mark_used(&self) {
         self.parts

@@ -14,6 +14,7 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     name: String,
+    kind: wgpu::DeviceType,
     /// Why it can no longer be used.
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -54,6 +55,7 @@ impl Gpu {
             device,
             queue,
             name: adapter.get_info().name,
+            kind: adapter.get_info().device_type,
             failure,
         })
     }
@@ -61,6 +63,10 @@ impl Gpu {
     /// Returns the adapter's name.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    pub(crate) fn kind(&self) -> wgpu::DeviceType {
+        self.kind
     }
 
     pub(crate) fn limits(&self) -> wgpu::Limits {

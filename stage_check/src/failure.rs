@@ -1,5 +1,6 @@
 //! Why a check failed, in the words that a person reads.
 
+use crate::loops::LoopHead;
 use crate::races::RaceReport;
 use crate::tally::{Compared, Value};
 use std::fmt;
@@ -25,6 +26,8 @@ pub enum Fault {
     TimeLimit(Duration),
     /// Lanes of a workgroup use an element without a barrier between, one of them to write.
     Race(RaceReport),
+    /// A loop takes more turns than [`crate::loops::max_loop_turns`].
+    EndlessLoop(LoopHead),
     /// Values differ.
     Difference(Box<Difference>),
 }
@@ -106,6 +109,7 @@ impl fmt::Display for Fault {
             Self::Wgsl(listing) => f.write_str(listing.trim_end()),
             Self::TimeLimit(limit) => write!(f, "no end after {} s", format_number(limit.as_secs_f64())),
             Self::Race(races) => races.fmt(f),
+            Self::EndlessLoop(head) => head.fmt(f),
             Self::Difference(difference) => difference.fmt(f),
         }
     }

@@ -44,13 +44,13 @@
 //! A test is worth the mistakes that it finds: [`mutants`] lists small ones of any WGSL, to plant.
 //!
 //! A barrier that is missing often changes no value: a software adapter runs the lanes of a workgroup in an order of its
-//! own. So a shader with workgroup memory runs a second time as a text that watches its accesses ([`races`]), and two
+//! own. So a shader with workgroup memory runs first as a text that watches its accesses ([`races`]), and two
 //! lanes that use an element without a barrier between, one of them to write, are an error.
 //!
-//! A run that does not end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. Hardware
-//! goes on running it: the driver may end other programs' work on it, and this process by a signal when it exits. A
-//! software adapter hides races between workgroups, and lavapipe leaves any loop after 65 535 rounds: test on hardware as
-//! well.
+//! A loop that takes more than [`loops::max_loop_turns`] is an error as well: that text counts them. A run that does not
+//! end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. Hardware goes on running it: the
+//! driver may end other programs' work on it, and this process by a signal when it exits. A software adapter hides races
+//! between workgroups: test on hardware as well.
 
 pub mod adapters;
 mod case;
@@ -58,12 +58,14 @@ mod compare;
 mod device;
 mod entry_point;
 mod failure;
+pub mod loops;
 pub mod mutants;
 pub mod races;
 mod stage;
 pub mod tally;
 mod tokens;
 pub mod values;
+pub mod watch;
 pub mod wgsl;
 
 pub use case::{Bound, Case};

@@ -6,20 +6,17 @@
 //! the text cannot follow is not watched: pointers, atomics, writes of single components, arrays in structs, and storage
 //! that several workgroups share.
 
-use crate::tokens::{Token, split_tokens};
+use crate::tokens::Token;
+use crate::watch::{Edits, PREFIX, WATCH_LOG};
 use std::fmt;
 use std::fmt::Write;
 use wgpu::naga::{
     AddressSpace, ArraySize, Binding, BuiltIn, EntryPoint, Handle, Module, StorageAccess, StructMember, Type, TypeInner,
 };
 
-/// Name of the buffer of the watched text in which it counts accesses and races, an `array<atomic<u32>>`.
-pub const RACE_LOG: &str = "race_log";
-/// Words of that buffer that a watched text uses.
-pub const RACE_LOG_WORDS: usize = 8;
+/// Words of the log that a report takes.
+pub(crate) const REPORT_WORDS: usize = 7;
 
-/// Prefix of the names that are added to a text.
-const PREFIX: &str = "watched_";
 /// Elements of a storage buffer that are watched: those of the lowest literal indices.
 const STORAGE_ELEMENTS: u32 = 16;
 /// Lanes of a workgroup at most, by WebGPU's limits of 256 and those of adapters: a power of two.
@@ -28,31 +25,11 @@ const MAX_LANES: u32 = 1024;
 /// Operators that write to what stands before them, beside `=`.
 const UPDATES: [&str; 12] = ["+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>=", "++", "--"];
 /// Barriers that order workgroup memory.
-const WORKGROUP_BARRIER: &str = "workgroupBarrier";
+pub(crate) const WORKGROUP_BARRIER: &str = "workgroupBarrier";
 /// A barrier with a value, which is not followed.
-const UNIFORM_LOAD: &str = "workgroupUniformLoad";
+pub(crate) const UNIFORM_LOAD: &str = "workgroupUniformLoad";
 /// Barriers that order storage buffers.
-const STORAGE_BARRIER: &str = "storageBarrier";
-
-/// A shader that watches its accesses.
-#[derive(Clone, Debug)]
-pub struct WatchedText {
-    /// The WGSL, with the buffer [`RACE_LOG`].
-    pub text: String,
-    /// Names of the watched variables.
-    pub variables: Vec<String>,
-}
-
-/// Where a watched text writes what it finds.
-#[derive(Clone, Copy, Debug)]
-pub struct LogPlace {
-    /// Bind group of the buffer.
-    pub group: u32,
-    /// Binding of the buffer.
-    pub binding: u32,
-    /// First word.
-    pub first: u32,
-}
+pub(crate) const STORAGE_BARRIER: &str = "storageBarrier";
 
 /// Two accesses of an element of which one is a write, without a barrier between.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,19 +87,19 @@ impl fmt::Display for RaceReport {
     }
 }
 
-impl WatchedText {
-    /// Reads the words that a watched text has left of its part of the buffer.
-    pub fn read_log(&self, words: &[u32]) -> RaceReport {
+impl RaceReport {
+    /// Reads the words of a log that a text with these watched variables has left.
+    pub(crate) fn read(words: &[u32], variables: &[String]) -> Self {
         let word = |k: usize| words.get(k).copied().unwrap_or_default();
         let race = || Race {
-            variable: (self.variables.get(word(2) as usize))
+            variable: (variables.get(word(2) as usize))
                 .cloned()
                 .unwrap_or_else(|| "a variable".into()),
             element: word(3),
             lanes: [word(4), word(5)],
             writes: word(6) != 0,
         };
-        RaceReport {
+        Self {
             accesses: word(0),
             races: word(1),
             first: (word(1) > 0).then(race),
@@ -141,10 +118,23 @@ struct Watched {
     single: bool,
 }
 
-/// Returns a text that does what `text` does, from which naga made `module`, and counts the races of its workgroup memory;
-/// none if there is nothing that it can watch, or if that would need more than `max_bytes` of workgroup memory.
-pub fn watch_accesses(text: &str, module: &Module, place: LogPlace, max_bytes: u32) -> Option<WatchedText> {
-    let tokens = split_tokens(text);
+/// The accesses of a shader, watched.
+pub(crate) struct WatchedAccesses {
+    pub edits: Edits,
+    /// Names of the watched variables.
+    pub variables: Vec<String>,
+    /// What the text declares beside its own.
+    pub declarations: String,
+}
+
+/// Watches the accesses of a text, from which naga made `module`; a report begins at word `first` of the log. None if there is
+/// nothing that can be watched, or if that would need more than `max_bytes` of workgroup memory.
+pub(crate) fn watch_accesses(
+    (text, tokens): (&str, &[Token]),
+    module: &Module,
+    first: u32,
+    max_bytes: u32,
+) -> Option<WatchedAccesses> {
     let has_word = |word: &str| tokens.iter().any(|token| &text[token.range.clone()] == word);
     if has_word(UNIFORM_LOAD) {
         return None;
@@ -169,8 +159,8 @@ pub fn watch_accesses(text: &str, module: &Module, place: LogPlace, max_bytes: u
     let mut watched = Vec::new();
     for variable in variables {
         let mut own = Edits::default();
-        if own.watch_variable(text, &tokens, &variable).is_some() && own.accesses > 0 {
-            edits.inserted.append(&mut own.inserted);
+        if watch_variable(&mut own, (text, tokens), &variable).is_some_and(|accesses| accesses > 0) {
+            edits.append(own);
             watched.push(variable);
         }
     }
@@ -186,18 +176,17 @@ pub fn watch_accesses(text: &str, module: &Module, place: LogPlace, max_bytes: u
         return None;
     }
     for entry in &module.entry_points {
-        edits.set_lane(text, &tokens, module, entry)?;
+        set_lane(&mut edits, (text, tokens), module, entry)?;
     }
-    for token in &tokens {
+    for token in tokens {
         let word = &text[token.range.clone()];
         if [WORKGROUP_BARRIER, STORAGE_BARRIER].contains(&word) {
             edits.insert(token.range.start, PREFIX);
         }
     }
-    let mut result = edits.apply(text);
-    result.push_str(&declarations(&watched, place));
-    Some(WatchedText {
-        text: result,
+    Some(WatchedAccesses {
+        edits,
+        declarations: declarations(&watched, first),
         variables: watched.into_iter().map(|variable| variable.name).collect(),
     })
 }
@@ -232,169 +221,140 @@ fn array_sizes(module: &Module, ty: Handle<Type>, in_workgroup: bool) -> Option<
     }
 }
 
-/// Insertions into a text.
-#[derive(Default)]
-struct Edits {
-    inserted: Vec<(usize, String)>,
-    accesses: usize,
+/// Watches the accesses of a variable and returns their number; none if one of them cannot be followed.
+fn watch_variable(edits: &mut Edits, (text, tokens): (&str, &[Token]), variable: &Watched) -> Option<usize> {
+    let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
+    let mut accesses = 0;
+    let before = |k: usize| k.checked_sub(1).map_or("", word);
+    for k in (0..tokens.len()).filter(|k| word(*k) == variable.name) {
+        match before(k) {
+            // A member of that name.
+            "." => continue,
+            // The declaration: depth 0, behind `var<...>`.
+            ">" if tokens[k].depth == 0 => {
+                if variable.single {
+                    declare_array(edits, (text, tokens), k)?;
+                }
+                continue;
+            }
+            // A local name that hides the variable; a pointer.
+            "let" | "var" | "const" | "&" => return None,
+            _ if word(k + 1) == ":" => return None,
+            _ => {}
+        }
+        accesses += usize::from(watch_access(edits, (text, tokens), k, variable)?);
+    }
+    Some(accesses)
 }
 
-impl Edits {
-    fn insert(&mut self, at: usize, text: impl Into<String>) {
-        self.inserted.push((at, text.into()));
+/// Declares the variable of token `k`, a single value, as an array.
+fn declare_array(edits: &mut Edits, (text, tokens): (&str, &[Token]), k: usize) -> Option<()> {
+    let is = |k: usize, sign: &str| tokens.get(k).is_some_and(|token| &text[token.range.clone()] == sign);
+    let end = (k + 1..tokens.len()).find(|n| is(*n, ";"))?;
+    if !is(k + 1, ":") {
+        return None;
     }
+    edits.insert(tokens[k + 2].range.start, "array<");
+    edits.insert(tokens[end].range.start, ", 1>");
+    Some(())
+}
 
-    fn apply(mut self, text: &str) -> String {
-        // Insertions at one place keep their order.
-        self.inserted.sort_by_key(|(at, _)| *at);
-        let mut result = String::with_capacity(2 * text.len());
-        let mut done = 0;
-        for (at, inserted) in self.inserted {
-            result.push_str(&text[done..at]);
-            result.push_str(&inserted);
-            done = at;
-        }
-        result.push_str(&text[done..]);
-        result
+/// Watches the access whose name is token `k`; returns false if it is to an element that is not watched, and none if it cannot be
+/// followed.
+fn watch_access(edits: &mut Edits, (text, tokens): (&str, &[Token]), k: usize, variable: &Watched) -> Option<bool> {
+    let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
+    // The bytes within each pair of brackets.
+    let mut indices = Vec::new();
+    let mut next = k + 1;
+    while !variable.single && indices.len() < variable.sizes.len() && word(next) == "[" {
+        let depth = tokens[next].depth;
+        let close = (next + 1..tokens.len()).find(|n| tokens[*n].depth == depth && word(*n) == "]")?;
+        indices.push(tokens[next].range.end..tokens[close].range.start);
+        next = close + 1;
     }
-
-    /// Watches the accesses of a variable; none if one of them cannot be followed.
-    fn watch_variable(&mut self, text: &str, tokens: &[Token], variable: &Watched) -> Option<()> {
-        let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
-        let before = |k: usize| k.checked_sub(1).map_or("", word);
-        for k in (0..tokens.len()).filter(|k| word(*k) == variable.name) {
-            match before(k) {
-                // A member of that name.
-                "." => continue,
-                // The declaration: depth 0, behind `var<...>`.
-                ">" if tokens[k].depth == 0 => {
-                    if variable.single {
-                        self.declare_array(text, tokens, k)?;
-                    }
-                    continue;
-                }
-                // A local name that hides the variable; a pointer.
-                "let" | "var" | "const" | "&" => return None,
-                _ if word(k + 1) == ":" => return None,
-                _ => {}
-            }
-            self.watch_access(text, tokens, k, variable)?;
-        }
-        Some(())
-    }
-
-    /// Declares the variable of token `k`, a single value, as an array.
-    fn declare_array(&mut self, text: &str, tokens: &[Token], k: usize) -> Option<()> {
-        let is = |k: usize, sign: &str| tokens.get(k).is_some_and(|token| &text[token.range.clone()] == sign);
-        let end = (k + 1..tokens.len()).find(|n| is(*n, ";"))?;
-        if !is(k + 1, ":") {
-            return None;
-        }
-        self.insert(tokens[k + 2].range.start, "array<");
-        self.insert(tokens[end].range.start, ", 1>");
-        Some(())
-    }
-
-    /// Watches the access whose name is token `k`.
-    fn watch_access(&mut self, text: &str, tokens: &[Token], k: usize, variable: &Watched) -> Option<()> {
-        let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
-        // The bytes within each pair of brackets.
-        let mut indices = Vec::new();
-        let mut next = k + 1;
-        while !variable.single && indices.len() < variable.sizes.len() && word(next) == "[" {
-            let depth = tokens[next].depth;
-            let close = (next + 1..tokens.len()).find(|n| tokens[*n].depth == depth && word(*n) == "]")?;
-            indices.push(tokens[next].range.end..tokens[close].range.start);
-            next = close + 1;
-        }
-        let element = next;
-        while matches!(word(next), "." | "[") {
-            let depth = tokens[next].depth;
-            next = match word(next) {
-                "." => next + 2,
-                _ => (next + 1..tokens.len()).find(|n| tokens[*n].depth == depth && word(*n) == "]")? + 1,
-            };
-        }
-        let (writes, reads) = match word(next) {
-            "=" => (true, false),
-            sign if UPDATES.contains(&sign) => (true, true),
-            _ => (false, true),
+    let element = next;
+    while matches!(word(next), "." | "[") {
+        let depth = tokens[next].depth;
+        next = match word(next) {
+            "." => next + 2,
+            _ => (next + 1..tokens.len()).find(|n| tokens[*n].depth == depth && word(*n) == "]")? + 1,
         };
-        if writes && next > element {
-            return None;
-        }
-        let kind = u32::from(reads) + 2 * u32::from(writes);
-        let name = format!("{PREFIX}{}", variable.name);
-        if variable.single {
-            self.insert(tokens[k].range.end, format!("[{name}(0u, {kind}u)]"));
-            self.accesses += 1;
-            return Some(());
-        }
-        if indices.len() < variable.sizes.len() {
-            return None;
-        }
-        if !variable.in_workgroup {
-            let literal = text[indices[0].clone()]
-                .trim()
-                .trim_end_matches(['u', 'i'])
-                .parse::<u32>();
-            match literal {
-                Ok(index) if index < STORAGE_ELEMENTS => {}
-                // Another element of the buffer.
-                _ => return Some(()),
-            }
-        }
-        let (last, outer) = indices.split_last()?;
-        let mut linear = String::new();
-        for (index, (n, _)) in outer.iter().zip(variable.sizes.iter().enumerate()) {
-            let below: u32 = variable.sizes[n + 1..].iter().product();
-            let _ = write!(linear, "u32({}) * {below}u + ", &text[index.clone()]);
-        }
-        self.insert(last.start, format!("{name}({linear}u32("));
-        let wrap = match outer.is_empty() {
-            true => String::new(),
-            false => format!(" % {}u", variable.sizes.last()?),
-        };
-        self.insert(last.end, format!("), {kind}u){wrap}"));
-        self.accesses += 1;
-        Some(())
     }
+    let (writes, reads) = match word(next) {
+        "=" => (true, false),
+        sign if UPDATES.contains(&sign) => (true, true),
+        _ => (false, true),
+    };
+    if writes && next > element {
+        return None;
+    }
+    let kind = u32::from(reads) + 2 * u32::from(writes);
+    let name = format!("{PREFIX}{}", variable.name);
+    if variable.single {
+        edits.insert(tokens[k].range.end, format!("[{name}(0u, {kind}u)]"));
+        return Some(true);
+    }
+    if indices.len() < variable.sizes.len() {
+        return None;
+    }
+    if !variable.in_workgroup {
+        let literal = text[indices[0].clone()]
+            .trim()
+            .trim_end_matches(['u', 'i'])
+            .parse::<u32>();
+        match literal {
+            Ok(index) if index < STORAGE_ELEMENTS => {}
+            // Another element of the buffer.
+            _ => return Some(false),
+        }
+    }
+    let (last, outer) = indices.split_last()?;
+    let mut linear = String::new();
+    for (index, (n, _)) in outer.iter().zip(variable.sizes.iter().enumerate()) {
+        let below: u32 = variable.sizes[n + 1..].iter().product();
+        let _ = write!(linear, "u32({}) * {below}u + ", &text[index.clone()]);
+    }
+    edits.insert(last.start, format!("{name}({linear}u32("));
+    let wrap = match outer.is_empty() {
+        true => String::new(),
+        false => format!(" % {}u", variable.sizes.last()?),
+    };
+    edits.insert(last.end, format!("), {kind}u){wrap}"));
+    Some(true)
+}
 
-    /// Stores the lane's number at the begin of an entry point; none if it has none.
-    fn set_lane(&mut self, text: &str, tokens: &[Token], module: &Module, entry: &EntryPoint) -> Option<()> {
-        let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
-        let [wide, high, _] = entry.workgroup_size;
-        let of_binding = |name: &str, binding: &Option<Binding>| match binding {
-            Some(Binding::BuiltIn(BuiltIn::LocalInvocationIndex)) => Some(name.to_owned()),
-            Some(Binding::BuiltIn(BuiltIn::LocalInvocationId)) => {
-                Some(format!("{name}.x + {wide}u * ({name}.y + {high}u * {name}.z)"))
-            }
-            _ => None,
+/// Stores the lane's number at the begin of an entry point; none if it has none.
+fn set_lane(edits: &mut Edits, (text, tokens): (&str, &[Token]), module: &Module, entry: &EntryPoint) -> Option<()> {
+    let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
+    let [wide, high, _] = entry.workgroup_size;
+    let of_binding = |name: &str, binding: &Option<Binding>| match binding {
+        Some(Binding::BuiltIn(BuiltIn::LocalInvocationIndex)) => Some(name.to_owned()),
+        Some(Binding::BuiltIn(BuiltIn::LocalInvocationId)) => {
+            Some(format!("{name}.x + {wide}u * ({name}.y + {high}u * {name}.z)"))
+        }
+        _ => None,
+    };
+    let lane = entry.function.arguments.iter().find_map(|argument| {
+        let name = argument.name.as_deref()?;
+        let members = match &module.types[argument.ty].inner {
+            TypeInner::Struct { members, .. } => members.as_slice(),
+            _ => &[],
         };
-        let lane = entry.function.arguments.iter().find_map(|argument| {
-            let name = argument.name.as_deref()?;
-            let members = match &module.types[argument.ty].inner {
-                TypeInner::Struct { members, .. } => members.as_slice(),
-                _ => &[],
-            };
-            let of_member =
-                |member: &StructMember| of_binding(&format!("{name}.{}", member.name.as_deref()?), &member.binding);
-            of_binding(name, &argument.binding).or_else(|| members.iter().find_map(of_member))
-        })?;
-        let is_entry = |k: &usize| word(*k) == "fn" && word(*k + 1) == entry.name;
-        let start = (0..tokens.len()).find(is_entry)?;
-        let open = (start..tokens.len()).find(|k| tokens[*k].depth == 0 && word(*k) == "{")?;
-        self.insert(tokens[open].range.end, format!(" {PREFIX}lane = {lane};"));
-        Some(())
-    }
+        let of_member =
+            |member: &StructMember| of_binding(&format!("{name}.{}", member.name.as_deref()?), &member.binding);
+        of_binding(name, &argument.binding).or_else(|| members.iter().find_map(of_member))
+    })?;
+    let is_entry = |k: &usize| word(*k) == "fn" && word(*k + 1) == entry.name;
+    let start = (0..tokens.len()).find(is_entry)?;
+    let open = (start..tokens.len()).find(|k| tokens[*k].depth == 0 && word(*k) == "{")?;
+    edits.insert(tokens[open].range.end, format!(" {PREFIX}lane = {lane};"));
+    Some(())
 }
 
 /// Returns what a watched text declares beside its own.
-fn declarations(watched: &[Watched], place: LogPlace) -> String {
-    let LogPlace { group, binding, first } = place;
+fn declarations(watched: &[Watched], first: u32) -> String {
     let mut text = format!(
         "
-@group({group}) @binding({binding}) var<storage, read_write> {RACE_LOG}: array<atomic<u32>>;
 var<private> {PREFIX}lane: u32;
 // Barriers of workgroup memory and of storage that the lane has passed, and 1.
 var<private> {PREFIX}phases: vec2u = vec2u(1u);
@@ -403,12 +363,12 @@ fn {PREFIX}{STORAGE_BARRIER}() {{ {PREFIX}phases.y++; {STORAGE_BARRIER}(); }}
 // Compares an access with an earlier one, both as phase and lane.
 fn {PREFIX}compare(variable: u32, element: u32, own: u32, other: u32, writes: u32) {{
     if own == other || own / {MAX_LANES}u != other / {MAX_LANES}u {{ return; }}
-    if atomicAdd(&{RACE_LOG}[{first}u + 1u], 1u) == 0u {{
-        atomicStore(&{RACE_LOG}[{first}u + 2u], variable);
-        atomicStore(&{RACE_LOG}[{first}u + 3u], element);
-        atomicStore(&{RACE_LOG}[{first}u + 4u], own % {MAX_LANES}u);
-        atomicStore(&{RACE_LOG}[{first}u + 5u], other % {MAX_LANES}u);
-        atomicStore(&{RACE_LOG}[{first}u + 6u], writes);
+    if atomicAdd(&{WATCH_LOG}[{first}u + 1u], 1u) == 0u {{
+        atomicStore(&{WATCH_LOG}[{first}u + 2u], variable);
+        atomicStore(&{WATCH_LOG}[{first}u + 3u], element);
+        atomicStore(&{WATCH_LOG}[{first}u + 4u], own % {MAX_LANES}u);
+        atomicStore(&{WATCH_LOG}[{first}u + 5u], other % {MAX_LANES}u);
+        atomicStore(&{WATCH_LOG}[{first}u + 6u], writes);
     }}
 }}
 "
@@ -428,7 +388,7 @@ fn {PREFIX}{name}(index: u32, kind: u32) -> u32 {{
     let k = min(index, {last}u);
     let phase = {PREFIX}phases.{phase};
     let own = phase * {MAX_LANES}u + {PREFIX}lane;
-    atomicAdd(&{RACE_LOG}[{first}u], 1u);
+    atomicAdd(&{WATCH_LOG}[{first}u], 1u);
     if (kind & 1u) != 0u {{
         let before = atomicExchange(&{PREFIX}{name}_read[k], own);
         if before != own && before / {MAX_LANES}u == phase {{

@@ -5,7 +5,8 @@ use crate::compare::{UNWRITTEN_BITS, check_layout, compare_output};
 use crate::device::{Gpu, RunBuffer};
 use crate::entry_point::{Binding, EntryPoint};
 use crate::failure::{Failure, Fault, format_number};
-use crate::races::{LogPlace, RACE_LOG, RACE_LOG_WORDS, WatchedText, watch_accesses};
+use crate::loops::max_loop_turns;
+use crate::watch::{LogPlace, WATCH_LOG, WATCH_LOG_WORDS, WatchedText, watch_shader};
 use crate::wgsl::compile;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -15,10 +16,10 @@ use wgpu::naga::Module;
 /// Time that a run may take, unless another is set: a check of 65 536 workgroups takes seconds on a software adapter.
 const DEFAULT_TIME_LIMIT: Duration = Duration::from_secs(60);
 
-/// Largest number of workgroups that are watched for races, and of the further sizes that are run after a difference.
+/// Largest number of workgroups that are watched, and of the further sizes that are run after a difference.
 const MAX_OTHER_GROUPS: usize = 64;
 
-/// A stage that watches its accesses for races.
+/// A stage that watches its accesses and its loops.
 struct WatchedStage {
     pipeline: wgpu::ComputePipeline,
     text: WatchedText,
@@ -210,7 +211,7 @@ impl Stage {
         let refuse = |text| fail(Fault::Case(text));
         let buffers = self.fill_buffers(case).map_err(refuse)?;
         let groups = self.workgroups(size).map_err(refuse)?;
-        self.check_races(case, groups).map_err(fail)?;
+        self.check_watched(case, groups).map_err(fail)?;
         let pipeline = self.pipeline.clone();
         let run = move |gpu: &Gpu| gpu.run(&pipeline, &buffers, groups);
         let found = self.gpu.work_within(self.time_limit, run).map_err(fail)?;
@@ -232,10 +233,10 @@ impl Stage {
         }
     }
 
-    /// Runs a case of few workgroups as the text that watches its accesses.
+    /// Runs a case of few workgroups as the text that watches it.
     ///
-    /// Errors: lanes race.
-    fn check_races(&self, case: &Case, groups: [u32; 3]) -> Result<(), Fault> {
+    /// Errors: a loop has no end; lanes race.
+    fn check_watched(&self, case: &Case, groups: [u32; 3]) -> Result<(), Fault> {
         let count = groups.iter().fold(1, |all: usize, n| all.saturating_mul(*n as usize));
         let Some(watched) = self.watched.as_ref().filter(|_| count <= MAX_OTHER_GROUPS) else {
             return Ok(());
@@ -249,7 +250,7 @@ impl Stage {
             binding: watched.binding,
             uniform: false,
             is_read_back: true,
-            bytes: vec![0; 4 * RACE_LOG_WORDS],
+            bytes: vec![0; 4 * WATCH_LOG_WORDS],
         });
         let pipeline = watched.pipeline.clone();
         let run = move |gpu: &Gpu| gpu.run(&pipeline, &buffers, groups);
@@ -258,7 +259,10 @@ impl Stage {
         let words: Vec<u32> = words
             .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
             .collect();
-        let report = watched.text.read_log(&words);
+        if let Some(number) = watched.text.find_endless_loop(&words) {
+            return Err(Fault::EndlessLoop(watched.text.loops[number].clone()));
+        }
+        let report = watched.text.read_races(&words);
         match report.races {
             0 => Ok(()),
             _ => Err(Fault::Race(report)),
@@ -348,8 +352,8 @@ fn compile_within_limit(gpu: &Gpu, text: &str, entry: &str) -> Result<wgpu::Comp
     gpu.work_within(DEFAULT_TIME_LIMIT, move |gpu| gpu.make_pipeline(&text, &name))
 }
 
-/// Compiles the text of an entry point that watches its accesses; none where it has no workgroup memory that can be watched, or
-/// where the device has no place for one more buffer.
+/// Compiles the text of an entry point that watches it; none where it has neither loops nor workgroup memory that can be watched,
+/// or where the device has no place for one more buffer.
 fn watch_stage(
     gpu: &Gpu,
     (text, entry): (&str, &str),
@@ -374,13 +378,15 @@ fn watch_stage(
     if buffers >= limits.max_storage_buffers_per_shader_stage {
         return Ok(None);
     }
-    let Some(watched) = watch_accesses(text, module, place, limits.max_compute_workgroup_storage_size) else {
+    let max_bytes = limits.max_compute_workgroup_storage_size;
+    let max_turns = Some(max_loop_turns(gpu.kind()));
+    let Some(watched) = watch_shader(text, module, place, max_bytes, max_turns) else {
         return Ok(None);
     };
-    // A text that hides a name from its variable is not followed, nor an entry point without workgroup memory.
+    // A text that hides a name from its variable is not followed, nor an entry point with nothing to watch.
     let uses_log = compile(&watched.text, "").ok().and_then(|(module, info)| {
         let described = EntryPoint::new(&module, &info, entry).ok()?;
-        Some(described.bindings.iter().any(|binding| binding.name == RACE_LOG))
+        Some(described.bindings.iter().any(|binding| binding.name == WATCH_LOG))
     });
     if uses_log != Some(true) {
         return Ok(None);

@@ -1,5 +1,6 @@
 //! Three shaders, a prefix sum, a reduction and a matrix product: right ones pass, and a planted fault is named.
 
+mod loops;
 mod races;
 mod refusals;
 

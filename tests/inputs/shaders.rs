@@ -1,10 +1,11 @@
-//! Readers of WGSL: shaders that take the place of the program's, their mutants, and the watching of their accesses.
+//! Readers of WGSL: shaders that take the place of the program's, their mutants, and the watching of what they do.
 
 use crate::requirements::require_one_line;
 use gpu::shaders::check_shader_files;
 use gpu::{ShaderFile, ShaderStage};
+use stage_check::loops::MAX_SOFTWARE_TURNS;
 use stage_check::mutants::list_mutations;
-use stage_check::races::{LogPlace, watch_accesses};
+use stage_check::watch::{LogPlace, watch_shader};
 use stage_check::wgsl::compile;
 use std::path::Path;
 
@@ -46,7 +47,7 @@ fn require_sound_mutants(text: &str) {
         }
     }
     // A text whose names hide others becomes an invalid one, which is not used.
-    if let Some(watched) = watch_accesses(text, &module, LOG, MAX_WORKGROUP_BYTES) {
+    if let Some(watched) = watch_shader(text, &module, LOG, MAX_WORKGROUP_BYTES, Some(MAX_SOFTWARE_TURNS)) {
         let _ = compile(&watched.text, "watched.wgsl");
     }
 }

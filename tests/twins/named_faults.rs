@@ -421,3 +421,47 @@ fn named_faults_are_shown_as_the_page_does() {
     let page = include_str!("../../docs/your-shader.md");
     assert!(page.contains(&table), "docs/your-shader.md should have:\n{table}");
 }
+
+/// A shader, and a change of it that leaves a loop without an end.
+type EndlessLoop = [&'static str; 3];
+
+/// Loops without an end in shots.
+const ENDLESS_SHOTS: [EndlessLoop; 6] = [
+    ["unshot_power", "stride > 0u", "stride >= 0u"],
+    ["select", "stride > 0u", "stride >= 0u"],
+    ["closure", "k += SELECT_LANES", "k += 0u"],
+    ["link", "s < shots[slot].next; s++", "s < shots[slot].next;"],
+    ["lookup", "i <= min(x + LOOKUP_REACH, last)", "i == i"],
+    ["gather", "i < params.end; i++", "i < params.end;"],
+];
+/// Loops without an end in links between nodes.
+const ENDLESS_LINKS: [EndlessLoop; 3] = [
+    ["prefix_sum", "k < lane; k++", "k < lane + 1u; k *= 1u"],
+    ["add_links", "pair < range.y; pair++", "pair < range.y;"],
+    ["rays", "leaves &= leaves - 1u", "leaves &= leaves"],
+];
+
+/// A loop without an end is named with its file, though a software adapter ends it.
+#[test]
+fn loops_without_an_end_are_named() {
+    let [by_pixels, _] = fault_settings();
+    let shots = ENDLESS_SHOTS.map(|fault| (fault, true));
+    for ([shader, from, to], is_shot) in shots.into_iter().chain(ENDLESS_LINKS.map(|fault| (fault, false))) {
+        let text = ShaderStage::find(shader).unwrap().text;
+        assert_eq!(text.matches(from).count(), 1, "{shader}: {from}");
+        let gpu = gpu_with_file(shader, &text.replace(from, to));
+        let comparison = match is_shot {
+            true => compare_plates(&gpu, by_pixels),
+            false => compare_links(&gpu),
+        };
+        let failing: Vec<_> = comparison.criteria.iter().filter(|criterion| !criterion.pass).collect();
+        let first = failing.first().unwrap_or_else(|| panic!("{shader}: not found"));
+        println!("{}: {}", first.name, first.reason);
+        assert_eq!(first.name, format!("WGSL = twin: {shader}"));
+        assert!(
+            first.reason.contains("does not end within"),
+            "{shader}: {}",
+            first.reason
+        );
+    }
+}

@@ -275,8 +275,9 @@ impl LinkerPair<'_> {
         let mut found = None;
         if checked.refusal.is_none() {
             let mut stages = self.stages.borrow_mut();
-            stages.check_request(&self.cpu.scene, request)?;
+            let ended = stages.check_request(&self.cpu.scene, request);
             checked = stages.checked_stages()?;
+            ended.or_else(|error| checked.take_refusal(error))?;
         }
         if checked.refusal.is_none() {
             match find(&self.gpu, request) {

@@ -111,7 +111,7 @@ pub fn check_stages(mesh: &Mesh, transport: &Transport, rays: &Rays, solver: &mu
         tallies: &mut tallies,
     };
     let ended = checker.check_shots(solver);
-    let (checks, unreached) = tallies.stage_checks(mesh, transport);
+    let (checks, unreached) = tallies.stage_checks(mesh, transport, ended.is_ok());
     let mut checked = CheckedStages {
         checks,
         unreached,
@@ -298,7 +298,12 @@ impl Tallies {
     }
 
     /// Returns the checks of all stages that ran, and the names of the others.
-    fn stage_checks(&self, mesh: &Mesh, transport: &Transport) -> (Vec<StageCheck>, Vec<&'static str>) {
+    fn stage_checks(
+        &self,
+        mesh: &Mesh,
+        transport: &Transport,
+        completed: bool,
+    ) -> (Vec<StageCheck>, Vec<&'static str>) {
         let drawn = transport.visibility.item_buffer().is_some();
         let (shot, exchanged) = (self.deposit.values() > 0, self.exchange.values() > 0);
         let has_drawn = self.drawn.values() > 0;
@@ -324,7 +329,8 @@ impl Tallies {
             (exchanged, &self.collect),
             (exchanged, &self.side_by_side),
         ];
-        let (ran, others): (Vec<_>, Vec<_>) = table.into_iter().partition(|(ran, _)| *ran);
+        let reached = |(ran, tally): &(bool, &ErrorTally)| *ran && (completed || tally.values() > 0);
+        let (ran, others): (Vec<_>, Vec<_>) = table.into_iter().partition(reached);
         (
             ran.into_iter().map(|(_, tally)| tally.stage_check(mesh)).collect(),
             others.into_iter().map(|(_, tally)| tally.name).collect(),
