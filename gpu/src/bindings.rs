@@ -12,6 +12,9 @@ pub const STORAGE: Usage = Usage::STORAGE.union(Usage::COPY_SRC).union(Usage::CO
 /// Usage of a buffer of parameters.
 pub const UNIFORM: Usage = Usage::UNIFORM.union(Usage::COPY_DST);
 
+/// A part of a buffer: its first byte and the number of bytes.
+pub type BufferRange<'a> = (&'a wgpu::Buffer, u64, u64);
+
 /// Buffers and textures by name.
 #[derive(Clone, Default)]
 pub struct BindingTable {

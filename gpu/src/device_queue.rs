@@ -1,6 +1,7 @@
 //! The host's end of the queue: submissions and read-backs.
 
 use crate::adapter::Gpu;
+use crate::bindings::BufferRange;
 use bytemuck::{Pod, cast_slice, pod_collect_to_vec};
 use common::Result;
 use std::sync::mpsc::{Receiver, channel};
@@ -19,9 +20,6 @@ pub struct DeviceQueue {
     pub gpu: Gpu,
     pub counts: QueueCounts,
 }
-
-/// A part of a buffer: its first byte and the number of bytes.
-pub type BufferRange<'a> = (&'a wgpu::Buffer, u64, u64);
 
 /// A read-back of a submission under way.
 pub struct PendingRead {

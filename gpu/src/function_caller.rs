@@ -35,10 +35,13 @@ impl FunctionCaller {
     /// Errors: the device fails.
     pub fn call(&mut self, call: &FunctionCall, arguments: &[CallArguments]) -> Result<Option<Vec<Vec4>>> {
         let gpu = self.host.gpu.clone();
-        // What `image_bound` declares; the functions do not read it.
+        // What `image_bound` and `closure` declare; the functions do not read it.
         let unread = [
             ("faces", UNREAD_BYTES, STORAGE),
             ("shots", UNREAD_BYTES, STORAGE),
+            ("transfers", UNREAD_BYTES, STORAGE),
+            ("escape_counts", UNREAD_BYTES, STORAGE),
+            ("rows", UNREAD_BYTES, STORAGE),
             ("params", UNREAD_BYTES, UNIFORM),
         ];
         let mut table = BindingTable::zeroed(&gpu.device, unread);

@@ -24,7 +24,7 @@ pub struct FunctionCall {
 }
 
 /// The calls.
-pub const FUNCTION_CALLS: [FunctionCall; 12] = [
+pub const FUNCTION_CALLS: [FunctionCall; 17] = [
     FunctionCall {
         function: "project_direction",
         files: &["projection", "hemicube"],
@@ -33,11 +33,39 @@ pub const FUNCTION_CALLS: [FunctionCall; 12] = [
         result: "vec4f(project_direction(real(0u).xyz), 0.0, 0.0)",
     },
     FunctionCall {
+        function: "unproject_point",
+        files: &["projection", "hemicube"],
+        declarations: "var<private> params: Params;",
+        statements: "let p = real(0u).xy;",
+        result: "vec4f(unproject_point(p), f32(is_covered(p)))",
+    },
+    FunctionCall {
+        function: "side_extent",
+        files: &["hemicube"],
+        declarations: "",
+        statements: "",
+        result: "side_extent(word(0u).x)",
+    },
+    FunctionCall {
         function: "edge_distance",
         files: &["image_bound", "frame", "hemicube", "projection"],
         declarations: "",
         statements: "",
         result: "vec4f(edge_distance(real(0u).xyz, real(1u).xyz), 0.0, 0.0, 0.0)",
+    },
+    FunctionCall {
+        function: "bound_corner",
+        files: &["image_bound", "frame", "hemicube", "projection"],
+        declarations: "",
+        statements: "",
+        result: "bound_corner(real(0u), word(1u).x, real(2u).xyz, real(2u).w)",
+    },
+    FunctionCall {
+        function: "link_scale",
+        files: &["closure"],
+        declarations: "",
+        statements: "",
+        result: "vec4f(link_scale(word(0u).x == 1u, real(1u).x, real(1u).y), 0.0, 0.0, 0.0)",
     },
     FunctionCall {
         function: "intersect_planes",
@@ -59,6 +87,13 @@ pub const FUNCTION_CALLS: [FunctionCall; 12] = [
         declarations: "",
         statements: "",
         result: "vec4f(texel_uv(word(0u).x, word(0u).y, word(0u).z), 0.0, 0.0)",
+    },
+    FunctionCall {
+        function: "near_point_uv",
+        files: &["sampling"],
+        declarations: "",
+        statements: "",
+        result: "vec4f(near_point_uv(word(0u).x, word(0u).y), 0.0, 0.0)",
     },
     FunctionCall {
         function: "point_on_texel",

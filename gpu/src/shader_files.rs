@@ -30,23 +30,26 @@ pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     types:;
     form_factor: "form factor" "link" "link_factors" "sample_links" "links of GPU and CPU" "links side by side" "is_remote" "is_low";
     frame: "aim" "item buffer" "lookup" "escape" "links side by side";
-    hemicube: "item buffer" "lookup";
-    projection: "item buffer" "item buffer, all silhouettes" "lookup" "links side by side" "project_direction";
-    image_bound: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side" "edge_distance";
+    hemicube: "item buffer" "lookup" "project_direction" "unproject_point" "side_extent"
+        "bound_corner";
+    projection: "item buffer" "item buffer, all silhouettes" "lookup" "links side by side" "project_direction"
+        "unproject_point";
+    image_bound: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side" "edge_distance"
+        "bound_corner";
     intersect: "item buffer" "lookup" "rays" "escape" "links of GPU and CPU" "lookup, relit" "rays, relit"
         "intersect_planes";
     item_buffer: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
     item_buffer_paper: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
     lookup: "lookup" "lookup, all mismatches" "lookup, relit" "links side by side";
-    sampling: "form factor" "link" "link_factors" "sample_links" "rays" "texel_uv" "point_on_texel" "spot_point"
-        "outline_point";
+    sampling: "form factor" "link" "link_factors" "sample_links" "rays" "texel_uv" "near_point_uv" "point_on_texel"
+        "spot_point" "outline_point";
     texel_point: "form factor" "link" "point_on_texel";
     bvh: "rays" "escape" "links of GPU and CPU" "rays, relit" "make_ray";
     rays: "rays" "links of GPU and CPU" "rays, relit" "links side by side";
     view: "aim" "view: drawn faces" "item buffer" "item buffer, relit" "view: drawn faces, relit" "links side by side";
     link: "link" "form factor" "lookup" "rays" "links of GPU and CPU" "link, relit" "links side by side";
     patch_transfer: "received" "patch_transfer, races";
-    closure: "closure" "escape" "closure, races";
+    closure: "closure" "escape" "link_scale" "closure, races";
     deposit: "deposit" "deposit, relit";
     escape: "escape" "escape, all patches";
     unshot_power: "power" "unshot_power, races";

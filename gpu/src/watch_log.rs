@@ -1,7 +1,6 @@
 //! The log in which shaders for checks count races, and tell of loops without an end.
 
-use crate::bindings::STORAGE;
-use crate::device_queue::BufferRange;
+use crate::bindings::{BufferRange, STORAGE};
 use crate::module_text::ModuleText;
 use crate::shader_files::SHADER_STAGES;
 use common::{Error, Result};

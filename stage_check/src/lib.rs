@@ -56,6 +56,7 @@ pub mod adapters;
 mod case;
 mod compare;
 mod device;
+mod edits;
 mod entry_point;
 mod failure;
 pub mod loops;

@@ -5,9 +5,9 @@
 //! lanes of a workgroup take the same turns of a loop with a barrier, and must leave it together: it is left after too many of
 //! its own.
 
+use crate::edits::{Edits, PREFIX, WATCH_LOG};
 use crate::races::{STORAGE_BARRIER, UNIFORM_LOAD, WORKGROUP_BARRIER};
 use crate::tokens::Token;
-use crate::watch::{Edits, PREFIX, WATCH_LOG};
 use std::fmt;
 
 /// Turns of a lane after which a software adapter leaves its loops: half of those that lavapipe allows in all loops of eight lanes.

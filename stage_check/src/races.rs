@@ -6,8 +6,8 @@
 //! the text cannot follow is not watched: pointers, atomics, writes of single components, arrays in structs, and storage
 //! that several workgroups share.
 
+use crate::edits::{Edits, PREFIX, WATCH_LOG};
 use crate::tokens::Token;
-use crate::watch::{Edits, PREFIX, WATCH_LOG};
 use std::fmt;
 use std::fmt::Write;
 use wgpu::naga::{

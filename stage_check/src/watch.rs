@@ -1,18 +1,15 @@
 //! Texts that do what a shader does and watch it: races within a workgroup ([`crate::races`]), and loops without an end
 //! ([`crate::loops`]). What they find stands in a log, one buffer more.
 
+pub use crate::edits::WATCH_LOG;
+
 use crate::loops::{LOOP_WORDS, LoopHead, loop_at_fault, watch_loops};
 use crate::races::{REPORT_WORDS, RaceReport, watch_accesses};
 use crate::tokens::split_tokens;
 use wgpu::naga::Module;
 
-/// Name of the log in a watched text, an `array<atomic<u32>>`.
-pub const WATCH_LOG: &str = "watch_log";
 /// Words of the log that a watched text uses.
 pub const WATCH_LOG_WORDS: usize = REPORT_WORDS + LOOP_WORDS;
-
-/// Prefix of the names that are added to a text.
-pub(crate) const PREFIX: &str = "watched_";
 
 /// A shader that watches what it does.
 #[derive(Clone, Debug)]
@@ -80,35 +77,4 @@ pub fn watch_shader(
         variables,
         loops,
     })
-}
-
-/// Insertions into a text.
-#[derive(Default)]
-pub(crate) struct Edits(Vec<(usize, String)>);
-
-impl Edits {
-    /// Inserts before the byte `at`.
-    pub(crate) fn insert(&mut self, at: usize, text: impl Into<String>) {
-        self.0.push((at, text.into()));
-    }
-
-    /// Adds other insertions; at one place they come behind those before.
-    pub(crate) fn append(&mut self, mut other: Self) {
-        self.0.append(&mut other.0);
-    }
-
-    /// Returns the text with the insertions.
-    pub(crate) fn apply(mut self, text: &str) -> String {
-        // Insertions at one place keep their order.
-        self.0.sort_by_key(|(at, _)| *at);
-        let mut result = String::with_capacity(2 * text.len());
-        let mut done = 0;
-        for (at, inserted) in self.0 {
-            result.push_str(&text[done..at]);
-            result.push_str(&inserted);
-            done = at;
-        }
-        result.push_str(&text[done..]);
-        result
-    }
 }

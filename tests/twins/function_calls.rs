@@ -2,6 +2,7 @@
 
 use common::mesh::Mesh;
 use common::settings::{ItemBufferProjection, Transport, Visibility};
+use gpu::function_calls::FUNCTION_CALLS;
 use gpu::{Gpu, ShaderFault, ShaderFile, ShaderStage};
 use oracle::compare::comparison::StageCheck;
 use oracle::compare::function_calls::{check_link_functions, check_shooting_functions};
@@ -10,11 +11,11 @@ use radiosity_tests::lit_room;
 use radiosity_tests::shader_faults::assert_faults_noticed;
 use std::path::Path;
 
-/// Returns the checks of all functions, with an item buffer that goes on below the horizon.
+/// Returns the checks of all functions.
 fn check_functions(gpu: &Gpu, faults: &[ShaderFault]) -> Vec<StageCheck> {
     let mesh = Mesh::uniform(&lit_room(), 2, 1).unwrap();
     let transport = Transport {
-        visibility: Visibility::with_item_buffer(ItemBufferProjection::Hemisphere, 64),
+        visibility: Visibility::with_item_buffer(ItemBufferProjection::Stereographic, 64),
         ..Transport::default()
     };
     let mut checks = check_shooting_functions(&mesh, &transport, (gpu, faults)).unwrap();
@@ -26,7 +27,7 @@ fn check_functions(gpu: &Gpu, faults: &[ShaderFault]) -> Vec<StageCheck> {
 fn function_calls_notice_faults_at_the_limits_of_branches() {
     assert_faults_noticed("function calls", |faults| {
         let checks = check_functions(shared_gpu(), faults);
-        assert_eq!(checks.len(), 12);
+        assert_eq!(checks.len(), FUNCTION_CALLS.len());
         assert!(checks.iter().all(|check| check.values >= 12));
         let failing = checks.into_iter().filter(|check| !check.agree);
         failing.map(|check| check.name).collect()
@@ -47,6 +48,6 @@ fn function_that_a_file_does_without_is_not_called() {
         let file = ShaderFile::new("image_bound", Path::new("mine.wgsl"), changed);
         let checks = check_functions(&shared_gpu().clone().with_shader_files(vec![file]), &[]);
         assert!(checks.iter().all(|check| check.agree && check.name != "edge_distance"));
-        assert_eq!(checks.len(), 11);
+        assert_eq!(checks.len(), FUNCTION_CALLS.len() - 1);
     }
 }

@@ -124,8 +124,8 @@ fn bound_chord(view: &ShooterView, limits: Vec4, a: Vec3, b: Vec3, margin: f32) 
     include_rectangle(limits, p.min(q) - bulge, p.max(q) + bulge)
 }
 
-/// A side of the hemicube is a plane: straight edges stay straight. A corner at height 0 is far out.
-fn bound_corner(limits: Vec4, side: u32, v: Vec3, near: f32) -> Vec4 {
+/// Includes a corner on a side of the hemicube, a plane: straight edges stay straight. A corner at height 0 is far out.
+pub fn bound_corner(limits: Vec4, side: u32, v: Vec3, near: f32) -> Vec4 {
     let p = project_to_side(side, v, side_height(side, v).max(1e-12));
     let margin = 4.0 * OUTLINE_MARGIN / near;
     include_rectangle(limits, p - margin, p + margin)

@@ -4,15 +4,18 @@
 use super::comparison::StageCheck;
 use super::statistics::{Elements, ErrorTally, ValueSource};
 use common::Result;
-use common::constants::{MAX_GRAZING_HEIGHT_RATIO, PATCH_SUM_LANES, POINT_SOURCE_RADII};
+use common::constants::{MAX_GRAZING_HEIGHT_RATIO, NEAR_POINTS_PER_SIDE, PATCH_SUM_LANES, POINT_SOURCE_RADII};
 use common::form_factor::Shooter;
 use common::mesh::{Mesh, MeshFace, TexelKind};
-use common::settings::{ItemBufferProjection, Transport};
+use common::passes::PatchClosure;
+use common::sampling::near_point_uv;
+use common::settings::{ItemBufferProjection, Transport, Visibility};
 use cpu::shader_twins::bvh::make_ray;
 use cpu::shader_twins::form_factor::{is_low, is_remote};
-use cpu::shader_twins::image_bound::edge_distance;
+use cpu::shader_twins::hemicube::{side_extent, side_height};
+use cpu::shader_twins::image_bound::{bound_corner, edge_distance};
 use cpu::shader_twins::intersect::intersect_planes;
-use cpu::shader_twins::projection::project_direction;
+use cpu::shader_twins::projection::{is_covered, project_direction, unproject_point};
 use cpu::shader_twins::sampling::texel_uv;
 use cpu::shader_twins::surface_points::{outline_point, spot_point};
 use cpu::shader_twins::texel_point::point_on_texel;
@@ -32,9 +35,13 @@ const CALL_REASON: &str = "ulp of the result, or of 1: 5 operations of 2.5 ulp, 
 /// Size of the terms of a result: coordinates of the unit square and of images.
 const RESULT_SIZE: f32 = 1.0;
 
-/// A function with its arguments.
+/// Kinds of texels by their numbers in WGSL.
+const TEXEL_KINDS: [TexelKind; 3] = [TexelKind::Quad, TexelKind::Upright, TexelKind::Inverted];
+
+/// A function with its arguments, in a solver of these settings.
 struct CheckedFunction<'a> {
     function: &'static str,
+    transport: Transport,
     arguments: Vec<CallArguments>,
     /// The result in Rust.
     twin: Box<dyn Fn(&CallArguments) -> Vec4 + 'a>,
@@ -51,6 +58,7 @@ pub fn check_shooting_functions(
     let mut checked = vec![
         CheckedFunction {
             function: "intersect_planes",
+            transport: *transport,
             arguments: rays_and_squares(),
             twin: Box::new(|arguments| {
                 let [plane, edge0, edge1, edge2, edge3, origin, direction, _] = arguments.map(to_vector);
@@ -61,6 +69,7 @@ pub fn check_shooting_functions(
         },
         CheckedFunction {
             function: "make_ray",
+            transport: *transport,
             arguments: ray_directions(),
             twin: Box::new(|arguments| {
                 let given = to_vector(arguments[0]);
@@ -70,7 +79,21 @@ pub fn check_shooting_functions(
             }),
         },
         CheckedFunction {
+            function: "link_scale",
+            transport: *transport,
+            arguments: closures(),
+            twin: Box::new(|[[conserve, ..], sums, ..]| {
+                let given = to_vector(*sums);
+                let closure = PatchClosure {
+                    form_factor_sum: given.x,
+                    escaped: given.y,
+                };
+                to_result(closure.link_scale(*conserve == 1))
+            }),
+        },
+        CheckedFunction {
             function: "texel_uv",
+            transport: *transport,
             arguments: sample_numbers(),
             twin: Box::new(|[[s, texel, patch, _], ..]| {
                 let [u, v] = texel_uv(*s, *texel, *patch);
@@ -78,7 +101,17 @@ pub fn check_shooting_functions(
             }),
         },
         CheckedFunction {
+            function: "near_point_uv",
+            transport: *transport,
+            arguments: near_places(),
+            twin: Box::new(|[[place, kind, ..], ..]| {
+                let [u, v] = near_point_uv(*place, TEXEL_KINDS[*kind as usize]);
+                Vec4::new(u, v, 0.0, 0.0)
+            }),
+        },
+        CheckedFunction {
             function: "point_on_texel",
+            transport: *transport,
             arguments: texel_points(),
             twin: Box::new(|[a, b, c, d, [w, h, i, j], [kind, area, u, v], ..]| {
                 let face = MeshFace {
@@ -86,13 +119,13 @@ pub fn check_shooting_functions(
                     resolution: [*w, *h],
                     ..mesh.faces[0]
                 };
-                let kinds = [TexelKind::Quad, TexelKind::Upright, TexelKind::Inverted];
                 let [area, u, v] = [area, u, v].map(|bits| f32::from_bits(*bits));
-                point_on_texel(&face, kinds[*kind as usize], [*i, *j], area, [u, v])
+                point_on_texel(&face, TEXEL_KINDS[*kind as usize], [*i, *j], area, [u, v])
             }),
         },
         CheckedFunction {
             function: "is_low",
+            transport: *transport,
             arguments: grazing_points(),
             twin: Box::new(|[point, normal, middle, ..]| {
                 let [point, normal, middle] = [point, normal, middle].map(|words| to_vector(*words));
@@ -107,6 +140,7 @@ pub fn check_shooting_functions(
         },
         CheckedFunction {
             function: "is_remote",
+            transport: *transport,
             arguments: squared_distances(),
             twin: Box::new(|arguments| {
                 let given = to_vector(arguments[0]);
@@ -114,18 +148,11 @@ pub fn check_shooting_functions(
             }),
         },
     ];
-    let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
-    if let Some(projection) = projection {
-        checked.push(CheckedFunction {
-            function: "project_direction",
-            arguments: projected_directions(projection),
-            twin: Box::new(move |arguments| {
-                let image = project_direction(projection, to_vector(arguments[0]).truncate());
-                image.extend(0.0).extend(0.0)
-            }),
-        });
+    if let Some(drawing) = transport.visibility.item_buffer() {
+        checked.extend(projection_functions(transport, drawing.size));
         checked.push(CheckedFunction {
             function: "edge_distance",
+            transport: *transport,
             arguments: image_edges(),
             twin: Box::new(|arguments| {
                 let [a, b, ..] = arguments.map(|words| to_vector(words).truncate());
@@ -133,15 +160,68 @@ pub fn check_shooting_functions(
             }),
         });
     }
-    check_functions(&checked, mesh, FunctionCaller::new(gpu, transport, faults))
+    check_functions(&checked, mesh, (gpu, faults))
+}
+
+/// Returns the functions of projections to images of this size, each by all projections: a file of them is judged whichever
+/// projection the solver uses.
+fn projection_functions(transport: &Transport, size: u32) -> Vec<CheckedFunction<'static>> {
+    let by = |projection| Transport {
+        visibility: Visibility::with_item_buffer(projection, size),
+        ..*transport
+    };
+    let mut checked = Vec::new();
+    for projection in ItemBufferProjection::ALL_PROJECTIONS {
+        checked.push(CheckedFunction {
+            function: "project_direction",
+            transport: by(projection),
+            arguments: projected_directions(projection),
+            twin: Box::new(move |arguments| {
+                let image = project_direction(projection, to_vector(arguments[0]).truncate());
+                image.extend(0.0).extend(0.0)
+            }),
+        });
+        checked.push(CheckedFunction {
+            function: "unproject_point",
+            transport: by(projection),
+            arguments: image_points(),
+            twin: Box::new(move |arguments| {
+                let point = to_vector(arguments[0]).truncate().truncate();
+                let covered = is_covered(projection, point, size);
+                unproject_point(projection, point).extend(to_number(covered))
+            }),
+        });
+        checked.push(CheckedFunction {
+            function: "side_extent",
+            transport: by(projection),
+            arguments: (0..projection.plane_count())
+                .map(|side| with_words([side, 0, 0, 0]))
+                .collect(),
+            twin: Box::new(move |arguments| side_extent(projection, arguments[0][0], size)),
+        });
+    }
+    checked.push(CheckedFunction {
+        function: "bound_corner",
+        transport: by(ItemBufferProjection::Hemicube),
+        arguments: bounded_corners(),
+        twin: Box::new(|[limits, [side, ..], corner, ..]| {
+            let [limits, corner] = [limits, corner].map(|words| to_vector(*words));
+            bound_corner(limits, *side, corner.truncate(), corner.w)
+        }),
+    });
+    // A function's calls lie side by side.
+    checked.sort_by_key(|checked| checked.function);
+    checked
 }
 
 /// Checks the functions that only links between nodes call.
 ///
 /// Errors: the device fails.
 pub fn check_link_functions(mesh: &Mesh, (gpu, faults): (&Gpu, &[ShaderFault])) -> Result<Vec<StageCheck>> {
+    let transport = Transport::default();
     let counts = CheckedFunction {
         function: "receiver_points_per_side",
+        transport,
         arguments: [0.5, 1.0, 10.0, 20.0, 100.0, 200.0]
             .map(|error| with_numbers([[error, 0.5, 0.5, 0.0]]))
             .to_vec(),
@@ -152,6 +232,7 @@ pub fn check_link_functions(mesh: &Mesh, (gpu, faults): (&Gpu, &[ShaderFault])) 
     };
     let deviations = CheckedFunction {
         function: "visibility_deviation",
+        transport,
         // Rounding may make a share larger than 1.
         arguments: [0.0, 0.25, 0.5, 1.0, 1.0 + f32::EPSILON]
             .map(|seen| with_numbers([[seen, 0.0, 0.0, 0.0]]))
@@ -160,6 +241,7 @@ pub fn check_link_functions(mesh: &Mesh, (gpu, faults): (&Gpu, &[ShaderFault])) 
     };
     let points = CheckedFunction {
         function: "spot_point",
+        transport,
         arguments: spot_points(),
         twin: Box::new(|arguments| {
             let [a, b, c, d, uv, ..] = arguments.map(|words| to_vector(words).truncate());
@@ -169,47 +251,54 @@ pub fn check_link_functions(mesh: &Mesh, (gpu, faults): (&Gpu, &[ShaderFault])) 
     };
     let node_points = CheckedFunction {
         function: "outline_point",
+        transport,
         arguments: spot_points(),
         twin: Box::new(|arguments| {
             let [a, b, c, d, uv, ..] = arguments.map(|words| to_vector(words).truncate());
             outline_point(&[a, b, c, d], [uv.x, uv.y])
         }),
     };
-    check_functions(
-        &[points, node_points, counts, deviations],
-        mesh,
-        FunctionCaller::new(gpu, &Transport::default(), faults),
-    )
+    check_functions(&[points, node_points, counts, deviations], mesh, (gpu, faults))
 }
 
-fn check_functions(checked: &[CheckedFunction], mesh: &Mesh, mut caller: FunctionCaller) -> Result<Vec<StageCheck>> {
+/// Checks functions; calls of one function that follow each other are one check.
+fn check_functions(
+    checked: &[CheckedFunction],
+    mesh: &Mesh,
+    (gpu, faults): (&Gpu, &[ShaderFault]),
+) -> Result<Vec<StageCheck>> {
     let mut checks = Vec::new();
-    for CheckedFunction {
-        function,
-        arguments,
-        twin,
-    } in checked
-    {
-        let found = match FunctionCall::find(function) {
-            Some(call) => caller.call(call, arguments)?,
-            None => None,
-        };
-        let Some(found) = found else {
-            continue;
-        };
+    for same in checked.chunk_by(|a, b| a.function == b.function) {
+        let function = same[0].function;
         let calls = Elements {
             name: "call",
-            count: arguments.len(),
+            count: same.iter().map(|checked| checked.arguments.len()).sum(),
             lanes: PATCH_SUM_LANES,
         };
         let mut tally = ErrorTally::new(function, (MAX_CALL_ULPS, CALL_REASON), calls, &RESULT_VALUES);
-        for (k, (arguments, found)) in arguments.iter().zip(found).enumerate() {
-            let twin = twin(arguments);
-            for n in 0..4 {
-                tally.add_ulps(ValueSource::default(), [k, n], [found[n], twin[n]], RESULT_SIZE);
+        let mut first = 0;
+        for CheckedFunction {
+            transport,
+            arguments,
+            twin,
+            ..
+        } in same
+        {
+            let found = match FunctionCall::find(function) {
+                Some(call) => FunctionCaller::new(gpu, transport, faults).call(call, arguments)?,
+                None => None,
+            };
+            for (k, (arguments, found)) in arguments.iter().zip(found.into_iter().flatten()).enumerate() {
+                let twin = twin(arguments);
+                for n in 0..4 {
+                    tally.add_ulps(ValueSource::default(), [first + k, n], [found[n], twin[n]], RESULT_SIZE);
+                }
             }
+            first += arguments.len();
         }
-        checks.push(tally.stage_check(mesh));
+        if tally.values() > 0 {
+            checks.push(tally.stage_check(mesh));
+        }
     }
     Ok(checks)
 }
@@ -235,6 +324,13 @@ fn with_numbers<const N: usize>(numbers: [[f32; 4]; N]) -> CallArguments {
     for (words, numbers) in arguments.iter_mut().zip(numbers) {
         *words = numbers.map(f32::to_bits);
     }
+    arguments
+}
+
+/// Returns the arguments of a call: these words, then zeros.
+fn with_words(words: [u32; 4]) -> CallArguments {
+    let mut arguments = [[0; 4]; ARGUMENT_COUNT];
+    arguments[0] = words;
     arguments
 }
 
@@ -306,12 +402,66 @@ fn sample_numbers() -> Vec<CallArguments> {
         [3_000_000_000, 12, u32::MAX, 0],
         [2_000_000_000, u32::MAX, 1, 0],
     ];
-    let with_zeros = |words| {
-        let mut arguments = [[0; 4]; ARGUMENT_COUNT];
-        arguments[0] = words;
-        arguments
+    numbers.map(with_words).to_vec()
+}
+
+/// Returns sums of form factors, none and above 1 among them, with escaped shares; whether they are to be closed comes first.
+fn closures() -> Vec<CallArguments> {
+    let sums = [[0.0, 0.0], [0.5, 0.25], [0.75, 0.0], [1.5, 0.125]];
+    let with_choice = |[sum, escaped]: [f32; 2]| {
+        [0, 1].map(|conserve| {
+            let mut arguments = with_numbers([[0.0; 4], [sum, escaped, 0.0, 0.0]]);
+            arguments[0][0] = conserve;
+            arguments
+        })
     };
-    numbers.map(with_zeros).to_vec()
+    sums.into_iter().flat_map(with_choice).collect()
+}
+
+/// Returns corners on each side of a hemicube that enlarge a bound at one end or the other, with the distance of their edge.
+fn bounded_corners() -> Vec<CallArguments> {
+    let limits = [[9.0, 9.0, -9.0, -9.0], [0.0, 0.0, 0.25, 0.25]];
+    let corners = [
+        [0.5, 0.25, 1.0, 0.001],
+        [-0.5, -1.0, 0.5, 0.002],
+        [1.0, -0.25, 0.5, 0.001],
+    ];
+    let mut calls = Vec::new();
+    for side in 0..ItemBufferProjection::Hemicube.plane_count() {
+        for (limits, corner) in limits.iter().flat_map(|limits| corners.map(|corner| (*limits, corner))) {
+            let mut arguments = with_numbers([limits, [0.0; 4], corner]);
+            arguments[1][0] = side;
+            // A corner below the plane of a side is cut off before.
+            let given = Vec4::from_array(corner);
+            if side_height(side, given.truncate()) > 0.0 {
+                calls.push(arguments);
+            }
+        }
+    }
+    calls
+}
+
+/// Returns all places of the grid of a near texel, of each kind.
+fn near_places() -> Vec<CallArguments> {
+    let places = 0..NEAR_POINTS_PER_SIDE * NEAR_POINTS_PER_SIDE;
+    places
+        .flat_map(|place| (0..3).map(move |kind| with_words([place, kind, 0, 0])))
+        .collect()
+}
+
+/// Returns points of the square of an image: in its middle, on each side of a hemicube, in a corner, and on the rim of a disc.
+fn image_points() -> Vec<CallArguments> {
+    let points = [
+        [0.25, -0.125],
+        [0.75, 0.25],
+        [-0.75, 0.25],
+        [0.25, 0.75],
+        [0.25, -0.75],
+        [0.625, 0.625],
+        [-0.875, 0.875],
+        [1.0, 0.0],
+    ];
+    points.map(|[x, y]| with_numbers([[x, y, 0.0, 0.0]])).to_vec()
 }
 
 /// Corners of a trapezium, and of an outline without area.
