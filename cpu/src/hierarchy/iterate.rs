@@ -270,3 +270,14 @@ fn to_f64(a: &[Vec3]) -> Vec<DVec3> {
 fn to_f32(a: &[DVec3]) -> Vec<Vec3> {
     a.iter().map(|a| a.as_vec3()).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channel_without_light_has_no_inverse() {
+        let found = inverse_or_zero(DVec3::new(4.0, 0.0, -0.5));
+        assert_eq!(found, DVec3::new(0.25, 0.0, -2.0));
+    }
+}

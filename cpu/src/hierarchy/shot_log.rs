@@ -187,3 +187,47 @@ impl SkyVisibility<'_> {
 fn channel_sum(light: Vec3) -> f64 {
     light.as_dvec3().element_sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use common::scene::{Face, Scene};
+
+    /// A lamp that is half covered, and a wall below a sky: each number of the run from its definition.
+    #[test]
+    fn run_has_the_powers_of_a_solution() {
+        let faces = [(0.0, 3.0, 0.0), (1.0, 0.0, 0.5)].map(|(z, emission, reflectance)| {
+            let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, z));
+            Face::quad("face", corners, Vec3::splat(emission), Vec3::splat(reflectance))
+        });
+        let scene = Scene {
+            faces: faces.to_vec(),
+            ..Scene::default()
+        };
+        let mut mesh = Mesh::uniform(&scene, 1, 1).unwrap();
+        mesh.texels[1].sky = Vec3::splat(0.25);
+        let solution = TexelSolution {
+            irradiance: [0.0, 4.0].map(Vec3::splat).to_vec(),
+            residual: [0.0, -0.5].map(Vec3::splat).to_vec(),
+            open: vec![0.5, 1.0],
+            passes: 7,
+            converged: true,
+            ..TexelSolution::default()
+        };
+        let run = record_run(&mesh, &solution, &[0.125, 0.75]);
+        let grey = |value: f32| [value; 3].into_iter().sum::<f32>();
+        let area = 2.0;
+        assert_eq!(run.emitted, grey(3.0 + 0.25) * area);
+        // The lamp sends half of its light, the wall ρH and what was shot too much.
+        let powers: Vec<[f32; 3]> = run.shots.iter().map(|shot| shot.power).collect();
+        assert_eq!(powers, [[1.5 * area; 3], [(2.0 + 0.5) * area; 3]]);
+        for (shot, escaped) in run.shots.iter().zip([0.125, 0.75]) {
+            assert_eq!(shot.unshot, grey(0.5) * area);
+            assert_eq!(shot.escaped, escaped);
+            assert_eq!(shot.form_factor_sum, (4.0 - 0.25) / (1.5 + 2.5));
+        }
+        let radiosity: Vec<f32> = run.field.radiosity.iter().map(|b| b.x).collect();
+        assert_eq!(radiosity, [3.0, 2.0]);
+        assert_eq!((run.passes, run.shooters, run.converged), (7, 2, true));
+    }
+}

@@ -94,4 +94,19 @@ mod tests {
             assert!(worst.relative_rms.is_nan() && worst.max_relative.is_nan() && worst.bias.is_nan());
         }
     }
+
+    /// Two texels of areas 1 and 3 differ by 1 and −1/2; a channel is black.
+    #[test]
+    fn differences_are_weighted_by_area() {
+        let grey = |value: f64| DVec3::new(value, value, 0.0);
+        let texels = [(1.0, grey(2.0), grey(1.0)), (3.0, grey(1.5), grey(2.0))];
+        let [found, _, black] = channel_differences(texels.into_iter());
+        let expected = [(1.75f64 / 13.0).sqrt(), 1.0 / (13.0f64 / 4.0).sqrt(), -0.5 / 7.0];
+        let found = [found.relative_rms, found.max_relative, found.bias];
+        assert!(
+            found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15),
+            "{found:?}"
+        );
+        assert_eq!((black.relative_rms, black.max_relative, black.bias), (0.0, 0.0, 0.0));
+    }
 }

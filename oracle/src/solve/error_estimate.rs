@@ -369,4 +369,38 @@ mod tests {
             assert_eq!(worse, reported, "{noise}");
         }
     }
+
+    /// A change is relative to the face's own light, noise the mean of its squares times the face's area.
+    #[test]
+    fn change_and_noise_of_a_face_are_by_its_area_and_light() {
+        let quad = |width: f64| {
+            let corners = [DVec3::ZERO, width * DVec3::X, width * DVec3::X + DVec3::Y, DVec3::Y];
+            Face::quad("face", corners, Vec3::ZERO, Vec3::ONE)
+        };
+        let scene = Scene {
+            faces: vec![quad(6.0), quad(1.0)],
+            ..Scene::default()
+        };
+        let texels = [[2, 2], [1, 1]];
+        // Noise of alternating sign is none in the mean of four texels.
+        let noise = [0.25, -0.25, -0.25, 0.25, 0.5].map(Vec3::splat);
+        let outcome = TexelSolution {
+            irradiance: [0.5, 0.5, 0.5, 0.5, 2.0].map(Vec3::splat).to_vec(),
+            noise: noise.to_vec(),
+            ..TexelSolution::default()
+        };
+        let step = SolveStep::new(texels.to_vec(), Mesh::new(&scene, &texels, 1).unwrap(), outcome);
+        let noise_of = |f: usize, texels| step.noise_of_face(&scene.faces[f], f, texels).x;
+        assert_eq!(noise_of(0, [2, 2]), 6.0 * 0.0625);
+        assert_eq!(noise_of(0, [1, 1]), 0.0);
+        assert_eq!(noise_of(1, [1, 1]), 0.25);
+        let changes = [(4, [0.25, 0.0625]), (1, [0.5, 0.5])];
+        let changes = changes.map(|(count, halves)| halves.map(|change| vec![DVec3::splat(change); count]));
+        let change = StepChange::from_halves(&scene, &step, (&changes, &texels), &|_| None);
+        // 0.25 · 0.0625 of 0.5², and 0.5² of 2².
+        for (f, expected) in [(0, 0.25), (1, 0.25)] {
+            let found = change.relative_change(f);
+            assert!((found - expected).abs() < 1e-12, "{f}: {found}");
+        }
+    }
 }

@@ -112,7 +112,9 @@ fn texel_roughness(mesh: &Mesh, field: &RadiosityField, order: &[usize]) -> Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::inclusion_probabilities;
+    use super::*;
+    use common::scene::{Face, Scene};
+    use glam::{Vec3, Vec4};
 
     #[test]
     fn probability_above_one_is_distributed_to_other_texels() {
@@ -120,5 +122,53 @@ mod tests {
         assert_eq!(inclusion_probabilities(&density, 3), [0.5, 1.0, 0.5, 0.5, 0.5]);
         assert_eq!(inclusion_probabilities(&density, 5), [1.0; 5]);
         assert_eq!(inclusion_probabilities(&density, 9), [1.0; 5]);
+    }
+
+    /// A face of four texels of which one has light, and one of twice its area without: the density of each texel is the
+    /// mean of its shares of area, light, roughness and faces.
+    #[test]
+    fn density_is_the_mean_of_four_shares() {
+        let quad = |width: f64, z: f64| {
+            let corners = [[0.0, 0.0], [width, 0.0], [width, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, z));
+            Face::quad("face", corners, Vec3::ZERO, Vec3::ONE)
+        };
+        let scene = Scene {
+            faces: vec![quad(1.0, 0.0), quad(2.0, 1.0)],
+            ..Scene::default()
+        };
+        let mesh = Mesh::new(&scene, &[[2, 2], [1, 1]], 1).unwrap();
+        let order = mesh.texels_in_face_order();
+        let mut radiosity = vec![Vec4::ZERO; 5];
+        radiosity[order[0]] = Vec4::new(1.0, 2.0, 0.5, 0.0);
+        let field = RadiosityField {
+            radiosity,
+            ..RadiosityField::default()
+        };
+        let small = 0.25 / 3.0;
+        let densities = [
+            (small + 1.0 + 0.5 + 0.125) / 4.0,
+            (small + 0.5 + 0.125) / 4.0,
+            (small + 0.125) / 4.0,
+            (small + 0.125) / 4.0,
+            (2.0 / 3.0 + 0.5) / 4.0,
+        ];
+        let areas = [0.25, 0.25, 0.25, 0.25, 2.0];
+        let mut seen = [false; 5];
+        for count in 1..=2 {
+            let sample = sample_texels(&mesh, &field, count);
+            assert_eq!(sample.len() as u64, count);
+            for drawn in sample {
+                let n = order.iter().position(|k| *k == drawn.texel).unwrap();
+                seen[n] = true;
+                let expected = count as f64 * densities[n];
+                assert!(
+                    (drawn.probability - expected).abs() < 1e-6,
+                    "{n}: {}",
+                    drawn.probability
+                );
+                assert!((drawn.area - areas[n] / expected).abs() < 1e-4, "{n}: {}", drawn.area);
+            }
+        }
+        assert!(seen.into_iter().filter(|seen| *seen).count() >= 2, "{seen:?}");
     }
 }
